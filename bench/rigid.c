@@ -276,7 +276,7 @@ static void measure_growth(int32_t count, int steps)
         solve[i] = p.spent[LL_PHASE_SOLVE];
     }
     ll_rigid_params params = *ll_rigid_get_params(w);
-    params.sleep_speed = 10; /* all lie down: this measures sleep, not how it comes */
+    params.sleep_threshold = 10; /* all lie down: this measures sleep, not how it comes */
     check(ll_rigid_set_params(w, &params));
     for (int32_t i = 0; i < ll_rigid_body_end(w); i++)
         if (ll_bodies(w)[i].type == LL_BODY_DYNAMIC)

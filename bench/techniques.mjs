@@ -33,8 +33,8 @@ const techniques = [
   ["others", "extrapolation, 250 ms", {}, { ...full, interpolation_ratio: 1, jitter_margin_ms: 0, extrapolation_ms: 250 }],
   ["others", "de-jitter buffer, send time + 60 ms", {}, { ...predicted, dejitter: "send_time", dejitter_ms: 60 }],
   ["snapshots", "full", {}, full],
-  ["snapshots", "quantised", { snapshot: "quantised" }, full],
-  ["snapshots", "delta", { snapshot: "delta" }, full],
+  ["snapshots", "quantised", { "snapshot_encoding": "quantised" }, full],
+  ["snapshots", "delta", { "snapshot_encoding": "delta" }, full],
 ];
 
 /** Four cars in two lanes: who shares a lane touches. */
@@ -94,7 +94,7 @@ printTable(`Four cars, two lanes, 100 ms one way, 20 ms jitter, 1 % loss, 30 upd
 
 // ---- eight players with everything on ----
 
-const everything = raceOf({ snapshot: "delta" }, { ...full, prediction_scope: "all", ack: "per_input", correction: "smooth", time_dilation: true,
+const everything = raceOf({ "snapshot_encoding": "delta" }, { ...full, prediction_scope: "all", ack: "per_input", correction: "smooth", time_dilation: true,
   interpolation_method: "hermite", interpolation_delay: "adaptive", extrapolation_ms: 250, dejitter: "mirror", redundancy: 4 }, 8);
 const speeds = [];
 for (let round = 0; round < (quick ? 3 : 7); round++) {

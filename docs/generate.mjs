@@ -445,7 +445,7 @@ function closedFormsDoc() {
 // ---- memory of a session ----
 
 const PARTS = [['block_bytes', 'server, clients, links, instruments: one block, of a size that follows from the scenario'],
-  ['snapshot_bytes', 'two kept states, for seeking back; made when a session passes a third and two thirds of its duration'],
+  ['checkpoint_bytes', 'two kept states, for seeking back; made when a session passes a third and two thirds of its duration'],
   ['event_bytes', 'the last 2048 events, for views'], ['log_bytes', 'commands; a run without any has none'],
   ['bytes', 'all of these and the scenario'], ['parked_bytes', 'what is left while it is parked: the scenario and the log']];
 

@@ -24,7 +24,7 @@ typedef struct bench_shape {
 
 typedef struct bench_body {
     int type; /* 0 static, 1 kinematic, 2 dynamic */
-    double x, y, angle, vx, vy, spin;
+    double x, y, angle, vx, vy, angular_velocity;
     bench_shape *shapes;
     int shape_count;
 } bench_body;

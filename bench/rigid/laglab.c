@@ -26,7 +26,7 @@ static void *open_lab(const bench_world *of, double (*set)(const char *name, dou
                               .hulls = of->shapes,
                               .contacts = of->contacts,
                               .joints = of->joints,
-                              .broad = (int32_t)set("broad", LL_BROAD_GRID)};
+                              .broad = (int32_t)set("broad_phase", LL_BROAD_GRID)};
     ll_rigid_params p;
     ll_param_defaults(&ll_rigid_table, &p);
     p.gravity_x = of->gravity_x;
@@ -76,7 +76,7 @@ static void add_body(void *state, const bench_body *b)
     def.position = ll_vec(b->x, b->y);
     def.angle = b->angle;
     def.velocity = ll_vec(b->vx, b->vy);
-    def.spin = b->spin;
+    def.angular_velocity = b->angular_velocity;
     check(ll_rigid_add_body(l->world, &def, id));
     for (int i = 0; i < b->shape_count; i++)
         add_shape(l, *id, &b->shapes[i]);

@@ -53,7 +53,7 @@ static bench_body read_body(const cJSON *from)
                     .angle = number(from, "angle"),
                     .vx = number(from, "vx"),
                     .vy = number(from, "vy"),
-                    .spin = number(from, "spin")};
+                    .angular_velocity = number(from, "angular_velocity")};
     b.shapes = list(from, "shapes", sizeof *b.shapes, &b.shape_count);
     int i = 0;
     for (const cJSON *at = cJSON_GetObjectItem(from, "shapes")->child; at != NULL; at = at->next)

@@ -7,7 +7,7 @@
 
 #include "session/internal.h"
 
-static size_t snapshot_bytes(const ll_session *s)
+static size_t checkpoint_bytes(const ll_session *s)
 {
     size_t bytes = 0;
     for (int i = 0; i < LL_SNAPSHOTS; i++)
@@ -39,7 +39,7 @@ static size_t parked_bytes(const ll_session *s)
 
 static size_t all_bytes(const ll_session *s)
 {
-    return parked_bytes(s) + block_bytes(s) + snapshot_bytes(s) + event_bytes(s);
+    return parked_bytes(s) + block_bytes(s) + checkpoint_bytes(s) + event_bytes(s);
 }
 
 static size_t awake_bytes(const ll_session *s)
@@ -167,7 +167,7 @@ cJSON *ll_session_cost(const ll_session *s)
                             simulated > 0 ? (double)(int64_t)((double)s->cpu_ns / simulated) : 0);
     cJSON_AddNumberToObject(o, "bytes", (double)all_bytes(s));
     cJSON_AddNumberToObject(o, "block_bytes", (double)block_bytes(s));
-    cJSON_AddNumberToObject(o, "snapshot_bytes", (double)snapshot_bytes(s));
+    cJSON_AddNumberToObject(o, "checkpoint_bytes", (double)checkpoint_bytes(s));
     cJSON_AddNumberToObject(o, "event_bytes", (double)event_bytes(s));
     cJSON_AddNumberToObject(o, "log_bytes", (double)log_bytes(s));
     cJSON_AddNumberToObject(o, "parked_bytes", (double)parked_bytes(s));

@@ -148,7 +148,7 @@ struct cJSON *ll_session_metrics(ll_session *session);
 /* Measures the parts of the scenario, as it was made, into `metrics`. */
 void ll_session_time_parts(const ll_session *session, struct cJSON *metrics, int64_t (*now_ns)(void));
 
-/* {"ns_per_sim_s","bytes","block_bytes","snapshot_bytes","event_bytes","log_bytes","parked_bytes"};
+/* {"ns_per_sim_s","bytes","block_bytes","checkpoint_bytes","event_bytes","log_bytes","parked_bytes"};
  * parked_bytes is what is left while it is parked. Where steps were metered and the kind has parts also
  * "metered_s" and "parts": [{"all":{"ns_per_sim_s"}, ...phases}], one for each of those side by side. */
 struct cJSON *ll_session_cost(const ll_session *session);

@@ -75,7 +75,7 @@ test('loss against lockstep: everybody waits, and with a free server nobody', ()
 
 test('rewind limit: more hits behind cover, fewer hits that do not count', () => {
   const rows = points('rewind_cover');
-  const behind = along(rows, {}, 'players.1.shots.rifle.shot_behind_cover'), missed = along(rows, {}, 'players.1.shots.rifle.false_misses');
+  const behind = along(rows, {}, 'players.1.shots.hitscan.shot_behind_cover'), missed = along(rows, {}, 'players.1.shots.hitscan.false_misses');
   // without rewinding only a victim that is hit in the moment in which its own picture, ahead of the server, has it hidden
   assert.ok(rises(behind) && behind[0] < 0.5 && behind[6] > 20, String(behind));
   assert.ok(missed[0] > 50 && missed[6] === 0, String(missed));

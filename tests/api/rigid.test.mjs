@@ -152,7 +152,7 @@ test('bad input is a sentence with field, range and value, on the command line a
     [rigid(Array.from({ length: 4097 }, () => ({}))), 'bodies', 'at most 4096 elements; got 4097'],
     [rigid([{}], { solver: { method: 'perfect' } }), 'solver.method', 'soft_step'],
     [rigid([{}], { beside: { method: 'pgs' } }), 'beside', 'an array'],
-    [rigid([{}], { beside: [{ solver: { method: 'perfect' } }] }), 'beside.0.solver.method', 'soft_step'],
+    [rigid([{}], { beside: [{ solver: { method: 'perfect' } }] }), 'side_by_side.0.solver.method', 'soft_step'],
     [rigid([{}], { beside: [{}, {}, {}] }), 'beside', 'at most 2 elements; got 3'],
     [{ kind: 'rigid', scene: 'pyramid', params: { size: 100000 } }, 'params.size', '1048576'],
     [{ kind: 'rigid', scene: 'pyramid', params: { size: 1000 } }, 'params.size', 'MB'],
@@ -175,7 +175,7 @@ test('bad input is a sentence with field, range and value, on the command line a
 test('every choice of a step changes while it runs, and what lays out memory does not', async () => {
   const session = await c.make({ scenario: 'rigid/pyramid', paused: true });
   await c.control(session, { op: 'step', ticks: 10 });
-  const changes = { gravity: [1, -9], broad: 'tree', compare_volumes: true, beyond_x: 3, 'solver.method': 'avbd', 'solver.volume': 'obb', 'solver.continuous': 'swept',
+  const changes = { gravity: [1, -9], broad: 'tree', compare_volumes: true, tunnel_x: 3, 'solver.method': 'avbd', 'solver.bounding_volume': 'obb', 'solver.continuous': 'swept',
     'solver.sleep': false, 'solver.recycle': false, 'solver.warm_start': false, 'solver.iterations': 20 };
   for (const [name, value] of Object.entries(changes)) {
     const answer = await c.patch(session, { [name]: value });

@@ -59,7 +59,7 @@ static void is_a_world(const ll_world *world, int entities)
     FUZZ_CHECK(world->players == 1 && world->entities == entities && world->tail == TAIL);
     for (int i = 0; i < entities; i++) {
         const ll_entity *e = &world->entity[i];
-        double sum = e->x + e->y + e->vx + e->vy + e->angle + e->spin;
+        double sum = e->x + e->y + e->vx + e->vy + e->angle + e->angular_velocity;
         FUZZ_CHECK(sum - sum == 0);
     }
 }

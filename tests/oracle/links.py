@@ -127,7 +127,7 @@ class Link:
     def clear(self):
         """What the metrics tell counts from time 0."""
         self.stats = dict.fromkeys(
-            ("sent", "lost", "lost_in_blackouts", "duplicated", "rescued", "corrupted", "overflowed", "queue_drops", "sent_ahead",
+            ("sent", "lost", "lost_in_blackouts", "duplicated", "rescued", "corrupted", "overflowed", "queue_drops", "reordered_ahead",
              "messages", "messages_lost", "split", "split_lost", "fragments", "fragments_lost", "loss_draws", "loss_hits", "bursts",
              "burst_packets"), 0)
         self.delays = []
@@ -227,7 +227,7 @@ class Link:
         if dropped:
             return []
         if ahead:
-            self.stats["sent_ahead"] += 1
+            self.stats["reordered_ahead"] += 1
             delay_ms = lag_ms
         due = now + ns(delay_ms)
         if rate > 0 and not ahead:

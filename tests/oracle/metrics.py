@@ -49,7 +49,7 @@ def distributions(sim, i):
 
 
 LINK_COUNTS = ("sent", "lost", "rescued", "messages", "messages_lost", "split", "split_lost", "fragments", "fragments_lost", "duplicated",
-               "corrupted", "sent_ahead", "queue_drops")
+               "corrupted", "reordered_ahead", "queue_drops")
 
 
 def numbers(sim, i):

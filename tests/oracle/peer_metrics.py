@@ -51,7 +51,7 @@ def peer_numbers(sim, i):
     frame_s, span = 1 / sim.step_hz, sim.now / 1e9 - sim.scenario["warmup_s"]
     yield "stalls.count", client.stalls
     yield "stalls.stalled_s", client.stalled * frame_s
-    yield "stalls.rested_s", client.rested * frame_s
+    yield "stalls.time_sync_wait_s", client.rested * frame_s
     for p, frames in enumerate(client.waited):
         yield f"stalls.waited_s.{p}", frames * frame_s
     ticks = client.rollbacks

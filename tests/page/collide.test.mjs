@@ -109,7 +109,7 @@ test('solvers go side by side from the same start', async () => {
   const { page, complaints, close } = await open('?scenario=rigid/pyramid');
   await page.locator('#count').selectOption({ label: 'two solvers' });
   await page.waitForSelector('#world1');
-  await page.locator('[data-path="beside.0.solver.method"]').selectOption('impulse');
+  await page.locator('[data-path="side_by_side.0.solver.method"]').selectOption('impulse');
   await page.waitForFunction(() => globalThis.laglab().params.beside[0].solver.method === 'impulse');
   await page.locator('#restart, .restart').first().click();
   const { shapes } = await until(async () => { const s = await sceneOf(page); return s.worlds.length === 2 && s; }, 'two worlds');
@@ -121,7 +121,7 @@ test('solvers go side by side from the same start', async () => {
   await page.waitForSelector('#world2');
   assert.equal((await paramsOf(page)).beside[0].solver.method, 'impulse', 'it keeps its solver');
   assert.equal((await paramsOf(page)).beside[1].solver.method, 'soft_step', 'and the next begins as the first');
-  await page.locator('[data-path="beside.1.solver.substeps"]').fill('4');
+  await page.locator('[data-path="side_by_side.1.solver.substeps"]').fill('4');
   await page.keyboard.press('Enter');
   await page.waitForFunction(() => /substeps 4/.test(document.getElementById('world2')?.getAttribute('aria-label') ?? ''));
   assert.deepEqual(complaints, []);
@@ -195,7 +195,7 @@ test('solver, phases and gravity change live; a value out of range is refused wi
   await page.locator('[data-path="solver.iterations"]').fill('3');
   await page.locator('[data-path="solver.iterations"]').blur();
   await page.locator('[data-path="solver.continuous"]').selectOption('swept');
-  await page.locator('[data-path="solver.volume"]').selectOption('sphere');
+  await page.locator('[data-path="solver.bounding_volume"]').selectOption('sphere');
   await page.locator('[data-path="solver.sleep"]').uncheck();
   await page.locator('[data-path="broad"]').selectOption('tree');
   await page.locator('#gravity').selectOption({ label: 'none' });

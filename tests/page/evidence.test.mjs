@@ -105,7 +105,7 @@ test('interpolation draws the other between two states and says where', async ()
     const view = frame.views[1];
     assert.ok(view.entities[1].flags & 4, 'interpolated');
     assert.ok(view.alpha >= 0 && view.alpha <= 1, `${view.alpha}`);
-    assert.ok(Math.min(...arrived) <= view.shown_s && view.shown_s < frame.time_s, `${Math.min(...arrived)} ${view.shown_s} ${frame.time_s}`);
+    assert.ok(Math.min(...arrived) <= view.render_time_s && view.render_time_s < frame.time_s, `${Math.min(...arrived)} ${view.render_time_s} ${frame.time_s}`);
     alphas.add(view.alpha);
     await page.waitForTimeout(70);
   }

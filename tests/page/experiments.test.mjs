@@ -260,7 +260,7 @@ test('of many points those under others are not drawn, and it says how many; the
 
 test('speed against error is written for a scenario of each kind, and from a session with its parameters', async () => {
   const { page, complaints, close } = await open();
-  for (const [id, axes, error] of [['crates_delta', ['server.snapshot', 'server.update_hz'], 'players.0.remote_error_m.mean'],
+  for (const [id, axes, error] of [['crates_delta', ['server.snapshot_encoding', 'server.update_hz'], 'players.0.remote_error_m.mean'],
     ['rigid/pyramid', ['solver.method', 'solver.substeps', 'solver.iterations'], 'drift_worst_m'],
     ['fluid/taylor_green', ['solver.advection', 'params.n'], 'error_max'],
     ['motion/orbit', ['methods.0.method', 'methods.0.dt_s'], 'methods.0.e_max']]) {

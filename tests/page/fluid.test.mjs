@@ -299,7 +299,7 @@ test('two fluids go side by side: each has its own solver, cells, error and cost
   const { page, complaints, close } = await open('?scenario=fluid/cavity&set=duration_s:300');
   await page.locator('#count').selectOption({ label: 'two fluids' });
   await page.waitForSelector('#fluid1');
-  await page.locator('[data-path="beside.0.solver.pressure"]').selectOption('jacobi');
+  await page.locator('[data-path="side_by_side.0.solver.pressure"]').selectOption('jacobi');
   await page.waitForFunction(() => globalThis.laglab().params.beside?.[0].solver.pressure === 'jacobi');
   assert.equal((await paramsOf(page)).solver.pressure, 'direct');
   await page.waitForFunction(() => /ms\/step/.test(document.querySelectorAll('.picture figcaption')[1]?.textContent ?? '')

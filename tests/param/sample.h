@@ -44,7 +44,7 @@ typedef struct sample {
     bool loud;
 } sample;
 
-static const char *const sample_orders[] = {"free", "fifo", NULL};
+static const char *const sample_orders[] = {"unordered", "fifo", NULL};
 static const char *const sample_shapes[] = {"circle", "box", "point", NULL};
 
 static const ll_param wire_rows[] = {

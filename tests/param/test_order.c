@@ -167,7 +167,7 @@ static void texts_are_read_by_their_rows(void **state)
     (void)state;
     sample s;
     const list bare = {{"members.2.name=12", "members=[{\"lag_ms\":1},{\"lag_ms\":2},{\"lag_ms\":3}]",
-                        "members.2.up.order=free", "seed=12"}};
+                        "members.2.up.order=unordered", "seed=12"}};
     assert_string_equal(permutations(&bare, by_put, &s).text, "");
     assert_string_equal(s.members[2].name, "12");
     assert_true(s.seed == 12 && s.members[2].up.order == 0);

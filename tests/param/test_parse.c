@@ -50,7 +50,7 @@ static void every_type_is_read(void **state)
         sample_parse("{\"params\":{\"width_m\":4},\"loud\":true,\"seed\":9007199254740991,\"shape\":\"box\","
                      "\"ratio\":-1.5e-300,"
                      "\"members\":[{\"name\":\"Zo\xc3\xab\",\"lag_ms\":1000,\"ready\":false,\"tries\":-2,"
-                     "\"up\":{\"order\":\"free\",\"jitter_ms\":0.25}},{\"lag_ms\":0}]}",
+                     "\"up\":{\"order\":\"unordered\",\"jitter_ms\":0.25}},{\"lag_ms\":0}]}",
                      &s);
     assert_string_equal(status.text, "");
     assert_int_equal(s.seed, 9007199254740991);

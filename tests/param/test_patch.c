@@ -35,11 +35,11 @@ static void elements_are_addressed_in_three_ways(void **state)
 {
     (void)state;
     static const char *const ways[] = {
-        "{\"members\":{\"1\":{\"lag_ms\":250,\"up\":{\"order\":\"free\"}}}}",
-        "{\"members\":[{},{\"lag_ms\":250,\"up\":{\"order\":\"free\"}}]}",
+        "{\"members\":{\"1\":{\"lag_ms\":250,\"up\":{\"order\":\"unordered\"}}}}",
+        "{\"members\":[{},{\"lag_ms\":250,\"up\":{\"order\":\"unordered\"}}]}",
         "{\"members.1.lag_ms\":250,\"members.1.up.order\":\"free\"}",
         "{\"members\":{\"1.lag_ms\":250,\"1\":{\"up.order\":\"free\"}}}",
-        "{\"members.1\":{\"lag_ms\":250,\"up\":{\"order\":\"free\"}}}",
+        "{\"members.1\":{\"lag_ms\":250,\"up\":{\"order\":\"unordered\"}}}",
     };
     for (size_t i = 0; i < sizeof ways / sizeof ways[0]; i++) {
         sample s, want;

@@ -54,7 +54,7 @@ static void objects_are_merged_and_arrays_replaced(void **state)
     (void)state;
     sample s;
     sample_two(&s);
-    assert_status(set(&s, "members.1", "{\"tries\":4,\"up\":{\"order\":\"free\"}}"), LL_OK, "", "");
+    assert_status(set(&s, "members.1", "{\"tries\":4,\"up\":{\"order\":\"unordered\"}}"), LL_OK, "", "");
     assert_true(s.members[1].tries == 4 && s.members[1].up.order == 0 && s.members[1].lag_ms == 20);
     assert_status(set(&s, "members", "[{\"lag_ms\":1},{\"lag_ms\":2},{\"lag_ms\":3}]"), LL_OK, "", "");
     assert_int_equal(s.count, 3);

@@ -82,7 +82,7 @@ static void add_body(void *state, const bench_body *b)
     def.position.y = (float)b->y;
     def.rotation = b2MakeRot((float)b->angle);
     def.linearVelocity = (b2Vec2){(float)b->vx, (float)b->vy};
-    def.angularVelocity = (float)b->spin;
+    def.angularVelocity = (float)b->angular_velocity;
     b2BodyId body = p->bodies[p->made++] = b2CreateBody(p->world, &def);
     for (int i = 0; i < b->shape_count; i++)
         add_shape(body, &b->shapes[i]);

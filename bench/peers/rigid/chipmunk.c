@@ -69,7 +69,7 @@ static void add_body(void *state, const bench_body *b)
         add_shape(p, body, &b->shapes[i]);
     if (b->type != 0) {
         cpBodySetVelocity(body, cpv(b->vx, b->vy));
-        cpBodySetAngularVelocity(body, b->spin);
+        cpBodySetAngularVelocity(body, b->angular_velocity);
     } else
         cpSpaceReindexShapesForBody(p->space, body);
     p->bodies[p->made++] = body;

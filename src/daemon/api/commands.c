@@ -50,7 +50,7 @@ static void tell_control(void *context, ll_session *session)
     o->answer = cJSON_CreateObject();
     cJSON_AddStringToObject(o->answer, "status", ll_api_status_name(&info));
     add_time(o->answer, &info);
-    cJSON_AddNumberToObject(o->answer, "head_s", (double)info.head / 1e9);
+    cJSON_AddNumberToObject(o->answer, "log_end_s", (double)info.head / 1e9);
     cJSON_AddNumberToObject(o->answer, "speed", info.speed);
     cJSON_AddNumberToObject(o->answer, "generation", info.generation);
     cJSON_AddStringToObject(o->answer, "hash", hash);

@@ -141,7 +141,7 @@ static ll_status fill_trace(ll_session *session, const ll_http_request *request,
 {
     (void)response;
     ll_session_info info = ll_session_get_info(session);
-    double head_s = (double)info.head / 1e9, from_s = 0, to_s = head_s;
+    double log_end_s = (double)info.head / 1e9, from_s = 0, to_s = log_end_s;
     ll_status status = query_number(request, "from_s", 0, 1e9, &from_s);
     if (!ll_failed(&status))
         status = query_number(request, "to_s", 0, 1e9, &to_s);
@@ -150,8 +150,8 @@ static ll_status fill_trace(ll_session *session, const ll_http_request *request,
             ll_field_error(LL_BAD_INPUT, "from_s", "from_s (%g) must not be beyond to_s (%g).", from_s, to_s);
     if (ll_failed(&status))
         return status;
-    int64_t from = ll_tick_at((ll_time)(fmin(from_s, head_s) * 1e9 + 0.5), info.tick_freq);
-    int64_t to = ll_tick_at((ll_time)(fmin(to_s, head_s) * 1e9 + 0.5), info.tick_freq);
+    int64_t from = ll_tick_at((ll_time)(fmin(from_s, log_end_s) * 1e9 + 0.5), info.tick_freq);
+    int64_t to = ll_tick_at((ll_time)(fmin(to_s, log_end_s) * 1e9 + 0.5), info.tick_freq);
     if (to > info.head_tick)
         to = info.head_tick;
     if (to - from >= TRACE_ROWS)

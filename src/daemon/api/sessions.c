@@ -258,7 +258,7 @@ static cJSON *describe(ll_session *session, const ll_session_entry *session_entr
     cJSON_AddNumberToObject(json, "tick", (double)info.tick);
     cJSON_AddNumberToObject(json, "time_s", (double)info.time / 1e9);
     cJSON_AddNumberToObject(json, "head_tick", (double)info.head_tick);
-    cJSON_AddNumberToObject(json, "head_s", (double)info.head / 1e9);
+    cJSON_AddNumberToObject(json, "log_end_s", (double)info.head / 1e9);
     cJSON_AddNumberToObject(json, "duration_s", (double)info.duration / 1e9);
     cJSON_AddNumberToObject(json, "tick_hz", (double)info.tick_freq / 1e3);
     cJSON_AddNumberToObject(json, "speed", info.speed);

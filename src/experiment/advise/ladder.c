@@ -37,7 +37,7 @@ const ll_refinement_series ll_ladders[] = {
      "1,2,4,8,16", "drift_worst_m", "passes_per_s", 0},
     {"fluid/dam_break", "duration_s=1", "solver.method", "wcsph,pbf,dfsph", "params.size", "12,16,24,32",
      "front_error", "visits", 0},
-    {"crates_delta", "duration_s=10", "server.snapshot", "full,quantised,delta", "server.update_hz",
+    {"crates_delta", "duration_s=10", "server.snapshot_encoding", "full,quantised,delta", "server.update_hz",
      "5,10,20,30,60", "players.0.remote_error_m.mean", "players.0.bandwidth.down_bytes_per_s", 10},
     {"hermite", "duration_s=20", "players.0.interpolation_method", "linear,hermite", "server.update_hz",
      "2,4,8,16,32", "players.0.timeline_error_m.mean", "players.0.bandwidth.down_bytes_per_s", 10},
@@ -46,8 +46,9 @@ const ll_refinement_series ll_ladders[] = {
      10},
     {"crates", "duration_s=10", "players.0.prediction_scope", "own,contacts,all", "server.update_hz",
      "5,10,20,30,60", "players.0.own_timeline_error_m.rms", "players.0.bandwidth.down_bytes_per_s", 10},
-    {"behind_cover", "duration_s=30", "server.rifle", "none,rewind,trust", "server.max_rewind_ms",
-     "50,100,200,400", "players.1.shots.rifle.false_misses", "players.1.shots.rifle.shot_behind_cover", 10},
+    {"behind_cover", "duration_s=30", "server.hitscan", "none,rewind,trust", "server.max_rewind_ms",
+     "50,100,200,400", "players.1.shots.hitscan.false_misses", "players.1.shots.hitscan.shot_behind_cover",
+     10},
     {0},
 };
 

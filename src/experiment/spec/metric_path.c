@@ -150,7 +150,7 @@ ll_metric_scale ll_metric_scale_of(const ll_sim_kind *kind, const cJSON *metrics
                                          "false_misses",
                                          "shot_behind_cover",
                                          "clamped",
-                                         "distrusted",
+                                         "view_time_rejected",
                                          "rifle_hits",
                                          "shell_hits",
                                          "mismatches",

@@ -14,7 +14,7 @@ static void advect(const ll_grid_advect *a)
             mended[k] = a->in[k] + 0.5 * (a->in[k] - mended[k]);
     ll_grid_bounds(a->g, a->place, mended);
     ll_grid_trace(a, mended, a->out, a->dt, NULL);
-    if (a->g->solver.clamp)
+    if (a->g->solver.limiter)
         ll_grid_clamp(a);
 }
 

@@ -11,7 +11,7 @@ static void advect(const ll_grid_advect *a)
     for (int32_t j = span.j0; j < span.j1; j++)
         for (int64_t k = ll_grid_k(a->g, span.i0, j), end = ll_grid_k(a->g, span.i1, j); k < end; k++)
             a->out[k] = there[k] + 0.5 * (a->in[k] - back[k]);
-    if (a->g->solver.clamp)
+    if (a->g->solver.limiter)
         ll_grid_clamp(a);
 }
 

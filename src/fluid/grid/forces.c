@@ -70,7 +70,8 @@ static void add_confinement(const ll_grid *g, double *du, double *dv, double dt)
     const double *u = ll_grid_field(g, LL_FIELD_U), *v = ll_grid_field(g, LL_FIELD_V);
     const uint8_t *fluid = ll_grid_fluid(g);
     int64_t s = g->stride;
-    double scale = 0.5 * dt * g->solver.confinement * 0.5; /* eps h N x w; half to each of two faces */
+    double scale =
+        0.5 * dt * g->solver.vorticity_confinement * 0.5; /* eps h N x w; half to each of two faces */
     for (int32_t j = 2; j < g->config.ny - 2; j++)
         for (int32_t i = 2; i < g->config.nx - 2; i++) {
             int64_t k = ll_grid_k(g, i, j);
@@ -92,7 +93,7 @@ void ll_grid_add_forces(const ll_grid *g, double *du, double *dv, double dt)
 {
     if (g->config.buoyancy != 0)
         add_buoyancy(g, dv, dt);
-    if (g->solver.confinement > 0)
+    if (g->solver.vorticity_confinement > 0)
         add_confinement(g, du, dv, dt);
 }
 

@@ -175,7 +175,7 @@ static void carry(ll_grid *g, ll_grid_place place, ll_grid_field_kind in, ll_gri
                         .donors = ll_grid_first_donors(g),
                         .dt = dt};
     ll_advections[g->solver.advection]->advect(&a);
-    if (place == LL_PLACE_CELL && g->solver.keep_mass)
+    if (place == LL_PLACE_CELL && g->solver.conserve_mass)
         ll_grid_keep_mass(&a);
     ll_grid_bounds(g, place, a.out);
 }

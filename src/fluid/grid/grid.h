@@ -35,16 +35,16 @@ typedef struct ll_grid_solver {
     int32_t splitting; /* ll_splitting */
     int32_t pressure;  /* ll_pressure_kind */
     int32_t reserved;
-    int64_t backtrace;      /* order 1 to 3 */
-    int64_t sweeps;         /* limit of the pressure solver */
-    int64_t substeps;       /* per step; 0: by `cfl` */
-    double tolerance;       /* of the pressure solver, relative */
-    double relaxation;      /* 0: the solver's own */
-    double cfl;             /* cells */
-    double viscosity_scale; /* factor of the scene's viscosity */
-    double confinement;     /* vorticity confinement */
-    bool clamp;             /* maccormack and bfecc stay within the values that they interpolate */
-    bool keep_mass;         /* of the dye */
+    int64_t backtrace;            /* order 1 to 3 */
+    int64_t sweeps;               /* limit of the pressure solver */
+    int64_t substeps;             /* per step; 0: by `cfl` */
+    double tolerance;             /* of the pressure solver, relative */
+    double relaxation;            /* 0: the solver's own */
+    double cfl;                   /* cells */
+    double viscosity_scale;       /* factor of the scene's viscosity */
+    double vorticity_confinement; /* vorticity confinement */
+    bool limiter;                 /* maccormack and bfecc stay within the values that they interpolate */
+    bool conserve_mass;           /* of the dye */
     uint8_t padding[6];
 } ll_grid_solver;
 

@@ -94,7 +94,7 @@ int ll_grid_numbers(const void *block, ll_fluid_number *out)
         {"sweeps_mean", g->solves > 0 ? (double)g->sweeps / (double)g->solves : 0},
         {"steps", (double)g->steps},
         {"bytes", (double)g->size},
-        {"visits", visits(g)},
+        {"cell_visits", visits(g)},
     };
     int count = sizeof all / sizeof all[0];
     for (int i = 0; i < count; i++)

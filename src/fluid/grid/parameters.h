@@ -24,15 +24,15 @@
 #define LL_GRID_ROWS(advection_, splitting_, pressure_, tolerance_, cfl_)                                    \
     LL_GRID_CHOICE(advection, ll_advection_names, advection_, "Advection scheme of velocities and dye."),    \
         LL_GRID_INT(backtrace, 1, 3, 2, "Order of the trace back in time, for all schemes but central."),    \
-        {.name = "clamp",                                                                                    \
+        {.name = "limiter",                                                                                  \
          .type = LL_PARAM_BOOL,                                                                              \
-         .offset = offsetof(ll_grid_solver, clamp),                                                          \
+         .offset = offsetof(ll_grid_solver, limiter),                                                        \
          .default_value = 1,                                                                                 \
          .live = true,                                                                                       \
          .help = "Clamp maccormack and bfecc to the values that they interpolate."},                         \
-        {.name = "keep_mass",                                                                                \
+        {.name = "conserve_mass",                                                                            \
          .type = LL_PARAM_BOOL,                                                                              \
-         .offset = offsetof(ll_grid_solver, keep_mass),                                                      \
+         .offset = offsetof(ll_grid_solver, conserve_mass),                                                  \
          .default_value = 1,                                                                                 \
          .live = true,                                                                                       \
          .help = "Conserve the dye's mass: spread the gain or loss of advection over values that have "      \
@@ -49,7 +49,7 @@
         LL_GRID_REAL(cfl, 0.01, 100, cfl_, "CFL number: cells that anything may move per substep."),         \
         LL_GRID_INT(substeps, 0, 1000, 0, "Substeps per step; 0: as many as cfl needs."),                    \
         LL_GRID_REAL(viscosity_scale, 0, 1000, 1, "Factor of the scene's viscosity."),                       \
-        LL_GRID_REAL(confinement, 0, 10, 0,                                                                  \
+        LL_GRID_REAL(vorticity_confinement, 0, 10, 0,                                                        \
                      "Vorticity confinement: strength of the force that restores vortices.")
 
 extern const char *const ll_splitting_names[LL_SPLITTINGS + 1];

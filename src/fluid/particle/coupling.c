@@ -21,8 +21,8 @@ void ll_particle_body_place(ll_particles *p)
         double rx = c * l[0] - s * l[1], ry = s * l[0] + c * l[1];
         x[b] = body->x + rx;
         y[b] = body->y + ry;
-        u[b] = body->u - body->spin * ry;
-        v[b] = body->v + body->spin * rx;
+        u[b] = body->u - body->angular_velocity * ry;
+        v[b] = body->v + body->angular_velocity * rx;
     }
 }
 
@@ -44,7 +44,7 @@ void ll_particle_body_push(ll_particles *p, double dt)
     }
     body->u += dt * p->mass * fx / body->mass;
     body->v += dt * p->mass * fy / body->mass;
-    body->spin += dt * p->mass * torque / body->inertia;
+    body->angular_velocity += dt * p->mass * torque / body->inertia;
 }
 
 /* Clamps the position to [0, size] at sides with walls. */
@@ -70,7 +70,7 @@ void ll_particle_body_move(ll_particles *p, double dt)
     body->v += dt * p->params.gravity_y;
     body->x += dt * body->u;
     body->y += dt * body->v;
-    body->angle += dt * body->spin;
+    body->angle += dt * body->angular_velocity;
     double c = ll_cos(body->angle), s = ll_sin(body->angle);
     double w = setup->body.width / 2, h = setup->body.height / 2;
     hold(&body->x, &body->u, __builtin_fabs(c) * w + __builtin_fabs(s) * h, setup->width,

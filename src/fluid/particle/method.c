@@ -90,7 +90,7 @@ static int numbers(const void *block, ll_fluid_number *out)
         {"particles", s.fluid},
         {"substeps", (double)s.substeps},
         {"iterations", (double)s.iterations},
-        {"visits", (double)s.iterations * s.fluid}, /* particle visits: the unit of cost */
+        {"cell_visits", (double)s.iterations * s.fluid}, /* particle visits: the unit of cost */
         {"body_x_m", b.x},
         {"body_y_m", b.y},
         {"body_angle_rad", b.angle},

@@ -129,10 +129,10 @@ typedef struct ll_particle_view { /* arrays of `count`; valid until the next ste
 
 ll_particle_view ll_particles_view(const ll_particles *p);
 
-typedef struct ll_particle_body { /* the moving body */
-    double x, y, angle;           /* m, rad */
-    double u, v, spin;            /* m/s, rad/s */
-    double mass, inertia;         /* 0: no body */
+typedef struct ll_particle_body {  /* the moving body */
+    double x, y, angle;            /* m, rad */
+    double u, v, angular_velocity; /* m/s, rad/s */
+    double mass, inertia;          /* 0: no body */
 } ll_particle_body;
 
 ll_particle_body ll_particles_body(const ll_particles *p);

@@ -15,9 +15,9 @@
 #include "game/core/history.h"
 
 typedef struct ll_compensation {
-    double max_rewind_ms, rewind_tolerance_ms, shell_forward_ms;
-    int32_t rifle, shell; /* indices into ll_rifle_policies and ll_shell_families */
-    int32_t shell_trace;  /* ll_trace */
+    double max_rewind_ms, rewind_tolerance_ms, projectile_forward_ms;
+    int32_t rifle, shell;     /* indices into ll_rifle_policies and ll_shell_families */
+    int32_t projectile_trace; /* ll_trace */
     int32_t reserved;
 } ll_compensation;
 
@@ -45,11 +45,11 @@ typedef struct ll_shot {
     int16_t claim; /* body that the client claims to hit, or LL_NOBODY */
     uint16_t tag;  /* of a projectile */
     ll_point from, direction;
-    ll_time now;     /* of the world that it hits */
-    ll_time seen;    /* view time of the shooter, limited by the rules */
-    bool looks_back; /* the policy or family uses `seen` */
-    bool clamped;    /* limited by max_rewind_ms */
-    bool distrusted; /* the stated view age was rejected */
+    ll_time now;             /* of the world that it hits */
+    ll_time seen;            /* view time of the shooter, limited by the rules */
+    bool looks_back;         /* the policy or family uses `seen` */
+    bool clamped;            /* limited by max_rewind_ms */
+    bool view_time_rejected; /* the stated view age was rejected */
 } ll_shot;
 
 /* What a shot is judged in. */

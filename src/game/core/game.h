@@ -28,10 +28,10 @@ typedef enum ll_entity_flag {
 } ll_entity_flag;
 
 typedef struct ll_entity {
-    double x, y;   /* m */
-    double vx, vy; /* m/s */
-    double angle;  /* rad */
-    double spin;   /* rad/s */
+    double x, y;             /* m */
+    double vx, vy;           /* m/s */
+    double angle;            /* rad */
+    double angular_velocity; /* rad/s */
     uint64_t flags;
 } ll_entity;
 

@@ -240,7 +240,7 @@ static ll_floor_body body_of(const ll_world *world, const crates_params *p, int 
                        .angle = e->angle,
                        .vx = e->vx,
                        .vy = e->vy,
-                       .spin = e->spin,
+                       .angular_velocity = e->angular_velocity,
                        .unsettled = (e->flags & LL_ENTITY_UNSETTLED) != 0};
     if (i < world->players) {
         b.round = true;
@@ -275,13 +275,13 @@ static void to_entity(const ll_floor_body *b, ll_entity *e)
     e->angle = b->angle;
     e->vx = b->vx;
     e->vy = b->vy;
-    e->spin = b->spin;
+    e->angular_velocity = b->angular_velocity;
     e->flags = b->unsettled ? LL_ENTITY_UNSETTLED : 0;
 }
 
 static bool at_rest(const ll_entity *e)
 {
-    return e->vx == 0 && e->vy == 0 && e->spin == 0 && !(e->flags & LL_ENTITY_UNSETTLED);
+    return e->vx == 0 && e->vy == 0 && e->angular_velocity == 0 && !(e->flags & LL_ENTITY_UNSETTLED);
 }
 
 static void score(ll_world *world, const ll_floor_body *bodies)
@@ -346,7 +346,7 @@ static void step_own(ll_world *world, const ll_game_env *env, int player, const 
             continue;
         ll_floor_body *b = &bodies[count++];
         *b = body_of(world, params_of(env), i, NULL);
-        b->inverse_mass = b->inverse_inertia = b->vx = b->vy = b->spin = 0;
+        b->inverse_mass = b->inverse_inertia = b->vx = b->vy = b->angular_velocity = 0;
     }
     ll_floor_step(env, floor, bodies, count);
     to_entity(&bodies[0], &world->entity[player]);

@@ -48,8 +48,8 @@ double ll_floor_margin(const ll_game_env *env, const ll_floor *floor)
 
 static bool moves(const ll_floor_body *b)
 {
-    return b->inverse_mass > 0 && (b->vx != 0 || b->vy != 0 || b->spin != 0 || b->wanted_vx != 0 ||
-                                   b->wanted_vy != 0 || b->unsettled);
+    return b->inverse_mass > 0 && (b->vx != 0 || b->vy != 0 || b->angular_velocity != 0 ||
+                                   b->wanted_vx != 0 || b->wanted_vy != 0 || b->unsettled);
 }
 
 /* Walls that a body may reach within the step: bits in the order of add_floor. */
@@ -168,7 +168,7 @@ static void add_body(work *w, ll_rigid *world, int k)
     def.position = (ll_vec2){b->x, b->y};
     def.angle = b->angle;
     def.velocity = (ll_vec2){b->vx, b->vy};
-    def.spin = b->spin;
+    def.angular_velocity = b->angular_velocity;
     def.fixed_rotation = b->inverse_inertia == 0;
     must(b->round ? ll_shape_circle((ll_vec2){0, 0}, b->half, &outline)
                   : ll_shape_box(2 * b->half, 2 * b->half, (ll_vec2){0, 0}, 0, &outline));
@@ -248,12 +248,12 @@ static void take(const work *w, ll_floor_body *b, const ll_body_state *s)
     double dx = s->position.x - b->x, dy = s->position.y - b->y, turn = s->angle - b->angle;
     double share = speed > top ? top / speed : 1, mean = ll_sqrt(dx * dx + dy * dy) / dt;
     bool held = b->grip > 0 && b->wanted_vx == 0 && b->wanted_vy == 0 &&
-                speed + magnitude(s->spin) * ll_floor_bound(b) < REST;
+                speed + magnitude(s->angular_velocity) * ll_floor_bound(b) < REST;
     b->vx = held ? 0 : share * s->velocity.x;
     b->vy = held ? 0 : share * s->velocity.y;
-    b->spin = held ? 0 : ll_clamp(s->spin, -top_spin, top_spin);
+    b->angular_velocity = held ? 0 : ll_clamp(s->angular_velocity, -top_spin, top_spin);
     b->unsettled = false;
-    if (b->vx == 0 && b->vy == 0 && b->spin == 0) {
+    if (b->vx == 0 && b->vy == 0 && b->angular_velocity == 0) {
         if (magnitude(dx) < STILL && magnitude(dy) < STILL && magnitude(turn) < STILL)
             return;
         b->unsettled = true;
@@ -268,8 +268,10 @@ static void take(const work *w, ll_floor_body *b, const ll_body_state *s)
 static ll_body_state slide(const work *w, const ll_floor_body *b)
 {
     double h = w->env->dt / w->floor->substeps, most = b->grip * h, most_spin = b->grip_spin * h;
-    ll_body_state s = {
-        .position = {b->x, b->y}, .angle = b->angle, .velocity = {b->vx, b->vy}, .spin = b->spin};
+    ll_body_state s = {.position = {b->x, b->y},
+                       .angle = b->angle,
+                       .velocity = {b->vx, b->vy},
+                       .angular_velocity = b->angular_velocity};
     for (int k = 0; k < w->floor->substeps; k++) {
         double dx = b->wanted_vx - s.velocity.x, dy = b->wanted_vy - s.velocity.y,
                size = ll_sqrt(dx * dx + dy * dy);
@@ -278,10 +280,10 @@ static ll_body_state slide(const work *w, const ll_floor_body *b)
         else
             s.velocity = (ll_vec2){ll_mul_add(w->env, most / size, dx, s.velocity.x),
                                    ll_mul_add(w->env, most / size, dy, s.velocity.y)};
-        s.spin -= ll_clamp(s.spin, -most_spin, most_spin);
+        s.angular_velocity -= ll_clamp(s.angular_velocity, -most_spin, most_spin);
         s.position = (ll_vec2){ll_mul_add(w->env, s.velocity.x, h, s.position.x),
                                ll_mul_add(w->env, s.velocity.y, h, s.position.y)};
-        s.angle = ll_mul_add(w->env, s.spin, h, s.angle);
+        s.angle = ll_mul_add(w->env, s.angular_velocity, h, s.angle);
     }
     return s;
 }

@@ -24,7 +24,7 @@
 
 typedef struct ll_floor_body {
     double x, y, angle;                   /* m, rad */
-    double vx, vy, spin;                  /* m/s, rad/s */
+    double vx, vy, angular_velocity;      /* m/s, rad/s */
     double wanted_vx, wanted_vy;          /* m/s */
     double grip, grip_spin;               /* m/s2, rad/s2: largest change of both velocities by the floor */
     double half;                          /* m: radius of a disc, half the side of a box */

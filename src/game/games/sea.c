@@ -196,10 +196,11 @@ static void sail(ll_entity *e, const ll_game_env *env, const water *w, double th
     double slope = (b.height - s.height) / p->boat, turn = (b.v - s.v) / p->boat;
     e->vx += ll_clamp(p->speed * throttle - e->vx, -most, most);
     e->vy = ll_mul_add(env, stiff * (level - e->y) + p->damping * (rise - e->vy), dt, e->vy);
-    e->spin = ll_mul_add(env, stiff * (slope - e->angle) + p->damping * (turn - e->spin), dt, e->spin);
+    e->angular_velocity = ll_mul_add(
+        env, stiff * (slope - e->angle) + p->damping * (turn - e->angular_velocity), dt, e->angular_velocity);
     e->x = ll_mul_add(env, e->vx, dt, e->x);
     e->y = ll_mul_add(env, e->vy, dt, e->y);
-    e->angle = ll_mul_add(env, e->spin, dt, e->angle);
+    e->angle = ll_mul_add(env, e->angular_velocity, dt, e->angle);
     double kept = ll_clamp(e->x, p->boat / 2, p->length - p->boat / 2);
     if (kept != e->x)
         e->vx = 0;

@@ -256,7 +256,7 @@ static void init(ll_world *world, const ll_game_env *env, const int32_t *lanes)
                                                         .angle = b.angle,
                                                         .vx = b.velocity.x,
                                                         .vy = b.velocity.y,
-                                                        .spin = b.spin};
+                                                        .angular_velocity = b.angular_velocity};
     }
 }
 
@@ -296,13 +296,15 @@ static void step_own(ll_world *world, const ll_game_env *env, int player, const 
 
 static bool at_rest(const ll_entity *e)
 {
-    return e->vx == 0 && e->vy == 0 && e->spin == 0;
+    return e->vx == 0 && e->vy == 0 && e->angular_velocity == 0;
 }
 
 static ll_status put(ll_rigid *rigid, ll_body_id id, const ll_entity *e)
 {
     ll_status status = ll_rigid_set_pose(rigid, id, (ll_vec2){e->x, e->y}, e->angle);
-    return ll_failed(&status) ? status : ll_rigid_set_velocity(rigid, id, (ll_vec2){e->vx, e->vy}, e->spin);
+    return ll_failed(&status)
+               ? status
+               : ll_rigid_set_velocity(rigid, id, (ll_vec2){e->vx, e->vy}, e->angular_velocity);
 }
 
 static ll_status add_ball(ll_rigid *rigid, const ll_game_env *env, const ll_entity *e, ll_body_id *id)
@@ -327,14 +329,14 @@ static ll_status add_ball(ll_rigid *rigid, const ll_game_env *env, const ll_enti
 static void take(ll_entity *e, const ll_game_env *env, const ll_body_state *s)
 {
     bool rests = ll_sqrt(s->velocity.x * s->velocity.x + s->velocity.y * s->velocity.y) < REST &&
-                 s->spin < REST && s->spin > -REST;
+                 s->angular_velocity < REST && s->angular_velocity > -REST;
     if (rests) {
-        e->vx = e->vy = e->spin = 0;
+        e->vx = e->vy = e->angular_velocity = 0;
         return;
     }
     *e = (ll_entity){.vx = s->velocity.x,
                      .vy = s->velocity.y,
-                     .spin = s->spin,
+                     .angular_velocity = s->angular_velocity,
                      .x = ll_mul_add(env, (s->position.x - e->x) / env->dt, env->dt, e->x),
                      .y = ll_mul_add(env, (s->position.y - e->y) / env->dt, env->dt, e->y),
                      .angle = s->angle};

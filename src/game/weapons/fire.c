@@ -14,8 +14,8 @@ static void look_back(ll_shot *shot, const ll_past *past, uint32_t view_age_ns, 
 {
     ll_time age = view_age_ns, oldest = past->measured[shot->shooter] + past->buffer;
     ll_time tolerance = ll_ms(past->rules->rewind_tolerance_ms), most = ll_ms(past->rules->max_rewind_ms);
-    shot->distrusted = age > oldest + tolerance;
-    if (shot->distrusted)
+    shot->view_time_rejected = age > oldest + tolerance;
+    if (shot->view_time_rejected)
         age = oldest;
     ll_time start = ll_history_time(past->history, 0), seen = now - age;
     shot->clamped = shot->looks_back && seen < shot->now - most;
@@ -178,7 +178,7 @@ static bool unclaimed(const ll_field *field, const ll_flight *flight, double s)
 static ll_flight_hit meet(const ll_field *field, int shooter, const ll_flight *flight, double s0, double s1,
                           const ll_point *after)
 {
-    if (!field->past || field->past->rules->shell_trace == LL_TRACE_PARABOLA)
+    if (!field->past || field->past->rules->projectile_trace == LL_TRACE_PARABOLA)
         return ll_arena_flight(field->arena, shooter, flight, s0, s1, field->present, after);
     ll_flight chord = ll_flight_chord(flight, s0, s1);
     ll_flight_hit m = ll_arena_flight(field->arena, shooter, &chord, 0, s1 - s0, field->present, after);

@@ -37,5 +37,6 @@ ll_flight_hit ll_flight_through(const ll_arena *arena, const ll_history *history
 
 ll_flight ll_traced(const ll_past *past, const ll_flight *flight, double s)
 {
-    return past && past->rules->shell_trace == LL_TRACE_STRAIGHT ? ll_flight_chord(flight, 0, s) : *flight;
+    return past && past->rules->projectile_trace == LL_TRACE_STRAIGHT ? ll_flight_chord(flight, 0, s)
+                                                                      : *flight;
 }

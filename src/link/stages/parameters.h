@@ -96,21 +96,21 @@ typedef struct ll_link_stats {
     int64_t sent, lost; /* lost: includes copies */
     int64_t lost_copies;
     int64_t lost_in_blackouts; /* includes copies */
-    int64_t loss_bursts;   /* runs of lost packets: their mean length is (lost - lost_copies) / loss_bursts */
-    int64_t duplicated;    /* copies drawn */
-    int64_t rescued;       /* losses of one of two copies; the other then had no draw */
-    int64_t overflowed;    /* packets and copies beyond the link's slots and arena */
-    int64_t queue_drops;   /* packets and copies beyond limit_packets or limit_ms */
-    int64_t corrupted;     /* includes copies */
-    int64_t delivered;     /* messages, including copies */
-    int64_t reordered;     /* deliveries after a message sent later */
-    int64_t sent_ahead;    /* by the stage `reorder`; includes copies */
-    int64_t bytes;         /* of all messages, without copies and headers */
-    int64_t messages_lost; /* not received, or not completely, for any reason */
-    int64_t split;         /* messages of more than one packet */
-    int64_t split_lost;    /* of these */
-    int64_t fragments;     /* their packets */
-    int64_t fragments_lost; /* neither they nor their copies arrived */
+    int64_t loss_bursts; /* runs of lost packets: their mean length is (lost - lost_copies) / loss_bursts */
+    int64_t duplicated;  /* copies drawn */
+    int64_t rescued;     /* losses of one of two copies; the other then had no draw */
+    int64_t overflowed;  /* packets and copies beyond the link's slots and arena */
+    int64_t queue_drops; /* packets and copies beyond limit_packets or limit_ms */
+    int64_t corrupted;   /* includes copies */
+    int64_t delivered;   /* messages, including copies */
+    int64_t reordered;   /* deliveries after a message sent later */
+    int64_t reordered_ahead; /* by the stage `reorder`; includes copies */
+    int64_t bytes;           /* of all messages, without copies and headers */
+    int64_t messages_lost;   /* not received, or not completely, for any reason */
+    int64_t split;           /* messages of more than one packet */
+    int64_t split_lost;      /* of these */
+    int64_t fragments;       /* their packets */
+    int64_t fragments_lost;  /* neither they nor their copies arrived */
     double delay_sum_ms, delay_sum_squares;
     double delay_min_ms, delay_max_ms; /* the minimum is 1e9 before the first */
     double delay_step_squares;         /* of the differences of the delays of successive packets */

@@ -14,5 +14,5 @@ void ll_stage_reorder(ll_passage *p, ll_memory *m, ll_link_stats *stats)
         return;
     p->reordered = true;
     p->delay_ms = p->lag_ms;
-    stats->sent_ahead++;
+    stats->reordered_ahead++;
 }

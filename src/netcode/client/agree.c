@@ -47,7 +47,8 @@ static bool entity_agrees(const ll_agreement *a, int i, const ll_entity *p, cons
         return false;
     double place = length(beyond(p->x, q->x, s.m), beyond(p->y, q->y, s.m));
     double velocity = length(beyond(p->vx, q->vx, s.mps), beyond(p->vy, q->vy, s.mps));
-    double angle = beyond(p->angle, q->angle, s.rad), spin = beyond(p->spin, q->spin, s.radps);
+    double angle = beyond(p->angle, q->angle, s.rad),
+           spin = beyond(p->angular_velocity, q->angular_velocity, s.radps);
     return place + a->horizon_s * velocity <= a->tolerance_m && angle + a->horizon_s * spin <= a->tolerance_m;
 }
 

@@ -75,7 +75,7 @@ static void count(ll_shot_tally *t, const ll_shots *shots, const ll_shot_record 
     t->on_players += server != LL_NOBODY && server < shots->arena.players;
     t->behind_cover += (r->flags & LL_SHOT_BEHIND_COVER) != 0;
     t->clamped += (r->flags & LL_SHOT_CLAMPED) != 0;
-    t->distrusted += (r->flags & LL_SHOT_DISTRUSTED) != 0;
+    t->view_time_rejected += (r->flags & LL_SHOT_DISTRUSTED) != 0;
 }
 
 static void speak(ll_shots *shots, int player, ll_shot_record *r, ll_judge judge, int body)
@@ -126,9 +126,9 @@ static void take(ll_shot_stats *m, ll_shot_record *r, const ll_hit_result *j)
     r->judged = j->shot->now;
     r->muzzle = j->shot->from;
     r->number = j->number;
-    r->flags |=
-        (uint8_t)(LL_SHOT_TAKEN | (j->shot->looks_back ? LL_SHOT_LOOKED_BACK : 0) |
-                  (j->shot->clamped ? LL_SHOT_CLAMPED : 0) | (j->shot->distrusted ? LL_SHOT_DISTRUSTED : 0));
+    r->flags |= (uint8_t)(LL_SHOT_TAKEN | (j->shot->looks_back ? LL_SHOT_LOOKED_BACK : 0) |
+                          (j->shot->clamped ? LL_SHOT_CLAMPED : 0) |
+                          (j->shot->view_time_rejected ? LL_SHOT_DISTRUSTED : 0));
 }
 
 static void measure_rollback(const ll_shots *shots, ll_shot_stats *m, const ll_shot_record *r, int body,

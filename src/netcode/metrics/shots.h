@@ -52,7 +52,7 @@ typedef struct ll_shot_tally {
     int64_t false_hits, false_misses; /* of the server against the view */
     int64_t kept;                     /* hits in the view that counted */
     int64_t on_players, behind_cover; /* hits that counted */
-    int64_t clamped, distrusted;
+    int64_t clamped, view_time_rejected;
 } ll_shot_tally;
 
 /* What is kept of one player. */

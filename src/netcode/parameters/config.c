@@ -94,7 +94,7 @@ static const ll_param server_rows[] = {
      .unit = "ticks",
      .live = true,
      .help = "So long repeat_n repeats."},
-    {.name = "rifle",
+    {.name = "hitscan",
      .type = LL_PARAM_CHOICE,
      .offset = offsetof(ll_server_config, compensation.rifle),
      .choices = ll_rifle_names,
@@ -102,7 +102,7 @@ static const ll_param server_rows[] = {
      .live = true,
      .help = "How shots of a rifle are judged: none against the server's present, rewind against the targets "
              "where the shooter saw them, trust as the client says (insecure)."},
-    {.name = "shell",
+    {.name = "projectile",
      .type = LL_PARAM_CHOICE,
      .offset = offsetof(ll_server_config, compensation.shell),
      .choices = ll_shell_names,
@@ -111,11 +111,12 @@ static const ll_param server_rows[] = {
      .help =
          "How shells are judged: none (A) starts them at the server's present, fast_forward (B) puts them "
          "where the shooter has them, among the targets of the present, rewind (C) lets shell and targets go "
-         "together from the time that the shooter saw, partial (D) forwards by at most shell_forward_ms, "
+         "together from the time that the shooter saw, partial (D) forwards by at most "
+         "projectile_forward_ms, "
          "trust takes the client's word (insecure)."},
-    {.name = "shell_trace",
+    {.name = "projectile_trace",
      .type = LL_PARAM_CHOICE,
-     .offset = offsetof(ll_server_config, compensation.shell_trace),
+     .offset = offsetof(ll_server_config, compensation.projectile_trace),
      .choices = ll_trace_names,
      .live = true,
      .help =
@@ -139,15 +140,15 @@ static const ll_param server_rows[] = {
      .help =
          "A client draws its newest state, whose age the server measures, or up to two updates before it. "
          "When the age of view that it states is more than this beyond, the measured one counts."},
-    {.name = "shell_forward_ms",
+    {.name = "projectile_forward_ms",
      .type = LL_PARAM_REAL,
-     .offset = offsetof(ll_server_config, compensation.shell_forward_ms),
+     .offset = offsetof(ll_server_config, compensation.projectile_forward_ms),
      .max = 1000,
      .default_value = 100,
      .unit = "ms",
      .live = true,
      .help = "The most that the shell family partial forwards."},
-    {.name = "snapshot",
+    {.name = "snapshot_encoding",
      .type = LL_PARAM_CHOICE,
      .offset = offsetof(ll_server_config, snapshot),
      .choices = ll_codec_names,
@@ -531,7 +532,7 @@ static const ll_param player_rows[] = {
              "with weapons a view of half a second before, presses without pause, or a claim that every "
              "rifle shot "
              "hits."},
-    {.name = "hardware",
+    {.name = "float_mode",
      .type = LL_PARAM_CHOICE,
      .offset = offsetof(ll_player_config, hardware),
      .choices = ll_hardware_names,

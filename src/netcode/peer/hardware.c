@@ -27,7 +27,7 @@ static void store_floats(ll_world *world, int player, int64_t tick)
         store_float(&e->vx);
         store_float(&e->vy);
         store_float(&e->angle);
-        store_float(&e->spin);
+        store_float(&e->angular_velocity);
     }
 }
 

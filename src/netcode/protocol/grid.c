@@ -22,7 +22,7 @@ ll_cell ll_cell_of(const ll_entity *e, const ll_quantization *grid)
         .vx = steps(e->vx, grid->mps, &fits),
         .vy = steps(e->vy, grid->mps, &fits),
         .angle = steps(e->angle, grid->rad, &fits),
-        .spin = steps(e->spin, grid->radps, &fits),
+        .angular_velocity = steps(e->angular_velocity, grid->radps, &fits),
         .flags = e->flags,
     };
     return fits ? cell : (ll_cell){.x = LL_OFF_GRID};
@@ -36,7 +36,7 @@ ll_entity ll_cell_entity(const ll_cell *cell, const ll_quantization *grid)
         .vx = cell->vx * (double)grid->mps,
         .vy = cell->vy * (double)grid->mps,
         .angle = cell->angle * (double)grid->rad,
-        .spin = cell->spin * (double)grid->radps,
+        .angular_velocity = cell->angular_velocity * (double)grid->radps,
         .flags = cell->flags,
     };
 }

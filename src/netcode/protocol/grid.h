@@ -17,7 +17,7 @@ typedef struct ll_quantization {
 /* An entity in steps. `x` is LL_OFF_GRID for one with a member that is not finite or 2^31 steps and more from
  * zero: it travels to the bit. */
 typedef struct ll_cell {
-    int32_t x, y, vx, vy, angle, spin;
+    int32_t x, y, vx, vy, angle, angular_velocity;
     uint64_t flags;
 } ll_cell;
 
@@ -34,5 +34,5 @@ static inline bool ll_cell_fits(const ll_cell *cell)
 
 static inline bool ll_cell_rests(const ll_cell *cell)
 {
-    return cell->vx == 0 && cell->vy == 0 && cell->spin == 0;
+    return cell->vx == 0 && cell->vy == 0 && cell->angular_velocity == 0;
 }

@@ -66,7 +66,7 @@ void ll_put_cell(ll_bit_writer *w, const ll_cell *c, const ll_cell *from)
     if (!rests) {
         ll_bits_put_signed(w, (int64_t)c->vx - from->vx);
         ll_bits_put_signed(w, (int64_t)c->vy - from->vy);
-        ll_bits_put_signed(w, (int64_t)c->spin - from->spin);
+        ll_bits_put_signed(w, (int64_t)c->angular_velocity - from->angular_velocity);
     }
     ll_bits_put(w, c->flags != from->flags, 1);
     if (c->flags != from->flags)
@@ -96,7 +96,7 @@ bool ll_get_cell(ll_bit_reader *r, const ll_cell *from, ll_cell *c)
     if (!ll_bits_get(r, 1)) {
         c->vx = get_steps(r, from->vx, &fits);
         c->vy = get_steps(r, from->vy, &fits);
-        c->spin = get_steps(r, from->spin, &fits);
+        c->angular_velocity = get_steps(r, from->angular_velocity, &fits);
     }
     if (ll_bits_get(r, 1))
         c->flags = ll_bits_get_number(r);
@@ -119,7 +119,7 @@ ll_status ll_decoded(ll_bit_reader *r, const ll_world *world)
                         (long long)r->size);
     for (int i = 0; i < world->entities; i++) {
         const ll_entity *e = &world->entity[i];
-        double sum = e->x + e->y + e->vx + e->vy + e->angle + e->spin;
+        double sum = e->x + e->y + e->vx + e->vy + e->angle + e->angular_velocity;
         if (sum - sum != 0)
             return ll_error(LL_BAD_INPUT,
                             "every member of an entity must be finite; entity %d has one that is not", i);

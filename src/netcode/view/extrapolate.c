@@ -12,5 +12,5 @@ void ll_extrapolate(const ll_client_setup *s, const ll_entity *from, double dt, 
     }
     out->x += from->vx * dt;
     out->y += from->vy * dt;
-    out->angle += from->spin * dt;
+    out->angle += from->angular_velocity * dt;
 }

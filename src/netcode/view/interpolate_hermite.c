@@ -17,7 +17,8 @@ static void between(const ll_entity *a, const ll_entity *b, double alpha, double
 {
     cubic(a->x, a->vx, b->x, b->vx, alpha, span_s, &out->x, &out->vx);
     cubic(a->y, a->vy, b->y, b->vy, alpha, span_s, &out->y, &out->vy);
-    cubic(a->angle, a->spin, b->angle, b->spin, alpha, span_s, &out->angle, &out->spin);
+    cubic(a->angle, a->angular_velocity, b->angle, b->angular_velocity, alpha, span_s, &out->angle,
+          &out->angular_velocity);
 }
 
 const ll_interpolation ll_interpolation_hermite = {

@@ -11,7 +11,7 @@ static void between(const ll_entity *a, const ll_entity *b, double alpha, double
     out->vx = a->vx + alpha * (b->vx - a->vx);
     out->vy = a->vy + alpha * (b->vy - a->vy);
     out->angle = a->angle + alpha * (b->angle - a->angle);
-    out->spin = a->spin + alpha * (b->spin - a->spin);
+    out->angular_velocity = a->angular_velocity + alpha * (b->angular_velocity - a->angular_velocity);
 }
 
 const ll_interpolation ll_interpolation_linear = {

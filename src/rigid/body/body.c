@@ -122,18 +122,18 @@ static ll_status check_body(const ll_body_def *def)
         return ll_field_error(LL_BAD_INPUT, "type", "type: must be static, kinematic or dynamic; got %d.",
                               def->type);
     static const char *const fields[] = {"position.x",    "position.y", "angle",
-                                         "velocity.x",    "velocity.y", "spin",
-                                         "gravity_scale", "damping",    "spin_damping"};
+                                         "velocity.x",    "velocity.y", "angular_velocity",
+                                         "gravity_scale", "damping",    "angular_damping"};
     const double values[] = {def->position.x,    def->position.y, def->angle,
-                             def->velocity.x,    def->velocity.y, def->spin,
-                             def->gravity_scale, def->damping,    def->spin_damping};
+                             def->velocity.x,    def->velocity.y, def->angular_velocity,
+                             def->gravity_scale, def->damping,    def->angular_damping};
     ll_status status = ll_check_numbers(2, fields, values, LL_WORLD_MAX);
     if (!ll_failed(&status))
         status = ll_check_numbers(7, fields + 2, values + 2, 1e6);
-    if (!ll_failed(&status) && (def->damping < 0 || def->spin_damping < 0))
+    if (!ll_failed(&status) && (def->damping < 0 || def->angular_damping < 0))
         status = ll_field_error(LL_BAD_INPUT, "damping",
-                                "damping, spin_damping: both must be at least 0; got %g and %g.",
-                                def->damping, def->spin_damping);
+                                "damping, angular_damping: both must be at least 0; got %g and %g.",
+                                def->damping, def->angular_damping);
     return status;
 }
 
@@ -153,7 +153,7 @@ ll_status ll_rigid_add_body(ll_rigid *w, const ll_body_def *def, ll_body_id *out
     ll_bodies(w)[i] = (ll_body){.angle = def->angle,
                                 .gravity_scale = def->gravity_scale,
                                 .damping = def->damping,
-                                .spin_damping = def->spin_damping,
+                                .angular_damping = def->angular_damping,
                                 .generation = generation,
                                 .type = def->type,
                                 .shape = LL_NONE,
@@ -166,8 +166,8 @@ ll_status ll_rigid_add_body(ll_rigid *w, const ll_body_def *def, ll_body_id *out
                                 .bullet = def->bullet != 0};
     bool moves = def->type != LL_BODY_STATIC;
     ll_poses(w)[i] = (ll_pose){def->position, {ll_cos(def->angle), ll_sin(def->angle)}};
-    ll_solver_bodies(w)[i] =
-        (ll_solver_body){.v = moves ? def->velocity : ll_vec(0, 0), .w = moves ? def->spin : 0, .q = {1, 0}};
+    ll_solver_bodies(w)[i] = (ll_solver_body){
+        .v = moves ? def->velocity : ll_vec(0, 0), .w = moves ? def->angular_velocity : 0, .q = {1, 0}};
     w->bodies++;
     w->bullets += def->bullet != 0;
     if (moves)
@@ -364,7 +364,7 @@ ll_status ll_rigid_get_body(const ll_rigid *w, ll_body_id id, ll_body_state *out
     *out = (ll_body_state){.position = ll_to_world(ll_poses(w)[i], b->origin),
                            .angle = b->angle,
                            .velocity = m->v,
-                           .spin = m->w,
+                           .angular_velocity = m->w,
                            .centre = ll_poses(w)[i].p,
                            .mass = b->mass,
                            .inertia = b->inertia,

@@ -51,23 +51,23 @@ typedef enum ll_simd { LL_SIMD_AUTO, LL_SIMD_SCALAR, LL_SIMD_SSE2, LL_SIMD_AVX2,
 
 /* Names, ranges and defaults: ll_rigid_table. */
 typedef struct ll_rigid_params {
-    double gravity_x, gravity_y; /* m/s^2 */
-    int32_t solver;              /* index into ll_rigid_solvers */
-    int32_t continuous;          /* ll_continuous */
-    int32_t volume;              /* ll_volume that collides instead of the shapes; needs limits.volumes */
-    int32_t simd;                /* ll_simd; auto: the widest of the CPU */
-    int64_t substeps;            /* of solvers with substeps */
-    int64_t iterations;          /* over the velocities, of solvers that iterate */
-    int64_t position_iterations; /* over the positions, of pgs_ngs */
-    double contact_hertz;        /* stiffness of contacts; at most an eighth of the substep rate is used */
-    double contact_damping;      /* damping ratio */
-    double push_speed;           /* m/s: largest speed at which an overlap is pushed apart */
-    double joint_hertz;          /* at most a quarter of the substep rate is used */
-    double joint_damping;        /* damping ratio */
-    double baumgarte;            /* fraction of an overlap that pgs corrects per step */
-    double restitution_speed;    /* m/s: slower impacts do not bounce */
+    double gravity_x, gravity_y;  /* m/s^2 */
+    int32_t solver;               /* index into ll_rigid_solvers */
+    int32_t continuous;           /* ll_continuous */
+    int32_t volume;               /* ll_volume that collides instead of the shapes; needs limits.volumes */
+    int32_t simd;                 /* ll_simd; auto: the widest of the CPU */
+    int64_t substeps;             /* of solvers with substeps */
+    int64_t iterations;           /* over the velocities, of solvers that iterate */
+    int64_t position_iterations;  /* over the positions, of pgs_ngs */
+    double contact_hertz;         /* stiffness of contacts; at most an eighth of the substep rate is used */
+    double contact_damping_ratio; /* damping ratio */
+    double contact_push_speed;    /* m/s: largest speed at which an overlap is pushed apart */
+    double joint_hertz;           /* at most a quarter of the substep rate is used */
+    double joint_damping_ratio;   /* damping ratio */
+    double baumgarte;             /* fraction of an overlap that pgs corrects per step */
+    double restitution_threshold; /* m/s: slower impacts do not bounce */
     double recycle_distance; /* m: largest relative motion of two bodies at which their manifold is kept */
-    double sleep_speed;      /* m/s: slower bodies may sleep after half a second */
+    double sleep_threshold;  /* m/s: slower bodies may sleep after half a second */
     bool warm_start, recycle, sleep;
 } ll_rigid_params;
 
@@ -96,9 +96,9 @@ typedef struct ll_body_def {
     ll_vec2 position;
     double angle;
     ll_vec2 velocity;
-    double spin;                  /* rad/s */
-    double gravity_scale;         /* 1 */
-    double damping, spin_damping; /* 1/s */
+    double angular_velocity;         /* rad/s */
+    double gravity_scale;            /* 1 */
+    double damping, angular_damping; /* 1/s */
     int32_t may_sleep, fixed_rotation;
 } ll_body_def;
 
@@ -131,7 +131,7 @@ typedef struct ll_body_state {
     ll_vec2 position; /* of the body frame's origin */
     double angle;     /* not wrapped */
     ll_vec2 velocity; /* of the centre of mass */
-    double spin;
+    double angular_velocity;
     ll_vec2 centre; /* of mass, in the world */
     double mass, inertia;
     int32_t type;

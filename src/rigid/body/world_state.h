@@ -30,7 +30,7 @@ typedef struct ll_body {
     double angle;
     double mass, inertia, inv_mass, inv_inertia;
     ll_vec2 origin; /* body frame's origin relative to the centre of mass */
-    double gravity_scale, damping, spin_damping;
+    double gravity_scale, damping, angular_damping;
     ll_vec2 force;
     double torque;
     double sleep_time;

@@ -95,9 +95,9 @@ static void ring_piece(ll_builder *b, ll_body_id body, double inner, double oute
 static ll_status washer(ll_rigid *w, const ll_scene_args *a)
 {
     ll_builder b = ll_build(w, a->friction);
-    b.body.spin = a->speed;
+    b.body.angular_velocity = a->speed;
     ll_body_id drum = ll_build_body(&b, LL_BODY_KINEMATIC, 0, 10, 0);
-    b.body.spin = 0;
+    b.body.angular_velocity = 0;
     const int walls = 36;
     double lap = pi / 180; /* overlap of the walls */
     for (int i = 0; i < walls; i++) {

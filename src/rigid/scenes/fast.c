@@ -75,7 +75,7 @@ static ll_status skinny_box(ll_rigid *w, const ll_scene_args *a)
     ll_build_box_on(&b, ground, 0.2, 2, 0, 1, 0);
     for (int64_t i = 0; i < a->size; i++) {
         b.body.velocity = ll_vec(0, -a->speed);
-        b.body.spin = i % 2 == 0 ? 50 : -50;
+        b.body.angular_velocity = i % 2 == 0 ? 50 : -50;
         ll_build_box(&b, 4, 0.01, 3 * ((double)i - 0.5 * (double)a->size), 8, 0.3 * (double)i);
     }
     return b.status;

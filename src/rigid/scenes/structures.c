@@ -144,7 +144,7 @@ static ll_status rugged_wall(ll_rigid *w, const ll_scene_args *a)
     b.material.restitution = 0.3;
     for (int i = 0; i < 12; i++) {
         b.body.velocity = ll_vec(a->speed, 0);
-        b.body.spin = i % 2 == 0 ? 3 : -3;
+        b.body.angular_velocity = i % 2 == 0 ? 3 : -3;
         if (i % 3 == 0)
             ll_build_circle(&b, 0.25, -4 - 0.5 * i, 1 + 0.9 * i);
         else
@@ -190,9 +190,9 @@ const ll_scene ll_scene_collapsing_stack = {
 static ll_status figure_5(ll_rigid *w, const ll_scene_args *a)
 {
     ll_builder b = ll_build(w, a->friction);
-    b.body.spin = a->speed;
+    b.body.angular_velocity = a->speed;
     ll_build_box(&b, 3, 1, -2.5, 0, 30 * degree);
-    b.body.spin = -a->speed;
+    b.body.angular_velocity = -a->speed;
     ll_build_box(&b, 3, 1, 2.5, 0, -50 * degree);
     return b.status;
 }

@@ -1,8 +1,9 @@
 /* Impacts, resolved before a (sub)step moves anything. Contacts that would meet within it, faster than
- * restitution_speed, are reversed one after the other until none approaches any more (the sequential law of
- * Smith, Kaufman, Vouga, Tamstorf, Grinspun, "Reflections on simultaneous impact", 2012). So an impact runs
- * through a row of bodies within the step, and the solver then finds only separating contacts. If restitution
- * were applied at the end of the step, the solver would first have shared out the momentum without it.
+ * restitution_threshold, are reversed one after the other until none approaches any more (the sequential law
+ * of Smith, Kaufman, Vouga, Tamstorf, Grinspun, "Reflections on simultaneous impact", 2012). So an impact
+ * runs through a row of bodies within the step, and the solver then finds only separating contacts. If
+ * restitution were applied at the end of the step, the solver would first have shared out the momentum
+ * without it.
  *
  * Bodies meet within the step, not at its beginning. Energy conservation gives the speed at the surface from
  * the speed here, and the speed here from the one after the rebound. Velocities are half a step behind the
@@ -136,7 +137,7 @@ static void apply_friction(const toi_event *m, const double normal[2])
 static bool meet(ll_rigid *w, int32_t contact, double h, double reach)
 {
     toi_event m = impact_of(w, contact);
-    double slowest = -w->params.restitution_speed, by[2] = {0}, p[2], nearest = INFINITY;
+    double slowest = -w->params.restitution_threshold, by[2] = {0}, p[2], nearest = INFINITY;
     bool meets[2] = {false, false};
     for (int k = 0; k < m.c->count; k++)
         if (speed_here(&m, k, h) < slowest && m.gap[k] + reach * (m.speed[k] + h * m.fall[k]) <= 0)
@@ -175,7 +176,7 @@ ll_bounces ll_begin_bounces(ll_rigid *w, ll_index_list contacts)
         toi_event m = impact_of(w, contacts.at[i]);
         bool fast = false;
         for (int k = 0; k < c->count; k++)
-            fast |= m.speed[k] - w->dt * fabs(m.fall[k]) < -w->params.restitution_speed;
+            fast |= m.speed[k] - w->dt * fabs(m.fall[k]) < -w->params.restitution_threshold;
         if (fast)
             list(w, &b, contacts.at[i]);
     }

@@ -23,7 +23,7 @@ void ll_prepare_body_steps(ll_rigid *w, ll_index_list bodies, double h)
             d->a = ll_madd(ll_scale(b->gravity_scale, gravity), b->inv_mass, b->force);
             d->angular_acceleration = b->inv_inertia * b->torque;
             d->keep = 1 / (1 + h * b->damping);
-            d->keep_angular = 1 / (1 + h * b->spin_damping);
+            d->keep_angular = 1 / (1 + h * b->angular_damping);
         }
     }
 }

@@ -65,7 +65,8 @@ static bool pass(ll_rigid *w, ll_contact_constraints rows, double baumgarte)
         for (int k = 0; k < r->count; k++) {
             double s = ll_constraint_separation(w, r, &r->at[k]);
             bias[k] = s > 0 ? s * rate
-                            : ll_max(baumgarte * rate * ll_min(0, s + LL_LINEAR_SLOP), -w->params.push_speed);
+                            : ll_max(baumgarte * rate * ll_min(0, s + LL_LINEAR_SLOP),
+                                     -w->params.contact_push_speed);
         }
         changed |= solve_friction(a, b, r);
         changed |= solve_normal(a, b, r, bias);

@@ -28,7 +28,7 @@ typedef struct ll_wide_contact {
 
 typedef struct ll_soft_pass {
     ll_softness soft;
-    double inverse_h, push_speed;
+    double inverse_h, contact_push_speed;
 } ll_soft_pass;
 
 typedef struct ll_soft_loops {

@@ -203,10 +203,11 @@ static void substep(ll_rigid *w, const ll_soft_loops *loops, ll_index_list bodie
     const ll_rigid_params *p = &w->params;
     double hertz = ll_min(p->contact_hertz, 0.125 / h);
     bool joints = w->joints > 0;
-    ll_softness stiff = ll_soft(ll_min(p->joint_hertz, 0.25 / h), p->joint_damping, h);
-    const ll_soft_pass push[2] = {{ll_soft(hertz, p->contact_damping, h), 1 / h, p->push_speed},
-                                  {ll_soft(2 * hertz, p->contact_damping, h), 1 / h, p->push_speed}};
-    const ll_soft_pass rest = {{0, 1, 0}, 1 / h, p->push_speed};
+    ll_softness stiff = ll_soft(ll_min(p->joint_hertz, 0.25 / h), p->joint_damping_ratio, h);
+    const ll_soft_pass push[2] = {
+        {ll_soft(hertz, p->contact_damping_ratio, h), 1 / h, p->contact_push_speed},
+        {ll_soft(2 * hertz, p->contact_damping_ratio, h), 1 / h, p->contact_push_speed}};
+    const ll_soft_pass rest = {{0, 1, 0}, 1 / h, p->contact_push_speed};
     integrate_velocities(w, bodies, h, !first && !joints);
     if (joints)
         ll_warm_start_joints(w, set);

@@ -40,7 +40,7 @@ static void solve_normal(ll_rigid *w, ll_contact_constraint *r, const gap_now ga
     double v[2] = {0}, mass[2] = {0}, sum[2] = {0}, old[2], share = bias ? normal_share * rate : 0;
     for (int k = 0; k < r->count; k++) {
         double s = gap[k].normal;
-        double wanted = s > 0 ? s * rate : ll_max(share * s, -w->params.push_speed);
+        double wanted = s > 0 ? s * rate : ll_max(share * s, -w->params.contact_push_speed);
         v[k] = ll_dot(ll_relative(a, b, &r->at[k]), r->n) + wanted;
         mass[k] = r->at[k].normal_mass;
         sum[k] = old[k] = r->at[k].normal_impulse;
@@ -58,7 +58,7 @@ static void solve_friction(ll_rigid *w, ll_contact_constraint *r, const gap_now 
     const ll_solver_body *a = &ll_solver_bodies(w)[r->a], *b = &ll_solver_bodies(w)[r->b];
     ll_vec2 t = ll_right(r->n);
     double v[2] = {0}, mass[2] = {0}, sum[2] = {0}, old[2];
-    double push = w->params.push_speed, share = bias ? friction_share * rate : 0;
+    double push = w->params.contact_push_speed, share = bias ? friction_share * rate : 0;
     for (int k = 0; k < r->count; k++) {
         double back = ll_min(ll_max(share * gap[k].tangent, -push), push);
         v[k] = ll_dot(ll_relative(a, b, &r->at[k]), t) + back;
@@ -94,7 +94,7 @@ static void pass(ll_rigid *w, ll_contact_constraints rows, double rate, bool bia
 static void solve(ll_rigid *w)
 {
     double h = w->dt / (double)w->params.substeps, rate = 1 / h;
-    ll_softness stiff = ll_soft(ll_min(w->params.joint_hertz, 0.25 * rate), w->params.joint_damping, h);
+    ll_softness stiff = ll_soft(ll_min(w->params.joint_hertz, 0.25 * rate), w->params.joint_damping_ratio, h);
     ll_group all = ll_whole(w);
     ll_contact_constraints rows = ll_prepare_contacts(w);
     ll_prepare_body_steps(w, all.bodies, h);

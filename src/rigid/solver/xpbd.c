@@ -12,9 +12,9 @@
  * Different: static friction comes after the correction of all overlaps, and takes back what velocities and
  * friction have moved, but not what these corrections have (as published, a pile of 820 boxes gains 450 J and
  * spreads by 37 m in 10 s of 8 substeps; so by 14 cm). An overlap from before the substep is corrected no
- * faster than push_speed. The velocity pass never takes more than the correction has pushed (contacts do not
- * pull). Chains of impacts are resolved first (bounce.c). Passes over contacts with n substeps: 3 n, and the
- * narrow phase n times. */
+ * faster than contact_push_speed. The velocity pass never takes more than the correction has pushed (contacts
+ * do not pull). Chains of impacts are resolved first (bounce.c). Passes over contacts with n substeps: 3 n,
+ * and the narrow phase n times. */
 #include "rigid/solver/solver.h"
 
 #include <string.h>
@@ -125,13 +125,13 @@ static void find_points(const ll_rigid *w, ll_contact_constraint *r, double sepa
     }
 }
 
-/* Corrects the overlap of this substep at once, an older one no faster than push_speed. */
+/* Corrects the overlap of this substep at once, an older one no faster than contact_push_speed. */
 static bool push_apart(ll_rigid *w, ll_contact_constraint *r, const double separation[2], double h)
 {
     double c[2] = {0}, mass[2] = {0}, amount[2] = {0};
     for (int k = 0; k < r->count; k++) {
         double before = separation[k] - ll_dot(relative_shift(w, r, &r->at[k]), r->n);
-        c[k] = separation[k] - ll_min(before + w->params.push_speed * h, 0);
+        c[k] = separation[k] - ll_min(before + w->params.contact_push_speed * h, 0);
         mass[k] = r->at[k].normal_mass;
     }
     ll_solve_both(c, mass, r->count == 2 ? ll_coupling(r, r->n) : 0, (double[2]){0, 0},
@@ -217,7 +217,7 @@ static void turn_round(ll_rigid *w, ll_contact_constraint *r)
     for (int k = 0; k < r->count; k++) {
         const ll_contact_constraint_point *cp = &r->at[k];
         double now = ll_dot(ll_relative(&ll_solver_bodies(w)[r->a], &ll_solver_bodies(w)[r->b], cp), r->n);
-        double wanted = cp->before < -w->params.restitution_speed ? -r->restitution * cp->before : 0;
+        double wanted = cp->before < -w->params.restitution_threshold ? -r->restitution * cp->before : 0;
         v[k] = now - ll_max(wanted, ll_min(now, cp->before));
         mass[k] = cp->normal_mass;
         sum[k] = cp->normal_impulse;

@@ -81,7 +81,7 @@ ll_status ll_rigid_set_velocity(ll_rigid *w, ll_body_id id, ll_vec2 velocity, do
 {
     int32_t i;
     ll_status status = ll_body_slot(w, id, &i);
-    static const char *const fields[] = {"velocity.x", "velocity.y", "spin"};
+    static const char *const fields[] = {"velocity.x", "velocity.y", "angular_velocity"};
     if (!ll_failed(&status))
         status = ll_check_numbers(3, fields, (double[]){velocity.x, velocity.y, spin}, 1e6);
     if (ll_failed(&status))

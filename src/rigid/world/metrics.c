@@ -56,14 +56,14 @@ static double joint_error(const ll_rigid *w, const ll_joint *j)
 }
 
 ll_rigid_metrics ll_rigid_measure(const ll_rigid *w, const ll_body_reference *references, int32_t count,
-                                  double beyond_x)
+                                  double tunnel_x)
 {
     ll_rigid_metrics m = {0};
     for (int32_t i = 0; i < w->body_end; i++) {
         if (ll_bodies(w)[i].type != LL_BODY_DYNAMIC)
             continue;
         measure_body(w, i, i < count ? &references[i] : NULL, &m);
-        m.passed += ll_poses(w)[i].p.x > beyond_x;
+        m.passed += ll_poses(w)[i].p.x > tunnel_x;
     }
     for (int32_t i = 0; i < w->joint_end; i++)
         if (ll_joints(w)[i].body[0] != LL_NONE)

@@ -28,6 +28,6 @@ typedef struct ll_rigid_metrics {
 void ll_rigid_refer(const ll_rigid *world, double fall, ll_body_reference *references, int32_t count);
 /* Whether anything may add energy: a kinematic body, a motor, a spring, a mouse joint. */
 bool ll_rigid_is_driven(const ll_rigid *world);
-/* `beyond_x`: bodies to the right of it count as passed; INFINITY: none. */
+/* `tunnel_x`: bodies to the right of it count as passed; INFINITY: none. */
 ll_rigid_metrics ll_rigid_measure(const ll_rigid *world, const ll_body_reference *references, int32_t count,
-                                  double beyond_x);
+                                  double tunnel_x);

@@ -5,8 +5,8 @@
 #include "rigid/solver/solver.h"
 #include "rigid/world/continuous.h"
 
-const char *const ll_rigid_phase_names[LL_PHASES + 1] = {"broad",      "narrow", "solve",
-                                                         "continuous", "finish", NULL};
+const char *const ll_rigid_phase_names[LL_PHASES + 1] = {"broad_phase", "narrow", "solve",
+                                                         "continuous",  "finish", NULL};
 
 /* ---- the block ---- */
 
@@ -19,8 +19,8 @@ static ll_status check_limit(const char *field, int32_t value, int32_t least, in
 
 ll_status ll_rigid_check(const ll_rigid_limits *l)
 {
-    static const char *const fields[] = {"bodies", "shapes", "hulls",   "contacts",
-                                         "joints", "broad",  "volumes", "broads"};
+    static const char *const fields[] = {"bodies", "shapes",      "hulls",   "contacts",
+                                         "joints", "broad_phase", "volumes", "broads"};
     const int32_t values[] = {l->bodies, l->shapes, l->hulls,   l->contacts,
                               l->joints, l->broad,  l->volumes, l->broads};
     const int32_t least[] = {1, 1, 0, 1, 0, 0, 0, 0};
@@ -174,7 +174,7 @@ static void count_rest(ll_rigid *w, ll_body *b, const ll_solver_body *m)
 {
     double speed = ll_length(m->v) + fabs(m->w) * b->extent;
     bool kinematic = b->type == LL_BODY_KINEMATIC;
-    if (!b->may_sleep || speed > (kinematic ? 0 : w->params.sleep_speed))
+    if (!b->may_sleep || speed > (kinematic ? 0 : w->params.sleep_threshold))
         b->sleep_time = 0;
     else
         b->sleep_time += w->dt;

@@ -42,7 +42,7 @@ static const ll_param activity_rows[] = {
      .help = "It must be at least so much."},
 };
 
-const ll_param_table ll_activity_table = {.name = "activity",
+const ll_param_table ll_activity_table = {.name = "expect",
                                           .help = "A metric that must have come so far.",
                                           .rows = activity_rows,
                                           .count = sizeof activity_rows / sizeof activity_rows[0],

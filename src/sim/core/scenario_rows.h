@@ -52,7 +52,7 @@ extern const ll_param_table ll_timeline_table, ll_activity_table;
          .child = &ll_timeline_table,                                                                        \
          .help = "Changes of live parameters while it runs, in the order of time."},                         \
     {                                                                                                        \
-        .name = "activity", .type = LL_PARAM_ARRAY, .offset = offsetof(ll_scenario_head, activity),          \
+        .name = "expect", .type = LL_PARAM_ARRAY, .offset = offsetof(ll_scenario_head, activity),            \
         .count_offset = offsetof(ll_scenario_head, activity_count), .max = LL_ACTIVITY_MAX,                  \
         .child = &ll_activity_table,                                                                         \
         .help = "What must have happened at the end; a run tells whether it did."                            \

@@ -14,7 +14,7 @@ ll_fluid_setup ll_fluid_sim_setup(const ll_fluid_config *c, int i)
     ll_fluid_setup setup = i == 0 ? c->setup : c->beside[i - 1];
     setup.hz = c->setup.hz;
     setup.place = (int16_t)i;
-    setup.following = (int16_t)(c->beside_count - i);
+    setup.following = (int16_t)(c->side_by_side_count - i);
     return setup;
 }
 
@@ -27,7 +27,7 @@ size_t ll_fluid_sim_size(const void *config)
 {
     const ll_fluid_config *c = config;
     int64_t end = 0;
-    for (int i = 0; i <= c->beside_count; i++) {
+    for (int i = 0; i <= c->side_by_side_count; i++) {
         ll_fluid_setup setup = ll_fluid_sim_setup(c, i);
         end = ((end + 63) & ~INT64_C(63)) + size_of(&setup);
     }

@@ -43,13 +43,13 @@ static ll_status check_one(const void *object, const char *path)
     return ll_field_error(status.code, field, "%s%s", path, status.text);
 }
 
-static const ll_param beside_rows[] = {FLUID_ROWS(ll_fluid_setup, , false)};
+static const ll_param side_by_side_rows[] = {FLUID_ROWS(ll_fluid_setup, , false)};
 
 static const ll_param_table beside_table = {.name = "fluid_beside",
                                             .help =
                                                 "A fluid beside the first; what is not given is as there.",
-                                            .rows = beside_rows,
-                                            .count = sizeof beside_rows / sizeof beside_rows[0],
+                                            .rows = side_by_side_rows,
+                                            .count = sizeof side_by_side_rows / sizeof side_by_side_rows[0],
                                             .size = sizeof(ll_fluid_setup),
                                             .check = check_one};
 
@@ -74,7 +74,7 @@ static const ll_param rows[] = {
      .offset = offsetof(ll_fluid_config, beside),
      .max = LL_SIDE_BY_SIDE_MAX - 1,
      .child = &beside_table,
-     .count_offset = offsetof(ll_fluid_config, beside_count),
+     .count_offset = offsetof(ll_fluid_config, side_by_side_count),
      .live = true,
      .begin = as_the_first,
      .help = "Fluids side by side with it from the same start; each says how it differs from the first."},
@@ -84,10 +84,10 @@ static ll_status check(const void *object, const char *path)
 {
     const ll_fluid_config *c = object;
     ll_status status = check_one(&c->setup, path);
-    if (ll_failed(&status) || c->beside_count == 0)
+    if (ll_failed(&status) || c->side_by_side_count == 0)
         return status;
     char what[32];
-    snprintf(what, sizeof what, "%d fluids side by side", c->beside_count + 1);
+    snprintf(what, sizeof what, "%d fluids side by side", c->side_by_side_count + 1);
     return ll_fluid_check_bytes("beside", what, (int64_t)ll_fluid_sim_size(c));
 }
 

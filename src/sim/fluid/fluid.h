@@ -24,7 +24,7 @@ typedef struct ll_fluid_setup {
 typedef struct ll_fluid_config {
     ll_scenario_head head;
     ll_fluid_setup setup;
-    int32_t beside_count, reserved;
+    int32_t side_by_side_count, reserved;
     ll_fluid_setup beside[LL_SIDE_BY_SIDE_MAX - 1];
 } ll_fluid_config;
 

@@ -101,7 +101,7 @@ cJSON *ll_fluid_sim_metrics(const void *block)
 void ll_fluid_sim_costs(const void *config, const ll_step_profiler *step_profiler, cJSON *cost)
 {
     cJSON *parts = cJSON_AddArrayToObject(cost, "parts");
-    for (int i = 0; i <= ((const ll_fluid_config *)config)->beside_count; i++) {
+    for (int i = 0; i <= ((const ll_fluid_config *)config)->side_by_side_count; i++) {
         cJSON *part = cJSON_CreateObject();
         cJSON_AddItemToObject(cJSON_AddObjectToObject(part, "all"), "ns_per_sim_s",
                               number_json(ll_step_profiler_ns_per_s(step_profiler, i)));

@@ -51,9 +51,9 @@ static const ll_param method_rows[] = {
      .choices = ll_motion_precision_names,
      .live = true,
      .help = "What the state is rounded to after each step."},
-    {.name = "origin_m",
+    {.name = "origin_offset_m",
      .type = LL_PARAM_REAL,
-     .offset = offsetof(ll_motion_method, origin_m),
+     .offset = offsetof(ll_motion_method, origin_offset_m),
      .min = 0,
      .max = 1e9,
      .unit = "m",
@@ -167,12 +167,12 @@ static ll_status check_drive(const ll_motion_config *c, const ll_ode *ode, int i
         return ll_field_error(LL_BAD_INPUT, "steps",
                               "Frames (%s) cannot run backwards: reverse needs fixed steps.",
                               ll_motion_step_names[m->steps]);
-    if (m->origin_m != 0 && (m->precision != LL_MOTION_SINGLE || !ll_ode_mechanical(ode)))
+    if (m->origin_offset_m != 0 && (m->precision != LL_MOTION_SINGLE || !ll_ode_mechanical(ode)))
         return ll_field_error(
-            LL_BAD_INPUT, "origin_m",
-            "origin_m (%.9g) counts in single precision (precision: float), and for problems "
+            LL_BAD_INPUT, "origin_offset_m",
+            "origin_offset_m (%.9g) counts in single precision (precision: float), and for problems "
             "with positions and velocities.",
-            m->origin_m);
+            m->origin_offset_m);
     return ll_ok();
 }
 

@@ -23,12 +23,13 @@ static ll_time frame_length(const ll_motion_config *c, int64_t n)
     return to_ns(c->frame_s * (1 + share * c->frame_jitter));
 }
 
-/* Positions are kept where they are, `origin_m` away from where the problem has them. */
+/* Positions are kept where they are, `origin_offset_m` away from where the problem has them. */
 static void round_state(ll_motion *m, int i, const ll_ode *ode)
 {
     const ll_motion_method *method = &m->config.methods[i];
     if (method->precision == LL_MOTION_SINGLE)
-        ll_ode_round(ll_motion_run(m, i), ll_ode_mechanical(ode) ? m->dim / 2 : m->dim, method->origin_m);
+        ll_ode_round(ll_motion_run(m, i), ll_ode_mechanical(ode) ? m->dim / 2 : m->dim,
+                     method->origin_offset_m);
 }
 
 void ll_motion_drive_start(ll_motion *m, int i, const ll_ode *ode)

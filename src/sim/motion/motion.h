@@ -24,10 +24,10 @@ extern const char *const ll_motion_step_names[],
     *const ll_motion_clock_names[], *const ll_motion_precision_names[], *const ll_motion_frame_names[];
 
 typedef struct ll_motion_method {
-    double dt_s;      /* of methods of fixed step */
-    double tolerance; /* of adaptive ones */
-    double origin_m;  /* how far the body is from where single precision counts from */
-    int32_t method;   /* index into ll_ode_methods */
+    double dt_s;            /* of methods of fixed step */
+    double tolerance;       /* of adaptive ones */
+    double origin_offset_m; /* how far the body is from where single precision counts from */
+    int32_t method;         /* index into ll_ode_methods */
     int32_t steps, clock, precision;
     bool shown;
     uint8_t reserved[7];

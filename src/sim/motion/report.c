@@ -132,8 +132,8 @@ static void drive(cJSON *o, const ll_motion *m, int i)
     }
     if (method->clock != LL_MOTION_EXACT)
         number(o, "clock_error_s", ll_motion_clock_error(m, i));
-    if (method->origin_m > 0)
-        number(o, "spacing_m", (double)ll_single_spacing((float)method->origin_m));
+    if (method->origin_offset_m > 0)
+        number(o, "ulp_m", (double)ll_single_spacing((float)method->origin_offset_m));
 }
 
 /* Why it is not ok, and when it failed. */

@@ -11,7 +11,7 @@ typedef struct view {
     bool connected;
     uint32_t input_seq, acked_seq, unacked, corrections, refused;
     float lag_ms, view_age_ms, own_lead_m, remote_error_m, buffer_ms, slack_ticks, correction_m, alpha;
-    double shown_s;
+    double render_time_s;
 } view;
 
 enum { PREDICTION = 1, RECONCILIATION = 2, INTERPOLATION = 4, UNDERRUN = 8, STALLED = 16, PERSON = 32 };
@@ -42,7 +42,7 @@ static const ll_record_field view_fields[] = {
     LL_STEP(view, correction_m, LL_BITS_M, "m", "the last of these, signed"),
     LL_INT(view, refused, NULL, "inputs that the server refused"),
     LL_STEP(view, alpha, LL_BITS_RATIO, NULL, "where the drawn time is between its two snapshots"),
-    LL_STEP(view, shown_s, LL_BITS_S, "s", "server time of the remote entities as drawn"),
+    LL_STEP(view, render_time_s, LL_BITS_S, "s", "server time of the remote entities as drawn"),
 };
 
 static const ll_record view_record = {.id = 2,
@@ -60,7 +60,7 @@ static view server_view(const ll_netgame *g)
                   .connection = LL_CONNECTION_PLAYING,
                   .connected = true,
                   .alpha = 1,
-                  .shown_s = ll_to_s(server->stepped)};
+                  .render_time_s = ll_to_s(server->stepped)};
 }
 
 static uint8_t flags_of(const ll_netgame *g, int i)
@@ -96,7 +96,7 @@ static view player_view(const ll_netgame *g, int i)
                   .correction_m = (float)in->last_correction,
                   .refused = (uint32_t)in->input_history.count[LL_INPUT_WAS_REFUSED],
                   .alpha = (float)c->alpha,
-                  .shown_s = ll_to_s(c->view_time)};
+                  .render_time_s = ll_to_s(c->view_time)};
 }
 
 /* ---- entities: view by view ---- */
@@ -104,7 +104,7 @@ static view player_view(const ll_netgame *g, int i)
 typedef struct entity {
     uint8_t view, entity;
     uint16_t flags;
-    float x, y, vx, vy, angle, spin, age_ms;
+    float x, y, vx, vy, angle, angular_velocity, age_ms;
 } entity;
 
 static const char *const entity_flags[] = {"finished",     "predicted", "interpolated", "held", "active",
@@ -143,7 +143,7 @@ static entity entity_of(int of, int index, const ll_entity *e, ll_time age, uint
                     .vx = (float)e->vx,
                     .vy = (float)e->vy,
                     .angle = (float)e->angle,
-                    .spin = (float)e->spin,
+                    .angular_velocity = (float)e->angular_velocity,
                     .age_ms = (float)ll_to_ms(age)};
 }
 

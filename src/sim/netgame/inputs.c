@@ -24,8 +24,8 @@ static void inputs(cJSON *o, const ll_input_history *input_history, const ll_cli
         number(verdicts, ll_input_result_names[i], (double)input_history->count[i]);
     number(o, "late_per_s", per_second(input_history->late, seconds));
     number(o, "starved_per_s", per_second(client_slot->starved - input_history->starved_before, seconds));
-    number(o, "doubled", (double)input_history->doubled);
-    number(o, "left_out", (double)input_history->left_out);
+    number(o, "extra_inputs", (double)input_history->doubled);
+    number(o, "skipped_inputs", (double)input_history->left_out);
     ll_netgame_running_stats(o, "slack", &input_history->slack, 1);
     ll_netgame_running_stats(o, "scale", &input_history->scale, 1);
 }

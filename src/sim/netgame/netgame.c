@@ -249,7 +249,7 @@ static bool finite_world(const ll_world *world, int *entity)
 {
     for (int i = 0; i < world->entities; i++) {
         const ll_entity *e = &world->entity[i];
-        double sum = e->x + e->y + e->vx + e->vy + e->angle + e->spin;
+        double sum = e->x + e->y + e->vx + e->vy + e->angle + e->angular_velocity;
         if (sum - sum != 0) { /* true for an infinity and for a NaN */
             *entity = i;
             return false;

@@ -12,7 +12,7 @@ void ll_netgame_witness(void *context, const ll_hit_result *j)
     bool on_player = j->body != LL_NOBODY && j->body < server->players;
     bool rules = !ll_netgame_sync(g)->observe; /* a referee refuses nothing */
     refused[LL_RULE_FIRE_RATE] += rules && j->kind == LL_HIT_RESULT_VOID;
-    refused[LL_RULE_REWIND] += rules && j->shot && j->shot->distrusted;
+    refused[LL_RULE_REWIND] += rules && j->shot && j->shot->view_time_rejected;
     ll_sight victim = {.self = j->body};
     if (on_player)
         victim.shown = ll_client_rendered_const(ll_netgame_client(g, j->body));

@@ -20,7 +20,7 @@ static cJSON *entity_json(const ll_entity *e)
     number(o, "vx", e->vx);
     number(o, "vy", e->vy);
     number(o, "angle", e->angle);
-    number(o, "spin", e->spin);
+    number(o, "angular_velocity", e->angular_velocity);
     number(o, "flags", (double)e->flags);
     return o;
 }
@@ -103,9 +103,9 @@ static void snapshots(cJSON *player, const ll_netgame *g, int self)
     number(o, "tail_bits", ratio((double)sent->tail_bits, states));
     number(o, "unchanged_ratio", ratio((double)sent->unchanged, entities));
     number(o, "at_rest_ratio", ratio((double)sent->resting, entities));
-    number(o, "whole_ratio", ratio((double)sent->whole, states));
+    number(o, "full_ratio", ratio((double)sent->whole, states));
     number(o, "bytes_over_full", ratio((double)in->bytes[LL_MESSAGE_SNAPSHOT], states * (double)full));
-    number(o, "unreadable", (double)ll_netgame_client(g, self)->unreadable);
+    number(o, "undecodable", (double)ll_netgame_client(g, self)->unreadable);
 }
 
 static void loss_report(cJSON *o, const ll_link_stats *s)
@@ -153,7 +153,7 @@ static void link_report(cJSON *player, const char *name, const ll_link *link)
     number(o, "corrupted", (double)s->corrupted);
     number(o, "overflowed", (double)s->overflowed);
     number(o, "reordered", (double)s->reordered);
-    number(o, "sent_ahead", (double)s->sent_ahead);
+    number(o, "reordered_ahead", (double)s->reordered_ahead);
     delay_report(o, s);
     number(o, "queue_mean_ms", ratio(s->queue_sum_ms, (double)s->queued));
     number(o, "queue_max_ms", s->queue_max_ms);

@@ -51,7 +51,7 @@ static void tally(cJSON *parent, const char *name, const ll_shot_tally *t)
     number(o, "hits_on_players", (double)t->on_players);
     number(o, "shot_behind_cover", (double)t->behind_cover);
     number(o, "clamped", (double)t->clamped);
-    number(o, "distrusted", (double)t->distrusted);
+    number(o, "view_time_rejected", (double)t->view_time_rejected);
 }
 
 void ll_netgame_shots_metrics(const ll_netgame *g, int player, cJSON *metrics)
@@ -60,8 +60,8 @@ void ll_netgame_shots_metrics(const ll_netgame *g, int player, cJSON *metrics)
         return;
     const ll_shot_stats *m = &ll_netgame_shots(g)->shot_stats[player];
     cJSON *o = cJSON_AddObjectToObject(metrics, "shots");
-    tally(o, "rifle", &m->tally[LL_RIFLE]);
-    tally(o, "shell", &m->tally[LL_CANNON]);
+    tally(o, "hitscan", &m->tally[LL_RIFLE]);
+    tally(o, "projectile", &m->tally[LL_CANNON]);
     int64_t shots = 0, hits = 0;
     for (int w = 0; w < LL_WEAPONS; w++) {
         shots += m->tally[w].shots;
@@ -83,25 +83,26 @@ enum { NOBODY_YET = -2 };
 typedef struct shot {
     uint8_t player, weapon, flags;
     uint32_t tick;
-    double pressed_s, seen_s, judged_s, looked_s;
+    double pressed_s, view_time_s, evaluated_at_s, rewound_to_s;
     float x, y, dx, dy, server_x, server_y;
     int32_t client_view_hit, server_now_hit, compensated_hit, perfect_hit;
 } shot;
 
 static const char *const weapons[] = {"rifle", "shell", NULL};
-static const char *const shot_flags[] = {"taken", "clamped", "distrusted", "behind_cover", NULL};
+static const char *const shot_flags[] = {"taken", "clamped", "view_time_rejected", "behind_cover", NULL};
 
 static const ll_record_field shot_fields[] = {
     LL_INT(shot, player, NULL, "who shot"),
     LL_ENUM(shot, weapon, weapons, "with what"),
     LL_INT(shot, tick, NULL, "the server's step that it was meant for"),
-    LL_FLAGS(shot, flags, shot_flags,
-             "clamped: to max_rewind_ms; distrusted: its age of view was not believed; behind_cover: the "
-             "target was"),
+    LL_FLAGS(
+        shot, flags, shot_flags,
+        "clamped: to max_rewind_ms; view_time_rejected: its age of view was not believed; behind_cover: the "
+        "target was"),
     LL_STEP(shot, pressed_s, LL_BITS_S, "s", "when the button was pressed"),
-    LL_STEP(shot, seen_s, LL_BITS_S, "s", "server time of what the shooter saw"),
-    LL_STEP(shot, judged_s, LL_BITS_S, "s", "the server's present when it judged"),
-    LL_STEP(shot, looked_s, LL_BITS_S, "s", "server time of the bodies that it judged against"),
+    LL_STEP(shot, view_time_s, LL_BITS_S, "s", "server time of what the shooter saw"),
+    LL_STEP(shot, evaluated_at_s, LL_BITS_S, "s", "the server's present when it judged"),
+    LL_STEP(shot, rewound_to_s, LL_BITS_S, "s", "server time of the bodies that it judged against"),
     LL_STEP(shot, x, LL_BITS_M, "m", "the muzzle as pressed"),
     LL_STEP(shot, y, LL_BITS_M, "m", "the muzzle as pressed"),
     LL_STEP(shot, dx, LL_BITS_RAD, NULL, "the aim, a unit vector"),
@@ -136,12 +137,12 @@ static const ll_record_field shot_body_fields[] = {
     LL_ENUM(shot_body, weapon, weapons, "with what"),
     LL_INT(shot_body, tick, NULL, "of the shot"),
     LL_INT(shot_body, body, NULL, "which body: that entity"),
-    LL_STEP(shot_body, seen_x, LL_BITS_M, "m", "as the shooter saw it, at seen_s"),
-    LL_STEP(shot_body, seen_y, LL_BITS_M, "m", "as the shooter saw it, at seen_s"),
-    LL_STEP(shot_body, now_x, LL_BITS_M, "m", "in the server's present, at judged_s"),
-    LL_STEP(shot_body, now_y, LL_BITS_M, "m", "in the server's present, at judged_s"),
-    LL_STEP(shot_body, looked_x, LL_BITS_M, "m", "where the server looked, at looked_s"),
-    LL_STEP(shot_body, looked_y, LL_BITS_M, "m", "where the server looked, at looked_s"),
+    LL_STEP(shot_body, seen_x, LL_BITS_M, "m", "as the shooter saw it, at view_time_s"),
+    LL_STEP(shot_body, seen_y, LL_BITS_M, "m", "as the shooter saw it, at view_time_s"),
+    LL_STEP(shot_body, now_x, LL_BITS_M, "m", "in the server's present, at evaluated_at_s"),
+    LL_STEP(shot_body, now_y, LL_BITS_M, "m", "in the server's present, at evaluated_at_s"),
+    LL_STEP(shot_body, looked_x, LL_BITS_M, "m", "where the server looked, at rewound_to_s"),
+    LL_STEP(shot_body, looked_y, LL_BITS_M, "m", "where the server looked, at rewound_to_s"),
 };
 
 const ll_record ll_netgame_shot_body_record = {.id = 12,
@@ -162,9 +163,9 @@ static shot shot_of(const ll_shot_record *r, int player, int weapon)
                   .flags = (uint8_t)(r->flags & (LL_SHOT_LOST - 1)),
                   .tick = (uint32_t)r->tick,
                   .pressed_s = ll_to_s(r->pressed),
-                  .seen_s = ll_to_s(r->seen),
-                  .judged_s = ll_to_s(r->judged),
-                  .looked_s = ll_to_s(r->looked),
+                  .view_time_s = ll_to_s(r->seen),
+                  .evaluated_at_s = ll_to_s(r->judged),
+                  .rewound_to_s = ll_to_s(r->looked),
                   .x = (float)r->aim.from.x,
                   .y = (float)r->aim.from.y,
                   .dx = (float)r->aim.direction.x,

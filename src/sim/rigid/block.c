@@ -69,7 +69,7 @@ static void look_at(const ll_rigid *w, bool moving, ll_aabb among, ll_aabb *view
         ll_status status = ll_rigid_get_body(w, shape.body, &body);
         if (ll_failed(&status) || (body.type != LL_BODY_STATIC) != moving)
             continue;
-        if (body.type == LL_BODY_KINEMATIC && body.spin != 0) /* all that it sweeps over */
+        if (body.type == LL_BODY_KINEMATIC && body.angular_velocity != 0) /* all that it sweeps over */
             shape.box =
                 ll_aabb_grown((ll_aabb){shape.pose.p, shape.pose.p}, ll_shape_extent(&shape.geometry));
         if (moving || among.lower.x > among.upper.x)

@@ -70,10 +70,10 @@ static ll_status add_body(const ll_rigid_body *b, ll_rigid *world)
     def.position = pair(b->position);
     def.angle = b->angle;
     def.velocity = b->type == LL_BODY_STATIC ? ll_vec(0, 0) : pair(b->velocity);
-    def.spin = b->type == LL_BODY_STATIC ? 0 : b->spin;
+    def.angular_velocity = b->type == LL_BODY_STATIC ? 0 : b->angular_velocity;
     def.gravity_scale = b->gravity_scale;
     def.damping = b->damping;
-    def.spin_damping = b->spin_damping;
+    def.angular_damping = b->angular_damping;
     def.fixed_rotation = b->fixed_rotation;
     def.bullet = b->bullet;
     material.density = b->density;

@@ -43,14 +43,14 @@ static const ll_param body_rows[] = {
     PAIR(position, -LL_WORLD_MAX, LL_WORLD_MAX, 0, 0, "m", "Where its frame is at first."),
     REAL(angle, -1e6, 1e6, 0, "rad", "How its frame is turned at first, counter-clockwise."),
     PAIR(velocity, -1e6, 1e6, 0, 0, "m/s", "At first; a kinematic body keeps it."),
-    REAL(spin, -1e6, 1e6, 0, "rad/s", "At first; a kinematic body keeps it."),
+    REAL(angular_velocity, -1e6, 1e6, 0, "rad/s", "At first; a kinematic body keeps it."),
     REAL(density, 1e-6, 1e9, 1, "kg/m^2", "Of a dynamic body's area."),
     REAL(friction, 0, 1000, 0.6, NULL, "Coefficient of friction; of two bodies the geometric mean acts."),
     REAL(restitution, 0, 1, 0, NULL,
          "Share of the speed that a rebound keeps; of two bodies the larger acts."),
     REAL(gravity_scale, -1000, 1000, 1, NULL, "Its share of gravity."),
     REAL(damping, 0, 1e6, 0, "1/s", "Of its velocity."),
-    REAL(spin_damping, 0, 1e6, 0, "1/s", "Of its spin."),
+    REAL(angular_damping, 0, 1e6, 0, "1/s", "Of its spin."),
     ROW(ll_rigid_body, fixed_rotation, .type = LL_PARAM_BOOL, .help = "It does not turn."),
     ROW(ll_rigid_body, bullet, .type = LL_PARAM_BOOL,
         .help = "With `continuous` swept: a dynamic body that is swept, when fast, against all others, not "
@@ -128,21 +128,21 @@ static void scene_chosen(void *object, int choice)
     setup->solver = p;
 }
 
-static const ll_param beside_rows[] = {
-    ROW(ll_rigid_beside, solver, .type = LL_PARAM_OBJECT, .child = &ll_rigid_solver_table, .live = true,
+static const ll_param side_by_side_rows[] = {
+    ROW(ll_rigid_side_by_side, solver, .type = LL_PARAM_OBJECT, .child = &ll_rigid_solver_table, .live = true,
         .help = "How it is stepped."),
 };
 
 static const ll_param_table beside_table = {
     .name = "rigid_beside",
     .help = "The same bodies once more beside the first; what is not given is as there.",
-    .rows = beside_rows,
-    .count = sizeof beside_rows / sizeof beside_rows[0],
-    .size = sizeof(ll_rigid_beside)};
+    .rows = side_by_side_rows,
+    .count = sizeof side_by_side_rows / sizeof side_by_side_rows[0],
+    .size = sizeof(ll_rigid_side_by_side)};
 
 static void as_the_first(const void *object, void *element)
 {
-    ((ll_rigid_beside *)element)->solver = ((const ll_rigid_config *)object)->setup.solver;
+    ((ll_rigid_side_by_side *)element)->solver = ((const ll_rigid_config *)object)->setup.solver;
 }
 
 #define SETUP(field, ...)                                                                                    \
@@ -163,7 +163,8 @@ static const ll_param rows[] = {
     SETUP(solver, .type = LL_PARAM_OBJECT, .child = &ll_rigid_solver_table, .live = true,
           .help = "How the world is stepped."),
     SETUP(beside, .type = LL_PARAM_ARRAY, .max = LL_SIDE_BY_SIDE_MAX - 1, .child = &beside_table,
-          .count_offset = offsetof(ll_rigid_config, setup.beside_count), .live = true, .begin = as_the_first,
+          .count_offset = offsetof(ll_rigid_config, setup.side_by_side_count), .live = true,
+          .begin = as_the_first,
           .help =
               "The same bodies side by side from the same start; each says how it differs from the first."),
     SETUP(broad, .type = LL_PARAM_CHOICE, .choices = ll_broad_names, .default_value = LL_BROAD_GRID,
@@ -174,7 +175,7 @@ static const ll_param rows[] = {
           .help =
               "Each step every bounding volume judges all pairs of the first 256 shapes: false and missed "
               "hits are counted."),
-    SETUP(beyond_x, .type = LL_PARAM_REAL, .min = -LL_WORLD_MAX, .max = LL_WORLD_MAX,
+    SETUP(tunnel_x, .type = LL_PARAM_REAL, .min = -LL_WORLD_MAX, .max = LL_WORLD_MAX,
           .default_value = LL_WORLD_MAX, .unit = "m", .live = true,
           .help = "Dynamic bodies whose centre is to the right count as passed."),
     ROW(ll_rigid_config, bodies, .type = LL_PARAM_ARRAY, .max = LL_RIGID_BODIES_MAX, .child = &body_table,

@@ -128,7 +128,7 @@ static void add_shape(look *p, int world, const ll_shape_view *v)
                      .angle = (float)b.angle,
                      .vx = (float)b.velocity.x,
                      .vy = (float)b.velocity.y,
-                     .spin = (float)b.spin,
+                     .angular_velocity = (float)b.angular_velocity,
                      .left = (float)(v->box.lower.x - at.x),
                      .bottom = (float)(v->box.lower.y - at.y),
                      .right = (float)(v->box.upper.x - at.x),

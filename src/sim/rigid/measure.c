@@ -13,7 +13,7 @@ static double energy_of(const ll_rigid_metrics *m)
 static ll_rigid_metrics now(const ll_rigid_sim *s, int i)
 {
     return ll_rigid_measure(ll_rigid_sim_world(s, i), ll_rigid_sim_references(s), (int32_t)s->references,
-                            s->setup.beyond_x);
+                            s->setup.tunnel_x);
 }
 
 static double mass_of(const ll_rigid *w)
@@ -39,7 +39,7 @@ static double energy_scale(const ll_rigid_sim *s, int i)
     if ((scene != NULL && scene->drive != NULL) || ll_rigid_is_driven(ll_rigid_sim_world(s, i)) ||
         r->now.joint_error > JOINT_ERROR)
         return 0;
-    double push = ll_rigid_sim_params(&s->setup, i).push_speed;
+    double push = ll_rigid_sim_params(&s->setup, i).contact_push_speed;
     double fall = fabs(s->setup.gravity[0]) * (s->view[1] - s->view[0]) +
                   fabs(s->setup.gravity[1]) * (s->view[3] - s->view[2]);
     return r->now.kinetic_energy + r->mass * (fall + push * push / 2);

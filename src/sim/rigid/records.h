@@ -31,7 +31,7 @@ typedef struct shape_row {
     uint16_t geometry;
     uint32_t body, island;
     double x, y;
-    float angle, vx, vy, spin, left, bottom, right, top;
+    float angle, vx, vy, angular_velocity, left, bottom, right, top;
 } shape_row;
 
 typedef struct contact_row {

@@ -35,7 +35,7 @@ static cJSON *body_json(const ll_rigid *w, ll_body_id id)
     vector(o, "position", b.position);
     number(o, "angle", b.angle);
     vector(o, "velocity", b.velocity);
-    number(o, "spin", b.spin);
+    number(o, "angular_velocity", b.angular_velocity);
     cJSON_AddBoolToObject(o, "awake", b.awake);
     return o;
 }
@@ -74,8 +74,8 @@ cJSON *ll_rigid_sim_state(const void *block)
 
 /* ---- metrics ---- */
 
-const char *const ll_rigid_sim_signed_metrics[] = {
-    "energy_j", "energy_change_j", "spin_momentum_kgm2ps", "angle", "spin", NULL};
+const char *const ll_rigid_sim_signed_metrics[] = {"energy_j", "energy_change_j",  "spin_momentum_kgm2ps",
+                                                   "angle",    "angular_velocity", NULL};
 
 /* What has changed beyond what gravity gives; with something that is fixed or driven there is no such law. */
 static double momentum_error(const ll_rigid_sim *s, int i)
@@ -117,7 +117,7 @@ static void measured(cJSON *o, const ll_rigid_sim *s, int i)
                {"energy_added_j", r->energy_most},
                {"momentum_error_kgmps", momentum_error(s, i)},
                {"spin_momentum_kgm2ps", m->spin_momentum},
-               {"passed", m->passed},
+               {"tunnelled", m->passed},
                {"stopped", (double)r->stopped},
                {"steps_asleep", (double)r->steps_asleep},
                {"asleep_at_step", r->asleep_at < 0 ? NAN : (double)r->asleep_at},
@@ -282,8 +282,8 @@ cJSON *ll_rigid_sim_layout(const void *config)
 enum { SUMMARY = 11, TRACED = 8 /* bodies */, OF_A_BODY = 5 };
 
 static const char *const summary_names[SUMMARY] = {
-    "kinetic_j",     "energy_change_j", "penetration_max_m", "sag_m", "drift_m", "tilt_rad",
-    "speed_max_mps", "joint_error",     "contacts",          "awake", "passed"};
+    "kinetic_j",     "energy_change_j", "penetration_max_m", "sag_m", "drift_m",  "tilt_rad",
+    "speed_max_mps", "joint_error",     "contacts",          "awake", "tunnelled"};
 static const char *const body_names[OF_A_BODY] = {"x_m", "y_m", "angle_rad", "vx_mps", "vy_mps"};
 
 int ll_rigid_sim_trace_columns(const void *config, char (*names)[48], int capacity)

@@ -31,8 +31,8 @@ typedef struct ll_rigid_body {
     int32_t type, form; /* ll_body_type, ll_rigid_form */
     double size[2];     /* m, of a box and a capsule */
     double radius;      /* m, of a circle */
-    double position[2], angle, velocity[2], spin;
-    double density, friction, restitution, gravity_scale, damping, spin_damping;
+    double position[2], angle, velocity[2], angular_velocity;
+    double density, friction, restitution, gravity_scale, damping, angular_damping;
     int32_t point_count;
     bool loop, fixed_rotation, bullet;
     uint8_t pad[1];
@@ -48,19 +48,19 @@ typedef struct ll_rigid_joint {
 } ll_rigid_joint;
 
 /* A world beside the first. */
-typedef struct ll_rigid_beside {
+typedef struct ll_rigid_side_by_side {
     ll_rigid_params solver; /* gravity is the first's */
-} ll_rigid_beside;
+} ll_rigid_side_by_side;
 
 /* All but the lists of bodies and joints. */
 typedef struct ll_rigid_setup {
     double hz;
     double gravity[2];
-    double beyond_x;
+    double tunnel_x;
     ll_rigid_params solver; /* gravity is above */
-    ll_rigid_beside beside[LL_SIDE_BY_SIDE_MAX - 1];
+    ll_rigid_side_by_side beside[LL_SIDE_BY_SIDE_MAX - 1];
     ll_scene_args params; /* of the scene */
-    int32_t beside_count;
+    int32_t side_by_side_count;
     int32_t scene; /* index into ll_scene_names; 0: the list of bodies */
     int32_t broad; /* ll_broad_kind */
     bool compare_volumes;
@@ -133,7 +133,7 @@ static inline ll_body_reference *ll_rigid_sim_references(const ll_rigid_sim *s)
 /* How many go side by side. */
 static inline int ll_rigid_sim_worlds(const ll_rigid_setup *setup)
 {
-    return 1 + setup->beside_count;
+    return 1 + setup->side_by_side_count;
 }
 
 /* NULL with a list of bodies. */

@@ -64,7 +64,7 @@ static ll_experiment *experiment(const char *text)
     "update_hz\",\"values\":"                                                                                \
     "[10,12,15,20,25,30,40,50,60]},{\"path\":\"server.max_rewind_ms\",\"values\":[100,150,200,250,300]},"    \
     "{\"path\":\"players.1.interpolation_ratio\",\"values\":[1,2]}],"                                        \
-    "\"metrics\":[\"players.1.shots.rifle.false_misses\",\"players.1.bandwidth.down_bytes_per_s\"]}"
+    "\"metrics\":[\"players.1.shots.hitscan.false_misses\",\"players.1.bandwidth.down_bytes_per_s\"]}"
 
 /* Input delay against ticks that are taken back; lockstep takes none back and waits. */
 #define DELAYS "[0,1,2,3,4,5,6,7,8,9,10,12]"
@@ -336,7 +336,7 @@ static void few_runs_without_an_event_prove_no_rarity(void **state)
     ll_experiment *e = experiment(
         "{\"scenario\":\"behind_cover\",\"set\":{\"duration_s\":6},\"repeats\":4,\"axes\":[{\"path\":"
         "\"server.update_hz\",\"values\":[40,60]},{\"path\":\"server.max_rewind_ms\",\"values\":[250,300]}],"
-        "\"metrics\":[\"players.1.shots.rifle.false_misses\",\"players.1.bandwidth.down_bytes_per_s\"]}");
+        "\"metrics\":[\"players.1.shots.hitscan.false_misses\",\"players.1.bandwidth.down_bytes_per_s\"]}");
     for (int many = 0; many < 2; many++) {
         cJSON *answer;
         must(ll_advise(&(ll_advise_request){.experiment = e, .max_error = 0.3, .most_runs = many ? 400 : 22},

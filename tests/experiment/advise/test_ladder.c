@@ -83,7 +83,7 @@ static const ll_refinement_series vortices = {"fluid/taylor_green",
                                               "params.n",
                                               "16,32,64",
                                               "error_l2",
-                                              "visits",
+                                              "cell_visits",
                                               0};
 
 static void central_differences_are_of_order_two(void **state)
@@ -129,7 +129,7 @@ static void runs_that_diverge_are_rungs(void **state)
                                                            "solver.sweeps",
                                                            "1,32",
                                                            "divergence_max",
-                                                           "visits",
+                                                           "cell_visits",
                                                            0};
     notes n;
     ll_status status = refinement_run(&refinement_series, NULL, NULL, NULL, &n);

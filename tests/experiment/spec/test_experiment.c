@@ -629,7 +629,7 @@ static void scales_are_told(void **state)
 {
     (void)state;
     ll_experiment *e = experiment(
-        "{\"scenario\":\"rifle\",\"metrics\":[\"players.0.shots.rifle.false_hits\",\"players.0.connection."
+        "{\"scenario\":\"rifle\",\"metrics\":[\"players.0.shots.hitscan.false_hits\",\"players.0.connection."
         "connected\","
         "\"players.0.pop_m.max\",\"players.0.visible_corrections_per_s\",\"players.0.corrections\","
         "\"players.0.remote_error_m.mean\"]}");

@@ -17,7 +17,7 @@ static const char *const wanted[][2] = {
      "params.n=30 solver.pressure=multigrid solver.advection=bfecc solver.splitting=reflection"},
     {"cylinder", "params.n=64"},
     {"cylinder", "params.n=48 solver.pressure=pcg solver.advection=central params.buoyancy_mps2=1"},
-    {"cylinder", "params.n=40 solver.pressure=sor solver.confinement=0.5 solver.backtrace=1"},
+    {"cylinder", "params.n=40 solver.pressure=sor solver.vorticity_confinement=0.5 solver.backtrace=1"},
     {"rotation", "params.n=32"},
     {"rotation", "params.n=32 params.shape=gaussian solver.advection=central"},
 };

@@ -136,7 +136,7 @@ static void a_closed_box_keeps_its_dye(void **state)
                 ll_param_defaults(&ll_fluid_rotation_solver, &solver);
                 solver.advection = advection;
                 solver.substeps = 1;
-                solver.keep_mass = keep;
+                solver.conserve_mass = keep;
                 ll_grid *g = closed_box(&solver);
                 for (int i = 0; i < steps; i++) {
                     ll_status status = ll_grid_step(g, 1. / steps, NULL);
@@ -253,7 +253,8 @@ static void steps_do_not_allocate(void **state)
     (void)state;
     for (int advection = 0; advection < LL_ADVECTIONS; advection++) {
         char settings[100];
-        snprintf(settings, sizeof settings, "params.n=32 solver.confinement=0.1 solver.advection=%s",
+        snprintf(settings, sizeof settings,
+                 "params.n=32 solver.vorticity_confinement=0.1 solver.advection=%s",
                  ll_advection_names[advection]);
         tank t = tank_open("cylinder", settings);
         long before = allocations();
@@ -285,7 +286,8 @@ static void confinement_feeds_vortices(void **state)
 {
     (void)state;
     double without = tank_result("cylinder", "params.n=64", 60, 1.0 / 60, "energy");
-    double with = tank_result("cylinder", "params.n=64 solver.confinement=2", 60, 1.0 / 60, "energy");
+    double with =
+        tank_result("cylinder", "params.n=64 solver.vorticity_confinement=2", 60, 1.0 / 60, "energy");
     between("energy", with, without * 1.0001, without * 2);
 }
 

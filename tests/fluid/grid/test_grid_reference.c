@@ -176,7 +176,7 @@ static void the_way_back_wants_order_2(void **state)
     for (int order = 1; order <= 3; order++) {
         char settings[120];
         snprintf(settings, sizeof settings,
-                 "params.shape=gaussian solver.advection=semi_lagrangian solver.keep_mass=false "
+                 "params.shape=gaussian solver.advection=semi_lagrangian solver.conserve_mass=false "
                  "solver.backtrace=%d",
                  order);
         double wanted = change[order - 1];
@@ -198,7 +198,7 @@ static void a_slotted_disc_overshoots_only_unclamped(void **state)
         between("most", tank_number(&t, "dye_max"), 0.5, 1);
         tank_close(&t);
     }
-    between("unclamped", turn(64, "solver.advection=maccormack solver.clamp=false", "dye_max"), 1.05, 1.6);
+    between("unclamped", turn(64, "solver.advection=maccormack solver.limiter=false", "dye_max"), 1.05, 1.6);
 }
 
 /* Clamping lifts what undershoots beside the disc and in its slot by a quarter of its mass in a turn, and
@@ -206,13 +206,13 @@ static void a_slotted_disc_overshoots_only_unclamped(void **state)
 static void a_slotted_disc_keeps_its_mass(void **state)
 {
     (void)state;
-    between("clamped alone", turn(64, "solver.keep_mass=false", "mass_change"), 0.12, 0.13);
+    between("clamped alone", turn(64, "solver.conserve_mass=false", "mass_change"), 0.12, 0.13);
     between("kept", turn(64, "", "mass_change"), -1e-4, 1e-4);
     between("kept, 128 cells", turn(128, "", "mass_change"), -2e-6, 2e-6);
     between("most", turn(64, "", "dye_max"), 0.5, 1);
     between("least", turn(64, "", "dye_min"), 0, 0);
-    between("share of the error", turn(64, "", "error_l1") / turn(64, "solver.keep_mass=false", "error_l1"),
-            0.9, 1);
+    between("share of the error",
+            turn(64, "", "error_l1") / turn(64, "solver.conserve_mass=false", "error_l1"), 0.9, 1);
 }
 
 static void limited_fluxes_keep_the_mass(void **state)

@@ -48,7 +48,7 @@ static void step(yard *y, const ll_action *actions)
 
 static bool at_rest(const ll_entity *e)
 {
-    return e->vx == 0 && e->vy == 0 && e->spin == 0;
+    return e->vx == 0 && e->vy == 0 && e->angular_velocity == 0;
 }
 
 static double value(const yard *y, int player, int which)

@@ -48,7 +48,7 @@ static double energy(const ll_floor_body *b, int count)
     for (int i = 0; i < count; i++) {
         sum += (b[i].vx * b[i].vx + b[i].vy * b[i].vy) / (2 * b[i].inverse_mass);
         if (b[i].inverse_inertia > 0)
-            sum += b[i].spin * b[i].spin / (2 * b[i].inverse_inertia);
+            sum += b[i].angular_velocity * b[i].angular_velocity / (2 * b[i].inverse_inertia);
     }
     return sum;
 }
@@ -70,7 +70,7 @@ static int thrown(ll_floor_body *b, uint64_t seed, double side, double reach)
         b[i] = i % 3 == 0 ? disc(x, y, half, mass) : box(x, y, 3 * unit(5, k), 2 * half, mass);
         b[i].vx = 4 * unit(6, k);
         b[i].vy = 4 * unit(7, k);
-        b[i].spin = i % 3 == 0 ? 0 : 5 * unit(8, k);
+        b[i].angular_velocity = i % 3 == 0 ? 0 : 5 * unit(8, k);
     }
     return count;
 }
@@ -134,7 +134,7 @@ static void everything_comes_to_rest(void **state)
         for (int i = 0; i < 60; i++)
             ll_floor_step(&env, &floor, b, count);
         for (int i = 0; i < count; i++) {
-            assert_true(b[i].vx == 0 && b[i].vy == 0 && b[i].spin == 0);
+            assert_true(b[i].vx == 0 && b[i].vy == 0 && b[i].angular_velocity == 0);
             assert_true(b[i].x == rest[i].x && b[i].y == rest[i].y && b[i].angle == rest[i].angle);
         }
     }
@@ -153,7 +153,7 @@ static void a_push_off_the_centre_turns(void **state)
     double J = v / (1 / m + 1 / M + r * r / I);
     assert_true(fabs(b[0].vx - (v - J / m)) < 1e-12);
     assert_true(fabs(b[1].vx - J / M) < 1e-12);
-    assert_true(fabs(b[1].spin + J * r / I) <
+    assert_true(fabs(b[1].angular_velocity + J * r / I) <
                 1e-12); /* pushed above its centre along x, it turns clockwise */
     assert_true(b[0].vy == 0 && b[1].vy == 0);
 }
@@ -185,13 +185,13 @@ static void sliding_ends_where_coulomb_says(void **state)
     b.grip_spin = turn;
     b.vx = 0.6 * v;
     b.vy = -0.8 * v;
-    b.spin = w;
+    b.angular_velocity = w;
     for (int k = 0; k < 120; k++)
         ll_floor_step(&env, &floor, &b, 1);
     double h = DT / floor.substeps, n = floor.substeps >= 1 ? ceil(v / (grip * h)) - 1 : 0,
            m = ceil(w / (turn * h)) - 1;
     double way = h * (n * v - grip * h * n * (n + 1) / 2), angle = h * (m * w - turn * h * m * (m + 1) / 2);
-    assert_true(b.vx == 0 && b.vy == 0 && b.spin == 0);
+    assert_true(b.vx == 0 && b.vy == 0 && b.angular_velocity == 0);
     assert_true(fabs(b.x - (20 + 0.6 * way)) < 1e-11 && fabs(b.y - (20 - 0.8 * way)) < 1e-11);
     assert_true(fabs(b.angle - (0.1 + angle)) < 1e-11);
 }

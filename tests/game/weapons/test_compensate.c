@@ -77,7 +77,7 @@ static range *new_range(way *target, int rifle, int shell)
                           .bounds = {-10, 100, -50, 50}};
     r->rules = (ll_compensation){.max_rewind_ms = 1000,
                                  .rewind_tolerance_ms = 200,
-                                 .shell_forward_ms = 100,
+                                 .projectile_forward_ms = 100,
                                  .rifle = rifle,
                                  .shell = shell};
     r->world = calloc(1, ll_extent_size((ll_extent){BODIES, 0}));
@@ -135,10 +135,10 @@ static ll_action press(range *r, ll_weapon weapon, int64_t k, ll_time seen)
 
 /* ---- the rifle ---- */
 
-static int rifle_at(int policy, double seen_s, int claim)
+static int rifle_at(int policy, double view_time_s, int claim)
 {
     range *r = new_range(crossing, policy, 0);
-    ll_action a = press(r, LL_RIFLE, 140, (ll_time)(seen_s * 1e9));
+    ll_action a = press(r, LL_RIFLE, 140, (ll_time)(view_time_s * 1e9));
     ll_set_claim(&a, LL_RIFLE, claim);
     step_to(r, 140, &a, level());
     int body = r->told[0].body;
@@ -179,7 +179,7 @@ static void view_is_clamped_and_cross_checked(void **state)
     (void)state;
     const struct {
         double stated_ms, measured_ms, looked_back_ms;
-        bool clamped, distrusted;
+        bool clamped, view_time_rejected;
     } cases[] = {
         {120, 100, 120, false, false},
         {240, 60, 240, false, false},
@@ -205,7 +205,7 @@ static void view_is_clamped_and_cross_checked(void **state)
         assert_int_equal(r->shots[0].now, present);
         assert_int_equal(r->shots[0].seen, want < present ? want : present);
         assert_int_equal(r->shots[0].clamped, cases[i].clamped);
-        assert_int_equal(r->shots[0].distrusted, cases[i].distrusted);
+        assert_int_equal(r->shots[0].view_time_rejected, cases[i].view_time_rejected);
         free_range(r);
     }
 }
@@ -221,7 +221,7 @@ typedef struct impact {
 static impact shell(way *target, int family, int trace, ll_aim aim, int64_t seen, int64_t k)
 {
     range *r = new_range(target, 0, family);
-    r->rules.shell_trace = trace;
+    r->rules.projectile_trace = trace;
     ll_action a = press(r, LL_CANNON, k, ll_tick_time(seen, HZ));
     step_to(r, k, &a, aim);
     step_to(r, k + 400, NULL, aim);

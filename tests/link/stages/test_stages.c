@@ -84,7 +84,7 @@ static void a_gap_picks_every_nth(void **state)
         assert_int_equal(s[i].reordered, i % 5 == 4);
         assert_int_equal(s[i].due - i * STEP, (i % 5 == 4 ? 30 : 40) * LL_MS);
     }
-    assert_int_equal(ll_link_get_stats(link)->sent_ahead, 20);
+    assert_int_equal(ll_link_get_stats(link)->reordered_ahead, 20);
     free(s);
     free(link);
 }
@@ -135,7 +135,7 @@ static void what_is_sent_ahead_overtakes(void **state)
     static const int64_t want[] = {0, 1, 2, 3, 4, 9, 5, 6, 7, 8, 10, 11, 12, 13, 14, 19, 15};
     for (int i = 0; i < 17; i++)
         assert_int_equal(order[i], want[i]);
-    assert_int_equal(ll_link_get_stats(link)->sent_ahead, 6);
+    assert_int_equal(ll_link_get_stats(link)->reordered_ahead, 6);
     assert_int_equal(ll_link_get_stats(link)->reordered, 5 * 4); /* the last has yet to overtake */
     free(link);
 }

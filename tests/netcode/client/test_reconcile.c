@@ -75,7 +75,7 @@ static void a_tolerance_is_held_until_the_horizon(void **state)
         {{.x = 0.25, .vy = 1}, true},
         {{.x = 0.25, .vy = 1.01}, false},
         {{.angle = -0.5}, true},
-        {{.angle = 0.25, .spin = 1.01}, false},
+        {{.angle = 0.25, .angular_velocity = 1.01}, false},
         {{.x = 0.5, .angle = 0.5}, true},
         {{.flags = 1}, false},
     };
@@ -119,7 +119,7 @@ static void rounding_is_explained(void **state)
         for (int i = 0; i < 2; i++) {
             both[i]->x += both[i]->vx * t;
             both[i]->y += both[i]->vy * t;
-            both[i]->angle += both[i]->spin * t;
+            both[i]->angle += both[i]->angular_velocity * t;
         }
         ll_entity second = rounded(&to, &now);
         assert_true(agree(&a, &told, &second));
@@ -422,7 +422,7 @@ static void what_stands_is_what_a_replay_makes(void **state)
                                         "players.0.prediction=true",
                                         "players.0.reconciliation=true",
                                         "players.0.lag_ms=60",
-                                        "server.snapshot=full",
+                                        "server.snapshot_encoding=full",
                                         "warmup_s=0",
                                         NULL};
             scene s = scene_open(games[i], sets);

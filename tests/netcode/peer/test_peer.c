@@ -423,7 +423,7 @@ static void floats_are_stored_in_every_field(void **state)
         h->after(world, 0, 1);
         for (int i = 0; i < n; i++) {
             const ll_entity *e = &world->entity[i];
-            const double values[] = {e->x, e->y, e->vx, e->vy, e->angle, e->spin};
+            const double values[] = {e->x, e->y, e->vx, e->vy, e->angle, e->angular_velocity};
             for (int k = 0; k < 6; k++)
                 assert_true(values[k] == rounded);
         }

@@ -105,8 +105,8 @@ static ll_world *by_hand(void)
     ll_world *p = empty(1, 3, 8);
     p->entity[0] = (ll_entity){.x = 1.5};
     p->entity[1] = (ll_entity){.x = 1.4, .y = -0.6}; /* 3 and -1 steps of 0.5 m */
-    p->entity[2] =
-        (ll_entity){.x = 100, .vx = 0.25, .vy = -0.5, .angle = 1.2, .spin = 2, .flags = LL_ENTITY_ACTIVE};
+    p->entity[2] = (ll_entity){
+        .x = 100, .vx = 0.25, .vy = -0.5, .angle = 1.2, .angular_velocity = 2, .flags = LL_ENTITY_ACTIVE};
     *(uint64_t *)ll_world_tail(p) = 7;
     return p;
 }
@@ -236,7 +236,7 @@ static ll_world *random_world(uint64_t seed)
         if (i % 4 != 0) {
             e->vx = 30 * unit(5, k);
             e->vy = i % 7 ? 3 * unit(6, k) : -0.0;
-            e->spin = 10 * unit(7, k);
+            e->angular_velocity = 10 * unit(7, k);
         }
         if (i == 9)
             e->y = -1e9; /* off the grid */
@@ -283,7 +283,7 @@ static void check_world(const ll_world *got, const ll_world *real, const ll_quan
         check_member(e->vx, t->vx, grid->mps);
         check_member(e->vy, t->vy, grid->mps);
         check_member(e->angle, t->angle, grid->rad);
-        check_member(e->spin, t->spin, grid->radps);
+        check_member(e->angular_velocity, t->angular_velocity, grid->radps);
         assert_true(e->flags == t->flags);
         ll_entity same = ll_cell_entity(&cell, grid);
         assert_memory_equal(e, &same, sizeof same); /* what the server says that was sent */
@@ -368,7 +368,8 @@ static void rounding_twice_is_rounding_once(void **state)
             int32_t n = (int32_t)(ll_rng_u64(5, g, k) >> (32 + k % 32)) * (k & 1 ? 1 : -1);
             if (n == INT32_MIN || n == INT32_MAX)
                 continue;
-            ll_cell cell = {.x = n, .y = -n, .vx = n, .vy = -n, .angle = n, .spin = -n, .flags = k};
+            ll_cell cell = {
+                .x = n, .y = -n, .vx = n, .vy = -n, .angle = n, .angular_velocity = -n, .flags = k};
             ll_entity e = ll_cell_entity(&cell, &grids[g]);
             ll_cell again = ll_cell_of(&e, &grids[g]);
             assert_memory_equal(&again, &cell, sizeof cell);
@@ -380,7 +381,7 @@ static void what_is_not_on_the_grid_is_told_so(void **state)
     (void)state;
     const double bad[] = {INFINITY, -INFINITY, NAN, 2147483647.0 * 0.5, -2147483647.0 * 0.5, 1e300};
     for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {
-        ll_entity e = {.x = 1, .spin = bad[i]};
+        ll_entity e = {.x = 1, .angular_velocity = bad[i]};
         ll_cell cell = ll_cell_of(&e, &(ll_quantization){0.5f, 0.5f, 0.5f, 0.5f});
         assert_false(ll_cell_fits(&cell));
     }

@@ -35,14 +35,14 @@ static ll_entity on_polynomials(const double p[3][4], double t)
     ll_entity e = {0};
     polynomial(p[0], t, &e.x, &e.vx);
     polynomial(p[1], t, &e.y, &e.vy);
-    polynomial(p[2], t, &e.angle, &e.spin);
+    polynomial(p[2], t, &e.angle, &e.angular_velocity);
     return e;
 }
 
 static bool same(const ll_entity *a, const ll_entity *b, double tolerance)
 {
     const double d[] = {a->x - b->x,   a->y - b->y,         a->vx - b->vx,
-                        a->vy - b->vy, a->angle - b->angle, a->spin - b->spin};
+                        a->vy - b->vy, a->angle - b->angle, a->angular_velocity - b->angular_velocity};
     for (int i = 0; i < 6; i++)
         if (!(fabs(d[i]) <= tolerance))
             return false;
@@ -145,7 +145,7 @@ static void steady(int64_t k, ll_time time, ll_entity *other)
     other->vx = 20;
     other->vy = -3;
     other->angle = ll_to_s(time);
-    other->spin = 1;
+    other->angular_velocity = 1;
 }
 
 static ll_time silent_from_2s(int64_t k)

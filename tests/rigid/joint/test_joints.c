@@ -152,9 +152,9 @@ static void a_motor_has_the_torque_that_it_says(void **state)
             def.max_torque = 0.5; /* the box has 1/6 kg m^2: 3 rad/s^2 */
             join(&t, &def);
             run(&t, 30);
-            double half = body(t.world, t.free).spin;
+            double half = body(t.world, t.free).angular_velocity;
             run(&t, 60);
-            double full = body(t.world, t.free).spin;
+            double full = body(t.world, t.free).angular_velocity;
             if (!(fabs(half - 1.5) < 1e-9 && fabs(full - 3) < 1e-9))
                 fail_msg("%s, %s: %g and %g rad/s", ll_rigid_solver_names[solver],
                          ll_joint_type_names[types[i]], half, full);
@@ -205,12 +205,12 @@ static void limits_stop_and_motors_drive(void **state)
     def.max_torque = 0.5; /* the box has 1/6 kg m^2: 3 rad/s^2 */
     ll_joint_id id = join(&t, &def);
     run(&t, 30);
-    near(body(t.world, t.free).spin, 1.5, 0.01);
+    near(body(t.world, t.free).angular_velocity, 1.5, 0.01);
     run(&t, 60);
-    near(body(t.world, t.free).spin, 3, 1e-9);
+    near(body(t.world, t.free).angular_velocity, 3, 1e-9);
     ok(ll_rigid_set_motor(t.world, id, -1));
     run(&t, 120);
-    near(body(t.world, t.free).spin, -1, 1e-9);
+    near(body(t.world, t.free).angular_velocity, -1, 1e-9);
     free(t.world);
 
     t = two_bodies(LL_SOLVER_SOFT_STEP, 0, 0, -10);
@@ -251,7 +251,7 @@ static void a_mouse_draws_and_a_motor_holds(void **state)
     join(&t, &def);
     run(&t, 120);
     near(body(t.world, t.free).position.y, 0, 0.005);
-    near(body(t.world, t.free).spin, 2, 1e-6);
+    near(body(t.world, t.free).angular_velocity, 2, 1e-6);
     free(t.world);
 }
 
@@ -274,12 +274,12 @@ static void friction_holds_in_every_direction(void **state)
         s = body(t.world, t.free);
         near(s.velocity.x, 3 - 0.6 * 3, 1e-9);
         near(s.velocity.y, -4 + 0.8 * 3, 1e-9);
-        near(s.spin, 0.5, 1e-9);
+        near(s.angular_velocity, 0.5, 1e-9);
         run(&t, 60);
         s = body(t.world, t.free);
         near(s.velocity.x, 0, 1e-12);
         near(s.velocity.y, 0, 1e-12);
-        near(s.spin, 0, 1e-12);
+        near(s.angular_velocity, 0, 1e-12);
         free(t.world);
     }
 }

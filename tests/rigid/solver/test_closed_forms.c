@@ -382,7 +382,7 @@ static void elastic_gases_keep_momentum_and_energy(void **state)
         ll_rigid_limits limits = small_limits(24);
         ll_rigid_params p = standard_params();
         p.gravity_y = 0;
-        p.restitution_speed = 0;
+        p.restitution_threshold = 0;
         p.sleep = false;
         p.solver = solver;
         ll_rigid *w = world_of(&limits, &p);

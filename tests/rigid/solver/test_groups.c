@@ -65,7 +65,7 @@ static void assert_same_motion(ll_body_state a, ll_body_state b)
     assert_memory_equal(&a.position, &b.position, sizeof a.position);
     assert_memory_equal(&a.velocity, &b.velocity, sizeof a.velocity);
     assert_memory_equal(&a.angle, &b.angle, sizeof a.angle);
-    assert_memory_equal(&a.spin, &b.spin, sizeof a.spin);
+    assert_memory_equal(&a.angular_velocity, &b.angular_velocity, sizeof a.angular_velocity);
 }
 
 static void groups_move_as_the_whole_does(void **state)

@@ -8,7 +8,7 @@ static ll_rigid_params weightless(void)
     ll_rigid_params p = standard_params();
     p.gravity_y = 0;
     p.sleep = false;
-    p.restitution_speed = 0;
+    p.restitution_threshold = 0;
     return p;
 }
 
@@ -124,9 +124,9 @@ static void a_pendulum_keeps_its_period_and_energy(void **state)
     ll_rigid_metrics first = ll_rigid_measure(w, NULL, 0, INFINITY);
     double lowest = 0;
     for (int i = 1; turns < 10 && i < 10000; i++) {
-        double before = body(w, rod).spin;
+        double before = body(w, rod).angular_velocity;
         ok(ll_rigid_step(w, 1 / hz, NULL));
-        double after = body(w, rod).spin;
+        double after = body(w, rod).angular_velocity;
         lowest = fmin(lowest, body(w, rod).position.y);
         if (before > 0 && after <= 0) { /* back at the right */
             turns++;

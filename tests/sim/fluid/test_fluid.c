@@ -176,14 +176,15 @@ static void a_person_stirs(void **state)
 static void fluids_beside_begin_as_the_first(void **state)
 {
     (void)state;
-    ll_session *s = session_of(VORTICES ",\"beside\":[{},{\"solver\":{\"advection\":\"semi_lagrangian\"}}]}");
+    ll_session *s =
+        session_of(VORTICES ",\"side_by_side\":[{},{\"solver\":{\"advection\":\"semi_lagrangian\"}}]}");
     ll_session *alone = session_of(VORTICES "}");
     ok(ll_session_run_to(s, 60));
     ok(ll_session_run_to(alone, 60));
     double energy = metric(alone, "energy");
     between("energy of the first", metric(s, "energy"), energy, energy);
-    between("energy of its like", metric(s, "beside.0.energy"), energy, energy);
-    between("energy of the other", metric(s, "beside.1.energy"), 0.5 * energy, 0.999 * energy);
+    between("energy of its like", metric(s, "side_by_side.0.energy"), energy, energy);
+    between("energy of the other", metric(s, "side_by_side.1.energy"), 0.5 * energy, 0.999 * energy);
     ll_session_destroy(s);
     ll_session_destroy(alone);
 }
@@ -193,9 +194,10 @@ static void each_fluid_changes_by_itself_and_all_are_stirred(void **state)
     (void)state;
     ll_session *s =
         session_of("{\"kind\":\"fluid\",\"scene\":\"cavity\",\"params\":{\"n\":16},\"duration_s\":5,"
-                   "\"beside\":[{\"params\":{\"n\":32}},{\"scene\":\"pool\"}]}");
+                   "\"side_by_side\":[{\"params\":{\"n\":32}},{\"scene\":\"pool\"}]}");
     ll_session *still = session_of("{\"kind\":\"fluid\",\"scene\":\"pool\",\"duration_s\":5}");
-    patch(s, "{\"beside.0.solver.pressure\":\"jacobi\",\"beside.0.solver.sweeps\":30,\"beside.0.solver."
+    patch(s, "{\"side_by_side.0.solver.pressure\":\"jacobi\",\"side_by_side.0.solver.sweeps\":30,\"side_by_"
+             "side.0.solver."
              "tolerance\":0}");
     for (int tick = 0; tick < 20; tick++) {
         ll_action action = {.axis = {-0.5f + 0.05f * (float)tick, -0.4f}, .buttons = LL_BUTTON_FIRE};
@@ -203,11 +205,11 @@ static void each_fluid_changes_by_itself_and_all_are_stirred(void **state)
         ok(ll_session_run_to(s, tick + 1));
     }
     ok(ll_session_run_to(still, 20));
-    between("sweeps of the second", metric(s, "beside.0.sweeps"), 30, 30);
+    between("sweeps of the second", metric(s, "side_by_side.0.sweeps"), 30, 30);
     between("energy of the first", metric(s, "energy"), 0.01, 1);
-    between("energy of the second", metric(s, "beside.0.energy"), 0.01, 1);
-    assert_true(metric(s, "beside.1.momentum_x") > 1.1 * metric(still, "momentum_x"));
-    cJSON *size = cJSON_Parse("{\"beside.0.params.n\":64}");
+    between("energy of the second", metric(s, "side_by_side.0.energy"), 0.01, 1);
+    assert_true(metric(s, "side_by_side.1.momentum_x") > 1.1 * metric(still, "momentum_x"));
+    cJSON *size = cJSON_Parse("{\"side_by_side.0.params.n\":64}");
     assert_int_equal(ll_session_patch(s, 0, size).code, LL_CONFLICT);
     cJSON_Delete(size);
     ll_session_destroy(s);
@@ -219,7 +221,7 @@ static void a_fluid_beside_that_fails_stops_alone(void **state)
 {
     (void)state;
     ll_session *s = session_of("{\"kind\":\"fluid\",\"scene\":\"taylor_green\",\"params\":{\"n\":32},"
-                               "\"hz\":2,\"duration_s\":5,\"beside\":[{\"solver\":{\"substeps\":1}}]}");
+                               "\"hz\":2,\"duration_s\":5,\"side_by_side\":[{\"solver\":{\"substeps\":1}}]}");
     ok(ll_session_run_to(s, 4));
     between("time of the first", metric(s, "t_s"), 2, 2);
     cJSON *report = ll_session_metrics(s), *first = cJSON_GetObjectItem(report, "metrics");
@@ -238,13 +240,13 @@ static void what_is_wrong_beside_is_refused_by_its_place(void **state)
     (void)state;
     ll_session *s;
     ll_status status = try_session(
-        "{\"kind\":\"fluid\",\"scene\":\"cavity\",\"beside\":[{},{\"params\":{\"n\":2048}}]}", &s);
-    assert_string_equal(status.field, "beside.1.params.n");
-    assert_non_null(strstr(status.text, "beside.1.params.n"));
-    status = try_session("{\"kind\":\"fluid\",\"scene\":\"cavity\",\"beside\":[{},{},{}]}", &s);
+        "{\"kind\":\"fluid\",\"scene\":\"cavity\",\"side_by_side\":[{},{\"params\":{\"n\":2048}}]}", &s);
+    assert_string_equal(status.field, "side_by_side.1.params.n");
+    assert_non_null(strstr(status.text, "side_by_side.1.params.n"));
+    status = try_session("{\"kind\":\"fluid\",\"scene\":\"cavity\",\"side_by_side\":[{},{},{}]}", &s);
     assert_string_equal(status.field, "beside");
     status = try_session(
-        "{\"kind\":\"fluid\",\"scene\":\"cavity\",\"params\":{\"n\":1024},\"beside\":[{},{}]}", &s);
+        "{\"kind\":\"fluid\",\"scene\":\"cavity\",\"params\":{\"n\":1024},\"side_by_side\":[{},{}]}", &s);
     assert_string_equal(status.field, "beside");
     assert_non_null(strstr(status.text, "3 fluids side by side would take"));
 }
@@ -259,8 +261,8 @@ static int64_t counted_ns(void)
 static void parts_are_metered_by_the_callers_clock(void **state)
 {
     (void)state;
-    ll_session *s = session_of(VORTICES ",\"beside\":[{}]}"),
-               *plain = session_of(VORTICES ",\"beside\":[{}]}");
+    ll_session *s = session_of(VORTICES ",\"side_by_side\":[{}]}"),
+               *plain = session_of(VORTICES ",\"side_by_side\":[{}]}");
     cJSON *before = ll_session_cost(s);
     assert_null(cJSON_GetObjectItem(before, "parts"));
     ll_session_step_profiler(s, counted_ns);

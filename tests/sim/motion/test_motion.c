@@ -364,7 +364,7 @@ static void far_places_are_coarse(void **state)
     ll_session *s = open_id("motion/far_from_origin");
     run_to_end(s);
     for (int i = 1; i <= 3; i++) {
-        double spacing = metric(s, i, "spacing_m"), x = component(s, i, 0);
+        double spacing = metric(s, i, "ulp_m"), x = component(s, i, 0);
         assert_true(spacing == pow(2, 3 * i - 13) && x == spacing * round(x / spacing));
         assert_true(fabs(metric(s, i, "e_max") / metric(s, 4, "e_max") - 1) > 0.05);
     }
@@ -432,9 +432,11 @@ static void bad_input_is_named(void **state)
          "methods.0.steps"},
         {"\"problem\":\"pendulum\",\"reverse\":true,\"methods\":[{\"method\":\"rk4\",\"clock\":\"float\"}]",
          "methods.0.clock"},
-        {"\"problem\":\"pendulum\",\"methods\":[{\"method\":\"rk4\",\"origin_m\":10}]", "methods.0.origin_m"},
-        {"\"problem\":\"hires\",\"methods\":[{\"method\":\"rk4\",\"origin_m\":1,\"precision\":\"float\"}]",
-         "methods.0.origin_m"},
+        {"\"problem\":\"pendulum\",\"methods\":[{\"method\":\"rk4\",\"origin_offset_m\":10}]",
+         "methods.0.origin_offset_m"},
+        {"\"problem\":\"hires\",\"methods\":[{\"method\":\"rk4\",\"origin_offset_m\":1,\"precision\":"
+         "\"float\"}]",
+         "methods.0.origin_offset_m"},
         {"\"problem\":\"pendulum\",\"methods\":[{\"method\":\"dopri5\",\"tolerance\":0}]",
          "methods.0.tolerance"},
     };

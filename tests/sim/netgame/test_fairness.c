@@ -55,8 +55,8 @@ static void fairness_counts_hits(void **state)
     cJSON *m = ll_netgame_metrics(s.game);
     double near = measure(m, "players.0.shots.hit_ratio"), far = measure(m, "players.1.shots.hit_ratio");
     assert_true(near > far && far > 0 && near <= 1);
-    assert_true(fabs(near - measure(m, "players.0.shots.rifle.compensated_hits") /
-                                measure(m, "players.0.shots.rifle.shots")) < 1e-12);
+    assert_true(fabs(near - measure(m, "players.0.shots.hitscan.compensated_hits") /
+                                measure(m, "players.0.shots.hitscan.shots")) < 1e-12);
     assert_true(fabs(measure(m, "server.fairness.hit_ratio.spread") - fabs(near - far)) < 1e-12);
     cJSON_Delete(m);
     scene_close(&s);

@@ -257,8 +257,8 @@ static void live_changes_keep_everybody_in_step(void **state)
 static void other_hardware_is_named(void **state)
 {
     (void)state;
-    static const char *const hardware[] = {"players.1.hardware=float", "players.1.hardware=fma",
-                                           "players.1.hardware=ulp"};
+    static const char *const hardware[] = {"players.1.float_mode=float", "players.1.float_mode=fma",
+                                           "players.1.float_mode=ulp"};
     static const char *const games[] = {"contact", "cannon", "desync_fma"};
     for (int i = 0; i < 3 * 3 * 2; i++) {
         const char *const sets[] = {syncs[i / 9],
@@ -320,7 +320,7 @@ static void events_tell_what_the_counters_count(void **state)
     (void)state;
     tape all = {0};
     ll_recorder r = tape_recorder(&all);
-    const char *const sets[] = {"warmup_s=0", "players.1.hardware=fma", NULL};
+    const char *const sets[] = {"warmup_s=0", "players.1.float_mode=fma", NULL};
     scene s = scene_open("rollback_loss", sets);
     scene_run(&s, 15, &r);
     set_loss(&s, 1, 100);

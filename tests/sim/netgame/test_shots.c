@@ -43,7 +43,7 @@ static void what_is_seen_to_be_hit_is_hit_by_rewind_only(void **state)
         char set[64];
         snprintf(set, sizeof set, "players.0.lag_ms=%d", lag);
         const char *const with[] = {set, "server.max_rewind_ms=1000", NULL};
-        const char *const without[] = {set, "server.rifle=none", "server.max_rewind_ms=1000", NULL};
+        const char *const without[] = {set, "server.hitscan=none", "server.max_rewind_ms=1000", NULL};
         scene a = scene_open("rifle", with), b = scene_open("rifle", without);
         scene_run(&a, 120, NULL);
         scene_run(&b, 120, NULL);
@@ -104,7 +104,7 @@ static void honest_shooters_on_bad_links_are_believed(void **state)
         for (int rule = 1; rule < LL_RULES; rule++)
             assert_int_equal(refused(&s, p, (ll_rule)rule), 0);
         assert_true(tally(&s, p, LL_RIFLE)->shots > 200);
-        assert_int_equal(tally(&s, p, LL_RIFLE)->distrusted, 0);
+        assert_int_equal(tally(&s, p, LL_RIFLE)->view_time_rejected, 0);
     }
     assert_true(agreement(tally(&s, 1, LL_RIFLE)) >= 0.99);
     scene_close(&s);
@@ -120,7 +120,7 @@ static void predicted_targets_need_no_rewinding(void **state)
     scene_run(&s, 60, NULL);
     const ll_shot_tally *t = tally(&s, 0, LL_RIFLE);
     assert_true(t->shots > 200 && t->hits[LL_JUDGE_VIEW] > 100);
-    assert_int_equal(t->distrusted, 0);
+    assert_int_equal(t->view_time_rejected, 0);
     assert_int_equal(shot_stats(&s, 0)->rewind.count, 0);
     assert_true(agreement(t) >= 0.97); /* but of the other player, whose controls are guessed */
     scene_close(&s);
@@ -129,7 +129,7 @@ static void predicted_targets_need_no_rewinding(void **state)
 static double shell_agreement(const char *id, const char *family, int64_t *hits)
 {
     char set[64];
-    snprintf(set, sizeof set, "server.shell=%s", family);
+    snprintf(set, sizeof set, "server.projectile=%s", family);
     const char *const sets[] = {set, NULL};
     scene s = scene_open(id, sets);
     scene_run(&s, 120, NULL);
@@ -267,7 +267,7 @@ static void a_hit_on_who_has_hidden_is_shot_behind_cover(void **state)
 {
     (void)state;
     for (int rewinds = 0; rewinds < 2; rewinds++) {
-        const char *const sets[] = {rewinds ? "server.rifle=rewind" : "server.rifle=none",
+        const char *const sets[] = {rewinds ? "server.hitscan=rewind" : "server.hitscan=none",
                                     "players.0.control=person",
                                     "players.1.control=person",
                                     "players.0.lag_ms=200",
@@ -414,14 +414,14 @@ static void limits_count_where_the_server_looks_back(void **state)
         const char *id, *policy;
         ll_weapon weapon;
         bool looks_back;
-    } rows[] = {{"rifle", "server.rifle=none", LL_RIFLE, false},
-                {"rifle", "server.rifle=trust", LL_RIFLE, false},
-                {"rifle", "server.rifle=rewind", LL_RIFLE, true},
-                {"cannon_families", "server.shell=none", LL_CANNON, false},
-                {"cannon_families", "server.shell=trust", LL_CANNON, false},
-                {"cannon_families", "server.shell=fast_forward", LL_CANNON, true},
-                {"cannon_families", "server.shell=partial", LL_CANNON, true},
-                {"cannon_families", "server.shell=rewind", LL_CANNON, true}};
+    } rows[] = {{"rifle", "server.hitscan=none", LL_RIFLE, false},
+                {"rifle", "server.hitscan=client_authoritative", LL_RIFLE, false},
+                {"rifle", "server.hitscan=rewind", LL_RIFLE, true},
+                {"cannon_families", "server.projectile=none", LL_CANNON, false},
+                {"cannon_families", "server.projectile=client_authoritative", LL_CANNON, false},
+                {"cannon_families", "server.projectile=fast_forward", LL_CANNON, true},
+                {"cannon_families", "server.projectile=partial", LL_CANNON, true},
+                {"cannon_families", "server.projectile=rewind", LL_CANNON, true}};
     for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
         const char *const sets[] = {rows[i].policy, "server.max_rewind_ms=40", "players.0.lag_ms=90", NULL};
         scene s = scene_open(rows[i].id, sets);
@@ -462,7 +462,7 @@ static void nothing_shot_has_no_shares(void **state)
 static void weapons_fire_as_often_as_they_may(void **state)
 {
     (void)state;
-    const char *const sets[] = {"params.rifle_interval_s=0.25", NULL};
+    const char *const sets[] = {"params.hitscan_interval_s=0.25", NULL};
     scene s = scene_open("rifle_no_rewind", sets);
     scene_run(&s, 60, NULL);
     for (int p = 0; p < 2; p++) {
@@ -488,7 +488,7 @@ static void pressing_faster_gains_nothing(void **state)
 
 /* What a client gains that states an older view: hits beyond those in its true picture. With the cross-check
  * the stamp does not count, without it the shots at the past do. */
-static int64_t gain_of_faking(const char *tolerance, int64_t *distrusted)
+static int64_t gain_of_faking(const char *tolerance, int64_t *view_time_rejected)
 {
     const char *const sets[] = {tolerance, "players.0.cheat=view_time", "server.max_rewind_ms=1000", NULL};
     scene s = scene_open("rifle", sets);
@@ -497,9 +497,9 @@ static int64_t gain_of_faking(const char *tolerance, int64_t *distrusted)
     int64_t gain = t->hits[LL_JUDGE_SERVER] - t->hits[LL_JUDGE_VIEW];
     assert_true(t->shots > 400);
     assert_int_equal(refused(&s, 1, LL_RULE_REWIND), 0);
-    assert_true(refused(&s, 0, LL_RULE_REWIND) >= t->distrusted);
-    *distrusted = t->distrusted;
-    if (*distrusted == 0)
+    assert_true(refused(&s, 0, LL_RULE_REWIND) >= t->view_time_rejected);
+    *view_time_rejected = t->view_time_rejected;
+    if (*view_time_rejected == 0)
         assert_true(t->false_hits > 150);
     scene_close(&s);
     return gain;
@@ -508,17 +508,17 @@ static int64_t gain_of_faking(const char *tolerance, int64_t *distrusted)
 static void a_faked_view_gains_by_trust_only(void **state)
 {
     (void)state;
-    int64_t distrusted;
-    assert_true(gain_of_faking("server.rewind_tolerance_ms=200", &distrusted) < 20);
-    assert_true(distrusted > 400);
-    assert_true(gain_of_faking("server.rewind_tolerance_ms=10000", &distrusted) > 80);
-    assert_int_equal(distrusted, 0);
+    int64_t view_time_rejected;
+    assert_true(gain_of_faking("server.rewind_tolerance_ms=200", &view_time_rejected) < 20);
+    assert_true(view_time_rejected > 400);
+    assert_true(gain_of_faking("server.rewind_tolerance_ms=10000", &view_time_rejected) > 80);
+    assert_int_equal(view_time_rejected, 0);
 }
 
 static void a_claim_counts_where_it_is_trusted_only(void **state)
 {
     (void)state;
-    const char *const sets[] = {"server.rifle=rewind", "server.max_rewind_ms=1000", NULL};
+    const char *const sets[] = {"server.hitscan=rewind", "server.max_rewind_ms=1000", NULL};
     scene trusts = scene_open("rifle_trust", NULL), looks = scene_open("rifle_trust", sets);
     scene_run(&trusts, 60, NULL);
     scene_run(&looks, 60, NULL);

@@ -43,10 +43,10 @@ static void a_codec_changes_what_is_seen_of_others_and_nothing_else(void **state
     (void)state;
     const double step = 0.1;
     const char *const full[] = {ALL_ON("0"), ALL_ON("1"), NULL};
-    const char *const quantised[] = {ALL_ON("0"), ALL_ON("1"), "server.snapshot=quantised",
+    const char *const quantised[] = {ALL_ON("0"), ALL_ON("1"), "server.snapshot_encoding=quantised",
                                      "server.quantum_m=0.1", NULL};
-    const char *const delta[] = {ALL_ON("0"), ALL_ON("1"), "server.snapshot=delta", "server.quantum_m=0.1",
-                                 NULL};
+    const char *const delta[] = {ALL_ON("0"), ALL_ON("1"), "server.snapshot_encoding=delta",
+                                 "server.quantum_m=0.1", NULL};
     const char *const *const ways[] = {full, quantised, delta};
     scene s[3];
     for (int i = 0; i < 3; i++) {
@@ -71,7 +71,7 @@ static void a_codec_changes_what_is_seen_of_others_and_nothing_else(void **state
 static void delta_shows_what_quantised_shows(void **state)
 {
     (void)state;
-    const char *const quantised[] = {"server.snapshot=quantised", NULL};
+    const char *const quantised[] = {"server.snapshot_encoding=quantised", NULL};
     scene a = scene_open("crates_delta", NULL), b = scene_open("crates_delta", quantised);
     scene_run(&a, 30, NULL);
     scene_run(&b, 30, NULL);
@@ -99,7 +99,7 @@ static void rounding_is_uniform(void **state)
     (void)state;
     const double step = 0.004;
     const char *const sets[] = {
-        ALL_ON("0"),           ALL_ON("1"), "server.snapshot=quantised", "server.quantum_m=0.004",
+        ALL_ON("0"),           ALL_ON("1"), "server.snapshot_encoding=quantised", "server.quantum_m=0.004",
         "server.update_hz=60", NULL};
     scene s = scene_open("race", sets);
     scene_run(&s, 25, NULL);
@@ -138,7 +138,7 @@ static void long_states_travel_as_fragments(void **state)
     for (int i = 0; i < 3; i++) {
         char mtu[64];
         snprintf(mtu, sizeof mtu, "players.0.link.down.mtu_bytes=%d", mtus[i]);
-        const char *const sets[] = {"server.snapshot=full", "players.0.link.down.rate_kbps=0",
+        const char *const sets[] = {"server.snapshot_encoding=full", "players.0.link.down.rate_kbps=0",
                                     "players.0.link.down.loss_pct=4", mtu, NULL};
         tape t = {0};
         ll_recorder r = tape_recorder(&t);
@@ -173,7 +173,7 @@ static void the_link_carries_what_was_encoded(void **state)
     /* scope `own`: who is predicted has no age, and is in the mean */
     const char *const thin_sets[] = {"players.0.prediction_scope=own", "players.1.prediction_scope=own",
                                      NULL},
-                      *const full[] = {"server.snapshot=full", thin_sets[0], thin_sets[1], NULL};
+                      *const full[] = {"server.snapshot_encoding=full", thin_sets[0], thin_sets[1], NULL};
     scene a = scene_open("crates_200", thin_sets), b = scene_open("crates_200", full);
     scene_run(&a, 30, NULL);
     scene_run(&b, 30, NULL);

@@ -172,10 +172,11 @@ static void broad_phase_and_simd_change_nothing_else_does(void **state)
     static const char *const same[] = {"{\"broad\":\"brute\"}",      "{\"broad\":\"sap\"}",
                                        "{\"broad\":\"tree\"}",       "{\"solver.simd\":\"scalar\"}",
                                        "{\"solver.simd\":\"sse2\"}", "{\"solver\":{\"simd\":\"avx2\"}}"};
-    static const char *const other[] = {"{\"solver.method\":\"pgs\"}",   "{\"solver.method\":\"avbd\"}",
-                                        "{\"solver.substeps\":4}",       "{\"solver.volume\":\"sphere\"}",
-                                        "{\"solver.warm_start\":false}", "{\"gravity\":[0,-5]}",
-                                        "{\"solver.recycle\":false}"};
+    static const char *const other[] = {
+        "{\"solver.method\":\"pgs\"}",   "{\"solver.method\":\"avbd\"}",
+        "{\"solver.substeps\":4}",       "{\"solver.bounding_volume\":\"sphere\"}",
+        "{\"solver.warm_start\":false}", "{\"gravity\":[0,-5]}",
+        "{\"solver.recycle\":false}"};
     uint64_t want = pile(NULL);
     for (size_t i = 0; i < sizeof same / sizeof same[0]; i++)
         if (pile(same[i]) != want)
@@ -224,12 +225,12 @@ static void worlds_with_the_same_solver_stay_the_same(void **state)
     (void)state;
     ll_session *s =
         session_of("{\"kind\":\"rigid\",\"scene\":\"rugged_wall\",\"duration_s\":3,"
-                   "\"beside\":[{},{\"solver\":{\"method\":\"xpbd\"}}],\"solver\":{\"substeps\":8}}");
+                   "\"side_by_side\":[{},{\"solver\":{\"method\":\"xpbd\"}}],\"solver\":{\"substeps\":8}}");
     run_to(s, 180);
-    near(metric(s, "energy_j"), metric(s, "beside.0.energy_j"), 0); /* with the first's substeps */
-    assert_true(metric(s, "energy_j") != metric(s, "beside.1.energy_j"));
-    near(metric(s, "beside.1.passes_per_s"), 60 * 8 * 3, 0);
-    patch(s, "{\"beside.0.solver.method\":\"pgs\"}");
+    near(metric(s, "energy_j"), metric(s, "side_by_side.0.energy_j"), 0); /* with the first's substeps */
+    assert_true(metric(s, "energy_j") != metric(s, "side_by_side.1.energy_j"));
+    near(metric(s, "side_by_side.1.passes_per_s"), 60 * 8 * 3, 0);
+    patch(s, "{\"side_by_side.0.solver.method\":\"pgs\"}");
     patch(s, "{\"gravity\":[1,-10]}"); /* which wakes all */
     run_to(s, 170);
     run_to(s, 180);
@@ -256,7 +257,8 @@ static void view_of(const ll_rigid_config *config, double view[4])
 }
 
 #define BOX_ON_GROUND                                                                                        \
-    "{\"kind\":\"rigid\",\"duration_s\":10,\"beside\":[{\"solver\":{\"method\":\"avbd\"}}],\"bodies\":["     \
+    "{\"kind\":\"rigid\",\"duration_s\":10,\"side_by_side\":[{\"solver\":{\"method\":\"avbd\"}}],"           \
+    "\"bodies\":["                                                                                           \
     "{\"type\":\"static\",\"size\":[20,1],\"position\":[0,-0.5]},{\"position\":[0,0.5]}]}"
 
 static void box_view(double view[4])
@@ -285,7 +287,7 @@ static void a_dragged_body_comes_to_the_pointer_in_both_worlds(void **state)
     double hang = 10 / (31.41592653589793 * 31.41592653589793); /* by a spring of 5 Hz */
     near(metric(s, "bodies.1.position.0"), 1, 2e-4);
     near(metric(s, "bodies.1.position.1"), 2 - hang, 2e-4);
-    near(metric(s, "beside.0.bodies.1.position.1"), 2 - hang, 2e-4);
+    near(metric(s, "side_by_side.0.bodies.1.position.1"), 2 - hang, 2e-4);
     ok(ll_session_input(s, 0, 0, &leave));
     run_to(s, 400);
     near(metric(s, "bodies.1.position.1"), 0.5, 0.01);
@@ -387,9 +389,9 @@ static void refused(const char *body, const char *field, const char *word)
 static void bad_input_is_refused_with_field_range_and_value(void **state)
 {
     (void)state;
-    refused("\"beside\":{\"method\":\"avbd\"}", "beside", "an array");
-    refused("\"beside\":[{},{},{}]", "beside", "at most 2 elements; got 3");
-    refused("\"beside\":[{\"method\":\"avbd\"}]", "beside.0.method", "solver");
+    refused("\"side_by_side\":{\"method\":\"avbd\"}", "beside", "an array");
+    refused("\"side_by_side\":[{},{},{}]", "beside", "at most 2 elements; got 3");
+    refused("\"side_by_side\":[{\"method\":\"avbd\"}]", "side_by_side.0.method", "solver");
     refused("\"bodies\":[{\"density\":0}]", "bodies.0.density", "1e-06 to 1000000000 kg/m^2; got 0");
     refused("\"bodies\":[{\"density\":-1}]", "bodies.0.density", "got -1");
     refused("\"bodies\":[{\"density\":1e999}]", "bodies.0.density", "1e-06 to");
@@ -448,7 +450,7 @@ static void energy_from_nowhere_is_a_failure(void **state)
     assert_non_null(strstr(status.text, "xpbd blew up in step"));
     ll_session_destroy(s);
     s = session_of(ARM("\"solver\":{\"method\":\"avbd\",\"substeps\":1},"
-                       "\"beside\":[{\"solver\":{\"method\":\"xpbd\",\"substeps\":1}}]"));
+                       "\"side_by_side\":[{\"solver\":{\"method\":\"xpbd\",\"substeps\":1}}]"));
     ok(ll_session_run_to(s, 200));
     cJSON *report = ll_session_metrics(s), *first = cJSON_GetObjectItem(report, "metrics");
     const cJSON *beside = cJSON_GetArrayItem(cJSON_GetObjectItem(first, "beside"), 0);

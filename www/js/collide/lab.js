@@ -55,7 +55,7 @@ function nameOf(world) {
 /** What each solver does with its passes. */
 const PASSES = /** @type {{[name: string]: string[]}} */ ({
   impulse: ['iterations'], pgs: ['iterations', 'baumgarte'], pgs_ngs: ['iterations', 'position_iterations', 'baumgarte'],
-  soft_step: ['substeps', 'contact_hertz', 'contact_damping'], tgs_sticky: ['substeps'], xpbd: ['substeps'], avbd: ['iterations'],
+  soft_step: ['substeps', 'contact_hertz', 'contact_damping_ratio'], tgs_sticky: ['substeps'], xpbd: ['substeps'], avbd: ['iterations'],
 });
 
 /** @param {number} world @returns {Template} */
@@ -71,7 +71,7 @@ function solverPanel(world) {
     ${control(`${at}.volume`, { label: 'Collides as' })}
     <div class="toggles">${control(`${at}.warm_start`, { label: 'Warm start' })}${control(`${at}.recycle`, { label: 'Recycling' })}
       ${control(`${at}.sleep`, { label: 'Sleeping' })}</div>
-    <details><summary>More</summary>${['push_speed', 'restitution_speed', 'joint_hertz', 'joint_damping', 'recycle_distance', 'sleep_speed', 'simd']
+    <details><summary>More</summary>${['contact_push_speed', 'restitution_threshold', 'joint_hertz', 'joint_damping_ratio', 'recycle_distance', 'sleep_threshold', 'simd']
       .map((name) => control(`${at}.${name}`, label(name)))}</details>
   </fieldset>`;
 }
@@ -172,7 +172,7 @@ function numbers() {
 
 /** How many went through, of all that fly. @returns {Template | typeof nothing} */
 function meter() {
-  if (!(Math.abs(params.value?.beyond_x ?? 1e9) < 1e8)) return nothing;
+  if (!(Math.abs(params.value?.tunnel_x ?? 1e9) < 1e8)) return nothing;
   return html`<section class="meter" aria-label="Tunnelling"><h3>Passed the wall</h3>
     ${worlds().map((i) => html`<div class="passed">${mark(i)}<div class="track"><div class="fill" data-player=${i} data-fill=${i}></div></div>
       <span data-rigid=${`${i}/passed`}>–</span></div>`)}</section>`;
@@ -287,7 +287,7 @@ export function drawCollide(frame, settled, name) {
   measure(frame, false);
   for (const i of worlds()) {
     const of = {
-      world: i, view: at.view, shown: shown.value, volume: overlaid.value, dt: 1 / at.hz, beyond: params.value?.beyond_x ?? 1e9,
+      world: i, view: at.view, shown: shown.value, volume: overlaid.value, dt: 1 / at.hz, beyond: params.value?.tunnel_x ?? 1e9,
       name: `${nameOf(i)}${scene.worlds[i]?.status === 1 ? ': diverged' : ''}`, pointer: pointer.value,
     };
     onto(`world${i}`, (surface) => cameras.set(i, drawWorld(surface, colours, scene, of)));

@@ -250,7 +250,7 @@ function begin(whole, paths) {
  * are left out; of a path without values all choices are taken.
  * @type {Record<string, {axes: [string, string][][], errors: RegExp, more: string[], repeats: string}>} */
 const TRADES = {
-  netgame: { axes: [[['server.snapshot', '']], [['server.update_hz', '5, 10, 20, 30, 60']]], errors: /^players\.0\.remote_error_m\.mean$/,
+  netgame: { axes: [[['server.snapshot_encoding', '']], [['server.update_hz', '5, 10, 20, 30, 60']]], errors: /^players\.0\.remote_error_m\.mean$/,
     more: ['players.0.bandwidth.down_bytes_per_s'], repeats: '5' },
   motion: { axes: [[['methods.0.method', 'explicit_euler, semi_implicit_euler, velocity_verlet, rk4']],
     [['methods.0.dt_s', '0.1, 0.03, 0.01, 0.003, 0.001']]],

@@ -9,7 +9,7 @@ import { drawText } from '../views/marks.js';
 /** @typedef {'seen' | 'now' | 'looked'} When */
 
 /** The last shot of the player that is looked at. @param {LensPicture} at @returns {Shot | undefined} */
-const lastOf = ({ frame, player }) => frame.shots.filter((shot) => shot.player === player).sort((a, b) => b.judged_s - a.judged_s)[0];
+const lastOf = ({ frame, player }) => frame.shots.filter((shot) => shot.player === player).sort((a, b) => b.evaluated_at_s - a.evaluated_at_s)[0];
 
 /** @param {number} hit @param {LensPicture} at @returns {string} */
 const bodyOf = (hit, at) => (hit === NOBODY ? 'miss' : hit === NOT_YET ? 'in flight'
@@ -73,7 +73,7 @@ const movedOf = (frame, shot) => Math.max(0, ...bodiesOf(frame, shot).filter((_,
 
 /** @param {LensPicture} at @param {Shot} shot @returns {string} */
 function verdict(at, shot) {
-  const back = (shot.judged_s - shot.looked_s) * 1000, age = (shot.judged_s - shot.seen_s) * 1000, notes = notesOf(shot);
+  const back = (shot.evaluated_at_s - shot.rewound_to_s) * 1000, age = (shot.evaluated_at_s - shot.view_time_s) * 1000, notes = notesOf(shot);
   return `${letter(shot.player)}, ${shot.weapon === SHELL ? 'cannon' : 'rifle'}: ${bodyOf(shot.compensated_hit, at)} by the server’s rule, ${bodyOf(shot.server_now_hit, at)} in the present; `
     + `picture ${fixed(age, 0)} ms old, looked back ${fixed(back, 0)} ms; bodies moved up to ${fixed(movedOf(at.frame, shot), 2)} m${notes.length > 0 ? ` · ${notes.join(' · ')}` : ''}`;
 }
@@ -90,9 +90,9 @@ export const shots = {
     }
     const line = colours.text * 1.5, third = width / 3;
     const inner = { ...at, height: at.height - line };
-    panel(inner, shot, 'seen', 0, third, `Shooter saw (${fixed((shot.judged_s - shot.seen_s) * 1000, 0)} ms ago)`, shot.client_view_hit);
+    panel(inner, shot, 'seen', 0, third, `Shooter saw (${fixed((shot.evaluated_at_s - shot.view_time_s) * 1000, 0)} ms ago)`, shot.client_view_hit);
     panel(inner, shot, 'now', third, third, 'Server now', shot.server_now_hit);
-    panel(inner, shot, 'looked', 2 * third, third, `Server looked back ${fixed((shot.judged_s - shot.looked_s) * 1000, 0)} ms`, shot.compensated_hit);
+    panel(inner, shot, 'looked', 2 * third, third, `Server looked back ${fixed((shot.evaluated_at_s - shot.rewound_to_s) * 1000, 0)} ms`, shot.compensated_hit);
     const notes = notesOf(shot);
     drawText(pen, colours, `${letter(shot.player)}, ${shot.weapon === SHELL ? 'cannon' : 'rifle'} · rule: ${bodyOf(shot.compensated_hit, at)} · present: ${bodyOf(shot.server_now_hit, at)} · `
       + `bodies moved ${fixed(movedOf(at.frame, shot), 2)} m${notes.length > 0 ? ` · ${notes.join(' · ')}` : ''}`, 6, at.height - line / 2);

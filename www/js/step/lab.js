@@ -68,7 +68,7 @@ function methodPanel(i) {
       <span class="units"><button type="button" aria-label=${`${adaptive ? '÷10' : '½'} ${word} of method ${i + 1}`} @click=${() => scaleStep(i, 0.5)}>${adaptive ? '÷10' : '½'}</button><button
       type="button" aria-label=${`${adaptive ? '×10' : '×2'} ${word} of method ${i + 1}`} @click=${() => scaleStep(i, 2)}>${adaptive ? '×10' : '×2'}</button></span></div>
     <details><summary>How it is driven</summary>${control(`${at}.steps`, { label: 'Steps' })}${control(`${at}.clock`, { label: 'Clock' })}
-      ${control(`${at}.precision`, { label: 'Precision' })}${control(`${at}.origin_m`, { label: 'From the origin' })}</details>
+      ${control(`${at}.precision`, { label: 'Precision' })}${control(`${at}.origin_offset_m`, { label: 'From the origin' })}</details>
   </fieldset>`;
 }
 

@@ -57,7 +57,7 @@ export const SCHEMA = '6a26fd47ca6dfd48';
  * @property {number} correction_m  m; the last of these, signed
  * @property {number} refused  inputs that the server refused
  * @property {number} alpha  where the drawn time is between its two snapshots
- * @property {number} shown_s  s; server time of the remote entities as drawn
+ * @property {number} render_time_s  s; server time of the remote entities as drawn
  */
 
 /**
@@ -176,11 +176,11 @@ export const SCHEMA = '6a26fd47ca6dfd48';
  * @property {number} player  who shot
  * @property {number} weapon  with what
  * @property {number} tick  the server's step that it was meant for
- * @property {number} flags  clamped: to max_rewind_ms; distrusted: its age of view was not believed; behind_cover: the target was
+ * @property {number} flags  clamped: to max_rewind_ms; view_time_rejected: its age of view was not believed; behind_cover: the target was
  * @property {number} pressed_s  s; when the button was pressed
- * @property {number} seen_s  s; server time of what the shooter saw
- * @property {number} judged_s  s; the server's present when it judged
- * @property {number} looked_s  s; server time of the bodies that it judged against
+ * @property {number} view_time_s  s; server time of what the shooter saw
+ * @property {number} evaluated_at_s  s; the server's present when it judged
+ * @property {number} rewound_to_s  s; server time of the bodies that it judged against
  * @property {number} x  m; the muzzle as pressed
  * @property {number} y  m; the muzzle as pressed
  * @property {number} dx  the aim, a unit vector
@@ -200,12 +200,12 @@ export const SCHEMA = '6a26fd47ca6dfd48';
  * @property {number} weapon  with what
  * @property {number} tick  of the shot
  * @property {number} body  which body: that entity
- * @property {number} seen_x  m; as the shooter saw it, at seen_s
- * @property {number} seen_y  m; as the shooter saw it, at seen_s
- * @property {number} now_x  m; in the server's present, at judged_s
- * @property {number} now_y  m; in the server's present, at judged_s
- * @property {number} looked_x  m; where the server looked, at looked_s
- * @property {number} looked_y  m; where the server looked, at looked_s
+ * @property {number} seen_x  m; as the shooter saw it, at view_time_s
+ * @property {number} seen_y  m; as the shooter saw it, at view_time_s
+ * @property {number} now_x  m; in the server's present, at evaluated_at_s
+ * @property {number} now_y  m; in the server's present, at evaluated_at_s
+ * @property {number} looked_x  m; where the server looked, at rewound_to_s
+ * @property {number} looked_y  m; where the server looked, at rewound_to_s
  */
 
 /**
@@ -437,7 +437,7 @@ export const PEERS_DESYNC_FIELD = Object.freeze({ x: 0, y: 1, vx: 2, vy: 3, angl
 export const INPUT_HISTORY_STATE = Object.freeze({ open: 0, acknowledged: 1, refused: 2, late: 3, lost: 4 });
 export const BUFFERED_PLACE = Object.freeze({ snapshot: 0, dejitter: 1 });
 export const SHOTS_WEAPON = Object.freeze({ rifle: 0, shell: 1 });
-export const SHOTS_FLAGS = Object.freeze({ taken: 1, clamped: 2, distrusted: 4, behind_cover: 8 });
+export const SHOTS_FLAGS = Object.freeze({ taken: 1, clamped: 2, view_time_rejected: 4, behind_cover: 8 });
 export const SHOT_BODIES_WEAPON = Object.freeze({ rifle: 0, shell: 1 });
 export const MOTION_STATUS = Object.freeze({ ok: 0, diverged: 1, off: 2, failed: 3 });
 export const WORLDS_STATUS = Object.freeze({ ok: 0, diverged: 1, off: 2, failed: 3 });
@@ -489,7 +489,7 @@ export const RECORDS = Object.freeze([
     {"name":"correction_m","coding":"step","bits":13,"unit":"m"},
     {"name":"refused","coding":"int"},
     {"name":"alpha","coding":"step","bits":10},
-    {"name":"shown_s","coding":"step","bits":20,"unit":"s"},
+    {"name":"render_time_s","coding":"step","bits":20,"unit":"s"},
   ]},
   {"id":3,"name":"entities","channel":"scene","form":"by_index","fields":[
     {"name":"view","coding":"int"},
@@ -500,7 +500,7 @@ export const RECORDS = Object.freeze([
     {"name":"vx","coding":"step","bits":10,"unit":"m/s"},
     {"name":"vy","coding":"step","bits":10,"unit":"m/s"},
     {"name":"angle","coding":"step","bits":12,"unit":"rad"},
-    {"name":"spin","coding":"step","bits":12,"unit":"rad/s"},
+    {"name":"angular_velocity","coding":"step","bits":12,"unit":"rad/s"},
     {"name":"age_ms","coding":"step","bits":7,"unit":"ms"},
   ]},
   {"id":4,"name":"game","channel":"scene","form":"by_index","fields":[
@@ -556,7 +556,7 @@ export const RECORDS = Object.freeze([
     {"name":"rollbacks","coding":"int"},
     {"name":"rollback_ticks","coding":"int"},
     {"name":"desync_entity","coding":"int"},
-    {"name":"desync_field","coding":"int","names":["x","y","vx","vy","angle","spin","flags","tail"]},
+    {"name":"desync_field","coding":"int","names":["x","y","vx","vy","angle","angular_velocity","flags","tail"]},
     {"name":"desync_m","coding":"step","bits":13,"unit":"m"},
     {"name":"desync_ulps","coding":"real","bits":23,"unit":"ulps"},
   ]},
@@ -581,11 +581,11 @@ export const RECORDS = Object.freeze([
     {"name":"player","coding":"int"},
     {"name":"weapon","coding":"int","names":["rifle","shell"]},
     {"name":"tick","coding":"int"},
-    {"name":"flags","coding":"int","flags":["taken","clamped","distrusted","behind_cover"]},
+    {"name":"flags","coding":"int","flags":["taken","clamped","view_time_rejected","behind_cover"]},
     {"name":"pressed_s","coding":"step","bits":20,"unit":"s"},
-    {"name":"seen_s","coding":"step","bits":20,"unit":"s"},
-    {"name":"judged_s","coding":"step","bits":20,"unit":"s"},
-    {"name":"looked_s","coding":"step","bits":20,"unit":"s"},
+    {"name":"view_time_s","coding":"step","bits":20,"unit":"s"},
+    {"name":"evaluated_at_s","coding":"step","bits":20,"unit":"s"},
+    {"name":"rewound_to_s","coding":"step","bits":20,"unit":"s"},
     {"name":"x","coding":"step","bits":13,"unit":"m"},
     {"name":"y","coding":"step","bits":13,"unit":"m"},
     {"name":"dx","coding":"step","bits":12},
@@ -637,7 +637,7 @@ export const RECORDS = Object.freeze([
     {"name":"recycled","coding":"int"},
     {"name":"tested","coding":"int"},
     {"name":"islands","coding":"int"},
-    {"name":"passed","coding":"int"},
+    {"name":"tunnelled","coding":"int"},
     {"name":"stopped","coding":"int"},
     {"name":"joints","coding":"int"},
     {"name":"energy","coding":"real","bits":23,"unit":"J"},
@@ -685,7 +685,7 @@ export const RECORDS = Object.freeze([
     {"name":"angle","coding":"step","bits":12,"unit":"rad"},
     {"name":"vx","coding":"step","bits":8,"unit":"m/s"},
     {"name":"vy","coding":"step","bits":8,"unit":"m/s"},
-    {"name":"spin","coding":"step","bits":8,"unit":"rad/s"},
+    {"name":"angular_velocity","coding":"step","bits":8,"unit":"rad/s"},
     {"name":"left","coding":"step","bits":8,"unit":"m"},
     {"name":"bottom","coding":"step","bits":8,"unit":"m"},
     {"name":"right","coding":"step","bits":8,"unit":"m"},

@@ -25,8 +25,8 @@ export function drawGauge(at, left, width, top, height) {
     if (event.type === STATE && event.player === player && event.fate === 0 && event.end_s <= frame.time_s) arrived.push(event.begin_s);
   }
   arrived.sort((a, b) => a - b);
-  const newest = arrived[arrived.length - 1] ?? view.shown_s;
-  const span = Math.max(0.2, (frame.time_s - view.shown_s) * 1.4, (newest - view.shown_s) * 2);
+  const newest = arrived[arrived.length - 1] ?? view.render_time_s;
+  const span = Math.max(0.2, (frame.time_s - view.render_time_s) * 1.4, (newest - view.render_time_s) * 2);
   const start = frame.time_s - span;
   const x = (/** @type {number} */ t) => left + Math.max(0, Math.min(1, (t - start) / span)) * room;
   const middle = top + height / 2;
@@ -34,7 +34,7 @@ export function drawGauge(at, left, width, top, height) {
   pen.setLineDash([]);
   pen.fillStyle = colours.buffer;
   pen.globalAlpha = 0.35;
-  if (newest > view.shown_s) pen.fillRect(x(view.shown_s), top + 4, x(newest) - x(view.shown_s), height - 8);
+  if (newest > view.render_time_s) pen.fillRect(x(view.render_time_s), top + 4, x(newest) - x(view.render_time_s), height - 8);
   pen.globalAlpha = 1;
   if (dry) { /* hatched: nothing to draw from */
     pen.strokeStyle = colours.snap;
@@ -49,7 +49,7 @@ export function drawGauge(at, left, width, top, height) {
   pen.strokeStyle = colours.edge;
   pen.lineWidth = 1;
   pen.strokeRect(left + 0.5, top + 3.5, room, height - 7);
-  const after = arrived.findIndex((t) => t > view.shown_s);
+  const after = arrived.findIndex((t) => t > view.render_time_s);
   arrived.forEach((t, i) => {
     if (t < start) return;
     const bracket = i === after || i === after - 1;
@@ -57,7 +57,7 @@ export function drawGauge(at, left, width, top, height) {
     pen.fillRect(x(t) - (bracket ? 1.5 : 0.5), top + (bracket ? 2 : 5), bracket ? 3 : 1, height - (bracket ? 4 : 10));
   });
   pen.fillStyle = colours.ink; /* the needle */
-  const nx = x(view.shown_s);
+  const nx = x(view.render_time_s);
   pen.beginPath();
   pen.moveTo(nx - 5, top);
   pen.lineTo(nx + 5, top);
