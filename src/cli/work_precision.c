@@ -11,9 +11,9 @@
 #include "cli/arguments.h"
 #include "cli/input.h"
 #include "cli/output.h"
-#include "experiment/advise/ladder.h"
-#include "experiment/report/ladder_page.h"
-#include "experiment/advise/precision.h"
+#include "experiment/advise/refinement_series.h"
+#include "experiment/report/refinement_series_page.h"
+#include "experiment/advise/work_precision_run.h"
 #include "cli/verbs.h"
 
 typedef struct request {

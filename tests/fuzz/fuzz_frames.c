@@ -8,8 +8,8 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include "daemon/listener/door.h"
-#include "daemon/net/gate.h"
+#include "daemon/listener/web_server.h"
+#include "daemon/net/connection_limiter.h"
 #include "daemon/stream/ws.h"
 
 #define LONG 4096

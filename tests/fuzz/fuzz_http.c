@@ -15,8 +15,8 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "daemon/listener/door.h"
-#include "daemon/net/gate.h"
+#include "daemon/listener/web_server.h"
+#include "daemon/net/connection_limiter.h"
 #include "daemon/http/http.h"
 #include "daemon/net/proxies.h"
 #include "daemon/net/upgrade.h"

@@ -15,7 +15,7 @@
 
 #include "base/assert.h"
 #include "base/rng.h"
-#include "daemon/http/problem.h"
+#include "daemon/http/http_problem.h"
 #include "session/section.h"
 
 int64_t front_now(void)

@@ -11,7 +11,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "daemon/listener/door.h"
+#include "daemon/listener/web_server.h"
 
 #define FRONT_SESSIONS 4
 

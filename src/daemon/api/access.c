@@ -8,7 +8,7 @@
 #include "daemon/support/access.h"
 #include "daemon/api/api.h"
 #include "daemon/jobs/experiments.h"
-#include "daemon/http/problem.h"
+#include "daemon/http/http_problem.h"
 
 enum { LIST_MOST = 1000 }; /* sessions of one answer */
 

@@ -7,7 +7,7 @@
 
 #include "daemon/api/api.h"
 #include "daemon/jobs/jobs.h"
-#include "daemon/http/problem.h"
+#include "daemon/http/http_problem.h"
 #include "experiment/advise/advise.h"
 
 #define PATH "/api/v1/advise/"

@@ -10,7 +10,7 @@
 
 #include "daemon/api/api.h"
 #include "daemon/support/gzip.h"
-#include "daemon/http/problem.h"
+#include "daemon/http/http_problem.h"
 
 /* ---- tags ---- */
 

@@ -8,7 +8,7 @@
 #include <stdatomic.h>
 #include <stdbool.h>
 
-#include "daemon/listener/door.h"
+#include "daemon/listener/web_server.h"
 #include "daemon/hosting/host.h"
 #include "daemon/http/http.h"
 #include "daemon/store/store.h"

@@ -6,7 +6,7 @@
 
 #include "input/action_json.h"
 #include "daemon/api/api.h"
-#include "daemon/http/problem.h"
+#include "daemon/http/http_problem.h"
 
 typedef struct order {
     const cJSON *body;

@@ -11,7 +11,7 @@
 #include "daemon/api/answer.h"
 #include "daemon/api/api.h"
 #include "daemon/jobs/experiments.h"
-#include "daemon/http/problem.h"
+#include "daemon/http/http_problem.h"
 #include "daemon/hosting/quota.h"
 #include "daemon/support/tasks.h"
 #include "experiment/format/compare.h"

@@ -4,7 +4,7 @@
 
 #include "base/version.h"
 #include "daemon/api/api.h"
-#include "daemon/http/problem.h"
+#include "daemon/http/http_problem.h"
 #include "daemon/support/tasks.h"
 
 void ll_get_healthz(void *context, const ll_http_request *request, ll_http_response *response)

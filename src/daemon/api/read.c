@@ -7,7 +7,7 @@
 #include <cjson/cJSON.h>
 
 #include "daemon/api/api.h"
-#include "daemon/http/problem.h"
+#include "daemon/http/http_problem.h"
 #include "daemon/support/tasks.h"
 
 enum { TRACE_ROWS = 100000 }; /* of one answer: what is made is held in memory */

@@ -7,7 +7,7 @@
 #include <cjson/cJSON.h>
 
 #include "daemon/api/api.h"
-#include "daemon/http/problem.h"
+#include "daemon/http/http_problem.h"
 #include "experiment/spec/experiment.h"
 #include "library/library.h"
 #include "session/records.h"

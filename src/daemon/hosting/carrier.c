@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "daemon/hosting/hosted.h"
+#include "daemon/hosting/session_entry.h"
 
 /* In pieces, the session locked at both ends; false when it was ended. */
 static bool keep_up(ll_session_entry *session_entry, ll_task *task)

@@ -1,7 +1,7 @@
 /* Changes of sessions, under the rules of durability, and their end. */
 #include <stdlib.h>
 
-#include "daemon/hosting/hosted.h"
+#include "daemon/hosting/session_entry.h"
 #include "daemon/hosting/quota.h"
 
 static ll_status take(ll_session_entry *session_entry, const ll_create_requests *orders, ll_session *session)

@@ -4,7 +4,7 @@
 
 #include <cjson/cJSON.h>
 
-#include "daemon/hosting/hosted.h"
+#include "daemon/hosting/session_entry.h"
 #include "daemon/hosting/quota.h"
 #include "session/scenario.h"
 #include "session/workload.h"

@@ -1,7 +1,7 @@
 /* Who looks at a session, and what they have sent that its worker has not applied yet. */
 #include <stdlib.h>
 
-#include "daemon/hosting/hosted.h"
+#include "daemon/hosting/session_entry.h"
 
 bool ll_viewers_any(ll_session_entry *session_entry)
 {

@@ -6,7 +6,7 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "daemon/hosting/hosted.h"
+#include "daemon/hosting/session_entry.h"
 #include "daemon/support/log.h"
 
 static ll_session_entry *expired(ll_host *host, ll_time before)

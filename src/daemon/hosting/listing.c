@@ -2,7 +2,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "daemon/hosting/hosted.h"
+#include "daemon/hosting/session_entry.h"
 
 static int by_serial(const void *a, const void *b)
 {

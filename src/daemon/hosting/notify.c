@@ -1,7 +1,7 @@
 /* Telling a session's worker that there is something to do. */
 #include <stdlib.h>
 
-#include "daemon/hosting/hosted.h"
+#include "daemon/hosting/session_entry.h"
 
 void ll_session_entry_retain(ll_session_entry *session_entry)
 {

@@ -3,7 +3,7 @@
 #include <string.h>
 
 #include "base/hash.h"
-#include "daemon/support/rates.h"
+#include "daemon/support/rate_limits.h"
 #include "session/scenario.h"
 
 enum { CLOCK_BYTES = 64 << 10 }; /* for moves of the clock, beyond the limit of one session */

@@ -1,7 +1,7 @@
 /* How much of the disk sessions may take: bytes of log of one, and of all. */
 #pragma once
 
-#include "daemon/hosting/hosted.h"
+#include "daemon/hosting/session_entry.h"
 
 /* LL_IO (507) when the log of this session, those of its maker, or those of all, are as long as they may be.
  * `clock`: of what only moves the clock, for which a little is kept back, so that a session with a full log

@@ -7,7 +7,7 @@
 #include <unistd.h>
 
 #include "base/hash.h"
-#include "daemon/hosting/hosted.h"
+#include "daemon/hosting/session_entry.h"
 #include "daemon/support/log.h"
 
 static unsigned bucket_of(const char *text)

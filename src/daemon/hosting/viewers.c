@@ -11,7 +11,7 @@
 #include <cjson/cJSON.h>
 
 #include "input/action_json.h"
-#include "daemon/hosting/hosted.h"
+#include "daemon/hosting/session_entry.h"
 #include "daemon/hosting/quota.h"
 #include "daemon/net/problem_json.h"
 #include "session/scenario.h"

@@ -7,7 +7,7 @@
 #include <string.h>
 #include <time.h>
 
-#include "daemon/hosting/hosted.h"
+#include "daemon/hosting/session_entry.h"
 
 enum { SLOT_HZ = LL_FRAME_HZ * LL_SLOTS };
 

@@ -4,7 +4,7 @@
  * session, has threads of its own, so that nothing that computes is ever before it; what may take long is a
  * task (tasks.h). A handler of the lane of control that finds that it would take long asks to be called again
  * as a task (ll_http_to_work), and so is one whose body is large. A handler fills the response; it cannot
- * fail in any other way than by a problem document (problem.h).
+ * fail in any other way than by a problem document (http_problem.h).
  *
  * Done here, before a handler is called: method and path, 404, 405 with Allow, Host allow-list (421), Origin
  * and Sec-Fetch-Site of requests that change something (403), Content-Type (415), body limit (413),

@@ -8,9 +8,9 @@
 
 #include "daemon/net/config.h"
 #include "daemon/stream/ws.h"
-#include "daemon/net/gate.h"
+#include "daemon/net/connection_limiter.h"
 #include "daemon/http/http.h"
-#include "daemon/http/problem.h"
+#include "daemon/http/http_problem.h"
 #include "daemon/net/proxies.h"
 #include "daemon/support/tasks.h"
 #include "daemon/net/upgrade.h"

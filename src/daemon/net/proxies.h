@@ -8,7 +8,7 @@
 #include <stdint.h>
 
 #include "base/status.h"
-#include "daemon/net/gate.h"
+#include "daemon/net/connection_limiter.h"
 
 enum { LL_PROXIES_MAX = 64, LL_PEER_TEXT = 48 };
 

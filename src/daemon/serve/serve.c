@@ -15,7 +15,7 @@
 #include "library/program.h"
 #include "daemon/support/access.h"
 #include "daemon/api/api.h"
-#include "daemon/listener/door.h"
+#include "daemon/listener/web_server.h"
 #include "daemon/jobs/experiments.h"
 #include "daemon/hosting/host.h"
 #include "daemon/support/log.h"

@@ -6,7 +6,7 @@
 #include <string.h>
 #include <sys/statvfs.h>
 
-#include "experiment/store/place.h"
+#include "experiment/store/filesystem.h"
 #include "experiment/store/kinds.h"
 
 enum { BUSY_MS = 20000 };

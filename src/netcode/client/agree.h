@@ -8,7 +8,7 @@
 #pragma once
 
 #include "game/core/game.h"
-#include "netcode/protocol/grid.h"
+#include "netcode/protocol/quantization.h"
 
 #define LL_DRIFT_MAX_S 2.0 /* of what a rounded velocity makes in longer, no more is let pass */
 

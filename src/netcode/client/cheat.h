@@ -1,5 +1,5 @@
 /* Clients that do not play by the rules on inputs, to try the server's validation. Those with weapons are
- * gunner.h's. */
+ * weapon_prediction.h's. */
 #pragma once
 
 #include <stdbool.h>

@@ -16,7 +16,7 @@
 #include "base/histogram.h"
 #include "base/vtime.h"
 #include "game/core/game.h"
-#include "netcode/metrics/ledger.h"
+#include "netcode/metrics/input_history.h"
 
 #define LL_CHANGES_RING 256
 #define LL_CHANGE_EPSILON 1e-6 /* an axis that moved by less stood still */

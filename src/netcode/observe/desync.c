@@ -3,7 +3,7 @@
 #include <string.h>
 
 #include "base/detmath.h"
-#include "netcode/server/referee.h"
+#include "netcode/server/relay_server.h"
 
 const char *const ll_field_names[LL_FIELDS + 2] = {"x",    "y",     "vx",   "vy", "angle",
                                                    "spin", "flags", "tail", NULL};

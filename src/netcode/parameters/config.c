@@ -6,7 +6,7 @@
 #include "link/line/presets.h"
 #include "netcode/client/ack.h"
 #include "netcode/protocol/clock_sync.h"
-#include "netcode/peer/hardware.h"
+#include "netcode/peer/float_mode.h"
 #include "netcode/client/scope.h"
 #include "netcode/snapshot/snapshot.h"
 #include "netcode/server/starve.h"

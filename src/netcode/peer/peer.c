@@ -4,7 +4,7 @@
 
 #include "base/assert.h"
 
-#include "netcode/state/gunner.h"
+#include "netcode/state/weapon_prediction.h"
 #include "netcode/protocol/limits.h"
 
 /* Nobody waits for a hash: one packet in so many carries those that the referee has not. */

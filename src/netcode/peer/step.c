@@ -2,7 +2,7 @@
 #include <string.h>
 
 #include "base/detmath.h"
-#include "netcode/peer/hardware.h"
+#include "netcode/peer/float_mode.h"
 #include "netcode/state/peer.h"
 #include "netcode/protocol/world_hash.h"
 

@@ -5,7 +5,7 @@
 
 #include "netcode/protocol/event.h"
 #include "game/core/compensate.h"
-#include "netcode/snapshot/baselines.h"
+#include "netcode/snapshot/baseline_history.h"
 #include "netcode/protocol/config.h"
 #include "netcode/snapshot/snapshot.h"
 #include "netcode/server/starve.h"

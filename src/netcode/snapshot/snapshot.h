@@ -6,7 +6,7 @@
 
 #include "base/status.h"
 #include "netcode/snapshot/bits.h"
-#include "netcode/protocol/grid.h"
+#include "netcode/protocol/quantization.h"
 
 /* What an encoder is given. */
 typedef struct ll_outgoing {

@@ -9,9 +9,9 @@
 #include "base/status.h"
 #include "netcode/protocol/config.h"
 #include "netcode/protocol/connection.h"
-#include "netcode/protocol/grid.h"
-#include "netcode/state/gunner.h"
-#include "netcode/metrics/instruments.h"
+#include "netcode/protocol/quantization.h"
+#include "netcode/state/weapon_prediction.h"
+#include "netcode/metrics/client_metrics.h"
 #include "netcode/protocol/sync.h"
 #include "netcode/protocol/wire.h"
 
@@ -388,7 +388,7 @@ void ll_client_close(ll_client *client, const ll_client_setup *setup, uint32_t s
 ll_status ll_client_decode(ll_client *client, const ll_snapshot_message *message, const void *bytes, int size,
                            ll_world *world);
 
-/* dilate.c: following the slack by the length of frames */
+/* dilate_time.c: following the slack by the length of frames */
 void ll_dilate_time_follow(ll_client *client, const ll_client_setup *setup,
                            const ll_snapshot_message *message, ll_time now);
 void ll_dilate_time(ll_client *client); /* moves the next frame */

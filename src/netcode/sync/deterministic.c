@@ -3,7 +3,7 @@
  * between an input and its effect, and of equal arithmetic on every machine. */
 #include "netcode/observe/desync.h"
 #include "netcode/server/hold.h"
-#include "netcode/server/referee.h"
+#include "netcode/server/relay_server.h"
 #include "netcode/state/peer.h"
 
 const ll_sync_mode ll_sync_deterministic = {

@@ -2,7 +2,7 @@
  * come, and makes the ticks again whose guess was wrong. */
 #include "netcode/observe/desync.h"
 #include "netcode/server/hold.h"
-#include "netcode/server/referee.h"
+#include "netcode/server/relay_server.h"
 #include "netcode/state/peer.h"
 
 const ll_sync_mode ll_sync_rollback = {

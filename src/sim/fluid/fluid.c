@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "base/hash.h"
-#include "sim/core/hand.h"
+#include "sim/core/pointer_drag.h"
 #include "sim/core/scenario_rows.h"
 
 static void settle(void *config, const void *before)

@@ -9,7 +9,7 @@
 #include "netcode/protocol/config.h"
 #include "link/line/link.h"
 #include "netcode/observe/desync.h"
-#include "netcode/metrics/instruments.h"
+#include "netcode/metrics/client_metrics.h"
 #include "netcode/server/server.h"
 #include "netcode/metrics/shots.h"
 #include "sim/core/sim.h"

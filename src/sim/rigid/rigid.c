@@ -3,7 +3,7 @@
 #include <string.h>
 
 #include "base/hash.h"
-#include "sim/core/hand.h"
+#include "sim/core/pointer_drag.h"
 #include "sim/core/scenario_rows.h"
 
 /* ---- start ---- */

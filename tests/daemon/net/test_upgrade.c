@@ -12,7 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "daemon/net/gate.h"
+#include "daemon/net/connection_limiter.h"
 #include "daemon/net/upgrade.h"
 
 #define T(text) ((ll_text){text, sizeof(text) - 1})

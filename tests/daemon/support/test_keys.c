@@ -10,7 +10,7 @@
 
 #include "daemon/support/digest.h"
 #include "daemon/support/keys.h"
-#include "daemon/support/rates.h"
+#include "daemon/support/rate_limits.h"
 
 /* Two of FIPS 180's vectors, the second cut in two: the digest is that of both parts together. */
 static void digests_are_sha256_of_both_parts(void **state)

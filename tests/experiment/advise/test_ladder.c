@@ -9,7 +9,7 @@
 #include <cmocka.h>
 #include <cjson/cJSON.h>
 
-#include "experiment/advise/ladder.h"
+#include "experiment/advise/refinement_series.h"
 #include "experiment/spec/metric_path.h"
 #include "library/library.h"
 #include "session/scenario.h"

@@ -7,7 +7,7 @@
 
 #include <cmocka.h>
 
-#include "experiment/advise/precision.h"
+#include "experiment/advise/work_precision_run.h"
 #include "sim/motion/motion_lab.h"
 
 /* A clock that only counts how often it is read: a millisecond each time. */

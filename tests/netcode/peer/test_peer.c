@@ -3,9 +3,9 @@
 #include "netcode/toy.h"
 
 #include "netcode/observe/desync.h"
-#include "netcode/peer/hardware.h"
+#include "netcode/peer/float_mode.h"
 #include "netcode/state/peer.h"
-#include "netcode/server/referee.h"
+#include "netcode/server/relay_server.h"
 
 #define TICK (LL_SECOND / 50)
 

@@ -1,4 +1,4 @@
-#include "daemon/http/problem.h"
+#include "daemon/http/http_problem.h"
 
 #include <cjson/cJSON.h>
 #include <stdio.h>

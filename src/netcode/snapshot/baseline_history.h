@@ -6,7 +6,7 @@
 #pragma once
 
 #include "base/histogram.h"
-#include "netcode/protocol/grid.h"
+#include "netcode/protocol/quantization.h"
 
 #define LL_BASELINES 32 /* 1.07 s at 30 updates a second: who acknowledges later is told whole worlds */
 

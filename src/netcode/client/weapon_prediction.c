@@ -1,4 +1,4 @@
-#include "netcode/state/gunner.h"
+#include "netcode/state/weapon_prediction.h"
 
 #include <string.h>
 

@@ -1,4 +1,4 @@
-#include "daemon/listener/door.h"
+#include "daemon/listener/web_server.h"
 
 #include <errno.h>
 #include <stdlib.h>
@@ -7,7 +7,7 @@
 #include <unistd.h>
 
 #include "daemon/listener/acceptor.h"
-#include "daemon/net/gate.h"
+#include "daemon/net/connection_limiter.h"
 #include "daemon/net/proxies.h"
 #include "daemon/net/upgrade.h"
 

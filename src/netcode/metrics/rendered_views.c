@@ -1,4 +1,4 @@
-#include "netcode/metrics/pictures.h"
+#include "netcode/metrics/rendered_views.h"
 
 #include "base/detmath.h"
 

@@ -1,4 +1,4 @@
-#include "netcode/metrics/ledger.h"
+#include "netcode/metrics/input_history.h"
 
 const char *const ll_cause_names[LL_CAUSES] = {"refused", "late", "loss", "contact", "other"};
 

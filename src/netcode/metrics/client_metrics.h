@@ -2,8 +2,8 @@
  * each; M7 and M8 have files of their own.
  *
  * Everything is measured from virtual time `from` on, so that the start does not count. The clients write
- * what they know themselves; what needs the truth is written by the observer (instruments.c), who alone sees
- * both. */
+ * what they know themselves; what needs the truth is written by the observer (client_metrics.c), who alone
+ * sees both. */
 #pragma once
 
 #include <stdint.h>
@@ -12,11 +12,11 @@
 #include "base/vtime.h"
 #include "game/core/history.h"
 #include "netcode/metrics/changes.h"
-#include "netcode/metrics/gain.h"
-#include "netcode/protocol/gauge.h"
+#include "netcode/metrics/cheat_gain.h"
+#include "netcode/protocol/running_stats.h"
 #include "netcode/metrics/inconsistency.h"
-#include "netcode/metrics/ledger.h"
-#include "netcode/metrics/pictures.h"
+#include "netcode/metrics/input_history.h"
+#include "netcode/metrics/rendered_views.h"
 #include "netcode/metrics/smoothness.h"
 #include "netcode/metrics/twin.h"
 #include "netcode/protocol/wire.h"

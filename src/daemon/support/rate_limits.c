@@ -1,4 +1,4 @@
-#include "daemon/support/rates.h"
+#include "daemon/support/rate_limits.h"
 
 #include <pthread.h>
 #include <stdlib.h>

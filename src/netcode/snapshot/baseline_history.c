@@ -1,4 +1,4 @@
-#include "netcode/snapshot/baselines.h"
+#include "netcode/snapshot/baseline_history.h"
 
 #include <math.h>
 #include <string.h>

@@ -1,4 +1,4 @@
-#include "netcode/peer/hardware.h"
+#include "netcode/peer/float_mode.h"
 
 #include <string.h>
 

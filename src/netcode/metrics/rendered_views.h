@@ -9,7 +9,7 @@
 
 #include "base/histogram.h"
 #include "base/vtime.h"
-#include "netcode/protocol/gauge.h"
+#include "netcode/protocol/running_stats.h"
 
 #define LL_RENDERED_VIEWS_RING 256 /* ticks that a picture may be ahead; one that is overwritten is void */
 

@@ -1,4 +1,4 @@
-#include "experiment/store/place.h"
+#include "experiment/store/filesystem.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,7 +1,7 @@
 /* Work against precision of whole scenarios: a ladder of one setting (cells, particles, sweeps, substeps, an
  * update rate) per series (a method, a solver, a technique), each rung with its cost and with its error
  * against what the scene knows to be right. What luck has a part in is run with several seeds: its error is
- * their mean. precision.h is the same of the integrators, against solutions. */
+ * their mean. work_precision_run.h is the same of the integrators, against solutions. */
 #pragma once
 
 #include <stdbool.h>

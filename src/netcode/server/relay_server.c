@@ -1,4 +1,4 @@
-#include "netcode/server/referee.h"
+#include "netcode/server/relay_server.h"
 
 #include "netcode/protocol/world_hash.h"
 #include "netcode/server/hold.h"

@@ -1,4 +1,4 @@
-#include "experiment/report/ladder_page.h"
+#include "experiment/report/refinement_series_page.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,4 +1,4 @@
-#include "experiment/advise/ladder.h"
+#include "experiment/advise/refinement_series.h"
 
 #include <cjson/cJSON.h>
 #include <math.h>

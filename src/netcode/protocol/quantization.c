@@ -1,4 +1,4 @@
-#include "netcode/protocol/grid.h"
+#include "netcode/protocol/quantization.h"
 
 #define LIMIT 2147483647.0
 

@@ -1,4 +1,4 @@
-#include "netcode/metrics/instruments.h"
+#include "netcode/metrics/client_metrics.h"
 
 #include <string.h>
 

@@ -10,7 +10,7 @@
 #include <stdint.h>
 
 #include "base/vtime.h"
-#include "netcode/protocol/gauge.h"
+#include "netcode/protocol/running_stats.h"
 
 #define LL_INPUT_HISTORY_RING                                                                                \
     512 /* inputs, by sequence number; one that is open when so many more are made is lost */

@@ -1,4 +1,4 @@
-#include "daemon/net/gate.h"
+#include "daemon/net/connection_limiter.h"
 
 #include <netinet/in.h>
 #include <pthread.h>

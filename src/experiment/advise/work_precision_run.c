@@ -1,4 +1,4 @@
-#include "experiment/advise/precision.h"
+#include "experiment/advise/work_precision_run.h"
 
 #include <float.h>
 #include <math.h>

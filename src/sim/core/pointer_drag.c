@@ -1,4 +1,4 @@
-#include "sim/core/hand.h"
+#include "sim/core/pointer_drag.h"
 
 ll_status ll_pointer_drag_accepts(int player, const ll_action *action, const char *does)
 {

@@ -9,7 +9,7 @@
 #include <stdatomic.h>
 
 #include "daemon/hosting/host.h"
-#include "daemon/support/rates.h"
+#include "daemon/support/rate_limits.h"
 #include "daemon/support/tasks.h"
 
 enum { LL_SLOTS = 4 }; /* of a frame's 16.7 ms: sessions wake in groups, so that threads wake seldom */

@@ -1,4 +1,4 @@
-#include "netcode/metrics/gain.h"
+#include "netcode/metrics/cheat_gain.h"
 
 #include "base/detmath.h"
 
