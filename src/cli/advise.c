@@ -31,7 +31,7 @@ static const struct standard {
      "{\"zip\":[{\"path\":\"solver.substeps\",\"values\":[1,2,4,8,16,32]},"
      "{\"path\":\"solver.iterations\",\"values\":[1,2,4,8,16,32]}]}]",
      1},
-    {"fluid", "visits",
+    {"fluid", "cell_visits",
      "[{\"path\":\"solver.method\"},{\"path\":\"solver.advection\"},{\"path\":\"solver.pressure\"},"
      "{\"path\":\"params.n\",\"values\":[16,24,32,48]},{\"path\":\"params.size\",\"values\":[10,14,20,28]},"
      "{\"path\":\"solver.cfl\",\"values\":[0.25,0.5,1]}]",

@@ -141,7 +141,7 @@ static void add_activity(cJSON *metrics, const ll_scenario_head *head)
         cJSON_AddBoolToObject(o, "met", value && value->valuedouble >= a->min);
         cJSON_AddItemToArray(list, o);
     }
-    cJSON_AddItemToObject(metrics, "activity", list);
+    cJSON_AddItemToObject(metrics, "expect", list);
 }
 
 cJSON *ll_session_metrics(ll_session *s)

@@ -141,7 +141,7 @@ struct cJSON *ll_session_state(ll_session *session);  /* {"tick","time_s","hash"
 
 struct cJSON *ll_session_notices(const ll_session *session); /* of its scenario: see ll_sim_kind */
 
-/* {"tick","time_s","hash","metrics":{...}}; the metrics of every kind have "activity", the scenario's:
+/* {"tick","time_s","hash","metrics":{...}}; the metrics of every kind have "expect", the scenario's:
  * [{"metric","min","value","met"}]; `value` is null where there is no such number. */
 struct cJSON *ll_session_metrics(ll_session *session);
 

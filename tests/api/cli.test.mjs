@@ -139,7 +139,7 @@ test('settings count together, in any order', () => {
     ['race', up('reorder_gap=2'), up('reorder_pct=60'), up('rate_kbps=200')],
     ['race', up('mtu_bytes=64'), 'players.0.link.preset=wifi_busy', 'players.0.lag_ms=12'],
     ['race', 'players.2.lag_ms=9', 'players=[{},{},{}]', 'players.2.prediction=true'],
-    ['rigid/column', 'beside=[{}]', 'solver.substeps=6', 'side_by_side.0.solver.method=pgs'],
+    ['rigid/column', 'side_by_side=[{}]', 'solver.substeps=6', 'side_by_side.0.solver.method=pgs'],
   ]) {
     const options = (list) => ['--duration', '2', ...list.flatMap((setting) => ['--set', setting])];
     const hash = run([scenario, ...options(settings)]).hash;

@@ -60,7 +60,7 @@ test('the contract: bodies in, places out, the same bytes each time', () => {
   near(bodies[2].position[1], 0.5, 0.002, 'the ball on the ground');
   near(bodies[3].position[1], 0.25, 0.002, 'the capsule on the ground');
   near(bodies[4].angle, 0, 0.01, 'the triangle on its side');
-  for (const body of bodies) assert.deepEqual(Object.keys(body), ['body', 'type', 'position', 'angle', 'velocity', 'spin', 'awake']);
+  for (const body of bodies) assert.deepEqual(Object.keys(body), ['body', 'type', 'position', 'angle', 'velocity', 'angular_velocity', 'awake']);
   for (const name of ['broad', 'narrow', 'solve', 'continuous', 'finish', 'all']) assert.ok(one.cost.parts[0][name].ns_per_sim_s >= 0, name);
 });
 
@@ -79,7 +79,7 @@ test('friction holds below atan(mu), and not above', () => {
 test('every width of SIMD and every broad phase gives the same hash; a solver gives another', () => {
   const hash = (...sets) => run('rigid/tumbler', '--duration', '1', ...sets.flatMap((set) => ['--set', set])).hash;
   const want = hash();
-  for (const set of ['solver.simd=scalar', 'solver.simd=sse2', 'solver.simd=avx2', 'broad=brute', 'broad=sap', 'broad=tree']) assert.equal(hash(set), want, set);
+  for (const set of ['solver.simd=scalar', 'solver.simd=sse2', 'solver.simd=avx2', 'broad_phase=brute', 'broad_phase=sap', 'broad_phase=tree']) assert.equal(hash(set), want, set);
   assert.notEqual(hash('solver.method=pgs'), want);
 });
 
@@ -104,23 +104,23 @@ test('volumes: what each overestimates, and its price', () => {
 
 test('bullets: none passes a swept wall, and as many as theory says an unswept one', () => {
   const { metrics } = run('rigid/bullets');
-  assert.equal(metrics.passed, 0);
+  assert.equal(metrics.tunnelled, 0);
   const share = 1 - (0.05 + 0.1) / (100 / 60), error = Math.sqrt((share * (1 - share)) / 200);
-  near(metrics.beside[0].passed / 200, share, 3 * error, 'share that passed');
+  near(metrics.side_by_side[0].tunnelled / 200, share, 3 * error, 'share that passed');
   const fast = run('rigid/bullets_500').metrics;
-  assert.equal(fast.passed, 0);
+  assert.equal(fast.tunnelled, 0);
 });
 
 test('beginner\'s impulses bring the stack down, the standard solver does not', () => {
   const { metrics } = run('rigid/collapsing_stack');
   assert.ok(metrics.tilt_worst_rad > 1 && metrics.energy_added_j > 1, JSON.stringify(metrics.tilt_worst_rad));
-  assert.ok(metrics.beside[0].tilt_rad < 0.001 && metrics.beside[0].sag_m < 0.01 && metrics.beside[0].energy_added_j < 0.01);
+  assert.ok(metrics.side_by_side[0].tilt_rad < 0.001 && metrics.side_by_side[0].sag_m < 0.01 && metrics.side_by_side[0].energy_added_j < 0.01);
 });
 
 test('a trace has a column for each quantity, a row for each tick', () => {
   run('rigid/ball_chain', '--duration', '0.5', '--trace', 'trace.csv');
   const [head, ...rows] = readFileSync(path.join(folder, 'trace.csv'), 'utf8').trim().split('\r\n').map((line) => line.split(','));
-  for (const name of ['kinetic_j', 'sag_m', '0_x_m', 'beside0_joint_error', 'beside0_7_angle_rad']) assert.ok(head.includes(name), name);
+  for (const name of ['kinetic_j', 'sag_m', '0_x_m', 'side_by_side0_joint_error', 'side_by_side0_7_angle_rad']) assert.ok(head.includes(name), name);
   assert.equal(rows.length, 31);
   for (const row of rows) assert.equal(row.length, head.length);
 });
@@ -151,9 +151,9 @@ test('bad input is a sentence with field, range and value, on the command line a
     [rigid([{ mass: 1 }]), 'bodies.0.mass', 'unknown'],
     [rigid(Array.from({ length: 4097 }, () => ({}))), 'bodies', 'at most 4096 elements; got 4097'],
     [rigid([{}], { solver: { method: 'perfect' } }), 'solver.method', 'soft_step'],
-    [rigid([{}], { beside: { method: 'pgs' } }), 'beside', 'an array'],
-    [rigid([{}], { beside: [{ solver: { method: 'perfect' } }] }), 'side_by_side.0.solver.method', 'soft_step'],
-    [rigid([{}], { beside: [{}, {}, {}] }), 'beside', 'at most 2 elements; got 3'],
+    [rigid([{}], { side_by_side: { method: 'pgs' } }), 'side_by_side', 'an array'],
+    [rigid([{}], { side_by_side: [{ solver: { method: 'perfect' } }] }), 'side_by_side.0.solver.method', 'soft_step'],
+    [rigid([{}], { side_by_side: [{}, {}, {}] }), 'side_by_side', 'at most 2 elements; got 3'],
     [{ kind: 'rigid', scene: 'pyramid', params: { size: 100000 } }, 'params.size', '1048576'],
     [{ kind: 'rigid', scene: 'pyramid', params: { size: 1000 } }, 'params.size', 'MB'],
     [{ kind: 'rigid', scene: 'confined', params: { size: 1 } }, 'params of confined: position.x', 'must be finite'], /* which only building it tells */
@@ -175,7 +175,7 @@ test('bad input is a sentence with field, range and value, on the command line a
 test('every choice of a step changes while it runs, and what lays out memory does not', async () => {
   const session = await c.make({ scenario: 'rigid/pyramid', paused: true });
   await c.control(session, { op: 'step', ticks: 10 });
-  const changes = { gravity: [1, -9], broad: 'tree', compare_volumes: true, tunnel_x: 3, 'solver.method': 'avbd', 'solver.bounding_volume': 'obb', 'solver.continuous': 'swept',
+  const changes = { gravity: [1, -9], broad_phase: 'tree', compare_volumes: true, tunnel_x: 3, 'solver.method': 'avbd', 'solver.bounding_volume': 'obb', 'solver.continuous': 'swept',
     'solver.sleep': false, 'solver.recycle': false, 'solver.warm_start': false, 'solver.iterations': 20 };
   for (const [name, value] of Object.entries(changes)) {
     const answer = await c.patch(session, { [name]: value });
@@ -187,11 +187,11 @@ test('every choice of a step changes while it runs, and what lays out memory doe
   await c.control(session, { op: 'step', ticks: 30 });
   const { metrics } = (await c.get(`/api/v1/sessions/${session.id}/metrics`)).json;
   assert.equal(metrics.method, 'avbd');
-  assert.ok(metrics.volumes.aabb.tests > 0 && metrics.recycled === 0 && metrics.passed > 0);
+  assert.ok(metrics.volumes.aabb.tests > 0 && metrics.recycled === 0 && metrics.tunnelled > 0);
   for (const fixed of [{ scene: 'column' }, { params: { size: 3 } }, { hz: 30 }]) assert.equal((await c.patch(session, fixed)).status, 409, JSON.stringify(fixed));
-  const more = await c.patch(session, { beside: [{}] });
+  const more = await c.patch(session, { side_by_side: [{}] });
   assert.equal(more.status, 400);
-  assert.match(more.text, /beside has 0 elements/);
+  assert.match(more.text, /side_by_side has 0 elements/);
 });
 
 test('a body is dragged by inputs of the owner, and the log has them', async () => {

@@ -512,8 +512,8 @@ test('advise knows for every kind what may vary and what it costs', () => {
   const cases = [
     ['race', 'players.0.own_lead_m.mean', '2', 'players.0.bandwidth.down_bytes_per_s', 7 * 2 * 2 * 2 * 4, ['--set', 'warmup_s=0']],
     ['rigid/pyramid', 'drift_worst_m', '0.01', 'passes_per_s', 7 * 3 * 6], // all solvers
-    ['fluid/hydrostatic', 'pressure_error_rms', '0.1', 'visits', 3 * 4 * 3], // of particles: no cells, no pressure solver
-    ['fluid/taylor_green', 'error_l2', '1', 'visits', 4 * 6 * 4 * 3],
+    ['fluid/hydrostatic', 'pressure_error_rms', '0.1', 'cell_visits', 3 * 4 * 3], // of particles: no cells, no pressure solver
+    ['fluid/taylor_green', 'error_l2', '1', 'cell_visits', 4 * 6 * 4 * 3],
   ];
   for (const [scenario, metric, limit, cost, runs, more = []] of cases) {
     const answer = JSON.parse(good(['advise', scenario, '--metric', metric, '--max-error', limit, '--set', 'duration_s=0.2', ...more]));
@@ -532,8 +532,8 @@ test('costs that are counted: passes over contacts, visits of cells', () => {
   const { metrics } = JSON.parse(good(['run', 'fluid/taylor_green', '--duration', '0.1', '--set', 'params.n=16', '--set',
     'solver.pressure=multigrid']));
   assert.ok(metrics.sweeps_mean > 1);
-  assert.ok(Math.abs(metrics.visits - 8 * 256 * Math.round(metrics.visits / 8 / 256)) < 1e-6, 'a cycle is 8 passes over all cells');
-  assert.ok(metrics.visits >= 8 * 256 * metrics.steps);
+  assert.ok(Math.abs(metrics.cell_visits - 8 * 256 * Math.round(metrics.cell_visits / 8 / 256)) < 1e-6, 'a cycle is 8 passes over all cells');
+  assert.ok(metrics.cell_visits >= 8 * 256 * metrics.steps);
 });
 
 test('every verb tells its usage and options', () => {

@@ -77,7 +77,7 @@ test('advice is sought beside others, and given up when nobody asks for it', asy
 
 test('a search rests when nobody asks for it, and goes on when somebody does', async () => {
   const patient = await startDaemon({ args: ['--job-idle-s', '60'] }), p = client(patient.url);
-  const metrics = ['visits', 'density_error_mean'];
+  const metrics = ['cell_visits', 'density_error_mean'];
   const experiment = { scenario: { ...POOL, duration_s: 20 }, metrics, error: metrics[1], cost: metrics[0], axes: [{ path: 'params.size', values: [40, 60, 80] }], repeats: 50 };
   try {
     const order = await p.call('POST', '/api/v1/advise', { body: { max_error: 1e-3, experiment } });

@@ -27,7 +27,7 @@ const HEAVY = {
     solver: { method: 'dfsph', iterations: 1000, tolerance: 1e-9, substeps: 100000, cfl: 0.05 } },
   'particles by position': { kind: 'fluid', scene: 'dam_break', params: { size: 40 }, hz: 1, duration_s: 5,
     solver: { method: 'pbf', iterations: 1000, substeps: 100000, cfl: 0.05 } },
-  'bodies with all iterations, three times': { kind: 'rigid', duration_s: 5, hz: 60, beside: [{}, {}], compare_volumes: true,
+  'bodies with all iterations, three times': { kind: 'rigid', duration_s: 5, hz: 60, side_by_side: [{}, {}], compare_volumes: true,
     solver: { method: 'pgs_ngs', iterations: 200, position_iterations: 200, sleep: false, recycle: false },
     bodies: [{ type: 'static', shape: 'box', size: [400, 1], position: [0, -0.5] }, ...Array.from({ length: 600 }, (_, i) => box(i))] },
   'a game of particles with sixteen players': { kind: 'netgame', game: 'dam', duration_s: 5, tick_hz: 10, warmup_s: 0, server: { update_hz: 10 },

@@ -110,7 +110,7 @@ test('solvers go side by side from the same start', async () => {
   await page.locator('#count').selectOption({ label: 'two solvers' });
   await page.waitForSelector('#world1');
   await page.locator('[data-path="side_by_side.0.solver.method"]').selectOption('impulse');
-  await page.waitForFunction(() => globalThis.laglab().params.beside[0].solver.method === 'impulse');
+  await page.waitForFunction(() => globalThis.laglab().params.side_by_side[0].solver.method === 'impulse');
   await page.locator('#restart, .restart').first().click();
   const { shapes } = await until(async () => { const s = await sceneOf(page); return s.worlds.length === 2 && s; }, 'two worlds');
   assert.equal(shapes.filter((s) => s.world === 0).length, shapes.filter((s) => s.world === 1).length);
@@ -119,8 +119,8 @@ test('solvers go side by side from the same start', async () => {
   assert.match((await page.locator('#world1').getAttribute('aria-label')) ?? '', /impulse/);
   await page.locator('#count').selectOption({ label: 'three solvers' });
   await page.waitForSelector('#world2');
-  assert.equal((await paramsOf(page)).beside[0].solver.method, 'impulse', 'it keeps its solver');
-  assert.equal((await paramsOf(page)).beside[1].solver.method, 'soft_step', 'and the next begins as the first');
+  assert.equal((await paramsOf(page)).side_by_side[0].solver.method, 'impulse', 'it keeps its solver');
+  assert.equal((await paramsOf(page)).side_by_side[1].solver.method, 'soft_step', 'and the next begins as the first');
   await page.locator('[data-path="side_by_side.1.solver.substeps"]').fill('4');
   await page.keyboard.press('Enter');
   await page.waitForFunction(() => /substeps 4/.test(document.getElementById('world2')?.getAttribute('aria-label') ?? ''));
@@ -132,20 +132,20 @@ test('a scenario of two worlds can be seen with one', async () => {
   const { page, close } = await open('?scenario=rigid/column');
   await page.waitForSelector('#world1');
   await page.locator('#count').selectOption({ label: 'one solver' });
-  await page.waitForFunction(() => globalThis.laglab().params?.beside?.length === 0 && !document.getElementById('world1'));
+  await page.waitForFunction(() => globalThis.laglab().params?.side_by_side?.length === 0 && !document.getElementById('world1'));
   await page.locator('details summary', { hasText: 'Scene made anew' }).click();
   await page.locator('[data-scene="size"]').fill('5');
   await page.keyboard.press('Tab');
   await page.waitForFunction(() => globalThis.laglab().params?.params?.size === 5);
-  assert.equal((await paramsOf(page)).beside.length, 0, 'and stays so');
+  assert.equal((await paramsOf(page)).side_by_side.length, 0, 'and stays so');
   await close();
 });
 
 test('the tunnelling meter: none through swept walls, most through the others', async () => {
   const { page, close } = await open('?scenario=rigid/bullets');
   await page.waitForFunction(() => document.getElementById('chip')?.textContent?.includes('Ended'), null, { timeout: 15000 });
-  assert.equal(await cell(page, '0/passed'), '0 of 200');
-  const [passed = 0, all = 0] = ((await cell(page, '1/passed')) ?? '').split(' of ').map(Number);
+  assert.equal(await cell(page, '0/tunnelled'), '0 of 200');
+  const [passed = 0, all = 0] = ((await cell(page, '1/tunnelled')) ?? '').split(' of ').map(Number);
   assert.equal(all, 200);
   assert.ok(passed > 160 && passed < 200, String(passed));
   const width = await page.locator('[data-fill="1"]').evaluate((e) => e.getBoundingClientRect().width / /** @type {HTMLElement} */ (e.parentElement).getBoundingClientRect().width);
@@ -197,11 +197,11 @@ test('solver, phases and gravity change live; a value out of range is refused wi
   await page.locator('[data-path="solver.continuous"]').selectOption('swept');
   await page.locator('[data-path="solver.bounding_volume"]').selectOption('sphere');
   await page.locator('[data-path="solver.sleep"]').uncheck();
-  await page.locator('[data-path="broad"]').selectOption('tree');
+  await page.locator('[data-path="broad_phase"]').selectOption('tree');
   await page.locator('#gravity').selectOption({ label: 'none' });
   await page.waitForFunction(() => {
     const p = globalThis.laglab().params, s = p.solver;
-    return s.method === 'avbd' && s.iterations === 3 && s.continuous === 'swept' && s.volume === 'sphere' && !s.sleep && p.broad === 'tree' && p.gravity[1] === 0;
+    return s.method === 'avbd' && s.iterations === 3 && s.continuous === 'swept' && s.bounding_volume === 'sphere' && !s.sleep && p.broad_phase === 'tree' && p.gravity[1] === 0;
   });
   await page.locator('[data-path="solver.iterations"]').fill('900');
   await page.locator('[data-path="solver.iterations"]').blur();

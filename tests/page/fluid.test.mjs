@@ -300,18 +300,18 @@ test('two fluids go side by side: each has its own solver, cells, error and cost
   await page.locator('#count').selectOption({ label: 'two fluids' });
   await page.waitForSelector('#fluid1');
   await page.locator('[data-path="side_by_side.0.solver.pressure"]').selectOption('jacobi');
-  await page.waitForFunction(() => globalThis.laglab().params.beside?.[0].solver.pressure === 'jacobi');
+  await page.waitForFunction(() => globalThis.laglab().params.side_by_side?.[0].solver.pressure === 'jacobi');
   assert.equal((await paramsOf(page)).solver.pressure, 'direct');
   await page.waitForFunction(() => /ms\/step/.test(document.querySelectorAll('.picture figcaption')[1]?.textContent ?? '')
     && Number(document.getElementById('step-ms1')?.textContent) > 0 && document.querySelector('[data-error="1"]')?.textContent !== '–');
   assert.deepEqual(await page.locator('.picture b').allTextContents(), ['direct', 'jacobi']);
   await page.locator('[data-scene="1/n"]').fill('16');
   await page.locator('[data-scene="1/n"]').blur();
-  await page.waitForFunction(() => globalThis.laglab().params?.beside?.[0].params.n === 16);
+  await page.waitForFunction(() => globalThis.laglab().params?.side_by_side?.[0].params.n === 16);
   await page.waitForSelector('#fluid1');
   assert.equal((await fluidOf(page, 0)).field.width, 32);
   assert.equal((await fluidOf(page, 1)).field.width, 16);
-  assert.equal((await paramsOf(page)).beside[0].solver.pressure, 'jacobi', 'it keeps its solver');
+  assert.equal((await paramsOf(page)).side_by_side[0].solver.pressure, 'jacobi', 'it keeps its solver');
   await page.reload();
   await page.waitForSelector('#fluid1');
   assert.equal((await fluidOf(page, 1)).field.width, 16, 'the address keeps it');
@@ -326,16 +326,16 @@ test('two fluids go side by side: each has its own solver, cells, error and cost
 });
 
 test('particles, a grid and a sea go side by side, each stirred at the same share of its picture', async () => {
-  const { page, complaints, close } = await open(`?scenario=fluid/pool&set=${encodeURIComponent('beside:[{"scene":"cylinder"},{"scene":"sea"}]')}`);
+  const { page, complaints, close } = await open(`?scenario=fluid/pool&set=${encodeURIComponent('side_by_side:[{"scene":"cylinder"},{"scene":"sea"}]')}`);
   await page.waitForSelector('#fluid2');
   await reached(page, 0.5);
   assert.deepEqual(await page.locator('.methods small').allTextContents(), ['particles', 'grid', 'ocean']);
   const shown = await Promise.all([0, 1, 2].map((i) => drawn(page, i === 0 ? 'fluid' : `fluid${i}`)));
   assert.equal(new Set(shown).size, 3);
   await page.locator('[data-scene="2/scene"]').selectOption('dam_break');
-  await page.waitForFunction(() => globalThis.laglab().params?.beside?.[1].scene === 'dam_break');
+  await page.waitForFunction(() => globalThis.laglab().params?.side_by_side?.[1].scene === 'dam_break');
   await page.locator('#count').selectOption({ label: 'one fluid' });
-  await page.waitForFunction(() => globalThis.laglab().params?.beside?.length === 0 && !document.getElementById('fluid1'));
+  await page.waitForFunction(() => globalThis.laglab().params?.side_by_side?.length === 0 && !document.getElementById('fluid1'));
   assert.deepEqual(complaints, []);
   await close();
 });

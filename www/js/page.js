@@ -8,7 +8,7 @@ import { fixed, letter } from './format.js';
 import { header } from './header.js';
 import { icons } from './icons.js';
 import { mark, messagesPanel, nameOf, playerPanel, serverPanel } from './panels.js';
-import { pads } from './pads.js';
+import { pads } from './touch.js';
 import { side } from './side.js';
 import { experiment, layout, notice, open, overlays, params, tab } from './state.js';
 

@@ -12,7 +12,7 @@ import { link } from './early.js';
  *   view: left, right, bottom, top in m */
 /** @typedef {{name: string, help: string, shape: 'field' | 'points', columns: string[]}} FluidLayer */
 /** @typedef {{scene: string, title: string, help: string, source: string, method: string, hz: number, layers: FluidLayer[], view: number[],
- *   numbers: string[], notices?: string[], beside?: FluidLayout[]}} FluidLayout  view: as of rigid bodies */
+ *   numbers: string[], notices?: string[], side_by_side?: FluidLayout[]}} FluidLayout  view: as of rigid bodies */
 /** @typedef {{kind: string, width_m: number, height_m: number, round: boolean}} Shape */
 /** @typedef {{game: string, players: {name: string}[], game_values: string[], scene: Scene, entities: Shape[],
  *   fixed: (Shape & {x: number, y: number})[], notices: string[], motion: MotionLayout | null, rigid: RigidLayout | null, fluid: FluidLayout | null}} Layout
@@ -39,9 +39,9 @@ export function schemaOf(all, scenario) {
   const own = (/** @type {string} */ name, /** @type {string} */ row) => (all.$defs[name] ? { ...kind.properties[row], anyOf: undefined, $ref: `#/$defs/${name}` }
     : kind.properties[row]);
   const scene = (/** @type {string} */ name) => ({ params: own(name, 'params'), solver: own(`${name}_solver`, 'solver') });
-  const beside = (/** @type {any} */ one) => ({ properties: { ...all.$defs.fluid_beside.properties, ...scene(one.scene) } });
+  const beside = (/** @type {any} */ one) => ({ properties: { ...all.$defs.fluid_side_by_side.properties, ...scene(one.scene) } });
   const varied = scenario.kind === 'fluid'
-    ? { ...scene(scenario.scene), beside: { ...kind.properties.beside, prefixItems: (scenario.beside ?? []).map(beside) } }
+    ? { ...scene(scenario.scene), side_by_side: { ...kind.properties.side_by_side, prefixItems: (scenario.side_by_side ?? []).map(beside) } }
     : { params: own(scenario.game ?? scenario.problem, 'params') };
   return { ...kind, properties: { ...kind.properties, ...varied }, $defs: all.$defs };
 }

@@ -8,4 +8,4 @@ static int judge(const ll_field *field, const ll_shot *shot)
 }
 
 const ll_rifle_policy ll_rifle_trust = {
-    .name = "trust", .help = "The client reports its hits; insecure.", .judge = judge};
+    .name = "client_authoritative", .help = "The client reports its hits; insecure.", .judge = judge};

@@ -8,7 +8,7 @@ static ll_flight_hit launch(const ll_field *field, const ll_shot *shot, const ll
     return ll_shell_none.launch(field, shot, flight, start);
 }
 
-const ll_shell_family ll_shell_trust = {.name = "trust",
+const ll_shell_family ll_shell_trust = {.name = "client_authoritative",
                                         .help = "The client reports the hits of its projectiles; insecure.",
                                         .claims = true,
                                         .launch = launch};

@@ -10,5 +10,6 @@ const ll_shell_family *const ll_shell_families[] = {
     &ll_shell_none, &ll_shell_fast_forward, &ll_shell_rewind, &ll_shell_partial, &ll_shell_trust, NULL};
 
 /* In the order of the tables; a test compares them. */
-const char *const ll_rifle_names[] = {"none", "rewind", "trust", NULL};
-const char *const ll_shell_names[] = {"none", "fast_forward", "rewind", "partial", "trust", NULL};
+const char *const ll_rifle_names[] = {"none", "rewind", "client_authoritative", NULL};
+const char *const ll_shell_names[] = {"none",    "fast_forward",         "rewind",
+                                      "partial", "client_authoritative", NULL};

@@ -5,8 +5,8 @@
 #include "base/detmath.h"
 #include "netcode/server/relay_server.h"
 
-const char *const ll_field_names[LL_FIELDS + 2] = {"x",    "y",     "vx",   "vy", "angle",
-                                                   "spin", "flags", "tail", NULL};
+const char *const ll_field_names[LL_FIELDS + 2] = {"x",     "y",    "vx", "vy", "angle", "angular_velocity",
+                                                   "flags", "tail", NULL};
 
 _Static_assert(sizeof(ll_entity) == LL_FIELDS * 8, "a name for each field");
 

@@ -11,7 +11,7 @@ static int64_t head_size(void)
 
 ll_fluid_setup ll_fluid_sim_setup(const ll_fluid_config *c, int i)
 {
-    ll_fluid_setup setup = i == 0 ? c->setup : c->beside[i - 1];
+    ll_fluid_setup setup = i == 0 ? c->setup : c->side_by_side[i - 1];
     setup.hz = c->setup.hz;
     setup.place = (int16_t)i;
     setup.following = (int16_t)(c->side_by_side_count - i);

@@ -45,13 +45,13 @@ static ll_status check_one(const void *object, const char *path)
 
 static const ll_param side_by_side_rows[] = {FLUID_ROWS(ll_fluid_setup, , false)};
 
-static const ll_param_table beside_table = {.name = "fluid_beside",
-                                            .help =
-                                                "A fluid beside the first; what is not given is as there.",
-                                            .rows = side_by_side_rows,
-                                            .count = sizeof side_by_side_rows / sizeof side_by_side_rows[0],
-                                            .size = sizeof(ll_fluid_setup),
-                                            .check = check_one};
+static const ll_param_table side_by_side_table = {
+    .name = "fluid_side_by_side",
+    .help = "A fluid next to the first; what is not given is as there.",
+    .rows = side_by_side_rows,
+    .count = sizeof side_by_side_rows / sizeof side_by_side_rows[0],
+    .size = sizeof(ll_fluid_setup),
+    .check = check_one};
 
 static void as_the_first(const void *object, void *element)
 {
@@ -69,11 +69,11 @@ static const ll_param rows[] = {
      .default_value = 60,
      .unit = "Hz",
      .help = "Ticks per second; the method makes as many substeps of one as it needs."},
-    {.name = "beside",
+    {.name = "side_by_side",
      .type = LL_PARAM_ARRAY,
-     .offset = offsetof(ll_fluid_config, beside),
+     .offset = offsetof(ll_fluid_config, side_by_side),
      .max = LL_SIDE_BY_SIDE_MAX - 1,
-     .child = &beside_table,
+     .child = &side_by_side_table,
      .count_offset = offsetof(ll_fluid_config, side_by_side_count),
      .live = true,
      .begin = as_the_first,
@@ -88,7 +88,7 @@ static ll_status check(const void *object, const char *path)
         return status;
     char what[32];
     snprintf(what, sizeof what, "%d fluids side by side", c->side_by_side_count + 1);
-    return ll_fluid_check_bytes("beside", what, (int64_t)ll_fluid_sim_size(c));
+    return ll_fluid_check_bytes("side_by_side", what, (int64_t)ll_fluid_sim_size(c));
 }
 
 const ll_param_table ll_fluid_scenario_table = {.name = "fluid",

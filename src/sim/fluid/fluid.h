@@ -1,8 +1,8 @@
 /* Simulations of kind `fluid`: scenes of the fluid room, by whatever method each has.
  *
- * A tick is a step of 1 / hz, which the method divides as it needs. `beside` names more fluids that go side
- * by side from the same start: other methods, settings or sizes. A person stirs all of them: the fluid under
- * the pointer is drawn along while the button is held. */
+ * A tick is a step of 1 / hz, which the method divides as it needs. `side_by_side` names more fluids that go
+ * side by side from the same start: other methods, settings or sizes. A person stirs all of them: the fluid
+ * under the pointer is drawn along while the button is held. */
 #pragma once
 
 #include "base/run_status.h"
@@ -25,7 +25,7 @@ typedef struct ll_fluid_config {
     ll_scenario_head head;
     ll_fluid_setup setup;
     int32_t side_by_side_count, reserved;
-    ll_fluid_setup beside[LL_SIDE_BY_SIDE_MAX - 1];
+    ll_fluid_setup side_by_side[LL_SIDE_BY_SIDE_MAX - 1];
 } ll_fluid_config;
 
 extern const ll_param_table ll_fluid_scenario_table;

@@ -39,7 +39,7 @@ static int count_of(const ll_fluid_sim *first)
 
 cJSON *ll_fluid_sim_state(const void *block)
 {
-    return ll_beside_told(block, count_of(block), numbers_of);
+    return ll_side_by_side_report(block, count_of(block), numbers_of);
 }
 
 /* ---- metrics ---- */
@@ -95,7 +95,7 @@ static cJSON *metrics_of(const void *block, int place)
 
 cJSON *ll_fluid_sim_metrics(const void *block)
 {
-    return ll_beside_told(block, count_of(block), metrics_of);
+    return ll_side_by_side_report(block, count_of(block), metrics_of);
 }
 
 void ll_fluid_sim_costs(const void *config, const ll_step_profiler *step_profiler, cJSON *cost)
@@ -184,7 +184,7 @@ cJSON *ll_fluid_sim_layout(const void *config)
     cJSON *layout = cJSON_CreateObject();
     ll_fluid_sim *s = started(config);
     if (s)
-        cJSON_AddItemToObject(layout, "fluid", ll_beside_told(s, count_of(s), layout_of));
+        cJSON_AddItemToObject(layout, "fluid", ll_side_by_side_report(s, count_of(s), layout_of));
     free(s);
     return layout;
 }
@@ -209,7 +209,7 @@ int ll_fluid_sim_trace_columns(const void *config, char (*names)[48], int capaci
     for (const ll_fluid_sim *s = first; s != NULL; s = ll_fluid_sim_next(s), place++) {
         int count = traced(s, all);
         for (int i = 0; i < count && n < capacity; i++, n++)
-            ll_beside_column(names[n], place, all[i].name);
+            ll_side_by_side_column(names[n], place, all[i].name);
     }
     free(first);
     return n;

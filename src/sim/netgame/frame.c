@@ -122,7 +122,7 @@ static const ll_record_field entity_fields[] = {
     LL_STEP(entity, vx, LL_BITS_MPS, "m/s", "velocity"),
     LL_STEP(entity, vy, LL_BITS_MPS, "m/s", "velocity"),
     LL_STEP(entity, angle, LL_BITS_RAD, "rad", "orientation"),
-    LL_STEP(entity, spin, LL_BITS_RAD, "rad/s", "angular velocity"),
+    LL_STEP(entity, angular_velocity, LL_BITS_RAD, "rad/s", "angular velocity"),
     LL_STEP(entity, age_ms, LL_BITS_MS, "ms", "how old it is as drawn"),
 };
 

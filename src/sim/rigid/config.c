@@ -133,9 +133,9 @@ static const ll_param side_by_side_rows[] = {
         .help = "How it is stepped."),
 };
 
-static const ll_param_table beside_table = {
-    .name = "rigid_beside",
-    .help = "The same bodies once more beside the first; what is not given is as there.",
+static const ll_param_table side_by_side_table = {
+    .name = "rigid_side_by_side",
+    .help = "The same bodies once more next to the first; what is not given is as there.",
     .rows = side_by_side_rows,
     .count = sizeof side_by_side_rows / sizeof side_by_side_rows[0],
     .size = sizeof(ll_rigid_side_by_side)};
@@ -162,7 +162,7 @@ static const ll_param rows[] = {
           .live = true, .help = "To the right and upwards."),
     SETUP(solver, .type = LL_PARAM_OBJECT, .child = &ll_rigid_solver_table, .live = true,
           .help = "How the world is stepped."),
-    SETUP(beside, .type = LL_PARAM_ARRAY, .max = LL_SIDE_BY_SIDE_MAX - 1, .child = &beside_table,
+    SETUP(side_by_side, .type = LL_PARAM_ARRAY, .max = LL_SIDE_BY_SIDE_MAX - 1, .child = &side_by_side_table,
           .count_offset = offsetof(ll_rigid_config, setup.side_by_side_count), .live = true,
           .begin = as_the_first,
           .help =
@@ -189,7 +189,7 @@ static const ll_param rows[] = {
 
 ll_rigid_params ll_rigid_sim_params(const ll_rigid_setup *setup, int world)
 {
-    ll_rigid_params p = world == 0 ? setup->solver : setup->beside[world - 1].solver;
+    ll_rigid_params p = world == 0 ? setup->solver : setup->side_by_side[world - 1].solver;
     p.gravity_x = setup->gravity[0];
     p.gravity_y = setup->gravity[1];
     return p;

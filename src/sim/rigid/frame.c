@@ -232,7 +232,7 @@ static world_row world_of(const ll_rigid_sim *s, int i)
                        .recycled = (uint32_t)t.recycled,
                        .tested = (uint32_t)t.tested,
                        .islands = (uint32_t)t.islands,
-                       .passed = (uint32_t)m->passed,
+                       .tunnelled = (uint32_t)m->passed,
                        .stopped = (uint32_t)r->stopped,
                        .joints = (uint32_t)t.joints,
                        .energy = m->kinetic_energy + m->potential_energy,

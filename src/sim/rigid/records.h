@@ -6,7 +6,7 @@
 typedef struct world_row {
     uint8_t status, solver;
     bool dragging;
-    uint32_t bodies, awake, pairs, touching, points, recycled, tested, islands, passed, stopped, joints;
+    uint32_t bodies, awake, pairs, touching, points, recycled, tested, islands, tunnelled, stopped, joints;
     double energy, energy_start, kinetic, penetration, penetration_worst, sag, drift, tilt, joint_error,
         speed_max;
     double momentum_x, momentum_y;

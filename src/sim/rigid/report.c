@@ -69,7 +69,7 @@ static cJSON *state_of(const void *block, int i)
 
 cJSON *ll_rigid_sim_state(const void *block)
 {
-    return ll_beside_told(block, count_of(block), state_of);
+    return ll_side_by_side_report(block, count_of(block), state_of);
 }
 
 /* ---- metrics ---- */
@@ -193,7 +193,7 @@ static cJSON *metrics_of(const void *block, int i)
 
 cJSON *ll_rigid_sim_metrics(const void *block)
 {
-    return ll_beside_told(block, count_of(block), metrics_of);
+    return ll_side_by_side_report(block, count_of(block), metrics_of);
 }
 
 /* ---- cost ---- */
@@ -235,7 +235,7 @@ void ll_rigid_sim_time_parts(const void *config, cJSON *metrics, int64_t (*now_n
     for (int i = 0; i < count_of(s) && !ll_failed(&status); i++) {
         cJSON *o = metrics;
         if (i > 0)
-            o = cJSON_GetArrayItem(cJSON_GetObjectItemCaseSensitive(metrics, "beside"), i - 1);
+            o = cJSON_GetArrayItem(cJSON_GetObjectItemCaseSensitive(metrics, "side_by_side"), i - 1);
         if (s->setup.compare_volumes)
             time_volumes(ll_rigid_sim_world(s, i), o, now_ns);
     }
@@ -294,12 +294,12 @@ int ll_rigid_sim_trace_columns(const void *config, char (*names)[48], int capaci
         return 0;
     for (int i = 0; i < ll_rigid_sim_worlds(&c->setup); i++) {
         for (int k = 0; k < SUMMARY; k++)
-            ll_beside_column(names[n++], i, summary_names[k]);
+            ll_side_by_side_column(names[n++], i, summary_names[k]);
         for (int b = 0; b < bodies_told; b++)
             for (int k = 0; k < OF_A_BODY; k++) {
                 char name[32];
                 snprintf(name, sizeof name, "%d_%s", b, body_names[k]);
-                ll_beside_column(names[n++], i, name);
+                ll_side_by_side_column(names[n++], i, name);
             }
     }
     return n;

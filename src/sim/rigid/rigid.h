@@ -1,7 +1,7 @@
 /* Simulations of kind `rigid`: a world of rigid bodies, from a list or from a scene of the rigid room.
  *
- * A tick is a step. For each element of `beside` the same bodies are there once more and stepped as it says,
- * so that solvers go side by side from the same start; what a person drags is dragged in all. */
+ * A tick is a step. For each element of `side_by_side` the same bodies are there once more and stepped as it
+ * says, so that solvers go side by side from the same start; what a person drags is dragged in all. */
 #pragma once
 
 #include "rigid/scenes/scene.h"
@@ -58,7 +58,7 @@ typedef struct ll_rigid_setup {
     double gravity[2];
     double tunnel_x;
     ll_rigid_params solver; /* gravity is above */
-    ll_rigid_side_by_side beside[LL_SIDE_BY_SIDE_MAX - 1];
+    ll_rigid_side_by_side side_by_side[LL_SIDE_BY_SIDE_MAX - 1];
     ll_scene_args params; /* of the scene */
     int32_t side_by_side_count;
     int32_t scene; /* index into ll_scene_names; 0: the list of bodies */

@@ -12,7 +12,7 @@ import { drawPlot } from '../step/plot.js';
 import { contactsDrawn, layout, locked, params, scenarios, schema, session } from '../state.js';
 import { palette, paintOf } from '../theme.js';
 import { Surface } from '../views/surface.js';
-import { countChoice, difference, paramsOf, pathOf, renew as renewBeside } from '../workbench/beside.js';
+import { countChoice, difference, paramsOf, pathOf, renew as renewBeside } from '../workbench/side_by_side.js';
 import { cameras, forget, key, move, pointer, press, release } from '../workbench/hand.js';
 import { costs, forget as forgetMeasured, measure } from '../workbench/measure.js';
 import { VOLUMES, sceneOf } from './decode.js';
@@ -68,7 +68,7 @@ function solverPanel(world) {
     ${control(`${at}.method`, { label: 'Solver' })}
     ${own.map((name) => control(`${at}.${name}`, label(name)))}
     ${control(`${at}.continuous`, { label: 'Against passing' })}
-    ${control(`${at}.volume`, { label: 'Collides as' })}
+    ${control(`${at}.bounding_volume`, { label: 'Collides as' })}
     <div class="toggles">${control(`${at}.warm_start`, { label: 'Warm start' })}${control(`${at}.recycle`, { label: 'Recycling' })}
       ${control(`${at}.sleep`, { label: 'Sleeping' })}</div>
     <details><summary>More</summary>${['contact_push_speed', 'restitution_threshold', 'joint_hertz', 'joint_damping_ratio', 'recycle_distance', 'sleep_threshold', 'simd']
@@ -115,7 +115,7 @@ function scenePanel() {
       ${rows.map((row) => html`<option value=${row.id} .selected=${row.title === params.value?.title}>${row.title}</option>`)}</select></label>
     ${countChoice(worlds().length, 'solver', (wanted) => renew({}, wanted))}
     ${gravity()}
-    ${control('broad', { label: 'Broad phase' })}
+    ${control('broad_phase', { label: 'Broad phase' })}
     ${control('compare_volumes', { label: 'Count false hits' })}
     ${rigid()?.scene === 'none' ? nothing : html`<details><summary>Scene made anew with</summary>
       ${['size', 'ratio', 'offset', 'speed', 'friction'].map(sceneParameter)}</details>`}
@@ -175,7 +175,7 @@ function meter() {
   if (!(Math.abs(params.value?.tunnel_x ?? 1e9) < 1e8)) return nothing;
   return html`<section class="meter" aria-label="Tunnelling"><h3>Passed the wall</h3>
     ${worlds().map((i) => html`<div class="passed">${mark(i)}<div class="track"><div class="fill" data-player=${i} data-fill=${i}></div></div>
-      <span data-rigid=${`${i}/passed`}>–</span></div>`)}</section>`;
+      <span data-rigid=${`${i}/tunnelled`}>–</span></div>`)}</section>`;
 }
 
 /** What a volume took to judge all pairs of a step. @param {number | undefined} ms */
@@ -258,9 +258,9 @@ function showNumbers(scene) {
   scene.worlds.forEach((one, i) => {
     for (const [name, , text] of NUMBERS) put(`${i}/${name}`, one.status === 1 && name === 'energy' ? 'diverged' : text(one));
     const flying = params.value?.scene === 'bullets_loose' ? one.dynamic / 2 : one.dynamic; /* there the walls can move too */
-    put(`${i}/passed`, `${one.passed} of ${flying}`);
+    put(`${i}/tunnelled`, `${one.tunnelled} of ${flying}`);
     const fill = document.querySelector(`[data-fill="${i}"]`);
-    if (fill instanceof HTMLElement) fill.style.width = `${flying > 0 ? (100 * one.passed) / flying : 0}%`;
+    if (fill instanceof HTMLElement) fill.style.width = `${flying > 0 ? (100 * one.tunnelled) / flying : 0}%`;
   });
   for (const one of scene.judged) {
     if (one.world !== 0) continue;

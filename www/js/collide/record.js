@@ -1,6 +1,6 @@
 // What the collide lab remembers of a run: energy and overlap over time.
 
-/** @typedef {{t: number[], energy: number[], penetration: number[], passed: number[]}} Track */
+/** @typedef {{t: number[], energy: number[], penetration: number[], tunnelled: number[]}} Track */
 
 const POINTS = 4000;
 
@@ -19,12 +19,12 @@ export class Record {
     if (time <= this.time) return;
     this.time = time;
     worlds.forEach((one, i) => {
-      const to = this.tracks[i] ??= { t: [], energy: [], penetration: [], passed: [] };
+      const to = this.tracks[i] ??= { t: [], energy: [], penetration: [], tunnelled: [] };
       if (one.status !== 0) return;
       to.t.push(time);
       to.energy.push(one.energy - one.energy_start);
       to.penetration.push(one.penetration);
-      to.passed.push(one.passed);
+      to.tunnelled.push(one.tunnelled);
       if (to.t.length > POINTS) for (const list of Object.values(to)) list.splice(0, POINTS / 4);
     });
   }

@@ -41,7 +41,7 @@ export const unread = signal('');
 
 // ---- what can be varied ----
 
-const FIXED = new Set(['kind', 'seed', 'title', 'paper', 'text', 'game', 'problem', 'scene', 'timeline', 'activity']);
+const FIXED = new Set(['kind', 'seed', 'title', 'paper', 'text', 'game', 'problem', 'scene', 'timeline', 'expect']);
 const ELEMENTS = 8; /* of an array that are offered */
 
 /** @param {any} root @param {any} whole @returns {Variable[]} */
@@ -260,7 +260,7 @@ const TRADES = {
     more: ['passes_per_s'], repeats: '1' },
   fluid: { axes: [[['solver.method', '']], [['solver.advection', '']], [['params.n', '16, 24, 32, 48']],
     [['params.size', '12, 16, 24, 32']]],
-    errors: /^(velocity_|pressure_|front_|decay_)?error(_max|_l2|_l1|_rms)?$|^(density_error|divergence)_max$/, more: ['visits'],
+    errors: /^(velocity_|pressure_|front_|decay_)?error(_max|_l2|_l1|_rms)?$|^(density_error|divergence)_max$/, more: ['cell_visits'],
       repeats: '1' },
 };
 

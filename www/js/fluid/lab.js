@@ -12,7 +12,7 @@ import { drawPlot } from '../step/plot.js';
 import { layout, locked, params, scenarios, schema, session } from '../state.js';
 import { palette, paintOf } from '../theme.js';
 import { Surface } from '../views/surface.js';
-import { countChoice, difference, paramsOf, pathOf, renew as renewBeside } from '../workbench/beside.js';
+import { countChoice, difference, paramsOf, pathOf, renew as renewBeside } from '../workbench/side_by_side.js';
 import { cameras, forget as forgetHand, handIn, key, move, pointer, press, release } from '../workbench/hand.js';
 import { costs, forget as forgetMeasured, measure, profiles } from '../workbench/measure.js';
 import { fluidsOf } from './decode.js';
@@ -48,7 +48,7 @@ const plotted = signal(['', '']);
 
 const fluid = () => layout.value?.fluid ?? null;
 /** The fluids side by side. @returns {FluidLayout[]} */
-const fluids = () => (fluid() ? [/** @type {FluidLayout} */ (fluid()), ...(fluid()?.beside ?? [])] : []);
+const fluids = () => (fluid() ? [/** @type {FluidLayout} */ (fluid()), ...(fluid()?.side_by_side ?? [])] : []);
 const idOf = (/** @type {number} */ i) => (i === 0 ? 'fluid' : `fluid${i}`);
 const words = (/** @type {string} */ name) => name.replaceAll('_', ' ');
 /** @param {FluidLayout | undefined} of */
@@ -96,7 +96,7 @@ function renew(set, list) {
 }
 
 /** The fluids beside the first as they are. @returns {any[]} */
-const beside = () => (params.value?.beside ?? []).map((/** @type {any} */ one) => structuredClone({ scene: one.scene, params: one.params, solver: one.solver }));
+const beside = () => (params.value?.side_by_side ?? []).map((/** @type {any} */ one) => structuredClone({ scene: one.scene, params: one.params, solver: one.solver }));
 
 // ---- controls ----
 
@@ -143,7 +143,7 @@ function scenePanel() {
 const shownFields = () => fluids().flatMap((_, i) => shownField(i) ?? []);
 
 /** Settings that make the largest difference; the others stand below. */
-const FIRST = ['method', 'advection', 'pressure', 'splitting', 'tolerance', 'sweeps', 'iterations', 'viscosity', 'viscosity_scale', 'confinement', 'clamp'];
+const FIRST = ['method', 'advection', 'pressure', 'splitting', 'tolerance', 'sweeps', 'iterations', 'viscosity', 'viscosity_scale', 'vorticity_confinement', 'limiter'];
 const SOLVER_LABELS = /** @type {{[name: string]: string}} */ ({ backtrace: 'Order of back-trace', cfl: 'CFL number', viscosity_scale: 'Viscosity ×' });
 
 /** The scene of a fluid beside the first. @param {number} i @returns {Template} */

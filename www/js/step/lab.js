@@ -105,7 +105,7 @@ async function ladder(i) {
   const found = [];
   for (let round = 0; round < ROUNDS; round++) {
     scenario.timeline = [];
-    scenario.activity = [];
+    scenario.expect = [];
     scenario.methods = Array.from({ length: RUNGS }, (_, k) => {
       const n = round * RUNGS + k;
       return { ...method, shown: true, dt_s: scenario.duration_s / (16 * 2 ** n), tolerance: Math.max(1e-15, 10 ** (-1 - n)) };

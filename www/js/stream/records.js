@@ -1,7 +1,7 @@
 // Written by docs/generate.mjs from `laglab schema stream`: the tables are in C, and changed there.
 
 /** Of these tables: a daemon whose hello has another gives its own at stream/schema.json. */
-export const SCHEMA = '6a26fd47ca6dfd48';
+export const SCHEMA = '852c349759e111c0';
 
 /** @typedef {{name: string, coding: string, boolean?: boolean, bits?: number, unit?: string, names?: string[], flags?: string[]}} Field */
 /** @typedef {{id: number, name: string, channel: string, form: string, keys?: number, fields: Field[]}} Layout */
@@ -71,7 +71,7 @@ export const SCHEMA = '6a26fd47ca6dfd48';
  * @property {number} vx  m/s; velocity
  * @property {number} vy  m/s; velocity
  * @property {number} angle  rad; orientation
- * @property {number} spin  rad/s; angular velocity
+ * @property {number} angular_velocity  rad/s; angular velocity
  * @property {number} age_ms  ms; how old it is as drawn
  */
 
@@ -244,7 +244,7 @@ export const SCHEMA = '6a26fd47ca6dfd48';
  * @property {number} recycled  pairs whose points are those of the step before
  * @property {number} tested  pairs that were tested exactly
  * @property {number} islands  groups of bodies that hang together
- * @property {number} passed  bodies that went through something
+ * @property {number} tunnelled  bodies that went through something
  * @property {number} stopped  bodies that swept detection put where they first touched, in all
  * @property {number} joints  in it
  * @property {number} energy  J; kinetic and potential
@@ -301,7 +301,7 @@ export const SCHEMA = '6a26fd47ca6dfd48';
  * @property {number} angle  rad; orientation
  * @property {number} vx  m/s; velocity
  * @property {number} vy  m/s; velocity
- * @property {number} spin  rad/s; angular velocity
+ * @property {number} angular_velocity  rad/s; angular velocity
  * @property {number} left  m; box of the broad phase, from x and y
  * @property {number} bottom  m; box of the broad phase, from x and y
  * @property {number} right  m; box of the broad phase, from x and y
@@ -433,7 +433,7 @@ export const VIEWS_FLAGS = Object.freeze({ prediction: 1, reconciliation: 2, int
 export const VIEWS_CONNECTION = Object.freeze({ connecting: 0, synchronising: 1, playing: 2, stalled: 3, resynchronising: 4, disconnected: 5 });
 export const ENTITIES_FLAGS = Object.freeze({ finished: 1, predicted: 2, interpolated: 4, held: 8, active: 16, extrapolated: 32, unsettled: 64, away: 128 });
 export const BUFFERS_STATE = Object.freeze({ newest: 0, normal: 1, catching_up: 2, slowing: 3, starved: 4, extrapolating: 5 });
-export const PEERS_DESYNC_FIELD = Object.freeze({ x: 0, y: 1, vx: 2, vy: 3, angle: 4, spin: 5, flags: 6, tail: 7 });
+export const PEERS_DESYNC_FIELD = Object.freeze({ x: 0, y: 1, vx: 2, vy: 3, angle: 4, angular_velocity: 5, flags: 6, tail: 7 });
 export const INPUT_HISTORY_STATE = Object.freeze({ open: 0, acknowledged: 1, refused: 2, late: 3, lost: 4 });
 export const BUFFERED_PLACE = Object.freeze({ snapshot: 0, dejitter: 1 });
 export const SHOTS_WEAPON = Object.freeze({ rifle: 0, shell: 1 });

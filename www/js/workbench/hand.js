@@ -9,7 +9,7 @@ export const pointer = signal(null);
 export const cameras = new Map();
 
 /** Of a picture: left, right, bottom, top in m. Bodies have one for all worlds. @param {number} world @returns {number[]} */
-const viewOf = (world) => (layout.value?.rigid ?? (world === 0 ? layout.value?.fluid : layout.value?.fluid?.beside?.[world - 1]))?.view ?? [];
+const viewOf = (world) => (layout.value?.rigid ?? (world === 0 ? layout.value?.fluid : layout.value?.fluid?.side_by_side?.[world - 1]))?.view ?? [];
 const view = () => viewOf(0);
 
 let asked = 0;

@@ -40,7 +40,7 @@ export async function measure(frame, curves) {
     takeCosts(now, id);
     if (curves && (profiles.value === null || profiles.value.some((one) => Object.keys(one).length > 0))) {
       const { metrics } = await call('GET', `sessions/${id}/metrics`);
-      if (session.value?.id === id) profiles.value = [metrics, ...(metrics.beside ?? [])].map((one) => one.profiles ?? {});
+      if (session.value?.id === id) profiles.value = [metrics, ...(metrics.side_by_side ?? [])].map((one) => one.profiles ?? {});
     }
   } catch { /* the stream says when the daemon is away */ }
 }

@@ -6,7 +6,7 @@ import { params, traded } from '../state.js';
 function trade() {
   const scenario = structuredClone(params.value);
   scenario.timeline = [];
-  scenario.activity = [];
+  scenario.expect = [];
   traded.value = scenario;
   openExperiments('');
 }

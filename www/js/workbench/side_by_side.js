@@ -7,9 +7,9 @@ import { params } from '../state.js';
 /** @typedef {import('../link.js').Value} Value */
 
 /** What stands before a parameter of the one at place `i`. @param {number} i */
-export const pathOf = (i) => (i === 0 ? '' : `beside.${i - 1}.`);
+export const pathOf = (i) => (i === 0 ? '' : `side_by_side.${i - 1}.`);
 /** @param {number} i @returns {any} */
-export const paramsOf = (i) => (i === 0 ? params.value : params.value?.beside?.[i - 1]) ?? {};
+export const paramsOf = (i) => (i === 0 ? params.value : params.value?.side_by_side?.[i - 1]) ?? {};
 
 /** The values of `one` that are other than in `other`. @param {any} one @param {any} other @returns {any} */
 export function difference(one, other) {
@@ -28,9 +28,9 @@ export function difference(one, other) {
 /** A session of its own: what lays out memory does not change while it runs. @param {{[path: string]: Value}} set of the first
  * @param {any[]} list of those beside it: how each differs */
 export function renew(set, list) {
-  const kept = Object.entries(link.set).filter(([path]) => !path.startsWith('beside'));
-  const told = list.length > 0 || 'beside' in link.set || (params.value?.beside ?? []).length > 0; /* also that there is none any more */
-  link.set = { ...Object.fromEntries(kept), ...set, ...(told ? { beside: /** @type {any} */ (list) } : {}) };
+  const kept = Object.entries(link.set).filter(([path]) => !path.startsWith('side_by_side'));
+  const told = list.length > 0 || 'side_by_side' in link.set || (params.value?.side_by_side ?? []).length > 0; /* also that there is none any more */
+  link.set = { ...Object.fromEntries(kept), ...set, ...(told ? { side_by_side: /** @type {any} */ (list) } : {}) };
   again();
 }
 
