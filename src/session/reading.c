@@ -128,11 +128,11 @@ cJSON *ll_session_notices(const ll_session *s)
     return kind->notices ? kind->notices(s->config) : cJSON_CreateArray();
 }
 
-static void add_activity(cJSON *metrics, const ll_scenario_head *head)
+static void add_expectations(cJSON *metrics, const ll_scenario_head *head)
 {
     cJSON *list = cJSON_CreateArray();
-    for (int i = 0; i < head->activity_count; i++) {
-        const ll_activity *a = &head->activity[i];
+    for (int i = 0; i < head->expect_count; i++) {
+        const ll_expectation *a = &head->expect[i];
         const cJSON *value = ll_param_number_at(metrics, a->metric);
         cJSON *o = cJSON_CreateObject();
         cJSON_AddStringToObject(o, "metric", a->metric);
@@ -149,7 +149,7 @@ cJSON *ll_session_metrics(ll_session *s)
     cJSON *o = report(s, "metrics", s->scenario.kind->metrics);
     cJSON *metrics = cJSON_GetObjectItemCaseSensitive(o, "metrics");
     if (metrics)
-        add_activity(metrics, ll_session_head(s));
+        add_expectations(metrics, ll_session_head(s));
     return o;
 }
 

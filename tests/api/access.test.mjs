@@ -71,7 +71,7 @@ test('the operator lists, ends and deletes anything', async () => {
   assert.equal((await c.call('POST', `${S}/${id}/control`, { key: OPERATOR, body: { op: 'pause' } })).json.status, 'paused');
   const stream = await openStream(daemon.url, `sessions/${id}`);
   stream.say({ auth: OPERATOR, id: 1 });
-  assert.equal((await stream.wait((/** @type {any} */ m) => m.type === 'reply')).role, 'owner');
+  assert.equal((await stream.wait((/** @type {any} */ m) => m.type === 'reply' && m.id === 1)).role, 'owner');
   await stream.close();
   assert.equal((await c.call('DELETE', `${S}/${id}`, { key: OPERATOR })).status, 204);
   assert.equal((await c.get(`${S}/${id}`)).status, 404);

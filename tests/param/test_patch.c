@@ -37,8 +37,8 @@ static void elements_are_addressed_in_three_ways(void **state)
     static const char *const ways[] = {
         "{\"members\":{\"1\":{\"lag_ms\":250,\"up\":{\"order\":\"unordered\"}}}}",
         "{\"members\":[{},{\"lag_ms\":250,\"up\":{\"order\":\"unordered\"}}]}",
-        "{\"members.1.lag_ms\":250,\"members.1.up.order\":\"free\"}",
-        "{\"members\":{\"1.lag_ms\":250,\"1\":{\"up.order\":\"free\"}}}",
+        "{\"members.1.lag_ms\":250,\"members.1.up.order\":\"unordered\"}",
+        "{\"members\":{\"1.lag_ms\":250,\"1\":{\"up.order\":\"unordered\"}}}",
         "{\"members.1\":{\"lag_ms\":250,\"up\":{\"order\":\"unordered\"}}}",
     };
     for (size_t i = 0; i < sizeof ways / sizeof ways[0]; i++) {
@@ -50,7 +50,7 @@ static void elements_are_addressed_in_three_ways(void **state)
         tape t = {0};
         assert_status(patch(ways[i], &s, &t), LL_OK, "", "");
         assert_memory_equal(&s, &want, sizeof s);
-        assert_string_equal(t.text, "members.1.lag_ms=250 members.1.up.order=\"free\"");
+        assert_string_equal(t.text, "members.1.lag_ms=250 members.1.up.order=\"unordered\"");
     }
 }
 
@@ -130,7 +130,7 @@ static void a_patch_is_all_or_nothing(void **state)
         {"{\"loud\":true,\"level\":0.5,\"members\":{\"1\":{\"lag_ms\":5000}}}", LL_BAD_INPUT,
          "members.1.lag_ms", "members.1.lag_ms: must be 0 to 1000 ms; got 5000"},
         {"{\"loud\":true,\"seed\":8}", LL_CONFLICT, "seed", "seed cannot be changed while a session runs"},
-        {"{\"loud\":true,\"members.0.down.order\":\"free\"}", LL_CONFLICT, "members.0.down.order",
+        {"{\"loud\":true,\"members.0.down.order\":\"unordered\"}", LL_CONFLICT, "members.0.down.order",
          "members.0.down.order cannot be changed while a session runs"},
         {"{\"loud\":true,\"level\":null}", LL_BAD_INPUT, "level", "level cannot be removed; got null"},
         {"{\"loud\":true,\"members\":null}", LL_BAD_INPUT, "members", "members cannot be removed; got null"},

@@ -138,7 +138,7 @@ static show open_show(const char *id, const char *params)
     if (params != NULL) {
         cJSON_ReplaceItemInObjectCaseSensitive(json, "params", cJSON_Parse(params));
         cJSON_ReplaceItemInObjectCaseSensitive(json, "duration_s", cJSON_CreateNumber(60));
-        cJSON_DeleteItemFromObjectCaseSensitive(json, "activity");
+        cJSON_DeleteItemFromObjectCaseSensitive(json, "expect");
     }
     must(ll_session_create(json, -1, NULL, NULL, &s.session));
     cJSON_Delete(json);

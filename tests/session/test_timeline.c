@@ -199,17 +199,17 @@ static void bad_steps_are_named(void **state)
     }
 }
 
-static void activity_is_told(void **state)
+static void expectations_are_reported(void **state)
 {
     (void)state;
     ll_session *s;
-    must(make("activity",
+    must(make("expect",
               "[{\"metric\":\"players.0.unacked.mean\",\"min\":1},{\"metric\":\"players.1.corrections\"},"
               "{\"metric\":\"players.9.unacked.mean\"},{\"metric\":\"players\"}]",
               NULL, &s));
     must(ll_session_run_to(s, 300));
     cJSON *report = ll_session_metrics(s);
-    cJSON *a = cJSON_GetObjectItem(cJSON_GetObjectItem(report, "metrics"), "activity");
+    cJSON *a = cJSON_GetObjectItem(cJSON_GetObjectItem(report, "metrics"), "expect");
     assert_int_equal(cJSON_GetArraySize(a), 4);
     for (int i = 0; i < 4; i++) {
         cJSON *item = cJSON_GetArrayItem(a, i);
@@ -223,13 +223,10 @@ static void activity_is_told(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(no_step_acts_before_its_time),
-        cmocka_unit_test(steps_act_at_their_times),
-        cmocka_unit_test(steps_are_what_commands_would_be),
-        cmocka_unit_test(steps_outlive_commands),
-        cmocka_unit_test(steps_that_do_not_fit_are_told),
-        cmocka_unit_test(bad_steps_are_named),
-        cmocka_unit_test(activity_is_told),
+        cmocka_unit_test(no_step_acts_before_its_time),     cmocka_unit_test(steps_act_at_their_times),
+        cmocka_unit_test(steps_are_what_commands_would_be), cmocka_unit_test(steps_outlive_commands),
+        cmocka_unit_test(steps_that_do_not_fit_are_told),   cmocka_unit_test(bad_steps_are_named),
+        cmocka_unit_test(expectations_are_reported),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

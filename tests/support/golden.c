@@ -14,13 +14,13 @@ static double number(const cJSON *object, const char *name)
     return cJSON_GetObjectItem(object, name)->valuedouble;
 }
 
-static ll_status add_activity(const char *id, const cJSON *activity, char *line, int used)
+static ll_status add_expectations(const char *id, const cJSON *expect, char *line, int used)
 {
     const cJSON *item;
     char separator = ',';
-    if (cJSON_GetArraySize(activity) == 0)
-        return ll_error(LL_BAD_INPUT, "%s names no activity", id);
-    cJSON_ArrayForEach(item, activity)
+    if (cJSON_GetArraySize(expect) == 0)
+        return ll_error(LL_BAD_INPUT, "%s names no expect", id);
+    cJSON_ArrayForEach(item, expect)
     {
         const char *metric = cJSON_GetObjectItem(item, "metric")->valuestring;
         if (!cJSON_IsTrue(cJSON_GetObjectItem(item, "met")))
@@ -48,8 +48,8 @@ ll_status golden_line(const char *id, char line[GOLDEN_LINE_MAX])
     used = snprintf(line, GOLDEN_LINE_MAX, "%s,%" PRId64 ",%016" PRIx64, id, ll_session_get_info(s).tick,
                     ll_session_hash(s));
     report = ll_session_metrics(s);
-    status =
-        add_activity(id, cJSON_GetObjectItem(cJSON_GetObjectItem(report, "metrics"), "activity"), line, used);
+    status = add_expectations(id, cJSON_GetObjectItem(cJSON_GetObjectItem(report, "metrics"), "expect"), line,
+                              used);
 cleanup:
     cJSON_Delete(report);
     ll_session_destroy(s);

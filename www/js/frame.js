@@ -11,7 +11,7 @@ export const { input: INPUT, state: STATE, refusal: REFUSAL, relay: RELAY, conne
   applied: APPLIED, correction: CORRECTION, step: STEP, stall: STALL, rollback: ROLLBACK, desync: DESYNC, connection: CONNECTION, dropped: DROPPED } = EVENTS_TYPE;
 export const { newest: V_NEWEST, normal: V_NORMAL, catching_up: V_CATCHING_UP, slowing: V_SLOWING, starved: V_STARVED, extrapolating: V_EXTRAPOLATING } = BUFFERS_STATE;
 export const { open: R_OPEN, acknowledged: R_ACKNOWLEDGED, refused: R_REFUSED, late: R_LATE, lost: R_LOST } = INPUT_HISTORY_STATE;
-export const { rifle: RIFLE, shell: SHELL } = SHOTS_WEAPON;
+export const { hitscan: HITSCAN, projectile: PROJECTILE } = SHOTS_WEAPON;
 export const { clamped: S_CLAMPED, view_time_rejected: S_DISTRUSTED, behind_cover: S_BEHIND_COVER } = SHOTS_FLAGS;
 export const APPLIED_OK = 0, REFUSED = 1; /* outcomes of a verdict */
 export const NOBODY = -1, NOT_YET = -2; /* what a shot hits, instead of a body */

@@ -101,7 +101,7 @@ static const ll_param server_rows[] = {
      .default_value = 1,
      .live = true,
      .help = "How shots of a rifle are judged: none against the server's present, rewind against the targets "
-             "where the shooter saw them, trust as the client says (insecure)."},
+             "where the shooter saw them, client_authoritative as the client says (insecure)."},
     {.name = "projectile",
      .type = LL_PARAM_CHOICE,
      .offset = offsetof(ll_server_config, compensation.shell),
@@ -113,7 +113,7 @@ static const ll_param server_rows[] = {
          "where the shooter has them, among the targets of the present, rewind (C) lets shell and targets go "
          "together from the time that the shooter saw, partial (D) forwards by at most "
          "projectile_forward_ms, "
-         "trust takes the client's word (insecure)."},
+         "client_authoritative takes the client's word (insecure)."},
     {.name = "projectile_trace",
      .type = LL_PARAM_CHOICE,
      .offset = offsetof(ll_server_config, compensation.projectile_trace),

@@ -63,7 +63,7 @@ ll_aabb ll_tight_box(const ll_rigid *w, const ll_shape *shape, ll_pose pose)
 {
     ll_geometry circle;
     const ll_geometry *g = ll_geometry_of(w, shape, &circle);
-    int32_t volume = w->limits.volumes ? w->params.volume : LL_VOLUME_EXACT;
+    int32_t volume = w->limits.volumes ? w->params.bounding_volume : LL_VOLUME_EXACT;
     if (volume == LL_VOLUME_SPHERE || volume == LL_VOLUME_OBB)
         g = &ll_bounds(w)[shape - ll_shapes(w)];
     return ll_shape_aabb(g, pose);
@@ -327,8 +327,8 @@ void ll_bound_shapes(ll_rigid *w, int32_t body)
     ll_geometry circle;
     for (int32_t s = ll_bodies(w)[body].shape; s != LL_NONE; s = ll_shapes(w)[s].next) {
         memset(&ll_bounds(w)[s], 0, sizeof(ll_geometry));
-        if (w->params.volume == LL_VOLUME_SPHERE || w->params.volume == LL_VOLUME_OBB)
-            ll_bounds(w)[s] = ll_bound_of((ll_volume)w->params.volume,
+        if (w->params.bounding_volume == LL_VOLUME_SPHERE || w->params.bounding_volume == LL_VOLUME_OBB)
+            ll_bounds(w)[s] = ll_bound_of((ll_volume)w->params.bounding_volume,
                                           ll_geometry_of(w, &ll_shapes(w)[s], &circle), (ll_rot){1, 0});
     }
 }

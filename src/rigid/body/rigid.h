@@ -54,7 +54,7 @@ typedef struct ll_rigid_params {
     double gravity_x, gravity_y;  /* m/s^2 */
     int32_t solver;               /* index into ll_rigid_solvers */
     int32_t continuous;           /* ll_continuous */
-    int32_t volume;               /* ll_volume that collides instead of the shapes; needs limits.volumes */
+    int32_t bounding_volume;      /* ll_volume that collides instead of the shapes; needs limits.volumes */
     int32_t simd;                 /* ll_simd; auto: the widest of the CPU */
     int64_t substeps;             /* of solvers with substeps */
     int64_t iterations;           /* over the velocities, of solvers that iterate */

@@ -236,7 +236,8 @@ const ll_geometry *ll_geometry_of(const ll_rigid *w, const ll_shape *shape, ll_g
 ll_aabb ll_tight_box(const ll_rigid *w, const ll_shape *shape, ll_pose pose);
 void ll_refresh_boxes(ll_rigid *w, int32_t body); /* broad-phase boxes around the current pose */
 void ll_mark_moved(ll_rigid *w, int32_t shape);
-void ll_bound_shapes(ll_rigid *w, int32_t body); /* bounding volumes of its shapes, by params.volume */
+void ll_bound_shapes(ll_rigid *w,
+                     int32_t body); /* bounding volumes of its shapes, by params.bounding_volume */
 ll_status ll_body_slot(const ll_rigid *w, ll_body_id id, int32_t *slot); /* error if the id is stale */
 /* Whether all of them are finite and at most so large; the error names the field. */
 ll_status ll_check_numbers(int count, const char *const *fields, const double *values, double most);

@@ -11,9 +11,9 @@ static const ll_geometry *collider(const ll_rigid *w, int32_t s, ll_rot q, ll_ge
 {
     const ll_shape *shape = &ll_shapes(w)[s];
     const ll_geometry *exact = ll_geometry_of(w, shape, room);
-    if (!w->limits.volumes || w->params.volume == LL_VOLUME_EXACT)
+    if (!w->limits.volumes || w->params.bounding_volume == LL_VOLUME_EXACT)
         return exact;
-    if (w->params.volume != LL_VOLUME_AABB)
+    if (w->params.bounding_volume != LL_VOLUME_AABB)
         return &ll_bounds(w)[s];
     *room = ll_bound_of(LL_VOLUME_AABB, exact, q);
     return room;
@@ -24,7 +24,7 @@ static const ll_geometry *collider(const ll_rigid *w, int32_t s, ll_rot q, ll_ge
  * recycling). */
 static bool may_recycle(const ll_rigid *w, const ll_contact *c, ll_pose a, ll_pose b)
 {
-    if (!w->params.recycle || c->count < 2 || w->params.volume == LL_VOLUME_AABB)
+    if (!w->params.recycle || c->count < 2 || w->params.bounding_volume == LL_VOLUME_AABB)
         return false;
     double turned_a = a.q.c * c->turned[0].c + a.q.s * c->turned[0].s;
     double turned_b = b.q.c * c->turned[1].c + b.q.s * c->turned[1].s;

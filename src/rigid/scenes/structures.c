@@ -157,7 +157,7 @@ const ll_scene ll_scene_rugged_wall = {
     .name = "rugged_wall",
     .title = "Rugged wall",
     .help = "The paper's rugged wall of size teeth, and bodies thrown at it with speed m/s: exact, or with "
-            "bounding volumes (parameter volume).",
+            "bounding volumes (parameter bounding_volume).",
     .default_value = {.size = 30, .speed = 15, .friction = 0.4},
     .limits = some_limits,
     .build = rugged_wall};

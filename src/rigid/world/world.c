@@ -5,8 +5,8 @@
 #include "rigid/solver/solver.h"
 #include "rigid/world/continuous.h"
 
-const char *const ll_rigid_phase_names[LL_PHASES + 1] = {"broad_phase", "narrow", "solve",
-                                                         "continuous",  "finish", NULL};
+const char *const ll_rigid_phase_names[LL_PHASES + 1] = {"broad",      "narrow", "solve",
+                                                         "continuous", "finish", NULL};
 
 /* ---- the block ---- */
 
@@ -19,8 +19,8 @@ static ll_status check_limit(const char *field, int32_t value, int32_t least, in
 
 ll_status ll_rigid_check(const ll_rigid_limits *l)
 {
-    static const char *const fields[] = {"bodies", "shapes",      "hulls",   "contacts",
-                                         "joints", "broad_phase", "volumes", "broads"};
+    static const char *const fields[] = {"bodies", "shapes", "hulls",   "contacts",
+                                         "joints", "broad",  "volumes", "broads"};
     const int32_t values[] = {l->bodies, l->shapes, l->hulls,   l->contacts,
                               l->joints, l->broad,  l->volumes, l->broads};
     const int32_t least[] = {1, 1, 0, 1, 0, 0, 0, 0};
@@ -134,13 +134,14 @@ const ll_rigid_params *ll_rigid_get_params(const ll_rigid *w)
 
 ll_status ll_rigid_set_params(ll_rigid *w, const ll_rigid_params *p)
 {
-    if (p->volume != LL_VOLUME_EXACT && !w->limits.volumes)
-        return ll_field_error(LL_CONFLICT, "volume",
-                              "volume: must be exact in a world without room for bounding volumes; got %s.",
-                              ll_volume_names[p->volume]);
+    if (p->bounding_volume != LL_VOLUME_EXACT && !w->limits.volumes)
+        return ll_field_error(
+            LL_CONFLICT, "bounding_volume",
+            "bounding_volume: must be exact in a world without room for bounding volumes; got %s.",
+            ll_volume_names[p->bounding_volume]);
     ll_rigid_params old = w->params;
     w->params = *p;
-    bool reshaped = old.volume != p->volume;
+    bool reshaped = old.bounding_volume != p->bounding_volume;
     if (!reshaped && old.continuous == p->continuous && old.gravity_x == p->gravity_x &&
         old.gravity_y == p->gravity_y && old.sleep == p->sleep)
         return ll_ok();

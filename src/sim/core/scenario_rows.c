@@ -25,25 +25,25 @@ const ll_param_table ll_timeline_table = {.name = "timeline_step",
                                           .count = sizeof timeline_rows / sizeof timeline_rows[0],
                                           .size = sizeof(ll_timeline_step)};
 
-static const ll_param activity_rows[] = {
+static const ll_param expectation_rows[] = {
     {.name = "metric",
      .type = LL_PARAM_TEXT,
-     .offset = offsetof(ll_activity, metric),
+     .offset = offsetof(ll_expectation, metric),
      .min = 1,
      .max = LL_METRIC_PATH_MAX,
      .required = true,
      .help = "Path of a number in the metrics, such as players.0.corrections."},
     {.name = "min",
      .type = LL_PARAM_REAL,
-     .offset = offsetof(ll_activity, min),
+     .offset = offsetof(ll_expectation, min),
      .min = -1e12,
      .max = 1e12,
      .default_value = 1,
      .help = "It must be at least so much."},
 };
 
-const ll_param_table ll_activity_table = {.name = "expect",
-                                          .help = "A metric that must have come so far.",
-                                          .rows = activity_rows,
-                                          .count = sizeof activity_rows / sizeof activity_rows[0],
-                                          .size = sizeof(ll_activity)};
+const ll_param_table ll_expectation_table = {.name = "expect",
+                                             .help = "A metric that must have come so far.",
+                                             .rows = expectation_rows,
+                                             .count = sizeof expectation_rows / sizeof expectation_rows[0],
+                                             .size = sizeof(ll_expectation)};

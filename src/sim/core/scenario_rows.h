@@ -4,7 +4,7 @@
 #include "sim/core/sim.h"
 
 extern const char *const ll_sim_kind_names[];
-extern const ll_param_table ll_timeline_table, ll_activity_table;
+extern const ll_param_table ll_timeline_table, ll_expectation_table;
 
 #define LL_DURATION_MAX_S 3600
 
@@ -52,8 +52,8 @@ extern const ll_param_table ll_timeline_table, ll_activity_table;
          .child = &ll_timeline_table,                                                                        \
          .help = "Changes of live parameters while it runs, in the order of time."},                         \
     {                                                                                                        \
-        .name = "expect", .type = LL_PARAM_ARRAY, .offset = offsetof(ll_scenario_head, activity),            \
-        .count_offset = offsetof(ll_scenario_head, activity_count), .max = LL_ACTIVITY_MAX,                  \
-        .child = &ll_activity_table,                                                                         \
+        .name = "expect", .type = LL_PARAM_ARRAY, .offset = offsetof(ll_scenario_head, expect),              \
+        .count_offset = offsetof(ll_scenario_head, expect_count), .max = LL_EXPECT_MAX,                      \
+        .child = &ll_expectation_table,                                                                      \
         .help = "What must have happened at the end; a run tells whether it did."                            \
     }

@@ -22,7 +22,7 @@ struct cJSON;
 
 #define LL_TIMELINE_MAX 8
 #define LL_TIMELINE_SET_MAX 175
-#define LL_ACTIVITY_MAX 4
+#define LL_EXPECT_MAX 4
 #define LL_METRIC_PATH_MAX 63
 
 /* A change of live parameters that belongs to the scenario. */
@@ -32,10 +32,10 @@ typedef struct ll_timeline_step {
 } ll_timeline_step;
 
 /* What must have happened at the end, so that the scenario shows what it is for. */
-typedef struct ll_activity {
+typedef struct ll_expectation {
     char metric[LL_METRIC_PATH_MAX + 1]; /* `players.0.corrections`, from the metrics */
     double min;
-} ll_activity;
+} ll_expectation;
 
 /* The first member of every kind's configuration. */
 typedef struct ll_scenario_head {
@@ -46,10 +46,17 @@ typedef struct ll_scenario_head {
     char title[LL_TITLE_MAX + 8];
     char paper[LL_TITLE_MAX + 8]; /* `Figure 11` */
     char text[LL_TEXT_MAX + 8];
-    int32_t timeline_count, activity_count;
+    int32_t timeline_count, expect_count;
     ll_timeline_step timeline[LL_TIMELINE_MAX]; /* in the order of time */
-    ll_activity activity[LL_ACTIVITY_MAX];
+    ll_expectation expect[LL_EXPECT_MAX];
 } ll_scenario_head;
+
+/* Of a copy of a configuration that becomes part of a state: without the texts, the timeline and the
+ * expectations, which no tick reads. The hash of a state then does not change with a sentence. */
+static inline void ll_scenario_head_strip(ll_scenario_head *head)
+{
+    *head = (ll_scenario_head){.kind = head->kind, .duration_s = head->duration_s, .seed = head->seed};
+}
 
 enum { LL_STEP_PROFILER_PARTS = 30 };
 

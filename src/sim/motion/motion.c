@@ -74,6 +74,7 @@ static ll_status init(void *block, const void *config)
     double y0[LL_ODE_DIM_MAX];
     memset(block, 0, size(config));
     m->config = *(const ll_motion_config *)config;
+    ll_scenario_head_strip(&m->config.head);
     m->size = lay_out(m, &m->config);
     ll_ode ode = ll_motion_system(&m->config);
     ll_motion_problem(&m->config)->start(m->config.params, y0);

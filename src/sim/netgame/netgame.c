@@ -183,6 +183,7 @@ static ll_status init(void *block, const void *config)
     int n = c->player_count;
     memset(block, 0, size(config));
     memcpy(&g->config, c, config_size(c));
+    ll_scenario_head_strip(&g->config.head);
     g->size = lay_out(g, c);
 
     const ll_game *game = ll_netgame_game(g);
@@ -533,6 +534,7 @@ static void change(void *block, const void *config, ll_time now)
     ll_server_config before = g->config.server;
     ll_netgame_watch_cheats_begin(g, config);
     memcpy(&g->config, config, config_size(config));
+    ll_scenario_head_strip(&g->config.head);
     ll_server_configure(ll_netgame_server(g), &g->config.server);
     const ll_sync_mode *sync = ll_netgame_sync(g);
     bool other_rate = before.update_hz != g->config.server.update_hz;

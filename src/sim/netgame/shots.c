@@ -88,7 +88,7 @@ typedef struct shot {
     int32_t client_view_hit, server_now_hit, compensated_hit, perfect_hit;
 } shot;
 
-static const char *const weapons[] = {"rifle", "shell", NULL};
+static const char *const weapons[] = {"hitscan", "projectile", NULL};
 static const char *const shot_flags[] = {"taken", "clamped", "view_time_rejected", "behind_cover", NULL};
 
 static const ll_record_field shot_fields[] = {

@@ -167,7 +167,7 @@ static const ll_param rows[] = {
           .begin = as_the_first,
           .help =
               "The same bodies side by side from the same start; each says how it differs from the first."),
-    SETUP(broad, .type = LL_PARAM_CHOICE, .choices = ll_broad_names, .default_value = LL_BROAD_GRID,
+    SETUP(broad_phase, .type = LL_PARAM_CHOICE, .choices = ll_broad_names, .default_value = LL_BROAD_GRID,
           .live = true,
           .help = "Which boxes overlap is found by all against all, sweep and prune, a grid or a tree; the "
                   "pairs are the same."),
@@ -219,7 +219,7 @@ ll_rigid_limits ll_rigid_sim_limits(const ll_rigid_config *c)
     l.bodies += l.bodies < INT32_MAX; /* a hand that drags, */
     l.joints += l.joints < INT32_MAX; /* and by what */
     l.shapes += l.shapes == 0;
-    l.broad = c->setup.broad;
+    l.broad = c->setup.broad_phase;
     l.volumes = l.broads = 1;
     return l;
 }

@@ -190,7 +190,7 @@ static void change(void *block, const void *config, ll_time now)
         ll_rigid *w = ll_rigid_sim_world(s, i);
         ll_rigid_params params = ll_rigid_sim_params(&s->setup, i);
         ll_rigid_set_params(w, &params); /* there is room for everything */
-        ll_rigid_set_broad(w, (ll_broad_kind)s->setup.broad);
+        ll_rigid_set_broad(w, (ll_broad_kind)s->setup.broad_phase);
     }
 }
 

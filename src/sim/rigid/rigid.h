@@ -61,8 +61,8 @@ typedef struct ll_rigid_setup {
     ll_rigid_side_by_side side_by_side[LL_SIDE_BY_SIDE_MAX - 1];
     ll_scene_args params; /* of the scene */
     int32_t side_by_side_count;
-    int32_t scene; /* index into ll_scene_names; 0: the list of bodies */
-    int32_t broad; /* ll_broad_kind */
+    int32_t scene;       /* index into ll_scene_names; 0: the list of bodies */
+    int32_t broad_phase; /* ll_broad_kind */
     bool compare_volumes;
     uint8_t pad[3];
 } ll_rigid_setup;

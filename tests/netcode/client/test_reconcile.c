@@ -324,7 +324,7 @@ static tally eight(const char *snapshot, const char *scope, const char *script, 
     char text[4096];
     int n = snprintf(text, sizeof text,
                      "{\"kind\":\"netgame\",\"game\":\"race\",\"title\":\"eight\",\"duration_s\":30,"
-                     "\"params\":{\"laps\":1000},\"server\":{\"update_hz\":30,\"snapshot\":\"%s\"},"
+                     "\"params\":{\"laps\":1000},\"server\":{\"update_hz\":30,\"snapshot_encoding\":\"%s\"},"
                      "\"players\":[",
                      snapshot);
     for (int i = 0; i < 8; i++)

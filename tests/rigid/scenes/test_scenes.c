@@ -129,7 +129,7 @@ static void volumes_change_while_it_runs(void **state)
         ok(scene->build(w, &args));
         for (int i = 0; i < 20; i++)
             ok(ll_rigid_step(w, 1.0 / 60, NULL));
-        p.volume = v;
+        p.bounding_volume = v;
         ok(ll_rigid_set_params(w, &p));
         ok(ll_rigid_step(w, 1.0 / 60, NULL));
         touching[v] = ll_rigid_get_stats(w).touching;
@@ -144,7 +144,7 @@ static void volumes_change_while_it_runs(void **state)
     ll_rigid_params p = standard_params();
     ll_rigid_limits limits = small_limits(2);
     ll_rigid *w = world_of(&limits, &p);
-    p.volume = LL_VOLUME_OBB;
+    p.bounding_volume = LL_VOLUME_OBB;
     assert_int_equal(ll_rigid_set_params(w, &p).code, LL_CONFLICT);
     free(w);
 }

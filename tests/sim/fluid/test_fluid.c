@@ -225,7 +225,7 @@ static void a_fluid_beside_that_fails_stops_alone(void **state)
     ok(ll_session_run_to(s, 4));
     between("time of the first", metric(s, "t_s"), 2, 2);
     cJSON *report = ll_session_metrics(s), *first = cJSON_GetObjectItem(report, "metrics");
-    const cJSON *second = cJSON_GetArrayItem(cJSON_GetObjectItem(first, "beside"), 0);
+    const cJSON *second = cJSON_GetArrayItem(cJSON_GetObjectItem(first, "side_by_side"), 0);
     between("time of the second", cJSON_GetObjectItem(second, "t_s")->valuedouble, 0, 0);
     assert_string_equal(cJSON_GetObjectItem(second, "status")->valuestring, "diverged");
     assert_true(cJSON_IsNull(cJSON_GetObjectItem(second, "error_l2")));
@@ -244,10 +244,10 @@ static void what_is_wrong_beside_is_refused_by_its_place(void **state)
     assert_string_equal(status.field, "side_by_side.1.params.n");
     assert_non_null(strstr(status.text, "side_by_side.1.params.n"));
     status = try_session("{\"kind\":\"fluid\",\"scene\":\"cavity\",\"side_by_side\":[{},{},{}]}", &s);
-    assert_string_equal(status.field, "beside");
+    assert_string_equal(status.field, "side_by_side");
     status = try_session(
         "{\"kind\":\"fluid\",\"scene\":\"cavity\",\"params\":{\"n\":1024},\"side_by_side\":[{},{}]}", &s);
-    assert_string_equal(status.field, "beside");
+    assert_string_equal(status.field, "side_by_side");
     assert_non_null(strstr(status.text, "3 fluids side by side would take"));
 }
 

@@ -98,13 +98,13 @@ static void write_scenario(outage *o, uint64_t n, bool disturbed)
 {
     static const char *const codecs[] = {"full", "quantised", "delta"};
     char *at = o->scenario, *end = at + sizeof o->scenario;
-    at += snprintf(
-        at, (size_t)(end - at),
-        "{\"kind\":\"netgame\",\"game\":\"%s\",\"duration_s\":3600,\"seed\":%d,\"warmup_s\":0,"
-        "\"params\":{%s},\"server\":{\"sync\":\"%s\",\"update_hz\":%g,\"snapshot\":\"%s\"},\"players\":[",
-        o->sync->applies_on_arrival ? "gambetta" : "race", (int)n,
-        o->sync->applies_on_arrival ? "" : "\"laps\":10000", o->sync->name, o->update_hz,
-        codecs[(int)draw(n, 2, 0, 3)]);
+    at += snprintf(at, (size_t)(end - at),
+                   "{\"kind\":\"netgame\",\"game\":\"%s\",\"duration_s\":3600,\"seed\":%d,\"warmup_s\":0,"
+                   "\"params\":{%s},\"server\":{\"sync\":\"%s\",\"update_hz\":%g,\"snapshot_encoding\":\"%"
+                   "s\"},\"players\":[",
+                   o->sync->applies_on_arrival ? "gambetta" : "race", (int)n,
+                   o->sync->applies_on_arrival ? "" : "\"laps\":10000", o->sync->name, o->update_hz,
+                   codecs[(int)draw(n, 2, 0, 3)]);
     for (int i = 0; i < o->players; i++)
         at += write_player(o, n, i, disturbed, at, (size_t)(end - at));
     snprintf(at, (size_t)(end - at), "]}");

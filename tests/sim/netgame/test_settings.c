@@ -38,8 +38,8 @@ static const combination combinations[] = {
      {"players.0.dejitter_ms=450", "players.0.lag_ms=900", "players.0.dejitter=arrival",
       "players.0.lag_ms=700", "params.laps=4"}},
     {"rigid/column",
-     {"beside=[{\"solver\":{\"iterations\":3}},{}]", "solver.method=pgs", "side_by_side.1.solver.substeps=7",
-      "solver.substeps=5"}},
+     {"side_by_side=[{\"solver\":{\"iterations\":3}},{}]", "solver.method=pgs",
+      "side_by_side.1.solver.substeps=7", "solver.substeps=5"}},
 };
 
 static cJSON *written(const combination *c, const int *order, int n, ll_status *status)

@@ -148,7 +148,7 @@ static void only_rewound_shells_agree_with_the_view(void **state)
     (void)state;
     int64_t hits;
     assert_true(shell_agreement("cannon_families", "rewind", &hits) >= 0.98);
-    assert_true(shell_agreement("cannon_families", "trust", &hits) >= 0.98);
+    assert_true(shell_agreement("cannon_families", "client_authoritative", &hits) >= 0.98);
     assert_true(shell_agreement("cannon_families", "none", &hits) < 0.7);
     assert_true(shell_agreement("cannon_families", "partial", &hits) < 0.8);
     assert_true(shell_agreement("cannon_families", "fast_forward", &hits) < 0.8);
@@ -430,7 +430,7 @@ static void limits_count_where_the_server_looks_back(void **state)
         cJSON *m = ll_netgame_metrics(s.game);
         const cJSON *o =
             cJSON_GetObjectItem(cJSON_GetArrayItem(cJSON_GetObjectItem(m, "players"), 0), "shots");
-        o = cJSON_GetObjectItem(o, rows[i].weapon == LL_RIFLE ? "rifle" : "shell");
+        o = cJSON_GetObjectItem(o, rows[i].weapon == LL_RIFLE ? "hitscan" : "projectile");
         assert_true(t->shots > 10);
         assert_int_equal(t->clamped, rows[i].looks_back ? t->shots : 0);
         assert_int_equal(t->within, 0);
@@ -451,7 +451,7 @@ static void nothing_shot_has_no_shares(void **state)
     cJSON *m = ll_netgame_metrics(s.game);
     const cJSON *o = cJSON_GetObjectItem(cJSON_GetArrayItem(cJSON_GetObjectItem(m, "players"), 0), "shots");
     for (int i = 0; i < 3; i++)
-        assert_true(cJSON_IsNull(cJSON_GetObjectItem(cJSON_GetObjectItem(o, "rifle"), shares[i])));
+        assert_true(cJSON_IsNull(cJSON_GetObjectItem(cJSON_GetObjectItem(o, "hitscan"), shares[i])));
     assert_true(cJSON_IsNull(cJSON_GetObjectItem(o, "hit_ratio")));
     cJSON_Delete(m);
     scene_close(&s);

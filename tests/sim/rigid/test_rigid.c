@@ -82,8 +82,9 @@ static void run_to(ll_session *s, int64_t tick)
 static void a_body_falls_as_its_steps_say(void **state)
 {
     (void)state;
-    ll_session *s = session_of("{\"kind\":\"rigid\",\"duration_s\":1,\"gravity\":[0,-10],"
-                               "\"solver\":{\"substeps\":1},\"bodies\":[{\"velocity\":[3,0],\"spin\":2}]}");
+    ll_session *s =
+        session_of("{\"kind\":\"rigid\",\"duration_s\":1,\"gravity\":[0,-10],"
+                   "\"solver\":{\"substeps\":1},\"bodies\":[{\"velocity\":[3,0],\"angular_velocity\":2}]}");
     run_to(s, 60);
     near(metric(s, "bodies.0.position.0"), 3, 1e-12);
     near(metric(s, "bodies.0.position.1"), -10.0 / 3600 * 60 * 61 / 2, 1e-12);
@@ -169,9 +170,9 @@ static uint64_t pile(const char *change)
 static void broad_phase_and_simd_change_nothing_else_does(void **state)
 {
     (void)state;
-    static const char *const same[] = {"{\"broad\":\"brute\"}",      "{\"broad\":\"sap\"}",
-                                       "{\"broad\":\"tree\"}",       "{\"solver.simd\":\"scalar\"}",
-                                       "{\"solver.simd\":\"sse2\"}", "{\"solver\":{\"simd\":\"avx2\"}}"};
+    static const char *const same[] = {"{\"broad_phase\":\"brute\"}", "{\"broad_phase\":\"sap\"}",
+                                       "{\"broad_phase\":\"tree\"}",  "{\"solver.simd\":\"scalar\"}",
+                                       "{\"solver.simd\":\"sse2\"}",  "{\"solver\":{\"simd\":\"avx2\"}}"};
     static const char *const other[] = {
         "{\"solver.method\":\"pgs\"}",   "{\"solver.method\":\"avbd\"}",
         "{\"solver.substeps\":4}",       "{\"solver.bounding_volume\":\"sphere\"}",
@@ -389,8 +390,8 @@ static void refused(const char *body, const char *field, const char *word)
 static void bad_input_is_refused_with_field_range_and_value(void **state)
 {
     (void)state;
-    refused("\"side_by_side\":{\"method\":\"avbd\"}", "beside", "an array");
-    refused("\"side_by_side\":[{},{},{}]", "beside", "at most 2 elements; got 3");
+    refused("\"side_by_side\":{\"method\":\"avbd\"}", "side_by_side", "an array");
+    refused("\"side_by_side\":[{},{},{}]", "side_by_side", "at most 2 elements; got 3");
     refused("\"side_by_side\":[{\"method\":\"avbd\"}]", "side_by_side.0.method", "solver");
     refused("\"bodies\":[{\"density\":0}]", "bodies.0.density", "1e-06 to 1000000000 kg/m^2; got 0");
     refused("\"bodies\":[{\"density\":-1}]", "bodies.0.density", "got -1");
@@ -438,7 +439,8 @@ static void a_lost_body_stops_the_session(void **state)
 #define ARM(methods)                                                                                         \
     "{\"kind\":\"rigid\",\"duration_s\":4,\"gravity\":[0,0],\"hz\":50," methods ",\"bodies\":["              \
     "{\"type\":\"static\",\"size\":[0.2,0.2]},{\"size\":[0.2,0.2],\"position\":[1,0],\"velocity\":[0,25],"   \
-    "\"spin\":25},{\"size\":[0.2,0.2],\"position\":[2,0],\"velocity\":[0,25],\"spin\":25}],\"joints\":["     \
+    "\"angular_velocity\":25},{\"size\":[0.2,0.2],\"position\":[2,0],\"velocity\":[0,25],\"angular_"         \
+    "velocity\":25}],\"joints\":["                                                                           \
     "{\"type\":\"revolute\",\"a\":0,\"b\":1,\"anchor_a\":[0,0],\"anchor_b\":[-1,0]},"                        \
     "{\"type\":\"revolute\",\"a\":1,\"b\":2,\"anchor_a\":[0,0],\"anchor_b\":[-1,0]}]}"
 static void energy_from_nowhere_is_a_failure(void **state)
@@ -453,7 +455,7 @@ static void energy_from_nowhere_is_a_failure(void **state)
                        "\"side_by_side\":[{\"solver\":{\"method\":\"xpbd\",\"substeps\":1}}]"));
     ok(ll_session_run_to(s, 200));
     cJSON *report = ll_session_metrics(s), *first = cJSON_GetObjectItem(report, "metrics");
-    const cJSON *beside = cJSON_GetArrayItem(cJSON_GetObjectItem(first, "beside"), 0);
+    const cJSON *beside = cJSON_GetArrayItem(cJSON_GetObjectItem(first, "side_by_side"), 0);
     assert_string_equal(cJSON_GetObjectItem(first, "status")->valuestring, "ok");
     assert_string_equal(cJSON_GetObjectItem(beside, "status")->valuestring, "diverged");
     assert_non_null(strstr(cJSON_GetObjectItem(beside, "reason")->valuestring, "blew up"));

@@ -1,5 +1,5 @@
 // A shot three times over: what the shooter saw, what the server has now, and what the server looked back at.
-import { bodiesOf, NOBODY, NOT_YET, SHELL, S_BEHIND_COVER, S_CLAMPED, S_DISTRUSTED } from '../frame.js';
+import { bodiesOf, NOBODY, NOT_YET, PROJECTILE, S_BEHIND_COVER, S_CLAMPED, S_DISTRUSTED } from '../frame.js';
 import { fixed, letter } from '../format.js';
 import { paintOf } from '../theme.js';
 import { drawText } from '../views/marks.js';
@@ -39,7 +39,7 @@ function panel(at, shot, when, left, width, title, hit) {
   pen.fillStyle = colours.grid;
   for (const one of coverOf(at)) pen.fillRect(x(one.x - one.width_m / 2), y(one.y + one.height_m / 2), one.width_m * scale, one.height_m * scale);
   const [mx, my] = when === 'seen' ? [shot.x, shot.y] : [shot.server_x, shot.server_y];
-  if (shot.weapon !== SHELL) { /* a ray; a shell flies on in the views */
+  if (shot.weapon !== PROJECTILE) { /* a ray; a shell flies on in the views */
     pen.strokeStyle = colours.ink;
     pen.lineWidth = 1.5;
     pen.beginPath();
@@ -74,7 +74,7 @@ const movedOf = (frame, shot) => Math.max(0, ...bodiesOf(frame, shot).filter((_,
 /** @param {LensPicture} at @param {Shot} shot @returns {string} */
 function verdict(at, shot) {
   const back = (shot.evaluated_at_s - shot.rewound_to_s) * 1000, age = (shot.evaluated_at_s - shot.view_time_s) * 1000, notes = notesOf(shot);
-  return `${letter(shot.player)}, ${shot.weapon === SHELL ? 'cannon' : 'rifle'}: ${bodyOf(shot.compensated_hit, at)} by the server’s rule, ${bodyOf(shot.server_now_hit, at)} in the present; `
+  return `${letter(shot.player)}, ${shot.weapon === PROJECTILE ? 'cannon' : 'rifle'}: ${bodyOf(shot.compensated_hit, at)} by the server’s rule, ${bodyOf(shot.server_now_hit, at)} in the present; `
     + `picture ${fixed(age, 0)} ms old, looked back ${fixed(back, 0)} ms; bodies moved up to ${fixed(movedOf(at.frame, shot), 2)} m${notes.length > 0 ? ` · ${notes.join(' · ')}` : ''}`;
 }
 
@@ -94,7 +94,7 @@ export const shots = {
     panel(inner, shot, 'now', third, third, 'Server now', shot.server_now_hit);
     panel(inner, shot, 'looked', 2 * third, third, `Server looked back ${fixed((shot.evaluated_at_s - shot.rewound_to_s) * 1000, 0)} ms`, shot.compensated_hit);
     const notes = notesOf(shot);
-    drawText(pen, colours, `${letter(shot.player)}, ${shot.weapon === SHELL ? 'cannon' : 'rifle'} · rule: ${bodyOf(shot.compensated_hit, at)} · present: ${bodyOf(shot.server_now_hit, at)} · `
+    drawText(pen, colours, `${letter(shot.player)}, ${shot.weapon === PROJECTILE ? 'cannon' : 'rifle'} · rule: ${bodyOf(shot.compensated_hit, at)} · present: ${bodyOf(shot.server_now_hit, at)} · `
       + `bodies moved ${fixed(movedOf(at.frame, shot), 2)} m${notes.length > 0 ? ` · ${notes.join(' · ')}` : ''}`, 6, at.height - line / 2);
   },
   words(at) {

@@ -1,7 +1,7 @@
 // Written by docs/generate.mjs from `laglab schema stream`: the tables are in C, and changed there.
 
 /** Of these tables: a daemon whose hello has another gives its own at stream/schema.json. */
-export const SCHEMA = '852c349759e111c0';
+export const SCHEMA = 'e074a87d2c6ce04a';
 
 /** @typedef {{name: string, coding: string, boolean?: boolean, bits?: number, unit?: string, names?: string[], flags?: string[]}} Field */
 /** @typedef {{id: number, name: string, channel: string, form: string, keys?: number, fields: Field[]}} Layout */
@@ -436,9 +436,9 @@ export const BUFFERS_STATE = Object.freeze({ newest: 0, normal: 1, catching_up: 
 export const PEERS_DESYNC_FIELD = Object.freeze({ x: 0, y: 1, vx: 2, vy: 3, angle: 4, angular_velocity: 5, flags: 6, tail: 7 });
 export const INPUT_HISTORY_STATE = Object.freeze({ open: 0, acknowledged: 1, refused: 2, late: 3, lost: 4 });
 export const BUFFERED_PLACE = Object.freeze({ snapshot: 0, dejitter: 1 });
-export const SHOTS_WEAPON = Object.freeze({ rifle: 0, shell: 1 });
+export const SHOTS_WEAPON = Object.freeze({ hitscan: 0, projectile: 1 });
 export const SHOTS_FLAGS = Object.freeze({ taken: 1, clamped: 2, view_time_rejected: 4, behind_cover: 8 });
-export const SHOT_BODIES_WEAPON = Object.freeze({ rifle: 0, shell: 1 });
+export const SHOT_BODIES_WEAPON = Object.freeze({ hitscan: 0, projectile: 1 });
 export const MOTION_STATUS = Object.freeze({ ok: 0, diverged: 1, off: 2, failed: 3 });
 export const WORLDS_STATUS = Object.freeze({ ok: 0, diverged: 1, off: 2, failed: 3 });
 export const WORLDS_SOLVER = Object.freeze({ impulse: 0, pgs: 1, pgs_ngs: 2, soft_step: 3, tgs_sticky: 4, xpbd: 5, avbd: 6 });
@@ -579,7 +579,7 @@ export const RECORDS = Object.freeze([
   ]},
   {"id":11,"name":"shots","channel":"shots","form":"keyed","keys":3,"fields":[
     {"name":"player","coding":"int"},
-    {"name":"weapon","coding":"int","names":["rifle","shell"]},
+    {"name":"weapon","coding":"int","names":["hitscan","projectile"]},
     {"name":"tick","coding":"int"},
     {"name":"flags","coding":"int","flags":["taken","clamped","view_time_rejected","behind_cover"]},
     {"name":"pressed_s","coding":"step","bits":20,"unit":"s"},
@@ -599,7 +599,7 @@ export const RECORDS = Object.freeze([
   ]},
   {"id":12,"name":"shot_bodies","channel":"shots","form":"keyed","keys":4,"fields":[
     {"name":"player","coding":"int"},
-    {"name":"weapon","coding":"int","names":["rifle","shell"]},
+    {"name":"weapon","coding":"int","names":["hitscan","projectile"]},
     {"name":"tick","coding":"int"},
     {"name":"body","coding":"int"},
     {"name":"seen_x","coding":"step","bits":13,"unit":"m"},
