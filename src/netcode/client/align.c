@@ -1,9 +1,9 @@
-/* Which step the next input is for: when a client comes to a game, and when its clock is measured anew. */
+/* The step that the next input is for: when a client joins a game, and when its clock is measured again. */
 #include <string.h>
 
 #include "netcode/state/client.h"
 
-/* What is known of inputs and of the server's answers to them is of another epoch. */
+/* Inputs, and the server's answers to them, belong to an earlier epoch. */
 void ll_client_forget_inputs(ll_client *c, const ll_client_setup *s, uint16_t epoch, ll_time now)
 {
     c->epoch = epoch;
@@ -19,7 +19,7 @@ void ll_client_forget_inputs(ll_client *c, const ll_client_setup *s, uint16_t ep
     c->shift = 0;
     c->unsent = 0;
     c->played = 0;
-    c->predicting = 0; /* its steps were not made while the player was away */
+    c->predicting = 0; /* its steps were not made while the player was disconnected */
     c->parts = 0;
     c->gap = -1;
     c->gap_deviation = c->late = 0;
@@ -33,7 +33,7 @@ void ll_client_join(ll_client *c, const ll_client_setup *s, uint16_t epoch, int6
 {
     ll_client_metrics_resync(s->client_metrics);
     ll_client_forget_inputs(c, s, epoch, now);
-    if (s->sync->waits) /* its inputs go on where the server is */
+    if (s->sync->waits) /* its inputs continue at the server's step */
         c->tick = c->confirmed = step;
     if (s->sync->answers && c->tick_due != LL_NEVER)
         c->tick_due = now; /* the server waits */
@@ -62,7 +62,7 @@ void ll_client_snap(ll_client *c, int64_t tick)
     c->settle = c->seq + 1;
 }
 
-/* The first step that an input can be in time for that leaves at `at`. */
+/* The first step that an input sent at `at` can reach in time. */
 static int64_t step_reached(const ll_client *c, const ll_client_setup *s, ll_time at)
 {
     const ll_clock_sync *clock = &c->connection.clock;
@@ -100,5 +100,5 @@ void ll_client_align(ll_client *c, const ll_client_setup *s, bool always, ll_tim
     if (error > 0 || c->seq == 0)
         ll_client_snap(c, tick);
     else
-        c->debt = (int32_t)error; /* what was sent for those steps stands */
+        c->debt = (int32_t)error; /* inputs already sent for those steps remain valid */
 }

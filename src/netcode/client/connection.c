@@ -43,7 +43,7 @@ static void enter(ll_client *c, const ll_client_setup *s, ll_connection_state st
                                                               .number = (uint32_t)n->joins});
 }
 
-/* ---- what time brings ---- */
+/* ---- timers ---- */
 
 static ll_time timeout_of(const ll_client_setup *s)
 {
@@ -55,7 +55,7 @@ static ll_time after(ll_time from, ll_time delay)
     return from == LL_NEVER || delay == LL_NEVER ? LL_NEVER : from + delay;
 }
 
-/* When the next connect or ping is to leave. */
+/* Time of the next connect or ping. */
 static ll_time asks_at(const ll_connection *n)
 {
     ll_time idle = ll_connection_plays(n) ? n->sent + LL_KEEP_ALIVE : LL_NEVER;
@@ -77,7 +77,7 @@ ll_time ll_connection_due(const ll_client *c, const ll_client_setup *s)
     return asks < ends ? asks : ends;
 }
 
-/* Silence: first it is noticed, then the connection is over. */
+/* Without packets the connection is first stalled, then disconnected. */
 static void end_state(ll_client *c, const ll_client_setup *s, ll_time now)
 {
     ll_connection *n = &c->connection;
@@ -111,9 +111,9 @@ int ll_connection_tend(ll_client *c, const ll_client_setup *s, ll_time now, void
     return (int)sizeof m;
 }
 
-/* ---- what comes ---- */
+/* ---- received packets ---- */
 
-/* The clock is known: from now on, or again, the player plays. */
+/* The clock is measured, for the first time or again: the player plays from now on. */
 static void measured(ll_client *c, const ll_client_setup *s, ll_time now)
 {
     ll_connection *n = &c->connection;
@@ -140,20 +140,20 @@ static void take_accept(ll_client *c, const ll_client_setup *s, const ll_answer_
 {
     ll_connection *n = &c->connection;
     if (!asks_in(n) || m->head.seq != n->attempt)
-        return; /* it is in */
+        return; /* already connected */
     n->epoch = m->head.epoch;
     n->joins++;
     enter(c, s, n->joined ? LL_CONNECTION_RESYNCHRONISING : LL_CONNECTION_SYNCHRONISING, now);
     ll_client_join(c, s, m->head.epoch, m->tick, m->first, world, now);
 }
 
-/* Not connected, or not in this epoch: it has been dropped, or what it asked with was too old to let it in.
- */
+/* The player is not connected, or not in this epoch: the server dropped it, or its request was too old to be
+ * accepted. */
 static void take_refusal(ll_client *c, const ll_client_setup *s, ll_time now)
 {
     ll_connection *n = &c->connection;
     if (asks_in(n)) {
-        n->asks = now; /* again, telling of this answer */
+        n->asks = now; /* asks again, acknowledging this answer */
         return;
     }
     n->attempt++;
@@ -161,8 +161,8 @@ static void take_refusal(ll_client *c, const ll_client_setup *s, ll_time now)
     enter(c, s, n->joined ? LL_CONNECTION_DISCONNECTED : LL_CONNECTION_CONNECTING, now);
 }
 
-/* Whether the server, whose answer is of `epoch`, has dropped the player or let it in again without its
- * knowing. An older epoch was before a change of the way of keeping in step. */
+/* Whether the server, which answers with `epoch`, has dropped the player or accepted it again without the
+ * player knowing. An older epoch is from before a change of the sync mode. */
 static bool is_out(const ll_connection *n, uint16_t epoch)
 {
     return epoch == 0 || (int16_t)(uint16_t)(epoch - n->epoch) > 0;
@@ -182,7 +182,7 @@ bool ll_connection_receive(ll_client *c, const ll_client_setup *s, const void *p
         return false;
     memcpy(&m, packet, sizeof m);
     const char *world = size > (int)sizeof m ? (const char *)packet + sizeof m : NULL;
-    bool news = n->seen == LL_NEVER || m.received > n->seen; /* and none that was overtaken */
+    bool news = n->seen == LL_NEVER || m.received > n->seen; /* and not an overtaken one */
     n->seen = news ? m.received : n->seen;
     if (head.type == LL_MESSAGE_ACCEPT)
         take_accept(c, s, &m, world, now);

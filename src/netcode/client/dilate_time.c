@@ -1,17 +1,17 @@
-/* Time dilation: the client follows its slack by making its frames shorter or longer, so that no input is
- * doubled or left out (Overwatch, "Gameplay Architecture and Netcode"; Netcode for Entities).
+/* Time dilation: the client follows its input slack by shorter or longer frames, so that it neither doubles
+ * nor skips inputs (Overwatch, "Gameplay Architecture and Netcode"; Netcode for Entities).
  *
- * The scale is that of Netcode for Entities: clamp(1 + 0.1 x ticks behind, 0.9, 1.1). The slack that a state
- * tells is that of an input made a round trip ago: what the clock was shifted by since then, and what it is
- * going to be, is added, so that nothing is made up for twice. Beyond ten ticks the rest is doubled or left
- * out at once. Time is shifted by whole ns: nothing is accumulated in floating point. */
+ * The scale is that of Netcode for Entities: clamp(1 + 0.1 x ticks behind, 0.9, 1.1). A snapshot reports the
+ * slack of an input made a round trip ago. The clock corrections since then, made and pending, are added, so
+ * that no error is corrected twice. Corrections beyond ten ticks are made at once, by doubled or skipped
+ * inputs. Time is corrected in whole ns: nothing is accumulated in floating point. */
 #include "netcode/state/client.h"
 
 #define WINDOW (2 * LL_SECOND)
 #define TICKS_MAX 10
-#define REST 100 /* of a tick: so little is shifted at once */
+#define REST 100 /* smallest correction, as a part of a tick */
 
-/* How long before the end of its step, by a clock that runs like the server's, an input was made. */
+/* Time from making an input to the end of its step, by a clock at the server's rate. */
 static ll_time lead(const ll_client *c, const ll_pending_input *p)
 {
     int64_t tick = c->tick - (int64_t)(c->seq - p->seq);
@@ -30,7 +30,7 @@ void ll_dilate_time_follow(ll_client *c, const ll_client_setup *s, const ll_snap
         c->spare_since = now;
     if (slack < c->spare_ns)
         c->spare_ns = slack;
-    if (slack + c->period < want + c->period / REST) /* it may be up to a tick more */
+    if (slack + c->period < want + c->period / REST) /* slack may be up to a tick more */
         change = want - slack;
     else if (now - c->spare_since < WINDOW)
         return;

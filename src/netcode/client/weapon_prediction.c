@@ -15,7 +15,7 @@ void ll_weapon_prediction_start(const ll_client *c, const ll_client_setup *s)
     weapon_prediction->drawn_time = c->view_time;
 }
 
-/* So many steps are an interval at least. */
+/* Smallest number of steps that is at least an interval. */
 static int64_t steps_of(double interval_s, ll_freq freq)
 {
     ll_time interval = (ll_time)(interval_s * 1e9);
@@ -23,7 +23,7 @@ static int64_t steps_of(double interval_s, ll_freq freq)
     return ll_tick_time(steps, freq) < interval ? steps + 1 : steps;
 }
 
-/* Whom a client that lies says that it hits. */
+/* The body that a cheating client claims to hit. */
 static int anybody(const ll_arena *arena, int self)
 {
     int body = 0;
@@ -44,7 +44,7 @@ static void fire_cannon(ll_weapon_prediction *weapon_prediction, int64_t tick, l
     shell->body = LL_NOBODY;
 }
 
-/* Claims the oldest hit of a shell that was not claimed yet. */
+/* Claims the oldest hit of a projectile that was not claimed yet. */
 static void claim_shell(ll_weapon_prediction *weapon_prediction, ll_action *a)
 {
     int64_t first = weapon_prediction->fired >= LL_SHELLS ? weapon_prediction->fired - LL_SHELLS + 1 : 1;
@@ -70,7 +70,7 @@ static bool may_fire(const ll_client_setup *s, int weapon, int64_t tick)
     return tick >= weapon_prediction->ready[weapon] || s->config->cheat == LL_CHEAT_FIRE_RATE;
 }
 
-/* Returns whom a rifle hits in the picture. */
+/* Returns the body that a hitscan shot hits in the rendered view. */
 static int fire(const ll_client *c, const ll_client_setup *s, int weapon, ll_aim aim, ll_action *a)
 {
     ll_weapon_prediction *weapon_prediction = s->weapon_prediction;
@@ -107,7 +107,7 @@ void ll_weapon_prediction_input(ll_client *c, const ll_client_setup *s, ll_pendi
         claim_shell(s->weapon_prediction, a);
 }
 
-/* Between the last picture and this one, `drawn`. */
+/* Moves a projectile from the last rendered view to this one, `drawn`. */
 static void fly(ll_weapon_prediction_shell *shell, const ll_client *c, const ll_client_setup *s,
                 const ll_point *drawn)
 {
