@@ -46,10 +46,10 @@ static void pass_complete(ll_changes *c)
 static bool moved(float a, float b)
 {
     double by = (double)a - (double)b;
-    return !(by <= LL_CHANGE_EPSILON && by >= -LL_CHANGE_EPSILON); /* a NaN of a cheat is a change too */
+    return !(by <= LL_CHANGE_EPSILON && by >= -LL_CHANGE_EPSILON); /* the NaN of a cheat is a change too */
 }
 
-/* Takes the controls; false when they are what they were. */
+/* Stores the controls; false if they have not changed. */
 static bool take_controls(ll_changes *c, const ll_action *a)
 {
     uint32_t buttons = a->buttons & LL_BUTTONS;
@@ -95,7 +95,7 @@ void ll_changes_meet(ll_changes *c)
     ll_changes_idle(c);
 }
 
-/* What was shown before the verdict counts now. */
+/* Counts the displays before the input's result was known. */
 static void decide(ll_changes *c, ll_change *change, ll_histogram *latency,
                    const ll_input_history_entry *input)
 {
@@ -138,7 +138,7 @@ void ll_changes_shown(ll_changes *c, ll_histogram *latency, const ll_included *i
     pass_complete(c);
 }
 
-/* A client may hear of an input, and draw its tick, before the server has made it. */
+/* A client may receive an input, and draw its tick, before the server has made that tick. */
 void ll_changes_seen(ll_changes *c, ll_histogram *latency, ll_input_history *input_history, int other,
                      int64_t tick, ll_time now)
 {

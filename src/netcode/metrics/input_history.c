@@ -12,7 +12,7 @@ static void decide(ll_input_history *input_history, ll_input_history_entry *inpu
     input->verdict = (uint8_t)verdict;
 }
 
-/* What was refused may have come again until now. */
+/* Ends the wait for a refused input, which the client could have sent again until now. */
 static void give_up(ll_input_history *input_history, ll_input_history_entry *input)
 {
     bool refused = (input->marks & LL_INPUT_HISTORY_REFUSED) && !(input->marks & LL_INPUT_HISTORY_IN_TIME);
@@ -31,7 +31,7 @@ static void pass_decided(ll_input_history *input_history)
         input_history->open++;
 }
 
-/* What a step makes of an input whose time it was. */
+/* Result of an input whose step is over. */
 static ll_input_result_kind input_result_of(const ll_input_history_entry *input)
 {
     return input->marks & LL_INPUT_HISTORY_IN_TIME   ? LL_INPUT_WAS_APPLIED
@@ -67,7 +67,7 @@ void ll_input_history_went(ll_input_history *input_history, uint32_t first, uint
     }
 }
 
-/* One that was given up and comes all the same where it is applied as it comes is open again. */
+/* Where inputs are applied on arrival, an input that was given up and still arrives is open again. */
 void ll_input_history_judged(ll_input_history *input_history, uint32_t seq, ll_input_history_mark mark)
 {
     ll_input_history_entry *input = ll_input_history_find(input_history, seq);
@@ -91,7 +91,7 @@ void ll_input_history_stepped(ll_input_history *input_history, int64_t step)
         if (!input || input->verdict != LL_INPUT_IS_OPEN)
             continue;
         if (input->tick > step)
-            break; /* ticks go up with the numbers */
+            break; /* ticks increase with sequence numbers */
         decide(input_history, input, input_result_of(input));
     }
     pass_decided(input_history);
@@ -160,7 +160,7 @@ ll_cause ll_input_history_blame(ll_input_history *input_history, uint32_t first,
         first = last - LL_INPUT_HISTORY_RING + 1;
     for (uint32_t seq = first; seq <= last; seq++) {
         const ll_input_history_entry *input = ll_input_history_find(input_history, seq);
-        ll_cause cause = input ? blame(input->marks) : LL_CAUSE_LATE; /* a clock that snapped made none */
+        ll_cause cause = input ? blame(input->marks) : LL_CAUSE_LATE; /* a clock that snapped made no input */
         worst = cause < worst ? cause : worst;
     }
     return worst;

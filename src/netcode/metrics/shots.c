@@ -6,8 +6,8 @@
 #include "base/detmath.h"
 
 #define PEEK_WINDOW                                                                                          \
-    (3 * LL_SECOND)     /* longer than any way from player to player: what is further apart is no pair */
-#define STOOD LL_SECOND /* who did not move for so long stands */
+    (3 * LL_SECOND)     /* longer than any delay from player to player: openings further apart are no pair */
+#define STOOD LL_SECOND /* an entity without motion for this long is standing */
 
 typedef float seen_body[2];
 
@@ -35,7 +35,7 @@ void ll_shots_init(ll_shots *shots, const ll_arena *arena, ll_time from)
         ll_histogram_init(&m->trace_error, 0.0001);
         ll_histogram_init(&m->peek[0], 0.1);
         ll_histogram_init(&m->peek[1], 0.1);
-        m->moved = -STOOD; /* nobody has moved yet */
+        m->moved = -STOOD; /* no player has moved yet */
     }
 }
 
@@ -119,7 +119,7 @@ void ll_shots_seen(ll_shots *shots, int player, int64_t tick, int body)
         speak(shots, player, r, LL_JUDGE_VIEW, body);
 }
 
-/* The server has taken the shot. */
+/* The server has evaluated the shot. */
 static void take(ll_shot_stats *m, ll_shot_record *r, const ll_hit_result *j)
 {
     m->last[r->weapon] = (int64_t)(r - m->records);
@@ -197,7 +197,7 @@ static void judge_impact(ll_shots *shots, const ll_hit_result *j, const ll_histo
     ll_shot_record *r = find_shell(m, j->number);
     if (!r)
         return;
-    if (j->end < r->judged) { /* found in the past */
+    if (j->end < r->judged) { /* evaluated at a past time */
         r->looked = j->looked;
         measure_rollback(shots, m, r, j->body, history, present);
     }
@@ -231,7 +231,7 @@ typedef struct slice {
     ll_point before[LL_BODIES_MAX], after[LL_BODIES_MAX];
 } slice;
 
-/* A shell of the truth that only this judge flies, from `start` on. */
+/* A projectile in the true world that only this judge flies, from `start` on. */
 static void shadow(ll_shots *shots, int player, ll_shot_record *r, ll_judge judge, ll_point from,
                    ll_time start, const slice *step)
 {
@@ -289,9 +289,9 @@ void ll_shots_step(ll_shots *shots, int64_t tick, const ll_history *history)
     shots->stepped = step.end;
 }
 
-/* ---- sight ---- */
+/* ---- line of sight ---- */
 
-/* The line opened for both: who of them moved saw it first, or had to. */
+/* The line of sight is open for both: finds which of the two moved, and which saw the other first. */
 static void match(ll_shots *shots, int a, int b)
 {
     ll_shot_stats *m = &shots->shot_stats[a], *n = &shots->shot_stats[b];
@@ -333,7 +333,7 @@ void ll_shots_frame(ll_shots *shots, const ll_sight *sight, ll_time now)
     }
 }
 
-/* The value of 1-based rank, of magnitudes below zero and values from zero on. */
+/* The value of a 1-based rank in two histograms: magnitudes below zero, and values from zero on. */
 static double ranked(const ll_histogram *below, const ll_histogram *from_zero, int64_t rank)
 {
     if (rank <= below->count)
@@ -366,7 +366,7 @@ const ll_shot_record *ll_shots_last(const ll_shots *shots, int player, ll_weapon
     const ll_shot_stats *m = &shots->shot_stats[player];
     int64_t last = m->last[weapon];
     if (last < 0 || m->records[last].weapon != (int32_t)weapon || !(m->records[last].flags & LL_SHOT_TAKEN))
-        return NULL; /* none, or its place in the ring is another's */
+        return NULL; /* none, or another shot overwrote it in the ring */
     *seen = seen_of(shots, player, last);
     return &m->records[last];
 }
