@@ -8,7 +8,7 @@
 const char *const ll_field_names[LL_FIELDS + 2] = {"x",     "y",    "vx", "vy", "angle", "angular_velocity",
                                                    "flags", "tail", NULL};
 
-_Static_assert(sizeof(ll_entity) == LL_FIELDS * 8, "a name for each field");
+_Static_assert(sizeof(ll_entity) == LL_FIELDS * 8, "one name per field");
 
 size_t ll_desync_size(size_t world_size)
 {
@@ -20,7 +20,7 @@ void ll_desync_start(ll_desync *d, int64_t step)
     *d = (ll_desync){.compared = step, .tick = -1, .entity = -1};
 }
 
-/* The doubles in their order are counted by their bits: upwards from zero, and downwards as negative. */
+/* Maps doubles in their order to integers: upwards from zero, and downwards for negative ones. */
 static int64_t place(double x)
 {
     int64_t bits;
@@ -87,7 +87,7 @@ static void step_truth(ll_world *truth, const ll_client_setup *s, const ll_serve
     s->game->step(truth, s->env, actions, ll_clock_time(&server->clock, tick), NULL);
 }
 
-/* The first tick that differs: up to the one before both worlds were the same. */
+/* The first tick that differs: up to the tick before, both worlds were equal. */
 static void begin(ll_desync *d, const ll_client *c, const ll_client_setup *s, const ll_server *server)
 {
     ll_world *truth = (ll_world *)(d + 1);
@@ -105,9 +105,9 @@ static void begin(ll_desync *d, const ll_client *c, const ll_client_setup *s, co
                                                               .value = (float)field_ulps(d, truth, world)});
 }
 
-/* Who plays alone may be further ahead of the server than it keeps worlds, and the server of who was dropped
- * and does not know it further than it keeps hashes: what is gone is compared with nothing. `begin` needs the
- * world before as well. */
+/* A client that plays alone may be further ahead of the server than its ring of worlds is long. The server
+ * may be further ahead of a dropped client than its ring of hashes is long. Missing worlds are not compared.
+ * `begin` also needs the world before. */
 static bool kept(const ll_peer *peer, int64_t tick)
 {
     return tick - 1 > peer->tick - LL_PEER_RING;

@@ -38,8 +38,8 @@ static int64_t own_tick(const ll_client *c, const ll_truth *t)
     return t->peers ? c->view_step : predicts(c, t) ? c->predicted_tick : c->latest_tick;
 }
 
-/* Where inputs are applied as they come, a predicted picture is of the input that was played last. The state
- * after that one is the server's newest, or still to come. */
+/* Where inputs are applied on arrival, a predicted view belongs to the input that was applied last. The state
+ * after that input is the server's newest, or the server has not made it yet. */
 static void measure_own_played(ll_client_metrics *in, const ll_client *c, const ll_truth *t,
                                const ll_rendered_view *drawn)
 {
@@ -68,7 +68,7 @@ static void measure_own_view(ll_client_metrics *in, const ll_client *c, const ll
     ll_rendered_view *truth = &in->pictures.truth;
     bool known = drawn.key > t->history->count - LL_HISTORY_STEPS;
     if (!known && drawn.key != truth->key)
-        return; /* nobody knows any more where it was then */
+        return; /* the truth of that tick is no longer kept */
     if (known) {
         ll_history_at(t->history, ll_history_step(drawn.key), c->self, &x, &y);
         *truth = (ll_rendered_view){drawn.key, ll_history_time(t->history, drawn.key), x, y};
@@ -77,7 +77,7 @@ static void measure_own_view(ll_client_metrics *in, const ll_client *c, const ll
                               truth->y, truth->shown, in->from);
 }
 
-/* The newest tick of which the client has all that it will ever have. */
+/* The newest tick for which the client has all inputs or the server's snapshot. */
 static int64_t sure_tick(const ll_client *c, const ll_truth *t)
 {
     return t->peers ? ll_client_peer(c)->confirmed : c->latest_tick;
@@ -87,7 +87,7 @@ static void measure_age(ll_client_metrics *in, const ll_client *c, const ll_trut
                         bool counts)
 {
     ll_time newest = c->latest_time;
-    if (t->peers) /* it may be sure of a tick that the server has not made */
+    if (t->peers) /* a client may have confirmed a tick that the server has not made */
         newest = sure_tick(c, t) < t->history->count ? ll_history_time(t->history, sure_tick(c, t)) : now;
     in->age_of_information = ll_to_ms(now - newest);
     if (counts)
@@ -123,8 +123,8 @@ static void measure_buffer(ll_client_metrics *in, const ll_client *c, ll_time no
     ll_running_stats_add(&in->time_scale, c->time_scale);
 }
 
-/* What is drawn is of a time, or, where a client steps a world of its own, of a step: that is told as a
- * negative number, step 0 as -1. */
+/* What is drawn belongs to a time. Where a client steps a world of its own it belongs to a step, coded as a
+ * negative number: step 0 is -1. */
 static int64_t when_of(const ll_client *c, int entity)
 {
     return c->view_step >= 0 ? -1 - c->view_step : ll_client_draw_infos_const(c)[entity].time;
@@ -145,7 +145,7 @@ static ll_moment moment_of(const ll_history *history, int64_t when)
     return when < 0 ? ll_history_step(step_of(when)) : ll_history_find(history, when);
 }
 
-/* A step that the server has not made has no time yet: it is of now. */
+/* A step that the server has not made has no time yet: the present counts. */
 static ll_time drawn_time(const ll_client *c, int entity, const ll_history *history, ll_time now)
 {
     int64_t when = when_of(c, entity);
@@ -154,7 +154,7 @@ static ll_time drawn_time(const ll_client *c, int entity, const ll_history *hist
     return has_been(history, when, now) ? ll_history_time(history, step_of(when)) : now;
 }
 
-/* M5 of what is drawn ahead of the server. */
+/* Timeline error of entities drawn ahead of the server. */
 static void measure_ahead(ll_client_metrics *in, int entity, const ll_entity *drawn, int64_t when,
                           const ll_history *history, ll_time now)
 {
@@ -243,7 +243,8 @@ void ll_client_metrics_seen(ll_client_metrics *in, int self, const ll_client *by
                     now + t->device);
 }
 
-/* All pictures of entity `e` lie within the distance that is no inconsistency: mostly so for what rests. */
+/* Whether all drawn positions of entity `e` lie within the distance that counts as no inconsistency: the
+ * usual case for an entity at rest. */
 static bool agree(const ll_entity *const *shown, int count, int e)
 {
     const ll_entity *first = &shown[0][e];

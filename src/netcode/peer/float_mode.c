@@ -6,10 +6,9 @@
 #include "netcode/state/client.h"
 
 #define ULP_STREAM 0x756c70
-#define ULP_EVERY 64 /* ticks between two slips, in the mean */
+#define ULP_EVERY 64 /* mean number of ticks between two errors */
 
-/* Volatile: GCC 12 at -O3 vectorises a loop of such conversions and leaves fields of the last entity alone.
- */
+/* Volatile: GCC 12 at -O3 vectorises a loop of such conversions and skips fields of the last entity. */
 static void store_float(double *value)
 {
     volatile float stored = (float)*value;
@@ -54,10 +53,12 @@ const ll_float_mode ll_hardwares[] = {
     {.name = "exact", .help = "the server's arithmetic"},
     {.name = "float", .help = "positions and speeds are stored as floats", .after = store_floats},
     {.name = "fma", .help = "a multiply and an add are rounded once", .fused = true},
-    {.name = "ulp", .help = "a number is off by one ulp now and then", .after = slip_now_and_then},
+    {.name = "ulp",
+     .help = "a number is off by one ulp once in 64 ticks on average",
+     .after = slip_now_and_then},
 };
 
-/* In the order of ll_hardwares; a test holds them against each other. */
+/* In the order of ll_float_modes; a test compares both. */
 const char *const ll_hardware_names[] = {"exact", "float", "fma", "ulp", NULL};
 
 void ll_hardware_step(const ll_client_setup *s, int player, ll_world *world, const ll_action *actions,

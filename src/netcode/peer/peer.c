@@ -7,15 +7,16 @@
 #include "netcode/state/weapon_prediction.h"
 #include "netcode/protocol/limits.h"
 
-/* Nobody waits for a hash: one packet in so many carries those that the referee has not. */
+/* No client waits for a hash: one packet in HASHES_EVERY carries the hashes that the relay server lacks. */
 #define HASHES_EVERY 4
 
-/* An even pace (time sync of GGPO): who is ahead of the slowest by a tick or more rests. */
-#define FAIR_EVERY 10 /* frames between two looks */
-#define FAIR_MAX 9    /* frames of rest at once (GGPO) */
-#define FAIR_MANY 16  /* what was heard last counts for so much of the means, or for all that was */
+/* Time sync (GGPO): a client that is ahead of the slowest by a tick or more waits. */
+#define FAIR_EVERY 10 /* frames between two checks */
+#define FAIR_MAX 9    /* maximum number of frames to wait at once (GGPO) */
+#define FAIR_MANY                                                                                            \
+    16 /* the last value counts for 1 / FAIR_MANY of a mean, or for 1 / count while there are fewer */
 
-#define ROUND_MAX LL_SECOND /* what takes longer is an outage's */
+#define ROUND_MAX LL_SECOND /* a longer first round includes an outage */
 
 void ll_peer_start(ll_client *c, const ll_client_setup *s, int64_t step, int64_t first, const ll_world *world)
 {
@@ -23,7 +24,8 @@ void ll_peer_start(ll_client *c, const ll_client_setup *s, int64_t step, int64_t
     (void)s;
     LL_ASSERT(first >= step && first - step < LL_PEER_RING - LL_SYNC_TEST_MAX);
     memset(peer, 0, ll_peer_size(world->players, 0));
-    peer->ticks = (ll_clock){c->met_at, c->met, c->clock.freq}; /* everybody's, whenever one has come */
+    peer->ticks = (ll_clock){c->met_at, c->met,
+                             c->clock.freq}; /* that of all peers, even after a late join */
     peer->start = peer->tick = peer->confirmed = peer->hashed = step;
     peer->first = first;
     peer->began = step;
@@ -38,7 +40,7 @@ void ll_peer_start(ll_client *c, const ll_client_setup *s, int64_t step, int64_t
     c->view_step = step;
 }
 
-/* ---- what comes ---- */
+/* ---- received packets ---- */
 
 /* The server has made the steps up to `tick`: own inputs for them were applied. */
 static void take_steps(ll_client *c, const ll_client_setup *s, int64_t tick, ll_time now)
@@ -50,7 +52,7 @@ static void take_steps(ll_client *c, const ll_client_setup *s, int64_t tick, ll_
     }
 }
 
-/* An input that is too far ahead to be kept is not acknowledged, so it comes again. */
+/* An input that is too far ahead to be kept is not acknowledged, so it is sent again. */
 static void take_input(ll_peer *peer, int player, int64_t tick, const ll_controls *input)
 {
     ll_peer_player *from = &peer->player[player];
@@ -76,7 +78,7 @@ static void hear_pace(ll_peer *peer, const ll_relay_part *part)
     from->at = part->at;
 }
 
-/* Takes a part and returns where the next one begins. */
+/* Reads a part and returns where the next one begins. */
 static const char *take_part(ll_peer *peer, const char *at)
 {
     const ll_relay_part *part = (const ll_relay_part *)(const void *)at;
@@ -89,7 +91,7 @@ static const char *take_part(ll_peer *peer, const char *at)
     return (const char *)(runs + part->runs);
 }
 
-/* Whether it is time to go on. */
+/* Whether the hold is over. */
 static bool is_over(const ll_client *c, const ll_client_setup *s, ll_time now)
 {
     const ll_peer *peer = ll_client_peer(c);
@@ -97,7 +99,7 @@ static bool is_over(const ll_client *c, const ll_client_setup *s, ll_time now)
     return peer->resume != 0 && ll_client_local(s, now) + c->connection.clock.offset >= until - LL_HOLD_BLUR;
 }
 
-/* The first relay comes when the game has begun, an update later, and by the way down. */
+/* The first relay arrives when the game has begun, one update later plus the delay down. */
 static void hear_hold(ll_client *c, const ll_client_setup *s, const ll_relay_message *m, ll_time now)
 {
     ll_peer *peer = ll_client_peer(c);
@@ -124,7 +126,7 @@ int ll_peer_receive(ll_client *c, const ll_client_setup *s, const void *packet, 
     if (m->head.epoch != c->epoch)
         return LL_OUTCOME_STALE;
     if (m->head.type != LL_MESSAGE_RELAY) {
-        c->refused++; /* the others play another input: from here on this world is not theirs */
+        c->refused++; /* the others apply another input: from here on this world differs from theirs */
         return LL_OUTCOME_REFUSED;
     }
     c->acked = m->head.seq > c->acked ? m->head.seq : c->acked;
@@ -148,8 +150,8 @@ static int64_t guesses_max(const ll_client_setup *s)
     return s->sync->guesses ? s->rules->max_rollback_ticks : 0;
 }
 
-/* A script must do the same at a tick whenever that is played. So it sees the newest world that is certain by
- * then whatever the links do. */
+/* A script must act the same at a tick whenever that tick is stepped. So it sees the newest world that is
+ * confirmed by then on any link. */
 static ll_action control(ll_client *c, const ll_client_setup *s, int64_t tick)
 {
     const ll_peer *peer = ll_client_peer(c);
@@ -158,7 +160,8 @@ static ll_action control(ll_client *c, const ll_client_setup *s, int64_t tick)
                              ll_clock_time(&peer->ticks, tick));
 }
 
-/* Makes the inputs up to that for tick `newest`; nobody can have made the first `input_delay_ticks`. */
+/* Makes the inputs up to that for tick `newest`; no player can have made inputs for the first
+ * `input_delay_ticks`. */
 static void make_inputs(ll_client *c, const ll_client_setup *s, int64_t newest, ll_time now)
 {
     ll_peer *peer = ll_client_peer(c);
@@ -173,12 +176,13 @@ static void make_inputs(ll_client *c, const ll_client_setup *s, int64_t newest, 
         peer->player[c->self].known = ++c->tick;
         if (s->weapon_prediction)
             ll_weapon_prediction_input(c, s, p, c->view_time, now);
-        p->action.buttons &= LL_BUTTONS; /* nobody takes a claim, and it would depend on what is drawn */
+        p->action.buttons &=
+            LL_BUTTONS; /* the relay server rejects claims, and a claim would depend on what is drawn */
         *ll_peer_input(peer, c->self, c->tick) = (ll_controls){{a.axis[0], a.axis[1]}, p->action.buttons};
     }
 }
 
-/* The players whose inputs are missing for the next tick to be made. */
+/* The players whose inputs are missing for the next tick. */
 static uint32_t missing(const ll_peer *peer, int players, int64_t guesses)
 {
     uint32_t mask = 0;
@@ -212,7 +216,7 @@ static void stall(ll_client *c, const ll_client_setup *s, uint32_t waiting, ll_t
         n->waited_frames[p] += (int32_t)(waiting >> p & 1);
 }
 
-/* Half the difference between how far ahead each sees itself: the way that what is heard has come cancels. */
+/* Half the difference between the leads that two peers see: the delay of the packets cancels. */
 static void keep_pace(ll_client *c)
 {
     ll_peer *peer = ll_client_peer(c);
@@ -227,7 +231,7 @@ static void keep_pace(ll_client *c)
     peer->rest = most < FAIR_MAX ? (int32_t)most : FAIR_MAX;
 }
 
-/* Begins the first round, whose ticks are made as soon as they may be. */
+/* Begins the first round, whose ticks are made as early as possible. */
 static void begin_round(ll_peer *peer)
 {
     peer->began = peer->tick;
@@ -235,7 +239,7 @@ static void begin_round(ll_peer *peer)
     peer->spread = 0;
 }
 
-/* A hold ends as the game begins: with nothing in flight, and nothing known of the pace. */
+/* A hold ends as the game begins: no packet in flight, and no time sync data. */
 static void end_hold(ll_client *c, const ll_client_setup *s, ll_time now)
 {
     ll_peer *peer = ll_client_peer(c);
@@ -251,9 +255,9 @@ static void end_hold(ll_client *c, const ll_client_setup *s, ll_time now)
     }
 }
 
-/* Ticks that may be guessed in a row come back in a row: everybody would run and wait by turns, for some ten
- * seconds, until relays have drawn them apart. So the ticks of the second round are made as far from each
- * other as they will be: what the first round took, by how many they are. */
+/* Ticks that may be guessed in a row are also confirmed in a row: all clients would step and wait
+ * alternately, for about ten seconds, until relays have spread them. So the ticks of the second round are
+ * spaced as they will be later: the duration of the first round divided by its number of ticks. */
 static void time_round(ll_client *c, const ll_client_setup *s, ll_time now)
 {
     ll_peer *peer = ll_client_peer(c);
@@ -261,7 +265,7 @@ static void time_round(ll_client *c, const ll_client_setup *s, ll_time now)
     if (peer->since == LL_NEVER)
         peer->since = now;
     if (peer->spread != 0 || many == 1)
-        return; /* or there are none in a row */
+        return; /* or no ticks are guessed in a row */
     for (int p = 0; p < ll_client_rendered(c)->players; p++)
         if (p != c->self && peer->player[p].known < known)
             known = peer->player[p].known;
@@ -272,7 +276,7 @@ static void time_round(ll_client *c, const ll_client_setup *s, ll_time now)
     peer->spread_until = peer->began + 2 * many;
 }
 
-/* Whether the next tick is to come later. What is missing at a hold is made up for at once. */
+/* Whether the next tick is to be delayed. Ticks missing at a hold are made at once. */
 static bool spreads(const ll_client *c, ll_time now)
 {
     const ll_peer *peer = ll_client_peer(c);
@@ -308,8 +312,8 @@ static bool may_step(ll_client *c, const ll_client_setup *s, ll_time now)
     return false;
 }
 
-/* Everybody waits for who is not at a hold yet: it makes the ticks up to there as soon as it may, so that its
- * inputs leave together. */
+/* All peers wait for one that has not reached the hold yet: it makes the ticks up to the hold as early as
+ * possible, so that their inputs are sent together. */
 static void hasten(ll_client *c, const ll_client_setup *s, ll_time now)
 {
     ll_peer *peer = ll_client_peer(c);
