@@ -29,7 +29,8 @@ static int answer(const ll_server *server, int player, ll_message type, const ll
     return size;
 }
 
-/* Where inputs were filled in for the player, and may have been sent to others, its own come behind them. */
+/* Where the relay server made inputs for the player, and may have sent them to others, the player's own
+ * inputs come after them. */
 static void let_in(ll_server *server, bool with_world, int player, const ll_request_message *request,
                    ll_time now)
 {
@@ -45,7 +46,8 @@ static void let_in(ll_server *server, bool with_world, int player, const ll_requ
     client_slot->attempt = request->head.seq;
     client_slot->connected = 1;
     client_slot->seen = now;
-    client_slot->heard = now + (now - request->seen); /* it can tell of this answer as long after it */
+    client_slot->heard =
+        now + (now - request->seen); /* the time that this answer can still be acknowledged */
     client_slot->joins++;
 }
 
@@ -55,7 +57,8 @@ static ll_admitted take_connect(ll_server *server, bool with_world, int player,
     ll_client_slot *client_slot = &server->seats[player];
     bool fresh = request->seen != LL_NEVER && now - request->seen <= LL_FRESH;
     bool again = client_slot->connected && client_slot->attempt == request->head.seq;
-    bool old = request->head.seq < client_slot->attempt; /* overtaken: its client has gone on */
+    bool old =
+        request->head.seq < client_slot->attempt; /* overtaken: its client has already used a later attempt */
     ll_admitted done = {.joined = fresh && !again && !old};
     if (done.joined)
         let_in(server, with_world, player, request, now);
@@ -85,7 +88,7 @@ ll_admitted ll_admission_receive(ll_server *server, bool with_world, int player,
         client_slot->heard = now;
     }
     if (!asks && now - client_slot->told < LL_KEEP_ALIVE)
-        return (ll_admitted){.reply = 0}; /* it is told already that it is not connected */
+        return (ll_admitted){.reply = 0}; /* it already knows that it is not connected */
     return (ll_admitted){
         .reply = answer(server, player, LL_MESSAGE_PONG, asks ? &request : NULL, false, now, reply)};
 }

@@ -10,7 +10,8 @@ static ll_time way_of(const ll_peer_message *m)
     return (ll_time)(m->way & ~LL_WAY_GAP) * 1000;
 }
 
-/* Whether the player's packets had stopped before this one. The first is under way since the game began. */
+/* Whether the player's packets had stopped before this one. The first one counts as sent when the game
+ * began. */
 static bool stopped(const ll_server *server, const ll_peer_status *peer, const ll_peer_message *m,
                     ll_time now)
 {
@@ -20,9 +21,10 @@ static bool stopped(const ll_server *server, const ll_peer_status *peer, const l
 
 #define NOBODY (-1)
 
-/* The newest tick that a client may have made an input for before it hears of a hold: of the others it knows
- * no more than relays have told, it guesses as far as it may, and its inputs are ahead of its tick by its
- * delay. Who is let in right now knows what it has begun with: the next relay tells it of the hold too. */
+/* The newest tick that a client may have made an input for before it learns of a hold. It knows the others'
+ * inputs as far as relays have reported them, guesses as far as it may, and its inputs are ahead of its tick
+ * by its input delay. A client that has just been accepted knows what it started with; the next relay also
+ * reports the hold to it. */
 static int64_t reach(const ll_server *server, const ll_sync_mode *sync, int player, int newcomer)
 {
     const ll_client_slot *client_slot = &server->seats[player];
@@ -40,7 +42,8 @@ static int64_t reach(const ll_server *server, const ll_sync_mode *sync, int play
     return known > own ? known : own;
 }
 
-/* Of all that are connected: how many, the farthest reach, the newest input, the oldest of the newest. */
+/* Of all connected players: their number, the farthest reach, the newest input, and the oldest of their
+ * newest inputs. */
 typedef struct all {
     int connected;
     int64_t reach, newest, oldest;
@@ -61,7 +64,7 @@ static all of_all(const ll_server *server, const ll_sync_mode *sync, int newcome
     return a;
 }
 
-/* All inputs up to the hold's tick are there: the next relays bring them to everybody. */
+/* Whether all inputs up to the hold's tick have arrived: the next relays bring them to all clients. */
 static bool all_are_there(const ll_server *server)
 {
     for (int p = 0; p < server->players; p++) {
@@ -74,10 +77,10 @@ static bool all_are_there(const ll_server *server)
     return true;
 }
 
-#define TICKS_MAX 1024 /* within so many some tick of usual rates is at an update */
+#define TICKS_MAX 1024 /* at usual rates a tick coincides with an update within this many ticks */
 
-/* The next tick since the game began that is at an update, and by which everybody has made the hold's tick by
- * what the relays of the next update bring. */
+/* The next tick that coincides with an update, counted since the game began, and by which all clients have
+ * made the hold's tick with the inputs of the next update's relays. */
 static int64_t next_start(const ll_server *server)
 {
     ll_freq ticks = server->clock.freq, updates = server->updates.freq;
@@ -96,7 +99,7 @@ static int64_t next_start(const ll_server *server)
     return tick;
 }
 
-/* What was heard of the pace is void. */
+/* Discards the time sync data received so far. */
 static void decide(ll_server *server)
 {
     server->resume = next_start(server);
@@ -109,14 +112,15 @@ static void decide(ll_server *server)
     }
 }
 
-/* Begins a hold, goes on with it or ends it. */
+/* Begins, continues or ends a hold. */
 static void look(ll_server *server, const ll_sync_mode *sync, int newcomer, ll_time now)
 {
     if (server->hold == 0 && (!server->uneven || now < server->even))
         return;
     all a = of_all(server, sync, newcomer);
     if (server->resume != 0) {
-        if (a.oldest > server->hold || newcomer != NOBODY) /* with whom nobody is in step: the next begins */
+        if (a.oldest > server->hold ||
+            newcomer != NOBODY) /* a client that is in step with no other: the next hold begins */
             server->hold = server->resume = 0;
         if (newcomer == NOBODY)
             return;
@@ -150,6 +154,6 @@ void ll_hold_follow(ll_server *server, const ll_sync_mode *sync, int player, con
 void ll_hold_join(ll_server *server, const ll_sync_mode *sync, int player, ll_time now)
 {
     server->uneven = 1;
-    server->even = now; /* it does not wait for the next hold's time */
+    server->even = now; /* without LL_HOLD_EVERY since the last hold */
     look(server, sync, player, now);
 }

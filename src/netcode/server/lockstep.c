@@ -1,17 +1,17 @@
 #include "netcode/server/lockstep.h"
 
 #define RHYTHM_GAP (60 * LL_MS)
-#define RHYTHM_MANY 4 /* inputs that a client has at least in flight when it stops making them */
+#define RHYTHM_MANY 4 /* minimum number of inputs in flight when a client stops making them */
 #define RHYTHM_KEPT (4 * LL_SECOND)
-#define RHYTHM_BLUR 256 /* steps may be so small a part of an interval late: links have jitter */
+#define RHYTHM_BLUR 256 /* accepted lateness of a step, as a part of an interval: links have jitter */
 
 static const ll_input_slot *slot_of(const ll_client_slot *client_slot, int64_t k)
 {
     return &client_slot->slots[k & (LL_INPUT_RING - 1)];
 }
 
-/* When the player's inputs come, since the game began: those of the ticks of the clock that it began with.
- * Within an interval that is seen; how many intervals it is the client tells. */
+/* Time at which the player's inputs arrive, relative to the ticks of the clock that the game began with. The
+ * server measures the part within an interval; the client reports the number of whole intervals. */
 static ll_time offset_of(const ll_server *server, const ll_client_slot *client_slot)
 {
     ll_time came = slot_of(client_slot, client_slot->newest)->came - server->clock.epoch;
@@ -20,7 +20,7 @@ static ll_time offset_of(const ll_server *server, const ll_client_slot *client_s
            ll_tick_time(client_slot->offset, server->clock.freq);
 }
 
-/* Whose inputs came last at the start: that of the farthest, its clock's ticks included. */
+/* The player whose inputs arrived last at the start: the farthest one, its clock's phase included. */
 static const ll_client_slot *farthest(const ll_server *server)
 {
     const ll_client_slot *last = NULL;
@@ -38,9 +38,9 @@ static const ll_client_slot *farthest(const ll_server *server)
     return last;
 }
 
-/* Any player's inputs may be the last of an interval, those of the others coming up to an interval before: it
- * is a matter of how it came about. After an outage a step is made where the inputs of the farthest have it
- * again: later, by less than an interval, than it might be. */
+/* In steady state any player's inputs may be the last of an interval, those of the others arriving up to an
+ * interval earlier; which one depends on the history. After an outage, steps are made again when the inputs
+ * of the farthest player arrive: less than one interval later than possible. */
 static ll_time in_rhythm(const ll_server *server, ll_time due)
 {
     ll_time interval = ll_tick_time(1, server->clock.freq), blur = interval / RHYTHM_BLUR;
@@ -51,10 +51,11 @@ static ll_time in_rhythm(const ll_server *server, ll_time due)
     beyond += beyond < 0 ? interval : 0;
     if (beyond > blur)
         beyond -= interval;
-    return beyond < behind ? due + behind - beyond : due; /* its next input has surely come by then */
+    return beyond < behind ? due + behind - beyond : due; /* its next input has certainly arrived by then */
 }
 
-/* An interval after the last input for the next step; LL_NEVER: it has not come, or nobody plays. */
+/* One interval after the last input for the next step; LL_NEVER: that input has not arrived, or no player is
+ * connected. */
 static ll_time natural_due(const ll_server *server)
 {
     int64_t k = server->step + 1;
@@ -72,7 +73,7 @@ static ll_time natural_due(const ll_server *server)
     return ready == LL_NEVER ? LL_NEVER : ready + ll_tick_time(1, server->clock.freq);
 }
 
-/* Not before what is made up for is made. */
+/* Not before the delayed steps are made, at LL_LOCKSTEP_CATCH_UP times the rate. */
 static ll_time caught_up(const ll_server *server, ll_time due)
 {
     ll_time soonest = server->stepped + ll_tick_time(1, server->clock.freq) / LL_LOCKSTEP_CATCH_UP;
@@ -92,8 +93,8 @@ ll_time ll_lockstep_due_in_rhythm(const ll_server *server)
     return caught_up(server, due);
 }
 
-/* Whether the player's input for step k came after an outage: long after the one before it, or together with
- * those of so long a time. */
+/* Whether the player's input for step k arrived after an outage: long after the input before it, or together
+ * with the inputs of that much time. */
 static bool came_late(const ll_server *server, const ll_client_slot *client_slot, int64_t k)
 {
     ll_time interval = ll_tick_time(1, server->clock.freq);

@@ -8,7 +8,7 @@ static const ll_input_slot *slot_of(const ll_client_slot *client_slot, int64_t t
     return &client_slot->slots[tick & (LL_INPUT_RING - 1)];
 }
 
-/* The inputs of a player come without a gap; those up to here have come. */
+/* A player's inputs arrive without gaps; up to this tick they have arrived. */
 static int64_t known(const ll_server *server, const ll_client_slot *client_slot)
 {
     return client_slot->newest < 0 ? server->clock.k0 : client_slot->newest;
@@ -16,7 +16,7 @@ static int64_t known(const ll_server *server, const ll_client_slot *client_slot)
 
 /* ---- steps ---- */
 
-/* Whole ticks come by several packets: the last of them makes the step due. */
+/* Several packets together complete whole ticks: the last of them makes the step due. */
 ll_time ll_relay_server_due(const ll_server *server)
 {
     int64_t k = server->step + 1;
@@ -30,7 +30,7 @@ ll_time ll_relay_server_due(const ll_server *server)
     return due;
 }
 
-/* Every client steps with nothing to look back into, and so does the referee: shots meet the present. */
+/* All clients step without a history, and so does the relay server: shots are judged against the present. */
 static const ll_compensation no_compensation;
 
 void ll_relay_server_step(ll_server *server, const ll_game *game, const ll_game_env *env, ll_past *past,
@@ -51,7 +51,7 @@ void ll_relay_server_step(ll_server *server, const ll_game *game, const ll_game_
     }
     if (past)
         past->rules = &no_compensation;
-    /* The time of the tick, not of now: the outcome must not depend on when the inputs came. */
+    /* The time of the tick, not the present: the result must not depend on when the inputs arrived. */
     game->step(ll_server_world(server), env, actions, ll_clock_time(&server->clock, k), past);
     server->hashes[k & (LL_HASH_RING - 1)] = ll_world_hash(ll_server_world(server));
     server->stepped = now;
@@ -73,8 +73,8 @@ static void hear(const ll_server *server, ll_peer_status *peer, const ll_peer_me
         peer->at = m->at;
 }
 
-/* In order. A client may know all inputs of a tick before the referee has them all: that hash comes again.
- * One that comes so late that the server's own is gone is taken for equal. */
+/* In order. A client may have all inputs of a tick before the relay server has: it sends that hash again. A
+ * hash that arrives after the server's own was overwritten counts as equal. */
 static void compare(ll_server *server, ll_peer_status *peer, int64_t first, const uint32_t *hashes,
                     int64_t count)
 {
@@ -87,7 +87,7 @@ static void compare(ll_server *server, ll_peer_status *peer, int64_t first, cons
     }
 }
 
-/* Those that are not known go to the server's common way, as one message; what is beyond it comes again. */
+/* Passes new inputs to ll_server_receive as one message; the client sends the rest again. */
 static void unpack(ll_server *server, ll_client_slot *client_slot, const ll_peer_message *m,
                    const ll_input_run *runs, ll_input_message *inputs)
 {
@@ -116,12 +116,11 @@ int ll_relay_server_take(ll_server *server, const ll_sync_mode *sync, int player
     const ll_peer_ack *heard = (const ll_peer_ack *)(m + 1);
     const ll_input_run *runs = (const ll_input_run *)(heard + server->players);
     ll_client_slot *client_slot = &server->seats[player];
-    ll_input_message inputs = {.wants = 0}; /* of states, which nobody gets here */
+    ll_input_message inputs = {.wants = 0}; /* parts of snapshots, which no client gets here */
     hear(server, &client_slot->peer, m, heard);
     compare(server, &client_slot->peer, m->hashed, (const uint32_t *)(runs + m->runs), m->hashes);
     unpack(server, client_slot, m, runs, &inputs);
-    /* An input is for its own tick alone, however many come at once: after an outage all that were open do.
-     */
+    /* An input is for its own tick alone, however many arrive at once: after an outage all open inputs do. */
     client_slot->allowance = (ll_rate_limiter){ll_rate_burst(server->client_freq), now};
     int judged = ll_server_receive(server, sync, player, &inputs, now, verdicts);
     ll_relay_server_fill(server, now);
@@ -144,7 +143,7 @@ void ll_relay_server_fill(ll_server *server, ll_time now)
     }
 }
 
-/* What `player` has not acknowledged of the inputs of `other`. */
+/* The inputs of `other` that `player` has not acknowledged. */
 static char *write_part(ll_server *server, int player, int other, char *at)
 {
     ll_client_slot *client_slot = &server->seats[other];

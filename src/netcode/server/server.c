@@ -24,7 +24,7 @@ void ll_server_configure(ll_server *server, const ll_server_config *config)
 {
     if (server->codec != config->snapshot)
         ll_baseline_history_clear(
-            ll_server_baseline_history(server)); /* clients may no longer hold what was sent so */
+            ll_server_baseline_history(server)); /* baselines sent with another codec or grid may be gone */
     server->codec = (uint16_t)config->snapshot;
     server->validates = config->validation;
     server->refused = config->refused;
@@ -83,15 +83,15 @@ void ll_server_start(ll_server *server, ll_freq step_freq, ll_freq update_freq, 
     }
 }
 
-/* Where an input belongs: `false` when it has been seen before. */
+/* Whether an input is new: `false` if it arrived before. */
 static bool is_new(const ll_client_slot *client_slot, int64_t tick)
 {
     if (tick <= client_slot->newest - LL_INPUT_RING)
-        return false; /* so old that its slot is another's */
+        return false; /* so old that a later input has its slot */
     return client_slot->slots[tick & (LL_INPUT_RING - 1)].tick != tick;
 }
 
-/* The step, or for a draining server the input, that everything up to is done with. */
+/* The step up to which the server has decided all inputs; where inputs are applied on arrival, the input. */
 static int64_t done(const ll_server *server, const ll_sync_mode *sync, const ll_client_slot *client_slot)
 {
     return sync->applies_on_arrival ? (int64_t)client_slot->acked : server->step;
@@ -111,7 +111,7 @@ static void measure_slack(ll_client_slot *client_slot, int64_t ahead, uint32_t s
     }
 }
 
-/* What takes the place of a refused input. */
+/* The replacement of a refused input. */
 static ll_action instead(const ll_server *server, const ll_client_slot *client_slot, int64_t tick)
 {
     if (server->refused == LL_REFUSED_NEUTRAL)
@@ -127,8 +127,8 @@ static void mark_replaced(ll_client_slot *client_slot, int64_t tick, bool replac
     *word = replaced ? *word | bit : *word & ~bit;
 }
 
-/* An input as the rules see it: where it counts for the time that a key was down, as a share of the longest,
- * which is a tick at least. */
+/* An input as the rules see it: where the duration of a key press counts, axes are scaled by its share of the
+ * longest, which is a tick at least. */
 static ll_action judged(const ll_server *server, const ll_sync_mode *sync, const ll_action *input)
 {
     ll_action a = *input;
@@ -140,8 +140,8 @@ static ll_action judged(const ll_server *server, const ll_sync_mode *sync, const
     return a;
 }
 
-/* How much of the time budget the input would put in use: by the step that it is for, or, where inputs count
- * as they come, by all that have come. */
+/* The share of the time budget that the input would use: by its step, or, where inputs are applied on
+ * arrival, by all inputs that have arrived. */
 static double budget_use(const ll_server *server, const ll_sync_mode *sync, const ll_client_slot *client_slot,
                          const ll_action *input, int64_t ahead, ll_time now)
 {
@@ -154,12 +154,12 @@ static ll_rule judge(const ll_server *server, const ll_sync_mode *sync, ll_clien
                      const ll_action *input, int64_t ahead, double use, ll_time now)
 {
     ll_action relative = judged(server, sync, input);
-    if (!server->validates) /* there is no slot further ahead */
+    if (!server->validates) /* the ring has no slot further ahead */
         return ahead >= LL_INPUT_RING && !sync->applies_on_arrival ? LL_RULE_BUDGET : LL_RULE_NONE;
     return ll_validate(&relative, use, &client_slot->allowance, server->client_freq, now);
 }
 
-/* Notes the newest state that the client has. */
+/* Records the newest snapshot that the client has. */
 static void take_received(ll_client_slot *client_slot, const ll_input_message *message)
 {
     int64_t tick = message->lead > 0 ? message->tick - message->lead : 0;
@@ -193,7 +193,7 @@ int ll_server_receive(ll_server *server, const ll_sync_mode *sync, int player, c
             verdict->outcome = LL_OUTCOME_REFUSED;
             verdict->rule = (uint8_t)rule;
             if (rule == LL_RULE_BUDGET || !sync->tells_refusals)
-                continue; /* there is no slot so far ahead, or it is dropped in silence */
+                continue; /* no slot that far ahead, or dropped without an answer */
         } else if (ahead <= 0 && !sync->applies_on_arrival) {
             client_slot->late++;
             verdict->outcome = LL_OUTCOME_LATE;
@@ -212,8 +212,8 @@ int ll_server_receive(ll_server *server, const ll_sync_mode *sync, int player, c
         client_slot->seq_minus_tick = (int64_t)verdict->seq - tick;
         if (tick > client_slot->newest)
             client_slot->newest = tick;
-        if (i >= message->head.count -
-                     message->fresh) /* what was lost and is repeated tells nothing of the link */
+        if (i >=
+            message->head.count - message->fresh) /* a repeated input says nothing about the link's delay */
             measure_slack(client_slot, ahead, verdict->seq);
     }
     return count;
@@ -232,8 +232,9 @@ ll_action ll_server_action(ll_server *server, int player, int64_t step)
     ll_action action;
     if (slot->tick == step) {
         action = slot->action;
-        client_slot->held =
-            client_slot->connected ? action : (ll_action){0}; /* nothing of who is gone goes on */
+        client_slot->held = client_slot->connected
+                                ? action
+                                : (ll_action){0}; /* the controls of a disconnected player have no effect */
         client_slot->held_step = step;
     } else {
         double steps_per_ms = (double)server->clock.freq / 1e6;
@@ -254,7 +255,7 @@ static void set_input_result(ll_client_slot *client_slot, uint32_t seq, bool app
 void ll_client_slot_done(ll_client_slot *client_slot, uint32_t seq, bool applied)
 {
     for (; client_slot->decided < seq;
-         client_slot->decided++) /* what was overtaken, or never came, is not applied yet */
+         client_slot->decided++) /* an input that was overtaken, or never arrived, is not applied yet */
         set_input_result(client_slot, client_slot->decided + 1, false);
     set_input_result(client_slot, seq, applied);
     if (applied && seq > client_slot->processed)
@@ -268,7 +269,7 @@ int ll_server_message_max(ll_extent extent, int players)
                  ll_extent_size(extent));
 }
 
-/* Appends what everybody's axes were in the last step, but those of `player`; returns the end. */
+/* Appends the axes of all players but `player` in the last step; returns the end. */
 static char *put_axes(const ll_server *server, int player, char *at)
 {
     for (int i = 0; i < server->players; i++) {
@@ -285,8 +286,8 @@ static bool was_applied(const ll_client_slot *client_slot, uint32_t seq)
     return client_slot->verdicts[seq / 32 % LL_INPUT_RESULT_WORDS] >> (seq & 31) & 1;
 }
 
-/* Inputs that the server is done with since the state that the client is known to have; where inputs belong
- * to no step, all that are kept. */
+/* Words for the inputs decided since the snapshot that the client is known to have; where inputs belong to no
+ * step, for all that are kept. */
 static uint32_t verdict_words(const ll_server *server, const ll_client_slot *client_slot,
                               const ll_sync_mode *sync)
 {
@@ -298,7 +299,7 @@ static uint32_t verdict_words(const ll_server *server, const ll_client_slot *cli
     return (uint32_t)(words < LL_INPUT_RESULT_WORDS_MAX ? words : LL_INPUT_RESULT_WORDS_MAX);
 }
 
-/* Appends the verdicts; returns the end. */
+/* Appends the results of inputs; returns the end. */
 static char *put_verdicts(const ll_server *server, const ll_client_slot *client_slot,
                           const ll_sync_mode *sync, char *at)
 {
@@ -324,7 +325,7 @@ static void add_cost(ll_snapshot_cost *sum, const ll_snapshot_cost *cost)
     sum->whole += cost->whole;
 }
 
-/* Returns the bits, which are too many when they exceed the full world's. */
+/* Returns the number of bits; the encoding is too long if that exceeds the size of the full world. */
 static int64_t encode(const ll_codec *codec, const ll_outgoing *out, uint8_t *bytes, ll_snapshot_cost *cost)
 {
     ll_bit_writer w = {.bytes = bytes, .capacity = 8 * (int64_t)ll_world_size(out->world)};
@@ -333,7 +334,7 @@ static int64_t encode(const ll_codec *codec, const ll_outgoing *out, uint8_t *by
     return w.count;
 }
 
-/* Returns the bytes of the world and notes in `m` how it is told. */
+/* Returns the bytes of the world and records its encoding in `m`. */
 static int put_world(ll_server *server, int player, uint8_t *bytes, ll_snapshot_message *m)
 {
     ll_client_slot *client_slot = &server->seats[player];
