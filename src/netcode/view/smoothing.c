@@ -1,18 +1,18 @@
-/* Correction smoothing: when what is right jumps, what is drawn goes there by halving the error every
- * half-life, at any frame rate (lightyear's VisualCorrection). Only the picture is smoothed, never a state:
- * the error is kept beside the worlds and added when they are drawn. */
+/* Prediction smoothing: when the correct position jumps, the drawn one follows by halving the error every
+ * half-life, at any frame rate (lightyear's VisualCorrection). Only the view is smoothed, never a state: the
+ * error is stored apart from the worlds and added when they are drawn. */
 #include "base/detmath.h"
 #include "netcode/state/client.h"
 
 #define LN2 0.69314718055994531
-#define FORGET 1e-5 /* m, rad: nothing that can be seen */
+#define FORGET 1e-5 /* m, rad: invisible */
 
 void ll_smooth_correct(ll_client *c, int entity, const ll_entity *drawn, const ll_entity *right)
 {
     ll_view_error *e = &ll_client_errors(c)[entity];
     c->erring = 1;
     if ((drawn->flags ^ right->flags) & LL_ENTITY_ACTIVE) {
-        *e = (ll_view_error){0}; /* a flight began or ended: another thing is drawn */
+        *e = (ll_view_error){0}; /* a flight began or ended: another object is drawn */
         return;
     }
     e->x += drawn->x - right->x;

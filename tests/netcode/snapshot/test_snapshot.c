@@ -471,8 +471,8 @@ static void impossible_differences_are_refused(void **state)
         int self, gap;
         int64_t difference;
         const char *why;
-    } cases[] = {{5, 41, 0, "at most 40 entities can be skipped behind 0 of 40; got 41"},
-                 {5, 5, 0, "own entity, 5, is told twice"},
+    } cases[] = {{5, 41, 0, "at most 40 entities can be skipped after 0 of 40; got 41"},
+                 {5, 5, 0, "own entity, 5, is sent twice"},
                  {5, 0, 3, "less than 2^31 steps"},
                  {5, 0, INT64_MAX, "less than 2^31 steps"},
                  {5, 1, INT64_MIN, "less than 2^31 steps"}};
