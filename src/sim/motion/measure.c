@@ -1,10 +1,10 @@
-/* The solution of a motion, by formula or by integration, and what is measured of a method against it: over
- * every step, so that the ticks of a session change nothing. */
+/* The solution of a motion, by formula or by integration, and the errors of a method against it: measured
+ * over every step, so that they do not depend on a session's ticks. */
 #include <string.h>
 
 #include "sim/motion/motion.h"
 
-/* A session's time at the motion's time `t` of a run, which has turned when it runs to 0. */
+/* A session's time at the motion's time `t` of a run; a run to 0 has been reversed. */
 static double session_time(const ll_motion *m, const ll_ode_run *run, double t)
 {
     return run->control.t_end > 0 ? t : m->config.head.duration_s - t;
@@ -12,7 +12,7 @@ static double session_time(const ll_motion *m, const ll_ode_run *run, double t)
 
 /* ---- references, where there is no formula ---- */
 
-/* By how much a method's last step may pass the end. */
+/* Longest time by which a method's last step may pass the end. */
 static double overshoot(const ll_motion_config *c)
 {
     double most = 0;
@@ -33,7 +33,7 @@ static void start_reference(ll_motion *m, const ll_ode *ode, int64_t offset, int
                      ll_ode_reference_method(ll_motion_problem(&m->config), which), ode, &control, y0);
 }
 
-/* From where it is back to the start. */
+/* From its present state back to the start. */
 static void turn_reference(ll_motion *m, const ll_ode *ode, ll_ode_run *reference, int which)
 {
     double y[LL_ODE_DIM_MAX];
@@ -44,7 +44,7 @@ static void turn_reference(ll_motion *m, const ll_ode *ode, ll_ode_run *referenc
     ll_ode_start(reference, ll_ode_reference_method(ll_motion_problem(&m->config), which), ode, &back, y);
 }
 
-/* The solution at `t`, which goes forward, and after the turn backward, by reference `which`. */
+/* The solution at `t`, which increases, and after the reversal decreases, from reference `which`. */
 static void solution_at(ll_motion *m, const ll_ode *ode, int64_t offset, int which, double t, double *y,
                         ll_pace *pace)
 {
@@ -65,7 +65,7 @@ static void solution_at(ll_motion *m, const ll_ode *ode, int64_t offset, int whi
     ll_ode_sample(reference, method, ode, t, y);
 }
 
-/* ---- what is not known of the solution ---- */
+/* ---- uncertainty of the solution ---- */
 
 /* One of the times of the first reference's last step. */
 static void compare(ll_motion *m, const ll_ode *ode, double t, double span, ll_pace *pace)
@@ -136,7 +136,7 @@ void ll_motion_solve(ll_motion *m, const ll_ode *ode, double t, ll_pace *pace)
                 pace);
 }
 
-/* The scale of the whole solution, of which some is still to come. */
+/* The scale of the whole solution, part of which lies in the future. */
 static void look_ahead(ll_motion *m, const ll_ode *ode, ll_pace *pace)
 {
     enum { TIMES = 1024 };
@@ -154,7 +154,7 @@ static void look_ahead(ll_motion *m, const ll_ode *ode, ll_pace *pace)
     m->looked = 1;
 }
 
-/* A state that is ahead of the solution is not yet beyond all bounds when it is as large as that will be. */
+/* A state that is ahead of the solution has not blown up while it is no larger than the solution will be. */
 static bool blown_up(ll_motion *m, const ll_ode *ode, ll_ode_measure *r, ll_pace *pace)
 {
     if (!ll_ode_measure_blown_up(r))
@@ -165,8 +165,7 @@ static bool blown_up(ll_motion *m, const ll_ode *ode, ll_ode_measure *r, ll_pace
     return ll_ode_measure_blown_up(r);
 }
 
-/* The times within a step are measured where its state is that of the method, and its time that of the clock.
- */
+/* Times within a step are measured where the state is that of the method, and its time that of the clock. */
 static int points_of(const ll_motion *m, int i, double *at)
 {
     const ll_motion_method *method = &m->config.methods[i];
@@ -186,7 +185,7 @@ void ll_motion_measure_step(ll_motion *m, int i, const ll_ode *ode, ll_pace *pac
     double end = at[points - 1], step = end > r->t ? end - r->t : r->t - end;
     doubt_to(m, ode, session_time(m, run, end), pace);
     for (int k = 0; k < points; k++) {
-        /* At its jump it need not be on the side on which the solution is. */
+        /* At an event's jump it may be on the other side than the solution */
         if (k == points - 1 && run->event >= 0)
             return;
         solution_at(m, ode, m->at[i].reference, 0, at[k], wanted, pace);

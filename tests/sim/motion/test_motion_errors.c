@@ -218,7 +218,7 @@ static void errors_that_are_not_known_are_told(void **state)
     bool known = !isnan(lab_number(lab_method(m, 1), "e_max"));
     assert_false(isnan(lab_number(lab_method(m, 0), "e_max")));
     assert_false(known);
-    assert_non_null(strstr(notice(m, 0), "methods.1, dop853, is nearer to the solution than that is known"));
+    assert_non_null(strstr(notice(m, 0), "methods.1, dop853, is nearer to the solution than its uncertainty"));
     assert_string_equal(notice(m, 1), "");
     cJSON_Delete(m);
     m = lab_run(
