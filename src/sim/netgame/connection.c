@@ -1,15 +1,15 @@
-/* What is told of a player's connection and of its measured clock. */
+/* Reports of a player's connection and of its measured clock. */
 #include <cjson/cJSON.h>
 
 #include "sim/netgame/netgame.h"
 
-/* With the lobby's, before time 0. */
+/* Includes the time of the lobby, before time 0. */
 static double in_state_s(const ll_netgame *g, const ll_connection *n, int state)
 {
     return ll_to_s(n->in_state[state] + (n->state == state ? g->now - n->since : 0));
 }
 
-/* The offset in use - what the clocks are really apart. */
+/* Offset in use minus the true offset of the clocks. */
 static double clock_error_ms(const ll_netgame *g, int player)
 {
     ll_client_setup s = {.config = &g->config.players[player]};

@@ -1,5 +1,5 @@
-/* The input history: the last inputs of each player who reconciles, where its client thought that
- * they put the own entity, and where the server had it. */
+/* The input history: the last inputs of each player with reconciliation, where its client predicted the own
+ * entity after them, and where the server had it. */
 #include <math.h>
 
 #include "sim/netgame/netgame.h"
@@ -18,26 +18,26 @@ typedef struct rung {
 static const char *const rung_states[] = {"open", "acknowledged", "refused", "late", "lost", NULL};
 
 static const ll_record_field rung_fields[] = {
-    LL_INT(rung, player, NULL, "whose input"),
+    LL_INT(rung, player, NULL, "index of the player"),
     LL_INT(rung, seq, NULL, "its sequence number"),
-    LL_ENUM(rung, state, rung_states, "what has become of it"),
+    LL_ENUM(rung, state, rung_states, "its result"),
     LL_STEP(rung, made_s, LL_BITS_S, "s", "when it was made"),
-    LL_STEP(rung, predicted_x, LL_BITS_M, "m", "own entity after it, as predicted last; null: not yet"),
-    LL_STEP(rung, server_x, LL_BITS_M, "m", "own entity in the state that acknowledged it; null: not known"),
-    LL_STEP(rung, correction_m, LL_BITS_M, "m", "the one less the other; null: one is not known"),
+    LL_STEP(rung, predicted_x, LL_BITS_M, "m", "own entity after it, as last predicted; null: not yet"),
+    LL_STEP(rung, server_x, LL_BITS_M, "m", "own entity in the snapshot that acknowledged it; null: unknown"),
+    LL_STEP(rung, correction_m, LL_BITS_M, "m", "difference of both; null: one is unknown"),
 };
 
 const ll_record ll_netgame_input_history_record = {
     .id = 9,
     .name = "input_history",
     .channel = LL_CHANNEL_INPUT_HISTORY,
-    .help = "The input history of reconciliation: the last 32 inputs of each player who "
-            "reconciles, oldest first.",
+    .help = "The input history of reconciliation: the last 32 inputs of each player with reconciliation, "
+            "oldest first.",
     .form = LL_FORM_KEYED,
     .keys = 2,
     LL_ROWS_OF(rung, rung_fields)};
 
-/* The client's word for what is open; of what is closed the observer knows more than it. */
+/* The client's state for open inputs; of closed inputs the observer knows more. */
 static uint8_t state_of(const ll_netgame *g, int player, uint32_t seq)
 {
     ll_client *c = ll_netgame_client(g, player);
@@ -51,8 +51,8 @@ static uint8_t state_of(const ll_netgame *g, int player, uint32_t seq)
     return fate & (LL_INPUT_HISTORY_LATE | LL_INPUT_HISTORY_WENT) ? RUNG_LATE : RUNG_LOST;
 }
 
-/* The states that the client still has tell where the server had it after the inputs that they acknowledge.
- */
+/* The snapshots that the client still holds show where the server had the entity after the inputs that they
+ * acknowledge. */
 static void confirm(ll_client *c, rung *rungs, int count)
 {
     int64_t oldest = c->newest > LL_STATE_RING ? c->newest - LL_STATE_RING : 0;
@@ -68,7 +68,7 @@ static void confirm(ll_client *c, rung *rungs, int count)
     }
 }
 
-/* Returns how many were written. */
+/* Returns the number of rows. */
 static int list(const ll_netgame *g, int player, rung *rungs)
 {
     ll_client *c = ll_netgame_client(g, player);

@@ -1,4 +1,4 @@
-/* What is told of inputs: how they were predicted, acknowledged and judged. */
+/* Reports of inputs: how they were predicted, acknowledged and decided. */
 #include <cjson/cJSON.h>
 #include <math.h>
 
@@ -14,7 +14,7 @@ static double per_second(int64_t count, double seconds)
     return ll_netgame_ratio((double)count, seconds > 0 ? seconds : 0);
 }
 
-/* M9 of the inputs, beside what the report counts from the start. */
+/* Metrics of the inputs, in addition to those that the report counts from the start. */
 static void inputs(cJSON *o, const ll_input_history *input_history, const ll_client_slot *client_slot,
                    double seconds)
 {

@@ -9,7 +9,7 @@
 #include "sim/core/scenario_rows.h"
 #include "sim/netgame/parts.h"
 
-#define LINK_SECONDS 1.3    /* of packets at full rate that a link holds; what is beyond is a full queue */
+#define LINK_SECONDS 1.3    /* of packets at full rate that a link holds; more would overflow its queue */
 #define DEJITTER_PACKETS 64 /* half a second at the highest rate */
 
 /* ---- layout ---- */
@@ -25,8 +25,8 @@ static int down_slots(const ll_netgame_config *c)
     return (int)((128 + 32) * LINK_SECONDS); /* updates, and answers to pings */
 }
 
-/* Peers send all that is open. Where they come by a change while the game runs, links hold fewer of their
- * longest packets: others need not pay for it. */
+/* Peers send all open inputs. After a change to a peer-to-peer sync during a game, links hold fewer of these
+ * longest packets: other configurations need not pay for them. */
 static bool among_peers(const ll_netgame_config *c)
 {
     return ll_syncs[c->server.sync]->observe != NULL;
@@ -63,13 +63,13 @@ static bool arena_of(const ll_netgame_config *c, ll_arena *arena)
     return true;
 }
 
-/* Of the configuration that a block keeps. */
+/* Of the configuration that a block contains. */
 static size_t config_size(const ll_netgame_config *c)
 {
     return offsetof(ll_netgame_config, players) + (size_t)c->player_count * sizeof c->players[0];
 }
 
-/* Places the parts one behind the other; with a NULL block only counts. */
+/* Computes the offsets of all parts; with a NULL block only the size. */
 static int64_t lay_out(ll_netgame *g, const ll_netgame_config *c)
 {
     int n = c->player_count;
@@ -147,8 +147,8 @@ static void start_server(ll_netgame *g, ll_time now)
                     client_freq, now);
 }
 
-/* The game begins, or begins anew in another way, for everybody: its clocks start, and what is in flight is
- * void. Who is not connected comes later. */
+/* All clients resync: the game starts, or restarts in another sync mode. All clocks start, and packets in
+ * flight are discarded. Players who are not connected join later. */
 static void begin(ll_netgame *g, ll_time now)
 {
     ll_server *server = ll_netgame_server(g);
@@ -250,7 +250,7 @@ static bool finite_world(const ll_world *world, int *entity)
     for (int i = 0; i < world->entities; i++) {
         const ll_entity *e = &world->entity[i];
         double sum = e->x + e->y + e->vx + e->vy + e->angle + e->angular_velocity;
-        if (sum - sum != 0) { /* true for an infinity and for a NaN */
+        if (sum - sum != 0) { /* true for infinity and NaN */
             *entity = i;
             return false;
         }
@@ -281,7 +281,7 @@ static void step_armed(ll_netgame *g)
     ll_netgame_sync(g)->step(server, ll_netgame_game(g), &g->env, &past, g->now);
 }
 
-/* False when the world has diverged; `entity` tells whose place or speed is not finite. */
+/* False when the world has diverged; `entity` is then the one whose position or speed is not finite. */
 static bool server_steps(ll_netgame *g, const ll_recorder *r, int *entity)
 {
     const ll_sync_mode *sync = ll_netgame_sync(g);
@@ -322,7 +322,7 @@ static void client_ticks(ll_netgame *g, int player, const ll_client_setup *s)
         s->sync->observe(ll_netgame_desync(g, player), client, s, ll_netgame_server(g));
 }
 
-/* A client's prediction may leave all bounds before the server does. */
+/* A client's prediction may diverge before the server does. */
 static ll_status client_displays(ll_netgame *g, int player, const ll_client_setup *s)
 {
     int entity;
@@ -350,7 +350,7 @@ static ll_status client_acts(ll_netgame *g, int player, const ll_client_setup *s
     ll_status status = displays ? client_displays(g, player, s) : ll_ok();
     ll_client_set_due(client, s);
     if (client->due > g->now)
-        return status; /* its connection has nothing to do */
+        return status; /* nothing is due for its connection */
     int bytes = ll_connection_tend(client, s, g->now, &request);
     if (bytes > 0)
         ll_netgame_send(g, player, true, &request, bytes, s->recorder);
@@ -358,8 +358,8 @@ static ll_status client_acts(ll_netgame *g, int player, const ll_client_setup *s
     return status;
 }
 
-/* Who acts next. Of what falls on one instant, packets come first, then the server's step, its update, and
- * the clients: so a packet that arrives at a tick counts for it. */
+/* The next actor. At one instant packets come first, then the server's step, its update, and the clients: so
+ * a packet that arrives at a tick counts for that tick. */
 typedef enum actor {
     ACTOR_UP,
     ACTOR_DOWN,
@@ -370,7 +370,7 @@ typedef enum actor {
     ACTOR_CLIENT
 } actor;
 
-/* When and who in one number: of two turns the lower comes first. */
+/* Time and actor in one number: of two turns the smaller comes first. */
 typedef int64_t turn;
 
 enum { ACTORS_MAX = 8 };
@@ -408,7 +408,7 @@ static turn server_turn(const ll_netgame *g)
 
 static turn player_turn(const ll_netgame *g, int i)
 {
-    ll_time due = ll_netgame_client(g, i)->due; /* what has come may have made something due that was not */
+    ll_time due = ll_netgame_client(g, i)->due; /* a received packet may have made something due */
     turn up = turn_of(ll_link_next_due(ll_netgame_up(g, i)), ACTOR_UP);
     turn down = turn_of(ll_link_next_due(ll_netgame_down(g, i)), ACTOR_DOWN);
     turn held = turn_of(ll_dejitter_next_due(ll_netgame_dejitter(g, i)), ACTOR_PLAYOUT);
@@ -416,8 +416,8 @@ static turn player_turn(const ll_netgame *g, int i)
     return earlier(earlier(up, down), earlier(held, client));
 }
 
-/* A run in which nothing is changed from outside: what clients are set up with stands, and who comes next of
- * the server and of a player is looked up again only where the last event may have changed it. */
+/* A run without changes from outside: the set-ups of the clients stay the same, and the next turn of the
+ * server and of a player is computed again only if the last event may have changed it. */
 typedef struct stretch {
     turn server, player[LL_PLAYERS_MAX];
     ll_client_setup setup[LL_PLAYERS_MAX];
@@ -430,7 +430,7 @@ static void renew_all(stretch *now, const ll_netgame *g)
         now->player[i] = player_turn(g, i);
 }
 
-/* After a turn of `player`, or of the server: -1. */
+/* After a turn of `player`; -1: of the server. */
 static void renew(stretch *now, const ll_netgame *g, int player, actor done)
 {
     const ll_sync_mode *sync = ll_netgame_sync(g);
@@ -441,11 +441,11 @@ static void renew(stretch *now, const ll_netgame *g, int player, actor done)
     } else if (done == ACTOR_STEP && !sync->server_steps_at_update_hz) {
         now->server = server_turn(g);
     } else {
-        renew_all(now, g); /* it has sent to everybody */
+        renew_all(now, g); /* it has sent to all players */
     }
 }
 
-/* -1: the server is next. Of players whose turns are equal, the first. */
+/* -1: the server is next. Of players with equal turns, the first. */
 static int next_turn(const stretch *now, const ll_netgame *g, turn *next)
 {
     int player = -1;
@@ -501,8 +501,8 @@ static ll_status run_until(ll_netgame *g, ll_time until, const ll_recorder *r, l
         if (time_of(next) > until)
             break;
         if (!ll_goes_on(pace))
-            return ll_error(LL_INTERRUPTED, "a tick was broken off");
-        if (time_of(next) > g->now) /* else a live change has brought it forward */
+            return ll_error(LL_INTERRUPTED, "a tick was interrupted");
+        if (time_of(next) > g->now) /* otherwise a live change has brought it forward */
             g->now = time_of(next);
         if (!take_turn(g, who_has(next), player, &now.setup[player < 0 ? 0 : player], r, &entity))
             return not_finite(g, entity);

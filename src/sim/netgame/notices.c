@@ -1,4 +1,4 @@
-/* Why metrics of a netgame are null, or say nothing, where a reader would not see it from the numbers. */
+/* Reasons why metrics of a netgame are null or meaningless, where the numbers do not show it. */
 #include <cjson/cJSON.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -6,7 +6,7 @@
 
 #include "sim/netgame/netgame.h"
 
-enum { NAMED = 3 /* players; of more it tells how many there are */ };
+enum { NAMED = 3 /* players; of more it gives the number */ };
 
 static void tell(cJSON *notices, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
@@ -59,15 +59,15 @@ static const struct reason {
     bool (*holds)(const ll_netgame *g, int player);
     const char *what; /* after the players' names */
 } reasons[] = {
-    {never_joined, "never joined: what is drawn there stands still, errors against its own time "
-                   "(own_timeline_error_m, timeline_error_m) say nothing."},
+    {never_joined, "never joined: what is drawn there stands still, and errors against its own time "
+                   "(own_timeline_error_m, timeline_error_m) mean nothing."},
     {touched_nothing, "did not change the controls from warmup_s on: latencies of such changes "
                       "(input_latency_ms, confirmed_latency_ms, seen_latency_ms) are null."},
-    {is_alone, "had nobody else in view from warmup_s on: metrics of the others (remote_error_m, "
+    {is_alone, "had no other player in view from warmup_s on: metrics of the others (remote_error_m, "
                "timeline_error_m, view_age_ms) are null."},
 };
 
-/* `A`, `A and B`, `A, B and 5 others`; their count. */
+/* `A`, `A and B`, `A, B and 5 others`; returns their number. */
 static int name_players(const ll_netgame *g, const struct reason *reason, char *out, size_t size)
 {
     int count = 0, named = 0;

@@ -1,4 +1,4 @@
-/* The packets of a netgame: carried over the links, taken by server and clients. */
+/* The packets of a netgame: carried over the links, received by server and clients. */
 #include <string.h>
 
 #include "base/assert.h"
@@ -47,7 +47,7 @@ void ll_netgame_send(ll_netgame *g, int player, bool up, const void *packet, int
     }
 }
 
-/* The server's message of an update to a player who is connected. */
+/* The server's message of an update to a connected player. */
 static void update_player(ll_netgame *g, int player, const ll_recorder *r)
 {
     const ll_sync_mode *sync = ll_netgame_sync(g);
@@ -108,7 +108,7 @@ static void server_receives(ll_netgame *g, int player, const void *packet, const
     const ll_sync_mode *sync = ll_netgame_sync(g);
     ll_server *server = ll_netgame_server(g);
     _Alignas(8) char reply[LL_NETGAME_PACKET_MAX];
-    bool with_world = sync->start != NULL && g->now >= 0; /* before, everybody has the world */
+    bool with_world = sync->start != NULL && g->now >= 0; /* before time 0 all clients have the world */
     ll_admitted done = ll_admission_receive(server, with_world, player, packet, g->now, reply);
     if (done.joined)
         ll_server_world(server)->entity[player].flags &= ~(uint64_t)LL_ENTITY_AWAY;
@@ -120,7 +120,7 @@ static void server_receives(ll_netgame *g, int player, const void *packet, const
         server_takes(g, player, packet, r);
 }
 
-/* Looks after the connections: who is silent for too long is dropped, and others see it leave. */
+/* Checks the connections: players without packets for too long are dropped, and others see them leave. */
 void ll_netgame_tend(ll_netgame *g, const ll_recorder *r)
 {
     const ll_sync_mode *sync = ll_netgame_sync(g);
@@ -131,7 +131,7 @@ void ll_netgame_tend(ll_netgame *g, const ll_recorder *r)
     server->tend += LL_TEND_EVERY;
     for (int i = 0; i < server->players; i++) {
         if (sync->waits && server->seats[i].repeats > 0)
-            update_player(g, i, r); /* it repeats what is known: it has not got the state */
+            update_player(g, i, r); /* it repeats known inputs, so it lacks the snapshot */
         int bytes = ll_admission_keep_alive(server, i, g->now, packet);
         if (bytes > 0)
             ll_netgame_send(g, i, false, packet, bytes, r);
@@ -171,7 +171,7 @@ static void client_receives(ll_netgame *g, int player, const ll_client_setup *s,
                       .value = outcome == LL_OUTCOME_APPLIED ? (float)world->entity[player].x : 0});
 }
 
-/* False: the packet is of the game. */
+/* False: the packet belongs to the game. */
 static bool client_connects(ll_netgame *g, int player, const ll_client_setup *s, const void *packet,
                             int bytes)
 {

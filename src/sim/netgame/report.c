@@ -1,4 +1,4 @@
-/* What is told of a netgame: state, metrics, layout and the columns of a trace. */
+/* Reports of a netgame: state, metrics, layout and the columns of a trace. */
 #include <cjson/cJSON.h>
 #include <math.h>
 #include <stdio.h>
@@ -59,7 +59,7 @@ cJSON *ll_netgame_state(const void *block)
     return state;
 }
 
-/* Since when rates count. */
+/* Time over which rates count. */
 static double measured_s(const ll_netgame *g, const ll_client_metrics *in)
 {
     return g->now > in->from ? ll_to_s(g->now - in->from) : 0;
@@ -173,7 +173,7 @@ static void distributions(cJSON *o, const ll_client_metrics *in)
     number(o, "own_pictures_void", (double)in->pictures.voided);
 }
 
-/* The display that corrections are seen on: 24 inches of 1920 pixels, from 0.6 m. */
+/* Assumed display for visible corrections: 24 inches, 1920 pixels, at a distance of 0.6 m. */
 #define ARCMIN_PER_PX 1.59
 
 static void corrections(cJSON *o, const ll_client_metrics *in, double seconds)
@@ -223,7 +223,7 @@ static cJSON *player_metrics(const ll_netgame *g, int i)
     return o;
 }
 
-/* Of the wait that has not ended. */
+/* Length of the present wait. */
 static ll_time stalling(const ll_netgame *g)
 {
     const ll_sync_mode *sync = ll_netgame_sync(g);

@@ -582,7 +582,7 @@ static void metrics_that_count_nothing_are_told(void **state)
         {"race", {"duration_s=1.25"}, 1, {"duration_s, 1.25 s, is not longer than warmup_s, 2 s"}},
         {"race", {"warmup_s=4"}, 2.5, {"from warmup_s, 4 s, on; it is 2.5 s"}},
         {"race", {"warmup_s=0"}, 0, {NULL}},
-        {alone, {NULL}, 9, {"Ada did not change the controls", "Ada had nobody else in view"}},
+        {alone, {NULL}, 9, {"Ada did not change the controls", "Ada had no other player in view"}},
         {idle, {NULL}, 6, {"B and D did not change the controls"}},
         {deaf, {NULL}, 6, {"A never joined"}},
     };
