@@ -112,8 +112,7 @@ typedef struct ll_rigid_sim {
     ll_rigid_setup setup;
     double view[4];        /* m: left, right, bottom and top of the view; a person's axes span it */
     double target[2];      /* m, pointer position */
-    int64_t held, pressed; /* whether a person holds the button; whether a body to drag has been searched
-                              since it went down */
+    int64_t held, pressed; /* whether a person holds the button; whether it went down since the last step */
     int64_t references;    /* in `reference` */
     int64_t reference;     /* ll_body_reference */
     int64_t world[LL_SIDE_BY_SIDE_MAX];

@@ -1,4 +1,5 @@
-/* What is taken as applied, by either way of acknowledging, and what a wrong word costs. */
+/* Which inputs count as applied with either method of acknowledgement, and the cost of a wrong
+ * acknowledgement. */
 #include "netcode/toy.h"
 
 #include <stdio.h>
@@ -25,7 +26,7 @@ static bool bit(const ll_client_slot *client_slot, uint32_t seq)
     return client_slot->verdicts[seq / 32 % LL_INPUT_RESULT_WORDS] >> seq % 32 & 1;
 }
 
-/* In any order, with gaps: the bits of the last 512 are those of what was applied. */
+/* In any order, with gaps: the bits of the last 512 inputs are set for those that were applied. */
 static void bits_are_those_of_the_last_512(void **state)
 {
     (void)state;
@@ -40,7 +41,7 @@ static void bits_are_those_of_the_last_512(void **state)
             if (k == 700)
                 seq += 700; /* a gap beyond the window */
             if (seq + TOLD <= newest)
-                continue; /* no slot holds so old an input: the server has none to apply */
+                continue; /* no slot holds an input that old: the server has none to apply */
             newest = seq > newest ? seq : newest;
             processed = yes && seq > processed ? seq : processed;
             applied[seq] = yes;
@@ -53,7 +54,7 @@ static void bits_are_those_of_the_last_512(void **state)
     }
 }
 
-/* What the state to player 0 tells: the bit of each input, newest first. */
+/* Acknowledgement in the snapshot to player 0: the bit of each input, newest first. */
 static ll_input_result_part told(ll_server *s, const ll_sync_mode *sync,
                                  uint32_t words[LL_INPUT_RESULT_WORDS_MAX])
 {
@@ -72,8 +73,8 @@ static ll_input_result_part told(ll_server *s, const ll_sync_mode *sync,
     return part;
 }
 
-/* As many words as it takes back to the newest state that the client is known to have, whatever the rates and
- * the round trip; where inputs belong to no step, back to the beginning, or 512. */
+/* The words reach back to the newest snapshot that the client is known to have, at any rates and round trip.
+ * Where inputs belong to no step, they reach back to the beginning, or by 512 inputs. */
 static void verdicts_reach_back_to_the_state_that_is_known(void **state)
 {
     (void)state;
@@ -104,7 +105,8 @@ static void verdicts_reach_back_to_the_state_that_is_known(void **state)
     }
 }
 
-/* A step whose input is missing, late or refused repeats the one before: that is no application of it. */
+/* A step whose input is missing, late or refused repeats the one before: its input does not count as
+ * applied. */
 static void only_what_came_in_time_and_within_the_rules_is_set(void **state)
 {
     (void)state;
@@ -116,7 +118,7 @@ static void only_what_came_in_time_and_within_the_rules_is_set(void **state)
     ll_server_receive(s, &ll_sync_free, 0, &a, 0, v); /* 1 is good, 2 too large */
     for (int k = 0; k < 3; k++)
         ll_sync_free.step(s, &toy, &env, NULL, ll_sync_free.due(s));
-    ll_server_receive(s, &ll_sync_free, 0, &late, s->stepped, v); /* 3 is late, 4 never comes */
+    ll_server_receive(s, &ll_sync_free, 0, &late, s->stepped, v); /* 3 is late, 4 never arrives */
     ll_server_receive(s, &ll_sync_free, 0, &c, s->stepped, v);
     for (int k = 0; k < 2; k++)
         ll_sync_free.step(s, &toy, &env, NULL, ll_sync_free.due(s));
@@ -130,7 +132,7 @@ static void only_what_came_in_time_and_within_the_rules_is_set(void **state)
     assert_int_equal(part.newest, 5);
     assert_int_equal(part.words, 1);
     assert_int_equal(words[0], 0x11);                            /* 5 and 1 */
-    ll_sync_free.step(s, &toy, &env, NULL, ll_sync_free.due(s)); /* 6 never comes either */
+    ll_sync_free.step(s, &toy, &env, NULL, ll_sync_free.due(s)); /* 6 never arrives either */
     assert_int_equal(client_slot->acked, 6);                     /* its step is over, */
     assert_int_equal(client_slot->processed, 5);                 /* but it was not applied */
     part = told(s, &ll_sync_free, words);
@@ -161,7 +163,7 @@ static int tell(lone *l, int64_t tick, uint32_t acked, uint32_t newest, uint64_t
     return tell_packet(l, state_of(tick, now, acked, 1, &x), newest, bits, now);
 }
 
-/* The same of an entity that goes on by what is held, so that a prediction may agree with it to the bit. */
+/* The same for an entity that moves on with held controls, so that a prediction may agree bitwise. */
 static int tell_going(lone *l, int64_t tick, uint32_t acked, uint64_t bits, double x, ll_time now)
 {
     packet p = state_of(tick, now, acked, 1, &x);
@@ -202,15 +204,15 @@ static void skipped_inputs_are_not_taken_as_applied(void **state)
                              ack == 0 && seq <= 6 ? LL_INPUT_APPLIED : expected[seq - 1]);
         assert_int_equal(l->client->acked, 6);
         assert_int_equal(l->client_metrics->histogram[LL_METRIC_ACK_RTT].count,
-                         4); /* whatever the client believes */
+                         4); /* independent of what the client assumes */
         assert_int_equal(l->client_metrics->input_history.skipped, ack == 0 ? 0 : 2);
         assert_true(ll_client_rendered(l->client)->entity[0].x == 101);
         free_lone(l);
     }
 }
 
-/* The high water tells two numbers: up to the newest that was applied all are taken as such, those behind it
- * whose step is over are skipped, and a later state brings none of them back. */
+/* High water sends two numbers. Inputs up to the newest applied one count as applied; later ones whose step
+ * is over count as skipped, and a later snapshot does not reopen them. */
 static void high_water_skips_what_is_over_and_was_not_applied(void **state)
 {
     (void)state;
@@ -239,8 +241,8 @@ static void high_water_skips_what_is_over_and_was_not_applied(void **state)
     free_lone(l);
 }
 
-/* Inputs as they come: 3 was overtaken by 4 and 5. It stays open, is applied again on every state that is
- * without it, and an older state later does no harm. The high water drops it. */
+/* Inputs applied on arrival: 4 and 5 overtook 3. Input 3 stays open and is applied again on every snapshot
+ * that lacks it, and an older snapshot later does no harm. High water drops it. */
 static void overtaken_inputs_stay_open(void **state)
 {
     (void)state;
@@ -258,18 +260,18 @@ static void overtaken_inputs_stay_open(void **state)
         tell(l, 2, 6, 6, 0x3f, 3, 7); /* the next update includes it */
         frame(l, 7, NULL);
         assert_true(ll_client_rendered(l->client)->entity[0].x == 4);
-        tell(l, 1, 2, 2, 0x3, 1, 8); /* an old state: 1 and 2 alone */
+        tell(l, 1, 2, 2, 0x3, 1, 8); /* an old snapshot: 1 and 2 alone */
         frame(l, 8, NULL);           /* makes 9 */
         assert_true(ll_client_rendered(l->client)->entity[0].x ==
                     (ack == 0 ? 2.5 : 4.5)); /* 3 to 6 are gone */
         assert_int_equal(l->client_metrics->histogram[LL_METRIC_ACK_RTT].count,
-                         ack == 0 ? 5 : 6); /* each once; 3 was taken before it was there */
+                         ack == 0 ? 5 : 6); /* each once; 3 counted as applied before it was */
         free_lone(l);
     }
 }
 
-/* What an old state has undone, a newer one brings back: with the high water the inputs that it lacks are
- * gone from the client, so what is drawn lacks them until then, and not for ever. */
+/* A newer snapshot restores what an old one has undone. With high water the client no longer has the inputs
+ * that the old one lacks, so they are not drawn until then. */
 static void a_newer_state_brings_back_what_an_old_one_undid(void **state)
 {
     (void)state;
@@ -281,7 +283,7 @@ static void a_newer_state_brings_back_what_an_old_one_undid(void **state)
         tell_going(l, 2, 8, 0xff, 2, 9);
         frame(l, 9, NULL); /* makes 10 */
         assert_true(ll_client_rendered(l->client)->entity[0].x == 2.5);
-        tell_going(l, 1, 5, 0x1f, 1.25, 10); /* an old state: 1 to 5 alone */
+        tell_going(l, 1, 5, 0x1f, 1.25, 10); /* an old snapshot: 1 to 5 alone */
         frame(l, 10, NULL);                  /* makes 11 */
         assert_true(ll_client_rendered(l->client)->entity[0].x == (ack == 0 ? 2 : 2.75));
         tell_going(l, 3, 9, 0x1ff, 2.25, 11);
@@ -291,7 +293,7 @@ static void a_newer_state_brings_back_what_an_old_one_undid(void **state)
     }
 }
 
-/* What has not come is given up when it is older than what a state tells of, 64 here. */
+/* An input that has not arrived is given up when it is older than the window of a snapshot, 64 here. */
 static void lost_inputs_are_given_up_when_nothing_tells_of_them(void **state)
 {
     (void)state;
@@ -329,9 +331,9 @@ static int64_t corrections(const scene *s)
     return ll_netgame_client_metrics(s->game, 0)->corrections;
 }
 
-/* Where the server applies inputs as they come, packets that overtake each other make the high water wrong,
- * and each wrong drop is seen as a jump and a jump back. With a bit per input nothing is wrong, so nothing is
- * corrected; not even by states that overtake each other. */
+/* Where the server applies inputs on arrival, packets that overtake each other make high water wrong, and
+ * each wrong drop causes a jump and a jump back. With one bit per input nothing is wrong, so nothing is
+ * corrected; not even by snapshots that overtake each other. */
 static void overtaking_is_harmless_with_a_bit_per_input(void **state)
 {
     (void)state;
@@ -362,8 +364,8 @@ static void overtaking_is_harmless_with_a_bit_per_input(void **state)
         }
 }
 
-/* Of the inputs that the link lost, the high water takes every one as applied behind which a later one was
- * applied by the time of the state, and the bits none. */
+/* Of the inputs that the link lost, high water counts each as applied if a later one was applied before the
+ * snapshot; the bits count none. */
 static void lost_inputs_are_known_as_such(void **state)
 {
     (void)state;
@@ -386,7 +388,7 @@ static void lost_inputs_are_known_as_such(void **state)
         for (uint32_t seq = 1; seq <= c->acked; seq++) {
             int64_t tick = c->tick - (int64_t)(c->seq - seq);
             lost += gone[seq];
-            hidden += gone[seq] && tick % 2 == 1 && !gone[seq + 1]; /* states are of even ticks */
+            hidden += gone[seq] && tick % 2 == 1 && !gone[seq + 1]; /* snapshots are of even ticks */
         }
         assert_true(lost > 250 && hidden > 100);
         assert_int_equal(input_history(&s)->wrong, ack == 0 ? hidden : 0);
@@ -398,8 +400,8 @@ static void lost_inputs_are_known_as_such(void **state)
 
 /* ---- causes ---- */
 
-/* Runs with another input at every frame, so that no repeated input can stand for one that is missing, and a
- * state after every step, so that each has a cause of its own. */
+/* Runs with another input at every frame, so that no repeated input can replace a missing one, and with a
+ * snapshot after every step, so that each correction has its own cause. */
 static scene run_wild(const char *const *sets, double seconds)
 {
     scene s = scene_open("gambetta_default", sets);
@@ -431,9 +433,9 @@ static void each_lost_input_is_a_correction_by_loss(void **state)
     scene_close(&s);
 }
 
-/* Before the server has heard of the player its states acknowledge nothing: that inputs were lost is the
- * cause all the same. So it is with every phase of the client's clock and whichever of the first packets are
- * lost. */
+/* Before the server has received an input of the player, its snapshots acknowledge nothing: the cause of a
+ * correction is still loss. It holds for every phase of the client's clock and for every subset of lost first
+ * packets. */
 static void the_first_inputs_may_be_lost(void **state)
 {
     (void)state;
@@ -473,7 +475,7 @@ static void each_refused_input_is_a_correction_by_refusal(void **state)
 {
     (void)state;
     const char *const sets[] = {WILD, "players.0.ack=per_input", "players.0.cheat=magnitude", NULL};
-    scene s = run_wild(sets, 30); /* a third of the inputs is beyond 1 when half as large again */
+    scene s = run_wild(sets, 30); /* a third of the inputs exceeds 1 when half as large again */
     assert_in_range(input_history(&s)->skipped, 1500 / 4, 1500 / 2);
     must_be_all(&s, LL_CAUSE_REFUSED, input_history(&s)->skipped);
     scene_close(&s);
@@ -489,8 +491,8 @@ static void touches_are_corrections_by_contact(void **state)
     scene_close(&s);
 }
 
-/* On any link, honest players' corrections all have a cause: loss or lateness without contact, contact
- * besides. */
+/* On any link, all corrections of honest players have a cause: loss or lateness without contact, and also
+ * contact with it. */
 static void no_correction_is_without_a_cause(void **state)
 {
     (void)state;

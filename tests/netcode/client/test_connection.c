@@ -1,5 +1,5 @@
-/* Connections: the clock that is measured, a client's states, whom the server lets in, and the handshake over
- * any link. Packets are made by hand. */
+/* Connections: the measured clock, a client's states, admission by the server, and the handshake over any
+ * link. Packets are made by hand. */
 #include "netcode/toy.h"
 
 #include "base/rng.h"
@@ -34,7 +34,7 @@ typedef struct joiner {
     ll_recorder recorder;
 } joiner;
 
-/* A client that nobody has let in yet, at time 0. */
+/* A client that is not connected yet, at time 0. */
 static joiner *new_joiner(double timeout_s)
 {
     joiner *j = calloc(1, sizeof *j);
@@ -68,7 +68,7 @@ static bool tends(joiner *j, ll_time now, ll_request_message *m)
     int size = ll_connection_tend(j->l->client, &j->l->setup, now, m);
     assert_true(size == 0 || size == (int)sizeof *m);
     if (size > 0)
-        connection(j)->sent = now; /* who sends it says so */
+        connection(j)->sent = now; /* the sender records this */
     return size > 0;
 }
 
@@ -85,8 +85,8 @@ static void answers(joiner *j, ll_message type, uint16_t epoch, const ll_request
     assert_true(ll_connection_receive(j->l->client, &j->l->setup, &m, (int)sizeof m, now));
 }
 
-/* From `now` on each ping is answered after `way` and comes back after as long, until the clock is known.
- * Returns when that is. */
+/* From `now` on each ping is answered after `way`, and the answer takes as long, until the clock is measured.
+ * Returns that time. */
 static ll_time measures(joiner *j, uint16_t epoch, ll_time now, ll_time way, int pings)
 {
     ll_request_message sent[16];
@@ -111,7 +111,7 @@ static ll_time measures(joiner *j, uint16_t epoch, ll_time now, ll_time way, int
     return now;
 }
 
-/* Lets it in at `now`. */
+/* Accepts the client at `now`. */
 static void is_let_in(joiner *j, uint16_t epoch, ll_time now)
 {
     ll_request_message m = {.head = {.seq = connection(j)->attempt}, .sent = now - 40 * LL_MS};
@@ -120,8 +120,8 @@ static void is_let_in(joiner *j, uint16_t epoch, ll_time now)
     assert_int_equal(j->l->client->epoch, epoch);
 }
 
-/* It asks every half second, for ever, and tells of no answer before it has one; an answer that it is not
- * connected makes it ask at once, telling of that. */
+/* It sends a connect every half second without limit, and acknowledges no answer before it has one. An answer
+ * that it is not connected makes it ask at once, acknowledging that answer. */
 static void who_is_not_in_asks_every_half_second(void **state)
 {
     (void)state;
@@ -148,8 +148,8 @@ static void who_is_not_in_asks_every_half_second(void **state)
     free_joiner(j);
 }
 
-/* Let in, it measures its clock by five samples 50 ms apart, the first being the answer that let it in, and
- * plays. */
+/* After it is accepted it measures its clock by five samples 50 ms apart, the first being the accepting
+ * answer, and plays. */
 static void who_is_let_in_measures_its_clock(void **state)
 {
     (void)state;
@@ -170,7 +170,7 @@ static void who_is_let_in_measures_its_clock(void **state)
     }
 }
 
-/* Playing, a ping leaves every quarter of a second, and when nothing else was sent for a tenth. */
+/* While playing it sends a ping every quarter of a second, and when nothing else was sent for a tenth. */
 static void who_plays_is_never_silent(void **state)
 {
     (void)state;
@@ -207,8 +207,8 @@ static void who_plays_is_never_silent(void **state)
     }
 }
 
-/* Silence is noticed after half a second; one packet, of whatever kind, ends it, and the clock is measured
- * anew. After `timeout_s` the connection is over; 0 waits for ever. */
+/* Silence is noticed after half a second. One packet of any kind ends it, and the clock is measured again.
+ * After `timeout_s` the connection is over; 0 waits without limit. */
 static void silence_is_noticed_and_then_the_end(void **state)
 {
     (void)state;
@@ -251,7 +251,7 @@ static void silence_is_noticed_and_then_the_end(void **state)
     }
 }
 
-/* Who was never in goes on asking, and has not been disconnected. */
+/* A client that was never connected keeps asking, and has not been disconnected. */
 static void silence_before_the_clock_is_known(void **state)
 {
     (void)state;
@@ -265,8 +265,8 @@ static void silence_before_the_clock_is_known(void **state)
     free_joiner(j);
 }
 
-/* It joins again in a new epoch: answers to earlier attempts, and all that was sent in the old epoch, are
- * void. */
+/* It joins again in a new epoch: answers to earlier attempts, and all packets sent in the old epoch, are
+ * discarded. */
 static void who_joins_again_does_so_in_a_new_epoch(void **state)
 {
     (void)state;
@@ -280,14 +280,15 @@ static void who_joins_again_does_so_in_a_new_epoch(void **state)
     ll_time now = measures(j, 3, LL_SECOND, LL_MS, 4);
     assert_true(frame(j->l, now, &input) > 0);
     assert_int_equal(input.head.epoch, 3);
-    answers(j, LL_MESSAGE_ACCEPT, 4, &before, now, now); /* a copy of what let it in, or another: it is in */
+    answers(j, LL_MESSAGE_ACCEPT, 4, &before, now,
+            now); /* a copy of the accepting answer, or another: it is connected */
     assert_int_equal(connection(j)->epoch, 3);
     while (connection(j)->state != LL_CONNECTION_DISCONNECTED)
         tends(j, due(j), &m);
     now = connection(j)->since;
     assert_false(ll_connection_plays(connection(j)));
-    assert_int_equal(j->l->client->seq, j->l->client->acked); /* nothing is open any more */
-    assert_int_equal(frame(j->l, now, &input), 0);            /* and nothing is made */
+    assert_int_equal(j->l->client->seq, j->l->client->acked); /* no input is open any more */
+    assert_int_equal(frame(j->l, now, &input), 0);            /* and no input is made */
     answers(j, LL_MESSAGE_ACCEPT, 4, &before, now, now);      /* of the attempt before */
     assert_int_equal(connection(j)->state, LL_CONNECTION_DISCONNECTED);
     answers(j, LL_MESSAGE_ACCEPT, 7, &m, now, now + LL_MS);
@@ -298,7 +299,7 @@ static void who_joins_again_does_so_in_a_new_epoch(void **state)
     fresh.head.head.epoch = 7;
     assert_int_equal(give(j->l, &old, now + LL_MS), LL_OUTCOME_STALE);
     assert_int_equal(give(j->l, &fresh, now + LL_MS), LL_OUTCOME_APPLIED);
-    assert_true(frame(j->l, now + 2 * LL_MS, &input) > 0); /* resynchronising it plays */
+    assert_true(frame(j->l, now + 2 * LL_MS, &input) > 0); /* it plays while resynchronising */
     assert_int_equal(input.head.epoch, 7);
     assert_int_equal(input.head.seq, 1);
     static const uint8_t all[] = {LL_CONNECTION_SYNCHRONISING, LL_CONNECTION_PLAYING, LL_CONNECTION_STALLED,
@@ -312,8 +313,8 @@ static void who_joins_again_does_so_in_a_new_epoch(void **state)
     free_joiner(j);
 }
 
-/* The server says that it has dropped the player: it asks at once. An answer from before it was let in says
- * nothing. */
+/* The server reports that it has dropped the player: the client asks at once. An answer from before the
+ * client was accepted has no effect. */
 static void who_is_told_to_be_out_asks_again(void **state)
 {
     (void)state;
@@ -322,7 +323,7 @@ static void who_is_told_to_be_out_asks_again(void **state)
     is_let_in(j, 1, LL_SECOND);
     ll_time now = measures(j, 1, LL_SECOND, LL_MS, 4);
     answers(j, LL_MESSAGE_PONG, 0, NULL, LL_SECOND - 300 * LL_MS,
-            now); /* overtaken by the one that let it in */
+            now); /* overtaken by the accepting answer */
     assert_int_equal(connection(j)->state, LL_CONNECTION_PLAYING);
     answers(j, LL_MESSAGE_PONG, 0, NULL, now, now + LL_MS);
     assert_int_equal(connection(j)->state, LL_CONNECTION_DISCONNECTED);
@@ -334,7 +335,7 @@ static void who_is_told_to_be_out_asks_again(void **state)
     free_joiner(j);
 }
 
-/* ---- whom the server lets in ---- */
+/* ---- admission ---- */
 
 static ll_server *new_door(void)
 {
@@ -355,7 +356,7 @@ static ll_admitted asks(ll_server *server, ll_message type, uint32_t attempt, ll
         .head = {.type = (uint8_t)type, .seq = attempt}, .sent = now - LL_MS, .seen = seen};
     ll_admitted done = ll_admission_receive(server, false, 0, &m, now, r);
     if (done.reply > 0) {
-        server->seats[0].told = now; /* who sends it says so */
+        server->seats[0].told = now; /* the sender records this */
         assert_int_equal(done.reply, sizeof r->m);
         assert_int_equal(r->m.received, now);
         assert_int_equal(r->m.tick, server->step);
@@ -365,8 +366,8 @@ static ll_admitted asks(ll_server *server, ll_message type, uint32_t attempt, ll
     return done;
 }
 
-/* Nobody is let in who does not tell an answer that is at most 3 s old; everybody gets an answer to tell of.
- */
+/* A client is accepted only if it acknowledges an answer at most 3 s old; every request gets an answer to
+ * acknowledge. */
 static void only_who_hears_is_let_in(void **state)
 {
     (void)state;
@@ -384,16 +385,16 @@ static void only_who_hears_is_let_in(void **state)
         assert_int_equal(r.m.head.epoch, in ? server->epoch : 0);
         assert_int_equal(server->seats[0].joins, in);
         assert_true(done.reply > 0 && !done.game);
-        done =
-            asks(server, LL_MESSAGE_PING, 1, LL_NEVER, now, &r); /* a ping is answered, and lets nobody in */
+        done = asks(server, LL_MESSAGE_PING, 1, LL_NEVER, now,
+                    &r); /* a ping is answered, and accepts no client */
         assert_true(done.reply > 0 && !done.joined && !done.game);
         assert_int_equal(r.m.head.epoch, in ? server->epoch : 0);
         free(server);
     }
 }
 
-/* The same attempt again, its answer being lost, is the same joining; a later one is another, in a new epoch,
- * that begins with nothing; and one that comes behind a later one is void. */
+/* The same attempt again, after a lost answer, is the same join. A later attempt is another join, in a new
+ * epoch, which starts with nothing; one that arrives after a later one is discarded. */
 static void each_attempt_joins_once(void **state)
 {
     (void)state;
@@ -427,8 +428,8 @@ static void each_attempt_joins_once(void **state)
     free(server);
 }
 
-/* Where worlds are the clients' own the answer brings the server's, and the player's inputs begin behind
- * those that were filled in for it. */
+/* Where clients have worlds of their own the answer contains the server's, and the player's inputs begin
+ * after those that the server made for it. */
 static void who_is_let_in_gets_the_world(void **state)
 {
     (void)state;
@@ -447,9 +448,9 @@ static void who_is_let_in_gets_the_world(void **state)
     free(server);
 }
 
-/* Whose inputs come but who does not hear the server is dropped, exactly when it has told of no newer answer
- * for the time-out, however old its answers are; who hears stays, and where there is no time-out everybody.
- */
+/* A client whose inputs arrive but that does not receive the server's packets is dropped exactly when it has
+ * acknowledged no newer answer for the timeout, at any age of its answers. A client that receives them stays,
+ * and without a timeout all stay. */
 static void who_does_not_hear_is_dropped(void **state)
 {
     (void)state;
@@ -465,7 +466,7 @@ static void who_does_not_hear_is_dropped(void **state)
         }
         now += 2 * LL_SECOND - LL_SECOND / 4;
         ll_time last = now;
-        for (; server->seats[0].connected; now += LL_SECOND / 4) { /* its way down is dead */
+        for (; server->seats[0].connected; now += LL_SECOND / 4) { /* its link down is dead */
             asks(server, LL_MESSAGE_PING, 0, heard, now, &r);
             assert_int_equal(r.m.head.epoch, server->epoch);
             assert_false(ll_admission_tend(server, 0, LL_NEVER, now));
@@ -473,14 +474,14 @@ static void who_does_not_hear_is_dropped(void **state)
         }
         assert_int_equal(server->seats[0].drops, 1);
         asks(server, LL_MESSAGE_PING, 0, heard, now, &r);
-        assert_int_equal(r.m.head.epoch, 0);                                  /* it is told */
+        assert_int_equal(r.m.head.epoch, 0);                                  /* it is informed */
         assert_false(ll_admission_tend(server, 0, timeout, now + LL_SECOND)); /* once */
         free(server);
     }
 }
 
-/* To whom nothing was sent for a tenth of a second gets a keep-alive, when it is connected; who is not and
- * sends inputs all the same is told so, ten times a second at most. */
+/* A connected client to which nothing was sent for a tenth of a second gets a keep-alive. A client that is
+ * not connected but sends inputs gets a refusal, at most ten times a second. */
 static void silence_is_filled(void **state)
 {
     (void)state;
@@ -542,7 +543,7 @@ static double chance(world_of_two *w)
     return ll_rng_unit(w->seed, 9, w->drawn++);
 }
 
-/* Lost, doubled and delayed as the link is now, so that packets come in any order. */
+/* Lost, doubled and delayed by the present link, so that packets arrive in any order. */
 static void sends(world_of_two *w, bool up, const void *bytes, int size, ll_time now)
 {
     if (up)
@@ -602,9 +603,9 @@ static void runs(world_of_two *w, ll_time *tend, ll_time until)
     }
 }
 
-/* Whatever was lost, doubled, held for up to 1.2 s and overtaken before, with any time-out: once the link is
- * well both sides have the same connection within a retry, the packets that are still on their way, and some
- * round trips, and keep it. */
+/* After packets were lost, doubled, held for up to 1.2 s and overtaken, with any timeout: once the link is
+ * good, both sides have the same connection within a retry, the packets still on their way, and a few round
+ * trips, and keep it. */
 static void the_handshake_always_ends(void **state)
 {
     (void)state;

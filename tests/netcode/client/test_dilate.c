@@ -1,4 +1,4 @@
-/* Time dilation: the slack is kept by the length of frames, and by nothing else. */
+/* Time dilation: the length of frames alone keeps the slack. */
 #include "netcode/toy.h"
 
 #include <stdio.h>
@@ -7,9 +7,8 @@
 
 #define PERIOD (LL_SECOND / 60)
 
-/* The clock is moved by what was asked for to the ns, no frame is shorter than 1/1.1 or longer than 1/0.9 of
- * a tick, and the change is proportional where it is small: n ticks take 11 n frames (9 n when slower) and a
- * tail. */
+/* The clock is moved by the requested time to the ns; no frame is shorter than 1/1.1 or longer than 1/0.9 of
+ * a tick. Small changes are proportional: n ticks take 11 n frames (9 n when slower) and a tail. */
 static void time_is_shifted_exactly_and_within_a_tenth(void **state)
 {
     (void)state;
@@ -38,7 +37,7 @@ typedef struct watch {
     int64_t doubled;    /* frames that made other than one input */
 } watch;
 
-/* Runs frame by frame and sees what each makes. */
+/* Runs frame by frame and records what each makes. */
 static watch run_watching(scene *s, double until_s)
 {
     watch w = {1, 1, 0};
@@ -64,7 +63,7 @@ static void change_lag(scene *s, double lag_ms)
     s->scenario.kind->change(s->game, &config, s->game->now);
 }
 
-/* After a change of lag of up to ten ticks the slack comes back to what is wanted with one input a frame;
+/* After a change of lag of up to ten ticks the slack returns to the wanted value with one input per frame;
  * never late where the lag falls, never beyond where it rises. */
 static void slack_is_kept_with_one_input_a_frame(void **state)
 {
@@ -102,7 +101,7 @@ static void slack_is_kept_with_one_input_a_frame(void **state)
         }
 }
 
-/* Of a greater change ten ticks are dilated and the rest is doubled at once. */
+/* Of a greater change ten ticks are dilated and the rest is made up at once by doubled inputs. */
 static void what_is_beyond_ten_ticks_is_made_at_once(void **state)
 {
     (void)state;
@@ -118,7 +117,7 @@ static void what_is_beyond_ten_ticks_is_made_at_once(void **state)
     scene_close(&s);
 }
 
-/* Without it a change of less than 100 ms doubles inputs and leaves them out. */
+/* Without it a change of less than 100 ms doubles and skips inputs. */
 static void without_dilation_inputs_are_doubled_and_left_out(void **state)
 {
     (void)state;
@@ -138,9 +137,9 @@ static void without_dilation_inputs_are_doubled_and_left_out(void **state)
     scene_close(&s);
 }
 
-/* One of 100 ms or more leaves out the steps in between at once: the next input is for the step that it can
- * be in time for, and one is made a frame all the same. Too far ahead, inputs are left out until the server
- * is there. */
+/* A change of 100 ms or more skips the steps in between at once: the next input is for the first step that it
+ * can reach in time, and one is still made per frame. Too far ahead, inputs are skipped until the server is
+ * there. */
 static void beyond_100_ms_steps_are_left_out(void **state)
 {
     (void)state;

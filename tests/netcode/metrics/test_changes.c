@@ -60,7 +60,7 @@ static ll_summary of(const desk *d, ll_latency which)
     return ll_histogram_summary(&d->latency[which]);
 }
 
-/* Inputs 1 to 8 for ticks 11 to 18; what changes are 1 (from neutral), 4 (the axis) and 6 (a button). */
+/* Inputs 1 to 8 for ticks 11 to 18; changes are 1 (from neutral), 4 (the axis) and 6 (a button). */
 static void only_changes_are_measured(void **state)
 {
     (void)state;
@@ -72,7 +72,7 @@ static void only_changes_are_measured(void **state)
     assert_int_equal(d->changes.made, 3);
     show(d, 1, 0, 10); /* predicted at once */
     show(d, 5, 0, 55);
-    assert_int_equal(of(d, LL_LATENCY_FELT).count, 0); /* nobody knows yet whether they are applied */
+    assert_int_equal(of(d, LL_LATENCY_FELT).count, 0); /* not known yet whether they are applied */
     step(d, 14);
     assert_int_equal(of(d, LL_LATENCY_FELT).count, 2); /* 10 - 10, 55 - 40 */
     assert_true(of(d, LL_LATENCY_FELT).max == 15 && of(d, LL_LATENCY_FELT).mean == 7.5);
@@ -91,7 +91,7 @@ static void only_changes_are_measured(void **state)
     free(d);
 }
 
-/* What was drawn by prediction does not count where the input is refused, late or lost. */
+/* Predicted displays do not count where the input is refused, late or lost. */
 static void inputs_that_are_never_applied_are_infinite(void **state)
 {
     (void)state;
@@ -102,7 +102,7 @@ static void inputs_that_are_never_applied_are_infinite(void **state)
     }
     come(d, 1, LL_INPUT_HISTORY_IN_TIME);
     come(d, 2, LL_INPUT_HISTORY_REFUSED);
-    step(d, 4); /* 3 and 4 have not come */
+    step(d, 4); /* 3 and 4 have not arrived */
     assert_int_equal(of(d, LL_LATENCY_FELT).count, 4);
     assert_int_equal(of(d, LL_LATENCY_FELT).never, 3);
     assert_true(of(d, LL_LATENCY_FELT).mean == 0 && isinf(of(d, LL_LATENCY_FELT).p50));
@@ -114,7 +114,7 @@ static void inputs_that_are_never_applied_are_infinite(void **state)
     assert_int_equal(d->input_history.count[LL_INPUT_WAS_LOST], 1);
     assert_int_equal(d->input_history.count[LL_INPUT_WAS_REFUSED], 1);
     assert_int_equal(d->input_history.count[LL_INPUT_WAS_APPLIED], 1);
-    assert_int_equal(of(d, LL_LATENCY_FELT).count, 4); /* the verdict of a change is given once */
+    assert_int_equal(of(d, LL_LATENCY_FELT).count, 4); /* the result of a change is given once */
     free(d);
 }
 
@@ -141,7 +141,8 @@ static void a_new_epoch_voids_what_is_open(void **state)
     free(d);
 }
 
-/* Where inputs count as they come, one is lost when no packet with it is on its way or will be sent. */
+/* Where inputs are applied on arrival, an input is lost when no packet with it is on its way or will be
+ * sent. */
 static void drained_inputs_are_lost_when_nothing_is_on_its_way(void **state)
 {
     (void)state;
@@ -151,14 +152,14 @@ static void drained_inputs_are_lost_when_nothing_is_on_its_way(void **state)
     ll_input_history_went(&d->input_history, 1, 2, 50 * LL_MS);
     come(d, 2, LL_INPUT_HISTORY_IN_TIME);
     ll_input_history_drained(&d->input_history, 1, 4,
-                             40 * LL_MS); /* 2 came; 1 may; 3 never went; 4 will be sent again */
+                             40 * LL_MS); /* 2 arrived; 1 may; 3 was never sent; 4 will be sent again */
     assert_int_equal(ll_input_history_find(&d->input_history, 1)->verdict, LL_INPUT_IS_OPEN);
     assert_int_equal(ll_input_history_find(&d->input_history, 2)->verdict, LL_INPUT_WAS_APPLIED);
     assert_int_equal(ll_input_history_find(&d->input_history, 3)->verdict, LL_INPUT_WAS_LOST);
     assert_int_equal(ll_input_history_find(&d->input_history, 4)->verdict, LL_INPUT_IS_OPEN);
     ll_input_history_drained(&d->input_history, 2, 4, 50 * LL_MS);
     assert_int_equal(ll_input_history_find(&d->input_history, 1)->verdict, LL_INPUT_WAS_LOST);
-    come(d, 1, LL_INPUT_HISTORY_IN_TIME); /* it was sent again all the same */
+    come(d, 1, LL_INPUT_HISTORY_IN_TIME); /* it was sent again after all */
     ll_input_history_drained(&d->input_history, 3, 4, 60 * LL_MS);
     assert_int_equal(ll_input_history_find(&d->input_history, 1)->verdict, LL_INPUT_WAS_APPLIED);
     assert_true(ll_input_history_includes(&d->input_history, 1, 3) &&

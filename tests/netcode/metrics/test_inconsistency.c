@@ -1,4 +1,4 @@
-/* M7, against values computed by hand. */
+/* Inconsistency, against values computed by hand. */
 #include "netcode/toy.h"
 #include "netcode/observe/player_observer.h"
 
@@ -9,7 +9,7 @@ static bool near(double a, double b)
     return fabs(a - b) < 1e-12;
 }
 
-/* Distances of 20 ms each; an excursion must last five of them. */
+/* Distances of 20 ms each; a divergence episode must last five of them. */
 static ll_inconsistency of(const double *distances, int count)
 {
     ll_inconsistency total = {0};
@@ -32,7 +32,7 @@ static void excursions_count_from_their_start(void **state)
     assert_true(near(d.sum, (6 + 5 * 0.2) * 0.02) && d.time == 11 * STEP && d.excursions == 2);
 }
 
-/* One that is under way counts as far as it has come. */
+/* An episode that has not ended counts up to now. */
 static void open_excursions_count_too(void **state)
 {
     (void)state;
@@ -45,9 +45,9 @@ static void open_excursions_count_too(void **state)
     }
 }
 
-/* Three clients' pictures of three entities, ten frames long. Of entity 0 they agree to 0.1 m. Entity 1 is at
- * 0, (3, 4) and (-9, -12): the farthest other is 15, 20 and 20 m away. Entity 2 is 1 m off in the last alone.
- */
+/* Three clients' views of three entities, ten frames long. On entity 0 they agree to 0.1 m. Entity 1 is at 0,
+ * (3, 4) and (-9, -12): the farthest other view is 15, 20 and 20 m away. Entity 2 is 1 m off in the last view
+ * alone. */
 static void pictures_are_held_against_the_farthest(void **state)
 {
     (void)state;

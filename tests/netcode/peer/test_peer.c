@@ -1,4 +1,4 @@
-/* One client of the peer-to-peer syncs, fed by hand; and one referee. The toy's world is the sum of the
+/* One client of the peer-to-peer syncs, fed by hand; and one relay server. The toy's world is the sum of the
  * inputs. */
 #include "netcode/toy.h"
 
@@ -9,7 +9,7 @@
 
 #define TICK (LL_SECOND / 50)
 
-/* A client's message, taken apart. */
+/* A client's message, decoded. */
 typedef struct sent {
     ll_peer_message head;
     ll_peer_ack heard[LL_PLAYERS_MAX];
@@ -38,8 +38,8 @@ static sent frame_at(lone *l, int64_t frame)
     return m;
 }
 
-/* A relay to player 0 of two: inputs of player 1 from `tick` on, and all of 0's up to `acked` acknowledged.
- */
+/* A relay to player 0 of two: inputs of player 1 from `tick` on, and all of 0's up to `acked`
+ * acknowledged. */
 static void relay(lone *l, uint32_t acked, int64_t tick, int count, const double *pushes, int at, int ahead)
 {
     struct {
@@ -91,7 +91,7 @@ static void inputs_are_repeated_until_acknowledged(void **state)
     assert_int_equal(m.head.tick, 5);
     assert_int_equal(m.inputs, 3);
     assert_true(m.runs[0].input.axis[0] == 2 && m.runs[0].count == 3);
-    relay(l, 2, 1, 0, NULL, -1, 0); /* an older one takes nothing back */
+    relay(l, 2, 1, 0, NULL, -1, 0); /* an older one reverts nothing */
     assert_int_equal(frame_at(l, 7).head.tick, 5);
     free_lone(l);
 }
@@ -99,7 +99,7 @@ static void inputs_are_repeated_until_acknowledged(void **state)
 static void deterministic_waits_for_each_input(void **state)
 {
     (void)state;
-    lone *l = new_peer(&ll_sync_deterministic, 8); /* the rule for rollback does not count */
+    lone *l = new_peer(&ll_sync_deterministic, 8); /* the parameter of rollback has no effect */
     l->client->held = push(1);
     for (int k = 0; k < 5; k++)
         frame_at(l, k);
@@ -133,7 +133,7 @@ static void a_right_guess_costs_nothing_and_a_wrong_one_is_made_again(void **sta
     relay(l, 0, 1, 1, (const double[]){5}, 1, 0);
     for (int k = 0; k < 10; k++)
         frame_at(l, k);
-    assert_int_equal(peer_of(l)->tick, 5); /* one certain tick and four guesses */
+    assert_int_equal(peer_of(l)->tick, 5); /* one confirmed tick and four guesses */
     assert_int_equal(peer_of(l)->confirmed, 1);
     assert_int_equal(peer_of(l)->waiting, 1 << 1);
     assert_true(x_of(l, 1) == 25);
@@ -143,7 +143,7 @@ static void a_right_guess_costs_nothing_and_a_wrong_one_is_made_again(void **sta
     assert_int_equal(l->client_metrics->stepping.rollbacks, 0);
     assert_int_equal(peer_of(l)->tick, 6);
 
-    relay(l, 0, 2, 3, (const double[]){5, 5, 7}, 4, 0); /* tick 4 is 7, so 5 and 6 are guessed so too */
+    relay(l, 0, 2, 3, (const double[]){5, 5, 7}, 4, 0); /* tick 4 is 7, so 5 and 6 are guessed as 7 too */
     frame_at(l, 11);
     assert_int_equal(l->client_metrics->stepping.rollbacks, 1);
     assert_int_equal(l->client_metrics->stepping.rollback_ticks, 3);
@@ -152,7 +152,7 @@ static void a_right_guess_costs_nothing_and_a_wrong_one_is_made_again(void **sta
     assert_true(x_of(l, 0) == 7 && x_of(l, 1) == 15 + 7 + 7 + 7 + 7);
     assert_true(ll_histogram_summary(&l->client_metrics->histogram[LL_METRIC_POP]).max ==
                 2 + 2 + 2);                              /* of tick 6 */
-    assert_int_equal(l->client_metrics->corrections, 0); /* the own entity is where it was */
+    assert_int_equal(l->client_metrics->corrections, 0); /* the own entity has not moved */
 
     relay(l, 0, 2, 4, (const double[]){5, 5, 7, 7}, 5, 0); /* as guessed again */
     frame_at(l, 12);
@@ -160,7 +160,7 @@ static void a_right_guess_costs_nothing_and_a_wrong_one_is_made_again(void **sta
     free_lone(l);
 }
 
-/* A gap, or more than the ring holds: not taken, not acknowledged, so it comes again. */
+/* A gap, or more than the ring holds: not accepted, not acknowledged, so it is sent again. */
 static void what_cannot_be_kept_is_not_acknowledged(void **state)
 {
     (void)state;
@@ -193,7 +193,7 @@ static void input_delay_begins_with_nothing_and_may_change(void **state)
     l->config.input_delay_ticks = 5;                      /* two more at once */
     l->client->held = push(100);
     assert_int_equal(frame_at(l, 10).inputs, 16);
-    l->config.input_delay_ticks = 0; /* none until the made ones are played */
+    l->config.input_delay_ticks = 0; /* none until the made ones are applied */
     for (int k = 11; k < 16; k++)
         assert_int_equal(frame_at(l, k).inputs, 16);
     assert_int_equal(peer_of(l)->tick, 16);
@@ -201,7 +201,7 @@ static void input_delay_begins_with_nothing_and_may_change(void **state)
     free_lone(l);
 }
 
-/* The same world, the same inputs, another outcome: what a forgotten variable does. */
+/* The same world, the same inputs, another result: the effect of a variable outside of the saved state. */
 static int forgotten;
 
 static void impure_step(ll_world *world, const ll_game_env *env, const ll_action *actions, ll_time now,
@@ -232,8 +232,8 @@ static void sync_test_finds_a_forgotten_variable(void **state)
     }
 }
 
-/* We see ourselves five ticks ahead, the other sees itself one behind: (5 + 1) / 2 = 3 frames of rest, and
-   none more, though what the other tells follows only slowly. */
+/* This client sees itself five ticks ahead, the other sees itself one behind: (5 + 1) / 2 = 3 frames of
+ * waiting, and no more, though the other's reports follow slowly. */
 static void who_is_ahead_rests(void **state)
 {
     (void)state;
@@ -250,7 +250,7 @@ static void who_is_ahead_rests(void **state)
     free_lone(l);
 }
 
-/* ---- the referee ---- */
+/* ---- the relay server ---- */
 
 /* A message of a client of two: inputs from `tick` on, hashes from `hashed` on. */
 static void give_relay_server(ll_server *server, int player, int64_t tick, int count, const double *pushes,
@@ -326,7 +326,7 @@ static void relay_server_steps_and_forwards(void **state)
     assert_int_equal(server->seats[1].accepted, 3);
     give_relay_server(server, 1, 2, 2, (const double[]){1, 1}, 0, 0, NULL);
     assert_int_equal(server->seats[1].duplicate, 2);
-    assert_int_equal(part.tick, 1); /* client 1 has not told that it has anything */
+    assert_int_equal(part.tick, 1); /* client 1 has acknowledged nothing */
     free(server);
 }
 
@@ -372,7 +372,7 @@ static void a_wrong_hash_is_caught_at_its_tick(void **state)
     free(server);
 }
 
-/* ---- hardware ---- */
+/* ---- float modes ---- */
 
 static void each_hardware_does_as_it_says(void **state)
 {
@@ -407,7 +407,7 @@ static void each_hardware_does_as_it_says(void **state)
     free_lone(l);
 }
 
-/* Of worlds of every size: GCC 12 vectorises the loop over entities and forgets fields of the last. */
+/* Of worlds of every size: GCC 12 vectorises the loop over entities and skips fields of the last. */
 static void floats_are_stored_in_every_field(void **state)
 {
     (void)state;

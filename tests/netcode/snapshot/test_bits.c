@@ -1,4 +1,4 @@
-/* Bits, numbers and what is wrong with them. */
+/* Bits, numbers and malformed encodings. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -30,7 +30,7 @@ static void bits_lie_lowest_first(void **state)
     ll_bits_put(&w, 5, 3);       /* 1 0 1 */
     ll_bits_put(&w, 1, 1);       /* 1 */
     ll_bits_put(&w, 0xc380, 16); /* 0 0 0 0 | 0 0 0 1 1 1 0 0 | 0 0 1 1 */
-    ll_bits_put(&w, 0xfe, 2);    /* 0 1: what is above two bits is left out */
+    ll_bits_put(&w, 0xfe, 2);    /* 0 1: bits above the two are left out */
     assert_int_equal(w.count, 22);
     assert_int_equal(bytes[0], 0x0d);
     assert_int_equal(bytes[1], 0x38);
@@ -104,7 +104,7 @@ static void reading_past_the_end_gives_zeros_and_is_told(void **state)
     ll_bit_reader r = {.bytes = bytes, .size = 12};
     assert_int_equal(ll_bits_get(&r, 11), 0x7ff);
     assert_int_equal(ll_bits_get(&r, 2), 0);
-    assert_int_equal(ll_bits_get(&r, 1), 0); /* and not the bit that is left */
+    assert_int_equal(ll_bits_get(&r, 1), 0); /* and not the remaining bit */
     assert_int_equal(ll_bits_get(&r, 0), 0);
     assert_int_equal(ll_bits_get_number(&r), 0);
     assert_false(ll_bits_ended_well(&r));

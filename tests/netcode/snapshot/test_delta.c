@@ -1,4 +1,4 @@
-/* Delta-coded snapshots over bad links: a client decodes what the server sent, to the bit, or nothing. */
+/* Delta-compressed snapshots over bad links: a client decodes bitwise what the server sent, or nothing. */
 #include "netcode/toy.h"
 
 #include "base/rng.h"
@@ -11,7 +11,8 @@
 
 static const ll_extent extent = {ENTITIES, TAIL};
 
-/* A third of the entities rest, a third always move, a third at times; one leaves the grid at times. */
+/* A third of the entities is at rest, a third always moves, a third moves at times; one leaves the grid at
+ * times. */
 static void drift(ll_world *world, int64_t step)
 {
     uint64_t *tail = ll_world_tail(world);
@@ -107,7 +108,7 @@ static void free_net(net *n)
     free(n);
 }
 
-/* What client `self` must make of step `s`, sent in way `way`. */
+/* The world that client `self` must decode of step `s`, sent in way `way`. */
 static bool is_what_was_sent(const ll_world *got, const sent *s, int way, int self)
 {
     const ll_quantization *grid = &s->grid[way];
@@ -130,7 +131,7 @@ static void check(net *n, int i)
     for (int way = 0; way < s->ways; way++)
         same = same || is_what_was_sent(ll_snapshot_entry_world(r), s, way, i);
     if (!same)
-        fail_msg("client %d decoded step %lld as it was not sent", i, (long long)r->tick);
+        fail_msg("client %d decoded step %lld differently from what was sent", i, (long long)r->tick);
     n->applied++;
 }
 
@@ -214,8 +215,7 @@ static void always_delta(ll_server *server, int64_t step)
     set(server, &ll_codec_delta, 0.002);
 }
 
-/* Every 5 s another grid, at times twice while the first is in flight, or full and then the grid from before.
- */
+/* Every 5 s another grid, at times twice while the first is in flight, or full and then the previous grid. */
 static void ever_new(ll_server *server, int64_t step)
 {
     static const double quanta[] = {0.002, 0.003, 0.01, 0.003};
@@ -233,8 +233,8 @@ static double share(int64_t part, int64_t whole)
     return (double)part / (double)whole;
 }
 
-/* Under 20 % loss, reordering and duplicates nothing is decoded against a wrong baseline, and no state comes
- * whose baseline is not there; the acknowledged baseline keeps nearly everything a difference. */
+/* Under 20 % loss, reordering and duplicates nothing is decoded against a wrong baseline, and no snapshot
+ * arrives without its baseline; the acknowledged baseline makes nearly every snapshot a delta. */
 static void every_decoded_world_is_the_one_sent(void **state)
 {
     (void)state;
@@ -244,15 +244,15 @@ static void every_decoded_world_is_the_one_sent(void **state)
     for (int i = 0; i < CLIENTS; i++) {
         const ll_snapshot_cost *c = &n->server->seats[i].sent;
         assert_true(share(c->whole, c->entities / ENTITIES) < 0.01);
-        assert_true(share(c->unchanged, c->entities) > 0.3); /* those that rest */
+        assert_true(share(c->unchanged, c->entities) > 0.3); /* those at rest */
         assert_true(ll_link_get_stats(n->down[i])->reordered > 100);
         assert_true(ll_link_get_stats(n->down[i])->duplicated > 100);
     }
     free_net(n);
 }
 
-/* Also where stale states are taken, packets overtake one another by far, and the grid and the codec change
- * under what is in flight. */
+/* Also where stale snapshots are applied, packets overtake one another by far, and the grid and the codec
+ * change while packets are in flight. */
 static void changes_under_way_mix_nothing_up(void **state)
 {
     (void)state;
@@ -264,7 +264,7 @@ static void changes_under_way_mix_nothing_up(void **state)
         net *strict = run(&ll_sync_free, links[i], ever_new), *loose = run(&careless, links[i], ever_new);
         assert_true(strict->applied > 1000 && loose->applied > 2 * 1500);
         assert_int_equal(strict->unreadable, 0);
-        assert_true(share(loose->unreadable, loose->applied) < 0.1); /* on a grid of the past */
+        assert_true(share(loose->unreadable, loose->applied) < 0.1); /* on an earlier grid */
         const ll_snapshot_cost *c = &strict->server->seats[0].sent;
         assert_true(share(c->whole, c->entities / ENTITIES) < 0.5); /* a fifth is full */
         free_net(strict);
@@ -272,7 +272,7 @@ static void changes_under_way_mix_nothing_up(void **state)
     }
 }
 
-/* Who acknowledges nothing, or too late, is told whole worlds. */
+/* A client that acknowledges nothing, or too late, gets full snapshots. */
 static void without_a_baseline_the_world_is_told_whole(void **state)
 {
     (void)state;
@@ -288,7 +288,7 @@ static void without_a_baseline_the_world_is_told_whole(void **state)
     }
 }
 
-/* ---- what a client refuses ---- */
+/* ---- snapshots that a client rejects ---- */
 
 static ll_server *one_server(void)
 {
@@ -342,7 +342,7 @@ static void what_cannot_be_read_is_left(void **state)
     free(server);
 }
 
-/* What a client acknowledges and the server never sent, or sent long ago, is no baseline. */
+/* An acknowledged tick that the server never sent, or sent long ago, is no baseline. */
 static void a_false_acknowledgement_is_no_baseline(void **state)
 {
     (void)state;
@@ -363,8 +363,8 @@ static void a_false_acknowledgement_is_no_baseline(void **state)
     free(server);
 }
 
-/* A world that no grid can hold travels full; what follows is not told against it, since no grid came with
- * it. */
+/* A world that no grid can hold is sent full; later snapshots do not use it as a baseline, since no grid came
+ * with it. */
 static void what_would_be_longer_is_full(void **state)
 {
     (void)state;

@@ -1,4 +1,4 @@
-/* Codecs: what they write by hand, what comes back, and what is refused. */
+/* Codecs: encodings written by hand, round trips, and errors. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -34,7 +34,7 @@ static void cells_of(const ll_world *p, const ll_quantization *grid, ll_cell *ce
         cells[i] = ll_cell_of(&p->entity[i], grid);
 }
 
-/* Encodes `now` for `self`, against `before` where it is given. Returns the bits. */
+/* Encodes `now` for `self`, against `before` if given. Returns the bits. */
 static int64_t encode(const ll_codec *codec, const ll_world *now, const ll_world *before,
                       const ll_quantization *grid, int self, uint8_t *bytes, ll_snapshot_cost *cost)
 {
@@ -99,7 +99,7 @@ static void tables_agree(void **state)
     "0"                                                                                                      \
     "0000" /* y, vx, vy, angle, spin, flags */
 
-/* Three entities, the first the receiver's own; one at rest, one on its way. */
+/* Three entities, the first the receiver's own; one at rest, one in motion. */
 static ll_world *by_hand(void)
 {
     ll_world *p = empty(1, 3, 8);
@@ -187,9 +187,9 @@ static void delta_by_hand(void **state)
                          "0000"
                          "0000"
                          "0000"
-                         "0"    /* its velocities and flags are as they were */
+                         "0"    /* its velocities and flags are unchanged */
                          "0000" /* none is left to skip: the end */
-                         "1");  /* the tail is as it was */
+                         "1");  /* the tail is unchanged */
     assert_int_equal(cost.unchanged, 1);
     assert_int_equal(cost.tail_bits, 1);
     *(uint64_t *)ll_world_tail(now) = 8;
@@ -199,7 +199,7 @@ static void delta_by_hand(void **state)
     free(now);
 }
 
-/* "At rest, everything": a world in which nothing happens is told in the own entity and a few bits. */
+/* "At rest, everything": a world in which nothing happens is sent as the own entity and a few bits. */
 static void nothing_new_is_nearly_nothing(void **state)
 {
     (void)state;
@@ -216,7 +216,7 @@ static void nothing_new_is_nearly_nothing(void **state)
     free(p);
 }
 
-/* ---- there and back ---- */
+/* ---- round trips ---- */
 
 static double unit(uint64_t stream, uint64_t counter)
 {
@@ -246,7 +246,7 @@ static ll_world *random_world(uint64_t seed)
     return p;
 }
 
-/* Some of a world's entities a little further. */
+/* Moves some of a world's entities. */
 static ll_world *moved(const ll_world *from, uint64_t seed)
 {
     ll_world *p = empty(4, ENTITIES, TAIL);
@@ -286,7 +286,7 @@ static void check_world(const ll_world *got, const ll_world *real, const ll_quan
         check_member(e->angular_velocity, t->angular_velocity, grid->radps);
         assert_true(e->flags == t->flags);
         ll_entity same = ll_cell_entity(&cell, grid);
-        assert_memory_equal(e, &same, sizeof same); /* what the server says that was sent */
+        assert_memory_equal(e, &same, sizeof same); /* the value that the server reports as sent */
     }
     assert_memory_equal(ll_world_tail_const(got), ll_world_tail_const(real), TAIL);
 }
@@ -333,7 +333,7 @@ static void quantised_comes_back_within_half_a_step(void **state)
         }
 }
 
-/* The client's baseline is what it decoded, not what the server has: the outcome is the same to the bit. */
+/* The client's baseline is the world that it decoded, not the server's: the result is bitwise equal. */
 static void delta_against_what_was_decoded_is_what_was_sent(void **state)
 {
     (void)state;
@@ -359,7 +359,7 @@ static void delta_against_what_was_decoded_is_what_was_sent(void **state)
     }
 }
 
-/* A value on the grid is its own rounding, whatever the step and however far. */
+/* A value on the grid is its own rounding, for any step and distance. */
 static void rounding_twice_is_rounding_once(void **state)
 {
     (void)state;
@@ -390,13 +390,13 @@ static void what_is_not_on_the_grid_is_told_so(void **state)
     assert_int_equal(cell.x, INT32_MAX - 1);
 }
 
-/* ---- what is refused ---- */
+/* ---- errors ---- */
 
 static void refused(const ll_codec *codec, const uint8_t *bytes, int64_t size, const ll_world *before,
                     int self, const char *why)
 {
     ll_world *to = empty(4, ENTITIES, TAIL);
-    /* exactly as long as it is, so that the address sanitizer sees a read past its end */
+    /* exact size, so that the address sanitizer sees a read past its end */
     uint8_t *copy = malloc((size_t)(size > 0 ? size : 1));
     memcpy(copy, bytes, (size_t)size);
     ll_status status = decode(codec, copy, size, before, usual, self, to);
