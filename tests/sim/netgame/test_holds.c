@@ -1,5 +1,5 @@
-/* Holds of deterministic lockstep and rollback: nobody passes one, everybody goes on, no input is lost, and
- * the outcome is that of a game that was never held. */
+/* Holds of deterministic lockstep and rollback: no client passes one, all continue, no input is lost, and the
+ * result is that of a game without holds. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -38,7 +38,7 @@ static double draw(uint64_t number, int k, double low, double high)
     return low + (high - low) * ll_rng_unit(20261124, (uint64_t)k, number);
 }
 
-/* Links fail for less than the time-out: who is dropped has other inputs. */
+/* Links fail for less than the timeout: a dropped player would get other inputs. */
 static scene game(uint64_t n, bool fails)
 {
     char text[2048], *at = text, *end = text + sizeof text;
@@ -65,7 +65,7 @@ static scene game(uint64_t n, bool fails)
     return scene_make(text, NULL);
 }
 
-/* Runs on, and counts the times that it saw a hold. */
+/* Continues, and counts the holds that it saw. */
 static int play(scene *s, outcome *o)
 {
     ll_recorder r = {on_event, o};

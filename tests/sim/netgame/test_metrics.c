@@ -1,4 +1,4 @@
-/* The metrics of a netgame, held against what their definitions promise. */
+/* The metrics of a netgame, compared with their definitions. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -48,7 +48,7 @@ static ll_summary summary(const scene *s, int player, ll_metric metric)
 
 /* ---- a clean link ---- */
 
-/* The picture is always right for its tick: predicted ones too, at any lag, in every sync. */
+/* The view is always right for its tick: also a predicted one, at any lag, in every sync mode. */
 static void clean_pictures_are_true_at_their_tick(void **state)
 {
     (void)state;
@@ -70,14 +70,14 @@ static void clean_pictures_are_true_at_their_tick(void **state)
             assert_true(error.count > 10 && error.max == 0);
             const ll_running_stats *lead = &ll_netgame_client_metrics(s.game, 0)->pictures.leads_ms;
             assert_int_equal(lead->count, error.count);
-            if (i == 0) /* ahead of the server by prediction, and behind it without */
+            if (i == 0) /* prediction leads the server; without it the view lags */
                 assert_true(k & 1 ? lead->min > lags[k / 2] : lead->max <= -lags[k / 2]);
             assert_int_equal(ll_netgame_client_metrics(s.game, 0)->pictures.voided, 0);
             scene_close(&s);
         }
 }
 
-/* Plain prediction is thrown back by every state: its picture is wrong for the tick that it claims. */
+/* Plain prediction is reset by every snapshot: its view is wrong for the tick that it claims. */
 static void prediction_alone_errs_at_its_tick(void **state)
 {
     (void)state;
@@ -88,7 +88,7 @@ static void prediction_alone_errs_at_its_tick(void **state)
     scene_close(&s);
 }
 
-/* Pictures of ticks that a meeting abolishes are void. */
+/* Views of ticks that a resync skips are void. */
 static void pictures_of_ticks_that_are_never_made_are_void(void **state)
 {
     (void)state;
@@ -103,7 +103,8 @@ static void pictures_of_ticks_that_are_never_made_are_void(void **state)
     scene_close(&s);
 }
 
-/* Without prediction what is felt is sure at the same display; a round trip and the documented waits. */
+/* Without prediction a change is felt and confirmed at the same display, after a round trip and the
+ * documented waits. */
 static void unpredicted_changes_are_felt_when_they_are_sure(void **state)
 {
     (void)state;
@@ -124,7 +125,7 @@ static void unpredicted_changes_are_felt_when_they_are_sure(void **state)
 
 enum { TICKS = 1500, INPUTS = TICKS + 1 /* numbered from 1 */, FROM = 120 /* the warm-up */ };
 
-/* What can be seen at the end of each tick of a run: one display a tick. */
+/* What can be seen at the end of each tick of a run: one display per tick. */
 typedef struct diary {
     double drawn[TICKS][2], real[TICKS][2]; /* player 0's own entity; `real` by the server's step */
     int64_t of[TICKS], step[TICKS], latest[TICKS];
@@ -240,8 +241,8 @@ static void count_again(const char *scenario, const char *const *sets)
     scene_close(&s);
 }
 
-/* Pictures, leads and changes, counted again from nothing but the ends of ticks; with contacts, losses and
- * plain prediction, whose pictures err. */
+/* Views, leads and changes, counted again from the ends of ticks alone; with contacts, losses and plain
+ * prediction, whose views have errors. */
 static void a_naive_count_agrees(void **state)
 {
     (void)state;
@@ -264,9 +265,9 @@ static void a_naive_count_agrees(void **state)
     }
 }
 
-/* ---- what is lost ---- */
+/* ---- losses ---- */
 
-/* From 5 s on; what is measured begins when the last acknowledgement is over. */
+/* From 5 s on; measurement starts after the last acknowledgement. */
 static void a_dead_uplink_loses_every_change(void **state)
 {
     (void)state;
@@ -300,7 +301,7 @@ static void a_dead_uplink_loses_every_change(void **state)
         }
 }
 
-/* Independent losses and no repetition: as many changes are lost as inputs are. */
+/* Independent losses without redundancy: the same share of changes and of inputs is lost. */
 static void changes_are_lost_as_inputs_are(void **state)
 {
     (void)state;
@@ -319,8 +320,8 @@ static void changes_are_lost_as_inputs_are(void **state)
 
 /* ---- age of information ---- */
 
-/* d + (T/2)(1+p)/(1-p). A state arrives half a frame before the frame that takes it, as it does in the mean
- * where phases are random. */
+/* d + (T/2)(1+p)/(1-p). A snapshot arrives half a frame before the frame that applies it, which is the mean
+ * for random phases. */
 static void age_grows_with_loss(void **state)
 {
     (void)state;
@@ -339,7 +340,7 @@ static void age_grows_with_loss(void **state)
     }
 }
 
-/* A second a second. */
+/* One second per second. */
 static void age_grows_through_a_blackout(void **state)
 {
     (void)state;
@@ -358,7 +359,7 @@ static void age_grows_through_a_blackout(void **state)
     }
 }
 
-/* ---- verdicts ---- */
+/* ---- results of inputs ---- */
 
 enum { SEQS = 16384 };
 
@@ -382,7 +383,7 @@ static double draw(uint64_t seed, uint64_t what, double from, double to)
     return from + (to - from) * ll_rng_unit(seed, what, 0);
 }
 
-/* The sum of verdicts at every tick, and by another way the verdicts at the end. */
+/* The sum of the results at every tick, and an independent count of the results at the end. */
 static void check_player(const scene *s, int player, const witness *w)
 {
     const ll_input_history *input_history = &ll_netgame_client_metrics(s->game, player)->input_history;
@@ -449,12 +450,12 @@ static void verdicts_balance_at_every_tick(void **state)
         scene_close(&s);
     }
     for (int v = 0; v < LL_INPUT_VERDICTS; v++)
-        assert_true(all[v] > 50); /* every verdict was given */
+        assert_true(all[v] > 50); /* every result occurs */
 }
 
 /* ---- null ---- */
 
-/* Before the warm-up is over nothing has been counted, and nothing says 0. */
+/* Before the warm-up is over nothing has been counted, and no metric is 0 instead of null. */
 static void what_was_not_counted_is_null(void **state)
 {
     (void)state;
@@ -492,7 +493,7 @@ static void what_was_not_counted_is_null(void **state)
 
 /* ---- fairness, waits ---- */
 
-/* What a link really delays counts: here twice as long as its configuration says in the mean. */
+/* The measured delay of a link counts: here on average twice the configured one. */
 static void fairness_goes_by_the_realised_round_trip(void **state)
 {
     (void)state;
@@ -540,7 +541,7 @@ static void a_wait_that_has_not_ended_counts(void **state)
 
 /* ---- notices ---- */
 
-/* Those of `scenario` at `until_s`, one a line. */
+/* Those of `scenario` at `until_s`, one per line. */
 static void read_notices(const char *scenario, const char *const *sets, double until_s, char *out,
                          size_t size)
 {
@@ -599,7 +600,7 @@ static void metrics_that_count_nothing_are_told(void **state)
             line = end + 1;
         }
         if (*line)
-            fail_msg("case %zu tells also: %s", i, line);
+            fail_msg("case %zu also has: %s", i, line);
     }
 }
 

@@ -1,5 +1,5 @@
-/* Deterministic lockstep and rollback as a whole: everybody has the same world at every tick, whatever the
- * links do; other hardware is found out; what is known late is made again. */
+/* Deterministic lockstep and rollback as a whole: all clients have the same world at every tick, on any
+ * links; other float modes are detected; late inputs cause resimulation. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -16,12 +16,12 @@
 
 #define TICKS_MAX 40000
 
-/* The worlds of everybody by tick, or their hashes: written down as they come to be, compared afterwards. */
+/* All worlds by tick, or their hashes: recorded when they are made, compared afterwards. */
 typedef struct diary {
     scene *s;
-    int ticks;                        /* of which whole worlds are kept */
+    int ticks;                        /* number of whole worlds that are kept */
     size_t size;                      /* of a world */
-    int64_t seen[1 + LL_PLAYERS_MAX]; /* ticks written, of the server and of each client */
+    int64_t seen[1 + LL_PLAYERS_MAX]; /* ticks recorded, of the server and of each client */
     uint64_t *hashes[1 + LL_PLAYERS_MAX];
     char *worlds[1 + LL_PLAYERS_MAX];
 } diary;
@@ -67,7 +67,7 @@ static const ll_peer *peer_of(const scene *s, int player)
     return ll_client_peer(ll_netgame_client(s->game, player));
 }
 
-/* Runs on frame by frame. */
+/* Continues frame by frame. */
 static void run(diary *d, double from_s, double until_s)
 {
     ll_recorder r = {on_event, d};
@@ -147,7 +147,8 @@ static void eight_honest_clients_agree_at_every_tick(void **state)
         honest_clients_agree("eight", syncs[i], links, 600);
 }
 
-/* The rings hold what the widest settings and the worst links need; nothing is lost to a full queue. */
+/* The rings are large enough for the widest parameters and the worst links; no packet is lost to a full
+ * queue. */
 static void extremes_of_the_ranges_agree(void **state)
 {
     (void)state;
@@ -189,7 +190,7 @@ static void extremes_of_the_ranges_agree(void **state)
     }
 }
 
-/* Packets as long as they get, as many under way as may be: links hold them all. */
+/* Packets of the largest size, and as many in flight as possible: links hold them all. */
 static void links_hold_the_longest_packets(void **state)
 {
     (void)state;
@@ -225,7 +226,7 @@ static void links_hold_the_longest_packets(void **state)
     }
 }
 
-/* Everything that may change while it runs does, every second: the worlds stay the same. */
+/* Every live parameter changes every second: the worlds stay the same. */
 static void live_changes_keep_everybody_in_step(void **state)
 {
     (void)state;
@@ -252,7 +253,7 @@ static void live_changes_keep_everybody_in_step(void **state)
     scene_close(&s);
 }
 
-/* ---- other hardware ---- */
+/* ---- other float modes ---- */
 
 static void other_hardware_is_named(void **state)
 {
@@ -280,7 +281,7 @@ static void other_hardware_is_named(void **state)
 
         const ll_world *truth = (const ll_world *)(const void *)(d.worlds[0] + (size_t)tick * d.size);
         const ll_world *world = (const ll_world *)(const void *)(d.worlds[2] + (size_t)tick * d.size);
-        const double *a = &truth->entity[0].x, *b = &world->entity[0].x; /* seven numbers an entity */
+        const double *a = &truth->entity[0].x, *b = &world->entity[0].x; /* seven numbers per entity */
         int first = 0;
         while (memcmp(&a[first], &b[first], sizeof *a) == 0)
             first++;
@@ -292,7 +293,7 @@ static void other_hardware_is_named(void **state)
     }
 }
 
-/* What the referee refuses it replaces for everybody, so only the cheat's own world is another. */
+/* The relay server replaces a refused input for all clients, so only the cheat's own world differs. */
 static void a_cheat_leaves_the_common_world_alone(void **state)
 {
     (void)state;
@@ -314,7 +315,7 @@ static void a_cheat_leaves_the_common_world_alone(void **state)
     }
 }
 
-/* What happens is told: who stalled and for whom, how far a rollback went, where a world was left. */
+/* Events report stalls and the players waited for, the lengths of rollbacks, and where a world departed. */
 static void events_tell_what_the_counters_count(void **state)
 {
     (void)state;
@@ -353,7 +354,7 @@ static void events_tell_what_the_counters_count(void **state)
     tape_free(&all);
 }
 
-/* ---- the same outcome as without lag ---- */
+/* ---- the same result as without lag ---- */
 
 static void rollback_of_none_is_deterministic_lockstep(void **state)
 {
@@ -421,8 +422,8 @@ static void lag_does_not_change_the_outcome(void **state)
     }
 }
 
-/* Who plays alone waits for nobody, and is ahead of the server by as many ticks as its lag has: more than it
- * keeps worlds of. Those are compared with nothing, and the others are as the server's. */
+/* A client that plays alone waits for no other, and is ahead of the server by the ticks of its lag: more than
+ * it keeps worlds of. Those are compared with nothing, and the others equal the server's. */
 static void who_is_far_ahead_alone_is_in_step(void **state)
 {
     (void)state;
@@ -450,8 +451,8 @@ static void who_is_far_ahead_alone_is_in_step(void **state)
 
 /* ---- ages ---- */
 
-/* With `deterministic` everybody draws the newest tick that is sure: the others are as old as what is known.
- * Ticks that the server has not made have no age yet, and tick 0 is of time 0 however long it is drawn. */
+/* With `deterministic` all clients draw the newest confirmed tick: the others are as old as what is known.
+ * Ticks that the server has not made have no age yet, and tick 0 is of time 0 at every display. */
 static void what_is_drawn_in_deterministic_lockstep_is_as_old_as_what_is_known(void **state)
 {
     (void)state;
@@ -476,7 +477,7 @@ static void what_is_drawn_in_deterministic_lockstep_is_as_old_as_what_is_known(v
 
 /* ---- stalls ---- */
 
-/* With no time-out, or one that is not reached. */
+/* Without a timeout, or before it is reached. */
 static void a_dead_link_stalls_everybody_until_it_is_back(void **state)
 {
     (void)state;
@@ -514,8 +515,8 @@ static void a_dead_link_stalls_everybody_until_it_is_back(void **state)
     }
 }
 
-/* Who has not heard the server for `timeout_s` is dropped and the others play on; it sees that it is alone,
- * and when its link is back it joins again, where the others are, and everybody's worlds are the same as
+/* A client without packets from the server for `timeout_s` is dropped and the others continue; it detects
+ * that it is alone. When its link is back it joins again, at the others' tick, and all worlds are equal as
  * before. */
 static void who_is_silent_is_dropped_and_joins_again(void **state)
 {
@@ -536,14 +537,15 @@ static void who_is_silent_is_dropped_and_joins_again(void **state)
         const ll_connection *b = &ll_netgame_client(s.game, 1)->connection;
         scene_run(&s, 5, NULL);
         set_loss(&s, 1, 100);
-        scene_run(&s, 5 + timeout_s - 0.4, NULL); /* it was heard a ping's interval and a way before that */
+        scene_run(&s, 5 + timeout_s - 0.4,
+                  NULL); /* its last packet arrived a ping's interval and a delay before that */
         int64_t step = server->step;
         assert_true(step < 5.5 * 60);
         assert_int_equal(server->seats[1].connected, 1);
         scene_run(&s, 5 + timeout_s + 0.8, NULL);
         assert_int_equal(server->seats[1].connected, 0);
         assert_int_equal(b->state,
-                         LL_CONNECTION_STALLED); /* its way down is as good as ever, but nobody sends */
+                         LL_CONNECTION_STALLED); /* its link down is good, but no other client sends */
         assert_int_equal(peer_of(&s, 0)->waiting, 0);
         step = server->step;
         scene_run(&s, 12.6, NULL);
@@ -567,8 +569,8 @@ static void who_is_silent_is_dropped_and_joins_again(void **state)
     }
 }
 
-/* With D ticks of input delay a way from client to client brings D + 1 ticks; with M to guess D + M + 1, but
- * then an input is made a frame after the step before it. */
+/* With D ticks of input delay a delay between clients costs D + 1 ticks; with M ticks to guess D + M + 1, but
+ * then an input is made one frame after the step before it. */
 static void pace_follows_lag_and_delay(void **state)
 {
     (void)state;
@@ -608,8 +610,8 @@ static void pace_follows_lag_and_delay(void **state)
     }
 }
 
-/* Whose frames come late by up to some milliseconds each makes fewer of them. The other rests for that, a
- * frame now and then; it does not run on until it has no tick left to guess, and stalls. */
+/* A client whose frames are up to some milliseconds late makes fewer of them. The other waits a frame at
+ * times for time sync; it does not run on until its prediction window is used up and it stalls. */
 static void who_is_faster_rests_and_does_not_stall(void **state)
 {
     (void)state;
@@ -650,7 +652,7 @@ static void going_back_and_on_changes_nothing_in_any_game(void **state)
             scene_run(&s, 12, NULL);
             for (int p = 0; p < 3; p++) {
                 const ll_stepping *n = &ll_netgame_client_metrics(s.game, p)->stepping;
-                assert_int_equal(n->sync_tests, 600); /* after the warm-up, whatever the clock's phase */
+                assert_int_equal(n->sync_tests, 600); /* after the warm-up, at any phase of the clock */
                 if (n->sync_test_mismatches != 0)
                     fail_msg("%s: %lld of %lld sync tests of player %d differ", ll_games[game]->name,
                              (long long)n->sync_test_mismatches, (long long)n->sync_tests, p);
