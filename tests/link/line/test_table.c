@@ -1,4 +1,4 @@
-/* What may be set of a link, and what may not. */
+/* Valid and invalid parameters of a link. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -116,7 +116,8 @@ static void what_makes_no_sense_is_refused(void **state)
     }
 }
 
-/* Rows of a model that is not chosen, and rows that only say how, do not count and are not refused. */
+/* Rows of a model that is not chosen, and rows that only qualify others, have no effect and are not
+ * rejected. */
 static void what_is_not_used_may_be_set(void **state)
 {
     (void)state;
