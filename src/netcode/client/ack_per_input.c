@@ -12,8 +12,8 @@
 
 static bool applied(const ll_client *c, uint32_t seq)
 {
-    uint32_t i = c->verdict.newest - seq;
-    return seq <= c->verdict.newest && i / 32 < c->verdict.words && c->verdicts[i / 32] >> (i & 31) & 1;
+    uint32_t i = c->result.newest - seq;
+    return seq <= c->result.newest && i / 32 < c->result.words && c->results[i / 32] >> (i & 31) & 1;
 }
 
 /* By step: all inputs up to the acknowledged one are decided. */
@@ -32,7 +32,7 @@ static void take_decided(ll_client *c, const ll_client_setup *s, const ll_snapsh
 static void take_as_they_came(ll_client *c, const ll_client_setup *s, const ll_snapshot_entry *state,
                               ll_time now)
 {
-    uint32_t newest = c->verdict.newest < c->seq ? c->verdict.newest : c->seq;
+    uint32_t newest = c->result.newest < c->seq ? c->result.newest : c->seq;
     uint32_t first = newest >= OVERTAKEN ? newest - OVERTAKEN + 1 : 1;
     for (uint32_t seq = c->acked + 1; seq < first; seq++)
         if (ll_client_is_open(c, seq))
@@ -55,8 +55,8 @@ static void take(ll_client *c, const ll_client_setup *s, const ll_snapshot_entry
 {
     if (!(c->parts &
           LL_PART_APPLIED)) { /* the server does not know yet that the client wants more than a number */
-        c->verdict = (ll_input_result_part){state->applied, LL_INPUT_RESULT_WORDS_MAX};
-        memset(c->verdicts, 0xff, sizeof c->verdicts);
+        c->result = (ll_input_result_part){state->applied, LL_INPUT_RESULT_WORDS_MAX};
+        memset(c->results, 0xff, sizeof c->results);
     }
     if (s->sync->applies_on_arrival)
         take_as_they_came(c, s, state, now);

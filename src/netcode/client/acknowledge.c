@@ -8,9 +8,9 @@ void ll_client_close(ll_client *c, const ll_client_setup *s, uint32_t seq, ll_in
     if (p->seq != seq)
         return; /* no such input: the clock snapped beyond it, or a newer input overwrote it */
     p->state = (uint8_t)how;
-    if (p->told)
+    if (p->closed_once)
         return;
-    p->told = 1;
+    p->closed_once = 1;
     if (now >= s->client_metrics->from)
         ll_input_history_closed(&s->client_metrics->input_history, seq, how == LL_INPUT_APPLIED, state->tick);
     if (how == LL_INPUT_APPLIED)

@@ -29,7 +29,7 @@ static slack slack_of(const ll_agreement *a, int entity)
 }
 
 /* NaN stays NaN. */
-static double beyond(double a, double b, double free)
+static double excess(double a, double b, double free)
 {
     double d = a > b ? a - b : b - a;
     return d <= free ? 0 : d - free;
@@ -45,10 +45,10 @@ static bool entity_agrees(const ll_agreement *a, int i, const ll_entity *p, cons
     slack s = slack_of(a, i);
     if (p->flags != q->flags)
         return false;
-    double place = length(beyond(p->x, q->x, s.m), beyond(p->y, q->y, s.m));
-    double velocity = length(beyond(p->vx, q->vx, s.mps), beyond(p->vy, q->vy, s.mps));
-    double angle = beyond(p->angle, q->angle, s.rad),
-           spin = beyond(p->angular_velocity, q->angular_velocity, s.radps);
+    double place = length(excess(p->x, q->x, s.m), excess(p->y, q->y, s.m));
+    double velocity = length(excess(p->vx, q->vx, s.mps), excess(p->vy, q->vy, s.mps));
+    double angle = excess(p->angle, q->angle, s.rad),
+           spin = excess(p->angular_velocity, q->angular_velocity, s.radps);
     return place + a->horizon_s * velocity <= a->tolerance_m && angle + a->horizon_s * spin <= a->tolerance_m;
 }
 

@@ -13,17 +13,17 @@ void ll_client_forget_inputs(ll_client *c, const ll_client_setup *s, uint16_t ep
         c->pending[i].seq = 0;
     c->debt = 0;
     c->settle = 0;
-    c->spare = LL_SLACK_UNKNOWN;
-    c->spare_since = now;
-    c->spare_ns = LL_NEVER;
-    c->shift = 0;
+    c->least_slack = LL_SLACK_UNKNOWN;
+    c->least_slack_since = now;
+    c->least_slack_ns = LL_NEVER;
+    c->clock_correction = 0;
     c->unsent = 0;
     c->played = 0;
     c->predicting = 0; /* its steps were not made while the player was disconnected */
     c->parts = 0;
     c->gap = -1;
     c->gap_deviation = c->late = 0;
-    c->offset_quarter = c->heard = -1;
+    c->offset_quarter = c->last_arrival = -1;
     if (s->sync->applies_on_arrival)
         c->tick = 0;
 }

@@ -35,9 +35,9 @@ void ll_client_init(ll_client *c, int self, const ll_world *start)
     c->latest_offset = (int64_t)round8(sizeof(ll_client));
     c->predicted_offset = c->latest_offset + c->world_size;
     c->checked_offset = c->predicted_offset + c->world_size;
-    c->shown_offset = c->checked_offset + c->world_size;
-    c->marks_offset = c->shown_offset + c->world_size;
-    c->errors_offset = c->marks_offset + start->entities * (int64_t)sizeof(ll_draw_info);
+    c->rendered_offset = c->checked_offset + c->world_size;
+    c->draw_infos_offset = c->rendered_offset + c->world_size;
+    c->errors_offset = c->draw_infos_offset + start->entities * (int64_t)sizeof(ll_draw_info);
     c->states_offset = c->errors_offset + start->entities * (int64_t)sizeof(ll_view_error);
     ll_connection_init(&c->connection, -LL_LOBBY);
     c->tick_due = c->display_due = LL_NEVER;
@@ -100,7 +100,7 @@ void ll_client_start(ll_client *c, const ll_client_setup *s, uint16_t epoch, ll_
     c->view_state = LL_VIEW_NEWEST;
     c->drawn_newest = c->depth = 0;
     c->predicting = 0;
-    memset(c->told, 0, sizeof c->told);
+    memset(c->last_controls, 0, sizeof c->last_controls);
     c->view_step = -1;
     memcpy(ll_client_latest(c), world, (size_t)c->world_size);
     memcpy(ll_client_rendered(c), world, (size_t)c->world_size);
@@ -124,17 +124,17 @@ static void follow_slack(ll_client *c, const ll_client_setup *s, const ll_snapsh
     if (m->slack == LL_SLACK_UNKNOWN || m->slack_seq < c->settle)
         return;
     int32_t want = (int32_t)s->config->slack_ticks, change = 0;
-    if (c->spare == LL_SLACK_UNKNOWN)
-        c->spare_since = now;
-    if (m->slack < c->spare)
-        c->spare = m->slack;
+    if (c->least_slack == LL_SLACK_UNKNOWN)
+        c->least_slack_since = now;
+    if (m->slack < c->least_slack)
+        c->least_slack = m->slack;
     if (m->slack < want)
         change = want - m->slack;
-    else if (now - c->spare_since < SPARE_WINDOW)
+    else if (now - c->least_slack_since < SPARE_WINDOW)
         return;
-    else if (c->spare > want + 1)
-        change = want - c->spare;
-    c->spare = LL_SLACK_UNKNOWN;
+    else if (c->least_slack > want + 1)
+        change = want - c->least_slack;
+    c->least_slack = LL_SLACK_UNKNOWN;
     if (change == 0)
         return;
     if (change * c->period >= LL_CLOCK_SNAP) {
@@ -156,17 +156,17 @@ static void drain_surplus(ll_client *c, const ll_snapshot_message *m, ll_time no
 {
     if (m->slack == LL_SLACK_UNKNOWN || m->slack_seq < c->settle)
         return;
-    if (c->spare == LL_SLACK_UNKNOWN)
-        c->spare_since = now;
-    if (m->slack < c->spare)
-        c->spare = m->slack;
-    if (now - c->spare_since < SURPLUS_WINDOW)
+    if (c->least_slack == LL_SLACK_UNKNOWN)
+        c->least_slack_since = now;
+    if (m->slack < c->least_slack)
+        c->least_slack = m->slack;
+    if (now - c->least_slack_since < SURPLUS_WINDOW)
         return;
-    if (c->spare > SURPLUS) {
-        c->debt -= c->spare - SURPLUS;
+    if (c->least_slack > SURPLUS) {
+        c->debt -= c->least_slack - SURPLUS;
         c->settle = c->seq + 1;
     }
-    c->spare = LL_SLACK_UNKNOWN;
+    c->least_slack = LL_SLACK_UNKNOWN;
 }
 
 /* Bytes between the header of a snapshot message and its world; more than `size` if they are missing. */
@@ -191,17 +191,17 @@ static void take_parts(ll_client *c, const ll_snapshot_message *m, const char *a
     int players = ll_client_latest(c)->players;
     c->parts = m->head.count;
     for (int i = 0; i < players && c->parts & LL_PART_AXES; i++) {
-        ll_axes told;
+        ll_axes axes;
         if (i == c->self)
             continue;
-        memcpy(&told, at, sizeof told);
-        at += sizeof told;
-        c->told[i] = (ll_action){.axis = {told.axis[0], told.axis[1]}};
+        memcpy(&axes, at, sizeof axes);
+        at += sizeof axes;
+        c->last_controls[i] = (ll_action){.axis = {axes.axis[0], axes.axis[1]}};
     }
     if (!(c->parts & LL_PART_APPLIED))
         return;
-    memcpy(&c->verdict, at, sizeof c->verdict);
-    memcpy(c->verdicts, at + sizeof c->verdict, c->verdict.words * sizeof(uint32_t));
+    memcpy(&c->result, at, sizeof c->result);
+    memcpy(c->results, at + sizeof c->result, c->result.words * sizeof(uint32_t));
 }
 
 static int unreadable(ll_client *c)
@@ -280,7 +280,7 @@ static void take_newest_state(ll_client *c, const ll_client_setup *s, ll_time no
 
 /* The world that the player acts on, and its time: the rendered view. A client that fakes its view time acts
  * on the snapshot of an earlier time, with its own entity as it is now. */
-static const ll_world *picture_of(ll_client *c, const ll_client_setup *s, ll_world *old, ll_time *seen)
+static const ll_world *rendered_view_of(ll_client *c, const ll_client_setup *s, ll_world *old, ll_time *seen)
 {
     int64_t oldest = c->newest > LL_STATE_RING ? c->newest - LL_STATE_RING : 0, i = c->newest - 1;
     *seen = c->view_time;
@@ -350,13 +350,15 @@ ll_action ll_client_control(const ll_client *c, const ll_client_setup *s, const 
  * refuse as too far ahead are not sent. While no step is made, it is the number that fits into the round
  * trip: enough to continue at the full rate, and no more, because inputs made beyond that stay late for good.
  */
-static int64_t room_of(const ll_client *c, const ll_client_setup *s, ll_time now)
+static int64_t inputs_allowed(const ll_client *c, const ll_client_setup *s, ll_time now)
 {
     int64_t ahead = c->tick - c->confirmed;
-    ll_time heard = c->heard < 0 ? 0 : c->heard; /* before the first snapshot: the time of step 0, at once */
+    ll_time last_arrival = c->last_arrival < 0
+                               ? 0
+                               : c->last_arrival; /* before the first snapshot: the time of step 0, at once */
     if (s->sync->answers)
         return ahead == 0;
-    if (now - heard > QUIET * c->period)
+    if (now - last_arrival > QUIET * c->period)
         return ll_clock_sync_round_trip(&c->connection.clock) / c->period + QUIET - ahead;
     return ll_budget_ticks(c->clock.freq) - 1 - ahead;
 }
@@ -383,7 +385,7 @@ static int inputs_due(ll_client *c, const ll_client_setup *s, const ll_action *a
     }
     if (counts)
         ll_running_stats_add(&input_history->scale, c->scale);
-    int64_t room = s->sync->waits ? room_of(c, s, now) : n;
+    int64_t room = s->sync->waits ? inputs_allowed(c, s, now) : n;
     return (int)(n < room ? n : room > 0 ? room : 0);
 }
 
@@ -422,7 +424,7 @@ static void make_input(ll_client *c, const ll_client_setup *s, const ll_action *
 }
 
 /* Number of steps from the newest snapshot that the client has to `tick`; 0: it has none. */
-static uint16_t lead_of(const ll_client *c, const ll_client_setup *s, int64_t tick)
+static uint16_t snapshot_age_of(const ll_client *c, const ll_client_setup *s, int64_t tick)
 {
     int64_t lead = tick - c->newest_tick;
     return c->newest == 0 || s->sync->applies_on_arrival || lead < 0 || lead > UINT16_MAX ? 0
@@ -438,7 +440,7 @@ static int put_inputs(const ll_client *c, const ll_client_setup *s, uint32_t fir
     m->wants = (uint8_t)ll_acks[s->config->ack]->wants;
     if (s->config->prediction && ll_scopes[s->config->prediction_scope]->guesses)
         m->wants |= LL_PART_AXES;
-    m->lead = lead_of(c, s, m->tick);
+    m->lead = snapshot_age_of(c, s, m->tick);
     for (uint32_t i = 0; i < count; i++)
         m->inputs[i] = c->pending[(first + i) & (LL_PENDING_RING - 1)].action;
     return ll_input_message_size((int)count);
@@ -545,7 +547,7 @@ static void draw(ll_client *c, const ll_client_setup *s, ll_time now)
 }
 
 /* Applies the newest snapshot that has arrived, also to the prediction. */
-static void take(ll_client *c, const ll_client_setup *s, ll_time now)
+static void apply_newest_snapshot(ll_client *c, const ll_client_setup *s, ll_time now)
 {
     if (c->newest > c->fresh)
         take_newest_state(c, s, now);
@@ -558,7 +560,7 @@ static void take(ll_client *c, const ll_client_setup *s, ll_time now)
 int ll_client_tick(ll_client *c, const ll_client_setup *s, ll_time now, void *packet)
 {
     ll_client_begin_tick(c, now);
-    take(c, s, now);
+    apply_newest_snapshot(c, s, now);
     if (!ll_connection_plays(&c->connection)) {
         c->tick += s->sync->client_runs_ahead; /* the clock continues */
         ll_client_miss(c, s, now);
@@ -566,8 +568,8 @@ int ll_client_tick(ll_client *c, const ll_client_setup *s, ll_time now, void *pa
     }
     _Alignas(8) char old[LL_GAME_WORLD_MAX];
     ll_time seen;
-    const ll_world *picture = picture_of(c, s, (ll_world *)old, &seen);
-    ll_action action = ll_client_control(c, s, picture, now);
+    const ll_world *view = rendered_view_of(c, s, (ll_world *)old, &seen);
+    ll_action action = ll_client_control(c, s, view, now);
     int made = inputs_due(c, s, &action, now);
     for (int i = 0; i < made; i++)
         make_input(c, s, &action, seen, now);
@@ -578,7 +580,7 @@ int ll_client_tick(ll_client *c, const ll_client_setup *s, ll_time now, void *pa
 void ll_client_display(ll_client *c, const ll_client_setup *s, ll_time now)
 {
     ll_client_begin_display(c, now);
-    take(c, s, now);
+    apply_newest_snapshot(c, s, now);
     draw(c, s, now);
     if (s->weapon_prediction)
         ll_weapon_prediction_frame(c, s);

@@ -53,7 +53,8 @@ static double horizon_from(const ll_client *c, const ll_client_setup *s, int64_t
 }
 
 /* The entities in scope for that time. */
-static ll_entity_set choose(const ll_client *c, const ll_client_setup *s, const ll_world *state, int64_t tick)
+static ll_entity_set entities_in_scope(const ll_client *c, const ll_client_setup *s, const ll_world *state,
+                                       int64_t tick)
 {
     ll_entity_set set = {{0}};
     scope_of(s)->choose(s->game, s->env, state, c->self, horizon_from(c, s, tick), &set);
@@ -61,7 +62,7 @@ static ll_entity_set choose(const ll_client *c, const ll_client_setup *s, const 
 }
 
 /* Records that the prediction agreed with a snapshot of `tick` on `grid`. */
-static void mark_begun(ll_client *c, int64_t tick, const ll_quantization *grid)
+static void record_agreement(ll_client *c, int64_t tick, const ll_quantization *grid)
 {
     c->begun_tick = tick;
     c->begun_acked = c->acked;
@@ -75,16 +76,16 @@ static ll_quantization grid_of(const ll_client *c, const ll_snapshot_entry *stat
 }
 
 /* The predicted world becomes the latest snapshot. */
-static void begin(ll_client *c, const ll_client_setup *s)
+static void reset_to_snapshot(ll_client *c, const ll_client_setup *s)
 {
     ll_quantization grid =
         c->newest > 0 ? grid_of(c, ll_client_state(c, c->newest - 1)) : (ll_quantization){0};
     memcpy(ll_client_predicted(c), ll_client_latest(c), (size_t)c->world_size);
     memcpy(ll_client_checked(c), ll_client_latest(c), (size_t)c->world_size);
-    memcpy(c->guessed, c->told, sizeof c->guessed);
-    c->predicted = choose(c, s, ll_client_latest(c), c->latest_tick);
+    memcpy(c->guessed, c->last_controls, sizeof c->guessed);
+    c->predicted = entities_in_scope(c, s, ll_client_latest(c), c->latest_tick);
     c->predicted_tick = c->latest_tick;
-    mark_begun(c, c->latest_tick, &grid);
+    record_agreement(c, c->latest_tick, &grid);
 }
 
 /* The newest input whose step has come: the client's present is `input_delay_ticks` before the tick of its
@@ -121,7 +122,7 @@ static void apply_by_step(ll_client *c, const ll_client_setup *s)
  * overtook another is not open: the snapshot has it, and the prediction applied it last. Inputs that an older
  * snapshot lacks but a newer one had are not open either: the prediction then lacks them, which the checked
  * world does not know. */
-static bool none_overtook(ll_client *c, const ll_client_setup *s)
+static bool all_are_open(ll_client *c, const ll_client_setup *s)
 {
     for (uint32_t seq = c->acked + 1; s->sync->applies_on_arrival && seq <= c->played; seq++)
         if (!ll_client_is_open(c, seq))
@@ -131,9 +132,9 @@ static bool none_overtook(ll_client *c, const ll_client_setup *s)
 
 void ll_resimulate(ll_client *c, const ll_client_setup *s)
 {
-    begin(c, s);
+    reset_to_snapshot(c, s);
     c->played = newest_due(c, s);
-    c->gaps = !none_overtook(c, s);
+    c->gaps = !all_are_open(c, s);
     if (!s->sync->applies_on_arrival)
         apply_by_step(c, s);
     for (uint32_t seq = c->acked + 1; s->sync->applies_on_arrival && seq <= c->played; seq++)
@@ -143,7 +144,7 @@ void ll_resimulate(ll_client *c, const ll_client_setup *s)
 
 static void forget(ll_client *c, const ll_client_setup *s)
 {
-    begin(c, s);
+    reset_to_snapshot(c, s);
     c->played = newest_due(c, s);
     c->gaps = c->played > c->acked;
 }
@@ -161,7 +162,7 @@ static void replay(ll_client *c, const ll_client_setup *s, ll_time now)
 static bool guessed_right(const ll_client *c, const ll_client_setup *s, int players)
 {
     for (int i = 0; i < players && scope_of(s)->guesses; i++)
-        if (i != c->self && memcmp(&c->guessed[i], &c->told[i], sizeof c->told[i]) != 0)
+        if (i != c->self && memcmp(&c->guessed[i], &c->last_controls[i], sizeof c->last_controls[i]) != 0)
             return false;
     return true;
 }
@@ -184,7 +185,7 @@ static bool check_upto(ll_client *c, const ll_client_setup *s, const ll_snapshot
 }
 
 /* Whether others may have acted on the own entity within `steps`. */
-static bool touched(const ll_client *c, const ll_client_setup *s, const ll_world *world, int64_t steps)
+static bool may_be_touched(const ll_client *c, const ll_client_setup *s, const ll_world *world, int64_t steps)
 {
     ll_entity_set set = {{0}}, alone = {{0}};
     if (!s->game->reach)
@@ -202,7 +203,7 @@ static bool agrees(ll_client *c, const ll_client_setup *s, const ll_world *check
         s->sync->applies_on_arrival ? (int64_t)c->acked - c->begun_acked : state->tick - c->begun_tick;
     if (scope_of(s)->guesses && (c->begun_grid.m > 0 || state->gridded))
         c->touched |=
-            touched(c, s, checked, s->sync->applies_on_arrival ? ticks : state->tick - c->latest_tick);
+            may_be_touched(c, s, checked, s->sync->applies_on_arrival ? ticks : state->tick - c->latest_tick);
     ll_agreement agreement = {.tolerance_m = s->config->reconciliation_tolerance_m,
                               .horizon_s = horizon_from(c, s, state->tick),
                               .drift_s = (double)ticks * s->env->dt,
@@ -221,22 +222,22 @@ bool ll_prediction_stands(ll_client *c, const ll_client_setup *s, const ll_snaps
     ll_world *checked = ll_client_checked(c);
     ll_quantization grid = grid_of(c, state);
     if (c->predicting != mark_of(s) || !s->config->reconciliation || !scope_of(s)->closed(s->game) ||
-        !guessed_right(c, s, truth->players) || c->gaps || !none_overtook(c, s) ||
+        !guessed_right(c, s, truth->players) || c->gaps || !all_are_open(c, s) ||
         !check_upto(c, s, state, acked))
         return false;
-    ll_entity_set set = choose(c, s, truth, state->tick);
+    ll_entity_set set = entities_in_scope(c, s, truth, state->tick);
     if (memcmp(&set, &c->predicted, sizeof set) != 0)
         return false;
     if (!ll_same_in(checked, truth, &set))
         return agrees(c, s, checked, state);
     memcpy(checked, truth, (size_t)c->world_size); /* entities out of scope come from the snapshot */
-    mark_begun(c, state->tick, &grid);
+    record_agreement(c, state->tick, &grid);
     return true;
 }
 
 /* The newest input that the latest snapshot decides. Before the server has received any input it reports
  * none; where inputs belong to steps the client still knows it. */
-static uint32_t newest_over(const ll_client *c, const ll_client_setup *s)
+static uint32_t newest_decided(const ll_client *c, const ll_client_setup *s)
 {
     int64_t seq = s->sync->applies_on_arrival ? 0 : (int64_t)c->seq - (c->tick - c->latest_tick);
     return seq > (int64_t)c->acked && seq <= (int64_t)c->seq ? (uint32_t)seq : c->acked;
@@ -246,7 +247,7 @@ static uint32_t newest_over(const ll_client *c, const ll_client_setup *s)
  * `acked`. */
 static ll_cause cause_of(ll_client *c, const ll_client_setup *s, uint32_t acked, int64_t tick)
 {
-    uint32_t last = newest_over(c, s);
+    uint32_t last = newest_decided(c, s);
     int64_t inputs = (int64_t)last - acked, steps = c->latest_tick - tick;
     if (!s->config->reconciliation)
         return LL_CAUSE_OTHER;
@@ -255,7 +256,7 @@ static ll_cause cause_of(ll_client *c, const ll_client_setup *s, uint32_t acked,
         return cause;
     if (!s->sync->applies_on_arrival && acked > 0 && steps > inputs)
         return LL_CAUSE_LATE; /* there was no input to apply */
-    return touched(c, s, ll_client_latest(c), steps) ? LL_CAUSE_CONTACT : LL_CAUSE_OTHER;
+    return may_be_touched(c, s, ll_client_latest(c), steps) ? LL_CAUSE_CONTACT : LL_CAUSE_OTHER;
 }
 
 void ll_note_correction(const ll_client *c, const ll_client_setup *s, ll_cause cause, double moved,

@@ -24,7 +24,7 @@ static int64_t steps_of(double interval_s, ll_freq freq)
 }
 
 /* The body that a cheating client claims to hit. */
-static int anybody(const ll_arena *arena, int self)
+static int claimed_body(const ll_arena *arena, int self)
 {
     int body = 0;
     while (body < arena->bodies && !ll_arena_enemies(arena, self, body))
@@ -82,7 +82,7 @@ static int fire(const ll_client *c, const ll_client_setup *s, int weapon, ll_aim
         return LL_NOBODY;
     }
     int body = ll_arena_ray(arena, c->self, aim.from, aim.direction, weapon_prediction->drawn);
-    ll_set_claim(a, LL_RIFLE, s->config->cheat == LL_CHEAT_CLAIM ? anybody(arena, c->self) : body);
+    ll_set_claim(a, LL_RIFLE, s->config->cheat == LL_CHEAT_CLAIM ? claimed_body(arena, c->self) : body);
     return body;
 }
 
@@ -108,8 +108,8 @@ void ll_weapon_prediction_input(ll_client *c, const ll_client_setup *s, ll_pendi
 }
 
 /* Moves a projectile from the last rendered view to this one, `drawn`. */
-static void fly(ll_weapon_prediction_shell *shell, const ll_client *c, const ll_client_setup *s,
-                const ll_point *drawn)
+static void move_shell(ll_weapon_prediction_shell *shell, const ll_client *c, const ll_client_setup *s,
+                       const ll_point *drawn)
 {
     const ll_weapon_prediction *weapon_prediction = s->weapon_prediction;
     double from = ll_to_s(weapon_prediction->drawn_time - shell->start),
@@ -131,7 +131,7 @@ void ll_weapon_prediction_frame(const ll_client *c, const ll_client_setup *s)
     for (int i = 0; i < LL_SHELLS; i++)
         if (weapon_prediction->shells[i].state == LL_WEAPON_PREDICTION_FLYING &&
             c->view_time > weapon_prediction->drawn_time)
-            fly(&weapon_prediction->shells[i], c, s, drawn);
+            move_shell(&weapon_prediction->shells[i], c, s, drawn);
     memcpy(weapon_prediction->drawn, drawn, (size_t)weapon_prediction->arena.bodies * sizeof drawn[0]);
     weapon_prediction->drawn_time = c->view_time;
 }

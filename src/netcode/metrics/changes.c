@@ -99,9 +99,9 @@ void ll_changes_meet(ll_changes *c)
 static void decide(ll_changes *c, ll_change *change, ll_histogram *latency,
                    const ll_input_history_entry *input)
 {
-    if (input && input->verdict == LL_INPUT_IS_OPEN)
+    if (input && input->result == LL_INPUT_IS_OPEN)
         return;
-    change->decided = input ? input->verdict : LL_INPUT_WAS_LOST;
+    change->decided = input ? input->result : LL_INPUT_WAS_LOST;
     if (change->decided != LL_INPUT_WAS_APPLIED) {
         add_never(c, change, latency, true);
         return;

@@ -52,10 +52,10 @@ void ll_client_metrics_init(ll_client_metrics *in, int entities, ll_time from)
 /* ---- reports of clients and server ---- */
 
 void ll_client_metrics_acknowledged(ll_client_metrics *in, uint32_t seq, int64_t tick, ll_time made,
-                                    ll_time told, ll_time now)
+                                    ll_time acknowledged, ll_time now)
 {
     if (ll_input_history_includes(&in->input_history, seq, tick))
-        ll_measure(in, LL_METRIC_ACK_RTT, now, ll_to_ms(told - made));
+        ll_measure(in, LL_METRIC_ACK_RTT, now, ll_to_ms(acknowledged - made));
 }
 
 #define VISIBLE_SHARE 0.1 /* of the distance that it moved by its own speed */
@@ -88,10 +88,10 @@ void ll_client_metrics_stepped(ll_client_metrics *in, int self, const ll_stepped
     else
         ll_input_history_stepped(&in->input_history, s->step);
     decide_changes(in);
-    ll_rendered_views_made(&in->pictures, &in->histogram[LL_METRIC_OWN_TIMELINE_ERROR], key, real->x, real->y,
-                           now, in->from);
+    ll_rendered_views_made(&in->rendered_views, &in->histogram[LL_METRIC_OWN_TIMELINE_ERROR], key, real->x,
+                           real->y, now, in->from);
     if (s->applies_on_arrival)
-        ll_rendered_views_skip(&in->pictures, key);
+        ll_rendered_views_skip(&in->rendered_views, key);
 }
 
 void ll_client_metrics_resync(ll_client_metrics *in)
@@ -101,5 +101,5 @@ void ll_client_metrics_resync(ll_client_metrics *in)
     ll_client_metrics_never(in, 1, in->input_history.newest);
     ll_input_history_meet(&in->input_history);
     ll_changes_meet(&in->changes);
-    ll_rendered_views_void(&in->pictures, in->from);
+    ll_rendered_views_void(&in->rendered_views, in->from);
 }

@@ -105,7 +105,7 @@ typedef struct ll_client_metrics {
     ll_histogram animation_error;   /* smoothness: pixels, or m where `pixel_m` is 0 */
     ll_input_history input_history;
     ll_changes changes;
-    ll_rendered_views pictures; /* of the own entity */
+    ll_rendered_views rendered_views; /* of the own entity */
     ll_cheat_gain gain;
     ll_twin twin;
     int64_t false_refusals; /* of a client that does not cheat */
@@ -140,10 +140,10 @@ static inline void ll_client_metrics_missed(ll_client_metrics *in, const ll_acti
     ll_changes_missed(&in->changes, in->histogram, controls, now >= in->from);
 }
 
-/* A client learns from the snapshot after step `told`, or from a relay of that step, that its input was
- * applied. Counts in the acknowledgement time if the input was applied. */
+/* At `acknowledged` a client learns from the snapshot after step `tick`, or from a relay of that step, that
+ * its input was applied. Counts in the acknowledgement time if the input was applied. */
 void ll_client_metrics_acknowledged(ll_client_metrics *in, uint32_t seq, int64_t tick, ll_time made,
-                                    ll_time told, ll_time now);
+                                    ll_time acknowledged, ll_time now);
 
 /* A correction moved what is drawn by `moved` m; by its own speed it moved `step` m. Counts visible
  * corrections. */

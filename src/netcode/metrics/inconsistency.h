@@ -16,7 +16,7 @@
 typedef struct ll_inconsistency {
     double sum;   /* m s: integral of the distance over all episodes that count */
     ll_time time; /* duration of these episodes */
-    int64_t excursions;
+    int64_t episodes;
 } ll_inconsistency;
 
 /* The present divergence episode. */

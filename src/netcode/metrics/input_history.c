@@ -2,14 +2,15 @@
 
 const char *const ll_cause_names[LL_CAUSES] = {"refused", "late", "loss", "contact", "other"};
 
-const char *const ll_input_result_names[LL_INPUT_VERDICTS] = {"open", "applied", "refused", "late", "lost"};
+const char *const ll_input_result_names[LL_INPUT_RESULT_KINDS] = {"open", "applied", "refused", "late",
+                                                                  "lost"};
 
 static void decide(ll_input_history *input_history, ll_input_history_entry *input,
-                   ll_input_result_kind verdict)
+                   ll_input_result_kind result)
 {
-    input_history->count[input->verdict]--;
-    input_history->count[verdict]++;
-    input->verdict = (uint8_t)verdict;
+    input_history->count[input->result]--;
+    input_history->count[result]++;
+    input->result = (uint8_t)result;
 }
 
 /* Ends the wait for a refused input, which the client could have sent again until now. */
@@ -22,7 +23,7 @@ static void give_up(ll_input_history *input_history, ll_input_history_entry *inp
 static bool is_open(ll_input_history *input_history, uint32_t seq)
 {
     const ll_input_history_entry *input = ll_input_history_find(input_history, seq);
-    return input && input->verdict == LL_INPUT_IS_OPEN;
+    return input && input->result == LL_INPUT_IS_OPEN;
 }
 
 static void pass_decided(ll_input_history *input_history)
@@ -43,7 +44,7 @@ static ll_input_result_kind input_result_of(const ll_input_history_entry *input)
 void ll_input_history_made(ll_input_history *input_history, uint32_t seq, int64_t tick)
 {
     ll_input_history_entry *input = &input_history->input[seq & (LL_INPUT_HISTORY_RING - 1)];
-    if (input->seq != 0 && input->verdict == LL_INPUT_IS_OPEN)
+    if (input->seq != 0 && input->result == LL_INPUT_IS_OPEN)
         give_up(input_history, input);
     *input = (ll_input_history_entry){.tick = tick, .seq = seq};
     if (tick == LL_NEVER)
@@ -61,7 +62,7 @@ void ll_input_history_went(ll_input_history *input_history, uint32_t first, uint
         if (!input)
             continue;
         input->marks |= LL_INPUT_HISTORY_WENT;
-        if ((input->marks & LL_INPUT_HISTORY_AS_IT_COMES) && input->verdict == LL_INPUT_IS_OPEN &&
+        if ((input->marks & LL_INPUT_HISTORY_AS_IT_COMES) && input->result == LL_INPUT_IS_OPEN &&
             due > input->tick)
             input->tick = due;
     }
@@ -74,7 +75,7 @@ void ll_input_history_judged(ll_input_history *input_history, uint32_t seq, ll_i
     if (!input)
         return;
     input->marks |= (uint8_t)mark;
-    if (input->verdict != LL_INPUT_WAS_LOST)
+    if (input->result != LL_INPUT_WAS_LOST)
         return;
     decide(input_history, input,
            mark == LL_INPUT_HISTORY_IN_TIME   ? LL_INPUT_IS_OPEN
@@ -88,7 +89,7 @@ void ll_input_history_stepped(ll_input_history *input_history, int64_t step)
 {
     for (uint32_t seq = input_history->open; seq <= input_history->newest; seq++) {
         ll_input_history_entry *input = ll_input_history_find(input_history, seq);
-        if (!input || input->verdict != LL_INPUT_IS_OPEN)
+        if (!input || input->result != LL_INPUT_IS_OPEN)
             continue;
         if (input->tick > step)
             break; /* ticks increase with sequence numbers */
@@ -102,7 +103,7 @@ void ll_input_history_drained(ll_input_history *input_history, int64_t step, uin
 {
     for (uint32_t seq = input_history->open; seq <= input_history->newest; seq++) {
         ll_input_history_entry *input = ll_input_history_find(input_history, seq);
-        if (!input || input->verdict != LL_INPUT_IS_OPEN)
+        if (!input || input->result != LL_INPUT_IS_OPEN)
             continue;
         bool came = input->marks & LL_INPUT_HISTORY_IN_TIME;
         if (!came && (seq >= unsent_from || ((input->marks & LL_INPUT_HISTORY_WENT) && input->tick > now)))
@@ -134,7 +135,7 @@ void ll_input_history_meet(ll_input_history *input_history)
 bool ll_input_history_includes(ll_input_history *input_history, uint32_t seq, int64_t tick)
 {
     const ll_input_history_entry *input = ll_input_history_find(input_history, seq);
-    return input && input->verdict == LL_INPUT_WAS_APPLIED && input->tick <= tick;
+    return input && input->result == LL_INPUT_WAS_APPLIED && input->tick <= tick;
 }
 
 void ll_input_history_closed(ll_input_history *input_history, uint32_t seq, bool applied, int64_t tick)

@@ -22,10 +22,10 @@ typedef enum ll_input_result_kind {
     LL_INPUT_WAS_REFUSED, /* against a rule: the server applied something else in its place, or nothing */
     LL_INPUT_CAME_LATE,   /* its step was over when it arrived; before it arrives it counts as lost */
     LL_INPUT_WAS_LOST,    /* its step is over and it has not arrived; or its epoch is over */
-    LL_INPUT_VERDICTS,
+    LL_INPUT_RESULT_KINDS,
 } ll_input_result_kind;
 
-extern const char *const ll_input_result_names[LL_INPUT_VERDICTS];
+extern const char *const ll_input_result_names[LL_INPUT_RESULT_KINDS];
 
 /* Known facts about one input on its way. */
 typedef enum ll_input_history_mark {
@@ -57,14 +57,14 @@ typedef struct ll_input_history_entry {
     int64_t tick; /* the server's step that it is meant for, or that applied it. Where inputs are applied on
                      arrival, while open: time at which its last packet that was not lost arrives */
     uint32_t seq;
-    uint8_t marks;   /* ll_input_history_mark */
-    uint8_t verdict; /* ll_input_result_kind */
+    uint8_t marks;  /* ll_input_history_mark */
+    uint8_t result; /* ll_input_result_kind */
     uint8_t reserved[2];
 } ll_input_history_entry;
 
 typedef struct ll_input_history {
     ll_input_history_entry input[LL_INPUT_HISTORY_RING];
-    int64_t count[LL_INPUT_VERDICTS]; /* by result */
+    int64_t count[LL_INPUT_RESULT_KINDS]; /* by result */
     int64_t made;
     uint32_t newest; /* made last in this epoch; 0: none */
     uint32_t open;   /* no input before this one is open */

@@ -36,20 +36,19 @@ typedef struct ll_rendered_views {
 
 /* Adds errors, in m, of displays from `from` on to `errors`. */
 
-void ll_rendered_views_keep(ll_rendered_views *pictures, const ll_rendered_view *picture,
+void ll_rendered_views_keep(ll_rendered_views *rendered_views, const ll_rendered_view *view,
                             ll_time from); /* ahead of the server */
 
 /* The truth was at (x, y) at the server's time `made`. */
-void ll_rendered_views_compare(ll_rendered_views *pictures, ll_histogram *errors,
-                               const ll_rendered_view *picture, double x, double y, ll_time made,
-                               ll_time from);
+void ll_rendered_views_compare(ll_rendered_views *rendered_views, ll_histogram *errors,
+                               const ll_rendered_view *view, double x, double y, ll_time made, ll_time from);
 
 /* The same for the view kept of `key`, if there is one. */
-void ll_rendered_views_made(ll_rendered_views *pictures, ll_histogram *errors, int64_t key, double x,
+void ll_rendered_views_made(ll_rendered_views *rendered_views, ll_histogram *errors, int64_t key, double x,
                             double y, ll_time made, ll_time from);
 
 /* Views of keys before `key` cannot be compared: no state was of exactly that input. */
-void ll_rendered_views_skip(ll_rendered_views *pictures, int64_t key);
+void ll_rendered_views_skip(ll_rendered_views *rendered_views, int64_t key);
 
-void ll_rendered_views_void(ll_rendered_views *pictures,
+void ll_rendered_views_void(ll_rendered_views *rendered_views,
                             ll_time from); /* kept views are of ticks that will not be made */

@@ -112,7 +112,7 @@ typedef struct ll_sight {
 
 /* From the server's step `tick`; `world` is the world before that step. `victim` is what the client of the
  * hit player draws; NULL: no player was hit. */
-void ll_shots_judge(ll_shots *shots, const ll_hit_result *judgement, int64_t tick, const ll_history *history,
+void ll_shots_judge(ll_shots *shots, const ll_hit_result *hit_result, int64_t tick, const ll_history *history,
                     const ll_world *world, const ll_sight *victim);
 
 /* After the server's step `tick`, whose world the history has. */

@@ -512,8 +512,8 @@ static const ll_param player_rows[] = {
              "pause, or a claim that every hitscan shot hits."},
     {.name = "float_mode",
      .type = LL_PARAM_CHOICE,
-     .offset = offsetof(ll_player_config, hardware),
-     .choices = ll_hardware_names,
+     .offset = offsetof(ll_player_config, float_mode),
+     .choices = ll_float_mode_names,
      .live = true,
      .help = "Deterministic and rollback: floating-point arithmetic of the player's machine: exact as the "
              "server's, stored as floats, with fused multiply-add, or with occasional errors of one ulp."},

@@ -18,9 +18,9 @@ typedef struct ll_float_mode {
     void (*after)(ll_world *world, int player, int64_t tick);
 } ll_float_mode;
 
-extern const ll_float_mode ll_hardwares[];
-extern const char *const ll_hardware_names[]; /* NULL-terminated; the index is the choice `float_mode` */
+extern const ll_float_mode ll_float_modes[];
+extern const char *const ll_float_mode_names[]; /* NULL-terminated; the index is the choice `float_mode` */
 
 /* Makes step `tick`, of virtual time `now`, on the machine of `player`. */
-void ll_hardware_step(const struct ll_client_setup *setup, int player, ll_world *world,
-                      const ll_action *actions, int64_t tick, ll_time now);
+void ll_float_mode_step(const struct ll_client_setup *setup, int player, ll_world *world,
+                        const ll_action *actions, int64_t tick, ll_time now);

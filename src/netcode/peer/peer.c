@@ -11,9 +11,9 @@
 #define HASHES_EVERY 4
 
 /* Time sync (GGPO): a client that is ahead of the slowest by a tick or more waits. */
-#define FAIR_EVERY 10 /* frames between two checks */
-#define FAIR_MAX 9    /* maximum number of frames to wait at once (GGPO) */
-#define FAIR_MANY                                                                                            \
+#define TIME_SYNC_EVERY 10 /* frames between two checks */
+#define TIME_SYNC_MAX 9    /* maximum number of frames to wait at once (GGPO) */
+#define TIME_SYNC_SAMPLES                                                                                    \
     16 /* the last value counts for 1 / FAIR_MANY of a mean, or for 1 / count while there are fewer */
 
 #define ROUND_MAX LL_SECOND /* a longer first round includes an outage */
@@ -24,8 +24,8 @@ void ll_peer_start(ll_client *c, const ll_client_setup *s, int64_t step, int64_t
     (void)s;
     LL_ASSERT(first >= step && first - step < LL_PEER_RING - LL_SYNC_TEST_MAX);
     memset(peer, 0, ll_peer_size(world->players, 0));
-    peer->ticks = (ll_clock){c->met_at, c->met,
-                             c->clock.freq}; /* that of all peers, even after a late join */
+    peer->ticks =
+        (ll_clock){c->met_at, c->met, c->clock.freq}; /* that of all peers, even after a late join */
     peer->start = peer->tick = peer->confirmed = peer->hashed = step;
     peer->first = first;
     peer->began = step;
@@ -65,14 +65,14 @@ static void take_input(ll_peer *peer, int player, int64_t tick, const ll_control
     from->known = tick;
 }
 
-static void hear_pace(ll_peer *peer, const ll_relay_part *part)
+static void take_lead(ll_peer *peer, const ll_relay_part *part)
 {
     ll_peer_player *from = &peer->player[part->player];
     if (part->at <= from->at)
         return;
     double ahead = (double)(peer->tick - part->at), behind = part->ahead;
-    from->heard = from->at < 0 ? 1 : from->heard + (from->heard < FAIR_MANY);
-    double share = 1.0 / from->heard;
+    from->samples = from->at < 0 ? 1 : from->samples + (from->samples < TIME_SYNC_SAMPLES);
+    double share = 1.0 / from->samples;
     from->ahead += share * (ahead - from->ahead);
     from->behind += share * (behind - from->behind);
     from->at = part->at;
@@ -84,7 +84,7 @@ static const char *take_part(ll_peer *peer, const char *at)
     const ll_relay_part *part = (const ll_relay_part *)(const void *)at;
     const ll_input_run *runs = (const ll_input_run *)(part + 1);
     int64_t tick = part->tick;
-    hear_pace(peer, part);
+    take_lead(peer, part);
     for (int r = 0; r < part->runs; r++)
         for (uint32_t i = 0; i < runs[r].count; i++)
             take_input(peer, part->player, tick++, &runs[r].input);
@@ -100,7 +100,7 @@ static bool is_over(const ll_client *c, const ll_client_setup *s, ll_time now)
 }
 
 /* The first relay arrives when the game has begun, one update later plus the delay down. */
-static void hear_hold(ll_client *c, const ll_client_setup *s, const ll_relay_message *m, ll_time now)
+static void take_hold(ll_client *c, const ll_client_setup *s, const ll_relay_message *m, ll_time now)
 {
     ll_peer *peer = ll_client_peer(c);
     ll_time update = (ll_time)(1e9 / s->rules->update_hz);
@@ -136,7 +136,7 @@ int ll_peer_receive(ll_client *c, const ll_client_setup *s, const void *packet, 
         c->latest_tick = c->confirmed = m->tick;
         c->latest_time = m->time;
     }
-    hear_hold(c, s, m, now);
+    take_hold(c, s, m, now);
     const char *at = (const char *)(m + 1);
     for (int i = 0; i < m->head.count; i++)
         at = take_part(peer, at);
@@ -217,18 +217,18 @@ static void stall(ll_client *c, const ll_client_setup *s, uint32_t waiting, ll_t
 }
 
 /* Half the difference between the leads that two peers see: the delay of the packets cancels. */
-static void keep_pace(ll_client *c)
+static void update_time_sync(ll_client *c)
 {
     ll_peer *peer = ll_client_peer(c);
     double most = 0;
-    if ((c->frame - peer->paced) % FAIR_EVERY != 0)
+    if ((c->frame - peer->time_sync_from) % TIME_SYNC_EVERY != 0)
         return;
     for (int p = 0; p < ll_client_rendered(c)->players; p++) {
         double lead = (peer->player[p].ahead - peer->player[p].behind) / 2;
         if (p != c->self && peer->player[p].at >= 0 && lead > most)
             most = lead;
     }
-    peer->rest = most < FAIR_MAX ? (int32_t)most : FAIR_MAX;
+    peer->frames_to_wait = most < TIME_SYNC_MAX ? (int32_t)most : TIME_SYNC_MAX;
 }
 
 /* Begins the first round, whose ticks are made as early as possible. */
@@ -246,8 +246,8 @@ static void end_hold(ll_client *c, const ll_client_setup *s, ll_time now)
     if (!is_over(c, s, now))
         return;
     peer->hold = peer->resume = 0;
-    peer->paced = c->frame - 1;
-    peer->rest = 0;
+    peer->time_sync_from = c->frame - 1;
+    peer->frames_to_wait = 0;
     begin_round(peer);
     for (int p = 0; p < ll_client_rendered(c)->players; p++) {
         peer->player[p].at = -1;
@@ -261,10 +261,11 @@ static void end_hold(ll_client *c, const ll_client_setup *s, ll_time now)
 static void time_round(ll_client *c, const ll_client_setup *s, ll_time now)
 {
     ll_peer *peer = ll_client_peer(c);
-    int64_t guesses = guesses_max(s), many = guesses + s->config->input_delay_ticks + 1, known = LL_NEVER;
+    int64_t guesses = guesses_max(s), round_ticks = guesses + s->config->input_delay_ticks + 1,
+            known = LL_NEVER;
     if (peer->since == LL_NEVER)
         peer->since = now;
-    if (peer->spread != 0 || many == 1)
+    if (peer->spread != 0 || round_ticks == 1)
         return; /* or no ticks are guessed in a row */
     for (int p = 0; p < ll_client_rendered(c)->players; p++)
         if (p != c->self && peer->player[p].known < known)
@@ -272,8 +273,8 @@ static void time_round(ll_client *c, const ll_client_setup *s, ll_time now)
     if (known == LL_NEVER || known <= peer->began)
         return; /* it plays alone; or the round is not over */
     ll_time round = now - peer->since + (guesses > 0 ? c->period : 0);
-    peer->spread = (round < ROUND_MAX ? round : ROUND_MAX) / many;
-    peer->spread_until = peer->began + 2 * many;
+    peer->spread = (round < ROUND_MAX ? round : ROUND_MAX) / round_ticks;
+    peer->spread_until = peer->began + 2 * round_ticks;
 }
 
 /* Whether the next tick is to be delayed. Ticks missing at a hold are made at once. */
@@ -300,12 +301,12 @@ static bool may_step(ll_client *c, const ll_client_setup *s, ll_time now)
         return false;
     }
     if (peer->hold == 0)
-        keep_pace(c);
-    if (peer->rest == 0 || peer->hold != 0) {
+        update_time_sync(c);
+    if (peer->frames_to_wait == 0 || peer->hold != 0) {
         peer->stepped = now;
         return true;
     }
-    peer->rest--;
+    peer->frames_to_wait--;
     for (int p = 0; p < ll_client_rendered(c)->players; p++)
         peer->player[p].ahead -= 1; /* at once, not when the means have followed */
     s->client_metrics->stepping.rested_frames += now >= s->client_metrics->from;
@@ -314,7 +315,7 @@ static bool may_step(ll_client *c, const ll_client_setup *s, ll_time now)
 
 /* All peers wait for one that has not reached the hold yet: it makes the ticks up to the hold as early as
  * possible, so that their inputs are sent together. */
-static void hasten(ll_client *c, const ll_client_setup *s, ll_time now)
+static void step_to_hold(ll_client *c, const ll_client_setup *s, ll_time now)
 {
     ll_peer *peer = ll_client_peer(c);
     int players = ll_client_rendered(c)->players;
@@ -347,11 +348,11 @@ static int compose(const ll_client *c, void *packet)
     int players = ll_client_rendered_const(c)->players, runs = 0;
     int64_t first = peer->first + c->acked + 1, tick = first;
     ll_peer_message *m = packet;
-    ll_peer_ack *heard = (ll_peer_ack *)(m + 1);
-    ll_input_run *run = (ll_input_run *)(heard + players);
+    ll_peer_ack *acks = (ll_peer_ack *)(m + 1);
+    ll_input_run *run = (ll_input_run *)(acks + players);
     for (int p = 0; p < players; p++) {
         const ll_peer_player *from = &peer->player[p];
-        heard[p] = (ll_peer_ack){(int32_t)from->known, from->at < 0 ? 0 : (int32_t)(peer->tick - from->at)};
+        acks[p] = (ll_peer_ack){(int32_t)from->known, from->at < 0 ? 0 : (int32_t)(peer->tick - from->at)};
     }
     for (; tick <= c->tick; tick++) { /* the pending inputs reach further back than the ring */
         const ll_action *a = &c->pending[(tick - peer->first) & (LL_PENDING_RING - 1)].action;
@@ -393,7 +394,7 @@ int ll_peer_tick(ll_client *c, const ll_client_setup *s, ll_time now, void *pack
             make_inputs(c, s, peer->tick + 1 + delay, now);
         if (peer->hold != 0) {
             make_inputs(c, s, peer->tick + 1 + delay, now);
-            hasten(c, s, now);
+            step_to_hold(c, s, now);
         }
     }
     ll_peer_confirm(c);

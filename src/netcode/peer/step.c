@@ -26,7 +26,7 @@ static void step(ll_client *c, const ll_client_setup *s, ll_world *world, int64_
         const ll_controls *input = ll_peer_input(peer, p, tick);
         actions[p] = (ll_action){{input->axis[0], input->axis[1]}, input->buttons, 0};
     }
-    ll_hardware_step(s, c->self, world, actions, tick, ll_clock_time(&peer->ticks, tick));
+    ll_float_mode_step(s, c->self, world, actions, tick, ll_clock_time(&peer->ticks, tick));
 }
 
 static void make_tick(ll_client *c, const ll_client_setup *s, int64_t tick)

@@ -77,7 +77,7 @@ typedef struct ll_player_config {
     int32_t interpolation_method, interpolation_delay, time_scale; /* indices into the tables of view.h */
     int32_t correction;                                            /* ll_correction */
     int32_t dejitter;                                              /* ll_dejitter_choice */
-    int32_t control, script, cheat, hardware;
+    int32_t control, script, cheat, float_mode;
     int32_t prediction_scope;    /* index into ll_scopes */
     int32_t ack;                 /* index into ll_acks */
     int32_t clock_filter;        /* index into ll_clock_filters */

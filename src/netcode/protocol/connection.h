@@ -42,11 +42,11 @@ extern const char *const ll_connection_state_names[LL_CONNECTION_STATES + 1]; /*
 
 typedef struct ll_connection {
     ll_clock_sync clock;
-    ll_time since; /* when the state began */
-    ll_time heard; /* when the last packet of the server arrived */
-    ll_time sent;  /* when the last packet of any kind was sent */
-    ll_time asks;  /* when the next connect or ping is due */
-    ll_time seen;  /* server time of the newest answer received; LL_NEVER: none */
+    ll_time since;         /* when the state began */
+    ll_time last_received; /* when the last packet of the server arrived */
+    ll_time sent;          /* when the last packet of any kind was sent */
+    ll_time asks;          /* when the next connect or ping is due */
+    ll_time seen;          /* server time of the newest answer received; LL_NEVER: none */
     uint32_t attempt;
     uint32_t pings;
     int32_t measured; /* clock samples since the state began */

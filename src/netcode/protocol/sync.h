@@ -42,7 +42,7 @@ typedef struct ll_sync_mode {
     /* The server receives a packet of `player`. Writes a result for each input that was not a repetition, at
      * most LL_INPUTS_MAX, and returns their number. */
     int (*take)(struct ll_server *server, const struct ll_sync_mode *sync, int player, const void *packet,
-                ll_time now, struct ll_input_result *verdicts);
+                ll_time now, struct ll_input_result *results);
 
     /* Makes inputs for players who are not connected; called when one is dropped. NULL: the steps do it. */
     void (*stand_in)(struct ll_server *server, ll_time now);

@@ -26,7 +26,7 @@ static const ll_client_slot *farthest(const ll_server *server)
     const ll_client_slot *last = NULL;
     ll_time most = -1;
     for (int i = 0; i < server->players; i++) {
-        const ll_client_slot *client_slot = &server->seats[i];
+        const ll_client_slot *client_slot = &server->client_slots[i];
         if (!client_slot->connected || client_slot->newest < 0)
             continue;
         ll_time offset = offset_of(server, client_slot);
@@ -41,7 +41,7 @@ static const ll_client_slot *farthest(const ll_server *server)
 /* In steady state any player's inputs may be the last of an interval, those of the others arriving up to an
  * interval earlier; which one depends on the history. After an outage, steps are made again when the inputs
  * of the farthest player arrive: less than one interval later than possible. */
-static ll_time in_rhythm(const ll_server *server, ll_time due)
+static ll_time align_to_farthest(const ll_server *server, ll_time due)
 {
     ll_time interval = ll_tick_time(1, server->clock.freq), blur = interval / RHYTHM_BLUR;
     const ll_client_slot *last = farthest(server);
@@ -56,12 +56,12 @@ static ll_time in_rhythm(const ll_server *server, ll_time due)
 
 /* One interval after the last input for the next step; LL_NEVER: that input has not arrived, or no player is
  * connected. */
-static ll_time natural_due(const ll_server *server)
+static ll_time earliest_due(const ll_server *server)
 {
     int64_t k = server->step + 1;
     ll_time ready = LL_NEVER;
     for (int i = 0; i < server->players; i++) {
-        const ll_client_slot *client_slot = &server->seats[i];
+        const ll_client_slot *client_slot = &server->client_slots[i];
         const ll_input_slot *slot = slot_of(client_slot, k);
         if (!client_slot->connected)
             continue;
@@ -74,7 +74,7 @@ static ll_time natural_due(const ll_server *server)
 }
 
 /* Not before the delayed steps are made, at LL_LOCKSTEP_CATCH_UP times the rate. */
-static ll_time caught_up(const ll_server *server, ll_time due)
+static ll_time limit_rate(const ll_server *server, ll_time due)
 {
     ll_time soonest = server->stepped + ll_tick_time(1, server->clock.freq) / LL_LOCKSTEP_CATCH_UP;
     return due > soonest ? due : soonest;
@@ -82,15 +82,15 @@ static ll_time caught_up(const ll_server *server, ll_time due)
 
 ll_time ll_lockstep_due(const ll_server *server)
 {
-    return caught_up(server, natural_due(server));
+    return limit_rate(server, earliest_due(server));
 }
 
 ll_time ll_lockstep_due_in_rhythm(const ll_server *server)
 {
-    ll_time due = natural_due(server);
-    if (due > server->stepped && due < server->even)
-        due = in_rhythm(server, due);
-    return caught_up(server, due);
+    ll_time due = earliest_due(server);
+    if (due > server->stepped && due < server->recovery_until)
+        due = align_to_farthest(server, due);
+    return limit_rate(server, due);
 }
 
 /* Whether the player's input for step k arrived after an outage: long after the input before it, or together
@@ -98,9 +98,9 @@ ll_time ll_lockstep_due_in_rhythm(const ll_server *server)
 static bool came_late(const ll_server *server, const ll_client_slot *client_slot, int64_t k)
 {
     ll_time interval = ll_tick_time(1, server->clock.freq);
-    int64_t many = (RHYTHM_GAP + interval - 1) / interval;
+    int64_t inputs = (RHYTHM_GAP + interval - 1) / interval;
     const ll_input_slot *slot = slot_of(client_slot, k), *before = slot_of(client_slot, k - 1);
-    const ll_input_slot *behind = slot_of(client_slot, k + (many < RHYTHM_MANY ? many : RHYTHM_MANY));
+    const ll_input_slot *behind = slot_of(client_slot, k + (inputs < RHYTHM_MANY ? inputs : RHYTHM_MANY));
     if (before->tick != k - 1 && client_slot->peer.came > server->clock.epoch)
         return true; /* the player has joined again */
     if (behind->tick > k && behind->came == slot->came)
@@ -114,7 +114,7 @@ static void stall(ll_server *server, int64_t k, ll_time waited)
     ll_client_slot *last = NULL;
     server->stalled += waited;
     for (int i = 0; i < server->players; i++) {
-        ll_client_slot *client_slot = &server->seats[i];
+        ll_client_slot *client_slot = &server->client_slots[i];
         if (client_slot->connected && (!last || slot_of(client_slot, k)->came > slot_of(last, k)->came))
             last = client_slot;
     }
@@ -131,7 +131,7 @@ void ll_lockstep_step(ll_server *server, const ll_game *game, const ll_game_env 
     if (now - server->stepped > interval)
         stall(server, k, now - server->stepped - interval);
     for (int i = 0; i < server->players; i++) {
-        ll_client_slot *client_slot = &server->seats[i];
+        ll_client_slot *client_slot = &server->client_slots[i];
         const ll_input_slot *slot = slot_of(client_slot, k);
         actions[i] = client_slot->connected ? ll_server_action(server, i, k) : (ll_action){0};
         if (!client_slot->connected)
@@ -150,9 +150,9 @@ void ll_lockstep_step_in_rhythm(ll_server *server, const ll_game *game, const ll
     ll_time interval = ll_tick_time(1, server->clock.freq);
     bool waited = now - server->stepped > interval + interval / RHYTHM_BLUR;
     for (int i = 0; i < server->players && waited; i++) {
-        const ll_client_slot *client_slot = &server->seats[i];
+        const ll_client_slot *client_slot = &server->client_slots[i];
         if (client_slot->connected && came_late(server, client_slot, server->step + 1))
-            server->even = now + RHYTHM_KEPT;
+            server->recovery_until = now + RHYTHM_KEPT;
     }
     ll_lockstep_step(server, game, env, past, now);
 }

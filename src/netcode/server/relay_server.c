@@ -22,7 +22,7 @@ ll_time ll_relay_server_due(const ll_server *server)
     int64_t k = server->step + 1;
     ll_time due = server->stepped;
     for (int i = 0; i < server->players; i++) {
-        const ll_input_slot *slot = slot_of(&server->seats[i], k);
+        const ll_input_slot *slot = slot_of(&server->client_slots[i], k);
         if (slot->tick != k)
             return LL_NEVER;
         due = slot->came > due ? slot->came : due;
@@ -42,7 +42,7 @@ void ll_relay_server_step(ll_server *server, const ll_game *game, const ll_game_
     if (now - server->stepped > interval)
         server->stalled += now - server->stepped - interval;
     for (int i = 0; i < server->players; i++) {
-        ll_client_slot *client_slot = &server->seats[i];
+        ll_client_slot *client_slot = &server->client_slots[i];
         actions[i] = client_slot->held = slot_of(client_slot, k)->action;
         if (k <= client_slot->first)
             continue; /* not the player's own */
@@ -59,17 +59,17 @@ void ll_relay_server_step(ll_server *server, const ll_game *game, const ll_game_
 
 /* ---- packets ---- */
 
-static void hear(const ll_server *server, ll_peer_status *peer, const ll_peer_message *m,
-                 const ll_peer_ack *heard)
+static void take_acks(const ll_server *server, ll_peer_status *peer, const ll_peer_message *m,
+                      const ll_peer_ack *acks)
 {
-    bool paced = !ll_hold_waits(server, m->tick + m->head.count - 1);
+    bool counts_for_time_sync = !ll_hold_waits(server, m->tick + m->head.count - 1);
     for (int p = 0; p < server->players; p++) {
-        if (heard[p].known > peer->heard[p].known)
-            peer->heard[p].known = heard[p].known;
-        if (m->at >= peer->at && paced)
-            peer->heard[p].ahead = heard[p].ahead;
+        if (acks[p].known > peer->acks[p].known)
+            peer->acks[p].known = acks[p].known;
+        if (m->at >= peer->at && counts_for_time_sync)
+            peer->acks[p].ahead = acks[p].ahead;
     }
-    if (m->at > peer->at && paced)
+    if (m->at > peer->at && counts_for_time_sync)
         peer->at = m->at;
 }
 
@@ -88,8 +88,8 @@ static void compare(ll_server *server, ll_peer_status *peer, int64_t first, cons
 }
 
 /* Passes new inputs to ll_server_receive as one message; the client sends the rest again. */
-static void unpack(ll_server *server, ll_client_slot *client_slot, const ll_peer_message *m,
-                   const ll_input_run *runs, ll_input_message *inputs)
+static void take_new_inputs(ll_server *server, ll_client_slot *client_slot, const ll_peer_message *m,
+                            const ll_input_run *runs, ll_input_message *inputs)
 {
     int64_t tick = m->tick, next = known(server, client_slot) + 1;
     int count = 0;
@@ -108,34 +108,34 @@ static void unpack(ll_server *server, ll_client_slot *client_slot, const ll_peer
 }
 
 int ll_relay_server_take(ll_server *server, const ll_sync_mode *sync, int player, const void *packet,
-                         ll_time now, ll_input_result verdicts[LL_INPUTS_MAX])
+                         ll_time now, ll_input_result results[LL_INPUTS_MAX])
 {
     const ll_peer_message *m = packet;
-    if (m->head.epoch != server->seats[player].epoch)
+    if (m->head.epoch != server->client_slots[player].epoch)
         return 0;
-    const ll_peer_ack *heard = (const ll_peer_ack *)(m + 1);
-    const ll_input_run *runs = (const ll_input_run *)(heard + server->players);
-    ll_client_slot *client_slot = &server->seats[player];
+    const ll_peer_ack *acks = (const ll_peer_ack *)(m + 1);
+    const ll_input_run *runs = (const ll_input_run *)(acks + server->players);
+    ll_client_slot *client_slot = &server->client_slots[player];
     ll_input_message inputs = {.wants = 0}; /* parts of snapshots, which no client gets here */
-    hear(server, &client_slot->peer, m, heard);
+    take_acks(server, &client_slot->peer, m, acks);
     compare(server, &client_slot->peer, m->hashed, (const uint32_t *)(runs + m->runs), m->hashes);
-    unpack(server, client_slot, m, runs, &inputs);
+    take_new_inputs(server, client_slot, m, runs, &inputs);
     /* An input is for its own tick alone, however many arrive at once: after an outage all open inputs do. */
     client_slot->allowance = (ll_rate_limiter){ll_rate_burst(server->client_freq), now};
-    int judged = ll_server_receive(server, sync, player, &inputs, now, verdicts);
+    int result_count = ll_server_receive(server, sync, player, &inputs, now, results);
     ll_relay_server_fill(server, now);
     ll_hold_follow(server, sync, player, m, now);
-    return judged;
+    return result_count;
 }
 
 void ll_relay_server_fill(ll_server *server, ll_time now)
 {
     int64_t upto = server->step;
     for (int i = 0; i < server->players; i++)
-        if (server->seats[i].connected && server->seats[i].newest > upto)
-            upto = server->seats[i].newest;
+        if (server->client_slots[i].connected && server->client_slots[i].newest > upto)
+            upto = server->client_slots[i].newest;
     for (int i = 0; i < server->players; i++) {
-        ll_client_slot *client_slot = &server->seats[i];
+        ll_client_slot *client_slot = &server->client_slots[i];
         int64_t tick = known(server, client_slot);
         for (; !client_slot->connected && tick < upto; client_slot->newest = ++tick)
             client_slot->slots[(tick + 1) & (LL_INPUT_RING - 1)] =
@@ -146,8 +146,8 @@ void ll_relay_server_fill(ll_server *server, ll_time now)
 /* The inputs of `other` that `player` has not acknowledged. */
 static char *write_part(ll_server *server, int player, int other, char *at)
 {
-    ll_client_slot *client_slot = &server->seats[other];
-    int64_t first = server->seats[player].peer.heard[other].known + 1;
+    ll_client_slot *client_slot = &server->client_slots[other];
+    int64_t first = server->client_slots[player].peer.acks[other].known + 1;
     ll_relay_part *part = (ll_relay_part *)(void *)at;
     ll_input_run *runs = (ll_input_run *)(part + 1);
     int count = 0;
@@ -158,7 +158,7 @@ static char *write_part(ll_server *server, int player, int other, char *at)
     }
     *part = (ll_relay_part){.tick = (int32_t)first,
                             .at = client_slot->peer.at,
-                            .ahead = client_slot->peer.heard[player].ahead,
+                            .ahead = client_slot->peer.acks[player].ahead,
                             .player = (uint16_t)other,
                             .runs = (uint16_t)count};
     client_slot->peer.relayed = known(server, client_slot);
@@ -168,7 +168,7 @@ static char *write_part(ll_server *server, int player, int other, char *at)
 int ll_relay_server_compose(ll_server *server, const ll_sync_mode *sync, int player, void *packet)
 {
     (void)sync;
-    const ll_client_slot *client_slot = &server->seats[player];
+    const ll_client_slot *client_slot = &server->client_slots[player];
     ll_relay_message *m = packet;
     *m = (ll_relay_message){.head = {.type = LL_MESSAGE_RELAY,
                                      .count = (uint8_t)(server->players - 1),

@@ -9,7 +9,7 @@ ll_time ll_relay_server_due(const ll_server *server);
 void ll_relay_server_step(ll_server *server, const ll_game *game, const ll_game_env *env, ll_past *past,
                           ll_time now);
 int ll_relay_server_take(ll_server *server, const ll_sync_mode *sync, int player, const void *packet,
-                         ll_time now, ll_input_result verdicts[LL_INPUTS_MAX]);
+                         ll_time now, ll_input_result results[LL_INPUTS_MAX]);
 int ll_relay_server_compose(ll_server *server, const ll_sync_mode *sync, int player, void *packet);
 
 /* Makes neutral inputs for players who are not connected, as far as the inputs of the others reach. */

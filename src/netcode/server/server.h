@@ -39,7 +39,7 @@ typedef struct ll_peer_status {
     ll_time
         way; /* one-way delay to its client, as the client measured it; 0: none of its packets has arrived */
     ll_time came; /* when the last of them arrived; before the first, when its epoch began */
-    ll_peer_ack heard[LL_PLAYERS_MAX];
+    ll_peer_ack acks[LL_PLAYERS_MAX];
     int64_t relayed; /* its newest input in the last relays: no client knows a later one */
     int64_t hashed;  /* its hashes up to this tick have been compared */
     int64_t desync;  /* the first that differed; -1: none */
@@ -57,7 +57,7 @@ typedef struct ll_client_slot {
     uint32_t slack_seq;
     uint32_t wants;   /* ll_part */
     uint32_t repeats; /* packets without a new input since the last snapshot was sent */
-    uint32_t verdicts[LL_INPUT_RESULT_WORDS]; /* a bit for each input, by number: applied on arrival */
+    uint32_t results[LL_INPUT_RESULT_WORDS]; /* a bit for each input, by number: applied on arrival */
     uint64_t
         replaced[LL_INPUT_RING / 64]; /* a bit for each slot: it holds the replacement of a refused input */
     int64_t seq_minus_tick;
@@ -71,8 +71,8 @@ typedef struct ll_client_slot {
     ll_time_budget account;
     double budget_used; /* largest used share of the time budget; above 1 it was exceeded */
     ll_time seen;       /* the newest of the server's answers that the player is known to have */
-    ll_time heard;      /* when that became known */
-    ll_time told;       /* when anything was last sent to the player */
+    ll_time last_ack;   /* when that became known */
+    ll_time last_sent;  /* when anything was last sent to the player */
     int64_t first;      /* its inputs count for the steps after this one */
     uint32_t attempt;   /* of the client, with which it was accepted */
     uint16_t epoch;
@@ -100,19 +100,19 @@ typedef struct ll_server {
     uint16_t epoch; /* the last that was assigned */
     uint16_t codec; /* index into ll_codecs */
     uint32_t validates;
-    int32_t refused;       /* ll_refused */
-    int32_t starved;       /* index into ll_starves */
-    int32_t starved_ticks; /* number of ticks that repeat_n repeats for */
-    double starved_tau_ms; /* duration of decay */
-    ll_quantization grid;  /* that the codec rounds to */
-    ll_time from;          /* snapshot costs count from then on */
-    int32_t rollback;      /* rollback: prediction window of the clients, ticks */
-    uint32_t uneven;       /* deterministic and rollback: a hold is to follow */
-    int64_t hold, resume;  /* see netcode/server/hold.h; as sent in relays */
-    ll_time even; /* lockstep_pipelined: until then steps follow the inputs of one player; deterministic and
-                     rollback: no hold before then */
+    int32_t refused;               /* ll_refused */
+    int32_t starved;               /* index into ll_starves */
+    int32_t starved_ticks;         /* number of ticks that repeat_n repeats for */
+    double starved_tau_ms;         /* duration of decay */
+    ll_quantization grid;          /* that the codec rounds to */
+    ll_time from;                  /* snapshot costs count from then on */
+    int32_t rollback;              /* rollback: prediction window of the clients, ticks */
+    uint32_t hold_due;             /* deterministic and rollback: a hold is to follow */
+    int64_t hold, resume;          /* see netcode/server/hold.h; as sent in relays */
+    ll_time recovery_until;        /* lockstep_pipelined: until then steps follow the inputs of one player;
+                            deterministic and        rollback: no hold before then */
     uint32_t hashes[LL_HASH_RING]; /* deterministic and rollback: of the world after a step */
-    ll_client_slot seats[];        /* one per player; then the world; then the baselines */
+    ll_client_slot client_slots[]; /* one per player; then the world; then the baselines */
 } ll_server;
 
 #pragma GCC diagnostic pop
@@ -131,12 +131,12 @@ static inline bool ll_server_has_hash(const ll_server *server, int64_t step)
 
 static inline ll_world *ll_server_world(ll_server *server)
 {
-    return (ll_world *)&server->seats[server->players];
+    return (ll_world *)&server->client_slots[server->players];
 }
 
 static inline const ll_world *ll_server_world_const(const ll_server *server)
 {
-    return (const ll_world *)&server->seats[server->players];
+    return (const ll_world *)&server->client_slots[server->players];
 }
 
 static inline ll_baseline_history *ll_server_baseline_history(const ll_server *server)
@@ -183,7 +183,7 @@ typedef struct ll_input_result {
 /* Processes the inputs of an ll_input_message. Writes a result for each that was not a repetition and returns
  * their number. A refused input is replaced according to `refused`, so that no player waits for it. */
 int ll_server_receive(ll_server *server, const ll_sync_mode *sync, int player, const void *packet,
-                      ll_time now, ll_input_result verdicts[LL_INPUTS_MAX]);
+                      ll_time now, ll_input_result results[LL_INPUTS_MAX]);
 
 /* Sets in `past` the age, at `now`, of the newest snapshot that `player` had when it made the input of
  * `slot`. */

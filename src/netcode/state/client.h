@@ -33,8 +33,8 @@ typedef enum ll_input_state {
 /* An input that the client has made. */
 typedef struct ll_pending_input {
     uint32_t seq;
-    uint8_t state; /* ll_input_state */
-    uint8_t told;  /* it was closed once */
+    uint8_t state;       /* ll_input_state */
+    uint8_t closed_once; /* it was closed once */
     uint8_t reserved[2];
     ll_time made;
     double x; /* x of the own entity after it, as last predicted */
@@ -103,16 +103,17 @@ typedef struct ll_client {
     int64_t tick;        /* the server's step that the newest input is meant for */
     uint32_t seq, acked; /* newest made; all up to there are closed */
     uint32_t run; /* from this input on numbers and steps correspond: a snap of the clock leaves out some */
-    uint32_t composed; /* the newest that was sent */
-    int32_t debt;      /* inputs to make beyond one per frame; negative: to skip */
-    uint32_t settle;   /* slack is read again from this input on */
-    int32_t spare;     /* smallest slack since `spare_since` */
-    uint32_t unsent;   /* the first input that a lag switch holds back; 0: none */
-    ll_time spare_since;
-    ll_time spare_ns; /* the same with time dilation; LL_NEVER: none */
-    ll_time shift;    /* remaining clock correction, spread over frames: positive makes them earlier */
-    double scale;     /* of the last frame: nominal length over actual length */
-    ll_action held;   /* the player's controls */
+    uint32_t composed;   /* the newest that was sent */
+    int32_t debt;        /* inputs to make beyond one per frame; negative: to skip */
+    uint32_t settle;     /* slack is read again from this input on */
+    int32_t least_slack; /* smallest slack since `least_slack_since` */
+    uint32_t unsent;     /* the first input that a lag switch holds back; 0: none */
+    ll_time least_slack_since;
+    ll_time least_slack_ns; /* the same with time dilation; LL_NEVER: none */
+    ll_time
+        clock_correction; /* remaining clock correction, spread over frames: positive makes them earlier */
+    double scale;         /* of the last frame: nominal length over actual length */
+    ll_action held;       /* the player's controls */
     int64_t refused;
 
     /* snapshots */
@@ -128,17 +129,17 @@ typedef struct ll_client {
     ll_time latest_time;  /* server's clock, of the snapshot applied last */
     int64_t latest_tick;
     double update_hz;
-    ll_action
-        told[LL_PLAYERS_MAX]; /* others' controls in the newest snapshot; zero until one contains them */
-    int64_t view_step;        /* the step whose world is drawn; -1: the draw infos contain the times */
-    uint32_t verdicts[LL_INPUT_RESULT_WORDS_MAX]; /* of the newest snapshot that contains them */
-    ll_input_result_part verdict;
+    ll_action last_controls[LL_PLAYERS_MAX]; /* others' controls in the newest snapshot; zero until one
+                                                contains them */
+    int64_t view_step; /* the step whose world is drawn; -1: the draw infos contain the times */
+    uint32_t results[LL_INPUT_RESULT_WORDS_MAX]; /* of the newest snapshot that contains them */
+    ll_input_result_part result;
     uint32_t parts, reserved4; /* ll_part of the newest snapshot */
     int64_t world_size;
     /* from the start of this struct: worlds, and an ll_draw_info and an ll_view_error per entity for the
      * rendered one */
-    int64_t states_offset, latest_offset, predicted_offset, checked_offset, shown_offset, marks_offset,
-        errors_offset;
+    int64_t states_offset, latest_offset, predicted_offset, checked_offset, rendered_offset,
+        draw_infos_offset, errors_offset;
 
     /* prediction */
     int64_t predicted_tick;            /* of the predicted world */
@@ -163,7 +164,7 @@ typedef struct ll_client {
     uint8_t reserved2[2];
     ll_time offset_window[LL_OFFSET_WINDOW]; /* largest per quarter of a second */
     int64_t offset_quarter;
-    ll_time heard;             /* when the newest snapshot arrived; -1 */
+    ll_time last_arrival;      /* when the newest snapshot arrived; -1 */
     double gap, gap_deviation; /* between arrivals of snapshots, averages in ns; -1: none yet */
     double late;               /* of snapshots relative to the fastest, average in ns */
 
@@ -314,22 +315,22 @@ static inline ll_world *ll_client_checked(ll_client *c)
 /* The world that the client draws. */
 static inline ll_world *ll_client_rendered(ll_client *c)
 {
-    return (ll_world *)((char *)c + c->shown_offset);
+    return (ll_world *)((char *)c + c->rendered_offset);
 }
 
 static inline const ll_world *ll_client_rendered_const(const ll_client *c)
 {
-    return (const ll_world *)((const char *)c + c->shown_offset);
+    return (const ll_world *)((const char *)c + c->rendered_offset);
 }
 
 static inline ll_draw_info *ll_client_draw_infos(ll_client *c)
 {
-    return (ll_draw_info *)((char *)c + c->marks_offset);
+    return (ll_draw_info *)((char *)c + c->draw_infos_offset);
 }
 
 static inline const ll_draw_info *ll_client_draw_infos_const(const ll_client *c)
 {
-    return (const ll_draw_info *)((const char *)c + c->marks_offset);
+    return (const ll_draw_info *)((const char *)c + c->draw_infos_offset);
 }
 
 /* Start of a tick, in every sync mode. */

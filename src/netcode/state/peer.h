@@ -23,11 +23,11 @@ _Static_assert(2 * LL_ROLLBACK_MAX + LL_INPUT_DELAY_MAX + LL_SYNC_TEST_MAX < LL_
 
 /* What a client knows of a player. */
 typedef struct ll_peer_player {
-    int64_t known; /* inputs up to this tick have arrived (own inputs: are made); later ones are guesses */
-    int32_t at;    /* its tick in the last relay; -1: unknown */
-    int32_t heard; /* number of such relays, at most as many as the mean uses */
-    double ahead;  /* ticks that this client is ahead of it, from what is received of it; mean */
-    double behind; /* ticks that it is ahead of this client, from what it receives of it; mean */
+    int64_t known;   /* inputs up to this tick have arrived (own inputs: are made); later ones are guesses */
+    int32_t at;      /* its tick in the last relay; -1: unknown */
+    int32_t samples; /* number of such relays, at most as many as the mean uses */
+    double ahead;    /* ticks that this client is ahead of it, from what is received of it; mean */
+    double behind;   /* ticks that it is ahead of this client, from what it receives of it; mean */
     ll_controls inputs[LL_PEER_RING];
 } ll_peer_player;
 
@@ -43,16 +43,16 @@ typedef struct ll_peer {
     ll_time relayed; /* when the last relay arrived; 0: none has */
     int64_t hold;    /* makes no inputs for ticks beyond this one (netcode/server/hold.h); 0: no hold */
     int64_t
-        resume;    /* the hold ends when this many ticks have passed since the game began; 0: not known yet */
-    int64_t paced; /* the frame before the one from which time sync checks are counted */
-    int64_t began; /* the tick that it started from, or of the last hold */
-    ll_time since; /* when it continued from there; LL_NEVER: not yet */
-    ll_time spread; /* interval of ticks up to `spread_until`; 0: not known yet */
+        resume; /* the hold ends when this many ticks have passed since the game began; 0: not known yet */
+    int64_t time_sync_from; /* the frame before the one from which time sync checks are counted */
+    int64_t began;          /* the tick that it started from, or of the last hold */
+    ll_time since;          /* when it continued from there; LL_NEVER: not yet */
+    ll_time spread;         /* interval of ticks up to `spread_until`; 0: not known yet */
     int64_t spread_until;
-    ll_time stepped;  /* when the last tick was made */
-    uint32_t waiting; /* bit p: cannot continue without the input of player p */
-    int32_t rest;     /* frames to leave out so that the others catch up */
-    uint32_t gap;     /* relays had stopped for a time, and the server does not know it yet */
+    ll_time stepped;        /* when the last tick was made */
+    uint32_t waiting;       /* bit p: cannot continue without the input of player p */
+    int32_t frames_to_wait; /* frames to leave out so that the others catch up */
+    uint32_t gap;           /* relays had stopped for a time, and the server does not know it yet */
     uint32_t reserved;
     uint32_t hashes[LL_PEER_RING];
     ll_peer_player player[]; /* one per player; then LL_PEER_RING worlds */

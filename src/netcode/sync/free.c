@@ -14,7 +14,7 @@ static void step(ll_server *server, const ll_game *game, const ll_game_env *env,
     ll_action actions[LL_PLAYERS_MAX];
     int64_t k = ++server->step;
     for (int i = 0; i < server->players; i++) {
-        ll_client_slot *client_slot = &server->seats[i];
+        ll_client_slot *client_slot = &server->client_slots[i];
         const ll_input_slot *slot = &client_slot->slots[k & (LL_INPUT_RING - 1)];
         bool begun =
             client_slot->connected && client_slot->newest >= 0 && k + client_slot->seq_minus_tick > 0;

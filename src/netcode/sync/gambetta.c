@@ -17,7 +17,7 @@ static ll_time due(const ll_server *server)
  * since moves are additive. */
 static void drain(ll_server *server, int player, const ll_game *game, const ll_game_env *env)
 {
-    ll_client_slot *client_slot = &server->seats[player];
+    ll_client_slot *client_slot = &server->client_slots[player];
     int64_t first = client_slot->newest - LL_INPUT_RING + 1;
     for (int64_t tick = first < 1 ? 1 : first; tick <= client_slot->newest; tick++) {
         ll_input_slot *slot = &client_slot->slots[tick & (LL_INPUT_RING - 1)];

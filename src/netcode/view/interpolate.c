@@ -11,15 +11,15 @@
 static void average_gaps(ll_client *c, const ll_snapshot_entry *state, ll_time sample)
 {
     c->late += GAIN * ((double)(c->offset - sample) - c->late);
-    if (c->heard >= 0) {
-        double gap = (double)(state->arrived - c->heard);
+    if (c->last_arrival >= 0) {
+        double gap = (double)(state->arrived - c->last_arrival);
         if (c->gap < 0)
             c->gap = gap;
         double off = gap > c->gap ? gap - c->gap : c->gap - gap;
         c->gap_deviation += GAIN * (off - c->gap_deviation);
         c->gap += GAIN * (gap - c->gap);
     }
-    c->heard = state->arrived;
+    c->last_arrival = state->arrived;
 }
 
 void ll_interpolate_heard(ll_client *c, const ll_snapshot_entry *state)

@@ -3,7 +3,7 @@
 
 /* ---- proportional ---- */
 
-static ll_time tenth(ll_client *c, ll_time error)
+static ll_time proportional(ll_client *c, ll_time error)
 {
     ll_time most = c->elapsed / 10;
     return error > most ? most : error < -most ? -most : error;
@@ -18,7 +18,7 @@ static ll_time quarter_second(const ll_client *c)
 const ll_time_scale ll_time_scale_proportional = {
     .name = "proportional",
     .help = "Faster or slower by what the error needs, at most a tenth.",
-    .extra = tenth,
+    .extra = proportional,
     .limit = quarter_second,
 };
 

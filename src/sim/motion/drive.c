@@ -39,7 +39,7 @@ void ll_motion_drive_start(ll_motion *m, int i, const ll_ode *ode)
 }
 
 /* At the time reversal the state becomes the start of a run to time 0. */
-static void turn(ll_motion *m, int i, const ll_ode *ode)
+static void reverse_time(ll_motion *m, int i, const ll_ode *ode)
 {
     double y[LL_ODE_DIM_MAX];
     ll_ode_run *run = ll_motion_run(m, i);
@@ -129,7 +129,7 @@ ll_ode_state ll_motion_drive_to(ll_motion *m, int i, const ll_ode *ode, double t
         go_to(m, i, ode, ll_motion_end(&m->config), pace);
         if (run->state == LL_ODE_DIVERGED || ll_broken_off(pace))
             return (ll_ode_state)run->state;
-        turn(m, i, ode);
+        reverse_time(m, i, ode);
     }
     go_to(m, i, ode, ll_motion_moment(&m->config, t), pace);
     return (ll_ode_state)run->state;

@@ -34,7 +34,7 @@ static void start_reference(ll_motion *m, const ll_ode *ode, int64_t offset, int
 }
 
 /* From its present state back to the start. */
-static void turn_reference(ll_motion *m, const ll_ode *ode, ll_ode_run *reference, int which)
+static void reverse_reference(ll_motion *m, const ll_ode *ode, ll_ode_run *reference, int which)
 {
     double y[LL_ODE_DIM_MAX];
     ll_ode_control back = reference->control;
@@ -58,7 +58,7 @@ static void solution_at(ll_motion *m, const ll_ode *ode, int64_t offset, int whi
     if (m->formula && problem->exact(m->config.params, t, y))
         return;
     if (t < reference->t_last && reference->control.t_end > 0)
-        turn_reference(m, ode, reference, which);
+        reverse_reference(m, ode, reference, which);
     while ((reference->control.t_end > 0 ? reference->t < t : reference->t > t) && ll_goes_on(pace) &&
            ll_ode_step(reference, method, ode) == LL_ODE_RUNNING)
         ;
@@ -72,7 +72,7 @@ static void compare(ll_motion *m, const ll_ode *ode, double t, double span, ll_p
 {
     double y[LL_ODE_DIM_MAX], other[LL_ODE_DIM_MAX];
     const ll_ode_problem *problem = ll_motion_problem(&m->config);
-    ll_motion_doubt *d = &m->doubt;
+    ll_motion_uncertainty *d = &m->uncertainty;
     ll_ode_run *first = ll_motion_run_at(m, m->first);
     solution_at(m, ode, m->first, 0, t, y, pace);
     solution_at(m, ode, m->second, 1, t, other, pace);
@@ -85,21 +85,21 @@ static void compare(ll_motion *m, const ll_ode *ode, double t, double span, ll_p
         d->parted = 1;
         return;
     }
-    ll_ode_measure_at(&d->by, ll_motion_vector(m, m->doubt_each), ode, t, span, other, y, true);
+    ll_ode_measure_at(&d->by, ll_motion_vector(m, m->uncertainty_each), ode, t, span, other, y, true);
     d->predictable_s = session_time(m, first, t);
 }
 
 /* Compares the two references up to the session's time `t`. */
-static void doubt_to(ll_motion *m, const ll_ode *ode, double t, ll_pace *pace)
+static void compare_references(ll_motion *m, const ll_ode *ode, double t, ll_pace *pace)
 {
-    ll_motion_doubt *d = &m->doubt;
+    ll_motion_uncertainty *d = &m->uncertainty;
     ll_ode_run *first = ll_motion_run_at(m, m->first);
     const ll_ode_method *method = ll_ode_reference_method(ll_motion_problem(&m->config), 0);
     while (!m->formula && !d->parted && first->state != LL_ODE_FINISHED &&
            session_time(m, first, first->t) < t && ll_goes_on(pace)) {
         double at[LL_ODE_POINTS];
         if (m->config.reverse && first->control.t_end > 0 && first->t >= ll_motion_end(&m->config))
-            turn_reference(m, ode, first, 0);
+            reverse_reference(m, ode, first, 0);
         if (ll_ode_step(first, method, ode) == LL_ODE_DIVERGED) {
             d->parted = 1;
             return;
@@ -122,7 +122,7 @@ void ll_motion_measure_start(ll_motion *m, const ll_ode *ode, const double *y0)
     start_reference(m, ode, m->first, 0, y0);
     start_reference(m, ode, m->second, 1, y0);
     start_reference(m, ode, m->ahead, 0, y0);
-    ll_ode_measure_start(&m->doubt.by, ll_motion_vector(m, m->doubt_each), problem, ode, y0);
+    ll_ode_measure_start(&m->uncertainty.by, ll_motion_vector(m, m->uncertainty_each), problem, ode, y0);
     for (int i = 0; i < m->config.method_count; i++) {
         start_reference(m, ode, m->at[i].reference, 0, y0);
         ll_ode_measure_start(&m->measure[i], ll_motion_vector(m, m->at[i].each), problem, ode, y0);
@@ -131,7 +131,7 @@ void ll_motion_measure_start(ll_motion *m, const ll_ode *ode, const double *y0)
 
 void ll_motion_solve(ll_motion *m, const ll_ode *ode, double t, ll_pace *pace)
 {
-    doubt_to(m, ode, t, pace);
+    compare_references(m, ode, t, pace);
     solution_at(m, ode, m->reference, 0, ll_motion_moment(&m->config, t), ll_motion_vector(m, m->solution),
                 pace);
 }
@@ -183,7 +183,7 @@ void ll_motion_measure_step(ll_motion *m, int i, const ll_ode *ode, ll_pace *pac
     double at[LL_ODE_POINTS], y[LL_ODE_DIM_MAX], *wanted = ll_motion_vector(m, m->at[i].wanted);
     int points = points_of(m, i, at);
     double end = at[points - 1], step = end > r->t ? end - r->t : r->t - end;
-    doubt_to(m, ode, session_time(m, run, end), pace);
+    compare_references(m, ode, session_time(m, run, end), pace);
     for (int k = 0; k < points; k++) {
         /* At an event's jump it may be on the other side than the solution */
         if (k == points - 1 && run->event >= 0)
@@ -193,7 +193,8 @@ void ll_motion_measure_step(ll_motion *m, int i, const ll_ode *ode, ll_pace *pac
         if (k < points - 1)
             ll_ode_sample(run, ll_motion_method_of(&m->config, i), ode, at[k], y);
         const double *state = k < points - 1 ? y : ll_ode_y(run);
-        bool known = m->formula || !m->doubt.parted || session_time(m, run, at[k]) <= m->doubt.predictable_s;
+        bool known = m->formula || !m->uncertainty.parted ||
+                     session_time(m, run, at[k]) <= m->uncertainty.predictable_s;
         ll_ode_measure_at(r, ll_motion_vector(m, m->at[i].each), ode, at[k], step / points, state, wanted,
                           known);
     }
@@ -205,7 +206,7 @@ void ll_motion_measure_step(ll_motion *m, int i, const ll_ode *ode, ll_pace *pac
 void ll_motion_judge(ll_motion *m, int i, const ll_ode *ode)
 {
     ll_ode_run *run = ll_motion_run(m, i);
-    if (!m->doubt.parted && run->state != LL_ODE_DIVERGED &&
+    if (!m->uncertainty.parted && run->state != LL_ODE_DIVERGED &&
         !ll_ode_measure_resolved(&m->measure[i], ll_motion_vector(m, m->at[i].each),
                                  ll_motion_problem(&m->config), ode))
         ll_ode_give_up(run, LL_ODE_UNRESOLVED);

@@ -36,8 +36,8 @@ static int64_t lay_out(ll_motion *m, const ll_motion_config *c)
     at->first = at->reference + reference;
     at->second = at->first + reference;
     at->ahead = at->second + second;
-    at->doubt_each = at->ahead + reference;
-    end = at->doubt_each + LL_ODE_ROWS * vector;
+    at->uncertainty_each = at->ahead + reference;
+    end = at->uncertainty_each + LL_ODE_ROWS * vector;
     for (int i = 0; i < c->method_count; i++) {
         at->at[i].shown = end;
         at->at[i].wanted = end + vector;

@@ -65,11 +65,11 @@ typedef struct ll_motion_drive {
 
 /* Uncertainty of the solution: the difference of two references, over the steps of the first; all 0 for a
  * formula. Times are the session's. */
-typedef struct ll_motion_doubt {
+typedef struct ll_motion_uncertainty {
     ll_ode_measure by;
     double predictable_s; /* until then it is below LL_ODE_PREDICTABLE of the scale */
     int64_t parted;       /* it exceeds that: errors are unknown from here on */
-} ll_motion_doubt;
+} ll_motion_uncertainty;
 
 /* The start of a block. Offsets are from here; a vector has `dim` doubles. */
 typedef struct ll_motion {
@@ -77,14 +77,14 @@ typedef struct ll_motion {
     ll_motion_config config;
     ll_time now;
     int32_t dim;
-    int32_t formula;                   /* whether there is one */
-    int64_t solution;                  /* vector: the present solution, for drawing; */
-    int64_t reference;                 /* and the run that computes it where there is no formula */
-    int64_t first, second, doubt_each; /* two references, and the differences of their components */
-    int64_t ahead;                     /* run to the end when a method may have blown up: */
-    int64_t looked;                    /* whether it has been run; */
-    ll_ode_scale whole;                /* of the whole solution then */
-    ll_motion_doubt doubt;
+    int32_t formula;                         /* whether there is one */
+    int64_t solution;                        /* vector: the present solution, for drawing; */
+    int64_t reference;                       /* and the run that computes it where there is no formula */
+    int64_t first, second, uncertainty_each; /* two references, and the differences of their components */
+    int64_t ahead;                           /* run to the end when a method may have blown up: */
+    int64_t looked;                          /* whether it has been run; */
+    ll_ode_scale whole;                      /* of the whole solution then */
+    ll_motion_uncertainty uncertainty;
     struct {
         int64_t run, reference; /* ll_ode_run */
         int64_t shown,

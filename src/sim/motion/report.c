@@ -63,9 +63,9 @@ const char *const ll_motion_signed_metrics[] = {"energy_drift_final", "energy_dr
                                                 "t_s", NULL};
 
 /* An error not above the uncertainty of the solution is unknown. */
-static double above(double error, double doubt)
+static double above(double error, double uncertainty)
 {
-    return doubt == 0 || error > doubt ? error : NAN;
+    return uncertainty == 0 || error > uncertainty ? error : NAN;
 }
 
 /* The Euclidean errors and the weighted ones. */
@@ -77,9 +77,10 @@ static void errors(cJSON *o, const ll_motion *m, int i, double known)
     } weighted[] = {{"e_final_weighted", LL_ODE_LAST},
                     {"e_max_weighted", LL_ODE_MOST},
                     {"e_l2_weighted", LL_ODE_SQUARES}};
-    const ll_ode_measure *r = &m->measure[i], *d = &m->doubt.by;
-    const double *each = ll_motion_vector(m, m->at[i].each), *doubts = ll_motion_vector(m, m->doubt_each);
-    double last = m->doubt.parted ? NAN : known;
+    const ll_ode_measure *r = &m->measure[i], *d = &m->uncertainty.by;
+    const double *each = ll_motion_vector(m, m->at[i].each),
+                 *doubts = ll_motion_vector(m, m->uncertainty_each);
+    double last = m->uncertainty.parted ? NAN : known;
     ll_motion_config copy = m->config;
     ll_ode ode = ll_motion_system(&copy);
     number(o, "e_final", last * above(r->error, d->error));
@@ -176,20 +177,21 @@ static void add_notices(cJSON *metrics, const ll_motion *m)
 {
     cJSON *notices = cJSON_AddArrayToObject(metrics, "notices");
     char text[240];
-    if (m->doubt.parted) {
+    if (m->uncertainty.parted) {
         snprintf(text, sizeof text,
                  "The solution is known until predictable_until_s, %.6g s, only: e_final is null, e_max and "
                  "e_l2 are of the time before.",
-                 m->doubt.predictable_s);
+                 m->uncertainty.predictable_s);
         cJSON_AddItemToArray(notices, cJSON_CreateString(text));
     }
     for (int i = 0; i < m->config.method_count; i++) {
-        if (status_of(m, i) != LL_RUN_OK || !isnan(above(m->measure[i].error_max, m->doubt.by.error_max)))
+        if (status_of(m, i) != LL_RUN_OK ||
+            !isnan(above(m->measure[i].error_max, m->uncertainty.by.error_max)))
             continue;
         snprintf(text, sizeof text,
                  "methods.%d, %s, is nearer to the solution than its uncertainty, solution_uncertainty_max = "
                  "%.3g: such errors are null.",
-                 i, ll_motion_method_of(&m->config, i)->name, m->doubt.by.error_max);
+                 i, ll_motion_method_of(&m->config, i)->name, m->uncertainty.by.error_max);
         cJSON_AddItemToArray(notices, cJSON_CreateString(text));
     }
 }
@@ -201,8 +203,8 @@ cJSON *ll_motion_metrics(const void *block)
     cJSON *metrics = cJSON_CreateObject();
     cJSON_AddStringToObject(metrics, "problem", problem->name);
     cJSON_AddStringToObject(metrics, "solution_by", m->formula ? "formula" : "integration");
-    number(metrics, "solution_uncertainty_max", m->doubt.by.error_max);
-    number(metrics, "predictable_until_s", m->doubt.parted ? m->doubt.predictable_s : NAN);
+    number(metrics, "solution_uncertainty_max", m->uncertainty.by.error_max);
+    number(metrics, "predictable_until_s", m->uncertainty.parted ? m->uncertainty.predictable_s : NAN);
     cJSON *methods = cJSON_AddArrayToObject(metrics, "methods");
     for (int i = 0; i < m->config.method_count; i++)
         cJSON_AddItemToArray(methods, method_metrics(m, i));

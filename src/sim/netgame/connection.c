@@ -20,7 +20,7 @@ static double clock_error_ms(const ll_netgame *g, int player)
 void ll_netgame_connection_metrics(const ll_netgame *g, int player, cJSON *metrics)
 {
     const ll_connection *n = &ll_netgame_client(g, player)->connection;
-    const ll_client_slot *client_slot = &ll_netgame_server(g)->seats[player];
+    const ll_client_slot *client_slot = &ll_netgame_server(g)->client_slots[player];
     cJSON *o = cJSON_AddObjectToObject(metrics, "connection");
     cJSON_AddStringToObject(o, "state", ll_connection_state_names[n->state]);
     cJSON_AddBoolToObject(o, "connected", client_slot->connected);

@@ -77,7 +77,7 @@ static view player_view(const ll_netgame *g, int i)
 {
     const ll_client *c = ll_netgame_client(g, i);
     const ll_client_metrics *in = ll_netgame_client_metrics(g, i);
-    const ll_client_slot *client_slot = &ll_netgame_server(g)->seats[i];
+    const ll_client_slot *client_slot = &ll_netgame_server(g)->client_slots[i];
     return (view){.view = (uint8_t)(i + 1),
                   .flags = flags_of(g, i),
                   .connection = (uint8_t)c->connection.state,

@@ -149,7 +149,7 @@ static void start_server(ll_netgame *g, ll_time now)
 
 /* All clients resync: the game starts, or restarts in another sync mode. All clocks start, and packets in
  * flight are discarded. Players who are not connected join later. */
-static void begin(ll_netgame *g, ll_time now)
+static void begin_game(ll_netgame *g, ll_time now)
 {
     ll_server *server = ll_netgame_server(g);
     start_server(g, now);
@@ -223,7 +223,7 @@ static ll_status init(void *block, const void *config)
         ll_link_restart_stats(ll_netgame_up(g, i));
         ll_link_restart_stats(ll_netgame_down(g, i));
     }
-    begin(g, 0);
+    begin_game(g, 0);
     return status;
 }
 
@@ -276,7 +276,7 @@ static void step_armed(ll_netgame *g)
     ll_past past = {.history = ll_netgame_history(g),
                     .rules = &g->config.server.compensation,
                     .buffer = 2 * ll_tick_time(1, server->updates.freq),
-                    .witness = ll_netgame_witness,
+                    .witness = ll_netgame_record_shot,
                     .context = g};
     ll_netgame_sync(g)->step(server, ll_netgame_game(g), &g->env, &past, g->now);
 }
@@ -295,7 +295,7 @@ static bool server_steps(ll_netgame *g, const ll_recorder *r, int *entity)
         return false;
     ll_netgame_watch_players(g, g->now - before);
     for (int i = 0; i < server->players && g->now < ll_netgame_client_metrics(g, i)->from; i++)
-        ll_netgame_client_metrics(g, i)->input_history.starved_before = server->seats[i].starved;
+        ll_netgame_client_metrics(g, i)->input_history.starved_before = server->client_slots[i].starved;
     ll_history_add(ll_netgame_history(g), g->now, ll_server_world(server));
     ll_netgame_observe_step(g);
     if (ll_netgame_shots(g))
@@ -418,12 +418,12 @@ static turn player_turn(const ll_netgame *g, int i)
 
 /* A run without changes from outside: the set-ups of the clients stay the same, and the next turn of the
  * server and of a player is computed again only if the last event may have changed it. */
-typedef struct stretch {
+typedef struct schedule {
     turn server, player[LL_PLAYERS_MAX];
     ll_client_setup setup[LL_PLAYERS_MAX];
-} stretch;
+} schedule;
 
-static void renew_all(stretch *now, const ll_netgame *g)
+static void renew_all(schedule *now, const ll_netgame *g)
 {
     now->server = server_turn(g);
     for (int i = 0; i < g->config.player_count; i++)
@@ -431,7 +431,7 @@ static void renew_all(stretch *now, const ll_netgame *g)
 }
 
 /* After a turn of `player`; -1: of the server. */
-static void renew(stretch *now, const ll_netgame *g, int player, actor done)
+static void renew(schedule *now, const ll_netgame *g, int player, actor done)
 {
     const ll_sync_mode *sync = ll_netgame_sync(g);
     if (player >= 0) {
@@ -446,7 +446,7 @@ static void renew(stretch *now, const ll_netgame *g, int player, actor done)
 }
 
 /* -1: the server is next. Of players with equal turns, the first. */
-static int next_turn(const stretch *now, const ll_netgame *g, turn *next)
+static int next_turn(const schedule *now, const ll_netgame *g, turn *next)
 {
     int player = -1;
     *next = now->server;
@@ -490,7 +490,7 @@ static bool take_turn(ll_netgame *g, actor who, int player, const ll_client_setu
 
 static ll_status run_until(ll_netgame *g, ll_time until, const ll_recorder *r, ll_pace *pace)
 {
-    stretch now;
+    schedule now;
     int entity;
     for (int i = 0; i < g->config.player_count; i++)
         now.setup[i] = setup(g, i, r);
@@ -537,7 +537,7 @@ static void change(void *block, const void *config, ll_time now)
     const ll_sync_mode *sync = ll_netgame_sync(g);
     bool other_rate = before.update_hz != g->config.server.update_hz;
     if (before.sync != g->config.server.sync || (other_rate && sync->server_steps_at_update_hz)) {
-        begin(g, now);
+        begin_game(g, now);
     } else if (other_rate) {
         ll_server *server = ll_netgame_server(g);
         server->updates = (ll_clock){now, 0, rate(g, true)};

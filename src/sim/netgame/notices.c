@@ -8,9 +8,9 @@
 
 enum { NAMED = 3 /* players; of more it gives the number */ };
 
-static void tell(cJSON *notices, const char *format, ...) __attribute__((format(printf, 2, 3)));
+static void add_notice(cJSON *notices, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
-static void tell(cJSON *notices, const char *format, ...)
+static void add_notice(cJSON *notices, const char *format, ...)
 {
     char text[400];
     va_list arguments;
@@ -25,10 +25,11 @@ cJSON *ll_netgame_notices(const void *config)
     const ll_netgame_config *c = config;
     cJSON *notices = cJSON_CreateArray();
     if (c->head.duration_s <= c->warmup_s)
-        tell(notices,
-             "duration_s, %g s, is not longer than warmup_s, %g s, from which on metrics count: those that "
-             "count from there are null.",
-             c->head.duration_s, c->warmup_s);
+        add_notice(
+            notices,
+            "duration_s, %g s, is not longer than warmup_s, %g s, from which on metrics count: those that "
+            "count from there are null.",
+            c->head.duration_s, c->warmup_s);
     return notices;
 }
 
@@ -95,10 +96,10 @@ void ll_netgame_add_notices(const ll_netgame *g, cJSON *metrics)
     bool begun = ll_to_s(g->now) > g->config.warmup_s;
     char names[160];
     if (!begun && g->config.warmup_s > 0 && cJSON_GetArraySize(notices) == 0)
-        tell(notices, "Metrics count from warmup_s, %g s, on; it is %g s.", g->config.warmup_s,
-             ll_to_s(g->now));
+        add_notice(notices, "Metrics count from warmup_s, %g s, on; it is %g s.", g->config.warmup_s,
+                   ll_to_s(g->now));
     for (size_t i = 0; begun && i < sizeof reasons / sizeof reasons[0]; i++)
         if (name_players(g, &reasons[i], names, sizeof names) > 0)
-            tell(notices, "%s %s", names, reasons[i].what);
+            add_notice(notices, "%s %s", names, reasons[i].what);
     cJSON_AddItemToObject(metrics, "notices", notices);
 }

@@ -16,7 +16,7 @@ void ll_netgame_send(ll_netgame *g, int player, bool up, const void *packet, int
     if (up)
         ll_netgame_client(g, player)->connection.sent = g->now;
     else
-        ll_netgame_server(g)->seats[player].told = g->now;
+        ll_netgame_server(g)->client_slots[player].last_sent = g->now;
     ll_client_metrics *in = ll_netgame_client_metrics(g, player);
     if (g->now >= in->from) {
         int headers = LL_UDP_OVERHEAD + (s.fragments > 1 ? LL_FRAGMENT_HEADER : 0);
@@ -53,8 +53,8 @@ static void update_player(ll_netgame *g, int player, const ll_recorder *r)
     const ll_sync_mode *sync = ll_netgame_sync(g);
     ll_server *server = ll_netgame_server(g);
     _Alignas(8) char packet[LL_NETGAME_PACKET_MAX];
-    server->seats[player].repeats = 0;
-    if (server->seats[player].connected)
+    server->client_slots[player].repeats = 0;
+    if (server->client_slots[player].connected)
         ll_netgame_send(g, player, false, packet, sync->compose(server, sync, player, packet), r);
 }
 
@@ -64,43 +64,43 @@ void ll_netgame_update(ll_netgame *g, const ll_recorder *r)
         update_player(g, i, r);
 }
 
-static void judged(ll_client_metrics *in, const ll_input_result *verdict, const ll_netgame *g)
+static void record_result(ll_client_metrics *in, const ll_input_result *result, const ll_netgame *g)
 {
     static const ll_input_history_mark marks[] = {[LL_OUTCOME_APPLIED] = LL_INPUT_HISTORY_IN_TIME,
                                                   [LL_OUTCOME_REFUSED] = LL_INPUT_HISTORY_REFUSED,
                                                   [LL_OUTCOME_LATE] = LL_INPUT_HISTORY_LATE};
     ll_input_history *input_history = &in->input_history;
-    ll_input_history_judged(input_history, verdict->seq, marks[verdict->outcome]);
+    ll_input_history_judged(input_history, result->seq, marks[result->outcome]);
     if (g->now < in->from)
         return;
-    input_history->late += verdict->outcome == LL_OUTCOME_LATE;
+    input_history->late += result->outcome == LL_OUTCOME_LATE;
     if (ll_netgame_sync(g)->client_runs_ahead)
-        ll_running_stats_add(&input_history->slack, verdict->slack);
+        ll_running_stats_add(&input_history->slack, result->slack);
 }
 
 static void server_takes(ll_netgame *g, int player, const void *packet, const ll_recorder *r)
 {
-    ll_input_result verdicts[LL_INPUTS_MAX];
+    ll_input_result results[LL_INPUTS_MAX];
     const ll_sync_mode *sync = ll_netgame_sync(g);
     ll_server *server = ll_netgame_server(g);
-    int n = sync->take(server, sync, player, packet, g->now, verdicts);
+    int n = sync->take(server, sync, player, packet, g->now, results);
     for (int i = 0; i < n; i++) {
-        judged(ll_netgame_client_metrics(g, player), &verdicts[i], g);
+        record_result(ll_netgame_client_metrics(g, player), &results[i], g);
         ll_netgame_record(r, (ll_event){.type = LL_EVENT_INPUT_RESULT,
                                         .player = (uint8_t)player,
-                                        .outcome = verdicts[i].outcome,
+                                        .outcome = results[i].outcome,
                                         .begin = g->now,
                                         .end = g->now,
-                                        .number = verdicts[i].seq});
-        if (verdicts[i].outcome == LL_OUTCOME_REFUSED && g->config.players[player].cheat == LL_CHEAT_NONE)
+                                        .number = results[i].seq});
+        if (results[i].outcome == LL_OUTCOME_REFUSED && g->config.players[player].cheat == LL_CHEAT_NONE)
             ll_netgame_client_metrics(g, player)->false_refusals++;
-        if (verdicts[i].outcome == LL_OUTCOME_REFUSED && sync->tells_refusals) {
-            ll_message_head refusal = {LL_MESSAGE_REFUSAL, verdicts[i].rule, server->seats[player].epoch,
-                                       verdicts[i].seq};
+        if (results[i].outcome == LL_OUTCOME_REFUSED && sync->tells_refusals) {
+            ll_message_head refusal = {LL_MESSAGE_REFUSAL, results[i].rule,
+                                       server->client_slots[player].epoch, results[i].seq};
             ll_netgame_send(g, player, false, &refusal, (int)sizeof refusal, r);
         }
     }
-    server->seats[player].repeats += n == 0;
+    server->client_slots[player].repeats += n == 0;
 }
 
 static void server_receives(ll_netgame *g, int player, const void *packet, const ll_recorder *r)
@@ -130,7 +130,7 @@ void ll_netgame_tend(ll_netgame *g, const ll_recorder *r)
     _Alignas(8) char packet[LL_NETGAME_PACKET_MAX];
     server->tend += LL_TEND_EVERY;
     for (int i = 0; i < server->players; i++) {
-        if (sync->waits && server->seats[i].repeats > 0)
+        if (sync->waits && server->client_slots[i].repeats > 0)
             update_player(g, i, r); /* it repeats known inputs, so it lacks the snapshot */
         int bytes = ll_admission_keep_alive(server, i, g->now, packet);
         if (bytes > 0)
@@ -141,7 +141,7 @@ void ll_netgame_tend(ll_netgame *g, const ll_recorder *r)
                                         .player = (uint8_t)i,
                                         .begin = g->now,
                                         .end = g->now,
-                                        .number = (uint32_t)server->seats[i].drops});
+                                        .number = (uint32_t)server->client_slots[i].drops});
         if (sync->stand_in)
             sync->stand_in(server, g->now);
         else /* a client's own world has no such flag */

@@ -21,8 +21,8 @@ void ll_netgame_deliver_held(ll_netgame *g, int player,
                              const ll_client_setup *s); /* by the de-jitter buffer */
 
 /* observe.c: measurements that need a view of all actors */
-void ll_netgame_witness(void *game, const ll_hit_result *judgement); /* a shot was judged */
-void ll_netgame_watch_players(ll_netgame *g, ll_time since);         /* after a step: gain of cheats */
+void ll_netgame_record_shot(void *game, const ll_hit_result *hit_result); /* a shot was judged */
+void ll_netgame_watch_players(ll_netgame *g, ll_time since);              /* after a step: gain of cheats */
 /* Before a change to `next`: the gain of players that start to cheat counts from here on. */
 void ll_netgame_watch_cheats_begin(ll_netgame *g, const ll_netgame_config *next);
 void ll_netgame_observe_step(ll_netgame *g);

@@ -31,7 +31,7 @@ static void desync(cJSON *player, const ll_netgame *g, int i)
     const ll_desync *d = ll_netgame_desync(g, i);
     cJSON *o = cJSON_AddObjectToObject(player, "desync");
     number(o, "tick", (double)d->tick);
-    number(o, "reported_tick", (double)ll_netgame_server(g)->seats[i].peer.desync);
+    number(o, "reported_tick", (double)ll_netgame_server(g)->client_slots[i].peer.desync);
     number(o, "entity", d->entity);
     cJSON_AddStringToObject(o, "field", d->tick < 0 ? "" : ll_field_names[d->field]);
     number(o, "ulps", d->ulps);
@@ -72,7 +72,7 @@ void ll_netgame_slowest(cJSON *server, const ll_netgame *g)
         int64_t frames = 0; /* integers, so that equal sums are equal */
         for (int i = 0; i < g->config.player_count; i++)
             frames += waited_frames(g, i, p);
-        double sum = ll_to_s(ll_netgame_server(g)->seats[p].waited) + (double)frames * g->env.dt;
+        double sum = ll_to_s(ll_netgame_server(g)->client_slots[p].waited) + (double)frames * g->env.dt;
         if (sum > most) {
             most = sum;
             slowest = p;

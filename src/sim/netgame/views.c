@@ -90,13 +90,13 @@ static void dejitter(cJSON *player, const ll_dejitter *buffer)
 }
 
 /* The mean of all entities. */
-static void excursions(cJSON *object, const char *name, const ll_inconsistency *total, double entities,
-                       double seconds)
+static void episodes(cJSON *object, const char *name, const ll_inconsistency *total, double entities,
+                     double seconds)
 {
     cJSON *o = cJSON_AddObjectToObject(object, name);
     number(o, "sum_m_s_per_min", ratio(total->sum / entities, seconds / 60));
     number(o, "time_ratio", ratio(ll_to_s(total->time) / entities, seconds));
-    number(o, "excursions", (double)total->excursions);
+    number(o, "excursions", (double)total->episodes);
 }
 
 void ll_netgame_view_metrics(const ll_netgame *g, int player, cJSON *object)
@@ -107,8 +107,8 @@ void ll_netgame_view_metrics(const ll_netgame *g, int player, cJSON *object)
     buffer(object, in, ll_netgame_client(g, player));
     dejitter(object, ll_netgame_dejitter(g, player));
     cJSON *o = cJSON_AddObjectToObject(object, "inconsistency");
-    excursions(o, "server", &in->server, in->entities, seconds);
-    excursions(o, "clients", &in->clients, in->entities, seconds);
+    episodes(o, "server", &in->server, in->entities, seconds);
+    episodes(o, "clients", &in->clients, in->entities, seconds);
 }
 
 /* ---- the buffers, streamed ---- */

@@ -59,7 +59,7 @@ static void include_fixed(ll_aabb *view, ll_aabb moving, ll_aabb box)
 }
 
 /* The bounding boxes of the shapes that can move, or of those that cannot. */
-static void look_at(const ll_rigid *w, bool moving, ll_aabb among, ll_aabb *view)
+static void add_boxes(const ll_rigid *w, bool moving, ll_aabb among, ll_aabb *view)
 {
     for (int32_t i = 0; i < ll_rigid_shape_end(w); i++) {
         ll_shape_view shape;
@@ -80,12 +80,12 @@ static void look_at(const ll_rigid *w, bool moving, ll_aabb among, ll_aabb *view
 }
 
 /* The view: everything that can move and its surroundings, with a margin. */
-static void look(const ll_rigid *w, double view[4])
+static void compute_view(const ll_rigid *w, double view[4])
 {
     ll_aabb all = {{INFINITY, INFINITY}, {-INFINITY, -INFINITY}};
-    look_at(w, true, all, &all);
+    add_boxes(w, true, all, &all);
     ll_aabb moving = all;
-    look_at(w, false, moving, &all);
+    add_boxes(w, false, moving, &all);
     if (ll_aabb_contains(moving, all) && ll_rigid_get_params(w)->gravity_y < 0)
         all.lower.y -= span(all);  /* nothing supports it: it hangs or falls */
     if (all.lower.x > all.upper.x) /* nothing yet */
@@ -128,7 +128,7 @@ ll_status ll_rigid_sim_init(void *block, const void *config)
     ll_scene_args args = scene != NULL ? ll_scene_args_of(scene, &s->setup.params) : (ll_scene_args){0};
     ll_rigid_refer(ll_rigid_sim_world(s, 0), scene != NULL ? ll_scene_fall(scene, &args) : 0,
                    ll_rigid_sim_references(s), (int32_t)s->references);
-    look(ll_rigid_sim_world(s, 0), s->view);
+    compute_view(ll_rigid_sim_world(s, 0), s->view);
     for (int i = 0; i < ll_rigid_sim_worlds(&s->setup); i++)
         ll_rigid_sim_measure_start(s, i);
     return status;

@@ -7,7 +7,7 @@
 #include "sim/core/scenario_rows.h"
 #include "sim/rigid/rigid.h"
 
-enum { BODIES_TOLD = 1000 };
+enum { BODIES_REPORTED = 1000 };
 
 static void number(cJSON *object, const char *name, double value)
 {
@@ -45,13 +45,13 @@ static void bodies(cJSON *object, const ll_rigid_sim *s, int i)
 {
     const ll_rigid *w = ll_rigid_sim_world(s, i);
     cJSON *array = cJSON_AddArrayToObject(object, "bodies");
-    int told = 0;
-    for (int32_t k = 0; k < ll_rigid_body_end(w) && told < BODIES_TOLD; k++) {
+    int count = 0;
+    for (int32_t k = 0; k < ll_rigid_body_end(w) && count < BODIES_REPORTED; k++) {
         ll_body_id id = ll_rigid_body_at(w, k);
         if (id.index == 0 || id.index == s->record[i].hand.index)
             continue;
         cJSON_AddItemToArray(array, body_json(w, id));
-        told++;
+        count++;
     }
 }
 
@@ -205,8 +205,8 @@ void ll_rigid_sim_costs(const void *config, const ll_step_profiler *step_profile
     cJSON *parts = cJSON_AddArrayToObject(cost, "parts");
     for (int i = 0; i < ll_rigid_sim_worlds(&c->setup); i++) {
         cJSON *part = cJSON_CreateObject();
-        int told = c->setup.compare_volumes ? LL_RIGID_PARTS : LL_PHASES + 1;
-        for (int k = 0; k < told; k++) {
+        int count = c->setup.compare_volumes ? LL_RIGID_PARTS : LL_PHASES + 1;
+        for (int k = 0; k < count; k++) {
             char name[32];
             snprintf(name, sizeof name, "%s%s", k > LL_PHASES ? "volume_" : "",
                      k > LL_PHASES    ? ll_volume_names[k - LL_PHASES - 1]

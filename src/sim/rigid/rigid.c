@@ -40,7 +40,7 @@ static ll_status fixed_body(ll_rigid *w, ll_rigid_record *r, ll_body_id *out)
     return status;
 }
 
-static ll_status seize(ll_rigid *w, ll_rigid_record *r, ll_vec2 point)
+static ll_status grab_body(ll_rigid *w, ll_rigid_record *r, ll_vec2 point)
 {
     ll_body_id body = ll_rigid_pick(w, point), fixed;
     ll_body_state state;
@@ -70,7 +70,7 @@ static void drag(ll_rigid_sim *s, int i)
     if (r->mouse.index != 0)
         status = s->held ? ll_rigid_set_target(w, r->mouse, point) : ll_rigid_remove_joint(w, r->mouse);
     else if (s->pressed)
-        status = seize(w, r, point);
+        status = grab_body(w, r, point);
     if (!s->held || ll_failed(&status))
         r->mouse = (ll_joint_id){0, 0};
 }

@@ -23,7 +23,7 @@ static void lists_follow_the_table(void **state)
 
 static bool bit(const ll_client_slot *client_slot, uint32_t seq)
 {
-    return client_slot->verdicts[seq / 32 % LL_INPUT_RESULT_WORDS] >> seq % 32 & 1;
+    return client_slot->results[seq / 32 % LL_INPUT_RESULT_WORDS] >> seq % 32 & 1;
 }
 
 /* In any order, with gaps: the bits of the last 512 inputs are set for those that were applied. */
@@ -64,7 +64,7 @@ static ll_input_result_part told(ll_server *s, const ll_sync_mode *sync,
     int size = ll_server_compose(s, sync, 0, bytes);
     memcpy(&m, bytes, sizeof m);
     assert_int_equal(m.head.count, LL_PART_APPLIED);
-    assert_int_equal(m.applied, s->seats[0].processed);
+    assert_int_equal(m.applied, s->client_slots[0].processed);
     memcpy(&part, bytes + sizeof m, sizeof part);
     assert_true(part.words <= LL_INPUT_RESULT_WORDS_MAX);
     memcpy(words, bytes + sizeof m + sizeof part, part.words * sizeof *words);
@@ -86,15 +86,16 @@ static void verdicts_reach_back_to_the_state_that_is_known(void **state)
         bool applied[2001];
         for (uint32_t seq = 1; seq <= decided; seq++) {
             applied[seq] = ll_rng_unit(k, 3, seq) < 0.6;
-            ll_client_slot_done(&s->seats[0], seq, applied[seq]);
+            ll_client_slot_done(&s->client_slots[0], seq, applied[seq]);
         }
-        s->seats[0].wants = LL_PART_APPLIED;
+        s->client_slots[0].wants = LL_PART_APPLIED;
         s->step = decided + lead; /* inputs began at some step */
-        s->seats[0].received = s->step > ahead ? s->step - ahead : 0;
+        s->client_slots[0].received = s->step > ahead ? s->step - ahead : 0;
         bool drains = k % 3 == 0;
         ll_input_result_part part = told(s, drains ? &ll_sync_gambetta : &ll_sync_free, words);
         assert_int_equal(part.newest, decided);
-        int64_t needed = drains || s->seats[0].received == 0 ? decided : s->step - s->seats[0].received;
+        int64_t needed =
+            drains || s->client_slots[0].received == 0 ? decided : s->step - s->client_slots[0].received;
         needed = needed > decided ? decided : needed > TOLD ? TOLD : needed;
         assert_true(part.words * 32 >= needed && (int64_t)part.words * 32 < needed + 32);
         for (uint32_t i = 0; i < 32 * part.words; i++) {
@@ -122,9 +123,9 @@ static void only_what_came_in_time_and_within_the_rules_is_set(void **state)
     ll_server_receive(s, &ll_sync_free, 0, &c, s->stepped, v);
     for (int k = 0; k < 2; k++)
         ll_sync_free.step(s, &toy, &env, NULL, ll_sync_free.due(s));
-    const ll_client_slot *client_slot = &s->seats[0];
+    const ll_client_slot *client_slot = &s->client_slots[0];
     uint32_t words[LL_INPUT_RESULT_WORDS_MAX];
-    s->seats[0].wants = LL_PART_APPLIED;
+    s->client_slots[0].wants = LL_PART_APPLIED;
     assert_int_equal(client_slot->acked, 5);
     assert_int_equal(client_slot->processed, 5);
     assert_int_equal(client_slot->decided, 5);
@@ -467,7 +468,7 @@ static void each_late_input_is_a_correction_by_lateness(void **state)
     scene s = run_wild(sets, 120);
     assert_true(input_history(&s)->skipped > 10);
     must_be_all(&s, LL_CAUSE_LATE, input_history(&s)->skipped);
-    assert_true(ll_netgame_server(s.game)->seats[0].late >= input_history(&s)->skipped);
+    assert_true(ll_netgame_server(s.game)->client_slots[0].late >= input_history(&s)->skipped);
     scene_close(&s);
 }
 

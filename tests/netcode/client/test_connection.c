@@ -340,7 +340,7 @@ static void who_is_told_to_be_out_asks_again(void **state)
 static ll_server *new_door(void)
 {
     ll_server *server = new_server(2, &ll_sync_free, 60, 60);
-    server->seats[0].connected = server->seats[1].connected = 0;
+    server->client_slots[0].connected = server->client_slots[1].connected = 0;
     return server;
 }
 
@@ -356,7 +356,7 @@ static ll_admitted asks(ll_server *server, ll_message type, uint32_t attempt, ll
         .head = {.type = (uint8_t)type, .seq = attempt}, .sent = now - LL_MS, .seen = seen};
     ll_admitted done = ll_admission_receive(server, false, 0, &m, now, r);
     if (done.reply > 0) {
-        server->seats[0].told = now; /* the sender records this */
+        server->client_slots[0].last_sent = now; /* the sender records this */
         assert_int_equal(done.reply, sizeof r->m);
         assert_int_equal(r->m.received, now);
         assert_int_equal(r->m.tick, server->step);
@@ -379,11 +379,11 @@ static void only_who_hears_is_let_in(void **state)
         ll_admitted done = asks(server, LL_MESSAGE_CONNECT, 1, seen, now, &r);
         bool in = ages[i] <= 3 * LL_SECOND;
         assert_int_equal(done.joined, in);
-        assert_int_equal(server->seats[0].connected, in);
-        assert_int_equal(server->seats[1].connected, 0);
+        assert_int_equal(server->client_slots[0].connected, in);
+        assert_int_equal(server->client_slots[1].connected, 0);
         assert_int_equal(r.m.head.type, in ? LL_MESSAGE_ACCEPT : LL_MESSAGE_PONG);
         assert_int_equal(r.m.head.epoch, in ? server->epoch : 0);
-        assert_int_equal(server->seats[0].joins, in);
+        assert_int_equal(server->client_slots[0].joins, in);
         assert_true(done.reply > 0 && !done.game);
         done = asks(server, LL_MESSAGE_PING, 1, LL_NEVER, now,
                     &r); /* a ping is answered, and accepts no client */
@@ -418,13 +418,13 @@ static void each_attempt_joins_once(void **state)
     server->step = 41;
     assert_true(asks(server, LL_MESSAGE_CONNECT, 5, 2 * LL_SECOND, 2 * LL_SECOND, &r).joined);
     assert_int_equal(r.m.head.epoch, before + 2);
-    assert_int_equal(server->seats[0].newest, -1);
-    assert_int_equal(server->seats[0].acked, 0);
+    assert_int_equal(server->client_slots[0].newest, -1);
+    assert_int_equal(server->client_slots[0].acked, 0);
     assert_false(ll_admission_receive(server, false, 0, &m, 2 * LL_SECOND, &r).game); /* of the old epoch */
     assert_false(asks(server, LL_MESSAGE_CONNECT, 4, 2 * LL_SECOND, 2 * LL_SECOND + LL_MS, &r).joined);
-    assert_int_equal(server->seats[0].epoch, before + 2);
-    assert_int_equal(server->seats[0].joins, 2);
-    assert_int_equal(server->seats[1].joins, 0);
+    assert_int_equal(server->client_slots[0].epoch, before + 2);
+    assert_int_equal(server->client_slots[0].joins, 2);
+    assert_int_equal(server->client_slots[1].joins, 0);
     free(server);
 }
 
@@ -438,7 +438,7 @@ static void who_is_let_in_gets_the_world(void **state)
     size_t size = ll_world_size(ll_server_world(server));
     ll_request_message m = {.head = {.type = LL_MESSAGE_CONNECT, .seq = 1}, .seen = 0};
     server->step = 40;
-    server->seats[0].newest = 47;
+    server->client_slots[0].newest = 47;
     ll_server_world(server)->entity[1].x = 0.1;
     assert_int_equal(ll_admission_receive(server, true, 0, &m, LL_MS, &r).reply, sizeof r.m + size);
     assert_int_equal(r.m.head.count, LL_ANSWER_ECHO | LL_ANSWER_WORLD);
@@ -466,13 +466,13 @@ static void who_does_not_hear_is_dropped(void **state)
         }
         now += 2 * LL_SECOND - LL_SECOND / 4;
         ll_time last = now;
-        for (; server->seats[0].connected; now += LL_SECOND / 4) { /* its link down is dead */
+        for (; server->client_slots[0].connected; now += LL_SECOND / 4) { /* its link down is dead */
             asks(server, LL_MESSAGE_PING, 0, heard, now, &r);
             assert_int_equal(r.m.head.epoch, server->epoch);
             assert_false(ll_admission_tend(server, 0, LL_NEVER, now));
             assert_int_equal(ll_admission_tend(server, 0, timeout, now), now - last > timeout);
         }
-        assert_int_equal(server->seats[0].drops, 1);
+        assert_int_equal(server->client_slots[0].drops, 1);
         asks(server, LL_MESSAGE_PING, 0, heard, now, &r);
         assert_int_equal(r.m.head.epoch, 0);                                  /* it is informed */
         assert_false(ll_admission_tend(server, 0, timeout, now + LL_SECOND)); /* once */
@@ -488,7 +488,7 @@ static void silence_is_filled(void **state)
     ll_server *server = new_door();
     ll_input_message m = inputs(1, 1, (double[]){1});
     reply r;
-    int told_out = 0;
+    int refused_out = 0;
     m.head.epoch = 77;
     for (ll_time now = LL_SECOND; now < 3 * LL_SECOND; now += 10 * LL_MS) {
         assert_int_equal(ll_admission_keep_alive(server, 0, now, &r), 0);
@@ -496,13 +496,13 @@ static void silence_is_filled(void **state)
         assert_false(done.game || done.joined);
         if (done.reply == 0)
             continue;
-        told_out++;
-        server->seats[0].told = now;
+        refused_out++;
+        server->client_slots[0].last_sent = now;
         assert_int_equal(r.m.head.type, LL_MESSAGE_PONG);
         assert_int_equal(r.m.head.epoch, 0);
         assert_int_equal(r.m.head.count & LL_ANSWER_ECHO, 0); /* it asked for no time */
     }
-    assert_int_equal(told_out, 20);
+    assert_int_equal(refused_out, 20);
     asks(server, LL_MESSAGE_CONNECT, 1, 3 * LL_SECOND, 3 * LL_SECOND, &r);
     ll_time sent = 3 * LL_SECOND;
     for (ll_time now = sent; now < 5 * LL_SECOND; now += 10 * LL_MS) {
@@ -511,9 +511,9 @@ static void silence_is_filled(void **state)
         if (size == 0)
             continue;
         assert_int_equal(r.m.head.type, LL_MESSAGE_PONG);
-        assert_int_equal(r.m.head.epoch, server->seats[0].epoch);
+        assert_int_equal(r.m.head.epoch, server->client_slots[0].epoch);
         assert_int_equal(r.m.head.count, 0);
-        server->seats[0].told = sent = now;
+        server->client_slots[0].last_sent = sent = now;
     }
     free(server);
 }
@@ -549,7 +549,7 @@ static void sends(world_of_two *w, bool up, const void *bytes, int size, ll_time
     if (up)
         w->j->l->client->connection.sent = now;
     else
-        w->server->seats[0].told = now;
+        w->server->client_slots[0].last_sent = now;
     for (int copies = chance(w) < w->copies ? 2 : 1; copies > 0; copies--) {
         flight *f = w->flights;
         if (chance(w) < w->loss)
@@ -629,11 +629,11 @@ static void the_handshake_always_ends(void **state)
         for (ll_time after = 3 * LL_SECOND; after <= 13 * LL_SECOND; after += LL_SECOND) {
             const ll_connection *c = connection(w->j);
             runs(w, &tend, well + after);
-            if (c->state != LL_CONNECTION_PLAYING || !w->server->seats[0].connected ||
-                c->epoch != w->server->seats[0].epoch)
+            if (c->state != LL_CONNECTION_PLAYING || !w->server->client_slots[0].connected ||
+                c->epoch != w->server->client_slots[0].epoch)
                 fail_msg("seed %d, %g s after: %s in epoch %d, the server has %d in %d", (int)seed,
                          ll_to_s(after), ll_connection_state_names[c->state], c->epoch,
-                         w->server->seats[0].connected, w->server->seats[0].epoch);
+                         w->server->client_slots[0].connected, w->server->client_slots[0].epoch);
         }
         joins += (int)connection(w->j)->joins;
         free(w->server);

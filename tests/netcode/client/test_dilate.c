@@ -13,18 +13,18 @@ static void time_is_shifted_exactly_and_within_a_tenth(void **state)
 {
     (void)state;
     for (int n = -1000; n <= 1000; n += 7) {
-        ll_time shift = n * PERIOD / 100 + n;
-        ll_client c = {.period = PERIOD, .clock = {0, 0, HZ(60)}, .shift = shift};
+        ll_time clock_correction = n * PERIOD / 100 + n;
+        ll_client c = {.period = PERIOD, .clock = {0, 0, HZ(60)}, .clock_correction = clock_correction};
         int frames = 0;
-        for (; c.shift != 0; frames++) {
+        for (; c.clock_correction != 0; frames++) {
             ll_time before = c.clock.epoch;
             ll_dilate_time(&c);
             ll_time frame = PERIOD + c.clock.epoch - before;
             assert_true(c.scale >= 0.9 - 1e-7 && c.scale <= 1.1 + 1e-7);
             assert_true(fabs(c.scale - (double)PERIOD / (double)frame) < 1e-12);
-            assert_true((c.scale >= 1) == (shift >= 0));
+            assert_true((c.scale >= 1) == (clock_correction >= 0));
         }
-        assert_int_equal(c.clock.epoch, -shift);
+        assert_int_equal(c.clock.epoch, -clock_correction);
         double ticks = fabs(n / 100.0), whole = n > 0 ? 11 * (ticks - 10.0 / 11) : 9 * (ticks - 10.0 / 9);
         double tail = log(ticks < 1 ? ticks * 100 : 112) / log(10.0 / 9) + 3;
         assert_true(frames <= (whole > 0 ? whole : 0) + (tail > 1 ? tail : 1));
@@ -78,7 +78,7 @@ static void slack_is_kept_with_one_input_a_frame(void **state)
             snprintf(slack, sizeof slack, "players.0.slack_ticks=%d", want);
             const char *const sets[] = {before, slack, "players.0.time_dilation=true", "warmup_s=0", NULL};
             scene s = scene_open("race", sets);
-            const ll_client_slot *client_slot = &ll_netgame_server(s.game)->seats[0];
+            const ll_client_slot *client_slot = &ll_netgame_server(s.game)->client_slots[0];
             const ll_input_history *input_history = &ll_netgame_client_metrics(s.game, 0)->input_history;
             watch w = run_watching(&s, 5);
             assert_true(w.worst > 0.9999 && w.best < 1.0001 && w.doubled == 0); /* nothing to do */
@@ -113,7 +113,7 @@ static void what_is_beyond_ten_ticks_is_made_at_once(void **state)
     scene_run(&s, 15, NULL);
     assert_in_range(input_history->doubled, 18, 22);
     assert_int_equal(input_history->left_out, 0);
-    assert_in_range(ll_netgame_server(s.game)->seats[0].last_slack, 1, 2);
+    assert_in_range(ll_netgame_server(s.game)->client_slots[0].last_slack, 1, 2);
     scene_close(&s);
 }
 
@@ -149,7 +149,7 @@ static void beyond_100_ms_steps_are_left_out(void **state)
         scene s = scene_open("race", sets);
         const ll_input_history *input_history = &ll_netgame_client_metrics(s.game, 0)->input_history;
         const ll_client *c = ll_netgame_client(s.game, 0);
-        const ll_client_slot *client_slot = &ll_netgame_server(s.game)->seats[0];
+        const ll_client_slot *client_slot = &ll_netgame_server(s.game)->client_slots[0];
         run_watching(&s, 5);
         int64_t ahead = c->tick - c->frame, numbers = (int64_t)c->seq - c->frame, made = input_history->made;
         change_lag(&s, 50 + rises[i]);

@@ -153,15 +153,15 @@ static void drained_inputs_are_lost_when_nothing_is_on_its_way(void **state)
     come(d, 2, LL_INPUT_HISTORY_IN_TIME);
     ll_input_history_drained(&d->input_history, 1, 4,
                              40 * LL_MS); /* 2 arrived; 1 may; 3 was never sent; 4 will be sent again */
-    assert_int_equal(ll_input_history_find(&d->input_history, 1)->verdict, LL_INPUT_IS_OPEN);
-    assert_int_equal(ll_input_history_find(&d->input_history, 2)->verdict, LL_INPUT_WAS_APPLIED);
-    assert_int_equal(ll_input_history_find(&d->input_history, 3)->verdict, LL_INPUT_WAS_LOST);
-    assert_int_equal(ll_input_history_find(&d->input_history, 4)->verdict, LL_INPUT_IS_OPEN);
+    assert_int_equal(ll_input_history_find(&d->input_history, 1)->result, LL_INPUT_IS_OPEN);
+    assert_int_equal(ll_input_history_find(&d->input_history, 2)->result, LL_INPUT_WAS_APPLIED);
+    assert_int_equal(ll_input_history_find(&d->input_history, 3)->result, LL_INPUT_WAS_LOST);
+    assert_int_equal(ll_input_history_find(&d->input_history, 4)->result, LL_INPUT_IS_OPEN);
     ll_input_history_drained(&d->input_history, 2, 4, 50 * LL_MS);
-    assert_int_equal(ll_input_history_find(&d->input_history, 1)->verdict, LL_INPUT_WAS_LOST);
+    assert_int_equal(ll_input_history_find(&d->input_history, 1)->result, LL_INPUT_WAS_LOST);
     come(d, 1, LL_INPUT_HISTORY_IN_TIME); /* it was sent again after all */
     ll_input_history_drained(&d->input_history, 3, 4, 60 * LL_MS);
-    assert_int_equal(ll_input_history_find(&d->input_history, 1)->verdict, LL_INPUT_WAS_APPLIED);
+    assert_int_equal(ll_input_history_find(&d->input_history, 1)->result, LL_INPUT_WAS_APPLIED);
     assert_true(ll_input_history_includes(&d->input_history, 1, 3) &&
                 !ll_input_history_includes(&d->input_history, 1, 2));
     free(d);

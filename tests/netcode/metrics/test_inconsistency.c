@@ -26,10 +26,10 @@ static void excursions_count_from_their_start(void **state)
                  at_the_edge[] = {0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1},
                  two[] = {1, 1, 1, 1, 1, 1, 0.1, 0.2, 0.2, 0.2, 0.2, 0.2};
     ll_inconsistency a = of(five, 7), b = of(four, 11), c = of(at_the_edge, 7), d = of(two, 12);
-    assert_true(near(a.sum, 15 * 0.02) && a.time == 5 * STEP && a.excursions == 1);
-    assert_true(b.sum == 0 && b.time == 0 && b.excursions == 0); /* none lasts long enough */
-    assert_true(c.excursions == 0);                              /* not above */
-    assert_true(near(d.sum, (6 + 5 * 0.2) * 0.02) && d.time == 11 * STEP && d.excursions == 2);
+    assert_true(near(a.sum, 15 * 0.02) && a.time == 5 * STEP && a.episodes == 1);
+    assert_true(b.sum == 0 && b.time == 0 && b.episodes == 0); /* none lasts long enough */
+    assert_true(c.episodes == 0);                              /* not above */
+    assert_true(near(d.sum, (6 + 5 * 0.2) * 0.02) && d.time == 11 * STEP && d.episodes == 2);
 }
 
 /* An episode that has not ended counts up to now. */
@@ -69,8 +69,8 @@ static void pictures_are_held_against_the_farthest(void **state)
     for (int i = 0; i < 3; i++) {
         assert_true(near(in[i]->clients.sum, farthest[i] * 10 * 0.02));
         assert_int_equal(in[i]->clients.time, 2 * 10 * STEP); /* of two entities */
-        assert_int_equal(in[i]->clients.excursions, 2);
-        assert_int_equal(in[i]->server.excursions, 0);
+        assert_int_equal(in[i]->clients.episodes, 2);
+        assert_int_equal(in[i]->server.episodes, 0);
         free_lone(l[i]);
     }
 }
@@ -95,7 +95,7 @@ static void pictures_are_held_against_the_truth(void **state)
     }
     assert_true(near(l->client_metrics->server.sum, (8 * 0.3 + 6 * 2) * 0.02));
     assert_int_equal(l->client_metrics->server.time, 14 * STEP);
-    assert_int_equal(l->client_metrics->server.excursions, 2);
+    assert_int_equal(l->client_metrics->server.episodes, 2);
     free(truth);
     free(world);
     free_lone(l);

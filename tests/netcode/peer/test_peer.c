@@ -265,7 +265,7 @@ static void give_relay_server(ll_server *server, int player, int64_t tick, int c
                     .at = (int32_t)tick,
                     .hashed = (int32_t)hashed,
                     .hashes = (uint32_t)hashes}};
-    ll_input_result verdicts[LL_INPUTS_MAX];
+    ll_input_result results[LL_INPUTS_MAX];
     ll_input_run *runs = (ll_input_run *)(void *)m.rest;
     int n = 0;
     for (int i = 0; i < count; i++)
@@ -273,7 +273,7 @@ static void give_relay_server(ll_server *server, int player, int64_t tick, int c
     m.head.runs = (uint32_t)n;
     if (hashes > 0)
         memcpy(runs + n, hash, (size_t)hashes * sizeof *hash);
-    ll_relay_server_take(server, &ll_sync_rollback, player, &m, LL_MS, verdicts);
+    ll_relay_server_take(server, &ll_sync_rollback, player, &m, LL_MS, results);
 }
 
 static int steps_due(ll_server *server)
@@ -323,9 +323,9 @@ static void relay_server_steps_and_forwards(void **state)
     ll_relay_part part = part_to(server, 1, &acked, runs);
     assert_int_equal(acked, 2);
     give_relay_server(server, 1, 3, 1, (const double[]){1}, 0, 0, NULL);
-    assert_int_equal(server->seats[1].accepted, 3);
+    assert_int_equal(server->client_slots[1].accepted, 3);
     give_relay_server(server, 1, 2, 2, (const double[]){1, 1}, 0, 0, NULL);
-    assert_int_equal(server->seats[1].duplicate, 2);
+    assert_int_equal(server->client_slots[1].duplicate, 2);
     assert_int_equal(part.tick, 1); /* client 1 has acknowledged nothing */
     free(server);
 }
@@ -339,7 +339,7 @@ static void a_refused_input_is_replaced_for_everybody(void **state)
     give_relay_server(server, 0, 1, 3, (const double[]){0.5, 1.5, 0.25}, 0, 0, NULL);
     give_relay_server(server, 1, 1, 3, (const double[]){0, 0, 0}, 0, 0, NULL);
     assert_int_equal(steps_due(server), 3);
-    assert_int_equal(server->seats[0].refused[LL_RULE_MAGNITUDE], 1);
+    assert_int_equal(server->client_slots[0].refused[LL_RULE_MAGNITUDE], 1);
     part_to(server, 1, &acked, runs);
     assert_true(runs[0].input.axis[0] == 0.5f && runs[0].count == 1);
     assert_true(runs[1].input.axis[0] == 0 && runs[1].count == 1); /* neutral */
@@ -359,16 +359,16 @@ static void a_wrong_hash_is_caught_at_its_tick(void **state)
     for (int k = 0; k < 8; k++)
         hashes[k] = server->hashes[k];
     give_relay_server(server, 0, 5, 0, NULL, 1, 4, &hashes[1]);
-    assert_int_equal(server->seats[0].peer.hashed, 4);
-    assert_int_equal(server->seats[0].peer.desync, -1);
+    assert_int_equal(server->client_slots[0].peer.hashed, 4);
+    assert_int_equal(server->client_slots[0].peer.desync, -1);
     hashes[3]++;
     give_relay_server(server, 1, 7, 0, NULL, 1, 2, &hashes[1]);
-    assert_int_equal(server->seats[1].peer.desync, -1);
+    assert_int_equal(server->client_slots[1].peer.desync, -1);
     give_relay_server(server, 1, 7, 0, NULL, 1, 6,
                       &hashes[1]); /* 5 and 6 are not stepped yet: not compared */
-    assert_int_equal(server->seats[1].peer.hashed, 4);
-    assert_int_equal(server->seats[1].peer.desync, 3);
-    assert_int_equal(server->seats[0].peer.desync, -1);
+    assert_int_equal(server->client_slots[1].peer.hashed, 4);
+    assert_int_equal(server->client_slots[1].peer.desync, 3);
+    assert_int_equal(server->client_slots[0].peer.desync, -1);
     free(server);
 }
 
@@ -379,19 +379,19 @@ static void each_hardware_does_as_it_says(void **state)
     (void)state;
     lone *l = new_peer(&ll_sync_rollback, 0);
     ll_action actions[2] = {push(0.1), push(0.2)};
-    for (int h = 0; ll_hardware_names[h]; h++) {
+    for (int h = 0; ll_float_mode_names[h]; h++) {
         int64_t slips = 0;
-        assert_string_equal(ll_hardwares[h].name, ll_hardware_names[h]);
-        l->config.hardware = h;
+        assert_string_equal(ll_float_modes[h].name, ll_float_mode_names[h]);
+        l->config.float_mode = h;
         for (int64_t tick = 1; tick <= 6400; tick++) {
             ll_world *world = new_world(2), *exact = new_world(2);
             world->entity[0].x = exact->entity[0].x = 1.0 / 3;
-            ll_hardware_step(&l->setup, 0, world, actions, tick, 0);
+            ll_float_mode_step(&l->setup, 0, world, actions, tick, 0);
             toy_step(exact, &l->env, actions, 0, NULL);
             double ulps = 0;
             for (int i = 0; i < 2; i++) {
                 const ll_entity *a = &world->entity[i], *b = &exact->entity[i];
-                if (strcmp(ll_hardware_names[h], "float") == 0)
+                if (strcmp(ll_float_mode_names[h], "float") == 0)
                     assert_true(a->x == (double)(float)b->x && a->vx == (double)(float)b->vx);
                 else
                     ulps += ll_ulps(a->x, b->x) + ll_ulps(a->vx, b->vx) + ll_ulps(a->y, b->y);
@@ -402,7 +402,7 @@ static void each_hardware_does_as_it_says(void **state)
             free(world);
         }
         /* One in 64, half of them on a zero, which stays: 50 +- 7. */
-        assert_true(strcmp(ll_hardware_names[h], "ulp") == 0 ? slips > 29 && slips < 71 : slips == 0);
+        assert_true(strcmp(ll_float_mode_names[h], "ulp") == 0 ? slips > 29 && slips < 71 : slips == 0);
     }
     free_lone(l);
 }
@@ -412,8 +412,8 @@ static void floats_are_stored_in_every_field(void **state)
 {
     (void)state;
     const ll_float_mode *h = NULL;
-    for (int i = 0; ll_hardware_names[i]; i++)
-        h = strcmp(ll_hardware_names[i], "float") == 0 ? &ll_hardwares[i] : h;
+    for (int i = 0; ll_float_mode_names[i]; i++)
+        h = strcmp(ll_float_mode_names[i], "float") == 0 ? &ll_float_modes[i] : h;
     assert_non_null(h);
     for (int n = 1; n <= 9; n++) {
         ll_world *world = new_world(n);

@@ -15,16 +15,16 @@ static ll_snapshot_message state_to(ll_server *s, int player)
 static const ll_game_env env = {.dt = 1.0 / 60};
 
 static int take_at(ll_server *s, const ll_sync_mode *sync, int player, const ll_input_message *m, ll_time now,
-                   ll_input_result verdicts[LL_INPUTS_MAX])
+                   ll_input_result results[LL_INPUTS_MAX])
 {
     ll_input_result unused[LL_INPUTS_MAX];
-    return ll_server_receive(s, sync, player, m, now, verdicts != NULL ? verdicts : unused);
+    return ll_server_receive(s, sync, player, m, now, results != NULL ? results : unused);
 }
 
 static int take(ll_server *s, const ll_sync_mode *sync, const ll_input_message *m,
-                ll_input_result verdicts[LL_INPUTS_MAX])
+                ll_input_result results[LL_INPUTS_MAX])
 {
-    return take_at(s, sync, 0, m, s->stepped, verdicts);
+    return take_at(s, sync, 0, m, s->stepped, results);
 }
 
 /* Makes a step if one is due. */
@@ -66,9 +66,10 @@ static void inputs_apply_at_their_step(void **state)
         assert_true(at(s, 1) == 0);
         assert_int_equal(s->step, k + 1);
     }
-    assert_int_equal(s->seats[0].accepted, 3);
-    assert_int_equal(s->seats[0].starved, 3); /* step 1, whose input was made but never arrived, 5 and 6 */
-    assert_int_equal(s->seats[1].starved, 0); /* never played */
+    assert_int_equal(s->client_slots[0].accepted, 3);
+    assert_int_equal(s->client_slots[0].starved,
+                     3); /* step 1, whose input was made but never arrived, 5 and 6 */
+    assert_int_equal(s->client_slots[1].starved, 0); /* never played */
     free(s);
 }
 
@@ -85,7 +86,7 @@ static void who_is_gone_is_neutral_behind_what_has_come(void **state)
         assert_int_equal(take(s, &ll_sync_free, &m, NULL), 4);
         step(s, &ll_sync_free);
         step(s, &ll_sync_free);
-        assert_true(ll_admission_tend(s, 0, LL_SECOND, s->seats[0].heard + 1001 * LL_MS));
+        assert_true(ll_admission_tend(s, 0, LL_SECOND, s->client_slots[0].last_ack + 1001 * LL_MS));
         const double expected[] = {0.75, 1.5, 1.5, 1.5, 1.5};
         for (int k = 0; k < 5; k++) {
             step(s, &ll_sync_free);
@@ -105,12 +106,12 @@ static void repetitions_are_no_news(void **state)
     assert_int_equal(take(s, &ll_sync_free, &m, v), 0);
     assert_int_equal(take(s, &ll_sync_free, &other, v), 1); /* the first one counts */
     assert_int_equal(v[0].seq, 3);
-    assert_int_equal(s->seats[0].duplicate, 4);
+    assert_int_equal(s->client_slots[0].duplicate, 4);
     for (int k = 0; k < 3; k++)
         step(s, &ll_sync_free);
     assert_true(at(s, 0) == 0.5 + 0.25 + 1);
     assert_int_equal(take(s, &ll_sync_free, &m, v), 0); /* also when it is decided */
-    assert_int_equal(s->seats[0].late, 0);
+    assert_int_equal(s->client_slots[0].late, 0);
     free(s);
 }
 
@@ -130,8 +131,8 @@ static void late_inputs_are_told_and_not_applied(void **state)
     for (int i = 0; i < 3; i++)
         assert_int_equal(v[i].outcome, LL_OUTCOME_LATE);
     assert_int_equal(v[3].outcome, LL_OUTCOME_APPLIED);
-    assert_int_equal(s->seats[0].late, 3);
-    assert_int_equal(s->seats[0].accepted, 2);
+    assert_int_equal(s->client_slots[0].late, 3);
+    assert_int_equal(s->client_slots[0].accepted, 2);
     step(s, &ll_sync_free);
     assert_true(at(s, 0) == 4 * 0.5 + 1);
     assert_int_equal(acked(s), 5);
@@ -163,8 +164,8 @@ static void refused_inputs_are_replaced(const char *refused, const double x[5])
         take(s, syncs[i], &again, v); /* the one before was applied already */
         step(s, syncs[i]);
         assert_true(at(s, 0) == x[4]);
-        assert_int_equal(s->seats[0].refused[LL_RULE_MAGNITUDE], 3);
-        assert_int_equal(s->seats[0].accepted, 2);
+        assert_int_equal(s->client_slots[0].refused[LL_RULE_MAGNITUDE], 3);
+        assert_int_equal(s->client_slots[0].accepted, 2);
         free(s);
     }
 }
@@ -185,14 +186,14 @@ static void what_was_sent_in_another_epoch_is_void(void **state)
 {
     (void)state;
     ll_server *s = new_server(1, &ll_sync_free, 60, 60);
-    ll_client_slot before = s->seats[0];
+    ll_client_slot before = s->client_slots[0];
     ll_input_message m = inputs(1, 2, (double[]){1, 2});
     const uint16_t epochs[] = {0, 2, 65535};
     for (size_t i = 0; i < 3; i++) {
         m.head.epoch = epochs[i];
         assert_int_equal(take(s, &ll_sync_free, &m, NULL), 0);
     }
-    assert_memory_equal(&s->seats[0], &before, sizeof before);
+    assert_memory_equal(&s->client_slots[0], &before, sizeof before);
     free(s);
 }
 
@@ -236,23 +237,23 @@ static void ring_goes_round(void **state)
             ll_input_message b = patterned(sent + 3, 2), a = patterned(sent + 1, 4);
             take(s, &ll_sync_free, &b, NULL);
             take(s, &ll_sync_free, &a, NULL);
-            s->seats[0].allowance.tokens = 80; /* the rate limit is not tested here */
+            s->client_slots[0].allowance.tokens = 80; /* the rate limit is not tested here */
         }
         step(s, &ll_sync_free);
         x += pattern(tick);
         assert_true(at(s, 0) == x);
         assert_int_equal(acked(s), tick);
     }
-    assert_int_equal(s->seats[0].starved, 0);
-    assert_int_equal(s->seats[0].late, 0);
-    assert_int_equal(s->seats[0].accepted, sent);
-    assert_int_equal(s->seats[0].duplicate, sent / 2);
+    assert_int_equal(s->client_slots[0].starved, 0);
+    assert_int_equal(s->client_slots[0].late, 0);
+    assert_int_equal(s->client_slots[0].accepted, sent);
+    assert_int_equal(s->client_slots[0].duplicate, sent / 2);
     /* An input whose slot a later one has is not mistaken for new. */
-    int64_t duplicate = s->seats[0].duplicate, newest = s->seats[0].newest;
+    int64_t duplicate = s->client_slots[0].duplicate, newest = s->client_slots[0].newest;
     ll_input_message old = patterned(newest - LL_INPUT_RING - 1, 2);
     assert_int_equal(take(s, &ll_sync_free, &old, NULL), 0);
-    assert_int_equal(s->seats[0].duplicate, duplicate + 2);
-    assert_int_equal(s->seats[0].slots[newest % LL_INPUT_RING].tick, newest);
+    assert_int_equal(s->client_slots[0].duplicate, duplicate + 2);
+    assert_int_equal(s->client_slots[0].slots[newest % LL_INPUT_RING].tick, newest);
     free(s);
 }
 
@@ -320,7 +321,7 @@ static void controls_are_told_to_who_asks(void **state)
     size_t world = ll_world_size(ll_server_world(s));
     char bytes[4096];
     ll_snapshot_message m;
-    ll_axes told[2];
+    ll_axes axes[2];
     ask.wants = LL_PART_AXES;
     take_at(s, &ll_sync_free, 1, &ask, 0, NULL);
     take_at(s, &ll_sync_free, 2, &other, 0, NULL);
@@ -328,20 +329,20 @@ static void controls_are_told_to_who_asks(void **state)
     assert_int_equal(ll_server_compose(s, &ll_sync_free, 2, bytes), sizeof m + world);
     memcpy(&m, bytes, sizeof m);
     assert_int_equal(m.head.count, 0);
-    assert_int_equal(ll_server_compose(s, &ll_sync_free, 1, bytes), sizeof m + sizeof told + world);
+    assert_int_equal(ll_server_compose(s, &ll_sync_free, 1, bytes), sizeof m + sizeof axes + world);
     memcpy(&m, bytes, sizeof m);
-    memcpy(told, bytes + sizeof m, sizeof told);
+    memcpy(axes, bytes + sizeof m, sizeof axes);
     assert_int_equal(m.head.count, LL_PART_AXES);
-    assert_true(told[0].axis[0] == 0 && told[1].axis[0] == -0.25f);
-    assert_memory_equal(bytes + sizeof m + sizeof told, ll_server_world(s), world);
+    assert_true(axes[0].axis[0] == 0 && axes[1].axis[0] == -0.25f);
+    assert_memory_equal(bytes + sizeof m + sizeof axes, ll_server_world(s), world);
     ask.wants = LL_PART_AXES | LL_PART_APPLIED; /* all that can be requested */
     take_at(s, &ll_sync_free, 1, &ask, 0, NULL);
-    size_t all = sizeof m + sizeof told + sizeof(ll_input_result_part) + world;
+    size_t all = sizeof m + sizeof axes + sizeof(ll_input_result_part) + world;
     assert_int_equal(ll_server_compose(s, &ll_sync_free, 1, bytes),
                      all + sizeof(uint32_t)); /* of one input */
     for (uint32_t seq = 2; seq <= 600;
          seq++) /* and more than is kept, with no snapshot that the client is known to have */
-        ll_client_slot_done(&s->seats[1], seq, true);
+        ll_client_slot_done(&s->client_slots[1], seq, true);
     assert_int_equal(ll_server_compose(s, &ll_sync_free, 1, bytes),
                      all + LL_INPUT_RESULT_WORDS_MAX * sizeof(uint32_t));
     assert_int_equal(all + LL_INPUT_RESULT_WORDS_MAX * sizeof(uint32_t),
@@ -442,9 +443,9 @@ static void lockstep_finds_its_rhythm_again(void **state)
     (void)state;
     const ll_sync_mode *sync = &ll_sync_lockstep_pipelined;
     ll_server *s = new_server(2, sync, 10, 10);
-    s->seats[0].offset =
+    s->client_slots[0].offset =
         1; /* as measured by their pings: the first of A would arrive after 120 ms, of B after 250 */
-    s->seats[1].offset = 2;
+    s->client_slots[1].offset = 2;
     ll_time slowest = 0;
     for (int64_t k = 1; k <= 60; k++) {
         ll_time outage = k > 20 ? 3 * 100 * LL_MS : 0; /* of A's, who was early by a step before */
@@ -498,12 +499,12 @@ static void lockstep_does_not_wait_for_who_is_gone(void **state)
     take_at(s, sync, 1, &one, 0, NULL);
     take_at(s, sync, 1, &two, 0, NULL);
     step(s, sync);
-    s->seats[1].connected = 0;
+    s->client_slots[1].connected = 0;
     take_at(s, sync, 0, &two, 230 * LL_MS, NULL);
     assert_int_equal(sync->due(s), 330 * LL_MS);
     step(s, sync);
     assert_true(at(s, 0) == 1.5 && at(s, 1) == 1);
-    s->seats[0].connected = 0;
+    s->client_slots[0].connected = 0;
     assert_int_equal(sync->due(s), LL_NEVER);
     free(s);
 }

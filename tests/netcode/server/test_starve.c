@@ -61,10 +61,10 @@ static void server_starves_by_its_policy(const char *const *sets, double (*share
     _Alignas(8) char state_packet[1024];
     double x = 0;
     configure(s, sets);
-    s->seats[1].wants = LL_PART_AXES;
+    s->client_slots[1].wants = LL_PART_AXES;
     ll_server_receive(s, &ll_sync_free, 0, &m, 0, v);
     for (int k = 1; k <= 42; k++) {
-        ll_axes told;
+        ll_axes axes;
         if (k == 41)
             ll_server_receive(s, &ll_sync_free, 0, &back, 0, v);
         double axis = k <= 4 ? 0.75 : k < 41 ? 0.75 * share(k - 4) : k == 41 ? -0.5 : -0.5 * share(1);
@@ -72,10 +72,10 @@ static void server_starves_by_its_policy(const char *const *sets, double (*share
         ll_sync_free.step(s, &toy, &(ll_game_env){0}, NULL, ll_tick_time(k, HZ(50)));
         assert_float_equal(ll_server_world(s)->entity[0].x, x, 1e-5);
         ll_server_compose(s, &ll_sync_free, 1, state_packet);
-        memcpy(&told, state_packet + sizeof(ll_snapshot_message), sizeof told);
-        assert_float_equal(told.axis[0], axis, 1e-6);
+        memcpy(&axes, state_packet + sizeof(ll_snapshot_message), sizeof axes);
+        assert_float_equal(axes.axis[0], axis, 1e-6);
     }
-    assert_int_equal(s->seats[0].starved, 37);
+    assert_int_equal(s->client_slots[0].starved, 37);
     free(s);
 }
 

@@ -64,7 +64,7 @@ static outcome run(const char *sync, const char *cheat, bool validation)
         NULL};
     scene s = scene_open("race", sets);
     scene_run(&s, RUN_S, NULL);
-    const ll_client_slot *client_slot = &ll_netgame_server(s.game)->seats[0];
+    const ll_client_slot *client_slot = &ll_netgame_server(s.game)->client_slots[0];
     for (int rule = 1; rule < LL_RULES; rule++)
         o.refused += client_slot->refused[rule];
     o.gain = ll_netgame_client_metrics(s.game, 0)->gain.most;
@@ -197,7 +197,7 @@ static void drive(const char *const *sets, const char *cheat, double from_s, cou
     c->twin_gain = ll_netgame_client_metrics(s.game, 0)->twin.most;
     c->refused = 0;
     for (int rule = 1; rule < LL_RULES; rule++)
-        c->refused += ll_netgame_server(s.game)->seats[0].refused[rule];
+        c->refused += ll_netgame_server(s.game)->client_slots[0].refused[rule];
     scene_close(&s);
 }
 

@@ -133,7 +133,7 @@ static double refused(const char *id, double jitter_ms, double *late)
     snprintf(jitter, sizeof jitter, "players.0.timer_jitter_ms=%g", jitter_ms);
     scene s = open_with(id, 1, sets);
     scene_run(&s, 120, NULL);
-    const ll_client_slot *client_slot = &ll_netgame_server(s.game)->seats[0];
+    const ll_client_slot *client_slot = &ll_netgame_server(s.game)->client_slots[0];
     double all =
         (double)(client_slot->accepted + client_slot->late + client_slot->refused[LL_RULE_MAGNITUDE]);
     double share = (double)client_slot->refused[LL_RULE_MAGNITUDE] / all;

@@ -99,8 +99,8 @@ static void a_hold_changes_nothing(void **state)
         for (int64_t tick = 1; tick <= held->ticks; tick++)
             assert_true(held->hash[tick] == whole->hash[tick]);
         for (int p = 0; p < b.game->config.player_count; p++) {
-            const int64_t *verdicts = ll_netgame_client_metrics(b.game, p)->input_history.count;
-            assert_int_equal(verdicts[LL_INPUT_WAS_LOST] + verdicts[LL_INPUT_WAS_REFUSED], 0);
+            const int64_t *results = ll_netgame_client_metrics(b.game, p)->input_history.count;
+            assert_int_equal(results[LL_INPUT_WAS_LOST] + results[LL_INPUT_WAS_REFUSED], 0);
             assert_int_equal(ll_netgame_client(b.game, p)->connection.joins, 1);
         }
         scene_close(&a);

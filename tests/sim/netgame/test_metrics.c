@@ -68,11 +68,11 @@ static void clean_pictures_are_true_at_their_tick(void **state)
             scene_run(&s, 12, NULL);
             ll_summary error = summary(&s, 0, LL_METRIC_OWN_TIMELINE_ERROR);
             assert_true(error.count > 10 && error.max == 0);
-            const ll_running_stats *lead = &ll_netgame_client_metrics(s.game, 0)->pictures.leads_ms;
+            const ll_running_stats *lead = &ll_netgame_client_metrics(s.game, 0)->rendered_views.leads_ms;
             assert_int_equal(lead->count, error.count);
             if (i == 0) /* prediction leads the server; without it the view lags */
                 assert_true(k & 1 ? lead->min > lags[k / 2] : lead->max <= -lags[k / 2]);
-            assert_int_equal(ll_netgame_client_metrics(s.game, 0)->pictures.voided, 0);
+            assert_int_equal(ll_netgame_client_metrics(s.game, 0)->rendered_views.voided, 0);
             scene_close(&s);
         }
 }
@@ -96,9 +96,9 @@ static void pictures_of_ticks_that_are_never_made_are_void(void **state)
                                 "players.0.reconciliation=true", NULL};
     scene s = scene_open("race", sets);
     scene_run(&s, 5, NULL);
-    assert_int_equal(ll_netgame_client_metrics(s.game, 0)->pictures.voided, 0);
+    assert_int_equal(ll_netgame_client_metrics(s.game, 0)->rendered_views.voided, 0);
     ll_client_metrics_resync(ll_netgame_client_metrics(s.game, 0));
-    int64_t voided = ll_netgame_client_metrics(s.game, 0)->pictures.voided;
+    int64_t voided = ll_netgame_client_metrics(s.game, 0)->rendered_views.voided;
     assert_true(voided >= 12 && voided <= 15); /* 200 ms and the slack, at 60 Hz */
     scene_close(&s);
 }
@@ -186,7 +186,7 @@ static void count_pictures(const diary *d, const ll_client_metrics *in)
     ll_summary told = ll_histogram_summary(&in->histogram[LL_METRIC_OWN_TIMELINE_ERROR]);
     assert_int_equal(told.count, count);
     assert_true(fabs(told.mean - sum / (double)count) < 1e-12 && told.max == most);
-    assert_true(fabs(in->pictures.leads_ms.sum - lead_ms) < 1e-3);
+    assert_true(fabs(in->rendered_views.leads_ms.sum - lead_ms) < 1e-3);
 }
 
 static void count_one(double *sum, int64_t *count, int64_t from, int64_t to)
@@ -413,7 +413,7 @@ static void verdicts_balance_at_every_tick(void **state)
     static const char *const syncs[] = {"free", "lockstep", "gambetta", "deterministic", "rollback"};
     static const char *const cheats[] = {"none",      "none",       "none",    "rate",
                                          "magnitude", "lag_switch", "teleport"};
-    int64_t all[LL_INPUT_VERDICTS] = {0};
+    int64_t all[LL_INPUT_RESULT_KINDS] = {0};
     for (uint64_t seed = 1; seed <= 80; seed++) {
         char sync[48], lag[48], loss[48], jitter[48], redundancy[48], cheat[48], update[48], dead[64];
         snprintf(sync, sizeof sync, "server.sync=%s", syncs[seed % 5]);
@@ -434,7 +434,7 @@ static void verdicts_balance_at_every_tick(void **state)
             for (int p = 0; p < 2; p++) {
                 const ll_input_history *input_history = &ll_netgame_client_metrics(s.game, p)->input_history;
                 int64_t sum = 0;
-                for (int v = 0; v < LL_INPUT_VERDICTS; v++) {
+                for (int v = 0; v < LL_INPUT_RESULT_KINDS; v++) {
                     assert_true(input_history->count[v] >= 0);
                     sum += input_history->count[v];
                 }
@@ -443,13 +443,13 @@ static void verdicts_balance_at_every_tick(void **state)
         }
         for (int p = 0; p < 2; p++) {
             check_player(&s, p, &w[p]);
-            for (int v = 0; v < LL_INPUT_VERDICTS; v++)
+            for (int v = 0; v < LL_INPUT_RESULT_KINDS; v++)
                 all[v] += ll_netgame_client_metrics(s.game, p)->input_history.count[v];
         }
         free(w);
         scene_close(&s);
     }
-    for (int v = 0; v < LL_INPUT_VERDICTS; v++)
+    for (int v = 0; v < LL_INPUT_RESULT_KINDS; v++)
         assert_true(all[v] > 50); /* every result occurs */
 }
 

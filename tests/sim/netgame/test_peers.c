@@ -118,7 +118,7 @@ static void honest_clients_agree(const char *id, const char *sync, const char *c
     for (int p = 0; p < s.game->config.player_count; p++) {
         assert_true(d.seen[1 + p] > d.seen[0] - 40);
         assert_int_equal(first_difference(&d, p), -1);
-        const ll_peer_status *known = &ll_netgame_server(s.game)->seats[p].peer;
+        const ll_peer_status *known = &ll_netgame_server(s.game)->client_slots[p].peer;
         assert_int_equal(known->desync, -1);
         assert_true(known->hashed > d.seen[0] - 100);
         assert_int_equal(ll_netgame_desync(s.game, p)->tick, -1);
@@ -173,7 +173,7 @@ static void extremes_of_the_ranges_agree(void **state)
         run(&d, 0, 120);
         assert_true(d.seen[0] > 600);
         for (int p = 0; p < 2; p++) {
-            const ll_client_slot *client_slot = &ll_netgame_server(s.game)->seats[p];
+            const ll_client_slot *client_slot = &ll_netgame_server(s.game)->client_slots[p];
             assert_int_equal(first_difference(&d, p), -1);
             assert_int_equal(ll_netgame_desync(s.game, p)->tick, -1);
             assert_true(ll_netgame_desync(s.game, p)->compared > d.seen[0] - 100);
@@ -276,7 +276,7 @@ static void other_hardware_is_named(void **state)
         assert_int_equal(first_difference(&d, 0), -1);
         assert_true(tick > 0 && tick < d.ticks);
         assert_int_equal(found->tick, tick);
-        assert_int_equal(ll_netgame_server(s.game)->seats[1].peer.desync, tick);
+        assert_int_equal(ll_netgame_server(s.game)->client_slots[1].peer.desync, tick);
         assert_int_equal(ll_netgame_desync(s.game, 0)->tick, -1);
 
         const ll_world *truth = (const ll_world *)(const void *)(d.worlds[0] + (size_t)tick * d.size);
@@ -303,12 +303,12 @@ static void a_cheat_leaves_the_common_world_alone(void **state)
         scene s = scene_open("contact", sets);
         diary d = diary_of(&s, 0);
         run(&d, 0, 20);
-        const ll_client_slot *seats = ll_netgame_server(s.game)->seats;
+        const ll_client_slot *client_slots = ll_netgame_server(s.game)->client_slots;
         assert_int_equal(first_difference(&d, 0), -1);
         assert_int_equal(first_difference(&d, 1), 9); /* the first tick that it has an input for */
         assert_int_equal(ll_netgame_desync(s.game, 1)->tick, 9);
-        assert_int_equal(seats[1].peer.desync, 9);
-        assert_true(seats[1].refused[LL_RULE_MAGNITUDE] > 500);
+        assert_int_equal(client_slots[1].peer.desync, 9);
+        assert_true(client_slots[1].refused[LL_RULE_MAGNITUDE] > 500);
         assert_true(ll_netgame_client(s.game, 1)->refused > 500);
         diary_free(&d);
         scene_close(&s);
@@ -444,7 +444,7 @@ static void who_is_far_ahead_alone_is_in_step(void **state)
         assert_true(d->compared > 1500);
         assert_int_equal(d->tick, -1);
         assert_true(d->error_max == 0);
-        assert_int_equal(ll_netgame_server(s.game)->seats[0].peer.desync, -1);
+        assert_int_equal(ll_netgame_server(s.game)->client_slots[0].peer.desync, -1);
         scene_close(&s);
     }
 }
@@ -541,9 +541,9 @@ static void who_is_silent_is_dropped_and_joins_again(void **state)
                   NULL); /* its last packet arrived a ping's interval and a delay before that */
         int64_t step = server->step;
         assert_true(step < 5.5 * 60);
-        assert_int_equal(server->seats[1].connected, 1);
+        assert_int_equal(server->client_slots[1].connected, 1);
         scene_run(&s, 5 + timeout_s + 0.8, NULL);
-        assert_int_equal(server->seats[1].connected, 0);
+        assert_int_equal(server->client_slots[1].connected, 0);
         assert_int_equal(b->state,
                          LL_CONNECTION_STALLED); /* its link down is good, but no other client sends */
         assert_int_equal(peer_of(&s, 0)->waiting, 0);
@@ -554,16 +554,16 @@ static void who_is_silent_is_dropped_and_joins_again(void **state)
         set_loss(&s, 1, 0);
         scene_run(&s, 13.8, NULL); /* a retry, two round trips, five pings */
         assert_int_equal(b->state, LL_CONNECTION_PLAYING);
-        assert_int_equal(server->seats[1].connected, 1);
+        assert_int_equal(server->client_slots[1].connected, 1);
         assert_int_equal(b->joins, 2);
         step = server->step;
-        int64_t applied = server->seats[1].acked;
+        int64_t applied = server->client_slots[1].acked;
         scene_run(&s, 20, NULL);
         assert_true(server->step > step + 6.2 * 60 - 15);
-        assert_true(server->seats[1].acked > applied + 6.2 * 60 - 15); /* its own inputs */
+        assert_true(server->client_slots[1].acked > applied + 6.2 * 60 - 15); /* its own inputs */
         for (int p = 0; p < 2; p++) {
-            assert_int_equal(server->seats[p].peer.desync, -1);
-            assert_true(server->seats[p].peer.hashed > server->step - 60);
+            assert_int_equal(server->client_slots[p].peer.desync, -1);
+            assert_true(server->client_slots[p].peer.hashed > server->step - 60);
         }
         scene_close(&s);
     }
