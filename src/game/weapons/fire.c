@@ -167,7 +167,7 @@ void ll_weapons_fire(ll_weapon_state *arms, const ll_field *field, int shooter, 
 
 #define CLAIM_GRACE_S 1.0 /* s after its end at which a projectile can still be claimed */
 
-/* A client-authoritative projectile ends without a claim when it has been out of the arena for a while. */
+/* A client-authoritative projectile ends without a claim a time after it has left the arena. */
 static bool unclaimed(const ll_field *field, const ll_flight *flight, double s)
 {
     const ll_box *b = &field->arena->bounds;

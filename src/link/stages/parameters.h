@@ -1,4 +1,4 @@
-/* What impairs one direction of a network path, what becomes of a message on it, and what is counted. */
+/* Impairments of one direction of a network path, the fate of a message on it, and its statistics. */
 #pragma once
 
 #include <stdbool.h>
@@ -47,7 +47,7 @@ typedef struct ll_link_params {
     double loss_pct, loss_corr_pct;
     double ge_p_pct, ge_r_pct, ge_1h_pct, ge_1k_pct;
     double p13_pct, p31_pct, p32_pct, p23_pct, p14_pct;
-    double blackout_at_ms, blackout_every_ms, blackout_length_ms; /* periods in which all is lost */
+    double blackout_at_ms, blackout_every_ms, blackout_length_ms; /* periods in which all packets are lost */
     double duplicate_pct, duplicate_corr_pct;
     double spike_at_ms, spike_every_ms, spike_length_ms, spike_add_ms; /* periods of longer delay */
     double rate_kbps, limit_ms;                                        /* rate 0: no queue */
@@ -57,8 +57,8 @@ typedef struct ll_link_params {
     int64_t reorder_gap;
     double corrupt_pct, corrupt_corr_pct;
     int32_t distribution; /* ll_distribution */
-    int32_t order;        /* ll_order: free = sorted by due time; fifo = never before an earlier packet */
-    int32_t loss_model;   /* ll_loss */
+    int32_t order;      /* ll_order: free = sorted by due time; fifo = never before an earlier packet */
+    int32_t loss_model; /* ll_loss */
     int32_t reserved;
 } ll_link_params;
 

@@ -42,9 +42,9 @@ static void acknowledgements_take_a_round_trip(void **state)
         lone *l = new_lone(1, &toy, &ll_sync_free);
         l->config.prediction = l->config.reconciliation = predicts;
         run_latencies(l, 3);
-        ll_summary m2 = of(l, LL_METRIC_ACK_RTT), open = of(l, LL_METRIC_UNACKED);
-        assert_int_equal(m2.count, 3); /* 65 - 0, 65 - 20, 90 - 40 */
-        assert_true(near(m2.mean, 160.0 / 3) && m2.max == 65);
+        ll_summary ack_rtt = of(l, LL_METRIC_ACK_RTT), open = of(l, LL_METRIC_UNACKED);
+        assert_int_equal(ack_rtt.count, 3); /* 65 - 0, 65 - 20, 90 - 40 */
+        assert_true(near(ack_rtt.mean, 160.0 / 3) && ack_rtt.max == 65);
         assert_int_equal(open.count, 6); /* 1, 2, 3, 4, then 5 - 2, then 6 - 3 */
         assert_true(near(open.mean, 16.0 / 6) && open.max == 4);
         free_lone(l);

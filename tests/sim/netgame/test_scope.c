@@ -213,8 +213,9 @@ static void the_world_predicted_is_the_truth_to_come(void **state)
     (void)state;
     scene s = contact("all", "idle");
     for (int p = 0; p < 2; p++) {
-        ll_summary m5 = summary(&s, p, LL_METRIC_TIMELINE_ERROR);
-        assert_true(m5.count > 50 && m5.max < 1e-6); /* whole ns of time at 16 m/s: 2e-8 m */
+        ll_summary timeline_error = summary(&s, p, LL_METRIC_TIMELINE_ERROR);
+        assert_true(timeline_error.count > 50 &&
+                    timeline_error.max < 1e-6); /* whole ns of time at 16 m/s: 2e-8 m */
     }
     scene_close(&s);
 }
