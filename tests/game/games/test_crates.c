@@ -147,7 +147,7 @@ static int largest_heap(const yard *y)
     return most;
 }
 
-static void at_the_start_nobody_touches_anybody(void **state)
+static void at_the_start_no_bodies_touch(void **state)
 {
     (void)state;
     for (int count = 1; count <= 239; count += 17)
@@ -298,7 +298,7 @@ static void alone_a_player_moves_as_on_the_server(void **state)
 }
 
 /* A crate in the way stops the prediction, which does not move it. */
-static void what_is_not_ones_own_is_an_obstacle(void **state)
+static void other_bodies_are_obstacles(void **state)
 {
     (void)state;
     yard y = open_yard(usual(1), 2, 1.0 / 60);
@@ -374,7 +374,7 @@ static void reach_is_never_too_little(void **state)
 
 /* Two players at full speed, with or without a crate between them: players who may meet are in reach, and
  * players slightly too far are not, beyond the additional half of the speed that the rules allow for. */
-static void who_runs_together_is_in_reach(void **state)
+static void players_that_may_meet_are_in_reach(void **state)
 {
     (void)state;
     const double horizon = 0.5, speed = 4;
@@ -429,14 +429,14 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(an_arena_too_small_is_refused),
-        cmocka_unit_test(at_the_start_nobody_touches_anybody),
+        cmocka_unit_test(at_the_start_no_bodies_touch),
         cmocka_unit_test(a_crate_is_pushed_and_rests),
         cmocka_unit_test(limits_hold),
         cmocka_unit_test(two_hundred_crates_are_pushed_about),
         cmocka_unit_test(alone_a_player_moves_as_on_the_server),
-        cmocka_unit_test(what_is_not_ones_own_is_an_obstacle),
+        cmocka_unit_test(other_bodies_are_obstacles),
         cmocka_unit_test(reach_is_never_too_little),
-        cmocka_unit_test(who_runs_together_is_in_reach),
+        cmocka_unit_test(players_that_may_meet_are_in_reach),
         cmocka_unit_test(shapes_are_of_the_rules),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

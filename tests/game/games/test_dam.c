@@ -46,8 +46,8 @@ static void bad_tanks_are_refused(void **state)
     (void)state;
     const char *const texts[] = {"{\"width_m\":0.8}", "{\"height_m\":0.9}",
                                  "{\"width_m\":50,\"height_m\":50,\"side_m\":1}"};
-    const char *const told[] = {"width_m: must be at least 1 m", "height_m: must be at least 1 m",
-                                "the walls need 7800 particles"};
+    const char *const messages[] = {"width_m: must be at least 1 m", "height_m: must be at least 1 m",
+                                    "the walls need 7800 particles"};
     for (size_t i = 0; i < 3; i++) {
         params p;
         cJSON *json = cJSON_Parse(texts[i]);
@@ -55,7 +55,7 @@ static void bad_tanks_are_refused(void **state)
         ll_status status = ll_param_parse(&ll_dam_table, json, &p);
         cJSON_Delete(json);
         assert_true(ll_failed(&status));
-        assert_non_null(strstr(status.text, told[i]));
+        assert_non_null(strstr(status.text, messages[i]));
     }
 }
 

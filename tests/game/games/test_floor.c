@@ -197,7 +197,7 @@ static void sliding_ends_where_coulomb_says(void **state)
 }
 
 /* A body with a wanted velocity accelerates with its grip up to that velocity. */
-static void who_wants_to_go_goes(void **state)
+static void a_wanted_velocity_is_reached(void **state)
 {
     (void)state;
     ll_floor floor = floor_for(100, 6, 0.4, 0.4);
@@ -241,7 +241,7 @@ static void a_row_is_pushed_by_what_is_left_of_the_force(void **state)
 }
 
 /* Too weak to move the crate: player and crate stay, except for the error of sixteen sweeps. */
-static void who_is_too_weak_stays(void **state)
+static void a_player_too_weak_to_push_stays(void **state)
 {
     (void)state;
     ll_floor floor = floor_for(100, 6, 0.4, 0.4);
@@ -343,7 +343,7 @@ static void long_steps_are_cut(void **state)
 
 /* ---- the same again ---- */
 
-static void steps_are_the_same_again_and_wherever_else_something_happens(void **state)
+static void steps_are_repeatable_and_local(void **state)
 {
     (void)state;
     ll_floor_body a[MAX], b[MAX];
@@ -385,12 +385,12 @@ int main(void)
         cmocka_unit_test(a_push_off_the_centre_turns),
         cmocka_unit_test(discs_go_on_together),
         cmocka_unit_test(sliding_ends_where_coulomb_says),
-        cmocka_unit_test(who_wants_to_go_goes),
+        cmocka_unit_test(a_wanted_velocity_is_reached),
         cmocka_unit_test(a_row_is_pushed_by_what_is_left_of_the_force),
-        cmocka_unit_test(who_is_too_weak_stays),
+        cmocka_unit_test(a_player_too_weak_to_push_stays),
         cmocka_unit_test(nothing_passes_through_anything),
         cmocka_unit_test(long_steps_are_cut),
-        cmocka_unit_test(steps_are_the_same_again_and_wherever_else_something_happens),
+        cmocka_unit_test(steps_are_repeatable_and_local),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -198,7 +198,7 @@ static void own_step_is_the_server_step(void **state)
 }
 
 /* The farthest distance is that of full throttle; no other controls come as far. */
-static void nobody_comes_farther_than_the_farthest(void **state)
+static void no_player_comes_farther_than_the_farthest(void **state)
 {
     (void)state;
     const int32_t lanes[] = {0};
@@ -285,7 +285,7 @@ static void groups_out_of_reach_may_be_stepped_alone(void **state)
     assert_true(split > 50);
 }
 
-static void stepping_everybody_as_some_is_a_step(void **state)
+static void stepping_all_as_a_subset_is_a_step(void **state)
 {
     (void)state;
     field *whole = crowd(16, 7), *some = crowd(16, 7);
@@ -335,9 +335,9 @@ int main(void)
         cmocka_unit_test(contact_keeps_momentum_and_takes_energy),
         cmocka_unit_test(finish_time_lies_between_ticks),
         cmocka_unit_test(own_step_is_the_server_step),
-        cmocka_unit_test(nobody_comes_farther_than_the_farthest),
+        cmocka_unit_test(no_player_comes_farther_than_the_farthest),
         cmocka_unit_test(groups_out_of_reach_may_be_stepped_alone),
-        cmocka_unit_test(stepping_everybody_as_some_is_a_step),
+        cmocka_unit_test(stepping_all_as_a_subset_is_a_step),
         cmocka_unit_test(lanes_survive_a_grid),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

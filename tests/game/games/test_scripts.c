@@ -60,7 +60,7 @@ static void every_game_is_listed(void **state)
     assert_int_equal(n, ROWS);
 }
 
-static void seeds_differ_where_the_table_says_so_and_nowhere_else(void **state)
+static void seeds_matter_only_where_the_table_says_so(void **state)
 {
     (void)state;
     traced *one = malloc(sizeof *one), *same = malloc(sizeof *same), *other = malloc(sizeof *other);
@@ -244,7 +244,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_game_is_listed),
-        cmocka_unit_test(seeds_differ_where_the_table_says_so_and_nowhere_else),
+        cmocka_unit_test(seeds_matter_only_where_the_table_says_so),
         cmocka_unit_test(a_script_keeps_nothing),
         cmocka_unit_test(players_do_not_do_the_same),
         cmocka_unit_test(slots_are_those_of_a_walk),

@@ -42,7 +42,7 @@ static const ll_action nothing[LL_PLAYERS_MAX];
 
 /* A point that moves at its own speed for a short time is where the water has it then: central differences of
  * two steps are off by h^2 / 6 of the third derivative, w^3 A. */
-static void points_move_as_they_tell(void **state)
+static void points_move_at_their_velocity(void **state)
 {
     (void)state;
     coast c = open_coast(usual(), 1);
@@ -141,7 +141,7 @@ static void a_boat_alone_sails_as_on_the_server(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(points_move_as_they_tell),
+        cmocka_unit_test(points_move_at_their_velocity),
         cmocka_unit_test(a_boat_heaves_by_its_draught),
         cmocka_unit_test(a_boat_lies_on_long_waves),
         cmocka_unit_test(a_boat_alone_sails_as_on_the_server),

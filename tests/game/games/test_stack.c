@@ -68,7 +68,7 @@ static void too_large_scenes_are_refused(void **state)
 /* A small push wakes everything for ten seconds of steps that each start without impulses; all bodies but the
  * pushed one stand where they stood: within a centimetre horizontally, three millimetres vertically, and one
  * degree. */
-static void stacks_stand_without_what_a_step_forgets(void **state)
+static void stacks_stand_without_warm_starting(void **state)
 {
     (void)state;
     const params scenes[] = {usual(PYRAMID, 8), usual(COLUMN, 5), usual(CARD_HOUSE, 3)};
@@ -177,7 +177,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(too_large_scenes_are_refused),
-        cmocka_unit_test(stacks_stand_without_what_a_step_forgets),
+        cmocka_unit_test(stacks_stand_without_warm_starting),
         cmocka_unit_test(dominoes_fall_and_rest),
         cmocka_unit_test(a_ball_pushes_what_stands),
         cmocka_unit_test(a_ball_alone_goes_as_on_the_server),

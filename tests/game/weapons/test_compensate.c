@@ -40,7 +40,7 @@ typedef struct range {
     ll_point before[BODIES], after[BODIES];
     way *target;
     int64_t step; /* made last */
-    ll_hit_result told[16];
+    ll_hit_result results[16];
     ll_shot shots[16];
     int count;
 } range;
@@ -51,7 +51,7 @@ static void witness(void *context, const ll_hit_result *j)
     assert_true(r->count < 16);
     if (j->shot)
         r->shots[r->count] = *j->shot;
-    r->told[r->count++] = *j;
+    r->results[r->count++] = *j;
 }
 
 static void place(range *r)
@@ -141,7 +141,7 @@ static int rifle_at(int policy, double view_time_s, int claim)
     ll_action a = press(r, LL_RIFLE, 140, (ll_time)(view_time_s * 1e9));
     ll_set_claim(&a, LL_RIFLE, claim);
     step_to(r, 140, &a, level());
-    int body = r->told[0].body;
+    int body = r->results[0].body;
     assert_int_equal(r->count, 1);
     assert_int_equal(r->arms.shots[LL_RIFLE], 1);
     assert_int_equal(r->arms.hits[LL_RIFLE], body != LL_NOBODY);
@@ -227,12 +227,12 @@ static impact shell(way *target, int family, int trace, ll_aim aim, int64_t seen
     step_to(r, k, &a, aim);
     step_to(r, k + 400, NULL, aim);
     assert_int_equal(r->count, 2);
-    assert_int_equal(r->told[0].kind, LL_HIT_RESULT_LAUNCH);
-    assert_int_equal(r->told[1].kind, LL_HIT_RESULT_IMPACT);
+    assert_int_equal(r->results[0].kind, LL_HIT_RESULT_LAUNCH);
+    assert_int_equal(r->results[1].kind, LL_HIT_RESULT_IMPACT);
     assert_int_equal(r->arms.shots[LL_CANNON], 1);
-    assert_int_equal(r->arms.hits[LL_CANNON], r->told[1].body != LL_NOBODY);
-    impact i = {r->told[1].body, ll_to_s(r->told[1].end),   r->told[1].at.x,
-                r->told[1].at.y, ll_to_s(r->told[0].start), r->told[0].trace_error_m};
+    assert_int_equal(r->arms.hits[LL_CANNON], r->results[1].body != LL_NOBODY);
+    impact i = {r->results[1].body, ll_to_s(r->results[1].end),   r->results[1].at.x,
+                r->results[1].at.y, ll_to_s(r->results[0].start), r->results[0].trace_error_m};
     free_range(r);
     return i;
 }
@@ -341,7 +341,7 @@ static void fast_forward_leaves_the_first_part_uncompensated(void **state)
     assert_true(b.body == 1 && c.body == 1 && fabs(b.x - c.x) <= 1e-9 && fabs(b.y - c.y) <= 1e-9);
 }
 
-static void partial_forwards_no_more_than_told(void **state)
+static void partial_forwards_no_more_than_configured(void **state)
 {
     (void)state;
     impact far = shell(crossing, 3, LL_TRACE_PARABOLA, level(), 60, 91),
@@ -388,15 +388,15 @@ static void claimed_shells_hit_what_the_client_says(void **state)
     assert_int_equal(r->count, 1);
     ll_set_claim(&claim, LL_CANNON, 1);
     step_to(r, 101, &claim, level());
-    assert_true(r->count == 2 && r->told[1].kind == LL_HIT_RESULT_IMPACT && r->told[1].body == 1);
+    assert_true(r->count == 2 && r->results[1].kind == LL_HIT_RESULT_IMPACT && r->results[1].body == 1);
     step_to(r, 102, &claim, level()); /* no projectile is left to claim for */
     assert_true(r->count == 2 && r->arms.hits[LL_CANNON] == 1);
     fire = press(r, LL_CANNON, 110, ll_tick_time(100, HZ));
     step_to(r, 110, &fire, raised(-1)); /* unclaimed: it passes the target and ends a second after it left */
     step_to(r, 400, NULL, level());
-    assert_true(r->count == 4 && r->told[3].body == LL_NOBODY);
+    assert_true(r->count == 4 && r->results[3].body == LL_NOBODY);
     double falls = (-35 * sin(1) + sqrt(35 * sin(1) * 35 * sin(1) + 2 * 9.81 * 50)) / 9.81;
-    double end = ll_to_s(r->told[3].end - r->told[3].start);
+    double end = ll_to_s(r->results[3].end - r->results[3].start);
     assert_true(end >= falls + 1 && end <= falls + 1 + 1.001 / 60);
     free_range(r);
 }
@@ -421,7 +421,7 @@ static void a_press_before_the_weapon_is_ready_is_void(void **state)
     for (int64_t k = 1; k <= 120; k++) { /* every step: a weapon of 0.1 s fires in every sixth */
         ll_action a = press(r, LL_RIFLE, k, ll_tick_time(k - 1, HZ));
         step_to(r, k, &a, level());
-        assert_int_equal(r->told[0].kind, k % 6 == 1 ? LL_HIT_RESULT_HITSCAN : LL_HIT_RESULT_VOID);
+        assert_int_equal(r->results[0].kind, k % 6 == 1 ? LL_HIT_RESULT_HITSCAN : LL_HIT_RESULT_VOID);
         assert_int_equal(r->arms.shots[LL_RIFLE], (k + 5) / 6);
         r->count = 0;
     }
@@ -463,7 +463,7 @@ int main(void)
         cmocka_unit_test(rewound_shell_lands_where_it_would_without_lag),
         cmocka_unit_test(shell_that_starts_at_the_server_is_late),
         cmocka_unit_test(fast_forward_leaves_the_first_part_uncompensated),
-        cmocka_unit_test(partial_forwards_no_more_than_told),
+        cmocka_unit_test(partial_forwards_no_more_than_configured),
         cmocka_unit_test(straight_trace_is_off_by_its_closed_form),
         cmocka_unit_test(straight_trace_misses_what_the_parabola_meets),
         cmocka_unit_test(claimed_shells_hit_what_the_client_says),

@@ -122,7 +122,7 @@ static void due_with_the_last_of_them(void **state)
 
 /* Of a duplicated fragment the first to arrive counts: the mean of the earlier of two is a third of the
  * half-width before the middle. */
-static void duplicates_come_to_nothing_but_in_time(void **state)
+static void duplicates_only_change_the_time(void **state)
 {
     (void)state;
     ll_link_params params = link_params();
@@ -340,7 +340,7 @@ int main(void)
         cmocka_unit_test(so_many_as_it_takes),
         cmocka_unit_test(lost_with_any_of_them),
         cmocka_unit_test(due_with_the_last_of_them),
-        cmocka_unit_test(duplicates_come_to_nothing_but_in_time),
+        cmocka_unit_test(duplicates_only_change_the_time),
         cmocka_unit_test(fragments_queue_one_by_one),
         cmocka_unit_test(a_message_takes_one_place),
         cmocka_unit_test(the_bytes_are_put_together),

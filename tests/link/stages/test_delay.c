@@ -209,7 +209,7 @@ static void deviates_are_correlated_as_variates_need(void **state)
         }
 }
 
-static void the_statistics_tell_the_correlation(void **state)
+static void the_statistics_report_the_correlation(void **state)
 {
     (void)state;
     ll_link_params params = link_params();
@@ -288,7 +288,7 @@ int main(void)
         cmocka_unit_test(delays_have_their_moments),
         cmocka_unit_test(correlation_leaves_mean_and_variance),
         cmocka_unit_test(deviates_are_correlated_as_variates_need),
-        cmocka_unit_test(the_statistics_tell_the_correlation),
+        cmocka_unit_test(the_statistics_report_the_correlation),
         cmocka_unit_test(a_plain_link_has_no_correlation),
         cmocka_unit_test(spikes_have_their_windows),
     };

@@ -172,7 +172,7 @@ static void four_state_losses(void **state)
 }
 
 /* A model that starts, or restarts after another one or none was used, is in its first state. */
-static void models_begin_anew(void **state)
+static void models_restart_in_their_first_state(void **state)
 {
     (void)state;
     ll_link_params trap = link_params(), others[2] = {link_params(), link_params()};
@@ -230,7 +230,7 @@ int main(void)
         cmocka_unit_test(gilbert_elliott_defaults),
         cmocka_unit_test(the_state_at_entry_decides),
         cmocka_unit_test(four_state_losses),
-        cmocka_unit_test(models_begin_anew),
+        cmocka_unit_test(models_restart_in_their_first_state),
         cmocka_unit_test(blackouts_lose_everything),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -156,7 +156,7 @@ static void sizes_and_overhead_count(void **state)
 
 /* Lost packets never reach the queue, and reordered packets bypass it; copies and corrupted packets take
  * their time in it. */
-static void who_takes_time_in_the_queue(void **state)
+static void copies_and_corrupted_packets_take_queue_time(void **state)
 {
     (void)state;
     ll_link_params params = rated(80);
@@ -328,7 +328,7 @@ int main(void)
         cmocka_unit_test(the_limit_of_packets_counts_the_one_in_transmission),
         cmocka_unit_test(the_slots_bound_the_queue),
         cmocka_unit_test(sizes_and_overhead_count),
-        cmocka_unit_test(who_takes_time_in_the_queue),
+        cmocka_unit_test(copies_and_corrupted_packets_take_queue_time),
         cmocka_unit_test(under_a_rate_jitter_never_reorders),
         cmocka_unit_test(jitter_fills_no_queue),
         cmocka_unit_test(the_longest_delay_holds),

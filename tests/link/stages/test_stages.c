@@ -116,7 +116,7 @@ static void a_gap_and_a_share(void **state)
 }
 
 /* A reordered packet takes 5 ms instead of 85, a difference of 5.1 steps: it overtakes four. */
-static void what_is_sent_ahead_overtakes(void **state)
+static void reordered_packets_overtake(void **state)
 {
     (void)state;
     ll_link_params params = link_params();
@@ -175,7 +175,7 @@ int main(void)
         cmocka_unit_test(rates_and_correlations),
         cmocka_unit_test(a_gap_picks_every_nth),
         cmocka_unit_test(a_gap_and_a_share),
-        cmocka_unit_test(what_is_sent_ahead_overtakes),
+        cmocka_unit_test(reordered_packets_overtake),
         cmocka_unit_test(corrupted_packets_do_not_arrive),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -19,7 +19,7 @@ static void lists_follow_the_table(void **state)
 
 /* ---- the server's bits ---- */
 
-#define TOLD (32 * LL_INPUT_RESULT_WORDS)
+#define RESULT_BITS (32 * LL_INPUT_RESULT_WORDS)
 
 static bool bit(const ll_client_slot *client_slot, uint32_t seq)
 {
@@ -40,7 +40,7 @@ static void bits_are_those_of_the_last_512(void **state)
             bool yes = ll_rng_unit(seed, 1, k) < 0.7;
             if (k == 700)
                 seq += 700; /* a gap beyond the window */
-            if (seq + TOLD <= newest)
+            if (seq + RESULT_BITS <= newest)
                 continue; /* no slot holds an input that old: the server has none to apply */
             newest = seq > newest ? seq : newest;
             processed = yes && seq > processed ? seq : processed;
@@ -48,15 +48,15 @@ static void bits_are_those_of_the_last_512(void **state)
             ll_client_slot_done(&client_slot, seq, yes);
             assert_int_equal(client_slot.decided, newest);
             assert_int_equal(client_slot.processed, processed);
-            for (uint32_t i = 0; i < TOLD && i < newest; i++)
+            for (uint32_t i = 0; i < RESULT_BITS && i < newest; i++)
                 assert_int_equal(bit(&client_slot, newest - i), applied[newest - i]);
         }
     }
 }
 
 /* Acknowledgement in the snapshot to player 0: the bit of each input, newest first. */
-static ll_input_result_part told(ll_server *s, const ll_sync_mode *sync,
-                                 uint32_t words[LL_INPUT_RESULT_WORDS_MAX])
+static ll_input_result_part acknowledgement_of(ll_server *s, const ll_sync_mode *sync,
+                                               uint32_t words[LL_INPUT_RESULT_WORDS_MAX])
 {
     char bytes[4096];
     ll_snapshot_message m;
@@ -75,7 +75,7 @@ static ll_input_result_part told(ll_server *s, const ll_sync_mode *sync,
 
 /* The words reach back to the newest snapshot that the client is known to have, at any rates and round trip.
  * Where inputs belong to no step, they reach back to the beginning, or by 512 inputs. */
-static void verdicts_reach_back_to_the_state_that_is_known(void **state)
+static void results_reach_back_to_the_acknowledged_snapshot(void **state)
 {
     (void)state;
     for (uint64_t k = 0; k < 300; k++) {
@@ -92,11 +92,11 @@ static void verdicts_reach_back_to_the_state_that_is_known(void **state)
         s->step = decided + lead; /* inputs began at some step */
         s->client_slots[0].received = s->step > ahead ? s->step - ahead : 0;
         bool drains = k % 3 == 0;
-        ll_input_result_part part = told(s, drains ? &ll_sync_gambetta : &ll_sync_free, words);
+        ll_input_result_part part = acknowledgement_of(s, drains ? &ll_sync_gambetta : &ll_sync_free, words);
         assert_int_equal(part.newest, decided);
         int64_t needed =
             drains || s->client_slots[0].received == 0 ? decided : s->step - s->client_slots[0].received;
-        needed = needed > decided ? decided : needed > TOLD ? TOLD : needed;
+        needed = needed > decided ? decided : needed > RESULT_BITS ? RESULT_BITS : needed;
         assert_true(part.words * 32 >= needed && (int64_t)part.words * 32 < needed + 32);
         for (uint32_t i = 0; i < 32 * part.words; i++) {
             bool is = i < decided && applied[decided - i];
@@ -108,7 +108,7 @@ static void verdicts_reach_back_to_the_state_that_is_known(void **state)
 
 /* A step whose input is missing, late or refused repeats the one before: its input does not count as
  * applied. */
-static void only_what_came_in_time_and_within_the_rules_is_set(void **state)
+static void only_valid_inputs_in_time_are_set(void **state)
 {
     (void)state;
     const ll_game_env env = {.dt = 1.0 / 60};
@@ -129,14 +129,14 @@ static void only_what_came_in_time_and_within_the_rules_is_set(void **state)
     assert_int_equal(client_slot->acked, 5);
     assert_int_equal(client_slot->processed, 5);
     assert_int_equal(client_slot->decided, 5);
-    ll_input_result_part part = told(s, &ll_sync_free, words);
+    ll_input_result_part part = acknowledgement_of(s, &ll_sync_free, words);
     assert_int_equal(part.newest, 5);
     assert_int_equal(part.words, 1);
     assert_int_equal(words[0], 0x11);                            /* 5 and 1 */
     ll_sync_free.step(s, &toy, &env, NULL, ll_sync_free.due(s)); /* 6 never arrives either */
     assert_int_equal(client_slot->acked, 6);                     /* its step is over, */
     assert_int_equal(client_slot->processed, 5);                 /* but it was not applied */
-    part = told(s, &ll_sync_free, words);
+    part = acknowledgement_of(s, &ll_sync_free, words);
     assert_int_equal(part.newest, 6);
     assert_int_equal(words[0], 0x22);
     free(s);
@@ -144,7 +144,7 @@ static void only_what_came_in_time_and_within_the_rules_is_set(void **state)
 
 /* ---- the client ---- */
 
-static int tell_packet(lone *l, packet p, uint32_t newest, uint64_t bits, ll_time now)
+static int receive_packet(lone *l, packet p, uint32_t newest, uint64_t bits, ll_time now)
 {
     char bytes[256];
     struct {
@@ -159,17 +159,18 @@ static int tell_packet(lone *l, packet p, uint32_t newest, uint64_t bits, ll_tim
     return ll_client_receive(l->client, &l->setup, bytes, (int)(head + sizeof applied + world), now);
 }
 
-static int tell(lone *l, int64_t tick, uint32_t acked, uint32_t newest, uint64_t bits, double x, ll_time now)
+static int receive_bits(lone *l, int64_t tick, uint32_t acked, uint32_t newest, uint64_t bits, double x,
+                        ll_time now)
 {
-    return tell_packet(l, state_of(tick, now, acked, 1, &x), newest, bits, now);
+    return receive_packet(l, state_of(tick, now, acked, 1, &x), newest, bits, now);
 }
 
 /* The same for an entity that moves on with held controls, so that a prediction may agree bitwise. */
-static int tell_going(lone *l, int64_t tick, uint32_t acked, uint64_t bits, double x, ll_time now)
+static int receive_bits_in_motion(lone *l, int64_t tick, uint32_t acked, uint64_t bits, double x, ll_time now)
 {
     packet p = state_of(tick, now, acked, 1, &x);
     p.entity[0].vx = (double)l->client->held.axis[0];
-    return tell_packet(l, p, acked, bits, now);
+    return receive_packet(l, p, acked, bits, now);
 }
 
 static lone *new_predictor(const ll_sync_mode *sync, int ack)
@@ -198,7 +199,7 @@ static void skipped_inputs_are_not_taken_as_applied(void **state)
         const uint32_t applied[] = {1, 3, 4, 6};
         for (int i = 0; i < 4; i++)
             server_applies(l, applied[i], applied[i], applied[i]);
-        tell(l, 6, 6, 6, 0x2d /* 101101 */, 100, ll_tick_time(7, HZ(60)));
+        receive_bits(l, 6, 6, 6, 0x2d /* 101101 */, 100, ll_tick_time(7, HZ(60)));
         frame(l, ll_tick_time(7, HZ(60)), NULL);
         for (uint32_t seq = 1; seq <= 8; seq++)
             assert_int_equal(ll_client_pending(l->client, seq)->state,
@@ -214,7 +215,7 @@ static void skipped_inputs_are_not_taken_as_applied(void **state)
 
 /* High water sends two numbers. Inputs up to the newest applied one count as applied; later ones whose step
  * is over count as skipped, and a later snapshot does not reopen them. */
-static void high_water_skips_what_is_over_and_was_not_applied(void **state)
+static void high_water_skips_decided_inputs_that_were_not_applied(void **state)
 {
     (void)state;
     lone *l = new_predictor(&ll_sync_free, 0);
@@ -253,16 +254,16 @@ static void overtaken_inputs_stay_open(void **state)
             frame(l, f, NULL);
         server_applies(l, 1, 2, 1);
         server_applies(l, 4, 5, 1);
-        tell(l, 1, 5, 5, 0x1b /* 1, 2, 4, 5 */, 2, 6);
+        receive_bits(l, 1, 5, 5, 0x1b /* 1, 2, 4, 5 */, 2, 6);
         frame(l, 6, NULL); /* makes 7 */
         assert_true(ll_client_rendered(l->client)->entity[0].x == (ack == 0 ? 3 : 3.5));
         server_applies(l, 3, 3, 2);
         server_applies(l, 6, 6, 2);
-        tell(l, 2, 6, 6, 0x3f, 3, 7); /* the next update includes it */
+        receive_bits(l, 2, 6, 6, 0x3f, 3, 7); /* the next update includes it */
         frame(l, 7, NULL);
         assert_true(ll_client_rendered(l->client)->entity[0].x == 4);
-        tell(l, 1, 2, 2, 0x3, 1, 8); /* an old snapshot: 1 and 2 alone */
-        frame(l, 8, NULL);           /* makes 9 */
+        receive_bits(l, 1, 2, 2, 0x3, 1, 8); /* an old snapshot: 1 and 2 alone */
+        frame(l, 8, NULL);                   /* makes 9 */
         assert_true(ll_client_rendered(l->client)->entity[0].x ==
                     (ack == 0 ? 2.5 : 4.5)); /* 3 to 6 are gone */
         assert_int_equal(l->client_metrics->histogram[LL_METRIC_ACK_RTT].count,
@@ -273,7 +274,7 @@ static void overtaken_inputs_stay_open(void **state)
 
 /* A newer snapshot restores what an old one has undone. With high water the client no longer has the inputs
  * that the old one lacks, so they are not drawn until then. */
-static void a_newer_state_brings_back_what_an_old_one_undid(void **state)
+static void a_newer_snapshot_restores_what_an_old_one_undid(void **state)
 {
     (void)state;
     for (int ack = 0; ack < 2; ack++) {
@@ -281,13 +282,13 @@ static void a_newer_state_brings_back_what_an_old_one_undid(void **state)
         l->client->held = push(0.25);
         for (int f = 0; f < 9; f++)
             frame(l, f, NULL);
-        tell_going(l, 2, 8, 0xff, 2, 9);
+        receive_bits_in_motion(l, 2, 8, 0xff, 2, 9);
         frame(l, 9, NULL); /* makes 10 */
         assert_true(ll_client_rendered(l->client)->entity[0].x == 2.5);
-        tell_going(l, 1, 5, 0x1f, 1.25, 10); /* an old snapshot: 1 to 5 alone */
-        frame(l, 10, NULL);                  /* makes 11 */
+        receive_bits_in_motion(l, 1, 5, 0x1f, 1.25, 10); /* an old snapshot: 1 to 5 alone */
+        frame(l, 10, NULL);                              /* makes 11 */
         assert_true(ll_client_rendered(l->client)->entity[0].x == (ack == 0 ? 2 : 2.75));
-        tell_going(l, 3, 9, 0x1ff, 2.25, 11);
+        receive_bits_in_motion(l, 3, 9, 0x1ff, 2.25, 11);
         frame(l, 11, NULL); /* makes 12 */
         assert_true(ll_client_rendered(l->client)->entity[0].x == 3);
         free_lone(l);
@@ -295,21 +296,21 @@ static void a_newer_state_brings_back_what_an_old_one_undid(void **state)
 }
 
 /* An input that has not arrived is given up when it is older than the window of a snapshot, 64 here. */
-static void lost_inputs_are_given_up_when_nothing_tells_of_them(void **state)
+static void lost_inputs_are_given_up_beyond_the_window(void **state)
 {
     (void)state;
     lone *l = new_predictor(&ll_sync_gambetta, 1);
     for (int f = 0; f < 80; f++)
         frame(l, f, NULL);
-    tell(l, 1, 65, 65, ~UINT64_C(0) >> 1, 64 * 0.5 - 0.5,
-         80); /* 3 to 65; 1 is out of the window, 2 is not there */
+    receive_bits(l, 1, 65, 65, ~UINT64_C(0) >> 1, 64 * 0.5 - 0.5,
+                 80); /* 3 to 65; 1 is out of the window, 2 is not there */
     frame(l, 80, NULL);
     assert_int_equal(ll_client_pending(l->client, 1)->state, LL_INPUT_SKIPPED);
     assert_int_equal(ll_client_pending(l->client, 2)->state, LL_INPUT_OPEN);
     assert_int_equal(l->client->acked, 1);
     assert_true(ll_client_rendered(l->client)->entity[0].x ==
                 64 * 0.5 - 0.5 + 0.5 + 16 * 0.5); /* and 2, 66 to 81 */
-    tell(l, 2, 66, 66, ~UINT64_C(0), 64 * 0.5, 81);
+    receive_bits(l, 2, 66, 66, ~UINT64_C(0), 64 * 0.5, 81);
     frame(l, 81, NULL);
     assert_int_equal(ll_client_pending(l->client, 2)->state, LL_INPUT_SKIPPED);
     assert_int_equal(l->client->acked, 66);
@@ -515,13 +516,13 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(lists_follow_the_table),
         cmocka_unit_test(bits_are_those_of_the_last_512),
-        cmocka_unit_test(verdicts_reach_back_to_the_state_that_is_known),
-        cmocka_unit_test(only_what_came_in_time_and_within_the_rules_is_set),
+        cmocka_unit_test(results_reach_back_to_the_acknowledged_snapshot),
+        cmocka_unit_test(only_valid_inputs_in_time_are_set),
         cmocka_unit_test(skipped_inputs_are_not_taken_as_applied),
-        cmocka_unit_test(high_water_skips_what_is_over_and_was_not_applied),
+        cmocka_unit_test(high_water_skips_decided_inputs_that_were_not_applied),
         cmocka_unit_test(overtaken_inputs_stay_open),
-        cmocka_unit_test(a_newer_state_brings_back_what_an_old_one_undid),
-        cmocka_unit_test(lost_inputs_are_given_up_when_nothing_tells_of_them),
+        cmocka_unit_test(a_newer_snapshot_restores_what_an_old_one_undid),
+        cmocka_unit_test(lost_inputs_are_given_up_beyond_the_window),
         cmocka_unit_test(overtaking_is_harmless_with_a_bit_per_input),
         cmocka_unit_test(lost_inputs_are_known_as_such),
         cmocka_unit_test(each_lost_input_is_a_correction_by_loss),

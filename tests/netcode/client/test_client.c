@@ -5,7 +5,7 @@
 
 /* The first input reaches the server `slack_ticks` before its step must be made: packets count for the step
  * at whose instant they arrive. */
-static void lead_is_what_the_link_needs(void **state)
+static void lead_matches_the_link(void **state)
 {
     (void)state;
     static const struct {
@@ -233,7 +233,7 @@ static void acknowledge(lone *l, int64_t tick, uint32_t seq, ll_time now)
     assert_int_equal(give(l, &p, now), LL_OUTCOME_APPLIED);
 }
 
-static void packets_repeat_what_is_open(void **state)
+static void packets_repeat_open_inputs(void **state)
 {
     (void)state;
     for (int redundancy = 0; redundancy <= 15; redundancy += 3) {
@@ -321,7 +321,7 @@ static void pipelined_lockstep_repeats_the_oldest(void **state)
     (void)state;
     lone *l = new_lone(1, &toy, &ll_sync_lockstep_pipelined);
     ll_input_message m;
-    int oldest = 0, made = 0, told = 0;
+    int oldest = 0, made = 0, acknowledged = 0;
     start_lone(l, 60, 0, 0);
     for (int f = 0; f < 400; f++) { /* the server steps at a third of the rate and acknowledges no input */
         int steps = f / 3, most = LL_BUDGET_TICKS - 1 + steps;
@@ -337,8 +337,9 @@ static void pipelined_lockstep_repeats_the_oldest(void **state)
             oldest += first == 1;
         } else {
             must_hold(&m, (uint32_t)(made - count + 1), count, made - count + 1);
-            assert_int_equal(m.fresh, made - told); /* including those made with a packet of older ones */
-            told = made;
+            assert_int_equal(m.fresh,
+                             made - acknowledged); /* including those made with a packet of older ones */
+            acknowledged = made;
         }
     }
     assert_int_equal(made, LL_BUDGET_TICKS - 1 + 399 / 3);
@@ -456,7 +457,7 @@ static void lockstep_makes_one_input_a_state(void **state)
     free_lone(l);
 }
 
-static void cheats_send_what_they_say(void **state)
+static void cheats_send_inputs_as_defined(void **state)
 {
     (void)state;
     ll_input_message m;
@@ -498,7 +499,7 @@ static void a_leap_is_one_huge_input_now_and_then(void **state)
 }
 
 /* Nothing is sent from 3 to 6 s; then everything at once, each input once, and afterwards as before. */
-static void a_lag_switch_holds_back_and_lets_go(void **state)
+static void a_lag_switch_holds_back_and_releases(void **state)
 {
     (void)state;
     lone *l = new_lone(1, &toy, &ll_sync_free);
@@ -556,7 +557,7 @@ static void stale_states_are_dropped(void **state)
     free_lone(l);
 }
 
-static void another_epoch_is_void(void **state)
+static void packets_of_another_epoch_are_discarded(void **state)
 {
     (void)state;
     lone *l = new_lone(1, &toy, &ll_sync_gambetta);
@@ -598,10 +599,10 @@ static void newest_state_is_drawn(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(lead_is_what_the_link_needs),
+        cmocka_unit_test(lead_matches_the_link),
         cmocka_unit_test(others_do_not_lead),
         cmocka_unit_test(slack_is_followed_without_overshoot),
-        cmocka_unit_test(packets_repeat_what_is_open),
+        cmocka_unit_test(packets_repeat_open_inputs),
         cmocka_unit_test(idle_clients_are_silent_where_the_rules_say_so),
         cmocka_unit_test(a_full_window_gives_up_its_oldest),
         cmocka_unit_test(pipelined_lockstep_repeats_the_oldest),
@@ -609,11 +610,11 @@ int main(void)
         cmocka_unit_test(pipelined_lockstep_waits_for_the_first_state_too),
         cmocka_unit_test(pipelined_lockstep_waits_four_intervals_whole),
         cmocka_unit_test(lockstep_makes_one_input_a_state),
-        cmocka_unit_test(cheats_send_what_they_say),
+        cmocka_unit_test(cheats_send_inputs_as_defined),
         cmocka_unit_test(a_leap_is_one_huge_input_now_and_then),
-        cmocka_unit_test(a_lag_switch_holds_back_and_lets_go),
+        cmocka_unit_test(a_lag_switch_holds_back_and_releases),
         cmocka_unit_test(stale_states_are_dropped),
-        cmocka_unit_test(another_epoch_is_void),
+        cmocka_unit_test(packets_of_another_epoch_are_discarded),
         cmocka_unit_test(newest_state_is_drawn),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

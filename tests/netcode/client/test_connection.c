@@ -112,7 +112,7 @@ static ll_time measures(joiner *j, uint16_t epoch, ll_time now, ll_time way, int
 }
 
 /* Accepts the client at `now`. */
-static void is_let_in(joiner *j, uint16_t epoch, ll_time now)
+static void is_accepted(joiner *j, uint16_t epoch, ll_time now)
 {
     ll_request_message m = {.head = {.seq = connection(j)->attempt}, .sent = now - 40 * LL_MS};
     answers(j, LL_MESSAGE_ACCEPT, epoch, &m, now - 20 * LL_MS, now);
@@ -122,7 +122,7 @@ static void is_let_in(joiner *j, uint16_t epoch, ll_time now)
 
 /* It sends a connect every half second without limit, and acknowledges no answer before it has one. An answer
  * that it is not connected makes it ask at once, acknowledging that answer. */
-static void who_is_not_in_asks_every_half_second(void **state)
+static void an_unconnected_client_asks_every_half_second(void **state)
 {
     (void)state;
     joiner *j = new_joiner(5);
@@ -150,14 +150,14 @@ static void who_is_not_in_asks_every_half_second(void **state)
 
 /* After it is accepted it measures its clock by five samples 50 ms apart, the first being the accepting
  * answer, and plays. */
-static void who_is_let_in_measures_its_clock(void **state)
+static void an_accepted_client_measures_its_clock(void **state)
 {
     (void)state;
     static const int ways_ms[] = {0, 1, 24, 26, 200, 240};
     for (size_t i = 0; i < sizeof ways_ms / sizeof ways_ms[0]; i++) {
         joiner *j = new_joiner(5);
         ll_time way = ways_ms[i] * LL_MS, now = 3 * LL_SECOND;
-        is_let_in(j, 9, now);
+        is_accepted(j, 9, now);
         assert_int_equal(connection(j)->state, LL_CONNECTION_SYNCHRONISING);
         assert_int_equal(connection(j)->joins, 1);
         assert_false(ll_connection_plays(connection(j)));
@@ -171,13 +171,13 @@ static void who_is_let_in_measures_its_clock(void **state)
 }
 
 /* While playing it sends a ping every quarter of a second, and when nothing else was sent for a tenth. */
-static void who_plays_is_never_silent(void **state)
+static void a_playing_client_is_never_silent(void **state)
 {
     (void)state;
     for (int inputs_ms = 0; inputs_ms <= 300; inputs_ms += 60) {
         joiner *j = new_joiner(5);
         ll_request_message m;
-        is_let_in(j, 1, LL_SECOND);
+        is_accepted(j, 1, LL_SECOND);
         ll_time start = measures(j, 1, LL_SECOND, 10 * LL_MS, 4), last = start, input = start, longest = 0;
         int pings = 0;
         for (ll_time now = start; now < start + 10 * LL_SECOND; now += LL_MS) {
@@ -217,20 +217,20 @@ static void silence_is_noticed_and_then_the_end(void **state)
         joiner *j = new_joiner(timeouts_s[i]);
         ll_request_message m;
         ll_time timeout = timeouts_s[i] > 0 ? ll_ms(1000 * timeouts_s[i]) : LL_NEVER;
-        is_let_in(j, 1, LL_SECOND);
-        ll_time heard = measures(j, 1, LL_SECOND, LL_MS, 4), end = heard + 40 * LL_SECOND;
+        is_accepted(j, 1, LL_SECOND);
+        ll_time last_packet = measures(j, 1, LL_SECOND, LL_MS, 4), end = last_packet + 40 * LL_SECOND;
         if (timeout > LL_NOTICE) {
             while (connection(j)->state == LL_CONNECTION_PLAYING)
                 tends(j, due(j), &m);
             assert_int_equal(connection(j)->state, LL_CONNECTION_STALLED);
-            assert_int_equal(connection(j)->since, heard + LL_NOTICE);
+            assert_int_equal(connection(j)->since, last_packet + LL_NOTICE);
             assert_true(ll_connection_plays(connection(j)));
             packet state_packet = state_of(1, 0, 0, 1, (double[]){0});
             assert_false(ll_connection_receive(j->l->client, &j->l->setup, &state_packet,
-                                               size_of(&state_packet), heard + LL_NOTICE + LL_MS));
+                                               size_of(&state_packet), last_packet + LL_NOTICE + LL_MS));
             assert_int_equal(connection(j)->state, LL_CONNECTION_RESYNCHRONISING);
             assert_true(ll_connection_plays(connection(j)));
-            heard = measures(j, 1, heard + LL_NOTICE + LL_MS, LL_MS, 5);
+            last_packet = measures(j, 1, last_packet + LL_NOTICE + LL_MS, LL_MS, 5);
         }
         while (ll_connection_plays(connection(j)) && due(j) < end)
             tends(j, due(j), &m);
@@ -238,12 +238,12 @@ static void silence_is_noticed_and_then_the_end(void **state)
             assert_int_equal(connection(j)->state, LL_CONNECTION_STALLED);
         } else {
             assert_int_equal(connection(j)->state, LL_CONNECTION_DISCONNECTED);
-            assert_int_equal(connection(j)->since, heard + timeout);
+            assert_int_equal(connection(j)->since, last_packet + timeout);
             assert_int_equal(connection(j)->time_outs, 1);
             assert_true(m.head.type == LL_MESSAGE_CONNECT); /* it asks in the same moment */
             assert_int_equal(m.head.seq, 2);
             for (int k = 1; k < 20; k++) {
-                assert_int_equal(due(j), heard + timeout + k * LL_SECOND / 2);
+                assert_int_equal(due(j), last_packet + timeout + k * LL_SECOND / 2);
                 assert_true(tends(j, due(j), &m));
             }
         }
@@ -257,7 +257,7 @@ static void silence_before_the_clock_is_known(void **state)
     (void)state;
     joiner *j = new_joiner(2);
     ll_request_message m;
-    is_let_in(j, 1, LL_SECOND);
+    is_accepted(j, 1, LL_SECOND);
     while (connection(j)->state == LL_CONNECTION_SYNCHRONISING)
         assert_true(tends(j, due(j), &m));
     assert_int_equal(connection(j)->state, LL_CONNECTION_CONNECTING);
@@ -267,7 +267,7 @@ static void silence_before_the_clock_is_known(void **state)
 
 /* It joins again in a new epoch: answers to earlier attempts, and all packets sent in the old epoch, are
  * discarded. */
-static void who_joins_again_does_so_in_a_new_epoch(void **state)
+static void a_client_joins_again_in_a_new_epoch(void **state)
 {
     (void)state;
     joiner *j = new_joiner(1);
@@ -276,7 +276,7 @@ static void who_joins_again_does_so_in_a_new_epoch(void **state)
     start_lone(j->l, 60, 0, 0);
     j->l->client->connection.state = LL_CONNECTION_CONNECTING;
     assert_true(tends(j, 0, &before));
-    is_let_in(j, 3, LL_SECOND);
+    is_accepted(j, 3, LL_SECOND);
     ll_time now = measures(j, 3, LL_SECOND, LL_MS, 4);
     assert_true(frame(j->l, now, &input) > 0);
     assert_int_equal(input.head.epoch, 3);
@@ -315,12 +315,12 @@ static void who_joins_again_does_so_in_a_new_epoch(void **state)
 
 /* The server reports that it has dropped the player: the client asks at once. An answer from before the
  * client was accepted has no effect. */
-static void who_is_told_to_be_out_asks_again(void **state)
+static void a_dropped_client_asks_again(void **state)
 {
     (void)state;
     joiner *j = new_joiner(5);
     ll_request_message m;
-    is_let_in(j, 1, LL_SECOND);
+    is_accepted(j, 1, LL_SECOND);
     ll_time now = measures(j, 1, LL_SECOND, LL_MS, 4);
     answers(j, LL_MESSAGE_PONG, 0, NULL, LL_SECOND - 300 * LL_MS,
             now); /* overtaken by the accepting answer */
@@ -337,7 +337,7 @@ static void who_is_told_to_be_out_asks_again(void **state)
 
 /* ---- admission ---- */
 
-static ll_server *new_door(void)
+static ll_server *new_admission_server(void)
 {
     ll_server *server = new_server(2, &ll_sync_free, 60, 60);
     server->client_slots[0].connected = server->client_slots[1].connected = 0;
@@ -368,12 +368,12 @@ static ll_admitted asks(ll_server *server, ll_message type, uint32_t attempt, ll
 
 /* A client is accepted only if it acknowledges an answer at most 3 s old; every request gets an answer to
  * acknowledge. */
-static void only_who_hears_is_let_in(void **state)
+static void only_clients_that_receive_are_accepted(void **state)
 {
     (void)state;
     static const ll_time ages[] = {0, LL_SECOND, 3 * LL_SECOND, 3 * LL_SECOND + 1, 60 * LL_SECOND, LL_NEVER};
     for (size_t i = 0; i < sizeof ages / sizeof ages[0]; i++) {
-        ll_server *server = new_door();
+        ll_server *server = new_admission_server();
         ll_time now = 100 * LL_SECOND, seen = ages[i] == LL_NEVER ? LL_NEVER : now - ages[i];
         reply r;
         ll_admitted done = asks(server, LL_MESSAGE_CONNECT, 1, seen, now, &r);
@@ -398,7 +398,7 @@ static void only_who_hears_is_let_in(void **state)
 static void each_attempt_joins_once(void **state)
 {
     (void)state;
-    ll_server *server = new_door();
+    ll_server *server = new_admission_server();
     reply r;
     ll_input_result v[LL_INPUTS_MAX];
     ll_input_message m = inputs(41, 3, (double[]){1, 1, 1});
@@ -430,10 +430,10 @@ static void each_attempt_joins_once(void **state)
 
 /* Where clients have worlds of their own the answer contains the server's, and the player's inputs begin
  * after those that the server made for it. */
-static void who_is_let_in_gets_the_world(void **state)
+static void an_accepted_client_gets_the_world(void **state)
 {
     (void)state;
-    ll_server *server = new_door();
+    ll_server *server = new_admission_server();
     reply r;
     size_t size = ll_world_size(ll_server_world(server));
     ll_request_message m = {.head = {.type = LL_MESSAGE_CONNECT, .seq = 1}, .seen = 0};
@@ -451,29 +451,30 @@ static void who_is_let_in_gets_the_world(void **state)
 /* A client whose inputs arrive but that does not receive the server's packets is dropped exactly when it has
  * acknowledged no newer answer for the timeout, at any age of its answers. A client that receives them stays,
  * and without a timeout all stay. */
-static void who_does_not_hear_is_dropped(void **state)
+static void a_client_that_does_not_receive_is_dropped(void **state)
 {
     (void)state;
     static const double timeouts_s[] = {0.5, 2, 30};
     for (size_t i = 0; i < sizeof timeouts_s / sizeof timeouts_s[0]; i++) {
-        ll_server *server = new_door();
-        ll_time timeout = ll_ms(1000 * timeouts_s[i]), start = 10 * LL_SECOND, now = start, heard = start;
+        ll_server *server = new_admission_server();
+        ll_time timeout = ll_ms(1000 * timeouts_s[i]), start = 10 * LL_SECOND, now = start,
+                last_packet = start;
         reply r;
         assert_true(asks(server, LL_MESSAGE_CONNECT, 1, now, now, &r).joined);
         for (now += LL_SECOND / 4; now < start + 20 * LL_SECOND; now += LL_SECOND / 4) { /* two seconds old */
-            asks(server, LL_MESSAGE_PING, 0, heard += LL_SECOND / 4, now + 2 * LL_SECOND, &r);
+            asks(server, LL_MESSAGE_PING, 0, last_packet += LL_SECOND / 4, now + 2 * LL_SECOND, &r);
             assert_false(ll_admission_tend(server, 0, timeout, now + 2 * LL_SECOND + LL_SECOND / 5));
         }
         now += 2 * LL_SECOND - LL_SECOND / 4;
         ll_time last = now;
         for (; server->client_slots[0].connected; now += LL_SECOND / 4) { /* its link down is dead */
-            asks(server, LL_MESSAGE_PING, 0, heard, now, &r);
+            asks(server, LL_MESSAGE_PING, 0, last_packet, now, &r);
             assert_int_equal(r.m.head.epoch, server->epoch);
             assert_false(ll_admission_tend(server, 0, LL_NEVER, now));
             assert_int_equal(ll_admission_tend(server, 0, timeout, now), now - last > timeout);
         }
         assert_int_equal(server->client_slots[0].drops, 1);
-        asks(server, LL_MESSAGE_PING, 0, heard, now, &r);
+        asks(server, LL_MESSAGE_PING, 0, last_packet, now, &r);
         assert_int_equal(r.m.head.epoch, 0);                                  /* it is informed */
         assert_false(ll_admission_tend(server, 0, timeout, now + LL_SECOND)); /* once */
         free(server);
@@ -485,7 +486,7 @@ static void who_does_not_hear_is_dropped(void **state)
 static void silence_is_filled(void **state)
 {
     (void)state;
-    ll_server *server = new_door();
+    ll_server *server = new_admission_server();
     ll_input_message m = inputs(1, 1, (double[]){1});
     reply r;
     int refused_out = 0;
@@ -615,7 +616,7 @@ static void the_handshake_always_ends(void **state)
     for (uint64_t seed = 0; seed < 600; seed++) {
         double timeout_s = timeouts_s[seed % 4];
         ll_time tend = 0, well = draw(seed, 1, 0, 0, 15 * LL_SECOND);
-        *w = (world_of_two){.j = new_joiner(timeout_s), .server = new_door(), .seed = seed};
+        *w = (world_of_two){.j = new_joiner(timeout_s), .server = new_admission_server(), .seed = seed};
         w->j->l->setup.recorder = NULL;
         w->timeout = timeout_s > 0 ? ll_ms(1000 * timeout_s) : LL_NEVER;
         w->loss = 0.8 * ll_rng_unit(seed, 2, 0);
@@ -646,17 +647,17 @@ static void the_handshake_always_ends(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(who_is_not_in_asks_every_half_second),
-        cmocka_unit_test(who_is_let_in_measures_its_clock),
-        cmocka_unit_test(who_plays_is_never_silent),
+        cmocka_unit_test(an_unconnected_client_asks_every_half_second),
+        cmocka_unit_test(an_accepted_client_measures_its_clock),
+        cmocka_unit_test(a_playing_client_is_never_silent),
         cmocka_unit_test(silence_is_noticed_and_then_the_end),
         cmocka_unit_test(silence_before_the_clock_is_known),
-        cmocka_unit_test(who_joins_again_does_so_in_a_new_epoch),
-        cmocka_unit_test(who_is_told_to_be_out_asks_again),
-        cmocka_unit_test(only_who_hears_is_let_in),
+        cmocka_unit_test(a_client_joins_again_in_a_new_epoch),
+        cmocka_unit_test(a_dropped_client_asks_again),
+        cmocka_unit_test(only_clients_that_receive_are_accepted),
         cmocka_unit_test(each_attempt_joins_once),
-        cmocka_unit_test(who_is_let_in_gets_the_world),
-        cmocka_unit_test(who_does_not_hear_is_dropped),
+        cmocka_unit_test(an_accepted_client_gets_the_world),
+        cmocka_unit_test(a_client_that_does_not_receive_is_dropped),
         cmocka_unit_test(silence_is_filled),
         cmocka_unit_test(the_handshake_always_ends),
     };

@@ -102,7 +102,7 @@ static void slack_is_kept_with_one_input_a_frame(void **state)
 }
 
 /* Of a greater change ten ticks are dilated and the rest is made up at once by doubled inputs. */
-static void what_is_beyond_ten_ticks_is_made_at_once(void **state)
+static void changes_beyond_ten_ticks_are_made_at_once(void **state)
 {
     (void)state;
     const char *const sets[] = {"players.0.lag_ms=5", "players.0.time_dilation=true", "warmup_s=0", NULL};
@@ -178,7 +178,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(time_is_shifted_exactly_and_within_a_tenth),
         cmocka_unit_test(slack_is_kept_with_one_input_a_frame),
-        cmocka_unit_test(what_is_beyond_ten_ticks_is_made_at_once),
+        cmocka_unit_test(changes_beyond_ten_ticks_are_made_at_once),
         cmocka_unit_test(without_dilation_inputs_are_doubled_and_left_out),
         cmocka_unit_test(beyond_100_ms_steps_are_left_out),
     };

@@ -90,7 +90,7 @@ static const ll_entity *own(const lone *l)
 }
 
 /* If no snapshot differs, the prediction equals bitwise the truth at the time when the input counts. */
-static void prediction_is_the_truth_to_come(void **state)
+static void prediction_equals_the_truth_to_come(void **state)
 {
     (void)state;
     race_track *t = new_track(false);
@@ -108,7 +108,7 @@ static void prediction_is_the_truth_to_come(void **state)
 
 /* A game whose own step reads the tail is replayed at every snapshot; other games only when the snapshot
  * differs from the prediction. Both must draw the same. */
-static void shortcut_is_the_whole_replay(void **state)
+static void shortcut_equals_the_full_replay(void **state)
 {
     (void)state;
     race_track *t = new_track(true);
@@ -191,7 +191,7 @@ static void without_reconciliation_states_win(void **state)
 }
 
 /* A snapshot that acknowledges more than was ever sent: the client applies it and continues. */
-static void acknowledged_beyond_what_was_sent(void **state)
+static void acknowledged_beyond_the_newest_input(void **state)
 {
     (void)state;
     const uint32_t acks[] = {6, 300, 5 + LL_PENDING_RING, UINT32_MAX};
@@ -265,12 +265,12 @@ static void a_state_includes_the_inputs_up_to_its_step(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(prediction_is_the_truth_to_come),
-        cmocka_unit_test(shortcut_is_the_whole_replay),
+        cmocka_unit_test(prediction_equals_the_truth_to_come),
+        cmocka_unit_test(shortcut_equals_the_full_replay),
         cmocka_unit_test(replay_is_state_and_open_inputs),
         cmocka_unit_test(prediction_may_be_toggled),
         cmocka_unit_test(without_reconciliation_states_win),
-        cmocka_unit_test(acknowledged_beyond_what_was_sent),
+        cmocka_unit_test(acknowledged_beyond_the_newest_input),
         cmocka_unit_test(acknowledged_beyond_the_ring),
         cmocka_unit_test(a_state_includes_the_inputs_up_to_its_step),
     };

@@ -45,7 +45,7 @@ static void no_tolerance_is_equality_to_the_bit(void **state)
     assert_false(agree(&(ll_agreement){.tolerance_m = 10}, &(ll_entity){.x = NAN}, &(ll_entity){.x = 1}));
 }
 
-static void only_what_is_in_scope_counts(void **state)
+static void only_entities_in_scope_count(void **state)
 {
     (void)state;
     const ll_agreement exact = {0};
@@ -115,24 +115,24 @@ static void rounding_is_explained(void **state)
                                 draw(seed, 4, 3),
                                 draw(seed, 5, 9),
                                 64};
-        ll_entity to = from, told = rounded(&from, &then);
-        ll_entity *const both[] = {&to, &told};
+        ll_entity to = from, received = rounded(&from, &then);
+        ll_entity *const both[] = {&to, &received};
         for (int i = 0; i < 2; i++) {
             both[i]->x += both[i]->vx * t;
             both[i]->y += both[i]->vy * t;
             both[i]->angle += both[i]->angular_velocity * t;
         }
         ll_entity second = rounded(&to, &now);
-        assert_true(agree(&a, &told, &second));
+        assert_true(agree(&a, &received, &second));
         ll_entity off = second;
-        off.y = told.y + (double)(then.m + now.m) / 2 + (double)then.mps * t / 2 + 1e-6;
-        assert_false(agree(&a, &told, &off));
+        off.y = received.y + (double)(then.m + now.m) / 2 + (double)then.mps * t / 2 + 1e-6;
+        assert_false(agree(&a, &received, &off));
         off = second;
-        off.vx = told.vx - (double)(then.mps + now.mps) / 2 - 1e-6;
-        assert_false(agree(&a, &told, &off));
+        off.vx = received.vx - (double)(then.mps + now.mps) / 2 - 1e-6;
+        assert_false(agree(&a, &received, &off));
         ll_agreement own = a;
         own.exact = 1;
-        assert_false(agree(&own, &told, &second));
+        assert_false(agree(&own, &received, &second));
     }
 }
 
@@ -407,7 +407,7 @@ static void replay(ll_netgame *g, int player, ll_world *world)
 
 /* In every scope of games with coupled and without coupled player steps: without a grid, a prediction that
  * stands equals the one that a replay would make. */
-static void what_stands_is_what_a_replay_makes(void **state)
+static void a_standing_prediction_equals_a_replay(void **state)
 {
     (void)state;
     static const char *const games[] = {"crates", "contact", "cannon", "stack_watched", "sea_watched"};
@@ -477,7 +477,7 @@ static void reconciliation_may_be_switched_on(void **state)
 
 /* With any impairment up: the prediction is within the tolerance of what a replay would make of the newest
  * snapshot, at any time, in every sync mode with snapshots. */
-static void what_stands_is_within_the_tolerance_of_a_replay(void **state)
+static void a_standing_prediction_is_within_the_tolerance_of_a_replay(void **state)
 {
     (void)state;
     static const char *const syncs[] = {"server.sync=free", "server.sync=lockstep", "server.sync=gambetta"};
@@ -529,7 +529,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(no_tolerance_is_equality_to_the_bit),
-        cmocka_unit_test(only_what_is_in_scope_counts),
+        cmocka_unit_test(only_entities_in_scope_count),
         cmocka_unit_test(a_tolerance_is_held_until_the_horizon),
         cmocka_unit_test(rounding_is_explained),
         cmocka_unit_test(own_entity_is_drawn_within_the_tolerance),
@@ -537,9 +537,9 @@ int main(void)
         cmocka_unit_test(tolerance_may_change),
         cmocka_unit_test(rounding_alone_replays_nothing),
         cmocka_unit_test(rounding_is_handed_on_by_contacts),
-        cmocka_unit_test(what_stands_is_what_a_replay_makes),
+        cmocka_unit_test(a_standing_prediction_equals_a_replay),
         cmocka_unit_test(reconciliation_may_be_switched_on),
-        cmocka_unit_test(what_stands_is_within_the_tolerance_of_a_replay),
+        cmocka_unit_test(a_standing_prediction_is_within_the_tolerance_of_a_replay),
         cmocka_unit_test(a_tolerance_saves_replays),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

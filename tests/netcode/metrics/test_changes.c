@@ -118,7 +118,7 @@ static void inputs_that_are_never_applied_are_infinite(void **state)
     free(d);
 }
 
-static void a_new_epoch_voids_what_is_open(void **state)
+static void a_new_epoch_discards_open_inputs(void **state)
 {
     (void)state;
     desk *d = new_desk(0);
@@ -189,7 +189,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(only_changes_are_measured),
         cmocka_unit_test(inputs_that_are_never_applied_are_infinite),
-        cmocka_unit_test(a_new_epoch_voids_what_is_open),
+        cmocka_unit_test(a_new_epoch_discards_open_inputs),
         cmocka_unit_test(drained_inputs_are_lost_when_nothing_is_on_its_way),
         cmocka_unit_test(changes_beyond_the_ring_are_given_up),
     };

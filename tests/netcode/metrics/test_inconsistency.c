@@ -19,7 +19,7 @@ static ll_inconsistency of(const double *distances, int count)
     return total;
 }
 
-static void excursions_count_from_their_start(void **state)
+static void divergence_episodes_count_from_their_start(void **state)
 {
     (void)state;
     const double five[] = {0, 1, 2, 3, 4, 5, 0}, four[] = {0, 9, 9, 9, 9, 0, 9, 9, 9, 9, 0},
@@ -33,7 +33,7 @@ static void excursions_count_from_their_start(void **state)
 }
 
 /* An episode that has not ended counts up to now. */
-static void open_excursions_count_too(void **state)
+static void open_divergence_episodes_count_too(void **state)
 {
     (void)state;
     double distances[50];
@@ -48,7 +48,7 @@ static void open_excursions_count_too(void **state)
 /* Three clients' views of three entities, ten frames long. On entity 0 they agree to 0.1 m. Entity 1 is at 0,
  * (3, 4) and (-9, -12): the farthest other view is 15, 20 and 20 m away. Entity 2 is 1 m off in the last view
  * alone. */
-static void pictures_are_held_against_the_farthest(void **state)
+static void views_are_compared_with_the_farthest(void **state)
 {
     (void)state;
     lone *l[3];
@@ -76,7 +76,7 @@ static void pictures_are_held_against_the_farthest(void **state)
 }
 
 /* Against the truth, by the frames of one client: the own entity counts too. */
-static void pictures_are_held_against_the_truth(void **state)
+static void views_are_compared_with_the_truth(void **state)
 {
     (void)state;
     lone *l = new_lone(2, &toy, &ll_sync_free);
@@ -104,10 +104,10 @@ static void pictures_are_held_against_the_truth(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(excursions_count_from_their_start),
-        cmocka_unit_test(open_excursions_count_too),
-        cmocka_unit_test(pictures_are_held_against_the_farthest),
-        cmocka_unit_test(pictures_are_held_against_the_truth),
+        cmocka_unit_test(divergence_episodes_count_from_their_start),
+        cmocka_unit_test(open_divergence_episodes_count_too),
+        cmocka_unit_test(views_are_compared_with_the_farthest),
+        cmocka_unit_test(views_are_compared_with_the_truth),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

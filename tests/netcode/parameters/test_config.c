@@ -69,7 +69,7 @@ static void presets_read_back(void **state)
     }
 }
 
-static void an_unknown_preset_is_told_the_known(void **state)
+static void an_unknown_preset_lists_the_known_ones(void **state)
 {
     (void)state;
     ll_player_config player;
@@ -116,7 +116,7 @@ int main(void)
         cmocka_unit_test(the_tables_are_sound),
         cmocka_unit_test(a_preset_and_one_change),
         cmocka_unit_test(presets_read_back),
-        cmocka_unit_test(an_unknown_preset_is_told_the_known),
+        cmocka_unit_test(an_unknown_preset_lists_the_known_ones),
         cmocka_unit_test(the_longest_delay_is_bounded),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -12,7 +12,7 @@
 /* A client's message, decoded. */
 typedef struct sent {
     ll_peer_message head;
-    ll_peer_ack heard[LL_PLAYERS_MAX];
+    ll_peer_ack acks[LL_PLAYERS_MAX];
     ll_input_run runs[LL_RUNS_MAX];
     uint32_t hashes[LL_HASHES_MAX];
     int inputs;
@@ -26,8 +26,8 @@ static sent frame_at(lone *l, int64_t frame)
     ll_peer_display(l->client, &l->setup, frame * TICK);
     memcpy(&m.head, bytes, sizeof m.head);
     const char *at = bytes + sizeof m.head;
-    memcpy(m.heard, at, (size_t)l->players * sizeof m.heard[0]);
-    at += (size_t)l->players * sizeof m.heard[0];
+    memcpy(m.acks, at, (size_t)l->players * sizeof m.acks[0]);
+    at += (size_t)l->players * sizeof m.acks[0];
     memcpy(m.runs, at, m.head.runs * sizeof m.runs[0]);
     at += m.head.runs * sizeof m.runs[0];
     memcpy(m.hashes, at, m.head.hashes * sizeof m.hashes[0]);
@@ -112,7 +112,7 @@ static void deterministic_waits_for_each_input(void **state)
     assert_int_equal(peer_of(l)->confirmed, 1);
     assert_int_equal(m.inputs, 1); /* the next is made in the same frame */
     assert_int_equal(m.head.tick, 2);
-    assert_int_equal(m.heard[1].known, 2);
+    assert_int_equal(m.acks[1].known, 2);
     frame_at(l, 6);
     assert_true(x_of(l, 0) == 2 && x_of(l, 1) == 30);
     frame_at(l, 7);
@@ -161,7 +161,7 @@ static void a_right_guess_costs_nothing_and_a_wrong_one_is_made_again(void **sta
 }
 
 /* A gap, or more than the ring holds: not accepted, not acknowledged, so it is sent again. */
-static void what_cannot_be_kept_is_not_acknowledged(void **state)
+static void inputs_beyond_the_ring_are_not_acknowledged(void **state)
 {
     (void)state;
     double ones[70];
@@ -169,12 +169,12 @@ static void what_cannot_be_kept_is_not_acknowledged(void **state)
     for (int i = 0; i < 70; i++)
         ones[i] = 1;
     relay(l, 0, 2, 3, ones, 1, 0);
-    assert_int_equal(frame_at(l, 0).heard[1].known, 0);
+    assert_int_equal(frame_at(l, 0).acks[1].known, 0);
     relay(l, 0, 1, 70, ones, 1, 0);
-    int64_t known = frame_at(l, 1).heard[1].known;
+    int64_t known = frame_at(l, 1).acks[1].known;
     assert_true(known > 40 && known < LL_PEER_RING);
     for (int k = 2; k < 70; k++)
-        relay(l, 0, known + 1, 70 - (int)known, ones, k, 0), known = frame_at(l, k).heard[1].known;
+        relay(l, 0, known + 1, 70 - (int)known, ones, k, 0), known = frame_at(l, k).acks[1].known;
     assert_int_equal(known, 70);
     assert_true(x_of(l, 1) == (double)peer_of(l)->tick && peer_of(l)->tick == 69);
     free_lone(l);
@@ -212,7 +212,7 @@ static void impure_step(ll_world *world, const ll_game_env *env, const ll_action
     world->entity[1].x += forgotten++ % 1000 == 0;
 }
 
-static void sync_test_finds_a_forgotten_variable(void **state)
+static void sync_test_finds_a_variable_outside_the_state(void **state)
 {
     (void)state;
     ll_game impure = toy;
@@ -234,7 +234,7 @@ static void sync_test_finds_a_forgotten_variable(void **state)
 
 /* This client sees itself five ticks ahead, the other sees itself one behind: (5 + 1) / 2 = 3 frames of
  * waiting, and no more, though the other's reports follow slowly. */
-static void who_is_ahead_rests(void **state)
+static void the_client_ahead_waits(void **state)
 {
     (void)state;
     lone *l = new_peer(&ll_sync_rollback, 16);
@@ -258,7 +258,7 @@ static void give_relay_server(ll_server *server, int player, int64_t tick, int c
 {
     struct {
         ll_peer_message head;
-        ll_peer_ack heard[2];
+        ll_peer_ack acks[2];
         char rest[1024];
     } m = {.head = {.head = {LL_MESSAGE_INPUT, (uint8_t)count, 1, (uint32_t)tick},
                     .tick = tick,
@@ -330,7 +330,7 @@ static void relay_server_steps_and_forwards(void **state)
     free(server);
 }
 
-static void a_refused_input_is_replaced_for_everybody(void **state)
+static void a_refused_input_is_replaced_for_all_clients(void **state)
 {
     (void)state;
     ll_server *server = new_server(2, &ll_sync_rollback, 50, 50);
@@ -449,12 +449,12 @@ int main(void)
         cmocka_unit_test(inputs_are_repeated_until_acknowledged),
         cmocka_unit_test(deterministic_waits_for_each_input),
         cmocka_unit_test(a_right_guess_costs_nothing_and_a_wrong_one_is_made_again),
-        cmocka_unit_test(what_cannot_be_kept_is_not_acknowledged),
+        cmocka_unit_test(inputs_beyond_the_ring_are_not_acknowledged),
         cmocka_unit_test(input_delay_begins_with_nothing_and_may_change),
-        cmocka_unit_test(sync_test_finds_a_forgotten_variable),
-        cmocka_unit_test(who_is_ahead_rests),
+        cmocka_unit_test(sync_test_finds_a_variable_outside_the_state),
+        cmocka_unit_test(the_client_ahead_waits),
         cmocka_unit_test(relay_server_steps_and_forwards),
-        cmocka_unit_test(a_refused_input_is_replaced_for_everybody),
+        cmocka_unit_test(a_refused_input_is_replaced_for_all_clients),
         cmocka_unit_test(a_wrong_hash_is_caught_at_its_tick),
         cmocka_unit_test(each_hardware_does_as_it_says),
         cmocka_unit_test(floats_are_stored_in_every_field),

@@ -9,15 +9,15 @@ static ll_time draw(uint64_t seed, uint64_t stream, uint64_t k, ll_time least, l
 }
 
 /* The result of the filter, which these tests do not check. */
-static ll_time told;
+static ll_time filtered;
 
-static ll_time as_told(const ll_clock_sample *samples, int count)
+static ll_time as_filtered(const ll_clock_sample *samples, int count)
 {
     (void)samples, (void)count;
-    return told;
+    return filtered;
 }
 
-static const ll_clock_filter telling = {.name = "told", .offset = as_told};
+static const ll_clock_filter fixed_filter = {.name = "told", .offset = as_filtered};
 
 /* A symmetric link: the offset is exact to the ns. An asymmetric one: any filter is off by half of the
  * difference. */
@@ -129,10 +129,10 @@ static void the_offset_is_slewed_or_snaps(void **state)
         ll_time error = i % 2 ? -errors[i / 2] : errors[i / 2], t = LL_SECOND;
         bool snaps = errors[i / 2] >= 100 * LL_MS;
         ll_clock_sync sync = {.offset = 7 * LL_SECOND, .at = t};
-        told = sync.offset + error;
+        filtered = sync.offset + error;
         for (int k = 1; k <= 40; k++) {
             t += 50 * LL_MS; /* a sample moves it by 2.5 ms at most */
-            ll_clock_sync_add(&sync, &telling, t - LL_MS, t, t, false);
+            ll_clock_sync_add(&sync, &fixed_filter, t - LL_MS, t, t, false);
             ll_time most = k * 2500000, moved = errors[i / 2] < most || snaps ? errors[i / 2] : most;
             assert_int_equal(sync.offset, 7 * LL_SECOND + (error < 0 ? -moved : moved));
             assert_int_equal(sync.snaps, snaps);
@@ -140,11 +140,11 @@ static void the_offset_is_slewed_or_snaps(void **state)
     }
     ll_clock_sync sync = {.offset = 0,
                           .at = 0}; /* at the handshake it is used as it is, and that is no snap */
-    told = -42;
-    ll_clock_sync_add(&sync, &telling, 0, 0, 0, true);
+    filtered = -42;
+    ll_clock_sync_add(&sync, &fixed_filter, 0, 0, 0, true);
     assert_int_equal(sync.offset, -42);
-    told = LL_SECOND;
-    ll_clock_sync_add(&sync, &telling, 0, 0, 0, true);
+    filtered = LL_SECOND;
+    ll_clock_sync_add(&sync, &fixed_filter, 0, 0, 0, true);
     assert_int_equal(sync.offset, LL_SECOND);
     assert_int_equal(sync.snaps, 0);
 }

@@ -74,7 +74,7 @@ static void inputs_apply_at_their_step(void **state)
 }
 
 /* A disconnected player is neutral after its last received input, with any starvation policy for others. */
-static void who_is_gone_is_neutral_behind_what_has_come(void **state)
+static void disconnected_players_are_neutral_after_their_last_input(void **state)
 {
     (void)state;
     static const char *const starved[] = {"starved=decay", "starved=repeat", "starved=repeat_n",
@@ -115,7 +115,7 @@ static void repetitions_are_no_news(void **state)
     free(s);
 }
 
-static void late_inputs_are_told_and_not_applied(void **state)
+static void late_inputs_are_reported_and_not_applied(void **state)
 {
     (void)state;
     ll_server *s = new_server(1, &ll_sync_free, 60, 60);
@@ -182,7 +182,7 @@ static void refused_inputs_may_be_those_before(void **state)
     refused_inputs_are_replaced("refused=previous", (double[]){0.5, 1, 1.5, 1.25, 1});
 }
 
-static void what_was_sent_in_another_epoch_is_void(void **state)
+static void packets_of_another_epoch_are_discarded(void **state)
 {
     (void)state;
     ll_server *s = new_server(1, &ll_sync_free, 60, 60);
@@ -197,7 +197,7 @@ static void what_was_sent_in_another_epoch_is_void(void **state)
     free(s);
 }
 
-static void ticks_before_the_first_are_void(void **state)
+static void inputs_before_the_first_tick_are_ignored(void **state)
 {
     (void)state;
     ll_server *s = new_server(1, &ll_sync_free, 60, 60);
@@ -297,7 +297,7 @@ static void slack_is_the_least_since_the_last_update(void **state)
     free(s);
 }
 
-static void state_tells_step_time_and_rate(void **state)
+static void snapshots_contain_step_time_and_rate(void **state)
 {
     (void)state;
     ll_server *s = new_server(1, &ll_sync_free, 60, 60);
@@ -313,7 +313,7 @@ static void state_tells_step_time_and_rate(void **state)
 }
 
 /* A client that asks for them gets the others' controls at the step, between the message and the world. */
-static void controls_are_told_to_who_asks(void **state)
+static void controls_are_sent_on_request(void **state)
 {
     (void)state;
     ll_server *s = new_server(3, &ll_sync_free, 60, 60);
@@ -384,7 +384,7 @@ static void clocks_start_again(void **state)
 
 /* ---- lockstep ---- */
 
-static void lockstep_waits_for_everybody(void **state)
+static void lockstep_waits_for_all_players(void **state)
 {
     (void)state;
     const ll_sync_mode *sync = &ll_sync_lockstep;
@@ -411,7 +411,7 @@ static void lockstep_waits_for_everybody(void **state)
 }
 
 /* When all players' inputs arrive an interval apart, at any delay, so are the steps, and nothing stalls. */
-static void lockstep_keeps_its_pace(void **state)
+static void lockstep_keeps_its_rate(void **state)
 {
     (void)state;
     const ll_sync_mode *sync = &ll_sync_lockstep_pipelined;
@@ -438,7 +438,7 @@ static void lockstep_keeps_its_pace(void **state)
 /* Of two players whose inputs arrive 30 ms apart either may be the last of an interval. At the start it is B,
  * who is farther. Then A's inputs stop for a time and arrive a step later, so that B's are early and A's are
  * the last: steps stay where B's inputs have them, 30 ms later, for as long as B takes to skip one. */
-static void lockstep_finds_its_rhythm_again(void **state)
+static void lockstep_restores_its_rhythm(void **state)
 {
     (void)state;
     const ll_sync_mode *sync = &ll_sync_lockstep_pipelined;
@@ -489,7 +489,7 @@ static void lockstep_makes_up_for_a_stall(void **state)
 
 /* No player waits for a disconnected one, which gets neutral inputs instead of its received ones. With no
  * player connected the game stops. */
-static void lockstep_does_not_wait_for_who_is_gone(void **state)
+static void lockstep_does_not_wait_for_disconnected_players(void **state)
 {
     (void)state;
     const ll_sync_mode *sync = &ll_sync_lockstep;
@@ -511,7 +511,7 @@ static void lockstep_does_not_wait_for_who_is_gone(void **state)
 
 /* ---- gambetta ---- */
 
-static void gambetta_drains_what_has_come(void **state)
+static void gambetta_applies_all_received_inputs(void **state)
 {
     (void)state;
     const ll_sync_mode *sync = &ll_sync_gambetta;
@@ -571,24 +571,24 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(inputs_apply_at_their_step),
-        cmocka_unit_test(who_is_gone_is_neutral_behind_what_has_come),
+        cmocka_unit_test(disconnected_players_are_neutral_after_their_last_input),
         cmocka_unit_test(repetitions_are_no_news),
-        cmocka_unit_test(late_inputs_are_told_and_not_applied),
+        cmocka_unit_test(late_inputs_are_reported_and_not_applied),
         cmocka_unit_test(refused_inputs_are_neutral),
         cmocka_unit_test(refused_inputs_may_be_those_before),
-        cmocka_unit_test(what_was_sent_in_another_epoch_is_void),
-        cmocka_unit_test(ticks_before_the_first_are_void),
+        cmocka_unit_test(packets_of_another_epoch_are_discarded),
+        cmocka_unit_test(inputs_before_the_first_tick_are_ignored),
         cmocka_unit_test(ring_goes_round),
         cmocka_unit_test(slack_is_the_least_since_the_last_update),
-        cmocka_unit_test(state_tells_step_time_and_rate),
-        cmocka_unit_test(controls_are_told_to_who_asks),
+        cmocka_unit_test(snapshots_contain_step_time_and_rate),
+        cmocka_unit_test(controls_are_sent_on_request),
         cmocka_unit_test(clocks_start_again),
-        cmocka_unit_test(lockstep_waits_for_everybody),
-        cmocka_unit_test(lockstep_keeps_its_pace),
-        cmocka_unit_test(lockstep_finds_its_rhythm_again),
+        cmocka_unit_test(lockstep_waits_for_all_players),
+        cmocka_unit_test(lockstep_keeps_its_rate),
+        cmocka_unit_test(lockstep_restores_its_rhythm),
         cmocka_unit_test(lockstep_makes_up_for_a_stall),
-        cmocka_unit_test(lockstep_does_not_wait_for_who_is_gone),
-        cmocka_unit_test(gambetta_drains_what_has_come),
+        cmocka_unit_test(lockstep_does_not_wait_for_disconnected_players),
+        cmocka_unit_test(gambetta_applies_all_received_inputs),
         cmocka_unit_test(gambetta_drains_for_longer_than_the_ring),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

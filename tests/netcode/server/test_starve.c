@@ -34,7 +34,7 @@ static void names_are_the_tables(void **state)
 }
 
 /* axes x max(0, 1 - age / tau); presses and view times are never repeated. */
-static void policies_are_what_they_say(void **state)
+static void policies_match_their_definitions(void **state)
 {
     (void)state;
     static const char *const names[] = {"decay", "repeat", "repeat_n", "neutral"};
@@ -162,7 +162,7 @@ static void a_silent_player_stops(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(names_are_the_tables),     cmocka_unit_test(policies_are_what_they_say),
+        cmocka_unit_test(names_are_the_tables),     cmocka_unit_test(policies_match_their_definitions),
         cmocka_unit_test(every_policy_on_a_server), cmocka_unit_test(starving_behind_a_refusal),
         cmocka_unit_test(a_silent_player_stops),
     };

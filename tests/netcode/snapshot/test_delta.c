@@ -273,7 +273,7 @@ static void changes_under_way_mix_nothing_up(void **state)
 }
 
 /* A client that acknowledges nothing, or too late, gets full snapshots. */
-static void without_a_baseline_the_world_is_told_whole(void **state)
+static void without_a_baseline_snapshots_are_full(void **state)
 {
     (void)state;
     const ll_link_params late = {.delay_ms = 600}, deaf = {.loss_pct = 100};
@@ -307,7 +307,7 @@ static int compose(ll_server *server, int64_t step, char *bytes)
     return ll_server_compose(server, &ll_sync_free, 0, bytes);
 }
 
-static void what_cannot_be_read_is_left(void **state)
+static void undecodable_snapshots_change_nothing(void **state)
 {
     (void)state;
     static _Alignas(8) char first[8192], second[8192], third[8192];
@@ -365,7 +365,7 @@ static void a_false_acknowledgement_is_no_baseline(void **state)
 
 /* A world that no grid can hold is sent full; later snapshots do not use it as a baseline, since no grid came
  * with it. */
-static void what_would_be_longer_is_full(void **state)
+static void longer_encodings_become_full(void **state)
 {
     (void)state;
     static _Alignas(8) char bytes[8192];
@@ -401,10 +401,10 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_decoded_world_is_the_one_sent),
         cmocka_unit_test(changes_under_way_mix_nothing_up),
-        cmocka_unit_test(without_a_baseline_the_world_is_told_whole),
-        cmocka_unit_test(what_cannot_be_read_is_left),
+        cmocka_unit_test(without_a_baseline_snapshots_are_full),
+        cmocka_unit_test(undecodable_snapshots_change_nothing),
         cmocka_unit_test(a_false_acknowledgement_is_no_baseline),
-        cmocka_unit_test(what_would_be_longer_is_full),
+        cmocka_unit_test(longer_encodings_become_full),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

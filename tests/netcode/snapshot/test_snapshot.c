@@ -291,7 +291,7 @@ static void check_world(const ll_world *got, const ll_world *real, const ll_quan
     assert_memory_equal(ll_world_tail_const(got), ll_world_tail_const(real), TAIL);
 }
 
-static void full_comes_back_to_the_bit(void **state)
+static void full_round_trip_is_exact(void **state)
 {
     (void)state;
     uint8_t bytes[BYTES];
@@ -315,7 +315,7 @@ static const ll_quantization grids[] = {{0.002f, 0.02f, 0.005f, 0.05f},
                                         {0.001f, 0.0001f, 0.0001f, 0.0001f},
                                         {0.0625f, 3, 0.3f, 7}};
 
-static void quantised_comes_back_within_half_a_step(void **state)
+static void quantised_round_trip_is_within_half_a_step(void **state)
 {
     (void)state;
     uint8_t bytes[BYTES];
@@ -334,7 +334,7 @@ static void quantised_comes_back_within_half_a_step(void **state)
 }
 
 /* The client's baseline is the world that it decoded, not the server's: the result is bitwise equal. */
-static void delta_against_what_was_decoded_is_what_was_sent(void **state)
+static void delta_against_the_decoded_world_equals_the_sent_one(void **state)
 {
     (void)state;
     uint8_t bytes[BYTES];
@@ -376,7 +376,7 @@ static void rounding_twice_is_rounding_once(void **state)
         }
 }
 
-static void what_is_not_on_the_grid_is_told_so(void **state)
+static void off_grid_entities_are_reported(void **state)
 {
     (void)state;
     const double bad[] = {INFINITY, -INFINITY, NAN, 2147483647.0 * 0.5, -2147483647.0 * 0.5, 1e300};
@@ -407,7 +407,7 @@ static void refused(const ll_codec *codec, const uint8_t *bytes, int64_t size, c
         fail_msg("\"%s\" does not say \"%s\"", status.text, why);
 }
 
-static void what_is_cut_or_too_long_is_refused(void **state)
+static void truncated_or_too_long_snapshots_are_rejected(void **state)
 {
     (void)state;
     uint8_t bytes[BYTES];
@@ -497,12 +497,12 @@ int main(void)
         cmocka_unit_test(quantised_by_hand),
         cmocka_unit_test(delta_by_hand),
         cmocka_unit_test(nothing_new_is_nearly_nothing),
-        cmocka_unit_test(full_comes_back_to_the_bit),
-        cmocka_unit_test(quantised_comes_back_within_half_a_step),
-        cmocka_unit_test(delta_against_what_was_decoded_is_what_was_sent),
+        cmocka_unit_test(full_round_trip_is_exact),
+        cmocka_unit_test(quantised_round_trip_is_within_half_a_step),
+        cmocka_unit_test(delta_against_the_decoded_world_equals_the_sent_one),
         cmocka_unit_test(rounding_twice_is_rounding_once),
-        cmocka_unit_test(what_is_not_on_the_grid_is_told_so),
-        cmocka_unit_test(what_is_cut_or_too_long_is_refused),
+        cmocka_unit_test(off_grid_entities_are_reported),
+        cmocka_unit_test(truncated_or_too_long_snapshots_are_rejected),
         cmocka_unit_test(another_world_is_refused),
         cmocka_unit_test(impossible_grids_are_refused),
         cmocka_unit_test(impossible_differences_are_refused),

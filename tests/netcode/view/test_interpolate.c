@@ -82,7 +82,7 @@ static void look_dry(view *v)
     is_between_its_states(v);
 }
 
-static void dry_buffers_hold(void **state)
+static void empty_buffers_hold(void **state)
 {
     (void)state;
     view *v = new_view(&ll_sync_free);
@@ -366,7 +366,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(steady_links_are_drawn_one_delay_back),
         cmocka_unit_test(delay_follows_its_settings),
-        cmocka_unit_test(dry_buffers_hold),
+        cmocka_unit_test(empty_buffers_hold),
         cmocka_unit_test(time_never_runs_back_nor_too_fast),
         cmocka_unit_test(small_changes_are_caught_up_slowly),
         cmocka_unit_test(large_changes_are_jumped),

@@ -69,7 +69,7 @@ static ll_summary pops(const lone *l)
 
 /* Pop: how far a correction moves the rendered view, per frame: all at once, or in parts whose sum is the
  * same. */
-static void pops_are_what_is_drawn(void **state)
+static void pops_match_the_drawn_motion(void **state)
 {
     (void)state;
     lone *a = corrected(50, LL_CORRECTION_SNAP, 2), *b = corrected(50, LL_CORRECTION_SMOOTH, 2);
@@ -236,7 +236,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(errors_halve_in_a_half_life),
         cmocka_unit_test(frames_may_be_uneven),
-        cmocka_unit_test(pops_are_what_is_drawn),
+        cmocka_unit_test(pops_match_the_drawn_motion),
         cmocka_unit_test(corrections_add_up),
         cmocka_unit_test(large_errors_jump),
         cmocka_unit_test(snapping_may_be_switched_on),

@@ -68,7 +68,7 @@ static void between(const char *what, double value, double least, double most)
 
 /* ---- tests ---- */
 
-static void a_cavity_tells_profiles_of_pairs(void **state)
+static void a_cavity_reports_profiles_of_pairs(void **state)
 {
     (void)state;
     ll_session *s = session_of("{\"kind\":\"fluid\",\"scene\":\"cavity\",\"params\":{\"re\":100,\"n\":16},"
@@ -102,7 +102,7 @@ static void solver_advection_and_viscosity_change_while_it_runs(void **state)
 }
 
 /* A change that needs another block is rejected; so is a solver that the scene cannot have. */
-static void what_cannot_change_is_refused(void **state)
+static void unchangeable_parameters_are_rejected(void **state)
 {
     (void)state;
     ll_session *s = session_of("{\"kind\":\"fluid\",\"scene\":\"cylinder\",\"params\":{\"n\":16},"
@@ -146,7 +146,7 @@ static void a_broken_limit_names_tick_cell_and_reason(void **state)
 }
 
 /* The pointer moves to the right with the button held: so does the fluid under it. */
-static void a_person_stirs(void **state)
+static void a_person_drags_the_fluid(void **state)
 {
     (void)state;
     ll_session *s = session_of("{\"kind\":\"fluid\",\"scene\":\"cavity\",\"params\":{\"n\":32},"
@@ -173,7 +173,7 @@ static void a_person_stirs(void **state)
     "\"params\":{\"n\":16,\"viscosity_m2ps\":0.01}"
 
 /* Parameters that are not given are the first one's, also where those differ from the defaults. */
-static void fluids_beside_begin_as_the_first(void **state)
+static void fluids_side_by_side_begin_as_the_first(void **state)
 {
     (void)state;
     ll_session *s =
@@ -189,7 +189,7 @@ static void fluids_beside_begin_as_the_first(void **state)
     ll_session_destroy(alone);
 }
 
-static void each_fluid_changes_by_itself_and_all_are_stirred(void **state)
+static void each_fluid_changes_alone_and_all_are_dragged(void **state)
 {
     (void)state;
     ll_session *s =
@@ -217,7 +217,7 @@ static void each_fluid_changes_by_itself_and_all_are_stirred(void **state)
 }
 
 /* It stops alone; the session continues. */
-static void a_fluid_beside_that_fails_stops_alone(void **state)
+static void a_second_fluid_that_fails_stops_alone(void **state)
 {
     (void)state;
     ll_session *s = session_of("{\"kind\":\"fluid\",\"scene\":\"taylor_green\",\"params\":{\"n\":32},"
@@ -235,7 +235,7 @@ static void a_fluid_beside_that_fails_stops_alone(void **state)
     ll_session_destroy(s);
 }
 
-static void what_is_wrong_beside_is_refused_by_its_place(void **state)
+static void errors_side_by_side_name_their_index(void **state)
 {
     (void)state;
     ll_session *s;
@@ -283,7 +283,7 @@ static void parts_are_metered_by_the_callers_clock(void **state)
 }
 
 /* The layout names as many numbers as a frame has, and the trace as many columns as values. */
-static void names_fit_what_is_told(void **state)
+static void names_match_the_values(void **state)
 {
     (void)state;
     for (int i = 0; ll_fluid_scenes[i]; i++) {
@@ -310,18 +310,18 @@ static void names_fit_what_is_told(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_cavity_tells_profiles_of_pairs),
+        cmocka_unit_test(a_cavity_reports_profiles_of_pairs),
         cmocka_unit_test(solver_advection_and_viscosity_change_while_it_runs),
-        cmocka_unit_test(what_cannot_change_is_refused),
+        cmocka_unit_test(unchangeable_parameters_are_rejected),
         cmocka_unit_test(sizes_are_refused_with_their_memory),
         cmocka_unit_test(a_broken_limit_names_tick_cell_and_reason),
-        cmocka_unit_test(a_person_stirs),
-        cmocka_unit_test(fluids_beside_begin_as_the_first),
-        cmocka_unit_test(each_fluid_changes_by_itself_and_all_are_stirred),
-        cmocka_unit_test(a_fluid_beside_that_fails_stops_alone),
-        cmocka_unit_test(what_is_wrong_beside_is_refused_by_its_place),
+        cmocka_unit_test(a_person_drags_the_fluid),
+        cmocka_unit_test(fluids_side_by_side_begin_as_the_first),
+        cmocka_unit_test(each_fluid_changes_alone_and_all_are_dragged),
+        cmocka_unit_test(a_second_fluid_that_fails_stops_alone),
+        cmocka_unit_test(errors_side_by_side_name_their_index),
         cmocka_unit_test(parts_are_metered_by_the_callers_clock),
-        cmocka_unit_test(names_fit_what_is_told),
+        cmocka_unit_test(names_match_the_values),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -168,7 +168,7 @@ static void changes_count_from_the_start(void **state)
     ll_session_destroy(b);
 }
 
-static void blow_ups_are_told(void **state)
+static void blow_ups_are_reported(void **state)
 {
     (void)state;
     ll_session *s = open_id("motion/stiff_spring");
@@ -198,10 +198,10 @@ static void ends(const char *what, const char *status)
     run_to_end(s);
     cJSON *report;
     const cJSON *m = metrics_of(s, 0, &report);
-    const char *told = cJSON_GetObjectItem(m, "status")->valuestring;
+    const char *reported = cJSON_GetObjectItem(m, "status")->valuestring;
     bool ok = strcmp(status, "ok") == 0;
-    if (strcmp(told, status) != 0)
-        fail_msg("%s: %s, e_max %g, not %s", what, told, number(m, "e_max"), status);
+    if (strcmp(reported, status) != 0)
+        fail_msg("%s: %s, e_max %g, not %s", what, reported, number(m, "e_max"), status);
     assert_true(ok == (cJSON_GetObjectItem(m, "reason") == NULL));
     for (int i = 0; i < 3; i++)
         assert_true(ok == isfinite(number(m, errors[i])));
@@ -240,7 +240,7 @@ static void finite_values_beyond_all_bounds_are_failures(void **state)
          "off");
 }
 
-static double told(ll_session *s, const char *name)
+static double reported(ll_session *s, const char *name)
 {
     cJSON *report = ll_session_metrics(s);
     double value = number(cJSON_GetObjectItem(report, "metrics"), name);
@@ -250,7 +250,7 @@ static double told(ll_session *s, const char *name)
 
 /* Two solutions of a double pendulum with 14 digits diverge after about twenty seconds: from there on no
  * error is known. An error below the difference of the two references is unknown too. */
-static void errors_are_told_as_far_as_the_solution_is_known(void **state)
+static void errors_are_reported_while_the_solution_is_known(void **state)
 {
     (void)state;
     ll_session *s =
@@ -258,10 +258,10 @@ static void errors_are_told_as_far_as_the_solution_is_known(void **state)
                   "{\"method\":\"rk4\",\"dt_s\":0.004},{\"method\":\"dop853\",\"tolerance\":1e-14}]}");
     must(ll_session_run_to(s, 240));
     double early = metric(s, 0, "e_final");
-    assert_true(isnan(told(s, "predictable_until_s")) && told(s, "solution_uncertainty_max") < 1e-9);
-    assert_true(early > told(s, "solution_uncertainty_max") && isnan(metric(s, 1, "e_max")));
+    assert_true(isnan(reported(s, "predictable_until_s")) && reported(s, "solution_uncertainty_max") < 1e-9);
+    assert_true(early > reported(s, "solution_uncertainty_max") && isnan(metric(s, 1, "e_max")));
     run_to_end(s);
-    double until = told(s, "predictable_until_s"), doubt = told(s, "solution_uncertainty_max");
+    double until = reported(s, "predictable_until_s"), doubt = reported(s, "solution_uncertainty_max");
     assert_true(until > 12 && until < 33 && doubt > 1e-6 && doubt < 0.1);
     assert_true(isnan(metric(s, 0, "e_final")) && isnan(metric(s, 1, "e_final")));
     assert_true(metric(s, 0, "e_max") > early && metric(s, 0, "energy_drift_max") > 0);
@@ -269,7 +269,7 @@ static void errors_are_told_as_far_as_the_solution_is_known(void **state)
     s = open_text("{\"kind\":\"motion\",\"problem\":\"pendulum\",\"duration_s\":30,\"methods\":["
                   "{\"method\":\"rk4\",\"dt_s\":0.01}]}");
     run_to_end(s);
-    assert_true(told(s, "solution_uncertainty_max") == 0 && isnan(told(s, "predictable_until_s")));
+    assert_true(reported(s, "solution_uncertainty_max") == 0 && isnan(reported(s, "predictable_until_s")));
     ll_session_destroy(s);
 }
 
@@ -376,7 +376,7 @@ static void far_places_are_coarse(void **state)
 }
 
 /* A million steps forward and a million back. */
-static void the_lattice_comes_back_to_the_last_bit(void **state)
+static void the_lattice_returns_bitwise(void **state)
 {
     (void)state;
     ll_session *s = open_text("{\"kind\":\"motion\",\"problem\":\"pendulum\",\"duration_s\":2000,"
@@ -462,16 +462,16 @@ int main(void)
         cmocka_unit_test(references_by_integration_are_published),
         cmocka_unit_test(runs_end_at_their_duration),
         cmocka_unit_test(changes_count_from_the_start),
-        cmocka_unit_test(blow_ups_are_told),
+        cmocka_unit_test(blow_ups_are_reported),
         cmocka_unit_test(finite_values_beyond_all_bounds_are_failures),
-        cmocka_unit_test(errors_are_told_as_far_as_the_solution_is_known),
+        cmocka_unit_test(errors_are_reported_while_the_solution_is_known),
         cmocka_unit_test(frames_as_steps_break_verlet),
         cmocka_unit_test(saved_up_frames_are_fixed_steps),
         cmocka_unit_test(random_frames_are_the_seeds),
         cmocka_unit_test(float_clocks_are_late),
         cmocka_unit_test(clocks_go_on_at_rest),
         cmocka_unit_test(far_places_are_coarse),
-        cmocka_unit_test(the_lattice_comes_back_to_the_last_bit),
+        cmocka_unit_test(the_lattice_returns_bitwise),
         cmocka_unit_test(references_turn_too),
         cmocka_unit_test(bad_input_is_named),
     };

@@ -175,7 +175,7 @@ static void small_components_count(void **state)
 /* ---- beyond the end ---- */
 
 /* A fixed step may pass the duration; the solution there is that of a run which ends there. */
-static void the_solution_goes_on_where_a_step_does(void **state)
+static void the_solution_continues_with_the_last_step(void **state)
 {
     (void)state;
     cJSON *metrics =
@@ -203,7 +203,7 @@ static const char *notice(const cJSON *metrics, int i)
     return item ? item->valuestring : "";
 }
 
-static void errors_that_are_not_known_are_told(void **state)
+static void notices_name_unknown_errors(void **state)
 {
     (void)state;
     cJSON *m = lab_run(
@@ -235,8 +235,8 @@ int main(void)
         cmocka_unit_test(the_largest_error_is_of_every_step),
         cmocka_unit_test(weighted_errors_are_those_of_the_closed_form),
         cmocka_unit_test(small_components_count),
-        cmocka_unit_test(the_solution_goes_on_where_a_step_does),
-        cmocka_unit_test(errors_that_are_not_known_are_told),
+        cmocka_unit_test(the_solution_continues_with_the_last_step),
+        cmocka_unit_test(notices_name_unknown_errors),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

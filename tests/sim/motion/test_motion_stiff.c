@@ -89,8 +89,8 @@ static const struct {
 };
 
 typedef struct refinement_level {
-    double error; /* at T, of the worst component relative to its size; NAN: not ok */
-    double told;  /* e_final_weighted */
+    double error;    /* at T, of the worst component relative to its size; NAN: not ok */
+    double reported; /* e_final_weighted */
 } refinement_level;
 
 static refinement_level read_refinement_level(const known *p, const cJSON *m)
@@ -136,8 +136,8 @@ static void near_or_failed(const known *p, const char *method, double value, con
         return;
     if (!(r->error < 0.4))
         fail_msg("%s, %s, %g: ok and off by %g", p->problem, method, value, r->error);
-    if (r->error > 1e-7 && !(r->told > r->error / 3 && r->told < r->error * 3))
-        fail_msg("%s, %s, %g: off by %g, reported is %g", p->problem, method, value, r->error, r->told);
+    if (r->error > 1e-7 && !(r->reported > r->error / 3 && r->reported < r->error * 3))
+        fail_msg("%s, %s, %g: off by %g, reported is %g", p->problem, method, value, r->error, r->reported);
 }
 
 static void as_documented(const known *p, int k, int method, const refinement_level *refinement_levels)

@@ -49,7 +49,7 @@ static void gain_is_the_largest_excess_over_any_stretch(void **state)
 
 typedef struct outcome {
     double gain, way; /* m */
-    int64_t refused, told;
+    int64_t refused, refused_inputs;
 } outcome;
 
 static outcome run(const char *sync, const char *cheat, bool validation)
@@ -69,7 +69,7 @@ static outcome run(const char *sync, const char *cheat, bool validation)
         o.refused += client_slot->refused[rule];
     o.gain = ll_netgame_client_metrics(s.game, 0)->gain.most;
     o.way = ll_server_world(ll_netgame_server(s.game))->entity[0].x;
-    o.told = ll_netgame_client(s.game, 0)->refused;
+    o.refused_inputs = ll_netgame_client(s.game, 0)->refused;
     assert_int_equal(ll_netgame_client_metrics(s.game, 0)->false_refusals, 0);
     assert_int_equal(ll_netgame_client_metrics(s.game, 1)->false_refusals, 0);
     scene_close(&s);
@@ -83,7 +83,7 @@ static outcome run(const char *sync, const char *cheat, bool validation)
 #define BURST_M (80 * TICK_M)
 
 /* Inputs that are too large gain metres in every sync mode; with validation they gain nothing. */
-static void large_inputs_bring_nothing_that_is_let_through(void **state)
+static void large_inputs_gain_nothing_with_validation(void **state)
 {
     (void)state;
     static const char *const syncs[] = {"free", "lockstep_pipelined", "gambetta"};
@@ -96,13 +96,14 @@ static void large_inputs_bring_nothing_that_is_let_through(void **state)
             assert_true(on.gain < 1e-6 + (k == 2 ? TICK_M : 0) && on.way < honest.way + 1e-6);
             assert_int_equal(off.refused, 0);
             assert_true(off.gain > 10 && off.way > honest.way + 10);
-            assert_true(k == 2 ? on.told == 0 : on.told > 10); /* the demo sends no refusals */
+            assert_true(k == 2 ? on.refused_inputs == 0
+                               : on.refused_inputs > 10); /* the demo sends no refusals */
         }
 }
 
 /* Where inputs are applied on arrival, more of them than time has passed, and a burst, gain what they state;
  * with the time budget at most one burst. */
-static void time_that_has_not_passed_brings_a_burst_at_most(void **state)
+static void inputs_of_future_time_gain_a_burst_at_most(void **state)
 {
     (void)state;
     static const struct {
@@ -301,7 +302,7 @@ static void a_latched_throttle_is_a_gain(void **state)
 
 /* Where inputs are applied on arrival, a burst gains the distance of its time, and then what its speed
  * gains. */
-static void a_burst_is_what_the_demo_lets_through(void **state)
+static void the_demo_permits_a_burst(void **state)
 {
     (void)state;
     static const char *const scripts[] = {"players.0.script=varied", "players.0.script=steady"};
@@ -320,14 +321,14 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(gain_is_the_largest_excess_over_any_stretch),
-        cmocka_unit_test(large_inputs_bring_nothing_that_is_let_through),
-        cmocka_unit_test(time_that_has_not_passed_brings_a_burst_at_most),
+        cmocka_unit_test(large_inputs_gain_nothing_with_validation),
+        cmocka_unit_test(inputs_of_future_time_gain_a_burst_at_most),
         cmocka_unit_test(inputs_by_step_are_proof_against_too_many),
         cmocka_unit_test(honest_players_gain_nothing),
         cmocka_unit_test(the_twin_is_the_honest_run),
         cmocka_unit_test(no_cheat_passes_its_honest_twin),
         cmocka_unit_test(a_latched_throttle_is_a_gain),
-        cmocka_unit_test(a_burst_is_what_the_demo_lets_through),
+        cmocka_unit_test(the_demo_permits_a_burst),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

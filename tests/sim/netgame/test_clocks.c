@@ -187,7 +187,7 @@ static void latency_is_a_line_over_lag_with_drawn_phases_and_a_staircase_without
 
 /* A player that draws and sends at rates of its own plays the same game: the server's world is bitwise equal
  * when inputs arrive in time, and no view's mean age changes by more than half a period of its displays. */
-static void displays_and_sending_change_nothing_but_what_is_seen(void **state)
+static void displays_and_sending_change_only_the_views(void **state)
 {
     (void)state;
     static const char *const sets[] = {"", ",\"display_hz\":240", ",\"display_hz\":90", ",\"display_hz\":31"};
@@ -259,7 +259,7 @@ int main(void)
         cmocka_unit_test(an_hour_of_drift_is_followed),
         cmocka_unit_test(latency_without_prediction_is_the_round_trip_and_the_waits),
         cmocka_unit_test(latency_is_a_line_over_lag_with_drawn_phases_and_a_staircase_without),
-        cmocka_unit_test(displays_and_sending_change_nothing_but_what_is_seen),
+        cmocka_unit_test(displays_and_sending_change_only_the_views),
         cmocka_unit_test(slow_senders_are_as_much_later),
         cmocka_unit_test(devices_shift_latency_by_their_own),
     };

@@ -83,7 +83,7 @@ static int play(scene *s, outcome *o)
     return held;
 }
 
-static void a_hold_changes_nothing(void **state)
+static void a_hold_does_not_change_the_result(void **state)
 {
     (void)state;
     int games_held = 0;
@@ -112,7 +112,7 @@ static void a_hold_changes_nothing(void **state)
 }
 
 /* Where relays are rare one of them is soon lost: that is no outage. Two in a row are. */
-static void a_single_lost_relay_holds_nobody(void **state)
+static void a_single_lost_relay_causes_no_hold(void **state)
 {
     (void)state;
     for (int k = 0; k < 24; k++) {
@@ -138,8 +138,8 @@ static void a_single_lost_relay_holds_nobody(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_hold_changes_nothing),
-        cmocka_unit_test(a_single_lost_relay_holds_nobody),
+        cmocka_unit_test(a_hold_does_not_change_the_result),
+        cmocka_unit_test(a_single_lost_relay_causes_no_hold),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

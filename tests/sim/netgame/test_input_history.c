@@ -108,7 +108,7 @@ static void clean_link(void **state)
 }
 
 /* Errors are reported by name, with the distance to the server's position. */
-static void what_went_wrong(void **state)
+static void errors_are_reported_by_name(void **state)
 {
     (void)state;
     static const struct {
@@ -150,7 +150,7 @@ static void what_went_wrong(void **state)
 
 /* No rows for players without reconciliation, before the first input, and for clients with worlds of their
  * own. */
-static void nothing_to_tell(void **state)
+static void no_rows_without_reconciliation(void **state)
 {
     (void)state;
     static history l;
@@ -178,8 +178,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(clean_link),
-        cmocka_unit_test(what_went_wrong),
-        cmocka_unit_test(nothing_to_tell),
+        cmocka_unit_test(errors_are_reported_by_name),
+        cmocka_unit_test(no_rows_without_reconciliation),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -49,7 +49,7 @@ static ll_summary summary(const scene *s, int player, ll_metric metric)
 /* ---- a clean link ---- */
 
 /* The view is always right for its tick: also a predicted one, at any lag, in every sync mode. */
-static void clean_pictures_are_true_at_their_tick(void **state)
+static void clean_views_are_true_at_their_tick(void **state)
 {
     (void)state;
     static const char *const syncs[] = {"free",          "lockstep", "gambetta",
@@ -89,7 +89,7 @@ static void prediction_alone_errs_at_its_tick(void **state)
 }
 
 /* Views of ticks that a resync skips are void. */
-static void pictures_of_ticks_that_are_never_made_are_void(void **state)
+static void views_of_skipped_ticks_are_void(void **state)
 {
     (void)state;
     const char *const sets[] = {"players.0.lag_ms=200", "players.0.prediction=true",
@@ -126,7 +126,7 @@ static void unpredicted_changes_are_felt_when_they_are_sure(void **state)
 enum { TICKS = 1500, INPUTS = TICKS + 1 /* numbered from 1 */, FROM = 120 /* the warm-up */ };
 
 /* What can be seen at the end of each tick of a run: one display per tick. */
-typedef struct diary {
+typedef struct history_of_ticks {
     double drawn[TICKS][2], real[TICKS][2]; /* player 0's own entity; `real` by the server's step */
     int64_t of[TICKS], step[TICKS], latest[TICKS];
     uint32_t count;         /* inputs made */
@@ -135,17 +135,17 @@ typedef struct diary {
     bool accepted[INPUTS];
     double other_shows[TICKS]; /* ms: server time of player 0's entity on the screen of player 1 */
     int64_t other_heard[TICKS];
-} diary;
+} history_of_ticks;
 
 static void note_input_result(void *context, const void *row)
 {
     const ll_event *e = row;
-    diary *d = context;
+    history_of_ticks *d = context;
     if (e->type == LL_EVENT_INPUT_RESULT && e->player == 0 && e->number < INPUTS)
         d->accepted[e->number] |= e->outcome == LL_OUTCOME_APPLIED;
 }
 
-static void write_up(diary *d, const scene *s, int k)
+static void write_up(history_of_ticks *d, const scene *s, int k)
 {
     ll_client *c = ll_netgame_client(s->game, 0), *other = ll_netgame_client(s->game, 1);
     const ll_server *server = ll_netgame_server(s->game);
@@ -168,7 +168,7 @@ static void write_up(diary *d, const scene *s, int k)
 }
 
 /* From tick FROM on: a display each, compared now, or as the last of its tick. */
-static void count_pictures(const diary *d, const ll_client_metrics *in)
+static void count_pictures(const history_of_ticks *d, const ll_client_metrics *in)
 {
     int64_t count = 0, last = d->step[TICKS - 1];
     double sum = 0, most = 0, lead_ms = 0;
@@ -183,9 +183,9 @@ static void count_pictures(const diary *d, const ll_client_metrics *in)
         most = error > most ? error : most;
         lead_ms += (double)(d->of[k] - k) * 1000 / 60;
     }
-    ll_summary told = ll_histogram_summary(&in->histogram[LL_METRIC_OWN_TIMELINE_ERROR]);
-    assert_int_equal(told.count, count);
-    assert_true(fabs(told.mean - sum / (double)count) < 1e-12 && told.max == most);
+    ll_summary reported = ll_histogram_summary(&in->histogram[LL_METRIC_OWN_TIMELINE_ERROR]);
+    assert_int_equal(reported.count, count);
+    assert_true(fabs(reported.mean - sum / (double)count) < 1e-12 && reported.max == most);
     assert_true(fabs(in->rendered_views.leads_ms.sum - lead_ms) < 1e-3);
 }
 
@@ -195,7 +195,7 @@ static void count_one(double *sum, int64_t *count, int64_t from, int64_t to)
     *sum += to < TICKS ? (double)(to - from) * 1000 / 60 : 0;
 }
 
-static void count_changes(const diary *d, const ll_client_metrics *in, bool predicts)
+static void count_changes(const history_of_ticks *d, const ll_client_metrics *in, bool predicts)
 {
     double sum[3] = {0};
     int64_t count[3] = {0}, lost = 0;
@@ -217,17 +217,17 @@ static void count_changes(const diary *d, const ll_client_metrics *in, bool pred
         count_one(&sum[2], &count[2], at, seen);
     }
     for (int i = 0; i < 3; i++) {
-        ll_summary told = ll_histogram_summary(&in->histogram[i]);
-        assert_int_equal(told.never, lost);
-        assert_int_equal(told.count, count[i] + lost);
-        assert_true(count[i] > 5 && fabs(told.mean - sum[i] / (double)count[i]) < 1e-3);
+        ll_summary reported = ll_histogram_summary(&in->histogram[i]);
+        assert_int_equal(reported.never, lost);
+        assert_int_equal(reported.count, count[i] + lost);
+        assert_true(count[i] > 5 && fabs(reported.mean - sum[i] / (double)count[i]) < 1e-3);
     }
 }
 
 static void count_again(const char *scenario, const char *const *sets)
 {
     scene s = scene_open(scenario, sets);
-    diary *d = calloc(1, sizeof *d);
+    history_of_ticks *d = calloc(1, sizeof *d);
     const ll_recorder recorder = {note_input_result, d};
     const ll_client_metrics *in = ll_netgame_client_metrics(s.game, 0);
     for (int k = 0; k < TICKS; k++) {
@@ -363,14 +363,14 @@ static void age_grows_through_a_blackout(void **state)
 
 enum { SEQS = 16384 };
 
-typedef struct witness {
+typedef struct result_counter {
     uint8_t outcome[SEQS]; /* bits: 1 accepted 2 refused 4 late */
-} witness;
+} result_counter;
 
 static void hear(void *context, const void *row)
 {
     const ll_event *e = row;
-    witness *w = context;
+    result_counter *w = context;
     if (e->type != LL_EVENT_INPUT_RESULT || e->number >= SEQS)
         return;
     w[e->player].outcome[e->number] |= (uint8_t)(e->outcome == LL_OUTCOME_APPLIED   ? 1
@@ -384,7 +384,7 @@ static double draw(uint64_t seed, uint64_t what, double from, double to)
 }
 
 /* The sum of the results at every tick, and an independent count of the results at the end. */
-static void check_player(const scene *s, int player, const witness *w)
+static void check_player(const scene *s, int player, const result_counter *w)
 {
     const ll_input_history *input_history = &ll_netgame_client_metrics(s->game, player)->input_history;
     const ll_client *c = ll_netgame_client(s->game, player);
@@ -407,7 +407,7 @@ static void check_player(const scene *s, int player, const witness *w)
         assert_true(n[LL_INPUT_CAME_LATE] == 0 && n[LL_INPUT_WAS_LOST] == 0);
 }
 
-static void verdicts_balance_at_every_tick(void **state)
+static void results_balance_at_every_tick(void **state)
 {
     (void)state;
     static const char *const syncs[] = {"free", "lockstep", "gambetta", "deterministic", "rollback"};
@@ -427,7 +427,7 @@ static void verdicts_balance_at_every_tick(void **state)
         const char *const sets[] = {
             sync, lag, loss, jitter, redundancy, cheat, update, dead, "server.timeout_s=0", NULL};
         scene s = scene_open(seed % 5 == 2 ? "gambetta" : "race", sets);
-        witness *w = calloc(2, sizeof *w);
+        result_counter *w = calloc(2, sizeof *w);
         const ll_recorder recorder = {hear, w};
         for (int tick = 1; tick <= 600; tick++) {
             scene_run(&s, tick / 60.0, &recorder);
@@ -456,7 +456,7 @@ static void verdicts_balance_at_every_tick(void **state)
 /* ---- null ---- */
 
 /* Before the warm-up is over nothing has been counted, and no metric is 0 instead of null. */
-static void what_was_not_counted_is_null(void **state)
+static void metrics_without_counts_are_null(void **state)
 {
     (void)state;
     scene s = scene_open("race", NULL);
@@ -557,7 +557,7 @@ static void read_notices(const char *scenario, const char *const *sets, double u
     scene_close(&s);
 }
 
-static void metrics_that_count_nothing_are_told(void **state)
+static void notices_explain_null_metrics(void **state)
 {
     (void)state;
     static const char alone[] =
@@ -573,7 +573,7 @@ static void metrics_that_count_nothing_are_told(void **state)
         const char *scenario;
         const char *sets[3];
         double until_s;
-        const char *told[3]; /* all lines, each with these words */
+        const char *reported[3]; /* all lines, each with these words */
     } cases[] = {
         {"race", {"duration_s=7"}, 7, {NULL}},
         {"race",
@@ -590,13 +590,13 @@ static void metrics_that_count_nothing_are_told(void **state)
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         char text[1200], *line = text;
         read_notices(cases[i].scenario, cases[i].sets, cases[i].until_s, text, sizeof text);
-        for (int k = 0; cases[i].told[k]; k++) {
+        for (int k = 0; cases[i].reported[k]; k++) {
             char *end = strchr(line, '\n');
             if (!end)
-                fail_msg("case %zu lacks \"%s\"", i, cases[i].told[k]);
+                fail_msg("case %zu lacks \"%s\"", i, cases[i].reported[k]);
             *end = '\0';
-            if (!strstr(line, cases[i].told[k]))
-                fail_msg("case %zu: \"%s\" is not in \"%s\"", i, cases[i].told[k], line);
+            if (!strstr(line, cases[i].reported[k]))
+                fail_msg("case %zu: \"%s\" is not in \"%s\"", i, cases[i].reported[k], line);
             line = end + 1;
         }
         if (*line)
@@ -607,20 +607,20 @@ static void metrics_that_count_nothing_are_told(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(clean_pictures_are_true_at_their_tick),
+        cmocka_unit_test(clean_views_are_true_at_their_tick),
         cmocka_unit_test(prediction_alone_errs_at_its_tick),
-        cmocka_unit_test(pictures_of_ticks_that_are_never_made_are_void),
+        cmocka_unit_test(views_of_skipped_ticks_are_void),
         cmocka_unit_test(unpredicted_changes_are_felt_when_they_are_sure),
         cmocka_unit_test(a_naive_count_agrees),
         cmocka_unit_test(a_dead_uplink_loses_every_change),
         cmocka_unit_test(changes_are_lost_as_inputs_are),
         cmocka_unit_test(age_grows_with_loss),
         cmocka_unit_test(age_grows_through_a_blackout),
-        cmocka_unit_test(verdicts_balance_at_every_tick),
-        cmocka_unit_test(what_was_not_counted_is_null),
+        cmocka_unit_test(results_balance_at_every_tick),
+        cmocka_unit_test(metrics_without_counts_are_null),
         cmocka_unit_test(fairness_goes_by_the_realised_round_trip),
         cmocka_unit_test(a_wait_that_has_not_ended_counts),
-        cmocka_unit_test(metrics_that_count_nothing_are_told),
+        cmocka_unit_test(notices_explain_null_metrics),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -273,7 +273,7 @@ static double steps_in(int pipelined, double seconds)
 
 /* Without a timeout, or before it, all wait for the player without limit; when it is back they continue at
  * once and at the same rate. */
-static void lockstep_stops_without_a_player_and_goes_on_with_him(void **state)
+static void lockstep_stops_without_a_player_and_continues_with_it(void **state)
 {
     (void)state;
     for (int i = 0; i < 4; i++) {
@@ -337,7 +337,7 @@ static void lockstep_recovers_from_any_outage(void **state)
 
 /* After the timeout the player is dropped and the others continue, at the rate of those who are connected;
  * when its link is back it joins again. */
-static void lockstep_drops_who_is_silent_and_lets_him_in_again(void **state)
+static void lockstep_drops_a_silent_player_and_accepts_it_again(void **state)
 {
     (void)state;
     for (int i = 0; i < 2; i++) {
@@ -586,9 +586,9 @@ int main(void)
         cmocka_unit_test(lag_may_change_while_it_runs),
         cmocka_unit_test(repeated_inputs_survive_loss),
         cmocka_unit_test(lockstep_survives_loss_and_jitter),
-        cmocka_unit_test(lockstep_stops_without_a_player_and_goes_on_with_him),
+        cmocka_unit_test(lockstep_stops_without_a_player_and_continues_with_it),
         cmocka_unit_test(lockstep_recovers_from_any_outage),
-        cmocka_unit_test(lockstep_drops_who_is_silent_and_lets_him_in_again),
+        cmocka_unit_test(lockstep_drops_a_silent_player_and_accepts_it_again),
         cmocka_unit_test(extremes_of_the_ranges_are_served),
         cmocka_unit_test(sync_may_change_while_it_runs),
         cmocka_unit_test(update_rate_is_kept),

@@ -392,9 +392,9 @@ typedef struct waits {
     double sum_ms[4], last_ms[4];
 } waits;
 
-static void on_input(void *context, const void *heard)
+static void on_input(void *context, const void *record)
 {
-    const ll_event *event = heard;
+    const ll_event *event = record;
     waits *w = context;
     int p = event->player;
     if (event->type != LL_EVENT_INPUT || event->number == w->number[p])
@@ -416,7 +416,7 @@ static void on_input(void *context, const void *heard)
 
 /* With outages and without: the only difference left is the phase at which inputs are made between two
  * displays. */
-static void what_is_predicted_is_felt_at_the_next_display(void **state)
+static void predicted_inputs_are_felt_at_the_next_display(void **state)
 {
     (void)state;
     int players = 0;
@@ -448,7 +448,7 @@ static void what_is_predicted_is_felt_at_the_next_display(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(what_is_predicted_is_felt_at_the_next_display),
+        cmocka_unit_test(predicted_inputs_are_felt_at_the_next_display),
         cmocka_unit_test(packets_come_before_clients_act),
         cmocka_unit_test(everything_is_as_before),
     };

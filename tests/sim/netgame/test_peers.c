@@ -17,16 +17,16 @@
 #define TICKS_MAX 40000
 
 /* All worlds by tick, or their hashes: recorded when they are made, compared afterwards. */
-typedef struct diary {
+typedef struct world_log {
     scene *s;
     int ticks;                        /* number of whole worlds that are kept */
     size_t size;                      /* of a world */
     int64_t seen[1 + LL_PLAYERS_MAX]; /* ticks recorded, of the server and of each client */
     uint64_t *hashes[1 + LL_PLAYERS_MAX];
     char *worlds[1 + LL_PLAYERS_MAX];
-} diary;
+} world_log;
 
-static void write_down(diary *d, int whose, int64_t tick, const ll_world *world)
+static void write_down(world_log *d, int whose, int64_t tick, const ll_world *world)
 {
     assert_true(tick == d->seen[whose] + 1 && tick < TICKS_MAX);
     d->hashes[whose][tick] = ll_hash(1, world, d->size);
@@ -38,15 +38,16 @@ static void write_down(diary *d, int whose, int64_t tick, const ll_world *world)
 static void on_event(void *context, const void *row)
 {
     const ll_event *event = row;
-    diary *d = context;
+    world_log *d = context;
     ll_server *server = ll_netgame_server(d->s->game);
     if (event->type == LL_EVENT_STEP)
         write_down(d, 0, server->step, ll_server_world(server));
 }
 
-static diary diary_of(scene *s, int ticks)
+static world_log log_of(scene *s, int ticks)
 {
-    diary d = {.s = s, .ticks = ticks, .size = ll_world_size(ll_server_world(ll_netgame_server(s->game)))};
+    world_log d = {
+        .s = s, .ticks = ticks, .size = ll_world_size(ll_server_world(ll_netgame_server(s->game)))};
     for (int i = 0; i <= s->game->config.player_count; i++) {
         d.hashes[i] = calloc(TICKS_MAX, sizeof *d.hashes[i]);
         d.worlds[i] = calloc((size_t)ticks + 1, d.size);
@@ -54,7 +55,7 @@ static diary diary_of(scene *s, int ticks)
     return d;
 }
 
-static void diary_free(diary *d)
+static void log_free(world_log *d)
 {
     for (int i = 0; i <= LL_PLAYERS_MAX; i++) {
         free(d->hashes[i]);
@@ -68,7 +69,7 @@ static const ll_peer *peer_of(const scene *s, int player)
 }
 
 /* Continues frame by frame. */
-static void run(diary *d, double from_s, double until_s)
+static void run(world_log *d, double from_s, double until_s)
 {
     ll_recorder r = {on_event, d};
     for (int64_t k = (int64_t)(from_s * 60) + 1; k <= (int64_t)(until_s * 60); k++) {
@@ -89,7 +90,7 @@ static void set_loss(scene *s, int player, double percent)
 }
 
 /* The first tick at which a client's world differs from the server's; -1: none. */
-static int64_t first_difference(const diary *d, int player)
+static int64_t first_difference(const world_log *d, int player)
 {
     int64_t end = d->seen[0] < d->seen[1 + player] ? d->seen[0] : d->seen[1 + player];
     for (int64_t tick = 1; tick <= end; tick++)
@@ -112,7 +113,7 @@ static void honest_clients_agree(const char *id, const char *sync, const char *c
     for (; *more; more++)
         sets[n++] = *more;
     scene s = scene_open(id, sets);
-    diary d = diary_of(&s, 0);
+    world_log d = log_of(&s, 0);
     run(&d, 0, seconds);
     assert_true(d.seen[0] > (int64_t)seconds * 30);
     for (int p = 0; p < s.game->config.player_count; p++) {
@@ -124,7 +125,7 @@ static void honest_clients_agree(const char *id, const char *sync, const char *c
         assert_int_equal(ll_netgame_desync(s.game, p)->tick, -1);
         assert_true(ll_netgame_desync(s.game, p)->compared > d.seen[0] - 100);
     }
-    diary_free(&d);
+    log_free(&d);
     scene_close(&s);
 }
 
@@ -169,7 +170,7 @@ static void extremes_of_the_ranges_agree(void **state)
                                     "players.1.link.up.duplicate_pct=50",
                                     NULL};
         scene s = scene_open("race", sets);
-        diary d = diary_of(&s, 0);
+        world_log d = log_of(&s, 0);
         run(&d, 0, 120);
         assert_true(d.seen[0] > 600);
         for (int p = 0; p < 2; p++) {
@@ -185,7 +186,7 @@ static void extremes_of_the_ranges_agree(void **state)
             for (int rule = 1; rule < LL_RULES; rule++)
                 assert_int_equal(client_slot->refused[rule], 0);
         }
-        diary_free(&d);
+        log_free(&d);
         scene_close(&s);
     }
 }
@@ -227,13 +228,13 @@ static void links_hold_the_longest_packets(void **state)
 }
 
 /* Every live parameter changes every second: the worlds stay the same. */
-static void live_changes_keep_everybody_in_step(void **state)
+static void live_changes_keep_all_worlds_equal(void **state)
 {
     (void)state;
     const char *const sets[] = {"server.sync=rollback", "server.update_hz=60", "params.laps=10000",
                                 BAD_LINKS("0"),         BAD_LINKS("1"),        NULL};
     scene s = scene_open("contact", sets);
-    diary d = diary_of(&s, 0);
+    world_log d = log_of(&s, 0);
     for (int k = 0; k < 120; k++) {
         ll_netgame_config config = s.game->config;
         config.server.max_rollback_ticks = k * 7 % 17;
@@ -249,7 +250,7 @@ static void live_changes_keep_everybody_in_step(void **state)
         assert_int_equal(first_difference(&d, p), -1);
         assert_int_equal(ll_netgame_client_metrics(s.game, p)->stepping.sync_test_mismatches, 0);
     }
-    diary_free(&d);
+    log_free(&d);
     scene_close(&s);
 }
 
@@ -269,7 +270,7 @@ static void other_hardware_is_named(void **state)
                                     "server.update_hz=60",
                                     NULL};
         scene s = scene_open(games[i / 3 % 3], sets);
-        diary d = diary_of(&s, 4000);
+        world_log d = log_of(&s, 4000);
         run(&d, 0, 60);
         const ll_desync *found = ll_netgame_desync(s.game, 1);
         int64_t tick = first_difference(&d, 1);
@@ -288,7 +289,7 @@ static void other_hardware_is_named(void **state)
         assert_int_equal(found->entity * LL_FIELDS + found->field, first);
         assert_true(found->ulps == ll_ulps(a[first], b[first]) && found->ulps >= 1);
         assert_true(found->ulps_max >= found->ulps);
-        diary_free(&d);
+        log_free(&d);
         scene_close(&s);
     }
 }
@@ -301,7 +302,7 @@ static void a_cheat_leaves_the_common_world_alone(void **state)
         const char *const sets[] = {syncs[i], "players.1.cheat=magnitude", "players.0.input_delay_ticks=8",
                                     "players.1.input_delay_ticks=8", NULL};
         scene s = scene_open("contact", sets);
-        diary d = diary_of(&s, 0);
+        world_log d = log_of(&s, 0);
         run(&d, 0, 20);
         const ll_client_slot *client_slots = ll_netgame_server(s.game)->client_slots;
         assert_int_equal(first_difference(&d, 0), -1);
@@ -310,13 +311,13 @@ static void a_cheat_leaves_the_common_world_alone(void **state)
         assert_int_equal(client_slots[1].peer.desync, 9);
         assert_true(client_slots[1].refused[LL_RULE_MAGNITUDE] > 500);
         assert_true(ll_netgame_client(s.game, 1)->refused > 500);
-        diary_free(&d);
+        log_free(&d);
         scene_close(&s);
     }
 }
 
 /* Events report stalls and the players waited for, the lengths of rollbacks, and where a world departed. */
-static void events_tell_what_the_counters_count(void **state)
+static void events_match_the_counters(void **state)
 {
     (void)state;
     tape all = {0};
@@ -361,7 +362,7 @@ static void rollback_of_none_is_deterministic_lockstep(void **state)
     (void)state;
     const char *const rollback[] = {"server.sync=rollback", "server.max_rollback_ticks=0", NULL};
     scene a = scene_open("deterministic", NULL), b = scene_open("deterministic", rollback);
-    diary x = diary_of(&a, 0), y = diary_of(&b, 0);
+    world_log x = log_of(&a, 0), y = log_of(&b, 0);
     run(&x, 0, 40);
     run(&y, 0, 40);
     assert_true(x.seen[0] > 2000);
@@ -369,13 +370,13 @@ static void rollback_of_none_is_deterministic_lockstep(void **state)
         assert_int_equal(x.seen[i], y.seen[i]);
         assert_memory_equal(x.hashes[i], y.hashes[i], TICKS_MAX * sizeof x.hashes[i][0]);
     }
-    diary_free(&x);
-    diary_free(&y);
+    log_free(&x);
+    log_free(&y);
     scene_close(&a);
     scene_close(&b);
 }
 
-static void run_to_tick(diary *d, int64_t tick)
+static void run_to_tick(world_log *d, int64_t tick)
 {
     ll_recorder r = {on_event, d};
     for (int k = 1; d->seen[0] < tick; k++) {
@@ -384,7 +385,7 @@ static void run_to_tick(diary *d, int64_t tick)
     }
 }
 
-static void lag_does_not_change_the_outcome(void **state)
+static void lag_does_not_change_the_result(void **state)
 {
     (void)state;
     static const char *const games[] = {"contact", "cannon", "gambetta_default", "eight", "rollback_shooter"};
@@ -408,12 +409,12 @@ static void lag_does_not_change_the_outcome(void **state)
                                     "players.1.link.up.loss_pct=10",
                                     NULL};
         scene a = scene_open(games[i / 2], without), b = scene_open(games[i / 2], with);
-        diary x = diary_of(&a, 0), y = diary_of(&b, 0);
+        world_log x = log_of(&a, 0), y = log_of(&b, 0);
         run_to_tick(&x, 1200);
         run_to_tick(&y, 1200);
         assert_memory_equal(x.hashes[0], y.hashes[0], 1201 * sizeof x.hashes[0][0]);
-        diary_free(&x);
-        diary_free(&y);
+        log_free(&x);
+        log_free(&y);
         int64_t rollbacks = ll_netgame_client_metrics(b.game, 0)->stepping.rollbacks +
                             ll_netgame_client_metrics(b.game, 1)->stepping.rollbacks;
         assert_true((rollbacks > 4) == (i % 2 == 1));
@@ -424,7 +425,7 @@ static void lag_does_not_change_the_outcome(void **state)
 
 /* A client that plays alone waits for no other, and is ahead of the server by the ticks of its lag: more than
  * it keeps worlds of. Those are compared with nothing, and the others equal the server's. */
-static void who_is_far_ahead_alone_is_in_step(void **state)
+static void a_client_far_ahead_alone_stays_in_step(void **state)
 {
     (void)state;
     static const char *const players[] = {"players=[{\"lag_ms\":870,\"input_delay_ticks\":5}]",
@@ -453,7 +454,7 @@ static void who_is_far_ahead_alone_is_in_step(void **state)
 
 /* With `deterministic` all clients draw the newest confirmed tick: the others are as old as what is known.
  * Ticks that the server has not made have no age yet, and tick 0 is of time 0 at every display. */
-static void what_is_drawn_in_deterministic_lockstep_is_as_old_as_what_is_known(void **state)
+static void deterministic_lockstep_draws_the_newest_confirmed_tick(void **state)
 {
     (void)state;
     const char *const sets[] = {"server.sync=deterministic",     "server.update_hz=12",
@@ -478,7 +479,7 @@ static void what_is_drawn_in_deterministic_lockstep_is_as_old_as_what_is_known(v
 /* ---- stalls ---- */
 
 /* Without a timeout, or before it is reached. */
-static void a_dead_link_stalls_everybody_until_it_is_back(void **state)
+static void a_dead_link_stalls_all_clients_until_it_is_back(void **state)
 {
     (void)state;
     for (int i = 0; i < 4; i++) {
@@ -518,7 +519,7 @@ static void a_dead_link_stalls_everybody_until_it_is_back(void **state)
 /* A client without packets from the server for `timeout_s` is dropped and the others continue; it detects
  * that it is alone. When its link is back it joins again, at the others' tick, and all worlds are equal as
  * before. */
-static void who_is_silent_is_dropped_and_joins_again(void **state)
+static void a_silent_client_is_dropped_and_joins_again(void **state)
 {
     (void)state;
     for (int i = 0; i < 4; i++) {
@@ -571,7 +572,7 @@ static void who_is_silent_is_dropped_and_joins_again(void **state)
 
 /* With D ticks of input delay a delay between clients costs D + 1 ticks; with M ticks to guess D + M + 1, but
  * then an input is made one frame after the step before it. */
-static void pace_follows_lag_and_delay(void **state)
+static void rate_follows_lag_and_delay(void **state)
 {
     (void)state;
     static const struct {
@@ -612,7 +613,7 @@ static void pace_follows_lag_and_delay(void **state)
 
 /* A client whose frames are up to some milliseconds late makes fewer of them. The other waits a frame at
  * times for time sync; it does not run on until its prediction window is used up and it stalls. */
-static void who_is_faster_rests_and_does_not_stall(void **state)
+static void the_faster_client_waits_and_does_not_stall(void **state)
 {
     (void)state;
     static const char *const jitters[] = {"players.1.timer_jitter_ms=1", "players.1.timer_jitter_ms=3"};
@@ -668,18 +669,18 @@ int main(void)
         cmocka_unit_test(two_honest_clients_agree_at_every_tick),
         cmocka_unit_test(eight_honest_clients_agree_at_every_tick),
         cmocka_unit_test(extremes_of_the_ranges_agree),
-        cmocka_unit_test(live_changes_keep_everybody_in_step),
+        cmocka_unit_test(live_changes_keep_all_worlds_equal),
         cmocka_unit_test(other_hardware_is_named),
         cmocka_unit_test(a_cheat_leaves_the_common_world_alone),
-        cmocka_unit_test(events_tell_what_the_counters_count),
+        cmocka_unit_test(events_match_the_counters),
         cmocka_unit_test(rollback_of_none_is_deterministic_lockstep),
-        cmocka_unit_test(lag_does_not_change_the_outcome),
-        cmocka_unit_test(who_is_far_ahead_alone_is_in_step),
-        cmocka_unit_test(what_is_drawn_in_deterministic_lockstep_is_as_old_as_what_is_known),
-        cmocka_unit_test(a_dead_link_stalls_everybody_until_it_is_back),
-        cmocka_unit_test(who_is_silent_is_dropped_and_joins_again),
-        cmocka_unit_test(pace_follows_lag_and_delay),
-        cmocka_unit_test(who_is_faster_rests_and_does_not_stall),
+        cmocka_unit_test(lag_does_not_change_the_result),
+        cmocka_unit_test(a_client_far_ahead_alone_stays_in_step),
+        cmocka_unit_test(deterministic_lockstep_draws_the_newest_confirmed_tick),
+        cmocka_unit_test(a_dead_link_stalls_all_clients_until_it_is_back),
+        cmocka_unit_test(a_silent_client_is_dropped_and_joins_again),
+        cmocka_unit_test(rate_follows_lag_and_delay),
+        cmocka_unit_test(the_faster_client_waits_and_does_not_stall),
         cmocka_unit_test(going_back_and_on_changes_nothing_in_any_game),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -77,7 +77,7 @@ static scene contact(const char *scope, const char *script)
 
 /* Two cars that touch with constant pedals: a client that predicts only its own car is corrected at every
  * touch; stepping the other car too is never wrong, since its controls are known. */
-static void contact_is_foreseen_where_the_other_is_stepped_along(void **state)
+static void contact_is_predicted_where_the_other_is_stepped_too(void **state)
 {
     (void)state;
     scene own = contact("own", "idle"), contacts = contact("contacts", "idle"), all = contact("all", "idle");
@@ -93,7 +93,7 @@ static void contact_is_foreseen_where_the_other_is_stepped_along(void **state)
 
 /* A changes the pedal at times, which B receives one delay later: B is corrected then, and A, who knows B's
  * pedal, never. Both draw the other nearer to its present position than with interpolation. */
-static void contact_is_mispredicted_when_the_other_changes_his_mind(void **state)
+static void contact_is_mispredicted_when_the_other_changes_its_controls(void **state)
 {
     (void)state;
     scene own = contact("own", "varied"), contacts = contact("contacts", "varied");
@@ -111,7 +111,7 @@ static void contact_is_mispredicted_when_the_other_changes_his_mind(void **state
 
 /* Where a snapshot agrees with the prediction nothing is replayed: the predicted world must then equal the
  * result of a replay. */
-static void what_is_not_replayed_is_what_a_replay_gives(void **state)
+static void a_skipped_replay_would_change_nothing(void **state)
 {
     (void)state;
     for (int scope = 0; ll_scopes[scope]; scope++) {
@@ -178,7 +178,7 @@ static void a_guess_follows_also_when_nothing_moves(void **state)
 
 /* In scope `contacts` a car far away is drawn as without it, a near one is drawn ahead of the server's
  * present. A waits behind the finish, where B drives past. */
-static void only_who_may_touch_is_predicted(void **state)
+static void only_entities_that_may_touch_are_predicted(void **state)
 {
     (void)state;
     const char *const sets[] = {"players.0.prediction_scope=contacts", "players.0.script=steady",
@@ -208,7 +208,7 @@ static void only_who_may_touch_is_predicted(void **state)
 
 /* Timeline error of what is drawn ahead: with constant pedals the prediction equals bitwise the truth to
  * come. */
-static void the_world_predicted_is_the_truth_to_come(void **state)
+static void the_predicted_world_equals_the_truth_to_come(void **state)
 {
     (void)state;
     scene s = contact("all", "idle");
@@ -256,12 +256,12 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(lists_follow_the_table),
         cmocka_unit_test(clean_link_needs_no_correction),
-        cmocka_unit_test(contact_is_foreseen_where_the_other_is_stepped_along),
-        cmocka_unit_test(contact_is_mispredicted_when_the_other_changes_his_mind),
-        cmocka_unit_test(what_is_not_replayed_is_what_a_replay_gives),
+        cmocka_unit_test(contact_is_predicted_where_the_other_is_stepped_too),
+        cmocka_unit_test(contact_is_mispredicted_when_the_other_changes_its_controls),
+        cmocka_unit_test(a_skipped_replay_would_change_nothing),
         cmocka_unit_test(a_guess_follows_also_when_nothing_moves),
-        cmocka_unit_test(only_who_may_touch_is_predicted),
-        cmocka_unit_test(the_world_predicted_is_the_truth_to_come),
+        cmocka_unit_test(only_entities_that_may_touch_are_predicted),
+        cmocka_unit_test(the_predicted_world_equals_the_truth_to_come),
         cmocka_unit_test(scope_may_change_while_it_runs),
         cmocka_unit_test(others_are_not_predicted_under_the_demos_rules),
     };

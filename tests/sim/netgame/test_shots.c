@@ -35,7 +35,7 @@ static int64_t refused(const scene *s, int player, ll_rule rule)
 /* ---- agreement ---- */
 
 /* From 0 to 300 ms of lag: with rewind at least 99 of 100 shots count as seen, and without it far fewer. */
-static void what_is_seen_to_be_hit_is_hit_by_rewind_only(void **state)
+static void only_rewind_agrees_with_the_view(void **state)
 {
     (void)state;
     for (int lag = 0; lag <= 300; lag += 50) {
@@ -261,7 +261,7 @@ static void shoot_at_where_it_was(scene *s)
         tick(s, &k);
 }
 
-static void a_hit_on_who_has_hidden_is_shot_behind_cover(void **state)
+static void a_hit_on_a_hidden_player_is_shot_behind_cover(void **state)
 {
     (void)state;
     for (int rewinds = 0; rewinds < 2; rewinds++) {
@@ -294,7 +294,7 @@ static void a_hit_on_who_has_hidden_is_shot_behind_cover(void **state)
 
 /* A target that stands still is at the same place for all: all judges agree, for the hitscan weapon and the
  * projectile. */
-static void judges_agree_of_what_stands_still(void **state)
+static void judges_agree_on_standing_targets(void **state)
 {
     (void)state;
     for (int w = 0; w < LL_WEAPONS; w++) {
@@ -406,7 +406,7 @@ static void riders_do_not_peek(void **state)
 /* ---- shots that do not count ---- */
 
 /* Where nothing is rewound, no shot counts as within or beyond the rewind limit. */
-static void limits_count_where_the_server_looks_back(void **state)
+static void limits_count_where_the_server_rewinds(void **state)
 {
     (void)state;
     static const struct {
@@ -514,7 +514,7 @@ static void a_faked_view_gains_by_trust_only(void **state)
     assert_int_equal(view_time_rejected, 0);
 }
 
-static void a_claim_counts_where_it_is_trusted_only(void **state)
+static void a_claim_counts_only_if_client_authoritative(void **state)
 {
     (void)state;
     const char *const sets[] = {"server.hitscan=rewind", "server.max_rewind_ms=1000", NULL};
@@ -564,7 +564,7 @@ static void block_may_be_moved_and_runs_are_equal(void **state)
     scene_close(&t);
 }
 
-static void nothing_is_kept_where_nobody_shoots(void **state)
+static void games_without_weapons_keep_no_shots(void **state)
 {
     (void)state;
     scene s = scene_open("race", NULL);
@@ -589,28 +589,28 @@ static void draining_is_refused_with_a_sentence(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(what_is_seen_to_be_hit_is_hit_by_rewind_only),
+        cmocka_unit_test(only_rewind_agrees_with_the_view),
         cmocka_unit_test(rewinding_ends_at_its_limit),
         cmocka_unit_test(honest_shooters_on_bad_links_are_believed),
         cmocka_unit_test(predicted_targets_need_no_rewinding),
         cmocka_unit_test(only_rewound_shells_agree_with_the_view),
         cmocka_unit_test(straight_traces_are_off_as_computed),
         cmocka_unit_test(a_rewound_shell_lands_as_without_lag),
-        cmocka_unit_test(a_hit_on_who_has_hidden_is_shot_behind_cover),
-        cmocka_unit_test(judges_agree_of_what_stands_still),
+        cmocka_unit_test(a_hit_on_a_hidden_player_is_shot_behind_cover),
+        cmocka_unit_test(judges_agree_on_standing_targets),
         cmocka_unit_test(the_peeker_sees_first),
         cmocka_unit_test(the_peeker_may_see_last),
         cmocka_unit_test(a_summary_keeps_the_sign),
         cmocka_unit_test(riders_do_not_peek),
-        cmocka_unit_test(limits_count_where_the_server_looks_back),
+        cmocka_unit_test(limits_count_where_the_server_rewinds),
         cmocka_unit_test(nothing_shot_has_no_shares),
         cmocka_unit_test(weapons_fire_as_often_as_they_may),
         cmocka_unit_test(pressing_faster_gains_nothing),
         cmocka_unit_test(a_faked_view_gains_by_trust_only),
-        cmocka_unit_test(a_claim_counts_where_it_is_trusted_only),
+        cmocka_unit_test(a_claim_counts_only_if_client_authoritative),
         cmocka_unit_test(prediction_is_exact_while_shots_fly),
         cmocka_unit_test(block_may_be_moved_and_runs_are_equal),
-        cmocka_unit_test(nothing_is_kept_where_nobody_shoots),
+        cmocka_unit_test(games_without_weapons_keep_no_shots),
         cmocka_unit_test(draining_is_refused_with_a_sentence),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -38,7 +38,7 @@ static bool same_world(const scene *a, const scene *b)
 
 /* The own entity is sent bitwise: where no cars touch, prediction stays exact and the server's world is the
  * same with every encoding. The others are at most half a step per axis further off. */
-static void a_codec_changes_what_is_seen_of_others_and_nothing_else(void **state)
+static void a_codec_changes_only_the_drawn_others(void **state)
 {
     (void)state;
     const double step = 0.1;
@@ -68,7 +68,7 @@ static void a_codec_changes_what_is_seen_of_others_and_nothing_else(void **state
 }
 
 /* Delta contains the same as quantised: everything that follows is the same, with crates too. */
-static void delta_shows_what_quantised_shows(void **state)
+static void delta_equals_quantised(void **state)
 {
     (void)state;
     const char *const quantised[] = {"server.snapshot_encoding=quantised", NULL};
@@ -115,7 +115,7 @@ static void rounding_is_uniform(void **state)
 
 /* A fifth lost, others overtaken or doubled: every received snapshot is decoded, and nearly all of it is
  * differences. */
-static void what_comes_over_a_bad_link_is_read(void **state)
+static void snapshots_over_a_bad_link_are_decoded(void **state)
 {
     (void)state;
     scene s = scene_open("snapshot_loss", NULL);
@@ -170,7 +170,7 @@ static void long_states_travel_as_fragments(void **state)
 
 /* The bytes on the link are the encoded ones: a rate that is enough for deltas overflows with full
  * snapshots. */
-static void the_link_carries_what_was_encoded(void **state)
+static void the_link_carries_the_encoded_bytes(void **state)
 {
     (void)state;
     /* scope `own`: a predicted entity has no age, but would count in the mean */
@@ -225,7 +225,7 @@ static void a_codec_may_change_while_it_runs(void **state)
 
 /* A pushing player is corrected at every push in scope `own`, and hardly in scope `contacts`: by less than a
  * tenth of it. */
-static void scopes_differ_by_what_is_pushed(void **state)
+static void scopes_differ_by_corrections_of_pushes(void **state)
 {
     (void)state;
     const char *const exact[] = {"players.0.clock_phase=0", "players.1.clock_phase=0", NULL};
@@ -276,14 +276,14 @@ static void water_is_drawn_between_states(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_codec_changes_what_is_seen_of_others_and_nothing_else),
-        cmocka_unit_test(delta_shows_what_quantised_shows),
+        cmocka_unit_test(a_codec_changes_only_the_drawn_others),
+        cmocka_unit_test(delta_equals_quantised),
         cmocka_unit_test(rounding_is_uniform),
-        cmocka_unit_test(what_comes_over_a_bad_link_is_read),
+        cmocka_unit_test(snapshots_over_a_bad_link_are_decoded),
         cmocka_unit_test(long_states_travel_as_fragments),
-        cmocka_unit_test(the_link_carries_what_was_encoded),
+        cmocka_unit_test(the_link_carries_the_encoded_bytes),
         cmocka_unit_test(a_codec_may_change_while_it_runs),
-        cmocka_unit_test(scopes_differ_by_what_is_pushed),
+        cmocka_unit_test(scopes_differ_by_corrections_of_pushes),
         cmocka_unit_test(water_is_drawn_between_states),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -99,7 +99,7 @@ static void dead_reckoning_trades_lateness_for_error(void **state)
 
 /* On the even link it is one interval and the margin. While the link was bad it had a third of the under-runs
  * of two fixed intervals; on the whole it is less late. */
-static void adaptive_delays_are_what_the_link_needs(void **state)
+static void adaptive_delays_match_the_link(void **state)
 {
     (void)state;
     int64_t adaptive = 0, fixed = 0;
@@ -164,7 +164,7 @@ int main(void)
         cmocka_unit_test(cubics_are_nearer_than_chords),
         cmocka_unit_test(silences_are_bridged_up_to_the_cap),
         cmocka_unit_test(dead_reckoning_trades_lateness_for_error),
-        cmocka_unit_test(adaptive_delays_are_what_the_link_needs),
+        cmocka_unit_test(adaptive_delays_match_the_link),
         cmocka_unit_test(catching_up_calmly_leaves_something_in_stock),
         cmocka_unit_test(smoothing_leaves_the_state_alone),
     };

@@ -304,7 +304,7 @@ static void a_dragged_body_comes_to_the_pointer_in_both_worlds(void **state)
     ll_session_destroy(s);
 }
 
-static void an_input_for_nobody_is_refused(void **state)
+static void an_input_for_an_unknown_player_is_rejected(void **state)
 {
     (void)state;
     ll_session *s = library("rigid/pyramid");
@@ -441,7 +441,7 @@ static void a_lost_body_stops_the_session(void **state)
     "\"spin\":25},{\"size\":[0.2,0.2],\"position\":[2,0],\"velocity\":[0,25],\"spin\":25}],\"joints\":["     \
     "{\"type\":\"revolute\",\"a\":0,\"b\":1,\"anchor_a\":[0,0],\"anchor_b\":[-1,0]},"                        \
     "{\"type\":\"revolute\",\"a\":1,\"b\":2,\"anchor_a\":[0,0],\"anchor_b\":[-1,0]}]}"
-static void energy_from_nowhere_is_a_failure(void **state)
+static void created_energy_is_a_failure(void **state)
 {
     (void)state;
     ll_session *s = session_of(ARM("\"solver\":{\"method\":\"xpbd\",\"substeps\":1}"));
@@ -488,11 +488,11 @@ int main(void)
         cmocka_unit_test(a_bullet_does_not_pass_another_body),
         cmocka_unit_test(worlds_with_the_same_solver_stay_the_same),
         cmocka_unit_test(a_dragged_body_comes_to_the_pointer_in_both_worlds),
-        cmocka_unit_test(an_input_for_nobody_is_refused),
+        cmocka_unit_test(an_input_for_an_unknown_player_is_rejected),
         cmocka_unit_test(a_copy_of_the_block_goes_on_as_the_block),
         cmocka_unit_test(a_block_stays_within_its_announced_size),
         cmocka_unit_test(bad_input_is_refused_with_field_range_and_value),
-        cmocka_unit_test(energy_from_nowhere_is_a_failure),
+        cmocka_unit_test(created_energy_is_a_failure),
         cmocka_unit_test(a_drawn_chain_may_spring),
         cmocka_unit_test(a_lost_body_stops_the_session),
     };
