@@ -203,8 +203,8 @@ static inline void server_applies(lone *l, uint32_t first, uint32_t last, int64_
 {
     ll_input_history *input_history = &l->client_metrics->input_history;
     for (uint32_t seq = first; seq <= last; seq++)
-        ll_input_history_judged(input_history, seq, LL_INPUT_HISTORY_IN_TIME);
-    ll_input_history_drained(input_history, tick, 0, 0);
+        ll_input_history_received(input_history, seq, LL_INPUT_HISTORY_IN_TIME);
+    ll_input_history_applied(input_history, tick, 0, 0);
 }
 
 static inline int frame(lone *l, ll_time now, ll_input_message *m)

@@ -7,11 +7,11 @@
 void ll_client_forget_inputs(ll_client *c, const ll_client_setup *s, uint16_t epoch, ll_time now)
 {
     c->epoch = epoch;
-    c->seq = c->acked = c->composed = 0;
+    c->seq = c->acked = c->newest_sent = 0;
     c->run = 1;
     for (int i = 0; i < LL_PENDING_RING; i++)
         c->pending[i].seq = 0;
-    c->debt = 0;
+    c->extra_inputs = 0;
     c->settle = 0;
     c->least_slack = LL_SLACK_UNKNOWN;
     c->least_slack_since = now;
@@ -54,11 +54,11 @@ void ll_client_snap(ll_client *c, int64_t tick)
     if (c->seq > 0) {
         c->seq += (uint32_t)(tick - c->tick);
         c->run = c->seq + 1;
-        c->composed = c->seq;
+        c->newest_sent = c->seq;
         c->connection.clock.snaps++;
     }
     c->tick = tick;
-    c->debt = 0;
+    c->extra_inputs = 0;
     c->settle = c->seq + 1;
 }
 
@@ -81,7 +81,7 @@ uint8_t ll_client_offset(const ll_client *c, const ll_client_setup *s)
     const ll_clock_sync *clock = &c->connection.clock;
     if (c->tick_due == LL_NEVER)
         return 0; /* the game has not begun */
-    ll_time tick = ll_client_local(s, c->tick_due) + clock->offset - c->met_at;
+    ll_time tick = ll_client_local(s, c->tick_due) + clock->offset - c->game_start;
     if (tick < 0)
         return 0;
     tick -= ll_tick_time(ll_tick_at(tick, c->clock.freq), c->clock.freq);
@@ -100,5 +100,5 @@ void ll_client_align(ll_client *c, const ll_client_setup *s, bool always, ll_tim
     if (error > 0 || c->seq == 0)
         ll_client_snap(c, tick);
     else
-        c->debt = (int32_t)error; /* inputs already sent for those steps remain valid */
+        c->extra_inputs = (int32_t)error; /* inputs already sent for those steps remain valid */
 }

@@ -92,11 +92,11 @@ void ll_client_start(ll_client *c, const ll_client_setup *s, uint16_t epoch, ll_
     c->newest = c->fresh = 0;
     c->newest_tick = -1;
     c->grid_tick = LL_NEVER;
-    c->confirmed = c->met = step;
-    c->met_at = now;
+    c->confirmed = c->game_start_step = step;
+    c->game_start = now;
     c->latest_time = c->view_time = c->render = now;
     c->latest_tick = step;
-    c->has_render = c->extrapolated = c->held_now = c->dry = c->erring = 0;
+    c->has_render = c->extrapolated = c->held_now = c->underrun = c->has_view_errors = 0;
     c->view_state = LL_VIEW_NEWEST;
     c->drawn_newest = c->depth = 0;
     c->predicting = 0;
@@ -141,7 +141,7 @@ static void follow_slack(ll_client *c, const ll_client_setup *s, const ll_snapsh
         ll_client_snap(c, c->tick + change);
         return;
     }
-    c->debt += change;
+    c->extra_inputs += change;
     c->settle = c->seq + (uint32_t)(change > 0 ? 2 * change : 0) +
                 1; /* first input made after the change is complete */
 }
@@ -163,7 +163,7 @@ static void drain_surplus(ll_client *c, const ll_snapshot_message *m, ll_time no
     if (now - c->least_slack_since < SURPLUS_WINDOW)
         return;
     if (c->least_slack > SURPLUS) {
-        c->debt -= c->least_slack - SURPLUS;
+        c->extra_inputs -= c->least_slack - SURPLUS;
         c->settle = c->seq + 1;
     }
     c->least_slack = LL_SLACK_UNKNOWN;
@@ -316,7 +316,7 @@ static ll_action for_its_time(const ll_client *c, const ll_client_setup *s, ll_a
 
 #define DEVICE_STREAM 0x646576696365 /* `device`; one per player */
 
-ll_time ll_client_touched(const ll_client *c, const ll_client_setup *s, ll_time now)
+ll_time ll_client_control_time(const ll_client *c, const ll_client_setup *s, ll_time now)
 {
     const ll_player_config *config = s->config;
     double read_ms = config->input_hz > 0 ? 1e3 / config->input_hz : 0;
@@ -374,12 +374,12 @@ static int inputs_due(ll_client *c, const ll_client_setup *s, const ll_action *a
         ll_changes_idle(&s->client_metrics->changes);
         return 0;
     }
-    if (c->debt > 0) {
-        c->debt--;
+    if (c->extra_inputs > 0) {
+        c->extra_inputs--;
         input_history->doubled += counts;
         n++;
-    } else if (c->debt < 0) {
-        c->debt++;
+    } else if (c->extra_inputs < 0) {
+        c->extra_inputs++;
         input_history->left_out += counts;
         n--;
     }
@@ -403,7 +403,7 @@ static void note_input(const ll_client *c, const ll_client_setup *s, const ll_ac
         controls.axis[1] = (float)(controls.axis[1] / ticks_pressed(c));
     }
     ll_client_metrics_input(s->client_metrics, c->seq, s->sync->applies_on_arrival ? LL_NEVER : c->tick,
-                            &controls, ll_client_touched(c, s, now), now);
+                            &controls, ll_client_control_time(c, s, now), now);
 }
 
 static void make_input(ll_client *c, const ll_client_setup *s, const ll_action *action, ll_time seen,
@@ -480,11 +480,11 @@ static bool overdue(const ll_client *c, ll_time now)
  * open one on, in turn. */
 static int compose(ll_client *c, const ll_client_setup *s, ll_time now, ll_input_message *m)
 {
-    uint32_t open = c->seq - c->acked, fresh = c->seq - c->composed;
+    uint32_t open = c->seq - c->acked, fresh = c->seq - c->newest_sent;
     if (ll_cheat_holds(s, now) && c->unsent == 0 && fresh > 0)
-        c->unsent = c->composed + 1;
+        c->unsent = c->newest_sent + 1;
     if (fresh > 0 && sends_now(c, s))
-        c->composed = c->seq;
+        c->newest_sent = c->seq;
     else if (!s->sync->waits)
         return 0;
     if (c->unsent != 0)
@@ -503,7 +503,7 @@ static int compose(ll_client *c, const ll_client_setup *s, ll_time now, ll_input
     if (s->sync->waits && open > count && (c->frame & 1) && overdue(c, now)) {
         uint32_t turns = (open - 1) / count;
         first = c->acked + 1 + (uint32_t)(c->frame / 2) % turns * count;
-        c->composed -= fresh; /* the next packet sends them */
+        c->newest_sent -= fresh; /* the next packet sends them */
         fresh = 0;
     }
     return put_inputs(c, s, first, count, fresh, m);
@@ -532,7 +532,7 @@ static void draw(ll_client *c, const ll_client_setup *s, ll_time now)
     if (by_time) {
         s->sync->interpolate(c, s, now);
     } else {
-        c->has_render = c->extrapolated = c->held_now = c->dry = 0;
+        c->has_render = c->extrapolated = c->held_now = c->underrun = 0;
         c->view_state = LL_VIEW_NEWEST;
         c->drawn_newest = c->newest;
         c->depth = 0;

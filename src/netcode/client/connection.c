@@ -93,7 +93,7 @@ static void end_by_silence(ll_client *c, const ll_client_setup *s, ll_time now)
     enter(c, s, n->joined ? LL_CONNECTION_DISCONNECTED : LL_CONNECTION_CONNECTING, now);
 }
 
-int ll_connection_tend(ll_client *c, const ll_client_setup *s, ll_time now, void *packet)
+int ll_connection_poll(ll_client *c, const ll_client_setup *s, ll_time now, void *packet)
 {
     ll_connection *n = &c->connection;
     end_by_silence(c, s, now);

@@ -25,8 +25,8 @@ void ll_dilate_time_follow(ll_client *c, const ll_client_setup *s, const ll_snap
     if (m->slack == LL_SLACK_UNKNOWN || reported->seq != m->slack_seq || newest->seq != c->seq)
         return;
     ll_time want = s->config->slack_ticks * c->period, change = 0;
-    ll_time shifted =
-        time_to_step(c, newest) - time_to_step(c, reported) + c->clock_correction + c->debt * c->period;
+    ll_time shifted = time_to_step(c, newest) - time_to_step(c, reported) + c->clock_correction +
+                      c->extra_inputs * c->period;
     ll_time slack = m->slack * c->period + shifted;
     if (c->least_slack_ns == LL_NEVER)
         c->least_slack_since = now;
@@ -43,7 +43,7 @@ void ll_dilate_time_follow(ll_client *c, const ll_client_setup *s, const ll_snap
     ll_time most = TICKS_MAX * c->period, excess = c->clock_correction > most    ? c->clock_correction - most
                                                    : c->clock_correction < -most ? c->clock_correction + most
                                                                                  : 0;
-    c->debt += (int32_t)(excess / c->period);
+    c->extra_inputs += (int32_t)(excess / c->period);
     c->clock_correction -= excess / c->period * c->period;
 }
 

@@ -88,7 +88,7 @@ void ll_changes_idle(ll_changes *c)
     c->buttons = 0;
 }
 
-void ll_changes_meet(ll_changes *c)
+void ll_changes_resync(ll_changes *c)
 {
     for (int64_t i = c->first; i < c->made; i++)
         change_at(c, i)->seq = UINT32_MAX;

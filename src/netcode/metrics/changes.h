@@ -73,7 +73,7 @@ void ll_changes_idle(ll_changes *changes); /* no control is touched, and no inpu
 void ll_changes_decide(ll_changes *changes, ll_histogram *latency, ll_input_history *input_history);
 
 /* A new epoch, after all results of the old one: sequence numbers and controls start again. */
-void ll_changes_meet(ll_changes *changes);
+void ll_changes_resync(ll_changes *changes);
 
 /* A display of the player's own screen, or of that of player `other`, whose client has all steps up to
  * `tick`. */

@@ -46,7 +46,7 @@ void ll_client_metrics_init(ll_client_metrics *in, int entities, ll_time from)
     for (int i = 0; i < LL_METRICS; i++)
         ll_histogram_init(&in->histogram[i], ll_metric_rows[i].unit);
     ll_histogram_init(&in->animation_error, 0.1);
-    ll_input_history_meet(&in->input_history);
+    ll_input_history_resync(&in->input_history);
 }
 
 /* ---- reports of clients and server ---- */
@@ -84,7 +84,7 @@ void ll_client_metrics_stepped(ll_client_metrics *in, int self, const ll_stepped
     const ll_entity *real = &s->world->entity[self];
     int64_t key = s->applies_on_arrival ? s->acked : s->step;
     if (s->applies_on_arrival)
-        ll_input_history_drained(&in->input_history, s->step, s->unsent_from, now);
+        ll_input_history_applied(&in->input_history, s->step, s->unsent_from, now);
     else
         ll_input_history_stepped(&in->input_history, s->step);
     decide_changes(in);
@@ -99,7 +99,7 @@ void ll_client_metrics_resync(ll_client_metrics *in)
     for (int i = 0; i < in->entities; i++)
         in->track[i].awaited.when = 0;
     ll_client_metrics_never(in, 1, in->input_history.newest);
-    ll_input_history_meet(&in->input_history);
-    ll_changes_meet(&in->changes);
+    ll_input_history_resync(&in->input_history);
+    ll_changes_resync(&in->changes);
     ll_rendered_views_void(&in->rendered_views, in->from);
 }

@@ -76,7 +76,7 @@ typedef struct ll_track {
 typedef struct ll_stepping {
     int64_t stalls, stalled_frames;        /* without the input of another player */
     int32_t waited_frames[LL_PLAYERS_MAX]; /* of these, by the player whose input was missing */
-    int64_t rested_frames; /* frames that time sync left out so that the other peers catch up */
+    int64_t time_sync_frames; /* frames that time sync left out so that the other peers catch up */
     int64_t rollbacks, rollback_ticks, rollback_ticks_max;
     int64_t sync_tests, sync_test_mismatches;
 } ll_stepping;

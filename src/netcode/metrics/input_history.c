@@ -16,7 +16,7 @@ static void decide(ll_input_history *input_history, ll_input_history_entry *inpu
 /* Ends the wait for a refused input, which the client could have sent again until now. */
 static void give_up(ll_input_history *input_history, ll_input_history_entry *input)
 {
-    bool refused = (input->marks & LL_INPUT_HISTORY_REFUSED) && !(input->marks & LL_INPUT_HISTORY_IN_TIME);
+    bool refused = (input->flags & LL_INPUT_HISTORY_REFUSED) && !(input->flags & LL_INPUT_HISTORY_IN_TIME);
     decide(input_history, input, refused ? LL_INPUT_WAS_REFUSED : LL_INPUT_WAS_LOST);
 }
 
@@ -35,9 +35,9 @@ static void pass_decided(ll_input_history *input_history)
 /* Result of an input whose step is over. */
 static ll_input_result_kind input_result_of(const ll_input_history_entry *input)
 {
-    return input->marks & LL_INPUT_HISTORY_IN_TIME   ? LL_INPUT_WAS_APPLIED
-           : input->marks & LL_INPUT_HISTORY_REFUSED ? LL_INPUT_WAS_REFUSED
-           : input->marks & LL_INPUT_HISTORY_LATE    ? LL_INPUT_CAME_LATE
+    return input->flags & LL_INPUT_HISTORY_IN_TIME   ? LL_INPUT_WAS_APPLIED
+           : input->flags & LL_INPUT_HISTORY_REFUSED ? LL_INPUT_WAS_REFUSED
+           : input->flags & LL_INPUT_HISTORY_LATE    ? LL_INPUT_CAME_LATE
                                                      : LL_INPUT_WAS_LOST;
 }
 
@@ -48,40 +48,40 @@ void ll_input_history_made(ll_input_history *input_history, uint32_t seq, int64_
         give_up(input_history, input);
     *input = (ll_input_history_entry){.tick = tick, .seq = seq};
     if (tick == LL_NEVER)
-        *input = (ll_input_history_entry){.seq = seq, .marks = LL_INPUT_HISTORY_AS_IT_COMES};
+        *input = (ll_input_history_entry){.seq = seq, .flags = LL_INPUT_HISTORY_ON_ARRIVAL};
     input_history->newest = seq;
     input_history->made++;
     input_history->count[LL_INPUT_IS_OPEN]++;
     pass_decided(input_history);
 }
 
-void ll_input_history_went(ll_input_history *input_history, uint32_t first, uint32_t count, ll_time due)
+void ll_input_history_sent(ll_input_history *input_history, uint32_t first, uint32_t count, ll_time due)
 {
     for (uint32_t seq = first; seq - first < count; seq++) {
         ll_input_history_entry *input = ll_input_history_find(input_history, seq);
         if (!input)
             continue;
-        input->marks |= LL_INPUT_HISTORY_WENT;
-        if ((input->marks & LL_INPUT_HISTORY_AS_IT_COMES) && input->result == LL_INPUT_IS_OPEN &&
+        input->flags |= LL_INPUT_HISTORY_SENT;
+        if ((input->flags & LL_INPUT_HISTORY_ON_ARRIVAL) && input->result == LL_INPUT_IS_OPEN &&
             due > input->tick)
             input->tick = due;
     }
 }
 
 /* Where inputs are applied on arrival, an input that was given up and still arrives is open again. */
-void ll_input_history_judged(ll_input_history *input_history, uint32_t seq, ll_input_history_mark mark)
+void ll_input_history_received(ll_input_history *input_history, uint32_t seq, ll_input_history_flag flag)
 {
     ll_input_history_entry *input = ll_input_history_find(input_history, seq);
     if (!input)
         return;
-    input->marks |= (uint8_t)mark;
+    input->flags |= (uint8_t)flag;
     if (input->result != LL_INPUT_WAS_LOST)
         return;
     decide(input_history, input,
-           mark == LL_INPUT_HISTORY_IN_TIME   ? LL_INPUT_IS_OPEN
-           : mark == LL_INPUT_HISTORY_REFUSED ? LL_INPUT_WAS_REFUSED
+           flag == LL_INPUT_HISTORY_IN_TIME   ? LL_INPUT_IS_OPEN
+           : flag == LL_INPUT_HISTORY_REFUSED ? LL_INPUT_WAS_REFUSED
                                               : LL_INPUT_CAME_LATE);
-    if (mark == LL_INPUT_HISTORY_IN_TIME && seq < input_history->open)
+    if (flag == LL_INPUT_HISTORY_IN_TIME && seq < input_history->open)
         input_history->open = seq;
 }
 
@@ -98,15 +98,15 @@ void ll_input_history_stepped(ll_input_history *input_history, int64_t step)
     pass_decided(input_history);
 }
 
-void ll_input_history_drained(ll_input_history *input_history, int64_t step, uint32_t unsent_from,
+void ll_input_history_applied(ll_input_history *input_history, int64_t step, uint32_t unsent_from,
                               ll_time now)
 {
     for (uint32_t seq = input_history->open; seq <= input_history->newest; seq++) {
         ll_input_history_entry *input = ll_input_history_find(input_history, seq);
         if (!input || input->result != LL_INPUT_IS_OPEN)
             continue;
-        bool came = input->marks & LL_INPUT_HISTORY_IN_TIME;
-        if (!came && (seq >= unsent_from || ((input->marks & LL_INPUT_HISTORY_WENT) && input->tick > now)))
+        bool came = input->flags & LL_INPUT_HISTORY_IN_TIME;
+        if (!came && (seq >= unsent_from || ((input->flags & LL_INPUT_HISTORY_SENT) && input->tick > now)))
             continue;
         input->tick = step;
         decide(input_history, input, input_result_of(input));
@@ -123,7 +123,7 @@ void ll_input_history_never(ll_input_history *input_history, uint32_t first, uin
     pass_decided(input_history);
 }
 
-void ll_input_history_meet(ll_input_history *input_history)
+void ll_input_history_resync(ll_input_history *input_history)
 {
     ll_input_history_never(input_history, 1, input_history->newest);
     for (int i = 0; i < LL_INPUT_HISTORY_RING; i++)
@@ -151,7 +151,7 @@ static ll_cause blame(uint8_t fate)
         return LL_CAUSE_REFUSED;
     if (fate & LL_INPUT_HISTORY_IN_TIME)
         return LL_CAUSE_OTHER;
-    return fate & (LL_INPUT_HISTORY_LATE | LL_INPUT_HISTORY_WENT) ? LL_CAUSE_LATE : LL_CAUSE_LOSS;
+    return fate & (LL_INPUT_HISTORY_LATE | LL_INPUT_HISTORY_SENT) ? LL_CAUSE_LATE : LL_CAUSE_LOSS;
 }
 
 ll_cause ll_input_history_blame(ll_input_history *input_history, uint32_t first, uint32_t last)
@@ -161,7 +161,7 @@ ll_cause ll_input_history_blame(ll_input_history *input_history, uint32_t first,
         first = last - LL_INPUT_HISTORY_RING + 1;
     for (uint32_t seq = first; seq <= last; seq++) {
         const ll_input_history_entry *input = ll_input_history_find(input_history, seq);
-        ll_cause cause = input ? blame(input->marks) : LL_CAUSE_LATE; /* a clock that snapped made no input */
+        ll_cause cause = input ? blame(input->flags) : LL_CAUSE_LATE; /* a clock that snapped made no input */
         worst = cause < worst ? cause : worst;
     }
     return worst;

@@ -28,13 +28,13 @@ typedef enum ll_input_result_kind {
 extern const char *const ll_input_result_names[LL_INPUT_RESULT_KINDS];
 
 /* Known facts about one input on its way. */
-typedef enum ll_input_history_mark {
-    LL_INPUT_HISTORY_WENT = 1,         /* at least one packet that holds it was not lost */
-    LL_INPUT_HISTORY_IN_TIME = 2,      /* accepted for its step, or to be applied at the next update */
-    LL_INPUT_HISTORY_LATE = 4,         /* arrived after its step */
-    LL_INPUT_HISTORY_REFUSED = 8,      /* against a rule */
-    LL_INPUT_HISTORY_AS_IT_COMES = 16, /* it has no step of its own */
-} ll_input_history_mark;
+typedef enum ll_input_history_flag {
+    LL_INPUT_HISTORY_SENT = 1,        /* at least one packet that holds it was not lost */
+    LL_INPUT_HISTORY_IN_TIME = 2,     /* accepted for its step, or to be applied at the next update */
+    LL_INPUT_HISTORY_LATE = 4,        /* arrived after its step */
+    LL_INPUT_HISTORY_REFUSED = 8,     /* against a rule */
+    LL_INPUT_HISTORY_ON_ARRIVAL = 16, /* it has no step of its own */
+} ll_input_history_flag;
 
 /* Cause of a correction of the own entity. Of several causes between two snapshots the first of these
  * counts. */
@@ -57,7 +57,7 @@ typedef struct ll_input_history_entry {
     int64_t tick; /* the server's step that it is meant for, or that applied it. Where inputs are applied on
                      arrival, while open: time at which its last packet that was not lost arrives */
     uint32_t seq;
-    uint8_t marks;  /* ll_input_history_mark */
+    uint8_t flags;  /* ll_input_history_mark */
     uint8_t result; /* ll_input_result_kind */
     uint8_t reserved[2];
 } ll_input_history_entry;
@@ -93,18 +93,18 @@ static inline ll_input_history_entry *ll_input_history_find(ll_input_history *in
 static inline uint8_t ll_input_history_marks(ll_input_history *input_history, uint32_t seq)
 {
     const ll_input_history_entry *input = ll_input_history_find(input_history, seq);
-    return input ? input->marks : 0;
+    return input ? input->flags : 0;
 }
 
 /* Input `seq`, the newest, was made for the server's step `tick`; LL_NEVER: it is applied on arrival. */
 void ll_input_history_made(ll_input_history *input_history, uint32_t seq, int64_t tick);
 
 /* A packet with inputs was sent and arrives at `due`. */
-void ll_input_history_went(ll_input_history *input_history, uint32_t first, uint32_t count, ll_time due);
+void ll_input_history_sent(ll_input_history *input_history, uint32_t first, uint32_t count, ll_time due);
 
 /* The server accepted the input (IN_TIME), refused it, or received it late; a refused input may also be
  * late. */
-void ll_input_history_judged(ll_input_history *input_history, uint32_t seq, ll_input_history_mark mark);
+void ll_input_history_received(ll_input_history *input_history, uint32_t seq, ll_input_history_flag flag);
 
 /* The server has made `step`: inputs for it and for earlier steps are decided. */
 void ll_input_history_stepped(ll_input_history *input_history, int64_t step);
@@ -112,14 +112,14 @@ void ll_input_history_stepped(ll_input_history *input_history, int64_t step);
 /* The same where the server applies inputs on arrival: all that have arrived are applied. Of the others,
  * those before `unsent_from`, which their client no longer sends, are lost if none of their packets is on its
  * way. */
-void ll_input_history_drained(ll_input_history *input_history, int64_t step, uint32_t unsent_from,
+void ll_input_history_applied(ll_input_history *input_history, int64_t step, uint32_t unsent_from,
                               ll_time now);
 
 /* The open inputs among `first` to `last` will never be applied. */
 void ll_input_history_never(ll_input_history *input_history, uint32_t first, uint32_t last);
 
 /* A new epoch: open inputs are discarded, and sequence numbers start again. */
-void ll_input_history_meet(ll_input_history *input_history);
+void ll_input_history_resync(ll_input_history *input_history);
 
 /* Whether the state after step `tick` includes the input. */
 bool ll_input_history_includes(ll_input_history *input_history, uint32_t seq, int64_t tick);

@@ -20,12 +20,12 @@
 typedef enum ll_judge { LL_JUDGE_VIEW, LL_JUDGE_NOW, LL_JUDGE_SERVER, LL_JUDGE_PERFECT, LL_JUDGES } ll_judge;
 
 typedef enum ll_shot_flag {
-    LL_SHOT_TAKEN = 1,      /* the server has evaluated it */
-    LL_SHOT_CLAMPED = 2,    /* max_rewind_ms did not reach back to the view */
-    LL_SHOT_DISTRUSTED = 4, /* the server rejected the stated view age */
+    LL_SHOT_TAKEN = 1,              /* the server has evaluated it */
+    LL_SHOT_CLAMPED = 2,            /* max_rewind_ms did not reach back to the view */
+    LL_SHOT_VIEW_TIME_REJECTED = 4, /* the server rejected the stated view age */
     LL_SHOT_BEHIND_COVER = 8,
-    LL_SHOT_LOST = 16,        /* its input came too late or not at all, or the weapon was not ready */
-    LL_SHOT_LOOKED_BACK = 32, /* by its policy or family; max_rewind_ms does not limit other shots */
+    LL_SHOT_LOST = 16,    /* its input came too late or not at all, or the weapon was not ready */
+    LL_SHOT_REWOUND = 32, /* by its policy or family; max_rewind_ms does not limit other shots */
 } ll_shot_flag;
 
 #pragma GCC diagnostic push
@@ -34,14 +34,14 @@ typedef enum ll_shot_flag {
 typedef struct ll_shot_record {
     int64_t tick;          /* the step that its input was meant for; 0: none */
     ll_time pressed, seen; /* time of the press, and render time of the view; by the server's clock */
-    ll_time judged,
-        looked;      /* the server's present, and the time of the bodies that the shot was judged against */
+    ll_time evaluated_at,
+        rewound_to;  /* the server's present, and the time of the bodies that the shot was judged against */
     ll_aim aim;      /* at the press */
     ll_point muzzle; /* at the server */
     int32_t weapon;  /* ll_weapon */
     uint32_t number; /* of a projectile: the server's number */
     int16_t body[LL_JUDGES]; /* or LL_NOBODY */
-    uint8_t spoken;          /* bits of ll_judge */
+    uint8_t decided;         /* bits of ll_judge */
     uint8_t flags;           /* ll_shot_flag */
     uint8_t reserved[6];
 } ll_shot_record;

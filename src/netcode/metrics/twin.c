@@ -14,7 +14,7 @@ static bool holds(const ll_twin *t, int64_t number)
     return number <= t->newest && number > t->newest - LL_TWIN_RING;
 }
 
-void ll_twin_meet(ll_twin *t, int64_t tick)
+void ll_twin_resync(ll_twin *t, int64_t tick)
 {
     t->newest = t->taken = tick;
     *input_at(t, tick) = (ll_twin_input){0};

@@ -33,7 +33,7 @@ typedef struct ll_twin {
 #pragma GCC diagnostic pop
 
 /* All clients resync: the next input is for step `tick` + 1. */
-void ll_twin_meet(ll_twin *twin, int64_t tick);
+void ll_twin_resync(ll_twin *twin, int64_t tick);
 
 /* The client's controls in this frame, before it alters them; the code that makes them reports them. */
 static inline void ll_twin_controls(ll_twin *twin, const ll_action *action)

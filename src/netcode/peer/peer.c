@@ -24,8 +24,8 @@ void ll_peer_start(ll_client *c, const ll_client_setup *s, int64_t step, int64_t
     (void)s;
     LL_ASSERT(first >= step && first - step < LL_PEER_RING - LL_SYNC_TEST_MAX);
     memset(peer, 0, ll_peer_size(world->players, 0));
-    peer->ticks =
-        (ll_clock){c->met_at, c->met, c->clock.freq}; /* that of all peers, even after a late join */
+    peer->ticks = (ll_clock){c->game_start, c->game_start_step,
+                             c->clock.freq}; /* that of all peers, even after a late join */
     peer->start = peer->tick = peer->confirmed = peer->hashed = step;
     peer->first = first;
     peer->began = step;
@@ -95,7 +95,7 @@ static const char *take_part(ll_peer *peer, const char *at)
 static bool is_over(const ll_client *c, const ll_client_setup *s, ll_time now)
 {
     const ll_peer *peer = ll_client_peer(c);
-    ll_time until = c->met_at + ll_tick_time(peer->resume, c->clock.freq);
+    ll_time until = c->game_start + ll_tick_time(peer->resume, c->clock.freq);
     return peer->resume != 0 && ll_client_local(s, now) + c->connection.clock.offset >= until - LL_HOLD_BLUR;
 }
 
@@ -104,7 +104,7 @@ static void take_hold(ll_client *c, const ll_client_setup *s, const ll_relay_mes
 {
     ll_peer *peer = ll_client_peer(c);
     ll_time update = (ll_time)(1e9 / s->rules->update_hz);
-    ll_time since = peer->relayed != 0 ? peer->relayed : c->met_at + ll_hold_way(&c->connection.clock);
+    ll_time since = peer->relayed != 0 ? peer->relayed : c->game_start + ll_hold_way(&c->connection.clock);
     ll_time slack = update > LL_HOLD_GAP ? update : LL_HOLD_GAP; /* a single lost relay is no outage */
     peer->gap |= now - since > update + c->period + slack;
     peer->relayed = now;
@@ -171,7 +171,7 @@ static void make_inputs(ll_client *c, const ll_client_setup *s, int64_t newest, 
         ll_action a = early ? (ll_action){0} : control(c, s, c->tick + 1);
         ll_pending_input *p = ll_client_pending(c, ++c->seq);
         *p = (ll_pending_input){.seq = c->seq, .made = now, .action = a};
-        ll_client_metrics_input(s->client_metrics, c->seq, c->tick + 1, &a, ll_client_touched(c, s, now),
+        ll_client_metrics_input(s->client_metrics, c->seq, c->tick + 1, &a, ll_client_control_time(c, s, now),
                                 now);
         peer->player[c->self].known = ++c->tick;
         if (s->weapon_prediction)
@@ -290,14 +290,14 @@ static bool may_step(ll_client *c, const ll_client_setup *s, ll_time now)
     ll_peer *peer = ll_client_peer(c);
     if (peer->hold != 0 && peer->tick >= peer->hold) {
         stall(c, s, 0, now);
-        s->client_metrics->stepping.rested_frames += now >= s->client_metrics->from;
+        s->client_metrics->stepping.time_sync_frames += now >= s->client_metrics->from;
         return false;
     }
     stall(c, s, missing(peer, ll_client_rendered(c)->players, guesses_max(s)), now);
     if (peer->waiting != 0)
         return false;
     if (spreads(c, now)) {
-        s->client_metrics->stepping.rested_frames += now >= s->client_metrics->from;
+        s->client_metrics->stepping.time_sync_frames += now >= s->client_metrics->from;
         return false;
     }
     if (peer->hold == 0)
@@ -309,7 +309,7 @@ static bool may_step(ll_client *c, const ll_client_setup *s, ll_time now)
     peer->frames_to_wait--;
     for (int p = 0; p < ll_client_rendered(c)->players; p++)
         peer->player[p].ahead -= 1; /* at once, not when the means have followed */
-    s->client_metrics->stepping.rested_frames += now >= s->client_metrics->from;
+    s->client_metrics->stepping.time_sync_frames += now >= s->client_metrics->from;
     return false;
 }
 

@@ -23,13 +23,13 @@ typedef struct ll_sync_mode {
     double press_s; /* the duration of a key press counts, at most this; 0: an input lasts one tick */
     bool waits; /* the server waits for every input: clients repeat all open inputs, and the server sends the
                    newest snapshot again to a client that lacks it */
-    bool steps_by_inputs; /* the time of the next step depends on received inputs, not on the clock alone */
-    bool answers;         /* a client makes its next input only when a snapshot has arrived */
-    bool sends_idle;      /* an input for every tick, also when no control is touched */
-    bool tells_refusals;  /* a refused input is answered */
-    bool drops_stale;     /* a client ignores a snapshot older than the newest it has */
-    bool extrapolates;    /* a client extrapolates beyond the newest snapshot if configured */
-    bool guesses;         /* clients step with guessed inputs, up to max_rollback_ticks */
+    bool steps_by_inputs;  /* the time of the next step depends on received inputs, not on the clock alone */
+    bool answers;          /* a client makes its next input only when a snapshot has arrived */
+    bool sends_idle;       /* an input for every tick, also when no control is touched */
+    bool reports_refusals; /* a refused input is answered */
+    bool drops_stale;      /* a client ignores a snapshot older than the newest it has */
+    bool extrapolates;     /* a client extrapolates beyond the newest snapshot if configured */
+    bool guesses;          /* clients step with guessed inputs, up to max_rollback_ticks */
 
     /* Time of the server's next step; LL_NEVER while it waits. */
     ll_time (*due)(const struct ll_server *server);

@@ -93,7 +93,7 @@ ll_admitted ll_admission_receive(ll_server *server, bool with_world, int player,
         .reply = answer(server, player, LL_MESSAGE_PONG, asks ? &request : NULL, false, now, reply)};
 }
 
-bool ll_admission_tend(ll_server *server, int player, ll_time timeout, ll_time now)
+bool ll_admission_check(ll_server *server, int player, ll_time timeout, ll_time now)
 {
     ll_client_slot *client_slot = &server->client_slots[player];
     if (!client_slot->connected || timeout == LL_NEVER || now - client_slot->last_ack <= timeout)

@@ -25,7 +25,7 @@ ll_admitted ll_admission_receive(ll_server *server, bool with_world, int player,
 
 /* Every LL_TEND_EVERY: drops `player` if it has acknowledged no newer answer for `timeout`; LL_NEVER keeps
  * all players. True if it was dropped now. */
-bool ll_admission_tend(ll_server *server, int player, ll_time timeout, ll_time now);
+bool ll_admission_check(ll_server *server, int player, ll_time timeout, ll_time now);
 
 /* Writes a keep-alive for a player to whom nothing was sent for some time; 0: none needed. */
 int ll_admission_keep_alive(ll_server *server, int player, ll_time now, void *packet);

@@ -70,7 +70,7 @@ void ll_server_start(ll_server *server, ll_freq step_freq, ll_freq update_freq, 
     server->updates = (ll_clock){now, 0, update_freq};
     server->update = 1;
     server->stepped = now;
-    server->tend = now + LL_TEND_EVERY;
+    server->next_check = now + LL_CONNECTION_CHECK_INTERVAL;
     server->hold = server->resume = 0;
     server->recovery_until = now;
     server->hold_due = 0;
@@ -193,7 +193,7 @@ int ll_server_receive(ll_server *server, const ll_sync_mode *sync, int player, c
             client_slot->refused[rule]++;
             result->outcome = LL_OUTCOME_REFUSED;
             result->rule = (uint8_t)rule;
-            if (rule == LL_RULE_BUDGET || !sync->tells_refusals)
+            if (rule == LL_RULE_BUDGET || !sync->reports_refusals)
                 continue; /* no slot that far ahead, or dropped without an answer */
         } else if (ahead <= 0 && !sync->applies_on_arrival) {
             client_slot->late++;

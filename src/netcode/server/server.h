@@ -15,7 +15,7 @@
 
 #define LL_INPUT_RING 512 /* inputs kept per player, by step; more than ll_budget_ticks on either side */
 
-#define LL_TEND_EVERY (LL_SECOND / 10) /* interval between checks of the connections */
+#define LL_CONNECTION_CHECK_INTERVAL (LL_SECOND / 10) /* interval between checks of the connections */
 
 #define LL_INPUT_RESULT_WORDS (LL_INPUT_RING / 32)
 
@@ -90,11 +90,11 @@ typedef struct ll_client_slot {
 typedef struct ll_server {
     ll_clock clock; /* of steps */
     ll_clock updates;
-    int64_t step;    /* steps made; the state is that after this step */
-    int64_t update;  /* number of the next update */
-    ll_time stepped; /* when the last step was made */
-    ll_time stalled; /* lockstep: time spent waiting for inputs */
-    ll_time tend;    /* when the connections are checked next */
+    int64_t step;       /* steps made; the state is that after this step */
+    int64_t update;     /* number of the next update */
+    ll_time stepped;    /* when the last step was made */
+    ll_time stalled;    /* lockstep: time spent waiting for inputs */
+    ll_time next_check; /* when the connections are checked next */
     ll_freq client_freq;
     int32_t players;
     uint16_t epoch; /* the last that was assigned */

@@ -103,11 +103,11 @@ typedef struct ll_client {
     int64_t tick;        /* the server's step that the newest input is meant for */
     uint32_t seq, acked; /* newest made; all up to there are closed */
     uint32_t run; /* from this input on numbers and steps correspond: a snap of the clock leaves out some */
-    uint32_t composed;   /* the newest that was sent */
-    int32_t debt;        /* inputs to make beyond one per frame; negative: to skip */
-    uint32_t settle;     /* slack is read again from this input on */
-    int32_t least_slack; /* smallest slack since `least_slack_since` */
-    uint32_t unsent;     /* the first input that a lag switch holds back; 0: none */
+    uint32_t newest_sent; /* the newest that was sent */
+    int32_t extra_inputs; /* inputs to make beyond one per frame; negative: to skip */
+    uint32_t settle;      /* slack is read again from this input on */
+    int32_t least_slack;  /* smallest slack since `least_slack_since` */
+    uint32_t unsent;      /* the first input that a lag switch holds back; 0: none */
     ll_time least_slack_since;
     ll_time least_slack_ns; /* the same with time dilation; LL_NEVER: none */
     ll_time
@@ -117,12 +117,12 @@ typedef struct ll_client {
     int64_t refused;
 
     /* snapshots */
-    int64_t newest;      /* number received: the newest is at newest - 1 modulo the ring */
-    int64_t fresh;       /* of these, the number that frames have applied */
-    int64_t newest_tick; /* -1: none in this epoch */
-    int64_t confirmed;   /* the server's last known step */
-    int64_t met;         /* the server's step when the game began, or after the last resync */
-    ll_time met_at;      /* time of that step */
+    int64_t newest;          /* number received: the newest is at newest - 1 modulo the ring */
+    int64_t fresh;           /* of these, the number that frames have applied */
+    int64_t newest_tick;     /* -1: none in this epoch */
+    int64_t confirmed;       /* the server's last known step */
+    int64_t game_start_step; /* the server's step when the game began, or after the last resync */
+    ll_time game_start;      /* time of that step */
     int64_t stale, unreadable;
     ll_quantization grid; /* of the snapshots from `grid_tick` on */
     int64_t grid_tick;    /* LL_NEVER: none yet */
@@ -158,9 +158,9 @@ typedef struct ll_client {
     ll_time delay;  /* interpolation delay in use */
     double drift;   /* averaged distance from the target, ns (time_scale catch_up) */
     uint8_t has_render, extrapolated, held_now;
-    uint8_t dry;        /* under-run: nothing newer than what is drawn has arrived */
-    uint8_t view_state; /* ll_view_state */
-    uint8_t erring;     /* an error is not zero */
+    uint8_t underrun;        /* under-run: nothing newer than what is drawn has arrived */
+    uint8_t view_state;      /* ll_view_state */
+    uint8_t has_view_errors; /* an error is not zero */
     uint8_t reserved2[2];
     ll_time offset_window[LL_OFFSET_WINDOW]; /* largest per quarter of a second */
     int64_t offset_quarter;
@@ -233,7 +233,7 @@ ll_time ll_connection_due(const ll_client *client, const ll_client_setup *setup)
 
 /* Does what is due at `now`: ends a state after a time without packets, or writes a connect or a ping.
  * Returns its size, 0 if there is none. */
-int ll_connection_tend(ll_client *client, const ll_client_setup *setup, ll_time now, void *packet);
+int ll_connection_poll(ll_client *client, const ll_client_setup *setup, ll_time now, void *packet);
 
 /* A packet of the server has arrived. False: it belongs to the game, not to the connection. */
 bool ll_connection_receive(ll_client *client, const ll_client_setup *setup, const void *packet, int size,
@@ -278,7 +278,7 @@ ll_action ll_client_control(const ll_client *client, const ll_client_setup *setu
 
 /* Time at which a control must have been moved for the input made at `now` to contain it: input device
  * latency. */
-ll_time ll_client_touched(const ll_client *client, const ll_client_setup *setup, ll_time now);
+ll_time ll_client_control_time(const ll_client *client, const ll_client_setup *setup, ll_time now);
 
 /* A tick of a client that does not play: its player's controls have no effect. */
 void ll_client_miss(const ll_client *client, const ll_client_setup *setup, ll_time now);
@@ -358,8 +358,8 @@ static inline ll_view_error *ll_client_errors(ll_client *c)
  * of a nanosecond of the period adds no error. */
 static inline ll_time ll_client_step_time(const ll_client *c, int64_t tick)
 {
-    return c->latest_time + ll_tick_time(tick - c->met, c->clock.freq) -
-           ll_tick_time(c->latest_tick - c->met, c->clock.freq);
+    return c->latest_time + ll_tick_time(tick - c->game_start_step, c->clock.freq) -
+           ll_tick_time(c->latest_tick - c->game_start_step, c->clock.freq);
 }
 
 static inline ll_pending_input *ll_client_pending(ll_client *c, uint32_t seq)

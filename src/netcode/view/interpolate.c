@@ -151,7 +151,7 @@ static void take_stock(ll_client *c, const ll_client_setup *s, ll_view_state mov
 {
     ll_time newest = ll_client_state(c, c->newest - 1)->time,
             reach = newest + ll_ms(s->config->extrapolation_ms);
-    bool was_dry = c->dry;
+    bool was_dry = c->underrun;
     c->held_now = c->render > reach;
     if (c->held_now) {
         c->render = reach;
@@ -159,14 +159,14 @@ static void take_stock(ll_client *c, const ll_client_setup *s, ll_view_state mov
     }
     c->has_render = 1;
     c->extrapolated = c->render > newest;
-    c->dry =
+    c->underrun =
         c->held_now || (c->extrapolated && s->config->interpolation); /* without a delay there is no buffer */
     c->view_state = (uint8_t)(c->held_now       ? LL_VIEW_STARVED
                               : c->extrapolated ? LL_VIEW_EXTRAPOLATING
                                                 : moved);
     c->drawn_newest = c->newest;
     if (now >= s->client_metrics->from) {
-        s->client_metrics->underruns += c->dry && !was_dry;
+        s->client_metrics->underruns += c->underrun && !was_dry;
         s->client_metrics->overruns += jumped && !c->held_now;
     }
 }

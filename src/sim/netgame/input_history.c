@@ -48,7 +48,7 @@ static uint8_t state_of(const ll_netgame *g, int player, uint32_t seq)
         return RUNG_REFUSED;
     if (fate & LL_INPUT_HISTORY_IN_TIME)
         return RUNG_ACKNOWLEDGED;
-    return fate & (LL_INPUT_HISTORY_LATE | LL_INPUT_HISTORY_WENT) ? RUNG_LATE : RUNG_LOST;
+    return fate & (LL_INPUT_HISTORY_LATE | LL_INPUT_HISTORY_SENT) ? RUNG_LATE : RUNG_LOST;
 }
 
 /* The snapshots that the client still holds show where the server had the entity after the inputs that they

@@ -159,7 +159,7 @@ static void begin_game(ll_netgame *g, ll_time now)
                         ll_server_world(server), now);
         ll_desync_start(ll_netgame_desync(g, i), server->step);
         ll_client_metrics_resync(ll_netgame_client_metrics(g, i));
-        ll_twin_meet(&ll_netgame_client_metrics(g, i)->twin, ll_netgame_client(g, i)->tick);
+        ll_twin_resync(&ll_netgame_client_metrics(g, i)->twin, ll_netgame_client(g, i)->tick);
         if (s.weapon_prediction)
             ll_weapon_prediction_start(ll_netgame_client(g, i), &s);
     }
@@ -217,7 +217,7 @@ static ll_status init(void *block, const void *config)
     if (arena_of(c, &arena))
         ll_shots_init(ll_netgame_shots(g), &arena, (ll_time)(c->warmup_s * 1e9));
     start_server(g, 0);
-    server->tend = g->now = -LL_LOBBY;
+    server->next_check = g->now = -LL_LOBBY;
     ll_status status = run_until(g, -1, NULL, NULL);
     for (int i = 0; i < n; i++) {
         ll_link_restart_stats(ll_netgame_up(g, i));
@@ -351,7 +351,7 @@ static ll_status client_acts(ll_netgame *g, int player, const ll_client_setup *s
     ll_client_set_due(client, s);
     if (client->due > g->now)
         return status; /* nothing is due for its connection */
-    int bytes = ll_connection_tend(client, s, g->now, &request);
+    int bytes = ll_connection_poll(client, s, g->now, &request);
     if (bytes > 0)
         ll_netgame_send(g, player, true, &request, bytes, s->recorder);
     ll_client_set_due(client, s);
@@ -400,7 +400,7 @@ static turn server_turn(const ll_netgame *g)
 {
     const ll_sync_mode *sync = ll_netgame_sync(g);
     const ll_server *server = ll_netgame_server(g);
-    turn next = earlier(turn_of(sync->due(server), ACTOR_STEP), turn_of(server->tend, ACTOR_TEND));
+    turn next = earlier(turn_of(sync->due(server), ACTOR_STEP), turn_of(server->next_check, ACTOR_TEND));
     if (sync->server_steps_at_update_hz)
         return next;
     return earlier(next, turn_of(ll_clock_time(&server->updates, server->update), ACTOR_UPDATE));
@@ -479,7 +479,7 @@ static bool take_turn(ll_netgame *g, actor who, int player, const ll_client_setu
         ll_netgame_server(g)->update++;
         break;
     case ACTOR_TEND:
-        ll_netgame_tend(g, r);
+        ll_netgame_check_connections(g, r);
         break;
     case ACTOR_CLIENT:
         client_acts(g, player, s);

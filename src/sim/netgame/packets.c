@@ -27,9 +27,9 @@ void ll_netgame_send(ll_netgame *g, int player, bool up, const void *packet, int
     }
     bool inputs = head.type == LL_MESSAGE_INPUT;
     if (inputs && s.fate == LL_FATE_DELIVERED)
-        ll_input_history_went(&in->input_history, head.seq, head.count, s.due);
+        ll_input_history_sent(&in->input_history, head.seq, head.count, s.due);
     if (inputs && s.duplicated && s.copy_fate == LL_FATE_DELIVERED)
-        ll_input_history_went(&in->input_history, head.seq, head.count, s.copy_due);
+        ll_input_history_sent(&in->input_history, head.seq, head.count, s.copy_due);
     if (!r)
         return;
     ll_event e = {.type = head.type, .player = (uint8_t)player, .fate = (uint8_t)s.fate, .begin = g->now};
@@ -66,11 +66,11 @@ void ll_netgame_update(ll_netgame *g, const ll_recorder *r)
 
 static void record_result(ll_client_metrics *in, const ll_input_result *result, const ll_netgame *g)
 {
-    static const ll_input_history_mark marks[] = {[LL_OUTCOME_APPLIED] = LL_INPUT_HISTORY_IN_TIME,
+    static const ll_input_history_flag marks[] = {[LL_OUTCOME_APPLIED] = LL_INPUT_HISTORY_IN_TIME,
                                                   [LL_OUTCOME_REFUSED] = LL_INPUT_HISTORY_REFUSED,
                                                   [LL_OUTCOME_LATE] = LL_INPUT_HISTORY_LATE};
     ll_input_history *input_history = &in->input_history;
-    ll_input_history_judged(input_history, result->seq, marks[result->outcome]);
+    ll_input_history_received(input_history, result->seq, marks[result->outcome]);
     if (g->now < in->from)
         return;
     input_history->late += result->outcome == LL_OUTCOME_LATE;
@@ -94,7 +94,7 @@ static void server_takes(ll_netgame *g, int player, const void *packet, const ll
                                         .number = results[i].seq});
         if (results[i].outcome == LL_OUTCOME_REFUSED && g->config.players[player].cheat == LL_CHEAT_NONE)
             ll_netgame_client_metrics(g, player)->false_refusals++;
-        if (results[i].outcome == LL_OUTCOME_REFUSED && sync->tells_refusals) {
+        if (results[i].outcome == LL_OUTCOME_REFUSED && sync->reports_refusals) {
             ll_message_head refusal = {LL_MESSAGE_REFUSAL, results[i].rule,
                                        server->client_slots[player].epoch, results[i].seq};
             ll_netgame_send(g, player, false, &refusal, (int)sizeof refusal, r);
@@ -121,21 +121,21 @@ static void server_receives(ll_netgame *g, int player, const void *packet, const
 }
 
 /* Checks the connections: players without packets for too long are dropped, and others see them leave. */
-void ll_netgame_tend(ll_netgame *g, const ll_recorder *r)
+void ll_netgame_check_connections(ll_netgame *g, const ll_recorder *r)
 {
     const ll_sync_mode *sync = ll_netgame_sync(g);
     ll_server *server = ll_netgame_server(g);
     double timeout_s = g->config.server.timeout_s;
     ll_time timeout = timeout_s > 0 ? (ll_time)(timeout_s * 1e9) : LL_NEVER;
     _Alignas(8) char packet[LL_NETGAME_PACKET_MAX];
-    server->tend += LL_TEND_EVERY;
+    server->next_check += LL_CONNECTION_CHECK_INTERVAL;
     for (int i = 0; i < server->players; i++) {
         if (sync->waits && server->client_slots[i].repeats > 0)
             update_player(g, i, r); /* it repeats known inputs, so it lacks the snapshot */
         int bytes = ll_admission_keep_alive(server, i, g->now, packet);
         if (bytes > 0)
             ll_netgame_send(g, i, false, packet, bytes, r);
-        if (!ll_admission_tend(server, i, timeout, g->now))
+        if (!ll_admission_check(server, i, timeout, g->now))
             continue;
         ll_netgame_record(r, (ll_event){.type = LL_EVENT_DROPPED,
                                         .player = (uint8_t)i,

@@ -14,7 +14,8 @@ static inline void ll_netgame_record(const ll_recorder *r, ll_event event)
 /* packets.c: sends and receives packets, and applies their effects on both sides */
 void ll_netgame_send(ll_netgame *g, int player, bool up, const void *packet, int bytes, const ll_recorder *r);
 void ll_netgame_update(ll_netgame *g, const ll_recorder *r); /* to all connected players */
-void ll_netgame_tend(ll_netgame *g, const ll_recorder *r);   /* the server checks its connections */
+void ll_netgame_check_connections(ll_netgame *g,
+                                  const ll_recorder *r); /* the server checks its connections */
 void ll_netgame_deliver_up(ll_netgame *g, int player, const ll_recorder *r);
 void ll_netgame_deliver_down(ll_netgame *g, int player, const ll_client_setup *s);
 void ll_netgame_deliver_held(ll_netgame *g, int player,

@@ -48,7 +48,7 @@ void ll_netgame_peer_metrics(cJSON *player, const ll_netgame *g, int i)
     cJSON *stalls = cJSON_AddObjectToObject(player, "stalls");
     number(stalls, "count", (double)n->stalls);
     number(stalls, "stalled_s", (double)n->stalled_frames * g->env.dt);
-    number(stalls, "time_sync_wait_s", (double)n->rested_frames * g->env.dt);
+    number(stalls, "time_sync_wait_s", (double)n->time_sync_frames * g->env.dt);
     cJSON *waited = cJSON_AddArrayToObject(stalls, "waited_s");
     for (int p = 0; p < g->config.player_count; p++)
         cJSON_AddItemToArray(waited, cJSON_CreateNumber(waited_s(g, i, p)));

@@ -154,15 +154,15 @@ static shot shot_of(const ll_shot_record *r, int player, int weapon)
 {
     int32_t hit[LL_JUDGES];
     for (int j = 0; j < LL_JUDGES; j++)
-        hit[j] = r->spoken >> j & 1 ? r->body[j] : NOBODY_YET;
+        hit[j] = r->decided >> j & 1 ? r->body[j] : NOBODY_YET;
     return (shot){.player = (uint8_t)player,
                   .weapon = (uint8_t)weapon,
                   .flags = (uint8_t)(r->flags & (LL_SHOT_LOST - 1)),
                   .tick = (uint32_t)r->tick,
                   .pressed_s = ll_to_s(r->pressed),
                   .view_time_s = ll_to_s(r->seen),
-                  .evaluated_at_s = ll_to_s(r->judged),
-                  .rewound_to_s = ll_to_s(r->looked),
+                  .evaluated_at_s = ll_to_s(r->evaluated_at),
+                  .rewound_to_s = ll_to_s(r->rewound_to),
                   .x = (float)r->aim.from.x,
                   .y = (float)r->aim.from.y,
                   .dx = (float)r->aim.direction.x,
@@ -179,9 +179,9 @@ static void fill_bodies(const ll_netgame *g, const ll_shot_record *r, const floa
                         ll_row_set *rows)
 {
     const ll_arena *arena = &ll_netgame_shots(g)->arena;
-    ll_point now[LL_BODIES_MAX], looked[LL_BODIES_MAX];
-    ll_bodies_at(arena, ll_netgame_history(g), r->judged, now);
-    ll_bodies_at(arena, ll_netgame_history(g), r->looked, looked);
+    ll_point now[LL_BODIES_MAX], rewound_to[LL_BODIES_MAX];
+    ll_bodies_at(arena, ll_netgame_history(g), r->evaluated_at, now);
+    ll_bodies_at(arena, ll_netgame_history(g), r->rewound_to, rewound_to);
     for (int i = 0; i < arena->bodies; i++) {
         shot_body body = {.player = of->player,
                           .weapon = of->weapon,
@@ -191,8 +191,8 @@ static void fill_bodies(const ll_netgame *g, const ll_shot_record *r, const floa
                           .seen_y = seen[i][1],
                           .now_x = (float)now[i].x,
                           .now_y = (float)now[i].y,
-                          .looked_x = (float)looked[i].x,
-                          .looked_y = (float)looked[i].y};
+                          .looked_x = (float)rewound_to[i].x,
+                          .looked_y = (float)rewound_to[i].y};
         ll_row_set_put(rows, &ll_netgame_shot_body_record, &body, 1);
     }
 }
@@ -204,7 +204,7 @@ void ll_netgame_fill_shots(const ll_netgame *g, ll_row_set *rows)
         for (int w = 0; w < LL_WEAPONS; w++) {
             const float(*seen)[2];
             const ll_shot_record *r = ll_shots_last(ll_netgame_shots(g), i, (ll_weapon)w, &seen);
-            if (!r || g->now - r->judged > SHOWN)
+            if (!r || g->now - r->evaluated_at > SHOWN)
                 continue;
             shot one = shot_of(r, i, w);
             ll_row_set_put(rows, &ll_netgame_shot_record, &one, 1);

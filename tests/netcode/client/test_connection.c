@@ -65,7 +65,7 @@ static ll_time due(joiner *j)
 /* Whether it sends something at `now`. */
 static bool tends(joiner *j, ll_time now, ll_request_message *m)
 {
-    int size = ll_connection_tend(j->l->client, &j->l->setup, now, m);
+    int size = ll_connection_poll(j->l->client, &j->l->setup, now, m);
     assert_true(size == 0 || size == (int)sizeof *m);
     if (size > 0)
         connection(j)->sent = now; /* the sender records this */
@@ -463,20 +463,20 @@ static void a_client_that_does_not_receive_is_dropped(void **state)
         assert_true(asks(server, LL_MESSAGE_CONNECT, 1, now, now, &r).joined);
         for (now += LL_SECOND / 4; now < start + 20 * LL_SECOND; now += LL_SECOND / 4) { /* two seconds old */
             asks(server, LL_MESSAGE_PING, 0, last_packet += LL_SECOND / 4, now + 2 * LL_SECOND, &r);
-            assert_false(ll_admission_tend(server, 0, timeout, now + 2 * LL_SECOND + LL_SECOND / 5));
+            assert_false(ll_admission_check(server, 0, timeout, now + 2 * LL_SECOND + LL_SECOND / 5));
         }
         now += 2 * LL_SECOND - LL_SECOND / 4;
         ll_time last = now;
         for (; server->client_slots[0].connected; now += LL_SECOND / 4) { /* its link down is dead */
             asks(server, LL_MESSAGE_PING, 0, last_packet, now, &r);
             assert_int_equal(r.m.head.epoch, server->epoch);
-            assert_false(ll_admission_tend(server, 0, LL_NEVER, now));
-            assert_int_equal(ll_admission_tend(server, 0, timeout, now), now - last > timeout);
+            assert_false(ll_admission_check(server, 0, LL_NEVER, now));
+            assert_int_equal(ll_admission_check(server, 0, timeout, now), now - last > timeout);
         }
         assert_int_equal(server->client_slots[0].drops, 1);
         asks(server, LL_MESSAGE_PING, 0, last_packet, now, &r);
-        assert_int_equal(r.m.head.epoch, 0);                                  /* it is informed */
-        assert_false(ll_admission_tend(server, 0, timeout, now + LL_SECOND)); /* once */
+        assert_int_equal(r.m.head.epoch, 0);                                   /* it is informed */
+        assert_false(ll_admission_check(server, 0, timeout, now + LL_SECOND)); /* once */
         free(server);
     }
 }
@@ -576,7 +576,7 @@ static void arrives(world_of_two *w, flight *f)
     }
 }
 
-static void runs(world_of_two *w, ll_time *tend, ll_time until)
+static void runs(world_of_two *w, ll_time *next_check, ll_time until)
 {
     for (;;) {
         flight *next = w->flights;
@@ -584,20 +584,20 @@ static void runs(world_of_two *w, ll_time *tend, ll_time until)
         reply r;
         for (int i = 1; i < FLIGHTS; i++)
             next = w->flights[i].due < next->due ? &w->flights[i] : next;
-        ll_time client = due(w->j), first = client < *tend ? client : *tend;
+        ll_time client = due(w->j), first = client < *next_check ? client : *next_check;
         first = next->due < first ? next->due : first;
         if (first > until)
             return;
         if (next->due == first) {
             arrives(w, next);
-        } else if (*tend == first) {
-            *tend += LL_TEND_EVERY;
+        } else if (*next_check == first) {
+            *next_check += LL_CONNECTION_CHECK_INTERVAL;
             int size = ll_admission_keep_alive(w->server, 0, first, &r);
             if (size > 0)
                 sends(w, false, &r, size, first);
-            ll_admission_tend(w->server, 0, w->timeout, first);
+            ll_admission_check(w->server, 0, w->timeout, first);
         } else {
-            int size = ll_connection_tend(w->j->l->client, &w->j->l->setup, first, &m);
+            int size = ll_connection_poll(w->j->l->client, &w->j->l->setup, first, &m);
             if (size > 0)
                 sends(w, true, &m, size, first);
         }
@@ -615,7 +615,7 @@ static void the_handshake_always_ends(void **state)
     int joins = 0;
     for (uint64_t seed = 0; seed < 600; seed++) {
         double timeout_s = timeouts_s[seed % 4];
-        ll_time tend = 0, well = draw(seed, 1, 0, 0, 15 * LL_SECOND);
+        ll_time next_check = 0, well = draw(seed, 1, 0, 0, 15 * LL_SECOND);
         *w = (world_of_two){.j = new_joiner(timeout_s), .server = new_admission_server(), .seed = seed};
         w->j->l->setup.recorder = NULL;
         w->timeout = timeout_s > 0 ? ll_ms(1000 * timeout_s) : LL_NEVER;
@@ -624,12 +624,12 @@ static void the_handshake_always_ends(void **state)
         w->longest = draw(seed, 2, 2, 0, 1200 * LL_MS);
         for (int i = 0; i < FLIGHTS; i++)
             w->flights[i].due = LL_NEVER;
-        runs(w, &tend, well);
+        runs(w, &next_check, well);
         w->loss = w->copies = 0;
         w->longest = 40 * LL_MS;
         for (ll_time after = 3 * LL_SECOND; after <= 13 * LL_SECOND; after += LL_SECOND) {
             const ll_connection *c = connection(w->j);
-            runs(w, &tend, well + after);
+            runs(w, &next_check, well + after);
             if (c->state != LL_CONNECTION_PLAYING || !w->server->client_slots[0].connected ||
                 c->epoch != w->server->client_slots[0].epoch)
                 fail_msg("seed %d, %g s after: %s in epoch %d, the server has %d in %d", (int)seed,

@@ -21,7 +21,7 @@ static desk *new_desk(uint32_t others)
     desk *d = calloc(1, sizeof *d);
     for (int i = 0; i < LL_LATENCIES; i++)
         ll_histogram_init(&d->latency[i], 0.1);
-    ll_input_history_meet(&d->input_history);
+    ll_input_history_resync(&d->input_history);
     d->changes.others = others;
     return d;
 }
@@ -33,9 +33,9 @@ static void make(desk *d, uint32_t seq, int64_t tick, double x, uint32_t buttons
     ll_changes_made(&d->changes, d->latency, &a, seq, tick, true, ms * LL_MS);
 }
 
-static void come(desk *d, uint32_t seq, ll_input_history_mark mark)
+static void come(desk *d, uint32_t seq, ll_input_history_flag mark)
 {
-    ll_input_history_judged(&d->input_history, seq, mark);
+    ll_input_history_received(&d->input_history, seq, mark);
 }
 
 static void step(desk *d, int64_t tick)
@@ -128,8 +128,8 @@ static void a_new_epoch_discards_open_inputs(void **state)
     step(d, 1);
     ll_input_history_never(&d->input_history, 1, 2);
     ll_changes_decide(&d->changes, d->latency, &d->input_history);
-    ll_input_history_meet(&d->input_history);
-    ll_changes_meet(&d->changes);
+    ll_input_history_resync(&d->input_history);
+    ll_changes_resync(&d->changes);
     assert_true(d->input_history.made == 2 && d->input_history.count[LL_INPUT_WAS_LOST] == 1);
     make(d, 1, 2, 0, 0, 20); /* neutral: no change */
     make(d, 2, 3, -1, 0, 30);
@@ -149,18 +149,18 @@ static void drained_inputs_are_lost_when_nothing_is_on_its_way(void **state)
     desk *d = new_desk(0);
     for (uint32_t seq = 1; seq <= 4; seq++)
         make(d, seq, LL_NEVER, seq, 0, 0);
-    ll_input_history_went(&d->input_history, 1, 2, 50 * LL_MS);
+    ll_input_history_sent(&d->input_history, 1, 2, 50 * LL_MS);
     come(d, 2, LL_INPUT_HISTORY_IN_TIME);
-    ll_input_history_drained(&d->input_history, 1, 4,
+    ll_input_history_applied(&d->input_history, 1, 4,
                              40 * LL_MS); /* 2 arrived; 1 may; 3 was never sent; 4 will be sent again */
     assert_int_equal(ll_input_history_find(&d->input_history, 1)->result, LL_INPUT_IS_OPEN);
     assert_int_equal(ll_input_history_find(&d->input_history, 2)->result, LL_INPUT_WAS_APPLIED);
     assert_int_equal(ll_input_history_find(&d->input_history, 3)->result, LL_INPUT_WAS_LOST);
     assert_int_equal(ll_input_history_find(&d->input_history, 4)->result, LL_INPUT_IS_OPEN);
-    ll_input_history_drained(&d->input_history, 2, 4, 50 * LL_MS);
+    ll_input_history_applied(&d->input_history, 2, 4, 50 * LL_MS);
     assert_int_equal(ll_input_history_find(&d->input_history, 1)->result, LL_INPUT_WAS_LOST);
     come(d, 1, LL_INPUT_HISTORY_IN_TIME); /* it was sent again after all */
-    ll_input_history_drained(&d->input_history, 3, 4, 60 * LL_MS);
+    ll_input_history_applied(&d->input_history, 3, 4, 60 * LL_MS);
     assert_int_equal(ll_input_history_find(&d->input_history, 1)->result, LL_INPUT_WAS_APPLIED);
     assert_true(ll_input_history_includes(&d->input_history, 1, 3) &&
                 !ll_input_history_includes(&d->input_history, 1, 2));

@@ -244,7 +244,7 @@ static void the_client_ahead_waits(void **state)
         relay(l, (uint32_t)(tick > 2 ? tick - 2 : 0), k / 2 * 2 + 1, 2, zero, k - 5, (int)(k - tick - 1));
         frame_at(l, k);
     }
-    assert_int_equal(l->client_metrics->stepping.rested_frames, 3);
+    assert_int_equal(l->client_metrics->stepping.time_sync_frames, 3);
     assert_int_equal(l->client_metrics->stepping.stalls, 0);
     assert_int_equal(peer_of(l)->tick, 116);
     free_lone(l);

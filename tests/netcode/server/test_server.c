@@ -86,7 +86,7 @@ static void disconnected_players_are_neutral_after_their_last_input(void **state
         assert_int_equal(take(s, &ll_sync_free, &m, NULL), 4);
         step(s, &ll_sync_free);
         step(s, &ll_sync_free);
-        assert_true(ll_admission_tend(s, 0, LL_SECOND, s->client_slots[0].last_ack + 1001 * LL_MS));
+        assert_true(ll_admission_check(s, 0, LL_SECOND, s->client_slots[0].last_ack + 1001 * LL_MS));
         const double expected[] = {0.75, 1.5, 1.5, 1.5, 1.5};
         for (int k = 0; k < 5; k++) {
             step(s, &ll_sync_free);
