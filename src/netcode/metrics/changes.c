@@ -148,7 +148,7 @@ void ll_changes_seen(ll_changes *c, ll_histogram *latency, ll_input_history *inp
         if ((change->seen & bit) || change->tick > tick)
             continue;
         if (!change->decided &&
-            !(ll_input_history_marks(input_history, change->seq) & LL_INPUT_HISTORY_IN_TIME))
+            !(ll_input_history_flags(input_history, change->seq) & LL_INPUT_HISTORY_IN_TIME))
             continue;
         ll_histogram_add(&latency[LL_LATENCY_SEEN], ll_to_ms(now - change->made));
         change->seen |= bit;

@@ -57,7 +57,7 @@ typedef struct ll_input_history_entry {
     int64_t tick; /* the server's step that it is meant for, or that applied it. Where inputs are applied on
                      arrival, while open: time at which its last packet that was not lost arrives */
     uint32_t seq;
-    uint8_t flags;  /* ll_input_history_mark */
+    uint8_t flags;  /* ll_input_history_flag */
     uint8_t result; /* ll_input_result_kind */
     uint8_t reserved[2];
 } ll_input_history_entry;
@@ -90,7 +90,7 @@ static inline ll_input_history_entry *ll_input_history_find(ll_input_history *in
     return seq != 0 && seq <= input_history->newest && input->seq == seq ? input : NULL;
 }
 
-static inline uint8_t ll_input_history_marks(ll_input_history *input_history, uint32_t seq)
+static inline uint8_t ll_input_history_flags(ll_input_history *input_history, uint32_t seq)
 {
     const ll_input_history_entry *input = ll_input_history_find(input_history, seq);
     return input ? input->flags : 0;

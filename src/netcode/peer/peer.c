@@ -14,7 +14,8 @@
 #define TIME_SYNC_EVERY 10 /* frames between two checks */
 #define TIME_SYNC_MAX 9    /* maximum number of frames to wait at once (GGPO) */
 #define TIME_SYNC_SAMPLES                                                                                    \
-    16 /* the last value counts for 1 / FAIR_MANY of a mean, or for 1 / count while there are fewer */
+    16 /* the last value counts for 1 / TIME_SYNC_SAMPLES of a mean, or for 1 / count while there are fewer  \
+        */
 
 #define ROUND_MAX LL_SECOND /* a longer first round includes an outage */
 

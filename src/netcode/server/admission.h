@@ -23,8 +23,8 @@ typedef struct ll_admitted {
 ll_admitted ll_admission_receive(ll_server *server, bool with_world, int player, const void *packet,
                                  ll_time now, void *reply);
 
-/* Every LL_TEND_EVERY: drops `player` if it has acknowledged no newer answer for `timeout`; LL_NEVER keeps
- * all players. True if it was dropped now. */
+/* Every LL_CONNECTION_CHECK_INTERVAL: drops `player` if it has acknowledged no newer answer for `timeout`;
+ * LL_NEVER keeps all players. True if it was dropped now. */
 bool ll_admission_check(ll_server *server, int player, ll_time timeout, ll_time now);
 
 /* Writes a keep-alive for a player to whom nothing was sent for some time; 0: none needed. */
