@@ -257,8 +257,7 @@ int ll_client_receive(ll_client *c, const ll_client_setup *s, const void *packet
         return LL_OUTCOME_STALE;
     if (head.type == LL_MESSAGE_SNAPSHOT)
         return receive_state(c, s, packet, size, now);
-    c->refused++; /* the server applied another input in its place: the next snapshot corrects the prediction
-                   */
+    c->refused++; /* the server applied another input instead: the next snapshot corrects the prediction */
     return LL_OUTCOME_REFUSED;
 }
 

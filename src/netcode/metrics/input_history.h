@@ -40,9 +40,8 @@ typedef enum ll_input_history_flag {
  * counts. */
 typedef enum ll_cause {
     LL_CAUSE_REFUSED, /* the server refused an input */
-    LL_CAUSE_LATE, /* an input arrived after its step, or is still on its way; or none was made for the step
-                    */
-    LL_CAUSE_LOSS, /* every packet that held an input was lost */
+    LL_CAUSE_LATE,    /* an input arrived after its step or is still on its way, or none was made for it */
+    LL_CAUSE_LOSS,    /* every packet that held an input was lost */
     LL_CAUSE_CONTACT, /* all inputs were applied, and other entities could act on the own one */
     LL_CAUSE_OTHER,   /* none of these; and every correction where reconciliation is off */
     LL_CAUSES,

@@ -11,11 +11,9 @@
 #define HASHES_EVERY 4
 
 /* Time sync (GGPO): a client that is ahead of the slowest by a tick or more waits. */
-#define TIME_SYNC_EVERY 10 /* frames between two checks */
-#define TIME_SYNC_MAX 9    /* maximum number of frames to wait at once (GGPO) */
-#define TIME_SYNC_SAMPLES                                                                                    \
-    16 /* the last value counts for 1 / TIME_SYNC_SAMPLES of a mean, or for 1 / count while there are fewer  \
-        */
+#define TIME_SYNC_EVERY 10   /* frames between two checks */
+#define TIME_SYNC_MAX 9      /* maximum number of frames to wait at once (GGPO) */
+#define TIME_SYNC_SAMPLES 16 /* a mean has the weight 1 / this for its last value; at first 1 / count */
 
 #define ROUND_MAX LL_SECOND /* a longer first round includes an outage */
 

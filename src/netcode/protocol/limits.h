@@ -14,10 +14,8 @@ static inline int64_t ll_budget_ticks(ll_freq client_freq)
 /* ---- a hold: netcode/server/hold.h ---- */
 
 #define LL_HOLD_GAP (60 * LL_MS)
-#define LL_HOLD_EVERY                                                                                        \
-    (5 * LL_SECOND) /* after a hold, shortest time until a gap starts the next: a link may lose packets all  \
-                       the time */
-#define LL_HOLD_BLUR 1000 /* ns, rounding of clocks */
+#define LL_HOLD_EVERY (5 * LL_SECOND) /* shortest time between holds: links may lose packets all the time */
+#define LL_HOLD_BLUR 1000             /* ns, rounding of clocks */
 
 /* One-way delay of a packet: half the measured round trip. */
 static inline ll_time ll_hold_way(const ll_clock_sync *clock)

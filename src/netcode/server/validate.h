@@ -22,8 +22,7 @@ typedef enum ll_rule {
     LL_RULE_BUDGET, /* an input of time that has not passed yet: for a step too far ahead, or beyond the time
                        budget */
     LL_RULE_FIRE_RATE, /* a press before the weapon was ready: it has no effect */
-    LL_RULE_REWIND, /* a view whose stated age exceeds the measured one by too much; the measured one counts
-                     */
+    LL_RULE_REWIND, /* a view whose stated age exceeds the measured one by too much, which counts instead */
     LL_RULES,
 } ll_rule;
 

@@ -8,8 +8,7 @@
 #include "base/histogram.h"
 #include "netcode/protocol/quantization.h"
 
-#define LL_BASELINES                                                                                         \
-    32 /* 1.07 s at 30 updates per second: a client that acknowledges later gets full snapshots */
+#define LL_BASELINES 32 /* 1.07 s at 30 updates per second; later acknowledgements get full snapshots */
 
 #define LL_ROUNDING_BUCKETS                                                                                  \
     46 /* in 64ths of a step: no position is further off than 1/sqrt(2) = 45.25 / 64 */

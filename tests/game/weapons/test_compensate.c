@@ -108,8 +108,7 @@ static void step_to(range *r, int64_t k, const ll_action *fire, ll_aim aim)
         if (fire && r->step + 1 == k)
             ll_weapons_fire(&r->arms, &field, 0, fire, aim, before, now);
         r->step++;
-        place(r); /* as in a netgame, after the step; projectiles are tested against the bodies' new positions
-                   */
+        place(r); /* as in a netgame, after the step; projectiles meet the bodies at their new positions */
         ll_weapons_fly(&r->arms, &field, 0, r->after, before, now);
     }
 }

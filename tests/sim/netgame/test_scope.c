@@ -136,8 +136,7 @@ static void a_skipped_replay_would_change_nothing(void **state)
                                          .config = &copy->config.players[p],
                                          .client_metrics = ll_netgame_client_metrics(copy, p)};
                 if (c->newest > c->fresh)
-                    continue; /* the others' controls come with a snapshot that counts from the next frame on
-                               */
+                    continue; /* a snapshot brings the others' controls and counts from the next frame on */
                 compared++;
                 ll_resimulate(d, &setup);
                 assert_int_equal(c->predicted_tick, d->predicted_tick);
