@@ -381,14 +381,14 @@ static turn turn_of(ll_time time, actor who)
     return (time < latest ? time : latest) * ACTORS_MAX + (turn)who;
 }
 
-static actor who_has(turn t)
+static actor actor_of(turn t)
 {
     return (actor)(t & (ACTORS_MAX - 1));
 }
 
 static ll_time time_of(turn t)
 {
-    return (t - (turn)who_has(t)) / ACTORS_MAX;
+    return (t - (turn)actor_of(t)) / ACTORS_MAX;
 }
 
 static turn earlier(turn a, turn b)
@@ -504,9 +504,9 @@ static ll_status run_until(ll_netgame *g, ll_time until, const ll_recorder *r, l
             return ll_error(LL_INTERRUPTED, "a tick was interrupted");
         if (time_of(next) > g->now) /* otherwise a live change has brought it forward */
             g->now = time_of(next);
-        if (!take_turn(g, who_has(next), player, &now.setup[player < 0 ? 0 : player], r, &entity))
+        if (!take_turn(g, actor_of(next), player, &now.setup[player < 0 ? 0 : player], r, &entity))
             return not_finite(g, entity);
-        renew(&now, g, player, who_has(next));
+        renew(&now, g, player, actor_of(next));
     }
     g->now = until;
     return ll_ok();

@@ -168,7 +168,7 @@ static void write_up(history_of_ticks *d, const scene *s, int k)
 }
 
 /* From tick FROM on: a display each, compared now, or as the last of its tick. */
-static void count_pictures(const history_of_ticks *d, const ll_client_metrics *in)
+static void count_views(const history_of_ticks *d, const ll_client_metrics *in)
 {
     int64_t count = 0, last = d->step[TICKS - 1];
     double sum = 0, most = 0, lead_ms = 0;
@@ -235,7 +235,7 @@ static void count_again(const char *scenario, const char *const *sets)
         assert_false(ll_failed(&status));
         write_up(d, &s, k);
     }
-    count_pictures(d, in);
+    count_views(d, in);
     count_changes(d, in, s.game->config.players[0].prediction);
     free(d);
     scene_close(&s);
