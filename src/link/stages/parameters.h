@@ -57,8 +57,8 @@ typedef struct ll_link_params {
     int64_t reorder_gap;
     double corrupt_pct, corrupt_corr_pct;
     int32_t distribution; /* ll_distribution */
-    int32_t order;      /* ll_order: free = sorted by due time; fifo = never before an earlier packet */
-    int32_t loss_model; /* ll_loss */
+    int32_t order;        /* ll_order: free = sorted by due time; fifo = never before an earlier packet */
+    int32_t loss_model;   /* ll_loss */
     int32_t reserved;
 } ll_link_params;
 
