@@ -1,4 +1,4 @@
-/* A world of a game, as its rules begin it. */
+/* A world of a game at its start. */
 #pragma once
 
 #include <setjmp.h>
@@ -11,7 +11,7 @@
 
 #include "game/games/games.h"
 
-/* Everybody begins on lane 0. The test frees it; `env` has what its steps want. */
+/* All players start on lane 0. The test frees it; `env` has what its steps need. */
 static inline ll_world *world_open(const ll_game *game, const void *params, int players, double dt,
                                    ll_game_env *env)
 {

@@ -1,6 +1,6 @@
-/* Golden scenarios: the hash at the end of each, and the metrics that its activity names, on every compiler
- * and optimisation. `test_golden --update` writes the table anew; `test_golden 1/2` takes the first of two
- * parts of the scenarios, so that two cores share them. */
+/* Golden scenarios: the hash at the end of each, and the metrics that its `expect` names, with every compiler
+ * and optimisation. `test_golden --update` rewrites the table; `test_golden 1/2` runs the first of two parts
+ * of the scenarios, so that two cores share them. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stdbool.h>
@@ -64,7 +64,7 @@ static void results_are_golden(void **state)
     assert_int_equal(wrong, 0);
 }
 
-/* Leaves `byte` where the functions that are called next have their variables. */
+/* Fills the stack where the variables of the functions called next will be with `byte`. */
 static __attribute__((noinline)) void paint_stack(int byte)
 {
     char stack[1 << 17];
@@ -91,7 +91,7 @@ static uint64_t hash_on(const char *id, int byte)
     return hash;
 }
 
-/* A variable that is read before it is written would carry what was on the stack into the state. */
+/* A variable that is read before it is written would carry bytes of the stack into the state. */
 static void nothing_is_left_to_chance(void **state)
 {
     (void)state;
@@ -103,7 +103,7 @@ static void nothing_is_left_to_chance(void **state)
     {
         const char *id = cJSON_GetObjectItem(item, "id")->valuestring;
         if (mine(row++) && hash_on(id, 0) != hash_on(id, 0xa5))
-            fail_msg("%s reads what nobody wrote", id);
+            fail_msg("%s reads uninitialised memory", id);
     }
     cJSON_Delete(list);
 }

@@ -1,4 +1,4 @@
-/* What the paper's figures show, as assertions on the scenarios that reproduce them. */
+/* The paper's figures, as assertions on the scenarios that reproduce them. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -24,8 +24,8 @@ static void near_ms(ll_time t, double ms)
         fail_msg("%.3f ms instead of %.0f ms", ll_to_ms(t), ms);
 }
 
-/* Figure 8: in lockstep at 3 updates a second the client's dots are the server's, 250 ms later, at the same
- * places. */
+/* Figure 8: in lockstep at 3 updates per second the client's dots are the server's, 250 ms later, at the same
+ * positions. */
 static void figure_8_client_dots_are_the_servers_later(void **state)
 {
     (void)state;
@@ -55,7 +55,7 @@ static void figure_8_client_dots_are_the_servers_later(void **state)
     tape_free(&t);
 }
 
-/* Figure 9: latencies drawn evenly from 10 to 500 ms, so that arrivals are not evenly spaced. */
+/* Figure 9: latencies drawn uniformly from 10 to 500 ms, so that arrivals are not evenly spaced. */
 static void figure_9_arrivals_are_spread_evenly_over_10_to_500_ms(void **state)
 {
     (void)state;
@@ -109,7 +109,7 @@ static void figure_10_events_of_one_round(void **state)
 }
 
 /* Stop and wait: a step takes the slowest round trip and an interval, 500 ms and 33.3 ms, from the first to
- * the last. Each client sends an input with the state that it waited for, and no other. */
+ * the last. Each client sends an input with the snapshot that it waited for, and no other. */
 static void figure_11_a_step_takes_533_ms(void **state)
 {
     (void)state;
@@ -135,7 +135,7 @@ static void figure_11_a_step_takes_533_ms(void **state)
     }
     for (int p = 0; p < 2; p++)
         assert_in_range(ll_netgame_client(s.game, p)->seq, steps, steps + 1);
-    assert_int_equal(inputs[1], ll_netgame_client(s.game, 1)->seq); /* the slowest asks for nothing again */
+    assert_int_equal(inputs[1], ll_netgame_client(s.game, 1)->seq); /* the slowest repeats no request */
     scene_close(&s);
     tape_free(&t);
 }
@@ -161,13 +161,13 @@ static void figure_11_views_follow_in_the_order_of_lag(void **state)
         assert_true(seen[p][0] == 0 && seen[p][1] > 0 && seen[p][3] == 0);
     assert_true(seen[0][2] == 0 && seen[1][2] > 0);
     const ll_world *truth = ll_server_world(ll_netgame_server(s.game));
-    assert_true(truth->entity[0].x > 3); /* they race: 38 steps of 1/30 s from rest, at 6 m/s2 less drag */
+    assert_true(truth->entity[0].x > 3); /* race: 38 steps of 1/30 s from rest, at 6 m/s2 less drag */
     assert_true(truth->entity[0].x == truth->entity[1].x);
     for (int i = 0; i < 2; i++) {
         const ll_client_metrics *in = ll_netgame_client_metrics(s.game, i);
         assert_int_equal(in->corrections, 0);
-        /* a state is one lag old when it comes, and a period more when the next one does; displays are 1/60 s
-         */
+        /* a snapshot is one lag old when it arrives, and a period older when the next one does; displays are
+         * 1/60 s apart */
         ll_summary age = ll_histogram_summary(&in->histogram[LL_METRIC_VIEW_AGE]);
         assert_true(fabs(age.mean - ((i == 0 ? 150 : 250) + 1600.0 / 3 / 2)) < 1000.0 / 60);
         assert_true(age.max < (i == 0 ? 150 : 250) + 1600.0 / 3 + 0.01);
@@ -176,8 +176,8 @@ static void figure_11_views_follow_in_the_order_of_lag(void **state)
     scene_close(&s);
 }
 
-/* Figure 12: inputs wait in a buffer until a state acknowledges them, and the rest are applied again: after
- * it the prediction is the server's state with just those. */
+/* Figure 12: inputs wait in a buffer until a snapshot acknowledges them, and the rest are applied again:
+ * after it the prediction is the server's state plus exactly those. */
 static void figure_12_open_inputs_are_applied_again(void **state)
 {
     (void)state;
@@ -191,7 +191,7 @@ static void figure_12_open_inputs_are_applied_again(void **state)
     assert_true(corrections > 10);
     for (int i = 0; i < 2; i++) {
         ll_client *c = ll_netgame_client(s.game, i);
-        assert_true(c->seq - c->acked >= 18); /* 300 ms of round trip at 60 inputs a second */
+        assert_true(c->seq - c->acked >= 18); /* 300 ms of round trip at 60 inputs per second */
         ll_snapshot_entry *state_message = ll_client_state(c, c->fresh - 1);
         ll_world *world = malloc((size_t)c->world_size);
         __builtin_memcpy(world, ll_snapshot_entry_world(state_message), (size_t)c->world_size);
@@ -204,8 +204,8 @@ static void figure_12_open_inputs_are_applied_again(void **state)
     tape_free(&t);
 }
 
-/* Figure 13: the own car leads the server's by the lag, with no correction; the other's car is as late as
- * ever. */
+/* Figure 13: the own car leads the server's by the lag, without correction; the other's car is as late as
+ * before. */
 static void figure_13_own_car_leads_by_the_lag(void **state)
 {
     (void)state;
@@ -220,7 +220,7 @@ static void figure_13_own_car_leads_by_the_lag(void **state)
         for (int i = 0; i < 2; i++)
             later[i] = truth->entity[i].x;
         for (int i = 0; i < 2; i++)
-            assert_true(ahead[i] == later[i]); /* to the bit what the server has 150 ms later */
+            assert_true(ahead[i] == later[i]); /* bitwise what the server has 150 ms later */
     }
     for (int i = 0; i < 2; i++) {
         const ll_client_metrics *in = ll_netgame_client_metrics(s.game, i);

@@ -68,8 +68,8 @@ static inline void link_drain(ll_link *link, ll_time now)
         ;
 }
 
-/* Sends `count` packets and returns what became of each; the caller frees. Each is taken out at once: what is
- * in flight does not matter here, and the whole-structure checks would walk it. */
+/* Sends `count` packets and returns the result of each; the caller frees. Each is taken out at once: packets
+ * in flight do not matter here, and the whole-structure checks would walk them. */
 static inline ll_sending *link_send_many(ll_link *link, const ll_link_params *params, double lag_ms,
                                          int64_t count)
 {
@@ -89,9 +89,8 @@ static inline ll_link_params link_params(void)
     return params;
 }
 
-/* Mean of a series and its standard error. What follows each other may be correlated, so the error is that of
- * the means of 100 batches, which are nearly independent where a batch is much longer than the correlation.
- */
+/* Mean of a series and its standard error. Successive values may be correlated, so the error is that of the
+ * means of 100 batches, which are nearly independent where a batch is much longer than the correlation. */
 #define BATCHES 100
 
 typedef struct estimate {

@@ -1,4 +1,4 @@
-/* A client of 60 Hz that draws one other, and the server whose states it gets. */
+/* A client of 60 Hz that draws one other entity, and the server whose snapshots it gets. */
 #pragma once
 
 #include "base/rng.h"
@@ -8,20 +8,20 @@
 #define DELAY (2 * LL_SECOND / RATE + 10 * LL_MS) /* ratio 2, margin 10 ms: the defaults */
 #define STATES 4096
 
-/* The server's states as they were, and the client's view of them. */
+/* The server's snapshots as they were, and the client's view of them. */
 typedef struct view {
     lone *l;
     ll_freq frame_freq;
-    void (*path)(int64_t k, ll_time time, ll_entity *other); /* where the other is in state k */
-    int64_t sent;                                            /* states 0 to sent - 1, state k of tick k */
+    void (*path)(int64_t k, ll_time time, ll_entity *other); /* where the other is in snapshot k */
+    int64_t sent; /* snapshots 0 to sent - 1, snapshot k of tick k */
     ll_time time[STATES], arrived[STATES];
     double x[STATES];
-    int64_t order[STATES], taken; /* of those that were taken, in the order of their coming */
+    int64_t order[STATES], taken; /* of the received ones, in the order of arrival */
     int64_t frames;
     ll_time now;
 } view;
 
-/* Nothing that a straight line would meet by chance. */
+/* Not a path that a straight line would match by chance. */
 static inline double path(int64_t k)
 {
     return ll_rng_unit(3, 1, (uint64_t)k) * 100;
@@ -50,7 +50,7 @@ static inline void free_view(view *v)
     free(v);
 }
 
-/* The server makes a state every 1/RATE s; each comes after `lag(k)`, LL_NEVER: not at all. Runs both until
+/* The server makes a snapshot every 1/RATE s; each arrives after `lag(k)`, LL_NEVER: lost. Runs both until
  * `until`, and calls `look` after each frame. */
 static inline void run(view *v, ll_time until, ll_time (*lag)(int64_t k), void (*look)(view *v))
 {
@@ -63,7 +63,7 @@ static inline void run(view *v, ll_time until, ll_time (*lag)(int64_t k), void (
             ll_time way = lag(k);
             v->arrived[k] = way == LL_NEVER ? LL_NEVER : v->time[k] + way;
         }
-        for (;;) { /* what has come since the last frame, in the order of its coming */
+        for (;;) { /* what has arrived since the last frame, in the order of arrival */
             int64_t next = -1;
             for (int64_t k = v->sent > 200 ? v->sent - 200 : 0; k < v->sent; k++)
                 if (v->arrived[k] <= v->now && (next < 0 || v->arrived[k] < v->arrived[next]))

@@ -1,7 +1,7 @@
-/* What the tests of this room share: a game that can be computed in the head, a client in a setup, and
+/* Shared by the tests of this room: a game that can be computed in the head, a client in a set-up, and
  * packets made by hand.
  *
- * The toy's rule: a step moves entity i by its first axis, in metres, whatever the step's length. */
+ * The toy's rule: a step moves entity i by its first axis, in metres, for any length of the step. */
 #pragma once
 
 #include <math.h>
@@ -56,7 +56,7 @@ static inline ll_world *new_world(int players)
 
 /* ---- a server ---- */
 
-/* Takes its rules from NULL-terminated "row=value" pairs, the others as they are by default. */
+/* Takes its configuration from NULL-terminated "row=value" pairs, other rows from the defaults. */
 static inline void configure(ll_server *server, const char *const *sets)
 {
     ll_server_config rules;
@@ -84,7 +84,7 @@ static inline ll_server *new_server(int players, const ll_sync_mode *sync, doubl
     memcpy(ll_server_world(server), world, size);
     ll_server_start(server, ll_freq_from_hz(step_hz), ll_freq_from_hz(30), ll_freq_from_hz(client_hz), 0);
     for (int i = 0; i < players; i++)
-        server->seats[i].connected = 1;
+        server->client_slots[i].connected = 1;
     free(world);
     return server;
 }
@@ -112,7 +112,7 @@ typedef struct lone {
     int players;
 } lone;
 
-/* A client of player 0 that a person drives, at rest at x = 0; `hz` frames a second from time 0 on. */
+/* A client of player 0, controlled by a person, at rest at x = 0; `hz` frames per second from time 0 on. */
 static inline lone *new_lone(int players, const ll_game *game, const ll_sync_mode *sync)
 {
     lone *l = calloc(1, sizeof *l);
@@ -137,7 +137,7 @@ static inline lone *new_lone(int players, const ll_game *game, const ll_sync_mod
     return l;
 }
 
-/* What the handshake would have measured over the configured link. */
+/* The clock that the handshake would have measured over the configured link. */
 static inline void measure_clock(lone *l, ll_time now)
 {
     ll_connection *n = &l->client->connection;
@@ -164,7 +164,7 @@ static inline void free_lone(lone *l)
     free(l);
 }
 
-/* A state with the players at `x`. */
+/* A snapshot with the players at `x`. */
 typedef struct packet {
     ll_snapshot_message head;
     int32_t world_players, world_entities, world_tail, reserved; /* as in ll_world */
@@ -203,8 +203,8 @@ static inline void server_applies(lone *l, uint32_t first, uint32_t last, int64_
 {
     ll_input_history *input_history = &l->client_metrics->input_history;
     for (uint32_t seq = first; seq <= last; seq++)
-        ll_input_history_judged(input_history, seq, LL_INPUT_HISTORY_IN_TIME);
-    ll_input_history_drained(input_history, tick, 0, 0);
+        ll_input_history_received(input_history, seq, LL_INPUT_HISTORY_IN_TIME);
+    ll_input_history_applied(input_history, tick, 0, 0);
 }
 
 static inline int frame(lone *l, ll_time now, ll_input_message *m)

@@ -1,4 +1,4 @@
-"""How smooth and how right the pictures are: M7 (against the server), M8 and M11 of docs/concepts.md."""
+"""Inconsistency (against the server), smoothness and fairness of the views, as in docs/concepts.md."""
 
 import math
 

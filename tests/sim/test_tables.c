@@ -19,8 +19,8 @@ static void lists_follow_their_tables(void **state)
         assert_true(ll_syncs[n]->due && ll_syncs[n]->step && ll_syncs[n]->take && ll_syncs[n]->compose);
         assert_true(ll_syncs[n]->receive && ll_syncs[n]->tick && ll_syncs[n]->display);
         assert_true(ll_syncs[n]->interpolate || ll_syncs[n]->display != ll_client_display);
-        /* whoever waits for states must be heard again, and whoever has a world of its own must be given it
-         */
+        /* a mode whose clients wait for snapshots needs repeated ones, and a mode with clients' own worlds
+         * needs to send the world */
         assert_true(!ll_syncs[n]->answers || ll_syncs[n]->waits);
         assert_true((ll_syncs[n]->start != NULL) == (ll_syncs[n]->observe != NULL));
     }

@@ -75,7 +75,7 @@ typedef struct ll_hit_result {
     uint32_t number;      /* of the shooter's shots with the weapon */
     int32_t body;         /* that is hit, or LL_NOBODY */
     const ll_shot *shot;  /* of a hitscan shot and of a launch */
-    ll_time looked;       /* time of the bodies that it was judged against */
+    ll_time rewound_to;   /* time of the bodies that it was judged against */
     ll_time start, end;   /* of the flight; `end` at an impact */
     ll_point at;          /* of the impact */
     double trace_error_m; /* at a launch: largest distance between the tested path and the parabola */

@@ -50,7 +50,7 @@ static void fire_rifle(ll_weapon_state *arms, const ll_field *field, const ll_sh
                                  .number = (uint32_t)arms->shots[LL_RIFLE],
                                  .body = body,
                                  .shot = shot,
-                                 .looked = policy->rewinds ? shot->seen : shot->now});
+                                 .rewound_to = policy->rewinds ? shot->seen : shot->now});
 }
 
 static ll_flight flight_of(const ll_shell *shell, const ll_arena *arena)
@@ -58,9 +58,9 @@ static ll_flight flight_of(const ll_shell *shell, const ll_arena *arena)
     return (ll_flight){shell->from, shell->velocity, arena->gravity};
 }
 
-/* `looked`: time of the bodies that the projectile hit; LL_NEVER: that of its end. */
+/* `rewound_to`: time of the bodies that the projectile hit; LL_NEVER: that of its end. */
 static void strike(ll_weapon_state *arms, ll_shell *shell, const ll_field *field, int shooter,
-                   ll_flight_hit m, ll_time looked)
+                   ll_flight_hit m, ll_time rewound_to)
 {
     ll_flight flight = flight_of(shell, field->arena);
     shell->end = shell->start + (ll_time)(m.s * 1e9 + 0.5);
@@ -70,7 +70,7 @@ static void strike(ll_weapon_state *arms, ll_shell *shell, const ll_field *field
                                  .shooter = shooter,
                                  .number = shell->number,
                                  .body = m.body,
-                                 .looked = looked == LL_NEVER ? shell->end : looked,
+                                 .rewound_to = rewound_to == LL_NEVER ? shell->end : rewound_to,
                                  .start = shell->start,
                                  .end = shell->end,
                                  .at = ll_flight_at(&flight, m.s)});
@@ -167,7 +167,7 @@ void ll_weapons_fire(ll_weapon_state *arms, const ll_field *field, int shooter, 
 
 #define CLAIM_GRACE_S 1.0 /* s after its end at which a projectile can still be claimed */
 
-/* A client-authoritative projectile ends without a claim when it has been out of the arena for a while. */
+/* A client-authoritative projectile ends without a claim a time after it has left the arena. */
 static bool unclaimed(const ll_field *field, const ll_flight *flight, double s)
 {
     const ll_box *b = &field->arena->bounds;

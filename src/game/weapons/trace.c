@@ -1,4 +1,4 @@
-/* Where bodies were, and what flew through them. */
+/* Past positions of bodies, and projectiles among them. */
 #include "game/core/compensate.h"
 
 void ll_bodies_now(const ll_arena *arena, const ll_world *world, ll_point *bodies)

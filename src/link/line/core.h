@@ -1,5 +1,5 @@
-/* What the two files of a link share: sending.c says what becomes of a message, line.c keeps those that are
- * on their way. */
+/* Shared by the two files of a link: sending.c decides the fate of a message, line.c keeps those in
+ * flight. */
 #pragma once
 
 #include "link/line/link.h"

@@ -26,8 +26,8 @@ static const ll_param rows[] = {
              "the centre."},
     {REAL(delay_corr_pct), CORRELATION, .help = "Correlation of the delays of successive packets."},
     {CHOICE(order), .choices = orders,
-     .help =
-         "Order of delivery. free: a packet may overtake an earlier one; fifo: it waits for earlier ones."},
+     .help = "Order of delivery. free: a packet may overtake an earlier one; fifo: it waits for earlier "
+             "ones."},
     {CHOICE(loss_model), .choices = loss_models,
      .help = "Loss model. random: loss_pct; gemodel: Gilbert-Elliott, rows ge_; state: netem's four states, "
              "rows p13 to p14. Rows of other models are ignored."},

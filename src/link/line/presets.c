@@ -1,6 +1,6 @@
 #include "link/line/presets.h"
 
-/* A busy wireless cell: a tail of retransmissions, and losses in bursts of four. */
+/* A busy wireless cell: a delay distribution with a tail of retransmissions, and losses in bursts of four. */
 static void wifi_busy(ll_link_params *way)
 {
     way->loss_model = LL_LOSS_GEMODEL;
@@ -9,7 +9,7 @@ static void wifi_busy(ll_link_params *way)
     way->ge_1h_pct = 60;
 }
 
-/* A handover: for a while every packet is late. */
+/* A handover: every packet is late for some time. */
 static void handover(ll_link_params *way)
 {
     way->spike_at_ms = way->spike_every_ms = 10000;

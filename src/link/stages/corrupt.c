@@ -1,4 +1,4 @@
-/* A corrupted packet takes its way, and its time in the queue; the receiver drops it. */
+/* A corrupted packet takes its delay, and its time in the queue; the receiver drops it. */
 #include "link/stages/stage.h"
 
 void ll_stage_corrupt(ll_passage *p, ll_memory *m, ll_link_stats *stats)

@@ -1,4 +1,4 @@
-/* What stages share: whether something happens to a packet. */
+/* Shared by the stages: whether an event happens to a packet. */
 #include "link/stages/stage.h"
 
 bool ll_chance(const ll_passage *p, ll_stream stream, double percent, double corr_pct, int64_t *last)

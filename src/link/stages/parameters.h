@@ -1,4 +1,4 @@
-/* What impairs one direction of a network path, what becomes of a message on it, and what is counted. */
+/* Impairments of one direction of a network path, the fate of a message on it, and its statistics. */
 #pragma once
 
 #include <stdbool.h>
@@ -12,8 +12,8 @@
  * uniform: in [-1, 1), so that the jitter is the half-width (netem's default distribution).
  * The others have mean 0 and standard deviation 1, so that the jitter is the standard deviation:
  * normal: standard normal, cut off at 4 standard deviations and scaled by 1 / 0.9994645; at most 4.0021.
- * pareto: shape 3, minimum 1, cut off at 10, which 0.1 % exceed; minus its mean 55/37, over its standard
- *     deviation 0.7021828; from -0.6928 to 12.1244.
+ * pareto: shape 3, minimum 1, cut off at 10, which 0.1 % exceed; minus its mean 55/37, over its
+ *     standard deviation 0.7021828; from -0.6928 to 12.1244.
  * paretonormal: (normal + 3 pareto) / 4 at the same quantile, over 0.9579611; from -1.5869 to 10.5368.
  * Shapes and mixture are those of iproute2's netem/pareto.c and paretonormal.c, whose tables end at 4 and
  * have other variances than 1. A sum of lag, delay and jitter below zero counts as zero. */
@@ -47,7 +47,7 @@ typedef struct ll_link_params {
     double loss_pct, loss_corr_pct;
     double ge_p_pct, ge_r_pct, ge_1h_pct, ge_1k_pct;
     double p13_pct, p31_pct, p32_pct, p23_pct, p14_pct;
-    double blackout_at_ms, blackout_every_ms, blackout_length_ms; /* periods in which all is lost */
+    double blackout_at_ms, blackout_every_ms, blackout_length_ms; /* periods in which all packets are lost */
     double duplicate_pct, duplicate_corr_pct;
     double spike_at_ms, spike_every_ms, spike_length_ms, spike_add_ms; /* periods of longer delay */
     double rate_kbps, limit_ms;                                        /* rate 0: no queue */

@@ -2,9 +2,9 @@
  * its bytes over the rate. So none overtakes, and one with a shorter delay waits for those sent earlier.
  *
  * The queue's limits are checked before the delay, against what the rate has yet to send if all had arrived
- * without delay: a long way is not a long queue. (netem's limit counts all that it holds.) An accepted packet
- * leaves at most limit_ms after the longest delay: with E the clock of the limits and X that of the rate, X -
- * E is always at most the longest delay of the packets since the queue was empty. */
+ * without delay: a long delay is not a long queue. (netem's limit counts all that it holds.) An accepted
+ * packet leaves at most limit_ms after the longest delay: with E the clock of the limits and X that of the
+ * rate, X - E is always at most the longest delay of the packets since the queue was empty. */
 #include "link/stages/stage.h"
 
 /* The ring holds departures modulo 2^32 ns. Remaining ones are after the last sending before now, which

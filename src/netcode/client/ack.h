@@ -1,4 +1,4 @@
-/* What a client takes a state's word for: one row, and one file, per way of acknowledging. */
+/* How a client learns from snapshots which inputs were applied: one row, and one file, per method. */
 #pragma once
 
 #include "base/vtime.h"
@@ -12,9 +12,8 @@ typedef struct ll_ack {
     const char *help;
     uint32_t wants; /* ll_part */
 
-    /* Closes the inputs that `state`, the newest, tells of, and moves client->acked: up to there all are
-     * closed.
-     */
+    /* Closes the inputs that `state`, the newest snapshot, decides, and moves client->acked: all inputs up to
+     * it are closed. */
     void (*take)(struct ll_client *client, const struct ll_client_setup *setup,
                  const struct ll_snapshot_entry *state, ll_time now);
 } ll_ack;

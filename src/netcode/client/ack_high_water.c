@@ -1,7 +1,7 @@
-/* High water: one number, the newest input that was really applied, stands for all before it. One before it
- * that was lost, came too late or was refused is taken for applied, those behind it whose step is over for
- * skipped; and where the server applies inputs as they come, one that was overtaken is dropped though it will
- * still be applied. */
+/* High water: one number, the newest input that was applied, stands for all before it. An earlier input that
+ * was lost, late or refused is taken as applied. Later inputs whose step is over are taken as skipped. Where
+ * the server applies inputs on arrival, an input that another has overtaken is dropped though the server will
+ * still apply it. */
 #include "netcode/client/ack.h"
 #include "netcode/state/client.h"
 

@@ -1,10 +1,10 @@
-/* Per input: a bit for each input since the newest state that the server knows the client to have, set when
- * it was really applied.
+/* Per input: a bit for each input since the newest snapshot that the server knows the client to have. The bit
+ * is set if the input was applied.
  *
- * Where an input belongs to a step, a bit that is not set is final: the step is over, the input is skipped.
- * Where the server applies inputs as they come, it may still come, so the client goes on applying it until it
- * is overtaken by 64; and a state that is older than the last tells exactly what it
- * includes, so that it does no harm. */
+ * Where an input belongs to a step, a clear bit is final: the step is over and the input is skipped. Where
+ * the server applies inputs on arrival, an input with a clear bit may still arrive. So the client goes on
+ * applying it until 64 later inputs were applied. A snapshot older than the last one reports exactly what it
+ * includes, so it does no harm. */
 #include <string.h>
 
 #include "netcode/client/ack.h"
@@ -12,11 +12,11 @@
 
 static bool applied(const ll_client *c, uint32_t seq)
 {
-    uint32_t i = c->verdict.newest - seq;
-    return seq <= c->verdict.newest && i / 32 < c->verdict.words && c->verdicts[i / 32] >> (i & 31) & 1;
+    uint32_t i = c->result.newest - seq;
+    return seq <= c->result.newest && i / 32 < c->result.words && c->results[i / 32] >> (i & 31) & 1;
 }
 
-/* By step: up to the acknowledged all is decided. */
+/* By step: all inputs up to the acknowledged one are decided. */
 static void take_decided(ll_client *c, const ll_client_setup *s, const ll_snapshot_entry *state, ll_time now)
 {
     uint32_t upto = state->acked < c->seq ? state->acked : c->seq;
@@ -26,13 +26,13 @@ static void take_decided(ll_client *c, const ll_client_setup *s, const ll_snapsh
         c->acked = upto;
 }
 
-#define OVERTAKEN 64 /* by so many applied ones an input is no longer waited for */
+#define OVERTAKEN 64 /* number of later applied inputs after which an input is given up */
 
-/* As they come: what the state does not include is open, unless it is too old to be waited for. */
+/* On arrival: an input that the snapshot does not include stays open, unless it is too old. */
 static void take_as_they_came(ll_client *c, const ll_client_setup *s, const ll_snapshot_entry *state,
                               ll_time now)
 {
-    uint32_t newest = c->verdict.newest < c->seq ? c->verdict.newest : c->seq;
+    uint32_t newest = c->result.newest < c->seq ? c->result.newest : c->seq;
     uint32_t first = newest >= OVERTAKEN ? newest - OVERTAKEN + 1 : 1;
     for (uint32_t seq = c->acked + 1; seq < first; seq++)
         if (ll_client_is_open(c, seq))
@@ -45,7 +45,7 @@ static void take_as_they_came(ll_client *c, const ll_client_setup *s, const ll_s
         if (applied(c, seq))
             ll_client_close(c, s, seq, LL_INPUT_APPLIED, state, now);
         else if (p->state == LL_INPUT_APPLIED)
-            p->state = LL_INPUT_OPEN; /* this state is older than the one that had it */
+            p->state = LL_INPUT_OPEN; /* this snapshot is older than the one that included it */
     }
     while (c->acked < c->seq && !ll_client_is_open(c, c->acked + 1))
         c->acked++;
@@ -53,9 +53,10 @@ static void take_as_they_came(ll_client *c, const ll_client_setup *s, const ll_s
 
 static void take(ll_client *c, const ll_client_setup *s, const ll_snapshot_entry *state, ll_time now)
 {
-    if (!(c->parts & LL_PART_APPLIED)) { /* the server has not heard yet that more than a number is wanted */
-        c->verdict = (ll_input_result_part){state->applied, LL_INPUT_RESULT_WORDS_MAX};
-        memset(c->verdicts, 0xff, sizeof c->verdicts);
+    if (!(c->parts &
+          LL_PART_APPLIED)) { /* the server does not know yet that the client wants more than a number */
+        c->result = (ll_input_result_part){state->applied, LL_INPUT_RESULT_WORDS_MAX};
+        memset(c->results, 0xff, sizeof c->results);
     }
     if (s->sync->applies_on_arrival)
         take_as_they_came(c, s, state, now);
@@ -65,7 +66,8 @@ static void take(ll_client *c, const ll_client_setup *s, const ll_snapshot_entry
 
 const ll_ack ll_ack_per_input = {
     .name = "per_input",
-    .help = "A bit for each input since the last state: only what was really applied is taken as applied.",
+    .help =
+        "A bit for each input since the last snapshot: only inputs that were applied are taken as applied.",
     .wants = LL_PART_APPLIED,
     .take = take,
 };

@@ -1,16 +1,16 @@
 #include "netcode/state/client.h"
 
-/* `now` is the frame that draws the state. */
+/* `now`: the frame that draws the snapshot. */
 void ll_client_close(ll_client *c, const ll_client_setup *s, uint32_t seq, ll_input_state how,
                      const ll_snapshot_entry *state, ll_time now)
 {
     ll_pending_input *p = ll_client_pending(c, seq);
     if (p->seq != seq)
-        return; /* none was made, the clock having snapped, or it gave way to a newer one */
+        return; /* no such input: the clock snapped beyond it, or a newer input overwrote it */
     p->state = (uint8_t)how;
-    if (p->told)
+    if (p->closed_once)
         return;
-    p->told = 1;
+    p->closed_once = 1;
     if (now >= s->client_metrics->from)
         ll_input_history_closed(&s->client_metrics->input_history, seq, how == LL_INPUT_APPLIED, state->tick);
     if (how == LL_INPUT_APPLIED)

@@ -1,15 +1,15 @@
-/* What rounding explains, per axis: half a step of the state; half a step of the one that the prediction
- * began with, and half a step of its velocity for as long as it was stepped on. That last part grows with
- * time: a prediction that is let drift for ever would be worse than the state that is there, so it ends at
- * LL_DRIFT_MAX_S. A contact hands on what others are off by, in the race at most half of it: so the same is
- * let pass of the own entity once it may have been touched. */
+/* Difference that rounding explains, per axis: half a grid step of the snapshot, plus half a grid step of the
+ * snapshot that the prediction started from, plus half a velocity step times the predicted time. The last
+ * part grows with time: a prediction that drifts without limit would be worse than the received snapshot, so
+ * it stops at LL_DRIFT_MAX_S. A contact passes on a part of the others' error, in the race at most half. So
+ * the own entity gets the same allowance once another entity may have touched it. */
 #include "netcode/client/agree.h"
 
 #include <string.h>
 
 #include "base/detmath.h"
 
-/* What may differ by rounding alone. */
+/* Difference that rounding alone can cause. */
 typedef struct slack {
     double m, mps, rad, radps;
 } slack;
@@ -28,8 +28,8 @@ static slack slack_of(const ll_agreement *a, int entity)
     };
 }
 
-/* A NaN stays one. */
-static double beyond(double a, double b, double free)
+/* NaN stays NaN. */
+static double excess(double a, double b, double free)
 {
     double d = a > b ? a - b : b - a;
     return d <= free ? 0 : d - free;
@@ -45,10 +45,10 @@ static bool entity_agrees(const ll_agreement *a, int i, const ll_entity *p, cons
     slack s = slack_of(a, i);
     if (p->flags != q->flags)
         return false;
-    double place = length(beyond(p->x, q->x, s.m), beyond(p->y, q->y, s.m));
-    double velocity = length(beyond(p->vx, q->vx, s.mps), beyond(p->vy, q->vy, s.mps));
-    double angle = beyond(p->angle, q->angle, s.rad),
-           spin = beyond(p->angular_velocity, q->angular_velocity, s.radps);
+    double place = length(excess(p->x, q->x, s.m), excess(p->y, q->y, s.m));
+    double velocity = length(excess(p->vx, q->vx, s.mps), excess(p->vy, q->vy, s.mps));
+    double angle = excess(p->angle, q->angle, s.rad),
+           spin = excess(p->angular_velocity, q->angular_velocity, s.radps);
     return place + a->horizon_s * velocity <= a->tolerance_m && angle + a->horizon_s * spin <= a->tolerance_m;
 }
 

@@ -1,26 +1,26 @@
-/* Whether what a client predicted agrees with a state of the server's: the comparison of reconciliation.
+/* Compares a prediction with a snapshot of the server: the test of server reconciliation.
  *
- * An entity agrees where its flags are the same and what is left of each difference, once what the grids of
- * snapshots may have rounded is taken off, is within the tolerance:
+ * An entity agrees if its flags are equal and its remaining differences, after subtraction of what the
+ * snapshot grids may have rounded, are within the tolerance:
  *     |dx, dy| + horizon |dvx, dvy| <= tolerance, and |dangle| + horizon |dspin| <= tolerance at an arm of 1
- * m: as far as the two would be apart at the end of the horizon if they went on so. A tolerance of 0 without
- * a grid is equality to the bit. */
+ * m. That is the distance at the end of the horizon if both went on at their velocities. A tolerance of 0
+ * without a grid is bitwise equality. */
 #pragma once
 
 #include "game/core/game.h"
 #include "netcode/protocol/quantization.h"
 
-#define LL_DRIFT_MAX_S 2.0 /* of what a rounded velocity makes in longer, no more is let pass */
+#define LL_DRIFT_MAX_S 2.0 /* limit of the time over which a rounded velocity is allowed for */
 
 typedef struct ll_agreement {
     double tolerance_m;
-    double horizon_s;      /* from the state to the end of what is drawn by it */
-    double drift_s;        /* from the state that the prediction began with to this one */
-    ll_quantization begun; /* that the others lay on in the state that it began with; all 0: none */
-    ll_quantization state; /* and in this one */
-    int exact; /* the entity that no rounding reached: the own one until others may touch it; -1: none */
+    double horizon_s;      /* from the snapshot to the end of what is drawn from it */
+    double drift_s;        /* from the snapshot that the prediction started from to this one */
+    ll_quantization begun; /* of the others in the snapshot that the prediction started from; all 0: none */
+    ll_quantization state; /* of this snapshot */
+    int exact; /* entity that no rounding has reached: the own one until others may touch it; -1: none */
 } ll_agreement;
 
-bool ll_same_in(const ll_world *a, const ll_world *b, const ll_entity_set *set); /* to the bit */
+bool ll_same_in(const ll_world *a, const ll_world *b, const ll_entity_set *set); /* bitwise */
 bool ll_agrees_in(const ll_agreement *agreement, const ll_world *predicted, const ll_world *state,
                   const ll_entity_set *set);

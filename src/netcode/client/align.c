@@ -1,29 +1,29 @@
-/* Which step the next input is for: when a client comes to a game, and when its clock is measured anew. */
+/* The step that the next input is for: when a client joins a game, and when its clock is measured again. */
 #include <string.h>
 
 #include "netcode/state/client.h"
 
-/* What is known of inputs and of the server's answers to them is of another epoch. */
+/* Inputs, and the server's answers to them, belong to an earlier epoch. */
 void ll_client_forget_inputs(ll_client *c, const ll_client_setup *s, uint16_t epoch, ll_time now)
 {
     c->epoch = epoch;
-    c->seq = c->acked = c->composed = 0;
+    c->seq = c->acked = c->newest_sent = 0;
     c->run = 1;
     for (int i = 0; i < LL_PENDING_RING; i++)
         c->pending[i].seq = 0;
-    c->debt = 0;
+    c->extra_inputs = 0;
     c->settle = 0;
-    c->spare = LL_SLACK_UNKNOWN;
-    c->spare_since = now;
-    c->spare_ns = LL_NEVER;
-    c->shift = 0;
+    c->least_slack = LL_SLACK_UNKNOWN;
+    c->least_slack_since = now;
+    c->least_slack_ns = LL_NEVER;
+    c->clock_correction = 0;
     c->unsent = 0;
     c->played = 0;
-    c->predicting = 0; /* its steps were not made while the player was away */
+    c->predicting = 0; /* its steps were not made while the player was disconnected */
     c->parts = 0;
     c->gap = -1;
     c->gap_deviation = c->late = 0;
-    c->offset_quarter = c->heard = -1;
+    c->offset_quarter = c->last_arrival = -1;
     if (s->sync->applies_on_arrival)
         c->tick = 0;
 }
@@ -33,7 +33,7 @@ void ll_client_join(ll_client *c, const ll_client_setup *s, uint16_t epoch, int6
 {
     ll_client_metrics_resync(s->client_metrics);
     ll_client_forget_inputs(c, s, epoch, now);
-    if (s->sync->waits) /* its inputs go on where the server is */
+    if (s->sync->waits) /* its inputs continue at the server's step */
         c->tick = c->confirmed = step;
     if (s->sync->answers && c->tick_due != LL_NEVER)
         c->tick_due = now; /* the server waits */
@@ -54,15 +54,15 @@ void ll_client_snap(ll_client *c, int64_t tick)
     if (c->seq > 0) {
         c->seq += (uint32_t)(tick - c->tick);
         c->run = c->seq + 1;
-        c->composed = c->seq;
+        c->newest_sent = c->seq;
         c->connection.clock.snaps++;
     }
     c->tick = tick;
-    c->debt = 0;
+    c->extra_inputs = 0;
     c->settle = c->seq + 1;
 }
 
-/* The first step that an input can be in time for that leaves at `at`. */
+/* The first step that an input sent at `at` can reach in time. */
 static int64_t step_reached(const ll_client *c, const ll_client_setup *s, ll_time at)
 {
     const ll_clock_sync *clock = &c->connection.clock;
@@ -81,7 +81,7 @@ uint8_t ll_client_offset(const ll_client *c, const ll_client_setup *s)
     const ll_clock_sync *clock = &c->connection.clock;
     if (c->tick_due == LL_NEVER)
         return 0; /* the game has not begun */
-    ll_time tick = ll_client_local(s, c->tick_due) + clock->offset - c->met_at;
+    ll_time tick = ll_client_local(s, c->tick_due) + clock->offset - c->game_start;
     if (tick < 0)
         return 0;
     tick -= ll_tick_time(ll_tick_at(tick, c->clock.freq), c->clock.freq);
@@ -100,5 +100,5 @@ void ll_client_align(ll_client *c, const ll_client_setup *s, bool always, ll_tim
     if (error > 0 || c->seq == 0)
         ll_client_snap(c, tick);
     else
-        c->debt = (int32_t)error; /* what was sent for those steps stands */
+        c->extra_inputs = (int32_t)error; /* inputs already sent for those steps remain valid */
 }

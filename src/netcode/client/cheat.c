@@ -6,12 +6,12 @@
 #define LEAP 1000.0f
 
 #define HOLD                                                                                                 \
-    (3 * LL_SECOND) /* more than a server may take for a stall of the link, of every two such times */
+    (3 * LL_SECOND) /* longer than a server may take for a stall of the link; of every two such times */
 
 typedef struct cheat {
     void (*tamper)(ll_action *action, int64_t frame, int64_t frames_per_s);
-    int every;  /* an input more each so many frames; 0: none */
-    bool holds; /* its packets, for HOLD of every two */
+    int every;  /* one extra input every this many frames; 0: none */
+    bool holds; /* holds its packets back for HOLD out of every 2 HOLD */
 } cheat;
 
 static void enlarge(ll_action *a, int64_t frame, int64_t frames_per_s)
@@ -27,7 +27,7 @@ static void leap(ll_action *a, int64_t frame, int64_t frames_per_s)
         a->axis[0] = LEAP;
 }
 
-/* Twice as many are within the long-run rate, which has to leave room for clients that catch up. */
+/* The long-run rate limit allows twice as many inputs: it has to leave room for clients that catch up. */
 static const cheat cheats[LL_CHEATS] = {
     [LL_CHEAT_MAGNITUDE] = {.tamper = enlarge}, [LL_CHEAT_RATE] = {.every = 1},
     [LL_CHEAT_BUDGET] = {.every = 5},           [LL_CHEAT_TELEPORT] = {.tamper = leap},

@@ -1,5 +1,5 @@
-/* Clients that do not play by the rules on inputs, to try the server's validation. Those with weapons are
- * weapon_prediction.h's. */
+/* Clients that break the rules on inputs, to test the server's validation. Cheats with weapons are in
+ * weapon_prediction.h. */
 #pragma once
 
 #include <stdbool.h>
@@ -10,14 +10,14 @@
 struct ll_client;
 struct ll_client_setup;
 
-/* What each does to the action of a frame; none: nothing. */
+/* Changes the action of a frame as the cheat does; no cheat: no change. */
 void ll_cheat_action(const struct ll_client *client, const struct ll_client_setup *setup, ll_action *action);
 
-/* How many inputs it makes beyond one a frame. */
+/* Number of inputs that the cheat makes beyond one per frame. */
 int ll_cheat_extra(const struct ll_client *client, const struct ll_client_setup *setup);
 
-/* Whether it minds being told that its inputs come too early or too late. */
+/* Whether the client adjusts its clock when the server reports that its inputs come too early or too late. */
 bool ll_cheat_minds(const struct ll_client_setup *setup);
 
-/* Whether it holds its packets back at `now`. */
+/* Whether the client holds its packets back at `now`. */
 bool ll_cheat_holds(const struct ll_client_setup *setup, ll_time now);

@@ -16,8 +16,8 @@ static size_t round8(size_t n)
     return (n + 7) & ~(size_t)7;
 }
 
-/* The worlds latest, predicted, checked and shown, the marks and the errors; the states, or what a peer has
- * in their place. */
+/* The worlds latest, predicted, checked and shown, the draw infos and the view errors; then the snapshots, or
+ * the peer of a peer-to-peer sync. */
 size_t ll_client_size(ll_extent extent)
 {
     size_t world = ll_extent_size(extent), states = LL_STATE_RING * (sizeof(ll_snapshot_entry) + world);
@@ -35,9 +35,9 @@ void ll_client_init(ll_client *c, int self, const ll_world *start)
     c->latest_offset = (int64_t)round8(sizeof(ll_client));
     c->predicted_offset = c->latest_offset + c->world_size;
     c->checked_offset = c->predicted_offset + c->world_size;
-    c->shown_offset = c->checked_offset + c->world_size;
-    c->marks_offset = c->shown_offset + c->world_size;
-    c->errors_offset = c->marks_offset + start->entities * (int64_t)sizeof(ll_draw_info);
+    c->rendered_offset = c->checked_offset + c->world_size;
+    c->draw_infos_offset = c->rendered_offset + c->world_size;
+    c->errors_offset = c->draw_infos_offset + start->entities * (int64_t)sizeof(ll_draw_info);
     c->states_offset = c->errors_offset + start->entities * (int64_t)sizeof(ll_view_error);
     ll_connection_init(&c->connection, -LL_LOBBY);
     c->tick_due = c->display_due = LL_NEVER;
@@ -50,7 +50,7 @@ void ll_client_init(ll_client *c, int self, const ll_world *start)
 
 #define PHASE_STREAM 0x7068617365 /* `phase`; one per player */
 
-/* When the machine's ticks come, behind those of a clock that starts now. */
+/* Delay of the machine's ticks relative to a clock that starts now. */
 static ll_time phase_of(const ll_client *c, const ll_client_setup *s)
 {
     double phase = s->config->clock_phase;
@@ -59,7 +59,7 @@ static ll_time phase_of(const ll_client *c, const ll_client_setup *s)
     return (ll_time)(phase * (double)c->period);
 }
 
-/* When tick `k` of a clock is on a machine that drifts. */
+/* Time of tick `k` of a clock on a machine whose clock drifts. */
 static ll_time machine_time(const ll_client_setup *s, const ll_clock *clock, int64_t k)
 {
     ll_time since = ll_tick_time(k - clock->k0, clock->freq);
@@ -92,15 +92,15 @@ void ll_client_start(ll_client *c, const ll_client_setup *s, uint16_t epoch, ll_
     c->newest = c->fresh = 0;
     c->newest_tick = -1;
     c->grid_tick = LL_NEVER;
-    c->confirmed = c->met = step;
-    c->met_at = now;
+    c->confirmed = c->game_start_step = step;
+    c->game_start = now;
     c->latest_time = c->view_time = c->render = now;
     c->latest_tick = step;
-    c->has_render = c->extrapolated = c->held_now = c->dry = c->erring = 0;
+    c->has_render = c->extrapolated = c->held_now = c->underrun = c->has_view_errors = 0;
     c->view_state = LL_VIEW_NEWEST;
     c->drawn_newest = c->depth = 0;
     c->predicting = 0;
-    memset(c->told, 0, sizeof c->told);
+    memset(c->last_controls, 0, sizeof c->last_controls);
     c->view_step = -1;
     memcpy(ll_client_latest(c), world, (size_t)c->world_size);
     memcpy(ll_client_rendered(c), world, (size_t)c->world_size);
@@ -116,60 +116,60 @@ void ll_client_start(ll_client *c, const ll_client_setup *s, uint16_t epoch, ll_
 
 #define SPARE_WINDOW (2 * LL_SECOND)
 
-/* Keeps the client as far ahead as the server says that its inputs need: at once when they come too late, and
- * slowly, by the least of two seconds, when they come earlier than wanted. Waits for the effect before it
- * looks again. */
+/* Keeps the client as far ahead of the server as the reported slack asks: at once when inputs come too late;
+ * slowly, by the least slack of two seconds, when they come earlier than wanted. Waits for the effect of a
+ * change before the next one. */
 static void follow_slack(ll_client *c, const ll_client_setup *s, const ll_snapshot_message *m, ll_time now)
 {
     if (m->slack == LL_SLACK_UNKNOWN || m->slack_seq < c->settle)
         return;
     int32_t want = (int32_t)s->config->slack_ticks, change = 0;
-    if (c->spare == LL_SLACK_UNKNOWN)
-        c->spare_since = now;
-    if (m->slack < c->spare)
-        c->spare = m->slack;
+    if (c->least_slack == LL_SLACK_UNKNOWN)
+        c->least_slack_since = now;
+    if (m->slack < c->least_slack)
+        c->least_slack = m->slack;
     if (m->slack < want)
         change = want - m->slack;
-    else if (now - c->spare_since < SPARE_WINDOW)
+    else if (now - c->least_slack_since < SPARE_WINDOW)
         return;
-    else if (c->spare > want + 1)
-        change = want - c->spare;
-    c->spare = LL_SLACK_UNKNOWN;
+    else if (c->least_slack > want + 1)
+        change = want - c->least_slack;
+    c->least_slack = LL_SLACK_UNKNOWN;
     if (change == 0)
         return;
     if (change * c->period >= LL_CLOCK_SNAP) {
         ll_client_snap(c, c->tick + change);
         return;
     }
-    c->debt += change;
-    c->settle = c->seq + (uint32_t)(change > 0 ? 2 * change : 0) + 1; /* made when the change is complete */
+    c->extra_inputs += change;
+    c->settle = c->seq + (uint32_t)(change > 0 ? 2 * change : 0) +
+                1; /* first input made after the change is complete */
 }
 
 #define SURPLUS_WINDOW (LL_SECOND / 2)
 
-#define SURPLUS                                                                                              \
-    1 /* one that comes an interval early is in time: steps are made so long after the last input */
+#define SURPLUS 1 /* one interval early is in time: the server steps one interval after the last input */
 
-/* Where the server waits for inputs: those of this client that always come before they are needed only lie
- * there. As many are left out as the least early one of half a second was early. */
+/* Where the server waits for inputs: inputs of this client that always come before they are needed only wait
+ * in the server's queue. Skips as many inputs as the least early one of half a second was early. */
 static void drain_surplus(ll_client *c, const ll_snapshot_message *m, ll_time now)
 {
     if (m->slack == LL_SLACK_UNKNOWN || m->slack_seq < c->settle)
         return;
-    if (c->spare == LL_SLACK_UNKNOWN)
-        c->spare_since = now;
-    if (m->slack < c->spare)
-        c->spare = m->slack;
-    if (now - c->spare_since < SURPLUS_WINDOW)
+    if (c->least_slack == LL_SLACK_UNKNOWN)
+        c->least_slack_since = now;
+    if (m->slack < c->least_slack)
+        c->least_slack = m->slack;
+    if (now - c->least_slack_since < SURPLUS_WINDOW)
         return;
-    if (c->spare > SURPLUS) {
-        c->debt -= c->spare - SURPLUS;
+    if (c->least_slack > SURPLUS) {
+        c->extra_inputs -= c->least_slack - SURPLUS;
         c->settle = c->seq + 1;
     }
-    c->spare = LL_SLACK_UNKNOWN;
+    c->least_slack = LL_SLACK_UNKNOWN;
 }
 
-/* Bytes between the message of a state and its world; more than `size` when they are not there. */
+/* Bytes between the header of a snapshot message and its world; more than `size` if they are missing. */
 static int parts_size(const ll_client *c, const ll_snapshot_message *m, const char *packet, int size)
 {
     int others = ll_client_rendered_const(c)->players - 1;
@@ -185,23 +185,23 @@ static int parts_size(const ll_client *c, const ll_snapshot_message *m, const ch
     return bytes + (int)sizeof part + (int)(part.words * sizeof(uint32_t));
 }
 
-/* What stands there. */
+/* Reads those parts. */
 static void take_parts(ll_client *c, const ll_snapshot_message *m, const char *at)
 {
     int players = ll_client_latest(c)->players;
     c->parts = m->head.count;
     for (int i = 0; i < players && c->parts & LL_PART_AXES; i++) {
-        ll_axes told;
+        ll_axes axes;
         if (i == c->self)
             continue;
-        memcpy(&told, at, sizeof told);
-        at += sizeof told;
-        c->told[i] = (ll_action){.axis = {told.axis[0], told.axis[1]}};
+        memcpy(&axes, at, sizeof axes);
+        at += sizeof axes;
+        c->last_controls[i] = (ll_action){.axis = {axes.axis[0], axes.axis[1]}};
     }
     if (!(c->parts & LL_PART_APPLIED))
         return;
-    memcpy(&c->verdict, at, sizeof c->verdict);
-    memcpy(c->verdicts, at + sizeof c->verdict, c->verdict.words * sizeof(uint32_t));
+    memcpy(&c->result, at, sizeof c->result);
+    memcpy(c->results, at + sizeof c->result, c->result.words * sizeof(uint32_t));
 }
 
 static int unreadable(ll_client *c)
@@ -257,7 +257,7 @@ int ll_client_receive(ll_client *c, const ll_client_setup *s, const void *packet
         return LL_OUTCOME_STALE;
     if (head.type == LL_MESSAGE_SNAPSHOT)
         return receive_state(c, s, packet, size, now);
-    c->refused++; /* the server put another input in its place: the next state corrects the prediction */
+    c->refused++; /* the server applied another input instead: the next snapshot corrects the prediction */
     return LL_OUTCOME_REFUSED;
 }
 
@@ -277,9 +277,9 @@ static void take_newest_state(ll_client *c, const ll_client_setup *s, ll_time no
 
 #define FAKED_VIEW (500 * LL_MS)
 
-/* What the player acts on, and of when it is: what is drawn. A client that fakes its view time acts on the
- * state of so long before, with its own entity as it is. */
-static const ll_world *picture_of(ll_client *c, const ll_client_setup *s, ll_world *old, ll_time *seen)
+/* The world that the player acts on, and its time: the rendered view. A client that fakes its view time acts
+ * on the snapshot of an earlier time, with its own entity as it is now. */
+static const ll_world *rendered_view_of(ll_client *c, const ll_client_setup *s, ll_world *old, ll_time *seen)
 {
     int64_t oldest = c->newest > LL_STATE_RING ? c->newest - LL_STATE_RING : 0, i = c->newest - 1;
     *seen = c->view_time;
@@ -293,7 +293,7 @@ static const ll_world *picture_of(ll_client *c, const ll_client_setup *s, ll_wor
     return old;
 }
 
-/* What counts is how long a key was down. */
+/* Whether the duration of a key press counts. */
 static bool counts_time(const ll_client_setup *s)
 {
     return s->sync->press_s > 0 && s->config->timer_jitter_ms > 0;
@@ -315,7 +315,7 @@ static ll_action for_its_time(const ll_client *c, const ll_client_setup *s, ll_a
 
 #define DEVICE_STREAM 0x646576696365 /* `device`; one per player */
 
-ll_time ll_client_touched(const ll_client *c, const ll_client_setup *s, ll_time now)
+ll_time ll_client_control_time(const ll_client *c, const ll_client_setup *s, ll_time now)
 {
     const ll_player_config *config = s->config;
     double read_ms = config->input_hz > 0 ? 1e3 / config->input_hz : 0;
@@ -343,18 +343,21 @@ ll_action ll_client_control(const ll_client *c, const ll_client_setup *s, const 
     return for_its_time(c, s, a);
 }
 
-#define QUIET 4 /* intervals without a step: somebody's inputs are missing */
+#define QUIET 4 /* intervals without a step: some player's inputs are missing */
 
-/* How many inputs a client may make that the server waits for. What it would refuse as too far ahead is not
- * sent. While nothing is stepped there are as many as the way there and back holds: enough to go on with at
- * the full rate, and no more, since what is made beyond is late for good. */
-static int64_t room_of(const ll_client *c, const ll_client_setup *s, ll_time now)
+/* Number of inputs that a client may make while the server waits for inputs. Inputs that the server would
+ * refuse as too far ahead are not sent. While no step is made, it is the number that fits into the round
+ * trip: enough to continue at the full rate, and no more, because inputs made beyond that stay late for good.
+ */
+static int64_t inputs_allowed(const ll_client *c, const ll_client_setup *s, ll_time now)
 {
     int64_t ahead = c->tick - c->confirmed;
-    ll_time heard = c->heard < 0 ? 0 : c->heard; /* before the first state comes: that of step 0, at once */
+    ll_time last_arrival = c->last_arrival < 0
+                               ? 0
+                               : c->last_arrival; /* before the first snapshot: the time of step 0, at once */
     if (s->sync->answers)
         return ahead == 0;
-    if (now - heard > QUIET * c->period)
+    if (now - last_arrival > QUIET * c->period)
         return ll_clock_sync_round_trip(&c->connection.clock) / c->period + QUIET - ahead;
     return ll_budget_ticks(c->clock.freq) - 1 - ahead;
 }
@@ -370,18 +373,18 @@ static int inputs_due(ll_client *c, const ll_client_setup *s, const ll_action *a
         ll_changes_idle(&s->client_metrics->changes);
         return 0;
     }
-    if (c->debt > 0) {
-        c->debt--;
+    if (c->extra_inputs > 0) {
+        c->extra_inputs--;
         input_history->doubled += counts;
         n++;
-    } else if (c->debt < 0) {
-        c->debt++;
+    } else if (c->extra_inputs < 0) {
+        c->extra_inputs++;
         input_history->left_out += counts;
         n--;
     }
     if (counts)
         ll_running_stats_add(&input_history->scale, c->scale);
-    int64_t room = s->sync->waits ? room_of(c, s, now) : n;
+    int64_t room = s->sync->waits ? inputs_allowed(c, s, now) : n;
     return (int)(n < room ? n : room > 0 ? room : 0);
 }
 
@@ -390,7 +393,7 @@ static uint32_t age_ns(ll_time age)
     return age < 0 ? 0 : age > UINT32_MAX ? UINT32_MAX : (uint32_t)age;
 }
 
-/* The player's controls, not for how long a key was down. */
+/* Records the player's controls, without the duration of the key press. */
 static void note_input(const ll_client *c, const ll_client_setup *s, const ll_action *action, ll_time now)
 {
     ll_action controls = *action;
@@ -399,7 +402,7 @@ static void note_input(const ll_client *c, const ll_client_setup *s, const ll_ac
         controls.axis[1] = (float)(controls.axis[1] / ticks_pressed(c));
     }
     ll_client_metrics_input(s->client_metrics, c->seq, s->sync->applies_on_arrival ? LL_NEVER : c->tick,
-                            &controls, ll_client_touched(c, s, now), now);
+                            &controls, ll_client_control_time(c, s, now), now);
 }
 
 static void make_input(ll_client *c, const ll_client_setup *s, const ll_action *action, ll_time seen,
@@ -408,7 +411,7 @@ static void make_input(ll_client *c, const ll_client_setup *s, const ll_action *
     ll_pending_input *p = ll_client_pending(c, ++c->seq);
     c->tick++;
     if (c->seq - c->acked > LL_PENDING_RING)
-        c->acked = c->seq - LL_PENDING_RING; /* the oldest gives way */
+        c->acked = c->seq - LL_PENDING_RING; /* the oldest is dropped */
     note_input(c, s, action, now);
     *p = (ll_pending_input){.seq = c->seq, .made = now, .action = *action};
     p->action.view_age_ns =
@@ -419,8 +422,8 @@ static void make_input(ll_client *c, const ll_client_setup *s, const ll_action *
         ll_predict_pending_inputs(c, s);
 }
 
-/* How many steps before `tick` that of the newest state is that the client holds; 0: it holds none. */
-static uint16_t lead_of(const ll_client *c, const ll_client_setup *s, int64_t tick)
+/* Number of steps from the newest snapshot that the client has to `tick`; 0: it has none. */
+static uint16_t snapshot_age_of(const ll_client *c, const ll_client_setup *s, int64_t tick)
 {
     int64_t lead = tick - c->newest_tick;
     return c->newest == 0 || s->sync->applies_on_arrival || lead < 0 || lead > UINT16_MAX ? 0
@@ -436,7 +439,7 @@ static int put_inputs(const ll_client *c, const ll_client_setup *s, uint32_t fir
     m->wants = (uint8_t)ll_acks[s->config->ack]->wants;
     if (s->config->prediction && ll_scopes[s->config->prediction_scope]->guesses)
         m->wants |= LL_PART_AXES;
-    m->lead = lead_of(c, s, m->tick);
+    m->lead = snapshot_age_of(c, s, m->tick);
     for (uint32_t i = 0; i < count; i++)
         m->inputs[i] = c->pending[(first + i) & (LL_PENDING_RING - 1)].action;
     return ll_input_message_size((int)count);
@@ -453,7 +456,7 @@ int ll_client_held(ll_client *c, const ll_client_setup *s, ll_time now, void *pa
     return put_inputs(c, s, first, count, count, packet);
 }
 
-/* Whether a packet is to leave with this tick. */
+/* Whether a packet is to be sent with this tick. */
 static bool sends_now(const ll_client *c, const ll_client_setup *s)
 {
     if (s->config->send_hz == 0 || s->sync->waits)
@@ -464,29 +467,29 @@ static bool sends_now(const ll_client *c, const ll_client_setup *s)
     return c->frame * freq / c->clock.freq != (c->frame - 1) * freq / c->clock.freq;
 }
 
-/* Whether the oldest input that is open would have its answer if it had come. */
+/* Whether the answer to the oldest open input is overdue. */
 static bool overdue(const ll_client *c, ll_time now)
 {
     const ll_pending_input *oldest = &c->pending[(c->acked + 1) & (LL_PENDING_RING - 1)];
     return now - oldest->made > ll_clock_sync_round_trip(&c->connection.clock) + QUIET * c->period;
 }
 
-/* A packet holds a run of inputs up to the newest. Where the server waits for each of them, more are open
- * than one holds, and the oldest is overdue, every other packet holds older ones instead: from the oldest
- * that is open on, in turns. */
+/* A packet holds a run of inputs up to the newest. Where the server waits for each input, more are open than
+ * a packet holds, and the oldest is overdue, every other packet instead holds older inputs, from the oldest
+ * open one on, in turn. */
 static int compose(ll_client *c, const ll_client_setup *s, ll_time now, ll_input_message *m)
 {
-    uint32_t open = c->seq - c->acked, fresh = c->seq - c->composed;
+    uint32_t open = c->seq - c->acked, fresh = c->seq - c->newest_sent;
     if (ll_cheat_holds(s, now) && c->unsent == 0 && fresh > 0)
-        c->unsent = c->composed + 1;
+        c->unsent = c->newest_sent + 1;
     if (fresh > 0 && sends_now(c, s))
-        c->composed = c->seq;
+        c->newest_sent = c->seq;
     else if (!s->sync->waits)
         return 0;
     if (c->unsent != 0)
         return ll_client_held(c, s, now, m);
     if (open < fresh && !s->sync->waits)
-        open = fresh; /* too late as they may be: the server tells by how much */
+        open = fresh; /* even if too late: the server reports by how much */
     if (open > c->seq + 1 - c->run)
         open = c->seq + 1 - c->run;
     if (open == 0)
@@ -499,13 +502,13 @@ static int compose(ll_client *c, const ll_client_setup *s, ll_time now, ll_input
     if (s->sync->waits && open > count && (c->frame & 1) && overdue(c, now)) {
         uint32_t turns = (open - 1) / count;
         first = c->acked + 1 + (uint32_t)(c->frame / 2) % turns * count;
-        c->composed -= fresh; /* they go with the next packet */
+        c->newest_sent -= fresh; /* the next packet sends them */
         fresh = 0;
     }
     return put_inputs(c, s, first, count, fresh, m);
 }
 
-/* Others are drawn at a time of their own, or as the newest state has them. */
+/* Whether others are drawn at a render time of their own (true) or as in the newest snapshot. */
 static bool draws_by_time(const ll_client *c, const ll_client_setup *s)
 {
     return c->newest > 0 &&
@@ -528,7 +531,7 @@ static void draw(ll_client *c, const ll_client_setup *s, ll_time now)
     if (by_time) {
         s->sync->interpolate(c, s, now);
     } else {
-        c->has_render = c->extrapolated = c->held_now = c->dry = 0;
+        c->has_render = c->extrapolated = c->held_now = c->underrun = 0;
         c->view_state = LL_VIEW_NEWEST;
         c->drawn_newest = c->newest;
         c->depth = 0;
@@ -542,8 +545,8 @@ static void draw(ll_client *c, const ll_client_setup *s, ll_time now)
     c->view_time = other < shown->entities ? marks[other].time : now;
 }
 
-/* The newest state that has come counts from now on, in the prediction too. */
-static void take(ll_client *c, const ll_client_setup *s, ll_time now)
+/* Applies the newest snapshot that has arrived, also to the prediction. */
+static void apply_newest_snapshot(ll_client *c, const ll_client_setup *s, ll_time now)
 {
     if (c->newest > c->fresh)
         take_newest_state(c, s, now);
@@ -556,16 +559,16 @@ static void take(ll_client *c, const ll_client_setup *s, ll_time now)
 int ll_client_tick(ll_client *c, const ll_client_setup *s, ll_time now, void *packet)
 {
     ll_client_begin_tick(c, now);
-    take(c, s, now);
+    apply_newest_snapshot(c, s, now);
     if (!ll_connection_plays(&c->connection)) {
-        c->tick += s->sync->client_runs_ahead; /* the clock goes on */
+        c->tick += s->sync->client_runs_ahead; /* the clock continues */
         ll_client_miss(c, s, now);
         return 0;
     }
     _Alignas(8) char old[LL_GAME_WORLD_MAX];
     ll_time seen;
-    const ll_world *picture = picture_of(c, s, (ll_world *)old, &seen);
-    ll_action action = ll_client_control(c, s, picture, now);
+    const ll_world *view = rendered_view_of(c, s, (ll_world *)old, &seen);
+    ll_action action = ll_client_control(c, s, view, now);
     int made = inputs_due(c, s, &action, now);
     for (int i = 0; i < made; i++)
         make_input(c, s, &action, seen, now);
@@ -576,7 +579,7 @@ int ll_client_tick(ll_client *c, const ll_client_setup *s, ll_time now, void *pa
 void ll_client_display(ll_client *c, const ll_client_setup *s, ll_time now)
 {
     ll_client_begin_display(c, now);
-    take(c, s, now);
+    apply_newest_snapshot(c, s, now);
     draw(c, s, now);
     if (s->weapon_prediction)
         ll_weapon_prediction_frame(c, s);
@@ -591,11 +594,11 @@ void ll_client_set_due(ll_client *c, const ll_client_setup *s)
 
 #define TIMER_STREAM 0x74696d6572 /* `timer`; one per player */
 
-/* An input that has no answer after so long and twice the measured round trip is sent again. How long answers
- * took says nothing of that: it counts what was lost before, and what others lost. */
+/* An input without an answer is sent again after this time plus twice the measured round trip. The time that
+ * earlier answers took is no measure: it includes earlier losses, and losses of other players. */
 #define REPEAT_MS 200
 
-/* A timer that fires late sets the next one from there, as a browser's does. */
+/* A timer that fires late sets the next one from that time, as a browser's does. */
 void ll_client_set_timer(ll_client *c, const ll_client_setup *s, ll_time now)
 {
     double late_ms = s->config->timer_jitter_ms;

@@ -10,7 +10,7 @@ const char *const ll_connection_state_names[LL_CONNECTION_STATES + 1] = {
 void ll_connection_init(ll_connection *n, ll_time now)
 {
     memset(n, 0, sizeof *n);
-    n->since = n->heard = n->sent = n->asks = now;
+    n->since = n->last_received = n->sent = n->asks = now;
     n->seen = LL_NEVER;
     n->attempt = 1;
 }
@@ -43,7 +43,7 @@ static void enter(ll_client *c, const ll_client_setup *s, ll_connection_state st
                                                               .number = (uint32_t)n->joins});
 }
 
-/* ---- what time brings ---- */
+/* ---- timers ---- */
 
 static ll_time timeout_of(const ll_client_setup *s)
 {
@@ -55,8 +55,8 @@ static ll_time after(ll_time from, ll_time delay)
     return from == LL_NEVER || delay == LL_NEVER ? LL_NEVER : from + delay;
 }
 
-/* When the next connect or ping is to leave. */
-static ll_time asks_at(const ll_connection *n)
+/* Time of the next connect or ping. */
+static ll_time next_request(const ll_connection *n)
 {
     ll_time idle = ll_connection_plays(n) ? n->sent + LL_KEEP_ALIVE : LL_NEVER;
     return n->asks < idle ? n->asks : idle;
@@ -66,24 +66,24 @@ static ll_time ends_at(const ll_connection *n, const ll_client_setup *s)
 {
     if (asks_in(n))
         return LL_NEVER;
-    ll_time notice = n->state == LL_CONNECTION_STALLED ? LL_NEVER : n->heard + LL_NOTICE,
-            end = after(n->heard, timeout_of(s));
+    ll_time notice = n->state == LL_CONNECTION_STALLED ? LL_NEVER : n->last_received + LL_NOTICE,
+            end = after(n->last_received, timeout_of(s));
     return measures(n) || end < notice ? end : notice;
 }
 
 ll_time ll_connection_due(const ll_client *c, const ll_client_setup *s)
 {
-    ll_time asks = asks_at(&c->connection), ends = ends_at(&c->connection, s);
+    ll_time asks = next_request(&c->connection), ends = ends_at(&c->connection, s);
     return asks < ends ? asks : ends;
 }
 
-/* Silence: first it is noticed, then the connection is over. */
-static void end_state(ll_client *c, const ll_client_setup *s, ll_time now)
+/* Without packets the connection is first stalled, then disconnected. */
+static void end_by_silence(ll_client *c, const ll_client_setup *s, ll_time now)
 {
     ll_connection *n = &c->connection;
     if (now < ends_at(n, s))
         return;
-    if (now < after(n->heard, timeout_of(s))) {
+    if (now < after(n->last_received, timeout_of(s))) {
         enter(c, s, LL_CONNECTION_STALLED, now);
         return;
     }
@@ -93,11 +93,11 @@ static void end_state(ll_client *c, const ll_client_setup *s, ll_time now)
     enter(c, s, n->joined ? LL_CONNECTION_DISCONNECTED : LL_CONNECTION_CONNECTING, now);
 }
 
-int ll_connection_tend(ll_client *c, const ll_client_setup *s, ll_time now, void *packet)
+int ll_connection_poll(ll_client *c, const ll_client_setup *s, ll_time now, void *packet)
 {
     ll_connection *n = &c->connection;
-    end_state(c, s, now);
-    if (now < asks_at(n))
+    end_by_silence(c, s, now);
+    if (now < next_request(n))
         return 0;
     bool in = asks_in(n);
     ll_request_message m = {.head = {.type = in ? LL_MESSAGE_CONNECT : LL_MESSAGE_PING,
@@ -111,10 +111,10 @@ int ll_connection_tend(ll_client *c, const ll_client_setup *s, ll_time now, void
     return (int)sizeof m;
 }
 
-/* ---- what comes ---- */
+/* ---- received packets ---- */
 
-/* The clock is known: from now on, or again, the player plays. */
-static void measured(ll_client *c, const ll_client_setup *s, ll_time now)
+/* The clock is measured, for the first time or again: the player plays from now on. */
+static void clock_measured(ll_client *c, const ll_client_setup *s, ll_time now)
 {
     ll_connection *n = &c->connection;
     bool first = n->state == LL_CONNECTION_SYNCHRONISING;
@@ -132,7 +132,7 @@ static void take_echo(ll_client *c, const ll_client_setup *s, const ll_answer_me
                       ll_client_local(s, now), n->state != LL_CONNECTION_PLAYING);
     n->measured++;
     if (measures(n) && n->measured >= LL_SYNC_SAMPLES)
-        measured(c, s, now);
+        clock_measured(c, s, now);
 }
 
 static void take_accept(ll_client *c, const ll_client_setup *s, const ll_answer_message *m, const void *world,
@@ -140,20 +140,20 @@ static void take_accept(ll_client *c, const ll_client_setup *s, const ll_answer_
 {
     ll_connection *n = &c->connection;
     if (!asks_in(n) || m->head.seq != n->attempt)
-        return; /* it is in */
+        return; /* already connected */
     n->epoch = m->head.epoch;
     n->joins++;
     enter(c, s, n->joined ? LL_CONNECTION_RESYNCHRONISING : LL_CONNECTION_SYNCHRONISING, now);
     ll_client_join(c, s, m->head.epoch, m->tick, m->first, world, now);
 }
 
-/* Not connected, or not in this epoch: it has been dropped, or what it asked with was too old to let it in.
- */
+/* The player is not connected, or not in this epoch: the server dropped it, or its request was too old to be
+ * accepted. */
 static void take_refusal(ll_client *c, const ll_client_setup *s, ll_time now)
 {
     ll_connection *n = &c->connection;
     if (asks_in(n)) {
-        n->asks = now; /* again, telling of this answer */
+        n->asks = now; /* asks again, acknowledging this answer */
         return;
     }
     n->attempt++;
@@ -161,9 +161,9 @@ static void take_refusal(ll_client *c, const ll_client_setup *s, ll_time now)
     enter(c, s, n->joined ? LL_CONNECTION_DISCONNECTED : LL_CONNECTION_CONNECTING, now);
 }
 
-/* Whether the server, whose answer is of `epoch`, has dropped the player or let it in again without its
- * knowing. An older epoch was before a change of the way of keeping in step. */
-static bool is_out(const ll_connection *n, uint16_t epoch)
+/* Whether the server, which answers with `epoch`, has dropped the player or accepted it again without the
+ * player knowing. An older epoch is from before a change of the sync mode. */
+static bool is_dropped(const ll_connection *n, uint16_t epoch)
 {
     return epoch == 0 || (int16_t)(uint16_t)(epoch - n->epoch) > 0;
 }
@@ -175,18 +175,18 @@ bool ll_connection_receive(ll_client *c, const ll_client_setup *s, const void *p
     ll_answer_message m;
     memcpy(&head, packet, sizeof head);
     bool answers = head.type == LL_MESSAGE_ACCEPT || head.type == LL_MESSAGE_PONG;
-    n->heard = now;
+    n->last_received = now;
     if (n->state == LL_CONNECTION_STALLED)
         enter(c, s, LL_CONNECTION_RESYNCHRONISING, now);
     if (!answers)
         return false;
     memcpy(&m, packet, sizeof m);
     const char *world = size > (int)sizeof m ? (const char *)packet + sizeof m : NULL;
-    bool news = n->seen == LL_NEVER || m.received > n->seen; /* and none that was overtaken */
+    bool news = n->seen == LL_NEVER || m.received > n->seen; /* and not an overtaken one */
     n->seen = news ? m.received : n->seen;
     if (head.type == LL_MESSAGE_ACCEPT)
         take_accept(c, s, &m, world, now);
-    else if (asks_in(n) ? head.epoch == 0 : news && is_out(n, head.epoch))
+    else if (asks_in(n) ? head.epoch == 0 : news && is_dropped(n, head.epoch))
         take_refusal(c, s, now);
     take_echo(c, s, &m, now);
     return true;

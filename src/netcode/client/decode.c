@@ -1,10 +1,10 @@
-/* How a client reads a world: against what it holds, or not at all. */
+/* Decodes the world of a snapshot against a baseline that the client holds, or rejects it. */
 #include <string.h>
 
 #include "netcode/state/client.h"
 #include "netcode/snapshot/snapshot.h"
 
-/* The world of `tick` as it was received, of those that lie on the present grid. */
+/* The received world of `tick`, if it lies on the present grid. */
 static const ll_world *baseline_of(ll_client *c, int64_t tick)
 {
     int64_t oldest = c->newest > LL_STATE_RING ? c->newest - LL_STATE_RING : 0;
@@ -16,7 +16,8 @@ static const ll_world *baseline_of(ll_client *c, int64_t tick)
     return NULL;
 }
 
-/* A grid counts from the state on that brings it; a state from before it that comes late changes nothing. */
+/* A grid is valid from the snapshot on that brings it; an earlier snapshot that arrives late changes
+ * nothing. */
 static void take_grid(ll_client *c, const ll_quantization *grid, int64_t tick)
 {
     bool other = memcmp(grid, &c->grid, sizeof *grid) != 0;
@@ -34,13 +35,13 @@ ll_status ll_client_decode(ll_client *c, const ll_snapshot_message *m, const voi
     ll_incoming in = {.world = world, .self = c->self, .grid = &grid};
     ll_bit_reader r = {.bytes = bytes, .size = 8 * (int64_t)size};
     if (!codec)
-        return ll_error(LL_BAD_INPUT, "there is no codec of number %d", m->codec);
+        return ll_error(LL_BAD_INPUT, "codec %d does not exist", m->codec);
     if (codec->compares)
         in.baseline = baseline_of(c, m->tick - m->baseline);
     if (codec->compares && !in.baseline)
-        return ll_error(LL_NOT_FOUND, "state %lld is told against state %lld, which is not held",
-                        (long long)m->tick, (long long)m->tick - m->baseline);
-    *world = *ll_client_latest(c); /* its header */
+        return ll_error(LL_NOT_FOUND, "snapshot %lld: baseline %lld missing", (long long)m->tick,
+                        (long long)m->tick - m->baseline);
+    *world = *ll_client_latest(c); /* copies the header */
     ll_status status = codec->decode(&r, &in);
     if (!ll_failed(&status) && codec->gridded)
         take_grid(c, &grid, m->tick);

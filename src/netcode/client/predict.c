@@ -1,12 +1,12 @@
-/* Prediction and reconciliation (paper, "Working Around Lockstep Delay"; Figure 12).
+/* Client-side prediction and server reconciliation (paper, "Working Around Lockstep Delay"; Figure 12).
  *
- * The predicted world is the server's latest state with the inputs that it does not include applied on top,
- * in the player's prediction scope. Beside it the client keeps the checked world: the same without those
- * inputs. When a state comes, the checked world is stepped to the same tick by the same inputs and guesses.
- * If what is in scope then agrees with the new state (agree.h), the prediction stands, and the checked world
- * goes on from itself, so that what it is off by is seen as a whole by the next comparison, and never adds up
- * unseen. Otherwise both are made again from the new state. Cost: a step of the scope for each tick between
- * two states, and one for each open input where something was mispredicted. */
+ * The predicted world is the server's latest snapshot plus the inputs that the snapshot does not include,
+ * within the player's prediction scope. The client also keeps the checked world: the same without those
+ * inputs. When a snapshot arrives, the client steps the checked world to the same tick with the same inputs
+ * and guesses. If the entities in scope then agree with the snapshot (agree.h), the prediction stands and the
+ * checked world continues from itself, so that the next comparison sees its whole error and errors never add
+ * up unseen. Otherwise both worlds are rebuilt from the new snapshot. Cost: a step of the scope for each tick
+ * between two snapshots, and one for each open input after a misprediction. */
 #include <string.h>
 
 #include "base/detmath.h"
@@ -31,7 +31,7 @@ static void step(ll_client *c, const ll_client_setup *s, ll_world *world, const 
                       &c->predicted);
 }
 
-/* The next step, by input `seq`; by none where the clock has snapped beyond it. */
+/* The next step, with input `seq`; without an input where the clock has snapped beyond it. */
 static ll_pending_input *predict_input(ll_client *c, const ll_client_setup *s, uint32_t seq)
 {
     const ll_action none = {0};
@@ -43,8 +43,8 @@ static ll_pending_input *predict_input(ll_client *c, const ll_client_setup *s, u
     return made ? input : NULL;
 }
 
-/* From a state at `tick` to the client's newest input, and on until the next state. Where inputs count as
- * they come they have no ticks: those that are open count. */
+/* Time from a snapshot of `tick` to the client's newest input, and on until the next snapshot. Where inputs
+ * are applied on arrival they have no ticks: the number of open inputs counts. */
 static double horizon_from(const ll_client *c, const ll_client_setup *s, int64_t tick)
 {
     int64_t ahead = s->sync->applies_on_arrival ? (int64_t)c->seq - c->acked : c->tick - tick;
@@ -52,16 +52,17 @@ static double horizon_from(const ll_client *c, const ll_client_setup *s, int64_t
     return c->update_hz > 0 ? horizon_s + 1 / c->update_hz : horizon_s;
 }
 
-/* What is in scope so long. */
-static ll_entity_set choose(const ll_client *c, const ll_client_setup *s, const ll_world *state, int64_t tick)
+/* The entities in scope for that time. */
+static ll_entity_set entities_in_scope(const ll_client *c, const ll_client_setup *s, const ll_world *state,
+                                       int64_t tick)
 {
     ll_entity_set set = {{0}};
     scope_of(s)->choose(s->game, s->env, state, c->self, horizon_from(c, s, tick), &set);
     return set;
 }
 
-/* The prediction is known to have been as a state is, of `tick` and on `grid`. */
-static void mark_begun(ll_client *c, int64_t tick, const ll_quantization *grid)
+/* Records that the prediction agreed with a snapshot of `tick` on `grid`. */
+static void record_agreement(ll_client *c, int64_t tick, const ll_quantization *grid)
 {
     c->begun_tick = tick;
     c->begun_acked = c->acked;
@@ -74,21 +75,21 @@ static ll_quantization grid_of(const ll_client *c, const ll_snapshot_entry *stat
     return state->gridded ? c->grid : (ll_quantization){0};
 }
 
-/* The predicted world is the latest state. */
-static void begin(ll_client *c, const ll_client_setup *s)
+/* The predicted world becomes the latest snapshot. */
+static void reset_to_snapshot(ll_client *c, const ll_client_setup *s)
 {
     ll_quantization grid =
         c->newest > 0 ? grid_of(c, ll_client_state(c, c->newest - 1)) : (ll_quantization){0};
     memcpy(ll_client_predicted(c), ll_client_latest(c), (size_t)c->world_size);
     memcpy(ll_client_checked(c), ll_client_latest(c), (size_t)c->world_size);
-    memcpy(c->guessed, c->told, sizeof c->guessed);
-    c->predicted = choose(c, s, ll_client_latest(c), c->latest_tick);
+    memcpy(c->guessed, c->last_controls, sizeof c->guessed);
+    c->predicted = entities_in_scope(c, s, ll_client_latest(c), c->latest_tick);
     c->predicted_tick = c->latest_tick;
-    mark_begun(c, c->latest_tick, &grid);
+    record_agreement(c, c->latest_tick, &grid);
 }
 
-/* The newest input whose time has come: the client's present lies `input_delay_ticks` before the tick of its
- * newest, but not before the latest state. */
+/* The newest input whose step has come: the client's present is `input_delay_ticks` before the tick of its
+ * newest input, but not before the latest snapshot. */
 static uint32_t newest_due(const ll_client *c, const ll_client_setup *s)
 {
     uint32_t delay = s->sync->applies_on_arrival ? 0 : (uint32_t)s->config->input_delay_ticks;
@@ -104,7 +105,7 @@ void ll_predict_pending_inputs(ll_client *c, const ll_client_setup *s)
     }
 }
 
-/* Inputs that belong to steps: one for each step behind the state, none where none was made. */
+/* Inputs that belong to steps: one for each step after the snapshot, none where none was made. */
 static void apply_by_step(ll_client *c, const ll_client_setup *s)
 {
     const ll_action none = {0};
@@ -117,11 +118,11 @@ static void apply_by_step(ll_client *c, const ll_client_setup *s)
     }
 }
 
-/* Whether all inputs behind the acknowledged are open. Where inputs count as they come, one that overtook
- * another is not: the state has it, and the prediction has it on top. Nor are those that an older state is
- * without, when a newer one had them: then the prediction lacks them, which the checked world does not know.
- */
-static bool none_overtook(ll_client *c, const ll_client_setup *s)
+/* Whether all inputs after the acknowledged one are open. Where inputs are applied on arrival, an input that
+ * overtook another is not open: the snapshot has it, and the prediction applied it last. Inputs that an older
+ * snapshot lacks but a newer one had are not open either: the prediction then lacks them, which the checked
+ * world does not know. */
+static bool all_are_open(ll_client *c, const ll_client_setup *s)
 {
     for (uint32_t seq = c->acked + 1; s->sync->applies_on_arrival && seq <= c->played; seq++)
         if (!ll_client_is_open(c, seq))
@@ -131,9 +132,9 @@ static bool none_overtook(ll_client *c, const ll_client_setup *s)
 
 void ll_resimulate(ll_client *c, const ll_client_setup *s)
 {
-    begin(c, s);
+    reset_to_snapshot(c, s);
     c->played = newest_due(c, s);
-    c->gaps = !none_overtook(c, s);
+    c->gaps = !all_are_open(c, s);
     if (!s->sync->applies_on_arrival)
         apply_by_step(c, s);
     for (uint32_t seq = c->acked + 1; s->sync->applies_on_arrival && seq <= c->played; seq++)
@@ -143,7 +144,7 @@ void ll_resimulate(ll_client *c, const ll_client_setup *s)
 
 static void forget(ll_client *c, const ll_client_setup *s)
 {
-    begin(c, s);
+    reset_to_snapshot(c, s);
     c->played = newest_due(c, s);
     c->gaps = c->played > c->acked;
 }
@@ -161,13 +162,13 @@ static void replay(ll_client *c, const ll_client_setup *s, ll_time now)
 static bool guessed_right(const ll_client *c, const ll_client_setup *s, int players)
 {
     for (int i = 0; i < players && scope_of(s)->guesses; i++)
-        if (i != c->self && memcmp(&c->guessed[i], &c->told[i], sizeof c->told[i]) != 0)
+        if (i != c->self && memcmp(&c->guessed[i], &c->last_controls[i], sizeof c->last_controls[i]) != 0)
             return false;
     return true;
 }
 
-/* Steps the checked world on to `state`, by what the prediction was made with. False when it was not made
- * with one input a step, or `acked`, what had been acknowledged before, tells that. */
+/* Steps the checked world to `state` with the inputs of the prediction. False if the prediction was not made
+ * with one input per step, which `acked`, the acknowledged input before, shows. */
 static bool check_upto(ll_client *c, const ll_client_setup *s, const ll_snapshot_entry *state, uint32_t acked)
 {
     const ll_action none = {0};
@@ -183,8 +184,8 @@ static bool check_upto(ll_client *c, const ll_client_setup *s, const ll_snapshot
     return true;
 }
 
-/* Others may have acted on the own entity within `steps`. */
-static bool touched(const ll_client *c, const ll_client_setup *s, const ll_world *world, int64_t steps)
+/* Whether others may have acted on the own entity within `steps`. */
+static bool may_be_touched(const ll_client *c, const ll_client_setup *s, const ll_world *world, int64_t steps)
 {
     ll_entity_set set = {{0}}, alone = {{0}};
     if (!s->game->reach)
@@ -202,7 +203,7 @@ static bool agrees(ll_client *c, const ll_client_setup *s, const ll_world *check
         s->sync->applies_on_arrival ? (int64_t)c->acked - c->begun_acked : state->tick - c->begun_tick;
     if (scope_of(s)->guesses && (c->begun_grid.m > 0 || state->gridded))
         c->touched |=
-            touched(c, s, checked, s->sync->applies_on_arrival ? ticks : state->tick - c->latest_tick);
+            may_be_touched(c, s, checked, s->sync->applies_on_arrival ? ticks : state->tick - c->latest_tick);
     ll_agreement agreement = {.tolerance_m = s->config->reconciliation_tolerance_m,
                               .horizon_s = horizon_from(c, s, state->tick),
                               .drift_s = (double)ticks * s->env->dt,
@@ -212,8 +213,8 @@ static bool agrees(ll_client *c, const ll_client_setup *s, const ll_world *check
     return ll_agrees_in(&agreement, checked, (const ll_world *)(state + 1), &c->predicted);
 }
 
-/* Whether the prediction stands before `state`, which is about to become the latest. `acked` is what had been
- * acknowledged before it. */
+/* Whether the prediction agrees with `state`, which is about to become the latest snapshot. `acked` is the
+ * input that was acknowledged before it. */
 bool ll_prediction_stands(ll_client *c, const ll_client_setup *s, const ll_snapshot_entry *state,
                           uint32_t acked)
 {
@@ -221,31 +222,32 @@ bool ll_prediction_stands(ll_client *c, const ll_client_setup *s, const ll_snaps
     ll_world *checked = ll_client_checked(c);
     ll_quantization grid = grid_of(c, state);
     if (c->predicting != mark_of(s) || !s->config->reconciliation || !scope_of(s)->closed(s->game) ||
-        !guessed_right(c, s, truth->players) || c->gaps || !none_overtook(c, s) ||
+        !guessed_right(c, s, truth->players) || c->gaps || !all_are_open(c, s) ||
         !check_upto(c, s, state, acked))
         return false;
-    ll_entity_set set = choose(c, s, truth, state->tick);
+    ll_entity_set set = entities_in_scope(c, s, truth, state->tick);
     if (memcmp(&set, &c->predicted, sizeof set) != 0)
         return false;
     if (!ll_same_in(checked, truth, &set))
         return agrees(c, s, checked, state);
-    memcpy(checked, truth, (size_t)c->world_size); /* what is not in scope is news */
-    mark_begun(c, state->tick, &grid);
+    memcpy(checked, truth, (size_t)c->world_size); /* entities out of scope come from the snapshot */
+    record_agreement(c, state->tick, &grid);
     return true;
 }
 
-/* The newest input that the latest state is over with. Before the server has heard of any it does not say;
- * where inputs belong to steps that is known all the same. */
-static uint32_t newest_over(const ll_client *c, const ll_client_setup *s)
+/* The newest input that the latest snapshot decides. Before the server has received any input it reports
+ * none; where inputs belong to steps the client still knows it. */
+static uint32_t newest_decided(const ll_client *c, const ll_client_setup *s)
 {
     int64_t seq = s->sync->applies_on_arrival ? 0 : (int64_t)c->seq - (c->tick - c->latest_tick);
     return seq > (int64_t)c->acked && seq <= (int64_t)c->seq ? (uint32_t)seq : c->acked;
 }
 
-/* Why the latest state differs from what was made of the one at `tick` by the inputs behind `acked`. */
+/* Why the latest snapshot differs from the prediction made from the snapshot at `tick` with the inputs after
+ * `acked`. */
 static ll_cause cause_of(ll_client *c, const ll_client_setup *s, uint32_t acked, int64_t tick)
 {
-    uint32_t last = newest_over(c, s);
+    uint32_t last = newest_decided(c, s);
     int64_t inputs = (int64_t)last - acked, steps = c->latest_tick - tick;
     if (!s->config->reconciliation)
         return LL_CAUSE_OTHER;
@@ -253,8 +255,8 @@ static ll_cause cause_of(ll_client *c, const ll_client_setup *s, uint32_t acked,
     if (cause != LL_CAUSE_OTHER)
         return cause;
     if (!s->sync->applies_on_arrival && acked > 0 && steps > inputs)
-        return LL_CAUSE_LATE; /* there was none to be applied */
-    return touched(c, s, ll_client_latest(c), steps) ? LL_CAUSE_CONTACT : LL_CAUSE_OTHER;
+        return LL_CAUSE_LATE; /* there was no input to apply */
+    return may_be_touched(c, s, ll_client_latest(c), steps) ? LL_CAUSE_CONTACT : LL_CAUSE_OTHER;
 }
 
 void ll_note_correction(const ll_client *c, const ll_client_setup *s, ll_cause cause, double moved,
@@ -263,7 +265,7 @@ void ll_note_correction(const ll_client *c, const ll_client_setup *s, ll_cause c
     ll_client_metrics *in = s->client_metrics;
     double size = moved < 0 ? -moved : moved;
     if (!(size >= 0))
-        return; /* out of all bounds: the next display ends the session */
+        return; /* not finite: the next display ends the session */
     ll_measure(in, LL_METRIC_CORRECTION, now, size);
     if (now >= in->from)
         ll_input_history_correction(&in->input_history, cause, size);
@@ -278,8 +280,8 @@ void ll_note_correction(const ll_client *c, const ll_client_setup *s, ll_cause c
                                                               .value = (float)in->last_correction});
 }
 
-/* How far each entity that was and is in scope moved: the view learns of it. Returns the own entity's, signed
- * by x; others are guessed, and nobody acts by their place but the eye. */
+/* Reports to the view how far each entity in the old or new scope moved. Returns the distance of the own
+ * entity, signed by x. The others' controls are guessed, and their positions affect only what is drawn. */
 static double correct(ll_client *c, const ll_entity_set *set, const ll_entity *before)
 {
     const ll_world *world = ll_client_predicted(c);
@@ -296,8 +298,8 @@ static double correct(ll_client *c, const ll_entity_set *set, const ll_entity *b
     return own;
 }
 
-/* By input delay the client's present may be before the newest state: then time goes on to that first, so
- * that what was predicted and what is right are of one tick. */
+/* With input delay the client's present may lie before the newest snapshot: the prediction is then first
+ * stepped to the snapshot's tick, so that the predicted and the correct state are of one tick. */
 static void reach_state(ll_client *c, const ll_client_setup *s)
 {
     const ll_action none = {0};
@@ -317,7 +319,7 @@ void ll_reconcile(ll_client *c, const ll_client_setup *s, bool stands, ll_time n
     uint32_t acked = c->begun_acked;
     int64_t tick = c->begun_tick;
     if (c->predicting != mark_of(s))
-        return; /* it is about to start, from the same state */
+        return; /* it is about to start, from the same snapshot */
     if (s->config->input_delay_ticks > 0 && s->config->reconciliation)
         reach_state(c, s);
     if (stands)
@@ -326,7 +328,7 @@ void ll_reconcile(ll_client *c, const ll_client_setup *s, bool stands, ll_time n
     if (s->config->reconciliation)
         replay(c, s, now);
     else
-        forget(c, s); /* the paper's plain prediction: back to what the server says */
+        forget(c, s); /* the paper's plain prediction: back to the server's state */
     double moved = correct(c, &set, before);
     if (moved != 0)
         ll_note_correction(c, s, cause_of(c, s, acked, tick), moved, now);

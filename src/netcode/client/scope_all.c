@@ -1,6 +1,6 @@
-/* All: the whole world, by the game's full step, to the client's present (as Rocket League has it). Nothing
- * is drawn in the past; every change of somebody's controls is a misprediction of him until it is heard of.
- */
+/* All: the whole world, with the game's full step, to the client's present (as in Rocket League). Nothing is
+ * drawn in the past. Every change of another player's controls is a misprediction until the client receives
+ * it. */
 #include "netcode/client/scope.h"
 
 static void choose(const ll_game *game, const ll_game_env *env, const ll_world *world, int self,

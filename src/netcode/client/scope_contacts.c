@@ -1,5 +1,6 @@
-/* Contacts: the own entity and whatever may touch it before the next state is heard, by the game's own word.
- * Where nothing is near it costs what `own` does and draws the others as they would be drawn without it. */
+/* Contacts: the own entity and every entity that may touch it before the next snapshot arrives, as the game
+ * decides. Where nothing is near, the cost is that of `own` and the others are drawn as without prediction.
+ */
 #include "netcode/client/scope.h"
 
 static void choose(const ll_game *game, const ll_game_env *env, const ll_world *world, int self,
@@ -26,7 +27,7 @@ static void step(const ll_game *game, const ll_game_env *env, ll_world *world, c
 
 const ll_prediction_scope ll_prediction_scope_contacts = {
     .name = "contacts",
-    .help = "The own entity and whatever may touch it.",
+    .help = "The own entity and the entities that may touch it.",
     .guesses = true,
     .choose = choose,
     .closed = closed,

@@ -1,5 +1,5 @@
-/* Own: the client's own entity alone, as the paper has it. Others stand still in the prediction, so every
- * touch is mispredicted. Cost: one entity a step. */
+/* Own: the client's own entity alone, as in the paper. Others stand still in the prediction, so every touch
+ * is mispredicted. Cost: one entity per step. */
 #include "netcode/client/scope.h"
 
 static void choose(const ll_game *game, const ll_game_env *env, const ll_world *world, int self,

@@ -15,7 +15,7 @@ void ll_weapon_prediction_start(const ll_client *c, const ll_client_setup *s)
     weapon_prediction->drawn_time = c->view_time;
 }
 
-/* So many steps are an interval at least. */
+/* Smallest number of steps that is at least an interval. */
 static int64_t steps_of(double interval_s, ll_freq freq)
 {
     ll_time interval = (ll_time)(interval_s * 1e9);
@@ -23,8 +23,8 @@ static int64_t steps_of(double interval_s, ll_freq freq)
     return ll_tick_time(steps, freq) < interval ? steps + 1 : steps;
 }
 
-/* Whom a client that lies says that it hits. */
-static int anybody(const ll_arena *arena, int self)
+/* The body that a cheating client claims to hit. */
+static int claimed_body(const ll_arena *arena, int self)
 {
     int body = 0;
     while (body < arena->bodies && !ll_arena_enemies(arena, self, body))
@@ -44,7 +44,7 @@ static void fire_cannon(ll_weapon_prediction *weapon_prediction, int64_t tick, l
     shell->body = LL_NOBODY;
 }
 
-/* Claims the oldest hit of a shell that was not claimed yet. */
+/* Claims the oldest hit of a projectile that was not claimed yet. */
 static void claim_shell(ll_weapon_prediction *weapon_prediction, ll_action *a)
 {
     int64_t first = weapon_prediction->fired >= LL_SHELLS ? weapon_prediction->fired - LL_SHELLS + 1 : 1;
@@ -70,7 +70,7 @@ static bool may_fire(const ll_client_setup *s, int weapon, int64_t tick)
     return tick >= weapon_prediction->ready[weapon] || s->config->cheat == LL_CHEAT_FIRE_RATE;
 }
 
-/* Returns whom a rifle hits in the picture. */
+/* Returns the body that a hitscan shot hits in the rendered view. */
 static int fire(const ll_client *c, const ll_client_setup *s, int weapon, ll_aim aim, ll_action *a)
 {
     ll_weapon_prediction *weapon_prediction = s->weapon_prediction;
@@ -82,7 +82,7 @@ static int fire(const ll_client *c, const ll_client_setup *s, int weapon, ll_aim
         return LL_NOBODY;
     }
     int body = ll_arena_ray(arena, c->self, aim.from, aim.direction, weapon_prediction->drawn);
-    ll_set_claim(a, LL_RIFLE, s->config->cheat == LL_CHEAT_CLAIM ? anybody(arena, c->self) : body);
+    ll_set_claim(a, LL_RIFLE, s->config->cheat == LL_CHEAT_CLAIM ? claimed_body(arena, c->self) : body);
     return body;
 }
 
@@ -107,9 +107,9 @@ void ll_weapon_prediction_input(ll_client *c, const ll_client_setup *s, ll_pendi
         claim_shell(s->weapon_prediction, a);
 }
 
-/* Between the last picture and this one, `drawn`. */
-static void fly(ll_weapon_prediction_shell *shell, const ll_client *c, const ll_client_setup *s,
-                const ll_point *drawn)
+/* Moves a projectile from the last rendered view to this one, `drawn`. */
+static void move_shell(ll_weapon_prediction_shell *shell, const ll_client *c, const ll_client_setup *s,
+                       const ll_point *drawn)
 {
     const ll_weapon_prediction *weapon_prediction = s->weapon_prediction;
     double from = ll_to_s(weapon_prediction->drawn_time - shell->start),
@@ -131,7 +131,7 @@ void ll_weapon_prediction_frame(const ll_client *c, const ll_client_setup *s)
     for (int i = 0; i < LL_SHELLS; i++)
         if (weapon_prediction->shells[i].state == LL_WEAPON_PREDICTION_FLYING &&
             c->view_time > weapon_prediction->drawn_time)
-            fly(&weapon_prediction->shells[i], c, s, drawn);
+            move_shell(&weapon_prediction->shells[i], c, s, drawn);
     memcpy(weapon_prediction->drawn, drawn, (size_t)weapon_prediction->arena.bodies * sizeof drawn[0]);
     weapon_prediction->drawn_time = c->view_time;
 }

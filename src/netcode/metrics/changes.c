@@ -46,10 +46,10 @@ static void pass_complete(ll_changes *c)
 static bool moved(float a, float b)
 {
     double by = (double)a - (double)b;
-    return !(by <= LL_CHANGE_EPSILON && by >= -LL_CHANGE_EPSILON); /* a NaN of a cheat is a change too */
+    return !(by <= LL_CHANGE_EPSILON && by >= -LL_CHANGE_EPSILON); /* the NaN of a cheat is a change too */
 }
 
-/* Takes the controls; false when they are what they were. */
+/* Stores the controls; false if they have not changed. */
 static bool take_controls(ll_changes *c, const ll_action *a)
 {
     uint32_t buttons = a->buttons & LL_BUTTONS;
@@ -88,20 +88,20 @@ void ll_changes_idle(ll_changes *c)
     c->buttons = 0;
 }
 
-void ll_changes_meet(ll_changes *c)
+void ll_changes_resync(ll_changes *c)
 {
     for (int64_t i = c->first; i < c->made; i++)
         change_at(c, i)->seq = UINT32_MAX;
     ll_changes_idle(c);
 }
 
-/* What was shown before the verdict counts now. */
+/* Counts the displays before the input's result was known. */
 static void decide(ll_changes *c, ll_change *change, ll_histogram *latency,
                    const ll_input_history_entry *input)
 {
-    if (input && input->verdict == LL_INPUT_IS_OPEN)
+    if (input && input->result == LL_INPUT_IS_OPEN)
         return;
-    change->decided = input ? input->verdict : LL_INPUT_WAS_LOST;
+    change->decided = input ? input->result : LL_INPUT_WAS_LOST;
     if (change->decided != LL_INPUT_WAS_APPLIED) {
         add_never(c, change, latency, true);
         return;
@@ -138,7 +138,7 @@ void ll_changes_shown(ll_changes *c, ll_histogram *latency, const ll_included *i
     pass_complete(c);
 }
 
-/* A client may hear of an input, and draw its tick, before the server has made it. */
+/* A client may receive an input, and draw its tick, before the server has made that tick. */
 void ll_changes_seen(ll_changes *c, ll_histogram *latency, ll_input_history *input_history, int other,
                      int64_t tick, ll_time now)
 {
@@ -148,7 +148,7 @@ void ll_changes_seen(ll_changes *c, ll_histogram *latency, ll_input_history *inp
         if ((change->seen & bit) || change->tick > tick)
             continue;
         if (!change->decided &&
-            !(ll_input_history_marks(input_history, change->seq) & LL_INPUT_HISTORY_IN_TIME))
+            !(ll_input_history_flags(input_history, change->seq) & LL_INPUT_HISTORY_IN_TIME))
             continue;
         ll_histogram_add(&latency[LL_LATENCY_SEEN], ll_to_ms(now - change->made));
         change->seen |= bit;

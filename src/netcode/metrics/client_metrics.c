@@ -6,28 +6,31 @@
 
 const ll_metric_row ll_metric_rows[LL_METRICS] = {
     [LL_METRIC_INPUT_LATENCY] = {"input_latency_ms",
-                                 "M1: time until a change of the controls shows on the own screen", 0.1},
+                                 "time from a change of the controls to its first display on the own screen",
+                                 0.1},
     [LL_METRIC_CONFIRMED_LATENCY] = {"confirmed_latency_ms",
-                                     "M1: time until it shows there as the server applied it", 0.1},
-    [LL_METRIC_SEEN_LATENCY] = {"seen_latency_ms", "M1: time until it shows on another player's screen", 0.1},
-    [LL_METRIC_ACK_RTT] = {"ack_rtt_ms", "M2: time until a client learns that its input was applied", 0.1},
-    [LL_METRIC_VIEW_AGE] = {"view_age_ms", "M3: age of the others as drawn", 0.1},
+                                     "time until the own screen shows the change as the server applied it",
+                                     0.1},
+    [LL_METRIC_SEEN_LATENCY] = {"seen_latency_ms", "time until another player's screen shows the change",
+                                0.1},
+    [LL_METRIC_ACK_RTT] = {"ack_rtt_ms", "time until a client learns that its input was applied", 0.1},
+    [LL_METRIC_VIEW_AGE] = {"view_age_ms", "age of the others as drawn", 0.1},
     [LL_METRIC_AGE_OF_INFORMATION] = {"age_of_information_ms",
-                                      "M3b: age of the newest state that the client has taken in", 0.1},
+                                      "age of the newest snapshot that the client has applied", 0.1},
     [LL_METRIC_OWN_TIMELINE_ERROR] = {"own_timeline_error_m",
-                                      "M4: distance of the own entity as drawn from the truth of that tick",
+                                      "distance of the own entity as drawn from the truth of that tick",
                                       0.001},
     [LL_METRIC_OWN_LEAD] =
-        {"own_lead_m", "M4b: distance of the own entity as drawn from the server's now: a lead, no error",
+        {"own_lead_m", "distance of the own entity as drawn from the server's present: a lead, not an error",
          0.001},
-    [LL_METRIC_REMOTE_ERROR] = {"remote_error_m",
-                                "M4c: distance of the others as drawn from the server's now", 0.001},
+    [LL_METRIC_REMOTE_ERROR] = {"remote_error_m", "distance of the others as drawn from the server's present",
+                                0.001},
     [LL_METRIC_TIMELINE_ERROR] = {"timeline_error_m",
-                                  "M5: distance of the others as drawn from the truth of that time", 0.001},
-    [LL_METRIC_CORRECTION] = {"correction_m", "M6: size of a correction of the own entity", 0.001},
-    [LL_METRIC_POP] = {"pop_m", "M6b: how far corrections move what is drawn, per frame", 0.001},
-    [LL_METRIC_BUFFER] = {"buffer_ms", "M9: how far the newest state is ahead of what is drawn", 0.1},
-    [LL_METRIC_UNACKED] = {"unacked", "M2b: inputs that wait for an acknowledgement", 1},
+                                  "distance of the others as drawn from the truth of that time", 0.001},
+    [LL_METRIC_CORRECTION] = {"correction_m", "size of a correction of the own entity", 0.001},
+    [LL_METRIC_POP] = {"pop_m", "distance that corrections move what is drawn, per frame", 0.001},
+    [LL_METRIC_BUFFER] = {"buffer_ms", "newest snapshot's time less render time", 0.1},
+    [LL_METRIC_UNACKED] = {"unacked", "inputs that wait for an acknowledgement", 1},
 };
 
 size_t ll_client_metrics_size(int entities)
@@ -43,19 +46,19 @@ void ll_client_metrics_init(ll_client_metrics *in, int entities, ll_time from)
     for (int i = 0; i < LL_METRICS; i++)
         ll_histogram_init(&in->histogram[i], ll_metric_rows[i].unit);
     ll_histogram_init(&in->animation_error, 0.1);
-    ll_input_history_meet(&in->input_history);
+    ll_input_history_resync(&in->input_history);
 }
 
-/* ---- what others tell ---- */
+/* ---- reports of clients and server ---- */
 
 void ll_client_metrics_acknowledged(ll_client_metrics *in, uint32_t seq, int64_t tick, ll_time made,
-                                    ll_time told, ll_time now)
+                                    ll_time acknowledged, ll_time now)
 {
     if (ll_input_history_includes(&in->input_history, seq, tick))
-        ll_measure(in, LL_METRIC_ACK_RTT, now, ll_to_ms(told - made));
+        ll_measure(in, LL_METRIC_ACK_RTT, now, ll_to_ms(acknowledged - made));
 }
 
-#define VISIBLE_SHARE 0.1 /* of the way that it went by itself */
+#define VISIBLE_SHARE 0.1 /* of the distance that it moved by its own speed */
 
 void ll_client_metrics_moved(ll_client_metrics *in, double moved, double step)
 {
@@ -81,14 +84,14 @@ void ll_client_metrics_stepped(ll_client_metrics *in, int self, const ll_stepped
     const ll_entity *real = &s->world->entity[self];
     int64_t key = s->applies_on_arrival ? s->acked : s->step;
     if (s->applies_on_arrival)
-        ll_input_history_drained(&in->input_history, s->step, s->unsent_from, now);
+        ll_input_history_applied(&in->input_history, s->step, s->unsent_from, now);
     else
         ll_input_history_stepped(&in->input_history, s->step);
     decide_changes(in);
-    ll_rendered_views_made(&in->pictures, &in->histogram[LL_METRIC_OWN_TIMELINE_ERROR], key, real->x, real->y,
-                           now, in->from);
+    ll_rendered_views_made(&in->rendered_views, &in->histogram[LL_METRIC_OWN_TIMELINE_ERROR], key, real->x,
+                           real->y, now, in->from);
     if (s->applies_on_arrival)
-        ll_rendered_views_skip(&in->pictures, key);
+        ll_rendered_views_skip(&in->rendered_views, key);
 }
 
 void ll_client_metrics_resync(ll_client_metrics *in)
@@ -96,7 +99,7 @@ void ll_client_metrics_resync(ll_client_metrics *in)
     for (int i = 0; i < in->entities; i++)
         in->track[i].awaited.when = 0;
     ll_client_metrics_never(in, 1, in->input_history.newest);
-    ll_input_history_meet(&in->input_history);
-    ll_changes_meet(&in->changes);
-    ll_rendered_views_void(&in->pictures, in->from);
+    ll_input_history_resync(&in->input_history);
+    ll_changes_resync(&in->changes);
+    ll_rendered_views_void(&in->rendered_views, in->from);
 }

@@ -13,5 +13,5 @@ void ll_inconsistency_lasts(ll_inconsistency *total, ll_divergence_episode *open
         return;
     total->sum += counts ? part : open->sum;
     total->time += counts ? elapsed : open->time;
-    total->excursions += !counts;
+    total->episodes += !counts;
 }

@@ -1,9 +1,9 @@
-/* M7: time-space inconsistency (Zhou, Cai, Lee, Turner, ACM TOMACS 14(1), 2004): how far off a picture is,
- * and for how long.
+/* Inconsistency: time-space inconsistency (Zhou, Cai, Lee, Turner, ACM TOMACS 14(1), 2004): how far off a
+ * view is, and for how long.
  *
- * An excursion is a stretch of frames in which the distance d between two pictures of an entity is above
- * LL_DIVERGENCE_EPISODE_M. It counts if it lasts LL_DIVERGENCE_EPISODE at least, then from its start, by the
- * integral of d over time: a large error that passes at once and a small one that stays are both told. */
+ * A divergence episode is a stretch of frames in which the distance d between two drawn positions of an
+ * entity exceeds LL_DIVERGENCE_EPISODE_M. It counts if it lasts at least LL_DIVERGENCE_EPISODE, then from its
+ * start, by the integral of d over time: so both a large short error and a small lasting one count. */
 #pragma once
 
 #include <stdint.h>
@@ -14,12 +14,12 @@
 #define LL_DIVERGENCE_EPISODE (100 * LL_MS)
 
 typedef struct ll_inconsistency {
-    double sum;   /* m s: integral of the distance over all excursions that count */
-    ll_time time; /* in them */
-    int64_t excursions;
+    double sum;   /* m s: integral of the distance over all episodes that count */
+    ll_time time; /* duration of these episodes */
+    int64_t episodes;
 } ll_inconsistency;
 
-/* The excursion that is under way. */
+/* The present divergence episode. */
 typedef struct ll_divergence_episode {
     double sum; /* m s */
     ll_time time;

@@ -2,27 +2,28 @@
 
 const char *const ll_cause_names[LL_CAUSES] = {"refused", "late", "loss", "contact", "other"};
 
-const char *const ll_input_result_names[LL_INPUT_VERDICTS] = {"open", "applied", "refused", "late", "lost"};
+const char *const ll_input_result_names[LL_INPUT_RESULT_KINDS] = {"open", "applied", "refused", "late",
+                                                                  "lost"};
 
 static void decide(ll_input_history *input_history, ll_input_history_entry *input,
-                   ll_input_result_kind verdict)
+                   ll_input_result_kind result)
 {
-    input_history->count[input->verdict]--;
-    input_history->count[verdict]++;
-    input->verdict = (uint8_t)verdict;
+    input_history->count[input->result]--;
+    input_history->count[result]++;
+    input->result = (uint8_t)result;
 }
 
-/* What was refused may have come again until now. */
+/* Ends the wait for a refused input, which the client could have sent again until now. */
 static void give_up(ll_input_history *input_history, ll_input_history_entry *input)
 {
-    bool refused = (input->marks & LL_INPUT_HISTORY_REFUSED) && !(input->marks & LL_INPUT_HISTORY_IN_TIME);
+    bool refused = (input->flags & LL_INPUT_HISTORY_REFUSED) && !(input->flags & LL_INPUT_HISTORY_IN_TIME);
     decide(input_history, input, refused ? LL_INPUT_WAS_REFUSED : LL_INPUT_WAS_LOST);
 }
 
 static bool is_open(ll_input_history *input_history, uint32_t seq)
 {
     const ll_input_history_entry *input = ll_input_history_find(input_history, seq);
-    return input && input->verdict == LL_INPUT_IS_OPEN;
+    return input && input->result == LL_INPUT_IS_OPEN;
 }
 
 static void pass_decided(ll_input_history *input_history)
@@ -31,56 +32,56 @@ static void pass_decided(ll_input_history *input_history)
         input_history->open++;
 }
 
-/* What a step makes of an input whose time it was. */
+/* Result of an input whose step is over. */
 static ll_input_result_kind input_result_of(const ll_input_history_entry *input)
 {
-    return input->marks & LL_INPUT_HISTORY_IN_TIME   ? LL_INPUT_WAS_APPLIED
-           : input->marks & LL_INPUT_HISTORY_REFUSED ? LL_INPUT_WAS_REFUSED
-           : input->marks & LL_INPUT_HISTORY_LATE    ? LL_INPUT_CAME_LATE
+    return input->flags & LL_INPUT_HISTORY_IN_TIME   ? LL_INPUT_WAS_APPLIED
+           : input->flags & LL_INPUT_HISTORY_REFUSED ? LL_INPUT_WAS_REFUSED
+           : input->flags & LL_INPUT_HISTORY_LATE    ? LL_INPUT_CAME_LATE
                                                      : LL_INPUT_WAS_LOST;
 }
 
 void ll_input_history_made(ll_input_history *input_history, uint32_t seq, int64_t tick)
 {
     ll_input_history_entry *input = &input_history->input[seq & (LL_INPUT_HISTORY_RING - 1)];
-    if (input->seq != 0 && input->verdict == LL_INPUT_IS_OPEN)
+    if (input->seq != 0 && input->result == LL_INPUT_IS_OPEN)
         give_up(input_history, input);
     *input = (ll_input_history_entry){.tick = tick, .seq = seq};
     if (tick == LL_NEVER)
-        *input = (ll_input_history_entry){.seq = seq, .marks = LL_INPUT_HISTORY_AS_IT_COMES};
+        *input = (ll_input_history_entry){.seq = seq, .flags = LL_INPUT_HISTORY_ON_ARRIVAL};
     input_history->newest = seq;
     input_history->made++;
     input_history->count[LL_INPUT_IS_OPEN]++;
     pass_decided(input_history);
 }
 
-void ll_input_history_went(ll_input_history *input_history, uint32_t first, uint32_t count, ll_time due)
+void ll_input_history_sent(ll_input_history *input_history, uint32_t first, uint32_t count, ll_time due)
 {
     for (uint32_t seq = first; seq - first < count; seq++) {
         ll_input_history_entry *input = ll_input_history_find(input_history, seq);
         if (!input)
             continue;
-        input->marks |= LL_INPUT_HISTORY_WENT;
-        if ((input->marks & LL_INPUT_HISTORY_AS_IT_COMES) && input->verdict == LL_INPUT_IS_OPEN &&
+        input->flags |= LL_INPUT_HISTORY_SENT;
+        if ((input->flags & LL_INPUT_HISTORY_ON_ARRIVAL) && input->result == LL_INPUT_IS_OPEN &&
             due > input->tick)
             input->tick = due;
     }
 }
 
-/* One that was given up and comes all the same where it is applied as it comes is open again. */
-void ll_input_history_judged(ll_input_history *input_history, uint32_t seq, ll_input_history_mark mark)
+/* Where inputs are applied on arrival, an input that was given up and still arrives is open again. */
+void ll_input_history_received(ll_input_history *input_history, uint32_t seq, ll_input_history_flag flag)
 {
     ll_input_history_entry *input = ll_input_history_find(input_history, seq);
     if (!input)
         return;
-    input->marks |= (uint8_t)mark;
-    if (input->verdict != LL_INPUT_WAS_LOST)
+    input->flags |= (uint8_t)flag;
+    if (input->result != LL_INPUT_WAS_LOST)
         return;
     decide(input_history, input,
-           mark == LL_INPUT_HISTORY_IN_TIME   ? LL_INPUT_IS_OPEN
-           : mark == LL_INPUT_HISTORY_REFUSED ? LL_INPUT_WAS_REFUSED
+           flag == LL_INPUT_HISTORY_IN_TIME   ? LL_INPUT_IS_OPEN
+           : flag == LL_INPUT_HISTORY_REFUSED ? LL_INPUT_WAS_REFUSED
                                               : LL_INPUT_CAME_LATE);
-    if (mark == LL_INPUT_HISTORY_IN_TIME && seq < input_history->open)
+    if (flag == LL_INPUT_HISTORY_IN_TIME && seq < input_history->open)
         input_history->open = seq;
 }
 
@@ -88,24 +89,24 @@ void ll_input_history_stepped(ll_input_history *input_history, int64_t step)
 {
     for (uint32_t seq = input_history->open; seq <= input_history->newest; seq++) {
         ll_input_history_entry *input = ll_input_history_find(input_history, seq);
-        if (!input || input->verdict != LL_INPUT_IS_OPEN)
+        if (!input || input->result != LL_INPUT_IS_OPEN)
             continue;
         if (input->tick > step)
-            break; /* ticks go up with the numbers */
+            break; /* ticks increase with sequence numbers */
         decide(input_history, input, input_result_of(input));
     }
     pass_decided(input_history);
 }
 
-void ll_input_history_drained(ll_input_history *input_history, int64_t step, uint32_t unsent_from,
+void ll_input_history_applied(ll_input_history *input_history, int64_t step, uint32_t unsent_from,
                               ll_time now)
 {
     for (uint32_t seq = input_history->open; seq <= input_history->newest; seq++) {
         ll_input_history_entry *input = ll_input_history_find(input_history, seq);
-        if (!input || input->verdict != LL_INPUT_IS_OPEN)
+        if (!input || input->result != LL_INPUT_IS_OPEN)
             continue;
-        bool came = input->marks & LL_INPUT_HISTORY_IN_TIME;
-        if (!came && (seq >= unsent_from || ((input->marks & LL_INPUT_HISTORY_WENT) && input->tick > now)))
+        bool came = input->flags & LL_INPUT_HISTORY_IN_TIME;
+        if (!came && (seq >= unsent_from || ((input->flags & LL_INPUT_HISTORY_SENT) && input->tick > now)))
             continue;
         input->tick = step;
         decide(input_history, input, input_result_of(input));
@@ -122,7 +123,7 @@ void ll_input_history_never(ll_input_history *input_history, uint32_t first, uin
     pass_decided(input_history);
 }
 
-void ll_input_history_meet(ll_input_history *input_history)
+void ll_input_history_resync(ll_input_history *input_history)
 {
     ll_input_history_never(input_history, 1, input_history->newest);
     for (int i = 0; i < LL_INPUT_HISTORY_RING; i++)
@@ -134,7 +135,7 @@ void ll_input_history_meet(ll_input_history *input_history)
 bool ll_input_history_includes(ll_input_history *input_history, uint32_t seq, int64_t tick)
 {
     const ll_input_history_entry *input = ll_input_history_find(input_history, seq);
-    return input && input->verdict == LL_INPUT_WAS_APPLIED && input->tick <= tick;
+    return input && input->result == LL_INPUT_WAS_APPLIED && input->tick <= tick;
 }
 
 void ll_input_history_closed(ll_input_history *input_history, uint32_t seq, bool applied, int64_t tick)
@@ -150,7 +151,7 @@ static ll_cause blame(uint8_t fate)
         return LL_CAUSE_REFUSED;
     if (fate & LL_INPUT_HISTORY_IN_TIME)
         return LL_CAUSE_OTHER;
-    return fate & (LL_INPUT_HISTORY_LATE | LL_INPUT_HISTORY_WENT) ? LL_CAUSE_LATE : LL_CAUSE_LOSS;
+    return fate & (LL_INPUT_HISTORY_LATE | LL_INPUT_HISTORY_SENT) ? LL_CAUSE_LATE : LL_CAUSE_LOSS;
 }
 
 ll_cause ll_input_history_blame(ll_input_history *input_history, uint32_t first, uint32_t last)
@@ -160,7 +161,7 @@ ll_cause ll_input_history_blame(ll_input_history *input_history, uint32_t first,
         first = last - LL_INPUT_HISTORY_RING + 1;
     for (uint32_t seq = first; seq <= last; seq++) {
         const ll_input_history_entry *input = ll_input_history_find(input_history, seq);
-        ll_cause cause = input ? blame(input->marks) : LL_CAUSE_LATE; /* a clock that snapped made none */
+        ll_cause cause = input ? blame(input->flags) : LL_CAUSE_LATE; /* a clock that snapped made no input */
         worst = cause < worst ? cause : worst;
     }
     return worst;

@@ -7,27 +7,27 @@ static ll_rendered_view *kept(ll_rendered_views *p, int64_t key)
     return &p->ring[key & (LL_RENDERED_VIEWS_RING - 1)];
 }
 
-static void drop(ll_rendered_views *p, ll_rendered_view *picture, ll_time from)
+static void drop(ll_rendered_views *p, ll_rendered_view *view, ll_time from)
 {
-    p->voided += picture->key != 0 && picture->shown >= from;
-    picture->key = 0;
+    p->voided += view->key != 0 && view->shown >= from;
+    view->key = 0;
 }
 
-void ll_rendered_views_keep(ll_rendered_views *p, const ll_rendered_view *picture, ll_time from)
+void ll_rendered_views_keep(ll_rendered_views *p, const ll_rendered_view *view, ll_time from)
 {
-    ll_rendered_view *slot = kept(p, picture->key);
-    if (slot->key != picture->key)
+    ll_rendered_view *slot = kept(p, view->key);
+    if (slot->key != view->key)
         drop(p, slot, from);
-    *slot = *picture;
+    *slot = *view;
 }
 
-void ll_rendered_views_compare(ll_rendered_views *p, ll_histogram *errors, const ll_rendered_view *picture,
+void ll_rendered_views_compare(ll_rendered_views *p, ll_histogram *errors, const ll_rendered_view *view,
                                double x, double y, ll_time made, ll_time from)
 {
-    double dx = picture->x - x, dy = picture->y - y;
+    double dx = view->x - x, dy = view->y - y;
     p->error_m = dx == 0 && dy == 0 ? 0 : ll_sqrt(dx * dx + dy * dy);
-    p->lead_ms = ll_to_ms(made - picture->shown);
-    if (picture->shown < from)
+    p->lead_ms = ll_to_ms(made - view->shown);
+    if (view->shown < from)
         return;
     ll_histogram_add(errors, p->error_m);
     ll_running_stats_add(&p->leads_ms, p->lead_ms);
@@ -36,11 +36,11 @@ void ll_rendered_views_compare(ll_rendered_views *p, ll_histogram *errors, const
 void ll_rendered_views_made(ll_rendered_views *p, ll_histogram *errors, int64_t key, double x, double y,
                             ll_time made, ll_time from)
 {
-    ll_rendered_view *picture = kept(p, key);
-    if (key == 0 || picture->key != key)
+    ll_rendered_view *view = kept(p, key);
+    if (key == 0 || view->key != key)
         return;
-    picture->key = 0;
-    ll_rendered_views_compare(p, errors, picture, x, y, made, from);
+    view->key = 0;
+    ll_rendered_views_compare(p, errors, view, x, y, made, from);
 }
 
 void ll_rendered_views_skip(ll_rendered_views *p, int64_t key)

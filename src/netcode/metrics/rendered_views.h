@@ -1,8 +1,8 @@
-/* The pictures of a player's own entity, each held against the truth at the tick that it is of.
+/* Rendered views of a player's own entity, each compared with the truth at its tick.
  *
- * A picture of a tick that the server has made is compared at once. One that is ahead of the server is kept
- * and compared when the server makes its tick; of several of one tick the last counts. A tick that is never
- * made, its epoch being over, leaves its picture void. */
+ * A view of a tick that the server has made is compared at once. A view ahead of the server is kept and
+ * compared when the server makes its tick; of several views of one tick the last counts. A view of a tick
+ * that is never made, because its epoch is over, is void. */
 #pragma once
 
 #include <stdint.h>
@@ -11,45 +11,44 @@
 #include "base/vtime.h"
 #include "netcode/protocol/running_stats.h"
 
-#define LL_RENDERED_VIEWS_RING 256 /* ticks that a picture may be ahead; one that is overwritten is void */
+#define LL_RENDERED_VIEWS_RING 256 /* ticks that a view may be ahead; an overwritten view is void */
 
 #pragma GCC diagnostic push
-#pragma GCC diagnostic error "-Wpadded" /* the block is hashed: no byte may be left to chance */
+#pragma GCC diagnostic error "-Wpadded" /* no padding: the block is hashed */
 
 typedef struct ll_rendered_view {
-    int64_t key;   /* tick, or where inputs are applied as they come the number of an input; 0: none */
-    ll_time shown; /* the display */
+    int64_t key;   /* tick, or the sequence number of an input where inputs are applied on arrival; 0: none */
+    ll_time shown; /* time of the display */
     double x, y;
 } ll_rendered_view;
 
 typedef struct ll_rendered_views {
     int64_t voided;            /* of those that count */
-    double error_m;            /* of the picture that was compared last */
+    double error_m;            /* of the view compared last */
     double lead_ms;            /* of the same: server time of its tick - time of its display */
     ll_running_stats leads_ms; /* of all */
-    ll_rendered_view truth;    /* that was compared with last; `shown`: when the server was there */
-    int64_t skipped;           /* keys before this one are not kept */
+    ll_rendered_view truth;    /* the truth compared with last; `shown`: when the server was there */
+    int64_t skipped;           /* earlier keys are not kept */
     ll_rendered_view ring[LL_RENDERED_VIEWS_RING];
 } ll_rendered_views;
 
 #pragma GCC diagnostic pop
 
-/* Errors go into `errors`, in m, of displays from `from` on. */
+/* Adds errors, in m, of displays from `from` on to `errors`. */
 
-void ll_rendered_views_keep(ll_rendered_views *pictures, const ll_rendered_view *picture,
+void ll_rendered_views_keep(ll_rendered_views *rendered_views, const ll_rendered_view *view,
                             ll_time from); /* ahead of the server */
 
 /* The truth was at (x, y) at the server's time `made`. */
-void ll_rendered_views_compare(ll_rendered_views *pictures, ll_histogram *errors,
-                               const ll_rendered_view *picture, double x, double y, ll_time made,
-                               ll_time from);
+void ll_rendered_views_compare(ll_rendered_views *rendered_views, ll_histogram *errors,
+                               const ll_rendered_view *view, double x, double y, ll_time made, ll_time from);
 
-/* The same of the picture that is kept of `key`, if there is one. */
-void ll_rendered_views_made(ll_rendered_views *pictures, ll_histogram *errors, int64_t key, double x,
+/* The same for the view kept of `key`, if there is one. */
+void ll_rendered_views_made(ll_rendered_views *rendered_views, ll_histogram *errors, int64_t key, double x,
                             double y, ll_time made, ll_time from);
 
-/* Pictures of keys before `key` cannot be compared: there was no state of just that. */
-void ll_rendered_views_skip(ll_rendered_views *pictures, int64_t key);
+/* Views of keys before `key` cannot be compared: no state was of exactly that input. */
+void ll_rendered_views_skip(ll_rendered_views *rendered_views, int64_t key);
 
-void ll_rendered_views_void(ll_rendered_views *pictures,
-                            ll_time from); /* what is kept is of ticks that will not be */
+void ll_rendered_views_void(ll_rendered_views *rendered_views,
+                            ll_time from); /* kept views are of ticks that will not be made */

@@ -6,8 +6,8 @@
 #include "base/detmath.h"
 
 #define PEEK_WINDOW                                                                                          \
-    (3 * LL_SECOND)     /* longer than any way from player to player: what is further apart is no pair */
-#define STOOD LL_SECOND /* who did not move for so long stands */
+    (3 * LL_SECOND)     /* longer than any delay from player to player: openings further apart are no pair */
+#define STOOD LL_SECOND /* an entity without motion for this long is standing */
 
 typedef float seen_body[2];
 
@@ -35,7 +35,7 @@ void ll_shots_init(ll_shots *shots, const ll_arena *arena, ll_time from)
         ll_histogram_init(&m->trace_error, 0.0001);
         ll_histogram_init(&m->peek[0], 0.1);
         ll_histogram_init(&m->peek[1], 0.1);
-        m->moved = -STOOD; /* nobody has moved yet */
+        m->moved = -STOOD; /* no player has moved yet */
     }
 }
 
@@ -62,7 +62,7 @@ static double distance(ll_point a, ll_point b)
 static void count(ll_shot_tally *t, const ll_shots *shots, const ll_shot_record *r)
 {
     int view = r->body[LL_JUDGE_VIEW], server = r->body[LL_JUDGE_SERVER];
-    bool within = (r->flags & (LL_SHOT_LOOKED_BACK | LL_SHOT_CLAMPED)) == LL_SHOT_LOOKED_BACK;
+    bool within = (r->flags & (LL_SHOT_REWOUND | LL_SHOT_CLAMPED)) == LL_SHOT_REWOUND;
     t->shots++;
     for (int j = 0; j < LL_JUDGES; j++)
         t->hits[j] += r->body[j] != LL_NOBODY;
@@ -75,17 +75,17 @@ static void count(ll_shot_tally *t, const ll_shots *shots, const ll_shot_record 
     t->on_players += server != LL_NOBODY && server < shots->arena.players;
     t->behind_cover += (r->flags & LL_SHOT_BEHIND_COVER) != 0;
     t->clamped += (r->flags & LL_SHOT_CLAMPED) != 0;
-    t->view_time_rejected += (r->flags & LL_SHOT_DISTRUSTED) != 0;
+    t->view_time_rejected += (r->flags & LL_SHOT_VIEW_TIME_REJECTED) != 0;
 }
 
 static void speak(ll_shots *shots, int player, ll_shot_record *r, ll_judge judge, int body)
 {
 
-    if (r->spoken >> judge & 1)
+    if (r->decided >> judge & 1)
         return;
     r->body[judge] = (int16_t)body;
-    r->spoken |= (uint8_t)(1 << judge);
-    if (r->spoken == ALL_JUDGES && r->pressed >= shots->from)
+    r->decided |= (uint8_t)(1 << judge);
+    if (r->decided == ALL_JUDGES && r->pressed >= shots->from)
         count(&shots->shot_stats[player].tally[r->weapon], shots, r);
 }
 
@@ -119,25 +119,25 @@ void ll_shots_seen(ll_shots *shots, int player, int64_t tick, int body)
         speak(shots, player, r, LL_JUDGE_VIEW, body);
 }
 
-/* The server has taken the shot. */
+/* The server has evaluated the shot. */
 static void take(ll_shot_stats *m, ll_shot_record *r, const ll_hit_result *j)
 {
     m->last[r->weapon] = (int64_t)(r - m->records);
-    r->judged = j->shot->now;
+    r->evaluated_at = j->shot->now;
     r->muzzle = j->shot->from;
     r->number = j->number;
-    r->flags |= (uint8_t)(LL_SHOT_TAKEN | (j->shot->looks_back ? LL_SHOT_LOOKED_BACK : 0) |
+    r->flags |= (uint8_t)(LL_SHOT_TAKEN | (j->shot->looks_back ? LL_SHOT_REWOUND : 0) |
                           (j->shot->clamped ? LL_SHOT_CLAMPED : 0) |
-                          (j->shot->view_time_rejected ? LL_SHOT_DISTRUSTED : 0));
+                          (j->shot->view_time_rejected ? LL_SHOT_VIEW_TIME_REJECTED : 0));
 }
 
 static void measure_rollback(const ll_shots *shots, ll_shot_stats *m, const ll_shot_record *r, int body,
                              const ll_history *history, const ll_point *present)
 {
     ll_point then[LL_BODIES_MAX];
-    if (body == LL_NOBODY || r->looked >= r->judged || r->pressed < shots->from)
+    if (body == LL_NOBODY || r->rewound_to >= r->evaluated_at || r->pressed < shots->from)
         return;
-    ll_bodies_at(&shots->arena, history, r->looked, then);
+    ll_bodies_at(&shots->arena, history, r->rewound_to, then);
     ll_histogram_add(&m->rollback, distance(then[body], present[body]));
 }
 
@@ -154,11 +154,11 @@ static void judge_rifle(ll_shots *shots, const ll_hit_result *j, ll_shot_record 
     const ll_arena *arena = &shots->arena;
     ll_point then[LL_BODIES_MAX];
     take(m, r, j);
-    r->looked = j->looked;
+    r->rewound_to = j->rewound_to;
     if (victim && behind_cover(shots, victim, j->shooter))
         r->flags |= LL_SHOT_BEHIND_COVER;
-    if (r->looked < r->judged && r->pressed >= shots->from)
-        ll_histogram_add(&m->rewind, ll_to_ms(r->judged - r->looked));
+    if (r->rewound_to < r->evaluated_at && r->pressed >= shots->from)
+        ll_histogram_add(&m->rewind, ll_to_ms(r->evaluated_at - r->rewound_to));
     int seen = r->body[LL_JUDGE_VIEW];
     measure_rollback(shots, m, r, seen != LL_NOBODY ? seen : j->body, history, present);
     ll_bodies_at(arena, history, r->pressed, then);
@@ -172,11 +172,11 @@ static void judge_rifle(ll_shots *shots, const ll_hit_result *j, ll_shot_record 
 static void judge_launch(const ll_shots *shots, ll_shot_stats *m, const ll_hit_result *j, ll_shot_record *r)
 {
     take(m, r, j);
-    r->looked = j->start;
+    r->rewound_to = j->start;
     if (r->pressed < shots->from)
         return;
-    if (r->looked < r->judged)
-        ll_histogram_add(&m->rewind, ll_to_ms(r->judged - r->looked));
+    if (r->rewound_to < r->evaluated_at)
+        ll_histogram_add(&m->rewind, ll_to_ms(r->evaluated_at - r->rewound_to));
     ll_histogram_add(&m->trace_error, j->trace_error_m);
 }
 
@@ -197,8 +197,8 @@ static void judge_impact(ll_shots *shots, const ll_hit_result *j, const ll_histo
     ll_shot_record *r = find_shell(m, j->number);
     if (!r)
         return;
-    if (j->end < r->judged) { /* found in the past */
-        r->looked = j->looked;
+    if (j->end < r->evaluated_at) { /* evaluated at a past time */
+        r->rewound_to = j->rewound_to;
         measure_rollback(shots, m, r, j->body, history, present);
     }
     speak(shots, j->shooter, r, LL_JUDGE_SERVER, j->body);
@@ -231,7 +231,7 @@ typedef struct slice {
     ll_point before[LL_BODIES_MAX], after[LL_BODIES_MAX];
 } slice;
 
-/* A shell of the truth that only this judge flies, from `start` on. */
+/* A projectile in the true world that only this judge flies, from `start` on. */
 static void shadow(ll_shots *shots, int player, ll_shot_record *r, ll_judge judge, ll_point from,
                    ll_time start, const slice *step)
 {
@@ -239,7 +239,7 @@ static void shadow(ll_shots *shots, int player, ll_shot_record *r, ll_judge judg
     double speed = arena->shell_speed;
     ll_flight flight = {from, {speed * r->aim.direction.x, speed * r->aim.direction.y}, arena->gravity};
     ll_flight_hit m;
-    if (r->spoken >> judge & 1 || start >= step->end)
+    if (r->decided >> judge & 1 || start >= step->end)
         return;
     if (start > step->begin)
         m = ll_flight_through(arena, step->history, player, &flight, start, start, step->end);
@@ -252,7 +252,7 @@ static void shadow(ll_shots *shots, int player, ll_shot_record *r, ll_judge judg
 
 static bool is_settled(const ll_shot_record *r)
 {
-    return r->flags & LL_SHOT_LOST || r->spoken == ALL_JUDGES;
+    return r->flags & LL_SHOT_LOST || r->decided == ALL_JUDGES;
 }
 
 static void step_record(ll_shots *shots, int player, ll_shot_record *r, const slice *step)
@@ -268,7 +268,7 @@ static void step_record(ll_shots *shots, int player, ll_shot_record *r, const sl
         return;
     shadow(shots, player, r, LL_JUDGE_PERFECT, r->aim.from, r->pressed, step);
     if (r->flags & LL_SHOT_TAKEN)
-        shadow(shots, player, r, LL_JUDGE_NOW, r->muzzle, r->judged, step);
+        shadow(shots, player, r, LL_JUDGE_NOW, r->muzzle, r->evaluated_at, step);
 }
 
 void ll_shots_step(ll_shots *shots, int64_t tick, const ll_history *history)
@@ -289,9 +289,9 @@ void ll_shots_step(ll_shots *shots, int64_t tick, const ll_history *history)
     shots->stepped = step.end;
 }
 
-/* ---- sight ---- */
+/* ---- line of sight ---- */
 
-/* The line opened for both: who of them moved saw it first, or had to. */
+/* The line of sight is open for both: finds which of the two moved, and which saw the other first. */
 static void match(ll_shots *shots, int a, int b)
 {
     ll_shot_stats *m = &shots->shot_stats[a], *n = &shots->shot_stats[b];
@@ -333,7 +333,7 @@ void ll_shots_frame(ll_shots *shots, const ll_sight *sight, ll_time now)
     }
 }
 
-/* The value of 1-based rank, of magnitudes below zero and values from zero on. */
+/* The value of a 1-based rank in two histograms: magnitudes below zero, and values from zero on. */
 static double ranked(const ll_histogram *below, const ll_histogram *from_zero, int64_t rank)
 {
     if (rank <= below->count)
@@ -366,7 +366,7 @@ const ll_shot_record *ll_shots_last(const ll_shots *shots, int player, ll_weapon
     const ll_shot_stats *m = &shots->shot_stats[player];
     int64_t last = m->last[weapon];
     if (last < 0 || m->records[last].weapon != (int32_t)weapon || !(m->records[last].flags & LL_SHOT_TAKEN))
-        return NULL; /* none, or its place in the ring is another's */
+        return NULL; /* none, or another shot overwrote it in the ring */
     *seen = seen_of(shots, player, last);
     return &m->records[last];
 }

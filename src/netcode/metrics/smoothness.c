@@ -24,7 +24,7 @@ static void count(ll_smoothness *s, double step_x, double step_y, double ax, dou
     s->reversals += step_x * s->step_x + step_y * s->step_y < 0;
 }
 
-/* A hitch is counted once, by its first frame that is too many. */
+/* A hitch is counted once, at its first frame above the limit. */
 static void count_still(ll_smoothness *s, bool stood, double truth_x, double truth_y)
 {
     if (!stood || s->samples == 0) {

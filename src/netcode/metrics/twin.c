@@ -14,7 +14,7 @@ static bool holds(const ll_twin *t, int64_t number)
     return number <= t->newest && number > t->newest - LL_TWIN_RING;
 }
 
-void ll_twin_meet(ll_twin *t, int64_t tick)
+void ll_twin_resync(ll_twin *t, int64_t tick)
 {
     t->newest = t->taken = tick;
     *input_at(t, tick) = (ll_twin_input){0};
@@ -28,7 +28,7 @@ void ll_twin_frame(ll_twin *t, int64_t tick, ll_time due)
         *input_at(t, ++t->newest) = (ll_twin_input){due, {t->axis[0], t->axis[1]}};
 }
 
-/* It is never ahead of the client, who has made that one too. */
+/* The twin is never ahead of the client: the client has made that input too. */
 void ll_twin_frame_once(ll_twin *t, int64_t tick, ll_time due)
 {
     ll_twin_frame(t, t->newest + 1 < tick ? t->newest + 1 : tick, due);
@@ -56,7 +56,7 @@ static double distance(double x, double y)
     return ll_sqrt(x * x + y * y);
 }
 
-/* The game steps the twin in a world of its own, which is the server's but for it. */
+/* The game steps the twin in a copy of the server's world that differs only in this entity. */
 static void move(ll_twin *t, const ll_game *game, const ll_game_env *env, const ll_world *world, int player,
                  const ll_twin_input *input)
 {
@@ -71,7 +71,7 @@ static void move(ll_twin *t, const ll_game *game, const ll_game_env *env, const 
     t->entity = *e;
 }
 
-/* By steps: that of this step, and where the client has made none yet, the one before. */
+/* By steps: the input of this step; if the client has made none yet, the one before. */
 static void step_by_number(ll_twin *t, const ll_game *game, const ll_game_env *env, const ll_world *world,
                            int player, int64_t step)
 {

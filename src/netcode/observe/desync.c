@@ -8,7 +8,7 @@
 const char *const ll_field_names[LL_FIELDS + 2] = {"x",     "y",    "vx", "vy", "angle", "angular_velocity",
                                                    "flags", "tail", NULL};
 
-_Static_assert(sizeof(ll_entity) == LL_FIELDS * 8, "a name for each field");
+_Static_assert(sizeof(ll_entity) == LL_FIELDS * 8, "one name per field");
 
 size_t ll_desync_size(size_t world_size)
 {
@@ -20,8 +20,8 @@ void ll_desync_start(ll_desync *d, int64_t step)
     *d = (ll_desync){.compared = step, .tick = -1, .entity = -1};
 }
 
-/* The doubles in their order are counted by their bits: upwards from zero, and downwards as negative. */
-static int64_t place(double x)
+/* Maps doubles in their order to integers: upwards from zero, and downwards for negative ones. */
+static int64_t ordinal(double x)
 {
     int64_t bits;
     memcpy(&bits, &x, sizeof bits);
@@ -30,7 +30,7 @@ static int64_t place(double x)
 
 double ll_ulps(double a, double b)
 {
-    int64_t p = place(a), q = place(b);
+    int64_t p = ordinal(a), q = ordinal(b);
     return p > q ? (double)((uint64_t)p - (uint64_t)q) : (double)((uint64_t)q - (uint64_t)p);
 }
 
@@ -83,12 +83,13 @@ static void step_truth(ll_world *truth, const ll_client_setup *s, const ll_serve
 {
     ll_action actions[LL_PLAYERS_MAX];
     for (int i = 0; i < server->players; i++)
-        actions[i] = server->seats[i].slots[tick & (LL_INPUT_RING - 1)].action;
+        actions[i] = server->client_slots[i].slots[tick & (LL_INPUT_RING - 1)].action;
     s->game->step(truth, s->env, actions, ll_clock_time(&server->clock, tick), NULL);
 }
 
-/* The first tick that differs: up to the one before both worlds were the same. */
-static void begin(ll_desync *d, const ll_client *c, const ll_client_setup *s, const ll_server *server)
+/* The first tick that differs: up to the tick before, both worlds were equal. */
+static void record_first_difference(ll_desync *d, const ll_client *c, const ll_client_setup *s,
+                                    const ll_server *server)
 {
     ll_world *truth = (ll_world *)(d + 1);
     const ll_world *world = ll_peer_world(c, d->compared);
@@ -105,10 +106,10 @@ static void begin(ll_desync *d, const ll_client *c, const ll_client_setup *s, co
                                                               .value = (float)field_ulps(d, truth, world)});
 }
 
-/* Who plays alone may be further ahead of the server than it keeps worlds, and the server of who was dropped
- * and does not know it further than it keeps hashes: what is gone is compared with nothing. `begin` needs the
- * world before as well. */
-static bool kept(const ll_peer *peer, int64_t tick)
+/* A client that plays alone may be further ahead of the server than its ring of worlds is long. The server
+ * may be further ahead of a dropped client than its ring of hashes is long. Missing worlds are not compared.
+ * `record_first_difference` also needs the world before. */
+static bool is_kept(const ll_peer *peer, int64_t tick)
 {
     return tick - 1 > peer->tick - LL_PEER_RING;
 }
@@ -128,12 +129,12 @@ void ll_desync_observe(ll_desync *d, const ll_client *c, const ll_client_setup *
         int64_t tick = ++d->compared;
         if (d->tick >= 0)
             step_truth(truth, s, server, tick);
-        if (!kept(peer, tick))
+        if (!is_kept(peer, tick))
             continue;
         if (d->tick < 0) {
             if (same(peer, server, tick))
                 continue;
-            begin(d, c, s, server);
+            record_first_difference(d, c, s, server);
         }
         measure(d, truth, ll_peer_world(c, tick), tick, server->clock.freq);
     }

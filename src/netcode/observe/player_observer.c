@@ -38,17 +38,17 @@ static int64_t own_tick(const ll_client *c, const ll_truth *t)
     return t->peers ? c->view_step : predicts(c, t) ? c->predicted_tick : c->latest_tick;
 }
 
-/* Where inputs are applied as they come, a predicted picture is of the input that was played last. The state
- * after that one is the server's newest, or still to come. */
+/* Where inputs are applied on arrival, a predicted view belongs to the input that was applied last. The state
+ * after that input is the server's newest, or the server has not made it yet. */
 static void measure_own_played(ll_client_metrics *in, const ll_client *c, const ll_truth *t,
                                const ll_rendered_view *drawn)
 {
     const ll_entity *real = &t->world->entity[c->self];
     if (t->acked == c->played)
-        ll_rendered_views_compare(&in->pictures, &in->histogram[LL_METRIC_OWN_TIMELINE_ERROR], drawn, real->x,
-                                  real->y, ll_history_newest(t->history), in->from);
+        ll_rendered_views_compare(&in->rendered_views, &in->histogram[LL_METRIC_OWN_TIMELINE_ERROR], drawn,
+                                  real->x, real->y, ll_history_newest(t->history), in->from);
     else if (c->played > t->acked)
-        ll_rendered_views_keep(&in->pictures, drawn, in->from);
+        ll_rendered_views_keep(&in->rendered_views, drawn, in->from);
 }
 
 static void measure_own_view(ll_client_metrics *in, const ll_client *c, const ll_truth *t, ll_time now)
@@ -62,22 +62,22 @@ static void measure_own_view(ll_client_metrics *in, const ll_client *c, const ll
         return;
     }
     if (drawn.key >= t->history->count) {
-        ll_rendered_views_keep(&in->pictures, &drawn, in->from);
+        ll_rendered_views_keep(&in->rendered_views, &drawn, in->from);
         return;
     }
-    ll_rendered_view *truth = &in->pictures.truth;
+    ll_rendered_view *truth = &in->rendered_views.truth;
     bool known = drawn.key > t->history->count - LL_HISTORY_STEPS;
     if (!known && drawn.key != truth->key)
-        return; /* nobody knows any more where it was then */
+        return; /* the truth of that tick is no longer kept */
     if (known) {
         ll_history_at(t->history, ll_history_step(drawn.key), c->self, &x, &y);
         *truth = (ll_rendered_view){drawn.key, ll_history_time(t->history, drawn.key), x, y};
     }
-    ll_rendered_views_compare(&in->pictures, &in->histogram[LL_METRIC_OWN_TIMELINE_ERROR], &drawn, truth->x,
-                              truth->y, truth->shown, in->from);
+    ll_rendered_views_compare(&in->rendered_views, &in->histogram[LL_METRIC_OWN_TIMELINE_ERROR], &drawn,
+                              truth->x, truth->y, truth->shown, in->from);
 }
 
-/* The newest tick of which the client has all that it will ever have. */
+/* The newest tick for which the client has all inputs or the server's snapshot. */
 static int64_t sure_tick(const ll_client *c, const ll_truth *t)
 {
     return t->peers ? ll_client_peer(c)->confirmed : c->latest_tick;
@@ -87,7 +87,7 @@ static void measure_age(ll_client_metrics *in, const ll_client *c, const ll_trut
                         bool counts)
 {
     ll_time newest = c->latest_time;
-    if (t->peers) /* it may be sure of a tick that the server has not made */
+    if (t->peers) /* a client may have confirmed a tick that the server has not made */
         newest = sure_tick(c, t) < t->history->count ? ll_history_time(t->history, sure_tick(c, t)) : now;
     in->age_of_information = ll_to_ms(now - newest);
     if (counts)
@@ -123,9 +123,9 @@ static void measure_buffer(ll_client_metrics *in, const ll_client *c, ll_time no
     ll_running_stats_add(&in->time_scale, c->time_scale);
 }
 
-/* What is drawn is of a time, or, where a client steps a world of its own, of a step: that is told as a
- * negative number, step 0 as -1. */
-static int64_t when_of(const ll_client *c, int entity)
+/* What is drawn belongs to a time. Where a client steps a world of its own it belongs to a step, coded as a
+ * negative number: step 0 is -1. */
+static int64_t render_key(const ll_client *c, int entity)
 {
     return c->view_step >= 0 ? -1 - c->view_step : ll_client_draw_infos_const(c)[entity].time;
 }
@@ -135,7 +135,7 @@ static int64_t step_of(int64_t when)
     return -1 - when;
 }
 
-static bool has_been(const ll_history *history, int64_t when, ll_time now)
+static bool is_past(const ll_history *history, int64_t when, ll_time now)
 {
     return when < 0 ? step_of(when) < history->count : when <= now;
 }
@@ -145,27 +145,27 @@ static ll_moment moment_of(const ll_history *history, int64_t when)
     return when < 0 ? ll_history_step(step_of(when)) : ll_history_find(history, when);
 }
 
-/* A step that the server has not made has no time yet: it is of now. */
+/* A step that the server has not made has no time yet: the present counts. */
 static ll_time drawn_time(const ll_client *c, int entity, const ll_history *history, ll_time now)
 {
-    int64_t when = when_of(c, entity);
+    int64_t when = render_key(c, entity);
     if (when >= 0)
         return ll_client_draw_infos_const(c)[entity].time;
-    return has_been(history, when, now) ? ll_history_time(history, step_of(when)) : now;
+    return is_past(history, when, now) ? ll_history_time(history, step_of(when)) : now;
 }
 
-/* M5 of what is drawn ahead of the server. */
+/* Timeline error of entities drawn ahead of the server. */
 static void measure_ahead(ll_client_metrics *in, int entity, const ll_entity *drawn, int64_t when,
                           const ll_history *history, ll_time now)
 {
     ll_awaited *a = &in->track[entity].awaited;
     double x, y;
-    if (a->when != 0 && has_been(history, a->when, now)) {
+    if (a->when != 0 && is_past(history, a->when, now)) {
         ll_history_at(history, moment_of(history, a->when), entity, &x, &y);
         ll_histogram_add(&in->histogram[LL_METRIC_TIMELINE_ERROR], distance(a->x, a->y, x, y));
         a->when = 0;
     }
-    if (a->when == 0 && !has_been(history, when, now))
+    if (a->when == 0 && !is_past(history, when, now))
         *a = (ll_awaited){when, drawn->x, drawn->y};
 }
 
@@ -194,7 +194,7 @@ void ll_client_metrics_frame(ll_client_metrics *in, const ll_client *c, const ll
             continue;
         const ll_entity *e = &shown->entity[i], *t = &world->entity[i];
         ll_track *track = &in->track[i];
-        int64_t when = when_of(c, i);
+        int64_t when = render_key(c, i);
         double error = distance(e->x, e->y, t->x, t->y), x, y;
         double age = ll_to_ms(now - drawn_time(c, i, history, now));
         if (error >= magnitude(in->remote_error))
@@ -205,7 +205,7 @@ void ll_client_metrics_frame(ll_client_metrics *in, const ll_client *c, const ll
         ll_histogram_add(&in->histogram[LL_METRIC_VIEW_AGE], age > 0 ? age : 0);
         ll_histogram_add(&in->histogram[LL_METRIC_REMOTE_ERROR], error);
         measure_ahead(in, i, e, when, history, now);
-        if (has_been(history, when, now)) {
+        if (is_past(history, when, now)) {
             if (when != found) {
                 found = when;
                 moment = moment_of(history, found);
@@ -237,13 +237,14 @@ void ll_client_metrics_seen(ll_client_metrics *in, int self, const ll_client *by
 {
     if (!ll_changes_waiting(&in->changes))
         return;
-    int64_t heard = t->peers ? ll_client_peer(by)->player[self].known : by->latest_tick;
+    int64_t received = t->peers ? ll_client_peer(by)->player[self].known : by->latest_tick;
     int64_t drawn = drawn_tick(by, self, t);
-    ll_changes_seen(&in->changes, in->histogram, &in->input_history, by->self, heard < drawn ? heard : drawn,
-                    now + t->device);
+    ll_changes_seen(&in->changes, in->histogram, &in->input_history, by->self,
+                    received < drawn ? received : drawn, now + t->device);
 }
 
-/* All pictures of entity `e` lie within the distance that is no inconsistency: mostly so for what rests. */
+/* Whether all drawn positions of entity `e` lie within the distance that counts as no inconsistency: the
+ * usual case for an entity at rest. */
 static bool agree(const ll_entity *const *shown, int count, int e)
 {
     const ll_entity *first = &shown[0][e];

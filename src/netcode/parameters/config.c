@@ -29,19 +29,18 @@ static const ll_param server_rows[] = {
      .default_value = 30,
      .unit = "Hz",
      .live = true,
-     .help = "How often the server sends to every client: its state, or with deterministic and rollback the "
-             "others' inputs; in lockstep also how often it steps."},
+     .help = "How often the server sends to every client: snapshots, or with deterministic and rollback the "
+             "other players' inputs. In lockstep also how often it steps."},
     {.name = "sync",
      .type = LL_PARAM_CHOICE,
      .offset = offsetof(ll_server_config, sync),
      .choices = ll_sync_mode_names,
      .live = true,
      .help =
-         "How server and clients keep in step: free runs on its own clock; in lockstep every client sends an "
-         "input and waits for the state, in lockstep_pipelined it does not wait but the server does; "
-         "gambetta drains its queue as the live demo does; with deterministic and rollback only inputs "
-         "travel "
-         "and every client steps its own world."},
+         "How server and clients keep in step. free: the server runs on its own clock. lockstep: every "
+         "client sends an input and waits for the snapshot. lockstep_pipelined: clients do not wait, the "
+         "server does. gambetta: the server applies all queued inputs at each update, as the live demo does. "
+         "deterministic and rollback: only inputs are sent, and every client steps the whole world itself."},
     {.name = "timeout_s",
      .type = LL_PARAM_REAL,
      .offset = offsetof(ll_server_config, timeout_s),
@@ -49,34 +48,30 @@ static const ll_param server_rows[] = {
      .default_value = 5,
      .unit = "s",
      .live = true,
-     .help =
-         "Who was not heard for so long is disconnected, on both sides, and joins again when it can; 0 waits "
-         "for ever."},
+     .help = "A connection without packets for this long ends on both sides; the client connects again when "
+             "it can. 0 disables the timeout."},
     {.name = "validation",
      .type = LL_PARAM_BOOL,
      .offset = offsetof(ll_server_config, validation),
      .default_value = 1,
      .live = true,
-     .help = "The server refuses inputs that are too large, too many, or of more time than has passed. Off, "
-             "it takes "
-             "everything, so that one sees what a cheat brings."},
+     .help = "The server refuses inputs that are too large, too many, or for more time than has passed. Off: "
+             "it accepts every input, which shows the effect of a cheat."},
     {.name = "refused",
      .type = LL_PARAM_CHOICE,
      .offset = offsetof(ll_server_config, refused),
      .choices = refusals,
      .live = true,
-     .help =
-         "What stands in for a refused input: neutral is no control touched, previous the input before it, "
-         "which a cheat can make use of."},
+     .help = "What replaces a refused input. neutral: no control touched. previous: the input before it, "
+             "which a cheat can exploit."},
     {.name = "starved",
      .type = LL_PARAM_CHOICE,
      .offset = offsetof(ll_server_config, starved),
      .choices = ll_starve_names,
      .live = true,
-     .help =
-         "What stands in under free for an input that has not come for its step: decay lets the axes of the "
-         "last applied one go to zero in starved_tau_ms, repeat keeps them, repeat_n keeps them for "
-         "starved_ticks, neutral is zero at once. Presses are never repeated."},
+     .help = "With sync free, what replaces an input that has not arrived at its step. decay: the axes of "
+             "the last applied input go to zero within starved_tau_ms. repeat: they are kept. repeat_n: they "
+             "are kept for starved_ticks. neutral: they are zero at once. Presses are never repeated."},
     {.name = "starved_tau_ms",
      .type = LL_PARAM_REAL,
      .offset = offsetof(ll_server_config, starved_tau_ms),
@@ -85,7 +80,7 @@ static const ll_param server_rows[] = {
      .default_value = 250,
      .unit = "ms",
      .live = true,
-     .help = "In this time decay lets the axes go to zero."},
+     .help = "Time in which decay brings the axes to zero."},
     {.name = "starved_ticks",
      .type = LL_PARAM_INT,
      .offset = offsetof(ll_server_config, starved_ticks),
@@ -93,15 +88,15 @@ static const ll_param server_rows[] = {
      .default_value = 12,
      .unit = "ticks",
      .live = true,
-     .help = "So long repeat_n repeats."},
+     .help = "Number of ticks for which repeat_n repeats."},
     {.name = "hitscan",
      .type = LL_PARAM_CHOICE,
      .offset = offsetof(ll_server_config, compensation.rifle),
      .choices = ll_rifle_names,
      .default_value = 1,
      .live = true,
-     .help = "How shots of a rifle are judged: none against the server's present, rewind against the targets "
-             "where the shooter saw them, client_authoritative as the client says (insecure)."},
+     .help = "How hitscan shots are judged. none: against the server's present. rewind: against the targets "
+             "where the shooter saw them. client_authoritative: as the client claims (insecure)."},
     {.name = "projectile",
      .type = LL_PARAM_CHOICE,
      .offset = offsetof(ll_server_config, compensation.shell),
@@ -109,19 +104,17 @@ static const ll_param server_rows[] = {
      .default_value = 2,
      .live = true,
      .help =
-         "How shells are judged: none (A) starts them at the server's present, fast_forward (B) puts them "
-         "where the shooter has them, among the targets of the present, rewind (C) lets shell and targets go "
-         "together from the time that the shooter saw, partial (D) forwards by at most "
-         "projectile_forward_ms, "
-         "client_authoritative takes the client's word (insecure)."},
+         "How projectiles are judged. none (A): they start in the server's present. fast_forward (B): they "
+         "start where the shooter draws them, among the targets of the present. rewind (C): projectile and "
+         "targets start together at the time that the shooter saw. partial (D): fast-forwarded by at most "
+         "projectile_forward_ms. client_authoritative: as the client claims (insecure)."},
     {.name = "projectile_trace",
      .type = LL_PARAM_CHOICE,
      .offset = offsetof(ll_server_config, compensation.projectile_trace),
      .choices = ll_trace_names,
      .live = true,
-     .help =
-         "How a stretch of a shell's way is tested: along the parabola, or along the straight line between "
-         "its ends."},
+     .help = "How each part of a projectile's path is tested for hits: along the parabola, or along the "
+             "straight line between its ends."},
     {.name = "max_rewind_ms",
      .type = LL_PARAM_REAL,
      .offset = offsetof(ll_server_config, compensation.max_rewind_ms),
@@ -129,7 +122,7 @@ static const ll_param server_rows[] = {
      .default_value = 250,
      .unit = "ms",
      .live = true,
-     .help = "The server looks no further back, however old the shooter's view was."},
+     .help = "Maximum rewind for any age of the shooter's view."},
     {.name = "rewind_tolerance_ms",
      .type = LL_PARAM_REAL,
      .offset = offsetof(ll_server_config, compensation.rewind_tolerance_ms),
@@ -137,9 +130,9 @@ static const ll_param server_rows[] = {
      .default_value = 200,
      .unit = "ms",
      .live = true,
-     .help =
-         "A client draws its newest state, whose age the server measures, or up to two updates before it. "
-         "When the age of view that it states is more than this beyond, the measured one counts."},
+     .help = "Tolerance for the view age that a client states. A client draws its newest snapshot, whose age "
+             "the server measures, or up to two updates before it. If the stated age exceeds that by more "
+             "than the tolerance, the measured age counts."},
     {.name = "projectile_forward_ms",
      .type = LL_PARAM_REAL,
      .offset = offsetof(ll_server_config, compensation.projectile_forward_ms),
@@ -147,15 +140,15 @@ static const ll_param server_rows[] = {
      .default_value = 100,
      .unit = "ms",
      .live = true,
-     .help = "The most that the shell family partial forwards."},
+     .help = "Longest time by which the projectile policy partial fast-forwards."},
     {.name = "snapshot_encoding",
      .type = LL_PARAM_CHOICE,
      .offset = offsetof(ll_server_config, snapshot),
      .choices = ll_codec_names,
      .live = true,
-     .help = "How a state travels: full as it lies in memory, quantised on a grid, delta as what differs on "
-             "that grid "
-             "from the newest state that the client has acknowledged (of the last 32)."},
+     .help = "How a snapshot is encoded. full: as it lies in memory. quantised: rounded to a grid. delta: "
+             "only the differences on that grid from the newest snapshot that the client has acknowledged "
+             "(of the last 32)."},
     {.name = "quantum_m",
      .type = LL_PARAM_REAL,
      .offset = offsetof(ll_server_config, quantum_m),
@@ -165,7 +158,7 @@ static const ll_param server_rows[] = {
      .unit = "m",
      .live = true,
      .help =
-         "Step of the grid for positions: what is sent of the others is at most half of it off per axis."},
+         "Grid step of positions: a sent position of another entity is off by at most half of it per axis."},
     {.name = "quantum_mps",
      .type = LL_PARAM_REAL,
      .offset = offsetof(ll_server_config, quantum_mps),
@@ -174,7 +167,7 @@ static const ll_param server_rows[] = {
      .default_value = 0.02,
      .unit = "m/s",
      .live = true,
-     .help = "Step of the grid for velocities."},
+     .help = "Grid step of velocities."},
     {.name = "quantum_rad",
      .type = LL_PARAM_REAL,
      .offset = offsetof(ll_server_config, quantum_rad),
@@ -183,7 +176,7 @@ static const ll_param server_rows[] = {
      .default_value = 0.005,
      .unit = "rad",
      .live = true,
-     .help = "Step of the grid for angles."},
+     .help = "Grid step of angles."},
     {.name = "quantum_radps",
      .type = LL_PARAM_REAL,
      .offset = offsetof(ll_server_config, quantum_radps),
@@ -192,7 +185,7 @@ static const ll_param server_rows[] = {
      .default_value = 0.05,
      .unit = "rad/s",
      .live = true,
-     .help = "Step of the grid for spins."},
+     .help = "Grid step of angular velocities."},
     {.name = "max_rollback_ticks",
      .type = LL_PARAM_INT,
      .offset = offsetof(ll_server_config, max_rollback_ticks),
@@ -200,15 +193,16 @@ static const ll_param server_rows[] = {
      .default_value = 8,
      .unit = "ticks",
      .live = true,
-     .help = "Rollback: how far a client steps on by guessed inputs before it waits."},
+     .help = "Rollback: prediction window; a client steps at most this many ticks with guessed inputs before "
+             "it waits."},
     {.name = "sync_test_ticks",
      .type = LL_PARAM_INT,
      .offset = offsetof(ll_server_config, sync_test_ticks),
      .max = LL_SYNC_TEST_MAX,
      .unit = "ticks",
      .live = true,
-     .help = "Deterministic and rollback: every frame a client goes back so far, steps again and compares; 0 "
-             "is off."},
+     .help = "Sync test with deterministic and rollback: every frame a client rolls back this many ticks, "
+             "resimulates and compares; 0: off."},
 };
 
 const ll_param_table ll_server_table = {.name = "server",
@@ -230,9 +224,8 @@ static const ll_param link_rows[] = {
      .choices = ll_link_preset_names,
      .live = true,
      .chosen = choose_preset,
-     .help =
-         "A named kind of link: sets every row of both directions, before those that are given beside it. "
-         "custom sets none."},
+     .help = "Named link: sets every parameter of both directions before the parameters given next to it "
+             "apply. custom sets none."},
     {.name = "up",
      .type = LL_PARAM_OBJECT,
      .offset = offsetof(ll_link_pair, up),
@@ -258,14 +251,14 @@ static const ll_param player_rows[] = {
      .type = LL_PARAM_TEXT,
      .offset = offsetof(ll_player_config, name),
      .max = LL_NAME_MAX,
-     .help = "Shown in the views; A, B, ... when empty."},
+     .help = "Name in the views; A, B, ... if empty."},
     {.name = "lag_ms",
      .type = LL_PARAM_REAL,
      .offset = offsetof(ll_player_config, lag_ms),
      .max = 1000,
      .unit = "ms",
      .live = true,
-     .help = "One-way delay, in both directions: the round trip takes twice as long."},
+     .help = "One-way delay in each direction: the round trip takes twice as long."},
     {.name = "link",
      .type = LL_PARAM_OBJECT,
      .offset = offsetof(ll_player_config, link),
@@ -276,45 +269,42 @@ static const ll_param player_rows[] = {
      .type = LL_PARAM_BOOL,
      .offset = offsetof(ll_player_config, prediction),
      .live = true,
-     .help = "The client moves its own entity by its own inputs at once."},
+     .help = "Client-side prediction: the client applies its own inputs to its own entity at once."},
     {.name = "prediction_scope",
      .type = LL_PARAM_CHOICE,
      .offset = offsetof(ll_player_config, prediction_scope),
      .choices = ll_prediction_scope_names,
      .live = true,
-     .help = "What the client predicts: its own entity, also whatever may touch it, or the whole world; "
-             "others by "
-             "what their controls were when last heard of."},
+     .help = "Entities that the client predicts: its own, also those that may touch it, or the whole world. "
+             "Others are predicted with their last received controls."},
     {.name = "reconciliation",
      .type = LL_PARAM_BOOL,
      .offset = offsetof(ll_player_config, reconciliation),
      .live = true,
-     .help = "The client takes the server's state and applies the inputs again that the server has not seen; "
-             "needs "
-             "prediction."},
+     .help = "Server reconciliation: the client takes the server's state and replays its unacknowledged "
+             "inputs. Needs prediction."},
     {.name = "reconciliation_tolerance_m",
      .type = LL_PARAM_REAL,
      .offset = offsetof(ll_player_config, reconciliation_tolerance_m),
      .max = 10,
      .unit = "m",
      .live = true,
-     .help =
-         "The prediction stands while all that it is about is no further from the server's state, now and "
-         "by its velocity until the next state; 0 demands equality to the bit, and of others on a grid "
-         "what rounding explains."},
+     .help = "The prediction stands while every predicted entity is within this distance of the server's "
+             "snapshot, now and extrapolated by velocity until the next snapshot. 0 demands bitwise "
+             "equality, except for what rounding of other entities explains."},
     {.name = "ack",
      .type = LL_PARAM_CHOICE,
      .offset = offsetof(ll_player_config, ack),
      .choices = ll_ack_names,
      .live = true,
-     .help =
-         "How the client learns what was applied: high_water takes all inputs up to a number as applied, "
-         "per_input has a bit for each, so that one that was lost, late or refused is known to be skipped."},
+     .help = "How the client learns which inputs were applied. high_water: all inputs up to a number count "
+             "as applied. per_input: one bit per input, so that lost, late and refused inputs are known to "
+             "be skipped."},
     {.name = "interpolation",
      .type = LL_PARAM_BOOL,
      .offset = offsetof(ll_player_config, interpolation),
      .live = true,
-     .help = "Other entities are drawn in the past, between two states of the server."},
+     .help = "Entity interpolation: other entities are drawn in the past, between two snapshots."},
     {.name = "interpolation_ratio",
      .type = LL_PARAM_REAL,
      .offset = offsetof(ll_player_config, interpolation_ratio),
@@ -322,7 +312,7 @@ static const ll_param player_rows[] = {
      .max = 4,
      .default_value = 2,
      .live = true,
-     .help = "Interpolation delay in update intervals; 2 survives one lost update."},
+     .help = "Interpolation delay in update intervals; 2 covers one lost update."},
     {.name = "jitter_margin_ms",
      .type = LL_PARAM_REAL,
      .offset = offsetof(ll_player_config, jitter_margin_ms),
@@ -336,10 +326,9 @@ static const ll_param player_rows[] = {
      .offset = offsetof(ll_player_config, dejitter),
      .choices = ll_dejitter_names,
      .live = true,
-     .help =
-         "When the client takes in a state that has come: none at once, arrival dejitter_ms later, send_time "
-         "dejitter_ms after it was sent and the fastest recent state had come, mirror and nfe by delays that "
-         "follow the jitter."},
+     .help = "When the client applies a received snapshot. none: at once. arrival: dejitter_ms later. "
+             "send_time: dejitter_ms after the time at which it would have arrived if it were as fast as the "
+             "fastest recent one. mirror and nfe: after a delay that follows the jitter."},
     {.name = "dejitter_ms",
      .type = LL_PARAM_REAL,
      .offset = offsetof(ll_player_config, dejitter_ms),
@@ -347,54 +336,50 @@ static const ll_param player_rows[] = {
      .default_value = 100,
      .unit = "ms",
      .live = true,
-     .help = "Delay of the de-jitter buffer; the least of nfe."},
+     .help = "Delay of the de-jitter buffer; with nfe the minimum."},
     {.name = "interpolation_method",
      .type = LL_PARAM_CHOICE,
      .offset = offsetof(ll_player_config, interpolation_method),
      .choices = ll_interpolation_names,
      .live = true,
-     .help = "Between two states: linear is on the straight line, hermite on the cubic that also has their "
+     .help = "Curve between two snapshots. linear: the straight line. hermite: the cubic that also has their "
              "velocities."},
     {.name = "interpolation_delay",
      .type = LL_PARAM_CHOICE,
      .offset = offsetof(ll_player_config, interpolation_delay),
      .choices = ll_interpolation_delay_names,
      .live = true,
-     .help =
-         "ratio is interpolation_ratio / update_hz, adaptive the average gap between states, 1.25 times its "
-         "deviation and the average lateness; jitter_margin_ms is added to both."},
+     .help = "ratio: interpolation_ratio / update_hz. adaptive: the average gap between snapshots, plus 1.25 "
+             "times its deviation, plus the average lateness. jitter_margin_ms is added to both."},
     {.name = "time_scale",
      .type = LL_PARAM_CHOICE,
      .offset = offsetof(ll_player_config, time_scale),
      .choices = ll_time_scale_names,
      .live = true,
-     .help = "How the time that is drawn follows the link: proportional by up to a tenth faster or slower, "
-             "catch_up "
-             "2 % faster or 4 % slower once it is more than an update interval off."},
+     .help = "How render time follows the link. proportional: up to a tenth faster or slower. catch_up: 2 % "
+             "faster or 4 % slower while it is more than one update interval off."},
     {.name = "extrapolation_ms",
      .type = LL_PARAM_REAL,
      .offset = offsetof(ll_player_config, extrapolation_ms),
      .max = 1000,
      .unit = "ms",
      .live = true,
-     .help = "How long the others go on by their velocity when no newer state has come; then they are held. "
-             "Without interpolation they are drawn so at the server's present time."},
+     .help = "How long others are extrapolated by their velocity when no newer snapshot has arrived; then "
+             "they are held. Without interpolation they are extrapolated to the server's present."},
     {.name = "extrapolation_clock",
      .type = LL_PARAM_CHOICE,
      .offset = offsetof(ll_player_config, extrapolation_clock),
      .choices = extrapolation_clocks,
      .live = true,
-     .help = "Without interpolation: measured draws the others at the server's present by the clock that the "
-             "pings "
-             "measured, arrival at the time of the state that came fastest."},
+     .help = "Clock for extrapolation without interpolation. measured: the server's present by the clock "
+             "that the pings measured. arrival: the server time of the fastest snapshot."},
     {.name = "correction",
      .type = LL_PARAM_CHOICE,
      .offset = offsetof(ll_player_config, correction),
      .choices = corrections,
      .live = true,
-     .help =
-         "When what was drawn was wrong: snap jumps, smooth lets the error decay in the view, never in the "
-         "state. Errors above 4 m always jump."},
+     .help = "Correction of a wrongly drawn position. snap: it jumps. smooth: the error decays in the view, "
+             "never in the state. Errors above 4 m always jump."},
     {.name = "correction_half_life_ms",
      .type = LL_PARAM_REAL,
      .offset = offsetof(ll_player_config, correction_half_life_ms),
@@ -403,73 +388,71 @@ static const ll_param player_rows[] = {
      .default_value = 200,
      .unit = "ms",
      .live = true,
-     .help = "In this time a smoothed error halves."},
+     .help = "Half-life of a smoothed error."},
     {.name = "timer_jitter_ms",
      .type = LL_PARAM_REAL,
      .offset = offsetof(ll_player_config, timer_jitter_ms),
      .max = 50,
      .unit = "ms",
      .live = true,
-     .help =
-         "The client's timer fires late by up to so much, uniformly, and sets the next from there, as a busy "
-         "browser does."},
+     .help = "Maximum lateness of the client's timer, uniform; a late timer sets the next one from its own "
+             "time, as a busy browser does."},
     {.name = "clock_phase",
      .type = LL_PARAM_REAL,
      .offset = offsetof(ll_player_config, clock_phase),
      .min = -1,
      .max = 1,
      .default_value = -1,
-     .help =
-         "How long after the server's clock this machine's ticks and displays come, in ticks; below 0 it is "
-         "drawn by the seed, from 0 to 1."},
+     .help = "Delay of this machine's ticks and displays relative to the server's clock, in ticks. Negative: "
+             "random from 0 to 1, by the seed."},
     {.name = "drift_ppm",
      .type = LL_PARAM_REAL,
      .offset = offsetof(ll_player_config, drift_ppm),
      .min = -500,
      .max = 500,
      .unit = "ppm",
-     .help = "By how many millionths this machine's clock is faster than the server's."},
+     .help = "Rate of this machine's clock above the server's, in parts per million."},
     {.name = "clock_filter",
      .type = LL_PARAM_CHOICE,
      .offset = offsetof(ll_player_config, clock_filter),
      .choices = ll_clock_filter_names,
      .live = true,
-     .help = "How the client takes the server's clock from its last eight pings: the median, the ping of the "
-             "shortest round trip, or the mean."},
+     .help = "How the client estimates the server's clock from its last eight pings: the median, the ping of "
+             "the shortest round trip, or the mean."},
     {.name = "send_hz",
      .type = LL_PARAM_REAL,
      .offset = offsetof(ll_player_config, send_hz),
      .max = 128,
      .unit = "Hz",
      .live = true,
-     .help = "How often the client sends what inputs it has made; 0, and in lockstep: with every tick."},
+     .help = "How often the client sends its new inputs; 0, and in lockstep: with every tick."},
     {.name = "display_hz",
      .type = LL_PARAM_REAL,
      .offset = offsetof(ll_player_config, display_hz),
      .max = 240,
      .unit = "Hz",
-     .help = "How often the client draws; 0: tick_hz, and with its ticks where those come as often."},
+     .help = "How often the client draws; 0: tick_hz. At the rate of the ticks it draws with them."},
     {.name = "input_hz",
      .type = LL_PARAM_REAL,
      .offset = offsetof(ll_player_config, input_hz),
      .max = 8000,
      .unit = "Hz",
      .live = true,
-     .help = "How often the input device is read; a change waits for the next time. 0: at once."},
+     .help = "How often the input device is read; a change waits for the next reading. 0: at once."},
     {.name = "input_device_ms",
      .type = LL_PARAM_REAL,
      .offset = offsetof(ll_player_config, input_device_ms),
      .max = 200,
      .unit = "ms",
      .live = true,
-     .help = "From the hand to the game, beside the wait for input_hz."},
+     .help = "Delay from the hand to the game, in addition to the wait for input_hz."},
     {.name = "display_device_ms",
      .type = LL_PARAM_REAL,
      .offset = offsetof(ll_player_config, display_device_ms),
      .max = 200,
      .unit = "ms",
      .live = true,
-     .help = "From the drawn picture to the light on the screen."},
+     .help = "Delay from the drawn frame to the light on the screen."},
     {.name = "slack_ticks",
      .type = LL_PARAM_INT,
      .offset = offsetof(ll_player_config, slack_ticks),
@@ -477,73 +460,67 @@ static const ll_param player_rows[] = {
      .default_value = 1,
      .unit = "ticks",
      .live = true,
-     .help = "How early the client wants its inputs to reach the server: it runs ahead of the server by its "
-             "lag and this."},
+     .help = "Wanted input slack: the client runs ahead of the server by its lag plus this."},
     {.name = "input_delay_ticks",
      .type = LL_PARAM_INT,
      .offset = offsetof(ll_player_config, input_delay_ticks),
      .max = LL_INPUT_DELAY_MAX,
      .unit = "ticks",
      .live = true,
-     .help = "An input that is made now is for a tick so much later: it is felt later, and known earlier to "
-             "the others."},
+     .help = "Input delay: an input takes effect this many ticks later. The player feels it later, and the "
+             "others receive it earlier relative to its effect."},
     {.name = "time_dilation",
      .type = LL_PARAM_BOOL,
      .offset = offsetof(ll_player_config, time_dilation),
      .live = true,
-     .help = "Under free the client keeps its slack by running its frames up to a tenth faster or slower, "
-             "instead of "
-             "making inputs twice or leaving them out."},
+     .help = "With sync free the client keeps its slack by running its frames up to a tenth faster or "
+             "slower, instead of doubling or skipping inputs."},
     {.name = "redundancy",
      .type = LL_PARAM_INT,
      .offset = offsetof(ll_player_config, redundancy),
      .max = 15,
      .default_value = 2,
      .live = true,
-     .help = "How many earlier unacknowledged inputs each input packet repeats."},
+     .help = "Number of earlier unacknowledged inputs that each input packet repeats."},
     {.name = "lane",
      .type = LL_PARAM_INT,
      .offset = offsetof(ll_player_config, lane),
      .min = -1,
      .max = LL_PLAYERS_MAX - 1,
      .default_value = -1,
-     .help = "Lane of the race; -1 is a lane of the player's own."},
+     .help = "Lane of the race; -1: a lane of the player's own."},
     {.name = "control",
      .type = LL_PARAM_CHOICE,
      .offset = offsetof(ll_player_config, control),
      .choices = controls,
      .live = true,
-     .help = "Who drives: a script or a person."},
+     .help = "Controlled by a script or a person."},
     {.name = "script",
      .type = LL_PARAM_CHOICE,
      .offset = offsetof(ll_player_config, script),
      .choices = ll_script_names,
      .live = true,
-     .help = "What the script does."},
+     .help = "The script."},
     {.name = "cheat",
      .type = LL_PARAM_CHOICE,
      .offset = offsetof(ll_player_config, cheat),
      .choices = cheats,
      .live = true,
-     .help = "A client that cheats, to try the server's rules: inputs half as large again, twice as many, a "
-             "fifth more than "
-             "time has passed, a huge one now and then, or packets held back for 3 s of every 6 and released "
-             "at once; "
-             "with weapons a view of half a second before, presses without pause, or a claim that every "
-             "rifle shot "
-             "hits."},
+     .help = "A client that cheats, to test the server's rules. Inputs: half as large again, twice as many, "
+             "a fifth more than time has passed, a huge one at intervals, or packets held back for 3 s of "
+             "every 6 and released at once. With weapons: a view of half a second before, presses without "
+             "pause, or a claim that every hitscan shot hits."},
     {.name = "float_mode",
      .type = LL_PARAM_CHOICE,
-     .offset = offsetof(ll_player_config, hardware),
-     .choices = ll_hardware_names,
+     .offset = offsetof(ll_player_config, float_mode),
+     .choices = ll_float_mode_names,
      .live = true,
-     .help = "Deterministic and rollback: the arithmetic of the player's machine: as the server's, stored as "
-             "floats, "
-             "with fused multiply-add, or off by one ulp now and then."},
+     .help = "Deterministic and rollback: floating-point arithmetic of the player's machine: exact as the "
+             "server's, stored as floats, with fused multiply-add, or with occasional errors of one ulp."},
 };
 
-/* What a client keeps is sized for it: 512 inputs are a round trip of 2.5 s, an update a second and 128 ticks
- * a second. */
+/* Client rings are sized for this: 512 inputs cover a round trip of 2.5 s, one update per second and 128
+ * ticks per second. */
 static bool holds_for_long(const ll_player_config *player)
 {
     return player->dejitter != LL_DEJITTER_NONE && player->dejitter != LL_DEJITTER_MIRROR;

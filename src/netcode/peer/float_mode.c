@@ -6,33 +6,32 @@
 #include "netcode/state/client.h"
 
 #define ULP_STREAM 0x756c70
-#define ULP_EVERY 64 /* ticks between two slips, in the mean */
+#define ULP_EVERY 64 /* mean number of ticks between two errors */
 
-/* Volatile: GCC 12 at -O3 vectorises a loop of such conversions and leaves fields of the last entity alone.
- */
-static void store_float(double *value)
+/* Volatile: GCC 12 at -O3 vectorises a loop of such conversions and skips fields of the last entity. */
+static void round_to_float(double *value)
 {
     volatile float stored = (float)*value;
     *value = (double)stored;
 }
 
-static void store_floats(ll_world *world, int player, int64_t tick)
+static void round_to_floats(ll_world *world, int player, int64_t tick)
 {
     (void)player;
     (void)tick;
     for (int i = 0; i < world->entities; i++) {
         ll_entity *e = &world->entity[i];
-        store_float(&e->x);
-        store_float(&e->y);
-        store_float(&e->vx);
-        store_float(&e->vy);
-        store_float(&e->angle);
-        store_float(&e->angular_velocity);
+        round_to_float(&e->x);
+        round_to_float(&e->y);
+        round_to_float(&e->vx);
+        round_to_float(&e->vy);
+        round_to_float(&e->angle);
+        round_to_float(&e->angular_velocity);
     }
 }
 
 /* Moves one number by one ulp away from zero; a zero stays. */
-static void slip(double *value)
+static void add_ulp(double *value)
 {
     uint64_t bits;
     memcpy(&bits, value, sizeof bits);
@@ -40,37 +39,39 @@ static void slip(double *value)
     memcpy(value, &bits, sizeof bits);
 }
 
-static void slip_now_and_then(ll_world *world, int player, int64_t tick)
+static void add_ulps_at_random(ll_world *world, int player, int64_t tick)
 {
     uint64_t draw = ll_rng_u64(ULP_STREAM, (uint64_t)player, (uint64_t)tick);
     if (draw % ULP_EVERY != 0)
         return;
     ll_entity *e = &world->entity[draw / ULP_EVERY % (uint64_t)world->entities];
     double *const values[] = {&e->x, &e->y, &e->vx, &e->vy};
-    slip(values[draw >> 62]);
+    add_ulp(values[draw >> 62]);
 }
 
-const ll_float_mode ll_hardwares[] = {
+const ll_float_mode ll_float_modes[] = {
     {.name = "exact", .help = "the server's arithmetic"},
-    {.name = "float", .help = "positions and speeds are stored as floats", .after = store_floats},
+    {.name = "float", .help = "positions and speeds are stored as floats", .after = round_to_floats},
     {.name = "fma", .help = "a multiply and an add are rounded once", .fused = true},
-    {.name = "ulp", .help = "a number is off by one ulp now and then", .after = slip_now_and_then},
+    {.name = "ulp",
+     .help = "a number is off by one ulp once in 64 ticks on average",
+     .after = add_ulps_at_random},
 };
 
-/* In the order of ll_hardwares; a test holds them against each other. */
-const char *const ll_hardware_names[] = {"exact", "float", "fma", "ulp", NULL};
+/* In the order of ll_float_modes; a test compares both. */
+const char *const ll_float_mode_names[] = {"exact", "float", "fma", "ulp", NULL};
 
-void ll_hardware_step(const ll_client_setup *s, int player, ll_world *world, const ll_action *actions,
-                      int64_t tick, ll_time now)
+void ll_float_mode_step(const ll_client_setup *s, int player, ll_world *world, const ll_action *actions,
+                        int64_t tick, ll_time now)
 {
-    const ll_float_mode *hardware = &ll_hardwares[s->config->hardware];
-    if (hardware->fused) {
+    const ll_float_mode *float_mode = &ll_float_modes[s->config->float_mode];
+    if (float_mode->fused) {
         ll_game_env env = *s->env;
         env.fused = 1;
         s->game->step(world, &env, actions, now, NULL);
     } else {
         s->game->step(world, s->env, actions, now, NULL);
     }
-    if (hardware->after)
-        hardware->after(world, player, tick);
+    if (float_mode->after)
+        float_mode->after(world, player, tick);
 }

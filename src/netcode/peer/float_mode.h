@@ -1,7 +1,7 @@
-/* The arithmetic of a player's machine: the same step on other hardware gives other bits.
+/* The floating-point arithmetic of a player's machine: the same step on other hardware gives other bits.
  *
- * Deterministic lockstep stands and falls with equal bits on every machine (paper, "Deterministic Lockstep");
- * a row of the table stands for a machine that breaks this, and how. */
+ * Deterministic lockstep depends on equal bits on every machine (paper, "Deterministic Lockstep"). A row of
+ * the table stands for a machine that breaks this, and how. */
 #pragma once
 
 #include "game/core/game.h"
@@ -13,14 +13,14 @@ typedef struct ll_float_mode {
     const char *help;
     bool fused; /* multiply-adds of the games' integrators are rounded once */
 
-    /* What the machine does to a world after a step; NULL: nothing. A function of its arguments alone, so
-     * that a step that is made again gives the same. */
+    /* Changes a world after a step as the machine would; NULL: no change. A function of its arguments alone,
+     * so that a resimulated step gives the same result. */
     void (*after)(ll_world *world, int player, int64_t tick);
 } ll_float_mode;
 
-extern const ll_float_mode ll_hardwares[];
-extern const char *const ll_hardware_names[]; /* NULL-terminated; the index is the choice `hardware` */
+extern const ll_float_mode ll_float_modes[];
+extern const char *const ll_float_mode_names[]; /* NULL-terminated; the index is the choice `float_mode` */
 
 /* Makes step `tick`, of virtual time `now`, on the machine of `player`. */
-void ll_hardware_step(const struct ll_client_setup *setup, int player, ll_world *world,
-                      const ll_action *actions, int64_t tick, ll_time now);
+void ll_float_mode_step(const struct ll_client_setup *setup, int player, ll_world *world,
+                        const ll_action *actions, int64_t tick, ll_time now);

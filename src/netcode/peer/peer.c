@@ -7,15 +7,15 @@
 #include "netcode/state/weapon_prediction.h"
 #include "netcode/protocol/limits.h"
 
-/* Nobody waits for a hash: one packet in so many carries those that the referee has not. */
+/* No client waits for a hash: one packet in HASHES_EVERY carries the hashes that the relay server lacks. */
 #define HASHES_EVERY 4
 
-/* An even pace (time sync of GGPO): who is ahead of the slowest by a tick or more rests. */
-#define FAIR_EVERY 10 /* frames between two looks */
-#define FAIR_MAX 9    /* frames of rest at once (GGPO) */
-#define FAIR_MANY 16  /* what was heard last counts for so much of the means, or for all that was */
+/* Time sync (GGPO): a client that is ahead of the slowest by a tick or more waits. */
+#define TIME_SYNC_EVERY 10   /* frames between two checks */
+#define TIME_SYNC_MAX 9      /* maximum number of frames to wait at once (GGPO) */
+#define TIME_SYNC_SAMPLES 16 /* a mean has the weight 1 / this for its last value; at first 1 / count */
 
-#define ROUND_MAX LL_SECOND /* what takes longer is an outage's */
+#define ROUND_MAX LL_SECOND /* a longer first round includes an outage */
 
 void ll_peer_start(ll_client *c, const ll_client_setup *s, int64_t step, int64_t first, const ll_world *world)
 {
@@ -23,7 +23,8 @@ void ll_peer_start(ll_client *c, const ll_client_setup *s, int64_t step, int64_t
     (void)s;
     LL_ASSERT(first >= step && first - step < LL_PEER_RING - LL_SYNC_TEST_MAX);
     memset(peer, 0, ll_peer_size(world->players, 0));
-    peer->ticks = (ll_clock){c->met_at, c->met, c->clock.freq}; /* everybody's, whenever one has come */
+    peer->ticks = (ll_clock){c->game_start, c->game_start_step,
+                             c->clock.freq}; /* that of all peers, even after a late join */
     peer->start = peer->tick = peer->confirmed = peer->hashed = step;
     peer->first = first;
     peer->began = step;
@@ -38,7 +39,7 @@ void ll_peer_start(ll_client *c, const ll_client_setup *s, int64_t step, int64_t
     c->view_step = step;
 }
 
-/* ---- what comes ---- */
+/* ---- received packets ---- */
 
 /* The server has made the steps up to `tick`: own inputs for them were applied. */
 static void take_steps(ll_client *c, const ll_client_setup *s, int64_t tick, ll_time now)
@@ -50,7 +51,7 @@ static void take_steps(ll_client *c, const ll_client_setup *s, int64_t tick, ll_
     }
 }
 
-/* An input that is too far ahead to be kept is not acknowledged, so it comes again. */
+/* An input that is too far ahead to be kept is not acknowledged, so it is sent again. */
 static void take_input(ll_peer *peer, int player, int64_t tick, const ll_controls *input)
 {
     ll_peer_player *from = &peer->player[player];
@@ -63,46 +64,46 @@ static void take_input(ll_peer *peer, int player, int64_t tick, const ll_control
     from->known = tick;
 }
 
-static void hear_pace(ll_peer *peer, const ll_relay_part *part)
+static void take_lead(ll_peer *peer, const ll_relay_part *part)
 {
     ll_peer_player *from = &peer->player[part->player];
     if (part->at <= from->at)
         return;
     double ahead = (double)(peer->tick - part->at), behind = part->ahead;
-    from->heard = from->at < 0 ? 1 : from->heard + (from->heard < FAIR_MANY);
-    double share = 1.0 / from->heard;
+    from->samples = from->at < 0 ? 1 : from->samples + (from->samples < TIME_SYNC_SAMPLES);
+    double share = 1.0 / from->samples;
     from->ahead += share * (ahead - from->ahead);
     from->behind += share * (behind - from->behind);
     from->at = part->at;
 }
 
-/* Takes a part and returns where the next one begins. */
+/* Reads a part and returns where the next one begins. */
 static const char *take_part(ll_peer *peer, const char *at)
 {
     const ll_relay_part *part = (const ll_relay_part *)(const void *)at;
     const ll_input_run *runs = (const ll_input_run *)(part + 1);
     int64_t tick = part->tick;
-    hear_pace(peer, part);
+    take_lead(peer, part);
     for (int r = 0; r < part->runs; r++)
         for (uint32_t i = 0; i < runs[r].count; i++)
             take_input(peer, part->player, tick++, &runs[r].input);
     return (const char *)(runs + part->runs);
 }
 
-/* Whether it is time to go on. */
+/* Whether the hold is over. */
 static bool is_over(const ll_client *c, const ll_client_setup *s, ll_time now)
 {
     const ll_peer *peer = ll_client_peer(c);
-    ll_time until = c->met_at + ll_tick_time(peer->resume, c->clock.freq);
+    ll_time until = c->game_start + ll_tick_time(peer->resume, c->clock.freq);
     return peer->resume != 0 && ll_client_local(s, now) + c->connection.clock.offset >= until - LL_HOLD_BLUR;
 }
 
-/* The first relay comes when the game has begun, an update later, and by the way down. */
-static void hear_hold(ll_client *c, const ll_client_setup *s, const ll_relay_message *m, ll_time now)
+/* The first relay arrives when the game has begun, one update later plus the delay down. */
+static void take_hold(ll_client *c, const ll_client_setup *s, const ll_relay_message *m, ll_time now)
 {
     ll_peer *peer = ll_client_peer(c);
     ll_time update = (ll_time)(1e9 / s->rules->update_hz);
-    ll_time since = peer->relayed != 0 ? peer->relayed : c->met_at + ll_hold_way(&c->connection.clock);
+    ll_time since = peer->relayed != 0 ? peer->relayed : c->game_start + ll_hold_way(&c->connection.clock);
     ll_time slack = update > LL_HOLD_GAP ? update : LL_HOLD_GAP; /* a single lost relay is no outage */
     peer->gap |= now - since > update + c->period + slack;
     peer->relayed = now;
@@ -124,7 +125,7 @@ int ll_peer_receive(ll_client *c, const ll_client_setup *s, const void *packet, 
     if (m->head.epoch != c->epoch)
         return LL_OUTCOME_STALE;
     if (m->head.type != LL_MESSAGE_RELAY) {
-        c->refused++; /* the others play another input: from here on this world is not theirs */
+        c->refused++; /* the others apply another input: from here on this world differs from theirs */
         return LL_OUTCOME_REFUSED;
     }
     c->acked = m->head.seq > c->acked ? m->head.seq : c->acked;
@@ -134,7 +135,7 @@ int ll_peer_receive(ll_client *c, const ll_client_setup *s, const void *packet, 
         c->latest_tick = c->confirmed = m->tick;
         c->latest_time = m->time;
     }
-    hear_hold(c, s, m, now);
+    take_hold(c, s, m, now);
     const char *at = (const char *)(m + 1);
     for (int i = 0; i < m->head.count; i++)
         at = take_part(peer, at);
@@ -148,8 +149,8 @@ static int64_t guesses_max(const ll_client_setup *s)
     return s->sync->guesses ? s->rules->max_rollback_ticks : 0;
 }
 
-/* A script must do the same at a tick whenever that is played. So it sees the newest world that is certain by
- * then whatever the links do. */
+/* A script must act the same at a tick whenever that tick is stepped. So it sees the newest world that is
+ * confirmed by then on any link. */
 static ll_action control(ll_client *c, const ll_client_setup *s, int64_t tick)
 {
     const ll_peer *peer = ll_client_peer(c);
@@ -158,7 +159,8 @@ static ll_action control(ll_client *c, const ll_client_setup *s, int64_t tick)
                              ll_clock_time(&peer->ticks, tick));
 }
 
-/* Makes the inputs up to that for tick `newest`; nobody can have made the first `input_delay_ticks`. */
+/* Makes the inputs up to that for tick `newest`; no player can have made inputs for the first
+ * `input_delay_ticks`. */
 static void make_inputs(ll_client *c, const ll_client_setup *s, int64_t newest, ll_time now)
 {
     ll_peer *peer = ll_client_peer(c);
@@ -168,17 +170,18 @@ static void make_inputs(ll_client *c, const ll_client_setup *s, int64_t newest, 
         ll_action a = early ? (ll_action){0} : control(c, s, c->tick + 1);
         ll_pending_input *p = ll_client_pending(c, ++c->seq);
         *p = (ll_pending_input){.seq = c->seq, .made = now, .action = a};
-        ll_client_metrics_input(s->client_metrics, c->seq, c->tick + 1, &a, ll_client_touched(c, s, now),
+        ll_client_metrics_input(s->client_metrics, c->seq, c->tick + 1, &a, ll_client_control_time(c, s, now),
                                 now);
         peer->player[c->self].known = ++c->tick;
         if (s->weapon_prediction)
             ll_weapon_prediction_input(c, s, p, c->view_time, now);
-        p->action.buttons &= LL_BUTTONS; /* nobody takes a claim, and it would depend on what is drawn */
+        p->action.buttons &=
+            LL_BUTTONS; /* the relay server rejects claims, and a claim would depend on what is drawn */
         *ll_peer_input(peer, c->self, c->tick) = (ll_controls){{a.axis[0], a.axis[1]}, p->action.buttons};
     }
 }
 
-/* The players whose inputs are missing for the next tick to be made. */
+/* The players whose inputs are missing for the next tick. */
 static uint32_t missing(const ll_peer *peer, int players, int64_t guesses)
 {
     uint32_t mask = 0;
@@ -212,22 +215,22 @@ static void stall(ll_client *c, const ll_client_setup *s, uint32_t waiting, ll_t
         n->waited_frames[p] += (int32_t)(waiting >> p & 1);
 }
 
-/* Half the difference between how far ahead each sees itself: the way that what is heard has come cancels. */
-static void keep_pace(ll_client *c)
+/* Half the difference between the leads that two peers see: the delay of the packets cancels. */
+static void update_time_sync(ll_client *c)
 {
     ll_peer *peer = ll_client_peer(c);
     double most = 0;
-    if ((c->frame - peer->paced) % FAIR_EVERY != 0)
+    if ((c->frame - peer->time_sync_from) % TIME_SYNC_EVERY != 0)
         return;
     for (int p = 0; p < ll_client_rendered(c)->players; p++) {
         double lead = (peer->player[p].ahead - peer->player[p].behind) / 2;
         if (p != c->self && peer->player[p].at >= 0 && lead > most)
             most = lead;
     }
-    peer->rest = most < FAIR_MAX ? (int32_t)most : FAIR_MAX;
+    peer->frames_to_wait = most < TIME_SYNC_MAX ? (int32_t)most : TIME_SYNC_MAX;
 }
 
-/* Begins the first round, whose ticks are made as soon as they may be. */
+/* Begins the first round, whose ticks are made as early as possible. */
 static void begin_round(ll_peer *peer)
 {
     peer->began = peer->tick;
@@ -235,15 +238,15 @@ static void begin_round(ll_peer *peer)
     peer->spread = 0;
 }
 
-/* A hold ends as the game begins: with nothing in flight, and nothing known of the pace. */
+/* A hold ends as the game begins: no packet in flight, and no time sync data. */
 static void end_hold(ll_client *c, const ll_client_setup *s, ll_time now)
 {
     ll_peer *peer = ll_client_peer(c);
     if (!is_over(c, s, now))
         return;
     peer->hold = peer->resume = 0;
-    peer->paced = c->frame - 1;
-    peer->rest = 0;
+    peer->time_sync_from = c->frame - 1;
+    peer->frames_to_wait = 0;
     begin_round(peer);
     for (int p = 0; p < ll_client_rendered(c)->players; p++) {
         peer->player[p].at = -1;
@@ -251,28 +254,29 @@ static void end_hold(ll_client *c, const ll_client_setup *s, ll_time now)
     }
 }
 
-/* Ticks that may be guessed in a row come back in a row: everybody would run and wait by turns, for some ten
- * seconds, until relays have drawn them apart. So the ticks of the second round are made as far from each
- * other as they will be: what the first round took, by how many they are. */
+/* Ticks that may be guessed in a row are also confirmed in a row: all clients would step and wait
+ * alternately, for about ten seconds, until relays have spread them. So the ticks of the second round are
+ * spaced as they will be later: the duration of the first round divided by its number of ticks. */
 static void time_round(ll_client *c, const ll_client_setup *s, ll_time now)
 {
     ll_peer *peer = ll_client_peer(c);
-    int64_t guesses = guesses_max(s), many = guesses + s->config->input_delay_ticks + 1, known = LL_NEVER;
+    int64_t guesses = guesses_max(s), round_ticks = guesses + s->config->input_delay_ticks + 1,
+            known = LL_NEVER;
     if (peer->since == LL_NEVER)
         peer->since = now;
-    if (peer->spread != 0 || many == 1)
-        return; /* or there are none in a row */
+    if (peer->spread != 0 || round_ticks == 1)
+        return; /* or no ticks are guessed in a row */
     for (int p = 0; p < ll_client_rendered(c)->players; p++)
         if (p != c->self && peer->player[p].known < known)
             known = peer->player[p].known;
     if (known == LL_NEVER || known <= peer->began)
         return; /* it plays alone; or the round is not over */
     ll_time round = now - peer->since + (guesses > 0 ? c->period : 0);
-    peer->spread = (round < ROUND_MAX ? round : ROUND_MAX) / many;
-    peer->spread_until = peer->began + 2 * many;
+    peer->spread = (round < ROUND_MAX ? round : ROUND_MAX) / round_ticks;
+    peer->spread_until = peer->began + 2 * round_ticks;
 }
 
-/* Whether the next tick is to come later. What is missing at a hold is made up for at once. */
+/* Whether the next tick is to be delayed. Ticks missing at a hold are made at once. */
 static bool spreads(const ll_client *c, ll_time now)
 {
     const ll_peer *peer = ll_client_peer(c);
@@ -285,32 +289,32 @@ static bool may_step(ll_client *c, const ll_client_setup *s, ll_time now)
     ll_peer *peer = ll_client_peer(c);
     if (peer->hold != 0 && peer->tick >= peer->hold) {
         stall(c, s, 0, now);
-        s->client_metrics->stepping.rested_frames += now >= s->client_metrics->from;
+        s->client_metrics->stepping.time_sync_frames += now >= s->client_metrics->from;
         return false;
     }
     stall(c, s, missing(peer, ll_client_rendered(c)->players, guesses_max(s)), now);
     if (peer->waiting != 0)
         return false;
     if (spreads(c, now)) {
-        s->client_metrics->stepping.rested_frames += now >= s->client_metrics->from;
+        s->client_metrics->stepping.time_sync_frames += now >= s->client_metrics->from;
         return false;
     }
     if (peer->hold == 0)
-        keep_pace(c);
-    if (peer->rest == 0 || peer->hold != 0) {
+        update_time_sync(c);
+    if (peer->frames_to_wait == 0 || peer->hold != 0) {
         peer->stepped = now;
         return true;
     }
-    peer->rest--;
+    peer->frames_to_wait--;
     for (int p = 0; p < ll_client_rendered(c)->players; p++)
         peer->player[p].ahead -= 1; /* at once, not when the means have followed */
-    s->client_metrics->stepping.rested_frames += now >= s->client_metrics->from;
+    s->client_metrics->stepping.time_sync_frames += now >= s->client_metrics->from;
     return false;
 }
 
-/* Everybody waits for who is not at a hold yet: it makes the ticks up to there as soon as it may, so that its
- * inputs leave together. */
-static void hasten(ll_client *c, const ll_client_setup *s, ll_time now)
+/* All peers wait for one that has not reached the hold yet: it makes the ticks up to the hold as early as
+ * possible, so that their inputs are sent together. */
+static void step_to_hold(ll_client *c, const ll_client_setup *s, ll_time now)
 {
     ll_peer *peer = ll_client_peer(c);
     int players = ll_client_rendered(c)->players;
@@ -343,11 +347,11 @@ static int compose(const ll_client *c, void *packet)
     int players = ll_client_rendered_const(c)->players, runs = 0;
     int64_t first = peer->first + c->acked + 1, tick = first;
     ll_peer_message *m = packet;
-    ll_peer_ack *heard = (ll_peer_ack *)(m + 1);
-    ll_input_run *run = (ll_input_run *)(heard + players);
+    ll_peer_ack *acks = (ll_peer_ack *)(m + 1);
+    ll_input_run *run = (ll_input_run *)(acks + players);
     for (int p = 0; p < players; p++) {
         const ll_peer_player *from = &peer->player[p];
-        heard[p] = (ll_peer_ack){(int32_t)from->known, from->at < 0 ? 0 : (int32_t)(peer->tick - from->at)};
+        acks[p] = (ll_peer_ack){(int32_t)from->known, from->at < 0 ? 0 : (int32_t)(peer->tick - from->at)};
     }
     for (; tick <= c->tick; tick++) { /* the pending inputs reach further back than the ring */
         const ll_action *a = &c->pending[(tick - peer->first) & (LL_PENDING_RING - 1)].action;
@@ -389,7 +393,7 @@ int ll_peer_tick(ll_client *c, const ll_client_setup *s, ll_time now, void *pack
             make_inputs(c, s, peer->tick + 1 + delay, now);
         if (peer->hold != 0) {
             make_inputs(c, s, peer->tick + 1 + delay, now);
-            hasten(c, s, now);
+            step_to_hold(c, s, now);
         }
     }
     ll_peer_confirm(c);

@@ -1,4 +1,4 @@
-/* The worlds of a peer: stepped on, stepped again, held against what they were. */
+/* The worlds of a peer: stepped, resimulated, and compared with earlier results. */
 #include <string.h>
 
 #include "base/detmath.h"
@@ -6,7 +6,7 @@
 #include "netcode/state/peer.h"
 #include "netcode/protocol/world_hash.h"
 
-/* Whose input for `tick` has not come goes on as it did last, what it presses too (GGPO). */
+/* A player whose input for `tick` has not arrived keeps its last controls, including presses (GGPO). */
 static void guess(ll_peer *peer, int players, int64_t tick)
 {
     for (int p = 0; p < players; p++) {
@@ -26,7 +26,7 @@ static void step(ll_client *c, const ll_client_setup *s, ll_world *world, int64_
         const ll_controls *input = ll_peer_input(peer, p, tick);
         actions[p] = (ll_action){{input->axis[0], input->axis[1]}, input->buttons, 0};
     }
-    ll_hardware_step(s, c->self, world, actions, tick, ll_clock_time(&peer->ticks, tick));
+    ll_float_mode_step(s, c->self, world, actions, tick, ll_clock_time(&peer->ticks, tick));
 }
 
 static void make_tick(ll_client *c, const ll_client_setup *s, int64_t tick)
@@ -42,7 +42,7 @@ void ll_peer_step(ll_client *c, const ll_client_setup *s)
     make_tick(c, s, ++ll_client_peer(c)->tick);
 }
 
-/* The view learns of everything that moved; as elsewhere only the own entity's counts as a correction. */
+/* Reports every moved entity to the view; as elsewhere only the own entity's move counts as a correction. */
 static void correct(ll_client *c, const ll_client_setup *s, const ll_world *before, const ll_world *after,
                     ll_time now)
 {
@@ -97,8 +97,8 @@ void ll_peer_confirm(ll_client *c)
     }
 }
 
-/* The saved world must be all that a step depends on: from the same world the same inputs lead to the same.
- */
+/* The saved world must contain all that a step depends on: the same world and inputs must give the same
+ * result. */
 void ll_peer_sync_test(ll_client *c, const ll_client_setup *s, ll_time now)
 {
     ll_peer *peer = ll_client_peer(c);

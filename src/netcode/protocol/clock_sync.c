@@ -37,7 +37,7 @@ static ll_time median(const ll_clock_sample *samples, int count)
 }
 
 static const ll_clock_filter filter_median = {
-    .name = "median", .help = "The median: one late packet does not count.", .offset = median};
+    .name = "median", .help = "The median: one late packet has no effect.", .offset = median};
 static const ll_clock_filter filter_min = {
     .name = "min_rtt",
     .help = "The sample of the shortest round trip: best where delays have rare peaks.",
@@ -47,7 +47,7 @@ static const ll_clock_filter filter_mean = {
 
 const ll_clock_filter *const ll_clock_filters[] = {&filter_median, &filter_min, &filter_mean, NULL};
 
-/* In the order of ll_clock_filters; a test holds them against each other. */
+/* In the order of ll_clock_filters; a test compares both. */
 const char *const ll_clock_filter_names[] = {"median", "min_rtt", "mean", NULL};
 
 /* ---- samples ---- */

@@ -1,19 +1,19 @@
-/* What a client measures of the server's clock (NTP's four time stamps): how far that clock is ahead of its
- * own, and the round trip.
+/* Clock synchronisation (NTP's four time stamps): how far the server's clock is ahead of the client's, and
+ * the round trip.
  *
- * A request leaves at t0 by the client's clock, comes at t1 by the server's, is answered at once, and the
- * answer comes at t3 by the client's: offset = t1 - (t0 + t3) / 2, round trip = t3 - t0. The offset's error
- * is exactly half of what the way up takes longer than the way down: no filter removes it.
+ * A request is sent at t0 by the client's clock and arrives at t1 by the server's. It is answered at once,
+ * and the answer arrives at t3 by the client's clock: offset = t1 - (t0 + t3) / 2, round trip = t3 - t0. The
+ * error of the offset is exactly half of (delay up - delay down): no filter removes it.
  *
- * The offset in use follows the filtered one by at most LL_CLOCK_SLEW of the time that passed; one that is
- * LL_CLOCK_SNAP off or more is taken at once. Part of a simulation's block. */
+ * The offset in use follows the filtered one by at most LL_CLOCK_SLEW of the elapsed time. A difference of
+ * LL_CLOCK_SNAP or more is corrected at once. Part of a simulation's block. */
 #pragma once
 
 #include <stdbool.h>
 
 #include "base/vtime.h"
 
-#define LL_CLOCK_SAMPLES 8 /* the filter looks at so many */
+#define LL_CLOCK_SAMPLES 8 /* number of samples that the filter uses */
 #define LL_CLOCK_SNAP (100 * LL_MS)
 #define LL_CLOCK_SLEW 0.05
 
@@ -34,7 +34,7 @@ typedef struct ll_clock_sync {
 
 #pragma GCC diagnostic pop
 
-/* A way to take one offset from the last samples: one row each. */
+/* A filter that computes one offset from the last samples: one row each. */
 typedef struct ll_clock_filter {
     const char *name;
     const char *help;
@@ -45,13 +45,13 @@ extern const ll_clock_filter
     *const ll_clock_filters[]; /* NULL-terminated; the index is the choice `clock_filter` */
 extern const char *const ll_clock_filter_names[];
 
-/* An answer came at `received` by the client's clock to what it sent at `sent`. `snap`: the filtered offset
- * is taken as it is, whatever it was before. */
+/* The answer to a request sent at `sent` arrived at `received`, by the client's clock. `snap`: the filtered
+ * offset is used at once, however different it is. */
 void ll_clock_sync_add(ll_clock_sync *sync, const ll_clock_filter *filter, ll_time sent, ll_time server,
                        ll_time received, bool snap);
 
-/* Forgets the samples, not the offset in use: the link is another. */
+/* Forgets the samples, not the offset in use: the link has changed. */
 void ll_clock_sync_restart(ll_clock_sync *sync);
 
-/* The longest round trip of the last samples; 0 when there is none. */
+/* The longest round trip of the last samples; 0: no samples. */
 ll_time ll_clock_sync_round_trip(const ll_clock_sync *sync);

@@ -1,5 +1,5 @@
-/* Events of a netgame: the rows that its recorder gets (base/recorder.h), for the message lanes of a view and
- * for tests. */
+/* Events of a netgame: the rows written to its recorder (base/recorder.h), for the message lanes of a view
+ * and for tests. */
 #pragma once
 
 #include <stdint.h>
@@ -7,7 +7,7 @@
 #include "base/vtime.h"
 
 typedef struct ll_event {
-    uint32_t id;  /* set by the keeper of events; counts up */
+    uint32_t id;  /* set by the recorder; counts up */
     uint8_t type; /* ll_event_type */
     uint8_t player;
     uint8_t fate;    /* of a packet: 0 delivered, 1 lost, 2 queue overflow, 3 corrupted */

@@ -1,10 +1,10 @@
-/* Limits that server and clients both keep to. */
+/* Limits that both server and clients keep. */
 #pragma once
 
 #include "netcode/protocol/clock_sync.h"
 
-#define LL_BUDGET_TICKS 128 /* an input must be for a step less than so many ahead of the server's, */
-#define LL_BUDGET_HZ 64     /* and twice as many where there are more steps a second than that */
+#define LL_BUDGET_TICKS 128 /* an input must be for a step less than this ahead of the server's, */
+#define LL_BUDGET_HZ 64     /* or twice this where the step rate is higher */
 
 static inline int64_t ll_budget_ticks(ll_freq client_freq)
 {
@@ -14,11 +14,10 @@ static inline int64_t ll_budget_ticks(ll_freq client_freq)
 /* ---- a hold: netcode/server/hold.h ---- */
 
 #define LL_HOLD_GAP (60 * LL_MS)
-#define LL_HOLD_EVERY                                                                                        \
-    (5 * LL_SECOND)       /* after one, until a gap has the next: links may lose packets all the time */
-#define LL_HOLD_BLUR 1000 /* ns, by which clocks are rounded */
+#define LL_HOLD_EVERY (5 * LL_SECOND) /* shortest time between holds: links may lose packets all the time */
+#define LL_HOLD_BLUR 1000             /* ns, rounding of clocks */
 
-/* One way of a packet, half the measured round trip. */
+/* One-way delay of a packet: half the measured round trip. */
 static inline ll_time ll_hold_way(const ll_clock_sync *clock)
 {
     return (ll_clock_sync_round_trip(clock) + 1) / 2;

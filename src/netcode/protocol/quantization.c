@@ -2,7 +2,7 @@
 
 #define LIMIT 2147483647.0
 
-/* Clears `fits` when there is no such step; a NaN fails too. */
+/* Clears `fits` if the grid has no such step, or for a NaN. */
 static int32_t steps(double value, float step, bool *fits)
 {
     double n = value / (double)step;

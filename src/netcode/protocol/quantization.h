@@ -1,7 +1,7 @@
-/* A world in whole steps of a grid: what quantised and delta-coded snapshots are made of.
+/* A world in whole steps of a grid: the form of quantised and delta-compressed snapshots.
  *
- * Both ends use the same functions, and a value that lies on the grid is its own rounding: so a client that
- * rounds the world it was given gets the numbers that the server sent. */
+ * Both ends use the same functions, and rounding keeps a value that is already on the grid. So a client that
+ * rounds a received world gets the numbers that the server sent. */
 #pragma once
 
 #include <stdbool.h>
@@ -9,13 +9,13 @@
 
 #include "game/core/game.h"
 
-/* The steps, in the precision in which they travel. */
+/* Grid steps, in the precision in which they are sent. */
 typedef struct ll_quantization {
     float m, mps, rad, radps;
 } ll_quantization;
 
-/* An entity in steps. `x` is LL_OFF_GRID for one with a member that is not finite or 2^31 steps and more from
- * zero: it travels to the bit. */
+/* An entity in grid steps. `x` is LL_OFF_GRID if a member is not finite or is 2^31 steps or more from zero:
+ * such an entity is sent bitwise. */
 typedef struct ll_cell {
     int32_t x, y, vx, vy, angle, angular_velocity;
     uint64_t flags;

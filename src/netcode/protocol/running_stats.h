@@ -1,4 +1,4 @@
-/* Mean and extremes of a value, where percentiles are not worth a histogram. */
+/* Mean and extremes of a value that needs no percentiles. */
 #pragma once
 
 #include <stdint.h>

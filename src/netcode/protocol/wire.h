@@ -1,4 +1,4 @@
-/* The messages between server and clients: all that passes between them. */
+/* All messages between server and clients. */
 #pragma once
 
 #include <stdint.h>
@@ -14,30 +14,30 @@ typedef enum ll_message {
     LL_MESSAGE_INPUT = 1,
     LL_MESSAGE_SNAPSHOT = 2,
     LL_MESSAGE_REFUSAL = 3,
-    LL_MESSAGE_RELAY = 4,   /* the inputs of others */
+    LL_MESSAGE_RELAY = 4,   /* other players' inputs */
     LL_MESSAGE_CONNECT = 5, /* from a client that is not connected */
-    LL_MESSAGE_ACCEPT = 6,  /* and the server's answer */
-    LL_MESSAGE_PING = 7,    /* from a client that is: asks for the server's time */
-    LL_MESSAGE_PONG = 8,    /* and the answer, or a keep-alive that nobody asked for */
+    LL_MESSAGE_ACCEPT = 6,  /* the server's answer to a connect */
+    LL_MESSAGE_PING = 7,    /* from a connected client: asks for the server's time */
+    LL_MESSAGE_PONG = 8,    /* the answer to a ping, or an unrequested keep-alive */
     LL_MESSAGES,
 } ll_message;
 
-/* Every message starts with these. A change of `sync`, and a player who joins again, start a new epoch: what
- * was sent in an older one is void. */
+/* Every message starts with these. A change of `sync`, and a player who joins again, start a new epoch:
+ * messages of an earlier one are discarded. */
 typedef struct ll_message_head {
     uint8_t type;
-    uint8_t
-        count; /* inputs; of a state: its ll_part; of a refusal: the rule; of an answer: its ll_answer_part */
+    uint8_t count; /* input: number of inputs; snapshot: its ll_part; refusal: the rule; answer: its
+                      ll_answer_part */
     uint16_t epoch;
-    uint32_t seq; /* input: sequence number of the first; state: of the last whose step is over; relay: last
-                     known; refusal: the refused; connect, accept: the attempt; ping, pong: its number */
+    uint32_t seq; /* input: sequence number of the first; snapshot: of the last whose step is over; relay:
+                     last known; refusal: the refused; connect, accept: the attempt; ping, pong: its number */
 } ll_message_head;
 
 /* From a client: connect and ping. */
 typedef struct ll_request_message {
     ll_message_head head;
     ll_time sent; /* by the client's clock */
-    ll_time seen; /* the server's time of the newest answer that the client has; LL_NEVER: none */
+    ll_time seen; /* server time of the newest answer that the client has; LL_NEVER: none */
 } ll_request_message;
 
 typedef enum ll_answer_part {
@@ -45,16 +45,16 @@ typedef enum ll_answer_part {
     LL_ANSWER_WORLD = 2, /* the world after step `tick` follows, as it lies in memory */
 } ll_answer_part;
 
-/* From the server: accept and pong. A pong of epoch 0 says that the player is not connected. */
+/* From the server: accept and pong. A pong of epoch 0 means that the player is not connected. */
 typedef struct ll_answer_message {
     ll_message_head head;
     ll_time sent;     /* of the request */
-    ll_time received; /* and answered at once, by the server's clock */
+    ll_time received; /* answered at the same time, by the server's clock */
     int64_t tick;     /* the server's step */
     int64_t first;    /* accept: the player's first input is for the step after this one */
 } ll_answer_message;
 
-/* What a state may hold between its message and the world, in this order. */
+/* Optional parts between the header of a snapshot message and its world, in this order. */
 typedef enum ll_part {
     LL_PART_AXES = 1,    /* an ll_axes for each player but the receiver */
     LL_PART_APPLIED = 2, /* an ll_input_result_part and its words */
@@ -64,25 +64,26 @@ typedef enum ll_part {
 typedef struct ll_input_message {
     ll_message_head head;
     int32_t tick;
-    uint8_t wants; /* ll_part: what the states to this client are to hold */
-    uint8_t fresh; /* so many of the inputs, the last ones, were not sent before */
-    uint16_t lead; /* so many steps before `tick` is that of the newest state that it has; 0: none */
+    uint8_t wants; /* ll_part: parts that snapshots to this client must contain */
+    uint8_t fresh; /* number of inputs, the last ones, that are sent for the first time */
+    uint16_t
+        lead; /* number of steps from the newest snapshot that the client has to `tick`; 0: it has none */
     ll_action inputs[LL_INPUTS_MAX]; /* only head.count are sent */
 } ll_input_message;
 
-/* What somebody's controls were in a step. */
+/* A player's controls in a step. */
 typedef struct ll_controls {
     float axis[2];
     uint32_t buttons;
 } ll_controls;
 
-/* The same without presses, which nobody repeats who guesses. */
+/* The same without presses, which a guess never repeats. */
 typedef struct ll_axes {
     float axis[2];
 } ll_axes;
 
-/* Which of the receiver's last inputs were really applied: bit i of the words that follow stands for input
- * newest - i. As many words as it takes back to the newest state that the client is known to have. */
+/* Which of the receiver's last inputs were applied: bit i of the words that follow stands for input newest -
+ * i. As many words as reach back to the newest snapshot that the client is known to have. */
 typedef struct ll_input_result_part {
     uint32_t newest, words;
 } ll_input_result_part;
@@ -92,22 +93,22 @@ typedef struct ll_input_result_part {
 /* Its parts follow, and then the world, encoded. */
 typedef struct ll_snapshot_message {
     ll_message_head head;
-    int64_t tick; /* the server's step that this is the state after */
-    ll_time time; /* when, by the server's clock */
+    int64_t tick; /* the server's step whose result this is */
+    ll_time time; /* of that step, by the server's clock */
     float update_hz;
-    uint32_t applied;   /* the newest input that was really applied; 0: none */
-    int32_t slack;      /* how many steps early the player's inputs came, the least since the last update */
-    uint32_t slack_seq; /* of the input that came so */
+    uint32_t applied;   /* the newest applied input; 0: none */
+    int32_t slack;      /* smallest slack of the player's inputs since the last update, steps */
+    uint32_t slack_seq; /* input with that slack */
     uint16_t codec;     /* index into ll_codecs */
-    uint16_t baseline;  /* how many ticks before `tick` the state was that this is told against; 0: none */
+    uint16_t baseline;  /* number of ticks from the baseline to `tick`; 0: no baseline */
     uint32_t reserved;
 } ll_snapshot_message;
 
 #define LL_SLACK_UNKNOWN INT32_MAX
 
-/* ---- deterministic and rollback: only inputs travel ---- */
+/* ---- deterministic and rollback: only inputs are sent ---- */
 
-#define LL_RUNS_MAX 32   /* of one player in a packet; what is beyond comes when these are acknowledged */
+#define LL_RUNS_MAX 32   /* of one player in a packet; the rest is sent when these are acknowledged */
 #define LL_HASHES_MAX 64 /* in a packet */
 
 /* Equal inputs for `count` ticks in a row. */
@@ -119,42 +120,44 @@ typedef struct ll_input_run {
 /* What a client knows of a player. */
 typedef struct ll_peer_ack {
     int32_t known; /* has its inputs up to this tick */
-    int32_t ahead; /* is so many ticks ahead of it */
+    int32_t ahead; /* ticks that it is ahead of that player */
 } ll_peer_ack;
 
 #define LL_WAY_GAP (UINT32_C(1) << 31)
 
-/* From a client: all inputs that are not acknowledged, head.count of them, and the hashes of its world after
- * ticks hashed, hashed + 1, ... that are not. An ll_peer_ack per player, runs and hashes (uint32_t) follow.
- */
+/* From a client: its unacknowledged inputs, head.count of them, and the unacknowledged hashes of its world
+ * after ticks hashed, hashed + 1, ... An ll_peer_ack per player, runs and hashes (uint32_t) follow. */
 typedef struct ll_peer_message {
     ll_message_head head;
-    int32_t tick;   /* that the first input is for */
-    uint32_t way;   /* as it measured it, one way, us; LL_WAY_GAP is set beside it where relays had stopped */
+    int32_t tick; /* of the first input */
+    uint32_t
+        way; /* one-way delay as measured by the client, us; combined with LL_WAY_GAP if relays had stopped */
     int32_t at;     /* the client's tick */
     int32_t hashed; /* tick of the first hash */
     uint32_t runs, hashes;
 } ll_peer_message;
 
-/* To a client: what it has not acknowledged of the others' inputs, a part per player. The parts follow. */
+/* To a client: the other players' inputs that it has not acknowledged, a part per player. The parts
+ * follow. */
 typedef struct ll_relay_message {
     ll_message_head head; /* count: parts */
     int32_t tick;         /* steps that the server has made */
-    int32_t hold;   /* nobody makes inputs for a tick beyond this one (netcode/server/hold.h); 0: no hold */
-    ll_time time;   /* of the last step, by the server's clock */
-    int32_t hashed; /* the client's hashes up to this tick have come */
-    int32_t resume; /* until so many ticks have passed since the game began; 0: that is not known yet */
+    int32_t hold; /* no player makes inputs for a tick beyond this one (netcode/server/hold.h); 0: no hold */
+    ll_time time; /* of the last step, by the server's clock */
+    int32_t hashed; /* the client's hashes up to this tick have arrived */
+    int32_t
+        resume; /* the hold ends when this many ticks have passed since the game began; 0: not known yet */
 } ll_relay_message;
 
 /* The runs follow. */
 typedef struct ll_relay_part {
-    int32_t tick;  /* that the first input is for */
-    int32_t at;    /* the player's tick; -1: not heard of */
-    int32_t ahead; /* of the client that this is sent to, as the player sees it */
+    int32_t tick;  /* of the first input */
+    int32_t at;    /* the player's tick; -1: unknown */
+    int32_t ahead; /* lead of the receiving client as the player sees it, ticks */
     uint16_t player, runs;
 } ll_relay_part;
 
-/* Adds an input to `count` runs; false when it would be one too many. */
+/* Adds an input to `count` runs; false if that needs one run too many. */
 static inline bool ll_run_add(ll_input_run *runs, int *count, const ll_controls *input)
 {
     if (*count > 0 && memcmp(&runs[*count - 1].input, input, sizeof *input) == 0) {
@@ -172,7 +175,7 @@ static inline int ll_input_message_size(int count)
     return (int)offsetof(ll_input_message, inputs) + count * (int)sizeof(ll_action);
 }
 
-/* The longest packet of each kind among so many players. */
+/* The longest packet of each kind with this many players. */
 static inline int ll_peer_message_max(int players)
 {
     return (int)(sizeof(ll_peer_message) + (size_t)players * sizeof(ll_peer_ack) +

@@ -1,4 +1,4 @@
-/* A world's hash as it travels. */
+/* The hash of a world as it is sent. */
 #pragma once
 
 #include "game/core/game.h"

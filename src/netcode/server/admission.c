@@ -7,7 +7,7 @@
 static int answer(const ll_server *server, int player, ll_message type, const ll_request_message *request,
                   bool with_world, ll_time now, void *reply)
 {
-    const ll_client_slot *client_slot = &server->seats[player];
+    const ll_client_slot *client_slot = &server->client_slots[player];
     ll_answer_message m = {
         .head = {.type = (uint8_t)type, .epoch = client_slot->connected ? client_slot->epoch : 0},
         .received = now,
@@ -29,11 +29,12 @@ static int answer(const ll_server *server, int player, ll_message type, const ll
     return size;
 }
 
-/* Where inputs were filled in for the player, and may have been sent to others, its own come behind them. */
-static void let_in(ll_server *server, bool with_world, int player, const ll_request_message *request,
+/* Where the relay server made inputs for the player, and may have sent them to others, the player's own
+ * inputs come after them. */
+static void accept(ll_server *server, bool with_world, int player, const ll_request_message *request,
                    ll_time now)
 {
-    ll_client_slot *client_slot = &server->seats[player];
+    ll_client_slot *client_slot = &server->client_slots[player];
     int64_t first = with_world && client_slot->newest > server->step ? client_slot->newest : server->step;
     if (!with_world)
         ll_client_slot_clear(client_slot);
@@ -45,20 +46,22 @@ static void let_in(ll_server *server, bool with_world, int player, const ll_requ
     client_slot->attempt = request->head.seq;
     client_slot->connected = 1;
     client_slot->seen = now;
-    client_slot->heard = now + (now - request->seen); /* it can tell of this answer as long after it */
+    client_slot->last_ack =
+        now + (now - request->seen); /* the time that this answer can still be acknowledged */
     client_slot->joins++;
 }
 
 static ll_admitted take_connect(ll_server *server, bool with_world, int player,
                                 const ll_request_message *request, ll_time now, void *reply)
 {
-    ll_client_slot *client_slot = &server->seats[player];
+    ll_client_slot *client_slot = &server->client_slots[player];
     bool fresh = request->seen != LL_NEVER && now - request->seen <= LL_FRESH;
     bool again = client_slot->connected && client_slot->attempt == request->head.seq;
-    bool old = request->head.seq < client_slot->attempt; /* overtaken: its client has gone on */
+    bool old =
+        request->head.seq < client_slot->attempt; /* overtaken: its client has already used a later attempt */
     ll_admitted done = {.joined = fresh && !again && !old};
     if (done.joined)
-        let_in(server, with_world, player, request, now);
+        accept(server, with_world, player, request, now);
     ll_message type = done.joined || again ? LL_MESSAGE_ACCEPT : LL_MESSAGE_PONG;
     done.reply = answer(server, player, type, request, with_world && type == LL_MESSAGE_ACCEPT, now, reply);
     return done;
@@ -67,7 +70,7 @@ static ll_admitted take_connect(ll_server *server, bool with_world, int player,
 ll_admitted ll_admission_receive(ll_server *server, bool with_world, int player, const void *packet,
                                  ll_time now, void *reply)
 {
-    ll_client_slot *client_slot = &server->seats[player];
+    ll_client_slot *client_slot = &server->client_slots[player];
     ll_message_head head;
     ll_request_message request;
     memcpy(&head, packet, sizeof head);
@@ -82,18 +85,18 @@ ll_admitted ll_admission_receive(ll_server *server, bool with_world, int player,
         client_slot->offset = head.count;
     if (asks && request.seen != LL_NEVER && request.seen > client_slot->seen) {
         client_slot->seen = request.seen;
-        client_slot->heard = now;
+        client_slot->last_ack = now;
     }
-    if (!asks && now - client_slot->told < LL_KEEP_ALIVE)
-        return (ll_admitted){.reply = 0}; /* it is told already that it is not connected */
+    if (!asks && now - client_slot->last_sent < LL_KEEP_ALIVE)
+        return (ll_admitted){.reply = 0}; /* it already knows that it is not connected */
     return (ll_admitted){
         .reply = answer(server, player, LL_MESSAGE_PONG, asks ? &request : NULL, false, now, reply)};
 }
 
-bool ll_admission_tend(ll_server *server, int player, ll_time timeout, ll_time now)
+bool ll_admission_check(ll_server *server, int player, ll_time timeout, ll_time now)
 {
-    ll_client_slot *client_slot = &server->seats[player];
-    if (!client_slot->connected || timeout == LL_NEVER || now - client_slot->heard <= timeout)
+    ll_client_slot *client_slot = &server->client_slots[player];
+    if (!client_slot->connected || timeout == LL_NEVER || now - client_slot->last_ack <= timeout)
         return false;
     client_slot->connected = 0;
     client_slot->drops++;
@@ -103,8 +106,8 @@ bool ll_admission_tend(ll_server *server, int player, ll_time timeout, ll_time n
 
 int ll_admission_keep_alive(ll_server *server, int player, ll_time now, void *packet)
 {
-    const ll_client_slot *client_slot = &server->seats[player];
-    if (!client_slot->connected || now - client_slot->told < LL_KEEP_ALIVE)
+    const ll_client_slot *client_slot = &server->client_slots[player];
+    if (!client_slot->connected || now - client_slot->last_sent < LL_KEEP_ALIVE)
         return 0;
     return answer(server, player, LL_MESSAGE_PONG, NULL, false, now, packet);
 }

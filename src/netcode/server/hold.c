@@ -10,7 +10,8 @@ static ll_time way_of(const ll_peer_message *m)
     return (ll_time)(m->way & ~LL_WAY_GAP) * 1000;
 }
 
-/* Whether the player's packets had stopped before this one. The first is under way since the game began. */
+/* Whether the player's packets had stopped before this one. The first one counts as sent when the game
+ * began. */
 static bool stopped(const ll_server *server, const ll_peer_status *peer, const ll_peer_message *m,
                     ll_time now)
 {
@@ -18,21 +19,23 @@ static bool stopped(const ll_server *server, const ll_peer_status *peer, const l
     return since > 2 * ll_tick_time(1, server->client_freq) + LL_HOLD_GAP;
 }
 
-#define NOBODY (-1)
+#define NO_PLAYER (-1)
 
-/* The newest tick that a client may have made an input for before it hears of a hold: of the others it knows
- * no more than relays have told, it guesses as far as it may, and its inputs are ahead of its tick by its
- * delay. Who is let in right now knows what it has begun with: the next relay tells it of the hold too. */
-static int64_t reach(const ll_server *server, const ll_sync_mode *sync, int player, int newcomer)
+/* The newest tick that a client may have made an input for before it learns of a hold. It knows the others'
+ * inputs as far as relays have reported them, guesses as far as it may, and its inputs are ahead of its tick
+ * by its input delay. A client that has just been accepted knows what it started with; the next relay also
+ * reports the hold to it. */
+static int64_t newest_possible(const ll_server *server, const ll_sync_mode *sync, int player, int newcomer)
 {
-    const ll_client_slot *client_slot = &server->seats[player];
+    const ll_client_slot *client_slot = &server->client_slots[player];
     int64_t own = newest(server, client_slot), known = LL_NEVER;
     int64_t delay = client_slot->peer.at >= 0 && own > client_slot->peer.at ? own - client_slot->peer.at : 1;
     for (int p = 0; p < server->players; p++) {
-        int64_t told = server->seats[p].peer.relayed, heard = client_slot->peer.heard[p].known;
-        told = heard > told || player == newcomer ? heard : told;
-        if (p != player && told < known)
-            known = told;
+        int64_t reported = server->client_slots[p].peer.relayed,
+                acknowledged = client_slot->peer.acks[p].known;
+        reported = acknowledged > reported || player == newcomer ? acknowledged : reported;
+        if (p != player && reported < known)
+            known = reported;
     }
     if (known == LL_NEVER)
         return own; /* it plays alone */
@@ -40,116 +43,120 @@ static int64_t reach(const ll_server *server, const ll_sync_mode *sync, int play
     return known > own ? known : own;
 }
 
-/* Of all that are connected: how many, the farthest reach, the newest input, the oldest of the newest. */
-typedef struct all {
+/* Of all connected players: their number, the farthest reach, the newest input, and the oldest of their
+ * newest inputs. */
+typedef struct summary {
     int connected;
-    int64_t reach, newest, oldest;
-} all;
+    int64_t newest_possible, newest, oldest;
+} summary;
 
-static all of_all(const ll_server *server, const ll_sync_mode *sync, int newcomer)
+static summary summarise(const ll_server *server, const ll_sync_mode *sync, int newcomer)
 {
-    all a = {.oldest = LL_NEVER};
+    summary a = {.oldest = LL_NEVER};
     for (int p = 0; p < server->players; p++) {
-        if (!server->seats[p].connected)
+        if (!server->client_slots[p].connected)
             continue;
-        int64_t far = reach(server, sync, p, newcomer), tick = newest(server, &server->seats[p]);
+        int64_t far = newest_possible(server, sync, p, newcomer),
+                tick = newest(server, &server->client_slots[p]);
         a.connected++;
-        a.reach = far > a.reach ? far : a.reach;
+        a.newest_possible = far > a.newest_possible ? far : a.newest_possible;
         a.newest = tick > a.newest ? tick : a.newest;
         a.oldest = tick < a.oldest ? tick : a.oldest;
     }
     return a;
 }
 
-/* All inputs up to the hold's tick are there: the next relays bring them to everybody. */
-static bool all_are_there(const ll_server *server)
+/* Whether all inputs up to the hold's tick have arrived: the next relays bring them to all clients. */
+static bool all_inputs_arrived(const ll_server *server)
 {
     for (int p = 0; p < server->players; p++) {
-        const ll_peer_status *peer = &server->seats[p].peer;
-        if (!server->seats[p].connected)
+        const ll_peer_status *peer = &server->client_slots[p].peer;
+        if (!server->client_slots[p].connected)
             continue;
-        if (peer->at < 0 || newest(server, &server->seats[p]) != server->hold)
+        if (peer->at < 0 || newest(server, &server->client_slots[p]) != server->hold)
             return false;
     }
     return true;
 }
 
-#define TICKS_MAX 1024 /* within so many some tick of usual rates is at an update */
+#define TICKS_MAX 1024 /* at usual rates a tick coincides with an update within this many ticks */
 
-/* The next tick since the game began that is at an update, and by which everybody has made the hold's tick by
- * what the relays of the next update bring. */
+/* The next tick that coincides with an update, counted since the game began, and by which all clients have
+ * made the hold's tick with the inputs of the next update's relays. */
 static int64_t next_start(const ll_server *server)
 {
     ll_freq ticks = server->clock.freq, updates = server->updates.freq;
     ll_time longest = 0;
     for (int p = 0; p < server->players; p++) {
-        const ll_peer_status *peer = &server->seats[p].peer;
+        const ll_peer_status *peer = &server->client_slots[p].peer;
         ll_time ready = peer->way + (peer->at < server->hold ? ll_tick_time(1, ticks) : 0);
-        if (server->seats[p].connected && ready > longest)
+        if (server->client_slots[p].connected && ready > longest)
             longest = ready;
     }
-    ll_time told = ll_clock_time(&server->updates, server->update) + longest;
-    int64_t tick = ll_tick_at(told - server->clock.epoch, ticks) + 1;
+    ll_time reported = ll_clock_time(&server->updates, server->update) + longest;
+    int64_t tick = ll_tick_at(reported - server->clock.epoch, ticks) + 1;
     for (int i = 0; i < TICKS_MAX; i++)
         if ((tick + i) * updates % ticks == 0)
             return tick + i;
     return tick;
 }
 
-/* What was heard of the pace is void. */
-static void decide(ll_server *server)
+/* Discards the time sync data received so far. */
+static void set_resume(ll_server *server)
 {
     server->resume = next_start(server);
-    server->even = server->clock.epoch + ll_tick_time(server->resume, server->clock.freq) + LL_HOLD_EVERY;
+    server->recovery_until =
+        server->clock.epoch + ll_tick_time(server->resume, server->clock.freq) + LL_HOLD_EVERY;
     for (int p = 0; p < server->players; p++) {
-        ll_peer_status *peer = &server->seats[p].peer;
+        ll_peer_status *peer = &server->client_slots[p].peer;
         peer->at = -1;
         for (int other = 0; other < server->players; other++)
-            peer->heard[other].ahead = 0;
+            peer->acks[other].ahead = 0;
     }
 }
 
-/* Begins a hold, goes on with it or ends it. */
-static void look(ll_server *server, const ll_sync_mode *sync, int newcomer, ll_time now)
+/* Begins, continues or ends a hold. */
+static void update_hold(ll_server *server, const ll_sync_mode *sync, int newcomer, ll_time now)
 {
-    if (server->hold == 0 && (!server->uneven || now < server->even))
+    if (server->hold == 0 && (!server->hold_due || now < server->recovery_until))
         return;
-    all a = of_all(server, sync, newcomer);
+    summary a = summarise(server, sync, newcomer);
     if (server->resume != 0) {
-        if (a.oldest > server->hold || newcomer != NOBODY) /* with whom nobody is in step: the next begins */
+        if (a.oldest > server->hold ||
+            newcomer != NO_PLAYER) /* a client that is in step with no other: the next hold begins */
             server->hold = server->resume = 0;
-        if (newcomer == NOBODY)
+        if (newcomer == NO_PLAYER)
             return;
     }
-    server->uneven = 0;
+    server->hold_due = 0;
     if (a.connected < 2) {
         server->hold = 0;
         return;
     }
     if (server->hold == 0 || a.newest > server->hold) {
-        server->hold = a.reach;
-    } else if (newcomer != NOBODY) {
-        int64_t far = reach(server, sync, newcomer, newcomer);
+        server->hold = a.newest_possible;
+    } else if (newcomer != NO_PLAYER) {
+        int64_t far = newest_possible(server, sync, newcomer, newcomer);
         server->hold = far > server->hold ? far : server->hold;
     }
-    if (all_are_there(server))
-        decide(server);
+    if (all_inputs_arrived(server))
+        set_resume(server);
 }
 
 void ll_hold_follow(ll_server *server, const ll_sync_mode *sync, int player, const ll_peer_message *m,
                     ll_time now)
 {
-    ll_peer_status *peer = &server->seats[player].peer;
+    ll_peer_status *peer = &server->client_slots[player].peer;
     if (!ll_hold_waits(server, m->tick + m->head.count - 1))
-        server->uneven |= (m->way & LL_WAY_GAP) != 0 || stopped(server, peer, m, now);
+        server->hold_due |= (m->way & LL_WAY_GAP) != 0 || stopped(server, peer, m, now);
     peer->way = way_of(m);
     peer->came = now;
-    look(server, sync, NOBODY, now);
+    update_hold(server, sync, NO_PLAYER, now);
 }
 
 void ll_hold_join(ll_server *server, const ll_sync_mode *sync, int player, ll_time now)
 {
-    server->uneven = 1;
-    server->even = now; /* it does not wait for the next hold's time */
-    look(server, sync, player, now);
+    server->hold_due = 1;
+    server->recovery_until = now; /* without LL_HOLD_EVERY since the last hold */
+    update_hold(server, sync, player, now);
 }

@@ -1,26 +1,27 @@
-/* Deterministic and rollback: a hold, after which a game that the network has disturbed goes on as it began.
+/* Deterministic and rollback: a hold, which restores the timing of a game that the network has disturbed.
  *
- * Clients that wait for each other keep the distances in time that their ticks have: an outage, or a player
- * who joins again, leaves their ticks bunched in another way than at the start, for good. So when a client's
- * packets, or the relays to it, come again that had stopped for LL_HOLD_GAP beyond their own rhythm (two
- * relays, where they are rarer), the server tells everybody to make no inputs beyond tick `hold`, one that
- * nobody can have passed. When it has everybody's inputs up to there, the next relays bring them to all, and
- * when to go on: at an instant that lies to ticks and updates as the beginning of the game does, and by which
- * all will have made that tick. Then nothing is in flight, as before the first tick. No input is lost. Who
- * hears of a hold too late raises it. */
+ * Clients that wait for each other keep the distances in time between their ticks. After an outage, or when a
+ * player joins again, the ticks stay bunched differently than at the start. A gap is a pause of a client's
+ * packets, or of the relays to it, of LL_HOLD_GAP beyond their interval (two relays, where they are rarer).
+ * When packets arrive again after a gap, the server sends all clients a tick, `hold`, beyond which they make
+ * no inputs; no client can have passed it. When the server has all inputs up to that tick, the next relays
+ * bring them to all clients, with the time to continue. That instant has the same phase to ticks and updates
+ * as the start of the game, and all clients will have made the hold's tick by then. So nothing is in flight,
+ * as before the first tick. No input is lost. A client that learns of a hold too late moves it to a later
+ * tick. */
 #pragma once
 
 #include "netcode/protocol/limits.h"
 #include "netcode/server/server.h"
 
-/* A packet of `player` has been taken. */
+/* A packet of `player` has been processed. */
 void ll_hold_follow(ll_server *server, const ll_sync_mode *sync, int player, const ll_peer_message *message,
                     ll_time now);
 
-/* `player` has been let into a game that is under way. */
+/* `player` has been accepted into a game in progress. */
 void ll_hold_join(ll_server *server, const ll_sync_mode *sync, int player, ll_time now);
 
-/* Whether a player whose newest input is for `tick` is yet to go on. */
+/* Whether a player whose newest input is for `tick` still waits. */
 static inline bool ll_hold_waits(const ll_server *server, int64_t tick)
 {
     return server->resume != 0 && tick <= server->hold;

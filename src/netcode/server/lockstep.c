@@ -1,17 +1,17 @@
 #include "netcode/server/lockstep.h"
 
 #define RHYTHM_GAP (60 * LL_MS)
-#define RHYTHM_MANY 4 /* inputs that a client has at least in flight when it stops making them */
+#define RHYTHM_MANY 4 /* minimum number of inputs in flight when a client stops making them */
 #define RHYTHM_KEPT (4 * LL_SECOND)
-#define RHYTHM_BLUR 256 /* steps may be so small a part of an interval late: links have jitter */
+#define RHYTHM_BLUR 256 /* accepted lateness of a step, as a part of an interval: links have jitter */
 
 static const ll_input_slot *slot_of(const ll_client_slot *client_slot, int64_t k)
 {
     return &client_slot->slots[k & (LL_INPUT_RING - 1)];
 }
 
-/* When the player's inputs come, since the game began: those of the ticks of the clock that it began with.
- * Within an interval that is seen; how many intervals it is the client tells. */
+/* Time at which the player's inputs arrive, relative to the ticks of the clock that the game began with. The
+ * server measures the part within an interval; the client reports the number of whole intervals. */
 static ll_time offset_of(const ll_server *server, const ll_client_slot *client_slot)
 {
     ll_time came = slot_of(client_slot, client_slot->newest)->came - server->clock.epoch;
@@ -20,13 +20,13 @@ static ll_time offset_of(const ll_server *server, const ll_client_slot *client_s
            ll_tick_time(client_slot->offset, server->clock.freq);
 }
 
-/* Whose inputs came last at the start: that of the farthest, its clock's ticks included. */
+/* The player whose inputs arrived last at the start: the farthest one, its clock's phase included. */
 static const ll_client_slot *farthest(const ll_server *server)
 {
     const ll_client_slot *last = NULL;
     ll_time most = -1;
     for (int i = 0; i < server->players; i++) {
-        const ll_client_slot *client_slot = &server->seats[i];
+        const ll_client_slot *client_slot = &server->client_slots[i];
         if (!client_slot->connected || client_slot->newest < 0)
             continue;
         ll_time offset = offset_of(server, client_slot);
@@ -38,10 +38,10 @@ static const ll_client_slot *farthest(const ll_server *server)
     return last;
 }
 
-/* Any player's inputs may be the last of an interval, those of the others coming up to an interval before: it
- * is a matter of how it came about. After an outage a step is made where the inputs of the farthest have it
- * again: later, by less than an interval, than it might be. */
-static ll_time in_rhythm(const ll_server *server, ll_time due)
+/* In steady state any player's inputs may be the last of an interval, those of the others arriving up to an
+ * interval earlier; which one depends on the history. After an outage, steps are made again when the inputs
+ * of the farthest player arrive: less than one interval later than possible. */
+static ll_time align_to_farthest(const ll_server *server, ll_time due)
 {
     ll_time interval = ll_tick_time(1, server->clock.freq), blur = interval / RHYTHM_BLUR;
     const ll_client_slot *last = farthest(server);
@@ -51,16 +51,17 @@ static ll_time in_rhythm(const ll_server *server, ll_time due)
     beyond += beyond < 0 ? interval : 0;
     if (beyond > blur)
         beyond -= interval;
-    return beyond < behind ? due + behind - beyond : due; /* its next input has surely come by then */
+    return beyond < behind ? due + behind - beyond : due; /* its next input has certainly arrived by then */
 }
 
-/* An interval after the last input for the next step; LL_NEVER: it has not come, or nobody plays. */
-static ll_time natural_due(const ll_server *server)
+/* One interval after the last input for the next step; LL_NEVER: that input has not arrived, or no player is
+ * connected. */
+static ll_time earliest_due(const ll_server *server)
 {
     int64_t k = server->step + 1;
     ll_time ready = LL_NEVER;
     for (int i = 0; i < server->players; i++) {
-        const ll_client_slot *client_slot = &server->seats[i];
+        const ll_client_slot *client_slot = &server->client_slots[i];
         const ll_input_slot *slot = slot_of(client_slot, k);
         if (!client_slot->connected)
             continue;
@@ -72,8 +73,8 @@ static ll_time natural_due(const ll_server *server)
     return ready == LL_NEVER ? LL_NEVER : ready + ll_tick_time(1, server->clock.freq);
 }
 
-/* Not before what is made up for is made. */
-static ll_time caught_up(const ll_server *server, ll_time due)
+/* Not before the delayed steps are made, at LL_LOCKSTEP_CATCH_UP times the rate. */
+static ll_time limit_rate(const ll_server *server, ll_time due)
 {
     ll_time soonest = server->stepped + ll_tick_time(1, server->clock.freq) / LL_LOCKSTEP_CATCH_UP;
     return due > soonest ? due : soonest;
@@ -81,25 +82,25 @@ static ll_time caught_up(const ll_server *server, ll_time due)
 
 ll_time ll_lockstep_due(const ll_server *server)
 {
-    return caught_up(server, natural_due(server));
+    return limit_rate(server, earliest_due(server));
 }
 
 ll_time ll_lockstep_due_in_rhythm(const ll_server *server)
 {
-    ll_time due = natural_due(server);
-    if (due > server->stepped && due < server->even)
-        due = in_rhythm(server, due);
-    return caught_up(server, due);
+    ll_time due = earliest_due(server);
+    if (due > server->stepped && due < server->recovery_until)
+        due = align_to_farthest(server, due);
+    return limit_rate(server, due);
 }
 
-/* Whether the player's input for step k came after an outage: long after the one before it, or together with
- * those of so long a time. */
+/* Whether the player's input for step k arrived after an outage: long after the input before it, or together
+ * with the inputs of that much time. */
 static bool came_late(const ll_server *server, const ll_client_slot *client_slot, int64_t k)
 {
     ll_time interval = ll_tick_time(1, server->clock.freq);
-    int64_t many = (RHYTHM_GAP + interval - 1) / interval;
+    int64_t inputs = (RHYTHM_GAP + interval - 1) / interval;
     const ll_input_slot *slot = slot_of(client_slot, k), *before = slot_of(client_slot, k - 1);
-    const ll_input_slot *behind = slot_of(client_slot, k + (many < RHYTHM_MANY ? many : RHYTHM_MANY));
+    const ll_input_slot *behind = slot_of(client_slot, k + (inputs < RHYTHM_MANY ? inputs : RHYTHM_MANY));
     if (before->tick != k - 1 && client_slot->peer.came > server->clock.epoch)
         return true; /* the player has joined again */
     if (behind->tick > k && behind->came == slot->came)
@@ -113,7 +114,7 @@ static void stall(ll_server *server, int64_t k, ll_time waited)
     ll_client_slot *last = NULL;
     server->stalled += waited;
     for (int i = 0; i < server->players; i++) {
-        ll_client_slot *client_slot = &server->seats[i];
+        ll_client_slot *client_slot = &server->client_slots[i];
         if (client_slot->connected && (!last || slot_of(client_slot, k)->came > slot_of(last, k)->came))
             last = client_slot;
     }
@@ -130,7 +131,7 @@ void ll_lockstep_step(ll_server *server, const ll_game *game, const ll_game_env 
     if (now - server->stepped > interval)
         stall(server, k, now - server->stepped - interval);
     for (int i = 0; i < server->players; i++) {
-        ll_client_slot *client_slot = &server->seats[i];
+        ll_client_slot *client_slot = &server->client_slots[i];
         const ll_input_slot *slot = slot_of(client_slot, k);
         actions[i] = client_slot->connected ? ll_server_action(server, i, k) : (ll_action){0};
         if (!client_slot->connected)
@@ -149,9 +150,9 @@ void ll_lockstep_step_in_rhythm(ll_server *server, const ll_game *game, const ll
     ll_time interval = ll_tick_time(1, server->clock.freq);
     bool waited = now - server->stepped > interval + interval / RHYTHM_BLUR;
     for (int i = 0; i < server->players && waited; i++) {
-        const ll_client_slot *client_slot = &server->seats[i];
+        const ll_client_slot *client_slot = &server->client_slots[i];
         if (client_slot->connected && came_late(server, client_slot, server->step + 1))
-            server->even = now + RHYTHM_KEPT;
+            server->recovery_until = now + RHYTHM_KEPT;
     }
     ll_lockstep_step(server, game, env, past, now);
 }

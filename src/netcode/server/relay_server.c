@@ -8,7 +8,7 @@ static const ll_input_slot *slot_of(const ll_client_slot *client_slot, int64_t t
     return &client_slot->slots[tick & (LL_INPUT_RING - 1)];
 }
 
-/* The inputs of a player come without a gap; those up to here have come. */
+/* A player's inputs arrive without gaps; up to this tick they have arrived. */
 static int64_t known(const ll_server *server, const ll_client_slot *client_slot)
 {
     return client_slot->newest < 0 ? server->clock.k0 : client_slot->newest;
@@ -16,13 +16,13 @@ static int64_t known(const ll_server *server, const ll_client_slot *client_slot)
 
 /* ---- steps ---- */
 
-/* Whole ticks come by several packets: the last of them makes the step due. */
+/* Several packets together complete whole ticks: the last of them makes the step due. */
 ll_time ll_relay_server_due(const ll_server *server)
 {
     int64_t k = server->step + 1;
     ll_time due = server->stepped;
     for (int i = 0; i < server->players; i++) {
-        const ll_input_slot *slot = slot_of(&server->seats[i], k);
+        const ll_input_slot *slot = slot_of(&server->client_slots[i], k);
         if (slot->tick != k)
             return LL_NEVER;
         due = slot->came > due ? slot->came : due;
@@ -30,7 +30,7 @@ ll_time ll_relay_server_due(const ll_server *server)
     return due;
 }
 
-/* Every client steps with nothing to look back into, and so does the referee: shots meet the present. */
+/* All clients step without a history, and so does the relay server: shots are judged against the present. */
 static const ll_compensation no_compensation;
 
 void ll_relay_server_step(ll_server *server, const ll_game *game, const ll_game_env *env, ll_past *past,
@@ -42,7 +42,7 @@ void ll_relay_server_step(ll_server *server, const ll_game *game, const ll_game_
     if (now - server->stepped > interval)
         server->stalled += now - server->stepped - interval;
     for (int i = 0; i < server->players; i++) {
-        ll_client_slot *client_slot = &server->seats[i];
+        ll_client_slot *client_slot = &server->client_slots[i];
         actions[i] = client_slot->held = slot_of(client_slot, k)->action;
         if (k <= client_slot->first)
             continue; /* not the player's own */
@@ -51,7 +51,7 @@ void ll_relay_server_step(ll_server *server, const ll_game *game, const ll_game_
     }
     if (past)
         past->rules = &no_compensation;
-    /* The time of the tick, not of now: the outcome must not depend on when the inputs came. */
+    /* The time of the tick, not the present: the result must not depend on when the inputs arrived. */
     game->step(ll_server_world(server), env, actions, ll_clock_time(&server->clock, k), past);
     server->hashes[k & (LL_HASH_RING - 1)] = ll_world_hash(ll_server_world(server));
     server->stepped = now;
@@ -59,22 +59,22 @@ void ll_relay_server_step(ll_server *server, const ll_game *game, const ll_game_
 
 /* ---- packets ---- */
 
-static void hear(const ll_server *server, ll_peer_status *peer, const ll_peer_message *m,
-                 const ll_peer_ack *heard)
+static void take_acks(const ll_server *server, ll_peer_status *peer, const ll_peer_message *m,
+                      const ll_peer_ack *acks)
 {
-    bool paced = !ll_hold_waits(server, m->tick + m->head.count - 1);
+    bool counts_for_time_sync = !ll_hold_waits(server, m->tick + m->head.count - 1);
     for (int p = 0; p < server->players; p++) {
-        if (heard[p].known > peer->heard[p].known)
-            peer->heard[p].known = heard[p].known;
-        if (m->at >= peer->at && paced)
-            peer->heard[p].ahead = heard[p].ahead;
+        if (acks[p].known > peer->acks[p].known)
+            peer->acks[p].known = acks[p].known;
+        if (m->at >= peer->at && counts_for_time_sync)
+            peer->acks[p].ahead = acks[p].ahead;
     }
-    if (m->at > peer->at && paced)
+    if (m->at > peer->at && counts_for_time_sync)
         peer->at = m->at;
 }
 
-/* In order. A client may know all inputs of a tick before the referee has them all: that hash comes again.
- * One that comes so late that the server's own is gone is taken for equal. */
+/* In order. A client may have all inputs of a tick before the relay server has: it sends that hash again. A
+ * hash that arrives after the server's own was overwritten counts as equal. */
 static void compare(ll_server *server, ll_peer_status *peer, int64_t first, const uint32_t *hashes,
                     int64_t count)
 {
@@ -87,9 +87,9 @@ static void compare(ll_server *server, ll_peer_status *peer, int64_t first, cons
     }
 }
 
-/* Those that are not known go to the server's common way, as one message; what is beyond it comes again. */
-static void unpack(ll_server *server, ll_client_slot *client_slot, const ll_peer_message *m,
-                   const ll_input_run *runs, ll_input_message *inputs)
+/* Passes new inputs to ll_server_receive as one message; the client sends the rest again. */
+static void take_new_inputs(ll_server *server, ll_client_slot *client_slot, const ll_peer_message *m,
+                            const ll_input_run *runs, ll_input_message *inputs)
 {
     int64_t tick = m->tick, next = known(server, client_slot) + 1;
     int count = 0;
@@ -108,35 +108,34 @@ static void unpack(ll_server *server, ll_client_slot *client_slot, const ll_peer
 }
 
 int ll_relay_server_take(ll_server *server, const ll_sync_mode *sync, int player, const void *packet,
-                         ll_time now, ll_input_result verdicts[LL_INPUTS_MAX])
+                         ll_time now, ll_input_result results[LL_INPUTS_MAX])
 {
     const ll_peer_message *m = packet;
-    if (m->head.epoch != server->seats[player].epoch)
+    if (m->head.epoch != server->client_slots[player].epoch)
         return 0;
-    const ll_peer_ack *heard = (const ll_peer_ack *)(m + 1);
-    const ll_input_run *runs = (const ll_input_run *)(heard + server->players);
-    ll_client_slot *client_slot = &server->seats[player];
-    ll_input_message inputs = {.wants = 0}; /* of states, which nobody gets here */
-    hear(server, &client_slot->peer, m, heard);
+    const ll_peer_ack *acks = (const ll_peer_ack *)(m + 1);
+    const ll_input_run *runs = (const ll_input_run *)(acks + server->players);
+    ll_client_slot *client_slot = &server->client_slots[player];
+    ll_input_message inputs = {.wants = 0}; /* parts of snapshots, which no client gets here */
+    take_acks(server, &client_slot->peer, m, acks);
     compare(server, &client_slot->peer, m->hashed, (const uint32_t *)(runs + m->runs), m->hashes);
-    unpack(server, client_slot, m, runs, &inputs);
-    /* An input is for its own tick alone, however many come at once: after an outage all that were open do.
-     */
+    take_new_inputs(server, client_slot, m, runs, &inputs);
+    /* An input is for its own tick alone, however many arrive at once: after an outage all open inputs do. */
     client_slot->allowance = (ll_rate_limiter){ll_rate_burst(server->client_freq), now};
-    int judged = ll_server_receive(server, sync, player, &inputs, now, verdicts);
+    int result_count = ll_server_receive(server, sync, player, &inputs, now, results);
     ll_relay_server_fill(server, now);
     ll_hold_follow(server, sync, player, m, now);
-    return judged;
+    return result_count;
 }
 
 void ll_relay_server_fill(ll_server *server, ll_time now)
 {
     int64_t upto = server->step;
     for (int i = 0; i < server->players; i++)
-        if (server->seats[i].connected && server->seats[i].newest > upto)
-            upto = server->seats[i].newest;
+        if (server->client_slots[i].connected && server->client_slots[i].newest > upto)
+            upto = server->client_slots[i].newest;
     for (int i = 0; i < server->players; i++) {
-        ll_client_slot *client_slot = &server->seats[i];
+        ll_client_slot *client_slot = &server->client_slots[i];
         int64_t tick = known(server, client_slot);
         for (; !client_slot->connected && tick < upto; client_slot->newest = ++tick)
             client_slot->slots[(tick + 1) & (LL_INPUT_RING - 1)] =
@@ -144,11 +143,11 @@ void ll_relay_server_fill(ll_server *server, ll_time now)
     }
 }
 
-/* What `player` has not acknowledged of the inputs of `other`. */
+/* The inputs of `other` that `player` has not acknowledged. */
 static char *write_part(ll_server *server, int player, int other, char *at)
 {
-    ll_client_slot *client_slot = &server->seats[other];
-    int64_t first = server->seats[player].peer.heard[other].known + 1;
+    ll_client_slot *client_slot = &server->client_slots[other];
+    int64_t first = server->client_slots[player].peer.acks[other].known + 1;
     ll_relay_part *part = (ll_relay_part *)(void *)at;
     ll_input_run *runs = (ll_input_run *)(part + 1);
     int count = 0;
@@ -159,7 +158,7 @@ static char *write_part(ll_server *server, int player, int other, char *at)
     }
     *part = (ll_relay_part){.tick = (int32_t)first,
                             .at = client_slot->peer.at,
-                            .ahead = client_slot->peer.heard[player].ahead,
+                            .ahead = client_slot->peer.acks[player].ahead,
                             .player = (uint16_t)other,
                             .runs = (uint16_t)count};
     client_slot->peer.relayed = known(server, client_slot);
@@ -169,7 +168,7 @@ static char *write_part(ll_server *server, int player, int other, char *at)
 int ll_relay_server_compose(ll_server *server, const ll_sync_mode *sync, int player, void *packet)
 {
     (void)sync;
-    const ll_client_slot *client_slot = &server->seats[player];
+    const ll_client_slot *client_slot = &server->client_slots[player];
     ll_relay_message *m = packet;
     *m = (ll_relay_message){.head = {.type = LL_MESSAGE_RELAY,
                                      .count = (uint8_t)(server->players - 1),

@@ -24,7 +24,7 @@ void ll_server_configure(ll_server *server, const ll_server_config *config)
 {
     if (server->codec != config->snapshot)
         ll_baseline_history_clear(
-            ll_server_baseline_history(server)); /* clients may no longer hold what was sent so */
+            ll_server_baseline_history(server)); /* baselines sent with another codec or grid may be gone */
     server->codec = (uint16_t)config->snapshot;
     server->validates = config->validation;
     server->refused = config->refused;
@@ -50,7 +50,7 @@ void ll_client_slot_open(ll_client_slot *client_slot, ll_freq client_freq, int64
     client_slot->used = (ll_axes){{0}};
     client_slot->acked = client_slot->processed = client_slot->decided = 0;
     client_slot->wants = 0;
-    memset(client_slot->verdicts, 0, sizeof client_slot->verdicts);
+    memset(client_slot->results, 0, sizeof client_slot->results);
     client_slot->received = client_slot->full = 0;
     client_slot->slack = client_slot->last_slack = LL_SLACK_UNKNOWN;
     client_slot->allowance = (ll_rate_limiter){ll_rate_burst(client_freq), now};
@@ -59,7 +59,7 @@ void ll_client_slot_open(ll_client_slot *client_slot, ll_freq client_freq, int64
     client_slot->peer =
         (ll_peer_status){.at = -1, .came = now, .relayed = step, .hashed = step, .desync = -1};
     for (int i = 0; i < LL_PLAYERS_MAX; i++)
-        client_slot->peer.heard[i].known = (int32_t)step;
+        client_slot->peer.acks[i].known = (int32_t)step;
 }
 
 void ll_server_start(ll_server *server, ll_freq step_freq, ll_freq update_freq, ll_freq client_freq,
@@ -70,29 +70,30 @@ void ll_server_start(ll_server *server, ll_freq step_freq, ll_freq update_freq, 
     server->updates = (ll_clock){now, 0, update_freq};
     server->update = 1;
     server->stepped = now;
-    server->tend = now + LL_TEND_EVERY;
+    server->next_check = now + LL_CONNECTION_CHECK_INTERVAL;
     server->hold = server->resume = 0;
-    server->even = now;
-    server->uneven = 0;
+    server->recovery_until = now;
+    server->hold_due = 0;
     server->client_freq = client_freq;
     ll_baseline_history_clear(ll_server_baseline_history(server));
     for (int i = 0; i < server->players; i++) {
-        ll_client_slot_clear(&server->seats[i]);
-        ll_client_slot_open(&server->seats[i], client_freq, server->step, now);
-        server->seats[i].epoch = server->epoch;
+        ll_client_slot_clear(&server->client_slots[i]);
+        ll_client_slot_open(&server->client_slots[i], client_freq, server->step, now);
+        server->client_slots[i].epoch = server->epoch;
     }
 }
 
-/* Where an input belongs: `false` when it has been seen before. */
+/* Whether an input is new: `false` if it arrived before. */
 static bool is_new(const ll_client_slot *client_slot, int64_t tick)
 {
     if (tick <= client_slot->newest - LL_INPUT_RING)
-        return false; /* so old that its slot is another's */
+        return false; /* so old that a later input has its slot */
     return client_slot->slots[tick & (LL_INPUT_RING - 1)].tick != tick;
 }
 
-/* The step, or for a draining server the input, that everything up to is done with. */
-static int64_t done(const ll_server *server, const ll_sync_mode *sync, const ll_client_slot *client_slot)
+/* The step up to which the server has decided all inputs; where inputs are applied on arrival, the input. */
+static int64_t decided_upto(const ll_server *server, const ll_sync_mode *sync,
+                            const ll_client_slot *client_slot)
 {
     return sync->applies_on_arrival ? (int64_t)client_slot->acked : server->step;
 }
@@ -111,8 +112,8 @@ static void measure_slack(ll_client_slot *client_slot, int64_t ahead, uint32_t s
     }
 }
 
-/* What takes the place of a refused input. */
-static ll_action instead(const ll_server *server, const ll_client_slot *client_slot, int64_t tick)
+/* The replacement of a refused input. */
+static ll_action replacement(const ll_server *server, const ll_client_slot *client_slot, int64_t tick)
 {
     if (server->refused == LL_REFUSED_NEUTRAL)
         return (ll_action){0};
@@ -127,9 +128,9 @@ static void mark_replaced(ll_client_slot *client_slot, int64_t tick, bool replac
     *word = replaced ? *word | bit : *word & ~bit;
 }
 
-/* An input as the rules see it: where it counts for the time that a key was down, as a share of the longest,
- * which is a tick at least. */
-static ll_action judged(const ll_server *server, const ll_sync_mode *sync, const ll_action *input)
+/* An input as the rules see it: where the duration of a key press counts, axes are scaled by its share of the
+ * longest, which is a tick at least. */
+static ll_action normalised(const ll_server *server, const ll_sync_mode *sync, const ll_action *input)
 {
     ll_action a = *input;
     double ticks = sync->press_s * (double)server->client_freq / 1000;
@@ -140,8 +141,8 @@ static ll_action judged(const ll_server *server, const ll_sync_mode *sync, const
     return a;
 }
 
-/* How much of the time budget the input would put in use: by the step that it is for, or, where inputs count
- * as they come, by all that have come. */
+/* The share of the time budget that the input would use: by its step, or, where inputs are applied on
+ * arrival, by all inputs that have arrived. */
 static double budget_use(const ll_server *server, const ll_sync_mode *sync, const ll_client_slot *client_slot,
                          const ll_action *input, int64_t ahead, ll_time now)
 {
@@ -153,13 +154,13 @@ static double budget_use(const ll_server *server, const ll_sync_mode *sync, cons
 static ll_rule judge(const ll_server *server, const ll_sync_mode *sync, ll_client_slot *client_slot,
                      const ll_action *input, int64_t ahead, double use, ll_time now)
 {
-    ll_action relative = judged(server, sync, input);
-    if (!server->validates) /* there is no slot further ahead */
+    ll_action relative = normalised(server, sync, input);
+    if (!server->validates) /* the ring has no slot further ahead */
         return ahead >= LL_INPUT_RING && !sync->applies_on_arrival ? LL_RULE_BUDGET : LL_RULE_NONE;
     return ll_validate(&relative, use, &client_slot->allowance, server->client_freq, now);
 }
 
-/* Notes the newest state that the client has. */
+/* Records the newest snapshot that the client has. */
 static void take_received(ll_client_slot *client_slot, const ll_input_message *message)
 {
     int64_t tick = message->lead > 0 ? message->tick - message->lead : 0;
@@ -168,10 +169,10 @@ static void take_received(ll_client_slot *client_slot, const ll_input_message *m
 }
 
 int ll_server_receive(ll_server *server, const ll_sync_mode *sync, int player, const void *packet,
-                      ll_time now, ll_input_result verdicts[LL_INPUTS_MAX])
+                      ll_time now, ll_input_result results[LL_INPUTS_MAX])
 {
     const ll_input_message *message = packet;
-    ll_client_slot *client_slot = &server->seats[player];
+    ll_client_slot *client_slot = &server->client_slots[player];
     int count = 0;
     if (message->head.epoch != client_slot->epoch)
         return 0;
@@ -183,20 +184,20 @@ int ll_server_receive(ll_server *server, const ll_sync_mode *sync, int player, c
             client_slot->duplicate++;
             continue;
         }
-        int64_t ahead = tick - done(server, sync, client_slot);
-        ll_input_result *verdict = &verdicts[count++];
-        *verdict = (ll_input_result){.seq = message->head.seq + (uint32_t)i, .slack = slack_of(ahead)};
+        int64_t ahead = tick - decided_upto(server, sync, client_slot);
+        ll_input_result *result = &results[count++];
+        *result = (ll_input_result){.seq = message->head.seq + (uint32_t)i, .slack = slack_of(ahead)};
         double use = budget_use(server, sync, client_slot, &message->inputs[i], ahead, now);
         ll_rule rule = judge(server, sync, client_slot, &message->inputs[i], ahead, use, now);
         if (rule != LL_RULE_NONE) {
             client_slot->refused[rule]++;
-            verdict->outcome = LL_OUTCOME_REFUSED;
-            verdict->rule = (uint8_t)rule;
-            if (rule == LL_RULE_BUDGET || !sync->tells_refusals)
-                continue; /* there is no slot so far ahead, or it is dropped in silence */
+            result->outcome = LL_OUTCOME_REFUSED;
+            result->rule = (uint8_t)rule;
+            if (rule == LL_RULE_BUDGET || !sync->reports_refusals)
+                continue; /* no slot that far ahead, or dropped without an answer */
         } else if (ahead <= 0 && !sync->applies_on_arrival) {
             client_slot->late++;
-            verdict->outcome = LL_OUTCOME_LATE;
+            result->outcome = LL_OUTCOME_LATE;
         } else {
             client_slot->accepted++;
         }
@@ -205,16 +206,16 @@ int ll_server_receive(ll_server *server, const ll_sync_mode *sync, int player, c
             if (sync->applies_on_arrival)
                 ll_time_spend(&client_slot->account, &message->inputs[i], server->client_freq, now);
         }
-        ll_action action = rule == LL_RULE_NONE ? message->inputs[i] : instead(server, client_slot, tick);
+        ll_action action = rule == LL_RULE_NONE ? message->inputs[i] : replacement(server, client_slot, tick);
         client_slot->slots[tick & (LL_INPUT_RING - 1)] = (ll_input_slot){
-            tick, now, action, verdict->seq, message->lead > 0 ? message->tick - message->lead : 0};
+            tick, now, action, result->seq, message->lead > 0 ? message->tick - message->lead : 0};
         mark_replaced(client_slot, tick, rule != LL_RULE_NONE);
-        client_slot->seq_minus_tick = (int64_t)verdict->seq - tick;
+        client_slot->seq_minus_tick = (int64_t)result->seq - tick;
         if (tick > client_slot->newest)
             client_slot->newest = tick;
-        if (i >= message->head.count -
-                     message->fresh) /* what was lost and is repeated tells nothing of the link */
-            measure_slack(client_slot, ahead, verdict->seq);
+        if (i >=
+            message->head.count - message->fresh) /* a repeated input says nothing about the link's delay */
+            measure_slack(client_slot, ahead, result->seq);
     }
     return count;
 }
@@ -227,13 +228,14 @@ void ll_server_measure(ll_past *past, int player, const ll_input_slot *slot, ll_
 
 ll_action ll_server_action(ll_server *server, int player, int64_t step)
 {
-    ll_client_slot *client_slot = &server->seats[player];
+    ll_client_slot *client_slot = &server->client_slots[player];
     const ll_input_slot *slot = &client_slot->slots[step & (LL_INPUT_RING - 1)];
     ll_action action;
     if (slot->tick == step) {
         action = slot->action;
-        client_slot->held =
-            client_slot->connected ? action : (ll_action){0}; /* nothing of who is gone goes on */
+        client_slot->held = client_slot->connected
+                                ? action
+                                : (ll_action){0}; /* the controls of a disconnected player have no effect */
         client_slot->held_step = step;
     } else {
         double steps_per_ms = (double)server->clock.freq / 1e6;
@@ -246,15 +248,14 @@ ll_action ll_server_action(ll_server *server, int player, int64_t step)
 
 static void set_input_result(ll_client_slot *client_slot, uint32_t seq, bool applied)
 {
-    uint32_t *word = &client_slot->verdicts[seq / 32 % LL_INPUT_RESULT_WORDS], bit = UINT32_C(1)
-                                                                                     << (seq & 31);
+    uint32_t *word = &client_slot->results[seq / 32 % LL_INPUT_RESULT_WORDS], bit = UINT32_C(1) << (seq & 31);
     *word = applied ? *word | bit : *word & ~bit;
 }
 
 void ll_client_slot_done(ll_client_slot *client_slot, uint32_t seq, bool applied)
 {
     for (; client_slot->decided < seq;
-         client_slot->decided++) /* what was overtaken, or never came, is not applied yet */
+         client_slot->decided++) /* an input that was overtaken, or never arrived, is not applied yet */
         set_input_result(client_slot, client_slot->decided + 1, false);
     set_input_result(client_slot, seq, applied);
     if (applied && seq > client_slot->processed)
@@ -268,13 +269,13 @@ int ll_server_message_max(ll_extent extent, int players)
                  ll_extent_size(extent));
 }
 
-/* Appends what everybody's axes were in the last step, but those of `player`; returns the end. */
+/* Appends the axes of all players but `player` in the last step; returns the end. */
 static char *put_axes(const ll_server *server, int player, char *at)
 {
     for (int i = 0; i < server->players; i++) {
         if (i == player)
             continue;
-        memcpy(at, &server->seats[i].used, sizeof(ll_axes));
+        memcpy(at, &server->client_slots[i].used, sizeof(ll_axes));
         at += sizeof(ll_axes);
     }
     return at;
@@ -282,13 +283,13 @@ static char *put_axes(const ll_server *server, int player, char *at)
 
 static bool was_applied(const ll_client_slot *client_slot, uint32_t seq)
 {
-    return client_slot->verdicts[seq / 32 % LL_INPUT_RESULT_WORDS] >> (seq & 31) & 1;
+    return client_slot->results[seq / 32 % LL_INPUT_RESULT_WORDS] >> (seq & 31) & 1;
 }
 
-/* Inputs that the server is done with since the state that the client is known to have; where inputs belong
- * to no step, all that are kept. */
-static uint32_t verdict_words(const ll_server *server, const ll_client_slot *client_slot,
-                              const ll_sync_mode *sync)
+/* Words for the inputs decided since the snapshot that the client is known to have; where inputs belong to no
+ * step, for all that are kept. */
+static uint32_t result_words(const ll_server *server, const ll_client_slot *client_slot,
+                             const ll_sync_mode *sync)
 {
     int64_t since = sync->applies_on_arrival || client_slot->received == 0
                         ? LL_INPUT_RESULT_WORDS_MAX * 32
@@ -298,11 +299,11 @@ static uint32_t verdict_words(const ll_server *server, const ll_client_slot *cli
     return (uint32_t)(words < LL_INPUT_RESULT_WORDS_MAX ? words : LL_INPUT_RESULT_WORDS_MAX);
 }
 
-/* Appends the verdicts; returns the end. */
-static char *put_verdicts(const ll_server *server, const ll_client_slot *client_slot,
-                          const ll_sync_mode *sync, char *at)
+/* Appends the results of inputs; returns the end. */
+static char *put_results(const ll_server *server, const ll_client_slot *client_slot, const ll_sync_mode *sync,
+                         char *at)
 {
-    ll_input_result_part part = {client_slot->decided, verdict_words(server, client_slot, sync)};
+    ll_input_result_part part = {client_slot->decided, result_words(server, client_slot, sync)};
     memcpy(at, &part, sizeof part);
     at += sizeof part;
     for (uint32_t w = 0; w < part.words; w++, at += sizeof(uint32_t)) {
@@ -324,7 +325,7 @@ static void add_cost(ll_snapshot_cost *sum, const ll_snapshot_cost *cost)
     sum->whole += cost->whole;
 }
 
-/* Returns the bits, which are too many when they exceed the full world's. */
+/* Returns the number of bits; the encoding is too long if that exceeds the size of the full world. */
 static int64_t encode(const ll_codec *codec, const ll_outgoing *out, uint8_t *bytes, ll_snapshot_cost *cost)
 {
     ll_bit_writer w = {.bytes = bytes, .capacity = 8 * (int64_t)ll_world_size(out->world)};
@@ -333,10 +334,10 @@ static int64_t encode(const ll_codec *codec, const ll_outgoing *out, uint8_t *by
     return w.count;
 }
 
-/* Returns the bytes of the world and notes in `m` how it is told. */
+/* Returns the bytes of the world and records its encoding in `m`. */
 static int put_world(ll_server *server, int player, uint8_t *bytes, ll_snapshot_message *m)
 {
-    ll_client_slot *client_slot = &server->seats[player];
+    ll_client_slot *client_slot = &server->client_slots[player];
     bool counts = server->stepped >= server->from;
     ll_outgoing out = {.world = ll_server_world(server), .self = player, .grid = &server->grid};
     const ll_codec *codec = ll_codecs[server->codec];
@@ -369,7 +370,7 @@ static int put_world(ll_server *server, int player, uint8_t *bytes, ll_snapshot_
 
 int ll_server_compose(ll_server *server, const ll_sync_mode *sync, int player, void *packet)
 {
-    ll_client_slot *client_slot = &server->seats[player];
+    ll_client_slot *client_slot = &server->client_slots[player];
     uint8_t parts = client_slot->wants & (LL_PART_AXES | LL_PART_APPLIED);
     ll_snapshot_message m = {.head = {LL_MESSAGE_SNAPSHOT, parts, client_slot->epoch, client_slot->acked},
                              .tick = server->step,
@@ -383,7 +384,7 @@ int ll_server_compose(ll_server *server, const ll_sync_mode *sync, int player, v
     if (parts & LL_PART_AXES)
         at = put_axes(server, player, at);
     if (parts & LL_PART_APPLIED)
-        at = put_verdicts(server, client_slot, sync, at);
+        at = put_results(server, client_slot, sync, at);
     int world = put_world(server, player, (uint8_t *)at, &m);
     memcpy(packet, &m, sizeof m);
     return (int)(at - (char *)packet) + world;

@@ -1,6 +1,6 @@
-/* The authoritative server: takes inputs, validates and applies them, and is the only one whose world counts.
+/* The authoritative server: receives inputs, validates and applies them, and its state is the true one.
  *
- * It knows of the clients only what their packets say. Part of a simulation's block: no pointers. */
+ * It knows of the clients only what their packets contain. Part of a simulation's block: no pointers. */
 #pragma once
 
 #include "netcode/protocol/event.h"
@@ -15,31 +15,32 @@
 
 #define LL_INPUT_RING 512 /* inputs kept per player, by step; more than ll_budget_ticks on either side */
 
-#define LL_TEND_EVERY (LL_SECOND / 10) /* connections are looked after so often */
+#define LL_CONNECTION_CHECK_INTERVAL (LL_SECOND / 10) /* interval between checks of the connections */
 
 #define LL_INPUT_RESULT_WORDS (LL_INPUT_RING / 32)
 
 #define LL_HASH_RING 64 /* hashes of the server's world kept, by step */
 
 #pragma GCC diagnostic push
-#pragma GCC diagnostic error "-Wpadded" /* the block is hashed: no byte may be left to chance */
+#pragma GCC diagnostic error "-Wpadded" /* no padding: the block is hashed */
 
 typedef struct ll_input_slot {
     int64_t tick; /* -1: empty */
-    ll_time came; /* when it arrived; -1 once a draining server has applied it */
+    ll_time came; /* when it arrived; -1 once applied on arrival */
     ll_action action;
     uint32_t seq;
-    int32_t seen; /* the step of the newest state that the client had when it sent this */
+    int32_t seen; /* step of the newest snapshot that the client had when it sent this */
 } ll_input_slot;
 
-/* What the referee of the peer-to-peer syncs knows of one player's client. */
+/* What the relay server knows of one player's client. */
 typedef struct ll_peer_status {
-    int32_t at; /* its tick; -1: not heard of */
+    int32_t at; /* its tick; -1: unknown */
     int32_t reserved;
-    ll_time way;  /* to its client, as that measured it; 0: none of its packets has come */
-    ll_time came; /* when the last of them came; before, when its epoch began */
-    ll_peer_ack heard[LL_PLAYERS_MAX];
-    int64_t relayed; /* its newest input when relays left last: nobody knows of a later one */
+    ll_time
+        way; /* one-way delay to its client, as the client measured it; 0: none of its packets has arrived */
+    ll_time came; /* when the last of them arrived; before the first, when its epoch began */
+    ll_peer_ack acks[LL_PLAYERS_MAX];
+    int64_t relayed; /* its newest input in the last relays: no client knows a later one */
     int64_t hashed;  /* its hashes up to this tick have been compared */
     int64_t desync;  /* the first that differed; -1: none */
 } ll_peer_status;
@@ -47,38 +48,39 @@ typedef struct ll_peer_status {
 /* What the server knows of one player. */
 typedef struct ll_client_slot {
     ll_input_slot slots[LL_INPUT_RING]; /* indexed by tick modulo the ring */
-    ll_action held;                     /* the last that was applied as it came, or stood in for a refused */
-    ll_axes used;                       /* in the last step, whatever stood in */
-    int64_t held_step;                  /* of `held` */
-    uint32_t acked;                     /* the last input whose step is over, whatever became of it */
-    uint32_t processed;                 /* the newest that was really applied; 0: none */
-    uint32_t decided;                   /* the newest of which there is a verdict */
+    ll_action held;     /* the last input applied on arrival, or the replacement of a refused one */
+    ll_axes used;       /* in the last step, including replacements */
+    int64_t held_step;  /* step of `held` */
+    uint32_t acked;     /* the last input whose step is over, with any result */
+    uint32_t processed; /* the newest applied input; 0: none */
+    uint32_t decided;   /* the newest input with a result */
     uint32_t slack_seq;
-    uint32_t wants;                           /* ll_part */
-    uint32_t repeats;                         /* packets without a new input since the last state was sent */
-    uint32_t verdicts[LL_INPUT_RESULT_WORDS]; /* a bit for each input, by number: it was applied as it came */
+    uint32_t wants;   /* ll_part */
+    uint32_t repeats; /* packets without a new input since the last snapshot was sent */
+    uint32_t results[LL_INPUT_RESULT_WORDS]; /* a bit for each input, by number: applied on arrival */
     uint64_t
-        replaced[LL_INPUT_RING / 64]; /* a bit for each slot: it holds what stands in for a refused input */
+        replaced[LL_INPUT_RING / 64]; /* a bit for each slot: it holds the replacement of a refused input */
     int64_t seq_minus_tick;
     int64_t newest;   /* tick; -1: no input yet */
-    int64_t received; /* tick of the newest state that the client has; 0: none */
-    int64_t full;     /* tick of the last that was too long for a grid: none up to it is a baseline */
-    int32_t slack;    /* least since the last update */
+    int64_t received; /* tick of the newest snapshot that the client has; 0: none */
+    int64_t
+        full; /* tick of the last snapshot that was too long for a grid: no snapshot up to it is a baseline */
+    int32_t slack; /* smallest since the last update */
     int32_t last_slack;
     ll_rate_limiter allowance;
     ll_time_budget account;
-    double
-        budget_used;  /* the most of the time budget that was in use, as a share: above 1 it was overdrawn */
-    ll_time seen;     /* the newest of the server's answers that the player is known to have */
-    ll_time heard;    /* when that became known */
-    ll_time told;     /* when anything was sent to the player last */
-    int64_t first;    /* its inputs count for the steps behind this one */
-    uint32_t attempt; /* of the client's, by which it was let in */
+    double budget_used; /* largest used share of the time budget; above 1 it was exceeded */
+    ll_time seen;       /* the newest of the server's answers that the player is known to have */
+    ll_time last_ack;   /* when that became known */
+    ll_time last_sent;  /* when anything was last sent to the player */
+    int64_t first;      /* its inputs count for the steps after this one */
+    uint32_t attempt;   /* of the client, with which it was accepted */
     uint16_t epoch;
     uint8_t connected;
-    uint8_t offset; /* lockstep_pipelined: of its inputs, in whole intervals, as its pings tell */
+    uint8_t offset; /* lockstep_pipelined: delay of its inputs in whole intervals, as measured by its pings */
     int64_t joins, drops;
-    ll_time waited; /* both locksteps: that everybody waited for this player's inputs, the last to come */
+    ll_time
+        waited; /* both lockstep modes: time that all waited for this player's inputs, the last to arrive */
     int64_t accepted, duplicate, late, starved;
     int64_t refused[LL_RULES];
     ll_snapshot_cost sent;
@@ -88,36 +90,36 @@ typedef struct ll_client_slot {
 typedef struct ll_server {
     ll_clock clock; /* of steps */
     ll_clock updates;
-    int64_t step;    /* steps made; the state is that after this step */
-    int64_t update;  /* number of the next update */
-    ll_time stepped; /* when the last step was made */
-    ll_time stalled; /* lockstep: time spent waiting for inputs */
-    ll_time tend;    /* when the connections are looked after next */
+    int64_t step;       /* steps made; the state is that after this step */
+    int64_t update;     /* number of the next update */
+    ll_time stepped;    /* when the last step was made */
+    ll_time stalled;    /* lockstep: time spent waiting for inputs */
+    ll_time next_check; /* when the connections are checked next */
     ll_freq client_freq;
     int32_t players;
-    uint16_t epoch; /* the last that was given out */
+    uint16_t epoch; /* the last that was assigned */
     uint16_t codec; /* index into ll_codecs */
     uint32_t validates;
-    int32_t refused;       /* ll_refused */
-    int32_t starved;       /* index into ll_starves */
-    int32_t starved_ticks; /* that repeat_n repeats for */
-    double starved_tau_ms; /* that decay takes */
-    ll_quantization grid;  /* that the codec rounds to */
-    ll_time from;          /* what snapshots cost counts from then on */
-    int32_t rollback;      /* rollback: how far clients may step on by guesses */
-    uint32_t uneven;       /* deterministic and rollback: a hold is to follow */
-    int64_t hold, resume;  /* netcode/server/hold.h, as a relay tells them */
-    ll_time even; /* lockstep_pipelined: steps before then keep to the rhythm of one player; deterministic and
-                     rollback: no hold before then */
+    int32_t refused;               /* ll_refused */
+    int32_t starved;               /* index into ll_starves */
+    int32_t starved_ticks;         /* number of ticks that repeat_n repeats for */
+    double starved_tau_ms;         /* duration of decay */
+    ll_quantization grid;          /* that the codec rounds to */
+    ll_time from;                  /* snapshot costs count from then on */
+    int32_t rollback;              /* rollback: prediction window of the clients, ticks */
+    uint32_t hold_due;             /* deterministic and rollback: a hold is to follow */
+    int64_t hold, resume;          /* see netcode/server/hold.h; as sent in relays */
+    ll_time recovery_until;        /* lockstep_pipelined: until then steps follow the inputs of one player;
+                            deterministic and        rollback: no hold before then */
     uint32_t hashes[LL_HASH_RING]; /* deterministic and rollback: of the world after a step */
-    ll_client_slot seats[];        /* one per player; then the world; then the baselines */
+    ll_client_slot client_slots[]; /* one per player; then the world; then the baselines */
 } ll_server;
 
 #pragma GCC diagnostic pop
 
 size_t ll_server_size(int players, ll_extent extent); /* a multiple of 8 */
 
-/* All zero but for the size of the world: what is in it is the caller's to set. */
+/* Zeroes the server and sets the size of its world; the caller fills in the world. */
 void ll_server_init(ll_server *server, int players, ll_extent extent);
 void ll_server_configure(ll_server *server, const ll_server_config *config); /* how it sends its world */
 
@@ -129,12 +131,12 @@ static inline bool ll_server_has_hash(const ll_server *server, int64_t step)
 
 static inline ll_world *ll_server_world(ll_server *server)
 {
-    return (ll_world *)&server->seats[server->players];
+    return (ll_world *)&server->client_slots[server->players];
 }
 
 static inline const ll_world *ll_server_world_const(const ll_server *server)
 {
-    return (const ll_world *)&server->seats[server->players];
+    return (const ll_world *)&server->client_slots[server->players];
 }
 
 static inline ll_baseline_history *ll_server_baseline_history(const ll_server *server)
@@ -143,26 +145,26 @@ static inline ll_baseline_history *ll_server_baseline_history(const ll_server *s
     return (ll_baseline_history *)((char *)world + ll_world_size(world));
 }
 
-/* 0 is no epoch: who is in none is not connected. */
+/* 0 is no epoch: the epoch of a player who is not connected. */
 static inline uint16_t ll_server_next_epoch(const ll_server *server)
 {
     return server->epoch == UINT16_MAX ? 1 : (uint16_t)(server->epoch + 1);
 }
 
-/* Starts, or starts again in a new epoch at `now` with clocks of these rates; the world stays as it is. */
+/* Starts, or restarts in a new epoch at `now` with clocks of these rates; the world does not change. */
 void ll_server_start(ll_server *server, ll_freq step_freq, ll_freq update_freq, ll_freq client_freq,
                      ll_time now);
 
-/* Forgets all inputs that have come. */
+/* Forgets all received inputs. */
 void ll_client_slot_clear(ll_client_slot *client_slot);
 
-/* For a player who begins anew behind `step`; inputs that have come, counters and the connection stay. */
+/* For a player who starts again after `step`; received inputs, counters and the connection stay. */
 void ll_client_slot_open(ll_client_slot *client_slot, ll_freq client_freq, int64_t step, ll_time now);
 
-/* What `player` does in step `step`: its input, or what stands in where none has come. */
+/* Action of `player` in step `step`: its input, or the replacement if none has arrived. */
 ll_action ll_server_action(ll_server *server, int player, int64_t step);
 
-/* Notes that the server is done with an input, and whether it was applied as it came. */
+/* Records that the server has decided an input, and whether it was applied. */
 void ll_client_slot_done(ll_client_slot *client_slot, uint32_t seq, bool applied);
 
 static inline bool ll_client_slot_replaced(const ll_client_slot *client_slot, int64_t tick)
@@ -170,23 +172,24 @@ static inline bool ll_client_slot_replaced(const ll_client_slot *client_slot, in
     return client_slot->replaced[(tick & (LL_INPUT_RING - 1)) >> 6] >> (tick & 63) & 1;
 }
 
-/* What became of one input. */
+/* Result of one input. */
 typedef struct ll_input_result {
     uint32_t seq;
     uint8_t outcome; /* ll_event outcome: 0 applied 1 refused 3 late */
     uint8_t rule;
-    int16_t slack; /* how many steps early it came; negative: late */
+    int16_t slack; /* input slack, steps; negative: late */
 } ll_input_result;
 
-/* Takes the inputs of an ll_input_message. Gives a verdict for each that was not a repetition and returns how
- * many. A refused input is replaced, as `refused` has it, so that nobody waits for it. */
+/* Processes the inputs of an ll_input_message. Writes a result for each that was not a repetition and returns
+ * their number. A refused input is replaced according to `refused`, so that no player waits for it. */
 int ll_server_receive(ll_server *server, const ll_sync_mode *sync, int player, const void *packet,
-                      ll_time now, ll_input_result verdicts[LL_INPUTS_MAX]);
+                      ll_time now, ll_input_result results[LL_INPUTS_MAX]);
 
-/* Tells `past` how old the newest state was that `player` had, at `now`, when it made the input of `slot`. */
+/* Sets in `past` the age, at `now`, of the newest snapshot that `player` had when it made the input of
+ * `slot`. */
 void ll_server_measure(ll_past *past, int player, const ll_input_slot *slot, ll_time now);
 
 /* Writes the message of an update to `player` and returns its size, at most ll_server_message_max. Where the
- * client has no baseline, delta becomes quantised; what would be longer than full is full. */
+ * client has no baseline, delta becomes quantised; an encoding longer than full becomes full. */
 int ll_server_compose(ll_server *server, const ll_sync_mode *sync, int player, void *packet);
 int ll_server_message_max(ll_extent extent, int players);

@@ -1,6 +1,6 @@
-/* Repeating is right while a single packet is missing, and leaves a car at full throttle when its player is
- * gone; neutral lifts the pedal for every packet that is lost. Decay does the first at the start and the
- * second in the end, without a jolt between. */
+/* Repeating is right while a single packet is missing, but leaves a car at full throttle when its player is
+ * gone. Neutral releases the pedal for every lost packet. Decay repeats at the start and ends neutral,
+ * without a jump between. */
 #include "netcode/server/starve.h"
 
 static ll_action decay(const ll_action *last, int64_t age, const ll_starve_config *config)
@@ -31,19 +31,19 @@ static ll_action neutral(const ll_action *last, int64_t age, const ll_starve_con
 
 const ll_starve ll_starve_decay = {
     .name = "decay",
-    .help = "The axes go to zero evenly, in starved_tau_ms.",
+    .help = "The axes decrease linearly to zero within starved_tau_ms.",
     .act = decay,
 };
 
 const ll_starve ll_starve_repeat = {
     .name = "repeat",
-    .help = "The axes stay as they were, for as long as it takes.",
+    .help = "The axes are kept without limit.",
     .act = repeat,
 };
 
 const ll_starve ll_starve_repeat_n = {
     .name = "repeat_n",
-    .help = "The axes stay as they were for starved_ticks, then they are zero.",
+    .help = "The axes are kept for starved_ticks, then they are zero.",
     .act = repeat_n,
 };
 
@@ -56,5 +56,5 @@ const ll_starve ll_starve_neutral = {
 const ll_starve *const ll_starves[] = {&ll_starve_decay, &ll_starve_repeat, &ll_starve_repeat_n,
                                        &ll_starve_neutral, NULL};
 
-/* In the order of ll_starves; a test holds them against each other. */
+/* In the order of ll_starves; a test compares both. */
 const char *const ll_starve_names[] = {"decay", "repeat", "repeat_n", "neutral", NULL};

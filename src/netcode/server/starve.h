@@ -1,6 +1,7 @@
-/* What stands in for an input that has not come for its step: one row per policy. Presses are never repeated.
+/* Starvation policies: the replacement of an input that has not arrived at its step, one row per policy.
+ * Presses are never repeated.
  *
- * Source: Quake III freezes, Source repeats up to 24 commands, Quantum repeats what is marked repeatable,
+ * Source: Quake III freezes, Source repeats up to 24 commands, Quantum repeats inputs marked repeatable,
  * netfox lets the axes decay. */
 #pragma once
 
@@ -8,17 +9,17 @@
 
 #include "game/core/game.h"
 
-/* How long what was applied last goes on to count. */
+/* How long the last applied input remains in effect. */
 typedef struct ll_starve_config {
-    double tau;    /* steps, that decay takes */
-    int64_t steps; /* that repeat_n repeats for */
+    double tau;    /* duration of decay, steps */
+    int64_t steps; /* number of ticks that repeat_n repeats for */
 } ll_starve_config;
 
 typedef struct ll_starve {
     const char *name;
     const char *help;
 
-    /* `last` was applied `age` steps ago: 1 in the first step that starves. Cost: none to speak of. */
+    /* `last` was applied `age` steps ago: 1 in the first starved step. Cost: negligible. */
     ll_action (*act)(const ll_action *last, int64_t age, const ll_starve_config *config);
 } ll_starve;
 

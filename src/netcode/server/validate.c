@@ -2,7 +2,7 @@
 
 const char *const ll_rule_names[LL_RULES] = {"none", "magnitude", "rate", "budget", "fire_rate", "rewind"};
 
-/* Written so that a NaN fails too. */
+/* False for NaN too. */
 static int within(float axis)
 {
     return axis >= -1 && axis <= 1;

@@ -37,7 +37,7 @@ static char *tail_of(const ll_baseline_history *b)
     return (char *)(b + 1) + LL_BASELINES * record_size(b->entities);
 }
 
-/* ---- what rounding adds ---- */
+/* ---- rounding errors ---- */
 
 #define PARTS 64 /* of a step */
 
@@ -118,7 +118,7 @@ const ll_baseline *ll_baseline_history_take(ll_baseline_history *b, const ll_wor
     return record;
 }
 
-/* The first is passed over: a client may hold the world of that tick on the grid before. */
+/* Skips the first: a client may hold the world of that tick on the previous grid. */
 const ll_baseline *ll_baseline_history_find(const ll_baseline_history *b, int64_t tick)
 {
     for (int64_t i = b->count - 1; i > 0 && i >= b->count - LL_BASELINES; i--)

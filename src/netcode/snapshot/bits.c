@@ -78,9 +78,9 @@ static uint64_t get_groups(ll_bit_reader *r)
 }
 
 #define MORE                                                                                                 \
-    UINT64_C(0x0088888888888888) /* in the 14 groups that a word has for sure, the bit that says so */
+    UINT64_C(0x0088888888888888) /* continuation bits of the 14 groups that any word contains completely */
 
-/* Most numbers lie within a word: the first group that nothing follows ends them. */
+/* Most numbers end within a word: at the first group whose continuation bit is 0. */
 uint64_t ll_bits_get_number(ll_bit_reader *r)
 {
     uint64_t word, n = 0;

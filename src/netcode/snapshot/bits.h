@@ -1,7 +1,7 @@
-/* Bits one behind the other in bytes, the lowest bit of a byte first.
+/* Reads and writes bits in bytes, the lowest bit of a byte first.
  *
- * A number takes groups of four bits: three of the number, the lowest first, and one that says whether a
- * further group follows. A signed number goes as 2n or -2n - 1 (zig-zag), so that a small one is short. */
+ * A number takes groups of four bits: three of the number, the lowest first, and one that indicates another
+ * group. A signed number n is coded as 2n or -2n - 1 (zig-zag), so that a small one is short. */
 #pragma once
 
 #include <stdbool.h>
@@ -11,7 +11,7 @@
 typedef struct ll_bit_writer {
     uint8_t *bytes;
     int64_t capacity; /* bits */
-    int64_t count;    /* bits; beyond the capacity they are counted and not written */
+    int64_t count;    /* bits; bits beyond the capacity are counted and not written */
 } ll_bit_writer;
 
 typedef struct ll_bit_reader {
@@ -21,13 +21,12 @@ typedef struct ll_bit_reader {
     bool overlong; /* a number did not fit 64 bits */
 } ll_bit_reader;
 
-_Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "a word's bytes lie with the lowest first");
+_Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "words must be little-endian");
 
 void ll_bits_put_bytes(ll_bit_writer *w, uint64_t value, int bits); /* near the end, byte by byte */
 uint64_t ll_bits_get_bytes(ll_bit_reader *r, int bits);
 
-/* Appends the lowest `bits` of value, 0 to 64. What lies behind them in the writer's bytes is not in use yet.
- */
+/* Appends the lowest `bits` of value, 0 to 64. The writer's bytes after them are not in use yet. */
 static inline void ll_bits_put(ll_bit_writer *w, uint64_t value, int bits)
 {
     int used = (int)(w->count & 7);
@@ -66,5 +65,5 @@ static inline int64_t ll_bits_get_signed(ll_bit_reader *r)
     return (int64_t)(n >> 1 ^ (~(n & 1) + 1));
 }
 
-/* Whether all was read and was there: what is left is less than a byte, and zero. */
+/* Whether the reader has read everything without passing the end: at most 7 bits are left, all zero. */
 bool ll_bits_ended_well(ll_bit_reader *r);

@@ -1,7 +1,7 @@
-/* Delta: what differs from a baseline, a snapshot that the client has acknowledged (Fiedler, "Snapshot
- * Compression"; Quake III). Of the entities on the grid only those that have changed are told, each with how
- * many are skipped before it; behind the last comes the gap that leads to the end. The receiver's own entity
- * stands first and to the bit; an unchanged tail is one bit. */
+/* Delta: the differences from a baseline, a snapshot that the client has acknowledged (Fiedler, "Snapshot
+ * Compression"; Quake III). Of the entities on the grid only changed ones are sent, each after the number of
+ * entities skipped before it; after the last comes the number skipped to the end. The receiver's own entity
+ * comes first, bitwise; an unchanged tail is one bit. */
 #include "netcode/snapshot/snapshot.h"
 
 #include <string.h>
@@ -12,7 +12,7 @@ static bool changed(const ll_outgoing *out, int i)
     return i != out->self && (!ll_cell_fits(c) || memcmp(c, &out->baseline[i], sizeof *c) != 0);
 }
 
-/* What an entity is told against: nothing where the baseline's does not fit the grid. */
+/* The cell that an entity is compared with: zero where the baseline's does not fit the grid. */
 static ll_cell origin(const ll_cell *baseline)
 {
     return ll_cell_fits(baseline) ? *baseline : (ll_cell){0};
@@ -68,19 +68,19 @@ static ll_status get_changed(ll_bit_reader *r, const ll_incoming *in)
     for (int next = 0;; next++) {
         uint64_t gap = ll_bits_get_number(r);
         if (gap > (uint64_t)(count - next))
-            return ll_error(LL_BAD_INPUT, "at most %d entities can be skipped behind %d of %d; got %llu",
+            return ll_error(LL_BAD_INPUT, "at most %d entities can be skipped after %d of %d; got %llu",
                             count - next, next, count, (unsigned long long)gap);
         next += (int)gap;
         if (next == count)
             return ll_ok();
         if (next == in->self)
-            return ll_error(LL_BAD_INPUT, "the receiver's own entity, %d, is told twice", next);
+            return ll_error(LL_BAD_INPUT, "the receiver's own entity, %d, is sent twice", next);
         if (!get_entity(r, in, next))
             return ll_off_grid(next);
     }
 }
 
-/* The baseline lies on the grid, since that is how it came. */
+/* The baseline lies on the grid, because it was received on it. */
 static ll_status decode(ll_bit_reader *r, const ll_incoming *in)
 {
     memcpy(in->world->entity, in->baseline->entity, (size_t)in->world->entities * sizeof(ll_entity));
@@ -97,7 +97,8 @@ static ll_status decode(ll_bit_reader *r, const ll_incoming *in)
 
 const ll_codec ll_codec_delta = {
     .name = "delta",
-    .help = "On the grid, and only what differs from the newest state that the client has acknowledged.",
+    .help =
+        "On the grid, and only the differences from the newest snapshot that the client has acknowledged.",
     .gridded = true,
     .compares = true,
     .encode = encode,

@@ -1,4 +1,4 @@
-/* Full: the world as it lies in memory. The simplest there can be: 448 bits an entity. */
+/* Full: the world as it lies in memory. The simplest encoding: 448 bits per entity. */
 #include <string.h>
 
 #include "netcode/snapshot/snapshot.h"

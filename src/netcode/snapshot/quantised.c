@@ -1,6 +1,6 @@
-/* Quantised: the grid's four steps, then each entity in steps from zero, short numbers taking few bits, and
- * one bit in place of the velocities of an entity at rest (Fiedler, "Snapshot Compression"). The receiver's
- * own entity, and one that does not fit the grid, travel to the bit. */
+/* Quantised: the grid's four steps, then each entity in steps from zero, small numbers with few bits, and one
+ * bit in place of the velocities of an entity at rest (Fiedler, "Snapshot Compression"). The receiver's own
+ * entity, and one that does not fit the grid, are sent bitwise. */
 #include <string.h>
 
 #include "netcode/snapshot/snapshot.h"
@@ -21,7 +21,7 @@ static ll_status get_grid(ll_bit_reader *r, ll_quantization *grid)
     for (int i = 0; i < 4; i++) {
         uint32_t bits = (uint32_t)ll_bits_get(r, 32);
         memcpy(&steps[i], &bits, sizeof bits);
-        if (!(steps[i] >= 1e-6f && steps[i] <= 1e6f)) /* a NaN fails too */
+        if (!(steps[i] >= 1e-6f && steps[i] <= 1e6f)) /* false for NaN too */
             return ll_error(LL_BAD_INPUT, "a step of a grid must be 1e-06 to 1e+06; got %g",
                             (double)steps[i]);
     }

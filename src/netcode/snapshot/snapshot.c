@@ -2,7 +2,7 @@
 
 #include <string.h>
 
-/* ---- what stays exact: 64-bit words ---- */
+/* ---- exact values: 64-bit words ---- */
 
 static void put_words(ll_bit_writer *w, const void *from, size_t count)
 {
@@ -73,7 +73,7 @@ void ll_put_cell(ll_bit_writer *w, const ll_cell *c, const ll_cell *from)
         ll_bits_put_number(w, c->flags);
 }
 
-/* Clears `fits` when there is no such step. */
+/* Clears `fits` if there is no such step. */
 static int32_t get_steps(ll_bit_reader *r, int32_t from, bool *fits)
 {
     int64_t difference = ll_bits_get_signed(r);

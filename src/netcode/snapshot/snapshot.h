@@ -1,48 +1,48 @@
-/* How a world travels: one row, and one file, per codec.
+/* Snapshot encodings: one row, and one file, per codec.
  *
- * What is known at both ends is not sent: how many players, entities and bytes of tail there are. The
- * receiver's own entity and the tail travel to the bit, so that prediction can be compared exactly. */
+ * Values known at both ends are not sent: the number of players, entities and tail bytes. The receiver's own
+ * entity and the tail are sent bitwise, so that predictions can be compared exactly. */
 #pragma once
 
 #include "base/status.h"
 #include "netcode/snapshot/bits.h"
 #include "netcode/protocol/quantization.h"
 
-/* What an encoder is given. */
+/* Input of an encoder. */
 typedef struct ll_outgoing {
     const ll_world *world;
     int self;                    /* the receiver's own entity */
-    bool same_tail;              /* the tail is the baseline's */
+    bool same_tail;              /* the tail equals the baseline's */
     const ll_quantization *grid; /* these three are for codecs with a grid */
-    const ll_cell *cells;        /* the world's entities on it */
+    const ll_cell *cells;        /* the world's entities on the grid */
     const ll_cell *baseline;     /* entities that the receiver holds, on the same grid; NULL: none */
 } ll_outgoing;
 
-/* What a decoder is given. */
+/* Input of a decoder. */
 typedef struct ll_incoming {
-    ll_world *world; /* to be filled; its header is set */
+    ll_world *world; /* output; its header is set */
     int self;
-    ll_quantization *grid;    /* of the baseline; a codec that brings a grid sets it */
+    ll_quantization *grid;    /* of the baseline; a codec that sends a grid sets it */
     const ll_world *baseline; /* NULL: none */
 } ll_incoming;
 
-/* What a snapshot cost. */
+/* Cost of a snapshot. */
 typedef struct ll_snapshot_cost {
     int64_t entity_bits, tail_bits;
-    int64_t entities, unchanged, resting; /* unchanged: told by leaving them out */
-    int64_t whole;                        /* snapshots that were not told against a baseline */
+    int64_t entities, unchanged, resting; /* unchanged: not sent */
+    int64_t whole;                        /* snapshots sent without a baseline */
 } ll_snapshot_cost;
 
 typedef struct ll_codec {
     const char *name;
     const char *help;
     bool gridded;  /* rounds to a grid */
-    bool compares; /* tells what differs from a baseline, which must be there */
+    bool compares; /* sends the differences from a baseline, which must exist */
 
     /* Appends to an empty writer and adds to `cost`. */
     void (*encode)(ll_bit_writer *w, const ll_outgoing *out, ll_snapshot_cost *cost);
 
-    /* Fills in->world; on an error it is of no use. The reader may hold anything at all. */
+    /* Fills in->world; after an error it is undefined. The reader may hold any bytes. */
     ll_status (*decode)(ll_bit_reader *r, const ll_incoming *in);
 } ll_codec;
 
@@ -51,23 +51,23 @@ extern const ll_codec ll_codec_quantised;
 extern const ll_codec ll_codec_delta;
 
 extern const ll_codec
-    *const ll_codecs[]; /* NULL-terminated; the index is the choice `snapshot`, and on the wire */
+    *const ll_codecs[]; /* NULL-terminated; the index is the choice `snapshot_encoding`, and is sent */
 extern const char *const ll_codec_names[];
 
 int ll_codec_index(const ll_codec *codec);
 const ll_codec *ll_codec_at(int index); /* NULL: there is none */
 
-/* ---- between the codecs' files ---- */
+/* ---- shared by the codecs' files ---- */
 
-void ll_put_exact(ll_bit_writer *w,
-                  const ll_entity *entity); /* to the bit: one bit for each member that is 0 */
+void ll_put_exact(ll_bit_writer *w, const ll_entity *entity); /* bitwise: one bit for each member that is 0 */
 void ll_get_exact(ll_bit_reader *r, ll_entity *entity);
 
-/* An entity on the grid: what differs from `from`, which is all zero where there is nothing to compare with.
- */
+/* An entity on the grid: its differences from `from`, which is all zero if there is nothing to compare
+ * with. */
 void ll_put_cell(ll_bit_writer *w, const ll_cell *cell, const ll_cell *from);
-bool ll_get_cell(ll_bit_reader *r, const ll_cell *from, ll_cell *cell); /* false: a step that there is not */
-ll_status ll_off_grid(int entity);                                      /* what to say then */
+bool ll_get_cell(ll_bit_reader *r, const ll_cell *from,
+                 ll_cell *cell);   /* false: a step that does not exist */
+ll_status ll_off_grid(int entity); /* the error in that case */
 
 void ll_put_tail(ll_bit_writer *w, const ll_world *world);
 void ll_get_tail(ll_bit_reader *r, ll_world *world);

@@ -2,7 +2,7 @@
 
 const ll_codec *const ll_codecs[] = {&ll_codec_full, &ll_codec_quantised, &ll_codec_delta, NULL};
 
-/* In the order of ll_codecs; a test holds them against each other. */
+/* In the order of ll_codecs; a test compares both. */
 const char *const ll_codec_names[] = {"full", "quantised", "delta", NULL};
 
 int ll_codec_index(const ll_codec *codec)

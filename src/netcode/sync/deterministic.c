@@ -1,6 +1,6 @@
-/* Deterministic lockstep (paper, "Deterministic Lockstep"; Fiedler): only inputs travel, and everybody makes
- * tick k when all inputs for k are there. Nothing is guessed and nothing corrected, at the price of two lags
- * between an input and its effect, and of equal arithmetic on every machine. */
+/* Deterministic lockstep (paper, "Deterministic Lockstep"; Fiedler): only inputs are sent, and every client
+ * makes tick k when it has all inputs for k. Nothing is guessed and nothing corrected. The price: two lags
+ * between an input and its effect, and equal arithmetic on every machine. */
 #include "netcode/observe/desync.h"
 #include "netcode/server/hold.h"
 #include "netcode/server/relay_server.h"
@@ -8,9 +8,9 @@
 
 const ll_sync_mode ll_sync_deterministic = {
     .name = "deterministic",
-    .help = "Only inputs travel; every client makes a tick when it has all inputs for it.",
+    .help = "Only inputs are sent; every client makes a tick when it has all inputs for it.",
     .sends_idle = true,
-    .tells_refusals = true,
+    .reports_refusals = true,
     .steps_by_inputs = true,
     .due = ll_relay_server_due,
     .step = ll_relay_server_step,

@@ -1,6 +1,6 @@
-/* Free: the server steps on its own clock and applies at step k the inputs that were meant for k. For a
- * missing one stands in what the row `starved` says; one that comes after its step is late and is not
- * applied. Clients run ahead by their lag, so that this is rare. */
+/* Free: the server steps on its own clock and applies at step k the inputs meant for k. The parameter
+ * `starved` selects the replacement of a missing input. An input that arrives after its step is late and is
+ * not applied. Clients run ahead by their lag, so that this is rare. */
 #include "netcode/state/client.h"
 #include "netcode/server/server.h"
 
@@ -14,7 +14,7 @@ static void step(ll_server *server, const ll_game *game, const ll_game_env *env,
     ll_action actions[LL_PLAYERS_MAX];
     int64_t k = ++server->step;
     for (int i = 0; i < server->players; i++) {
-        ll_client_slot *client_slot = &server->seats[i];
+        ll_client_slot *client_slot = &server->client_slots[i];
         const ll_input_slot *slot = &client_slot->slots[k & (LL_INPUT_RING - 1)];
         bool begun =
             client_slot->connected && client_slot->newest >= 0 && k + client_slot->seq_minus_tick > 0;
@@ -37,7 +37,7 @@ const ll_sync_mode ll_sync_free = {
     .help = "The server steps on its own clock; clients run ahead of it.",
     .client_runs_ahead = true,
     .sends_idle = true,
-    .tells_refusals = true,
+    .reports_refusals = true,
     .drops_stale = true,
     .extrapolates = true,
     .due = due,

@@ -1,10 +1,10 @@
-/* Gambetta: the rules of the live demo "Fast-Paced Multiplayer", defects included, to be compared with.
+/* Gambetta: the rules of the live demo "Fast-Paced Multiplayer", defects included, for comparison.
  *
- * The server has one clock: at each update it applies all inputs that have come and sends its state. A client
- * sends inputs only while a key is down; each counts for the time since the frame before. One of more than
- * 1/40 s is dropped in silence and never acknowledged. States carry no time that is used: a client takes
- * whatever comes last, even if it is older, and interpolates between the times of the frames that took them,
- * exactly one update interval back. */
+ * The server has one clock: at each update it applies all inputs that have arrived and sends its state. A
+ * client sends inputs only while a key is down; each counts for the time since the frame before. An input of
+ * more than 1/40 s is dropped without an answer and never acknowledged. Clients do not use the snapshots'
+ * times: a client applies the snapshot that arrives last, even if it is older, and interpolates between the
+ * times of the frames that applied them, exactly one update interval back. */
 #include "netcode/state/client.h"
 #include "netcode/server/server.h"
 
@@ -13,11 +13,11 @@ static ll_time due(const ll_server *server)
     return ll_clock_time(&server->clock, server->step + 1);
 }
 
-/* The demo applies in the order of arrival; that order changes nothing but which input is named last, since
- * its moves add up. */
+/* The demo applies inputs in the order of arrival. That order affects only which input is acknowledged last,
+ * since moves are additive. */
 static void drain(ll_server *server, int player, const ll_game *game, const ll_game_env *env)
 {
-    ll_client_slot *client_slot = &server->seats[player];
+    ll_client_slot *client_slot = &server->client_slots[player];
     int64_t first = client_slot->newest - LL_INPUT_RING + 1;
     for (int64_t tick = first < 1 ? 1 : first; tick <= client_slot->newest; tick++) {
         ll_input_slot *slot = &client_slot->slots[tick & (LL_INPUT_RING - 1)];
@@ -51,7 +51,8 @@ static void interpolate(ll_client *c, const ll_client_setup *s, ll_time now)
     const ll_snapshot_entry *a = ll_client_state(c, i),
                             *b = i + 1 < c->newest ? ll_client_state(c, i + 1) : NULL;
     bool held =
-        b == NULL || a->arrived > render; /* nothing brackets: the demo leaves the entity where it is */
+        b == NULL ||
+        a->arrived > render; /* no two snapshots bracket the time: the demo leaves the entity where it is */
     ll_draw_info *marks = ll_client_draw_infos(c);
     int entities = ll_client_latest(c)->entities;
     if (!held) {
@@ -79,7 +80,8 @@ static void interpolate(ll_client *c, const ll_client_setup *s, ll_time now)
 
 const ll_sync_mode ll_sync_gambetta = {
     .name = "gambetta",
-    .help = "The live demo's rules: a queue that is drained at each update, receive times, silent refusals.",
+    .help = "The live demo's rules: the server applies its whole queue at each update, receive times, "
+            "refusals without an answer.",
     .server_steps_at_update_hz = true,
     .applies_on_arrival = true,
     .press_s = 1.0 / 40,

@@ -1,20 +1,20 @@
-/* Lockstep as the paper writes it (Figure 10): a client sends its input, waits for the state that includes
- * it, and only then makes the next. A step takes the slowest player's round trip and an interval of the
- * server's: one slow player slows everybody. Nothing is guessed, so nothing is corrected. An input that has
- * no answer is sent again. */
+/* Lockstep as in the paper (Figure 10): a client sends its input, waits for the snapshot that includes it,
+ * and only then makes the next. A step takes the slowest player's round trip and an interval of the server:
+ * one slow player slows all. Nothing is guessed, so nothing is corrected. An input without an answer is sent
+ * again. */
 #include "netcode/state/client.h"
 #include "netcode/server/lockstep.h"
 
 const ll_sync_mode ll_sync_lockstep = {
     .name = "lockstep",
-    .help = "Stop and wait, as the paper writes it: a client sends an input and waits for the state before "
-            "the next.",
+    .help =
+        "Stop and wait, as in the paper: a client sends an input and waits for the snapshot before the next.",
     .server_steps_at_update_hz = true,
     .client_steps_at_update_hz = true,
     .waits = true,
     .answers = true,
     .sends_idle = true,
-    .tells_refusals = true,
+    .reports_refusals = true,
     .drops_stale = true,
     .extrapolates = true,
     .steps_by_inputs = true,

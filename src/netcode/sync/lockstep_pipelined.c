@@ -1,18 +1,19 @@
-/* Lockstep with inputs in flight: clients make one every interval, whether or not the state before has come.
- * So the game keeps its pace at any lag, and an input is felt a round trip and an interval later. When
- * somebody's inputs are missing everybody waits; then the server makes up for the steps whose inputs have
- * been there, and clients made none meanwhile: latency is what it was. */
+/* Lockstep with inputs in flight: clients make one every interval, before the previous snapshot has arrived.
+ * So the game keeps its rate at any lag, and an input is felt a round trip and an interval later. When a
+ * player's inputs are missing, all wait. Then the server makes the delayed steps whose inputs have arrived at
+ * a higher rate, and clients made no inputs meanwhile: latency returns to what it was. */
 #include "netcode/state/client.h"
 #include "netcode/server/lockstep.h"
 
 const ll_sync_mode ll_sync_lockstep_pipelined = {
     .name = "lockstep_pipelined",
-    .help = "The server waits for every player's input, which clients send without waiting for its states.",
+    .help =
+        "The server waits for every player's input, which clients send without waiting for its snapshots.",
     .server_steps_at_update_hz = true,
     .client_steps_at_update_hz = true,
     .waits = true,
     .sends_idle = true,
-    .tells_refusals = true,
+    .reports_refusals = true,
     .drops_stale = true,
     .extrapolates = true,
     .steps_by_inputs = true,

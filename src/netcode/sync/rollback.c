@@ -1,5 +1,5 @@
 /* Rollback (GGPO, GGRS): deterministic lockstep that does not wait. A client guesses the inputs that have not
- * come, and makes the ticks again whose guess was wrong. */
+ * arrived, and resimulates the ticks with a wrong guess. */
 #include "netcode/observe/desync.h"
 #include "netcode/server/hold.h"
 #include "netcode/server/relay_server.h"
@@ -7,11 +7,10 @@
 
 const ll_sync_mode ll_sync_rollback = {
     .name = "rollback",
-    .help =
-        "Only inputs travel; every client guesses those that are missing, and goes back when it was wrong.",
+    .help = "Only inputs are sent; every client guesses missing ones, and rolls back when a guess was wrong.",
     .guesses = true,
     .sends_idle = true,
-    .tells_refusals = true,
+    .reports_refusals = true,
     .steps_by_inputs = true,
     .due = ll_relay_server_due,
     .step = ll_relay_server_step,

@@ -10,6 +10,6 @@ const ll_sync_mode *const ll_syncs[] = {&ll_sync_free,
                                         &ll_sync_lockstep_pipelined,
                                         NULL};
 
-/* In the order of ll_syncs; a test holds them against each other. */
+/* In the order of ll_syncs; a test compares both. */
 const char *const ll_sync_mode_names[] = {"free",     "lockstep",           "gambetta", "deterministic",
                                           "rollback", "lockstep_pipelined", NULL};

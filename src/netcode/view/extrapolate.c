@@ -1,5 +1,5 @@
-/* Extrapolation (dead reckoning): an entity goes on from the newest state by what that state says of its
- * motion. It errs by a t^2 / 2 after t seconds of an unknown acceleration a, and by more across contacts
+/* Extrapolation (dead reckoning): an entity continues from the newest snapshot at the velocity that it has
+ * there. The error is a t^2 / 2 after t seconds of an unknown acceleration a, and larger across contacts
  * (Fiedler: fine for 50 to 250 ms of ballistic motion, wrong for rigid bodies). */
 #include "netcode/state/client.h"
 

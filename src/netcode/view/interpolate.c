@@ -1,25 +1,25 @@
 /* Snapshot interpolation on the server's time stamps (paper, "Interpolation").
  *
- * The client draws others at a server time that lies one interpolation delay behind the newest it could know:
- * the server's clock as brought by the fastest packet of the last two seconds. That drawn time moves forward
- * only and follows by its time scale. Where the buffer has run dry it goes on by extrapolation up to a cap,
- * and waits there. */
+ * The client draws others at a render time one interpolation delay behind the newest server time that it
+ * could know: the server's clock as brought by the fastest packet of the last two seconds. Render time only
+ * increases, and follows its target by its time scale. When the buffer is empty, it continues by
+ * extrapolation up to a limit, and waits there. */
 #include "netcode/view/view.h"
 
-#define GAIN 0.25 /* of the averages of gaps and lateness, as Netcode for Entities has it */
+#define GAIN 0.25 /* of the averages of gaps and lateness, as in Netcode for Entities */
 
 static void average_gaps(ll_client *c, const ll_snapshot_entry *state, ll_time sample)
 {
     c->late += GAIN * ((double)(c->offset - sample) - c->late);
-    if (c->heard >= 0) {
-        double gap = (double)(state->arrived - c->heard);
+    if (c->last_arrival >= 0) {
+        double gap = (double)(state->arrived - c->last_arrival);
         if (c->gap < 0)
             c->gap = gap;
         double off = gap > c->gap ? gap - c->gap : c->gap - gap;
         c->gap_deviation += GAIN * (off - c->gap_deviation);
         c->gap += GAIN * (gap - c->gap);
     }
-    c->heard = state->arrived;
+    c->last_arrival = state->arrived;
 }
 
 void ll_interpolate_heard(ll_client *c, const ll_snapshot_entry *state)
@@ -44,15 +44,15 @@ void ll_interpolate_heard(ll_client *c, const ll_snapshot_entry *state)
     average_gaps(c, state, sample);
 }
 
-/* ---- a place in the buffer ---- */
+/* ---- a position in the buffer ---- */
 
-/* Where a time of the server's lies: between two states, or behind the newest. At the ends the two are one.
- */
+/* Position of a server time in the buffer: between two snapshots, or after the newest. At the ends both are
+ * the same one. */
 typedef struct place {
     int64_t index; /* of `a` */
     const ll_snapshot_entry *a, *b;
-    double alpha, span_s; /* of the way from a to b, and its length */
-    double beyond_s;      /* behind the newest */
+    double alpha, span_s; /* fraction of the way from a to b, and its length */
+    double beyond_s;      /* after the newest */
 } place;
 
 static place find(ll_client *c, ll_time time)
@@ -80,7 +80,8 @@ static void between(const ll_interpolation *method, const place *p, int i, ll_en
 {
     const ll_entity *a = entity_of(p->a, i), *b = entity_of(p->b, i);
     *out = *a;
-    if (p->alpha > 0 && ((a->flags ^ b->flags) & LL_ENTITY_ACTIVE) == 0) /* else a flight began or ended */
+    if (p->alpha > 0 &&
+        ((a->flags ^ b->flags) & LL_ENTITY_ACTIVE) == 0) /* otherwise a flight began or ended */
         method->between(a, b, p->alpha, p->span_s, out);
 }
 
@@ -106,7 +107,7 @@ void ll_blend(ll_client *c, const ll_snapshot_entry *a, const ll_snapshot_entry 
 
 /* ---- a frame ---- */
 
-/* New states tell where the others really were when the last frame drew them by extrapolation. */
+/* New snapshots show where the others were when the last frame extrapolated them. */
 static void correct_extrapolation(ll_client *c, const ll_client_setup *s)
 {
     if (c->drawn_newest == c->newest || !c->has_render || !c->extrapolated)
@@ -125,7 +126,7 @@ static void correct_extrapolation(ll_client *c, const ll_client_setup *s)
     }
 }
 
-/* Moves the drawn time towards `target` and tells how; `jumped` when it was too far behind. */
+/* Moves render time towards `target` and returns how; `jumped`: it was too far behind. */
 static ll_view_state move(ll_client *c, const ll_client_setup *s, ll_time target, bool *jumped)
 {
     const ll_time_scale *rule = ll_time_scales[s->config->time_scale];
@@ -145,12 +146,12 @@ static ll_view_state move(ll_client *c, const ll_client_setup *s, ll_time target
                                    : LL_VIEW_NORMAL;
 }
 
-/* Stops the drawn time where nothing is known any more, and counts what the buffer did. */
+/* Stops render time where nothing newer is known, and counts under-runs and overruns. */
 static void take_stock(ll_client *c, const ll_client_setup *s, ll_view_state moved, bool jumped, ll_time now)
 {
     ll_time newest = ll_client_state(c, c->newest - 1)->time,
             reach = newest + ll_ms(s->config->extrapolation_ms);
-    bool was_dry = c->dry;
+    bool was_dry = c->underrun;
     c->held_now = c->render > reach;
     if (c->held_now) {
         c->render = reach;
@@ -158,14 +159,14 @@ static void take_stock(ll_client *c, const ll_client_setup *s, ll_view_state mov
     }
     c->has_render = 1;
     c->extrapolated = c->render > newest;
-    c->dry =
-        c->held_now || (c->extrapolated && s->config->interpolation); /* without a delay there is no stock */
+    c->underrun =
+        c->held_now || (c->extrapolated && s->config->interpolation); /* without a delay there is no buffer */
     c->view_state = (uint8_t)(c->held_now       ? LL_VIEW_STARVED
                               : c->extrapolated ? LL_VIEW_EXTRAPOLATING
                                                 : moved);
     c->drawn_newest = c->newest;
     if (now >= s->client_metrics->from) {
-        s->client_metrics->underruns += c->dry && !was_dry;
+        s->client_metrics->underruns += c->underrun && !was_dry;
         s->client_metrics->overruns += jumped && !c->held_now;
     }
 }
@@ -189,8 +190,8 @@ static void draw_others(ll_client *c, const ll_client_setup *s)
     c->buffer_ms = ll_to_ms(ll_client_state(c, c->newest - 1)->time - mark.time);
 }
 
-/* The newest server time that could be known: with interpolation, that of a state that came as fast as the
- * fastest; without, the server's present by the client's measure of its clock. */
+/* The newest server time that could be known. With interpolation: that of a snapshot as fast as the fastest.
+ * Without: the server's present by the client's estimate of its clock. */
 static ll_time reference(const ll_client *c, const ll_client_setup *s, ll_time now)
 {
     if (s->config->interpolation || s->config->extrapolation_clock == LL_CLOCK_ARRIVAL)

@@ -1,11 +1,11 @@
-/* Hermite: the cubic that has the places and the velocities of both states (Fiedler, "Snapshot
- * Interpolation"). It is exact for motion under constant acceleration and for any cubic; otherwise it is off
- * by at most j' dt^4 / 384 where the fourth derivative is at most j'. Speed does not step at a state. It
- * trusts the velocities: where one is not that of the path, as across a contact, it swings out. Cost: about
- * 20 multiplications a coordinate. */
+/* Hermite: the cubic with the positions and the velocities of both snapshots (Fiedler, "Snapshot
+ * Interpolation"). It is exact for motion under constant acceleration and for any cubic; otherwise the error
+ * is at most j' dt^4 / 384 where the fourth derivative is at most j'. Speed is continuous at a snapshot. It
+ * depends on the velocities: where one is not that of the path, as across a contact, it overshoots. Cost:
+ * about 20 multiplications per coordinate. */
 #include "netcode/view/view.h"
 
-/* Place and speed of one coordinate; `s` is the share of the way, `t` its length in seconds. */
+/* Position and velocity of one coordinate; `s`: fraction of the way, `t`: its length in seconds. */
 static void cubic(double p, double v, double q, double w, double s, double t, double *place, double *speed)
 {
     double c2 = 3 * (q - p) - t * (2 * v + w), c3 = t * (v + w) - 2 * (q - p);
@@ -23,6 +23,6 @@ static void between(const ll_entity *a, const ll_entity *b, double alpha, double
 
 const ll_interpolation ll_interpolation_hermite = {
     .name = "hermite",
-    .help = "On the cubic through two states that also has their velocities.",
+    .help = "On the cubic through two snapshots that also has their velocities.",
     .between = between,
 };

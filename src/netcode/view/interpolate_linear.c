@@ -1,6 +1,6 @@
-/* Linear: the paper's formula ("Interpolation"). Between states dt apart it is off by at most a dt^2 / 8
- * where the acceleration is at most a, and speed steps at every state. Cost: six multiplications an entity.
- */
+/* Linear: the paper's formula ("Interpolation"). Between snapshots dt apart the error is at most a dt^2 / 8
+ * where the acceleration is at most a, and speed jumps at every snapshot. Cost: six multiplications per
+ * entity. */
 #include "netcode/view/view.h"
 
 static void between(const ll_entity *a, const ll_entity *b, double alpha, double span_s, ll_entity *out)
@@ -16,6 +16,6 @@ static void between(const ll_entity *a, const ll_entity *b, double alpha, double
 
 const ll_interpolation ll_interpolation_linear = {
     .name = "linear",
-    .help = "On the straight line between two states.",
+    .help = "On the straight line between two snapshots.",
     .between = between,
 };

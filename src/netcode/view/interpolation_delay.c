@@ -1,4 +1,4 @@
-/* The rules of the interpolation delay. */
+/* Rules for the interpolation delay. */
 #include "netcode/view/view.h"
 
 static ll_time interval(const ll_client *c)
@@ -18,28 +18,27 @@ const ll_interpolation_delay ll_interpolation_delay_ratio = {
 };
 
 #define INTERVALS_MAX 6
-#define STEPS_PER_FRAME 10 /* a change is at most so small a part of a frame */
+#define STEPS_PER_FRAME 10 /* largest change, as a part of a frame */
 
-/* After Netcode for Entities: average gap between states + 1.25 x its mean deviation, at most six intervals,
- * changed by at most a tenth of a frame per frame. It was chosen over Mirror's (1 + a tolerance of 1 +
- * deviation / interval, in intervals) since that never comes below two intervals, however clean the link.
- * There, gaps are of send times, which tell of loss alone, and time counts from where an average state is.
- * Here they are of arrivals, which tell of jitter too, and time counts from the fastest state, so that the
- * average lateness against it is added. */
+/* After Netcode for Entities: average gap between snapshots + 1.25 x its mean deviation, at most six
+ * intervals, changed by at most a tenth of a frame per frame. Chosen over Mirror's rule (1 + a tolerance of 1
+ * + deviation / interval, in intervals), which is never below two intervals, even on a perfect link. There,
+ * gaps are of send times, which show only loss, and time counts from the average snapshot. Here they are of
+ * arrivals, which also show jitter, and time counts from the fastest snapshot, so the average lateness
+ * relative to it is added. */
 static ll_time adaptive(const ll_client *c, const ll_player_config *config)
 {
     ll_time want = (ll_time)(c->gap + 1.25 * c->gap_deviation + c->late), most = INTERVALS_MAX * interval(c),
             step = c->elapsed / STEPS_PER_FRAME;
     want = (want < most ? want : most) + ll_ms(config->jitter_margin_ms);
     if (!c->has_render)
-        return ratio(c, config); /* nothing is known of the gaps yet */
+        return ratio(c, config); /* no gap is known yet */
     return want > c->delay + step ? c->delay + step : want < c->delay - step ? c->delay - step : want;
 }
 
 const ll_interpolation_delay ll_interpolation_delay_adaptive = {
     .name = "adaptive",
-    .help = "The average gap between states, 1.25 times its deviation and the average lateness, at most six "
-            "update "
-            "intervals, + jitter_margin_ms; it moves by at most a tenth of a frame per frame.",
+    .help = "The average gap between snapshots, 1.25 times its deviation and the average lateness, at most "
+            "six update intervals, + jitter_margin_ms; it changes by at most a tenth of a frame per frame.",
     .delay = adaptive,
 };

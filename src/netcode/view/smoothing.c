@@ -1,18 +1,18 @@
-/* Correction smoothing: when what is right jumps, what is drawn goes there by halving the error every
- * half-life, at any frame rate (lightyear's VisualCorrection). Only the picture is smoothed, never a state:
- * the error is kept beside the worlds and added when they are drawn. */
+/* Prediction smoothing: when the correct position jumps, the drawn one follows by halving the error every
+ * half-life, at any frame rate (lightyear's VisualCorrection). Only the view is smoothed, never a state: the
+ * error is stored apart from the worlds and added when they are drawn. */
 #include "base/detmath.h"
 #include "netcode/state/client.h"
 
 #define LN2 0.69314718055994531
-#define FORGET 1e-5 /* m, rad: nothing that can be seen */
+#define FORGET 1e-5 /* m, rad: invisible */
 
 void ll_smooth_correct(ll_client *c, int entity, const ll_entity *drawn, const ll_entity *right)
 {
     ll_view_error *e = &ll_client_errors(c)[entity];
-    c->erring = 1;
+    c->has_view_errors = 1;
     if ((drawn->flags ^ right->flags) & LL_ENTITY_ACTIVE) {
-        *e = (ll_view_error){0}; /* a flight began or ended: another thing is drawn */
+        *e = (ll_view_error){0}; /* a flight began or ended: another object is drawn */
         return;
     }
     e->x += drawn->x - right->x;
@@ -35,10 +35,10 @@ void ll_smooth_draw(ll_client *c, const ll_client_setup *s, ll_time now)
 {
     double worst = 0, keep = 0;
     ll_world *shown = ll_client_rendered(c);
-    if (c->erring && s->config->correction == LL_CORRECTION_SMOOTH)
+    if (c->has_view_errors && s->config->correction == LL_CORRECTION_SMOOTH)
         keep = ll_exp(-ll_to_ms(c->elapsed) / s->config->correction_half_life_ms * LN2);
-    bool erring = false;
-    for (int i = 0; c->erring && i < shown->entities; i++) {
+    bool has_view_errors = false;
+    for (int i = 0; c->has_view_errors && i < shown->entities; i++) {
         ll_view_error *e = &ll_client_errors(c)[i];
         double size = ll_sqrt(e->x * e->x + e->y * e->y), left = size > LL_SMOOTH_MAX_M ? 0 : keep;
         worst = size * (1 - left) > worst ? size * (1 - left) : worst;
@@ -52,8 +52,8 @@ void ll_smooth_draw(ll_client *c, const ll_client_setup *s, ll_time now)
         shown->entity[i].x += e->x;
         shown->entity[i].y += e->y;
         shown->entity[i].angle += e->angle;
-        erring = true;
+        has_view_errors = true;
     }
-    c->erring = erring;
+    c->has_view_errors = has_view_errors;
     ll_measure(s->client_metrics, LL_METRIC_POP, now, worst);
 }

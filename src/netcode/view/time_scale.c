@@ -1,9 +1,9 @@
-/* How the drawn time follows its target. */
+/* How render time follows its target. */
 #include "netcode/view/view.h"
 
 /* ---- proportional ---- */
 
-static ll_time tenth(ll_client *c, ll_time error)
+static ll_time proportional(ll_client *c, ll_time error)
 {
     ll_time most = c->elapsed / 10;
     return error > most ? most : error < -most ? -most : error;
@@ -17,8 +17,8 @@ static ll_time quarter_second(const ll_client *c)
 
 const ll_time_scale ll_time_scale_proportional = {
     .name = "proportional",
-    .help = "As much faster or slower as it takes, at most a tenth.",
-    .extra = tenth,
+    .help = "Faster or slower by what the error needs, at most a tenth.",
+    .extra = proportional,
     .limit = quarter_second,
 };
 
@@ -27,7 +27,7 @@ const ll_time_scale ll_time_scale_proportional = {
 #define DRIFT_S 1.0 /* over which the error is averaged */
 
 /* Mirror's rule: real time while the averaged error is within one update interval, otherwise 2 % faster or 4
- * % slower; slower by more, so that the buffer does not run dry. */
+ * % slower; slower by more, so that the buffer does not run empty. */
 static ll_time by_states(ll_client *c, ll_time error)
 {
     double share = ll_to_s(c->elapsed) / DRIFT_S, interval = 1e9 / c->update_hz;

@@ -1,8 +1,9 @@
-/* A person's hand on a simulation that is no game: player 0's axes point across the view, a button holds. */
+/* Pointer control of a simulation that is not a game: player 0's axes are a position in the view, a button
+ * holds. */
 #pragma once
 
 #include "base/status.h"
 #include "input/action.h"
 
-/* Refuses other players and axes beyond [-1, 1]. `does`: `drags`, `stirs`. */
+/* Rejects other players and axes beyond [-1, 1]. `does` completes the message: `drags`, `stirs`. */
 ll_status ll_pointer_drag_accepts(int player, const ll_action *action, const char *does);

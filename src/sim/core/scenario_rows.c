@@ -1,6 +1,6 @@
 #include "sim/core/scenario_rows.h"
 
-/* In the order of ll_sim_kinds; a test holds them against each other. */
+/* In the order of ll_sim_kinds; a test compares both. */
 const char *const ll_sim_kind_names[] = {"netgame", "motion", "rigid", "fluid", NULL};
 
 static const ll_param timeline_rows[] = {
@@ -10,7 +10,7 @@ static const ll_param timeline_rows[] = {
      .max = LL_DURATION_MAX_S,
      .unit = "s",
      .required = true,
-     .help = "When it takes effect."},
+     .help = "Virtual time at which it takes effect."},
     {.name = "set",
      .type = LL_PARAM_JSON,
      .offset = offsetof(ll_timeline_step, set),
@@ -20,7 +20,7 @@ static const ll_param timeline_rows[] = {
 };
 
 const ll_param_table ll_timeline_table = {.name = "timeline_step",
-                                          .help = "A change of live parameters at a time.",
+                                          .help = "A change of live parameters at a given time.",
                                           .rows = timeline_rows,
                                           .count = sizeof timeline_rows / sizeof timeline_rows[0],
                                           .size = sizeof(ll_timeline_step)};
@@ -32,18 +32,18 @@ static const ll_param expectation_rows[] = {
      .min = 1,
      .max = LL_METRIC_PATH_MAX,
      .required = true,
-     .help = "Path of a number in the metrics, such as players.0.corrections."},
+     .help = "Path of a number in the metrics, e.g. players.0.corrections."},
     {.name = "min",
      .type = LL_PARAM_REAL,
      .offset = offsetof(ll_expectation, min),
      .min = -1e12,
      .max = 1e12,
      .default_value = 1,
-     .help = "It must be at least so much."},
+     .help = "Minimum."},
 };
 
 const ll_param_table ll_expectation_table = {.name = "expect",
-                                             .help = "A metric that must have come so far.",
+                                             .help = "A metric and its required minimum.",
                                              .rows = expectation_rows,
                                              .count = sizeof expectation_rows / sizeof expectation_rows[0],
                                              .size = sizeof(ll_expectation)};

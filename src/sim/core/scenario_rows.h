@@ -1,4 +1,4 @@
-/* The rows that every scenario begins with. */
+/* Parameters that every scenario starts with. */
 #pragma once
 
 #include "sim/core/sim.h"
@@ -14,22 +14,22 @@ extern const ll_param_table ll_timeline_table, ll_expectation_table;
      .offset = offsetof(ll_scenario_head, kind),                                                             \
      .choices = ll_sim_kind_names,                                                                           \
      .required = true,                                                                                       \
-     .help = "What is simulated."},                                                                          \
+     .help = "Kind of simulation."},                                                                         \
         {.name = "title",                                                                                    \
          .type = LL_PARAM_TEXT,                                                                              \
          .offset = offsetof(ll_scenario_head, title),                                                        \
          .max = LL_TITLE_MAX,                                                                                \
-         .help = "A short name for people."},                                                                \
+         .help = "Short name for display."},                                                                 \
         {.name = "paper",                                                                                    \
          .type = LL_PARAM_TEXT,                                                                              \
          .offset = offsetof(ll_scenario_head, paper),                                                        \
          .max = LL_TITLE_MAX,                                                                                \
-         .help = "The figure or section of the paper that this shows."},                                     \
+         .help = "Figure or section of the paper that the scenario shows."},                                 \
         {.name = "text",                                                                                     \
          .type = LL_PARAM_TEXT,                                                                              \
          .offset = offsetof(ll_scenario_head, text),                                                         \
          .max = LL_TEXT_MAX,                                                                                 \
-         .help = "What to look at."},                                                                        \
+         .help = "What the scenario shows and where to see it."},                                            \
         {.name = "duration_s",                                                                               \
          .type = LL_PARAM_REAL,                                                                              \
          .offset = offsetof(ll_scenario_head, duration_s),                                                   \
@@ -37,23 +37,23 @@ extern const ll_param_table ll_timeline_table, ll_expectation_table;
          .max = LL_DURATION_MAX_S,                                                                           \
          .default_value = 30,                                                                                \
          .unit = "s",                                                                                        \
-         .help = "How long it runs."},                                                                       \
+         .help = "Length of the simulation."},                                                               \
         {.name = "seed",                                                                                     \
          .type = LL_PARAM_INT,                                                                               \
          .offset = offsetof(ll_scenario_head, seed),                                                         \
          .max = 9007199254740991,                                                                            \
          .default_value = 1,                                                                                 \
-         .help = "Of all random draws."},                                                                    \
+         .help = "Random seed."},                                                                            \
         {.name = "timeline",                                                                                 \
          .type = LL_PARAM_ARRAY,                                                                             \
          .offset = offsetof(ll_scenario_head, timeline),                                                     \
          .count_offset = offsetof(ll_scenario_head, timeline_count),                                         \
          .max = LL_TIMELINE_MAX,                                                                             \
          .child = &ll_timeline_table,                                                                        \
-         .help = "Changes of live parameters while it runs, in the order of time."},                         \
+         .help = "Changes of live parameters during the run, in the order of time."},                        \
     {                                                                                                        \
         .name = "expect", .type = LL_PARAM_ARRAY, .offset = offsetof(ll_scenario_head, expect),              \
         .count_offset = offsetof(ll_scenario_head, expect_count), .max = LL_EXPECT_MAX,                      \
         .child = &ll_expectation_table,                                                                      \
-        .help = "What must have happened at the end; a run tells whether it did."                            \
+        .help = "Minimum of each of these metrics at the end; a run reports whether they were reached."      \
     }

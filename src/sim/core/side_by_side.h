@@ -1,16 +1,15 @@
-/* Simulations side by side with a first one from the same start: those that a scenario lists in
- * `side_by_side`. */
+/* Simulations listed in `side_by_side`: they run side by side with a first one from the same start. */
 #pragma once
 
-#define LL_SIDE_BY_SIDE_MAX 3 /* with the first */
+#define LL_SIDE_BY_SIDE_MAX 3 /* including the first */
 
 struct cJSON;
 
-/* What `tell` says of the first in `block`, place 0, and in its list `side_by_side` of the others, if there
- * are. */
+/* The report of the first simulation in `block` by `tell`, with those of the others in its list
+ * `side_by_side`, if there are any. */
 struct cJSON *ll_side_by_side_report(const void *block, int count,
                                      struct cJSON *(*tell)(const void *block, int place));
 
-/* The name of a trace's column: for the first as it is, behind it with `side_by_side0_`, `side_by_side1_`
- * before it. */
+/* Name of a trace's column: unchanged for the first simulation, with the prefix `side_by_side0_`,
+ * `side_by_side1_`, ... for the others. */
 void ll_side_by_side_column(char out[48], int place, const char *name);

@@ -1,7 +1,7 @@
-/* One interface over every kind of simulation.
+/* One interface for all kinds of simulation.
  *
- * A simulation is one contiguous relocatable block whose size follows from its configuration: a snapshot and
- * a rollback are a memcpy. It is a pure function of (configuration, commands stamped with virtual time). */
+ * A simulation is one contiguous relocatable block whose size follows from its configuration: checkpoint and
+ * rollback are a memcpy. It is a pure function of (configuration, commands stamped with virtual time). */
 #pragma once
 
 #include <stddef.h>
@@ -31,7 +31,7 @@ typedef struct ll_timeline_step {
     char set[LL_TIMELINE_SET_MAX + 1]; /* a merge patch, as JSON */
 } ll_timeline_step;
 
-/* What must have happened at the end, so that the scenario shows what it is for. */
+/* A minimum of a metric at the end, so that the scenario shows what it is for. */
 typedef struct ll_expectation {
     char metric[LL_METRIC_PATH_MAX + 1]; /* `players.0.corrections`, from the metrics */
     double min;
@@ -60,15 +60,15 @@ static inline void ll_scenario_head_strip(ll_scenario_head *head)
 
 enum { LL_STEP_PROFILER_PARTS = 30 };
 
-/* What parts of a step cost, by the caller's clock: the engine reads none, and its state holds nothing of it.
- */
+/* Cost of the parts of a step, by the caller's clock: the engine reads no clock, and its state contains no
+ * cost. */
 typedef struct ll_step_profiler {
     int64_t (*now_ns)(void);
     int64_t ns[LL_STEP_PROFILER_PARTS]; /* in the kind's own order */
-    ll_time metered;                    /* virtual time that they are of */
+    ll_time metered;                    /* virtual time that was measured */
 } ll_step_profiler;
 
-/* Without a meter nothing is read. */
+/* Without a profiler no clock is read. */
 static inline int64_t ll_step_profiler_start(const ll_step_profiler *step_profiler)
 {
     return step_profiler ? step_profiler->now_ns() : 0;
@@ -91,69 +91,71 @@ typedef struct ll_sim_kind {
     const ll_param_table *table; /* of the whole scenario; the struct begins with ll_scenario_head */
 
     size_t (*size)(const void *config); /* bytes of the block: known before anything is made */
-    /* LL_BAD_INPUT names the field of what shows only when it is built; the block is then as it was told. */
+    /* LL_BAD_INPUT names a field with an error that shows only when it is built; the block then stays as
+     * requested. */
     ll_status (*init)(void *block, const void *config);
-    /* Makes dependent values agree after a change; `before` is the configuration before it (all zero for a
-     * new one). */
+    /* Adjusts dependent values after a change; `before` is the configuration before it (all zero for a new
+     * one). */
     void (*settle)(void *config, const void *before);
     ll_freq (*tick_freq)(const void *config); /* of the session's ticks */
 
-    /* Where a few seeds give the same metrics, all do: nothing rare is drawn. */
+    /* If a few seeds give the same metrics, all do: no rare random events. */
     bool no_rare_events;
 
     /* Runs every event up to and including `until`; `step_profiler` may be NULL. LL_DIVERGED names the tick
-     * and the entity of the first value that is not finite; the block then stays at that tick. Inside of a
-     * tick that may take long `interrupt` is asked, NULL never breaks off: after LL_INTERRUPTED the block is
-     * spoilt. */
+     * and the entity of the first value that is not finite; the block then stays at that tick. During a long
+     * tick the function `interrupt` is called; NULL never interrupts. After LL_INTERRUPTED the block is
+     * invalid. */
     ll_status (*advance)(void *block, ll_time until, const ll_recorder *recorder,
                          ll_step_profiler *step_profiler, const ll_interrupt *interrupt);
-    /* The time that a block stands at, also one that has failed. NULL: it is advanced by one tick at a time,
-     * so that a failure's tick is known; others by many. */
+    /* The time of a block, also of one that has failed. NULL: the caller advances it by one tick at a time,
+     * so that the tick of a failure is known; other kinds are advanced by many ticks. */
     ll_time (*stands_at)(const void *block);
 
-    /* Live rows of the configuration have changed at `now`; `config` is the new one. */
+    /* Live parameters of the configuration have changed at `now`; `config` is the new one. */
     void (*change)(void *block, const void *config, ll_time now);
-    /* A change takes effect from time 0: it puts the block there, to be advanced to `now` again. */
+    /* A change takes effect from time 0: it resets the block, which the caller then advances to `now`
+     * again. */
     bool begins_anew;
 
-    /* A person's controls. `accepts` tells whether the configuration lets `player` be driven so; NULL when
-     * nobody can drive. */
+    /* A person's controls. `accepts` checks whether the configuration lets a person control `player` in this
+     * way; NULL: no person can. */
     ll_status (*accepts)(const void *config, int player, const ll_action *action);
     void (*input)(void *block, int player, const ll_action *action);
-    /* What drove `player` in its client's last frame, a person or a script. NULL where `accepts` is. */
+    /* Controls of `player` in its client's last frame, from a person or a script. NULL if `accepts` is. */
     ll_action (*controls)(const void *block, int player);
 
     uint64_t (*hash)(const void *block);
     struct cJSON *(*state)(const void *block);
     struct cJSON *(*metrics)(const void *block);
-    /* Why metrics of a run of this configuration will be null or mean nothing, as far as that is known before
-     * it: a list of sentences. NULL: nothing is ever known. */
+    /* Reasons, known in advance, why metrics of a run of this configuration will be null or meaningless: a
+     * list of sentences. NULL: this kind knows none. */
     struct cJSON *(*notices)(const void *config);
     /* Names of metrics that may be below 0 and are better the nearer they are to 0, NULL-terminated; NULL:
-     * none is. Whatever compares metrics takes their magnitude. */
+     * none. Comparisons of metrics use their magnitude. */
     const char *const *signed_metrics;
 
-    /* Adds to `cost` what the meter of `advance` says of each part. NULL: the kind meters none. */
+    /* Adds the profiler's cost of each part of `advance` to `cost`. NULL: the kind does not measure cost. */
     void (*costs)(const void *config, const ll_step_profiler *step_profiler, struct cJSON *cost);
 
-    /* Runs the scenario's parts one by one and adds what each costs to `metrics`, by the caller's clock.
+    /* Runs the scenario's parts one by one and adds the cost of each to `metrics`, by the caller's clock.
      * NULL: it has no parts. */
     void (*time_parts)(const void *config, struct cJSON *metrics, int64_t (*now_ns)(void));
 
-    /* What the paper prints of the scenario, line by line. LL_BAD_INPUT when it prints nothing of it. NULL:
-     * it never does. */
+    /* The paper's printed output for the scenario, line by line. LL_BAD_INPUT: the paper prints none for it.
+     * NULL: none for this kind. */
     ll_status (*text)(const void *config, void (*write)(void *context, const char *text, size_t length),
                       void *context);
 
     struct cJSON *(*layout)(
-        const void *config); /* what a viewer must know to read the rows: goes into the hello */
+        const void *config); /* data that a viewer needs to read the rows: sent in the hello */
 
-    /* What is streamed, NULL-terminated; and the rows of those that are wanted, as they are in the block. */
+    /* The streamed records, NULL-terminated; and the rows of the requested ones, as they are in the block. */
     const ll_record *const *records;
     void (*fill)(const void *block, ll_row_set *rows);
 
-    /* One CSV line per tick: header names with units; values in the same order. Return the count; at most
-     * `capacity`. */
+    /* One CSV line per tick: header names with units; values in the same order. Both return the count, at
+     * most `capacity`. */
     int (*trace_columns)(const void *config, char (*names)[48], int capacity);
     int (*trace_row)(const void *block, double *values, int capacity);
 } ll_sim_kind;

@@ -5,31 +5,32 @@
 #include "sim/fluid/fluid.h"
 #include "sim/core/scenario_rows.h"
 
-/* The rows of one fluid; `first` is what stands before its members in the struct. */
+/* The rows of one fluid; `first` is the prefix of its members in the struct. */
 #define FLUID_ROWS(owner, first, needed)                                                                     \
     {.name = "scene",                                                                                        \
      .type = LL_PARAM_CHOICE,                                                                                \
      .offset = offsetof(owner, first scene),                                                                 \
      .choices = ll_fluid_scene_names,                                                                        \
      .required = needed,                                                                                     \
-     .help = "What flows where."},                                                                           \
+     .help = "Scene: the fluid and its container."},                                                         \
         {.name = "params",                                                                                   \
          .type = LL_PARAM_VARIANT,                                                                           \
          .offset = offsetof(owner, first params),                                                            \
          .variants = ll_fluid_params_tables,                                                                 \
          .count_offset = offsetof(owner, first scene),                                                       \
-         .help = "What varies in the scene."},                                                               \
+         .help = "Parameters of the scene."},                                                                \
         {.name = "solver",                                                                                   \
          .type = LL_PARAM_VARIANT,                                                                           \
          .offset = offsetof(owner, first solver),                                                            \
          .variants = ll_fluid_solver_tables,                                                                 \
          .count_offset = offsetof(owner, first scene),                                                       \
          .live = true,                                                                                       \
-         .help = "How it is stepped; the defaults are those that suit the scene."},                          \
+         .help = "Time stepping; the defaults are those that suit the scene."},                              \
     {                                                                                                        \
         .name = "shown", .type = LL_PARAM_INT, .offset = offsetof(owner, first shown), .max = 15,            \
         .live = true,                                                                                        \
-        .help = "Which field frames carry, by its place in the layout; the last one for what is beyond."     \
+        .help =                                                                                              \
+            "Field that frames contain, by its index in the layout; a larger index selects the last one."    \
     }
 
 static ll_status check_one(const void *object, const char *path)
@@ -47,7 +48,7 @@ static const ll_param side_by_side_rows[] = {FLUID_ROWS(ll_fluid_setup, , false)
 
 static const ll_param_table side_by_side_table = {
     .name = "fluid_side_by_side",
-    .help = "A fluid next to the first; what is not given is as there.",
+    .help = "A fluid next to the first; parameters that are not given are the first one's.",
     .rows = side_by_side_rows,
     .count = sizeof side_by_side_rows / sizeof side_by_side_rows[0],
     .size = sizeof(ll_fluid_setup),
@@ -68,7 +69,7 @@ static const ll_param rows[] = {
      .max = 10000,
      .default_value = 60,
      .unit = "Hz",
-     .help = "Ticks per second; the method makes as many substeps of one as it needs."},
+     .help = "Ticks per second; the method makes as many substeps per tick as it needs."},
     {.name = "side_by_side",
      .type = LL_PARAM_ARRAY,
      .offset = offsetof(ll_fluid_config, side_by_side),
@@ -77,7 +78,8 @@ static const ll_param rows[] = {
      .count_offset = offsetof(ll_fluid_config, side_by_side_count),
      .live = true,
      .begin = as_the_first,
-     .help = "Fluids side by side with it from the same start; each says how it differs from the first."},
+     .help = "Fluids side by side with the first from the same start; each gives its differences from the "
+             "first."},
 };
 
 static ll_status check(const void *object, const char *path)

@@ -18,9 +18,9 @@ static ll_freq tick_freq(const void *config)
     return ll_freq_from_hz(((const ll_fluid_config *)config)->setup.hz);
 }
 
-/* ---- a person stirs ---- */
+/* ---- pointer drag ---- */
 
-#define DRAG_RADIUS 0.04 /* of the larger side of what is seen */
+#define DRAG_RADIUS 0.04 /* of the larger side of the view */
 #define DRAG_SPEED 4.0   /* sides per second, at most */
 
 static double larger_side(const ll_fluid_sim *s, double box[4])
@@ -35,7 +35,7 @@ static double limited(double value, double most)
     return value < -most ? -most : value > most ? most : value;
 }
 
-/* With the speed of the pointer since the tick before. */
+/* With the speed of the pointer since the previous tick. */
 static void drag_force(ll_fluid_sim *s)
 {
     double box[4], side = larger_side(s, box);
@@ -83,7 +83,7 @@ static ll_status step(ll_fluid_sim *s, ll_pace *pace)
     ll_status status =
         ll_fluid_sim_scene(&s->setup)->method->step(ll_fluid_sim_block(s), 1 / s->setup.hz, pace);
     if (ll_broken_off(pace))
-        return ll_error(LL_INTERRUPTED, "a tick was broken off");
+        return ll_error(LL_INTERRUPTED, "a tick was interrupted");
     if (!ll_failed(&status)) {
         s->ticks++;
         return status;
@@ -109,7 +109,7 @@ static ll_status advance_one(ll_fluid_sim *s, ll_time until, ll_pace *pace)
     return ll_ok();
 }
 
-/* The first fluid stops its session; one beside it only itself. */
+/* A failure of the first fluid stops its session; a failure of another stops only that fluid. */
 static ll_status advance(void *block, ll_time until, const ll_recorder *recorder,
                          ll_step_profiler *step_profiler, const ll_interrupt *interrupt)
 {
@@ -137,7 +137,7 @@ static void change(void *block, const void *config, ll_time now)
     }
 }
 
-/* Without the choice of scene and what is shown: a new row in a table leaves hashes as they are. */
+/* Without the choice of scene and field: a new row in a table leaves hashes unchanged. */
 static uint64_t hash(const void *block)
 {
     uint64_t h = 0;

@@ -1,4 +1,4 @@
-/* What is streamed of fluids, of each of those side by side. */
+/* Streamed rows of fluids, for each of those side by side. */
 #include <math.h>
 #include <stdlib.h>
 
@@ -13,9 +13,9 @@ typedef struct fluid_row {
 } fluid_row;
 
 static const ll_record_field fluid_fields[] = {
-    LL_ENUM(fluid_row, status, ll_run_status_names, "whether it goes on"),
-    LL_INT(fluid_row, held, NULL, "whether a person stirs it"),
-    LL_INT(fluid_row, ticks, NULL, "that it has made"),
+    LL_ENUM(fluid_row, status, ll_run_status_names, "ok, or why it has stopped"),
+    LL_INT(fluid_row, held, NULL, "whether a person drags it"),
+    LL_INT(fluid_row, ticks, NULL, "ticks made"),
 };
 
 static const ll_record fluid_record = {.id = 48,
@@ -32,14 +32,14 @@ typedef struct number_row {
 
 static const ll_record_field number_fields[] = {
     LL_INT(number_row, fluid, NULL, "whose"),
-    LL_INT(number_row, number, NULL, "which: its name stands in the hello's layout"),
-    LL_REAL(number_row, value, 23, NULL, "the number; null: not known"),
+    LL_INT(number_row, number, NULL, "index of its name in the hello's layout"),
+    LL_REAL(number_row, value, 23, NULL, "the number; null: unknown"),
 };
 
 static const ll_record number_record = {.id = 49,
                                         .name = "fluid_numbers",
                                         .channel = LL_CHANNEL_FIELD,
-                                        .help = "What the method and the scene measure of each.",
+                                        .help = "Numbers that the method and the scene measure.",
                                         .form = LL_FORM_BY_INDEX,
                                         LL_ROWS_OF(number_row, number_fields)};
 
@@ -56,7 +56,7 @@ static void fill_state(const ll_fluid_sim *s, ll_row_set *rows)
     }
 }
 
-/* ---- the field that is shown ---- */
+/* ---- the displayed field ---- */
 
 enum { NO_FLUID = 255, LEVELS = 254 };
 
@@ -70,21 +70,20 @@ static const ll_record_field field_fields[] = {
     LL_INT(field_row, width, "cells", "in x"),
     LL_INT(field_row, height, "cells", "in y"),
     LL_INT(field_row, fluid, NULL, "whose"),
-    LL_INT(field_row, layer, NULL, "which: in the hello's layout"),
-    LL_REAL(field_row, low, 23, NULL, "what a cell of 0 stands for"),
-    LL_REAL(field_row, high, 23, NULL, "what a cell of 254 stands for; 255: there is no fluid"),
+    LL_INT(field_row, layer, NULL, "index in the hello's layout"),
+    LL_REAL(field_row, low, 23, NULL, "value of a cell of 0"),
+    LL_REAL(field_row, high, 23, NULL, "value of a cell of 254; a cell of 255 has no fluid"),
 };
 
 static const ll_record field_record = {
     .id = 50,
     .name = "field",
     .channel = LL_CHANNEL_FIELD,
-    .help = "The field that is shown, of fluids that have one, row by row from the "
-            "bottom.",
+    .help = "The displayed field of fluids that have one, row by row from the bottom.",
     .form = LL_FORM_GRID,
     LL_ROWS_OF(field_row, field_fields)};
 
-/* The layer of a shape that is `index`th, or the last of them; -1: none. */
+/* The `index`th layer of a shape, or its last one; -1: none. */
 static int layer_of(const ll_fluid_method *method, int32_t shape, int64_t index)
 {
     int found = -1;
@@ -104,7 +103,7 @@ static int columns_of(const ll_fluid_layer *layer)
     return n;
 }
 
-/* The values of a layer; the caller frees. NULL without memory. */
+/* The values of a layer; the caller frees. NULL: out of memory. */
 static float *values_of(const ll_fluid_sim *s, int layer, int32_t *width, int32_t *height)
 {
     const ll_fluid_method *method = ll_fluid_sim_scene(&s->setup)->method;
@@ -121,7 +120,7 @@ static bool known(float value)
     return value - value == 0;
 }
 
-/* A byte a cell: LEVELS steps from the least to the most. */
+/* One byte per cell: LEVELS steps from the minimum to the maximum. */
 static void quantise(const float *values, size_t count, field_row *row, uint8_t *cells)
 {
     bool any = false;
@@ -171,7 +170,7 @@ typedef struct point_row {
 static const ll_record_field point_fields[] = {
     LL_INT(point_row, fluid, NULL, "whose"),
     LL_INT(point_row, layer, NULL,
-           "which: the hello's layout names its columns, which the others hold in their order"),
+           "index of the layer in the hello's layout, which names its columns in order"),
     LL_STEP(point_row, x, 12, "m", "the first column"),
     LL_STEP(point_row, y, 12, "m", "the second column"),
     LL_REAL(point_row, value, 10, NULL, "the third column; null: the layer has none"),
@@ -223,7 +222,7 @@ static void fill_points(const ll_fluid_sim *s, ll_row_set *rows)
     }
 }
 
-/* ---- all of them ---- */
+/* ---- all records ---- */
 
 const ll_record *const ll_fluid_sim_records[] = {&fluid_record, &number_record, &field_record, &point_record,
                                                  NULL};

@@ -1,4 +1,4 @@
-/* What is told of a fluid: state, metrics, layout and trace. */
+/* Reports of a fluid: state, metrics, layout and trace. */
 #include <cjson/cJSON.h>
 #include <math.h>
 #include <stdio.h>
@@ -13,7 +13,7 @@ static cJSON *number_json(double value)
     return value - value == 0 ? ll_param_number(value) : cJSON_CreateNull();
 }
 
-/* Null of a fluid that has failed. */
+/* Null for a fluid that has failed. */
 static cJSON *numbers_of(const void *block, int place)
 {
     const ll_fluid_sim *s = ll_fluid_sim_at(block, place);
@@ -111,7 +111,7 @@ void ll_fluid_sim_costs(const void *config, const ll_step_profiler *step_profile
 
 /* ---- layout ---- */
 
-/* The start of a simulation; NULL without memory. */
+/* The start of a simulation; NULL: out of memory. */
 static ll_fluid_sim *started(const void *config)
 {
     ll_fluid_sim *s = malloc(ll_fluid_sim_size(config));

@@ -21,7 +21,7 @@ static const ll_param method_rows[] = {
      .default_value = 0.01,
      .unit = "s",
      .live = true,
-     .help = "Step of a method of fixed step."},
+     .help = "Step of a fixed-step method."},
     {.name = "tolerance",
      .type = LL_PARAM_REAL,
      .offset = offsetof(ll_motion_method, tolerance),
@@ -35,22 +35,21 @@ static const ll_param method_rows[] = {
      .offset = offsetof(ll_motion_method, steps),
      .choices = ll_motion_step_names,
      .live = true,
-     .help =
-         "fixed: of dt_s; frame: one a frame, as long as the frame; accumulator: frame time is saved up and "
-         "spent in steps of dt_s."},
+     .help = "Time stepping. fixed: steps of dt_s. frame: one step per frame, as long as the frame. "
+             "accumulator: frame time is saved up and spent in steps of dt_s."},
     {.name = "clock",
      .type = LL_PARAM_CHOICE,
      .offset = offsetof(ll_motion_method, clock),
      .choices = ll_motion_clock_names,
      .live = true,
-     .help = "The time that forces see. exact: steps times dt_s; float: dt_s added up in single precision; "
-             "compensated: added up so, with Kahan's compensation."},
+     .help = "Time that forces see. exact: steps times dt_s. float: dt_s added up in single precision. "
+             "compensated: added up in single precision with Kahan's compensation."},
     {.name = "precision",
      .type = LL_PARAM_CHOICE,
      .offset = offsetof(ll_motion_method, precision),
      .choices = ll_motion_precision_names,
      .live = true,
-     .help = "What the state is rounded to after each step."},
+     .help = "Precision that the state is rounded to after each step."},
     {.name = "origin_offset_m",
      .type = LL_PARAM_REAL,
      .offset = offsetof(ll_motion_method, origin_offset_m),
@@ -58,13 +57,13 @@ static const ll_param method_rows[] = {
      .max = 1e9,
      .unit = "m",
      .live = true,
-     .help = "How far from the origin positions are kept; counts in single precision."},
+     .help = "Distance of stored positions from the origin; has an effect in single precision."},
     {.name = "shown",
      .type = LL_PARAM_BOOL,
      .offset = offsetof(ll_motion_method, shown),
      .default_value = 1,
      .live = true,
-     .help = "Off leaves the method out: it costs nothing."},
+     .help = "Off: the method is not run and costs nothing."},
 };
 
 static const ll_param_table method_table = {.name = "motion_method",
@@ -79,7 +78,7 @@ static const ll_param rows[] = {
      .type = LL_PARAM_CHOICE,
      .offset = offsetof(ll_motion_config, problem),
      .choices = ll_ode_problem_names,
-     .help = "What moves."},
+     .help = "The problem that is integrated."},
     {.name = "params",
      .type = LL_PARAM_VARIANT,
      .offset = offsetof(ll_motion_config, params),
@@ -94,14 +93,14 @@ static const ll_param rows[] = {
      .max = 1000,
      .default_value = 60,
      .unit = "Hz",
-     .help = "How often pictures are made. No method steps by it, and no error depends on it."},
+     .help = "Sampling rate for display. No method uses it as its step, and no error depends on it."},
     {.name = "frames",
      .type = LL_PARAM_CHOICE,
      .offset = offsetof(ll_motion_config, frames),
      .choices = ll_motion_frame_names,
      .live = true,
-     .help = "The lengths of a machine's frames, for methods that go by them: short and long in turns, or "
-             "random between both, by the seed."},
+     .help = "Lengths of a machine's frames, for methods stepped by frames. alternating: short and long in "
+             "turn. random: between both, by the seed."},
     {.name = "frame_s",
      .type = LL_PARAM_REAL,
      .offset = offsetof(ll_motion_config, frame_s),
@@ -118,14 +117,13 @@ static const ll_param rows[] = {
      .max = 0.9,
      .default_value = 0.5,
      .live = true,
-     .help = "By how much of the mean frames are shorter or longer."},
+     .help = "Relative deviation of frame lengths from the mean."},
     {.name = "reverse",
      .type = LL_PARAM_BOOL,
      .offset = offsetof(ll_motion_config, reverse),
      .live = true,
-     .help =
-         "Halfway every method turns and runs back by steps of -dt_s: what is not where it started is the "
-         "error."},
+     .help = "Time reversal: halfway every method turns back with steps of -dt_s; the distance from the "
+             "start at the end is the error."},
     {.name = "methods",
      .type = LL_PARAM_ARRAY,
      .offset = offsetof(ll_motion_config, methods),
@@ -138,7 +136,7 @@ static const ll_param rows[] = {
      .help = "The methods, side by side from the same start."},
 };
 
-/* A method's refusal names `dt` or `method`; here that is a row of an element. */
+/* A method's error names `dt` or `method`; here that is a row of an element. */
 static ll_status in_method(const ll_status *status, int i)
 {
     char field[96];
@@ -147,7 +145,7 @@ static ll_status in_method(const ll_status *status, int i)
     return ll_field_error(LL_BAD_INPUT, field, "%s: %s", field, status->text);
 }
 
-/* What cannot be driven so: a sentence that says why. */
+/* Rejects a combination that cannot be stepped, with a sentence that gives the reason. */
 static ll_status check_drive(const ll_motion_config *c, const ll_ode *ode, int i)
 {
     const ll_motion_method *m = &c->methods[i];
@@ -155,24 +153,22 @@ static ll_status check_drive(const ll_motion_config *c, const ll_ode *ode, int i
     bool adaptive = ll_motion_method_of(c, i)->adaptive;
     if (adaptive && m->steps != LL_MOTION_FIXED)
         return ll_field_error(LL_BAD_INPUT, "steps",
-                              "%s chooses its steps by its tolerance: they cannot be those of frames (%s).",
-                              method, ll_motion_step_names[m->steps]);
+                              "%s chooses its steps by its tolerance: frames cannot set them (%s).", method,
+                              ll_motion_step_names[m->steps]);
     if (m->clock != LL_MOTION_EXACT && (adaptive || m->steps != LL_MOTION_FIXED || c->reverse))
         return ll_field_error(
             LL_BAD_INPUT, "clock",
-            "A clock that adds up its step (%s) needs steps of fixed length, and cannot run "
-            "backwards.",
+            "A clock that adds up its step (%s) needs steps of fixed length, and cannot run backwards.",
             ll_motion_clock_names[m->clock]);
     if (c->reverse && m->steps != LL_MOTION_FIXED)
         return ll_field_error(LL_BAD_INPUT, "steps",
                               "Frames (%s) cannot run backwards: reverse needs fixed steps.",
                               ll_motion_step_names[m->steps]);
     if (m->origin_offset_m != 0 && (m->precision != LL_MOTION_SINGLE || !ll_ode_mechanical(ode)))
-        return ll_field_error(
-            LL_BAD_INPUT, "origin_offset_m",
-            "origin_offset_m (%.9g) counts in single precision (precision: float), and for problems "
-            "with positions and velocities.",
-            m->origin_offset_m);
+        return ll_field_error(LL_BAD_INPUT, "origin_offset_m",
+                              "origin_offset_m (%.9g) needs single precision (precision: float) and a "
+                              "problem with positions and velocities.",
+                              m->origin_offset_m);
     return ll_ok();
 }
 

@@ -1,12 +1,12 @@
-/* How a method is driven: by fixed steps, by frames as a machine makes them, or by fixed steps that are saved
- * up from frames; with what clock; in what precision its state is kept; and where it turns back. */
+/* Time stepping of a method: by fixed steps, by a machine's frames, or by fixed steps from an accumulator of
+ * frame time; with which clock; in which precision its state is stored; and where time is reversed. */
 #include <string.h>
 
 #include "base/rng.h"
 #include "ode/core/single.h"
 #include "sim/motion/motion.h"
 
-/* A step that ends within this part of itself before a time ends there. */
+/* A step that ends before a given time by less than this part of itself counts as ending there. */
 #define SLACK 1e-9
 
 static ll_time to_ns(double s)
@@ -23,7 +23,7 @@ static ll_time frame_length(const ll_motion_config *c, int64_t n)
     return to_ns(c->frame_s * (1 + share * c->frame_jitter));
 }
 
-/* Positions are kept where they are, `origin_offset_m` away from where the problem has them. */
+/* Positions are stored with an offset of `origin_offset_m` from those of the problem. */
 static void round_state(ll_motion *m, int i, const ll_ode *ode)
 {
     const ll_motion_method *method = &m->config.methods[i];
@@ -38,8 +38,8 @@ void ll_motion_drive_start(ll_motion *m, int i, const ll_ode *ode)
     round_state(m, i, ode);
 }
 
-/* Where it turns back, the state there is the start of a run to time 0. */
-static void turn(ll_motion *m, int i, const ll_ode *ode)
+/* At the time reversal the state becomes the start of a run to time 0. */
+static void reverse_time(ll_motion *m, int i, const ll_ode *ode)
 {
     double y[LL_ODE_DIM_MAX];
     ll_ode_run *run = ll_motion_run(m, i);
@@ -52,8 +52,8 @@ static void turn(ll_motion *m, int i, const ll_ode *ode)
     ll_ode_start(run, ll_motion_method_of(&m->config, i), ode, &back, y);
 }
 
-/* The float clock is what the force sees; the state is that of so many ticks. An event ends a step early: the
- * rest of it follows. */
+/* The force sees the float clock; the state is that after this number of ticks. An event ends a step early:
+ * its remainder follows. */
 static void step_by_clock(ll_motion *m, int i, const ll_ode *ode)
 {
     const ll_motion_method *method = &m->config.methods[i];
@@ -92,7 +92,7 @@ static void one_step(ll_motion *m, int i, const ll_ode *ode, ll_pace *pace)
         ll_motion_measure_step(m, i, ode, pace);
 }
 
-/* All frames that have ended by `t`, each with the steps that its time is enough for. */
+/* All frames that have ended by `t`, each with as many steps as its time allows. */
 static void spend_frames(ll_motion *m, int i, const ll_ode *ode, double t, ll_pace *pace)
 {
     ll_motion_drive *d = &m->drive[i];
@@ -129,7 +129,7 @@ ll_ode_state ll_motion_drive_to(ll_motion *m, int i, const ll_ode *ode, double t
         go_to(m, i, ode, ll_motion_end(&m->config), pace);
         if (run->state == LL_ODE_DIVERGED || ll_broken_off(pace))
             return (ll_ode_state)run->state;
-        turn(m, i, ode);
+        reverse_time(m, i, ode);
     }
     go_to(m, i, ode, ll_motion_moment(&m->config, t), pace);
     return (ll_ode_state)run->state;

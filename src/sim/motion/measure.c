@@ -1,10 +1,10 @@
-/* The solution of a motion, by formula or by integration, and what is measured of a method against it: over
- * every step, so that the ticks of a session change nothing. */
+/* The solution of a motion, by formula or by integration, and the errors of a method against it: measured
+ * over every step, so that they do not depend on a session's ticks. */
 #include <string.h>
 
 #include "sim/motion/motion.h"
 
-/* A session's time at the motion's time `t` of a run, which has turned when it runs to 0. */
+/* A session's time at the motion's time `t` of a run; a run to 0 has been reversed. */
 static double session_time(const ll_motion *m, const ll_ode_run *run, double t)
 {
     return run->control.t_end > 0 ? t : m->config.head.duration_s - t;
@@ -12,7 +12,7 @@ static double session_time(const ll_motion *m, const ll_ode_run *run, double t)
 
 /* ---- references, where there is no formula ---- */
 
-/* By how much a method's last step may pass the end. */
+/* Longest time by which a method's last step may pass the end. */
 static double overshoot(const ll_motion_config *c)
 {
     double most = 0;
@@ -33,8 +33,8 @@ static void start_reference(ll_motion *m, const ll_ode *ode, int64_t offset, int
                      ll_ode_reference_method(ll_motion_problem(&m->config), which), ode, &control, y0);
 }
 
-/* From where it is back to the start. */
-static void turn_reference(ll_motion *m, const ll_ode *ode, ll_ode_run *reference, int which)
+/* From its present state back to the start. */
+static void reverse_reference(ll_motion *m, const ll_ode *ode, ll_ode_run *reference, int which)
 {
     double y[LL_ODE_DIM_MAX];
     ll_ode_control back = reference->control;
@@ -44,7 +44,7 @@ static void turn_reference(ll_motion *m, const ll_ode *ode, ll_ode_run *referenc
     ll_ode_start(reference, ll_ode_reference_method(ll_motion_problem(&m->config), which), ode, &back, y);
 }
 
-/* The solution at `t`, which goes forward, and after the turn backward, by reference `which`. */
+/* The solution at `t`, which increases, and after the reversal decreases, from reference `which`. */
 static void solution_at(ll_motion *m, const ll_ode *ode, int64_t offset, int which, double t, double *y,
                         ll_pace *pace)
 {
@@ -58,21 +58,21 @@ static void solution_at(ll_motion *m, const ll_ode *ode, int64_t offset, int whi
     if (m->formula && problem->exact(m->config.params, t, y))
         return;
     if (t < reference->t_last && reference->control.t_end > 0)
-        turn_reference(m, ode, reference, which);
+        reverse_reference(m, ode, reference, which);
     while ((reference->control.t_end > 0 ? reference->t < t : reference->t > t) && ll_goes_on(pace) &&
            ll_ode_step(reference, method, ode) == LL_ODE_RUNNING)
         ;
     ll_ode_sample(reference, method, ode, t, y);
 }
 
-/* ---- what is not known of the solution ---- */
+/* ---- uncertainty of the solution ---- */
 
 /* One of the times of the first reference's last step. */
 static void compare(ll_motion *m, const ll_ode *ode, double t, double span, ll_pace *pace)
 {
     double y[LL_ODE_DIM_MAX], other[LL_ODE_DIM_MAX];
     const ll_ode_problem *problem = ll_motion_problem(&m->config);
-    ll_motion_doubt *d = &m->doubt;
+    ll_motion_uncertainty *d = &m->uncertainty;
     ll_ode_run *first = ll_motion_run_at(m, m->first);
     solution_at(m, ode, m->first, 0, t, y, pace);
     solution_at(m, ode, m->second, 1, t, other, pace);
@@ -85,21 +85,21 @@ static void compare(ll_motion *m, const ll_ode *ode, double t, double span, ll_p
         d->parted = 1;
         return;
     }
-    ll_ode_measure_at(&d->by, ll_motion_vector(m, m->doubt_each), ode, t, span, other, y, true);
+    ll_ode_measure_at(&d->by, ll_motion_vector(m, m->uncertainty_each), ode, t, span, other, y, true);
     d->predictable_s = session_time(m, first, t);
 }
 
 /* Compares the two references up to the session's time `t`. */
-static void doubt_to(ll_motion *m, const ll_ode *ode, double t, ll_pace *pace)
+static void compare_references(ll_motion *m, const ll_ode *ode, double t, ll_pace *pace)
 {
-    ll_motion_doubt *d = &m->doubt;
+    ll_motion_uncertainty *d = &m->uncertainty;
     ll_ode_run *first = ll_motion_run_at(m, m->first);
     const ll_ode_method *method = ll_ode_reference_method(ll_motion_problem(&m->config), 0);
     while (!m->formula && !d->parted && first->state != LL_ODE_FINISHED &&
            session_time(m, first, first->t) < t && ll_goes_on(pace)) {
         double at[LL_ODE_POINTS];
         if (m->config.reverse && first->control.t_end > 0 && first->t >= ll_motion_end(&m->config))
-            turn_reference(m, ode, first, 0);
+            reverse_reference(m, ode, first, 0);
         if (ll_ode_step(first, method, ode) == LL_ODE_DIVERGED) {
             d->parted = 1;
             return;
@@ -122,7 +122,7 @@ void ll_motion_measure_start(ll_motion *m, const ll_ode *ode, const double *y0)
     start_reference(m, ode, m->first, 0, y0);
     start_reference(m, ode, m->second, 1, y0);
     start_reference(m, ode, m->ahead, 0, y0);
-    ll_ode_measure_start(&m->doubt.by, ll_motion_vector(m, m->doubt_each), problem, ode, y0);
+    ll_ode_measure_start(&m->uncertainty.by, ll_motion_vector(m, m->uncertainty_each), problem, ode, y0);
     for (int i = 0; i < m->config.method_count; i++) {
         start_reference(m, ode, m->at[i].reference, 0, y0);
         ll_ode_measure_start(&m->measure[i], ll_motion_vector(m, m->at[i].each), problem, ode, y0);
@@ -131,12 +131,12 @@ void ll_motion_measure_start(ll_motion *m, const ll_ode *ode, const double *y0)
 
 void ll_motion_solve(ll_motion *m, const ll_ode *ode, double t, ll_pace *pace)
 {
-    doubt_to(m, ode, t, pace);
+    compare_references(m, ode, t, pace);
     solution_at(m, ode, m->reference, 0, ll_motion_moment(&m->config, t), ll_motion_vector(m, m->solution),
                 pace);
 }
 
-/* The scale of the whole solution, of which some is still to come. */
+/* The scale of the whole solution, part of which lies in the future. */
 static void look_ahead(ll_motion *m, const ll_ode *ode, ll_pace *pace)
 {
     enum { TIMES = 1024 };
@@ -154,7 +154,7 @@ static void look_ahead(ll_motion *m, const ll_ode *ode, ll_pace *pace)
     m->looked = 1;
 }
 
-/* A state that is ahead of the solution is not yet beyond all bounds when it is as large as that will be. */
+/* A state that is ahead of the solution has not blown up while it is no larger than the solution will be. */
 static bool blown_up(ll_motion *m, const ll_ode *ode, ll_ode_measure *r, ll_pace *pace)
 {
     if (!ll_ode_measure_blown_up(r))
@@ -165,8 +165,7 @@ static bool blown_up(ll_motion *m, const ll_ode *ode, ll_ode_measure *r, ll_pace
     return ll_ode_measure_blown_up(r);
 }
 
-/* The times within a step are measured where its state is that of the method, and its time that of the clock.
- */
+/* Times within a step are measured where the state is that of the method, and its time that of the clock. */
 static int points_of(const ll_motion *m, int i, double *at)
 {
     const ll_motion_method *method = &m->config.methods[i];
@@ -184,9 +183,9 @@ void ll_motion_measure_step(ll_motion *m, int i, const ll_ode *ode, ll_pace *pac
     double at[LL_ODE_POINTS], y[LL_ODE_DIM_MAX], *wanted = ll_motion_vector(m, m->at[i].wanted);
     int points = points_of(m, i, at);
     double end = at[points - 1], step = end > r->t ? end - r->t : r->t - end;
-    doubt_to(m, ode, session_time(m, run, end), pace);
+    compare_references(m, ode, session_time(m, run, end), pace);
     for (int k = 0; k < points; k++) {
-        /* At its jump it need not be on the side on which the solution is. */
+        /* At an event's jump it may be on the other side than the solution */
         if (k == points - 1 && run->event >= 0)
             return;
         solution_at(m, ode, m->at[i].reference, 0, at[k], wanted, pace);
@@ -194,7 +193,8 @@ void ll_motion_measure_step(ll_motion *m, int i, const ll_ode *ode, ll_pace *pac
         if (k < points - 1)
             ll_ode_sample(run, ll_motion_method_of(&m->config, i), ode, at[k], y);
         const double *state = k < points - 1 ? y : ll_ode_y(run);
-        bool known = m->formula || !m->doubt.parted || session_time(m, run, at[k]) <= m->doubt.predictable_s;
+        bool known = m->formula || !m->uncertainty.parted ||
+                     session_time(m, run, at[k]) <= m->uncertainty.predictable_s;
         ll_ode_measure_at(r, ll_motion_vector(m, m->at[i].each), ode, at[k], step / points, state, wanted,
                           known);
     }
@@ -206,7 +206,7 @@ void ll_motion_measure_step(ll_motion *m, int i, const ll_ode *ode, ll_pace *pac
 void ll_motion_judge(ll_motion *m, int i, const ll_ode *ode)
 {
     ll_ode_run *run = ll_motion_run(m, i);
-    if (!m->doubt.parted && run->state != LL_ODE_DIVERGED &&
+    if (!m->uncertainty.parted && run->state != LL_ODE_DIVERGED &&
         !ll_ode_measure_resolved(&m->measure[i], ll_motion_vector(m, m->at[i].each),
                                  ll_motion_problem(&m->config), ode))
         ll_ode_give_up(run, LL_ODE_UNRESOLVED);

@@ -7,7 +7,7 @@
 
 /* ---- layout ---- */
 
-/* Any method may be chosen while it runs: the largest counts. */
+/* Any method may be chosen during a run: the largest counts. */
 static size_t largest_run(const ll_ode *ode)
 {
     size_t largest = 0;
@@ -19,7 +19,7 @@ static size_t largest_run(const ll_ode *ode)
     return largest;
 }
 
-/* Places the parts one behind the other; with a NULL block only counts. */
+/* Computes the offsets of all parts; with a NULL block only the size. */
 static int64_t lay_out(ll_motion *m, const ll_motion_config *c)
 {
     ll_motion_config copy = *c;
@@ -36,8 +36,8 @@ static int64_t lay_out(ll_motion *m, const ll_motion_config *c)
     at->first = at->reference + reference;
     at->second = at->first + reference;
     at->ahead = at->second + second;
-    at->doubt_each = at->ahead + reference;
-    end = at->doubt_each + LL_ODE_ROWS * vector;
+    at->uncertainty_each = at->ahead + reference;
+    end = at->uncertainty_each + LL_ODE_ROWS * vector;
     for (int i = 0; i < c->method_count; i++) {
         at->at[i].shown = end;
         at->at[i].wanted = end + vector;
@@ -62,7 +62,7 @@ static void start_one(ll_motion *m, const ll_ode *ode, int i, const double *y0)
     ll_ode_control control = ll_motion_control(&m->config, i);
     size_t vector = (size_t)m->dim * sizeof(double);
     ll_ode_start(ll_motion_run(m, i), ll_motion_method_of(&m->config, i), ode, &control,
-                 y0); /* was checked */
+                 y0); /* checked before */
     memcpy(ll_motion_vector(m, m->at[i].shown), y0, vector);
     memcpy(ll_motion_vector(m, m->at[i].wanted), y0, vector);
     ll_motion_drive_start(m, i, ode);
@@ -98,8 +98,8 @@ static void settle(void *config, const void *before)
 
 /* ---- time ---- */
 
-/* Where its last step passed `t`; a wrong clock or a coarse state is drawn as it is. Between two huge values
- * the interpolation can overflow: then the method's own state is drawn. */
+/* Where its last step passed `t` it is interpolated; with a wrong clock or a rounded state, drawn as it is.
+ * Between two huge values the interpolation can overflow: then the method's own state is drawn. */
 static void draw(ll_motion *m, const ll_ode *ode, int i, double t)
 {
     const ll_motion_method *method = &m->config.methods[i];
@@ -122,7 +122,8 @@ static void advance_one(ll_motion *m, const ll_ode *ode, int i, double t, bool l
         return;
     if (ll_motion_drive_to(m, i, ode, t, pace) == LL_ODE_DIVERGED || ll_broken_off(pace))
         return;
-    draw(m, ode, i, last ? run->t : ll_motion_moment(&m->config, t)); /* at the end what is told is drawn */
+    draw(m, ode, i,
+         last ? run->t : ll_motion_moment(&m->config, t)); /* at the end the reported state is drawn */
 }
 
 static ll_status advance(void *block, ll_time until, const ll_recorder *recorder,
@@ -138,7 +139,8 @@ static ll_status advance(void *block, ll_time until, const ll_recorder *recorder
     for (int64_t tick = ll_tick_at(m->now, freq) + 1; ll_tick_time(tick, freq) <= until && ll_goes_on(&pace);
          tick++) {
         m->now = ll_tick_time(tick, freq);
-        double t = tick == last ? m->config.head.duration_s : ll_to_s(m->now); /* the end is no tick's time */
+        double t = tick == last ? m->config.head.duration_s
+                                : ll_to_s(m->now); /* the end is not the time of a tick */
         ll_motion_solve(m, &ode, t, &pace);
         for (int i = 0; i < m->config.method_count && !pace.broken; i++) {
             advance_one(m, &ode, i, t, tick == last, &pace);
@@ -147,7 +149,7 @@ static ll_status advance(void *block, ll_time until, const ll_recorder *recorder
         }
     }
     m->now = until;
-    return pace.broken ? ll_error(LL_INTERRUPTED, "a tick was broken off") : ll_ok();
+    return pace.broken ? ll_error(LL_INTERRUPTED, "a tick was interrupted") : ll_ok();
 }
 
 static void change(void *block, const void *config, ll_time now)

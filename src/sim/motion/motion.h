@@ -1,10 +1,10 @@
 /* Simulations of kind `motion`: one problem of the ode room, integrated by several methods side by side from
  * the same start, each measured against the solution.
  *
- * The solution is the problem's formula; where there is none, each method has beside it a reference run by
- * the best method at the least tolerance, and a second reference by another tells what is not known of it. A
- * change of a method, its step or a parameter takes effect from time 0: the run is made again up to now, so
- * that a picture never mixes two settings. */
+ * The solution is the problem's formula. Without a formula, each method has a reference run by the best
+ * method at the smallest tolerance; a second reference by another method gives the uncertainty of the first.
+ * A change of a method, its step or a parameter takes effect from time 0: the run is repeated up to the
+ * present, so that a view never mixes two configurations. */
 #pragma once
 
 #include "ode/core/accumulator.h"
@@ -24,9 +24,9 @@ extern const char *const ll_motion_step_names[],
     *const ll_motion_clock_names[], *const ll_motion_precision_names[], *const ll_motion_frame_names[];
 
 typedef struct ll_motion_method {
-    double dt_s;            /* of methods of fixed step */
+    double dt_s;            /* of fixed-step methods */
     double tolerance;       /* of adaptive ones */
-    double origin_offset_m; /* how far the body is from where single precision counts from */
+    double origin_offset_m; /* distance of the body from the origin in single precision */
     int32_t method;         /* index into ll_ode_methods */
     int32_t steps, clock, precision;
     bool shown;
@@ -36,11 +36,11 @@ typedef struct ll_motion_method {
 typedef struct ll_motion_config {
     ll_scenario_head head;
     double tick_hz;               /* of sampling */
-    double frame_s, frame_jitter; /* mean length; relative */
+    double frame_s, frame_jitter; /* mean length; relative deviation */
     int32_t problem;              /* index into ll_ode_problems */
     int32_t method_count;
     int32_t frames;
-    bool reverse; /* halfway it turns, and runs back to where it came from */
+    bool reverse; /* halfway time is reversed, and it runs back to the start */
     uint8_t reserved[3];
     double params[LL_ODE_PARAMS_MAX / sizeof(double)];
     ll_motion_method methods[LL_MOTION_METHODS_MAX];
@@ -49,27 +49,27 @@ typedef struct ll_motion_config {
 extern const ll_param_table ll_motion_table;
 
 #pragma GCC diagnostic push
-#pragma GCC diagnostic error "-Wpadded" /* the block is hashed: no byte may be left to chance */
+#pragma GCC diagnostic error "-Wpadded" /* no padding: the block is hashed */
 
-/* How a method has been driven so far. */
+/* Progress of a method's time stepping. */
 typedef struct ll_motion_drive {
     ll_accumulator saved; /* frame time */
     ll_time frames_end;   /* of the frames so far */
     int64_t frames;
-    int64_t ticks;     /* of a clock that adds up */
+    int64_t ticks;     /* of a clock that adds up its step */
     float clock, lost; /* s */
     int32_t turned;
     int32_t reserved;
-    ll_ode_counters before; /* it turned */
+    ll_ode_counters before; /* the time reversal */
 } ll_motion_drive;
 
-/* What is not known of the solution: by how much two references differ, over the steps of the first; all 0 by
+/* Uncertainty of the solution: the difference of two references, over the steps of the first; all 0 for a
  * formula. Times are the session's. */
-typedef struct ll_motion_doubt {
+typedef struct ll_motion_uncertainty {
     ll_ode_measure by;
-    double predictable_s; /* until when it is below LL_ODE_PREDICTABLE of the scale */
-    int64_t parted;       /* it is above: no error is known any more */
-} ll_motion_doubt;
+    double predictable_s; /* until then it is below LL_ODE_PREDICTABLE of the scale */
+    int64_t parted;       /* it exceeds that: errors are unknown from here on */
+} ll_motion_uncertainty;
 
 /* The start of a block. Offsets are from here; a vector has `dim` doubles. */
 typedef struct ll_motion {
@@ -77,19 +77,19 @@ typedef struct ll_motion {
     ll_motion_config config;
     ll_time now;
     int32_t dim;
-    int32_t formula;                   /* whether there is one */
-    int64_t solution;                  /* vector: the solution now, for drawing; */
-    int64_t reference;                 /* and the run that gives it where there is no formula */
-    int64_t first, second, doubt_each; /* two references, and by how much their components differ */
-    int64_t ahead;                     /* one that is run to the end when something seems to blow up: */
-    int64_t looked;                    /* it has been; */
-    ll_ode_scale whole;                /* of the whole solution then */
-    ll_motion_doubt doubt;
+    int32_t formula;                         /* whether there is one */
+    int64_t solution;                        /* vector: the present solution, for drawing; */
+    int64_t reference;                       /* and the run that computes it where there is no formula */
+    int64_t first, second, uncertainty_each; /* two references, and the differences of their components */
+    int64_t ahead;                           /* run to the end when a method may have blown up: */
+    int64_t looked;                          /* whether it has been run; */
+    ll_ode_scale whole;                      /* of the whole solution then */
+    ll_motion_uncertainty uncertainty;
     struct {
         int64_t run, reference; /* ll_ode_run */
         int64_t shown,
-            wanted;   /* vectors: the state now, for drawing; the solution at the method's own time */
-        int64_t each; /* what is measured of components */
+            wanted;   /* vectors: the present state, for drawing; the solution at the method's own time */
+        int64_t each; /* measures of components */
     } at[LL_MOTION_METHODS_MAX];
     ll_ode_measure measure[LL_MOTION_METHODS_MAX];
     ll_motion_drive drive[LL_MOTION_METHODS_MAX];
@@ -122,7 +122,8 @@ static inline double *ll_motion_vector(const ll_motion *m, int64_t offset)
     return (double *)((char *)m + offset);
 }
 
-/* The system of a configuration, which must stay where it is. Sets what is derived from its parameters. */
+/* The system of a configuration; it keeps a pointer to the configuration. Sets values derived from its
+ * parameters. */
 ll_ode ll_motion_system(ll_motion_config *config);
 ll_ode_control ll_motion_control(const ll_motion_config *config, int i);
 
@@ -130,30 +131,30 @@ ll_ode_control ll_motion_control(const ll_motion_config *config, int i);
 
 void ll_motion_drive_start(ll_motion *m, int i, const ll_ode *ode); /* the run is started already */
 
-/* Makes the steps of method `i` up to the session's time `t`, which only goes forward, s. */
+/* Makes the steps of method `i` up to the session's time `t`, s, which only increases. */
 ll_ode_state ll_motion_drive_to(ll_motion *m, int i, const ll_ode *ode, double t, ll_pace *pace);
 
-double ll_motion_end(const ll_motion_config *config); /* of the way there */
+double ll_motion_end(const ll_motion_config *config); /* of the forward run */
 double ll_motion_moment(const ll_motion_config *config,
                         double t);                       /* of the motion, at the session's time `t` */
 double ll_motion_time(const ll_motion *m, int i);        /* of the motion, of the method's state */
-double ll_motion_clock_error(const ll_motion *m, int i); /* s: what its clock shows beyond that */
+double ll_motion_clock_error(const ll_motion *m, int i); /* s: its clock's time minus that time */
 
-/* ---- measure.c: the solution, and what is measured against it ---- */
+/* ---- measure.c: the solution, and measures against it ---- */
 
-/* The run of references and what is measured start anew, the drives' runs having been started. */
+/* Restarts the reference runs and the measures, after the methods' runs. */
 void ll_motion_measure_start(ll_motion *m, const ll_ode *ode, const double *y0);
 
-/* The solution now, for drawing; time only goes forward. */
+/* The present solution, for drawing; time only increases. */
 void ll_motion_solve(ll_motion *m, const ll_ode *ode, double t, ll_pace *pace);
 
-/* Measures the step that method `i` has just made, and ends its run where it has blown up. */
+/* Measures the last step of method `i`, and ends its run if it has blown up. */
 void ll_motion_measure_step(ll_motion *m, int i, const ll_ode *ode, ll_pace *pace);
 
-/* The whole run of method `i` is over: fails it where its steps do not resolve a stiff problem. */
+/* After the whole run of method `i`: marks it as failed if its steps do not resolve a stiff problem. */
 void ll_motion_judge(ll_motion *m, int i, const ll_ode *ode);
 
-/* ---- report.c: what is told of a block ---- */
+/* ---- report.c: reports of a block ---- */
 struct cJSON *ll_motion_state(const void *block);
 struct cJSON *ll_motion_metrics(const void *block);
 extern const char *const ll_motion_signed_metrics[];

@@ -1,4 +1,4 @@
-/* What is told and streamed of a motion: state, metrics, layout, trace and sections. */
+/* Reports and streamed rows of a motion: state, metrics, layout, trace and sections. */
 #include <cjson/cJSON.h>
 #include <math.h>
 #include <stdio.h>
@@ -11,7 +11,7 @@
 #include "ode/core/single.h"
 #include "sim/motion/motion.h"
 
-/* JSON has no infinity: what has grown beyond is null. */
+/* JSON has no infinity: a value beyond all bounds is null. */
 static cJSON *number_json(double value)
 {
     return value - value == 0 ? ll_param_number(value) : cJSON_CreateNull();
@@ -31,7 +31,7 @@ static cJSON *vector_json(const double *y, int dim)
     return array;
 }
 
-/* ---- what has become of a method ---- */
+/* ---- status of a method ---- */
 
 static ll_run_status status_of(const ll_motion *m, int i)
 {
@@ -62,10 +62,10 @@ cJSON *ll_motion_state(const void *block)
 const char *const ll_motion_signed_metrics[] = {"energy_drift_final", "energy_drift_per_s", "clock_error_s",
                                                 "t_s", NULL};
 
-/* An error that is not above what is not known of the solution is not known. */
-static double above(double error, double doubt)
+/* An error not above the uncertainty of the solution is unknown. */
+static double above(double error, double uncertainty)
 {
-    return doubt == 0 || error > doubt ? error : NAN;
+    return uncertainty == 0 || error > uncertainty ? error : NAN;
 }
 
 /* The Euclidean errors and the weighted ones. */
@@ -77,9 +77,10 @@ static void errors(cJSON *o, const ll_motion *m, int i, double known)
     } weighted[] = {{"e_final_weighted", LL_ODE_LAST},
                     {"e_max_weighted", LL_ODE_MOST},
                     {"e_l2_weighted", LL_ODE_SQUARES}};
-    const ll_ode_measure *r = &m->measure[i], *d = &m->doubt.by;
-    const double *each = ll_motion_vector(m, m->at[i].each), *doubts = ll_motion_vector(m, m->doubt_each);
-    double last = m->doubt.parted ? NAN : known;
+    const ll_ode_measure *r = &m->measure[i], *d = &m->uncertainty.by;
+    const double *each = ll_motion_vector(m, m->at[i].each),
+                 *doubts = ll_motion_vector(m, m->uncertainty_each);
+    double last = m->uncertainty.parted ? NAN : known;
     ll_motion_config copy = m->config;
     ll_ode ode = ll_motion_system(&copy);
     number(o, "e_final", last * above(r->error, d->error));
@@ -92,7 +93,7 @@ static void errors(cJSON *o, const ll_motion *m, int i, double known)
                          ll_ode_measure_weighted(d, doubts, &ode, weighted[k].row)));
 }
 
-/* Null where it has failed or was not run: what was measured before says nothing of the whole. */
+/* Null if it has failed or was not run: earlier measures do not describe the whole run. */
 static void measures(cJSON *o, const ll_motion *m, int i, ll_run_status status)
 {
     const ll_ode_measure *r = &m->measure[i];
@@ -105,7 +106,7 @@ static void measures(cJSON *o, const ll_motion *m, int i, ll_run_status status)
     number(o, "energy_drift_per_s", known * ll_ode_measure_slope(r));
 }
 
-/* Of the way there and back; of one that failed, what it took until then. */
+/* Of both directions; after a failure, the counts until then. */
 static void counters(cJSON *o, const ll_motion *m, int i, ll_run_status status)
 {
     const ll_ode_counters *c = &ll_motion_run(m, i)->counters, *before = &m->drive[i].before;
@@ -122,7 +123,7 @@ static void counters(cJSON *o, const ll_motion *m, int i, ll_run_status status)
         number(o, all[k].name, status == LL_RUN_OFF ? NAN : (double)all[k].count);
 }
 
-/* What the way in which it is driven does. */
+/* Effects of its time stepping. */
 static void drive(cJSON *o, const ll_motion *m, int i)
 {
     const ll_motion_method *method = &m->config.methods[i];
@@ -171,25 +172,26 @@ static cJSON *method_metrics(const ll_motion *m, int i)
     return o;
 }
 
-/* Why errors of what ended well are null. */
+/* Why errors are null after a run without failure. */
 static void add_notices(cJSON *metrics, const ll_motion *m)
 {
     cJSON *notices = cJSON_AddArrayToObject(metrics, "notices");
     char text[240];
-    if (m->doubt.parted) {
+    if (m->uncertainty.parted) {
         snprintf(text, sizeof text,
-                 "The solution is known until predictable_until_s, %.6g s, alone: e_final is null, e_max and "
+                 "The solution is known until predictable_until_s, %.6g s, only: e_final is null, e_max and "
                  "e_l2 are of the time before.",
-                 m->doubt.predictable_s);
+                 m->uncertainty.predictable_s);
         cJSON_AddItemToArray(notices, cJSON_CreateString(text));
     }
     for (int i = 0; i < m->config.method_count; i++) {
-        if (status_of(m, i) != LL_RUN_OK || !isnan(above(m->measure[i].error_max, m->doubt.by.error_max)))
+        if (status_of(m, i) != LL_RUN_OK ||
+            !isnan(above(m->measure[i].error_max, m->uncertainty.by.error_max)))
             continue;
         snprintf(text, sizeof text,
-                 "methods.%d, %s, is nearer to the solution than that is known, "
-                 "solution_uncertainty_max = %.3g: such errors are null.",
-                 i, ll_motion_method_of(&m->config, i)->name, m->doubt.by.error_max);
+                 "methods.%d, %s, is nearer to the solution than its uncertainty, solution_uncertainty_max = "
+                 "%.3g: such errors are null.",
+                 i, ll_motion_method_of(&m->config, i)->name, m->uncertainty.by.error_max);
         cJSON_AddItemToArray(notices, cJSON_CreateString(text));
     }
 }
@@ -201,8 +203,8 @@ cJSON *ll_motion_metrics(const void *block)
     cJSON *metrics = cJSON_CreateObject();
     cJSON_AddStringToObject(metrics, "problem", problem->name);
     cJSON_AddStringToObject(metrics, "solution_by", m->formula ? "formula" : "integration");
-    number(metrics, "solution_uncertainty_max", m->doubt.by.error_max);
-    number(metrics, "predictable_until_s", m->doubt.parted ? m->doubt.predictable_s : NAN);
+    number(metrics, "solution_uncertainty_max", m->uncertainty.by.error_max);
+    number(metrics, "predictable_until_s", m->uncertainty.parted ? m->uncertainty.predictable_s : NAN);
     cJSON *methods = cJSON_AddArrayToObject(metrics, "methods");
     for (int i = 0; i < m->config.method_count; i++)
         cJSON_AddItemToArray(methods, method_metrics(m, i));
@@ -214,7 +216,7 @@ cJSON *ll_motion_metrics(const void *block)
 
 enum { REPEATS = 5 };
 
-/* The least of a few runs: what is above it is not the method's. 0 without memory. */
+/* The minimum of several runs: the rest is not the method's cost. 0: out of memory. */
 static double cost_of(ll_motion_config *c, int i, int64_t (*now_ns)(void))
 {
     const ll_ode_method *method = ll_motion_method_of(c, i);
@@ -257,7 +259,7 @@ static bool is_listing(const ll_motion_config *c, int i)
            strcmp(ll_motion_method_of(c, i)->name, "semi_implicit_euler") == 0;
 }
 
-/* The lines that the program of the paper prints for each step that its method has, a blank line between. */
+/* The lines that the paper's program prints for each step of its method, a blank line between. */
 ll_status ll_motion_text(const void *config, void (*write)(void *context, const char *text, size_t length),
                          void *context)
 {
@@ -370,14 +372,14 @@ typedef struct motion_row {
 } motion_row;
 
 static const ll_record_field motion_fields[] = {
-    LL_ENUM(motion_row, status, ll_run_status_names, "off: it is not run"),
+    LL_ENUM(motion_row, status, ll_run_status_names, "off: not run"),
     LL_REAL(motion_row, t_s, 32, "s", "time of the last step"),
-    LL_REAL(motion_row, error, 23, NULL, "distance from the solution, now"),
-    LL_REAL(motion_row, error_max, 23, NULL, "and the largest until now"),
-    LL_REAL(motion_row, energy_drift, 23, NULL, "energy less that of the start, relative to it"),
+    LL_REAL(motion_row, error, 23, NULL, "present distance from the solution"),
+    LL_REAL(motion_row, error_max, 23, NULL, "largest error so far"),
+    LL_REAL(motion_row, energy_drift, 23, NULL, "energy minus that of the start, relative to it"),
     LL_INT(motion_row, evaluations, NULL, "of the derivative"),
-    LL_INT(motion_row, steps, NULL, "that were taken"),
-    LL_INT(motion_row, rejected, NULL, "steps that were too inaccurate"),
+    LL_INT(motion_row, steps, NULL, "accepted steps"),
+    LL_INT(motion_row, rejected, NULL, "rejected steps"),
     LL_REAL(motion_row, error_max_weighted, 23, NULL,
             "the largest error, each component relative to its size"),
 };
@@ -395,8 +397,8 @@ typedef struct motion_value {
 } motion_value;
 
 static const ll_record_field value_fields[] = {
-    LL_INT(motion_value, motion, NULL, "whose: 0 the solution, 1 + i method i"),
-    LL_INT(motion_value, component, NULL, "which: its name stands in the hello's layout"),
+    LL_INT(motion_value, motion, NULL, "0: the solution; 1 + i: method i"),
+    LL_INT(motion_value, component, NULL, "index of its name in the hello's layout"),
     LL_REAL(motion_value, value, 24, NULL, "the component of the state"),
 };
 

@@ -1,4 +1,4 @@
-/* What a scenario asks for: the system, the methods' control, and which moment is when. */
+/* What a scenario configures: the system, the methods' control, and the time scale. */
 #include "sim/motion/motion.h"
 
 const char *const ll_motion_step_names[] = {"fixed", "frame", "accumulator", NULL};

@@ -13,7 +13,7 @@ static const ll_param rows[] = {
      .type = LL_PARAM_CHOICE,
      .offset = offsetof(ll_netgame_config, game),
      .choices = ll_game_names,
-     .help = "The rules that are played."},
+     .help = "The game."},
     {.name = "params",
      .type = LL_PARAM_VARIANT,
      .offset = offsetof(ll_netgame_config, params),
@@ -27,14 +27,14 @@ static const ll_param rows[] = {
      .max = 128,
      .default_value = 60,
      .unit = "Hz",
-     .help = "Steps per second of the clients, and of the server where it does not step by update_hz."},
+     .help = "Steps per second of the clients, and of the server unless it steps at update_hz."},
     {.name = "warmup_s",
      .type = LL_PARAM_REAL,
      .offset = offsetof(ll_netgame_config, warmup_s),
      .max = 3600,
      .default_value = 2,
      .unit = "s",
-     .help = "Metrics count from here on."},
+     .help = "Metrics count from this time on."},
     {.name = "server",
      .type = LL_PARAM_OBJECT,
      .offset = offsetof(ll_netgame_config, server),
@@ -50,7 +50,7 @@ static const ll_param rows[] = {
      .count_offset = offsetof(ll_netgame_config, player_count),
      .live = true,
      .required = true,
-     .help = "Who plays: each with a link and techniques of its own."},
+     .help = "The players, each with its own link and techniques."},
 };
 
 static ll_status send_too_seldom(int player, double send_hz, double least)
@@ -76,24 +76,23 @@ static ll_status check(const void *object, const char *path)
         char field[48];
         snprintf(field, sizeof field, "players.%d.prediction_scope", i);
         if (scope->guesses && ll_syncs[c->server.sync]->applies_on_arrival)
-            return ll_field_error(LL_BAD_INPUT, field,
-                                  "%s: must be own where server.sync is %s, in which there is no step to "
-                                  "predict others by; got %s",
-                                  field, ll_syncs[c->server.sync]->name, scope->name);
+            return ll_field_error(
+                LL_BAD_INPUT, field,
+                "%s: must be own where server.sync is %s, which has no steps to predict others by; got %s",
+                field, ll_syncs[c->server.sync]->name, scope->name);
     }
     if (ll_syncs[c->server.sync]->client_steps_at_update_hz && c->server.update_hz > c->tick_hz)
         return ll_field_error(
             LL_BAD_INPUT, "server.update_hz",
-            "in %s everybody steps by server.update_hz, which must then be at most tick_hz, %g Hz; got %g",
+            "in %s all players step at server.update_hz, which must then be at most tick_hz, %g Hz; got %g",
             ll_syncs[c->server.sync]->name, c->tick_hz, c->server.update_hz);
     const ll_game *game = ll_games[c->game];
     bool more = game->weapons || game->extent(c->params, c->player_count).entities > c->player_count;
     if (ll_syncs[c->server.sync]->applies_on_arrival && more)
-        return ll_field_error(
-            LL_BAD_INPUT, "server.sync",
-            "in %s the server only applies inputs as they come: the game %s needs steps, in "
-            "which what belongs to nobody moves too",
-            ll_syncs[c->server.sync]->name, game->name);
+        return ll_field_error(LL_BAD_INPUT, "server.sync",
+                              "in %s the server only applies inputs on arrival: the game %s needs steps, in "
+                              "which objects without a player move too",
+                              ll_syncs[c->server.sync]->name, game->name);
     return ll_ok();
 }
 

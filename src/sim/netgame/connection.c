@@ -1,15 +1,15 @@
-/* What is told of a player's connection and of its measured clock. */
+/* Reports of a player's connection and of its measured clock. */
 #include <cjson/cJSON.h>
 
 #include "sim/netgame/netgame.h"
 
-/* With the lobby's, before time 0. */
+/* Includes the time of the lobby, before time 0. */
 static double in_state_s(const ll_netgame *g, const ll_connection *n, int state)
 {
     return ll_to_s(n->in_state[state] + (n->state == state ? g->now - n->since : 0));
 }
 
-/* The offset in use - what the clocks are really apart. */
+/* Offset in use minus the true offset of the clocks. */
 static double clock_error_ms(const ll_netgame *g, int player)
 {
     ll_client_setup s = {.config = &g->config.players[player]};
@@ -20,7 +20,7 @@ static double clock_error_ms(const ll_netgame *g, int player)
 void ll_netgame_connection_metrics(const ll_netgame *g, int player, cJSON *metrics)
 {
     const ll_connection *n = &ll_netgame_client(g, player)->connection;
-    const ll_client_slot *client_slot = &ll_netgame_server(g)->seats[player];
+    const ll_client_slot *client_slot = &ll_netgame_server(g)->client_slots[player];
     cJSON *o = cJSON_AddObjectToObject(metrics, "connection");
     cJSON_AddStringToObject(o, "state", ll_connection_state_names[n->state]);
     cJSON_AddBoolToObject(o, "connected", client_slot->connected);

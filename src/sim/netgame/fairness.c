@@ -1,6 +1,7 @@
-/* M11: how evenly the players are served. Per metric: the gap between the best and the worst served, Jain's
- * index (1: all alike, 1/n: one has it all), and what a millisecond of one's own round trip costs (least
- * squares), as the player's links really delayed: the mean of the way up and that of the way down. */
+/* Fairness: how evenly the players are served. Per metric: the gap between the best and the worst served
+ * player, the Jain index (1: all alike, 1/n: one has everything), and the cost of one millisecond of a
+ * player's own round trip (least squares). The round trip is the measured mean delay of the player's link up
+ * plus that of its link down. */
 #include <cjson/cJSON.h>
 #include <math.h>
 
@@ -36,7 +37,7 @@ typedef struct sums {
     double n, x, x2, y2; /* x: the measure, y: the round trip */
     double min, max;
     double from_x, from_y;     /* the first player's */
-    double dx, dy, dy2, dx_dy; /* less these, so that round trips that are close are told apart */
+    double dx, dy, dy2, dx_dy; /* minus these, so that close round trips do not cancel */
 } sums;
 
 static void add(sums *s, double x, double y)
@@ -62,7 +63,7 @@ static cJSON *fairness_json(const sums *s)
 {
     cJSON *o = cJSON_CreateObject();
     bool several = s->n > 1;
-    double spread = s->n * s->dy2 - s->dy * s->dy, least = 1e-9 * s->n * s->y2; /* what rounding leaves */
+    double spread = s->n * s->dy2 - s->dy * s->dy, least = 1e-9 * s->n * s->y2; /* rounding error */
     double jain = s->x2 > 0 ? s->x * s->x / (s->n * s->x2) : 1;
     ll_netgame_number(o, "spread", several ? s->max - s->min : NAN);
     ll_netgame_number(o, "jain", several ? jain : NAN);
@@ -82,7 +83,7 @@ void ll_netgame_add_fairness(const ll_netgame *g, cJSON *server, const cJSON *pl
             const cJSON *value = ll_param_number_at(cJSON_GetArrayItem(players, i), measures[m].path);
             double x = value ? value->valuedouble : NAN, y = round_trip_ms(g, i);
             if (!(x - x == 0 && y - y == 0))
-                continue; /* nothing was counted, or nothing has arrived */
+                continue; /* no value was counted, or no packet has arrived */
             add(&s, x, y);
         }
         cJSON_AddItemToObject(fairness, measures[m].name, fairness_json(&s));

@@ -1,5 +1,5 @@
-/* What is streamed of a netgame: its views, what is in them, and the game's own values; then what the other
- * files of this room add. */
+/* Streamed rows of a netgame: its views, the entities in them, and the game's own values; then the records of
+ * the other files of this room. */
 #include <math.h>
 
 #include "sim/netgame/netgame.h"
@@ -19,30 +19,30 @@ static const char *const view_flags[] = {
     "prediction", "reconciliation", "interpolation", "underrun", "stalled", "person", NULL};
 
 static const ll_record_field view_fields[] = {
-    LL_INT(view, view, NULL, "0 is the server, 1 + p player p"),
+    LL_INT(view, view, NULL, "0: the server; 1 + p: player p"),
     LL_FLAGS(view, flags, view_flags,
-             "techniques that are on; underrun: the buffer is dry; stalled: waits for an input; person: "
-             "driven by one"),
+             "techniques that are on; underrun: the buffer is empty; stalled: waits for an input; person: "
+             "controlled by a person"),
     LL_ENUM(view, connection, ll_connection_state_names,
             "state of the player's connection; the server's own is playing"),
     LL_INT(view, connected, NULL, "whether the server has the player connected"),
-    LL_INT(view, input_seq, NULL, "of the last input that was sent; of the server its step"),
+    LL_INT(view, input_seq, NULL, "of the last sent input; for the server its step"),
     LL_INT(view, acked_seq, NULL, "of the last input that the server acknowledged"),
-    LL_INT(view, unacked, NULL, "inputs sent and not acknowledged"),
-    LL_STEP(view, lag_ms, LL_BITS_MS, "ms", "one-way lag in both directions, as set"),
+    LL_INT(view, unacked, NULL, "unacknowledged inputs"),
+    LL_STEP(view, lag_ms, LL_BITS_MS, "ms", "configured one-way lag in both directions"),
     LL_STEP(view, view_age_ms, LL_BITS_MS, "ms", "age of the remote entities as drawn"),
     LL_STEP(view, own_lead_m, LL_BITS_M, "m",
-            "own entity: drawn minus the server's now; ahead by prediction, no error"),
+            "own entity: drawn minus the server's present; prediction makes it lead, which is no error"),
     LL_STEP(view, remote_error_m, LL_BITS_M, "m",
-            "remote entities: drawn minus the server's now, the largest, signed"),
-    LL_STEP(view, buffer_ms, LL_BITS_MS, "ms", "newest snapshot minus the drawn time"),
+            "remote entities: drawn minus the server's present, the largest, signed"),
+    LL_STEP(view, buffer_ms, LL_BITS_MS, "ms", "time of the newest snapshot minus render time"),
     LL_STEP(view, slack_ticks, LL_BITS_MS, "ticks",
-            "how early the last input came to the server; negative: late; null: not known"),
-    LL_INT(view, corrections, NULL, "how often the own entity was moved on reconciling"),
-    LL_STEP(view, correction_m, LL_BITS_M, "m", "the last of these, signed"),
+            "input slack of the last input at the server; negative: late; null: unknown"),
+    LL_INT(view, corrections, NULL, "number of corrections of the own entity"),
+    LL_STEP(view, correction_m, LL_BITS_M, "m", "the last correction, signed"),
     LL_INT(view, refused, NULL, "inputs that the server refused"),
-    LL_STEP(view, alpha, LL_BITS_RATIO, NULL, "where the drawn time is between its two snapshots"),
-    LL_STEP(view, render_time_s, LL_BITS_S, "s", "server time of the remote entities as drawn"),
+    LL_STEP(view, alpha, LL_BITS_RATIO, NULL, "position of render time between its two snapshots"),
+    LL_STEP(view, render_time_s, LL_BITS_S, "s", "render time of the remote entities"),
 };
 
 static const ll_record view_record = {.id = 2,
@@ -77,7 +77,7 @@ static view player_view(const ll_netgame *g, int i)
 {
     const ll_client *c = ll_netgame_client(g, i);
     const ll_client_metrics *in = ll_netgame_client_metrics(g, i);
-    const ll_client_slot *client_slot = &ll_netgame_server(g)->seats[i];
+    const ll_client_slot *client_slot = &ll_netgame_server(g)->client_slots[i];
     return (view){.view = (uint8_t)(i + 1),
                   .flags = flags_of(g, i),
                   .connection = (uint8_t)c->connection.state,
@@ -111,25 +111,24 @@ static const char *const entity_flags[] = {"finished",     "predicted", "interpo
                                            "extrapolated", "unsettled", "away",         NULL};
 
 static const ll_record_field entity_fields[] = {
-    LL_INT(entity, view, NULL, "in which it is"),
-    LL_INT(entity, entity, NULL, "which: those of the players come first"),
+    LL_INT(entity, view, NULL, "index of the view"),
+    LL_INT(entity, entity, NULL, "index of the entity; those of the players come first"),
     LL_FLAGS(entity, flags, entity_flags,
-             "held: there is no data; active: a projectile in flight; unsettled: overlaps what it was pushed "
-             "into; "
-             "away: its player is not connected"),
+             "held: no newer data; active: a projectile in flight; unsettled: overlaps what it was pushed "
+             "into; away: its player is not connected"),
     LL_STEP(entity, x, LL_BITS_M, "m", "position"),
     LL_STEP(entity, y, LL_BITS_M, "m", "position"),
     LL_STEP(entity, vx, LL_BITS_MPS, "m/s", "velocity"),
     LL_STEP(entity, vy, LL_BITS_MPS, "m/s", "velocity"),
     LL_STEP(entity, angle, LL_BITS_RAD, "rad", "orientation"),
     LL_STEP(entity, angular_velocity, LL_BITS_RAD, "rad/s", "angular velocity"),
-    LL_STEP(entity, age_ms, LL_BITS_MS, "ms", "how old it is as drawn"),
+    LL_STEP(entity, age_ms, LL_BITS_MS, "ms", "view age"),
 };
 
 static const ll_record entity_record = {.id = 3,
                                         .name = "entities",
                                         .channel = LL_CHANNEL_SCENE,
-                                        .help = "What is in each view, as it is drawn.",
+                                        .help = "The entities of each view, as drawn.",
                                         .form = LL_FORM_BY_INDEX,
                                         LL_ROWS_OF(entity, entity_fields)};
 
@@ -183,8 +182,8 @@ typedef struct game_value {
 
 static const ll_record_field game_fields[] = {
     LL_INT(game_value, player, NULL, "whose"),
-    LL_INT(game_value, index, NULL, "which: its name stands in the hello's layout, game_values"),
-    LL_REAL(game_value, value, 23, NULL, "the value; null: there is none yet"),
+    LL_INT(game_value, index, NULL, "index of its name in the hello's layout, game_values"),
+    LL_REAL(game_value, value, 23, NULL, "the value; null: none yet"),
 };
 
 static const ll_record game_record = {.id = 4,
@@ -208,7 +207,7 @@ static void fill_game(const ll_netgame *g, ll_row_set *rows)
     }
 }
 
-/* ---- all of them ---- */
+/* ---- all records ---- */
 
 const ll_record *const ll_netgame_records[] = {&view_record,
                                                &entity_record,

@@ -1,4 +1,4 @@
-/* What is told of inputs: how they were predicted, acknowledged and judged. */
+/* Reports of inputs: how they were predicted, acknowledged and decided. */
 #include <cjson/cJSON.h>
 #include <math.h>
 
@@ -14,14 +14,14 @@ static double per_second(int64_t count, double seconds)
     return ll_netgame_ratio((double)count, seconds > 0 ? seconds : 0);
 }
 
-/* M9 of the inputs, beside what the report counts from the start. */
+/* Metrics of the inputs, in addition to those that the report counts from the start. */
 static void inputs(cJSON *o, const ll_input_history *input_history, const ll_client_slot *client_slot,
                    double seconds)
 {
-    cJSON *verdicts = cJSON_AddObjectToObject(o, "verdicts");
-    number(verdicts, "made", (double)input_history->made);
-    for (int i = 0; i < LL_INPUT_VERDICTS; i++)
-        number(verdicts, ll_input_result_names[i], (double)input_history->count[i]);
+    cJSON *results = cJSON_AddObjectToObject(o, "verdicts");
+    number(results, "made", (double)input_history->made);
+    for (int i = 0; i < LL_INPUT_RESULT_KINDS; i++)
+        number(results, ll_input_result_names[i], (double)input_history->count[i]);
     number(o, "late_per_s", per_second(input_history->late, seconds));
     number(o, "starved_per_s", per_second(client_slot->starved - input_history->starved_before, seconds));
     number(o, "extra_inputs", (double)input_history->doubled);
@@ -47,10 +47,11 @@ void ll_netgame_inputs_metrics(const ll_netgame *g, int player, cJSON *o)
     cJSON *replay = cJSON_AddObjectToObject(o, "replay");
     number(replay, "replays_per_s", per_second(input_history->replays, seconds));
     number(replay, "inputs_per_s", per_second(input_history->replayed, seconds));
-    inputs(cJSON_GetObjectItem(o, "inputs"), input_history, &ll_netgame_server(g)->seats[player], seconds);
+    inputs(cJSON_GetObjectItem(o, "inputs"), input_history, &ll_netgame_server(g)->client_slots[player],
+           seconds);
     cJSON *validation = cJSON_AddObjectToObject(o, "validation");
     number(validation, "false_refusals", (double)in->false_refusals);
-    number(validation, "budget_used", ll_netgame_server(g)->seats[player].budget_used);
+    number(validation, "budget_used", ll_netgame_server(g)->client_slots[player].budget_used);
     if (ll_netgame_game(g)->farthest) {
         number(validation, "gain_m", in->gain.most);
         number(validation, "twin_gain_m", in->twin.most);

@@ -1,7 +1,7 @@
-/* What is counted of each player's view, streamed.
+/* Streamed sums of each player's view.
  *
- * Sums and counts, not means: who looks takes the difference over as long as it wants, and where nothing was
- * counted there is no mean. */
+ * Sums and counts, not means: a viewer takes the difference over any period, and a period without counts has
+ * no mean. */
 #include "sim/netgame/netgame.h"
 
 typedef struct measure {
@@ -12,23 +12,23 @@ typedef struct measure {
 } measure;
 
 static const ll_record_field measure_fields[] = {
-    LL_INT(measure, player, NULL, "whose view"),
-    LL_STEP(measure, age_of_information_ms, LL_BITS_MS, "ms", "age of information, now"),
+    LL_INT(measure, player, NULL, "index of the player"),
+    LL_STEP(measure, age_of_information_ms, LL_BITS_MS, "ms", "present age of information"),
     LL_STEP(measure, own_timeline_error_sum_m, LL_BITS_M, "m", "sum of the own timeline error over displays"),
     LL_STEP(measure, input_latency_sum_ms, LL_BITS_MS, "ms", "sum of the input latencies"),
     LL_INT(measure, own_timeline_errors, NULL, "displays in that sum"),
-    LL_INT(measure, input_latencies, NULL, "changes of controls that were felt: those in that sum"),
+    LL_INT(measure, input_latencies, NULL, "changes of controls in that sum"),
     LL_INT(measure, input_changes, NULL, "changes of controls"),
     LL_INT(measure, input_changes_lost, NULL, "those that were never applied"),
-    LL_INT(measure, visible_corrections, NULL, "displays that a correction could be seen in"),
+    LL_INT(measure, visible_corrections, NULL, "displays with a visible correction"),
 };
 
 const ll_record ll_netgame_measure_record = {
     .id = 7,
     .name = "measures",
     .channel = LL_CHANNEL_GAUGES,
-    .help = "What is counted of each player's view from the warm-up on; a "
-            "mean is the difference of two sums by that of their counts.",
+    .help = "Sums over each player's view from the warm-up on; a mean is the difference of two sums divided "
+            "by that of their counts.",
     .form = LL_FORM_BY_INDEX,
     LL_ROWS_OF(measure, measure_fields)};
 

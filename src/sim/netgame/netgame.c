@@ -9,7 +9,7 @@
 #include "sim/core/scenario_rows.h"
 #include "sim/netgame/parts.h"
 
-#define LINK_SECONDS 1.3    /* of packets at full rate that a link holds; what is beyond is a full queue */
+#define LINK_SECONDS 1.3    /* of packets at full rate that a link holds; more would overflow its queue */
 #define DEJITTER_PACKETS 64 /* half a second at the highest rate */
 
 /* ---- layout ---- */
@@ -25,8 +25,8 @@ static int down_slots(const ll_netgame_config *c)
     return (int)((128 + 32) * LINK_SECONDS); /* updates, and answers to pings */
 }
 
-/* Peers send all that is open. Where they come by a change while the game runs, links hold fewer of their
- * longest packets: others need not pay for it. */
+/* Peers send all open inputs. After a change to a peer-to-peer sync during a game, links hold fewer of these
+ * longest packets: other configurations need not pay for them. */
 static bool among_peers(const ll_netgame_config *c)
 {
     return ll_syncs[c->server.sync]->observe != NULL;
@@ -63,13 +63,13 @@ static bool arena_of(const ll_netgame_config *c, ll_arena *arena)
     return true;
 }
 
-/* Of the configuration that a block keeps. */
+/* Of the configuration that a block contains. */
 static size_t config_size(const ll_netgame_config *c)
 {
     return offsetof(ll_netgame_config, players) + (size_t)c->player_count * sizeof c->players[0];
 }
 
-/* Places the parts one behind the other; with a NULL block only counts. */
+/* Computes the offsets of all parts; with a NULL block only the size. */
 static int64_t lay_out(ll_netgame *g, const ll_netgame_config *c)
 {
     int n = c->player_count;
@@ -147,9 +147,9 @@ static void start_server(ll_netgame *g, ll_time now)
                     client_freq, now);
 }
 
-/* The game begins, or begins anew in another way, for everybody: its clocks start, and what is in flight is
- * void. Who is not connected comes later. */
-static void begin(ll_netgame *g, ll_time now)
+/* All clients resync: the game starts, or restarts in another sync mode. All clocks start, and packets in
+ * flight are discarded. Players who are not connected join later. */
+static void begin_game(ll_netgame *g, ll_time now)
 {
     ll_server *server = ll_netgame_server(g);
     start_server(g, now);
@@ -159,7 +159,7 @@ static void begin(ll_netgame *g, ll_time now)
                         ll_server_world(server), now);
         ll_desync_start(ll_netgame_desync(g, i), server->step);
         ll_client_metrics_resync(ll_netgame_client_metrics(g, i));
-        ll_twin_meet(&ll_netgame_client_metrics(g, i)->twin, ll_netgame_client(g, i)->tick);
+        ll_twin_resync(&ll_netgame_client_metrics(g, i)->twin, ll_netgame_client(g, i)->tick);
         if (s.weapon_prediction)
             ll_weapon_prediction_start(ll_netgame_client(g, i), &s);
     }
@@ -218,13 +218,13 @@ static ll_status init(void *block, const void *config)
     if (arena_of(c, &arena))
         ll_shots_init(ll_netgame_shots(g), &arena, (ll_time)(c->warmup_s * 1e9));
     start_server(g, 0);
-    server->tend = g->now = -LL_LOBBY;
+    server->next_check = g->now = -LL_LOBBY;
     ll_status status = run_until(g, -1, NULL, NULL);
     for (int i = 0; i < n; i++) {
         ll_link_restart_stats(ll_netgame_up(g, i));
         ll_link_restart_stats(ll_netgame_down(g, i));
     }
-    begin(g, 0);
+    begin_game(g, 0);
     return status;
 }
 
@@ -251,7 +251,7 @@ static bool finite_world(const ll_world *world, int *entity)
     for (int i = 0; i < world->entities; i++) {
         const ll_entity *e = &world->entity[i];
         double sum = e->x + e->y + e->vx + e->vy + e->angle + e->angular_velocity;
-        if (sum - sum != 0) { /* true for an infinity and for a NaN */
+        if (sum - sum != 0) { /* true for infinity and NaN */
             *entity = i;
             return false;
         }
@@ -277,12 +277,12 @@ static void step_armed(ll_netgame *g)
     ll_past past = {.history = ll_netgame_history(g),
                     .rules = &g->config.server.compensation,
                     .buffer = 2 * ll_tick_time(1, server->updates.freq),
-                    .witness = ll_netgame_witness,
+                    .witness = ll_netgame_record_shot,
                     .context = g};
     ll_netgame_sync(g)->step(server, ll_netgame_game(g), &g->env, &past, g->now);
 }
 
-/* False when the world has diverged; `entity` tells whose place or speed is not finite. */
+/* False when the world has diverged; `entity` is then the one whose position or speed is not finite. */
 static bool server_steps(ll_netgame *g, const ll_recorder *r, int *entity)
 {
     const ll_sync_mode *sync = ll_netgame_sync(g);
@@ -296,7 +296,7 @@ static bool server_steps(ll_netgame *g, const ll_recorder *r, int *entity)
         return false;
     ll_netgame_watch_players(g, g->now - before);
     for (int i = 0; i < server->players && g->now < ll_netgame_client_metrics(g, i)->from; i++)
-        ll_netgame_client_metrics(g, i)->input_history.starved_before = server->seats[i].starved;
+        ll_netgame_client_metrics(g, i)->input_history.starved_before = server->client_slots[i].starved;
     ll_history_add(ll_netgame_history(g), g->now, ll_server_world(server));
     ll_netgame_observe_step(g);
     if (ll_netgame_shots(g))
@@ -323,7 +323,7 @@ static void client_ticks(ll_netgame *g, int player, const ll_client_setup *s)
         s->sync->observe(ll_netgame_desync(g, player), client, s, ll_netgame_server(g));
 }
 
-/* A client's prediction may leave all bounds before the server does. */
+/* A client's prediction may diverge before the server does. */
 static ll_status client_displays(ll_netgame *g, int player, const ll_client_setup *s)
 {
     int entity;
@@ -351,16 +351,16 @@ static ll_status client_acts(ll_netgame *g, int player, const ll_client_setup *s
     ll_status status = displays ? client_displays(g, player, s) : ll_ok();
     ll_client_set_due(client, s);
     if (client->due > g->now)
-        return status; /* its connection has nothing to do */
-    int bytes = ll_connection_tend(client, s, g->now, &request);
+        return status; /* nothing is due for its connection */
+    int bytes = ll_connection_poll(client, s, g->now, &request);
     if (bytes > 0)
         ll_netgame_send(g, player, true, &request, bytes, s->recorder);
     ll_client_set_due(client, s);
     return status;
 }
 
-/* Who acts next. Of what falls on one instant, packets come first, then the server's step, its update, and
- * the clients: so a packet that arrives at a tick counts for it. */
+/* The next actor. At one instant packets come first, then the server's step, its update, and the clients: so
+ * a packet that arrives at a tick counts for that tick. */
 typedef enum actor {
     ACTOR_UP,
     ACTOR_DOWN,
@@ -371,7 +371,7 @@ typedef enum actor {
     ACTOR_CLIENT
 } actor;
 
-/* When and who in one number: of two turns the lower comes first. */
+/* Time and actor in one number: of two turns the smaller comes first. */
 typedef int64_t turn;
 
 enum { ACTORS_MAX = 8 };
@@ -382,14 +382,14 @@ static turn turn_of(ll_time time, actor who)
     return (time < latest ? time : latest) * ACTORS_MAX + (turn)who;
 }
 
-static actor who_has(turn t)
+static actor actor_of(turn t)
 {
     return (actor)(t & (ACTORS_MAX - 1));
 }
 
 static ll_time time_of(turn t)
 {
-    return (t - (turn)who_has(t)) / ACTORS_MAX;
+    return (t - (turn)actor_of(t)) / ACTORS_MAX;
 }
 
 static turn earlier(turn a, turn b)
@@ -401,7 +401,7 @@ static turn server_turn(const ll_netgame *g)
 {
     const ll_sync_mode *sync = ll_netgame_sync(g);
     const ll_server *server = ll_netgame_server(g);
-    turn next = earlier(turn_of(sync->due(server), ACTOR_STEP), turn_of(server->tend, ACTOR_TEND));
+    turn next = earlier(turn_of(sync->due(server), ACTOR_STEP), turn_of(server->next_check, ACTOR_TEND));
     if (sync->server_steps_at_update_hz)
         return next;
     return earlier(next, turn_of(ll_clock_time(&server->updates, server->update), ACTOR_UPDATE));
@@ -409,7 +409,7 @@ static turn server_turn(const ll_netgame *g)
 
 static turn player_turn(const ll_netgame *g, int i)
 {
-    ll_time due = ll_netgame_client(g, i)->due; /* what has come may have made something due that was not */
+    ll_time due = ll_netgame_client(g, i)->due; /* a received packet may have made something due */
     turn up = turn_of(ll_link_next_due(ll_netgame_up(g, i)), ACTOR_UP);
     turn down = turn_of(ll_link_next_due(ll_netgame_down(g, i)), ACTOR_DOWN);
     turn held = turn_of(ll_dejitter_next_due(ll_netgame_dejitter(g, i)), ACTOR_PLAYOUT);
@@ -417,22 +417,22 @@ static turn player_turn(const ll_netgame *g, int i)
     return earlier(earlier(up, down), earlier(held, client));
 }
 
-/* A run in which nothing is changed from outside: what clients are set up with stands, and who comes next of
- * the server and of a player is looked up again only where the last event may have changed it. */
-typedef struct stretch {
+/* A run without changes from outside: the set-ups of the clients stay the same, and the next turn of the
+ * server and of a player is computed again only if the last event may have changed it. */
+typedef struct schedule {
     turn server, player[LL_PLAYERS_MAX];
     ll_client_setup setup[LL_PLAYERS_MAX];
-} stretch;
+} schedule;
 
-static void renew_all(stretch *now, const ll_netgame *g)
+static void renew_all(schedule *now, const ll_netgame *g)
 {
     now->server = server_turn(g);
     for (int i = 0; i < g->config.player_count; i++)
         now->player[i] = player_turn(g, i);
 }
 
-/* After a turn of `player`, or of the server: -1. */
-static void renew(stretch *now, const ll_netgame *g, int player, actor done)
+/* After a turn of `player`; -1: of the server. */
+static void renew(schedule *now, const ll_netgame *g, int player, actor done)
 {
     const ll_sync_mode *sync = ll_netgame_sync(g);
     if (player >= 0) {
@@ -442,12 +442,12 @@ static void renew(stretch *now, const ll_netgame *g, int player, actor done)
     } else if (done == ACTOR_STEP && !sync->server_steps_at_update_hz) {
         now->server = server_turn(g);
     } else {
-        renew_all(now, g); /* it has sent to everybody */
+        renew_all(now, g); /* it has sent to all players */
     }
 }
 
-/* -1: the server is next. Of players whose turns are equal, the first. */
-static int next_turn(const stretch *now, const ll_netgame *g, turn *next)
+/* -1: the server is next. Of players with equal turns, the first. */
+static int next_turn(const schedule *now, const ll_netgame *g, turn *next)
 {
     int player = -1;
     *next = now->server;
@@ -480,7 +480,7 @@ static bool take_turn(ll_netgame *g, actor who, int player, const ll_client_setu
         ll_netgame_server(g)->update++;
         break;
     case ACTOR_TEND:
-        ll_netgame_tend(g, r);
+        ll_netgame_check_connections(g, r);
         break;
     case ACTOR_CLIENT:
         client_acts(g, player, s);
@@ -491,7 +491,7 @@ static bool take_turn(ll_netgame *g, actor who, int player, const ll_client_setu
 
 static ll_status run_until(ll_netgame *g, ll_time until, const ll_recorder *r, ll_pace *pace)
 {
-    stretch now;
+    schedule now;
     int entity;
     for (int i = 0; i < g->config.player_count; i++)
         now.setup[i] = setup(g, i, r);
@@ -502,12 +502,12 @@ static ll_status run_until(ll_netgame *g, ll_time until, const ll_recorder *r, l
         if (time_of(next) > until)
             break;
         if (!ll_goes_on(pace))
-            return ll_error(LL_INTERRUPTED, "a tick was broken off");
-        if (time_of(next) > g->now) /* else a live change has brought it forward */
+            return ll_error(LL_INTERRUPTED, "a tick was interrupted");
+        if (time_of(next) > g->now) /* otherwise a live change has brought it forward */
             g->now = time_of(next);
-        if (!take_turn(g, who_has(next), player, &now.setup[player < 0 ? 0 : player], r, &entity))
+        if (!take_turn(g, actor_of(next), player, &now.setup[player < 0 ? 0 : player], r, &entity))
             return not_finite(g, entity);
-        renew(&now, g, player, who_has(next));
+        renew(&now, g, player, actor_of(next));
     }
     g->now = until;
     return ll_ok();
@@ -539,7 +539,7 @@ static void change(void *block, const void *config, ll_time now)
     const ll_sync_mode *sync = ll_netgame_sync(g);
     bool other_rate = before.update_hz != g->config.server.update_hz;
     if (before.sync != g->config.server.sync || (other_rate && sync->server_steps_at_update_hz)) {
-        begin(g, now);
+        begin_game(g, now);
     } else if (other_rate) {
         ll_server *server = ll_netgame_server(g);
         server->updates = (ll_clock){now, 0, rate(g, true)};

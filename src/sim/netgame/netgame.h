@@ -1,7 +1,7 @@
 /* Simulations of kind `netgame`: a server, its clients and the links between them, under one virtual clock.
  *
  * The actors share nothing: only packets pass between them. This room carries the packets, keeps the clocks,
- * and, since it holds everybody, measures every view against the truth. */
+ * and, since it sees all actors, measures every view against the truth. */
 #pragma once
 
 #include "netcode/server/admission.h"
@@ -36,7 +36,7 @@ typedef struct ll_netgame {
     struct {
         int64_t client, up, down, dejitter, client_metrics, desync, weapon_prediction;
     } at[LL_PLAYERS_MAX];
-    ll_netgame_config config; /* the last: a block ends it behind the players that there are */
+    ll_netgame_config config; /* last member: a block contains only the configured players of it */
 } ll_netgame;
 
 static inline ll_server *ll_netgame_server(const ll_netgame *g)
@@ -111,41 +111,42 @@ static inline bool ll_netgame_stalled(const ll_netgame *g, int i)
     return ll_netgame_sync(g)->observe && ll_client_peer(ll_netgame_client(g, i))->waiting != 0;
 }
 
-/* report.c: what is told of a block */
+/* report.c: reports of a block */
 struct cJSON *ll_netgame_state(const void *block);
 struct cJSON *ll_netgame_metrics(const void *block);
 struct cJSON *ll_netgame_layout(const void *config);
-/* notices.c: sentences that tell why metrics are null: what the configuration says of any run of it,
- * and added to the `metrics` of a block as `notices`, with what has not happened in it so far */
+/* notices.c: sentences that explain why metrics are null: reasons in the configuration, for any run of it;
+ * and, added to the `metrics` of a block as `notices`, also events that have not happened in it so far */
 struct cJSON *ll_netgame_notices(const void *config);
 void ll_netgame_add_notices(const ll_netgame *game, struct cJSON *metrics);
 void ll_netgame_distribution(struct cJSON *object, const char *name, ll_summary summary);
 int ll_netgame_trace_columns(const void *config, char (*names)[48], int capacity);
 int ll_netgame_trace_row(const void *block, double *values, int capacity);
 
-/* A number; null for what is none. */
+/* A number; null for NaN and infinity. */
 void ll_netgame_number(struct cJSON *object, const char *name, double value);
 double ll_netgame_ratio(double part, double whole); /* NaN when `whole` is 0 */
 
-/* A gauge as mean, min, max and count, `scale` times as large. */
+/* A gauge as mean, min, max and count, multiplied by `scale`. */
 void ll_netgame_running_stats(struct cJSON *object, const char *name, const ll_running_stats *gauge,
                               double scale);
 
-/* playout.c: the players' de-jitter buffers. Holds back a packet that has come; false when it goes to
- * the client at once. Plays out the next one that is due: its size. */
+/* playout.c: the players' de-jitter buffers. Holds back a received packet; false: it goes to the client at
+ * once. Plays out the next due packet and returns its size. */
 bool ll_netgame_hold(ll_netgame *game, int player, const void *packet, int bytes);
 int ll_netgame_play_out(ll_netgame *game, int player, void *packet, int capacity);
 
-/* views.c: M7 to M9 of a player's view, added to its metrics; its buffers, streamed */
+/* views.c: inconsistency, smoothness and buffers of a player's view, added to its metrics; its buffers,
+ * streamed */
 void ll_netgame_view_metrics(const ll_netgame *game, int player, struct cJSON *object);
 extern const ll_record ll_netgame_buffer_record, ll_netgame_buffered_record;
 void ll_netgame_fill_buffers(const ll_netgame *game, ll_row_set *rows);
 void ll_netgame_fill_buffered(const ll_netgame *game, ll_row_set *rows);
 
-/* inputs.c: adds to the metrics of `player` what became of its inputs */
+/* inputs.c: adds the results of its inputs to the metrics of `player` */
 void ll_netgame_inputs_metrics(const ll_netgame *g, int player, struct cJSON *metrics);
 
-/* connection.c: adds to the metrics of `player` how it was connected */
+/* connection.c: adds the state of its connection to the metrics of `player` */
 void ll_netgame_connection_metrics(const ll_netgame *g, int player, struct cJSON *metrics);
 
 /* input_history.c: the last inputs of the players, streamed */
@@ -160,16 +161,17 @@ void ll_netgame_slowest(struct cJSON *server, const ll_netgame *g);
 extern const ll_record ll_netgame_peer_record;
 void ll_netgame_fill_peers(const ll_netgame *game, ll_row_set *rows);
 
-/* shots.c: M10 of `player`, the last shots and the shells; nothing in a game without weapons */
+/* shots.c: shot statistics of `player`, the last shots and the projectiles; nothing in a game without
+ * weapons */
 void ll_netgame_shots_metrics(const ll_netgame *g, int player, struct cJSON *metrics);
 extern const ll_record ll_netgame_shot_record, ll_netgame_shot_body_record, ll_netgame_shell_record;
 void ll_netgame_fill_shots(const ll_netgame *game, ll_row_set *rows);
 void ll_netgame_fill_shells(const ll_netgame *game, ll_row_set *rows);
 
-/* measures.c: what is counted of each player's view, streamed */
+/* measures.c: sums over each player's view, streamed */
 extern const ll_record ll_netgame_measure_record;
 void ll_netgame_fill_measures(const ll_netgame *game, ll_row_set *rows);
 
-/* frame.c: what is streamed of a block */
+/* frame.c: streamed rows of a block */
 extern const ll_record *const ll_netgame_records[];
 void ll_netgame_fill(const void *block, ll_row_set *rows);

@@ -1,4 +1,4 @@
-/* Why metrics of a netgame are null, or say nothing, where a reader would not see it from the numbers. */
+/* Reasons why metrics of a netgame are null or meaningless, where the numbers do not show it. */
 #include <cjson/cJSON.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -6,11 +6,11 @@
 
 #include "sim/netgame/netgame.h"
 
-enum { NAMED = 3 /* players; of more it tells how many there are */ };
+enum { NAMED = 3 /* players; of more it gives the number */ };
 
-static void tell(cJSON *notices, const char *format, ...) __attribute__((format(printf, 2, 3)));
+static void add_notice(cJSON *notices, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
-static void tell(cJSON *notices, const char *format, ...)
+static void add_notice(cJSON *notices, const char *format, ...)
 {
     char text[400];
     va_list arguments;
@@ -25,10 +25,11 @@ cJSON *ll_netgame_notices(const void *config)
     const ll_netgame_config *c = config;
     cJSON *notices = cJSON_CreateArray();
     if (c->head.duration_s <= c->warmup_s)
-        tell(notices,
-             "duration_s, %g s, is not longer than warmup_s, %g s, from which on metrics count: those that "
-             "count from there are null.",
-             c->head.duration_s, c->warmup_s);
+        add_notice(
+            notices,
+            "duration_s, %g s, is not longer than warmup_s, %g s, from which on metrics count: those that "
+            "count from there are null.",
+            c->head.duration_s, c->warmup_s);
     return notices;
 }
 
@@ -59,15 +60,15 @@ static const struct reason {
     bool (*holds)(const ll_netgame *g, int player);
     const char *what; /* after the players' names */
 } reasons[] = {
-    {never_joined, "never joined: what is drawn there stands still, errors against its own time "
-                   "(own_timeline_error_m, timeline_error_m) say nothing."},
+    {never_joined, "never joined: what is drawn there stands still, and errors against its own time "
+                   "(own_timeline_error_m, timeline_error_m) mean nothing."},
     {touched_nothing, "did not change the controls from warmup_s on: latencies of such changes "
                       "(input_latency_ms, confirmed_latency_ms, seen_latency_ms) are null."},
-    {is_alone, "had nobody else in view from warmup_s on: metrics of the others (remote_error_m, "
+    {is_alone, "had no other player in view from warmup_s on: metrics of the others (remote_error_m, "
                "timeline_error_m, view_age_ms) are null."},
 };
 
-/* `A`, `A and B`, `A, B and 5 others`; their count. */
+/* `A`, `A and B`, `A, B and 5 others`; returns their number. */
 static int name_players(const ll_netgame *g, const struct reason *reason, char *out, size_t size)
 {
     int count = 0, named = 0;
@@ -95,10 +96,10 @@ void ll_netgame_add_notices(const ll_netgame *g, cJSON *metrics)
     bool begun = ll_to_s(g->now) > g->config.warmup_s;
     char names[160];
     if (!begun && g->config.warmup_s > 0 && cJSON_GetArraySize(notices) == 0)
-        tell(notices, "Metrics count from warmup_s, %g s, on; it is %g s.", g->config.warmup_s,
-             ll_to_s(g->now));
+        add_notice(notices, "Metrics count from warmup_s, %g s, on; it is %g s.", g->config.warmup_s,
+                   ll_to_s(g->now));
     for (size_t i = 0; begun && i < sizeof reasons / sizeof reasons[0]; i++)
         if (name_players(g, &reasons[i], names, sizeof names) > 0)
-            tell(notices, "%s %s", names, reasons[i].what);
+            add_notice(notices, "%s %s", names, reasons[i].what);
     cJSON_AddItemToObject(metrics, "notices", notices);
 }

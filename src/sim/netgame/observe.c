@@ -1,16 +1,16 @@
-/* The observer of a netgame: it sees the server and every client, and holds them against each other. */
+/* The observer of a netgame: it sees the server and every client, and compares them. */
 #include "netcode/client/cheat.h"
 #include "netcode/observe/player_observer.h"
 #include "sim/netgame/parts.h"
 
-/* A shot was judged in the step that the server is making. */
-void ll_netgame_witness(void *context, const ll_hit_result *j)
+/* A shot was judged in the present step of the server. */
+void ll_netgame_record_shot(void *context, const ll_hit_result *j)
 {
     ll_netgame *g = context;
     ll_server *server = ll_netgame_server(g);
-    int64_t *refused = server->seats[j->shooter].refused;
+    int64_t *refused = server->client_slots[j->shooter].refused;
     bool on_player = j->body != LL_NOBODY && j->body < server->players;
-    bool rules = !ll_netgame_sync(g)->observe; /* a referee refuses nothing */
+    bool rules = !ll_netgame_sync(g)->observe; /* a relay server refuses nothing */
     refused[LL_RULE_FIRE_RATE] += rules && j->kind == LL_HIT_RESULT_VOID;
     refused[LL_RULE_REWIND] += rules && j->shot && j->shot->view_time_rejected;
     ll_sight victim = {.self = j->body};
@@ -20,8 +20,8 @@ void ll_netgame_witness(void *context, const ll_hit_result *j)
                    on_player ? &victim : NULL);
 }
 
-/* What cheats bring. A step stands for its length, an update that drains for the time since the one before.
- */
+/* Measures the gain of cheats. A step stands for its length; an update that applies inputs on arrival, for
+ * the time since the one before. */
 void ll_netgame_watch_players(ll_netgame *g, ll_time since)
 {
     const ll_world *world = ll_server_world(ll_netgame_server(g));
@@ -49,7 +49,8 @@ void ll_netgame_watch_cheats_begin(ll_netgame *g, const ll_netgame_config *next)
     }
 }
 
-/* A packet holds the inputs made since the last and `redundancy` before them; a lag switch keeps its own. */
+/* A packet holds the inputs made since the last one and `redundancy` earlier ones; a lag switch keeps its
+ * inputs back. */
 static uint32_t unsent_from(const ll_netgame *g, int player)
 {
     const ll_client *c = ll_netgame_client(g, player);
@@ -58,7 +59,7 @@ static uint32_t unsent_from(const ll_netgame *g, int player)
     return c->unsent != 0 && c->unsent < from ? c->unsent : from;
 }
 
-/* The observer sees what the step made of every player's inputs. */
+/* The observer sees the results of every player's inputs in the step. */
 void ll_netgame_observe_step(ll_netgame *g)
 {
     const ll_server *server = ll_netgame_server(g);
@@ -66,14 +67,14 @@ void ll_netgame_observe_step(ll_netgame *g)
         ll_stepped stepped = {.world = ll_server_world_const(server),
                               .history = ll_netgame_history(g),
                               .step = server->step,
-                              .acked = server->seats[i].acked,
+                              .acked = server->client_slots[i].acked,
                               .unsent_from = unsent_from(g, i),
                               .applies_on_arrival = ll_netgame_sync(g)->applies_on_arrival};
         ll_client_metrics_stepped(ll_netgame_client_metrics(g, i), i, &stepped, g->now);
     }
 }
 
-/* Every client has drawn: their pictures are held against each other. */
+/* All clients have drawn: compares their views. */
 void ll_netgame_compare_views(ll_netgame *g, ll_time elapsed)
 {
     ll_client_metrics *client_metrics[LL_PLAYERS_MAX];
@@ -86,7 +87,7 @@ void ll_netgame_compare_views(ll_netgame *g, ll_time elapsed)
     ll_client_metrics_between(client_metrics, clients, n, g->now, elapsed);
 }
 
-/* What an honest client would have sent in this tick. */
+/* The input that an honest client would have sent in this tick. */
 void ll_netgame_watch_tick(ll_netgame *g, int player, const ll_client_setup *s)
 {
     ll_time due = g->now + ll_ms(s->config->lag_ms + s->config->link.up.delay_ms);
@@ -94,7 +95,8 @@ void ll_netgame_watch_tick(ll_netgame *g, int player, const ll_client_setup *s)
                                                              ll_netgame_client(g, player)->tick, due);
 }
 
-/* A display of `player`: its picture is held against the truth, and what it shows of the others' controls. */
+/* A display of `player`: compares its view with the truth, and records which changes of the others' controls
+ * it shows. */
 void ll_netgame_observe_display(ll_netgame *g, int player)
 {
     const ll_client *client = ll_netgame_client(g, player);
@@ -102,7 +104,7 @@ void ll_netgame_observe_display(ll_netgame *g, int player)
     const ll_truth truth = {.world = ll_server_world_const(server),
                             .history = ll_netgame_history(g),
                             .device = ll_ms(g->config.players[player].display_device_ms),
-                            .acked = server->seats[player].acked,
+                            .acked = server->client_slots[player].acked,
                             .applies_on_arrival = ll_netgame_sync(g)->applies_on_arrival,
                             .peers = ll_netgame_sync(g)->observe != NULL};
     ll_client_metrics_frame(ll_netgame_client_metrics(g, player), client, &truth, g->now);

@@ -1,4 +1,4 @@
-/* The packets of a netgame: carried over the links, taken by server and clients. */
+/* The packets of a netgame: carried over the links, received by server and clients. */
 #include <string.h>
 
 #include "base/assert.h"
@@ -16,7 +16,7 @@ void ll_netgame_send(ll_netgame *g, int player, bool up, const void *packet, int
     if (up)
         ll_netgame_client(g, player)->connection.sent = g->now;
     else
-        ll_netgame_server(g)->seats[player].told = g->now;
+        ll_netgame_server(g)->client_slots[player].last_sent = g->now;
     ll_client_metrics *in = ll_netgame_client_metrics(g, player);
     if (g->now >= in->from) {
         int headers = LL_UDP_OVERHEAD + (s.fragments > 1 ? LL_FRAGMENT_HEADER : 0);
@@ -27,9 +27,9 @@ void ll_netgame_send(ll_netgame *g, int player, bool up, const void *packet, int
     }
     bool inputs = head.type == LL_MESSAGE_INPUT;
     if (inputs && s.fate == LL_FATE_DELIVERED)
-        ll_input_history_went(&in->input_history, head.seq, head.count, s.due);
+        ll_input_history_sent(&in->input_history, head.seq, head.count, s.due);
     if (inputs && s.duplicated && s.copy_fate == LL_FATE_DELIVERED)
-        ll_input_history_went(&in->input_history, head.seq, head.count, s.copy_due);
+        ll_input_history_sent(&in->input_history, head.seq, head.count, s.copy_due);
     if (!r)
         return;
     ll_event e = {.type = head.type, .player = (uint8_t)player, .fate = (uint8_t)s.fate, .begin = g->now};
@@ -47,14 +47,14 @@ void ll_netgame_send(ll_netgame *g, int player, bool up, const void *packet, int
     }
 }
 
-/* The server's message of an update to a player who is connected. */
+/* The server's message of an update to a connected player. */
 static void update_player(ll_netgame *g, int player, const ll_recorder *r)
 {
     const ll_sync_mode *sync = ll_netgame_sync(g);
     ll_server *server = ll_netgame_server(g);
     _Alignas(8) char packet[LL_NETGAME_PACKET_MAX];
-    server->seats[player].repeats = 0;
-    if (server->seats[player].connected)
+    server->client_slots[player].repeats = 0;
+    if (server->client_slots[player].connected)
         ll_netgame_send(g, player, false, packet, sync->compose(server, sync, player, packet), r);
 }
 
@@ -64,43 +64,43 @@ void ll_netgame_update(ll_netgame *g, const ll_recorder *r)
         update_player(g, i, r);
 }
 
-static void judged(ll_client_metrics *in, const ll_input_result *verdict, const ll_netgame *g)
+static void record_result(ll_client_metrics *in, const ll_input_result *result, const ll_netgame *g)
 {
-    static const ll_input_history_mark marks[] = {[LL_OUTCOME_APPLIED] = LL_INPUT_HISTORY_IN_TIME,
+    static const ll_input_history_flag marks[] = {[LL_OUTCOME_APPLIED] = LL_INPUT_HISTORY_IN_TIME,
                                                   [LL_OUTCOME_REFUSED] = LL_INPUT_HISTORY_REFUSED,
                                                   [LL_OUTCOME_LATE] = LL_INPUT_HISTORY_LATE};
     ll_input_history *input_history = &in->input_history;
-    ll_input_history_judged(input_history, verdict->seq, marks[verdict->outcome]);
+    ll_input_history_received(input_history, result->seq, marks[result->outcome]);
     if (g->now < in->from)
         return;
-    input_history->late += verdict->outcome == LL_OUTCOME_LATE;
+    input_history->late += result->outcome == LL_OUTCOME_LATE;
     if (ll_netgame_sync(g)->client_runs_ahead)
-        ll_running_stats_add(&input_history->slack, verdict->slack);
+        ll_running_stats_add(&input_history->slack, result->slack);
 }
 
 static void server_takes(ll_netgame *g, int player, const void *packet, const ll_recorder *r)
 {
-    ll_input_result verdicts[LL_INPUTS_MAX];
+    ll_input_result results[LL_INPUTS_MAX];
     const ll_sync_mode *sync = ll_netgame_sync(g);
     ll_server *server = ll_netgame_server(g);
-    int n = sync->take(server, sync, player, packet, g->now, verdicts);
+    int n = sync->take(server, sync, player, packet, g->now, results);
     for (int i = 0; i < n; i++) {
-        judged(ll_netgame_client_metrics(g, player), &verdicts[i], g);
+        record_result(ll_netgame_client_metrics(g, player), &results[i], g);
         ll_netgame_record(r, (ll_event){.type = LL_EVENT_INPUT_RESULT,
                                         .player = (uint8_t)player,
-                                        .outcome = verdicts[i].outcome,
+                                        .outcome = results[i].outcome,
                                         .begin = g->now,
                                         .end = g->now,
-                                        .number = verdicts[i].seq});
-        if (verdicts[i].outcome == LL_OUTCOME_REFUSED && g->config.players[player].cheat == LL_CHEAT_NONE)
+                                        .number = results[i].seq});
+        if (results[i].outcome == LL_OUTCOME_REFUSED && g->config.players[player].cheat == LL_CHEAT_NONE)
             ll_netgame_client_metrics(g, player)->false_refusals++;
-        if (verdicts[i].outcome == LL_OUTCOME_REFUSED && sync->tells_refusals) {
-            ll_message_head refusal = {LL_MESSAGE_REFUSAL, verdicts[i].rule, server->seats[player].epoch,
-                                       verdicts[i].seq};
+        if (results[i].outcome == LL_OUTCOME_REFUSED && sync->reports_refusals) {
+            ll_message_head refusal = {LL_MESSAGE_REFUSAL, results[i].rule,
+                                       server->client_slots[player].epoch, results[i].seq};
             ll_netgame_send(g, player, false, &refusal, (int)sizeof refusal, r);
         }
     }
-    server->seats[player].repeats += n == 0;
+    server->client_slots[player].repeats += n == 0;
 }
 
 static void server_receives(ll_netgame *g, int player, const void *packet, const ll_recorder *r)
@@ -108,7 +108,7 @@ static void server_receives(ll_netgame *g, int player, const void *packet, const
     const ll_sync_mode *sync = ll_netgame_sync(g);
     ll_server *server = ll_netgame_server(g);
     _Alignas(8) char reply[LL_NETGAME_PACKET_MAX];
-    bool with_world = sync->start != NULL && g->now >= 0; /* before, everybody has the world */
+    bool with_world = sync->start != NULL && g->now >= 0; /* before time 0 all clients have the world */
     ll_admitted done = ll_admission_receive(server, with_world, player, packet, g->now, reply);
     if (done.joined)
         ll_server_world(server)->entity[player].flags &= ~(uint64_t)LL_ENTITY_AWAY;
@@ -120,28 +120,28 @@ static void server_receives(ll_netgame *g, int player, const void *packet, const
         server_takes(g, player, packet, r);
 }
 
-/* Looks after the connections: who is silent for too long is dropped, and others see it leave. */
-void ll_netgame_tend(ll_netgame *g, const ll_recorder *r)
+/* Checks the connections: players without packets for too long are dropped, and others see them leave. */
+void ll_netgame_check_connections(ll_netgame *g, const ll_recorder *r)
 {
     const ll_sync_mode *sync = ll_netgame_sync(g);
     ll_server *server = ll_netgame_server(g);
     double timeout_s = g->config.server.timeout_s;
     ll_time timeout = timeout_s > 0 ? (ll_time)(timeout_s * 1e9) : LL_NEVER;
     _Alignas(8) char packet[LL_NETGAME_PACKET_MAX];
-    server->tend += LL_TEND_EVERY;
+    server->next_check += LL_CONNECTION_CHECK_INTERVAL;
     for (int i = 0; i < server->players; i++) {
-        if (sync->waits && server->seats[i].repeats > 0)
-            update_player(g, i, r); /* it repeats what is known: it has not got the state */
+        if (sync->waits && server->client_slots[i].repeats > 0)
+            update_player(g, i, r); /* it repeats known inputs, so it lacks the snapshot */
         int bytes = ll_admission_keep_alive(server, i, g->now, packet);
         if (bytes > 0)
             ll_netgame_send(g, i, false, packet, bytes, r);
-        if (!ll_admission_tend(server, i, timeout, g->now))
+        if (!ll_admission_check(server, i, timeout, g->now))
             continue;
         ll_netgame_record(r, (ll_event){.type = LL_EVENT_DROPPED,
                                         .player = (uint8_t)i,
                                         .begin = g->now,
                                         .end = g->now,
-                                        .number = (uint32_t)server->seats[i].drops});
+                                        .number = (uint32_t)server->client_slots[i].drops});
         if (sync->stand_in)
             sync->stand_in(server, g->now);
         else /* a client's own world has no such flag */
@@ -171,7 +171,7 @@ static void client_receives(ll_netgame *g, int player, const ll_client_setup *s,
                       .value = outcome == LL_OUTCOME_APPLIED ? (float)world->entity[player].x : 0});
 }
 
-/* False: the packet is of the game. */
+/* False: the packet belongs to the game. */
 static bool client_connects(ll_netgame *g, int player, const ll_client_setup *s, const void *packet,
                             int bytes)
 {

@@ -1,4 +1,4 @@
-/* Between the files of a netgame: its packets, its observer, and the loop over its events. */
+/* Shared by the files of a netgame: its packets, its observer, and the loop over its events. */
 #pragma once
 
 #include "sim/netgame/netgame.h"
@@ -11,19 +11,20 @@ static inline void ll_netgame_record(const ll_recorder *r, ll_event event)
         r->record(r->context, &event);
 }
 
-/* packets.c: what is sent, what comes, and what that makes of both sides */
+/* packets.c: sends and receives packets, and applies their effects on both sides */
 void ll_netgame_send(ll_netgame *g, int player, bool up, const void *packet, int bytes, const ll_recorder *r);
-void ll_netgame_update(ll_netgame *g, const ll_recorder *r); /* to everybody who is connected */
-void ll_netgame_tend(ll_netgame *g, const ll_recorder *r);   /* the server looks after its connections */
+void ll_netgame_update(ll_netgame *g, const ll_recorder *r); /* to all connected players */
+void ll_netgame_check_connections(ll_netgame *g,
+                                  const ll_recorder *r); /* the server checks its connections */
 void ll_netgame_deliver_up(ll_netgame *g, int player, const ll_recorder *r);
 void ll_netgame_deliver_down(ll_netgame *g, int player, const ll_client_setup *s);
 void ll_netgame_deliver_held(ll_netgame *g, int player,
                              const ll_client_setup *s); /* by the de-jitter buffer */
 
-/* observe.c: what only somebody can measure who sees everybody */
-void ll_netgame_witness(void *game, const ll_hit_result *judgement); /* a shot was judged */
-void ll_netgame_watch_players(ll_netgame *g, ll_time since);         /* after a step: what cheats bring */
-/* Before a change to `next`: who begins to cheat is measured from here on. */
+/* observe.c: measurements that need a view of all actors */
+void ll_netgame_record_shot(void *game, const ll_hit_result *hit_result); /* a shot was judged */
+void ll_netgame_watch_players(ll_netgame *g, ll_time since);              /* after a step: gain of cheats */
+/* Before a change to `next`: the gain of players that start to cheat counts from here on. */
 void ll_netgame_watch_cheats_begin(ll_netgame *g, const ll_netgame_config *next);
 void ll_netgame_observe_step(ll_netgame *g);
 void ll_netgame_watch_tick(ll_netgame *g, int player, const ll_client_setup *s);

@@ -1,4 +1,5 @@
-/* What is reported of the peer-to-peer syncs: M12, M14, and where their worlds are, streamed. */
+/* Reports of the peer-to-peer syncs: stalls, desync and rollbacks, and the ticks of their worlds,
+ * streamed. */
 #include <cjson/cJSON.h>
 #include <stddef.h>
 
@@ -30,7 +31,7 @@ static void desync(cJSON *player, const ll_netgame *g, int i)
     const ll_desync *d = ll_netgame_desync(g, i);
     cJSON *o = cJSON_AddObjectToObject(player, "desync");
     number(o, "tick", (double)d->tick);
-    number(o, "reported_tick", (double)ll_netgame_server(g)->seats[i].peer.desync);
+    number(o, "reported_tick", (double)ll_netgame_server(g)->client_slots[i].peer.desync);
     number(o, "entity", d->entity);
     cJSON_AddStringToObject(o, "field", d->tick < 0 ? "" : ll_field_names[d->field]);
     number(o, "ulps", d->ulps);
@@ -47,7 +48,7 @@ void ll_netgame_peer_metrics(cJSON *player, const ll_netgame *g, int i)
     cJSON *stalls = cJSON_AddObjectToObject(player, "stalls");
     number(stalls, "count", (double)n->stalls);
     number(stalls, "stalled_s", (double)n->stalled_frames * g->env.dt);
-    number(stalls, "time_sync_wait_s", (double)n->rested_frames * g->env.dt);
+    number(stalls, "time_sync_wait_s", (double)n->time_sync_frames * g->env.dt);
     cJSON *waited = cJSON_AddArrayToObject(stalls, "waited_s");
     for (int p = 0; p < g->config.player_count; p++)
         cJSON_AddItemToArray(waited, cJSON_CreateNumber(waited_s(g, i, p)));
@@ -68,10 +69,10 @@ void ll_netgame_slowest(cJSON *server, const ll_netgame *g)
     int slowest = -1;
     double most = 0;
     for (int p = 0; p < g->config.player_count; p++) {
-        int64_t frames = 0; /* whole ones, so that equal sums are equal */
+        int64_t frames = 0; /* integers, so that equal sums are equal */
         for (int i = 0; i < g->config.player_count; i++)
             frames += waited_frames(g, i, p);
-        double sum = ll_to_s(ll_netgame_server(g)->seats[p].waited) + (double)frames * g->env.dt;
+        double sum = ll_to_s(ll_netgame_server(g)->client_slots[p].waited) + (double)frames * g->env.dt;
         if (sum > most) {
             most = sum;
             slowest = p;
@@ -96,18 +97,18 @@ typedef struct peer {
 } peer;
 
 static const ll_record_field peer_fields[] = {
-    LL_INT(peer, player, NULL, "whose world"),
-    LL_INT(peer, confirmed, NULL, "tick up to which all inputs have come"),
-    LL_INT(peer, tick, NULL, "that is drawn"),
+    LL_INT(peer, player, NULL, "index of the player"),
+    LL_INT(peer, confirmed, NULL, "confirmed tick: all inputs up to it have arrived"),
+    LL_INT(peer, tick, NULL, "tick that is drawn"),
     LL_INT(peer, desync_tick, NULL, "the first that differs from the server's; -1: none"),
-    LL_INT(peer, waiting, NULL, "bit p: stalls for the input of player p"),
-    LL_INT(peer, stalls, NULL, "how often it waited"),
-    LL_STEP(peer, stalled_s, LL_BITS_RATIO, "s", "and how long in all"),
-    LL_INT(peer, rollbacks, NULL, "how often it went back"),
-    LL_INT(peer, rollback_ticks, NULL, "ticks that it made again"),
+    LL_INT(peer, waiting, NULL, "bit p: waits for the input of player p"),
+    LL_INT(peer, stalls, NULL, "number of waits"),
+    LL_STEP(peer, stalled_s, LL_BITS_RATIO, "s", "total time of waits"),
+    LL_INT(peer, rollbacks, NULL, "number of rollbacks"),
+    LL_INT(peer, rollback_ticks, NULL, "resimulated ticks"),
     LL_INT(peer, desync_entity, NULL, "entity that differs; -1: the game's tail"),
     LL_ENUM(peer, desync_field, ll_field_names, "field of it that differs"),
-    LL_STEP(peer, desync_m, LL_BITS_M, "m", "distance from the server's world, now"),
+    LL_STEP(peer, desync_m, LL_BITS_M, "m", "present distance from the server's world"),
     LL_REAL(peer, desync_ulps, 23, "ulps", "of that field at that tick"),
 };
 
@@ -115,8 +116,7 @@ const ll_record ll_netgame_peer_record = {
     .id = 8,
     .name = "peers",
     .channel = LL_CHANNEL_GAUGES,
-    .help = "Clients with worlds of their own (deterministic, rollback); of other "
-            "syncs there is none.",
+    .help = "Clients with worlds of their own (deterministic, rollback); no rows with other syncs.",
     .form = LL_FORM_BY_INDEX,
     LL_ROWS_OF(peer, peer_fields)};
 

@@ -1,5 +1,5 @@
-/* The players' de-jitter buffers: between the link and the client. States alone are played out; what the
- * link's receiver holds back stays in the link's store. */
+/* The players' de-jitter buffers, between link and client. Only snapshots are played out; packets that the
+ * link's receiver holds back stay in the link's store. */
 #include <string.h>
 
 #include "sim/netgame/netgame.h"

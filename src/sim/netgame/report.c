@@ -1,4 +1,4 @@
-/* What is told of a netgame: state, metrics, layout and the columns of a trace. */
+/* Reports of a netgame: state, metrics, layout and the columns of a trace. */
 #include <cjson/cJSON.h>
 #include <math.h>
 #include <stdio.h>
@@ -59,7 +59,7 @@ cJSON *ll_netgame_state(const void *block)
     return state;
 }
 
-/* Since when rates count. */
+/* Time over which rates count. */
 static double measured_s(const ll_netgame *g, const ll_client_metrics *in)
 {
     return g->now > in->from ? ll_to_s(g->now - in->from) : 0;
@@ -95,7 +95,7 @@ static void bandwidth(cJSON *player, const ll_netgame *g, int self)
 static void snapshots(cJSON *player, const ll_netgame *g, int self)
 {
     const ll_client_metrics *in = ll_netgame_client_metrics(g, self);
-    const ll_snapshot_cost *sent = &ll_netgame_server(g)->seats[self].sent;
+    const ll_snapshot_cost *sent = &ll_netgame_server(g)->client_slots[self].sent;
     double states = (double)in->messages[LL_MESSAGE_SNAPSHOT], entities = (double)sent->entities;
     size_t full = sizeof(ll_snapshot_message) + ll_world_size(ll_server_world_const(ll_netgame_server(g)));
     cJSON *o = cJSON_AddObjectToObject(player, "snapshot");
@@ -169,11 +169,11 @@ static void distributions(cJSON *o, const ll_client_metrics *in)
             number(cJSON_GetObjectItem(o, ll_metric_rows[m].name), "lost_ratio",
                    ratio((double)in->changes.lost[m], (double)summary.count));
     }
-    ll_netgame_running_stats(o, "own_lead_ms", &in->pictures.leads_ms, 1);
-    number(o, "own_pictures_void", (double)in->pictures.voided);
+    ll_netgame_running_stats(o, "own_lead_ms", &in->rendered_views.leads_ms, 1);
+    number(o, "own_pictures_void", (double)in->rendered_views.voided);
 }
 
-/* The display that corrections are seen on: 24 inches of 1920 pixels, from 0.6 m. */
+/* Assumed display for visible corrections: 24 inches, 1920 pixels, at a distance of 0.6 m. */
 #define ARCMIN_PER_PX 1.59
 
 static void corrections(cJSON *o, const ll_client_metrics *in, double seconds)
@@ -191,7 +191,7 @@ static void corrections(cJSON *o, const ll_client_metrics *in, double seconds)
 static cJSON *player_metrics(const ll_netgame *g, int i)
 {
     const ll_client_metrics *in = ll_netgame_client_metrics(g, i);
-    const ll_client_slot *client_slot = &ll_netgame_server(g)->seats[i];
+    const ll_client_slot *client_slot = &ll_netgame_server(g)->client_slots[i];
     cJSON *o = cJSON_CreateObject();
     cJSON_AddStringToObject(o, "name", g->config.players[i].name);
     distributions(o, in);
@@ -223,7 +223,7 @@ static cJSON *player_metrics(const ll_netgame *g, int i)
     return o;
 }
 
-/* Of the wait that has not ended. */
+/* Length of the present wait. */
 static ll_time stalling(const ll_netgame *g)
 {
     const ll_sync_mode *sync = ll_netgame_sync(g);
@@ -359,9 +359,9 @@ int ll_netgame_trace_row(const void *block, double *values, int capacity)
         const ll_client_metrics *in = ll_netgame_client_metrics(g, i);
         values[n++] = ll_client_rendered_const(c)->entity[i].x;
         values[n++] = ll_client_rendered_const(c)->entity[i].y;
-        values[n++] = in->pictures.error_m;
+        values[n++] = in->rendered_views.error_m;
         values[n++] = in->own_lead;
-        values[n++] = in->pictures.lead_ms;
+        values[n++] = in->rendered_views.lead_ms;
         values[n++] = in->remote_error;
         values[n++] = in->view_age;
         values[n++] = in->age_of_information;
@@ -372,7 +372,7 @@ int ll_netgame_trace_row(const void *block, double *values, int capacity)
         values[n++] = (double)ll_netgame_desync(g, i)->compared;
         values[n++] = ll_netgame_desync(g, i)->error;
         values[n++] = c->connection.state;
-        values[n++] = server->seats[i].connected;
+        values[n++] = server->client_slots[i].connected;
     }
     return n;
 }

@@ -1,4 +1,4 @@
-/* What is reported of shots: M10, and the last of them and the shells in flight, streamed. */
+/* Reports of shots: shot statistics, and the last shots and the projectiles in flight, streamed. */
 #include <cjson/cJSON.h>
 #include <stddef.h>
 #include <string.h>
@@ -10,7 +10,7 @@ static void number(cJSON *object, const char *name, double value)
     ll_netgame_number(object, name, value);
 }
 
-/* null where nothing was counted: no share, rather than a bad one */
+/* null where nothing was counted: unknown, not zero */
 static void share(cJSON *object, const char *name, int64_t part, int64_t whole)
 {
     number(object, name, ll_netgame_ratio((double)part, (double)whole));
@@ -78,7 +78,7 @@ void ll_netgame_shots_metrics(const ll_netgame *g, int player, cJSON *metrics)
 
 enum { NOBODY_YET = -2 };
 
-#define SHOWN (5 * LL_SECOND) /* older shots are not told: the history would not have them for ever */
+#define SHOWN (5 * LL_SECOND) /* older shots are not streamed: the history keeps them only for a time */
 
 typedef struct shot {
     uint8_t player, weapon, flags;
@@ -92,36 +92,33 @@ static const char *const weapons[] = {"hitscan", "projectile", NULL};
 static const char *const shot_flags[] = {"taken", "clamped", "view_time_rejected", "behind_cover", NULL};
 
 static const ll_record_field shot_fields[] = {
-    LL_INT(shot, player, NULL, "who shot"),
-    LL_ENUM(shot, weapon, weapons, "with what"),
+    LL_INT(shot, player, NULL, "index of the shooter"),
+    LL_ENUM(shot, weapon, weapons, "weapon"),
     LL_INT(shot, tick, NULL, "the server's step that it was meant for"),
-    LL_FLAGS(
-        shot, flags, shot_flags,
-        "clamped: to max_rewind_ms; view_time_rejected: its age of view was not believed; behind_cover: the "
-        "target was"),
+    LL_FLAGS(shot, flags, shot_flags,
+             "clamped: to max_rewind_ms; view_time_rejected: the server did not believe the stated view age; "
+             "behind_cover: the target was behind cover"),
     LL_STEP(shot, pressed_s, LL_BITS_S, "s", "when the button was pressed"),
-    LL_STEP(shot, view_time_s, LL_BITS_S, "s", "server time of what the shooter saw"),
-    LL_STEP(shot, evaluated_at_s, LL_BITS_S, "s", "the server's present when it judged"),
-    LL_STEP(shot, rewound_to_s, LL_BITS_S, "s", "server time of the bodies that it judged against"),
-    LL_STEP(shot, x, LL_BITS_M, "m", "the muzzle as pressed"),
-    LL_STEP(shot, y, LL_BITS_M, "m", "the muzzle as pressed"),
+    LL_STEP(shot, view_time_s, LL_BITS_S, "s", "render time of the shooter's view"),
+    LL_STEP(shot, evaluated_at_s, LL_BITS_S, "s", "the server's present when it judged the shot"),
+    LL_STEP(shot, rewound_to_s, LL_BITS_S, "s", "server time of the bodies that the shot was judged against"),
+    LL_STEP(shot, x, LL_BITS_M, "m", "the muzzle at the press"),
+    LL_STEP(shot, y, LL_BITS_M, "m", "the muzzle at the press"),
     LL_STEP(shot, dx, LL_BITS_RAD, NULL, "the aim, a unit vector"),
     LL_STEP(shot, dy, LL_BITS_RAD, NULL, "the aim, a unit vector"),
-    LL_STEP(shot, server_x, LL_BITS_M, "m", "the muzzle where the server had it"),
-    LL_STEP(shot, server_y, LL_BITS_M, "m", "the muzzle where the server had it"),
-    LL_INT(shot, client_view_hit, NULL,
-           "body that is hit in what the shooter saw; -1 none, -2 not known yet"),
-    LL_INT(shot, server_now_hit, NULL, "in the server's present, without compensation"),
-    LL_INT(shot, compensated_hit, NULL, "by the server's policy"),
-    LL_INT(shot, perfect_hit, NULL, "on a network without delay"),
+    LL_STEP(shot, server_x, LL_BITS_M, "m", "the muzzle at the server"),
+    LL_STEP(shot, server_y, LL_BITS_M, "m", "the muzzle at the server"),
+    LL_INT(shot, client_view_hit, NULL, "body hit in the shooter's view; -1: none; -2: not known yet"),
+    LL_INT(shot, server_now_hit, NULL, "body hit in the server's present, without compensation"),
+    LL_INT(shot, compensated_hit, NULL, "body hit by the server's policy"),
+    LL_INT(shot, perfect_hit, NULL, "body hit on a network without delay"),
 };
 
 const ll_record ll_netgame_shot_record = {
     .id = 11,
     .name = "shots",
     .channel = LL_CHANNEL_SHOTS,
-    .help = "Of each player the last shot of each weapon that the server took, "
-            "not older than 5 s.",
+    .help = "For each player the last shot of each weapon that the server judged, not older than 5 s.",
     .form = LL_FORM_KEYED,
     .keys = 3,
     LL_ROWS_OF(shot, shot_fields)};
@@ -133,16 +130,16 @@ typedef struct shot_body {
 } shot_body;
 
 static const ll_record_field shot_body_fields[] = {
-    LL_INT(shot_body, player, NULL, "who shot"),
-    LL_ENUM(shot_body, weapon, weapons, "with what"),
+    LL_INT(shot_body, player, NULL, "index of the shooter"),
+    LL_ENUM(shot_body, weapon, weapons, "weapon"),
     LL_INT(shot_body, tick, NULL, "of the shot"),
-    LL_INT(shot_body, body, NULL, "which body: that entity"),
-    LL_STEP(shot_body, seen_x, LL_BITS_M, "m", "as the shooter saw it, at view_time_s"),
-    LL_STEP(shot_body, seen_y, LL_BITS_M, "m", "as the shooter saw it, at view_time_s"),
+    LL_INT(shot_body, body, NULL, "index of its entity"),
+    LL_STEP(shot_body, seen_x, LL_BITS_M, "m", "in the shooter's view, at view_time_s"),
+    LL_STEP(shot_body, seen_y, LL_BITS_M, "m", "in the shooter's view, at view_time_s"),
     LL_STEP(shot_body, now_x, LL_BITS_M, "m", "in the server's present, at evaluated_at_s"),
     LL_STEP(shot_body, now_y, LL_BITS_M, "m", "in the server's present, at evaluated_at_s"),
-    LL_STEP(shot_body, looked_x, LL_BITS_M, "m", "where the server looked, at rewound_to_s"),
-    LL_STEP(shot_body, looked_y, LL_BITS_M, "m", "where the server looked, at rewound_to_s"),
+    LL_STEP(shot_body, looked_x, LL_BITS_M, "m", "where the shot was judged, at rewound_to_s"),
+    LL_STEP(shot_body, looked_y, LL_BITS_M, "m", "where the shot was judged, at rewound_to_s"),
 };
 
 const ll_record ll_netgame_shot_body_record = {.id = 12,
@@ -157,15 +154,15 @@ static shot shot_of(const ll_shot_record *r, int player, int weapon)
 {
     int32_t hit[LL_JUDGES];
     for (int j = 0; j < LL_JUDGES; j++)
-        hit[j] = r->spoken >> j & 1 ? r->body[j] : NOBODY_YET;
+        hit[j] = r->decided >> j & 1 ? r->body[j] : NOBODY_YET;
     return (shot){.player = (uint8_t)player,
                   .weapon = (uint8_t)weapon,
                   .flags = (uint8_t)(r->flags & (LL_SHOT_LOST - 1)),
                   .tick = (uint32_t)r->tick,
                   .pressed_s = ll_to_s(r->pressed),
                   .view_time_s = ll_to_s(r->seen),
-                  .evaluated_at_s = ll_to_s(r->judged),
-                  .rewound_to_s = ll_to_s(r->looked),
+                  .evaluated_at_s = ll_to_s(r->evaluated_at),
+                  .rewound_to_s = ll_to_s(r->rewound_to),
                   .x = (float)r->aim.from.x,
                   .y = (float)r->aim.from.y,
                   .dx = (float)r->aim.direction.x,
@@ -182,9 +179,9 @@ static void fill_bodies(const ll_netgame *g, const ll_shot_record *r, const floa
                         ll_row_set *rows)
 {
     const ll_arena *arena = &ll_netgame_shots(g)->arena;
-    ll_point now[LL_BODIES_MAX], looked[LL_BODIES_MAX];
-    ll_bodies_at(arena, ll_netgame_history(g), r->judged, now);
-    ll_bodies_at(arena, ll_netgame_history(g), r->looked, looked);
+    ll_point now[LL_BODIES_MAX], rewound_to[LL_BODIES_MAX];
+    ll_bodies_at(arena, ll_netgame_history(g), r->evaluated_at, now);
+    ll_bodies_at(arena, ll_netgame_history(g), r->rewound_to, rewound_to);
     for (int i = 0; i < arena->bodies; i++) {
         shot_body body = {.player = of->player,
                           .weapon = of->weapon,
@@ -194,8 +191,8 @@ static void fill_bodies(const ll_netgame *g, const ll_shot_record *r, const floa
                           .seen_y = seen[i][1],
                           .now_x = (float)now[i].x,
                           .now_y = (float)now[i].y,
-                          .looked_x = (float)looked[i].x,
-                          .looked_y = (float)looked[i].y};
+                          .looked_x = (float)rewound_to[i].x,
+                          .looked_y = (float)rewound_to[i].y};
         ll_row_set_put(rows, &ll_netgame_shot_body_record, &body, 1);
     }
 }
@@ -207,7 +204,7 @@ void ll_netgame_fill_shots(const ll_netgame *g, ll_row_set *rows)
         for (int w = 0; w < LL_WEAPONS; w++) {
             const float(*seen)[2];
             const ll_shot_record *r = ll_shots_last(ll_netgame_shots(g), i, (ll_weapon)w, &seen);
-            if (!r || g->now - r->judged > SHOWN)
+            if (!r || g->now - r->evaluated_at > SHOWN)
                 continue;
             shot one = shot_of(r, i, w);
             ll_row_set_put(rows, &ll_netgame_shot_record, &one, 1);
@@ -215,7 +212,7 @@ void ll_netgame_fill_shots(const ll_netgame *g, ll_row_set *rows)
         }
 }
 
-/* ---- shells in flight, as every view has them ---- */
+/* ---- projectiles in flight, in every view ---- */
 
 typedef struct shell_row {
     uint8_t view, player;
@@ -224,9 +221,9 @@ typedef struct shell_row {
 } shell_row;
 
 static const ll_record_field shell_fields[] = {
-    LL_INT(shell_row, view, NULL, "in which it is"),
+    LL_INT(shell_row, view, NULL, "index of the view"),
     LL_INT(shell_row, player, NULL, "whose"),
-    LL_INT(shell_row, number, NULL, "counts those of the player"),
+    LL_INT(shell_row, number, NULL, "running number of the player's projectiles"),
     LL_STEP(shell_row, flown_s, LL_BITS_S, "s", "since the start of its flight"),
     LL_STEP(shell_row, x, LL_BITS_M, "m", "position"),
     LL_STEP(shell_row, y, LL_BITS_M, "m", "position"),
@@ -241,7 +238,7 @@ static const ll_record_field shell_fields[] = {
 const ll_record ll_netgame_shell_record = {.id = 5,
                                            .name = "shells",
                                            .channel = LL_CHANNEL_SCENE,
-                                           .help = "Shells in flight, in a game with weapons.",
+                                           .help = "Projectiles in flight, in a game with weapons.",
                                            .form = LL_FORM_KEYED,
                                            .keys = 3,
                                            LL_ROWS_OF(shell_row, shell_fields)};
@@ -265,7 +262,7 @@ static shell_row shell_at(int view, int player, uint32_t number, const ll_flight
                        .from_vy = (float)f->velocity.y};
 }
 
-/* Those of `player` that a world knows of, at the time that it is drawn at. */
+/* Projectiles of `player` that a world contains, at the world's render time. */
 static int known_shells(const ll_netgame *g, int view, const ll_world *world, int player, ll_time time,
                         shell_row *out)
 {
@@ -280,7 +277,7 @@ static int known_shells(const ll_netgame *g, int view, const ll_world *world, in
     return n;
 }
 
-/* The own ones are where the client has flown them. */
+/* Own projectiles are where the client has moved them. */
 static int own_shells(const ll_netgame *g, int player, shell_row *out)
 {
     const ll_weapon_prediction *weapon_prediction = ll_netgame_weapon_prediction(g, player);

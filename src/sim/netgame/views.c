@@ -1,4 +1,4 @@
-/* What is reported of the players' views: M7 to M9, and their buffers, streamed. */
+/* Reports of the players' views: inconsistency, smoothness and buffers, and their buffers, streamed. */
 #include <cjson/cJSON.h>
 #include <math.h>
 #include <stddef.h>
@@ -71,7 +71,7 @@ static void buffer(cJSON *player, const ll_client_metrics *in, const ll_client *
     ll_netgame_running_stats(o, "time_scale", &in->time_scale, 1);
 }
 
-/* Counted from the start, as the link's own. */
+/* Counted from the start, as the link's own counters. */
 static void dejitter(cJSON *player, const ll_dejitter *buffer)
 {
     const ll_dejitter_stats *s = ll_dejitter_get_stats(buffer);
@@ -90,13 +90,13 @@ static void dejitter(cJSON *player, const ll_dejitter *buffer)
 }
 
 /* The mean of all entities. */
-static void excursions(cJSON *object, const char *name, const ll_inconsistency *total, double entities,
-                       double seconds)
+static void episodes(cJSON *object, const char *name, const ll_inconsistency *total, double entities,
+                     double seconds)
 {
     cJSON *o = cJSON_AddObjectToObject(object, name);
     number(o, "sum_m_s_per_min", ratio(total->sum / entities, seconds / 60));
     number(o, "time_ratio", ratio(ll_to_s(total->time) / entities, seconds));
-    number(o, "excursions", (double)total->excursions);
+    number(o, "excursions", (double)total->episodes);
 }
 
 void ll_netgame_view_metrics(const ll_netgame *g, int player, cJSON *object)
@@ -107,13 +107,13 @@ void ll_netgame_view_metrics(const ll_netgame *g, int player, cJSON *object)
     buffer(object, in, ll_netgame_client(g, player));
     dejitter(object, ll_netgame_dejitter(g, player));
     cJSON *o = cJSON_AddObjectToObject(object, "inconsistency");
-    excursions(o, "server", &in->server, in->entities, seconds);
-    excursions(o, "clients", &in->clients, in->entities, seconds);
+    episodes(o, "server", &in->server, in->entities, seconds);
+    episodes(o, "clients", &in->clients, in->entities, seconds);
 }
 
 /* ---- the buffers, streamed ---- */
 
-enum { BUFFERED_MAX = 16 /* of a place */ };
+enum { BUFFERED_MAX = 16 /* per buffer */ };
 
 typedef struct buffer_row {
     uint8_t player, state;
@@ -126,27 +126,27 @@ static const char *const view_states[] = {"newest",  "normal",        "catching_
                                           "starved", "extrapolating", NULL};
 
 static const ll_record_field buffer_fields[] = {
-    LL_INT(buffer_row, player, NULL, "whose view"),
+    LL_INT(buffer_row, player, NULL, "index of the player"),
     LL_ENUM(buffer_row, state, view_states,
-            "newest: draws the newest state; starved: held, the buffer is dry"),
+            "newest: draws the newest snapshot; starved: held, the buffer is empty"),
     LL_STEP(buffer_row, delay_ms, LL_BITS_MS, "ms",
-            "interpolation delay in use; 0 when the newest state is drawn"),
-    LL_STEP(buffer_row, behind_ms, LL_BITS_MS, "ms", "the drawn time behind the newest that could be known"),
-    LL_STEP(buffer_row, time_scale, LL_BITS_RATIO, NULL, "speed of the drawn time"),
-    LL_STEP(buffer_row, dejitter_ms, LL_BITS_MS, "ms", "delay of the de-jitter buffer in use; 0: it is off"),
-    LL_INT(buffer_row, underruns, NULL, "times that it ran dry"),
+            "interpolation delay in use; 0 when the newest snapshot is drawn"),
+    LL_STEP(buffer_row, behind_ms, LL_BITS_MS, "ms", "newest time that could be known, minus render time"),
+    LL_STEP(buffer_row, time_scale, LL_BITS_RATIO, NULL, "rate of render time"),
+    LL_STEP(buffer_row, dejitter_ms, LL_BITS_MS, "ms", "delay of the de-jitter buffer in use; 0: off"),
+    LL_INT(buffer_row, underruns, NULL, "times that it ran empty"),
     LL_INT(buffer_row, overruns, NULL, "times that it was too full"),
-    LL_INT(buffer_row, late, NULL, "packets that came too late for the de-jitter buffer"),
-    LL_STEP(buffer_row, drawn_s, LL_BITS_S, "s", "server time that is drawn"),
+    LL_INT(buffer_row, late, NULL, "packets too late for the de-jitter buffer"),
+    LL_STEP(buffer_row, drawn_s, LL_BITS_S, "s", "render time"),
 };
 
-const ll_record ll_netgame_buffer_record = {.id = 6,
-                                            .name = "buffers",
-                                            .channel = LL_CHANNEL_GAUGES,
-                                            .help =
-                                                "The snapshot and de-jitter buffer of each player's view.",
-                                            .form = LL_FORM_BY_INDEX,
-                                            LL_ROWS_OF(buffer_row, buffer_fields)};
+const ll_record ll_netgame_buffer_record = {
+    .id = 6,
+    .name = "buffers",
+    .channel = LL_CHANNEL_GAUGES,
+    .help = "The interpolation buffer and the de-jitter buffer of each player's view.",
+    .form = LL_FORM_BY_INDEX,
+    LL_ROWS_OF(buffer_row, buffer_fields)};
 
 static double dejitter_ms(const ll_netgame *g, int player)
 {
@@ -154,7 +154,7 @@ static double dejitter_ms(const ll_netgame *g, int player)
     return on ? ll_to_ms(ll_dejitter_delay(ll_netgame_dejitter(g, player))) : 0;
 }
 
-/* Without interpolation the newest state is drawn. */
+/* Without interpolation the newest snapshot is drawn. */
 static ll_time drawn_time(const ll_client *c)
 {
     return c->view_state != LL_VIEW_NEWEST ? c->render : c->latest_time;
@@ -185,7 +185,7 @@ void ll_netgame_fill_buffers(const ll_netgame *g, ll_row_set *rows)
     ll_row_set_put(rows, &ll_netgame_buffer_record, all, g->config.player_count);
 }
 
-/* ---- and the states in them ---- */
+/* ---- and the snapshots in them ---- */
 
 typedef struct buffered_row {
     uint8_t player, place;
@@ -196,25 +196,24 @@ typedef struct buffered_row {
 static const char *const places[] = {"snapshot", "dejitter", NULL};
 
 static const ll_record_field buffered_fields[] = {
-    LL_INT(buffered_row, player, NULL, "whose buffer"),
-    LL_ENUM(buffered_row, place, places, "which of the two"),
-    LL_INT(buffered_row, tick, NULL, "the server's, of the state"),
-    LL_STEP(buffered_row, time_s, LL_BITS_S, "s", "server time of the state, when it was sent"),
-    LL_STEP(buffered_row, arrived_s, LL_BITS_S, "s", "when it came"),
-    LL_STEP(buffered_row, due_s, LL_BITS_S, "s", "when it is played out of the de-jitter buffer"),
+    LL_INT(buffered_row, player, NULL, "index of the player"),
+    LL_ENUM(buffered_row, place, places, "buffer"),
+    LL_INT(buffered_row, tick, NULL, "the server's, of the snapshot"),
+    LL_STEP(buffered_row, time_s, LL_BITS_S, "s", "server time of the snapshot, when it was sent"),
+    LL_STEP(buffered_row, arrived_s, LL_BITS_S, "s", "when it arrived"),
+    LL_STEP(buffered_row, due_s, LL_BITS_S, "s", "when the de-jitter buffer plays it out"),
 };
 
 const ll_record ll_netgame_buffered_record = {
     .id = 10,
     .name = "buffered",
     .channel = LL_CHANNEL_BUFFERED,
-    .help = "States in these buffers, at most 16 of a place, from the one "
-            "that is drawn on.",
+    .help = "Snapshots in these buffers, at most 16 per buffer, from the one that is drawn on.",
     .form = LL_FORM_KEYED,
     .keys = 3,
     LL_ROWS_OF(buffered_row, buffered_fields)};
 
-/* The states from the one that is drawn, or just passed, to the newest. */
+/* The snapshots from the one that is drawn, or just passed, to the newest. */
 static int list_buffered(const ll_netgame *g, int player, buffered_row *rows)
 {
     ll_client *c = ll_netgame_client(g, player);
@@ -230,7 +229,7 @@ static int list_buffered(const ll_netgame *g, int player, buffered_row *rows)
     return n;
 }
 
-/* Those that are still held back. */
+/* Snapshots that are still held back. */
 static int list_held(const ll_netgame *g, int player, buffered_row *rows)
 {
     const ll_dejitter *buffer = ll_netgame_dejitter(g, player);

@@ -9,7 +9,7 @@ static int64_t aligned(int64_t size)
     return (size + 63) & ~INT64_C(63);
 }
 
-/* Places the parts one behind the other; with a NULL block only counts. */
+/* Computes the offsets of all parts; with a NULL block only the size. */
 static int64_t lay_out(ll_rigid_sim *s, const ll_rigid_config *c)
 {
     ll_rigid_limits limits = ll_rigid_sim_limits(c);
@@ -45,8 +45,8 @@ static double span(ll_aabb box)
     return ll_max(box.upper.x - box.lower.x, box.upper.y - box.lower.y);
 }
 
-/* Of what does not move, as much as is of use: all of what is small and near; of a ground that reaches far
- * beyond, where it comes nearest. */
+/* Extends the view by a fixed shape: by all of a small and near one; by the nearest part of a ground that
+ * extends far beyond. */
 static void include_fixed(ll_aabb *view, ll_aabb moving, ll_aabb box)
 {
     ll_aabb near = ll_aabb_grown(moving, 5 + span(moving));
@@ -58,8 +58,8 @@ static void include_fixed(ll_aabb *view, ll_aabb moving, ll_aabb box)
     include(view, ll_aabb_contains(near, box) ? box : (ll_aabb){nearest, nearest});
 }
 
-/* The boxes of the shapes that can move, or of those that cannot. */
-static void look_at(const ll_rigid *w, bool moving, ll_aabb among, ll_aabb *view)
+/* The bounding boxes of the shapes that can move, or of those that cannot. */
+static void add_boxes(const ll_rigid *w, bool moving, ll_aabb among, ll_aabb *view)
 {
     for (int32_t i = 0; i < ll_rigid_shape_end(w); i++) {
         ll_shape_view shape;
@@ -69,7 +69,7 @@ static void look_at(const ll_rigid *w, bool moving, ll_aabb among, ll_aabb *view
         ll_status status = ll_rigid_get_body(w, shape.body, &body);
         if (ll_failed(&status) || (body.type != LL_BODY_STATIC) != moving)
             continue;
-        if (body.type == LL_BODY_KINEMATIC && body.angular_velocity != 0) /* all that it sweeps over */
+        if (body.type == LL_BODY_KINEMATIC && body.angular_velocity != 0) /* everything that it sweeps over */
             shape.box =
                 ll_aabb_grown((ll_aabb){shape.pose.p, shape.pose.p}, ll_shape_extent(&shape.geometry));
         if (moving || among.lower.x > among.upper.x)
@@ -79,15 +79,15 @@ static void look_at(const ll_rigid *w, bool moving, ll_aabb among, ll_aabb *view
     }
 }
 
-/* What is looked at: all that can move and what is around it, with some room. */
-static void look(const ll_rigid *w, double view[4])
+/* The view: everything that can move and its surroundings, with a margin. */
+static void compute_view(const ll_rigid *w, double view[4])
 {
     ll_aabb all = {{INFINITY, INFINITY}, {-INFINITY, -INFINITY}};
-    look_at(w, true, all, &all);
+    add_boxes(w, true, all, &all);
     ll_aabb moving = all;
-    look_at(w, false, moving, &all);
+    add_boxes(w, false, moving, &all);
     if (ll_aabb_contains(moving, all) && ll_rigid_get_params(w)->gravity_y < 0)
-        all.lower.y -= span(all);  /* nothing holds it up: it hangs or falls */
+        all.lower.y -= span(all);  /* nothing supports it: it hangs or falls */
     if (all.lower.x > all.upper.x) /* nothing yet */
         all = (ll_aabb){{-10, -10}, {10, 10}};
     double room = 1 + 0.15 * span(all);
@@ -121,14 +121,14 @@ ll_status ll_rigid_sim_init(void *block, const void *config)
     s->size = lay_out(s, c);
     ll_status status = ll_ok();
     for (int i = 0; i < ll_rigid_sim_worlds(&s->setup);
-         i++) /* all of the same bodies: what is wrong is wrong in all */
+         i++) /* all have the same bodies: an error occurs in all of them */
         status = start_world(s, c, i);
     s->references = ll_rigid_body_end(ll_rigid_sim_world(s, 0));
     const ll_scene *scene = ll_rigid_sim_scene(&s->setup);
     ll_scene_args args = scene != NULL ? ll_scene_args_of(scene, &s->setup.params) : (ll_scene_args){0};
     ll_rigid_refer(ll_rigid_sim_world(s, 0), scene != NULL ? ll_scene_fall(scene, &args) : 0,
                    ll_rigid_sim_references(s), (int32_t)s->references);
-    look(ll_rigid_sim_world(s, 0), s->view);
+    compute_view(ll_rigid_sim_world(s, 0), s->view);
     for (int i = 0; i < ll_rigid_sim_worlds(&s->setup); i++)
         ll_rigid_sim_measure_start(s, i);
     return status;

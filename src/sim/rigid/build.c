@@ -1,4 +1,4 @@
-/* Worlds from a configuration: a scene of the rigid room, or the bodies and joints that are listed. */
+/* Worlds from a configuration: a scene of the rigid room, or the listed bodies and joints. */
 #include "sim/rigid/rigid.h"
 
 #include "base/detmath.h"
@@ -28,7 +28,7 @@ static ll_status needs_points(const ll_rigid_body *b, int least, const char *wha
     return ll_error(LL_BAD_INPUT, "points: %s: must have at least %d; got %d", what, least, b->point_count);
 }
 
-/* Every link is tried: the first that is wrong tells. */
+/* Checks every link and reports the first error. */
 static ll_status chain(const ll_rigid_body *b, const ll_vec2 *points, ll_geometry *out)
 {
     int count = b->point_count, first = b->loop ? 0 : 1, last = b->loop ? count : count - 2;

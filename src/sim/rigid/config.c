@@ -24,37 +24,37 @@ static const char *const form_names[LL_FORMS + 1] = {"box",     "circle", "capsu
 static const ll_param body_rows[] = {
     ROW(ll_rigid_body, type, .type = LL_PARAM_CHOICE, .choices = ll_body_type_names,
         .default_value = LL_BODY_DYNAMIC,
-        .help = "Whether it moves by forces, by its velocity alone, or not."),
+        .help = "dynamic: moved by forces. kinematic: moved by its velocity alone. static: not moved."),
     {.name = "shape",
      .type = LL_PARAM_CHOICE,
      .offset = offsetof(ll_rigid_body, form),
      .choices = form_names,
-     .help = "Its shape: box and capsule of a size, circle of a radius, the others of points."},
+     .help = "Shape: box and capsule have a size, a circle a radius, the others points."},
     PAIR(size, 0, 1e6, 1, 1, "m", "Width and height of a box, length and thickness of a capsule."),
-    REAL(radius, 0, 1e6, 0.5, "m", "Of a circle."),
+    REAL(radius, 0, 1e6, 0.5, "m", "Radius of a circle."),
     ROW(ll_rigid_body, points, .type = LL_PARAM_POINTS, .max = LL_RIGID_POINTS_MAX, .default_value = 1e6,
         .count_offset = offsetof(ll_rigid_body, point_count), .unit = "m",
-        .help =
-            "In the body's frame: 3 to 8 corners of a convex polygon, 2 ends of a segment, 4 or more of a "
-            "chain, which stops what comes from the right of its direction."),
+        .help = "Points in the body's frame: 3 to 8 corners of a convex polygon, 2 ends of a segment, 4 or "
+                "more points of a chain. A chain stops bodies that come from the right of its direction."),
     ROW(ll_rigid_body, loop, .type = LL_PARAM_BOOL,
-        .help =
-            "A chain's last point is joined to its first; else its outermost pieces collide with nothing."),
-    PAIR(position, -LL_WORLD_MAX, LL_WORLD_MAX, 0, 0, "m", "Where its frame is at first."),
-    REAL(angle, -1e6, 1e6, 0, "rad", "How its frame is turned at first, counter-clockwise."),
-    PAIR(velocity, -1e6, 1e6, 0, 0, "m/s", "At first; a kinematic body keeps it."),
-    REAL(angular_velocity, -1e6, 1e6, 0, "rad/s", "At first; a kinematic body keeps it."),
-    REAL(density, 1e-6, 1e9, 1, "kg/m^2", "Of a dynamic body's area."),
-    REAL(friction, 0, 1000, 0.6, NULL, "Coefficient of friction; of two bodies the geometric mean acts."),
+        .help = "Joins a chain's last point to its first; otherwise its outermost segments collide with "
+                "nothing."),
+    PAIR(position, -LL_WORLD_MAX, LL_WORLD_MAX, 0, 0, "m", "Initial position of its frame."),
+    REAL(angle, -1e6, 1e6, 0, "rad", "Initial rotation of its frame, counter-clockwise."),
+    PAIR(velocity, -1e6, 1e6, 0, 0, "m/s", "Initial value; a kinematic body keeps it."),
+    REAL(angular_velocity, -1e6, 1e6, 0, "rad/s", "Initial value; a kinematic body keeps it."),
+    REAL(density, 1e-6, 1e9, 1, "kg/m^2", "Mass of a dynamic body per area."),
+    REAL(friction, 0, 1000, 0.6, NULL,
+         "Coefficient of friction; the geometric mean of two bodies' coefficients counts."),
     REAL(restitution, 0, 1, 0, NULL,
-         "Share of the speed that a rebound keeps; of two bodies the larger acts."),
-    REAL(gravity_scale, -1000, 1000, 1, NULL, "Its share of gravity."),
-    REAL(damping, 0, 1e6, 0, "1/s", "Of its velocity."),
-    REAL(angular_damping, 0, 1e6, 0, "1/s", "Of its spin."),
-    ROW(ll_rigid_body, fixed_rotation, .type = LL_PARAM_BOOL, .help = "It does not turn."),
+         "Ratio of normal speeds after and before an impact; the larger value of two bodies counts."),
+    REAL(gravity_scale, -1000, 1000, 1, NULL, "Factor of gravity."),
+    REAL(damping, 0, 1e6, 0, "1/s", "Damping of its velocity."),
+    REAL(angular_damping, 0, 1e6, 0, "1/s", "Damping of its angular velocity."),
+    ROW(ll_rigid_body, fixed_rotation, .type = LL_PARAM_BOOL, .help = "It does not rotate."),
     ROW(ll_rigid_body, bullet, .type = LL_PARAM_BOOL,
-        .help = "With `continuous` swept: a dynamic body that is swept, when fast, against all others, not "
-                "only against what is static, kinematic or four times as heavy."),
+        .help = "With `continuous` swept: a fast dynamic body with CCD against all bodies, not only against "
+                "static, kinematic and four times heavier ones."),
 };
 #undef REAL
 #undef PAIR
@@ -80,24 +80,24 @@ static const ll_param_table body_table = {.name = "rigid_body",
 
 static const ll_param joint_rows[] = {
     ROW(ll_rigid_joint, type, .type = LL_PARAM_CHOICE, .choices = ll_joint_type_names,
-        .default_value = LL_JOINT_REVOLUTE, .help = "What it leaves free."),
+        .default_value = LL_JOINT_REVOLUTE, .help = "Type, which determines the free directions."),
     INDEX(a, "Index of the first body."),
-    INDEX(b, "Index of the second body: the one that is driven or drawn."),
-    PAIR(anchor_a, 0, 0, "m", "Where it holds the first body, in that body's frame."),
-    PAIR(anchor_b, 0, 0, "m", "Where it holds the second body, in that body's frame."),
+    INDEX(b, "Index of the second body: the one that a motor drives or a mouse joint drags."),
+    PAIR(anchor_a, 0, 0, "m", "Anchor on the first body, in that body's frame."),
+    PAIR(anchor_b, 0, 0, "m", "Anchor on the second body, in that body's frame."),
     PAIR(axis, 1, 0, NULL, "Direction of a prismatic joint in the first body's frame."),
-    PAIR(target, 0, 0, "m", "Where a mouse joint draws the second body's anchor."),
-    REAL(length, 0, 1e6, 0, "m", "Of a distance joint; 0: as the anchors are apart at first."),
+    PAIR(target, 0, 0, "m", "Point to which a mouse joint drags the second body's anchor."),
+    REAL(length, 0, 1e6, 0, "m", "Length of a distance joint; 0: the initial distance of the anchors."),
     REAL(lower, -1e6, 1e6, 0, NULL, "Lower limit, in m or rad."),
     REAL(upper, -1e6, 1e6, 0, NULL, "Upper limit, in m or rad."),
-    REAL(hertz, 0, 1000, 0, "Hz", "Stiffness of a spring; 0: as stiff as joint_hertz."),
+    REAL(hertz, 0, 1000, 0, "Hz", "Stiffness of a spring; 0: that of joint_hertz."),
     REAL(damping, 0, 100, 1, NULL, "Damping ratio of a spring."),
-    REAL(motor_speed, -1e6, 1e6, 0, NULL, "Of a motor, in m/s or rad/s."),
-    REAL(max_force, 0, 1e12, 1000, "N", "Of a motor, a mouse or friction."),
-    REAL(max_torque, 0, 1e12, 1000, "N m", "Of a motor or friction."),
-    SWITCH(limited, "The limits act."),
-    SWITCH(motored, "The motor runs."),
-    SWITCH(rope, "A distance joint holds at most the length."),
+    REAL(motor_speed, -1e6, 1e6, 0, NULL, "Speed of a motor, in m/s or rad/s."),
+    REAL(max_force, 0, 1e12, 1000, "N", "Maximum force of a motor, mouse or friction joint."),
+    REAL(max_torque, 0, 1e12, 1000, "N m", "Maximum torque of a motor or friction joint."),
+    SWITCH(limited, "Limits are on."),
+    SWITCH(motored, "The motor is on."),
+    SWITCH(rope, "A distance joint allows shorter distances."),
     SWITCH(collide, "The two bodies collide with each other."),
 };
 #undef REAL
@@ -111,7 +111,7 @@ static const ll_param_table joint_table = {.name = "rigid_joint",
 
 /* ---- the scenario ---- */
 
-/* A scene brings its own gravity, and now and then a solver. */
+/* A scene sets its own gravity, and some scenes a solver. */
 static void scene_chosen(void *object, int choice)
 {
     ll_rigid_setup *setup = &((ll_rigid_config *)object)->setup;
@@ -130,12 +130,12 @@ static void scene_chosen(void *object, int choice)
 
 static const ll_param side_by_side_rows[] = {
     ROW(ll_rigid_side_by_side, solver, .type = LL_PARAM_OBJECT, .child = &ll_rigid_solver_table, .live = true,
-        .help = "How it is stepped."),
+        .help = "Time stepping."),
 };
 
 static const ll_param_table side_by_side_table = {
     .name = "rigid_side_by_side",
-    .help = "The same bodies once more next to the first; what is not given is as there.",
+    .help = "A copy of the same bodies next to the first; parameters that are not given are the first one's.",
     .rows = side_by_side_rows,
     .count = sizeof side_by_side_rows / sizeof side_by_side_rows[0],
     .size = sizeof(ll_rigid_side_by_side)};
@@ -153,36 +153,32 @@ static void as_the_first(const void *object, void *element)
 static const ll_param rows[] = {
     LL_SCENARIO_ROWS,
     SETUP(scene, .type = LL_PARAM_CHOICE, .choices = ll_scene_names, .chosen = scene_chosen,
-          .help = "A ready scene; none: the bodies and joints that are listed."),
-    SETUP(params, .type = LL_PARAM_OBJECT, .child = &ll_scene_args_table,
-          .help = "What varies in the scene."),
+          .help = "A predefined scene; none: the listed bodies and joints."),
+    SETUP(params, .type = LL_PARAM_OBJECT, .child = &ll_scene_args_table, .help = "Parameters of the scene."),
     SETUP(hz, .type = LL_PARAM_REAL, .min = 1, .max = 1000, .default_value = 60, .unit = "Hz",
           .help = "Steps per second."),
     SETUP(gravity, .type = LL_PARAM_VECTOR, .min = -1000, .max = 1000, .vector = {0, -10}, .unit = "m/s^2",
           .live = true, .help = "To the right and upwards."),
     SETUP(solver, .type = LL_PARAM_OBJECT, .child = &ll_rigid_solver_table, .live = true,
-          .help = "How the world is stepped."),
+          .help = "Time stepping of the world."),
     SETUP(side_by_side, .type = LL_PARAM_ARRAY, .max = LL_SIDE_BY_SIDE_MAX - 1, .child = &side_by_side_table,
           .count_offset = offsetof(ll_rigid_config, setup.side_by_side_count), .live = true,
           .begin = as_the_first,
           .help =
-              "The same bodies side by side from the same start; each says how it differs from the first."),
+              "The same bodies side by side from the same start; each gives its differences from the first."),
     SETUP(broad_phase, .type = LL_PARAM_CHOICE, .choices = ll_broad_names, .default_value = LL_BROAD_GRID,
           .live = true,
-          .help = "Which boxes overlap is found by all against all, sweep and prune, a grid or a tree; the "
-                  "pairs are the same."),
+          .help = "Broad phase: all pairs, sweep and prune, a grid or a tree; the pairs found are the same."),
     SETUP(compare_volumes, .type = LL_PARAM_BOOL, .live = true,
-          .help =
-              "Each step every bounding volume judges all pairs of the first 256 shapes: false and missed "
-              "hits are counted."),
+          .help = "Each step every bounding volume tests all pairs of the first 256 shapes; counts false and "
+                  "missed hits."),
     SETUP(tunnel_x, .type = LL_PARAM_REAL, .min = -LL_WORLD_MAX, .max = LL_WORLD_MAX,
           .default_value = LL_WORLD_MAX, .unit = "m", .live = true,
-          .help = "Dynamic bodies whose centre is to the right count as passed."),
+          .help = "Dynamic bodies whose centre is to the right of this count as tunnelled."),
     ROW(ll_rigid_config, bodies, .type = LL_PARAM_ARRAY, .max = LL_RIGID_BODIES_MAX, .child = &body_table,
-        .count_offset = offsetof(ll_rigid_config, body_count),
-        .help = "The bodies, where no scene is named."),
+        .count_offset = offsetof(ll_rigid_config, body_count), .help = "The bodies, if no scene is named."),
     ROW(ll_rigid_config, joints, .type = LL_PARAM_ARRAY, .max = LL_RIGID_JOINTS_MAX, .child = &joint_table,
-        .count_offset = offsetof(ll_rigid_config, joint_count), .help = "And their joints."),
+        .count_offset = offsetof(ll_rigid_config, joint_count), .help = "The joints of these bodies."),
 };
 
 /* ---- limits and checks ---- */
@@ -201,7 +197,7 @@ static void list_limits(const ll_rigid_config *c, ll_rigid_limits *l)
     for (int i = 0; i < c->body_count; i++)
         l->shapes += c->bodies[i].form == LL_FORM_CHAIN ? c->bodies[i].point_count : 1;
     l->hulls = l->shapes;
-    int32_t few = c->body_count < 128 ? c->body_count : 128; /* of few bodies each may touch all others */
+    int32_t few = c->body_count < 128 ? c->body_count : 128; /* each of few bodies may touch all others */
     l->contacts = 48 * few + 16 * c->body_count + 8 * l->shapes + 64;
     l->joints = c->joint_count;
 }
@@ -216,8 +212,8 @@ ll_rigid_limits ll_rigid_sim_limits(const ll_rigid_config *c)
     } else {
         list_limits(c, &l);
     }
-    l.bodies += l.bodies < INT32_MAX; /* a hand that drags, */
-    l.joints += l.joints < INT32_MAX; /* and by what */
+    l.bodies += l.bodies < INT32_MAX; /* the fixed body of a mouse joint, */
+    l.joints += l.joints < INT32_MAX; /* and the mouse joint */
     l.shapes += l.shapes == 0;
     l.broad = c->setup.broad_phase;
     l.volumes = l.broads = 1;
@@ -266,7 +262,7 @@ static ll_status check_joints(const ll_rigid_config *c)
     return ll_ok();
 }
 
-/* Memory is announced before anything is made. */
+/* The memory size is checked before anything is made. */
 static ll_status check_size(const ll_rigid_config *c)
 {
     ll_rigid_limits limits = ll_rigid_sim_limits(c);

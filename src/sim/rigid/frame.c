@@ -1,4 +1,4 @@
-/* What is streamed of a simulation of rigid bodies. */
+/* Streamed rows of a simulation of rigid bodies. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -8,20 +8,20 @@
 #include "sim/rigid/records.h"
 
 enum { SHAPES_MOST = 65535, CONTACTS_MOST = 8192, JOINTS_MOST = 8192 };
-/* ---- filling ---- */
+/* ---- filling the rows ---- */
 
-/* What is known of the geometries and islands while the shapes are read. */
+/* Geometries and islands found so far, while the shapes are read. */
 typedef struct look {
     const ll_rigid_sim *sim;
     ll_row_set *rows;
-    ll_geometry *geometries; /* those that differ */
-    int32_t *known;          /* hash table of them: place + 1 */
-    int32_t *parent;         /* of a body: towards the one that stands for its island */
+    ll_geometry *geometries; /* distinct geometries */
+    int32_t *known;          /* hash table of them: index + 1 */
+    int32_t *parent;         /* of a body: towards the root of its island */
     uint32_t known_mask;
     int geometry_count, shape_count;
 } look;
 
-/* ---- islands: what hangs together by touching and by joints ---- */
+/* ---- islands: bodies that contacts and joints connect ---- */
 
 static int32_t root_of(int32_t *parent, int32_t i)
 {
@@ -61,7 +61,7 @@ static void find_islands(look *p, const ll_rigid *w)
     }
 }
 
-/* ---- geometries that differ ---- */
+/* ---- distinct geometries ---- */
 
 static void add_geometry(look *p, const ll_geometry *g)
 {

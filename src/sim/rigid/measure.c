@@ -1,4 +1,4 @@
-/* What is measured of a world of rigid bodies at every step. */
+/* Measures of a world of rigid bodies at every step. */
 #include <string.h>
 
 #include "base/run_status.h"
@@ -28,10 +28,10 @@ static double mass_of(const ll_rigid *w)
     return mass;
 }
 
-/* A joint that is drawn apart from the start gives what it holds, m or rad. */
+/* A joint with a larger error at the start adds energy; m or rad. */
 #define JOINT_ERROR 1e-3
 
-/* Bodies that overlap are pushed apart by contacts. */
+/* Contacts push overlapping bodies apart. */
 static double energy_scale(const ll_rigid_sim *s, int i)
 {
     const ll_rigid_record *r = &s->record[i];
@@ -58,7 +58,7 @@ void ll_rigid_sim_measure_start(ll_rigid_sim *s, int i)
 
 /* ---- bounding volumes ---- */
 
-/* Far enough that no volume can tell them near: each is within twice the shape's own reach. */
+/* So far apart that no volume overlaps: each volume is within twice the shape's own radius. */
 static bool far_apart(const ll_shape_view *a, const ll_shape_view *b)
 {
     double reach = 2 * (ll_shape_extent(&a->geometry) + ll_shape_extent(&b->geometry));
@@ -101,8 +101,7 @@ static void find_pairs(const ll_rigid *w, judged *j)
             }
 }
 
-/* Its cost is that of bringing the volumes to where the bodies are, and of the tests; shapes do not change.
- */
+/* Includes the cost of moving the volumes to the bodies' poses, and of the tests; shapes do not change. */
 static void test_pairs(judged *j, ll_volume volume, int64_t rounds, ll_step_profiler *step_profiler, int part)
 {
     ll_bound made[MOST];
@@ -150,7 +149,7 @@ static void compare_volumes(const ll_rigid *w, ll_rigid_record *r, ll_step_profi
 
 double ll_rigid_sim_time_volume(const ll_rigid *w, ll_volume volume, int64_t (*now_ns)(void))
 {
-    enum { TESTS = 10000, REPEATS = 7 }; /* the least: what else runs only adds */
+    enum { TESTS = 10000, REPEATS = 7 }; /* the minimum: other processes only add time */
     judged j;
     ll_step_profiler step_profiler = {.now_ns = now_ns};
     find_pairs(w, &j);
@@ -176,7 +175,7 @@ static double larger(double a, double b)
     return a > b ? a : b;
 }
 
-/* A hand that has drawn bodies has given them energy. */
+/* A pointer that drags bodies adds energy. */
 static ll_status judge_energy(ll_rigid_sim *s, int i)
 {
     ll_rigid_record *r = &s->record[i];
@@ -185,12 +184,12 @@ static ll_status judge_energy(ll_rigid_sim *s, int i)
         r->energy_scale = 0;
     if (!(r->energy_scale > 0) || gained <= LL_BLOWN_UP * r->energy_scale)
         return ll_ok();
-    ll_status status = ll_error(
-        LL_DIVERGED,
-        "The solver %s blew up in step %lld: the bodies have gained %.3g J, above %d times the %.3g J "
-        "that there is to be had.",
-        ll_rigid_solver_names[ll_rigid_sim_params(&s->setup, i).solver],
-        (long long)ll_rigid_get_stats(ll_rigid_sim_world(s, i)).step, gained, LL_BLOWN_UP, r->energy_scale);
+    ll_status status = ll_error(LL_DIVERGED,
+                                "The solver %s blew up in step %lld: the bodies have gained %.3g J, above %d "
+                                "times the available %.3g J.",
+                                ll_rigid_solver_names[ll_rigid_sim_params(&s->setup, i).solver],
+                                (long long)ll_rigid_get_stats(ll_rigid_sim_world(s, i)).step, gained,
+                                LL_BLOWN_UP, r->energy_scale);
     r->diverged_at = ll_rigid_get_stats(ll_rigid_sim_world(s, i)).step;
     memcpy(r->reason, status.text, sizeof r->reason);
     return status;

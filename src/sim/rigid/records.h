@@ -1,4 +1,4 @@
-/* Rows of what is streamed of a simulation of rigid bodies; for frame.c, which fills them. */
+/* Rows of what is streamed of a simulation of rigid bodies; frame.c fills them. */
 #pragma once
 
 #include "sim/rigid/rigid.h"

@@ -1,4 +1,4 @@
-/* What is told of a simulation of rigid bodies: state, metrics, cost, layout and trace. */
+/* Reports of a simulation of rigid bodies: state, metrics, cost, layout and trace. */
 #include <cjson/cJSON.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -7,7 +7,7 @@
 #include "sim/core/scenario_rows.h"
 #include "sim/rigid/rigid.h"
 
-enum { BODIES_TOLD = 1000 };
+enum { BODIES_REPORTED = 1000 };
 
 static void number(cJSON *object, const char *name, double value)
 {
@@ -40,18 +40,18 @@ static cJSON *body_json(const ll_rigid *w, ll_body_id id)
     return o;
 }
 
-/* Of a list of bodies element i is body i. Of a large scene only the first are told. */
+/* Element i of a list of bodies is body i. Of a large scene only the first bodies are reported. */
 static void bodies(cJSON *object, const ll_rigid_sim *s, int i)
 {
     const ll_rigid *w = ll_rigid_sim_world(s, i);
     cJSON *array = cJSON_AddArrayToObject(object, "bodies");
-    int told = 0;
-    for (int32_t k = 0; k < ll_rigid_body_end(w) && told < BODIES_TOLD; k++) {
+    int count = 0;
+    for (int32_t k = 0; k < ll_rigid_body_end(w) && count < BODIES_REPORTED; k++) {
         ll_body_id id = ll_rigid_body_at(w, k);
         if (id.index == 0 || id.index == s->record[i].hand.index)
             continue;
         cJSON_AddItemToArray(array, body_json(w, id));
-        told++;
+        count++;
     }
 }
 
@@ -77,7 +77,8 @@ cJSON *ll_rigid_sim_state(const void *block)
 const char *const ll_rigid_sim_signed_metrics[] = {"energy_j", "energy_change_j",  "spin_momentum_kgm2ps",
                                                    "angle",    "angular_velocity", NULL};
 
-/* What has changed beyond what gravity gives; with something that is fixed or driven there is no such law. */
+/* Change beyond that by gravity; unknown with static or kinematic bodies, for which momentum is not
+ * conserved. */
 static double momentum_error(const ll_rigid_sim *s, int i)
 {
     const ll_rigid *w = ll_rigid_sim_world(s, i);
@@ -90,7 +91,7 @@ static double momentum_error(const ll_rigid_sim *s, int i)
     return ll_length(ll_sub(ll_sub(r->now.momentum, start), gravity));
 }
 
-/* Null of a world that has failed. */
+/* Null for a world that has failed. */
 static void measured(cJSON *o, const ll_rigid_sim *s, int i)
 {
     const ll_rigid_record *r = &s->record[i];
@@ -141,7 +142,7 @@ static void counted(cJSON *o, const ll_rigid *w)
         cJSON_AddNumberToObject(o, all[k].name, all[k].value);
 }
 
-/* Of the solid shapes: how much larger than the shapes the volumes are in all, in percent. */
+/* Over the solid shapes: total area of the volumes above that of the shapes, in percent. */
 static double overestimate(const ll_rigid *w, ll_volume volume)
 {
     double exact = 0, bound = 0;
@@ -204,8 +205,8 @@ void ll_rigid_sim_costs(const void *config, const ll_step_profiler *step_profile
     cJSON *parts = cJSON_AddArrayToObject(cost, "parts");
     for (int i = 0; i < ll_rigid_sim_worlds(&c->setup); i++) {
         cJSON *part = cJSON_CreateObject();
-        int told = c->setup.compare_volumes ? LL_RIGID_PARTS : LL_PHASES + 1;
-        for (int k = 0; k < told; k++) {
+        int count = c->setup.compare_volumes ? LL_RIGID_PARTS : LL_PHASES + 1;
+        for (int k = 0; k < count; k++) {
             char name[32];
             snprintf(name, sizeof name, "%s%s", k > LL_PHASES ? "volume_" : "",
                      k > LL_PHASES    ? ll_volume_names[k - LL_PHASES - 1]
@@ -305,7 +306,7 @@ int ll_rigid_sim_trace_columns(const void *config, char (*names)[48], int capaci
     return n;
 }
 
-/* 0 for what is not there (yet). */
+/* 0 for a body that does not exist (yet). */
 static void body_row(const ll_rigid *w, int32_t index, double *values)
 {
     ll_body_state b = {0};

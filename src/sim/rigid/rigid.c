@@ -19,12 +19,12 @@ static ll_freq tick_freq(const void *config)
     return ll_freq_from_hz(((const ll_rigid_config *)config)->setup.hz);
 }
 
-/* ---- a person drags ---- */
+/* ---- pointer drag ---- */
 
 #define MOUSE_HERTZ 5
 #define MOUSE_FORCE_PER_KG 1000
 
-/* What a mouse's spring is fixed to: a body that does not move. */
+/* The static body at the other end of a mouse joint. */
 static ll_status fixed_body(ll_rigid *w, ll_rigid_record *r, ll_body_id *out)
 {
     for (int32_t i = 0; i < ll_rigid_body_end(w); i++) {
@@ -40,7 +40,7 @@ static ll_status fixed_body(ll_rigid *w, ll_rigid_record *r, ll_body_id *out)
     return status;
 }
 
-static ll_status seize(ll_rigid *w, ll_rigid_record *r, ll_vec2 point)
+static ll_status grab_body(ll_rigid *w, ll_rigid_record *r, ll_vec2 point)
 {
     ll_body_id body = ll_rigid_pick(w, point), fixed;
     ll_body_state state;
@@ -59,7 +59,8 @@ static ll_status seize(ll_rigid *w, ll_rigid_record *r, ll_vec2 point)
     return ll_rigid_add_joint(w, &def, &r->mouse);
 }
 
-/* The body under the point when the button goes down is drawn to the point until it is let go, or gone. */
+/* The body under the pointer when the button goes down is dragged to the pointer until the button is released
+ * or the body is removed. */
 static void drag(ll_rigid_sim *s, int i)
 {
     ll_rigid *w = ll_rigid_sim_world(s, i);
@@ -69,7 +70,7 @@ static void drag(ll_rigid_sim *s, int i)
     if (r->mouse.index != 0)
         status = s->held ? ll_rigid_set_target(w, r->mouse, point) : ll_rigid_remove_joint(w, r->mouse);
     else if (s->pressed)
-        status = seize(w, r, point);
+        status = grab_body(w, r, point);
     if (!s->held || ll_failed(&status))
         r->mouse = (ll_joint_id){0, 0};
 }
@@ -119,11 +120,11 @@ ll_status ll_rigid_sim_step(ll_rigid_sim *s, int i, const ll_rigid_probe *probe)
     return status;
 }
 
-/* Reads the meter's clock where a phase ends. */
+/* Reads the profiler's clock at the end of a phase. */
 typedef struct stopwatch {
     ll_step_profiler *step_profiler;
     int64_t last;
-    int first; /* part of the meter: a world's phases lie one behind the other */
+    int first; /* part of the profiler: a world's phases are consecutive */
 } stopwatch;
 
 static void ended(void *context, ll_rigid_phase phase)
@@ -143,12 +144,12 @@ static ll_status step_metered(ll_rigid_sim *s, int i, ll_step_profiler *step_pro
     return status;
 }
 
-/* The first world stops its session; one beside it only itself. */
+/* A failure of the first world stops its session; a failure of another stops only that world. */
 static ll_status step_all(ll_rigid_sim *s, ll_step_profiler *step_profiler, ll_pace *pace)
 {
     for (int i = 0; i < ll_rigid_sim_worlds(&s->setup); i++) {
         if (!ll_goes_on(pace))
-            return ll_error(LL_INTERRUPTED, "a tick was broken off");
+            return ll_error(LL_INTERRUPTED, "a tick was interrupted");
         if (s->record[i].diverged_at >= 0) {
             if (i == 0)
                 return ll_error(LL_DIVERGED, "%s", s->record[0].reason);
@@ -189,12 +190,12 @@ static void change(void *block, const void *config, ll_time now)
     for (int i = 0; i < ll_rigid_sim_worlds(&s->setup); i++) {
         ll_rigid *w = ll_rigid_sim_world(s, i);
         ll_rigid_params params = ll_rigid_sim_params(&s->setup, i);
-        ll_rigid_set_params(w, &params); /* there is room for everything */
+        ll_rigid_set_params(w, &params); /* all records fit */
         ll_rigid_set_broad(w, (ll_broad_kind)s->setup.broad_phase);
     }
 }
 
-/* Without the settings: the same for every broad phase and width of SIMD. */
+/* Without the parameters: equal for every broad phase and SIMD width. */
 static uint64_t hash(const void *block)
 {
     const ll_rigid_sim *s = block;

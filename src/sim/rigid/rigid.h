@@ -1,7 +1,7 @@
 /* Simulations of kind `rigid`: a world of rigid bodies, from a list or from a scene of the rigid room.
  *
- * A tick is a step. For each element of `side_by_side` the same bodies are there once more and stepped as it
- * says, so that solvers go side by side from the same start; what a person drags is dragged in all. */
+ * A tick is a step. Each element of `side_by_side` adds a copy of the same bodies with its own parameters, so
+ * that solvers run side by side from the same start; a person's drag acts on all copies. */
 #pragma once
 
 #include "rigid/scenes/scene.h"
@@ -12,9 +12,10 @@
 #define LL_RIGID_JOINTS_MAX 4096
 #define LL_RIGID_POINTS_MAX 16
 #define LL_RIGID_BLOCK_MAX ((size_t)512 << 20) /* bytes of a session's worlds */
-/* Of a world in a meter: its phases, the whole step, then what each volume took to judge the pairs. */
+/* Profiler parts of a world: its phases, the whole step, then the time of each volume for testing the
+ * pairs. */
 #define LL_RIGID_PARTS (LL_PHASES + 1 + LL_VOLUMES)
-#define LL_RIGID_COMPARED_MAX 256 /* shapes that compare_volumes looks at */
+#define LL_RIGID_COMPARED_MAX 256 /* shapes that compare_volumes tests */
 
 typedef enum ll_rigid_form {
     LL_FORM_BOX,
@@ -47,17 +48,17 @@ typedef struct ll_rigid_joint {
     double length, lower, upper, hertz, damping, motor_speed, max_force, max_torque;
 } ll_rigid_joint;
 
-/* A world beside the first. */
+/* A world next to the first. */
 typedef struct ll_rigid_side_by_side {
-    ll_rigid_params solver; /* gravity is the first's */
+    ll_rigid_params solver; /* without gravity, which is the first's */
 } ll_rigid_side_by_side;
 
-/* All but the lists of bodies and joints. */
+/* Everything but the lists of bodies and joints. */
 typedef struct ll_rigid_setup {
     double hz;
     double gravity[2];
     double tunnel_x;
-    ll_rigid_params solver; /* gravity is above */
+    ll_rigid_params solver; /* without gravity, see above */
     ll_rigid_side_by_side side_by_side[LL_SIDE_BY_SIDE_MAX - 1];
     ll_scene_args params; /* of the scene */
     int32_t side_by_side_count;
@@ -78,29 +79,29 @@ typedef struct ll_rigid_config {
 extern const ll_param_table ll_rigid_scenario_table;
 
 #pragma GCC diagnostic push
-#pragma GCC diagnostic error "-Wpadded" /* the block is hashed: no byte may be left to chance */
+#pragma GCC diagnostic error "-Wpadded" /* no padding: the block is hashed */
 
-/* How a bounding volume judged the pairs of shapes, over all steps that were compared. */
+/* Results of a bounding volume on the pairs of shapes, over all compared steps. */
 typedef struct ll_volume_record {
     int64_t tests, hits, exact_hits;
     int64_t false_hits, missed_hits;
-    double gap_sum, gap_max; /* m that the shapes were apart at false hits: where a hit is registered */
+    double gap_sum, gap_max; /* m, distance of the shapes at false hits */
 } ll_volume_record;
 
-/* What is measured of a world at every step. */
+/* Measures of a world at every step. */
 typedef struct ll_rigid_record {
     double energy_start, momentum_start[2], mass;
-    double energy_scale; /* J: what moves at first, and what all would gain by a fall through the view; 0: not
-                            known, since something is driven */
+    double energy_scale; /* J: initial kinetic energy, and the gain of all bodies by a fall through the view;
+                            0: unknown, because a body or joint is driven */
     ll_rigid_metrics now;
     double penetration_worst, energy_most, joint_error_worst, tilt_worst, sag_worst, drift_worst;
-    int64_t steps_asleep, asleep_at; /* asleep_at: the step from which all sleep; -1: they do not */
-    int64_t over_limit;              /* steps that found more contacts than there was room for */
-    int64_t stopped;                 /* bodies that swept detection put where they first touched, in all */
-    int64_t diverged_at;             /* the step; -1: it did not */
+    int64_t steps_asleep, asleep_at; /* asleep_at: the step since which all sleep; -1: not asleep */
+    int64_t over_limit;              /* steps with more contacts than fit */
+    int64_t stopped;                 /* total number of bodies that CCD stopped at their time of impact */
+    int64_t diverged_at;             /* the step; -1: not diverged */
     ll_volume_record volume[LL_VOLUMES];
-    ll_joint_id mouse; /* none: nobody drags */
-    ll_body_id hand;   /* a body without shape that a mouse needs where nothing is fixed */
+    ll_joint_id mouse; /* none: no person drags */
+    ll_body_id hand;   /* a body without shape for the mouse joint, if there is no static body */
     char reason[256];
 } ll_rigid_record;
 
@@ -109,9 +110,9 @@ typedef struct ll_rigid_sim {
     int64_t size;
     ll_time now;
     ll_rigid_setup setup;
-    double view[4];        /* m: left, right, bottom and top of what is looked at; a person's axes span it */
-    double target[2];      /* m, where a person points */
-    int64_t held, pressed; /* whether a person holds the button; since when a body has been looked for */
+    double view[4];        /* m: left, right, bottom and top of the view; a person's axes span it */
+    double target[2];      /* m, pointer position */
+    int64_t held, pressed; /* whether a person holds the button; whether it went down since the last step */
     int64_t references;    /* in `reference` */
     int64_t reference;     /* ll_body_reference */
     int64_t world[LL_SIDE_BY_SIDE_MAX];
@@ -130,7 +131,7 @@ static inline ll_body_reference *ll_rigid_sim_references(const ll_rigid_sim *s)
     return (ll_body_reference *)((char *)(uintptr_t)s + s->reference);
 }
 
-/* How many go side by side. */
+/* Number of worlds side by side. */
 static inline int ll_rigid_sim_worlds(const ll_rigid_setup *setup)
 {
     return 1 + setup->side_by_side_count;
@@ -143,7 +144,7 @@ static inline const ll_scene *ll_rigid_sim_scene(const ll_rigid_setup *setup)
 }
 
 _Static_assert(LL_SIDE_BY_SIDE_MAX *LL_RIGID_PARTS <= LL_STEP_PROFILER_PARTS,
-               "a meter has room for all worlds");
+               "a profiler has room for all worlds");
 
 /* ---- config.c ---- */
 
@@ -157,7 +158,7 @@ ll_status ll_rigid_sim_init(void *block, const void *config);
 
 /* ---- rigid.c ---- */
 
-/* One step of a world, without measuring. What fails is kept in its record. */
+/* One step of a world, without measures. A failure is stored in its record. */
 ll_status ll_rigid_sim_step(ll_rigid_sim *s, int world, const ll_rigid_probe *probe);
 
 /* ---- build.c ---- */
@@ -169,13 +170,13 @@ ll_status ll_rigid_sim_build(const ll_rigid_config *config, ll_rigid *world);
 /* ---- measure.c ---- */
 
 void ll_rigid_sim_measure_start(ll_rigid_sim *s, int world);
-/* LL_DIVERGED, kept in the record, too: bodies have gained more than LL_BLOWN_UP times energy_scale. */
+/* LL_DIVERGED, also stored in the record: bodies have gained more than LL_BLOWN_UP times energy_scale. */
 ll_status ll_rigid_sim_measure(ll_rigid_sim *s, int world, ll_step_profiler *step_profiler);
-/* ns for a pair of shapes, over those that are near each other now (where none are, over the last two): to
- * bring the volumes to their bodies' poses, and to test them. NAN of fewer than two shapes. */
+/* ns per pair of shapes, over pairs that are near each other now (if none, over the last two): to move the
+ * volumes to their bodies' poses, and to test them. NAN for fewer than two shapes. */
 double ll_rigid_sim_time_volume(const ll_rigid *world, ll_volume volume, int64_t (*now_ns)(void));
 
-/* ---- report.c and frame.c: what is told and streamed of a block ---- */
+/* ---- report.c and frame.c: reports and streamed rows of a block ---- */
 
 struct cJSON *ll_rigid_sim_state(const void *block);
 struct cJSON *ll_rigid_sim_metrics(const void *block);

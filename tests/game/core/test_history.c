@@ -29,7 +29,7 @@ static void the_past_is_found_as_by_a_linear_search(void **state)
     world->players = world->entities = 2;
     ll_time now = 0;
     for (int n = 0; n < RECORDS; n++) {
-        /* Even steps, uneven ones, and a stall now and then: lockstep makes those. */
+        /* Even steps, uneven ones, and occasional stalls, as in lockstep. */
         uint64_t draw = ll_rng_u64(1, 0, (uint64_t)n);
         now += n / 300 % 2 ? LL_SECOND / 60 : n % 40 == 0 ? LL_SECOND : 1 + (ll_time)(draw % (40 * LL_MS));
         time[n] = now;

@@ -1,4 +1,4 @@
-/* The crates' rules: where they start, who pushes whom, and what a client may predict of it. */
+/* The crates' rules: the start, pushing, and what a client may predict of it. */
 #include <math.h>
 
 #include <cjson/cJSON.h>
@@ -129,7 +129,7 @@ static double deepest(const yard *y)
     return most;
 }
 
-/* How many hang together by touching, at most. */
+/* The largest number of bodies connected by contacts. */
 static int largest_heap(const yard *y)
 {
     int heap[LL_ENTITIES_MAX], size[LL_ENTITIES_MAX] = {0}, most = 0;
@@ -147,7 +147,7 @@ static int largest_heap(const yard *y)
     return most;
 }
 
-static void at_the_start_nobody_touches_anybody(void **state)
+static void at_the_start_no_bodies_touch(void **state)
 {
     (void)state;
     for (int count = 1; count <= 239; count += 17)
@@ -172,8 +172,8 @@ static void at_the_start_nobody_touches_anybody(void **state)
 
 /* ---- pushing ---- */
 
-/* One player runs into one crate and stops: the crate slides on and rests; its way counts as long as it was
- * pressed. */
+/* One player runs into one crate and stops: the crate slides on and comes to rest; its distance counts while
+ * it was pressed. */
 static void a_crate_is_pushed_and_rests(void **state)
 {
     (void)state;
@@ -190,7 +190,7 @@ static void a_crate_is_pushed_and_rests(void **state)
     }
     double at = crate->x;
     assert_true(pressed && fabs(own->vx - 4) < 0.1 && fabs(crate->vx - own->vx) < 0.1);
-    assert_true(fabs(value(&y, 0, PUSHED) - (at - 8)) < 0.1); /* but for the steps before it is pressed */
+    assert_true(fabs(value(&y, 0, PUSHED) - (at - 8)) < 0.1); /* except for the steps before it is pressed */
     assert_true(value(&y, 0, MOVING) == 1);
     for (int k = 0; k < 120; k++)
         step(&y, nothing);
@@ -220,8 +220,8 @@ static void limits_hold(void **state)
     free(y.world);
 }
 
-/* Two hundred crates, eight players that push them about for a minute: everything stays in, nothing lies in
- * anything, and when the players stand still all of it comes to rest. */
+/* Two hundred crates, pushed by eight players for a minute: everything stays in, nothing penetrates, and when
+ * the players stand still everything comes to rest. */
 static void two_hundred_crates_are_pushed_about(void **state)
 {
     (void)state;
@@ -236,7 +236,7 @@ static void two_hundred_crates_are_pushed_about(void **state)
                 y.world, &y.env, 1, i, i % 2 ? LL_SCRIPT_STEADY : LL_SCRIPT_VARIED, ll_tick_time(k, 60000));
         step(&y, actions);
         if (k % 100 == 0)
-            assert_true(deepest(&y) < 0.1); /* while pressed; a hand's breadth of 0.8 m */
+            assert_true(deepest(&y) < 0.1); /* while pressed; crates are 0.8 m wide */
     }
     for (int i = 0; i < 8; i++) {
         assert_true(value(&y, i, PUSHED) > 10);
@@ -246,10 +246,10 @@ static void two_hundred_crates_are_pushed_about(void **state)
     for (int k = 0; k < 300; k++)
         step(&y, nothing);
     assert_true(value(&y, 0, MOVING) == 0);
-    /* A body stays when a step moves it by less than 1e-6 m in x and in y. The four passes of a step take 1 -
-     * 0.8^4 of what an overlap is beyond the slop, and a player beside a crate, four times as heavy, does a
-     * fifth of that. By so much may what presses on its two sides differ; from the edge of a heap it adds up.
-     */
+    /* A body stays when a step moves it by less than 1e-6 m in x and in y. The four passes of a step remove 1
+     * - 0.8^4 of an overlap beyond the slop, and a player next to a crate, four times as heavy, takes a fifth
+     * of that. The pressures on its two sides may differ by that amount; from the edge of a heap the
+     * differences add up. */
     double step_over = sqrt(2) * 1e-6 / (0.2 * (1 - 0.8 * 0.8 * 0.8 * 0.8));
     assert_true(deepest(&y) < LL_LINEAR_SLOP + largest_heap(&y) * step_over);
     for (int i = 0; i < y.world->entities; i++) {
@@ -262,7 +262,7 @@ static void two_hundred_crates_are_pushed_about(void **state)
 
 /* ---- prediction ---- */
 
-/* Where nothing is near, what a client predicts of its player alone is the server's step to the bit, along
+/* Where nothing is near, a client's prediction of its player alone equals bitwise the server's step, along
  * walls and in corners too. */
 static void alone_a_player_moves_as_on_the_server(void **state)
 {
@@ -298,7 +298,7 @@ static void alone_a_player_moves_as_on_the_server(void **state)
 }
 
 /* A crate in the way stops the prediction, which does not move it. */
-static void what_is_not_ones_own_is_an_obstacle(void **state)
+static void other_bodies_are_obstacles(void **state)
 {
     (void)state;
     yard y = open_yard(usual(1), 2, 1.0 / 60);
@@ -327,8 +327,8 @@ static ll_action hunt(const ll_world *world, int player, int prey, int k, uint64
     return (ll_action){.axis = {(float)(dx / far), (float)(dy / far)}};
 }
 
-/* What reach leaves out does not matter: over the horizon, whatever the others do, stepping the set alone
- * gives the set's part of the whole, to the bit. And it leaves a good part out. */
+/* Entities outside of reach do not matter: over the horizon, for any actions of the others, stepping the set
+ * alone gives bitwise the set's part of the whole. And reach leaves out a good part. */
 static void reach_is_never_too_little(void **state)
 {
     (void)state;
@@ -372,9 +372,9 @@ static void reach_is_never_too_little(void **state)
     assert_true(shared > 20 && chosen < all / 2);
 }
 
-/* Two players at full speed, with or without a crate between them: whoever may come together is in reach, and
- * who is ever so little too far is not, beyond the half more speed that the rules allow for. */
-static void who_runs_together_is_in_reach(void **state)
+/* Two players at full speed, with or without a crate between them: players who may meet are in reach, and
+ * players slightly too far are not, beyond the additional half of the speed that the rules allow for. */
+static void players_that_may_meet_are_in_reach(void **state)
 {
     (void)state;
     const double horizon = 0.5, speed = 4;
@@ -429,14 +429,14 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(an_arena_too_small_is_refused),
-        cmocka_unit_test(at_the_start_nobody_touches_anybody),
+        cmocka_unit_test(at_the_start_no_bodies_touch),
         cmocka_unit_test(a_crate_is_pushed_and_rests),
         cmocka_unit_test(limits_hold),
         cmocka_unit_test(two_hundred_crates_are_pushed_about),
         cmocka_unit_test(alone_a_player_moves_as_on_the_server),
-        cmocka_unit_test(what_is_not_ones_own_is_an_obstacle),
+        cmocka_unit_test(other_bodies_are_obstacles),
         cmocka_unit_test(reach_is_never_too_little),
-        cmocka_unit_test(who_runs_together_is_in_reach),
+        cmocka_unit_test(players_that_may_meet_are_in_reach),
         cmocka_unit_test(shapes_are_of_the_rules),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,5 +1,5 @@
-/* The dam's rules: water stays in its tank and keeps its volume, falls no faster than it can, and is drawn
- * along by paddles. */
+/* The dam's rules: water stays in its tank and keeps its volume, falls no faster than it can, and paddles
+ * drag it. */
 #include <math.h>
 
 #include <cjson/cJSON.h>
@@ -46,8 +46,8 @@ static void bad_tanks_are_refused(void **state)
     (void)state;
     const char *const texts[] = {"{\"width_m\":0.8}", "{\"height_m\":0.9}",
                                  "{\"width_m\":50,\"height_m\":50,\"side_m\":1}"};
-    const char *const told[] = {"width_m: must be at least 1 m", "height_m: must be at least 1 m",
-                                "the walls need 7800 particles"};
+    const char *const messages[] = {"width_m: must be at least 1 m", "height_m: must be at least 1 m",
+                                    "the walls need 7800 particles"};
     for (size_t i = 0; i < 3; i++) {
         params p;
         cJSON *json = cJSON_Parse(texts[i]);
@@ -55,12 +55,12 @@ static void bad_tanks_are_refused(void **state)
         ll_status status = ll_param_parse(&ll_dam_table, json, &p);
         cJSON_Delete(json);
         assert_true(ll_failed(&status));
-        assert_non_null(strstr(status.text, told[i]));
+        assert_non_null(strstr(status.text, messages[i]));
     }
 }
 
 /* The front is never ahead of Ritter's, side + 2 sqrt(g side) t, and reaches the far wall; in the end the
- * water lies level: the mean height of its particles is half of that of the same water as a rectangle. */
+ * water is level: the mean height of its particles is half of that of the same water as a rectangle. */
 static void water_breaks_and_comes_to_lie_level(void **state)
 {
     (void)state;
@@ -82,13 +82,13 @@ static void water_breaks_and_comes_to_lie_level(void **state)
     for (int i = 1; i < t.world->entities; i++)
         sum += t.world->entity[i].y;
     double mean = sum / (t.world->entities - 1), level = p->side * p->side / p->width / 2;
-    assert_true(worst <= 0); /* nobody is past a wall */
+    assert_true(worst <= 0); /* no particle is past a wall */
     assert_true(values[2] < 0.1);
     assert_true(fabs(mean - level) < 0.25 * spacing);
     free(t.world);
 }
 
-/* Water within a paddle goes with it, and elsewhere lies as it lay. */
+/* Water within a paddle moves with it, and other water keeps its place. */
 static void a_paddle_draws_water_along(void **state)
 {
     (void)state;
@@ -114,7 +114,7 @@ static void a_paddle_draws_water_along(void **state)
     free(stirred.world);
 }
 
-/* What a client predicts of its paddle is the server's step, to the bit, and it stays in the tank. */
+/* A client's prediction of its paddle equals bitwise the server's step, and it stays in the tank. */
 static void a_paddle_moves_as_on_the_server(void **state)
 {
     (void)state;

@@ -77,8 +77,8 @@ static int thrown(ll_floor_body *b, uint64_t seed, double side, double reach)
 
 /* ---- conservation ---- */
 
-/* Without a grip of the floor and far from the walls, momentum stays and energy never grows: within rounding,
- * of some hundred terms a step. The speed limit would take momentum away, so it is set out of reach. */
+/* Without grip of the floor and far from the walls, momentum stays and energy never grows: within rounding,
+ * of about a hundred terms per step. The speed limit would take momentum away, so it is set out of reach. */
 static void momentum_stays_and_energy_does_not_grow(void **state)
 {
     (void)state;
@@ -196,8 +196,8 @@ static void sliding_ends_where_coulomb_says(void **state)
     assert_true(fabs(b.angle - (0.1 + angle)) < 1e-11);
 }
 
-/* Who wants to go, goes, with its grip's acceleration up to what it wants. */
-static void who_wants_to_go_goes(void **state)
+/* A body with a wanted velocity accelerates with its grip up to that velocity. */
+static void a_wanted_velocity_is_reached(void **state)
 {
     (void)state;
     ll_floor floor = floor_for(100, 6, 0.4, 0.4);
@@ -217,7 +217,7 @@ static void who_wants_to_go_goes(void **state)
 }
 
 /* A player pushes a row of three crates with force F = mass * grip against friction: together they accelerate
- * by (F - 3 mu m g) / (M + 3 m). Sixteen sweeps leave 2 % of it open. */
+ * by (F - 3 mu m g) / (M + 3 m). Sixteen sweeps leave an error of 2 %. */
 static void a_row_is_pushed_by_what_is_left_of_the_force(void **state)
 {
     (void)state;
@@ -240,8 +240,8 @@ static void a_row_is_pushed_by_what_is_left_of_the_force(void **state)
     }
 }
 
-/* Too weak to move what lies there: player and crate stay, but for what sixteen sweeps leave open. */
-static void who_is_too_weak_stays(void **state)
+/* Too weak to move the crate: player and crate stay, except for the error of sixteen sweeps. */
+static void a_player_too_weak_to_push_stays(void **state)
 {
     (void)state;
     ll_floor floor = floor_for(100, 6, 0.4, 0.4);
@@ -271,7 +271,7 @@ static ll_pose pose(const ll_floor_body *b)
     return (ll_pose){{b->x, b->y}, {cos(b->angle), sin(b->angle)}};
 }
 
-/* How deep any two overlap at most, and any the walls. */
+/* Largest overlap of two bodies, and of a body with a wall. */
 static double deepest(const ll_floor_body *b, int count, double side)
 {
     double most = 0;
@@ -343,7 +343,7 @@ static void long_steps_are_cut(void **state)
 
 /* ---- the same again ---- */
 
-static void steps_are_the_same_again_and_wherever_else_something_happens(void **state)
+static void steps_are_repeatable_and_local(void **state)
 {
     (void)state;
     ll_floor_body a[MAX], b[MAX];
@@ -385,12 +385,12 @@ int main(void)
         cmocka_unit_test(a_push_off_the_centre_turns),
         cmocka_unit_test(discs_go_on_together),
         cmocka_unit_test(sliding_ends_where_coulomb_says),
-        cmocka_unit_test(who_wants_to_go_goes),
+        cmocka_unit_test(a_wanted_velocity_is_reached),
         cmocka_unit_test(a_row_is_pushed_by_what_is_left_of_the_force),
-        cmocka_unit_test(who_is_too_weak_stays),
+        cmocka_unit_test(a_player_too_weak_to_push_stays),
         cmocka_unit_test(nothing_passes_through_anything),
         cmocka_unit_test(long_steps_are_cut),
-        cmocka_unit_test(steps_are_the_same_again_and_wherever_else_something_happens),
+        cmocka_unit_test(steps_are_repeatable_and_local),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -33,7 +33,7 @@ static field *make(const double *params, int players, const int32_t *lanes, doub
     return f;
 }
 
-/* From rest at full throttle: v = (a/c)(1 - e^-ct), x = (a/c) t - v / c, whatever the step. */
+/* From rest at full throttle: v = (a/c)(1 - e^-ct), x = (a/c) t - v / c, for any step. */
 static void throttle_follows_the_closed_form(void **state)
 {
     (void)state;
@@ -172,7 +172,7 @@ static void finish_time_lies_between_ticks(void **state)
     free(f);
 }
 
-/* What a client predicts alone is to the bit what the server computes, as long as nobody touches. */
+/* A client's own prediction equals bitwise the server's step while no cars touch. */
 static void own_step_is_the_server_step(void **state)
 {
     (void)state;
@@ -197,8 +197,8 @@ static void own_step_is_the_server_step(void **state)
     free(client);
 }
 
-/* The farthest that one may come is where full throttle brings one; no other driving comes as far. */
-static void nobody_comes_farther_than_the_farthest(void **state)
+/* The farthest distance is that of full throttle; no other controls come as far. */
+static void no_player_comes_farther_than_the_farthest(void **state)
 {
     (void)state;
     const int32_t lanes[] = {0};
@@ -250,8 +250,8 @@ static void any_actions(ll_action *actions, int players, uint64_t seed, int step
         actions[i].axis[0] = (float)(2 * ll_rng_unit(seed, 3 + (uint64_t)i, (uint64_t)step / 10) - 1);
 }
 
-/* Cars that are beyond each other's reach may be stepped apart: each group alone comes out as with all the
- * others, to the bit, whatever everybody does within the horizon. */
+/* Cars beyond each other's reach may be stepped apart: each group alone gives bitwise the same as with all
+ * the others, for any controls within the horizon. */
 static void groups_out_of_reach_may_be_stepped_alone(void **state)
 {
     (void)state;
@@ -285,7 +285,7 @@ static void groups_out_of_reach_may_be_stepped_alone(void **state)
     assert_true(split > 50);
 }
 
-static void stepping_everybody_as_some_is_a_step(void **state)
+static void stepping_all_as_a_subset_is_a_step(void **state)
 {
     (void)state;
     field *whole = crowd(16, 7), *some = crowd(16, 7);
@@ -301,7 +301,7 @@ static void stepping_everybody_as_some_is_a_step(void **state)
     free(some);
 }
 
-/* A snapshot rounds a lane's middle to its grid: who shares a lane still does, and nobody else. */
+/* A snapshot rounds a lane's middle to its grid: players who share a lane still do, and no others. */
 static void lanes_survive_a_grid(void **state)
 {
     (void)state;
@@ -335,9 +335,9 @@ int main(void)
         cmocka_unit_test(contact_keeps_momentum_and_takes_energy),
         cmocka_unit_test(finish_time_lies_between_ticks),
         cmocka_unit_test(own_step_is_the_server_step),
-        cmocka_unit_test(nobody_comes_farther_than_the_farthest),
+        cmocka_unit_test(no_player_comes_farther_than_the_farthest),
         cmocka_unit_test(groups_out_of_reach_may_be_stepped_alone),
-        cmocka_unit_test(stepping_everybody_as_some_is_a_step),
+        cmocka_unit_test(stepping_all_as_a_subset_is_a_step),
         cmocka_unit_test(lanes_survive_a_grid),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,12 +1,12 @@
-/* Scripts: what they draw comes from the session's seed, and from nothing else but the time and what is seen.
- */
+/* Scripts: their random draws depend on the session's seed, the time and what the script sees, and on nothing
+ * else. */
 #include "base/rng.h"
 #include "game/harness.h"
 #include "game/core/script.h"
 
 enum { PLAYERS = 4, TICKS = 60 * 20 };
 
-/* By game and script: whether the seed matters. A script that a game does not know is its `varied`. */
+/* By game and script: whether the seed matters. A script that a game does not have is its `varied`. */
 static const struct {
     const char *game;
     bool draws[5]; /* varied, steady, idle, peek, hold */
@@ -60,7 +60,7 @@ static void every_game_is_listed(void **state)
     assert_int_equal(n, ROWS);
 }
 
-static void seeds_differ_where_the_table_says_so_and_nowhere_else(void **state)
+static void seeds_matter_only_where_the_table_says_so(void **state)
 {
     (void)state;
     traced *one = malloc(sizeof *one), *same = malloc(sizeof *same), *other = malloc(sizeof *other);
@@ -81,7 +81,7 @@ static void seeds_differ_where_the_table_says_so_and_nowhere_else(void **state)
     free(other);
 }
 
-/* Asked backwards and out of order, of one world that does not change: the same answers. */
+/* Called backwards and out of order, with one world that does not change: the same answers. */
 static void a_script_keeps_nothing(void **state)
 {
     (void)state;
@@ -152,7 +152,7 @@ static void slots_are_those_of_a_walk(void **state)
     }
 }
 
-/* No raster is left: when a race's controls change, relative to 750 ms, is spread over all of them. */
+/* The times are on no grid: when a race's controls change, relative to 750 ms, is spread over all of them. */
 static void changes_lie_on_no_raster(void **state)
 {
     (void)state;
@@ -181,7 +181,7 @@ static void changes_lie_on_no_raster(void **state)
     free(world);
 }
 
-/* A car that has come to the finish goes on: there is something to see for as long as the session lasts. */
+/* A car at the finish goes on: the view changes for as long as the session lasts. */
 static void a_varied_race_goes_on_behind_the_finish(void **state)
 {
     (void)state;
@@ -206,7 +206,7 @@ static void a_varied_race_goes_on_behind_the_finish(void **state)
     free(world);
 }
 
-/* How long a peeker is out and when it comes are drawn: the moments of coming out are no raster. */
+/* Length and time of a peek are random: the times of coming out are on no grid. */
 static void peeks_come_at_drawn_intervals(void **state)
 {
     (void)state;
@@ -244,7 +244,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_game_is_listed),
-        cmocka_unit_test(seeds_differ_where_the_table_says_so_and_nowhere_else),
+        cmocka_unit_test(seeds_matter_only_where_the_table_says_so),
         cmocka_unit_test(a_script_keeps_nothing),
         cmocka_unit_test(players_do_not_do_the_same),
         cmocka_unit_test(slots_are_those_of_a_walk),

@@ -40,9 +40,9 @@ static void step(coast *c, const ll_action *actions)
 
 static const ll_action nothing[LL_PLAYERS_MAX];
 
-/* A point that moves by its own speed for a small time is where the water has it then: central differences of
+/* A point that moves at its own speed for a short time is where the water has it then: central differences of
  * two steps are off by h^2 / 6 of the third derivative, w^3 A. */
-static void points_move_as_they_tell(void **state)
+static void points_move_at_their_velocity(void **state)
 {
     (void)state;
     coast c = open_coast(usual(), 1);
@@ -79,7 +79,7 @@ static void a_boat_heaves_by_its_draught(void **state)
         if (last > 0 && y <= 0)
             crossed[count++] = k - y / (y - last);
         last = y;
-        assert_true(c.world->entity[1].y == 0 && c.world->entity[1].angle == 0); /* who lies still stays */
+        assert_true(c.world->entity[1].y == 0 && c.world->entity[1].angle == 0); /* a boat at rest stays */
     }
     double period = 6.283185307179586 / sqrt(9.81 / p.draught - p.damping * p.damping / 4);
     assert_int_equal(count, 2);
@@ -112,7 +112,7 @@ static void a_boat_lies_on_long_waves(void **state)
     free(c.world);
 }
 
-/* What a client predicts of its boat is the server's step, to the bit. */
+/* A client's prediction of its boat equals bitwise the server's step. */
 static void a_boat_alone_sails_as_on_the_server(void **state)
 {
     (void)state;
@@ -141,7 +141,7 @@ static void a_boat_alone_sails_as_on_the_server(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(points_move_as_they_tell),
+        cmocka_unit_test(points_move_at_their_velocity),
         cmocka_unit_test(a_boat_heaves_by_its_draught),
         cmocka_unit_test(a_boat_lies_on_long_waves),
         cmocka_unit_test(a_boat_alone_sails_as_on_the_server),

@@ -1,4 +1,4 @@
-/* The shooter's rules and scripts, without a network: everybody acts on the truth. */
+/* The shooter's rules and scripts, without a network: all players act on the truth. */
 #include <math.h>
 
 #include "game/harness.h"
@@ -55,7 +55,7 @@ static void a_lift_goes_at_its_speed_between_its_ends(void **state)
     const ll_action ride[2] = {{.axis = {0.5f, 0.25f}}, {.axis = {-1, 0.25f}}};
     for (int i = 1; i <= 600; i++) {
         step(y, ride);
-        ll_game_shooter.step_own(own->world, &own->env, 0, &ride[0]); /* what a client predicts, to the bit */
+        ll_game_shooter.step_own(own->world, &own->env, 0, &ride[0]); /* what a client predicts, bitwise */
         assert_memory_equal(&own->world->entity[0], &y->world->entity[0], sizeof(ll_entity));
         double up = 7.5 + 2.5 * i / 60, down = 7.5 - 5.0 * i / 60;
         assert_true(fabs(y->world->entity[0].y - fmin(up, LL_SHOOTER_LIFT_HIGH)) < 1e-12);
@@ -107,7 +107,7 @@ static void cannon_only(ll_shooter_params *p)
     p->turn = 3600;
 }
 
-/* Who sees the truth and aims at the middle hits with every shot. */
+/* A player who sees the truth and aims at the middle hits with every shot. */
 static void a_rifle_that_is_aimed_at_the_middle_hits(void **state)
 {
     (void)state;
@@ -124,7 +124,7 @@ static void a_rifle_that_is_aimed_at_the_middle_hits(void **state)
     close_yard(y);
 }
 
-/* A led shell misses only what has turned at an end, or flies behind cover. */
+/* A led projectile misses only targets that have turned at an end, or flies behind cover. */
 static void a_cannon_is_led(void **state)
 {
     (void)state;
@@ -137,7 +137,7 @@ static void a_cannon_is_led(void **state)
     close_yard(y);
 }
 
-/* The one who peeks is in sight of the one who holds for a part of the time, and shots are exchanged. */
+/* The peeking player is in sight of the holding one for a part of the time, and shots are exchanged. */
 static void peeking_opens_and_closes_the_line(void **state)
 {
     (void)state;

@@ -1,4 +1,5 @@
-/* The stack's rules: what a step forgets is not missed, balls push, and machines agree to the bit. */
+/* The stack's rules: state that a step does not keep has no effect, balls push, and machines agree
+ * bitwise. */
 #include <math.h>
 
 #include <cjson/cJSON.h>
@@ -64,10 +65,10 @@ static void too_large_scenes_are_refused(void **state)
     assert_string_equal(status.field, "size");
 }
 
-/* A nudge wakes everything for ten seconds of steps that each begin without an impulse; all but what was
- * nudged stands where it stood: within a centimetre across, three millimetres up and down, and
- * one degree. */
-static void stacks_stand_without_what_a_step_forgets(void **state)
+/* A small push wakes everything for ten seconds of steps that each start without impulses; all bodies but the
+ * pushed one stand where they stood: within a centimetre horizontally, three millimetres vertically, and one
+ * degree. */
+static void stacks_stand_without_warm_starting(void **state)
 {
     (void)state;
     const params scenes[] = {usual(PYRAMID, 8), usual(COLUMN, 5), usual(CARD_HOUSE, 3)};
@@ -76,7 +77,7 @@ static void stacks_stand_without_what_a_step_forgets(void **state)
         p.friction = p.scene == CARD_HOUSE ? 0.7 : 0.6;
         p.radius = 0.1;
         site s = open_site(p, 1), first = copy_of(&s);
-        for (int k = 0; k < 10 * HZ; k++) { /* the ball goes up and down: so the world is stepped */
+        for (int k = 0; k < 10 * HZ; k++) { /* the ball goes up and down, so the world is stepped */
             const ll_action sway = {.axis = {0, k % 20 < 10 ? 0.2f : -0.2f}};
             step(&s, &sway);
         }
@@ -109,8 +110,8 @@ static void dominoes_fall_and_rest(void **state)
     free(later.world);
 }
 
-/* A ball through the foot of a pyramid: boxes give way, nothing sinks into the ground, and the world computed
- * twice is the same to the bit. */
+/* A ball through the foot of a pyramid: boxes give way, nothing sinks into the ground, and a second
+ * computation of the world is bitwise equal. */
 static void a_ball_pushes_what_stands(void **state)
 {
     (void)state;
@@ -126,15 +127,15 @@ static void a_ball_pushes_what_stands(void **state)
     }
     for (int k = 2; k < s.world->entities; k++) {
         most = fmax(most, fabs(s.world->entity[k].x - first[k].x));
-        assert_true(s.world->entity[k].y > 0.5 - 0.05); /* half a box, and what presses it */
+        assert_true(s.world->entity[k].y > 0.5 - 0.05); /* half a box, minus its compression */
     }
     assert_true(most > 1);
     free(s.world);
     free(again.world);
 }
 
-/* Where nothing is met, what a client predicts of its ball is the server's step, but for the last bits: the
- * server's ball goes through the rigid room. */
+/* Where nothing touches, a client's prediction of its ball equals the server's step except for the last bits:
+ * the server's ball is stepped by the rigid room. */
 static void a_ball_alone_goes_as_on_the_server(void **state)
 {
     (void)state;
@@ -176,7 +177,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(too_large_scenes_are_refused),
-        cmocka_unit_test(stacks_stand_without_what_a_step_forgets),
+        cmocka_unit_test(stacks_stand_without_warm_starting),
         cmocka_unit_test(dominoes_fall_and_rest),
         cmocka_unit_test(a_ball_pushes_what_stands),
         cmocka_unit_test(a_ball_alone_goes_as_on_the_server),

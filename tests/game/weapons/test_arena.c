@@ -1,4 +1,4 @@
-/* What shots meet, against closed forms and against bisection in long double. */
+/* Hits of shots, against closed forms and against bisection in long double. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -163,7 +163,7 @@ static void flight_meets_a_moving_body(void **state)
         ll_point after[] = {{0, 0}, {at.x + v.x * (s1 - hit), at.y + v.y * (s1 - hit)}};
         double want = reference(&f, s0, s1, before[1], after[1], 0.6);
         ll_flight_hit m = ll_arena_flight(&arena, 0, &f, s0, s1, before, after);
-        if (want < 0) { /* a touch shorter than the steps of the reference is for neither to say */
+        if (want < 0) { /* a touch shorter than the steps of the reference is not decided */
             ll_point p = ll_flight_at(&f, m.s);
             double u = (m.s - s0) / (s1 - s0);
             ll_point q = {before[1].x + u * (after[1].x - before[1].x),

@@ -1,5 +1,4 @@
-/* Lag compensation, on a range that can be computed: one shooter at the origin, targets whose way is known.
- */
+/* Lag compensation, on a range that can be computed: one shooter at the origin, targets on known paths. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -40,8 +39,8 @@ typedef struct range {
     ll_weapon_state arms;
     ll_point before[BODIES], after[BODIES];
     way *target;
-    int64_t step; /* that was made last */
-    ll_hit_result told[16];
+    int64_t step; /* made last */
+    ll_hit_result results[16];
     ll_shot shots[16];
     int count;
 } range;
@@ -52,7 +51,7 @@ static void witness(void *context, const ll_hit_result *j)
     assert_true(r->count < 16);
     if (j->shot)
         r->shots[r->count] = *j->shot;
-    r->told[r->count++] = *j;
+    r->results[r->count++] = *j;
 }
 
 static void place(range *r)
@@ -99,7 +98,7 @@ static void free_range(range *r)
     free(r);
 }
 
-/* Steps to step `k`, with what `fire` asks for in the last one. */
+/* Steps to step `k`, with the presses of `fire` in the last one. */
 static void step_to(range *r, int64_t k, const ll_action *fire, ll_aim aim)
 {
     while (r->step < k) {
@@ -109,7 +108,7 @@ static void step_to(range *r, int64_t k, const ll_action *fire, ll_aim aim)
         if (fire && r->step + 1 == k)
             ll_weapons_fire(&r->arms, &field, 0, fire, aim, before, now);
         r->step++;
-        place(r); /* as netgame does, after the step; what flies is tested against where the bodies went */
+        place(r); /* as in a netgame, after the step; projectiles meet the bodies at their new positions */
         ll_weapons_fly(&r->arms, &field, 0, r->after, before, now);
     }
 }
@@ -124,7 +123,7 @@ static ll_aim raised(double radians)
     return (ll_aim){{0, 0}, {cos(radians), sin(radians)}};
 }
 
-/* An input of step `k` whose client saw the world of time `seen`, and whose newest state was as old. */
+/* An input of step `k` whose client saw the world of time `seen`, and whose newest snapshot was that old. */
 static ll_action press(range *r, ll_weapon weapon, int64_t k, ll_time seen)
 {
     ll_time age = ll_tick_time(k, HZ) - seen;
@@ -133,7 +132,7 @@ static ll_action press(range *r, ll_weapon weapon, int64_t k, ll_time seen)
     return a;
 }
 
-/* ---- the rifle ---- */
+/* ---- hitscan ---- */
 
 static int rifle_at(int policy, double view_time_s, int claim)
 {
@@ -141,7 +140,7 @@ static int rifle_at(int policy, double view_time_s, int claim)
     ll_action a = press(r, LL_RIFLE, 140, (ll_time)(view_time_s * 1e9));
     ll_set_claim(&a, LL_RIFLE, claim);
     step_to(r, 140, &a, level());
-    int body = r->told[0].body;
+    int body = r->results[0].body;
     assert_int_equal(r->count, 1);
     assert_int_equal(r->arms.shots[LL_RIFLE], 1);
     assert_int_equal(r->arms.hits[LL_RIFLE], body != LL_NOBODY);
@@ -169,9 +168,9 @@ static void trust_accepts_a_lie_and_rewind_does_not(void **state)
     assert_int_equal(rifle_at(2, 2.3, 1), 1);
     assert_int_equal(rifle_at(1, 2.3, 1), LL_NOBODY);
     assert_int_equal(rifle_at(0, 2.3, 1), LL_NOBODY);
-    assert_int_equal(rifle_at(2, 2.0, LL_NOBODY), LL_NOBODY); /* the word counts, not the shot */
-    assert_int_equal(rifle_at(2, 2.3, 0), LL_NOBODY);         /* nobody hits himself, */
-    assert_int_equal(rifle_at(2, 2.3, 77), LL_NOBODY);        /* nor what is not there */
+    assert_int_equal(rifle_at(2, 2.0, LL_NOBODY), LL_NOBODY); /* the claim counts, not the shot */
+    assert_int_equal(rifle_at(2, 2.3, 0), LL_NOBODY);         /* no player hits itself, */
+    assert_int_equal(rifle_at(2, 2.3, 77), LL_NOBODY);        /* nor a body that does not exist */
 }
 
 static void view_is_clamped_and_cross_checked(void **state)
@@ -183,14 +182,14 @@ static void view_is_clamped_and_cross_checked(void **state)
     } cases[] = {
         {120, 100, 120, false, false},
         {240, 60, 240, false, false},
-        {300, 250, 250, true, false}, /* the limit counts from the present that is judged in */
+        {300, 250, 250, true, false}, /* the limit counts from the server's present */
         {260, 250, 260, false, false},
         {266, 250, 266, false, false}, /* 249.3 ms before it */
         {267, 250, 250, true, false},
         {240, 10, 240, false, false}, /* 200 more than the oldest of 10 to 40 ms */
-        {241, 10, 40, false, true},   /* what was measured counts */
+        {241, 10, 40, false, true},   /* the measured age counts */
         {20, 400, 20, false, false},
-        /* younger than any state: others were predicted */ {900, 300, 250, true, true},
+        /* younger than any snapshot: others were predicted */ {900, 300, 250, true, true},
         {0, 0, 0, false, false},
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
@@ -210,9 +209,10 @@ static void view_is_clamped_and_cross_checked(void **state)
     }
 }
 
-/* ---- shells ---- */
+/* ---- projectiles ---- */
 
-/* Where and when a shell ends that is fired in step `k` for a view of the end of step `seen`. */
+/* Position and time of the impact of a projectile that is fired in step `k` for a view of the end of step
+ * `seen`. */
 typedef struct impact {
     int body;
     double at_s, x, y, start_s, trace_error_m;
@@ -226,17 +226,18 @@ static impact shell(way *target, int family, int trace, ll_aim aim, int64_t seen
     step_to(r, k, &a, aim);
     step_to(r, k + 400, NULL, aim);
     assert_int_equal(r->count, 2);
-    assert_int_equal(r->told[0].kind, LL_HIT_RESULT_LAUNCH);
-    assert_int_equal(r->told[1].kind, LL_HIT_RESULT_IMPACT);
+    assert_int_equal(r->results[0].kind, LL_HIT_RESULT_LAUNCH);
+    assert_int_equal(r->results[1].kind, LL_HIT_RESULT_IMPACT);
     assert_int_equal(r->arms.shots[LL_CANNON], 1);
-    assert_int_equal(r->arms.hits[LL_CANNON], r->told[1].body != LL_NOBODY);
-    impact i = {r->told[1].body, ll_to_s(r->told[1].end),   r->told[1].at.x,
-                r->told[1].at.y, ll_to_s(r->told[0].start), r->told[0].trace_error_m};
+    assert_int_equal(r->arms.hits[LL_CANNON], r->results[1].body != LL_NOBODY);
+    impact i = {r->results[1].body, ll_to_s(r->results[1].end),   r->results[1].at.x,
+                r->results[1].at.y, ll_to_s(r->results[0].start), r->results[0].trace_error_m};
     free_range(r);
     return i;
 }
 
-/* The elevation by which a shell from the origin passes through (40, y) after `s` seconds, and that time. */
+/* The elevation at which a projectile from the origin passes through (40, y) after `s` seconds, and that
+ * time. */
 static double elevation(double y, double *s)
 {
     double v = 35, g = 9.81, x = 40, v2 = v * v;
@@ -254,7 +255,7 @@ static ll_aim at_target(way *target)
     return raised(angle);
 }
 
-/* The first time that shell and target touch, by bisection of the closed forms. */
+/* The first time that projectile and target touch, by bisection of the closed forms. */
 static double touch(way *target, ll_aim aim, double start)
 {
     long double low = 0.5L, high;
@@ -313,14 +314,14 @@ static void shell_that_starts_at_the_server_is_late(void **state)
     assert_true(late.start_s == ll_to_s(ll_tick_time(78, HZ)));
 }
 
-/* A target close by, at y = 0 at 1.2 s, 8 m away: the part of the flight that is caught up with meets it. */
+/* A target close by, at y = 0 at 1.2 s, 8 m away: the fast-forwarded part of the flight hits it. */
 static ll_point close_by(double t)
 {
     return (ll_point){8, 6 * (t - 1.2)};
 }
 
-/* Family B tests the way to now against the present: what was hit by then has moved on, and what has come
- * there since is hit although it was not there yet. */
+/* Family B tests the fast-forwarded part against the present: a target that would have been hit has moved on,
+ * and one that has arrived there since is hit although it was not there yet. */
 static void fast_forward_leaves_the_first_part_uncompensated(void **state)
 {
     (void)state;
@@ -332,14 +333,14 @@ static void fast_forward_leaves_the_first_part_uncompensated(void **state)
     /* seen at step 42 (0.7 s): then the target was 1.6 m below the line; taken at step 72 it is on it */
     assert_int_equal(shell(close_by, 2, LL_TRACE_PARABOLA, flat, 42, 72).body, LL_NOBODY);
     assert_int_equal(shell(close_by, 1, LL_TRACE_PARABOLA, flat, 42, 72).body, 1);
-    /* a target that is met only beyond the first part is hit by both, at the same place */
+    /* a target beyond the first part is hit by both, at the same place */
     ll_aim aim = at_target(crossing);
     impact b = shell(crossing, 1, LL_TRACE_PARABOLA, aim, 60, 90),
            c = shell(crossing, 2, LL_TRACE_PARABOLA, aim, 60, 90);
     assert_true(b.body == 1 && c.body == 1 && fabs(b.x - c.x) <= 1e-9 && fabs(b.y - c.y) <= 1e-9);
 }
 
-static void partial_forwards_no_more_than_told(void **state)
+static void partial_forwards_no_more_than_configured(void **state)
 {
     (void)state;
     impact far = shell(crossing, 3, LL_TRACE_PARABOLA, level(), 60, 91),
@@ -348,7 +349,7 @@ static void partial_forwards_no_more_than_told(void **state)
     assert_true(close.start_s == ll_to_s(ll_tick_time(60, HZ)));
 }
 
-/* The straight line between the ends of what is caught up with is off by g T^2 / 8 in its middle. */
+/* The straight line between the ends of the fast-forwarded part is off by g T^2 / 8 in its middle. */
 static void straight_trace_is_off_by_its_closed_form(void **state)
 {
     (void)state;
@@ -359,7 +360,7 @@ static void straight_trace_is_off_by_its_closed_form(void **state)
     }
 }
 
-/* At rest near the top of what is caught up with, within reach of the parabola and not of its chord. */
+/* At rest near the top of the fast-forwarded part, within reach of the parabola and not of its chord. */
 static ll_point above_the_chord(double t)
 {
     (void)t;
@@ -386,16 +387,15 @@ static void claimed_shells_hit_what_the_client_says(void **state)
     assert_int_equal(r->count, 1);
     ll_set_claim(&claim, LL_CANNON, 1);
     step_to(r, 101, &claim, level());
-    assert_true(r->count == 2 && r->told[1].kind == LL_HIT_RESULT_IMPACT && r->told[1].body == 1);
-    step_to(r, 102, &claim, level()); /* no shell is left to claim for */
+    assert_true(r->count == 2 && r->results[1].kind == LL_HIT_RESULT_IMPACT && r->results[1].body == 1);
+    step_to(r, 102, &claim, level()); /* no projectile is left to claim for */
     assert_true(r->count == 2 && r->arms.hits[LL_CANNON] == 1);
     fire = press(r, LL_CANNON, 110, ll_tick_time(100, HZ));
-    step_to(r, 110, &fire,
-            raised(-1)); /* unclaimed: it ends a second after it has left, through what is there */
+    step_to(r, 110, &fire, raised(-1)); /* unclaimed: it passes the target and ends a second after it left */
     step_to(r, 400, NULL, level());
-    assert_true(r->count == 4 && r->told[3].body == LL_NOBODY);
+    assert_true(r->count == 4 && r->results[3].body == LL_NOBODY);
     double falls = (-35 * sin(1) + sqrt(35 * sin(1) * 35 * sin(1) + 2 * 9.81 * 50)) / 9.81;
-    double end = ll_to_s(r->told[3].end - r->told[3].start);
+    double end = ll_to_s(r->results[3].end - r->results[3].start);
     assert_true(end >= falls + 1 && end <= falls + 1 + 1.001 / 60);
     free_range(r);
 }
@@ -417,17 +417,17 @@ static void a_press_before_the_weapon_is_ready_is_void(void **state)
 {
     (void)state;
     range *r = new_range(crossing, 0, 0);
-    for (int64_t k = 1; k <= 120; k++) { /* every step: a rifle of 0.1 s fires in every sixth */
+    for (int64_t k = 1; k <= 120; k++) { /* every step: a weapon of 0.1 s fires in every sixth */
         ll_action a = press(r, LL_RIFLE, k, ll_tick_time(k - 1, HZ));
         step_to(r, k, &a, level());
-        assert_int_equal(r->told[0].kind, k % 6 == 1 ? LL_HIT_RESULT_HITSCAN : LL_HIT_RESULT_VOID);
+        assert_int_equal(r->results[0].kind, k % 6 == 1 ? LL_HIT_RESULT_HITSCAN : LL_HIT_RESULT_VOID);
         assert_int_equal(r->arms.shots[LL_RIFLE], (k + 5) / 6);
         r->count = 0;
     }
     free_range(r);
 }
 
-/* A client's world is stepped without a past: shots are judged by the present. */
+/* A client's world is stepped without a history: shots are judged against the present. */
 static void nothing_is_compensated_without_a_past(void **state)
 {
     (void)state;
@@ -462,7 +462,7 @@ int main(void)
         cmocka_unit_test(rewound_shell_lands_where_it_would_without_lag),
         cmocka_unit_test(shell_that_starts_at_the_server_is_late),
         cmocka_unit_test(fast_forward_leaves_the_first_part_uncompensated),
-        cmocka_unit_test(partial_forwards_no_more_than_told),
+        cmocka_unit_test(partial_forwards_no_more_than_configured),
         cmocka_unit_test(straight_trace_is_off_by_its_closed_form),
         cmocka_unit_test(straight_trace_misses_what_the_parabola_meets),
         cmocka_unit_test(claimed_shells_hit_what_the_client_says),

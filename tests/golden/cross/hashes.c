@@ -1,5 +1,5 @@
-/* Lines of tests/golden/hashes.csv, made anew: `hashes ID...`. Its own main, as cmocka is not there for every
- * CPU. */
+/* Writes lines of tests/golden/hashes.csv: `hashes ID...`. It has its own main, because cmocka is not
+ * available for every CPU. */
 #include <stdio.h>
 
 #include "base/version.h"

@@ -13,7 +13,7 @@
 
 #define CAPACITY 1024
 #define LAG (80 * LL_MS)
-#define AHEAD (7 * LL_SECOND) /* of the sender's clock: nobody may notice */
+#define AHEAD (7 * LL_SECOND) /* of the sender's clock: it must have no effect */
 
 static ll_dejitter *buffer_open(int capacity)
 {
@@ -72,7 +72,7 @@ static void without_a_policy_packets_pass(void **state)
     free(b);
 }
 
-/* The same for each: the order is that of arrival, and so is the rhythm. */
+/* Equal delay for each: order and rhythm are those of arrival. */
 static void from_arrival_every_packet_is_held_alike(void **state)
 {
     (void)state;
@@ -92,9 +92,9 @@ static void from_arrival_every_packet_is_held_alike(void **state)
     free(b);
 }
 
-/* Transit times uniform over w: a packet is later than the delay d with a probability of 1 - d / w. What
- * counts as the fastest, of 2000 packets in two seconds, is slower than the least possible by w / 2001 on
- * average, with as large a deviation; that shifts the delay. There are 150 times two seconds. */
+/* Transit times uniform over w: a packet is later than the delay d with a probability of 1 - d / w. The
+ * fastest of 2000 packets in two seconds is slower than the minimum by w / 2001 on average, with the same
+ * standard deviation; that shifts the delay. There are 150 times two seconds. */
 #define SPREAD_MS 100.0
 
 static const ll_dejitter_stats *play_jittered(ll_dejitter *b, const ll_dejitter_params *params, int64_t count)
@@ -129,7 +129,7 @@ static void by_send_time_the_share_of_late_packets_is_known(void **state)
     }
 }
 
-/* Enough delay and nothing is late; each packet then comes out the same time after it was sent. */
+/* With enough delay nothing is late; each packet then leaves the same time after it was sent. */
 static void by_send_time_the_rhythm_of_sending_comes_back(void **state)
 {
     (void)state;
@@ -139,7 +139,7 @@ static void by_send_time_the_rhythm_of_sending_comes_back(void **state)
     ll_dejitter_packet p;
     ll_time now = 0;
     for (int64_t i = 0; i < 20000; i++) {
-        /* sent in pairs, the second of which overtakes the first; one of ten takes the least possible time */
+        /* sent in pairs, the second of which overtakes the first; one of ten takes the minimum time */
         ll_time transit = LAG + (i % 2 == 0 ? 50 : i % 10 == 1 ? 0 : 20) * LL_MS;
         now = i * 16 * LL_MS + transit;
         if (i % 2 == 0)
@@ -158,8 +158,8 @@ static void by_send_time_the_rhythm_of_sending_comes_back(void **state)
     free(b);
 }
 
-/* The fastest packet counts for two seconds: a way that gets longer by more than the delay makes all late
- * until then, one that gets shorter counts at once. */
+/* The fastest packet counts for two seconds: if the delay increases by more than that of the buffer, all
+ * packets are late until then; a decrease counts at once. */
 static void the_fastest_packet_is_forgotten(void **state)
 {
     (void)state;
@@ -207,7 +207,7 @@ static void underruns_are_of_an_empty_buffer(void **state)
     free(b);
 }
 
-/* One that comes when its successor's time has come, though nobody took that yet, goes behind it. */
+/* A packet that arrives when its successor is due, though not taken yet, goes after it. */
 static void a_late_packet_is_not_before_its_time(void **state)
 {
     (void)state;
@@ -225,7 +225,7 @@ static void a_late_packet_is_not_before_its_time(void **state)
     free(b);
 }
 
-/* Whatever is changed meanwhile, what is in the buffer keeps its order and its times. */
+/* After any change, packets in the buffer keep their order and times. */
 static void changes_keep_the_order(void **state)
 {
     (void)state;
@@ -258,7 +258,7 @@ static void changes_keep_the_order(void **state)
 
 /* ---- adaptive ---- */
 
-/* Mirror: two intervals and the deviation of the times between arrivals, nothing on a clean link. */
+/* Mirror: two intervals plus the deviation of the times between arrivals, which is 0 on a clean link. */
 static void mirror_wants_two_intervals_of_a_clean_link(void **state)
 {
     (void)state;
@@ -274,8 +274,8 @@ static void mirror_wants_two_intervals_of_a_clean_link(void **state)
 }
 
 /* Transit times uniform over w, packets never out of order: the times between arrivals have the variance 2
- * w^2 / 12, an average packet is w / 2 behind the fastest. The root of an estimate from some 200 packets is
- * 0.3 % low, and the fastest of 200 is w / 201 above the least possible. */
+ * w^2 / 12, an average packet is w / 2 behind the fastest. The root of an estimate from about 200 packets is
+ * 0.3 % low, and the fastest of 200 is w / 201 above the minimum. */
 static void mirror_adds_the_deviation(void **state)
 {
     (void)state;
@@ -294,7 +294,7 @@ static void mirror_adds_the_deviation(void **state)
     free(b);
 }
 
-/* Its delay grows by at most 4 % of the time and shrinks by at most 2 %. */
+/* Its delay grows by at most 4 % of the elapsed time and shrinks by at most 2 %. */
 static void mirror_follows_at_its_speed(void **state)
 {
     (void)state;
@@ -319,7 +319,7 @@ static void mirror_follows_at_its_speed(void **state)
     free(b);
 }
 
-/* Netcode for Entities: one interval of a clean link, but never less than what is configured. */
+/* Netcode for Entities: one interval of a clean link, but never less than configured. */
 static void nfe_wants_one_interval_of_a_clean_link(void **state)
 {
     (void)state;
@@ -336,7 +336,7 @@ static void nfe_wants_one_interval_of_a_clean_link(void **state)
     }
 }
 
-/* Gaps of n intervals come to n intervals, six at most; it takes its time, a tenth of what passes. */
+/* Gaps of n intervals give n intervals, at most six; the delay changes by a tenth of the elapsed time. */
 static void nfe_measures_the_gaps(void **state)
 {
     (void)state;
@@ -361,9 +361,9 @@ static void nfe_measures_the_gaps(void **state)
     }
 }
 
-/* Gaps of one and three intervals in turn: their average swings between 260/7 and 300/7 ms and is 120/7 off
- * the next, so that the rule wants 450/7 ms after a long gap, and less by more than 2 ms, a tenth of the
- * short one, after that. */
+/* Gaps of one and three intervals in turn: their average swings between 260/7 and 300/7 ms and differs by
+ * 120/7 from the next, so that the rule wants 450/7 ms after a long gap, and less by more than 2 ms, a tenth
+ * of the short one, after that. */
 static void nfe_adds_the_deviation_of_the_gaps(void **state)
 {
     (void)state;
@@ -380,8 +380,8 @@ static void nfe_adds_the_deviation_of_the_gaps(void **state)
     free(b);
 }
 
-/* Packets that come further apart than they were sent: from 40 ms the average goes a quarter of the way
- * to 60. */
+/* Packets that arrive further apart than they were sent: from 40 ms the average moves a quarter of the way to
+ * 60. */
 static void nfe_heeds_the_arrivals(void **state)
 {
     (void)state;
@@ -392,14 +392,14 @@ static void nfe_heeds_the_arrivals(void **state)
     assert_int_equal(ll_dejitter_nfe.delay(&h, &params, &next), 45 * LL_MS);
 }
 
-/* Every second packet is 30 ms behind the fastest: 15 ms on average, which the average of weight 1/8 swings
- * about by 1 / (16 - 1) of the half. Gaps are even; arrivals 10 and 70 ms apart average to 40 + 30 / 7 at
- * most. */
+/* Every second packet is 30 ms behind the fastest: 15 ms on average, with a swing of the average of weight
+ * 1/8 by 1 / (16 - 1) of the half. Gaps are even; arrivals 10 and 70 ms apart average to at most 40 + 30 / 7.
+ */
 static void nfe_adds_the_average_lateness(void **state)
 {
     (void)state;
     ll_dejitter *b = buffer_open(CAPACITY);
-    ll_dejitter_params params = policy(LL_DEJITTER_NFE, 60, 40); /* more than the arrivals ask for */
+    ll_dejitter_params params = policy(LL_DEJITTER_NFE, 60, 40); /* more than the arrivals need */
     for (int64_t i = 0; i < 2000; i++) {
         push(b, &params, i, i * 40 * LL_MS, LAG + (i % 2) * 30 * LL_MS);
         play_all(b, i * 40 * LL_MS + LAG + (i % 2) * 30 * LL_MS);

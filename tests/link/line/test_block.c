@@ -1,4 +1,4 @@
-/* The link as a part of a block: it can be moved, is the same bytes for the same history, and keeps its
+/* The link as a part of a block: it can be moved, has the same bytes for the same history, and keeps its
  * limits. */
 #include <setjmp.h>
 #include <stdarg.h>
@@ -14,7 +14,7 @@
 
 static const ll_link_params rough = {.jitter_ms = 400, .loss_pct = 5, .duplicate_pct = 10};
 
-/* One step of a session, folded into a hash of all that came out. */
+/* One step of a session, folded into a hash of all output. */
 static uint64_t step(ll_link *link, int64_t i, uint64_t hash)
 {
     ll_time sent, due;
@@ -69,7 +69,8 @@ static void going_back_to_a_snapshot_repeats_the_future(void **state)
     free(snapshot);
 }
 
-/* Nothing beyond the link's own size is touched, and nothing in it depends on what was there before. */
+/* Nothing beyond the link's own size is written, and nothing in it depends on the memory's previous
+ * contents. */
 static void the_block_is_all_there_is(void **state)
 {
     (void)state;
@@ -125,7 +126,7 @@ static void an_old_packet_does_not_block_the_others(void **state)
     free(link);
 }
 
-/* Any mixture of sizes that fits by its sum fits, to the byte, whatever was delivered in between. */
+/* Any mixture of sizes whose sum fits is accepted, to the byte, after any deliveries in between. */
 static void the_limit_of_bytes_is_exact(void **state)
 {
     (void)state;
@@ -178,14 +179,13 @@ static void validation_finds_broken_links(void **state)
     for (int64_t i = 0; i < 100; i++)
         step(link, i, 0);
     int found = 0;
-    for (size_t at = 40; at < 68; at += 4) { /* limits, queue and store: one number off */
+    for (size_t at = 40; at < 68; at += 4) { /* limits, queue and store: one number is wrong */
         memcpy(broken, link, size);
         int32_t value;
         memcpy(&value, (char *)broken + at, sizeof value);
         value += 1000000;
         memcpy((char *)broken + at, &value, sizeof value);
-        found +=
-            at >= 48 && !ll_link_valid(broken); /* a higher limit alone breaks nothing that can be seen */
+        found += at >= 48 && !ll_link_valid(broken); /* a higher limit alone breaks nothing visible */
     }
     assert_int_equal(found, 5);
     free(link);

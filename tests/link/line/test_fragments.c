@@ -1,4 +1,4 @@
-/* Messages that are longer than mtu_bytes: what they cost, when they come, and how often they do not. */
+/* Messages longer than mtu_bytes: their cost, their delay, and their loss. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -65,8 +65,7 @@ static void so_many_as_it_takes(void **state)
         }
 }
 
-/* A message is lost with any of its fragments: 1 - (1 - p)^n, and with duplicates p (1 - q) in the place of
- * p. */
+/* A message is lost with any of its fragments: 1 - (1 - p)^n; with duplicates p (1 - q) replaces p. */
 static void lost_with_any_of_them(void **state)
 {
     (void)state;
@@ -92,7 +91,7 @@ static void lost_with_any_of_them(void **state)
         assert_int_equal(s->messages_lost, lost);
         assert_int_equal(s->split_lost, lost);
         drain(link);
-        assert_int_equal(s->delivered, COUNT - lost); /* once, whatever was duplicated */
+        assert_int_equal(s->delivered, COUNT - lost); /* once, with any duplicates */
         free(link);
     }
 }
@@ -121,9 +120,9 @@ static void due_with_the_last_of_them(void **state)
     }
 }
 
-/* Of a fragment that is duplicated the first to come counts: the mean of the earlier of two is a third of the
+/* Of a duplicated fragment the first to arrive counts: the mean of the earlier of two is a third of the
  * half-width before the middle. */
-static void duplicates_come_to_nothing_but_in_time(void **state)
+static void duplicates_only_change_the_time(void **state)
 {
     (void)state;
     ll_link_params params = link_params();
@@ -160,8 +159,8 @@ static void fragments_queue_one_by_one(void **state)
     assert_int_equal(send(link, &params, 3 * LL_SECOND, 1001).due,
                      3 * LL_SECOND + ll_ms(LAG + 100.1 + 3 * 0.4));
     free(link);
-    /* the fourth of 53.2 ms finds the queue full, and with it the message is lost; the others take their time
-     */
+    /* the fourth of 53.2 ms finds the queue full, and the message is lost with it; the others still take
+     * their time */
     params.packet_overhead_bytes = 28;
     params.limit_ms = 200;
     link = open_wide(1);
@@ -173,7 +172,8 @@ static void fragments_queue_one_by_one(void **state)
     free(link);
 }
 
-/* A message takes one slot and its bytes once, whatever it was split into; without room all of it is gone. */
+/* A message takes one slot and its bytes once, in any number of fragments; without room all of it is
+ * dropped. */
 static void a_message_takes_one_place(void **state)
 {
     (void)state;
@@ -196,7 +196,7 @@ static void a_message_takes_one_place(void **state)
     }
 }
 
-/* What came is what was sent, and in the order of the last fragments. */
+/* The received bytes are the sent ones, in the order of the last fragments. */
 static void the_bytes_are_put_together(void **state)
 {
     (void)state;
@@ -231,8 +231,8 @@ static void the_bytes_are_put_together(void **state)
     free(link);
 }
 
-/* A message's first packet has the draws of a message that is not split, so that other sizes leave the fates
- * of what fits: two codings of a state meet the same losses. */
+/* A message's first packet has the draws of a message that is not split, so that other sizes do not change
+ * the fates of messages that fit: two encodings of a snapshot have the same losses. */
 static void sizes_leave_the_draws_of_others(void **state)
 {
     (void)state;
@@ -259,7 +259,7 @@ static void sizes_leave_the_draws_of_others(void **state)
     free(large);
 }
 
-/* Switching a stage on leaves when those come that it does not touch. */
+/* Switching a stage on does not change the times of messages that it does not touch. */
 static void stages_leave_the_draws_of_fragments(void **state)
 {
     (void)state;
@@ -282,7 +282,7 @@ static void stages_leave_the_draws_of_fragments(void **state)
                 assert_int_equal(s[k].due, s[0].due);
                 compared[k]++;
             }
-        assert_true(s[3].due <= s[0].due); /* a copy can only come earlier */
+        assert_true(s[3].due <= s[0].due); /* a copy can only arrive earlier */
         compared[3] += s[3].due == s[0].due;
     }
     for (int k = 1; k < 4; k++)
@@ -316,7 +316,7 @@ static void bursts_go_on_from_fragment_to_fragment(void **state)
     free(link);
 }
 
-/* Corrupted: what is told of the message is when the damaged fragment comes. */
+/* Corrupted: the message's time is that of the damaged fragment. */
 static void damaged_with_any_of_them(void **state)
 {
     (void)state;
@@ -340,7 +340,7 @@ int main(void)
         cmocka_unit_test(so_many_as_it_takes),
         cmocka_unit_test(lost_with_any_of_them),
         cmocka_unit_test(due_with_the_last_of_them),
-        cmocka_unit_test(duplicates_come_to_nothing_but_in_time),
+        cmocka_unit_test(duplicates_only_change_the_time),
         cmocka_unit_test(fragments_queue_one_by_one),
         cmocka_unit_test(a_message_takes_one_place),
         cmocka_unit_test(the_bytes_are_put_together),

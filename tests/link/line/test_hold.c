@@ -28,7 +28,7 @@ static void hold(ll_link *link, uint32_t id, int64_t number)
     ll_link_hold(link, id, &p, packet_size(number));
 }
 
-/* What is held is neither in flight nor due, and changes nothing for what is. */
+/* A held packet is neither in flight nor due, and changes nothing for packets that are. */
 static void held_packets_are_not_under_way(void **state)
 {
     (void)state;
@@ -78,8 +78,8 @@ static void held_packets_are_taken_by_id(void **state)
     free(link);
 }
 
-/* A long run in which each packet that comes is held for a while: nothing is lost or mixed up, though the
- * store is packed many times; what is held takes room from what is sent. */
+/* A long run in which each received packet is held for a while: nothing is lost or mixed up, though the store
+ * is packed many times; held packets take room from sent ones. */
 static void held_packets_share_the_store(void **state)
 {
     (void)state;
@@ -94,7 +94,7 @@ static void held_packets_share_the_store(void **state)
             hold(link, (uint32_t)n, n);
             held[count++] = n;
         }
-        while (count > 8) { /* which of them, is left to chance */
+        while (count > 8) { /* at random */
             int i = (int)(ll_rng_u64(8, 0, (uint64_t)taken) % (uint64_t)count);
             assert_int_equal(take(link, (uint32_t)held[i]), held[i]);
             held[i] = held[--count];

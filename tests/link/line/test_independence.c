@@ -1,5 +1,5 @@
-/* Every stage draws for every packet from a stream of its own: switching one on leaves the others' draws as
- * they were, for every pair. */
+/* Every stage draws for every packet from a stream of its own: switching one on does not change the others'
+ * draws, for every pair. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -135,11 +135,11 @@ static void copies_draw_for_themselves(void **state)
 
 /* ---- every pair ---- */
 
-/* The impairments one by one, correlated where they can be, so that what they remember counts as well. */
+/* The impairments one by one, correlated where possible, so that their memory counts as well. */
 typedef struct impairment {
     const char *name;
     void (*set)(ll_link_params *params);
-    /* What it decided about a packet, comparable only where `seen`. The delay is that without the queue. */
+    /* Its decision about a packet, comparable only where `seen`. The delay is that without the queue. */
     bool (*seen)(const ll_sending *s);
     int64_t (*decided)(const ll_sending *s, ll_time now);
 } impairment;

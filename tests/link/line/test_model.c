@@ -1,6 +1,6 @@
-/* Links against a second implementation of docs/links.md: random settings, sizes and times, also settings
- * that change on the way. The model keeps what happened to every packet for ever and looks it up; nothing is
- * shared with the link but the parameters, exp, log, sin and the normal distribution. */
+/* Links against a second implementation of docs/links.md: random parameters, sizes and times, also parameters
+ * that change during a run. The model keeps the history of every packet without limit; it shares nothing with
+ * the link but the parameters, exp, log, sin and the normal distribution. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -19,7 +19,7 @@ enum { MESSAGES = 600, SIZE = 3000, PACKETS = MESSAGES * 48, SLOTS = 90, ARENA =
 
 enum { LOSS, DUPLICATE, DELAY, REORDER = 4, CORRUPT, TRANSITION };
 
-/* What happened to a packet, for the one after it. */
+/* State left by a packet for the one after it. */
 typedef struct past {
     bool duplicated, corrupted, reordered, deviates;
     int asked, state; /* the loss model, from 1; 0: none */
@@ -37,7 +37,7 @@ typedef struct model {
     past past[PACKETS]; /* [k + 1] is of packet k */
     int64_t since;
     ll_time entrance, exit, latest;
-    ll_time left[2 * PACKETS]; /* E of all that the rate took */
+    ll_time left[2 * PACKETS]; /* E of all packets that the rate sent */
     int rated;
     arrived way[2 * MESSAGES];
     int on_way;
@@ -196,7 +196,7 @@ static bool goes_ahead(model *m, const way *w)
     return ahead;
 }
 
-/* From behind the loss. */
+/* The stages after the loss. */
 static fate goes(model *m, const way *w, bool lost)
 {
     const ll_link_params *p = w->p;
@@ -225,7 +225,7 @@ static fate goes(model *m, const way *w, bool lost)
     return (fate){LL_FATE_DELIVERED, due};
 }
 
-/* What becomes of a packet and its copy. Whole messages take their place at once. */
+/* Result of a packet and its copy. Whole messages take their place at once. */
 static ll_sending model_packet(model *m, way w, bool whole)
 {
     const ll_link_params *p = w.p;
@@ -308,7 +308,7 @@ static int64_t model_receive(model *m, ll_time now, ll_time *due)
     return message;
 }
 
-/* ---- random settings ---- */
+/* ---- random parameters ---- */
 
 typedef struct dice {
     uint64_t trial, next;
@@ -446,7 +446,7 @@ static void links_do_what_the_docs_say(void **state)
     totals t = {0};
     for (uint64_t trial = 0; trial < 1000; trial++)
         one_trial(trial, m, &t);
-    for (int i = 0; i < 4; i++) /* the test has something to say */
+    for (int i = 0; i < 4; i++) /* the test covers the case */
         assert_true(t.fates[i] > 20000);
     assert_true(t.split > 100000 && t.rescued > 5000 && t.copies > 20000 && t.received > 100000);
     free(m);

@@ -56,7 +56,7 @@ static void a_packet_is_due_at_its_nanosecond(void **state)
     free(link);
 }
 
-/* Against a plain model: all packets in a list, of which the earliest is looked for. Bursts, pauses and every
+/* Against a plain model: a list of all packets, searched for the earliest. Bursts, pauses and every
  * impairment. */
 static void deliveries_agree_with_a_model(void **state)
 {
@@ -98,7 +98,7 @@ static void deliveries_agree_with_a_model(void **state)
         assert_int_equal(ll_link_in_flight(link), in_model);
     }
     assert_int_equal(ll_link_get_stats(link)->reordered, reordered);
-    assert_true(reordered > COUNT / 4); /* the test has something to say */
+    assert_true(reordered > COUNT / 4); /* the test covers the case */
     assert_int_equal(ll_link_get_stats(link)->overflowed, 0);
     free(link);
 }
@@ -114,7 +114,7 @@ static void fifo_never_reorders(void **state)
                              .order = LL_ORDER_FIFO};
     ll_link_params free_order = params;
     free_order.order = LL_ORDER_FREE;
-    ll_link *twin = link_open(400, 40000, 4, 1); /* the same draws in free order */
+    ll_link *twin = link_open(400, 40000, 4, 1); /* the same draws without an order */
     ll_time sent, due, latest = 0, last = 0;
     int64_t before = -1, held = 0;
     for (int64_t i = 0; i < 50000; i++) {
@@ -144,7 +144,7 @@ static void fifo_never_reorders(void **state)
     free(twin);
 }
 
-/* What was sent in free order is not overtaken either. */
+/* Packets sent without an order are not overtaken either. */
 static void fifo_holds_behind_packets_of_free_order(void **state)
 {
     (void)state;
@@ -172,7 +172,7 @@ static void clearing_forgets_what_is_in_flight(void **state)
     assert_int_equal(ll_link_next_due(link), LL_NEVER);
     assert_int_equal(packet_receive(link, LL_SECOND, &sent, &due), -1);
     ll_sending s = packet_send(link, &params, 10, 0, 10);
-    assert_int_equal(s.due, 10 * LL_MS); /* not held by those that were dropped */
+    assert_int_equal(s.due, 10 * LL_MS); /* not held by dropped packets */
     assert_int_equal(packet_receive(link, LL_SECOND, &sent, &due), 10);
     assert_int_equal(ll_link_get_stats(link)->sent, 11);
     assert_int_equal(ll_link_get_stats(link)->delivered, 1);

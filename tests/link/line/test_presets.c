@@ -1,4 +1,4 @@
-/* The named links: their values, and that each may be set. */
+/* The link presets: their values, and that each can be set. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -39,7 +39,7 @@ static void names_follow_the_table(void **state)
     assert_string_equal(ll_link_preset_names[0], "custom");
 }
 
-/* One of each source: what that says, and nothing else. */
+/* One preset of each source: exactly the source's values. */
 static void values_are_those_of_the_source(void **state)
 {
     (void)state;
@@ -83,7 +83,7 @@ static void custom_sets_nothing(void **state)
     assert_memory_equal(&down, &d, sizeof d);
 }
 
-/* What was set before does not shine through. */
+/* Earlier values do not remain. */
 static void a_preset_sets_every_row(void **state)
 {
     (void)state;

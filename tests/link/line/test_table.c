@@ -1,4 +1,4 @@
-/* What may be set of a link, and what may not. */
+/* Valid and invalid parameters of a link. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -81,7 +81,7 @@ static void stages_are_used_by_their_rows(void **state)
     }
 }
 
-static void what_makes_no_sense_is_refused(void **state)
+static void contradictory_parameters_are_rejected(void **state)
 {
     (void)state;
     static const struct {
@@ -116,8 +116,9 @@ static void what_makes_no_sense_is_refused(void **state)
     }
 }
 
-/* Rows of a model that is not chosen, and rows that only say how, do not count and are not refused. */
-static void what_is_not_used_may_be_set(void **state)
+/* Rows of a model that is not chosen, and rows that only qualify others, have no effect and are not
+ * rejected. */
+static void unused_parameters_may_be_set(void **state)
 {
     (void)state;
     static const char *const texts[] = {
@@ -166,8 +167,8 @@ int main(void)
         cmocka_unit_test(choices_follow_the_models),
         cmocka_unit_test(defaults_are_plain),
         cmocka_unit_test(stages_are_used_by_their_rows),
-        cmocka_unit_test(what_makes_no_sense_is_refused),
-        cmocka_unit_test(what_is_not_used_may_be_set),
+        cmocka_unit_test(contradictory_parameters_are_rejected),
+        cmocka_unit_test(unused_parameters_may_be_set),
         cmocka_unit_test(the_longest_delay_is_the_sum_of_all),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,5 +1,5 @@
-/* How delays vary: each distribution against closed forms and quadrature, 1,000,000 packets, 3 standard
- * errors. */
+/* Distributions of delays: each against closed forms and quadrature, 1,000,000 packets, three times the
+ * standard error. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -24,7 +24,7 @@ static double cdf(double z)
     return erfc(-z / sqrt(2)) / 2;
 }
 
-/* The variates as the header tells them, from libm; z is the normal deviate that is cut off at 4. */
+/* The variates as defined in the header, from libm; z is the normal deviate that is cut off at 4. */
 static double share_below(double z)
 {
     return (cdf(z) - cdf(-4)) / (1 - 2 * cdf(-4));
@@ -150,7 +150,7 @@ static void assert_correlated(const ll_link_params *params, double corr)
         series[i] = (delays[i] - MIDDLE) * (delays[i + 1] - MIDDLE) / variance;
     estimate product = estimate_of(series, COUNT);
     assert_within(product.mean, corr, 3 * product.error + 1.4e-4);
-    assert_true(square.error < 0.1 && product.error < 0.1); /* the test has something to say */
+    assert_true(square.error < 0.1 && product.error < 0.1); /* the test covers the case */
     free(series);
     free(delays);
 }
@@ -209,7 +209,7 @@ static void deviates_are_correlated_as_variates_need(void **state)
         }
 }
 
-static void the_statistics_tell_the_correlation(void **state)
+static void the_statistics_report_the_correlation(void **state)
 {
     (void)state;
     ll_link_params params = link_params();
@@ -255,8 +255,7 @@ static void a_plain_link_has_no_correlation(void **state)
     free(link);
 }
 
-/* Within a spike it is added, before and after it not; the window's beginning belongs to it, its end does
- * not. */
+/* Within a spike it is added, before and after it not; the window's start belongs to it, its end does not. */
 static void spikes_have_their_windows(void **state)
 {
     (void)state;
@@ -289,7 +288,7 @@ int main(void)
         cmocka_unit_test(delays_have_their_moments),
         cmocka_unit_test(correlation_leaves_mean_and_variance),
         cmocka_unit_test(deviates_are_correlated_as_variates_need),
-        cmocka_unit_test(the_statistics_tell_the_correlation),
+        cmocka_unit_test(the_statistics_report_the_correlation),
         cmocka_unit_test(a_plain_link_has_no_correlation),
         cmocka_unit_test(spikes_have_their_windows),
     };

@@ -1,4 +1,4 @@
-/* What the link does on average, against closed forms: 100,000 packets, 4 standard errors. */
+/* Averages of the link, against closed forms: 100,000 packets, four times the standard error. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -11,14 +11,13 @@
 #define COUNT 100000
 
 typedef struct tally {
-    int64_t lost,
-        duplicated;     /* by their draws: copies have one of their own unless the loss took one of two */
-    int64_t arrived[3]; /* packets of which so many arrived */
+    int64_t lost, duplicated; /* by their draws: copies have their own unless the loss took one of two */
+    int64_t arrived[3];       /* packets by number of arrivals */
     double n, mean, variance, copy_mean, least, most;
     double original_mean; /* of those that were duplicated */
 } tally;
 
-/* Sends COUNT packets and gathers their delays in ms, as the sendings tell them. */
+/* Sends COUNT packets and collects their delays in ms, as the sendings report them. */
 static tally run(const ll_link_params *params, double lag_ms, uint64_t seed)
 {
     ll_link *link = link_open(60, 4000, seed, 3);
@@ -133,13 +132,13 @@ static void loss_and_duplicates_have_their_rates(void **state)
     assert_rate(t.duplicated, COUNT, 0.2);
     double variance = 1600.0 / 3;
     assert_true(fabs(t.copy_mean - 100) < 4 * sqrt(variance / (double)t.arrived[2]));
-    /* fate and delay have nothing to do with each other */
+    /* fate and delay are independent */
     assert_true(fabs(t.mean - 100) < 4 * sqrt(variance / t.n));
     assert_true(fabs(t.original_mean - 100) < 4 * sqrt(variance / (double)t.arrived[2]));
 }
 
-/* netem duplicates first, and one loss takes one of two: nothing arrives by p (1 - q), both by q (1 - p)^2.
- * So a duplicate rescues what the loss would have taken. */
+/* netem duplicates first, and one loss takes one of two: neither arrives by p (1 - q), both by q (1 - p)^2.
+ * So a duplicate replaces the packet that the loss takes. */
 static void a_loss_takes_one_of_two(void **state)
 {
     (void)state;
@@ -153,7 +152,8 @@ static void a_loss_takes_one_of_two(void **state)
     }
 }
 
-/* What is told of losses stands next to what was asked for: of all draws the share that took something. */
+/* The reported share of losses is compared with the configured one: of all draws the share that took a
+ * packet. */
 static void the_share_of_losses_is_that_of_their_draws(void **state)
 {
     (void)state;
@@ -192,7 +192,7 @@ static void a_blackout_takes_both(void **state)
     free(link);
 }
 
-/* Lag one of the fates: what happens to a packet says nothing about the next. */
+/* Lag one of the fates: a packet's fate is independent of that of the next. */
 static void losses_do_not_come_in_bursts(void **state)
 {
     (void)state;

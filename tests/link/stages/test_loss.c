@@ -1,7 +1,7 @@
-/* The loss models against the theory of Markov chains: 1,000,000 packets, 3 standard errors.
+/* The loss models against the theory of Markov chains: 1,000,000 packets, three times the standard error.
  *
  * Successive losses are correlated, so the errors are those of the means of batches (harness.h); the
- * correlation is gone after some 100 packets, a batch has 10,000. */
+ * correlation is gone after about 100 packets, a batch has 10,000. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -33,7 +33,7 @@ static series *run(const ll_link_params *params, ll_link_stats *stats)
     return s;
 }
 
-/* A ratio of two means: its error is that of what is left of one beside the other. */
+/* A ratio of two means: its error is that of one minus the ratio times the other. */
 static estimate ratio_of(const double *a, const double *b)
 {
     double top = estimate_of(a, COUNT).mean, bottom = estimate_of(b, COUNT).mean;
@@ -55,7 +55,7 @@ static void assert_losses(const ll_link_params *params, double rate, double burs
     assert_within((double)stats.lost / COUNT, lost.mean, 1e-12);
     assert_within((double)stats.lost / (double)stats.loss_bursts, length.mean, 1e-12 * burst);
     assert_int_equal(stats.lost_in_blackouts, 0);
-    assert_true(lost.error < 0.05 * rate && length.error < 0.05 * burst); /* the test has something to say */
+    assert_true(lost.error < 0.05 * rate && length.error < 0.05 * burst); /* the test covers the case */
     free(s);
 }
 
@@ -73,7 +73,7 @@ static void random_losses(void **state)
     }
 }
 
-/* The chain's own correlation is the one given: that of what happens one, two and three packets apart is
+/* The chain's own correlation is the configured one: between packets one, two and three apart it is
  * corr^k. */
 static void random_losses_have_their_correlation(void **state)
 {
@@ -96,8 +96,8 @@ static void random_losses_have_their_correlation(void **state)
 }
 
 /* pi_bad = p / (p + r), loss = (1 - pi_bad) (1 - k) + pi_bad (1 - h). A run of losses begins as often as a
- * loss does not follow one; both of two are lost as often as the state, which is that at entry, and its
- * successor say. */
+ * loss does not follow one; the rate at which both of two are lost follows from the state at entry and its
+ * successor. */
 static void gilbert_elliott_losses(void **state)
 {
     (void)state;
@@ -171,14 +171,13 @@ static void four_state_losses(void **state)
     }
 }
 
-/* A model that begins, and one that begins again after another one or none was used, is in its first state.
- */
-static void models_begin_anew(void **state)
+/* A model that starts, or restarts after another one or none was used, is in its first state. */
+static void models_restart_in_their_first_state(void **state)
 {
     (void)state;
     ll_link_params trap = link_params(), others[2] = {link_params(), link_params()};
     trap.loss_model = LL_LOSS_GEMODEL;
-    trap.ge_p_pct = 100; /* bad from the second packet on, for ever */
+    trap.ge_p_pct = 100; /* bad from the second packet on, permanently */
     trap.ge_r_pct = 0;
     others[0].loss_model = LL_LOSS_STATE;
     ll_link *link = link_open(100, 2000, 2, 3);
@@ -192,7 +191,8 @@ static void models_begin_anew(void **state)
     free(link);
 }
 
-/* All is lost in a blackout, and counted beside what the model loses; see test_delay.c for windows. */
+/* All packets are lost in a blackout, and counted apart from the model's losses; see test_delay.c for
+ * windows. */
 static void blackouts_lose_everything(void **state)
 {
     (void)state;
@@ -230,7 +230,7 @@ int main(void)
         cmocka_unit_test(gilbert_elliott_defaults),
         cmocka_unit_test(the_state_at_entry_decides),
         cmocka_unit_test(four_state_losses),
-        cmocka_unit_test(models_begin_anew),
+        cmocka_unit_test(models_restart_in_their_first_state),
         cmocka_unit_test(blackouts_lose_everything),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

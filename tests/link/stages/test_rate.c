@@ -60,8 +60,8 @@ static void below_the_rate_packets_take_their_transmission(void **state)
     free(link);
 }
 
-/* A fluid queue: what comes faster than it goes piles up by the difference, and runs out at the rate. Packets
- * of 10 ms come every 4 ms for 400 ms: the last waits for 594 ms of others. */
+/* A fluid queue: packets that arrive faster than they leave add up by the difference, and drain at the rate.
+ * Packets of 10 ms arrive every 4 ms for 400 ms: the last waits for 594 ms of others. */
 static void a_queue_fills_and_empties_as_a_fluid(void **state)
 {
     (void)state;
@@ -76,7 +76,7 @@ static void a_queue_fills_and_empties_as_a_fluid(void **state)
     free(link);
 }
 
-/* Bufferbloat: at twice the rate half is dropped, and what is not waits for nearly all of limit_ms. */
+/* Bufferbloat: at twice the rate half is dropped, and the rest waits for nearly all of limit_ms. */
 static void a_full_queue_drops_what_exceeds_the_rate(void **state)
 {
     (void)state;
@@ -154,9 +154,9 @@ static void sizes_and_overhead_count(void **state)
     free(link);
 }
 
-/* Lost packets never come to the queue, and what is sent ahead goes past it; copies, and what is corrupted,
- * take their time in it. */
-static void who_takes_time_in_the_queue(void **state)
+/* Lost packets never reach the queue, and reordered packets bypass it; copies and corrupted packets take
+ * their time in it. */
+static void copies_and_corrupted_packets_take_queue_time(void **state)
 {
     (void)state;
     ll_link_params params = rated(80);
@@ -179,8 +179,8 @@ static void who_takes_time_in_the_queue(void **state)
     }
 }
 
-/* Packets are sent by the rate in the order of sending, whatever the delay was: the departures are those of a
- * queue whose arrivals are the delays' of the same draws without a rate. */
+/* Packets are sent at the rate in the order of sending, after any delay: the departures are those of a queue
+ * whose arrivals are the delays of the same draws without a rate. */
 static void under_a_rate_jitter_never_reorders(void **state)
 {
     (void)state;
@@ -208,7 +208,7 @@ static void under_a_rate_jitter_never_reorders(void **state)
     }
 }
 
-/* A wait for what was sent before and is late is no queue: the limits know the rate alone. */
+/* A wait for an earlier packet that is late is no queue: the limits count the rate alone. */
 static void jitter_fills_no_queue(void **state)
 {
     (void)state;
@@ -224,7 +224,7 @@ static void jitter_fills_no_queue(void **state)
     free(link);
 }
 
-/* Whatever jitter and load: nobody is longer on the way than the longest delay and the queue's length. */
+/* With any jitter and load, no packet takes longer than the longest delay plus the queue's length. */
 static void the_longest_delay_holds(void **state)
 {
     (void)state;
@@ -258,7 +258,8 @@ static void clearing_empties_the_queue(void **state)
     free(link);
 }
 
-/* Departures of all packets, kept for ever: W = max(0, W - gap) + service, and what is not through counts. */
+/* Departures of all packets, kept without limit: W = max(0, W - gap) + service; packets still in the queue
+ * count. */
 typedef struct model {
     ll_time departures[1 << 17];
     int first, count;
@@ -327,7 +328,7 @@ int main(void)
         cmocka_unit_test(the_limit_of_packets_counts_the_one_in_transmission),
         cmocka_unit_test(the_slots_bound_the_queue),
         cmocka_unit_test(sizes_and_overhead_count),
-        cmocka_unit_test(who_takes_time_in_the_queue),
+        cmocka_unit_test(copies_and_corrupted_packets_take_queue_time),
         cmocka_unit_test(under_a_rate_jitter_never_reorders),
         cmocka_unit_test(jitter_fills_no_queue),
         cmocka_unit_test(the_longest_delay_holds),

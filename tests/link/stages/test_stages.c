@@ -1,5 +1,5 @@
-/* Duplicates, reordering and corruption: rates and correlations over 1,000,000 packets within 3 standard
- * errors, and what happens to each packet. Errors of correlated series are those of the means of batches
+/* Duplicates, reordering and corruption: rates and correlations over 1,000,000 packets within three times the
+ * standard error, and the fate of each packet. Errors of correlated series are those of the means of batches
  * (harness.h). */
 #include <math.h>
 #include <setjmp.h>
@@ -89,8 +89,8 @@ static void a_gap_picks_every_nth(void **state)
     free(link);
 }
 
-/* From one to the next are gap - 1 packets that cannot be, then a geometric number of tries: mean gap - 1 + 1
- * / p. */
+/* Between two reordered packets are gap - 1 packets that cannot be, then a geometric number of tries: mean
+ * gap - 1 + 1 / p. */
 static void a_gap_and_a_share(void **state)
 {
     (void)state;
@@ -115,9 +115,8 @@ static void a_gap_and_a_share(void **state)
     free(link);
 }
 
-/* A packet that is sent ahead is on its way for 5 ms instead of 85, which are 5.1 steps: it overtakes four.
- */
-static void what_is_sent_ahead_overtakes(void **state)
+/* A reordered packet takes 5 ms instead of 85, a difference of 5.1 steps: it overtakes four. */
+static void reordered_packets_overtake(void **state)
 {
     (void)state;
     ll_link_params params = link_params();
@@ -140,7 +139,7 @@ static void what_is_sent_ahead_overtakes(void **state)
     free(link);
 }
 
-/* A corrupted packet takes its way but is not handed over; its copy is damaged, or not, for itself. */
+/* A corrupted packet takes its time but is not delivered; its copy is corrupted or not independently. */
 static void corrupted_packets_do_not_arrive(void **state)
 {
     (void)state;
@@ -176,7 +175,7 @@ int main(void)
         cmocka_unit_test(rates_and_correlations),
         cmocka_unit_test(a_gap_picks_every_nth),
         cmocka_unit_test(a_gap_and_a_share),
-        cmocka_unit_test(what_is_sent_ahead_overtakes),
+        cmocka_unit_test(reordered_packets_overtake),
         cmocka_unit_test(corrupted_packets_do_not_arrive),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,4 +1,5 @@
-/* What is taken as applied, by either way of acknowledging, and what a wrong word costs. */
+/* Which inputs count as applied with either method of acknowledgement, and the cost of a wrong
+ * acknowledgement. */
 #include "netcode/toy.h"
 
 #include <stdio.h>
@@ -18,14 +19,14 @@ static void lists_follow_the_table(void **state)
 
 /* ---- the server's bits ---- */
 
-#define TOLD (32 * LL_INPUT_RESULT_WORDS)
+#define RESULT_BITS (32 * LL_INPUT_RESULT_WORDS)
 
 static bool bit(const ll_client_slot *client_slot, uint32_t seq)
 {
-    return client_slot->verdicts[seq / 32 % LL_INPUT_RESULT_WORDS] >> seq % 32 & 1;
+    return client_slot->results[seq / 32 % LL_INPUT_RESULT_WORDS] >> seq % 32 & 1;
 }
 
-/* In any order, with gaps: the bits of the last 512 are those of what was applied. */
+/* In any order, with gaps: the bits of the last 512 inputs are set for those that were applied. */
 static void bits_are_those_of_the_last_512(void **state)
 {
     (void)state;
@@ -39,23 +40,23 @@ static void bits_are_those_of_the_last_512(void **state)
             bool yes = ll_rng_unit(seed, 1, k) < 0.7;
             if (k == 700)
                 seq += 700; /* a gap beyond the window */
-            if (seq + TOLD <= newest)
-                continue; /* no slot holds so old an input: the server has none to apply */
+            if (seq + RESULT_BITS <= newest)
+                continue; /* no slot holds an input that old: the server has none to apply */
             newest = seq > newest ? seq : newest;
             processed = yes && seq > processed ? seq : processed;
             applied[seq] = yes;
             ll_client_slot_done(&client_slot, seq, yes);
             assert_int_equal(client_slot.decided, newest);
             assert_int_equal(client_slot.processed, processed);
-            for (uint32_t i = 0; i < TOLD && i < newest; i++)
+            for (uint32_t i = 0; i < RESULT_BITS && i < newest; i++)
                 assert_int_equal(bit(&client_slot, newest - i), applied[newest - i]);
         }
     }
 }
 
-/* What the state to player 0 tells: the bit of each input, newest first. */
-static ll_input_result_part told(ll_server *s, const ll_sync_mode *sync,
-                                 uint32_t words[LL_INPUT_RESULT_WORDS_MAX])
+/* Acknowledgement in the snapshot to player 0: the bit of each input, newest first. */
+static ll_input_result_part acknowledgement_of(ll_server *s, const ll_sync_mode *sync,
+                                               uint32_t words[LL_INPUT_RESULT_WORDS_MAX])
 {
     char bytes[4096];
     ll_snapshot_message m;
@@ -63,7 +64,7 @@ static ll_input_result_part told(ll_server *s, const ll_sync_mode *sync,
     int size = ll_server_compose(s, sync, 0, bytes);
     memcpy(&m, bytes, sizeof m);
     assert_int_equal(m.head.count, LL_PART_APPLIED);
-    assert_int_equal(m.applied, s->seats[0].processed);
+    assert_int_equal(m.applied, s->client_slots[0].processed);
     memcpy(&part, bytes + sizeof m, sizeof part);
     assert_true(part.words <= LL_INPUT_RESULT_WORDS_MAX);
     memcpy(words, bytes + sizeof m + sizeof part, part.words * sizeof *words);
@@ -72,9 +73,9 @@ static ll_input_result_part told(ll_server *s, const ll_sync_mode *sync,
     return part;
 }
 
-/* As many words as it takes back to the newest state that the client is known to have, whatever the rates and
- * the round trip; where inputs belong to no step, back to the beginning, or 512. */
-static void verdicts_reach_back_to_the_state_that_is_known(void **state)
+/* The words reach back to the newest snapshot that the client is known to have, at any rates and round trip.
+ * Where inputs belong to no step, they reach back to the beginning, or by 512 inputs. */
+static void results_reach_back_to_the_acknowledged_snapshot(void **state)
 {
     (void)state;
     for (uint64_t k = 0; k < 300; k++) {
@@ -85,16 +86,17 @@ static void verdicts_reach_back_to_the_state_that_is_known(void **state)
         bool applied[2001];
         for (uint32_t seq = 1; seq <= decided; seq++) {
             applied[seq] = ll_rng_unit(k, 3, seq) < 0.6;
-            ll_client_slot_done(&s->seats[0], seq, applied[seq]);
+            ll_client_slot_done(&s->client_slots[0], seq, applied[seq]);
         }
-        s->seats[0].wants = LL_PART_APPLIED;
+        s->client_slots[0].wants = LL_PART_APPLIED;
         s->step = decided + lead; /* inputs began at some step */
-        s->seats[0].received = s->step > ahead ? s->step - ahead : 0;
+        s->client_slots[0].received = s->step > ahead ? s->step - ahead : 0;
         bool drains = k % 3 == 0;
-        ll_input_result_part part = told(s, drains ? &ll_sync_gambetta : &ll_sync_free, words);
+        ll_input_result_part part = acknowledgement_of(s, drains ? &ll_sync_gambetta : &ll_sync_free, words);
         assert_int_equal(part.newest, decided);
-        int64_t needed = drains || s->seats[0].received == 0 ? decided : s->step - s->seats[0].received;
-        needed = needed > decided ? decided : needed > TOLD ? TOLD : needed;
+        int64_t needed =
+            drains || s->client_slots[0].received == 0 ? decided : s->step - s->client_slots[0].received;
+        needed = needed > decided ? decided : needed > RESULT_BITS ? RESULT_BITS : needed;
         assert_true(part.words * 32 >= needed && (int64_t)part.words * 32 < needed + 32);
         for (uint32_t i = 0; i < 32 * part.words; i++) {
             bool is = i < decided && applied[decided - i];
@@ -104,8 +106,9 @@ static void verdicts_reach_back_to_the_state_that_is_known(void **state)
     }
 }
 
-/* A step whose input is missing, late or refused repeats the one before: that is no application of it. */
-static void only_what_came_in_time_and_within_the_rules_is_set(void **state)
+/* A step whose input is missing, late or refused repeats the one before: its input does not count as
+ * applied. */
+static void only_valid_inputs_in_time_are_set(void **state)
 {
     (void)state;
     const ll_game_env env = {.dt = 1.0 / 60};
@@ -116,24 +119,24 @@ static void only_what_came_in_time_and_within_the_rules_is_set(void **state)
     ll_server_receive(s, &ll_sync_free, 0, &a, 0, v); /* 1 is good, 2 too large */
     for (int k = 0; k < 3; k++)
         ll_sync_free.step(s, &toy, &env, NULL, ll_sync_free.due(s));
-    ll_server_receive(s, &ll_sync_free, 0, &late, s->stepped, v); /* 3 is late, 4 never comes */
+    ll_server_receive(s, &ll_sync_free, 0, &late, s->stepped, v); /* 3 is late, 4 never arrives */
     ll_server_receive(s, &ll_sync_free, 0, &c, s->stepped, v);
     for (int k = 0; k < 2; k++)
         ll_sync_free.step(s, &toy, &env, NULL, ll_sync_free.due(s));
-    const ll_client_slot *client_slot = &s->seats[0];
+    const ll_client_slot *client_slot = &s->client_slots[0];
     uint32_t words[LL_INPUT_RESULT_WORDS_MAX];
-    s->seats[0].wants = LL_PART_APPLIED;
+    s->client_slots[0].wants = LL_PART_APPLIED;
     assert_int_equal(client_slot->acked, 5);
     assert_int_equal(client_slot->processed, 5);
     assert_int_equal(client_slot->decided, 5);
-    ll_input_result_part part = told(s, &ll_sync_free, words);
+    ll_input_result_part part = acknowledgement_of(s, &ll_sync_free, words);
     assert_int_equal(part.newest, 5);
     assert_int_equal(part.words, 1);
     assert_int_equal(words[0], 0x11);                            /* 5 and 1 */
-    ll_sync_free.step(s, &toy, &env, NULL, ll_sync_free.due(s)); /* 6 never comes either */
+    ll_sync_free.step(s, &toy, &env, NULL, ll_sync_free.due(s)); /* 6 never arrives either */
     assert_int_equal(client_slot->acked, 6);                     /* its step is over, */
     assert_int_equal(client_slot->processed, 5);                 /* but it was not applied */
-    part = told(s, &ll_sync_free, words);
+    part = acknowledgement_of(s, &ll_sync_free, words);
     assert_int_equal(part.newest, 6);
     assert_int_equal(words[0], 0x22);
     free(s);
@@ -141,7 +144,7 @@ static void only_what_came_in_time_and_within_the_rules_is_set(void **state)
 
 /* ---- the client ---- */
 
-static int tell_packet(lone *l, packet p, uint32_t newest, uint64_t bits, ll_time now)
+static int receive_packet(lone *l, packet p, uint32_t newest, uint64_t bits, ll_time now)
 {
     char bytes[256];
     struct {
@@ -156,17 +159,18 @@ static int tell_packet(lone *l, packet p, uint32_t newest, uint64_t bits, ll_tim
     return ll_client_receive(l->client, &l->setup, bytes, (int)(head + sizeof applied + world), now);
 }
 
-static int tell(lone *l, int64_t tick, uint32_t acked, uint32_t newest, uint64_t bits, double x, ll_time now)
+static int receive_bits(lone *l, int64_t tick, uint32_t acked, uint32_t newest, uint64_t bits, double x,
+                        ll_time now)
 {
-    return tell_packet(l, state_of(tick, now, acked, 1, &x), newest, bits, now);
+    return receive_packet(l, state_of(tick, now, acked, 1, &x), newest, bits, now);
 }
 
-/* The same of an entity that goes on by what is held, so that a prediction may agree with it to the bit. */
-static int tell_going(lone *l, int64_t tick, uint32_t acked, uint64_t bits, double x, ll_time now)
+/* The same for an entity that moves on with held controls, so that a prediction may agree bitwise. */
+static int receive_bits_in_motion(lone *l, int64_t tick, uint32_t acked, uint64_t bits, double x, ll_time now)
 {
     packet p = state_of(tick, now, acked, 1, &x);
     p.entity[0].vx = (double)l->client->held.axis[0];
-    return tell_packet(l, p, acked, bits, now);
+    return receive_packet(l, p, acked, bits, now);
 }
 
 static lone *new_predictor(const ll_sync_mode *sync, int ack)
@@ -195,23 +199,23 @@ static void skipped_inputs_are_not_taken_as_applied(void **state)
         const uint32_t applied[] = {1, 3, 4, 6};
         for (int i = 0; i < 4; i++)
             server_applies(l, applied[i], applied[i], applied[i]);
-        tell(l, 6, 6, 6, 0x2d /* 101101 */, 100, ll_tick_time(7, HZ(60)));
+        receive_bits(l, 6, 6, 6, 0x2d /* 101101 */, 100, ll_tick_time(7, HZ(60)));
         frame(l, ll_tick_time(7, HZ(60)), NULL);
         for (uint32_t seq = 1; seq <= 8; seq++)
             assert_int_equal(ll_client_pending(l->client, seq)->state,
                              ack == 0 && seq <= 6 ? LL_INPUT_APPLIED : expected[seq - 1]);
         assert_int_equal(l->client->acked, 6);
         assert_int_equal(l->client_metrics->histogram[LL_METRIC_ACK_RTT].count,
-                         4); /* whatever the client believes */
+                         4); /* independent of what the client assumes */
         assert_int_equal(l->client_metrics->input_history.skipped, ack == 0 ? 0 : 2);
         assert_true(ll_client_rendered(l->client)->entity[0].x == 101);
         free_lone(l);
     }
 }
 
-/* The high water tells two numbers: up to the newest that was applied all are taken as such, those behind it
- * whose step is over are skipped, and a later state brings none of them back. */
-static void high_water_skips_what_is_over_and_was_not_applied(void **state)
+/* High water sends two numbers. Inputs up to the newest applied one count as applied; later ones whose step
+ * is over count as skipped, and a later snapshot does not reopen them. */
+static void high_water_skips_decided_inputs_that_were_not_applied(void **state)
 {
     (void)state;
     lone *l = new_predictor(&ll_sync_free, 0);
@@ -239,8 +243,8 @@ static void high_water_skips_what_is_over_and_was_not_applied(void **state)
     free_lone(l);
 }
 
-/* Inputs as they come: 3 was overtaken by 4 and 5. It stays open, is applied again on every state that is
- * without it, and an older state later does no harm. The high water drops it. */
+/* Inputs applied on arrival: 4 and 5 overtook 3. Input 3 stays open and is applied again on every snapshot
+ * that lacks it, and an older snapshot later does no harm. High water drops it. */
 static void overtaken_inputs_stay_open(void **state)
 {
     (void)state;
@@ -250,27 +254,27 @@ static void overtaken_inputs_stay_open(void **state)
             frame(l, f, NULL);
         server_applies(l, 1, 2, 1);
         server_applies(l, 4, 5, 1);
-        tell(l, 1, 5, 5, 0x1b /* 1, 2, 4, 5 */, 2, 6);
+        receive_bits(l, 1, 5, 5, 0x1b /* 1, 2, 4, 5 */, 2, 6);
         frame(l, 6, NULL); /* makes 7 */
         assert_true(ll_client_rendered(l->client)->entity[0].x == (ack == 0 ? 3 : 3.5));
         server_applies(l, 3, 3, 2);
         server_applies(l, 6, 6, 2);
-        tell(l, 2, 6, 6, 0x3f, 3, 7); /* the next update includes it */
+        receive_bits(l, 2, 6, 6, 0x3f, 3, 7); /* the next update includes it */
         frame(l, 7, NULL);
         assert_true(ll_client_rendered(l->client)->entity[0].x == 4);
-        tell(l, 1, 2, 2, 0x3, 1, 8); /* an old state: 1 and 2 alone */
-        frame(l, 8, NULL);           /* makes 9 */
+        receive_bits(l, 1, 2, 2, 0x3, 1, 8); /* an old snapshot: 1 and 2 alone */
+        frame(l, 8, NULL);                   /* makes 9 */
         assert_true(ll_client_rendered(l->client)->entity[0].x ==
                     (ack == 0 ? 2.5 : 4.5)); /* 3 to 6 are gone */
         assert_int_equal(l->client_metrics->histogram[LL_METRIC_ACK_RTT].count,
-                         ack == 0 ? 5 : 6); /* each once; 3 was taken before it was there */
+                         ack == 0 ? 5 : 6); /* each once; 3 counted as applied before it was */
         free_lone(l);
     }
 }
 
-/* What an old state has undone, a newer one brings back: with the high water the inputs that it lacks are
- * gone from the client, so what is drawn lacks them until then, and not for ever. */
-static void a_newer_state_brings_back_what_an_old_one_undid(void **state)
+/* A newer snapshot restores what an old one has undone. With high water the client no longer has the inputs
+ * that the old one lacks, so they are not drawn until then. */
+static void a_newer_snapshot_restores_what_an_old_one_undid(void **state)
 {
     (void)state;
     for (int ack = 0; ack < 2; ack++) {
@@ -278,35 +282,35 @@ static void a_newer_state_brings_back_what_an_old_one_undid(void **state)
         l->client->held = push(0.25);
         for (int f = 0; f < 9; f++)
             frame(l, f, NULL);
-        tell_going(l, 2, 8, 0xff, 2, 9);
+        receive_bits_in_motion(l, 2, 8, 0xff, 2, 9);
         frame(l, 9, NULL); /* makes 10 */
         assert_true(ll_client_rendered(l->client)->entity[0].x == 2.5);
-        tell_going(l, 1, 5, 0x1f, 1.25, 10); /* an old state: 1 to 5 alone */
-        frame(l, 10, NULL);                  /* makes 11 */
+        receive_bits_in_motion(l, 1, 5, 0x1f, 1.25, 10); /* an old snapshot: 1 to 5 alone */
+        frame(l, 10, NULL);                              /* makes 11 */
         assert_true(ll_client_rendered(l->client)->entity[0].x == (ack == 0 ? 2 : 2.75));
-        tell_going(l, 3, 9, 0x1ff, 2.25, 11);
+        receive_bits_in_motion(l, 3, 9, 0x1ff, 2.25, 11);
         frame(l, 11, NULL); /* makes 12 */
         assert_true(ll_client_rendered(l->client)->entity[0].x == 3);
         free_lone(l);
     }
 }
 
-/* What has not come is given up when it is older than what a state tells of, 64 here. */
-static void lost_inputs_are_given_up_when_nothing_tells_of_them(void **state)
+/* An input that has not arrived is given up when it is older than the window of a snapshot, 64 here. */
+static void lost_inputs_are_given_up_beyond_the_window(void **state)
 {
     (void)state;
     lone *l = new_predictor(&ll_sync_gambetta, 1);
     for (int f = 0; f < 80; f++)
         frame(l, f, NULL);
-    tell(l, 1, 65, 65, ~UINT64_C(0) >> 1, 64 * 0.5 - 0.5,
-         80); /* 3 to 65; 1 is out of the window, 2 is not there */
+    receive_bits(l, 1, 65, 65, ~UINT64_C(0) >> 1, 64 * 0.5 - 0.5,
+                 80); /* 3 to 65; 1 is out of the window, 2 is not there */
     frame(l, 80, NULL);
     assert_int_equal(ll_client_pending(l->client, 1)->state, LL_INPUT_SKIPPED);
     assert_int_equal(ll_client_pending(l->client, 2)->state, LL_INPUT_OPEN);
     assert_int_equal(l->client->acked, 1);
     assert_true(ll_client_rendered(l->client)->entity[0].x ==
                 64 * 0.5 - 0.5 + 0.5 + 16 * 0.5); /* and 2, 66 to 81 */
-    tell(l, 2, 66, 66, ~UINT64_C(0), 64 * 0.5, 81);
+    receive_bits(l, 2, 66, 66, ~UINT64_C(0), 64 * 0.5, 81);
     frame(l, 81, NULL);
     assert_int_equal(ll_client_pending(l->client, 2)->state, LL_INPUT_SKIPPED);
     assert_int_equal(l->client->acked, 66);
@@ -329,9 +333,9 @@ static int64_t corrections(const scene *s)
     return ll_netgame_client_metrics(s->game, 0)->corrections;
 }
 
-/* Where the server applies inputs as they come, packets that overtake each other make the high water wrong,
- * and each wrong drop is seen as a jump and a jump back. With a bit per input nothing is wrong, so nothing is
- * corrected; not even by states that overtake each other. */
+/* Where the server applies inputs on arrival, packets that overtake each other make high water wrong, and
+ * each wrong drop causes a jump and a jump back. With one bit per input nothing is wrong, so nothing is
+ * corrected; not even by snapshots that overtake each other. */
 static void overtaking_is_harmless_with_a_bit_per_input(void **state)
 {
     (void)state;
@@ -362,8 +366,8 @@ static void overtaking_is_harmless_with_a_bit_per_input(void **state)
         }
 }
 
-/* Of the inputs that the link lost, the high water takes every one as applied behind which a later one was
- * applied by the time of the state, and the bits none. */
+/* Of the inputs that the link lost, high water counts each as applied if a later one was applied before the
+ * snapshot; the bits count none. */
 static void lost_inputs_are_known_as_such(void **state)
 {
     (void)state;
@@ -386,7 +390,7 @@ static void lost_inputs_are_known_as_such(void **state)
         for (uint32_t seq = 1; seq <= c->acked; seq++) {
             int64_t tick = c->tick - (int64_t)(c->seq - seq);
             lost += gone[seq];
-            hidden += gone[seq] && tick % 2 == 1 && !gone[seq + 1]; /* states are of even ticks */
+            hidden += gone[seq] && tick % 2 == 1 && !gone[seq + 1]; /* snapshots are of even ticks */
         }
         assert_true(lost > 250 && hidden > 100);
         assert_int_equal(input_history(&s)->wrong, ack == 0 ? hidden : 0);
@@ -398,8 +402,8 @@ static void lost_inputs_are_known_as_such(void **state)
 
 /* ---- causes ---- */
 
-/* Runs with another input at every frame, so that no repeated input can stand for one that is missing, and a
- * state after every step, so that each has a cause of its own. */
+/* Runs with another input at every frame, so that no repeated input can replace a missing one, and with a
+ * snapshot after every step, so that each correction has its own cause. */
 static scene run_wild(const char *const *sets, double seconds)
 {
     scene s = scene_open("gambetta_default", sets);
@@ -431,9 +435,9 @@ static void each_lost_input_is_a_correction_by_loss(void **state)
     scene_close(&s);
 }
 
-/* Before the server has heard of the player its states acknowledge nothing: that inputs were lost is the
- * cause all the same. So it is with every phase of the client's clock and whichever of the first packets are
- * lost. */
+/* Before the server has received an input of the player, its snapshots acknowledge nothing: the cause of a
+ * correction is still loss. It holds for every phase of the client's clock and for every subset of lost first
+ * packets. */
 static void the_first_inputs_may_be_lost(void **state)
 {
     (void)state;
@@ -465,7 +469,7 @@ static void each_late_input_is_a_correction_by_lateness(void **state)
     scene s = run_wild(sets, 120);
     assert_true(input_history(&s)->skipped > 10);
     must_be_all(&s, LL_CAUSE_LATE, input_history(&s)->skipped);
-    assert_true(ll_netgame_server(s.game)->seats[0].late >= input_history(&s)->skipped);
+    assert_true(ll_netgame_server(s.game)->client_slots[0].late >= input_history(&s)->skipped);
     scene_close(&s);
 }
 
@@ -473,7 +477,7 @@ static void each_refused_input_is_a_correction_by_refusal(void **state)
 {
     (void)state;
     const char *const sets[] = {WILD, "players.0.ack=per_input", "players.0.cheat=magnitude", NULL};
-    scene s = run_wild(sets, 30); /* a third of the inputs is beyond 1 when half as large again */
+    scene s = run_wild(sets, 30); /* a third of the inputs exceeds 1 when half as large again */
     assert_in_range(input_history(&s)->skipped, 1500 / 4, 1500 / 2);
     must_be_all(&s, LL_CAUSE_REFUSED, input_history(&s)->skipped);
     scene_close(&s);
@@ -489,8 +493,8 @@ static void touches_are_corrections_by_contact(void **state)
     scene_close(&s);
 }
 
-/* On any link, honest players' corrections all have a cause: loss or lateness without contact, contact
- * besides. */
+/* On any link, all corrections of honest players have a cause: loss or lateness without contact, and also
+ * contact with it. */
 static void no_correction_is_without_a_cause(void **state)
 {
     (void)state;
@@ -512,13 +516,13 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(lists_follow_the_table),
         cmocka_unit_test(bits_are_those_of_the_last_512),
-        cmocka_unit_test(verdicts_reach_back_to_the_state_that_is_known),
-        cmocka_unit_test(only_what_came_in_time_and_within_the_rules_is_set),
+        cmocka_unit_test(results_reach_back_to_the_acknowledged_snapshot),
+        cmocka_unit_test(only_valid_inputs_in_time_are_set),
         cmocka_unit_test(skipped_inputs_are_not_taken_as_applied),
-        cmocka_unit_test(high_water_skips_what_is_over_and_was_not_applied),
+        cmocka_unit_test(high_water_skips_decided_inputs_that_were_not_applied),
         cmocka_unit_test(overtaken_inputs_stay_open),
-        cmocka_unit_test(a_newer_state_brings_back_what_an_old_one_undid),
-        cmocka_unit_test(lost_inputs_are_given_up_when_nothing_tells_of_them),
+        cmocka_unit_test(a_newer_snapshot_restores_what_an_old_one_undid),
+        cmocka_unit_test(lost_inputs_are_given_up_beyond_the_window),
         cmocka_unit_test(overtaking_is_harmless_with_a_bit_per_input),
         cmocka_unit_test(lost_inputs_are_known_as_such),
         cmocka_unit_test(each_lost_input_is_a_correction_by_loss),

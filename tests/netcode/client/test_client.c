@@ -1,11 +1,11 @@
-/* A client: how far ahead it runs, what it sends, what it takes. */
+/* A client: how far ahead it runs, what it sends, what it accepts. */
 #include "netcode/toy.h"
 
-/* ---- how far ahead ---- */
+/* ---- lead ---- */
 
 /* The first input reaches the server `slack_ticks` before its step must be made: packets count for the step
- * at whose instant they come. */
-static void lead_is_what_the_link_needs(void **state)
+ * at whose instant they arrive. */
+static void lead_matches_the_link(void **state)
 {
     (void)state;
     static const struct {
@@ -50,7 +50,7 @@ static void others_do_not_lead(void **state)
     l->client->held = push(1);
     start_lone(l, 50, 70, 0);
     assert_true(frame(l, 0, &m) > 0);
-    assert_int_equal(m.tick, 1); /* inputs count for themselves */
+    assert_int_equal(m.tick, 1); /* inputs have numbers, not steps */
     free_lone(l);
 }
 
@@ -68,9 +68,9 @@ typedef struct flight {
     packet state;
 } flight;
 
-/* A client at 60 Hz and a server of slack alone: who steps at 60 Hz, takes the newest input of each packet
- * and tells every second step how early it was. `lag` may change with time. Gives the slack of each frame's
- * newest input, by the frame that sent it. */
+/* A client at 60 Hz and a server reduced to its slack: it steps at 60 Hz, takes the newest input of each
+ * packet, and every second step reports its slack. `lag` may change with time. Returns the slack of each
+ * frame's newest input, by the frame that sent it. */
 static void run_loop(lone *l, ll_time (*lag)(ll_time now), int slack_of[LOOP_FRAMES])
 {
     flight *flights = calloc(LOOP_FLIGHTS, sizeof *flights);
@@ -155,8 +155,8 @@ static ll_time lag_falls_far(ll_time now)
     return now < 5 * LL_SECOND ? 900 * LL_MS : 5 * LL_MS;
 }
 
-/* After a change of lag the slack comes back to what is wanted: too late is mended within two round trips,
- * too early within some seconds more, and neither is overdone. */
+/* After a change of lag the slack returns to the wanted value: from too late within two round trips, from too
+ * early within a few seconds more, both without overshoot. */
 static void slack_is_followed_without_overshoot(void **state)
 {
     (void)state;
@@ -179,7 +179,7 @@ static void slack_is_followed_without_overshoot(void **state)
             run_loop(l, cases[i].lag, slack_of);
             for (int f = 0; f < 5 * LOOP_HZ; f++) /* before: as measured by the handshake */
                 assert_true(slack_of[f] == LL_SLACK_UNKNOWN || slack_of[f] == want);
-            /* What is told takes a round trip and an update; making up for it takes a frame per step. */
+            /* A report takes a round trip and an update; the correction takes one frame per step. */
             double steps = (cases[i].after_ms - cases[i].before_ms) * LOOP_HZ / 1000;
             double settled = 5 + 2 * 2 * cases[i].after_ms / 1000 + 5 + fabs(steps) / LOOP_HZ;
             int measured = 0;
@@ -200,9 +200,9 @@ static void slack_is_followed_without_overshoot(void **state)
         }
 }
 
-/* ---- what is sent ---- */
+/* ---- sent packets ---- */
 
-/* A number that tells each input apart. */
+/* A number that identifies each input. */
 static ll_action numbered(uint32_t seq)
 {
     return push((double)seq / 1024);
@@ -233,7 +233,7 @@ static void acknowledge(lone *l, int64_t tick, uint32_t seq, ll_time now)
     assert_int_equal(give(l, &p, now), LL_OUTCOME_APPLIED);
 }
 
-static void packets_repeat_what_is_open(void **state)
+static void packets_repeat_open_inputs(void **state)
 {
     (void)state;
     for (int redundancy = 0; redundancy <= 15; redundancy += 3) {
@@ -247,7 +247,7 @@ static void packets_repeat_what_is_open(void **state)
             assert_int_equal(bytes, 16 + 16 * count);
             must_hold(&m, (uint32_t)(f + 1 - count + 1), count, f + 1 - count + 1);
         }
-        /* What is acknowledged is not repeated. */
+        /* Acknowledged inputs are not repeated. */
         ll_input_message m;
         acknowledge(l, 1, 39, LL_SECOND);
         assert_true(numbered_frame(l, 60, &m) > 0);
@@ -280,8 +280,8 @@ static void idle_clients_are_silent_where_the_rules_say_so(void **state)
     free_lone(l);
 }
 
-/* 512 inputs are kept open. A client that hears nothing for longer goes on: the oldest gives way, what is
- * sent is always the newest, and what a state tells of those that are gone does no harm. */
+/* 512 inputs are kept open. A client without packets for longer continues: it drops the oldest and always
+ * sends the newest; acknowledgements of dropped inputs do no harm. */
 static void a_full_window_gives_up_its_oldest(void **state)
 {
     (void)state;
@@ -298,7 +298,7 @@ static void a_full_window_gives_up_its_oldest(void **state)
         int count = f + 1 < 3 ? f + 1 : 3;
         must_hold(&m, (uint32_t)(f + 2 - count), count, lead + f - count + 1);
     }
-    acknowledge(l, 1, 50, 12 * LL_SECOND); /* long given up */
+    acknowledge(l, 1, 50, 12 * LL_SECOND); /* dropped long ago */
     assert_true(numbered_frame(l, 720, &m) > 0);
     assert_int_equal(l->client->acked, 701 - LL_PENDING_RING);
     must_hold(&m, 699, 3, l->client->tick - 2);
@@ -313,31 +313,33 @@ static void a_full_window_gives_up_its_oldest(void **state)
     free_lone(l);
 }
 
-/* Where the server waits every packet is full of what is open, and every other starts with the oldest, also
- * when no input may be made any more: the server refuses what is 128 steps ahead of it. */
+/* Where the server waits, every packet is full of open inputs, and every other packet starts with the oldest
+ * one. This also holds when no input may be made any more: the server refuses inputs 128 steps ahead of it.
+ */
 static void pipelined_lockstep_repeats_the_oldest(void **state)
 {
     (void)state;
     lone *l = new_lone(1, &toy, &ll_sync_lockstep_pipelined);
     ll_input_message m;
-    int oldest = 0, made = 0, told = 0;
+    int oldest = 0, made = 0, acknowledged = 0;
     start_lone(l, 60, 0, 0);
-    for (int f = 0; f < 400; f++) { /* the server steps at a third of the pace and tells of no input */
+    for (int f = 0; f < 400; f++) { /* the server steps at a third of the rate and acknowledges no input */
         int steps = f / 3, most = LL_BUDGET_TICKS - 1 + steps;
         if (f % 3 == 0 && steps > 0)
             acknowledge(l, steps, 0, ll_tick_time(f, HZ(60)));
         made += made < most;
         int count = made < 16 ? made : 16;
         assert_true(numbered_frame(l, f, &m) > 0);
-        if (made > 16 && f % 2 == 0) { /* the older ones in turns, from the oldest on */
+        if (made > 16 && f % 2 == 0) { /* the older ones in turn, from the oldest on */
             int turns = (made - 1) / 16, first = 1 + (f + 1) / 2 % turns * 16;
             must_hold(&m, (uint32_t)first, 16, first);
-            assert_int_equal(m.fresh, 0); /* what is repeated tells nothing of the link */
+            assert_int_equal(m.fresh, 0); /* a repeated input says nothing about the link */
             oldest += first == 1;
         } else {
             must_hold(&m, (uint32_t)(made - count + 1), count, made - count + 1);
-            assert_int_equal(m.fresh, made - told); /* also what was made with a packet of older ones */
-            told = made;
+            assert_int_equal(m.fresh,
+                             made - acknowledged); /* including those made with a packet of older ones */
+            acknowledged = made;
         }
     }
     assert_int_equal(made, LL_BUDGET_TICKS - 1 + 399 / 3);
@@ -350,14 +352,14 @@ static void pipelined_lockstep_repeats_the_oldest(void **state)
     }
     assert_true(from_oldest >= 1);
     uint32_t all = l->client->seq;
-    acknowledge(l, all, all, 8 * LL_SECOND); /* only what this frame makes is open */
+    acknowledge(l, all, all, 8 * LL_SECOND); /* only inputs made in this frame are open */
     assert_true(numbered_frame(l, 480, &m) > 0);
     must_hold(&m, all + 1, 1, all + 1);
     free_lone(l);
 }
 
-/* A server from which no state has come for four intervals waits for somebody: inputs made meanwhile would
- * all be late by as much, for good. What is open is sent on. */
+/* A server without snapshots for four intervals waits for a player: inputs made meanwhile would all be late
+ * by as much, permanently. Open inputs are still sent. */
 static void pipelined_lockstep_makes_nothing_in_a_stall(void **state)
 {
     (void)state;
@@ -368,27 +370,27 @@ static void pipelined_lockstep_makes_nothing_in_a_stall(void **state)
         int f = 0;
         l->config.lag_ms = 50;
         start_lone(l, 60, 0, 0);
-        for (; f < 100; f++) { /* the state after step k comes behind frame k + 6 */
+        for (; f < 100; f++) { /* the snapshot after step k arrives after frame k + 6 */
             assert_true(numbered_frame(l, f, &m) > 0);
             assert_int_equal(l->client->seq, f + 1);
             if (f > 6)
                 acknowledge(l, f - 6, (uint32_t)(f - 6), ll_tick_time(f, HZ(60)) + LL_MS);
         }
         for (; f < 100 + stalls[i];
-             f++) { /* the last came behind frame 99: those within four intervals of it */
+             f++) { /* the last arrived after frame 99: those within four intervals of it */
             assert_true(numbered_frame(l, f, &m) > 0);
             assert_int_equal(l->client->seq, f < 104 ? f + 1 : 104);
         }
         uint32_t open = l->client->seq;
         acknowledge(l, 94, 94, ll_tick_time(f, HZ(60)));
         assert_true(numbered_frame(l, f, &m) > 0);
-        assert_int_equal(l->client->seq, open + 1); /* one a frame, none for those that were left out */
+        assert_int_equal(l->client->seq, open + 1); /* one per frame, none for skipped frames */
         free_lone(l);
     }
 }
 
-/* The first state is a round trip behind the first input: as many inputs are made before it, and those of
- * four intervals. */
+/* The first snapshot comes a round trip after the first input: before it the client makes the inputs of that
+ * time, and those of four intervals. */
 static void pipelined_lockstep_waits_for_the_first_state_too(void **state)
 {
     (void)state;
@@ -399,7 +401,7 @@ static void pipelined_lockstep_waits_for_the_first_state_too(void **state)
         l->config.lag_ms = lags_ms[i];
         start_lone(l, 60, 0, LL_SECOND);
         for (int f = 60; f < 400; f++)
-            assert_true(numbered_frame(l, f, &m) > 0); /* what is open is sent on */
+            assert_true(numbered_frame(l, f, &m) > 0); /* open inputs are still sent */
         double intervals = 4 + 2 * lags_ms[i] * 60 / 1000.0;
         assert_true(l->client->seq >= floor(intervals) && l->client->seq <= floor(intervals) + 1);
         acknowledge(l, 1, 1, ll_tick_time(400, HZ(60)));
@@ -410,7 +412,8 @@ static void pipelined_lockstep_waits_for_the_first_state_too(void **state)
     }
 }
 
-/* The state of step 0 came at time 0: four intervals later, to the ns, the wait is not over yet. */
+/* The snapshot of step 0 arrived at time 0: exactly four intervals later, to the ns, the wait is not over
+ * yet. */
 static void pipelined_lockstep_waits_four_intervals_whole(void **state)
 {
     (void)state;
@@ -424,8 +427,8 @@ static void pipelined_lockstep_waits_four_intervals_whole(void **state)
     free_lone(l);
 }
 
-/* Stop and wait: input n + 1 is made when the state that includes n has come, however long that takes, and
- * not by one that does not; until then n is sent again whenever the timer comes. */
+/* Stop and wait: input n + 1 is made when the snapshot that includes n has arrived, however late, and not on
+ * another one; until then n is sent again at every timer. */
 static void lockstep_makes_one_input_a_state(void **state)
 {
     (void)state;
@@ -454,7 +457,7 @@ static void lockstep_makes_one_input_a_state(void **state)
     free_lone(l);
 }
 
-static void cheats_send_what_they_say(void **state)
+static void cheats_send_inputs_as_defined(void **state)
 {
     (void)state;
     ll_input_message m;
@@ -495,8 +498,8 @@ static void a_leap_is_one_huge_input_now_and_then(void **state)
     free_lone(l);
 }
 
-/* Nothing is sent from 3 to 6 s; then all of it at once, each input once, and on as ever. */
-static void a_lag_switch_holds_back_and_lets_go(void **state)
+/* Nothing is sent from 3 to 6 s; then everything at once, each input once, and afterwards as before. */
+static void a_lag_switch_holds_back_and_releases(void **state)
 {
     (void)state;
     lone *l = new_lone(1, &toy, &ll_sync_free);
@@ -522,7 +525,7 @@ static void a_lag_switch_holds_back_and_lets_go(void **state)
     free_lone(l);
 }
 
-/* ---- what is taken ---- */
+/* ---- received packets ---- */
 
 static void stale_states_are_dropped(void **state)
 {
@@ -544,7 +547,7 @@ static void stale_states_are_dropped(void **state)
                 ll_client_rendered(l->client)->entity[1].x == 6);
     assert_int_equal(ll_client_draw_infos(l->client)[1].time, 11);
     free_lone(l);
-    l = new_lone(2, &toy, &ll_sync_gambetta); /* the demo takes whatever comes last */
+    l = new_lone(2, &toy, &ll_sync_gambetta); /* the demo applies the snapshot that arrives last */
     start_lone(l, 60, 0, 0);
     assert_int_equal(give(l, &ten, LL_MS), LL_OUTCOME_APPLIED);
     assert_int_equal(give(l, &nine, 2 * LL_MS), LL_OUTCOME_APPLIED);
@@ -554,7 +557,7 @@ static void stale_states_are_dropped(void **state)
     free_lone(l);
 }
 
-static void another_epoch_is_void(void **state)
+static void packets_of_another_epoch_are_discarded(void **state)
 {
     (void)state;
     lone *l = new_lone(1, &toy, &ll_sync_gambetta);
@@ -574,7 +577,7 @@ static void another_epoch_is_void(void **state)
     free_lone(l);
 }
 
-/* Of several states that came since the last frame the newest is drawn, and its acknowledgement counts. */
+/* Of several snapshots received since the last frame the newest is drawn, and its acknowledgement counts. */
 static void newest_state_is_drawn(void **state)
 {
     (void)state;
@@ -596,10 +599,10 @@ static void newest_state_is_drawn(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(lead_is_what_the_link_needs),
+        cmocka_unit_test(lead_matches_the_link),
         cmocka_unit_test(others_do_not_lead),
         cmocka_unit_test(slack_is_followed_without_overshoot),
-        cmocka_unit_test(packets_repeat_what_is_open),
+        cmocka_unit_test(packets_repeat_open_inputs),
         cmocka_unit_test(idle_clients_are_silent_where_the_rules_say_so),
         cmocka_unit_test(a_full_window_gives_up_its_oldest),
         cmocka_unit_test(pipelined_lockstep_repeats_the_oldest),
@@ -607,11 +610,11 @@ int main(void)
         cmocka_unit_test(pipelined_lockstep_waits_for_the_first_state_too),
         cmocka_unit_test(pipelined_lockstep_waits_four_intervals_whole),
         cmocka_unit_test(lockstep_makes_one_input_a_state),
-        cmocka_unit_test(cheats_send_what_they_say),
+        cmocka_unit_test(cheats_send_inputs_as_defined),
         cmocka_unit_test(a_leap_is_one_huge_input_now_and_then),
-        cmocka_unit_test(a_lag_switch_holds_back_and_lets_go),
+        cmocka_unit_test(a_lag_switch_holds_back_and_releases),
         cmocka_unit_test(stale_states_are_dropped),
-        cmocka_unit_test(another_epoch_is_void),
+        cmocka_unit_test(packets_of_another_epoch_are_discarded),
         cmocka_unit_test(newest_state_is_drawn),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,4 +1,4 @@
-/* Time dilation: the slack is kept by the length of frames, and by nothing else. */
+/* Time dilation: the length of frames alone keeps the slack. */
 #include "netcode/toy.h"
 
 #include <stdio.h>
@@ -7,25 +7,24 @@
 
 #define PERIOD (LL_SECOND / 60)
 
-/* The clock is moved by what was asked for to the ns, no frame is shorter than 1/1.1 or longer than 1/0.9 of
- * a tick, and the change is proportional where it is small: n ticks take 11 n frames (9 n when slower) and a
- * tail. */
+/* The clock is moved by the requested time to the ns; no frame is shorter than 1/1.1 or longer than 1/0.9 of
+ * a tick. Small changes are proportional: n ticks take 11 n frames (9 n when slower) and a tail. */
 static void time_is_shifted_exactly_and_within_a_tenth(void **state)
 {
     (void)state;
     for (int n = -1000; n <= 1000; n += 7) {
-        ll_time shift = n * PERIOD / 100 + n;
-        ll_client c = {.period = PERIOD, .clock = {0, 0, HZ(60)}, .shift = shift};
+        ll_time clock_correction = n * PERIOD / 100 + n;
+        ll_client c = {.period = PERIOD, .clock = {0, 0, HZ(60)}, .clock_correction = clock_correction};
         int frames = 0;
-        for (; c.shift != 0; frames++) {
+        for (; c.clock_correction != 0; frames++) {
             ll_time before = c.clock.epoch;
             ll_dilate_time(&c);
             ll_time frame = PERIOD + c.clock.epoch - before;
             assert_true(c.scale >= 0.9 - 1e-7 && c.scale <= 1.1 + 1e-7);
             assert_true(fabs(c.scale - (double)PERIOD / (double)frame) < 1e-12);
-            assert_true((c.scale >= 1) == (shift >= 0));
+            assert_true((c.scale >= 1) == (clock_correction >= 0));
         }
-        assert_int_equal(c.clock.epoch, -shift);
+        assert_int_equal(c.clock.epoch, -clock_correction);
         double ticks = fabs(n / 100.0), whole = n > 0 ? 11 * (ticks - 10.0 / 11) : 9 * (ticks - 10.0 / 9);
         double tail = log(ticks < 1 ? ticks * 100 : 112) / log(10.0 / 9) + 3;
         assert_true(frames <= (whole > 0 ? whole : 0) + (tail > 1 ? tail : 1));
@@ -38,7 +37,7 @@ typedef struct watch {
     int64_t doubled;    /* frames that made other than one input */
 } watch;
 
-/* Runs frame by frame and sees what each makes. */
+/* Runs frame by frame and records what each makes. */
 static watch run_watching(scene *s, double until_s)
 {
     watch w = {1, 1, 0};
@@ -64,7 +63,7 @@ static void change_lag(scene *s, double lag_ms)
     s->scenario.kind->change(s->game, &config, s->game->now);
 }
 
-/* After a change of lag of up to ten ticks the slack comes back to what is wanted with one input a frame;
+/* After a change of lag of up to ten ticks the slack returns to the wanted value with one input per frame;
  * never late where the lag falls, never beyond where it rises. */
 static void slack_is_kept_with_one_input_a_frame(void **state)
 {
@@ -79,7 +78,7 @@ static void slack_is_kept_with_one_input_a_frame(void **state)
             snprintf(slack, sizeof slack, "players.0.slack_ticks=%d", want);
             const char *const sets[] = {before, slack, "players.0.time_dilation=true", "warmup_s=0", NULL};
             scene s = scene_open("race", sets);
-            const ll_client_slot *client_slot = &ll_netgame_server(s.game)->seats[0];
+            const ll_client_slot *client_slot = &ll_netgame_server(s.game)->client_slots[0];
             const ll_input_history *input_history = &ll_netgame_client_metrics(s.game, 0)->input_history;
             watch w = run_watching(&s, 5);
             assert_true(w.worst > 0.9999 && w.best < 1.0001 && w.doubled == 0); /* nothing to do */
@@ -102,8 +101,8 @@ static void slack_is_kept_with_one_input_a_frame(void **state)
         }
 }
 
-/* Of a greater change ten ticks are dilated and the rest is doubled at once. */
-static void what_is_beyond_ten_ticks_is_made_at_once(void **state)
+/* Of a greater change ten ticks are dilated and the rest is made up at once by doubled inputs. */
+static void changes_beyond_ten_ticks_are_made_at_once(void **state)
 {
     (void)state;
     const char *const sets[] = {"players.0.lag_ms=5", "players.0.time_dilation=true", "warmup_s=0", NULL};
@@ -114,11 +113,11 @@ static void what_is_beyond_ten_ticks_is_made_at_once(void **state)
     scene_run(&s, 15, NULL);
     assert_in_range(input_history->doubled, 18, 22);
     assert_int_equal(input_history->left_out, 0);
-    assert_in_range(ll_netgame_server(s.game)->seats[0].last_slack, 1, 2);
+    assert_in_range(ll_netgame_server(s.game)->client_slots[0].last_slack, 1, 2);
     scene_close(&s);
 }
 
-/* Without it a change of less than 100 ms doubles inputs and leaves them out. */
+/* Without it a change of less than 100 ms doubles and skips inputs. */
 static void without_dilation_inputs_are_doubled_and_left_out(void **state)
 {
     (void)state;
@@ -138,9 +137,9 @@ static void without_dilation_inputs_are_doubled_and_left_out(void **state)
     scene_close(&s);
 }
 
-/* One of 100 ms or more leaves out the steps in between at once: the next input is for the step that it can
- * be in time for, and one is made a frame all the same. Too far ahead, inputs are left out until the server
- * is there. */
+/* A change of 100 ms or more skips the steps in between at once: the next input is for the first step that it
+ * can reach in time, and one is still made per frame. Too far ahead, inputs are skipped until the server is
+ * there. */
 static void beyond_100_ms_steps_are_left_out(void **state)
 {
     (void)state;
@@ -150,7 +149,7 @@ static void beyond_100_ms_steps_are_left_out(void **state)
         scene s = scene_open("race", sets);
         const ll_input_history *input_history = &ll_netgame_client_metrics(s.game, 0)->input_history;
         const ll_client *c = ll_netgame_client(s.game, 0);
-        const ll_client_slot *client_slot = &ll_netgame_server(s.game)->seats[0];
+        const ll_client_slot *client_slot = &ll_netgame_server(s.game)->client_slots[0];
         run_watching(&s, 5);
         int64_t ahead = c->tick - c->frame, numbers = (int64_t)c->seq - c->frame, made = input_history->made;
         change_lag(&s, 50 + rises[i]);
@@ -179,7 +178,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(time_is_shifted_exactly_and_within_a_tenth),
         cmocka_unit_test(slack_is_kept_with_one_input_a_frame),
-        cmocka_unit_test(what_is_beyond_ten_ticks_is_made_at_once),
+        cmocka_unit_test(changes_beyond_ten_ticks_are_made_at_once),
         cmocka_unit_test(without_dilation_inputs_are_doubled_and_left_out),
         cmocka_unit_test(beyond_100_ms_steps_are_left_out),
     };

@@ -5,9 +5,9 @@
 #include "game/games/games.h"
 
 #define FRAMES 600
-#define DELAY 9 /* frames from an input to the state that holds it */
+#define DELAY 9 /* frames from an input to the snapshot that includes it */
 
-/* Two cars; the own one is pushed now and then by what no client can foresee. */
+/* Two cars; the own one is pushed at times that no client can predict. */
 typedef struct race_state {
     _Alignas(8) char bytes[sizeof(ll_world) + 2 * sizeof(ll_entity) + 128];
 } race_state;
@@ -63,8 +63,8 @@ static lone *new_racer(const ll_game *game, race_track *t)
     return l;
 }
 
-/* Frame k (from 1 on) makes input k; the state after input k comes before frame k + DELAY, of every third k.
- */
+/* Frame k (from 1 on) makes input k; the snapshot after input k arrives before frame k + DELAY, for every
+ * third k. */
 static void race_frame(lone *l, race_track *t, int k)
 {
     struct {
@@ -89,9 +89,8 @@ static const ll_entity *own(const lone *l)
     return &ll_client_rendered(l->client)->entity[0];
 }
 
-/* Where no state says otherwise, the prediction is the truth of the time when the input counts, to the bit.
- */
-static void prediction_is_the_truth_to_come(void **state)
+/* If no snapshot differs, the prediction equals bitwise the truth at the time when the input counts. */
+static void prediction_equals_the_truth_to_come(void **state)
 {
     (void)state;
     race_track *t = new_track(false);
@@ -107,9 +106,9 @@ static void prediction_is_the_truth_to_come(void **state)
     free(t);
 }
 
-/* A game whose own step reads the tail is replayed at every state; otherwise only when the state differs from
- * what was predicted. Both must draw the same. */
-static void shortcut_is_the_whole_replay(void **state)
+/* A game whose own step reads the tail is replayed at every snapshot; other games only when the snapshot
+ * differs from the prediction. Both must draw the same. */
+static void shortcut_equals_the_full_replay(void **state)
 {
     (void)state;
     race_track *t = new_track(true);
@@ -128,7 +127,8 @@ static void shortcut_is_the_whole_replay(void **state)
     free(t);
 }
 
-/* The replay itself, against one written here: the state, and on top of it every input it does not know. */
+/* The replay itself, against one written here: the snapshot, and on it every input that it does not
+ * include. */
 static void replay_is_state_and_open_inputs(void **state)
 {
     (void)state;
@@ -146,7 +146,8 @@ static void replay_is_state_and_open_inputs(void **state)
     free(t);
 }
 
-/* Off, the client draws the last state; on again, it draws what it would have drawn had it never been off. */
+/* Off, the client draws the last snapshot; on again, it draws what it would have drawn had it never been
+ * off. */
 static void prediction_may_be_toggled(void **state)
 {
     (void)state;
@@ -170,8 +171,7 @@ static void prediction_may_be_toggled(void **state)
     free(t);
 }
 
-/* Prediction alone: every state throws the car back to where the server had it; inputs since then are lost.
- */
+/* Prediction alone: every snapshot resets the car to where the server had it; later inputs are lost. */
 static void without_reconciliation_states_win(void **state)
 {
     (void)state;
@@ -190,8 +190,8 @@ static void without_reconciliation_states_win(void **state)
     free(t);
 }
 
-/* A state that acknowledges more than was ever sent: the client takes it as it is and goes on. */
-static void acknowledged_beyond_what_was_sent(void **state)
+/* A snapshot that acknowledges more than was ever sent: the client applies it and continues. */
+static void acknowledged_beyond_the_newest_input(void **state)
 {
     (void)state;
     const uint32_t acks[] = {6, 300, 5 + LL_PENDING_RING, UINT32_MAX};
@@ -210,14 +210,14 @@ static void acknowledged_beyond_what_was_sent(void **state)
         assert_int_equal(l->client->acked, 5);
         assert_int_equal(l->client->seq, 6);
         assert_true(ll_client_rendered(l->client)->entity[0].x ==
-                    100.5); /* the state and the one input since */
+                    100.5); /* the snapshot and the one input since */
         frame(l, 7, NULL);
         assert_true(ll_client_rendered(l->client)->entity[0].x == 101);
         free_lone(l);
     }
 }
 
-/* The place of such an input holds an older one: what that predicted proves nothing. */
+/* The slot of such an input holds an older one, whose prediction proves nothing. */
 static void acknowledged_beyond_the_ring(void **state)
 {
     (void)state;
@@ -238,8 +238,8 @@ static void acknowledged_beyond_the_ring(void **state)
     }
 }
 
-/* Where inputs belong to steps it is the state's step that says which it includes, not what it claims to have
- * taken: of a server that says it is done with inputs for later steps, those count all the same. */
+/* Where inputs belong to steps, the snapshot's step determines which it includes, not what it claims to have
+ * processed: if a server claims inputs for later steps, those still count as open. */
 static void a_state_includes_the_inputs_up_to_its_step(void **state)
 {
     (void)state;
@@ -265,12 +265,12 @@ static void a_state_includes_the_inputs_up_to_its_step(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(prediction_is_the_truth_to_come),
-        cmocka_unit_test(shortcut_is_the_whole_replay),
+        cmocka_unit_test(prediction_equals_the_truth_to_come),
+        cmocka_unit_test(shortcut_equals_the_full_replay),
         cmocka_unit_test(replay_is_state_and_open_inputs),
         cmocka_unit_test(prediction_may_be_toggled),
         cmocka_unit_test(without_reconciliation_states_win),
-        cmocka_unit_test(acknowledged_beyond_what_was_sent),
+        cmocka_unit_test(acknowledged_beyond_the_newest_input),
         cmocka_unit_test(acknowledged_beyond_the_ring),
         cmocka_unit_test(a_state_includes_the_inputs_up_to_its_step),
     };

@@ -1,4 +1,4 @@
-/* Reconciliation with a tolerance, and against states on a grid. */
+/* Reconciliation with a tolerance, and against snapshots on a grid. */
 #include "netcode/toy.h"
 
 #include <stdio.h>
@@ -29,7 +29,7 @@ static bool agree(const ll_agreement *a, const ll_entity *p, const ll_entity *q)
     return result;
 }
 
-/* Every member counts, whatever its bits say that its value does not. */
+/* Every member counts, also where its bits differ but its value does not. */
 static void no_tolerance_is_equality_to_the_bit(void **state)
 {
     (void)state;
@@ -45,7 +45,7 @@ static void no_tolerance_is_equality_to_the_bit(void **state)
     assert_false(agree(&(ll_agreement){.tolerance_m = 10}, &(ll_entity){.x = NAN}, &(ll_entity){.x = 1}));
 }
 
-static void only_what_is_in_scope_counts(void **state)
+static void only_entities_in_scope_count(void **state)
 {
     (void)state;
     const ll_agreement exact = {0};
@@ -57,7 +57,8 @@ static void only_what_is_in_scope_counts(void **state)
     free(other);
 }
 
-/* Place and velocity count together, as far as they lead by the end of the horizon; so do angle and spin. */
+/* Position and velocity count together, as far as they lead by the end of the horizon; so do angle and
+ * angular velocity. */
 static void a_tolerance_is_held_until_the_horizon(void **state)
 {
     (void)state;
@@ -96,8 +97,8 @@ static double draw(uint64_t seed, uint64_t i, double size)
     return (2 * ll_rng_unit(seed, 3, i) - 1) * size;
 }
 
-/* An entity that goes straight on, told at two times on two grids: what was made of the first agrees with the
- * second, however it was rounded. A step more than both halves does not. */
+/* An entity that moves straight on, sent at two times on two grids: what was made of the first agrees with
+ * the second, for any rounding. A difference of one step more than both halves does not. */
 static void rounding_is_explained(void **state)
 {
     (void)state;
@@ -114,24 +115,24 @@ static void rounding_is_explained(void **state)
                                 draw(seed, 4, 3),
                                 draw(seed, 5, 9),
                                 64};
-        ll_entity to = from, told = rounded(&from, &then);
-        ll_entity *const both[] = {&to, &told};
+        ll_entity to = from, received = rounded(&from, &then);
+        ll_entity *const both[] = {&to, &received};
         for (int i = 0; i < 2; i++) {
             both[i]->x += both[i]->vx * t;
             both[i]->y += both[i]->vy * t;
             both[i]->angle += both[i]->angular_velocity * t;
         }
         ll_entity second = rounded(&to, &now);
-        assert_true(agree(&a, &told, &second));
+        assert_true(agree(&a, &received, &second));
         ll_entity off = second;
-        off.y = told.y + (double)(then.m + now.m) / 2 + (double)then.mps * t / 2 + 1e-6;
-        assert_false(agree(&a, &told, &off));
+        off.y = received.y + (double)(then.m + now.m) / 2 + (double)then.mps * t / 2 + 1e-6;
+        assert_false(agree(&a, &received, &off));
         off = second;
-        off.vx = told.vx - (double)(then.mps + now.mps) / 2 - 1e-6;
-        assert_false(agree(&a, &told, &off));
+        off.vx = received.vx - (double)(then.mps + now.mps) / 2 - 1e-6;
+        assert_false(agree(&a, &received, &off));
         ll_agreement own = a;
         own.exact = 1;
-        assert_false(agree(&own, &told, &second));
+        assert_false(agree(&own, &received, &second));
     }
 }
 
@@ -143,7 +144,7 @@ typedef struct world_bytes {
     _Alignas(8) char bytes[sizeof(ll_world) + 2 * sizeof(ll_entity) + 64];
 } world_bytes;
 
-/* What the server would have made of a car that is pushed when no client can foresee it. */
+/* The server's course of a car that is pushed at times that no client can predict. */
 typedef struct course {
     ll_game_env env;
     world_bytes state[FRAMES + 1]; /* after each step */
@@ -198,8 +199,8 @@ static lone *new_driver(course *t, double tolerance_m)
     return l;
 }
 
-/* Frame k makes input k; before it comes the state after step k - delay, if that is a `third`. Returns the
- * newest state's step. */
+/* Frame k makes input k; before it the snapshot after step k - delay arrives, if that is a multiple of
+ * `third`. Returns the newest snapshot's step. */
 static int drive(lone *l, course *t, int k, int delay, int third)
 {
     struct {
@@ -221,7 +222,7 @@ static int drive(lone *l, course *t, int k, int delay, int third)
     return old > 0 ? old / third * third : 0;
 }
 
-/* The predicted world is the checked one with the open inputs, to the bit, whatever was let pass. */
+/* The predicted world equals bitwise the checked one with the open inputs, for any tolerated difference. */
 static void predicted_is_checked_and_open_inputs(lone *l, course *t)
 {
     world_bytes world;
@@ -232,8 +233,8 @@ static void predicted_is_checked_and_open_inputs(lone *l, course *t)
                         sizeof(ll_entity));
 }
 
-/* Where nothing unforeseen happened since the newest state, the own car is drawn within the tolerance of
- * where the server will have it at that tick; and with none, there to the bit. */
+/* If nothing unpredictable happened since the newest snapshot, the own car is drawn within the tolerance of
+ * where the server will have it at that tick; with a tolerance of 0, bitwise. */
 static void own_entity_is_drawn_within_the_tolerance(void **state)
 {
     (void)state;
@@ -265,7 +266,7 @@ static void own_entity_is_drawn_within_the_tolerance(void **state)
         assert_true(most[i] > tolerances[i] / 2 && replays[i] < replays[i - 1]);
 }
 
-/* A little too much in every step is not lost from one comparison to the next. */
+/* A small excess in every step is not lost from one comparison to the next. */
 static void errors_do_not_add_up_unseen(void **state)
 {
     (void)state;
@@ -287,7 +288,7 @@ static void errors_do_not_add_up_unseen(void **state)
     }
 }
 
-/* Live: a tolerance that is taken away is gone with the next state. */
+/* Live: a tolerance set to 0 is gone with the next snapshot. */
 static void tolerance_may_change(void **state)
 {
     (void)state;
@@ -318,7 +319,7 @@ typedef struct tally {
 
 #define RUN_S 30
 
-/* Eight cars on clean links, in so many lanes. */
+/* Eight cars on clean links, in this many lanes. */
 static tally eight(const char *snapshot, const char *scope, const char *script, int lanes, double tolerance_m)
 {
     char text[4096];
@@ -348,8 +349,8 @@ static tally eight(const char *snapshot, const char *scope, const char *script, 
     return sum;
 }
 
-/* Where cars do not touch, what is replayed on a grid is what is replayed without: the others' controls that
- * changed. Nobody's own car is corrected. */
+/* Where cars do not touch, a grid causes the same replays as no grid: those by changes of the others'
+ * controls. No player's own car is corrected. */
 static void rounding_alone_replays_nothing(void **state)
 {
     (void)state;
@@ -370,8 +371,8 @@ static void rounding_alone_replays_nothing(void **state)
     }
 }
 
-/* Where they push each other, a grid costs a few replays more, and not one at every state; of the small
- * errors that contacts hand on, those are corrected that stand when a prediction ends for another reason. */
+/* Where they push each other, a grid costs a few more replays, and not one at every snapshot; of the small
+ * errors that contacts pass on, those are corrected that remain when a prediction ends for another reason. */
 static void rounding_is_handed_on_by_contacts(void **state)
 {
     (void)state;
@@ -386,7 +387,7 @@ static void rounding_is_handed_on_by_contacts(void **state)
         }
 }
 
-/* The latest state and every open input on top of it, as a replay would have it. */
+/* The latest snapshot and every open input on it, as a replay would compute it. */
 static void replay(ll_netgame *g, int player, ll_world *world)
 {
     ll_client *c = ll_netgame_client(g, player);
@@ -404,9 +405,9 @@ static void replay(ll_netgame *g, int player, ll_world *world)
     }
 }
 
-/* In every scope of games whose players' steps are coupled and of one where they are not: without a grid, a
- * prediction that stands is the one that a replay would make. */
-static void what_stands_is_what_a_replay_makes(void **state)
+/* In every scope of games with coupled and without coupled player steps: without a grid, a prediction that
+ * stands equals the one that a replay would make. */
+static void a_standing_prediction_equals_a_replay(void **state)
 {
     (void)state;
     static const char *const games[] = {"crates", "contact", "cannon", "stack_watched", "sea_watched"};
@@ -439,8 +440,8 @@ static void what_stands_is_what_a_replay_makes(void **state)
     assert_true(replays > 500 && replays < states * 3 / 4);
 }
 
-/* Reconciliation that is switched on while the game runs begins with the next state: from then on the
- * prediction has every open input, also on a link where nothing has gone wrong. */
+/* Reconciliation switched on during a game starts with the next snapshot: from then on the prediction has
+ * every open input, also on a perfect link. */
 static void reconciliation_may_be_switched_on(void **state)
 {
     (void)state;
@@ -474,9 +475,9 @@ static void reconciliation_may_be_switched_on(void **state)
     }
 }
 
-/* Whatever goes wrong on the way up: what is predicted is within the tolerance of what a replay would make of
- * the newest state, at any time, in every sync that has states. */
-static void what_stands_is_within_the_tolerance_of_a_replay(void **state)
+/* With any impairment up: the prediction is within the tolerance of what a replay would make of the newest
+ * snapshot, at any time, in every sync mode with snapshots. */
+static void a_standing_prediction_is_within_the_tolerance_of_a_replay(void **state)
 {
     (void)state;
     static const char *const syncs[] = {"server.sync=free", "server.sync=lockstep", "server.sync=gambetta"};
@@ -508,8 +509,8 @@ static void what_stands_is_within_the_tolerance_of_a_replay(void **state)
             assert_true(off <= tolerances[k / 6] + 1e-9);
             most = off > most ? off : most;
         }
-        /* In lockstep no input is lost. In the demo one that is is a quarter of a metre, and with a bit for
-         * each it is waited for, behind those that overtook it: then all is replayed. */
+        /* In lockstep no input is lost. In the demo a lost one is a quarter of a metre, and with a bit for
+         * each input the client waits for it, after those that overtook it: then all are replayed. */
         assert_true((k % 3 != 0 && k != 8) || most > tolerances[k / 6] / 5);
         scene_close(&s);
     }
@@ -528,7 +529,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(no_tolerance_is_equality_to_the_bit),
-        cmocka_unit_test(only_what_is_in_scope_counts),
+        cmocka_unit_test(only_entities_in_scope_count),
         cmocka_unit_test(a_tolerance_is_held_until_the_horizon),
         cmocka_unit_test(rounding_is_explained),
         cmocka_unit_test(own_entity_is_drawn_within_the_tolerance),
@@ -536,9 +537,9 @@ int main(void)
         cmocka_unit_test(tolerance_may_change),
         cmocka_unit_test(rounding_alone_replays_nothing),
         cmocka_unit_test(rounding_is_handed_on_by_contacts),
-        cmocka_unit_test(what_stands_is_what_a_replay_makes),
+        cmocka_unit_test(a_standing_prediction_equals_a_replay),
         cmocka_unit_test(reconciliation_may_be_switched_on),
-        cmocka_unit_test(what_stands_is_within_the_tolerance_of_a_replay),
+        cmocka_unit_test(a_standing_prediction_is_within_the_tolerance_of_a_replay),
         cmocka_unit_test(a_tolerance_saves_replays),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -21,7 +21,7 @@ static desk *new_desk(uint32_t others)
     desk *d = calloc(1, sizeof *d);
     for (int i = 0; i < LL_LATENCIES; i++)
         ll_histogram_init(&d->latency[i], 0.1);
-    ll_input_history_meet(&d->input_history);
+    ll_input_history_resync(&d->input_history);
     d->changes.others = others;
     return d;
 }
@@ -33,9 +33,9 @@ static void make(desk *d, uint32_t seq, int64_t tick, double x, uint32_t buttons
     ll_changes_made(&d->changes, d->latency, &a, seq, tick, true, ms * LL_MS);
 }
 
-static void come(desk *d, uint32_t seq, ll_input_history_mark mark)
+static void come(desk *d, uint32_t seq, ll_input_history_flag mark)
 {
-    ll_input_history_judged(&d->input_history, seq, mark);
+    ll_input_history_received(&d->input_history, seq, mark);
 }
 
 static void step(desk *d, int64_t tick)
@@ -60,7 +60,7 @@ static ll_summary of(const desk *d, ll_latency which)
     return ll_histogram_summary(&d->latency[which]);
 }
 
-/* Inputs 1 to 8 for ticks 11 to 18; what changes are 1 (from neutral), 4 (the axis) and 6 (a button). */
+/* Inputs 1 to 8 for ticks 11 to 18; changes are 1 (from neutral), 4 (the axis) and 6 (a button). */
 static void only_changes_are_measured(void **state)
 {
     (void)state;
@@ -72,7 +72,7 @@ static void only_changes_are_measured(void **state)
     assert_int_equal(d->changes.made, 3);
     show(d, 1, 0, 10); /* predicted at once */
     show(d, 5, 0, 55);
-    assert_int_equal(of(d, LL_LATENCY_FELT).count, 0); /* nobody knows yet whether they are applied */
+    assert_int_equal(of(d, LL_LATENCY_FELT).count, 0); /* not known yet whether they are applied */
     step(d, 14);
     assert_int_equal(of(d, LL_LATENCY_FELT).count, 2); /* 10 - 10, 55 - 40 */
     assert_true(of(d, LL_LATENCY_FELT).max == 15 && of(d, LL_LATENCY_FELT).mean == 7.5);
@@ -91,7 +91,7 @@ static void only_changes_are_measured(void **state)
     free(d);
 }
 
-/* What was drawn by prediction does not count where the input is refused, late or lost. */
+/* Predicted displays do not count where the input is refused, late or lost. */
 static void inputs_that_are_never_applied_are_infinite(void **state)
 {
     (void)state;
@@ -102,7 +102,7 @@ static void inputs_that_are_never_applied_are_infinite(void **state)
     }
     come(d, 1, LL_INPUT_HISTORY_IN_TIME);
     come(d, 2, LL_INPUT_HISTORY_REFUSED);
-    step(d, 4); /* 3 and 4 have not come */
+    step(d, 4); /* 3 and 4 have not arrived */
     assert_int_equal(of(d, LL_LATENCY_FELT).count, 4);
     assert_int_equal(of(d, LL_LATENCY_FELT).never, 3);
     assert_true(of(d, LL_LATENCY_FELT).mean == 0 && isinf(of(d, LL_LATENCY_FELT).p50));
@@ -114,11 +114,11 @@ static void inputs_that_are_never_applied_are_infinite(void **state)
     assert_int_equal(d->input_history.count[LL_INPUT_WAS_LOST], 1);
     assert_int_equal(d->input_history.count[LL_INPUT_WAS_REFUSED], 1);
     assert_int_equal(d->input_history.count[LL_INPUT_WAS_APPLIED], 1);
-    assert_int_equal(of(d, LL_LATENCY_FELT).count, 4); /* the verdict of a change is given once */
+    assert_int_equal(of(d, LL_LATENCY_FELT).count, 4); /* the result of a change is given once */
     free(d);
 }
 
-static void a_new_epoch_voids_what_is_open(void **state)
+static void a_new_epoch_discards_open_inputs(void **state)
 {
     (void)state;
     desk *d = new_desk(0);
@@ -128,8 +128,8 @@ static void a_new_epoch_voids_what_is_open(void **state)
     step(d, 1);
     ll_input_history_never(&d->input_history, 1, 2);
     ll_changes_decide(&d->changes, d->latency, &d->input_history);
-    ll_input_history_meet(&d->input_history);
-    ll_changes_meet(&d->changes);
+    ll_input_history_resync(&d->input_history);
+    ll_changes_resync(&d->changes);
     assert_true(d->input_history.made == 2 && d->input_history.count[LL_INPUT_WAS_LOST] == 1);
     make(d, 1, 2, 0, 0, 20); /* neutral: no change */
     make(d, 2, 3, -1, 0, 30);
@@ -141,26 +141,27 @@ static void a_new_epoch_voids_what_is_open(void **state)
     free(d);
 }
 
-/* Where inputs count as they come, one is lost when no packet with it is on its way or will be sent. */
+/* Where inputs are applied on arrival, an input is lost when no packet with it is on its way or will be
+ * sent. */
 static void drained_inputs_are_lost_when_nothing_is_on_its_way(void **state)
 {
     (void)state;
     desk *d = new_desk(0);
     for (uint32_t seq = 1; seq <= 4; seq++)
         make(d, seq, LL_NEVER, seq, 0, 0);
-    ll_input_history_went(&d->input_history, 1, 2, 50 * LL_MS);
+    ll_input_history_sent(&d->input_history, 1, 2, 50 * LL_MS);
     come(d, 2, LL_INPUT_HISTORY_IN_TIME);
-    ll_input_history_drained(&d->input_history, 1, 4,
-                             40 * LL_MS); /* 2 came; 1 may; 3 never went; 4 will be sent again */
-    assert_int_equal(ll_input_history_find(&d->input_history, 1)->verdict, LL_INPUT_IS_OPEN);
-    assert_int_equal(ll_input_history_find(&d->input_history, 2)->verdict, LL_INPUT_WAS_APPLIED);
-    assert_int_equal(ll_input_history_find(&d->input_history, 3)->verdict, LL_INPUT_WAS_LOST);
-    assert_int_equal(ll_input_history_find(&d->input_history, 4)->verdict, LL_INPUT_IS_OPEN);
-    ll_input_history_drained(&d->input_history, 2, 4, 50 * LL_MS);
-    assert_int_equal(ll_input_history_find(&d->input_history, 1)->verdict, LL_INPUT_WAS_LOST);
-    come(d, 1, LL_INPUT_HISTORY_IN_TIME); /* it was sent again all the same */
-    ll_input_history_drained(&d->input_history, 3, 4, 60 * LL_MS);
-    assert_int_equal(ll_input_history_find(&d->input_history, 1)->verdict, LL_INPUT_WAS_APPLIED);
+    ll_input_history_applied(&d->input_history, 1, 4,
+                             40 * LL_MS); /* 2 arrived; 1 may; 3 was never sent; 4 will be sent again */
+    assert_int_equal(ll_input_history_find(&d->input_history, 1)->result, LL_INPUT_IS_OPEN);
+    assert_int_equal(ll_input_history_find(&d->input_history, 2)->result, LL_INPUT_WAS_APPLIED);
+    assert_int_equal(ll_input_history_find(&d->input_history, 3)->result, LL_INPUT_WAS_LOST);
+    assert_int_equal(ll_input_history_find(&d->input_history, 4)->result, LL_INPUT_IS_OPEN);
+    ll_input_history_applied(&d->input_history, 2, 4, 50 * LL_MS);
+    assert_int_equal(ll_input_history_find(&d->input_history, 1)->result, LL_INPUT_WAS_LOST);
+    come(d, 1, LL_INPUT_HISTORY_IN_TIME); /* it was sent again after all */
+    ll_input_history_applied(&d->input_history, 3, 4, 60 * LL_MS);
+    assert_int_equal(ll_input_history_find(&d->input_history, 1)->result, LL_INPUT_WAS_APPLIED);
     assert_true(ll_input_history_includes(&d->input_history, 1, 3) &&
                 !ll_input_history_includes(&d->input_history, 1, 2));
     free(d);
@@ -188,7 +189,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(only_changes_are_measured),
         cmocka_unit_test(inputs_that_are_never_applied_are_infinite),
-        cmocka_unit_test(a_new_epoch_voids_what_is_open),
+        cmocka_unit_test(a_new_epoch_discards_open_inputs),
         cmocka_unit_test(drained_inputs_are_lost_when_nothing_is_on_its_way),
         cmocka_unit_test(changes_beyond_the_ring_are_given_up),
     };

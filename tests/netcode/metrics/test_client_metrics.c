@@ -1,4 +1,4 @@
-/* The instruments, against values computed by hand. */
+/* The metrics of a client, against values computed by hand. */
 #include "netcode/toy.h"
 #include "netcode/observe/player_observer.h"
 
@@ -12,10 +12,10 @@ static bool near(double a, double b)
     return fabs(a - b) < 1e-9;
 }
 
-/* ---- M2: what the client measures itself ---- */
+/* ---- acknowledgement time: what the client measures itself ---- */
 
-/* Inputs at 0, 20, 40, 60 and 80 ms; a state that acknowledges two of them comes at 65 ms and is drawn at
- * 80, one that acknowledges the third at 90 and is drawn at 100. */
+/* Inputs at 0, 20, 40, 60 and 80 ms; a snapshot that acknowledges two of them arrives at 65 ms and is drawn
+ * at 80, one that acknowledges the third at 90 and is drawn at 100. */
 static void run_latencies(lone *l, uint32_t applied)
 {
     start_lone(l, 50, 0, 0);
@@ -42,16 +42,16 @@ static void acknowledgements_take_a_round_trip(void **state)
         lone *l = new_lone(1, &toy, &ll_sync_free);
         l->config.prediction = l->config.reconciliation = predicts;
         run_latencies(l, 3);
-        ll_summary m2 = of(l, LL_METRIC_ACK_RTT), open = of(l, LL_METRIC_UNACKED);
-        assert_int_equal(m2.count, 3); /* 65 - 0, 65 - 20, 90 - 40 */
-        assert_true(near(m2.mean, 160.0 / 3) && m2.max == 65);
+        ll_summary ack_rtt = of(l, LL_METRIC_ACK_RTT), open = of(l, LL_METRIC_UNACKED);
+        assert_int_equal(ack_rtt.count, 3); /* 65 - 0, 65 - 20, 90 - 40 */
+        assert_true(near(ack_rtt.mean, 160.0 / 3) && ack_rtt.max == 65);
         assert_int_equal(open.count, 6); /* 1, 2, 3, 4, then 5 - 2, then 6 - 3 */
         assert_true(near(open.mean, 16.0 / 6) && open.max == 4);
         free_lone(l);
     }
 }
 
-/* One number acknowledges what never came: that is no round trip. */
+/* One number acknowledges inputs that never arrived: they have no round trip. */
 static void inputs_that_were_not_applied_have_no_round_trip(void **state)
 {
     (void)state;
@@ -69,13 +69,13 @@ static void start_does_not_count(void **state)
     lone *l = new_lone(1, &toy, &ll_sync_free);
     ll_client_metrics_init(l->client_metrics, 1, 100 * LL_MS);
     run_latencies(l, 3);
-    assert_int_equal(of(l, LL_METRIC_ACK_RTT).count, 1); /* told at 100 ms: the one of 40 ms */
+    assert_int_equal(of(l, LL_METRIC_ACK_RTT).count, 1); /* acknowledged at 100 ms: the one of 40 ms */
     assert_true(of(l, LL_METRIC_ACK_RTT).mean == 50);
     assert_true(of(l, LL_METRIC_UNACKED).count == 1 && of(l, LL_METRIC_UNACKED).mean == 3);
     free_lone(l);
 }
 
-/* ---- M6: corrections ---- */
+/* ---- corrections ---- */
 
 typedef struct last_event {
     ll_event event;
@@ -112,7 +112,7 @@ static void corrections_are_measured_at_the_same_input(void **state)
     assert_true(of(l, LL_METRIC_POP).count == 5 && of(l, LL_METRIC_POP).max == 0); /* each frame */
     assert_int_equal(of(l, LL_METRIC_CORRECTION).count, 0);                        /* only those above 0 */
 
-    other.entity[0].y = -4; /* 3 to the right of the 1.5 that were predicted, 4 down: by 5 */
+    other.entity[0].y = -4; /* 3 to the right of the predicted 1.5, 4 down: by 5 */
     give(l, &other, 5 * LL_MS);
     frame(l, 5 * LL_MS, NULL);
     assert_true(of(l, LL_METRIC_CORRECTION).count == 1 && of(l, LL_METRIC_CORRECTION).max == 5);
@@ -133,7 +133,7 @@ static void corrections_are_measured_at_the_same_input(void **state)
     free_lone(l);
 }
 
-/* ---- M3, M4, M5, M9: what the observer measures ---- */
+/* ---- view age, own and remote errors, buffer: what the observer measures ---- */
 
 static ll_history *new_history(int players)
 {
@@ -186,7 +186,7 @@ static void views_are_held_against_the_truth(void **state)
     assert_true(l->client_metrics->frames == 2 && l->client_metrics->held_frames == 1);
 
     ll_client_metrics_init(l->client_metrics, 3,
-                           200 * LL_MS); /* before its time nothing counts, but views are told */
+                           200 * LL_MS); /* before its time nothing counts, but views are updated */
     ll_client_metrics_frame(l->client_metrics, l->client, &real, 199 * LL_MS);
     assert_true(l->client_metrics->frames == 0 && of(l, LL_METRIC_VIEW_AGE).count == 0);
     assert_true(l->client_metrics->own_lead == -5 && l->client_metrics->remote_error == -8);
@@ -195,7 +195,7 @@ static void views_are_held_against_the_truth(void **state)
     free_lone(l);
 }
 
-/* ---- M8: smoothness ---- */
+/* ---- smoothness ---- */
 
 /* Positions drawn every 0.5 s and their differences:
  *   x   0   1   3   6   6   5   7   7
@@ -227,7 +227,7 @@ static void smoothness_is_of_differences(void **state)
     assert_true(near(s->step_max, 3));
     assert_true(near(s->truth_step_sum, 4));
     assert_int_equal(s->moving, 4);
-    assert_int_equal(s->frozen, 1);    /* 6 to 6 while the truth went on; 7 to 7 stood as the truth did */
+    assert_int_equal(s->frozen, 1);    /* 6 to 6 while the truth moved; 7 to 7 stood as the truth did */
     assert_int_equal(s->reversals, 1); /* -1, 2 */
     assert_int_equal(l->client_metrics->track[0].smooth.samples, 0); /* of the others only */
     free(truth);
@@ -235,7 +235,7 @@ static void smoothness_is_of_differences(void **state)
     free_lone(l);
 }
 
-/* Steps in the plane: turns of a quarter are none, steps against the one before are, whatever their axis. */
+/* Steps in the plane: quarter turns are no reversals, steps against the previous one are, on any axis. */
 static void steps_back_are_reversals(void **state)
 {
     (void)state;
@@ -247,9 +247,9 @@ static void steps_back_are_reversals(void **state)
     assert_int_equal(s.reversals, 2); /* (0, 2) to (1, -1), and (1, 1) to (-2, 0) */
 }
 
-/* ---- M8: animation error and hitches ---- */
+/* ---- animation error and hitches ---- */
 
-/* Steps of the drawn place every 0.5 s against its drawn speed. */
+/* Steps of the drawn position every 0.5 s against its drawn speed. */
 static void animation_errs_by_the_step_beyond_the_speed(void **state)
 {
     (void)state;
@@ -260,7 +260,7 @@ static void animation_errs_by_the_step_beyond_the_speed(void **state)
             near(ll_smoothness_add(&s, &(ll_entity){.x = x[i], .y = 1, .vx = vx[i]}, i, 0, 0.5), off[i]));
 }
 
-/* More than two still displays in a row while the truth moves are one hitch, however long. */
+/* More than two still displays in a row while the truth moves are one hitch, of any length. */
 static void long_stills_are_hitches(void **state)
 {
     (void)state;
@@ -274,7 +274,7 @@ static void long_stills_are_hitches(void **state)
     }
 }
 
-/* ---- M6c: visible corrections ---- */
+/* ---- visible corrections ---- */
 
 static void corrections_below_a_pixel_or_a_tenth_of_the_way_are_not_seen(void **state)
 {

@@ -1,4 +1,4 @@
-/* M7, against values computed by hand. */
+/* Inconsistency, against values computed by hand. */
 #include "netcode/toy.h"
 #include "netcode/observe/player_observer.h"
 
@@ -9,7 +9,7 @@ static bool near(double a, double b)
     return fabs(a - b) < 1e-12;
 }
 
-/* Distances of 20 ms each; an excursion must last five of them. */
+/* Distances of 20 ms each; a divergence episode must last five of them. */
 static ll_inconsistency of(const double *distances, int count)
 {
     ll_inconsistency total = {0};
@@ -19,21 +19,21 @@ static ll_inconsistency of(const double *distances, int count)
     return total;
 }
 
-static void excursions_count_from_their_start(void **state)
+static void divergence_episodes_count_from_their_start(void **state)
 {
     (void)state;
     const double five[] = {0, 1, 2, 3, 4, 5, 0}, four[] = {0, 9, 9, 9, 9, 0, 9, 9, 9, 9, 0},
                  at_the_edge[] = {0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1},
                  two[] = {1, 1, 1, 1, 1, 1, 0.1, 0.2, 0.2, 0.2, 0.2, 0.2};
     ll_inconsistency a = of(five, 7), b = of(four, 11), c = of(at_the_edge, 7), d = of(two, 12);
-    assert_true(near(a.sum, 15 * 0.02) && a.time == 5 * STEP && a.excursions == 1);
-    assert_true(b.sum == 0 && b.time == 0 && b.excursions == 0); /* none lasts long enough */
-    assert_true(c.excursions == 0);                              /* not above */
-    assert_true(near(d.sum, (6 + 5 * 0.2) * 0.02) && d.time == 11 * STEP && d.excursions == 2);
+    assert_true(near(a.sum, 15 * 0.02) && a.time == 5 * STEP && a.episodes == 1);
+    assert_true(b.sum == 0 && b.time == 0 && b.episodes == 0); /* none lasts long enough */
+    assert_true(c.episodes == 0);                              /* not above */
+    assert_true(near(d.sum, (6 + 5 * 0.2) * 0.02) && d.time == 11 * STEP && d.episodes == 2);
 }
 
-/* One that is under way counts as far as it has come. */
-static void open_excursions_count_too(void **state)
+/* An episode that has not ended counts up to now. */
+static void open_divergence_episodes_count_too(void **state)
 {
     (void)state;
     double distances[50];
@@ -45,10 +45,10 @@ static void open_excursions_count_too(void **state)
     }
 }
 
-/* Three clients' pictures of three entities, ten frames long. Of entity 0 they agree to 0.1 m. Entity 1 is at
- * 0, (3, 4) and (-9, -12): the farthest other is 15, 20 and 20 m away. Entity 2 is 1 m off in the last alone.
- */
-static void pictures_are_held_against_the_farthest(void **state)
+/* Three clients' views of three entities, ten frames long. On entity 0 they agree to 0.1 m. Entity 1 is at 0,
+ * (3, 4) and (-9, -12): the farthest other view is 15, 20 and 20 m away. Entity 2 is 1 m off in the last view
+ * alone. */
+static void views_are_compared_with_the_farthest(void **state)
 {
     (void)state;
     lone *l[3];
@@ -69,14 +69,14 @@ static void pictures_are_held_against_the_farthest(void **state)
     for (int i = 0; i < 3; i++) {
         assert_true(near(in[i]->clients.sum, farthest[i] * 10 * 0.02));
         assert_int_equal(in[i]->clients.time, 2 * 10 * STEP); /* of two entities */
-        assert_int_equal(in[i]->clients.excursions, 2);
-        assert_int_equal(in[i]->server.excursions, 0);
+        assert_int_equal(in[i]->clients.episodes, 2);
+        assert_int_equal(in[i]->server.episodes, 0);
         free_lone(l[i]);
     }
 }
 
 /* Against the truth, by the frames of one client: the own entity counts too. */
-static void pictures_are_held_against_the_truth(void **state)
+static void views_are_compared_with_the_truth(void **state)
 {
     (void)state;
     lone *l = new_lone(2, &toy, &ll_sync_free);
@@ -95,7 +95,7 @@ static void pictures_are_held_against_the_truth(void **state)
     }
     assert_true(near(l->client_metrics->server.sum, (8 * 0.3 + 6 * 2) * 0.02));
     assert_int_equal(l->client_metrics->server.time, 14 * STEP);
-    assert_int_equal(l->client_metrics->server.excursions, 2);
+    assert_int_equal(l->client_metrics->server.episodes, 2);
     free(truth);
     free(world);
     free_lone(l);
@@ -104,10 +104,10 @@ static void pictures_are_held_against_the_truth(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(excursions_count_from_their_start),
-        cmocka_unit_test(open_excursions_count_too),
-        cmocka_unit_test(pictures_are_held_against_the_farthest),
-        cmocka_unit_test(pictures_are_held_against_the_truth),
+        cmocka_unit_test(divergence_episodes_count_from_their_start),
+        cmocka_unit_test(open_divergence_episodes_count_too),
+        cmocka_unit_test(views_are_compared_with_the_farthest),
+        cmocka_unit_test(views_are_compared_with_the_truth),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,4 +1,4 @@
-/* What can be set of a player's link: presets, and the bound of the longest delay. */
+/* Parameters of a player's link: presets, and the bound of the longest delay. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -51,7 +51,7 @@ static void a_preset_and_one_change(void **state)
     assert_true(player.link.up.delay_ms == 10);
 }
 
-/* Every preset is there for a player without lag, and reads back, also when it was changed. */
+/* Every preset is there for a player without lag, and reads back, also after a change. */
 static void presets_read_back(void **state)
 {
     (void)state;
@@ -69,7 +69,7 @@ static void presets_read_back(void **state)
     }
 }
 
-static void an_unknown_preset_is_told_the_known(void **state)
+static void an_unknown_preset_lists_the_known_ones(void **state)
 {
     (void)state;
     ll_player_config player;
@@ -78,7 +78,7 @@ static void an_unknown_preset_is_told_the_known(void **state)
                         "satellite_leo, congested, gsm_2g, gprs_2_5g, edge_2_75g, umts_3g, ...; got \"lte\"");
 }
 
-/* The bound counts what a packet can take at most, whatever it takes mostly. */
+/* The bound counts the longest possible delay of a packet, not the usual one. */
 static void the_longest_delay_is_bounded(void **state)
 {
     (void)state;
@@ -116,7 +116,7 @@ int main(void)
         cmocka_unit_test(the_tables_are_sound),
         cmocka_unit_test(a_preset_and_one_change),
         cmocka_unit_test(presets_read_back),
-        cmocka_unit_test(an_unknown_preset_is_told_the_known),
+        cmocka_unit_test(an_unknown_preset_lists_the_known_ones),
         cmocka_unit_test(the_longest_delay_is_bounded),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

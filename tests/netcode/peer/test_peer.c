@@ -1,4 +1,4 @@
-/* One client of the peer-to-peer syncs, fed by hand; and one referee. The toy's world is the sum of the
+/* One client of the peer-to-peer syncs, fed by hand; and one relay server. The toy's world is the sum of the
  * inputs. */
 #include "netcode/toy.h"
 
@@ -9,10 +9,10 @@
 
 #define TICK (LL_SECOND / 50)
 
-/* A client's message, taken apart. */
+/* A client's message, decoded. */
 typedef struct sent {
     ll_peer_message head;
-    ll_peer_ack heard[LL_PLAYERS_MAX];
+    ll_peer_ack acks[LL_PLAYERS_MAX];
     ll_input_run runs[LL_RUNS_MAX];
     uint32_t hashes[LL_HASHES_MAX];
     int inputs;
@@ -26,8 +26,8 @@ static sent frame_at(lone *l, int64_t frame)
     ll_peer_display(l->client, &l->setup, frame * TICK);
     memcpy(&m.head, bytes, sizeof m.head);
     const char *at = bytes + sizeof m.head;
-    memcpy(m.heard, at, (size_t)l->players * sizeof m.heard[0]);
-    at += (size_t)l->players * sizeof m.heard[0];
+    memcpy(m.acks, at, (size_t)l->players * sizeof m.acks[0]);
+    at += (size_t)l->players * sizeof m.acks[0];
     memcpy(m.runs, at, m.head.runs * sizeof m.runs[0]);
     at += m.head.runs * sizeof m.runs[0];
     memcpy(m.hashes, at, m.head.hashes * sizeof m.hashes[0]);
@@ -38,8 +38,8 @@ static sent frame_at(lone *l, int64_t frame)
     return m;
 }
 
-/* A relay to player 0 of two: inputs of player 1 from `tick` on, and all of 0's up to `acked` acknowledged.
- */
+/* A relay to player 0 of two: inputs of player 1 from `tick` on, and all of 0's up to `acked`
+ * acknowledged. */
 static void relay(lone *l, uint32_t acked, int64_t tick, int count, const double *pushes, int at, int ahead)
 {
     struct {
@@ -91,7 +91,7 @@ static void inputs_are_repeated_until_acknowledged(void **state)
     assert_int_equal(m.head.tick, 5);
     assert_int_equal(m.inputs, 3);
     assert_true(m.runs[0].input.axis[0] == 2 && m.runs[0].count == 3);
-    relay(l, 2, 1, 0, NULL, -1, 0); /* an older one takes nothing back */
+    relay(l, 2, 1, 0, NULL, -1, 0); /* an older one reverts nothing */
     assert_int_equal(frame_at(l, 7).head.tick, 5);
     free_lone(l);
 }
@@ -99,7 +99,7 @@ static void inputs_are_repeated_until_acknowledged(void **state)
 static void deterministic_waits_for_each_input(void **state)
 {
     (void)state;
-    lone *l = new_peer(&ll_sync_deterministic, 8); /* the rule for rollback does not count */
+    lone *l = new_peer(&ll_sync_deterministic, 8); /* the parameter of rollback has no effect */
     l->client->held = push(1);
     for (int k = 0; k < 5; k++)
         frame_at(l, k);
@@ -112,7 +112,7 @@ static void deterministic_waits_for_each_input(void **state)
     assert_int_equal(peer_of(l)->confirmed, 1);
     assert_int_equal(m.inputs, 1); /* the next is made in the same frame */
     assert_int_equal(m.head.tick, 2);
-    assert_int_equal(m.heard[1].known, 2);
+    assert_int_equal(m.acks[1].known, 2);
     frame_at(l, 6);
     assert_true(x_of(l, 0) == 2 && x_of(l, 1) == 30);
     frame_at(l, 7);
@@ -133,7 +133,7 @@ static void a_right_guess_costs_nothing_and_a_wrong_one_is_made_again(void **sta
     relay(l, 0, 1, 1, (const double[]){5}, 1, 0);
     for (int k = 0; k < 10; k++)
         frame_at(l, k);
-    assert_int_equal(peer_of(l)->tick, 5); /* one certain tick and four guesses */
+    assert_int_equal(peer_of(l)->tick, 5); /* one confirmed tick and four guesses */
     assert_int_equal(peer_of(l)->confirmed, 1);
     assert_int_equal(peer_of(l)->waiting, 1 << 1);
     assert_true(x_of(l, 1) == 25);
@@ -143,7 +143,7 @@ static void a_right_guess_costs_nothing_and_a_wrong_one_is_made_again(void **sta
     assert_int_equal(l->client_metrics->stepping.rollbacks, 0);
     assert_int_equal(peer_of(l)->tick, 6);
 
-    relay(l, 0, 2, 3, (const double[]){5, 5, 7}, 4, 0); /* tick 4 is 7, so 5 and 6 are guessed so too */
+    relay(l, 0, 2, 3, (const double[]){5, 5, 7}, 4, 0); /* tick 4 is 7, so 5 and 6 are guessed as 7 too */
     frame_at(l, 11);
     assert_int_equal(l->client_metrics->stepping.rollbacks, 1);
     assert_int_equal(l->client_metrics->stepping.rollback_ticks, 3);
@@ -152,7 +152,7 @@ static void a_right_guess_costs_nothing_and_a_wrong_one_is_made_again(void **sta
     assert_true(x_of(l, 0) == 7 && x_of(l, 1) == 15 + 7 + 7 + 7 + 7);
     assert_true(ll_histogram_summary(&l->client_metrics->histogram[LL_METRIC_POP]).max ==
                 2 + 2 + 2);                              /* of tick 6 */
-    assert_int_equal(l->client_metrics->corrections, 0); /* the own entity is where it was */
+    assert_int_equal(l->client_metrics->corrections, 0); /* the own entity has not moved */
 
     relay(l, 0, 2, 4, (const double[]){5, 5, 7, 7}, 5, 0); /* as guessed again */
     frame_at(l, 12);
@@ -160,8 +160,8 @@ static void a_right_guess_costs_nothing_and_a_wrong_one_is_made_again(void **sta
     free_lone(l);
 }
 
-/* A gap, or more than the ring holds: not taken, not acknowledged, so it comes again. */
-static void what_cannot_be_kept_is_not_acknowledged(void **state)
+/* A gap, or more than the ring holds: not accepted, not acknowledged, so it is sent again. */
+static void inputs_beyond_the_ring_are_not_acknowledged(void **state)
 {
     (void)state;
     double ones[70];
@@ -169,12 +169,12 @@ static void what_cannot_be_kept_is_not_acknowledged(void **state)
     for (int i = 0; i < 70; i++)
         ones[i] = 1;
     relay(l, 0, 2, 3, ones, 1, 0);
-    assert_int_equal(frame_at(l, 0).heard[1].known, 0);
+    assert_int_equal(frame_at(l, 0).acks[1].known, 0);
     relay(l, 0, 1, 70, ones, 1, 0);
-    int64_t known = frame_at(l, 1).heard[1].known;
+    int64_t known = frame_at(l, 1).acks[1].known;
     assert_true(known > 40 && known < LL_PEER_RING);
     for (int k = 2; k < 70; k++)
-        relay(l, 0, known + 1, 70 - (int)known, ones, k, 0), known = frame_at(l, k).heard[1].known;
+        relay(l, 0, known + 1, 70 - (int)known, ones, k, 0), known = frame_at(l, k).acks[1].known;
     assert_int_equal(known, 70);
     assert_true(x_of(l, 1) == (double)peer_of(l)->tick && peer_of(l)->tick == 69);
     free_lone(l);
@@ -193,7 +193,7 @@ static void input_delay_begins_with_nothing_and_may_change(void **state)
     l->config.input_delay_ticks = 5;                      /* two more at once */
     l->client->held = push(100);
     assert_int_equal(frame_at(l, 10).inputs, 16);
-    l->config.input_delay_ticks = 0; /* none until the made ones are played */
+    l->config.input_delay_ticks = 0; /* none until the made ones are applied */
     for (int k = 11; k < 16; k++)
         assert_int_equal(frame_at(l, k).inputs, 16);
     assert_int_equal(peer_of(l)->tick, 16);
@@ -201,7 +201,7 @@ static void input_delay_begins_with_nothing_and_may_change(void **state)
     free_lone(l);
 }
 
-/* The same world, the same inputs, another outcome: what a forgotten variable does. */
+/* The same world, the same inputs, another result: the effect of a variable outside of the saved state. */
 static int forgotten;
 
 static void impure_step(ll_world *world, const ll_game_env *env, const ll_action *actions, ll_time now,
@@ -212,7 +212,7 @@ static void impure_step(ll_world *world, const ll_game_env *env, const ll_action
     world->entity[1].x += forgotten++ % 1000 == 0;
 }
 
-static void sync_test_finds_a_forgotten_variable(void **state)
+static void sync_test_finds_a_variable_outside_the_state(void **state)
 {
     (void)state;
     ll_game impure = toy;
@@ -232,9 +232,9 @@ static void sync_test_finds_a_forgotten_variable(void **state)
     }
 }
 
-/* We see ourselves five ticks ahead, the other sees itself one behind: (5 + 1) / 2 = 3 frames of rest, and
-   none more, though what the other tells follows only slowly. */
-static void who_is_ahead_rests(void **state)
+/* This client sees itself five ticks ahead, the other sees itself one behind: (5 + 1) / 2 = 3 frames of
+ * waiting, and no more, though the other's reports follow slowly. */
+static void the_client_ahead_waits(void **state)
 {
     (void)state;
     lone *l = new_peer(&ll_sync_rollback, 16);
@@ -244,13 +244,13 @@ static void who_is_ahead_rests(void **state)
         relay(l, (uint32_t)(tick > 2 ? tick - 2 : 0), k / 2 * 2 + 1, 2, zero, k - 5, (int)(k - tick - 1));
         frame_at(l, k);
     }
-    assert_int_equal(l->client_metrics->stepping.rested_frames, 3);
+    assert_int_equal(l->client_metrics->stepping.time_sync_frames, 3);
     assert_int_equal(l->client_metrics->stepping.stalls, 0);
     assert_int_equal(peer_of(l)->tick, 116);
     free_lone(l);
 }
 
-/* ---- the referee ---- */
+/* ---- the relay server ---- */
 
 /* A message of a client of two: inputs from `tick` on, hashes from `hashed` on. */
 static void give_relay_server(ll_server *server, int player, int64_t tick, int count, const double *pushes,
@@ -258,14 +258,14 @@ static void give_relay_server(ll_server *server, int player, int64_t tick, int c
 {
     struct {
         ll_peer_message head;
-        ll_peer_ack heard[2];
+        ll_peer_ack acks[2];
         char rest[1024];
     } m = {.head = {.head = {LL_MESSAGE_INPUT, (uint8_t)count, 1, (uint32_t)tick},
                     .tick = tick,
                     .at = (int32_t)tick,
                     .hashed = (int32_t)hashed,
                     .hashes = (uint32_t)hashes}};
-    ll_input_result verdicts[LL_INPUTS_MAX];
+    ll_input_result results[LL_INPUTS_MAX];
     ll_input_run *runs = (ll_input_run *)(void *)m.rest;
     int n = 0;
     for (int i = 0; i < count; i++)
@@ -273,7 +273,7 @@ static void give_relay_server(ll_server *server, int player, int64_t tick, int c
     m.head.runs = (uint32_t)n;
     if (hashes > 0)
         memcpy(runs + n, hash, (size_t)hashes * sizeof *hash);
-    ll_relay_server_take(server, &ll_sync_rollback, player, &m, LL_MS, verdicts);
+    ll_relay_server_take(server, &ll_sync_rollback, player, &m, LL_MS, results);
 }
 
 static int steps_due(ll_server *server)
@@ -323,14 +323,14 @@ static void relay_server_steps_and_forwards(void **state)
     ll_relay_part part = part_to(server, 1, &acked, runs);
     assert_int_equal(acked, 2);
     give_relay_server(server, 1, 3, 1, (const double[]){1}, 0, 0, NULL);
-    assert_int_equal(server->seats[1].accepted, 3);
+    assert_int_equal(server->client_slots[1].accepted, 3);
     give_relay_server(server, 1, 2, 2, (const double[]){1, 1}, 0, 0, NULL);
-    assert_int_equal(server->seats[1].duplicate, 2);
-    assert_int_equal(part.tick, 1); /* client 1 has not told that it has anything */
+    assert_int_equal(server->client_slots[1].duplicate, 2);
+    assert_int_equal(part.tick, 1); /* client 1 has acknowledged nothing */
     free(server);
 }
 
-static void a_refused_input_is_replaced_for_everybody(void **state)
+static void a_refused_input_is_replaced_for_all_clients(void **state)
 {
     (void)state;
     ll_server *server = new_server(2, &ll_sync_rollback, 50, 50);
@@ -339,7 +339,7 @@ static void a_refused_input_is_replaced_for_everybody(void **state)
     give_relay_server(server, 0, 1, 3, (const double[]){0.5, 1.5, 0.25}, 0, 0, NULL);
     give_relay_server(server, 1, 1, 3, (const double[]){0, 0, 0}, 0, 0, NULL);
     assert_int_equal(steps_due(server), 3);
-    assert_int_equal(server->seats[0].refused[LL_RULE_MAGNITUDE], 1);
+    assert_int_equal(server->client_slots[0].refused[LL_RULE_MAGNITUDE], 1);
     part_to(server, 1, &acked, runs);
     assert_true(runs[0].input.axis[0] == 0.5f && runs[0].count == 1);
     assert_true(runs[1].input.axis[0] == 0 && runs[1].count == 1); /* neutral */
@@ -359,39 +359,39 @@ static void a_wrong_hash_is_caught_at_its_tick(void **state)
     for (int k = 0; k < 8; k++)
         hashes[k] = server->hashes[k];
     give_relay_server(server, 0, 5, 0, NULL, 1, 4, &hashes[1]);
-    assert_int_equal(server->seats[0].peer.hashed, 4);
-    assert_int_equal(server->seats[0].peer.desync, -1);
+    assert_int_equal(server->client_slots[0].peer.hashed, 4);
+    assert_int_equal(server->client_slots[0].peer.desync, -1);
     hashes[3]++;
     give_relay_server(server, 1, 7, 0, NULL, 1, 2, &hashes[1]);
-    assert_int_equal(server->seats[1].peer.desync, -1);
+    assert_int_equal(server->client_slots[1].peer.desync, -1);
     give_relay_server(server, 1, 7, 0, NULL, 1, 6,
                       &hashes[1]); /* 5 and 6 are not stepped yet: not compared */
-    assert_int_equal(server->seats[1].peer.hashed, 4);
-    assert_int_equal(server->seats[1].peer.desync, 3);
-    assert_int_equal(server->seats[0].peer.desync, -1);
+    assert_int_equal(server->client_slots[1].peer.hashed, 4);
+    assert_int_equal(server->client_slots[1].peer.desync, 3);
+    assert_int_equal(server->client_slots[0].peer.desync, -1);
     free(server);
 }
 
-/* ---- hardware ---- */
+/* ---- float modes ---- */
 
 static void each_hardware_does_as_it_says(void **state)
 {
     (void)state;
     lone *l = new_peer(&ll_sync_rollback, 0);
     ll_action actions[2] = {push(0.1), push(0.2)};
-    for (int h = 0; ll_hardware_names[h]; h++) {
+    for (int h = 0; ll_float_mode_names[h]; h++) {
         int64_t slips = 0;
-        assert_string_equal(ll_hardwares[h].name, ll_hardware_names[h]);
-        l->config.hardware = h;
+        assert_string_equal(ll_float_modes[h].name, ll_float_mode_names[h]);
+        l->config.float_mode = h;
         for (int64_t tick = 1; tick <= 6400; tick++) {
             ll_world *world = new_world(2), *exact = new_world(2);
             world->entity[0].x = exact->entity[0].x = 1.0 / 3;
-            ll_hardware_step(&l->setup, 0, world, actions, tick, 0);
+            ll_float_mode_step(&l->setup, 0, world, actions, tick, 0);
             toy_step(exact, &l->env, actions, 0, NULL);
             double ulps = 0;
             for (int i = 0; i < 2; i++) {
                 const ll_entity *a = &world->entity[i], *b = &exact->entity[i];
-                if (strcmp(ll_hardware_names[h], "float") == 0)
+                if (strcmp(ll_float_mode_names[h], "float") == 0)
                     assert_true(a->x == (double)(float)b->x && a->vx == (double)(float)b->vx);
                 else
                     ulps += ll_ulps(a->x, b->x) + ll_ulps(a->vx, b->vx) + ll_ulps(a->y, b->y);
@@ -402,18 +402,18 @@ static void each_hardware_does_as_it_says(void **state)
             free(world);
         }
         /* One in 64, half of them on a zero, which stays: 50 +- 7. */
-        assert_true(strcmp(ll_hardware_names[h], "ulp") == 0 ? slips > 29 && slips < 71 : slips == 0);
+        assert_true(strcmp(ll_float_mode_names[h], "ulp") == 0 ? slips > 29 && slips < 71 : slips == 0);
     }
     free_lone(l);
 }
 
-/* Of worlds of every size: GCC 12 vectorises the loop over entities and forgets fields of the last. */
+/* Of worlds of every size: GCC 12 vectorises the loop over entities and skips fields of the last. */
 static void floats_are_stored_in_every_field(void **state)
 {
     (void)state;
     const ll_float_mode *h = NULL;
-    for (int i = 0; ll_hardware_names[i]; i++)
-        h = strcmp(ll_hardware_names[i], "float") == 0 ? &ll_hardwares[i] : h;
+    for (int i = 0; ll_float_mode_names[i]; i++)
+        h = strcmp(ll_float_mode_names[i], "float") == 0 ? &ll_float_modes[i] : h;
     assert_non_null(h);
     for (int n = 1; n <= 9; n++) {
         ll_world *world = new_world(n);
@@ -449,12 +449,12 @@ int main(void)
         cmocka_unit_test(inputs_are_repeated_until_acknowledged),
         cmocka_unit_test(deterministic_waits_for_each_input),
         cmocka_unit_test(a_right_guess_costs_nothing_and_a_wrong_one_is_made_again),
-        cmocka_unit_test(what_cannot_be_kept_is_not_acknowledged),
+        cmocka_unit_test(inputs_beyond_the_ring_are_not_acknowledged),
         cmocka_unit_test(input_delay_begins_with_nothing_and_may_change),
-        cmocka_unit_test(sync_test_finds_a_forgotten_variable),
-        cmocka_unit_test(who_is_ahead_rests),
+        cmocka_unit_test(sync_test_finds_a_variable_outside_the_state),
+        cmocka_unit_test(the_client_ahead_waits),
         cmocka_unit_test(relay_server_steps_and_forwards),
-        cmocka_unit_test(a_refused_input_is_replaced_for_everybody),
+        cmocka_unit_test(a_refused_input_is_replaced_for_all_clients),
         cmocka_unit_test(a_wrong_hash_is_caught_at_its_tick),
         cmocka_unit_test(each_hardware_does_as_it_says),
         cmocka_unit_test(floats_are_stored_in_every_field),

@@ -1,4 +1,4 @@
-/* The clock that a client measures: what a link does to it, the filters, and how it is followed. */
+/* The clock that a client measures: the effect of a link, the filters, and how the clock in use follows. */
 #include "netcode/toy.h"
 
 #include "base/rng.h"
@@ -8,19 +8,19 @@ static ll_time draw(uint64_t seed, uint64_t stream, uint64_t k, ll_time least, l
     return least + (ll_time)(ll_rng_u64(seed, stream, k) % (uint64_t)(most - least + 1));
 }
 
-/* What a filter gives is not what these tests are about. */
-static ll_time told;
+/* The result of the filter, which these tests do not check. */
+static ll_time filtered;
 
-static ll_time as_told(const ll_clock_sample *samples, int count)
+static ll_time as_filtered(const ll_clock_sample *samples, int count)
 {
     (void)samples, (void)count;
-    return told;
+    return filtered;
 }
 
-static const ll_clock_filter telling = {.name = "told", .offset = as_told};
+static const ll_clock_filter fixed_filter = {.name = "told", .offset = as_filtered};
 
-/* An even link: the offset to the ns. An uneven one: half of the difference is taken for clock, by any
- * filter. */
+/* A symmetric link: the offset is exact to the ns. An asymmetric one: any filter is off by half of the
+ * difference. */
 static void the_offset_is_off_by_half_the_asymmetry(void **state)
 {
     (void)state;
@@ -87,9 +87,9 @@ static void filters_look_at_the_last_eight(void **state)
         }
 }
 
-/* 0 to 50 ms each way: the mean of eight is off by sqrt(2 x 50^2 / 12) / 2 / sqrt(8) = 3.6 ms rms, the
- * shortest round trip by nearly twice that. With a fifth of the way up held for 50 to 300 ms it is the mean
- * that is far off. */
+/* 0 to 50 ms in each direction: the mean of eight is off by sqrt(2 x 50^2 / 12) / 2 / sqrt(8) = 3.6 ms rms,
+ * the shortest round trip by nearly twice that. With a fifth of the packets up held for 50 to 300 ms the mean
+ * is far off instead. */
 static void each_filter_has_its_link(void **state)
 {
     (void)state;
@@ -118,7 +118,7 @@ static void each_filter_has_its_link(void **state)
     }
 }
 
-/* Below 100 ms the offset follows by a twentieth of the time that passed; from there on it is taken at once,
+/* Below 100 ms the offset follows by a twentieth of the elapsed time; from there on it is corrected at once,
  * and counted. */
 static void the_offset_is_slewed_or_snaps(void **state)
 {
@@ -129,22 +129,22 @@ static void the_offset_is_slewed_or_snaps(void **state)
         ll_time error = i % 2 ? -errors[i / 2] : errors[i / 2], t = LL_SECOND;
         bool snaps = errors[i / 2] >= 100 * LL_MS;
         ll_clock_sync sync = {.offset = 7 * LL_SECOND, .at = t};
-        told = sync.offset + error;
+        filtered = sync.offset + error;
         for (int k = 1; k <= 40; k++) {
             t += 50 * LL_MS; /* a sample moves it by 2.5 ms at most */
-            ll_clock_sync_add(&sync, &telling, t - LL_MS, t, t, false);
+            ll_clock_sync_add(&sync, &fixed_filter, t - LL_MS, t, t, false);
             ll_time most = k * 2500000, moved = errors[i / 2] < most || snaps ? errors[i / 2] : most;
             assert_int_equal(sync.offset, 7 * LL_SECOND + (error < 0 ? -moved : moved));
             assert_int_equal(sync.snaps, snaps);
         }
     }
     ll_clock_sync sync = {.offset = 0,
-                          .at = 0}; /* at the handshake it is taken as it is, and that is no snap */
-    told = -42;
-    ll_clock_sync_add(&sync, &telling, 0, 0, 0, true);
+                          .at = 0}; /* at the handshake it is used as it is, and that is no snap */
+    filtered = -42;
+    ll_clock_sync_add(&sync, &fixed_filter, 0, 0, 0, true);
     assert_int_equal(sync.offset, -42);
-    told = LL_SECOND;
-    ll_clock_sync_add(&sync, &telling, 0, 0, 0, true);
+    filtered = LL_SECOND;
+    ll_clock_sync_add(&sync, &fixed_filter, 0, 0, 0, true);
     assert_int_equal(sync.offset, LL_SECOND);
     assert_int_equal(sync.snaps, 0);
 }

@@ -1,8 +1,8 @@
-/* The server: what it makes of the inputs that come, in whatever order and number. */
+/* The server: its handling of inputs in any order and number. */
 #include "netcode/server/admission.h"
 #include "netcode/toy.h"
 
-/* The head of what an update sends. */
+/* The header of an update's message. */
 static ll_snapshot_message state_to(ll_server *s, int player)
 {
     char bytes[4096];
@@ -15,19 +15,19 @@ static ll_snapshot_message state_to(ll_server *s, int player)
 static const ll_game_env env = {.dt = 1.0 / 60};
 
 static int take_at(ll_server *s, const ll_sync_mode *sync, int player, const ll_input_message *m, ll_time now,
-                   ll_input_result verdicts[LL_INPUTS_MAX])
+                   ll_input_result results[LL_INPUTS_MAX])
 {
     ll_input_result unused[LL_INPUTS_MAX];
-    return ll_server_receive(s, sync, player, m, now, verdicts != NULL ? verdicts : unused);
+    return ll_server_receive(s, sync, player, m, now, results != NULL ? results : unused);
 }
 
 static int take(ll_server *s, const ll_sync_mode *sync, const ll_input_message *m,
-                ll_input_result verdicts[LL_INPUTS_MAX])
+                ll_input_result results[LL_INPUTS_MAX])
 {
-    return take_at(s, sync, 0, m, s->stepped, verdicts);
+    return take_at(s, sync, 0, m, s->stepped, results);
 }
 
-/* Makes the step that is due, when it is. */
+/* Makes a step if one is due. */
 static void step(ll_server *s, const ll_sync_mode *sync)
 {
     ll_time due = sync->due(s);
@@ -66,14 +66,15 @@ static void inputs_apply_at_their_step(void **state)
         assert_true(at(s, 1) == 0);
         assert_int_equal(s->step, k + 1);
     }
-    assert_int_equal(s->seats[0].accepted, 3);
-    assert_int_equal(s->seats[0].starved, 3); /* step 1, whose input was made but never came, 5 and 6 */
-    assert_int_equal(s->seats[1].starved, 0); /* never came to be */
+    assert_int_equal(s->client_slots[0].accepted, 3);
+    assert_int_equal(s->client_slots[0].starved,
+                     3); /* step 1, whose input was made but never arrived, 5 and 6 */
+    assert_int_equal(s->client_slots[1].starved, 0); /* never played */
     free(s);
 }
 
-/* A player who is gone is neutral behind what has come, whatever stands in for others. */
-static void who_is_gone_is_neutral_behind_what_has_come(void **state)
+/* A disconnected player is neutral after its last received input, with any starvation policy for others. */
+static void disconnected_players_are_neutral_after_their_last_input(void **state)
 {
     (void)state;
     static const char *const starved[] = {"starved=decay", "starved=repeat", "starved=repeat_n",
@@ -85,7 +86,7 @@ static void who_is_gone_is_neutral_behind_what_has_come(void **state)
         assert_int_equal(take(s, &ll_sync_free, &m, NULL), 4);
         step(s, &ll_sync_free);
         step(s, &ll_sync_free);
-        assert_true(ll_admission_tend(s, 0, LL_SECOND, s->seats[0].heard + 1001 * LL_MS));
+        assert_true(ll_admission_check(s, 0, LL_SECOND, s->client_slots[0].last_ack + 1001 * LL_MS));
         const double expected[] = {0.75, 1.5, 1.5, 1.5, 1.5};
         for (int k = 0; k < 5; k++) {
             step(s, &ll_sync_free);
@@ -103,18 +104,18 @@ static void repetitions_are_no_news(void **state)
     ll_input_message m = inputs(1, 2, (double[]){0.5, 0.25}), other = inputs(1, 3, (double[]){-1, -1, 1});
     assert_int_equal(take(s, &ll_sync_free, &m, v), 2);
     assert_int_equal(take(s, &ll_sync_free, &m, v), 0);
-    assert_int_equal(take(s, &ll_sync_free, &other, v), 1); /* what was said first counts */
+    assert_int_equal(take(s, &ll_sync_free, &other, v), 1); /* the first one counts */
     assert_int_equal(v[0].seq, 3);
-    assert_int_equal(s->seats[0].duplicate, 4);
+    assert_int_equal(s->client_slots[0].duplicate, 4);
     for (int k = 0; k < 3; k++)
         step(s, &ll_sync_free);
     assert_true(at(s, 0) == 0.5 + 0.25 + 1);
-    assert_int_equal(take(s, &ll_sync_free, &m, v), 0); /* also when it is done with */
-    assert_int_equal(s->seats[0].late, 0);
+    assert_int_equal(take(s, &ll_sync_free, &m, v), 0); /* also when it is decided */
+    assert_int_equal(s->client_slots[0].late, 0);
     free(s);
 }
 
-static void late_inputs_are_told_and_not_applied(void **state)
+static void late_inputs_are_reported_and_not_applied(void **state)
 {
     (void)state;
     ll_server *s = new_server(1, &ll_sync_free, 60, 60);
@@ -125,20 +126,21 @@ static void late_inputs_are_told_and_not_applied(void **state)
     for (int k = 0; k < 4; k++)
         step(s, &ll_sync_free);
     assert_true(at(s, 0) == 4 * 0.5);
-    assert_int_equal(acked(s), 4);                         /* the state no longer waits for these */
+    assert_int_equal(acked(s), 4);                         /* the snapshot no longer waits for these */
     assert_int_equal(take(s, &ll_sync_free, &late, v), 4); /* for 2, 3, 4: too late; 5: in time */
     for (int i = 0; i < 3; i++)
         assert_int_equal(v[i].outcome, LL_OUTCOME_LATE);
     assert_int_equal(v[3].outcome, LL_OUTCOME_APPLIED);
-    assert_int_equal(s->seats[0].late, 3);
-    assert_int_equal(s->seats[0].accepted, 2);
+    assert_int_equal(s->client_slots[0].late, 3);
+    assert_int_equal(s->client_slots[0].accepted, 2);
     step(s, &ll_sync_free);
     assert_true(at(s, 0) == 4 * 0.5 + 1);
     assert_int_equal(acked(s), 5);
     free(s);
 }
 
-/* "A refused input is replaced, as `refused` has it, so that nobody waits for it." `x`: after each step. */
+/* A refused input is replaced according to `refused`, so that no player waits for it. `x`: after each
+ * step. */
 static void refused_inputs_are_replaced(const char *refused, const double x[5])
 {
     const ll_sync_mode *const syncs[] = {&ll_sync_free, &ll_sync_lockstep};
@@ -162,8 +164,8 @@ static void refused_inputs_are_replaced(const char *refused, const double x[5])
         take(s, syncs[i], &again, v); /* the one before was applied already */
         step(s, syncs[i]);
         assert_true(at(s, 0) == x[4]);
-        assert_int_equal(s->seats[0].refused[LL_RULE_MAGNITUDE], 3);
-        assert_int_equal(s->seats[0].accepted, 2);
+        assert_int_equal(s->client_slots[0].refused[LL_RULE_MAGNITUDE], 3);
+        assert_int_equal(s->client_slots[0].accepted, 2);
         free(s);
     }
 }
@@ -180,22 +182,22 @@ static void refused_inputs_may_be_those_before(void **state)
     refused_inputs_are_replaced("refused=previous", (double[]){0.5, 1, 1.5, 1.25, 1});
 }
 
-static void what_was_sent_in_another_epoch_is_void(void **state)
+static void packets_of_another_epoch_are_discarded(void **state)
 {
     (void)state;
     ll_server *s = new_server(1, &ll_sync_free, 60, 60);
-    ll_client_slot before = s->seats[0];
+    ll_client_slot before = s->client_slots[0];
     ll_input_message m = inputs(1, 2, (double[]){1, 2});
     const uint16_t epochs[] = {0, 2, 65535};
     for (size_t i = 0; i < 3; i++) {
         m.head.epoch = epochs[i];
         assert_int_equal(take(s, &ll_sync_free, &m, NULL), 0);
     }
-    assert_memory_equal(&s->seats[0], &before, sizeof before);
+    assert_memory_equal(&s->client_slots[0], &before, sizeof before);
     free(s);
 }
 
-static void ticks_before_the_first_are_void(void **state)
+static void inputs_before_the_first_tick_are_ignored(void **state)
 {
     (void)state;
     ll_server *s = new_server(1, &ll_sync_free, 60, 60);
@@ -209,7 +211,7 @@ static void ticks_before_the_first_are_void(void **state)
     free(s);
 }
 
-/* What input `tick` pushes by: tenths of binary fractions, so that sums are exact. */
+/* Push of input `tick`: binary fractions, so that sums are exact. */
 static double pattern(int64_t tick)
 {
     return (double)(tick * 7 % 17 - 8) / 8;
@@ -235,27 +237,27 @@ static void ring_goes_round(void **state)
             ll_input_message b = patterned(sent + 3, 2), a = patterned(sent + 1, 4);
             take(s, &ll_sync_free, &b, NULL);
             take(s, &ll_sync_free, &a, NULL);
-            s->seats[0].allowance.tokens = 80; /* the rate is not what this is about */
+            s->client_slots[0].allowance.tokens = 80; /* the rate limit is not tested here */
         }
         step(s, &ll_sync_free);
         x += pattern(tick);
         assert_true(at(s, 0) == x);
         assert_int_equal(acked(s), tick);
     }
-    assert_int_equal(s->seats[0].starved, 0);
-    assert_int_equal(s->seats[0].late, 0);
-    assert_int_equal(s->seats[0].accepted, sent);
-    assert_int_equal(s->seats[0].duplicate, sent / 2);
-    /* An input whose slot is another's by now is not mistaken for new. */
-    int64_t duplicate = s->seats[0].duplicate, newest = s->seats[0].newest;
+    assert_int_equal(s->client_slots[0].starved, 0);
+    assert_int_equal(s->client_slots[0].late, 0);
+    assert_int_equal(s->client_slots[0].accepted, sent);
+    assert_int_equal(s->client_slots[0].duplicate, sent / 2);
+    /* An input whose slot a later one has is not mistaken for new. */
+    int64_t duplicate = s->client_slots[0].duplicate, newest = s->client_slots[0].newest;
     ll_input_message old = patterned(newest - LL_INPUT_RING - 1, 2);
     assert_int_equal(take(s, &ll_sync_free, &old, NULL), 0);
-    assert_int_equal(s->seats[0].duplicate, duplicate + 2);
-    assert_int_equal(s->seats[0].slots[newest % LL_INPUT_RING].tick, newest);
+    assert_int_equal(s->client_slots[0].duplicate, duplicate + 2);
+    assert_int_equal(s->client_slots[0].slots[newest % LL_INPUT_RING].tick, newest);
     free(s);
 }
 
-/* Slack: how many steps an input could have come later, the least since the last update. */
+/* Slack: how many steps later an input could have arrived, the smallest since the last update. */
 static void slack_is_the_least_since_the_last_update(void **state)
 {
     (void)state;
@@ -272,7 +274,7 @@ static void slack_is_the_least_since_the_last_update(void **state)
     ll_snapshot_message m = state_to(s, 0);
     assert_int_equal(m.slack, 0);
     assert_int_equal(m.slack_seq, 1);
-    assert_int_equal(state_to(s, 0).slack, LL_SLACK_UNKNOWN); /* nothing came since */
+    assert_int_equal(state_to(s, 0).slack, LL_SLACK_UNKNOWN); /* nothing arrived since */
     step(s, &ll_sync_free);
     step(s, &ll_sync_free);
     ll_input_message early = patterned(12, 1), later = patterned(13, 1);
@@ -288,14 +290,14 @@ static void slack_is_the_least_since_the_last_update(void **state)
     assert_int_equal(state_to(s, 0).slack, -3);
     ll_input_message ahead = patterned(30, 1), behind = patterned(20, 1);
     take(s, &ll_sync_free, &ahead, NULL);
-    take(s, &ll_sync_free, &behind, NULL); /* comes behind a later one, and is the one that is nearly late */
+    take(s, &ll_sync_free, &behind, NULL); /* arrives after a later one, and is the one that is nearly late */
     m = state_to(s, 0);
     assert_int_equal(m.slack, 3);
     assert_int_equal(m.slack_seq, 20);
     free(s);
 }
 
-static void state_tells_step_time_and_rate(void **state)
+static void snapshots_contain_step_time_and_rate(void **state)
 {
     (void)state;
     ll_server *s = new_server(1, &ll_sync_free, 60, 60);
@@ -310,8 +312,8 @@ static void state_tells_step_time_and_rate(void **state)
     free(s);
 }
 
-/* Who asks is told what the others' controls were at the step, between the message and the world. */
-static void controls_are_told_to_who_asks(void **state)
+/* A client that asks for them gets the others' controls at the step, between the message and the world. */
+static void controls_are_sent_on_request(void **state)
 {
     (void)state;
     ll_server *s = new_server(3, &ll_sync_free, 60, 60);
@@ -319,7 +321,7 @@ static void controls_are_told_to_who_asks(void **state)
     size_t world = ll_world_size(ll_server_world(s));
     char bytes[4096];
     ll_snapshot_message m;
-    ll_axes told[2];
+    ll_axes axes[2];
     ask.wants = LL_PART_AXES;
     take_at(s, &ll_sync_free, 1, &ask, 0, NULL);
     take_at(s, &ll_sync_free, 2, &other, 0, NULL);
@@ -327,20 +329,20 @@ static void controls_are_told_to_who_asks(void **state)
     assert_int_equal(ll_server_compose(s, &ll_sync_free, 2, bytes), sizeof m + world);
     memcpy(&m, bytes, sizeof m);
     assert_int_equal(m.head.count, 0);
-    assert_int_equal(ll_server_compose(s, &ll_sync_free, 1, bytes), sizeof m + sizeof told + world);
+    assert_int_equal(ll_server_compose(s, &ll_sync_free, 1, bytes), sizeof m + sizeof axes + world);
     memcpy(&m, bytes, sizeof m);
-    memcpy(told, bytes + sizeof m, sizeof told);
+    memcpy(axes, bytes + sizeof m, sizeof axes);
     assert_int_equal(m.head.count, LL_PART_AXES);
-    assert_true(told[0].axis[0] == 0 && told[1].axis[0] == -0.25f);
-    assert_memory_equal(bytes + sizeof m + sizeof told, ll_server_world(s), world);
-    ask.wants = LL_PART_AXES | LL_PART_APPLIED; /* all that can be asked for */
+    assert_true(axes[0].axis[0] == 0 && axes[1].axis[0] == -0.25f);
+    assert_memory_equal(bytes + sizeof m + sizeof axes, ll_server_world(s), world);
+    ask.wants = LL_PART_AXES | LL_PART_APPLIED; /* all that can be requested */
     take_at(s, &ll_sync_free, 1, &ask, 0, NULL);
-    size_t all = sizeof m + sizeof told + sizeof(ll_input_result_part) + world;
+    size_t all = sizeof m + sizeof axes + sizeof(ll_input_result_part) + world;
     assert_int_equal(ll_server_compose(s, &ll_sync_free, 1, bytes),
                      all + sizeof(uint32_t)); /* of one input */
     for (uint32_t seq = 2; seq <= 600;
-         seq++) /* and more than is kept, with no state that the client is known to have */
-        ll_client_slot_done(&s->seats[1], seq, true);
+         seq++) /* and more than is kept, with no snapshot that the client is known to have */
+        ll_client_slot_done(&s->client_slots[1], seq, true);
     assert_int_equal(ll_server_compose(s, &ll_sync_free, 1, bytes),
                      all + LL_INPUT_RESULT_WORDS_MAX * sizeof(uint32_t));
     assert_int_equal(all + LL_INPUT_RESULT_WORDS_MAX * sizeof(uint32_t),
@@ -351,7 +353,7 @@ static void controls_are_told_to_who_asks(void **state)
     free(s);
 }
 
-/* Started again, the steps go on counting from where they were, at the new rate from now on. */
+/* After a restart the steps count on from where they were, at the new rate. */
 static void clocks_start_again(void **state)
 {
     (void)state;
@@ -382,7 +384,7 @@ static void clocks_start_again(void **state)
 
 /* ---- lockstep ---- */
 
-static void lockstep_waits_for_everybody(void **state)
+static void lockstep_waits_for_all_players(void **state)
 {
     (void)state;
     const ll_sync_mode *sync = &ll_sync_lockstep;
@@ -394,7 +396,7 @@ static void lockstep_waits_for_everybody(void **state)
     take_at(s, sync, 0, &two, 120 * LL_MS, NULL); /* A is a step ahead */
     assert_int_equal(sync->due(s), LL_NEVER);
     take_at(s, sync, 1, &one, 350 * LL_MS, NULL);
-    assert_int_equal(sync->due(s), 450 * LL_MS); /* an interval after the last came */
+    assert_int_equal(sync->due(s), 450 * LL_MS); /* an interval after the last arrived */
     step(s, sync);
     assert_true(at(s, 0) == 1 && at(s, 1) == 1);
     assert_int_equal(s->stalled, 350 * LL_MS); /* 450 instead of 100 */
@@ -408,15 +410,14 @@ static void lockstep_waits_for_everybody(void **state)
     free(s);
 }
 
-/* When everybody's inputs come an interval apart, however long they were on their way, so are the steps, and
- * nothing stalls. */
-static void lockstep_keeps_its_pace(void **state)
+/* When all players' inputs arrive an interval apart, at any delay, so are the steps, and nothing stalls. */
+static void lockstep_keeps_its_rate(void **state)
 {
     (void)state;
     const ll_sync_mode *sync = &ll_sync_lockstep_pipelined;
     ll_server *s = new_server(2, sync, 10, 10);
     double x = 0;
-    for (int64_t k = 1; k <= 3; k++) { /* some are there early */
+    for (int64_t k = 1; k <= 3; k++) { /* some arrive early */
         ll_input_message early = patterned(k, 1);
         take_at(s, sync, 0, &early, (k - 4) * 100 * LL_MS, NULL);
     }
@@ -434,20 +435,20 @@ static void lockstep_keeps_its_pace(void **state)
     free(s);
 }
 
-/* Of two players whose inputs come 30 ms apart either may be the last of an interval. At the start it is B,
- * who is farther. Then A's inputs stop for a while and come again a step later, so that B's are there early
- * and A's are the last: steps stay where B's inputs have them, 30 ms later, for as long as it takes B to
- * leave one out. */
-static void lockstep_finds_its_rhythm_again(void **state)
+/* Of two players whose inputs arrive 30 ms apart either may be the last of an interval. At the start it is B,
+ * who is farther. Then A's inputs stop for a time and arrive a step later, so that B's are early and A's are
+ * the last: steps stay where B's inputs have them, 30 ms later, for as long as B takes to skip one. */
+static void lockstep_restores_its_rhythm(void **state)
 {
     (void)state;
     const ll_sync_mode *sync = &ll_sync_lockstep_pipelined;
     ll_server *s = new_server(2, sync, 10, 10);
-    s->seats[0].offset = 1; /* as their pings tell: the first of A would come after 120 ms, of B after 250 */
-    s->seats[1].offset = 2;
+    s->client_slots[0].offset =
+        1; /* as measured by their pings: the first of A would arrive after 120 ms, of B after 250 */
+    s->client_slots[1].offset = 2;
     ll_time slowest = 0;
     for (int64_t k = 1; k <= 60; k++) {
-        ll_time outage = k > 20 ? 3 * 100 * LL_MS : 0; /* of A's, who is early by a step before */
+        ll_time outage = k > 20 ? 3 * 100 * LL_MS : 0; /* of A's, who was early by a step before */
         ll_input_message a = patterned(k, 1), b = patterned(k, 1);
         ll_time at_a = (k * 100 + 20) * LL_MS + outage, at_b = (k * 100 + 150) * LL_MS;
         take_at(s, sync, at_a < at_b ? 0 : 1, at_a < at_b ? &a : &b, at_a < at_b ? at_a : at_b, NULL);
@@ -465,7 +466,7 @@ static void lockstep_finds_its_rhythm_again(void **state)
     free(s);
 }
 
-/* What was waited for too long is made up for four times as fast, so that latency is what it was. */
+/* Steps that were delayed too long are made four times as fast, so that latency returns to what it was. */
 static void lockstep_makes_up_for_a_stall(void **state)
 {
     (void)state;
@@ -486,9 +487,9 @@ static void lockstep_makes_up_for_a_stall(void **state)
     free(s);
 }
 
-/* Nobody waits for who is not connected: it plays neutral inputs, whatever had come of it. With nobody left
- * the game stands. */
-static void lockstep_does_not_wait_for_who_is_gone(void **state)
+/* No player waits for a disconnected one, which gets neutral inputs instead of its received ones. With no
+ * player connected the game stops. */
+static void lockstep_does_not_wait_for_disconnected_players(void **state)
 {
     (void)state;
     const ll_sync_mode *sync = &ll_sync_lockstep;
@@ -498,19 +499,19 @@ static void lockstep_does_not_wait_for_who_is_gone(void **state)
     take_at(s, sync, 1, &one, 0, NULL);
     take_at(s, sync, 1, &two, 0, NULL);
     step(s, sync);
-    s->seats[1].connected = 0;
+    s->client_slots[1].connected = 0;
     take_at(s, sync, 0, &two, 230 * LL_MS, NULL);
     assert_int_equal(sync->due(s), 330 * LL_MS);
     step(s, sync);
     assert_true(at(s, 0) == 1.5 && at(s, 1) == 1);
-    s->seats[0].connected = 0;
+    s->client_slots[0].connected = 0;
     assert_int_equal(sync->due(s), LL_NEVER);
     free(s);
 }
 
 /* ---- gambetta ---- */
 
-static void gambetta_drains_what_has_come(void **state)
+static void gambetta_applies_all_received_inputs(void **state)
 {
     (void)state;
     const ll_sync_mode *sync = &ll_sync_gambetta;
@@ -526,7 +527,7 @@ static void gambetta_drains_what_has_come(void **state)
         x += pattern(k);
     assert_true(at(s, 0) == x && at(s, 1) == 0);
     assert_int_equal(acked(s), 5);
-    step(s, sync); /* nothing came: nothing moves, nothing is repeated */
+    step(s, sync); /* nothing arrived: nothing moves, nothing is repeated */
     assert_true(at(s, 0) == x);
     assert_int_equal(take(s, sync, &m, v), 0);
     step(s, sync);
@@ -539,7 +540,7 @@ static void gambetta_drains_what_has_come(void **state)
     assert_int_equal(v[0].outcome, LL_OUTCOME_APPLIED);
     step(s, sync);
     assert_true(at(s, 0) == (x += pattern(6)));
-    assert_int_equal(acked(s), 6); /* and back goes the acknowledgement: the demo's defect */
+    assert_int_equal(acked(s), 6); /* and the acknowledgement decreases: the demo's defect */
     assert_int_equal(take(s, sync, &wild, v), 1);
     assert_int_equal(v[0].outcome, LL_OUTCOME_REFUSED);
     step(s, sync);
@@ -570,24 +571,24 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(inputs_apply_at_their_step),
-        cmocka_unit_test(who_is_gone_is_neutral_behind_what_has_come),
+        cmocka_unit_test(disconnected_players_are_neutral_after_their_last_input),
         cmocka_unit_test(repetitions_are_no_news),
-        cmocka_unit_test(late_inputs_are_told_and_not_applied),
+        cmocka_unit_test(late_inputs_are_reported_and_not_applied),
         cmocka_unit_test(refused_inputs_are_neutral),
         cmocka_unit_test(refused_inputs_may_be_those_before),
-        cmocka_unit_test(what_was_sent_in_another_epoch_is_void),
-        cmocka_unit_test(ticks_before_the_first_are_void),
+        cmocka_unit_test(packets_of_another_epoch_are_discarded),
+        cmocka_unit_test(inputs_before_the_first_tick_are_ignored),
         cmocka_unit_test(ring_goes_round),
         cmocka_unit_test(slack_is_the_least_since_the_last_update),
-        cmocka_unit_test(state_tells_step_time_and_rate),
-        cmocka_unit_test(controls_are_told_to_who_asks),
+        cmocka_unit_test(snapshots_contain_step_time_and_rate),
+        cmocka_unit_test(controls_are_sent_on_request),
         cmocka_unit_test(clocks_start_again),
-        cmocka_unit_test(lockstep_waits_for_everybody),
-        cmocka_unit_test(lockstep_keeps_its_pace),
-        cmocka_unit_test(lockstep_finds_its_rhythm_again),
+        cmocka_unit_test(lockstep_waits_for_all_players),
+        cmocka_unit_test(lockstep_keeps_its_rate),
+        cmocka_unit_test(lockstep_restores_its_rhythm),
         cmocka_unit_test(lockstep_makes_up_for_a_stall),
-        cmocka_unit_test(lockstep_does_not_wait_for_who_is_gone),
-        cmocka_unit_test(gambetta_drains_what_has_come),
+        cmocka_unit_test(lockstep_does_not_wait_for_disconnected_players),
+        cmocka_unit_test(gambetta_applies_all_received_inputs),
         cmocka_unit_test(gambetta_drains_for_longer_than_the_ring),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

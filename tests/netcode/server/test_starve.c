@@ -1,4 +1,4 @@
-/* What stands in for inputs that have not come. */
+/* Replacements of inputs that have not arrived. */
 #include "netcode/toy.h"
 
 #include <stdio.h>
@@ -33,8 +33,8 @@ static void names_are_the_tables(void **state)
     assert_ptr_equal(ll_starves[0], &ll_starve_decay); /* the default */
 }
 
-/* axes x max(0, 1 - age / tau); a press is never repeated, and what was seen not either. */
-static void policies_are_what_they_say(void **state)
+/* axes x max(0, 1 - age / tau); presses and view times are never repeated. */
+static void policies_match_their_definitions(void **state)
 {
     (void)state;
     static const char *const names[] = {"decay", "repeat", "repeat_n", "neutral"};
@@ -51,7 +51,7 @@ static void policies_are_what_they_say(void **state)
     assert_true(act("repeat_n", 1, 10, 0).axis[0] == 0);
 }
 
-/* Inputs for steps 1 to 4, of 0.75 each, and then none: the way, and what the others are told. */
+/* Inputs for steps 1 to 4, of 0.75 each, and then none: the path, and the controls sent to the others. */
 static void server_starves_by_its_policy(const char *const *sets, double (*share)(int age))
 {
     ll_server *s = new_server(2, &ll_sync_free, 50, 50);
@@ -61,10 +61,10 @@ static void server_starves_by_its_policy(const char *const *sets, double (*share
     _Alignas(8) char state_packet[1024];
     double x = 0;
     configure(s, sets);
-    s->seats[1].wants = LL_PART_AXES;
+    s->client_slots[1].wants = LL_PART_AXES;
     ll_server_receive(s, &ll_sync_free, 0, &m, 0, v);
     for (int k = 1; k <= 42; k++) {
-        ll_axes told;
+        ll_axes axes;
         if (k == 41)
             ll_server_receive(s, &ll_sync_free, 0, &back, 0, v);
         double axis = k <= 4 ? 0.75 : k < 41 ? 0.75 * share(k - 4) : k == 41 ? -0.5 : -0.5 * share(1);
@@ -72,10 +72,10 @@ static void server_starves_by_its_policy(const char *const *sets, double (*share
         ll_sync_free.step(s, &toy, &(ll_game_env){0}, NULL, ll_tick_time(k, HZ(50)));
         assert_float_equal(ll_server_world(s)->entity[0].x, x, 1e-5);
         ll_server_compose(s, &ll_sync_free, 1, state_packet);
-        memcpy(&told, state_packet + sizeof(ll_snapshot_message), sizeof told);
-        assert_float_equal(told.axis[0], axis, 1e-6);
+        memcpy(&axes, state_packet + sizeof(ll_snapshot_message), sizeof axes);
+        assert_float_equal(axes.axis[0], axis, 1e-6);
     }
-    assert_int_equal(s->seats[0].starved, 37);
+    assert_int_equal(s->client_slots[0].starved, 37);
     free(s);
 }
 
@@ -116,7 +116,7 @@ static void every_policy_on_a_server(void **state)
     server_starves_by_its_policy((const char *[]){"starved=neutral", NULL}, none);
 }
 
-/* A refused input stands as what it became: starving begins from there. */
+/* A refused input counts as its replacement: starvation starts from that. */
 static void starving_behind_a_refusal(void **state)
 {
     (void)state;
@@ -131,13 +131,13 @@ static void starving_behind_a_refusal(void **state)
     free(s);
 }
 
-/* A car whose uplink is dead from 4 s on, at full throttle until then: whether it stands in the end. */
+/* A car whose link up is dead from 4 s on, at full throttle until then: whether it stands in the end. */
 static void a_silent_player_stops(void **state)
 {
     (void)state;
     static const struct {
         const char *policy;
-        double after; /* s of throttle, the most */
+        double after; /* s of throttle, maximum */
     } cases[] = {
         {"server.starved=decay", 0.25}, {"server.starved=neutral", 0}, {"server.starved=repeat_n", 0.2}};
     for (int i = 0; i < 3; i++) {
@@ -152,8 +152,8 @@ static void a_silent_player_stops(void **state)
         s.scenario.kind->change(s.game, &config, s.game->now);
         scene_run(&s, 20, NULL);
         assert_true(v > 5 && car->vx < 1e-5);
-        /* What is under way still (4 ticks), the throttle that is left, and the way v / drag of a coasting
-         * car. */
+        /* Inputs still on their way (4 ticks), the remaining throttle, and the distance v / drag of a
+         * coasting car. */
         assert_true(car->x > x + v * 0.9 && car->x < x + v + 6 * (5.0 / 60 + cases[i].after) + 1e-9);
         scene_close(&s);
     }
@@ -162,7 +162,7 @@ static void a_silent_player_stops(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(names_are_the_tables),     cmocka_unit_test(policies_are_what_they_say),
+        cmocka_unit_test(names_are_the_tables),     cmocka_unit_test(policies_match_their_definitions),
         cmocka_unit_test(every_policy_on_a_server), cmocka_unit_test(starving_behind_a_refusal),
         cmocka_unit_test(a_silent_player_stops),
     };

@@ -1,4 +1,4 @@
-/* The server's rules at their edges, and a client that keeps to them. */
+/* The server's rules at their limits, and a client that keeps them. */
 #include "netcode/toy.h"
 
 #include <stdio.h>
@@ -39,7 +39,7 @@ static void budget_ends_before_its_number(void **state)
         ll_input_result v[LL_INPUTS_MAX];
         assert_int_equal(ll_server_receive(server, &ll_sync_free, 0, &m, 0, v), 1);
         assert_int_equal(v[0].rule, i < 3 ? LL_RULE_NONE : LL_RULE_BUDGET);
-        assert_true(server->seats[0].budget_used <= 1);
+        assert_true(server->client_slots[0].budget_used <= 1);
         free(server);
     }
     assert_int_equal(judge(1, 0, 1), LL_RULE_NONE);
@@ -56,8 +56,8 @@ static int64_t spend_all(ll_time_budget *account, const ll_action *a, ll_freq fr
     return taken;
 }
 
-/* Input time that is processed never exceeds the time that passed by more than 80 ticks, or 4/3 s: at once,
- * in the long run, and whatever the inputs say that they last. */
+/* Processed input time never exceeds elapsed time by more than 80 ticks, or 4/3 s: at once, in the long run,
+ * and for any stated duration of the inputs. */
 static void input_time_is_held_to_the_clock(void **state)
 {
     (void)state;
@@ -73,13 +73,13 @@ static void input_time_is_held_to_the_clock(void **state)
     assert_int_equal(spend_all(&account, &tick, HZ(240), 0), 320); /* 4/3 s */
     int64_t taken = 0;
     account = (ll_time_budget){0, 0};
-    for (int64_t i = 0; i <= 600 * 1000; i++) /* as many as are let through, for ten minutes */
+    for (int64_t i = 0; i <= 600 * 1000; i++) /* as many as are permitted, for ten minutes */
         taken += spend_all(&account, &tick, HZ(60), i * LL_MS);
     assert_in_range(taken, 80 + 600 * 60 - 1, 80 + 600 * 60);
 }
 
-/* Who makes an input a tick has hardly anything in use, also with late timers that make fewer and longer
- * ones; after a stall of the link of a second, a second. */
+/* A client with one input per tick uses hardly any of the budget, also with late timers that make fewer and
+ * longer ones; after a stall of the link of a second, it uses a second. */
 static void honest_inputs_are_within_their_time(void **state)
 {
     (void)state;
@@ -133,14 +133,14 @@ static void bucket_fills_with_time(void **state)
     assert_int_equal(take_all(&bucket, HZ(10), 3602 * LL_SECOND), 23); /* 22.5 + 0.5 left */
 }
 
-/* A flood in the long run: not one more than the burst and the rate allow. */
+/* A flood in the long run: not one more than the burst and the rate permit. */
 static void flood_is_held_to_the_rate(void **state)
 {
     (void)state;
     ll_rate_limiter bucket = {LL_RATE_BURST, 0};
     ll_action a = push(1);
     int64_t taken = 0;
-    for (int64_t i = 0; i <= 600 * 1000; i++) /* 1000 inputs a second for ten minutes */
+    for (int64_t i = 0; i <= 600 * 1000; i++) /* 1000 inputs per second for ten minutes */
         taken += ll_validate(&a, 1, &bucket, HZ(60), i * LL_MS) == LL_RULE_NONE;
     assert_in_range(taken, 80 + 600 * 135 - 1, 80 + 600 * 135);
 }
@@ -158,7 +158,7 @@ static void refused_inputs_cost_nothing(void **state)
     assert_int_equal(ll_validate(&good, 1, &bucket, HZ(60), 0), LL_RULE_RATE);
 }
 
-/* A client's inputs come in any rhythm that its link makes of them, also all of a second at once. */
+/* A client's inputs arrive in any rhythm that its link causes, also all of a second at once. */
 static void late_and_bunched_inputs_are_honest(void **state)
 {
     (void)state;
@@ -167,7 +167,7 @@ static void late_and_bunched_inputs_are_honest(void **state)
     for (size_t r = 0; r < sizeof rates / sizeof rates[0]; r++) {
         ll_freq freq = ll_freq_from_hz(rates[r]);
         ll_server *server = new_server(1, &ll_sync_free, rates[r], rates[r]);
-        ll_rate_limiter bucket = server->seats[0].allowance;
+        ll_rate_limiter bucket = server->client_slots[0].allowance;
         ll_time held_until = 0;
         for (int64_t k = 0; k < (int64_t)(rates[r] * 300); k++) {
             ll_time sent = ll_tick_time(k, freq);
@@ -182,7 +182,7 @@ static void late_and_bunched_inputs_are_honest(void **state)
     }
 }
 
-/* A client that is behind makes two inputs a frame until it is not: for as long as it takes. */
+/* A client that is behind makes two inputs per frame until it is not: for as long as it takes. */
 static void catching_up_is_honest(void **state)
 {
     (void)state;
@@ -191,7 +191,7 @@ static void catching_up_is_honest(void **state)
     for (size_t r = 0; r < sizeof rates / sizeof rates[0]; r++) {
         ll_freq freq = ll_freq_from_hz(rates[r]);
         ll_server *server = new_server(1, &ll_sync_free, rates[r], rates[r]);
-        ll_rate_limiter bucket = server->seats[0].allowance;
+        ll_rate_limiter bucket = server->client_slots[0].allowance;
         for (int64_t k = 0; k < (int64_t)(rates[r] * 60); k++)
             for (int i = 0; i < 2; i++)
                 assert_int_equal(ll_validate(&a, 1, &bucket, freq, ll_tick_time(k, freq)), LL_RULE_NONE);
@@ -199,7 +199,7 @@ static void catching_up_is_honest(void **state)
     }
 }
 
-/* After the states have stayed away for so long that a client has fallen behind. */
+/* After snapshots were missing for so long that a client has fallen behind. */
 static void honest_clients_catch_up_after_silence(void **state)
 {
     (void)state;
@@ -219,7 +219,7 @@ static void honest_clients_catch_up_after_silence(void **state)
     }
 }
 
-/* The same with a whole game and every link that may be set: nobody is refused who plays by the rules. */
+/* The same with a whole game and every possible link: no player who keeps the rules is refused. */
 static void honest_clients_are_never_refused(void **state)
 {
     (void)state;
@@ -243,9 +243,9 @@ static void honest_clients_are_never_refused(void **state)
                 sets[2 + k] = links[i][k];
             scene s = scene_open("race", sets);
             scene_run(&s, 30, NULL);
-            ll_client_slot *client_slot = &ll_netgame_server(s.game)->seats[0];
-            bool waits = strcmp(links[i][0], "server.sync=lockstep") ==
-                         0; /* for up to 1.5 s a step, and for what is lost */
+            ll_client_slot *client_slot = &ll_netgame_server(s.game)->client_slots[0];
+            bool waits =
+                strcmp(links[i][0], "server.sync=lockstep") == 0; /* for up to 1.5 s a step, and for losses */
             assert_true(client_slot->accepted > (waits ? 10 : 20));
             for (int rule = 0; rule < LL_RULES; rule++)
                 if (client_slot->refused[rule] != 0)
@@ -255,7 +255,8 @@ static void honest_clients_are_never_refused(void **state)
         }
 }
 
-/* And a lag that changes while inputs are on their way: the late and the new ones come at the same time. */
+/* And with a lag that changes while inputs are on their way: the late and the new ones arrive at the same
+ * time. */
 static void honest_clients_survive_a_change_of_lag(void **state)
 {
     (void)state;
@@ -269,13 +270,13 @@ static void honest_clients_survive_a_change_of_lag(void **state)
         s.scenario.kind->change(s.game, &config, s.game->now);
         scene_run(&s, 20, NULL);
         for (int rule = 0; rule < LL_RULES; rule++)
-            assert_int_equal(ll_netgame_server(s.game)->seats[0].refused[rule], 0);
+            assert_int_equal(ll_netgame_server(s.game)->client_slots[0].refused[rule], 0);
         scene_close(&s);
     }
 }
 
-/* 100 ms of jitter and 2 % of loss in either direction, in every sync with a server that applies inputs, with
- * every technique that changes what is sent: nobody who plays by the rules is refused. */
+/* 100 ms of jitter and 2 % of loss in either direction, in every sync mode with a server that applies inputs,
+ * with every technique that changes what is sent: no player who keeps the rules is refused. */
 static void honest_clients_on_a_bad_link_are_never_refused(void **state)
 {
     (void)state;
@@ -303,7 +304,7 @@ static void honest_clients_on_a_bad_link_are_never_refused(void **state)
                 scene s = scene_open("race", sets);
                 scene_run(&s, 60, NULL);
                 for (int p = 0; p < 2; p++) {
-                    const ll_client_slot *client_slot = &ll_netgame_server(s.game)->seats[p];
+                    const ll_client_slot *client_slot = &ll_netgame_server(s.game)->client_slots[p];
                     assert_true(client_slot->accepted >
                                 (k == 3 ? 60 : 1000)); /* stop and wait: a second each at most */
                     assert_int_equal(ll_netgame_client_metrics(s.game, p)->false_refusals, 0);
@@ -317,8 +318,8 @@ static void honest_clients_on_a_bad_link_are_never_refused(void **state)
             }
 }
 
-/* One who makes too many runs ahead of the server: that is what refuses it, since twice as many may be
- * somebody who catches up. One whose packets come in bursts has too many at once. */
+/* A client that makes too many inputs runs ahead of the server: that is the reason for refusal, because twice
+ * as many may be a client that catches up. A client whose packets come in bursts has too many at once. */
 static void cheats_are_refused_by_their_rule(void **state)
 {
     (void)state;
@@ -333,7 +334,7 @@ static void cheats_are_refused_by_their_rule(void **state)
         const char *const sets[] = {cheats[i].set, "players.0.script=steady", NULL};
         scene s = scene_open("race", sets);
         scene_run(&s, 60, NULL); /* a fifth more than time has passed is 256 ticks after 21 s */
-        const ll_client_slot *client_slot = &ll_netgame_server(s.game)->seats[0];
+        const ll_client_slot *client_slot = &ll_netgame_server(s.game)->client_slots[0];
         for (int rule = 0; rule < LL_RULES; rule++)
             assert_true((client_slot->refused[rule] > 0) == cheats[i].by[rule]);
         assert_true(client_slot->accepted < 60 * 60 * 2 / 3); /* the rest was refused */

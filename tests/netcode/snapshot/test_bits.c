@@ -1,4 +1,4 @@
-/* Bits, numbers and what is wrong with them. */
+/* Bits, numbers and malformed encodings. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -30,7 +30,7 @@ static void bits_lie_lowest_first(void **state)
     ll_bits_put(&w, 5, 3);       /* 1 0 1 */
     ll_bits_put(&w, 1, 1);       /* 1 */
     ll_bits_put(&w, 0xc380, 16); /* 0 0 0 0 | 0 0 0 1 1 1 0 0 | 0 0 1 1 */
-    ll_bits_put(&w, 0xfe, 2);    /* 0 1: what is above two bits is left out */
+    ll_bits_put(&w, 0xfe, 2);    /* 0 1: bits above the two are left out */
     assert_int_equal(w.count, 22);
     assert_int_equal(bytes[0], 0x0d);
     assert_int_equal(bytes[1], 0x38);
@@ -97,20 +97,20 @@ static void a_full_writer_counts_and_does_not_write(void **state)
     assert_int_equal(bytes[1], 0xa5);
 }
 
-static void reading_past_the_end_gives_zeros_and_is_told(void **state)
+static void reading_past_the_end_gives_zeros_and_is_detected(void **state)
 {
     (void)state;
     const uint8_t bytes[] = {0xff, 0xff};
     ll_bit_reader r = {.bytes = bytes, .size = 12};
     assert_int_equal(ll_bits_get(&r, 11), 0x7ff);
     assert_int_equal(ll_bits_get(&r, 2), 0);
-    assert_int_equal(ll_bits_get(&r, 1), 0); /* and not the bit that is left */
+    assert_int_equal(ll_bits_get(&r, 1), 0); /* and not the remaining bit */
     assert_int_equal(ll_bits_get(&r, 0), 0);
     assert_int_equal(ll_bits_get_number(&r), 0);
     assert_false(ll_bits_ended_well(&r));
 }
 
-static void what_is_left_must_be_less_than_a_byte_of_zeros(void **state)
+static void at_most_seven_zero_bits_may_remain(void **state)
 {
     (void)state;
     const uint8_t zero[] = {0x01, 0x00}, one[] = {0x81};
@@ -122,7 +122,7 @@ static void what_is_left_must_be_less_than_a_byte_of_zeros(void **state)
 }
 
 /* 22 groups hold 66 bits: the last may have only one of them. */
-static void numbers_beyond_64_bits_are_told(void **state)
+static void numbers_beyond_64_bits_are_detected(void **state)
 {
     (void)state;
     uint8_t bytes[12];
@@ -142,7 +142,7 @@ static void numbers_beyond_64_bits_are_told(void **state)
 
 /* Random fields of all widths, and numbers, against an array of bits: the same bits, and the same values
  * back. */
-static void whatever_was_put_comes_back(void **state)
+static void values_survive_a_round_trip(void **state)
 {
     (void)state;
     for (uint64_t seed = 1; seed <= 300; seed++) {
@@ -189,10 +189,10 @@ int main(void)
         cmocka_unit_test(numbers_take_a_group_for_three_bits),
         cmocka_unit_test(signed_numbers_zigzag),
         cmocka_unit_test(a_full_writer_counts_and_does_not_write),
-        cmocka_unit_test(reading_past_the_end_gives_zeros_and_is_told),
-        cmocka_unit_test(what_is_left_must_be_less_than_a_byte_of_zeros),
-        cmocka_unit_test(numbers_beyond_64_bits_are_told),
-        cmocka_unit_test(whatever_was_put_comes_back),
+        cmocka_unit_test(reading_past_the_end_gives_zeros_and_is_detected),
+        cmocka_unit_test(at_most_seven_zero_bits_may_remain),
+        cmocka_unit_test(numbers_beyond_64_bits_are_detected),
+        cmocka_unit_test(values_survive_a_round_trip),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,4 +1,4 @@
-/* Delta-coded snapshots over bad links: a client decodes what the server sent, to the bit, or nothing. */
+/* Delta-compressed snapshots over bad links: a client decodes bitwise what the server sent, or nothing. */
 #include "netcode/toy.h"
 
 #include "base/rng.h"
@@ -11,7 +11,8 @@
 
 static const ll_extent extent = {ENTITIES, TAIL};
 
-/* A third of the entities rest, a third always move, a third at times; one leaves the grid at times. */
+/* A third of the entities is at rest, a third always moves, a third moves at times; one leaves the grid at
+ * times. */
 static void drift(ll_world *world, int64_t step)
 {
     uint64_t *tail = ll_world_tail(world);
@@ -81,7 +82,7 @@ static net *new_net(const ll_sync_mode *sync)
     for (int i = 0; i < CLIENTS; i++) {
         n->client[i] = malloc(ll_client_size(extent));
         ll_client_init(n->client[i], i, ll_server_world(n->server));
-        n->server->seats[i].connected = 1;
+        n->server->client_slots[i].connected = 1;
         n->client[i]->connection.state = LL_CONNECTION_PLAYING;
         ll_client_start(n->client[i], &setup, 1, HZ(60), 0, ll_server_world(n->server), 0);
         n->client[i]->held = push(0.5);
@@ -107,7 +108,7 @@ static void free_net(net *n)
     free(n);
 }
 
-/* What client `self` must make of step `s`, sent in way `way`. */
+/* The world that client `self` must decode of step `s`, sent in way `way`. */
 static bool is_what_was_sent(const ll_world *got, const sent *s, int way, int self)
 {
     const ll_quantization *grid = &s->grid[way];
@@ -130,7 +131,7 @@ static void check(net *n, int i)
     for (int way = 0; way < s->ways; way++)
         same = same || is_what_was_sent(ll_snapshot_entry_world(r), s, way, i);
     if (!same)
-        fail_msg("client %d decoded step %lld as it was not sent", i, (long long)r->tick);
+        fail_msg("client %d decoded step %lld differently from what was sent", i, (long long)r->tick);
     n->applied++;
 }
 
@@ -138,11 +139,11 @@ static void receive(net *n, const ll_sync_mode *sync, int i, ll_time now)
 {
     static _Alignas(8) char bytes[8192];
     ll_client_setup setup = setup_of(n, sync);
-    ll_input_result verdicts[LL_INPUTS_MAX];
+    ll_input_result results[LL_INPUTS_MAX];
     ll_time sent_at, due;
     int size;
     while (ll_link_receive(n->up[i], now, bytes, (int)sizeof bytes, &sent_at, &due) >= 0)
-        ll_server_receive(n->server, sync, i, bytes, now, verdicts);
+        ll_server_receive(n->server, sync, i, bytes, now, results);
     while ((size = ll_link_receive(n->down[i], now, bytes, (int)sizeof bytes, &sent_at, &due)) >= 0) {
         int outcome = ll_client_receive(n->client[i], &setup, bytes, size, now);
         n->unreadable += outcome == LL_OUTCOME_UNDECODABLE;
@@ -161,7 +162,7 @@ static void update(net *n, const ll_sync_mode *sync, const ll_link_params *link,
     s->codec[s->ways] = n->server->codec;
     s->grid[s->ways++] = n->server->grid;
     for (int i = 0; i < CLIENTS; i++) {
-        ll_client_slot *client_slot = &n->server->seats[i];
+        ll_client_slot *client_slot = &n->server->client_slots[i];
         client_slot->acked =
             client_slot->newest < 0 ? 0 : (uint32_t)(client_slot->newest + client_slot->seq_minus_tick);
         int size = ll_server_compose(n->server, sync, i, bytes);
@@ -214,8 +215,7 @@ static void always_delta(ll_server *server, int64_t step)
     set(server, &ll_codec_delta, 0.002);
 }
 
-/* Every 5 s another grid, at times twice while the first is in flight, or full and then the grid from before.
- */
+/* Every 5 s another grid, at times twice while the first is in flight, or full and then the previous grid. */
 static void ever_new(ll_server *server, int64_t step)
 {
     static const double quanta[] = {0.002, 0.003, 0.01, 0.003};
@@ -233,8 +233,8 @@ static double share(int64_t part, int64_t whole)
     return (double)part / (double)whole;
 }
 
-/* Under 20 % loss, reordering and duplicates nothing is decoded against a wrong baseline, and no state comes
- * whose baseline is not there; the acknowledged baseline keeps nearly everything a difference. */
+/* Under 20 % loss, reordering and duplicates nothing is decoded against a wrong baseline, and no snapshot
+ * arrives without its baseline; the acknowledged baseline makes nearly every snapshot a delta. */
 static void every_decoded_world_is_the_one_sent(void **state)
 {
     (void)state;
@@ -242,17 +242,17 @@ static void every_decoded_world_is_the_one_sent(void **state)
     assert_true(n->applied > 2 * 1500); /* of 2 * 3000, 20 % lost and others overtaken */
     assert_int_equal(n->unreadable, 0);
     for (int i = 0; i < CLIENTS; i++) {
-        const ll_snapshot_cost *c = &n->server->seats[i].sent;
+        const ll_snapshot_cost *c = &n->server->client_slots[i].sent;
         assert_true(share(c->whole, c->entities / ENTITIES) < 0.01);
-        assert_true(share(c->unchanged, c->entities) > 0.3); /* those that rest */
+        assert_true(share(c->unchanged, c->entities) > 0.3); /* those at rest */
         assert_true(ll_link_get_stats(n->down[i])->reordered > 100);
         assert_true(ll_link_get_stats(n->down[i])->duplicated > 100);
     }
     free_net(n);
 }
 
-/* Also where stale states are taken, packets overtake one another by far, and the grid and the codec change
- * under what is in flight. */
+/* Also where stale snapshots are applied, packets overtake one another by far, and the grid and the codec
+ * change while packets are in flight. */
 static void changes_under_way_mix_nothing_up(void **state)
 {
     (void)state;
@@ -264,23 +264,23 @@ static void changes_under_way_mix_nothing_up(void **state)
         net *strict = run(&ll_sync_free, links[i], ever_new), *loose = run(&careless, links[i], ever_new);
         assert_true(strict->applied > 1000 && loose->applied > 2 * 1500);
         assert_int_equal(strict->unreadable, 0);
-        assert_true(share(loose->unreadable, loose->applied) < 0.1); /* on a grid of the past */
-        const ll_snapshot_cost *c = &strict->server->seats[0].sent;
+        assert_true(share(loose->unreadable, loose->applied) < 0.1); /* on an earlier grid */
+        const ll_snapshot_cost *c = &strict->server->client_slots[0].sent;
         assert_true(share(c->whole, c->entities / ENTITIES) < 0.5); /* a fifth is full */
         free_net(strict);
         free_net(loose);
     }
 }
 
-/* Who acknowledges nothing, or too late, is told whole worlds. */
-static void without_a_baseline_the_world_is_told_whole(void **state)
+/* A client that acknowledges nothing, or too late, gets full snapshots. */
+static void without_a_baseline_snapshots_are_full(void **state)
 {
     (void)state;
     const ll_link_params late = {.delay_ms = 600}, deaf = {.loss_pct = 100};
     const ll_link_params *const links[] = {&late, &deaf};
     for (size_t i = 0; i < 2; i++) {
         net *n = run(&ll_sync_free, links[i], always_delta);
-        const ll_snapshot_cost *c = &n->server->seats[0].sent;
+        const ll_snapshot_cost *c = &n->server->client_slots[0].sent;
         assert_int_equal(c->whole, c->entities / ENTITIES);
         assert_int_equal(n->unreadable, 0);
         assert_true(i == 1 || n->applied > 2 * 2900);
@@ -288,7 +288,7 @@ static void without_a_baseline_the_world_is_told_whole(void **state)
     }
 }
 
-/* ---- what a client refuses ---- */
+/* ---- snapshots that a client rejects ---- */
 
 static ll_server *one_server(void)
 {
@@ -307,7 +307,7 @@ static int compose(ll_server *server, int64_t step, char *bytes)
     return ll_server_compose(server, &ll_sync_free, 0, bytes);
 }
 
-static void what_cannot_be_read_is_left(void **state)
+static void undecodable_snapshots_change_nothing(void **state)
 {
     (void)state;
     static _Alignas(8) char first[8192], second[8192], third[8192];
@@ -316,7 +316,7 @@ static void what_cannot_be_read_is_left(void **state)
     ll_client_setup setup = setup_of(n, &ll_sync_free);
     ll_client *c = n->client[0];
     int size1 = compose(server, 1, first), size2 = compose(server, 2, second);
-    server->seats[0].received = 2;
+    server->client_slots[0].received = 2;
     int size3 = compose(server, 3, third);
     ll_snapshot_message m;
     memcpy(&m, third, sizeof m);
@@ -342,7 +342,7 @@ static void what_cannot_be_read_is_left(void **state)
     free(server);
 }
 
-/* What a client acknowledges and the server never sent, or sent long ago, is no baseline. */
+/* An acknowledged tick that the server never sent, or sent long ago, is no baseline. */
 static void a_false_acknowledgement_is_no_baseline(void **state)
 {
     (void)state;
@@ -353,7 +353,7 @@ static void a_false_acknowledgement_is_no_baseline(void **state)
         compose(server, step, bytes);
     const int64_t claims[] = {0, 1, 68, 69, 70, 99, 101, UINT32_MAX};
     for (size_t i = 0; i < sizeof claims / sizeof claims[0]; i++) {
-        server->seats[0].received = claims[i];
+        server->client_slots[0].received = claims[i];
         ll_server_compose(server, &ll_sync_free, 0, bytes);
         memcpy(&m, bytes, sizeof m);
         bool kept = claims[i] >= 69 && claims[i] <= 100; /* the last 32 */
@@ -363,9 +363,9 @@ static void a_false_acknowledgement_is_no_baseline(void **state)
     free(server);
 }
 
-/* A world that no grid can hold travels full; what follows is not told against it, since no grid came with
- * it. */
-static void what_would_be_longer_is_full(void **state)
+/* A world that no grid can hold is sent full; later snapshots do not use it as a baseline, since no grid came
+ * with it. */
+static void longer_encodings_become_full(void **state)
 {
     (void)state;
     static _Alignas(8) char bytes[8192];
@@ -388,7 +388,7 @@ static void what_would_be_longer_is_full(void **state)
     } then[] = {{2, &ll_codec_quantised}, {3, &ll_codec_quantised}, {4, &ll_codec_delta}};
     memset(ll_server_world(server)->entity, 0, ENTITIES * sizeof(ll_entity));
     for (int i = 0; i < 3; i++) {
-        server->seats[0].received = then[i].received;
+        server->client_slots[0].received = then[i].received;
         compose(server, 4 + i, bytes);
         memcpy(&m, bytes, sizeof m);
         assert_int_equal(m.codec, ll_codec_index(then[i].codec));
@@ -401,10 +401,10 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_decoded_world_is_the_one_sent),
         cmocka_unit_test(changes_under_way_mix_nothing_up),
-        cmocka_unit_test(without_a_baseline_the_world_is_told_whole),
-        cmocka_unit_test(what_cannot_be_read_is_left),
+        cmocka_unit_test(without_a_baseline_snapshots_are_full),
+        cmocka_unit_test(undecodable_snapshots_change_nothing),
         cmocka_unit_test(a_false_acknowledgement_is_no_baseline),
-        cmocka_unit_test(what_would_be_longer_is_full),
+        cmocka_unit_test(longer_encodings_become_full),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

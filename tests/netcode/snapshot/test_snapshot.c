@@ -1,4 +1,4 @@
-/* Codecs: what they write by hand, what comes back, and what is refused. */
+/* Codecs: encodings written by hand, round trips, and errors. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -34,7 +34,7 @@ static void cells_of(const ll_world *p, const ll_quantization *grid, ll_cell *ce
         cells[i] = ll_cell_of(&p->entity[i], grid);
 }
 
-/* Encodes `now` for `self`, against `before` where it is given. Returns the bits. */
+/* Encodes `now` for `self`, against `before` if given. Returns the bits. */
 static int64_t encode(const ll_codec *codec, const ll_world *now, const ll_world *before,
                       const ll_quantization *grid, int self, uint8_t *bytes, ll_snapshot_cost *cost)
 {
@@ -99,7 +99,7 @@ static void tables_agree(void **state)
     "0"                                                                                                      \
     "0000" /* y, vx, vy, angle, spin, flags */
 
-/* Three entities, the first the receiver's own; one at rest, one on its way. */
+/* Three entities, the first the receiver's own; one at rest, one in motion. */
 static ll_world *by_hand(void)
 {
     ll_world *p = empty(1, 3, 8);
@@ -187,9 +187,9 @@ static void delta_by_hand(void **state)
                          "0000"
                          "0000"
                          "0000"
-                         "0"    /* its velocities and flags are as they were */
+                         "0"    /* its velocities and flags are unchanged */
                          "0000" /* none is left to skip: the end */
-                         "1");  /* the tail is as it was */
+                         "1");  /* the tail is unchanged */
     assert_int_equal(cost.unchanged, 1);
     assert_int_equal(cost.tail_bits, 1);
     *(uint64_t *)ll_world_tail(now) = 8;
@@ -199,7 +199,7 @@ static void delta_by_hand(void **state)
     free(now);
 }
 
-/* "At rest, everything": a world in which nothing happens is told in the own entity and a few bits. */
+/* "At rest, everything": a world in which nothing happens is sent as the own entity and a few bits. */
 static void nothing_new_is_nearly_nothing(void **state)
 {
     (void)state;
@@ -216,7 +216,7 @@ static void nothing_new_is_nearly_nothing(void **state)
     free(p);
 }
 
-/* ---- there and back ---- */
+/* ---- round trips ---- */
 
 static double unit(uint64_t stream, uint64_t counter)
 {
@@ -246,7 +246,7 @@ static ll_world *random_world(uint64_t seed)
     return p;
 }
 
-/* Some of a world's entities a little further. */
+/* Moves some of a world's entities. */
 static ll_world *moved(const ll_world *from, uint64_t seed)
 {
     ll_world *p = empty(4, ENTITIES, TAIL);
@@ -286,12 +286,12 @@ static void check_world(const ll_world *got, const ll_world *real, const ll_quan
         check_member(e->angular_velocity, t->angular_velocity, grid->radps);
         assert_true(e->flags == t->flags);
         ll_entity same = ll_cell_entity(&cell, grid);
-        assert_memory_equal(e, &same, sizeof same); /* what the server says that was sent */
+        assert_memory_equal(e, &same, sizeof same); /* the value that the server reports as sent */
     }
     assert_memory_equal(ll_world_tail_const(got), ll_world_tail_const(real), TAIL);
 }
 
-static void full_comes_back_to_the_bit(void **state)
+static void full_round_trip_is_exact(void **state)
 {
     (void)state;
     uint8_t bytes[BYTES];
@@ -315,7 +315,7 @@ static const ll_quantization grids[] = {{0.002f, 0.02f, 0.005f, 0.05f},
                                         {0.001f, 0.0001f, 0.0001f, 0.0001f},
                                         {0.0625f, 3, 0.3f, 7}};
 
-static void quantised_comes_back_within_half_a_step(void **state)
+static void quantised_round_trip_is_within_half_a_step(void **state)
 {
     (void)state;
     uint8_t bytes[BYTES];
@@ -333,8 +333,8 @@ static void quantised_comes_back_within_half_a_step(void **state)
         }
 }
 
-/* The client's baseline is what it decoded, not what the server has: the outcome is the same to the bit. */
-static void delta_against_what_was_decoded_is_what_was_sent(void **state)
+/* The client's baseline is the world that it decoded, not the server's: the result is bitwise equal. */
+static void delta_against_the_decoded_world_equals_the_sent_one(void **state)
 {
     (void)state;
     uint8_t bytes[BYTES];
@@ -359,7 +359,7 @@ static void delta_against_what_was_decoded_is_what_was_sent(void **state)
     }
 }
 
-/* A value on the grid is its own rounding, whatever the step and however far. */
+/* A value on the grid is its own rounding, for any step and distance. */
 static void rounding_twice_is_rounding_once(void **state)
 {
     (void)state;
@@ -376,7 +376,7 @@ static void rounding_twice_is_rounding_once(void **state)
         }
 }
 
-static void what_is_not_on_the_grid_is_told_so(void **state)
+static void off_grid_entities_are_reported(void **state)
 {
     (void)state;
     const double bad[] = {INFINITY, -INFINITY, NAN, 2147483647.0 * 0.5, -2147483647.0 * 0.5, 1e300};
@@ -390,13 +390,13 @@ static void what_is_not_on_the_grid_is_told_so(void **state)
     assert_int_equal(cell.x, INT32_MAX - 1);
 }
 
-/* ---- what is refused ---- */
+/* ---- errors ---- */
 
 static void refused(const ll_codec *codec, const uint8_t *bytes, int64_t size, const ll_world *before,
                     int self, const char *why)
 {
     ll_world *to = empty(4, ENTITIES, TAIL);
-    /* exactly as long as it is, so that the address sanitizer sees a read past its end */
+    /* exact size, so that the address sanitizer sees a read past its end */
     uint8_t *copy = malloc((size_t)(size > 0 ? size : 1));
     memcpy(copy, bytes, (size_t)size);
     ll_status status = decode(codec, copy, size, before, usual, self, to);
@@ -407,7 +407,7 @@ static void refused(const ll_codec *codec, const uint8_t *bytes, int64_t size, c
         fail_msg("\"%s\" does not say \"%s\"", status.text, why);
 }
 
-static void what_is_cut_or_too_long_is_refused(void **state)
+static void truncated_or_too_long_snapshots_are_rejected(void **state)
 {
     (void)state;
     uint8_t bytes[BYTES];
@@ -471,8 +471,8 @@ static void impossible_differences_are_refused(void **state)
         int self, gap;
         int64_t difference;
         const char *why;
-    } cases[] = {{5, 41, 0, "at most 40 entities can be skipped behind 0 of 40; got 41"},
-                 {5, 5, 0, "own entity, 5, is told twice"},
+    } cases[] = {{5, 41, 0, "at most 40 entities can be skipped after 0 of 40; got 41"},
+                 {5, 5, 0, "own entity, 5, is sent twice"},
                  {5, 0, 3, "less than 2^31 steps"},
                  {5, 0, INT64_MAX, "less than 2^31 steps"},
                  {5, 1, INT64_MIN, "less than 2^31 steps"}};
@@ -497,12 +497,12 @@ int main(void)
         cmocka_unit_test(quantised_by_hand),
         cmocka_unit_test(delta_by_hand),
         cmocka_unit_test(nothing_new_is_nearly_nothing),
-        cmocka_unit_test(full_comes_back_to_the_bit),
-        cmocka_unit_test(quantised_comes_back_within_half_a_step),
-        cmocka_unit_test(delta_against_what_was_decoded_is_what_was_sent),
+        cmocka_unit_test(full_round_trip_is_exact),
+        cmocka_unit_test(quantised_round_trip_is_within_half_a_step),
+        cmocka_unit_test(delta_against_the_decoded_world_equals_the_sent_one),
         cmocka_unit_test(rounding_twice_is_rounding_once),
-        cmocka_unit_test(what_is_not_on_the_grid_is_told_so),
-        cmocka_unit_test(what_is_cut_or_too_long_is_refused),
+        cmocka_unit_test(off_grid_entities_are_reported),
+        cmocka_unit_test(truncated_or_too_long_snapshots_are_rejected),
         cmocka_unit_test(another_world_is_refused),
         cmocka_unit_test(impossible_grids_are_refused),
         cmocka_unit_test(impossible_differences_are_refused),

@@ -1,7 +1,8 @@
-/* The others as drawn: between which states, and of what time. */
+/* The others as drawn: between which snapshots, and at which time. */
 #include "netcode/drawn.h"
 
-/* What is drawn lies on the line between the two states around its time, by a search from the beginning. */
+/* What is drawn lies on the line between the two snapshots around its time, by a search from the
+ * beginning. */
 static void is_between_its_states(const view *v)
 {
     ll_time t = shown_time(v);
@@ -37,7 +38,7 @@ static void steady_links_are_drawn_one_delay_back(void **state)
     free_view(v);
 }
 
-/* Ratio and margin may change while it runs: the time that is drawn moves there without a step. */
+/* Ratio and margin may change during a run: render time moves to its new target without a jump. */
 static void delay_follows_its_settings(void **state)
 {
     (void)state;
@@ -55,11 +56,12 @@ static void delay_follows_its_settings(void **state)
     free_view(v);
 }
 
-/* ---- a buffer that runs dry ---- */
+/* ---- a buffer that runs empty ---- */
 
 static ll_time gap(int64_t k)
 {
-    return k >= 60 && k < 66 ? LL_NEVER : 50 * LL_MS; /* 7 intervals, 233 ms, without a state from 2 s on */
+    return k >= 60 && k < 66 ? LL_NEVER
+                             : 50 * LL_MS; /* 7 intervals, 233 ms, without a snapshot from 2 s on */
 }
 
 static void look_dry(view *v)
@@ -68,8 +70,8 @@ static void look_dry(view *v)
     if (v->now < LL_SECOND / 2)
         return;
     assert_true(shown_time(v) <= newest_time(v));
-    /* The last state before the gap was made at 59/30 s. It is drawn when its time has come, and held until
-     * the next one, of 66/30 s, has come. */
+    /* The last snapshot before the gap was made at 59/30 s. It is drawn when its time has come, and held
+     * until the next one, of 66/30 s, has arrived. */
     ll_time last = 59 * LL_SECOND / RATE, next = 66 * LL_SECOND / RATE + 50 * LL_MS;
     assert_int_equal(held, v->now - 50 * LL_MS - DELAY > last + 2 && v->now < next);
     if (held) {
@@ -80,17 +82,17 @@ static void look_dry(view *v)
     is_between_its_states(v);
 }
 
-static void dry_buffers_hold(void **state)
+static void empty_buffers_hold(void **state)
 {
     (void)state;
     view *v = new_view(&ll_sync_free);
     run(v, 8 * LL_SECOND, gap, look_dry);
-    assert_int_equal(v->l->client_metrics->underruns, 1); /* one, however long it lasts */
+    assert_int_equal(v->l->client_metrics->underruns, 1); /* one, of any length */
     assert_true(about(shown_time(v), v->now - 50 * LL_MS - DELAY));
     free_view(v);
 }
 
-/* ---- how the time that is drawn moves ---- */
+/* ---- render time ---- */
 
 #define PERIOD (LL_SECOND / 60)
 #define JUMP (250 * LL_MS)
@@ -98,7 +100,7 @@ static void dry_buffers_hold(void **state)
 static ll_time prev_shown;
 static int jumps, catch_ups, slow_downs, holds;
 
-/* The server's clock as the fastest packet of the last two seconds brought it (quarters of seconds). */
+/* The server's clock as brought by the fastest packet of the last two seconds (quarters of seconds). */
 static ll_time heard_offset(const view *v, const ll_time *arrived)
 {
     int64_t last = v->order[v->taken - 1], quarter = arrived[last] / (LL_SECOND / 4);
@@ -187,7 +189,7 @@ static ll_time rises_by_150(int64_t k)
     return (k < 90 ? 50 : 200) * LL_MS;
 }
 
-/* A link that gets faster by less than 250 ms is caught up with at a tenth: 200 ms take 2 s. */
+/* When a link gets faster by less than 250 ms, render time catches up at a tenth: 200 ms take 2 s. */
 static void small_changes_are_caught_up_slowly(void **state)
 {
     (void)state;
@@ -232,7 +234,7 @@ static void larger_delays_are_waited_for(void **state)
     free_view(v);
 }
 
-/* A link that gets slower: the view holds at the newest state until the fast packets are forgotten. */
+/* A link that gets slower: the view holds at the newest snapshot until the fast packets are forgotten. */
 static void slower_links_are_followed(void **state)
 {
     (void)state;
@@ -245,7 +247,7 @@ static void slower_links_are_followed(void **state)
 
 /* ---- the ring ---- */
 
-/* With a delay longer than 64 states last, the oldest that is kept is drawn. */
+/* With a delay longer than 64 snapshots last, the oldest that is kept is drawn. */
 static void oldest_of_a_full_buffer(void **state)
 {
     (void)state;
@@ -271,7 +273,7 @@ static void oldest_of_a_full_buffer(void **state)
 
 /* ---- flights ---- */
 
-/* A projectile that was fired or landed between two states is not drawn on its way there. */
+/* A projectile that was fired or landed between two snapshots is not drawn on its way there. */
 static void flights_are_not_blended_across_their_ends(void **state)
 {
     (void)state;
@@ -312,7 +314,7 @@ static void the_own_entity_is_not_touched(void **state)
     give(l, &a, 0);
     give(l, &b, LL_SECOND);
     frame(l, LL_SECOND, NULL);
-    assert_true(ll_client_rendered(l->client)->entity[0].x == 2); /* the newest state */
+    assert_true(ll_client_rendered(l->client)->entity[0].x == 2); /* the newest snapshot */
     assert_int_equal(ll_client_draw_infos(l->client)[0].time, LL_SECOND);
     assert_int_equal(ll_client_draw_infos(l->client)[0].flags, 0);
     l->config.interpolation = false;
@@ -325,7 +327,7 @@ static void the_own_entity_is_not_touched(void **state)
 
 /* ---- the demo's rule ---- */
 
-/* States are placed at the time when they came, and drawn one update interval later. */
+/* Snapshots are placed at their time of arrival, and drawn one update interval later. */
 static void demo_interpolates_between_arrivals(void **state)
 {
     (void)state;
@@ -346,8 +348,8 @@ static void demo_interpolates_between_arrivals(void **state)
         double drawn = ll_client_rendered(l->client)->entity[1].x, ms = ll_to_ms(now - 100 * LL_MS);
         bool held = ll_client_draw_infos(l->client)[1].flags & LL_RENDERED_HELD;
         if (now < 190 * LL_MS)
-            continue; /* nothing to go between yet */
-        /* x was chosen to be (came - 100) / 10: what is drawn grows evenly, but where nothing brackets. */
+            continue; /* no pair to interpolate yet */
+        /* x is (arrival - 100) / 10: what is drawn grows evenly, except where no pair brackets the time. */
         bool bracketed = ms >= 100 && ms < 400 && !(now < 320 * LL_MS && ms >= 190);
         assert_int_equal(held, !bracketed);
         assert_true(fabs(drawn - (bracketed ? (ms - 100) / 10 : last)) < 1e-9);
@@ -364,7 +366,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(steady_links_are_drawn_one_delay_back),
         cmocka_unit_test(delay_follows_its_settings),
-        cmocka_unit_test(dry_buffers_hold),
+        cmocka_unit_test(empty_buffers_hold),
         cmocka_unit_test(time_never_runs_back_nor_too_fast),
         cmocka_unit_test(small_changes_are_caught_up_slowly),
         cmocka_unit_test(large_changes_are_jumped),

@@ -1,4 +1,4 @@
-/* Correction smoothing: in the view, by half-lives, at any frame rate; never in the state. */
+/* Prediction smoothing: in the view, by half-lives, at any frame rate; never in the state. */
 #include "netcode/drawn.h"
 
 #define HALF_LIFE 80 /* ms */
@@ -25,8 +25,8 @@ static double drawn(const lone *l)
     return ll_client_rendered(l->client)->entity[0].x;
 }
 
-/* The error that was there in the last frame before the state is 2^(-t / half-life) of it t later, whatever
- * the frames in between. */
+/* The error in the last frame before the snapshot decays to 2^(-t / half-life) of it after t, with any frames
+ * in between. */
 static void errors_halve_in_a_half_life(void **state)
 {
     (void)state;
@@ -67,9 +67,9 @@ static ll_summary pops(const lone *l)
     return ll_histogram_summary(&l->client_metrics->histogram[LL_METRIC_POP]);
 }
 
-/* M6b: what a correction moves the picture by, frame for frame: all at once, or in parts whose sum is the
+/* Pop: how far a correction moves the rendered view, per frame: all at once, or in parts whose sum is the
  * same. */
-static void pops_are_what_is_drawn(void **state)
+static void pops_match_the_drawn_motion(void **state)
 {
     (void)state;
     lone *a = corrected(50, LL_CORRECTION_SNAP, 2), *b = corrected(50, LL_CORRECTION_SMOOTH, 2);
@@ -81,12 +81,12 @@ static void pops_are_what_is_drawn(void **state)
     assert_true(fabs(pops(a).max - size) < 1e-12 && pops(a).count == 200);
     assert_true(fabs(pops(b).max - size * (1 - exp2(-20.0 / HALF_LIFE))) < 1e-12); /* the first part */
     assert_true(fabs(pops(a).mean * 200 - size) < 1e-9 && fabs(pops(b).mean * 200 - size) < 1e-4);
-    assert_true(drawn(b) == 2); /* in the end to the bit */
+    assert_true(drawn(b) == 2); /* bitwise in the end */
     free_lone(a);
     free_lone(b);
 }
 
-/* A second correction adds to what is left of the first. */
+/* A second correction adds to the rest of the first. */
 static void corrections_add_up(void **state)
 {
     (void)state;
@@ -97,12 +97,12 @@ static void corrections_add_up(void **state)
             give(l, &p, 159 * LL_MS);
         frame(l, f * 20 * LL_MS, NULL);
     }
-    double rest = 2 * exp2(-60.0 / HALF_LIFE) - 1; /* drawn at 140 ms, behind the 1 that is right */
+    double rest = 2 * exp2(-60.0 / HALF_LIFE) - 1; /* drawn at 140 ms, relative to the correct 1 */
     assert_true(fabs(drawn(l) - (1 - rest * exp2(-60.0 / HALF_LIFE))) < 1e-12);
     free_lone(l);
 }
 
-/* An error above the cap is a jump; half a millimetre below it is smoothed. */
+/* An error above the limit is a jump; half a millimetre below it is smoothed. */
 static void large_errors_jump(void **state)
 {
     (void)state;
@@ -131,7 +131,7 @@ static void snapping_may_be_switched_on(void **state)
 
 /* ---- others ---- */
 
-/* 20 m/s to 1.9 s, then at rest: what is extrapolated over the silence was wrong. */
+/* 20 m/s to 1.9 s, then at rest: the extrapolation over the silence was wrong. */
 static double stopping_at(ll_time t)
 {
     return 20 * fmin(ll_to_s(t), 1.9);
@@ -147,7 +147,7 @@ static void stopping(int64_t k, ll_time time, ll_entity *other)
 static ll_time silent_over_the_stop(int64_t k)
 {
     return k >= 57 && k < 64 ? LL_NEVER
-                             : 50 * LL_MS; /* the last state before is of 56/30 s, the next of 64/30 */
+                             : 50 * LL_MS; /* the last snapshot before is of 56/30 s, the next of 64/30 */
 }
 
 static double before, worst_step, last_error;
@@ -176,9 +176,9 @@ static double run_over_the_stop(int correction, ll_time until)
     return pop;
 }
 
-/* The state of 64/30 s comes at 2183 ms. The frame before it, of 2166.7 ms, drew 2166.7 - 50 - 76.7 = 2040 ms
- * by extrapolation: 20 m/s x (2040 - 1866.7 ms) from 37.33 m is 40.8 m. Between the states of 1866.7 and
- * 2133.3 ms that time lies at the share 0.65 of the way to 38 m: 37.767 m. */
+/* The snapshot of 64/30 s arrives at 2183 ms. The frame before it, of 2166.7 ms, drew 2166.7 - 50 - 76.7 =
+ * 2040 ms by extrapolation: 20 m/s x (2040 - 1866.7 ms) from 37.33 m is 40.8 m. Between the snapshots of
+ * 1866.7 and 2133.3 ms that time lies at fraction 0.65 of the way to 38 m: 37.767 m. */
 static void wrong_extrapolations_are_corrected(void **state)
 {
     (void)state;
@@ -186,7 +186,7 @@ static void wrong_extrapolations_are_corrected(void **state)
     assert_true(fabs(run_over_the_stop(LL_CORRECTION_SNAP, 4 * LL_SECOND) - error) < 1e-6);
     double part = error * (1 - exp2(-frame_ms / HALF_LIFE));
     assert_true(fabs(run_over_the_stop(LL_CORRECTION_SMOOTH, 4 * LL_SECOND) - part) < 1e-6);
-    /* At 2500 ms, 20 frames after the one that was wrong; the state is drawn by then that is at rest. */
+    /* At 2500 ms, 20 frames after the wrong one; by then the drawn snapshot is at rest. */
     run_over_the_stop(LL_CORRECTION_SMOOTH, 2500 * LL_MS + 1);
     assert_true(fabs(last_error - error * exp2(-20 * frame_ms / HALF_LIFE)) < 1e-5);
 }
@@ -203,7 +203,7 @@ static ll_time wild(int64_t k)
     return (ll_time)(ll_rng_unit(5, 0, (uint64_t)k) * 300) * LL_MS;
 }
 
-/* Extrapolation of steady motion is right: there is nothing to correct, however late states come. */
+/* Extrapolation of steady motion is right: there is nothing to correct, however late snapshots arrive. */
 static void right_extrapolations_are_not(void **state)
 {
     (void)state;
@@ -217,7 +217,7 @@ static void right_extrapolations_are_not(void **state)
     free_view(v);
 }
 
-/* A flight that ended while it was extrapolated: the shell lies where it fell, at once. */
+/* A flight that ended while it was extrapolated: the projectile is at once where it fell. */
 static void ended_flights_are_not_smoothed(void **state)
 {
     (void)state;
@@ -236,7 +236,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(errors_halve_in_a_half_life),
         cmocka_unit_test(frames_may_be_uneven),
-        cmocka_unit_test(pops_are_what_is_drawn),
+        cmocka_unit_test(pops_match_the_drawn_motion),
         cmocka_unit_test(corrections_add_up),
         cmocka_unit_test(large_errors_jump),
         cmocka_unit_test(snapping_may_be_switched_on),

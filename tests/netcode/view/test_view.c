@@ -1,4 +1,4 @@
-/* How others are drawn: methods, delays, time scales and extrapolation, held against their closed forms. */
+/* How others are drawn: methods, delays, time scales and extrapolation, compared with closed forms. */
 #include "netcode/drawn.h"
 
 #include "game/games/games.h"
@@ -61,7 +61,7 @@ static void hermite_is_exact_for_cubics(void **state)
             ll_entity a = on_polynomials(cubics, t0), b = on_polynomials(cubics, t0 + spans[i]), out = a;
             ll_entity want = on_polynomials(cubics, t0 + alpha * spans[i]);
             ll_interpolation_hermite.between(&a, &b, alpha, spans[i], &out);
-            /* Places carry rounding of 1e-15; speeds divide their differences by the span. */
+            /* Positions have rounding errors of 1e-15; speeds divide their differences by the span. */
             assert_true(same(&out, &want, 1e-14 / spans[i]));
         }
 }
@@ -78,10 +78,10 @@ static void hermite_keeps_its_bound(void **state)
             worst = fmax(worst, fabs(out.x - sin(t0 + k / 16.0 * dt)));
         }
     assert_true(worst <= dt * dt * dt * dt / 384);
-    assert_true(worst > 0.95 * dt * dt * dt * dt / 384); /* the bound is nearly met */
+    assert_true(worst > 0.95 * dt * dt * dt * dt / 384); /* the bound is nearly reached */
 }
 
-/* Under constant acceleration a the chord is off by a dt^2 / 8 in its middle, and nowhere by more. */
+/* Under constant acceleration a the chord is off by a dt^2 / 8 in its middle, and by less elsewhere. */
 static void linear_is_off_by_its_bound(void **state)
 {
     (void)state;
@@ -118,7 +118,7 @@ static void look_off(view *v)
         worst_off = fmax(worst_off, fabs(other(v)->x - swing(shown_time(v))));
 }
 
-/* As a client draws it: |a| <= 90 m/s2, |x''''| <= 810 m/s4, states 1/30 s apart. */
+/* As a client draws it: |a| <= 90 m/s2, |x''''| <= 810 m/s4, snapshots 1/30 s apart. */
 static void methods_keep_their_bounds_in_a_view(void **state)
 {
     (void)state;
@@ -127,7 +127,7 @@ static void methods_keep_their_bounds_in_a_view(void **state)
         view *v = new_view(&ll_sync_free);
         v->path = swinging;
         v->l->config.interpolation_method = method;
-        v->l->config.jitter_margin_ms = 3.7; /* so that frames fall everywhere between states */
+        v->l->config.jitter_margin_ms = 3.7; /* so that frames fall at all positions between snapshots */
         worst_off = 0;
         run(v, 20 * LL_SECOND, lag_50, look_off);
         assert_true(worst_off <= bounds[method] * (1 + 1e-6) && worst_off > bounds[method] * 0.9);
@@ -177,7 +177,8 @@ static void look_silent(view *v)
     held += v->l->client->view_state == LL_VIEW_STARVED;
 }
 
-/* The server falls silent: others go on by their velocity up to the cap, to the frame, and are held there. */
+/* The server falls silent: others continue at their velocity up to the limit, exact to the frame, and are
+ * held there. */
 static void extrapolation_ends_at_its_cap(void **state)
 {
     (void)state;
@@ -188,15 +189,15 @@ static void extrapolation_ends_at_its_cap(void **state)
         v->l->config.extrapolation_ms = cap_ms = caps[i];
         extrapolated = held = 0;
         run(v, 5 * LL_SECOND, silent_from_2s, look_silent);
-        assert_true(fabs(extrapolated - cap_ms * 0.06) <= 1); /* 60 frames a second */
+        assert_true(fabs(extrapolated - cap_ms * 0.06) <= 1); /* 60 frames per second */
         assert_true(held > 60);
-        assert_int_equal(v->l->client_metrics->underruns, 1); /* one, whether it goes on or not */
+        assert_int_equal(v->l->client_metrics->underruns, 1); /* one, whether extrapolation goes on or not */
         free_view(v);
     }
 }
 
 /* Without interpolation there is no delay: others are drawn at the server's present by the measured clock, or
- * at the time that the fastest state brought. Both take extrapolation all the time (dead reckoning). */
+ * at the time of the fastest snapshot. Both extrapolate all the time (dead reckoning). */
 static void without_interpolation_others_are_drawn_at_present(void **state)
 {
     (void)state;
@@ -210,8 +211,7 @@ static void without_interpolation_others_are_drawn_at_present(void **state)
         run(v, 3 * LL_SECOND, lag_50, NULL);
         assert_true(about(shown_time(v), v->now - late[clock]));
         assert_true(fabs(other(v)->x - 20 * ll_to_s(v->now - late[clock])) < 1e-6);
-        assert_int_equal(v->l->client_metrics->underruns,
-                         0); /* nothing is kept in stock that could run out */
+        assert_int_equal(v->l->client_metrics->underruns, 0); /* there is no buffer that could run empty */
         v->l->config.extrapolation_ms = 0;
         run(v, 4 * LL_SECOND, lag_50, NULL);
         assert_true(shown_time(v) == newest_time(v));
@@ -220,7 +220,7 @@ static void without_interpolation_others_are_drawn_at_present(void **state)
     }
 }
 
-/* The demo's rules know no extrapolation. */
+/* The demo's rules have no extrapolation. */
 static void demo_does_not_extrapolate(void **state)
 {
     (void)state;
@@ -236,7 +236,7 @@ static void demo_does_not_extrapolate(void **state)
     free_view(v);
 }
 
-/* A shell goes on under gravity and drag as the game itself moves it, whatever the step, and stays above
+/* A projectile continues under gravity and drag as the game itself moves it, for any step, and stays above
  * ground. */
 static void shells_coast_as_they_fly(void **state)
 {
@@ -289,7 +289,7 @@ static void adaptive_delay_converges(void **state)
     free_view(v);
 }
 
-#define JITTER 15 /* ms to either side: below half an interval, so that no state overtakes another */
+#define JITTER 15 /* ms to either side: below half an interval, so that no snapshot overtakes another */
 
 static ll_time jittered(int64_t k)
 {
@@ -315,10 +315,10 @@ static void look_delay(view *v)
 }
 
 /* Uniform jitter of +-J. A gap is an interval on average. It is compared with an average of gain g = 1/4 that
- * wavers itself, gap - average = j_k - (1 + g) j_(k-1) + terms of g^2, whose mean magnitude is
- * J ((1 + g) / 2 + 1 / (6 (1 + g))) = 0.758 J without these terms. Against the fastest of the last 2 s, 50 to
- * 60 states, a state is late by J (1 - 2 / 57) on average. The delay moves too slowly to follow every peak of
- * these, which are higher than their valleys are deep: it is a little less than their sum on average. */
+ * itself varies: gap - average = j_k - (1 + g) j_(k-1) + terms of g^2, whose mean magnitude is J ((1 + g) / 2
+ * + 1 / (6 (1 + g))) = 0.758 J without these terms. Relative to the fastest of the last 2 s, 50 to 60
+ * snapshots, a snapshot is late by J (1 - 2 / 57) on average. The delay moves too slowly to follow every peak
+ * of these, and peaks are higher than valleys are deep: it is a little less than their sum on average. */
 static void adaptive_delay_follows_jitter(void **state)
 {
     (void)state;
@@ -328,7 +328,7 @@ static void adaptive_delay_follows_jitter(void **state)
     run(v, 120 * LL_SECOND, jittered, look_delay);
     double n = (double)delay_states, interval = 1000.0 / RATE, deviation = JITTER * (1.25 / 2 + 1 / 7.5);
     double late = JITTER * (1 - 2.0 / 57), want = interval + 1.25 * deviation + late + 10;
-    /* Within four standard errors of 3450 states. */
+    /* Within four times the standard error of 3450 snapshots. */
     assert_true(fabs(gap_sum / n - interval) < 0.02 * JITTER);
     assert_true(fabs(deviation_sum / n - deviation) < 0.04 * JITTER);
     assert_true(fabs(late_sum / n - late) < 0.04 * JITTER);
@@ -382,9 +382,9 @@ static void look_scale(view *v)
                                                               : LL_VIEW_NORMAL);
 }
 
-/* A link that gets faster by 70 ms: it runs 2 % faster from where the error averaged over a second exceeds
- * one interval until it has come down to it. One that gets slower by 60 ms, which the buffer covers: when the
- * fast packets are forgotten it runs 4 % slower. */
+/* A link that gets faster by 70 ms: render time runs 2 % faster from where the error averaged over a second
+ * exceeds one interval until it has come down to it. A link that gets slower by 60 ms, which the buffer
+ * covers: when the fast packets are forgotten it runs 4 % slower. */
 static void catch_up_has_three_speeds(void **state)
 {
     (void)state;

@@ -1,4 +1,4 @@
-/* Simulations of fluids: what is told, what may change while they run, who stirs, and what is refused. */
+/* Simulations of fluids: reports, live changes, the pointer, and errors. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -54,7 +54,7 @@ static double metric(ll_session *s, const char *path)
     cJSON *report = ll_session_metrics(s);
     const cJSON *found = ll_param_number_at(report, full);
     if (found == NULL)
-        fail_msg("there is no %s", path);
+        fail_msg("%s is missing", path);
     double value = found->valuedouble;
     cJSON_Delete(report);
     return value;
@@ -68,7 +68,7 @@ static void between(const char *what, double value, double least, double most)
 
 /* ---- tests ---- */
 
-static void a_cavity_tells_profiles_of_pairs(void **state)
+static void a_cavity_reports_profiles_of_pairs(void **state)
 {
     (void)state;
     ll_session *s = session_of("{\"kind\":\"fluid\",\"scene\":\"cavity\",\"params\":{\"re\":100,\"n\":16},"
@@ -77,7 +77,7 @@ static void a_cavity_tells_profiles_of_pairs(void **state)
     between("u at the lid", metric(s, "profiles.u.128.1"), 1, 1);
     between("the middle", metric(s, "profiles.u.64.0"), 0.5, 0.5);
     between("u in the middle", metric(s, "profiles.u.64.1"), -0.209149 - 0.02, -0.209149 + 0.02);
-    between("v beside the left wall", metric(s, "profiles.v.30.1"), 0.179559 - 0.02, 0.179559 + 0.02);
+    between("v next to the left wall", metric(s, "profiles.v.30.1"), 0.179559 - 0.02, 0.179559 + 0.02);
     between("error_max", metric(s, "error_max"), 0.001, 0.03);
     ll_session_destroy(s);
 }
@@ -101,8 +101,8 @@ static void solver_advection_and_viscosity_change_while_it_runs(void **state)
     ll_session_destroy(s);
 }
 
-/* What would need another block stays; so does a solver that the scene cannot have. */
-static void what_cannot_change_is_refused(void **state)
+/* A change that needs another block is rejected; so is a solver that the scene cannot have. */
+static void unchangeable_parameters_are_rejected(void **state)
 {
     (void)state;
     ll_session *s = session_of("{\"kind\":\"fluid\",\"scene\":\"cylinder\",\"params\":{\"n\":16},"
@@ -145,8 +145,8 @@ static void a_broken_limit_names_tick_cell_and_reason(void **state)
     ll_session_destroy(s);
 }
 
-/* The pointer goes to the right with the button held: so does what is under it. */
-static void a_person_stirs(void **state)
+/* The pointer moves to the right with the button held: so does the fluid under it. */
+static void a_person_drags_the_fluid(void **state)
 {
     (void)state;
     ll_session *s = session_of("{\"kind\":\"fluid\",\"scene\":\"cavity\",\"params\":{\"n\":32},"
@@ -172,8 +172,8 @@ static void a_person_stirs(void **state)
     "{\"kind\":\"fluid\",\"scene\":\"taylor_green\",\"duration_s\":10,"                                      \
     "\"params\":{\"n\":16,\"viscosity_m2ps\":0.01}"
 
-/* What is not given is as the first has it, whatever that differs in from the defaults. */
-static void fluids_beside_begin_as_the_first(void **state)
+/* Parameters that are not given are the first one's, also where those differ from the defaults. */
+static void fluids_side_by_side_begin_as_the_first(void **state)
 {
     (void)state;
     ll_session *s =
@@ -189,7 +189,7 @@ static void fluids_beside_begin_as_the_first(void **state)
     ll_session_destroy(alone);
 }
 
-static void each_fluid_changes_by_itself_and_all_are_stirred(void **state)
+static void each_fluid_changes_alone_and_all_are_dragged(void **state)
 {
     (void)state;
     ll_session *s =
@@ -216,8 +216,8 @@ static void each_fluid_changes_by_itself_and_all_are_stirred(void **state)
     ll_session_destroy(still);
 }
 
-/* It stops by itself; the session goes on. */
-static void a_fluid_beside_that_fails_stops_alone(void **state)
+/* It stops alone; the session continues. */
+static void a_second_fluid_that_fails_stops_alone(void **state)
 {
     (void)state;
     ll_session *s = session_of("{\"kind\":\"fluid\",\"scene\":\"taylor_green\",\"params\":{\"n\":32},"
@@ -235,7 +235,7 @@ static void a_fluid_beside_that_fails_stops_alone(void **state)
     ll_session_destroy(s);
 }
 
-static void what_is_wrong_beside_is_refused_by_its_place(void **state)
+static void errors_side_by_side_name_their_index(void **state)
 {
     (void)state;
     ll_session *s;
@@ -257,7 +257,7 @@ static int64_t counted_ns(void)
     return 1000 * ++reads;
 }
 
-/* The clock is the caller's, read twice for each fluid and tick; what it says is in no state. */
+/* The clock is the caller's, read twice for each fluid and tick; its readings enter no state. */
 static void parts_are_metered_by_the_callers_clock(void **state)
 {
     (void)state;
@@ -282,8 +282,8 @@ static void parts_are_metered_by_the_callers_clock(void **state)
     ll_session_destroy(plain);
 }
 
-/* The layout names as many numbers as a frame carries, and the trace as many columns as values. */
-static void names_fit_what_is_told(void **state)
+/* The layout names as many numbers as a frame has, and the trace as many columns as values. */
+static void names_match_the_values(void **state)
 {
     (void)state;
     for (int i = 0; ll_fluid_scenes[i]; i++) {
@@ -310,18 +310,18 @@ static void names_fit_what_is_told(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_cavity_tells_profiles_of_pairs),
+        cmocka_unit_test(a_cavity_reports_profiles_of_pairs),
         cmocka_unit_test(solver_advection_and_viscosity_change_while_it_runs),
-        cmocka_unit_test(what_cannot_change_is_refused),
+        cmocka_unit_test(unchangeable_parameters_are_rejected),
         cmocka_unit_test(sizes_are_refused_with_their_memory),
         cmocka_unit_test(a_broken_limit_names_tick_cell_and_reason),
-        cmocka_unit_test(a_person_stirs),
-        cmocka_unit_test(fluids_beside_begin_as_the_first),
-        cmocka_unit_test(each_fluid_changes_by_itself_and_all_are_stirred),
-        cmocka_unit_test(a_fluid_beside_that_fails_stops_alone),
-        cmocka_unit_test(what_is_wrong_beside_is_refused_by_its_place),
+        cmocka_unit_test(a_person_drags_the_fluid),
+        cmocka_unit_test(fluids_side_by_side_begin_as_the_first),
+        cmocka_unit_test(each_fluid_changes_alone_and_all_are_dragged),
+        cmocka_unit_test(a_second_fluid_that_fails_stops_alone),
+        cmocka_unit_test(errors_side_by_side_name_their_index),
         cmocka_unit_test(parts_are_metered_by_the_callers_clock),
-        cmocka_unit_test(names_fit_what_is_told),
+        cmocka_unit_test(names_match_the_values),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -15,7 +15,7 @@
 #include "session/scenario.h"
 #include "session/session.h"
 
-/* What is told at the end; the caller deletes it. `text` is a scenario's members but for `kind`. */
+/* The report at the end; the caller deletes it. `text` is a scenario's members without `kind`. */
 static inline cJSON *lab_run(const char *text)
 {
     char whole[2048];

@@ -1,4 +1,5 @@
-/* Kind motion: the paper's figures, errors against closed forms, and changes that count from the start. */
+/* Kind motion: the paper's figures, errors against closed forms, and changes that take effect from the
+ * start. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -108,7 +109,7 @@ static void errors_are_those_of_the_closed_form(void **state)
     ll_session_destroy(s);
 }
 
-/* Where there is no formula the reference run must lead to the published value. */
+/* Where there is no formula the reference run must reach the published value. */
 static void references_by_integration_are_published(void **state)
 {
     (void)state;
@@ -124,7 +125,7 @@ static void references_by_integration_are_published(void **state)
     ll_session_destroy(s);
 }
 
-/* A duration that is no multiple of a tick: an adaptive method ends there to the digit. */
+/* A duration that is no multiple of a tick: an adaptive method ends there exactly. */
 static void runs_end_at_their_duration(void **state)
 {
     (void)state;
@@ -146,7 +147,7 @@ static void patch(ll_session *s, const char *text)
     cJSON_Delete(json);
 }
 
-/* A change counts from the start: the same as a run that began with it. */
+/* A change takes effect from the start: the same as a run that started with it. */
 static void changes_count_from_the_start(void **state)
 {
     (void)state;
@@ -167,7 +168,7 @@ static void changes_count_from_the_start(void **state)
     ll_session_destroy(b);
 }
 
-static void blow_ups_are_told(void **state)
+static void blow_ups_are_reported(void **state)
 {
     (void)state;
     ll_session *s = open_id("motion/stiff_spring");
@@ -186,7 +187,8 @@ static void blow_ups_are_told(void **state)
     ll_session_destroy(s);
 }
 
-/* Whether the method's run ended with the status, with a reason and without errors where that is not `ok`. */
+/* Checks that the method's run ends with the status, and if it is not `ok`, with a reason and without
+ * errors. */
 static void ends(const char *what, const char *status)
 {
     static const char *const errors[] = {"e_final", "e_max", "e_l2"};
@@ -196,10 +198,10 @@ static void ends(const char *what, const char *status)
     run_to_end(s);
     cJSON *report;
     const cJSON *m = metrics_of(s, 0, &report);
-    const char *told = cJSON_GetObjectItem(m, "status")->valuestring;
+    const char *reported = cJSON_GetObjectItem(m, "status")->valuestring;
     bool ok = strcmp(status, "ok") == 0;
-    if (strcmp(told, status) != 0)
-        fail_msg("%s: %s, e_max %g, not %s", what, told, number(m, "e_max"), status);
+    if (strcmp(reported, status) != 0)
+        fail_msg("%s: %s, e_max %g, not %s", what, reported, number(m, "e_max"), status);
     assert_true(ok == (cJSON_GetObjectItem(m, "reason") == NULL));
     for (int i = 0; i < 3; i++)
         assert_true(ok == isfinite(number(m, errors[i])));
@@ -207,8 +209,8 @@ static void ends(const char *what, const char *status)
     ll_session_destroy(s);
 }
 
-/* An undamped oscillation beyond its limit of stability grows by a known factor a step; below it the same
- * method is bounded. What is wrong by less than the scale of the problem is an error, not a failure. */
+/* An undamped oscillation beyond its limit of stability grows by a known factor per step; below it the same
+ * method is bounded. An error below the scale of the problem is no failure. */
 static void finite_values_beyond_all_bounds_are_failures(void **state)
 {
     (void)state;
@@ -221,7 +223,7 @@ static void finite_values_beyond_all_bounds_are_failures(void **state)
     ends(OSCILLATOR("30", "rk4", "0.09"), "ok");
     ends(OSCILLATOR("2", "explicit_euler", "0.1"), "diverged"); /* grows by (1.04)^150 */
     ends(OSCILLATOR("2", "explicit_euler", "0.01"), "ok");      /* by (1.0004)^1500, 1.8 */
-    ends(OSCILLATOR("2", "implicit_euler", "0.1"), "ok");       /* dies */
+    ends(OSCILLATOR("2", "implicit_euler", "0.1"), "ok");       /* decays */
     ends("\"problem\":\"kepler\",\"params\":{\"e\":0.995},\"duration_s\":7,\"methods\":[{\"method\":"
          "\"leapfrog_kdk\",\"dt_s\":0.02}]",
          "diverged");
@@ -238,7 +240,7 @@ static void finite_values_beyond_all_bounds_are_failures(void **state)
          "off");
 }
 
-static double told(ll_session *s, const char *name)
+static double reported(ll_session *s, const char *name)
 {
     cJSON *report = ll_session_metrics(s);
     double value = number(cJSON_GetObjectItem(report, "metrics"), name);
@@ -246,9 +248,9 @@ static double told(ll_session *s, const char *name)
     return value;
 }
 
-/* Two solutions of a double pendulum at 14 digits part after some twenty seconds: from there on no error is
- * known. What is nearer to the solution than its two references are to each other is not known either. */
-static void errors_are_told_as_far_as_the_solution_is_known(void **state)
+/* Two solutions of a double pendulum with 14 digits diverge after about twenty seconds: from there on no
+ * error is known. An error below the difference of the two references is unknown too. */
+static void errors_are_reported_while_the_solution_is_known(void **state)
 {
     (void)state;
     ll_session *s =
@@ -256,10 +258,10 @@ static void errors_are_told_as_far_as_the_solution_is_known(void **state)
                   "{\"method\":\"rk4\",\"dt_s\":0.004},{\"method\":\"dop853\",\"tolerance\":1e-14}]}");
     must(ll_session_run_to(s, 240));
     double early = metric(s, 0, "e_final");
-    assert_true(isnan(told(s, "predictable_until_s")) && told(s, "solution_uncertainty_max") < 1e-9);
-    assert_true(early > told(s, "solution_uncertainty_max") && isnan(metric(s, 1, "e_max")));
+    assert_true(isnan(reported(s, "predictable_until_s")) && reported(s, "solution_uncertainty_max") < 1e-9);
+    assert_true(early > reported(s, "solution_uncertainty_max") && isnan(metric(s, 1, "e_max")));
     run_to_end(s);
-    double until = told(s, "predictable_until_s"), doubt = told(s, "solution_uncertainty_max");
+    double until = reported(s, "predictable_until_s"), doubt = reported(s, "solution_uncertainty_max");
     assert_true(until > 12 && until < 33 && doubt > 1e-6 && doubt < 0.1);
     assert_true(isnan(metric(s, 0, "e_final")) && isnan(metric(s, 1, "e_final")));
     assert_true(metric(s, 0, "e_max") > early && metric(s, 0, "energy_drift_max") > 0);
@@ -267,13 +269,13 @@ static void errors_are_told_as_far_as_the_solution_is_known(void **state)
     s = open_text("{\"kind\":\"motion\",\"problem\":\"pendulum\",\"duration_s\":30,\"methods\":["
                   "{\"method\":\"rk4\",\"dt_s\":0.01}]}");
     run_to_end(s);
-    assert_true(told(s, "solution_uncertainty_max") == 0 && isnan(told(s, "predictable_until_s")));
+    assert_true(reported(s, "solution_uncertainty_max") == 0 && isnan(reported(s, "predictable_until_s")));
     ll_session_destroy(s);
 }
 
-/* ---- how methods are driven ---- */
+/* ---- time stepping ---- */
 
-/* Frames of 1/60 and 1/30 s in turns, to the nanosecond: figures of the reference page. */
+/* Frames of 1/60 and 1/30 s in turn, to the nanosecond: figures of the reference page. */
 static void frames_as_steps_break_verlet(void **state)
 {
     (void)state;
@@ -288,7 +290,7 @@ static void frames_as_steps_break_verlet(void **state)
     ll_session_destroy(s);
 }
 
-/* Saved up, frames of random length give the bits of a fixed step. */
+/* With an accumulator, frames of random length give bitwise the result of a fixed step. */
 static void saved_up_frames_are_fixed_steps(void **state)
 {
     (void)state;
@@ -296,7 +298,7 @@ static void saved_up_frames_are_fixed_steps(void **state)
     run_to_end(s);
     double steps = metric(s, 1, "steps"), behind = 60 - metric(s, 1, "t_s");
     char text[256];
-    assert_true(behind >= 0 && behind < 0.03 + 0.01); /* a frame and a step at most */
+    assert_true(behind >= 0 && behind < 0.03 + 0.01); /* at most a frame and a step */
     assert_true(metric(s, 0, "steps") == metric(s, 0, "frames") && metric(s, 1, "e_max") < 0.16);
     assert_true(metric(s, 0, "e_max") > 1 && metric(s, 3, "energy_drift_max") < 0.01);
     snprintf(text, sizeof text,
@@ -311,7 +313,7 @@ static void saved_up_frames_are_fixed_steps(void **state)
     ll_session_destroy(s);
 }
 
-/* Other frames by another seed, and the same by the same. */
+/* Another seed gives other frames, the same seed the same. */
 static void random_frames_are_the_seeds(void **state)
 {
     (void)state;
@@ -330,7 +332,7 @@ static void random_frames_are_the_seeds(void **state)
         ll_session_destroy(s[i]);
 }
 
-/* An hour by a clock in single precision: 2.79 s late; with compensation right to its last digit. */
+/* An hour by a clock in single precision: 2.79 s late; with compensation exact to the last digit. */
 static void float_clocks_are_late(void **state)
 {
     (void)state;
@@ -343,7 +345,7 @@ static void float_clocks_are_late(void **state)
     ll_session_destroy(s);
 }
 
-/* A body at rest makes no steps; its clock goes on. A located stop is within a step of the clock. */
+/* A body at rest makes no steps; its clock continues. A located stop is within a step of the clock. */
 static void clocks_go_on_at_rest(void **state)
 {
     (void)state;
@@ -357,7 +359,7 @@ static void clocks_go_on_at_rest(void **state)
     ll_session_destroy(s);
 }
 
-/* Numbers are 2^-10, 2^-7 and 2^-4 m apart there, and so are the places of the body. */
+/* Numbers are 2^-10, 2^-7 and 2^-4 m apart there, and so are the body's positions. */
 static void far_places_are_coarse(void **state)
 {
     (void)state;
@@ -373,8 +375,8 @@ static void far_places_are_coarse(void **state)
     ll_session_destroy(s);
 }
 
-/* A million steps there and a million back. */
-static void the_lattice_comes_back_to_the_last_bit(void **state)
+/* A million steps forward and a million back. */
+static void the_lattice_returns_bitwise(void **state)
 {
     (void)state;
     ll_session *s = open_text("{\"kind\":\"motion\",\"problem\":\"pendulum\",\"duration_s\":2000,"
@@ -392,7 +394,7 @@ static void the_lattice_comes_back_to_the_last_bit(void **state)
     ll_session_destroy(s);
 }
 
-/* Where there is no formula the reference turns too, and adaptive methods run back as well. */
+/* Where there is no formula the reference is reversed too, and adaptive methods also run back. */
 static void references_turn_too(void **state)
 {
     (void)state;
@@ -402,7 +404,7 @@ static void references_turn_too(void **state)
     run_to_end(s);
     assert_true(metric(s, 0, "t_s") == 0 && metric(s, 0, "e_max") < 1e-9);
     assert_true(fabs(component(s, 0, 0) - 0.1) < 1e-9 && fabs(component(s, 0, 3) - 0.5) < 1e-9);
-    /* The turn is at the end of a step, after 20.02 s. */
+    /* The reversal is at the end of a step, after 20.02 s. */
     assert_true(metric(s, 1, "steps") == 572 && fabs(metric(s, 1, "t_s")) < 1e-12);
     assert_true(metric(s, 1, "e_max") < 0.02 && metric(s, 1, "e_final") < 1e-12);
     ll_session_destroy(s);
@@ -460,16 +462,16 @@ int main(void)
         cmocka_unit_test(references_by_integration_are_published),
         cmocka_unit_test(runs_end_at_their_duration),
         cmocka_unit_test(changes_count_from_the_start),
-        cmocka_unit_test(blow_ups_are_told),
+        cmocka_unit_test(blow_ups_are_reported),
         cmocka_unit_test(finite_values_beyond_all_bounds_are_failures),
-        cmocka_unit_test(errors_are_told_as_far_as_the_solution_is_known),
+        cmocka_unit_test(errors_are_reported_while_the_solution_is_known),
         cmocka_unit_test(frames_as_steps_break_verlet),
         cmocka_unit_test(saved_up_frames_are_fixed_steps),
         cmocka_unit_test(random_frames_are_the_seeds),
         cmocka_unit_test(float_clocks_are_late),
         cmocka_unit_test(clocks_go_on_at_rest),
         cmocka_unit_test(far_places_are_coarse),
-        cmocka_unit_test(the_lattice_comes_back_to_the_last_bit),
+        cmocka_unit_test(the_lattice_returns_bitwise),
         cmocka_unit_test(references_turn_too),
         cmocka_unit_test(bad_input_is_named),
     };

@@ -1,10 +1,10 @@
-/* What errors mean: they are of every step, whatever the ticks are; small components count in the weighted
- * ones; and where a solution begins without energy, its drift has a scale all the same. */
+/* Meaning of the errors: they are of every step, for any ticks; small components count in the weighted ones;
+ * and where a solution starts without energy, its drift still has a scale. */
 #include "motion_lab.h"
 #include "ode/core/problem.h"
 #include "ode/core/run.h"
 
-/* ---- no tick changes what is measured ---- */
+/* ---- ticks do not change the errors ---- */
 
 static bool same(double a, double b)
 {
@@ -72,7 +72,7 @@ typedef struct naive {
     double at_ends, at_four, at_forty; /* the largest error */
 } naive;
 
-/* dopri5's own steps and dense output against Kepler's equation, without the lab. */
+/* dopri5's own steps and dense output against Kepler's equation, without the kind motion. */
 static naive by_hand(const char *e, double duration, double tolerance)
 {
     _Alignas(8) char params[LL_ODE_PARAMS_MAX];
@@ -127,14 +127,14 @@ static void the_largest_error_is_of_every_step(void **state)
         if (!(fabs(got / want.at_four - 1) < 1e-9))
             fail_msg("e %s: %.12g, by hand %.12g", eccentric[k], got, want.at_four);
         assert_true(got >= want.at_ends &&
-                    got > 0.8 * want.at_forty); /* between the times little is missed */
+                    got > 0.8 * want.at_forty); /* little is missed between the times */
         cJSON_Delete(metrics);
     }
 }
 
 /* ---- weighted errors ---- */
 
-/* Free fall by Euler: off by a t dt / 2 in the place, of a t^2 / 2 there are in all; the speed is right. */
+/* Free fall by Euler: the position is off by a t dt / 2, of a t^2 / 2 in all; the velocity is right. */
 static void weighted_errors_are_those_of_the_closed_form(void **state)
 {
     (void)state;
@@ -150,15 +150,15 @@ static void weighted_errors_are_those_of_the_closed_form(void **state)
         assert_true(fabs(lab_number(m, "e_final_weighted") - dt / 4) < 1e-12);
         assert_true(fabs(lab_number(m, "e_l2_weighted") - sqrt(squares)) < 1e-12);
         assert_true(fabs(lab_number(m, "e_max") - 20 * dt) < 1e-10);
-        /* It begins without energy: what it gains is told against m v^2 / 2 at the end. */
+        /* It starts without energy: its gain is relative to m v^2 / 2 at the end. */
         assert_true(fabs(lab_number(m, "energy_drift_max") - dt / 4) < 1e-12);
         assert_true(fabs(lab_number(m, "energy_drift_final") - (i ? -1 : 1) * dt / 4) < 1e-12);
     }
     cJSON_Delete(metrics);
 }
 
-/* Robertson's second substance is there by some 1e-5: a method that gives none of it, or twice as much, for a
- * second has small Euclidean errors. */
+/* Robertson's second substance has a concentration of about 1e-5: a method that gives none of it, or twice as
+ * much, for a second has small Euclidean errors. */
 static void small_components_count(void **state)
 {
     (void)state;
@@ -175,7 +175,7 @@ static void small_components_count(void **state)
 /* ---- beyond the end ---- */
 
 /* A fixed step may pass the duration; the solution there is that of a run which ends there. */
-static void the_solution_goes_on_where_a_step_does(void **state)
+static void the_solution_continues_with_the_last_step(void **state)
 {
     (void)state;
     cJSON *metrics =
@@ -203,7 +203,7 @@ static const char *notice(const cJSON *metrics, int i)
     return item ? item->valuestring : "";
 }
 
-static void errors_that_are_not_known_are_told(void **state)
+static void notices_name_unknown_errors(void **state)
 {
     (void)state;
     cJSON *m = lab_run(
@@ -218,7 +218,8 @@ static void errors_that_are_not_known_are_told(void **state)
     bool known = !isnan(lab_number(lab_method(m, 1), "e_max"));
     assert_false(isnan(lab_number(lab_method(m, 0), "e_max")));
     assert_false(known);
-    assert_non_null(strstr(notice(m, 0), "methods.1, dop853, is nearer to the solution than that is known"));
+    assert_non_null(
+        strstr(notice(m, 0), "methods.1, dop853, is nearer to the solution than its uncertainty"));
     assert_string_equal(notice(m, 1), "");
     cJSON_Delete(m);
     m = lab_run(
@@ -234,8 +235,8 @@ int main(void)
         cmocka_unit_test(the_largest_error_is_of_every_step),
         cmocka_unit_test(weighted_errors_are_those_of_the_closed_form),
         cmocka_unit_test(small_components_count),
-        cmocka_unit_test(the_solution_goes_on_where_a_step_does),
-        cmocka_unit_test(errors_that_are_not_known_are_told),
+        cmocka_unit_test(the_solution_continues_with_the_last_step),
+        cmocka_unit_test(notices_name_unknown_errors),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

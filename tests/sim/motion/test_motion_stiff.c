@@ -1,6 +1,6 @@
-/* Stiff problems by every implicit method, over ladders from steps that resolve nothing to steps that resolve
- * everything, and over all tolerances: what is told to be `ok` is near the solution and comes nearer by the
- * method's order; what is not near it has failed. */
+/* Stiff problems by every implicit method, over refinement series from steps that resolve nothing to steps
+ * that resolve everything, and over all tolerances: a run with status `ok` is near the solution and converges
+ * with the method's order; a run that is not near it has failed. */
 #include "motion_lab.h"
 #include "ode/core/method.h"
 
@@ -8,13 +8,13 @@ typedef struct known {
     const char *problem;
     double T;
     int dim;
-    double solution[8]; /* at T, in more digits than a double has */
-    double size[8];     /* the order of magnitude of the largest that a component becomes */
+    double solution[8]; /* at T, with more digits than a double has */
+    double size[8];     /* order of magnitude of the largest value of a component */
     int halvings;       /* of the step, from T / 2 */
 } known;
 
 /* Robertson, HIRES, the Oregonator and van der Pol's oscillator with mu = 1000: Test Set for IVP Solvers, and
- * by two methods in binary128. Van der Pol's with 3 and 5: Taylor series in 30 digits (mpmath). The last
+ * by two methods in binary128. Van der Pol's with 3 and 5: Taylor series with 30 digits (mpmath). The last
  * three: the linearly implicit Euler method, extrapolated to nine columns, at 1e-9, in Python. */
 static const known problems[] = {
     {"robertson",
@@ -77,8 +77,8 @@ static const known problems[] = {
 
 enum { PROBLEMS = sizeof problems / sizeof problems[0], AT_ONCE = 8, RUNGS = 17 };
 
-/* Of docs/accuracy.md, of the first of the problems: how often the longest step that is ok is halved, and
- * what it is off by at the most. -1: none is. */
+/* From docs/accuracy.md, for the first of the problems: number of halvings of the longest step that is ok,
+ * and its largest error. -1: no step is. */
 static const struct {
     int halved;
     double off;
@@ -89,8 +89,8 @@ static const struct {
 };
 
 typedef struct refinement_level {
-    double error; /* at T, of the worst component against its size; NAN: not ok */
-    double told;  /* e_final_weighted */
+    double error;    /* at T, of the worst component relative to its size; NAN: not ok */
+    double reported; /* e_final_weighted */
 } refinement_level;
 
 static refinement_level read_refinement_level(const known *p, const cJSON *m)
@@ -107,7 +107,7 @@ static refinement_level read_refinement_level(const known *p, const cJSON *m)
     return r;
 }
 
-/* Several settings of a method side by side, as many as a motion takes. */
+/* Several configurations of a method side by side, as many as a motion takes. */
 static void refinement_run(const known *p, const char *method, const char *setting, const double *values,
                            int count, refinement_level *refinement_levels)
 {
@@ -128,16 +128,16 @@ static void refinement_run(const known *p, const char *method, const char *setti
     }
 }
 
-/* What is ok is within two fifths of a component's size (the lab's third is of the size that it saw), and
- * what is told is what it is. */
+/* A run that is ok is within two fifths of a component's size (the kind's own third is of the size that it
+ * saw), and the reported error is the true one. */
 static void near_or_failed(const known *p, const char *method, double value, const refinement_level *r)
 {
     if (isnan(r->error))
         return;
     if (!(r->error < 0.4))
         fail_msg("%s, %s, %g: ok and off by %g", p->problem, method, value, r->error);
-    if (r->error > 1e-7 && !(r->told > r->error / 3 && r->told < r->error * 3))
-        fail_msg("%s, %s, %g: off by %g, told is %g", p->problem, method, value, r->error, r->told);
+    if (r->error > 1e-7 && !(r->reported > r->error / 3 && r->reported < r->error * 3))
+        fail_msg("%s, %s, %g: off by %g, reported is %g", p->problem, method, value, r->error, r->reported);
 }
 
 static void as_documented(const known *p, int k, int method, const refinement_level *refinement_levels)
@@ -172,7 +172,7 @@ static void steps_of_any_length_are_right_or_fail(void **state)
                 near_or_failed(p, methods[j], steps[n], &refinement_levels[n]);
                 ok += !isnan(refinement_levels[n].error);
                 failed += isnan(refinement_levels[n].error);
-                /* A step that was short enough stays so, and half of it is not worse but for its sign. */
+                /* A step that was short enough stays so, and half of it is not worse except for its sign. */
                 if (n > 0 && refinement_levels[n - 1].error < 0.1 &&
                     !(refinement_levels[n].error < 2 * refinement_levels[n - 1].error + 1e-8))
                     fail_msg("%s, %s: %g at %g, %g at %g", p->problem, methods[j],

@@ -1,4 +1,4 @@
-/* No allocation in a step: counted by standing in for the C library's functions. */
+/* No allocation in a step: counted by replacing the C library's functions. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -32,7 +32,7 @@ static void steps_do_not_allocate(void **state)
         assert_int_equal(allocations() - before, 0);
         scene_close(&s);
     }
-    assert_true(allocations() != 0); /* the count does count */
+    assert_true(allocations() != 0); /* the counter works */
 }
 
 int main(void)

@@ -1,4 +1,4 @@
-/* What cheats bring, with the server's validation and without (M15). */
+/* The gain of cheats, with the server's validation and without. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -14,7 +14,7 @@
 
 #define RUN_S 40
 
-/* ---- the measure ---- */
+/* ---- the metric ---- */
 
 static double gain_of(const double *x, int count, bool at_rest)
 {
@@ -30,8 +30,8 @@ static double gain_of(const double *x, int count, bool at_rest)
     return gain.most;
 }
 
-/* The largest excess over any stretch: a leap, one of several in a row, a rate a little too high, and what
- * was saved up does not make up for it. */
+/* The largest excess over any stretch: a leap, one of several in a row, a rate slightly too high; distance
+ * saved up before does not compensate for it. */
 static void gain_is_the_largest_excess_over_any_stretch(void **state)
 {
     (void)state;
@@ -39,7 +39,7 @@ static void gain_is_the_largest_excess_over_any_stretch(void **state)
     assert_true(gain_of((double[]){0, 1, 7, 8, 9}, 5, true) == 5);
     assert_true(gain_of((double[]){0, 1, -5, -6}, 4, true) == 5);
     assert_true(gain_of((double[]){0, 0, 0, 0, 6}, 5, false) ==
-                5); /* three steps of standing still allow nothing */
+                5); /* three steps of standing still permit nothing */
     assert_true(gain_of((double[]){0, 4, 4, 4, 9}, 5, false) == 5); /* 3 + 4 - 2 */
     assert_true(fabs(gain_of((double[]){0, 1.25, 2.5, 3.75, 5}, 5, true) - 1) < 1e-12);
     assert_true(gain_of((double[]){0, 0.5, 1, 1.5}, 4, true) == 0);
@@ -49,7 +49,7 @@ static void gain_is_the_largest_excess_over_any_stretch(void **state)
 
 typedef struct outcome {
     double gain, way; /* m */
-    int64_t refused, told;
+    int64_t refused, refused_inputs;
 } outcome;
 
 static outcome run(const char *sync, const char *cheat, bool validation)
@@ -64,26 +64,26 @@ static outcome run(const char *sync, const char *cheat, bool validation)
         NULL};
     scene s = scene_open("race", sets);
     scene_run(&s, RUN_S, NULL);
-    const ll_client_slot *client_slot = &ll_netgame_server(s.game)->seats[0];
+    const ll_client_slot *client_slot = &ll_netgame_server(s.game)->client_slots[0];
     for (int rule = 1; rule < LL_RULES; rule++)
         o.refused += client_slot->refused[rule];
     o.gain = ll_netgame_client_metrics(s.game, 0)->gain.most;
     o.way = ll_server_world(ll_netgame_server(s.game))->entity[0].x;
-    o.told = ll_netgame_client(s.game, 0)->refused;
+    o.refused_inputs = ll_netgame_client(s.game, 0)->refused;
     assert_int_equal(ll_netgame_client_metrics(s.game, 0)->false_refusals, 0);
     assert_int_equal(ll_netgame_client_metrics(s.game, 1)->false_refusals, 0);
     scene_close(&s);
     return o;
 }
 
-/* 1/50 s at 16 m/s: an update of the demo's rules may hold an input more or less. */
+/* 1/50 s at 16 m/s: an update of the demo's rules may contain one input more or less. */
 #define TICK_M (16.0 / 50)
 
-/* What the time budget lets be processed at once. */
+/* What the time budget permits at once. */
 #define BURST_M (80 * TICK_M)
 
-/* Inputs that are too large bring metres under every sync; the rule's tolerance is none. */
-static void large_inputs_bring_nothing_that_is_let_through(void **state)
+/* Inputs that are too large gain metres in every sync mode; with validation they gain nothing. */
+static void large_inputs_gain_nothing_with_validation(void **state)
 {
     (void)state;
     static const char *const syncs[] = {"free", "lockstep_pipelined", "gambetta"};
@@ -96,19 +96,20 @@ static void large_inputs_bring_nothing_that_is_let_through(void **state)
             assert_true(on.gain < 1e-6 + (k == 2 ? TICK_M : 0) && on.way < honest.way + 1e-6);
             assert_int_equal(off.refused, 0);
             assert_true(off.gain > 10 && off.way > honest.way + 10);
-            assert_true(k == 2 ? on.told == 0 : on.told > 10); /* the demo is silent */
+            assert_true(k == 2 ? on.refused_inputs == 0
+                               : on.refused_inputs > 10); /* the demo sends no refusals */
         }
 }
 
-/* Where inputs count as they come, more of them than time has passed, and a burst, bring what they say; with
- * the time budget at most one burst. */
-static void time_that_has_not_passed_brings_a_burst_at_most(void **state)
+/* Where inputs are applied on arrival, more of them than time has passed, and a burst, gain what they state;
+ * with the time budget at most one burst. */
+static void inputs_of_future_time_gain_a_burst_at_most(void **state)
 {
     (void)state;
     static const struct {
         const char *cheat;
         double off; /* at least: 16 m/s for twice the time, for a fifth more of it, and for the 3 s that were
-                       held */
+                       held back */
     } cheats[] = {{"rate", 16 * (RUN_S - 6)}, {"budget", 16 * 0.2 * (RUN_S - 6)}, {"lag_switch", 16 * 2.9}};
     outcome honest = run("gambetta", "none", true);
     for (int i = 0; i < 3; i++) {
@@ -121,7 +122,7 @@ static void time_that_has_not_passed_brings_a_burst_at_most(void **state)
     }
 }
 
-/* Where each input belongs to a step of the server's clock they bring nothing, validated or not. */
+/* Where each input belongs to a step of the server's clock they gain nothing, validated or not. */
 static void inputs_by_step_are_proof_against_too_many(void **state)
 {
     (void)state;
@@ -137,7 +138,7 @@ static void inputs_by_step_are_proof_against_too_many(void **state)
     }
 }
 
-/* Whether it can be seen: who plays by the rules gains nothing by the same measure. */
+/* The metric distinguishes: a player who keeps the rules gains nothing by the same metric. */
 static void honest_players_gain_nothing(void **state)
 {
     (void)state;
@@ -197,7 +198,7 @@ static void drive(const char *const *sets, const char *cheat, double from_s, cou
     c->twin_gain = ll_netgame_client_metrics(s.game, 0)->twin.most;
     c->refused = 0;
     for (int rule = 1; rule < LL_RULES; rule++)
-        c->refused += ll_netgame_server(s.game)->seats[0].refused[rule];
+        c->refused += ll_netgame_server(s.game)->client_slots[0].refused[rule];
     scene_close(&s);
 }
 
@@ -214,8 +215,8 @@ static double most_ahead(const course *cheat, const course *honest)
 static const char *const by_place[] = {"magnitude", "rate",  "budget",   "view_time",
                                        "fire_rate", "claim", "teleport", "lag_switch"};
 
-/* The twin is a run of its own, in which nobody cheats: under every sync, from the start or later on,
- * validated or not, whatever is refused. */
+/* The twin matches a separate run without cheats: in every sync mode, from the start or later on, validated
+ * or not, with any refusals. */
 static void the_twin_is_the_honest_run(void **state)
 {
     (void)state;
@@ -239,7 +240,7 @@ static void the_twin_is_the_honest_run(void **state)
         assert_true(honest->twin_gain == 0 && honest->gain == 0);
         for (int i = 0; i < 8; i++) {
             drive(sets, by_place[i], from_s, cheat);
-            bool waits = k % 3 == 1 && strcmp(by_place[i], "lag_switch") == 0; /* and lets the twin wait */
+            bool waits = k % 3 == 1 && strcmp(by_place[i], "lag_switch") == 0; /* and makes the twin wait */
             if (!waits)
                 assert_float_equal(cheat->twin_gain, most_ahead(cheat, honest), 1e-6);
             gained += cheat->twin_gain > 1;
@@ -250,9 +251,9 @@ static void the_twin_is_the_honest_run(void **state)
     free(cheat);
 }
 
-/* What the server lets through under free: inputs that are made up to 127 ticks before their step, so that a
- * pedal may be down for as much longer. Nothing of all other cheats; and nothing at all where the pedal is
- * down anyhow. */
+/* Gains that the server permits with sync free: inputs made up to 127 ticks before their step, so that a
+ * pedal may be down for that much longer. No other cheat gains, and none gains where the pedal is down
+ * anyway. */
 static void no_cheat_passes_its_honest_twin(void **state)
 {
     (void)state;
@@ -277,7 +278,7 @@ static void no_cheat_passes_its_honest_twin(void **state)
     free(cheat);
 }
 
-/* What the policies are for: with the last input repeated a cheat whose inputs are all refused keeps its
+/* Purpose of the policies: if the last input is repeated, a cheat whose inputs are all refused keeps its
  * throttle. */
 static void a_latched_throttle_is_a_gain(void **state)
 {
@@ -286,7 +287,7 @@ static void a_latched_throttle_is_a_gain(void **state)
     static const char *const cheats[] = {"rate", "budget"};
     course *cheat = malloc(sizeof *cheat);
     for (int i = 0; i < 2; i++) {
-        double most = 0; /* which pedal is held for ever is the seed's */
+        double most = 0; /* the seed determines which pedal stays down */
         for (int k = 0; k < 4; k++) {
             const char *const sets[] = {"server.starved=repeat", "players.0.lag_ms=70", "params.laps=10000",
                                         seeds[k], NULL};
@@ -299,9 +300,9 @@ static void a_latched_throttle_is_a_gain(void **state)
     free(cheat);
 }
 
-/* Where inputs count as they come, what comes in a burst is the way of its time, and what its speed does
- * then. */
-static void a_burst_is_what_the_demo_lets_through(void **state)
+/* Where inputs are applied on arrival, a burst gains the distance of its time, and then what its speed
+ * gains. */
+static void the_demo_permits_a_burst(void **state)
 {
     (void)state;
     static const char *const scripts[] = {"players.0.script=varied", "players.0.script=steady"};
@@ -320,14 +321,14 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(gain_is_the_largest_excess_over_any_stretch),
-        cmocka_unit_test(large_inputs_bring_nothing_that_is_let_through),
-        cmocka_unit_test(time_that_has_not_passed_brings_a_burst_at_most),
+        cmocka_unit_test(large_inputs_gain_nothing_with_validation),
+        cmocka_unit_test(inputs_of_future_time_gain_a_burst_at_most),
         cmocka_unit_test(inputs_by_step_are_proof_against_too_many),
         cmocka_unit_test(honest_players_gain_nothing),
         cmocka_unit_test(the_twin_is_the_honest_run),
         cmocka_unit_test(no_cheat_passes_its_honest_twin),
         cmocka_unit_test(a_latched_throttle_is_a_gain),
-        cmocka_unit_test(a_burst_is_what_the_demo_lets_through),
+        cmocka_unit_test(the_demo_permits_a_burst),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

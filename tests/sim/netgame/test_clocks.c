@@ -1,5 +1,5 @@
-/* Clocks of their own: machines that drift, phases that are drawn, rates that differ; and what an input waits
- * for, to the nanosecond. */
+/* Clocks: machines that drift, random phases, different rates; and the waits of an input, to the
+ * nanosecond. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -49,14 +49,14 @@ static int64_t refused(const scene *s, int player)
 {
     int64_t sum = 0;
     for (int rule = 1; rule < LL_RULES; rule++)
-        sum += ll_netgame_server(s->game)->seats[player].refused[rule];
+        sum += ll_netgame_server(s->game)->client_slots[player].refused[rule];
     return sum;
 }
 
 /* ---- drift ---- */
 
-/* An hour on machines that are too fast and too slow: inputs stay in time, none is refused, and what is
- * predicted is right whenever an input was in time. 100 ppm are a tick in 167 s. */
+/* An hour on machines that are too fast and too slow: inputs stay in time, none is refused, and the
+ * prediction is right whenever an input was in time. 100 ppm are a tick in 167 s. */
 static void an_hour_of_drift_is_followed(void **state)
 {
     (void)state;
@@ -82,7 +82,7 @@ static void an_hour_of_drift_is_followed(void **state)
     }
 }
 
-/* ---- what an input waits for ---- */
+/* ---- waits of an input ---- */
 
 /* The first time of a grid of `period_ms` from `phase_ms` on that is not before `t`. */
 static double next_on(double period_ms, double phase_ms, double t)
@@ -90,8 +90,8 @@ static double next_on(double period_ms, double phase_ms, double t)
     return phase_ms + period_ms * ceil((t - phase_ms) / period_ms - 1e-9);
 }
 
-/* Made at a tick of the client, applied at the first step behind its way (and the slack), sent with it, back,
- * and drawn at the client's next display. */
+/* Made at a tick of the client, applied at the first step after its delay (and the slack), sent with it,
+ * back, and drawn at the client's next display. */
 static double expected_ms(double lag, double phase, int slack, double tick)
 {
     double made = phase * tick, step = next_on(tick, 0, made + lag) + slack * tick;
@@ -173,7 +173,7 @@ static void latency_is_a_line_over_lag_with_drawn_phases_and_a_staircase_without
         treads += n > 0 && fabs(aligned[n] - aligned[n - 1]) < 1e-9;
     }
     line fitted = fit(lag, drawn, n);
-    printf("drawn phases: %.4f ms per ms of lag, %.2f ms at 0, at most %.2f ms off the line\n", fitted.slope,
+    printf("random phases: %.4f ms per ms of lag, %.2f ms at 0, at most %.2f ms off the line\n", fitted.slope,
            fitted.offset, fitted.worst);
     if (!SLOW) {
         assert_true(fabs(fitted.slope - 2) < 0.01);
@@ -185,9 +185,9 @@ static void latency_is_a_line_over_lag_with_drawn_phases_and_a_staircase_without
 
 /* ---- rates ---- */
 
-/* Who draws and sends at rates of its own plays the same game: the server's world is the same to the bit when
- * inputs come in time, and no picture's mean age changes by more than half a period of its displays. */
-static void displays_and_sending_change_nothing_but_what_is_seen(void **state)
+/* A player that draws and sends at rates of its own plays the same game: the server's world is bitwise equal
+ * when inputs arrive in time, and no view's mean age changes by more than half a period of its displays. */
+static void displays_and_sending_change_only_the_views(void **state)
 {
     (void)state;
     static const char *const sets[] = {"", ",\"display_hz\":240", ",\"display_hz\":90", ",\"display_hz\":31"};
@@ -230,7 +230,7 @@ static void slow_senders_are_as_much_later(void **state)
     scene_close(&s);
 }
 
-/* Devices shift what is felt by what they take, and nothing else. */
+/* Devices shift the input latency by their own delay, and change nothing else. */
 static void devices_shift_latency_by_their_own(void **state)
 {
     (void)state;
@@ -259,7 +259,7 @@ int main(void)
         cmocka_unit_test(an_hour_of_drift_is_followed),
         cmocka_unit_test(latency_without_prediction_is_the_round_trip_and_the_waits),
         cmocka_unit_test(latency_is_a_line_over_lag_with_drawn_phases_and_a_staircase_without),
-        cmocka_unit_test(displays_and_sending_change_nothing_but_what_is_seen),
+        cmocka_unit_test(displays_and_sending_change_only_the_views),
         cmocka_unit_test(slow_senders_are_as_much_later),
         cmocka_unit_test(devices_shift_latency_by_their_own),
     };

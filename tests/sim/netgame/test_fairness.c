@@ -1,4 +1,4 @@
-/* M11 by hand: three players whose input latency is their round trip, since nothing is predicted. */
+/* Fairness by hand: three players whose input latency is their round trip, since nothing is predicted. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -45,7 +45,8 @@ static void fairness_follows_the_lag(void **state)
     scene_close(&s);
 }
 
-/* Equal bots; who is far away hits less where nothing is rewound, and who never shoots is not counted. */
+/* Equal bots; a player far away hits less where nothing is rewound, and a player who never shoots is not
+ * counted. */
 static void fairness_counts_hits(void **state)
 {
     (void)state;
@@ -62,7 +63,7 @@ static void fairness_counts_hits(void **state)
     scene_close(&s);
 
     s = scene_open("behind_cover", NULL);
-    scene_run(&s, 1, NULL); /* nobody has shot yet */
+    scene_run(&s, 1, NULL); /* no player has shot yet */
     m = ll_netgame_metrics(s.game);
     assert_null(ll_param_number_at(m, "players.0.shots.hit_ratio"));
     assert_null(ll_param_number_at(m, "server.fairness.hit_ratio.spread"));

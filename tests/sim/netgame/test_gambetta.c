@@ -1,4 +1,4 @@
-/* The defects of the live demo: each there under the rules `gambetta`, and gone under `free`. Tabled figures
+/* The defects of the live demo: each present with sync `gambetta`, and absent with `free`. Expected figures
  * are those of a model of the demo's script. */
 #include <math.h>
 #include <setjmp.h>
@@ -46,9 +46,9 @@ static double frozen(const char *id, const char *rate, int seed, double *step)
     return share;
 }
 
-/* Exactly one interval between the times of the frames that took two states: frozen frames as tabled, more of
- * them the more often the server sends, and steps of several times the 0.04 m of even motion. Both figures
- * are means of 10 runs of 60 s, so they may differ by three times sqrt(2) standard errors. */
+/* Exactly one interval between the times of the frames that applied two snapshots: frozen frames as in the
+ * table, more at higher update rates, and steps of several times the 0.04 m of even motion. Both figures are
+ * means of 10 runs of 60 s, so they may differ by three times sqrt(2) times the standard error. */
 static void jitter_freezes(void **state)
 {
     (void)state;
@@ -76,8 +76,8 @@ static void jitter_freezes(void **state)
 
 /* ---- 2: stale snapshots ---- */
 
-/* B goes one way at 2 m/s; A's lag falls from 500 to 50 ms while the server sends ten times a second. Tells
- * how many states A took after newer ones, and how far B's picture went back at most. */
+/* B moves one way at 2 m/s; A's lag falls from 500 to 50 ms while the server sends ten times per second.
+ * Returns how many snapshots A applied after newer ones, and how far B moved back in A's view at most. */
 static int stale_taken(const char *id, double *back)
 {
     const char *const sets[] = {"server.update_hz=10", "players.0.lag_ms=500", "players.1.lag_ms=0",
@@ -112,7 +112,7 @@ static int stale_taken(const char *id, double *back)
     return stale;
 }
 
-/* Those of the last 450 ms before the change, four, come after the first of the new. The first of them is
+/* Those of the last 450 ms before the change, four, arrive after the first of the new. The first of them is
  * from 400 ms before it: 0.8 m back at 2 m/s. */
 static void lower_lag_brings_stale_states(void **state)
 {
@@ -133,20 +133,20 @@ static double refused(const char *id, double jitter_ms, double *late)
     snprintf(jitter, sizeof jitter, "players.0.timer_jitter_ms=%g", jitter_ms);
     scene s = open_with(id, 1, sets);
     scene_run(&s, 120, NULL);
-    const ll_client_slot *client_slot = &ll_netgame_server(s.game)->seats[0];
+    const ll_client_slot *client_slot = &ll_netgame_server(s.game)->client_slots[0];
     double all =
         (double)(client_slot->accepted + client_slot->late + client_slot->refused[LL_RULE_MAGNITUDE]);
     double share = (double)client_slot->refused[LL_RULE_MAGNITUDE] / all;
     *late = (double)client_slot->late / all;
-    double every_ms = id == demo ? 20 + jitter_ms / 2 : 20; /* an input a frame, or one for each tick */
+    double every_ms = id == demo ? 20 + jitter_ms / 2 : 20; /* an input per frame, or one for each tick */
     assert_true(fabs(all - 120e3 / every_ms) < 60);
     assert_true(client_slot->refused[LL_RULE_RATE] + client_slot->refused[LL_RULE_BUDGET] == 0);
     scene_close(&s);
     return share;
 }
 
-/* Timers of 20 ms + U(0, j): an input counts for the time since the last, and from 25 ms on it is refused:
- * the share (j - 5) / j. Inputs for ticks are not. */
+/* Timers of 20 ms + U(0, j): an input counts for the time since the last, and from 25 ms on it is refused: a
+ * share of (j - 5) / j. Inputs for ticks are not refused. */
 static void late_timers_lose_inputs(void **state)
 {
     (void)state;
@@ -162,8 +162,8 @@ static void late_timers_lose_inputs(void **state)
 
 /* ---- 4: phantom inputs ---- */
 
-/* A predicts, holds a key for a second and lets go. Four seconds later: how many inputs still wait, and how
- * far off its picture of itself is. */
+/* A predicts, holds a key for a second and releases it. Four seconds later: how many inputs still wait, and
+ * how far off A is in its own view. */
 static int phantoms(const char *id, int seed, double *offset)
 {
     const char *const sets[] = {"players.0.timer_jitter_ms=8", "players.0.control=person",
@@ -183,8 +183,8 @@ static int phantoms(const char *id, int seed, double *offset)
     return open;
 }
 
-/* When the last inputs of a burst are refused nothing ever acknowledges them: with the share 3/8 for a jitter
- * of 8 ms. They are applied again on every state: 20 to 28 ms at 2 m/s each. */
+/* When the last inputs of a burst are refused, nothing ever acknowledges them: a share of 3/8 for a jitter of
+ * 8 ms. They are applied again on every snapshot: 20 to 28 ms at 2 m/s each. */
 static void refused_last_inputs_wait_for_ever(void **state)
 {
     (void)state;

@@ -1,5 +1,5 @@
-/* Holds of deterministic lockstep and rollback: nobody passes one, everybody goes on, no input is lost, and
- * the outcome is that of a game that was never held. */
+/* Holds of deterministic lockstep and rollback: no client passes one, all continue, no input is lost, and the
+ * result is that of a game without holds. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -38,7 +38,7 @@ static double draw(uint64_t number, int k, double low, double high)
     return low + (high - low) * ll_rng_unit(20261124, (uint64_t)k, number);
 }
 
-/* Links fail for less than the time-out: who is dropped has other inputs. */
+/* Links fail for less than the timeout: a dropped player would get other inputs. */
 static scene game(uint64_t n, bool fails)
 {
     char text[2048], *at = text, *end = text + sizeof text;
@@ -65,7 +65,7 @@ static scene game(uint64_t n, bool fails)
     return scene_make(text, NULL);
 }
 
-/* Runs on, and counts the times that it saw a hold. */
+/* Continues, and counts the holds that it saw. */
 static int play(scene *s, outcome *o)
 {
     ll_recorder r = {on_event, o};
@@ -83,7 +83,7 @@ static int play(scene *s, outcome *o)
     return held;
 }
 
-static void a_hold_changes_nothing(void **state)
+static void a_hold_does_not_change_the_result(void **state)
 {
     (void)state;
     int games_held = 0;
@@ -99,8 +99,8 @@ static void a_hold_changes_nothing(void **state)
         for (int64_t tick = 1; tick <= held->ticks; tick++)
             assert_true(held->hash[tick] == whole->hash[tick]);
         for (int p = 0; p < b.game->config.player_count; p++) {
-            const int64_t *verdicts = ll_netgame_client_metrics(b.game, p)->input_history.count;
-            assert_int_equal(verdicts[LL_INPUT_WAS_LOST] + verdicts[LL_INPUT_WAS_REFUSED], 0);
+            const int64_t *results = ll_netgame_client_metrics(b.game, p)->input_history.count;
+            assert_int_equal(results[LL_INPUT_WAS_LOST] + results[LL_INPUT_WAS_REFUSED], 0);
             assert_int_equal(ll_netgame_client(b.game, p)->connection.joins, 1);
         }
         scene_close(&a);
@@ -112,7 +112,7 @@ static void a_hold_changes_nothing(void **state)
 }
 
 /* Where relays are rare one of them is soon lost: that is no outage. Two in a row are. */
-static void a_single_lost_relay_holds_nobody(void **state)
+static void a_single_lost_relay_causes_no_hold(void **state)
 {
     (void)state;
     for (int k = 0; k < 24; k++) {
@@ -138,8 +138,8 @@ static void a_single_lost_relay_holds_nobody(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_hold_changes_nothing),
-        cmocka_unit_test(a_single_lost_relay_holds_nobody),
+        cmocka_unit_test(a_hold_does_not_change_the_result),
+        cmocka_unit_test(a_single_lost_relay_causes_no_hold),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

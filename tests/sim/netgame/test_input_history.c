@@ -1,4 +1,4 @@
-/* The inputs of players who reconcile, as streamed: record `input_history`. */
+/* The inputs of players with reconciliation, as streamed: record `input_history`. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -14,7 +14,7 @@
 typedef struct refinement_level {
     int player, state;
     uint32_t seq;
-    double made_s, predicted_x, server_x, correction_m; /* NaN: not known */
+    double made_s, predicted_x, server_x, correction_m; /* NaN: unknown */
 } refinement_level;
 
 enum { OPEN, ACKNOWLEDGED, REFUSED, LATE, LOST };
@@ -63,7 +63,7 @@ static bool predicted(const refinement_level *r)
     return !isnan(r->predicted_x);
 }
 
-/* Where it was predicted and where the server had it are both known. */
+/* The predicted and the server's position are both known. */
 static bool compared(const refinement_level *r)
 {
     return predicted(r) && !isnan(r->server_x);
@@ -71,8 +71,8 @@ static bool compared(const refinement_level *r)
 
 #define ON(p) "players." p ".prediction=true", "players." p ".reconciliation=true"
 
-/* On a clean link: as many as the round trip are open; of the others those whose step a state is of are
- * confirmed where they were predicted. */
+/* On a clean link: as many inputs are open as fit into the round trip. Of the others, those whose step has a
+ * snapshot are confirmed where they were predicted. */
 static void clean_link(void **state)
 {
     (void)state;
@@ -107,8 +107,8 @@ static void clean_link(void **state)
     scene_close(&s);
 }
 
-/* What went wrong is told by its name, and by how much the server had it elsewhere. */
-static void what_went_wrong(void **state)
+/* Errors are reported by name, with the distance to the server's position. */
+static void errors_are_reported_by_name(void **state)
 {
     (void)state;
     static const struct {
@@ -148,9 +148,9 @@ static void what_went_wrong(void **state)
     }
 }
 
-/* Nothing to tell of who does not reconcile, before the first input, and of clients with worlds of their own.
- */
-static void nothing_to_tell(void **state)
+/* No rows for players without reconciliation, before the first input, and for clients with worlds of their
+ * own. */
+static void no_rows_without_reconciliation(void **state)
 {
     (void)state;
     static history l;
@@ -178,8 +178,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(clean_link),
-        cmocka_unit_test(what_went_wrong),
-        cmocka_unit_test(nothing_to_tell),
+        cmocka_unit_test(errors_are_reported_by_name),
+        cmocka_unit_test(no_rows_without_reconciliation),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,4 +1,4 @@
-/* The metrics of a netgame, held against what their definitions promise. */
+/* The metrics of a netgame, compared with their definitions. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -48,8 +48,8 @@ static ll_summary summary(const scene *s, int player, ll_metric metric)
 
 /* ---- a clean link ---- */
 
-/* The picture is always right for its tick: predicted ones too, at any lag, in every sync. */
-static void clean_pictures_are_true_at_their_tick(void **state)
+/* The view is always right for its tick: also a predicted one, at any lag, in every sync mode. */
+static void clean_views_are_true_at_their_tick(void **state)
 {
     (void)state;
     static const char *const syncs[] = {"free",          "lockstep", "gambetta",
@@ -68,16 +68,16 @@ static void clean_pictures_are_true_at_their_tick(void **state)
             scene_run(&s, 12, NULL);
             ll_summary error = summary(&s, 0, LL_METRIC_OWN_TIMELINE_ERROR);
             assert_true(error.count > 10 && error.max == 0);
-            const ll_running_stats *lead = &ll_netgame_client_metrics(s.game, 0)->pictures.leads_ms;
+            const ll_running_stats *lead = &ll_netgame_client_metrics(s.game, 0)->rendered_views.leads_ms;
             assert_int_equal(lead->count, error.count);
-            if (i == 0) /* ahead of the server by prediction, and behind it without */
+            if (i == 0) /* prediction leads the server; without it the view lags */
                 assert_true(k & 1 ? lead->min > lags[k / 2] : lead->max <= -lags[k / 2]);
-            assert_int_equal(ll_netgame_client_metrics(s.game, 0)->pictures.voided, 0);
+            assert_int_equal(ll_netgame_client_metrics(s.game, 0)->rendered_views.voided, 0);
             scene_close(&s);
         }
 }
 
-/* Plain prediction is thrown back by every state: its picture is wrong for the tick that it claims. */
+/* Plain prediction is reset by every snapshot: its view is wrong for the tick that it claims. */
 static void prediction_alone_errs_at_its_tick(void **state)
 {
     (void)state;
@@ -88,22 +88,23 @@ static void prediction_alone_errs_at_its_tick(void **state)
     scene_close(&s);
 }
 
-/* Pictures of ticks that a meeting abolishes are void. */
-static void pictures_of_ticks_that_are_never_made_are_void(void **state)
+/* Views of ticks that a resync skips are void. */
+static void views_of_skipped_ticks_are_void(void **state)
 {
     (void)state;
     const char *const sets[] = {"players.0.lag_ms=200", "players.0.prediction=true",
                                 "players.0.reconciliation=true", NULL};
     scene s = scene_open("race", sets);
     scene_run(&s, 5, NULL);
-    assert_int_equal(ll_netgame_client_metrics(s.game, 0)->pictures.voided, 0);
+    assert_int_equal(ll_netgame_client_metrics(s.game, 0)->rendered_views.voided, 0);
     ll_client_metrics_resync(ll_netgame_client_metrics(s.game, 0));
-    int64_t voided = ll_netgame_client_metrics(s.game, 0)->pictures.voided;
+    int64_t voided = ll_netgame_client_metrics(s.game, 0)->rendered_views.voided;
     assert_true(voided >= 12 && voided <= 15); /* 200 ms and the slack, at 60 Hz */
     scene_close(&s);
 }
 
-/* Without prediction what is felt is sure at the same display; a round trip and the documented waits. */
+/* Without prediction a change is felt and confirmed at the same display, after a round trip and the
+ * documented waits. */
 static void unpredicted_changes_are_felt_when_they_are_sure(void **state)
 {
     (void)state;
@@ -124,8 +125,8 @@ static void unpredicted_changes_are_felt_when_they_are_sure(void **state)
 
 enum { TICKS = 1500, INPUTS = TICKS + 1 /* numbered from 1 */, FROM = 120 /* the warm-up */ };
 
-/* What can be seen at the end of each tick of a run: one display a tick. */
-typedef struct diary {
+/* What can be seen at the end of each tick of a run: one display per tick. */
+typedef struct history_of_ticks {
     double drawn[TICKS][2], real[TICKS][2]; /* player 0's own entity; `real` by the server's step */
     int64_t of[TICKS], step[TICKS], latest[TICKS];
     uint32_t count;         /* inputs made */
@@ -134,17 +135,17 @@ typedef struct diary {
     bool accepted[INPUTS];
     double other_shows[TICKS]; /* ms: server time of player 0's entity on the screen of player 1 */
     int64_t other_heard[TICKS];
-} diary;
+} history_of_ticks;
 
 static void note_input_result(void *context, const void *row)
 {
     const ll_event *e = row;
-    diary *d = context;
+    history_of_ticks *d = context;
     if (e->type == LL_EVENT_INPUT_RESULT && e->player == 0 && e->number < INPUTS)
         d->accepted[e->number] |= e->outcome == LL_OUTCOME_APPLIED;
 }
 
-static void write_up(diary *d, const scene *s, int k)
+static void write_up(history_of_ticks *d, const scene *s, int k)
 {
     ll_client *c = ll_netgame_client(s->game, 0), *other = ll_netgame_client(s->game, 1);
     const ll_server *server = ll_netgame_server(s->game);
@@ -167,7 +168,7 @@ static void write_up(diary *d, const scene *s, int k)
 }
 
 /* From tick FROM on: a display each, compared now, or as the last of its tick. */
-static void count_pictures(const diary *d, const ll_client_metrics *in)
+static void count_views(const history_of_ticks *d, const ll_client_metrics *in)
 {
     int64_t count = 0, last = d->step[TICKS - 1];
     double sum = 0, most = 0, lead_ms = 0;
@@ -182,10 +183,10 @@ static void count_pictures(const diary *d, const ll_client_metrics *in)
         most = error > most ? error : most;
         lead_ms += (double)(d->of[k] - k) * 1000 / 60;
     }
-    ll_summary told = ll_histogram_summary(&in->histogram[LL_METRIC_OWN_TIMELINE_ERROR]);
-    assert_int_equal(told.count, count);
-    assert_true(fabs(told.mean - sum / (double)count) < 1e-12 && told.max == most);
-    assert_true(fabs(in->pictures.leads_ms.sum - lead_ms) < 1e-3);
+    ll_summary reported = ll_histogram_summary(&in->histogram[LL_METRIC_OWN_TIMELINE_ERROR]);
+    assert_int_equal(reported.count, count);
+    assert_true(fabs(reported.mean - sum / (double)count) < 1e-12 && reported.max == most);
+    assert_true(fabs(in->rendered_views.leads_ms.sum - lead_ms) < 1e-3);
 }
 
 static void count_one(double *sum, int64_t *count, int64_t from, int64_t to)
@@ -194,7 +195,7 @@ static void count_one(double *sum, int64_t *count, int64_t from, int64_t to)
     *sum += to < TICKS ? (double)(to - from) * 1000 / 60 : 0;
 }
 
-static void count_changes(const diary *d, const ll_client_metrics *in, bool predicts)
+static void count_changes(const history_of_ticks *d, const ll_client_metrics *in, bool predicts)
 {
     double sum[3] = {0};
     int64_t count[3] = {0}, lost = 0;
@@ -216,17 +217,17 @@ static void count_changes(const diary *d, const ll_client_metrics *in, bool pred
         count_one(&sum[2], &count[2], at, seen);
     }
     for (int i = 0; i < 3; i++) {
-        ll_summary told = ll_histogram_summary(&in->histogram[i]);
-        assert_int_equal(told.never, lost);
-        assert_int_equal(told.count, count[i] + lost);
-        assert_true(count[i] > 5 && fabs(told.mean - sum[i] / (double)count[i]) < 1e-3);
+        ll_summary reported = ll_histogram_summary(&in->histogram[i]);
+        assert_int_equal(reported.never, lost);
+        assert_int_equal(reported.count, count[i] + lost);
+        assert_true(count[i] > 5 && fabs(reported.mean - sum[i] / (double)count[i]) < 1e-3);
     }
 }
 
 static void count_again(const char *scenario, const char *const *sets)
 {
     scene s = scene_open(scenario, sets);
-    diary *d = calloc(1, sizeof *d);
+    history_of_ticks *d = calloc(1, sizeof *d);
     const ll_recorder recorder = {note_input_result, d};
     const ll_client_metrics *in = ll_netgame_client_metrics(s.game, 0);
     for (int k = 0; k < TICKS; k++) {
@@ -234,14 +235,14 @@ static void count_again(const char *scenario, const char *const *sets)
         assert_false(ll_failed(&status));
         write_up(d, &s, k);
     }
-    count_pictures(d, in);
+    count_views(d, in);
     count_changes(d, in, s.game->config.players[0].prediction);
     free(d);
     scene_close(&s);
 }
 
-/* Pictures, leads and changes, counted again from nothing but the ends of ticks; with contacts, losses and
- * plain prediction, whose pictures err. */
+/* Views, leads and changes, counted again from the ends of ticks alone; with contacts, losses and plain
+ * prediction, whose views have errors. */
 static void a_naive_count_agrees(void **state)
 {
     (void)state;
@@ -264,9 +265,9 @@ static void a_naive_count_agrees(void **state)
     }
 }
 
-/* ---- what is lost ---- */
+/* ---- losses ---- */
 
-/* From 5 s on; what is measured begins when the last acknowledgement is over. */
+/* From 5 s on; measurement starts after the last acknowledgement. */
 static void a_dead_uplink_loses_every_change(void **state)
 {
     (void)state;
@@ -300,7 +301,7 @@ static void a_dead_uplink_loses_every_change(void **state)
         }
 }
 
-/* Independent losses and no repetition: as many changes are lost as inputs are. */
+/* Independent losses without redundancy: the same share of changes and of inputs is lost. */
 static void changes_are_lost_as_inputs_are(void **state)
 {
     (void)state;
@@ -319,8 +320,8 @@ static void changes_are_lost_as_inputs_are(void **state)
 
 /* ---- age of information ---- */
 
-/* d + (T/2)(1+p)/(1-p). A state arrives half a frame before the frame that takes it, as it does in the mean
- * where phases are random. */
+/* d + (T/2)(1+p)/(1-p). A snapshot arrives half a frame before the frame that applies it, which is the mean
+ * for random phases. */
 static void age_grows_with_loss(void **state)
 {
     (void)state;
@@ -339,7 +340,7 @@ static void age_grows_with_loss(void **state)
     }
 }
 
-/* A second a second. */
+/* One second per second. */
 static void age_grows_through_a_blackout(void **state)
 {
     (void)state;
@@ -358,18 +359,18 @@ static void age_grows_through_a_blackout(void **state)
     }
 }
 
-/* ---- verdicts ---- */
+/* ---- results of inputs ---- */
 
 enum { SEQS = 16384 };
 
-typedef struct witness {
+typedef struct result_counter {
     uint8_t outcome[SEQS]; /* bits: 1 accepted 2 refused 4 late */
-} witness;
+} result_counter;
 
 static void hear(void *context, const void *row)
 {
     const ll_event *e = row;
-    witness *w = context;
+    result_counter *w = context;
     if (e->type != LL_EVENT_INPUT_RESULT || e->number >= SEQS)
         return;
     w[e->player].outcome[e->number] |= (uint8_t)(e->outcome == LL_OUTCOME_APPLIED   ? 1
@@ -382,8 +383,8 @@ static double draw(uint64_t seed, uint64_t what, double from, double to)
     return from + (to - from) * ll_rng_unit(seed, what, 0);
 }
 
-/* The sum of verdicts at every tick, and by another way the verdicts at the end. */
-static void check_player(const scene *s, int player, const witness *w)
+/* The sum of the results at every tick, and an independent count of the results at the end. */
+static void check_player(const scene *s, int player, const result_counter *w)
 {
     const ll_input_history *input_history = &ll_netgame_client_metrics(s->game, player)->input_history;
     const ll_client *c = ll_netgame_client(s->game, player);
@@ -406,13 +407,13 @@ static void check_player(const scene *s, int player, const witness *w)
         assert_true(n[LL_INPUT_CAME_LATE] == 0 && n[LL_INPUT_WAS_LOST] == 0);
 }
 
-static void verdicts_balance_at_every_tick(void **state)
+static void results_balance_at_every_tick(void **state)
 {
     (void)state;
     static const char *const syncs[] = {"free", "lockstep", "gambetta", "deterministic", "rollback"};
     static const char *const cheats[] = {"none",      "none",       "none",    "rate",
                                          "magnitude", "lag_switch", "teleport"};
-    int64_t all[LL_INPUT_VERDICTS] = {0};
+    int64_t all[LL_INPUT_RESULT_KINDS] = {0};
     for (uint64_t seed = 1; seed <= 80; seed++) {
         char sync[48], lag[48], loss[48], jitter[48], redundancy[48], cheat[48], update[48], dead[64];
         snprintf(sync, sizeof sync, "server.sync=%s", syncs[seed % 5]);
@@ -426,14 +427,14 @@ static void verdicts_balance_at_every_tick(void **state)
         const char *const sets[] = {
             sync, lag, loss, jitter, redundancy, cheat, update, dead, "server.timeout_s=0", NULL};
         scene s = scene_open(seed % 5 == 2 ? "gambetta" : "race", sets);
-        witness *w = calloc(2, sizeof *w);
+        result_counter *w = calloc(2, sizeof *w);
         const ll_recorder recorder = {hear, w};
         for (int tick = 1; tick <= 600; tick++) {
             scene_run(&s, tick / 60.0, &recorder);
             for (int p = 0; p < 2; p++) {
                 const ll_input_history *input_history = &ll_netgame_client_metrics(s.game, p)->input_history;
                 int64_t sum = 0;
-                for (int v = 0; v < LL_INPUT_VERDICTS; v++) {
+                for (int v = 0; v < LL_INPUT_RESULT_KINDS; v++) {
                     assert_true(input_history->count[v] >= 0);
                     sum += input_history->count[v];
                 }
@@ -442,20 +443,20 @@ static void verdicts_balance_at_every_tick(void **state)
         }
         for (int p = 0; p < 2; p++) {
             check_player(&s, p, &w[p]);
-            for (int v = 0; v < LL_INPUT_VERDICTS; v++)
+            for (int v = 0; v < LL_INPUT_RESULT_KINDS; v++)
                 all[v] += ll_netgame_client_metrics(s.game, p)->input_history.count[v];
         }
         free(w);
         scene_close(&s);
     }
-    for (int v = 0; v < LL_INPUT_VERDICTS; v++)
-        assert_true(all[v] > 50); /* every verdict was given */
+    for (int v = 0; v < LL_INPUT_RESULT_KINDS; v++)
+        assert_true(all[v] > 50); /* every result occurs */
 }
 
 /* ---- null ---- */
 
-/* Before the warm-up is over nothing has been counted, and nothing says 0. */
-static void what_was_not_counted_is_null(void **state)
+/* Before the warm-up is over nothing has been counted, and no metric is 0 instead of null. */
+static void metrics_without_counts_are_null(void **state)
 {
     (void)state;
     scene s = scene_open("race", NULL);
@@ -492,7 +493,7 @@ static void what_was_not_counted_is_null(void **state)
 
 /* ---- fairness, waits ---- */
 
-/* What a link really delays counts: here twice as long as its configuration says in the mean. */
+/* The measured delay of a link counts: here on average twice the configured one. */
 static void fairness_goes_by_the_realised_round_trip(void **state)
 {
     (void)state;
@@ -540,7 +541,7 @@ static void a_wait_that_has_not_ended_counts(void **state)
 
 /* ---- notices ---- */
 
-/* Those of `scenario` at `until_s`, one a line. */
+/* Those of `scenario` at `until_s`, one per line. */
 static void read_notices(const char *scenario, const char *const *sets, double until_s, char *out,
                          size_t size)
 {
@@ -556,7 +557,7 @@ static void read_notices(const char *scenario, const char *const *sets, double u
     scene_close(&s);
 }
 
-static void metrics_that_count_nothing_are_told(void **state)
+static void notices_explain_null_metrics(void **state)
 {
     (void)state;
     static const char alone[] =
@@ -572,7 +573,7 @@ static void metrics_that_count_nothing_are_told(void **state)
         const char *scenario;
         const char *sets[3];
         double until_s;
-        const char *told[3]; /* all lines, each with these words */
+        const char *reported[3]; /* all lines, each with these words */
     } cases[] = {
         {"race", {"duration_s=7"}, 7, {NULL}},
         {"race",
@@ -582,44 +583,44 @@ static void metrics_that_count_nothing_are_told(void **state)
         {"race", {"duration_s=1.25"}, 1, {"duration_s, 1.25 s, is not longer than warmup_s, 2 s"}},
         {"race", {"warmup_s=4"}, 2.5, {"from warmup_s, 4 s, on; it is 2.5 s"}},
         {"race", {"warmup_s=0"}, 0, {NULL}},
-        {alone, {NULL}, 9, {"Ada did not change the controls", "Ada had nobody else in view"}},
+        {alone, {NULL}, 9, {"Ada did not change the controls", "Ada had no other player in view"}},
         {idle, {NULL}, 6, {"B and D did not change the controls"}},
         {deaf, {NULL}, 6, {"A never joined"}},
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         char text[1200], *line = text;
         read_notices(cases[i].scenario, cases[i].sets, cases[i].until_s, text, sizeof text);
-        for (int k = 0; cases[i].told[k]; k++) {
+        for (int k = 0; cases[i].reported[k]; k++) {
             char *end = strchr(line, '\n');
             if (!end)
-                fail_msg("case %zu lacks \"%s\"", i, cases[i].told[k]);
+                fail_msg("case %zu lacks \"%s\"", i, cases[i].reported[k]);
             *end = '\0';
-            if (!strstr(line, cases[i].told[k]))
-                fail_msg("case %zu: \"%s\" is not in \"%s\"", i, cases[i].told[k], line);
+            if (!strstr(line, cases[i].reported[k]))
+                fail_msg("case %zu: \"%s\" is not in \"%s\"", i, cases[i].reported[k], line);
             line = end + 1;
         }
         if (*line)
-            fail_msg("case %zu tells also: %s", i, line);
+            fail_msg("case %zu also has: %s", i, line);
     }
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(clean_pictures_are_true_at_their_tick),
+        cmocka_unit_test(clean_views_are_true_at_their_tick),
         cmocka_unit_test(prediction_alone_errs_at_its_tick),
-        cmocka_unit_test(pictures_of_ticks_that_are_never_made_are_void),
+        cmocka_unit_test(views_of_skipped_ticks_are_void),
         cmocka_unit_test(unpredicted_changes_are_felt_when_they_are_sure),
         cmocka_unit_test(a_naive_count_agrees),
         cmocka_unit_test(a_dead_uplink_loses_every_change),
         cmocka_unit_test(changes_are_lost_as_inputs_are),
         cmocka_unit_test(age_grows_with_loss),
         cmocka_unit_test(age_grows_through_a_blackout),
-        cmocka_unit_test(verdicts_balance_at_every_tick),
-        cmocka_unit_test(what_was_not_counted_is_null),
+        cmocka_unit_test(results_balance_at_every_tick),
+        cmocka_unit_test(metrics_without_counts_are_null),
         cmocka_unit_test(fairness_goes_by_the_realised_round_trip),
         cmocka_unit_test(a_wait_that_has_not_ended_counts),
-        cmocka_unit_test(metrics_that_count_nothing_are_told),
+        cmocka_unit_test(notices_explain_null_metrics),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

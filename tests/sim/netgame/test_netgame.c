@@ -1,4 +1,4 @@
-/* A netgame as a whole: techniques, links and rules, held against what they promise. */
+/* A netgame as a whole: techniques, links and rules, compared with their definitions. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -38,14 +38,14 @@ static void clean_link_needs_no_correction(void **state)
             assert_int_equal(ll_netgame_client_metrics(s.game, p)->corrections, 0);
             assert_true(summary(&s, p, LL_METRIC_INPUT_LATENCY).max == 0);
             assert_true(summary(&s, p, LL_METRIC_POP).count > 1000);
-            assert_int_equal(ll_netgame_server(s.game)->seats[p].late, 0);
+            assert_int_equal(ll_netgame_server(s.game)->client_slots[p].late, 0);
         }
         scene_close(&s);
     }
 }
 
-/* What is drawn of the own car is input_delay_ticks later: felt later, less ahead of the server, and less
- * wrong when another car was touched. */
+/* The own car is drawn input_delay_ticks later: more input latency, less lead over the server, and smaller
+ * errors after contact with another car. */
 static void input_delay_trades_latency_for_corrections(void **state)
 {
     (void)state;
@@ -89,9 +89,9 @@ static void contact_is_mispredicted_and_corrected(void **state)
 }
 
 /* Without prediction an input is seen after the lag, the wait for its step and for an update, the lag again,
- * and the wait for a display. With lag of 9 ticks and a tick of slack a change that is made `phase` behind a
- * step of the server's counts for the step 10 ticks later, or 11 where it came behind a step; every second
- * step is sent; and it is seen with the same phase. */
+ * and the wait for a display. With a lag of 9 ticks and a tick of slack, a change made `phase` after a step
+ * of the server's counts for the step 10 ticks later, or 11 if it arrives after a step; every second step is
+ * sent; and it is seen at the same phase. */
 static void without_prediction_input_takes_a_round_trip(void **state)
 {
     (void)state;
@@ -102,20 +102,22 @@ static void without_prediction_input_takes_a_round_trip(void **state)
         const char *const sets[] = {"players.0.prediction=false", phase, NULL};
         scene s = scene_open("race", sets);
         scene_run(&s, 20, NULL);
-        ll_summary m1 = summary(&s, 0, LL_METRIC_INPUT_LATENCY), ack = summary(&s, 0, LL_METRIC_ACK_RTT);
+        ll_summary input_latency = summary(&s, 0, LL_METRIC_INPUT_LATENCY),
+                   ack = summary(&s, 0, LL_METRIC_ACK_RTT);
         double tick = 1000.0 / 60, least = (phases[i] == 0 ? 19 : 20) * tick;
-        assert_true(m1.count > 10 && m1.mean >= least && m1.mean <= least + tick);
-        assert_true(fabs(m1.max - least - tick) < 0.01 || fabs(m1.max - least) < 0.01);
-        /* inputs of both kinds as often; from the making to the arrival of the state, before the display's
-         * wait */
+        assert_true(input_latency.count > 10 && input_latency.mean >= least &&
+                    input_latency.mean <= least + tick);
+        assert_true(fabs(input_latency.max - least - tick) < 0.01 || fabs(input_latency.max - least) < 0.01);
+        /* inputs of both kinds equally often; from making to the arrival of the snapshot, before the
+         * display's wait */
         double arrives = least - phases[i] * tick;
         assert_true(fabs(ack.mean - arrives - tick / 2) < 0.05 && fabs(ack.max - arrives - tick) < 0.05);
         scene_close(&s);
     }
 }
 
-/* Prediction alone moves at once, but every state throws it back to what the server knew a lag ago: the own
- * car is drawn behind the truth, and jumps when the driving changes. With reconciliation it is drawn ahead
+/* Prediction alone moves at once, but every snapshot resets it to what the server knew one lag ago: the own
+ * car is drawn behind the truth, and jumps when its controls change. With reconciliation it is drawn ahead
  * and does not jump. */
 static void prediction_alone_is_thrown_back(void **state)
 {
@@ -134,8 +136,8 @@ static void prediction_alone_is_thrown_back(void **state)
     scene_close(&b);
 }
 
-/* Remote entities are drawn lag + ratio / rate + margin in the past, between two states, and stay on the true
- * path. */
+/* Remote entities are drawn lag + ratio / rate + margin in the past, between two snapshots, and stay on the
+ * true path. */
 static void interpolation_draws_the_true_path_later(void **state)
 {
     (void)state;
@@ -151,8 +153,8 @@ static void interpolation_draws_the_true_path_later(void **state)
     scene_close(&s);
 }
 
-/* At ratio 2 a jitter up to (ratio - 1) / rate + margin freezes nothing; the demo's rule does under the same
- * link. */
+/* At ratio 2 a jitter up to (ratio - 1) / rate + margin freezes nothing; the demo's rule does freeze on the
+ * same link. */
 static void jitter_below_the_margin_does_not_freeze(void **state)
 {
     (void)state;
@@ -179,8 +181,8 @@ static void jitter_below_the_margin_does_not_freeze(void **state)
     scene_close(&b);
 }
 
-/* A change of lag while it runs: the client finds the lead that it needs, and then all is as if it had been
- * so. */
+/* A change of lag during a run: the client finds its new lead, and then everything is as if the lag had
+ * always been so. */
 static void lag_may_change_while_it_runs(void **state)
 {
     (void)state;
@@ -194,7 +196,7 @@ static void lag_may_change_while_it_runs(void **state)
         config.players[0].lag_ms = lags[i];
         s.scenario.kind->change(s.game, &config, s.game->now);
         scene_run(&s, t += 6, NULL);
-        ll_client_slot *client_slot = &ll_netgame_server(s.game)->seats[0];
+        ll_client_slot *client_slot = &ll_netgame_server(s.game)->client_slots[0];
         int64_t late = client_slot->late, starved = client_slot->starved;
         int64_t corrections = ll_netgame_client_metrics(s.game, 0)->corrections;
         scene_run(&s, t += 2, NULL);
@@ -206,7 +208,7 @@ static void lag_may_change_while_it_runs(void **state)
     scene_close(&s);
 }
 
-/* Inputs that are repeated survive loss: hardly any step is starved. */
+/* Repeated inputs survive loss: hardly any step is starved. */
 static void repeated_inputs_survive_loss(void **state)
 {
     (void)state;
@@ -217,18 +219,18 @@ static void repeated_inputs_survive_loss(void **state)
     scene a = scene_open("race", with), b = scene_open("race", without);
     scene_run(&a, 60, NULL);
     scene_run(&b, 60, NULL);
-    int64_t starved = ll_netgame_server(a.game)->seats[0].starved,
-            bare = ll_netgame_server(b.game)->seats[0].starved;
+    int64_t starved = ll_netgame_server(a.game)->client_slots[0].starved,
+            bare = ll_netgame_server(b.game)->client_slots[0].starved;
     assert_true(bare > 250 && bare < 450); /* 10 % of 3600 */
     assert_true(starved < 20);             /* three losses in a row: 0.1 % */
     scene_close(&a);
     scene_close(&b);
 }
 
-/* Lockstep stalls for a lost input and goes on; nobody is ever corrected. With inputs in flight it keeps its
- * pace nearly. Stop and wait asks again after 200 ms and twice the round trip: 0.6 of B's
- * packets are lost, so it asks 2.5 times in the mean, up to 1.6 s apart, and A 1.4 times for the state: a
- * step takes some 3.5 s, and twice that is the most. */
+/* Lockstep stalls for a lost input and continues; no player is ever corrected. With inputs in flight it
+ * nearly keeps its rate. Stop and wait asks again after 200 ms and twice the round trip: 0.6 of B's packets
+ * are lost, so it asks 2.5 times on average, up to 1.6 s apart, and A 1.4 times for the snapshot: a step
+ * takes about 3.5 s, and at most twice that. */
 static void lockstep_survives_loss_and_jitter(void **state)
 {
     (void)state;
@@ -269,9 +271,9 @@ static double steps_in(int pipelined, double seconds)
     return seconds * (pipelined ? 30 : 1.875);
 }
 
-/* With no time-out, or before it, all wait for the player, however long; and when it is back they go on at
- * once and at the pace of before. */
-static void lockstep_stops_without_a_player_and_goes_on_with_him(void **state)
+/* Without a timeout, or before it, all wait for the player without limit; when it is back they continue at
+ * once and at the same rate. */
+static void lockstep_stops_without_a_player_and_continues_with_it(void **state)
 {
     (void)state;
     for (int i = 0; i < 4; i++) {
@@ -285,19 +287,19 @@ static void lockstep_stops_without_a_player_and_goes_on_with_him(void **state)
         scene_run(&s, 16, NULL);
         assert_int_equal(ll_netgame_server(s.game)->step, step);
         silence(&s, 0);
-        scene_run(&s, 18, NULL); /* 2 s and twice the round trip are what it may take */
+        scene_run(&s, 18, NULL); /* 2 s and twice the round trip is the limit */
         step = ll_netgame_server(s.game)->step;
         scene_run(&s, 28, NULL);
         assert_true(fabs((double)(ll_netgame_server(s.game)->step - step) - steps_in(i % 2, 10)) <= 1);
-        assert_int_equal(ll_netgame_server(s.game)->seats[1].drops, 0);
+        assert_int_equal(ll_netgame_server(s.game)->client_slots[1].drops, 0);
         assert_int_equal(ll_netgame_client(s.game, 1)->connection.joins, 1);
         scene_close(&s);
     }
 }
 
-/* Whichever way fails, of whom, and for how long (below the time-out): within 2 s and twice the round trip
- * after it is well again the pace is what it was. What is asked for again is told again, also where nothing
- * steps. */
+/* Either direction fails, for any player, for any time below the timeout: within 2 s and twice the round trip
+ * after the link is good again, the rate is what it was. Repeated requests are answered again, also where
+ * nothing steps. */
 static void lockstep_recovers_from_any_outage(void **state)
 {
     (void)state;
@@ -326,15 +328,16 @@ static void lockstep_recovers_from_any_outage(void **state)
         if (fabs(steps - steps_in(pipelined, 10)) > 1)
             fail_msg("%s, ways %d of players %d for %g s: %g steps in 10 s", sets[0], ways, players, length_s,
                      steps);
-        assert_int_equal(
-            ll_netgame_server(s.game)->seats[0].drops + ll_netgame_server(s.game)->seats[1].drops, 0);
+        assert_int_equal(ll_netgame_server(s.game)->client_slots[0].drops +
+                             ll_netgame_server(s.game)->client_slots[1].drops,
+                         0);
         scene_close(&s);
     }
 }
 
-/* Beyond the time-out it is dropped and the others play on, at the pace of those who are there; when its link
- * is back it joins again. */
-static void lockstep_drops_who_is_silent_and_lets_him_in_again(void **state)
+/* After the timeout the player is dropped and the others continue, at the rate of those who are connected;
+ * when its link is back it joins again. */
+static void lockstep_drops_a_silent_player_and_accepts_it_again(void **state)
 {
     (void)state;
     for (int i = 0; i < 2; i++) {
@@ -346,9 +349,9 @@ static void lockstep_drops_who_is_silent_and_lets_him_in_again(void **state)
         scene_run(&s, 6, NULL);
         int64_t step = server->step;
         scene_run(&s, 9.4, NULL);
-        assert_int_equal(server->step, step); /* heard at 5 s, less what its last answer was old */
+        assert_int_equal(server->step, step); /* received at 5 s, minus the age of its last answer */
         scene_run(&s, 11, NULL);
-        assert_int_equal(server->seats[1].connected, 0);
+        assert_int_equal(server->client_slots[1].connected, 0);
         step = server->step;
         scene_run(&s, 21, NULL);
         double alone = i ? 300 : 10 / (0.3 + 1 / 30.0); /* A's round trip and an interval */
@@ -356,7 +359,7 @@ static void lockstep_drops_who_is_silent_and_lets_him_in_again(void **state)
         assert_true(ll_server_world(server)->entity[1].flags & LL_ENTITY_AWAY);
         silence(&s, 0);
         scene_run(&s, 24, NULL);
-        assert_int_equal(server->seats[1].connected, 1);
+        assert_int_equal(server->client_slots[1].connected, 1);
         assert_int_equal(ll_netgame_client(s.game, 1)->connection.state, LL_CONNECTION_PLAYING);
         assert_false(ll_server_world(server)->entity[1].flags & LL_ENTITY_AWAY);
         step = server->step;
@@ -368,8 +371,8 @@ static void lockstep_drops_who_is_silent_and_lets_him_in_again(void **state)
     }
 }
 
-/* At the extremes of every range honest players are served: nothing refused, late, or lost to a full queue.
- */
+/* At the extremes of every range honest players are served: nothing refused, late, or lost to a full
+ * queue. */
 static void extremes_of_the_ranges_are_served(void **state)
 {
     (void)state;
@@ -404,11 +407,11 @@ static void extremes_of_the_ranges_are_served(void **state)
     for (size_t i = 0; i < 3; i++) {
         scene s = scene_open("race", all[i]);
         scene_run(&s, 20, NULL);
-        int64_t late = ll_netgame_server(s.game)->seats[0].late;
+        int64_t late = ll_netgame_server(s.game)->client_slots[0].late;
         scene_run(&s, 60, NULL);
         assert_true(moved(&s, 0) > 100);
         for (int p = 0; p < 2; p++) {
-            const ll_client_slot *client_slot = &ll_netgame_server(s.game)->seats[p];
+            const ll_client_slot *client_slot = &ll_netgame_server(s.game)->client_slots[p];
             for (int rule = 1; rule < LL_RULES; rule++)
                 assert_int_equal(client_slot->refused[rule], 0);
             assert_int_equal(ll_link_get_stats(ll_netgame_up(s.game, p))->overflowed, 0);
@@ -416,13 +419,13 @@ static void extremes_of_the_ranges_are_served(void **state)
             assert_true(summary(&s, p, LL_METRIC_TIMELINE_ERROR).max <
                         16 * 1.1); /* chords of up to a second */
         }
-        assert_true(ll_netgame_server(s.game)->seats[0].late - late <=
-                    2560 / 100); /* what jitter may bring is learnt by being late */
+        assert_true(ll_netgame_server(s.game)->client_slots[0].late - late <=
+                    2560 / 100); /* the client learns the jitter from late inputs */
         scene_close(&s);
     }
 }
 
-/* Switching the way of synchronising while it runs is a new meeting: cars go on from where they are. */
+/* A change of the sync mode during a run is a resync: cars continue from where they are. */
 static void sync_may_change_while_it_runs(void **state)
 {
     (void)state;
@@ -447,7 +450,8 @@ static void sync_may_change_while_it_runs(void **state)
         /* stop and wait makes three or four steps of 1/30 s in 2 s */
         assert_true(moved(&s, 0) > last + (ll_syncs[config.server.sync]->answers ? 16.0 / 30 * 2.9 : 10));
         last = moved(&s, 0);
-        for (int p = 0; p < 2; p++) { /* nobody takes what is still on its way for being dropped */
+        for (int p = 0; p < 2;
+             p++) { /* no client takes a packet still on its way as a sign of being dropped */
             assert_int_equal(ll_netgame_client(s.game, p)->connection.joins, 1);
             assert_int_equal(ll_netgame_client(s.game, p)->connection.state, LL_CONNECTION_PLAYING);
         }
@@ -472,7 +476,7 @@ static void update_rate_is_kept(void **state)
     }
 }
 
-/* Each cheat is refused by its rule and told so; an honest player on a bad link never is. */
+/* Each cheat is refused by its rule and informed; an honest player on a bad link never is. */
 static void cheats_are_refused_and_answered(void **state)
 {
     (void)state;
@@ -493,12 +497,12 @@ static void cheats_are_refused_and_answered(void **state)
         scene s = scene_open("race", sets);
         scene_run(&s, 30, NULL);
         ll_server *server = ll_netgame_server(s.game);
-        assert_true(server->seats[0].refused[cheats[i].rule] > 0);
+        assert_true(server->client_slots[0].refused[cheats[i].rule] > 0);
         assert_true(ll_netgame_client(s.game, 0)->refused > 100);
         assert_true(moved(&s, 0) <=
-                    moved(&s, 1) + 16 * 0.5); /* nothing gained beyond the head start of the better link */
+                    moved(&s, 1) + 16 * 0.5); /* no gain beyond the head start of the better link */
         for (int rule = 1; rule < LL_RULES; rule++)
-            assert_int_equal(server->seats[1].refused[rule], 0);
+            assert_int_equal(server->client_slots[1].refused[rule], 0);
         scene_close(&s);
     }
 }
@@ -582,9 +586,9 @@ int main(void)
         cmocka_unit_test(lag_may_change_while_it_runs),
         cmocka_unit_test(repeated_inputs_survive_loss),
         cmocka_unit_test(lockstep_survives_loss_and_jitter),
-        cmocka_unit_test(lockstep_stops_without_a_player_and_goes_on_with_him),
+        cmocka_unit_test(lockstep_stops_without_a_player_and_continues_with_it),
         cmocka_unit_test(lockstep_recovers_from_any_outage),
-        cmocka_unit_test(lockstep_drops_who_is_silent_and_lets_him_in_again),
+        cmocka_unit_test(lockstep_drops_a_silent_player_and_accepts_it_again),
         cmocka_unit_test(extremes_of_the_ranges_are_served),
         cmocka_unit_test(sync_may_change_while_it_runs),
         cmocka_unit_test(update_rate_is_kept),

@@ -1,8 +1,6 @@
-/* Networks that fail and heal: within two seconds and twice the round trip after it everything is as if
- * nothing had been: in the 20 s from then on each mean is within a tenth of an undisturbed twin's at the same
- * time. Random outages, in every way of keeping in step. What cannot be told by a tenth stands with
- * `unit_ms`.
- */
+/* Networks that fail and heal: two seconds plus twice the round trip after an outage its effect is gone. In
+ * the 20 s from then on each mean is within a tenth of that of an undisturbed twin at the same time. Random
+ * outages, in every sync mode. Means with a tolerance other than a tenth have it in `unit_ms`. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -16,15 +14,15 @@
 #include "support/scene.h"
 
 #if defined(__SANITIZE_ADDRESS__) || !defined(__OPTIMIZE__)
-#define OUTAGES 8 /* per way of keeping in step; a tenth as fast */
+#define OUTAGES 8 /* per sync mode; a tenth of the cases when tests must be fast */
 #define MORE 1
 #else
 #define OUTAGES 90
-#define MORE 7 /* so many times as many where games are fast: they are slower than their clocks */
+#define MORE 7 /* factor for sync modes with fast games: others are slower than their clocks */
 #endif
 
 #define WINDOW_S 20 /* over which both are compared */
-#define FEW 8       /* of so many there is a mean */
+#define FEW 8       /* minimum number of values for a mean */
 #define LAG_MAX 300.0
 #define TICK_HZ 60
 
@@ -33,7 +31,7 @@ typedef struct outage {
     int players, who; /* -1: all */
     bool up, down;
     double update_hz, at_s, length_s, lag_ms[4];
-    bool shifted; /* the first second is slower: later steps lie elsewhere between displays */
+    bool shifted; /* the first second is slower: later steps have another phase to displays */
     char scenario[4096];
 } outage;
 
@@ -60,14 +58,14 @@ static double round_trip_s(const outage *o)
     return most / 1e3;
 }
 
-/* When all is to be as if nothing had been. */
+/* Time from which the outage must have no effect. */
 static double recovered_s(const outage *o)
 {
     return heals_s(o) + 2 + 2 * round_trip_s(o);
 }
 
-/* Whether persons play: where clients wait for each other's inputs. Alone nobody waits, and inputs that
- * change in every tick fill packets (docs/limits.md). */
+/* Whether persons play: in sync modes whose clients wait for each other's inputs. A single player never
+ * waits, and inputs that change in every tick fill packets (docs/limits.md). */
 static bool plays(const outage *o)
 {
     return o->sync->observe && o->players > 1;
@@ -126,7 +124,7 @@ static outage draw_outage(const ll_sync_mode *sync, uint64_t n)
     return o;
 }
 
-/* ---- what is compared ---- */
+/* ---- compared metrics ---- */
 
 enum { FELT, ACKED, AGE, INFORMATION, OPEN, VALUES };
 static const char *const names[VALUES] = {"input latency", "acknowledged after", "view age",
@@ -161,12 +159,12 @@ static int64_t refused_of(const scene *s, int player)
 {
     int64_t refused = 0;
     for (int rule = 1; rule < LL_RULES; rule++)
-        refused += ll_netgame_server(s->game)->seats[player].refused[rule];
+        refused += ll_netgame_server(s->game)->client_slots[player].refused[rule];
     return refused;
 }
 
-/* A person's controls are others in every tick: each of its inputs is a change, whose latency counts. A
- * script has so few that they say more of where in a round trip they fell than of the latency. */
+/* A person's controls differ in every tick: each input is a change, whose latency counts. A script makes so
+ * few changes that its latencies depend on when in a round trip they are made. */
 static void play(scene *s, const outage *o, double from_s, double to_s)
 {
     int64_t first = (int64_t)ceil(from_s * TICK_HZ), last = (int64_t)ceil(to_s * TICK_HZ);
@@ -205,7 +203,7 @@ static void run(const outage *o, window windows[4])
         window *w = &windows[i];
         *w = (window){.applied = over[i].applied - begun[i].applied,
                       .refused = refused_of(&s, i),
-                      .recovers = ll_netgame_server(s.game)->even != 0};
+                      .recovers = ll_netgame_server(s.game)->recovery_until != 0};
         mean_of(w->mean, &begun[i], &over[i]);
     }
     scene_close(&s);
@@ -216,17 +214,17 @@ static void run(const outage *o, window windows[4])
 typedef struct row {
     int outages, players, unplayed, refused, off;
     int beyond[VALUES];               /* players that are more than a tenth off */
-    int shifted;                      /* in stop and wait, that a game in another phase has so */
+    int shifted;                      /* in stop and wait: as many in a game of another phase */
     double worst[VALUES];             /* relative */
     double sum[VALUES], twin[VALUES]; /* over all players */
 } row;
 
-/* An input of stop-and-wait lockstep that is predicted is felt at the next display, and at no other (below).
- * Inputs are a round trip and an interval apart, from the first on, and what their waits are depends on the
- * moment of the first: where that time is near a multiple of a display's period, all have the same. After an
- * outage the game goes on when the network heals, at another moment. So a twin has another wait, as has a
- * game that never failed, but whose first second took longer: of both as many players are more than a tenth
- * off. The wait is held within a display, and the mean of all outages within a tenth. */
+/* In stop-and-wait lockstep a predicted input is felt at the next display, and at no other (below). Inputs
+ * are a round trip and an interval apart, so their waits depend on the time of the first one: where that
+ * interval is near a multiple of a display's period, all waits are equal. After an outage the game continues
+ * when the network heals, at another phase. So the twin has another wait, as has a game without an outage
+ * whose first second took longer: in both cases the same number of players is more than a tenth off. The
+ * tolerance is one display for a wait, and a tenth for the mean of all outages. */
 static double unit_ms(const outage *o, int value)
 {
     return value == FELT && o->sync->answers ? 1e3 / TICK_HZ : 0;
@@ -238,7 +236,7 @@ static bool near(const outage *o, int value, double got, double twin)
     return isnan(got) || isnan(twin) || off <= fmax(0.1 * twin, unit_ms(o, value)) + 1e-6;
 }
 
-/* Notes both in the table. */
+/* Records both in the table. */
 static void note(row *r, int value, double got, double twin)
 {
     double off = fabs(got - twin);
@@ -251,7 +249,7 @@ static void note(row *r, int value, double got, double twin)
         r->worst[value] = fmax(r->worst[value], off / twin);
 }
 
-/* Whether the player plays as its twin does. */
+/* Whether the player's metrics agree with its twin's. */
 static bool compare(row *r, const outage *o, const window *got, const window *twin)
 {
     bool same = true, unplayed = got->applied < 0.9 * (double)twin->applied - 1;
@@ -266,7 +264,7 @@ static bool compare(row *r, const outage *o, const window *got, const window *tw
     return same && !unplayed && got->refused == 0;
 }
 
-/* The same in another phase: nothing is lost. */
+/* The same at another phase, without losses. */
 static void note_shifted(row *r, const outage *o, uint64_t n, const window *twin)
 {
     outage other = *o;
@@ -302,7 +300,7 @@ static bool try(row *r, const ll_sync_mode *sync, uint64_t n)
     return same;
 }
 
-/* How far the mean over all outages is from the twins'. */
+/* Difference of the mean over all outages from the twins'. */
 static double apart(const row *r, int value)
 {
     return r->twin[value] > 0 ? fabs(r->sum[value] / r->twin[value] - 1) : 0;
@@ -328,7 +326,7 @@ static void everything_is_as_before(void **state)
 {
     (void)state;
     bool all = true;
-    printf("Players of whom a mean is more than a tenth off the twin's; most; the mean of all players\n");
+    printf("Players with a mean more than a tenth off the twin's; largest difference; mean of all players\n");
     printf("%-20s %8s %8s %8s %8s %8s", "sync", "outages", "players", "unplayed", "refused", "off");
     for (int v = 0; v < VALUES; v++)
         printf(" %20s", names[v]);
@@ -346,8 +344,8 @@ static void everything_is_as_before(void **state)
     assert_true(all);
 }
 
-/* What comes at one instant comes before the client acts, also when it is let in again just then: the accept
- * and the state of one update that come together are drawn together. */
+/* Packets of one instant arrive before the client acts, also when it is accepted at that instant: an accept
+ * and the snapshot of one update that arrive together are drawn together. */
 static void packets_come_before_clients_act(void **state)
 {
     (void)state;
@@ -385,7 +383,7 @@ static void packets_come_before_clients_act(void **state)
 
 /* ---- stop and wait: when an input is felt ---- */
 
-/* The inputs that change the controls, and how long it is from each to the next display. */
+/* The inputs that change the controls, and the time from each to the next display. */
 typedef struct waits {
     const scene *s;
     int64_t count[4];
@@ -394,9 +392,9 @@ typedef struct waits {
     double sum_ms[4], last_ms[4];
 } waits;
 
-static void on_input(void *context, const void *heard)
+static void on_input(void *context, const void *record)
 {
-    const ll_event *event = heard;
+    const ll_event *event = record;
     waits *w = context;
     int p = event->player;
     if (event->type != LL_EVENT_INPUT || event->number == w->number[p])
@@ -416,8 +414,9 @@ static void on_input(void *context, const void *heard)
     w->count[p]++;
 }
 
-/* With outages and without: what is left to differ is when, between two displays, inputs are made. */
-static void what_is_predicted_is_felt_at_the_next_display(void **state)
+/* With outages and without: the only difference left is the phase at which inputs are made between two
+ * displays. */
+static void predicted_inputs_are_felt_at_the_next_display(void **state)
 {
     (void)state;
     int players = 0;
@@ -434,7 +433,7 @@ static void what_is_predicted_is_felt_at_the_next_display(void **state)
                 &ll_netgame_client_metrics(s.game, p)->histogram[LL_METRIC_INPUT_LATENCY];
             if (!s.game->config.players[p].prediction)
                 continue;
-            bool open = felt->count == w.count[p] - 1; /* the last has no verdict yet */
+            bool open = felt->count == w.count[p] - 1; /* the last has no result yet */
             assert_true(open || felt->count == w.count[p]);
             assert_true(felt->count > FEW);
             double sum_ms = w.sum_ms[p] - (open ? w.last_ms[p] : 0);
@@ -449,7 +448,7 @@ static void what_is_predicted_is_felt_at_the_next_display(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(what_is_predicted_is_felt_at_the_next_display),
+        cmocka_unit_test(predicted_inputs_are_felt_at_the_next_display),
         cmocka_unit_test(packets_come_before_clients_act),
         cmocka_unit_test(everything_is_as_before),
     };

@@ -1,5 +1,5 @@
-/* Deterministic lockstep and rollback as a whole: everybody has the same world at every tick, whatever the
- * links do; other hardware is found out; what is known late is made again. */
+/* Deterministic lockstep and rollback as a whole: all clients have the same world at every tick, on any
+ * links; other float modes are detected; late inputs cause resimulation. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -16,17 +16,17 @@
 
 #define TICKS_MAX 40000
 
-/* The worlds of everybody by tick, or their hashes: written down as they come to be, compared afterwards. */
-typedef struct diary {
+/* All worlds by tick, or their hashes: recorded when they are made, compared afterwards. */
+typedef struct world_log {
     scene *s;
-    int ticks;                        /* of which whole worlds are kept */
+    int ticks;                        /* number of whole worlds that are kept */
     size_t size;                      /* of a world */
-    int64_t seen[1 + LL_PLAYERS_MAX]; /* ticks written, of the server and of each client */
+    int64_t seen[1 + LL_PLAYERS_MAX]; /* ticks recorded, of the server and of each client */
     uint64_t *hashes[1 + LL_PLAYERS_MAX];
     char *worlds[1 + LL_PLAYERS_MAX];
-} diary;
+} world_log;
 
-static void write_down(diary *d, int whose, int64_t tick, const ll_world *world)
+static void write_down(world_log *d, int whose, int64_t tick, const ll_world *world)
 {
     assert_true(tick == d->seen[whose] + 1 && tick < TICKS_MAX);
     d->hashes[whose][tick] = ll_hash(1, world, d->size);
@@ -38,15 +38,16 @@ static void write_down(diary *d, int whose, int64_t tick, const ll_world *world)
 static void on_event(void *context, const void *row)
 {
     const ll_event *event = row;
-    diary *d = context;
+    world_log *d = context;
     ll_server *server = ll_netgame_server(d->s->game);
     if (event->type == LL_EVENT_STEP)
         write_down(d, 0, server->step, ll_server_world(server));
 }
 
-static diary diary_of(scene *s, int ticks)
+static world_log log_of(scene *s, int ticks)
 {
-    diary d = {.s = s, .ticks = ticks, .size = ll_world_size(ll_server_world(ll_netgame_server(s->game)))};
+    world_log d = {
+        .s = s, .ticks = ticks, .size = ll_world_size(ll_server_world(ll_netgame_server(s->game)))};
     for (int i = 0; i <= s->game->config.player_count; i++) {
         d.hashes[i] = calloc(TICKS_MAX, sizeof *d.hashes[i]);
         d.worlds[i] = calloc((size_t)ticks + 1, d.size);
@@ -54,7 +55,7 @@ static diary diary_of(scene *s, int ticks)
     return d;
 }
 
-static void diary_free(diary *d)
+static void log_free(world_log *d)
 {
     for (int i = 0; i <= LL_PLAYERS_MAX; i++) {
         free(d->hashes[i]);
@@ -67,8 +68,8 @@ static const ll_peer *peer_of(const scene *s, int player)
     return ll_client_peer(ll_netgame_client(s->game, player));
 }
 
-/* Runs on frame by frame. */
-static void run(diary *d, double from_s, double until_s)
+/* Continues frame by frame. */
+static void run(world_log *d, double from_s, double until_s)
 {
     ll_recorder r = {on_event, d};
     for (int64_t k = (int64_t)(from_s * 60) + 1; k <= (int64_t)(until_s * 60); k++) {
@@ -89,7 +90,7 @@ static void set_loss(scene *s, int player, double percent)
 }
 
 /* The first tick at which a client's world differs from the server's; -1: none. */
-static int64_t first_difference(const diary *d, int player)
+static int64_t first_difference(const world_log *d, int player)
 {
     int64_t end = d->seen[0] < d->seen[1 + player] ? d->seen[0] : d->seen[1 + player];
     for (int64_t tick = 1; tick <= end; tick++)
@@ -112,19 +113,19 @@ static void honest_clients_agree(const char *id, const char *sync, const char *c
     for (; *more; more++)
         sets[n++] = *more;
     scene s = scene_open(id, sets);
-    diary d = diary_of(&s, 0);
+    world_log d = log_of(&s, 0);
     run(&d, 0, seconds);
     assert_true(d.seen[0] > (int64_t)seconds * 30);
     for (int p = 0; p < s.game->config.player_count; p++) {
         assert_true(d.seen[1 + p] > d.seen[0] - 40);
         assert_int_equal(first_difference(&d, p), -1);
-        const ll_peer_status *known = &ll_netgame_server(s.game)->seats[p].peer;
+        const ll_peer_status *known = &ll_netgame_server(s.game)->client_slots[p].peer;
         assert_int_equal(known->desync, -1);
         assert_true(known->hashed > d.seen[0] - 100);
         assert_int_equal(ll_netgame_desync(s.game, p)->tick, -1);
         assert_true(ll_netgame_desync(s.game, p)->compared > d.seen[0] - 100);
     }
-    diary_free(&d);
+    log_free(&d);
     scene_close(&s);
 }
 
@@ -147,7 +148,8 @@ static void eight_honest_clients_agree_at_every_tick(void **state)
         honest_clients_agree("eight", syncs[i], links, 600);
 }
 
-/* The rings hold what the widest settings and the worst links need; nothing is lost to a full queue. */
+/* The rings are large enough for the widest parameters and the worst links; no packet is lost to a full
+ * queue. */
 static void extremes_of_the_ranges_agree(void **state)
 {
     (void)state;
@@ -168,11 +170,11 @@ static void extremes_of_the_ranges_agree(void **state)
                                     "players.1.link.up.duplicate_pct=50",
                                     NULL};
         scene s = scene_open("race", sets);
-        diary d = diary_of(&s, 0);
+        world_log d = log_of(&s, 0);
         run(&d, 0, 120);
         assert_true(d.seen[0] > 600);
         for (int p = 0; p < 2; p++) {
-            const ll_client_slot *client_slot = &ll_netgame_server(s.game)->seats[p];
+            const ll_client_slot *client_slot = &ll_netgame_server(s.game)->client_slots[p];
             assert_int_equal(first_difference(&d, p), -1);
             assert_int_equal(ll_netgame_desync(s.game, p)->tick, -1);
             assert_true(ll_netgame_desync(s.game, p)->compared > d.seen[0] - 100);
@@ -184,12 +186,12 @@ static void extremes_of_the_ranges_agree(void **state)
             for (int rule = 1; rule < LL_RULES; rule++)
                 assert_int_equal(client_slot->refused[rule], 0);
         }
-        diary_free(&d);
+        log_free(&d);
         scene_close(&s);
     }
 }
 
-/* Packets as long as they get, as many under way as may be: links hold them all. */
+/* Packets of the largest size, and as many in flight as possible: links hold them all. */
 static void links_hold_the_longest_packets(void **state)
 {
     (void)state;
@@ -225,14 +227,14 @@ static void links_hold_the_longest_packets(void **state)
     }
 }
 
-/* Everything that may change while it runs does, every second: the worlds stay the same. */
-static void live_changes_keep_everybody_in_step(void **state)
+/* Every live parameter changes every second: the worlds stay the same. */
+static void live_changes_keep_all_worlds_equal(void **state)
 {
     (void)state;
     const char *const sets[] = {"server.sync=rollback", "server.update_hz=60", "params.laps=10000",
                                 BAD_LINKS("0"),         BAD_LINKS("1"),        NULL};
     scene s = scene_open("contact", sets);
-    diary d = diary_of(&s, 0);
+    world_log d = log_of(&s, 0);
     for (int k = 0; k < 120; k++) {
         ll_netgame_config config = s.game->config;
         config.server.max_rollback_ticks = k * 7 % 17;
@@ -248,11 +250,11 @@ static void live_changes_keep_everybody_in_step(void **state)
         assert_int_equal(first_difference(&d, p), -1);
         assert_int_equal(ll_netgame_client_metrics(s.game, p)->stepping.sync_test_mismatches, 0);
     }
-    diary_free(&d);
+    log_free(&d);
     scene_close(&s);
 }
 
-/* ---- other hardware ---- */
+/* ---- other float modes ---- */
 
 static void other_hardware_is_named(void **state)
 {
@@ -268,31 +270,31 @@ static void other_hardware_is_named(void **state)
                                     "server.update_hz=60",
                                     NULL};
         scene s = scene_open(games[i / 3 % 3], sets);
-        diary d = diary_of(&s, 4000);
+        world_log d = log_of(&s, 4000);
         run(&d, 0, 60);
         const ll_desync *found = ll_netgame_desync(s.game, 1);
         int64_t tick = first_difference(&d, 1);
         assert_int_equal(first_difference(&d, 0), -1);
         assert_true(tick > 0 && tick < d.ticks);
         assert_int_equal(found->tick, tick);
-        assert_int_equal(ll_netgame_server(s.game)->seats[1].peer.desync, tick);
+        assert_int_equal(ll_netgame_server(s.game)->client_slots[1].peer.desync, tick);
         assert_int_equal(ll_netgame_desync(s.game, 0)->tick, -1);
 
         const ll_world *truth = (const ll_world *)(const void *)(d.worlds[0] + (size_t)tick * d.size);
         const ll_world *world = (const ll_world *)(const void *)(d.worlds[2] + (size_t)tick * d.size);
-        const double *a = &truth->entity[0].x, *b = &world->entity[0].x; /* seven numbers an entity */
+        const double *a = &truth->entity[0].x, *b = &world->entity[0].x; /* seven numbers per entity */
         int first = 0;
         while (memcmp(&a[first], &b[first], sizeof *a) == 0)
             first++;
         assert_int_equal(found->entity * LL_FIELDS + found->field, first);
         assert_true(found->ulps == ll_ulps(a[first], b[first]) && found->ulps >= 1);
         assert_true(found->ulps_max >= found->ulps);
-        diary_free(&d);
+        log_free(&d);
         scene_close(&s);
     }
 }
 
-/* What the referee refuses it replaces for everybody, so only the cheat's own world is another. */
+/* The relay server replaces a refused input for all clients, so only the cheat's own world differs. */
 static void a_cheat_leaves_the_common_world_alone(void **state)
 {
     (void)state;
@@ -300,22 +302,22 @@ static void a_cheat_leaves_the_common_world_alone(void **state)
         const char *const sets[] = {syncs[i], "players.1.cheat=magnitude", "players.0.input_delay_ticks=8",
                                     "players.1.input_delay_ticks=8", NULL};
         scene s = scene_open("contact", sets);
-        diary d = diary_of(&s, 0);
+        world_log d = log_of(&s, 0);
         run(&d, 0, 20);
-        const ll_client_slot *seats = ll_netgame_server(s.game)->seats;
+        const ll_client_slot *client_slots = ll_netgame_server(s.game)->client_slots;
         assert_int_equal(first_difference(&d, 0), -1);
         assert_int_equal(first_difference(&d, 1), 9); /* the first tick that it has an input for */
         assert_int_equal(ll_netgame_desync(s.game, 1)->tick, 9);
-        assert_int_equal(seats[1].peer.desync, 9);
-        assert_true(seats[1].refused[LL_RULE_MAGNITUDE] > 500);
+        assert_int_equal(client_slots[1].peer.desync, 9);
+        assert_true(client_slots[1].refused[LL_RULE_MAGNITUDE] > 500);
         assert_true(ll_netgame_client(s.game, 1)->refused > 500);
-        diary_free(&d);
+        log_free(&d);
         scene_close(&s);
     }
 }
 
-/* What happens is told: who stalled and for whom, how far a rollback went, where a world was left. */
-static void events_tell_what_the_counters_count(void **state)
+/* Events report stalls and the players waited for, the lengths of rollbacks, and where a world departed. */
+static void events_match_the_counters(void **state)
 {
     (void)state;
     tape all = {0};
@@ -353,14 +355,14 @@ static void events_tell_what_the_counters_count(void **state)
     tape_free(&all);
 }
 
-/* ---- the same outcome as without lag ---- */
+/* ---- the same result as without lag ---- */
 
 static void rollback_of_none_is_deterministic_lockstep(void **state)
 {
     (void)state;
     const char *const rollback[] = {"server.sync=rollback", "server.max_rollback_ticks=0", NULL};
     scene a = scene_open("deterministic", NULL), b = scene_open("deterministic", rollback);
-    diary x = diary_of(&a, 0), y = diary_of(&b, 0);
+    world_log x = log_of(&a, 0), y = log_of(&b, 0);
     run(&x, 0, 40);
     run(&y, 0, 40);
     assert_true(x.seen[0] > 2000);
@@ -368,13 +370,13 @@ static void rollback_of_none_is_deterministic_lockstep(void **state)
         assert_int_equal(x.seen[i], y.seen[i]);
         assert_memory_equal(x.hashes[i], y.hashes[i], TICKS_MAX * sizeof x.hashes[i][0]);
     }
-    diary_free(&x);
-    diary_free(&y);
+    log_free(&x);
+    log_free(&y);
     scene_close(&a);
     scene_close(&b);
 }
 
-static void run_to_tick(diary *d, int64_t tick)
+static void run_to_tick(world_log *d, int64_t tick)
 {
     ll_recorder r = {on_event, d};
     for (int k = 1; d->seen[0] < tick; k++) {
@@ -383,7 +385,7 @@ static void run_to_tick(diary *d, int64_t tick)
     }
 }
 
-static void lag_does_not_change_the_outcome(void **state)
+static void lag_does_not_change_the_result(void **state)
 {
     (void)state;
     static const char *const games[] = {"contact", "cannon", "gambetta_default", "eight", "rollback_shooter"};
@@ -407,12 +409,12 @@ static void lag_does_not_change_the_outcome(void **state)
                                     "players.1.link.up.loss_pct=10",
                                     NULL};
         scene a = scene_open(games[i / 2], without), b = scene_open(games[i / 2], with);
-        diary x = diary_of(&a, 0), y = diary_of(&b, 0);
+        world_log x = log_of(&a, 0), y = log_of(&b, 0);
         run_to_tick(&x, 1200);
         run_to_tick(&y, 1200);
         assert_memory_equal(x.hashes[0], y.hashes[0], 1201 * sizeof x.hashes[0][0]);
-        diary_free(&x);
-        diary_free(&y);
+        log_free(&x);
+        log_free(&y);
         int64_t rollbacks = ll_netgame_client_metrics(b.game, 0)->stepping.rollbacks +
                             ll_netgame_client_metrics(b.game, 1)->stepping.rollbacks;
         assert_true((rollbacks > 4) == (i % 2 == 1));
@@ -421,9 +423,9 @@ static void lag_does_not_change_the_outcome(void **state)
     }
 }
 
-/* Who plays alone waits for nobody, and is ahead of the server by as many ticks as its lag has: more than it
- * keeps worlds of. Those are compared with nothing, and the others are as the server's. */
-static void who_is_far_ahead_alone_is_in_step(void **state)
+/* A client that plays alone waits for no other, and is ahead of the server by the ticks of its lag: more than
+ * it keeps worlds of. Those are compared with nothing, and the others equal the server's. */
+static void a_client_far_ahead_alone_stays_in_step(void **state)
 {
     (void)state;
     static const char *const players[] = {"players=[{\"lag_ms\":870,\"input_delay_ticks\":5}]",
@@ -443,16 +445,16 @@ static void who_is_far_ahead_alone_is_in_step(void **state)
         assert_true(d->compared > 1500);
         assert_int_equal(d->tick, -1);
         assert_true(d->error_max == 0);
-        assert_int_equal(ll_netgame_server(s.game)->seats[0].peer.desync, -1);
+        assert_int_equal(ll_netgame_server(s.game)->client_slots[0].peer.desync, -1);
         scene_close(&s);
     }
 }
 
 /* ---- ages ---- */
 
-/* With `deterministic` everybody draws the newest tick that is sure: the others are as old as what is known.
- * Ticks that the server has not made have no age yet, and tick 0 is of time 0 however long it is drawn. */
-static void what_is_drawn_in_deterministic_lockstep_is_as_old_as_what_is_known(void **state)
+/* With `deterministic` all clients draw the newest confirmed tick: the others are as old as what is known.
+ * Ticks that the server has not made have no age yet, and tick 0 is of time 0 at every display. */
+static void deterministic_lockstep_draws_the_newest_confirmed_tick(void **state)
 {
     (void)state;
     const char *const sets[] = {"server.sync=deterministic",     "server.update_hz=12",
@@ -476,8 +478,8 @@ static void what_is_drawn_in_deterministic_lockstep_is_as_old_as_what_is_known(v
 
 /* ---- stalls ---- */
 
-/* With no time-out, or one that is not reached. */
-static void a_dead_link_stalls_everybody_until_it_is_back(void **state)
+/* Without a timeout, or before it is reached. */
+static void a_dead_link_stalls_all_clients_until_it_is_back(void **state)
 {
     (void)state;
     for (int i = 0; i < 4; i++) {
@@ -514,10 +516,10 @@ static void a_dead_link_stalls_everybody_until_it_is_back(void **state)
     }
 }
 
-/* Who has not heard the server for `timeout_s` is dropped and the others play on; it sees that it is alone,
- * and when its link is back it joins again, where the others are, and everybody's worlds are the same as
+/* A client without packets from the server for `timeout_s` is dropped and the others continue; it detects
+ * that it is alone. When its link is back it joins again, at the others' tick, and all worlds are equal as
  * before. */
-static void who_is_silent_is_dropped_and_joins_again(void **state)
+static void a_silent_client_is_dropped_and_joins_again(void **state)
 {
     (void)state;
     for (int i = 0; i < 4; i++) {
@@ -536,14 +538,15 @@ static void who_is_silent_is_dropped_and_joins_again(void **state)
         const ll_connection *b = &ll_netgame_client(s.game, 1)->connection;
         scene_run(&s, 5, NULL);
         set_loss(&s, 1, 100);
-        scene_run(&s, 5 + timeout_s - 0.4, NULL); /* it was heard a ping's interval and a way before that */
+        scene_run(&s, 5 + timeout_s - 0.4,
+                  NULL); /* its last packet arrived a ping's interval and a delay before that */
         int64_t step = server->step;
         assert_true(step < 5.5 * 60);
-        assert_int_equal(server->seats[1].connected, 1);
+        assert_int_equal(server->client_slots[1].connected, 1);
         scene_run(&s, 5 + timeout_s + 0.8, NULL);
-        assert_int_equal(server->seats[1].connected, 0);
+        assert_int_equal(server->client_slots[1].connected, 0);
         assert_int_equal(b->state,
-                         LL_CONNECTION_STALLED); /* its way down is as good as ever, but nobody sends */
+                         LL_CONNECTION_STALLED); /* its link down is good, but no other client sends */
         assert_int_equal(peer_of(&s, 0)->waiting, 0);
         step = server->step;
         scene_run(&s, 12.6, NULL);
@@ -552,24 +555,24 @@ static void who_is_silent_is_dropped_and_joins_again(void **state)
         set_loss(&s, 1, 0);
         scene_run(&s, 13.8, NULL); /* a retry, two round trips, five pings */
         assert_int_equal(b->state, LL_CONNECTION_PLAYING);
-        assert_int_equal(server->seats[1].connected, 1);
+        assert_int_equal(server->client_slots[1].connected, 1);
         assert_int_equal(b->joins, 2);
         step = server->step;
-        int64_t applied = server->seats[1].acked;
+        int64_t applied = server->client_slots[1].acked;
         scene_run(&s, 20, NULL);
         assert_true(server->step > step + 6.2 * 60 - 15);
-        assert_true(server->seats[1].acked > applied + 6.2 * 60 - 15); /* its own inputs */
+        assert_true(server->client_slots[1].acked > applied + 6.2 * 60 - 15); /* its own inputs */
         for (int p = 0; p < 2; p++) {
-            assert_int_equal(server->seats[p].peer.desync, -1);
-            assert_true(server->seats[p].peer.hashed > server->step - 60);
+            assert_int_equal(server->client_slots[p].peer.desync, -1);
+            assert_true(server->client_slots[p].peer.hashed > server->step - 60);
         }
         scene_close(&s);
     }
 }
 
-/* With D ticks of input delay a way from client to client brings D + 1 ticks; with M to guess D + M + 1, but
- * then an input is made a frame after the step before it. */
-static void pace_follows_lag_and_delay(void **state)
+/* With D ticks of input delay a delay between clients costs D + 1 ticks; with M ticks to guess D + M + 1, but
+ * then an input is made one frame after the step before it. */
+static void rate_follows_lag_and_delay(void **state)
 {
     (void)state;
     static const struct {
@@ -608,9 +611,9 @@ static void pace_follows_lag_and_delay(void **state)
     }
 }
 
-/* Whose frames come late by up to some milliseconds each makes fewer of them. The other rests for that, a
- * frame now and then; it does not run on until it has no tick left to guess, and stalls. */
-static void who_is_faster_rests_and_does_not_stall(void **state)
+/* A client whose frames are up to some milliseconds late makes fewer of them. The other waits a frame at
+ * times for time sync; it does not run on until its prediction window is used up and it stalls. */
+static void the_faster_client_waits_and_does_not_stall(void **state)
 {
     (void)state;
     static const char *const jitters[] = {"players.1.timer_jitter_ms=1", "players.1.timer_jitter_ms=3"};
@@ -626,7 +629,7 @@ static void who_is_faster_rests_and_does_not_stall(void **state)
         scene_run(&s, 60, NULL);
         const ll_client_metrics *faster = ll_netgame_client_metrics(s.game, 0);
         assert_true(faster->stepping.stalls <= 12);
-        assert_true(faster->stepping.rested_frames > 60);
+        assert_true(faster->stepping.time_sync_frames > 60);
         scene_close(&s);
     }
 }
@@ -650,7 +653,7 @@ static void going_back_and_on_changes_nothing_in_any_game(void **state)
             scene_run(&s, 12, NULL);
             for (int p = 0; p < 3; p++) {
                 const ll_stepping *n = &ll_netgame_client_metrics(s.game, p)->stepping;
-                assert_int_equal(n->sync_tests, 600); /* after the warm-up, whatever the clock's phase */
+                assert_int_equal(n->sync_tests, 600); /* after the warm-up, at any phase of the clock */
                 if (n->sync_test_mismatches != 0)
                     fail_msg("%s: %lld of %lld sync tests of player %d differ", ll_games[game]->name,
                              (long long)n->sync_test_mismatches, (long long)n->sync_tests, p);
@@ -666,18 +669,18 @@ int main(void)
         cmocka_unit_test(two_honest_clients_agree_at_every_tick),
         cmocka_unit_test(eight_honest_clients_agree_at_every_tick),
         cmocka_unit_test(extremes_of_the_ranges_agree),
-        cmocka_unit_test(live_changes_keep_everybody_in_step),
+        cmocka_unit_test(live_changes_keep_all_worlds_equal),
         cmocka_unit_test(other_hardware_is_named),
         cmocka_unit_test(a_cheat_leaves_the_common_world_alone),
-        cmocka_unit_test(events_tell_what_the_counters_count),
+        cmocka_unit_test(events_match_the_counters),
         cmocka_unit_test(rollback_of_none_is_deterministic_lockstep),
-        cmocka_unit_test(lag_does_not_change_the_outcome),
-        cmocka_unit_test(who_is_far_ahead_alone_is_in_step),
-        cmocka_unit_test(what_is_drawn_in_deterministic_lockstep_is_as_old_as_what_is_known),
-        cmocka_unit_test(a_dead_link_stalls_everybody_until_it_is_back),
-        cmocka_unit_test(who_is_silent_is_dropped_and_joins_again),
-        cmocka_unit_test(pace_follows_lag_and_delay),
-        cmocka_unit_test(who_is_faster_rests_and_does_not_stall),
+        cmocka_unit_test(lag_does_not_change_the_result),
+        cmocka_unit_test(a_client_far_ahead_alone_stays_in_step),
+        cmocka_unit_test(deterministic_lockstep_draws_the_newest_confirmed_tick),
+        cmocka_unit_test(a_dead_link_stalls_all_clients_until_it_is_back),
+        cmocka_unit_test(a_silent_client_is_dropped_and_joins_again),
+        cmocka_unit_test(rate_follows_lag_and_delay),
+        cmocka_unit_test(the_faster_client_waits_and_does_not_stall),
         cmocka_unit_test(going_back_and_on_changes_nothing_in_any_game),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

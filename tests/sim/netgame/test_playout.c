@@ -14,14 +14,14 @@
 #include "support/scene.h"
 
 #define JITTER_MS 40.0
-#define WIDTH_MS (2 * JITTER_MS) /* over which transit times are spread evenly */
+#define WIDTH_MS (2 * JITTER_MS) /* width of the uniform distribution of transit times */
 
 static const ll_dejitter_stats *stats(const scene *s, int player)
 {
     return ll_dejitter_get_stats(ll_netgame_dejitter(s->game, player));
 }
 
-/* A of the scenario `dejitter` with such a buffer; 20 states a second for five minutes. */
+/* Player A of the scenario `dejitter` with such a buffer; 20 snapshots per second for five minutes. */
 static scene run_with(const char *policy, double delay_ms)
 {
     char choice[64], delay[64];
@@ -33,10 +33,10 @@ static scene run_with(const char *policy, double delay_ms)
     return s;
 }
 
-/* Played out d after the fastest way of the last n states: late are those slower than that by more than d.
- * With x = d / w and the least m of n - 1 uniforms, P(u > x + m) = 1 - x - (1 - x^n) / n. To those in time E
- * (x + m - u) = x^2 / 2 + x / n + ... of w is added. The window is of 7 to 8 quarters of a second, 35 to 40
- * states. */
+/* Played out d after the fastest delay of the last n snapshots: snapshots slower than that by more than d are
+ * late. With x = d / w and the minimum m of n - 1 uniforms, P(u > x + m) = 1 - x - (1 - x^n) / n. To those in
+ * time E (x + m - u) = x^2 / 2 + x / n + ... of w is added. The window is of 7 to 8 quarters of a second, 35
+ * to 40 snapshots. */
 static void late_states_are_those_beyond_the_delay(void **state)
 {
     (void)state;
@@ -52,7 +52,7 @@ static void late_states_are_those_beyond_the_delay(void **state)
     }
 }
 
-/* How uneven the times are between two states that a client took: their standard deviation, ms. */
+/* Standard deviation of the times between two snapshots that a client applied, ms. */
 static double unevenness(const char *policy, double delay_ms, double jitter_ms, int64_t *stale)
 {
     char choice[64], delay[64], jitter[64];
@@ -81,15 +81,14 @@ static double unevenness(const char *policy, double delay_ms, double jitter_ms, 
     return sqrt(sum / count);
 }
 
-/* The paper's reading, arrival + d, only moves what comes: the gaps are as uneven, as many states are
- * overtaken. By send time, with d beyond the jitter, they are those of the server, but for what the fastest
- * way wavers: the least of 37 uniforms, whose standard deviation is w / 38. */
+/* The paper's version, arrival + d, only delays all packets: the gaps are as uneven, and as many snapshots
+ * are overtaken. By send time, with d beyond the jitter, they are those of the server, except for the
+ * variation of the fastest delay: the minimum of 37 uniforms, whose standard deviation is w / 38. */
 static void only_send_times_take_the_jitter_out(void **state)
 {
     (void)state;
     int64_t none, arrival, send;
-    double even =
-        20 * sqrt(2.0 / 3); /* of the difference of two uniforms of +-20 ms, which overtake nobody */
+    double even = 20 * sqrt(2.0 / 3); /* of the difference of two uniforms of +-20 ms, without overtaking */
     assert_true(fabs(unevenness("none", 0, 20, &none) - even) < 1);
     assert_true(fabs(unevenness("arrival", 100, 20, &arrival) - even) < 1);
     assert_true(unevenness("send_time", 100, 20, &send) < 40.0 / 38);
@@ -109,8 +108,8 @@ static void arrival_adds_the_same_to_each(void **state)
     scene_close(&s);
 }
 
-/* Behind a buffer that takes the jitter out, interpolation needs one interval and what the fastest way
- * wavers; without it, an interval and the whole width of the jitter. */
+/* Behind a buffer that removes the jitter, interpolation needs one interval and the variation of the fastest
+ * delay; without the buffer, an interval and the whole width of the jitter. */
 static void interpolation_behind_a_buffer_needs_less_delay(void **state)
 {
     (void)state;
@@ -127,8 +126,8 @@ static void interpolation_behind_a_buffer_needs_less_delay(void **state)
     scene_close(&b);
 }
 
-/* Nothing that is held is lost or left when policies and syncs change, and the block may be moved meanwhile.
- */
+/* No held packet is lost or forgotten when policies and syncs change, and the block may be moved
+ * meanwhile. */
 static void buffers_may_change_while_they_hold(void **state)
 {
     (void)state;
@@ -164,7 +163,7 @@ static void buffers_may_change_while_they_hold(void **state)
     scene_close(&t);
 }
 
-/* What a client keeps bounds how late a state may be played out. */
+/* The client's rings limit how late a snapshot may be played out. */
 static void long_delays_are_refused(void **state)
 {
     (void)state;

@@ -1,4 +1,4 @@
-/* The prediction's scope: what it promises, held against whole games. */
+/* The prediction scope, compared with whole games. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -35,9 +35,7 @@ static int64_t corrections(const scene *s, int player)
     return ll_netgame_client_metrics(s->game, player)->corrections;
 }
 
-/* Every game without contact, from no lag to the longest: nothing is corrected, whatever is predicted of
- * others.
- */
+/* Every game without contact, from no lag to the longest: nothing is corrected, in any scope. */
 static void clean_link_needs_no_correction(void **state)
 {
     (void)state;
@@ -64,7 +62,7 @@ static void clean_link_needs_no_correction(void **state)
             }
 }
 
-/* B drives at full throttle into A, who is driven by `script`. */
+/* B drives at full throttle into A, who is controlled by `script`. */
 static scene contact(const char *scope, const char *script)
 {
     char a[64], b[64], c[64];
@@ -77,9 +75,9 @@ static scene contact(const char *scope, const char *script)
     return s;
 }
 
-/* Two cars that touch and whose pedals stay as they are: predicting only oneself is corrected at every touch;
- * stepping the other along is never wrong, since what it does is known. */
-static void contact_is_foreseen_where_the_other_is_stepped_along(void **state)
+/* Two cars that touch with constant pedals: a client that predicts only its own car is corrected at every
+ * touch; stepping the other car too is never wrong, since its controls are known. */
+static void contact_is_predicted_where_the_other_is_stepped_too(void **state)
 {
     (void)state;
     scene own = contact("own", "idle"), contacts = contact("contacts", "idle"), all = contact("all", "idle");
@@ -93,9 +91,9 @@ static void contact_is_foreseen_where_the_other_is_stepped_along(void **state)
     scene_close(&all);
 }
 
-/* A changes the pedal now and then, which B hears of one way late: B is corrected then, and A, who knows B's,
- * never. Both draw the other nearer to where it is now than by interpolation. */
-static void contact_is_mispredicted_when_the_other_changes_his_mind(void **state)
+/* A changes the pedal at times, which B receives one delay later: B is corrected then, and A, who knows B's
+ * pedal, never. Both draw the other nearer to its present position than with interpolation. */
+static void contact_is_mispredicted_when_the_other_changes_its_controls(void **state)
 {
     (void)state;
     scene own = contact("own", "varied"), contacts = contact("contacts", "varied");
@@ -111,8 +109,9 @@ static void contact_is_mispredicted_when_the_other_changes_his_mind(void **state
     scene_close(&contacts);
 }
 
-/* Where a state is as predicted nothing is replayed: the predicted world must then be what a replay gives. */
-static void what_is_not_replayed_is_what_a_replay_gives(void **state)
+/* Where a snapshot agrees with the prediction nothing is replayed: the predicted world must then equal the
+ * result of a replay. */
+static void a_skipped_replay_would_change_nothing(void **state)
 {
     (void)state;
     for (int scope = 0; ll_scopes[scope]; scope++) {
@@ -137,7 +136,7 @@ static void what_is_not_replayed_is_what_a_replay_gives(void **state)
                                          .config = &copy->config.players[p],
                                          .client_metrics = ll_netgame_client_metrics(copy, p)};
                 if (c->newest > c->fresh)
-                    continue; /* what others do is told by a state that counts from the next frame on */
+                    continue; /* a snapshot brings the others' controls and counts from the next frame on */
                 compared++;
                 ll_resimulate(d, &setup);
                 assert_int_equal(c->predicted_tick, d->predicted_tick);
@@ -154,7 +153,8 @@ static void what_is_not_replayed_is_what_a_replay_gives(void **state)
             replays += ll_netgame_client_metrics(s.game, p)->input_history.replays;
         }
         assert_true(compared > 1000);
-        assert_true(replays > 0 && replays < states / 4); /* it matters: most states are as predicted */
+        assert_true(replays > 0 &&
+                    replays < states / 4); /* the case matters: most snapshots agree with the prediction */
         scene_close(&s);
     }
 }
@@ -175,9 +175,9 @@ static void a_guess_follows_also_when_nothing_moves(void **state)
     scene_close(&s);
 }
 
-/* In scope `contacts` a car far away is drawn as without it, one near is drawn ahead of the server's present.
- * A waits behind the finish, where B comes along. */
-static void only_who_may_touch_is_predicted(void **state)
+/* In scope `contacts` a car far away is drawn as without it, a near one is drawn ahead of the server's
+ * present. A waits behind the finish, where B drives past. */
+static void only_entities_that_may_touch_are_predicted(void **state)
 {
     (void)state;
     const char *const sets[] = {"players.0.prediction_scope=contacts", "players.0.script=steady",
@@ -205,14 +205,16 @@ static void only_who_may_touch_is_predicted(void **state)
     scene_close(&s);
 }
 
-/* M5 of what is drawn ahead: at steady pedals the prediction is the truth to come, to the bit. */
-static void the_world_predicted_is_the_truth_to_come(void **state)
+/* Timeline error of what is drawn ahead: with constant pedals the prediction equals bitwise the truth to
+ * come. */
+static void the_predicted_world_equals_the_truth_to_come(void **state)
 {
     (void)state;
     scene s = contact("all", "idle");
     for (int p = 0; p < 2; p++) {
-        ll_summary m5 = summary(&s, p, LL_METRIC_TIMELINE_ERROR);
-        assert_true(m5.count > 50 && m5.max < 1e-6); /* whole ns of time at 16 m/s: 2e-8 m */
+        ll_summary timeline_error = summary(&s, p, LL_METRIC_TIMELINE_ERROR);
+        assert_true(timeline_error.count > 50 &&
+                    timeline_error.max < 1e-6); /* whole ns of time at 16 m/s: 2e-8 m */
     }
     scene_close(&s);
 }
@@ -235,7 +237,7 @@ static void scope_may_change_while_it_runs(void **state)
     scene_close(&s);
 }
 
-/* The demo's server applies inputs outside of steps: there is nothing to predict others by. */
+/* The demo's server applies inputs outside of steps: there are no steps to predict others by. */
 static void others_are_not_predicted_under_the_demos_rules(void **state)
 {
     (void)state;
@@ -253,12 +255,12 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(lists_follow_the_table),
         cmocka_unit_test(clean_link_needs_no_correction),
-        cmocka_unit_test(contact_is_foreseen_where_the_other_is_stepped_along),
-        cmocka_unit_test(contact_is_mispredicted_when_the_other_changes_his_mind),
-        cmocka_unit_test(what_is_not_replayed_is_what_a_replay_gives),
+        cmocka_unit_test(contact_is_predicted_where_the_other_is_stepped_too),
+        cmocka_unit_test(contact_is_mispredicted_when_the_other_changes_its_controls),
+        cmocka_unit_test(a_skipped_replay_would_change_nothing),
         cmocka_unit_test(a_guess_follows_also_when_nothing_moves),
-        cmocka_unit_test(only_who_may_touch_is_predicted),
-        cmocka_unit_test(the_world_predicted_is_the_truth_to_come),
+        cmocka_unit_test(only_entities_that_may_touch_are_predicted),
+        cmocka_unit_test(the_predicted_world_equals_the_truth_to_come),
         cmocka_unit_test(scope_may_change_while_it_runs),
         cmocka_unit_test(others_are_not_predicted_under_the_demos_rules),
     };

@@ -1,5 +1,5 @@
-/* Settings of real scenarios in every order: rules that tie rows together, presets, variants, arrays whose
- * elements begin as something else says. */
+/* Changes of real scenarios' parameters in every order: rules that connect rows, presets, variants, arrays
+ * whose elements start as another row says. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -16,7 +16,7 @@ enum { SETS = 5 };
 
 typedef struct combination {
     const char *scenario;
-    const char *sets[SETS]; /* of which the first two in the one order broke a rule or told something else */
+    const char *sets[SETS]; /* in one order the first two broke a rule or gave another result */
 } combination;
 
 #define UP "players.0.link.up."
@@ -71,7 +71,7 @@ static bool repeated(const combination *c, int i)
     return false;
 }
 
-/* Every rotation, there and back; what is given twice keeps its order. */
+/* Every rotation, forward and reverse; a path given twice keeps its order. */
 static void in_every_order(const combination *c)
 {
     int n = 0, order[SETS];
@@ -97,7 +97,7 @@ static void in_every_order(const combination *c)
         if (!first)
             first = strdup(text);
         else if (strcmp(first, text) != 0)
-            fail_msg("%s: %s first is not as %s first", c->scenario, c->sets[order[0]], c->sets[0]);
+            fail_msg("%s: %s first differs from %s first", c->scenario, c->sets[order[0]], c->sets[0]);
         cJSON_free(text);
         cJSON_Delete(json);
     }
@@ -111,7 +111,7 @@ static void the_order_does_not_matter(void **state)
         in_every_order(&combinations[i]);
 }
 
-/* What breaks a rule as a whole is refused in every order. */
+/* A combination that breaks a rule is rejected in every order. */
 static void rules_still_hold(void **state)
 {
     (void)state;

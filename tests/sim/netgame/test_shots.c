@@ -1,4 +1,4 @@
-/* Shots in whole games: what was seen to be hit is hit, or is not, by the server's policy; and who pays. */
+/* Shots in whole games: which shots that hit in the view count, by the server's policy; and at whose cost. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -29,14 +29,13 @@ static double agreement(const ll_shot_tally *t)
 
 static int64_t refused(const scene *s, int player, ll_rule rule)
 {
-    return ll_netgame_server(s->game)->seats[player].refused[rule];
+    return ll_netgame_server(s->game)->client_slots[player].refused[rule];
 }
 
 /* ---- agreement ---- */
 
-/* From 0 to 300 ms of lag: with rewind at least 99 of 100 shots count as they were seen, and without far
- * fewer. */
-static void what_is_seen_to_be_hit_is_hit_by_rewind_only(void **state)
+/* From 0 to 300 ms of lag: with rewind at least 99 of 100 shots count as seen, and without it far fewer. */
+static void only_rewind_agrees_with_the_view(void **state)
 {
     (void)state;
     for (int lag = 0; lag <= 300; lag += 50) {
@@ -59,8 +58,8 @@ static void what_is_seen_to_be_hit_is_hit_by_rewind_only(void **state)
     }
 }
 
-/* Beyond max_rewind_ms the server looks back as far as it may, which is not far enough; below it, it agrees.
- */
+/* Beyond max_rewind_ms the server rewinds to its limit, which is not far enough; below it, it agrees with the
+ * view. */
 static void rewinding_ends_at_its_limit(void **state)
 {
     (void)state;
@@ -71,8 +70,7 @@ static void rewinding_ends_at_its_limit(void **state)
         scene s = scene_open("rifle", sets);
         scene_run(&s, 60, NULL);
         const ll_shot_tally *t = tally(&s, 0, LL_RIFLE);
-        double age =
-            2 * lag + 2000.0 / 30 + 10; /* the round trip and the delay of interpolation, and some ticks */
+        double age = 2 * lag + 2000.0 / 30 + 10; /* the round trip, the interpolation delay, and some ticks */
         double most = ll_histogram_summary(&shot_stats(&s, 0)->rewind).max;
         assert_int_equal(t->clamped, age > 250 ? t->shots : 0);
         assert_int_equal(t->within + t->clamped, t->shots);
@@ -83,8 +81,8 @@ static void rewinding_ends_at_its_limit(void **state)
     }
 }
 
-/* Jitter and loss move the ages of views about; what is looked back to is what was drawn all the same, and
- * nobody is suspected. */
+/* Jitter and loss vary the view ages; the server still rewinds to what was drawn, and rejects no view
+ * time. */
 static void honest_shooters_on_bad_links_are_believed(void **state)
 {
     (void)state;
@@ -110,8 +108,8 @@ static void honest_shooters_on_bad_links_are_believed(void **state)
     scene_close(&s);
 }
 
-/* Who predicts the others draws them where they will be when the shot arrives: nothing is to be rewound, and
- * nobody is suspected for a view without age. */
+/* A client that predicts the others draws them where they will be when the shot arrives: no rewind is needed,
+ * and no view without age is rejected. */
 static void predicted_targets_need_no_rewinding(void **state)
 {
     (void)state;
@@ -142,7 +140,7 @@ static double shell_agreement(const char *id, const char *family, int64_t *hits)
     return share;
 }
 
-/* With fast shells and 300 ms of round trip, only C (and the client's word) agrees with the view. */
+/* With fast projectiles and 300 ms of round trip, only C (and client_authoritative) agrees with the view. */
 static void only_rewound_shells_agree_with_the_view(void **state)
 {
     (void)state;
@@ -154,7 +152,7 @@ static void only_rewound_shells_agree_with_the_view(void **state)
     assert_true(shell_agreement("cannon_families", "fast_forward", &hits) < 0.8);
 }
 
-/* The error of the straight trace is that of its closed form for the time that is caught up with. */
+/* The error of the straight trace is that of its closed form for the fast-forwarded time. */
 static void straight_traces_are_off_as_computed(void **state)
 {
     (void)state;
@@ -192,7 +190,7 @@ static const ll_weapon_state *arms_of(const scene *s, int player)
     return ll_netgame_game(s->game)->weapons->arms(ll_server_world(ll_netgame_server(s->game)), player);
 }
 
-/* The shell that a player with `lag` fires upon the state of 4 s, which its client draws as it is. */
+/* The projectile that a player with `lag` fires on the snapshot of 4 s, which its client draws as it is. */
 static landing fire_upon(const char *lag, double aim)
 {
     const char *const sets[] = {lag,
@@ -242,7 +240,7 @@ static void a_rewound_shell_lands_as_without_lag(void **state)
     assert_true(hits >= 5 && hits < 24);
 }
 
-/* B goes down behind its wall. 0.6 s later it is hidden, on its own screen and at the server; A, far away,
+/* B moves down behind its wall. 0.6 s later it is hidden, on its own screen and at the server; A, far away,
  * still sees it over the wall and fires. */
 static void shoot_at_where_it_was(scene *s)
 {
@@ -263,7 +261,7 @@ static void shoot_at_where_it_was(scene *s)
         tick(s, &k);
 }
 
-static void a_hit_on_who_has_hidden_is_shot_behind_cover(void **state)
+static void a_hit_on_a_hidden_player_is_shot_behind_cover(void **state)
 {
     (void)state;
     for (int rewinds = 0; rewinds < 2; rewinds++) {
@@ -289,13 +287,14 @@ static void a_hit_on_who_has_hidden_is_shot_behind_cover(void **state)
         ll_summary rollback = ll_histogram_summary(&shot_stats(&s, 0)->rollback);
         ll_summary back = ll_histogram_summary(&shot_stats(&s, 0)->rewind);
         assert_int_equal(rollback.count, rewinds);
-        assert_true(!rewinds || fabs(rollback.max - 5 * back.max / 1000) < 1e-6); /* it went down at 5 m/s */
+        assert_true(!rewinds || fabs(rollback.max - 5 * back.max / 1000) < 1e-6); /* it moved down at 5 m/s */
         scene_close(&s);
     }
 }
 
-/* A target that stands still is where everybody has it: all judges agree, of the rifle and of the shell. */
-static void judges_agree_of_what_stands_still(void **state)
+/* A target that stands still is at the same place for all: all judges agree, for the hitscan weapon and the
+ * projectile. */
+static void judges_agree_on_standing_targets(void **state)
 {
     (void)state;
     for (int w = 0; w < LL_WEAPONS; w++) {
@@ -306,7 +305,7 @@ static void judges_agree_of_what_stands_still(void **state)
             int64_t k = 0;
             while (k < 180)
                 tick(&s, &k);
-            /* level for the rifle; of the shell 35 m/s by sin 2 a = g x / v^2 */
+            /* level for the hitscan weapon; for the projectile 35 m/s by sin 2 a = g x / v^2 */
             double aim = w == LL_RIFLE ? 0 : asin(9.81 * 52 / (35 * 35)) / 2 / (M_PI / 2);
             act(&s, 0, 0, hits ? aim : aim + 0.05, UINT32_C(1) << w);
             tick(&s, &k);
@@ -325,7 +324,7 @@ static void judges_agree_of_what_stands_still(void **state)
     }
 }
 
-/* Who moves sees first: by the own way up, the other's way down and the age of its view, and some ticks. */
+/* The moving player sees first: by its own delay up, the other's delay down and view age, and some ticks. */
 static void the_peeker_sees_first(void **state)
 {
     (void)state;
@@ -347,8 +346,8 @@ static void the_peeker_sees_first(void **state)
     }
 }
 
-/* The one who stands sees first when the peeker waits for its own motion: the sign is told. A naive median
- * and mean of the same list, which the two halves of the histogram must give. */
+/* The standing player sees first when the peeker waits for its own motion: the sign is kept. A naive median
+ * and mean of the same list, which the two halves of the histogram must match. */
 static void the_peeker_may_see_last(void **state)
 {
     (void)state;
@@ -384,7 +383,7 @@ static void a_summary_keeps_the_sign(void **state)
     free(m);
 }
 
-/* Who is in motion all the time peeks at nobody, and nobody at him. */
+/* A player in permanent motion has no peeker's advantage over another, and no other over it. */
 static void riders_do_not_peek(void **state)
 {
     (void)state;
@@ -404,10 +403,10 @@ static void riders_do_not_peek(void **state)
     scene_close(&s);
 }
 
-/* ---- what was not counted ---- */
+/* ---- shots that do not count ---- */
 
-/* Where nothing is looked back for, no limit of that was met and none kept to. */
-static void limits_count_where_the_server_looks_back(void **state)
+/* Where nothing is rewound, no shot counts as within or beyond the rewind limit. */
+static void limits_count_where_the_server_rewinds(void **state)
 {
     (void)state;
     static const struct {
@@ -467,7 +466,7 @@ static void weapons_fire_as_often_as_they_may(void **state)
     scene_run(&s, 60, NULL);
     for (int p = 0; p < 2; p++) {
         int32_t shots = arms_of(&s, p)->shots[LL_RIFLE];
-        assert_true(shots >= 234 && shots <= 240); /* four a second, whenever something is in sight */
+        assert_true(shots >= 234 && shots <= 240); /* four per second, whenever something is in sight */
         assert_int_equal(refused(&s, p, LL_RULE_FIRE_RATE), 0);
     }
     scene_close(&s);
@@ -486,8 +485,8 @@ static void pressing_faster_gains_nothing(void **state)
     scene_close(&s);
 }
 
-/* What a client gains that states an older view: hits beyond those in its true picture. With the cross-check
- * the stamp does not count, without it the shots at the past do. */
+/* Gain of a client that states an older view: hits beyond those in its true view. With the cross-check the
+ * stated time does not count, without it the shots at the past do. */
 static int64_t gain_of_faking(const char *tolerance, int64_t *view_time_rejected)
 {
     const char *const sets[] = {tolerance, "players.0.cheat=view_time", "server.max_rewind_ms=1000", NULL};
@@ -515,7 +514,7 @@ static void a_faked_view_gains_by_trust_only(void **state)
     assert_int_equal(view_time_rejected, 0);
 }
 
-static void a_claim_counts_where_it_is_trusted_only(void **state)
+static void a_claim_counts_only_if_client_authoritative(void **state)
 {
     (void)state;
     const char *const sets[] = {"server.hitscan=rewind", "server.max_rewind_ms=1000", NULL};
@@ -565,7 +564,7 @@ static void block_may_be_moved_and_runs_are_equal(void **state)
     scene_close(&t);
 }
 
-static void nothing_is_kept_where_nobody_shoots(void **state)
+static void games_without_weapons_keep_no_shots(void **state)
 {
     (void)state;
     scene s = scene_open("race", NULL);
@@ -574,7 +573,7 @@ static void nothing_is_kept_where_nobody_shoots(void **state)
     scene_close(&s);
 }
 
-/* A server that only drains its queue would leave targets and shells where they are. */
+/* A server that only applies inputs on arrival would leave targets and projectiles where they are. */
 static void draining_is_refused_with_a_sentence(void **state)
 {
     (void)state;
@@ -590,28 +589,28 @@ static void draining_is_refused_with_a_sentence(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(what_is_seen_to_be_hit_is_hit_by_rewind_only),
+        cmocka_unit_test(only_rewind_agrees_with_the_view),
         cmocka_unit_test(rewinding_ends_at_its_limit),
         cmocka_unit_test(honest_shooters_on_bad_links_are_believed),
         cmocka_unit_test(predicted_targets_need_no_rewinding),
         cmocka_unit_test(only_rewound_shells_agree_with_the_view),
         cmocka_unit_test(straight_traces_are_off_as_computed),
         cmocka_unit_test(a_rewound_shell_lands_as_without_lag),
-        cmocka_unit_test(a_hit_on_who_has_hidden_is_shot_behind_cover),
-        cmocka_unit_test(judges_agree_of_what_stands_still),
+        cmocka_unit_test(a_hit_on_a_hidden_player_is_shot_behind_cover),
+        cmocka_unit_test(judges_agree_on_standing_targets),
         cmocka_unit_test(the_peeker_sees_first),
         cmocka_unit_test(the_peeker_may_see_last),
         cmocka_unit_test(a_summary_keeps_the_sign),
         cmocka_unit_test(riders_do_not_peek),
-        cmocka_unit_test(limits_count_where_the_server_looks_back),
+        cmocka_unit_test(limits_count_where_the_server_rewinds),
         cmocka_unit_test(nothing_shot_has_no_shares),
         cmocka_unit_test(weapons_fire_as_often_as_they_may),
         cmocka_unit_test(pressing_faster_gains_nothing),
         cmocka_unit_test(a_faked_view_gains_by_trust_only),
-        cmocka_unit_test(a_claim_counts_where_it_is_trusted_only),
+        cmocka_unit_test(a_claim_counts_only_if_client_authoritative),
         cmocka_unit_test(prediction_is_exact_while_shots_fly),
         cmocka_unit_test(block_may_be_moved_and_runs_are_equal),
-        cmocka_unit_test(nothing_is_kept_where_nobody_shoots),
+        cmocka_unit_test(games_without_weapons_keep_no_shots),
         cmocka_unit_test(draining_is_refused_with_a_sentence),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

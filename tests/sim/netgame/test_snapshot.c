@@ -18,7 +18,7 @@ static ll_summary summary(const scene *s, int player, ll_metric metric)
 
 static const ll_snapshot_cost *cost(const scene *s, int player)
 {
-    return &ll_netgame_server(s->game)->seats[player].sent;
+    return &ll_netgame_server(s->game)->client_slots[player].sent;
 }
 
 static double per_state(const scene *s, int player)
@@ -36,9 +36,9 @@ static bool same_world(const scene *a, const scene *b)
 #define ALL_ON(p)                                                                                            \
     "players." p ".prediction=true", "players." p ".reconciliation=true", "players." p ".interpolation=true"
 
-/* The own entity travels to the bit: where nobody touches, prediction stays exact and the server's world is
- * the same, however states travel. The others are at most half a step per axis further off. */
-static void a_codec_changes_what_is_seen_of_others_and_nothing_else(void **state)
+/* The own entity is sent bitwise: where no cars touch, prediction stays exact and the server's world is the
+ * same with every encoding. The others are at most half a step per axis further off. */
+static void a_codec_changes_only_the_drawn_others(void **state)
 {
     (void)state;
     const double step = 0.1;
@@ -59,7 +59,7 @@ static void a_codec_changes_what_is_seen_of_others_and_nothing_else(void **state
             double added = summary(&s[i], p, LL_METRIC_TIMELINE_ERROR).max -
                            summary(&s[0], p, LL_METRIC_TIMELINE_ERROR).max;
             assert_true(added <= step / 2 + 1e-9);
-            assert_true(i == 0 || added > step / 4); /* and it is seen */
+            assert_true(i == 0 || added > step / 4); /* and it is visible */
         }
     }
     assert_true(per_state(&s[1], 0) < 0.5 * per_state(&s[0], 0) && per_state(&s[2], 0) < per_state(&s[1], 0));
@@ -67,8 +67,8 @@ static void a_codec_changes_what_is_seen_of_others_and_nothing_else(void **state
         scene_close(&s[i]);
 }
 
-/* Delta tells the same as quantised: everything that follows is the same, with crates too. */
-static void delta_shows_what_quantised_shows(void **state)
+/* Delta contains the same as quantised: everything that follows is the same, with crates too. */
+static void delta_equals_quantised(void **state)
 {
     (void)state;
     const char *const quantised[] = {"server.snapshot_encoding=quantised", NULL};
@@ -91,9 +91,9 @@ static void delta_shows_what_quantised_shows(void **state)
     scene_close(&b);
 }
 
-/* What rounding adds: along a lane it is uniform in half a step to either side, so its mean is a quarter of a
- * step, its root mean square step / sqrt(12), and its quantile q is q / 2 of a step. Of n values the mean has
- * a standard error of step / sqrt(48 n); buckets are a 64th of a step wide. */
+/* Rounding errors: along a lane they are uniform in half a step to either side, so their mean is a quarter of
+ * a step, their root mean square step / sqrt(12), and their quantile q is q / 2 of a step. Of n values the
+ * mean has a standard error of step / sqrt(48 n); buckets are a 64th of a step wide. */
 static void rounding_is_uniform(void **state)
 {
     (void)state;
@@ -113,8 +113,9 @@ static void rounding_is_uniform(void **state)
     scene_close(&s);
 }
 
-/* A fifth lost, others overtaken or doubled: whatever comes is read, and nearly all of it is differences. */
-static void what_comes_over_a_bad_link_is_read(void **state)
+/* A fifth lost, others overtaken or doubled: every received snapshot is decoded, and nearly all of it is
+ * differences. */
+static void snapshots_over_a_bad_link_are_decoded(void **state)
 {
     (void)state;
     scene s = scene_open("snapshot_loss", NULL);
@@ -128,8 +129,8 @@ static void what_comes_over_a_bad_link_is_read(void **state)
     scene_close(&s);
 }
 
-/* A state that is longer than the MTU travels as fragments, each with its headers, and is lost with any of
- * them: whole states fare worse than differences over the same link. */
+/* A snapshot longer than the MTU is sent as fragments, each with its headers, and is lost with any of them:
+ * full snapshots are lost more often than deltas on the same link. */
 static void long_states_travel_as_fragments(void **state)
 {
     (void)state;
@@ -152,7 +153,8 @@ static void long_states_travel_as_fragments(void **state)
         assert_int_equal(in->packets[LL_MESSAGE_SNAPSHOT], n * in->messages[LL_MESSAGE_SNAPSHOT]);
         assert_int_equal(in->wire_bytes[LL_MESSAGE_SNAPSHOT] - in->bytes[LL_MESSAGE_SNAPSHOT],
                          headers * in->packets[LL_MESSAGE_SNAPSHOT]);
-        double lost = 1 - pow(1 - p, n), messages = 0, gone = 0; /* of states: answers to pings are short */
+        double lost = 1 - pow(1 - p, n), messages = 0,
+               gone = 0; /* of snapshots: answers to pings are short */
         for (size_t k = 0; k < t.count; k++) {
             const ll_event *e = &t.events[k];
             messages += e->type == LL_EVENT_SNAPSHOT && e->player == 0;
@@ -166,11 +168,12 @@ static void long_states_travel_as_fragments(void **state)
     }
 }
 
-/* The bytes on the link are those that were encoded: a rate that differences fit is choked by full states. */
-static void the_link_carries_what_was_encoded(void **state)
+/* The bytes on the link are the encoded ones: a rate that is enough for deltas overflows with full
+ * snapshots. */
+static void the_link_carries_the_encoded_bytes(void **state)
 {
     (void)state;
-    /* scope `own`: who is predicted has no age, and is in the mean */
+    /* scope `own`: a predicted entity has no age, but would count in the mean */
     const char *const thin_sets[] = {"players.0.prediction_scope=own", "players.1.prediction_scope=own",
                                      NULL},
                       *const full[] = {"server.snapshot_encoding=full", thin_sets[0], thin_sets[1], NULL};
@@ -191,8 +194,7 @@ static void the_link_carries_what_was_encoded(void **state)
     scene_close(&b);
 }
 
-/* In every way of keeping in step that sends states, and while the codec changes under it, the game goes on.
- */
+/* In every sync mode with snapshots, and with changes of the codec during a run, the game continues. */
 static void a_codec_may_change_while_it_runs(void **state)
 {
     (void)state;
@@ -221,9 +223,9 @@ static void a_codec_may_change_while_it_runs(void **state)
     }
 }
 
-/* Who pushes is corrected at every push in scope `own`, and hardly in scope `contacts`: by less than a tenth
- * of it. */
-static void scopes_differ_by_what_is_pushed(void **state)
+/* A pushing player is corrected at every push in scope `own`, and hardly in scope `contacts`: by less than a
+ * tenth of it. */
+static void scopes_differ_by_corrections_of_pushes(void **state)
 {
     (void)state;
     const char *const exact[] = {"players.0.clock_phase=0", "players.1.clock_phase=0", NULL};
@@ -251,8 +253,8 @@ static void scopes_differ_by_what_is_pushed(void **state)
     assert_true(contacts_m < own_m / 100); /* a tenth as many, by a tenth */
 }
 
-/* Water that is watched: what is drawn between two states is a tenth as wrong by Hermite as by lines, and
- * what the grid adds is at most the two halves of a step. */
+/* Water: what is drawn between two snapshots has a tenth of the error with Hermite as with lines, and the
+ * grid adds at most the two halves of a step. */
 static void water_is_drawn_between_states(void **state)
 {
     (void)state;
@@ -264,7 +266,7 @@ static void water_is_drawn_between_states(void **state)
            lines = summary(&a, 1, LL_METRIC_TIMELINE_ERROR).rms;
     double rounded = summary(&b, 1, LL_METRIC_TIMELINE_ERROR).rms, step = 0.2;
     assert_true(hermite < lines / 5 && lines > 0.003 && lines < 0.02);
-    /* uniform rounding of two axes has an rms of step / sqrt(6); between two states less of it is left */
+    /* uniform rounding of two axes has an rms of step / sqrt(6); between two snapshots less of it is left */
     assert_true(rounded > step / sqrt(6) / 2 && rounded < step / sqrt(6) + lines);
     assert_true(per_state(&b, 0) < per_state(&a, 0));
     scene_close(&a);
@@ -274,14 +276,14 @@ static void water_is_drawn_between_states(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_codec_changes_what_is_seen_of_others_and_nothing_else),
-        cmocka_unit_test(delta_shows_what_quantised_shows),
+        cmocka_unit_test(a_codec_changes_only_the_drawn_others),
+        cmocka_unit_test(delta_equals_quantised),
         cmocka_unit_test(rounding_is_uniform),
-        cmocka_unit_test(what_comes_over_a_bad_link_is_read),
+        cmocka_unit_test(snapshots_over_a_bad_link_are_decoded),
         cmocka_unit_test(long_states_travel_as_fragments),
-        cmocka_unit_test(the_link_carries_what_was_encoded),
+        cmocka_unit_test(the_link_carries_the_encoded_bytes),
         cmocka_unit_test(a_codec_may_change_while_it_runs),
-        cmocka_unit_test(scopes_differ_by_what_is_pushed),
+        cmocka_unit_test(scopes_differ_by_corrections_of_pushes),
         cmocka_unit_test(water_is_drawn_between_states),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,4 +1,4 @@
-/* The scenarios of what a client draws: each technique really acts, and does what it is for. */
+/* The scenarios of rendered views: each technique has an effect, and the intended one. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -33,7 +33,8 @@ static scene run_whole(const char *id, const char *const *sets)
     return s;
 }
 
-/* Jitter J needs a delay of an interval + 2 J against the fastest state: 190 ms of the 210 that A has. */
+/* Jitter J needs a delay of an interval + 2 J relative to the fastest snapshot: 190 ms of the 210 that A
+ * has. */
 static void two_intervals_ride_out_jitter(void **state)
 {
     (void)state;
@@ -44,7 +45,7 @@ static void two_intervals_ride_out_jitter(void **state)
     scene_close(&s);
 }
 
-/* The same path and delay: the chord is off by a dt^2 / 8 at most, a being 6 m/s2, the brake's 9, and drag;
+/* The same path and delay: the chord is off by at most a dt^2 / 8, a being 6 m/s2, the brake's 9, and drag;
  * the cubic only where the pedal changes in between. */
 static void cubics_are_nearer_than_chords(void **state)
 {
@@ -57,9 +58,9 @@ static void cubics_are_nearer_than_chords(void **state)
     scene_close(&s);
 }
 
-/* 30 states a second, ratio 2 and 10 ms of margin: at the end of each interval the newest state is 43 ms
- * ahead at least. So silences of 0.2 and 0.5 s leave nothing to draw for 157 to 190 and 457 to 490 ms, and A
- * bridges 400. */
+/* 30 snapshots per second, ratio 2 and 10 ms of margin: at the end of each interval the newest snapshot is at
+ * least 43 ms ahead. So silences of 0.2 and 0.5 s leave nothing to draw for 157 to 190 and 457 to 490 ms, and
+ * A bridges 400. */
 static void silences_are_bridged_up_to_the_cap(void **state)
 {
     (void)state;
@@ -67,18 +68,18 @@ static void silences_are_bridged_up_to_the_cap(void **state)
     const ll_client_metrics *a = of(&s, 0), *b = of(&s, 1);
     double bridged = (double)a->extrapolated_frames / 60, waited = (double)a->held_frames / 60,
            alone = (double)b->held_frames / 60;
-    /* What A waits at the cap counts as extrapolated too: it stands where its guess has put it. */
+    /* A's wait at the limit counts as extrapolated too: it stands where extrapolation has put it. */
     assert_true(fabs(bridged - alone) < 3 * 0.05);
     assert_true(fabs(bridged - waited - (0.175 + 0.4 + 0.4)) < 0.06);
     assert_true(a->underruns == 3 && b->underruns == 3);
-    /* More than 250 ms behind: after 0.5 s as well, where nothing was bridged. */
+    /* More than 250 ms behind: also after 0.5 s, where nothing was bridged. */
     assert_true(a->overruns == 1 && b->overruns == 2);
     assert_true(summary(&s, 0, LL_METRIC_POP).max > 0.01 && summary(&s, 1, LL_METRIC_POP).max == 0);
     scene_close(&s);
 }
 
-/* Guessed at present: nearer to the truth of now by what it is less late; on its own timeline worse. By the
- * measured clock it is not late at all on a link as long up as down, by arrival one way. */
+/* Extrapolated to the present: nearer to the present truth by the time that it is less late; worse on its own
+ * timeline. By the measured clock it is not late at all on a symmetric link, by arrival one delay. */
 static void dead_reckoning_trades_lateness_for_error(void **state)
 {
     (void)state;
@@ -96,14 +97,14 @@ static void dead_reckoning_trades_lateness_for_error(void **state)
     scene_close(&s);
 }
 
-/* On the even link it is one interval and the margin. While the link was bad it ran dry a third as often as
- * two fixed intervals; on the whole it is less late. */
-static void adaptive_delays_are_what_the_link_needs(void **state)
+/* On the even link it is one interval and the margin. While the link was bad it had a third of the under-runs
+ * of two fixed intervals; on the whole it is less late. */
+static void adaptive_delays_match_the_link(void **state)
 {
     (void)state;
     int64_t adaptive = 0, fixed = 0;
     for (int tenths = 0; tenths < 10;
-         tenths++) { /* of the clocks' phase: how often a display misses a state by it */
+         tenths++) { /* of the clocks' phase: it determines how often a display narrowly misses a snapshot */
         char a[48], b[48];
         snprintf(a, sizeof a, "players.0.clock_phase=0.%d", tenths);
         snprintf(b, sizeof b, "players.1.clock_phase=0.%d", tenths);
@@ -120,8 +121,8 @@ static void adaptive_delays_are_what_the_link_needs(void **state)
     assert_true(adaptive < fixed / 3);
 }
 
-/* 60 ms more lag leave 17 ms too few in a buffer of 77: A, who keeps to its target, runs dry at state after
- * state; B, 33 ms behind at most without minding, once or twice. */
+/* 60 ms more lag leave 17 ms too few in a buffer of 77: A, which follows its target exactly, has an under-run
+ * at every snapshot; B, which tolerates 33 ms behind, one or two. */
 static void catching_up_calmly_leaves_something_in_stock(void **state)
 {
     (void)state;
@@ -133,13 +134,12 @@ static void catching_up_calmly_leaves_something_in_stock(void **state)
     scene_close(&s);
 }
 
-/* Smoothing is in the view alone: the server's world and what the clients compute with are the same to the
- * bit. */
+/* Smoothing affects the view alone: the server's world and the clients' predictions are bitwise the same. */
 static void smoothing_leaves_the_state_alone(void **state)
 {
     (void)state;
-    /* a seed by which the cars hit each other hard: a picture that is corrected by little moves more by
-     * itself */
+    /* a seed with hard impacts between the cars: after a small correction a drawn car moves more by its own
+     * speed */
     const char *const smooth[] = {"seed=2", NULL}, *const snap[] = {"seed=2", "players.1.correction=snap",
                                                                     NULL};
     scene a = run_whole("smoothing", smooth), b = run_whole("smoothing", snap);
@@ -150,8 +150,8 @@ static void smoothing_leaves_the_state_alone(void **state)
         assert_memory_equal(ll_client_predicted(ll_netgame_client(a.game, p)),
                             ll_client_predicted(ll_netgame_client(b.game, p)), ll_world_size(wa));
     assert_true(of(&a, 1)->corrections == of(&b, 1)->corrections && of(&a, 1)->corrections > 50);
-    /* A frame shows 1 - 2^(-(16.7 / 100)) = 0.109 of what is off by then, which corrections of several states
-     * make. */
+    /* A frame shows 1 - 2^(-(16.7 / 100)) = 0.109 of the present error, to which several snapshots'
+     * corrections add. */
     assert_true(summary(&a, 1, LL_METRIC_POP).max < summary(&b, 1, LL_METRIC_POP).max / 5);
     scene_close(&a);
     scene_close(&b);
@@ -164,7 +164,7 @@ int main(void)
         cmocka_unit_test(cubics_are_nearer_than_chords),
         cmocka_unit_test(silences_are_bridged_up_to_the_cap),
         cmocka_unit_test(dead_reckoning_trades_lateness_for_error),
-        cmocka_unit_test(adaptive_delays_are_what_the_link_needs),
+        cmocka_unit_test(adaptive_delays_match_the_link),
         cmocka_unit_test(catching_up_calmly_leaves_something_in_stock),
         cmocka_unit_test(smoothing_leaves_the_state_alone),
     };

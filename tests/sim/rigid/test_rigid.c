@@ -1,5 +1,4 @@
-/* Simulations of rigid bodies: closed forms, what may change while it runs, what a person drags, and what is
- * refused. */
+/* Simulations of rigid bodies: closed forms, live changes, the pointer, and errors. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -52,7 +51,7 @@ static double metric(ll_session *s, const char *path)
     cJSON *report = ll_session_metrics(s);
     const cJSON *found = ll_param_number_at(report, full);
     if (found == NULL)
-        fail_msg("there is no %s", path);
+        fail_msg("%s is missing", path);
     double value = found->valuedouble;
     cJSON_Delete(report);
     return value;
@@ -94,7 +93,7 @@ static void a_body_falls_as_its_steps_say(void **state)
     ll_session_destroy(s);
 }
 
-/* Equal balls swap their velocities; unequal ones go by the formula of elastic impact. */
+/* Equal balls swap their velocities; unequal ones follow the formula of elastic impact. */
 static void elastic_impacts_keep_momentum_and_energy(void **state)
 {
     (void)state;
@@ -111,7 +110,7 @@ static void elastic_impacts_keep_momentum_and_energy(void **state)
     ll_session_destroy(s);
 }
 
-/* A rod on a distance joint without length given keeps the length it has at first, in turned frames too. */
+/* A rod on a distance joint without a given length keeps its initial length, in rotated frames too. */
 static void a_distance_joint_keeps_the_distance_of_its_anchors(void **state)
 {
     (void)state;
@@ -128,8 +127,8 @@ static void a_distance_joint_keeps_the_distance_of_its_anchors(void **state)
 
 /* ---- bounding volumes ---- */
 
-/* Two boxes turned by 45 degrees, 1.2 m apart corner to corner on the diagonal: only their AABBs and spheres
- * overlap. The AABB of such a square has twice its area; the sphere around pi / 2 times. */
+/* Two boxes rotated by 45 degrees, 1.2 m apart corner to corner on the diagonal: only their AABBs and circles
+ * overlap. The AABB of such a square has twice its area; the circle around it pi / 2 times. */
 static void volumes_are_judged_against_the_shapes(void **state)
 {
     (void)state;
@@ -198,7 +197,7 @@ static void what_is_no_setting_cannot_change(void **state)
     ll_session_destroy(s);
 }
 
-/* Two balls that would be past each other at the end of the first step. */
+/* Two balls that would have passed each other at the end of the first step. */
 static void a_bullet_does_not_pass_another_body(void **state)
 {
     (void)state;
@@ -238,7 +237,7 @@ static void worlds_with_the_same_solver_stay_the_same(void **state)
     ll_session_destroy(s);
 }
 
-/* ---- a person drags ---- */
+/* ---- pointer drag ---- */
 
 static ll_action point_at(const double view[4], double x, double y, bool held)
 {
@@ -294,7 +293,7 @@ static void a_dragged_body_comes_to_the_pointer_in_both_worlds(void **state)
     near(metric(s, "bodies.1.position.1"), 0.5, 0.01);
     uint64_t hash = ll_session_hash(s);
 
-    ok(ll_session_run_to(s, 100)); /* a replay of the log, from a snapshot and from the start */
+    ok(ll_session_run_to(s, 100)); /* a replay of the log, from a checkpoint and from the start */
     ok(ll_session_run_to(s, 400));
     assert_true(ll_session_hash(s) == hash);
     ll_session *copy;
@@ -306,7 +305,7 @@ static void a_dragged_body_comes_to_the_pointer_in_both_worlds(void **state)
     ll_session_destroy(s);
 }
 
-static void an_input_for_nobody_is_refused(void **state)
+static void an_input_for_an_unknown_player_is_rejected(void **state)
 {
     (void)state;
     ll_session *s = library("rigid/pyramid");
@@ -318,7 +317,7 @@ static void an_input_for_nobody_is_refused(void **state)
     ll_session_destroy(s);
 }
 
-/* ---- snapshots ---- */
+/* ---- copies ---- */
 
 static void a_copy_of_the_block_goes_on_as_the_block(void **state)
 {
@@ -381,7 +380,7 @@ static void refused(const char *body, const char *field, const char *word)
     ll_status status = ll_scenario_parse(json, &scenario);
     cJSON_Delete(json);
     if (!ll_failed(&status))
-        fail_msg("%s was taken", body);
+        fail_msg("%s was accepted", body);
     if (strstr(status.field, field) == NULL || strstr(status.text, field) == NULL ||
         strstr(status.text, word) == NULL)
         fail_msg("%s: %s (%s)", body, status.text, status.field);
@@ -421,7 +420,7 @@ static void bad_input_is_refused_with_field_range_and_value(void **state)
     refused("\"hz\":0", "hz", "1 to 1000 Hz; got 0");
 }
 
-/* A solver that loses a body stops its session, by name. */
+/* A solver that loses a body stops its session, and the message names the body. */
 static void a_lost_body_stops_the_session(void **state)
 {
     (void)state;
@@ -434,8 +433,9 @@ static void a_lost_body_stops_the_session(void **state)
     ll_session_destroy(s);
 }
 
-/* Joints of an arm that turns by half a radian a step: with one substep XPBD puts each body back along a
- * straight line, which gives it speed, again and again. Nothing is driven, so that energy is from nowhere. */
+/* Joints of an arm that turns by half a radian per step: with one substep XPBD puts each body back along a
+ * straight line, which gives it speed, again and again. Nothing is driven, so the solver creates that energy.
+ */
 #define ARM(methods)                                                                                         \
     "{\"kind\":\"rigid\",\"duration_s\":4,\"gravity\":[0,0],\"hz\":50," methods ",\"bodies\":["              \
     "{\"type\":\"static\",\"size\":[0.2,0.2]},{\"size\":[0.2,0.2],\"position\":[1,0],\"velocity\":[0,25],"   \
@@ -443,7 +443,7 @@ static void a_lost_body_stops_the_session(void **state)
     "velocity\":25}],\"joints\":["                                                                           \
     "{\"type\":\"revolute\",\"a\":0,\"b\":1,\"anchor_a\":[0,0],\"anchor_b\":[-1,0]},"                        \
     "{\"type\":\"revolute\",\"a\":1,\"b\":2,\"anchor_a\":[0,0],\"anchor_b\":[-1,0]}]}"
-static void energy_from_nowhere_is_a_failure(void **state)
+static void created_energy_is_a_failure(void **state)
 {
     (void)state;
     ll_session *s = session_of(ARM("\"solver\":{\"method\":\"xpbd\",\"substeps\":1}"));
@@ -468,7 +468,7 @@ static void energy_from_nowhere_is_a_failure(void **state)
     ll_session_destroy(s);
 }
 
-/* A chain that is drawn apart at first holds energy: to give it is no failure. */
+/* A chain with an initial error stores energy: releasing it is no failure. */
 static void a_drawn_chain_may_spring(void **state)
 {
     (void)state;
@@ -490,11 +490,11 @@ int main(void)
         cmocka_unit_test(a_bullet_does_not_pass_another_body),
         cmocka_unit_test(worlds_with_the_same_solver_stay_the_same),
         cmocka_unit_test(a_dragged_body_comes_to_the_pointer_in_both_worlds),
-        cmocka_unit_test(an_input_for_nobody_is_refused),
+        cmocka_unit_test(an_input_for_an_unknown_player_is_rejected),
         cmocka_unit_test(a_copy_of_the_block_goes_on_as_the_block),
         cmocka_unit_test(a_block_stays_within_its_announced_size),
         cmocka_unit_test(bad_input_is_refused_with_field_range_and_value),
-        cmocka_unit_test(energy_from_nowhere_is_a_failure),
+        cmocka_unit_test(created_energy_is_a_failure),
         cmocka_unit_test(a_drawn_chain_may_spring),
         cmocka_unit_test(a_lost_body_stops_the_session),
     };

@@ -1,4 +1,5 @@
-/* No allocation in a step of rigid bodies, also while some come and go, somebody drags and solvers change. */
+/* No allocation in a step of rigid bodies, also while some are added and removed, a person drags and solvers
+ * change. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -49,7 +50,7 @@ static void steps_do_not_allocate(void **state)
         ll_scenario_free(&scenario);
         cJSON_Delete(json);
     }
-    assert_true(allocations() != 0); /* the count does count */
+    assert_true(allocations() != 0); /* the counter works */
 }
 
 int main(void)
