@@ -107,11 +107,8 @@ const cJSON *ll_metric_failed_part(const cJSON *metrics, const char *path, char 
 
 bool ll_metric_is_signed(const ll_sim_kind *kind, const char *path)
 {
-    const char *dot = strrchr(path, '.'), *name = dot ? dot + 1 : path;
-    for (const char *const *known = kind->signed_metrics; known && *known; known++)
-        if (strcmp(*known, name) == 0)
-            return true;
-    return false;
+    const ll_metric_field *field = ll_metric_find(kind->metric_tables, path);
+    return field != NULL && field->is_signed;
 }
 
 static bool is_among(const char *const *names, const char *path)

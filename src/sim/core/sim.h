@@ -13,6 +13,7 @@
 #include "base/vtime.h"
 #include "game/core/game.h"
 #include "param/param.h"
+#include "record/metric.h"
 #include "record/row_set.h"
 
 struct cJSON;
@@ -122,9 +123,7 @@ typedef struct ll_sim_kind {
     /* Why metrics of a run of this configuration will be null or mean nothing, as far as that is known before
      * it: a list of sentences. NULL: nothing is ever known. */
     struct cJSON *(*notices)(const void *config);
-    /* Names of metrics that may be below 0 and are better the nearer they are to 0, NULL-terminated; NULL:
-     * none is. Whatever compares metrics takes their magnitude. */
-    const char *const *signed_metrics;
+    const ll_metric_table *const *metric_tables; /* of these metrics, NULL-terminated */
 
     /* Adds to `cost` what the meter of `advance` says of each part. NULL: the kind meters none. */
     void (*costs)(const void *config, const ll_step_profiler *step_profiler, struct cJSON *cost);
