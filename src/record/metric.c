@@ -9,9 +9,12 @@
 #include "param/param.h"
 
 static const char *const types[LL_METRIC_TYPES] = {
-    [LL_METRIC_NUMBER] = "number", [LL_METRIC_COUNT] = "count",     [LL_METRIC_FLAG] = "flag",
-    [LL_METRIC_TEXT] = "text",     [LL_METRIC_NUMBERS] = "numbers", [LL_METRIC_DISTRIBUTION] = "distribution",
-    [LL_METRIC_GAUGE] = "gauge",   [LL_METRIC_CURVE] = "curve",     [LL_METRIC_NOTICES] = "notices"};
+    [LL_METRIC_NUMBER] = "number",   [LL_METRIC_COUNT] = "count",
+    [LL_METRIC_FLAG] = "flag",       [LL_METRIC_TEXT] = "text",
+    [LL_METRIC_NUMBERS] = "numbers", [LL_METRIC_DISTRIBUTION] = "distribution",
+    [LL_METRIC_LATENCY] = "latency", [LL_METRIC_GAUGE] = "gauge",
+    [LL_METRIC_BY_NAME] = "by_name", [LL_METRIC_CURVE] = "curve",
+    [LL_METRIC_NOTICES] = "notices"};
 
 /* ---- values ---- */
 
@@ -32,6 +35,7 @@ static cJSON *list_of(const ll_metric_table *t, const ll_metric_reading *v)
 }
 
 static const char *const distribution[] = {"mean", "rms", "p50", "p95", "p99", "max", "count", NULL};
+static const char *const latency[] = {"mean", "rms", "p50", "p95", "p99", "max", "count", "lost_ratio", NULL};
 static const char *const gauge[] = {"mean", "min", "max", "count", NULL};
 
 static cJSON *parts_of(const ll_metric_table *t, const char *const *names, const double *parts)
@@ -39,6 +43,14 @@ static cJSON *parts_of(const ll_metric_table *t, const char *const *names, const
     cJSON *o = cJSON_CreateObject();
     for (int i = 0; names[i] != NULL; i++)
         cJSON_AddItemToObject(o, names[i], number_of(t, parts[i]));
+    return o;
+}
+
+static cJSON *named_of(const ll_metric_table *t, const ll_metric_reading *v)
+{
+    cJSON *o = cJSON_CreateObject();
+    for (int i = 0; i < (int)v->number; i++)
+        cJSON_AddItemToObject(o, v->names[i], number_of(t, v->numbers[i]));
     return o;
 }
 
@@ -53,6 +65,10 @@ static cJSON *value_json(const ll_metric_table *t, ll_metric_type type, const ll
         return list_of(t, v);
     case LL_METRIC_DISTRIBUTION:
         return parts_of(t, distribution, v->parts);
+    case LL_METRIC_LATENCY:
+        return parts_of(t, latency, v->parts);
+    case LL_METRIC_BY_NAME:
+        return named_of(t, v);
     case LL_METRIC_GAUGE:
         return parts_of(t, gauge, v->parts);
     default:

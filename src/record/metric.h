@@ -8,7 +8,7 @@
  *       X(number, area_m2, "m^2", b->w * b->h, "area", NULL)                        \
  *       X(count, touched, NULL, b->touched, "how often it was touched", NULL)
  *
- *   static const ll_metric_table box_table = {.path = "boxes.*", .help = "A box.", LL_METRICS(BOX_METRICS)};
+ *   static const ll_metric_table box_table = {.path = "boxes.*", .help = "A box.", LL_METRICS_FROM(BOX_METRICS)};
  *
  *   LL_METRICS_PUT(object, &box_table, BOX_METRICS);    where `b` is known
  *
@@ -31,7 +31,9 @@ typedef enum ll_metric_type {
     LL_METRIC_TEXT,         /* a name out of a list, or a sentence */
     LL_METRIC_NUMBERS,      /* a list of numbers */
     LL_METRIC_DISTRIBUTION, /* an object: mean, rms, p50, p95, p99, max, count */
+    LL_METRIC_LATENCY,      /* a distribution, and lost_ratio: the share of those that never came about */
     LL_METRIC_GAUGE,        /* an object: mean, min, max, count */
+    LL_METRIC_BY_NAME,      /* an object: a number for each of some names */
     LL_METRIC_CURVE,        /* a list of pairs: coordinate, value. Its kind writes it */
     LL_METRIC_NOTICES,      /* a list of sentences. Its kind writes it */
     LL_METRIC_TYPES
@@ -60,14 +62,15 @@ typedef struct ll_metric_table {
     int count;
 } ll_metric_table;
 
-enum { LL_METRIC_PARTS_MAX = 7 };
+enum { LL_METRIC_PARTS_MAX = 8 };
 
 /* Of a field the member that its type asks for; a number that is not finite is null. */
 typedef struct ll_metric_reading {
-    double number;         /* of a count whole, of a flag 0 or 1; of `numbers` how many there are */
-    const char *text;      /* NULL: it is left out */
-    const double *numbers; /* NULL: of nulls */
-    double parts[LL_METRIC_PARTS_MAX]; /* of a distribution and a gauge, in their order */
+    double number;    /* of a count whole, of a flag 0 or 1; of `numbers` and `by_name` how many there are */
+    const char *text; /* NULL: it is left out */
+    const double *numbers;             /* NULL: of nulls */
+    const char *const *names;          /* of `by_name`, for its numbers */
+    double parts[LL_METRIC_PARTS_MAX]; /* of a distribution, a latency and a gauge, in their order */
 } ll_metric_reading;
 
 /* ---- a row of a list, X(type, name, unit, value, help, null), as a field and as a value ---- */
@@ -84,11 +87,13 @@ typedef struct ll_metric_reading {
 #define LL_METRIC_IS_text .type = LL_METRIC_TEXT
 #define LL_METRIC_IS_numbers .type = LL_METRIC_NUMBERS
 #define LL_METRIC_IS_distribution .type = LL_METRIC_DISTRIBUTION
+#define LL_METRIC_IS_latency .type = LL_METRIC_LATENCY
 #define LL_METRIC_IS_gauge .type = LL_METRIC_GAUGE
+#define LL_METRIC_IS_by_name .type = LL_METRIC_BY_NAME
 #define LL_METRIC_IS_curve .type = LL_METRIC_CURVE
 #define LL_METRIC_IS_notices .type = LL_METRIC_NOTICES
 
-/* `value` of numbers, a distribution and a gauge is a whole ll_metric_reading. */
+/* `value` of what is no single number, flag or text is a whole ll_metric_reading. */
 #define LL_METRIC_READING(type_, name_, unit_, value_, help_, null_) LL_METRIC_OF_##type_(value_),
 
 #define LL_METRIC_OF_number(v) ll_metric_number((double)(v))
@@ -100,10 +105,12 @@ typedef struct ll_metric_reading {
 #define LL_METRIC_OF_text(v) ll_metric_text(v)
 #define LL_METRIC_OF_numbers(v) (v)
 #define LL_METRIC_OF_distribution(v) (v)
+#define LL_METRIC_OF_latency(v) (v)
 #define LL_METRIC_OF_gauge(v) (v)
+#define LL_METRIC_OF_by_name(v) (v)
 
 /* The fields of a table, of a list. */
-#define LL_METRICS(LIST)                                                                                     \
+#define LL_METRICS_FROM(LIST)                                                                                     \
     .fields = (const ll_metric_field[]){LIST(LL_METRIC_FIELD)},                                              \
     .count = (int)(sizeof((const ll_metric_field[]){LIST(LL_METRIC_FIELD)}) / sizeof(ll_metric_field))
 

@@ -21,13 +21,20 @@
     X(flag, open, NULL, width > 1, "whether it is", NULL)                                                    \
     X(numbers, corner, "m", ll_metric_numbers(corner, 2), "x, y", "It is not known.")                        \
     X(distribution, way_m, "m", ((ll_metric_reading){.parts = {1, 2, 3, 4, 5, NAN, 7}}), "of the box", NULL) \
-    X(gauge, lead_ms, "ms", ((ll_metric_reading){.parts = {1, 2, 3, 4}}), "of the box", NULL)
+    X(gauge, lead_ms, "ms", ((ll_metric_reading){.parts = {1, 2, 3, 4}}), "of the box", NULL)                \
+    X(latency, felt_ms, "ms", ((ll_metric_reading){.parts = {1, 2, 3, 4, 5, 6, 7, 0.5}}), "of the box",      \
+      NULL)                                                                                                  \
+    X(by_name, sides, "m", ((ll_metric_reading){.number = 2, .numbers = sides, .names = side_names}),        \
+      "of the box", NULL)
+
+static const char *const side_names[] = {"left", "right"};
+static const double sides[] = {8, NAN};
 
 #define SHELF(X) X(number, height_m, "m", 2, "of the shelf", NULL)
 
 static const ll_metric_table box_table = {
-    .path = "boxes.*", .also = "side_by_side.*", .help = "A box.", LL_METRICS(BOX)};
-static const ll_metric_table shelf_table = {.path = "", .help = "All.", LL_METRICS(SHELF)};
+    .path = "boxes.*", .also = "side_by_side.*", .help = "A box.", LL_METRICS_FROM(BOX)};
+static const ll_metric_table shelf_table = {.path = "", .help = "All.", LL_METRICS_FROM(SHELF)};
 static const ll_metric_table *const tables[] = {&shelf_table, &box_table, NULL};
 
 static void writes(const char *label, double width, const double *corner, const char *wanted)
@@ -47,11 +54,15 @@ static void fields_are_written_in_order(void **state)
     writes("lid", 2, corner,
            "{\"name\":\"lid\",\"width_m\":2,\"drift_m\":-0.5,\"hits\":3,\"hitches\":2,\"open\":true,"
            "\"corner\":[0.5,null],\"way_m\":{\"mean\":1,\"rms\":2,\"p50\":3,\"p95\":4,\"p99\":5,\"max\":null,"
-           "\"count\":7},\"lead_ms\":{\"mean\":1,\"min\":2,\"max\":3,\"count\":4}}");
+           "\"count\":7},\"lead_ms\":{\"mean\":1,\"min\":2,\"max\":3,\"count\":4},\"felt_ms\":{\"mean\":1,"
+           "\"rms\":2,\"p50\":3,\"p95\":4,\"p99\":5,\"max\":6,\"count\":7,\"lost_ratio\":0.5},\"sides\":{"
+           "\"left\":8,\"right\":null}}");
     writes(NULL, NAN, NULL,
            "{\"width_m\":null,\"drift_m\":null,\"hits\":3,\"hitches\":2,\"open\":false,"
            "\"corner\":[null,null],\"way_m\":{\"mean\":1,\"rms\":2,\"p50\":3,\"p95\":4,\"p99\":5,"
-           "\"max\":null,\"count\":7},\"lead_ms\":{\"mean\":1,\"min\":2,\"max\":3,\"count\":4}}");
+           "\"max\":null,\"count\":7},\"lead_ms\":{\"mean\":1,\"min\":2,\"max\":3,\"count\":4},\"felt_ms\":{"
+           "\"mean\":1,\"rms\":2,\"p50\":3,\"p95\":4,\"p99\":5,\"max\":6,\"count\":7,\"lost_ratio\":0.5},"
+           "\"sides\":{\"left\":8,\"right\":null}}");
 }
 
 /* All 17 digits that a number takes, or the 15 of cJSON. */

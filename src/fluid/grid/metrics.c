@@ -104,7 +104,7 @@ const ll_metric_table ll_grid_metrics = {.path = "",
                                          .also = LL_FLUID_AGAIN,
                                          .when = "Of a grid.",
                                          .help = "What is measured of a grid, now.",
-                                         LL_METRICS(GRID)};
+                                         LL_METRICS_FROM(GRID)};
 
 int ll_grid_numbers(const void *block, ll_fluid_number *out)
 {

@@ -97,7 +97,7 @@ const ll_metric_table ll_particle_metrics_table = {.path = "",
                                                    .also = LL_FLUID_AGAIN,
                                                    .when = "Of particles.",
                                                    .help = "What is measured of particles, now.",
-                                                   LL_METRICS(PARTICLES)};
+                                                   LL_METRICS_FROM(PARTICLES)};
 
 static int numbers(const void *block, ll_fluid_number *out)
 {

@@ -139,7 +139,7 @@ const ll_metric_table ll_fluid_cavity_metrics = {
     .also = LL_FLUID_AGAIN,
     .when = "Of the scene cavity, at a Reynolds number that has a reference.",
     .help = "Against the reference.",
-    LL_METRICS(CAVITY)};
+    LL_METRICS_FROM(CAVITY)};
 
 #define PROFILES(X)                                                                                          \
     X(curve, u, "m/s", , "velocity to the right along the vertical middle", NULL)                            \
@@ -153,13 +153,13 @@ const ll_metric_table ll_fluid_cavity_profiles = {.path = "profiles",
                                                   .also = LL_FLUID_AGAIN,
                                                   .when = "Of the scene cavity, unless it has diverged.",
                                                   .help = "Curves, as pairs of coordinate and value.",
-                                                  LL_METRICS(PROFILES)};
+                                                  LL_METRICS_FROM(PROFILES)};
 const ll_metric_table ll_fluid_cavity_references = {
     .path = "profiles",
     .also = LL_FLUID_AGAIN,
     .when = "Of the scene cavity, at a Reynolds number that has a reference, unless it has diverged.",
     .help = "Curves to compare with.",
-    LL_METRICS(REFERENCES)};
+    LL_METRICS_FROM(REFERENCES)};
 
 static int numbers(const void *block, ll_fluid_number *out)
 {

@@ -74,7 +74,7 @@ const ll_metric_table ll_fluid_dam_break_metrics = {.path = "",
                                                     .also = LL_FLUID_AGAIN,
                                                     .when = "Of the scene dam_break.",
                                                     .help = "Against the experiment.",
-                                                    LL_METRICS(DAM_BREAK)};
+                                                    LL_METRICS_FROM(DAM_BREAK)};
 
 static int dam_break_numbers(const void *block, ll_fluid_number *out)
 {
@@ -91,7 +91,7 @@ const ll_metric_table ll_fluid_hydrostatic_metrics = {.path = "",
                                                       .also = LL_FLUID_AGAIN,
                                                       .when = "Of the scene hydrostatic.",
                                                       .help = "Against the solution.",
-                                                      LL_METRICS(HYDROSTATIC)};
+                                                      LL_METRICS_FROM(HYDROSTATIC)};
 
 static int hydrostatic_numbers(const void *block, ll_fluid_number *out)
 {
@@ -116,7 +116,7 @@ const ll_metric_table ll_fluid_poiseuille_metrics = {.path = "",
                                                      .also = LL_FLUID_AGAIN,
                                                      .when = "Of the scene poiseuille.",
                                                      .help = "Against the solution.",
-                                                     LL_METRICS(POISEUILLE)};
+                                                     LL_METRICS_FROM(POISEUILLE)};
 
 static int poiseuille_numbers(const void *block, ll_fluid_number *out)
 {

@@ -101,7 +101,7 @@ const ll_metric_table ll_fluid_rotation_metrics = {.path = "",
                                                    .also = LL_FLUID_AGAIN,
                                                    .when = "Of the scene rotation.",
                                                    .help = "Against the solution.",
-                                                   LL_METRICS(ROTATION)};
+                                                   LL_METRICS_FROM(ROTATION)};
 
 static int numbers(const void *block, ll_fluid_number *out)
 {

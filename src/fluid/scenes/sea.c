@@ -148,7 +148,7 @@ const ll_metric_table ll_fluid_sea_metrics = {.path = "",
                                               .also = LL_FLUID_AGAIN,
                                               .when = "Of an ocean.",
                                               .help = "What is measured of the surface of an ocean, now.",
-                                              LL_METRICS(SEA)};
+                                              LL_METRICS_FROM(SEA)};
 
 static int numbers(const void *block, ll_fluid_number *out)
 {

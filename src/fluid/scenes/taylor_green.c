@@ -126,7 +126,7 @@ const ll_metric_table ll_fluid_taylor_green_metrics = {.path = "",
                                                        .also = LL_FLUID_AGAIN,
                                                        .when = "Of the scene taylor_green.",
                                                        .help = "Against the solution.",
-                                                       LL_METRICS(TAYLOR_GREEN)};
+                                                       LL_METRICS_FROM(TAYLOR_GREEN)};
 
 /* The energy of the vortices decays with exp(-4 nu t); faster decay shows the method's numerical
  * viscosity. */

@@ -4,31 +4,9 @@
 
 #include "base/detmath.h"
 
-const ll_metric_row ll_metric_rows[LL_METRICS] = {
-    [LL_METRIC_INPUT_LATENCY] = {"input_latency_ms",
-                                 "M1: time until a change of the controls shows on the own screen", 0.1},
-    [LL_METRIC_CONFIRMED_LATENCY] = {"confirmed_latency_ms",
-                                     "M1: time until it shows there as the server applied it", 0.1},
-    [LL_METRIC_SEEN_LATENCY] = {"seen_latency_ms", "M1: time until it shows on another player's screen", 0.1},
-    [LL_METRIC_ACK_RTT] = {"ack_rtt_ms", "M2: time until a client learns that its input was applied", 0.1},
-    [LL_METRIC_VIEW_AGE] = {"view_age_ms", "M3: age of the others as drawn", 0.1},
-    [LL_METRIC_AGE_OF_INFORMATION] = {"age_of_information_ms",
-                                      "M3b: age of the newest state that the client has taken in", 0.1},
-    [LL_METRIC_OWN_TIMELINE_ERROR] = {"own_timeline_error_m",
-                                      "M4: distance of the own entity as drawn from the truth of that tick",
-                                      0.001},
-    [LL_METRIC_OWN_LEAD] =
-        {"own_lead_m", "M4b: distance of the own entity as drawn from the server's now: a lead, no error",
-         0.001},
-    [LL_METRIC_REMOTE_ERROR] = {"remote_error_m",
-                                "M4c: distance of the others as drawn from the server's now", 0.001},
-    [LL_METRIC_TIMELINE_ERROR] = {"timeline_error_m",
-                                  "M5: distance of the others as drawn from the truth of that time", 0.001},
-    [LL_METRIC_CORRECTION] = {"correction_m", "M6: size of a correction of the own entity", 0.001},
-    [LL_METRIC_POP] = {"pop_m", "M6b: how far corrections move what is drawn, per frame", 0.001},
-    [LL_METRIC_BUFFER] = {"buffer_ms", "M9: how far the newest state is ahead of what is drawn", 0.1},
-    [LL_METRIC_UNACKED] = {"unacked", "M2b: inputs that wait for an acknowledgement", 1},
-};
+#define ROW(id, type, name, unit, bucket, help, null) {#name, bucket},
+
+const ll_metric_row ll_metric_rows[LL_METRICS] = {LL_CLIENT_METRICS(ROW)};
 
 size_t ll_client_metrics_size(int entities)
 {

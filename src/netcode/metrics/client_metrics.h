@@ -21,24 +21,50 @@
 #include "netcode/metrics/twin.h"
 #include "netcode/protocol/wire.h"
 
-typedef enum ll_metric {
-    LL_METRIC_INPUT_LATENCY,     /* M1: a change of the controls is felt (netcode/metrics/changes.h), ms */
-    LL_METRIC_CONFIRMED_LATENCY, /* M1: the same until it is sure */
-    LL_METRIC_SEEN_LATENCY,      /* M1: the same until another player sees it */
-    LL_METRIC_ACK_RTT,           /* M2: an input was made until its client has word that it was applied, ms */
-    LL_METRIC_VIEW_AGE,          /* M3: now - server time of the others as drawn, ms */
-    LL_METRIC_AGE_OF_INFORMATION, /* M3b: now - server time of the newest state taken in, ms */
-    LL_METRIC_OWN_TIMELINE_ERROR, /* M4: |own entity as drawn - truth at the tick that is drawn|, m */
-    LL_METRIC_OWN_LEAD,     /* M4b: |own entity as drawn - truth now|, m: how far ahead or behind, no error */
-    LL_METRIC_REMOTE_ERROR, /* M4c: |others as drawn - truth now|, m */
-    LL_METRIC_TIMELINE_ERROR, /* M5: |others as drawn - truth at the time that is drawn|, m */
-    LL_METRIC_CORRECTION, /* M6: |own entity before - after a server state|, at the same tick, m; only those
-                             above 0 */
-    LL_METRIC_POP,     /* M6b: per frame, how far corrections moved what is drawn, the farthest of all, m */
-    LL_METRIC_BUFFER,  /* M9: newest state - drawn time, ms; 0 beyond the newest */
-    LL_METRIC_UNACKED, /* M2b: inputs that wait for an acknowledgement */
-    LL_METRICS,
-} ll_metric;
+/* The distributions, X(ID, type, name, unit, bucket, help, null): a row each. The type is that of
+ * record/metric.h, the bucket the width of the histogram's, in the unit. The latencies of changes
+ * (netcode/metrics/changes.h) stand first. */
+#define LL_CLIENT_METRICS(X)                                                                                 \
+    X(INPUT_LATENCY, latency, input_latency_ms, "ms", 0.1,                                                   \
+      "M1: from making the first input with changed controls to the first display of the own screen that "   \
+      "shows it; infinite if it is not applied",                                                             \
+      "No change was decided; p50 also when more than half are infinite.")                                   \
+    X(CONFIRMED_LATENCY, latency, confirmed_latency_ms, "ms", 0.1,                                           \
+      "M1: the same to the first display after a state of the step that applied it", "As input_latency_ms.") \
+    X(SEEN_LATENCY, latency, seen_latency_ms, "ms", 0.1,                                                     \
+      "M1: the same to the first display of each other player that shows it",                                \
+      "As input_latency_ms; there is one player.")                                                           \
+    X(ACK_RTT, distribution, ack_rtt_ms, "ms", 0.1,                                                          \
+      "M2: from making an input to the first state that says that it was applied", "None did.")              \
+    X(VIEW_AGE, distribution, view_age_ms, "ms", 0.1,                                                        \
+      "M3: age of the others as drawn: from the server time of what is drawn to now",                        \
+      "No display; no other entity.")                                                                        \
+    X(AGE_OF_INFORMATION, distribution, age_of_information_ms, "ms", 0.1,                                    \
+      "M3b: age of the newest state that the client has taken in", "No display.")                            \
+    X(OWN_TIMELINE_ERROR, distribution, own_timeline_error_m, "m", 0.001,                                    \
+      "M4: from the own entity as drawn to the truth at the tick that is drawn", "None was compared.")       \
+    X(OWN_LEAD, distribution, own_lead_m, "m", 0.001,                                                        \
+      "M4b: from the own entity as drawn to the truth now: how far ahead or behind, no error",               \
+      "No display.")                                                                                         \
+    X(REMOTE_ERROR, distribution, remote_error_m, "m", 0.001,                                                \
+      "M4c: from another entity as drawn to the truth now", "No display; no other entity.")                  \
+    X(TIMELINE_ERROR, distribution, timeline_error_m, "m", 0.001,                                            \
+      "M5: from another entity as drawn to the truth at the time that is drawn", "None was compared.")       \
+    X(CORRECTION, distribution, correction_m, "m", 0.001,                                                    \
+      "M6: how far a state, or a rollback, moved the own entity at the same tick; only those above 0",       \
+      "There was none.")                                                                                     \
+    X(POP, distribution, pop_m, "m", 0.001,                                                                  \
+      "M6b: how far corrections moved what is drawn in a frame, of the entity that was moved most",          \
+      "No frame.")                                                                                           \
+    X(BUFFER, distribution, buffer_ms, "ms", 0.1,                                                            \
+      "M9: newest state less drawn time; 0 while it is extrapolated",                                        \
+      "Interpolation and extrapolation are off.")                                                            \
+    X(UNACKED, distribution, unacked, NULL, 1,                                                               \
+      "M2b: inputs that wait for an acknowledgement, as the client believes", "No frame.")
+
+#define LL_CLIENT_METRIC_ID(id, type, name, unit, bucket, help, null) LL_METRIC_##id,
+typedef enum ll_metric { LL_CLIENT_METRICS(LL_CLIENT_METRIC_ID) LL_METRICS } ll_metric;
+#undef LL_CLIENT_METRIC_ID
 
 _Static_assert(LL_METRIC_INPUT_LATENCY == (int)LL_LATENCY_FELT &&
                    LL_METRIC_SEEN_LATENCY == (int)LL_LATENCY_SEEN,
@@ -46,8 +72,7 @@ _Static_assert(LL_METRIC_INPUT_LATENCY == (int)LL_LATENCY_FELT &&
 
 typedef struct ll_metric_row {
     const char *name; /* with its unit */
-    const char *help;
-    double unit; /* of the histogram */
+    double unit;      /* of the histogram */
 } ll_metric_row;
 
 extern const ll_metric_row ll_metric_rows[LL_METRICS];

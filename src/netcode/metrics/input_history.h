@@ -25,8 +25,6 @@ typedef enum ll_input_result_kind {
     LL_INPUT_VERDICTS,
 } ll_input_result_kind;
 
-extern const char *const ll_input_result_names[LL_INPUT_VERDICTS];
-
 /* What is known of one input on its way. */
 typedef enum ll_input_history_mark {
     LL_INPUT_HISTORY_WENT = 1,         /* at least one packet that holds it was not lost */

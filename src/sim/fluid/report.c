@@ -31,9 +31,9 @@ static cJSON *number_json(double value)
       NULL)
 
 static const ll_metric_table head_table = {
-    .path = "", .also = LL_FLUID_AGAIN, .help = "What it is.", LL_METRICS(HEADS)};
+    .path = "", .also = LL_FLUID_AGAIN, .help = "What it is.", LL_METRICS_FROM(HEADS)};
 static const ll_metric_table notice_table = {
-    .path = "", .also = LL_FLUID_AGAIN, .help = "What to know of it.", LL_METRICS(NOTICES)};
+    .path = "", .also = LL_FLUID_AGAIN, .help = "What to know of it.", LL_METRICS_FROM(NOTICES)};
 
 const ll_metric_table *const ll_fluid_sim_metric_tables[] = {&head_table, LL_FLUID_METRIC_TABLES,
                                                              &notice_table, NULL};

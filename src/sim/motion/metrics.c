@@ -32,9 +32,9 @@ ll_run_status ll_motion_status(const ll_motion *m, int i)
 
 #define NOTICES(X) X(notices, notices, NULL, , "why errors of what ended well are null", NULL)
 
-static const ll_metric_table notice_table = {.path = "", .help = "What to know of it.", LL_METRICS(NOTICES)};
+static const ll_metric_table notice_table = {.path = "", .help = "What to know of it.", LL_METRICS_FROM(NOTICES)};
 static const ll_metric_table problem_table = {
-    .path = "", .help = "The problem and its solution.", LL_METRICS(PROBLEM)};
+    .path = "", .help = "The problem and its solution.", LL_METRICS_FROM(PROBLEM)};
 
 /* ---- a method ---- */
 
@@ -57,20 +57,20 @@ static const ll_metric_table problem_table = {
     X(numbers, solution, NULL, ll_metric_numbers(ll_motion_vector(m, m->at[i].wanted), m->dim),              \
       "the solution there", "It is not finite.")
 
-static const ll_metric_table method_table = {.path = METHODS, .help = "What it is.", LL_METRICS(METHOD)};
+static const ll_metric_table method_table = {.path = METHODS, .help = "What it is.", LL_METRICS_FROM(METHOD)};
 static const ll_metric_table tolerance_table = {.path = METHODS,
                                                 .when = "Of an adaptive method.",
                                                 .help = "What it is asked for.",
-                                                LL_METRICS(TOLERANCE)};
+                                                LL_METRICS_FROM(TOLERANCE)};
 static const ll_metric_table step_table = {.path = METHODS,
                                            .when = "Of a method with fixed steps.",
                                            .help = "What it is asked for.",
-                                           LL_METRICS(STEP)};
+                                           LL_METRICS_FROM(STEP)};
 static const ll_metric_table status_table = {
-    .path = METHODS, .help = "What has become of it.", LL_METRICS(STATUS)};
+    .path = METHODS, .help = "What has become of it.", LL_METRICS_FROM(STATUS)};
 static const ll_metric_table failure_table = {
-    .path = METHODS, .when = "It diverged or failed.", .help = "When it did.", LL_METRICS(FAILURE)};
-static const ll_metric_table at_table = {.path = METHODS, .help = "Where it stands.", LL_METRICS(AT)};
+    .path = METHODS, .when = "It diverged or failed.", .help = "When it did.", LL_METRICS_FROM(FAILURE)};
+static const ll_metric_table at_table = {.path = METHODS, .help = "Where it stands.", LL_METRICS_FROM(AT)};
 
 /* ---- its errors ---- */
 
@@ -105,11 +105,11 @@ static const ll_metric_table at_table = {.path = METHODS, .help = "Where it stan
 static const ll_metric_table error_table = {.path = METHODS,
                                             .help = "Its errors, at the end of every step and three times "
                                                     "within it where the method has dense output.",
-                                            LL_METRICS(ERRORS)};
+                                            LL_METRICS_FROM(ERRORS)};
 static const ll_metric_table energy_table = {.path = METHODS,
                                              .when = "Energy is conserved.",
                                              .help = "The drift of its energy, at the end of every step.",
-                                             LL_METRICS(ENERGY)};
+                                             LL_METRICS_FROM(ENERGY)};
 
 /* An error that is not above what is not known of the solution is not known. */
 static double above(double error, double doubt)
@@ -160,15 +160,15 @@ static void measures(cJSON *o, const ll_motion *m, int i, ll_run_status status)
       "jumps of the state, as of a ball that bounces", OFF)
 
 static const ll_metric_table steps_by_table = {
-    .path = METHODS, .when = "Its steps are not fixed.", .help = "Its frames.", LL_METRICS(STEPS_BY)};
+    .path = METHODS, .when = "Its steps are not fixed.", .help = "Its frames.", LL_METRICS_FROM(STEPS_BY)};
 static const ll_metric_table clock_table = {
-    .path = METHODS, .when = "Its clock is not exact.", .help = "Its clock.", LL_METRICS(CLOCK)};
+    .path = METHODS, .when = "Its clock is not exact.", .help = "Its clock.", LL_METRICS_FROM(CLOCK)};
 static const ll_metric_table origin_table = {
-    .path = METHODS, .when = "With an origin_offset_m.", .help = "Its numbers.", LL_METRICS(ORIGIN)};
+    .path = METHODS, .when = "With an origin_offset_m.", .help = "Its numbers.", LL_METRICS_FROM(ORIGIN)};
 static const ll_metric_table counter_table = {
     .path = METHODS,
     .help = "What it took: of both ways where it turns; of one that failed, until then.",
-    LL_METRICS(COUNTERS)};
+    LL_METRICS_FROM(COUNTERS)};
 
 static void drive(cJSON *o, const ll_motion *m, int i)
 {
@@ -260,7 +260,7 @@ static const ll_metric_table time_table = {
     .path = METHODS,
     .when = "Of laglab run, of a method that was run: a daemon would have to run the scenario again for it.",
     .help = "What it costs.",
-    LL_METRICS(TIMES)};
+    LL_METRICS_FROM(TIMES)};
 
 enum { REPEATS = 5 };
 

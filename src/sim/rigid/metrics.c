@@ -30,7 +30,7 @@ static const ll_metric_table body_table = {
     .path = "bodies.*",
     .also = AGAIN,
     .help = "A body, now. Element i is body i of a list; of a scene the first 1,000.",
-    LL_METRICS(BODIES)};
+    LL_METRICS_FROM(BODIES)};
 
 static cJSON *body_json(const ll_rigid *w, ll_body_id id)
 {
@@ -71,7 +71,7 @@ void ll_rigid_sim_add_bodies(cJSON *object, const ll_rigid_sim *s, int i)
     X(text, reason, NULL, failed ? r->reason : NULL, "why it is not ok, and when", "It is ok: left out.")
 
 static const ll_metric_table head_table = {
-    .path = "", .also = AGAIN, .help = "What it is.", LL_METRICS(HEADS)};
+    .path = "", .also = AGAIN, .help = "What it is.", LL_METRICS_FROM(HEADS)};
 
 #define MEASURES(X)                                                                                          \
     X(number, penetration_max_m, "m", known * m->penetration_max,                                            \
@@ -111,7 +111,7 @@ static const ll_metric_table head_table = {
     X(numbers, momentum_kgmps, "kg m/s", ll_metric_numbers(momentum, 2), "of all bodies: x, y", FAILED)
 
 static const ll_metric_table measure_table = {
-    .path = "", .also = AGAIN, .help = "What is measured of the world.", LL_METRICS(MEASURES)};
+    .path = "", .also = AGAIN, .help = "What is measured of the world.", LL_METRICS_FROM(MEASURES)};
 
 #define COUNTS(X)                                                                                            \
     X(number, passes_per_s, "1/s", s->setup.hz *ll_rigid_passes(&p), "passes over the contacts in a second", \
@@ -129,7 +129,7 @@ static const ll_metric_table measure_table = {
     X(count, islands, NULL, t.islands, "at the last check for sleeping", NULL)
 
 static const ll_metric_table count_table = {
-    .path = "", .also = AGAIN, .help = "Counts of the last step.", LL_METRICS(COUNTS)};
+    .path = "", .also = AGAIN, .help = "Counts of the last step.", LL_METRICS_FROM(COUNTS)};
 
 /* What has changed beyond what gravity gives; with something that is fixed or driven there is no such law. */
 static double momentum_error(const ll_rigid_sim *s, int i)
@@ -171,7 +171,7 @@ static const ll_metric_table volume_table = {
     .path = "volumes.*",
     .also = AGAIN,
     .help = "A bounding volume over the whole run; counts with compare_volumes, else 0.",
-    LL_METRICS(VOLUMES)};
+    LL_METRICS_FROM(VOLUMES)};
 
 #define TIMES(X)                                                                                             \
     X(number, ns_per_test, "ns", ll_rigid_sim_time_volume(w, volume, now_ns), "processor time for a pair",   \
@@ -181,7 +181,7 @@ static const ll_metric_table time_table = {.path = "volumes.*",
                                            .also = AGAIN,
                                            .when = "With compare_volumes, of laglab run.",
                                            .help = "What a bounding volume costs.",
-                                           LL_METRICS(TIMES)};
+                                           LL_METRICS_FROM(TIMES)};
 
 /* Of the solid shapes: how much larger than the shapes the volumes are in all, in percent. */
 static double overestimate(const ll_rigid *w, ll_volume volume)
