@@ -223,5 +223,6 @@ cJSON *ll_metrics_of_kinds(void)
         cJSON_AddItemToObject(kind, "tables", ll_metrics_schema(ll_sim_kinds[k]->metric_tables));
         cJSON_AddItemToArray(kinds, kind);
     }
+    cJSON_AddItemToObject(o, "common", ll_metrics_schema(ll_session_metric_tables));
     return o;
 }
