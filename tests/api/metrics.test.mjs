@@ -113,8 +113,8 @@ async function metricsOf(run, input) {
 }
 
 test('the tables are those of the program, and of all kinds', () => {
-  const told = JSON.parse(execFileSync(BINARY, ['schema', 'metrics'], { encoding: 'utf8' }));
-  assert.deepEqual(told, { kinds, common });
+  const own = JSON.parse(execFileSync(BINARY, ['schema', 'metrics'], { encoding: 'utf8' }));
+  assert.deepEqual(own, { kinds, common });
   assert.deepEqual(kinds.map((/** @type {any} */ kind) => kind.kind), ['netgame', 'motion', 'rigid', 'fluid']);
 });
 
@@ -135,7 +135,7 @@ test('each metric of every scenario is a row, and every row is a metric of one',
   assert.deepEqual(never, []);
 });
 
-test('a path into metrics tells which are signed and which are rare', () => {
+test('the rows say which metrics are signed and which are rare', () => {
   const row = (/** @type {string} */ kind, /** @type {string} */ path, /** @type {string} */ name) => kinds.find((/** @type {any} */ one) => one.kind === kind)
     .tables.filter((/** @type {Table} */ table) => table.path === path).flatMap((/** @type {Table} */ table) => table.metrics).find((/** @type {Row} */ one) => one.name === name);
   assert.equal(row('rigid', '', 'energy_change_j').signed, true);
