@@ -6,6 +6,7 @@ import { execFile, execFileSync } from 'node:child_process';
 import { promisify } from 'node:util';
 import { client } from '../lib/client.mjs';
 import { BINARY, startDaemon } from '../lib/daemon.mjs';
+import { metricRow } from '../../www/js/metrics.js';
 
 /** @typedef {{name: string, type: string, unit?: string, signed?: boolean, rare?: boolean, help: string, null?: string}} Row */
 /** @typedef {{path: string, also?: string, when?: string, help: string, metrics: Row[]}} Table */
@@ -133,6 +134,21 @@ test('each metric of every scenario is a row, and every row is a metric of one',
   const never = [...kinds, { kind: 'any', tables: common }].flatMap((/** @type {any} */ kind) => kind.tables.flatMap((/** @type {Table} */ table) => table.metrics
     .filter((row) => !seen.has(row)).map((row) => `${kind.kind} ${table.path} ${row.name}`)));
   assert.deepEqual(never, []);
+});
+
+/** Paths of all numbers. @param {any} value @param {string[]} path @returns {string[]} */
+const paths = (value, path) => (value !== null && typeof value === 'object' ? Object.entries(value).flatMap(([name, part]) => paths(part, [...path, name]))
+  : [path.join('.')]);
+
+test('the page finds the row of each number that a run has, and none elsewhere', async () => {
+  for (const [name, kind] of [['rifle', 'netgame'], ['motion/orbit', 'motion'], ['rigid/warm_start', 'rigid'], ['fluid/cavity', 'fluid']]) {
+    const all = paths(await metricsOf(name), []);
+    assert.ok(all.length > 30, name);
+    for (const path of all) assert.ok(metricRow({ kinds, common }, kind, path), `${name}: ${path}`);
+    for (const path of ['', 'no_such', `${all[0]}.no_such`, 'players.0.name.mean', `x.${all[0]}`]) assert.equal(metricRow({ kinds, common }, kind, path), undefined, path);
+  }
+  assert.equal(metricRow({ kinds, common }, 'netgame', 'players.1.remote_error_m.p95')?.unit, 'm');
+  assert.equal(metricRow({ kinds, common }, 'rigid', 'side_by_side.0.energy_change_j')?.signed, true);
 });
 
 test('the rows say which metrics are signed and which are rare', () => {
