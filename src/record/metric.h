@@ -8,12 +8,13 @@
  *       X(number, area_m2, "m^2", b->w * b->h, "area", NULL)                        \
  *       X(count, touched, NULL, b->touched, "how often it was touched", NULL)
  *
- *   static const ll_metric_table box_table = {.path = "boxes.*", .help = "A box.", LL_METRICS_FROM(BOX_METRICS)};
+ *   static const ll_metric_table box_table = {
+ *       .path = "boxes.*", .help = "A box.", LL_METRICS_FROM(BOX_METRICS)};
  *
  *   LL_METRICS_PUT(object, &box_table, BOX_METRICS);    where `b` is known
  *
  * From these tables come the members of a run's metrics, GET /api/v1/metrics, the tables in docs, the page's
- * help, and what comparisons know of a metric: nothing else in the program writes its name. */
+ * help, and what comparisons know of a metric. Columns of traces have lists of their own. */
 #pragma once
 
 #include <stdbool.h>
@@ -110,7 +111,7 @@ typedef struct ll_metric_reading {
 #define LL_METRIC_OF_by_name(v) (v)
 
 /* The fields of a table, of a list. */
-#define LL_METRICS_FROM(LIST)                                                                                     \
+#define LL_METRICS_FROM(LIST)                                                                                \
     .fields = (const ll_metric_field[]){LIST(LL_METRIC_FIELD)},                                              \
     .count = (int)(sizeof((const ll_metric_field[]){LIST(LL_METRIC_FIELD)}) / sizeof(ll_metric_field))
 

@@ -32,7 +32,8 @@ ll_run_status ll_motion_status(const ll_motion *m, int i)
 
 #define NOTICES(X) X(notices, notices, NULL, , "why errors of what ended well are null", NULL)
 
-static const ll_metric_table notice_table = {.path = "", .help = "What to know of it.", LL_METRICS_FROM(NOTICES)};
+static const ll_metric_table notice_table = {
+    .path = "", .help = "What to know of it.", LL_METRICS_FROM(NOTICES)};
 static const ll_metric_table problem_table = {
     .path = "", .help = "The problem and its solution.", LL_METRICS_FROM(PROBLEM)};
 
