@@ -12,6 +12,7 @@ import path from 'node:path';
 import { fileURLToPath } from 'node:url';
 import YAML from 'yaml';
 import { fingerprint, roomsOf } from '../bench/rooms.mjs';
+import { metricsDoc } from './metrics.mjs';
 import { asyncSchemas, pageModule } from './records.mjs';
 
 const ROOT = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '..');
@@ -567,6 +568,7 @@ export function generate(binary) {
     ['api/schemas.json', JSON.stringify(schemas(schema, JSON.parse(laglab('schema', 'experiment'))), null, 2) + '\n'],
     ['www/js/stream/records.js', pageModule(records)],
     ['docs/scenario.md', scenarioDoc(schema).replace(/\n{3,}/g, '\n\n').trimEnd() + '\n'],
+    ['docs/metrics.md', metricsDoc(JSON.parse(laglab('schema', 'metrics')))],
     ['docs/api.md', apiDoc(YAML.parse(read('api/openapi.yaml')), YAML.parse(asyncapi))],
     ['docs/accuracy.md', filled('docs/accuracy.md', { 'closed forms': closedFormsDoc() })],
     ['docs/concepts.md', filled('docs/concepts.md', { presets: presetsDoc(binary, schema) })],

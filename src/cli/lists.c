@@ -83,9 +83,9 @@ int ll_verb_schema(int argc, char **argv)
 {
     const ll_option none[] = {{0}};
     const char *kind;
-    ll_status status = ll_arguments_one("schema [KIND|experiment|stream]: print the JSON Schema of "
+    ll_status status = ll_arguments_one("schema [KIND|experiment|stream|metrics]: print the JSON Schema of "
                                         "scenarios, of all kinds or one, or of experiments; or the tables of "
-                                        "the stream",
+                                        "the stream, or those of the metrics of all kinds",
                                         argc, argv, none, &kind);
     if (ll_failed(&status))
         return ll_argument_fail(&status);
@@ -94,6 +94,8 @@ int ll_verb_schema(int argc, char **argv)
         schema = ll_experiment_schema();
     else if (kind && strcmp(kind, "stream") == 0)
         schema = ll_stream_schema();
+    else if (kind && strcmp(kind, "metrics") == 0)
+        schema = ll_metrics_of_kinds();
     else
         status = ll_scenario_schema(kind, &schema);
     return ll_failed(&status) ? ll_argument_fail(&status) : ll_print_json(schema);

@@ -1,11 +1,13 @@
 /* What is told of a session. */
 #include <cjson/cJSON.h>
 #include <inttypes.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "session/internal.h"
+#include "session/records.h"
 
 static size_t checkpoint_bytes(const ll_session *s)
 {
@@ -128,17 +130,26 @@ cJSON *ll_session_notices(const ll_session *s)
     return kind->notices ? kind->notices(s->config) : cJSON_CreateArray();
 }
 
-static void add_expectations(cJSON *metrics, const ll_scenario_head *head)
+#define EXPECTATIONS(X)                                                                                      \
+    X(text, metric, NULL, a->metric, "its path", NULL)                                                       \
+    X(number, min, NULL, a->min, "what the scenario expects at least", NULL)                                 \
+    X(number, value, NULL, value ? value->valuedouble : NAN, "what it is",                                   \
+      "There is no such number, or it is null.")                                                             \
+    X(flag, met, NULL, value && value->valuedouble >= a->min, "whether it is enough", NULL)
+
+static const ll_metric_table expectation_table = {
+    .path = "expect.*", .help = "What must happen in the scenario.", LL_METRICS_FROM(EXPECTATIONS)};
+
+const ll_metric_table *const ll_session_metric_tables[] = {&expectation_table, NULL};
+
+static void add_activity(cJSON *metrics, const ll_scenario_head *head)
 {
     cJSON *list = cJSON_CreateArray();
     for (int i = 0; i < head->expect_count; i++) {
         const ll_expectation *a = &head->expect[i];
         const cJSON *value = ll_param_number_at(metrics, a->metric);
         cJSON *o = cJSON_CreateObject();
-        cJSON_AddStringToObject(o, "metric", a->metric);
-        cJSON_AddItemToObject(o, "min", ll_param_number(a->min));
-        cJSON_AddItemToObject(o, "value", value ? ll_param_number(value->valuedouble) : cJSON_CreateNull());
-        cJSON_AddBoolToObject(o, "met", value && value->valuedouble >= a->min);
+        LL_METRICS_PUT(o, &expectation_table, EXPECTATIONS);
         cJSON_AddItemToArray(list, o);
     }
     cJSON_AddItemToObject(metrics, "expect", list);

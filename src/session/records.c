@@ -213,3 +213,16 @@ uint64_t ll_stream_schema_hash(void)
     ll_all_records(records);
     return ll_record_schema_hash(records);
 }
+
+cJSON *ll_metrics_of_kinds(void)
+{
+    cJSON *o = cJSON_CreateObject(), *kinds = cJSON_AddArrayToObject(o, "kinds");
+    for (int k = 0; ll_sim_kinds[k]; k++) {
+        cJSON *kind = cJSON_CreateObject();
+        cJSON_AddStringToObject(kind, "kind", ll_sim_kinds[k]->name);
+        cJSON_AddItemToObject(kind, "tables", ll_metrics_schema(ll_sim_kinds[k]->metric_tables));
+        cJSON_AddItemToArray(kinds, kind);
+    }
+    cJSON_AddItemToObject(o, "common", ll_metrics_schema(ll_session_metric_tables));
+    return o;
+}

@@ -34,3 +34,8 @@ void ll_all_records(const ll_record *records[LL_ALL_RECORDS_MAX + 1]);
  */
 struct cJSON *ll_stream_schema(void);
 uint64_t ll_stream_schema_hash(void);
+
+/* GET /api/v1/metrics: the tables of metrics of all kinds (record/metric.h). Caller deletes. */
+struct cJSON *ll_metrics_of_kinds(void);
+/* Those that stand in the metrics of every kind. */
+extern const ll_metric_table *const ll_session_metric_tables[];

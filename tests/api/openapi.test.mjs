@@ -130,6 +130,7 @@ test('scenarios and documents', async () => {
   await call('get', '/api/v1/openapi.yaml', {}, 200);
   await call('get', '/api/v1/asyncapi.yaml', {}, 200);
   await call('get', '/api/v1/stream/schema.json', {}, 200);
+  await call('get', '/api/v1/metrics', {}, 200);
   const { $defs } = (await call('get', '/api/v1/schemas.json', {}, 200)).json;
   assert.deepEqual($defs.scenario.oneOf, all.oneOf);
 });

@@ -81,7 +81,7 @@ const char *ll_api_status_name(const ll_session_info *info);
 /* ---- handlers ---- */
 
 ll_http_handler ll_get_scenarios, ll_get_scenario, ll_get_schema, ll_get_openapi, ll_get_asyncapi,
-    ll_get_schemas, ll_get_stream_schema;
+    ll_get_schemas, ll_get_stream_schema, ll_get_metric_tables;
 ll_http_handler ll_post_sessions, ll_get_session, ll_delete_session, ll_post_fork, ll_get_code;
 ll_http_handler ll_patch_params, ll_post_control, ll_post_input;
 ll_http_handler ll_get_state, ll_get_metrics, ll_get_trace, ll_get_log;

@@ -85,6 +85,15 @@ void ll_get_stream_schema(void *context, const ll_http_request *request, ll_http
     cJSON_Delete(json);
 }
 
+void ll_get_metric_tables(void *context, const ll_http_request *request, ll_http_response *response)
+{
+    (void)context;
+    (void)request;
+    cJSON *json = ll_metrics_of_kinds();
+    ll_http_json(response, 200, json);
+    cJSON_Delete(json);
+}
+
 void ll_get_experiment_library(void *context, const ll_http_request *request, ll_http_response *response)
 {
     ll_api *api = context;

@@ -27,6 +27,7 @@ static const ll_http_route table[] = {
     {.method = "GET", .pattern = V1 "/schemas.json", .handler = ll_get_schemas},
     {.method = "GET", .pattern = V1 "/asyncapi.yaml", .handler = ll_get_asyncapi},
     {.method = "GET", .pattern = V1 "/stream/schema.json", .handler = ll_get_stream_schema},
+    {.method = "GET", .pattern = V1 "/metrics", .handler = ll_get_metric_tables},
     {.method = "POST",
      .pattern = V1 "/sessions",
      .handler = ll_post_sessions,

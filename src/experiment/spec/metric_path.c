@@ -107,20 +107,8 @@ const cJSON *ll_metric_failed_part(const cJSON *metrics, const char *path, char 
 
 bool ll_metric_is_signed(const ll_sim_kind *kind, const char *path)
 {
-    const char *dot = strrchr(path, '.'), *name = dot ? dot + 1 : path;
-    for (const char *const *known = kind->signed_metrics; known && *known; known++)
-        if (strcmp(*known, name) == 0)
-            return true;
-    return false;
-}
-
-static bool is_among(const char *const *names, const char *path)
-{
-    for (; *path; path += strcspn(path, "."), path += *path == '.')
-        for (const char *const *name = names; *name; name++)
-            if (strncmp(path, *name, strlen(*name)) == 0 && strchr(".", path[strlen(*name)]))
-                return true;
-    return false;
+    const ll_metric_field *field = ll_metric_find(kind->metric_tables, path);
+    return field != NULL && field->is_signed;
 }
 
 static bool ends_in(const char *path, const char *end)
@@ -141,33 +129,14 @@ bool ll_metric_is_rate(const char *path)
 
 ll_metric_scale ll_metric_scale_of(const ll_sim_kind *kind, const cJSON *metrics, const char *path)
 {
-    static const char *const events[] = {"visible_corrections",
-                                         "visible_corrections_per_s",
-                                         "hitches",
-                                         "underruns",
-                                         "overruns",
-                                         "false_hits",
-                                         "false_misses",
-                                         "shot_behind_cover",
-                                         "clamped",
-                                         "view_time_rejected",
-                                         "rifle_hits",
-                                         "shell_hits",
-                                         "mismatches",
-                                         "drops",
-                                         "time_outs",
-                                         "clock_snaps",
-                                         "false_refusals",
-                                         "hits_on_players",
-                                         "seen_second",
-                                         NULL};
+    const ll_metric_field *field = ll_metric_find(kind->metric_tables, path);
     char reached[160];
     const char *missing;
     if (cJSON_IsBool(metric_at(metrics, path, reached, sizeof reached, &missing)))
         return LL_SCALE_FLAG;
     if (kind->no_rare_events || ll_metric_is_cost(path))
         return LL_SCALE_AMOUNT;
-    if (is_among(events, path))
+    if (field != NULL && field->rare)
         return LL_SCALE_COUNT;
     return ends_in(path, ".max") || ends_in(path, "_max") || ends_in(path, ".p99") ? LL_SCALE_EXTREME
                                                                                    : LL_SCALE_AMOUNT;

@@ -12,6 +12,7 @@
 
 #include "base/interrupt.h"
 #include "param/param.h"
+#include "record/metric.h"
 
 enum {
     LL_FLUID_PARAMS_MAX = 256, /* bytes of a scene's parameters, and of a method's settings */
@@ -22,11 +23,28 @@ enum {
 
 #define LL_FLUID_BYTES_MAX (INT64_C(256) << 20) /* per block; a session holds three */
 
-/* A reported number of a fluid: `divergence_max`, with the unit in the name if it has one. */
+/* A reported number of a fluid: a row of a table of metrics, with the unit in the name if it has one. */
 typedef struct ll_fluid_number {
     const char *name;
     double value;
 } ll_fluid_number;
+
+#define LL_FLUID_NUMBER(type, name, unit, value, help, null) {#name, (double)(value)},
+
+/* Writes the rows of a list of metrics (record/metric.h) to `out`: their count. */
+#define LL_FLUID_TELL(out, LIST)                                                                             \
+    ll_fluid_tell(out, (const ll_fluid_number[]){LIST(LL_FLUID_NUMBER)},                                     \
+                  sizeof((const ll_fluid_number[]){LIST(LL_FLUID_NUMBER)}) / sizeof(ll_fluid_number))
+
+static inline int ll_fluid_tell(ll_fluid_number *out, const ll_fluid_number *all, size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+        out[i] = all[i];
+    return (int)count;
+}
+
+#define LL_FLUID_AGAIN "side_by_side.*"           /* where the tables stand once more */
+#define LL_FLUID_FAILED "The fluid has diverged." /* when all of them are null */
 
 /* Why a result differs from the open sea, the free stream or the equations: a sentence with numbers. */
 typedef struct ll_fluid_notice {
@@ -63,9 +81,10 @@ typedef struct ll_fluid_method {
     void (*set_solver)(void *block, const void *solver);
     void (*drag_force)(void *block, const ll_drag_force *drag_force); /* NULL: not supported */
 
-    /* The same numbers in the same order for every scene and time; returns their count. The first `traced`
-     * are in the trace. */
+    /* The same numbers in the same order for every scene and time, the rows of `metrics`; returns their
+     * count. The first `traced` are in the trace. */
     int (*numbers)(const void *block, ll_fluid_number *out);
+    const ll_metric_table *metrics;
     int traced;
 
     void (*extent)(const void *block, double *x0, double *y0, double *x1, double *y1);
@@ -90,8 +109,10 @@ typedef struct ll_fluid_scene {
     size_t (*size)(const void *params, const void *solver); /* room for every live setting */
     void (*init)(void *block, const void *params, const void *solver);
 
-    /* The scene's own numbers: errors against the reference. NULL: none. */
+    /* The scene's own numbers: errors against the reference; the rows of `metrics`, or none of them. NULL:
+     * none. */
     int (*numbers)(const void *block, ll_fluid_number *out);
+    const ll_metric_table *metrics;
     /* Curves to compare with published ones: pairs (coordinate, value), at most LL_FLUID_POINTS_MAX. The
      * reference of the curve `u` is the curve `u_reference`. `index` counts from 0; returns 0 points beyond
      * the last. NULL: none. */

@@ -118,6 +118,7 @@ const ll_fluid_method ll_fluid_grid = {
     .set_solver = set_solver,
     .drag_force = drag_force,
     .numbers = ll_grid_numbers,
+    .metrics = &ll_grid_metrics,
     .traced = 8,
     .extent = extent,
     .layer_size = layer_size,

@@ -74,30 +74,41 @@ static double visits(const ll_grid *g)
            (double)g->config.ny;
 }
 
+#define GRID(X)                                                                                              \
+    X(number, divergence_max, "1/s", ll_grid_divergence(g),                                                  \
+      "outflow left in a cell by the last solve, the largest", LL_FLUID_FAILED)                              \
+    X(number, residual, NULL, g->last_residual, "what the pressure solver left, over the largest source",    \
+      LL_FLUID_FAILED)                                                                                       \
+    X(count, sweeps, NULL, g->last_sweeps, "of the last solve", LL_FLUID_FAILED)                             \
+    X(number, energy, "m^4/s^2", ll_grid_energy(g, 0, 0), "kinetic, per unit of density", LL_FLUID_FAILED)   \
+    X(signed_number, momentum_x, "m^3/s", momentum(g, LL_PLACE_U, ll_grid_u(g)), "per unit of density",      \
+      LL_FLUID_FAILED)                                                                                       \
+    X(signed_number, momentum_y, "m^3/s", momentum(g, LL_PLACE_V, ll_grid_v(g)), "per unit of density",      \
+      LL_FLUID_FAILED)                                                                                       \
+    X(number, mass, "m^2", mass, "of the dye", LL_FLUID_FAILED)                                              \
+    X(signed_number, mass_change, NULL, g->mass_start > 0 ? mass / g->mass_start - 1 : 0,                    \
+      "of the dye, relative, since the start", LL_FLUID_FAILED)                                              \
+    X(signed_number, dye_min, NULL, least, "the least value of the dye: below 0 is an error",                \
+      LL_FLUID_FAILED)                                                                                       \
+    X(number, dye_max, NULL, most, "the largest", LL_FLUID_FAILED)                                           \
+    X(number, cfl, NULL, g->last_cfl, "cells that the fastest moves in a substep", LL_FLUID_FAILED)          \
+    X(count, substeps, NULL, g->last_substeps, "of the last step", LL_FLUID_FAILED)                          \
+    X(number, sweeps_mean, NULL, g->solves > 0 ? (double)g->sweeps / (double)g->solves : 0, "of a solve",    \
+      LL_FLUID_FAILED)                                                                                       \
+    X(count, steps, NULL, g->steps, "so far", LL_FLUID_FAILED)                                               \
+    X(count, bytes, "B", g->size, "of the grid", LL_FLUID_FAILED)                                            \
+    X(count, cell_visits, NULL, visits(g),                                                                   \
+      "cells visited by all sweeps: a cost that is the same on every machine", LL_FLUID_FAILED)
+
+const ll_metric_table ll_grid_metrics = {.path = "",
+                                         .also = LL_FLUID_AGAIN,
+                                         .when = "Of a grid.",
+                                         .help = "What is measured of a grid, now.",
+                                         LL_METRICS_FROM(GRID)};
+
 int ll_grid_numbers(const void *block, ll_fluid_number *out)
 {
     const ll_grid *g = block;
     double least, most, mass = dye_range(g, &least, &most);
-    const ll_fluid_number all[] = {
-        {"divergence_max", ll_grid_divergence(g)}, /* 1/s */
-        {"residual", g->last_residual},
-        {"sweeps", (double)g->last_sweeps},
-        {"energy", ll_grid_energy(g, 0, 0)},
-        {"momentum_x", momentum(g, LL_PLACE_U, ll_grid_u(g))},
-        {"momentum_y", momentum(g, LL_PLACE_V, ll_grid_v(g))},
-        {"mass", mass},
-        {"mass_change", g->mass_start > 0 ? mass / g->mass_start - 1 : 0},
-        {"dye_min", least},
-        {"dye_max", most},
-        {"cfl", g->last_cfl},
-        {"substeps", (double)g->last_substeps},
-        {"sweeps_mean", g->solves > 0 ? (double)g->sweeps / (double)g->solves : 0},
-        {"steps", (double)g->steps},
-        {"bytes", (double)g->size},
-        {"cell_visits", visits(g)},
-    };
-    int count = sizeof all / sizeof all[0];
-    for (int i = 0; i < count; i++)
-        out[i] = all[i];
-    return count;
+    return LL_FLUID_TELL(out, GRID);
 }

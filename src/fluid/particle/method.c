@@ -70,35 +70,41 @@ static void drag_force(void *block, const ll_drag_force *what)
     ll_particles_drag(block, what);
 }
 
+#define PARTICLES(X)                                                                                         \
+    X(signed_number, front_m, "m", m.front, "right edge of the rightmost particle", LL_FLUID_FAILED)         \
+    X(signed_number, height_m, "m", m.height, "upper edge of the highest at the left wall", LL_FLUID_FAILED) \
+    X(number, density_error_mean, NULL, m.density_mean,                                                      \
+      "compression beyond the density at rest, relative; expansion is not counted", LL_FLUID_FAILED)         \
+    X(number, density_error_max, NULL, m.density_max, "the largest", LL_FLUID_FAILED)                        \
+    X(number, kinetic_energy, "J", m.kinetic_energy, "of all particles", LL_FLUID_FAILED)                    \
+    X(signed_number, potential_energy, "J", m.potential_energy, "of all particles", LL_FLUID_FAILED)         \
+    X(signed_number, momentum_x, "kg m/s", m.momentum_x, "of all particles", LL_FLUID_FAILED)                \
+    X(signed_number, momentum_y, "kg m/s", m.momentum_y, "of all particles", LL_FLUID_FAILED)                \
+    X(number, mass, "kg", m.mass, "what is within the tank", LL_FLUID_FAILED)                                \
+    X(number, speed_max_mps, "m/s", m.speed_max, "of the fastest particle", LL_FLUID_FAILED)                 \
+    X(number, neighbours, NULL, m.neighbours, "of a particle, mean", LL_FLUID_FAILED)                        \
+    X(count, particles, NULL, s.fluid, "of the fluid", LL_FLUID_FAILED)                                      \
+    X(count, substeps, NULL, s.substeps, "so far", LL_FLUID_FAILED)                                          \
+    X(count, iterations, NULL, s.iterations, "passes of the solvers over all particles, so far",             \
+      LL_FLUID_FAILED)                                                                                       \
+    X(count, cell_visits, NULL, (double)s.iterations *s.fluid,                                               \
+      "particles times passes: a cost that is the same on every machine", LL_FLUID_FAILED)                   \
+    X(signed_number, body_x_m, "m", b.x, "of the floating body", LL_FLUID_FAILED)                            \
+    X(signed_number, body_y_m, "m", b.y, "of the floating body", LL_FLUID_FAILED)                            \
+    X(signed_number, body_angle_rad, "rad", b.angle, "of the floating body", LL_FLUID_FAILED)
+
+const ll_metric_table ll_particle_metrics_table = {.path = "",
+                                                   .also = LL_FLUID_AGAIN,
+                                                   .when = "Of particles.",
+                                                   .help = "What is measured of particles, now.",
+                                                   LL_METRICS_FROM(PARTICLES)};
+
 static int numbers(const void *block, ll_fluid_number *out)
 {
     ll_particle_metrics m = ll_particles_measure(block, 0);
     ll_particle_stats s = ll_particles_stats(block);
     ll_particle_body b = ll_particles_body(block);
-    const ll_fluid_number all[] = {
-        {"front_m", m.front},
-        {"height_m", m.height},
-        {"density_error_mean", m.density_mean},
-        {"density_error_max", m.density_max},
-        {"kinetic_energy", m.kinetic_energy},
-        {"potential_energy", m.potential_energy},
-        {"momentum_x", m.momentum_x},
-        {"momentum_y", m.momentum_y},
-        {"mass", m.mass},
-        {"speed_max_mps", m.speed_max},
-        {"neighbours", m.neighbours},
-        {"particles", s.fluid},
-        {"substeps", (double)s.substeps},
-        {"iterations", (double)s.iterations},
-        {"cell_visits", (double)s.iterations * s.fluid}, /* particle visits: the unit of cost */
-        {"body_x_m", b.x},
-        {"body_y_m", b.y},
-        {"body_angle_rad", b.angle},
-    };
-    int count = sizeof all / sizeof all[0];
-    for (int i = 0; i < count; i++)
-        out[i] = all[i];
-    return count;
+    return LL_FLUID_TELL(out, PARTICLES);
 }
 
 static void extent(const void *block, double *x0, double *y0, double *x1, double *y1)
@@ -118,6 +124,7 @@ const ll_fluid_method ll_fluid_particles = {
     .set_solver = set_solver,
     .drag_force = drag_force,
     .numbers = numbers,
+    .metrics = &ll_particle_metrics_table,
     .traced = 8,
     .extent = extent,
     .layer_size = layer_size,

@@ -128,6 +128,39 @@ static int profile(const void *block, int index, const char **name, double (*pai
     return STEPS + 1;
 }
 
+#define CAVITY(X)                                                                                            \
+    X(number, error_max, NULL, error, "of the velocities along both middles, to Richardson's values",        \
+      LL_FLUID_FAILED)                                                                                       \
+    X(number, ghia_error_max, NULL, from_ghia, "the same, to the table of Ghia, Ghia and Shin 1982",         \
+      LL_FLUID_FAILED)
+
+const ll_metric_table ll_fluid_cavity_metrics = {
+    .path = "",
+    .also = LL_FLUID_AGAIN,
+    .when = "Of the scene cavity, at a Reynolds number that has a reference.",
+    .help = "Against the reference.",
+    LL_METRICS_FROM(CAVITY)};
+
+#define PROFILES(X)                                                                                          \
+    X(curve, u, "m/s", , "velocity to the right along the vertical middle", NULL)                            \
+    X(curve, v, "m/s", , "velocity upwards along the horizontal middle", NULL)
+
+#define REFERENCES(X)                                                                                        \
+    X(curve, u_reference, "m/s", , "Richardson's values of u", NULL)                                         \
+    X(curve, v_reference, "m/s", , "Richardson's values of v", NULL)
+
+const ll_metric_table ll_fluid_cavity_profiles = {.path = "profiles",
+                                                  .also = LL_FLUID_AGAIN,
+                                                  .when = "Of the scene cavity, unless it has diverged.",
+                                                  .help = "Curves, as pairs of coordinate and value.",
+                                                  LL_METRICS_FROM(PROFILES)};
+const ll_metric_table ll_fluid_cavity_references = {
+    .path = "profiles",
+    .also = LL_FLUID_AGAIN,
+    .when = "Of the scene cavity, at a Reynolds number that has a reference, unless it has diverged.",
+    .help = "Curves to compare with.",
+    LL_METRICS_FROM(REFERENCES)};
+
 static int numbers(const void *block, ll_fluid_number *out)
 {
     double error = 0, from_ghia = 0;
@@ -142,9 +175,7 @@ static int numbers(const void *block, ll_fluid_number *out)
             error = a > error ? a : error;
             from_ghia = b > from_ghia ? b : from_ghia;
         }
-    out[0] = (ll_fluid_number){"error_max", error};
-    out[1] = (ll_fluid_number){"ghia_error_max", from_ghia};
-    return 2;
+    return LL_FLUID_TELL(out, CAVITY);
 }
 
 /* Boundary layers along the walls are about 1 / sqrt(Re) thick (Prandtl 1904). */
@@ -181,6 +212,7 @@ const ll_fluid_scene ll_fluid_cavity = {
     .size = ll_grid_scene_size,
     .init = init,
     .numbers = numbers,
+    .metrics = &ll_fluid_cavity_metrics,
     .profile = profile,
     .notices = notices,
 };

@@ -62,20 +62,40 @@ static double measured_front(double t)
     return 0;
 }
 
+#define DAM_BREAK(X)                                                                                         \
+    X(number, front_measured_m, "m", wanted, "Martin and Moyce's front; 0 beyond what they measured",        \
+      LL_FLUID_FAILED)                                                                                       \
+    X(signed_number, front_error, NULL, wanted > 0 ? front / wanted - 1 : 0, "to it, relative",              \
+      LL_FLUID_FAILED)                                                                                       \
+    X(number, front_over_ritter, NULL, front / (1 + 2 * ll_sqrt(2) * t), "to the front that none outruns",   \
+      LL_FLUID_FAILED)
+
+const ll_metric_table ll_fluid_dam_break_metrics = {.path = "",
+                                                    .also = LL_FLUID_AGAIN,
+                                                    .when = "Of the scene dam_break.",
+                                                    .help = "Against the experiment.",
+                                                    LL_METRICS_FROM(DAM_BREAK)};
+
 static int dam_break_numbers(const void *block, ll_fluid_number *out)
 {
     double t = ll_particles_stats(block).time, front = ll_particles_measure(block, 0).front;
     double wanted = measured_front(t);
-    out[0] = (ll_fluid_number){"front_measured_m", wanted};
-    out[1] = (ll_fluid_number){"front_error", wanted > 0 ? front / wanted - 1 : 0};
-    out[2] = (ll_fluid_number){"front_over_ritter", front / (1 + 2 * ll_sqrt(2) * t)};
-    return 3;
+    return LL_FLUID_TELL(out, DAM_BREAK);
 }
+
+#define HYDROSTATIC(X)                                                                                       \
+    X(number, pressure_error_rms, NULL, ll_particles_measure(block, 1).pressure_rms,                         \
+      "of pressure to the weight above, over that of the whole column", LL_FLUID_FAILED)
+
+const ll_metric_table ll_fluid_hydrostatic_metrics = {.path = "",
+                                                      .also = LL_FLUID_AGAIN,
+                                                      .when = "Of the scene hydrostatic.",
+                                                      .help = "Against the solution.",
+                                                      LL_METRICS_FROM(HYDROSTATIC)};
 
 static int hydrostatic_numbers(const void *block, ll_fluid_number *out)
 {
-    out[0] = (ll_fluid_number){"pressure_error_rms", ll_particles_measure(block, 1).pressure_rms};
-    return 1;
+    return LL_FLUID_TELL(out, HYDROSTATIC);
 }
 
 /* In a channel of width 1 with force 1 and viscosity 0.1, from rest. */
@@ -87,6 +107,17 @@ static double poiseuille_velocity(double y, double t)
     return u;
 }
 
+#define POISEUILLE(X)                                                                                        \
+    X(number, velocity_error_rms, NULL, middle > 0 ? sqrt(squares / v.count) / middle : 0,                   \
+      "to the exact profile at that time, over its middle", LL_FLUID_FAILED)                                 \
+    X(number, velocity_wanted_mps, "m/s", middle, "the exact velocity in the middle", LL_FLUID_FAILED)
+
+const ll_metric_table ll_fluid_poiseuille_metrics = {.path = "",
+                                                     .also = LL_FLUID_AGAIN,
+                                                     .when = "Of the scene poiseuille.",
+                                                     .help = "Against the solution.",
+                                                     LL_METRICS_FROM(POISEUILLE)};
+
 static int poiseuille_numbers(const void *block, ll_fluid_number *out)
 {
     ll_particle_view v = ll_particles_view(block);
@@ -96,14 +127,12 @@ static int poiseuille_numbers(const void *block, ll_fluid_number *out)
         squares += error * error;
     }
     double middle = poiseuille_velocity(0.5, t);
-    out[0] = (ll_fluid_number){"velocity_error_rms", middle > 0 ? sqrt(squares / v.count) / middle : 0};
-    out[1] = (ll_fluid_number){"velocity_wanted_mps", middle};
-    return 2;
+    return LL_FLUID_TELL(out, POISEUILLE);
 }
 
 /* ---- rows ---- */
 
-#define SCENE(name_, title_, standard_, seconds_, source_, numbers_, text_)                                  \
+#define SCENE(name_, title_, standard_, seconds_, source_, numbers_, metrics_, text_)                        \
     static const ll_param name_##_rows[] = {                                                                 \
         {.name = "size",                                                                                     \
          .type = LL_PARAM_INT,                                                                               \
@@ -140,17 +169,21 @@ static int poiseuille_numbers(const void *block, ll_fluid_number *out)
                                              .check = name_##_check,                                         \
                                              .size = name_##_size,                                           \
                                              .init = name_##_init,                                           \
-                                             .numbers = numbers_}
+                                             .numbers = numbers_,                                            \
+                                             .metrics = metrics_}
 
 SCENE(dam_break, "Dam break", 20, 2.4, "Martin and Moyce 1952; Ritter 1892", dam_break_numbers,
+      &ll_fluid_dam_break_metrics,
       "A column of 1 m x 2 m falls into a dry tank under gravity 1; compared with a measured front.");
 SCENE(hydrostatic, "Hydrostatic column", 40, 10, "density times gravity times depth", hydrostatic_numbers,
+      &ll_fluid_hydrostatic_metrics,
       "A column of 1 m at rest under gravity 1; its pressure is compared with its depth.");
 SCENE(poiseuille, "Poiseuille flow", 20, 2, "series of the flow from rest", poiseuille_numbers,
+      &ll_fluid_poiseuille_metrics,
       "Fluid between two walls, driven by a constant force; compared with the exact profile.");
-SCENE(drop, "Falling drop", 30, 1, "momentum of free fall", NULL,
+SCENE(drop, "Falling drop", 30, 1, "momentum of free fall", NULL, NULL,
       "A disc in free fall that is stretched; its momentum is known exactly.");
-SCENE(raft, "Floating box", 20, 10, "Archimedes", NULL,
+SCENE(raft, "Floating box", 20, 10, "Archimedes", NULL, NULL,
       "A box of 0.6 of the fluid's density falls in and floats with 0.6 of its height under water.");
-SCENE(pool, "Pool", 200, 10, "Macklin and Mueller 2013", NULL,
+SCENE(pool, "Pool", 200, 10, "Macklin and Mueller 2013", NULL, NULL,
       "A step in the level of a pool of 20 m runs to and fro, at a game's scale and cost.");

@@ -93,6 +93,16 @@ static void init(void *block, const void *given, const void *solver)
     ll_grid_start(block);
 }
 
+#define ROTATION(X)                                                                                          \
+    X(number, error_l1, "m^2", sum * c->h * c->h,                                                            \
+      "mean absolute error of the dye to the initial dye, turned", LL_FLUID_FAILED)
+
+const ll_metric_table ll_fluid_rotation_metrics = {.path = "",
+                                                   .also = LL_FLUID_AGAIN,
+                                                   .when = "Of the scene rotation.",
+                                                   .help = "Against the solution.",
+                                                   LL_METRICS_FROM(ROTATION)};
+
 static int numbers(const void *block, ll_fluid_number *out)
 {
     const ll_grid *g = block;
@@ -106,8 +116,7 @@ static int numbers(const void *block, ll_fluid_number *out)
             double x = (i + 0.5) * c->h - 0.5, y = (j + 0.5) * c->h - 0.5;
             sum += fabs(dye[ll_grid_at(c->nx, i, j)] - turned(&p, x, y, ll_grid_time(g)));
         }
-    out[0] = (ll_fluid_number){"error_l1", sum * c->h * c->h};
-    return 1;
+    return LL_FLUID_TELL(out, ROTATION);
 }
 
 const ll_fluid_scene ll_fluid_rotation = {
@@ -124,4 +133,5 @@ const ll_fluid_scene ll_fluid_rotation = {
     .size = ll_grid_scene_size,
     .init = init,
     .numbers = numbers,
+    .metrics = &ll_fluid_rotation_metrics,
 };

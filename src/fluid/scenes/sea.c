@@ -126,6 +126,30 @@ static ll_status step(void *block, double dt, ll_pace *pace)
 
 /* ---- queries ---- */
 
+#define SEA(X)                                                                                               \
+    X(number, significant_height_m, "m",                                                                     \
+      4 * sqrt(fmax(squares / points - sum / points * (sum / points), 0)),                                   \
+      "four times the standard deviation of the surface", LL_FLUID_FAILED)                                   \
+    X(signed_number, height_min_m, "m", low, "of the surface", LL_FLUID_FAILED)                              \
+    X(signed_number, height_max_m, "m", high, "of the surface", LL_FLUID_FAILED)                             \
+    X(signed_number, height_mean_m, "m", sum / points, "of the surface", LL_FLUID_FAILED)                    \
+    X(signed_number, body_y_m, "m", s->buoy.y, "height of the floating box", LL_FLUID_FAILED)                \
+    X(signed_number, body_pitch_rad, "rad", s->buoy.pitch, "of the floating box", LL_FLUID_FAILED)           \
+    X(signed_number, body_roll_rad, "rad", s->buoy.roll, "of the floating box", LL_FLUID_FAILED)             \
+    X(signed_number, water_at_body_m, "m", ll_ocean_height_at(ocean_of(block), s->buoy.x, s->buoy.z),        \
+      "height of the water at the floating box", LL_FLUID_FAILED)                                            \
+    X(number, wind_sea_height_m, "m", fit.height, "significant height of the sea that the wind would raise", \
+      LL_FLUID_FAILED)                                                                                       \
+    X(number, wind_sea_share_in_box, NULL, fit.height > 0 ? fmax(0, 1 - fit.longer - fit.shorter) : NAN,     \
+      "share of its energy that the box and its cells can represent",                                        \
+      LL_FLUID_FAILED " Or there is no such sea.")
+
+const ll_metric_table ll_fluid_sea_metrics = {.path = "",
+                                              .also = LL_FLUID_AGAIN,
+                                              .when = "Of an ocean.",
+                                              .help = "What is measured of the surface of an ocean, now.",
+                                              LL_METRICS_FROM(SEA)};
+
 static int numbers(const void *block, ll_fluid_number *out)
 {
     const sea *s = block;
@@ -138,20 +162,7 @@ static int numbers(const void *block, ll_fluid_number *out)
         low = fmin(low, f.height[i]);
         high = fmax(high, f.height[i]);
     }
-    const ll_fluid_number all[] = {
-        {"significant_height_m", 4 * sqrt(fmax(squares / points - sum / points * (sum / points), 0))},
-        {"height_min_m", low},
-        {"height_max_m", high},
-        {"height_mean_m", sum / points},
-        {"body_y_m", s->buoy.y},
-        {"body_pitch_rad", s->buoy.pitch},
-        {"body_roll_rad", s->buoy.roll},
-        {"water_at_body_m", ll_ocean_height_at(ocean_of(block), s->buoy.x, s->buoy.z)},
-        {"wind_sea_height_m", fit.height},
-        {"wind_sea_share_in_box", fit.height > 0 ? fmax(0, 1 - fit.longer - fit.shorter) : NAN},
-    };
-    memcpy(out, all, sizeof all);
-    return sizeof all / sizeof all[0];
+    return LL_FLUID_TELL(out, SEA);
 }
 
 /* Fraction of the energy above which the wave height differs notably from the wind's. */
@@ -225,6 +236,7 @@ static const ll_fluid_method ocean = {
     .step = step,
     .set_solver = set_solver,
     .numbers = numbers,
+    .metrics = &ll_fluid_sea_metrics,
     .traced = 8,
     .extent = extent,
     .layer_size = layer_size,

@@ -114,6 +114,20 @@ static double error_l2(const ll_grid *g, const params *p, double decay)
     return ll_sqrt(sum / all);
 }
 
+#define TAYLOR_GREEN(X)                                                                                      \
+    X(number, error_l2, NULL, error_l2(g, &p, decay), "of velocities, relative", LL_FLUID_FAILED)            \
+    X(signed_number, decay_error, NULL, energy / (first * decay * decay) - 1, "of energy, relative",         \
+      LL_FLUID_FAILED)                                                                                       \
+    X(signed_number, numerical_viscosity_m2ps, "m^2/s",                                                      \
+      t > 0 ? -ll_detmath_log(energy / first) / (4 * t) - p.viscosity : 0,                                   \
+      "the viscosity that the decay has beyond the fluid's", LL_FLUID_FAILED)
+
+const ll_metric_table ll_fluid_taylor_green_metrics = {.path = "",
+                                                       .also = LL_FLUID_AGAIN,
+                                                       .when = "Of the scene taylor_green.",
+                                                       .help = "Against the solution.",
+                                                       LL_METRICS_FROM(TAYLOR_GREEN)};
+
 /* The energy of the vortices decays with exp(-4 nu t); faster decay shows the method's numerical
  * viscosity. */
 static int numbers(const void *block, ll_fluid_number *out)
@@ -124,11 +138,7 @@ static int numbers(const void *block, ll_fluid_number *out)
     memcpy(&p, c->params, sizeof p);
     double t = ll_grid_time(g), decay = ll_exp(-2 * p.viscosity * t);
     double energy = ll_grid_energy(g, p.mean_x, p.mean_y), first = PI * PI;
-    out[0] = (ll_fluid_number){"error_l2", error_l2(g, &p, decay)};
-    out[1] = (ll_fluid_number){"decay_error", energy / (first * decay * decay) - 1};
-    out[2] = (ll_fluid_number){"numerical_viscosity_m2ps",
-                               t > 0 ? -ll_detmath_log(energy / first) / (4 * t) - p.viscosity : 0};
-    return 3;
+    return LL_FLUID_TELL(out, TAYLOR_GREEN);
 }
 
 const ll_fluid_scene ll_fluid_taylor_green = {
@@ -144,4 +154,5 @@ const ll_fluid_scene ll_fluid_taylor_green = {
     .size = ll_grid_scene_size,
     .init = init,
     .numbers = numbers,
+    .metrics = &ll_fluid_taylor_green_metrics,
 };

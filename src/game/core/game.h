@@ -8,10 +8,12 @@
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <string.h>
 
 #include "base/vtime.h"
 #include "input/action.h"
 #include "param/param.h"
+#include "record/metric.h"
 
 #define LL_ENTITIES_MAX 255     /* snapshots count them in a byte */
 #define LL_GAME_WORLD_MAX 20000 /* bytes, including the tail */
@@ -91,11 +93,18 @@ typedef struct ll_game_shape {
     double x, y;          /* m, of the centre */
 } ll_game_shape;
 
+/* Of the table of a game's own numbers: where they stand in a run's metrics; and their values, from the list.
+ */
+#define LL_GAME_METRICS .path = "players.*.game", .short_numbers = true
+#define LL_GAME_VALUE(type, name, unit, value, help, null) (double)(value),
+#define LL_GAME_TELL(values, LIST)                                                                           \
+    memcpy(values, (const double[]){LIST(LL_GAME_VALUE)}, sizeof((const double[]){LIST(LL_GAME_VALUE)}))
+
 typedef struct ll_game {
     const char *name;
     const char *help;
-    const ll_param_table *params;           /* its struct is at most 128 bytes */
-    const char *values[LL_GAME_VALUES + 1]; /* names of the numbers that `describe` reports per player */
+    const ll_param_table *params;   /* its struct is at most 128 bytes */
+    const ll_metric_table *metrics; /* at most LL_GAME_VALUES numbers, which `describe` reports per player */
 
     ll_extent (*extent)(const void *params, int players);
     void (*prepare)(ll_game_env *env, const void *params); /* derives values for env->dt */

@@ -203,14 +203,20 @@ static ll_action drive(const ll_world *world, const ll_game_env *env, uint64_t s
     return a;
 }
 
+#define VALUES(X)                                                                                            \
+    X(count, turn, NULL, t->turn == player, "1: it is its turn", NULL)                                       \
+    X(count, shots, NULL, t->score[player].shots, "so far", NULL)                                            \
+    X(count, hits, NULL, t->score[player].hits, "so far", NULL)                                              \
+    X(number, miss_m, "m", t->score[player].miss, "by which the last shot missed", NULL)
+
+const ll_metric_table ll_cannon_metrics = {LL_GAME_METRICS, .when = "In the cannon.",
+                                           .help = "The game's own numbers, now.", LL_METRICS_FROM(VALUES)};
+
 static void describe(const ll_world *world, const ll_game_env *env, int player, double *values)
 {
     const cannon_tail *t = ll_world_tail_const(world);
     (void)env;
-    values[0] = t->turn == player;
-    values[1] = t->score[player].shots;
-    values[2] = t->score[player].hits;
-    values[3] = t->score[player].miss;
+    LL_GAME_TELL(values, VALUES);
 }
 
 static ll_game_scene scene(const ll_game_env *env, int players)
@@ -232,7 +238,7 @@ const ll_game ll_game_cannon = {
     .name = "cannon",
     .help = "Players fire a projectile in turn at a target.",
     .params = &ll_cannon_table,
-    .values = {"turn", "shots", "hits", "miss_m"},
+    .metrics = &ll_cannon_metrics,
     .extent = extent,
     .prepare = prepare,
     .init = init,

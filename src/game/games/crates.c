@@ -465,6 +465,16 @@ static ll_action drive(const ll_world *world, const ll_game_env *env, uint64_t s
 
 /* ---- reported values ---- */
 
+#define VALUES(X)                                                                                            \
+    X(number, pushed_m, "m", t->score[player].pushed, "the ways of crates while this player pressed them",   \
+      NULL)                                                                                                  \
+    X(count, pressing, NULL, t->score[player].pressing, "crates that it presses now", NULL)                  \
+    X(number, speed_mps, "m/s", ll_sqrt(own->vx * own->vx + own->vy * own->vy), "now", NULL)                 \
+    X(count, moving, NULL, moving, "crates that are not at rest", NULL)
+
+const ll_metric_table ll_crates_metrics = {LL_GAME_METRICS, .when = "In the crates.",
+                                           .help = "The game's own numbers, now.", LL_METRICS_FROM(VALUES)};
+
 static void describe(const ll_world *world, const ll_game_env *env, int player, double *values)
 {
     const crates_tail *t = ll_world_tail_const(world);
@@ -473,10 +483,7 @@ static void describe(const ll_world *world, const ll_game_env *env, int player, 
     (void)env;
     for (int i = world->players; i < world->entities; i++)
         moving += !at_rest(&world->entity[i]);
-    values[0] = t->score[player].pushed;
-    values[1] = (double)t->score[player].pressing;
-    values[2] = ll_sqrt(own->vx * own->vx + own->vy * own->vy);
-    values[3] = moving;
+    LL_GAME_TELL(values, VALUES);
 }
 
 static ll_game_scene scene(const ll_game_env *env, int players)
@@ -500,7 +507,7 @@ const ll_game ll_game_crates = {
     .name = "crates",
     .help = "Players push boxes, seen from above.",
     .params = &ll_crates_table,
-    .values = {"pushed_m", "pressing", "speed_mps", "moving"},
+    .metrics = &ll_crates_metrics,
     .extent = extent,
     .prepare = prepare,
     .init = init,

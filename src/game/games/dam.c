@@ -286,6 +286,15 @@ static ll_action drive(const ll_world *world, const ll_game_env *env, uint64_t s
 
 /* ---- reported values ---- */
 
+#define VALUES(X)                                                                                            \
+    X(number, front_m, "m", front, "of the water", NULL)                                                     \
+    X(number, top_m, "m", top, "of the water", NULL)                                                         \
+    X(number, water_speed_mps, "m/s", ll_sqrt(squares / count), "root mean square", NULL)                    \
+    X(number, speed_mps, "m/s", ll_sqrt(own->vx * own->vx + own->vy * own->vy), "of the paddle", NULL)
+
+const ll_metric_table ll_dam_metrics = {LL_GAME_METRICS, .when = "In the dam.",
+                                        .help = "The game's own numbers, now.", LL_METRICS_FROM(VALUES)};
+
 static void describe(const ll_world *world, const ll_game_env *env, int player, double *values)
 {
     const ll_entity *own = &world->entity[player];
@@ -298,10 +307,7 @@ static void describe(const ll_world *world, const ll_game_env *env, int player, 
         top = e->y > top ? e->y : top;
         squares += e->vx * e->vx + e->vy * e->vy;
     }
-    values[0] = front;
-    values[1] = top;
-    values[2] = ll_sqrt(squares / count);
-    values[3] = ll_sqrt(own->vx * own->vx + own->vy * own->vy);
+    LL_GAME_TELL(values, VALUES);
 }
 
 static ll_game_scene scene(const ll_game_env *env, int players)
@@ -326,7 +332,7 @@ const ll_game ll_game_dam = {
     .name = "dam",
     .help = "A column of water collapses in a tank, and players move paddles through it.",
     .params = &ll_dam_table,
-    .values = {"front_m", "top_m", "water_speed_mps", "speed_mps"},
+    .metrics = &ll_dam_metrics,
     .extent = extent,
     .prepare = prepare,
     .init = init,

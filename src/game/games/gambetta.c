@@ -106,10 +106,15 @@ static ll_action drive(const ll_world *world, const ll_game_env *env, uint64_t s
     return a;
 }
 
+#define VALUES(X) X(number, speed_mps, "m/s", world->entity[player].vx, "now", NULL)
+
+const ll_metric_table ll_gambetta_metrics = {LL_GAME_METRICS, .when = "In gambetta.",
+                                             .help = "The game's own numbers, now.", LL_METRICS_FROM(VALUES)};
+
 static void describe(const ll_world *world, const ll_game_env *env, int player, double *values)
 {
     (void)env;
-    values[0] = world->entity[player].vx;
+    LL_GAME_TELL(values, VALUES);
 }
 
 static ll_game_scene scene(const ll_game_env *env, int players)
@@ -122,7 +127,7 @@ const ll_game ll_game_gambetta = {
     .name = "gambetta",
     .help = "The live demo's rule: only inputs move an entity.",
     .params = &ll_gambetta_table,
-    .values = {"speed_mps"},
+    .metrics = &ll_gambetta_metrics,
     .extent = extent,
     .prepare = prepare,
     .init = init,

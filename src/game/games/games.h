@@ -23,6 +23,14 @@ extern const ll_param_table ll_sea_table;
 extern const ll_param_table ll_dam_table;
 extern const ll_param_table ll_stack_table;
 
+extern const ll_metric_table ll_race_metrics, ll_cannon_metrics, ll_gambetta_metrics, ll_shooter_metrics,
+    ll_crates_metrics, ll_sea_metrics, ll_dam_metrics, ll_stack_metrics;
+
+/* All of them, as a part of a list. */
+#define LL_GAME_METRIC_TABLES                                                                                \
+    &ll_race_metrics, &ll_cannon_metrics, &ll_gambetta_metrics, &ll_shooter_metrics, &ll_crates_metrics,     \
+        &ll_sea_metrics, &ll_dam_metrics, &ll_stack_metrics
+
 /* a * b + c on the machine that `env` stands for. Every integrator of a game uses it. */
 static inline double ll_mul_add(const ll_game_env *env, double a, double b, double c)
 {

@@ -300,6 +300,17 @@ static ll_action drive(const ll_world *world, const ll_game_env *env, uint64_t s
     return a;
 }
 
+#define VALUES(X)                                                                                            \
+    X(number, finish_s, "s", t->finish_s[player], "when it came to the finish; 0: not yet", NULL)            \
+    X(count, place, NULL, place, "its place now", NULL)                                                      \
+    X(count, laps, NULL,                                                                                     \
+      world->entity[player].x < 0 ? 0 : (double)(int64_t)(world->entity[player].x / p->lap),                 \
+      "that it has driven", NULL)                                                                            \
+    X(number, speed_mps, "m/s", world->entity[player].vx, "now", NULL)
+
+const ll_metric_table ll_race_metrics = {LL_GAME_METRICS, .when = "In the race.",
+                                         .help = "The game's own numbers, now.", LL_METRICS_FROM(VALUES)};
+
 static void describe(const ll_world *world, const ll_game_env *env, int player, double *values)
 {
     const race_tail *t = ll_world_tail_const(world);
@@ -312,10 +323,7 @@ static void describe(const ll_world *world, const ll_game_env *env, int player, 
             t->finish_s[i] == 0 && t->finish_s[player] == 0 && world->entity[i].x > world->entity[player].x;
         place += earlier || further;
     }
-    values[0] = t->finish_s[player];
-    values[1] = place;
-    values[2] = world->entity[player].x < 0 ? 0 : (double)(int64_t)(world->entity[player].x / p->lap);
-    values[3] = world->entity[player].vx;
+    LL_GAME_TELL(values, VALUES);
 }
 
 static ll_game_scene scene(const ll_game_env *env, int players)
@@ -334,7 +342,7 @@ const ll_game ll_game_race = {
     .name = "race",
     .help = "Cars with throttle and brake on a circular track; cars in one lane touch.",
     .params = &ll_race_table,
-    .values = {"finish_s", "place", "laps", "speed_mps"},
+    .metrics = &ll_race_metrics,
     .extent = extent,
     .prepare = prepare,
     .init = init,

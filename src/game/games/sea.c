@@ -253,16 +253,23 @@ static ll_action drive(const ll_world *world, const ll_game_env *env, uint64_t s
 
 /* ---- reported values ---- */
 
+#define VALUES(X)                                                                                            \
+    X(number, water_m, "m", at_place(&w, own->x, tail->time[player]).height,                                 \
+      "height of the water at the boat", NULL)                                                               \
+    X(number, heave_m, "m", own->y, "height of the boat", NULL)                                              \
+    X(number, pitch_rad, "rad", own->angle, "of the boat", NULL)                                             \
+    X(number, speed_mps, "m/s", own->vx, "of the boat", NULL)
+
+const ll_metric_table ll_sea_metrics = {LL_GAME_METRICS, .when = "In the sea.",
+                                        .help = "The game's own numbers, now.", LL_METRICS_FROM(VALUES)};
+
 static void describe(const ll_world *world, const ll_game_env *env, int player, double *values)
 {
     const sea_tail *tail = ll_world_tail_const(world);
     const ll_entity *own = &world->entity[player];
     water w;
     raise(&w, params_of(env));
-    values[0] = at_place(&w, own->x, tail->time[player]).height;
-    values[1] = own->y;
-    values[2] = own->angle;
-    values[3] = own->vx;
+    LL_GAME_TELL(values, VALUES);
 }
 
 static ll_game_scene scene(const ll_game_env *env, int players)
@@ -287,7 +294,7 @@ const ll_game ll_game_sea = {
     .name = "sea",
     .help = "Boats on a swell, seen from the side.",
     .params = &ll_sea_table,
-    .values = {"water_m", "heave_m", "pitch_rad", "speed_mps"},
+    .metrics = &ll_sea_metrics,
     .extent = extent,
     .prepare = prepare,
     .init = init,

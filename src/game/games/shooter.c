@@ -238,14 +238,20 @@ static const ll_weapon_state *arms(const ll_world *world, int player)
     return &t->arms[player];
 }
 
+#define VALUES(X)                                                                                            \
+    X(count, rifle_shots, NULL, a->shots[LL_RIFLE], "so far", NULL)                                          \
+    X(events, rifle_hits, NULL, a->hits[LL_RIFLE], "so far", NULL)                                           \
+    X(count, shell_shots, NULL, a->shots[LL_CANNON], "so far", NULL)                                         \
+    X(events, shell_hits, NULL, a->hits[LL_CANNON], "so far", NULL)
+
+const ll_metric_table ll_shooter_metrics = {LL_GAME_METRICS, .when = "In the shooter.",
+                                            .help = "The game's own numbers, now.", LL_METRICS_FROM(VALUES)};
+
 static void describe(const ll_world *world, const ll_game_env *env, int player, double *values)
 {
     const ll_weapon_state *a = arms(world, player);
     (void)env;
-    values[0] = a->shots[LL_RIFLE];
-    values[1] = a->hits[LL_RIFLE];
-    values[2] = a->shots[LL_CANNON];
-    values[3] = a->hits[LL_CANNON];
+    LL_GAME_TELL(values, VALUES);
 }
 
 static ll_game_scene scene(const ll_game_env *env, int players)
@@ -278,7 +284,7 @@ const ll_game ll_game_shooter = {
     .name = "shooter",
     .help = "Players on two towers shoot at flying targets and at each other, by rifle and by cannon.",
     .params = &ll_shooter_table,
-    .values = {"rifle_shots", "rifle_hits", "shell_shots", "shell_hits"},
+    .metrics = &ll_shooter_metrics,
     .extent = extent,
     .prepare = prepare,
     .init = init,

@@ -408,6 +408,15 @@ static ll_action drive(const ll_world *world, const ll_game_env *env, uint64_t s
 
 /* ---- reported values ---- */
 
+#define VALUES(X)                                                                                            \
+    X(number, top_m, "m", top, "of the bodies", NULL)                                                        \
+    X(number, mean_height_m, "m", sum / (world->entities - world->players), "of the bodies", NULL)           \
+    X(count, moving, NULL, moving, "bodies that are not at rest", NULL)                                      \
+    X(number, speed_mps, "m/s", ll_sqrt(own->vx * own->vx + own->vy * own->vy), "of the ball", NULL)
+
+const ll_metric_table ll_stack_metrics = {LL_GAME_METRICS, .when = "In the stack.",
+                                          .help = "The game's own numbers, now.", LL_METRICS_FROM(VALUES)};
+
 static void describe(const ll_world *world, const ll_game_env *env, int player, double *values)
 {
     const ll_entity *own = &world->entity[player];
@@ -419,10 +428,7 @@ static void describe(const ll_world *world, const ll_game_env *env, int player, 
         sum += e->y;
         moving += !at_rest(e);
     }
-    values[0] = top;
-    values[1] = sum / (world->entities - world->players);
-    values[2] = moving;
-    values[3] = ll_sqrt(own->vx * own->vx + own->vy * own->vy);
+    LL_GAME_TELL(values, VALUES);
 }
 
 static ll_game_scene scene(const ll_game_env *env, int players)
@@ -458,7 +464,7 @@ const ll_game ll_game_stack = {
     .name = "stack",
     .help = "Players drive balls into a structure that stands by friction, seen from the side.",
     .params = &ll_stack_table,
-    .values = {"top_m", "mean_height_m", "moving", "speed_mps"},
+    .metrics = &ll_stack_metrics,
     .extent = extent,
     .prepare = prepare,
     .init = init,

@@ -3,7 +3,7 @@
 #include <stdio.h>
 
 static const char *const distributions[] = {"uniform", "normal", "pareto", "paretonormal", NULL};
-static const char *const orders[] = {"free", "fifo", NULL};
+static const char *const orders[] = {"unordered", "fifo", NULL};
 static const char *const loss_models[] = {"random", "gemodel", "state", NULL};
 
 #define REAL(NAME)                                                                                           \

@@ -4,34 +4,9 @@
 
 #include "base/detmath.h"
 
-const ll_metric_row ll_metric_rows[LL_METRICS] = {
-    [LL_METRIC_INPUT_LATENCY] = {"input_latency_ms",
-                                 "time from a change of the controls to its first display on the own screen",
-                                 0.1},
-    [LL_METRIC_CONFIRMED_LATENCY] = {"confirmed_latency_ms",
-                                     "time until the own screen shows the change as the server applied it",
-                                     0.1},
-    [LL_METRIC_SEEN_LATENCY] = {"seen_latency_ms", "time until another player's screen shows the change",
-                                0.1},
-    [LL_METRIC_ACK_RTT] = {"ack_rtt_ms", "time until a client learns that its input was applied", 0.1},
-    [LL_METRIC_VIEW_AGE] = {"view_age_ms", "age of the others as drawn", 0.1},
-    [LL_METRIC_AGE_OF_INFORMATION] = {"age_of_information_ms",
-                                      "age of the newest snapshot that the client has applied", 0.1},
-    [LL_METRIC_OWN_TIMELINE_ERROR] = {"own_timeline_error_m",
-                                      "distance of the own entity as drawn from the truth of that tick",
-                                      0.001},
-    [LL_METRIC_OWN_LEAD] =
-        {"own_lead_m", "distance of the own entity as drawn from the server's present: a lead, not an error",
-         0.001},
-    [LL_METRIC_REMOTE_ERROR] = {"remote_error_m", "distance of the others as drawn from the server's present",
-                                0.001},
-    [LL_METRIC_TIMELINE_ERROR] = {"timeline_error_m",
-                                  "distance of the others as drawn from the truth of that time", 0.001},
-    [LL_METRIC_CORRECTION] = {"correction_m", "size of a correction of the own entity", 0.001},
-    [LL_METRIC_POP] = {"pop_m", "distance that corrections move what is drawn, per frame", 0.001},
-    [LL_METRIC_BUFFER] = {"buffer_ms", "newest snapshot's time less render time", 0.1},
-    [LL_METRIC_UNACKED] = {"unacked", "inputs that wait for an acknowledgement", 1},
-};
+#define ROW(id, type, name, unit, bucket, help, null) {#name, bucket},
+
+const ll_metric_row ll_metric_rows[LL_METRICS] = {LL_CLIENT_METRICS(ROW)};
 
 size_t ll_client_metrics_size(int entities)
 {

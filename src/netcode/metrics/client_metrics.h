@@ -21,26 +21,48 @@
 #include "netcode/metrics/twin.h"
 #include "netcode/protocol/wire.h"
 
-typedef enum ll_metric {
-    LL_METRIC_INPUT_LATENCY,     /* input latency: to the first own display with a change
-                                    (netcode/metrics/changes.h), ms */
-    LL_METRIC_CONFIRMED_LATENCY, /* confirmed latency: to the first own display with it confirmed, ms */
-    LL_METRIC_SEEN_LATENCY,      /* seen latency: to the first display of the change at another player, ms */
-    LL_METRIC_ACK_RTT,  /* acknowledgement time: from making an input until its client knows that it was
-                           applied, ms */
-    LL_METRIC_VIEW_AGE, /* view age: now - render time of the others, ms */
-    LL_METRIC_AGE_OF_INFORMATION, /* age of information: now - time of the newest applied snapshot, ms */
-    LL_METRIC_OWN_TIMELINE_ERROR, /* own timeline error: |own entity as drawn - truth at the drawn tick|, m */
-    LL_METRIC_OWN_LEAD,           /* own lead: |own entity as drawn - truth now|, m; not an error */
-    LL_METRIC_REMOTE_ERROR,       /* remote error: |others as drawn - truth now|, m */
-    LL_METRIC_TIMELINE_ERROR,     /* timeline error: |others as drawn - truth at the drawn time|, m */
-    LL_METRIC_CORRECTION, /* correction: |own entity before - after a server snapshot|, at the same tick, m;
-                             only those above 0 */
-    LL_METRIC_POP,        /* pop: per frame, largest distance by which corrections moved a drawn entity, m */
-    LL_METRIC_BUFFER,     /* buffer: time of the newest snapshot - render time, ms; 0 beyond the newest */
-    LL_METRIC_UNACKED,    /* unacknowledged inputs */
-    LL_METRICS,
-} ll_metric;
+/* The distributions, X(ID, type, name, unit, bucket, help, null): a row each. The type is that of
+ * record/metric.h, the bucket the width of the histogram's, in the unit. The latencies of changes
+ * (netcode/metrics/changes.h) stand first. */
+#define LL_CLIENT_METRICS(X)                                                                                 \
+    X(INPUT_LATENCY, latency, input_latency_ms, "ms", 0.1,                                                   \
+      "from making the first input with changed controls to the first display of the own screen that "       \
+      "shows it; infinite if it is not applied",                                                             \
+      "No change was decided; p50 also when more than half are infinite.")                                   \
+    X(CONFIRMED_LATENCY, latency, confirmed_latency_ms, "ms", 0.1,                                           \
+      "the same to the first display after a state of the step that applied it", "As input_latency_ms.")     \
+    X(SEEN_LATENCY, latency, seen_latency_ms, "ms", 0.1,                                                     \
+      "the same to the first display of each other player that shows it",                                    \
+      "As input_latency_ms; there is one player.")                                                           \
+    X(ACK_RTT, distribution, ack_rtt_ms, "ms", 0.1,                                                          \
+      "from making an input to the first state that says that it was applied", "None did.")                  \
+    X(VIEW_AGE, distribution, view_age_ms, "ms", 0.1,                                                        \
+      "age of the others as drawn: from the server time of what is drawn to now",                            \
+      "No display; no other entity.")                                                                        \
+    X(AGE_OF_INFORMATION, distribution, age_of_information_ms, "ms", 0.1,                                    \
+      "age of the newest state that the client has taken in", "No display.")                                 \
+    X(OWN_TIMELINE_ERROR, distribution, own_timeline_error_m, "m", 0.001,                                    \
+      "from the own entity as drawn to the truth at the tick that is drawn", "None was compared.")           \
+    X(OWN_LEAD, distribution, own_lead_m, "m", 0.001,                                                        \
+      "from the own entity as drawn to the truth now: how far ahead or behind, no error", "No display.")     \
+    X(REMOTE_ERROR, distribution, remote_error_m, "m", 0.001,                                                \
+      "from another entity as drawn to the truth now", "No display; no other entity.")                       \
+    X(TIMELINE_ERROR, distribution, timeline_error_m, "m", 0.001,                                            \
+      "from another entity as drawn to the truth at the time that is drawn", "None was compared.")           \
+    X(CORRECTION, distribution, correction_m, "m", 0.001,                                                    \
+      "how far a state, or a rollback, moved the own entity at the same tick; only those above 0",           \
+      "There was none.")                                                                                     \
+    X(POP, distribution, pop_m, "m", 0.001,                                                                  \
+      "how far corrections moved what is drawn in a frame, of the entity that was moved most", "No frame.")  \
+    X(BUFFER, distribution, buffer_ms, "ms", 0.1,                                                            \
+      "newest state less drawn time; 0 while it is extrapolated",                                            \
+      "Interpolation and extrapolation are off.")                                                            \
+    X(UNACKED, distribution, unacked, NULL, 1,                                                               \
+      "inputs that wait for an acknowledgement, as the client believes", "No frame.")
+
+#define LL_CLIENT_METRIC_ID(id, type, name, unit, bucket, help, null) LL_METRIC_##id,
+typedef enum ll_metric { LL_CLIENT_METRICS(LL_CLIENT_METRIC_ID) LL_METRICS } ll_metric;
+#undef LL_CLIENT_METRIC_ID
 
 _Static_assert(LL_METRIC_INPUT_LATENCY == (int)LL_LATENCY_FELT &&
                    LL_METRIC_SEEN_LATENCY == (int)LL_LATENCY_SEEN,
@@ -48,8 +70,7 @@ _Static_assert(LL_METRIC_INPUT_LATENCY == (int)LL_LATENCY_FELT &&
 
 typedef struct ll_metric_row {
     const char *name; /* with its unit */
-    const char *help;
-    double unit; /* of the histogram */
+    double unit;      /* of the histogram */
 } ll_metric_row;
 
 extern const ll_metric_row ll_metric_rows[LL_METRICS];

@@ -2,9 +2,6 @@
 
 const char *const ll_cause_names[LL_CAUSES] = {"refused", "late", "loss", "contact", "other"};
 
-const char *const ll_input_result_names[LL_INPUT_RESULT_KINDS] = {"open", "applied", "refused", "late",
-                                                                  "lost"};
-
 static void decide(ll_input_history *input_history, ll_input_history_entry *input,
                    ll_input_result_kind result)
 {

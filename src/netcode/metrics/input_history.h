@@ -25,13 +25,11 @@ typedef enum ll_input_result_kind {
     LL_INPUT_RESULT_KINDS,
 } ll_input_result_kind;
 
-extern const char *const ll_input_result_names[LL_INPUT_RESULT_KINDS];
-
-/* Known facts about one input on its way. */
+/* What is known of one input on its way. */
 typedef enum ll_input_history_flag {
     LL_INPUT_HISTORY_SENT = 1,        /* at least one packet that holds it was not lost */
-    LL_INPUT_HISTORY_IN_TIME = 2,     /* accepted for its step, or to be applied at the next update */
-    LL_INPUT_HISTORY_LATE = 4,        /* arrived after its step */
+    LL_INPUT_HISTORY_IN_TIME = 2,     /* taken for its step, or to be applied at the next update */
+    LL_INPUT_HISTORY_LATE = 4,        /* came after its step */
     LL_INPUT_HISTORY_REFUSED = 8,     /* against a rule */
     LL_INPUT_HISTORY_ON_ARRIVAL = 16, /* it has no step of its own */
 } ll_input_history_flag;

@@ -13,6 +13,7 @@
 #include "base/vtime.h"
 #include "game/core/game.h"
 #include "param/param.h"
+#include "record/metric.h"
 #include "record/row_set.h"
 
 struct cJSON;
@@ -131,9 +132,7 @@ typedef struct ll_sim_kind {
     /* Reasons, known in advance, why metrics of a run of this configuration will be null or meaningless: a
      * list of sentences. NULL: this kind knows none. */
     struct cJSON *(*notices)(const void *config);
-    /* Names of metrics that may be below 0 and are better the nearer they are to 0, NULL-terminated; NULL:
-     * none. Comparisons of metrics use their magnitude. */
-    const char *const *signed_metrics;
+    const ll_metric_table *const *metric_tables; /* of these metrics, NULL-terminated */
 
     /* Adds the profiler's cost of each part of `advance` to `cost`. NULL: the kind does not measure cost. */
     void (*costs)(const void *config, const ll_step_profiler *step_profiler, struct cJSON *cost);

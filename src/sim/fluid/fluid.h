@@ -86,7 +86,7 @@ int ll_fluid_sim_numbers(const ll_fluid_sim *s, ll_fluid_number *out);
 /* report.c and frame.c: reports and streamed rows of a block */
 struct cJSON *ll_fluid_sim_state(const void *block);
 struct cJSON *ll_fluid_sim_metrics(const void *block);
-extern const char *const ll_fluid_sim_signed_metrics[];
+extern const ll_metric_table *const ll_fluid_sim_metric_tables[];
 void ll_fluid_sim_costs(const void *config, const ll_step_profiler *step_profiler, struct cJSON *cost);
 struct cJSON *ll_fluid_sim_layout(const void *config);
 int ll_fluid_sim_trace_columns(const void *config, char (*names)[48], int capacity);

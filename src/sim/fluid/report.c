@@ -5,6 +5,9 @@
 #include <stdlib.h>
 
 #include "base/run_status.h"
+#include "fluid/grid/grid.h"
+#include "fluid/particle/particle.h"
+#include "fluid/scenes/scenes.h"
 #include "sim/fluid/fluid.h"
 #include "sim/core/scenario_rows.h"
 
@@ -13,19 +16,36 @@ static cJSON *number_json(double value)
     return value - value == 0 ? ll_param_number(value) : cJSON_CreateNull();
 }
 
-/* Null for a fluid that has failed. */
+/* ---- what it is, and its numbers ---- */
+
+#define HEADS(X)                                                                                             \
+    X(text, scene, NULL, scene->name, "the scene", NULL)                                                     \
+    X(text, method, NULL, scene->method->name, "grid, particles or ocean", NULL)                             \
+    X(text, status, NULL, ll_run_status_names[s->failed ? LL_RUN_DIVERGED : LL_RUN_OK],                      \
+      "ok, or diverged: a value was not finite, or it moved too far in a substep", NULL)                     \
+    X(text, reason, NULL, s->failed ? s->reason : NULL, "why it is not ok, and when", "It is ok: left out.") \
+    X(number, t_s, "s", ll_to_s(s->now), "virtual time that it stands at", NULL)
+
+#define NOTICES(X)                                                                                           \
+    X(notices, notices, NULL, , "why results differ from the open sea, the free stream or the equations",    \
+      NULL)
+
+static const ll_metric_table head_table = {
+    .path = "", .also = LL_FLUID_AGAIN, .help = "What it is.", LL_METRICS_FROM(HEADS)};
+static const ll_metric_table notice_table = {
+    .path = "", .also = LL_FLUID_AGAIN, .help = "What to know of it.", LL_METRICS_FROM(NOTICES)};
+
+const ll_metric_table *const ll_fluid_sim_metric_tables[] = {&head_table, LL_FLUID_METRIC_TABLES,
+                                                             &notice_table, NULL};
+
+/* Null of a fluid that has failed. */
 static cJSON *numbers_of(const void *block, int place)
 {
     const ll_fluid_sim *s = ll_fluid_sim_at(block, place);
     ll_fluid_number all[LL_FLUID_NUMBERS_MAX];
     const ll_fluid_scene *scene = ll_fluid_sim_scene(&s->setup);
     cJSON *o = cJSON_CreateObject();
-    cJSON_AddStringToObject(o, "scene", scene->name);
-    cJSON_AddStringToObject(o, "method", scene->method->name);
-    cJSON_AddStringToObject(o, "status", ll_run_status_names[s->failed ? LL_RUN_DIVERGED : LL_RUN_OK]);
-    if (s->failed)
-        cJSON_AddStringToObject(o, "reason", s->reason);
-    cJSON_AddItemToObject(o, "t_s", number_json(ll_to_s(s->now)));
+    LL_METRICS_PUT(o, &head_table, HEADS);
     int count = ll_fluid_sim_numbers(s, all);
     for (int i = 0; i < count; i++)
         cJSON_AddItemToObject(o, all[i].name, number_json(s->failed ? NAN : all[i].value));
@@ -43,17 +63,6 @@ cJSON *ll_fluid_sim_state(const void *block)
 }
 
 /* ---- metrics ---- */
-
-const char *const ll_fluid_sim_signed_metrics[] = {"decay_error",      "numerical_viscosity_m2ps",
-                                                   "front_error",      "mass_change",
-                                                   "momentum_x",       "momentum_y",
-                                                   "potential_energy", "dye_min",
-                                                   "height_m",         "height_min_m",
-                                                   "height_max_m",     "height_mean_m",
-                                                   "front_m",          "water_at_body_m",
-                                                   "body_x_m",         "body_y_m",
-                                                   "body_angle_rad",   "body_pitch_rad",
-                                                   "body_roll_rad",    NULL};
 
 static void add_profiles(cJSON *metrics, const ll_fluid_sim *s)
 {

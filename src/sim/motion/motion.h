@@ -154,11 +154,14 @@ void ll_motion_measure_step(ll_motion *m, int i, const ll_ode *ode, ll_pace *pac
 /* After the whole run of method `i`: marks it as failed if its steps do not resolve a stiff problem. */
 void ll_motion_judge(ll_motion *m, int i, const ll_ode *ode);
 
+/* ---- metrics.c: measurements of a block ---- */
+extern const ll_metric_table *const ll_motion_metric_tables[];
+ll_run_status ll_motion_status(const ll_motion *m, int i); /* of a method */
+struct cJSON *ll_motion_metrics(const void *block);
+void ll_motion_time_parts(const void *config, struct cJSON *metrics, int64_t (*now_ns)(void));
+
 /* ---- report.c: reports of a block ---- */
 struct cJSON *ll_motion_state(const void *block);
-struct cJSON *ll_motion_metrics(const void *block);
-extern const char *const ll_motion_signed_metrics[];
-void ll_motion_time_parts(const void *config, struct cJSON *metrics, int64_t (*now_ns)(void));
 ll_status ll_motion_text(const void *config, void (*write)(void *context, const char *text, size_t length),
                          void *context);
 struct cJSON *ll_motion_layout(const void *config);

@@ -1,4 +1,4 @@
-/* Reports and streamed rows of a motion: state, metrics, layout, trace and sections. */
+/* Reports and streamed rows of a motion: state, the paper's text, layout, trace and sections. */
 #include <cjson/cJSON.h>
 #include <math.h>
 #include <stdio.h>
@@ -31,13 +31,6 @@ static cJSON *vector_json(const double *y, int dim)
     return array;
 }
 
-/* ---- status of a method ---- */
-
-static ll_run_status status_of(const ll_motion *m, int i)
-{
-    return m->config.methods[i].shown ? ll_ode_run_status(ll_motion_run(m, i)) : LL_RUN_OFF;
-}
-
 /* ---- state ---- */
 
 cJSON *ll_motion_state(const void *block)
@@ -49,206 +42,12 @@ cJSON *ll_motion_state(const void *block)
     for (int i = 0; i < m->config.method_count; i++) {
         cJSON *o = cJSON_CreateObject();
         cJSON_AddStringToObject(o, "method", ll_motion_method_of(&m->config, i)->name);
-        cJSON_AddStringToObject(o, "status", ll_run_status_names[status_of(m, i)]);
+        cJSON_AddStringToObject(o, "status", ll_run_status_names[ll_motion_status(m, i)]);
         number(o, "t_s", ll_motion_time(m, i));
         cJSON_AddItemToObject(o, "state", vector_json(ll_ode_y(ll_motion_run(m, i)), m->dim));
         cJSON_AddItemToArray(methods, o);
     }
     return state;
-}
-
-/* ---- metrics ---- */
-
-const char *const ll_motion_signed_metrics[] = {"energy_drift_final", "energy_drift_per_s", "clock_error_s",
-                                                "t_s", NULL};
-
-/* An error not above the uncertainty of the solution is unknown. */
-static double above(double error, double uncertainty)
-{
-    return uncertainty == 0 || error > uncertainty ? error : NAN;
-}
-
-/* The Euclidean errors and the weighted ones. */
-static void errors(cJSON *o, const ll_motion *m, int i, double known)
-{
-    static const struct {
-        const char *name;
-        int row;
-    } weighted[] = {{"e_final_weighted", LL_ODE_LAST},
-                    {"e_max_weighted", LL_ODE_MOST},
-                    {"e_l2_weighted", LL_ODE_SQUARES}};
-    const ll_ode_measure *r = &m->measure[i], *d = &m->uncertainty.by;
-    const double *each = ll_motion_vector(m, m->at[i].each),
-                 *doubts = ll_motion_vector(m, m->uncertainty_each);
-    double last = m->uncertainty.parted ? NAN : known;
-    ll_motion_config copy = m->config;
-    ll_ode ode = ll_motion_system(&copy);
-    number(o, "e_final", last * above(r->error, d->error));
-    number(o, "e_max", known * above(r->error_max, d->error_max));
-    number(o, "e_l2", known * above(ll_ode_measure_rms(r), ll_ode_measure_rms(d)));
-    for (int k = 0; k < 3; k++)
-        number(o, weighted[k].name,
-               (weighted[k].row == LL_ODE_LAST ? last : known) *
-                   above(ll_ode_measure_weighted(r, each, &ode, weighted[k].row),
-                         ll_ode_measure_weighted(d, doubts, &ode, weighted[k].row)));
-}
-
-/* Null if it has failed or was not run: earlier measures do not describe the whole run. */
-static void measures(cJSON *o, const ll_motion *m, int i, ll_run_status status)
-{
-    const ll_ode_measure *r = &m->measure[i];
-    double known = status == LL_RUN_OK ? 1 : NAN;
-    errors(o, m, i, known);
-    if (!ll_motion_problem(&m->config)->energy)
-        return;
-    number(o, "energy_drift_final", known * ll_ode_measure_relative(r, r->drift));
-    number(o, "energy_drift_max", known * ll_ode_measure_relative(r, r->drift_max));
-    number(o, "energy_drift_per_s", known * ll_ode_measure_slope(r));
-}
-
-/* Of both directions; after a failure, the counts until then. */
-static void counters(cJSON *o, const ll_motion *m, int i, ll_run_status status)
-{
-    const ll_ode_counters *c = &ll_motion_run(m, i)->counters, *before = &m->drive[i].before;
-    const struct {
-        const char *name;
-        int64_t count;
-    } all[] = {{"evaluations", before->evaluations + c->evaluations},
-               {"steps", before->steps + c->steps},
-               {"rejected", before->rejected + c->rejected},
-               {"jacobians", before->jacobians + c->jacobians},
-               {"factorisations", before->factorisations + c->factorisations},
-               {"events", before->events + c->events}};
-    for (size_t k = 0; k < sizeof all / sizeof all[0]; k++)
-        number(o, all[k].name, status == LL_RUN_OFF ? NAN : (double)all[k].count);
-}
-
-/* Effects of its time stepping. */
-static void drive(cJSON *o, const ll_motion *m, int i)
-{
-    const ll_motion_method *method = &m->config.methods[i];
-    if (method->steps != LL_MOTION_FIXED) {
-        cJSON_AddStringToObject(o, "steps_by", ll_motion_step_names[method->steps]);
-        number(o, "frames", (double)m->drive[i].frames);
-    }
-    if (method->clock != LL_MOTION_EXACT)
-        number(o, "clock_error_s", ll_motion_clock_error(m, i));
-    if (method->origin_offset_m > 0)
-        number(o, "ulp_m", (double)ll_single_spacing((float)method->origin_offset_m));
-}
-
-/* Why it is not ok, and when it failed. */
-static void failure(cJSON *o, const ll_ode_run *run, ll_run_status status)
-{
-    char reason[160] = "It was not run: shown is off.";
-    if (status == LL_RUN_OK)
-        return;
-    if (status != LL_RUN_OFF)
-        ll_ode_reason_text(run, reason, sizeof reason);
-    cJSON_AddStringToObject(o, "reason", reason);
-    if (status != LL_RUN_OFF)
-        number(o, "diverged_t_s", run->failed_t);
-}
-
-static cJSON *method_metrics(const ll_motion *m, int i)
-{
-    const ll_ode_method *method = ll_motion_method_of(&m->config, i);
-    const ll_ode_run *run = ll_motion_run(m, i);
-    cJSON *o = cJSON_CreateObject();
-    ll_run_status status = status_of(m, i);
-    cJSON_AddStringToObject(o, "method", method->name);
-    if (method->adaptive)
-        number(o, "tolerance", m->config.methods[i].tolerance);
-    else
-        number(o, "dt_s", m->config.methods[i].dt_s);
-    cJSON_AddStringToObject(o, "status", ll_run_status_names[status]);
-    failure(o, run, status);
-    number(o, "t_s", status == LL_RUN_OFF ? NAN : ll_motion_time(m, i));
-    cJSON_AddItemToObject(o, "state", vector_json(status == LL_RUN_OK ? ll_ode_y(run) : NULL, m->dim));
-    cJSON_AddItemToObject(o, "solution", vector_json(ll_motion_vector(m, m->at[i].wanted), m->dim));
-    measures(o, m, i, status);
-    drive(o, m, i);
-    counters(o, m, i, status);
-    return o;
-}
-
-/* Why errors are null after a run without failure. */
-static void add_notices(cJSON *metrics, const ll_motion *m)
-{
-    cJSON *notices = cJSON_AddArrayToObject(metrics, "notices");
-    char text[240];
-    if (m->uncertainty.parted) {
-        snprintf(text, sizeof text,
-                 "The solution is known until predictable_until_s, %.6g s, only: e_final is null, e_max and "
-                 "e_l2 are of the time before.",
-                 m->uncertainty.predictable_s);
-        cJSON_AddItemToArray(notices, cJSON_CreateString(text));
-    }
-    for (int i = 0; i < m->config.method_count; i++) {
-        if (status_of(m, i) != LL_RUN_OK ||
-            !isnan(above(m->measure[i].error_max, m->uncertainty.by.error_max)))
-            continue;
-        snprintf(text, sizeof text,
-                 "methods.%d, %s, is nearer to the solution than its uncertainty, solution_uncertainty_max = "
-                 "%.3g: such errors are null.",
-                 i, ll_motion_method_of(&m->config, i)->name, m->uncertainty.by.error_max);
-        cJSON_AddItemToArray(notices, cJSON_CreateString(text));
-    }
-}
-
-cJSON *ll_motion_metrics(const void *block)
-{
-    const ll_motion *m = block;
-    const ll_ode_problem *problem = ll_motion_problem(&m->config);
-    cJSON *metrics = cJSON_CreateObject();
-    cJSON_AddStringToObject(metrics, "problem", problem->name);
-    cJSON_AddStringToObject(metrics, "solution_by", m->formula ? "formula" : "integration");
-    number(metrics, "solution_uncertainty_max", m->uncertainty.by.error_max);
-    number(metrics, "predictable_until_s", m->uncertainty.parted ? m->uncertainty.predictable_s : NAN);
-    cJSON *methods = cJSON_AddArrayToObject(metrics, "methods");
-    for (int i = 0; i < m->config.method_count; i++)
-        cJSON_AddItemToArray(methods, method_metrics(m, i));
-    add_notices(metrics, m);
-    return metrics;
-}
-
-/* ---- cost ---- */
-
-enum { REPEATS = 5 };
-
-/* The minimum of several runs: the rest is not the method's cost. 0: out of memory. */
-static double cost_of(ll_motion_config *c, int i, int64_t (*now_ns)(void))
-{
-    const ll_ode_method *method = ll_motion_method_of(c, i);
-    ll_ode ode = ll_motion_system(c);
-    ll_ode_control control = ll_motion_control(c, i);
-    ll_ode_run *run = malloc(ll_ode_run_size(method, &ode));
-    double y0[LL_ODE_DIM_MAX];
-    int64_t least = INT64_MAX;
-    ll_motion_problem(c)->start(c->params, y0);
-    for (int n = 0; run && n < REPEATS; n++) {
-        int64_t from = now_ns();
-        ll_ode_start(run, method, &ode, &control, y0);
-        ll_ode_advance(run, method, &ode, control.t_end);
-        int64_t took = now_ns() - from;
-        least = took < least ? took : least;
-    }
-    free(run);
-    return run ? (double)least / control.t_end : 0;
-}
-
-void ll_motion_time_parts(const void *config, cJSON *metrics, int64_t (*now_ns)(void))
-{
-    ll_motion_config c = *(const ll_motion_config *)config;
-    cJSON *methods = cJSON_GetObjectItemCaseSensitive(metrics, "methods");
-    for (int i = 0; i < c.method_count; i++) {
-        cJSON *o = cJSON_GetArrayItem(methods, i);
-        const cJSON *status = cJSON_GetObjectItemCaseSensitive(o, "status");
-        if (c.methods[i].shown)
-            number(o, "ns_per_sim_s",
-                   strcmp(status->valuestring, ll_run_status_names[LL_RUN_OK]) == 0 ? cost_of(&c, i, now_ns)
-                                                                                    : NAN);
-    }
 }
 
 /* ---- the paper's text ---- */
@@ -417,7 +216,7 @@ static motion_row row_of(const ll_motion *m, int i)
     const ll_ode_measure *r = &m->measure[i];
     ll_motion_config copy = m->config;
     ll_ode ode = ll_motion_system(&copy);
-    return (motion_row){.status = (uint8_t)status_of(m, i),
+    return (motion_row){.status = (uint8_t)ll_motion_status(m, i),
                         .t_s = ll_motion_time(m, i),
                         .error = r->error,
                         .error_max = r->error_max,

@@ -17,20 +17,32 @@ static double clock_error_ms(const ll_netgame *g, int player)
     return ll_to_ms(clock->offset + ll_client_local(&s, g->now) - g->now);
 }
 
+#define CONNECTION(X)                                                                                        \
+    X(text, state, NULL, ll_connection_state_names[n->state], "as the client has it", NULL)                  \
+    X(flag, connected, NULL, client_slot->connected, "by the server", NULL)                                  \
+    X(count, joins, NULL, n->joins, "of the client", NULL)                                                   \
+    X(events, time_outs, NULL, n->time_outs, "of the client", NULL)                                          \
+    X(events, drops, NULL, client_slot->drops, "by the server", NULL)                                        \
+    X(by_name, seconds, "s",                                                                                 \
+      ((ll_metric_reading){                                                                                  \
+          .number = LL_CONNECTION_STATES, .numbers = seconds, .names = ll_connection_state_names}),          \
+      "in each state", NULL)                                                                                 \
+    X(number, round_trip_ms, "ms", ll_to_ms(ll_clock_sync_round_trip(&n->clock)),                            \
+      "the longest of the last eight pings", NULL)                                                           \
+    X(number, clock_error_ms, "ms", clock_error_ms(g, player),                                               \
+      "the server's clock as the client knows it less what it is", NULL)                                     \
+    X(events, clock_snaps, NULL, n->clock.snaps, "times that the clock jumped", NULL)
+
+const ll_metric_table ll_netgame_connection_table = {LL_OF_PLAYERS(".connection"),
+                                                     .help = "The player's connection, the lobby included.",
+                                                     LL_METRICS_FROM(CONNECTION)};
+
 void ll_netgame_connection_metrics(const ll_netgame *g, int player, cJSON *metrics)
 {
     const ll_connection *n = &ll_netgame_client(g, player)->connection;
     const ll_client_slot *client_slot = &ll_netgame_server(g)->client_slots[player];
-    cJSON *o = cJSON_AddObjectToObject(metrics, "connection");
-    cJSON_AddStringToObject(o, "state", ll_connection_state_names[n->state]);
-    cJSON_AddBoolToObject(o, "connected", client_slot->connected);
-    ll_netgame_number(o, "joins", (double)n->joins);
-    ll_netgame_number(o, "time_outs", (double)n->time_outs);
-    ll_netgame_number(o, "drops", (double)client_slot->drops);
-    cJSON *seconds = cJSON_AddObjectToObject(o, "seconds");
+    double seconds[LL_CONNECTION_STATES];
     for (int state = 0; state < LL_CONNECTION_STATES; state++)
-        ll_netgame_number(seconds, ll_connection_state_names[state], in_state_s(g, n, state));
-    ll_netgame_number(o, "round_trip_ms", ll_to_ms(ll_clock_sync_round_trip(&n->clock)));
-    ll_netgame_number(o, "clock_error_ms", clock_error_ms(g, player));
-    ll_netgame_number(o, "clock_snaps", (double)n->clock.snaps);
+        seconds[state] = in_state_s(g, n, state);
+    LL_METRICS_PUT(cJSON_AddObjectToObject(metrics, "connection"), &ll_netgame_connection_table, CONNECTION);
 }

@@ -59,16 +59,30 @@ static void add(sums *s, double x, double y)
     s->dx_dy += dx * dy;
 }
 
+#define FAIRNESS(X)                                                                                          \
+    X(number, spread, NULL, several ? s->max - s->min : NAN, "largest less least, in the measure's unit",    \
+      "Fewer than two players have the measure.")                                                            \
+    X(number, jain, NULL, several ? jain : NAN,                                                              \
+      "Jain's index: 1 when all are served alike, or all have 0; 1/n when one has it all",                   \
+      "Fewer than two players have the measure.")                                                            \
+    X(number, per_ms_of_round_trip, "1/ms",                                                                  \
+      several &&spread > least ? (s->n * s->dx_dy - s->dx * s->dy) / spread : NAN,                           \
+      "what a millisecond of one's own round trip costs, by least squares; the round trip is the mean "      \
+      "delay of link_up plus that of link_down",                                                             \
+      "Fewer than two players have the measure, or all round trips are alike.")
+
+const ll_metric_table ll_netgame_fairness_table = {
+    LL_OF_RUN("server.fairness.*"),
+    .help = "how evenly the players are served by a measure; hit_ratio in a game with weapons.",
+    LL_METRICS_FROM(FAIRNESS)};
+
 static cJSON *fairness_json(const sums *s)
 {
     cJSON *o = cJSON_CreateObject();
     bool several = s->n > 1;
     double spread = s->n * s->dy2 - s->dy * s->dy, least = 1e-9 * s->n * s->y2; /* rounding error */
     double jain = s->x2 > 0 ? s->x * s->x / (s->n * s->x2) : 1;
-    ll_netgame_number(o, "spread", several ? s->max - s->min : NAN);
-    ll_netgame_number(o, "jain", several ? jain : NAN);
-    ll_netgame_number(o, "per_ms_of_round_trip",
-                      several && spread > least ? (s->n * s->dx_dy - s->dx * s->dy) / spread : NAN);
+    LL_METRICS_PUT(o, &ll_netgame_fairness_table, FAIRNESS);
     return o;
 }
 

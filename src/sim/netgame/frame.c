@@ -201,7 +201,7 @@ static void fill_game(const ll_netgame *g, ll_row_set *rows)
         game_value all[LL_GAME_VALUES];
         int n = 0;
         game->describe(ll_server_world_const(ll_netgame_server(g)), &g->env, p, values);
-        for (; game->values[n]; n++)
+        for (; n < game->metrics->count; n++)
             all[n] = (game_value){(uint8_t)p, (uint8_t)n, values[n]};
         ll_row_set_put(rows, &game_record, all, n);
     }

@@ -596,6 +596,7 @@ const ll_sim_kind ll_sim_netgame = {
     .hash = hash,
     .state = ll_netgame_state,
     .metrics = ll_netgame_metrics,
+    .metric_tables = ll_netgame_metric_tables,
     .notices = ll_netgame_notices,
     .layout = ll_netgame_layout,
     .records = ll_netgame_records,

@@ -113,23 +113,33 @@ static inline bool ll_netgame_stalled(const ll_netgame *g, int i)
 
 /* report.c: reports of a block */
 struct cJSON *ll_netgame_state(const void *block);
-struct cJSON *ll_netgame_metrics(const void *block);
 struct cJSON *ll_netgame_layout(const void *config);
 /* notices.c: sentences that explain why metrics are null: reasons in the configuration, for any run of it;
  * and, added to the `metrics` of a block as `notices`, also events that have not happened in it so far */
 struct cJSON *ll_netgame_notices(const void *config);
 void ll_netgame_add_notices(const ll_netgame *game, struct cJSON *metrics);
-void ll_netgame_distribution(struct cJSON *object, const char *name, ll_summary summary);
 int ll_netgame_trace_columns(const void *config, char (*names)[48], int capacity);
 int ll_netgame_trace_row(const void *block, double *values, int capacity);
 
-/* A number; null for NaN and infinity. */
+/* numbers.c: a number; null for what is none */
 void ll_netgame_number(struct cJSON *object, const char *name, double value);
-double ll_netgame_ratio(double part, double whole); /* NaN when `whole` is 0 */
+double ll_netgame_ratio(double part, double whole);                             /* NaN when `whole` is 0 */
+double ll_netgame_measured_s(const ll_netgame *g, const ll_client_metrics *in); /* that rates count */
 
-/* A gauge as mean, min, max and count, multiplied by `scale`. */
-void ll_netgame_running_stats(struct cJSON *object, const char *name, const ll_running_stats *gauge,
-                              double scale);
+/* Readings of a distribution; of a latency, of which `lost` changes never came about; and of a gauge, `scale`
+ * times as large. */
+ll_metric_reading ll_netgame_distribution(ll_summary summary);
+ll_metric_reading ll_netgame_latency(ll_summary summary, int64_t lost);
+ll_metric_reading ll_netgame_gauge(const ll_running_stats *gauge, double scale);
+
+/* Of a table of metrics: where its object stands. */
+#define LL_OF_RUN(path_) .path = path_, .short_numbers = true
+#define LL_OF_PLAYERS(path_) LL_OF_RUN("players.*" path_)
+
+/* metrics.c, and the files of what is measured: tables of metrics, NULL-terminated, and adding a player's to
+ * its object */
+extern const ll_metric_table *const ll_netgame_metric_tables[];
+struct cJSON *ll_netgame_metrics(const void *block);
 
 /* playout.c: the players' de-jitter buffers. Holds back a received packet; false: it goes to the client at
  * once. Plays out the next due packet and returns its size. */
@@ -139,31 +149,59 @@ int ll_netgame_play_out(ll_netgame *game, int player, void *packet, int capacity
 /* views.c: inconsistency, smoothness and buffers of a player's view, added to its metrics; its buffers,
  * streamed */
 void ll_netgame_view_metrics(const ll_netgame *game, int player, struct cJSON *object);
+extern const ll_metric_table ll_netgame_smoothness_table, ll_netgame_animation_table,
+    ll_netgame_interpolation_table, ll_netgame_dejitter_table, ll_netgame_excursion_table;
+#define LL_NETGAME_VIEW_TABLES                                                                               \
+    &ll_netgame_smoothness_table, &ll_netgame_animation_table, &ll_netgame_interpolation_table,              \
+        &ll_netgame_dejitter_table, &ll_netgame_excursion_table
+
 extern const ll_record ll_netgame_buffer_record, ll_netgame_buffered_record;
 void ll_netgame_fill_buffers(const ll_netgame *game, ll_row_set *rows);
 void ll_netgame_fill_buffered(const ll_netgame *game, ll_row_set *rows);
 
 /* inputs.c: adds the results of its inputs to the metrics of `player` */
 void ll_netgame_inputs_metrics(const ll_netgame *g, int player, struct cJSON *metrics);
+extern const ll_metric_table ll_netgame_verdict_table, ll_netgame_timed_table, ll_netgame_cause_table,
+    ll_netgame_replay_table, ll_netgame_validation_table, ll_netgame_ack_table;
+#define LL_NETGAME_INPUT_TABLES                                                                              \
+    &ll_netgame_verdict_table, &ll_netgame_timed_table, &ll_netgame_cause_table, &ll_netgame_replay_table,   \
+        &ll_netgame_validation_table, &ll_netgame_ack_table
+
+/* traffic.c: adds what the player sent and was sent, and what its links did */
+void ll_netgame_traffic_metrics(const ll_netgame *g, int player, struct cJSON *metrics);
+extern const ll_metric_table ll_netgame_message_table, ll_netgame_bandwidth_table, ll_netgame_snapshot_table,
+    ll_netgame_up_table, ll_netgame_down_table;
 
 /* connection.c: adds the state of its connection to the metrics of `player` */
 void ll_netgame_connection_metrics(const ll_netgame *g, int player, struct cJSON *metrics);
+extern const ll_metric_table ll_netgame_connection_table;
 
 /* input_history.c: the last inputs of the players, streamed */
 extern const ll_record ll_netgame_input_history_record;
 void ll_netgame_fill_input_history(const ll_netgame *game, ll_row_set *rows);
 
+/* fairness.c: fairness between the `players`, added to the metrics of the server */
+extern const ll_metric_table ll_netgame_fairness_table;
 void ll_netgame_add_fairness(const ll_netgame *g, struct cJSON *server, const struct cJSON *players);
 
 /* peers.c: of the peer-to-peer syncs */
 void ll_netgame_peer_metrics(struct cJSON *player, const ll_netgame *g, int i);
-void ll_netgame_slowest(struct cJSON *server, const ll_netgame *g);
+/* Whom the server or the clients waited for longest, -1: no player, and how long. */
+int ll_netgame_slowest(const ll_netgame *g, double *waited_s);
+extern const ll_metric_table ll_netgame_desync_table, ll_netgame_stall_table, ll_netgame_rollback_table,
+    ll_netgame_sync_test_table;
+#define LL_NETGAME_PEER_TABLES                                                                               \
+    &ll_netgame_stall_table, &ll_netgame_rollback_table, &ll_netgame_sync_test_table, &ll_netgame_desync_table
 extern const ll_record ll_netgame_peer_record;
 void ll_netgame_fill_peers(const ll_netgame *game, ll_row_set *rows);
 
 /* shots.c: shot statistics of `player`, the last shots and the projectiles; nothing in a game without
  * weapons */
 void ll_netgame_shots_metrics(const ll_netgame *g, int player, struct cJSON *metrics);
+extern const ll_metric_table ll_netgame_tally_table, ll_netgame_projectile_table, ll_netgame_shot_table,
+    ll_netgame_peek_table;
+#define LL_NETGAME_SHOT_TABLES                                                                               \
+    &ll_netgame_tally_table, &ll_netgame_projectile_table, &ll_netgame_shot_table, &ll_netgame_peek_table
 extern const ll_record ll_netgame_shot_record, ll_netgame_shot_body_record, ll_netgame_shell_record;
 void ll_netgame_fill_shots(const ll_netgame *game, ll_row_set *rows);
 void ll_netgame_fill_shells(const ll_netgame *game, ll_row_set *rows);

@@ -17,14 +17,25 @@ double ll_netgame_ratio(double part, double whole)
     return whole != 0 ? part / whole : NAN;
 }
 
-void ll_netgame_distribution(cJSON *object, const char *name, ll_summary s)
+double ll_netgame_measured_s(const ll_netgame *g, const ll_client_metrics *in)
 {
-    cJSON *o = cJSON_AddObjectToObject(object, name);
-    ll_netgame_number(o, "mean", s.mean);
-    ll_netgame_number(o, "rms", s.rms);
-    ll_netgame_number(o, "p50", s.p50);
-    ll_netgame_number(o, "p95", s.p95);
-    ll_netgame_number(o, "p99", s.p99);
-    ll_netgame_number(o, "max", s.max);
-    ll_netgame_number(o, "count", (double)s.count);
+    return g->now > in->from ? ll_to_s(g->now - in->from) : 0;
+}
+
+ll_metric_reading ll_netgame_latency(ll_summary s, int64_t lost)
+{
+    return (ll_metric_reading){.parts = {s.mean, s.rms, s.p50, s.p95, s.p99, s.max, (double)s.count,
+                                         ll_netgame_ratio((double)lost, (double)s.count)}};
+}
+
+ll_metric_reading ll_netgame_distribution(ll_summary summary)
+{
+    return ll_netgame_latency(summary, 0);
+}
+
+ll_metric_reading ll_netgame_gauge(const ll_running_stats *g, double scale)
+{
+    return (ll_metric_reading){.parts = {scale * ll_netgame_ratio(g->sum, (double)g->count),
+                                         g->count > 0 ? scale * g->min : NAN,
+                                         g->count > 0 ? scale * g->max : NAN, (double)g->count}};
 }

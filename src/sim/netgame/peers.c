@@ -5,11 +5,6 @@
 
 #include "sim/netgame/netgame.h"
 
-static void number(cJSON *object, const char *name, double value)
-{
-    ll_netgame_number(object, name, value);
-}
-
 static double per_s(const ll_netgame *g, int i, double count)
 {
     double seconds = ll_to_s(g->now - ll_netgame_client_metrics(g, i)->from);
@@ -26,45 +21,77 @@ static double waited_s(const ll_netgame *g, int i, int for_player)
     return (double)waited_frames(g, i, for_player) * g->env.dt;
 }
 
-static void desync(cJSON *player, const ll_netgame *g, int i)
-{
-    const ll_desync *d = ll_netgame_desync(g, i);
-    cJSON *o = cJSON_AddObjectToObject(player, "desync");
-    number(o, "tick", (double)d->tick);
-    number(o, "reported_tick", (double)ll_netgame_server(g)->client_slots[i].peer.desync);
-    number(o, "entity", d->entity);
-    cJSON_AddStringToObject(o, "field", d->tick < 0 ? "" : ll_field_names[d->field]);
-    number(o, "ulps", d->ulps);
-    number(o, "ulps_1s", d->ulps_1s);
-    number(o, "ulps_10s", d->ulps_10s);
-    number(o, "ulps_max", d->ulps_max);
-    number(o, "error_m", d->error);
-    number(o, "error_max_m", d->error_max);
-}
+#define DESYNC(X)                                                                                            \
+    X(count, tick, NULL, d->tick,                                                                            \
+      "the first confirmed tick whose world differs from the server's; -1: none", NULL)                      \
+    X(count, reported_tick, NULL, ll_netgame_server(g)->client_slots[i].peer.desync,                         \
+      "the same as the server finds it by hashes", NULL)                                                     \
+    X(count, entity, NULL, d->entity, "the first that differs in it; -1: only the game's own part does",     \
+      NULL)                                                                                                  \
+    X(text, field, NULL, d->tick < 0 ? "" : ll_field_names[d->field], "field of it that differs", NULL)      \
+    X(number, ulps, "ulps", d->ulps, "distance of that field then, in steps between neighbouring doubles",   \
+      "It is not finite.")                                                                                   \
+    X(number, ulps_1s, "ulps", d->ulps_1s, "a second later", "It is not finite.")                            \
+    X(number, ulps_10s, "ulps", d->ulps_10s, "ten seconds later", "It is not finite.")                       \
+    X(number, ulps_max, "ulps", d->ulps_max, "the most", "It is not finite.")                                \
+    X(number, error_m, "m", d->error, "of the entity that is furthest off, now", "It is not finite.")        \
+    X(number, error_max_m, "m", d->error_max, "the most", "It is not finite.")
+
+#define STALLS(X)                                                                                            \
+    X(count, count, NULL, n->stalls, "a stall counts by its first frame", NULL)                              \
+    X(number, stalled_s, "s", (double)n->stalled_frames * g->env.dt,                                         \
+      "frames that wait for inputs of others; each counts 1 / tick_hz", NULL)                                \
+    X(number, time_sync_wait_s, "s", (double)n->time_sync_frames * g->env.dt,                                \
+      "frames left out so that others come after, or held", NULL)                                            \
+    X(numbers, waited_s, "s", ll_metric_numbers(waited, g->config.player_count),                             \
+      "by player that was waited for; several may be at once", NULL)
+
+#define ROLLBACK(X)                                                                                          \
+    X(count, count, NULL, n->rollbacks, "of them", NULL)                                                     \
+    X(number, count_per_s, "1/s", per_s(g, i, (double)n->rollbacks), "of them", "It is before warmup_s.")    \
+    X(count, ticks, NULL, n->rollback_ticks, "that were made again", NULL)                                   \
+    X(number, ticks_per_s, "1/s", per_s(g, i, (double)n->rollback_ticks), "that were made again",            \
+      "It is before warmup_s.")                                                                              \
+    X(count, ticks_max, NULL, n->rollback_ticks_max, "at once", NULL)
+
+#define SYNC_TEST(X)                                                                                         \
+    X(count, count, NULL, n->sync_tests, "of them", NULL)                                                    \
+    X(events, mismatches, NULL, n->sync_test_mismatches, "of these", NULL)
+
+const ll_metric_table ll_netgame_desync_table = {
+    LL_OF_PLAYERS(".desync"),
+    .help = "desynchronisation, since the last resync. Of a client with a world of its own "
+            "(deterministic, rollback); else zeros.",
+    LL_METRICS_FROM(DESYNC)};
+
+const ll_metric_table ll_netgame_stall_table = {LL_OF_PLAYERS(".stalls"),
+                                                .help = "stalls, from warmup_s on. Of a client with a world "
+                                                        "of its own (deterministic, rollback); else zeros.",
+                                                LL_METRICS_FROM(STALLS)};
+
+const ll_metric_table ll_netgame_rollback_table = {
+    LL_OF_PLAYERS(".rollback"),
+    .help = "rollbacks, from warmup_s on. Of a client with a world of its own (deterministic, "
+            "rollback); else zeros.",
+    LL_METRICS_FROM(ROLLBACK)};
+
+const ll_metric_table ll_netgame_sync_test_table = {
+    LL_OF_PLAYERS(".sync_test"), .help = "sync tests, with sync_test_ticks.", LL_METRICS_FROM(SYNC_TEST)};
 
 void ll_netgame_peer_metrics(cJSON *player, const ll_netgame *g, int i)
 {
     const ll_stepping *n = &ll_netgame_client_metrics(g, i)->stepping;
-    cJSON *stalls = cJSON_AddObjectToObject(player, "stalls");
-    number(stalls, "count", (double)n->stalls);
-    number(stalls, "stalled_s", (double)n->stalled_frames * g->env.dt);
-    number(stalls, "time_sync_wait_s", (double)n->time_sync_frames * g->env.dt);
-    cJSON *waited = cJSON_AddArrayToObject(stalls, "waited_s");
+    const ll_desync *d = ll_netgame_desync(g, i);
+    double waited[LL_PLAYERS_MAX];
     for (int p = 0; p < g->config.player_count; p++)
-        cJSON_AddItemToArray(waited, cJSON_CreateNumber(waited_s(g, i, p)));
-    cJSON *rollback = cJSON_AddObjectToObject(player, "rollback");
-    number(rollback, "count", (double)n->rollbacks);
-    number(rollback, "count_per_s", per_s(g, i, (double)n->rollbacks));
-    number(rollback, "ticks", (double)n->rollback_ticks);
-    number(rollback, "ticks_per_s", per_s(g, i, (double)n->rollback_ticks));
-    number(rollback, "ticks_max", (double)n->rollback_ticks_max);
-    cJSON *sync_test = cJSON_AddObjectToObject(player, "sync_test");
-    number(sync_test, "count", (double)n->sync_tests);
-    number(sync_test, "mismatches", (double)n->sync_test_mismatches);
-    desync(player, g, i);
+        waited[p] = waited_s(g, i, p);
+    LL_METRICS_PUT(cJSON_AddObjectToObject(player, "stalls"), &ll_netgame_stall_table, STALLS);
+    LL_METRICS_PUT(cJSON_AddObjectToObject(player, "rollback"), &ll_netgame_rollback_table, ROLLBACK);
+    LL_METRICS_PUT(cJSON_AddObjectToObject(player, "sync_test"), &ll_netgame_sync_test_table, SYNC_TEST);
+    LL_METRICS_PUT(cJSON_AddObjectToObject(player, "desync"), &ll_netgame_desync_table, DESYNC);
 }
 
-void ll_netgame_slowest(cJSON *server, const ll_netgame *g)
+int ll_netgame_slowest(const ll_netgame *g, double *waited_s)
 {
     int slowest = -1;
     double most = 0;
@@ -78,8 +105,8 @@ void ll_netgame_slowest(cJSON *server, const ll_netgame *g)
             slowest = p;
         }
     }
-    number(server, "slowest_player", slowest);
-    number(server, "slowest_waited_s", most);
+    *waited_s = most;
+    return slowest;
 }
 
 /* ---- streamed ---- */

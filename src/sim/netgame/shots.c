@@ -1,57 +1,91 @@
 /* Reports of shots: shot statistics, and the last shots and the projectiles in flight, streamed. */
 #include <cjson/cJSON.h>
+#include <math.h>
 #include <stddef.h>
 #include <string.h>
 
 #include "sim/netgame/netgame.h"
 
-static void number(cJSON *object, const char *name, double value)
+#define TALLY(X)                                                                                             \
+    X(count, shots, NULL, t->shots, "that all four judges have judged", NULL)                                \
+    X(count, lost, NULL, t->lost, "their input came late or not at all, or the weapon was not ready", NULL)  \
+    X(count, client_view_hits, NULL, t->hits[LL_JUDGE_VIEW],                                                 \
+      "in the rendered views of the shooter's client, as pressed", NULL)                                     \
+    X(count, server_now_hits, NULL, t->hits[LL_JUDGE_NOW], "in the server's present, without compensation",  \
+      NULL)                                                                                                  \
+    X(count, compensated_hits, NULL, t->hits[LL_JUDGE_SERVER], "by the server's policy: what counted", NULL) \
+    X(count, perfect_hits, NULL, t->hits[LL_JUDGE_PERFECT],                                                  \
+      "as pressed, among the truth at the moment of the press", NULL)                                        \
+    X(number, agreement, NULL, share(t->agreed, t->shots),                                                   \
+      "share of shots of which policy and rendered view say the same body, or both none", "No shot.")        \
+    X(count, shots_within_max_rewind, NULL, t->within,                                                       \
+      "those that a policy or family looked back for as far as the view was old", NULL)                      \
+    X(number, agreement_within_max_rewind, NULL, share(t->within_agreed, t->within),                         \
+      "the same share of these", "No shot.")                                                                 \
+    X(events, false_hits, NULL, t->false_hits, "against the rendered view", NULL)                            \
+    X(events, false_misses, NULL, t->false_misses, "against the rendered view", NULL)                        \
+    X(number, favour_the_shooter, NULL, share(t->kept, t->hits[LL_JUDGE_VIEW]),                              \
+      "share of hits in the rendered view that counted", "No hit in the rendered view.")                     \
+    X(events, hits_on_players, NULL, t->on_players, "that counted", NULL)                                    \
+    X(events, shot_behind_cover, NULL, t->behind_cover,                                                      \
+      "of the rifle's: the line between victim and shooter was blocked in the victim's own rendered view "   \
+      "at that moment",                                                                                      \
+      NULL)                                                                                                  \
+    X(events, clamped, NULL, t->clamped, "to max_rewind_ms by one that looks back", NULL)                    \
+    X(events, view_time_rejected, NULL, t->view_time_rejected, "their age of view was not believed", NULL)
+
+#define SHOTS(X)                                                                                             \
+    X(number, hit_ratio, NULL, share(hits, shots), "share of all shots that counted as hits", "No shot.")    \
+    X(distribution, rollback_distance_m, "m", ll_netgame_distribution(ll_histogram_summary(&m->rollback)),   \
+      "from where the body that is hit was then to where it is", "No hit.")                                  \
+    X(distribution, rewind_ms, "ms", ll_netgame_distribution(ll_histogram_summary(&m->rewind)),              \
+      "how far back from its present the server looked", "No shot.")                                         \
+    X(distribution, trace_error_m, "m", ll_netgame_distribution(ll_histogram_summary(&m->trace_error)),      \
+      "from a shell's traced way to the parabola", "No shell.")
+
+#define PEEKS(X)                                                                                             \
+    X(number, mean, "ms", s.count > 0 ? s.mean : NAN, "mean",                                                \
+      "No such pair was seen, as with scripts that never stand.")                                            \
+    X(number, rms, "ms", s.count > 0 ? s.rms : NAN, "root mean square",                                      \
+      "No such pair was seen, as with scripts that never stand.")                                            \
+    X(number, p50, "ms", s.count > 0 ? s.p50 : NAN, "median",                                                \
+      "No such pair was seen, as with scripts that never stand.")                                            \
+    X(number, p95, "ms", s.count > 0 ? s.p95 : NAN, "95th percentile",                                       \
+      "No such pair was seen, as with scripts that never stand.")                                            \
+    X(number, p99, "ms", s.count > 0 ? s.p99 : NAN, "99th percentile",                                       \
+      "No such pair was seen, as with scripts that never stand.")                                            \
+    X(number, max, "ms", s.count > 0 ? s.max : NAN, "largest",                                               \
+      "No such pair was seen, as with scripts that never stand.")                                            \
+    X(count, count, NULL, s.count, "pairs", NULL)                                                            \
+    X(events, seen_second, NULL, m->peek[1].count, "of these, in which the other saw first", NULL)
+
+const ll_metric_table ll_netgame_tally_table = {LL_OF_PLAYERS(".shots.hitscan"),
+                                                .when = "In a game with weapons.",
+                                                .help = "shots of the rifle.", LL_METRICS_FROM(TALLY)};
+
+const ll_metric_table ll_netgame_projectile_table = {LL_OF_PLAYERS(".shots.projectile"),
+                                                     .when = "In a game with weapons.", .help = "shells.",
+                                                     LL_METRICS_FROM(TALLY)};
+
+const ll_metric_table ll_netgame_shot_table = {LL_OF_PLAYERS(".shots"), .when = "In a game with weapons.",
+                                               .help = "shots of both weapons.", LL_METRICS_FROM(SHOTS)};
+
+const ll_metric_table ll_netgame_peek_table = {
+    LL_OF_PLAYERS(".shots.peeker_advantage_ms"), .when = "In a game with weapons.",
+    .help = "of two players between whom the line opens while one moves and the other has stood for a "
+            "second, when the standing one's client draws it open less when the moving one's does, for the "
+            "moving one; below zero where the other saw first.",
+    LL_METRICS_FROM(PEEKS)};
+
+/* null where nothing was counted: no share, rather than a bad one */
+static double share(int64_t part, int64_t whole)
 {
-    ll_netgame_number(object, name, value);
+    return ll_netgame_ratio((double)part, (double)whole);
 }
 
-/* null where nothing was counted: unknown, not zero */
-static void share(cJSON *object, const char *name, int64_t part, int64_t whole)
+static void tally(cJSON *o, const ll_metric_table *table, const ll_shot_tally *t)
 {
-    number(object, name, ll_netgame_ratio((double)part, (double)whole));
-}
-
-static void peeks(cJSON *object, const ll_shot_stats *m)
-{
-    static const char *const names[] = {"mean", "rms", "p50", "p95", "p99", "max"};
-    ll_summary s = ll_shots_peeks(m);
-    const double values[] = {s.mean, s.rms, s.p50, s.p95, s.p99, s.max};
-    cJSON *o = cJSON_AddObjectToObject(object, "peeker_advantage_ms");
-    for (int i = 0; i < 6; i++)
-        if (s.count > 0)
-            number(o, names[i], values[i]);
-        else
-            cJSON_AddNullToObject(o, names[i]);
-    number(o, "count", (double)s.count);
-    number(o, "seen_second", (double)m->peek[1].count);
-}
-
-static void tally(cJSON *parent, const char *name, const ll_shot_tally *t)
-{
-    static const char *const hits[LL_JUDGES] = {[LL_JUDGE_VIEW] = "client_view_hits",
-                                                [LL_JUDGE_NOW] = "server_now_hits",
-                                                [LL_JUDGE_SERVER] = "compensated_hits",
-                                                [LL_JUDGE_PERFECT] = "perfect_hits"};
-    cJSON *o = cJSON_AddObjectToObject(parent, name);
-    number(o, "shots", (double)t->shots);
-    number(o, "lost", (double)t->lost);
-    for (int j = 0; j < LL_JUDGES; j++)
-        number(o, hits[j], (double)t->hits[j]);
-    share(o, "agreement", t->agreed, t->shots);
-    number(o, "shots_within_max_rewind", (double)t->within);
-    share(o, "agreement_within_max_rewind", t->within_agreed, t->within);
-    number(o, "false_hits", (double)t->false_hits);
-    number(o, "false_misses", (double)t->false_misses);
-    share(o, "favour_the_shooter", t->kept, t->hits[LL_JUDGE_VIEW]);
-    number(o, "hits_on_players", (double)t->on_players);
-    number(o, "shot_behind_cover", (double)t->behind_cover);
-    number(o, "clamped", (double)t->clamped);
-    number(o, "view_time_rejected", (double)t->view_time_rejected);
+    LL_METRICS_PUT(o, table, TALLY);
 }
 
 void ll_netgame_shots_metrics(const ll_netgame *g, int player, cJSON *metrics)
@@ -59,19 +93,17 @@ void ll_netgame_shots_metrics(const ll_netgame *g, int player, cJSON *metrics)
     if (!ll_netgame_shots(g))
         return;
     const ll_shot_stats *m = &ll_netgame_shots(g)->shot_stats[player];
+    ll_summary s = ll_shots_peeks(m);
     cJSON *o = cJSON_AddObjectToObject(metrics, "shots");
-    tally(o, "hitscan", &m->tally[LL_RIFLE]);
-    tally(o, "projectile", &m->tally[LL_CANNON]);
+    tally(cJSON_AddObjectToObject(o, "hitscan"), &ll_netgame_tally_table, &m->tally[LL_RIFLE]);
+    tally(cJSON_AddObjectToObject(o, "projectile"), &ll_netgame_projectile_table, &m->tally[LL_CANNON]);
     int64_t shots = 0, hits = 0;
     for (int w = 0; w < LL_WEAPONS; w++) {
         shots += m->tally[w].shots;
         hits += m->tally[w].hits[LL_JUDGE_SERVER];
     }
-    share(o, "hit_ratio", hits, shots);
-    ll_netgame_distribution(o, "rollback_distance_m", ll_histogram_summary(&m->rollback));
-    ll_netgame_distribution(o, "rewind_ms", ll_histogram_summary(&m->rewind));
-    ll_netgame_distribution(o, "trace_error_m", ll_histogram_summary(&m->trace_error));
-    peeks(o, m);
+    LL_METRICS_PUT(o, &ll_netgame_shot_table, SHOTS);
+    LL_METRICS_PUT(cJSON_AddObjectToObject(o, "peeker_advantage_ms"), &ll_netgame_peek_table, PEEKS);
 }
 
 /* ---- the last shots ---- */

@@ -6,15 +6,45 @@
 #include "base/detmath.h"
 #include "sim/netgame/netgame.h"
 
-static void number(cJSON *object, const char *name, double value)
-{
-    ll_netgame_number(object, name, value);
-}
-
 static double ratio(double a, double b)
 {
     return ll_netgame_ratio(a, b);
 }
+
+#define SMOOTHNESS(X)                                                                                        \
+    X(number, acceleration_rms_mps2, "m/s^2", ll_sqrt(ratio(sum.acceleration, frames)), "of what is drawn",  \
+      "None was counted.")                                                                                   \
+    X(number, jerk_rms_mps3, "m/s^3", ll_sqrt(ratio(sum.jerk, frames)), "of what is drawn",                  \
+      "None was counted.")                                                                                   \
+    X(number, freeze_ratio, NULL, ratio((double)sum.frozen, moving),                                         \
+      "share of displays without motion among those between which the truth moves", "None was counted.")     \
+    X(number, reversals_per_s, "1/s", ratio((double)sum.reversals, sum.seconds),                             \
+      "how often the drawn motion turns", "None was counted.")                                               \
+    X(events, hitches, NULL, sum.hitches,                                                                    \
+      "times that an entity is drawn in the same place for more than 2 displays in a row at which the "      \
+      "truth is elsewhere than when it was last drawn to move; a longer one is one",                         \
+      NULL)                                                                                                  \
+    X(number, step_max_m, "m", frames > 0 ? sum.step_max : NAN, "largest step between two displays",         \
+      "None was counted.")                                                                                   \
+    X(number, step_max_over_mean, NULL, ratio(sum.step_max, ratio(sum.truth_step_sum, moving)),              \
+      "that, over the mean true step", "None was counted.")
+
+#define ANIMATION(X)                                                                                         \
+    X(number, rms, "px", in->pixel_m > 0 ? animation.rms : NAN, "root mean square",                          \
+      "There is no pixel, or none was counted.")                                                             \
+    X(number, p99, "px", in->pixel_m > 0 ? animation.p99 : NAN, "99th percentile",                           \
+      "There is no pixel, or none was counted.")                                                             \
+    X(count, count, NULL, animation.count, "displays and other entities, from the second on", NULL)
+
+const ll_metric_table ll_netgame_smoothness_table = {
+    LL_OF_PLAYERS(".smoothness"),
+    .help = "the others' drawn positions, each display and other entity from the fourth on.",
+    LL_METRICS_FROM(SMOOTHNESS)};
+
+const ll_metric_table ll_netgame_animation_table = {
+    LL_OF_PLAYERS(".smoothness.animation_error_px"),
+    .help = "|step since the display before less drawn velocity times the time since then|.",
+    LL_METRICS_FROM(ANIMATION)};
 
 /* Over all entities of others together. */
 static void smoothness(cJSON *player, const ll_client_metrics *in)
@@ -34,69 +64,75 @@ static void smoothness(cJSON *player, const ll_client_metrics *in)
         sum.truth_step_sum += s->truth_step_sum;
     }
     double frames = (double)sum.frames, moving = (double)sum.moving;
-    cJSON *o = cJSON_AddObjectToObject(player, "smoothness");
-    number(o, "acceleration_rms_mps2", ll_sqrt(ratio(sum.acceleration, frames)));
-    number(o, "jerk_rms_mps3", ll_sqrt(ratio(sum.jerk, frames)));
-    number(o, "freeze_ratio", ratio((double)sum.frozen, moving));
-    number(o, "reversals_per_s", ratio((double)sum.reversals, sum.seconds));
-    number(o, "hitches", (double)sum.hitches);
-    number(o, "step_max_m", frames > 0 ? sum.step_max : NAN);
-    number(o, "step_max_over_mean", ratio(sum.step_max, ratio(sum.truth_step_sum, moving)));
     ll_summary animation = ll_histogram_summary(&in->animation_error);
-    cJSON *error = cJSON_AddObjectToObject(o, "animation_error_px");
-    number(error, "rms", in->pixel_m > 0 ? animation.rms : NAN);
-    number(error, "p99", in->pixel_m > 0 ? animation.p99 : NAN);
-    number(error, "count", (double)animation.count);
+    cJSON *o = cJSON_AddObjectToObject(player, "smoothness");
+    LL_METRICS_PUT(o, &ll_netgame_smoothness_table, SMOOTHNESS);
+    LL_METRICS_PUT(cJSON_AddObjectToObject(o, "animation_error_px"), &ll_netgame_animation_table, ANIMATION);
 }
 
-void ll_netgame_running_stats(cJSON *object, const char *name, const ll_running_stats *g, double scale)
-{
-    cJSON *o = cJSON_AddObjectToObject(object, name);
-    number(o, "mean", scale * ratio(g->sum, (double)g->count));
-    number(o, "min", g->count > 0 ? scale * g->min : NAN);
-    number(o, "max", g->count > 0 ? scale * g->max : NAN);
-    number(o, "count", (double)g->count);
-}
+#define BUFFER(X)                                                                                            \
+    X(events, underruns, NULL, in->underruns, "times it ran dry", NULL)                                      \
+    X(events, overruns, NULL, in->overruns, "times it was so full that the drawn time jumped", NULL)         \
+    X(number, held_ratio, NULL, ratio((double)in->held_frames, (double)in->frames),                          \
+      "share of displays that repeat the last", "No display.")                                               \
+    X(number, extrapolated_ratio, NULL, ratio((double)in->extrapolated_frames, (double)in->frames),          \
+      "share of displays that extrapolate", "No display.")                                                   \
+    X(count, stale_states, NULL, client->stale, "dropped as older or repeated; from 0 on", NULL)             \
+    X(gauge, depth_states, NULL, ll_netgame_gauge(&in->depth, 1),                                            \
+      "states in stock that are newer than what is drawn", "No display.")                                    \
+    X(gauge, delay_ms, "ms", ll_netgame_gauge(&in->delay_ms, 1),                                             \
+      "how far the drawn time is behind the newest that could be known", "No display.")                      \
+    X(gauge, time_scale, NULL, ll_netgame_gauge(&in->time_scale, 1),                                         \
+      "drawn time per time; 0 while held, 1 where it jumps", "No display.")
+
+const ll_metric_table ll_netgame_interpolation_table = {
+    LL_OF_PLAYERS(".buffer"), .help = "the interpolation buffer, from warmup_s on.", LL_METRICS_FROM(BUFFER)};
 
 static void buffer(cJSON *player, const ll_client_metrics *in, const ll_client *client)
 {
-    cJSON *o = cJSON_AddObjectToObject(player, "buffer");
-    number(o, "underruns", (double)in->underruns);
-    number(o, "overruns", (double)in->overruns);
-    number(o, "held_ratio", ratio((double)in->held_frames, (double)in->frames));
-    number(o, "extrapolated_ratio", ratio((double)in->extrapolated_frames, (double)in->frames));
-    number(o, "stale_states", (double)client->stale);
-    ll_netgame_running_stats(o, "depth_states", &in->depth, 1);
-    ll_netgame_running_stats(o, "delay_ms", &in->delay_ms, 1);
-    ll_netgame_running_stats(o, "time_scale", &in->time_scale, 1);
+    LL_METRICS_PUT(cJSON_AddObjectToObject(player, "buffer"), &ll_netgame_interpolation_table, BUFFER);
 }
 
-/* Counted from the start, as the link's own counters. */
+#define DEJITTER(X)                                                                                          \
+    X(count, states, NULL, s->pushed, "that came to it", NULL)                                               \
+    X(count, late, NULL, s->late, "of these", NULL)                                                          \
+    X(number, late_ratio, NULL, ratio((double)s->late, held), "their share", "No state came to it.")         \
+    X(events, underruns, NULL, s->underruns, "late ones after it had run empty", NULL)                       \
+    X(count, overflowed, NULL, s->overflowed, "dropped by a full buffer", NULL)                              \
+    X(number, delay_ms, "ms", ll_to_ms(ll_dejitter_delay(buffer)), "in use", NULL)                           \
+    X(number, added_mean_ms, "ms", ratio(s->added_sum_ms, held), "what it added", "No state came to it.")    \
+    X(number, added_max_ms, "ms", s->added_max_ms, "the most", NULL)                                         \
+    X(number, depth_mean, NULL, ratio((double)s->depth_sum, held), "states in it", "No state came to it.")   \
+    X(count, depth_max, NULL, s->depth_max, "the most", NULL)
+
+const ll_metric_table ll_netgame_dejitter_table = {
+    LL_OF_PLAYERS(".dejitter"), .help = "the de-jitter buffer, from 0 on, as the link's own counts.",
+    LL_METRICS_FROM(DEJITTER)};
+
 static void dejitter(cJSON *player, const ll_dejitter *buffer)
 {
     const ll_dejitter_stats *s = ll_dejitter_get_stats(buffer);
     double held = (double)(s->pushed - s->overflowed);
-    cJSON *o = cJSON_AddObjectToObject(player, "dejitter");
-    number(o, "states", (double)s->pushed);
-    number(o, "late", (double)s->late);
-    number(o, "late_ratio", ratio((double)s->late, held));
-    number(o, "underruns", (double)s->underruns);
-    number(o, "overflowed", (double)s->overflowed);
-    number(o, "delay_ms", ll_to_ms(ll_dejitter_delay(buffer)));
-    number(o, "added_mean_ms", ratio(s->added_sum_ms, held));
-    number(o, "added_max_ms", s->added_max_ms);
-    number(o, "depth_mean", ratio((double)s->depth_sum, held));
-    number(o, "depth_max", (double)s->depth_max);
+    LL_METRICS_PUT(cJSON_AddObjectToObject(player, "dejitter"), &ll_netgame_dejitter_table, DEJITTER);
 }
 
-/* The mean of all entities. */
-static void episodes(cJSON *object, const char *name, const ll_inconsistency *total, double entities,
-                     double seconds)
+#define EXCURSIONS(X)                                                                                        \
+    X(number, sum_m_s_per_min, "m s/min", ratio(total->sum / entities, seconds / 60),                        \
+      "integral of their distance over time, mean of the entities", "No display.")                           \
+    X(number, time_ratio, NULL, ratio(ll_to_s(total->time) / entities, seconds),                             \
+      "share of time, mean of the entities", "No display.")                                                  \
+    X(count, episodes, NULL, total->episodes, "of all entities", NULL)
+
+const ll_metric_table ll_netgame_excursion_table = {
+    LL_OF_PLAYERS(".inconsistency.*"),
+    .help = "divergence episodes of more than 0.1 m that last 0.1 s. server: each rendered view against "
+            "the truth now, "
+            "own entity included; clients: against the farthest rendered view of any other client.",
+    LL_METRICS_FROM(EXCURSIONS)};
+
+static void episodes(cJSON *o, const ll_inconsistency *total, double entities, double seconds)
 {
-    cJSON *o = cJSON_AddObjectToObject(object, name);
-    number(o, "sum_m_s_per_min", ratio(total->sum / entities, seconds / 60));
-    number(o, "time_ratio", ratio(ll_to_s(total->time) / entities, seconds));
-    number(o, "excursions", (double)total->episodes);
+    LL_METRICS_PUT(o, &ll_netgame_excursion_table, EXCURSIONS);
 }
 
 void ll_netgame_view_metrics(const ll_netgame *g, int player, cJSON *object)
@@ -107,8 +143,8 @@ void ll_netgame_view_metrics(const ll_netgame *g, int player, cJSON *object)
     buffer(object, in, ll_netgame_client(g, player));
     dejitter(object, ll_netgame_dejitter(g, player));
     cJSON *o = cJSON_AddObjectToObject(object, "inconsistency");
-    episodes(o, "server", &in->server, in->entities, seconds);
-    episodes(o, "clients", &in->clients, in->entities, seconds);
+    episodes(cJSON_AddObjectToObject(o, "server"), &in->server, in->entities, seconds);
+    episodes(cJSON_AddObjectToObject(o, "clients"), &in->clients, in->entities, seconds);
 }
 
 /* ---- the buffers, streamed ---- */

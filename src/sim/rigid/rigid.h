@@ -176,13 +176,16 @@ ll_status ll_rigid_sim_measure(ll_rigid_sim *s, int world, ll_step_profiler *ste
  * volumes to their bodies' poses, and to test them. NAN for fewer than two shapes. */
 double ll_rigid_sim_time_volume(const ll_rigid *world, ll_volume volume, int64_t (*now_ns)(void));
 
-/* ---- report.c and frame.c: reports and streamed rows of a block ---- */
+/* ---- metrics.c, report.c and frame.c: measurements, reports and stream records of a block ---- */
 
-struct cJSON *ll_rigid_sim_state(const void *block);
+extern const ll_metric_table *const ll_rigid_sim_metric_tables[];
 struct cJSON *ll_rigid_sim_metrics(const void *block);
-extern const char *const ll_rigid_sim_signed_metrics[];
-void ll_rigid_sim_costs(const void *config, const ll_step_profiler *step_profiler, struct cJSON *cost);
 void ll_rigid_sim_time_parts(const void *config, struct cJSON *metrics, int64_t (*now_ns)(void));
+/* Adds the list `bodies` of a world. Of a list of bodies element i is body i. Of a large scene only the first
+ * are listed. */
+void ll_rigid_sim_add_bodies(struct cJSON *object, const ll_rigid_sim *s, int world);
+struct cJSON *ll_rigid_sim_state(const void *block);
+void ll_rigid_sim_costs(const void *config, const ll_step_profiler *step_profiler, struct cJSON *cost);
 struct cJSON *ll_rigid_sim_layout(const void *config);
 int ll_rigid_sim_trace_columns(const void *config, char (*names)[48], int capacity);
 int ll_rigid_sim_trace_row(const void *block, double *values, int capacity);

@@ -642,15 +642,23 @@ static void scales_are_told(void **state)
 
 /* Whatever a scenario of the library tells that is below 0 is declared, so that a reader knows that its sign
  * says something. Of netgames not: theirs is another table. */
-static void check_signs(const ll_sim_kind *kind, const char *id, const cJSON *item)
+static void check_signs(const ll_sim_kind *kind, const char *id, const char *path, const cJSON *item)
 {
     if (cJSON_IsNumber(item) || cJSON_IsRaw(item)) {
         double value = cJSON_IsRaw(item) ? strtod(item->valuestring, NULL) : item->valuedouble;
-        if (value < 0 && item->string && !ll_metric_is_signed(kind, item->string))
-            fail_msg("%s: %s is %g", id, item->string, value);
+        if (value < 0 && item->string && !ll_metric_is_signed(kind, path))
+            fail_msg("%s: %s is %g", id, path, value);
     }
     const cJSON *child;
-    cJSON_ArrayForEach(child, item) check_signs(kind, id, child);
+    int i = 0;
+    cJSON_ArrayForEach(child, item)
+    {
+        char below[256], index[16];
+        snprintf(index, sizeof index, "%d", i++);
+        snprintf(below, sizeof below, "%s%s%s", path, path[0] != '\0' ? "." : "",
+                 child->string ? child->string : index);
+        check_signs(kind, id, below, child);
+    }
 }
 
 static void what_may_be_below_0_is_declared(void **state)
@@ -671,7 +679,7 @@ static void what_may_be_below_0_is_declared(void **state)
         ll_session_info info = ll_session_get_info(s);
         must(ll_session_run_to(s, info.end_tick < 90 ? info.end_tick : 90));
         cJSON *report = ll_session_metrics(s);
-        check_signs(scenario.kind, ids[i], cJSON_GetObjectItem(report, "metrics"));
+        check_signs(scenario.kind, ids[i], "", cJSON_GetObjectItem(report, "metrics"));
         cJSON_Delete(report);
         ll_session_destroy(s);
         ll_scenario_free(&scenario);

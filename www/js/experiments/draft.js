@@ -1,6 +1,7 @@
 // The experiment that is being written: texts as they are typed, and the specification that they make.
 import { batch, computed, effect, signal } from '../../vendor/signals-core.js';
 import { Problem, call, make } from '../api.js';
+import { metricHelp, metricRow } from '../metrics.js';
 import { find, open, rowOf, valueAt } from '../schema.js';
 import { schemaOf, schemas } from '../state.js';
 
@@ -36,6 +37,13 @@ export const write = (change) => { draft.value = { ...draft.value, ...change }; 
 export const scenario = signal(null);
 /** Paths of the numbers that its runs end with. @type {import('@preact/signals-core').Signal<string[]>} */
 export const metrics = signal([]);
+/** What they are, of every kind; null until it is read. @type {import('@preact/signals-core').Signal<import('../metrics.js').MetricTables | null>} */
+const tables = signal(null);
+/** What the metric at a path of the scenario is. @param {string} path */
+export function helpOf(path) {
+  const row = tables.value && scenario.value ? metricRow(tables.value, scenario.value.kind, path) : undefined;
+  return row ? metricHelp(row) : '';
+}
 /** Why the scenario could not be read. */
 export const unread = signal('');
 
@@ -217,6 +225,7 @@ async function read(of, fresh) {
   try {
     const whole = typeof of === 'string' ? await call('GET', `scenarios/${of}`) : of;
     if (rules.value === null) rules.value = await call('GET', 'experiments/schema');
+    if (tables.value === null) tables.value = await call('GET', 'metrics');
     if (!schemas.value.has(whole.kind)) {
       const answer = await call('GET', `schema?kind=${whole.kind}`);
       schemas.value = new Map(schemas.value).set(whole.kind, answer);

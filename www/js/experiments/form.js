@@ -6,7 +6,7 @@ import { plain } from '../format.js';
 import { labelOf } from '../schema.js';
 import { scenarios } from '../state.js';
 import {
-  axisAround, checking, choose, draft, estimate, fieldOf, listed, measure, metrics, own, refuse, refused, ruleOf, scenario, specification,
+  axisAround, checking, choose, draft, estimate, fieldOf, helpOf, listed, measure, metrics, own, refuse, refused, ruleOf, scenario, specification,
   start, unread, variable, variables, write,
 } from './draft.js';
 import { run } from './shown.js';
@@ -340,8 +340,8 @@ function frontPanel() {
 /** @returns {Template} */
 function metricsPanel() {
   const d = draft.value, words = sought.value.toLowerCase().split(/\s+/).filter((word) => word !== '');
-  const found = metrics.value.filter((path) => !d.metrics.includes(path) && words.every((word) => path.toLowerCase().includes(word)));
-  const item = (/** @type {string} */ path, /** @type {number} */ i) => html`<label class="toggle"><input type="checkbox"
+  const found = metrics.value.filter((path) => !d.metrics.includes(path) && words.every((word) => `${path} ${helpOf(path)}`.toLowerCase().includes(word)));
+  const item = (/** @type {string} */ path, /** @type {number} */ i) => html`<label class="toggle" title=${helpOf(path) || nothing}><input type="checkbox"
     data-metric=${path} .checked=${d.metrics.includes(path)}
     aria-invalid=${invalid(`metrics.${i}`).is} @change=${() => toggleMetric(path)}><span>${path}</span></label>`;
   const trade = (/** @type {'error' | 'cost'} */ side,

@@ -1,0 +1,58 @@
+// The tables of metrics (from `laglab schema metrics`) as docs/metrics.md.
+
+/** @typedef {{name: string, type: string, unit?: string, signed?: boolean, rare?: boolean, help: string, null?: string}} Row */
+/** @typedef {{path: string, also?: string, when?: string, help: string, metrics: Row[]}} Table */
+
+const TITLES = { netgame: 'Netgame', motion: 'Motion', rigid: 'Rigid bodies', fluid: 'Fluids' };
+const code = (/** @type {string | undefined} */ text) => (text ? `\`${text}\`` : '');
+const cell = (/** @type {string} */ text) => text.replaceAll('|', '\\|').replaceAll('*', '\\*');
+
+/** @param {Row} row */
+function line({ name, type, unit, signed, rare, help, null: when }) {
+  const of = [type.replace('_', ' '), ...(signed ? ['signed'] : []), ...(rare ? ['rare'] : [])].join(', ');
+  return `| ${[code(name), of, cell(unit ?? ''), cell(help), cell(when ?? '')].join(' | ')} |`;
+}
+
+/** @param {Table} table */
+function section({ path, also, when, help, metrics }) {
+  const where = path === '' ? 'The metrics themselves' : code(path), again = also ? `; the same under ${code(`${also}${path ? `.${path}` : ''}`)}` : '';
+  return `${where}${again}. ${when ? `${when} ` : ''}${help}
+
+| Name | Type | Unit | What it is | Null when |
+| --- | --- | --- | --- | --- |
+${metrics.map(line).join('\n')}
+`;
+}
+
+/** @param {{kinds: {kind: string, tables: Table[]}[], common: Table[]}} all */
+export function metricsDoc({ kinds, common }) {
+  return `# Metrics, table by table
+
+<!-- Written by docs/generate.mjs from \`laglab schema metrics\`: the tables are in C, and changed there. -->
+
+What \`laglab run\` prints as \`metrics\`, and \`GET /api/v1/sessions/ID/metrics\` answers. The tables are also given by \`GET /api/v1/metrics\`, without a
+session. A path with \`*\` is each element of a list, or each member of an object. [Concepts](concepts.md#metrics) defines the words, and between which
+instants each metric of a netgame is measured.
+
+| Type | In JSON |
+| --- | --- |
+| number | a number |
+| count | a whole number |
+| flag | true or false |
+| text | a name or a sentence |
+| numbers | a list of numbers |
+| distribution | an object with \`mean\`, \`rms\`, \`p50\`, \`p95\`, \`p99\`, \`max\` and \`count\` |
+| latency | that, and \`lost_ratio\`: the share of what never came about |
+| gauge | an object with \`mean\`, \`min\`, \`max\` and \`count\` |
+| by name | an object with a number for each of some names |
+| curve | a list of pairs: coordinate, value |
+| notices | a list of sentences |
+
+*Signed* metrics may be below 0 and are better the nearer they are to 0: comparisons take their magnitude. *Rare* ones count events that come one by
+one, so that their number is near to Poisson's: their intervals are made accordingly. Of a distribution and a gauge the parts are null, not the whole.
+
+${kinds.map(({ kind, tables }) => `## ${TITLES[kind] ?? kind}\n\n${tables.map(section).join('\n')}`).join('\n')}
+## Every kind
+
+${common.map(section).join('\n')}`;
+}

@@ -1,0 +1,234 @@
+#include "record/metric.h"
+
+#include <cjson/cJSON.h>
+#include <ctype.h>
+#include <math.h>
+#include <string.h>
+
+#include "base/assert.h"
+#include "param/param.h"
+
+static const char *const types[LL_METRIC_TYPES] = {
+    [LL_METRIC_NUMBER] = "number",   [LL_METRIC_COUNT] = "count",
+    [LL_METRIC_FLAG] = "flag",       [LL_METRIC_TEXT] = "text",
+    [LL_METRIC_NUMBERS] = "numbers", [LL_METRIC_DISTRIBUTION] = "distribution",
+    [LL_METRIC_LATENCY] = "latency", [LL_METRIC_GAUGE] = "gauge",
+    [LL_METRIC_BY_NAME] = "by_name", [LL_METRIC_CURVE] = "curve",
+    [LL_METRIC_NOTICES] = "notices"};
+
+/* ---- values ---- */
+
+/* JSON has no infinity, and what was not counted is no number. */
+static cJSON *number_of(const ll_metric_table *t, double value)
+{
+    if (value - value != 0)
+        return cJSON_CreateNull();
+    return t->short_numbers ? cJSON_CreateNumber(value) : ll_param_number(value);
+}
+
+static cJSON *list_of(const ll_metric_table *t, const ll_metric_reading *v)
+{
+    cJSON *list = cJSON_CreateArray();
+    for (int i = 0; i < (int)v->number; i++)
+        cJSON_AddItemToArray(list, number_of(t, v->numbers != NULL ? v->numbers[i] : NAN));
+    return list;
+}
+
+static const char *const distribution[] = {"mean", "rms", "p50", "p95", "p99", "max", "count", NULL};
+static const char *const latency[] = {"mean", "rms", "p50", "p95", "p99", "max", "count", "lost_ratio", NULL};
+static const char *const gauge[] = {"mean", "min", "max", "count", NULL};
+
+static cJSON *parts_of(const ll_metric_table *t, const char *const *names, const double *parts)
+{
+    cJSON *o = cJSON_CreateObject();
+    for (int i = 0; names[i] != NULL; i++)
+        cJSON_AddItemToObject(o, names[i], number_of(t, parts[i]));
+    return o;
+}
+
+static cJSON *named_of(const ll_metric_table *t, const ll_metric_reading *v)
+{
+    cJSON *o = cJSON_CreateObject();
+    for (int i = 0; i < (int)v->number; i++)
+        cJSON_AddItemToObject(o, v->names[i], number_of(t, v->numbers[i]));
+    return o;
+}
+
+static cJSON *value_json(const ll_metric_table *t, ll_metric_type type, const ll_metric_reading *v)
+{
+    switch (type) {
+    case LL_METRIC_FLAG:
+        return cJSON_CreateBool(v->number != 0);
+    case LL_METRIC_TEXT:
+        return v->text != NULL ? cJSON_CreateString(v->text) : NULL;
+    case LL_METRIC_NUMBERS:
+        return list_of(t, v);
+    case LL_METRIC_DISTRIBUTION:
+        return parts_of(t, distribution, v->parts);
+    case LL_METRIC_LATENCY:
+        return parts_of(t, latency, v->parts);
+    case LL_METRIC_BY_NAME:
+        return named_of(t, v);
+    case LL_METRIC_GAUGE:
+        return parts_of(t, gauge, v->parts);
+    default:
+        LL_ASSERT(type == LL_METRIC_NUMBER || type == LL_METRIC_COUNT);
+        return number_of(t, v->number);
+    }
+}
+
+void ll_metrics_put(cJSON *object, const ll_metric_table *table, const ll_metric_reading *values)
+{
+    for (int i = 0; i < table->count; i++) {
+        cJSON *item = value_json(table, table->fields[i].type, &values[i]);
+        if (item != NULL)
+            cJSON_AddItemToObject(object, table->fields[i].name, item);
+    }
+}
+
+/* ---- paths ---- */
+
+/* The rest of `path` behind what `pattern` says of its beginning; NULL: it begins otherwise. */
+static const char *behind(const char *path, const char *pattern)
+{
+    while (*pattern != '\0') {
+        size_t wanted = strcspn(pattern, "."), there = strcspn(path, ".");
+        bool any = wanted == 1 && pattern[0] == '*';
+        if (there == 0 || (!any && (wanted != there || memcmp(path, pattern, wanted) != 0)))
+            return NULL;
+        path += there + (path[there] == '.');
+        pattern += wanted + (pattern[wanted] == '.');
+    }
+    return path;
+}
+
+static bool has_parts(ll_metric_type type)
+{
+    return type >= LL_METRIC_NUMBERS;
+}
+
+static const ll_metric_field *field_at(const ll_metric_table *t, const char *path)
+{
+    path = path != NULL ? behind(path, t->path) : NULL;
+    for (int i = 0; path != NULL && i < t->count; i++) {
+        const char *rest = behind(path, t->fields[i].name);
+        if (rest != NULL && (*rest == '\0' || has_parts(t->fields[i].type)))
+            return &t->fields[i];
+    }
+    return NULL;
+}
+
+const ll_metric_field *ll_metric_find(const ll_metric_table *const *tables, const char *path)
+{
+    for (; tables != NULL && *tables != NULL; tables++) {
+        const ll_metric_field *field = field_at(*tables, path);
+        if (field == NULL && (*tables)->also != NULL)
+            field = field_at(*tables, behind(path, (*tables)->also));
+        if (field != NULL)
+            return field;
+    }
+    return NULL;
+}
+
+/* ---- soundness ---- */
+
+static bool is_name(const char *name, const char *others)
+{
+    if (name == NULL)
+        return false;
+    for (const char *c = name; *c; c++)
+        if (!islower((unsigned char)*c) && !isdigit((unsigned char)*c) && !strchr(others, *c))
+            return false;
+    return true;
+}
+
+static bool is_told(const char *text)
+{
+    return text != NULL && text[0] != '\0';
+}
+
+static ll_status field_valid(const ll_metric_table *t, const ll_metric_field *f)
+{
+    if (!is_name(f->name, "_") || !islower((unsigned char)f->name[0]) || !is_told(f->help))
+        return ll_field_error(LL_BAD_INPUT, t->path, "a metric needs a name of a-z, 0-9 and _, and help");
+    if (f->type >= LL_METRIC_TYPES || ((f->is_signed || f->rare) && f->type > LL_METRIC_COUNT))
+        return ll_field_error(LL_BAD_INPUT, f->name, "only a number or a count is signed or rare");
+    if ((f->unit != NULL && f->unit[0] == '\0') || (f->null != NULL && f->null[0] == '\0'))
+        return ll_field_error(LL_BAD_INPUT, f->name, "no unit and never null are NULL, not empty");
+    return ll_ok();
+}
+
+/* Whether a table before `last` has the field under the same path. Several may have one only where they
+ * are of different scenarios: then they say when. */
+static bool stands_twice(const ll_metric_table *const *tables, const ll_metric_table *const *last,
+                         const ll_metric_field *field)
+{
+    const ll_metric_table *own = *last;
+    for (; tables != last; tables++)
+        for (int i = 0; i < (*tables)->count; i++)
+            if (strcmp((*tables)->path, own->path) == 0 &&
+                strcmp((*tables)->fields[i].name, field->name) == 0 &&
+                ((*tables)->when == NULL || own->when == NULL))
+                return true;
+    for (const ll_metric_field *f = own->fields; f < field; f++)
+        if (strcmp(f->name, field->name) == 0)
+            return true;
+    return false;
+}
+
+ll_status ll_metrics_valid(const ll_metric_table *const *tables)
+{
+    for (const ll_metric_table *const *t = tables; t != NULL && *t != NULL; t++) {
+        if (!is_name((*t)->path, "_.*") || !is_told((*t)->help) || (*t)->count < 1)
+            return ll_error(LL_BAD_INPUT, "a table of metrics needs a path, help and rows");
+        for (int i = 0; i < (*t)->count; i++) {
+            ll_status status = field_valid(*t, &(*t)->fields[i]);
+            if (ll_failed(&status))
+                return status;
+            if (stands_twice(tables, t, &(*t)->fields[i]))
+                return ll_field_error(LL_BAD_INPUT, (*t)->fields[i].name, "two metrics of %s have this name",
+                                      (*t)->path);
+        }
+    }
+    return ll_ok();
+}
+
+/* ---- as JSON ---- */
+
+static void put_text(cJSON *o, const char *name, const char *text)
+{
+    if (text != NULL)
+        cJSON_AddStringToObject(o, name, text);
+}
+
+static cJSON *field_json(const ll_metric_field *f)
+{
+    cJSON *o = cJSON_CreateObject();
+    cJSON_AddStringToObject(o, "name", f->name);
+    cJSON_AddStringToObject(o, "type", types[f->type]);
+    put_text(o, "unit", f->unit);
+    if (f->is_signed)
+        cJSON_AddTrueToObject(o, "signed");
+    if (f->rare)
+        cJSON_AddTrueToObject(o, "rare");
+    cJSON_AddStringToObject(o, "help", f->help);
+    put_text(o, "null", f->null);
+    return o;
+}
+
+cJSON *ll_metrics_schema(const ll_metric_table *const *tables)
+{
+    cJSON *list = cJSON_CreateArray();
+    for (; tables != NULL && *tables != NULL; tables++) {
+        cJSON *o = cJSON_CreateObject(), *fields;
+        cJSON_AddStringToObject(o, "path", (*tables)->path);
+        put_text(o, "also", (*tables)->also);
+        put_text(o, "when", (*tables)->when);
+        cJSON_AddStringToObject(o, "help", (*tables)->help);
+        fields = cJSON_AddArrayToObject(o, "metrics");
+        for (int i = 0; i < (*tables)->count; i++)
+            cJSON_AddItemToArray(fields, field_json(&(*tables)->fields[i]));
+        cJSON_AddItemToArray(list, o);
+    }
+    return list;
+}
