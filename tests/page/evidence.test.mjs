@@ -46,7 +46,7 @@ test('a dot is described in the view and announced', async () => {
   const before = await picture();
   await page.locator('.view[data-drive="0"]').focus();
   await page.keyboard.press('Shift+ArrowLeft');
-  await page.waitForFunction(() => /State of tick \d+ · arrived .* · sent .* · \d+ ms old/.test(document.getElementById('live').textContent), null, { timeout: 5000 });
+  await page.waitForFunction(() => /Snapshot of tick \d+ · arrived .* · sent .* · \d+ ms old/.test(document.getElementById('live').textContent), null, { timeout: 5000 });
   await until(async () => (await picture()) !== before, 'the dot is named in the view');
   assert.deepEqual(complaints, []);
   await close();
