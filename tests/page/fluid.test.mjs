@@ -290,7 +290,7 @@ test('keys drag the fluid', async () => {
 
 test('a fluid that blows up is shown as diverged', async () => {
   const { page, close } = await open('?scenario=fluid/taylor_green&set=solver.pressure:jacobi&set=solver.sweeps:5&set=solver.tolerance:0');
-  await page.waitForFunction(() => /diverged/.test(document.getElementById('fluid')?.getAttribute('aria-label') ?? ''), null, { timeout: 15000 });
+  await page.waitForFunction(() => /[Dd]iverged/.test(document.getElementById('fluid')?.getAttribute('aria-label') ?? ''), null, { timeout: 15000 });
   assert.match((await page.locator('#chip').textContent()) ?? '', /[Ss]topped|[Ff]ailed/);
   await close();
 });
