@@ -117,7 +117,7 @@ test('axes of every sort become the specification: range, log, list, choices, to
   assert.match(await estimate(page), /^10 runs of 5 points/);
   await page.getByLabel('Together with the axis above').nth(0).uncheck();
   await page.selectOption('#sampling', 'sobol');
-  await page.getByLabel('How many points').fill('16');
+  await page.getByLabel('Number of points').fill('16');
   await counted(page);
   assert.match(await estimate(page), /^32 runs of 16 points/);
   assert.deepEqual((await specification(page)).sample, { method: 'sobol', count: 16 });
@@ -209,7 +209,7 @@ test('designs of points: a Latin hypercube, base samples for sensitivity, values
   await page.locator('[data-axis="0.from"]').fill('0');
   await page.locator('[data-axis="0.to"]').fill('300');
   await page.selectOption('#sampling', 'lhs');
-  await page.getByLabel('How many points').fill('24');
+  await page.getByLabel('Number of points').fill('24');
   await page.locator('#sample-seed').fill('7');
   await page.locator('[data-axis="0.levels"]').fill('4');
   await counted(page);

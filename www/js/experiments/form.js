@@ -226,7 +226,7 @@ function samplePanel() {
   if (d.sampling === 'none') return html`${choice}${sentence('sample')}`;
   return html`${choice}<div class="numbers">
       ${number({ id: 'points', field: 'sample.count', messageOf: 'sample',
-        label: d.sampling === 'saltelli' ? 'Base samples' : 'Points', value: d.points,
+        label: d.sampling === 'saltelli' ? 'Base samples' : 'Number of points', value: d.points,
         take: (points) => write({ points }) })}
       ${number({ id: 'sample-seed', field: 'sample.seed', messageOf: 'sample', label: 'Seed', value: d.seed, hint: '1',
         take: (seed) => write({ seed }) })}</div>
