@@ -62,7 +62,7 @@ export function playerPanel(player) {
         @click=${() => open({ kind: 'player', player })}>${icons.settings}</button></div>
     <div class="lag">${control(`${at}.lag_ms`, { slider: true })}<span class="rtt">RTT ${lag === undefined ? '–' : fixed(2 * lag, 0)} ms</span></div>
     <div class="toggles">${control(`${at}.prediction`)}${control(`${at}.interpolation`)}${control(`${at}.reconciliation`)}
-      ${control(`${at}.control`, { label: 'Controlled by' })}</div>
+      ${control(`${at}.control`, { label: 'Input' })}</div>
     ${shooting ? aiming(player) : html`<div class="pair minor">
       ${control(`${at}.link.up.jitter_ms`, { also: `${at}.link.down.jitter_ms`, label: 'Jitter' })}
       ${control(`${at}.link.up.loss_pct`, { also: `${at}.link.down.loss_pct`, label: 'Loss' })}</div>`}
