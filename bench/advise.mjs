@@ -1,4 +1,4 @@
-// The adviser beside brute force over whole grids: what its advice costs more than the cheapest setting that holds, and whether the
+// The adviser compared with brute force over whole grids: extra cost of its advice over the cheapest setting that holds, and whether the
 // advice holds on 200 seeds that no search has seen.
 import { bruteForce, ask, judge, limitOf, seeded } from "./advise/judge.mjs";
 import { grids } from "./advise/cases.mjs";
@@ -57,7 +57,7 @@ const table = cases.map((of) => ({
   "regret %": told(median(regrets(of))), worst: told(Math.max(...regrets(of))), broken: `${of.filter((r) => r.broken).length}/${of.filter((r) => r.cost !== "none").length}`,
   proven: `${of.filter((r) => r.optimum === "proven").length}/${of.length}`, runs: `${of[0].runs}/${of[0].of_runs}`,
 }));
-printTable(`the adviser beside brute force: ${cases.length} cases`, table);
+printTable(`the adviser and brute force: ${cases.length} cases`, table);
 say("");
 for (const kind of ["motion", "rigid", "fluid", "netgame", ""]) {
   const these = cases.filter((of) => !kind || of[0].kind === kind), all = these.flat(), advised = all.filter((r) => r.cost !== "none");
@@ -65,7 +65,7 @@ for (const kind of ["motion", "rigid", "fluid", "netgame", ""]) {
   const none = all.filter((r) => r.least_cost === "none"), falsely = all.filter((r) => r.optimum === "proven" && !(r.regret_pct <= GOAL_PCT)).length;
   if (these.length)
     say(`${kind || "all"}: regret at most ${GOAL_PCT} % in ${good} of ${these.length} cases, ${well} of ${all.length} searches; limits broken on ${SEEDS} fresh seeds: ${broken} of ${advised.length} `
-      + `(at most 5 %: ${broken <= 0.05 * advised.length ? "met" : "MISSED"}); nothing holds in ${none.length}, told in ${none.filter((r) => r.cost === "none").length}; proven, but another is cheaper: ${falsely}`);
+      + `(at most 5 %: ${broken <= 0.05 * advised.length ? "met" : "MISSED"}); nothing holds in ${none.length}, reported in ${none.filter((r) => r.cost === "none").length}; proven, but another is cheaper: ${falsely}`);
 }
 say(`made in ${Math.round((Date.now() - from) / 1000)} s`);
 if (!only) writeCsv("advise", `bench/run advise${quick ? " --quick" : ""}`, {

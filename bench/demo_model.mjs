@@ -1,4 +1,4 @@
-// The rules of the live demo that the paper's stands on, written anew from their description and run under a virtual clock:
+// The rules of the live demo on which the paper's demo is based, written from their description and run on a virtual clock:
 // no canvas, no DOM, no timers, nothing measured. What is left is what a browser computes to simulate it.
 //
 //   Client, 50 Hz: take what has arrived; on a state set the own entity to the server's place and re-apply the inputs that it does
@@ -6,7 +6,7 @@
 //     keys: while one is down, an input {press_time = +-dt, seq, entity} goes to the server and, with prediction, moves the own entity.
 //     Then draw others one update interval ago, between the two samples around that time.
 //   Server, at its update rate: take all inputs that have arrived, refuse |press_time| > 1/40 s, apply, remember the last one's number;
-//     send everybody every entity's place and last processed input.
+//     send all clients every entity's place and last processed input.
 //   Network: a queue per direction; a message may be taken `lag` after it was sent.
 import { pathToFileURL } from "node:url";
 

@@ -1,5 +1,5 @@
 // Sweeps: what a second worker brings, what the store costs, how fast rows leave it, and a large sweep in little memory.
-// Wall time tells what a person waits, CPU time what a busy machine does not blur.
+// Wall time is what a person waits; CPU time does not depend on other load.
 import { spawn } from "node:child_process";
 import { mkdtempSync, readFileSync, rmSync, statSync, writeFileSync } from "node:fs";
 import { cpus, tmpdir } from "node:os";
@@ -20,7 +20,7 @@ function sweep(...args) {
   return new Promise((resolve, reject) => {
     const begun = performance.now();
     let peak_kib = 0;
-    // The shell tells the CPU time of what it waited for.
+    // The shell reports the CPU time of its children.
     const child = spawn("bash", ["-c", '"$@" & echo $! >&3; wait $! || exit 1; times >&4', "-", laglab, "sweep", ...args],
       { stdio: ["ignore", "ignore", "inherit", "pipe", "pipe"] });
     let pid = "", times = "", wall_s = NaN;
@@ -116,5 +116,5 @@ say(`1000000 rows as CSV within 5 s: ${show(exportWall.map((s) => (s * 1e6) / ma
 say(`100000 races of 10 s in minutes: ${digits((large.wall_s * 1e5) / races / 60)} min${races < 1e5 ? `, from ${races}` : ""}; in at most 64 MiB: ${digits(large.peak_mib)} MiB: ${verdict(large.peak_mib <= 64)}`);
 writeCsv("experiments", `bench/run experiments${quick ? " --quick" : ""}`, {
   measured: "what was run", round: "rounds of one table are interleaved over its lines", runs: "runs of the experiment", wall_s: "", cpu_s: "of the whole process, user and system",
-  peak_mib: "largest resident set (VmHWM), looked at every 20 ms",
+  peak_mib: "largest resident set (VmHWM), sampled every 20 ms",
 }, rows);

@@ -100,7 +100,7 @@ static const char *note_ocean(void *block, char *text, size_t size)
     if (s->method == LL_OCEAN_GERSTNER)
         snprintf(text, size, "%lld x %lld points; %lld waves", n, n, (long long)s->waves);
     else if (s->method == LL_OCEAN_TILED)
-        snprintf(text, size, "%lld x %lld points; a tile of %lld in %lld pictures", n, n, (long long)s->tile,
+        snprintf(text, size, "%lld x %lld points; a tile of %lld in %lld frames", n, n, (long long)s->tile,
                  (long long)s->frames);
     else
         snprintf(text, size, "%lld x %lld points; as many waves", n, n);

@@ -1,4 +1,4 @@
-// Frames per second of fluids on one core, and how far particles are from what they are held against.
+// Frames per second of fluids on one core, and errors of particles against references.
 import { existsSync } from "node:fs";
 import { join } from "node:path";
 import { compression } from "./compression.mjs";

@@ -1,7 +1,7 @@
 /* Fluids on a grid, measured: fluid_grid pressure|transform|frames|cavity|vortices|rotation [quick]
  *
  * Prints CSV. Times are of the process' CPU clock, the least of a few runs. With FFTW at hand `transform`
- * times it beside laglab's own. */
+ * also times FFTW's transform. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

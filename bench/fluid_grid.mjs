@@ -1,4 +1,4 @@
-// Fluids on a grid: pressure solvers by size, the cosine transform beside FFTW, frames of smoke, and errors against references.
+// Fluids on a grid: pressure solvers by size, the cosine transform compared with FFTW, frames of smoke, and errors against references.
 import { join } from "node:path";
 import { build, digits, printTable, run, say, writeCsv } from "./lib.mjs";
 
@@ -43,7 +43,7 @@ const smoke = find(frames, { n: 256, settings: "as it is" });
 say(`256 x 256 at 60 frames/s with residual 1e-3: ${digits(Number(smoke.frames_per_s))} frames/s, residual ${smoke.residual}: ` +
   verdict(smoke.frames_per_s >= 60 && smoke.residual <= 1e-3));
 writeCsv("fluid_grid/frames", command, {
-  n: "cells along a side", settings: "beside the scene's: maccormack, multigrid to 1e-3", ms_per_frame: "CPU time of a tick of 1/60 s", frames_per_s: "",
+  n: "cells along a side", settings: "other than the scene's: maccormack, multigrid to 1e-3", ms_per_frame: "CPU time of a tick of 1/60 s", frames_per_s: "",
   residual: "relative, of the last solution", divergence_max_per_s: "left in the last frame", sweeps_mean: "of a solution",
 }, frames);
 

@@ -1,8 +1,8 @@
 /* Work against precision of laglab's adaptive methods, GSL's odeiv2 and SUNDIALS on one problem:
  * integrators PROBLEM DURATION ROUNDS PER_DECADE [name=value]...
  *
- * Prints CSV, a line per method and tolerance. All call the same f and the same Jacobian. Whatever can be
- * made beforehand is made beforehand: a run is from the start to the end, again and again. The methods take
+ * Prints CSV, a line per method and tolerance. All call the same f and the same Jacobian. Preparation is
+ * not timed: a run is from the start to the end, again and again. The methods take
  * turns, so that a change of the machine's load meets all of them. DURATION 0 is the problem's own. */
 #include <inttypes.h>
 #include <math.h>
@@ -18,7 +18,7 @@
 enum { ROUNDS_MAX = 32, DECADES = 13, FAILURES_MAX = 3 };
 
 #define BLOCK_S 2e-3 /* runs are timed in blocks of at least so long: reading the clock costs too */
-/* A run of more is not repeated, and tighter tolerances are left out; also after so many tolerances in a row
+/* A run of more is not repeated, and tighter tolerances are left out; also after FAILURES_MAX tolerances in a row
  * that met the limit of steps (a loose one may meet it alone, on an orbit that escapes). */
 #define LONG_S 0.05
 
@@ -90,7 +90,7 @@ static double first_step(const task *t)
     return h;
 }
 
-/* The first run of a rung: it warms the caches, and tells error, counts and how many runs make a block. */
+/* The first run of a refinement level: it warms the caches, and gives error, counts and how many runs make a block. */
 static void try_refinement_level(refinement_level *r, const task *t, const double *solution)
 {
     double y[LL_ODE_DIM_MAX], begin = cpu_now();
@@ -129,7 +129,7 @@ static void print_refinement_level(refinement_level *r, double tolerance)
            r->counts.jacobians);
 }
 
-/* All methods at one tolerance. `failures` in a row are kept from rung to rung; those with FAILURES_MAX are
+/* All methods at one tolerance. `failures` in a row are kept from level to level; those with FAILURES_MAX are
  * left out. */
 static void measure(const solver *solvers, int count, int *failures, const task *t, const double *solution,
                     int rounds)
@@ -165,7 +165,7 @@ int main(int argc, char **argv)
     const ll_ode_problem *problem = find_problem(argv[1], argc - 5, argv + 5, params);
     int rounds = atoi(argv[3]), per_decade = atoi(argv[4]);
     if (rounds < 1 || rounds > ROUNDS_MAX - 1 || per_decade < 1)
-        check(ll_error(LL_BAD_INPUT, "1 to %d rounds and at least one rung per decade are wanted",
+        check(ll_error(LL_BAD_INPUT, "1 to %d rounds and at least one level per decade are required",
                        ROUNDS_MAX - 1));
 
     task t = {.duration = atof(argv[2]) > 0 ? atof(argv[2]) : problem->duration};

@@ -1,4 +1,4 @@
-// Work against precision: laglab's adaptive methods beside GSL's and SUNDIALS' on the reference problems.
+// Work against precision: laglab's adaptive methods compared with GSL's and SUNDIALS' on the reference problems.
 import { existsSync, mkdirSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { workPrecision } from "./integrators/plot.mjs";
@@ -29,7 +29,7 @@ const measure = ({ problem, duration = 0, set = [] }) => table(program, [problem
 // ---- time at equal error ----
 
 /** Of one method, from the largest tolerance to the one of the least error: what error is certain from there on, so that a
- * rung that hits the solution by chance counts no more than its neighbours. */
+ * level that hits the solution by chance counts no more than its neighbours. */
 function ladder(rungs) {
   const good = rungs.filter((rung) => rung.status === "ok" && Number.isFinite(Number(rung.error)))
     .map((rung) => ({ error: Math.max(Number(rung.error), 1e-17), time: Number(rung.cpu_min_s) }));
@@ -97,7 +97,7 @@ for (const thing of cases) {
 }
 const many = (await table(ensemble, [rounds])).map((row) => ({ ...row, steps_per_s: Math.round((row.members * row.steps) / row.cpu_s) }));
 
-// ---- what is told ----
+// ---- output ----
 
 const values = (column, of = rows) => of.map((row) => row[column]).filter((value) => value !== undefined).map(Number);
 const shown = (column, of) => { const all = values(column, of); return all.length ? `${digits(median(all))} (${digits(Math.max(...all))})` : "-"; };
@@ -134,7 +134,7 @@ writeCsv("integrators", command, {
 writeCsv("integrators/rungs", command, {
   problem: "reference problem", library: "laglab, GSL or SUNDIALS", method: "its method", tolerance: "relative; absolute the same, of stiff problems a thousandth of it",
   status: "failed: not to the end within 100,000 steps", error: "relative, Euclidean, at the end", cpu_min_s: "least CPU time of the blocks of runs, per run",
-  cpu_median_s: "their median", runs: "so many", steps: "accepted", evaluations: "of f", jacobians: "calls of the Jacobian",
+  cpu_median_s: "their median", runs: "their number", steps: "accepted", evaluations: "of f", jacobians: "calls of the Jacobian",
 }, rungs);
 writeCsv("ensemble", command, {
   method: "ode/core/ensemble.h", round: "rounds are interleaved over the methods", members: "oscillators, each with its own start and stiffness", steps: "of each",

@@ -36,7 +36,7 @@ printTable(`${rows.length} chains, ${at_once} at a time, ${Math.round((performan
 const bad = sum("lost") + sum("resurrected") + sum("differ") + rows.filter((row) => row.broken).length;
 say(`${bad === 0 ? "Met" : "Missed"}: 0 acknowledged commands lost, 0 sessions resurrected, 0 hashes that differ.`);
 writeCsv("kills", `bench/run kills --kills=${kills} --at-once=${at_once} --seed=${first}`, {
-  seed: "of the chain's random numbers", kills: "of the daemon by SIGKILL, 20 to 600 ms after the load began", sessions: "made", acknowledged: "answers that told success, of all kinds",
+  seed: "of the chain's random numbers", kills: "of the daemon by SIGKILL, 20 to 600 ms after the load began", sessions: "made", acknowledged: "answers that reported success, of all kinds",
   commands: "looked for in the logs after restarts (each again after every further kill)", hashes: "of states looked for", stayed_away: "deleted sessions looked for",
   lost: "acknowledged and not there", resurrected: "deleted and there again", differ: "hashes that are others", wall_s: "", broken: "why the chain ended early, if it did",
 }, rows.sort((a, b) => a.seed - b.seed));

@@ -13,7 +13,7 @@ export const laglab = join(build, "laglab");
 export const results = process.env.BENCH_RESULTS ?? join(root, "bench", "results");
 export const streamClient = join(build, "bench", "stream_client");
 
-/** Put before servers and clients alike where other work shares the machine: `chrt -r 1`. Told with the results. */
+/** Put before servers and clients alike where other work shares the machine: `chrt -r 1`. The results record it. */
 const prefix = (process.env.BENCH_PREFIX ?? "").split(" ").filter(Boolean);
 const prefixed = (command, args) => [...prefix, command, ...args];
 
@@ -68,7 +68,7 @@ export function machine() {
 
 let tables = "";
 
-/** CSV (RFC 4180) under lines of comments: machine, what the columns are. The tables that were printed since the last go beside it. */
+/** CSV (RFC 4180) under lines of comments: machine, what the columns are. The tables that were printed since the last go into the .txt file of the same name. */
 export function writeCsv(name, command, columns, rows) {
   const cell = (value) => (/[",\n]/.test(String(value)) ? `"${String(value).replaceAll('"', '""')}"` : String(value ?? ""));
   const lines = [

@@ -33,7 +33,7 @@ static void print_points(const ll_vec2 *at, int count)
     printf("]");
 }
 
-/* Segments of a closed chain are told as its points; returns the first shape behind. */
+/* Segments of a closed chain are written as its points; returns the first shape after them. */
 static int32_t print_shape(const ll_rigid *w, int32_t at)
 {
     const ll_shape *s = &ll_shapes(w)[at];
@@ -47,7 +47,7 @@ static int32_t print_shape(const ll_rigid *w, int32_t at)
     ll_rigid_shape_at(w, at, &view);
     int kind = view.geometry.kind;
     if (kind == LL_SHAPE_SEGMENT)
-        check(ll_error(LL_BAD_INPUT, "a scene with segments cannot be told to all engines"));
+        check(ll_error(LL_BAD_INPUT, "a scene with segments is not supported by all engines"));
     if (kind == LL_SHAPE_CHAIN_SEGMENT)
         for (; at < w->shape_end && ll_shapes(w)[at].body == s->body && count < 1024; at++) {
             ll_rigid_shape_at(w, at, &view);
@@ -88,7 +88,7 @@ static void print_joint(const ll_joint *j, const numbers *n)
 {
     const ll_joint_def *d = &j->def;
     if (d->type != LL_JOINT_REVOLUTE)
-        check(ll_error(LL_BAD_INPUT, "a scene with %s joints cannot be told to all engines",
+        check(ll_error(LL_BAD_INPUT, "a scene with %s joints is not supported by all engines",
                        ll_joint_type_names[d->type]));
     printf("{\"a\":%d,\"b\":%d,\"ax\":%.17g,\"ay\":%.17g,\"bx\":%.17g,\"by\":%.17g,\"limited\":%d,"
            "\"motored\":%d,\"angle\":%.17g,\"lower\":%.17g,\"upper\":%.17g,\"speed\":%.17g,\"torque\":%.17g}",
@@ -227,7 +227,7 @@ static void add_wall(ll_rigid *w, double x, double y, double width, double heigh
 }
 
 /* Balls of 1 m that fly about in a square at 5 m/s, without gravity, equally dense for every count: their
- * boxes are made anew in nearly every step. */
+ * boxes are renewed in nearly every step. */
 static ll_rigid *balls(int32_t count)
 {
     ll_rigid_limits limits = {
@@ -261,7 +261,7 @@ static ll_rigid *balls(int32_t count)
     return w;
 }
 
-/* A step of a world of so many bodies when all of it moves, and when all of it sleeps. */
+/* A step of a world of `count` bodies when all move, and when all sleep. */
 static void measure_growth(int32_t count, int steps)
 {
     ll_rigid *w = balls(count);

@@ -1,4 +1,4 @@
-// Rigid bodies: laglab beside Box2D, Chipmunk, Rapier, Planck and Matter on the same scenes.
+// Rigid bodies: laglab compared with Box2D, Chipmunk, Rapier, Planck and Matter on the same scenes.
 import { existsSync, mkdirSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { workPrecision } from "./integrators/plot.mjs";
@@ -39,7 +39,7 @@ const speedScenes = [
   scene("washer", "washer", [], quick ? 60 : 200), scene("rain", "rain", ["size=1000"], quick ? 400 : 500),
 ];
 
-/** Hard cases, 10 s; `ideal` is where the topmost body's centre ought to be at the end. */
+/** Hard cases, 10 s; `ideal` is where the topmost body's centre should be at the end. */
 const hard = (name, of, args, ideal) => ({ ...scene(name, of, args, 600), ideal });
 const hardScenes = [
   hard("column of 20", "column", ["size=20"], 19.5), hard("column of 20, +-1 cm, dropped", "column", ["size=20", "offset=0.01"], 19.5),
@@ -152,7 +152,7 @@ const growth = (await run(program, ["growth", quick ? "20" : "60"])).trim().spli
 printTable("Balls that fly about and meet: broad phase and solver, and the world asleep", growth.map((row) => ({
   bodies: row.bodies, "broad ms": digits(row.broad_ms), "solve ms": digits(row.solve_ms), "whole step ms": digits(row.step_ms), "asleep us": digits(row.asleep_us) })));
 
-// ---- what is told ----
+// ---- output ----
 
 const verdict = (met) => (met ? "met" : "MISSED");
 const cheapest = (name) => errorRows.filter((row) => row.engine === name && stands(row) && row.sag <= 0.12).sort((a, b) => a.mean_ms - b.mean_ms)[0];
@@ -175,7 +175,7 @@ say(`cost grows at most as N log N from ${small.bodies} to ${large.bodies} bodie
 say(`a sleeping world costs less than 1 us a step: ${digits(Math.max(...growth.map((row) => row.asleep_us)))} us: ${verdict(growth.every((row) => row.asleep_us < 1))}`);
 
 const command = `bench/run rigid${quick ? " --quick" : ""}${existsSync(join(peers, "box2d_3_sse2")) ? " --box2d DIR" : ""}`;
-const columns = { settings: "what differs from the engine's standard", steps: "made", mean_ms: "CPU time of a step, of the quickest round", median_ms: "of its steps",
+const columns = { settings: "what differs from the engine's default", steps: "made", mean_ms: "CPU time of a step, of the quickest round", median_ms: "of its steps",
   sag: "m: the most that a dynamic body is too low", drift: "m: the farthest sideways", tilt: "rad: the most that one has turned", top_sag: "m: of the topmost body", top_y: "m: height of its centre", lowest: "m: height of the lowest centre" };
 writeCsv("rigid", command, { scene: "laglab's", engine: "laglab or a peer", ...columns }, speedRows);
 writeCsv("rigid/stability", command, { case: "10 s, sleeping off", engine: "laglab or a peer", off: "m: how much too low the topmost body is; the sag where it may go anywhere", ...columns }, hardRows);

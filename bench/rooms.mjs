@@ -1,5 +1,5 @@
 // Of which code a result speaks: the rooms of src/ that it measures. Their fingerprint is written into the result when it is measured;
-// docs/performance.md tells by it whether they have changed since.
+// docs/performance.md uses it to say whether they have changed since.
 import { createHash } from "node:crypto";
 import { readFileSync, readdirSync } from "node:fs";
 import { dirname, join } from "node:path";

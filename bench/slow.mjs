@@ -1,4 +1,4 @@
-// A viewer that reads a fifth of what it is sent, beside fast ones on the same session: how old are the frames that it sees?
+// A viewer that reads a fifth of its frames, together with fast ones on the same session: the age of the frames that it sees.
 // Direct and through proxies, whose buffers hide a slow reader from the daemon's socket.
 import { digits, interleave, makeSession, measureStreams, printTable, range, say, startDaemon, writeCsv } from "./lib.mjs";
 import { names, startProxy } from "./proxies/proxies.mjs";

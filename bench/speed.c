@@ -1,7 +1,7 @@
 /* How fast the engine runs a scenario, and what a session of it holds: speed SECONDS <scenario.json
  *
  * Prints one JSON object: CPU time of this thread for SECONDS simulated seconds (after a first run that warms
- * caches), and the bytes of a session with 30 s of history, as `cost` tells them, live and parked. */
+ * caches), and the bytes of a session with 30 s of history, as `cost` reports them, live and parked. */
 #include <cjson/cJSON.h>
 #include <inttypes.h>
 #include <stdio.h>

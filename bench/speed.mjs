@@ -1,4 +1,4 @@
-// Simulated seconds per second of one core, beside a model of the demo's rules in JavaScript; what techniques cost; bytes of a session.
+// Simulated seconds per second of one core, compared with a model of the demo's rules in JavaScript; cost of techniques; bytes of a session.
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import { digits, interleave, laglab, build, median, printTable, range, root, run, say, writeCsv } from "./lib.mjs";
@@ -45,7 +45,7 @@ const note = (group, name, result, round) => rows.push({
 const speeds = (results) => results.map((result) => seconds / result.cpu_s);
 const spread = (values) => { const r = range(values); return `${digits(r.min)}-${digits(r.max)}`; };
 
-// ---- beside the model ----
+// ---- comparison with the model ----
 
 const beside = [
   { name: "JavaScript model, 50 Hz clients, 30 updates/s", run: () => model(30), peer: true },
@@ -62,7 +62,7 @@ printTable(`Simulated seconds per second of one core: 2 players, all techniques 
   beside.map((thing) => {
     const speed = speeds(results.get(thing));
     if (thing.peer) peer = speed;
-    results.get(thing).forEach((result, round) => note("beside the model", thing.name, result, round));
+    results.get(thing).forEach((result, round) => note("compared with the model", thing.name, result, round));
     return { case: thing.name, "x real time": digits(median(speed)), "min-max": spread(speed),
       "x the model above": digits(median(speed.map((value, round) => value / peer[round]))) };
   }));

@@ -1,4 +1,4 @@
-// Live streams: S sessions x V viewers at 60 frames/s, beside a Node `ws` server and Colyseus that send as many bytes.
+// Live streams: S sessions x V viewers at 60 frames/s, compared with a Node `ws` server and Colyseus that send as many bytes.
 import { join } from "node:path";
 import { digits, interleave, makeSession, measureStreams, median, pause, printTable, range, root, say, start, startDaemon, writeCsv }
   from "./lib.mjs";

@@ -108,7 +108,7 @@ say(`eight players with everything on: ${digits(speed)} times real time (${digit
   `at least 1,000: ${speed >= 1000 ? "met" : "MISSED"}`);
 
 writeCsv("techniques", `bench/run techniques${quick ? " --quick" : ""}`, {
-  group: "what the technique is for", technique: "what was set, beside the link that all have",
+  group: "what the technique is for", technique: "the settings, in addition to the common link",
   ...Object.fromEntries(Object.keys(metrics).flatMap((metric) => [
     [metric, "mean over runs and players"], [`${metric}_ci95`, "half the 95 % interval over the runs"]])),
   us_per_sim_s: "CPU microseconds per simulated second of the whole session",

@@ -102,21 +102,21 @@ function scenarioDoc(schema) {
   return `${NOTE('`laglab schema` and scenarios/')}
 # The scenario format
 
-A scenario is a JSON object of at most 32 levels. It names a kind, the kind's parameters, a duration and a seed. What is left out has its
-default. A key that is not listed here is an error, and so is a value of the wrong type or out of its range: the message names the field, the
+A scenario is a JSON object of at most 32 levels. It names a kind, the kind's parameters, a duration and a seed. Missing values have their
+defaults. An unlisted key is an error, and so is a value of the wrong type or out of its range: the message names the field, the
 range and the value. Names carry their units.
 
 A row that is **live** can be changed while a session runs, by \`PATCH /api/v1/sessions/ID/params\` or by the page. The others are set before
-a session is made: in the scenario, by \`--set\` of \`laglab run\`, or by \`set\` of \`POST /api/v1/sessions\`. Dotted paths address a value;
-elements of arrays are counted from 0. Rules that tie values together hold for all that is set at once, in any order; of two \`--set\` of one path
+a session is created: in the scenario, by \`--set\` of \`laglab run\`, or by \`set\` of \`POST /api/v1/sessions\`. Dotted paths address a value;
+elements of arrays are counted from 0. Rules that connect several values are checked after all of them are set, in any order; of two \`--set\` of one path
 the later counts.
 
 Two rows depend on each other: reconciliation switched on switches prediction on, and prediction switched off switches reconciliation off.
 
-The same rules as a JSON Schema (2020-12) are in [scenario.schema.json](../api/scenario.schema.json), which a daemon also gives at
+The same rules as a JSON Schema (2020-12) are in [scenario.schema.json](../api/scenario.schema.json), which a daemon also serves at
 \`/api/v1/schema\`. Units are in \`x-unit\`, live rows have \`x-live\`.
 
-A scenario of one's own, from a file:
+Your own scenario, from a file:
 
 \`\`\`sh
 cat > mine.json <<'END'
@@ -134,9 +134,9 @@ ${schema.oneOf.map((kind) => kindDoc(kind, schema.$defs)).join('\n\n')}
 
 ## The library
 
-\`laglab scenarios\` lists it; \`laglab run ID\` runs one; the page offers all of them.
+\`laglab scenarios\` lists the scenarios; \`laglab run ID\` runs one; the page offers all of them.
 
-${table(['Id', 'Title', 'Paper', 'What to look at'], library().map((s) => [code(s.id), s.title, s.paper, s.text]))}`;
+${table(['Id', 'Title', 'Paper', 'Description'], library().map((s) => [code(s.id), s.title, s.paper, s.text]))}`;
 }
 
 // ---- the API ----
@@ -261,7 +261,7 @@ function apiDoc(api, stream) {
     'The contract is [openapi.yaml](../api/openapi.yaml) and [asyncapi.yaml](../api/asyncapi.yaml); a daemon serves both at ' +
     '`/api/v1/openapi.yaml` and `/api/v1/asyncapi.yaml`. First steps with curl are in the [README](../README.md#first-experiment).',
     api.info.description.trim(), '## Operations',
-    table(['Operation', 'What it does'], operations.map((o) => [`[${title(o)}](#${anchor(title(o))})`, o.operation.summary]))];
+    table(['Operation', 'Summary'], operations.map((o) => [`[${title(o)}](#${anchor(title(o))})`, o.operation.summary]))];
   for (const tag of api.tags) {
     parts.push(`## ${tag.name[0].toUpperCase()}${tag.name.slice(1)}`, tag.description);
     for (const o of operations.filter((each) => each.operation.tags.includes(tag.name)))
@@ -361,21 +361,21 @@ const RESULTS = [
   { name: 'speed', title: 'Speed of the engine', by: ['group', 'case'],
     columns: [['Times real time, median (range)', 'times_real_time', spread], ['Bytes live', 'live_bytes', median],
       ['Bytes parked', 'parked_bytes', median]] },
-  { name: 'integrators', title: 'Integrators beside other libraries: CPU time at equal error (1e-4 to 1e-10)', by: ['problem'],
+  { name: 'integrators', title: 'Integrators and other libraries: CPU time at equal error (1e-4 to 1e-10)', by: ['problem'],
     columns: [['laglab', 'laglab_method', words], ['GSL', 'gsl_method', words], ['SUNDIALS', 'sundials_method', words],
       ['Over GSL, median (range)', 'of_gsl', spread], ['Over SUNDIALS, median (range)', 'of_sundials', spread],
       ['Over the faster, worst', 'of_best', worst]] },
   { name: 'ensemble', title: 'Ensembles of 1,024 oscillators', by: ['method'], columns: [['Steps/s, median (range)', 'steps_per_s', spread]] },
-  { name: 'rigid', title: 'Rigid bodies beside other engines: CPU time of a step, ms', by: ['scene'], columns: engines(stepTime) },
+  { name: 'rigid', title: 'Rigid bodies and other engines: CPU time of a step, ms', by: ['scene'], columns: engines(stepTime) },
   { name: 'rigid/stability', title: 'Hard cases after 10 s: topmost body too low / farthest drift, cm; X: toppled', by: ['case'],
     columns: engines(offAndDrift, ENGINES.filter((name) => name !== 'laglab SSE2')) },
   { name: 'rigid/growth', title: 'Rigid bodies: cost over the number of balls', by: ['bodies'], columns: [['Broad phase, ms', 'broad_ms', median],
     ['Solver, ms', 'solve_ms', median], ['Step, ms', 'step_ms', median], ['Step asleep, us', 'asleep_us', median]] },
-  { name: 'fluid', title: 'Fluids: frames of 1/60 s per second of one core, beside other programs', by: ['case', 'method'],
-    columns: [['Frames/s, median (range)', 'frames_per_s', spread], ['Size, and what the speed was bought with', 'note', last]] },
-  { name: 'fluid_accuracy', title: 'Particles against what is known: relative errors', by: ['scene', 'size', 'quantity'],
+  { name: 'fluid', title: 'Fluids: frames of 1/60 s per second of one core, and other programs', by: ['case', 'method'],
+    columns: [['Frames/s, median (range)', 'frames_per_s', spread], ['Size, and the price of the speed', 'note', last]] },
+  { name: 'fluid_accuracy', title: 'Particles against known solutions: relative errors', by: ['scene', 'size', 'quantity'],
     columns: methods('value', ['wcsph', 'pbf', 'dfsph']) },
-  { name: 'fluid_grid/frames', title: 'Smoke past a cylinder: what a frame costs', by: ['n', 'settings'],
+  { name: 'fluid_grid/frames', title: 'Smoke past a cylinder: cost of a frame', by: ['n', 'settings'],
     columns: [['ms a frame', 'ms_per_frame', median], ['Frames/s', 'frames_per_s', median], ['Residual', 'residual', median],
       ['Divergence left, 1/s', 'divergence_max_per_s', median], ['Sweeps', 'sweeps_mean', median]] },
   { name: 'fluid_grid/pressure', title: 'Pressure solvers to a residual of 1e-6', by: ['box', 'solver', 'n'],
@@ -385,12 +385,12 @@ const RESULTS = [
       ['CPU, s', 'cpu_s', median]] },
   { name: 'experiments', title: 'Experiments: jobs, store, export, a large sweep', by: ['measured', 'runs'],
     columns: [['Wall, s', 'wall_s', spread], ['CPU, s', 'cpu_s', spread], ['Memory, MiB', 'peak_mib', worst]] },
-  { name: 'techniques', title: 'Techniques of netcode: what each costs and what it is worth', by: ['group', 'technique'],
+  { name: 'techniques', title: 'Techniques of netcode: cost and effect', by: ['group', 'technique'],
     columns: [['Input latency, ms', 'input_latency_ms', median], ['Own error at its tick, m', 'own_timeline_error_m', median],
       ['Others now, m', 'remote_error_m', median], ['Others on their timeline, m', 'timeline_error_m', median],
       ['Corrections/s', 'corrections_per_s', median], ['Correction, m', 'correction_m', median],
       ['Bytes/s up', 'up_bytes_per_s', median], ['Bytes/s down', 'down_bytes_per_s', median], ['us per simulated s', 'us_per_sim_s', median]] },
-  { name: 'streams', title: 'Streams beside other servers', by: ['sessions', 'viewers', 'server'],
+  { name: 'streams', title: 'Streams and other servers', by: ['sessions', 'viewers', 'server'],
     columns: [['Frames/s', 'frames_per_s', median], ['Frames lost, most', 'lost', worst], ['Interval p50, ms', 'p50_ms', median],
       ['Interval p99, ms', 'p99_ms', spread], ['Age p99, ms', 'age_p99_ms', median], ['CPU, % of a core', 'server_cpu_pct', median],
       ['CPU per frame, us', 'server_us_per_frame', spread], ['Memory, MB', 'server_rss_mb', median]] },
@@ -408,8 +408,8 @@ export function ageDoc(name, head, root = ROOT) {
   const rooms = roomsOf(name).map((room) => code(`src/${room}`)).join(', ');
   const told = head.get('rooms'), now = fingerprint(name, root);
   const measured = `Measured at commit ${head.get('commit') ?? 'unknown'}, ${head.get('date') ?? 'at an unknown time'}.`;
-  if (told === now) return `${measured} What it speaks of (${rooms}) is as it was then.`;
-  const since = told === undefined ? 'it does not say of which state, so take it that the code has changed'
+  if (told === now) return `${measured} The measured code (${rooms}) has not changed since.`;
+  const since = told === undefined ? 'the result has no fingerprint of the code, so assume that the code has changed'
     : 'the code has changed since';
   return `**${measured} Older than the code:** ${since} (${rooms}).\n${code(head.get('command') ?? './dev bench')} measures it again.`;
 }
@@ -445,10 +445,10 @@ function closedFormsDoc() {
 
 // ---- memory of a session ----
 
-const PARTS = [['block_bytes', 'server, clients, links, instruments: one block, of a size that follows from the scenario'],
-  ['checkpoint_bytes', 'two kept states, for seeking back; made when a session passes a third and two thirds of its duration'],
-  ['event_bytes', 'the last 2048 events, for views'], ['log_bytes', 'commands; a run without any has none'],
-  ['bytes', 'all of these and the scenario'], ['parked_bytes', 'what is left while it is parked: the scenario and the log']];
+const PARTS = [['block_bytes', 'server, clients, links, metrics: one block, of a size that follows from the scenario'],
+  ['checkpoint_bytes', 'two checkpoints, for seeking back; made when a session passes a third and two thirds of its duration'],
+  ['event_bytes', 'the last 2048 events, for views'], ['log_bytes', 'commands; empty without commands'],
+  ['bytes', 'all of these and the scenario'], ['parked_bytes', 'the bytes that remain while the session is parked: the scenario and the log']];
 
 function memoryDoc(laglab) {
   const [race, eight] = ['race', 'eight'].map((id) => JSON.parse(laglab('run', id)).cost);
@@ -456,7 +456,7 @@ function memoryDoc(laglab) {
     PARTS.map(([name, meaning]) => [code(name), race[name].toLocaleString('en'), eight[name].toLocaleString('en'), meaning]));
 }
 
-// ---- what was held for long ----
+// ---- long test runs ----
 
 const READERS = { head: 'the head of an HTTP request, as the acceptor reads it', http: 'whole requests of a connection, through gate and library to the handlers', frames: 'WebSocket frames of a viewer, through its stream thread', json: 'JSON of any body, file or message',
   scenario: 'a scenario, which then runs', experiment: 'an experiment, of which a run is made', log: 'the log of a session, which is replayed', merge: 'shards given to `laglab merge`',
@@ -468,7 +468,7 @@ const whole = (/** @type {string | number} */ n) => Number(n).toLocaleString('en
 function held(name, command, body) {
   const file = `bench/results/${name}.csv`;
   if (!existsSync(path.join(ROOT, file))) return `Not run yet: \`${command}\` does.`;
-  const { comments, rows } = parseCsv(read(file)), of = Object.fromEntries([...comments].reverse()); // a column may have the name of what is told first
+  const { comments, rows } = parseCsv(read(file)), of = Object.fromEntries([...comments].reverse()); // a column may have the name of a comment
   const when = of.date && of.commit ? ` ${of.date}, commit ${of.commit}, ${of.cpu}, ${of.compiler}; load of the machine: ${of.load}.` : '';
   return `${body(rows, of)}\n\n[All rows](../${file}). Repeat: \`${command}\`.${when}`;
 }
@@ -545,7 +545,7 @@ function between(file, text, begin, end, body) {
   return `${text.slice(0, from + begin.length)}\n${body}\n${text.slice(to)}`;
 }
 
-/** Both schemas, each beside what it refers to and not around it, which makers of types take for a property. */
+/** Both schemas, each next to the schemas that it refers to, not around them: generators of types take nested ones for properties. */
 function schemas(scenario, experiment) {
   const { $schema, $defs: ofScenario, ...scenario_ } = scenario;
   const { $schema: _, $defs: ofExperiment, ...experiment_ } = experiment;

@@ -1,4 +1,4 @@
-// The cases in which the adviser is held against brute force: grids of settings, each with the limits that are asked for on it.
+// The cases for comparing the adviser with brute force: grids of settings, each with the limits that are asked for on it.
 // `limits` are numbers, or {rank: r}: the error at the r-th part of the grid's settings in the order of their errors, exactly. Where
 // seeds matter, `repeats` is above 1; where the error counts rare events, `event` is what one adds to that of a run. `sample` is
 // what the tests take.

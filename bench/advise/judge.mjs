@@ -1,4 +1,4 @@
-// Brute force beside the adviser, from outside: all rows come from `laglab sweep`, means and regret are made here.
+// Brute force to judge the adviser, from outside: all rows come from `laglab sweep`, means and regret are made here.
 import { spawn } from "node:child_process";
 import { once } from "node:events";
 
@@ -30,7 +30,7 @@ function student(degrees) {
 const rare = (mean, n, event) => (event * (1.92 + 1.96 * Math.sqrt((mean * n) / event + 1))) / n;
 
 const FIRST = 24; // seeds of every setting, where brute force is a race
-const FAR = 2; // half widths of 95 %: what misses a limit, or costs more than what holds, by so much there is left at that
+const FAR = 2; // half widths of 95 %: a setting that misses a limit, or costs more than one that holds, by this much gets no more seeds
 const DEARER = 1.1;
 
 /** @typedef {{errors: number[], costs: number[], failed: number, values: Record<string, any>}} Runs */

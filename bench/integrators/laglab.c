@@ -51,7 +51,7 @@ static void close_run(void *state_)
     free(s);
 }
 
-/* All that choose their steps by a tolerance, whatever the table has. */
+/* All methods of the table that choose their steps by a tolerance. */
 int laglab_solvers(solver *list, int count)
 {
     for (int i = 0; ll_ode_methods[i] != NULL; i++)

@@ -1,4 +1,4 @@
-// nginx and HAProxy in front of a daemon, without root and from the configurations beside this file.
+// nginx and HAProxy in front of a daemon, without root and from the configurations of this folder.
 import { spawn } from "node:child_process";
 import { mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { connect, createServer } from "node:net";
@@ -36,7 +36,7 @@ async function answers(port) {
   return false;
 }
 
-/** @param {string} name @param {number} upstream port of the daemon @param {string} [configuration] in place of the one beside this file */
+/** @param {string} name @param {number} upstream port of the daemon @param {string} [configuration] instead of the one in this folder */
 export async function startProxy(name, upstream, configuration) {
   const folder = mkdtempSync(join(tmpdir(), `laglab-${name}-`));
   const port = await freePort();

@@ -29,7 +29,7 @@ typedef struct bench_body {
     int shape_count;
 } bench_body;
 
-/* A hinge between two bodies, counted from 0 as they are made. The angle is that of b to a. */
+/* A revolute joint between two bodies, counted from 0 as they are made. The angle is that of b to a. */
 typedef struct bench_joint {
     int a, b;
     double ax, ay, bx, by; /* anchors in the frames of the centres of mass */
@@ -63,7 +63,7 @@ typedef struct bench_scene {
 
 typedef struct engine {
     const char *name;
-    /* `set` tells a setting of the engine by its name, or `default_value` where none was given. */
+    /* `set` is a setting of the engine by its name, or `default_value` where none was given. */
     void *(*open)(const bench_world *world, double (*set)(const char *name, double default_value));
     void (*add_body)(void *state, const bench_body *body);
     void (*add_joint)(void *state, const bench_joint *joint);

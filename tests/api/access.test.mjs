@@ -1,4 +1,4 @@
-// Who may: the operator's key and the class key, from files and from the environment; and without either as ever.
+// Access control: the operator's key and the class key, from files and from the environment; and without either.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { spawnSync } from 'node:child_process';
@@ -30,7 +30,7 @@ after(async () => {
   rmSync(folder, { recursive: true, force: true });
 });
 
-test('without a key nobody creates, with the class key whoever has it', async () => {
+test('creation needs the class key', async () => {
   const made = await c.call('POST', S, { body: { scenario: 'race', paused: true }, key: CLASS });
   assert.equal(made.status, 201, made.text);
   const { id, owner_key: owner } = made.json;
@@ -44,11 +44,11 @@ test('without a key nobody creates, with the class key whoever has it', async ()
     for (const key of [owner, `${CLASS}x`, CLASS.slice(1), CLASS.toUpperCase()]) assert.equal((await c.call('POST', place, { body, key })).status, 403, place);
     for (const key of [CLASS, OPERATOR]) assert.ok([200, 201, 202].includes((await c.call('POST', place, { body, key })).status), place);
   }
-  assert.equal((await c.get(`${S}/${id}`)).status, 200, 'what is shared is watched by anybody');
+  assert.equal((await c.get(`${S}/${id}`)).status, 200, 'shared sessions need no key for watching');
   const stream = await openStream(daemon.url, `sessions/${id}`);
   await stream.frame();
   await stream.close();
-  assert.equal((await c.call('POST', `${S}/${id}/control`, { key: CLASS, body: { op: 'play' } })).status, 403, 'the class key is nobody\'s owner key');
+  assert.equal((await c.call('POST', `${S}/${id}/control`, { key: CLASS, body: { op: 'play' } })).status, 403, 'the class key is not an owner key');
   assert.equal((await c.call('DELETE', `${S}/${id}`, { key: CLASS })).status, 403);
   for (const place of [S, E]) assert.equal((await c.get(place, { key: CLASS })).status, 403);
 });
@@ -109,7 +109,7 @@ test('a key cannot be guessed: wrong ones are counted by address', async () => {
   await strict.stop();
 });
 
-test('without either all is open, and nobody is the operator', async () => {
+test('without either all is open, and no client is the operator', async () => {
   const open = await startDaemon(), s = client(open.url);
   assert.deepEqual((await s.get(C)).json, { creation: 'open' });
   const session = await s.make();

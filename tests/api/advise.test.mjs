@@ -1,4 +1,4 @@
-// The adviser beside brute force, from outside: a sample of the cases of `bench/run advise`, and what a sceptic would ask.
+// The adviser compared with brute force, from outside: a sample of the cases of `bench/run advise`, and critical cases.
 import assert from 'node:assert/strict';
 import { spawnSync } from 'node:child_process';
 import path from 'node:path';
@@ -52,7 +52,7 @@ test('a budget of one advises nothing, a budget beyond the grid proves', async (
   assert.equal(judge(all, truth, 0.05).regret, 0);
 });
 
-test('metrics and costs that are null are not advised, and the reason is told', async () => {
+test('metrics and costs that are null are not advised, with the reason', async () => {
   const race = { scenario: 'race', set: { duration_s: 6 }, repeats: 3, axes: [{ path: 'players.0.dejitter', values: ['none', 'send_time'] }, { path: 'server.update_hz', values: [12, 24] }] };
   const buffered = 'players.0.dejitter.added_mean_ms', error = 'players.0.remote_error_m.mean';
   for (const metrics of [[buffered, error], [error, buffered]]) {
@@ -78,7 +78,7 @@ test('events that come in bursts are not taken for single ones', async () => {
   assert.ok(point['players.0.visible_corrections'] <= limit, `${point['players.0.visible_corrections']} for ${limit}`);
 });
 
-test('a name that is none is told', () => {
+test('an unknown name is reported', () => {
   for (const [metric, value, said] of [['methods.0.e_max', 'rk5', /must be one of .*got "rk5"/], ['methods.0.e_mox', 'rk4', /no metric methods\.0\.e_mox/]]) {
     const result = spawnSync(BINARY, ['advise', '-', '--max-error', '1', '--metric', String(metric), '--vary', `methods.0.method=${value},rk2`], { input: JSON.stringify(orbit.scenario), encoding: 'utf8' });
     assert.notEqual(result.status, 0);

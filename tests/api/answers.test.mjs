@@ -125,7 +125,7 @@ test('parts of results put together are the whole', async () => {
   }
 });
 
-test('HEAD is cheap, and tells what GET tells', async () => {
+test('HEAD is cheap, and has the headers of GET', async () => {
   const long = (await c.call('POST', X, { body: plan(1, 3000) })).json;
   const begun = performance.now();
   for (let i = 0; i < 20; i++) assert.equal((await fetchRaw(`${X}/${long.id}/runs/1/trace`, {}, 'HEAD')).status, 200);
@@ -149,7 +149,7 @@ test('HEAD is cheap, and tells what GET tells', async () => {
   }
 });
 
-test('how fast an experiment goes is told again after a restart', async () => {
+test('the rate of an experiment is reported again after a restart', async () => {
   const rate = () => waitFor(async () => {
     const { json } = await c.get(`${X}/${running.id}`);
     return json.rate_per_s > 0 && json;

@@ -139,7 +139,7 @@ test('the buffers of views', async () => {
   await stream.close();
 });
 
-test('a de-jitter buffer tells what it holds', async () => {
+test('a de-jitter buffer reports its content', async () => {
   const session = await c.make({ scenario: 'dejitter', paused: true });
   await c.control(session, { op: 'seek', time_s: 9 });
   const stream = await c.stream(session);
@@ -398,7 +398,7 @@ function checkProgress(stream) {
   stream.messages.forEach((message, i) => check(i === 0 ? 'experimentHello' : message.type, message));
 }
 
-test('an experiment tells its progress: paused, resumed, over; then its stream ends', async () => {
+test('an experiment reports its progress: paused, resumed, finished; then its stream ends', async () => {
   const made = (await c.call('POST', E, { body: order(4000) })).json;
   const control = (op) => c.call('POST', `${E}/${made.id}/control`, { key: made.owner_key, body: { op } });
   const first = await c.progress(made.id), second = await c.progress(made.id);

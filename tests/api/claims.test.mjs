@@ -55,7 +55,7 @@ test('lag against what is felt and seen: prediction takes the round trip out of 
   }
   for (const row of rows) {
     const lead = row['players.0.own_lead_ms.mean'], lag = row['players.0.lag_ms'], right = row['players.0.reconciliation'];
-    if (right || !row['players.0.prediction']) assert.equal(row['players.0.own_timeline_error_m.rms'], 0); // the picture is true at its tick
+    if (right || !row['players.0.prediction']) assert.equal(row['players.0.own_timeline_error_m.rms'], 0); // the display is right at its tick
     else if (lag > 0) assert.ok(row['players.0.own_timeline_error_m.rms'] > 0);
     assert.ok(right ? lead >= lag && lead < lag + 50 : lag === 0 || lead <= -lag / 2, `${lag} ms: ${lead}`);
   }
@@ -63,7 +63,7 @@ test('lag against what is felt and seen: prediction takes the round trip out of 
   others(true).forEach((error, i) => assert.ok(error > others(false)[i]));
 });
 
-test('loss against lockstep: everybody waits, and with a free server nobody', () => {
+test('loss against lockstep: all wait, and with a free server none', () => {
   const rows = points('lockstep_loss');
   const pipelined = { 'server.sync': 'lockstep_pipelined' };
   const stalled = along(rows, pipelined, 'server.stalled_s'), pace = along(rows, pipelined, 'server.steps_per_s');
@@ -76,7 +76,7 @@ test('loss against lockstep: everybody waits, and with a free server nobody', ()
 test('rewind limit: more hits behind cover, fewer hits that do not count', () => {
   const rows = points('rewind_cover');
   const behind = along(rows, {}, 'players.1.shots.hitscan.shot_behind_cover'), missed = along(rows, {}, 'players.1.shots.hitscan.false_misses');
-  // without rewinding only a victim that is hit in the moment in which its own picture, ahead of the server, has it hidden
+  // without rewinding only a victim that is hit while its own view, ahead of the server, shows it hidden
   assert.ok(rises(behind) && behind[0] < 0.5 && behind[6] > 20, String(behind));
   assert.ok(missed[0] > 50 && missed[6] === 0, String(missed));
 });

@@ -42,8 +42,8 @@ function refused(args, words, input) {
   return refusal(laglab(args, input), args, words);
 }
 
-/** As `refused`, beside others. @param {string[]} args @param {string[]} words */
-async function refusedBeside(args, words) {
+/** As `refused`, in parallel with others. @param {string[]} args @param {string[]} words */
+async function refusedInParallel(args, words) {
   const child = spawn(BINARY, args, { cwd: folder, timeout: 60000 });
   const [stdout, stderr, [status]] = await Promise.all([text(child.stdout), text(child.stderr), once(child, 'close')]);
   return refusal({ status, stdout, stderr }, args, words);
@@ -242,7 +242,7 @@ test('a log replays to the same hashes', () => {
   }
 });
 
-test('a log that was tampered with is told by its first tick that differs', () => {
+test('the first differing tick of a changed log is reported', () => {
   const file = path.join(folder, 'tampered.log');
   run(['race', '--duration', '1', '--log', file]);
   const lines = readFileSync(file, 'utf8').trimEnd().split('\n');
@@ -314,18 +314,18 @@ test('every parameter refuses bad values by name and range', async () => {
 
   const attempt = async ({ name, value, full, sets }) => {
     const words = [name, ...(full.enum ?? []).slice(0, 6)]; // a message names the first of many
-    const told = await refusedBeside(['run', ...sets, '--duration', '0.1', '--set', `${name}=${value}`], words);
-    // The range is told for every number that is out of it.
-    const numbers = (told.match(/-?\d[\d.]*(e[+-]?\d+)?/g) ?? []).map(Number);
+    const message = await refusedInParallel(['run', ...sets, '--duration', '0.1', '--set', `${name}=${value}`], words);
+    // The message has the range for every number outside of it.
+    const numbers = (message.match(/-?\d[\d.]*(e[+-]?\d+)?/g) ?? []).map(Number);
     if (full.minimum !== undefined &&
-      /^-?\d+(\.\d+)?$/.test(value)) assert.ok(numbers.includes(full.minimum) && numbers.includes(full.maximum), told);
+      /^-?\d+(\.\d+)?$/.test(value)) assert.ok(numbers.includes(full.minimum) && numbers.includes(full.maximum), message);
   };
   await Promise.all(Array.from({ length: 2 * availableParallelism() }, async () => {
     for (let next = cases.pop(); next; next = cases.pop()) await attempt(next);
   }));
 });
 
-test('paths that lead nowhere are refused', () => {
+test('unknown paths are refused', () => {
   for (const [setting, ...words] of [
     ['servr.sync=free', 'servr', 'server'], ['players.0.lag=3', 'players.0.lag', 'lag_ms'], ['players.9.lag_ms=3', 'players.9'],
     ['players.-1.lag_ms=3', 'players'], ['players.00.lag_ms=3', 'players.00'], ['=3', 'path=value'], ['x', 'path=value'], ['.=1'],
@@ -401,7 +401,7 @@ test('--text prints the lines of the paper', () => {
   refused(['run', 'motion/orbit', '--text'], ['free_fall', 'kepler']);
 });
 
-test('work-precision writes the ladder as CSV', () => {
+test('work-precision writes the refinement series as CSV', () => {
   const lines = good(['work-precision', 'free_fall', '--methods', 'explicit_euler,dopri5', '--set', 'g=20']).trimEnd().split('\r\n');
   const names = lines[0].split(',');
   const rows = lines.slice(1).map((line) => Object.fromEntries(line.split(',').map((cell, i) => [names[i], cell])));
@@ -417,7 +417,7 @@ test('work-precision writes the ladder as CSV', () => {
   refused(['work-precision', 'hires', '--methods', 'boris'], ['boris']);
 });
 
-test('work-precision of a scenario writes its ladders as CSV', () => {
+test('work-precision of a scenario writes its refinement series as CSV', () => {
   const lines = good(['work-precision', 'rigid/column', '--methods', 'soft_step,xpbd', '--duration', '1']).trimEnd().split('\r\n');
   const names = lines[0].split(',');
   const rows = lines.slice(1).map((line) => Object.fromEntries(line.split(',').map((cell, i) => [names[i], cell])));
@@ -432,9 +432,9 @@ test('work-precision of a scenario writes its ladders as CSV', () => {
 });
 
 test('work-precision of a netgame: a mean over seeds with its interval, and a page that draws every method', () => {
-  const ladder = (/** @type {string[]} */ ...more) => JSON.parse(good(['work-precision', 'hermite', '--duration', '8', '--format', 'json',
+  const series = (/** @type {string[]} */ ...more) => JSON.parse(good(['work-precision', 'hermite', '--duration', '8', '--format', 'json',
     ...more]));
-  const rows = ladder('--seeds', '12', '--report', 'hermite.html'), other = ladder('--seeds', '2');
+  const rows = series('--seeds', '12', '--report', 'hermite.html'), other = series('--seeds', '2');
   assert.deepEqual([...new Set(rows.map((/** @type {any} */ row) => row.series))], ['linear', 'hermite']);
   for (const row of rows) {
     assert.ok(row.error_low < row.error && row.error < row.error_high && row.seeds === 12 && row.cpu_min_s > 0, JSON.stringify(row));
@@ -464,8 +464,8 @@ test('work-precision writes every format of sweep', () => {
   assert.deepEqual(names, Object.keys(rows[0]));
   assert.deepEqual(untimed(lines.map((cells) => Object.fromEntries(cells.map((cell,
     i) => [names[i], cell === '' ? null : Number.isNaN(Number(cell)) ? cell : Number(cell)])))), untimed(rows));
-  assert.equal(good([...args, '--out', 'ladder.ndjson']), '');
-  assert.deepEqual(untimed(readFileSync(path.join(folder, 'ladder.ndjson'), 'utf8').trimEnd().split('\n').map((line) => JSON.parse(line))),
+  assert.equal(good([...args, '--out', 'series.ndjson']), '');
+  assert.deepEqual(untimed(readFileSync(path.join(folder, 'series.ndjson'), 'utf8').trimEnd().split('\n').map((line) => JSON.parse(line))),
     untimed(rows));
   const column = JSON.parse(good(['work-precision', 'rigid/column', '--methods', 'xpbd', '--duration', '0.1', '--format', 'json']));
   assert.deepEqual(column.map((/** @type {{value: number}} */ row) => row.value), [1, 2, 4, 8, 16, 32]);

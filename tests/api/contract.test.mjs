@@ -1,4 +1,4 @@
-// The contract as others read it: linted, held against the schema of AsyncAPI, and compiled into a typed client that calls every operation.
+// The contract for clients: linted, compared with the schema of AsyncAPI, and compiled into a typed client that calls every operation.
 import assert from 'node:assert/strict';
 import { execFile } from 'node:child_process';
 import { copyFileSync, mkdirSync, mkdtempSync, readFileSync, rmSync, symlinkSync, writeFileSync } from 'node:fs';

@@ -25,7 +25,7 @@ after(() => daemon.stop());
 
 // ---- generated files ----
 
-/** Whoever has just measured has other figures than the committed ones. */
+/** After a new measurement the figures differ from the committed ones. */
 function ownResults() {
   try {
     return execFileSync('git', ['status', '--porcelain', 'bench/results'], { cwd: ROOT, encoding: 'utf8', stdio: ['ignore', 'pipe', 'ignore'] }) !== '';
@@ -218,6 +218,6 @@ test('relative links lead somewhere', () => {
   assert.deepEqual(dead, []);
 });
 
-test('the picture is small', () => {
+test('the image is small', () => {
   assert.ok(statSync(path.join(ROOT, 'docs/race.png')).size < 200 * 1024);
 });

@@ -215,7 +215,7 @@ test('the examples by curl, Python and Node print the same rows', async () => {
   }
 });
 
-test('limits are told with their number', async () => {
+test('a message about a limit has its number', async () => {
   const strict = await startDaemon({ args: ['--max-experiments', '1', '--max-experiment-runs', '30'] });
   const s = client(strict.url);
   try {

@@ -1,4 +1,4 @@
-// What makes metrics null is told: in runs, sessions, experiments, sweeps and reports.
+// Notices give the reasons for null metrics: in runs, sessions, experiments, sweeps and reports.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { spawnSync } from 'node:child_process';
@@ -40,7 +40,7 @@ test('a run that is over before metrics count says so, one that is longer does n
   assert.deepEqual(long.notices.filter((/** @type {string} */ text) => text.includes('duration_s')), []);
 });
 
-test('whoever never touches the controls, and whoever never joined, is named', () => {
+test('players who never touch the controls, or never joined, are named', () => {
   const players = [{ name: 'Ida' }, { name: 'Leo', control: 'person' }, { name: 'Mo', link: { up: { loss_pct: 100 } } }];
   const { notices } = JSON.parse(laglab(['run', '-'], { kind: 'netgame', game: 'race', duration_s: 5, players }).stdout).metrics;
   assert.equal(notices.length, 2);
@@ -48,7 +48,7 @@ test('whoever never touches the controls, and whoever never joined, is named', (
   assert.match(notices[1], /^Leo did not change the controls/);
 });
 
-test('a session tells it with its state, and while nothing is counted yet', async () => {
+test('a session has notices in its state, also before anything is counted', async () => {
   const { id } = (await c.call('POST', S, { body: { scenario: 'race', set: { duration_s: 1.5 }, paused: true } })).json;
   const session = (await c.get(`${S}/${id}`)).json;
   assert.equal(session.notices.length, 1);
@@ -60,7 +60,7 @@ test('a session tells it with its state, and while nothing is counted yet', asyn
 
 const plan = { scenario: 'race', set: { duration_s: 1.5 }, repeats: 2, axes: [{ path: 'players.0.lag_ms', values: [20, 90] }], metrics: [LEAD] };
 
-test('an experiment tells it before it runs, and at how many of its points', async () => {
+test('an experiment has notices before it runs, with the number of points', async () => {
   for (const query of ['', '?dry_run=true']) {
     const { notices } = (await c.call('POST', `${E}${query}`, { body: plan })).json;
     assert.equal(notices.length, 1);
@@ -74,7 +74,7 @@ test('an experiment tells it before it runs, and at how many of its points', asy
   assert.match(stderr, /laglab: duration_s, 1.5 s, is not longer/);
 });
 
-test('metrics that no run has are told by the sweep and its report', () => {
+test('the sweep and its report name metrics that no run has', () => {
   const html = path.join(folder, 'idle.html');
   const idle = { ...plan, set: { duration_s: 3, 'players.1.control': 'person' }, metrics: [LEAD, LATENCY] };
   const said = `No run has ${LATENCY}: it is null in all 4.`;
@@ -86,7 +86,7 @@ test('metrics that no run has are told by the sweep and its report', () => {
   assert.ok(readFileSync(html, 'utf8').includes(`role="note">${said}`));
 });
 
-test('a rule that is not reached is told with the number of points', async () => {
+test('a notice gives the number of points at which a rule was not reached', async () => {
   const noisy = { scenario: 'race', set: { duration_s: 3, 'players.0.link.down.jitter_ms': 30 }, repeats: 12, metrics: ['players.0.remote_error_m.mean'],
     axes: [{ path: 'players.0.lag_ms', values: [20, 90, 140] }] };
   const told = (/** @type {any} */ until) => laglab(['sweep', '-', '--points'], { ...noisy, until }).stderr;

@@ -1,4 +1,4 @@
-// A netgame recovers from its network, seen from outside: random outages beside an undisturbed twin, clean links that predict without
+// A netgame recovers from its network, seen from outside: random outages compared with an undisturbed twin, clean links that predict without
 // an error, waits that add up, and an adviser that draws the right conclusion. Cases are drawn from seeds, so that a failure can be had again.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
@@ -57,11 +57,11 @@ function outage(/** @type {string} */ sync, /** @type {number} */ seed) {
   const blackout = { blackout_at_ms: Math.round(begin * 1000), blackout_length_ms: Math.round(length * 1000) };
   const players = Array.from({ length: count }, (_, i) => ({
     lag_ms: Math.floor(unit() * 90), prediction: unit() < 0.5, reconciliation: true, ack: pick(['high_water', 'per_input']),
-    input_delay_ticks: ['deterministic', 'rollback'].includes(sync) ? 16 : 0, // so that nobody waits on a link that is well
+    input_delay_ticks: ['deterministic', 'rollback'].includes(sync) ? 16 : 0, // so that no client waits on a good link
     link: all || i === victim ? Object.fromEntries(way.map((/** @type {string} */ direction) => [direction, blackout])) : undefined,
   }));
   const slowest = Math.max(...players.map(({ lag_ms }) => lag_ms));
-  // 2 s and twice the round trip; under gambetta a lost input is told one by one only when 64 more were made, at half of the frames
+  // 2 s and twice the round trip; under gambetta a lost input is reported one by one only when 64 more were made, at half of the frames
   const single = sync === 'gambetta' && players.some(({ ack }) => ack === 'per_input') ? 160 / rate : 0;
   const heals = begin + length + 2 + (4 * slowest) / 1000 + single;
   return {
@@ -90,12 +90,12 @@ for (const sync of SYNCS) {
       const now = applied(hit, scenario), usually = applied(well, twin);
       hit.players.forEach((player, i) => {
         const { made, open, refused, late, lost } = player.inputs.verdicts;
-        assert.equal(made, open + player.inputs.verdicts.applied + refused + late + lost, `${what}: every input has one verdict`);
-        assert.equal(player.validation.false_refusals, 0, `${what}: nobody honest is refused`);
+        assert.equal(made, open + player.inputs.verdicts.applied + refused + late + lost, `${what}: every input has one result`);
+        assert.equal(player.validation.false_refusals, 0, `${what}: no honest input is refused`);
         assert.ok(hit.column(`player_${i}_connection`).slice(from).every((state) => state === PLAYING), `${what}: player ${i} plays`);
         for (const [name, allowed] of /** @type {[string, number][]} */ ([['unacked', 1], ['view_age_ms', turn]])) {
           const [is, would] = [hit, well].map((run) => mean(run.column(`player_${i}_${name}`).slice(from)));
-          if (Number.isNaN(would)) continue; // nobody else is there
+          if (Number.isNaN(would)) continue; // no other player is there
           assert.ok(Math.abs(is - would) <= 0.1 * would + allowed, `${what}: player ${i}, ${name} ${is}, without outage ${would}`);
         }
         assert.ok(usually[i] > 0 && now[i] > 0.9 * usually[i] - 2, `${what}: player ${i}, ${now[i]} inputs applied, without outage ${usually[i]}`);

@@ -111,7 +111,7 @@ test('bullets: none passes a swept wall, and as many as theory says an unswept o
   assert.equal(fast.tunnelled, 0);
 });
 
-test('beginner\'s impulses bring the stack down, the standard solver does not', () => {
+test('beginner\'s impulses bring the stack down, the default solver does not', () => {
   const { metrics } = run('rigid/collapsing_stack');
   assert.ok(metrics.tilt_worst_rad > 1 && metrics.energy_added_j > 1, JSON.stringify(metrics.tilt_worst_rad));
   assert.ok(metrics.side_by_side[0].tilt_rad < 0.001 && metrics.side_by_side[0].sag_m < 0.01 && metrics.side_by_side[0].energy_added_j < 0.01);
@@ -156,7 +156,7 @@ test('bad input is a sentence with field, range and value, on the command line a
     [rigid([{}], { side_by_side: [{}, {}, {}] }), 'side_by_side', 'at most 2 elements; got 3'],
     [{ kind: 'rigid', scene: 'pyramid', params: { size: 100000 } }, 'params.size', '1048576'],
     [{ kind: 'rigid', scene: 'pyramid', params: { size: 1000 } }, 'params.size', 'MB'],
-    [{ kind: 'rigid', scene: 'confined', params: { size: 1 } }, 'params of confined: position.x', 'must be finite'], /* which only building it tells */
+    [{ kind: 'rigid', scene: 'confined', params: { size: 1 } }, 'params of confined: position.x', 'must be finite'], /* detected only when the scene is built */
   ];
   for (const [scenario, ...words] of bad) {
     const result = laglab(['run', '-'], scenario);

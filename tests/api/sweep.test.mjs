@@ -26,11 +26,11 @@ function laglab(args, wish = {}) {
   return result;
 }
 
-/** @param {string[]} args @param {{input?: string, env?: Record<string, string>, told?: RegExp}} [wish] told: what is said beside the result */
+/** @param {string[]} args @param {{input?: string, env?: Record<string, string>, messages?: RegExp}} [wish] messages: text on standard error */
 function good(args, wish) {
   const result = laglab(args, wish);
   assert.equal(result.status, 0, `laglab ${args.join(' ')}: ${result.stderr}`);
-  if (wish?.told) assert.match(result.stderr, wish.told);
+  if (wish?.messages) assert.match(result.stderr, wish.messages);
   else assert.equal(result.stderr, '');
   return result.stdout;
 }
@@ -81,12 +81,12 @@ test('shards that a copy cut or an editor changed are refused, and never make tw
     ['a field less', whole.replace(/\r\n0,0,/, '\r\n0,'), /run 0 has not the \d+ fields/], ['an open quote', whole.replace(',ok,,', ',ok,",'), /has not the \d+ fields/],
     ['a NUL', whole.replace(',ok,,', ',ok,\0,'), /has not the \d+ fields/], ['a line end within', whole.replace(/\r\n$/, '\r+x\r\n'), /has no end/], ['a sign', whole.replace(/\r\n0,/, '\r\n+0,'), /begins with its run/],
     ['a zero before', whole.replace(/\r\n1,/, '\r\n01,'), /begins with its run/]];
-  for (const [what, text, told] of changed) {
+  for (const [what, text, message] of changed) {
     assert.notEqual(text, whole, what);
     writeFileSync(file('bad.csv'), text);
     const refused = laglab(['merge', name, 'bad.csv', 'm2.csv']);
     assert.equal(refused.status, 2, what);
-    assert.match(refused.stderr, told, what);
+    assert.match(refused.stderr, message, what);
     assert.equal(refused.stdout, '', what);
   }
   assert.equal(good(['merge', name, 'm1.csv', 'm2.csv']), good(['sweep', name]));
@@ -95,18 +95,18 @@ test('shards that a copy cut or an editor changed are refused, and never make tw
 test('a metric that was not counted is empty in CSV and null in JSON, and holds no limit', () => {
   const name = write('short.json', { scenario: 'race', set: { duration_s: 1.5 }, axes: [{ path: 'players.0.lag_ms', values: [0, 80] }],
     metrics: ['players.0.input_latency_ms.mean', 'players.0.corrections'] }); // all within the warm-up
-  const told = /duration_s, 1\.5 s, is not longer than warmup_s, 2 s.*\n.*No run has players\.0\.input_latency_ms\.mean: it is null in all 2/;
-  const rows = good(['sweep', name], { told }).trimEnd().split('\r\n'), column = rows[0].split(',').indexOf('players.0.input_latency_ms.mean');
+  const messages = /duration_s, 1\.5 s, is not longer than warmup_s, 2 s.*\n.*No run has players\.0\.input_latency_ms\.mean: it is null in all 2/;
+  const rows = good(['sweep', name], { messages }).trimEnd().split('\r\n'), column = rows[0].split(',').indexOf('players.0.input_latency_ms.mean');
   for (const row of rows.slice(1)) {
     assert.equal(row.split(',')[column], '');
     assert.equal(row.split(',')[column + 1], '0');
   }
-  for (const row of JSON.parse(good(['sweep', name, '--format', 'json'], { told }))) assert.equal(row['players.0.input_latency_ms.mean'], null);
-  const [point] = JSON.parse(good(['sweep', name, '--points', '--format', 'json'], { told }));
+  for (const row of JSON.parse(good(['sweep', name, '--format', 'json'], { messages }))) assert.equal(row['players.0.input_latency_ms.mean'], null);
+  const [point] = JSON.parse(good(['sweep', name, '--points', '--format', 'json'], { messages }));
   assert.equal(point['players.0.input_latency_ms.mean'], null);
-  good(['sweep', name, '--out', 'short.sqlite'], { told });
+  good(['sweep', name, '--out', 'short.sqlite'], { messages });
   assert.equal(sql('short.sqlite', 'SELECT COUNT(*) FROM results WHERE "players.0.input_latency_ms.mean" IS NULL'), '2');
-  good(['sweep', name, '--out', 'short.csv', '--report', 'short.html'], { told });
+  good(['sweep', name, '--out', 'short.csv', '--report', 'short.html'], { messages });
   assert.ok(!/NaN|undefined|Infinity/.test(readFileSync(file('short.html'), 'utf8')));
   const answer = JSON.parse(good(['advise', 'race', '--metric', 'players.0.input_latency_ms.mean', '--max-error', '1e9', '--vary',
     'players.0.prediction=true,false',
@@ -215,7 +215,7 @@ test('a point is run until its mean is known well enough, the same for any numbe
   assert.ok(points.some((/** @type {any} */ point) => point.runs < 60), 'some point has enough');
 });
 
-test('sensitivity indices tell which axis a metric follows', () => {
+test('sensitivity indices show which axis a metric depends on', () => {
   // free fall for 1 s with Euler steps: the error is g dt / 2 to first order, and does not know of the speed at first
   const sampled = { scenario: { kind: 'motion', problem: 'free_fall', duration_s: 1, methods: [{ method: 'explicit_euler', dt_s: 0.01 }] },
     sample: { method: 'saltelli', count: 128 },
@@ -272,7 +272,7 @@ test('repeats that are all equal give no interval, and say so', () => {
   assert.deepEqual(csv.slice(1, 5).map((line) => line.split(',')[column] === ''), [true, false, true, false]);
   const once = JSON.parse(good(['sweep',
     write('once.json', { scenario: 'race', set: { duration_s: 1 }, metrics: ['players.0.remote_error_m.mean'] }), '--points', '--format',
-      'json'], { told: /is not longer than warmup_s/ }));
+      'json'], { messages: /is not longer than warmup_s/ }));
   assert.deepEqual([once[0].identical, once[0]['players.0.remote_error_m.mean.ci95']], [null, null]);
 });
 
@@ -297,11 +297,11 @@ test('what scripts did is recorded once and replayed under other techniques', ()
   // other inputs are another experiment: a store holds both
   const other = write('other.json', order({ workload: { inputs: [{ tick: 0, player: 0, axes: [0.5, 0] }] } }));
   const stored = good(['sweep', name, '--store', 'sqlite:workloads.db']),
-    without = good(['sweep', other, '--store', 'sqlite:workloads.db'], { told: /No run has players\.0\.input_latency_ms\.mean/ });
+    without = good(['sweep', other, '--store', 'sqlite:workloads.db'], { messages: /No run has players\.0\.input_latency_ms\.mean/ });
   assert.equal(stored, rows);
   assert.notEqual(without, rows);
   assert.equal(good(['sweep', name, '--store', 'sqlite:workloads.db']), rows);
-  // the speed at the end is what the players do, whatever the technique
+  // the speed at the end is what the players do, for every technique
   const speeds = rows.split('\r\n').slice(1, -1).map((row) => row.split(',')[12]);
   assert.ok(new Set(rows.split('\r\n').slice(1, -1).map((row) => row.split(',')[14])).size > 1, 'latencies differ');
   assert.ok(speeds.every((speed) => Number(speed) > 0));
@@ -335,7 +335,7 @@ test('a report is one page with the front, a table for each plot, and what repea
   assert.equal(page.match(/<svg viewBox/g)?.length, 5, 'error against cost, and both metrics along both axes');
   assert.equal(page.match(/<table>/g)?.length, 6);
   assert.match(page, /laglab sweep experiment.json/);
-  // The front by its definition: nobody is as good in both and better in one.
+  // The front by its definition: no point is as good in both and better in one.
   const at = (point) => [point['methods.0.evaluations'], point['methods.0.e_max']];
   const front = points.filter((a) => !points.some((b) => at(b)[0] <= at(a)[0] && at(b)[1] <= at(a)[1] &&
     (at(b)[0] < at(a)[0] || at(b)[1] < at(a)[1])));
@@ -345,10 +345,10 @@ test('a report is one page with the front, a table for each plot, and what repea
   assert.ok(marked.length > 3 && marked.length < 18);
   const specification = /<h2>Specification<\/h2><pre>([^]*?)<\/pre>/.exec(page)[1].replaceAll('&quot;', '"').replaceAll('&lt;', '<')
     .replaceAll('&gt;', '>').replaceAll('&amp;', '&');
-  assert.equal(good(['sweep', '-'], { input: specification }), good(['sweep', name]), 'what it tells repeats it');
+  assert.equal(good(['sweep', '-'], { input: specification }), good(['sweep', name]), 'its command repeats it');
 });
 
-test('a report of many points stays small: marks stand for several, tables list some, and both tell of all', () => {
+test('a report of many points stays small: marks stand for several, tables list some, and both give the total', () => {
   const many = { title: 'Many', scenario: { kind: 'motion', problem: 'oscillator', duration_s: 0.3, methods: [{ method: 'rk4' }] },
     axes: [
       { zip: [{ path: 'methods.0.method', values: ['explicit_euler', 'velocity_verlet'] },
@@ -377,7 +377,7 @@ test('a report of many points stays small: marks stand for several, tables list 
   const table = page.slice(page.indexOf('<h2>Points</h2>')),
     at = (/** @type {any} */ p) => [p['methods.0.evaluations'], p['methods.0.e_max']];
   assert.equal(table.match(/<tr/g).length - 1, Number(/(\d+) of 12,000 points are listed/.exec(table)?.[1]));
-  // Few enough are on the front: all of them are listed, whatever else is.
+  // Few enough are on the front: all of them are listed.
   const least = new Map();
   for (const row of rows) {
     const [cost, error] = at(row);
@@ -536,17 +536,17 @@ test('costs that are counted: passes over contacts, visits of cells', () => {
   assert.ok(metrics.cell_visits >= 8 * 256 * metrics.steps);
 });
 
-test('every verb tells its usage and options', () => {
+test('every verb prints its usage and options', () => {
   const verbs = [...good(['help']).matchAll(/^ {2}laglab ([a-z-]+)/gm)].map((found) => found[1]);
   assert.ok(verbs.length > 12);
   for (const verb of verbs) assert.match(good([verb, '--help']), new RegExp(`laglab ${verb}`), verb);
-  // Of a verb that takes options each has a line; what is told is taken, and what is taken is told.
+  // Each option of a verb has a line; printed options are accepted, and accepted ones are printed.
   for (const verb of ['serve', 'run', 'sweep', 'merge', 'advise', 'worker', 'submit', 'store']) {
-    const told = [...good([verb, '--help']).matchAll(/^ {2}(--?[a-z-]+)( [A-Z])?.*\n {6}\S/gm)];
-    assert.ok(told.length >= 2, verb);
-    for (const [, option, takes] of told) if (takes) assert.match(laglab([verb, option]).stderr, /needs a value/, `${verb} ${option}`);
+    const printed = [...good([verb, '--help']).matchAll(/^ {2}(--?[a-z-]+)( [A-Z])?.*\n {6}\S/gm)];
+    assert.ok(printed.length >= 2, verb);
+    for (const [, option, takes] of printed) if (takes) assert.match(laglab([verb, option]).stderr, /needs a value/, `${verb} ${option}`);
     for (const usage of good(['help']).split('\n').filter((line) => line.startsWith(`  laglab ${verb} `)))
-      for (const [option] of usage.matchAll(/--?[a-z]+(-[a-z]+)*(?=[ \]]|$)/g)) assert.ok(told.some((line) => line[1] === option),
+      for (const [option] of usage.matchAll(/--?[a-z]+(-[a-z]+)*(?=[ \]]|$)/g)) assert.ok(printed.some((line) => line[1] === option),
         `${verb} ${option}`);
   }
 });

@@ -1,4 +1,4 @@
-// Workers beside a sweep or a daemon on one store: what they do together is what one does alone.
+// Workers with a sweep or a daemon on one store: together they compute what one computes alone.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { execFileSync, spawn, spawnSync } from 'node:child_process';
@@ -60,10 +60,10 @@ test('a worker takes part in what a daemon was asked for', async (t) => {
   assert.ok(JSON.parse(text).runs > 0, 'the worker had a part of it');
 });
 
-test('an experiment of another version is left alone by workers and by a daemon, which tell both versions', async (t) => {
+test('an experiment of another version is left alone by workers and by a daemon, which name both versions', async (t) => {
   const other = '0.0.9+0123456789ab', own = laglab('--version').stdout.trim().split(' ')[1], store = path.join(folder, 'mixed.db');
   const sql = (/** @type {string} */ text) => execFileSync('sqlite3', ['-cmd', '.timeout 5000', store, text], { encoding: 'utf8' }).trim();
-  const told = (/** @type {string} */ text) => { for (const words of [other, own, 'begin it anew']) assert.ok(text.includes(words), text); };
+  const namesVersions = (/** @type {string} */ text) => { for (const words of [other, own, 'begin it anew']) assert.ok(text.includes(words), text); };
   const daemon = await startDaemon({ args: ['--store', `sqlite:${store}`, '--threads', '1'] });
   t.after(() => daemon.stop());
   const c = client(daemon.url);
@@ -73,18 +73,18 @@ test('an experiment of another version is left alone by workers and by a daemon,
   assert.deepEqual([(await control('pause')).json.version, (await c.get(made.links.self)).json.held_back], [own, null]);
   await waitFor(() => sql('SELECT count(*) FROM chunk WHERE state=1') === '0', 'what was begun', 20000);
   const rows = sql(`UPDATE experiment SET version='${other}'; SELECT count(*) FROM result`);
-  told((await c.get(made.links.self)).json.held_back);
+  namesVersions((await c.get(made.links.self)).json.held_back);
   const refused = await control('resume');
   assert.equal(refused.status, 409);
-  told(refused.json.detail);
+  namesVersions(refused.json.detail);
   sql('UPDATE experiment SET state=0');
   for (const more of [['--experiment', made.id], ['--drain']]) {
     const worker = laglab('worker', '--store', store, ...more);
     assert.equal(worker.status, 2, worker.stderr);
-    told(worker.stderr);
+    namesVersions(worker.stderr);
   }
   const patient = spawn(BINARY, ['worker', '--store', store], { stdio: ['ignore', 'ignore', 'pipe'] });
-  told(String((await once(patient.stderr, 'data'))[0]));
+  namesVersions(String((await once(patient.stderr, 'data'))[0]));
   await new Promise((resolve) => { patient.once('close', resolve).kill('SIGTERM'); });
   assert.equal(sql('SELECT count(*) FROM result'), rows);
   assert.ok((await c.get(made.links.results)).text.split('\r\n').slice(1, -1).every((row) => row.endsWith(`,${other}`)));

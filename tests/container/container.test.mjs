@@ -24,7 +24,7 @@ const line = (/** @type {RegExp} */ which) => {
 
 const podman = (/** @type {string[]} */ ...args) => execFileSync(ENGINE[0], [...ENGINE.slice(1), ...args], { encoding: 'utf8', maxBuffer: 1 << 26 });
 
-/** A line of the page, as podman is told it. */
+/** A line of the page, adapted to podman. */
 function documented(/** @type {string} */ command) {
   const [docker, verb, ...rest] = command.split(/\s+/);
   assert.equal(docker, 'docker');
@@ -40,7 +40,7 @@ const ready = () => waitFor(async () => (await fetch(`${URL_}readyz`).catch(() =
 const X = '/api/v1/experiments';
 let session;
 
-test('it starts as shown, as nobody, and may write nothing but its data', async () => {
+test('it starts as described, without privileges, and can write only its data', async () => {
   documented(line(/^docker run .*--name laglab .*laglab$/));
   await ready();
   const status = podman('exec', 'laglab', 'cat', '/proc/1/status'), of = (/** @type {string} */ name) => new RegExp(`^${name}:\\s+(\\S+)`, 'm').exec(status)?.[1];

@@ -1,4 +1,4 @@
-// For everybody: rules of axe-core, keyboard, sizes, glyphs, quiet.
+// Accessibility: rules of axe-core, keyboard, sizes, glyphs, few announcements.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import { readFileSync, readdirSync } from 'node:fs';
@@ -153,7 +153,7 @@ test('Tab reaches everything, in the order A, server, B, messages, charts, time;
   await close();
 });
 
-test('the layout holds still: little shift from loading, a note and a theme', async () => {
+test('the layout is stable: little shift from loading, a note and a theme', async () => {
   const { page, close } = await visit(browser, 'about:blank', { wait: false });
   await page.addInitScript(() => {
     globalThis.shift = 0;
@@ -168,7 +168,7 @@ test('the layout holds still: little shift from loading, a note and a theme', as
   await close();
 });
 
-test('what is spoken comes at most once in two seconds', async () => {
+test('announcements come at most once in two seconds', async () => {
   const { page, close } = await visit(browser, daemon.url);
   await page.evaluate(() => {
     globalThis.spoken = [];

@@ -1,4 +1,4 @@
-// The collide lab: scenes with overlays, two solvers side by side, the tunnelling meter, energy, and a body in one's hand.
+// The collide lab: scenes with overlays, two solvers side by side, the tunnelling meter, energy, and a body that is dragged.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
@@ -32,7 +32,7 @@ async function topmost(page, world = 0) {
 }
 
 const place = (page, world, x, y) => page.evaluate(async ([w, mx, my]) => {
-  const { cameras } = await import(new URL('js/workbench/hand.js', location.href).href);
+  const { cameras } = await import(new URL('js/workbench/pointer_drag.js', location.href).href);
   const at = cameras.get(w), box = document.getElementById(`world${w}`).getBoundingClientRect();
   return { px: box.left + (mx - at.left) * at.scale, py: box.top + (at.top - my) * at.scale };
 }, [world, x, y]);
@@ -133,7 +133,7 @@ test('a scenario of two worlds can be seen with one', async () => {
   await page.waitForSelector('#world1');
   await page.locator('#count').selectOption({ label: 'one solver' });
   await page.waitForFunction(() => globalThis.laglab().params?.side_by_side?.length === 0 && !document.getElementById('world1'));
-  await page.locator('details summary', { hasText: 'Scene made anew' }).click();
+  await page.locator('details summary', { hasText: 'Rebuild with' }).click();
   await page.locator('[data-scene="size"]').fill('5');
   await page.keyboard.press('Tab');
   await page.waitForFunction(() => globalThis.laglab().params?.params?.size === 5);
@@ -141,7 +141,7 @@ test('a scenario of two worlds can be seen with one', async () => {
   await close();
 });
 
-test('the tunnelling meter: none through swept walls, most through the others', async () => {
+test('the tunnelling meter: none with continuous collision detection, most without', async () => {
   const { page, close } = await open('?scenario=rigid/bullets');
   await page.waitForFunction(() => document.getElementById('chip')?.textContent?.includes('Ended'), null, { timeout: 15000 });
   assert.equal(await cell(page, '0/tunnelled'), '0 of 200');
@@ -168,7 +168,7 @@ test('energy and overlap are plotted; beginner\'s impulses add energy', async ()
   await close();
 });
 
-test('each phase of a step tells what it costs, in both worlds', async () => {
+test('the cost of each phase of a step is shown, in both worlds', async () => {
   const { page, complaints, close } = await open('?scenario=rigid/column&set=duration_s:300');
   const ms = (name) => page.locator(`[data-phase="${name}"] span`).textContent().then(Number);
   await page.waitForFunction(() => Number(document.querySelector('[data-phase="1/all"] span')?.textContent) > 0);
@@ -211,14 +211,14 @@ test('solver, phases and gravity change live; a value out of range is refused wi
   await close();
 });
 
-test('another scene, and another size of it, are sessions of their own', async () => {
+test('another scene or another size creates a new session', async () => {
   const { page, close } = await open('#collide');
   await page.waitForSelector('#scene');
   await page.locator('#scene').selectOption('rigid/arch');
   await page.waitForFunction(() => globalThis.laglab().params?.scene === 'arch');
   await page.locator('#scene').selectOption('rigid/pyramid');
   await page.waitForFunction(() => globalThis.laglab().params?.scene === 'pyramid');
-  await page.getByText('Scene made anew with').click();
+  await page.getByText('Rebuild with').click();
   await page.locator('[data-scene="size"]').fill('4');
   await page.locator('[data-scene="size"]').blur();
   await page.waitForFunction(() => globalThis.laglab().params?.params.size === 4);
@@ -226,7 +226,7 @@ test('another scene, and another size of it, are sessions of their own', async (
   await close();
 });
 
-test('a body is dragged by the mouse, and let go', async () => {
+test('a body is dragged by the mouse, and released', async () => {
   const { page, complaints, close } = await open(LONG);
   await page.waitForFunction(() => globalThis.laglab().frame.time_s > 0.2 && document.getElementById('world0'));
   const { body, px, py } = await topmost(page);
@@ -264,7 +264,7 @@ test('a body is dragged by keys', async () => {
   await page.waitForFunction(() => globalThis.laglab().frame.time_s > 0.1 && document.getElementById('world0'));
   const { body } = await topmost(page);
   await page.locator('.drag').first().focus();
-  const hand = () => page.evaluate(async () => (await import(new URL('js/workbench/hand.js', location.href).href)).pointer.value);
+  const hand = () => page.evaluate(async () => (await import(new URL('js/workbench/pointer_drag.js', location.href).href)).pointer.value);
   await page.keyboard.press('ArrowRight');
   for (let i = 0; i < 200; i++) {
     const at = await hand();

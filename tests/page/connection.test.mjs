@@ -1,4 +1,4 @@
-// Connections on the page: what a view says of its own, who is away, the list, the messages that keep a connection; and numbers that nothing was counted for.
+// Connections on the page: state in the view, players who are not connected, the list of events, messages of the connection; and values without a sample.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
@@ -33,8 +33,8 @@ test('an outage: stalled, disconnected, joined again; the view says so, and the 
   const { page, complaints, close } = await visit(browser, `${daemon.url}?scenario=outage&set=players.1.lag_ms:40`);
   const session = await sessionOf(page);
   const control = (body) => api(daemon.url, `sessions/${session.id}/control`, body, session.key);
-  assert.equal(await page.locator('.happened').count(), 0, 'nothing to list while everybody plays');
-  await words(page, 2, /^What player B sees/);
+  assert.equal(await page.locator('.happened').count(), 0, 'nothing to list while all clients play');
+  await words(page, 2, /^View of player B/);
   const plain = await ink(page, 2);
   await control({ op: 'seek', time_s: 9 });
   await control({ op: 'speed', speed: 4 });
@@ -46,14 +46,14 @@ test('an outage: stalled, disconnected, joined again; the view says so, and the 
     await page.waitForTimeout(400);
   };
   await at(3);
-  await words(page, 2, /^Stalled · dropped by the server\. What player B sees/);
+  await words(page, 2, /^Stalled · dropped by the server\. View of player B/);
   assert.deepEqual((await listed(page)).map((text) => text.replace(/^[\d.]+ s /, '')), ['B dropped by the server', 'B stalled']);
   assert.ok((await frameOf(page)).views[1].entities[1].flags & 128, 'away for A');
   assert.ok(!((await frameOf(page)).views[1].entities[0].flags & 128));
   await control({ op: 'play' });
   await at(5);
-  await words(page, 2, /^Disconnected\. What player B sees/);
-  await words(page, 1, /^What player A sees/);
+  await words(page, 2, /^Disconnected\. View of player B/);
+  await words(page, 1, /^View of player A/);
   assert.ok(await ink(page, 2) < 0.6 * plain, `dimmed: ${await ink(page, 2)} of ${plain}`);
   assert.deepEqual(await axe(page), []);
   await control({ op: 'play' });
@@ -64,7 +64,7 @@ test('an outage: stalled, disconnected, joined again; the view says so, and the 
   const times = list.map((text) => Number.parseFloat(text));
   assert.ok(times[0] > 12.5 && times[0] < 13.5 && times[1] > times[0] + 0.4 && Math.abs(times[2] - times[1] - 2.5) < 0.11 && times[3] > 18, list.join());
   assert.match(await page.locator('#live').textContent() ?? '', /B (joined again|disconnected)|Playing|Paused/);
-  await words(page, 2, /^What player B sees/);
+  await words(page, 2, /^View of player B/);
   assert.ok(!((await frameOf(page)).views[1].entities[1].flags & 128), 'back');
   assert.deepEqual(complaints, []);
   await close();
@@ -89,7 +89,7 @@ test('pings are among the messages when they are wanted', async () => {
   await close();
 });
 
-test('what nothing was counted for is a dash; what was is a number', async () => {
+test('a value without a sample is a dash; one with samples is a number', async () => {
   const { page, close } = await visit(browser, `${daemon.url}?scenario=race&set=warmup_s:4`);
   const cell = (name) => page.locator(`[data-now="${name}"]`).innerText();
   await until(async () => (await frameOf(page)).time_s > 2, 'two seconds');
@@ -132,11 +132,11 @@ test('both locksteps can be chosen, each by its name', async () => {
   await close();
 });
 
-test('settings stand in groups; what holds from the start is shown and not offered', async () => {
+test('settings are grouped; those fixed during a run are shown and disabled', async () => {
   const { page, close } = await visit(browser, `${daemon.url}?scenario=race&set=players.0.drift_ppm:40`);
   await button(page, 'All settings of Player A').click();
   assert.deepEqual(await page.locator('dialog h3').allInnerTexts(),
-    ['Way', 'Prediction and view', 'Driver and inputs', 'Clock and devices', 'Link up', 'Link down']);
+    ['Link', 'Prediction and view', 'Control and inputs', 'Clock and devices', 'Link up', 'Link down']);
   const drift = page.locator('dialog [data-path="players.0.drift_ppm"]'), send = page.locator('dialog [data-path="players.0.send_hz"]').first();
   assert.equal(await drift.inputValue(), '40');
   assert.ok(await drift.isDisabled());
@@ -146,7 +146,7 @@ test('settings stand in groups; what holds from the start is shown and not offer
   assert.deepEqual(await axe(page), []);
   await button(page, 'Close').click();
   await button(page, 'All settings of the server and the game').click();
-  assert.deepEqual(await page.locator('dialog h3').allInnerTexts(), ['Pace and connections', 'Inputs', 'Shots', 'Snapshots', 'Game']);
+  assert.deepEqual(await page.locator('dialog h3').allInnerTexts(), ['Rate and connections', 'Inputs', 'Shots', 'Snapshots', 'Game']);
   await close();
 });
 
@@ -179,14 +179,14 @@ test('a page that draws too slowly gets fewer frames, says so, and gets them bac
   await close();
 });
 
-test('events that were too many to wait are reported, not passed over', async () => {
+test('skipped events are reported', async () => {
   const { page, hold, close } = await slowPage('?scenario=eight&set=duration_s:120');
   const gaps = () => page.evaluate(() => globalThis.laglab().gaps);
   assert.deepEqual(await gaps(), []);
   await hold(3000); // longer than events are kept, shorter than the daemon waits for an acknowledgement
   await until(async () => (await gaps()).length > 0, 'the gap', 20000);
   await hold(0);
-  await until(async () => /\d+ events did not come/.test(await page.locator('#lane-facts').innerText()), 'it is shown', 8000);
+  await until(async () => /\d+ events missing/.test(await page.locator('#lane-facts').innerText()), 'it is shown', 8000);
   const [gap] = await gaps();
   assert.ok(gap.count > 0 && gap.to > gap.from, JSON.stringify(gap));
   await close();

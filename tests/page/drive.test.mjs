@@ -57,7 +57,7 @@ test('without prediction the own car waits for the round trip', async () => {
   await close();
 });
 
-test('D drives B; both at once; releasing lets go', async () => {
+test('D drives B; both at once; releasing stops', async () => {
   const { page, close } = await visit(browser, `${daemon.url}${SLOW}&set=players.1.prediction:true`);
   await page.waitForTimeout(1500);
   await page.locator('.view[data-drive="1"]').focus();
@@ -73,7 +73,7 @@ test('D drives B; both at once; releasing lets go', async () => {
   await close();
 });
 
-test('a key in the focused view takes the wheel; Esc gives it back to the script', async () => {
+test('a key in the focused view takes control; Esc returns it to the script', async () => {
   const { page, close } = await visit(browser, daemon.url);
   assert.equal((await paramsOf(page)).players[0].control, 'script');
   await page.keyboard.press('ArrowRight'); /* no view has the focus: nothing is driven */
@@ -115,7 +115,7 @@ test('touch pads drive while they are held', async () => {
   await page.waitForTimeout(700);
   const { vx } = (await frameOf(page)).views[1].entities[0];
   await page.waitForTimeout(400);
-  assert.ok((await frameOf(page)).views[1].entities[0].vx < vx, 'let go');
+  assert.ok((await frameOf(page)).views[1].entities[0].vx < vx, 'released');
   assert.deepEqual(complaints, []);
   await close();
 });

@@ -36,7 +36,7 @@ test('Figure 9: with random latency they are not', async () => {
   await close();
 });
 
-test('a dot tells what it stands for, in the view and aloud', async () => {
+test('a dot is described in the view and announced', async () => {
   const { page, complaints, close } = await visit(browser, `${daemon.url}?scenario=paper/fig08`);
   await until(async () => (await dotsOf(page))[1].length >= 5, 'dots', 15000);
   await page.keyboard.press('Alt+k');
@@ -46,13 +46,13 @@ test('a dot tells what it stands for, in the view and aloud', async () => {
   const before = await picture();
   await page.locator('.view[data-drive="0"]').focus();
   await page.keyboard.press('Shift+ArrowLeft');
-  await page.waitForFunction(() => /State of tick \d+ · arrived .* · sent .* · \d+ ms old/.test(document.getElementById('live').textContent), null, { timeout: 5000 });
+  await page.waitForFunction(() => /Snapshot of tick \d+ · arrived .* · sent .* · \d+ ms old/.test(document.getElementById('live').textContent), null, { timeout: 5000 });
   await until(async () => (await picture()) !== before, 'the dot is named in the view');
   assert.deepEqual(complaints, []);
   await close();
 });
 
-test('one input is picked among the messages, and its life is told', async () => {
+test('one input is selected among the messages, and its path is described', async () => {
   const { page, close } = await visit(browser, `${daemon.url}?scenario=paper/fig08`);
   await page.waitForTimeout(2500);
   await page.keyboard.press('Alt+k');
@@ -63,7 +63,7 @@ test('one input is picked among the messages, and its life is told', async () =>
   await page.keyboard.press('ArrowLeft');
   await until(async () => /Input \d+ of A/.test(await page.locator('#lane-facts').innerText()), 'its life');
   /* The lane shows 0.75 s and a life takes half a second: step until the oldest input that is shown has lived its whole life. */
-  const whole = async () => /250 ms to the server's tick .* to its use · in all \d+ ms/.test(await page.locator('#lane-facts').innerText());
+  const whole = async () => /250 ms to the server's tick .* to its use · total \d+ ms/.test(await page.locator('#lane-facts').innerText());
   for (let i = 0; i < 40 && !await whole(); i++) {
     const { tick } = await frameOf(page);
     await page.keyboard.press('.');
@@ -73,14 +73,14 @@ test('one input is picked among the messages, and its life is told', async () =>
   }
   assert.ok(await whole(), await page.locator('#lane-facts').innerText());
   await page.keyboard.press('Escape');
-  await until(async () => /^Last /.test(await page.locator('#lane-facts').innerText()), 'let go');
+  await until(async () => /^Last /.test(await page.locator('#lane-facts').innerText()), 'deselected');
   await close();
 });
 
-test('prediction without reconciliation snaps; with it, on a lane of one\'s own, nothing is corrected', async () => {
+test('prediction without reconciliation snaps; with it, in a separate lane, nothing is corrected', async () => {
   const { page, close } = await visit(browser, `${daemon.url}?scenario=race&set=players.0.reconciliation:false&set=players.0.prediction:true&set=players.0.lag_ms:250`);
   await until(async () => (await frameOf(page)).views[1].corrections > 3, 'snaps', 10000);
-  await until(async () => Number(await page.locator('[data-now="Corrections/0"]').innerText()) > 0, 'the number that is told');
+  await until(async () => Number(await page.locator('[data-now="Corrections/0"]').innerText()) > 0, 'the number of corrections');
   await control(page, 'players.0.reconciliation').setChecked(true);
   await page.waitForTimeout(1500);
   const count = (await frameOf(page)).views[1].corrections;
@@ -89,7 +89,7 @@ test('prediction without reconciliation snaps; with it, on a lane of one\'s own,
   await close();
 });
 
-test('interpolation draws the other between two states and says where', async () => {
+test('interpolation draws the other between two snapshots and shows α', async () => {
   const { page, close } = await visit(browser, `${daemon.url}?scenario=race&set=players.0.interpolation:true&set=server.update_hz:10`);
   // The frame and what had arrived by then, in one question: the page goes on meanwhile.
   const look = () => page.evaluate(() => {

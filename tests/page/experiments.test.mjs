@@ -1,4 +1,4 @@
-// The Experiments view: written, counted, run, watched, read, opened; kept over a reload; for everybody.
+// The Experiments view: writing, estimating, running, watching, reading and opening experiments; reload; accessibility.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
@@ -53,7 +53,7 @@ const column = async (page, name) => {
   return page.locator('.points tbody tr').evaluateAll((all, at) => all.map((row) => row.children[at].textContent), place);
 };
 
-test('what the results cannot show is told above them: runs too short, a metric that no run has, a rule that was not reached', async () => {
+test('notes above the results: runs too short, a metric that no run has, a rule that was not reached', async () => {
   const error = 'players.0.remote_error_m.mean', latency = 'players.1.input_latency_ms.mean';
   const base = { scenario: 'race', axes: [{ path: 'players.0.lag_ms', values: [30, 110] }], repeats: 11, metrics: [error] };
   const cases = [
@@ -117,19 +117,19 @@ test('axes of every sort become the specification: range, log, list, choices, to
   assert.match(await estimate(page), /^10 runs of 5 points/);
   await page.getByLabel('Together with the axis above').nth(0).uncheck();
   await page.selectOption('#sampling', 'sobol');
-  await page.getByLabel('How many points').fill('16');
+  await page.getByLabel('Number of points').fill('16');
   await counted(page);
   assert.match(await estimate(page), /^32 runs of 16 points/);
   assert.deepEqual((await specification(page)).sample, { method: 'sobol', count: 16 });
   await close();
 });
 
-test('runs until the mean is known: written, counted, refused at its fields, run, and taken up again', async () => {
+test('the until rule: written, estimated, refused at its fields, run, and edited again', async () => {
   const { page, complaints, close } = await open();
   assert.equal((await specification(page)).until, undefined);
   await page.locator('#until').check();
   assert.deepEqual((await specification(page)).until, { relative: 0.05, least: 10 });
-  assert.equal((await specification(page)).repeats, 100, 'one run alone could tell no mean');
+  assert.equal((await specification(page)).repeats, 100, 'one run alone has no mean');
   await page.locator('#repeats').fill('40');
   await page.selectOption('#until-metric', 'players.0.remote_error_m.mean');
   await page.locator('#until-relative').fill('');
@@ -209,7 +209,7 @@ test('designs of points: a Latin hypercube, base samples for sensitivity, values
   await page.locator('[data-axis="0.from"]').fill('0');
   await page.locator('[data-axis="0.to"]').fill('300');
   await page.selectOption('#sampling', 'lhs');
-  await page.getByLabel('How many points').fill('24');
+  await page.getByLabel('Number of points').fill('24');
   await page.locator('#sample-seed').fill('7');
   await page.locator('[data-axis="0.levels"]').fill('4');
   await counted(page);
@@ -258,7 +258,7 @@ test('of many points those under others are not drawn, and it says how many; the
   await close();
 });
 
-test('speed against error is written for a scenario of each kind, and from a session with its parameters', async () => {
+test('a work-precision experiment is written for a scenario of each kind, and from a session with its parameters', async () => {
   const { page, complaints, close } = await open();
   for (const [id, axes, error] of [['crates_delta', ['server.snapshot_encoding', 'server.update_hz'], 'players.0.remote_error_m.mean'],
     ['rigid/pyramid', ['solver.method', 'solver.substeps', 'solver.iterations'], 'drift_worst_m'],
@@ -287,7 +287,7 @@ test('speed against error is written for a scenario of each kind, and from a ses
   await close();
 });
 
-test('what the daemon refuses stands at the field that it names', async () => {
+test('an error of the daemon is shown at the field that it names', async () => {
   const { page, close } = await open();
   const wrong = async (/** @type {string} */ field, /** @type {RegExp} */ words) => {
     const text = page.locator(`#wrong-${field.replaceAll('.', '-')}`);

@@ -46,7 +46,7 @@ for (const { name, width, height, query } of SIZES) {
   });
 }
 
-test('what stands in the scene is drawn too', async () => {
+test('scenery is drawn too', async () => {
   const { page, complaints, close } = await visit(browser, `${daemon.url}?scenario=rifle`);
   await until(async () => (await frameOf(page)).time_s > 1, 'a second has passed');
   for (const view of [0, 1, 2]) {
@@ -56,7 +56,7 @@ test('what stands in the scene is drawn too', async () => {
   await close();
 });
 
-test('water that is watched is drawn', async () => {
+test('networked water is drawn', async () => {
   for (const scenario of ['sea_watched', 'dam_watched']) {
     const { page, complaints, close } = await visit(browser, `${daemon.url}?scenario=${scenario}`);
     await until(async () => (await frameOf(page)).time_s > 1, 'a second has passed');

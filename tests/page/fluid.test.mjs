@@ -1,4 +1,4 @@
-// The fluid lab: a picture that flows, settings that change while it does, and a hand that stirs.
+// The fluid lab: a flow, settings that change live, and a pointer that drags the fluid.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
@@ -20,7 +20,7 @@ const open = async (query, wish = {}) => {
   return visited;
 };
 const drawn = (page, id = 'fluid') => page.locator(`#${id}`).evaluate((c) => /** @type {HTMLCanvasElement} */ (c).toDataURL());
-const told = async (page, name) => Number((await page.locator(`[data-fluid="${name}"]`).textContent())?.replaceAll('−', '-'));
+const shownValue = async (page, name) => Number((await page.locator(`[data-fluid="${name}"]`).textContent())?.replaceAll('−', '-'));
 const reached = (page, time) => page.waitForFunction((t) => globalThis.laglab().frame?.time_s >= t, time);
 const pause = async (page) => {
   await page.locator('#play').click();
@@ -38,9 +38,9 @@ const fluidOf = (page, i = 0) => page.evaluate(async (at) => {
 /** A cell's value. */
 const valueAt = (field, x, y) => field.low + (field.bytes[Math.floor(y * field.height) * field.width + Math.floor(x * field.width)] / 254) * (field.high - field.low);
 
-/** On the screen, from shares of the picture's width and height, from the lower left. */
+/** On the screen, from shares of the view's width and height, from the lower left. */
 const place = (page, x, y) => page.evaluate(async ([sx, sy]) => {
-  const at = (await import(new URL('js/workbench/hand.js', location.href).href)).cameras.get(0);
+  const at = (await import(new URL('js/workbench/pointer_drag.js', location.href).href)).cameras.get(0);
   const { layout } = await import(new URL('js/state.js', location.href).href);
   const [left, right, bottom, top] = layout.value.fluid.view, box = document.getElementById('fluid').getBoundingClientRect();
   return { px: box.left + (left + sx * (right - left) - at.left) * at.scale, py: box.top + (at.top - bottom - sy * (top - bottom)) * at.scale };
@@ -53,7 +53,7 @@ test('/#fluid opens the lab, and it flows', async () => {
   const one = await drawn(page);
   await reached(page, 1);
   assert.notEqual(await drawn(page), one);
-  assert.ok((await told(page, 'mass')) > 0);
+  assert.ok((await shownValue(page, 'mass')) > 0);
   assert.ok(requests.some((r) => r.url().endsWith('js/fluid/lab.js')) && requests.some((r) => r.url().endsWith('fluid.css')));
   assert.deepEqual(complaints, []);
   await close();
@@ -71,9 +71,9 @@ test('the numbers on the page are those of the daemon at that tick', async () =>
   await pause(page);
   const { id } = await sessionOf(page);
   const { metrics } = await (await fetch(`${daemon.url}api/v1/sessions/${id}/metrics`)).json();
-  await until(async () => Math.abs((await told(page, 'error_l2')) / metrics.error_l2 - 1) < 1e-3, 'the error is told');
-  assert.ok(Math.abs((await told(page, 'energy')) / metrics.energy - 1) < 1e-3);
-  assert.ok((await told(page, 'divergence_max')) < 1e-12);
+  await until(async () => Math.abs((await shownValue(page, 'error_l2')) / metrics.error_l2 - 1) < 1e-3, 'the error is shown');
+  assert.ok(Math.abs((await shownValue(page, 'energy')) / metrics.energy - 1) < 1e-3);
+  assert.ok((await shownValue(page, 'divergence_max')) < 1e-12);
   await close();
 });
 
@@ -102,7 +102,7 @@ test('every field that the method offers can be seen, with its unit', async () =
   await close();
 });
 
-test('walls and nothing have colours of their own, and the picture is the right way up', async () => {
+test('walls and empty cells have separate colours, and the view is not upside down', async () => {
   const { page, close } = await open('?scenario=fluid/cavity&set=shown:1');
   await reached(page, 1);
   await pause(page);
@@ -149,15 +149,15 @@ test('the colour maps are even: no step is larger than another by a third', asyn
   await close();
 });
 
-test('the pressure solver changes live, and the divergence that is left shows it', async () => {
+test('the pressure solver changes live, and the remaining divergence shows it', async () => {
   const { page, complaints, close } = await open('?scenario=fluid/cavity');
   await reached(page, 0.2);
-  await until(async () => (await told(page, 'divergence_max')) < 1e-12, 'the direct solver leaves nothing');
+  await until(async () => (await shownValue(page, 'divergence_max')) < 1e-12, 'the direct solver leaves nothing');
   await page.locator('[data-path="solver.pressure"]').selectOption('jacobi');
   await page.locator('[data-path="solver.sweeps"]').fill('20');
   await page.locator('[data-path="solver.sweeps"]').blur();
   await page.waitForFunction(() => globalThis.laglab().params.solver.pressure === 'jacobi' && globalThis.laglab().params.solver.sweeps === 20);
-  await until(async () => (await told(page, 'divergence_max')) > 1e-4, 'twenty sweeps of Jacobi leave much');
+  await until(async () => (await shownValue(page, 'divergence_max')) > 1e-4, 'twenty sweeps of Jacobi leave much');
   await page.locator('[data-path="solver.sweeps"]').fill('0');
   await page.locator('[data-path="solver.sweeps"]').blur();
   await page.waitForFunction(() => /from 1 to/.test(document.querySelector('.note')?.textContent ?? ''));
@@ -166,17 +166,17 @@ test('the pressure solver changes live, and the divergence that is left shows it
   await close();
 });
 
-test('how it is advected changes live', async () => {
+test('the advection scheme changes live', async () => {
   const { page, close } = await open('?scenario=fluid/rotation&set=params.n:48');
   await reached(page, 0.1);
   await page.locator('[data-path="solver.advection"]').selectOption('semi_lagrangian');
   await page.waitForFunction(() => globalThis.laglab().params.solver.advection === 'semi_lagrangian');
-  const before = await told(page, 'error_l1');
-  await until(async () => (await told(page, 'error_l1')) > before + 0.005, 'the disc is smeared');
+  const before = await shownValue(page, 'error_l1');
+  await until(async () => (await shownValue(page, 'error_l1')) > before + 0.005, 'the disc is smeared');
   await close();
 });
 
-test('another scene, and other cells, are sessions of their own', async () => {
+test('another scene or resolution creates a new session', async () => {
   const { page, close } = await open('#fluid');
   await page.waitForFunction(() => document.querySelectorAll('#scene option').length >= 4);
   await page.locator('#scene').selectOption('fluid/cavity');
@@ -204,13 +204,13 @@ test('numbers are plotted over time, and which one can be chosen; a cavity has i
   await close();
 });
 
-test('what a step costs is told', async () => {
+test('the cost of a step is shown', async () => {
   const { page, close } = await open('?scenario=fluid/cavity');
   await page.waitForFunction(() => Number(document.getElementById('step-ms')?.textContent) > 0);
   await close();
 });
 
-/** Fluid at rest, but for a hand: what moves was stirred. */
+/** Fluid at rest: all motion comes from the pointer. */
 const REST = '?scenario=fluid/cylinder&set=shown:2&set=params.n:32';
 
 test('particles are drawn where they are, coloured by speed', async () => {
@@ -233,7 +233,7 @@ test('particles are drawn where they are, coloured by speed', async () => {
   await close();
 });
 
-test('it is stirred by the mouse, and let go', async () => {
+test('the mouse drags the fluid, and releases it', async () => {
   const { page, complaints, close } = await open(REST);
   await reached(page, 0.2);
   const calm = Math.abs(valueAt((await fluidOf(page)).field, 0.3, 0.8));
@@ -254,7 +254,7 @@ test('it is stirred by the mouse, and let go', async () => {
   await close();
 });
 
-test('it is stirred by a finger', async () => {
+test('a finger drags the fluid', async () => {
   const { page, context, close } = await open(REST, { width: 390, height: 844, hasTouch: true, isMobile: true });
   await reached(page, 0.2);
   const client = await context.newCDPSession(page);
@@ -269,7 +269,7 @@ test('it is stirred by a finger', async () => {
   await close();
 });
 
-test('it is stirred by keys', async () => {
+test('keys drag the fluid', async () => {
   const { page, complaints, close } = await open(REST);
   await reached(page, 0.2);
   await page.locator('.stir').focus();
@@ -288,23 +288,23 @@ test('it is stirred by keys', async () => {
   await close();
 });
 
-test('a fluid that blows up is said to have diverged', async () => {
+test('a fluid that blows up is shown as diverged', async () => {
   const { page, close } = await open('?scenario=fluid/taylor_green&set=solver.pressure:jacobi&set=solver.sweeps:5&set=solver.tolerance:0');
-  await page.waitForFunction(() => /diverged/.test(document.getElementById('fluid')?.getAttribute('aria-label') ?? ''), null, { timeout: 15000 });
+  await page.waitForFunction(() => /[Dd]iverged/.test(document.getElementById('fluid')?.getAttribute('aria-label') ?? ''), null, { timeout: 15000 });
   assert.match((await page.locator('#chip').textContent()) ?? '', /[Ss]topped|[Ff]ailed/);
   await close();
 });
 
-test('two fluids go side by side: each has its own solver, cells, error and cost, and a hand stirs both', async () => {
+test('two fluids go side by side: each has its own solver, cells, error and cost, and the pointer drags both', async () => {
   const { page, complaints, close } = await open('?scenario=fluid/cavity&set=duration_s:300');
   await page.locator('#count').selectOption({ label: 'two fluids' });
   await page.waitForSelector('#fluid1');
   await page.locator('[data-path="side_by_side.0.solver.pressure"]').selectOption('jacobi');
   await page.waitForFunction(() => globalThis.laglab().params.side_by_side?.[0].solver.pressure === 'jacobi');
   assert.equal((await paramsOf(page)).solver.pressure, 'direct');
-  await page.waitForFunction(() => /ms\/step/.test(document.querySelectorAll('.picture figcaption')[1]?.textContent ?? '')
+  await page.waitForFunction(() => /ms\/step/.test(document.querySelectorAll('.drawing figcaption')[1]?.textContent ?? '')
     && Number(document.getElementById('step-ms1')?.textContent) > 0 && document.querySelector('[data-error="1"]')?.textContent !== '–');
-  assert.deepEqual(await page.locator('.picture b').allTextContents(), ['direct', 'jacobi']);
+  assert.deepEqual(await page.locator('.drawing b').allTextContents(), ['direct', 'jacobi']);
   await page.locator('[data-scene="1/n"]').fill('16');
   await page.locator('[data-scene="1/n"]').blur();
   await page.waitForFunction(() => globalThis.laglab().params?.side_by_side?.[0].params.n === 16);
@@ -319,13 +319,13 @@ test('two fluids go side by side: each has its own solver, cells, error and cost
   await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
   await page.mouse.down();
   await page.mouse.move(box.x + box.width / 2 + 20, box.y + box.height / 2, { steps: 4 });
-  await until(async () => (await fluidOf(page, 0)).state.held && (await fluidOf(page, 1)).state.held, 'both are stirred');
+  await until(async () => (await fluidOf(page, 0)).state.held && (await fluidOf(page, 1)).state.held, 'both are dragged');
   await page.mouse.up();
   assert.deepEqual(complaints, []);
   await close();
 });
 
-test('particles, a grid and a sea go side by side, each stirred at the same share of its picture', async () => {
+test('particles, a grid and a sea go side by side, each dragged at the same share of its view', async () => {
   const { page, complaints, close } = await open(`?scenario=fluid/pool&set=${encodeURIComponent('side_by_side:[{"scene":"cylinder"},{"scene":"sea"}]')}`);
   await page.waitForSelector('#fluid2');
   await reached(page, 0.5);
@@ -350,7 +350,7 @@ test('10,000 particles are drawn as they come, within a display refresh', async 
     const { data } = copy.getImageData(0, Math.round(0.1 * height), width, Math.round(0.7 * height)), blue = (/** @type {number} */ k) => data[k + 2] - data[k] > 60;
     return Array.from({ length: data.length / 4 }, (_, k) => 4 * k).filter(blue).length / (data.length / 4);
   });
-  assert.ok(colours > 0.05, `water covers ${colours} of the picture`);
+  assert.ok(colours > 0.05, `water covers ${colours} of the view`);
   const { drawn: count, received } = await page.evaluate(() => globalThis.laglab().counts);
   assert.ok(count > 0.5 * received, `${count} of ${received} frames`);
   const costs = await page.evaluate(() => [...globalThis.laglab.costs].sort((a, b) => a - b));

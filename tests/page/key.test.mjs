@@ -1,4 +1,4 @@
-// A daemon with a class key: who makes something is asked for it in the page, once.
+// A daemon with a class key: the page asks for it once, when a person creates something.
 import assert from 'node:assert/strict';
 import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
@@ -27,7 +27,7 @@ const give = async (/** @type {import('playwright-core').Page} */ page, /** @typ
 };
 
 for (const size of SIZES) {
-  test(`the key is asked for, a wrong one told, the right one kept: ${size.name}`, async () => {
+  test(`the page asks for the key, reports a wrong one, and keeps the right one: ${size.name}`, async () => {
     const { page, complaints, close } = await visit(browser, daemon.url + size.query, { ...size, wait: false });
     const dialog = page.getByRole('dialog', { name: 'Class key' });
     await dialog.waitFor();
@@ -36,7 +36,7 @@ for (const size of SIZES) {
     const box = await dialog.boundingBox();
     assert.ok(box && box.x >= 0 && box.y >= 0 && box.x + box.width <= size.width && box.y + box.height <= size.height, JSON.stringify(box));
     await give(page, 'eight-otters');
-    await page.getByText('This key is not right').waitFor();
+    await page.getByText('Wrong key').waitFor();
     assert.deepEqual(await axe(page), []);
     await give(page, ` ${KEY} `);
     await shown(page);
@@ -51,7 +51,7 @@ for (const size of SIZES) {
   });
 }
 
-test('who gives none is told so and not asked again; who was sent a link watches without it', async () => {
+test('a person who gives no key gets a message and is not asked again; a link needs no key', async () => {
   const other = await visit(browser, daemon.url, { wait: false });
   await other.page.getByRole('dialog', { name: 'Class key' }).waitFor();
   await give(other.page, KEY);
@@ -60,7 +60,7 @@ test('who gives none is told so and not asked again; who was sent a link watches
   const { page, close } = await visit(browser, daemon.url, { wait: false });
   await page.getByRole('dialog', { name: 'Class key' }).waitFor();
   await page.getByRole('button', { name: 'Cancel' }).click();
-  await page.getByText('making one needs the class key').waitFor();
+  await page.getByText('creating one needs the class key').waitFor();
   await page.waitForTimeout(2500);
   assert.equal(await page.locator('dialog[open]').count(), 0);
   await close();

@@ -1,4 +1,4 @@
-// What every lab without players owes: time that can be stopped, stepped and sought, a copy, two pages on one session, a phone that is turned, a reload.
+// Every lab without players: pause, step, seek, copy, two pages on one session, rotation of a phone, reload.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
@@ -14,7 +14,7 @@ after(async () => {
   await daemon?.stop();
 });
 
-/** Each with a picture, and a setting that can be changed while it runs. */
+/** Each with a canvas, and a setting that can change during a run. */
 const LABS = [
   { name: 'Step', scenario: 'motion/orbit', canvas: 'motion', path: 'methods.0.method', value: 'explicit_euler' },
   { name: 'Collide', scenario: 'rigid/column', canvas: 'world0', path: 'solver.method', value: 'avbd' },
@@ -34,7 +34,7 @@ const past = (page, tick) => page.waitForFunction((t) => globalThis.laglab().fra
 const drawn = (page, id) => page.locator(`#${id}`).evaluate((c) => /** @type {HTMLCanvasElement} */ (c).toDataURL());
 
 for (const lab of LABS) {
-  test(`${lab.name}: pause stands still, a step is one tick, a place that is sought is the same again, a reload finds all of it`, async () => {
+  test(`${lab.name}: pause stops, a step is one tick, a seek gives the same state, a reload restores the session`, async () => {
     const { page, complaints, close } = await open(lab);
     await past(page, 30);
     await pause(page);
@@ -78,7 +78,7 @@ for (const lab of LABS) {
     await close();
   });
 
-  test(`${lab.name}: two pages show one session, and the one that only reads takes a copy of its own`, async () => {
+  test(`${lab.name}: two pages show one session, and the read-only one makes a copy`, async () => {
     const owner = await open(lab), { id } = await sessionOf(owner.page);
     const reader = await open(lab, {}, `#s=${id}`), { page } = reader;
     assert.deepEqual(await sessionOf(page), { id, owner: false });
@@ -107,7 +107,7 @@ for (const lab of LABS) {
     await owner.close();
   });
 
-  test(`${lab.name}: a phone that is turned shows the whole picture, playing and paused`, async () => {
+  test(`${lab.name}: a phone that is turned shows the whole view, playing and paused`, async () => {
     const { page, complaints, close } = await open(lab, { width: 390, height: 844, hasTouch: true, isMobile: true, deviceScaleFactor: 2 });
     const fits = async (what) => {
       await until(() => page.locator(`#${lab.canvas}`).evaluate((c) => {

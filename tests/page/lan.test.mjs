@@ -23,7 +23,7 @@ before(async () => {
   ip('netns', 'add', NAME);
   ip('link', 'add', OUTER, 'type', 'veth', 'peer', 'name', INNER, 'netns', NAME);
   ip('addr', 'add', `${NET}.1/24`, 'dev', OUTER);
-  ip('link', 'set', OUTER, 'addrgenmode', 'none'); /* an address that comes later would tell the browser of another network */
+  ip('link', 'set', OUTER, 'addrgenmode', 'none'); /* an address that comes later would announce another network to the browser */
   ip('link', 'set', OUTER, 'up');
   ipInside('addr', 'add', `${NET}.2/24`, 'dev', INNER);
   ipInside('link', 'set', INNER, 'addrgenmode', 'none');

@@ -105,7 +105,7 @@ export async function axe(page) {
   const result = await page.evaluate(() => globalThis.axe.run(document, {
     runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa', 'wcag22aa', 'best-practice'],
   }));
-  assert.ok(result.passes.length > 20, 'axe has looked at the page');
+  assert.ok(result.passes.length > 20, 'axe has checked the page');
   return result.violations.map((v) => `${v.id}: ${v.nodes.map((n) => `${n.target} ${n.failureSummary}`).slice(0, 3).join(' | ')}`);
 }
 

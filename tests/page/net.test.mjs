@@ -1,4 +1,4 @@
-// The connection: lost, found again, and a session that is gone.
+// The connection: lost, restored; and a session that no longer exists.
 import assert from 'node:assert/strict';
 import { mkdtempSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
@@ -56,7 +56,7 @@ test('the daemon dies and comes back with its data: the same session goes on', a
   await daemon.stop();
 });
 
-test('the daemon comes back without its data: the session is made again from the address, and that is said', async () => {
+test('the daemon comes back without its data: the session is created again from the address, and that is said', async () => {
   let daemon = await startDaemon();
   const { page, complaints, close } = await visit(browser, `${daemon.url}?scenario=race&set=players.1.lag_ms:123`);
   await whole(page);
@@ -66,7 +66,7 @@ test('the daemon comes back without its data: the session is made again from the
   await until(async () => /Connection lost/.test(await chip(page)), 'it says so', 2000);
   daemon = await startDaemon({ listen });
   await until(async () => { const s = await sessionOf(page); return s.id !== id && (await frameOf(page))?.tick > 3; }, 'a new session runs', 6000);
-  assert.match(await page.locator('.note').innerText(), /Session expired . made again from the address/);
+  assert.match(await page.locator('.note').innerText(), /Session expired . created again from the address/);
   assert.equal((await paramsOf(page)).players[1].lag_ms, 123);
   assert.deepEqual(own(complaints), []);
   await close();

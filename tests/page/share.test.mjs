@@ -39,7 +39,7 @@ test('a reader sees the same session with every control disabled, and why', asyn
   await owner.close();
 });
 
-test('"Make my copy" gives a session of one\'s own at the same place', async () => {
+test('"Make my copy" creates a session at the same time', async () => {
   const owner = await visit(browser, `${daemon.url}?scenario=race&set=players.0.lag_ms:111&seed=9`);
   const { id } = await sessionOf(owner.page);
   const reader = await visit(browser, `${daemon.url}#s=${id}`);
@@ -92,7 +92,7 @@ test('what is shared has no key in it', async () => {
   await close();
 });
 
-test('a session that does not exist any more is said and replaced', async () => {
+test('a session that no longer exists is reported and replaced', async () => {
   const { page, close } = await visit(browser, `${daemon.url}#s=${'0'.repeat(32)}`);
   assert.match(await page.locator('.note').innerText(), /expired/);
   assert.equal((await sessionOf(page)).owner, true);

@@ -1,4 +1,4 @@
-// Opening the page: soon, moving, quiet, alone.
+// Opening the page: first frame, motion, no noise, no other hosts.
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import path from 'node:path';
@@ -63,7 +63,7 @@ test('moves without a click, with a session of its own', async () => {
   await close();
 });
 
-test('asks nobody but the daemon, and for little', async () => {
+test('requests go to the daemon only, and are few', async () => {
   const { page, requests, close } = await visit(browser, daemon.url);
   await page.waitForTimeout(500);
   assert.deepEqual(requests.filter((r) => new URL(r.url()).origin !== new URL(daemon.url).origin).map((r) => r.url()), []);
@@ -82,7 +82,7 @@ function closure(file, found = new Set()) {
   return found;
 }
 
-test('every module that the first picture needs is asked for at once, and no other', () => {
+test('all modules of the first frame are requested at once, and no others', () => {
   const needed = closure('js/main.js');
   const asked = [...readFileSync(path.join(WWW, 'index.html'), 'utf8').matchAll(/(?:modulepreload" href|type="module" src)="([^"]+)"/g)].map(([, name]) => name);
   assert.ok(needed.size > 20);
@@ -90,13 +90,13 @@ test('every module that the first picture needs is asked for at once, and no oth
   for (const name of ['js/later.js', 'js/dialogs.js', 'js/views/chart.js', 'vendor/uplot.js']) assert.ok(!needed.has(name), name);
 });
 
-test('what is read after the first picture comes by itself: curves, dialogs, closer looks', async () => {
+test('modules after the first frame load by themselves: curves, dialogs, inspectors', async () => {
   const { page, complaints, close } = await visit(browser, daemon.url);
   await page.waitForSelector('#error-chart canvas');
   await page.getByRole('button', { name: 'Help' }).click();
   await page.getByRole('heading', { name: 'Help' }).waitFor();
   await page.keyboard.press('Escape');
-  await page.waitForFunction(() => document.querySelectorAll('[aria-label="What the lane below shows"] option').length > 1);
+  await page.waitForFunction(() => document.querySelectorAll('[aria-label="Content of the lower panel"] option').length > 1);
   assert.deepEqual(complaints, []);
   await close();
 });

@@ -39,7 +39,7 @@ test('Figure 4 shows the numbers of the paper, and what the listing really is', 
   await close();
 });
 
-test('each method tells its order on the problem, and the error of its worst component', async () => {
+test('each method shows its order on the problem, and the error of its worst component', async () => {
   const { page, close } = await visit(browser, `${daemon.url}?scenario=motion/lorentz`);
   await page.waitForFunction(() => Number(document.querySelector('[data-motion="1/weighted"]')?.textContent) > 0);
   const before = await page.locator('[data-order="0"]').textContent();
@@ -51,7 +51,7 @@ test('each method tells its order on the problem, and the error of its worst com
   await close();
 });
 
-test('how a method is driven changes live, and the scenarios for it open', async () => {
+test('the time stepping of a method changes live, and the scenarios for it open', async () => {
   const { page, close } = await visit(browser, `${daemon.url}?scenario=motion/accumulator`);
   await page.waitForSelector('[data-path="methods.0.steps"]', { state: 'attached' });
   await page.locator('.method details summary').first().click();
@@ -86,7 +86,7 @@ test('a step, a method and a parameter change live', async () => {
   await close();
 });
 
-test('another problem is a session of its own', async () => {
+test('another problem creates a new session', async () => {
   const { page, close } = await visit(browser, `${daemon.url}#step`);
   await page.waitForSelector('#problem');
   await page.locator('#problem').selectOption('kepler');
@@ -106,7 +106,7 @@ test('error against step is measured by the daemon, and drawn', async () => {
   await close();
 });
 
-test('a method that blows up is said to have diverged', async () => {
+test('a method that blows up is shown as diverged', async () => {
   const { page, close } = await visit(browser, `${daemon.url}?scenario=motion/stiff_spring`);
   await page.waitForFunction(() => document.querySelector('[data-motion="1/error"]')?.textContent === 'diverged', null, { timeout: 15000 });
   assert.notEqual(await cell(page, 4, 'error'), 'diverged');

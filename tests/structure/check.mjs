@@ -118,7 +118,7 @@ function checkNames(file) {
     .map(({ name, line }) => [line, `the public function ${name} does not start with ll_`]);
 }
 
-/** @returns {{findings: string[], files: number, rooms: number}} one line per breach, and how much was looked at */
+/** @returns {{findings: string[], files: number, rooms: number}} one line per breach, and the number of checked files */
 export function check(root) {
   const rooms = readRooms(join(root, "tests/structure/rooms.txt")), files = readTree(join(root, "src")), known = new Set(rooms.may.keys());
   /** @type {any[]} */

@@ -40,7 +40,7 @@ export function below(rooms, room) {
   return found;
 }
 
-/** The names of those that lie in circles, or null: what is left when whatever points at nothing that is left is taken out, and then the same
+/** The names of those that lie in circles, or null: the remainder after removing every room that points at no remaining one, and then the same
  * backwards. @param {[string, string[]][]} edges @returns {string[] | null} */
 export function circle(edges) {
   let left = new Map(edges.map(([name, others]) => [name, new Set(others)]));

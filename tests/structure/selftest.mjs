@@ -1,4 +1,4 @@
-// Proves that check.mjs can fail: it must find exactly the breaches of the small tree beside it.
+// Proves that check.mjs can fail: it must find exactly the breaches of the small tree in fixture/.
 import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";
 import { execPath } from "node:process";
@@ -12,7 +12,7 @@ assert.deepEqual(check(root).findings, [
   "src/base/bad.c:12: base calls time()",
   "src/base/bad.c:13: base calls powf()",
   'src/base/bad.c:2: base includes "play/fine.h", and may not use play',
-  'src/base/bad.c:3: includes "nowhere/x.h", which is in no room',
+  'src/base/bad.c:3: includes "unknown/x.h", which is in no room',
   "src/base/bad.c:5: the public function unprefixed does not start with ll_",
   "src/base/bad.c:7: base calls rand()",
   "src/base/bad.c:7: base calls sin()",
@@ -26,7 +26,7 @@ assert.deepEqual(check(root).findings, [
   "src/game/a/sibling.c:3: game/a uses ll_parts of game/b/part.c, and may not use game/b",
   "src/game/a/sibling.c:6: game/a calls calloc()",
   "tests/structure/rooms.txt:1: except game/a/sibling.c -> game/b/maker.c: no reason is given",
-  "tests/structure/rooms.txt:1: game/b: there is no room nowhere",
+  "tests/structure/rooms.txt:1: game/b: there is no room unknown",
 ]);
 
 const script = fileURLToPath(new URL("check.mjs", import.meta.url));

@@ -1,4 +1,4 @@
-// The version is a fingerprint of every file that the binary is made of: whatever the compiler has read for it, the scenarios that it
+// The version is a fingerprint of every file that the binary is made of: all files that the compiler has read for it, the scenarios that it
 // names, and how it is built. One constant changed in any of them gives another version. Argument: the folder of the build.
 import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";

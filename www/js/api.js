@@ -28,7 +28,7 @@ export function socketOf(id) {
   return socket;
 }
 
-/** The class key, which some daemons want of who makes something: kept by the browser once it was given. */
+/** The class key, which some daemons require for creating sessions: the browser keeps it. */
 const CLASS_KEY = 'laglab.class_key';
 
 /** @returns {string} */
@@ -51,7 +51,7 @@ function keepClassKey(key) {
 const wantsKey = (error) => error instanceof Problem && [401, 403].includes(error.status);
 
 /** Makes something: with the class key where the daemon wants one.
- * @param {string} path @param {unknown} [body] @param {boolean} [ask] whether somebody waits for it who may be asked for the key
+ * @param {string} path @param {unknown} [body] @param {boolean} [ask] whether the request may ask a person for the key
  * @returns {Promise<any>} */
 export async function make(path, body, ask = true) {
   const kept = classKey();
@@ -65,7 +65,7 @@ export async function make(path, body, ask = true) {
       const made = await post(key);
       keepClassKey(key);
       return made;
-    }, wantsKey, kept !== '', new Problem(401, { detail: 'Making something here needs the class key.', declined: true }));
+    }, wantsKey, kept !== '', new Problem(401, { detail: 'Creating sessions here needs the class key.', declined: true }));
   }
 }
 
@@ -85,7 +85,7 @@ export async function call(method, path, more = {}) {
   try {
     body = text === '' ? null : JSON.parse(text);
   } catch {
-    if (answer.ok) throw new Problem(answer.status, { detail: 'The daemon answered something that is not JSON' });
+    if (answer.ok) throw new Problem(answer.status, { detail: 'The daemon did not answer with JSON' });
   }
   if (!answer.ok) throw new Problem(answer.status, body);
   return body;

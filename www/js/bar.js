@@ -59,8 +59,8 @@ export function timeBar() {
     <input type="range" class="scrub" id="scrub" aria-label="Time in seconds" min="0" max="1" step="any" value="0" @input=${onScrub}
       @change=${() => { scrubbing = false; }}>
     <output class="clock" aria-live="off"><span id="clock"></span><span id="ticks"></span></output>
-    <button type="button" class="restart" title="From the start, same seed (R)" @click=${() => restart()}>Restart</button>
-    <button type="button" title="Everything as the scenario has it (Alt + R)" @click=${() => reset()}>Reset</button>
+    <button type="button" class="restart" title="Start again with the same seed (R)" @click=${() => restart()}>Restart</button>
+    <button type="button" title="Restore the scenario (Alt + R)" @click=${() => reset()}>Reset</button>
     </fieldset>
     <button type="button" class="wide quiet big" aria-label="Full screen" title="Full screen (F)" @click=${fullScreen}>${icons.full}</button>
   </footer>`;

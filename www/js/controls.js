@@ -2,7 +2,7 @@
 import { html, nothing } from '../vendor/lit-html.js';
 import { choiceOf, find, labelOf, valueAt } from './schema.js';
 import { change } from './params.js';
-import { params, schema, tell } from './state.js';
+import { params, schema, notify } from './state.js';
 import { plain } from './format.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
@@ -56,7 +56,7 @@ function submit(element, value) {
   change({ [path]: value, ...(also === '' ? {} : { [also]: value }) });
 }
 
-/** Shows a slider's value in the field beside it at once. @param {HTMLInputElement} element */
+/** Shows a slider's value in the field next to it at once. @param {HTMLInputElement} element */
 function mirror(element) {
   for (const twin of document.querySelectorAll(`[data-path="${element.dataset.path}"]`)) {
     if (twin !== element && twin instanceof HTMLInputElement) twin.value = plain(Number(element.value));
@@ -86,7 +86,7 @@ function onNumber(element) {
   }
   const range = row ? `a number from ${plain(row.min)} to ${plain(row.max)}${row.unit ? ` ${row.unit}` : ''}` : 'a number';
   const now = Number(valueAt(params.value, element.dataset.path ?? ''));
-  tell(`${labelOf(element.dataset.path ?? '')}: give ${range}; it stays ${plain(now)}`);
+  notify(`${labelOf(element.dataset.path ?? '')}: give ${range}; it stays ${plain(now)}`);
   element.value = plain(now);
 }
 

@@ -1,4 +1,4 @@
-// One dialog at a time, read after the first picture: help, all settings of a player or the server, links to share, a chart's table.
+// One dialog at a time, loaded after the first frame: help, all settings of a player or the server, links to share, a chart's table.
 import { html, nothing, render } from '../vendor/lit-html.js';
 import { effect } from '../vendor/signals-core.js';
 import { address } from './api.js';
@@ -26,14 +26,14 @@ function help() {
     <div><table class="keys"><caption>Driving</caption><tbody>${DRIVING_HELP.map(row)}</tbody></table>
     <h3>Reading the views</h3>
     <ul><li>Solid mark: what this player sees. Dashed hollow mark: where the server has it now.</li>
-    <li>Spring with a cross: the player's own car was moved by the server.</li>
-    <li>Messages: the flatter the line, the longer the way. A cross: lost. Thin lines with a dot: connect and accept, and pings when they
-    are switched on.</li>
-    <li>A word over a view: its player’s connection, while it does not play. Faded, with the word away: a player who is not connected.</li>
-    <li>Own, lead: how far the own car is drawn from the server’s present; no error. Own, error: from where it is at the tick that is drawn.</li>
+    <li>Spring with a cross: the server corrected the player's own car.</li>
+    <li>Messages: a flatter line took longer. A cross: lost. Thin lines with a dot: connect and accept, and pings if
+    switched on.</li>
+    <li>A word over a view: the state of its player’s connection, unless it is playing. Faded, with the word away: a player who is not connected.</li>
+    <li>Own, lead: distance from the drawn own car to the server’s present one; not an error. Own, error: distance to the server’s car at the drawn tick.</li>
     <li>Filled cells: inputs that the server has not acknowledged yet.</li>
-    <li>α = (t − t0) / (t1 − t0): where the drawn time t lies between two states of the server.</li>
-    <li>Dots: one for each packet that arrived. Point at one to read it.</li></ul></div></div>`;
+    <li>α = (t − t0) / (t1 − t0): position of the render time t between two snapshots.</li>
+    <li>Dots: one for each packet that arrived. Point at a dot for its times.</li></ul></div></div>`;
 }
 
 const FIRST = ['lag_ms', 'prediction', 'reconciliation', 'interpolation', 'control']; /* of a player, as on its panel */
@@ -49,12 +49,12 @@ function settings(path) {
     ${grouped(path, paths).map((group) => html`<h3>${group.title}</h3>${group.paths.map(setting)}`)}</fieldset>`;
 }
 
-/** What holds from the start on is shown, and cannot be changed. @param {string} path @returns {Template} */
+/** Shows a setting; one that is fixed during a run is disabled. @param {string} path @returns {Template} */
 function setting(path) {
   const row = find(schema.value, path);
   const shown = control(path, { slider: row?.type === 'number' && row.unit === 'ms' && row.live });
   return html`<div class="setting">${row?.live ? shown : html`<fieldset disabled>${shown}</fieldset>`}<p>${row?.help ?? ''}${
-    row?.live ? nothing : ' It holds from the start: set it in the address or the scenario.'}</p></div>`;
+    row?.live ? nothing : ' Fixed during a run: set it in the address or the scenario.'}</p></div>`;
 }
 
 /** @param {string} label @param {string} text @returns {Template} */
@@ -68,11 +68,11 @@ function share() {
   const base = `${location.origin}${location.pathname}`;
   const id = session.value?.id ?? '';
   const local = /^(localhost|127\.|\[::1\])/.test(location.hostname);
-  return html`${local ? html`<p class="reason">This address works on this computer only: others need its address on the network.</p>` : nothing}
-    ${address_('The same set-up, a session of one\'s own', base + (writeQuery(link) || '?scenario=race'))}
-    ${address_('To watch this session (read-only)', `${base}#s=${id}`)}
-    <p><a href=${address(`sessions/${id}/trace`).href} download="laglab.csv">Numbers of this run as CSV</a></p>
-    <p>By program: <code>curl ${address(`sessions/${id}`).href}</code></p>`;
+  return html`${local ? html`<p class="reason">This address works on this computer only: others need its network address.</p>` : nothing}
+    ${address_('The same settings, in a new session', base + (writeQuery(link) || '?scenario=race'))}
+    ${address_('This session, read-only', `${base}#s=${id}`)}
+    <p><a href=${address(`sessions/${id}/trace`).href} download="laglab.csv">Trace of this run as CSV</a></p>
+    <p>API: <code>curl ${address(`sessions/${id}`).href}</code></p>`;
 }
 
 /** @param {'error' | 'buffer'} which @returns {Template} */

@@ -13,7 +13,7 @@ export const aim = signal(Array.from({ length: 8 }, () => [0.5, 0.8]));
 
 /** @type {Map<number, Set<Push>>} */
 const held = new Map();
-/** @type {Map<number, string>} what was sent last */
+/** @type {Map<number, string>} the last sent input, by player */
 const sent = new Map();
 let asked = 0;
 
@@ -89,7 +89,7 @@ export function releaseAll() {
   for (const player of held.keys()) release(player);
 }
 
-/** Fires once: the button goes down and up again, each as a change of its own. @param {number} player */
+/** Fires once: the button goes down and up again, each as a separate change. @param {number} player */
 export async function fire(player) {
   await push(player, 'fire', true);
   setTimeout(() => push(player, 'fire', false), 250);

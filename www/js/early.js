@@ -3,7 +3,7 @@ import { Problem, call, make, socketOf } from './api.js';
 import { FIRST_SCENARIO, readLink } from './link.js';
 
 /** @typedef {{id: string, key: string, own: boolean, note: string}} Opened  own: made from the query, not from #s= */
-/** A stream that nobody listens to yet, and what it has said. @typedef {{socket: WebSocket, said: MessageEvent[]}} Line */
+/** A stream without a listener so far, and its messages. @typedef {{socket: WebSocket, said: MessageEvent[]}} Line */
 
 export const link = readLink(location.search, location.hash);
 document.documentElement.dataset.theme = link.theme;
@@ -11,7 +11,7 @@ if (link.key) history.replaceState(null, '', `${location.pathname}${location.sea
 
 const KEPT = 'laglab';
 
-/** Keys stay in this tab, by session, beside the query that made the tab's own session.
+/** Keys stay in this tab, by session, with the query that made the tab's own session.
  * @returns {{own: {id: string, query: string} | null, keys: Record<string, string>}} */
 function kept() {
   try {
@@ -51,7 +51,7 @@ function dropRefused(problem) {
     link.problems.push(`${named}=${link.set[named]} ignored, using the default (${problem.message})`);
     delete link.set[named];
   } else if (Object.keys(link.set).length > 0 && problem.status !== 404) {
-    link.problems.push(`The changes in the address were ignored: ${problem.message}`);
+    link.problems.push(`Changes in the address ignored: ${problem.message}`);
     link.set = {};
   } else if (link.scenario !== FIRST_SCENARIO) {
     link.problems.push(`scenario=${link.scenario} ignored, using ${FIRST_SCENARIO} (${problem.message})`);
@@ -63,7 +63,7 @@ function dropRefused(problem) {
   return true;
 }
 
-/** A new session of what the link says; values that the daemon refuses are dropped and told in `link.problems`.
+/** A new session of what the link says; values that the daemon refuses are dropped and listed in `link.problems`.
  * @returns {Promise<Opened>} */
 export async function create() {
   /** @type {Record<string, unknown>} */
@@ -95,14 +95,14 @@ async function open() {
       if (!(error instanceof Problem) || error.status !== 404) throw error;
       history.replaceState(null, '', location.pathname + location.search);
       link.session = '';
-      return { ...await create(), note: 'That session has expired – a new one was made' };
+      return { ...await create(), note: 'That session has expired – a new one was created' };
     }
   }
   if (own && own.query === location.search && keys[own.id]) { /* the tab was reloaded */
     try {
       const now = await call('GET', `sessions/${own.id}`);
       if (now.status !== 'failed') return { id: own.id, key: keys[own.id] ?? '', own: true, note: '' };
-    } catch { /* gone: make a new one */ }
+    } catch { /* it no longer exists: create a new one */ }
   }
   return create();
 }
@@ -119,4 +119,4 @@ function listen({ id }) {
 }
 
 export const line = opened?.then(listen);
-line?.catch(() => {}); /* whoever awaits the session says so */
+line?.catch(() => {}); /* the code that awaits the session reports it */

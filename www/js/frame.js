@@ -13,7 +13,7 @@ export const { newest: V_NEWEST, normal: V_NORMAL, catching_up: V_CATCHING_UP, s
 export const { open: R_OPEN, acknowledged: R_ACKNOWLEDGED, refused: R_REFUSED, late: R_LATE, lost: R_LOST } = INPUT_HISTORY_STATE;
 export const { hitscan: HITSCAN, projectile: PROJECTILE } = SHOTS_WEAPON;
 export const { clamped: S_CLAMPED, view_time_rejected: S_DISTRUSTED, behind_cover: S_BEHIND_COVER } = SHOTS_FLAGS;
-export const APPLIED_OK = 0, REFUSED = 1; /* outcomes of a verdict */
+export const APPLIED_OK = 0, REFUSED = 1; /* results of an input */
 export const NOBODY = -1, NOT_YET = -2; /* what a shot hits, instead of a body */
 
 /** States of a player's connection; the server's own is `playing`. */
@@ -28,7 +28,7 @@ export const FIELDS = Object.keys(PEERS_DESYNC_FIELD);
 /** @typedef {import('./stream/records.js').PeersRow} Peer */
 /** @typedef {import('./stream/records.js').BuffersRow} Buffer */
 /** @typedef {import('./stream/records.js').BufferedRow} Buffered */
-/** @typedef {import('./stream/records.js').InputHistoryRow} Rung */
+/** @typedef {import('./stream/records.js').InputHistoryRow} InputHistoryEntry */
 /** @typedef {import('./stream/records.js').MeasuresRow} Measures */
 /** @typedef {import('./stream/records.js').MotionRow} Motion */
 /** @typedef {import('./stream/records.js').ShotsRow} Shot */

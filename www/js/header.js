@@ -24,7 +24,7 @@ function chooser() {
     : html`<optgroup label=${label}>${list.map((row) => html`<option value=${row.id} .selected=${row.id === now}>${titleOf(row)}</option>`)}</optgroup>`);
   return html`<label class="field choice scenario"><span>Scenario</span><select id="scenario" aria-label="Scenario"
     @change=${(/** @type {Event} */ event) => choose(/** @type {HTMLSelectElement} */ (event.target).value)}>
-    ${now === '' ? html`<option value="" selected disabled>${rows.length > 0 ? 'a session of another page' : 'loading'}</option>` : nothing}
+    ${now === '' ? html`<option value="" selected disabled>${rows.length > 0 ? 'not from the library' : 'loading'}</option>` : nothing}
     ${group('Games', kind('netgame'))}
     ${group('Motion', kind('motion'))}
     ${group('Rigid bodies', kind('rigid'))}

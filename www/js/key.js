@@ -1,4 +1,4 @@
-// Asks for the class key, which some daemons want of who makes something. Read when it is wanted.
+// Asks for the class key, which some daemons require for creating sessions. Loaded when required.
 
 /** @param {string} tag @param {Record<string, string>} [attributes] @param {(string | Node)[]} [inside] @returns {HTMLElement} */
 function element(tag, attributes = {}, inside = []) {
@@ -12,12 +12,12 @@ function element(tag, attributes = {}, inside = []) {
 function ask(wrong) {
   const input = /** @type {HTMLInputElement} */ (element('input', { id: 'class-key', type: 'password', autocomplete: 'off', autocapitalize: 'off', spellcheck: 'false',
     required: '', ...(wrong ? { 'aria-invalid': 'true', 'aria-describedby': 'class-key-told' } : {}) }));
-  const told = wrong ? 'This key is not right. Ask who runs the class.' : 'Who runs this daemon has given it to the class. This browser keeps it.';
+  const text = wrong ? 'Wrong key. Ask your teacher.' : 'Your teacher has it. This browser stores it.';
   const cancel = element('button', { type: 'button' }, ['Cancel']);
   const form = element('form', { method: 'dialog', class: 'body' }, [
-    element('p', {}, ['Making something here needs the class key. What others have made can be watched without it, by its link or code.']),
+    element('p', {}, ['Creating sessions here needs the class key. Sessions of others can be watched without it, by link or join code.']),
     element('label', { class: 'address', for: 'class-key' }, [element('span', {}, ['Class key']), input]),
-    element('p', { id: 'class-key-told', role: 'status', ...(wrong ? { class: 'reason' } : {}) }, [told]),
+    element('p', { id: 'class-key-told', role: 'status', ...(wrong ? { class: 'reason' } : {}) }, [text]),
     element('div', { class: 'choices' }, [cancel, element('button', { class: 'main' }, ['Continue'])])]);
   const dialog = /** @type {HTMLDialogElement} */ (element('dialog', { class: 'small', 'aria-labelledby': 'class-key-title' },
     [element('header', {}, [element('h2', { id: 'class-key-title' }, ['Class key'])]), form]));
@@ -39,7 +39,7 @@ function ask(wrong) {
 /** @type {Promise<unknown>} */
 let last = Promise.resolve();
 
-/** Asks until `use` takes what is given, or nobody gives any; one after the other when several ask at once.
+/** Asks until `use` takes what is given, or the person gives none; several requests are asked one after the other.
  * @template T @param {(key: string) => Promise<T>} use @param {(error: unknown) => boolean} refused whether `use` failed by the key
  * @param {boolean} wrong whether a key that was kept is refused @param {unknown} none what is thrown when none is given @returns {Promise<T>} */
 export function withKey(use, refused, wrong, none) {

@@ -46,7 +46,7 @@ export const KEYS = [
   { code: 'KeyR', shown: 'R', help: 'Restart with the same seed', run: () => void restart() },
   { code: 'KeyR', alt: true, shown: 'Alt + R', help: 'Reset everything', run: () => void reset() },
   ...technique(0), ...technique(1),
-  { code: 'KeyG', shown: 'G', help: 'Ghosts of the truth', run: () => toggleOverlay('ghosts') },
+  { code: 'KeyG', shown: 'G', help: 'Ghosts of the ground truth', run: () => toggleOverlay('ghosts') },
   { code: 'KeyM', shown: 'M', help: 'Messages', run: () => toggleOverlay('messages') },
   { code: 'KeyF', everywhere: true, shown: 'F', help: 'Full screen', run: fullScreen },
   { code: 'KeyP', everywhere: true, shown: 'P', help: 'Projector colours', run: () => setTheme(theme.value === 'projector' ? 'auto' : 'projector') },
@@ -64,13 +64,13 @@ export const DRIVING = [
   { code: 'KeyE', player: 1, push: 'fire' },
 ];
 export const DRIVING_HELP = [
-  { shown: 'Left, Right', help: 'Drive A: brake, throttle (cannon: speed). In its view, or when a person drives it' },
+  { shown: 'Left, Right', help: 'Drive A: brake, throttle (cannon: speed). In its view, or if a person controls it' },
   { shown: 'A, D', help: 'Drive B in the same way' },
   { shown: 'Up, Down and W, S', help: 'Cannon: angle of A and of B' },
   { shown: 'Enter and E', help: 'Cannon: fire for A and for B' },
-  { shown: 'Arrows and W, A, S, D', help: 'Crates: the way that A and B go' },
-  { shown: 'Shift + Left, Right', help: 'In a view: the arrival dot before or after, in words' },
-  { shown: 'Esc', help: 'Leave driving: the script takes over; close a dialog' },
+  { shown: 'Arrows and W, A, S, D', help: 'Crates: direction of A and of B' },
+  { shown: 'Shift + Left, Right', help: 'In a view: describe the previous or next arrival dot' },
+  { shown: 'Esc', help: 'Stop driving: the script takes over; close a dialog' },
 ];
 
 /** Where letters are text, or keys have a meaning of their own. @param {EventTarget | null} target @param {string} code */

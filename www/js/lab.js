@@ -1,4 +1,4 @@
-// The session that the page shows: joined, made, copied or made again, and its stream.
+// The session of the page: joined, created, copied or created again; and its stream.
 import { batch, effect } from '../vendor/signals-core.js';
 import { Problem, call, make } from './api.js';
 import { create, keep, link } from './early.js';
@@ -6,7 +6,7 @@ import { FAILED } from './frame.js';
 import { Memory } from './memory.js';
 import { Stream } from './net.js';
 import { reread, seen, showAddress } from './params.js';
-import { connection, contactsDrawn, divisor, experiment, failure, frame, layout, lens, locked, overlays, params, scenarios, session, tell } from './state.js';
+import { connection, contactsDrawn, divisor, experiment, failure, frame, layout, inspector, locked, overlays, params, scenarios, session, notify } from './state.js';
 
 /** @typedef {import('./state.js').Layout} Layout */
 
@@ -42,12 +42,12 @@ function layoutOf(hello) {
 }
 
 /** What is worth a closer look from the start. @param {string} game @param {string} sync @returns {string} */
-function lensOf(game, sync) {
+function inspectorOf(game, sync) {
   if (game === 'shooter') return 'shots';
   return sync === 'deterministic' || sync === 'rollback' ? 'waits' : 'messages';
 }
 
-/** What is subscribed to, Hz by channel: those of other kinds there are none of. @param {string} chosen the lens @returns {Record<string, number>} */
+/** What is subscribed to, Hz by channel: those of other kinds there are none of. @param {string} chosen the inspector @returns {Record<string, number>} */
 function wishOf(chosen) {
   const closer = chosen === 'buffers' || chosen === 'waits';
   return {
@@ -56,7 +56,7 @@ function wishOf(chosen) {
   };
 }
 effect(() => {
-  const wish = wishOf(lens.value);
+  const wish = wishOf(inspector.value);
   stream?.subscribe(wish);
 });
 
@@ -93,7 +93,7 @@ export function show(id, key, own, line) {
       batch(() => {
         layout.value = next;
         if (hello.params) params.value = hello.params;
-        if (frame.value === null) lens.value = lensOf(next.game, hello.params?.server?.sync);
+        if (frame.value === null) inspector.value = inspectorOf(next.game, hello.params?.server?.sync);
         if (counts.hellos === 1 || frame.value === null) {
           overlays.value = { ...overlays.value, dots: next.game === 'cannon' };
         }
@@ -109,20 +109,20 @@ export function show(id, key, own, line) {
     },
     state(state, attempt) {
       connection.value = { state, attempt };
-      if (state === 'open' && wasLost) tell('Reconnected');
+      if (state === 'open' && wasLost) notify('Reconnected');
       wasLost = state === 'lost';
     },
     pace(next) {
       divisor.value = next;
     },
     gone() {
-      tell('Session expired – made again from the address');
+      notify('Session expired – created again from the address');
       again();
     },
     refused(detail) {
-      tell(`Refused: ${detail}`);
+      notify(`Refused: ${detail}`);
     },
-  }, line, wishOf(lens.value));
+  }, line, wishOf(inspector.value));
   showAddress();
 }
 
@@ -142,7 +142,7 @@ export function takeNewest() {
   return next;
 }
 
-/** Tells the daemon what was really drawn. @param {number} seq */
+/** Reports to the daemon which frame was drawn. @param {number} seq */
 export function drawn(seq) {
   counts.drawn++;
   counts.acked = seq;
@@ -154,26 +154,26 @@ export function send(message) {
   stream?.send(message);
 }
 
-/** A session of its own from the address, after the former one was lost or another scenario was chosen. */
+/** A new session from the address, after the former one was lost or another scenario was chosen. */
 export async function again() {
   try {
     link.session = '';
     link.problems = [];
     const made = await create();
     show(made.id, made.key, true);
-    if (link.problems.length > 0) tell(link.problems.join('. '), true);
+    if (link.problems.length > 0) notify(link.problems.join('. '), true);
   } catch (error) {
     failed(error);
   }
 }
 
-/** Nobody who has just not given the key is asked again. @param {unknown} error */
+/** A person who has just declined to give the key is not asked again. @param {unknown} error */
 export function failed(error) {
   if (error instanceof Problem && error.declined) {
-    tell('No session: making one needs the class key. Load the page again to give it, or open what others share.', true);
+    notify('No session: creating one needs the class key. Reload the page to enter it, or open a shared link.', true);
     return;
   }
-  tell(`No session: ${error instanceof Error ? error.message : 'the daemon does not answer'} – trying again`);
+  notify(`No session: ${error instanceof Error ? error.message : 'the daemon does not answer'} – retrying`);
   setTimeout(again, 1000 + Math.random() * 1000);
 }
 
@@ -195,9 +195,9 @@ export async function fork() {
     const copy = await make(`sessions/${now.id}/fork`);
     keep(copy.id, copy.owner_key, false);
     show(copy.id, copy.owner_key, false);
-    tell('This is your own copy now');
+    notify('This is now your copy');
   } catch (error) {
-    tell(`No copy: ${error instanceof Error ? error.message : 'the daemon does not answer'}`);
+    notify(`No copy: ${error instanceof Error ? error.message : 'the daemon does not answer'}`);
   }
 }
 

@@ -1,8 +1,8 @@
-// What no first picture waits for: dialogs, the closer looks, the library of the curves.
+// Modules that load after the first frame: dialogs, inspectors, the library of the curves.
 import * as dialogs from './dialogs.js';
-import { LENSES } from './lenses/lenses.js';
+import { INSPECTORS } from './inspector/inspectors.js';
 import { plotBy } from './side.js';
-import { lenses } from './state.js';
+import { inspectors } from './state.js';
 import { Chart } from './views/chart.js';
 
 const sheet = document.createElement('link');
@@ -12,4 +12,4 @@ document.head.append(sheet);
 
 dialogs.listen();
 plotBy(Chart);
-lenses.value = LENSES;
+inspectors.value = INSPECTORS;

@@ -78,7 +78,7 @@ export function readLink(search, hash) {
     link.session = session;
     link.key = fragment.get('k') ?? '';
   } else if (session !== '') {
-    link.problems.push('The session in the address is not an id; a new one was made');
+    link.problems.push('The session in the address is not an id; a new one was created');
   }
   return link;
 }

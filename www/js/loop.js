@@ -8,13 +8,13 @@ import { counts, drawn, memory, takeNewest } from './lab.js';
 import { ownLab } from './page.js';
 import { reread } from './params.js';
 import { showSide } from './side.js';
-import { frame, happenings, lanes, layout, lens, lenses, overlays, params, scale, unit } from './state.js';
+import { frame, connectionEvents, lanes, layout, inspector, inspectors, overlays, params, scale, unit } from './state.js';
 import { palette } from './theme.js';
 import { drawCannon } from './views/cannon.js';
 import { connectionWords, drawConnection } from './views/connection.js';
 import { drawField, drawStandings } from './views/field.js';
 import { drawGauge } from './views/gauge.js';
-import { besideInput, drawLanes, nearestInput, windowOf } from './views/lanes.js';
+import { inputNextTo, drawLanes, nearestInput, windowOf } from './views/lanes.js';
 import { drawText } from './views/marks.js';
 import { drawRace } from './views/race.js';
 import { drawRibbon } from './views/ribbon.js';
@@ -22,9 +22,9 @@ import { scaleX } from './views/scene.js';
 import { Surface } from './views/surface.js';
 
 /** @typedef {import('./frame.js').Frame} Frame */
-/** @typedef {import('./views/scene.js').Picture} Picture */
+/** @typedef {import('./views/scene.js').DrawContext} DrawContext */
 
-const LABEL_MS = 2000; /* names of pictures follow at this pace */
+const LABEL_MS = 2000; /* names of the drawings are updated at this rate */
 
 /** @type {WeakMap<HTMLCanvasElement, Surface>} */
 const surfaces = new WeakMap();
@@ -57,7 +57,7 @@ function words(now, view) {
   const list = entitiesOf(now, view).slice(0, players).map((e, i) => `${letter(i)} at ${where(e)}`).join(', ') + others;
   const error = view > 0 ? `; own entity ${fixed(v.own_lead_m, 2)} m from the server's now, others ${fixed(v.view_age_ms, 0)} ms old` : '';
   const away = view > 0 ? connectionWords(v) : '';
-  return `${away === '' ? '' : `${away.charAt(0).toUpperCase()}${away.slice(1)}. `}${view === 0 ? 'What the server knows' : `What player ${letter(view - 1)} sees`}: ${list}${error}`;
+  return `${away === '' ? '' : `${away.charAt(0).toUpperCase()}${away.slice(1)}. `}${view === 0 ? 'View of the server' : `View of player ${letter(view - 1)}`}: ${list}${error}`;
 }
 
 /** @param {HTMLCanvasElement} canvas @param {Frame} now @param {boolean} name */
@@ -69,7 +69,7 @@ function drawView(canvas, now, name) {
   const colours = palette();
   const shapes = shape.entities.length > 0; /* all views to one scale: the server's has a strip too */
   const strip = view > 0 || shapes ? Math.round(colours.text * 1.7) : 0;
-  /** @type {Picture} */
+  /** @type {DrawContext} */
   const at = {
     pen: surface.pen, width: surface.width, height: surface.height - strip, colours, frame: now, memory, layout: shape, view,
     overlays: overlays.value, unit: unit.value, picked,
@@ -108,8 +108,8 @@ function laneOf(surface, now) {
 
 /** A closer look in place of the messages. @param {Surface} surface @param {Frame} now @param {HTMLCanvasElement} canvas @param {boolean} name
  * @returns {boolean} whether there was one */
-function drawLens(surface, now, canvas, name) {
-  const chosen = lenses.value.find((one) => one.id === lens.value);
+function drawInspector(surface, now, canvas, name) {
+  const chosen = inspectors.value.find((one) => one.id === inspector.value);
   if (!chosen || !layout.value || !chosen.fits(now, params.value)) return false;
   const at = {
     pen: surface.pen, width: surface.width, height: surface.height, colours: palette(), frame: now, memory, layout: layout.value,
@@ -128,12 +128,12 @@ function drawMessages(now, name) {
   if (!(canvas instanceof HTMLCanvasElement)) return;
   const surface = surfaceOf(canvas);
   if (!surface.begin() || now.views.length < 2) return;
-  if (drawLens(surface, now, canvas, name)) return;
+  if (drawInspector(surface, now, canvas, name)) return;
   const { inputs, states, lost, text } = drawLanes(laneOf(surface, now));
-  const missing = lost > 0 ? `. ${lost} events did not come: frames are skipped` : '';
+  const missing = lost > 0 ? `. ${lost} events missing: frames are skipped` : '';
   const facts = document.getElementById('lane-facts');
-  const said = text !== '' ? text : `Last ${fixed(windowOf(now), 2)} s. Drawn: inputs 1 of ${inputs}, states 1 of ${states}${missing}`;
-  if (facts && facts.textContent !== said) facts.textContent = said;
+  const caption = text !== '' ? text : `Last ${fixed(windowOf(now), 2)} s. Drawn: inputs 1 of ${inputs}, snapshots 1 of ${states}${missing}`;
+  if (facts && facts.textContent !== caption) facts.textContent = caption;
   if (name) canvas.setAttribute('aria-label', `Messages of the last ${fixed(windowOf(now), 2)} s. ${text}`);
 }
 
@@ -141,16 +141,16 @@ function drawMessages(now, name) {
 function showFacts(now) {
   const facts = document.getElementById('facts');
   if (!facts) return;
-  const said = `tick ${now.tick} · ${now.session.viewers} watching`;
-  if (facts.textContent !== said) facts.textContent = said;
+  const caption = `tick ${now.tick} · ${now.session.viewers} watching`;
+  if (facts.textContent !== caption) facts.textContent = caption;
 }
 
-/** The list of what became of connections; what is new is told aloud. @param {Frame} now */
-function showHappenings(now) {
-  if (happenings.value === memory.happenings) return;
-  const newest = memory.happenings.at(-1);
-  if (newest && now.flags & PLAYING && !happenings.value.includes(newest)) speak(`${letter(newest.player)} ${newest.what}`);
-  happenings.value = memory.happenings;
+/** The list of connection events; new ones are announced. @param {Frame} now */
+function showConnectionEvents(now) {
+  if (connectionEvents.value === memory.connectionEvents) return;
+  const newest = memory.connectionEvents.at(-1);
+  if (newest && now.flags & PLAYING && !connectionEvents.value.includes(newest)) speak(`${letter(newest.player)} ${newest.what}`);
+  connectionEvents.value = memory.connectionEvents;
 }
 
 function draw() {
@@ -170,7 +170,7 @@ function draw() {
   showTime(now);
   showReplay(now);
   showFacts(now);
-  showHappenings(now);
+  showConnectionEvents(now);
   showSide(now, settled);
   if (next) {
     if (counts.drawn === 0) performance.mark('laglab-first-frame');
@@ -232,7 +232,7 @@ function stepDot(event) {
   if (!next) return;
   event.preventDefault();
   picked = { view: index, dot: next.dot };
-  speak(memory.tell(next.dot));
+  speak(memory.describe(next.dot));
   touch();
 }
 
@@ -256,7 +256,7 @@ export function listen() {
     const step = event.code === 'ArrowRight' ? 1 : event.code === 'ArrowLeft' ? -1 : 0;
     if (step === 0) return;
     event.preventDefault();
-    select(besideInput(laneOf(surfaceOf(canvas), frame.value), step));
+    select(inputNextTo(laneOf(surfaceOf(canvas), frame.value), step));
   });
   ask();
 }

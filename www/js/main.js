@@ -9,7 +9,7 @@ import { failed, hook, openExperiments, show } from './lab.js';
 import { readExperiment } from './link.js';
 import * as loop from './loop.js';
 import * as page from './page.js';
-import { experiment, frame, layout, locked, params, scenarios, schemas, session, tell } from './state.js';
+import { experiment, frame, layout, locked, params, scenarios, schemas, session, notify } from './state.js';
 
 /* Read-only, for tests and for the curious: frame, params, connection, counts, messages. */
 Object.defineProperty(window, 'laglab', { value: Object.assign(() => hook(), { costs: loop.costs }) });
@@ -17,11 +17,11 @@ Object.defineProperty(window, 'laglab', { value: Object.assign(() => hook(), { c
 opened?.then(async (made) => {
   show(made.id, made.key, made.own, await line);
   const notes = [made.note, ...link.problems].filter((text) => text !== '');
-  if (notes.length > 0) tell(notes.join('. '), link.problems.length > 0);
+  if (notes.length > 0) notify(notes.join('. '), link.problems.length > 0);
 }).catch(failed);
 
 const WAIT_MS = 400;
-if (opened) { /* the page is laid out once, not twice, when the session tells soon what there is */
+if (opened) { /* the page is laid out once, not twice, when the session's layout arrives soon */
   await new Promise((done) => {
     setTimeout(done, WAIT_MS);
     effect(() => {
@@ -48,7 +48,7 @@ function readMore() {
   });
   insist(() => call('GET', 'scenarios?brief=true')).then((answer) => { scenarios.value = answer.scenarios ?? []; });
 }
-const waiting = effect(() => { /* what is asked for before the first picture makes it later */
+const waiting = effect(() => { /* a request before the first frame delays that frame */
   if (frame.value === null && experiment.value === null) return;
   setTimeout(() => {
     waiting();

@@ -17,11 +17,11 @@ const EVENTS_S = 5;     /* of messages */
 const DOTS = 240;       /* per view */
 const CURVE_POINTS = 4000;
 const CORRECTIONS_S = 1;
-const HAPPENINGS = 40;
+const CONNECTION_EVENTS = 40;
 export const LATELY_S = 10; /* that means are of */
 const SAMPLE_S = 0.2;
 
-/** Curves of one player beside a common time axis. */
+/** Curves of one player over the common time axis. */
 export class Curves {
   constructor() {
     /** @type {number[]} */ this.own = [];
@@ -62,7 +62,7 @@ export class Memory {
     this.gaps = [];
     this.heard = 0; /* s, until when events are known */
     /** @type {Happening[]} */
-    this.happenings = [];
+    this.connectionEvents = [];
     /** @type {{t: number, of: import('./frame.js').Measures[]}[]} */
     this.measures = [];
     this.highest = 0; /* m, of what has been drawn */
@@ -131,12 +131,12 @@ export class Memory {
       if (event.outcome === IS_STALLED) what = 'stalled';
       if (event.outcome === DISCONNECTED) what = 'disconnected';
       if (event.outcome === IS_PLAYING && event.begin_s > 0) {
-        const last = this.happenings.filter((one) => one.player === event.player).at(-1)?.what;
-        what = last === 'stalled' ? 'plays on' : event.number <= 1 ? 'joined' : 'joined again';
+        const last = this.connectionEvents.filter((one) => one.player === event.player).at(-1)?.what;
+        what = last === 'stalled' ? 'playing again' : event.number <= 1 ? 'joined' : 'joined again';
       }
     }
     if (what === '') return;
-    this.happenings = [...this.happenings.slice(1 - HAPPENINGS), { t: event.begin_s, player: event.player, what }];
+    this.connectionEvents = [...this.connectionEvents.slice(1 - CONNECTION_EVENTS), { t: event.begin_s, player: event.player, what }];
   }
 
   /** @param {Frame} frame @param {number} v @param {Event} event @param {number} n */
@@ -152,9 +152,9 @@ export class Memory {
     if (dots.length > DOTS) dots.splice(0, dots.length - DOTS);
   }
 
-  /** What a dot stands for, in words. @param {Dot} dot @returns {string} */
-  tell(dot) {
-    const [type, word] = dot.type === APPLIED ? [STATE, 'State of tick'] : [INPUT, 'Input'];
+  /** Description of a dot. @param {Dot} dot @returns {string} */
+  describe(dot) {
+    const [type, word] = dot.type === APPLIED ? [STATE, 'Snapshot of tick'] : [INPUT, 'Input'];
     let text = `${word} ${dot.number} · arrived ${fixed(dot.t, 2)} s`;
     for (const event of this.events.values()) {
       if (event.type === type && event.player === dot.player && event.number === dot.number) {

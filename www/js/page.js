@@ -44,7 +44,7 @@ function caption(view) {
 /** @param {number} view @returns {Template} */
 function row(view) {
   const player = view - 1;
-  const label = view === 0 ? 'What the server knows' : `What ${nameOf(player)} sees`;
+  const label = view === 0 ? 'View of the server' : `View of ${nameOf(player)}`;
   const keys = view === 0 ? '' : player === 0 ? ' Left and right arrow keys drive.' : player === 1 ? ' Keys A and D drive.' : '';
   return html`<section class="row" data-tab=${`view${view}`} aria-label=${view === 0 ? 'Server' : nameOf(player)}>
     <div class="gutter">${view === 0 ? serverPanel() : playerPanel(player)}</div>
@@ -60,7 +60,7 @@ function messages() {
   return html`<section class="row lane" data-tab="messages" aria-label="Messages" ?hidden=${!overlays.value.messages}>
     <div class="gutter">${messagesPanel()}</div>
     <div class="view" role="group" tabindex="0" data-arrows="yes"
-      aria-label="Messages between players and server. Left and right arrow keys pick an input and show its life.">
+      aria-label="Messages between players and server. Left and right arrow keys select an input and show its path.">
       <canvas id="lane" role="img" aria-label="Messages over time"></canvas></div></section>`;
 }
 
@@ -90,10 +90,10 @@ const OWN = {
 const read = signal(new Map());
 const asked = new Set();
 
-/** The kind of the scenario when it has a page of its own. */
+/** The kind of the scenario, if it has its own lab page. */
 const ownKind = () => Object.keys(OWN).find((kind) => layout.value?.[/** @type {'motion' | 'rigid' | 'fluid'} */ (kind)]);
 
-/** The page of its own, once it is read. @returns {OwnLab | undefined} */
+/** The lab page, once it is loaded. @returns {OwnLab | undefined} */
 export const ownLab = () => read.value.get(ownKind() ?? '');
 
 /** @param {string} kind @returns {Template} */
@@ -125,7 +125,7 @@ function experiments() {
 function page() {
   if (experiment.value !== null) return html`<a class="skip" href="#views">To the experiment</a>${header()}${experiments()}${notes()}`;
   const kind = ownKind();
-  if (kind) return html`<a class="skip" href="#views">To the pictures</a>${header()}${own(kind)}${notes()}${timeBar()}`;
+  if (kind) return html`<a class="skip" href="#views">To the views</a>${header()}${own(kind)}${notes()}${timeBar()}`;
   return html`<a class="skip" href="#views">To the views</a>${header()}${tabs()}
     <main data-tab=${tab.value} data-rows=${order().length}>
       <div class="rows" id="views" tabindex="-1">${order().map(row)}${messages()}

@@ -1,10 +1,10 @@
-// The controls beside each view.
+// The controls next to each view.
 import { html, nothing } from '../vendor/lit-html.js';
 import { control } from './controls.js';
 import { aim, byPerson, fire, setAim } from './drive.js';
 import { fixed, letter } from './format.js';
 import { icons } from './icons.js';
-import { lanes, layout, lens, lenses, locked, offered, open, overlays, params } from './state.js';
+import { lanes, layout, inspector, inspectors, locked, offered, open, overlays, params } from './state.js';
 import { toggleOverlay } from './keys.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
@@ -62,7 +62,7 @@ export function playerPanel(player) {
         @click=${() => open({ kind: 'player', player })}>${icons.settings}</button></div>
     <div class="lag">${control(`${at}.lag_ms`, { slider: true })}<span class="rtt">RTT ${lag === undefined ? '–' : fixed(2 * lag, 0)} ms</span></div>
     <div class="toggles">${control(`${at}.prediction`)}${control(`${at}.interpolation`)}${control(`${at}.reconciliation`)}
-      ${control(`${at}.control`, { label: 'Driver' })}</div>
+      ${control(`${at}.control`, { label: 'Input' })}</div>
     ${shooting ? aiming(player) : html`<div class="pair minor">
       ${control(`${at}.link.up.jitter_ms`, { also: `${at}.link.down.jitter_ms`, label: 'Jitter' })}
       ${control(`${at}.link.up.loss_pct`, { also: `${at}.link.down.loss_pct`, label: 'Loss' })}</div>`}
@@ -83,7 +83,7 @@ export function serverPanel() {
   </fieldset>`;
 }
 
-/** Whose messages are shown. @param {0 | 1} place @param {string} label @returns {Template} */
+/** The player whose messages are shown. @param {0 | 1} place @param {string} label @returns {Template} */
 function which(place, label) {
   const set = (/** @type {Event} */ event) => {
     const chosen = Number(/** @type {HTMLSelectElement} */ (event.target).value);
@@ -99,13 +99,13 @@ export function messagesPanel() {
   const box = (/** @type {'ghosts' | 'messages' | 'dots' | 'labels' | 'pings'} */ name, /** @type {string} */ label) => html`<label
     class="toggle"><input type="checkbox" .checked=${now[name]} @change=${() => toggleOverlay(name)}><span>${label}</span></label>`;
   const ids = offered.value.split(' ');
-  const looked = lenses.value.find((one) => one.id === lens.value);
+  const chosen = inspectors.value.find((one) => one.id === inspector.value);
   return html`<div class="panel plainpanel"><div class="head"><h2>Messages and marks</h2></div>
-    <div class="lookrow"><label class="field choice"><span>Below</span><select aria-label="What the lane below shows" @change=${(/** @type {Event} */ event) => {
-      lens.value = /** @type {HTMLSelectElement} */ (event.target).value;
-    }}><option value="messages" .selected=${lens.value === 'messages'}>Messages</option>
-      ${lenses.value.filter((one) => ids.includes(one.id)).map((one) => html`<option value=${one.id} .selected=${one.id === lens.value}>${one.label}</option>`)}</select></label>${box('pings', 'Pings')}</div>
+    <div class="lookrow"><label class="field choice"><span>Lower panel</span><select aria-label="Content of the lower panel" @change=${(/** @type {Event} */ event) => {
+      inspector.value = /** @type {HTMLSelectElement} */ (event.target).value;
+    }}><option value="messages" .selected=${inspector.value === 'messages'}>Messages</option>
+      ${inspectors.value.filter((one) => ids.includes(one.id)).map((one) => html`<option value=${one.id} .selected=${one.id === inspector.value}>${one.label}</option>`)}</select></label>${box('pings', 'Pings')}</div>
     <div class="toggles">${box('ghosts', 'Ghosts')}${box('dots', 'Arrival dots')}${box('labels', 'Labels')}${box('messages', 'Messages')}</div>
-    ${looked?.players ? which(0, 'Player') : (layout.value?.players.length ?? 0) > 2 ? html`<div class="pair">${which(0, 'Above')}${which(1, 'Below')}</div>` : nothing}
+    ${chosen?.players ? which(0, 'Player') : (layout.value?.players.length ?? 0) > 2 ? html`<div class="pair">${which(0, 'Above')}${which(1, 'Below')}</div>` : nothing}
     <p class="facts" id="lane-facts"></p></div>`;
 }

@@ -2,7 +2,7 @@
 import { call, Problem } from './api.js';
 import { keep, link } from './early.js';
 import { writeQuery } from './link.js';
-import { experiment, locked, params, session, tell, theme } from './state.js';
+import { experiment, locked, params, session, notify, theme } from './state.js';
 import { labelOf, valueAt } from './schema.js';
 import { letter } from './format.js';
 
@@ -39,14 +39,14 @@ async function send() {
       remember(body);
     } catch (error) {
       const detail = error instanceof Problem ? error.errors[0]?.detail ?? error.message : 'the daemon did not answer';
-      tell(`Not changed: ${detail}`);
+      notify(`Not changed: ${detail}`);
       params.value = { ...params.value }; /* controls go back to what holds */
     }
   }
   pending = new Map();
 }
 
-/** What the daemon changed beside what was asked for is said in words.
+/** Reports what the daemon changed in addition to the request.
  * @param {any} now @param {Record<string, Value>} asked */
 function accept(now, asked) {
   const before = params.value;
@@ -61,7 +61,7 @@ function accept(now, asked) {
       }
     }
   });
-  if (followed.length > 0) tell(followed.join('. '));
+  if (followed.length > 0) notify(followed.join('. '));
 }
 
 /** The address keeps what differs from the scenario. @param {Record<string, Value>} body */
@@ -86,7 +86,7 @@ export function showAddress() {
   if (now.own) keep(now.id, now.key, true);
 }
 
-/** Reads the parameters again, after somebody else changed them or time jumped. @param {number} version */
+/** Reads the parameters again, after another client changed them or time jumped. @param {number} version */
 export async function reread(version) {
   const target = session.value;
   if (target === null || seen.version === version) return;

@@ -65,7 +65,7 @@ export function find(root, path) {
   return rowOf(path.slice(path.lastIndexOf('.') + 1), node, open(root, node));
 }
 
-/** Every value below a path that can be changed, in the tables' order; with `all` also those that hold from the start.
+/** Every value below a path that can change during a run, in the tables' order; with `all` also those that are set before it.
  * @param {any} root @param {string} path @param {boolean} [all] @returns {string[]} */
 export function livePaths(root, path, all = false) {
   const object = root && open(root, nodeOf(root, path));
@@ -80,8 +80,8 @@ export function livePaths(root, path, all = false) {
 }
 
 const LABELS = /** @type {Record<string, string>} */ ({
-  lag_ms: 'One-way lag', update_hz: 'Updates per second', sync: 'Synchronisation', control: 'Driven by',
-  timeout_s: 'Time-out', send_hz: 'Sent per second', display_hz: 'Drawn per second', input_hz: 'Input device read per second',
+  lag_ms: 'One-way lag', update_hz: 'Updates per second', sync: 'Synchronisation', control: 'Controlled by',
+  timeout_s: 'Time-out', send_hz: 'Input packets per second', display_hz: 'Displays per second', input_hz: 'Input device reads per second',
   drift_ppm: 'Clock drift', input_device_ms: 'Input device latency', display_device_ms: 'Display latency', mtu_bytes: 'MTU',
   jitter_ms: 'Jitter', loss_pct: 'Loss', delay_ms: 'Extra delay', duplicate_pct: 'Duplicates',
 });
@@ -94,26 +94,26 @@ export function labelOf(path) {
   return words.charAt(0).toUpperCase() + words.slice(1) + direction;
 }
 
-/** What a person reads of a choice, where its name does not say it. @type {Record<string, string>} */
+/** Visible name of a choice, if it differs from the choice itself. @type {Record<string, string>} */
 const CHOICES = { 'sync.lockstep': 'lockstep (stop and wait)', 'sync.lockstep_pipelined': 'lockstep, pipelined' };
 
 /** @param {string} name of the row @param {string} choice @returns {string} */
 export const choiceOf = (name, choice) => CHOICES[`${name}.${choice}`] ?? choice;
 
-/** Rows that belong together, by the table they are of; what none names comes last.
+/** Groups of rows, by table; rows without a group come last.
  * @type {Record<string, [string, RegExp][]>} */
 const GROUPS = {
   player: [
-    ['Way', /^(lag_ms|link\.preset)$/],
+    ['Link', /^(lag_ms|link\.preset)$/],
     ['Prediction and view', /^(prediction|reconciliation|ack$|interpolation|extrapolation|time_scale|correction|jitter_margin|dejitter)/],
-    ['Driver and inputs', /^(control|script|cheat|lane|slack_ticks|input_delay_ticks|time_dilation|redundancy)$/],
-    ['Clock and devices', /^(timer_|clock_|drift_|send_hz|display_|input_hz|input_device|hardware)/],
+    ['Control and inputs', /^(control|script|cheat|lane|slack_ticks|input_delay_ticks|time_dilation|redundancy)$/],
+    ['Clock and devices', /^(timer_|clock_|drift_|send_hz|display_|input_hz|input_device|float_mode)/],
     ['Link up', /^link\.up\./], ['Link down', /^link\.down\./],
   ],
   server: [
-    ['Pace and connections', /^(update_hz|sync|timeout_s|max_rollback)/],
+    ['Rate and connections', /^(update_hz|sync|timeout_s|max_rollback)/],
     ['Inputs', /^(validation|refused|starved)/],
-    ['Shots', /^(rifle|shell|max_rewind|rewind_)/],
+    ['Shots', /^(hitscan|projectile|max_rewind|rewind_)/],
     ['Snapshots', /^(snapshot|quantum_)/],
   ],
 };

@@ -1,12 +1,12 @@
-// The side column: what the scenario is about, the charts, and the numbers of now.
+// The side column: the scenario's text, the charts, and the current values.
 import { html, nothing } from '../vendor/lit-html.js';
 import { INTERPOLATION } from './frame.js';
 import { fixed, letter, signed } from './format.js';
 import { memory } from './lab.js';
 import { LATELY_S } from './memory.js';
-import { happenings, layout, open, params, scale, unit } from './state.js';
+import { connectionEvents, layout, open, params, scale, unit } from './state.js';
 import { FEW, bufferCurves, errorCurves } from './views/curves.js';
-import { tradeButton } from './workbench/trade.js';
+import { workPrecisionButton } from './workbench/work_precision.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 /** @typedef {import('./frame.js').Frame} Frame */
@@ -34,7 +34,7 @@ function tableButton(which) {
 /** @typedef {{name: string, unit: string, help?: string, of: (view: View, player: number, lately: import('./memory.js').Lately) => string}} Row */
 
 const MEAN = `mean of the last ${LATELY_S} s; a dash: nothing was counted`;
-const LISTED = 6; /* of what became of connections */
+const LISTED = 6; /* events of connections */
 
 /** @returns {Row[]} */
 function rows() {
@@ -42,28 +42,28 @@ function rows() {
   const size = way === 'm' ? 1 : scale.pxPerMetre;
   const apart = (/** @type {number} */ metres) => signed(metres * size, way === 'm' ? 2 : 0);
   return [
-    { name: 'Input latency', unit: 'ms', help: `From a change of the controls to the first picture that includes it: ${MEAN}`,
+    { name: 'Input latency', unit: 'ms', help: `From a change of the controls to the first display that includes it: ${MEAN}`,
       of: (_, __, lately) => fixed(lately.latency ?? NaN, 0) },
     { name: 'Changes lost', unit: '%', help: `Changes of the controls that the server never applied: share of the last ${LATELY_S} s; a dash: there was none`,
       of: (_, __, lately) => fixed(100 * (lately.lost ?? NaN), 0) },
-    { name: 'Own, error', unit: way, help: `The own entity as drawn from the truth at the tick that is drawn: ${MEAN}`,
+    { name: 'Own, error', unit: way, help: `Distance of the drawn own entity from the ground truth at the drawn tick: ${MEAN}`,
       of: (_, __, lately) => fixed((lately.error ?? NaN) * size, way === 'm' ? 2 : 1) },
-    { name: 'Own, lead', unit: way, help: 'The own entity as drawn minus the server’s now: ahead by prediction, behind without. No error', of: (view) => apart(view.own_lead_m) },
+    { name: 'Own, lead', unit: way, help: 'Drawn own entity minus the server’s present one: ahead with prediction, behind without. Not an error', of: (view) => apart(view.own_lead_m) },
     { name: 'Others, error', unit: way, of: (view) => apart(view.remote_error_m) },
     { name: 'Others, age', unit: 'ms', of: (view) => fixed(view.view_age_ms, 0) },
     { name: 'Buffer', unit: 'ms', of: (view) => (view.flags & INTERPOLATION ? fixed(view.buffer_ms, 0) : 'off') },
-    { name: 'Un-acked inputs', unit: '', of: (view) => String(view.unacked) },
+    { name: 'Unacknowledged inputs', unit: '', of: (view) => String(view.unacked) },
     { name: 'Corrections', unit: '', of: (view) => String(view.corrections) },
     { name: 'Refused inputs', unit: '', of: (view) => String(view.refused) },
-    { name: 'Early at server', unit: 'ticks', of: (view) => signed(view.slack_ticks, 1) },
+    { name: 'Input lead', unit: 'ticks', of: (view) => signed(view.slack_ticks, 1) },
   ];
 }
 
 const NOTHING = { error: null, latency: null, lost: null };
 
-/** What became of connections; not there while all of them just play. @returns {Template | typeof nothing} */
-function happened() {
-  const list = happenings.value.slice(-LISTED);
+/** Events of connections; hidden while all clients are playing. @returns {Template | typeof nothing} */
+function connectionList() {
+  const list = connectionEvents.value.slice(-LISTED);
   if (list.length === 0) return nothing;
   return html`<section class="happened" aria-label="Connections"><h3>Connections</h3><ol>${list.map((one) => html`<li><span>${fixed(one.t, 1)} s</span>
     <b>${letter(one.player)}</b> ${one.what}</li>`)}</ol></section>`;
@@ -76,8 +76,8 @@ export function side() {
   return html`<aside class="side" aria-label="Charts and numbers">
     <div class="about"><h2>${p?.paper ? `${p.paper}: ` : ''}${p?.title ?? ''}</h2>${p?.text ? html`<p>${p.text}</p>` : nothing}
       ${(layout.value?.notices ?? []).map((text) => html`<p role="note"><strong>Nothing is measured.</strong> ${text}</p>`)}</div>
-    ${happened()}
-    ${tradeButton()}
+    ${connectionList()}
+    ${workPrecisionButton()}
     <section class="chart"><div class="head"><h3>Drawn − server now</h3>${units()}</div>
       <div class="plot" id="error-chart" role="img" aria-label="Curve of the distances from the server’s present over time; the table has the numbers"></div>
       <div class="key">${players.map((_, i) => sample(i, false, letter(i)))}<span>own lead</span>
@@ -86,7 +86,7 @@ export function side() {
       <div class="plot" id="buffer-chart" role="img" aria-label="Curve of the buffers over time; the table has the numbers"></div>
       <div class="key">${players.map((_, i) => sample(i, false, letter(i)))}${tableButton('buffer')}</div></section>
     <div class="wide-table" tabindex=${players.length > FEW ? '0' : nothing} role=${players.length > FEW ? 'region' : nothing}
-      aria-label=${players.length > FEW ? 'Numbers of now' : nothing}>
+      aria-label=${players.length > FEW ? 'Current values' : nothing}>
     <table class="data now"><caption>Now</caption><thead><tr><td></td>${players.map((_, i) => html`<th scope="col">${letter(i)}</th>`)}<td></td></tr></thead>
       <tbody>${rows().map((row) => html`<tr><th scope="row" title=${row.help ?? nothing}>${row.name}</th>${players.map((_, i) => html`<td data-now=${`${row.name}/${i}`}>–</td>`)}
         <td class="unit">${row.unit}</td></tr>`)}</tbody></table></div>
@@ -101,18 +101,18 @@ let charts = null;
 let shown = 0;
 const NOW_MS = 200;
 
-/** Curves are plotted from now on: the library is read when the first picture stands. @param {typeof import('./views/chart.js').Chart} made */
+/** Curves are plotted from now on: the library loads after the first frame. @param {typeof import('./views/chart.js').Chart} made */
 export function plotBy(made) {
   ChartOf = made;
 }
 
-/** @param {Frame} frame @param {boolean} settled nothing more will come soon: draw all of it */
+/** @param {Frame} frame @param {boolean} settled no frame follows soon: draw all of it */
 export function showSide(frame, settled) {
   const error = document.getElementById('error-chart'), buffer = document.getElementById('buffer-chart');
   if (!error || !buffer) return;
   const players = frame.views.length - 1;
   if (ChartOf !== null) {
-    if (charts?.error.box !== error) charts = { /* a page that was left and came back has boxes of its own */
+    if (charts?.error.box !== error) charts = { /* after a return to the page its boxes are new */
       error: new ChartOf(error, [-1, 1], () => errorCurves(layout.value?.players.length ?? 0, unit.value, scale.pxPerMetre)),
       buffer: new ChartOf(buffer, [0, 100], () => bufferCurves(layout.value?.players.length ?? 0)),
     };

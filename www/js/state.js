@@ -51,7 +51,7 @@ export const schema = computed(() => (params.value ? schemaOf(schemas.value.get(
 export const scenarios = signal([]);
 /** @type {import('@preact/signals-core').Signal<{state: LinkState, attempt: number}>} */
 export const connection = signal({ state: 'connecting', attempt: 0 });
-export const FRAME_HZ = 60; /* asked for of what is drawn */
+export const FRAME_HZ = 60; /* requested rate of frames */
 /** By which the daemon divides that, since frames are not drawn in time. */
 export const divisor = signal(1);
 /** Whether the points where bodies touch are drawn: they are most of what bodies are streamed with. */
@@ -65,7 +65,7 @@ export const notice = signal('');
 /** The experiment that the Experiments view shows: empty for none; null while a lab is shown. @type {import('@preact/signals-core').Signal<string | null>} */
 export const experiment = signal(link.experiment);
 /** A scenario of which speed against error is wanted there; null: none. @type {import('@preact/signals-core').Signal<any>} */
-export const traded = signal(null);
+export const workPrecisionOf = signal(null);
 export const theme = signal(link.theme);
 /** @type {import('@preact/signals-core').Signal<Tab>} of a phone */
 export const tab = signal('all');
@@ -75,16 +75,16 @@ export const unit = signal('px');
 /** Players above and below the server's line among the messages. @type {import('@preact/signals-core').Signal<[number, number]>} */
 export const lanes = signal([0, 1]);
 
-/** What the lane below the views shows: `messages`, or a lens. */
-export const lens = signal('messages');
+/** Content of the lower panel: `messages`, or the id of an inspector. */
+export const inspector = signal('messages');
 
-/** The lenses that can be chosen, once they are read. @type {import('@preact/signals-core').Signal<import('./lenses/lenses.js').Lens[]>} */
-export const lenses = signal([]);
+/** The inspectors that can be chosen, once they are loaded. @type {import('@preact/signals-core').Signal<import('./inspector/inspectors.js').Inspector[]>} */
+export const inspectors = signal([]);
 
-/** Ids of those that have something to show, joined: it changes seldom, though it is looked at with every frame. */
+/** Ids of those that have something to show, joined: it changes seldom, though it is read with every frame. */
 export const offered = computed(() => {
   const now = frame.value;
-  return now === null ? '' : lenses.value.filter((one) => one.fits(now, params.value)).map((one) => one.id).join(' ');
+  return now === null ? '' : inspectors.value.filter((one) => one.fits(now, params.value)).map((one) => one.id).join(' ');
 });
 
 /** @typedef {{kind: 'help'} | {kind: 'player', player: number} | {kind: 'server'} | {kind: 'share'} | {kind: 'table', which: 'error' | 'buffer'}} Dialog */
@@ -99,7 +99,7 @@ export function open(next) {
 export const scale = { pxPerMetre: 1 }; /* of the views, kept by the drawing loop */
 
 /** What became of connections in this stretch of time, oldest first. @type {import('@preact/signals-core').Signal<import('./memory.js').Happening[]>} */
-export const happenings = signal([]);
+export const connectionEvents = signal([]);
 
 /** What is drawn over the views. */
 export const overlays = signal({ ghosts: true, dots: false, labels: true, messages: true, pings: false });
@@ -135,24 +135,24 @@ export const status = computed(() => {
   return now;
 });
 export const behind = computed(() => frame.value !== null && (frame.value.flags & BEHIND) !== 0);
-/** To seven digits, as it is streamed: 0.1 and not what is nearest to it. */
+/** To seven digits, as the stream has it: 0.1, not its nearest float. */
 export const speed = computed(() => Number((frame.value?.session?.speed ?? 1).toPrecision(7)));
 export const readOnly = computed(() => session.value !== null && session.value.key === '');
 
 /** Why nothing can be changed now; empty when it can. */
 export const locked = computed(() => {
   if (session.value === null) return 'No session yet';
-  if (connection.value.state === 'lost') return 'Connection lost: wait until it is back';
-  return readOnly.value ? 'Read-only: the owner of this session has the controls' : '';
+  if (connection.value.state === 'lost') return 'Connection lost: controls are off until it is back';
+  return readOnly.value ? 'Read-only: only the owner of this session can change it' : '';
 });
 
 const NOTICE_MS = 15000;
 /** @type {ReturnType<typeof setTimeout> | undefined} */
 let fading;
 
-/** Tells a person something; spoken too. News goes by itself, what was ignored stays until it is closed.
+/** Shows a message, and announces it. News disappears by itself; a rejected change stays until it is closed.
  * @param {string} text @param {boolean} [stays] */
-export function tell(text, stays = false) {
+export function notify(text, stays = false) {
   clearTimeout(fading);
   notice.value = text;
   if (!stays) fading = setTimeout(() => { notice.value = ''; }, NOTICE_MS);

@@ -3,7 +3,7 @@ import { headOf } from './frame.js';
 import { call, Problem } from './api.js';
 import { link } from './early.js';
 import { reread, showAddress } from './params.js';
-import { behind, frame, locked, session, speed, status, tell } from './state.js';
+import { behind, frame, locked, session, speed, status, notify } from './state.js';
 
 export const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10];
 
@@ -14,7 +14,7 @@ export async function control(op) {
   try {
     return await call('POST', `sessions/${now.id}/control`, { body: op, key: now.key });
   } catch (error) {
-    tell(error instanceof Problem ? `Not done: ${error.message}` : 'Not done: the daemon did not answer');
+    notify(error instanceof Problem ? `Not done: ${error.message}` : 'Not done: the daemon did not answer');
     return null;
   }
 }
@@ -63,7 +63,7 @@ export async function reset() {
   if (await control({ op: 'restart', reset: true }) === null) return;
   link.set = {};
   await setSpeed(1);
-  if (frame.value) await reread(-2); /* whatever the version, the parameters are others now */
+  if (frame.value) await reread(-2); /* the parameters differ now, for every version */
   showAddress();
 }
 

@@ -1,5 +1,5 @@
 // Rapier (WebAssembly): its default settings, sleeping off. A motor has no largest torque: it is a damper of that strength
-// at a speed of 1 rad/s. Groups of parts that do not collide are told apart modulo 15.
+// at a speed of 1 rad/s. Groups of parts that do not collide are distinguished modulo 15.
 import { SHAPE_CAPSULE, SHAPE_CIRCLE, SHAPE_POLYGON, runEngine, scene, setting } from "./engine.mjs";
 
 const simd = setting("simd", 0) !== 0;

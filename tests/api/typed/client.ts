@@ -11,7 +11,7 @@ type InQuery<O> = O extends { parameters: { query?: infer Q } } ? { query?: Q } 
 type InBody<O> = O extends { requestBody: infer B } ? { body: Content<B> }
   : O extends { requestBody?: infer B } ? { body?: Content<NonNullable<B>> } : { body?: undefined };
 export type Wish<O> = InPath<O> & InQuery<O> & InBody<O> & { key?: string, headers?: Record<string, string> };
-/** By status, so that `answer.status === 201` tells the type of `answer.body`. */
+/** By status, so that `answer.status === 201` narrows the type of `answer.body`. */
 export type Answer<O> = O extends { responses: infer R } ? { [S in keyof R]: { status: S, headers: Headers, body: Content<R[S]> } }[keyof R] : never;
 
 /** `used` gets `get /api/v1/...` of each operation that is called. */

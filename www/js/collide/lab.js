@@ -12,13 +12,13 @@ import { drawPlot } from '../step/plot.js';
 import { contactsDrawn, layout, locked, params, scenarios, schema, session } from '../state.js';
 import { palette, paintOf } from '../theme.js';
 import { Surface } from '../views/surface.js';
-import { countChoice, difference, paramsOf, pathOf, renew as renewBeside } from '../workbench/side_by_side.js';
-import { cameras, forget, key, move, pointer, press, release } from '../workbench/hand.js';
+import { countChoice, difference, paramsOf, pathOf, renew as renewSideBySide } from '../workbench/side_by_side.js';
+import { cameras, forget, key, move, pointer, press, release } from '../workbench/pointer_drag.js';
 import { costs, forget as forgetMeasured, measure } from '../workbench/measure.js';
 import { VOLUMES, sceneOf } from './decode.js';
-import { drawWorld } from './picture.js';
+import { drawWorld } from './drawing.js';
 import { Record } from './record.js';
-import { tradeButton } from '../workbench/trade.js';
+import { workPrecisionButton } from '../workbench/work_precision.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 /** @typedef {import('../frame.js').Frame} Frame */
@@ -29,9 +29,9 @@ import { tradeButton } from '../workbench/trade.js';
 const surfaces = new WeakMap();
 let record = new Record(-1);
 
-/** What is drawn over the bodies. @type {import('@preact/signals-core').Signal<import('./picture.js').Shown>} */
+/** What is drawn over the bodies. @type {import('@preact/signals-core').Signal<import('./drawing.js').Shown>} */
 const shown = signal({ volumes: false, boxes: false, pairs: false, contacts: true, paths: false, islands: false });
-/** The volume of the overlay: as the solver has it, or always the same; 0 stands for all. */
+/** The volume of the overlay: that of the solver, or always the same; 0: all. */
 const overlaid = signal(0);
 
 const rigid = () => layout.value?.rigid ?? null;
@@ -42,7 +42,7 @@ const solverOf = (world) => paramsOf(world).solver ?? {};
 /** @param {number} world */
 const methodOf = (world) => String(solverOf(world).method ?? '');
 
-/** Tells worlds apart: where the solver is the same, by what else differs. @param {number} world */
+/** Name of a world: the solver, or where it is the same the settings that differ. @param {number} world */
 function nameOf(world) {
   const one = solverOf(world), method = words(methodOf(world));
   const alike = worlds().filter((i) => i !== world && methodOf(i) === methodOf(world)).map(solverOf);
@@ -67,9 +67,9 @@ function solverPanel(world) {
     <div class="head"><h2>${mark(world)} ${nameOf(world)}</h2></div>
     ${control(`${at}.method`, { label: 'Solver' })}
     ${own.map((name) => control(`${at}.${name}`, label(name)))}
-    ${control(`${at}.continuous`, { label: 'Against passing' })}
-    ${control(`${at}.bounding_volume`, { label: 'Collides as' })}
-    <div class="toggles">${control(`${at}.warm_start`, { label: 'Warm start' })}${control(`${at}.recycle`, { label: 'Recycling' })}
+    ${control(`${at}.continuous`, { label: 'Continuous collision' })}
+    ${control(`${at}.bounding_volume`, { label: 'Bounding volume' })}
+    <div class="toggles">${control(`${at}.warm_start`, { label: 'Warm start' })}${control(`${at}.recycle`, { label: 'Contact recycling' })}
       ${control(`${at}.sleep`, { label: 'Sleeping' })}</div>
     <details><summary>More</summary>${['contact_push_speed', 'restitution_threshold', 'joint_hertz', 'joint_damping_ratio', 'recycle_distance', 'sleep_threshold', 'simd']
       .map((name) => control(`${at}.${name}`, label(name)))}</details>
@@ -79,7 +79,7 @@ function solverPanel(world) {
 /** @param {{[path: string]: import('../link.js').Value}} set @param {number} [count] of worlds */
 function renew(set, count = worlds().length) {
   const list = Array.from({ length: count - 1 }, (_, i) => ({ solver: difference(i + 1 < worlds().length ? solverOf(i + 1) : solverOf(0), solverOf(0)) }));
-  renewBeside(set, list);
+  renewSideBySide(set, list);
 }
 
 const GRAVITIES = [[0, -10, 'as on earth'], [0, -1.6, 'as on the moon'], [0, -22, '2.2 times'], [0, 0, 'none'], [10, 0, 'to the right']];
@@ -95,12 +95,12 @@ function gravity() {
     ${GRAVITIES.map((one, i) => html`<option value=${i} .selected=${i === known}>${one[2]}</option>`)}</select></label>`;
 }
 
-/** What varies in a scene: a number of its own, another session. @param {string} name @returns {Template | typeof nothing} */
+/** Parameter of a scene: a change creates another session. @param {string} name @returns {Template | typeof nothing} */
 function sceneParameter(name) {
   const row = find(schema.value, `params.${name}`), value = params.value?.params?.[name];
   if (!row || value === undefined) return nothing;
   return html`<label class="field" title=${row.help}><span>${words(name)}</span><input type="number" data-scene=${name} min=${row.min} max=${row.max}
-    step=${row.type === 'integer' ? 1 : 'any'} .value=${value === 0 ? '' : String(value)} placeholder="as made"
+    step=${row.type === 'integer' ? 1 : 'any'} .value=${value === 0 ? '' : String(value)} placeholder="default"
     @change=${(/** @type {Event} */ event) => {
       const given = /** @type {HTMLInputElement} */ (event.target);
       if (given.value === '' || given.checkValidity()) renew({ [`params.${name}`]: given.value === '' ? 0 : Number(given.value) });
@@ -117,12 +117,12 @@ function scenePanel() {
     ${gravity()}
     ${control('broad_phase', { label: 'Broad phase' })}
     ${control('compare_volumes', { label: 'Count false hits' })}
-    ${rigid()?.scene === 'none' ? nothing : html`<details><summary>Scene made anew with</summary>
+    ${rigid()?.scene === 'none' ? nothing : html`<details><summary>Rebuild with</summary>
       ${['size', 'ratio', 'offset', 'speed', 'friction'].map(sceneParameter)}</details>`}
   </fieldset>`;
 }
 
-/** @param {keyof import('./picture.js').Shown} name @param {string} label @returns {Template} */
+/** @param {keyof import('./drawing.js').Shown} name @param {string} label @returns {Template} */
 function overlay(name, label) {
   return html`<label class="toggle"><input type="checkbox" data-overlay=${name} .checked=${shown.value[name]} @change=${() => {
     shown.value = { ...shown.value, [name]: !shown.value[name] };
@@ -132,7 +132,7 @@ function overlay(name, label) {
 
 /** @returns {Template} */
 function overlayPanel() {
-  return html`<fieldset class="panel plainpanel"><legend class="unseen">Overlays</legend><div class="head"><h2>Drawn over the bodies</h2></div>
+  return html`<fieldset class="panel plainpanel"><legend class="unseen">Overlays</legend><div class="head"><h2>Overlays</h2></div>
     <div class="toggles">${overlay('contacts', 'Contacts')}${overlay('islands', 'Islands')}${overlay('pairs', 'Pairs')}
       ${overlay('boxes', 'Boxes')}${overlay('paths', 'Paths')}${overlay('volumes', 'Volumes')}</div>
     ${shown.value.volumes ? html`<label class="field choice"><span>Volume</span><select id="overlaid" @change=${(/** @type {Event} */ event) => {
@@ -156,7 +156,7 @@ const NUMBERS = /** @type {[string, string, (w: World) => string][]} */ ([
   ['contacts', 'contacts', (w) => String(w.touching)],
   ['recycled', 'recycled', (w) => String(w.recycled)],
   ['awake', 'awake', (w) => `${w.awake} of ${w.bodies}`],
-  ['stopped', 'stopped in flight', (w) => String(w.stopped)],
+  ['stopped', 'stopped by CCD', (w) => String(w.stopped)],
 ]);
 
 /** @param {number} value */
@@ -164,25 +164,25 @@ const joules = (value) => (Math.abs(value) >= 1e5 ? value.toExponential(1).repla
 
 /** @returns {Template} */
 function numbers() {
-  return html`<div class="wide-table" tabindex="0" role="region" aria-label="Numbers of now"><table class="data now"><caption>Now</caption>
+  return html`<div class="wide-table" tabindex="0" role="region" aria-label="Current values"><table class="data now"><caption>Now</caption>
     <thead><tr><td></td>${worlds().map((i) => html`<th scope="col">${mark(i)} ${nameOf(i)}</th>`)}</tr></thead>
     <tbody>${NUMBERS.map(([name, label]) => html`<tr><th scope="row">${label}</th>
       ${worlds().map((i) => html`<td data-rigid=${`${i}/${name}`}>–</td>`)}</tr>`)}</tbody></table></div>`;
 }
 
-/** How many went through, of all that fly. @returns {Template | typeof nothing} */
-function meter() {
+/** How many bodies tunnelled, of all that fly. @returns {Template | typeof nothing} */
+function tunnellingMeter() {
   if (!(Math.abs(params.value?.tunnel_x ?? 1e9) < 1e8)) return nothing;
-  return html`<section class="meter" aria-label="Tunnelling"><h3>Passed the wall</h3>
+  return html`<section class="meter" aria-label="Tunnelling"><h3>Tunnelled</h3>
     ${worlds().map((i) => html`<div class="passed">${mark(i)}<div class="track"><div class="fill" data-player=${i} data-fill=${i}></div></div>
       <span data-rigid=${`${i}/tunnelled`}>–</span></div>`)}</section>`;
 }
 
-/** What a volume took to judge all pairs of a step. @param {number | undefined} ms */
+/** Time of a volume for all pairs of a step. @param {number | undefined} ms */
 const perStep = (ms) => (ms === undefined ? '–' : fixed(1000 * ms, 2));
 
 /** @returns {Template | typeof nothing} */
-function judgements() {
+function volumeTable() {
   if (!params.value?.compare_volumes) return nothing;
   return html`<table class="data judged"><caption>Bounding volumes</caption><thead><tr><td></td><th scope="col">hits</th><th scope="col">false</th><th scope="col">missed</th>
     <th scope="col">at (cm)</th><th scope="col">µs per step</th></tr></thead><tbody>${VOLUMES.map((name, v) => html`<tr><th scope="row">${name}</th>
@@ -190,7 +190,7 @@ function judgements() {
 }
 
 const PHASES = /** @type {[string, string][]} */ ([
-  ['broad', 'broad'], ['narrow', 'narrow'], ['solve', 'solve'], ['continuous', 'sweep'], ['finish', 'finish'], ['all', 'step'],
+  ['broad', 'broad'], ['narrow', 'narrow'], ['solve', 'solve'], ['continuous', 'continuous'], ['finish', 'finish'], ['all', 'step'],
 ]);
 
 /** What the daemon's processor spends on a step, phase by phase. @returns {Template} */
@@ -207,8 +207,8 @@ function phases() {
 // ---- the page ----
 
 /** @param {number} world @returns {Template} */
-function picture(world) {
-  const label = `World of ${nameOf(world)}. Drag a body with the mouse or a finger. Arrow keys move a hand, Enter takes a body and lets it go.`;
+function drawing(world) {
+  const label = `World of ${nameOf(world)}. Drag a body with the mouse or a finger. Arrow keys move a pointer, Enter grabs and releases a body.`;
   return html`<div class="view drag" role="group" tabindex="0" data-world=${world} aria-label=${label}
     @pointerdown=${press} @pointermove=${move} @pointerup=${release} @pointercancel=${release} @keydown=${key}>
     <canvas id=${`world${world}`} role="img" aria-label=${`World of ${nameOf(world)}`}></canvas></div>`;
@@ -224,14 +224,14 @@ export function collideLab() {
   const used = rigid()?.solvers.filter((one) => worlds().some((i) => methodOf(i) === one.name)) ?? [];
   return html`<main class="step collide" id="views" tabindex="-1">
     <div class="methods" aria-label="Scene and solvers" role="group">${scenePanel()}${worlds().map(solverPanel)}${overlayPanel()}</div>
-    <div class="pictures" tabindex="0" role="region" aria-label="Pictures">
-      <section class="worlds" aria-label="Worlds" data-worlds=${worlds().length}>${worlds().map(picture)}</section>
+    <div class="drawings" tabindex="0" role="region" aria-label="Views">
+      <section class="worlds" aria-label="Worlds" data-worlds=${worlds().length}>${worlds().map(drawing)}</section>
       <div class="plots">${plot('plot-energy', 'Energy over time')}${plot('plot-overlap', 'Overlap over time')}${phases()}</div>
     </div>
     <aside class="side" aria-label="Numbers">
       <div class="about"><h2>${params.value?.paper ? `${params.value.paper}: ` : ''}${params.value?.title ?? ''}</h2>
         ${params.value?.text ? html`<p>${params.value.text}</p>` : nothing}</div>
-      ${tradeButton()}${meter()}${numbers()}${judgements()}
+      ${workPrecisionButton()}${tunnellingMeter()}${numbers()}${volumeTable()}
       ${used.map((one) => html`<div class="about"><h3>${words(one.name)}</h3><p>${one.help}</p></div>`)}
     </aside></main>`;
 }
@@ -272,12 +272,12 @@ function showNumbers(scene) {
 }
 
 /** What a world shows, in words. @param {World} w @param {number} i */
-const said = (w, i) => (w.status === 1 ? `${nameOf(i)} diverged`
+const describe = (w, i) => (w.status === 1 ? `${nameOf(i)} diverged`
   : `${nameOf(i)}: ${w.bodies} bodies, ${w.awake} awake, ${w.touching} contacts, overlap ${fixed(1000 * w.penetration, 1)} mm, energy ${joules(w.energy - w.energy_start)} J`);
 
 let numbered = 0;
 
-/** @param {Frame} frame @param {boolean} settled @param {boolean} name the pictures get their words */
+/** @param {Frame} frame @param {boolean} settled @param {boolean} name the drawings get their descriptions */
 export function drawCollide(frame, settled, name) {
   const at = rigid();
   if (!at) return;
@@ -302,7 +302,7 @@ export function drawCollide(frame, settled, name) {
     onto('plot-energy', (s) => drawPlot(s, colours, { lines: lines('energy', 1), x: 't (s)', y: 'energy since the start (J)', least: 0.01, empty: 'Play to draw' }));
     onto('plot-overlap', (s) => drawPlot(s, colours, { lines: lines('penetration', 1000), x: 't (s)', y: 'deepest overlap (mm)', least: 0.01, empty: 'Play to draw' }));
   }
-  if (name) scene.worlds.forEach((w, i) => document.getElementById(`world${i}`)?.setAttribute('aria-label', said(w, i)));
+  if (name) scene.worlds.forEach((w, i) => document.getElementById(`world${i}`)?.setAttribute('aria-label', describe(w, i)));
 }
 
 effect(() => {

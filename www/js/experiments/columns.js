@@ -3,7 +3,7 @@ import { fixed } from '../format.js';
 
 /** @typedef {import('./shown.js').Cells} Cells */
 /** @typedef {{name: string, label: string, kind: 'axis' | 'metric', numbers: boolean}} Column
- *   name: of the cell; label: the path, and the unit where the name tells it */
+ *   name: of the cell; label: the path, and the unit if the name has one */
 
 /** The parameters that are varied, by path. @param {any} experiment @returns {string[]} */
 const pathsOf = (experiment) => (experiment.axes ??
@@ -28,8 +28,8 @@ export function columnsOf(experiment, rows) {
   ];
 }
 
-/** @param {any} experiment @returns {{error: string, cost: string}} the two sides of the trade; cost is empty where there is none */
-export const tradeOf = (experiment) => ({ error: experiment.error || experiment.metrics[0],
+/** @param {any} experiment @returns {{error: string, cost: string}} the metrics of error and cost; cost is empty where there is none */
+export const errorAndCostOf = (experiment) => ({ error: experiment.error || experiment.metrics[0],
   cost: experiment.cost || (experiment.metrics[1] ?? '') });
 
 /** @param {Cells} row @param {string} name */
@@ -54,9 +54,9 @@ export function frontOf(rows, cost, error) {
   return front;
 }
 
-/** The metrics whose front is told: those that the experiment names, or cost and error. @param {any} experiment @returns {string[]} */
+/** The metrics of the front: those that the experiment names, or cost and error. @param {any} experiment @returns {string[]} */
 export function frontMetricsOf(experiment) {
-  const { cost, error } = tradeOf(experiment);
+  const { cost, error } = errorAndCostOf(experiment);
   return Array.isArray(experiment.front) ? experiment.front.map(String) : cost === '' ? [] : [cost, error];
 }
 
@@ -90,20 +90,20 @@ export function exact(value) {
 }
 
 /** A parameter as it was set. @param {string | number | boolean | null | undefined} value */
-export const told = (value) => (typeof value === 'number' ? String(Number(value.toPrecision(6))).replace('-', '−')
+export const formatValue = (value) => (typeof value === 'number' ? String(Number(value.toPrecision(6))).replace('-', '−')
   : value === null || value === undefined ? '–' : String(value));
 
 /** How many points' repeats all gave the same: nothing random reaches their metrics, and there is no interval. @param {Cells[]} rows */
 export const identicalOf = (rows) => rows.filter((row) => row.identical === true).length;
 
-/** What who reads the points must know: metrics that no run has, and points that made all repeats before `until` was reached.
+/** Notes on the points: metrics that no run has, and points that made all replicates before `until` was reached.
  * @param {any} experiment
  * @param {Cells[]} rows
  * @returns {string[]} */
 export function notesOf(experiment, rows) {
   const made = rows.reduce((sum, row) => sum + numberOf(row, 'runs') + numberOf(row, 'failed'), 0);
   const missing = made === 0 ? [] : experiment.metrics.filter((/** @type {string} */ name) => !rows.some((row) => Number.isFinite(numberOf(row, name))));
-  const { half_width: half = 0, relative = 0, metric = '' } = experiment.until ?? {}, name = metric || tradeOf(experiment).error;
+  const { half_width: half = 0, relative = 0, metric = '' } = experiment.until ?? {}, name = metric || errorAndCostOf(experiment).error;
   const wide = (/** @type {Cells} */ row) => !(numberOf(row, `${name}.ci95`) <= Math.max(half, relative * Math.abs(numberOf(row, name))));
   const all = (/** @type {Cells} */ row) => numberOf(row, 'runs') + numberOf(row, 'failed') >= (experiment.repeats ?? 1);
   const short = half > 0 || relative > 0 ? rows.filter((row) => all(row) && wide(row)).length : 0;
@@ -121,7 +121,7 @@ export const boundsOf = (row, metric) => ({ low: numberOf(row, `${metric}.ci95_l
 /** By which method the interval was made, or why there is none. @param {Cells} row @param {string} metric */
 export const methodOf = (row, metric) => (typeof row[`${metric}.ci95_method`] === 'string' ? String(row[`${metric}.ci95_method`]) : '');
 
-/** A mean, and what its 95 % interval goes from and to, where there is one; an open end where one bound is not known.
+/** A mean with its 95 % interval, if there is one; open where one bound is not known.
  * @param {Cells} row
  * @param {string} metric */
 export function meanOf(row, metric) {
@@ -132,11 +132,11 @@ export function meanOf(row, metric) {
   return `${exact(mean)} (${exact(low)} to ${exact(high)})`;
 }
 
-/** What stands beside the mean: how the interval was made, and the spread of the runs. @param {Cells} row @param {string} metric */
+/** Tooltip of a mean: the method of its interval, and the spread of the runs. @param {Cells} row @param {string} metric */
 export function spreadOf(row, metric) {
-  const told = (/** @type {string} */ end) => exact(numberOf(row, `${metric}.${end}`)), method = methodOf(row, metric);
+  const value = (/** @type {string} */ end) => exact(numberOf(row, `${metric}.${end}`)), method = methodOf(row, metric);
   const spread = Number.isFinite(numberOf(row, `${metric}.sd`))
-    ? `SD ${told('sd')}, quartiles ${told('p25')}, ${told('p50')}, ${told('p75')}` : '';
+    ? `SD ${value('sd')}, quartiles ${value('p25')}, ${value('p50')}, ${value('p75')}` : '';
   const covers = row[`${metric}.ci95_covers`];
   return [method && `95 % interval: ${method}${covers ? `, which covers: ${covers}` : ''}`, spread].filter(Boolean).join('; ');
 }

@@ -26,7 +26,7 @@ const EMPTY = {
 };
 
 export const draft = signal(EMPTY);
-/** The JSON Schema of experiments: ranges and helps of what is typed. @type {import('@preact/signals-core').Signal<any>} */
+/** The JSON Schema of experiments: ranges and helps of the fields. @type {import('@preact/signals-core').Signal<any>} */
 export const rules = signal(null);
 /** A field of the specification, such as until.least. @param {string} path @returns {Row | undefined} */
 export const ruleOf = (path) => (rules.value ? find(rules.value, path) ?? undefined : undefined);
@@ -57,7 +57,7 @@ function variablesOf(root, whole) {
   /** @type {Variable[]} */
   const found = [];
   const walk = (/** @type {any} */ node, /** @type {any} */ value, /** @type {string} */ path) => {
-    const plain = open(root, node, ''); /* not a branch of it, where it says itself what it is */
+    const plain = open(root, node, ''); /* not a branch, if the node has its own type */
     const at = plain?.properties || plain?.items || plain?.type || plain?.enum ? plain : open(root, node);
     if (at?.properties) {
       for (const [name, child] of Object.entries(at.properties)) {
@@ -91,7 +91,7 @@ function toValue(text, row) {
   return row?.type === 'choice' || text === '' || !Number.isFinite(number) ? text : number;
 }
 
-/** @param {string} text @returns {number | string} what is no number is left for the daemon to name */
+/** @param {string} text @returns {number | string} text that is not a number is passed on: the daemon rejects it */
 const toNumber = (text) => (text.trim() === '' || !Number.isFinite(Number(text)) ? text : Number(text));
 
 /** @param {string} text @returns {string[]} */
@@ -212,9 +212,9 @@ function numbersIn(at, path) {
 /** The numbers that a run ends with are those of a session that has not begun. @param {string | object} of */
 async function metricsOf(of) {
   const made = await make('sessions', { scenario: of, paused: true });
-  const told = await call('GET', `sessions/${made.id}/metrics`);
+  const answer = await call('GET', `sessions/${made.id}/metrics`);
   call('DELETE', `sessions/${made.id}`, { key: made.owner_key }).catch(() => {});
-  return numbersIn(told.metrics, '');
+  return numbersIn(answer.metrics, '');
 }
 
 let reading = 0;
@@ -255,10 +255,10 @@ function begin(whole, paths) {
 
 // ---- speed against error ----
 
-/** Of each kind what makes a series, what is varied in it, and which errors a run may know, the best first. Paths that a scenario lacks
+/** Per kind of scenario: what makes a series, the varied parameters, and the possible error metrics, the best first. Paths that a scenario lacks
  * are left out; of a path without values all choices are taken.
  * @type {Record<string, {axes: [string, string][][], errors: RegExp, more: string[], repeats: string}>} */
-const TRADES = {
+const WORK_PRECISION = {
   netgame: { axes: [[['server.snapshot_encoding', '']], [['server.update_hz', '5, 10, 20, 30, 60']]], errors: /^players\.0\.remote_error_m\.mean$/,
     more: ['players.0.bandwidth.down_bytes_per_s'], repeats: '5' },
   motion: { axes: [[['methods.0.method', 'explicit_euler, semi_implicit_euler, velocity_verlet, rk4']],
@@ -274,8 +274,8 @@ const TRADES = {
 };
 
 /** @param {any} whole @param {string[]} paths */
-function beginTrade(whole, paths) {
-  const trade = /** @type {typeof TRADES[string]} */ (TRADES[whole.kind]);
+function beginWorkPrecision(whole, paths) {
+  const trade = /** @type {typeof WORK_PRECISION[string]} */ (WORK_PRECISION[whole.kind]);
   const axes = trade.axes.flatMap((group) => group.filter(([path]) => variable(path)).map(([path, values], k) => {
     const around = axisAround(path);
     return { ...around, joined: k > 0, list: true, values: values || around.values };
@@ -283,13 +283,13 @@ function beginTrade(whole, paths) {
   const error = paths.find((path) => trade.errors.test(path)) ?? paths[0] ?? '', measured = 'cost.ns_per_sim_s';
   write({ axes, metrics: [error, measured, ...trade.more.filter((path) => paths.includes(path))], error, cost: measured,
     repeats: trade.repeats,
-    fixed: BRIEF[whole.kind] ?? [], title: `Speed against error: ${whole.title ?? whole.kind}` });
+    fixed: BRIEF[whole.kind] ?? [], title: `Work-precision diagram: ${whole.title ?? whole.kind}` });
 }
 
 /** Every method that the scenario can take, by its own setting: error against the processor's time. @param {any} of an id, or the whole */
 export function measure(of) {
   draft.value = { ...EMPTY, scenario: of };
-  read(of, beginTrade);
+  read(of, beginWorkPrecision);
 }
 
 // ---- another scenario ----
@@ -306,7 +306,7 @@ export function start(json) {
   read(draft.value.scenario, null);
 }
 
-// ---- what it would take ----
+// ---- estimate of the runs ----
 
 /** @typedef {{points: number, runs: number, run_s: number, estimated_cpu_s: number}} Estimate */
 /** @type {import('@preact/signals-core').Signal<Estimate | null>} */
@@ -336,9 +336,9 @@ async function check() {
   while (wanted !== '') {
     const body = wanted;
     try {
-      const told = await make('experiments?dry_run=true', JSON.parse(body), false);
+      const answer = await make('experiments?dry_run=true', JSON.parse(body), false);
       batch(() => {
-        estimate.value = told;
+        estimate.value = answer;
         refused.value = new Map();
       });
     } catch (error) {

@@ -1,4 +1,4 @@
-// The form of an experiment: scenario, axes, what is fixed, repeats, metrics; errors stand where the daemon says they are.
+// The form of an experiment: scenario, axes, fixed values, replicates, metrics; errors appear at the field that the daemon names.
 import { html, nothing } from '../../vendor/lit-html.js';
 import { signal } from '../../vendor/signals-core.js';
 import { Problem, call } from '../api.js';
@@ -36,7 +36,7 @@ function sentence(field) {
   return detail === '' ? nothing : html`<p class="wrong" id=${idOf(field)}>${detail}</p>`;
 }
 
-/** What is said of none of the fields here. */
+/** The error message of no field of this form. */
 function elsewhere() {
   const d = draft.value;
   const places = ['scenario', 'sample', 'repeats', 'until', 'metrics', 'error', 'cost', 'front', ...d.axes.map((_, i) => fieldOf(i)),
@@ -45,25 +45,25 @@ function elsewhere() {
     .map(([, detail]) => detail);
 }
 
-/** One line of text whose range and help are the schema's. @param {{id: string, field: string, label: string, value: string, told?: string,
+/** One line of text whose range and help are the schema's. @param {{id: string, field: string, label: string, value: string, messageOf?: string,
  *   hint?: string, take: (text: string) => void}} of  field: as the daemon names it;
- * told: the field whose sentence stands there; hint: where empty
+ * messageOf: the field whose message is shown; hint: where empty
  * @returns {Template} */
-function number({ id, field, label, value, told = field, hint = '', take }) {
-  const bad = invalid(field, told), row = ruleOf(field);
+function number({ id, field, label, value, messageOf = field, hint = '', take }) {
+  const bad = invalid(field, messageOf), row = ruleOf(field);
   return html`<label class="field" title=${row?.help ?? nothing}><span>${label}</span><input id=${id} class="narrow" inputmode="decimal"
     autocomplete="off" placeholder=${hint} .value=${value} aria-invalid=${bad.is} aria-describedby=${bad.by}
     @input=${(/** @type {Event} */ event) => take(valueOf(event))}></label>`;
 }
 
-/** What may stand in a field of the specification, from the schema. @param {string} field @returns {string} */
+/** Allowed values of a field of the specification, from the schema. @param {string} field @returns {string} */
 function rangeOf(field) {
   const row = ruleOf(field);
   return row ? `${plain(row.min)} to ${row.max >= 1e6 ? 'any' : plain(row.max)}` : '';
 }
 
-/** Marks a control as wrong. @param {string} field @param {string} [told] the field whose sentence stands there */
-const invalid = (field, told = field) => (wrong(field) === '' ? { is: 'false', by: nothing } : { is: 'true', by: idOf(told) });
+/** Marks a control as wrong. @param {string} field @param {string} [messageOf] the field whose message is shown */
+const invalid = (field, messageOf = field) => (wrong(field) === '' ? { is: 'false', by: nothing } : { is: 'true', by: idOf(messageOf) });
 
 // ---- the scenario ----
 
@@ -87,10 +87,10 @@ function scenarioPanel() {
       ${now === '' ? html`<option value="" selected disabled>${scenario.value?.title || 'as the experiment has it'}</option>` : nothing}
       ${group('Games', 'netgame')}${group('Motion', 'motion')}${group('Rigid bodies', 'rigid')}${group('Fluids', 'fluid')}</select></label>
     <button type="button" id="trade"
-      title="Every method that the scenario can take, by its own setting, with its error and the processor's time"
+      title="Error and processor time of every method of the scenario, over its settings"
       ?disabled=${scenario.value === null}
         @click=${() => measure(typeof d.scenario === 'string' && d.scenario !== '' ? d.scenario
-          : scenario.value)}>Speed against error</button>
+          : scenario.value)}>Work-precision diagram</button>
     ${sentence('scenario')}${unread.value === '' ? nothing : html`<p class="wrong">${unread.value}</p>`}
     ${d.title === '' ? nothing : html`<p class="facts">${d.title}</p>`}</fieldset>`;
 }
@@ -225,10 +225,10 @@ function samplePanel() {
       .selected=${value === d.sampling}>${label}</option>`)}</select></label>`;
   if (d.sampling === 'none') return html`${choice}${sentence('sample')}`;
   return html`${choice}<div class="numbers">
-      ${number({ id: 'points', field: 'sample.count', told: 'sample',
-        label: d.sampling === 'saltelli' ? 'Base samples' : 'How many points', value: d.points,
+      ${number({ id: 'points', field: 'sample.count', messageOf: 'sample',
+        label: d.sampling === 'saltelli' ? 'Base samples' : 'Number of points', value: d.points,
         take: (points) => write({ points }) })}
-      ${number({ id: 'sample-seed', field: 'sample.seed', told: 'sample', label: 'Seed', value: d.seed, hint: '1',
+      ${number({ id: 'sample-seed', field: 'sample.seed', messageOf: 'sample', label: 'Seed', value: d.seed, hint: '1',
         take: (seed) => write({ seed }) })}</div>
     <p class="facts" id="sample-facts">${sampleFacts()}. A range with a number of values has these alone, each as often.</p>
     ${sentence('sample')}`;
@@ -240,13 +240,13 @@ function axesPanel() {
   return html`<fieldset class="panel server"><legend class="unseen">Axes</legend><div class="head"><h2>Varied</h2>
       <button type="button" class="small" id="add-axis" ?disabled=${!free || d.axes.length >= AXES_MAX}
         @click=${() => { if (free) write({ axes: [...d.axes, axisAround(free.path)] }); }}>Add an axis</button></div>
-    ${d.axes.length === 0 ? html`<p class="facts">Nothing is varied: one point.</p>` : d.axes.map(axisPanel)}
+    ${d.axes.length === 0 ? html`<p class="facts">No axes: one point.</p>` : d.axes.map(axisPanel)}
     ${samplePanel()}</fieldset>`;
 }
 
-// ---- what is fixed, repeats ----
+// ---- fixed values, replicates ----
 
-const LIMIT = '100'; /* of repeats, where one alone could not tell a mean */
+const LIMIT = '100'; /* repeats: one run alone has no mean */
 
 function toggleUntil() {
   const d = draft.value, on = !d.until.on;
@@ -259,21 +259,21 @@ function untilPanel() {
     set = (/** @type {Partial<import('./draft.js').Until>} */ change) => write({ until: { ...until, ...change } });
   const bad = invalid('until.metric', 'until');
   const toggle = html`<label class="toggle" title=${ruleOf('until')?.help ?? nothing}><input type="checkbox" id="until" .checked=${until.on}
-    @change=${toggleUntil}><span>Until the mean is known</span></label>`;
+    @change=${toggleUntil}><span>Stop when the mean is known</span></label>`;
   if (!until.on) return html`${toggle}${sentence('until')}`;
   return html`${toggle}<div class="until" role="group" aria-label="When a point has enough runs">
     <label class="field choice"><span>Mean of</span><select id="until-metric" aria-invalid=${bad.is} aria-describedby=${bad.by}
       @change=${(/** @type {Event} */ event) => set({ metric: valueOf(event) })}><option
         value="">the error: ${d.error || (d.metrics[0] ?? 'none')}</option>
       ${d.metrics.map((path) => html`<option value=${path} .selected=${path === until.metric}>${path}</option>`)}</select></label>
-    ${number({ id: 'until-relative', field: 'until.relative', told: 'until', label: 'Half of its 95 % interval at most, over the mean',
+    ${number({ id: 'until-relative', field: 'until.relative', messageOf: 'until', label: 'Half width of the 95 % interval, over the mean',
       value: until.relative,
       hint: 'no rule', take: (relative) => set({ relative }) })}
-    ${number({ id: 'until-half', field: 'until.half_width', told: 'until', label: 'or in its unit', value: until.half, hint: 'no rule',
+    ${number({ id: 'until-half', field: 'until.half_width', messageOf: 'until', label: 'or in its own unit', value: until.half, hint: 'no rule',
       take: (half) => set({ half }) })}
-    ${number({ id: 'until-least', field: 'until.least', told: 'until', label: 'Runs at least', value: until.least,
+    ${number({ id: 'until-least', field: 'until.least', messageOf: 'until', label: 'Minimum of runs', value: until.least,
       take: (least) => set({ least }) })}
-    <p class="facts">Looked at after so many runs, and whenever there are twice as many.
+    <p class="facts">Checked after the minimum of runs, and after each doubling.
       <small>over the mean ${rangeOf('until.relative')}; runs ${rangeOf('until.least')}</small></p></div>${sentence('until')}`;
 }
 
@@ -299,7 +299,7 @@ function fixedPanel() {
         <button type="button" class="small" aria-label=${`Remove ${labelOf(one.path)}`}
           @click=${() => write({ fixed: d.fixed.filter((_, k) => k !== i) })}>Remove</button></div>${sentence(`set.${one.path}`)}`;
     })}
-    <label class="field"><span>${d.until.on ? 'Repeats of each point, at most' : 'Repeats of each point'}</span><input id="repeats"
+    <label class="field"><span>${d.until.on ? 'Maximum of replicates' : 'Replicates per point'}</span><input id="repeats"
       class="narrow" inputmode="numeric" autocomplete="off" .value=${d.repeats} aria-invalid=${bad.is} aria-describedby=${bad.by}
       @input=${(/** @type {Event} */ event) => write({ repeats: valueOf(event) })}></label>
     ${sentence('repeats')}${untilPanel()}</fieldset>`;
@@ -319,7 +319,7 @@ function toggleMetric(path) {
     until: { ...d.until, metric: left(d.until.metric) } });
 }
 
-/** The metrics whose front is told, in the order of the metrics. @param {string} path */
+/** The metrics of the front, in the order of the metrics. @param {string} path */
 function toggleFront(path) {
   const d = draft.value, on = d.front.includes(path);
   write({ front: d.metrics.filter((one) => (one === path ? !on : d.front.includes(one))) });
@@ -356,8 +356,8 @@ function metricsPanel() {
     <label class="field"><span>Find</span><input id="find-metric" type="search" autocomplete="off" .value=${sought.value}
       @input=${(/** @type {Event} */ event) => { sought.value = valueOf(event); }}></label>
     <div class="offered" tabindex="0" role="group"
-      aria-label="Metrics that the scenario has">${found.slice(0, SHOWN_METRICS).map((path) => item(path, -1))}
-      ${found.length > SHOWN_METRICS ? html`<p class="facts">and ${found.length - SHOWN_METRICS} more: find them by a word</p>`
+      aria-label="Metrics of the scenario">${found.slice(0, SHOWN_METRICS).map((path) => item(path, -1))}
+      ${found.length > SHOWN_METRICS ? html`<p class="facts">and ${found.length - SHOWN_METRICS} more: search by name</p>`
         : nothing}</div>
     ${trade('error', 'Error')}${sentence('error')}${trade('cost', 'Cost')}${sentence('cost')}
     ${d.metrics.length > 1 ? frontPanel() : nothing}</fieldset>`;
@@ -377,7 +377,7 @@ async function order() {
   try {
     const d = draft.value;
     await run(specification(d), d.title || scenario.value?.title || 'Experiment');
-    document.querySelector('.sweeps .pictures')?.scrollIntoView({ block: 'nearest' });
+    document.querySelector('.sweeps .drawings')?.scrollIntoView({ block: 'nearest' });
   } catch (error) {
     refuse(error);
     if (!(error instanceof Problem)) throw error;
@@ -399,7 +399,7 @@ function orderPanel() {
 
 /** @returns {Template} */
 export function form() {
-  return html`<form class="methods" aria-label="What is run" @submit=${(/** @type {Event} */ event) => event.preventDefault()}>
+  return html`<form class="methods" aria-label="Runs" @submit=${(/** @type {Event} */ event) => event.preventDefault()}>
     <div class="fields" tabindex="0" role="group"
       aria-label="Specification">${scenarioPanel()}${axesPanel()}${fixedPanel()}${metricsPanel()}</div>${orderPanel()}</form>`;
 }

@@ -1,7 +1,7 @@
-// How far an experiment is: told by the daemon's stream, or asked for again and again where a stream does not get through.
+// Progress of an experiment: from the daemon's stream, or by polling where no stream gets through.
 import { address, call } from '../api.js';
 
-/** @typedef {{state: string, runs: number, done: number, rate_per_s: number, left_s: number | null}} Told */
+/** @typedef {{state: string, runs: number, done: number, rate_per_s: number, left_s: number | null}} Report */
 
 const ASK_MS = 1000, AGAIN_MS = 1000;
 const OVER = ['done', 'cancelled', 'failed'];
@@ -10,10 +10,10 @@ const OVER = ['done', 'cancelled', 'failed'];
 export const isOver = (state) => OVER.includes(state);
 
 export class Progress {
-  /** @param {string} id @param {(told: Told) => void} tell */
-  constructor(id, tell) {
+  /** @param {string} id @param {(report: Report) => void} onReport */
+  constructor(id, onReport) {
     this.id = id;
-    this.tell = tell;
+    this.onReport = onReport;
     this.closed = false;
     this.way = ''; /* stream or asking, once one of them has brought something */
     /** @type {WebSocket | null} */
@@ -28,10 +28,10 @@ export class Progress {
     url.protocol = url.protocol.replace('http', 'ws');
     const socket = this.socket = new WebSocket(url, ['laglab.v2.json']);
     socket.onmessage = (message) => {
-      const told = JSON.parse(String(message.data));
-      if (told.type !== 'hello' && told.type !== 'progress') return;
+      const report = JSON.parse(String(message.data));
+      if (report.type !== 'hello' && report.type !== 'progress') return;
       this.way = 'stream';
-      this.take(told);
+      this.take(report);
     };
     socket.onclose = () => {
       if (this.closed) return;
@@ -44,17 +44,17 @@ export class Progress {
 
   async ask() {
     try {
-      const told = await call('GET', `experiments/${this.id}`);
+      const report = await call('GET', `experiments/${this.id}`);
       this.way = 'asking';
-      if (!this.closed) this.take(told);
+      if (!this.closed) this.take(report);
     } catch { /* asked again */ }
     if (!this.closed) this.timer = setTimeout(() => this.ask(), ASK_MS);
   }
 
-  /** @param {Told} told */
-  take(told) {
-    this.tell(told);
-    if (isOver(told.state)) this.close();
+  /** @param {Report} report */
+  take(report) {
+    this.onReport(report);
+    if (isOver(report.state)) this.close();
   }
 
   close() {

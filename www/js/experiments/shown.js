@@ -5,7 +5,7 @@ import { Problem, call, make } from '../api.js';
 import { keep } from '../early.js';
 import { show } from '../lab.js';
 import { showAddress } from '../params.js';
-import { experiment, tell } from '../state.js';
+import { experiment, notify } from '../state.js';
 import { Progress, isOver } from './progress.js';
 
 /** @typedef {{id: string, key: string, title: string, state: string, done: number, runs: number}} Kept  key is empty for a reader */
@@ -15,7 +15,7 @@ import { Progress, isOver } from './progress.js';
 export const record = signal(null);
 /** A row of means per point. @type {import('@preact/signals-core').Signal<Cells[]>} */
 export const points = signal([]);
-/** The point that is looked at, by its place in `points`; -1: none. */
+/** The selected point, by its index in `points`; -1: none. */
 export const selected = signal(-1);
 /** Why there is nothing to show. */
 export const missing = signal('');
@@ -93,15 +93,15 @@ async function readPoints(id, last) {
   if (isOver(record.value?.state) && record.value.done !== read.done) setTimeout(() => readPoints(id, true), 200);
 }
 
-/** @param {string} id @param {import('./progress.js').Told} told */
-function follow(id, told) {
+/** @param {string} id @param {import('./progress.js').Report} report */
+function follow(id, report) {
   if (record.value?.id !== id) return;
   const before = record.value.state;
-  record.value = { ...record.value, state: told.state, done: told.done, rate_per_s: told.rate_per_s, left_s: told.left_s };
+  record.value = { ...record.value, state: report.state, done: report.done, rate_per_s: report.rate_per_s, left_s: report.left_s };
   way.value = progress?.way ?? '';
-  note(id, { state: told.state, done: told.done });
-  if (told.state !== before) speak(`Experiment ${told.state}: ${told.done} of ${record.value.runs} runs`);
-  readPoints(id, isOver(told.state));
+  note(id, { state: report.state, done: report.done });
+  if (report.state !== before) speak(`Experiment ${report.state}: ${report.done} of ${record.value.runs} runs`);
+  readPoints(id, isOver(report.state));
 }
 
 /** @param {string} id */
@@ -111,11 +111,11 @@ async function load(id) {
     if (experiment.value !== id) return;
     record.value = now;
     note(id, { state: now.state, done: now.done, runs: now.runs });
-    progress = new Progress(id, (told) => follow(id, told));
+    progress = new Progress(id, (report) => follow(id, report));
     readPoints(id, true);
   } catch (error) {
     if (experiment.value !== id) return;
-    missing.value = error instanceof Problem && error.status === 404 ? 'This experiment is not there any more'
+    missing.value = error instanceof Problem && error.status === 404 ? 'This experiment no longer exists'
       : 'The daemon does not answer';
     if (missing.value.startsWith('This')) writeKept(kept.value.filter((one) => one.id !== id));
   }
@@ -148,7 +148,7 @@ export async function run(specification, title) {
   const made = await make('experiments', specification);
   writeKept([{ id: made.id, key: made.owner_key, title, state: 'running', done: 0, runs: made.runs }, ...kept.value]);
   look(made.id);
-  speak(`Experiment begun: ${made.runs} runs`);
+  speak(`Experiment started: ${made.runs} runs`);
 }
 
 /** @param {'pause' | 'resume' | 'cancel'} op */
@@ -156,10 +156,10 @@ export async function control(op) {
   const id = record.value.id;
   try {
     const now = await call('POST', `experiments/${id}/control`, { body: { op }, key: keyOf(id) });
-    if (op === 'resume') progress ??= new Progress(id, (told) => follow(id, told));
+    if (op === 'resume') progress ??= new Progress(id, (report) => follow(id, report));
     follow(id, now);
   } catch (error) {
-    tell(`Not done: ${error instanceof Error ? error.message : 'the daemon does not answer'}`);
+    notify(`Not done: ${error instanceof Error ? error.message : 'the daemon does not answer'}`);
   }
 }
 
@@ -169,7 +169,7 @@ export async function remove(id) {
     await call('DELETE', `experiments/${id}`, { key: keyOf(id) });
   } catch (error) {
     if (!(error instanceof Problem) || error.status !== 404) {
-      tell(`Not deleted: ${error instanceof Error ? error.message : 'the daemon does not answer'}`);
+      notify(`Not deleted: ${error instanceof Error ? error.message : 'the daemon does not answer'}`);
       return;
     }
   }
@@ -191,8 +191,8 @@ export async function live(row) {
     history.pushState(null, '', location.pathname + location.search);
     experiment.value = null;
     show(made.id, made.owner_key, false);
-    tell(`Point ${row.point} as a live session. Experiments brings you back`);
+    notify(`Point ${row.point} as a live session. Experiments returns to the results`);
   } catch (error) {
-    tell(`Not opened: ${error instanceof Error ? error.message : 'the daemon does not answer'}`);
+    notify(`Not opened: ${error instanceof Error ? error.message : 'the daemon does not answer'}`);
   }
 }

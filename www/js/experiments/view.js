@@ -1,13 +1,13 @@
-// The Experiments view: what is run, how far it is, its points as a scatter and a table, and what one takes away.
+// The Experiments view: the runs and their progress, the points as a scatter plot and a table, and the downloads.
 import { html, nothing } from '../../vendor/lit-html.js';
 import { computed, effect, signal, untracked } from '../../vendor/signals-core.js';
 import { address, call } from '../api.js';
 import { fixed } from '../format.js';
 import { mark } from '../panels.js';
-import { experiment, tell, theme, traded } from '../state.js';
+import { experiment, notify, theme, workPrecisionOf } from '../state.js';
 import { palette } from '../theme.js';
 import { Surface } from '../views/surface.js';
-import { columnsOf, frontMetricsOf, frontOfAll, meanOf, numberOf, spreadOf, told, tradeOf, identicalOf, notesOf } from './columns.js';
+import { columnsOf, frontMetricsOf, frontOfAll, meanOf, numberOf, spreadOf, formatValue, errorAndCostOf, identicalOf, notesOf } from './columns.js';
 import { choose, draft, measure, scenario, specification, start, watch } from './draft.js';
 import { form, library } from './form.js';
 import { isOver } from './progress.js';
@@ -22,19 +22,19 @@ sheet.rel = 'stylesheet';
 sheet.href = new URL('../../experiments.css', import.meta.url).href;
 const styled = new Promise((done) => { sheet.onload = sheet.onerror = done; });
 document.head.append(sheet);
-/** Waited for by who imports this. */
+/** Importers wait for it. */
 export const ready = styled;
 
 const many = (/** @type {number} */ n) => n.toLocaleString('en');
 const valueOf = (/** @type {Event} */ event) => /** @type {HTMLSelectElement} */ (event.target).value;
 
-// ---- what is plotted ----
+// ---- plot ----
 
-/** What a person chose; what is empty follows from the experiment.
+/** Choices of a person; empty ones follow from the experiment.
  * @type {import('@preact/signals-core').Signal<{x: string, y: string, by: string | null, logX: boolean | null, logY: boolean | null}>} */
 const chosen = signal({ x: '', y: '', by: null, logX: null, logY: null });
 const columns = computed(() => (record.value ? columnsOf(record.value.experiment, points.value) : []));
-const trade = computed(() => (record.value ? tradeOf(record.value.experiment) : { error: '', cost: '' }));
+const trade = computed(() => (record.value ? errorAndCostOf(record.value.experiment) : { error: '', cost: '' }));
 
 /** @param {string} name */
 const positive = (name) => points.value.some((row) => numberOf(row, name) > 0) && points.value.every((row) => !(numberOf(row, name) <= 0));
@@ -63,7 +63,7 @@ const plotted = computed(() => {
 /** The front, where both sides of the trade are plotted, or tabled; that of more metrics is tabled alone. */
 const fronted = computed(() => (record.value ? frontMetricsOf(record.value.experiment) : []));
 const front = computed(() => frontOfAll(points.value, fronted.value));
-const isTrade = computed(() => {
+const plotsErrorAndCost = computed(() => {
   const { x, y } = plotted.value, { error, cost } = trade.value;
   return cost !== '' && fronted.value.length === 2 && fronted.value.includes(cost) && fronted.value.includes(error) &&
     ((x === cost && y === error) || (x === error && y === cost));
@@ -72,7 +72,7 @@ const isTrade = computed(() => {
 // ---- the head of the results ----
 
 const STATES = /** @type {Record<string, string>} */ ({ running: 'Running', paused: 'Paused', cancelled: 'Cancelled', done: 'Done',
-  failed: 'Given up' });
+  failed: 'Failed' });
 
 /** @param {number} seconds */
 const left = (seconds) => (seconds < 100 ? `${Math.ceil(seconds)} s`
@@ -81,7 +81,7 @@ const left = (seconds) => (seconds < 100 ? `${Math.ceil(seconds)} s`
 /** @param {any} r @returns {Template} */
 function progressPanel(r) {
   const mine = keyOf(r.id) !== '', over = isOver(r.state);
-  const why = mine ? nothing : 'Read-only: who began this experiment has the controls';
+  const why = mine ? nothing : 'Read-only: only the owner of this experiment can control it';
   return html`<section class="progress" aria-label="Progress" data-state=${r.state} data-way=${way.value}>
     <div class="head"><h2 id="shown-title">${r.title || r.experiment.scenario?.title || 'Experiment'}</h2>
       ${over ? nothing : html`<span class="acts">${r.state === 'paused'
@@ -157,11 +157,11 @@ function axisChoice(which, label, list) {
       @change=${() => { chosen.value = { ...chosen.value, [log]: !plotted.value[log] }; }}><span>log</span></label></span>`;
 }
 
-/** Which point is looked at, in words. @returns {string} */
+/** The selected point, in words. @returns {string} */
 function words() {
   const row = points.value[selected.value];
   if (!row) return '';
-  const axes = columns.value.filter((column) => column.kind === 'axis').map((column) => `${column.label} ${told(row[column.name])}`);
+  const axes = columns.value.filter((column) => column.kind === 'axis').map((column) => `${column.label} ${formatValue(row[column.name])}`);
   const values = record.value.experiment.metrics.map((/** @type {string} */ name) => `${name} ${meanOf(row,
     name)}${numberOf(row, 'runs') > 1 ? `, ${spreadOf(row, name)}` : ''}`);
   return `Point ${row.point}${front.value.has(selected.value) ? ', on the front' : ''}: ${[...axes, ...values].join('; ')}`;
@@ -171,8 +171,8 @@ function words() {
 function legend() {
   const { by } = plotted.value, names = seriesOf(points.value, by);
   return html`<div class="key">${by === '' || names.length > SERIES_MAX ? nothing
-    : names.map((name, s) => html`<span class="sample">${mark(s)} ${told(isNaN(Number(name)) ? name : Number(name))}</span>`)}
-    ${isTrade.value ? html`<span class="sample"><svg class="mark frontmark" viewBox="0 0 18 18" aria-hidden="true"><circle cx="9" cy="9"
+    : names.map((name, s) => html`<span class="sample">${mark(s)} ${formatValue(isNaN(Number(name)) ? name : Number(name))}</span>`)}
+    ${plotsErrorAndCost.value ? html`<span class="sample"><svg class="mark frontmark" viewBox="0 0 18 18" aria-hidden="true"><circle cx="9" cy="9"
       r="7"></circle></svg>thick edge, joined: Pareto front of cost and error</span>` : nothing}
     ${covered.value > 0 ? html`<span class="sample" id="covered">${many(covered.value)} of ${many(points.value.length)} points
       lie under others and are not drawn</span>` : nothing}</div>`;
@@ -192,11 +192,11 @@ function scatter() {
       aria-label="Points. Left and right arrow keys pick one, Enter opens it as a live session."
       @pointerdown=${press} @pointermove=${hover} @keydown=${key}><canvas id="scatter" role="img"
         aria-label=${`Scatter of ${points.value.length} points: ${plotted.value.y} over ${plotted.value.x}${
-        isTrade.value ? `, ${front.value.size} on the front` : ''}`}></canvas></div>
+        plotsErrorAndCost.value ? `, ${front.value.size} on the front` : ''}`}></canvas></div>
     ${legend()}
     <div class="looked"><output id="point"
-      aria-live="polite">${row ? words() : 'Pick a point to read it; pick it again, or press Enter, to open it as a live session.'}</output>
-      ${row ? html`<span class="acts"><button type="button" id="open-live" @click=${() => live(row)}>Open live</button>
+      aria-live="polite">${row ? words() : 'Select a point to read it; select it again, or press Enter, to open it as a live session.'}</output>
+      ${row ? html`<span class="acts"><button type="button" id="open-live" @click=${() => live(row)}>Open as session</button>
         <a class="button" href=${address(`experiments/${record.value.id}/runs/${runOf(row)}/trace`).href}
           download=${`run${runOf(row)}.csv`}>Trace</a></span>` : nothing}</div></section>`;
 }
@@ -215,7 +215,7 @@ function sorted() {
   const value = (/** @type {number} */ i) => rows[i]?.[by] ?? null;
   order.sort((a, b) => {
     const x = value(a), y = value(b);
-    if (x === null || y === null) return (x === null ? 1 : 0) - (y === null ? 1 : 0); /* what is missing comes last */
+    if (x === null || y === null) return (x === null ? 1 : 0) - (y === null ? 1 : 0); /* missing values come last */
     const way_ = typeof x === 'number' && typeof y === 'number' ? x - y : String(x).localeCompare(String(y));
     return (down ? -way_ : way_) || a - b;
   });
@@ -243,10 +243,10 @@ function table() {
       const row = /** @type {Cells} */ (points.value[i]);
       return html`<tr data-point=${row.point} aria-current=${i === selected.value ? 'true' : 'false'} @click=${() => select(i)}><th
         scope="row">${row.point}</th>
-        ${list.map((column) => (column.kind === 'axis' ? html`<td>${told(row[column.name])}</td>`
+        ${list.map((column) => (column.kind === 'axis' ? html`<td>${formatValue(row[column.name])}</td>`
           : html`<td title=${spreadOf(row, column.name)}>${meanOf(row, column.name)}</td>`))}<td>${row.runs}</td>
         ${fronted.value.length === 0 ? nothing : html`<td>${front.value.has(i) ? 'front' : ''}</td>`}
-        <td><button type="button" class="small" aria-label=${`Open point ${row.point} live`}
+        <td><button type="button" class="small" aria-label=${`Open point ${row.point} as session`}
           @click=${(/** @type {Event} */ event) => { event.stopPropagation(); live(row); }}>Open</button></td></tr>`;
     })}</tbody></table></div>
     ${identicalOf(points.value) > 0
@@ -258,7 +258,7 @@ function table() {
         @click=${() => { rowsShown.value += PAGE; }}>${many(order.length - rowsShown.value)} more points</button>` : nothing}`;
 }
 
-// ---- beside ----
+// ---- side column ----
 
 const FORMATS = /** @type {[string, string][]} */ ([['csv', 'CSV'], ['ndjson', 'NDJSON'], ['json', 'JSON'], ['parquet', 'Parquet'],
   ['sqlite', 'SQLite']]);
@@ -271,8 +271,8 @@ function files(r) {
     download=${`${name}.${format}`}>${label}</a>`)}</p>`;
   return html`<section class="about files" aria-label="Results"><h2>Results</h2>
     <p class="links"><a id="report" href=${address(`experiments/${r.id}/report`).href} target="_blank"
-      rel="noopener">Report, a page of its own</a></p>
-    <h3>A row for each run</h3>${links('', 'runs')}<h3>A row for each point</h3>${links('&points=true', 'points')}</section>`;
+      rel="noopener">Standalone report</a></p>
+    <h3>One row per run</h3>${links('', 'runs')}<h3>One row per point</h3>${links('&points=true', 'points')}</section>`;
 }
 
 /** As a shell takes it. @param {string} text */
@@ -299,14 +299,14 @@ async function copy(event) {
   area.select();
   const done = navigator.clipboard ? await navigator.clipboard.writeText(area.value).then(() => true, () => false)
     : document.execCommand('copy');
-  tell(done ? 'Copied' : 'Not copied: select the text and copy it');
+  notify(done ? 'Copied' : 'Not copied: select the text and copy it');
 }
 
 /** @returns {Template} */
 function list() {
   return html`<section class="about" aria-label="My experiments"><div class="head"><h2>My experiments</h2>
       ${experiment.value ? html`<button type="button" class="small" id="new" @click=${() => look('')}>None</button>` : nothing}</div>
-    ${kept.value.length === 0 ? html`<p>None yet. What you run is listed here, in this browser.</p>`
+    ${kept.value.length === 0 ? html`<p>None yet. Experiments of this browser are listed here.</p>`
       : html`<ul class="mine">${kept.value.map((one) => html`<li aria-current=${one.id === experiment.value ? 'true' : 'false'}>
       <button type="button" class="quiet" data-id=${one.id}
         @click=${() => look(one.id)}><span>${one.title}</span><small>${STATES[one.state] ??
@@ -321,24 +321,24 @@ function results() {
   if (missing.value !== '') return html`<p class="empty">${missing.value}</p>`;
   if (experiment.value && !r) return html`<p class="empty">Loading</p>`;
   if (!r) {
-    return html`<div class="empty"><h2>Nothing is run yet</h2><p>Choose what is varied and which metrics are kept; the runs are counted as
+    return html`<div class="empty"><h2>No runs yet</h2><p>Choose the parameters to vary and the metrics to keep; the runs are counted as
       you write. Run makes every combination and shows the points here as they come.</p></div>`;
   }
   return html`${progressPanel(r)}${points.value.length > 0 ? html`${scatter()}${table()}`
-    : html`<p class="empty">${r.points > POINTS_MAX ? '' : isOver(r.state) ? 'No run has ended' : 'The first points come soon'}</p>`}`;
+    : html`<p class="empty">${r.points > POINTS_MAX ? '' : isOver(r.state) ? 'No run has ended' : 'No points yet'}</p>`}`;
 }
 
 /** @returns {Template} */
 export function experimentsView() {
   const r = record.value;
   return html`<main class="step sweeps" id="views" tabindex="-1">${form()}
-    <div class="outcome"><div class="pictures" tabindex="0" role="region" aria-label="Experiment">${results()}</div>
+    <div class="outcome"><div class="drawings" tabindex="0" role="region" aria-label="Experiment">${results()}</div>
     <aside class="side" aria-label="Results and list">${r
       ? html`${files(r)}<button type="button" id="again" @click=${() => start(r.experiment)}>Change and run again</button>`
         : nothing}${list()}
-      <section class="about" aria-label="By program"><div class="head"><h2>By program</h2><button type="button" class="small" id="copy"
+      <section class="about" aria-label="API request"><div class="head"><h2>API request</h2><button type="button" class="small" id="copy"
         @click=${copy}>Copy</button></div>
-        <textarea readonly rows="7" aria-label="The same by curl" .value=${curl(r)}></textarea></section></aside></div></main>`;
+        <textarea readonly rows="7" aria-label="The same with curl" .value=${curl(r)}></textarea></section></aside></div></main>`;
 }
 
 // ---- drawing ----
@@ -352,7 +352,7 @@ function draw() {
   const surface = surfaces.get(canvas) ?? new Surface(canvas);
   surfaces.set(canvas, surface);
   if (!surface.begin()) return;
-  const drawn = drawScatter(surface, palette(), points.value, plotted.value, isTrade.value ? front.value : new Set(), selected.value,
+  const drawn = drawScatter(surface, palette(), points.value, plotted.value, plotsErrorAndCost.value ? front.value : new Set(), selected.value,
     'nothing to draw on these axes');
   spots = drawn.spots;
   covered.value = drawn.covered;
@@ -390,10 +390,10 @@ export function begin() {
   begun = true;
   watch();
   effect(() => {
-    const wanted = traded.value;
+    const wanted = workPrecisionOf.value;
     if (wanted === null) return;
     untracked(() => measure(wanted));
-    traded.value = null;
+    workPrecisionOf.value = null;
   });
   if (scenario.value === null && typeof draft.value.scenario === 'string') choose('race');
   renewKept();

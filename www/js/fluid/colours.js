@@ -63,7 +63,7 @@ function packed(path) {
 
 const WATER = [[0.36, 0.08, 258], [0.52, 0.1, 240], [0.7, 0.09, 215], [0.9, 0.045, 195]];
 
-/** Nothing looks like the paper; most stands out. */
+/** No value has the colour of the paper; large values contrast most. */
 const STOPS = {
   light: {
     even: [[0.97, 0.01, 190], [0.83, 0.09, 195], [0.66, 0.13, 230], [0.47, 0.16, 265], [0.26, 0.13, 290]],

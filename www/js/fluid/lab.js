@@ -1,4 +1,4 @@
-// The fluid lab: fluids side by side, what is wrong with them and what they cost, stirred by a person.
+// The fluid lab: fluids side by side, their errors and costs; a person can drag them.
 import { html, nothing } from '../../vendor/lit-html.js';
 import { effect, signal } from '../../vendor/signals-core.js';
 import { control } from '../controls.js';
@@ -12,15 +12,15 @@ import { drawPlot } from '../step/plot.js';
 import { layout, locked, params, scenarios, schema, session } from '../state.js';
 import { palette, paintOf } from '../theme.js';
 import { Surface } from '../views/surface.js';
-import { countChoice, difference, paramsOf, pathOf, renew as renewBeside } from '../workbench/side_by_side.js';
-import { cameras, forget as forgetHand, handIn, key, move, pointer, press, release } from '../workbench/hand.js';
+import { countChoice, difference, paramsOf, pathOf, renew as renewSideBySide } from '../workbench/side_by_side.js';
+import { cameras, forget as forgetPointer, pointerIn, key, move, pointer, press, release } from '../workbench/pointer_drag.js';
 import { costs, forget as forgetMeasured, measure, profiles } from '../workbench/measure.js';
 import { fluidsOf } from './decode.js';
-import { isSize, pick, rankOf, told, wordsOf } from './numbers.js';
-import { drawPicture } from './picture.js';
+import { isSize, pick, rankOf, formatNumber, wordsOf } from './numbers.js';
+import { drawScene } from './drawing.js';
 import { Record } from './record.js';
 import { Scale } from './scale.js';
-import { tradeButton } from '../workbench/trade.js';
+import { workPrecisionButton } from '../workbench/work_precision.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 /** @typedef {import('../frame.js').Frame} Frame */
@@ -73,40 +73,40 @@ function relief(i) {
   return drawing.value.relief ?? (field !== undefined && isSurface(field));
 }
 
-/** Of a fluid beside the first: what makes it another. @param {any} one @param {any} first */
-const besides = (one, first) => (one.scene === first.scene ? difference(one, first) : { scene: one.scene, params: one.params, solver: one.solver });
+/** How a further fluid differs from the first. @param {any} one @param {any} first */
+const differencesOf = (one, first) => (one.scene === first.scene ? difference(one, first) : { scene: one.scene, params: one.params, solver: one.solver });
 
-/** Tells fluids apart: by scene, or by what differs. @param {number} i */
+/** Name of a fluid: its scene, or the settings that differ. @param {number} i */
 function nameOf(i) {
   const own = paramsOf(i), all = fluids(), first = String(own.solver?.method ?? own.solver?.pressure ?? own.scene ?? '');
   if (all.some((one) => one.scene !== all[0]?.scene)) return all[i]?.title ?? '';
-  const other = all.findIndex((_, k) => k !== i && Object.keys(besides(own, paramsOf(k))).length > 0);
-  const { params: sizes = {}, solver = {} } = other < 0 ? {} : besides(own, paramsOf(other));
+  const other = all.findIndex((_, k) => k !== i && Object.keys(differencesOf(own, paramsOf(k))).length > 0);
+  const { params: sizes = {}, solver = {} } = other < 0 ? {} : differencesOf(own, paramsOf(other));
   const differ = Object.entries({ ...solver, ...sizes }).filter(([name]) => name !== 'method').slice(0, 2);
   const parts = differ.map(([name, value]) => (value === true ? words(name) : value === false ? `no ${words(name)}`
     : name === 'n' || name === 'size' ? `${name} = ${value}` : /^(advection|pressure|splitting)$/.test(name) ? words(String(value)) : `${words(name)} ${words(String(value))}`));
   return solver.method || parts.length === 0 ? [words(first), ...parts].join(', ') : parts.join(', ');
 }
 
-/** @param {{[path: string]: Value}} set of the first fluid @param {any[]} list of those beside it, as they shall be */
+/** @param {{[path: string]: Value}} set of the first fluid @param {any[]} list of the further fluids, as wanted */
 function renew(set, list) {
   const first = structuredClone({ scene: params.value.scene, params: params.value.params, solver: params.value.solver });
   for (const [path, value] of Object.entries(set)) if (path.startsWith('params.')) first.params[path.slice(7)] = value;
-  renewBeside(set, list.map((one) => besides(one, first)));
+  renewSideBySide(set, list.map((one) => differencesOf(one, first)));
 }
 
-/** The fluids beside the first as they are. @returns {any[]} */
-const beside = () => (params.value?.side_by_side ?? []).map((/** @type {any} */ one) => structuredClone({ scene: one.scene, params: one.params, solver: one.solver }));
+/** The further fluids as they are. @returns {any[]} */
+const others = () => (params.value?.side_by_side ?? []).map((/** @type {any} */ one) => structuredClone({ scene: one.scene, params: one.params, solver: one.solver }));
 
 // ---- controls ----
 
-/** What varies in a scene is laid out with it: another value is another session. @param {number} i @param {string} name
+/** Parameter of a scene: a change creates another session. @param {number} i @param {string} name
  * @returns {Template | typeof nothing} */
 function sceneParameter(i, name) {
   const path = `${pathOf(i)}params.${name}`, row = find(schema.value, path), value = paramsOf(i).params?.[name];
   if (!row || value === undefined) return nothing;
   const set = (/** @type {Value} */ given) => {
-    const list = beside();
+    const list = others();
     if (i === 0) renew({ [path]: given }, list);
     else renew({}, list.map((one, k) => (k === i - 1 ? { ...one, params: { ...one.params, [name]: given } } : one)));
   };
@@ -128,7 +128,7 @@ function sceneParameter(i, name) {
 function scenePanel() {
   const rows = scenarios.value.filter((row) => row.kind === 'fluid'), count = fluids().length;
   const set = (/** @type {number} */ wanted) => {
-    const list = beside();
+    const list = others();
     while (list.length < wanted - 1) list.push({ scene: params.value.scene, params: params.value.params, solver: params.value.solver });
     renew({}, list.slice(0, wanted - 1));
   };
@@ -136,7 +136,7 @@ function scenePanel() {
     <label class="field choice"><span>Scene</span><select id="scene" @change=${(/** @type {Event} */ event) => choose(/** @type {HTMLSelectElement} */ (event.target).value)}>
       ${rows.map((row) => html`<option value=${row.id} .selected=${row.title === params.value?.title}>${row.title}</option>`)}</select></label>
     ${countChoice(count, 'fluid', set)}
-    ${shownFields().length > 0 ? html`<div class="toggles">${toggle('cells', 'Sharp cells', drawing.value.cells)}${toggle('relief', 'Relief', relief(0))}</div>` : nothing}
+    ${shownFields().length > 0 ? html`<div class="toggles">${toggle('cells', 'No smoothing', drawing.value.cells)}${toggle('relief', 'Relief', relief(0))}</div>` : nothing}
   </fieldset>`;
 }
 
@@ -146,18 +146,18 @@ const shownFields = () => fluids().flatMap((_, i) => shownField(i) ?? []);
 const FIRST = ['method', 'advection', 'pressure', 'splitting', 'tolerance', 'sweeps', 'iterations', 'viscosity', 'viscosity_scale', 'vorticity_confinement', 'limiter'];
 const SOLVER_LABELS = /** @type {{[name: string]: string}} */ ({ backtrace: 'Order of back-trace', cfl: 'CFL number', viscosity_scale: 'Viscosity ×' });
 
-/** The scene of a fluid beside the first. @param {number} i @returns {Template} */
+/** The scene of a further fluid. @param {number} i @returns {Template} */
 function sceneChoice(i) {
   const row = find(schema.value, `${pathOf(i)}scene`), now = paramsOf(i).scene;
   const set = (/** @type {Event} */ event) => {
     const scene = /** @type {HTMLSelectElement} */ (event.target).value;
-    renew({}, beside().map((one, k) => (k === i - 1 ? { scene } : one)));
+    renew({}, others().map((one, k) => (k === i - 1 ? { scene } : one)));
   };
   return html`<label class="field choice"><span>Scene</span><select data-scene=${`${i}/scene`} @change=${set}>
     ${(row?.choices ?? []).map((one) => html`<option value=${one} .selected=${one === now}>${words(one)}</option>`)}</select></label>`;
 }
 
-/** One fluid: what varies in its scene, its field, its solver. @param {number} i @returns {Template} */
+/** One fluid: parameters of its scene, its field, its solver. @param {number} i @returns {Template} */
 function fluidPanel(i) {
   const at = pathOf(i), paths = livePaths(schema.value, `${at}solver`), ending = (/** @type {string} */ path) => path.slice(path.lastIndexOf('.') + 1);
   const one = (/** @type {string} */ path) => (SOLVER_LABELS[ending(path)] ? control(path, { label: SOLVER_LABELS[ending(path)] }) : control(path));
@@ -217,9 +217,9 @@ function numbers() {
   return html`${table('Cost', [
     html`<tr><th scope="row">step (ms)</th>${each((i) => (step(i) === undefined ? '–' : short(Number(step(i)))), 'step-ms')}</tr>`,
     html`<tr><th scope="row">processor per second (ms)</th>${each((i) => (step(i) === undefined ? '–' : short(Number(step(i)) * pace)), 'second-ms')}</tr>`,
-    html`<tr><th scope="row">pictures per second</th><td id="fps" colspan=${fluids().length}>–</td></tr>`])}
-    ${table('What is wrong', of(0))}${table('What is there', of(1))}
-    ${of(2).length > 0 ? html`<details><summary>More numbers</summary>${table('', of(2))}</details>` : nothing}`;
+    html`<tr><th scope="row">frames per second</th><td id="fps" colspan=${fluids().length}>–</td></tr>`])}
+    ${table('Errors', of(0))}${table('Conserved and measured', of(1))}
+    ${of(2).length > 0 ? html`<details><summary>More values</summary>${table('', of(2))}</details>` : nothing}`;
 }
 
 // ---- the page ----
@@ -244,17 +244,17 @@ function plot(i) {
 
 const hasProfiles = () => (profiles.value ?? []).some((one) => Object.keys(one).length > 0);
 
-/** The number that says best how wrong a fluid is. @param {number} i */
+/** The metric that shows a fluid's error best. @param {number} i */
 const errorOf = (i) => {
   const all = fluids()[i]?.numbers ?? [];
   return all[pick(all, [/error.*max|^error|front_error/, /error/, /^divergence/, /numerical|overshoot/, /energy/])] ?? '';
 };
 
 /** @param {number} i @returns {Template} */
-function picture(i) {
+function drawingOf(i) {
   const step = costs.value[i]?.all;
-  const label = `${fluids()[i]?.title ?? 'Fluid'}${fluids().length > 1 ? `, ${nameOf(i)}` : ''}. Drag to stir, with the mouse or a finger. Arrow keys move a hand, Enter takes hold and lets go.`;
-  return html`<figure class="picture"><figcaption>${fluids().length > 1 ? html`${mark(i)} <b>${nameOf(i)}</b>` : nothing}
+  const label = `${fluids()[i]?.title ?? 'Fluid'}${fluids().length > 1 ? `, ${nameOf(i)}` : ''}. Drag the fluid with the mouse or a finger. Arrow keys move a pointer, Enter presses and releases.`;
+  return html`<figure class="drawing"><figcaption>${fluids().length > 1 ? html`${mark(i)} <b>${nameOf(i)}</b>` : nothing}
       <span>${wordsOf(errorOf(i)).label} <output data-error=${i}>–</output></span><span>${step === undefined ? '–' : short(step)} ms/step</span></figcaption>
     <div class="view stir" role="group" tabindex="0" data-world=${i} aria-label=${label}
       @pointerdown=${press} @pointermove=${move} @pointerup=${release} @pointercancel=${release} @keydown=${key}>
@@ -266,17 +266,17 @@ export function fluidLab() {
   const at = fluid();
   return html`<main class="step fluid" id="views" tabindex="-1">
     <div class="methods" aria-label="Scene and solvers" role="group">${scenePanel()}${fluids().map((_, i) => fluidPanel(i))}</div>
-    <div class="pictures" tabindex="0" role="region" aria-label="Pictures">
-      <section class="stage" aria-label="Fluids" data-count=${fluids().length}>${fluids().map((_, i) => picture(i))}</section>
+    <div class="drawings" tabindex="0" role="region" aria-label="Views">
+      <section class="stage" aria-label="Fluids" data-count=${fluids().length}>${fluids().map((_, i) => drawingOf(i))}</section>
       <div class="plots">${plot(0)}${plot(1)}${hasProfiles() ? html`<section class="plotbox" aria-label="Profiles"><div class="view">
         <canvas id="profiles" role="img" aria-label="Profiles"></canvas></div></section>` : nothing}</div>
     </div>
     <aside class="side" aria-label="Numbers">
       <div class="about"><h2>${params.value?.paper ? `${params.value.paper}: ` : ''}${params.value?.title ?? ''}</h2>
         ${params.value?.text ? html`<p>${params.value.text}</p>` : nothing}</div>
-      ${tradeButton()}${numbers()}
+      ${workPrecisionButton()}${numbers()}
       <div class="about"><p>${at?.help ?? ''}</p>${at?.source ? html`<p>Reference: ${at.source}</p>` : nothing}
-        ${(at?.notices ?? []).map((/** @type {string} */ text) => html`<p role="note"><strong>Does not fit.</strong> ${text}</p>`)}</div>
+        ${(at?.notices ?? []).map((/** @type {string} */ text) => html`<p role="note"><strong>Warning.</strong> ${text}</p>`)}</div>
     </aside></main>`;
 }
 
@@ -301,7 +301,7 @@ function scaleOf(name, unit) {
 /** Of each fluid. @type {number[]} */
 let newest = [];
 
-/** What the colours stand for now. @param {import('./decode.js').Fluid} now @param {number} i @param {number} seq of the frame
+/** The present colour scale. @param {import('./decode.js').Fluid} now @param {number} i @param {number} seq of the frame
  * @returns {{scale: Scale | null, word: string}} */
 function coloured(now, i, seq) {
   const layers = fluids()[i]?.layers ?? [], fresh = seq !== newest[i];
@@ -333,7 +333,7 @@ function put(place, text) {
 /** @param {number} i @param {number[]} values */
 function showNumbers(i, values) {
   fluids()[i]?.numbers.forEach((name, k) => {
-    const text = told(name, values[k] ?? NaN);
+    const text = formatNumber(name, values[k] ?? NaN);
     put(`[data-fluid="${cellOf(i, name)}"]`, text);
     if (name === errorOf(i)) put(`[data-error="${i}"]`, text);
   });
@@ -382,18 +382,18 @@ function drawOne(frame, now, i, colours) {
     return { of: list, columns: layer?.columns ?? [], line: layer !== undefined && isSurface(layer) };
   });
   onto(idOf(i), (surface) => {
-    cameras.set(i, drawPicture(surface, colours, { view: of.view, field: now.field, points, ...coloured(now, i, frame.seq), water: isWater(now, i),
-      cells: drawing.value.cells, relief: relief(i), hand: handIn(i), note: now.state.status === 1 ? 'It diverged and was stopped' : '' }));
+    cameras.set(i, drawScene(surface, colours, { view: of.view, field: now.field, points, ...coloured(now, i, frame.seq), water: isWater(now, i),
+      cells: drawing.value.cells, relief: relief(i), hand: pointerIn(i), note: now.state.status === 1 ? 'Diverged and stopped' : '' }));
   });
 }
 
 /** @param {FluidLayout} of @param {import('./decode.js').State} state @param {number} time */
-function said(of, { numbers: values, status }, time) {
-  const wrong = of.numbers.flatMap((one, k) => (rankOf(one) === 0 ? [`${wordsOf(one).label} ${told(one, values[k] ?? NaN)}`] : []));
-  return `${of.title} at ${fixed(time, 2)} s. ${[...(status === 1 ? ['It diverged and was stopped'] : []), ...wrong].join(', ')}`;
+function describe(of, { numbers: values, status }, time) {
+  const wrong = of.numbers.flatMap((one, k) => (rankOf(one) === 0 ? [`${wordsOf(one).label} ${formatNumber(one, values[k] ?? NaN)}`] : []));
+  return `${of.title} at ${fixed(time, 2)} s. ${[...(status === 1 ? ['Diverged and stopped'] : []), ...wrong].join(', ')}`;
 }
 
-/** @param {Frame} frame @param {boolean} settled @param {boolean} name the pictures get their words */
+/** @param {Frame} frame @param {boolean} settled @param {boolean} name the drawings get their descriptions */
 export function drawFluid(frame, settled, name) {
   const all = fluidsOf(frame), at = fluids();
   if (all.length === 0 || all.length !== at.length) return;
@@ -406,7 +406,7 @@ export function drawFluid(frame, settled, name) {
     if (now.state.status === 0) records[i]?.take(frame.time_s, now.state.numbers);
     drawOne(frame, now, i, colours);
     if (telling) showNumbers(i, now.state.numbers);
-    if (name) document.getElementById(idOf(i))?.setAttribute('aria-label', said(/** @type {FluidLayout} */ (at[i]), now.state, frame.time_s));
+    if (name) document.getElementById(idOf(i))?.setAttribute('aria-label', describe(/** @type {FluidLayout} */ (at[i]), now.state, frame.time_s));
   });
   if (telling) {
     numbered = time;
@@ -416,7 +416,7 @@ export function drawFluid(frame, settled, name) {
 
 effect(() => {
   session.value;
-  forgetHand();
+  forgetPointer();
   forgetMeasured();
   records = [];
   scales = new Map();

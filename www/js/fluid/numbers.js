@@ -1,4 +1,4 @@
-// The numbers that a fluid tells, as people read them: what is wrong first, then what should be kept, then the rest.
+// The metrics of a fluid as text: errors first, then conserved quantities, then the rest.
 
 const UNITS = /** @type {[RegExp, string][]} */ ([
   [/_m2ps$/, 'm²/s'], [/_mps2$/, 'm/s²'], [/_mps$/, 'm/s'], [/_per_s$|_hz$/, '1/s'], [/_pct$/, '%'], [/_ms$/, 'ms'], [/_m2$/, 'm²'], [/_m$/, 'm'], [/_s$/, 's'], [/_rad$/, 'rad'],
@@ -21,7 +21,7 @@ export const rankOf = (name) => (WRONG.test(name) ? 0 : KEPT.test(name) ? 1 : 2)
 export const isSize = (name) => WRONG.test(name);
 
 /** @param {string} name @param {number} value @returns {string} */
-export function told(name, value) {
+export function formatNumber(name, value) {
   if (!Number.isFinite(value)) return '–';
   if (name === 'bytes') return `${(value / 1e6).toPrecision(3)} MB`;
   const size = Math.abs(value);
@@ -29,7 +29,7 @@ export function told(name, value) {
   return text.replaceAll('-', '−').replace('e+', 'e');
 }
 
-/** The place of the number that a plot shows at first. @param {string[]} names @param {RegExp[]} wanted in order */
+/** Index of the metric that a plot shows first. @param {string[]} names @param {RegExp[]} wanted in order */
 export function pick(names, wanted) {
   for (const pattern of wanted) {
     const place = names.findIndex((name) => pattern.test(name));

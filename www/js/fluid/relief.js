@@ -3,7 +3,7 @@
 
 /** @typedef {import('./decode.js').Field} Field */
 
-const RISE = 0.06;   /* of the picture's width: what the whole range of colours is high */
+const RISE = 0.06;   /* of the drawing's width: height of the whole range of colours */
 const DEPTH = 0.45;  /* how much of the light the colours take on */
 const DIAGONAL = Math.SQRT1_2;
 

@@ -1,7 +1,7 @@
-// What a colour stands for: a range that follows what is shown, in round numbers, so that the picture does not flicker.
+// The colour scale: a range that follows the shown values, in round numbers, so that the view does not flicker.
 
 const ROUND = [1, 1.5, 2, 3, 4, 5, 6, 8, 10];
-const EASE = 0.03; /* of what is too much, per frame */
+const EASE = 0.03; /* of the excess, per frame */
 const SHARE = 0.985; /* of the cells lie within; the few beyond have the last colour */
 
 /** @param {number} value @returns {number} the least round number that is not less */

@@ -9,25 +9,25 @@ import { again } from '../lab.js';
 import { change } from '../params.js';
 import { mark } from '../panels.js';
 import { find } from '../schema.js';
-import { layout, locked, params, schema, tell } from '../state.js';
+import { layout, locked, params, schema, notify } from '../state.js';
 import { palette, paintOf } from '../theme.js';
 import { Surface } from '../views/surface.js';
 import { ERRATA, METHOD_ERRATA } from './paper.js';
-import { drawPicture, isPlane } from './picture.js';
+import { drawScene, isPlane } from './drawing.js';
 import { drawPlot } from './plot.js';
 import { Record, motionsOf } from './record.js';
 import { MOTION_STATUS } from '../stream/records.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 /** @typedef {import('../frame.js').Frame} Frame */
-/** @typedef {import('./record.js').Rung} Rung */
+/** @typedef {import('./record.js').RefinementLevel} RefinementLevel */
 
 /** @type {WeakMap<HTMLCanvasElement, Surface>} */
 const surfaces = new WeakMap();
 let record = new Record(-1);
 const component = signal(0);
-/** Error against step, by method's place: measured by runs of their own. @type {import('@preact/signals-core').Signal<Map<number, Rung[]>>} */
-const rungs = signal(new Map());
+/** Error against step, by method's place: measured by runs of their own. @type {import('@preact/signals-core').Signal<Map<number, RefinementLevel[]>>} */
+const levels = signal(new Map());
 const measuring = signal(false);
 
 const motion = () => layout.value?.motion ?? null;
@@ -67,8 +67,8 @@ function methodPanel(i) {
     <div class="pair">${control(adaptive ? `${at}.tolerance` : `${at}.dt_s`, { label: adaptive ? 'Tolerance' : 'Step' })}
       <span class="units"><button type="button" aria-label=${`${adaptive ? '÷10' : '½'} ${word} of method ${i + 1}`} @click=${() => scaleStep(i, 0.5)}>${adaptive ? '÷10' : '½'}</button><button
       type="button" aria-label=${`${adaptive ? '×10' : '×2'} ${word} of method ${i + 1}`} @click=${() => scaleStep(i, 2)}>${adaptive ? '×10' : '×2'}</button></span></div>
-    <details><summary>How it is driven</summary>${control(`${at}.steps`, { label: 'Steps' })}${control(`${at}.clock`, { label: 'Clock' })}
-      ${control(`${at}.precision`, { label: 'Precision' })}${control(`${at}.origin_offset_m`, { label: 'From the origin' })}</details>
+    <details><summary>Time stepping</summary>${control(`${at}.steps`, { label: 'Steps' })}${control(`${at}.clock`, { label: 'Clock' })}
+      ${control(`${at}.precision`, { label: 'Precision' })}${control(`${at}.origin_offset_m`, { label: 'Origin offset' })}</details>
   </fieldset>`;
 }
 
@@ -89,27 +89,27 @@ function problemPanel() {
       ${choices.map((name) => html`<option value=${name} .selected=${name === at?.problem}>${words(name)}</option>`)}</select></label>
     <p class="facts">${at?.help ?? ''}</p>
     ${names.map((name) => control(`params.${name}`, { label: words(name) }))}
-    ${control('reverse', { label: 'There and back' })}
+    ${control('reverse', { label: 'Time reversal' })}
     <details><summary>Frames</summary>${control('frames', { label: 'Lengths' })}${control('frame_s', { label: 'Mean' })}${control('frame_jitter', { label: 'Jitter' })}</details></fieldset>`;
 }
 
 // ---- error against step ----
 
-const RUNGS = 8, ROUNDS = 2;
+const LEVELS = 8, ROUNDS = 2;
 
-/** Runs of its own: eight steps of one method side by side, each half of the one before, or a tenth of the tolerance.
- * @param {number} i @returns {Promise<Rung[]>} */
-async function ladder(i) {
+/** Separate runs: eight steps of one method side by side, each half of the one before, or a tenth of the tolerance.
+ * @param {number} i @returns {Promise<RefinementLevel[]>} */
+async function refinementSeries(i) {
   const scenario = structuredClone(params.value), method = scenario.methods[i], adaptive = isAdaptive(i);
-  /** @type {Rung[]} */
+  /** @type {RefinementLevel[]} */
   const found = [];
   for (let round = 0; round < ROUNDS; round++) {
     scenario.timeline = [];
     scenario.expect = [];
-    scenario.methods = Array.from({ length: RUNGS }, (_, k) => {
-      const n = round * RUNGS + k;
+    scenario.methods = Array.from({ length: LEVELS }, (_, k) => {
+      const n = round * LEVELS + k;
       return { ...method, shown: true, dt_s: scenario.duration_s / (16 * 2 ** n), tolerance: Math.max(1e-15, 10 ** (-1 - n)) };
-    }).filter((one, k) => !adaptive || round * RUNGS + k < 14);
+    }).filter((one, k) => !adaptive || round * LEVELS + k < 14);
     const made = await make('sessions', { scenario, paused: true });
     await call('POST', `sessions/${made.id}/control`, { body: { op: 'seek', time_s: scenario.duration_s }, key: made.owner_key });
     const { metrics } = await call('GET', `sessions/${made.id}/metrics`);
@@ -124,15 +124,15 @@ async function ladder(i) {
 async function measure() {
   if (measuring.value) return;
   measuring.value = true;
-  rungs.value = new Map();
+  levels.value = new Map();
   try {
     for (let i = 0; i < (params.value?.methods?.length ?? 0); i++) {
       if (!params.value.methods[i].shown) continue;
-      const found = await ladder(i);
-      rungs.value = new Map(rungs.value).set(i, found);
+      const found = await refinementSeries(i);
+      levels.value = new Map(levels.value).set(i, found);
     }
   } catch (error) {
-    tell(`Not measured: ${error instanceof Error ? error.message : 'the daemon does not answer'}`);
+    notify(`Not measured: ${error instanceof Error ? error.message : 'the daemon does not answer'}`);
   }
   measuring.value = false;
 }
@@ -158,7 +158,7 @@ export function stepLab() {
   const at = motion();
   return html`<main class="step" id="views" tabindex="-1">
     <div class="methods" aria-label="Problem and methods" role="group">${problemPanel()}${places().map(methodPanel)}</div>
-    <div class="pictures" tabindex="0" role="region" aria-label="Pictures">
+    <div class="drawings" tabindex="0" role="region" aria-label="Views">
       <section class="row motion" aria-label="Motion"><div class="view"><canvas id="motion" role="img" aria-label="Motion"></canvas></div></section>
       <div class="plots">
         ${plot('plot-value', 'Position over time')}${plot('plot-error', 'Error over time')}
@@ -173,9 +173,9 @@ export function stepLab() {
         record = new Record(-1);
       }}>${(at?.components ?? []).map((name, k) => html`<option value=${k} .selected=${k === component.value}>${name}</option>`)}</select></label>
       <button type="button" ?disabled=${measuring.value || locked.value !== ''} @click=${() => measure()}>${measuring.value ? 'Measuring' : 'Measure error against step and cost'}</button>
-      <div class="wide-table" tabindex="0" role="region" aria-label="Numbers of now"><table class="data now"><caption>Now</caption><thead><tr><td></td>
+      <div class="wide-table" tabindex="0" role="region" aria-label="Current values"><table class="data now"><caption>Now</caption><thead><tr><td></td>
         <th scope="col">t (s)</th><th scope="col">${at?.components[component.value] ?? ''}</th><th scope="col">error</th><th scope="col">largest</th>
-        <th scope="col"><abbr title="The largest error of the component that is worst, over its scale in the solution">weighted</abbr></th></tr></thead>
+        <th scope="col"><abbr title="The largest error of the worst component, over its scale in the solution">weighted</abbr></th></tr></thead>
         <tbody><tr><th scope="row">solution</th>${cells(0)}</tr>
         ${places().map((i) => html`<tr><th scope="row">${mark(i)} ${words(nameOf(i))}</th>${cells(i + 1)}</tr>`)}</tbody></table></div>
       ${errata()}
@@ -217,7 +217,7 @@ function showNumbers(frame) {
 
 let numbered = 0;
 
-/** @param {Frame} frame @param {boolean} settled @param {boolean} name the pictures get their words */
+/** @param {Frame} frame @param {boolean} settled @param {boolean} name the drawings get their descriptions */
 export function drawStep(frame, settled, name) {
   const at = motion();
   if (!at || frame.motion.length === 0) return;
@@ -230,7 +230,7 @@ export function drawStep(frame, settled, name) {
   const dashOf = (/** @type {number} */ i) => (i === 0 ? [5, 4] : paintOf(colours, i - 1).dash);
   const lines = (/** @type {'t' | 'value'} */ x, /** @type {'value' | 'speed' | 'error' | 'drift'} */ y, /** @type {number} */ from) => record.tracks.slice(from)
     .map((track, k) => ({ xs: track[x], ys: track[y], colour: colourOf(k + from), dash: dashOf(k + from) }));
-  onto('motion', (surface) => drawPicture(surface, colours, record, motions,
+  onto('motion', (surface) => drawScene(surface, colours, record, motions,
     { problem: at.problem, names: places().map((i) => words(nameOf(i))), unit }));
   const time = performance.now();
   if (settled || time - numbered > 120) {
@@ -240,7 +240,7 @@ export function drawStep(frame, settled, name) {
     onto('plot-error', (s) => drawPlot(s, colours, { lines: lines('t', 'error', 1), x: 't (s)', y: 'error', logY: true, empty: 'no error so far' }));
     onto('plot-energy', (s) => drawPlot(s, colours, { lines: lines('t', 'drift', 1), x: 't (s)', y: 'energy, relative drift', empty: 'Play to draw' }));
     onto('plot-phase', (s) => drawPlot(s, colours, { lines: lines('value', 'speed', 0), x: shown, y: at.components[component.value + at.components.length / 2] ?? '', empty: 'Play to draw' }));
-    drawLadders(colours);
+    drawRefinementSeries(colours);
   }
   if (name) {
     const list = frame.motion.slice(1).map((one, i) => `${words(nameOf(i))}: error ${exact(one.error)}`).join('; ');
@@ -248,7 +248,7 @@ export function drawStep(frame, settled, name) {
   }
 }
 
-/** Guides of slope 1, 2 and 4 through the middle of what was measured. @param {import('../theme.js').Palette} colours @param {Rung[]} all */
+/** Guides of slope 1, 2 and 4 through the middle of the measured points. @param {import('../theme.js').Palette} colours @param {RefinementLevel[]} all */
 function guides(colours, all) {
   const dts = all.map((one) => one.dt), errors = all.map((one) => one.error);
   if (all.length < 2) return [];
@@ -257,8 +257,8 @@ function guides(colours, all) {
 }
 
 /** @param {import('../theme.js').Palette} colours */
-function drawLadders(colours) {
-  const of = [...rungs.value.entries()].map(([i, list]) => ({ i, list }));
+function drawRefinementSeries(colours) {
+  const of = [...levels.value.entries()].map(([i, list]) => ({ i, list }));
   const line = (/** @type {'dt' | 'work'} */ x) => of.map(({ i, list }) => ({ xs: list.map((one) => one[x]), ys: list.map((one) => one.error),
     colour: paintOf(colours, i).text, dash: paintOf(colours, i).dash, points: true }));
   const floor = of.flatMap(({ list }) => list).filter((one) => one.error > 1e-14);

@@ -3,7 +3,7 @@
 /** @typedef {{says: string, shows: string}} Erratum */
 
 const LISTING = { says: 'The listing is explicit Euler.', shows: 'It updates the velocity first and uses the new one: semi-implicit Euler, ahead of the truth by a t dt / 2. Explicit Euler is behind by as much.' };
-const ORDER = { says: 'Semi-implicit Euler errs by rounding in each step.', shows: 'It errs by truncation: the error is a t dt / 2 and halves with the step, whatever the digits.' };
+const ORDER = { says: 'Semi-implicit Euler errs by rounding in each step.', shows: 'It errs by truncation: the error is a t dt / 2 and halves with the step, at any precision.' };
 
 /** @type {Record<string, Erratum[]>} */
 export const ERRATA = {

@@ -2,7 +2,7 @@
 import { drawText } from '../views/marks.js';
 
 /** @typedef {{xs: number[], ys: number[], colour: string, dash?: number[], width?: number, points?: boolean}} Line */
-/** @typedef {{lines: Line[], x: string, y: string, logX?: boolean, logY?: boolean, equal?: boolean, least?: number, empty: string}} Plot  least: y spans at least so much */
+/** @typedef {{lines: Line[], x: string, y: string, logX?: boolean, logY?: boolean, equal?: boolean, least?: number, empty: string}} Plot  least: the smallest span of y */
 
 /** @param {number[]} values @param {boolean} log @param {number} [least] */
 function rangeOf(values, log, least = 1e-12) {

@@ -1,10 +1,10 @@
-// What the step lab remembers of a run: curves over time, trails in the plane, and rungs of error against cost.
+// The step lab's record of a run: curves over time, trails in the plane, and refinement levels of error against cost.
 
 import { stateOf } from '../frame.js';
 
 /** @typedef {import('../frame.js').Motion & {state: number[]}} Motion */
 /** @typedef {{t: number[], value: number[], speed: number[], error: number[], drift: number[], x: number[], y: number[]}} Track */
-/** @typedef {{dt: number, error: number, work: number}} Rung */
+/** @typedef {{dt: number, error: number, work: number}} RefinementLevel */
 
 const POINTS = 4000;
 

@@ -7,7 +7,7 @@ import { RECORDS } from './records.js';
 /** Flags of a frame. */
 export const PLAYING = 2, ENDED = 4, BEHIND = 8, FAILED = 16, JUMP = 32;
 
-const INTEGER_MAX = 2 ** 51 - 1, NONE = -(2 ** 51); /* the infinities and what is not known */
+const INTEGER_MAX = 2 ** 51 - 1, NONE = -(2 ** 51); /* the infinities and unknown values */
 const ROWS_MAX = 2 ** 21, MASK_BITS = 49;
 const POWERS = Float64Array.from({ length: 53 }, (_, bits) => 2 ** bits);
 
@@ -62,7 +62,7 @@ class Reader {
   }
 }
 
-/** What an integer stands for. @param {Field} field @param {number} n @returns {number} */
+/** The value of an integer. @param {Field} field @param {number} n @returns {number} */
 export function valueOf(field, n) {
   if (field.coding === 'int') return n;
   if (n === NONE) return NaN;
@@ -74,7 +74,7 @@ export function valueOf(field, n) {
   return n < 0 ? -value : value;
 }
 
-/** The rows of a record as they came last: integers, and objects of those who ask. */
+/** The last rows of a record: integers, and objects on request. */
 export class Section {
   /** @param {Layout} layout @param {number} count */
   constructor(layout, count) {
@@ -225,7 +225,7 @@ function readPlanes(reader, section, base) {
   }
 }
 
-/** A section's body. @param {Layout} layout @param {Section | null} base what it is against; null: it is whole @param {Uint8Array} bytes
+/** A section's body. @param {Layout} layout @param {Section | null} base the section that it is a delta of; null: it is whole @param {Uint8Array} bytes
  * @returns {Section} */
 export function readSection(layout, base, bytes) {
   const reader = new Reader(bytes);

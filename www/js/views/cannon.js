@@ -7,22 +7,22 @@ import { FADED, isAway } from './connection.js';
 import { Labels } from './labels.js';
 import { drawMark, drawText } from './marks.js';
 
-/** @typedef {import('./scene.js').Picture} Picture */
+/** @typedef {import('./scene.js').DrawContext} DrawContext */
 
 const GROUND = 18; /* px below the ground line */
 
-/** The height that a view shows: little more than was ever flown. @param {Picture} at @returns {number} m */
+/** The height that a view shows: little more than was ever flown. @param {DrawContext} at @returns {number} m */
 function ceiling(at) {
   return Math.max(at.layout.scene.y_max * 0.3, at.memory.highest * 1.2, 1);
 }
 
-/** @param {Picture} at @param {number} y m @returns {number} px */
+/** @param {DrawContext} at @param {number} y m @returns {number} px */
 function toY(at, y) {
   const top = at.colours.text * 1.4;
   return at.height - GROUND - (y / ceiling(at)) * (at.height - GROUND - top);
 }
 
-/** @param {Picture} at */
+/** @param {DrawContext} at */
 function ground(at) {
   const { pen, colours } = at;
   const y = Math.round(toY(at, 0)) + 0.5;
@@ -35,7 +35,7 @@ function ground(at) {
   pen.stroke();
 }
 
-/** @param {Picture} at */
+/** @param {DrawContext} at */
 function target(at) {
   const { target_x: x, target_y: y, target_radius: radius } = at.layout.scene;
   if (!(radius > 0)) return;
@@ -50,7 +50,7 @@ function target(at) {
   drawText(pen, colours, 'target', toX(at, x), toY(at, y) - r - colours.text * 0.8, { align: 'center', colour: colours.faint });
 }
 
-/** @param {Picture} at @param {number} player */
+/** @param {DrawContext} at @param {number} player */
 function trail(at, player) {
   const points = at.memory.trails[at.view]?.[player] ?? [];
   const { pen, colours } = at;
@@ -63,7 +63,7 @@ function trail(at, player) {
   pen.setLineDash([]);
 }
 
-/** @param {Picture} at */
+/** @param {DrawContext} at */
 function score(at) {
   const names = at.layout.game_values, entities = entitiesOf(at.frame, at.view);
   const away = (/** @type {number} */ p) => entities[p] !== undefined && isAway(entities[p]);
@@ -78,7 +78,7 @@ function score(at) {
   });
 }
 
-/** @param {Picture} at @returns {import('./scene.js').Drawn[]} the dots */
+/** @param {DrawContext} at @returns {import('./scene.js').Drawn[]} the dots */
 export function drawCannon(at) {
   const view = at.frame.views[at.view], truth = at.frame.views[0];
   if (!view || !truth) return [];

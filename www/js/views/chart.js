@@ -21,7 +21,7 @@ export class Chart {
     this.drawn = 0;
   }
 
-  /** Made anew when players, colours or size class change. @param {Curve[]} curves @param {number} width @param {number} height */
+  /** Created again when players, colours or size class change. @param {Curve[]} curves @param {number} width @param {number} height */
   make(curves, width, height) {
     this.plot?.destroy();
     const colours = palette();

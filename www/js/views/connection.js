@@ -1,22 +1,22 @@
-// A player's connection over its view: nothing while it plays, otherwise the word, and less light where nothing comes any more.
+// State of a player's connection over its view: nothing while it plays; a disconnected view is faded.
 import { CONNECTING, CONNECTIONS, DISCONNECTED, E_AWAY, IS_PLAYING } from '../frame.js';
 import { drawText } from './marks.js';
 
-/** @typedef {import('./scene.js').Picture} Picture */
+/** @typedef {import('./scene.js').DrawContext} DrawContext */
 
-export const FADED = 0.35; /* of who is away */
+export const FADED = 0.35; /* opacity of a player who is not connected */
 
 /** Whether the player of an entity is not connected. @param {import('../frame.js').Entity} entity @returns {boolean} */
 export const isAway = (entity) => (entity.flags & E_AWAY) !== 0;
 
-/** What a view says of its connection; empty while it plays. @param {import('../frame.js').View} view @returns {string} */
+/** Connection state in words; empty while it plays. @param {import('../frame.js').View} view @returns {string} */
 export function connectionWords(view) {
   const state = view.connection === IS_PLAYING ? '' : CONNECTIONS[view.connection] ?? '';
   if (view.connected || view.connection === DISCONNECTED || view.connection === CONNECTING) return state;
   return state === '' ? 'dropped by the server' : `${state} · dropped by the server`;
 }
 
-/** @param {Picture} at */
+/** @param {DrawContext} at */
 export function drawConnection(at) {
   const view = at.frame.views[at.view];
   const words = view ? connectionWords(view) : '';

@@ -1,4 +1,4 @@
-// One view of a game that is drawn by its shapes, to scale and with y upwards: players, targets, crates, water, shells, and what stands there.
+// One view of a game that is drawn by its shapes, to scale and with y upwards: players, targets, crates, water, shells, scenery.
 import { E_ACTIVE, E_PREDICTED, entitiesOf, gameOf } from '../frame.js';
 import { fixed, letter } from '../format.js';
 import { paintOf } from '../theme.js';
@@ -7,19 +7,19 @@ import { FADED, isAway } from './connection.js';
 import { Labels } from './labels.js';
 import { drawText } from './marks.js';
 
-/** @typedef {import('./scene.js').Picture} Picture */
+/** @typedef {import('./scene.js').DrawContext} DrawContext */
 /** @typedef {import('../state.js').Shape} Shape */
 /** @typedef {import('../frame.js').Entity} Entity */
 
 const FAR = 2; /* px: a ghost that is nearer says nothing */
 
-/** @param {Picture} at @param {number} y m @returns {number} px; the ground lies below */
+/** @param {DrawContext} at @param {number} y m @returns {number} px; the ground lies below */
 export function toY(at, y) {
   const { y_min: low, y_max: high } = at.layout.scene;
   return (at.height + (high - low) * scaleX(at)) / 2 - (y - low) * scaleX(at);
 }
 
-/** The outline of a shape around (x, y), turned by `angle`, at least `least` px across. @param {Picture} at @param {Shape} shape
+/** The outline of a shape around (x, y), turned by `angle`, at least `least` px across. @param {DrawContext} at @param {Shape} shape
  * @param {number} x px @param {number} y px @param {number} angle @param {number} least */
 function outline(at, shape, x, y, angle, least) {
   const { pen } = at;
@@ -36,7 +36,7 @@ function outline(at, shape, x, y, angle, least) {
   pen.closePath();
 }
 
-/** @param {Picture} at */
+/** @param {DrawContext} at */
 function ground(at) {
   const { pen, colours, layout: { scene } } = at;
   const left = toX(at, scene.x_min), right = toX(at, scene.x_max), top = toY(at, scene.y_max), bottom = toY(at, scene.y_min);
@@ -66,7 +66,7 @@ function ground(at) {
   }
 }
 
-/** How a kind is filled and edged. @param {Picture} at @param {Shape} shape @param {number} i @param {Entity} e */
+/** How a kind is filled and edged. @param {DrawContext} at @param {Shape} shape @param {number} i @param {Entity} e */
 function look(at, shape, i, e) {
   const { colours } = at;
   const own = (e.flags & E_PREDICTED) !== 0 && at.view > 0;
@@ -77,7 +77,7 @@ function look(at, shape, i, e) {
   return { fill: colours.truth, edge: colours.truth, line: 1 };
 }
 
-/** px: a letter fits a player, and a shell is seen. @param {Picture} at @param {Shape} shape @returns {number} */
+/** px: a letter fits a player, and a shell is seen. @param {DrawContext} at @param {Shape} shape @returns {number} */
 function leastOf(at, shape) {
   return shape.kind === 'player' ? at.colours.text + 3 : 4;
 }
@@ -87,7 +87,7 @@ function seen(shape, e) {
   return shape.kind !== 'shell' || (e.flags & E_ACTIVE) !== 0;
 }
 
-/** @param {Picture} at @param {Shape} shape @param {number} i @param {Entity} e */
+/** @param {DrawContext} at @param {Shape} shape @param {number} i @param {Entity} e */
 function thing(at, shape, i, e) {
   const { pen, colours } = at;
   const x = toX(at, e.x), y = toY(at, e.y), { fill, edge, line } = look(at, shape, i, e);
@@ -103,7 +103,7 @@ function thing(at, shape, i, e) {
   }
 }
 
-/** Where the server has it: hollow and dashed, joined to where it is drawn. @param {Picture} at @param {Shape} shape @param {Entity} drawn
+/** Where the server has it: hollow and dashed, joined to where it is drawn. @param {DrawContext} at @param {Shape} shape @param {Entity} drawn
  * @param {Entity} real @returns {boolean} whether it is far enough to be seen */
 function ghost(at, shape, drawn, real) {
   const { pen, colours } = at;
@@ -124,7 +124,7 @@ function ghost(at, shape, drawn, real) {
   return true;
 }
 
-/** The game's own numbers of a player. @param {Picture} at @param {number} player @returns {string} */
+/** The game's own numbers of a player. @param {DrawContext} at @param {number} player @returns {string} */
 function standing(at, player) {
   const units = new Map([['m', ' m'], ['mps', ' m/s'], ['s', ' s'], ['ms', ' ms']]);
   const values = gameOf(at.frame, player);
@@ -136,7 +136,7 @@ function standing(at, player) {
   return `${at.layout.players[player]?.name ?? letter(player)}: ${parts.join(' · ')}`;
 }
 
-/** In a line, as many players as have room. @param {Picture} at @param {number} y px */
+/** In a line, as many players as have room. @param {DrawContext} at @param {number} y px */
 export function drawStandings(at, y) {
   const { pen, colours } = at;
   let x = 8;
@@ -150,7 +150,7 @@ export function drawStandings(at, y) {
   }
 }
 
-/** @param {Picture} at @returns {import('./scene.js').Drawn[]} the dots */
+/** @param {DrawContext} at @returns {import('./scene.js').Drawn[]} the dots */
 export function drawField(at) {
   const view = at.frame.views[at.view], truth = at.frame.views[0];
   if (!view || !truth) return [];
@@ -161,7 +161,7 @@ export function drawField(at) {
   const far = [];
   ground(at);
   const drawn = overlays.dots ? dots(at, place, () => true) : [];
-  /** @type {[number, Shape, Entity][]} what is no player's first, so that players lie above */
+  /** @type {[number, Shape, Entity][]} players last, so that they are drawn on top */
   const all = entitiesOf(at.frame, at.view).flatMap((e, i) => {
     const shape = shapes[i];
     return shape && seen(shape, e) ? [/** @type {[number, Shape, Entity]} */ ([i, shape, e])] : [];

@@ -1,12 +1,12 @@
-// The interpolation buffer: snapshots on a track of server time, the needle where the view draws, and between which two.
+// The interpolation buffer: snapshots by server time, a needle at the render time, the two snapshots around it.
 import { STATE, UNDERRUN } from '../frame.js';
 import { fixed } from '../format.js';
 import { drawText } from './marks.js';
 import { paintOf } from '../theme.js';
 
-/** @typedef {import('./scene.js').Picture} Picture */
+/** @typedef {import('./scene.js').DrawContext} DrawContext */
 
-/** @param {Picture} at @param {number} left @param {number} width @param {number} top @param {number} height */
+/** @param {DrawContext} at @param {number} left @param {number} width @param {number} top @param {number} height */
 export function drawGauge(at, left, width, top, height) {
   const view = at.frame.views[at.view];
   if (!view) return;

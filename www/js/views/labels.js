@@ -1,10 +1,10 @@
-// Places labels beside marks so that none lies on another or on a mark; one that finds no room is left out.
+// Places labels next to marks without overlaps; a label without room is left out.
 import { drawText } from './marks.js';
 
-/** @typedef {import('./scene.js').Picture} Picture */
+/** @typedef {import('./scene.js').DrawContext} DrawContext */
 
 export class Labels {
-  /** @param {Picture} at */
+  /** @param {DrawContext} at */
   constructor(at) {
     this.at = at;
     /** @type {[number, number, number, number][]} left, top, right, bottom */

@@ -23,7 +23,7 @@ import { cross, drawText } from './marks.js';
  * @property {number | null} selected   id of an input whose whole life is drawn bold
  */
 
-const LEFT = 34, RIGHT = 12;
+const LEFT = 54, RIGHT = 12;
 const CROWD = 6; /* messages of one kind in a lane: twelve with both directions */
 const LOST_AT = 0.6; /* of its way */
 const UP = new Set(/** @type {number[]} */ ([INPUT, CONNECT, PING]));
@@ -56,7 +56,7 @@ export function thinning(n) {
   return n <= CROWD + 1 ? 1 : Math.ceil((n - 1) / CROWD);
 }
 
-/** The life of one input: its message, the verdict, the next state that tells it, and its application.
+/** One input from press to effect: its message, its result at the server, the next snapshot that includes it, and its application.
  * @param {Memory} memory @param {Message} input @returns {{verdict?: Message, state?: Message, applied?: Message}} */
 export function lifeOf(memory, input) {
   /** @type {{verdict?: Message, state?: Message, applied?: Message}} */
@@ -81,7 +81,7 @@ function places(at) {
   };
 }
 
-/** How far a message has come. @param {Lanes} at @param {Message} message @param {number} yOwn @param {number} yServer */
+/** Position of a message on its way. @param {Lanes} at @param {Message} message @param {number} yOwn @param {number} yServer */
 function wayOf(at, message, yOwn, yServer) {
   const { x, now } = places(at);
   const up = UP.has(message.type), from = up ? yOwn : yServer, to = up ? yServer : yOwn;
@@ -91,7 +91,7 @@ function wayOf(at, message, yOwn, yServer) {
   return { x, up, from, to, lost, end, part, hx: x(message.begin_s + part * (end - message.begin_s)), hy: from + part * (to - from) };
 }
 
-/** What keeps a connection: thin, with a dot. @param {Lanes} at @param {Message} message @param {number} yOwn @param {number} yServer */
+/** Messages of the connection: thin, with a dot. @param {Lanes} at @param {Message} message @param {number} yOwn @param {number} yServer */
 function drawQuiet(at, message, yOwn, yServer) {
   const { pen, colours } = at;
   const { x, from, lost, part, hx, hy } = wayOf(at, message, yOwn, yServer);
@@ -168,12 +168,12 @@ function drawLife(at, input, yOwn, yServer) {
   const parts = [`Input ${input.number} of ${letter(input.player)}`];
   if (input.fate !== 0) parts.push('lost');
   else if (verdict) parts.push(`${ms(verdict.begin_s - input.begin_s)} to the server's tick`);
-  if (verdict && state) parts.push(`${ms(state.begin_s - verdict.begin_s)} to the next state`);
-  if (state && applied) parts.push(`${ms(applied.begin_s - state.begin_s)} to its use`, `in all ${ms(applied.begin_s - input.begin_s)}`);
+  if (verdict && state) parts.push(`${ms(state.begin_s - verdict.begin_s)} to the next snapshot`);
+  if (state && applied) parts.push(`${ms(applied.begin_s - state.begin_s)} to its use`, `total ${ms(applied.begin_s - input.begin_s)}`);
   return parts.join(' · ');
 }
 
-/** Where events are missing. @param {Lanes} at @returns {number} how many, of the last seconds, before the window too */
+/** Marks missing events. @param {Lanes} at @returns {number} how many, of the last seconds, before the window too */
 function drawGaps(at) {
   const { pen, colours } = at, { x, now, span, top, bottom, middle } = places(at);
   let lost = 0;
@@ -183,13 +183,13 @@ function drawGaps(at) {
     const left = x(Math.max(gap.from, now - span)), right = x(Math.min(gap.to, now));
     pen.fillStyle = colours.grid;
     pen.fillRect(left, top, Math.max(2, right - left), bottom - top);
-    drawText(pen, colours, `${gap.count} events did not come`, (left + right) / 2, (top + middle) / 2, { align: 'center', colour: colours.snap });
+    drawText(pen, colours, `${gap.count} events missing`, (left + right) / 2, (top + middle) / 2, { align: 'center', colour: colours.snap });
   }
   return lost;
 }
 
-/** @param {Lanes} at @returns {{inputs: number, states: number, lost: number, text: string}} of how many inputs and states one is drawn; events that
- * did not come; the caption of the drawing */
+/** @param {Lanes} at @returns {{inputs: number, states: number, lost: number, text: string}} one of how many inputs and snapshots is drawn; missing
+ * events; the caption of the drawing */
 export function drawLanes(at) {
   const { pen, colours, frame } = at;
   const { x, now, span, top, middle, bottom } = places(at);
@@ -237,7 +237,7 @@ export function drawLanes(at) {
 
   for (const { y, name, colour } of [
     ...lines.map((line) => ({ y: line.y, name: at.names[line.p] ?? letter(line.p), colour: paintOf(colours, line.p).text })),
-    { y: middle, name: 'Srv', colour: colours.truth },
+    { y: middle, name: 'Server', colour: colours.truth },
   ]) {
     pen.strokeStyle = colour;
     pen.lineWidth = colours.line;
@@ -245,7 +245,7 @@ export function drawLanes(at) {
     pen.moveTo(LEFT, y);
     pen.lineTo(at.width, y);
     pen.stroke();
-    drawText(pen, colours, name.slice(0, 3), 4, y, { colour, bold: true });
+    drawText(pen, colours, name.slice(0, 6), 4, y, { colour, bold: true });
   }
   pen.strokeStyle = colours.accent; /* now */
   pen.lineWidth = 1.5;
@@ -288,7 +288,7 @@ export function nearestInput(at, px, py) {
 }
 
 /** The next or former input in the window, for the keyboard. @param {Lanes} at @param {number} step @returns {number | null} */
-export function besideInput(at, step) {
+export function inputNextTo(at, step) {
   const picked = at.selected === null ? undefined : at.memory.events.get(at.selected);
   const list = messages(at, INPUT, picked?.player ?? at.shown[0]);
   const k = thinning(list.length);

@@ -1,4 +1,4 @@
-// The players' marks: shape, letter and dash tell them apart, colour only helps.
+// The players' marks differ in shape, letter and dash; colour only helps.
 import { letter } from '../format.js';
 import { paintOf } from '../theme.js';
 

@@ -7,32 +7,32 @@ import { corrections, correctionWords, dots, drawGrid, gapLabel, ghost, scaleX, 
 import { Labels } from './labels.js';
 import { drawMark, drawText } from './marks.js';
 
-/** @typedef {import('./scene.js').Picture} Picture */
+/** @typedef {import('./scene.js').DrawContext} DrawContext */
 
-/** The part of a lap. @param {Picture} at @param {number} x m @returns {number} */
+/** The part of a lap. @param {DrawContext} at @param {number} x m @returns {number} */
 function onLap(at, x) {
   const { wraps, x_max: lap } = at.layout.scene;
   return wraps ? x - Math.floor(x / lap) * lap : x;
 }
 
-/** The lanes in use, from top to bottom. @param {Picture} at @returns {number[]} m */
+/** The lanes in use, from top to bottom. @param {DrawContext} at @returns {number[]} m */
 function levelsOf(at) {
   return [...new Set((entitiesOf(at.frame, 0)).map((e) => e.y))].sort((a, b) => a - b);
 }
 
-/** Height of a lane. @param {Picture} at @returns {number} px */
+/** Height of a lane. @param {DrawContext} at @returns {number} px */
 function laneHeight(at) {
   return (at.height - at.colours.text * 1.3) / Math.max(1, levelsOf(at).length);
 }
 
-/** @param {Picture} at @param {number} y m @returns {number} px; lane 0 lies on top */
+/** @param {DrawContext} at @param {number} y m @returns {number} px; lane 0 lies on top */
 function toY(at, y) {
   const levels = levelsOf(at);
   const low = levels[0] ?? 0, step = levels.length > 1 ? ((levels[levels.length - 1] ?? 1) - low) / (levels.length - 1) : 1;
   return at.colours.text * 1.3 + ((y - low) / step + 0.5) * laneHeight(at);
 }
 
-/** The chequered line, in the lap that ends the race. @param {Picture} at */
+/** The chequered line, in the lap that ends the race. @param {DrawContext} at */
 function finishLine(at) {
   const { finish_m: finish, x_max: lap, wraps } = at.layout.scene;
   const furthest = Math.max(...(entitiesOf(at.frame, at.view)).map((e) => e.x));
@@ -48,7 +48,7 @@ function finishLine(at) {
   }
 }
 
-/** @param {Picture} at */
+/** @param {DrawContext} at */
 function lanes(at) {
   const { pen, colours } = at;
   pen.strokeStyle = colours.grid;
@@ -65,7 +65,7 @@ function lanes(at) {
   pen.setLineDash([]);
 }
 
-/** @param {Picture} at @param {number} player @returns {string} */
+/** @param {DrawContext} at @param {number} player @returns {string} */
 function standing(at, player) {
   const names = at.layout.game_values;
   const values = gameOf(at.frame, player);
@@ -79,7 +79,7 @@ function standing(at, player) {
   return parts.join(' · ');
 }
 
-/** @param {Picture} at @returns {import('./scene.js').Drawn[]} the dots */
+/** @param {DrawContext} at @returns {import('./scene.js').Drawn[]} the dots */
 export function drawRace(at) {
   const view = at.frame.views[at.view], truth = at.frame.views[0];
   if (!view || !truth) return [];

@@ -3,11 +3,11 @@ import { cross, drawText } from './marks.js';
 import { fixed } from '../format.js';
 import { paintOf } from '../theme.js';
 
-/** @typedef {import('./scene.js').Picture} Picture */
+/** @typedef {import('./scene.js').DrawContext} DrawContext */
 
 const CELLS = 48;
 
-/** Inputs per second over the last moments. @param {Picture} at @param {number} player @returns {number} */
+/** Inputs per second over the last moments. @param {DrawContext} at @param {number} player @returns {number} */
 function inputRate(at, player) {
   const now = at.frame.time_s;
   let newest = -1, oldest = -1, first = now, last = now;
@@ -20,7 +20,7 @@ function inputRate(at, player) {
   return last > first ? (newest - oldest) / (last - first) : 0;
 }
 
-/** @param {Picture} at @param {number} left @param {number} width @param {number} top @param {number} height */
+/** @param {DrawContext} at @param {number} left @param {number} width @param {number} top @param {number} height */
 export function drawRibbon(at, left, width, top, height) {
   const player = at.view - 1;
   const view = at.frame.views[at.view];
@@ -28,11 +28,11 @@ export function drawRibbon(at, left, width, top, height) {
   const { pen, colours } = at;
   const rate = inputRate(at, player);
   const rtt = (2 * view.lag_ms) / 1000;
-  const steady = rate > 0 && Math.abs(view.unacked - rtt * rate) <= view.unacked / 2 + 3; /* not while nothing comes */
-  const long = `un-acked ${view.unacked} ≈ RTT × input rate (${fixed(rtt, 2)} s × ${fixed(rate, 0)}/s)`;
-  const middle = `un-acked ${view.unacked} ≈ ${fixed(rtt, 2)} s × ${fixed(rate, 0)}/s`;
+  const steady = rate > 0 && Math.abs(view.unacked - rtt * rate) <= view.unacked / 2 + 3; /* not while packets are missing */
+  const long = `unacknowledged ${view.unacked} ≈ RTT × input rate (${fixed(rtt, 2)} s × ${fixed(rate, 0)}/s)`;
+  const middle = `unacknowledged ${view.unacked} ≈ ${fixed(rtt, 2)} s × ${fixed(rate, 0)}/s`;
   pen.font = `${colours.text}px ${colours.font}`;
-  const text = (steady ? [long, middle] : []).find((words) => pen.measureText(words).width < width * 0.6) ?? `un-acked ${view.unacked}`;
+  const text = (steady ? [long, middle] : []).find((words) => pen.measureText(words).width < width * 0.6) ?? `unacknowledged ${view.unacked}`;
   const room = width - pen.measureText(text).width - 20;
   const shown = Math.max(CELLS / 2, Math.min(CELLS, view.unacked + 8));
   const count = Math.max(8, Math.min(shown, Math.floor(room / 5)));

@@ -1,4 +1,4 @@
-// What every view of a game shares: the picture it draws into, the scale, ghosts, corrections.
+// Shared by all views of a game: the drawing context, the scale, ghosts, corrections.
 import { E_PREDICTED } from '../frame.js';
 import { fixed, signed } from '../format.js';
 import { paintOf } from '../theme.js';
@@ -9,7 +9,7 @@ import { cross, drawGhost, drawText, spring } from './marks.js';
 /** @typedef {import('../memory.js').Memory} Memory */
 
 /**
- * @typedef {object} Picture
+ * @typedef {object} DrawContext
  * @property {CanvasRenderingContext2D} pen
  * @property {number} width
  * @property {number} height   of the scene; the strip lies below
@@ -30,7 +30,7 @@ const MARGIN = 14; /* px left and right, so that a mark on the edge is seen */
 const FADE_S = 0.6;
 const CROWD = 10;  /* corrections per second: a number is then shown in place of marks */
 
-/** A scene of shapes has one scale for x and y. @param {Picture} at @returns {number} px per metre */
+/** A scene of shapes has one scale for x and y. @param {DrawContext} at @returns {number} px per metre */
 export function scaleX(at) {
   const { x_min: left, x_max: right, y_min: low, y_max: high } = at.layout.scene;
   const across = (at.width - 2 * MARGIN) / Math.max(1e-6, right - left);
@@ -38,7 +38,7 @@ export function scaleX(at) {
   return Math.max(1e-6, Math.min(across, (at.height - MARGIN) / Math.max(1e-6, high - low)));
 }
 
-/** @param {Picture} at @param {number} x m @returns {number} px */
+/** @param {DrawContext} at @param {number} x m @returns {number} px */
 export function toX(at, x) {
   const { x_min: left, x_max: right } = at.layout.scene;
   return (at.width - (right - left) * scaleX(at)) / 2 + (x - left) * scaleX(at);
@@ -52,7 +52,7 @@ export function gridStep(perMetre, wanted) {
   return (lead < 1.5 ? 1 : lead < 3.5 ? 2 : lead < 7.5 ? 5 : 10) * power;
 }
 
-/** The common x axis: lines and metres. @param {Picture} at */
+/** The common x axis: lines and metres. @param {DrawContext} at */
 export function drawGrid(at) {
   const { pen, colours, layout, height } = at;
   const step = gridStep(scaleX(at), 90);
@@ -73,8 +73,8 @@ export function drawGrid(at) {
   }
 }
 
-/** How far the drawn thing is from the truth, in words; of what is predicted, the time is worked out from the way.
- * @param {Picture} at @param {Entity} drawn @param {Entity} real @returns {string} */
+/** Distance of a drawn entity from the ground truth, in words; of a predicted one the time follows from the distance.
+ * @param {DrawContext} at @param {Entity} drawn @param {Entity} real @returns {string} */
 export function gapLabel(at, drawn, real) {
   const along = drawn.x - real.x;
   const dx = (along < 0 ? -1 : 1) * Math.hypot(along, drawn.y - real.y); /* as the daemon measures it: a distance with a sign */
@@ -87,7 +87,7 @@ export function gapLabel(at, drawn, real) {
   return time === '' ? way : `${way} · ${time}`;
 }
 
-/** The server's truth in a player's view. @param {Picture} at @param {number} player @param {number} x px, of the drawn mark
+/** The server's truth in a player's view. @param {DrawContext} at @param {number} player @param {number} x px, of the drawn mark
  * @param {number} y px @param {number} gx px, of the ghost @param {number} gy @param {number} size */
 export function ghost(at, player, x, y, gx, gy, size) {
   const { pen, colours } = at;
@@ -101,7 +101,7 @@ export function ghost(at, player, x, y, gx, gy, size) {
   pen.stroke();
 }
 
-/** Corrections of the last moments. @param {Picture} at @param {number} player
+/** Corrections of the last moments. @param {DrawContext} at @param {number} player
  * @param {(x: number, y: number) => {x: number, y: number}} place of a point in m, in px @param {number} size of the mark */
 export function corrections(at, player, place, size) {
   const { pen, colours, memory, frame } = at;
@@ -137,7 +137,7 @@ export function corrections(at, player, place, size) {
   }
 }
 
-/** What the corrections come to, in words. @param {Picture} at @param {number} player @returns {string} */
+/** Sum of the corrections, in words. @param {DrawContext} at @param {number} player @returns {string} */
 export function correctionWords(at, player) {
   const view = at.frame.views[1 + player];
   if (!view || view.corrections === 0) return '';
@@ -150,7 +150,7 @@ export function correctionWords(at, player) {
   return `${word} ${view.corrections}${pace} · max ${size}`;
 }
 
-/** One dot per arrived packet; where they would run together, one of k. @param {Picture} at
+/** One dot per arrived packet; where they would run together, one of k. @param {DrawContext} at
  * @param {(x: number, y: number) => {x: number, y: number}} place @param {(dot: import('../memory.js').Dot) => boolean} wanted
  * @returns {Drawn[]} */
 export function dots(at, place, wanted) {
@@ -183,7 +183,7 @@ export function dots(at, place, wanted) {
   return drawn;
 }
 
-/** Names the dot that is asked about. @param {Picture} at @param {Drawn[]} drawn */
+/** Names the dot that is asked about. @param {DrawContext} at @param {Drawn[]} drawn */
 export function tellDot(at, drawn) {
   const { pen, colours, picked } = at;
   const one = picked && picked.view === at.view ? drawn.find(({ dot }) => dot === picked.dot) : undefined;
@@ -193,7 +193,7 @@ export function tellDot(at, drawn) {
   pen.beginPath();
   pen.arc(one.x, one.y, colours.line + 5, 0, 2 * Math.PI);
   pen.stroke();
-  const text = at.memory.tell(one.dot);
+  const text = at.memory.describe(one.dot);
   pen.font = `700 ${colours.text}px ${colours.font}`;
   const half = pen.measureText(text).width / 2 + 6;
   drawText(pen, colours, text, Math.max(half, Math.min(at.width - half, one.x)), Math.max(colours.text * 2, one.y - colours.text * 1.6),

@@ -1,4 +1,4 @@
-// What the stream does not carry: what steps cost, and curves that are held against known ones. Asked for once a second.
+// Data outside of the stream, requested once a second: the cost of steps, and profiles that are compared with known ones.
 import { signal } from '../../vendor/signals-core.js';
 import { call } from '../api.js';
 import { session } from '../state.js';
@@ -14,7 +14,7 @@ export const costs = signal([]);
 export const profiles = signal(null);
 
 let asked = -Infinity, askedTick = -1;
-/** What was told last: ns in all. @type {{id: string, metered: number, parts: Part[]}} */
+/** The last answer: total ns. @type {{id: string, metered: number, parts: Part[]}} */
 let last = { id: '', metered: 0, parts: [] };
 
 /** The mean since the last answer: settings change while it runs. @param {any} now @param {string} id */

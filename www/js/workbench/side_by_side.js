@@ -6,7 +6,7 @@ import { params } from '../state.js';
 
 /** @typedef {import('../link.js').Value} Value */
 
-/** What stands before a parameter of the one at place `i`. @param {number} i */
+/** Path before a parameter of the one at index `i`. @param {number} i */
 export const pathOf = (i) => (i === 0 ? '' : `side_by_side.${i - 1}.`);
 /** @param {number} i @returns {any} */
 export const paramsOf = (i) => (i === 0 ? params.value : params.value?.side_by_side?.[i - 1]) ?? {};
@@ -25,12 +25,12 @@ export function difference(one, other) {
   return left;
 }
 
-/** A session of its own: what lays out memory does not change while it runs. @param {{[path: string]: Value}} set of the first
- * @param {any[]} list of those beside it: how each differs */
+/** Creates another session: parameters of the memory layout are fixed during a run. @param {{[path: string]: Value}} set of the first
+ * @param {any[]} list of the differences of each further one */
 export function renew(set, list) {
   const kept = Object.entries(link.set).filter(([path]) => !path.startsWith('side_by_side'));
-  const told = list.length > 0 || 'side_by_side' in link.set || (params.value?.side_by_side ?? []).length > 0; /* also that there is none any more */
-  link.set = { ...Object.fromEntries(kept), ...set, ...(told ? { side_by_side: /** @type {any} */ (list) } : {}) };
+  const given = list.length > 0 || 'side_by_side' in link.set || (params.value?.side_by_side ?? []).length > 0; /* also that there is none any more */
+  link.set = { ...Object.fromEntries(kept), ...set, ...(given ? { side_by_side: /** @type {any} */ (list) } : {}) };
   again();
 }
 

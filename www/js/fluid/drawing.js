@@ -1,4 +1,4 @@
-// Draws a fluid: its field as an image of cells, its points, and what the colours stand for.
+// Draws a fluid: its field as an image of cells, its points, and the legend of the colours.
 import { drawText } from '../views/marks.js';
 import { css, isDark, mapsOf } from './colours.js';
 import { drawRelief } from './relief.js';
@@ -10,7 +10,7 @@ import { drawRelief } from './relief.js';
 /** From px to m: x = left + px / scale, y = top - py / scale. @typedef {{left: number, top: number, scale: number}} Camera */
 /** @typedef {{view: number[], field: Field | null, points: {of: Points, columns: string[], line: boolean}[], scale: Scale | null, word: string,
  *   water: boolean, cells: boolean, relief: boolean, hand: {x: number, y: number, held: boolean} | null, note: string}} Shown
- *   word: what the colours stand for; water: they are heights of it; note: what must be said over the picture */
+ *   word: what the colours stand for; water: they are heights of it; note: text over the drawing */
 
 /** One for each size: fluids side by side may have several. @type {Map<string, {cells: HTMLCanvasElement, pen: CanvasRenderingContext2D, image: ImageData}>} */
 const sheets = new Map();
@@ -163,7 +163,7 @@ function fromAbove(on, at, { of, columns }, colours) {
 export const brief = (value) => (value === 0 ? '0' : Math.abs(value) < 1e-2 || Math.abs(value) >= 1e4 ? value.toExponential(0) : String(Number(value.toPrecision(3))))
   .replaceAll('-', '−').replace('e+', 'e');
 
-/** The colours with what they stand for, along the lower edge. @param {CanvasRenderingContext2D} on @param {Palette} colours
+/** The legend of the colours, along the lower edge. @param {CanvasRenderingContext2D} on @param {Palette} colours
  * @param {Uint32Array} map @param {Shown} of @param {{left: number, right: number, bottom: number}} box */
 function legend(on, colours, map, of, box) {
   const [low = 0, high = 1] = of.scale?.range() ?? [0, 1], text = colours.text;
@@ -210,7 +210,7 @@ function reticle(on, colours, at, hand) {
 }
 
 /** @param {{pen: CanvasRenderingContext2D, width: number, height: number}} surface @param {Palette} colours @param {Shown} of @returns {Camera} */
-export function drawPicture(surface, colours, of) {
+export function drawScene(surface, colours, of) {
   const { pen: on, width, height } = surface, { view: [x0 = 0, x1 = 1, y0 = 0, y1 = 1] } = of;
   const foot = of.scale ? colours.text * 3.2 : 6;
   const scale = Math.min((width - 12) / (x1 - x0), (height - foot - 6) / (y1 - y0));

@@ -1,38 +1,38 @@
-// A person drags a body, or stirs a fluid: by mouse, by touch, or by keys. What is sent is where the hand is and whether it holds.
+// Pointer drag: a person drags a body or a fluid by mouse, touch or keys. Sent are the position and whether it is pressed.
 import { signal } from '../../vendor/signals-core.js';
 import { send } from '../lab.js';
 import { layout, locked } from '../state.js';
 
-/** Where the keys point, in m of the first picture; null until they are used. @type {import('@preact/signals-core').Signal<{x: number, y: number, held: boolean} | null>} */
+/** Where the keys point, in m of the first drawing; null until used. @type {import('@preact/signals-core').Signal<{x: number, y: number, held: boolean} | null>} */
 export const pointer = signal(null);
-/** Of the pictures as drawn last, by world. @type {Map<number, {left: number, top: number, scale: number}>} */
+/** Cameras of the last drawings, by world. @type {Map<number, {left: number, top: number, scale: number}>} */
 export const cameras = new Map();
 
-/** Of a picture: left, right, bottom, top in m. Bodies have one for all worlds. @param {number} world @returns {number[]} */
+/** Of a drawing: left, right, bottom, top in m. Bodies have one for all worlds. @param {number} world @returns {number[]} */
 const viewOf = (world) => (layout.value?.rigid ?? (world === 0 ? layout.value?.fluid : layout.value?.fluid?.side_by_side?.[world - 1]))?.view ?? [];
 const view = () => viewOf(0);
 
-let asked = 0;
-let said = '';
+let requests = 0;
+let lastSent = '';
 let held = false;
 
-/** Where the keys point in a picture that may be of another place: at the same share of its sides. @param {number} world
+/** Position of the key pointer in another drawing, at the same share of its sides. @param {number} world
  * @returns {{x: number, y: number, held: boolean} | null} */
-export function handIn(world) {
+export function pointerIn(world) {
   const [left = 0, right = 1, bottom = 0, top = 1] = view(), [l = 0, r = 1, b = 0, t = 1] = viewOf(world), now = pointer.value;
   return now && { ...now, x: l + ((now.x - left) / (right - left)) * (r - l), y: b + ((now.y - bottom) / (top - bottom)) * (t - b) };
 }
 
 /** @param {number} x m @param {number} y m @param {boolean} hold @param {number} world that the place is of */
-function say(x, y, hold, world) {
+function sendPointer(x, y, hold, world) {
   const [left = 0, right = 1, bottom = 0, top = 1] = viewOf(world);
   const axis = (/** @type {number} */ v, /** @type {number} */ low, /** @type {number} */ high) => Math.max(-1, Math.min(1, (2 * v - low - high) / (high - low)));
   const input = { player: 0, axes: [axis(x, left, right), axis(y, bottom, top)], buttons: hold ? 1 : 0 };
   const text = JSON.stringify(input);
   held = hold;
-  if (locked.value !== '' || text === said) return;
-  said = text;
-  send({ input, id: ++asked });
+  if (locked.value !== '' || text === lastSent) return;
+  lastSent = text;
+  send({ input, id: ++requests });
 }
 
 /** @param {PointerEvent} event @returns {{x: number, y: number, world: number} | null} in m */
@@ -48,24 +48,24 @@ export function press(event) {
   if (point === null || event.button !== 0) return;
   /** @type {HTMLElement} */ (event.currentTarget).setPointerCapture(event.pointerId);
   pointer.value = null;
-  say(point.x, point.y, true, point.world);
+  sendPointer(point.x, point.y, true, point.world);
 }
 
 /** @param {PointerEvent} event */
 export function move(event) {
   const point = pointAt(event);
-  if (point !== null && held && pointer.value === null) say(point.x, point.y, true, point.world);
+  if (point !== null && held && pointer.value === null) sendPointer(point.x, point.y, true, point.world);
 }
 
 /** @param {PointerEvent} event */
 export function release(event) {
   const point = pointAt(event);
-  if (point !== null && held && pointer.value === null) say(point.x, point.y, false, point.world);
+  if (point !== null && held && pointer.value === null) sendPointer(point.x, point.y, false, point.world);
 }
 
 const STEPS = /** @type {Record<string, number[]>} */ ({ ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] });
 
-/** Arrows move the hand by a fiftieth of the picture, with Shift by a tenth of that; Enter takes and lets go; Escape lets go.
+/** Arrows move the pointer by a fiftieth of the drawing, with Shift by a tenth of that; Enter grabs and releases; Escape releases.
  * @param {KeyboardEvent} event */
 export function key(event) {
   const [left = 0, right = 1, bottom = 0, top = 1] = view();
@@ -78,12 +78,12 @@ export function key(event) {
   if (next === null || event.altKey || event.ctrlKey || event.metaKey) return;
   event.preventDefault();
   pointer.value = next;
-  if (next.held || now.held) say(next.x, next.y, next.held, 0);
+  if (next.held || now.held) sendPointer(next.x, next.y, next.held, 0);
 }
 
-/** Another session has heard nothing yet. */
+/** A new session has received no input yet. */
 export function forget() {
-  said = '';
+  lastSent = '';
   held = false;
   pointer.value = null;
 }

@@ -1,4 +1,4 @@
-// The closer looks in the lane below the views.
+// The inspectors in the panel below the views.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
@@ -14,8 +14,8 @@ after(async () => {
   await daemon?.stop();
 });
 
-const CHOICE = 'select[aria-label="What the lane below shows"]';
-/** The words of the lane's picture, when they say what is waited for. @param {import('playwright-core').Page} page @param {RegExp} what */
+const CHOICE = 'select[aria-label="Content of the lower panel"]';
+/** Waits until the description of the lane matches. @param {import('playwright-core').Page} page @param {RegExp} what */
 async function words(page, what) {
   await page.waitForFunction((source) => new RegExp(source).test(document.getElementById('lane')?.getAttribute('aria-label') ?? ''), what.source,
     { timeout: 15000 });
@@ -32,7 +32,7 @@ test('buffers of a player: delay, state, under-runs', async () => {
   await close();
 });
 
-test('inputs from client to server, and what became of them', async () => {
+test('inputs from client to server, with their results', async () => {
   const { page, complaints, close } = await visit(browser, `${daemon.url}?scenario=race&set=players.0.link.up.loss_pct:20&set=players.0.redundancy:0`);
   await page.waitForSelector(`${CHOICE} option[value="inputs"]`, { state: 'attached' });
   await page.locator(CHOICE).selectOption('inputs');
@@ -41,22 +41,22 @@ test('inputs from client to server, and what became of them', async () => {
   await close();
 });
 
-test('a shot three times over: hits and how far it was looked back', async () => {
+test('a shot: hits by three rules, and the rewind', async () => {
   const { page, complaints, close } = await visit(browser, `${daemon.url}?scenario=rifle`);
-  await words(page, /^Shots: A, rifle: (hits|miss).*looked back \d+ ms/);
+  await words(page, /^Shots: A, rifle: (hits|miss).*rewound by \d+ ms/);
   assert.equal(await page.locator(CHOICE).inputValue(), 'shots');
   assert.deepEqual(complaints, []);
   await close();
 });
 
-test('who waits for whom, and where worlds part', async () => {
+test('stalls and desyncs of peers', async () => {
   const { page, complaints, close } = await visit(browser, `${daemon.url}?scenario=desync_float`);
-  await words(page, /^Waits and desyncs: .*stalled .*parted at tick \d+: \w+ \w+ by \d+ ulp/);
+  await words(page, /^Waits and desyncs: .*stalled .*desync at tick \d+: \w+ \w+ by \d+ ulp/);
   assert.deepEqual(complaints, []);
   await close();
 });
 
-test('lockstep tells in words that the server waits', async () => {
+test('lockstep: the description says that the server waits', async () => {
   const { page, close } = await visit(browser, `${daemon.url}?scenario=paper/fig11`);
   await page.waitForSelector(`${CHOICE} option[value="waits"]`, { state: 'attached' });
   await page.locator(CHOICE).selectOption('waits');

@@ -4,21 +4,21 @@ import { fixed, letter } from '../format.js';
 import { paintOf } from '../theme.js';
 import { drawText } from '../views/marks.js';
 
-/** @typedef {import('./lenses.js').LensPicture} LensPicture */
+/** @typedef {import('./inspectors.js').InspectorContext} InspectorContext */
 /** @typedef {import('../frame.js').Shot} Shot */
 /** @typedef {'seen' | 'now' | 'looked'} When */
 
-/** The last shot of the player that is looked at. @param {LensPicture} at @returns {Shot | undefined} */
+/** The last shot of the chosen player. @param {InspectorContext} at @returns {Shot | undefined} */
 const lastOf = ({ frame, player }) => frame.shots.filter((shot) => shot.player === player).sort((a, b) => b.evaluated_at_s - a.evaluated_at_s)[0];
 
-/** @param {number} hit @param {LensPicture} at @returns {string} */
+/** @param {number} hit @param {InspectorContext} at @returns {string} */
 const bodyOf = (hit, at) => (hit === NOBODY ? 'miss' : hit === NOT_YET ? 'in flight'
   : `hits ${hit < at.layout.players.length ? letter(hit) : `target ${hit - at.layout.players.length + 1}`}`);
 
-/** Fixed scenery of the layout, if the game has any. @param {LensPicture} at @returns {{x: number, y: number, width_m: number, height_m: number}[]} */
+/** Fixed scenery of the layout, if the game has any. @param {InspectorContext} at @returns {{x: number, y: number, width_m: number, height_m: number}[]} */
 const coverOf = (at) => /** @type {any} */ (at.layout).fixed ?? [];
 
-/** One panel. @param {LensPicture} at @param {Shot} shot @param {When} when @param {number} left @param {number} width
+/** One panel. @param {InspectorContext} at @param {Shot} shot @param {When} when @param {number} left @param {number} width
  * @param {string} title @param {number} hit */
 function panel(at, shot, when, left, width, title, hit) {
   const { pen, colours, height, layout } = at;
@@ -65,20 +65,20 @@ function panel(at, shot, when, left, width, title, hit) {
 }
 
 /** @param {Shot} shot */
-const notesOf = (shot) => [shot.flags & S_CLAMPED ? 'clamped to the most that is allowed' : '', shot.flags & S_DISTRUSTED ? 'stated view not believed' : '',
+const notesOf = (shot) => [shot.flags & S_CLAMPED ? 'limited to the maximum rewind' : '', shot.flags & S_DISTRUSTED ? 'reported view time rejected' : '',
   shot.flags & S_BEHIND_COVER ? 'shot behind cover' : ''].filter((note) => note !== '');
 
-/** How far a body has gone at most since the shooter's picture. @param {import('../frame.js').Frame} frame @param {Shot} shot */
+/** The farthest that a body has moved since the view that the shooter saw. @param {import('../frame.js').Frame} frame @param {Shot} shot */
 const movedOf = (frame, shot) => Math.max(0, ...bodiesOf(frame, shot).filter((_, i) => i !== shot.player).map((b) => Math.hypot(b.now_x - b.seen_x, b.now_y - b.seen_y)));
 
-/** @param {LensPicture} at @param {Shot} shot @returns {string} */
+/** @param {InspectorContext} at @param {Shot} shot @returns {string} */
 function verdict(at, shot) {
   const back = (shot.evaluated_at_s - shot.rewound_to_s) * 1000, age = (shot.evaluated_at_s - shot.view_time_s) * 1000, notes = notesOf(shot);
   return `${letter(shot.player)}, ${shot.weapon === PROJECTILE ? 'cannon' : 'rifle'}: ${bodyOf(shot.compensated_hit, at)} by the server’s rule, ${bodyOf(shot.server_now_hit, at)} in the present; `
-    + `picture ${fixed(age, 0)} ms old, looked back ${fixed(back, 0)} ms; bodies moved up to ${fixed(movedOf(at.frame, shot), 2)} m${notes.length > 0 ? ` · ${notes.join(' · ')}` : ''}`;
+    + `view ${fixed(age, 0)} ms old, rewound by ${fixed(back, 0)} ms; bodies moved up to ${fixed(movedOf(at.frame, shot), 2)} m${notes.length > 0 ? ` · ${notes.join(' · ')}` : ''}`;
 }
 
-/** @type {import('./lenses.js').Lens} */
+/** @type {import('./inspectors.js').Inspector} */
 export const shots = {
   id: 'shots', label: 'Shots', players: true,
   fits: (frame) => frame.shots.length > 0,
@@ -92,7 +92,7 @@ export const shots = {
     const inner = { ...at, height: at.height - line };
     panel(inner, shot, 'seen', 0, third, `Shooter saw (${fixed((shot.evaluated_at_s - shot.view_time_s) * 1000, 0)} ms ago)`, shot.client_view_hit);
     panel(inner, shot, 'now', third, third, 'Server now', shot.server_now_hit);
-    panel(inner, shot, 'looked', 2 * third, third, `Server looked back ${fixed((shot.evaluated_at_s - shot.rewound_to_s) * 1000, 0)} ms`, shot.compensated_hit);
+    panel(inner, shot, 'looked', 2 * third, third, `Server rewound by ${fixed((shot.evaluated_at_s - shot.rewound_to_s) * 1000, 0)} ms`, shot.compensated_hit);
     const notes = notesOf(shot);
     drawText(pen, colours, `${letter(shot.player)}, ${shot.weapon === PROJECTILE ? 'cannon' : 'rifle'} · rule: ${bodyOf(shot.compensated_hit, at)} · present: ${bodyOf(shot.server_now_hit, at)} · `
       + `bodies moved ${fixed(movedOf(at.frame, shot), 2)} m${notes.length > 0 ? ` · ${notes.join(' · ')}` : ''}`, 6, at.height - line / 2);

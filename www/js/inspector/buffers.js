@@ -1,20 +1,20 @@
-// What waits in a player's buffers: the snapshots around the drawn time, and when each arrived and was played out.
+// A player's buffers: the snapshots around the render time, with the times of arrival and play-out.
 import { V_CATCHING_UP, V_EXTRAPOLATING, V_NEWEST, V_NORMAL, V_SLOWING, V_STARVED } from '../frame.js';
 import { fixed, signed } from '../format.js';
 import { BUFFERED_PLACE } from '../stream/records.js';
 import { paintOf } from '../theme.js';
 import { cross, drawText } from '../views/marks.js';
 
-/** @typedef {import('./lenses.js').LensPicture} LensPicture */
+/** @typedef {import('./inspectors.js').InspectorContext} InspectorContext */
 
 /** @type {Record<number, string>} */
-const STATES = { [V_NEWEST]: 'draws the newest state', [V_NORMAL]: 'normal', [V_CATCHING_UP]: 'catching up', [V_SLOWING]: 'slowing',
+const STATES = { [V_NEWEST]: 'draws the newest snapshot', [V_NORMAL]: 'normal', [V_CATCHING_UP]: 'catching up', [V_SLOWING]: 'slowing',
   [V_STARVED]: 'starved: holds', [V_EXTRAPOLATING]: 'extrapolating' };
 
-/** A state in a buffer; ms. `time`: its server time less the drawn one; the others count from the frame's time.
+/** A snapshot in a buffer; ms. `time`: its server time less the render time; the others count from the frame's time.
  * @typedef {{place: number, time: number, arrived: number, due: number}} Item */
 
-/** @param {LensPicture} at */
+/** @param {InspectorContext} at */
 function of({ frame, player }) {
   const buffer = frame.buffers.find((one) => one.player === player), drawn = buffer?.drawn_s ?? 0;
   /** @type {Item[]} */
@@ -24,8 +24,8 @@ function of({ frame, player }) {
   return { buffer, items };
 }
 
-/** The gauge: snapshots by server time, the needle at the drawn time, the two around it, and α between them.
- * @param {LensPicture} at @param {Item[]} list @param {number} state @param {number} top @param {number} height */
+/** The gauge: snapshots by server time, the needle at the render time, the two around it, and α between them.
+ * @param {InspectorContext} at @param {Item[]} list @param {number} state @param {number} top @param {number} height */
 function gauge(at, list, state, top, height) {
   const { pen, colours, width, player } = at;
   const reach = Math.max(120, ...list.map((one) => Math.abs(one.time))) * 1.15;
@@ -72,8 +72,8 @@ function gauge(at, list, state, top, height) {
   drawText(pen, colours, 'drawn', x(0), top + height - colours.text * 0.6, { align: 'center', bold: true });
 }
 
-/** Two rows of dots, joined: when each state arrived, and when it is played out.
- * @param {LensPicture} at @param {Item[]} list @param {number} top @param {number} height */
+/** Two rows of dots, joined: the arrival of each snapshot, and its play-out.
+ * @param {InspectorContext} at @param {Item[]} list @param {number} top @param {number} height */
 function dejitter(at, list, top, height) {
   const { pen, colours, width, player } = at;
   const times = list.flatMap((one) => [one.arrived, one.due]);
@@ -105,7 +105,7 @@ function dejitter(at, list, top, height) {
   }
 }
 
-/** @type {import('./lenses.js').Lens} */
+/** @type {import('./inspectors.js').Inspector} */
 export const buffers = {
   id: 'buffers', label: 'Buffers', players: true,
   fits: (frame) => frame.buffers.length > 0,

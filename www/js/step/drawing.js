@@ -14,7 +14,7 @@ const PLANES = new Set(['drag_2d', 'lorentz', 'kepler', 'henon_heiles', 'elastic
 /** @param {string} problem */
 export const isPlane = (problem) => PLANES.has(problem);
 
-/** The range of what was drawn so far, and of now. @param {number[][]} lists */
+/** The range of all values so far, the current ones included. @param {number[][]} lists */
 function extent(lists) {
   let low = Infinity, high = -Infinity;
   for (const list of lists) {
@@ -27,7 +27,7 @@ function extent(lists) {
   return low <= high ? { low, high } : { low: -1, high: 1 };
 }
 
-/** Far away, a blow-up would shrink the rest to a point: what is looked at is the solution with room around it.
+/** Far away, a blow-up would shrink the rest to a point: the view is the solution with room around it.
  * @param {Record} record @param {'x' | 'y' | 'value'} name */
 function around(record, name) {
   const all = extent(record.tracks.map((track) => track[name]));
@@ -117,7 +117,7 @@ function strip(surface, colours, record, motion, names, unit) {
     const x = toX(value);
     if (one.status === 1 || one.status === 3) {
       drawText(pen, colours, `${one.status === 1 ? 'diverged' : 'failed'} at ${fixed(one.t_s, 2)} s`, left, y, { colour: colours.snap, bold: true });
-    } else if (x < left - 4 || x > surface.width - 4) { /* out of the picture */
+    } else if (x < left - 4 || x > surface.width - 4) { /* outside of the canvas */
       drawText(pen, colours, `${fixed(value, 1)}${unit} ${x < left ? '◂' : '▸'}`, x < left ? left : right, y,
         { colour: paintOf(colours, i - 1).text, align: x < left ? 'left' : 'right', bold: true });
     } else {
@@ -128,7 +128,7 @@ function strip(surface, colours, record, motion, names, unit) {
 
 /** @param {Surface} surface @param {import('../theme.js').Palette} colours @param {Record} record @param {Motion[]} motion
  * @param {{problem: string, names: string[], unit: string}} of */
-export function drawPicture(surface, colours, record, motion, of) {
+export function drawScene(surface, colours, record, motion, of) {
   if (isPlane(of.problem)) plane(surface, colours, record, motion);
   else strip(surface, colours, record, motion, of.names, of.unit);
 }

@@ -23,7 +23,7 @@ const toX = (at, x) => (x - at.left) * at.scale;
 /** @param {Camera} at @param {number} y */
 const toY = (at, y) => (at.top - y) * at.scale;
 
-/** A point of the body's frame in the picture. @param {Camera} at @param {Shape} s @param {number} x @param {number} y */
+/** A point of the body's frame in the drawing. @param {Camera} at @param {Shape} s @param {number} x @param {number} y */
 function place(at, s, x, y) {
   const c = Math.cos(s.angle), n = Math.sin(s.angle);
   return [toX(at, s.x + c * x - n * y), toY(at, s.y + n * x + c * y)];

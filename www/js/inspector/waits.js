@@ -1,10 +1,10 @@
-// Who waits for whom when everybody needs everybody's inputs, what is made again, and where worlds part.
+// Lockstep and rollback: which player waits for which, resimulated ticks, and desyncs.
 import { DESYNC, FIELDS, ROLLBACK, STALL, STALLED } from '../frame.js';
 import { fixed, letter } from '../format.js';
 import { paintOf } from '../theme.js';
 import { drawText } from '../views/marks.js';
 
-/** @typedef {import('./lenses.js').LensPicture} LensPicture */
+/** @typedef {import('./inspectors.js').InspectorContext} InspectorContext */
 /** @typedef {import('../frame.js').Peer} Peer */
 
 const SPAN_S = 4;
@@ -15,12 +15,12 @@ const lettersOf = (bits) => Array.from({ length: 16 }, (_, p) => p).filter((p) =
 /** @param {Peer} peer @param {number} p @returns {string} */
 function wordsOf(peer, p) {
   const waits = peer.waiting ? `waits for ${lettersOf(peer.waiting)}` : `tick ${peer.tick}, confirmed ${peer.confirmed}`;
-  const parted = peer.desync_tick < 0 ? '' : ` · parted at tick ${peer.desync_tick}: ${peer.desync_entity < 0 ? 'game' : letter(peer.desync_entity)} `
+  const parted = peer.desync_tick < 0 ? '' : ` · desync at tick ${peer.desync_tick}: ${peer.desync_entity < 0 ? 'game' : letter(peer.desync_entity)} `
     + `${FIELDS[peer.desync_field] ?? ''} by ${fixed(peer.desync_ulps, 0)} ulp, now ${fixed(peer.desync_m, 3)} m`;
-  return `${letter(p)}: ${waits} · stalled ${fixed(peer.stalled_s, 1)} s · made again ${peer.rollback_ticks}${parted}`;
+  return `${letter(p)}: ${waits} · stalled ${fixed(peer.stalled_s, 1)} s · resimulated ${peer.rollback_ticks}${parted}`;
 }
 
-/** @type {import('./lenses.js').Lens} */
+/** @type {import('./inspectors.js').Inspector} */
 export const waits = {
   id: 'waits', label: 'Waits and desyncs', players: false,
   fits: (frame, params) => frame.peers.length > 0 || String(params?.server?.sync).startsWith('lockstep'),
@@ -29,7 +29,7 @@ export const waits = {
     const rows = frame.views.length - 1, left = colours.text * 2.4, right = width - 8;
     const high = (height - colours.text * 1.4) / Math.max(1, rows);
     const x = (/** @type {number} */ t) => left + ((t - frame.time_s + SPAN_S) / SPAN_S) * (right - left);
-    drawText(pen, colours, frame.peers.length > 0 ? `last ${SPAN_S} s: filled: stalls · ticks: made again · cross: worlds part`
+    drawText(pen, colours, frame.peers.length > 0 ? `last ${SPAN_S} s: filled: stalls · bars: resimulated ticks · cross: desync`
       : frame.views[0] && frame.views[0].flags & STALLED ? 'lockstep: the server waits for inputs' : 'lockstep: the server steps', left, colours.text * 0.7, { colour: colours.faint });
     for (let p = 0; p < rows; p++) {
       const top = colours.text * 1.4 + p * high, paint = paintOf(colours, p);
