@@ -293,7 +293,7 @@ static void a_wrong_workload_is_a_sentence(void **state)
          "button is unknown"},
         {"\"no log\"", "workload", "line 1 of the log"},
         {"\"{\\\"op\\\":\\\"input\\\",\\\"tick\\\":3}\"", "workload",
-         "line 1 of the log: comes before the header"},
+         "line 1 of the log: header missing before this line"},
     };
     for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
         ll_workload *w;

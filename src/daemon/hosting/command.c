@@ -34,7 +34,7 @@ static ll_status stay(ll_session_entry *session_entry, bool ours, int64_t goal)
         return ll_error(LL_CONFLICT,
                         "Another command came before the session was at tick %lld: it is at tick %lld.",
                         (long long)goal, (long long)info.tick);
-    ll_session_rest(session_entry->session);
+    ll_session_stop_seek(session_entry->session);
     ll_session_entry_save(session_entry);
     return ll_error(LL_INTERRUPTED, "tick %lld of %lld was reached, and the same request goes on from there",
                     (long long)info.tick, (long long)goal);

@@ -178,11 +178,11 @@ static void resume(ll_session_entry *session_entry)
 {
     const ll_stored *row = &session_entry->stored;
     bool older = row->head_tick < ll_session_get_info(session_entry->session).head_tick;
-    ll_session_place(session_entry->session, session_entry->host->started,
-                     &(ll_session_place_at){.tick = older ? -1 : row->tick,
-                                            .head = row->head_tick,
-                                            .speed = row->speed,
-                                            .playing = row->playing});
+    ll_session_set_position(session_entry->session, session_entry->host->started,
+                            &(ll_session_position){.tick = older ? -1 : row->tick,
+                                                   .head = row->head_tick,
+                                                   .speed = row->speed,
+                                                   .playing = row->playing});
     session_entry->wall = session_entry->host->started;
 }
 
@@ -267,12 +267,12 @@ static int64_t advance(ll_session_entry *session_entry, ll_time wall, double max
     ll_interrupt interrupt = {within, cpu_now_ns, &until};
     ll_session_step_profiler(session_entry->session,
                              ll_viewers_any(session_entry) ? cpu_now_ns : NULL); /* a page shows it */
-    ll_session_set_patience(session_entry->session, &interrupt);
+    ll_session_set_interrupt(session_entry->session, &interrupt);
     if (safely)
-        due = ll_session_advance_safely(session_entry->session, wall, most, &broken_off);
+        due = ll_session_advance_or_restore(session_entry->session, wall, most, &broken_off);
     else
         due = ll_session_advance(session_entry->session, wall, most);
-    ll_session_set_patience(session_entry->session, NULL);
+    ll_session_set_interrupt(session_entry->session, NULL);
     broken_off = broken_off || (!before.parked && ll_session_get_info(session_entry->session).parked);
     if (broken_off && session_entry->tick_ns < given_up_ms * 1e6)
         session_entry->tick_ns = given_up_ms * 1e6;
@@ -302,7 +302,8 @@ static bool is_wanted(void *context)
 }
 
 /* Unlocks it meanwhile. */
-static int64_t make_ahead(ll_session_entry *session_entry, ll_task *task, ll_ahead *ahead, double most_ms)
+static int64_t make_ahead(ll_session_entry *session_entry, ll_task *task, ll_background_tick *ahead,
+                          double most_ms)
 {
     ll_time until = most_ms > 0 ? ll_host_now() + (ll_time)(most_ms * 1e6) : 0;
     making m = {session_entry, task, until, atomic_load(&session_entry->stops)};
@@ -310,17 +311,17 @@ static int64_t make_ahead(ll_session_entry *session_entry, ll_task *task, ll_ahe
     session_entry->ahead = true;
     pthread_mutex_unlock(&session_entry->lock);
     int64_t from = cpu_now_ns();
-    ll_ahead_run(ahead, &interrupt);
+    ll_background_tick_run(ahead, &interrupt);
     int64_t ns = cpu_now_ns() - from;
     pthread_mutex_lock(&session_entry->lock);
     session_entry->ahead = false;
     pthread_cond_broadcast(&session_entry->ahead_over);
     if (session_entry->deleted || !session_entry->session) {
-        ll_ahead_free(ahead);
+        ll_background_tick_free(ahead);
         return -1;
     }
     ll_session_info before = ll_session_get_info(session_entry->session);
-    int64_t due = ll_session_end_ahead(session_entry->session, ahead, session_entry->wall);
+    int64_t due = ll_session_end_background_tick(session_entry->session, ahead, session_entry->wall);
     account(session_entry, &before, ns);
     if (ll_session_get_info(session_entry->session).at_tick == before.at_tick &&
         session_entry->tick_ns < (double)ns)
@@ -344,7 +345,7 @@ static void await_ahead(ll_session_entry *session_entry, double ms)
 
 int64_t ll_hosted_work(ll_session_entry *session_entry, ll_task *task, double most_ms)
 {
-    ll_ahead *ahead = NULL;
+    ll_background_tick *ahead = NULL;
     ll_time now = ll_host_now();
     if (session_entry->ahead) {
         await_ahead(session_entry, patience_ms);
@@ -357,7 +358,7 @@ int64_t ll_hosted_work(ll_session_entry *session_entry, ll_task *task, double mo
     if (now > session_entry->wall)
         session_entry->wall = now;
     ll_session_step_profiler(session_entry->session, ll_viewers_any(session_entry) ? cpu_now_ns : NULL);
-    ll_status status = ll_session_begin_ahead(session_entry->session, session_entry->wall, &ahead);
+    ll_status status = ll_session_begin_background_tick(session_entry->session, session_entry->wall, &ahead);
     return ll_failed(&status) || !ahead ? advance(session_entry, now, piece_ms, true)
                                         : make_ahead(session_entry, task, ahead, most_ms);
 }
@@ -367,9 +368,9 @@ ll_status ll_hosted_change(ll_session_entry *session_entry, const ll_create_requ
 {
     int64_t until = cpu_now_ns() + (int64_t)(given_up_ms * 1e6);
     ll_interrupt interrupt = {within, cpu_now_ns, &until};
-    ll_session_set_patience(session, &interrupt);
+    ll_session_set_interrupt(session, &interrupt);
     ll_status status = orders->change(orders->context, session, session_entry->wall);
-    ll_session_set_patience(session, NULL);
+    ll_session_set_interrupt(session, NULL);
     if (ll_session_get_info(session).parked)
         session_entry->tick_ns = 0;
     return status;
@@ -416,7 +417,7 @@ static ll_status stir(ll_session_entry *session_entry)
     if (!ll_failed(&status))
         status = ll_session_entry_fits(session_entry);
     if (!ll_failed(&status))
-        status = ll_session_begin_to_wake(session_entry->session);
+        status = ll_session_begin_wake(session_entry->session);
     if (ll_failed(&status) && session_entry->session) {
         if (loaded)
             ll_session_park(session_entry->session);

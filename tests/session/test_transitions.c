@@ -59,7 +59,7 @@ static void test_seeks_in_pieces(void **state)
             begin(s, text);
             for (int64_t left = ll_session_due(s, 0), now; left > 0; left = now) {
                 assert_true(ll_session_get_info(s).seeking);
-                now = ll_session_pursue(s, pieces[p]);
+                now = ll_session_continue(s, pieces[p]);
                 assert_true(now == left - (left < pieces[p] ? left : pieces[p]));
             }
             assert_false(ll_session_get_info(s).seeking);
@@ -76,7 +76,7 @@ static void test_a_change_ends_a_seek(void **state)
     (void)state;
     ll_session *s = open_session("race");
     begin(s, "{\"op\":\"seek\",\"tick\":900}");
-    ll_session_pursue(s, 250);
+    ll_session_continue(s, 250);
     cJSON *patch = cJSON_Parse("{\"players\":{\"0\":{\"lag_ms\":77}}}");
     ll_status status = ll_session_patch(s, 0, patch);
     must(status);
@@ -95,7 +95,7 @@ static void test_a_pause_ends_a_seek(void **state)
     ll_session *s = open_session("race");
     must(ll_session_run_to(s, 800));
     begin(s, "{\"op\":\"seek\",\"tick\":500}");
-    ll_session_pursue(s, 120);
+    ll_session_continue(s, 120);
     begin(s, "{\"op\":\"pause\"}");
     assert_int_equal(ll_session_get_info(s).tick, 120);
     assert_int_equal(ll_session_get_info(s).head_tick, 800);
@@ -111,8 +111,8 @@ static void test_waking_in_pieces(void **state)
     must(ll_session_run_to(s, 233));
     ll_session_park(s);
     for (int round = 0; round < 2; round++) {
-        must(ll_session_begin_to_wake(s));
-        ll_session_pursue(s, 90);
+        must(ll_session_begin_wake(s));
+        ll_session_continue(s, 90);
         ll_session_info info = ll_session_get_info(s);
         assert_true(info.parked);
         assert_int_equal(info.tick, 233);
@@ -120,7 +120,7 @@ static void test_waking_in_pieces(void **state)
         if (round == 0)
             ll_session_park(s);
     }
-    while (ll_session_pursue(s, 10) > 0)
+    while (ll_session_continue(s, 10) > 0)
         ;
     assert_false(ll_session_get_info(s).parked);
     assert_int_equal(ll_session_get_info(s).tick, 233);
