@@ -77,7 +77,7 @@ static void wait_for_end(const worker *w, ll_workers *workers, sigset_t *signals
     if (!ending)
         return;
     pthread_sigmask(SIG_UNBLOCK, signals, NULL);
-    ll_workers_ask_to_end(workers);
+    ll_workers_request_stop(workers);
     while (ll_workers_busy(workers))
         nanosleep(&look, NULL);
 }

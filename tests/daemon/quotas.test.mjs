@@ -50,7 +50,7 @@ test('the logs of all have a limit, which deletion gives back and a restart keep
   const args = ['--max-log-mib', '0', '--max-logs-mib', '1', '--max-commands-per-s', '100000'];
   await withDaemon(args, async (s, daemon) => {
     const first = await s.make({ paused: true }), second = await s.make({ paused: true });
-    assert.match((await fill(s, first)).json.detail, /logs of all sessions take 1\.0 of 1\.0 MiB/);
+    assert.match((await fill(s, first)).json.detail, /Session logs use 1\.0 of 1\.0 MiB/);
     assert.equal((await s.patch(second, { 'players.0.lag_ms': 9 })).status, 507);
     assert.equal((await s.call('POST', S, { body: { scenario: 'race' } })).status, 507);
     const again = await startDaemon({ data: await (async () => { await daemon.kill(); return daemon.data; })(), args }), r = client(again.url);
@@ -68,7 +68,7 @@ test('one address has a share of the logs, which deletion gives back; others hav
     const as = (address, method, path, wish = {}) => s.call(method, path, { ...wish, headers: { 'x-forwarded-for': address } });
     const make = async (address) => (await as(address, 'POST', S, { body: { scenario: 'race', paused: true } })).json;
     const first = await make('192.0.2.7'), second = await make('192.0.2.7'), other = await make('192.0.2.8');
-    assert.match((await fill(s, first)).json.detail, /sessions that one address has made take 1\.0 of 1\.0 MiB.*max_client_logs_mib/);
+    assert.match((await fill(s, first)).json.detail, /Session logs of this address use 1\.0 of 1\.0 MiB.*max_client_logs_mib/);
     assert.equal((await s.patch(second, { 'players.0.lag_ms': 9 })).status, 507, 'its other session is of the same share');
     assert.equal((await s.control(second, { op: 'play' })).status, 200, 'the clock goes on');
     assert.equal((await as('192.0.2.7', 'POST', S, { body: { scenario: 'race' } })).status, 507);
@@ -87,7 +87,7 @@ test('a state so large that a tick of it takes long is refused, and nothing was 
     for (const n of [320, 512]) {
       const made = await s.call('POST', S, { body: { scenario: cavity(n), paused: true } });
       assert.equal(made.status, 400, made.text);
-      assert.match(made.json.detail, /state of this scenario would have [\d.]+ MiB; here it may have 8 \(max_state_mib\)/);
+      assert.match(made.json.detail, /scenario: state would have [\d.]+ MiB; must have at most 8 MiB \(max_state_mib\)/);
       const dry = await s.call('POST', `${E}?dry_run=true`, { body: { scenario: cavity(n), metrics: ['cfl'] } });
       assert.equal(dry.status, 400, dry.text);
       assert.match(dry.json.detail, /max_state_mib/);

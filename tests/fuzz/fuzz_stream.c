@@ -120,7 +120,7 @@ bool ll_ws_knows(ll_ws *ws, const ll_upgrade *upgrade)
 
 static ll_host *host;
 static ll_ws_hooks hooks;
-static ll_host_made made;
+static ll_created_session made;
 static char key_message[128];
 
 static void start(void)
@@ -141,7 +141,7 @@ static void start(void)
     FUZZ_CHECK(!fuzz_failed(&status));
     cJSON *json = cJSON_Parse(scenario);
     ll_create_request order = {.scenario = json, .seed = -1, .paused = true, .peer = "192.0.2.1"};
-    status = ll_host_make(host, &order, &made);
+    status = ll_host_create_session(host, &order, &made);
     FUZZ_CHECK(!fuzz_failed(&status));
     cJSON_Delete(json);
     snprintf(key_message, sizeof key_message, "{\"auth\":\"%s\"}", made.owner_key);

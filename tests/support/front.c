@@ -89,7 +89,7 @@ static void handle_limit(void *context, const ll_http_request *request, ll_http_
 static const ll_http_route routes[] = {
     {.method = "GET", .pattern = "/healthz", .handler = handle_hello},
     {.method = "GET", .pattern = "/limit", .handler = handle_limit},
-    {.method = "GET", .pattern = "/slow", .handler = handle_slow, .lane = LL_HTTP_CONTROL},
+    {.method = "GET", .pattern = "/slow", .handler = handle_slow, .run_on = LL_HTTP_POOL},
     {.method = "GET", .pattern = "/lines", .handler = handle_lines},
     {.method = "GET", .pattern = "/echo/{a}/then/{b*}", .handler = handle_echo},
     {.method = "GET", .pattern = "/echo/{a}", .handler = handle_echo},

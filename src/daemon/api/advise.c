@@ -98,11 +98,11 @@ void ll_post_advise(void *context, const ll_http_request *request, ll_http_respo
     if (ll_failed(&status)) {
         free_question(q);
     } else {
-        ll_job_order order = {.run = answer,
-                              .free = free_question,
-                              .context = q,
-                              .most = ll_advise_runs(&q->order),
-                              .client = request->peer};
+        ll_job_spec order = {.run = answer,
+                             .free = free_question,
+                             .context = q,
+                             .most = ll_advise_runs(&q->order),
+                             .client = request->peer};
         status = ll_jobs_add(api->jobs, &order, id, key);
     }
     if (ll_failed(&status))

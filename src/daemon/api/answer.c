@@ -22,7 +22,7 @@ static bool wants_part(const ll_http_request *request, const ll_answer *answer)
 
 static bool is_compressed(const ll_http_request *request, const ll_answer *answer)
 {
-    return ll_gzip_is_worth(answer->type) && ll_http_takes_encoding(request, "gzip") &&
+    return ll_gzip_compresses(answer->type) && ll_http_takes_encoding(request, "gzip") &&
            !wants_part(request, answer);
 }
 

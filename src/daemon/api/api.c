@@ -80,9 +80,9 @@ cJSON *ll_api_body(const ll_http_request *request, ll_http_response *response)
 
 void ll_api_problem(ll_http_response *response, const ll_http_request *request, const ll_status *error)
 {
-    if (error->code == LL_INTERRUPTED && ll_http_to_work(request, response))
+    if (error->code == LL_INTERRUPTED && ll_http_become_task(request, response))
         return;
-    ll_status told = error->code == LL_INTERRUPTED ? ll_task_told(request->task, error->text) : *error;
+    ll_status told = error->code == LL_INTERRUPTED ? ll_task_error(request->task, error->text) : *error;
     error = &told;
     if (error->code == LL_LIMIT)
         ll_http_problem_later(response, request, 429, 1, error);

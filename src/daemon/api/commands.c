@@ -69,7 +69,7 @@ static ll_status input(void *context, ll_session *session, ll_time wall)
 }
 
 static void command(ll_api *api, const ll_http_request *request, ll_http_response *response,
-                    ll_session_entry *session_entry, ll_create_requests *orders, order *o)
+                    ll_session_entry *session_entry, ll_command_request *orders, order *o)
 {
     orders->context = o;
     orders->task = request->task;
@@ -90,7 +90,7 @@ static bool moves(const cJSON *body)
 }
 
 static void owner_command(ll_api *api, const ll_http_request *request, ll_http_response *response,
-                          ll_create_requests orders)
+                          ll_command_request orders)
 {
     ll_session_entry *session_entry = ll_api_session(api, request, response);
     if (!session_entry)
@@ -98,7 +98,7 @@ static void owner_command(ll_api *api, const ll_http_request *request, ll_http_r
     if (ll_api_permits(request, response, session_entry, -1)) {
         cJSON *body = ll_api_body(request, response);
         order o = {.body = body};
-        if (body && !(moves(body) && ll_http_to_work(request, response)))
+        if (body && !(moves(body) && ll_http_become_task(request, response)))
             command(api, request, response, session_entry, &orders, &o);
         cJSON_Delete(body);
     }
@@ -107,13 +107,13 @@ static void owner_command(ll_api *api, const ll_http_request *request, ll_http_r
 
 void ll_patch_params(void *context, const ll_http_request *request, ll_http_response *response)
 {
-    owner_command(context, request, response, (ll_create_requests){.change = patch});
+    owner_command(context, request, response, (ll_command_request){.change = patch});
 }
 
 void ll_post_control(void *context, const ll_http_request *request, ll_http_response *response)
 {
     owner_command(context, request, response,
-                  (ll_create_requests){.change = control, .clock = true, .tell = tell_control});
+                  (ll_command_request){.change = control, .clock = true, .report = tell_control});
 }
 
 /* The body says which player it is for, hence whose key will do. Without any key nothing is read. */
@@ -129,7 +129,7 @@ void ll_post_input(void *context, const ll_http_request *request, ll_http_respon
         ll_api_permits(request, response, session_entry, 0);
     if (body) {
         order o = {0};
-        ll_create_requests orders = {.change = input};
+        ll_command_request orders = {.change = input};
         ll_status status = ll_action_parse(body, "", &o.player, &o.action);
         if (ll_failed(&status))
             ll_http_problem(response, request, &status);

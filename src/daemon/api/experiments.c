@@ -56,7 +56,7 @@ static ll_status check_size(const ll_api *api, const ll_experiment *e, int64_t r
     ll_scenario scenario = {0};
     ll_status status = ll_experiment_open(e, run, &scenario);
     if (!ll_failed(&status))
-        status = ll_quota_state(ll_host_get_config(api->host), &scenario);
+        status = ll_quota_check_state(ll_host_get_config(api->host), &scenario);
     ll_scenario_free(&scenario);
     return status;
 }
@@ -379,7 +379,7 @@ enum { ASK_EVERY = 64 };
 static bool next_row(void *context, ll_row *row, ll_status *status)
 {
     asked_rows *a = context;
-    if (a->given++ % ASK_EVERY == 0 && !ll_task_go_on(a->task)) {
+    if (a->given++ % ASK_EVERY == 0 && !ll_task_yield(a->task)) {
         *status = ll_error(LL_INTERRUPTED, "%lld rows were written", (long long)a->given - 1);
         return false;
     }

@@ -55,10 +55,10 @@ static void reading(ll_api *api, const ll_http_request *request, ll_http_respons
         ll_session_destroy(r.copy);
     } else if (r.copy) {
         r.reserved = (int64_t)ll_session_get_info(r.copy).awake_bytes;
-        status = ll_host_reserve(api->host, r.reserved);
+        status = ll_host_reserve_memory(api->host, r.reserved);
         if (!ll_failed(&status)) {
             status = end(&r, request->task, response);
-            ll_host_give_back(api->host, r.reserved);
+            ll_host_release_memory(api->host, r.reserved);
         }
         ll_session_destroy(r.copy);
     }

@@ -86,7 +86,7 @@ static ll_status read_options(const cJSON *body, ll_create_request *order)
 
 /* ---- the answer: 201 ---- */
 
-static cJSON *describe_made(const ll_host_made *made)
+static cJSON *describe_made(const ll_created_session *made)
 {
     cJSON *json = cJSON_CreateObject();
     cJSON_AddStringToObject(json, "id", ll_session_entry_id(made->session_entry));
@@ -123,8 +123,8 @@ static char *make(ll_api *api, const ll_http_request *request, ll_http_response 
     }
     if (!ll_api_started(api, request, response))
         return NULL;
-    ll_host_made made;
-    ll_status status = ll_host_make(api->host, order, &made);
+    ll_created_session made;
+    ll_status status = ll_host_create_session(api->host, order, &made);
     if (ll_failed(&status)) {
         if (made.full) /* the daemon's state; too many by one client is that one's rate */
             ll_http_problem_later(response, request, 503, 60, &status);

@@ -114,7 +114,7 @@ void ll_http_watch(ll_http *http, int64_t now_ns)
     bool look = http->watch_turn++ % 8 == 0;
     for (http_connection *watched = http->first; watched != NULL; watched = watched->next) {
         if (watched->task != NULL && has_hung_up(watched->fd)) {
-            ll_task_stop(watched->task, LL_TASK_LEFT);
+            ll_task_stop(watched->task, LL_TASK_CLIENT_GONE);
         }
         int64_t deadline = atomic_load_explicit(&watched->deadline_ns, memory_order_relaxed);
         bool late = deadline != 0 && now_ns > deadline;

@@ -1,10 +1,10 @@
 /* HTTP: a table of routes over libmicrohttpd, and the files of the page.
  *
- * A handler runs on the lane of its row (ll_http_lane). What is short but may wait, for the store or a
+ * A handler runs on the run_on of its row (ll_http_run_on). What is short but may wait, for the store or a
  * session, has threads of its own, so that nothing that computes is ever before it; what may take long is a
- * task (tasks.h). A handler of the lane of control that finds that it would take long asks to be called again
- * as a task (ll_http_to_work), and so is one whose body is large. A handler fills the response; it cannot
- * fail in any other way than by a problem document (http_problem.h).
+ * task (tasks.h). A handler of the run_on of control that finds that it would take long asks to be called
+ * again as a task (ll_http_become_task), and so is one whose body is large. A handler fills the response; it
+ * cannot fail in any other way than by a problem document (http_problem.h).
  *
  * Done here, before a handler is called: method and path, 404, 405 with Allow, Host allow-list (421), Origin
  * and Sec-Fetch-Site of requests that change something (403), Content-Type (415), body limit (413),
@@ -85,7 +85,7 @@ void ll_http_clear(
     ll_http_response *response); /* frees the body and the reader; status 200 again, headers gone */
 
 /* True: the handler returns, having changed nothing, and is called again as a task. */
-bool ll_http_to_work(const ll_http_request *request, ll_http_response *response);
+bool ll_http_become_task(const ll_http_request *request, ll_http_response *response);
 
 struct cJSON;
 void ll_http_json(ll_http_response *response, int status,
@@ -98,11 +98,11 @@ void ll_http_take(ll_http_response *response, int status, const char *type, char
 
 typedef void ll_http_handler(void *context, const ll_http_request *request, ll_http_response *response);
 
-typedef enum ll_http_lane {
-    LL_HTTP_AT_ONCE, /* on the thread that reads requests: within a millisecond, without waiting */
-    LL_HTTP_CONTROL, /* short, but may wait until its change is stored */
-    LL_HTTP_WORK,    /* a task */
-} ll_http_lane;
+typedef enum ll_http_run_on {
+    LL_HTTP_INLINE, /* on the thread that reads requests: within a millisecond, without waiting */
+    LL_HTTP_POOL,   /* short, but may wait until its change is stored */
+    LL_HTTP_TASK,   /* a task */
+} ll_http_run_on;
 
 typedef struct ll_http_route {
     const char *method;  /* GET answers HEAD too */
@@ -112,7 +112,7 @@ typedef struct ll_http_route {
     size_t body_limit; /* bytes; 0: no body is read (one that is sent is a 413) */
     const char *types; /* accepted Content-Types, comma separated; NULL: any. A body without Content-Type is a
                           415 if set */
-    ll_http_lane lane;
+    ll_http_run_on run_on;
     const char *query; /* names that its query may have, comma separated; others are a 400. NULL: any */
 } ll_http_route;
 

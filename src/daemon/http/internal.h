@@ -40,7 +40,7 @@ typedef enum http_phase {
 } http_phase;
 
 /* An upgrade that was promised to a client; freed when its request has ended, whatever became of it. */
-typedef struct http_offer http_offer;
+typedef struct http_upgrade http_upgrade;
 
 /* One request and its response. */
 typedef struct http_exchange {
@@ -60,7 +60,7 @@ typedef struct http_exchange {
     bool head;         /* HEAD */
     bool cross_origin; /* an allowed origin that is not ours: may read the answer */
     int64_t begin_ns;
-    http_offer *offer;
+    http_upgrade *offer;
     struct MHD_Response *upgrade; /* 101 */
     int file;                     /* descriptor of a file to send, or -1 */
     uint64_t file_size;
@@ -103,8 +103,8 @@ void ll_http_deadline(http_exchange *exchange, double seconds); /* 0: none */
 /* Routing: what can be said before the body is there. Sets `route` or a response with `refused`. */
 void ll_http_begin(http_exchange *exchange, const char *version);
 /* The whole request is there. True: the response is ready to be sent. False: the connection was suspended,
- * and is resumed when a handler of another lane has made the response; the exchange must then not be touched
- * by the caller. */
+ * and is resumed when a handler of another run_on has made the response; the exchange must then not be
+ * touched by the caller. */
 bool ll_http_handle(http_exchange *exchange);
 void ll_http_run_handler(http_exchange *exchange);
 
@@ -123,7 +123,7 @@ void ll_http_refuse(http_exchange *exchange, int status, ll_code code, const cha
                     ...) __attribute__((format(printf, 5, 6)));
 
 /* A 101 for a valid upgrade; NULL without memory. */
-struct MHD_Response *ll_http_offer_upgrade(ll_http *http, const ll_upgrade *upgrade, http_offer **offer);
+struct MHD_Response *ll_http_accept_upgrade(ll_http *http, const ll_upgrade *upgrade, http_upgrade **offer);
 
 /* The page: fills the response (a file, 304 or 404). */
 void ll_http_file(http_exchange *exchange);

@@ -125,7 +125,7 @@ void ll_http_text(ll_http_response *response, int status, const char *type, cons
     ll_http_append(response, text, strlen(text));
 }
 
-bool ll_http_to_work(const ll_http_request *request, ll_http_response *response)
+bool ll_http_become_task(const ll_http_request *request, ll_http_response *response)
 {
     response->to_work = request->task == NULL;
     return response->to_work;

@@ -193,7 +193,7 @@ static void begin_stream(http_exchange *exchange, const char *version)
         status = 404;
     }
     if (!ll_failed(&error)) {
-        exchange->upgrade = ll_http_offer_upgrade(http, &upgrade, &exchange->offer);
+        exchange->upgrade = ll_http_accept_upgrade(http, &upgrade, &exchange->offer);
         if (exchange->upgrade != NULL) {
             return;
         }
@@ -384,19 +384,19 @@ bool ll_http_handle(http_exchange *exchange)
         return true;
     }
     exchange->request.body = exchange->body != NULL ? exchange->body : "";
-    ll_http_lane lane = exchange->route->lane;
-    if (lane == LL_HTTP_AT_ONCE) {
+    ll_http_run_on run_on = exchange->route->run_on;
+    if (run_on == LL_HTTP_INLINE) {
         ll_http_run_handler(exchange);
         return true;
     }
     if (exchange->request.body_size > HTTP_LARGE_BODY) {
-        lane = LL_HTTP_WORK;
+        run_on = LL_HTTP_TASK;
     }
     exchange->phase = HTTP_WAITING;
     /* Suspended first: the other thread may be done before this returns. */
     MHD_suspend_connection(exchange->connection);
     ll_status status = ll_ok();
-    if (lane == LL_HTTP_WORK) {
+    if (run_on == LL_HTTP_TASK) {
         status = ll_http_work(exchange->http, exchange);
     } else if (!ll_http_submit(exchange->http, exchange)) {
         status = ll_error(LL_UNAVAILABLE, "too many requests are waiting already");

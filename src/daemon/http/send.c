@@ -176,7 +176,7 @@ void ll_http_compress(http_exchange *exchange)
     char *bytes = NULL;
     size_t size = 0;
     if (response->status != 200 || response->size < LEAST_COMPRESSED || response->failed || exchange->head ||
-        strcmp(request->method, "GET") != 0 || !ll_gzip_is_worth(response->type)) {
+        strcmp(request->method, "GET") != 0 || !ll_gzip_compresses(response->type)) {
         return;
     }
     ll_http_set_header(response, "Vary", "Accept-Encoding");

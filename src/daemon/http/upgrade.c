@@ -9,7 +9,7 @@
 #include "daemon/net/framing.h"
 #include "daemon/http/internal.h"
 
-struct http_offer {
+struct http_upgrade {
     ll_http *http;
     ll_upgrade upgrade;
 };
@@ -22,7 +22,7 @@ static void give_back(void *handle)
 static void on_upgrade(void *closure, struct MHD_Connection *connection, void *context, const char *extra,
                        size_t extra_size, MHD_socket socket, struct MHD_UpgradeResponseHandle *handle)
 {
-    const http_offer *offer = closure;
+    const http_upgrade *offer = closure;
     ll_ws_socket lent = {.fd = socket, .answered = true, .release = give_back, .owner = handle};
     int on = 1, off = 0;
     (void)connection, (void)context;
@@ -35,15 +35,15 @@ static void on_upgrade(void *closure, struct MHD_Connection *connection, void *c
                 &(ll_connection_limiter_pass){.valid = false});
 }
 
-struct MHD_Response *ll_http_offer_upgrade(ll_http *http, const ll_upgrade *upgrade, http_offer **offer)
+struct MHD_Response *ll_http_accept_upgrade(ll_http *http, const ll_upgrade *upgrade, http_upgrade **offer)
 {
     char accept[29];
     *offer = NULL;
-    http_offer *made = ll_framing_accept(upgrade->key, accept) ? malloc(sizeof *made) : NULL;
+    http_upgrade *made = ll_framing_accept(upgrade->key, accept) ? malloc(sizeof *made) : NULL;
     if (made == NULL) {
         return NULL;
     }
-    *made = (http_offer){.http = http, .upgrade = *upgrade};
+    *made = (http_upgrade){.http = http, .upgrade = *upgrade};
     struct MHD_Response *response = MHD_create_response_for_upgrade(on_upgrade, made);
     if (response == NULL || MHD_add_response_header(response, "Upgrade", "websocket") == MHD_NO ||
         MHD_add_response_header(response, "Sec-WebSocket-Accept", accept) == MHD_NO ||

@@ -9,7 +9,7 @@
 #include <cjson/cJSON.h>
 
 #include "daemon/support/log.h"
-#include "daemon/jobs/progress.h"
+#include "daemon/jobs/progress_stream.h"
 #include "experiment/run/work.h"
 
 enum { ROW_BYTES = 64, METRIC_BYTES = 9 }; /* of a stored row, about */
@@ -173,10 +173,11 @@ static void show(void *progress, const ll_experiment_record *record)
     ll_progress_add(progress, record->id);
 }
 
-ll_status ll_experiments_show(ll_experiments *x, ll_ws *ws)
+ll_status ll_experiments_open_streams(ll_experiments *x, ll_ws *ws)
 {
     ll_progress *progress;
-    const ll_progress_source source = {x, ll_experiments_find, ll_experiments_describe, ll_experiments_tidy};
+    const ll_progress_source source = {x, ll_experiments_find, ll_experiments_describe,
+                                       ll_experiments_delete_expired};
     ll_status status = ll_progress_start(&source, ws, &progress);
     if (ll_failed(&status))
         return status;
@@ -184,10 +185,10 @@ ll_status ll_experiments_show(ll_experiments *x, ll_ws *ws)
     return x->store->kind->list(x->store, show, progress);
 }
 
-void ll_experiments_ask_to_end(ll_experiments *x)
+void ll_experiments_request_stop(ll_experiments *x)
 {
     if (x && x->workers)
-        ll_workers_ask_to_end(x->workers);
+        ll_workers_request_stop(x->workers);
 }
 
 void ll_experiments_stop(ll_experiments *x)
@@ -292,7 +293,7 @@ void ll_experiments_describe(ll_experiments *x, const ll_experiment_record *r, c
         cJSON_AddNullToObject(json, "left_s");
 }
 
-void ll_experiments_tidy(ll_experiments *x)
+void ll_experiments_delete_expired(ll_experiments *x)
 {
     int64_t present;
     ll_status status = expire(x, &present);

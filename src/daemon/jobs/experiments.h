@@ -11,12 +11,12 @@ typedef struct ll_experiments ll_experiments;
 
 /* In `config->store`, or `folder`, or in memory where that is NULL. `config` and `folder` outlive it. */
 ll_status ll_experiments_open(const char *folder, const ll_host_config *config, ll_experiments **experiments);
-void ll_experiments_ask_to_end(ll_experiments *experiments); /* returns at once; NULL is fine */
-void ll_experiments_stop(ll_experiments *experiments);       /* each thread breaks off the run it is at */
+void ll_experiments_request_stop(ll_experiments *experiments); /* returns at once; NULL is fine */
+void ll_experiments_stop(ll_experiments *experiments);         /* each thread breaks off the run it is at */
 void ll_experiments_close(ll_experiments *experiments);
 
 /* Begins their streams. Any viewer's hook ends before the stop. */
-ll_status ll_experiments_show(ll_experiments *experiments, ll_ws *ws);
+ll_status ll_experiments_open_streams(ll_experiments *experiments, ll_ws *ws);
 
 ll_result_store *ll_experiments_store(ll_experiments *experiments);
 
@@ -35,7 +35,7 @@ bool ll_experiments_permits(const ll_experiment_record *record, const char *key)
 ll_status ll_experiments_set(ll_experiments *experiments, const ll_experiment_record *record,
                              ll_experiment_state state);
 /* Cancels what has run for too long, and deletes what has expired. */
-void ll_experiments_tidy(ll_experiments *experiments);
+void ll_experiments_delete_expired(ll_experiments *experiments);
 ll_status ll_experiments_remove(ll_experiments *experiments, const char *id);
 
 /* Adds to `json` how far it is: state, runs, done, rate_per_s and left_s. The rate is that of the runs since

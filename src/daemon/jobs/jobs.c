@@ -23,7 +23,7 @@ typedef struct job {
     char id[LL_ID_LENGTH + 1];
     char client[40];
     ll_key_hash key;
-    ll_job_order order;
+    ll_job_spec order;
     _Atomic int64_t done;
     _Atomic ll_time asked; /* when somebody asked for it last */
     /* Of the jobs' lock: */
@@ -71,25 +71,25 @@ static bool is_wanted(void *context)
     job *j = context;
     ll_time most = (ll_time)(j->jobs->config->job_idle_s * 1e9), idle;
     while ((idle = ll_host_now() - atomic_load(&j->asked)) > RESTS && idle <= most &&
-           ll_task_ending(j->task) == LL_TASK_GOES_ON)
+           ll_task_end_reason(j->task) == LL_TASK_RUNNING)
         rest(j);
     if (idle > most)
-        ll_task_stop(j->task, LL_TASK_LEFT);
-    return ll_task_go_on(j->task);
+        ll_task_stop(j->task, LL_TASK_CLIENT_GONE);
+    return ll_task_yield(j->task);
 }
 
 static void finish(job *j, ll_task *task, const ll_status *status, cJSON *answer)
 {
     ll_jobs *jobs = j->jobs;
-    ll_task_end end = ll_task_ending(task);
+    ll_task_end end = ll_task_end_reason(task);
     pthread_mutex_lock(&jobs->lock);
     j->task = NULL;
     j->ended = ll_host_now();
     j->answer = answer;
-    j->error = status->code == LL_INTERRUPTED ? ll_task_told(task, status->text) : *status;
-    j->state = !ll_failed(status)                                ? LL_JOB_DONE
-               : end == LL_TASK_LEFT || end == LL_TASK_CANCELLED ? LL_JOB_CANCELLED
-                                                                 : LL_JOB_FAILED;
+    j->error = status->code == LL_INTERRUPTED ? ll_task_error(task, status->text) : *status;
+    j->state = !ll_failed(status)                                       ? LL_JOB_DONE
+               : end == LL_TASK_CLIENT_GONE || end == LL_TASK_CANCELLED ? LL_JOB_CANCELLED
+                                                                        : LL_JOB_FAILED;
     bool last = j->removed;
     pthread_mutex_unlock(&jobs->lock);
     if (last)
@@ -105,7 +105,7 @@ static void run(void *context, ll_task *task)
     ll_interrupt interrupt = ll_task_interrupt(task);
     interrupt.go_on = is_wanted;
     interrupt.context = j;
-    ll_status status = ll_task_ending(task) == LL_TASK_GOES_ON
+    ll_status status = ll_task_end_reason(task) == LL_TASK_RUNNING
                            ? j->order.run(j->order.context, &interrupt, &j->done, &answer)
                            : ll_error(LL_INTERRUPTED, "nothing was begun");
     finish(j, task, &status, answer);
@@ -148,7 +148,7 @@ static void forget_old(ll_jobs *jobs)
 
 static ll_status add_locked(ll_jobs *jobs, job *j)
 {
-    ll_task_order order = {.budget_s = jobs->config->job_cpu_s, .run = run, .context = j};
+    ll_task_spec order = {.budget_s = jobs->config->job_cpu_s, .run = run, .context = j};
     int running = 0;
     snprintf(order.client, sizeof order.client, "job %.39s",
              j->client); /* its requests have turns of their own */
@@ -169,7 +169,7 @@ static ll_status add_locked(ll_jobs *jobs, job *j)
     return status;
 }
 
-ll_status ll_jobs_add(ll_jobs *jobs, const ll_job_order *order, char id[LL_ID_LENGTH + 1],
+ll_status ll_jobs_add(ll_jobs *jobs, const ll_job_spec *order, char id[LL_ID_LENGTH + 1],
                       char key[LL_KEY_LENGTH + 1])
 {
     job *j = calloc(1, sizeof *j);

@@ -17,20 +17,20 @@ typedef enum ll_job_state { LL_JOB_RUNNING, LL_JOB_DONE, LL_JOB_CANCELLED, LL_JO
 
 /* What a job does. `run` gives the answer (the job's then) or an error, counts in `done`, and may be broken
  * off; `free` is called once, at the end. */
-typedef struct ll_job_order {
+typedef struct ll_job_spec {
     ll_status (*run)(void *context, const ll_interrupt *interrupt, _Atomic int64_t *done,
                      struct cJSON **answer);
     void (*free)(void *context);
     void *context; /* taken, also on an error */
     int64_t most;  /* that `done` may count to */
     const char *client;
-} ll_job_order;
+} ll_job_spec;
 
 ll_jobs *ll_jobs_new(ll_tasks *tasks, const ll_host_config *config); /* NULL without memory */
 void ll_jobs_free(ll_jobs *jobs);                                    /* after the tasks have ended */
 
 /* LL_LIMIT: there are as many as may be. */
-ll_status ll_jobs_add(ll_jobs *jobs, const ll_job_order *order, char id[LL_ID_LENGTH + 1],
+ll_status ll_jobs_add(ll_jobs *jobs, const ll_job_spec *order, char id[LL_ID_LENGTH + 1],
                       char key[LL_KEY_LENGTH + 1]);
 /* Adds to `json`: state, done, runs, and `answer` and `error`, which may be null. LL_NOT_FOUND. */
 ll_status ll_jobs_describe(ll_jobs *jobs, const char *id, struct cJSON *json);

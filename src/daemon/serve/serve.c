@@ -147,7 +147,7 @@ static ll_status start(daemon_parts *d)
     if (ll_failed(&status))
         return status;
     atomic_store(&d->api.web_server, d->web_server);
-    status = ll_experiments_show(d->experiments, ll_web_server_ws(d->web_server));
+    status = ll_experiments_open_streams(d->experiments, ll_web_server_ws(d->web_server));
     if (!ll_failed(&status))
         status = ll_host_start(d->host, ll_web_server_ws(d->web_server));
     if (!ll_failed(&status))
@@ -205,7 +205,7 @@ static ll_status stop(daemon_parts *d)
 {
     if (d->tasks)
         ll_tasks_drain(d->tasks);
-    ll_experiments_ask_to_end(d->experiments);
+    ll_experiments_request_stop(d->experiments);
     if (d->web_server)
         ll_web_server_drain(d->web_server);
     if (d->host)

@@ -10,7 +10,7 @@
 
 enum { PIECE = 64 << 10, LEVEL = 1, GZIP_WINDOW = 15 + 16, MEMORY = 8 };
 
-bool ll_gzip_is_worth(const char *type)
+bool ll_gzip_compresses(const char *type)
 {
     static const char *const types[] = {"application/json",        "application/x-ndjson",
                                         "application/schema+json", "application/problem+json",
@@ -73,7 +73,7 @@ static ll_status begin(z_stream *z)
 
 static ll_status may_go_on(struct ll_task *task, size_t done)
 {
-    return !task || ll_task_go_on(task)
+    return !task || ll_task_yield(task)
                ? ll_ok()
                : ll_error(LL_INTERRUPTED, "%.1f MiB of the answer were compressed", (double)done / 1048576.0);
 }

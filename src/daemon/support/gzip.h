@@ -10,7 +10,7 @@
 struct ll_task;
 
 /* Media types that get much smaller by it: text, JSON, YAML. */
-bool ll_gzip_is_worth(const char *type);
+bool ll_gzip_compresses(const char *type);
 
 /* Both ask `task` (NULL: nobody) now and then whether to go on; else LL_INTERRUPTED. */
 /* `out` is malloc'ed. */

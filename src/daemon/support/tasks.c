@@ -40,7 +40,7 @@ typedef enum task_state {
 struct ll_task {
     ll_tasks *tasks;
     ll_task *next;
-    ll_task_order order;
+    ll_task_spec order;
     account *client, *session;
     task_state state;
     bool started; /* it has a thread, or soon */
@@ -234,7 +234,7 @@ static void *serve(void *argument)
         t->order.run(t->order.context, t);
         pthread_mutex_lock(&p->lock);
         p->done++;
-        p->broken += atomic_load(&t->ending) != LL_TASK_GOES_ON;
+        p->broken += atomic_load(&t->ending) != LL_TASK_RUNNING;
         remove_task(p, t);
         pthread_cond_destroy(&t->its_turn);
         free(t);
@@ -296,38 +296,38 @@ double ll_task_used_s(const ll_task *t)
     return (double)(clock_ns(CLOCK_THREAD_CPUTIME_ID) - t->cpu_from) * 1e-9;
 }
 
-bool ll_task_go_on(ll_task *t)
+bool ll_task_yield(ll_task *t)
 {
     if (t->order.budget_s > 0 && ll_task_used_s(t) > t->order.budget_s)
-        ll_task_stop(t, LL_TASK_SPENT);
-    if (ll_task_ending(t) != LL_TASK_GOES_ON)
+        ll_task_stop(t, LL_TASK_OVER_BUDGET);
+    if (ll_task_end_reason(t) != LL_TASK_RUNNING)
         return false;
     if (now_ns() - t->since > SLICE_NS)
         wait_for_turn(t);
-    return ll_task_ending(t) == LL_TASK_GOES_ON;
+    return ll_task_end_reason(t) == LL_TASK_RUNNING;
 }
 
-ll_task_end ll_task_ending(const ll_task *t)
+ll_task_end ll_task_end_reason(const ll_task *t)
 {
     return (ll_task_end)atomic_load(&t->ending);
 }
 
 void ll_task_stop(ll_task *t, ll_task_end why)
 {
-    int none = LL_TASK_GOES_ON;
+    int none = LL_TASK_RUNNING;
     atomic_compare_exchange_strong(&t->ending, &none, (int)why);
 }
 
-ll_status ll_task_told(const ll_task *t, const char *how_far)
+ll_status ll_task_error(const ll_task *t, const char *how_far)
 {
     static const char *const whys[] = {
-        [LL_TASK_GOES_ON] = "It was broken off",
-        [LL_TASK_LEFT] = "Its client has left",
+        [LL_TASK_RUNNING] = "It was broken off",
+        [LL_TASK_CLIENT_GONE] = "Its client has left",
         [LL_TASK_CANCELLED] = "It was cancelled",
         [LL_TASK_STOPPED] = "The daemon is stopping",
     };
-    ll_task_end end = ll_task_ending(t);
-    if (end == LL_TASK_SPENT)
+    ll_task_end end = ll_task_end_reason(t);
+    if (end == LL_TASK_OVER_BUDGET)
         return ll_error(LL_INTERRUPTED, "It has used the %g s of processor time that it may: %s.",
                         t->order.budget_s, how_far);
     return ll_error(LL_INTERRUPTED, "%s: %s.", whys[end], how_far);
@@ -335,7 +335,7 @@ ll_status ll_task_told(const ll_task *t, const char *how_far)
 
 static bool go_on(void *task)
 {
-    return ll_task_go_on(task);
+    return ll_task_yield(task);
 }
 
 ll_interrupt ll_task_interrupt(ll_task *t)
@@ -345,7 +345,7 @@ ll_interrupt ll_task_interrupt(ll_task *t)
 
 /* ---- orders ---- */
 
-static ll_status check(ll_tasks *p, const ll_task_order *order)
+static ll_status check(ll_tasks *p, const ll_task_spec *order)
 {
     int of_client = 0;
     for (const account *a = p->accounts; a; a = a->next)
@@ -363,7 +363,7 @@ static ll_status check(ll_tasks *p, const ll_task_order *order)
     return ll_ok();
 }
 
-ll_status ll_tasks_add(ll_tasks *p, const ll_task_order *order, ll_task **task)
+ll_status ll_tasks_add(ll_tasks *p, const ll_task_spec *order, ll_task **task)
 {
     ll_task *t = calloc(1, sizeof *t);
     if (!t)

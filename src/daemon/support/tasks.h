@@ -2,13 +2,14 @@
  *
  * Each piece of work is a task: it belongs to a client and a session, may use so much processor time, and can
  * be ended from outside. Tasks run on threads of their own, of less priority than those that answer and
- * stream, and at most as many at once as there are turns. A task asks ll_task_go_on every millisecond or so;
+ * stream, and at most as many at once as there are turns. A task asks ll_task_yield every millisecond or so;
  * when its slice is over and others wait, it waits there for its next turn. One that does not ask for long
  * loses its turn and runs on beside the others. Turns go round over the clients that have work, within a
  * client over its sessions, and within a session over its tasks: who has much to do waits for himself.
  *
  * It is ended by its budget, by its client's leaving, by whoever ordered it, or because the daemon stops:
- * then ll_task_go_on is false, and ll_task_ending says why in a sentence. A task holds no lock while it asks.
+ * then ll_task_yield is false, and ll_task_end_reason says why in a sentence. A task holds no lock while it
+ * asks.
  *
  * Any thread. */
 #pragma once
@@ -23,14 +24,14 @@ typedef struct ll_tasks ll_tasks;
 typedef struct ll_task ll_task; /* lives until its `run` has returned */
 
 typedef enum ll_task_end {
-    LL_TASK_GOES_ON,
-    LL_TASK_SPENT,     /* its budget */
-    LL_TASK_LEFT,      /* its client is gone */
-    LL_TASK_CANCELLED, /* by who ordered it */
-    LL_TASK_STOPPED,   /* with the daemon */
+    LL_TASK_RUNNING,
+    LL_TASK_OVER_BUDGET, /* its budget */
+    LL_TASK_CLIENT_GONE, /* its client is gone */
+    LL_TASK_CANCELLED,   /* by who ordered it */
+    LL_TASK_STOPPED,     /* with the daemon */
 } ll_task_end;
 
-typedef struct ll_task_order {
+typedef struct ll_task_spec {
     char client[48];  /* an address */
     char session[65]; /* or an experiment, or empty */
     double budget_s;  /* of processor time; 0: none */
@@ -38,7 +39,7 @@ typedef struct ll_task_order {
     /* Called once, also when it was ended before its first turn. */
     void (*run)(void *context, ll_task *task);
     void *context;
-} ll_task_order;
+} ll_task_spec;
 
 typedef struct ll_tasks_stats {
     int running, waiting; /* waiting: for their next turn */
@@ -51,17 +52,17 @@ ll_status ll_tasks_start(int turns, ll_tasks **tasks); /* turns: that run at onc
 
 /* LL_LIMIT: too many wait, of this client or of all; LL_UNAVAILABLE: the daemon stops. `task` may be NULL; it
  * may have ended when this returns, so that it can be used only under a lock that `run` takes at its end. */
-ll_status ll_tasks_add(ll_tasks *tasks, const ll_task_order *order, ll_task **task);
+ll_status ll_tasks_add(ll_tasks *tasks, const ll_task_spec *order, ll_task **task);
 
 void ll_task_stop(ll_task *task, ll_task_end why); /* the first reason stays */
 
 /* ---- inside of a task ---- */
 
-bool ll_task_go_on(ll_task *task); /* may wait for the next turn */
-ll_task_end ll_task_ending(const ll_task *task);
+bool ll_task_yield(ll_task *task); /* may wait for the next turn */
+ll_task_end ll_task_end_reason(const ll_task *task);
 double ll_task_used_s(const ll_task *task); /* processor time so far */
 /* What to answer when it was ended: `how_far` is a sentence part, as of an LL_INTERRUPTED. */
-ll_status ll_task_told(const ll_task *task, const char *how_far);
+ll_status ll_task_error(const ll_task *task, const char *how_far);
 ll_interrupt ll_task_interrupt(ll_task *task);
 
 /* ---- the end ---- */

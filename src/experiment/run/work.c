@@ -556,7 +556,7 @@ ll_status ll_workers_join(ll_workers *w)
     return status;
 }
 
-void ll_workers_ask_to_end(ll_workers *w)
+void ll_workers_request_stop(ll_workers *w)
 {
     pthread_mutex_lock(&w->lock);
     atomic_store(&w->stopping, true);
@@ -568,6 +568,6 @@ void ll_workers_ask_to_end(ll_workers *w)
 
 ll_status ll_workers_stop(ll_workers *w)
 {
-    ll_workers_ask_to_end(w);
+    ll_workers_request_stop(w);
     return ll_workers_join(w);
 }

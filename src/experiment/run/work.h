@@ -41,8 +41,8 @@ void ll_workers_wake(ll_workers *workers);       /* there is something to claim,
  * result. A store's server that does not answer is waited for, two minutes at most, before that is an error.
  */
 ll_status ll_workers_stop(ll_workers *workers);
-void ll_workers_ask_to_end(ll_workers *workers); /* the first half of it: join does the rest */
-ll_status ll_workers_join(ll_workers *workers);  /* waits until they end by themselves */
+void ll_workers_request_stop(ll_workers *workers); /* the first half of it: join does the rest */
+ll_status ll_workers_join(ll_workers *workers);    /* waits until they end by themselves */
 
 int ll_cores(void);
 int64_t ll_chunk_size(int64_t runs, double run_s); /* in runs; run_s 0: not known */

@@ -42,19 +42,19 @@ typedef struct job {
 static void run(void *context, ll_task *task)
 {
     job *j = context;
-    while (ll_task_go_on(task) && (j->most == 0 || atomic_load(&j->pieces) < j->most)) {
+    while (ll_task_yield(task) && (j->most == 0 || atomic_load(&j->pieces) < j->most)) {
         burn(500000);
         atomic_fetch_add(&j->pieces, 1);
     }
-    atomic_store(&j->ending, (int)ll_task_ending(task));
-    j->told = ll_task_told(task, "it was here");
+    atomic_store(&j->ending, (int)ll_task_end_reason(task));
+    j->told = ll_task_error(task, "it was here");
     atomic_store(&j->over, true);
 }
 
 static ll_status add(ll_tasks *tasks, const char *client, const char *session, double budget_s, job *j,
                      ll_task **task)
 {
-    ll_task_order order = {.budget_s = budget_s, .run = run, .context = j};
+    ll_task_spec order = {.budget_s = budget_s, .run = run, .context = j};
     snprintf(order.client, sizeof order.client, "%s", client);
     snprintf(order.session, sizeof order.session, "%s", session);
     return ll_tasks_add(tasks, &order, task);
@@ -84,7 +84,7 @@ static void test_a_budget_is_kept(void **state)
     job j = {0};
     add(tasks, "a", "s", 0.05, &j, NULL);
     wait_for(&j.over);
-    assert_int_equal(atomic_load(&j.ending), LL_TASK_SPENT);
+    assert_int_equal(atomic_load(&j.ending), LL_TASK_OVER_BUDGET);
     assert_in_range(atomic_load(&j.pieces), 60, 110); /* of half a millisecond */
     assert_int_equal(j.told.code, LL_INTERRUPTED);
     assert_non_null(strstr(j.told.text, "0.05 s"));
@@ -154,10 +154,10 @@ static void test_a_task_is_stopped(void **state)
     for (int i = 0; i < 3; i++)
         add(tasks, "a", "s", 0, &j[i], &task[i]);
     for (int i = 0; i < 3; i++)
-        ll_task_stop(task[i], LL_TASK_LEFT);
+        ll_task_stop(task[i], LL_TASK_CLIENT_GONE);
     for (int i = 0; i < 3; i++) {
         wait_for(&j[i].over);
-        assert_int_equal(atomic_load(&j[i].ending), LL_TASK_LEFT);
+        assert_int_equal(atomic_load(&j[i].ending), LL_TASK_CLIENT_GONE);
     }
     assert_int_equal(ll_tasks_get_stats(tasks).ended, 3);
     ll_tasks_free(tasks);
@@ -195,7 +195,7 @@ static void test_a_long_piece_does_not_keep_a_turn(void **state)
     ll_tasks *tasks = begin(2);
     job hogs[2] = {0}, short_one = {.most = 20};
     for (int i = 0; i < 2; i++) {
-        ll_task_order order = {.client = "hog", .run = hog, .context = &hogs[i]};
+        ll_task_spec order = {.client = "hog", .run = hog, .context = &hogs[i]};
         ll_tasks_add(tasks, &order, NULL);
     }
     usleep(20000);

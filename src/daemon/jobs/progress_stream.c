@@ -1,4 +1,4 @@
-#include "daemon/jobs/progress.h"
+#include "daemon/jobs/progress_stream.h"
 
 #include <pthread.h>
 #include <stdio.h>

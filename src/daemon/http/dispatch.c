@@ -121,11 +121,11 @@ static void work(void *context, ll_task *task)
     http_exchange *exchange = context;
     ll_http *http = exchange->http;
     exchange->request.task = task;
-    if (ll_task_ending(task) == LL_TASK_GOES_ON) {
+    if (ll_task_end_reason(task) == LL_TASK_RUNNING) {
         ll_http_run_handler(exchange);
         ll_http_compress(exchange);
     } else {
-        ll_status error = ll_task_told(task, "nothing was begun");
+        ll_status error = ll_task_error(task, "nothing was begun");
         ll_http_problem(&exchange->response, &exchange->request, &error);
     }
     exchange->request.task = NULL;
@@ -141,7 +141,7 @@ static void work(void *context, ll_task *task)
 
 ll_status ll_http_work(ll_http *http, http_exchange *exchange)
 {
-    ll_task_order order = {.budget_s = http->config.request_cpu_s, .run = work, .context = exchange};
+    ll_task_spec order = {.budget_s = http->config.request_cpu_s, .run = work, .context = exchange};
     const char *session = exchange->request.parameter[0];
     snprintf(order.client, sizeof order.client, "%s", exchange->request.peer);
     snprintf(order.session, sizeof order.session, "%.64s", session != NULL ? session : "");
