@@ -153,7 +153,7 @@ test('sessions that would take more memory than there is are refused, and harm n
   assert.ok((await gauge(c, 'sessions_memory_bytes')) > 16 * 2 ** 20);
   const refused = await c.call('POST', '/api/v1/sessions', { body: large });
   assert.equal(refused.status, 503);
-  assert.match(refused.json.detail, /^This session needs up to [\d.]+ MiB; awake sessions use [\d.]+ of the 48\.0 MiB/);
+  assert.match(refused.json.detail, /^This session needs up to [\d.]+ MiB; awake sessions use [\d.]+ of 48\.0 MiB/);
   assert.equal((await c.get(first.links.self)).status, 200);
   await waitFor(async () => (await gauge(c, 'sessions_parked')) === 1, 'the first to be parked');
   const second = await c.make(large);

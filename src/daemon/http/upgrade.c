@@ -1,6 +1,5 @@
-/* Upgrades that arrive on a connection which libmicrohttpd already owns (a proxy that reuses its
- * connections): the library answers the 101 and lends its socket to the streams, which give it back when the
- * viewer has gone. */
+/* Upgrades on a connection that libmicrohttpd owns (from a proxy that reuses its connections). The library
+ * answers with 101 and lends its socket to the streams, which return it when the viewer has left. */
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <stdlib.h>
@@ -26,11 +25,11 @@ static void on_upgrade(void *closure, struct MHD_Connection *connection, void *c
     ll_ws_socket lent = {.fd = socket, .answered = true, .release = give_back, .owner = handle};
     int on = 1, off = 0;
     (void)connection, (void)context;
-    /* The library gathers what it sends. */
+    /* The library corks the socket. */
     setsockopt(socket, IPPROTO_TCP, TCP_CORK, &off, sizeof off);
     setsockopt(socket, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
     atomic_fetch_add(&offer->http->upgrades, 1);
-    /* Not counted by the gate: the connection is, and stays the library's. */
+    /* Not counted by the connection limiter: HTTP has counted the connection, which stays the library's. */
     ll_ws_adopt(offer->http->ws, &offer->upgrade, &lent, extra, extra_size,
                 &(ll_connection_limiter_pass){.valid = false});
 }

@@ -22,7 +22,7 @@
 #include "daemon/store/store.h"
 #include "daemon/support/tasks.h"
 
-#define LAST_RESORT_S 0.7 /* after the time that viewers may take */
+#define FORCED_EXIT_S 0.7 /* after the time that viewers may take */
 
 typedef struct daemon_parts {
     ll_web_server_config web_server_config;
@@ -171,7 +171,7 @@ static void *exit_at_once(void *argument)
 static void *end_in_time(void *argument)
 {
     daemon_parts *d = argument;
-    double left = d->web_server_config.drain_s + LAST_RESORT_S;
+    double left = d->web_server_config.drain_s + FORCED_EXIT_S;
     struct timespec wait = {(time_t)left, (long)((left - floor(left)) * 1e9)};
     nanosleep(&wait, NULL);
     if (atomic_flag_test_and_set(&d->saving))

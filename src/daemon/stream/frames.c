@@ -263,14 +263,14 @@ static void send_frame(ws_viewer *viewer, ll_frame *frame)
     }
     ll_buffer *message = &viewer->thread->message;
     message->size = 0;
-    message->failed = ll_buffer_grow(message, LL_FRAMING_ROOM) == NULL;
+    message->failed = ll_buffer_grow(message, LL_FRAMING_HEAD_SPACE) == NULL;
     ll_frame_write(frame, &viewer->state, channels, jump, viewer->upgrade.format, message);
     if (message->failed) {
         return;
     }
-    size_t size = message->size - LL_FRAMING_ROOM;
+    size_t size = message->size - LL_FRAMING_HEAD_SPACE;
     bool text = viewer->upgrade.format == LL_FRAME_JSON;
-    ll_ws_socket_write(viewer, (unsigned char *)message->bytes + LL_FRAMING_ROOM, size,
+    ll_ws_socket_write(viewer, (unsigned char *)message->bytes + LL_FRAMING_HEAD_SPACE, size,
                        text ? LL_OPCODE_TEXT : LL_OPCODE_BINARY);
     if (viewer->dead) {
         return;

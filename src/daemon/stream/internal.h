@@ -41,7 +41,7 @@ typedef struct ws_mail {
     ll_upgrade upgrade;
     ll_ws_subscription subscription;
     size_t size;
-    unsigned char room[LL_FRAMING_ROOM]; /* for the head of the frame */
+    unsigned char room[LL_FRAMING_HEAD_SPACE]; /* for the head of the frame */
     unsigned char text[];
 } ws_mail;
 
@@ -132,7 +132,7 @@ struct ws_viewer {
     ll_framing framing;
     unsigned char *rest; /* of what was written: the socket was full */
     size_t rest_at, rest_end, rest_capacity;
-    unsigned char pong[LL_FRAMING_CONTROL]; /* the answer to its last ping */
+    unsigned char pong[LL_FRAMING_CONTROL_MAX]; /* the answer to its last ping */
     int pong_size;
     bool pong_wanted;
     bool deaf; /* after a fault or its close frame: what it sends is read and thrown away */
@@ -202,7 +202,7 @@ void ll_ws_stream_destroy(ll_ws_stream *stream); /* nobody holds it; calls `rele
 bool ll_ws_socket_open(ws_viewer *viewer); /* watched from here on; writes the 101 where it is wanted */
 void ll_ws_socket_event(ws_viewer *viewer, uint32_t events);
 void ll_ws_socket_take(ws_viewer *viewer, unsigned char *bytes, size_t size); /* that came */
-/* LL_FRAMING_ROOM bytes before `payload` are free. What the socket does not take is kept. */
+/* LL_FRAMING_HEAD_SPACE bytes before `payload` are free. What the socket does not take is kept. */
 void ll_ws_socket_write(ws_viewer *viewer, unsigned char *payload, size_t size, ll_opcode opcode);
 bool ll_ws_socket_full(const ws_viewer *viewer); /* something is kept: do not write */
 void ll_ws_socket_want(ws_viewer *viewer);       /* its receiver's `writable`, soon */

@@ -117,12 +117,13 @@ static void shut_when_done(ws_viewer *viewer)
 
 void ll_ws_socket_say_close(ws_viewer *viewer, int code, const char *reason)
 {
-    unsigned char bytes[LL_FRAMING_ROOM + LL_FRAMING_CONTROL], *payload = bytes + LL_FRAMING_ROOM;
+    unsigned char bytes[LL_FRAMING_HEAD_SPACE + LL_FRAMING_CONTROL_MAX],
+        *payload = bytes + LL_FRAMING_HEAD_SPACE;
     size_t size = 0;
     if (code != LL_FRAMING_NO_CODE) {
         payload[0] = (unsigned char)(code >> 8);
         payload[1] = (unsigned char)code;
-        size = strnlen(reason, LL_FRAMING_CONTROL - 2);
+        size = strnlen(reason, LL_FRAMING_CONTROL_MAX - 2);
         memcpy(payload + 2, reason, size);
         size += 2;
     }

@@ -42,10 +42,10 @@ static void writable(ws_viewer *viewer)
         return;
     }
     if (viewer->pong_wanted) {
-        unsigned char bytes[LL_FRAMING_ROOM + LL_FRAMING_CONTROL];
-        memcpy(bytes + LL_FRAMING_ROOM, viewer->pong, (size_t)viewer->pong_size);
+        unsigned char bytes[LL_FRAMING_HEAD_SPACE + LL_FRAMING_CONTROL_MAX];
+        memcpy(bytes + LL_FRAMING_HEAD_SPACE, viewer->pong, (size_t)viewer->pong_size);
         viewer->pong_wanted = false;
-        ll_ws_socket_write(viewer, bytes + LL_FRAMING_ROOM, (size_t)viewer->pong_size, LL_OPCODE_PONG);
+        ll_ws_socket_write(viewer, bytes + LL_FRAMING_HEAD_SPACE, (size_t)viewer->pong_size, LL_OPCODE_PONG);
     }
     ll_ws_viewer_try(viewer);
 }
@@ -288,13 +288,13 @@ const ws_receiver ll_ws_viewer_receiver = {.piece = receive,
 
 static void look_for_life(ws_viewer *viewer)
 {
-    unsigned char bytes[LL_FRAMING_ROOM];
+    unsigned char bytes[LL_FRAMING_HEAD_SPACE];
     int64_t now = viewer->thread->now_ns, silent = now - viewer->heard_ns;
     if (silent > HANG_UP_NS) {
         ll_ws_socket_fail(viewer);
     } else if (silent > PING_NS && now - viewer->pinged_ns > PING_NS && !ll_ws_socket_full(viewer)) {
         viewer->pinged_ns = now;
-        ll_ws_socket_write(viewer, bytes + LL_FRAMING_ROOM, 0, LL_OPCODE_PING);
+        ll_ws_socket_write(viewer, bytes + LL_FRAMING_HEAD_SPACE, 0, LL_OPCODE_PING);
     }
 }
 

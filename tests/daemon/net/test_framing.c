@@ -263,8 +263,8 @@ static void test_utf8(void **state)
 static void test_heads(void **state)
 {
     (void)state;
-    static unsigned char bytes[LL_FRAMING_ROOM + 10];
-    unsigned char *payload = bytes + LL_FRAMING_ROOM;
+    static unsigned char bytes[LL_FRAMING_HEAD_SPACE + 10];
+    unsigned char *payload = bytes + LL_FRAMING_HEAD_SPACE;
     assert_int_equal(ll_framing_put_head(payload, 125, LL_OPCODE_TEXT), 2);
     assert_memory_equal(payload - 2, "\x81\x7d", 2);
     assert_int_equal(ll_framing_put_head(payload, 126, LL_OPCODE_BINARY), 4);
