@@ -225,7 +225,7 @@ test('limits are told with their number', async () => {
     assert.equal((await s.call('POST', E, { body: experiment() })).status, 202);
     const second = await s.call('POST', E, { body: experiment() });
     assert.equal(second.status, 429);
-    assert.match(second.json.detail, /1 experiments already/);
+    assert.match(second.json.detail, /Limit of 1 experiments reached/);
   } finally {
     s.close();
     await strict.stop();

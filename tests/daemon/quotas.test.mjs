@@ -35,7 +35,7 @@ test('a full log refuses changes with 507; its clock still stops, and others are
     const session = await s.make({ paused: true }), other = await s.make({ paused: true });
     const refused = await fill(s, session);
     assert.equal(refused.status, 507, refused.text);
-    assert.match(refused.json.detail, /log of this session has 1\.0 MiB.*max_log_mib/);
+    assert.match(refused.json.detail, /Log of this session has 1\.0 MiB.*max_log_mib/);
     const log = await s.get(`${S}/${session.id}/log`);
     assert.ok(log.text.length >= 1 << 20 && log.text.length < (1 << 20) + 2000, `${log.text.length} bytes`);
     assert.equal((await s.control(session, { op: 'play' })).status, 200);
@@ -145,7 +145,7 @@ test('experiments per client, results by size, and one that never ends is cancel
     assert.equal((await make()).status, 202);
     const third = await make();
     assert.equal(third.status, 429);
-    assert.match(third.json.detail, /2 experiments of this address/);
+    assert.match(third.json.detail, /Limit of 2 experiments of one address/);
     assert.equal((await s.call('DELETE', `${E}/${first.id}`, { key: first.owner_key })).status, 204);
     const long = (await make({ repeats: 5000, set: { duration_s: 600, warmup_s: 0 } })).json;
     await waitFor(async () => (await s.get(`${E}/${long.id}`)).json.state === 'cancelled', 'the end of the one that runs for too long', 20000);

@@ -192,7 +192,7 @@ test('a start that cannot be', { skip: !has_python }, async (t) => {
     python('import sqlite3,sys\ndb=sqlite3.connect(sys.argv[1])\ndb.execute("PRAGMA user_version=77")\ndb.commit()', file);
     let told = refusal(data);
     assert.equal(told.status, 1);
-    assert.match(told.text, /^laglab: The database in .* has schema 77, made by a newer laglab; this one knows up to 1\.$/);
+    assert.match(told.text, /^laglab: Database in .* has schema 77, of a newer laglab; this one supports up to 1\.$/);
     writeFileSync(file, 'x'.repeat(5000));
     told = refusal(data);
     assert.equal(told.status, 1);
@@ -200,7 +200,7 @@ test('a start that cannot be', { skip: !has_python }, async (t) => {
   } finally {
     remove(data);
   }
-  assert.match(refusal('/proc/laglab').text, /The data directory \/proc\/laglab cannot be made/);
+  assert.match(refusal('/proc/laglab').text, /Cannot create data directory \/proc\/laglab/);
   const daemon = await start(t);
   assert.match(refusal(daemon.data).text, /in use by another laglab/);
   await daemon.stop();
@@ -219,7 +219,7 @@ test('a read-only disk', { skip: process.getuid() !== 0 && 'mounting needs root'
     execFileSync('mount', ['-o', 'remount,ro', disk]);
     const told = refusal(disk);
     assert.equal(told.status, 1);
-    assert.match(told.text, /cannot be written: Read-only file system/);
+    assert.match(told.text, /Cannot write to .*: Read-only file system/);
   } finally {
     execFileSync('umount', ['-l', disk]);
     remove(disk);
