@@ -1,4 +1,4 @@
-/* The table of routes. The front door answers 404, 405, 413 and 415 from it; api/openapi.yaml describes each
+/* The table of routes. The web server answers 404, 405, 413 and 415 from it; api/openapi.yaml describes each
  * row. */
 #include <stdlib.h>
 #include <string.h>
@@ -12,9 +12,10 @@
 #define PATCH_TYPES "application/merge-patch+json, application/json"
 #define V1 "/api/v1"
 
-enum { BODY = 1 }; /* becomes --max-body-bytes */
+enum { BODY = 1 }; /* placeholder for --max-body-bytes */
 
-/* What computes for long, whatever the request, is work; what may turn out to be long asks for it. */
+/* Handlers that always compute for long are tasks; those that sometimes do request it by
+ * ll_http_become_task. */
 static const ll_http_route table[] = {
     {.method = "GET",
      .pattern = V1 "/scenarios",
@@ -164,7 +165,7 @@ ll_status ll_api_init(ll_api *api, ll_host *host, ll_store *store, ll_experiment
     api->idempotency = ll_api_idempotency_new();
     if (!api->routes || !api->idempotency || !api->jobs) {
         ll_api_end(api);
-        return ll_error(LL_NO_MEMORY, "There is no memory for the routes.");
+        return ll_error(LL_NO_MEMORY, "out of memory: routes");
     }
     memcpy(api->routes, table, sizeof table);
     for (int i = 0; i < api->route_count; i++) {
@@ -193,9 +194,10 @@ void ll_api_done(void *context, const ll_http_request *request, const ll_http_ro
     int class = status >= 100 && status < 600 ? status / 100 : 0;
     atomic_fetch_add_explicit(&api->answers[class], 1, memory_order_relaxed);
     atomic_fetch_add_explicit(&api->duration_us[class], (uint64_t)(seconds * 1e6), memory_order_relaxed);
-    if (status < 500 || status == 503) /* 503 is what a full or stopping daemon says; /metrics counts it */
+    if (status < 500 ||
+        status == 503) /* not 503: a full or stopping daemon is no failure, and /metrics counts it */
         return;
-    /* The pattern and not the path: paths hold session ids. */
+    /* The pattern and not the path, since paths contain session ids. */
     ll_log_write("error", "request failed", "%s %s answered %d after %.1f ms, request %s",
                  request ? request->method : "?", route ? route->pattern : "(file)", status, seconds * 1e3,
                  request ? request->id : "?");

@@ -311,7 +311,7 @@ static enum MHD_Result check_argument(void *closure, enum MHD_ValueKind kind, co
         }
     }
     ll_http_refuse(exchange, 400, LL_BAD_INPUT, name, "query: %.60s is unknown; %s%s", name,
-                   *known != '\0' ? "must be one of" : "none is allowed", known);
+                   *known != '\0' ? "must be one of " : "none is allowed", known);
     exchange->refused = true;
     return MHD_NO;
 }
