@@ -69,12 +69,12 @@ int ll_verb_healthcheck(int argc, char **argv)
     const char *url = given ? given : "http://127.0.0.1:8080/";
     target t;
     if (read_url(url, &t) != 0) {
-        fprintf(stderr, "laglab: healthcheck takes one URL such as http://127.0.0.1:8080/\n");
+        fprintf(stderr, "laglab: healthcheck: URL: must be like http://127.0.0.1:8080/\n");
         return 2;
     }
     int fd = connect_to(&t);
     if (fd < 0) {
-        fprintf(stderr, "laglab: nobody answers at %s\n", url);
+        fprintf(stderr, "laglab: no answer from %s\n", url);
         return 1;
     }
     char text[512];

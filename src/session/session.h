@@ -3,8 +3,8 @@
  * The same engine runs it paced to the wall clock, unpaced, replayed, forked or recovered. Whatever a session
  * holds besides its log (the block, checkpoints, recent events) can be dropped and rebuilt; parking drops it.
  *
- * Not thread-restorable: the owner serialises calls. No function reads a clock: `wall` is the owner's
- * monotonic time in ns.
+ * Not thread-safe: the owner serialises calls. No function reads a clock: `wall` is the owner's monotonic
+ * time in ns.
  *
  * Virtual time advances in whole ticks of the scenario. `head` is the furthest tick of the present log.
  * Seeking back keeps the log and replays it. A command before the head drops all later commands, which the

@@ -226,7 +226,7 @@ test('sensitivity indices tell which axis a metric follows', () => {
   assert.ok(Math.abs(rows[0].first - 1) < 0.05 && Math.abs(rows[0].total - 1) < 0.05 && rows[0].total_low < 1 && rows[0].total_high > 0.95);
   assert.ok(rows[1].total < 1e-6);
   assert.match(laglab(['sweep', race(), '--sensitivity']).stderr, /saltelli/);
-  assert.match(laglab(['sweep', name, '--sensitivity', '--points']).stderr, /neither --points nor --shard/);
+  assert.match(laglab(['sweep', name, '--sensitivity', '--points']).stderr, /must be without --points and --shard/);
 });
 
 test('points are compared with one of them by seed', () => {
@@ -573,7 +573,7 @@ test('bad input is a sentence and exit 2', () => {
       axes: [{ path: 'players.0.lag_ms', from: 0, to: 1, count: 1000 }] })], '1e+08 runs'],
     [['advise', 'race', '--metric', 'players.0.own_lead_m.mean'], '--max-error'], [['advise', 'race', '--max-error', '1'], '--metric'],
     [['advise', 'race', '--max-error', '-1'], '-1'], [['advise', 'race', '--max-error', '1', '--metric', 'x', '--vary', 'y'], 'path=value'],
-    [['advise', race(), '--max-error', '1', '--metric', 'x'], 'experiment says itself'],
+    [['advise', race(), '--max-error', '1', '--metric', 'x'], 'an experiment has its own'],
     [['sweep', write('many.json', { scenario: 'race', metrics: ['players.0.corrections'], repeats: 1001, traces: true })],
       'at most 1000 runs; there are 1001'],
     [['sweep', write('long.json', { scenario: 'race', metrics: ['players.0.corrections'], repeats: 1001 }), '--traces', 'x'],

@@ -52,7 +52,7 @@ test('a failure is the same wherever it is looked at', async () => {
   assert.equal(again.status, 1);
   assert.equal(again.result.hash, live.hash);
   assert.ok(again.result.compared >= 1, `${again.result.compared} hashes were compared`);
-  assert.match(again.said, new RegExp(`failed behind tick ${live.tick}, as the log says`));
+  assert.match(again.said, new RegExp(`failure after tick ${live.tick}, as in the log`));
   const other = replay(log.replace(`"hash":"${live.hash}"`, '"hash":"0123456789abcdef"'));
   assert.equal(other.status, 1);
   assert.match(other.said, /0123456789abcdef/);

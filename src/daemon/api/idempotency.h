@@ -1,8 +1,8 @@
 /* Idempotency-Key of POST /sessions: a repeated request gets the answer of the first one, and creates
  * nothing.
  *
- * The newest answers are stored_answer in memory, a bounded number: they contain keys, which are never
- * written to disk. Any thread. */
+ * The newest answers are kept in memory, a bounded number: they contain keys, which are never written to
+ * disk. Any thread. */
 #pragma once
 
 #include "daemon/api/api.h"

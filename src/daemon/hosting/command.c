@@ -26,8 +26,7 @@ static ll_status take(ll_session_entry *session_entry, const ll_command_request 
     return status;
 }
 
-/* The seek did not reach `goal`: cancels it at the present tick, unless another command replaced it. Locked.
- */
+/* The seek did not reach `goal`: stops it at the present tick, unless another command replaced it. Locked. */
 static ll_status stop_seek(ll_session_entry *session_entry, bool ours, int64_t goal)
 {
     ll_session_info info = ll_session_get_info(session_entry->session);
@@ -142,8 +141,7 @@ ll_status ll_host_delete(ll_host *host, ll_session_entry *session_entry, ll_task
     ll_status status = ll_host_check_store(host);
     if (ll_failed(&status))
         return status;
-    status =
-        ll_session_entry_lock(session_entry, task); /* a task that runs it unlocks before_deadline a piece */
+    status = ll_session_entry_lock(session_entry, task); /* a task that runs it unlocks within a piece */
     if (ll_failed(&status))
         return status;
     pthread_mutex_unlock(&session_entry->lock);

@@ -9,7 +9,7 @@
 #include "session/scenario.h"
 #include "session/workload.h"
 
-enum { LIGHT_BYTES = 2 << 20 }; /* a state of this size is created before_deadline about a millisecond */
+enum { LIGHT_BYTES = 2 << 20 }; /* a state of this size is made within about a millisecond */
 
 static int count_players(ll_session *session)
 {
@@ -94,8 +94,8 @@ static ll_status check_limits(ll_host *host, const ll_create_request *request)
                                   request->origin ? atomic_load(&request->origin->log_bytes) : 0);
 }
 
-/* Parses the scenario of a new session. Without a task, a large one is refused, since background_run its
- * state takes long. */
+/* Parses the scenario of a new session. Without a task, a large one is refused, since making its state takes
+ * long. */
 static ll_status read_scenario(const ll_host *host, const ll_create_request *request, ll_scenario *scenario)
 {
     if (request->origin)

@@ -162,7 +162,7 @@ void ll_session_entry_update_stats(
 ll_status ll_session_entry_fits(ll_session_entry *session_entry);
 bool ll_session_entry_is_heavy(
     const ll_session_entry *session_entry); /* a tick is, or may be, too long for a worker; locked */
-/* Locks before_deadline a few milliseconds, or with a task until it is stopped; otherwise LL_INTERRUPTED. */
+/* Locks within a few milliseconds, or with a task until it is stopped; otherwise LL_INTERRUPTED. */
 ll_status ll_session_entry_lock(ll_session_entry *session_entry, ll_task *task);
 /* Runs due ticks for at most `max_ms`. Returns how many are still due. Locked. A tick that takes far longer
  * than the earlier ones is interrupted; the session then has to wake again, and is heavy. */

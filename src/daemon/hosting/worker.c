@@ -115,9 +115,9 @@ static slot_result serve_unwatched(ll_session_entry *session_entry)
 
 static slot_result serve_locked(ll_session_entry *session_entry, ll_time deadline)
 {
-    bool asked = atomic_exchange(
-        &session_entry->pending,
-        false); /* also of a deleted one, which would otherwise stop_seek active without limit */
+    bool asked =
+        atomic_exchange(&session_entry->pending,
+                        false); /* also of a deleted one, which would otherwise stay active without limit */
     atomic_store(&session_entry->next_visit, 0);
     if (session_entry->deleted)
         return INACTIVE;
@@ -248,7 +248,7 @@ static void catch_up(ll_worker *worker, slot_members *r, ll_time end)
 
 /* ---- the thread ---- */
 
-/* Sleeps until `until`; without active sessions until a notification. False: the worker cancels. */
+/* Sleeps until `until`; without active sessions until a notification. False: the worker stops. */
 static bool sleep_until(ll_worker *worker, ll_time until, bool *idle)
 {
     struct timespec deadline = {.tv_sec = until / LL_SECOND, .tv_nsec = until % LL_SECOND};

@@ -1,7 +1,7 @@
 /* Counts open connections, in total and by address, of acceptor, HTTP and streams.
  *
- * A connection is admitted with a pass; whoever closes the socket returns the pass by
- * ll_connection_limiter_leave. Any thread. */
+ * A connection is admitted with a pass. The owner of the socket returns the pass by
+ * ll_connection_limiter_leave when it closes the socket. Any thread. */
 #pragma once
 
 #include <stdbool.h>

@@ -1,15 +1,15 @@
-/* Work that may take long: seeks, waking, traces, dry runs, advice, results.
+/* Tasks: work that may take long, as seeks, waking, traces, dry runs, advice, results.
  *
- * Each piece of work is a task: it belongs to a client and a session, may use so much processor time, and can
- * be ended from outside. Tasks run on threads of their own, of less priority than those that answer and
- * stream, and at most as many at once as there are turns. A task asks ll_task_yield every millisecond or so;
- * when its slice is over and others wait, it waits there for its next turn. One that does not ask for long
- * loses its turn and runs on beside the others. Turns go round over the clients that have work, within a
- * client over its sessions, and within a session over its tasks: who has much to do waits for himself.
+ * A task belongs to a client and a session, has a budget of processor time, and can be stopped from outside.
+ * Tasks run on threads of their own, at a lower priority than the threads that answer and stream, and only as
+ * many at once as there are turns. A task calls ll_task_yield every millisecond or so. When its slice is over
+ * and others wait, it waits there for its next turn. A task that does not yield for long loses its turn and
+ * continues in parallel. Turns rotate over the clients with tasks, within a client over its sessions, and
+ * within a session over its tasks, so that a client with many tasks delays only itself.
  *
- * It is ended by its budget, by its client's leaving, by whoever ordered it, or because the daemon stops:
- * then ll_task_yield is false, and ll_task_end_reason says why in a sentence. A task holds no lock while it
- * asks.
+ * A task is stopped by its budget, when its client disconnects, by the code that added it, or when the daemon
+ * stops: then ll_task_yield is false, and ll_task_end_reason has the reason. A task must hold no lock when it
+ * yields.
  *
  * Any thread. */
 #pragma once
