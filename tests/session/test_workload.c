@@ -281,7 +281,7 @@ static void a_wrong_workload_is_a_sentence(void **state)
         {"{\"hz\":60,\"inputs\":[" INPUT "]}", "workload", "hz is unknown"},
         {"{\"tick_hz\":0.5,\"inputs\":[" INPUT "]}", "workload.tick_hz", "from 1 to 1000"},
         {"{\"inputs\":[" INPUT ",{\"tick\":4,\"player\":0,\"axes\":[0,0]}]}", "workload.inputs.1",
-         "must not be below that of the input before it, 5; got 4"},
+         "must be at least 5, that of the previous input; got 4"},
         {"{\"inputs\":[" INPUT ",{\"tick\":6,\"player\":16,\"axes\":[0,0]}]}", "workload.inputs.1",
          "player: must be a whole number from 0 to 15; got 16"},
         {"{\"inputs\":[{\"tick\":6.5,\"player\":1,\"axes\":[0,0]}]}", "workload.inputs.0", "got 6.5"},
@@ -313,12 +313,13 @@ static void players_must_be_there_and_driven(void **state)
         const char *id, *sets, *json;
         ll_code code;
         const char *sentence;
-    } rows[] = {{"race", "{" PEOPLE "}", "{\"inputs\":[{\"tick\":5,\"player\":2,\"axes\":[0,0]}]}",
-                 LL_BAD_INPUT, "player: must be 0 to 1; got 2"},
-                {"race", NULL, "{\"inputs\":[" INPUT "]}", LL_CONFLICT, "set players.0.control to person"},
-                {"race", "{\"players.1.control\":\"person\"}", "{\"inputs\":[" INPUT "]}", LL_CONFLICT,
-                 "no player takes"},
-                {"motion/pendulum", NULL, "{\"inputs\":[" INPUT "]}", LL_BAD_INPUT, "of kind motion"}};
+    } rows[] = {
+        {"race", "{" PEOPLE "}", "{\"inputs\":[{\"tick\":5,\"player\":2,\"axes\":[0,0]}]}", LL_BAD_INPUT,
+         "player: must be 0 to 1; got 2"},
+        {"race", NULL, "{\"inputs\":[" INPUT "]}", LL_CONFLICT, "set players.0.control, or"},
+        {"race", "{\"players.1.control\":\"person\"}", "{\"inputs\":[" INPUT "]}", LL_CONFLICT,
+         "no player takes"},
+        {"motion/pendulum", NULL, "{\"inputs\":[" INPUT "]}", LL_BAD_INPUT, "kind motion has no players"}};
     for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
         ll_workload *w;
         ll_session *s = open_session(rows[i].id, rows[i].sets, NULL);

@@ -9,33 +9,34 @@
 #include "base/detmath.h"
 #include "base/rng.h"
 
-#define LEAST_RUNS 40  /* below that a fifth says little of nine methods */
-#define TINY 1e-12     /* below it, costs and errors are equal */
-#define FAR 15         /* errors are told apart up to so many factors of e from the limit */
-#define FAILED 2       /* factors of e by which a failed run is worse than the worst that was seen */
-#define WORTH 2e-3     /* a saving, as a part of the cost, before which what is found is verified */
-#define CLOSE 0.01     /* a saving that is worth to be looked at, where costs differ by seed */
-#define SURE 2.5       /* deviations by which the mean of such differences may be off */
-#define FEW_SEEDS 30   /* of fewer the mean is not near to normal */
-#define FREEDOM 3      /* degrees of freedom that the variance of all settings counts for in that of one */
-#define MARGIN 0.8     /* deviations of a run by which a bound over some fresh seeds is above the mean */
-#define FIRST_PART 0.3 /* of the runs that may be spent go to an even spread */
+#define LEAST_RUNS 40 /* minimum: a fifth of fewer runs says little about nine methods */
+#define TINY 1e-12    /* smaller differences of costs and errors count as zero */
+#define FAR 15        /* errors are clamped to this many factors of e around the limit */
+#define FAILED 2      /* a failed run counts as this many factors of e worse than the worst seen */
+#define WORTH 2e-3    /* relative saving in cost below which the search verifies what it has */
+#define CLOSE 0.01    /* relative saving that is worth runs, where costs differ by seed */
+#define SURE 2.5      /* standard deviations by which the mean of such differences may be off */
+#define FEW_SEEDS 30  /* with fewer seeds the mean is not nearly normal */
+#define FREEDOM 3     /* degrees of freedom that the variance of all settings has in that of one */
+#define MARGIN                                                                                               \
+    0.8 /* standard deviations of a run between the mean and the upper bound after a few fresh seeds */
+#define FIRST_PART 0.3 /* part of the runs for the initial even spread */
 
-/* With a single seed the error has no interval: a point that misses by so much more than others scatter is
- * not run again before all others are. */
+/* With one seed the error has no interval. A point that misses the limit by more than others scatter is not
+ * run again before all others were. */
 static bool is_hopeless(const ll_advise_search *s, const ll_trial *t)
 {
     return t->runs == 1 && t->own[ERROR].mean > 2 * s->order->max_error;
 }
 
-/* What missed the limit by no more than its seeds scatter may hold on others. */
+/* A point that misses the limit by no more than its seeds scatter may hold on other seeds. */
 static void judge(const ll_advise_search *s, ll_trial *t)
 {
     double error = t->own[ERROR].mean, limit = s->order->max_error;
     bool all = t->runs == s->experiment->head.repeats;
     bool single = all && t->runs == 1 && s->experiment->base.kind->no_rare_events;
     if (t->failed > 0)
-        ll_advise_rule_out(t, t->lacking == t->failed ? "a run has no such error or cost" : "a run failed");
+        ll_advise_rule_out(t, t->lacking == t->failed ? "a run lacks this error or cost" : "a run failed");
     else if (error > limit && (single || error - ll_advise_half(s, t) > limit))
         ll_advise_rule_out(t, "the error is above the limit");
     else if (all)
@@ -59,7 +60,7 @@ static void find_best(ll_advise_search *s)
     s->best = ll_advise_cheapest(s, holds);
 }
 
-/* Where a run fails, errors are no less than the worst that was seen. */
+/* Failed runs count as errors no smaller than the worst seen. */
 static double worst_error(const ll_advise_search *s)
 {
     double worst = s->order->max_error;
@@ -77,7 +78,7 @@ static void tell(ll_advise_search *s, int point)
         t->runs == 0 ? worst_error(s) : ll_detmath_log(fmax(seen, TINY)) + ll_advise_shift(s, t, ERROR);
     values[COST] = ll_detmath_log(fmax(t->own[COST].mean, TINY)) + ll_advise_shift(s, t, COST);
     values[ERROR] = fmin(fmax(error, limit - FAR), limit + FAR);
-    if (t->runs == 0) { /* it failed: its cost says nothing */
+    if (t->runs == 0) { /* it failed: its cost is meaningless */
         double deviation[2], mean[2];
         ll_surrogate_expect(s->surrogate, point, mean, deviation);
         values[COST] = mean[COST];
@@ -86,7 +87,7 @@ static void tell(ll_advise_search *s, int point)
     ll_surrogate_fit(s->surrogate);
 }
 
-/* Its cost may yet turn out to be below that of the best. */
+/* Whether its cost may still turn out below that of the best. */
 static bool may_beat(const ll_advise_search *s, const ll_trial *t)
 {
     if (s->best < 0)
@@ -97,7 +98,8 @@ static bool may_beat(const ll_advise_search *s, const ll_trial *t)
     return !sure || ll_advise_beats(t, best);
 }
 
-/* Twice as many seeds each time, as long as it may be the best; the first look ends when it is hopeless. */
+/* Doubles the seeds each time while the point may be the best; stops after the first check if it is
+ * hopeless. */
 static ll_status try_point(ll_advise_search *s, int point)
 {
     ll_trial *t = &s->trials[point];
@@ -128,15 +130,15 @@ static ll_status verify(ll_advise_search *s, int point)
     return status;
 }
 
-/* ---- choosing ---- */
+/* ---- selection ---- */
 
 static double density(double z)
 {
     return 0.3989422804014327 * ll_exp(-z * z / 2);
 }
 
-/* Expected saving in log cost against the best, times the chance to hold; before one holds, that chance, and
- * of equal chances the cheaper. */
+/* Expected saving in log cost over the best, times the probability to hold. Before any point holds: that
+ * probability, and of equal ones the cheaper point. */
 static double promise(const ll_advise_search *s, int point)
 {
     double mean[2], deviation[2];
@@ -149,7 +151,8 @@ static double promise(const ll_advise_search *s, int point)
     return chance * (saved * ll_normal_cdf(z) + deviation[COST] * density(z));
 }
 
-/* Of those not tried; -1: all were. Where nothing promises anything, the one that seems cheapest. */
+/* The most promising point that was not tried; -1: all were. If none is promising, the one with the lowest
+ * expected cost. */
 static int most_promising(const ll_advise_search *s, double *most)
 {
     int found = -1;
@@ -179,7 +182,7 @@ static int most_doubtful(const ll_advise_search *s)
     return found;
 }
 
-/* The cheapest of those that more seeds may show to be the best; -1: there is none. */
+/* The cheapest point that more seeds may show to be the best; -1: none. */
 static int cheapest_open(const ll_advise_search *s)
 {
     int found = -1;
@@ -193,8 +196,8 @@ static int cheapest_open(const ll_advise_search *s)
     return found;
 }
 
-/* Of those that hold or may hold, and were not verified, the one for which that takes the fewest runs; -1:
- * there is none for which they are left, or one was verified. */
+/* Of the unverified points that hold or may hold, the one whose verification takes the fewest runs; -1: too
+ * few runs are left, or one was verified already. */
 static int surest(const ll_advise_search *s)
 {
     int found = -1;
@@ -222,7 +225,7 @@ static double dearest(const ll_advise_search *s)
     return most;
 }
 
-/* The variance of differences of costs by seed, over all settings that may be advised. */
+/* Variance of cost differences by seed, over all settings that may be advised. */
 static double variance_of_costs(const ll_advise_search *s, const ll_trial *against)
 {
     double squares = 0, n = 0;
@@ -237,9 +240,9 @@ static double variance_of_costs(const ll_advise_search *s, const ll_trial *again
     return n > 0 ? squares / n : 0;
 }
 
-/* What a setting may well save against the one that is advised, as a part of the cost; 0: it is not worth to
- * be looked at. Where costs differ by seed that is a bound of the mean of their differences, whose variance
- * is moderated by that of all settings, and of few seeds no less: they may be alike by chance. */
+/* Plausible relative saving of a setting over the advised one; 0: not worth runs. Where costs differ by seed
+ * it is a bound of the mean difference, whose variance is moderated by that of all settings and, with few
+ * seeds, is no smaller than that: they may agree by chance. */
 static double saving(const ll_trial *t, const ll_trial *against, double variance)
 {
     ll_sums apart = ll_advise_apart(t, against);
@@ -252,9 +255,9 @@ static double saving(const ll_trial *t, const ll_trial *against, double variance
     return saved > 0 ? saved : ll_advise_beats(t, against) ? TINY : 0;
 }
 
-/* The one whose fresh seeds are worth most: the saving against what is verified (before that against the
- * dearest, and twice as much), times the chance that it holds, for each run that it may take to show that.
- * -1: nothing more can be shown. */
+/* The point whose fresh seeds are worth most: its saving over the verified one (before one is verified: twice
+ * that over the most expensive), times the probability that it holds, per run that this may take to show. -1:
+ * nothing more can be shown. */
 static int worthiest(const ll_advise_search *s, int shown)
 {
     int found = -1;
@@ -276,8 +279,8 @@ static int worthiest(const ll_advise_search *s, int shown)
     return found;
 }
 
-/* Of the verified the one that may yet save most against the cheapest of them, where costs differ by seed; or
- * that one, if it has fewer seeds. -1: none is worth it. */
+/* Of the verified points, where costs differ by seed, the one that may save most over the cheapest of them;
+ * or that one, if it has fewer seeds. -1: none is worth runs. */
 static int rival(const ll_advise_search *s, int shown)
 {
     int found = -1;
@@ -293,7 +296,8 @@ static int rival(const ll_advise_search *s, int shown)
     return found >= 0 && s->trials[shown].fresh[ERROR].n < s->trials[found].fresh[ERROR].n ? shown : found;
 }
 
-/* The worthiest, as long as enough runs are left for the surest, so that in the end something is advised. */
+/* The point worth most, as long as enough runs are left to verify the safest one, so that the search ends
+ * with advice. */
 static int to_verify(const ll_advise_search *s, int sure, int shown)
 {
     int worth = worthiest(s, shown);
@@ -303,7 +307,7 @@ static int to_verify(const ll_advise_search *s, int sure, int shown)
     return left < ll_advise_needed(s, &s->trials[sure]) ? sure : worth;
 }
 
-/* Runs that are kept for verifying what was found. */
+/* Runs reserved for verifying. */
 static int64_t keep(const ll_advise_search *s, int sure)
 {
     bool found = s->best >= 0 && s->trials[s->best].state == HOLDS;
@@ -313,7 +317,7 @@ static int64_t keep(const ll_advise_search *s, int sure)
     return (int64_t)fmin(wanted, (double)(s->most - s->runs));
 }
 
-/* The cheapest that would be the best if more fresh seeds showed that it holds; -1: there is none. */
+/* The cheapest point that would be the best if more fresh seeds showed that it holds; -1: none. */
 static int cheapest_unsure(const ll_advise_search *s)
 {
     int found = -1;
@@ -326,8 +330,8 @@ static int cheapest_unsure(const ll_advise_search *s)
     return found;
 }
 
-/* One step of the search: a point is tried, run again or verified. False: nothing is left to be known. What
- * is found is verified when nothing promises to be better, or when no more runs are left than that takes. */
+/* One step of the search: tries, repeats or verifies a point. False: nothing is left to find out.
+ * Verification begins when no point is promising, or when only the runs reserved for it are left. */
 static bool act(ll_advise_search *s, ll_status *status)
 {
     double most;
@@ -337,7 +341,7 @@ static bool act(ll_advise_search *s, ll_status *status)
     bool last = s->kept > 0 && s->most - s->runs <= s->kept;
     int shown = ll_advise_cheapest(s, ll_advise_is_verified);
     int next = to_verify(s, sure, shown), close = next < 0 ? rival(s, shown) : -1;
-    if (next < 0 && close < 0) { /* nothing is left to be verified: runs are kept for nothing */
+    if (next < 0 && close < 0) { /* nothing is left to verify: no runs need be reserved */
         s->kept = 0;
         last = false;
     }
@@ -358,7 +362,7 @@ static bool act(ll_advise_search *s, ll_status *status)
     return !ll_failed(status);
 }
 
-/* An even spread first; then until the runs are spent, or the answer is proven. */
+/* First an even spread, then steps until the runs are used up or the optimum is proven. */
 static ll_status look(ll_advise_search *s, bool *proven)
 {
     ll_status status = ll_ok();
@@ -372,7 +376,7 @@ static ll_status look(ll_advise_search *s, bool *proven)
     }
     while (!ll_failed(&status) && !*proven && s->runs < s->most)
         *proven = !act(s, &status) && !ll_failed(&status);
-    *proven = *proven && cheapest_unsure(s) < 0; /* what may hold, and may be the best, is no proof */
+    *proven = *proven && cheapest_unsure(s) < 0; /* not proven while another point may hold and be the best */
     return status.code == LL_LIMIT ? ll_ok() : status;
 }
 
@@ -384,12 +388,12 @@ ll_status ll_advise_check(const ll_advise_request *order)
                               order->max_error);
     if (e->cost_metric < 0)
         return ll_field_error(LL_BAD_INPUT, "cost",
-                              "cost must name a metric: the adviser weighs it against the error");
+                              "cost: required; must name a metric to weigh against the error");
     if (e->head.sample.method != LL_SAMPLE_NONE)
         return ll_field_error(LL_BAD_INPUT, "sample",
-                              "sample is not for the adviser, which chooses its points itself");
+                              "sample: must be absent, since the adviser chooses its points");
     if (e->points > LL_SURROGATE_POINTS_MAX)
-        return ll_field_error(LL_BAD_INPUT, "axes", "axes give %lld points; the adviser takes at most %d",
+        return ll_field_error(LL_BAD_INPUT, "axes", "axes: has %lld points; must have at most %d",
                               (long long)e->points, LL_SURROGATE_POINTS_MAX);
     return ll_ok();
 }
@@ -417,7 +421,7 @@ ll_status ll_advise(const ll_advise_request *order, cJSON **answer)
     s.most = ll_advise_runs(order);
     s.trials = calloc((size_t)e->points, sizeof *s.trials);
     status = s.trials ? ll_surrogate_create(e, s.most, &s.surrogate)
-                      : ll_error(LL_NO_MEMORY, "no memory for the adviser");
+                      : ll_error(LL_NO_MEMORY, "out of memory: adviser");
     if (!ll_failed(&status))
         status = look(&s, &proven);
     if (!ll_failed(&status))

@@ -1,4 +1,4 @@
-/* What the adviser answers: its advice with the evidence. */
+/* The adviser's answer: the advice with its evidence. */
 #include <cjson/cJSON.h>
 
 #include "experiment/advise/internal.h"
@@ -17,7 +17,7 @@ static cJSON *describe(const ll_advise_search *s, int point)
     return json;
 }
 
-/* With what fresh seeds gave; the error is that over all of its seeds. */
+/* Adds the results on fresh seeds; the error is that over all of its seeds. */
 static cJSON *describe_verified(const ll_advise_search *s, int point)
 {
     const ll_trial *t = &s->trials[point];
@@ -44,10 +44,10 @@ static const char *reason(const ll_advise_search *s, const ll_trial *t)
         return "it costs more";
     if (t->state == UNCLEAR && t->fresh[ERROR].n > 0)
         return ll_advise_unsure;
-    return t->state == HOLDS || t->state == UNCLEAR ? "it was not verified" : "not all seeds were run";
+    return t->state == HOLDS || t->state == UNCLEAR ? "not verified" : "not all seeds were run";
 }
 
-/* Of those without a failed run. */
+/* Of settings without a failed run. */
 static bool on_front(const ll_advise_search *s, int point)
 {
     const ll_trial *t = &s->trials[point];
@@ -74,7 +74,7 @@ static int least_error(const ll_advise_search *s)
 cJSON *ll_advise_answer(const ll_advise_search *s, bool proven)
 {
     const ll_experiment *e = s->experiment;
-    /* another that holds may be cheaper, but for luck */
+    /* another one that holds may be cheaper, except by chance */
     int best = ll_advise_cheapest(s, ll_advise_is_verified), nearest = best < 0 ? least_error(s) : -1;
     cJSON *json = cJSON_CreateObject();
     cJSON_AddBoolToObject(json, "holds", best >= 0);

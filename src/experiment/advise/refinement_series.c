@@ -13,7 +13,7 @@
 
 enum { REPEATS = 3 };
 
-#define LONG_NS 200000000 /* a run of more than so long is not repeated */
+#define LONG_NS 200000000 /* a longer run is not repeated */
 
 const ll_refinement_series ll_ladders[] = {
     {"fluid/cavity", "duration_s=20", "solver.advection", "semi_lagrangian,maccormack,central", "params.n",
@@ -61,7 +61,7 @@ bool ll_listed(const char *list, const char *name)
     return list == NULL;
 }
 
-/* Cuts the next of a comma-separated list into `item`; false at its end. */
+/* Copies the next item of a comma-separated list into `item`; false at its end. */
 static bool next_item(const char **list, char *item, size_t size)
 {
     if (**list == '\0')
@@ -82,11 +82,12 @@ static ll_status put_value(ll_scenario *scenario, const char *path, const char *
     char pair[160];
     int length = snprintf(pair, sizeof pair, "%s=%s", path, value);
     if (length < 0 || (size_t)length >= sizeof pair)
-        return ll_field_error(LL_BAD_INPUT, path, "%.60s is too long a value: %.60s", path, value);
+        return ll_field_error(LL_BAD_INPUT, path, "%.60s: value is too long: %.60s", path, value);
     return put_pair(scenario, pair);
 }
 
-/* What the ladder wants, then what was asked for, then the rung; rules hold for all of it together. */
+/* Sets the values of the series, then those of the request, then those of the level; rules are checked once
+ * all are set. */
 static ll_status set_all(const ll_refinement_request *order, const ll_refinement_level *refinement_level,
                          ll_scenario *scenario)
 {
@@ -136,7 +137,7 @@ static ll_status open_refinement_level(const ll_refinement_request *order,
     return status;
 }
 
-/* Adds a run's numbers to the rung's, whose error and counter are sums meanwhile. */
+/* Adds a run's metrics to the level, whose error and counter are sums until finish(). */
 static void read_metrics(ll_session *session, const ll_sim_kind *kind, ll_refinement_level *refinement_level,
                          double *errors, ll_interval_order *order)
 {
@@ -206,14 +207,14 @@ static void finish(ll_refinement_level *refinement_level, samples *s)
     refinement_level->cpu_median_s = (double)s->took[s->runs / 2] * 1e-9;
 }
 
-/* Every seed once, or the same run again for its time. */
+/* Runs every seed once, or repeats one run to measure its time. */
 static ll_status measure(const ll_refinement_request *order, ll_refinement_level *refinement_level)
 {
     samples *s = calloc(1, sizeof *s);
     int seeds = refinement_level->refinement_series->seeds == 0 ? 0
                 : order->seeds > 0                              ? order->seeds
                                                                 : refinement_level->refinement_series->seeds;
-    ll_status status = s ? ll_ok() : ll_error(LL_NO_MEMORY, "no memory for a rung");
+    ll_status status = s ? ll_ok() : ll_error(LL_NO_MEMORY, "out of memory: refinement level");
     refinement_level->order = NAN;
     refinement_level->error = refinement_level->counter = 0;
     refinement_level->seeds = 0;

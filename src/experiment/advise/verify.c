@@ -1,4 +1,4 @@
-/* What the adviser runs, and when runs on fresh seeds show that a setting holds. */
+/* Runs of the adviser, and the test whether fresh seeds show that a setting holds. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -7,26 +7,24 @@
 #include "base/rng.h"
 #include "experiment/advise/internal.h"
 
-#define LOOKS 1.2 /* an interval that is looked at several times is wider by this, to be right as often */
-#define ROOMY 7   /* squared room below the limit over the variance, from which the least seeds do */
-#define ROOM 12   /* else seeds after which it fits, times that */
-#define NEVER_SEEN 3.7  /* events that may be expected where none was seen, at 97.5 % (Poisson) */
-#define UNSEEN 1.92     /* beside k that were: this + 1.96 sqrt(k + 1) */
+#define LOOKS 1.2       /* factor that widens an interval that is checked several times, to keep its level */
+#define ROOMY 7         /* (limit - mean)^2 / variance from which the fewest seeds are enough */
+#define ROOM 12         /* factor for the needed seeds otherwise */
+#define NEVER_SEEN 3.7  /* bound of the expected events when none was seen, at 97.5 % (Poisson) */
+#define UNSEEN 1.92     /* bound when k were seen: k + this + 1.96 sqrt(k + 1) */
 #define FEW 30          /* events, up to which Student's t is too narrow */
-#define WHOLE 1e-6      /* relative: how near to a multiple of the least a count is */
-#define MOST_EVENTS 1e4 /* in a run, of a metric that counts */
+#define WHOLE 1e-6      /* relative distance at which a count is a multiple of the smallest */
+#define MOST_EVENTS 1e4 /* events in a run, of a metric that counts */
 #define MANY 2          /* events in a run, or limits, up to which a setting has few */
-#define LARGE 4 /* limits: how large a rare event is taken to be at most, where the error is no count */
+#define LARGE 4         /* limits: assumed maximum of a rare event where the error is no count */
 
 #define SAME 1e-12 /* relative: costs that are equal */
-#define PRIOR 1    /* settings' worth of trust in seeds being all alike */
-#define FREEDOM                                                                                              \
-    3 /* degrees of freedom that the scatter of all settings counts for in the variance of one               \
-       */
+#define PRIOR 1    /* weight of the assumption that all seeds agree, in settings */
+#define FREEDOM 3  /* degrees of freedom that the scatter of all settings has in the variance of one */
 
 enum { FRESH_LEAST = 4, TWIN_LEAST = 6 };
 
-const char ll_advise_unsure[] = "on fresh seeds the error is not surely within the limit";
+const char ll_advise_unsure[] = "on fresh seeds the error is not certainly within the limit";
 
 bool ll_advise_is_unsure(const ll_trial *t)
 {
@@ -41,7 +39,7 @@ void ll_advise_rule_out(ll_trial *t, const char *why)
 
 /* ---- running ---- */
 
-/* Of what errors are multiples, if they count: the greatest common divisor, by Euclid. */
+/* Updates the greatest common divisor of errors (Euclid), if they are counts. */
 static void note_event(ll_advise_search *s, double error)
 {
     if (error <= 0)
@@ -57,7 +55,7 @@ static void note_event(ll_advise_search *s, double error)
     s->least = s->least > 0 ? fmin(s->least, error) : error;
 }
 
-/* The relative scatter of the error between seeds, over all that was run: a point's own few tell little. */
+/* Relative scatter of the error between seeds, over all runs, since a point's own runs are few. */
 static double scatter(const ll_advise_search *s)
 {
     double sum = 0, n = 0;
@@ -72,8 +70,8 @@ static double scatter(const ll_advise_search *s)
     return n > 0 ? sqrt(sum / n) : 0;
 }
 
-/* Where events come in bursts counts scatter more than single ones would: their variance over Poisson's, of
- * the settings that have few (quasi-Poisson). */
+/* Events in bursts scatter more than single ones: the ratio of their variance to Poisson's, over settings
+ * with few events (quasi-Poisson). */
 static double burst(const ll_advise_search *s)
 {
     double few = MANY * fmax(s->order->max_error, s->event), squares = 0, alone = 0;
@@ -135,7 +133,7 @@ ll_status ll_advise_run(ll_advise_search *s, int point, bool fresh)
         ll_sums_add(&sums[COST], cost);
         ll_sums_add(&sums[ERROR], error);
         if (!keep_values(fresh ? &t->fresh_values : &t->own_values, cost, error))
-            return ll_error(LL_NO_MEMORY, "no memory for the adviser");
+            return ll_error(LL_NO_MEMORY, "out of memory: adviser");
         note_event(s, error);
         s->scatter = scatter(s);
         s->burst = burst(s);
@@ -143,7 +141,7 @@ ll_status ll_advise_run(ll_advise_search *s, int point, bool fresh)
     return status;
 }
 
-/* ---- what seeds show ---- */
+/* ---- estimates from seeds ---- */
 
 static int64_t shared(const ll_values *a, const ll_values *b)
 {
@@ -163,7 +161,7 @@ static double apart_of(double a, double b)
     return fabs(a - b) > SAME * fmax(a, b) ? a - b : 0;
 }
 
-/* The mean over `n` repeats and `fresh` seeds of that many. */
+/* Mean over `n` repeats, and over `fresh` fresh seeds. */
 static double mean_over(const ll_trial *t, int64_t n, int64_t fresh, int output)
 {
     double own = mean_of(&t->own_values, n, output), other = mean_of(&t->fresh_values, fresh, output);
@@ -196,7 +194,7 @@ bool ll_advise_is_dearer(const ll_trial *a, const ll_trial *b)
     return apart.n > 1 && apart.mean - half(&apart) > 0;
 }
 
-/* The one with most runs: differences to it are over the most seeds. */
+/* The setting with most runs: differences to it have the most common seeds. */
 static int reference(const ll_advise_search *s, bool wanted(const ll_trial *t))
 {
     int found = -1;
@@ -271,7 +269,7 @@ static bool ends_with(const char *member, size_t size, const char *end)
     return size >= n && strncmp(member + size - n, end, n) == 0;
 }
 
-/* Whether a member of the path names a length, a time or the like: it counts nothing. */
+/* Whether a member of the path has a unit such as a length or a time: then it counts nothing. */
 static bool has_unit(const char *path)
 {
     static const char *const units[] = {"_m", "_ms", "_s", "_mps", "_px", "_rad", "_pct", "_arcmin"};
@@ -297,8 +295,8 @@ static bool is_count(const ll_advise_search *s)
     return !is_exact(s) && !has_unit(e->metrics[e->error_metric]) && s->largest <= MOST_EVENTS * s->event;
 }
 
-/* By how much a rare event, or a burst of them, adds to the error of a run. Before any was seen a count is
- * taken to be whole. */
+/* What a rare event, or a burst, adds to the error of a run. Before any was seen, counts are taken to be
+ * whole. */
 static double event(const ll_advise_search *s)
 {
     double size = s->least > 0 ? is_count(s) ? s->event : s->least : 1;
@@ -323,7 +321,8 @@ bool ll_advise_is_certain(const ll_advise_search *s, const ll_trial *t)
            same(&t->own[COST], &t->fresh[COST]);
 }
 
-/* Half of the 95 % interval of the mean over fresh seeds, by the scatter of all seeds of the setting. */
+/* Half width of the 95 % interval of the mean over fresh seeds, with the scatter of all seeds of the
+ * setting. */
 static double half_fresh(const ll_trial *t)
 {
     const ll_sums *own = &t->own[ERROR], *fresh = &t->fresh[ERROR];
@@ -334,8 +333,8 @@ static double half_fresh(const ll_trial *t)
            sqrt((double)(degrees + 1) / (double)fresh->n);
 }
 
-/* Of single runs: that of the setting's own seeds, moderated by the scatter of all settings (as of genes:
- * Smyth, Stat. Appl. Genet. Mol. Biol. 3, 2004); of counts no less than Poisson's. */
+/* Variance of single runs: of the setting's own seeds, moderated by the scatter of all settings (as for
+ * genes: Smyth, Stat. Appl. Genet. Mol. Biol. 3, 2004); of counts at least Poisson's. */
 static double variance_of(const ll_advise_search *s, const ll_sums *error)
 {
     double other = s->scatter * error->mean;
@@ -371,7 +370,7 @@ double ll_advise_doubt(const ll_advise_search *s, const ll_trial *t)
     return fmax(off, event(s) * (UNSEEN + 1.96 * sqrt(seen + 1)) / n);
 }
 
-/* Of a setting whose mean error is `mean`. */
+/* For a setting whose mean error is `mean`. */
 static double needed_at(const ll_advise_search *s, const ll_sums *error, double mean)
 {
     double room = s->order->max_error - mean, variance = variance_of(s, error);
@@ -381,7 +380,7 @@ static double needed_at(const ll_advise_search *s, const ll_sums *error, double 
     if (room <= 0)
         return INFINITY;
     double events = rare ? LOOKS * NEVER_SEEN * event(s) / room : 0;
-    double ratio = room * room / variance; /* infinite where all are the same */
+    double ratio = room * room / variance; /* infinite when all are equal */
     return ceil(fmax(events, ratio >= ROOMY ? FRESH_LEAST : fmax(2 * FRESH_LEAST, ROOM / ratio)));
 }
 
@@ -391,11 +390,11 @@ double ll_advise_needed(const ll_advise_search *s, const ll_trial *t)
     return needed_at(s, &error, error.mean);
 }
 
-/* By which the mean over all seeds is off. */
+/* Standard error of the mean over all seeds. */
 static double deviation_of_mean(const ll_advise_search *s, const ll_sums *error)
 {
     double n = (double)error->n, variance = variance_of(s, error);
-    if (!is_exact(s) && (is_count(s) || error->mean == 0)) /* what was not seen may be there */
+    if (!is_exact(s) && (is_count(s) || error->mean == 0)) /* events that were not seen may still occur */
         variance = fmax(variance, event(s) * event(s) / (n + 1));
     return sqrt(variance / n);
 }
@@ -420,10 +419,10 @@ double ll_advise_next(const ll_advise_search *s, const ll_trial *t)
     double n = (double)t->fresh[ERROR].n;
     if (n < FRESH_LEAST)
         return n == 0 ? 1 : FRESH_LEAST - n;
-    return fmin(fmax(ll_advise_needed(s, t) - n, n / 2), n); /* up to twice as many */
+    return fmin(fmax(ll_advise_needed(s, t) - n, n / 2), n); /* at most doubles the seeds */
 }
 
-/* Whether fresh seeds may show it, with the runs that are left. */
+/* Whether fresh seeds may show that it holds, with the runs that are left. */
 static bool can_be_shown(const ll_advise_search *s, const ll_trial *t)
 {
     double wanted = ll_advise_needed(s, t);
@@ -440,7 +439,7 @@ bool ll_advise_is_clear(const ll_advise_search *s, const ll_trial *t)
 
 /* ---- verifying ---- */
 
-/* One that was verified as far. */
+/* Whether an indistinguishable setting was verified as far. */
 static bool has_twin(const ll_advise_search *s, const ll_trial *t)
 {
     for (int p = 0; p < s->points; p++) {
@@ -457,14 +456,14 @@ static void judge(const ll_advise_search *s, ll_trial *t)
     if (t->failed > 0)
         ll_advise_rule_out(t, "a run failed on a fresh seed");
     else if (has_twin(s, t))
-        ll_advise_rule_out(t, "it gives the same as another setting");
+        ll_advise_rule_out(t, "same result as another setting");
     else if (error + LOOKS * off <= limit && ll_advise_pooled(t).mean <= limit)
         t->state = VERIFIED;
     else if (error - LOOKS * off > limit)
         ll_advise_rule_out(t, "on fresh seeds the error is above the limit");
     else if (t->fresh[ERROR].n >= LL_ADVISE_FRESH_MOST)
         ll_advise_rule_out(t, ll_advise_unsure);
-    else if (t->state == VERIFIED) /* more seeds have shown that it was luck */
+    else if (t->state == VERIFIED) /* more seeds have shown that it held by chance */
         t->state = UNCLEAR;
 }
 

@@ -9,21 +9,21 @@
 
 enum { TIMES = 1024, REPEATS = 7, STEPS_MAX = 1 << 20 };
 
-#define LONG_NS 200000000 /* a run of more than so long is not repeated */
-#define SLACK 1e-9        /* a step that ends within this part of itself before the end ends there */
+#define LONG_NS 200000000 /* a longer run is not repeated */
+#define SLACK 1e-9        /* a step that ends closer to the end than this part of its length ends there */
 
-/* What one ladder needs: a run, the solution beside it, and what is not known of that. */
+/* Working memory of one series: a run, the solution to compare it with, and the uncertainty of that. */
 typedef struct worker_slot {
     const ll_work_precision_request *order;
     ll_ode ode;
     double duration;
     double start[LL_ODE_DIM_MAX];
     bool formula;
-    ll_ode_run *run, *solution; /* the solution's is the first reference's, where there is no formula */
-    double *each, *doubt_each;  /* of components: measure.h */
-    ll_ode_measure doubt;       /* by how much two references differ */
-    double predictable_s;       /* until when that is little; the duration: all along */
-    ll_ode_scale whole;         /* of the solution, as far as it is predictable */
+    ll_ode_run *run, *solution; /* the solution: the first reference run, if there is no formula */
+    double *each, *doubt_each;  /* by component: measure.h */
+    ll_ode_measure doubt;       /* differences of the two references */
+    double predictable_s;       /* until when these are small; the duration: always */
+    ll_ode_scale whole;         /* scale of the solution, while it is predictable */
 } worker_slot;
 
 static ll_status start_reference(const worker_slot *b, int which, ll_ode_run *run)
@@ -32,7 +32,7 @@ static ll_status start_reference(const worker_slot *b, int which, ll_ode_run *ru
     return ll_ode_start(run, ll_ode_reference_method(b->order->problem, which), &b->ode, &control, b->start);
 }
 
-/* Reference `which` at `t`, which only goes forward. */
+/* Reference `which` at `t`; t must not decrease. */
 static void reference_at(const worker_slot *b, ll_ode_run *run, int which, double t, double *y)
 {
     const ll_ode_method *method = ll_ode_reference_method(b->order->problem, which);
@@ -49,7 +49,7 @@ static void solution_at(const worker_slot *b, double t, double *y)
         reference_at(b, b->solution, 0, t, y);
 }
 
-/* Compares both references over the last step of the first; false where they part. */
+/* Compares both references over the last step of the first; false when they diverge. */
 static bool compare(worker_slot *b, ll_ode_run *second)
 {
     const ll_ode_method *method = ll_ode_reference_method(b->order->problem, 0);
@@ -71,7 +71,7 @@ static bool compare(worker_slot *b, ll_ode_run *second)
     return true;
 }
 
-/* By formula, else what two references differ by. */
+/* Sets the solution: by formula, else two references and their difference. */
 static ll_status solve(worker_slot *b)
 {
     const ll_ode_problem *p = b->order->problem;
@@ -87,7 +87,7 @@ static ll_status solve(worker_slot *b)
         return ll_ok();
     ll_ode_run *second = malloc(ll_ode_run_size(ll_ode_reference_method(p, 1), &b->ode));
     ll_status status =
-        second ? start_reference(b, 0, b->solution) : ll_error(LL_NO_MEMORY, "no memory for a solution");
+        second ? start_reference(b, 0, b->solution) : ll_error(LL_NO_MEMORY, "out of memory: solution");
     if (!ll_failed(&status))
         status = start_reference(b, 1, second);
     bool together = !ll_failed(&status);
@@ -95,7 +95,7 @@ static ll_status solve(worker_slot *b)
         ll_ode_state state = ll_ode_step(b->solution, ll_ode_reference_method(p, 0), &b->ode);
         together = compare(b, second);
         if (state == LL_ODE_DIVERGED || second->state == LL_ODE_DIVERGED)
-            status = ll_error(LL_DIVERGED, "the solution of %s could not be computed", p->name);
+            status = ll_error(LL_DIVERGED, "cannot compute the solution of %s", p->name);
         together = together && !ll_failed(&status);
     }
     b->whole = b->doubt.scale;
@@ -117,7 +117,7 @@ static void forget(ll_work_precision *r)
     r->predictable_s = r->uncertainty = NAN;
 }
 
-/* What is above what is not known of the solution. */
+/* The error in excess of the solution's uncertainty. */
 static double above(double error, double doubt)
 {
     return doubt == 0 || error > doubt ? error : NAN;
@@ -146,7 +146,7 @@ static void errors(const worker_slot *b, const ll_ode_measure *m, ll_work_precis
     r->drift_per_s = ll_ode_measure_slope(m);
 }
 
-/* The step that the run has made last, up to the duration. */
+/* Measures the last step of the run, up to the duration. */
 static void measure_step(worker_slot *b, const ll_ode_method *method, ll_ode_measure *m)
 {
     double at[LL_ODE_POINTS], y[LL_ODE_DIM_MAX], wanted[LL_ODE_DIM_MAX], from = m->t;
@@ -156,7 +156,7 @@ static void measure_step(worker_slot *b, const ll_ode_method *method, ll_ode_mea
     for (int k = 0; k < points; k++) {
         double t = k == points - 1 || at[k] > end ? end : at[k];
         if (t == end && within && b->run->event >= 0)
-            return; /* at its jump it need not be on the side on which the solution is */
+            return; /* at a discontinuity the run may be on the other side of it */
         ll_ode_sample(b->run, method, &b->ode, t, y);
         solution_at(b, t, wanted);
         ll_ode_scale_see(&m->scale, b->order->problem, &b->ode, t, wanted);
@@ -167,7 +167,7 @@ static void measure_step(worker_slot *b, const ll_ode_method *method, ll_ode_mea
         ll_ode_give_up(b->run, LL_ODE_BLEW_UP);
 }
 
-/* The run, held against the solution over all of its steps. */
+/* Runs the method and compares every step with the solution. */
 static ll_status measure(worker_slot *b, const ll_ode_method *method, ll_work_precision *r)
 {
     ll_ode_measure m;
@@ -244,7 +244,7 @@ static ll_status open_worker_slot(worker_slot *b, const ll_work_precision_reques
     b->doubt_each = calloc(each, sizeof *b->doubt_each);
     return b->run && b->solution && b->each && b->doubt_each
                ? solve(b)
-               : ll_error(LL_NO_MEMORY, "no memory to measure a method");
+               : ll_error(LL_NO_MEMORY, "out of memory: measuring a method");
 }
 
 static void close_worker_slot(worker_slot *b)
@@ -266,15 +266,15 @@ ll_status ll_work_precision_level(const ll_work_precision_request *order, const 
     return status;
 }
 
-/* Above what is not known of the solution and what rounding makes of so many steps, and below a tenth of the
- * solution's size: an order can be told. */
+/* Whether an order can be computed: the error is above the solution's uncertainty and the rounding of so many
+ * steps, and below a tenth of the solution's size. */
 static bool is_well_known(const ll_work_precision *r)
 {
     double rounding = 16 * DBL_EPSILON * r->size * sqrt((double)r->counters.steps);
     return r->e_max > 4 * r->uncertainty && r->e_max > rounding && r->e_max < r->size / 10;
 }
 
-/* Shorter steps tell no more: rounding has the say, or the solution is not known better. */
+/* Shorter steps would not help: rounding dominates, or the solution is not known more exactly. */
 static bool is_over(const ll_work_precision *r)
 {
     bool unknown = r->status == LL_RUN_OK && isnan(r->e_max);

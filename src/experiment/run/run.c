@@ -1,4 +1,4 @@
-/* A run of an experiment, from its first tick to its row or its trace. */
+/* Runs a run of an experiment, from its first tick to its row or its trace. */
 #include <cjson/cJSON.h>
 #include <math.h>
 #include <stdio.h>
@@ -35,7 +35,7 @@ static ll_status advance(const ll_experiment *e, ll_session *session, const ll_i
     return status;
 }
 
-/* A sentence may be cut within a character, which no database of text takes. */
+/* Removes a partial character at the end of a truncated message: text databases reject it. */
 static void tell_error(ll_row *row, const ll_status *status)
 {
     snprintf(row->error, sizeof row->error, "%.*s", (int)sizeof row->error - 1, status->text);
@@ -47,7 +47,7 @@ static void tell_error(ll_row *row, const ll_status *status)
     }
 }
 
-/* What failed of the part that metric `i` is of. */
+/* Reports the failed part that has metric `i`. */
 static void tell_part(ll_row *row, const cJSON *part, const char *where)
 {
     const cJSON *reason = cJSON_GetObjectItemCaseSensitive(part, "reason");
@@ -59,8 +59,7 @@ static void tell_part(ll_row *row, const cJSON *part, const char *where)
     tell_error(row, &told);
 }
 
-/* Of a run that was stopped by its failure there are no metrics; of one with a part that failed there are
- * those of the other parts. */
+/* A failed run has no metrics; a run with a failed part has those of the other parts. */
 static void read_row(const ll_experiment *e, ll_session *session, ll_row *row)
 {
     cJSON *report = ll_session_metrics(session), *metrics = cJSON_GetObjectItem(report, "metrics");
@@ -78,7 +77,7 @@ static void read_row(const ll_experiment *e, ll_session *session, ll_row *row)
     cJSON_Delete(report);
 }
 
-/* Before its first tick. */
+/* Before the first tick. */
 static ll_status open_session(const ll_experiment *e, int64_t run, ll_session **session)
 {
     ll_scenario scenario;
@@ -88,7 +87,7 @@ static ll_status open_session(const ll_experiment *e, int64_t run, ll_session **
         status = ll_session_open(&scenario, NULL, NULL, session);
     if (!ll_failed(&status) && e->workload) {
         status = ll_session_load(*session, e->workload);
-        if (status.code == LL_CONFLICT) /* at this point scripts drive everybody */
+        if (status.code == LL_CONFLICT) /* at this point scripts control all players */
             status = ll_ok();
     }
     if (ll_failed(&status)) {
@@ -100,9 +99,9 @@ static ll_status open_session(const ll_experiment *e, int64_t run, ll_session **
 
 /* ---- cost ---- */
 
-enum { COST_LEAST = 3, COST_MOST = 7 }; /* times that a run is made to measure it */
+enum { COST_LEAST = 3, COST_MOST = 7 }; /* minimum and maximum of runs to measure the cost */
 
-#define COST_SHORT_NS 5e7 /* of all of them, below which there are more than the least */
+#define COST_SHORT_NS 5e7 /* total time below which more than the minimum are run */
 
 static double thread_ns(void)
 {
@@ -119,8 +118,8 @@ static int cost_metric_of(const ll_experiment *e)
     return -1;
 }
 
-/* The same run again and again; the least is what others on the machine disturbed least. `first_ns` is what
- * the run itself took. */
+/* Repeats the run and takes the minimum, which other processes disturb least. `first_ns` is the time of the
+ * run itself. */
 static ll_status measure_cost(const ll_experiment *e, int metric, double first_ns,
                               const ll_interrupt *interrupt, ll_row *row)
 {

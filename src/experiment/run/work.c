@@ -18,17 +18,17 @@
 
 enum { THREADS_MAX = 256, LOOK_EVERY_S = 1, RETRY_EVERY_S = 1, PATIENCE_S = 120 };
 
-/* What a thread works on. */
+/* A worker thread and its work. */
 typedef struct worker_slot {
     struct ll_workers *workers;
     pthread_t thread;
     ll_experiment *experiment;
-    char id[LL_EXPERIMENT_ID_MAX + 1]; /* of the experiment that is held */
+    char id[LL_EXPERIMENT_ID_MAX + 1]; /* of the loaded experiment */
     ll_row *rows;
     int64_t capacity;
     ll_resampler resampler;
-    atomic_bool drop; /* what it is at: the lease was lost, or the workers stop */
-    /* Of the workers' lock: */
+    atomic_bool drop; /* stop the present run: the lease was lost, or the workers stop */
+    /* Guarded by the workers' lock: */
     ll_lease lease; /* chunk < 0: none */
     double renew_at;
 } worker_slot;
@@ -38,13 +38,13 @@ struct ll_workers {
     char owner[LL_OWNER_MAX + 1];
     worker_slot benches[THREADS_MAX];
     int count;
-    pthread_t keeper; /* of the leases */
+    pthread_t keeper; /* renews leases */
     _Atomic int64_t runs;
     atomic_int alive;
     atomic_bool stopping;
-    pthread_mutex_t lock; /* of what follows */
+    pthread_mutex_t lock; /* guards all members below */
     pthread_cond_t wake;
-    bool over; /* all threads but the keeper have ended */
+    bool over; /* all threads except the keeper have ended */
     uint64_t calls;
     ll_status error;
 };
@@ -61,9 +61,9 @@ static int64_t share(int64_t runs, int64_t parts)
     return (runs + parts - 1) / parts;
 }
 
-/* As few chunks as leave nobody idle at the end: claiming and finishing one takes the time of many short
- * runs. Long runs are in more of them, since a worker that dies takes its chunk along: but not in so many
- * that the queue itself is slow. */
+/* As few chunks as keep all threads busy to the end: claiming and finishing a chunk takes the time of many
+ * short runs. Long runs are in more chunks, since a worker that dies loses its chunk; but not in so many that
+ * the queue itself becomes slow. */
 int64_t ll_chunk_size(int64_t runs, double run_s)
 {
     enum { FEW = 128, MANY = 2000, LARGEST = 5000 };
@@ -98,7 +98,7 @@ ll_status ll_experiment_time(const ll_experiment *experiment, int64_t run, doubl
     return status;
 }
 
-/* The same of each version: the length of the id without it. */
+/* Returns the length of the id without its version, which is the same for all versions. */
 static int name_experiment(const ll_experiment *experiment, int64_t from, int64_t to, const char *version,
                            char id[LL_EXPERIMENT_ID_MAX + 1])
 {
@@ -110,9 +110,9 @@ static int name_experiment(const ll_experiment *experiment, int64_t from, int64_
 }
 
 typedef struct rival {
-    char id[LL_EXPERIMENT_ID_MAX + 1]; /* ours */
-    int common;                        /* characters that a rival's id begins with */
-    char version[LL_VERSION_MAX + 1];  /* a rival's; empty: there is none */
+    char id[LL_EXPERIMENT_ID_MAX + 1]; /* this version's id */
+    int common;                        /* length of the common part of the ids */
+    char version[LL_VERSION_MAX + 1];  /* another version with the same experiment; empty: none */
 } rival;
 
 static void note_rival(void *context, const ll_experiment_record *record)
@@ -129,11 +129,10 @@ ll_status ll_experiment_check_version(ll_result_store *store, const ll_experimen
     r.common = name_experiment(experiment, from, to, store->version, r.id);
     ll_status status = store->kind->list(store, note_rival, &r);
     if (!ll_failed(&status) && r.version[0])
-        status = ll_error(
-            LL_CONFLICT,
-            "laglab %s has begun this experiment in the store; this one, %s, may give other rows: go "
-            "on with that version, or run all again with --anew",
-            r.version, store->version);
+        status = ll_error(LL_CONFLICT,
+                          "laglab %s has started this experiment in the store; results of this one, %s, may "
+                          "differ: continue with that version, or run all again with --anew",
+                          r.version, store->version);
     return status;
 }
 
@@ -145,7 +144,7 @@ ll_status ll_experiment_register(ll_result_store *store, const ll_experiment *ex
     memcpy(id, record.id, sizeof record.id);
     char *text = ll_experiment_text(experiment);
     if (!text)
-        return ll_error(LL_NO_MEMORY, "no memory for an experiment");
+        return ll_error(LL_NO_MEMORY, "out of memory: experiment");
     ll_status status =
         store->kind->create(store, &record, text, ll_experiment_chunk(experiment, to - from, run_s));
     free(text);
@@ -159,7 +158,7 @@ static double seconds(void)
     return (double)t.tv_sec + (double)t.tv_nsec * 1e-9;
 }
 
-/* Until somebody calls, beyond those `calls` that were there before; or for that long. With the lock. */
+/* Waits until there are more than `calls` calls, or for that time. Locked. */
 static void wait_for_call(ll_workers *w, uint64_t calls, double wait_s)
 {
     struct timespec until;
@@ -217,7 +216,7 @@ static worker_slot *next_to_renew(ll_workers *w)
     return next;
 }
 
-/* With the lock, which it leaves while the store is asked. */
+/* Locked, but unlocks while it waits for the store. */
 static void renew(ll_workers *w, worker_slot *b)
 {
     ll_lease lease = b->lease;
@@ -225,14 +224,14 @@ static void renew(ll_workers *w, worker_slot *b)
     ll_status status = w->order.store->kind->renew(w->order.store, &lease, w->order.lease_s);
     pthread_mutex_lock(&w->lock);
     if (b->lease.chunk != lease.chunk || b->lease.attempt != lease.attempt)
-        return; /* handed in meanwhile */
+        return; /* finished meanwhile */
     if (status.code == LL_CONFLICT)
         atomic_store(&b->drop, true);
     b->renew_at = seconds() + (ll_failed(&status) ? RETRY_EVERY_S : w->order.lease_s / 2);
 }
 
-/* Renews leases while their chunks are worked on, however long one run takes. It looks often enough that a
- * lease that begins meanwhile is not late. */
+/* Renews leases while their chunks are run, however long one run takes. The checks are frequent enough for a
+ * lease that begins meanwhile. */
 static void *keep_leases(void *context)
 {
     ll_workers *w = context;
@@ -252,7 +251,7 @@ static void *keep_leases(void *context)
 
 /* ---- a chunk ---- */
 
-/* A server that does not answer is waited for. `since` is 0 at the first try. */
+/* Retries while a server does not answer, for a limited time. `since` is 0 at the first try. */
 static bool is_worth_a_retry(ll_workers *w, const ll_status *status, double *since)
 {
     if (status->code != LL_UNAVAILABLE || atomic_load(&w->stopping))
@@ -320,7 +319,7 @@ static int64_t now_ns(void)
     return (int64_t)t.tv_sec * 1000000000 + t.tv_nsec;
 }
 
-/* A run, or what stands in its place where its point has enough. */
+/* Makes a run, or the row of a skipped run if its point has enough. */
 static ll_status run_or_skip(worker_slot *b, const ll_lease *lease, int64_t run,
                              const ll_interrupt *interrupt, bool *enough)
 {
@@ -337,7 +336,7 @@ static ll_status run_or_skip(worker_slot *b, const ll_lease *lease, int64_t run,
     return status;
 }
 
-/* LL_CONFLICT, LL_INTERRUPTED: it is no longer this worker's, or not wanted. */
+/* LL_CONFLICT, LL_INTERRUPTED: the lease was lost, or the result is not wanted. */
 static ll_status run_chunk(worker_slot *b, const ll_lease *lease)
 {
     ll_workers *w = b->workers;
@@ -348,7 +347,7 @@ static ll_status run_chunk(worker_slot *b, const ll_lease *lease)
         b->capacity = lease->to - lease->from;
         b->rows = malloc((size_t)b->capacity * sizeof *b->rows);
     }
-    ll_status status = b->rows ? load(b, lease->id) : ll_error(LL_NO_MEMORY, "no memory for rows");
+    ll_status status = b->rows ? load(b, lease->id) : ll_error(LL_NO_MEMORY, "out of memory: rows");
     bool enough = false; /* of the point */
     for (int64_t run = lease->from; run < lease->to && !ll_failed(&status); run++) {
         status = run_or_skip(b, lease, run, &interrupt, &enough);
@@ -384,7 +383,7 @@ static void note_others(void *context, const ll_experiment_record *record)
                   strcmp(record->version, o->version) == 0;
 }
 
-/* False when nothing is left, not even with other workers, whose chunks come back if they die. */
+/* False when no work is left; chunks of other workers count as work, since they return if those die. */
 static bool more_to_come(const ll_workers *w)
 {
     ll_experiment_record record;
@@ -413,7 +412,7 @@ static ll_status claim(ll_workers *w, ll_lease *lease)
     return status;
 }
 
-/* A claim, and what came of it. `found`: there was something. */
+/* Claims a chunk and runs it. `found`: there was one. */
 static ll_status work_once(worker_slot *b, bool *found)
 {
     ll_lease lease;
@@ -429,7 +428,7 @@ static ll_status work_once(worker_slot *b, bool *found)
         status.code = LL_CONFLICT;
     if (status.code == LL_CONFLICT && atomic_load(&w->stopping))
         status = w->order.store->kind->give_back(w->order.store, &lease);
-    ll_workers_wake(w); /* others may wait to hear that this was the last */
+    ll_workers_wake(w); /* other threads may wait for the end of the last one */
     return status;
 }
 
@@ -438,14 +437,14 @@ static void *work(void *context)
     worker_slot *b = context;
     pthread_setname_np(pthread_self(), "run");
     ll_workers *w = b->workers;
-    if (w->order.nice > 0) /* of this thread alone, on Linux */
+    if (w->order.nice > 0) /* on Linux: of this thread only */
         setpriority(PRIO_PROCESS, (id_t)syscall(SYS_gettid), w->order.nice);
     while (!atomic_load(&w->stopping)) {
         bool found;
         uint64_t calls = calls_so_far(w);
         ll_status status = work_once(b, &found);
         if (ll_failed(&status) && status.code != LL_CONFLICT &&
-            status.code != LL_NOT_FOUND) { /* it was deleted */
+            status.code != LL_NOT_FOUND) { /* the experiment was deleted */
             keep_error(w, &status);
             if (!w->order.persist)
                 break;
@@ -497,7 +496,7 @@ ll_status ll_workers_start(const ll_workers_order *order, ll_workers **workers)
 {
     ll_workers *w = *workers = calloc(1, sizeof *w);
     if (!w)
-        return ll_error(LL_NO_MEMORY, "no memory for workers");
+        return ll_error(LL_NO_MEMORY, "out of memory: workers");
     w->order = *order;
     int wanted = order->threads > 0 ? order->threads : ll_cores();
     name_owner(w->owner);
@@ -521,7 +520,7 @@ ll_status ll_workers_start(const ll_workers_order *order, ll_workers **workers)
     else
         clear_away(w);
     *workers = NULL;
-    return ll_error(LL_NO_MEMORY, "no thread could be started");
+    return ll_error(LL_NO_MEMORY, "cannot start worker threads");
 }
 
 int64_t ll_workers_runs(const ll_workers *w)

@@ -1,13 +1,13 @@
-/* What is known before any run of why metrics will be null. */
+/* Reasons why metrics will be null, as far as they are known before the runs. */
 #include <cjson/cJSON.h>
 #include <inttypes.h>
 #include <stdio.h>
 
 #include "experiment/spec/experiment.h"
 
-enum { POINTS_MOST = 32 /* that are looked at, since who watches an experiment asks often */ };
+enum { POINTS_MOST = 32 /* points that are checked: clients poll experiments often */ };
 
-/* The kind's sentences of a point; NULL: there are none. */
+/* The kind's notices of a point; NULL: none. */
 static cJSON *of_point(const ll_experiment *e, int64_t point)
 {
     ll_scenario scenario = {0};
@@ -23,14 +23,13 @@ static cJSON *of_point(const ll_experiment *e, int64_t point)
     return notices;
 }
 
-/* At how many of the points that were looked at, where it is not all. */
+/* Adds the number of affected points, unless all are. */
 static cJSON *told(const char *notice, int64_t found, int64_t looked)
 {
     char text[600];
     if (found == looked)
         return cJSON_CreateString(notice);
-    snprintf(text, sizeof text, "At %" PRId64 " of %" PRId64 " points that were looked at: %s", found, looked,
-             notice);
+    snprintf(text, sizeof text, "At %" PRId64 " of %" PRId64 " checked points: %s", found, looked, notice);
     return cJSON_CreateString(text);
 }
 

@@ -8,8 +8,8 @@
 
 #define ERROR_95 0.05
 
-/* By how much each look beyond the first shrinks the error: found over normal, exponential and lognormal
- * values, so that the coverage of what is told is the level again. */
+/* Reduction of the error per check after the first: found with normal, exponential and lognormal values, so
+ * that the coverage of the final interval has the level again. */
 #define PER_LOOK 0.125
 
 bool ll_until_is_set(const ll_experiment *e)
@@ -17,7 +17,7 @@ bool ll_until_is_set(const ll_experiment *e)
     return e->head.until.half_width > 0 || e->head.until.relative > 0;
 }
 
-/* The number of runs at the look after that with so many. */
+/* Number of runs at the check after the one with `made` runs. */
 static int64_t next_look(const ll_experiment *e, int64_t made)
 {
     return 2 * made < e->head.repeats ? 2 * made : e->head.repeats;

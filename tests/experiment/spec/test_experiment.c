@@ -694,7 +694,7 @@ static void bad_input_is_told(void **state)
         {"{\"scenario\":\"race\",\"metrics\":[\"players.0.lag\"]}", "metrics.0", "players.0 has name"},
         {"{\"scenario\":\"race\",\"metrics\":[\"players.7.own_lead_m.mean\"]}", "metrics.0", "2 elements"},
         {"{\"scenario\":\"race\",\"metrics\":[\"players.0.own_lead_m\"]}", "metrics.0", "mean"},
-        {"{\"scenario\":\"race\",\"metrics\":[\"server.sync\"]}", "metrics.0", "no number"},
+        {"{\"scenario\":\"race\",\"metrics\":[\"server.sync\"]}", "metrics.0", "not a number"},
         {"{\"scenario\":\"race\",\"set\":{\"players.0.lags\":1}," METRICS "}", "set.players.0.lags",
          "lag_ms"},
         {"{\"scenario\":\"race\",\"set\":{\"players.0.lag_ms\":-1}," METRICS "}", "set.players.0.lag_ms",
@@ -703,12 +703,12 @@ static void bad_input_is_told(void **state)
         {"{\"scenario\":\"race\",\"axes\":[{\"path\":\"players.0.nosuch\",\"values\":[1]}]," METRICS "}",
          "axes.0.path", "players.0.nosuch"},
         {"{\"scenario\":\"race\",\"axes\":[{\"path\":\"players.0.lag_ms\",\"values\":[]}]," METRICS "}",
-         "axes.0", "nothing to run"},
+         "axes.0", "got 0"},
         {"{\"scenario\":\"race\",\"axes\":[{\"path\":\"players.0.lag_ms\"}]," METRICS "}", "axes.0",
-         "needs values"},
+         "must have values"},
         {"{\"scenario\":\"race\",\"axes\":[{\"path\":\"players.0.lag_ms\",\"values\":[1],\"count\":2}]"
          "," METRICS "}",
-         "axes.0", "both"},
+         "axes.0", "either values or a range"},
         {"{\"scenario\":\"race\",\"axes\":[{\"path\":\"players.0.lag_ms\",\"values\":[1,-5]}]," METRICS "}",
          "axes.0.players.0.lag_ms", "-5"},
         {"{\"scenario\":\"race\",\"axes\":[{\"path\":\"server.update_hz\",\"from\":0,\"to\":9,\"count\":3,"
@@ -716,7 +716,7 @@ static void bad_input_is_told(void **state)
          "axes.0", "above 0"},
         {"{\"scenario\":\"race\",\"axes\":[{\"path\":\"server.sync\",\"from\":0,\"to\":9,\"count\":3}]"
          "," METRICS "}",
-         "axes.0", "no number"},
+         "axes.0", "not a number"},
         {"{\"scenario\":\"race\",\"axes\":[{\"path\":\"players\",\"values\":[1]}]," METRICS "}", "axes.0",
          "one value"},
         {"{\"scenario\":\"race\",\"axes\":[{\"path\":\"seed\",\"values\":[1]}]," METRICS "}", "axes.0",
@@ -724,7 +724,7 @@ static void bad_input_is_told(void **state)
         {"{\"scenario\":\"race\",\"axes\":[{\"path\":\"server.update_hz\",\"values\":[1]},{\"path\":\"server."
          "update_hz\","
          "\"values\":[2]}]," METRICS "}",
-         "axes.1", "already"},
+         "axes.1", "another axis"},
         {"{\"scenario\":\"race\",\"axes\":[{\"zip\":[{\"path\":\"players.0.lag_ms\",\"values\":[1]},{"
          "\"path\":"
          "\"players.1.lag_ms\",\"values\":[1,2]}]}]," METRICS "}",
@@ -739,7 +739,7 @@ static void bad_input_is_told(void **state)
          "one of the metrics; got tick"},
         {"{\"scenario\":\"race\",\"front\":[\"players.0.own_lead_m.mean\",\"players.0.own_lead_m.mean\"]"
          "," METRICS "}",
-         "front.1", "twice"},
+         "front.1", "duplicate"},
         {"{\"scenario\":\"race\",\"interval\":\"bca\"," METRICS "}", "interval", "auto, t"},
         {"{\"scenario\":\"race\",\"stop\":{\"metric\":\"nosuch\"}," METRICS "}", "stop.metric",
          "server, players"},
