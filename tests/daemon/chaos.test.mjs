@@ -154,7 +154,7 @@ test('a daemon on the same store tells that the server is away, and goes on when
   postgres('kill');
   const away = await c.get(made.links.self);
   assert.equal(away.status, 503, away.text);
-  assert.match(away.json.detail, /^the server of the store postgresql:\/\/laglab@\/lab cannot be used/);
+  assert.match(away.json.detail, /^server of the store postgresql:\/\/laglab@\/lab not usable/);
   postgres('start');
   await waitFor(async () => (await c.get(made.links.self)).json.state === 'done', 'the rows', 90000);
   good('sweep', 'few.json', '--out', 'few.csv');
@@ -212,7 +212,7 @@ test('a store on a network file system is refused, and none is made there', { sk
   // Whoever waits for the file system's answers must not be who carries them.
   const { status, stderr } = await outcome('sweep', orbits('net.json', 100), '--out', 'far/net.csv');
   assert.equal(status, 2);
-  assert.match(stderr, /^laglab: the store far\/net\.csv\.runs is on fuse\.sshfs, where SQLite loses data: use a local folder, PostgreSQL, or --shard on each machine\n$/);
+  assert.match(stderr, /^laglab: store far\/net\.csv\.runs is on fuse\.sshfs, where SQLite loses data: use a local folder, PostgreSQL, or --shard on each machine\n$/);
   assert.deepEqual(readdirSync(near), []);
 });
 
@@ -228,7 +228,7 @@ test('a store that is full or read-only is told, and what was done is not lost',
   try {
     const full = on('sweep', experiment, '--out', 'rows.csv');
     assert.equal(full.status, 1);
-    assert.equal(full.stderr, 'laglab: the disk of the store rows.csv.runs is full\n');
+    assert.equal(full.stderr, 'laglab: disk of the store rows.csv.runs is full\n');
     execFileSync('mount', ['-o', 'remount,size=20m', disk]);
     assert.equal(on('sweep', experiment, '--store', 'kept.db', '--out', 'kept.csv').status, 0);
     assert.equal(on('sweep', experiment, '--out', 'rows.csv').status, 0);
@@ -237,7 +237,7 @@ test('a store that is full or read-only is told, and what was done is not lost',
     assert.equal(on('sweep', experiment).stdout, readFileSync(file('disk/kept.csv'), 'utf8'), 'in memory it needs no disk');
     const fixed = on('worker', '--store', 'kept.db', '--drain');
     assert.equal(fixed.status, 1);
-    assert.equal(fixed.stderr, 'laglab: the store kept.db cannot be written: its file system is read-only\n');
+    assert.equal(fixed.stderr, 'laglab: cannot write to the store kept.db: read-only file system\n');
   } finally {
     execFileSync('umount', ['-l', disk]);
   }

@@ -196,7 +196,7 @@ test('a start that cannot be', { skip: !has_python }, async (t) => {
     writeFileSync(file, 'x'.repeat(5000));
     told = refusal(data);
     assert.equal(told.status, 1);
-    assert.match(told.text, /damaged or no database/);
+    assert.match(told.text, /damaged or not a database/);
   } finally {
     remove(data);
   }

@@ -171,7 +171,7 @@ static void a_folder_that_cannot_be_is_refused(void **state)
 {
     (void)state;
     fixture no = {.folder = "/proc/nothing/here"};
-    refused(&no, "cannot be made");
+    refused(&no, "Cannot create");
 }
 
 static void limit_files(rlim_t size)
