@@ -94,7 +94,7 @@ static bool measure_methods(problem_rows *p, ll_status *status)
 {
     while (p->at == p->count && *p->method) {
         p->measured = *p->method++;
-        if (!ll_listed(p->methods, p->measured->name))
+        if (!ll_list_contains(p->methods, p->measured->name))
             continue;
         p->at = 0;
         *status = ll_work_precision_series(&p->order, p->measured, p->refinement_levels, &p->count);
@@ -364,7 +364,8 @@ int ll_verb_work_precision(int argc, char **argv)
     if (ll_failed(&status))
         return ll_argument_fail(&status);
     q.name = count ? positional[0] : NULL;
-    const ll_refinement_series *refinement_series = q.name ? refinement_series_of(q.name, ll_ladders) : NULL;
+    const ll_refinement_series *refinement_series =
+        q.name ? refinement_series_of(q.name, ll_refinement_series_table) : NULL;
     if (q.report && !(q.page = ll_refinement_series_page_make()))
         return ll_argument_fail(&(ll_status){.code = LL_NO_MEMORY, .text = "out of memory: page"});
     status = refinement_series && refinement_series->scenario ? measure_scenario(&q, refinement_series)

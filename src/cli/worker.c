@@ -53,7 +53,7 @@ static ll_status parse(worker *w, int argc, char **argv)
 /* Reports experiments of other versions, which wait for workers of their version, as they appear. */
 static void report_versions(const worker *w, ll_status *reported)
 {
-    ll_status status = w->id ? ll_ok() : ll_result_store_admits_all(w->store);
+    ll_status status = w->id ? ll_ok() : ll_result_store_check_versions(w->store);
     if (status.code != LL_CONFLICT || strcmp(status.text, reported->text) == 0)
         return;
     *reported = status;
@@ -83,11 +83,11 @@ static ll_status work(const worker *w)
 {
     sigset_t signals;
     ll_workers *workers;
-    ll_workers_order order = {.store = w->store,
-                              .id = w->id,
-                              .threads = (int)w->threads,
-                              .lease_s = (double)w->lease_s,
-                              .drain = w->drain};
+    ll_workers_config order = {.store = w->store,
+                               .id = w->id,
+                               .threads = (int)w->threads,
+                               .lease_s = (double)w->lease_s,
+                               .drain = w->drain};
     sigemptyset(&signals);
     sigaddset(&signals, SIGTERM);
     sigaddset(&signals, SIGINT);
@@ -109,7 +109,7 @@ static ll_status check_store(const worker *w)
         return ll_ok();
     ll_status status = w->store->kind->record(w->store, w->id, &record);
     if (!ll_failed(&status))
-        status = ll_result_store_admits(w->store, &record);
+        status = ll_result_store_check_version(w->store, &record);
     if (!ll_failed(&status) && record.state == LL_EXPERIMENT_FAILED)
         status =
             ll_error(LL_IO, "experiment %s failed: %d workers lost the same chunk", w->id, LL_ATTEMPTS_MAX);
@@ -131,7 +131,7 @@ int ll_verb_worker(int argc, char **argv)
     if (!ll_failed(&status))
         status = check_store(&w);
     if (!ll_failed(&status) && w.drain && !w.id) /* work is left that it may not do */
-        status = ll_result_store_admits_all(w.store);
+        status = ll_result_store_check_versions(w.store);
     ll_result_store_close(w.store);
     return ll_failed(&status) ? ll_argument_fail(&status) : 0;
 }

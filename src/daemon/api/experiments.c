@@ -159,7 +159,7 @@ static bool permitted(const ll_api *api, const ll_http_request *request, ll_http
 
 static void add_version(ll_api *api, const ll_experiment_record *r, cJSON *json)
 {
-    ll_status status = ll_result_store_admits(ll_experiments_store(api->experiments), r);
+    ll_status status = ll_result_store_check_version(ll_experiments_store(api->experiments), r);
     cJSON_AddStringToObject(json, "version", r->version);
     if (ll_failed(&status))
         cJSON_AddStringToObject(json, "held_back", status.text);

@@ -131,18 +131,18 @@ static ll_status expire(ll_experiments *x, int64_t *present)
 static ll_status start_workers(ll_experiments *x)
 {
     bool shared = ll_result_store_url(x->config->store) != NULL;
-    ll_workers_order spec = {.store = x->store,
-                             .threads = (int)x->config->threads,
-                             .nice = LOWEST_NICE,
-                             .lease_s = shared ? SHARED_LEASE_S : OWN_LEASE_S,
-                             .persist = true};
+    ll_workers_config spec = {.store = x->store,
+                              .threads = (int)x->config->threads,
+                              .nice = LOWEST_NICE,
+                              .lease_s = shared ? SHARED_LEASE_S : OWN_LEASE_S,
+                              .persist = true};
     ll_status status =
         shared ? ll_ok() : x->store->kind->release(x->store); /* leases of a daemon that was killed */
     if (!ll_failed(&status))
         status = ll_workers_start(&spec, &x->workers);
     if (ll_failed(&status))
         return status;
-    ll_status told = ll_result_store_admits_all(x->store);
+    ll_status told = ll_result_store_check_versions(x->store);
     if (told.code == LL_CONFLICT)
         ll_log_write("warn", "experiments", "%s", told.text);
     return status;
@@ -356,7 +356,7 @@ ll_status ll_experiments_add(ll_experiments *x, const ll_experiment *e, const ch
     status = x->store->kind->create(x->store, &record, text, ll_experiment_chunk(e, e->runs, 0));
     free(text);
     if (x->workers)
-        ll_workers_wake(x->workers);
+        ll_workers_notify(x->workers);
     if (!ll_failed(&status)) {
         note_creator(x, id, client);
         ll_progress_add(atomic_load(&x->progress), id);
@@ -392,14 +392,15 @@ ll_status ll_experiments_set(ll_experiments *x, const ll_experiment_record *reco
     if (record->state != LL_EXPERIMENT_RUNNING && record->state != LL_EXPERIMENT_PAUSED)
         return ll_error(LL_CONFLICT, "The experiment has ended: it is %s.",
                         ll_experiment_state_names[record->state]);
-    ll_status status = state == LL_EXPERIMENT_RUNNING ? ll_result_store_admits(x->store, record) : ll_ok();
+    ll_status status =
+        state == LL_EXPERIMENT_RUNNING ? ll_result_store_check_version(x->store, record) : ll_ok();
     if (!ll_failed(&status))
         status = x->store->kind->set_state(x->store, record->id, state);
     if (ll_failed(&status) || state != LL_EXPERIMENT_RUNNING)
         return status;
     begin_rate(x, record->id, record->done);
     if (x->workers)
-        ll_workers_wake(x->workers);
+        ll_workers_notify(x->workers);
     return status;
 }
 

@@ -28,8 +28,8 @@ typedef struct ll_advise_request {
     _Atomic int64_t *runs;         /* NULL, or a counter of finished runs */
 } ll_advise_request;
 
-ll_status ll_advise_check(const ll_advise_request *order); /* errors that can be found before any run */
-int64_t ll_advise_runs(const ll_advise_request *order);    /* maximum number of runs */
+ll_status ll_advise_check(const ll_advise_request *request); /* errors that can be found before any run */
+int64_t ll_advise_runs(const ll_advise_request *request);    /* maximum number of runs */
 
 /* The answer as JSON:
  * {"holds","optimum","max_error","error_metric","cost_metric","advice":{...},"nearest":{...},"front":[...],
@@ -37,4 +37,4 @@ int64_t ll_advise_runs(const ll_advise_request *order);    /* maximum number of 
  * the smallest error. Each setting has "point","set","error","error_ci95","cost","runs", and the advice
  * "verified" with "runs","error","error_ci95" over fresh seeds. `optimum` is `proven`, or `best found`: more
  * runs might find a cheaper one. Caller deletes. */
-ll_status ll_advise(const ll_advise_request *order, struct cJSON **answer);
+ll_status ll_advise(const ll_advise_request *request, struct cJSON **answer);

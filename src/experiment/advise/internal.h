@@ -11,7 +11,7 @@ struct cJSON;
 
 enum { COST, ERROR };
 
-enum { LL_ADVISE_FRESH_MOST = 512 }; /* maximum of fresh seeds for one setting */
+enum { LL_ADVISE_FRESH_MAX = 512 }; /* maximum of fresh seeds for one setting */
 
 typedef enum ll_trial_state {
     UNTRIED,
@@ -30,7 +30,7 @@ typedef struct ll_values {
 } ll_values;
 
 typedef struct ll_trial {
-    int64_t runs, failed, lacking; /* `lacking`: failed runs that ended well, but without error or cost */
+    int64_t runs, failed, missing; /* `lacking`: failed runs that ended well, but without error or cost */
     ll_sums own[2], fresh[2];      /* magnitudes of cost and error, over the repeats and over fresh seeds */
     ll_values own_values, fresh_values;
     ll_trial_state state;
@@ -38,7 +38,7 @@ typedef struct ll_trial {
 } ll_trial;
 
 typedef struct ll_advise_search {
-    const ll_advise_request *order;
+    const ll_advise_request *request;
     const ll_experiment *experiment;
     ll_experiment fresh; /* the same with more repeats, whose seeds follow the experiment's */
     ll_surrogate *surrogate;
@@ -77,13 +77,13 @@ static inline bool ll_advise_is_verified(const ll_trial *t)
 }
 
 /* Cost differences, seed by seed. */
-ll_sums ll_advise_apart(const ll_trial *a, const ll_trial *b);
+ll_sums ll_advise_cost_difference(const ll_trial *a, const ll_trial *b);
 
 /* Whether it costs more, by the 95 % interval of the differences by seed. */
-bool ll_advise_is_dearer(const ll_trial *a, const ll_trial *b);
+bool ll_advise_costs_more(const ll_trial *a, const ll_trial *b);
 
 /* Whether two settings gave the same at every common seed, so that they cannot be distinguished. */
-bool ll_advise_is_twin(const ll_trial *a, const ll_trial *b);
+bool ll_advise_is_indistinguishable(const ll_trial *a, const ll_trial *b);
 
 /* Log ratio between the mean over all repeats and that over the setting's seeds so far, estimated from the
  * settings that have run them all. */
@@ -93,15 +93,15 @@ double ll_advise_shift(const ll_advise_search *s, const ll_trial *t, int output)
 ll_status ll_advise_run(ll_advise_search *s, int point, bool fresh);
 
 void ll_advise_rule_out(ll_trial *t, const char *why);
-bool ll_advise_is_unsure(const ll_trial *t); /* it may hold, but no fresh seeds are left */
-extern const char ll_advise_unsure[];        /* the reason for those */
+bool ll_advise_is_undecided(const ll_trial *t); /* it may hold, but no fresh seeds are left */
+extern const char ll_advise_undecided[];        /* the reason for those */
 
 /* Half width of the 95 % interval of the mean over the repeats. The variance of few runs is moderated by the
  * scatter of errors elsewhere; that of counts is at least Poisson's. */
-double ll_advise_half(const ll_advise_search *s, const ll_trial *t);
+double ll_advise_half_width(const ll_advise_search *s, const ll_trial *t);
 
 /* Sums over all seeds of a setting. */
-ll_sums ll_advise_pooled(const ll_trial *t);
+ll_sums ll_advise_all_sums(const ll_trial *t);
 
 /* Whether nothing random affects the setting: fresh seeds give the same as the others. Where events may be
  * rare, equal counts are no evidence. */
@@ -109,7 +109,7 @@ bool ll_advise_is_certain(const ll_advise_search *s, const ll_trial *t);
 
 /* Uncertainty of the mean over fresh seeds: half width of the 95 % interval, or a bound for few or no
  * events. */
-double ll_advise_doubt(const ll_advise_search *s, const ll_trial *t);
+double ll_advise_uncertainty(const ll_advise_search *s, const ll_trial *t);
 
 /* Fresh seeds after which the upper bound should be below the limit, given the scatter of errors; and how
  * many to run next. */

@@ -26,7 +26,7 @@ typedef struct ll_refinement_series {
 
 enum { LL_REFINEMENT_SERIES_SEEDS_MAX = 1000 };
 
-extern const ll_refinement_series ll_ladders[]; /* the last row has no scenario */
+extern const ll_refinement_series ll_refinement_series_table[]; /* the last row has no scenario */
 
 typedef struct ll_refinement_level {
     const ll_refinement_series *refinement_series;
@@ -51,17 +51,17 @@ typedef struct ll_refinement_request {
 
 /* A series in progress. */
 typedef struct ll_refinement_run {
-    const ll_refinement_request *order;
+    const ll_refinement_request *request;
     const char *series, *settings;        /* remaining values: of `series`, of `settings` */
     ll_refinement_level refinement_level; /* the last one */
 } ll_refinement_run;
 
 ll_refinement_run ll_refinement_series_start(const ll_refinement_series *refinement_series,
-                                             const ll_refinement_request *order);
+                                             const ll_refinement_request *request);
 
 /* Measures the next level; false after the last level of the last series, or on failure. LL_BAD_INPUT: a
  * value is invalid for the scenario. A run that diverges also makes a level. */
 bool ll_refinement_series_next(ll_refinement_run *refinement_run, ll_status *status);
 
 /* Whether `name` is in the comma-separated `list`; NULL contains all. */
-bool ll_listed(const char *list, const char *name);
+bool ll_list_contains(const char *list, const char *name);

@@ -18,17 +18,17 @@
 #define MANY 2          /* events in a run, or limits, up to which a setting has few */
 #define LARGE 4         /* limits: assumed maximum of a rare event where the error is no count */
 
-#define SAME 1e-12 /* relative: costs that are equal */
-#define PRIOR 1    /* weight of the assumption that all seeds agree, in settings */
-#define FREEDOM 3  /* degrees of freedom that the scatter of all settings has in the variance of one */
+#define SAME 1e-12      /* relative: costs that are equal */
+#define PRIOR 1         /* weight of the assumption that all seeds agree, in settings */
+#define PRIOR_FREEDOM 3 /* degrees of freedom that the scatter of all settings has in the variance of one */
 
 enum { FRESH_LEAST = 4, TWIN_LEAST = 6 };
 
-const char ll_advise_unsure[] = "on fresh seeds the error is not certainly within the limit";
+const char ll_advise_undecided[] = "on fresh seeds the error is not certainly within the limit";
 
-bool ll_advise_is_unsure(const ll_trial *t)
+bool ll_advise_is_undecided(const ll_trial *t)
 {
-    return t->state == RULED_OUT && t->why == ll_advise_unsure;
+    return t->state == RULED_OUT && t->why == ll_advise_undecided;
 }
 
 void ll_advise_rule_out(ll_trial *t, const char *why)
@@ -40,7 +40,7 @@ void ll_advise_rule_out(ll_trial *t, const char *why)
 /* ---- running ---- */
 
 /* Updates the greatest common divisor of errors (Euclid), if they are counts. */
-static void note_event(ll_advise_search *s, double error)
+static void update_event(ll_advise_search *s, double error)
 {
     if (error <= 0)
         return;
@@ -74,7 +74,7 @@ static double scatter(const ll_advise_search *s)
  * with few events (quasi-Poisson). */
 static double burst(const ll_advise_search *s)
 {
-    double few = MANY * fmax(s->order->max_error, s->event), squares = 0, alone = 0;
+    double few = MANY * fmax(s->request->max_error, s->event), squares = 0, alone = 0;
     for (int p = 0; p < s->points; p++)
         for (int fresh = 0; fresh < 2; fresh++) {
             const ll_sums *error = fresh ? &s->trials[p].fresh[ERROR] : &s->trials[p].own[ERROR];
@@ -118,23 +118,23 @@ ll_status ll_advise_run(ll_advise_search *s, int point, bool fresh)
     ll_sums *sums = fresh ? t->fresh : t->own;
     int64_t repeat = fresh ? s->experiment->head.repeats + sums[ERROR].n : t->runs + t->failed;
     ll_row row;
-    ll_status status = ll_experiment_run(e, point * e->head.repeats + repeat, s->order->interrupt, &row);
+    ll_status status = ll_experiment_run(e, point * e->head.repeats + repeat, s->request->interrupt, &row);
     if (ll_failed(&status))
         return status;
     s->runs++;
-    if (s->order->runs)
-        atomic_store(s->order->runs, s->runs);
+    if (s->request->runs)
+        atomic_store(s->request->runs, s->runs);
     double cost = fabs(row.metrics[e->cost_metric]), error = fabs(row.metrics[e->error_metric]);
     bool good = ll_row_good(&row) && isfinite(cost) && isfinite(error);
     t->failed += !good;
-    t->lacking += !good && ll_row_good(&row);
+    t->missing += !good && ll_row_good(&row);
     t->runs += good && !fresh;
     if (good) {
         ll_sums_add(&sums[COST], cost);
         ll_sums_add(&sums[ERROR], error);
         if (!keep_values(fresh ? &t->fresh_values : &t->own_values, cost, error))
             return ll_error(LL_NO_MEMORY, "out of memory: adviser");
-        note_event(s, error);
+        update_event(s, error);
         s->scatter = scatter(s);
         s->burst = burst(s);
     }
@@ -178,7 +178,7 @@ bool ll_advise_beats(const ll_trial *a, const ll_trial *b)
     return mean_over(a, own, fresh, ERROR) < mean_over(b, others, fresh, ERROR);
 }
 
-ll_sums ll_advise_apart(const ll_trial *a, const ll_trial *b)
+ll_sums ll_advise_cost_difference(const ll_trial *a, const ll_trial *b)
 {
     const ll_values *pairs[2][2] = {{&a->own_values, &b->own_values}, {&a->fresh_values, &b->fresh_values}};
     ll_sums apart = {0};
@@ -188,9 +188,9 @@ ll_sums ll_advise_apart(const ll_trial *a, const ll_trial *b)
     return apart;
 }
 
-bool ll_advise_is_dearer(const ll_trial *a, const ll_trial *b)
+bool ll_advise_costs_more(const ll_trial *a, const ll_trial *b)
 {
-    ll_sums apart = ll_advise_apart(a, b);
+    ll_sums apart = ll_advise_cost_difference(a, b);
     return apart.n > 1 && apart.mean - half(&apart) > 0;
 }
 
@@ -217,7 +217,8 @@ int ll_advise_cheapest(const ll_advise_search *s, bool wanted(const ll_trial *t)
         const ll_trial *t = &s->trials[p];
         if (!wanted(t))
             continue;
-        double apart = ll_advise_apart(t, &s->trials[to]).mean, close = SAME * s->trials[to].own[COST].mean;
+        double apart = ll_advise_cost_difference(t, &s->trials[to]).mean,
+               close = SAME * s->trials[to].own[COST].mean;
         bool same = found >= 0 && fabs(apart - least) <= close;
         if (found < 0 || (same ? ll_advise_beats(t, &s->trials[found]) : apart < least)) {
             found = p;
@@ -235,7 +236,7 @@ static bool gave_the_same(const ll_values *a, const ll_values *b)
     return true;
 }
 
-bool ll_advise_is_twin(const ll_trial *a, const ll_trial *b)
+bool ll_advise_is_indistinguishable(const ll_trial *a, const ll_trial *b)
 {
     int64_t n = shared(&a->own_values, &b->own_values), fresh = shared(&a->fresh_values, &b->fresh_values);
     bool varies = a->own[ERROR].squares > 0 && b->own[ERROR].squares > 0;
@@ -300,10 +301,10 @@ static bool is_count(const ll_advise_search *s)
 static double event(const ll_advise_search *s)
 {
     double size = s->least > 0 ? is_count(s) ? s->event : s->least : 1;
-    return is_count(s) ? size * fmax(1, s->burst) : fmin(size, LARGE * s->order->max_error);
+    return is_count(s) ? size * fmax(1, s->burst) : fmin(size, LARGE * s->request->max_error);
 }
 
-ll_sums ll_advise_pooled(const ll_trial *t)
+ll_sums ll_advise_all_sums(const ll_trial *t)
 {
     const ll_sums *a = &t->own[ERROR], *b = &t->fresh[ERROR];
     double n = (double)(a->n + b->n), apart = a->mean - b->mean;
@@ -323,7 +324,7 @@ bool ll_advise_is_certain(const ll_advise_search *s, const ll_trial *t)
 
 /* Half width of the 95 % interval of the mean over fresh seeds, with the scatter of all seeds of the
  * setting. */
-static double half_fresh(const ll_trial *t)
+static double fresh_half_width(const ll_trial *t)
 {
     const ll_sums *own = &t->own[ERROR], *fresh = &t->fresh[ERROR];
     int64_t degrees = own->n + fresh->n - 2;
@@ -338,27 +339,27 @@ static double half_fresh(const ll_trial *t)
 static double variance_of(const ll_advise_search *s, const ll_sums *error)
 {
     double other = s->scatter * error->mean;
-    double variance = (error->squares + FREEDOM * other * other) /
-                      (double)(error->n > 0 ? error->n - 1 + FREEDOM : FREEDOM);
+    double variance = (error->squares + PRIOR_FREEDOM * other * other) /
+                      (double)(error->n > 0 ? error->n - 1 + PRIOR_FREEDOM : PRIOR_FREEDOM);
     return is_count(s) ? fmax(variance, error->mean * event(s)) : variance;
 }
 
-double ll_advise_half(const ll_advise_search *s, const ll_trial *t)
+double ll_advise_half_width(const ll_advise_search *s, const ll_trial *t)
 {
     const ll_sums *error = &t->own[ERROR];
     double n = (double)error->n;
     if (is_exact(s) || error->n < 2)
         return half(error);
-    int64_t degrees = error->n - 1 + FREEDOM;
+    int64_t degrees = error->n - 1 + PRIOR_FREEDOM;
     double moderated = ll_interval_95(degrees + 1, variance_of(s, error) * (double)degrees) *
                        sqrt((double)(degrees + 1) / n);
     return moderated;
 }
 
-double ll_advise_doubt(const ll_advise_search *s, const ll_trial *t)
+double ll_advise_uncertainty(const ll_advise_search *s, const ll_trial *t)
 {
     const ll_sums *error = &t->fresh[ERROR];
-    double n = (double)error->n, off = half_fresh(t), seen = error->mean * n / event(s);
+    double n = (double)error->n, off = fresh_half_width(t), seen = error->mean * n / event(s);
     if (ll_advise_is_certain(s, t))
         return 0;
     if (error->n < FRESH_LEAST)
@@ -373,7 +374,7 @@ double ll_advise_doubt(const ll_advise_search *s, const ll_trial *t)
 /* For a setting whose mean error is `mean`. */
 static double needed_at(const ll_advise_search *s, const ll_sums *error, double mean)
 {
-    double room = s->order->max_error - mean, variance = variance_of(s, error);
+    double room = s->request->max_error - mean, variance = variance_of(s, error);
     bool rare = is_count(s) || (!is_exact(s) && error->mean == 0);
     if (variance == 0 && is_exact(s))
         return room >= 0 ? 1 : INFINITY;
@@ -386,7 +387,7 @@ static double needed_at(const ll_advise_search *s, const ll_sums *error, double 
 
 double ll_advise_needed(const ll_advise_search *s, const ll_trial *t)
 {
-    ll_sums error = ll_advise_pooled(t);
+    ll_sums error = ll_advise_all_sums(t);
     return needed_at(s, &error, error.mean);
 }
 
@@ -401,14 +402,14 @@ static double deviation_of_mean(const ll_advise_search *s, const ll_sums *error)
 
 double ll_advise_chance(const ll_advise_search *s, const ll_trial *t)
 {
-    ll_sums error = ll_advise_pooled(t);
-    double room = s->order->max_error - error.mean, off = deviation_of_mean(s, &error);
+    ll_sums error = ll_advise_all_sums(t);
+    double room = s->request->max_error - error.mean, off = deviation_of_mean(s, &error);
     return off > 0 ? ll_normal_cdf(room / off) : room >= 0;
 }
 
 double ll_advise_price(const ll_advise_search *s, const ll_trial *t)
 {
-    ll_sums error = ll_advise_pooled(t);
+    ll_sums error = ll_advise_all_sums(t);
     double mean = fmax(0, error.mean - deviation_of_mean(s, &error));
     double wanted = needed_at(s, &error, fmin(mean, error.mean)) - (double)t->fresh[ERROR].n;
     return fmax(wanted, 1);
@@ -426,43 +427,43 @@ double ll_advise_next(const ll_advise_search *s, const ll_trial *t)
 static bool can_be_shown(const ll_advise_search *s, const ll_trial *t)
 {
     double wanted = ll_advise_needed(s, t);
-    return wanted <= LL_ADVISE_FRESH_MOST &&
-           wanted - (double)t->fresh[ERROR].n <= (double)(s->most - s->runs);
+    return wanted <= LL_ADVISE_FRESH_MAX && wanted - (double)t->fresh[ERROR].n <= (double)(s->most - s->runs);
 }
 
 bool ll_advise_is_clear(const ll_advise_search *s, const ll_trial *t)
 {
-    ll_sums error = ll_advise_pooled(t);
+    ll_sums error = ll_advise_all_sums(t);
     double off = s->scatter / sqrt((double)error.n);
-    return error.mean * (1 + off) <= s->order->max_error && can_be_shown(s, t);
+    return error.mean * (1 + off) <= s->request->max_error && can_be_shown(s, t);
 }
 
 /* ---- verifying ---- */
 
 /* Whether an indistinguishable setting was verified as far. */
-static bool has_twin(const ll_advise_search *s, const ll_trial *t)
+static bool has_indistinguishable(const ll_advise_search *s, const ll_trial *t)
 {
     for (int p = 0; p < s->points; p++) {
         const ll_trial *other = &s->trials[p];
-        if (other != t && other->fresh[ERROR].n >= t->fresh[ERROR].n && ll_advise_is_twin(other, t))
+        if (other != t && other->fresh[ERROR].n >= t->fresh[ERROR].n &&
+            ll_advise_is_indistinguishable(other, t))
             return true;
     }
     return false;
 }
 
-static void judge(const ll_advise_search *s, ll_trial *t)
+static void classify(const ll_advise_search *s, ll_trial *t)
 {
-    double error = t->fresh[ERROR].mean, off = ll_advise_doubt(s, t), limit = s->order->max_error;
+    double error = t->fresh[ERROR].mean, off = ll_advise_uncertainty(s, t), limit = s->request->max_error;
     if (t->failed > 0)
         ll_advise_rule_out(t, "a run failed on a fresh seed");
-    else if (has_twin(s, t))
+    else if (has_indistinguishable(s, t))
         ll_advise_rule_out(t, "same result as another setting");
-    else if (error + LOOKS * off <= limit && ll_advise_pooled(t).mean <= limit)
+    else if (error + LOOKS * off <= limit && ll_advise_all_sums(t).mean <= limit)
         t->state = VERIFIED;
     else if (error - LOOKS * off > limit)
         ll_advise_rule_out(t, "on fresh seeds the error is above the limit");
-    else if (t->fresh[ERROR].n >= LL_ADVISE_FRESH_MOST)
-        ll_advise_rule_out(t, ll_advise_unsure);
+    else if (t->fresh[ERROR].n >= LL_ADVISE_FRESH_MAX)
+        ll_advise_rule_out(t, ll_advise_undecided);
     else if (t->state == VERIFIED) /* more seeds have shown that it held by chance */
         t->state = UNCLEAR;
 }
@@ -472,9 +473,9 @@ ll_status ll_advise_verify(ll_advise_search *s, int point)
     ll_trial *t = &s->trials[point];
     double next = (double)t->fresh[ERROR].n + ll_advise_next(s, t);
     ll_status status = ll_ok();
-    next = fmin(next, LL_ADVISE_FRESH_MOST);
+    next = fmin(next, LL_ADVISE_FRESH_MAX);
     while (!ll_failed(&status) && t->failed == 0 && (double)t->fresh[ERROR].n < next && s->runs < s->most)
         status = ll_advise_run(s, point, true);
-    judge(s, t);
+    classify(s, t);
     return status;
 }

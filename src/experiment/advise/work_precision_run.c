@@ -14,7 +14,7 @@ enum { TIMES = 1024, REPEATS = 7, STEPS_MAX = 1 << 20 };
 
 /* Working memory of one series: a run, the solution to compare it with, and the uncertainty of that. */
 typedef struct worker_slot {
-    const ll_work_precision_request *order;
+    const ll_work_precision_request *request;
     ll_ode ode;
     double duration;
     double start[LL_ODE_DIM_MAX];
@@ -29,13 +29,14 @@ typedef struct worker_slot {
 static ll_status start_reference(const worker_slot *b, int which, ll_ode_run *run)
 {
     ll_ode_control control = ll_ode_reference_control(b->duration);
-    return ll_ode_start(run, ll_ode_reference_method(b->order->problem, which), &b->ode, &control, b->start);
+    return ll_ode_start(run, ll_ode_reference_method(b->request->problem, which), &b->ode, &control,
+                        b->start);
 }
 
 /* Reference `which` at `t`; t must not decrease. */
 static void reference_at(const worker_slot *b, ll_ode_run *run, int which, double t, double *y)
 {
-    const ll_ode_method *method = ll_ode_reference_method(b->order->problem, which);
+    const ll_ode_method *method = ll_ode_reference_method(b->request->problem, which);
     if (run->t < t)
         ll_ode_advance(run, method, &b->ode, t);
     ll_ode_sample(run, method, &b->ode, t, y);
@@ -44,7 +45,7 @@ static void reference_at(const worker_slot *b, ll_ode_run *run, int which, doubl
 static void solution_at(const worker_slot *b, double t, double *y)
 {
     if (b->formula)
-        b->order->problem->exact(b->order->params, t, y);
+        b->request->problem->exact(b->request->params, t, y);
     else
         reference_at(b, b->solution, 0, t, y);
 }
@@ -52,14 +53,14 @@ static void solution_at(const worker_slot *b, double t, double *y)
 /* Compares both references over the last step of the first; false when they diverge. */
 static bool compare(worker_slot *b, ll_ode_run *second)
 {
-    const ll_ode_method *method = ll_ode_reference_method(b->order->problem, 0);
+    const ll_ode_method *method = ll_ode_reference_method(b->request->problem, 0);
     double at[LL_ODE_POINTS], y[LL_ODE_DIM_MAX], other[LL_ODE_DIM_MAX];
     int points = ll_ode_measure_points(b->solution, method, at);
     for (int k = 0; k < points; k++) {
         ll_ode_measure before = b->doubt;
         ll_ode_sample(b->solution, method, &b->ode, at[k], y);
         reference_at(b, second, 1, at[k], other);
-        ll_ode_scale_see(&b->doubt.scale, b->order->problem, &b->ode, at[k], y);
+        ll_ode_scale_see(&b->doubt.scale, b->request->problem, &b->ode, at[k], y);
         ll_ode_measure_at(&b->doubt, b->doubt_each, &b->ode, at[k],
                           (b->solution->t - b->solution->t_last) / points, other, y, true);
         if (!(b->doubt.error <= LL_ODE_PREDICTABLE * b->doubt.scale.state)) {
@@ -74,13 +75,13 @@ static bool compare(worker_slot *b, ll_ode_run *second)
 /* Sets the solution: by formula, else two references and their difference. */
 static ll_status solve(worker_slot *b)
 {
-    const ll_ode_problem *p = b->order->problem;
+    const ll_ode_problem *p = b->request->problem;
     double y[LL_ODE_DIM_MAX];
     b->predictable_s = b->duration;
-    b->formula = p->exact != NULL && p->exact(b->order->params, b->duration, y);
+    b->formula = p->exact != NULL && p->exact(b->request->params, b->duration, y);
     ll_ode_measure_start(&b->doubt, b->doubt_each, p, &b->ode, b->start);
     for (int k = 1; b->formula && k <= TIMES; k++) {
-        p->exact(b->order->params, b->duration * k / TIMES, y);
+        p->exact(b->request->params, b->duration * k / TIMES, y);
         ll_ode_scale_see(&b->whole, p, &b->ode, b->duration * k / TIMES, y);
     }
     if (b->formula)
@@ -159,10 +160,10 @@ static void measure_step(worker_slot *b, const ll_ode_method *method, ll_ode_mea
             return; /* at a discontinuity the run may be on the other side of it */
         ll_ode_sample(b->run, method, &b->ode, t, y);
         solution_at(b, t, wanted);
-        ll_ode_scale_see(&m->scale, b->order->problem, &b->ode, t, wanted);
+        ll_ode_scale_see(&m->scale, b->request->problem, &b->ode, t, wanted);
         ll_ode_measure_at(m, b->each, &b->ode, t, (end - from) / points, y, wanted, t <= b->predictable_s);
     }
-    ll_ode_measure_energy(m, b->order->problem, &b->ode, end, end - from, y);
+    ll_ode_measure_energy(m, b->request->problem, &b->ode, end, end - from, y);
     if (ll_ode_measure_blown_up(m))
         ll_ode_give_up(b->run, LL_ODE_BLEW_UP);
 }
@@ -171,7 +172,7 @@ static void measure_step(worker_slot *b, const ll_ode_method *method, ll_ode_mea
 static ll_status measure(worker_slot *b, const ll_ode_method *method, ll_work_precision *r)
 {
     ll_ode_measure m;
-    ll_ode_measure_start(&m, b->each, b->order->problem, &b->ode, b->start);
+    ll_ode_measure_start(&m, b->each, b->request->problem, &b->ode, b->start);
     ll_ode_scale_join(&m.scale, &b->whole);
     ll_status status = b->formula ? ll_ok() : start_reference(b, 0, b->solution);
     double slack = method->adaptive ? 0 : SLACK * r->setting;
@@ -179,7 +180,7 @@ static ll_status measure(worker_slot *b, const ll_ode_method *method, ll_work_pr
         if (ll_ode_step(b->run, method, &b->ode) != LL_ODE_DIVERGED)
             measure_step(b, method, &m);
     if (b->run->state != LL_ODE_DIVERGED && b->predictable_s >= b->duration &&
-        !ll_ode_measure_resolved(&m, b->each, b->order->problem, &b->ode))
+        !ll_ode_measure_resolved(&m, b->each, b->request->problem, &b->ode))
         ll_ode_give_up(b->run, LL_ODE_UNRESOLVED);
     r->status = ll_ode_run_status(b->run);
     r->reason = (ll_ode_reason)b->run->reason;
@@ -202,12 +203,12 @@ static ll_status time_it(worker_slot *b, const ll_ode_method *method, double set
     int64_t took[REPEATS];
     int n = 0;
     do {
-        int64_t from = b->order->now_ns();
+        int64_t from = b->request->now_ns();
         ll_status status = start(b, method, setting);
         if (ll_failed(&status))
             return status;
         ll_ode_advance(b->run, method, &b->ode, b->duration);
-        took[n++] = b->order->now_ns() - from;
+        took[n++] = b->request->now_ns() - from;
     } while (n < REPEATS && took[0] < LONG_NS);
     qsort(took, (size_t)n, sizeof *took, by_size);
     r->cpu_min_s = (double)took[0] * 1e-9;
@@ -227,19 +228,19 @@ static ll_status refinement_level(worker_slot *b, const ll_ode_method *method, d
     return status;
 }
 
-static ll_status open_worker_slot(worker_slot *b, const ll_work_precision_request *order,
+static ll_status open_worker_slot(worker_slot *b, const ll_work_precision_request *request,
                                   const ll_ode_method *method)
 {
-    *b = (worker_slot){.order = order,
-                       .duration = order->duration > 0 ? order->duration : order->problem->duration};
-    order->problem->system(order->params, &b->ode);
+    *b = (worker_slot){.request = request,
+                       .duration = request->duration > 0 ? request->duration : request->problem->duration};
+    request->problem->system(request->params, &b->ode);
     ll_status status = ll_ode_method_fits(method, &b->ode);
     if (ll_failed(&status))
         return status;
     size_t each = LL_ODE_ROWS * (size_t)b->ode.dim;
-    order->problem->start(order->params, b->start);
+    request->problem->start(request->params, b->start);
     b->run = malloc(ll_ode_run_size(method, &b->ode));
-    b->solution = malloc(ll_ode_run_size(ll_ode_reference_method(order->problem, 0), &b->ode));
+    b->solution = malloc(ll_ode_run_size(ll_ode_reference_method(request->problem, 0), &b->ode));
     b->each = calloc(each, sizeof *b->each);
     b->doubt_each = calloc(each, sizeof *b->doubt_each);
     return b->run && b->solution && b->each && b->doubt_each
@@ -255,18 +256,18 @@ static void close_worker_slot(worker_slot *b)
     free(b->doubt_each);
 }
 
-ll_status ll_work_precision_level(const ll_work_precision_request *order, const ll_ode_method *method,
+ll_status ll_work_precision_level(const ll_work_precision_request *request, const ll_ode_method *method,
                                   double setting, ll_work_precision *out)
 {
     worker_slot b;
-    ll_status status = open_worker_slot(&b, order, method);
+    ll_status status = open_worker_slot(&b, request, method);
     if (!ll_failed(&status))
         status = refinement_level(&b, method, setting, out);
     close_worker_slot(&b);
     return status;
 }
 
-/* Whether an order can be computed: the error is above the solution's uncertainty and the rounding of so many
+/* Whether an order can be computed: the error is above the solution's uncertainty and the rounding of these
  * steps, and below a tenth of the solution's size. */
 static bool is_well_known(const ll_work_precision *r)
 {
@@ -282,12 +283,12 @@ static bool is_over(const ll_work_precision *r)
                    : r->e_max > r[-1].e_max && r[-1].e_max < 1e-9;
 }
 
-ll_status ll_work_precision_series(const ll_work_precision_request *order, const ll_ode_method *method,
+ll_status ll_work_precision_series(const ll_work_precision_request *request, const ll_ode_method *method,
                                    ll_work_precision *refinement_levels, int *count)
 {
     worker_slot b;
     int n = 0;
-    ll_status status = open_worker_slot(&b, order, method);
+    ll_status status = open_worker_slot(&b, request, method);
     double setting = method->adaptive ? 1e-2 : b.duration / 16, factor = method->adaptive ? 0.1 : 0.5;
     double least = method->adaptive ? 0.9e-14 : b.duration / STEPS_MAX;
     for (; !ll_failed(&status) && n < LL_WORK_PRECISION_LEVELS_MAX && setting >= least; setting *= factor) {

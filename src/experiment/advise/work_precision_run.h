@@ -40,9 +40,9 @@ enum { LL_WORK_PRECISION_LEVELS_MAX = 40 };
  * fixed step halves from a sixteenth of the duration until the error is that of rounding, or a million steps
  * are reached; a tolerance falls by tens from 1e-2 to 1e-14. LL_BAD_INPUT when the method does not support
  * the problem. */
-ll_status ll_work_precision_series(const ll_work_precision_request *order, const ll_ode_method *method,
+ll_status ll_work_precision_series(const ll_work_precision_request *request, const ll_ode_method *method,
                                    ll_work_precision *refinement_levels, int *count);
 
 /* A single level. */
-ll_status ll_work_precision_level(const ll_work_precision_request *order, const ll_ode_method *method,
+ll_status ll_work_precision_level(const ll_work_precision_request *request, const ll_ode_method *method,
                                   double setting, ll_work_precision *refinement_level);

@@ -65,28 +65,28 @@ static void summarise(ll_result_table *t, int metric, const repeats *r)
 {
     int64_t count = t->experiment->head.repeats;
     const double *x = t->held + metric * count;
-    ll_interval_order order =
-        ll_experiment_order(t->experiment, metric, t->point, r->equally_long ? r->t_s : NAN);
-    order.values = t->scratch;
+    ll_interval_request request =
+        ll_experiment_interval_request(t->experiment, metric, t->point, r->equally_long ? r->t_s : NAN);
+    request.values = t->scratch;
     for (int64_t k = 0; k < count; k++)
         if (isfinite(x[k]))
-            t->scratch[order.n++] = x[k];
-    t->summaries[metric] = ll_summarise(&order, t->scratch, &t->resampler);
+            t->scratch[request.n++] = x[k];
+    t->summaries[metric] = ll_summarise(&request, t->scratch, &t->resampler);
     ll_summary_text(&t->summaries[metric], t->texts[0][metric]);
 }
 
-/* Over the seeds that both points have. A difference is signed, whatever the metric. */
+/* Over the seeds that both points have. A difference is signed for every metric. */
 static void compare(ll_result_table *t, int metric)
 {
     int64_t count = t->experiment->head.repeats;
     const double *x = t->held + metric * count, *base = t->baseline + metric * count;
-    ll_interval_order order = ll_experiment_order(t->experiment, metric, t->point, NAN);
-    order.values = t->scratch;
-    order.scale = order.scale == LL_SCALE_EXTREME ? LL_SCALE_EXTREME : LL_SCALE_AMOUNT;
+    ll_interval_request request = ll_experiment_interval_request(t->experiment, metric, t->point, NAN);
+    request.values = t->scratch;
+    request.scale = request.scale == LL_SCALE_EXTREME ? LL_SCALE_EXTREME : LL_SCALE_AMOUNT;
     for (int64_t k = 0; k < count; k++)
         if (isfinite(x[k]) && isfinite(base[k]))
-            t->scratch[order.n++] = x[k] - base[k];
-    t->differences[metric] = ll_summarise(&order, t->scratch, &t->resampler);
+            t->scratch[request.n++] = x[k] - base[k];
+    t->differences[metric] = ll_summarise(&request, t->scratch, &t->resampler);
     ll_summary_text(&t->differences[metric], t->texts[1][metric]);
 }
 

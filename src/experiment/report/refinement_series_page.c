@@ -140,7 +140,7 @@ static ll_status write_refinement_series(refinement_series *l)
 
 /* ---- the page ---- */
 
-static ll_status write_ladders(ll_refinement_series_page *page, const char *where, FILE *file)
+static ll_status write_series(ll_refinement_series_page *page, const char *where, FILE *file)
 {
     ll_status status = ll_ok();
     ll_plot_point *points = malloc((size_t)page->count * sizeof *points + 1);
@@ -172,7 +172,7 @@ ll_status ll_refinement_series_page_write(ll_refinement_series_page *page, const
           "are the Pareto front: no other point is better in both. Failed runs and runs without a known "
           "error are not drawn. Times are of this machine.</p>\n",
           file);
-    ll_status status = write_ladders(page, where, file);
+    ll_status status = write_series(page, where, file);
     fputs("</body></html>\n", file);
     bool bad = fflush(file) != 0 || ferror(file);
     if ((fclose(file) != 0 || bad) && !ll_failed(&status))

@@ -99,7 +99,7 @@ static ll_status open_session(const ll_experiment *e, int64_t run, ll_session **
 
 /* ---- cost ---- */
 
-enum { COST_LEAST = 3, COST_MOST = 7 }; /* minimum and maximum of runs to measure the cost */
+enum { COST_RUNS_MIN = 3, COST_RUNS_MAX = 7 }; /* minimum and maximum of runs to measure the cost */
 
 #define COST_SHORT_NS 5e7 /* total time below which more than the minimum are run */
 
@@ -125,7 +125,8 @@ static ll_status measure_cost(const ll_experiment *e, int metric, double first_n
 {
     double least = first_ns, all = first_ns;
     ll_status status = ll_ok();
-    for (int n = 1; !ll_failed(&status) && (n < COST_LEAST || (n < COST_MOST && all < COST_SHORT_NS)); n++) {
+    for (int n = 1; !ll_failed(&status) && (n < COST_RUNS_MIN || (n < COST_RUNS_MAX && all < COST_SHORT_NS));
+         n++) {
         ll_session *session = NULL;
         bool stopped = false;
         status = open_session(e, row->run, &session);

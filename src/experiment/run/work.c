@@ -34,7 +34,7 @@ typedef struct worker_slot {
 } worker_slot;
 
 struct ll_workers {
-    ll_workers_order order;
+    ll_workers_config order;
     char owner[LL_OWNER_MAX + 1];
     worker_slot benches[THREADS_MAX];
     int count;
@@ -62,8 +62,8 @@ static int64_t share(int64_t runs, int64_t parts)
 }
 
 /* As few chunks as keep all threads busy to the end: claiming and finishing a chunk takes the time of many
- * short runs. Long runs are in more chunks, since a worker that dies loses its chunk; but not in so many that
- * the queue itself becomes slow. */
+ * short runs. Long runs are in more chunks, since a worker that dies loses its chunk; but the queue must stay
+ * small enough to be fast. */
 int64_t ll_chunk_size(int64_t runs, double run_s)
 {
     enum { FEW = 128, MANY = 2000, LARGEST = 5000 };
@@ -131,7 +131,7 @@ ll_status ll_experiment_check_version(ll_result_store *store, const ll_experimen
     if (!ll_failed(&status) && r.version[0])
         status = ll_error(LL_CONFLICT,
                           "laglab %s has started this experiment in the store; results of this one, %s, may "
-                          "differ: continue with that version, or run all again with --anew",
+                          "differ: continue with that version, or run all again with `--anew`",
                           r.version, store->version);
     return status;
 }
@@ -405,7 +405,7 @@ static ll_status claim(ll_workers *w, ll_lease *lease)
 {
     ll_status status;
     double since = 0;
-    const ll_workers_order *o = &w->order;
+    const ll_workers_config *o = &w->order;
     do
         status = o->store->kind->claim(o->store, o->id, w->owner, o->lease_s, lease);
     while (is_worth_a_retry(w, &status, &since));
@@ -428,7 +428,7 @@ static ll_status work_once(worker_slot *b, bool *found)
         status.code = LL_CONFLICT;
     if (status.code == LL_CONFLICT && atomic_load(&w->stopping))
         status = w->order.store->kind->give_back(w->order.store, &lease);
-    ll_workers_wake(w); /* other threads may wait for the end of the last one */
+    ll_workers_notify(w); /* other threads may wait for the end of the last one */
     return status;
 }
 
@@ -492,7 +492,7 @@ static void clear_away(ll_workers *w)
     free(w);
 }
 
-ll_status ll_workers_start(const ll_workers_order *order, ll_workers **workers)
+ll_status ll_workers_start(const ll_workers_config *order, ll_workers **workers)
 {
     ll_workers *w = *workers = calloc(1, sizeof *w);
     if (!w)
@@ -533,7 +533,7 @@ bool ll_workers_busy(const ll_workers *w)
     return atomic_load(&w->alive) > 0;
 }
 
-void ll_workers_wake(ll_workers *w)
+void ll_workers_notify(ll_workers *w)
 {
     pthread_mutex_lock(&w->lock);
     w->calls++;
@@ -548,7 +548,7 @@ ll_status ll_workers_join(ll_workers *w)
     pthread_mutex_lock(&w->lock);
     w->over = true;
     pthread_mutex_unlock(&w->lock);
-    ll_workers_wake(w);
+    ll_workers_notify(w);
     pthread_join(w->keeper, NULL);
     ll_status status = w->error;
     clear_away(w);
@@ -562,7 +562,7 @@ void ll_workers_request_stop(ll_workers *w)
     for (int i = 0; i < w->count; i++)
         atomic_store(&w->benches[i].drop, true);
     pthread_mutex_unlock(&w->lock);
-    ll_workers_wake(w);
+    ll_workers_notify(w);
 }
 
 ll_status ll_workers_stop(ll_workers *w)

@@ -20,7 +20,7 @@ typedef struct ll_workers ll_workers;
 
 enum { LL_LEASE_MAX_S = 86400 };
 
-typedef struct ll_workers_order {
+typedef struct ll_workers_config {
     ll_result_store *store;
     const char *id; /* of one experiment; NULL: all running ones */
     int threads;    /* 0: one per core */
@@ -28,14 +28,14 @@ typedef struct ll_workers_order {
     double lease_s; /* renewed after half of it while a chunk is run */
     bool drain;     /* end when nothing is left to claim; otherwise poll */
     bool persist;   /* continue after an error of the store, which otherwise ends the thread */
-} ll_workers_order;
+} ll_workers_config;
 
-ll_status ll_workers_start(const ll_workers_order *order, ll_workers **workers);
+ll_status ll_workers_start(const ll_workers_config *order, ll_workers **workers);
 
 /* Runs that these workers have made, including those that are not stored yet or were lost with a lease. */
 int64_t ll_workers_runs(const ll_workers *workers);
 bool ll_workers_busy(const ll_workers *workers); /* a thread is running */
-void ll_workers_wake(ll_workers *workers);       /* call when there is something to claim, or to stop */
+void ll_workers_notify(ll_workers *workers);     /* call when there is something to claim, or to stop */
 
 /* Interrupts all threads and returns their chunks. Frees. Returns the first error of a thread. An unreachable
  * server of the store is retried for at most two minutes before that is an error. */

@@ -6,16 +6,16 @@
 
 #include "base/hash.h"
 
-ll_sample_order ll_experiment_sample(const ll_experiment *e)
+ll_sample_request ll_experiment_sample(const ll_experiment *e)
 {
-    return (ll_sample_order){(ll_sampling)e->head.sample.method, e->dimension_count, e->head.sample.count,
-                             (uint64_t)e->head.sample.seed};
+    return (ll_sample_request){(ll_sampling)e->head.sample.method, e->dimension_count, e->head.sample.count,
+                               (uint64_t)e->head.sample.seed};
 }
 
 cJSON *ll_experiment_point(const ll_experiment *e, int64_t point)
 {
     cJSON *values = cJSON_CreateObject(), *value[LL_EXPERIMENT_AXES_MAX];
-    ll_sample_order sample = ll_experiment_sample(e);
+    ll_sample_request sample = ll_experiment_sample(e);
     int64_t left = point;
     for (int a = e->axis_count - 1; a >= 0; a--) { /* the last axis varies fastest */
         const ll_axis *axis = &e->axes[a];

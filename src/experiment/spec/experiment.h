@@ -85,7 +85,7 @@ char *ll_experiment_text(const ll_experiment *experiment);
 /* Hash of specification and scenario: different experiments have different keys. */
 uint64_t ll_experiment_key(const ll_experiment *experiment);
 
-ll_sample_order ll_experiment_sample(const ll_experiment *experiment);
+ll_sample_request ll_experiment_sample(const ll_experiment *experiment);
 
 /* The varied parameters at a point: {"players.0.lag_ms":100}. Caller deletes. */
 struct cJSON *ll_experiment_point(const ll_experiment *experiment, int64_t point);

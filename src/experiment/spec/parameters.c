@@ -90,7 +90,7 @@ static const ll_param until_rows[] = {
     {.name = "least",
      .type = LL_PARAM_INT,
      .offset = UNTIL(least),
-     .min = LL_INTERVAL_LEAST,
+     .min = LL_INTERVAL_MIN,
      .max = 100000,
      .default_value = 10,
      .help = "Runs before the first check; further checks come after each doubling."},
@@ -150,8 +150,8 @@ static void add_workload(cJSON *properties)
         properties, "workload",
         "{\"description\":\"Inputs that every run replays, at their times, for the players whose control is "
         "person: the lines of a session's log as one text, or an object; in a file of an experiment also the "
-        "path of a log beside it.\",\"type\":[\"string\",\"object\"],\"properties\":{"
-        "\"tick_hz\":{\"description\":\"What the ticks of the inputs count.\",\"type\":\"number\","
+        "path of a log next to it.\",\"type\":[\"string\",\"object\"],\"properties\":{"
+        "\"tick_hz\":{\"description\":\"Rate of the inputs' ticks.\",\"type\":\"number\","
         "\"minimum\":1,\"maximum\":1000,\"default\":60,\"x-unit\":\"Hz\"},"
         "\"inputs\":{\"description\":\"In the order of ticks; an input counts until the next of its "
         "player.\",\"type\":\"array\",\"minItems\":1,\"maxItems\":1000000,\"items\":{\"type\":\"object\","

@@ -169,7 +169,7 @@ static ll_status count_runs(ll_experiment *e)
                  (long long)e->axes[a].count);
     }
     if (e->head.sample.method != LL_SAMPLE_NONE) {
-        ll_sample_order sample = ll_experiment_sample(e);
+        ll_sample_request sample = ll_experiment_sample(e);
         points = (double)ll_sample_points(&sample);
         snprintf(product, sizeof product, "%.0f", points);
     }

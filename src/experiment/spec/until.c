@@ -52,19 +52,20 @@ static double counted_s(const ll_experiment *e, int64_t point, double t_s)
     return t_s;
 }
 
-ll_interval_order ll_experiment_order(const ll_experiment *e, int metric, int64_t point, double t_s)
+ll_interval_request ll_experiment_interval_request(const ll_experiment *e, int metric, int64_t point,
+                                                   double t_s)
 {
-    ll_interval_order order = {.scale = e->scales[metric],
-                               .error = ERROR_95 / (1 + (ll_until_looks(e) - 1) * PER_LOOK),
-                               .use_t = e->head.interval == LL_INTERVALS_T};
-    if (order.scale == LL_SCALE_COUNT && ll_metric_is_rate(e->metrics[metric])) {
+    ll_interval_request request = {.scale = e->scales[metric],
+                                   .error = ERROR_95 / (1 + (ll_until_looks(e) - 1) * PER_LOOK),
+                                   .use_t = e->head.interval == LL_INTERVALS_T};
+    if (request.scale == LL_SCALE_COUNT && ll_metric_is_rate(e->metrics[metric])) {
         double seconds = isfinite(t_s) ? counted_s(e, point, t_s) : 0;
         if (seconds > 0)
-            order.unit = 1 / seconds;
+            request.unit = 1 / seconds;
         else
-            order.scale = LL_SCALE_AMOUNT;
+            request.scale = LL_SCALE_AMOUNT;
     }
-    return order;
+    return request;
 }
 
 bool ll_until_is_met(const ll_experiment *e, const ll_summary *s)
@@ -86,12 +87,13 @@ bool ll_until_reached(const ll_experiment *e, const ll_row *rows, int64_t made, 
             values[n++] = rows[k].metrics[metric];
         t_s = rows[k].t_s == t_s ? t_s : NAN;
     }
-    ll_interval_order order = ll_experiment_order(e, metric, rows[0].run / e->head.repeats, t_s);
-    order.values = values;
-    order.n = n;
+    ll_interval_request request =
+        ll_experiment_interval_request(e, metric, rows[0].run / e->head.repeats, t_s);
+    request.values = values;
+    request.n = n;
     bool reached = false;
     if (values && n > 0) {
-        ll_summary summary = ll_summarise(&order, values, resampler);
+        ll_summary summary = ll_summarise(&request, values, resampler);
         reached = ll_until_is_met(e, &summary);
     }
     free(values);

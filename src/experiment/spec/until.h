@@ -28,4 +28,5 @@ void ll_until_skip(int64_t run, ll_row *row);
 
 /* Parameters of a metric's intervals, without the values. `t_s`: end of the runs of the point, NaN if they
  * ended at different times. */
-ll_interval_order ll_experiment_order(const ll_experiment *experiment, int metric, int64_t point, double t_s);
+ll_interval_request ll_experiment_interval_request(const ll_experiment *experiment, int metric, int64_t point,
+                                                   double t_s);

@@ -110,7 +110,7 @@ static bool draw(ll_resampler *r, int64_t n)
 {
     if (r->n == n)
         return true;
-    LL_ASSERT(n <= LL_BOOTSTRAP_MOST && LL_BOOTSTRAP_MOST <= UINT8_MAX);
+    LL_ASSERT(n <= LL_BOOTSTRAP_MAX && LL_BOOTSTRAP_MAX <= UINT8_MAX);
     size_t size = (size_t)n * LL_RESAMPLES;
     ll_resampler_free(r);
     r->index = malloc(size);
@@ -171,7 +171,7 @@ static double few_shrink(int64_t n)
 
 static ll_interval bootstrap_t(const sample *s, double error, ll_resampler *r)
 {
-    double z[LL_BOOTSTRAP_MOST], skewed = fmax(0, fabs(s->skewness) - SKEWED);
+    double z[LL_BOOTSTRAP_MAX], skewed = fmax(0, fabs(s->skewness) - SKEWED);
     error *= few_shrink(s->n) / (1 + (s->n < SKEW_FEW ? SKEW_SHRINK_FEW : SKEW_SHRINK) * skewed);
     if (!draw(r, s->n))
         return none("there was no memory");
@@ -195,9 +195,9 @@ static bool is_flat(const sample *s)
 
 static ll_interval of_smooth(const sample *s, double error, ll_resampler *r)
 {
-    if (s->n < LL_INTERVAL_LEAST)
+    if (s->n < LL_INTERVAL_MIN)
         return none(too_few);
-    if (s->n > LL_BOOTSTRAP_MOST)
+    if (s->n > LL_BOOTSTRAP_MAX)
         return skewness_t(s, error);
     return s->n >= LL_INTERVAL_LEVEL && is_flat(s) ? student(s, error) : bootstrap_t(s, error, r);
 }
@@ -259,7 +259,7 @@ static ll_interval rare(const sample *s, double base, double least_weight, doubl
 
 /* ---- choice of the method ---- */
 
-static ll_interval of_counts(const sample *s, const ll_interval_order *o, ll_resampler *r)
+static ll_interval of_counts(const sample *s, const ll_interval_request *o, ll_resampler *r)
 {
     double unit = o->unit > 0 ? o->unit : 1, total = s->mean * (double)s->n / unit;
     if (s->n == 1 && total > 0)
@@ -277,7 +277,7 @@ static bool is_often(const sample *s, int64_t same)
     return same > 1 && 3 * same > s->n;
 }
 
-static ll_interval of_amounts(const sample *s, const ll_interval_order *o, ll_resampler *r)
+static ll_interval of_amounts(const sample *s, const ll_interval_request *o, ll_resampler *r)
 {
     bool above = is_often(s, s->at_least), below = !above && is_often(s, s->at_most);
     int64_t others = s->n - (above ? s->at_least : s->at_most);
@@ -303,7 +303,7 @@ ll_interval ll_interval_median(const double *sorted, int64_t n, double error)
     return (ll_interval){sorted[k - 1], sorted[n - k], LL_INTERVAL_ORDER, NULL};
 }
 
-ll_interval ll_interval_of(const ll_interval_order *o, ll_resampler *r)
+ll_interval ll_interval_of(const ll_interval_request *o, ll_resampler *r)
 {
     LL_ASSERT(o->error > 0 && o->error <= 0.2);
     sample s = look_at(o->values, o->n);
@@ -322,9 +322,9 @@ ll_interval ll_interval_of(const ll_interval_order *o, ll_resampler *r)
         return student(&s, o->error);
     if (o->scale == LL_SCALE_EXTREME)
         return none("the mean of a maximum depends on rare runs");
-    if (o->scale == LL_SCALE_AMOUNT && s.n < LL_INTERVAL_LEAST)
+    if (o->scale == LL_SCALE_AMOUNT && s.n < LL_INTERVAL_MIN)
         return none(too_few);
-    if (s.n < LL_EVENTS_LEAST)
+    if (s.n < LL_EVENTS_MIN)
         return none("fewer than 5 runs have it");
     return o->scale == LL_SCALE_COUNT ? of_counts(&s, o, r) : of_amounts(&s, o, r);
 }
@@ -340,7 +340,7 @@ static const char *amounts_cover(int64_t n)
     return "93 to 97 %";
 }
 
-const char *ll_interval_covers(const ll_interval_order *o, ll_interval_method method)
+const char *ll_interval_covers(const ll_interval_request *o, ll_interval_method method)
 {
     switch (method) {
     case LL_INTERVAL_T:

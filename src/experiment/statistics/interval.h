@@ -5,7 +5,7 @@
  *
  * bootstrap-t: studentised bootstrap (Efron 1982; Hall, The Bootstrap and Edgeworth Expansion, 1992, 3.2).
  * The quantiles of Student's t are replaced by those of (mean* - mean) / sd* over LL_RESAMPLES resamples, so
- * that it is correct for skewed values too. From LL_INTERVAL_LEAST to LL_BOOTSTRAP_MOST values. With fewer
+ * that it is correct for skewed values too. From LL_INTERVAL_MIN to LL_BOOTSTRAP_MAX values. With fewer
  * than LL_INTERVAL_LEVEL it is wide enough for values as skewed as lognormal ones of sigma 1: a bound, which
  * covers symmetric distributions more often than the level.
  *
@@ -61,13 +61,13 @@ typedef enum ll_metric_scale {
 } ll_metric_scale;
 
 enum {
-    LL_EVENTS_LEAST = 5,    /* minimum of values for counts, and for amounts that are mostly equal */
-    LL_INTERVAL_LEAST = 10, /* minimum for amounts: fewer do not show their distribution */
+    LL_EVENTS_MIN = 5,    /* minimum of values for counts, and for amounts that are mostly equal */
+    LL_INTERVAL_MIN = 10, /* minimum for amounts: fewer do not show their distribution */
     LL_INTERVAL_LEVEL =
         20, /* amounts: with at least that many the coverage is the level; with fewer it is a bound */
     LL_INTERVAL_MANY =
         100, /* amounts: with at least that many this holds even when rare runs dominate the mean */
-    LL_BOOTSTRAP_MOST = 200, /* values; with more, skewness-t */
+    LL_BOOTSTRAP_MAX = 200, /* values; with more, skewness-t */
     LL_RESAMPLES = 1999,
 };
 
@@ -87,21 +87,21 @@ typedef struct ll_resampler {
 
 void ll_resampler_free(ll_resampler *resampler);
 
-typedef struct ll_interval_order {
+typedef struct ll_interval_request {
     const double *values; /* finite */
     int64_t n;
     ll_metric_scale scale;
     double unit;  /* for counts: value of one event, such as 1 / (counted seconds) for a rate; 0: 1 */
     double error; /* 1 - level, such as 0.05; above 0 and at most 0.2 */
     bool use_t; /* Student's t for amounts, from two values on: only if their distribution is known to suit */
-} ll_interval_order;
+} ll_interval_request;
 
 /* Without memory for the resamples the interval is none. */
-ll_interval ll_interval_of(const ll_interval_order *order, ll_resampler *resampler);
+ll_interval ll_interval_of(const ll_interval_request *request, ll_resampler *resampler);
 
 /* Coverage of intervals of this method for such values, in words, as counted by the tests; empty for
  * LL_INTERVAL_NONE. */
-const char *ll_interval_covers(const ll_interval_order *order, ll_interval_method method);
+const char *ll_interval_covers(const ll_interval_request *request, ll_interval_method method);
 
 /* Bounds of a share, from `k` of `n`. */
 ll_interval ll_interval_share(int64_t k, int64_t n, double error);

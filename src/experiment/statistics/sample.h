@@ -17,14 +17,14 @@ typedef enum ll_sampling {
     LL_SAMPLE_SALTELLI,
 } ll_sampling;
 
-typedef struct ll_sample_order {
+typedef struct ll_sample_request {
     ll_sampling method;
     int dimensions;
     int64_t count;
     uint64_t seed;
-} ll_sample_order;
+} ll_sample_request;
 
 /* Number of points. */
-int64_t ll_sample_points(const ll_sample_order *order);
+int64_t ll_sample_points(const ll_sample_request *request);
 
-double ll_sample_coordinate(const ll_sample_order *order, int dimension, int64_t point);
+double ll_sample_coordinate(const ll_sample_request *request, int dimension, int64_t point);

@@ -111,7 +111,7 @@ ll_status ll_sensitivity_of(const double *values, int64_t count, int dimensions,
         estimate e = estimate_of(parts, NULL, n);
         indices[d].first = e.first;
         indices[d].total = e.total;
-        if (n >= LL_SENSITIVITY_LEAST && isfinite(e.first))
+        if (n >= LL_SENSITIVITY_MIN && isfinite(e.first))
             resample(parts, index, n, drawn, &indices[d]);
     }
     free(which);

@@ -11,7 +11,7 @@
 
 #include "base/status.h"
 
-enum { LL_SENSITIVITY_RESAMPLES = 999, LL_SENSITIVITY_LEAST = 16 };
+enum { LL_SENSITIVITY_RESAMPLES = 999, LL_SENSITIVITY_MIN = 16 };
 
 typedef struct ll_sensitivity {
     double first, first_low, first_high; /* NaN: unknown */
@@ -20,6 +20,6 @@ typedef struct ll_sensitivity {
 } ll_sensitivity;
 
 /* `values`: for each of `count` base samples the points A, B, and A with each of the `dimensions` of B; a NaN
- * excludes its base sample. Fills one result per dimension. Intervals need LL_SENSITIVITY_LEAST base samples;
+ * excludes its base sample. Fills one result per dimension. Intervals need LL_SENSITIVITY_MIN base samples;
  * for constant f the indices are unknown. */
 ll_status ll_sensitivity_of(const double *values, int64_t count, int dimensions, ll_sensitivity *indices);

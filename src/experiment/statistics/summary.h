@@ -15,7 +15,7 @@ typedef struct ll_summary {
 } ll_summary;
 
 /* Of `request->values`; sorts them. */
-ll_summary ll_summarise(const ll_interval_order *order, double *values, ll_resampler *resampler);
+ll_summary ll_summarise(const ll_interval_request *request, double *values, ll_resampler *resampler);
 
 /* Half the distance of the bounds; NaN if one is missing. */
 double ll_interval_half(const ll_interval *interval);

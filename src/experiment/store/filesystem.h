@@ -5,8 +5,8 @@
 #include <stddef.h>
 
 /* The kernel's name, such as `ext4`, `nfs4` or `fuse.sshfs`; empty if unknown. */
-void ll_place_type(const char *folder, char *type, size_t size);
+void ll_filesystem_type(const char *folder, char *type, size_t size);
 
 /* Whether files of this type are on another machine: then a database cannot rely on locks and shared
  * memory. */
-bool ll_place_is_remote(const char *type);
+bool ll_filesystem_is_remote(const char *type);

@@ -16,7 +16,7 @@ enum { LL_STORE_SCHEMA = 2 };
     "-e.created_s FROM experiment e "
 
 /* Sets state done when all rows are stored, failed when a chunk failed. */
-void ll_store_settle(ll_experiment_record *record, bool given_up);
+void ll_store_set_state(ll_experiment_record *record, bool given_up);
 
 /* A URL without secrets: of the part before the last @ only the user's name, and no query. */
 void ll_store_name_url(const char *url, char *name, size_t size);

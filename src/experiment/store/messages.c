@@ -15,7 +15,7 @@ void ll_store_name_url(const char *url, char *name, size_t size)
              (int)(begin + whole - rest), rest);
 }
 
-void ll_store_settle(ll_experiment_record *r, bool given_up)
+void ll_store_set_state(ll_experiment_record *r, bool given_up)
 {
     if (r->done == r->to - r->from)
         r->state = LL_EXPERIMENT_DONE;

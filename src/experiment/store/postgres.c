@@ -321,7 +321,7 @@ static ll_experiment_record read_record(const postgres_store *s, int row)
     snprintf(r.id, sizeof r.id, "%s", text_at(s, row, 0));
     snprintf(r.owner_hash, sizeof r.owner_hash, "%s", text_at(s, row, 8));
     snprintf(r.version, sizeof r.version, "%s", text_at(s, row, 9));
-    ll_store_settle(&r, true_at(s, row, 7));
+    ll_store_set_state(&r, true_at(s, row, 7));
     return r;
 }
 

@@ -64,7 +64,7 @@ void ll_result_store_close(ll_result_store *store)
 
 /* ---- versions ---- */
 
-ll_status ll_result_store_admits(const ll_result_store *store, const ll_experiment_record *r)
+ll_status ll_result_store_check_version(const ll_result_store *store, const ll_experiment_record *r)
 {
     bool over = r->state != LL_EXPERIMENT_RUNNING && r->state != LL_EXPERIMENT_PAUSED;
     if (over || strcmp(r->version, store->version) == 0)
@@ -84,10 +84,10 @@ static void inspect(void *context, const ll_experiment_record *record)
 {
     inspection *i = context;
     if (!ll_failed(&i->first))
-        i->first = ll_result_store_admits(i->store, record);
+        i->first = ll_result_store_check_version(i->store, record);
 }
 
-ll_status ll_result_store_admits_all(ll_result_store *store)
+ll_status ll_result_store_check_versions(ll_result_store *store)
 {
     inspection i = {store, ll_ok()};
     ll_status status = store->kind->list(store, inspect, &i);

@@ -103,9 +103,9 @@ const char *ll_result_store_url(const char *url);
 void ll_result_store_close(ll_result_store *store);
 
 /* LL_CONFLICT: an unfinished experiment is of another version than the store's; the message names both. */
-ll_status ll_result_store_admits(const ll_result_store *store, const ll_experiment_record *record);
+ll_status ll_result_store_check_version(const ll_result_store *store, const ll_experiment_record *record);
 /* The same for all experiments in the store; the error is that of the first. */
-ll_status ll_result_store_admits_all(ll_result_store *store);
+ll_status ll_result_store_check_versions(ll_result_store *store);
 
 /* Rows of a store, as the source of a table. */
 typedef struct ll_stored_rows {

@@ -71,8 +71,8 @@ static ll_status check_place(const sqlite_store *s)
     snprintf(slash ? slash + (slash == folder) : folder, 2, "%s", slash ? "" : ".");
     if (statvfs(folder, &fs) != 0)
         return ll_ok(); /* opening it gives a better error */
-    ll_place_type(folder, type, sizeof type);
-    if (ll_place_is_remote(type))
+    ll_filesystem_type(folder, type, sizeof type);
+    if (ll_filesystem_is_remote(type))
         return ll_error(LL_BAD_INPUT,
                         "store %.100s is on %s, where SQLite loses data: use a local folder, PostgreSQL, or "
                         "--shard on each machine",
@@ -249,7 +249,7 @@ static ll_experiment_record read_record(sqlite3_stmt *q)
     snprintf(r.id, sizeof r.id, "%s", (const char *)sqlite3_column_text(q, 0));
     snprintf(r.owner_hash, sizeof r.owner_hash, "%s", (const char *)sqlite3_column_text(q, 8));
     snprintf(r.version, sizeof r.version, "%s", (const char *)sqlite3_column_text(q, 9));
-    ll_store_settle(&r, sqlite3_column_int(q, 7) != 0);
+    ll_store_set_state(&r, sqlite3_column_int(q, 7) != 0);
     return r;
 }
 

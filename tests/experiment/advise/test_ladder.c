@@ -143,7 +143,7 @@ static void runs_that_diverge_are_rungs(void **state)
 static void every_refinement_series_can_be_climbed(void **state)
 {
     (void)state;
-    for (const ll_refinement_series *l = ll_ladders; l->scenario; l++) {
+    for (const ll_refinement_series *l = ll_refinement_series_table; l->scenario; l++) {
         notes n;
         ll_refinement_series brief = *l;
         brief.seeds = l->seeds > 0 ? 2 : 0;
@@ -186,7 +186,7 @@ static void rungs_of_netgames_are_means_over_seeds(void **state)
         assert_int_equal(r->seeds, SEEDS);
         assert_true(fabs(r->error - sum / SEEDS) < 1e-12 * sum);
         ll_resampler resampler = {0};
-        ll_interval_order order = {.values = values, .n = SEEDS, .scale = LL_SCALE_AMOUNT, .error = 0.05};
+        ll_interval_request order = {.values = values, .n = SEEDS, .scale = LL_SCALE_AMOUNT, .error = 0.05};
         ll_interval interval = ll_interval_of(&order, &resampler);
         ll_resampler_free(&resampler);
         assert_true(r->error_low == interval.low && r->error_high == interval.high);
@@ -200,7 +200,7 @@ static void curves_between_states_gain_more_by_updates_than_lines(void **state)
 {
     (void)state;
     notes linear, hermite;
-    const ll_refinement_series *l = ll_ladders;
+    const ll_refinement_series *l = ll_refinement_series_table;
     while (strcmp(l->scenario, "hermite") != 0)
         l++;
     must(refinement_run(l, "linear", NULL, NULL, &linear));

@@ -71,7 +71,7 @@ static int64_t run_point(const ll_experiment *e, uint64_t seed, double (*of)(dou
 static ll_interval told(const ll_experiment *e, const ll_row *rows, int64_t n, ll_resampler *resampler)
 {
     double values[MOST];
-    ll_interval_order order = ll_experiment_order(e, 0, 0, NAN);
+    ll_interval_request order = ll_experiment_interval_request(e, 0, 0, NAN);
     for (int64_t k = 0; k < n; k++)
         values[k] = rows[k].metrics[0];
     order.values = values;
@@ -84,7 +84,7 @@ static void looks_double(void **state)
     (void)state;
     ll_experiment *e = experiment("\"half_width\":0.1,\"least\":10", 100); /* 10, 20, 40, 80, 100 */
     assert_int_equal(ll_until_looks(e), 5);
-    assert_true(fabs(ll_experiment_order(e, 0, 0, NAN).error - 0.05 / 1.5) < 1e-15);
+    assert_true(fabs(ll_experiment_interval_request(e, 0, 0, NAN).error - 0.05 / 1.5) < 1e-15);
     ll_experiment_free(e);
     e = experiment("", 100);
     assert_true(ll_until_looks(e) == 1 && !ll_until_is_set(e));

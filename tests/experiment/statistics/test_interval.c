@@ -179,7 +179,7 @@ static coverage count(double (*next)(void *context), void *context, double mean,
         for (int k = 0; k < n; k++)
             x[k] = next(context);
         ll_interval interval = ll_interval_of(
-            &(ll_interval_order){.values = x, .n = n, .scale = scale, .error = error}, &resampler);
+            &(ll_interval_request){.values = x, .n = n, .scale = scale, .error = error}, &resampler);
         if (interval.method == LL_INTERVAL_NONE) {
             assert_true(isnan(interval.low) && isnan(interval.high) && interval.why);
             continue;
@@ -297,7 +297,7 @@ static void unlike_groups_are_covered_as_told(void **state)
         check(&many, 0.05);
     }
     double x[100] = {0};
-    ll_interval_order order = {.values = x, .error = 0.05};
+    ll_interval_request order = {.values = x, .error = 0.05};
     static const struct {
         int n;
         const char *words;
@@ -423,7 +423,7 @@ static ll_interval of(const double *x, int n, ll_metric_scale scale, double unit
 {
     ll_resampler resampler = {0};
     ll_interval i = ll_interval_of(
-        &(ll_interval_order){.values = x, .n = n, .scale = scale, .unit = unit_of, .error = 0.05},
+        &(ll_interval_request){.values = x, .n = n, .scale = scale, .unit = unit_of, .error = 0.05},
         &resampler);
     ll_resampler_free(&resampler);
     return i;
@@ -537,7 +537,7 @@ static void t_is_there_for_who_asks(void **state)
     static const double x[3] = {1, 2, 6};
     ll_resampler resampler = {0};
     ll_interval i =
-        ll_interval_of(&(ll_interval_order){.values = x, .n = 3, .error = 0.05, .use_t = true}, &resampler);
+        ll_interval_of(&(ll_interval_request){.values = x, .n = 3, .error = 0.05, .use_t = true}, &resampler);
     assert_int_equal(i.method, LL_INTERVAL_T);
     near(i.high - 3, 4.3026527299112765 * sqrt(7. / 3));
     near(3 - i.low, i.high - 3);

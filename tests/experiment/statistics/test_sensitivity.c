@@ -69,7 +69,7 @@ static void solve(void)
 
 static void find(const function *of, int64_t count, uint64_t seed, ll_sensitivity *indices)
 {
-    ll_sample_order order = {LL_SAMPLE_SALTELLI, of->dimensions, count, seed};
+    ll_sample_request order = {LL_SAMPLE_SALTELLI, of->dimensions, count, seed};
     int64_t points = ll_sample_points(&order);
     double *values = malloc((size_t)points * sizeof *values);
     assert_int_equal(points, count * (of->dimensions + 2));
@@ -132,7 +132,7 @@ static void what_is_missing_is_left_out(void **state)
     (void)state;
     double values[30 * 4];
     ll_sensitivity s[2];
-    ll_sample_order order = {LL_SAMPLE_SALTELLI, 2, 30, 8};
+    ll_sample_request order = {LL_SAMPLE_SALTELLI, 2, 30, 8};
     for (int p = 0; p < 30 * 4; p++)
         values[p] = 3 * ll_sample_coordinate(&order, 0, p);
     values[4 * 7 + 2] = NAN;
@@ -156,7 +156,7 @@ static void latin_hypercubes_have_one_in_each_stratum(void **state)
             int64_t n = counts[k];
             int taken[2][1000] = {{0}};
             double together = 0;
-            ll_sample_order order = {LL_SAMPLE_LHS, 2, n, seed};
+            ll_sample_request order = {LL_SAMPLE_LHS, 2, n, seed};
             for (int64_t p = 0; p < n; p++) {
                 double u[2];
                 for (int d = 0; d < 2; d++) {

@@ -188,17 +188,17 @@ static void another_version_adds_nothing(void **state)
     claim_nothing(s);
     ll_experiment_record r = record(s);
     assert_string_equal(r.version, ll_version);
-    ll_status status = ll_result_store_admits_all(s);
+    ll_status status = ll_result_store_check_versions(s);
     assert_true(status.code == LL_CONFLICT && strstr(status.text, ll_version) &&
                 strstr(status.text, "9.9.9+other") && strstr(status.text, "run the experiment again"));
     assert_int_equal(s->kind->create(s, &ten, "{}", 4).code, LL_CONFLICT);
     r.state = LL_EXPERIMENT_DONE;
-    must(ll_result_store_admits(s, &r));
+    must(ll_result_store_check_version(s, &r));
     s->version = ll_version;
     ll_lease l;
     must(s->kind->claim(s, NULL, "me", 60, &l));
     assert_int_equal(l.chunk, 0);
-    must(ll_result_store_admits_all(s));
+    must(ll_result_store_check_versions(s));
     ll_result_store_close(s);
 }
 
@@ -214,7 +214,7 @@ static void hold_to_no_version(const char *store)
     must(s->kind->read(s, "x", 0, rows, 4, &count));
     assert_int_equal(count, 4);
     claim_nothing(s);
-    ll_status status = ll_result_store_admits(s, &r);
+    ll_status status = ll_result_store_check_version(s, &r);
     assert_true(status.code == LL_CONFLICT && strstr(status.text, "an unknown version"));
     ll_result_store_close(s);
 }
