@@ -13,7 +13,7 @@ enum { TIMES = 1024, REPEATS = 7, STEPS_MAX = 1 << 20 };
 #define SLACK 1e-9        /* a step that ends closer to the end than this part of its length ends there */
 
 /* Working memory of one series: a run, the solution to compare it with, and the uncertainty of that. */
-typedef struct worker_slot {
+typedef struct series_workspace {
     const ll_work_precision_request *request;
     ll_ode ode;
     double duration;
@@ -24,9 +24,9 @@ typedef struct worker_slot {
     ll_ode_measure doubt;       /* differences of the two references */
     double predictable_s;       /* until when these are small; the duration: always */
     ll_ode_scale whole;         /* scale of the solution, while it is predictable */
-} worker_slot;
+} series_workspace;
 
-static ll_status start_reference(const worker_slot *b, int which, ll_ode_run *run)
+static ll_status start_reference(const series_workspace *b, int which, ll_ode_run *run)
 {
     ll_ode_control control = ll_ode_reference_control(b->duration);
     return ll_ode_start(run, ll_ode_reference_method(b->request->problem, which), &b->ode, &control,
@@ -34,7 +34,7 @@ static ll_status start_reference(const worker_slot *b, int which, ll_ode_run *ru
 }
 
 /* Reference `which` at `t`; t must not decrease. */
-static void reference_at(const worker_slot *b, ll_ode_run *run, int which, double t, double *y)
+static void reference_at(const series_workspace *b, ll_ode_run *run, int which, double t, double *y)
 {
     const ll_ode_method *method = ll_ode_reference_method(b->request->problem, which);
     if (run->t < t)
@@ -42,7 +42,7 @@ static void reference_at(const worker_slot *b, ll_ode_run *run, int which, doubl
     ll_ode_sample(run, method, &b->ode, t, y);
 }
 
-static void solution_at(const worker_slot *b, double t, double *y)
+static void solution_at(const series_workspace *b, double t, double *y)
 {
     if (b->formula)
         b->request->problem->exact(b->request->params, t, y);
@@ -51,7 +51,7 @@ static void solution_at(const worker_slot *b, double t, double *y)
 }
 
 /* Compares both references over the last step of the first; false when they diverge. */
-static bool compare(worker_slot *b, ll_ode_run *second)
+static bool compare(series_workspace *b, ll_ode_run *second)
 {
     const ll_ode_method *method = ll_ode_reference_method(b->request->problem, 0);
     double at[LL_ODE_POINTS], y[LL_ODE_DIM_MAX], other[LL_ODE_DIM_MAX];
@@ -73,7 +73,7 @@ static bool compare(worker_slot *b, ll_ode_run *second)
 }
 
 /* Sets the solution: by formula, else two references and their difference. */
-static ll_status solve(worker_slot *b)
+static ll_status solve(series_workspace *b)
 {
     const ll_ode_problem *p = b->request->problem;
     double y[LL_ODE_DIM_MAX];
@@ -104,7 +104,7 @@ static ll_status solve(worker_slot *b)
     return status;
 }
 
-static ll_status start(worker_slot *b, const ll_ode_method *method, double setting)
+static ll_status start(series_workspace *b, const ll_ode_method *method, double setting)
 {
     ll_ode_control control = {
         .t_end = b->duration, .dt = setting, .tolerance = setting, .max_steps = 100 * (int64_t)STEPS_MAX};
@@ -124,13 +124,13 @@ static double above(double error, double doubt)
     return doubt == 0 || error > doubt ? error : NAN;
 }
 
-static double weighted(const worker_slot *b, const ll_ode_measure *m, int row)
+static double weighted(const series_workspace *b, const ll_ode_measure *m, int row)
 {
     return above(ll_ode_measure_weighted(m, b->each, &b->ode, row),
                  ll_ode_measure_weighted(&b->doubt, b->doubt_each, &b->ode, row));
 }
 
-static void errors(const worker_slot *b, const ll_ode_measure *m, ll_work_precision *r)
+static void errors(const series_workspace *b, const ll_ode_measure *m, ll_work_precision *r)
 {
     bool all = b->predictable_s >= b->duration;
     r->e_final = all ? above(m->error, b->doubt.error) : NAN;
@@ -148,7 +148,7 @@ static void errors(const worker_slot *b, const ll_ode_measure *m, ll_work_precis
 }
 
 /* Measures the last step of the run, up to the duration. */
-static void measure_step(worker_slot *b, const ll_ode_method *method, ll_ode_measure *m)
+static void measure_step(series_workspace *b, const ll_ode_method *method, ll_ode_measure *m)
 {
     double at[LL_ODE_POINTS], y[LL_ODE_DIM_MAX], wanted[LL_ODE_DIM_MAX], from = m->t;
     int points = ll_ode_measure_points(b->run, method, at);
@@ -169,7 +169,7 @@ static void measure_step(worker_slot *b, const ll_ode_method *method, ll_ode_mea
 }
 
 /* Runs the method and compares every step with the solution. */
-static ll_status measure(worker_slot *b, const ll_ode_method *method, ll_work_precision *r)
+static ll_status measure(series_workspace *b, const ll_ode_method *method, ll_work_precision *r)
 {
     ll_ode_measure m;
     ll_ode_measure_start(&m, b->each, b->request->problem, &b->ode, b->start);
@@ -198,7 +198,8 @@ static int by_size(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-static ll_status time_it(worker_slot *b, const ll_ode_method *method, double setting, ll_work_precision *r)
+static ll_status time_it(series_workspace *b, const ll_ode_method *method, double setting,
+                         ll_work_precision *r)
 {
     int64_t took[REPEATS];
     int n = 0;
@@ -216,7 +217,7 @@ static ll_status time_it(worker_slot *b, const ll_ode_method *method, double set
     return ll_ok();
 }
 
-static ll_status refinement_level(worker_slot *b, const ll_ode_method *method, double setting,
+static ll_status refinement_level(series_workspace *b, const ll_ode_method *method, double setting,
                                   ll_work_precision *r)
 {
     *r = (ll_work_precision){.setting = setting, .order = NAN};
@@ -228,11 +229,12 @@ static ll_status refinement_level(worker_slot *b, const ll_ode_method *method, d
     return status;
 }
 
-static ll_status open_worker_slot(worker_slot *b, const ll_work_precision_request *request,
-                                  const ll_ode_method *method)
+static ll_status open_workspace(series_workspace *b, const ll_work_precision_request *request,
+                                const ll_ode_method *method)
 {
-    *b = (worker_slot){.request = request,
-                       .duration = request->duration > 0 ? request->duration : request->problem->duration};
+    *b = (series_workspace){.request = request,
+                            .duration =
+                                request->duration > 0 ? request->duration : request->problem->duration};
     request->problem->system(request->params, &b->ode);
     ll_status status = ll_ode_method_fits(method, &b->ode);
     if (ll_failed(&status))
@@ -248,7 +250,7 @@ static ll_status open_worker_slot(worker_slot *b, const ll_work_precision_reques
                : ll_error(LL_NO_MEMORY, "out of memory: measuring a method");
 }
 
-static void close_worker_slot(worker_slot *b)
+static void close_worker_slot(series_workspace *b)
 {
     free(b->run);
     free(b->solution);
@@ -259,8 +261,8 @@ static void close_worker_slot(worker_slot *b)
 ll_status ll_work_precision_level(const ll_work_precision_request *request, const ll_ode_method *method,
                                   double setting, ll_work_precision *out)
 {
-    worker_slot b;
-    ll_status status = open_worker_slot(&b, request, method);
+    series_workspace b;
+    ll_status status = open_workspace(&b, request, method);
     if (!ll_failed(&status))
         status = refinement_level(&b, method, setting, out);
     close_worker_slot(&b);
@@ -286,9 +288,9 @@ static bool is_over(const ll_work_precision *r)
 ll_status ll_work_precision_series(const ll_work_precision_request *request, const ll_ode_method *method,
                                    ll_work_precision *refinement_levels, int *count)
 {
-    worker_slot b;
+    series_workspace b;
     int n = 0;
-    ll_status status = open_worker_slot(&b, request, method);
+    ll_status status = open_workspace(&b, request, method);
     double setting = method->adaptive ? 1e-2 : b.duration / 16, factor = method->adaptive ? 0.1 : 0.5;
     double least = method->adaptive ? 0.9e-14 : b.duration / STEPS_MAX;
     for (; !ll_failed(&status) && n < LL_WORK_PRECISION_LEVELS_MAX && setting >= least; setting *= factor) {
