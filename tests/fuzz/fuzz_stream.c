@@ -1,5 +1,5 @@
-/* What a viewer says, each line a message, to a host whose streams are this file: whatever it is, every
- * answer is JSON in UTF-8. */
+/* Messages of a viewer, one per line, to a host whose streams are in this file: every answer must be JSON in
+ * UTF-8. */
 #include "check.h"
 
 #include "daemon/hosting/host.h"
@@ -11,7 +11,7 @@
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
-/* ---- the streams: one viewer who is told everything ---- */
+/* ---- streams: one viewer ---- */
 
 static void told(const char *text, size_t length)
 {
@@ -97,7 +97,7 @@ void ll_ws_flush(ll_ws *ws)
     (void)ws;
 }
 
-/* For the front door only, parts of which the host is linked with. */
+/* For the web server only, which shares code with the host. */
 void ll_ws_adopt(ll_ws *ws, const ll_upgrade *upgrade, const ll_ws_socket *socket, const void *begun,
                  size_t begun_size, const struct ll_connection_limiter_pass *pass)
 {
@@ -116,7 +116,7 @@ bool ll_ws_knows(ll_ws *ws, const ll_upgrade *upgrade)
     return false;
 }
 
-/* ---- the host: made once ---- */
+/* ---- the host ---- */
 
 static ll_host *host;
 static ll_ws_hooks hooks;
@@ -164,11 +164,11 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         if (length == 1 && at[0] == 'k') { /* a fuzzer cannot guess the key */
             say(key_message, strlen(key_message));
         } else {
-            char *text = malloc(length + 1); /* NUL-terminated beyond its length, as the streams give it */
+            char *text = malloc(length + 1); /* NUL-terminated after its length, as from the streams */
             FUZZ_CHECK(text != NULL);
             memcpy(text, at, length);
             text[length] = '\0';
-            if (fuzz_is_text(text) && strlen(text) == length) /* the streams let nothing else through */
+            if (fuzz_is_text(text) && strlen(text) == length) /* the streams pass nothing else */
                 say(text, length);
             free(text);
         }

@@ -1,5 +1,5 @@
-/* A session on its way: seeks and waking go piece by piece, can be left on the way, and end as those that
- * were made at once. */
+/* Transitions: seeking and waking run in pieces, can be stopped in between, and end in the same state as when
+ * they run at once. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -70,7 +70,7 @@ static void test_seeks_in_pieces(void **state)
     }
 }
 
-/* A change on the way takes effect where the session is, and ends the seek. */
+/* A change during a seek takes effect at the tick that was reached, and ends the seek. */
 static void test_a_change_ends_a_seek(void **state)
 {
     (void)state;
@@ -103,7 +103,7 @@ static void test_a_pause_ends_a_seek(void **state)
     ll_session_destroy(s);
 }
 
-/* Half awake it is told as it was asleep, and can fall asleep again. */
+/* While waking, a session reports its parked status, and can be parked again. */
 static void test_waking_in_pieces(void **state)
 {
     (void)state;
@@ -136,7 +136,7 @@ static bool three_times(void *context)
 static int64_t slow_clock(void)
 {
     static int64_t now;
-    return now += 3000000; /* every piece is a long one */
+    return now += 3000000; /* every piece takes long */
 }
 
 static void count_bytes(void *context, const char *text, size_t length)
@@ -162,7 +162,7 @@ static void test_an_interrupt_tells_how_far(void **state)
     ll_session_destroy(s);
 }
 
-/* A fork is made of the state at hand: it must be the state that its log makes. */
+/* A fork copies the present state, which must be the one that its log gives. */
 static void test_a_fork_is_as_its_log(void **state)
 {
     (void)state;

@@ -1,4 +1,4 @@
-/* Workloads: what was recorded of one session drives another, at the same times. */
+/* Workloads: inputs recorded in one session drive another, at the same times. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -96,7 +96,7 @@ static text trace_of(ll_session *s)
 
 #define PEOPLE "\"players.0.control\":\"person\",\"players.1.control\":\"person\""
 
-/* Whatever the game and the sync: who replays what a script did is where the script was, at every tick. */
+/* For every game and sync mode: a replay of a script's inputs gives the script's positions at every tick. */
 static void what_a_script_did_is_done_again(void **state)
 {
     (void)state;
@@ -121,7 +121,7 @@ static void what_a_script_did_is_done_again(void **state)
         must(ll_session_load(p, w));
         text a = trace_of(s), b = trace_of(p);
         if (strcmp(a.bytes, b.bytes) != 0)
-            fail_msg("%s: another trace", rows[i][0]);
+            fail_msg("%s: trace differs", rows[i][0]);
         free(a.bytes);
         free(b.bytes);
         free(log.bytes);
@@ -131,7 +131,7 @@ static void what_a_script_did_is_done_again(void **state)
     }
 }
 
-/* The record is a log like any other, and the run that was recorded is not another for it. */
+/* A recording is a normal log, and recording does not change the run. */
 static void a_record_is_a_log(void **state)
 {
     (void)state;
@@ -153,7 +153,7 @@ static void a_record_is_a_log(void **state)
     ll_session_destroy(again);
 }
 
-/* What is written is read as the same, and so is the log that it came from. */
+/* A workload as JSON, and the log that it came from, parse to the same. */
 static void forms_are_one(void **state)
 {
     (void)state;
@@ -171,8 +171,8 @@ static void forms_are_one(void **state)
     ll_workload_free(again);
 }
 
-/* The present log counts: what was dropped by a command or a restart is not replayed, and parameters are not
- * part of it. */
+/* Only the present log counts: inputs dropped by a command or a restart are not replayed, and parameters are
+ * not part of it. */
 static void logs_are_folded(void **state)
 {
     (void)state;
@@ -199,7 +199,7 @@ static void logs_are_folded(void **state)
     free(log.bytes);
 }
 
-/* At another rate an input falls on the first tick at or after its time: by exact fractions. */
+/* At another tick rate an input acts at the first tick at or after its time, by exact fractions. */
 static void ticks_are_mapped_by_time(void **state)
 {
     (void)state;
@@ -247,7 +247,7 @@ static void what_lies_behind_the_end_is_left_out(void **state)
     ll_workload_free(w);
 }
 
-/* A person who takes over ends it. */
+/* A person's input drops the rest of the workload. */
 static void a_command_drops_the_rest(void **state)
 {
     (void)state;

@@ -299,7 +299,7 @@ bool net_send(int fd, const char *text)
     return net_send_bytes(fd, text, strlen(text));
 }
 
-/* -1: nothing came in time; 0: the end; otherwise bytes read. */
+/* -1: timeout; 0: end; otherwise bytes read. */
 static ssize_t read_some(int fd, void *bytes, size_t size, int64_t until)
 {
     int64_t left = until - front_now();
@@ -352,7 +352,7 @@ bool net_header(const char *answer, const char *name, char *value, size_t capaci
     return false;
 }
 
-/* One byte at a time up to the end of the head: what follows belongs to the next reader. */
+/* Reads byte by byte to the end of the head: what follows is for the next reader. */
 static size_t read_head(int fd, char *answer, size_t capacity, int64_t until)
 {
     size_t size = 0;
@@ -490,7 +490,7 @@ bool viewer_read(int fd, viewer_frame *frame, double seconds)
         if (!read_all(fd, head, 2, until)) {
             return false;
         }
-        until = front_now() + INT64_C(10000000000); /* what has begun will end */
+        until = front_now() + INT64_C(10000000000); /* a frame that has begun is read to its end */
         frame->opcode = head[0] & 15;
         frame->size = head[1] & 127;
         size_t more = frame->size == 126 ? 2 : frame->size == 127 ? 8 : 0;
@@ -533,7 +533,7 @@ bool viewer_is_whole(const viewer_frame *frame)
     return frame->bytes[1] & LL_FRAME_JUMP;
 }
 
-/* The stamp is the first section, and its row, of a log, is sent whole. */
+/* The time stamp is in the first section, whose row, of a log, is always whole. */
 double viewer_age(const viewer_frame *frame)
 {
     const unsigned char *at = frame->bytes + 2;

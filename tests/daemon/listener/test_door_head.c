@@ -1,4 +1,4 @@
-/* What the acceptor has to bear: slow, broken, huge and too many connections. */
+/* The acceptor with slow, malformed, huge and too many connections. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -41,7 +41,7 @@ static int tear_down(void **state)
     return 0;
 }
 
-/* The door answers somebody else within `seconds`. */
+/* Another client gets an answer within `seconds`. */
 static void expect_alive(double seconds)
 {
     int64_t begin = front_now();
@@ -103,7 +103,7 @@ static void test_junk(void **state)
     expect_refusal("GET / HTTP/1.1\r\nHost: ", 22, 408);
 }
 
-/* A head of almost the limit is fine, for both sides. */
+/* A head of nearly the maximum size is accepted by HTTP and streams. */
 static void test_big_head(void **state)
 {
     (void)state;
@@ -199,7 +199,7 @@ static void test_rude(void **state)
     expect_alive(1);
 }
 
-/* All clients have left, and the gate knows. */
+/* All clients have left, and the connection limiter has counted that. */
 static void expect_empty(void)
 {
     int64_t until = front_now() + INT64_C(3000000000);
@@ -209,7 +209,8 @@ static void expect_empty(void)
     assert_int_equal(ll_web_server_get_stats(f.web_server).connections, 0);
 }
 
-/* 600 of one address are let in, the others get the reason; when they leave, all clients may come again. */
+/* 600 connections of one address are accepted, others get the reason; after they close, new ones are
+ * accepted. */
 static void test_limits(void **state)
 {
     (void)state;
@@ -242,7 +243,7 @@ static void test_limits(void **state)
     expect_alive(1);
 }
 
-/* Without a free descriptor the door waits, and goes on when there are some. */
+/* Without a free descriptor the acceptor waits, and continues when there is one. */
 static void test_no_descriptors(void **state)
 {
     (void)state;

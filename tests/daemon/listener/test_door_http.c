@@ -1,4 +1,4 @@
-/* HTTP through the front door: routes, refusals, files, bodies, connections that are kept. */
+/* HTTP: routes, refusals, files, bodies, kept connections. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -68,7 +68,7 @@ static int tear_down(void **state)
     return 0;
 }
 
-/* Every refusal is an RFC 9457 document that says the same status. */
+/* Every refusal is an RFC 9457 document with the same status. */
 static void expect_problem(int status, const char *request, const char *field)
 {
     char answer[8192], type[64];
@@ -151,7 +151,7 @@ static void test_body_limits(void **state)
     memset(request + head, 'x', 10000);
     int fd = net_connect(f.port);
     assert_int_equal(net_request(fd, request, answer, sizeof answer), 413);
-    /* The refused body was read: the connection is still good. */
+    /* The refused body was read: the connection can still be used. */
     assert_int_equal(net_request(fd, GET("/healthz"), answer, sizeof answer), 200);
     close(fd);
     head = snprintf(request, 12000,
@@ -265,8 +265,8 @@ static void test_kept_connections(void **state)
     free(all);
 }
 
-/* A client that hangs up in the midst of a streamed answer or a slow handler leaves nothing behind (the leak
- * checker looks). */
+/* A client that disconnects during a streamed answer or a slow handler leaks nothing (checked by the leak
+ * sanitizer). */
 static void test_hang_up(void **state)
 {
     (void)state;
@@ -293,7 +293,7 @@ static void test_watchdog(void **state)
     net_send(fd, "GET /healthz HTTP/1.1\r\n");
     net_send(body,
              "POST /echo/a HTTP/1.1\r\n" HOST "Content-Type: text/plain\r\nContent-Length: 500\r\n\r\nx");
-    for (int i = 0; i < 8; i++) { /* a byte now and then would reset a timer of inactivity */
+    for (int i = 0; i < 8; i++) { /* would reset an inactivity timer */
         front_sleep(0.25);
         net_send(fd, "X");
         net_send(body, "x");

@@ -1,4 +1,4 @@
-/* Streams: handshake, frames and their pacing, messages, goodbyes, upgrades on kept connections. */
+/* Streams: handshake, frames and their pacing, messages, closing, upgrades on kept connections. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -107,7 +107,7 @@ static void test_frames(void **state)
         last = viewer_seq(&frame);
         viewer_ack(fd, last);
     }
-    /* A jump of time: all is sent again to all viewers, once. */
+    /* A jump of time: all viewers get whole sections once. */
     atomic_fetch_add(&f.generation, 1);
     int whole = 0;
     for (int i = 0; i < 10; i++) {
@@ -126,8 +126,8 @@ static void test_frames(void **state)
     close(fd);
 }
 
-/* One that stops acknowledging has four frames in flight, not more; its next is the newest, sent
- * against the last that it was sent. */
+/* A viewer that stops acknowledging has at most four frames in flight; the next one is the newest, as a delta
+ * against the last one sent. */
 static void test_credit(void **state)
 {
     (void)state;
@@ -150,10 +150,10 @@ static void test_credit(void **state)
     assert_false(viewer_is_whole(&frame));
     assert_true(viewer_age(&frame) < 0.1);
     viewer_ack(fd, 0xffffffff); /* never sent: ignored */
-    /* Then nothing for longer than the timeout. */
+    /* Then no acknowledgement for longer than the timeout. */
     assert_int_equal(viewer_close_code(fd, 3), 1013);
     close(fd);
-    /* One that never acknowledges is not held to that. */
+    /* A viewer that never acknowledged has no such timeout. */
     fd = open_greeted("s2", BIN);
     for (int i = 0; i < 60; i++) {
         assert_true(viewer_read(fd, &frame, 2));
@@ -161,7 +161,7 @@ static void test_credit(void **state)
     close(fd);
 }
 
-/* Reads a fifth of what is sent, and acknowledges what it read. */
+/* Reads a fifth of the data, and acknowledges what it has read. */
 static void test_slow_reader(void **state)
 {
     (void)state;
@@ -174,8 +174,8 @@ static void test_slow_reader(void **state)
         front_sleep(0.083);
         viewer_ack(fd, viewer_seq(&frame));
     }
-    /* Without credit it would be 2.6 s by now and grow. The figure that is promised, 0.35 s, is measured by
-     * ./dev bench: here the machine may be busy. */
+    /* Without flow control it would be 2.6 s by now and grow. The documented figure, 0.35 s, is measured by
+     * ./dev bench, since this machine may be busy. */
     assert_true(oldest < 1);
     close(fd);
 }
@@ -189,7 +189,7 @@ static void test_messages(void **state)
         assert_true(viewer_read(fd, &frame, 2));
     } while (frame.opcode != 1);
     assert_string_equal((char *)frame.bytes, "{\"echo\":{\"ping\":1}}");
-    /* In three pieces, a ping between them. */
+    /* In three fragments, with a ping between them. */
     viewer_send(fd, 0x01, "[1,", 3);
     viewer_send(fd, 0x00, "2,", 2);
     viewer_send(fd, 0x89, "p", 1);
@@ -270,7 +270,7 @@ static void test_crowd(void **state)
     atomic_store(&f.greet, 1);
 }
 
-/* Does not read at all while 60 kB/s are sent to it: its socket fills, nothing else suffers. */
+/* Reads nothing of 60 kB/s: its socket fills, and no other viewer is affected. */
 static void test_deaf(void **state)
 {
     (void)state;
@@ -352,7 +352,7 @@ static void test_kept_refusals(void **state)
     assert_int_equal(net_request(fd, GET("/healthz"), answer, sizeof answer), 200);
     assert_int_equal(viewer_upgrade(fd, "s0", BIN, "Upgrade: websocket\r\n"), 400);
     close(fd);
-    for (int i = 0; i < 20; i++) { /* gone at once */
+    for (int i = 0; i < 20; i++) { /* closed at once */
         fd = net_connect(f.port);
         assert_int_equal(net_request(fd, GET("/healthz"), answer, sizeof answer), 200);
         assert_int_equal(viewer_upgrade(fd, "s0", BIN, ""), 101);
@@ -362,8 +362,7 @@ static void test_kept_refusals(void **state)
     }
 }
 
-/* The request, the upgrade and the first message in one segment: nothing is lost on the way through the
- * bridge. */
+/* The request, the upgrade and the first message in one segment: no byte is lost in the relay. */
 static void test_all_at_once(void **state)
 {
     (void)state;
@@ -402,13 +401,13 @@ static void test_slow_reader_bridged(void **state)
         front_sleep(0.083);
         viewer_ack(fd, viewer_seq(&frame));
     }
-    /* Without credit it would be 2.6 s by now and grow. The figure that is promised, 0.35 s, is measured by
-     * ./dev bench: here the machine may be busy. */
+    /* Without flow control it would be 2.6 s by now and grow. The documented figure, 0.35 s, is measured by
+     * ./dev bench, since this machine may be busy. */
     assert_true(oldest < 1);
     close(fd);
 }
 
-/* One that cannot keep up gets a message, and half as many. */
+/* A slow viewer gets a message, and half the frames. */
 static void test_slower_rate(void **state)
 {
     (void)state;
@@ -424,14 +423,14 @@ static void test_slower_rate(void **state)
     for (int i = 0; i < 30; i++) {
         read_frame(fd);
         last = viewer_seq(&frame);
-        skipped += i >= 10 && last % 2 != 0; /* before, what had piled up */
+        skipped += i >= 10 && last % 2 != 0; /* earlier ones: queued frames */
         viewer_ack(fd, last);
     }
     assert_int_equal(skipped, 0);
     close(fd);
 }
 
-/* All clients get a message when the daemon stops; direct and bridged ones. */
+/* All viewers, direct and relayed, get a message when the daemon stops. */
 static void test_drain(void **state)
 {
     (void)state;
@@ -449,7 +448,7 @@ static void test_drain(void **state)
     }
     int kept = net_connect(g.port);
     assert_int_equal(net_request(kept, GET("/healthz"), answer, sizeof answer), 200);
-    /* Clients answer the close frame only after the drain, which must not wait for them beyond its time. */
+    /* Clients send their close frame only after the drain, which must not wait longer than its time. */
     int64_t begin = front_now();
     ll_web_server_drain(g.web_server);
     assert_true((double)(front_now() - begin) < 3.5e9);

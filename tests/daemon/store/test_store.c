@@ -1,4 +1,4 @@
-/* The store: what is durable is there again; what cannot be opened or written says why. */
+/* The store: durable data is there again; errors of opening and writing have a message. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -264,7 +264,7 @@ static void many_writers(void **state)
     for (int i = 0; i < WRITERS; i++)
         pthread_join(threads[i], NULL);
     int64_t commits = ll_store_get_stats(store).commits;
-    assert_true(commits < WRITERS * LINES); /* grouped */
+    assert_true(commits < WRITERS * LINES); /* committed in groups */
     ll_store_close(store);
     store = open_store(f);
     list(f, store);

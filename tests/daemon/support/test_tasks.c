@@ -1,4 +1,4 @@
-/* Turns go round, budgets and clients end tasks, and draining ends them all. */
+/* Turns rotate, budgets and disconnecting clients stop tasks, and draining stops all. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -33,8 +33,8 @@ static void burn(int64_t ns)
 
 typedef struct job {
     atomic_llong pieces; /* of half a millisecond */
-    long long most;      /* 0: until it is ended */
-    atomic_int ending;   /* how it ended */
+    long long most;      /* 0: until it is stopped */
+    atomic_int ending;   /* reason of its end */
     atomic_bool over;
     ll_status told;
 } job;
@@ -92,7 +92,7 @@ static void test_a_budget_is_kept(void **state)
     ll_tasks_free(tasks);
 }
 
-/* Eleven tasks of one client against one of another: half the time is the other's. */
+/* Eleven tasks of one client and one of another: each client gets half of the time. */
 static void test_turns_go_round_clients(void **state)
 {
     (void)state;
@@ -128,7 +128,7 @@ static void test_turns_go_round_sessions(void **state)
     ll_tasks_free(tasks);
 }
 
-/* A client that asks again and again is not served before one that waits. */
+/* A client that adds tasks again and again does not come before one that waits. */
 static void test_coming_again_is_no_advantage(void **state)
 {
     (void)state;
@@ -177,18 +177,19 @@ static void test_one_client_has_a_limit(void **state)
     assert_int_equal(add(tasks, "greedy", "t", 0, &j[MOST_OF_CLIENT], NULL).code, LL_LIMIT);
     assert_int_equal(add(tasks, "other", "t", 0, &j[MOST_OF_CLIENT + 1], NULL).code, LL_OK);
     ll_tasks_free(tasks);
-    for (int i = 0; i < MOST_OF_CLIENT; i++) /* each is told once, also those that never had a turn */
+    for (int i = 0; i < MOST_OF_CLIENT;
+         i++) /* each `run` is called once, also of tasks that never had a turn */
         assert_true(atomic_load(&j[i].over));
 }
 
 static void hog(void *context, ll_task *task)
 {
     (void)task;
-    burn(800000000); /* and asks nobody */
+    burn(800000000); /* and does not yield */
     atomic_store(&((job *)context)->over, true);
 }
 
-/* As many that do not ask as there are turns: others go on meanwhile. */
+/* As many tasks that do not yield as there are turns: others continue meanwhile. */
 static void test_a_long_piece_does_not_keep_a_turn(void **state)
 {
     (void)state;
