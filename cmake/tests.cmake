@@ -37,6 +37,10 @@ function(laglab_test_program name source room)
             add_dependencies(tests_${room} laglab)
         endif()
     endif()
+    # GCC's linker plugin would inline across files again for each of some 180 programs.
+    if(CMAKE_C_COMPILER_ID STREQUAL "GNU")
+        target_link_options(${name} PRIVATE -fno-lto)
+    endif()
     add_dependencies(tests_${room} ${name})
 endfunction()
 

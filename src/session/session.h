@@ -1,7 +1,8 @@
 /* A session is its log: scenario, seed and commands, each with its tick.
  *
- * The same engine runs it paced to the wall clock, unpaced, replayed, forked or recovered. Whatever a session
- * holds besides its log (the block, checkpoints, recent events) can be dropped and rebuilt; parking drops it.
+ * The same engine runs it paced to the wall clock, unpaced, replayed, forked or recovered. Everything that a
+ * session holds besides its log (the block, checkpoints, recent events) can be dropped and rebuilt; parking
+ * drops it.
  *
  * Not thread-safe: the owner serialises calls. No function reads a clock: `wall` is the owner's monotonic
  * time in ns.

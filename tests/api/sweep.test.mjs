@@ -310,7 +310,7 @@ test('what scripts did is recorded once and replayed under other techniques', ()
   const bad = (/** @type {object} */ more) => { const got = laglab(['sweep', write('bad.json', order(more))]); assert.equal(got.status, 2);
     return got.stderr; };
   assert.match(bad({}), /workload: cannot read .*logs\/drive\.log/);
-  assert.match(bad({ workload: 'drive.log', set: {} }), /workload: no player takes its inputs; set players\.0\.control to person/);
+  assert.match(bad({ workload: 'drive.log', set: {} }), /workload: no player takes its inputs; set players\.0\.control/);
   assert.match(bad({ workload: { inputs: [{ tick: 0, player: 4, axes: [1, 0] }] } }), /player: must be 0 to 1; got 4/);
   writeFileSync(file('broken.log'),
     readFileSync(file('drive.log'), 'utf8').split('\n').map((line, i) => (i === 6 ? line.replace(/"axes":\[[^,]*,/, '"axes":[-3,') : line))

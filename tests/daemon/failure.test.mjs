@@ -1,5 +1,5 @@
-// A session that fails: live, in its log, as a fork, after a restart and in a replay it is the same failure, and the replay ends with 1.
-// And a log is compared by its replay, with the hashes that it carries.
+// A failed session is the same failure live, in its log, as a fork, after a restart and in a replay, and the replay exits with 1.
+// A replay compares the hashes in the log.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { spawnSync } from 'node:child_process';
@@ -35,7 +35,7 @@ async function seen(session) {
   return { status, tick, head_tick, error, hash: (await c.get(S(session, '/state'))).json.hash };
 }
 
-test('a failure is the same wherever it is looked at', async () => {
+test('a failure is the same wherever it is read', async () => {
   const session = await c.make({ scenario: DROP, paused: true });
   assert.equal((await c.control(session, { op: 'seek', tick: 7 })).json.tick, 7);
   assert.equal((await c.patch(session, { solver: { relaxation: 1.4 } })).status, 200);
@@ -69,7 +69,7 @@ test('a failure is the same wherever it is looked at', async () => {
   assert.deepEqual(await seen(session), live, 'played again');
 });
 
-test('the log of a live session says which laglab made it, and its replay compares', async () => {
+test('the log of a live session has the version of laglab, and its replay compares hashes', async () => {
   const session = await c.make({ scenario: 'race', paused: true });
   for (let i = 1; i <= 3; i++) {
     await c.control(session, { op: 'step', ticks: 40 + i });

@@ -131,8 +131,8 @@ ll_status ll_experiment_check_version(ll_result_store *store, const ll_experimen
     if (!ll_failed(&status) && r.version[0])
         status = ll_error(LL_CONFLICT,
                           "laglab %s has started this experiment in the store; results of this one, %s, may "
-                          "differ: continue with that version, or run all again with `--anew`",
-                          r.version, store->version);
+                          "differ: continue with that version, or run all again with %s",
+                          r.version, store->version, "--anew");
     return status;
 }
 

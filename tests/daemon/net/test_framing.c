@@ -157,7 +157,7 @@ static void test_faults(void **state)
     } cases[] = {
         {"unmasked text", B("\x81\x02hi"), 1002},
         {"unmasked ping", B("\x89"), 0},
-        {"unmasked, told by two bytes", B("\x81\x7e"), 1002},
+        {"unmasked, detected after two bytes", B("\x81\x7e"), 1002},
         {"unmasked close", B("\x88\x00"), 1002},
         {"RSV1 without an extension", B("\xc1\x80"), 1002},
         {"RSV3", B("\x91\x80"), 1002},

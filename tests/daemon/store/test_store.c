@@ -159,7 +159,7 @@ static void a_newer_schema_and_a_damaged_file_are_refused(void **state)
     char path[128];
     snprintf(path, sizeof path, "%s/laglab.db", f->folder);
     FILE *file = fopen(path, "w");
-    fputs("this is no database, whatever its name says; it is long enough to be taken for one by its size "
+    fputs("this is no database, in spite of its name; it is long enough to be taken for one by its size "
           "alone ......",
           file);
     fclose(file);

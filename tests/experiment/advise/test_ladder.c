@@ -1,4 +1,4 @@
-/* Ladders of whole scenarios, where the order of a scheme is known. */
+/* Refinement series of whole scenarios, for schemes of known order. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -56,7 +56,7 @@ static void must(ll_status status)
         fail_msg("%s", status.text);
 }
 
-/* The others' error of A in one run of 6 s with jitter, by the engine alone. */
+/* Error of A as others see it, in a run of 6 s with jitter, by the engine alone. */
 static double error_of(const char *id, int seed, const char *update_hz)
 {
     cJSON *json = NULL;
@@ -139,7 +139,7 @@ static void runs_that_diverge_are_rungs(void **state)
     assert_true(!n.refinement_levels[1].diverged && isnan(n.refinement_levels[1].order));
 }
 
-/* Every value is one of its scenario's, and what it is held by is told. */
+/* Every value is valid for its scenario, and error and counter are metrics of it. */
 static void every_refinement_series_can_be_climbed(void **state)
 {
     (void)state;
@@ -158,8 +158,8 @@ static void every_refinement_series_can_be_climbed(void **state)
     }
 }
 
-/* What luck has a part in is run with several seeds, each once: the mean and its interval are those of runs
- * made one by one here. */
+/* Levels with randomness are run with several seeds, each once: mean and interval equal those of single
+ * runs. */
 static void rungs_of_netgames_are_means_over_seeds(void **state)
 {
     (void)state;
@@ -194,8 +194,8 @@ static void rungs_of_netgames_are_means_over_seeds(void **state)
     }
 }
 
-/* Between states that are T apart a straight line is off by T squared, a cubic with both speeds by its fourth
- * power where the motion is smooth; cars that brake hold that back. */
+/* Between snapshots T apart, linear interpolation has an error of order T^2, a cubic with both velocities T^4
+ * where the motion is smooth; braking cars reduce the order. */
 static void curves_between_states_gain_more_by_updates_than_lines(void **state)
 {
     (void)state;

@@ -1,4 +1,4 @@
-/* Workers on a store that others share. */
+/* Workers on a shared store. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -51,7 +51,7 @@ static ll_experiment_record wait_for_claim(ll_result_store *store, const char *i
     return record;
 }
 
-/* The run takes several leases; nobody else gets its chunk meanwhile. */
+/* The run takes several leases; no other worker gets its chunk meanwhile. */
 static void a_run_longer_than_its_lease_is_not_lost(void **state)
 {
     (void)state;
@@ -70,8 +70,7 @@ static void a_run_longer_than_its_lease_is_not_lost(void **state)
     ll_result_store_close(store);
 }
 
-/* A worker that is stopped breaks off its run; its chunk is free at once, and as if nobody
- * had tried. */
+/* A stopped worker interrupts its run; its chunk is free at once, without counting the attempt. */
 static void who_is_stopped_gives_its_chunk_back(void **state)
 {
     (void)state;
@@ -86,7 +85,7 @@ static void who_is_stopped_gives_its_chunk_back(void **state)
     ll_result_store_close(store);
 }
 
-/* Two seconds each, but neither so many that the queue is slow, nor so few that threads are idle. */
+/* Two seconds each, but neither so small that the queue becomes slow, nor so large that threads are idle. */
 static void chunks_take_seconds(void **state)
 {
     (void)state;

@@ -1,4 +1,4 @@
-/* Specifications: what they count, what they refuse, and that a row is a function of its index. */
+/* Specifications: counts, refusals, and that a row is a function of its index. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -119,15 +119,15 @@ static void samples_fill_the_range(void **state)
             filled += hits[(int)(lag - 100)]++ == 0;
             predicted += (int)value(e, p, "players.0.prediction");
         }
-        if (k == 0) /* a net: each interval once, each choice half of the times */
+        if (k == 0) /* a (0, 2)-net: each interval once, each choice half of the times */
             assert_true(filled == 256 && predicted == 128);
-        else /* 256 (1 - 1/e) = 162 are expected, with a deviation of 5 */
+        else /* expected: 256 (1 - 1/e) = 162, with a standard deviation of 5 */
             assert_true(filled > 132 && filled < 192 && predicted > 80 && predicted < 176);
         ll_experiment_free(e);
     }
 }
 
-/* Counts of what an axis gives over a sample, from `least` on. */
+/* Counts the values of an axis over a sample, from `least` on. */
 static void count_values(const char *sample, const char *axis, const char *path, int least, int *counts,
                          int kinds)
 {
@@ -145,8 +145,8 @@ static void count_values(const char *sample, const char *axis, const char *path,
     ll_experiment_free(e);
 }
 
-/* Each whole number as often as the others, the ends too, from either end; on a logarithmic scale 1 has what
- * is below 1.5, log(1.5 / 0.5) of log(8.5 / 0.5). */
+/* All whole numbers are equally likely, the ends too, in both directions; on a logarithmic scale 1 has the
+ * part below 1.5: log(1.5 / 0.5) of log(8.5 / 0.5). */
 static void whole_numbers_are_drawn_evenly(void **state)
 {
     (void)state;
@@ -168,7 +168,7 @@ static void whole_numbers_are_drawn_evenly(void **state)
     }
 }
 
-/* A range with a count has its values alone, each as often. */
+/* A range with a count gives only its values, all equally often. */
 static void a_count_is_honoured_when_sampled(void **state)
 {
     (void)state;
@@ -186,7 +186,7 @@ static void a_count_is_honoured_when_sampled(void **state)
     ll_experiment_free(e);
 }
 
-/* Base sample j: A, B, and A with one dimension of B; zipped axes are one. */
+/* Base sample j: A, B, and A with one dimension of B; zipped axes are one dimension. */
 static void saltelli_mixes_two_samples(void **state)
 {
     (void)state;
@@ -278,7 +278,7 @@ static void a_stop_rule_ends_a_run(void **state)
     ll_experiment_free(e);
 }
 
-/* Rows that are given, by run. */
+/* Given rows, by run. */
 typedef struct given {
     const ll_row *rows;
     int at, count;
@@ -296,7 +296,7 @@ static bool next_given(void *context, ll_row *row, ll_status *status)
 
 #define COST "cost.ns_per_sim_s"
 
-/* Sixteen times the steps cost more; hashes and all other metrics are as without it. */
+/* Sixteen times the steps cost more; hashes and all other metrics are unchanged by measuring. */
 static void cost_is_measured_and_changes_nothing(void **state)
 {
     (void)state;
@@ -318,13 +318,13 @@ static void cost_is_measured_and_changes_nothing(void **state)
     ll_points points;
     rows[1].metrics[0] = rows[0].metrics[0] + 1;
     must(ll_points_read(e, next_given, &(given){rows, 0, 4}, &points));
-    assert_int_equal(points.identical, 2); /* nothing random but what was measured */
+    assert_int_equal(points.identical, 2); /* all metrics equal, except the measured one */
     ll_points_free(&points);
     ll_experiment_free(e);
     ll_experiment_free(plain);
 }
 
-/* A run that goes wrong has no cost. */
+/* A failed run has no cost. */
 static void what_fails_costs_nothing(void **state)
 {
     (void)state;
@@ -337,7 +337,7 @@ static void what_fails_costs_nothing(void **state)
     ll_experiment_free(e);
 }
 
-/* A step of 5 s suits a duration of 10 s and not one of 1 s: each value is right alone. */
+/* A step of 5 s is valid with a duration of 10 s but not of 1 s: each value is valid alone. */
 static void what_does_not_go_together_is_told_in_the_row(void **state)
 {
     (void)state;
@@ -357,7 +357,8 @@ static void what_does_not_go_together_is_told_in_the_row(void **state)
     ll_experiment_free(e);
 }
 
-/* Two methods side by side: what fails has no metrics and makes the row not ok; the other's are there. */
+/* Two side-by-side methods: a failed one has no metrics and makes the row fail; the other's metrics are
+ * there. */
 static void a_part_that_fails_has_no_metrics(void **state)
 {
     (void)state;
@@ -388,7 +389,7 @@ static void a_part_that_fails_has_no_metrics(void **state)
     }
 }
 
-/* A row that fails for what no metric is of stays ok. */
+/* A failed part without metrics in the experiment does not make the row fail. */
 static void a_part_that_is_not_asked_for_does_not_matter(void **state)
 {
     (void)state;
@@ -403,7 +404,7 @@ static void a_part_that_is_not_asked_for_does_not_matter(void **state)
     ll_experiment_free(e);
 }
 
-/* A run that its own kind stops has no metrics of the moment when it stopped. */
+/* A run that its kind stops has no metrics of that moment. */
 static void a_run_that_is_lost_has_no_metrics(void **state)
 {
     (void)state;
@@ -416,8 +417,8 @@ static void a_run_that_is_lost_has_no_metrics(void **state)
     ll_experiment_free(e);
 }
 
-/* Cost and error of four points with two runs each: the first is best but failed once, the second has errors
- * that are large with either sign, the third is on the front, and so is the last. */
+/* Cost and error of four points with two runs each: the first is best but failed once, the second has large
+ * errors of either sign, the third and the last are on the front. */
 static void fronts_take_magnitudes_and_no_failures(void **state)
 {
     (void)state;
@@ -451,7 +452,7 @@ static void fronts_take_magnitudes_and_no_failures(void **state)
     ll_experiment_free(e);
 }
 
-/* Against a naive search over random points with ties, of two to four metrics. */
+/* Compared with a naive search, over random points with ties and two to four metrics. */
 static void fronts_of_several_metrics_are_naive_ones(void **state)
 {
     (void)state;
@@ -490,7 +491,7 @@ static void fronts_of_several_metrics_are_naive_ones(void **state)
     free(sizes);
 }
 
-/* Of any number at most so many are shown, those that come first before the others, at even distances. */
+/* Of any number at most the maximum is shown: those in `first` before the others, evenly spaced. */
 static void what_is_shown_of_many_is_even(void **state)
 {
     (void)state;
@@ -521,7 +522,7 @@ typedef struct spread {
     ll_row rows[24];
 } spread;
 
-/* Two points of twelve runs: what a seed adds is in both, and the second has 0.5 more, give or take 0.1. The
+/* Two points of twelve runs: both have the seed's contribution, and the second has 0.5 more, within 0.1. The
  * fourth run of the second failed. */
 static void fill(const ll_experiment *e, spread *s)
 {
@@ -582,7 +583,7 @@ static void points_are_compared_by_seed(void **state)
     double low = cell_of(t, cells, LEAD ".diff_low"), high = cell_of(t, cells, LEAD ".diff_high");
     assert_true(low > 0.35 && low < 0.5 && high > 0.5 && high < 0.65);
     assert_string_equal(text_of(t, cells, LEAD ".diff_method"), "bootstrap-t");
-    /* unpaired, nothing could be said: the seeds make a deviation of 5 */
+    /* unpaired it would be unknown: the seeds have a standard deviation of 5 */
     assert_true(cell_of(t, cells, LEAD ".ci95_high") - cell_of(t, cells, LEAD ".ci95_low") > 5);
     assert_true(fabs(cell_of(t, cells, LEAD ".sd") - 5) < 1);
     assert_true(cell_of(t, cells, HITCHES ".ci95_low") == 0);
@@ -640,8 +641,8 @@ static void scales_are_told(void **state)
     ll_experiment_free(e);
 }
 
-/* Whatever a scenario of the library tells that is below 0 is declared, so that a reader knows that its sign
- * says something. Of netgames not: theirs is another table. */
+/* Every metric of a library scenario that is negative must be declared as signed. Not for netgames, which
+ * have another table. */
 static void check_signs(const ll_sim_kind *kind, const char *id, const cJSON *item)
 {
     if (cJSON_IsNumber(item) || cJSON_IsRaw(item)) {

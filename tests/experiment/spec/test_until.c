@@ -1,4 +1,4 @@
-/* Runs until the mean is known: when it stops, and that what is told then still covers. */
+/* Runs until the mean is known: when they stop, and the coverage of the final interval. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -54,7 +54,7 @@ static double lognormal(double u)
     return exp(ll_normal_quantile(u) / 2);
 }
 
-/* Rows of a point until they are enough; the rest is never looked at. */
+/* Rows of a point until they are enough; the rest is never read. */
 static int64_t run_point(const ll_experiment *e, uint64_t seed, double (*of)(double u), ll_row *rows,
                          ll_resampler *resampler)
 {
@@ -94,7 +94,7 @@ static void looks_double(void **state)
     ll_experiment_free(e);
 }
 
-/* Both rules and three distributions, 93 to 98 %; that stopping early happens is part of it. */
+/* Both rules and three distributions: 93 to 98 %, including early stops. */
 static void what_is_told_at_the_end_covers(void **state)
 {
     (void)state;

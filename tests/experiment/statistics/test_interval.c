@@ -1,5 +1,5 @@
-/* Intervals cover the mean as often as they say: counted over simulated experiments, of distributions whose
- * mean is known and of metrics of real runs. */
+/* Intervals cover the mean as often as stated: counted over simulated experiments, with distributions of
+ * known mean and with metrics of real runs. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -79,7 +79,7 @@ static double two_modes(draws *d)
     return z + (unit(d) < 0.5);
 }
 
-/* Two unlike groups: so many in a hundred are 5 deviations above the others. */
+/* Two different groups: `share` per cent are 5 standard deviations above the others. */
 static double groups(draws *d, double share)
 {
     double z = (normal(d) - 10) / 5;
@@ -200,8 +200,8 @@ typedef struct known {
     double (*draw)(draws *d);
     double mean;
     ll_metric_scale scale;
-    double least, most; /* of the coverage, in %, at every size */
-    int first;          /* of the sizes that are told, and that are checked */
+    double least, most; /* bounds of the coverage, in %, at every size */
+    int first;          /* first of the sizes with intervals, and of those that are checked */
 } known;
 
 typedef struct source {
@@ -253,8 +253,8 @@ static void amounts_are_covered(void **state)
         check(&amounts[i], 0.05);
 }
 
-/* Of fewer than 20 values nobody can tell skewed ones from flat ones: there is a bound, which covers the
- * first at least as often as 93 %, and the second more often. */
+/* With fewer than 20 values skewed distributions cannot be distinguished from flat ones: the interval is a
+ * bound, which covers the former at least 93 % of the time, and the latter more often. */
 static void few_amounts_are_covered_at_least(void **state)
 {
     (void)state;
@@ -266,19 +266,19 @@ static void few_amounts_are_covered_at_least(void **state)
     }
 }
 
-/* Below that there is none. */
+/* With fewer there is none. */
 static void amounts_of_fewer_than_10_are_not_told(void **state)
 {
     (void)state;
     for (size_t i = 0; i < sizeof amounts / sizeof amounts[0]; i++) {
         source s = {&amounts[i], {8, 0}};
         double told = count(next_known, &s, amounts[i].mean, amounts[i].scale, 9, 0.05).told;
-        assert_true(told < 0.001); /* Poisson counts may be few by chance, and are then told as rare events */
+        assert_true(told < 0.001); /* few Poisson counts by chance; these are treated as rare events */
     }
 }
 
-/* Where a few runs make much of the mean, or two groups differ in size, coverage is not the level: by how
- * much is what ll_interval_covers says. */
+/* If a few runs dominate the mean, or two groups differ in size, coverage differs from the level, as
+ * ll_interval_covers says. */
 static void unlike_groups_are_covered_as_told(void **state)
 {
     (void)state;
@@ -313,7 +313,7 @@ static void unlike_groups_are_covered_as_told(void **state)
     assert_string_equal(ll_interval_covers(&order, LL_INTERVAL_NONE), "");
 }
 
-/* Exact bounds of what comes in whole numbers are at least the level; 0.7 % is room for 2000 experiments. */
+/* Exact bounds of whole numbers have at least the level; 0.7 % allows for 2000 experiments. */
 static void rare_events_are_covered_at_least(void **state)
 {
     (void)state;
@@ -333,7 +333,7 @@ static void rare_events_are_covered_at_least(void **state)
         check(&all[i], 0.05);
 }
 
-/* Of smaller errors, as a sequence of looks takes them. */
+/* For smaller errors, as repeated checks use them. */
 static void other_levels_are_covered(void **state)
 {
     (void)state;
@@ -383,10 +383,10 @@ static void read_pools(const char *scenario, double loss_pct, pool pools[METRICS
     ll_experiment_free(e);
 }
 
-/* Experiments drawn from real runs, whose mean is the truth. The last three are counts of events, of which
- * exact bounds are told. Of the largest corrections (metric 3) the mean's coverage is shown and not held: in
- * a race one run in a hundred makes it, which no interval can know, so none is told of extremes. The error in
- * a race with 10 % of loss is nearly so (skewness 5): what it falls short by is told in the docs. */
+/* Experiments drawn from real runs, whose mean is the truth. The last three are counts of events, with exact
+ * bounds. For the largest corrections (metric 3) the mean's coverage is printed and not checked: in a race
+ * one run in a hundred determines it, which no interval can know, so extremes have none. The error in a race
+ * with 10 % loss is nearly as skewed (skewness 5); its coverage is in the docs. */
 static void metrics_of_runs_are_covered(void **state)
 {
     (void)state;
@@ -481,7 +481,7 @@ static void what_is_not_known_is_told(void **state)
     assert_true(i.method == LL_INTERVAL_RARE && i.low == -INFINITY && i.high > 56. / 12 && i.high < 5);
 }
 
-/* Moved and stretched values have moved and stretched intervals, mirrored ones mirrored: up to rounding. */
+/* Shifted and scaled values have shifted and scaled intervals, mirrored ones mirrored: up to rounding. */
 static void intervals_follow_their_values(void **state)
 {
     (void)state;
@@ -501,8 +501,8 @@ static void intervals_follow_their_values(void **state)
     }
 }
 
-/* Of a skewed distribution and of one without a mean: the median's interval needs nothing. By SciPy 1.10
- * (quantile_test) of 10 values it is from the second to the ninth. */
+/* A skewed distribution and one without a mean: the median's interval has no conditions. By SciPy 1.10
+ * (quantile_test) for 10 values it is from the second to the ninth. */
 static void medians_are_covered(void **state)
 {
     (void)state;

@@ -1,4 +1,4 @@
-/* Sobol' indices of functions whose own are known, and that their intervals cover them. */
+/* Sobol' indices of functions with known indices, and the coverage of their intervals. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -101,8 +101,8 @@ static void indices_are_those_of_the_closed_forms(void **state)
     }
 }
 
-/* Over 400 seeds, of two functions. Sobol' points are more even than resamples are, so the intervals cover
- * more than they say. */
+/* Over 400 seeds, for two functions. Sobol' points are more even than resamples, so the intervals cover more
+ * than stated. */
 static void intervals_cover(void **state)
 {
     (void)state;
@@ -146,7 +146,7 @@ static void what_is_missing_is_left_out(void **state)
     assert_true(s[0].samples == 0 && isnan(s[0].total_low));
 }
 
-/* Every n-th of the range has one of n points, in each dimension; dimensions are not ordered alike. */
+/* In each dimension every n-th part of the range has one of n points; dimensions have different orders. */
 static void latin_hypercubes_have_one_in_each_stratum(void **state)
 {
     (void)state;

@@ -1,5 +1,5 @@
-/* The store's leases: every row once, whoever comes late. `test_experiment_result_store postgres` holds a
- * PostgreSQL server of its own to the same, and ends with 77 where there is none. */
+/* Leases of the store: every row once, even with late workers. `test_experiment_result_store postgres` tests
+ * a PostgreSQL server of its own, and exits with 77 if that is not installed. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -33,7 +33,7 @@ static ll_result_store *fresh(void)
     ll_result_store *s;
     must(ll_result_store_open(url, &s));
     if (server[0])
-        s->kind->remove(s, "x"); /* of the test before */
+        s->kind->remove(s, "x"); /* of the previous test */
     must(s->kind->create(s, &ten, "{}", 4));
     return s;
 }
@@ -98,8 +98,8 @@ static void rows_come_back_whole(void **state)
     ll_result_store_close(s);
 }
 
-/* A worker freezes beyond its lease, another does its chunk, it wakes and hands in: refused, and no row
- * twice. */
+/* A worker freezes beyond its lease, another runs its chunk, then the first stores its rows: refused, and no
+ * row twice. */
 static void who_lost_its_lease_is_refused(void **state)
 {
     (void)state;
@@ -202,7 +202,7 @@ static void another_version_adds_nothing(void **state)
     ll_result_store_close(s);
 }
 
-/* A store of the schema before, which knew no versions: what is in it stays readable, and nobody goes on. */
+/* A store of the previous schema, without versions: its content can be read, but not continued. */
 static void hold_to_no_version(const char *store)
 {
     ll_result_store *s;
@@ -298,8 +298,8 @@ static void bad_stores_are_told(void **state)
     ll_status status = ll_result_store_open(path, &s);
     assert_true(status.code == LL_BAD_INPUT && strstr(status.text, "99") && strstr(status.text, "newer"));
     FILE *file = fopen(path, "w");
-    fputs("run,point\r\n0,0\r\n this is no database but a file of text, longer than a header of SQLite's, so "
-          "much so",
+    fputs("run,point\r\n0,0\r\n this is no database but a text file, longer than the header of an SQLite "
+          "file, by far",
           file);
     fclose(file);
     status = ll_result_store_open(path, &s);
@@ -382,7 +382,7 @@ static void intervals_are_students(void **state)
 
 /* ---- PostgreSQL ---- */
 
-/* What the script prints, without the end of its line; its exit status is the result. */
+/* Output of the script, without its final newline; returns its exit status. */
 static int ask_server(char *answer, size_t size, const char *verb, const char *argument)
 {
     char command[300];
@@ -461,7 +461,8 @@ static void a_database_that_may_not_be_written_is_told(void **state)
     assert_true(status.code == LL_IO && strstr(status.text, "cannot write to"));
 }
 
-/* While the server is away a sentence; when it is back the same store goes on, and the lease still counts. */
+/* An unreachable server gives a message; when it is back the store continues, and the lease is still
+ * valid. */
 static void a_server_that_died_is_found_again(void **state)
 {
     (void)state;
