@@ -60,7 +60,7 @@ static void report_versions(const worker *w, ll_status *reported)
     fprintf(stderr, "laglab: %s\n", status.text);
 }
 
-/* The first signal lets the threads return their chunks, the second ends the process at once. */
+/* After the first signal the threads return their chunks, the second one ends the process at once. */
 static void wait_for_end(const worker *w, ll_workers *workers, sigset_t *signals)
 {
     const struct timespec check_store = {.tv_nsec = 100000000};

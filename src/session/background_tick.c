@@ -20,7 +20,7 @@ struct ll_background_tick {
     ll_event events[LL_EVENT_RING]; /* the newest */
 };
 
-static void keep(void *context, const void *row)
+static void keep_event(void *context, const void *row)
 {
     const ll_event *event = row;
     ll_background_tick *a = context;
@@ -66,7 +66,7 @@ ll_status ll_session_begin_background_tick(ll_session *s, ll_time wall, ll_backg
 
 void ll_background_tick_run(ll_background_tick *a, const ll_interrupt *interrupt)
 {
-    ll_recorder recorder = {keep, a};
+    ll_recorder recorder = {keep_event, a};
     a->status = a->kind->advance(a->block, a->until, a->records ? &recorder : NULL,
                                  a->step_profiler.now_ns ? &a->step_profiler : NULL, interrupt);
 }
@@ -79,7 +79,7 @@ static void add_cost(ll_session *s, const ll_background_tick *a)
 }
 
 /* Does what ll_session_run does after a tick. */
-static void take_over(ll_session *s, ll_background_tick *a)
+static void install_result(ll_session *s, ll_background_tick *a)
 {
     void *old = s->block;
     s->block = a->block;
@@ -111,7 +111,7 @@ int64_t ll_session_end_background_tick(ll_session *s, ll_background_tick *a, ll_
     bool wanted =
         s->block && a->epoch == s->epoch && a->status.code != LL_INTERRUPTED && ll_session_due(s, wall) > 0;
     if (wanted)
-        take_over(s, a);
+        install_result(s, a);
     ll_background_tick_free(a);
     if (s->transition != LL_TRANSITION_NONE && s->block && !s->stale &&
         (s->tick == s->target_tick || s->status == LL_SESSION_FAILED))
@@ -122,7 +122,7 @@ int64_t ll_session_end_background_tick(ll_session *s, ll_background_tick *a, ll_
 
 /* ---- in place ---- */
 
-static bool keep_copy(const ll_session *s, ll_checkpoint *copy)
+static bool save_copy(const ll_session *s, ll_checkpoint *copy)
 {
     const ll_param_table *table = s->scenario.kind->table;
     *copy = (ll_checkpoint){.block = malloc(s->block_size),
@@ -138,7 +138,7 @@ static bool keep_copy(const ll_session *s, ll_checkpoint *copy)
     return true;
 }
 
-static void put_back(ll_session *s, const ll_checkpoint *copy)
+static void restore_copy(ll_session *s, const ll_checkpoint *copy)
 {
     memcpy(s->block, copy->block, s->block_size);
     ll_param_copy(s->scenario.kind->table, s->config, copy->config);
@@ -154,10 +154,10 @@ int64_t ll_session_advance_or_restore(ll_session *s, ll_time wall, int64_t max_t
     ll_checkpoint copy = {0};
     uint32_t events = s->event_count;
     s->restorable =
-        s->block && s->interrupt && !s->stale && ll_session_due(s, wall) > 0 && keep_copy(s, &copy);
+        s->block && s->interrupt && !s->stale && ll_session_due(s, wall) > 0 && save_copy(s, &copy);
     int64_t due = ll_session_advance(s, wall, max_ticks);
     if (s->interrupted && s->restorable) {
-        put_back(s, &copy);
+        restore_copy(s, &copy);
         s->event_count = events;
         due = ll_session_due(s, wall);
     }

@@ -39,7 +39,7 @@ static ll_status do_play(ll_session *s, ll_time wall, const control_args *a)
     return ll_ok();
 }
 
-static ll_status go_to(ll_session *s, int64_t tick)
+static ll_status begin_seek_to(ll_session *s, int64_t tick)
 {
     ll_session_begin_seek(s, tick < 0 ? 0 : tick > s->end ? s->end : tick);
     return ll_ok();
@@ -48,7 +48,7 @@ static ll_status go_to(ll_session *s, int64_t tick)
 static ll_status do_step(ll_session *s, ll_time wall, const control_args *a)
 {
     (void)wall;
-    return go_to(s, s->tick + a->ticks);
+    return begin_seek_to(s, s->tick + a->ticks);
 }
 
 static ll_status do_seek(ll_session *s, ll_time wall, const control_args *a)
@@ -60,7 +60,7 @@ static ll_status do_seek(ll_session *s, ll_time wall, const control_args *a)
     if (tick > s->end)
         return ll_field_error(LL_BAD_INPUT, a->has_tick ? "tick" : "time_s",
                               "the scenario ends at tick %lld; got %lld", (long long)s->end, (long long)tick);
-    return go_to(s, tick);
+    return begin_seek_to(s, tick);
 }
 
 static ll_status do_speed(ll_session *s, ll_time wall, const control_args *a)

@@ -20,7 +20,7 @@ static uint8_t flags_of(const ll_session *s)
 }
 
 /* Whether the section equals the rows, or has all of their events. */
-static bool covered(const ll_section *section, const ll_rows *rows)
+static bool is_unchanged(const ll_section *section, const ll_rows *rows)
 {
     if (section == NULL)
         return false;
@@ -34,7 +34,7 @@ static bool covered(const ll_section *section, const ll_rows *rows)
  * memory. */
 static ll_section *take_rows(ll_rows *rows, uint32_t seq, ll_section **last)
 {
-    if (covered(*last, rows)) {
+    if (is_unchanged(*last, rows)) {
         ll_rows_free(rows);
     } else {
         ll_section_release(*last);

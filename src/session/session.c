@@ -11,7 +11,7 @@
 
 const char *const ll_session_status_names[] = {"paused", "playing", "ended", "failed"};
 
-/* ---- life ---- */
+/* ---- creation and destruction ---- */
 
 ll_status ll_session_new(const ll_scenario *scenario, const void *base, ll_log_line *on_line, void *context,
                          ll_session **session)
@@ -187,7 +187,7 @@ ll_status ll_session_run_within(ll_session *s, int64_t tick, const ll_interrupt 
 }
 
 /* Drops all commands after the present tick, since a new command changes what follows it. */
-static void take_over(ll_session *s)
+static void drop_later_commands(ll_session *s)
 {
     ll_session_stop_seek(s);
     ll_session_drop_checkpoints(s, s->tick);
@@ -202,7 +202,7 @@ static void take_over(ll_session *s)
 
 static ll_status append(ll_session *s, const ll_log_entry *entry)
 {
-    take_over(s);
+    drop_later_commands(s);
     ll_status status = ll_log_append(&s->log, entry);
     if (ll_failed(&status))
         return status;

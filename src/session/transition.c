@@ -15,7 +15,7 @@ static void end_wake(ll_session *s)
         ll_session_run(s, s->tick + 1, true);
 }
 
-static void arrive(ll_session *s)
+static void end_transition(ll_session *s)
 {
     ll_transition transition = s->transition;
     s->transition = LL_TRANSITION_NONE;
@@ -41,7 +41,7 @@ int64_t ll_session_continue(ll_session *s, int64_t max_ticks)
         if (s->interrupted || (s->stale && s->status != LL_SESSION_FAILED))
             return s->target_tick - s->tick + 1;
         if (s->tick == s->target_tick || s->status == LL_SESSION_FAILED)
-            arrive(s);
+            end_transition(s);
         else if (max_ticks <= 0)
             return s->target_tick - s->tick;
     }

@@ -46,7 +46,7 @@ static ll_status read_log(const char *text, ll_workload *w)
     return status;
 }
 
-static ll_status only(const cJSON *o, const char *field, const char *const *names, const char *known)
+static ll_status check_keys(const cJSON *o, const char *field, const char *const *names, const char *known)
 {
     const cJSON *item;
     if (!cJSON_IsObject(o))
@@ -69,7 +69,7 @@ static ll_status read_input(const cJSON *o, size_t index, ll_workload *w)
     char field[48];
     ll_log_entry e;
     snprintf(field, sizeof field, "workload.inputs.%zu", index);
-    ll_status status = only(o, field, names, "tick, player, axes and buttons");
+    ll_status status = check_keys(o, field, names, "tick, player, axes and buttons");
     if (!ll_failed(&status))
         status = ll_input_read(o, &e);
     else
@@ -90,7 +90,7 @@ static ll_status read_object(const cJSON *json, ll_workload *w)
     const cJSON *hz = cJSON_GetObjectItemCaseSensitive(json, "tick_hz"),
                 *inputs = cJSON_GetObjectItemCaseSensitive(json, "inputs"), *item;
     size_t index = 0;
-    ll_status status = only(json, "workload", names, "tick_hz and inputs");
+    ll_status status = check_keys(json, "workload", names, "tick_hz and inputs");
     if (ll_failed(&status))
         return status;
     if (hz && !(cJSON_IsNumber(hz) && hz->valuedouble >= 1 && hz->valuedouble <= 1000))
@@ -166,7 +166,7 @@ cJSON *ll_workload_write(const ll_workload *w)
 /* ---- into a session ---- */
 
 /* First tick of clock `there` at or after tick `k` of clock `here`. */
-static int64_t tick_there(int64_t k, ll_freq here, ll_freq there)
+static int64_t map_tick(int64_t k, ll_freq here, ll_freq there)
 {
     ll_time time = ll_tick_time(k, here);
     int64_t tick = ll_tick_at(time, there);
@@ -181,7 +181,7 @@ ll_status ll_session_load(ll_session *s, const ll_workload *w)
         return status;
     for (size_t i = 0; i < w->inputs.count; i++) {
         ll_log_entry e = w->inputs.entries[i];
-        e.tick = tick_there(e.tick, w->freq, s->freq);
+        e.tick = map_tick(e.tick, w->freq, s->freq);
         if (e.tick >= s->end)
             break;
         status = ll_log_append(&s->log, &e);

@@ -1,15 +1,15 @@
-/* The front door: one TCP port for the page, REST and WebSocket streams.
+/* The web server: one TCP port for the page, REST and WebSocket streams.
  *
  *   acceptor thread --- plain HTTP head ---> libmicrohttpd pool --> handlers (http.h)
- *        |                                        | a late upgrade on a kept connection
+ *        |                                        | an upgrade on a kept connection
  *        |                                        v
  *        +------------- valid upgrade -------> stream threads (ws.h)
  *
- * Start order of a daemon: ll_param_defaults(&ll_web_server_table, &config), set what the command line says,
+ * Start order of a daemon: ll_param_defaults(&ll_web_server_table, &config), set the command line's options,
  * ll_web_server_open (handlers and hooks may run from here on), ll_ws_stream_open for each session. Stop:
- * readyz turns 503, ll_web_server_drain, stop publishing workers, ll_web_server_close.
+ * readyz returns 503, ll_web_server_drain, stop publishing workers, ll_web_server_close.
  *
- * All functions but those of stats may be called by one thread (main) only. */
+ * Only one thread (main) may call these functions, except those of statistics. */
 #pragma once
 
 #include <stdbool.h>

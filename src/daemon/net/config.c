@@ -55,7 +55,7 @@ static const ll_param rows[] = {
 };
 
 const ll_param_table ll_web_server_table = {
-    .name = "door",
+    .name = "web_server",
     .help = "The port of the daemon and its limits.",
     .rows = rows,
     .count = sizeof rows / sizeof *rows,

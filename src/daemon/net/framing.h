@@ -47,7 +47,7 @@ typedef struct ll_framing {
     size_t size;
     bool first, last, binary; /* for a piece */
     int code;                 /* for close and fault */
-    const char *fault;        /* a sentence */
+    const char *fault;        /* message */
 } ll_framing;
 
 /* Reads `bytes` from `*used` on, and sets `*used` to the first unread byte. Unmasks in place. */

@@ -31,8 +31,8 @@ typedef struct ll_head {
 
 ll_head_state ll_head_parse(const char *bytes, size_t size, ll_head *head);
 
-/* Why no handler may see a request's target, as it came: what the library would cut (`%00`) or choke on (too
- * many arguments). NULL: nothing. */
+/* Why a request's target must not reach a handler: the library would truncate it (`%00`) or reject it (too
+ * many arguments). NULL: no fault. */
 const char *ll_target_fault(const char *target);
 enum { LL_ARGUMENTS_MAX = 64 };
 

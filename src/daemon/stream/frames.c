@@ -245,7 +245,7 @@ static void note_sent(ws_viewer *viewer, const ll_frame *frame, uint16_t channel
 }
 
 /* Whether the frame has anything for the viewer: a due channel with a change. */
-static bool is_news(const ws_viewer *viewer, const ll_frame *frame, uint16_t channels)
+static bool has_changes(const ws_viewer *viewer, const ll_frame *frame, uint16_t channels)
 {
     return channels != 0 &&
            (viewer->fresh || frame->tick != viewer->last_tick || frame->flags != viewer->last_flags ||
@@ -256,7 +256,7 @@ static bool is_news(const ws_viewer *viewer, const ll_frame *frame, uint16_t cha
 static void send_frame(ws_viewer *viewer, ll_frame *frame)
 {
     uint16_t channels = due(viewer, frame);
-    if (!is_news(viewer, frame, channels)) {
+    if (!has_changes(viewer, frame, channels)) {
         return;
     }
     bool jump = viewer->fresh || frame->generation != viewer->generation;
@@ -341,7 +341,7 @@ static void count_due(ws_viewer *viewer, bool missed)
 /* ---- distribution ---- */
 
 /* Of several frames a viewer with enough credit gets all, in order; others the newest ones. */
-static void offer(ws_viewer *viewer, ll_frame **frames, int count)
+static void offer_frames(ws_viewer *viewer, ll_frame **frames, int count)
 {
     int may = credit(viewer);
     for (int i = 0; i < count; i++) {
@@ -366,7 +366,7 @@ void ll_ws_stream_distribute(ll_ws_stream *stream, ll_frame **frames, int count)
     ll_frame_release(stream->latest);
     stream->latest = frames[count - 1];
     for (ws_viewer *viewer = stream->first; viewer != NULL; viewer = viewer->next) {
-        offer(viewer, frames, count);
+        offer_frames(viewer, frames, count);
     }
     for (int i = 0; i < count - 1; i++) {
         ll_frame_release(frames[i]);

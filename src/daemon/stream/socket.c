@@ -18,7 +18,7 @@ void ll_ws_socket_fail(ws_viewer *viewer)
     }
 }
 
-static void look_for(ws_viewer *viewer, uint32_t events)
+static void set_epoll_events(ws_viewer *viewer, uint32_t events)
 {
     struct epoll_event interest = {.events = events, .data.ptr = viewer};
     if (viewer->events == events || viewer->dead) {
@@ -33,7 +33,7 @@ static void look_for(ws_viewer *viewer, uint32_t events)
 
 void ll_ws_socket_request_writable(ws_viewer *viewer)
 {
-    look_for(viewer, EPOLLIN | EPOLLOUT);
+    set_epoll_events(viewer, EPOLLIN | EPOLLOUT);
 }
 
 bool ll_ws_socket_full(const ws_viewer *viewer)
@@ -197,7 +197,7 @@ void ll_ws_socket_event(ws_viewer *viewer, uint32_t events)
     if (!viewer->dead && (events & EPOLLOUT) != 0) {
         flush(viewer);
         if (!ll_ws_socket_full(viewer)) {
-            look_for(viewer, EPOLLIN);
+            set_epoll_events(viewer, EPOLLIN);
             shut_when_done(viewer);
             viewer->receiver->writable(viewer);
         }
@@ -209,7 +209,7 @@ void ll_ws_socket_event(ws_viewer *viewer, uint32_t events)
 bool ll_ws_socket_open(ws_viewer *viewer)
 {
     char accept[29], head[400];
-    look_for(viewer, EPOLLIN);
+    set_epoll_events(viewer, EPOLLIN);
     if (viewer->dead || viewer->socket.answered) {
         return !viewer->dead;
     }

@@ -285,7 +285,7 @@ const ws_receiver ll_ws_viewer_receiver = {.piece = receive,
                                            .fault = ll_ws_viewer_close,
                                            .writable = writable};
 
-static void look_for_life(ws_viewer *viewer)
+static void check_alive(ws_viewer *viewer)
 {
     unsigned char bytes[LL_FRAMING_HEAD_SPACE];
     int64_t now = viewer->thread->now_ns, silent = now - viewer->received_ns;
@@ -310,7 +310,7 @@ void ll_ws_viewer_sweep(ws_viewer *viewer)
         }
         return;
     }
-    look_for_life(viewer);
+    check_alive(viewer);
     if (viewer->stream == NULL || viewer->dead) {
         return;
     }

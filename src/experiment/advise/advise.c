@@ -69,7 +69,7 @@ static double worst_error(const ll_advise_search *s)
     return ll_detmath_log(worst) + FAILED_PENALTY;
 }
 
-static void tell(ll_advise_search *s, int point)
+static void update_surrogate(ll_advise_search *s, int point)
 {
     const ll_trial *t = &s->trials[point];
     double limit = ll_detmath_log(s->request->max_error), values[2];
@@ -116,7 +116,7 @@ static ll_status try_point(ll_advise_search *s, int point)
     } while (!ll_failed(&status) && t->state == OPEN && s->runs < s->most - s->kept &&
              (s->best < 0 || ll_advise_beats(t, &s->trials[s->best])));
     if (!ll_failed(&status))
-        tell(s, point);
+        update_surrogate(s, point);
     find_best(s);
     return status;
 }
@@ -125,7 +125,7 @@ static ll_status verify(ll_advise_search *s, int point)
 {
     ll_status status = ll_advise_verify(s, point);
     if (!ll_failed(&status))
-        tell(s, point);
+        update_surrogate(s, point);
     find_best(s);
     return status;
 }
@@ -217,7 +217,7 @@ static int safest(const ll_advise_search *s)
     return found;
 }
 
-static double dearest(const ll_advise_search *s)
+static double most_expensive(const ll_advise_search *s)
 {
     double most = EQUAL_LOG;
     for (int p = 0; p < s->points; p++)
@@ -261,7 +261,7 @@ static double saving(const ll_trial *t, const ll_trial *against, double variance
 static int best_to_verify(const ll_advise_search *s, int shown)
 {
     int found = -1;
-    double most = 0, none = ll_detmath_log(2 * dearest(s));
+    double most = 0, none = ll_detmath_log(2 * most_expensive(s));
     double variance = shown < 0 ? 0 : variance_of_costs(s, &s->trials[shown]);
     for (int p = 0; p < s->points; p++) {
         const ll_trial *t = &s->trials[p];

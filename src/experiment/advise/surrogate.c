@@ -90,7 +90,7 @@ static double covariance(const ll_surrogate *s, const kernel *k, int p, int q)
     return kin * (SHARED + k->trend * trend + k->bend * ll_exp(-distance / (8 * k->length * k->length)));
 }
 
-/* ---- life ---- */
+/* ---- creation and destruction ---- */
 
 static bool create_model(ll_surrogate *s, const kernel *k, model *m)
 {

@@ -156,7 +156,7 @@ static double mean_of(const ll_values *v, int64_t n, int output)
     return n > 0 ? sum / (double)n : 0;
 }
 
-static double apart_of(double a, double b)
+static double differences_of(double a, double b)
 {
     return fabs(a - b) > SAME * fmax(a, b) ? a - b : 0;
 }
@@ -172,7 +172,7 @@ bool ll_advise_beats(const ll_trial *a, const ll_trial *b)
 {
     int64_t n = shared(&a->own_values, &b->own_values), fresh = shared(&a->fresh_values, &b->fresh_values);
     int64_t own = n > 0 ? n : a->own_values.n, others = n > 0 ? n : b->own_values.n;
-    double apart = apart_of(mean_over(a, own, fresh, COST), mean_over(b, others, fresh, COST));
+    double apart = differences_of(mean_over(a, own, fresh, COST), mean_over(b, others, fresh, COST));
     if (apart != 0)
         return apart < 0;
     return mean_over(a, own, fresh, ERROR) < mean_over(b, others, fresh, ERROR);
@@ -184,7 +184,7 @@ ll_sums ll_advise_cost_difference(const ll_trial *a, const ll_trial *b)
     ll_sums apart = {0};
     for (int fresh = 0; fresh < 2; fresh++)
         for (int64_t k = 0; k < shared(pairs[fresh][0], pairs[fresh][1]); k++)
-            ll_sums_add(&apart, apart_of(pairs[fresh][0]->of[k][COST], pairs[fresh][1]->of[k][COST]));
+            ll_sums_add(&apart, differences_of(pairs[fresh][0]->of[k][COST], pairs[fresh][1]->of[k][COST]));
     return apart;
 }
 
@@ -228,7 +228,7 @@ int ll_advise_cheapest(const ll_advise_search *s, bool wanted(const ll_trial *t)
     return found;
 }
 
-static bool gave_the_same(const ll_values *a, const ll_values *b)
+static bool have_equal_results(const ll_values *a, const ll_values *b)
 {
     for (int64_t k = 0; k < shared(a, b); k++)
         if (a->of[k][COST] != b->of[k][COST] || a->of[k][ERROR] != b->of[k][ERROR])
@@ -241,7 +241,8 @@ bool ll_advise_is_indistinguishable(const ll_trial *a, const ll_trial *b)
     int64_t n = shared(&a->own_values, &b->own_values), fresh = shared(&a->fresh_values, &b->fresh_values);
     bool varies = a->own[ERROR].squares > 0 && b->own[ERROR].squares > 0;
     return varies && n > 1 && fresh >= FRESH_LEAST && n + fresh >= TWIN_LEAST &&
-           gave_the_same(&a->own_values, &b->own_values) && gave_the_same(&a->fresh_values, &b->fresh_values);
+           have_equal_results(&a->own_values, &b->own_values) &&
+           have_equal_results(&a->fresh_values, &b->fresh_values);
 }
 
 double ll_advise_shift(const ll_advise_search *s, const ll_trial *t, int output)

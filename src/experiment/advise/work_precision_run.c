@@ -198,8 +198,8 @@ static int by_size(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-static ll_status time_it(series_workspace *b, const ll_ode_method *method, double setting,
-                         ll_work_precision *r)
+static ll_status measure_time(series_workspace *b, const ll_ode_method *method, double setting,
+                              ll_work_precision *r)
 {
     int64_t took[REPEATS];
     int n = 0;
@@ -221,7 +221,7 @@ static ll_status refinement_level(series_workspace *b, const ll_ode_method *meth
                                   ll_work_precision *r)
 {
     *r = (ll_work_precision){.setting = setting, .order = NAN};
-    ll_status status = time_it(b, method, setting, r);
+    ll_status status = measure_time(b, method, setting, r);
     if (!ll_failed(&status))
         status = start(b, method, setting);
     if (!ll_failed(&status))
@@ -250,7 +250,7 @@ static ll_status open_workspace(series_workspace *b, const ll_work_precision_req
                : ll_error(LL_NO_MEMORY, "out of memory: measuring a method");
 }
 
-static void close_worker_slot(series_workspace *b)
+static void close_workspace(series_workspace *b)
 {
     free(b->run);
     free(b->solution);
@@ -265,7 +265,7 @@ ll_status ll_work_precision_level(const ll_work_precision_request *request, cons
     ll_status status = open_workspace(&b, request, method);
     if (!ll_failed(&status))
         status = refinement_level(&b, method, setting, out);
-    close_worker_slot(&b);
+    close_workspace(&b);
     return status;
 }
 
@@ -302,7 +302,7 @@ ll_status ll_work_precision_series(const ll_work_precision_request *request, con
         if (n > 2 && !method->adaptive && is_over(r))
             break;
     }
-    close_worker_slot(&b);
+    close_workspace(&b);
     *count = n;
     return status;
 }

@@ -235,7 +235,7 @@ static void draw_mark(FILE *file, const ll_plot *plot, const scale *y, const mar
         ll_html_count(m->count, file);
         fputs(" points, such as ", file);
     }
-    plot->tell(plot->context, p->point, file);
+    plot->write_name(plot->context, p->point, file);
     fputs("</title></path>\n", file);
 }
 
@@ -404,7 +404,7 @@ static void write_cell(FILE *file, double value)
 static void write_row(FILE *file, const ll_plot *plot, const ll_plot_point *p)
 {
     fprintf(file, "<tr%s><td class=\"l\">", p->front ? " class=\"on\"" : "");
-    plot->tell(plot->context, p->point, file);
+    plot->write_name(plot->context, p->point, file);
     fputs("</td>", file);
     if (plot->choices) {
         fputs("<td>", file);

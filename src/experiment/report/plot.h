@@ -37,7 +37,8 @@ typedef struct ll_plot {
     bool apart;        /* the front is not joined by a line: it includes points that are not drawn */
     bool joined; /* points of a series are joined by a line, in order of their numbers, if each has a mark */
     int width, height;
-    void (*tell)(const void *context, int64_t point, FILE *file); /* writes the name of a point, as HTML */
+    void (*write_name)(const void *context, int64_t point,
+                       FILE *file); /* writes the name of a point, as HTML */
     const void *context;
     const char *where; /* HTML: where to find all points */
 } ll_plot;

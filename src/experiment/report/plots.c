@@ -144,7 +144,7 @@ static ll_plot_point drawn(const ll_point *from, int metric)
     return p;
 }
 
-static void tell(const void *context, int64_t point, FILE *file)
+static void write_point_name(const void *context, int64_t point, FILE *file)
 {
     cJSON *values = ll_experiment_point(context, point);
     char *name = ll_point_name(values);
@@ -167,7 +167,7 @@ static ll_status write(const plots *r, ll_plot *plot, const dimension *series)
     plot->series = series ? names : NULL;
     plot->series_count = series ? series->values : 0;
     plot->series_name = series ? series->title : NULL;
-    plot->tell = tell;
+    plot->write_name = write_point_name;
     plot->context = r->e;
     plot->where = r->where;
     return ll_plot_write(plot, r->file);

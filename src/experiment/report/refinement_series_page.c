@@ -54,7 +54,7 @@ typedef struct refinement_series {
     FILE *file;
 } refinement_series;
 
-static void tell(const void *context, int64_t point, FILE *file)
+static void write_point_name(const void *context, int64_t point, FILE *file)
 {
     const ll_drawn_level *r = &((const ll_refinement_series_page *)context)->refinement_levels[point];
     ll_html_text(r->series, file);
@@ -120,7 +120,7 @@ static ll_status write_plot(refinement_series *l, bool counted, const char *titl
                                     .joined = true,
                                     .width = 760,
                                     .height = 420,
-                                    .tell = tell,
+                                    .write_name = write_point_name,
                                     .context = l->page,
                                     .where = l->where},
                          l->file);

@@ -36,7 +36,7 @@ static ll_status advance(const ll_experiment *e, ll_session *session, const ll_i
 }
 
 /* Removes a partial character at the end of a truncated message: text databases reject it. */
-static void tell_error(ll_row *row, const ll_status *status)
+static void set_error(ll_row *row, const ll_status *status)
 {
     snprintf(row->error, sizeof row->error, "%.*s", (int)sizeof row->error - 1, status->text);
     for (char *at = row->error; *at;) {
@@ -48,7 +48,7 @@ static void tell_error(ll_row *row, const ll_status *status)
 }
 
 /* Reports the failed part that has metric `i`. */
-static void tell_part(ll_row *row, const cJSON *part, const char *where)
+static void set_failed_part(ll_row *row, const cJSON *part, const char *where)
 {
     const cJSON *reason = cJSON_GetObjectItemCaseSensitive(part, "reason");
     const char *status = cJSON_GetObjectItemCaseSensitive(part, "status")->valuestring;
@@ -56,7 +56,7 @@ static void tell_part(ll_row *row, const cJSON *part, const char *where)
     row->status = diverged ? LL_ROW_DIVERGED : LL_ROW_FAILED;
     ll_status told = ll_error(LL_DIVERGED, "%s%s%s", where, where[0] ? ": " : "",
                               cJSON_IsString(reason) ? reason->valuestring : status);
-    tell_error(row, &told);
+    set_error(row, &told);
 }
 
 /* A failed run has no metrics; a run with a failed part has those of the other parts. */
@@ -72,7 +72,7 @@ static void read_row(const ll_experiment *e, ll_session *session, ll_row *row)
         if (!part)
             row->metrics[i] = ll_metric_value(metrics, e->metrics[i]);
         else if (ll_row_good(row))
-            tell_part(row, part, where);
+            set_failed_part(row, part, where);
     }
     cJSON_Delete(report);
 }
@@ -153,7 +153,7 @@ ll_status ll_experiment_run(const ll_experiment *e, int64_t run, const ll_interr
         return status;
     if (ll_failed(&status)) {
         row->status = LL_ROW_REFUSED;
-        tell_error(row, &status);
+        set_error(row, &status);
         return ll_ok();
     }
     double from = thread_ns();
@@ -165,7 +165,7 @@ ll_status ll_experiment_run(const ll_experiment *e, int64_t run, const ll_interr
     }
     row->status = ll_failed(&status) ? LL_ROW_DIVERGED : stopped ? LL_ROW_STOPPED : LL_ROW_OK;
     if (ll_failed(&status))
-        tell_error(row, &status);
+        set_error(row, &status);
     read_row(e, session, row);
     ll_session_destroy(session);
     int cost = cost_metric_of(e);

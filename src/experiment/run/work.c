@@ -198,7 +198,7 @@ static void hold(worker_slot *b, const ll_lease *lease)
     pthread_mutex_unlock(&w->lock);
 }
 
-static void let_go(worker_slot *b)
+static void return_chunk(worker_slot *b)
 {
     pthread_mutex_lock(&b->workers->lock);
     b->lease.chunk = -1;
@@ -252,7 +252,7 @@ static void *keep_leases(void *context)
 /* ---- a chunk ---- */
 
 /* Retries while a server does not answer, for a limited time. `since` is 0 at the first try. */
-static bool is_worth_a_retry(ll_workers *w, const ll_status *status, double *since)
+static bool may_retry(ll_workers *w, const ll_status *status, double *since)
 {
     if (status->code != LL_UNAVAILABLE || atomic_load(&w->stopping))
         return false;
@@ -270,7 +270,7 @@ static ll_status read_specification(ll_workers *w, const char *id, char **text)
     double since = 0;
     do
         status = w->order.store->kind->specification(w->order.store, id, text);
-    while (is_worth_a_retry(w, &status, &since));
+    while (may_retry(w, &status, &since));
     return status;
 }
 
@@ -294,7 +294,7 @@ static ll_status load(worker_slot *b, const char *id)
     return status;
 }
 
-static ll_status hand_in(worker_slot *b, const ll_lease *lease)
+static ll_status store_rows(worker_slot *b, const ll_lease *lease)
 {
     ll_status status;
     double since = 0;
@@ -302,7 +302,7 @@ static ll_status hand_in(worker_slot *b, const ll_lease *lease)
     do
         status =
             store->kind->finish(store, lease, b->rows, lease->to - lease->from, b->experiment->metric_count);
-    while (is_worth_a_retry(b->workers, &status, &since));
+    while (may_retry(b->workers, &status, &since));
     return status;
 }
 
@@ -355,7 +355,7 @@ static ll_status run_chunk(worker_slot *b, const ll_lease *lease)
         counted++;
     }
     if (!ll_failed(&status))
-        status = hand_in(b, lease);
+        status = store_rows(b, lease);
     if (ll_failed(&status))
         atomic_fetch_sub_explicit(&w->runs, counted, memory_order_relaxed);
     return status;
@@ -408,7 +408,7 @@ static ll_status claim(ll_workers *w, ll_lease *lease)
     const ll_workers_config *o = &w->order;
     do
         status = o->store->kind->claim(o->store, o->id, w->owner, o->lease_s, lease);
-    while (is_worth_a_retry(w, &status, &since));
+    while (may_retry(w, &status, &since));
     return status;
 }
 
@@ -423,7 +423,7 @@ static ll_status work_once(worker_slot *b, bool *found)
         return status;
     hold(b, &lease);
     status = run_chunk(b, &lease);
-    let_go(b);
+    return_chunk(b);
     if (status.code == LL_INTERRUPTED) /* the lease was lost, unless the workers stop */
         status.code = LL_CONFLICT;
     if (status.code == LL_CONFLICT && atomic_load(&w->stopping))

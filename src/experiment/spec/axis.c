@@ -210,10 +210,10 @@ static ll_status check_path(const ll_axis *a, const char *field, const ll_param_
         cJSON_AddNullToObject(patch, a->path);
         ll_status status = ll_param_merge(scenario, patch, config);
         cJSON_Delete(patch);
-        ll_status told = below(field, &status);
+        ll_status count_notice = below(field, &status);
         char path[80];
         snprintf(path, sizeof path, "%s.path", field);
-        return ll_field_error(LL_BAD_INPUT, path, "%s", told.text);
+        return ll_field_error(LL_BAD_INPUT, path, "%s", count_notice.text);
     }
     if ((*row)->type >= LL_PARAM_OBJECT || (*row)->type == LL_PARAM_JSON)
         return ll_field_error(LL_BAD_INPUT, field, "%s.path: must be one value; %s is an object or an array",

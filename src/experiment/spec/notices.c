@@ -24,7 +24,7 @@ static cJSON *of_point(const ll_experiment *e, int64_t point)
 }
 
 /* Adds the number of affected points, unless all are. */
-static cJSON *told(const char *notice, int64_t found, int64_t looked)
+static cJSON *count_notice(const char *notice, int64_t found, int64_t looked)
 {
     char text[600];
     if (found == looked)
@@ -46,7 +46,8 @@ cJSON *ll_experiment_notices(const ll_experiment *e)
             first = here;
     }
     const cJSON *item;
-    cJSON_ArrayForEach(item, first) cJSON_AddItemToArray(notices, told(item->valuestring, found, looked));
+    cJSON_ArrayForEach(item, first)
+        cJSON_AddItemToArray(notices, count_notice(item->valuestring, found, looked));
     cJSON_Delete(first);
     return notices;
 }

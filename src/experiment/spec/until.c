@@ -18,24 +18,24 @@ bool ll_until_is_set(const ll_experiment *e)
 }
 
 /* Number of runs at the check after the one with `made` runs. */
-static int64_t next_look(const ll_experiment *e, int64_t made)
+static int64_t next_check(const ll_experiment *e, int64_t made)
 {
     return 2 * made < e->head.repeats ? 2 * made : e->head.repeats;
 }
 
-int ll_until_looks(const ll_experiment *e)
+int ll_until_checks(const ll_experiment *e)
 {
     int looks = 1;
-    for (int64_t n = e->head.until.least; ll_until_is_set(e) && n < e->head.repeats; n = next_look(e, n))
+    for (int64_t n = e->head.until.least; ll_until_is_set(e) && n < e->head.repeats; n = next_check(e, n))
         looks++;
     return looks;
 }
 
-static bool is_look(const ll_experiment *e, int64_t made)
+static bool is_check(const ll_experiment *e, int64_t made)
 {
     int64_t n = e->head.until.least;
     while (n < made)
-        n = next_look(e, n);
+        n = next_check(e, n);
     return n == made;
 }
 
@@ -56,7 +56,7 @@ ll_interval_request ll_experiment_interval_request(const ll_experiment *e, int m
                                                    double t_s)
 {
     ll_interval_request request = {.scale = e->scales[metric],
-                                   .error = ERROR_95 / (1 + (ll_until_looks(e) - 1) * PER_LOOK),
+                                   .error = ERROR_95 / (1 + (ll_until_checks(e) - 1) * PER_LOOK),
                                    .use_t = e->head.interval == LL_INTERVALS_T};
     if (request.scale == LL_SCALE_COUNT && ll_metric_is_rate(e->metrics[metric])) {
         double seconds = isfinite(t_s) ? counted_s(e, point, t_s) : 0;
@@ -77,7 +77,7 @@ bool ll_until_is_met(const ll_experiment *e, const ll_summary *s)
 
 bool ll_until_reached(const ll_experiment *e, const ll_row *rows, int64_t made, ll_resampler *resampler)
 {
-    if (!ll_until_is_set(e) || !is_look(e, made))
+    if (!ll_until_is_set(e) || !is_check(e, made))
         return false;
     double *values = malloc((size_t)made * sizeof *values), t_s = rows[0].t_s;
     int metric = e->until_metric;

@@ -14,7 +14,7 @@
 bool ll_until_is_set(const ll_experiment *experiment);
 
 /* Maximum number of checks; 1 without a rule. */
-int ll_until_looks(const ll_experiment *experiment);
+int ll_until_checks(const ll_experiment *experiment);
 
 /* Whether the interval is as narrow as the rule requires; true without a rule. */
 bool ll_until_is_met(const ll_experiment *experiment, const ll_summary *summary);

@@ -123,7 +123,7 @@ static bool binary_query(postgres_store *s, const char *sql, const char *types, 
 }
 
 /* Rows that the last statement returned or changed. */
-static int given(const postgres_store *s)
+static int row_count(const postgres_store *s)
 {
     return PQntuples(s->result);
 }
@@ -205,7 +205,7 @@ static ll_status prepare_schema(postgres_store *s)
     if (good && !true_at(s, 0, 0))
         return end(s, run(s, schema), "Creating the tables");
     good = good && query(s, "SELECT version FROM schema_version", "");
-    int64_t version = good && given(s) > 0 ? whole_at(s, 0, 0) : 0;
+    int64_t version = good && row_count(s) > 0 ? whole_at(s, 0, 0) : 0;
     if (version == 1)
         good = run(s, schema_from_1);
     ll_status status = end(s, good, "Opening");
@@ -274,7 +274,7 @@ static ll_status specification(ll_result_store *store, const char *id, char **te
 {
     postgres_store *s = enter(store);
     bool good = query(s, "SELECT specification FROM experiment WHERE id=$1", "t", id);
-    *text = good && given(s) > 0 ? strdup(text_at(s, 0, 0)) : NULL;
+    *text = good && row_count(s) > 0 ? strdup(text_at(s, 0, 0)) : NULL;
     return leave(s, !good ? failure(s, "Reading") : *text ? ll_ok() : ll_store_unknown(id));
 }
 
@@ -304,7 +304,7 @@ static ll_status create(ll_result_store *store, const ll_experiment_record *r, c
     if (!ll_failed(&status) && !query(s, "SELECT specification=$2 AND version=$3 FROM experiment WHERE id=$1",
                                       "ttt", r->id, text, store->version))
         status = failure(s, "Reading");
-    if (!ll_failed(&status) && given(s) > 0 && !true_at(s, 0, 0))
+    if (!ll_failed(&status) && row_count(s) > 0 && !true_at(s, 0, 0))
         status = ll_store_taken(s->name, r->id);
     return leave(s, status);
 }
@@ -328,7 +328,7 @@ static ll_experiment_record read_record(const postgres_store *s, int row)
 static ll_status get_record(ll_result_store *store, const char *id, ll_experiment_record *record)
 {
     postgres_store *s = enter(store);
-    bool good = query(s, LL_STORE_RECORD(NOW_S) "WHERE e.id=$1", "t", id), there = good && given(s) > 0;
+    bool good = query(s, LL_STORE_RECORD(NOW_S) "WHERE e.id=$1", "t", id), there = good && row_count(s) > 0;
     if (there)
         *record = read_record(s, 0);
     return leave(s, !good ? failure(s, "Reading") : there ? ll_ok() : ll_store_unknown(id));
@@ -339,7 +339,7 @@ static ll_status list(ll_result_store *store, void (*each)(void *context, const 
 {
     postgres_store *s = enter(store);
     bool good = query(s, LL_STORE_RECORD(NOW_S) "ORDER BY e.number", "");
-    for (int i = 0; good && i < given(s); i++) {
+    for (int i = 0; good && i < row_count(s); i++) {
         ll_experiment_record record = read_record(s, i);
         each(context, &record);
     }
@@ -385,7 +385,7 @@ static ll_status claim(ll_result_store *store, const char *id, const char *owner
     *lease = (ll_lease){.chunk = -1};
     bool good =
         query(s, free_chunk, "trtit", owner, lease_s, id ? id : "", (int64_t)LL_ATTEMPTS_MAX, store->version);
-    if (good && given(s) > 0) {
+    if (good && row_count(s) > 0) {
         lease->chunk = whole_at(s, 0, 1);
         lease->from = whole_at(s, 0, 2);
         lease->to = whole_at(s, 0, 3);
@@ -548,7 +548,7 @@ static ll_status read_rows(ll_result_store *store, const char *id, int64_t from,
                              "SELECT run,status,error,hash,t_s,metrics FROM result WHERE id=$1 AND run>=$2"
                              " ORDER BY run LIMIT $3",
                              "tii", id, from, (int64_t)capacity);
-    *count = good ? given(s) : 0;
+    *count = good ? row_count(s) : 0;
     for (int i = 0; i < *count; i++)
         read_row(s, i, &rows[i]);
     return leave(s, good ? ll_ok() : failure(s, "Reading"));

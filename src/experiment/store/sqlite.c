@@ -60,7 +60,7 @@ static ll_status failure(const sqlite_store *s, const char *doing)
 
 /* ---- opening ---- */
 
-static ll_status check_place(const sqlite_store *s)
+static ll_status check_filesystem(const sqlite_store *s)
 {
     struct statvfs fs;
     char folder[512], type[40];
@@ -120,7 +120,7 @@ static ll_status open_store(const char *url, ll_result_store **store)
     snprintf(s->path, sizeof s->path, "%s", path);
     ll_status status =
         path[0] && strlen(path) < sizeof s->path
-            ? check_place(s)
+            ? check_filesystem(s)
             : ll_field_error(LL_BAD_INPUT, "store", "store: name: must have 1 to 511 characters");
     if (!ll_failed(&status) && sqlite3_open(s->path, &s->db) != SQLITE_OK)
         status = failure(s, "Opening");

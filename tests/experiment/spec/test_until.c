@@ -83,14 +83,14 @@ static void looks_double(void **state)
 {
     (void)state;
     ll_experiment *e = experiment("\"half_width\":0.1,\"least\":10", 100); /* 10, 20, 40, 80, 100 */
-    assert_int_equal(ll_until_looks(e), 5);
+    assert_int_equal(ll_until_checks(e), 5);
     assert_true(fabs(ll_experiment_interval_request(e, 0, 0, NAN).error - 0.05 / 1.5) < 1e-15);
     ll_experiment_free(e);
     e = experiment("", 100);
-    assert_true(ll_until_looks(e) == 1 && !ll_until_is_set(e));
+    assert_true(ll_until_checks(e) == 1 && !ll_until_is_set(e));
     ll_experiment_free(e);
     e = experiment("\"relative\":0.5,\"least\":20", 20);
-    assert_int_equal(ll_until_looks(e), 1);
+    assert_int_equal(ll_until_checks(e), 1);
     ll_experiment_free(e);
 }
 
