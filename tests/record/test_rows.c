@@ -115,7 +115,7 @@ static void chains_come_out_as_they_went_in(void **state)
     }
 }
 
-static void what_is_the_same_costs_few_bytes(void **state)
+static void unchanged_rows_cost_few_bytes(void **state)
 {
     (void)state;
     for (int r = 0; r < SAMPLES; r++) {
@@ -257,7 +257,7 @@ int main(int argc, char **argv)
         cmocka_unit_test(values_are_the_nearest),
         cmocka_unit_test(a_float_survives_in_23_bits),
         cmocka_unit_test(chains_come_out_as_they_went_in),
-        cmocka_unit_test(what_is_the_same_costs_few_bytes),
+        cmocka_unit_test(unchanged_rows_cost_few_bytes),
         cmocka_unit_test(faults_are_refused),
         cmocka_unit_test(an_older_table_reads_the_fields_that_it_knows),
         cmocka_unit_test(json_names_each_field),

@@ -116,7 +116,7 @@ static void test_a_change_before_it_takes_it_back(void **state)
 }
 
 /* The failure is logged only once, also when a replay fails again. */
-static void test_it_is_told_once(void **state)
+static void test_failure_is_logged_once(void **state)
 {
     (void)state;
     lines log = {.size = 0};
@@ -136,7 +136,7 @@ int main(void)
         cmocka_unit_test(test_how_it_is_driven_does_not_matter),
         cmocka_unit_test(test_log_fork_and_sleep_keep_it),
         cmocka_unit_test(test_a_change_before_it_takes_it_back),
-        cmocka_unit_test(test_it_is_told_once),
+        cmocka_unit_test(test_failure_is_logged_once),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -190,7 +190,7 @@ static const char *const kinds[] = {"race",
                                     "fluid/sea",
                                     NULL};
 
-static void viewers_read_what_the_session_has(void **state)
+static void viewers_decode_the_sessions_rows(void **state)
 {
     (void)state;
     for (int k = 0; kinds[k]; k++) {
@@ -324,7 +324,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(records_are_sound),
-        cmocka_unit_test(viewers_read_what_the_session_has),
+        cmocka_unit_test(viewers_decode_the_sessions_rows),
         cmocka_unit_test(a_session_at_rest_costs_a_head),
         cmocka_unit_test(frames_are_within_their_budgets),
     };

@@ -188,7 +188,7 @@ static void restored_forked_and_parked_sessions_are_the_same(void **state)
     free(copied);
 }
 
-static void command_before_the_head_drops_what_came_after(void **state)
+static void command_before_the_head_drops_later_ones(void **state)
 {
     (void)state;
     lines *log = calloc(1, sizeof *log);
@@ -504,7 +504,7 @@ int main(void)
         cmocka_unit_test(advance_is_bounded_and_catches_up),
         cmocka_unit_test(seeking_gives_the_same_states),
         cmocka_unit_test(restored_forked_and_parked_sessions_are_the_same),
-        cmocka_unit_test(command_before_the_head_drops_what_came_after),
+        cmocka_unit_test(command_before_the_head_drops_later_ones),
         cmocka_unit_test(restart_keeps_parameters_and_reset_does_not),
         cmocka_unit_test(bad_commands_change_nothing),
         cmocka_unit_test(bad_logs_are_refused),

@@ -109,7 +109,7 @@ static void steps_act_at_their_times(void **state)
 
 /* Equal to commands with the same values, except for the configuration in the block: so this compares the
  * cars, not the hash. */
-static void steps_are_what_commands_would_be(void **state)
+static void steps_equal_commands(void **state)
 {
     (void)state;
     ll_session *a, *b;
@@ -161,7 +161,7 @@ static void steps_outlive_commands(void **state)
 }
 
 /* Steps that are no longer valid are skipped and counted: here lag and delay together are too long. */
-static void steps_that_do_not_fit_are_told(void **state)
+static void invalid_steps_are_reported(void **state)
 {
     (void)state;
     ll_session *s;
@@ -199,7 +199,7 @@ static void bad_steps_are_named(void **state)
     }
 }
 
-static void activity_is_told(void **state)
+static void expectations_are_checked(void **state)
 {
     (void)state;
     ll_session *s;
@@ -223,13 +223,10 @@ static void activity_is_told(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(no_step_acts_before_its_time),
-        cmocka_unit_test(steps_act_at_their_times),
-        cmocka_unit_test(steps_are_what_commands_would_be),
-        cmocka_unit_test(steps_outlive_commands),
-        cmocka_unit_test(steps_that_do_not_fit_are_told),
-        cmocka_unit_test(bad_steps_are_named),
-        cmocka_unit_test(activity_is_told),
+        cmocka_unit_test(no_step_acts_before_its_time), cmocka_unit_test(steps_act_at_their_times),
+        cmocka_unit_test(steps_equal_commands),         cmocka_unit_test(steps_outlive_commands),
+        cmocka_unit_test(invalid_steps_are_reported),   cmocka_unit_test(bad_steps_are_named),
+        cmocka_unit_test(expectations_are_checked),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

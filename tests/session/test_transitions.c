@@ -145,7 +145,7 @@ static void count_bytes(void *context, const char *text, size_t length)
     *(size_t *)context += length;
 }
 
-static void test_an_interrupt_tells_how_far(void **state)
+static void test_an_interrupt_reports_progress(void **state)
 {
     (void)state;
     ll_session *s = open_session("race"), *copy;
@@ -189,7 +189,7 @@ int main(void)
         cmocka_unit_test(test_a_change_ends_a_seek),
         cmocka_unit_test(test_a_pause_ends_a_seek),
         cmocka_unit_test(test_waking_in_pieces),
-        cmocka_unit_test(test_an_interrupt_tells_how_far),
+        cmocka_unit_test(test_an_interrupt_reports_progress),
         cmocka_unit_test(test_a_fork_is_as_its_log),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -97,7 +97,7 @@ static text trace_of(ll_session *s)
 #define PEOPLE "\"players.0.control\":\"person\",\"players.1.control\":\"person\""
 
 /* For every game and sync mode: a replay of a script's inputs gives the script's positions at every tick. */
-static void what_a_script_did_is_done_again(void **state)
+static void recorded_scripts_are_replayed(void **state)
 {
     (void)state;
     static const char *const rows[][2] = {
@@ -229,7 +229,7 @@ static void ticks_are_mapped_by_time(void **state)
     }
 }
 
-static void what_lies_behind_the_end_is_left_out(void **state)
+static void inputs_after_the_end_are_left_out(void **state)
 {
     (void)state;
     ll_workload *w;
@@ -341,12 +341,12 @@ static void players_must_be_there_and_driven(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(what_a_script_did_is_done_again),
+        cmocka_unit_test(recorded_scripts_are_replayed),
         cmocka_unit_test(a_record_is_a_log),
         cmocka_unit_test(forms_are_one),
         cmocka_unit_test(logs_are_folded),
         cmocka_unit_test(ticks_are_mapped_by_time),
-        cmocka_unit_test(what_lies_behind_the_end_is_left_out),
+        cmocka_unit_test(inputs_after_the_end_are_left_out),
         cmocka_unit_test(a_command_drops_the_rest),
         cmocka_unit_test(a_wrong_workload_is_a_sentence),
         cmocka_unit_test(players_must_be_there_and_driven),

@@ -13,7 +13,7 @@ enum { JOBS_MAX = 256, JOBS_PER_CLIENT = 8 }; /* JOBS_PER_CLIENT: that run */
 
 #define KEPT (600 * LL_SECOND)
 #define PAUSE_AFTER_NS                                                                                       \
-    (800 * LL_MS) /* pause after that time without a request; clients are last_request to poll once per      \
+    (800 * LL_MS) /* pause after that time without a request; clients are asked to poll once per             \
                      second, so this hardly delays them */
 
 static const char *const states[] = {"running", "done", "cancelled", "failed"};

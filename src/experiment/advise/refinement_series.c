@@ -164,7 +164,7 @@ typedef struct samples {
     ll_interval_request request;
 } samples;
 
-/* One run, with the seed that is so far from the scenario's. */
+/* One run, with the scenario's seed plus `seed`. */
 static ll_status run_once(const ll_refinement_request *request, int seed, bool counts,
                           ll_refinement_level *refinement_level, samples *s)
 {
@@ -183,7 +183,7 @@ static ll_status run_once(const ll_refinement_request *request, int seed, bool c
     return refinement_level->diverged ? ll_ok() : status;
 }
 
-/* From sums to means. */
+/* Divides sums by counts. */
 static void finish(ll_refinement_level *refinement_level, samples *s)
 {
     ll_resampler resampler = {0};

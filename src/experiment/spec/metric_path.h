@@ -9,7 +9,7 @@ struct cJSON;
 /* LL_BAD_INPUT for `field` if the path has no number; the message lists what exists. */
 ll_status ll_metric_check(const struct cJSON *metrics, const char *field, const char *path);
 
-double ll_metric_value(const struct cJSON *metrics, const char *path); /* NaN where there is none */
+double ll_metric_value(const struct cJSON *metrics, const char *path); /* NaN: no such number */
 
 /* The part of the metrics on the way to `path` whose `status` is not `ok` (base/run_status.h): then the value
  * at the path is not a measurement. NULL: none. `where` is set to its path, empty for the whole. */

@@ -81,7 +81,7 @@ static void list(fixture *f, ll_store *store)
     assert_false(ll_failed(&status));
 }
 
-static void what_was_put_is_there_again(void **state)
+static void durable_data_is_restored(void **state)
 {
     fixture *f = *state;
     ll_store *store = open_store(f);
@@ -289,7 +289,7 @@ int main(void)
 {
 #define WITH_FOLDER(test) cmocka_unit_test_setup_teardown(test, make_folder, remove_folder)
     const struct CMUnitTest tests[] = {
-        WITH_FOLDER(what_was_put_is_there_again),
+        WITH_FOLDER(durable_data_is_restored),
         WITH_FOLDER(a_folder_belongs_to_one),
         WITH_FOLDER(a_newer_schema_and_a_damaged_file_are_refused),
         cmocka_unit_test(a_folder_that_cannot_be_is_refused),

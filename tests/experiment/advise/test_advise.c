@@ -186,7 +186,7 @@ static void holds_on_other_seeds(const ll_experiment *e, const cJSON *advice, do
         fail_msg("%lld: %g on other seeds", (long long)point, error);
 }
 
-static void it_finds_what_brute_force_finds(void **state)
+static void advice_equals_brute_force(void **state)
 {
     (void)state;
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
@@ -306,7 +306,7 @@ static void costs_are_compared_over_the_same_seeds(void **state)
     "jitter\","                                                                                              \
     "\"values\":[0.3,0.8]}],\"metrics\":[\"methods.0.e_max\",\"methods.0.evaluations\"]}"
 
-static void what_is_proven_is_the_optimum(void **state)
+static void proven_optima_are_optimal(void **state)
 {
     (void)state;
     ll_experiment *e = experiment(FRAMES);
@@ -384,7 +384,7 @@ static void it_answers_the_same_again(void **state)
     ll_experiment_free(e);
 }
 
-static void bad_orders_are_told(void **state)
+static void bad_requests_are_reported(void **state)
 {
     (void)state;
     ll_experiment *e = experiment("{\"scenario\":\"race\",\"metrics\":[\"players.0.corrections\"]}");
@@ -399,15 +399,15 @@ static void bad_orders_are_told(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(it_finds_what_brute_force_finds),
+        cmocka_unit_test(advice_equals_brute_force),
         cmocka_unit_test(it_says_whether_the_optimum_is_proven),
         cmocka_unit_test(ties_go_to_the_least_error),
         cmocka_unit_test(costs_are_compared_over_the_same_seeds),
-        cmocka_unit_test(what_is_proven_is_the_optimum),
+        cmocka_unit_test(proven_optima_are_optimal),
         cmocka_unit_test(few_runs_without_an_event_prove_no_rarity),
         cmocka_unit_test(it_says_when_none_holds_and_how_near_it_came),
         cmocka_unit_test(it_answers_the_same_again),
-        cmocka_unit_test(bad_orders_are_told),
+        cmocka_unit_test(bad_requests_are_reported),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -71,7 +71,7 @@ static void a_run_longer_than_its_lease_is_not_lost(void **state)
 }
 
 /* A stopped worker interrupts its run; its chunk is free at once, without counting the attempt. */
-static void who_is_stopped_gives_its_chunk_back(void **state)
+static void stopped_workers_return_their_chunk(void **state)
 {
     (void)state;
     char id[LL_EXPERIMENT_ID_MAX + 1];
@@ -103,7 +103,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_run_longer_than_its_lease_is_not_lost),
-        cmocka_unit_test(who_is_stopped_gives_its_chunk_back),
+        cmocka_unit_test(stopped_workers_return_their_chunk),
         cmocka_unit_test(chunks_take_seconds),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -325,7 +325,7 @@ static void cost_is_measured_and_changes_nothing(void **state)
 }
 
 /* A failed run has no cost. */
-static void what_fails_costs_nothing(void **state)
+static void failed_runs_have_no_cost(void **state)
 {
     (void)state;
     ll_row row;
@@ -338,7 +338,7 @@ static void what_fails_costs_nothing(void **state)
 }
 
 /* A step of 5 s is valid with a duration of 10 s but not of 1 s: each value is valid alone. */
-static void what_does_not_go_together_is_told_in_the_row(void **state)
+static void invalid_combinations_are_reported_in_the_row(void **state)
 {
     (void)state;
     ll_experiment *e =
@@ -492,7 +492,7 @@ static void fronts_of_several_metrics_are_naive_ones(void **state)
 }
 
 /* Of any number at most the maximum is shown: those in `first` before the others, evenly spaced. */
-static void what_is_shown_of_many_is_even(void **state)
+static void shown_points_are_evenly_spaced(void **state)
 {
     (void)state;
     enum { MOST = 700 };
@@ -626,7 +626,7 @@ static void baselines_are_found(void **state)
     ll_experiment_free(e);
 }
 
-static void scales_are_told(void **state)
+static void scales_are_known(void **state)
 {
     (void)state;
     ll_experiment *e = experiment(
@@ -654,7 +654,7 @@ static void check_signs(const ll_sim_kind *kind, const char *id, const cJSON *it
     cJSON_ArrayForEach(child, item) check_signs(kind, id, child);
 }
 
-static void what_may_be_below_0_is_declared(void **state)
+static void signed_metrics_are_declared(void **state)
 {
     (void)state;
     static const char *const ids[] = {
@@ -682,7 +682,7 @@ static void what_may_be_below_0_is_declared(void **state)
 
 /* ---- refusals ---- */
 
-static void bad_input_is_told(void **state)
+static void bad_input_is_reported(void **state)
 {
     (void)state;
     static const struct {
@@ -755,7 +755,7 @@ static void bad_input_is_told(void **state)
     }
 }
 
-static void the_key_knows_what_differs(void **state)
+static void keys_differ_between_experiments(void **state)
 {
     (void)state;
     ll_experiment *a = experiment("{\"scenario\":\"race\"," METRICS "}");
@@ -784,10 +784,10 @@ int main(void)
         cmocka_unit_test(saltelli_mixes_two_samples),
         cmocka_unit_test(there_may_be_twenty_axes),
         cmocka_unit_test(fronts_of_several_metrics_are_naive_ones),
-        cmocka_unit_test(what_is_shown_of_many_is_even),
+        cmocka_unit_test(shown_points_are_evenly_spaced),
         cmocka_unit_test(a_row_is_that_of_a_session),
         cmocka_unit_test(cost_is_measured_and_changes_nothing),
-        cmocka_unit_test(what_fails_costs_nothing),
+        cmocka_unit_test(failed_runs_have_no_cost),
         cmocka_unit_test(a_stop_rule_ends_a_run),
         cmocka_unit_test(a_part_that_fails_has_no_metrics),
         cmocka_unit_test(a_part_that_is_not_asked_for_does_not_matter),
@@ -795,11 +795,11 @@ int main(void)
         cmocka_unit_test(fronts_take_magnitudes_and_no_failures),
         cmocka_unit_test(points_are_compared_by_seed),
         cmocka_unit_test(baselines_are_found),
-        cmocka_unit_test(scales_are_told),
-        cmocka_unit_test(what_may_be_below_0_is_declared),
-        cmocka_unit_test(what_does_not_go_together_is_told_in_the_row),
-        cmocka_unit_test(bad_input_is_told),
-        cmocka_unit_test(the_key_knows_what_differs),
+        cmocka_unit_test(scales_are_known),
+        cmocka_unit_test(signed_metrics_are_declared),
+        cmocka_unit_test(invalid_combinations_are_reported_in_the_row),
+        cmocka_unit_test(bad_input_is_reported),
+        cmocka_unit_test(keys_differ_between_experiments),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -95,7 +95,7 @@ static void looks_double(void **state)
 }
 
 /* Both rules and three distributions: 93 to 98 %, including early stops. */
-static void what_is_told_at_the_end_covers(void **state)
+static void final_intervals_cover(void **state)
 {
     (void)state;
     static const struct {
@@ -135,7 +135,7 @@ static void what_is_told_at_the_end_covers(void **state)
     assert_true(good);
 }
 
-static void bad_rules_are_told(void **state)
+static void bad_rules_are_reported(void **state)
 {
     (void)state;
     static const struct {
@@ -159,8 +159,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(looks_double),
-        cmocka_unit_test(what_is_told_at_the_end_covers),
-        cmocka_unit_test(bad_rules_are_told),
+        cmocka_unit_test(final_intervals_cover),
+        cmocka_unit_test(bad_rules_are_reported),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

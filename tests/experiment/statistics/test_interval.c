@@ -267,7 +267,7 @@ static void few_amounts_are_covered_at_least(void **state)
 }
 
 /* With fewer there is none. */
-static void amounts_of_fewer_than_10_are_not_told(void **state)
+static void fewer_than_10_amounts_have_no_interval(void **state)
 {
     (void)state;
     for (size_t i = 0; i < sizeof amounts / sizeof amounts[0]; i++) {
@@ -279,7 +279,7 @@ static void amounts_of_fewer_than_10_are_not_told(void **state)
 
 /* If a few runs dominate the mean, or two groups differ in size, coverage differs from the level, as
  * ll_interval_covers says. */
-static void unlike_groups_are_covered_as_told(void **state)
+static void different_groups_are_covered_as_stated(void **state)
 {
     (void)state;
     static const known all[] = {
@@ -464,7 +464,7 @@ static void exact_bounds_are_the_published_ones(void **state)
     near(i.high, 5.5716433909388 / 8);
 }
 
-static void what_is_not_known_is_told(void **state)
+static void missing_intervals_have_a_reason(void **state)
 {
     (void)state;
     static const double same[6] = {3, 3, 3, 3, 3, 3}, zeros[6] = {0}, four[4] = {1, 2, 3, 4},
@@ -531,7 +531,7 @@ static void medians_are_covered(void **state)
                         "fewer than 6 runs have it");
 }
 
-static void t_is_there_for_who_asks(void **state)
+static void t_is_available_on_request(void **state)
 {
     (void)state;
     static const double x[3] = {1, 2, 6};
@@ -558,16 +558,16 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(amounts_are_covered),
         cmocka_unit_test(few_amounts_are_covered_at_least),
-        cmocka_unit_test(amounts_of_fewer_than_10_are_not_told),
-        cmocka_unit_test(unlike_groups_are_covered_as_told),
+        cmocka_unit_test(fewer_than_10_amounts_have_no_interval),
+        cmocka_unit_test(different_groups_are_covered_as_stated),
         cmocka_unit_test(rare_events_are_covered_at_least),
         cmocka_unit_test(other_levels_are_covered),
         cmocka_unit_test(metrics_of_runs_are_covered),
         cmocka_unit_test(exact_bounds_are_the_published_ones),
-        cmocka_unit_test(what_is_not_known_is_told),
+        cmocka_unit_test(missing_intervals_have_a_reason),
         cmocka_unit_test(intervals_follow_their_values),
         cmocka_unit_test(medians_are_covered),
-        cmocka_unit_test(t_is_there_for_who_asks),
+        cmocka_unit_test(t_is_available_on_request),
         cmocka_unit_test(quantiles_are_numpys),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -127,7 +127,7 @@ static void intervals_cover(void **state)
     }
 }
 
-static void what_is_missing_is_left_out(void **state)
+static void missing_values_are_left_out(void **state)
 {
     (void)state;
     double values[30 * 4];
@@ -177,7 +177,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(indices_are_those_of_the_closed_forms),
         cmocka_unit_test(intervals_cover),
-        cmocka_unit_test(what_is_missing_is_left_out),
+        cmocka_unit_test(missing_values_are_left_out),
         cmocka_unit_test(latin_hypercubes_have_one_in_each_stratum),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -100,7 +100,7 @@ static void rows_come_back_whole(void **state)
 
 /* A worker freezes beyond its lease, another runs its chunk, then the first stores its rows: refused, and no
  * row twice. */
-static void who_lost_its_lease_is_refused(void **state)
+static void lost_leases_are_refused(void **state)
 {
     (void)state;
     ll_result_store *s = fresh();
@@ -285,7 +285,7 @@ static void experiments_are_listed_as_they_were_made(void **state)
     ll_result_store_close(s);
 }
 
-static void bad_stores_are_told(void **state)
+static void bad_stores_are_reported(void **state)
 {
     (void)state;
     char path[] = "/tmp/laglab-store-XXXXXX";
@@ -400,7 +400,7 @@ static void tell_server(const char *verb, const char *argument)
     assert_int_equal(ask_server(answer, sizeof answer, verb, argument), 0);
 }
 
-static void bad_servers_are_told(void **state)
+static void bad_servers_are_reported(void **state)
 {
     (void)state;
     ll_result_store *s;
@@ -447,7 +447,7 @@ static void a_database_of_the_schema_before_is_brought_up(void **state)
     hold_to_no_version(url);
 }
 
-static void a_database_that_may_not_be_written_is_told(void **state)
+static void a_read_only_database_is_reported(void **state)
 {
     (void)state;
     ll_result_store_close(fresh());
@@ -497,7 +497,7 @@ int main(int argc, char **argv)
 {
     const struct CMUnitTest of_each_kind[] = {
         cmocka_unit_test(rows_come_back_whole),
-        cmocka_unit_test(who_lost_its_lease_is_refused),
+        cmocka_unit_test(lost_leases_are_refused),
         cmocka_unit_test(a_chunk_that_kills_its_workers_is_given_up),
         cmocka_unit_test(states_hold_claims_back),
         cmocka_unit_test(the_same_again_is_a_resume),
@@ -506,15 +506,17 @@ int main(int argc, char **argv)
         cmocka_unit_test(experiments_are_listed_as_they_were_made),
     };
     const struct CMUnitTest of_postgres[] = {
-        cmocka_unit_test(bad_servers_are_told),
+        cmocka_unit_test(bad_servers_are_reported),
         cmocka_unit_test(a_newer_schema_is_refused),
         cmocka_unit_test(a_database_of_the_schema_before_is_brought_up),
-        cmocka_unit_test(a_database_that_may_not_be_written_is_told),
+        cmocka_unit_test(a_read_only_database_is_reported),
         cmocka_unit_test(a_server_that_died_is_found_again),
     };
     const struct CMUnitTest others[] = {
-        cmocka_unit_test(bad_stores_are_told),    cmocka_unit_test(a_file_of_the_schema_before_is_brought_up),
-        cmocka_unit_test(shards_share_all_runs),  cmocka_unit_test(engines_tell_their_index),
+        cmocka_unit_test(bad_stores_are_reported),
+        cmocka_unit_test(a_file_of_the_schema_before_is_brought_up),
+        cmocka_unit_test(shards_share_all_runs),
+        cmocka_unit_test(engines_tell_their_index),
         cmocka_unit_test(intervals_are_students),
     };
     if (argc == 1)

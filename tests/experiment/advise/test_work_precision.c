@@ -70,7 +70,7 @@ static void tolerances_go_down_by_tens(void **state)
     assert_true(refinement_levels[12].counters.evaluations > 3 * refinement_levels[0].counters.evaluations);
 }
 
-static void blow_ups_and_misfits_are_told(void **state)
+static void divergence_and_unsupported_methods_are_reported(void **state)
 {
     (void)state;
     _Alignas(8) char params[LL_ODE_PARAMS_MAX];
@@ -161,7 +161,7 @@ static void errors_below_the_uncertainty_are_not_known(void **state)
 
 /* At levels with the smallest steps rounding dominates: no order is reported there, though the solution is
  * known, and reported orders are the method's. */
-static void orders_are_told_above_rounding(void **state)
+static void orders_are_reported_above_rounding(void **state)
 {
     (void)state;
     static const char *const methods[] = {"rk4", "yoshida6", "yoshida8", "ab4", "implicit_midpoint"};
@@ -188,7 +188,7 @@ static void orders_are_told_above_rounding(void **state)
 }
 
 /* Both ways of measuring a method agree: the same numbers for the same run. */
-static void a_refinement_level_is_what_a_motion_tells(void **state)
+static void a_refinement_level_equals_a_motions_metrics(void **state)
 {
     (void)state;
     static const struct {
@@ -233,12 +233,12 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(eulers_error_is_known),
         cmocka_unit_test(tolerances_go_down_by_tens),
-        cmocka_unit_test(blow_ups_and_misfits_are_told),
+        cmocka_unit_test(divergence_and_unsupported_methods_are_reported),
         cmocka_unit_test(finite_blow_ups_have_no_error_and_no_order),
         cmocka_unit_test(chaos_is_predictable_for_a_while),
         cmocka_unit_test(errors_below_the_uncertainty_are_not_known),
-        cmocka_unit_test(orders_are_told_above_rounding),
-        cmocka_unit_test(a_refinement_level_is_what_a_motion_tells),
+        cmocka_unit_test(orders_are_reported_above_rounding),
+        cmocka_unit_test(a_refinement_level_equals_a_motions_metrics),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

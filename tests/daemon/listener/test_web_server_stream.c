@@ -12,34 +12,34 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include "support/front.h"
+#include "support/server_fixture.h"
 
 #define BIN "laglab.v2.bin"
 #define JSON "laglab.v2.json"
 #define GET(path) "GET " path " HTTP/1.1\r\nHost: localhost\r\n\r\n"
 
-static front f;
+static test_server f;
 static viewer_frame frame;
 static char answer[40000];
 
 static int set_up(void **state)
 {
     (void)state;
-    front_prepare(&f);
+    test_server_prepare(&f);
     f.config.max_viewers = 20;
     f.config.ack_timeout_s = 0.7;
     f.config.hello_timeout_s = 0.7;
     f.config.max_messages_per_s = 100;
     f.config.stream_threads = 2;
     snprintf(f.config.allow_origin, sizeof f.config.allow_origin, "https://lab.example");
-    front_open(&f);
+    test_server_open(&f);
     return 0;
 }
 
 static int tear_down(void **state)
 {
     (void)state;
-    front_close(&f);
+    test_server_close(&f);
     return 0;
 }
 
@@ -136,7 +136,7 @@ static void test_credit(void **state)
         assert_true(viewer_read(fd, &frame, 2));
         viewer_ack(fd, viewer_seq(&frame));
     }
-    front_sleep(0.4);
+    test_sleep(0.4);
     int in_flight = 0;
     uint32_t last = 0;
     while (viewer_read(fd, &frame, 0.05)) {
@@ -171,7 +171,7 @@ static void test_slow_reader(void **state)
         read_frame(fd);
         double age = viewer_age(&frame);
         oldest = i > 10 && age > oldest ? age : oldest;
-        front_sleep(0.083);
+        test_sleep(0.083);
         viewer_ack(fd, viewer_seq(&frame));
     }
     /* Without flow control it would be 2.6 s by now and grow. The documented figure, 0.35 s, is measured by
@@ -255,9 +255,9 @@ static void test_crowd(void **state)
     for (int i = 0; i < 20; i++) {
         close(fd[i]);
     }
-    int64_t until = front_now() + INT64_C(3000000000);
-    while (ll_ws_viewers(f.stream[3]) > 0 && front_now() < until) {
-        front_sleep(0.01);
+    int64_t until = test_now() + INT64_C(3000000000);
+    while (ll_ws_viewers(f.stream[3]) > 0 && test_now() < until) {
+        test_sleep(0.01);
     }
     assert_int_equal(ll_ws_viewers(f.stream[3]), 0);
     ll_record_request request;
@@ -303,9 +303,9 @@ static void test_delete(void **state)
                         "{\"type\":\"bye\",\"reason\":\"the session was \\\"deleted\\\"\"}");
     assert_int_equal(viewer_close_code(fd, 2), 4404);
     close(fd);
-    int64_t until = front_now() + INT64_C(3000000000);
-    while (atomic_load(&f.released) == released && front_now() < until) {
-        front_sleep(0.01);
+    int64_t until = test_now() + INT64_C(3000000000);
+    while (atomic_load(&f.released) == released && test_now() < until) {
+        test_sleep(0.01);
     }
     assert_int_equal(atomic_load(&f.released), released + 1);
     assert_int_equal(upgrade_status("deleted", BIN, ""), 404);
@@ -376,9 +376,9 @@ static void test_all_at_once(void **state)
         int size = snprintf(text, sizeof text, "%s%s", kept ? GET("/healthz") : "", head);
         memcpy(text + size, "\x81\x82\0\0\0\0{}", 8);
         net_send_bytes(fd, text, (size_t)size + 8);
-        int64_t until = front_now() + INT64_C(3000000000);
+        int64_t until = test_now() + INT64_C(3000000000);
         size_t got = 0;
-        while (memmem(answer, got, "{\"echo\":{}}", 11) == NULL && front_now() < until) {
+        while (memmem(answer, got, "{\"echo\":{}}", 11) == NULL && test_now() < until) {
             got += net_read(fd, answer + got, sizeof answer - got, "{\"echo\":{}}", 0.2);
         }
         assert_non_null(memmem(answer, got, "{\"echo\":{}}", 11));
@@ -398,7 +398,7 @@ static void test_slow_reader_bridged(void **state)
         read_frame(fd);
         double age = viewer_age(&frame);
         oldest = i > 10 && age > oldest ? age : oldest;
-        front_sleep(0.083);
+        test_sleep(0.083);
         viewer_ack(fd, viewer_seq(&frame));
     }
     /* Without flow control it would be 2.6 s by now and grow. The documented figure, 0.35 s, is measured by
@@ -413,10 +413,10 @@ static void test_slower_rate(void **state)
     (void)state;
     int fd = open_greeted("s1", BIN), messages = 0, skipped = 0;
     uint32_t last = 0;
-    int64_t until = front_now() + INT64_C(6000000000);
-    while (messages == 0 && front_now() < until) {
+    int64_t until = test_now() + INT64_C(6000000000);
+    while (messages == 0 && test_now() < until) {
         messages = read_frame(fd);
-        front_sleep(0.1);
+        test_sleep(0.1);
         viewer_ack(fd, viewer_seq(&frame));
     }
     assert_int_equal(messages, 1);
@@ -434,10 +434,10 @@ static void test_slower_rate(void **state)
 static void test_drain(void **state)
 {
     (void)state;
-    static front g;
+    static test_server g;
     int fd[40];
-    front_prepare(&g);
-    front_open(&g);
+    test_server_prepare(&g);
+    test_server_open(&g);
     for (int i = 0; i < 40; i++) {
         fd[i] = net_connect(g.port);
         if (i % 2) {
@@ -449,9 +449,9 @@ static void test_drain(void **state)
     int kept = net_connect(g.port);
     assert_int_equal(net_request(kept, GET("/healthz"), answer, sizeof answer), 200);
     /* Clients send their close frame only after the drain, which must not wait longer than its time. */
-    int64_t begin = front_now();
+    int64_t begin = test_now();
     ll_web_server_drain(g.web_server);
-    assert_true((double)(front_now() - begin) < 3.5e9);
+    assert_true((double)(test_now() - begin) < 3.5e9);
     assert_int_equal(net_request(kept, GET("/healthz"), answer, sizeof answer), 200);
     assert_int_equal(net_connect(g.port), -1);
     for (int i = 0; i < 40; i++) {
@@ -459,7 +459,7 @@ static void test_drain(void **state)
         close(fd[i]);
     }
     close(kept);
-    front_close(&g);
+    test_server_close(&g);
     assert_int_equal(atomic_load(&g.opened), atomic_load(&g.closed));
 }
 

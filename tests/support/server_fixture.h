@@ -15,7 +15,7 @@
 
 #define FRONT_SESSIONS 4
 
-typedef struct front {
+typedef struct test_server {
     ll_web_server_config config;
     ll_web_server *web_server;
     ll_ws *ws;
@@ -26,15 +26,15 @@ typedef struct front {
     atomic_uint generation, opened, closed, released;
     atomic_int greet; /* 0: viewers get no hello */
     pthread_t publisher;
-} front;
+} test_server;
 
 /* Defaults, a free port, the tests' own page; `config` may be changed between the two. */
-void front_prepare(front *f);
-void front_open(front *f);
-void front_close(front *f);
+void test_server_prepare(test_server *f);
+void test_server_open(test_server *f);
+void test_server_close(test_server *f);
 
-int64_t front_now(void); /* monotonic, ns */
-void front_sleep(double seconds);
+int64_t test_now(void); /* monotonic, ns */
+void test_sleep(double seconds);
 
 /* ---- a client ---- */
 

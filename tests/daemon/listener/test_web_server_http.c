@@ -15,12 +15,12 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "support/front.h"
+#include "support/server_fixture.h"
 
 #define HOST "Host: localhost\r\n"
 #define GET(path) "GET " path " HTTP/1.1\r\n" HOST "\r\n"
 
-static front f;
+static test_server f;
 static char www[64];
 
 static void write_file(const char *name, const char *text)
@@ -44,14 +44,14 @@ static int set_up(void **state)
     write_file("index.html", "<!doctype html><title>page</title>");
     write_file("js/page.js", "export {};");
     write_file(".secret", "hidden");
-    front_prepare(&f);
+    test_server_prepare(&f);
     snprintf(f.config.www, sizeof f.config.www, "%s", www);
     snprintf(f.config.allow_origin, sizeof f.config.allow_origin, "https://lab.example, https://two.example");
     snprintf(f.config.allow_host, sizeof f.config.allow_host, "lab.example");
     f.config.head_timeout_s = 1;
     f.config.body_timeout_s = 1;
     f.config.idle_timeout_s = 2;
-    front_open(&f);
+    test_server_open(&f);
     return 0;
 }
 
@@ -60,7 +60,7 @@ static int tear_down(void **state)
     (void)state;
     static const char *const names[] = {"index.html", "js/page.js", ".secret", "js", ""};
     char path[128];
-    front_close(&f);
+    test_server_close(&f);
     for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
         snprintf(path, sizeof path, "%s/%s", www, names[i]);
         assert_int_equal(remove(path), 0);
@@ -277,7 +277,7 @@ static void test_hang_up(void **state)
         setsockopt(fd, SOL_SOCKET, SO_LINGER, &reset, sizeof reset);
         close(fd);
     }
-    front_sleep(0.5);
+    test_sleep(0.5);
     expect_body(GET("/healthz"), 200, "{\"ok\":true}");
 }
 
@@ -294,7 +294,7 @@ static void test_watchdog(void **state)
     net_send(body,
              "POST /echo/a HTTP/1.1\r\n" HOST "Content-Type: text/plain\r\nContent-Length: 500\r\n\r\nx");
     for (int i = 0; i < 8; i++) { /* would reset an inactivity timer */
-        front_sleep(0.25);
+        test_sleep(0.25);
         net_send(fd, "X");
         net_send(body, "x");
     }

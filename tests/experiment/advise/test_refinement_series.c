@@ -103,7 +103,7 @@ static void central_differences_are_of_order_two(void **state)
     }
 }
 
-static void what_is_set_goes_before_the_ladders_own(void **state)
+static void set_values_override_the_series(void **state)
 {
     (void)state;
     notes plain, other, brief;
@@ -119,7 +119,7 @@ static void what_is_set_goes_before_the_ladders_own(void **state)
     assert_int_equal(status.code, LL_BAD_INPUT);
 }
 
-static void runs_that_diverge_are_rungs(void **state)
+static void diverging_runs_make_levels(void **state)
 {
     (void)state;
     static const ll_refinement_series refinement_series = {"fluid/cavity",
@@ -140,7 +140,7 @@ static void runs_that_diverge_are_rungs(void **state)
 }
 
 /* Every value is valid for its scenario, and error and counter are metrics of it. */
-static void every_refinement_series_can_be_climbed(void **state)
+static void every_refinement_series_can_be_run(void **state)
 {
     (void)state;
     for (const ll_refinement_series *l = ll_refinement_series_table; l->scenario; l++) {
@@ -160,7 +160,7 @@ static void every_refinement_series_can_be_climbed(void **state)
 
 /* Levels with randomness are run with several seeds, each once: mean and interval equal those of single
  * runs. */
-static void rungs_of_netgames_are_means_over_seeds(void **state)
+static void levels_of_netgames_are_means_over_seeds(void **state)
 {
     (void)state;
     enum { SEEDS = 11 };
@@ -216,10 +216,10 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(central_differences_are_of_order_two),
-        cmocka_unit_test(what_is_set_goes_before_the_ladders_own),
-        cmocka_unit_test(runs_that_diverge_are_rungs),
-        cmocka_unit_test(every_refinement_series_can_be_climbed),
-        cmocka_unit_test(rungs_of_netgames_are_means_over_seeds),
+        cmocka_unit_test(set_values_override_the_series),
+        cmocka_unit_test(diverging_runs_make_levels),
+        cmocka_unit_test(every_refinement_series_can_be_run),
+        cmocka_unit_test(levels_of_netgames_are_means_over_seeds),
         cmocka_unit_test(curves_between_states_gain_more_by_updates_than_lines),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
