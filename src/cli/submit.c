@@ -77,7 +77,7 @@ static ll_status find_engine(const char *name, const engine **found)
     return ll_error(LL_BAD_INPUT, "--engine: must be one of %s; got %.40s", known, name ? name : "none");
 }
 
-static ll_status hand_over(const engine *e, const job *j)
+static ll_status submit_job(const engine *e, const job *j)
 {
     fflush(stdout);
     FILE *pipe = popen(e->command, "w");
@@ -179,6 +179,6 @@ int ll_verb_submit(int argc, char **argv)
     if (!ll_failed(&status) && s.print)
         s.engine->write(stdout, &s.job);
     else if (!ll_failed(&status))
-        status = hand_over(s.engine, &s.job);
+        status = submit_job(s.engine, &s.job);
     return ll_failed(&status) ? ll_argument_fail(&status) : 0;
 }

@@ -35,9 +35,9 @@ void ll_background_tick_free(ll_background_tick *a)
     free(a);
 }
 
-ll_status ll_session_begin_background_tick(ll_session *s, ll_time wall, ll_background_tick **ahead)
+ll_status ll_session_begin_background_tick(ll_session *s, ll_time wall, ll_background_tick **tick)
 {
-    *ahead = NULL;
+    *tick = NULL;
     if (!s->block || ll_session_due(s, wall) == 0)
         return ll_ok();
     if (!s->stale && s->tick == s->target_tick && s->transition != LL_TRANSITION_NONE)
@@ -60,7 +60,7 @@ ll_status ll_session_begin_background_tick(ll_session *s, ll_time wall, ll_backg
     a->epoch = s->epoch;
     a->records = !s->stale && (s->transition == LL_TRANSITION_NONE || s->tick >= s->record_from);
     a->step_profiler.now_ns = s->step_profiler.now_ns;
-    *ahead = a;
+    *tick = a;
     return ll_ok();
 }
 

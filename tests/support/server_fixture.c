@@ -109,7 +109,7 @@ static void on_opened(void *context, void *session, ll_ws_viewer viewer, ll_fram
     static const char hello[] = "{\"type\":\"hello\"}";
     (void)session, (void)format;
     atomic_fetch_add(&f->opened, 1);
-    if (atomic_load(&f->greet)) {
+    if (atomic_load(&f->send_hello)) {
         const ll_ws_subscription all = {.every = {[LL_CHANNEL_SCENE] = 1}};
         ll_ws_hello(f->ws, viewer, hello, sizeof hello - 1);
         ll_ws_subscribe(f->ws, viewer, &all);
@@ -230,7 +230,7 @@ void test_server_prepare(test_server *f)
     ll_param_defaults(&ll_web_server_table, &f->config);
     snprintf(f->config.listen, sizeof f->config.listen, "127.0.0.1:0");
     atomic_store(&f->publishing, true);
-    atomic_store(&f->greet, 1);
+    atomic_store(&f->send_hello, 1);
 }
 
 void test_server_open(test_server *f)

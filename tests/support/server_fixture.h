@@ -24,7 +24,7 @@ typedef struct test_server {
     size_t frame_bytes;
     atomic_bool publishing, end;
     atomic_uint generation, opened, closed, released;
-    atomic_int greet; /* 0: viewers get no hello */
+    atomic_int send_hello; /* 0: viewers get no hello */
     pthread_t publisher;
 } test_server;
 

@@ -45,7 +45,7 @@ static void expire(ll_host *host)
 static void *reap_expired(void *argument)
 {
     ll_host *host = argument;
-    pthread_setname_np(pthread_self(), "caretaker");
+    pthread_setname_np(pthread_self(), "reaper");
     double period = host->config.session_ttl_s / 4;
     if (period > 30)
         period = 30;

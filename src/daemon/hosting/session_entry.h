@@ -20,7 +20,7 @@ typedef struct ll_viewer {
     ll_ws_viewer id;
     ll_frame_format format;
     int role; /* since its {"auth":...} */
-    bool greeted;
+    bool hello_sent;
 } ll_viewer;
 
 typedef struct ll_stream_input {

@@ -128,9 +128,9 @@ void ll_viewers_send_hellos(ll_session_entry *session_entry)
         ll_frame_format format = LL_FRAME_JSON;
         pthread_mutex_lock(&session_entry->inbox_lock);
         for (ll_viewer *v = session_entry->viewers; v && !id; v = v->next) {
-            if (v->greeted)
+            if (v->hello_sent)
                 continue;
-            v->greeted = true;
+            v->hello_sent = true;
             id = v->id;
             format = v->format;
         }

@@ -13,7 +13,7 @@ struct http_upgrade {
     ll_upgrade upgrade;
 };
 
-static void give_back(void *handle)
+static void return_socket(void *handle)
 {
     MHD_upgrade_action(handle, MHD_UPGRADE_ACTION_CLOSE);
 }
@@ -22,7 +22,7 @@ static void on_upgrade(void *closure, struct MHD_Connection *connection, void *c
                        size_t extra_size, MHD_socket socket, struct MHD_UpgradeResponseHandle *handle)
 {
     const http_upgrade *offer = closure;
-    ll_ws_socket lent = {.fd = socket, .answered = true, .release = give_back, .owner = handle};
+    ll_ws_socket lent = {.fd = socket, .answered = true, .release = return_socket, .owner = handle};
     int on = 1, off = 0;
     (void)connection, (void)context;
     /* The library corks the socket. */

@@ -21,7 +21,7 @@
 typedef struct viewer {
     struct viewer *next;
     ll_ws_viewer id;
-    bool greeted;
+    bool hello_sent;
 } viewer;
 
 /* An experiment with a stream. The list's lock guards its viewers; only the thread removes it from the
@@ -54,15 +54,15 @@ struct ll_progress {
 static void send_progress(ll_progress *p, const watched *w, viewer *v, const ll_experiment_record *record)
 {
     cJSON *json = cJSON_CreateObject();
-    cJSON_AddStringToObject(json, "type", v->greeted ? "progress" : "hello");
-    if (!v->greeted)
+    cJSON_AddStringToObject(json, "type", v->hello_sent ? "progress" : "hello");
+    if (!v->hello_sent)
         cJSON_AddStringToObject(json, "experiment", w->id);
     p->source.describe(p->source.experiments, record, json);
     char *text = cJSON_PrintUnformatted(json);
     cJSON_Delete(json);
     if (text)
-        (v->greeted ? ll_ws_send : ll_ws_hello)(p->ws, v->id, text, strlen(text));
-    v->greeted = v->greeted || text;
+        (v->hello_sent ? ll_ws_send : ll_ws_hello)(p->ws, v->id, text, strlen(text));
+    v->hello_sent = v->hello_sent || text;
     free(text);
     if (record->state >= LL_EXPERIMENT_CANCELLED)
         ll_ws_close(p->ws, v->id, LL_WS_NORMAL, "the experiment has ended");
@@ -74,7 +74,7 @@ static void send_progress_to_all(ll_progress *p, watched *w, const ll_experiment
     bool late = record->state == LL_EXPERIMENT_RUNNING && now - w->told >= SEND_EVERY_NS;
     bool changed = late || record->done != w->done || record->state != w->state;
     for (viewer *v = w->viewers; v; v = v->next) {
-        if (changed || !v->greeted)
+        if (changed || !v->hello_sent)
             send_progress(p, w, v, record);
     }
     w->done = record->done;

@@ -427,7 +427,7 @@ static ll_status work_once(worker_slot *b, bool *found)
     if (status.code == LL_INTERRUPTED) /* the lease was lost, unless the workers stop */
         status.code = LL_CONFLICT;
     if (status.code == LL_CONFLICT && atomic_load(&w->stopping))
-        status = w->order.store->kind->give_back(w->order.store, &lease);
+        status = w->order.store->kind->return_chunk(w->order.store, &lease);
     ll_workers_notify(w); /* other threads may wait for the end of the last one */
     return status;
 }

@@ -406,7 +406,7 @@ static ll_status renew(ll_result_store *store, const ll_lease *l, double lease_s
     return leave(s, !good ? failure(s, "Renewing a lease") : changed(s) ? ll_ok() : ll_store_lost(l));
 }
 
-static ll_status give_back(ll_result_store *store, const ll_lease *l)
+static ll_status return_chunk(ll_result_store *store, const ll_lease *l)
 {
     postgres_store *s = enter(store);
     bool good = query(s, "UPDATE chunk SET state=0, attempt=attempt-1 WHERE " MINE, "titi", l->id, l->chunk,
@@ -565,6 +565,6 @@ const ll_result_store_kind ll_result_store_postgres = {.open = open_store,
                                                        .claim = claim,
                                                        .renew = renew,
                                                        .finish = finish,
-                                                       .give_back = give_back,
+                                                       .return_chunk = return_chunk,
                                                        .release = release,
                                                        .read = read_rows};

@@ -72,7 +72,7 @@ typedef struct ll_result_store_kind {
     ll_status (*finish)(ll_result_store *store, const ll_lease *lease, const ll_row *rows, int64_t count,
                         int metrics);
     /* Makes a chunk free again, without counting the attempt. LL_CONFLICT: the lease was lost. */
-    ll_status (*give_back)(ll_result_store *store, const ll_lease *lease);
+    ll_status (*return_chunk)(ll_result_store *store, const ll_lease *lease);
     /* Ends every lease: only when no other worker can be running. */
     ll_status (*release)(ll_result_store *store);
 

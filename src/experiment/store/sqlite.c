@@ -347,7 +347,7 @@ static ll_status renew(ll_result_store *store, const ll_lease *l, double lease_s
                                                   : ll_ok());
 }
 
-static ll_status give_back(ll_result_store *store, const ll_lease *l)
+static ll_status return_chunk(ll_result_store *store, const ll_lease *l)
 {
     sqlite_store *s = enter(store);
     bool good = done(query(s, "UPDATE chunk SET state=0, attempt=attempt-1 WHERE " MINE, "titi", l->id,
@@ -456,7 +456,7 @@ const ll_result_store_kind ll_result_store_sqlite = {.open = open_store,
                                                      .claim = claim,
                                                      .renew = renew,
                                                      .finish = finish,
-                                                     .give_back = give_back,
+                                                     .return_chunk = return_chunk,
                                                      .release = release,
                                                      .bytes = bytes,
                                                      .read = read_rows};

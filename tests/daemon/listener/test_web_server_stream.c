@@ -43,7 +43,7 @@ static int tear_down(void **state)
     return 0;
 }
 
-static int open_greeted(const char *session, const char *protocol)
+static int open_with_hello(const char *session, const char *protocol)
 {
     int fd = viewer_open(f.port, session, protocol);
     assert_true(fd >= 0);
@@ -96,7 +96,7 @@ static void test_handshake(void **state)
 static void test_frames(void **state)
 {
     (void)state;
-    int fd = open_greeted("s0", BIN);
+    int fd = open_with_hello("s0", BIN);
     uint32_t last = 0;
     for (int i = 0; i < 30; i++) {
         assert_true(viewer_read(fd, &frame, 2));
@@ -117,7 +117,7 @@ static void test_frames(void **state)
     }
     assert_int_equal(whole, 1);
     close(fd);
-    fd = open_greeted("s1", JSON);
+    fd = open_with_hello("s1", JSON);
     assert_true(viewer_read(fd, &frame, 2));
     assert_int_equal(frame.opcode, 1);
     assert_non_null(strstr((char *)frame.bytes, "\"flags\":[\"playing\",\"jump\"]"));
@@ -131,7 +131,7 @@ static void test_frames(void **state)
 static void test_credit(void **state)
 {
     (void)state;
-    int fd = open_greeted("s2", BIN);
+    int fd = open_with_hello("s2", BIN);
     for (int i = 0; i < 10; i++) {
         assert_true(viewer_read(fd, &frame, 2));
         viewer_ack(fd, viewer_seq(&frame));
@@ -154,7 +154,7 @@ static void test_credit(void **state)
     assert_int_equal(viewer_close_code(fd, 3), 1013);
     close(fd);
     /* A viewer that never acknowledged has no such timeout. */
-    fd = open_greeted("s2", BIN);
+    fd = open_with_hello("s2", BIN);
     for (int i = 0; i < 60; i++) {
         assert_true(viewer_read(fd, &frame, 2));
     }
@@ -166,7 +166,7 @@ static void test_slow_reader(void **state)
 {
     (void)state;
     double oldest = 0;
-    int fd = open_greeted("s2", BIN);
+    int fd = open_with_hello("s2", BIN);
     for (int i = 0; i < 40; i++) {
         read_frame(fd);
         double age = viewer_age(&frame);
@@ -183,7 +183,7 @@ static void test_slow_reader(void **state)
 static void test_messages(void **state)
 {
     (void)state;
-    int fd = open_greeted("s3", BIN);
+    int fd = open_with_hello("s3", BIN);
     viewer_say(fd, "{\"ping\":1}");
     do {
         assert_true(viewer_read(fd, &frame, 2));
@@ -207,7 +207,7 @@ static void test_messages(void **state)
 
 static void expect_close(int opcode, const void *bytes, size_t size, int code)
 {
-    int fd = open_greeted("s3", BIN);
+    int fd = open_with_hello("s3", BIN);
     viewer_send(fd, opcode, bytes, size);
     assert_int_equal(viewer_close_code(fd, 3), code);
     close(fd);
@@ -223,7 +223,7 @@ static void test_bad_messages(void **state)
     free(big);
     expect_close(0x81, "\xc3\x28", 2, 1007);
     expect_close(0x82, "binary", 6, 1003);
-    int fd = open_greeted("s3", BIN);
+    int fd = open_with_hello("s3", BIN);
     for (int i = 0; i < 400; i++) {
         viewer_say(fd, "{}");
     }
@@ -242,7 +242,7 @@ static void test_crowd(void **state)
     (void)state;
     int fd[20];
     for (int i = 0; i < 20; i++) {
-        fd[i] = open_greeted("s3", i % 2 ? BIN : JSON);
+        fd[i] = open_with_hello("s3", i % 2 ? BIN : JSON);
     }
     int more = viewer_open(f.port, "s3", BIN);
     assert_true(more >= 0);
@@ -263,18 +263,18 @@ static void test_crowd(void **state)
     ll_record_request request;
     ll_ws_wants(f.stream[3], 1, 0, true, &request);
     assert_int_equal(request.channels, 0);
-    atomic_store(&f.greet, 0);
+    atomic_store(&f.send_hello, 0);
     int ignored = viewer_open(f.port, "s3", BIN);
     assert_int_equal(viewer_close_code(ignored, 3), 1013);
     close(ignored);
-    atomic_store(&f.greet, 1);
+    atomic_store(&f.send_hello, 1);
 }
 
 /* Reads nothing of 60 kB/s: its socket fills, and no other viewer is affected. */
 static void test_deaf(void **state)
 {
     (void)state;
-    int deaf = open_greeted("s0", BIN), fd = open_greeted("s0", BIN), small = 2048;
+    int deaf = open_with_hello("s0", BIN), fd = open_with_hello("s0", BIN), small = 2048;
     setsockopt(deaf, SOL_SOCKET, SO_RCVBUF, &small, sizeof small);
     for (int i = 0; i < 60; i++) {
         assert_true(viewer_read(fd, &frame, 1));
@@ -295,7 +295,7 @@ static void test_delete(void **state)
     assert_int_equal(status.code, LL_CONFLICT);
     status = ll_ws_stream_open(f.ws, LL_STREAM_SESSION, "no/id", NULL, &again);
     assert_int_equal(status.code, LL_BAD_INPUT);
-    int fd = open_greeted("deleted", BIN);
+    int fd = open_with_hello("deleted", BIN);
     unsigned released = atomic_load(&f.released);
     ll_ws_stream_close(stream, LL_WS_NO_SESSION, "the session was \"deleted\"");
     assert_true(viewer_read(fd, &frame, 2));
@@ -411,7 +411,7 @@ static void test_slow_reader_bridged(void **state)
 static void test_slower_rate(void **state)
 {
     (void)state;
-    int fd = open_greeted("s1", BIN), messages = 0, skipped = 0;
+    int fd = open_with_hello("s1", BIN), messages = 0, skipped = 0;
     uint32_t last = 0;
     int64_t until = test_now() + INT64_C(6000000000);
     while (messages == 0 && test_now() < until) {

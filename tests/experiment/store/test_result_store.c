@@ -277,8 +277,8 @@ static void experiments_are_listed_as_they_were_made(void **state)
     free(text);
     must(s->kind->claim(s, "b", "me", 60, &l));
     assert_true(l.from == 3 && l.to == 4);
-    must(s->kind->give_back(s, &l));
-    assert_int_equal(s->kind->give_back(s, &l).code, LL_CONFLICT);
+    must(s->kind->return_chunk(s, &l));
+    assert_int_equal(s->kind->return_chunk(s, &l).code, LL_CONFLICT);
     assert_int_equal(s->kind->specification(s, "nosuch", &text).code, LL_NOT_FOUND);
     must(s->kind->remove(s, "a"));
     must(s->kind->remove(s, "b"));
