@@ -203,16 +203,16 @@ static ll_status make_experiment(const advise *a, cJSON *json, cJSON **experimen
     return status;
 }
 
-static ll_status read_order(const advise *a, ll_advise_request *order)
+static ll_status read_request(const advise *a, ll_advise_request *request)
 {
     char *end;
     if (!a->max_error)
         return ll_error(LL_BAD_INPUT, "--max-error: required, a number above 0");
-    order->max_error = strtod(a->max_error, &end);
-    if (end == a->max_error || *end || !(order->max_error > 0) || !isfinite(order->max_error))
+    request->max_error = strtod(a->max_error, &end);
+    if (end == a->max_error || *end || !(request->max_error > 0) || !isfinite(request->max_error))
         return ll_error(LL_BAD_INPUT, "--max-error: must be a number above 0; got %.40s", a->max_error);
     return a->most_runs
-               ? ll_argument_whole("--runs", a->most_runs, 1, LL_EXPERIMENT_RUNS_MAX, &order->most_runs)
+               ? ll_argument_whole("--runs", a->most_runs, 1, LL_EXPERIMENT_RUNS_MAX, &request->most_runs)
                : ll_ok();
 }
 
@@ -257,7 +257,7 @@ int ll_verb_advise(int argc, char **argv)
     const char *positional[LL_POSITIONAL_MAX];
     int count;
     ll_experiment *experiment = NULL;
-    ll_advise_request order = {0};
+    ll_advise_request request = {0};
     cJSON *answer = NULL;
     ll_status status = ll_arguments("advise SCENARIO|EXPERIMENT --max-error X [OPTION]...: find the cheapest "
                                     "setting whose error is at most X",
@@ -265,12 +265,12 @@ int ll_verb_advise(int argc, char **argv)
     if (!ll_failed(&status) && count > 1)
         status = ll_error(LL_BAD_INPUT, "unexpected argument %.100s", positional[1]);
     if (!ll_failed(&status))
-        status = read_order(&a, &order);
+        status = read_request(&a, &request);
     if (!ll_failed(&status))
         status = load(&a, count ? positional[0] : NULL, &experiment);
-    order.experiment = experiment;
+    request.experiment = experiment;
     if (!ll_failed(&status))
-        status = ll_advise(&order, &answer);
+        status = ll_advise(&request, &answer);
     if (!ll_failed(&status)) {
         char *text = cJSON_Print(answer);
         puts(text ? text : "null");

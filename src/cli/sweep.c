@@ -106,14 +106,14 @@ static ll_status work_here(sweep *s)
 {
     ll_experiment_record record;
     ll_workers *workers = NULL;
-    ll_workers_config order = {.store = s->store,
-                               .id = s->id,
-                               .threads = (int)s->threads,
-                               .lease_s = s->store_url ? SHARED_LEASE_S : OWN_LEASE_S,
-                               .drain = true};
+    ll_workers_config config = {.store = s->store,
+                                .id = s->id,
+                                .threads = (int)s->threads,
+                                .lease_s = s->store_url ? SHARED_LEASE_S : OWN_LEASE_S,
+                                .drain = true};
     ll_status status = s->store->kind->record(s->store, s->id, &record);
     if (!ll_failed(&status))
-        status = ll_workers_start(&order, &workers);
+        status = ll_workers_start(&config, &workers);
     if (ll_failed(&status))
         return status;
     double begun = seconds();

@@ -83,17 +83,17 @@ static ll_status work(const worker *w)
 {
     sigset_t signals;
     ll_workers *workers;
-    ll_workers_config order = {.store = w->store,
-                               .id = w->id,
-                               .threads = (int)w->threads,
-                               .lease_s = (double)w->lease_s,
-                               .drain = w->drain};
+    ll_workers_config config = {.store = w->store,
+                                .id = w->id,
+                                .threads = (int)w->threads,
+                                .lease_s = (double)w->lease_s,
+                                .drain = w->drain};
     sigemptyset(&signals);
     sigaddset(&signals, SIGTERM);
     sigaddset(&signals, SIGINT);
     sigaddset(&signals, SIGHUP);
     pthread_sigmask(SIG_BLOCK, &signals, NULL); /* before threads are made, which inherit it */
-    ll_status status = ll_workers_start(&order, &workers);
+    ll_status status = ll_workers_start(&config, &workers);
     if (ll_failed(&status))
         return status;
     wait_for_end(w, workers, &signals);

@@ -19,7 +19,7 @@
 enum { THREADS_MAX = 256, LOOK_EVERY_S = 1, RETRY_EVERY_S = 1, PATIENCE_S = 120 };
 
 /* A worker thread and its work. */
-typedef struct worker_slot {
+typedef struct worker_thread {
     struct ll_workers *workers;
     pthread_t thread;
     ll_experiment *experiment;
@@ -31,12 +31,12 @@ typedef struct worker_slot {
     /* Guarded by the workers' lock: */
     ll_lease lease; /* chunk < 0: none */
     double renew_at;
-} worker_slot;
+} worker_thread;
 
 struct ll_workers {
-    ll_workers_config order;
+    ll_workers_config config;
     char owner[LL_OWNER_MAX + 1];
-    worker_slot benches[THREADS_MAX];
+    worker_thread worker_threads[THREADS_MAX];
     int count;
     pthread_t keeper; /* renews leases */
     _Atomic int64_t runs;
@@ -188,28 +188,28 @@ static uint64_t calls_so_far(ll_workers *w)
 
 /* ---- leases ---- */
 
-static void hold(worker_slot *b, const ll_lease *lease)
+static void hold(worker_thread *b, const ll_lease *lease)
 {
     ll_workers *w = b->workers;
     pthread_mutex_lock(&w->lock);
     b->lease = *lease;
-    b->renew_at = seconds() + w->order.lease_s / 2;
+    b->renew_at = seconds() + w->config.lease_s / 2;
     atomic_store(&b->drop, atomic_load(&w->stopping));
     pthread_mutex_unlock(&w->lock);
 }
 
-static void return_chunk(worker_slot *b)
+static void return_chunk(worker_thread *b)
 {
     pthread_mutex_lock(&b->workers->lock);
     b->lease.chunk = -1;
     pthread_mutex_unlock(&b->workers->lock);
 }
 
-static worker_slot *next_to_renew(ll_workers *w)
+static worker_thread *next_to_renew(ll_workers *w)
 {
-    worker_slot *next = NULL;
+    worker_thread *next = NULL;
     for (int i = 0; i < w->count; i++) {
-        worker_slot *b = &w->benches[i];
+        worker_thread *b = &w->worker_threads[i];
         if (b->lease.chunk >= 0 && !atomic_load(&b->drop) && (!next || b->renew_at < next->renew_at))
             next = b;
     }
@@ -217,17 +217,17 @@ static worker_slot *next_to_renew(ll_workers *w)
 }
 
 /* Locked, but unlocks while it waits for the store. */
-static void renew(ll_workers *w, worker_slot *b)
+static void renew(ll_workers *w, worker_thread *b)
 {
     ll_lease lease = b->lease;
     pthread_mutex_unlock(&w->lock);
-    ll_status status = w->order.store->kind->renew(w->order.store, &lease, w->order.lease_s);
+    ll_status status = w->config.store->kind->renew(w->config.store, &lease, w->config.lease_s);
     pthread_mutex_lock(&w->lock);
     if (b->lease.chunk != lease.chunk || b->lease.attempt != lease.attempt)
         return; /* finished meanwhile */
     if (status.code == LL_CONFLICT)
         atomic_store(&b->drop, true);
-    b->renew_at = seconds() + (ll_failed(&status) ? RETRY_EVERY_S : w->order.lease_s / 2);
+    b->renew_at = seconds() + (ll_failed(&status) ? RETRY_EVERY_S : w->config.lease_s / 2);
 }
 
 /* Renews leases while their chunks are run, however long one run takes. The checks are frequent enough for a
@@ -238,12 +238,12 @@ static void *keep_leases(void *context)
     pthread_setname_np(pthread_self(), "leases");
     pthread_mutex_lock(&w->lock);
     while (!w->over) {
-        worker_slot *b = next_to_renew(w);
-        double now = seconds(), look = w->order.lease_s / 4;
+        worker_thread *b = next_to_renew(w);
+        double now = seconds(), check_s = w->config.lease_s / 4;
         if (b && b->renew_at <= now)
             renew(w, b);
         else
-            wait_for_call(w, w->calls, b && b->renew_at - now < look ? b->renew_at - now : look);
+            wait_for_call(w, w->calls, b && b->renew_at - now < check_s ? b->renew_at - now : check_s);
     }
     pthread_mutex_unlock(&w->lock);
     return NULL;
@@ -269,12 +269,12 @@ static ll_status read_specification(ll_workers *w, const char *id, char **text)
     ll_status status;
     double since = 0;
     do
-        status = w->order.store->kind->specification(w->order.store, id, text);
+        status = w->config.store->kind->specification(w->config.store, id, text);
     while (may_retry(w, &status, &since));
     return status;
 }
 
-static ll_status load(worker_slot *b, const char *id)
+static ll_status load(worker_thread *b, const char *id)
 {
     char *text = NULL;
     cJSON *json = NULL;
@@ -294,11 +294,11 @@ static ll_status load(worker_slot *b, const char *id)
     return status;
 }
 
-static ll_status store_rows(worker_slot *b, const ll_lease *lease)
+static ll_status store_rows(worker_thread *b, const ll_lease *lease)
 {
     ll_status status;
     double since = 0;
-    ll_result_store *store = b->workers->order.store;
+    ll_result_store *store = b->workers->config.store;
     do
         status =
             store->kind->finish(store, lease, b->rows, lease->to - lease->from, b->experiment->metric_count);
@@ -308,7 +308,7 @@ static ll_status store_rows(worker_slot *b, const ll_lease *lease)
 
 static bool is_wanted(void *context)
 {
-    const worker_slot *b = context;
+    const worker_thread *b = context;
     return !atomic_load_explicit(&b->drop, memory_order_relaxed);
 }
 
@@ -320,7 +320,7 @@ static int64_t now_ns(void)
 }
 
 /* Makes a run, or the row of a skipped run if its point has enough. */
-static ll_status run_or_skip(worker_slot *b, const ll_lease *lease, int64_t run,
+static ll_status run_or_skip(worker_thread *b, const ll_lease *lease, int64_t run,
                              const ll_interrupt *interrupt, bool *enough)
 {
     ll_row *row = &b->rows[run - lease->from];
@@ -337,7 +337,7 @@ static ll_status run_or_skip(worker_slot *b, const ll_lease *lease, int64_t run,
 }
 
 /* LL_CONFLICT, LL_INTERRUPTED: the lease was lost, or the result is not wanted. */
-static ll_status run_chunk(worker_slot *b, const ll_lease *lease)
+static ll_status run_chunk(worker_thread *b, const ll_lease *lease)
 {
     ll_workers *w = b->workers;
     ll_interrupt interrupt = {is_wanted, now_ns, b};
@@ -387,15 +387,15 @@ static void note_others(void *context, const ll_experiment_record *record)
 static bool more_to_come(const ll_workers *w)
 {
     ll_experiment_record record;
-    ll_result_store *store = w->order.store;
+    ll_result_store *store = w->config.store;
     others o = {store->version, false};
-    if (!w->order.drain)
+    if (!w->config.drain)
         return true;
-    if (!w->order.id) {
+    if (!w->config.id) {
         ll_status listed = store->kind->list(store, note_others, &o);
         return o.at_work || listed.code == LL_UNAVAILABLE;
     }
-    ll_status status = store->kind->record(store, w->order.id, &record);
+    ll_status status = store->kind->record(store, w->config.id, &record);
     if (!ll_failed(&status))
         note_others(&o, &record);
     return o.at_work || status.code == LL_UNAVAILABLE;
@@ -405,7 +405,7 @@ static ll_status claim(ll_workers *w, ll_lease *lease)
 {
     ll_status status;
     double since = 0;
-    const ll_workers_config *o = &w->order;
+    const ll_workers_config *o = &w->config;
     do
         status = o->store->kind->claim(o->store, o->id, w->owner, o->lease_s, lease);
     while (may_retry(w, &status, &since));
@@ -413,7 +413,7 @@ static ll_status claim(ll_workers *w, ll_lease *lease)
 }
 
 /* Claims a chunk and runs it. `found`: there was one. */
-static ll_status work_once(worker_slot *b, bool *found)
+static ll_status work_once(worker_thread *b, bool *found)
 {
     ll_lease lease;
     ll_workers *w = b->workers;
@@ -427,18 +427,18 @@ static ll_status work_once(worker_slot *b, bool *found)
     if (status.code == LL_INTERRUPTED) /* the lease was lost, unless the workers stop */
         status.code = LL_CONFLICT;
     if (status.code == LL_CONFLICT && atomic_load(&w->stopping))
-        status = w->order.store->kind->return_chunk(w->order.store, &lease);
+        status = w->config.store->kind->return_chunk(w->config.store, &lease);
     ll_workers_notify(w); /* other threads may wait for the end of the last one */
     return status;
 }
 
 static void *work(void *context)
 {
-    worker_slot *b = context;
+    worker_thread *b = context;
     pthread_setname_np(pthread_self(), "run");
     ll_workers *w = b->workers;
-    if (w->order.nice > 0) /* on Linux: of this thread only */
-        setpriority(PRIO_PROCESS, (id_t)syscall(SYS_gettid), w->order.nice);
+    if (w->config.nice > 0) /* on Linux: of this thread only */
+        setpriority(PRIO_PROCESS, (id_t)syscall(SYS_gettid), w->config.nice);
     while (!atomic_load(&w->stopping)) {
         bool found;
         uint64_t calls = calls_so_far(w);
@@ -446,7 +446,7 @@ static void *work(void *context)
         if (ll_failed(&status) && status.code != LL_CONFLICT &&
             status.code != LL_NOT_FOUND) { /* the experiment was deleted */
             keep_error(w, &status);
-            if (!w->order.persist)
+            if (!w->config.persist)
                 break;
             found = false;
         }
@@ -480,8 +480,8 @@ static void prepare(ll_workers *w)
     pthread_cond_init(&w->wake, &attributes);
     pthread_condattr_destroy(&attributes);
     for (int i = 0; i < THREADS_MAX; i++) {
-        w->benches[i].workers = w;
-        w->benches[i].lease.chunk = -1;
+        w->worker_threads[i].workers = w;
+        w->worker_threads[i].lease.chunk = -1;
     }
 }
 
@@ -492,19 +492,19 @@ static void clear_away(ll_workers *w)
     free(w);
 }
 
-ll_status ll_workers_start(const ll_workers_config *order, ll_workers **workers)
+ll_status ll_workers_start(const ll_workers_config *config, ll_workers **workers)
 {
     ll_workers *w = *workers = calloc(1, sizeof *w);
     if (!w)
         return ll_error(LL_NO_MEMORY, "out of memory: workers");
-    w->order = *order;
-    int wanted = order->threads > 0 ? order->threads : ll_cores();
+    w->config = *config;
+    int wanted = config->threads > 0 ? config->threads : ll_cores();
     name_owner(w->owner);
     prepare(w);
     bool kept = pthread_create(&w->keeper, NULL, keep_leases, w) == 0;
     pthread_mutex_lock(&w->lock); /* the keeper reads the count */
     while (kept && w->count < wanted && w->count < THREADS_MAX) {
-        worker_slot *b = &w->benches[w->count];
+        worker_thread *b = &w->worker_threads[w->count];
         atomic_fetch_add(&w->alive, 1);
         if (pthread_create(&b->thread, NULL, work, b) != 0) {
             atomic_fetch_sub(&w->alive, 1);
@@ -544,7 +544,7 @@ void ll_workers_notify(ll_workers *w)
 ll_status ll_workers_join(ll_workers *w)
 {
     for (int i = 0; i < w->count; i++)
-        pthread_join(w->benches[i].thread, NULL);
+        pthread_join(w->worker_threads[i].thread, NULL);
     pthread_mutex_lock(&w->lock);
     w->over = true;
     pthread_mutex_unlock(&w->lock);
@@ -560,7 +560,7 @@ void ll_workers_request_stop(ll_workers *w)
     pthread_mutex_lock(&w->lock);
     atomic_store(&w->stopping, true);
     for (int i = 0; i < w->count; i++)
-        atomic_store(&w->benches[i].drop, true);
+        atomic_store(&w->worker_threads[i].drop, true);
     pthread_mutex_unlock(&w->lock);
     ll_workers_notify(w);
 }

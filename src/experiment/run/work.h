@@ -30,7 +30,7 @@ typedef struct ll_workers_config {
     bool persist;   /* continue after an error of the store, which otherwise ends the thread */
 } ll_workers_config;
 
-ll_status ll_workers_start(const ll_workers_config *order, ll_workers **workers);
+ll_status ll_workers_start(const ll_workers_config *config, ll_workers **workers);
 
 /* Runs that these workers have made, including those that are not stored yet or were lost with a lease. */
 int64_t ll_workers_runs(const ll_workers *workers);

@@ -36,8 +36,8 @@ static ll_result_store *store_of(char id[LL_EXPERIMENT_ID_MAX + 1])
 static ll_workers *start(ll_result_store *store, const char *id)
 {
     ll_workers *workers;
-    ll_workers_config order = {.store = store, .id = id, .threads = 1, .lease_s = 1.5, .drain = true};
-    must(ll_workers_start(&order, &workers));
+    ll_workers_config config = {.store = store, .id = id, .threads = 1, .lease_s = 1.5, .drain = true};
+    must(ll_workers_start(&config, &workers));
     return workers;
 }
 
