@@ -51,16 +51,16 @@ ll_status ll_argument_text(const char *path, char **text)
 }
 
 /* A text that begins like a log is read as a log. */
-static ll_status read_workload(const char *beside, cJSON *experiment)
+static ll_status read_workload(const char *file_name, cJSON *experiment)
 {
     const cJSON *workload = cJSON_GetObjectItemCaseSensitive(experiment, "workload");
     const char *name = cJSON_IsString(workload) ? workload->valuestring : NULL;
     if (!name || name[strspn(name, " \t\r\n")] == '{')
         return ll_ok();
     char path[PATH_MAX], *text;
-    const char *slash = strrchr(beside, '/');
-    int folder = name[0] == '/' || !slash ? 0 : (int)(slash - beside) + 1;
-    snprintf(path, sizeof path, "%.*s%s", folder, beside, name);
+    const char *slash = strrchr(file_name, '/');
+    int folder = name[0] == '/' || !slash ? 0 : (int)(slash - file_name) + 1;
+    snprintf(path, sizeof path, "%.*s%s", folder, file_name, name);
     ll_status status = ll_argument_text(path, &text);
     if (ll_failed(&status))
         return ll_field_error(status.code, "workload", "workload: %s", status.text);
@@ -69,12 +69,12 @@ static ll_status read_workload(const char *beside, cJSON *experiment)
     return ll_ok();
 }
 
-/* `beside` gets the name of the file, or an empty string. */
-static ll_status read_json(const char *name, const char *scenarios, char beside[PATH_MAX], cJSON **json)
+/* `file_name` gets the name of the file, or an empty string. */
+static ll_status read_json(const char *name, const char *scenarios, char file_name[PATH_MAX], cJSON **json)
 {
     char folder[PATH_MAX];
     *json = NULL;
-    beside[0] = '\0';
+    file_name[0] = '\0';
     if (!name)
         return ll_error(LL_BAD_INPUT, "EXPERIMENT: required; a file, an id such as "
                                       "experiments/lag_techniques, or - for standard input");
@@ -82,8 +82,9 @@ static ll_status read_json(const char *name, const char *scenarios, char beside[
         return read_input(json);
     ll_status status = ll_scenario_load(ll_scenario_folder(scenarios, folder), name, json);
     bool of_library = status.code != LL_NOT_FOUND;
-    int length = of_library ? snprintf(beside, PATH_MAX, "%s/%s", ll_scenario_folder(scenarios, folder), name)
-                            : snprintf(beside, PATH_MAX, "%s", name);
+    int length = of_library
+                     ? snprintf(file_name, PATH_MAX, "%s/%s", ll_scenario_folder(scenarios, folder), name)
+                     : snprintf(file_name, PATH_MAX, "%s", name);
     if (length >= PATH_MAX)
         return ll_error(LL_BAD_INPUT, "name %.100s... is too long", name);
     if (of_library)
@@ -95,10 +96,10 @@ static ll_status read_json(const char *name, const char *scenarios, char beside[
 
 ll_status ll_argument_json(const char *name, const char *scenarios, cJSON **json)
 {
-    char beside[PATH_MAX];
-    ll_status status = read_json(name, scenarios, beside, json);
+    char file_name[PATH_MAX];
+    ll_status status = read_json(name, scenarios, file_name, json);
     if (!ll_failed(&status))
-        status = read_workload(beside, *json);
+        status = read_workload(file_name, *json);
     if (ll_failed(&status)) {
         cJSON_Delete(*json);
         *json = NULL;

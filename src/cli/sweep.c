@@ -116,10 +116,10 @@ static ll_status work_here(sweep *s)
         status = ll_workers_start(&config, &workers);
     if (ll_failed(&status))
         return status;
-    double begun = seconds();
+    double started = seconds();
     while (isatty(STDERR_FILENO) && ll_workers_busy(workers)) {
         int64_t here = ll_workers_runs(workers);
-        show_bar(s, record.done + here, seconds() - begun, here);
+        show_bar(s, record.done + here, seconds() - started, here);
         nanosleep(&(struct timespec){.tv_nsec = 100000000}, NULL);
     }
     return ll_workers_join(workers);
@@ -131,14 +131,14 @@ static ll_status wait_for_others(sweep *s)
     ll_status status;
     ll_experiment_record record = {0};
     int64_t done_before = -1;
-    double begun = seconds();
+    double started = seconds();
     do {
         nanosleep(&(struct timespec){.tv_nsec = 300000000}, NULL);
         status = s->store->kind->record(s->store, s->id, &record);
         if (done_before < 0)
             done_before = record.done;
         if (isatty(STDERR_FILENO))
-            show_bar(s, record.done, seconds() - begun, record.done - done_before);
+            show_bar(s, record.done, seconds() - started, record.done - done_before);
     } while (status.code == LL_UNAVAILABLE || (!ll_failed(&status) && record.state == LL_EXPERIMENT_RUNNING));
     return status;
 }
@@ -215,11 +215,11 @@ static ll_status write_report(const sweep *s)
 /* Into the given folder, or one next to the output when the specification wants traces. */
 static ll_status write_traces(const sweep *s)
 {
-    char beside[4200];
+    char folder[4200];
     if (!s->traces && !s->experiment->head.traces)
         return ll_ok();
-    snprintf(beside, sizeof beside, "%s.traces", s->out ? s->out : "");
-    return ll_traces_write(s->experiment, s->from, s->to, s->traces ? s->traces : beside, (int)s->threads);
+    snprintf(folder, sizeof folder, "%s.traces", s->out ? s->out : "");
+    return ll_traces_write(s->experiment, s->from, s->to, s->traces ? s->traces : folder, (int)s->threads);
 }
 
 static void remove_own_store(const sweep *s)

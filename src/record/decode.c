@@ -207,13 +207,13 @@ static void read_body(reader *r, const ll_record *record, const ll_rows *base, l
 }
 
 /* Counts the rows of a KEYED section before its runs are decoded. */
-static uint64_t count_runs(reader look)
+static uint64_t count_runs(reader copy)
 {
-    uint64_t runs = varint(&look), rows = 0;
-    for (; runs > 0 && !ll_failed(&look.status) && rows < ROWS_BYTES_MAX; runs--) {
-        rows += varint(&look);
-        varint(&look);
-        rows += varint(&look);
+    uint64_t runs = varint(&copy), rows = 0;
+    for (; runs > 0 && !ll_failed(&copy.status) && rows < ROWS_BYTES_MAX; runs--) {
+        rows += varint(&copy);
+        varint(&copy);
+        rows += varint(&copy);
     }
     return rows;
 }

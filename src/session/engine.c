@@ -153,13 +153,13 @@ void ll_session_take_checkpoint(ll_session *s)
 /* The block keeps the state of the failure, between this tick and the next. The failure is logged once. */
 void ll_session_fail(ll_session *s, const ll_status *why)
 {
-    bool told = s->failed_at == s->tick;
+    bool logged = s->failed_at == s->tick;
     s->status = LL_SESSION_FAILED;
     s->error = *why;
     s->failed_at = s->tick;
-    if (!told || !s->failed_hash) /* the hash that the log has is kept */
+    if (!logged || !s->failed_hash) /* the hash that the log has is kept */
         s->failed_hash = s->scenario.kind->hash(s->block);
-    if (s->on_line && !told)
+    if (s->on_line && !logged)
         ll_session_emit_failure(s, s->on_line, s->line_context);
 }
 

@@ -81,8 +81,8 @@ void ll_api_problem(ll_http_response *response, const ll_http_request *request, 
 {
     if (error->code == LL_INTERRUPTED && ll_http_become_task(request, response))
         return;
-    ll_status told = error->code == LL_INTERRUPTED ? ll_task_error(request->task, error->text) : *error;
-    error = &told;
+    ll_status answered = error->code == LL_INTERRUPTED ? ll_task_error(request->task, error->text) : *error;
+    error = &answered;
     if (error->code == LL_LIMIT)
         ll_http_problem_later(response, request, 429, 1, error);
     else if (error->code == LL_IO)

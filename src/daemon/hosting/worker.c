@@ -49,7 +49,7 @@ static bool take_frame(ll_session_entry *session_entry, uint32_t generation, ll_
 }
 
 /* Publishes one frame if there are viewers and something changed or was requested. */
-static bool publish(ll_session_entry *session_entry, bool asked)
+static bool publish(ll_session_entry *session_entry, bool requested)
 {
     ll_session_info info = ll_session_get_info(session_entry->session);
     bool playing = info.status == LL_SESSION_PLAYING;
@@ -63,7 +63,7 @@ static bool publish(ll_session_entry *session_entry, bool asked)
                 viewers != session_entry->published_viewers;
     bool wait = session_entry->behind && session_entry->tick_ns < chunk_ms * 1e6 &&
                 session_entry->wall - session_entry->published_wall < behind_frame_ns;
-    if (!(asked || news) || wait || viewers == 0)
+    if (!(requested || news) || wait || viewers == 0)
         return false;
     if (request.channels == 0) {
         session_entry->seq++; /* no viewer is due: their rates are lower */
@@ -115,7 +115,7 @@ static slot_result serve_unwatched(ll_session_entry *session_entry)
 
 static slot_result serve_locked(ll_session_entry *session_entry, ll_time deadline)
 {
-    bool asked =
+    bool requested =
         atomic_exchange(&session_entry->pending,
                         false); /* also of a deleted one, which would otherwise stay active without limit */
     atomic_store(&session_entry->next_visit, 0);
@@ -139,7 +139,7 @@ static slot_result serve_locked(ll_session_entry *session_entry, ll_time deadlin
         ll_session_entry_start_task(session_entry);
         return INACTIVE;
     }
-    bool sent = publish(session_entry, asked);
+    bool sent = publish(session_entry, requested);
     ll_session_status status = ll_session_get_info(session_entry->session).status;
     if (session_entry->wall - session_entry->saved_wall >
             (ll_time)(session_entry->host->config.save_every_s * 1e9) &&

@@ -111,14 +111,14 @@ static bool has_disconnected(int fd)
 void ll_http_watch(ll_http *http, int64_t now_ns)
 {
     pthread_mutex_lock(&http->watch_lock);
-    bool look = http->watch_turn++ % 8 == 0;
+    bool check = http->watch_turn++ % 8 == 0;
     for (http_connection *watched = http->first; watched != NULL; watched = watched->next) {
         if (watched->task != NULL && has_hung_up(watched->fd)) {
             ll_task_stop(watched->task, LL_TASK_CLIENT_GONE);
         }
         int64_t deadline = atomic_load_explicit(&watched->deadline_ns, memory_order_relaxed);
         bool late = deadline != 0 && now_ns > deadline;
-        if (late || (look && atomic_load_explicit(&watched->idle, memory_order_relaxed) &&
+        if (late || (check && atomic_load_explicit(&watched->idle, memory_order_relaxed) &&
                      has_disconnected(watched->fd))) {
             shutdown(watched->fd, SHUT_RDWR);
             atomic_store_explicit(&watched->deadline_ns, 0, memory_order_relaxed);

@@ -131,20 +131,20 @@ static ll_status expire(ll_experiments *x, int64_t *present)
 static ll_status start_workers(ll_experiments *x)
 {
     bool shared = ll_result_store_url(x->config->store) != NULL;
-    ll_workers_config spec = {.store = x->store,
-                              .threads = (int)x->config->threads,
-                              .nice = LOWEST_NICE,
-                              .lease_s = shared ? SHARED_LEASE_S : OWN_LEASE_S,
-                              .persist = true};
+    ll_workers_config config = {.store = x->store,
+                                .threads = (int)x->config->threads,
+                                .nice = LOWEST_NICE,
+                                .lease_s = shared ? SHARED_LEASE_S : OWN_LEASE_S,
+                                .persist = true};
     ll_status status =
         shared ? ll_ok() : x->store->kind->release(x->store); /* leases of a daemon that was killed */
     if (!ll_failed(&status))
-        status = ll_workers_start(&spec, &x->workers);
+        status = ll_workers_start(&config, &x->workers);
     if (ll_failed(&status))
         return status;
-    ll_status told = ll_result_store_check_versions(x->store);
-    if (told.code == LL_CONFLICT)
-        ll_log_write("warn", "experiments", "%s", told.text);
+    ll_status versions = ll_result_store_check_versions(x->store);
+    if (versions.code == LL_CONFLICT)
+        ll_log_write("warn", "experiments", "%s", versions.text);
     return status;
 }
 

@@ -35,7 +35,7 @@ typedef struct watched {
     bool removed;
     int64_t done; /* as last sent */
     ll_experiment_state state;
-    ll_time told;
+    ll_time sent_at;
 } watched;
 
 struct ll_progress {
@@ -71,7 +71,7 @@ static void send_progress(ll_progress *p, const watched *w, viewer *v, const ll_
 static void send_progress_to_all(ll_progress *p, watched *w, const ll_experiment_record *record)
 {
     ll_time now = ll_host_now();
-    bool late = record->state == LL_EXPERIMENT_RUNNING && now - w->told >= SEND_EVERY_NS;
+    bool late = record->state == LL_EXPERIMENT_RUNNING && now - w->sent_at >= SEND_EVERY_NS;
     bool changed = late || record->done != w->done || record->state != w->state;
     for (viewer *v = w->viewers; v; v = v->next) {
         if (changed || !v->hello_sent)
@@ -79,7 +79,7 @@ static void send_progress_to_all(ll_progress *p, watched *w, const ll_experiment
     }
     w->done = record->done;
     w->state = record->state;
-    w->told = changed ? now : w->told;
+    w->sent_at = changed ? now : w->sent_at;
 }
 
 /* ---- the thread ---- */

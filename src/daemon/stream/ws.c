@@ -134,11 +134,11 @@ void ll_ws_flush(ll_ws *ws)
 
 /* ---- for the web server ---- */
 
-void ll_ws_adopt(ll_ws *ws, const ll_upgrade *upgrade, const ll_ws_socket *socket, const void *begun,
-                 size_t begun_size, const ll_connection_limiter_pass *pass)
+void ll_ws_adopt(ll_ws *ws, const ll_upgrade *upgrade, const ll_ws_socket *socket, const void *already_read,
+                 size_t already_read_size, const ll_connection_limiter_pass *pass)
 {
     ws_thread *thread = ll_ws_thread_of(ws, upgrade->id);
-    ws_command *command = ll_ws_command_new(WS_COMMAND_ADOPT, begun, begun_size);
+    ws_command *command = ll_ws_command_new(WS_COMMAND_ADOPT, already_read, already_read_size);
     if (command != NULL) {
         command->socket = *socket;
         command->pass = *pass;

@@ -139,10 +139,10 @@ typedef struct ll_ws_socket {
     void *owner;
 } ll_ws_socket;
 
-/* Takes over a socket, with the `begun` bytes that were read after its request (copied). The streams own
- * socket and `pass` from here on. */
-void ll_ws_adopt(ll_ws *ws, const ll_upgrade *upgrade, const ll_ws_socket *socket, const void *begun,
-                 size_t begun_size, const struct ll_connection_limiter_pass *pass);
+/* Takes over a socket, with the `already_read` bytes that were read after its request (copied). The streams
+ * own socket and `pass` from here on. */
+void ll_ws_adopt(ll_ws *ws, const ll_upgrade *upgrade, const ll_ws_socket *socket, const void *already_read,
+                 size_t already_read_size, const struct ll_connection_limiter_pass *pass);
 
 ll_ws_stats ll_ws_get_stats(ll_ws *ws);
 void ll_ws_drain(ll_ws *ws, double seconds); /* 1001 to all, joins the threads */

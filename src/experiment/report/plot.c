@@ -243,7 +243,7 @@ static void draw_mark(FILE *file, const ll_plot *plot, const scale *y, const mar
 
 static void draw_front(FILE *file, const ll_plot *plot, const scale *x, const scale *y)
 {
-    bool begun = false;
+    bool started = false;
     char last[40] = "";
     for (int i = 0; i < plot->count; i++) {
         const ll_plot_point *p = &plot->points[i];
@@ -253,11 +253,11 @@ static void draw_front(FILE *file, const ll_plot *plot, const scale *x, const sc
         snprintf(at, sizeof at, "%.0f %.0f", position(x, p->x), position(y, p->y));
         if (strcmp(at, last) == 0)
             continue;
-        fprintf(file, "%s%s", begun ? "L" : "<path class=\"front\" d=\"M", at);
+        fprintf(file, "%s%s", started ? "L" : "<path class=\"front\" d=\"M", at);
         snprintf(last, sizeof last, "%s", at);
-        begun = true;
+        started = true;
     }
-    fputs(begun ? "\"/>\n" : "", file);
+    fputs(started ? "\"/>\n" : "", file);
 }
 
 /* The point of the series with the smallest number above `after`; NULL: none. */

@@ -54,9 +54,9 @@ static void set_failed_part(ll_row *row, const cJSON *part, const char *where)
     const char *status = cJSON_GetObjectItemCaseSensitive(part, "status")->valuestring;
     bool diverged = strcmp(status, ll_run_status_names[LL_RUN_DIVERGED]) == 0;
     row->status = diverged ? LL_ROW_DIVERGED : LL_ROW_FAILED;
-    ll_status told = ll_error(LL_DIVERGED, "%s%s%s", where, where[0] ? ": " : "",
-                              cJSON_IsString(reason) ? reason->valuestring : status);
-    set_error(row, &told);
+    ll_status failure = ll_error(LL_DIVERGED, "%s%s%s", where, where[0] ? ": " : "",
+                                 cJSON_IsString(reason) ? reason->valuestring : status);
+    set_error(row, &failure);
 }
 
 /* A failed run has no metrics; a run with a failed part has those of the other parts. */

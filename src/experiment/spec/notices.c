@@ -24,21 +24,21 @@ static cJSON *of_point(const ll_experiment *e, int64_t point)
 }
 
 /* Adds the number of affected points, unless all are. */
-static cJSON *count_notice(const char *notice, int64_t found, int64_t looked)
+static cJSON *count_notice(const char *notice, int64_t found, int64_t checked)
 {
     char text[600];
-    if (found == looked)
+    if (found == checked)
         return cJSON_CreateString(notice);
-    snprintf(text, sizeof text, "At %" PRId64 " of %" PRId64 " checked points: %s", found, looked, notice);
+    snprintf(text, sizeof text, "At %" PRId64 " of %" PRId64 " checked points: %s", found, checked, notice);
     return cJSON_CreateString(text);
 }
 
 cJSON *ll_experiment_notices(const ll_experiment *e)
 {
     cJSON *notices = cJSON_CreateArray(), *first = NULL;
-    int64_t found = 0, looked = e->points < POINTS_MOST ? e->points : POINTS_MOST;
-    for (int64_t p = 0; e->base.kind->notices && p < looked; p++) {
-        cJSON *here = of_point(e, p * (e->points / looked));
+    int64_t found = 0, checked = e->points < POINTS_MOST ? e->points : POINTS_MOST;
+    for (int64_t p = 0; e->base.kind->notices && p < checked; p++) {
+        cJSON *here = of_point(e, p * (e->points / checked));
         found += here != NULL;
         if (first)
             cJSON_Delete(here);
@@ -47,7 +47,7 @@ cJSON *ll_experiment_notices(const ll_experiment *e)
     }
     const cJSON *item;
     cJSON_ArrayForEach(item, first)
-        cJSON_AddItemToArray(notices, count_notice(item->valuestring, found, looked));
+        cJSON_AddItemToArray(notices, count_notice(item->valuestring, found, checked));
     cJSON_Delete(first);
     return notices;
 }
