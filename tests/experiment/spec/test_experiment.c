@@ -611,7 +611,7 @@ static void baselines_are_found(void **state)
                  {"6", 0, "from 0 to 5; got 6"},
                  {"-1", 0, "got -1"},
                  {"players.0.lag_ms=150", 0, "no point has players.0.lag_ms=150"},
-                 {"players.1.lag_ms=0", 0, "on no axis"},
+                 {"players.1.lag_ms=0", 0, "not on an axis"},
                  {"last", 0, "must be first"},
                  {"", 0, "must be first"}};
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
