@@ -18,8 +18,8 @@
 enum { ROUNDS_MAX = 32, DECADES = 13, FAILURES_MAX = 3 };
 
 #define BLOCK_S 2e-3 /* runs are timed in blocks of at least so long: reading the clock costs too */
-/* A run of more is not repeated, and tighter tolerances are left out; also after FAILURES_MAX tolerances in a row
- * that met the limit of steps (a loose one may meet it alone, on an orbit that escapes). */
+/* A run of more is not repeated, and tighter tolerances are left out; also after FAILURES_MAX tolerances in a
+ * row that met the limit of steps (a loose one may meet it alone, on an orbit that escapes). */
 #define LONG_S 0.05
 
 /* One method at one tolerance. */
@@ -90,7 +90,8 @@ static double first_step(const task *t)
     return h;
 }
 
-/* The first run of a refinement level: it warms the caches, and gives error, counts and how many runs make a block. */
+/* The first run of a refinement level: it warms the caches, and gives error, counts and how many runs make a
+ * block. */
 static void try_refinement_level(refinement_level *r, const task *t, const double *solution)
 {
     double y[LL_ODE_DIM_MAX], begin = cpu_now();

@@ -1,4 +1,4 @@
-/* `laglab advise`: an experiment is made of the arguments, or given, and the adviser asked. */
+/* `laglab advise`: reads or makes an experiment and runs the search for advice. */
 #include <cjson/cJSON.h>
 #include <errno.h>
 #include <math.h>
@@ -11,9 +11,9 @@
 #include "cli/input.h"
 #include "cli/verbs.h"
 
-/* What may vary, and what it costs, where nobody said. Of a path without values the parameter's own row gives
- * them: all choices, or both of off and on. Paths that the scenario lacks are left out. */
-static const struct standard {
+/* Default axes and cost metric of each kind. For a path without values the parameter's own row gives them:
+ * all choices, or off and on. Paths that the scenario does not have are left out. */
+static const struct kind_defaults {
     const char *kind, *cost, *axes;
     int repeats;
 } standards[] = {
@@ -43,7 +43,7 @@ typedef struct advise {
     ll_option_list vary, set;
 } advise;
 
-/* JSON where it is some, else text. */
+/* As JSON if valid, else as a string. */
 static cJSON *value_of(const char *text)
 {
     cJSON *json = cJSON_ParseWithOpts(text, NULL, 1);
@@ -56,7 +56,7 @@ static ll_status split(const char *option, const char *text, char path[LL_EXPERI
     const char *equals = strchr(text, '=');
     *value = "";
     if (!equals || equals == text || equals - text > LL_EXPERIMENT_PATH_MAX)
-        return ll_error(LL_BAD_INPUT, "%s takes path=value; got %.100s", option, text);
+        return ll_error(LL_BAD_INPUT, "%s: must be path=value; got %.100s", option, text);
     snprintf(path, LL_EXPERIMENT_PATH_MAX + 1, "%.*s", (int)(equals - text), text);
     *value = equals + 1;
     return ll_ok();
@@ -132,10 +132,10 @@ static ll_status add_workload(const advise *a, cJSON *experiment)
     return status;
 }
 
-/* Every kind has one. */
-static const struct standard *standard_of(const ll_sim_kind *kind)
+/* Every kind has defaults. */
+static const struct kind_defaults *defaults_of(const ll_sim_kind *kind)
 {
-    const struct standard *s = standards;
+    const struct kind_defaults *s = standards;
     while (strcmp(s->kind, kind->name) != 0)
         s++;
     return s;
@@ -169,8 +169,8 @@ static void add_standard_axes(const char *text, const ll_scenario *scenario, cJS
 
 static ll_status describe_experiment(const advise *a, ll_scenario *scenario, cJSON *e)
 {
-    const struct standard *standard = standard_of(scenario->kind);
-    int64_t repeats = standard->repeats;
+    const struct kind_defaults *kind_defaults = defaults_of(scenario->kind);
+    int64_t repeats = kind_defaults->repeats;
     ll_status status = a->repeats ? ll_argument_whole("--repeats", a->repeats, 1, 1000, &repeats) : ll_ok();
     if (!ll_failed(&status))
         status = add_set(a, e);
@@ -179,24 +179,23 @@ static ll_status describe_experiment(const advise *a, ll_scenario *scenario, cJS
     if (!ll_failed(&status) && a->vary.count > 0)
         status = add_axes(a, e);
     else if (!ll_failed(&status))
-        add_standard_axes(standard->axes, scenario, e);
+        add_standard_axes(kind_defaults->axes, scenario, e);
     cJSON_AddNumberToObject(e, "repeats", (double)repeats);
     if (!ll_failed(&status) && a->workload)
         status = add_workload(a, e);
-    const char *metrics[] = {a->metric, a->cost ? a->cost : standard->cost};
+    const char *metrics[] = {a->metric, a->cost ? a->cost : kind_defaults->cost};
     cJSON_AddItemToObject(e, "metrics", cJSON_CreateStringArray(metrics, 2));
     return status;
 }
 
-/* Takes `json`, a scenario. */
+/* Owns `json`, a scenario. */
 static ll_status make_experiment(const advise *a, cJSON *json, cJSON **experiment)
 {
     ll_scenario scenario = {0};
     *experiment = cJSON_CreateObject();
     cJSON_AddItemToObject(*experiment, "scenario", json);
     if (!a->metric)
-        return ll_error(LL_BAD_INPUT,
-                        "which error? --metric takes a path such as players.0.remote_error_m.mean");
+        return ll_error(LL_BAD_INPUT, "--metric: required; e.g. players.0.remote_error_m.mean");
     ll_status status = ll_scenario_parse(json, &scenario);
     if (!ll_failed(&status))
         status = describe_experiment(a, &scenario, *experiment);
@@ -204,16 +203,16 @@ static ll_status make_experiment(const advise *a, cJSON *json, cJSON **experimen
     return status;
 }
 
-static ll_status read_order(const advise *a, ll_advise_request *order)
+static ll_status read_request(const advise *a, ll_advise_request *request)
 {
     char *end;
     if (!a->max_error)
-        return ll_error(LL_BAD_INPUT, "how large may the error be? --max-error takes a number above 0");
-    order->max_error = strtod(a->max_error, &end);
-    if (end == a->max_error || *end || !(order->max_error > 0) || !isfinite(order->max_error))
+        return ll_error(LL_BAD_INPUT, "--max-error: required, a number above 0");
+    request->max_error = strtod(a->max_error, &end);
+    if (end == a->max_error || *end || !(request->max_error > 0) || !isfinite(request->max_error))
         return ll_error(LL_BAD_INPUT, "--max-error: must be a number above 0; got %.40s", a->max_error);
     return a->most_runs
-               ? ll_argument_whole("--runs", a->most_runs, 1, LL_EXPERIMENT_RUNS_MAX, &order->most_runs)
+               ? ll_argument_whole("--runs", a->most_runs, 1, LL_EXPERIMENT_RUNS_MAX, &request->most_runs)
                : ll_ok();
 }
 
@@ -226,8 +225,7 @@ static ll_status load(const advise *a, const char *name, ll_experiment **experim
     if (cJSON_HasObjectItem(json, "kind"))
         status = make_experiment(a, json, &made);
     else if (a->metric || a->cost || a->repeats || a->workload || a->vary.count || a->set.count)
-        status = ll_error(LL_BAD_INPUT,
-                          "an experiment says itself what is varied and measured: give only --max-error");
+        status = ll_error(LL_BAD_INPUT, "an experiment has its own axes and metrics: give only --max-error");
     else
         made = json;
     if (!ll_failed(&status))
@@ -240,39 +238,39 @@ int ll_verb_advise(int argc, char **argv)
 {
     advise a = {0};
     const ll_option options[] = {
-        {"--metric", "M", "The error: a path in the metrics of a run.", .value = &a.metric},
-        {"--max-error", "X", "How large it may be.", .value = &a.max_error},
-        {"--cost", "M", "What is to be cheap; otherwise what the kind of scenario is paid with.",
-         .value = &a.cost},
-        {"--vary", "PATH=VALUES", "What may vary: A,B,C or FROM:TO:COUNT[:log]; otherwise what the kind has.",
-         .list = &a.vary},
+        {"--metric", "M", "Error metric: a path in the metrics of a run.", .value = &a.metric},
+        {"--max-error", "X", "Maximum error.", .value = &a.max_error},
+        {"--cost", "M", "Cost metric; default: that of the kind of scenario.", .value = &a.cost},
+        {"--vary", "PATH=VALUES",
+         "Parameter to vary: A,B,C or FROM:TO:COUNT[:log]; default: those of the kind.", .list = &a.vary},
         {"--set", "PATH=VALUE", "A fixed value.", .list = &a.set},
-        {"--repeats", "N", "Runs of each setting, with seeds that count up.", .value = &a.repeats},
+        {"--repeats", "N", "Runs of each setting, with ascending seeds.", .value = &a.repeats},
         {"--runs", "N",
-         "Runs at most; otherwise a fifth of all, but at least 40; in netgames with repeats two, and 1024.",
+         "Maximum number of runs; default: a fifth of all, at least 40; in netgames with repeats two, and "
+         "1024.",
          .value = &a.most_runs},
-        {"--workload", "LOG", "Inputs that every run replays, for the players whose control is person.",
+        {"--workload", "LOG", "Inputs that every run replays, for players whose control is person.",
          .value = &a.workload},
-        {"--scenarios", "DIR", "The library of scenarios, otherwise beside the program.",
+        {"--scenarios", "DIR", "Folder of the scenario library; default: next to the program.",
          .value = &a.scenarios},
         {0}};
     const char *positional[LL_POSITIONAL_MAX];
     int count;
     ll_experiment *experiment = NULL;
-    ll_advise_request order = {0};
+    ll_advise_request request = {0};
     cJSON *answer = NULL;
     ll_status status = ll_arguments("advise SCENARIO|EXPERIMENT --max-error X [OPTION]...: find the cheapest "
-                                    "setting whose error is small enough",
+                                    "setting whose error is at most X",
                                     argc, argv, options, positional, &count);
     if (!ll_failed(&status) && count > 1)
         status = ll_error(LL_BAD_INPUT, "unexpected argument %.100s", positional[1]);
     if (!ll_failed(&status))
-        status = read_order(&a, &order);
+        status = read_request(&a, &request);
     if (!ll_failed(&status))
         status = load(&a, count ? positional[0] : NULL, &experiment);
-    order.experiment = experiment;
+    request.experiment = experiment;
     if (!ll_failed(&status))
-        status = ll_advise(&order, &answer);
+        status = ll_advise(&request, &answer);
     if (!ll_failed(&status)) {
         char *text = cJSON_Print(answer);
         puts(text ? text : "null");

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Of an option that stands for a row, up to its =. */
+/* Length of the name of an option that sets a parameter, up to its =. */
 static size_t name_length(const ll_option *option, const char *given)
 {
     size_t length = strlen(given);
@@ -70,7 +70,7 @@ static ll_status take(const ll_option *option, const char *value)
     }
     const int most = sizeof option->list->items / sizeof *option->list->items;
     if (option->list->count == most)
-        return ll_error(LL_BAD_INPUT, "%s is given more than %d times", option->name, most);
+        return ll_error(LL_BAD_INPUT, "%s: must be given at most %d times", option->name, most);
     option->list->items[option->list->count++] = value;
     return ll_ok();
 }
@@ -89,7 +89,7 @@ ll_status ll_arguments(const char *usage, int argc, char **argv, const ll_option
         if (!option && argv[i][0] == '-' && argv[i][1] != '\0')
             return ll_error(LL_BAD_INPUT, "unknown option %.100s", argv[i]);
         if (!option && *count == LL_POSITIONAL_MAX)
-            return ll_error(LL_BAD_INPUT, "more than %d files", LL_POSITIONAL_MAX);
+            return ll_error(LL_BAD_INPUT, "files: must be at most %d", LL_POSITIONAL_MAX);
         if (!option) {
             positional[(*count)++] = argv[i];
         } else if (option->flag) {

@@ -1,5 +1,5 @@
-/* The one parser of arguments. A verb tells its usage and a table of options; `laglab VERB --help` prints
- * both. */
+/* The parser of command line arguments. A verb has a usage text and a table of options; `laglab VERB --help`
+ * prints both. */
 #pragma once
 
 #include <stdbool.h>
@@ -13,31 +13,31 @@ typedef struct ll_option_list {
     int count;
 } ll_option_list;
 
-/* An option takes a value, or is a flag, or takes a value and may be given again, or sets the row of a table
+/* An option with a value, a flag, an option that may be repeated, or one that sets a parameter
  * (cli/parameter_options.h). A table of options ends with an empty name. */
 typedef struct ll_option {
     const char *name;
-    const char *takes, *help; /* `FILE`; NULL for a flag */
+    const char *takes, *help; /* takes: `FILE`; NULL for a flag */
     const char **value;
     bool *flag;
     ll_option_list *list;
-    const ll_param_table *table; /* of `row`; its help stands above the first of its options */
-    const ll_param *row;         /* its value may also stand behind a =, and its range is told */
-    void *object;                /* that the row belongs to */
+    const ll_param_table *table; /* table of `row`; its help is printed above its first option */
+    const ll_param *row;         /* the parameter; accepts NAME=VALUE too, and --help prints its range */
+    void *object;                /* object that has the parameter */
 } ll_option;
 
-/* `positional` gets what is no option, at most LL_POSITIONAL_MAX. --help prints `usage` and the options, and
- * ends the program. */
+/* `positional` gets the arguments that are not options, at most LL_POSITIONAL_MAX. --help prints `usage` and
+ * the options, and ends the program. */
 ll_status ll_arguments(const char *usage, int argc, char **argv, const ll_option *options,
                        const char **positional, int *count);
 
-/* The same for verbs that take one argument that is no option, or none: then `positional` is NULL. It is NULL
- * too when it was not given. */
+/* The same for verbs with at most one such argument: NULL when missing. Verbs without one pass `positional`
+ * NULL. */
 ll_status ll_arguments_one(const char *usage, int argc, char **argv, const ll_option *options,
                            const char **positional);
 
 /* A whole number in [low, high]. */
 ll_status ll_argument_whole(const char *name, const char *text, int64_t low, int64_t high, int64_t *value);
 
-/* Prints the sentence on stderr; gives the exit status. */
+/* Prints the message on stderr; returns the exit status. */
 int ll_argument_fail(const ll_status *status);

@@ -39,7 +39,7 @@ static int read_url(const char *url, target *t)
 static int connect_to(const target *t)
 {
     struct addrinfo hints = {.ai_socktype = SOCK_STREAM}, *list = NULL;
-    struct timeval patience = {.tv_sec = 3};
+    struct timeval timeout = {.tv_sec = 3};
     int fd = -1;
     if (getaddrinfo(t->host, t->port, &hints, &list) != 0)
         return -1;
@@ -47,8 +47,8 @@ static int connect_to(const target *t)
         fd = socket(a->ai_family, a->ai_socktype | SOCK_CLOEXEC, a->ai_protocol);
         if (fd < 0)
             continue;
-        setsockopt(fd, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience);
-        setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+        setsockopt(fd, SOL_SOCKET, SO_SNDTIMEO, &timeout, sizeof timeout);
+        setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &timeout, sizeof timeout);
         if (connect(fd, a->ai_addr, a->ai_addrlen) != 0) {
             close(fd);
             fd = -1;
@@ -69,12 +69,12 @@ int ll_verb_healthcheck(int argc, char **argv)
     const char *url = given ? given : "http://127.0.0.1:8080/";
     target t;
     if (read_url(url, &t) != 0) {
-        fprintf(stderr, "laglab: healthcheck takes one URL such as http://127.0.0.1:8080/\n");
+        fprintf(stderr, "laglab: healthcheck: URL: must be like http://127.0.0.1:8080/\n");
         return 2;
     }
     int fd = connect_to(&t);
     if (fd < 0) {
-        fprintf(stderr, "laglab: nobody answers at %s\n", url);
+        fprintf(stderr, "laglab: no answer from %s\n", url);
         return 1;
     }
     char text[512];

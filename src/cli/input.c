@@ -17,7 +17,8 @@ static ll_status read_input(cJSON **json)
 {
     char *text = NULL;
     size_t capacity = 0;
-    ssize_t length = getdelim(&text, &capacity, '\0', stdin); /* JSON has no such byte: the whole input */
+    ssize_t length =
+        getdelim(&text, &capacity, '\0', stdin); /* JSON has no NUL, so this reads the whole input */
     ll_status status = ll_json_parse(text, length > 0 ? (size_t)length : 0, json);
     free(text);
     return status;
@@ -38,7 +39,8 @@ ll_status ll_argument_text(const char *path, char **text)
     *text = NULL;
     if (!file)
         return ll_error(LL_BAD_INPUT, "cannot read %.200s", path);
-    ssize_t length = getdelim(text, &capacity, '\0', file); /* text has no such byte: the whole file */
+    ssize_t length =
+        getdelim(text, &capacity, '\0', file); /* text has no NUL, so this reads the whole file */
     bool bad = length < 0 && !feof(file);
     fclose(file);
     if (length >= 0)
@@ -48,17 +50,17 @@ ll_status ll_argument_text(const char *path, char **text)
     return ll_error(LL_BAD_INPUT, bad ? "cannot read %.200s" : "%.200s is empty", path);
 }
 
-/* A text that begins like a log is one. */
-static ll_status read_workload(const char *beside, cJSON *experiment)
+/* A text that begins like a log is read as a log. */
+static ll_status read_workload(const char *file_name, cJSON *experiment)
 {
     const cJSON *workload = cJSON_GetObjectItemCaseSensitive(experiment, "workload");
     const char *name = cJSON_IsString(workload) ? workload->valuestring : NULL;
     if (!name || name[strspn(name, " \t\r\n")] == '{')
         return ll_ok();
     char path[PATH_MAX], *text;
-    const char *slash = strrchr(beside, '/');
-    int folder = name[0] == '/' || !slash ? 0 : (int)(slash - beside) + 1;
-    snprintf(path, sizeof path, "%.*s%s", folder, beside, name);
+    const char *slash = strrchr(file_name, '/');
+    int folder = name[0] == '/' || !slash ? 0 : (int)(slash - file_name) + 1;
+    snprintf(path, sizeof path, "%.*s%s", folder, file_name, name);
     ll_status status = ll_argument_text(path, &text);
     if (ll_failed(&status))
         return ll_field_error(status.code, "workload", "workload: %s", status.text);
@@ -67,37 +69,37 @@ static ll_status read_workload(const char *beside, cJSON *experiment)
     return ll_ok();
 }
 
-/* `beside` gets the name of the file, or nothing. */
-static ll_status read_json(const char *name, const char *scenarios, char beside[PATH_MAX], cJSON **json)
+/* `file_name` gets the name of the file, or an empty string. */
+static ll_status read_json(const char *name, const char *scenarios, char file_name[PATH_MAX], cJSON **json)
 {
     char folder[PATH_MAX];
     *json = NULL;
-    beside[0] = '\0';
+    file_name[0] = '\0';
     if (!name)
-        return ll_error(LL_BAD_INPUT,
-                        "which experiment? A file, an id such as experiments/lag_techniques, or - for "
-                        "standard input");
+        return ll_error(LL_BAD_INPUT, "EXPERIMENT: required; a file, an id such as "
+                                      "experiments/lag_techniques, or - for standard input");
     if (strcmp(name, "-") == 0)
         return read_input(json);
     ll_status status = ll_scenario_load(ll_scenario_folder(scenarios, folder), name, json);
     bool of_library = status.code != LL_NOT_FOUND;
-    int length = of_library ? snprintf(beside, PATH_MAX, "%s/%s", ll_scenario_folder(scenarios, folder), name)
-                            : snprintf(beside, PATH_MAX, "%s", name);
+    int length = of_library
+                     ? snprintf(file_name, PATH_MAX, "%s/%s", ll_scenario_folder(scenarios, folder), name)
+                     : snprintf(file_name, PATH_MAX, "%s", name);
     if (length >= PATH_MAX)
-        return ll_error(LL_BAD_INPUT, "%.100s... is too long a name", name);
+        return ll_error(LL_BAD_INPUT, "name %.100s... is too long", name);
     if (of_library)
         return status;
     if (access(name, R_OK) == 0)
         return ll_scenario_read(name, json);
-    return ll_error(LL_BAD_INPUT, "there is no %.100s, neither as a file nor in the library", name);
+    return ll_error(LL_BAD_INPUT, "%.100s not found, neither as a file nor in the library", name);
 }
 
 ll_status ll_argument_json(const char *name, const char *scenarios, cJSON **json)
 {
-    char beside[PATH_MAX];
-    ll_status status = read_json(name, scenarios, beside, json);
+    char file_name[PATH_MAX];
+    ll_status status = read_json(name, scenarios, file_name, json);
     if (!ll_failed(&status))
-        status = read_workload(beside, *json);
+        status = read_workload(file_name, *json);
     if (ll_failed(&status)) {
         cJSON_Delete(*json);
         *json = NULL;
@@ -133,7 +135,7 @@ ll_status ll_input_whole(FILE *f, const char *name, char **text, size_t *length)
             break;
         if (capacity >= INPUT_MAX) {
             free(*text);
-            return ll_error(LL_BAD_INPUT, "%s is longer than %u bytes", name, INPUT_MAX);
+            return ll_error(LL_BAD_INPUT, "%s: must have at most %u bytes", name, INPUT_MAX);
         }
         capacity *= 2;
         char *bigger = realloc(*text, capacity);
@@ -141,7 +143,7 @@ ll_status ll_input_whole(FILE *f, const char *name, char **text, size_t *length)
             free(*text);
         *text = bigger;
     }
-    return *text ? ll_ok() : ll_error(LL_NO_MEMORY, "no memory for %s", name);
+    return *text ? ll_ok() : ll_error(LL_NO_MEMORY, "out of memory: %s", name);
 }
 
 ll_status ll_scenario_argument(const char *name, const char *scenarios, cJSON **json)
@@ -149,8 +151,9 @@ ll_status ll_scenario_argument(const char *name, const char *scenarios, cJSON **
     char folder[PATH_MAX];
     *json = NULL;
     if (!name)
-        return ll_error(LL_BAD_INPUT,
-                        "which scenario? An id (see `laglab scenarios`), a file, or - for standard input");
+        return ll_error(
+            LL_BAD_INPUT,
+            "SCENARIO: required; an id (see `laglab scenarios`), a file, or - for standard input");
     if (strcmp(name, "-") == 0) {
         char *text = NULL;
         size_t length = 0;

@@ -1,4 +1,4 @@
-/* What verbs read: files, standard input, the library. */
+/* Input of verbs: files, standard input, the library. */
 #pragma once
 
 #include <limits.h>
@@ -9,18 +9,18 @@
 /* The text of a file. Caller frees. */
 ll_status ll_argument_text(const char *path, char **text);
 
-/* JSON of a file, of `-` for standard input, or of an id of the library: an experiment or a scenario.
- * `scenarios` NULL: beside the program. Where an experiment names a file of its workload, relative to its own
- * (of standard input, to the folder that one is in), its text is put in place of the name. Caller deletes. */
+/* JSON of a file, of `-` for standard input, or of a library id: an experiment or a scenario. `scenarios`
+ * NULL: next to the program. If an experiment has the file name of a workload, relative to the experiment's
+ * file (for standard input, to the working directory), the workload's text replaces it. Caller deletes. */
 ll_status ll_argument_json(const char *name, const char *scenarios, struct cJSON **json);
 
 ll_status ll_experiment_load(const char *name, const char *scenarios, ll_experiment **experiment);
-/* From JSON, with the same library. */
+/* An experiment from JSON, with the same library. */
 ll_status ll_experiment_from(const struct cJSON *json, const char *scenarios, ll_experiment **experiment);
 
-/* Where the scenarios are: `scenarios`, or when that is NULL beside the program. */
+/* Folder of the scenarios: `scenarios`, or, when that is NULL, next to the program. */
 const char *ll_scenario_folder(const char *scenarios, char folder[PATH_MAX]);
-/* A scenario by its id, of a file, or of `-` for standard input. Caller deletes. */
+/* A scenario by its id, from a file, or from `-` for standard input. Caller deletes. */
 ll_status ll_scenario_argument(const char *name, const char *scenarios, struct cJSON **json);
-/* All of a file, which may hold any byte, up to 64 MiB; `name` is for errors. Caller frees. */
+/* The whole content of a file, any bytes, at most 64 MiB; errors have `name`. Caller frees. */
 ll_status ll_input_whole(FILE *file, const char *name, char **text, size_t *length);

@@ -1,4 +1,4 @@
-/* The verbs that list what there is: `scenarios`, `methods`, `problems` and `schema`. */
+/* Verbs that list: `scenarios`, `methods`, `problems` and `schema`. */
 #include <cjson/cJSON.h>
 #include <stdio.h>
 #include <string.h>
@@ -18,7 +18,7 @@ int ll_verb_scenarios(int argc, char **argv)
     const char *scenarios = NULL;
     const ll_option options[] = {{.name = "--scenarios",
                                   .takes = "DIR",
-                                  .help = "Where they are; beside the program unless given.",
+                                  .help = "Folder of the scenarios; default: next to the program.",
                                   .value = &scenarios},
                                  {0}};
     char path[PATH_MAX];
@@ -46,7 +46,7 @@ int ll_verb_methods(int argc, char **argv)
     ll_status status = ll_arguments_one("methods: list the integrators", argc, argv, none, NULL);
     if (ll_failed(&status))
         return ll_argument_fail(&status);
-    printf("%-27s order  of v  steps     kept             %s\n", "name", "what it is");
+    printf("%-27s order  of v  steps     kept             %s\n", "name", "description");
     for (int i = 0; ll_ode_methods[i]; i++) {
         const ll_ode_method *m = ll_ode_methods[i];
         char kept[32];
@@ -56,7 +56,7 @@ int ll_verb_methods(int argc, char **argv)
                m->order_velocity ? m->order_velocity : m->order, m->adaptive ? "adaptive" : "fixed", kept,
                m->help);
     }
-    puts("of v: the order where forces depend on velocities (drag, damping, a magnetic field).");
+    puts("of v: the order when forces depend on velocities (drag, damping, a magnetic field).");
     return 0;
 }
 
@@ -83,10 +83,11 @@ int ll_verb_schema(int argc, char **argv)
 {
     const ll_option none[] = {{0}};
     const char *kind;
-    ll_status status = ll_arguments_one("schema [KIND|experiment|stream|metrics]: print the JSON Schema of "
-                                        "scenarios, of all kinds or one, or of experiments; or the tables of "
-                                        "the stream, or those of the metrics of all kinds",
-                                        argc, argv, none, &kind);
+    ll_status status =
+        ll_arguments_one("schema [KIND|experiment|stream|metrics]: print the JSON Schema of "
+                         "scenarios (all kinds or one) or of experiments, or the tables of the "
+                         "stream or of the metrics",
+                         argc, argv, none, &kind);
     if (ll_failed(&status))
         return ll_argument_fail(&status);
     cJSON *schema = NULL;

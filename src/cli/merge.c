@@ -1,5 +1,5 @@
-/* `laglab merge`: CSV rows of shards into one file, in the order of their runs, each once and all of one
- * version of laglab. */
+/* `laglab merge`: merges CSV shards into one file, ordered by run, each run once, all of one version of
+ * laglab. */
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -27,7 +27,7 @@ static bool no_rows(void *context, ll_row *row, ll_status *status)
     return false;
 }
 
-/* Fields of a line (RFC 4180); 0: a quote is left open. */
+/* Number of fields of a line (RFC 4180); 0: unclosed quote. */
 static int fields_of(const char *line)
 {
     int fields = 1;
@@ -46,7 +46,7 @@ static ll_status make_header(merge *m)
     ll_result_table *table = NULL;
     FILE *memory = open_memstream(&m->header, &size);
     if (!memory)
-        return ll_error(LL_NO_MEMORY, "no memory for a header");
+        return ll_error(LL_NO_MEMORY, "out of memory: header");
     ll_status status = ll_result_table_rows(m->experiment, ll_version, no_rows, NULL, &table);
     if (!ll_failed(&status))
         status = ll_format_find("csv", 3)->write(ll_result_table_get(table), memory);
@@ -56,7 +56,7 @@ static ll_status make_header(merge *m)
     return status;
 }
 
-/* A row ends with the version that made it. */
+/* A row ends with the version that computed it. */
 static ll_status check_version(merge *m, const char *path, const char *line)
 {
     const char *comma = strrchr(line, ','), *version = comma ? comma + 1 : "";
@@ -65,46 +65,45 @@ static ll_status check_version(merge *m, const char *path, const char *line)
         snprintf(m->version, sizeof m->version, "%.*s", length, version);
     if (strlen(m->version) == (size_t)length && strncmp(m->version, version, (size_t)length) == 0)
         return ll_ok();
-    return ll_error(
-        LL_BAD_INPUT,
-        "%.60s has rows of laglab %.*s and a shard before it of laglab %s, which may differ: run the "
-        "shards of one of them again with the other",
-        path, length < LL_VERSION_MAX ? length : LL_VERSION_MAX, version, m->version);
+    return ll_error(LL_BAD_INPUT,
+                    "%.60s has rows of laglab %.*s, an earlier shard of laglab %s; their results may differ: "
+                    "run the shards of one of them again with the other",
+                    path, length < LL_VERSION_MAX ? length : LL_VERSION_MAX, version, m->version);
 }
 
-/* What a copy that was broken off, or an editor, leaves would make two rows into one. */
+/* Checks a row, which a truncated copy or an editor may have damaged. */
 static ll_status check_row(const merge *m, const char *path, int64_t run, const char *line, size_t size)
 {
     if (strlen(line) != size || fields_of(line) != m->fields)
         return ll_error(LL_BAD_INPUT,
-                        "%.150s: the row of run %" PRId64 " has not the %d fields of the header", path, run,
-                        m->fields);
+                        "%.150s: the row of run %" PRId64 ": must have the %d fields of the header", path,
+                        run, m->fields);
     if (strcspn(line, "\r\n") + 2 != size || strcmp(line + size - 2, "\r\n") != 0)
         return ll_error(LL_BAD_INPUT,
-                        "%.150s: the row of run %" PRId64 " has no end: the file was cut or changed", path,
-                        run);
+                        "%.150s: the row of run %" PRId64 " is incomplete: the file was truncated or changed",
+                        path, run);
     return ll_ok();
 }
 
-/* A row without line ends in its texts, as laglab writes them. */
+/* A row without line ends in its fields, as laglab writes it. */
 static ll_status take_line(merge *m, const char *path, char *line, size_t size)
 {
     char *end;
     bool digit = line[0] >= '0' && line[0] <= '9', canonical = line[0] != '0' || line[1] == ',';
     int64_t run = digit && canonical ? strtoll(line, &end, 10) : -1;
     if (run < 0 || *end != ',' || run >= m->experiment->runs)
-        return ll_error(LL_BAD_INPUT, "%.150s: a row begins with its run, 0 to %" PRId64 "; got %.40s", path,
-                        m->experiment->runs - 1, line);
+        return ll_error(LL_BAD_INPUT, "%.150s: a row must begin with its run, 0 to %" PRId64 "; got %.40s",
+                        path, m->experiment->runs - 1, line);
     ll_status status = check_row(m, path, run, line, size);
     if (!ll_failed(&status))
         status = check_version(m, path, line);
     if (ll_failed(&status))
         return status;
     if (m->lines[run] && strcmp(m->lines[run], line) != 0)
-        return ll_error(LL_BAD_INPUT, "%.150s: run %" PRId64 " is in two shards that differ", path, run);
+        return ll_error(LL_BAD_INPUT, "%.150s: run %" PRId64 " differs between two shards", path, run);
     if (!m->lines[run])
         m->lines[run] = strdup(line);
-    return m->lines[run] ? ll_ok() : ll_error(LL_NO_MEMORY, "no memory for rows");
+    return m->lines[run] ? ll_ok() : ll_error(LL_NO_MEMORY, "out of memory: rows");
 }
 
 static ll_status take_file(merge *m, const char *path)
@@ -117,7 +116,7 @@ static ll_status take_file(merge *m, const char *path)
     ll_status status = file ? ll_ok() : ll_error(LL_BAD_INPUT, "cannot read %.200s", path);
     while (!ll_failed(&status) && (size = getline(&line, &capacity, file)) > 0) {
         if (header && (strcmp(line, m->header) != 0 || strlen(line) != (size_t)size))
-            status = ll_error(LL_BAD_INPUT, "%.200s is not of this experiment: its header differs", path);
+            status = ll_error(LL_BAD_INPUT, "%.200s: must have the header of this experiment", path);
         else if (!header)
             status = take_line(m, path, line, (size_t)size);
         header = false;
@@ -138,11 +137,10 @@ static ll_status check_whole(const merge *m)
             first = first < 0 ? i : first;
             missing++;
         }
-    return missing == 0
-               ? ll_ok()
-               : ll_error(LL_BAD_INPUT,
-                          "%" PRId64 " of %" PRId64 " runs are in no shard, the first is run %" PRId64,
-                          missing, m->experiment->runs, first);
+    return missing == 0 ? ll_ok()
+                        : ll_error(LL_BAD_INPUT,
+                                   "%" PRId64 " of %" PRId64 " runs are missing, the first is run %" PRId64,
+                                   missing, m->experiment->runs, first);
 }
 
 static ll_status write_out(const merge *m, const char *out)
@@ -162,19 +160,19 @@ int ll_verb_merge(int argc, char **argv)
 {
     merge m = {0};
     const char *out = NULL, *scenarios = NULL, *positional[LL_POSITIONAL_MAX];
-    const ll_option options[] = {
-        {"--out", "FILE", "Where the rows go; otherwise to standard output.", .value = &out},
-        {"--scenarios", "DIR", "The library of scenarios, otherwise beside the program.",
-         .value = &scenarios},
-        {0}};
+    const ll_option options[] = {{"--out", "FILE", "Output file; default: standard output.", .value = &out},
+                                 {"--scenarios", "DIR",
+                                  "Folder of the scenario library; default: next to the program.",
+                                  .value = &scenarios},
+                                 {0}};
     int count;
     ll_status status =
-        ll_arguments("merge EXPERIMENT SHARD.csv... [OPTION]...: put the shards of an experiment together",
-                     argc, argv, options, positional, &count);
+        ll_arguments("merge EXPERIMENT SHARD.csv... [OPTION]...: merge the shards of an experiment", argc,
+                     argv, options, positional, &count);
     if (!ll_failed(&status))
         status = ll_experiment_load(count ? positional[0] : NULL, scenarios, &m.experiment);
     if (!ll_failed(&status) && !(m.lines = calloc((size_t)m.experiment->runs, sizeof *m.lines)))
-        status = ll_error(LL_NO_MEMORY, "no memory for rows");
+        status = ll_error(LL_NO_MEMORY, "out of memory: rows");
     if (!ll_failed(&status))
         status = make_header(&m);
     for (int i = 1; i < count && !ll_failed(&status); i++)

@@ -13,7 +13,7 @@ static void option_name(const char *row, char *name)
             *p = '-';
 }
 
-/* The names lie behind the options. */
+/* The names are stored after the options. */
 ll_option *ll_parameter_options(const ll_parameter_object *objects)
 {
     size_t count = 0, next = 0;

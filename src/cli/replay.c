@@ -26,8 +26,8 @@ static bool read_hash(const char *line, size_t length, int64_t *tick, char hash[
     return ok;
 }
 
-/* Compares with every hash line of the log; returns how many there were, or -1 after telling the first that
- * differs. */
+/* Compares with every hash line of the log; returns their count, or -1 after printing the first
+ * difference. */
 static int64_t compare_hashes(ll_session *s, const char *text, size_t length)
 {
     int64_t compared = 0;
@@ -44,8 +44,7 @@ static int64_t compare_hashes(ll_session *s, const char *text, size_t length)
             }
             snprintf(got, sizeof got, "%016" PRIx64, ll_session_hash(s));
             if (strcmp(got, wanted) != 0) {
-                fprintf(stderr, "laglab: tick %" PRId64 " differs: the log says %s, the replay gives %s\n",
-                        tick, wanted, got);
+                fprintf(stderr, "laglab: tick %" PRId64 " differs: log %s, replay %s\n", tick, wanted, got);
                 return -1;
             }
             compared++;
@@ -55,7 +54,7 @@ static int64_t compare_hashes(ll_session *s, const char *text, size_t length)
     return compared;
 }
 
-/* Behind the log's last tick, where the session that made it failed. */
+/* Runs the tick after the log's last one, in which the original session failed. */
 static bool fails_alike(ll_session *s, int64_t tick)
 {
     char wanted[17], got[17];
@@ -65,19 +64,17 @@ static bool fails_alike(ll_session *s, int64_t tick)
         status = ll_session_run_to(s, tick + 1);
     snprintf(got, sizeof got, "%016" PRIx64, ll_session_hash(s));
     if (!ll_failed(&status))
-        fprintf(stderr,
-                "laglab: the log says that the session failed behind tick %" PRId64 "; the replay goes on\n",
+        fprintf(stderr, "laglab: the session of the log failed after tick %" PRId64 "; the replay does not\n",
                 tick);
     else if (strcmp(wanted, got) != 0)
-        fprintf(stderr, "laglab: it failed behind tick %" PRId64 ": the log says %s, the replay gives %s\n",
+        fprintf(stderr, "laglab: failure after tick %" PRId64 ": hash of the log %s, of the replay %s\n",
                 tick, wanted, got);
     else
-        fprintf(stderr, "laglab: it failed behind tick %" PRId64 ", as the log says: %s\n", tick,
-                status.text);
+        fprintf(stderr, "laglab: failure after tick %" PRId64 ", as in the log: %s\n", tick, status.text);
     return ll_failed(&status) && strcmp(wanted, got) == 0;
 }
 
-/* A session that failed is told as one: exit 1, also when the replay fails alike. */
+/* Replays the log of a failed session: exit 1, also when the replay fails in the same way. */
 static int replay(ll_session *session, const char *text, size_t length)
 {
     int64_t head = ll_session_get_info(session).head_tick, failed_at = ll_session_failed_at(session);
@@ -106,7 +103,7 @@ int ll_verb_replay(int argc, char **argv)
         "replay LOG: run a log again; exit 1 at the first tick whose hash differs", argc, argv, none, &name);
     if (!ll_failed(&status) && !name)
         status = ll_error(LL_BAD_INPUT,
-                          "which log? A file as `laglab run --log` writes it, or - for standard input");
+                          "LOG: required; a file written by `laglab run --log`, or - for standard input");
     if (!ll_failed(&status)) {
         f = strcmp(name, "-") == 0 ? stdin : fopen(name, "rb");
         status =

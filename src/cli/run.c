@@ -50,7 +50,7 @@ static ll_status close_file(FILE *f, const char *path)
     return bad ? ll_error(LL_IO, "cannot write %.200s", path) : ll_ok();
 }
 
-/* An option that stands for a value, after those of --set; NULL, when it is not given, sets nothing. */
+/* Adds the value of an option such as --seed after those of --set; NULL: not given. */
 static ll_status put_option(const ll_param_table *table, void *config, const char *path, const char *value)
 {
     if (!value)
@@ -58,15 +58,15 @@ static ll_status put_option(const ll_param_table *table, void *config, const cha
     size_t size = strlen(path) + strlen(value) + 2;
     char *set = malloc(size);
     if (!set)
-        return ll_error(LL_NO_MEMORY, "no memory for a scenario");
+        return ll_error(LL_NO_MEMORY, "out of memory: scenario");
     snprintf(set, size, "%s=%s", path, value);
     ll_status status = ll_param_put(table, config, (const char *const[]){set}, 1);
     free(set);
     return status;
 }
 
-/* Applies --set, --seed and --duration to the scenario's JSON by way of its tables, so that all are checked
- * alike: when all are set, so that their order does not matter. */
+/* Applies --set, --seed and --duration to the scenario's JSON through its tables, so that all are checked.
+ * The checks come after all are set, so that their order does not matter. */
 static ll_status override(const run_options *a, cJSON **json)
 {
     ll_scenario scenario = {0};
@@ -77,7 +77,7 @@ static ll_status override(const run_options *a, cJSON **json)
     void *before = malloc(table->size);
     if (!before) {
         ll_scenario_free(&scenario);
-        return ll_error(LL_NO_MEMORY, "no memory for a scenario");
+        return ll_error(LL_NO_MEMORY, "out of memory: scenario");
     }
     memcpy(before, scenario.config, table->size);
     status = ll_param_put(table, scenario.config, a->sets.items, a->sets.count);
@@ -97,7 +97,7 @@ static ll_status override(const run_options *a, cJSON **json)
     return status;
 }
 
-/* Runs tick by tick and writes the hash after each, so that a replay can tell the first that differs. */
+/* Runs tick by tick and writes each hash, so that a replay can find the first difference. */
 static ll_status run_logged(ll_session *s, int64_t end, FILE *log)
 {
     ll_status status = ll_ok();
@@ -131,8 +131,8 @@ static void print_result(const run_options *a, ll_session *s, double wall_s)
     ll_session_info info = ll_session_get_info(s);
     cJSON *report = ll_session_metrics(s), *out = cJSON_CreateObject();
     cJSON_AddStringToObject(out, "scenario", a->scenario);
-    cJSON_AddItemToObject(out, "seed",
-                          ll_param_number((double)info.seed)); /* to the last digit: it may be run again */
+    cJSON_AddItemToObject(
+        out, "seed", ll_param_number((double)info.seed)); /* all digits, so that the run can be repeated */
     cJSON_AddNumberToObject(out, "duration_s", ll_to_s(info.duration));
     cJSON_AddNumberToObject(out, "ticks", (double)info.tick);
     cJSON_AddItemToObject(out, "hash", cJSON_DetachItemFromObject(report, "hash"));
@@ -147,7 +147,7 @@ static void print_result(const run_options *a, ll_session *s, double wall_s)
     cJSON_Delete(report);
 }
 
-/* The inputs of a log, for the players that a person drives. */
+/* Loads the inputs of a log, for players with control `person`. */
 static ll_status load_workload(const char *path, ll_session *s)
 {
     char *text;
@@ -171,7 +171,7 @@ static ll_status run_session(const run_options *a, ll_session *s, double *wall_s
     ll_status status;
     ll_session_step_profiler(s, cpu_now_ns);
     if (a->log && a->record)
-        return ll_error(LL_BAD_INPUT, "--log and --record-inputs are for two runs: give one of them");
+        return ll_error(LL_BAD_INPUT, "--log, --record-inputs: must not be given together");
     const char *path = a->log ? a->log : a->record;
     if (path) {
         FILE *log;
@@ -192,7 +192,7 @@ static ll_status run_session(const run_options *a, ll_session *s, double *wall_s
     return status;
 }
 
-/* The lines that the paper prints of it, in place of a run. */
+/* Prints the lines that the paper has for the scenario, without a run. */
 static ll_status print_text(const cJSON *json)
 {
     ll_scenario scenario = {0};
@@ -202,8 +202,7 @@ static ll_status print_text(const cJSON *json)
     if (scenario.kind->text)
         status = scenario.kind->text(scenario.config, write_text, stdout);
     else
-        status = ll_error(LL_BAD_INPUT, "--text is for scenarios of kind motion; this one is of kind %s",
-                          scenario.kind->name);
+        status = ll_error(LL_BAD_INPUT, "--text: kind must be motion; got %s", scenario.kind->name);
     ll_scenario_free(&scenario);
     return status;
 }
@@ -213,38 +212,34 @@ static ll_status parse(int argc, char **argv, run_options *a)
     const ll_option options[] = {
         {.name = "--set",
          .takes = "path=value",
-         .help = "Another value of a parameter, as players.0.lag_ms=200.",
+         .help = "A parameter value, such as players.0.lag_ms=200.",
          .list = &a->sets},
-        {.name = "--seed", .takes = "N", .help = "Of all random draws.", .value = &a->seed},
-        {.name = "--duration", .takes = "S", .help = "How long it runs, in seconds.", .value = &a->duration},
-        {.name = "--trace",
-         .takes = "FILE.csv",
-         .help = "Writes what happens at every tick as a table.",
-         .value = &a->trace},
+        {.name = "--seed", .takes = "N", .help = "Random seed.", .value = &a->seed},
+        {.name = "--duration", .takes = "S", .help = "Duration in virtual seconds.", .value = &a->duration},
+        {.name = "--trace", .takes = "FILE.csv", .help = "Writes a table of every tick.", .value = &a->trace},
         {.name = "--log",
          .takes = "FILE",
          .help = "Writes the log with the hash of every tick, for `laglab replay`.",
          .value = &a->log},
         {.name = "--workload",
          .takes = "LOG",
-         .help = "Inputs of people, as a log has them, for the players that a person drives.",
+         .help = "Inputs of people, as in a log, for players whose control is person.",
          .value = &a->workload},
         {.name = "--record-inputs",
          .takes = "FILE",
-         .help = "Writes the inputs of the players, as a workload.",
+         .help = "Writes the players' inputs as a workload.",
          .value = &a->record},
         {.name = "--text",
-         .help = "Prints the lines that the paper prints of it, in place of a run; of scenarios of motion.",
+         .help = "Prints the lines that the paper has for the scenario, without a run; kind motion only.",
          .flag = &a->text},
         {.name = "--scenarios",
          .takes = "DIR",
-         .help = "Where scenarios are looked up by their ids; beside the program unless given.",
+         .help = "Folder in which ids of scenarios are looked up; default: next to the program.",
          .value = &a->scenarios},
         {0}};
-    return ll_arguments_one(
-        "run SCENARIO [OPTION]...: run a scenario as fast as it goes and print its metrics; "
-        "SCENARIO is an id, a file, or - for standard input",
-        argc, argv, options, &a->scenario);
+    return ll_arguments_one("run SCENARIO [OPTION]...: run a scenario at full speed and print its metrics; "
+                            "SCENARIO is an id, a file, or - for standard input",
+                            argc, argv, options, &a->scenario);
 }
 
 int ll_verb_run(int argc, char **argv)

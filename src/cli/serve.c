@@ -14,10 +14,10 @@ int ll_verb_serve(int argc, char **argv)
                                            {&ll_access_table, config ? &config->access : NULL},
                                            {0}};
     ll_option *options = config ? ll_parameter_options(objects) : NULL;
-    ll_status status = options ? ll_ok() : ll_error(LL_NO_MEMORY, "no memory for the settings");
+    ll_status status = options ? ll_ok() : ll_error(LL_NO_MEMORY, "out of memory: settings");
     if (!ll_failed(&status))
         status =
-            ll_arguments_one("serve [OPTION VALUE]...: hosts sessions; page, API and streams on one port.",
+            ll_arguments_one("serve [OPTION VALUE]...: host sessions; page, API and streams on one port.",
                              argc, argv, options, NULL);
     int result = ll_failed(&status) ? ll_argument_fail(&status) : ll_serve(config);
     ll_parameter_options_free(options);

@@ -1,4 +1,4 @@
-/* `laglab store`: what a store of experiments holds, and deleting of it. */
+/* `laglab store`: lists, shows and deletes the experiments of a store. */
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -9,12 +9,12 @@
 #include "experiment/store/result_store.h"
 #include "cli/verbs.h"
 
-typedef struct store_order {
+typedef struct store_args {
     const char *positional[LL_POSITIONAL_MAX];
     int count;
     const char *url;
     bool force;
-} store_order;
+} store_args;
 
 static void print_time(int64_t unix_s, char text[32])
 {
@@ -35,19 +35,19 @@ static void print_row(void *context, const ll_experiment_record *r)
            r->done, r->to - r->from, made, r->version);
 }
 
-static ll_status list(ll_result_store *store, const store_order *o)
+static ll_status list(ll_result_store *store, const store_args *o)
 {
     if (o->count > 1)
-        return ll_error(LL_BAD_INPUT, "list takes no more arguments; got %.60s", o->positional[1]);
+        return ll_error(LL_BAD_INPUT, "list: must have no arguments; got %.60s", o->positional[1]);
     return store->kind->list(store, print_row, NULL);
 }
 
-static ll_status show(ll_result_store *store, const store_order *o)
+static ll_status show(ll_result_store *store, const store_args *o)
 {
     ll_experiment_record r;
     char made[32], *text = NULL;
     if (o->count != 2)
-        return ll_error(LL_BAD_INPUT, "show needs the id of one experiment, as list prints it");
+        return ll_error(LL_BAD_INPUT, "show: must have the id of one experiment; see list");
     ll_status status = store->kind->record(store, o->positional[1], &r);
     if (!ll_failed(&status))
         status = store->kind->specification(store, o->positional[1], &text);
@@ -57,23 +57,22 @@ static ll_status show(ll_result_store *store, const store_order *o)
     printf("id       %s\nstate    %s\nruns     %" PRId64 " to %" PRId64 "\ndone     %" PRId64
            "\nleased   %" PRId64 "\nmade     %s\nversion  %s\nowner    %s\n%s\n",
            r.id, ll_experiment_state_names[r.state], r.from, r.to - 1, r.done, r.leased, made, r.version,
-           r.owner_hash[0] ? "who has the key that the API answered" : "none: a sweep", text);
+           r.owner_hash[0] ? "clients with the key that the API returned" : "none: a sweep", text);
     free(text);
     return status;
 }
 
-/* All are looked at before the first is deleted. */
-static ll_status delete (ll_result_store *store, const store_order *o)
+/* Checks all before deleting the first. */
+static ll_status delete (ll_result_store *store, const store_args *o)
 {
     ll_experiment_record r;
     ll_status status =
-        o->count < 2 ? ll_error(LL_BAD_INPUT, "delete needs the ids of experiments, as list prints them")
-                     : ll_ok();
+        o->count < 2 ? ll_error(LL_BAD_INPUT, "delete: must have ids of experiments; see list") : ll_ok();
     for (int i = 1; i < o->count && !ll_failed(&status); i++) {
         status = store->kind->record(store, o->positional[i], &r);
         bool over = r.state != LL_EXPERIMENT_RUNNING && r.state != LL_EXPERIMENT_PAUSED;
         if (!ll_failed(&status) && !over && !o->force)
-            status = ll_error(LL_CONFLICT, "%s is %s: --force deletes it all the same", r.id,
+            status = ll_error(LL_CONFLICT, "%s is %s; --force deletes it", r.id,
                               ll_experiment_state_names[r.state]);
     }
     for (int i = 1; i < o->count && !ll_failed(&status); i++)
@@ -83,16 +82,16 @@ static ll_status delete (ll_result_store *store, const store_order *o)
 
 static const struct {
     const char *name;
-    ll_status (*run)(ll_result_store *store, const store_order *order);
+    ll_status (*run)(ll_result_store *store, const store_args *order);
 } verbs[] = {{"list", list}, {"show", show}, {"delete", delete}};
 
 int ll_verb_store(int argc, char **argv)
 {
-    store_order o = {0};
+    store_args o = {0};
     const ll_option options[] = {{"--store", "URL",
-                                  "sqlite:FILE or postgresql://USER@HOST/DATABASE; without it $LAGLAB_STORE",
+                                  "sqlite:FILE or postgresql://USER@HOST/DATABASE; default: $LAGLAB_STORE",
                                   .value = &o.url},
-                                 {"--force", NULL, "delete also what is not done", .flag = &o.force},
+                                 {"--force", NULL, "Also delete unfinished experiments.", .flag = &o.force},
                                  {0}};
     ll_status status = ll_arguments("store list|show ID|delete ID... [--store URL] [--force]", argc, argv,
                                     options, o.positional, &o.count);
@@ -101,9 +100,9 @@ int ll_verb_store(int argc, char **argv)
         verb++;
     const char *url = ll_result_store_url(o.url);
     if (!ll_failed(&status) && verb == count)
-        status = ll_error(LL_BAD_INPUT, "what of the store? One of list, show, delete");
+        status = ll_error(LL_BAD_INPUT, "store: must be one of list, show, delete");
     if (!ll_failed(&status) && !url)
-        status = ll_error(LL_BAD_INPUT, "which store? --store URL, or LAGLAB_STORE in the environment");
+        status = ll_error(LL_BAD_INPUT, "--store: required, or set LAGLAB_STORE");
     ll_result_store *store = NULL;
     if (!ll_failed(&status))
         status = ll_result_store_open(url, &store);

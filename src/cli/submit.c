@@ -1,5 +1,5 @@
-/* `laglab submit`: puts an experiment into a store and lets a cluster's engine start workers on it. An engine
- * only starts processes: who runs what, once each, is the store's affair. */
+/* `laglab submit`: puts an experiment into a store and starts workers on a cluster. The cluster's engine only
+ * starts processes; the store distributes the runs, each once. */
 #include <errno.h>
 #include <inttypes.h>
 #include <limits.h>
@@ -18,14 +18,14 @@ enum { WORKERS_MAX = 100000 };
 
 typedef struct job {
     char program[PATH_MAX];
-    const char *store_url; /* NULL: tasks have it from their environment, as Slurm hands it on */
+    const char *store_url; /* NULL: tasks have it in their environment, which Slurm passes on */
     char id[LL_EXPERIMENT_ID_MAX + 1];
     int64_t workers, threads, lease_s;
 } job;
 
 /* ---- engines ---- */
 
-/* What a shell reads as this one word. */
+/* Quotes a word for the shell. */
 static void write_word(FILE *file, const char *word)
 {
     fputc('\'', file);
@@ -34,7 +34,8 @@ static void write_word(FILE *file, const char *word)
     fputc('\'', file);
 }
 
-/* An array, whose tasks start one by one as room comes free, in place of an allocation that waits for all. */
+/* A job array, whose tasks start one by one when nodes are free, and not an allocation, which waits for all
+ * nodes. */
 static void write_slurm(FILE *file, const job *j)
 {
     fprintf(file, "#!/bin/sh\n#SBATCH --job-name=laglab\n#SBATCH --array=1-%" PRId64 "\n", j->workers);
@@ -76,7 +77,7 @@ static ll_status find_engine(const char *name, const engine **found)
     return ll_error(LL_BAD_INPUT, "--engine: must be one of %s; got %.40s", known, name ? name : "none");
 }
 
-static ll_status hand_over(const engine *e, const job *j)
+static ll_status submit_job(const engine *e, const job *j)
 {
     fflush(stdout);
     FILE *pipe = popen(e->command, "w");
@@ -86,7 +87,7 @@ static ll_status hand_over(const engine *e, const job *j)
     int how = pclose(pipe);
     if (WIFEXITED(how) && WEXITSTATUS(how) == 0)
         return ll_ok();
-    return ll_error(LL_IO, "%s did not take the job (exit status %d); --print shows the script", e->command,
+    return ll_error(LL_IO, "%s rejected the job (exit status %d); --print shows the script", e->command,
                     WIFEXITED(how) ? WEXITSTATUS(how) : -1);
 }
 
@@ -102,19 +103,19 @@ typedef struct submit {
 static ll_status parse(submit *s, int argc, char **argv)
 {
     const ll_option options[] = {
-        {"--engine", "NAME", "What starts the workers: slurm.", .value = &s->engine_name},
-        {"-n", "N", "Workers; otherwise 1.", .value = &s->workers},
-        {"--jobs", "N", "Threads, and cores, of each; otherwise 1.", .value = &s->jobs},
-        {"--lease-s", "N", "Passed on to the workers.", .value = &s->lease},
+        {"--engine", "NAME", "Engine that starts the workers: slurm.", .value = &s->engine_name},
+        {"-n", "N", "Workers; default: 1.", .value = &s->workers},
+        {"--jobs", "N", "Threads, and cores, of each worker; default: 1.", .value = &s->jobs},
+        {"--lease-s", "N", "Passed to the workers.", .value = &s->lease},
         {"--store", "URL",
-         "Where workers on all machines find the experiment: postgresql://USER@HOST/DATABASE; otherwise "
+         "Store that workers on all machines can reach: postgresql://USER@HOST/DATABASE; default: "
          "$LAGLAB_STORE, which is not in the script.",
          .value = &s->job.store_url},
-        {"--scenarios", "DIR", "The library of scenarios, otherwise beside the program.",
+        {"--scenarios", "DIR", "Folder of the scenario library; default: next to the program.",
          .value = &s->scenarios},
-        {"--anew", .help = "Also where another version of laglab has begun it.", .flag = &s->anew},
+        {"--anew", .help = "Also if another version of laglab has started it.", .flag = &s->anew},
         {"--print",
-         .help = "Show the script in place of submitting it. The experiment is in the store all the same.",
+         .help = "Print the script and do not submit it. The experiment is put into the store in any case.",
          .flag = &s->print},
         {0}};
     const char *positional[LL_POSITIONAL_MAX];
@@ -128,7 +129,7 @@ static ll_status parse(submit *s, int argc, char **argv)
         status = find_engine(s->engine_name, &s->engine);
     if (!ll_failed(&status) && !ll_result_store_url(s->job.store_url))
         status = ll_error(LL_BAD_INPUT,
-                          "--store URL or LAGLAB_STORE must be given: workers on other machines meet there");
+                          "--store: required, or set LAGLAB_STORE; workers on other machines must reach it");
     if (!ll_failed(&status) && s->workers)
         status = ll_argument_whole("-n", s->workers, 1, WORKERS_MAX, &s->job.workers);
     if (!ll_failed(&status) && s->jobs)
@@ -143,7 +144,7 @@ static ll_status find_program(char path[PATH_MAX])
 {
     ssize_t length = readlink("/proc/self/exe", path, PATH_MAX - 1);
     if (length < 0)
-        return ll_error(LL_IO, "the program does not find itself: %s", strerror(errno));
+        return ll_error(LL_IO, "cannot find the path of this program: %s", strerror(errno));
     path[length] = '\0';
     return ll_ok();
 }
@@ -178,6 +179,6 @@ int ll_verb_submit(int argc, char **argv)
     if (!ll_failed(&status) && s.print)
         s.engine->write(stdout, &s.job);
     else if (!ll_failed(&status))
-        status = hand_over(s.engine, &s.job);
+        status = submit_job(s.engine, &s.job);
     return ll_failed(&status) ? ll_argument_fail(&status) : 0;
 }

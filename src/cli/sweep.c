@@ -1,4 +1,4 @@
-/* `laglab sweep`: an experiment on this machine, resumed where it was broken off. */
+/* `laglab sweep`: runs an experiment on this machine, and resumes an interrupted one. */
 #include <cjson/cJSON.h>
 #include <inttypes.h>
 #include <math.h>
@@ -21,7 +21,8 @@
 #include "cli/verbs.h"
 #include "experiment/run/work.h"
 
-/* Nobody else works on a store of this process' own, so a lease need not run out while a run takes long. */
+/* A store of this process has no other workers, so that its leases need not expire, however long a run
+ * takes. */
 #define OWN_LEASE_S 1e6
 #define SHARED_LEASE_S 60
 
@@ -32,8 +33,8 @@ typedef struct sweep {
     const ll_format *format;
     ll_result_store *store;
     char id[LL_EXPERIMENT_ID_MAX + 1];
-    char own_store[4096]; /* beside the output, gone when it is written; empty when one was named */
-    int64_t threads, from, to, baseline; /* point, where --compare names one */
+    char own_store[4096]; /* next to the output, deleted when that is written; empty when a store was given */
+    int64_t threads, from, to, baseline; /* baseline: the point of --compare */
 } sweep;
 
 static double seconds(void)
@@ -43,7 +44,7 @@ static double seconds(void)
     return (double)t.tv_sec + (double)t.tv_nsec * 1e-9;
 }
 
-/* Takes the list. */
+/* Deletes the list. */
 static void print_notices(cJSON *notices)
 {
     const cJSON *item;
@@ -53,7 +54,7 @@ static void print_notices(cJSON *notices)
 
 /* ---- before ---- */
 
-/* Runs the first run to tell how long all will take. */
+/* Runs the first run to estimate the time of all. */
 static ll_status dry_run(const sweep *s)
 {
     double run_s;
@@ -82,7 +83,7 @@ static ll_status open_store(sweep *s)
         status = ll_experiment_time(s->experiment, s->from, &run_s);
     if (!ll_failed(&status))
         status = ll_experiment_register(s->store, s->experiment, s->from, s->to, run_s, s->id);
-    if (!ll_failed(&status) && s->own_store[0]) /* of a run that was broken off */
+    if (!ll_failed(&status) && s->own_store[0]) /* of an interrupted sweep */
         status = s->store->kind->release(s->store);
     return status;
 }
@@ -105,39 +106,39 @@ static ll_status work_here(sweep *s)
 {
     ll_experiment_record record;
     ll_workers *workers = NULL;
-    ll_workers_order order = {.store = s->store,
-                              .id = s->id,
-                              .threads = (int)s->threads,
-                              .lease_s = s->store_url ? SHARED_LEASE_S : OWN_LEASE_S,
-                              .drain = true};
+    ll_workers_config config = {.store = s->store,
+                                .id = s->id,
+                                .threads = (int)s->threads,
+                                .lease_s = s->store_url ? SHARED_LEASE_S : OWN_LEASE_S,
+                                .drain = true};
     ll_status status = s->store->kind->record(s->store, s->id, &record);
     if (!ll_failed(&status))
-        status = ll_workers_start(&order, &workers);
+        status = ll_workers_start(&config, &workers);
     if (ll_failed(&status))
         return status;
-    double begun = seconds();
+    double started = seconds();
     while (isatty(STDERR_FILENO) && ll_workers_busy(workers)) {
         int64_t here = ll_workers_runs(workers);
-        show_bar(s, record.done + here, seconds() - begun, here);
+        show_bar(s, record.done + here, seconds() - started, here);
         nanosleep(&(struct timespec){.tv_nsec = 100000000}, NULL);
     }
     return ll_workers_join(workers);
 }
 
-/* Also while the store's server is away: workers wait for it too. */
+/* Also while the store's server is unreachable: workers wait for it too. */
 static ll_status wait_for_others(sweep *s)
 {
     ll_status status;
     ll_experiment_record record = {0};
     int64_t done_before = -1;
-    double begun = seconds();
+    double started = seconds();
     do {
         nanosleep(&(struct timespec){.tv_nsec = 300000000}, NULL);
         status = s->store->kind->record(s->store, s->id, &record);
         if (done_before < 0)
             done_before = record.done;
         if (isatty(STDERR_FILENO))
-            show_bar(s, record.done, seconds() - begun, record.done - done_before);
+            show_bar(s, record.done, seconds() - started, record.done - done_before);
     } while (status.code == LL_UNAVAILABLE || (!ll_failed(&status) && record.state == LL_EXPERIMENT_RUNNING));
     return status;
 }
@@ -186,9 +187,8 @@ static ll_status write_out(const sweep *s)
         status = ll_argument_write(s->out, s->format, ll_result_table_get(table));
     if (!ll_failed(&status) && ll_result_table_identical(table) > 0)
         fprintf(stderr,
-                "laglab: at %" PRId64 " of %" PRId64
-                " points all repeats gave identical metrics: nothing random "
-                "in this scenario reaches them, or what does is rare\n",
+                "laglab: at %" PRId64 " of %" PRId64 " points all repeats gave identical metrics: nothing "
+                "random in the scenario affects them, or only rarely\n",
                 ll_result_table_identical(table), s->experiment->points);
     if (!ll_failed(&status))
         print_notices(ll_result_table_notices(table));
@@ -212,14 +212,14 @@ static ll_status write_report(const sweep *s)
     return status;
 }
 
-/* Into the folder that was named, or one beside the output when the specification wants traces. */
+/* Into the given folder, or one next to the output when the specification wants traces. */
 static ll_status write_traces(const sweep *s)
 {
-    char beside[4200];
+    char folder[4200];
     if (!s->traces && !s->experiment->head.traces)
         return ll_ok();
-    snprintf(beside, sizeof beside, "%s.traces", s->out ? s->out : "");
-    return ll_traces_write(s->experiment, s->from, s->to, s->traces ? s->traces : beside, (int)s->threads);
+    snprintf(folder, sizeof folder, "%s.traces", s->out ? s->out : "");
+    return ll_traces_write(s->experiment, s->from, s->to, s->traces ? s->traces : folder, (int)s->threads);
 }
 
 static void remove_own_store(const sweep *s)
@@ -237,16 +237,16 @@ static void remove_own_store(const sweep *s)
 static ll_status check_sensitivity(const sweep *s)
 {
     if (s->points || s->shard)
-        return ll_error(LL_BAD_INPUT,
-                        "--sensitivity needs all runs, and gives no points: neither --points nor "
-                        "--shard go with it");
+        return ll_error(
+            LL_BAD_INPUT,
+            "--sensitivity: must be without --points and --shard, since it uses all runs and has no points");
     if (s->experiment->head.sample.method != LL_SAMPLE_SALTELLI)
-        return ll_error(LL_BAD_INPUT, "--sensitivity needs an experiment with \"sample\": {\"method\": "
-                                      "\"saltelli\"}");
+        return ll_error(LL_BAD_INPUT,
+                        "--sensitivity: must have an experiment with \"sample\": {\"method\": \"saltelli\"}");
     return ll_ok();
 }
 
-/* Of whole points where those decide which of their runs are made. */
+/* Shards are whole points where earlier runs of a point decide which further runs are made. */
 static ll_status find_shard(sweep *s)
 {
     int64_t unit = ll_until_is_set(s->experiment) ? s->experiment->head.repeats : 1;
@@ -259,45 +259,42 @@ static ll_status find_shard(sweep *s)
 static ll_status prepare(sweep *s, int argc, char **argv)
 {
     const ll_option options[] = {
-        {"--jobs", "N",
-         "Threads, 1 to 256; otherwise as many as there are cores. 0 with --store: others do the work.",
+        {"--jobs", "N", "Threads, 1 to 256; default: one per core. 0 with --store: wait for workers.",
          .value = &s->jobs},
         {"--out", "FILE",
-         "Where the rows go; otherwise to standard output. Run again, a sweep goes on from FILE.runs.",
+         "Output file; default: standard output. Run again, a sweep continues from FILE.runs.",
          .value = &s->out},
-        {"--format", "NAME", "csv, ndjson, json, parquet or sqlite; otherwise what FILE ends in.",
+        {"--format", "NAME", "csv, ndjson, json, parquet or sqlite; default: by the ending of FILE.",
          .value = &s->format_name},
-        {"--points", .help = "Means and 95 % intervals of each point in place of its runs.",
+        {"--points", .help = "Means and 95 % intervals of points instead of single runs.",
          .flag = &s->points},
         {"--compare", "POINT",
-         "With --points: the differences to this point, by runs of the same seed: first, a number, or "
+         "With --points: differences from this point, between runs of the same seed: first, a number, or "
          "PATH=VALUE[,PATH=VALUE].",
          .value = &s->compare},
         {"--sensitivity",
-         .help = "First and total Sobol' indices of each metric in place of runs: of an experiment that is "
-                 "sampled by saltelli.",
+         .help = "First and total Sobol' indices of each metric instead of runs, for experiments sampled by "
+                 "saltelli.",
          .flag = &s->sensitivity},
-        {"--report", "FILE.html", "A page with the plots and their tables.", .value = &s->report},
-        {"--traces", "DIR", "A CSV of each run over its time.", .value = &s->traces},
+        {"--report", "FILE.html", "Writes a page with the plots and their tables.", .value = &s->report},
+        {"--traces", "DIR", "Writes a CSV of each run over time.", .value = &s->traces},
         {"--store", "URL",
-         "Where rows are kept, that workers may share: sqlite:FILE or postgresql://USER@HOST/DATABASE; "
-         "otherwise "
-         "$LAGLAB_STORE.",
+         "Store of the rows, which workers may share: sqlite:FILE or postgresql://USER@HOST/DATABASE; "
+         "default: $LAGLAB_STORE.",
          .value = &s->store_url},
-        {"--shard", "I/N", "Only this part of the runs, or auto: as the batch system's array index tells.",
+        {"--shard", "I/N", "Only this part of the runs; auto: the batch system's array index.",
          .value = &s->shard},
-        {"--scenarios", "DIR", "The library of scenarios, otherwise beside the program.",
+        {"--scenarios", "DIR", "Folder of the scenario library; default: next to the program.",
          .value = &s->scenarios},
-        {"--anew", .help = "Run all, also where another version of laglab has begun it.", .flag = &s->anew},
-        {"--dry-run", .help = "Check and count, run one, and tell how long all would take.",
-         .flag = &s->dry_run},
+        {"--anew", .help = "Run all, also if another version of laglab has started it.", .flag = &s->anew},
+        {"--dry-run", .help = "Check and count, run one, and estimate the time of all.", .flag = &s->dry_run},
         {0}};
     const char *positional[LL_POSITIONAL_MAX];
     int count;
     s->threads = ll_cores();
     ll_status status =
-        ll_arguments("sweep EXPERIMENT [OPTION]...: run an experiment, a row for each run, or each point",
-                     argc, argv, options, positional, &count);
+        ll_arguments("sweep EXPERIMENT [OPTION]...: run an experiment; one row per run, or per point", argc,
+                     argv, options, positional, &count);
     if (!ll_failed(&status) && count > 1)
         status = ll_error(LL_BAD_INPUT, "unexpected argument %.100s", positional[1]);
     s->store_url = ll_result_store_url(s->store_url);
@@ -312,25 +309,26 @@ static ll_status prepare(sweep *s, int argc, char **argv)
     if (!ll_failed(&status) && s->sensitivity)
         status = check_sensitivity(s);
     if (!ll_failed(&status) && s->compare && !s->points)
-        status = ll_error(LL_BAD_INPUT, "--compare compares points: give --points, too");
+        status = ll_error(LL_BAD_INPUT, "--compare: must have --points");
     if (!ll_failed(&status) && s->compare)
         status = ll_compare_point(s->experiment, "--compare", s->compare, &s->baseline);
     if (!ll_failed(&status) && s->points && s->shard)
-        status = ll_error(LL_BAD_INPUT,
-                          "--points needs all runs of a point, so not --shard: merge the shards first");
+        status = ll_error(
+            LL_BAD_INPUT,
+            "--points: must be without --shard, since it uses all runs of a point; merge the shards first");
     if (!ll_failed(&status) && s->traces && s->to - s->from > LL_EXPERIMENT_TRACES_MAX)
         status = ll_error(LL_BAD_INPUT, "--traces takes at most %d runs; there are %" PRId64,
                           LL_EXPERIMENT_TRACES_MAX, s->to - s->from);
     if (!ll_failed(&status) && s->experiment->head.traces && !s->traces && !s->out && !s->dry_run)
-        status = ll_error(LL_BAD_INPUT, "the experiment wants traces: name their folder by --traces, or a "
-                                        "file by --out, beside which they go");
+        status = ll_error(LL_BAD_INPUT, "the experiment wants traces: give their folder by --traces, or a "
+                                        "file by --out, next to which they are written");
     return status;
 }
 
 int ll_verb_sweep(int argc, char **argv)
 {
     sweep s = {0};
-    signal(SIGXFSZ, SIG_IGN); /* a file that may not grow is an error, told like a full disk */
+    signal(SIGXFSZ, SIG_IGN); /* a file that may not grow is reported as an error, like a full disk */
     ll_status status = prepare(&s, argc, argv);
     if (!ll_failed(&status))
         print_notices(ll_experiment_notices(s.experiment));

@@ -1,5 +1,5 @@
-/* The verbs of the command line. Each takes the arguments behind its name. Exit status: 0, 1 for a failure, 2
- * for bad usage or input. */
+/* The verbs of the command line. Each gets the arguments after its name. Exit status: 0, 1 for a failure, 2
+ * for invalid usage or input. */
 #pragma once
 
 int ll_verb_serve(int argc, char **argv);

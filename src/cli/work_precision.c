@@ -1,6 +1,6 @@
-/* `laglab work-precision`: error against cost, a row a rung. Of a problem of motion a ladder for each
- * integrator (precision.h), of a scenario those of the table of ladders (ladder.h). A row is written when it
- * is measured. */
+/* `laglab work-precision`: error against cost, one row per refinement level. For a problem of motion a
+ * refinement series of each integrator (work_precision_run.h), for a scenario those of the table of series
+ * (refinement_series.h). A row is written as soon as it is measured. */
 #include <cjson/cJSON.h>
 #include <math.h>
 #include <stdio.h>
@@ -17,10 +17,10 @@
 #include "cli/verbs.h"
 
 typedef struct request {
-    const char *name; /* of a problem or a scenario; NULL: none was given */
+    const char *name; /* name of the problem or scenario; NULL: missing */
     const char *methods, *duration, *seeds, *out, *format_name, *scenarios, *report;
     ll_option_list set;
-    ll_refinement_series_page *page; /* NULL: no report is wanted */
+    ll_refinement_series_page *page; /* NULL: no report */
     const ll_format *format;
 } request;
 
@@ -81,19 +81,20 @@ typedef struct problem_rows {
     _Alignas(8) char params[LL_ODE_PARAMS_MAX];
     ll_work_precision_request order;
     const char *methods;
-    const ll_ode_method *const *method; /* the next */
+    const ll_ode_method *const *method; /* the next one */
     const ll_ode_method *measured;
-    ll_work_precision refinement_levels[LL_WORK_PRECISION_LEVELS_MAX]; /* of the one measured last */
+    ll_work_precision
+        refinement_levels[LL_WORK_PRECISION_LEVELS_MAX]; /* of the method that was measured last */
     int count, at;
     ll_refinement_series_page *page;
 } problem_rows;
 
-/* Measures until there is a rung that was not told; of all methods, those that can do the problem. */
+/* Measures until there is a level that was not written yet; only methods that support the problem. */
 static bool measure_methods(problem_rows *p, ll_status *status)
 {
     while (p->at == p->count && *p->method) {
         p->measured = *p->method++;
-        if (!ll_listed(p->methods, p->measured->name))
+        if (!ll_list_contains(p->methods, p->measured->name))
             continue;
         p->at = 0;
         *status = ll_work_precision_series(&p->order, p->measured, p->refinement_levels, &p->count);
@@ -155,7 +156,7 @@ static ll_status check_methods(const char *list)
         char name[64];
         snprintf(name, sizeof name, "%.*s", (int)strcspn(p, ","), p);
         if (!ll_ode_method_find(name))
-            return ll_error(LL_BAD_INPUT, "there is no method %s: see `laglab methods`", name);
+            return ll_error(LL_BAD_INPUT, "--methods: %s not found; see `laglab methods`", name);
     }
     return ll_ok();
 }
@@ -191,18 +192,17 @@ static ll_status measure_problem(const request *q)
     p.order = (ll_work_precision_request){
         .problem = q->name ? ll_ode_problem_find(q->name) : NULL, .params = p.params, .now_ns = cpu_now_ns};
     if (!p.order.problem)
-        return ll_error(
-            LL_BAD_INPUT,
-            "which problem? One of those that `laglab problems` lists, or a scenario that has ladders "
-            "(fluid/cavity, rigid/column, hermite; --help lists all); got %.60s",
-            q->name ? q->name : "none");
+        return ll_error(LL_BAD_INPUT,
+                        "PROBLEM: must be one of `laglab problems`, or a scenario with refinement series "
+                        "(fluid/cavity, rigid/column, hermite; --help lists all); got %.60s",
+                        q->name ? q->name : "none");
     ll_status status = check_methods(q->methods);
     if (!ll_failed(&status))
         status = set_params(q, p.order.problem, p.params);
     if (!ll_failed(&status))
         status = set_duration(q, &p.order);
     if (!ll_failed(&status))
-        measure_methods(&p, &status); /* what is wrong is told before anything is written */
+        measure_methods(&p, &status); /* errors come before any output */
     return ll_failed(&status) ? status : write_rows(&table, q);
 }
 
@@ -222,13 +222,13 @@ static const ll_column scenario_columns[] = {
 typedef struct scenario_rows {
     ll_refinement_request order;
     const char *scenario;
-    const ll_refinement_series *refinement_series; /* the next */
+    const ll_refinement_series *refinement_series; /* the next one */
     ll_refinement_run refinement_run;
-    bool measured; /* its rung was not told */
+    bool measured; /* measured, but not written yet */
     ll_refinement_series_page *page;
 } scenario_rows;
 
-/* The next ladder of the scenario from `l` on, or the row of none. */
+/* The next series of the scenario from `l` on, or the final empty row. */
 static const ll_refinement_series *refinement_series_of(const char *scenario, const ll_refinement_series *l)
 {
     while (l->scenario && strcmp(scenario, l->scenario) != 0)
@@ -335,16 +335,17 @@ int ll_verb_work_precision(int argc, char **argv)
     const ll_option options[] = {
         {"--methods", "A,B,...", "Only these methods or solvers.", .value = &q.methods},
         {"--set", "NAME=VALUE", "A parameter of the problem, or a path of the scenario.", .list = &q.set},
-        {"--duration", "S", "Seconds of a run; otherwise the problem's or the ladder's.",
+        {"--duration", "S", "Virtual seconds of a run; default: those of the problem or series.",
          .value = &q.duration},
-        {"--seeds", "N", "Runs of a netgame's rung, each with its own seed; otherwise the ladder's, 10.",
+        {"--seeds", "N",
+         "Runs of each level of a netgame, with different seeds; default: that of the series, 10.",
          .value = &q.seeds},
-        {"--report", "FILE.html", "A page with pictures: error against time and against what was counted.",
-         .value = &q.report},
-        {"--out", "FILE", "Where the rows go; otherwise to standard output.", .value = &q.out},
-        {"--format", "NAME", "csv, ndjson, json, parquet or sqlite; otherwise what FILE ends in.",
+        {"--report", "FILE.html",
+         "Writes a page with plots: error against time and against the counted cost.", .value = &q.report},
+        {"--out", "FILE", "Output file; default: standard output.", .value = &q.out},
+        {"--format", "NAME", "csv, ndjson, json, parquet or sqlite; default: by the ending of FILE.",
          .value = &q.format_name},
-        {"--scenarios", "DIR", "The library of scenarios, otherwise beside the program.",
+        {"--scenarios", "DIR", "Folder of the scenario library; default: next to the program.",
          .value = &q.scenarios},
         {0}};
     const char *positional[LL_POSITIONAL_MAX];
@@ -363,9 +364,10 @@ int ll_verb_work_precision(int argc, char **argv)
     if (ll_failed(&status))
         return ll_argument_fail(&status);
     q.name = count ? positional[0] : NULL;
-    const ll_refinement_series *refinement_series = q.name ? refinement_series_of(q.name, ll_ladders) : NULL;
+    const ll_refinement_series *refinement_series =
+        q.name ? refinement_series_of(q.name, ll_refinement_series_table) : NULL;
     if (q.report && !(q.page = ll_refinement_series_page_make()))
-        return ll_argument_fail(&(ll_status){.code = LL_NO_MEMORY, .text = "no memory for a page"});
+        return ll_argument_fail(&(ll_status){.code = LL_NO_MEMORY, .text = "out of memory: page"});
     status = refinement_series && refinement_series->scenario ? measure_scenario(&q, refinement_series)
                                                               : measure_problem(&q);
     if (!ll_failed(&status) && q.report)

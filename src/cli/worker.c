@@ -1,5 +1,5 @@
-/* `laglab worker`: works on the experiments of a store that other machines may share. All that a machine of a
- * cluster runs. */
+/* `laglab worker`: works on the experiments of a store that other machines may share. The only process that a
+ * cluster's machines need to run. */
 #include <inttypes.h>
 #include <signal.h>
 #include <stdio.h>
@@ -23,29 +23,26 @@ static ll_status parse(worker *w, int argc, char **argv)
 {
     const ll_option options[] = {
         {"--store", "URL",
-         "Where the experiments are: sqlite:FILE, or postgresql://USER@HOST/DATABASE; otherwise "
-         "$LAGLAB_STORE.",
+         "Store of the experiments: sqlite:FILE, or postgresql://USER@HOST/DATABASE; default: $LAGLAB_STORE.",
          .value = &w->store_url},
-        {"--experiment", "ID", "Only this one; otherwise all that are running.", .value = &w->id},
-        {"--drain", .help = "End when nothing is left to do; otherwise wait for more.", .flag = &w->drain},
-        {"--jobs", "N", "Threads, 1 to 256; otherwise as many as there are cores.", .value = &w->jobs},
-        {"--lease-s", "N", "Seconds after which others may take over what a worker does not bring back, 60.",
+        {"--experiment", "ID", "Only this experiment; default: all running ones.", .value = &w->id},
+        {"--drain", .help = "End when no work is left; default: wait for more.", .flag = &w->drain},
+        {"--jobs", "N", "Threads, 1 to 256; default: one per core.", .value = &w->jobs},
+        {"--lease-s", "N", "Seconds after which other workers may take over an unfinished chunk, 60.",
          .value = &w->lease},
         {0}};
     const char *positional[LL_POSITIONAL_MAX];
     int count;
     w->threads = ll_cores();
     w->lease_s = LEASE_S;
-    ll_status status = ll_arguments("worker [OPTION]...: work on the experiments of a store, "
-                                    "beside workers on other machines",
-                                    argc, argv, options, positional, &count);
+    ll_status status = ll_arguments(
+        "worker [OPTION]...: work on the experiments of a store, together with workers on other machines",
+        argc, argv, options, positional, &count);
     if (!ll_failed(&status) && count > 0)
         status = ll_error(LL_BAD_INPUT, "unexpected argument %.100s", positional[0]);
     w->store_url = ll_result_store_url(w->store_url);
     if (!ll_failed(&status) && !w->store_url)
-        status = ll_error(
-            LL_BAD_INPUT,
-            "a worker needs --store URL, or LAGLAB_STORE in its environment: where the experiments are");
+        status = ll_error(LL_BAD_INPUT, "--store: required, or set LAGLAB_STORE");
     if (!ll_failed(&status) && w->jobs)
         status = ll_argument_whole("--jobs", w->jobs, 1, 256, &w->threads);
     if (!ll_failed(&status) && w->lease)
@@ -53,50 +50,50 @@ static ll_status parse(worker *w, int argc, char **argv)
     return status;
 }
 
-/* Experiments of another version, which wait for workers of theirs, are reported as they come. */
-static void tell_versions(const worker *w, ll_status *told)
+/* Reports experiments of other versions, which wait for workers of their version, as they appear. */
+static void report_versions(const worker *w, ll_status *reported)
 {
-    ll_status status = w->id ? ll_ok() : ll_result_store_admits_all(w->store);
-    if (status.code != LL_CONFLICT || strcmp(status.text, told->text) == 0)
+    ll_status status = w->id ? ll_ok() : ll_result_store_check_versions(w->store);
+    if (status.code != LL_CONFLICT || strcmp(status.text, reported->text) == 0)
         return;
-    *told = status;
+    *reported = status;
     fprintf(stderr, "laglab: %s\n", status.text);
 }
 
-/* The first signal lets the threads give back what they have, the second ends the process at once. */
+/* After the first signal the threads return their chunks, the second one ends the process at once. */
 static void wait_for_end(const worker *w, ll_workers *workers, sigset_t *signals)
 {
-    const struct timespec look = {.tv_nsec = 100000000};
-    ll_status told = ll_ok();
+    const struct timespec check_store = {.tv_nsec = 100000000};
+    ll_status reported = ll_ok();
     bool ending = false;
     for (int k = 0; !ending && ll_workers_busy(workers); k++) {
         if (!w->drain && k % LOOKS == 0)
-            tell_versions(w, &told);
-        ending = sigtimedwait(signals, NULL, &look) > 0;
+            report_versions(w, &reported);
+        ending = sigtimedwait(signals, NULL, &check_store) > 0;
     }
     if (!ending)
         return;
     pthread_sigmask(SIG_UNBLOCK, signals, NULL);
-    ll_workers_ask_to_end(workers);
+    ll_workers_request_stop(workers);
     while (ll_workers_busy(workers))
-        nanosleep(&look, NULL);
+        nanosleep(&check_store, NULL);
 }
 
 static ll_status work(const worker *w)
 {
     sigset_t signals;
     ll_workers *workers;
-    ll_workers_order order = {.store = w->store,
-                              .id = w->id,
-                              .threads = (int)w->threads,
-                              .lease_s = (double)w->lease_s,
-                              .drain = w->drain};
+    ll_workers_config config = {.store = w->store,
+                                .id = w->id,
+                                .threads = (int)w->threads,
+                                .lease_s = (double)w->lease_s,
+                                .drain = w->drain};
     sigemptyset(&signals);
     sigaddset(&signals, SIGTERM);
     sigaddset(&signals, SIGINT);
     sigaddset(&signals, SIGHUP);
-    pthread_sigmask(SIG_BLOCK, &signals, NULL); /* before there are threads, which inherit it */
-    ll_status status = ll_workers_start(&order, &workers);
+    pthread_sigmask(SIG_BLOCK, &signals, NULL); /* before threads are made, which inherit it */
+    ll_status status = ll_workers_start(&config, &workers);
     if (ll_failed(&status))
         return status;
     wait_for_end(w, workers, &signals);
@@ -104,38 +101,37 @@ static ll_status work(const worker *w)
     return ll_workers_join(workers);
 }
 
-/* A store without that experiment, one of another version, or one that some chunk has failed for good, is
- * told. */
-static ll_status look(const worker *w)
+/* Reports a missing experiment, one of another version, or one with a failed chunk. */
+static ll_status check_store(const worker *w)
 {
     ll_experiment_record record;
     if (!w->id)
         return ll_ok();
     ll_status status = w->store->kind->record(w->store, w->id, &record);
     if (!ll_failed(&status))
-        status = ll_result_store_admits(w->store, &record);
+        status = ll_result_store_check_version(w->store, &record);
     if (!ll_failed(&status) && record.state == LL_EXPERIMENT_FAILED)
-        status = ll_error(
-            LL_IO, "the experiment %s has failed: %d workers took the same chunk and did not bring it back",
-            w->id, LL_ATTEMPTS_MAX);
+        status =
+            ll_error(LL_IO, "experiment %s failed: %d workers lost the same chunk", w->id, LL_ATTEMPTS_MAX);
     return status;
 }
 
 int ll_verb_worker(int argc, char **argv)
 {
     worker w = {0};
-    signal(SIGXFSZ, SIG_IGN); /* a file that may not grow is an error of the store, told like a full disk */
+    signal(SIGXFSZ,
+           SIG_IGN); /* a file that may not grow is reported as an error of the store, like a full disk */
     ll_status status = parse(&w, argc, argv);
     if (!ll_failed(&status))
         status = ll_result_store_open(w.store_url, &w.store);
     if (!ll_failed(&status))
-        status = look(&w);
+        status = check_store(&w);
     if (!ll_failed(&status))
         status = work(&w);
     if (!ll_failed(&status))
-        status = look(&w);
-    if (!ll_failed(&status) && w.drain && !w.id) /* something is left, which it may not do */
-        status = ll_result_store_admits_all(w.store);
+        status = check_store(&w);
+    if (!ll_failed(&status) && w.drain && !w.id) /* work is left that it may not do */
+        status = ll_result_store_check_versions(w.store);
     ll_result_store_close(w.store);
     return ll_failed(&status) ? ll_argument_fail(&status) : 0;
 }

@@ -1,4 +1,4 @@
-/* What controls say: of a game's player, or of a person's hand on another simulation. */
+/* Values of controls: of a game's player, or of a person's pointer in other simulations. */
 #pragma once
 
 #include <stdint.h>
@@ -8,7 +8,7 @@
 /* Controls of one player, by a person or a script. Axes in [-1, 1]; the game defines their meaning. */
 typedef struct ll_action {
     float axis[2];
-    uint32_t buttons;     /* LL_BUTTON_*, and what the client claims to hit: ll_claim */
+    uint32_t buttons;     /* LL_BUTTON_*, and the target that a client claims to hit: ll_claim */
     uint32_t view_age_ns; /* age of the player's view at the step of this action; at most 4.29 s */
 } ll_action;
 

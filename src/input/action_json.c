@@ -39,7 +39,7 @@ ll_status ll_action_parse(const cJSON *json, const char *path, int *player, ll_a
     memset(action, 0, sizeof *action);
     *player = -1;
     if (!cJSON_IsObject(json))
-        return ll_field_error(LL_BAD_INPUT, path, "An input is an object with player, axes and buttons.");
+        return ll_field_error(LL_BAD_INPUT, path, "input: must be an object with player, axes and buttons");
     const cJSON *member;
     cJSON_ArrayForEach(member, json)
     {

@@ -29,9 +29,9 @@ static ll_status read_file(const char *path, char **text, size_t *length)
     *text = malloc(SCENARIO_BYTES_MAX);
     *length = *text ? fread(*text, 1, SCENARIO_BYTES_MAX, f) : 0;
     if (!*text)
-        status = ll_error(LL_NO_MEMORY, "no memory for a scenario");
+        status = ll_error(LL_NO_MEMORY, "out of memory: scenario");
     else if (*length == SCENARIO_BYTES_MAX)
-        status = ll_error(LL_BAD_INPUT, "%.150s is longer than %d bytes", path, SCENARIO_BYTES_MAX);
+        status = ll_error(LL_BAD_INPUT, "%.150s: must have at most %d bytes", path, SCENARIO_BYTES_MAX);
     else if (ferror(f))
         status = ll_error(LL_IO, "cannot read %.150s", path);
     fclose(f);
@@ -74,7 +74,7 @@ static const char *text_of(const cJSON *json, const char *name)
     return cJSON_IsString(item) ? item->valuestring : "";
 }
 
-/* One listed file. An experiment has no `kind`, a scenario has one. */
+/* One listed file. Scenarios have a `kind`, experiments do not. */
 typedef struct listing {
     bool experiments;
     const char *names[6]; /* NULL-terminated */

@@ -1,4 +1,5 @@
-/* What a viewer can subscribe to: records that are drawn together, each channel at a rate of its own. */
+/* Channels: groups of records that are drawn together. A viewer subscribes to each channel at a rate of its
+ * own. */
 #pragma once
 
 #include <stdint.h>
@@ -28,5 +29,5 @@ typedef struct ll_channel_info {
 
 extern const ll_channel_info ll_channels[LL_CHANNELS];
 
-/* LL_CHANNELS when there is none of that name. */
+/* LL_CHANNELS: no channel has this name. */
 ll_channel ll_channel_named(const char *name);

@@ -1,5 +1,5 @@
-/* The other end of encode.c, for tests, fuzzing and benchmarks: what a decoder in any language does. It
- * believes nothing that the bytes say. */
+/* The counterpart of encode.c, for tests, fuzzing and benchmarks: works like a decoder in any other language,
+ * and validates all input. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -29,16 +29,16 @@ static uint64_t varint(reader *r)
         uint8_t byte = *r->at++;
         value |= (uint64_t)(byte & 127) << shift;
         if (byte < 128)
-            return value < UINT64_C(1) << 53 ? value : bad(r, "a number is 2^53 or more");
+            return value < UINT64_C(1) << 53 ? value : bad(r, "number too large: 2^53 or more");
     }
-    return bad(r, "a number has more than 8 bytes");
+    return bad(r, "number longer than 8 bytes");
 }
 
-/* How many rows there may be: at most those that fit. */
+/* Checks the number of rows: at most as many as fit. */
 static int rows_of(reader *r, const ll_record *record, uint64_t count)
 {
     size_t most = ROWS_BYTES_MAX / ((size_t)record->count * sizeof(int64_t));
-    return count <= most ? (int)count : (int)bad(r, "more rows than 16 MiB hold");
+    return count <= most ? (int)count : (int)bad(r, "more rows than fit in 16 MiB");
 }
 
 /* ---- rows ---- */
@@ -47,7 +47,7 @@ static void add_rows(ll_rows *rows, int count, const int64_t *from, reader *r)
 {
     size_t width = (size_t)rows->record->count;
     if (rows_of(r, rows->record, (uint64_t)rows->count + (uint64_t)count) > rows->capacity)
-        bad(r, "the runs have more rows than was said");
+        bad(r, "runs have more rows than announced");
     if (ll_failed(&r->status))
         return;
     if (from != NULL)
@@ -55,7 +55,7 @@ static void add_rows(ll_rows *rows, int count, const int64_t *from, reader *r)
     rows->count += count;
 }
 
-/* Rows as they start: copies of the base's, or marked by `fresh` as starting from the row before. */
+/* Starting values of the rows: copies of the base's, or those of the previous row, which `fresh` marks. */
 static void read_runs(reader *r, const ll_rows *base, ll_rows *rows, uint8_t *fresh)
 {
     uint64_t runs = varint(r), was = 0, old = base != NULL ? (uint64_t)base->count : 0;
@@ -63,7 +63,7 @@ static void read_runs(reader *r, const ll_rows *base, ll_rows *rows, uint8_t *fr
         uint64_t copied = varint(r), dropped = varint(r), added = varint(r);
         if (copied > old - was || dropped > old - was - copied || added > (uint64_t)rows->capacity ||
             copied + dropped + added == 0) {
-            bad(r, "a run is empty or leaves its rows");
+            bad(r, "empty run, or more rows than exist");
             return;
         }
         if (copied > 0)
@@ -74,7 +74,7 @@ static void read_runs(reader *r, const ll_rows *base, ll_rows *rows, uint8_t *fr
         add_rows(rows, (int)added, NULL, r);
     }
     if (was != old)
-        bad(r, "the runs leave rows of the base over");
+        bad(r, "runs do not cover all rows of the base");
 }
 
 static void apply(reader *r, const ll_record *record, int64_t *row)
@@ -84,7 +84,7 @@ static void apply(reader *r, const ll_record *record, int64_t *row)
         if (!(mask & 1))
             continue;
         int64_t change = ll_unzigzag(varint(r));
-        if (k < record->count) /* a field that is newer than this table is skipped */
+        if (k < record->count) /* skips fields that this table does not have yet */
             row[k] += change;
     }
 }
@@ -107,7 +107,7 @@ static void read_changes(reader *r, ll_rows *rows, const uint8_t *fresh)
         }
     }
     if (changed > 0)
-        bad(r, "more rows changed than there are");
+        bad(r, "more changed rows than rows");
 }
 
 static void read_log(reader *r, ll_rows *rows)
@@ -138,13 +138,13 @@ static void read_plane(reader *r, const ll_rows *base, int row, ll_rows *rows, u
     const int64_t *shape = ll_rows_at(rows, row);
     size_t width = (size_t)shape[0], size = ll_rows_plane(rows, row);
     if (r->end - r->at < (ptrdiff_t)size + 1) {
-        bad(r, "the bytes end within a plane");
+        bad(r, "incomplete plane");
         return;
     }
     uint8_t coding = *r->at++;
     const uint8_t *before = coding == 1 ? plane_of(base, row, size) : NULL;
     if (coding > 1 || (coding == 1 && before == NULL)) {
-        bad(r, "a plane has an unknown coding, or no base");
+        bad(r, "unknown coding of a plane, or base missing");
         return;
     }
     uint8_t change = 0;
@@ -161,17 +161,17 @@ static void read_planes(reader *r, const ll_rows *base, ll_rows *rows)
     for (int i = 0; i < rows->count; i++) {
         const int64_t *shape = ll_rows_at(rows, i);
         if (shape[0] < 0 || shape[1] < 0 || shape[0] > 65536 || shape[1] > 65536)
-            bad(r, "a plane's size is not one");
+            bad(r, "invalid size of a plane");
         else
             total += ll_rows_plane(rows, i);
         if (total > ROWS_BYTES_MAX)
-            bad(r, "planes of more than 16 MiB");
+            bad(r, "planes larger than 16 MiB");
     }
     if (ll_failed(&r->status))
         return;
     rows->planes = calloc(1, total + 1);
     if (rows->planes == NULL) {
-        r->status = ll_error(LL_NO_MEMORY, "no memory for planes");
+        r->status = ll_error(LL_NO_MEMORY, "out of memory: planes");
         return;
     }
     for (int i = 0; i < rows->count && !ll_failed(&r->status); i++) {
@@ -180,7 +180,7 @@ static void read_planes(reader *r, const ll_rows *base, ll_rows *rows)
     }
 }
 
-/* ---- all of it ---- */
+/* ---- sections ---- */
 
 static void read_body(reader *r, const ll_record *record, const ll_rows *base, ll_rows *rows, uint8_t *fresh)
 {
@@ -206,14 +206,14 @@ static void read_body(reader *r, const ll_record *record, const ll_rows *base, l
         read_planes(r, base, rows);
 }
 
-/* Rows of a KEYED section, before its runs are followed. */
-static uint64_t count_runs(reader look)
+/* Counts the rows of a KEYED section before its runs are decoded. */
+static uint64_t count_runs(reader copy)
 {
-    uint64_t runs = varint(&look), rows = 0;
-    for (; runs > 0 && !ll_failed(&look.status) && rows < ROWS_BYTES_MAX; runs--) {
-        rows += varint(&look);
-        varint(&look);
-        rows += varint(&look);
+    uint64_t runs = varint(&copy), rows = 0;
+    for (; runs > 0 && !ll_failed(&copy.status) && rows < ROWS_BYTES_MAX; runs--) {
+        rows += varint(&copy);
+        varint(&copy);
+        rows += varint(&copy);
     }
     return rows;
 }
@@ -224,7 +224,7 @@ ll_status ll_rows_decode(const ll_record *record, const ll_rows *base, const voi
     reader r = {bytes, (const uint8_t *)bytes + size, ll_ok()};
     int64_t first = 0;
     if (record->form == LL_FORM_LOG) {
-        varint(&r); /* lost */
+        varint(&r); /* number of lost rows */
         first = (int64_t)varint(&r);
     }
     int count = rows_of(&r, record, record->form == LL_FORM_KEYED ? count_runs(r) : varint(&r));
@@ -236,9 +236,9 @@ ll_status ll_rows_decode(const ll_record *record, const ll_rows *base, const voi
         rows->first = first;
         read_body(&r, record, base, rows, fresh);
         if (r.at != r.end)
-            bad(&r, "bytes are left over");
+            bad(&r, "bytes after the end");
     } else {
-        r.status = ll_error(LL_NO_MEMORY, "no memory for rows");
+        r.status = ll_error(LL_NO_MEMORY, "out of memory: rows");
     }
     free(fresh);
     if (ll_failed(&r.status))

@@ -5,17 +5,17 @@
 
 static const int64_t zeros[LL_FIELDS_MAX];
 
-/* ---- which row was which ---- */
+/* ---- matching rows with those of the base ---- */
 
 typedef enum op { COPY, DROP, NEW, END } op;
 
-/* A place in the merge of the rows with those of the base. */
+/* State of the merge of the rows with those of the base. */
 typedef struct merge {
     const ll_rows *rows, *base; /* base NULL: all rows are new */
     int row, was;
 } merge;
 
-/* What comes next of two lists in the order of their keys; without keys row i was row i. */
+/* Next step of merging two lists that are sorted by key; without keys, rows with equal index match. */
 static op next(const merge *m)
 {
     bool more = m->row < m->rows->count, old = m->base != NULL && m->was < m->base->count;
@@ -42,7 +42,7 @@ static uint64_t run(merge *m, op what)
     return length;
 }
 
-/* Returns how many runs there are; `out` may be NULL. */
+/* Returns the number of runs; `out` may be NULL. */
 static uint64_t put_runs(const ll_rows *rows, const ll_rows *base, ll_buffer *out)
 {
     uint64_t runs = 0;
@@ -55,7 +55,7 @@ static uint64_t put_runs(const ll_rows *rows, const ll_rows *base, ll_buffer *ou
     return runs;
 }
 
-/* ---- what has changed in them ---- */
+/* ---- changed fields ---- */
 
 static uint64_t changes(const ll_record *record, const int64_t *from, const int64_t *to)
 {
@@ -74,13 +74,13 @@ static void put_changes(const ll_record *record, uint64_t mask, const int64_t *f
             ll_buffer_varint(out, ll_zigzag(to[k] - from[k]));
 }
 
-/* Where a row starts from. */
+/* The values that a row's differences refer to. */
 static const int64_t *start_of(const merge *m, op what)
 {
     return what == COPY ? ll_rows_at(m->base, m->was) : m->row > 0 ? ll_rows_at(m->rows, m->row - 1) : zeros;
 }
 
-/* Returns how many rows have changed; `out` may be NULL. */
+/* Returns the number of changed rows; `out` may be NULL. */
 static uint64_t put_rows(const ll_rows *rows, const ll_rows *base, ll_buffer *out)
 {
     uint64_t changed = 0, skipped = 0;
@@ -106,7 +106,7 @@ static uint64_t put_rows(const ll_rows *rows, const ll_rows *base, ll_buffer *ou
 
 /* ---- planes ---- */
 
-/* A cell less the base's; of that, less what it is for the cell on the left. */
+/* Each cell's difference from the base, as a difference from that of the cell on the left. */
 static void put_plane_change(const uint8_t *plane, const uint8_t *before, size_t width, size_t size,
                              ll_buffer *out)
 {
@@ -137,7 +137,7 @@ static void put_planes(const ll_rows *rows, const ll_rows *base, ll_buffer *out)
     }
 }
 
-/* ---- a log ---- */
+/* ---- logs ---- */
 
 static void put_log(const ll_rows *rows, const ll_rows *base, ll_buffer *out)
 {

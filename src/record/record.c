@@ -57,13 +57,13 @@ static int64_t step_of(double value, int bits)
     return (int64_t)(scaled + (scaled < 0 ? -0.5 : 0.5));
 }
 
-/* The bits of a positive double ascend with it, exponent before mantissa: rounding them to the highest is
- * rounding it to equal relative steps. */
+/* The bits of a positive double ascend with its value, exponent before mantissa: rounding to the highest bits
+ * rounds to equal relative steps. */
 static int64_t real_step_of(double value, int bits)
 {
     uint64_t pattern;
     memcpy(&pattern, &value, sizeof pattern);
-    pattern &= INT64_MAX; /* the size */
+    pattern &= INT64_MAX; /* clears the sign */
     int drop = 52 - bits;
     int64_t integer = (int64_t)((pattern + (UINT64_C(1) << (drop - 1))) >> drop);
     return value < 0 ? -integer : integer;
@@ -98,7 +98,7 @@ double ll_field_value(const ll_record_field *f, int64_t integer)
     return integer < 0 ? -size : size;
 }
 
-/* ---- soundness ---- */
+/* ---- validation ---- */
 
 static bool is_name(const char *name)
 {
@@ -114,34 +114,36 @@ static ll_status field_valid(const ll_record *r, const ll_record_field *f)
 {
     bool real = f->type == LL_TYPE_F32 || f->type == LL_TYPE_F64;
     if (!is_name(f->name) || f->help == NULL || f->help[0] == '\0')
-        return ll_field_error(LL_BAD_INPUT, r->name, "a field needs a name of a-z, 0-9 and _, and help");
+        return ll_field_error(LL_BAD_INPUT, r->name, "a field must have help and a name of a-z, 0-9 and _");
     if (real != (f->coding != LL_CODE_INT))
-        return ll_field_error(LL_BAD_INPUT, f->name, "whole numbers are INT, real ones STEP or REAL");
+        return ll_field_error(LL_BAD_INPUT, f->name, "whole numbers must be INT, real ones STEP or REAL");
     if (f->coding == LL_CODE_REAL ? f->bits < 1 || f->bits > 39 : f->bits < 0 || f->bits > 40)
-        return ll_field_error(LL_BAD_INPUT, f->name, "REAL has 1 to 39 bits, STEP 0 to 40, not %d", f->bits);
+        return ll_field_error(LL_BAD_INPUT, f->name,
+                              "bits: must be 1 to 39 for REAL, 0 to 40 for STEP; got %d", f->bits);
     if (f->names != NULL && f->coding != LL_CODE_INT)
-        return ll_field_error(LL_BAD_INPUT, f->name, "only a whole number has names");
+        return ll_field_error(LL_BAD_INPUT, f->name, "only whole numbers may have names");
     for (const ll_record_field *other = r->fields; other < f; other++)
         if (strcmp(other->name, f->name) == 0)
-            return ll_field_error(LL_BAD_INPUT, f->name, "two fields have this name");
+            return ll_field_error(LL_BAD_INPUT, f->name, "duplicate field name");
     return ll_ok();
 }
 
 ll_status ll_record_valid(const ll_record *r)
 {
     if (!is_name(r->name) || r->channel >= LL_CHANNELS || r->help == NULL || r->help[0] == '\0')
-        return ll_error(LL_BAD_INPUT, "a record needs a name, a channel and help");
+        return ll_error(LL_BAD_INPUT, "a record must have a name, a channel and help");
     if (r->count < 1 || r->count > LL_FIELDS_MAX)
-        return ll_field_error(LL_BAD_INPUT, r->name, "1 to %d fields, not %d", LL_FIELDS_MAX, r->count);
+        return ll_field_error(LL_BAD_INPUT, r->name, "fields: must be 1 to %d; got %d", LL_FIELDS_MAX,
+                              r->count);
     int keys = r->form == LL_FORM_KEYED ? r->keys : r->form == LL_FORM_GRID ? 2 : 0;
     if (r->keys != (r->form == LL_FORM_KEYED ? keys : 0) || keys > LL_KEYS_MAX || keys > r->count)
-        return ll_field_error(LL_BAD_INPUT, r->name, "%d keys do not fit its form and fields", r->keys);
+        return ll_field_error(LL_BAD_INPUT, r->name, "%d keys: invalid for its form and fields", r->keys);
     if (r->form == LL_FORM_KEYED && (keys < 1 || r->count < LL_KEYS_MAX))
-        return ll_field_error(LL_BAD_INPUT, r->name, "a KEYED record has a key and at least %d fields",
+        return ll_field_error(LL_BAD_INPUT, r->name, "a KEYED record must have a key and at least %d fields",
                               LL_KEYS_MAX);
     for (int i = 0; i < keys; i++)
         if (r->fields[i].coding != LL_CODE_INT)
-            return ll_field_error(LL_BAD_INPUT, r->fields[i].name, "keys and sizes are whole numbers");
+            return ll_field_error(LL_BAD_INPUT, r->fields[i].name, "keys and sizes must be whole numbers");
     for (int i = 0; i < r->count; i++) {
         ll_status status = field_valid(r, &r->fields[i]);
         if (ll_failed(&status))

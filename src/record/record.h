@@ -1,15 +1,16 @@
-/* What is streamed, as tables.
+/* Tables of all streamed data.
  *
- * A record describes the rows of one section of the stream: the struct that a room fills, and of each of its
- * fields the name, unit, coding and help. From it come the binary layout, the JSON, the schema, AsyncAPI, the
- * tables in docs, and the page's decoder and constants: nothing else in the program writes a field's name.
+ * A record describes the rows of one section of the stream: the struct that a room fills, and the name, unit,
+ * coding and help of each field. Binary layout, JSON, schema, AsyncAPI, tables in docs, and the page's
+ * decoder and constants are all made from it: no other code has the names of the fields.
  *
- * Rows travel as integers. A field's coding says how a value becomes one, rounded once; what is sent are
- * differences of such integers, which are exact, so that errors cannot add up. Every integer lies within
- * +-(2^51 - 1), of which the ends stand for the infinities, and -2^51 for what is not known: the difference
- * of any two fits into a double of JavaScript.
+ * Rows are sent as integers. A field's coding converts a value to an integer, rounded once; differences of
+ * these integers are sent, which are exact, so that errors cannot accumulate. Every integer is within +-(2^51
+ * - 1), whose ends are the infinities, and -2^51 is an unknown value: the difference of any two is exact in a
+ * double of JavaScript.
  *
- * A field is added at the end of its record, so that a decoder that does not know it reads the others. */
+ * New fields are added at the end of a record, so that a decoder that does not know them can still read the
+ * others. */
 #pragma once
 
 #include <stdbool.h>
@@ -19,9 +20,9 @@
 #include "base/status.h"
 #include "record/channel.h"
 
-#define LL_FIELDS_MAX 49 /* of a record: the mask of those that changed is a varint */
+#define LL_FIELDS_MAX 49 /* of a record: the mask of changed fields is a varint */
 
-#define LL_INTEGER_MAX ((INT64_C(1) << 51) - 1) /* an infinity, as its negative */
+#define LL_INTEGER_MAX ((INT64_C(1) << 51) - 1) /* infinity; negative: minus infinity */
 #define LL_INTEGER_NONE (-(INT64_C(1) << 51))   /* NaN: null in JSON */
 
 typedef enum ll_type {
@@ -36,43 +37,43 @@ typedef enum ll_type {
 } ll_type;
 
 typedef enum ll_coding {
-    LL_CODE_INT,  /* of a whole number: itself */
-    LL_CODE_STEP, /* of a real one: round(value * 2^bits) */
-    LL_CODE_REAL, /* with `bits` (at most 39) of its mantissa: equal relative steps. 23 are exact for a float
-                   */
+    LL_CODE_INT,  /* whole number: unchanged */
+    LL_CODE_STEP, /* real number: round(value * 2^bits) */
+    LL_CODE_REAL, /* real number with `bits` (at most 39) of its mantissa: equal relative steps; 23 are exact
+                     for a float */
 } ll_coding;
 
 typedef struct ll_record_field {
     const char *name;
-    const char *unit; /* `m`, `ms`; NULL: it has none */
-    const char *help; /* what it is; of a real number that may be not known also when it is null */
+    const char *unit; /* `m`, `ms`; NULL: none */
+    const char *help; /* meaning; for real numbers that may be unknown also when they are null */
     size_t offset;
     ll_type type;
     ll_coding coding;
     int bits;
-    /* NULL-terminated. With `flags` the name of each bit from the lowest on (an empty one: not used), else
-     * that of each value from 0 on. NULL: it is a number. */
+    /* NULL-terminated. With `flags` the names of the bits, lowest first (empty: unused), else of the values
+     * from 0. NULL: a number. */
     const char *const *names;
     bool flags;
 } ll_record_field;
 
 typedef enum ll_form {
     LL_FORM_ONE,      /* one row */
-    LL_FORM_BY_INDEX, /* row i was row i before */
-    LL_FORM_KEYED,    /* rows ascend by their first `keys` fields, by which they are found again; two may have
-                         the same */
-    LL_FORM_LOG,      /* numbered rows that never change: those since the last that was sent */
-    LL_FORM_GRID,     /* as BY_INDEX, each with a plane of bytes, row by row; its first two fields are the
-                         plane's width and height */
+    LL_FORM_BY_INDEX, /* rows are matched by index */
+    LL_FORM_KEYED, /* rows are sorted and matched by their first `keys` fields; two rows may have equal keys
+                    */
+    LL_FORM_LOG,   /* numbered rows that never change: those after the last one sent */
+    LL_FORM_GRID,  /* as BY_INDEX, each row with a plane of bytes, row by row; its first two fields are the
+                      plane's width and height */
 } ll_form;
 
 #define LL_KEYS_MAX 4
 
 typedef struct ll_record {
     const char *name;   /* in JSON and in every decoder */
-    ll_channel channel; /* that a viewer subscribes to for it */
+    ll_channel channel; /* the channel that includes it */
     const char *help;
-    int id; /* on the wire; of no other record */
+    int id; /* on the wire; unique */
     ll_form form;
     int keys;
     size_t size; /* of the struct */
@@ -80,7 +81,7 @@ typedef struct ll_record {
     int count;
 } ll_record;
 
-/* Type and offset follow from the struct: the table cannot disagree with it. */
+/* Type and offset are taken from the struct, so that the table always agrees with it. */
 #define LL_TYPE_OF(member)                                                                                   \
     _Generic((member), bool                                                                                  \
              : LL_TYPE_BOOL, uint8_t                                                                         \
@@ -96,7 +97,7 @@ typedef struct ll_record {
     .name = #m, .unit = unit_, .help = help_, .offset = offsetof(S, m), .type = LL_TYPE_OF(((S *)0)->m),     \
     .coding = coding_, .bits = bits_
 
-/* Rows of a table: a whole number, one with a name for each value, a set of named bits, and real numbers. */
+/* Table rows: a whole number, one with names of values, a set of named bits, and real numbers. */
 #define LL_INT(S, m, unit, help)                                                                             \
     {                                                                                                        \
         LL_FIELD_AS(S, m, LL_CODE_INT, 0, unit, help)                                                        \
@@ -121,7 +122,7 @@ typedef struct ll_record {
 #define LL_ROWS_OF(S, table)                                                                                 \
     .size = sizeof(S), .fields = (table), .count = (int)(sizeof(table) / sizeof(table)[0])
 
-/* Steps that are fine enough to be drawn, for all records alike. */
+/* Bits of STEP, fine enough for drawing; the same in all records. */
 enum {
     LL_BITS_M = 13,    /* 0.12 mm */
     LL_BITS_MPS = 10,  /* 1 mm/s */
@@ -131,12 +132,12 @@ enum {
     LL_BITS_RATIO = 10 /* 0.1 % */
 };
 
-/* Whether names, codings, keys and the form's own fields are sound. For tests. */
+/* Whether names, codings, keys and the form's own fields are valid. For tests. */
 ll_status ll_record_valid(const ll_record *record);
 
-/* The integer of a field of `row`, a struct; and the value that it stands for (NaN: not known). */
+/* The integer of a field of `row`, a struct; and the value of an integer (NaN: unknown). */
 int64_t ll_field_integer(const ll_record_field *field, const void *row);
 double ll_field_value(const ll_record_field *field, int64_t integer);
 
-/* NULL when there is none. */
+/* NULL: not found */
 const ll_record *ll_record_named(const ll_record *const *records, const char *name);

@@ -1,4 +1,4 @@
-/* The rows of several records at one instant: of those that are wanted. */
+/* The rows of several records at one instant; only of records that are wanted. */
 #pragma once
 
 #include "record/rows.h"
@@ -12,12 +12,12 @@ typedef struct ll_row_set {
     bool failed; /* no memory */
 } ll_row_set;
 
-/* Adds a record; wanted, with room for `capacity` rows, or not. Returns its place. */
+/* Adds a record, with space for `capacity` rows if wanted. Returns its index. */
 int ll_row_set_add(ll_row_set *set, const ll_record *record, bool wanted, int capacity);
 void ll_row_set_free(ll_row_set *set);
 
 bool ll_row_set_wants(const ll_row_set *set, const ll_record *record);
 
-/* Rows of a record; nothing where they are not wanted. */
+/* Adds rows of a record; no effect if it is not wanted. */
 void ll_row_set_put(ll_row_set *set, const ll_record *record, const void *structs, int count);
 void ll_row_set_put_plane(ll_row_set *set, const ll_record *record, const void *row, const uint8_t *plane);

@@ -80,8 +80,8 @@ bool ll_rows_add_plane(ll_rows *rows, const void *row, const uint8_t *plane)
     return true;
 }
 
-/* Keys are the first fields, and a record has at least LL_KEYS_MAX of them: what stands behind the keys only
- * orders rows whose keys are the same. */
+/* A record has at least LL_KEYS_MAX fields, and keys come first: the other compared fields only order rows
+ * with equal keys. */
 static int by_keys(const void *a, const void *b)
 {
     const int64_t *left = a, *right = b;

@@ -1,29 +1,29 @@
-/* Rows of a record as integers: what is compared, encoded and shared. */
+/* Rows of a record as integers, for comparing, encoding and sharing. */
 #pragma once
 
 #include "record/buffer.h"
 #include "record/record.h"
 
-/* Made by ll_rows_new; never changed once it is filled. */
+/* Made by ll_rows_new; must not change once filled. */
 typedef struct ll_rows {
     const ll_record *record;
     int count, capacity;
-    int64_t first;   /* of a LOG: the number of the first row; also when there is none */
-    int64_t *values; /* a row behind the other, a value for each field */
-    uint8_t *planes; /* of a GRID: one behind the other */
+    int64_t first;   /* LOG: number of the first row; also without rows */
+    int64_t *values; /* row by row, one value per field */
+    uint8_t *planes; /* GRID: one after the other */
     size_t plane_bytes;
 } ll_rows;
 
 /* NULL without memory. */
 ll_rows *ll_rows_new(const ll_record *record, int capacity);
-void ll_rows_free(ll_rows *rows); /* NULL: nothing */
+void ll_rows_free(ll_rows *rows); /* NULL: no effect */
 size_t ll_rows_bytes(const ll_rows *rows);
 
 /* Adds `count` structs of the record; false without memory. */
 bool ll_rows_add(ll_rows *rows, const void *structs, int count);
-/* The same of one of a GRID, with its plane of width x height bytes. */
+/* The same for one row of a GRID, with its plane of width x height bytes. */
 bool ll_rows_add_plane(ll_rows *rows, const void *row, const uint8_t *plane);
-/* Brings those of a KEYED record into the order of their keys. To be called when all are there. */
+/* Sorts the rows of a KEYED record by key. Call when all are added. */
 void ll_rows_sort(ll_rows *rows);
 
 static inline int64_t *ll_rows_at(const ll_rows *rows, int row)
@@ -40,27 +40,27 @@ static inline size_t ll_rows_plane(const ll_rows *rows, int row)
 
 bool ll_rows_equal(const ll_rows *a, const ll_rows *b);
 
-/* Appends the section's body: against `base`, the same record's rows as the reader has them, or whole when it
- * is NULL.
+/* Appends the section's body, whole if `base` is NULL, or as a delta against `base`: the same record's rows
+ * as the reader has them.
  *
  *   ONE, BY_INDEX, GRID   varint rows
- *   KEYED                 varint runs, each: varint copied, left out and new ones
+ *   KEYED                 varint runs, each: varint copied, dropped and new rows
  *   then                  varint changed rows, each: varint skipped rows | varint mask of fields | zigzag
  *                         varint of each difference, lowest bit first
  *   GRID                  for each row: u8 coding | its plane
- *                         coding 0: values; 1: less the base's, less what that is for the cell on the left
+ *                         coding 0: values; 1: less the base's, less the same for the cell on the left
  *   LOG                   varint lost rows | varint number of the first | varint rows, each: varint mask |
- *                         differences against the row before
+ *                         differences from the previous row
  *
- * A row that was there before starts from what it was; a new one, and any of a LOG, from the row before it;
- * the first from zeros. */
+ * Differences of a row that exists in the base are from its old values; those of a new row, and of all rows
+ * of a LOG, from the previous row; those of the first from zeros. */
 void ll_rows_encode(const ll_rows *rows, const ll_rows *base, ll_buffer *out);
 
-/* The reverse. LL_BAD_INPUT says what is wrong with the bytes; LL_NO_MEMORY. */
+/* The reverse. LL_BAD_INPUT: the message says what is wrong with the bytes; LL_NO_MEMORY. */
 ll_status ll_rows_decode(const ll_record *record, const ll_rows *base, const void *bytes, size_t size,
                          ll_rows **rows);
 
-/* Appends a JSON array of an object for each row, by the names of the fields, numbers as a decoder of the
- * bytes has them, the names of values and of flags that are set instead of their numbers. Of a LOG those
- * numbered from `from` on, each with its number as `id`; of a GRID each with its plane as `values`. */
+/* Appends a JSON array with an object per row: field names, numbers as decoded from the bytes, names of
+ * values and of set flags instead of their numbers. Of a LOG the rows numbered from `from` on, each with its
+ * number as `id`; of a GRID each with its plane as `values`. */
 void ll_rows_json(const ll_rows *rows, int64_t from, ll_buffer *out);

@@ -1,4 +1,4 @@
-/* The tables as JSON: what a decoder that was made before, or elsewhere, reads the stream by. */
+/* The tables as JSON, for decoders in other programs or versions. */
 #pragma once
 
 #include "record/record.h"
@@ -6,9 +6,9 @@
 struct cJSON;
 
 /* {"protocol","records":[{"id","name","channel","form","keys","help","fields":[{"name","type","coding",
- * "bits","unit","names","flags","help"}]}]}, in the order given; what is empty is left out. Caller deletes;
- * NULL without memory. */
+ * "bits","unit","names","flags","help"}]}]}, in the given order, without empty members. Caller deletes; NULL
+ * without memory. */
 struct cJSON *ll_record_schema(const ll_record *const *records);
 
-/* Of the schema as it is printed without spaces: two programs with the same one read each other. */
+/* Hash of the schema, printed without spaces: programs with equal hashes can read each other's streams. */
 uint64_t ll_record_schema_hash(const ll_record *const *records);

@@ -18,8 +18,8 @@ static ll_status do_pause(ll_session *s, ll_time wall, const control_args *a)
     (void)a;
     if (s->status == LL_SESSION_PLAYING) {
         s->status = LL_SESSION_PAUSED;
-        ll_session_line(s, "pause");
-        ll_session_mark(s);
+        ll_session_emit_own(s, "pause");
+        ll_session_record_hash(s);
     }
     return ll_ok();
 }
@@ -33,42 +33,42 @@ static ll_status do_play(ll_session *s, ll_time wall, const control_args *a)
         ll_session_move_to(s, 0);
     if (s->status != LL_SESSION_PLAYING) {
         s->status = LL_SESSION_PLAYING;
-        ll_session_line(s, "play");
+        ll_session_emit_own(s, "play");
     }
-    ll_session_anchor(s, wall);
+    ll_session_set_clock(s, wall);
     return ll_ok();
 }
 
-static ll_status go_to(ll_session *s, int64_t tick)
+static ll_status begin_seek_to(ll_session *s, int64_t tick)
 {
-    ll_session_set_out(s, tick < 0 ? 0 : tick > s->end ? s->end : tick);
+    ll_session_begin_seek(s, tick < 0 ? 0 : tick > s->end ? s->end : tick);
     return ll_ok();
 }
 
 static ll_status do_step(ll_session *s, ll_time wall, const control_args *a)
 {
     (void)wall;
-    return go_to(s, s->tick + a->ticks);
+    return begin_seek_to(s, s->tick + a->ticks);
 }
 
 static ll_status do_seek(ll_session *s, ll_time wall, const control_args *a)
 {
     (void)wall;
     if (a->has_tick == a->has_time)
-        return ll_field_error(LL_BAD_INPUT, "tick", "seek takes either tick or time_s");
+        return ll_field_error(LL_BAD_INPUT, "tick", "seek: must have either tick or time_s");
     int64_t tick = a->has_tick ? a->tick : ll_tick_at((ll_time)llround(a->time_s * 1e9), s->freq);
     if (tick > s->end)
         return ll_field_error(LL_BAD_INPUT, a->has_tick ? "tick" : "time_s",
                               "the scenario ends at tick %lld; got %lld", (long long)s->end, (long long)tick);
-    return go_to(s, tick);
+    return begin_seek_to(s, tick);
 }
 
 static ll_status do_speed(ll_session *s, ll_time wall, const control_args *a)
 {
     s->speed = a->speed;
-    ll_session_anchor(s, wall);
+    ll_session_set_clock(s, wall);
     if (s->status == LL_SESSION_PLAYING)
-        ll_session_line(s, "play");
+        ll_session_emit_own(s, "play");
     return ll_ok();
 }
 
@@ -76,13 +76,13 @@ static ll_status do_restart(ll_session *s, ll_time wall, const control_args *a)
 {
     void *base = calloc(1, s->scenario.kind->table->size);
     if (!base)
-        return ll_error(LL_NO_MEMORY, "no memory to restart");
+        return ll_error(LL_NO_MEMORY, "out of memory: restart");
     ll_param_copy(s->scenario.kind->table, base, a->reset ? s->scenario.config : s->config);
     ll_session_rebase(s, base);
     free(base);
     if (a->reset)
         s->speed = 1;
-    ll_session_anchor(s, wall);
+    ll_session_set_clock(s, wall);
     ll_session_emit_restart(s);
     return ll_ok();
 }
@@ -103,19 +103,19 @@ static const ll_param control_rows[] = {
      .max = 1e9,
      .default_value = 1,
      .unit = "ticks",
-     .help = "How far to step; negative steps back."},
+     .help = "Ticks to step; negative: back."},
     {.name = "tick",
      .type = LL_PARAM_INT,
      .offset = offsetof(control_args, tick),
      .max = 1e12,
      .unit = "ticks",
-     .help = "Where to seek."},
+     .help = "Tick to seek to."},
     {.name = "time_s",
      .type = LL_PARAM_REAL,
      .offset = offsetof(control_args, time_s),
      .max = 1e6,
      .unit = "s",
-     .help = "Where to seek, as virtual time."},
+     .help = "Virtual time to seek to."},
     {.name = "speed",
      .type = LL_PARAM_REAL,
      .offset = offsetof(control_args, speed),
@@ -139,7 +139,7 @@ ll_status ll_session_control(ll_session *s, ll_time wall, const cJSON *control)
 {
     ll_status status = ll_session_begin_control(s, wall, control);
     if (!ll_failed(&status))
-        ll_session_pursue(s, INT64_MAX);
+        ll_session_continue(s, INT64_MAX);
     return status;
 }
 
@@ -164,7 +164,7 @@ ll_status ll_session_begin_control(ll_session *s, ll_time wall, const cJSON *con
     args.has_time = cJSON_HasObjectItem(control, "time_s");
     for (size_t i = 0; i < sizeof operations / sizeof operations[0]; i++)
         if (strcmp(op->valuestring, operations[i].name) == 0) {
-            ll_session_rest(s);
+            ll_session_stop_seek(s);
             return operations[i].run(s, wall, &args);
         }
     return ll_field_error(LL_BAD_INPUT, "op",

@@ -1,4 +1,5 @@
-/* Running the simulation: what the log and the timeline say, snapshots, events, failure. */
+/* Runs the simulation: applies the log and the timeline, takes checkpoints, keeps events, handles
+ * failures. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -12,26 +13,26 @@ static size_t config_size(const ll_session *s)
     return s->scenario.kind->table->size;
 }
 
-void ll_session_line(const ll_session *s, const char *op)
+void ll_session_emit_own(const ll_session *s, const char *op)
 {
     if (s->on_line)
         ll_session_emit_op(s, op, s->on_line, s->line_context);
 }
 
-void ll_session_drop_snapshots(ll_session *s, int64_t from)
+void ll_session_drop_checkpoints(ll_session *s, int64_t from)
 {
-    for (int i = 0; i < LL_SNAPSHOTS; i++) {
-        ll_checkpoint *shot = &s->snapshots[i];
-        if (shot->tick < from)
+    for (int i = 0; i < LL_CHECKPOINTS; i++) {
+        ll_checkpoint *checkpoint = &s->checkpoints[i];
+        if (checkpoint->tick < from)
             continue;
-        free(shot->block);
-        free(shot->config);
-        *shot = (ll_checkpoint){.tick = -1};
+        free(checkpoint->block);
+        free(checkpoint->config);
+        *checkpoint = (ll_checkpoint){.tick = -1};
     }
 }
 
-/* An event has just been written byte by byte, and to read that in wider units makes the processor wait for
- * the writes: members are copied one by one, and volatile, since compilers would join them. */
+/* Copies the members one by one, volatile: the event has just been written in narrow stores, and a wider load
+ * would stall until they have retired. Without volatile, compilers merge the copies. */
 void ll_session_keep_event(void *context, const void *row)
 {
     ll_session *s = context;
@@ -71,7 +72,7 @@ static void apply_entry(ll_session *s, const ll_log_entry *e)
     if (!kind->input)
         return;
     ll_status status = kind->accepts(s->config, e->player, &e->action);
-    if (!ll_failed(&status)) /* a log from outside may hold an input for nobody */
+    if (!ll_failed(&status)) /* a log from elsewhere may hold an input for a player that takes none */
         kind->input(s->block, e->player, &e->action);
     s->epoch++;
 }
@@ -88,14 +89,14 @@ void ll_session_apply_due(ll_session *s)
     ll_session_refresh(s);
 }
 
-/* Of a session that is not on its way anywhere: it falls half asleep where it is. */
-static void fall_half_asleep(ll_session *s)
+/* Starts to wake the session again, at its tick; nothing if it is already waking or seeking. */
+static void begin_rewake(ll_session *s)
 {
-    if (s->errand != LL_ERRAND_NONE)
+    if (s->transition != LL_TRANSITION_NONE)
         return;
-    s->status_asleep = s->status;
-    s->errand = LL_ERRAND_WAKE;
-    s->goal = s->tick;
+    s->status_parked = s->status;
+    s->transition = LL_TRANSITION_WAKE;
+    s->target_tick = s->tick;
 }
 
 bool ll_session_refresh(ll_session *s)
@@ -104,10 +105,10 @@ bool ll_session_refresh(ll_session *s)
     ll_time now = ll_tick_time(s->tick, s->freq);
     if (!s->stale || s->status == LL_SESSION_FAILED)
         return true;
-    ll_status status = kind->advance(s->block, now, NULL, NULL, s->patience);
+    ll_status status = kind->advance(s->block, now, NULL, NULL, s->interrupt);
     if (status.code == LL_INTERRUPTED) {
         kind->change(s->block, s->config, now);
-        fall_half_asleep(s);
+        begin_rewake(s);
         return false;
     }
     s->stale = false;
@@ -116,57 +117,59 @@ bool ll_session_refresh(ll_session *s)
     return true;
 }
 
-void ll_session_spoil(ll_session *s)
+void ll_session_invalidate(ll_session *s)
 {
-    fall_half_asleep(s);
-    ll_session_begin_state(s, s->goal);
+    begin_rewake(s);
+    ll_session_begin_rebuild(s, s->target_tick);
 }
 
-/* A snapshot is taken when its tick is left, so that it holds all commands of that tick. */
-void ll_session_shoot(ll_session *s)
+/* Takes a checkpoint if one is due. It is taken when the session leaves the tick, so that it includes all
+ * commands of that tick. */
+void ll_session_take_checkpoint(ll_session *s)
 {
-    int64_t every = s->end / (LL_SNAPSHOTS + 1);
-    if (every == 0 || s->tick == 0 || s->tick % every != 0 || s->tick / every > LL_SNAPSHOTS)
+    int64_t every = s->end / (LL_CHECKPOINTS + 1);
+    if (every == 0 || s->tick == 0 || s->tick % every != 0 || s->tick / every > LL_CHECKPOINTS)
         return;
-    ll_checkpoint *shot = &s->snapshots[s->tick / every - 1];
-    if (shot->tick == s->tick)
+    ll_checkpoint *checkpoint = &s->checkpoints[s->tick / every - 1];
+    if (checkpoint->tick == s->tick)
         return;
-    if (!shot->block) {
-        shot->block = malloc(s->block_size);
-        shot->config = calloc(1, config_size(s));
+    if (!checkpoint->block) {
+        checkpoint->block = malloc(s->block_size);
+        checkpoint->config = calloc(1, config_size(s));
     }
-    if (!shot->block || !shot->config) { /* only a convenience: without it seeking takes longer */
-        ll_session_drop_snapshots(s, s->tick);
+    if (!checkpoint->block ||
+        !checkpoint->config) { /* checkpoints are optional: without them seeking takes longer */
+        ll_session_drop_checkpoints(s, s->tick);
         return;
     }
-    memcpy(shot->block, s->block, s->block_size);
-    ll_param_copy(s->scenario.kind->table, shot->config, s->config);
-    shot->tick = s->tick;
-    shot->next = s->next;
-    shot->step = s->step;
-    shot->skipped = s->skipped;
+    memcpy(checkpoint->block, s->block, s->block_size);
+    ll_param_copy(s->scenario.kind->table, checkpoint->config, s->config);
+    checkpoint->tick = s->tick;
+    checkpoint->next = s->next;
+    checkpoint->step = s->step;
+    checkpoint->skipped = s->skipped;
 }
 
-/* The block stays as it failed, between this tick and the next; the log tells it, once. */
+/* The block keeps the state of the failure, between this tick and the next. The failure is logged once. */
 void ll_session_fail(ll_session *s, const ll_status *why)
 {
-    bool told = s->failed_at == s->tick;
+    bool logged = s->failed_at == s->tick;
     s->status = LL_SESSION_FAILED;
     s->error = *why;
     s->failed_at = s->tick;
-    if (!told || !s->failed_hash) /* what the log says stays */
+    if (!logged || !s->failed_hash) /* the hash that the log has is kept */
         s->failed_hash = s->scenario.kind->hash(s->block);
-    if (s->on_line && !told)
+    if (s->on_line && !logged)
         ll_session_emit_failure(s, s->on_line, s->line_context);
 }
 
-/* The tick up to which the kind runs by itself: then a snapshot, a change of the scenario's own or a command
- * is due. */
-static int64_t stretch_end(const ll_session *s, int64_t to)
+/* The tick up to which the kind can run without interruption: then a checkpoint, a step of the timeline or a
+ * command is due. */
+static int64_t end_of_run(const ll_session *s, int64_t to)
 {
     if (!s->scenario.kind->stands_at)
         return s->tick + 1;
-    int64_t every = s->end / (LL_SNAPSHOTS + 1);
+    int64_t every = s->end / (LL_CHECKPOINTS + 1);
     int64_t snapshot = every > 0 ? (s->tick / every + 1) * every : to;
     int64_t change = ll_timeline_tick(ll_session_head(s), s->step, s->freq);
     int64_t command = s->next < s->log.count ? s->log.entries[s->next].tick : to;
@@ -177,7 +180,7 @@ static int64_t stretch_end(const ll_session *s, int64_t to)
     return end;
 }
 
-/* A session that fails does so behind the same tick however it is driven. */
+/* A failure comes after the same tick, whether the session is paced, replayed or seeks. */
 void ll_session_run(ll_session *s, int64_t to, bool record)
 {
     const ll_sim_kind *kind = s->scenario.kind;
@@ -186,16 +189,16 @@ void ll_session_run(ll_session *s, int64_t to, bool record)
     if (!ll_session_refresh(s))
         return;
     while (s->tick < to && s->status != LL_SESSION_FAILED && !s->stale) {
-        ll_session_shoot(s);
-        int64_t end = stretch_end(s, to);
+        ll_session_take_checkpoint(s);
+        int64_t end = end_of_run(s, to);
         ll_time until = ll_tick_time(end, s->freq);
         ll_status status =
-            kind->advance(s->block, until, record ? &recorder : NULL, step_profiler, s->patience);
+            kind->advance(s->block, until, record ? &recorder : NULL, step_profiler, s->interrupt);
         s->epoch++;
         if (status.code == LL_INTERRUPTED) {
-            s->broken = true;
-            if (!s->safe)
-                ll_session_spoil(s);
+            s->interrupted = true;
+            if (!s->restorable)
+                ll_session_invalidate(s);
             return;
         }
         if (step_profiler)
@@ -213,31 +216,31 @@ void ll_session_run(ll_session *s, int64_t to, bool record)
         s->head = s->tick;
 }
 
-/* A tick's state is that after everything that falls on its time, tick 0 too. */
-static ll_status run_first_instant(ll_session *s, bool record)
+/* The state of a tick includes everything that happens at its time; this holds for tick 0 too. */
+static ll_status run_tick_zero(ll_session *s, bool record)
 {
     ll_recorder recorder = {ll_session_keep_event, s};
     ll_step_profiler *step_profiler = s->step_profiler.now_ns ? &s->step_profiler : NULL;
     return s->scenario.kind->advance(s->block, 0, record ? &recorder : NULL, step_profiler, NULL);
 }
 
-void ll_session_start_from(ll_session *s, const ll_checkpoint *shot, bool record)
+void ll_session_start_from(ll_session *s, const ll_checkpoint *checkpoint, bool record)
 {
-    const void *config = shot ? shot->config : s->base;
+    const void *config = checkpoint ? checkpoint->config : s->base;
     ll_status made = ll_ok();
     ll_param_copy(s->scenario.kind->table, s->config, config);
     s->stale = false;
     s->epoch++;
-    if (shot)
-        memcpy(s->block, shot->block, s->block_size);
+    if (checkpoint)
+        memcpy(s->block, checkpoint->block, s->block_size);
     else
         made = s->scenario.kind->init(s->block, s->base);
-    if (!shot && !ll_failed(&made))
-        made = run_first_instant(s, record);
-    s->tick = shot ? shot->tick : 0;
-    s->next = shot ? shot->next : 0;
-    s->step = shot ? shot->step : 0;
-    s->skipped = shot ? shot->skipped : 0;
+    if (!checkpoint && !ll_failed(&made))
+        made = run_tick_zero(s, record);
+    s->tick = checkpoint ? checkpoint->tick : 0;
+    s->next = checkpoint ? checkpoint->next : 0;
+    s->step = checkpoint ? checkpoint->step : 0;
+    s->skipped = checkpoint ? checkpoint->skipped : 0;
     if (s->status == LL_SESSION_FAILED) {
         s->status = LL_SESSION_PAUSED;
         s->error = ll_ok();
@@ -249,29 +252,29 @@ void ll_session_start_from(ll_session *s, const ll_checkpoint *shot, bool record
     ll_session_apply_due(s);
 }
 
-int64_t ll_session_quiet(const ll_session *s, int64_t tick)
+int64_t ll_session_first_recorded(const ll_session *s, int64_t tick)
 {
     return tick - ll_tick_at(EVENT_WINDOW, s->freq);
 }
 
-/* Begins to make the state of `tick` from the nearest that is kept, with the events of the last seconds
- * before it. */
-void ll_session_begin_state(ll_session *s, int64_t tick)
+/* Begins to rebuild the state of `tick` from the nearest checkpoint that is older than the events kept before
+ * `tick`. */
+void ll_session_begin_rebuild(ll_session *s, int64_t tick)
 {
-    int64_t quiet = ll_session_quiet(s, tick);
+    int64_t record_from = ll_session_first_recorded(s, tick);
     const ll_checkpoint *best = NULL;
-    for (int i = 0; i < LL_SNAPSHOTS; i++)
-        if (s->snapshots[i].tick >= 0 && s->snapshots[i].tick <= quiet &&
-            (!best || s->snapshots[i].tick > best->tick))
-            best = &s->snapshots[i];
-    ll_session_start_from(s, best, quiet <= 0);
+    for (int i = 0; i < LL_CHECKPOINTS; i++)
+        if (s->checkpoints[i].tick >= 0 && s->checkpoints[i].tick <= record_from &&
+            (!best || s->checkpoints[i].tick > best->tick))
+            best = &s->checkpoints[i];
+    ll_session_start_from(s, best, record_from <= 0);
     s->generation++;
     s->event_base = s->event_count;
-    s->quiet = quiet;
+    s->record_from = record_from;
 }
 
-void ll_session_anchor(ll_session *s, ll_time wall)
+void ll_session_set_clock(ll_session *s, ll_time wall)
 {
-    s->anchor_wall = wall;
-    s->anchor_time = ll_tick_time(s->tick, s->freq);
+    s->clock_wall = wall;
+    s->clock_time = ll_tick_time(s->tick, s->freq);
 }

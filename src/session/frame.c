@@ -9,7 +9,7 @@
 #include "session/internal.h"
 #include "session/section.h"
 
-/* ---- taking ---- */
+/* ---- taking a frame ---- */
 
 static uint8_t flags_of(const ll_session *s)
 {
@@ -19,8 +19,8 @@ static uint8_t flags_of(const ll_session *s)
                      (s->status == LL_SESSION_FAILED ? LL_FRAME_FAILED : 0));
 }
 
-/* Whether the section has all that the rows have. */
-static bool covered(const ll_section *section, const ll_rows *rows)
+/* Whether the section equals the rows, or has all of their events. */
+static bool is_unchanged(const ll_section *section, const ll_rows *rows)
 {
     if (section == NULL)
         return false;
@@ -30,10 +30,11 @@ static bool covered(const ll_section *section, const ll_rows *rows)
     return ll_rows_equal(old, rows);
 }
 
-/* The rows, which it takes, as a section: the last one where that has them. Without memory none. */
+/* Makes a section of the rows, which it owns then, or shares the last section if it equals them. NULL without
+ * memory. */
 static ll_section *take_rows(ll_rows *rows, uint32_t seq, ll_section **last)
 {
-    if (covered(*last, rows)) {
+    if (is_unchanged(*last, rows)) {
         ll_rows_free(rows);
     } else {
         ll_section_release(*last);
@@ -57,7 +58,7 @@ ll_status ll_frame_take(const ll_session *s, const ll_record_request *request, u
     ll_frame *frame = calloc(1, sizeof *frame);
     ll_row_set set = {0};
     if (frame == NULL)
-        return ll_error(LL_NO_MEMORY, "no memory for a frame");
+        return ll_error(LL_NO_MEMORY, "out of memory: frame");
     *frame = (ll_frame){.seq = seq,
                         .generation = s->generation,
                         .channels = request->channels,
@@ -80,7 +81,7 @@ ll_status ll_frame_take(const ll_session *s, const ll_record_request *request, u
     ll_row_set_free(&set);
     if (failed) {
         ll_frame_release(frame);
-        return ll_error(LL_NO_MEMORY, "no memory for a frame");
+        return ll_error(LL_NO_MEMORY, "out of memory: frame");
     }
     *result = frame;
     return ll_ok();
@@ -165,7 +166,7 @@ void ll_frame_write(const ll_frame *frame, const ll_frame_state *state, uint16_t
         ll_buffer_text(buffer, "}");
 }
 
-/* ---- the first message ---- */
+/* ---- hello message ---- */
 
 static void add_channels(cJSON *hello, const ll_sim_kind *kind)
 {

@@ -1,4 +1,4 @@
-/* The kinds of simulations, each with a room of its own: their headers are not for one file. */
+/* All kinds of simulations. Each has a room of its own; only this file includes all of their headers. */
 #pragma once
 
 #include "sim/core/sim.h"

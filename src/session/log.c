@@ -1,7 +1,7 @@
-/* The log of a session in memory and as lines of JSON.
+/* The log of a session, in memory and as lines of JSON.
  *
- * Lines are appended only: {"op":"rewind"} and {"op":"restart"} tell that what came after a tick, or
- * everything, no longer holds. Restoring folds them. */
+ * Lines are only appended. {"op":"rewind"} invalidates the lines after a tick, {"op":"restart"} all earlier
+ * lines. Restoring applies both. */
 #include <cjson/cJSON.h>
 #include <inttypes.h>
 #include <stdio.h>
@@ -16,7 +16,7 @@ ll_status ll_log_append(ll_log *log, const ll_log_entry *entry)
         size_t capacity = log->capacity ? 2 * log->capacity : 16;
         ll_log_entry *entries = realloc(log->entries, capacity * sizeof *entries);
         if (!entries)
-            return ll_error(LL_NO_MEMORY, "no memory for the log of the session");
+            return ll_error(LL_NO_MEMORY, "out of memory: log of the session");
         log->entries = entries;
         log->capacity = capacity;
     }
@@ -25,7 +25,7 @@ ll_status ll_log_append(ll_log *log, const ll_log_entry *entry)
         size_t length = strlen(entry->values) + 1;
         copy.values = malloc(length);
         if (!copy.values)
-            return ll_error(LL_NO_MEMORY, "no memory for the log of the session");
+            return ll_error(LL_NO_MEMORY, "out of memory: log of the session");
         memcpy(copy.values, entry->values, length);
         log->text_bytes += length;
     }
@@ -132,7 +132,7 @@ static void add_hash(cJSON *o, uint64_t hash)
     cJSON_AddStringToObject(o, "hash", text);
 }
 
-void ll_session_emit_mark(const ll_mark *mark, ll_log_line *line, void *context)
+void ll_session_emit_hash(const ll_tick_hash *mark, ll_log_line *line, void *context)
 {
     cJSON *o = cJSON_CreateObject();
     cJSON_AddStringToObject(o, "op", "hash");
@@ -141,7 +141,7 @@ void ll_session_emit_mark(const ll_mark *mark, ll_log_line *line, void *context)
     emit(o, line, context);
 }
 
-/* `tick` is the last that was reached; the hash is of the state as it failed behind it. */
+/* `tick` is the last tick that was reached; the hash is of the state of the failure after it. */
 void ll_session_emit_failure(const ll_session *s, ll_log_line *line, void *context)
 {
     cJSON *o = cJSON_CreateObject();
@@ -153,17 +153,18 @@ void ll_session_emit_failure(const ll_session *s, ll_log_line *line, void *conte
     emit(o, line, context);
 }
 
-static void emit_marks(const ll_session *s, int *next, int64_t before, ll_log_line *line, void *context)
+static void emit_hashes(const ll_session *s, int *next, int64_t before, ll_log_line *line, void *context)
 {
-    while (*next < s->mark_count && s->marks[*next].tick < before)
-        ll_session_emit_mark(&s->marks[(*next)++], line, context);
+    while (*next < s->hash_count && s->tick_hashes[*next].tick < before)
+        ll_session_emit_hash(&s->tick_hashes[(*next)++], line, context);
 }
 
-/* The state that is at hand, of a session whose log is kept: who writes a log himself has his own hashes. */
+/* The present state's hash, for a session with a listener: a caller that writes the log itself has its own
+ * hashes. */
 static void emit_present(const ll_session *s, ll_log_line *line, void *context)
 {
-    if (s->on_line && s->block && s->errand == LL_ERRAND_NONE && s->status != LL_SESSION_FAILED)
-        ll_session_emit_mark(&(ll_mark){s->tick, s->scenario.kind->hash(s->block)}, line, context);
+    if (s->on_line && s->block && s->transition == LL_TRANSITION_NONE && s->status != LL_SESSION_FAILED)
+        ll_session_emit_hash(&(ll_tick_hash){s->tick, s->scenario.kind->hash(s->block)}, line, context);
 }
 
 void ll_session_log(const ll_session *s, ll_log_line *line, void *context)
@@ -171,10 +172,10 @@ void ll_session_log(const ll_session *s, ll_log_line *line, void *context)
     int mark = 0;
     ll_session_emit_create(s, line, context);
     for (size_t i = 0; i < s->log.count; i++) {
-        emit_marks(s, &mark, s->log.entries[i].tick, line, context);
+        emit_hashes(s, &mark, s->log.entries[i].tick, line, context);
         ll_session_emit_entry(&s->log.entries[i], line, context);
     }
-    emit_marks(s, &mark, INT64_MAX, line, context);
+    emit_hashes(s, &mark, INT64_MAX, line, context);
     emit_present(s, line, context);
     cJSON *o = cJSON_CreateObject();
     cJSON_AddStringToObject(o, "op", "head");

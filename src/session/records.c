@@ -9,7 +9,7 @@
 #include "session/internal.h"
 #include "sim/core/scenario_rows.h"
 
-/* ---- where the session stands ---- */
+/* ---- session record ---- */
 
 typedef struct session_row {
     double speed, duration_s;
@@ -18,19 +18,18 @@ typedef struct session_row {
 } session_row;
 
 static const ll_record_field session_fields[] = {
-    LL_REAL(session_row, speed, 23, NULL, "of virtual time"),
-    LL_STEP(session_row, duration_s, LL_BITS_S, "s", "of the scenario"),
-    LL_INT(session_row, behind_ticks, "ticks", "by which the log goes beyond this frame"),
-    LL_INT(session_row, params_version, NULL, "read the parameters again when it differs"),
-    LL_INT(session_row, generation, NULL,
-           "time has jumped when it differs: what was drawn is of another past"),
-    LL_INT(session_row, viewers, NULL, "who look"),
+    LL_REAL(session_row, speed, 23, NULL, "virtual seconds per second"),
+    LL_STEP(session_row, duration_s, LL_BITS_S, "s", "duration of the scenario"),
+    LL_INT(session_row, behind_ticks, "ticks", "ticks from this frame to the end of the log"),
+    LL_INT(session_row, params_version, NULL, "changes when the parameters must be read again"),
+    LL_INT(session_row, generation, NULL, "changes when time has jumped: discard everything drawn before"),
+    LL_INT(session_row, viewers, NULL, "connected viewers"),
 };
 
 static const ll_record session_record = {.id = 0,
                                          .name = "session",
                                          .channel = LL_CHANNEL_SESSION,
-                                         .help = "Where the session stands.",
+                                         .help = "Status and clock of the session.",
                                          .form = LL_FORM_ONE,
                                          LL_ROWS_OF(session_row, session_fields)};
 
@@ -44,7 +43,7 @@ static session_row session_of(const ll_session *s, const ll_record_request *requ
                          .viewers = request->viewers};
 }
 
-/* ---- the daemon's clock ---- */
+/* ---- clock record ---- */
 
 typedef struct clock_row {
     int64_t wall_us;
@@ -57,7 +56,7 @@ static const ll_record_field clock_fields[] = {
 static const ll_record clock_record = {.id = 60,
                                        .name = "clock",
                                        .channel = LL_CHANNEL_CLOCK,
-                                       .help = "When the frame was taken.",
+                                       .help = "Time at which the frame was taken.",
                                        .form = LL_FORM_ONE,
                                        LL_ROWS_OF(clock_row, clock_fields)};
 
@@ -78,27 +77,25 @@ static const char *const event_types[] = {
 static const char *const fates[] = {"delivered", "lost", "overflow", "corrupted", NULL};
 
 static const ll_record_field event_fields[] = {
-    LL_ENUM(event_row, type, event_types, "what happened; up to pong a packet that was sent"),
-    LL_INT(event_row, player, NULL, "to, from or of whom"),
-    LL_ENUM(event_row, fate, fates, "of a packet"),
+    LL_ENUM(event_row, type, event_types,
+            "type of the event; the types up to pong are packets by their message"),
+    LL_INT(event_row, player, NULL, "the player that sent, received or caused it"),
+    LL_ENUM(event_row, fate, fates, "fate of a packet"),
     LL_INT(event_row, outcome, NULL,
-           "of an input's result and an applied state: 0 applied, 1 refused, 2 stale, 3 late, 4 unreadable; "
-           "of a "
-           "connection its state"),
+           "input result and applied state: 0 applied, 1 refused, 2 stale, 3 late, 4 undecodable; "
+           "connection: its state"),
     LL_STEP(event_row, begin_s, LL_BITS_S, "s",
-            "when it was sent or happened; below 0: in the lobby before the game"),
-    LL_STEP(event_row, end_s, LL_BITS_S, "s", "when it is due; begin_s of what was lost"),
-    LL_INT(event_row, number, NULL, "of an input its sequence number, of a state the server's tick"),
+            "when it was sent or happened; negative: in the lobby before the game"),
+    LL_STEP(event_row, end_s, LL_BITS_S, "s", "when it arrives; begin_s for a lost packet"),
+    LL_INT(event_row, number, NULL, "input: its sequence number; state: the server's tick"),
     LL_STEP(event_row, value, LL_BITS_M, NULL,
-            "of a correction the signed distance in m, of an input the first axis, of an applied state x of "
-            "the own entity"),
+            "correction: signed distance in m; input: first axis; applied state: x of the own entity"),
 };
 
 static const ll_record event_record = {.id = 1,
                                        .name = "events",
                                        .channel = LL_CHANNEL_LANES,
-                                       .help =
-                                           "What happened: packets, results of inputs, corrections, steps.",
+                                       .help = "Packets, results of inputs, corrections, steps.",
                                        .form = LL_FORM_LOG,
                                        LL_ROWS_OF(event_row, event_fields)};
 
@@ -114,7 +111,7 @@ static event_row event_of(const ll_event *e)
                        .value = e->value};
 }
 
-/* The first of the last seconds. */
+/* First event of the last seconds. */
 static uint32_t first_recent(const ll_session *s, uint32_t oldest)
 {
     ll_time from = ll_tick_time(s->tick, s->freq) - (ll_time)(LL_EVENTS_NEW_S * 1e9);
@@ -148,7 +145,7 @@ static void fill_events(const ll_session *s, const ll_record_request *request, l
     }
 }
 
-/* ---- all of them ---- */
+/* ---- all records ---- */
 
 static const ll_record *const own[LL_OWN_RECORDS] = {[LL_RECORD_SESSION] = &session_record,
                                                      [LL_RECORD_CLOCK] = &clock_record,

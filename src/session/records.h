@@ -1,4 +1,4 @@
-/* What is streamed of every session, in addition to what its kind has. */
+/* Records that every session streams, in addition to those of its kind. */
 #pragma once
 
 #include "record/row_set.h"
@@ -8,25 +8,24 @@ struct cJSON;
 
 #define LL_NO_EVENT INT64_MAX
 
-/* Of a frame that is taken. */
+/* What a frame is to contain. */
 typedef struct ll_record_request {
-    uint16_t channels; /* bits of ll_channel */
-    bool anew;         /* of the events also those of the last LL_EVENTS_NEW_S: some viewer has seen none */
-    int64_t
-        from_event; /* number of the first that some viewer has not got; LL_NO_EVENT: none waits for any */
+    uint16_t channels;  /* bits of ll_channel */
+    bool anew;          /* also the events of the last LL_EVENTS_NEW_S: a viewer has none yet */
+    int64_t from_event; /* first event that a viewer does not have; LL_NO_EVENT: no viewer wants events */
     uint32_t viewers;
     uint64_t wall_ns; /* of the daemon's monotonic clock */
 } ll_record_request;
 
 #define LL_EVENTS_NEW_S 4.0
 
-/* Where the events stand in the set. */
+/* Indices of these records in the set. */
 enum { LL_RECORD_SESSION, LL_RECORD_CLOCK, LL_RECORD_EVENTS, LL_OWN_RECORDS };
 
-/* Those above, then those of the kind. Nothing of the session changes; it must be awake. */
+/* Fills in the records above, then those of the kind. The session must be awake, and does not change. */
 void ll_session_fill(const ll_session *session, const ll_record_request *request, ll_row_set *rows);
 
-/* Of all kinds, each once, NULL-terminated. */
+/* Records of all kinds, each once, NULL-terminated. */
 #define LL_ALL_RECORDS_MAX 48
 void ll_all_records(const ll_record *records[LL_ALL_RECORDS_MAX + 1]);
 

@@ -1,5 +1,5 @@
-/* A session from its log. Lines are folded: {"op":"rewind"} and {"op":"restart"} tell that what came after a
- * tick, or everything, no longer holds. */
+/* Restores a session from its log. {"op":"rewind"} invalidates the lines after a tick, {"op":"restart"} all
+ * earlier lines. */
 #include <cjson/cJSON.h>
 #include <inttypes.h>
 #include <math.h>
@@ -27,19 +27,19 @@ static ll_status read_create(ll_session **session, const cJSON *o, ll_log_line *
 {
     const cJSON *format = cJSON_GetObjectItemCaseSensitive(o, "laglab_log");
     if (!cJSON_IsNumber(format) || format->valueint != LL_LOG_FORMAT)
-        return bad_line(1, "is not the header of a laglab log of format 1");
+        return bad_line(1, "not the header of a laglab log of format 1");
     ll_scenario scenario = {0};
     ll_status status = ll_scenario_parse(cJSON_GetObjectItemCaseSensitive(o, "scenario"), &scenario);
     if (ll_failed(&status))
         return status;
     status = ll_session_new(&scenario, scenario.config, on_line, context, session);
     const cJSON *version = cJSON_GetObjectItemCaseSensitive(o, "version");
-    if (!ll_failed(&status) && cJSON_IsString(version)) /* older logs do not tell it */
+    if (!ll_failed(&status) && cJSON_IsString(version)) /* older logs have no version */
         snprintf((*session)->version, sizeof(*session)->version, "%s", version->valuestring);
     return status;
 }
 
-/* A restart may change what is live, never what the block's size and the clock follow from. */
+/* A restart may change live parameters, but nothing that determines the block's size or the clock. */
 static bool same_shape(const ll_session *s, const ll_scenario *other)
 {
     return other->kind == s->scenario.kind && other->kind->size(other->config) == s->block_size &&
@@ -52,7 +52,7 @@ static ll_status read_restart(ll_session *s, const cJSON *o, size_t number)
     ll_scenario scenario = {0};
     ll_status status = ll_scenario_parse(cJSON_GetObjectItemCaseSensitive(o, "scenario"), &scenario);
     if (!ll_failed(&status) && !same_shape(s, &scenario))
-        status = bad_line(number, "restarts another scenario");
+        status = bad_line(number, "restart of another scenario");
     if (!ll_failed(&status))
         ll_session_rebase(s, scenario.config);
     ll_scenario_free(&scenario);
@@ -63,16 +63,16 @@ static ll_status read_set(ll_session *s, const cJSON *o, int64_t tick, size_t nu
 {
     const cJSON *values = cJSON_GetObjectItemCaseSensitive(o, "values");
     if (!cJSON_IsObject(values))
-        return bad_line(number, "has no values");
+        return bad_line(number, "`values` missing");
     char *text = cJSON_PrintUnformatted(values);
     ll_status status =
         text ? ll_log_append(&s->log, &(ll_log_entry){.tick = tick, .op = LL_OP_SET, .values = text})
-             : ll_error(LL_NO_MEMORY, "no memory for the log of the session");
+             : ll_error(LL_NO_MEMORY, "out of memory: log of the session");
     cJSON_free(text);
     return status;
 }
 
-/* A whole number of a member in [0, most]; an absent one is `default_value`, where that is not below 0. */
+/* Reads a whole number in [0, most]. A missing member is `default_value`, or an error if that is negative. */
 static ll_status read_whole(const cJSON *o, const char *name, double most, double standard, double *value)
 {
     const cJSON *member = cJSON_GetObjectItemCaseSensitive(o, name);
@@ -133,13 +133,13 @@ static void rewind_to(ll_session *s, int64_t tick)
     ll_log_truncate(&s->log, keep);
     s->head = tick;
     s->failed_at = -1;
-    ll_session_forget_marks(s, tick + 1);
+    ll_session_drop_hashes(s, tick + 1);
 }
 
-/* A command makes another future of its tick. */
+/* A command drops all later ones. */
 static void read_command(ll_session *s, int64_t tick)
 {
-    ll_session_forget_marks(s, tick);
+    ll_session_drop_hashes(s, tick);
     if (s->failed_at >= tick)
         s->failed_at = -1;
 }
@@ -153,11 +153,11 @@ static bool read_hash(const cJSON *o, uint64_t *hash)
     return whole;
 }
 
-static void read_mark(ll_session *s, const cJSON *o, int64_t tick)
+static void read_tick_hash(ll_session *s, const cJSON *o, int64_t tick)
 {
-    ll_mark mark = {.tick = tick};
+    ll_tick_hash mark = {.tick = tick};
     if (read_hash(o, &mark.hash))
-        ll_session_keep_mark(s, &mark);
+        ll_session_add_hash(s, &mark);
 }
 
 static void read_failure(ll_session *s, const cJSON *o, int64_t tick)
@@ -165,7 +165,7 @@ static void read_failure(ll_session *s, const cJSON *o, int64_t tick)
     const cJSON *detail = cJSON_GetObjectItemCaseSensitive(o, "detail");
     s->failed_at = tick;
     read_hash(o, &s->failed_hash);
-    s->error = ll_error(LL_DIVERGED, "%s", cJSON_IsString(detail) ? detail->valuestring : "it failed");
+    s->error = ll_error(LL_DIVERGED, "%s", cJSON_IsString(detail) ? detail->valuestring : "unknown failure");
 }
 
 static ll_status read_line(ll_session **session, const cJSON *o, size_t number, ll_log_line *on_line,
@@ -176,17 +176,17 @@ static ll_status read_line(ll_session **session, const cJSON *o, size_t number, 
     int64_t tick;
     if (!*session)
         return strcmp(op, "create") == 0 ? read_create(session, o, on_line, context)
-                                         : bad_line(number, "comes before the header");
+                                         : bad_line(number, "header missing before this line");
     ll_session *s = *session;
     if (strcmp(op, "restart") == 0)
         return read_restart(s, o, number);
     if (!read_tick(o, &tick))
-        return bad_line(number, "has no tick");
+        return bad_line(number, "`tick` missing");
     if (tick > s->end)
-        return bad_line(number, "lies behind the end of the scenario");
+        return bad_line(number, "tick is after the end of the scenario");
     bool command = strcmp(op, "set") == 0 || strcmp(op, "input") == 0;
     if (command && s->log.count > 0 && s->log.entries[s->log.count - 1].tick > tick)
-        return bad_line(number, "is stamped earlier than the line before it");
+        return bad_line(number, "tick is before that of the previous line");
     if (tick > s->head && strcmp(op, "rewind") != 0)
         s->head = tick;
     if (command)
@@ -198,15 +198,15 @@ static ll_status read_line(ll_session **session, const cJSON *o, size_t number, 
     if (strcmp(op, "rewind") == 0)
         rewind_to(s, tick);
     else if (strcmp(op, "hash") == 0)
-        read_mark(s, o, tick);
+        read_tick_hash(s, o, tick);
     else if (strcmp(op, "fail") == 0)
         read_failure(s, o, tick);
     else if (strcmp(op, "play") != 0 && strcmp(op, "pause") != 0 && strcmp(op, "head") != 0)
-        return bad_line(number, "has an unknown op");
+        return bad_line(number, "unknown op");
     return ll_ok();
 }
 
-/* Changes are checked when all lines are read: what a rewind dropped does not count. */
+/* Changes are checked after all lines are read, since a later rewind may drop them. */
 static ll_status check_changes(ll_session *s)
 {
     const ll_sim_kind *kind = s->scenario.kind;

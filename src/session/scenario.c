@@ -12,7 +12,7 @@
 
 /* ---- JSON ---- */
 
-/* cJSON's own limit of nesting is for the whole process; this one is for what a document of ours can need. */
+/* cJSON's nesting limit is for the whole process; this one is for laglab's documents, which need less. */
 static bool too_deep(const char *text, size_t length)
 {
     int depth = 0;
@@ -45,8 +45,8 @@ static ll_status syntax_error(const char *text, size_t length, const char *at)
     return ll_error(LL_BAD_INPUT, "not valid JSON: line %d, column %d", line, column);
 }
 
-/* The first NUL, at which texts would be cut: as such, as \\u0000, or as an escape without four hexadecimal
- * digits, which cJSON reads as one. NULL when there is none. */
+/* First NUL, at which C strings would end: a NUL byte, \\u0000, or a \\u escape without four hexadecimal
+ * digits, which cJSON reads as NUL. NULL if there is none. */
 static const char *find_nul(const char *text, size_t length)
 {
     for (size_t i = 0; i < length; i++) {
@@ -60,7 +60,7 @@ static const char *find_nul(const char *text, size_t length)
             digits++;
         if (text[i + 1] == 'u' && (digits < 4 || memcmp(text + i + 2, "0000", 4) == 0))
             return text + i;
-        i += text[i + 1] != '\0'; /* what is escaped */
+        i += text[i + 1] != '\0'; /* skips the escaped character */
     }
     return NULL;
 }
@@ -69,7 +69,7 @@ ll_status ll_json_parse(const char *text, size_t length, cJSON **json)
 {
     *json = NULL;
     if (too_deep(text, length))
-        return ll_error(LL_BAD_INPUT, "the JSON is nested more than %d levels deep", LL_JSON_DEPTH);
+        return ll_error(LL_BAD_INPUT, "JSON: must have at most %d levels of nesting", LL_JSON_DEPTH);
     const char *nul = find_nul(text, length);
     if (nul)
         return syntax_error(text, length, nul);
@@ -92,7 +92,7 @@ ll_status ll_json_parse(const char *text, size_t length, cJSON **json)
 static ll_status kind_of(const cJSON *json, const ll_sim_kind **kind)
 {
     if (!cJSON_IsObject(json))
-        return ll_error(LL_BAD_INPUT, "a scenario is a JSON object");
+        return ll_error(LL_BAD_INPUT, "scenario: must be a JSON object");
     const cJSON *name = cJSON_GetObjectItemCaseSensitive(json, "kind");
     for (int i = 0; cJSON_IsString(name) && ll_sim_kinds[i]; i++)
         if (strcmp(name->valuestring, ll_sim_kinds[i]->name) == 0) {
@@ -114,7 +114,7 @@ ll_status ll_scenario_parse(const cJSON *json, ll_scenario *scenario)
         return status;
     void *config = calloc(1, kind->table->size), *before = calloc(1, kind->table->size);
     if (!config || !before) {
-        status = ll_error(LL_NO_MEMORY, "no memory for a scenario");
+        status = ll_error(LL_NO_MEMORY, "out of memory: scenario");
         goto cleanup;
     }
     ll_param_defaults(kind->table, config);
@@ -126,7 +126,7 @@ ll_status ll_scenario_parse(const cJSON *json, ll_scenario *scenario)
     if (ll_failed(&status))
         goto cleanup;
     memset(before, 0, kind->table->size);
-    ll_param_copy(kind->table, before, config); /* memory that was never written is none */
+    ll_param_copy(kind->table, before, config); /* copies members, not bytes: padding may be uninitialised */
     *scenario = (ll_scenario){kind, before};
     before = NULL;
 cleanup:
@@ -141,7 +141,7 @@ void ll_scenario_free(ll_scenario *scenario)
     *scenario = (ll_scenario){0};
 }
 
-/* The definitions of a kind move to the root, where references look for them; kinds that share a table share
+/* Moves the definitions of a kind to the root, where references expect them. Kinds that share a table share
  * its definition. */
 static void merge_kind(cJSON *any, cJSON *defs, const ll_sim_kind *kind)
 {
@@ -152,7 +152,7 @@ static void merge_kind(cJSON *any, cJSON *defs, const ll_sim_kind *kind)
             LL_ASSERT(cJSON_Compare(cJSON_GetObjectItemCaseSensitive(defs, def->string), def, true));
             cJSON_Delete(def);
         } else {
-            cJSON_AddItemToArray(defs, def); /* it brings its name */
+            cJSON_AddItemToArray(defs, def); /* the item keeps its name */
         }
     cJSON_Delete(own);
     cJSON_DeleteItemFromObject(one, "$schema");

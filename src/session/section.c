@@ -1,20 +1,20 @@
-/* Sections of frames, and what was made of them. */
+/* Sections of frames and their encodings. */
 #include <stdlib.h>
 #include <string.h>
 #include <zlib.h>
 
 #include "session/section.h"
 
-/* A section whole, or against another, in a format. */
+/* One encoding of a section: format and base. */
 struct ll_encoding {
     ll_encoding *next;
     ll_frame_format format;
     bool whole;
-    uint32_t base; /* seq of the section that it is against */
+    uint32_t base; /* seq of the base section; whole: none */
     ll_buffer bytes;
 };
 
-/* Deflating less than that saves too little to be worth the time. */
+/* Below this size deflating saves too little for its time. */
 enum { DEFLATE_FROM = 1024, DEFLATE_LEVEL = 1 };
 
 ll_section *ll_section_new(ll_rows *rows, uint32_t seq)
@@ -48,7 +48,7 @@ void ll_section_release(ll_section *section)
     free(section);
 }
 
-/* Raw deflate of `from`; false when it is not smaller. */
+/* Deflates `from` (raw); false when the result is not smaller. */
 static bool deflate_into(const ll_buffer *from, ll_buffer *to)
 {
     z_stream z = {.next_in = (Bytef *)from->bytes, .avail_in = (uInt)from->size};
@@ -63,7 +63,7 @@ static bool deflate_into(const ll_buffer *from, ll_buffer *to)
     return done;
 }
 
-/* Where it pays: planes, and much that is whole. */
+/* Only planes and large whole sections shrink enough. */
 static bool worth_deflating(const ll_section *section, bool whole, size_t size)
 {
     return size >= DEFLATE_FROM && (whole || section->rows->record->form == LL_FORM_GRID);

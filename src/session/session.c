@@ -11,7 +11,7 @@
 
 const char *const ll_session_status_names[] = {"paused", "playing", "ended", "failed"};
 
-/* ---- life ---- */
+/* ---- creation and destruction ---- */
 
 ll_status ll_session_new(const ll_scenario *scenario, const void *base, ll_log_line *on_line, void *context,
                          ll_session **session)
@@ -27,7 +27,7 @@ ll_status ll_session_new(const ll_scenario *scenario, const void *base, ll_log_l
         ll_scenario mine = *scenario;
         ll_scenario_free(&mine);
         ll_session_destroy(s);
-        return ll_error(LL_NO_MEMORY, "no memory for a session");
+        return ll_error(LL_NO_MEMORY, "out of memory: session");
     }
     ll_param_copy(scenario->kind->table, s->base, base);
     ll_param_copy(scenario->kind->table, s->config, base);
@@ -38,8 +38,8 @@ ll_status ll_session_new(const ll_scenario *scenario, const void *base, ll_log_l
     s->speed = 1;
     s->failed_at = -1;
     snprintf(s->version, sizeof s->version, "%s", ll_version);
-    for (int i = 0; i < LL_SNAPSHOTS; i++)
-        s->snapshots[i].tick = -1;
+    for (int i = 0; i < LL_CHECKPOINTS; i++)
+        s->checkpoints[i].tick = -1;
     s->on_line = on_line;
     s->line_context = context;
     *session = s;
@@ -53,7 +53,8 @@ ll_status ll_session_open(ll_scenario *scenario, ll_log_line *on_line, void *con
     ll_status status = ll_session_new(scenario, scenario->config, on_line, context, session);
     if (!ll_failed(&status))
         status = ll_session_wake(*session);
-    if (!ll_failed(&status) && (*session)->status == LL_SESSION_FAILED) /* it could not be built */
+    if (!ll_failed(&status) &&
+        (*session)->status == LL_SESSION_FAILED) /* the initial state could not be made */
         status = (*session)->error;
     if (ll_failed(&status)) {
         ll_session_destroy(*session);
@@ -88,7 +89,7 @@ void ll_session_destroy(ll_session *s)
     free(s);
 }
 
-/* ---- driving ---- */
+/* ---- running ---- */
 
 void ll_session_end_if_over(ll_session *s)
 {
@@ -98,29 +99,29 @@ void ll_session_end_if_over(ll_session *s)
 
 int64_t ll_session_due(const ll_session *s, ll_time wall)
 {
-    if (s->errand != LL_ERRAND_NONE)
-        return s->goal - s->tick + s->stale;
+    if (s->transition != LL_TRANSITION_NONE)
+        return s->target_tick - s->tick + s->stale;
     if (s->status != LL_SESSION_PLAYING)
         return 0;
-    ll_time due = s->anchor_time + (ll_time)((double)(wall - s->anchor_wall) * s->speed);
+    ll_time due = s->clock_time + (ll_time)((double)(wall - s->clock_wall) * s->speed);
     int64_t target = due > 0 ? ll_tick_at(due, s->freq) : 0;
     target = target > s->end ? s->end : target;
     return target > s->tick ? target - s->tick : 0;
 }
 
-void ll_session_set_patience(ll_session *s, const ll_interrupt *interrupt)
+void ll_session_set_interrupt(ll_session *s, const ll_interrupt *interrupt)
 {
-    s->patience = interrupt;
+    s->interrupt = interrupt;
 }
 
 int64_t ll_session_advance(ll_session *s, ll_time wall, int64_t max_ticks)
 {
-    s->broken = false;
-    ll_status status = ll_session_begin_to_wake(s);
+    s->interrupted = false;
+    ll_status status = ll_session_begin_wake(s);
     if (ll_failed(&status))
         return 0;
-    if (s->errand != LL_ERRAND_NONE) {
-        int64_t left = ll_session_pursue(s, max_ticks);
+    if (s->transition != LL_TRANSITION_NONE) {
+        int64_t left = ll_session_continue(s, max_ticks);
         return left > 0 ? left : ll_session_due(s, wall);
     }
     if (s->status != LL_SESSION_PLAYING)
@@ -136,10 +137,10 @@ int64_t ll_session_advance(ll_session *s, ll_time wall, int64_t max_ticks)
 void ll_session_move_to(ll_session *s, int64_t tick)
 {
     if (tick < s->tick || (tick == s->tick && s->status == LL_SESSION_FAILED)) {
-        ll_session_make_state(s, tick);
+        ll_session_rebuild(s, tick);
     } else {
-        ll_session_run(s, ll_session_quiet(s, tick), false);
-        if (!s->broken)
+        ll_session_run(s, ll_session_first_recorded(s, tick), false);
+        if (!s->interrupted)
             ll_session_run(s, tick, true);
     }
     s->params_version++;
@@ -147,20 +148,20 @@ void ll_session_move_to(ll_session *s, int64_t tick)
 
 ll_status ll_session_run_to(ll_session *s, int64_t tick)
 {
-    s->broken = false;
+    s->interrupted = false;
     ll_status status = ll_session_wake(s);
     if (ll_failed(&status))
         return status;
     if (tick < 0 || tick > s->end)
         return ll_field_error(LL_BAD_INPUT, "tick", "tick: must be 0 to %lld; got %lld", (long long)s->end,
                               (long long)tick);
-    if (s->broken || s->stale)
-        return ll_error(LL_INTERRUPTED, "the session was not awake yet");
-    ll_session_rest(s);
+    if (s->interrupted || s->stale)
+        return ll_error(LL_INTERRUPTED, "interrupted while the session was waking");
+    ll_session_stop_seek(s);
     if (tick != s->tick || s->status == LL_SESSION_FAILED)
         ll_session_move_to(s, tick);
-    if (s->broken || s->stale)
-        return ll_error(LL_INTERRUPTED, "tick %lld was not reached", (long long)tick);
+    if (s->interrupted || s->stale)
+        return ll_error(LL_INTERRUPTED, "interrupted before tick %lld", (long long)tick);
     return s->status == LL_SESSION_FAILED ? s->error : ll_ok();
 }
 
@@ -171,36 +172,37 @@ ll_status ll_session_run_within(ll_session *s, int64_t tick, const ll_interrupt 
     int64_t at = s->tick;
     do {
         if (!ll_next_piece(&piece, interrupt))
-            return ll_error(LL_INTERRUPTED, "tick %lld of %lld was reached", (long long)at, (long long)tick);
-        s->patience = interrupt;
+            return ll_error(LL_INTERRUPTED, "interrupted at tick %lld of %lld", (long long)at,
+                            (long long)tick);
+        s->interrupt = interrupt;
         int64_t from = at;
         at = tick - at > piece.size ? at + piece.size : tick;
         status = ll_session_run_to(s, at);
-        s->patience = NULL;
+        s->interrupt = NULL;
         if (status.code == LL_INTERRUPTED)
-            return ll_error(LL_INTERRUPTED, "tick %lld of %lld was reached", (long long)from,
+            return ll_error(LL_INTERRUPTED, "interrupted at tick %lld of %lld", (long long)from,
                             (long long)tick);
     } while (at < tick && !ll_failed(&status));
     return status;
 }
 
-/* A command belongs to the present tick: what the log said of later ones no longer holds. */
-static void take_over(ll_session *s)
+/* Drops all commands after the present tick, since a new command changes what follows it. */
+static void drop_later_commands(ll_session *s)
 {
-    ll_session_rest(s);
-    ll_session_drop_snapshots(s, s->tick);
-    ll_session_forget_marks(s, s->tick);
+    ll_session_stop_seek(s);
+    ll_session_drop_checkpoints(s, s->tick);
+    ll_session_drop_hashes(s, s->tick);
     s->failed_at = -1;
     if (s->head == s->tick)
         return;
     ll_log_truncate(&s->log, s->next);
     s->head = s->tick;
-    ll_session_line(s, "rewind");
+    ll_session_emit_own(s, "rewind");
 }
 
 static ll_status append(ll_session *s, const ll_log_entry *entry)
 {
-    take_over(s);
+    drop_later_commands(s);
     ll_status status = ll_log_append(&s->log, entry);
     if (ll_failed(&status))
         return status;
@@ -214,7 +216,7 @@ static ll_status collect(void *context, const char *path, const char *value)
 {
     cJSON *json = cJSON_Parse(value);
     if (!json)
-        return ll_error(LL_NO_MEMORY, "no memory for a patch");
+        return ll_error(LL_NO_MEMORY, "out of memory: patch");
     cJSON_AddItemToObject(context, path, json);
     return ll_ok();
 }
@@ -231,7 +233,7 @@ ll_status ll_session_patch(ll_session *s, ll_time wall, const cJSON *patch)
     cJSON *values = cJSON_CreateObject();
     char *text = NULL;
     if (!probe || !values) {
-        status = ll_error(LL_NO_MEMORY, "no memory for a patch");
+        status = ll_error(LL_NO_MEMORY, "out of memory: patch");
         goto cleanup;
     }
     ll_param_copy(s->scenario.kind->table, probe, s->config);
@@ -262,9 +264,9 @@ ll_status ll_session_input(ll_session *s, ll_time wall, int player, const ll_act
     if (ll_failed(&status))
         return status;
     if (s->status == LL_SESSION_FAILED || s->tick >= s->end)
-        return ll_error(LL_CONFLICT, "the session is over");
+        return ll_error(LL_CONFLICT, "the session has ended");
     if (!s->scenario.kind->input)
-        return ll_error(LL_CONFLICT, "nobody can drive in a scenario of kind %s", s->scenario.kind->name);
+        return ll_error(LL_CONFLICT, "kind %s has no players that take inputs", s->scenario.kind->name);
     status = s->scenario.kind->accepts(s->config, player, action);
     if (ll_failed(&status))
         return status;
@@ -278,10 +280,10 @@ ll_status ll_session_input(ll_session *s, ll_time wall, int player, const ll_act
 
 void ll_session_rebase(ll_session *s, const void *base)
 {
-    s->errand = LL_ERRAND_NONE;
+    s->transition = LL_TRANSITION_NONE;
     s->failed_at = -1;
-    s->mark_count = 0;
-    ll_session_drop_snapshots(s, -1);
+    s->hash_count = 0;
+    ll_session_drop_checkpoints(s, -1);
     ll_log_truncate(&s->log, 0);
     ll_param_copy(s->scenario.kind->table, s->base, base);
     ll_param_copy(s->scenario.kind->table, s->config, base);
@@ -292,7 +294,7 @@ void ll_session_rebase(ll_session *s, const void *base)
         s->status = LL_SESSION_PAUSED;
     s->params_version++;
     if (s->block)
-        ll_session_make_state(s, 0);
+        ll_session_rebuild(s, 0);
 }
 
 void ll_session_step_profiler(ll_session *s, int64_t (*now_ns)(void))

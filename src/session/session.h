@@ -1,15 +1,15 @@
-/* A session is its log: scenario + seed + commands, each stamped with virtual time.
+/* A session is its log: scenario, seed and commands, each with its tick.
  *
- * The same engine is driven in several ways: paced to the wall clock, unpaced, replayed, scrubbed, forked,
- * recovered. Whatever a session holds besides its log (the block, snapshots, recent events) can be dropped
- * and made again, which is what parking does.
+ * The same engine runs it paced to the wall clock, unpaced, replayed, forked or recovered. Everything that a
+ * session holds besides its log (the block, checkpoints, recent events) can be dropped and rebuilt; parking
+ * drops it.
  *
  * Not thread-safe: the owner serialises calls. No function reads a clock: `wall` is the owner's monotonic
  * time in ns.
  *
- * Virtual time moves in whole ticks of the scenario. `head` is the furthest tick of the present log; seeking
- * back leaves the log as it is and plays it again; a command given before the head drops the commands after
- * it (the log tells that by a `rewind` entry). */
+ * Virtual time advances in whole ticks of the scenario. `head` is the furthest tick of the present log.
+ * Seeking back keeps the log and replays it. A command before the head drops all later commands, which the
+ * log records as a `rewind` line. */
 #pragma once
 
 #include <stdbool.h>
@@ -28,169 +28,172 @@ typedef struct ll_session ll_session;
 typedef enum ll_session_status {
     LL_SESSION_PAUSED,
     LL_SESSION_PLAYING,
-    LL_SESSION_ENDED,  /* at the scenario's duration */
-    LL_SESSION_FAILED, /* diverged: see `error` */
+    LL_SESSION_ENDED,  /* the scenario's duration is over */
+    LL_SESSION_FAILED, /* the simulation diverged: see `error` */
 } ll_session_status;
 
 extern const char *const ll_session_status_names[];
 
-/* Every entry of the log as one line of JSON without newline, in order; the first is the header (scenario,
- * seed). */
+/* Receives every entry of the log as one line of JSON without newline, in order. The first is the header
+ * (scenario, seed). */
 typedef void ll_log_line(void *context, const char *line, size_t length);
 
-/* Makes a session, paused at tick 0. `scenario` is the JSON of a scenario; `seed` < 0 takes the scenario's.
- * `on_line` (may be NULL) is called for each line as it is appended, the header at once: a store that keeps
- * all lines can restore the session. */
+/* Creates a session, paused at tick 0. `scenario` is the JSON of a scenario; `seed` < 0: the scenario's.
+ * `on_line` (may be NULL) is called for each line when it is appended, and at once for the header: a store
+ * that keeps all lines can restore the session. */
 ll_status ll_session_create(const struct cJSON *scenario, int64_t seed, ll_log_line *on_line, void *context,
                             ll_session **session);
-/* The same of a scenario that has been read; its configuration is taken, also on an error. */
+/* The same for a parsed scenario. Takes its configuration, also on an error. */
 ll_status ll_session_open(struct ll_scenario *scenario, ll_log_line *on_line, void *context,
                           ll_session **session);
 void ll_session_destroy(ll_session *session);
 
-/* Restores a session from the lines of a log (as written, separated by newlines); parked, paused at the last
- * stamped tick. */
+/* Restores a session from the lines of a log (as emitted, separated by newlines). It is parked, and paused at
+ * the last tick of the log. */
 ll_status ll_session_restore(const char *log, size_t length, ll_log_line *on_line, void *context,
                              ll_session **session);
 
-/* A copy of the log up to the present tick, under a new `on_line` (which gets all lines); paused at that
+/* A copy of the log up to the present tick, with its own `on_line`, which receives all lines; paused at that
  * tick. */
 ll_status ll_session_fork(ll_session *session, ll_log_line *on_line, void *context, ll_session **copy);
 
-/* ---- driving ---- */
+/* ---- running ---- */
 
-/* Runs what is due at `wall`, at most `max_ticks`. Returns how many ticks are still due (0: up to date). */
+/* Runs the ticks that are due at `wall`, at most `max_ticks`. Returns how many are still due (0: up to
+ * date). */
 int64_t ll_session_advance(ll_session *session, ll_time wall, int64_t max_ticks);
 
-/* The owner's patience with what follows, until it is set to NULL: a tick that takes longer is given up, and
- * so is a change that makes the run anew. The session is then half awake where it was; as the next tick takes
- * long, it is one for ll_session_begin_ahead. With `safely` the same piece is not lost twice: it costs a copy
- * of the state for each ll_session_advance. */
-void ll_session_set_patience(ll_session *session, const ll_interrupt *interrupt);
-int64_t ll_session_advance_safely(ll_session *session, ll_time wall, int64_t max_ticks, bool *broken_off);
+/* Sets the interrupt for the calls that follow; NULL: none. It stops a tick that takes too long, and a change
+ * that recomputes the run. The session then has to wake again at its tick; as its ticks are long, the caller
+ * should use ll_session_begin_background_tick. ll_session_advance_or_restore copies the state at each call (a
+ * cost) and restores the copy on an interrupt, so that an interrupt loses only the ticks of that call. */
+void ll_session_set_interrupt(ll_session *session, const ll_interrupt *interrupt);
+int64_t ll_session_advance_or_restore(ll_session *session, ll_time wall, int64_t max_ticks,
+                                      bool *interrupted);
 
-/* One tick that may take long, made of a copy of the state while the session goes on to be used: `begin`
- * (*ahead is NULL where nothing is due), `run` without the session on any thread, `end` with it, which takes
- * the tick over unless the session was changed meanwhile, and frees it. `end` returns what is due then, as
+/* Runs one tick that may take long on a copy of the state, while the session stays usable. `begin` sets *tick
+ * to NULL when nothing is due. `run` does not use the session and may run on any thread. `end` installs the
+ * result unless the session was changed meanwhile, and frees it; it returns the ticks that are due, as
  * ll_session_advance does. */
-typedef struct ll_ahead ll_ahead;
-ll_status ll_session_begin_ahead(ll_session *session, ll_time wall, ll_ahead **ahead);
-void ll_ahead_run(ll_ahead *ahead, const ll_interrupt *interrupt);
-int64_t ll_session_end_ahead(ll_session *session, ll_ahead *ahead, ll_time wall);
-void ll_ahead_free(ll_ahead *ahead); /* of a session that is gone */
+typedef struct ll_background_tick ll_background_tick;
+ll_status ll_session_begin_background_tick(ll_session *session, ll_time wall, ll_background_tick **tick);
+void ll_background_tick_run(ll_background_tick *tick, const ll_interrupt *interrupt);
+int64_t ll_session_end_background_tick(ll_session *session, ll_background_tick *tick, ll_time wall);
+void ll_background_tick_free(ll_background_tick *tick); /* without `end`, when the session is deleted */
 
-/* How many ticks are due at `wall`: of the errand that it is on, or of a playing session's clock. */
+/* Ticks that are due at `wall`: to the end of its transition, or by the clock of a playing session. */
 int64_t ll_session_due(const ll_session *session, ll_time wall);
 
-/* Runs unpaced to `tick` (beyond the head it moves the head). */
+/* Runs unpaced to `tick`; moves the head when `tick` is beyond it. */
 ll_status ll_session_run_to(ll_session *session, int64_t tick);
-/* The same in pieces, from where it is: LL_INTERRUPTED tells how far it came. */
+/* The same from the present tick, interruptible. LL_INTERRUPTED: the message names the tick that was
+ * reached. */
 ll_status ll_session_run_within(ll_session *session, int64_t tick, const ll_interrupt *interrupt);
 
 /* {"op":"pause"} {"op":"play"} {"op":"step","ticks":1} (negative steps back) {"op":"seek","tick":N} or
- * {"op":"seek","time_s":X}
- * {"op":"speed","speed":0.25} (0.1 to 10) {"op":"restart","reset":false} (reset: back to the scenario as
- * created). Unknown keys are errors. Step and seek pause. Play at the end starts again from tick 0 with the
- * same log (a replay). */
+ * {"op":"seek","time_s":X} {"op":"speed","speed":0.25} (0.1 to 10) {"op":"restart","reset":false} (reset:
+ * back to the scenario as created). Unknown keys are errors. Step and seek pause. Play at the end starts
+ * again from tick 0 with the same log (a replay). */
 ll_status ll_session_control(ll_session *session, ll_time wall, const struct cJSON *control);
-/* The same, but step and seek only set out: the session is on an errand until ll_session_pursue, or
- * ll_session_advance, has brought it there. A change on the way ends the errand at the tick that was reached,
- * as ll_session_rest does. The session must be awake. */
+/* The same, but step and seek only begin a transition, which ll_session_continue or ll_session_advance runs.
+ * A change meanwhile ends it at the tick that was reached, as ll_session_stop_seek does. The session must be
+ * awake. */
 ll_status ll_session_begin_control(ll_session *session, ll_time wall, const struct cJSON *control);
-/* Goes at most `max_ticks` of the errand. Returns how many are left; 0: there is none any more. */
-int64_t ll_session_pursue(ll_session *session, int64_t max_ticks);
-void ll_session_rest(ll_session *session); /* a seek ends where it is */
+/* Runs at most `max_ticks` of the transition. Returns the ticks that are left; 0: no transition is in
+ * progress. */
+int64_t ll_session_continue(ll_session *session, int64_t max_ticks);
+void ll_session_stop_seek(ll_session *session); /* ends a seek at the tick that was reached */
 
-/* JSON merge patch of live parameters, applied at the present tick, all or nothing. */
+/* Applies a JSON merge patch of live parameters at the present tick, all or nothing. */
 ll_status ll_session_patch(ll_session *session, ll_time wall, const struct cJSON *patch);
 
-/* A person's controls for `player` (whose control must be `person`: LL_CONFLICT otherwise), held until the
- * next call. Appended to the log only when they changed. */
+/* Controls of a person for `player` (whose control must be `person`, else LL_CONFLICT), held until the next
+ * call. Logged only when they changed. */
 ll_status ll_session_input(ll_session *session, ll_time wall, int player, const ll_action *action);
 
 /* ---- reading ---- */
 
 typedef struct ll_session_info {
     ll_session_status status;
-    bool parked;  /* or not awake yet: `tick` and `status` are those that it will have */
-    bool seeking; /* on its way; `tick` is where it is now */
+    bool parked;  /* or not awake yet: then `tick` and `status` are those that it will have */
+    bool seeking; /* a seek is in progress; `tick` is the tick reached so far */
     int64_t tick, head_tick, end_tick;
-    int64_t at_tick; /* where it is while it wakes; else `tick` */
+    int64_t at_tick; /* tick reached so far while it wakes; else `tick` */
     ll_time time, head, duration;
     ll_freq tick_freq;
     double speed;
     int64_t seed;
-    uint32_t params_version; /* counts changes of parameters, restarts and seeks over them: reread the params
-                                when it differs */
-    uint32_t generation; /* counts jumps of time (seek, step, restart): a viewer drops what it drew when it
+    uint32_t params_version; /* counts changes of parameters, restarts and seeks over them: reread the
+                                parameters when it differs */
+    uint32_t generation; /* counts jumps of time (seek, step, restart): viewers discard what they drew when it
                             differs */
-    size_t bytes;        /* memory held now */
-    size_t awake_bytes;  /* and when it is awake, with all the states that it keeps */
+    size_t bytes;        /* memory held at present */
+    size_t awake_bytes;  /* memory when awake, with all checkpoints */
     size_t log_entries;
-    int timeline_skipped; /* steps of the timeline that did not fit what commands had made of the parameters
+    int timeline_skipped; /* steps of the timeline that were invalid for the parameters that commands had set
                            */
     const char *title, *kind;
 } ll_session_info;
 
 ll_session_info ll_session_get_info(const ll_session *session);
-const ll_status *ll_session_error(const ll_session *session); /* why it failed; code LL_OK when it did not */
+const ll_status *ll_session_error(const ll_session *session); /* reason of the failure; code LL_OK: none */
 
-uint64_t ll_session_hash(ll_session *session); /* of the state at the present tick; wakes a parked session */
+uint64_t ll_session_hash(ll_session *session);        /* of the present tick; wakes a parked session */
 struct cJSON *ll_session_params(ll_session *session); /* the whole scenario with its present values */
 struct cJSON *ll_session_state(ll_session *session);  /* {"tick","time_s","hash","state":{...}} */
 
 struct cJSON *ll_session_notices(const ll_session *session); /* of its scenario: see ll_sim_kind */
 
-/* {"tick","time_s","hash","metrics":{...}}; the metrics of every kind have "expect", the scenario's:
- * [{"metric","min","value","met"}]; `value` is null where there is no such number. */
+/* {"tick","time_s","hash","metrics":{...}}; for every kind the metrics include "expect", from the scenario:
+ * [{"metric","min","value","met"}]. `value` is null when the metric has no number. */
 struct cJSON *ll_session_metrics(ll_session *session);
 
-/* Measures the parts of the scenario, as it was made, into `metrics`. */
+/* Measures the parts of the scenario, with its initial parameters, into `metrics`. */
 void ll_session_time_parts(const ll_session *session, struct cJSON *metrics, int64_t (*now_ns)(void));
 
 /* {"ns_per_sim_s","bytes","block_bytes","checkpoint_bytes","event_bytes","log_bytes","parked_bytes"};
- * parked_bytes is what is left while it is parked. Where steps were metered and the kind has parts also
- * "metered_s" and "parts": [{"all":{"ns_per_sim_s"}, ...phases}], one for each of those side by side. */
+ * parked_bytes is what remains while it is parked. When the step profiler ran and the kind has parts, also
+ * "metered_s" and "parts": [{"all":{"ns_per_sim_s"}, ...phases}], one for each side-by-side part. */
 struct cJSON *ll_session_cost(const ll_session *session);
 
-/* A copy with the commands up to `tick` (at most the head), at tick 0: for what is told of other ticks while
- * the session itself does not move. Caller destroys. */
+/* A copy with the commands up to `tick` (at most the head), at tick 0: for reading other ticks without moving
+ * the session. Caller destroys. */
 ll_status ll_session_copy(const ll_session *session, int64_t tick, ll_session **copy);
 
-/* CSV (RFC 4180) of ticks from..to (at most the head), header first, from such a copy. `write` gets pieces.
- */
+/* CSV (RFC 4180) of ticks from..to (at most the head), header first, computed on a copy. `write` gets
+ * pieces. */
 ll_status ll_session_trace(ll_session *session, int64_t from, int64_t to,
                            void (*write)(void *context, const char *text, size_t length), void *context);
-/* The same of a copy that is at hand. */
+/* The same on the caller's copy. */
 ll_status ll_session_write_trace(ll_session *copy, int64_t from, int64_t to, const ll_interrupt *interrupt,
                                  void (*write)(void *context, const char *text, size_t length),
                                  void *context);
 
-/* All lines of the log; with `on_line` also hashes at some ticks, the present one among them. */
+/* All lines of the log; for a session with `on_line` also state hashes, the present tick's among them. */
 void ll_session_log(const ll_session *session, ll_log_line *line, void *context);
-/* The last tick before the failure in which the present log ends; -1: it does not. And what the state that
- * failed hashes to; 0: the log does not tell. */
+/* Last tick before the failure that ends the present log; -1: none. And the hash of the failed state; 0: the
+ * log does not have it. */
 int64_t ll_session_failed_at(const ll_session *session);
 uint64_t ll_session_failed_hash(const ll_session *session);
 
 /* ---- hosting ---- */
 
-/* Drops everything that the log can give again. Any other call wakes the session. While nobody looks, virtual
- * time goes on by `wall` and is caught up by ll_session_advance. */
+/* Drops everything that the log can rebuild. Any other call wakes the session. Without viewers, virtual time
+ * continues by `wall`, and ll_session_advance catches up. */
 void ll_session_park(ll_session *session);
 
-/* Begins to wake a parked one, which is an errand; LL_NO_MEMORY. */
-ll_status ll_session_begin_to_wake(ll_session *session);
+/* Begins the transition that wakes a parked session; LL_NO_MEMORY. */
+ll_status ll_session_begin_wake(ll_session *session);
 
-/* Puts a session that was restored, and is parked, where it was when its clock was stored. */
-typedef struct ll_session_place_at {
+/* Position and clock of a restored session, as last stored. The session must be parked. */
+typedef struct ll_session_position {
     int64_t tick, head;
-    double speed; /* 0: as it is */
+    double speed; /* 0: unchanged */
     bool playing;
-} ll_session_place_at;
-void ll_session_place(ll_session *session, ll_time wall, const ll_session_place_at *at);
+} ll_session_position;
+void ll_session_set_position(ll_session *session, ll_time wall, const ll_session_position *at);
 
-/* From now on parts of steps are metered by the owner's clock, for `cost`; NULL: no longer. */
+/* Profiles parts of steps with the owner's clock, for `cost`; NULL: off. */
 void ll_session_step_profiler(ll_session *session, int64_t (*now_ns)(void));
 
 void ll_session_account(ll_session *session, int64_t cpu_ns,

@@ -1,5 +1,5 @@
-/* The scenario's own changes: they act like commands of the log, before those of the same tick, but stay when
- * a command drops what came after it. */
+/* The timeline: changes that the scenario schedules. They act before the commands of the same tick, and a
+ * command that drops all later commands does not drop them. */
 #include <cjson/cJSON.h>
 #include <math.h>
 #include <stdio.h>
@@ -32,7 +32,7 @@ ll_status ll_timeline_check(const ll_sim_kind *kind, const void *config)
     ll_status status = ll_ok();
     void *probe = head->timeline_count > 0 ? calloc(1, kind->table->size) : NULL;
     if (head->timeline_count > 0 && !probe)
-        return ll_error(LL_NO_MEMORY, "no memory for a scenario");
+        return ll_error(LL_NO_MEMORY, "out of memory: scenario");
     if (probe)
         ll_param_copy(kind->table, probe, config);
     for (int i = 0; i < head->timeline_count && !ll_failed(&status); i++) {
@@ -40,7 +40,7 @@ ll_status ll_timeline_check(const ll_sim_kind *kind, const void *config)
             char field[48];
             snprintf(field, sizeof field, "timeline.%d.at_s", i);
             status = ll_field_error(LL_BAD_INPUT, field,
-                                    "%s: must be at least that of the step before it, %g; got %g", field,
+                                    "%s: must be at least %g, that of the previous step; got %g", field,
                                     head->timeline[i - 1].at_s, head->timeline[i].at_s);
         } else {
             status = ll_apply_values(kind, probe, head->timeline[i].set);

@@ -1,4 +1,4 @@
-/* Changes of parameters, as the log and the timeline have them. */
+/* Changes of parameters in the log and the timeline. */
 #include <cjson/cJSON.h>
 #include <stdlib.h>
 
@@ -8,11 +8,12 @@ ll_status ll_apply_values(const ll_sim_kind *kind, void *config, const char *val
 {
     void *before = calloc(1, kind->table->size);
     cJSON *json = cJSON_Parse(values);
-    ll_status status = before && json ? ll_ok() : ll_error(LL_NO_MEMORY, "no memory for a change");
+    ll_status status = before && json ? ll_ok() : ll_error(LL_NO_MEMORY, "out of memory: change");
     if (before)
         ll_param_copy(kind->table, before, config);
     if (!ll_failed(&status))
-        status = ll_param_patch(kind->table, json, config, NULL, NULL); /* together: a rule may tie them */
+        status =
+            ll_param_patch(kind->table, json, config, NULL, NULL); /* all at once: rules may relate them */
     if (!ll_failed(&status))
         kind->settle(config, before);
     cJSON_Delete(json);

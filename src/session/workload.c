@@ -10,7 +10,7 @@
 
 struct ll_workload {
     ll_freq freq;
-    ll_log inputs; /* entries of LL_OP_INPUT alone */
+    ll_log inputs; /* only LL_OP_INPUT */
 };
 
 void ll_workload_free(ll_workload *w)
@@ -31,7 +31,7 @@ static ll_status add(ll_workload *w, const ll_log_entry *input)
     return ll_log_append(&w->inputs, input);
 }
 
-/* What the log says in the end: rewinds and restarts are folded. */
+/* The inputs that remain after all rewinds and restarts. */
 static ll_status read_log(const char *text, ll_workload *w)
 {
     ll_session *s;
@@ -46,7 +46,7 @@ static ll_status read_log(const char *text, ll_workload *w)
     return status;
 }
 
-static ll_status only(const cJSON *o, const char *field, const char *const *names, const char *known)
+static ll_status check_keys(const cJSON *o, const char *field, const char *const *names, const char *known)
 {
     const cJSON *item;
     if (!cJSON_IsObject(o))
@@ -69,7 +69,7 @@ static ll_status read_input(const cJSON *o, size_t index, ll_workload *w)
     char field[48];
     ll_log_entry e;
     snprintf(field, sizeof field, "workload.inputs.%zu", index);
-    ll_status status = only(o, field, names, "tick, player, axes and buttons");
+    ll_status status = check_keys(o, field, names, "tick, player, axes and buttons");
     if (!ll_failed(&status))
         status = ll_input_read(o, &e);
     else
@@ -79,7 +79,7 @@ static ll_status read_input(const cJSON *o, size_t index, ll_workload *w)
     const ll_log_entry *last = index > 0 ? &w->inputs.entries[index - 1] : NULL;
     if (last && e.tick < last->tick)
         return ll_field_error(LL_BAD_INPUT, field,
-                              "%s: tick must not be below that of the input before it, %lld; got %lld", field,
+                              "%s: tick: must be at least %lld, that of the previous input; got %lld", field,
                               (long long)last->tick, (long long)e.tick);
     return add(w, &e);
 }
@@ -90,7 +90,7 @@ static ll_status read_object(const cJSON *json, ll_workload *w)
     const cJSON *hz = cJSON_GetObjectItemCaseSensitive(json, "tick_hz"),
                 *inputs = cJSON_GetObjectItemCaseSensitive(json, "inputs"), *item;
     size_t index = 0;
-    ll_status status = only(json, "workload", names, "tick_hz and inputs");
+    ll_status status = check_keys(json, "workload", names, "tick_hz and inputs");
     if (ll_failed(&status))
         return status;
     if (hz && !(cJSON_IsNumber(hz) && hz->valuedouble >= 1 && hz->valuedouble <= 1000))
@@ -113,7 +113,7 @@ ll_status ll_workload_parse(const cJSON *json, ll_workload **workload)
     ll_workload *w = calloc(1, sizeof *w);
     *workload = NULL;
     if (!w)
-        return ll_error(LL_NO_MEMORY, "no memory for a workload");
+        return ll_error(LL_NO_MEMORY, "out of memory: workload");
     ll_status status = ll_ok();
     if (cJSON_IsString(json))
         status = read_log(json->valuestring, w);
@@ -123,9 +123,9 @@ ll_status ll_workload_parse(const cJSON *json, ll_workload **workload)
         status = ll_field_error(LL_BAD_INPUT, "workload",
                                 "workload: must be the text of a log, or an object with tick_hz and inputs");
     if (!ll_failed(&status) && w->inputs.count == 0)
-        status = ll_field_error(LL_BAD_INPUT, "workload",
-                                "workload has no inputs; a script's are recorded by laglab run "
-                                "--record-inputs");
+        status = ll_field_error(
+            LL_BAD_INPUT, "workload",
+            "workload has no inputs; record those of a script with laglab run --record-inputs");
     if (ll_failed(&status))
         ll_workload_free(w);
     else
@@ -137,21 +137,20 @@ ll_status ll_workload_check(const ll_workload *w, const ll_sim_kind *kind, const
 {
     bool driven = false;
     if (!kind->accepts)
-        return ll_field_error(LL_BAD_INPUT, "workload", "workload: nobody can drive in a scenario of kind %s",
+        return ll_field_error(LL_BAD_INPUT, "workload", "workload: kind %s has no players that take inputs",
                               kind->name);
     for (size_t i = 0; i < w->inputs.count; i++) {
         const ll_log_entry *e = &w->inputs.entries[i];
         ll_status status = kind->accepts(config, e->player, &e->action);
         if (ll_failed(&status) && status.code != LL_CONFLICT)
-            return ll_field_error(LL_BAD_INPUT, "workload", "workload: the input of tick %lld: %s",
+            return ll_field_error(LL_BAD_INPUT, "workload", "workload: input of tick %lld: %s",
                                   (long long)e->tick, status.text);
         driven = driven || !ll_failed(&status);
     }
-    return driven
-               ? ll_ok()
-               : ll_field_error(LL_CONFLICT, "workload",
-                                "workload: no player takes its inputs: set players.0.control to person, or "
-                                "that of whomever it is to drive");
+    return driven ? ll_ok()
+                  : ll_field_error(LL_CONFLICT, "workload",
+                                   "workload: no player takes its inputs; set players.0.control, or that of "
+                                   "another player, to person");
 }
 
 cJSON *ll_workload_write(const ll_workload *w)
@@ -166,8 +165,8 @@ cJSON *ll_workload_write(const ll_workload *w)
 
 /* ---- into a session ---- */
 
-/* The first tick of a clock at or after tick `k` of another. */
-static int64_t tick_there(int64_t k, ll_freq here, ll_freq there)
+/* First tick of clock `there` at or after tick `k` of clock `here`. */
+static int64_t map_tick(int64_t k, ll_freq here, ll_freq there)
 {
     ll_time time = ll_tick_time(k, here);
     int64_t tick = ll_tick_at(time, there);
@@ -182,7 +181,7 @@ ll_status ll_session_load(ll_session *s, const ll_workload *w)
         return status;
     for (size_t i = 0; i < w->inputs.count; i++) {
         ll_log_entry e = w->inputs.entries[i];
-        e.tick = tick_there(e.tick, w->freq, s->freq);
+        e.tick = map_tick(e.tick, w->freq, s->freq);
         if (e.tick >= s->end)
             break;
         status = ll_log_append(&s->log, &e);
@@ -208,7 +207,7 @@ static void emit(cJSON *o, ll_log_line *line, void *context)
     cJSON_Delete(o);
 }
 
-/* Everybody's inputs are in it, so a person drives everybody. */
+/* Writes the scenario with all players' control set to `person`: the log has the inputs of all of them. */
 static int emit_create(const ll_session *s, ll_log_line *line, void *context)
 {
     cJSON *o = ll_session_create_line(s), *player;
@@ -233,7 +232,7 @@ ll_status ll_session_record(ll_session *s, ll_log_line *line, void *context)
     const ll_sim_kind *kind = s->scenario.kind;
     ll_action held[LL_PLAYERS_MAX] = {{{0}, 0, 0}};
     if (!kind->controls)
-        return ll_error(LL_CONFLICT, "nobody can drive in a scenario of kind %s", kind->name);
+        return ll_error(LL_CONFLICT, "kind %s has no players that take inputs", kind->name);
     int players = emit_create(s, line, context);
     ll_status status = ll_session_wake(s);
     for (int64_t tick = 1; tick <= s->end && !ll_failed(&status); tick++) {

@@ -126,10 +126,10 @@ test('keys of the environment, and files that hold none', async () => {
   assert.equal((await s.call('POST', S, { body: { scenario: 'race' }, key: OPERATOR })).status, 201);
   s.close();
   await env.stop();
-  const refused = /** @type {[string[], RegExp][]} */ ([[['--operator-key-file', path.join(folder, 'none')], /cannot be read/],
-    [['--operator-key-file', file('short', 'secret\n')], /16 to 256 characters; it has 6/], [['--class-key-file', file('lines', 'first-line-1\nsecond-line\n')], /one line/],
-    [['--class-key-file', file('space', 'two words in it')], /visible ASCII/], [['--class-key-file', file('empty', '')], /it has 0/],
-    [['--creation', 'class'], /no class key/], [['--creation', 'operator'], /no operator's key/], [['--creation', 'nobody'], /open, class, operator/]]);
+  const refused = /** @type {[string[], RegExp][]} */ ([[['--operator-key-file', path.join(folder, 'none')], /Cannot read key file/],
+    [['--operator-key-file', file('short', 'secret\n')], /16 to 256 characters; got 6/], [['--class-key-file', file('lines', 'first-line-1\nsecond-line\n')], /one line/],
+    [['--class-key-file', file('space', 'two words in it')], /visible ASCII/], [['--class-key-file', file('empty', '')], /got 0/],
+    [['--creation', 'class'], /requires the class key/], [['--creation', 'operator'], /requires the operator's key/], [['--creation', 'nobody'], /open, class, operator/]]);
   for (const [args, words] of refused) {
     const ended = spawnSync(BINARY, ['serve', '--listen', '127.0.0.1:0', '--data', 'memory', ...args], { encoding: 'utf8', timeout: 5000 });
     assert.equal(ended.status, 2, args.join(' '));

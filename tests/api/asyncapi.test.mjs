@@ -432,7 +432,7 @@ test('an experiment that is deleted under its watchers, messages to it, and path
   await c.call('POST', `${E}/${made.id}/control`, { key: made.owner_key, body: { op: 'pause' } });
   const stream = await c.progress(made.id);
   stream.say({ ping: 1 });
-  assert.match((await stream.wait((m) => m.type === 'error')).problem.detail, /only tells/);
+  assert.match((await stream.wait((m) => m.type === 'error')).problem.detail, /read-only/);
   await assert.rejects(c.progress(session.id), { status: 404 });
   await assert.rejects(c.stream(made), { status: 404 });
   assert.equal((await c.call('DELETE', `${E}/${made.id}`, { key: made.owner_key })).status, 204);

@@ -270,7 +270,7 @@ test('the first differing tick of a changed log is reported', () => {
 });
 
 test('what is no log is refused', () => {
-  refused(['replay'], ['which log']);
+  refused(['replay'], ['LOG: required']);
   refused(['replay', path.join(folder, 'none.log')], ['cannot read']);
   for (const text of ['', '\n\n', 'x', '{}', '{"op":"head","tick":1}',
     '{"op":"create","laglab_log":2,"scenario":{"kind":"netgame","players":[{}]}}',
@@ -339,7 +339,7 @@ test('unknown paths are refused', () => {
 test('wrong usage is refused', () => {
   refused([], ['laglab help']);
   refused(['fly'], ['fly', 'laglab help']);
-  refused(['run'], ['which scenario']);
+  refused(['run'], ['SCENARIO: required']);
   for (const option of ['--seed', '--set', '--duration', '--trace', '--log',
     '--scenarios']) refused(['run', 'race', option], [option, 'needs a value']);
   for (const option of ['--sed', '-x', '--', '--seed=3', '--TRACE']) refused(['run', 'race', option, '3'], ['unknown option', option]);
@@ -362,7 +362,7 @@ test('what is no scenario is refused', () => {
       ['{"kind":"netgame","players":[{}],"colour":1}', 'colour'],
     ['{"kind":"netgame","players":[{"lag_ms":"1"}]}', 'players.0.lag_ms'],
       ['{"kind":"netgame","players":[{"lag_ms":1e999}]}', 'players.0.lag_ms', '1000'],
-    ['{"kind":"netgame","game":"race","params":{"gravity_mps2":1},"players":[{}]}', 'gravity_mps2'], ['['.repeat(100000), 'nested'],
+    ['{"kind":"netgame","game":"race","params":{"gravity_mps2":1},"players":[{}]}', 'gravity_mps2'], ['['.repeat(100000), 'nesting'],
       ['\0'], ['{"kind":"netgame\\u0000","players":[{}]} x'],
   ]) refused(['run', '-'], words, text);
 });
@@ -409,7 +409,7 @@ test('work-precision writes the refinement series as CSV', () => {
   const euler = rows.filter((row) => row.method === 'explicit_euler');
   for (const row of euler) assert.ok(Math.abs(Number(row.e_final) - 30 * Number(row.value)) < 1e-8, JSON.stringify(row)); // a t dt / 2
   assert.ok(rows.every((row) => row.status === 'ok' && Number(row.cpu_min_s) > 0));
-  refused(['work-precision'], ['which problem']);
+  refused(['work-precision'], ['PROBLEM: must be']);
   refused(['work-precision', 'nothing'], ['nothing', 'laglab problems']);
   refused(['work-precision', 'kepler', '--methods', 'rk4,rk5'], ['rk5', 'laglab methods']);
   refused(['work-precision', 'kepler', '--set', 'e=2'], ['e', '0.999']);

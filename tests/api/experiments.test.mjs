@@ -56,7 +56,7 @@ test('rows are those of the command line, in each format and by Accept', async (
   const compared = (await c.get(`${E}/${id}/results?points=true&compare=3&format=json`)).json, lead = 'players.0.own_lead_m.mean';
   for (const [i, point] of compared.entries()) assert.ok(Math.abs(point[`${lead}.diff`] - (points[i][lead] - points[3][lead])) < 1e-9);
   for (const [query, words] of [['points=true&compare=6', /compare: must be a point from 0 to 5; got 6/],
-    ['points=true&compare=x.y=1', /x.y is on no axis/], ['sensitivity=true', /saltelli/]]) {
+    ['points=true&compare=x.y=1', /x.y is not on an axis/], ['sensitivity=true', /saltelli/]]) {
     const refused = await c.get(`${E}/${id}/results?${query}`);
     assert.equal(refused.status, 400);
     assert.match(refused.json.detail, /** @type {RegExp} */ (words));
@@ -225,7 +225,7 @@ test('a message about a limit has its number', async () => {
     assert.equal((await s.call('POST', E, { body: experiment() })).status, 202);
     const second = await s.call('POST', E, { body: experiment() });
     assert.equal(second.status, 429);
-    assert.match(second.json.detail, /1 experiments already/);
+    assert.match(second.json.detail, /Limit of 1 experiments reached/);
   } finally {
     s.close();
     await strict.stop();

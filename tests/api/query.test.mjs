@@ -20,7 +20,7 @@ test('a name that is not known begins nothing', async () => {
   const refused = await c.call('POST', `${E}?dryrun=true`, { body: SMALL });
   assert.equal(refused.status, 400);
   assert.equal(refused.json.errors[0].field, 'dryrun');
-  assert.match(refused.json.detail, /possible are dry_run/);
+  assert.match(refused.json.detail, /must be one of dry_run/);
   assert.match((await c.get('/metrics')).text, /^laglab_streams 0$/m, 'no experiment was made');
   const { id, owner_key: key } = await c.make({ paused: true });
   for (const [method, place, body] of /** @type {[string, string, any][]} */ ([['GET', `${S}/${id}/state?ticks=3`], ['GET', `${S}/${id}/trace?from=1`], ['GET', `${S}/${id}?x`],

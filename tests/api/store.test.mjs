@@ -36,7 +36,7 @@ test('sweeps of a store are listed, shown and deleted', () => {
 
 test('what is asked wrongly is refused with a sentence', () => {
   for (const [args, words] of /** @type {[string[], RegExp][]} */ ([[['store'], /list, show, delete/], [['store', 'drop', '--store', URL], /list, show, delete/],
-    [['store', 'show', '--store', URL], /needs the id/], [['store', 'delete', '--store', URL], /needs the ids/], [['store', 'list', 'x', '--store', URL], /no more arguments/]])) {
+    [['store', 'show', '--store', URL], /must have the id of/], [['store', 'delete', '--store', URL], /must have ids/], [['store', 'list', 'x', '--store', URL], /must have no arguments/]])) {
     const ended = run(args);
     assert.equal(ended.status, 2, args.join(' '));
     assert.match(ended.stderr, words);

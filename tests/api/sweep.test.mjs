@@ -69,7 +69,7 @@ test('rows are the same for any number of jobs, from shards, and from standard i
   assert.equal(good(['merge', name, 's3.csv', 's1.csv', 's2.csv', 's2.csv']), one, 'a shard run twice is the same shard');
   const missing = laglab(['merge', name, 's1.csv', 's3.csv']);
   assert.equal(missing.status, 2);
-  assert.match(missing.stderr, /12 of 36 runs are in no shard, the first is run 12/);
+  assert.match(missing.stderr, /12 of 36 runs are missing, the first is run 12/);
 });
 
 test('shards that a copy cut or an editor changed are refused, and never make two rows into one', () => {
@@ -77,10 +77,10 @@ test('shards that a copy cut or an editor changed are refused, and never make tw
   for (const i of [1, 2]) good(['sweep', name, '--shard', `${i}/2`, '--out', `m${i}.csv`]);
   const whole = readFileSync(file('m1.csv'), 'utf8');
   /** @type {[string, string, RegExp][]} */
-  const changed = [['no newline', whole.slice(0, -1), /run \d+ has no end/], ['no line end', whole.slice(0, -2), /run \d+ has no end/], ['Unix lines', whole.replace(/\r\n$/, '\n'), /has no end/],
-    ['a field less', whole.replace(/\r\n0,0,/, '\r\n0,'), /run 0 has not the \d+ fields/], ['an open quote', whole.replace(',ok,,', ',ok,",'), /has not the \d+ fields/],
-    ['a NUL', whole.replace(',ok,,', ',ok,\0,'), /has not the \d+ fields/], ['a line end within', whole.replace(/\r\n$/, '\r+x\r\n'), /has no end/], ['a sign', whole.replace(/\r\n0,/, '\r\n+0,'), /begins with its run/],
-    ['a zero before', whole.replace(/\r\n1,/, '\r\n01,'), /begins with its run/]];
+  const changed = [['no newline', whole.slice(0, -1), /run \d+ is incomplete/], ['no line end', whole.slice(0, -2), /run \d+ is incomplete/], ['Unix lines', whole.replace(/\r\n$/, '\n'), /is incomplete/],
+    ['a field less', whole.replace(/\r\n0,0,/, '\r\n0,'), /run 0: must have the \d+ fields/], ['an open quote', whole.replace(',ok,,', ',ok,",'), /: must have the \d+ fields/],
+    ['a NUL', whole.replace(',ok,,', ',ok,\0,'), /: must have the \d+ fields/], ['a line end within', whole.replace(/\r\n$/, '\r+x\r\n'), /is incomplete/], ['a sign', whole.replace(/\r\n0,/, '\r\n+0,'), /must begin with its run/],
+    ['a zero before', whole.replace(/\r\n1,/, '\r\n01,'), /must begin with its run/]];
   for (const [what, text, message] of changed) {
     assert.notEqual(text, whole, what);
     writeFileSync(file('bad.csv'), text);
@@ -226,7 +226,7 @@ test('sensitivity indices show which axis a metric depends on', () => {
   assert.ok(Math.abs(rows[0].first - 1) < 0.05 && Math.abs(rows[0].total - 1) < 0.05 && rows[0].total_low < 1 && rows[0].total_high > 0.95);
   assert.ok(rows[1].total < 1e-6);
   assert.match(laglab(['sweep', race(), '--sensitivity']).stderr, /saltelli/);
-  assert.match(laglab(['sweep', name, '--sensitivity', '--points']).stderr, /neither --points nor --shard/);
+  assert.match(laglab(['sweep', name, '--sensitivity', '--points']).stderr, /must be without --points and --shard/);
 });
 
 test('points are compared with one of them by seed', () => {
@@ -244,7 +244,7 @@ test('points are compared with one of them by seed', () => {
   }
   for (const format of ['csv', 'parquet',
     'sqlite']) good(['sweep', name, '--points', '--compare', 'first', '--format', format, '--out', file(`compared.${format}`)]);
-  assert.match(laglab(['sweep', name, '--compare', 'first']).stderr, /give --points/);
+  assert.match(laglab(['sweep', name, '--compare', 'first']).stderr, /must have --points/);
   assert.match(laglab(['sweep', name, '--points', '--compare', '99']).stderr, /from 0 to 5; got 99/);
 });
 
@@ -310,7 +310,7 @@ test('what scripts did is recorded once and replayed under other techniques', ()
   const bad = (/** @type {object} */ more) => { const got = laglab(['sweep', write('bad.json', order(more))]); assert.equal(got.status, 2);
     return got.stderr; };
   assert.match(bad({}), /workload: cannot read .*logs\/drive\.log/);
-  assert.match(bad({ workload: 'drive.log', set: {} }), /workload: no player takes its inputs: set players\.0\.control to person/);
+  assert.match(bad({ workload: 'drive.log', set: {} }), /workload: no player takes its inputs; set players\.0\.control/);
   assert.match(bad({ workload: { inputs: [{ tick: 0, player: 4, axes: [1, 0] }] } }), /player: must be 0 to 1; got 4/);
   writeFileSync(file('broken.log'),
     readFileSync(file('drive.log'), 'utf8').split('\n').map((line, i) => (i === 6 ? line.replace(/"axes":\[[^,]*,/, '"axes":[-3,') : line))
@@ -456,7 +456,7 @@ test('advise answers with a setting that holds, and its evidence', () => {
   assert.ok(['proven', 'best found'].includes(answer.optimum));
   assert.ok(answer.front.some((setting) => setting.point === answer.advice.point));
   assert.ok(answer.ruled_out.every((setting) => ['the error is above the limit', 'it costs more', 'a run failed', 'not all seeds were run',
-    'it was not verified'].includes(setting.why)));
+    'not verified'].includes(setting.why)));
   const run = JSON.parse(good(['run', 'motion/pendulum', '--set', 'methods=[{"method":"rk4"}]', '--duration', '5',
     ...Object.entries(answer.advice.set).flatMap(([key, value]) => ['--set', `${key}=${value}`])]));
   assert.equal(run.metrics.methods[0].e_max, answer.advice.error, 'what it advises is what a run of it gives');
@@ -562,20 +562,20 @@ test('submit writes a script that starts workers on an experiment that is in the
 
 test('bad input is a sentence and exit 2', () => {
   const cases = [
-    [['sweep'], 'which experiment'], [['sweep', 'nosuch.json'], 'nosuch.json'], [['sweep', race(), '--jobs', '0'], '--jobs'],
+    [['sweep'], 'EXPERIMENT: required'], [['sweep', 'nosuch.json'], 'nosuch.json'], [['sweep', race(), '--jobs', '0'], '--jobs'],
     [['sweep', race(), '--format', 'xls'], 'parquet'], [['sweep', race(), '--shard', '4/3'], '4/3'],
       [['sweep', race(), '--nosuch'], '--nosuch'],
     [['sweep', race(), '--store', 'mysql://x/y'], 'mysql://x/y'], [['sweep', race(), '--shard', 'auto'], 'SLURM_ARRAY_TASK_ID'],
     [['submit', race(), '--engine', 'pbs', '--store', 'x.db'], 'slurm'], [['submit', race(), '--engine', 'slurm'], '--store'],
     [['submit', race(), '--engine', 'slurm', '--store', 'x.db', '-n', '0'], '-n'],
-      [['submit', '--engine', 'slurm', '--store', 'x.db'], 'which experiment'],
+      [['submit', '--engine', 'slurm', '--store', 'x.db'], 'EXPERIMENT: required'],
     [['sweep', write('big.json', { scenario: 'race', metrics: ['players.0.corrections'], repeats: 100000,
       axes: [{ path: 'players.0.lag_ms', from: 0, to: 1, count: 1000 }] })], '1e+08 runs'],
     [['advise', 'race', '--metric', 'players.0.own_lead_m.mean'], '--max-error'], [['advise', 'race', '--max-error', '1'], '--metric'],
     [['advise', 'race', '--max-error', '-1'], '-1'], [['advise', 'race', '--max-error', '1', '--metric', 'x', '--vary', 'y'], 'path=value'],
-    [['advise', race(), '--max-error', '1', '--metric', 'x'], 'experiment says itself'],
+    [['advise', race(), '--max-error', '1', '--metric', 'x'], 'an experiment has its own'],
     [['sweep', write('many.json', { scenario: 'race', metrics: ['players.0.corrections'], repeats: 1001, traces: true })],
-      'at most 1000 runs; there are 1001'],
+      'at most 1000 runs; got 1001'],
     [['sweep', write('long.json', { scenario: 'race', metrics: ['players.0.corrections'], repeats: 1001 }), '--traces', 'x'],
       'at most 1000 runs'],
     [['sweep', write('nowhere.json', { scenario: 'race', metrics: ['players.0.corrections'], traces: true })],

@@ -63,7 +63,7 @@ test('a worker takes part in what a daemon was asked for', async (t) => {
 test('an experiment of another version is left alone by workers and by a daemon, which name both versions', async (t) => {
   const other = '0.0.9+0123456789ab', own = laglab('--version').stdout.trim().split(' ')[1], store = path.join(folder, 'mixed.db');
   const sql = (/** @type {string} */ text) => execFileSync('sqlite3', ['-cmd', '.timeout 5000', store, text], { encoding: 'utf8' }).trim();
-  const namesVersions = (/** @type {string} */ text) => { for (const words of [other, own, 'begin it anew']) assert.ok(text.includes(words), text); };
+  const namesVersions = (/** @type {string} */ text) => { for (const words of [other, own, 'run the experiment again']) assert.ok(text.includes(words), text); };
   const daemon = await startDaemon({ args: ['--store', `sqlite:${store}`, '--threads', '1'] });
   t.after(() => daemon.stop());
   const c = client(daemon.url);
@@ -112,7 +112,7 @@ test('LAGLAB_STORE in the environment is a store that the list of processes does
 test('what a worker cannot do is a sentence', () => {
   const cases = /** @type {[string[], number, string][]} */ ([
     [[], 2, '--store'], [['--store', 's.db', '--jobs', '0'], 2, '--jobs'], [['--store', 's.db', '--lease-s', '0'], 2, '--lease-s'],
-    [['--store', 's.db', '--nosuch'], 2, '--nosuch'], [['--store', 's.db', 'x'], 2, 'x'], [['--store', 's.db', '--experiment', 'nosuch'], 2, 'no experiment nosuch'],
+    [['--store', 's.db', '--nosuch'], 2, '--nosuch'], [['--store', 's.db', 'x'], 2, 'x'], [['--store', 's.db', '--experiment', 'nosuch'], 2, 'experiment nosuch not found'],
     [['--store', 'mysql://x/y'], 2, 'mysql://x/y'], [['--store', '/nosuch/s.db'], 1, '/nosuch/s.db']]);
   for (const [args, code, words] of cases) {
     const result = laglab('worker', ...args);

@@ -1,5 +1,4 @@
-// An experiment on PostgreSQL while its workers are killed and frozen and its server crashes: every row once, and the same as if nothing
-// had happened.
+// An experiment on PostgreSQL while its workers are killed and frozen and its server crashes: every row once, and the same as without disturbances.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { execFileSync, spawn, spawnSync } from 'node:child_process';
@@ -46,7 +45,7 @@ function orbits(name, runs) {
   return name;
 }
 
-/** Three workers; who is gone is replaced, as an engine does. */
+/** Three workers; one that ends is replaced, as a cluster's engine does. */
 function crew() {
   const workers = new Set();
   let hiring = true, hired = 0;
@@ -100,7 +99,7 @@ test('workers killed at random, one frozen beyond its lease, the server stopped 
   await until(() => count("SELECT (to_regclass('laglab.result') IS NOT NULL)::int") === 1);
   await until(() => rows() > 0);
 
-  // By progress, not by time: on a slow machine the same part would be killed again and again, until it is given up.
+  // By progress, not by time: on a slow machine the same chunk would be lost again and again, until it fails.
   let kills = 0;
   const killUntil = (/** @type {number} */ wanted) => until(() => {
     const there = rows();
@@ -116,7 +115,7 @@ test('workers killed at random, one frozen beyond its lease, the server stopped 
     await pause(700);
     assert.equal(postgres('start'), url);
   }
-  // A worker is frozen until others have taken over what it may hold; then it wakes up and hands in.
+  // A worker is frozen until others have taken over its chunk; then it continues and tries to store its rows.
   await until(() => workers.any() && count('SELECT count(*) FROM laglab.chunk WHERE state=1 AND lease_until>now()') > 0);
   const frozen = workers.any();
   frozen.kill('SIGSTOP');
@@ -145,7 +144,7 @@ test('the same from shards, one of which was killed', async () => {
   assert.equal(checksum('merged.csv'), undisturbed);
 });
 
-test('a daemon on the same store tells that the server is away, and goes on when it is back', { skip }, async (t) => {
+test('a daemon on the same store reports that the server is unreachable, and continues when it is back', { skip }, async (t) => {
   const daemon = await startDaemon({ args: ['--store', url, '--threads', '1'] });
   t.after(() => daemon.stop());
   const c = client(daemon.url);
@@ -154,7 +153,7 @@ test('a daemon on the same store tells that the server is away, and goes on when
   postgres('kill');
   const away = await c.get(made.links.self);
   assert.equal(away.status, 503, away.text);
-  assert.match(away.json.detail, /^the server of the store postgresql:\/\/laglab@\/lab cannot be used/);
+  assert.match(away.json.detail, /^server of the store postgresql:\/\/laglab@\/lab not usable/);
   postgres('start');
   await waitFor(async () => (await c.get(made.links.self)).json.state === 'done', 'the rows', 90000);
   good('sweep', 'few.json', '--out', 'few.csv');
@@ -209,14 +208,14 @@ test('a store on a network file system is refused, and none is made there', { sk
     await ended;
   });
   if (await Promise.race([ended, waitFor(mounted, 'the mount', 10000).then(() => false)])) return t.skip(`no FUSE here: ${errors.trim()}`);
-  // Whoever waits for the file system's answers must not be who carries them.
+  // The process that waits for the file system must not be the one that serves it.
   const { status, stderr } = await outcome('sweep', orbits('net.json', 100), '--out', 'far/net.csv');
   assert.equal(status, 2);
-  assert.match(stderr, /^laglab: the store far\/net\.csv\.runs is on fuse\.sshfs, where SQLite loses data: use a local folder, PostgreSQL, or --shard on each machine\n$/);
+  assert.match(stderr, /^laglab: store far\/net\.csv\.runs is on fuse\.sshfs, where SQLite loses data: use a local folder, PostgreSQL, or --shard on each machine\n$/);
   assert.deepEqual(readdirSync(near), []);
 });
 
-test('a store that is full or read-only is told, and what was done is not lost', { skip: process.getuid() !== 0 && 'mounting needs root' }, (t) => {
+test('a full or read-only store is reported, and finished runs are not lost', { skip: process.getuid() !== 0 && 'mounting needs root' }, (t) => {
   const disk = file('disk'), on = (/** @type {string[]} */ ...args) => spawnSync(BINARY, args, { cwd: disk, encoding: 'utf8', timeout: 60000 });
   mkdirSync(disk);
   const experiment = `../${orbits('small.json', 3000)}`;
@@ -228,16 +227,16 @@ test('a store that is full or read-only is told, and what was done is not lost',
   try {
     const full = on('sweep', experiment, '--out', 'rows.csv');
     assert.equal(full.status, 1);
-    assert.equal(full.stderr, 'laglab: the disk of the store rows.csv.runs is full\n');
+    assert.equal(full.stderr, 'laglab: disk of the store rows.csv.runs is full\n');
     execFileSync('mount', ['-o', 'remount,size=20m', disk]);
     assert.equal(on('sweep', experiment, '--store', 'kept.db', '--out', 'kept.csv').status, 0);
     assert.equal(on('sweep', experiment, '--out', 'rows.csv').status, 0);
     assert.equal(checksum('disk/rows.csv'), checksum('disk/kept.csv'));
     execFileSync('mount', ['-o', 'remount,ro', disk]);
-    assert.equal(on('sweep', experiment).stdout, readFileSync(file('disk/kept.csv'), 'utf8'), 'in memory it needs no disk');
+    assert.equal(on('sweep', experiment).stdout, readFileSync(file('disk/kept.csv'), 'utf8'), 'a store in memory needs no disk');
     const fixed = on('worker', '--store', 'kept.db', '--drain');
     assert.equal(fixed.status, 1);
-    assert.equal(fixed.stderr, 'laglab: the store kept.db cannot be written: its file system is read-only\n');
+    assert.equal(fixed.stderr, 'laglab: cannot write to the store kept.db: read-only file system\n');
   } finally {
     execFileSync('umount', ['-l', disk]);
   }

@@ -1,5 +1,5 @@
 // The machine's date jumps, by hours and days, back and forth: sessions keep their pace, streams their frames, limits their rates, and nothing
-// expires that was just looked at. Only the wall clock jumps, as it does when somebody sets it: what is preloaded (tests/lib/date.c) adds to it.
+// expires that was just used. Only the wall clock jumps, as it does when it is set: a preloaded library (tests/lib/date.c) adds to it.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
@@ -37,7 +37,7 @@ test('the date jumps while the daemon works', { timeout: 120000 }, async (t) => 
     const { tick: last } = (await c.get(session.links.state)).json, seconds = (performance.now() - from) / 1000;
     assert.ok(Math.abs((last - first) / 60 - seconds) < 0.5, `${by}: ${last - first} ticks in ${seconds} s`);
     assert.ok(stream.frames.length - frames > 20, `${by}: ${stream.frames.length - frames} frames in ${seconds} s`);
-    assert.ok(progress.messages.length > told, `${by}: the experiment's progress is told`);
+    assert.ok(progress.messages.length > told, `${by}: the experiment's progress is sent`);
     assert.equal((await c.patch(session, { 'players.0.lag_ms': 10 })).status, 200);
     assert.equal((await c.get(still.links.self)).status, 200, `${by}: nothing expires`);
     assert.equal((await c.get(`${X}/${experiment.id}`)).json.state, 'running', `${by} h`);
@@ -50,7 +50,7 @@ test('the date jumps while the daemon works', { timeout: 120000 }, async (t) => 
   await stream.close();
   c.close();
   await daemon.kill();
-  // Restarted with a date of the past, of the future, and the right one: all is there.
+  // Restarted with a date in the past, in the future, and the right one: all sessions are there.
   for (const by of [-216, 0.5, 0]) {
     jump(by);
     const again = await startDaemon({ data, before, args: ['--session-ttl-s', '3600'] }), d = client(again.url);

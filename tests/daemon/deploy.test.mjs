@@ -1,4 +1,4 @@
-// The files in deploy/: Kubernetes objects are right in type and hang together, and a proxy finds the daemon that has a session.
+// The files in deploy/: Kubernetes objects have the right types and match each other, and a proxy finds the daemon that has a session.
 import assert from 'node:assert/strict';
 import { spawnSync } from 'node:child_process';
 import { readFileSync } from 'node:fs';
@@ -32,7 +32,7 @@ const objects = () => FOLDERS.flatMap((folder) => kustomization(folder).resource
 // ---- types ----
 
 /**
- * What TypeScript says when each list of objects is held against Kubernetes' types: unknown fields, wrong types, what is missing.
+ * TypeScript's messages about each list of objects, checked with Kubernetes' types: unknown, missing and wrong fields.
  * @param {Thing[][]} lists
  */
 function typeErrors(lists) {
@@ -53,7 +53,7 @@ function typeErrors(lists) {
   return lists.map((_, i) => program.getSemanticDiagnostics(program.getSourceFile(file(i))).map((d) => ts.flattenDiagnosticMessageText(d.messageText, ' ')));
 }
 
-// ---- what types do not tell ----
+// ---- checks beyond types ----
 
 const pods = (/** @type {Thing[]} */ all) => all.filter((thing) => thing.spec?.template);
 const selects = (/** @type {Thing} */ selector, /** @type {Thing} */ pod) =>
@@ -86,7 +86,7 @@ function podProblems(workload) {
     for (const one of container.env ?? []) {
       const secret = one.valueFrom?.secretKeyRef;
       if (secret) say(FOLDERS.some((folder) => read(folder, 'kustomization.yaml').includes(`create secret generic ${secret.name} --from-literal=${secret.key}=`)),
-        `secret ${secret.name} with ${secret.key}: nothing tells how it is made`);
+        `secret ${secret.name} with ${secret.key}: has no instructions to create it`);
     }
   }
   return problems;
@@ -118,7 +118,7 @@ function problems(all) {
       const chosen = pods(all).filter((pod) => selects(spec.podSelector.matchLabels, pod));
       say(chosen.length === 1, `${name}: selects ${chosen.length} workloads`);
       say(JSON.stringify(spec.policyTypes) === '["Ingress","Egress"]', `${name}: leaves a direction open`);
-      say(spec.ingress.every((/** @type {Thing} */ rule) => rule.from?.length > 0 && rule.ports?.length > 0), `${name}: lets everybody in`);
+      say(spec.ingress.every((/** @type {Thing} */ rule) => rule.from?.length > 0 && rule.ports?.length > 0), `${name}: admits all clients`);
       for (const { port } of spec.ingress.flatMap((/** @type {Thing} */ rule) => rule.ports ?? []))
         say(chosen.every((pod) => pod.spec.template.spec.containers.some((/** @type {Thing} */ c) => c.ports?.some((/** @type {Thing} */ p) => p.name === port))),
           `${name}: no container has the port ${port}`);
@@ -131,7 +131,7 @@ function problems(all) {
   return found;
 }
 
-test('Kubernetes objects have the fields and types that Kubernetes knows, and hang together', () => {
+test('Kubernetes objects have valid fields and types, and match each other', () => {
   const all = objects();
   assert.deepEqual(all.map((thing) => thing.kind).sort(), ['Job', 'NetworkPolicy', 'PodDisruptionBudget', 'Service', 'StatefulSet']);
   assert.deepEqual(typeErrors([all]), [[]]);
@@ -169,7 +169,7 @@ test('mistakes in them are found', () => {
     ['secret laglab with url', (o) => { o.Job.spec.template.spec.containers[0].env[0].valueFrom.secretKeyRef.name = 'laglab'; }],
     ['NetworkPolicy laglab: selects 0', (o) => { o.NetworkPolicy.spec.podSelector.matchLabels = { app: 'lab' }; }],
     ['leaves a direction open', (o) => { o.NetworkPolicy.spec.policyTypes = ['Ingress']; }],
-    ['lets everybody in', (o) => { delete o.NetworkPolicy.spec.ingress[0].from; }],
+    ['admits all clients', (o) => { delete o.NetworkPolicy.spec.ingress[0].from; }],
     ['no container has the port web', (o) => { o.NetworkPolicy.spec.ingress[0].ports[0].port = 'web'; }],
     ['indexed job', (o) => { o.Job.spec.completionMode = 'NonIndexed'; }],
     ['needs restartPolicy Never', (o) => { o.Job.spec.template.spec.restartPolicy = 'OnFailure'; }],
@@ -231,7 +231,7 @@ test('Kustomize makes the same objects of them', { skip: kubectl ? false : 'kube
   assert.match(pods(rendered)[0].spec.template.spec.containers[0].image, /^laglab:\d/);
 });
 
-test('HAProxy sends what belongs to a session to the daemon that made it', async (t) => {
+test('HAProxy sends requests for a session to the daemon that created it', async (t) => {
   const daemons = await Promise.all([startDaemon(), startDaemon()]);
   t.after(() => Promise.all(daemons.map((daemon) => daemon.stop())));
   const text = readFileSync(path.join(ROOT, 'deploy/haproxy.cfg'), 'utf8').replace('bind 0.0.0.0:80 ', 'bind LISTEN ')

@@ -1,5 +1,5 @@
-// A session that fails: live, in its log, as a fork, after a restart and in a replay it is the same failure, and the replay ends with 1.
-// And a log is compared by its replay, with the hashes that it carries.
+// A failed session is the same failure live, in its log, as a fork, after a restart and in a replay, and the replay exits with 1.
+// A replay compares the hashes in the log.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { spawnSync } from 'node:child_process';
@@ -35,7 +35,7 @@ async function seen(session) {
   return { status, tick, head_tick, error, hash: (await c.get(S(session, '/state'))).json.hash };
 }
 
-test('a failure is the same wherever it is looked at', async () => {
+test('a failure is the same wherever it is read', async () => {
   const session = await c.make({ scenario: DROP, paused: true });
   assert.equal((await c.control(session, { op: 'seek', tick: 7 })).json.tick, 7);
   assert.equal((await c.patch(session, { solver: { relaxation: 1.4 } })).status, 200);
@@ -52,7 +52,7 @@ test('a failure is the same wherever it is looked at', async () => {
   assert.equal(again.status, 1);
   assert.equal(again.result.hash, live.hash);
   assert.ok(again.result.compared >= 1, `${again.result.compared} hashes were compared`);
-  assert.match(again.said, new RegExp(`failed behind tick ${live.tick}, as the log says`));
+  assert.match(again.said, new RegExp(`failure after tick ${live.tick}, as in the log`));
   const other = replay(log.replace(`"hash":"${live.hash}"`, '"hash":"0123456789abcdef"'));
   assert.equal(other.status, 1);
   assert.match(other.said, /0123456789abcdef/);
@@ -69,7 +69,7 @@ test('a failure is the same wherever it is looked at', async () => {
   assert.deepEqual(await seen(session), live, 'played again');
 });
 
-test('the log of a live session says which laglab made it, and its replay compares', async () => {
+test('the log of a live session has the version of laglab, and its replay compares hashes', async () => {
   const session = await c.make({ scenario: 'race', paused: true });
   for (let i = 1; i <= 3; i++) {
     await c.control(session, { op: 'step', ticks: 40 + i });

@@ -1,6 +1,6 @@
-// Clients that send the heaviest requests that the API takes, without a pause: others are answered, the machine is idle when they are
-// gone, and SIGTERM ends the daemon in time without losing what was acknowledged. Bounds are wide enough for a machine that does other
-// things, and far below what was: half a minute, or never. bench/hostile.mjs measures.
+// Clients that send the heaviest possible requests without a pause: others are answered, the machine is idle after they have left,
+// and SIGTERM ends the daemon in time without losing acknowledged changes. Bounds are wide enough for a busy machine, and far below
+// what they once were: half a minute, or never. bench/hostile.mjs measures.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { mkdtempSync, rmSync } from 'node:fs';
@@ -40,7 +40,7 @@ async function becomes_idle(within_s) {
 }
 
 const GROUPS = {
-  'seeks of a large session, and looks at one that cannot keep its speed': ['seek', 'look', 'seek', 'look'],
+  'seeks of a large session, and reads of one that cannot keep its speed': ['seek', 'look', 'seek', 'look'],
   'dry runs and states of a distant tick': ['dry_run', 'state_at', 'dry_run', 'state_at'],
   'long traces and bodies of 50,000 paths': ['trace', 'set_many', 'trace', 'set_many'],
   'results, reports and forks': ['results', 'report', 'fork', 'results'],
@@ -63,7 +63,7 @@ for (const [what, names] of Object.entries(GROUPS)) {
   });
 }
 
-test('advice is sought beside others, and given up when nobody asks for it', async () => {
+test('a search for advice runs in parallel with other requests, and is cancelled without requests for it', async () => {
   const attackers = attack(daemon.url, ['advise'], place, 4);
   try {
     await pause(1500);
@@ -75,7 +75,7 @@ test('advice is sought beside others, and given up when nobody asks for it', asy
   await becomes_idle(3);
 });
 
-test('a search rests when nobody asks for it, and goes on when somebody does', async () => {
+test('a search pauses without requests for it, and continues at the next one', async () => {
   const patient = await startDaemon({ args: ['--job-idle-s', '60'] }), p = client(patient.url);
   const metrics = ['cell_visits', 'density_error_mean'];
   const experiment = { scenario: { ...POOL, duration_s: 20 }, metrics, error: metrics[1], cost: metrics[0], axes: [{ path: 'params.size', values: [40, 60, 80] }], repeats: 50 };
@@ -99,7 +99,7 @@ test('a search rests when nobody asks for it, and goes on when somebody does', a
   }
 });
 
-test('a request that has spent its processor time says how far it came, and the next goes on', async () => {
+test('a request that has used up its processor time reports its progress, and the next one continues', async () => {
   const strict = await startDaemon({ args: ['--request-cpu-s', '0.3'] }), s = client(strict.url);
   try {
     const session = await s.make({ scenario: POOL, paused: true });
@@ -124,7 +124,7 @@ test('a request that has spent its processor time says how far it came, and the 
   }
 });
 
-test('a command on the way ends a seek where it is', async () => {
+test('a command during a seek ends it at the present tick', async () => {
   const session = await c.make({ scenario: POOL, paused: true });
   const seek = c.control(session, { op: 'seek', tick: 100000 });
   await waitFor(async () => (await c.get(S(session))).json.tick > 20, 'the seek to be on its way', 20000);
@@ -138,7 +138,7 @@ test('a command on the way ends a seek where it is', async () => {
   assert.equal((await c.get(S(session))).json.tick, paused.json.tick);
 });
 
-test('a client that hangs up ends its request, and the session stays where it was', async () => {
+test('a client that disconnects ends its request, and the session stays at its tick', async () => {
   const session = await c.make({ scenario: POOL, paused: true });
   const body = JSON.stringify({ op: 'seek', tick: 100000 });
   await raw(daemon.port, `POST ${S(session, '/control')} HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n`
@@ -147,11 +147,11 @@ test('a client that hangs up ends its request, and the session stays where it wa
   const { tick } = (await c.get(S(session))).json;
   assert.ok(tick > 0);
   await pause(500);
-  assert.equal((await c.get(S(session))).json.tick, tick, 'nobody goes on with it');
+  assert.equal((await c.get(S(session))).json.tick, tick, 'no task continues it');
   await becomes_idle(0);
 });
 
-test('a session that cannot keep its speed is told as it is', async () => {
+test('a session that cannot keep its speed is reported at the tick that it has', async () => {
   const from = performance.now(), tick = (await c.get(S(place.slow))).json.tick;
   assert.ok(performance.now() - from < MOST_MS);
   const session = (await c.control(place.slow, { op: 'pause' })).json;
@@ -159,7 +159,7 @@ test('a session that cannot keep its speed is told as it is', async () => {
   assert.ok(session.tick >= tick);
 });
 
-test('SIGTERM under load ends the daemon in time, with all that was acknowledged', async () => {
+test('SIGTERM under load ends the daemon in time, and all acknowledged changes are stored', async () => {
   const DRAIN_S = 2, data = mkdtempSync(path.join(tmpdir(), 'laglab-hostile-'));
   const victim = await startDaemon({ data, args: [...ARGS, '--drain-s', String(DRAIN_S)] });
   const v = client(victim.url);

@@ -1,12 +1,12 @@
-// Sessions that nobody watches cost nothing and are where they should be when somebody looks; viewers that are slow, silent or hostile harm
-// neither their session nor the other viewers.
+// Sessions without viewers cost nothing and are at the right tick when they are viewed again; slow, silent or hostile viewers harm neither
+// their session nor other viewers.
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { test } from 'node:test';
 import { client, pause, waitFor, decodeAll, seqOf } from '../lib/client.mjs';
 import { startDaemon } from '../lib/daemon.mjs';
 
-/** A daemon that ends with the test, however that ends. */
+/** A daemon that is stopped at the end of the test, also when it fails. */
 const start = async (t, wish) => {
   const daemon = await startDaemon(wish);
   t.after(() => daemon.stop());
@@ -21,7 +21,7 @@ function cpuMs(pid) {
 
 const gauge = async (c, name) => Number(new RegExp(`^laglab_${name} (.+)$`, 'm').exec((await c.get('/metrics')).text)[1]);
 
-test('a hundred unobserved sessions cost no CPU and catch up when somebody looks', async (t) => {
+test('a hundred sessions without viewers cost no CPU, and catch up when they are viewed', async (t) => {
   const daemon = await start(t, { args: ['--park-after-s', '0.3', '--max-new-sessions-per-min', '1000'] });
   const c = client(daemon.url);
   const sessions = [];
@@ -63,7 +63,7 @@ test('waking a long session does not stall another', async (t) => {
   const stamps = (await decodeAll(watched.frames, 60)).slice(from).map((frame) => frame.clock.wall_us / 1e3);
   const gap = Math.max(...stamps.slice(1).map((stamp, i) => stamp - stamps[i]));
   t.diagnostic(`woken after ${Math.round(took)} ms; the other's longest interval between frames: ${gap.toFixed(1)} ms`);
-  // A worker that did the waking itself would be away for nearly all of that time; a busy machine makes everything slower.
+  // A worker that woke the session itself would be blocked for nearly all of that time; a busy machine makes everything slower.
   assert.ok(gap < Math.max(60, took / 3), `${gap} ms between two frames of the other session`);
   await woken.frame();
   assert.ok((await decodeAll(woken.frames, woken.hello.tick_hz))[0].time_s >= 900);
@@ -72,7 +72,7 @@ test('waking a long session does not stall another', async (t) => {
   await daemon.stop();
 });
 
-test('slow, silent and hostile viewers beside a good one', async (t) => {
+test('slow, silent and hostile viewers together with a good one', async (t) => {
   const daemon = await start(t, { args: ['--max-viewers', '6'] });
   const c = client(daemon.url), session = await c.make({ set: { duration_s: 600 } });
   const good = await c.stream(session, 'bin', { ack: true });
@@ -103,7 +103,7 @@ test('slow, silent and hostile viewers beside a good one', async (t) => {
   await daemon.stop();
 });
 
-test('a session that nobody asks for expires', async (t) => {
+test('a session without requests expires', async (t) => {
   const daemon = await start(t, { args: ['--session-ttl-s', '1', '--park-after-s', '0.2'] });
   const c = client(daemon.url), old = await c.make(), watched = await c.make(), asked = await c.make();
   const stream = await c.stream(watched, 'bin', { ack: true });
@@ -145,7 +145,7 @@ test('twenty persons drive and patch one session at once; its log replays to the
   await daemon.stop();
 });
 
-test('sessions that would take more memory than there is are refused, and harm no other', async (t) => {
+test('sessions that would exceed the memory limit are refused, and harm no others', async (t) => {
   const daemon = await start(t, { args: ['--park-after-s', '0.3', '--max-memory-mib', '48'] });
   const c = client(daemon.url);
   const large = { scenario: 'fluid/cavity', paused: true, set: { 'params.n': 256 } }; // 30 MiB with the states that it keeps
@@ -153,7 +153,7 @@ test('sessions that would take more memory than there is are refused, and harm n
   assert.ok((await gauge(c, 'sessions_memory_bytes')) > 16 * 2 ** 20);
   const refused = await c.call('POST', '/api/v1/sessions', { body: large });
   assert.equal(refused.status, 503);
-  assert.match(refused.json.detail, /^This session needs up to [\d.]+ MiB; sessions that are awake need [\d.]+ of the 48\.0 MiB/);
+  assert.match(refused.json.detail, /^This session needs up to [\d.]+ MiB; awake sessions use [\d.]+ of 48\.0 MiB/);
   assert.equal((await c.get(first.links.self)).status, 200);
   await waitFor(async () => (await gauge(c, 'sessions_parked')) === 1, 'the first to be parked');
   const second = await c.make(large);
@@ -164,7 +164,7 @@ test('sessions that would take more memory than there is are refused, and harm n
   c.close();
 });
 
-test('one who makes many sessions does not keep the memory from others', async (t) => {
+test('a client with many sessions cannot take the memory from others', async (t) => {
   const daemon = await start(t, { args: ['--park-after-s', '20', '--max-memory-mib', '40', '--max-new-sessions-per-min', '1000000'] });
   const c = client(daemon.url), from = performance.now();
   const small = { scenario: 'fluid/cavity', paused: true, set: { 'params.n': 64 } }; // 2 MiB
@@ -175,7 +175,7 @@ test('one who makes many sessions does not keep the memory from others', async (
     refused += Number(status === 503);
     await pause(60);
   }
-  assert.ok(made > 3 * 18 && refused === 0, `${made} made, ${refused} refused`); // 18 fit beside each other
+  assert.ok(made > 3 * 18 && refused === 0, `${made} made, ${refused} refused`); // 18 fit at once
   const others = [];
   for (let i = 0; i < 20; i++) {
     others.push((await c.call('POST', '/api/v1/sessions', { body: { scenario: 'race', paused: true } })).status);

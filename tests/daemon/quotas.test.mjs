@@ -1,4 +1,4 @@
-// What one client may take: bytes of log, forks by their size, large answers, experiments; and who is a client behind a proxy.
+// Limits of one client: bytes of log, forks by their size, large answers, experiments; and which client a proxied request belongs to.
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import net from 'node:net';
@@ -30,12 +30,12 @@ async function fill(s, session) {
   }
 }
 
-test('a full log refuses changes with 507; its clock still stops, and others are not hindered', async () => {
+test('a full log refuses changes with 507; its clock can still be stopped, and other sessions are not affected', async () => {
   await withDaemon(['--max-log-mib', '1', '--max-commands-per-s', '100000'], async (s) => {
     const session = await s.make({ paused: true }), other = await s.make({ paused: true });
     const refused = await fill(s, session);
     assert.equal(refused.status, 507, refused.text);
-    assert.match(refused.json.detail, /log of this session has 1\.0 MiB.*max_log_mib/);
+    assert.match(refused.json.detail, /Log of this session has 1\.0 MiB.*max_log_mib/);
     const log = await s.get(`${S}/${session.id}/log`);
     assert.ok(log.text.length >= 1 << 20 && log.text.length < (1 << 20) + 2000, `${log.text.length} bytes`);
     assert.equal((await s.control(session, { op: 'play' })).status, 200);
@@ -46,11 +46,11 @@ test('a full log refuses changes with 507; its clock still stops, and others are
   });
 });
 
-test('the logs of all have a limit, which deletion gives back and a restart keeps', async () => {
+test('the logs of all sessions have a limit; deleting frees bytes, and a restart keeps the count', async () => {
   const args = ['--max-log-mib', '0', '--max-logs-mib', '1', '--max-commands-per-s', '100000'];
   await withDaemon(args, async (s, daemon) => {
     const first = await s.make({ paused: true }), second = await s.make({ paused: true });
-    assert.match((await fill(s, first)).json.detail, /logs of all sessions take 1\.0 of 1\.0 MiB/);
+    assert.match((await fill(s, first)).json.detail, /Session logs use 1\.0 of 1\.0 MiB/);
     assert.equal((await s.patch(second, { 'players.0.lag_ms': 9 })).status, 507);
     assert.equal((await s.call('POST', S, { body: { scenario: 'race' } })).status, 507);
     const again = await startDaemon({ data: await (async () => { await daemon.kill(); return daemon.data; })(), args }), r = client(again.url);
@@ -63,12 +63,12 @@ test('the logs of all have a limit, which deletion gives back and a restart keep
   });
 });
 
-test('one address has a share of the logs, which deletion gives back; others have their own', async () => {
+test('each address has a limit of its own; deleting frees bytes', async () => {
   await withDaemon(['--max-client-logs-mib', '1', '--max-commands-per-s', '100000', '--trusted-proxy', '127.0.0.1'], async (s) => {
     const as = (address, method, path, wish = {}) => s.call(method, path, { ...wish, headers: { 'x-forwarded-for': address } });
     const make = async (address) => (await as(address, 'POST', S, { body: { scenario: 'race', paused: true } })).json;
     const first = await make('192.0.2.7'), second = await make('192.0.2.7'), other = await make('192.0.2.8');
-    assert.match((await fill(s, first)).json.detail, /sessions that one address has made take 1\.0 of 1\.0 MiB.*max_client_logs_mib/);
+    assert.match((await fill(s, first)).json.detail, /Session logs of this address use 1\.0 of 1\.0 MiB.*max_client_logs_mib/);
     assert.equal((await s.patch(second, { 'players.0.lag_ms': 9 })).status, 507, 'its other session is of the same share');
     assert.equal((await s.control(second, { op: 'play' })).status, 200, 'the clock goes on');
     assert.equal((await as('192.0.2.7', 'POST', S, { body: { scenario: 'race' } })).status, 507);
@@ -80,14 +80,14 @@ test('one address has a share of the logs, which deletion gives back; others hav
   });
 });
 
-test('a state so large that a tick of it takes long is refused, and nothing was computed for it', async () => {
+test('a state so large that its ticks take long is refused before any computation', async () => {
   await withDaemon(['--max-state-mib', '8'], async (s) => {
     const cavity = (n) => ({ kind: 'fluid', scene: 'cavity', params: { re: 400, n }, duration_s: 1 });
     const begun = performance.now();
     for (const n of [320, 512]) {
       const made = await s.call('POST', S, { body: { scenario: cavity(n), paused: true } });
       assert.equal(made.status, 400, made.text);
-      assert.match(made.json.detail, /state of this scenario would have [\d.]+ MiB; here it may have 8 \(max_state_mib\)/);
+      assert.match(made.json.detail, /scenario: state would have [\d.]+ MiB; must have at most 8 MiB \(max_state_mib\)/);
       const dry = await s.call('POST', `${E}?dry_run=true`, { body: { scenario: cavity(n), metrics: ['cfl'] } });
       assert.equal(dry.status, 400, dry.text);
       assert.match(dry.json.detail, /max_state_mib/);
@@ -107,7 +107,7 @@ test('forks count by the size of their log', async () => {
   });
 });
 
-test('large answers that nobody takes are counted until they are gone; small ones always get through', async () => {
+test('large answers are counted until they are sent; small ones are not limited', async () => {
   await withDaemon(['--max-answers-mib', '1'], async (s, daemon) => {
     const session = await s.make({ set: { duration_s: 600 }, paused: true });
     await s.control(session, { op: 'seek', time_s: 17 });
@@ -135,7 +135,7 @@ test('large answers that nobody takes are counted until they are gone; small one
   });
 });
 
-test('experiments per client, results by size, and one that never ends is cancelled', async () => {
+test('limits of experiments per client and of results by size; an endless experiment is cancelled', async () => {
   await withDaemon(['--max-client-experiments', '2', '--max-results-mib', '1', '--experiment-run-ttl-s', '2'], async (s) => {
     const make = async (body = {}) => s.call('POST', E, { body: { ...SMALL, ...body } });
     const big = await make({ repeats: 40000 });
@@ -145,14 +145,14 @@ test('experiments per client, results by size, and one that never ends is cancel
     assert.equal((await make()).status, 202);
     const third = await make();
     assert.equal(third.status, 429);
-    assert.match(third.json.detail, /2 experiments of this address/);
+    assert.match(third.json.detail, /Limit of 2 experiments of one address/);
     assert.equal((await s.call('DELETE', `${E}/${first.id}`, { key: first.owner_key })).status, 204);
     const long = (await make({ repeats: 5000, set: { duration_s: 600, warmup_s: 0 } })).json;
     await waitFor(async () => (await s.get(`${E}/${long.id}`)).json.state === 'cancelled', 'the end of the one that runs for too long', 20000);
   });
 });
 
-test('behind a trusted proxy each client has its own quota; others cannot name themselves', async () => {
+test('behind a trusted proxy each client has its own quota; untrusted ones cannot set their address', async () => {
   const order = { body: { scenario: 'race', paused: true } };
   const ask = async (s, forwarded) => (await s.call('POST', S, { ...order, headers: { 'x-forwarded-for': forwarded } })).status;
   await withDaemon(['--trusted-proxy', '127.0.0.1, 10.0.0.0/8', '--max-new-sessions-per-min', '2', '--max-connections-per-ip', '4'], async (s, daemon) => {
@@ -174,6 +174,6 @@ test('behind a trusted proxy each client has its own quota; others cannot name t
     for (const socket of open) socket.destroy();
   });
   await withDaemon(['--max-new-sessions-per-min', '2'], async (s) => {
-    assert.deepEqual([await ask(s, '203.0.113.1'), await ask(s, '203.0.113.2'), await ask(s, '203.0.113.3')], [201, 201, 429], 'nobody is trusted by himself');
+    assert.deepEqual([await ask(s, '203.0.113.1'), await ask(s, '203.0.113.2'), await ask(s, '203.0.113.3')], [201, 201, 429], 'clients cannot declare themselves trusted');
   });
 });

@@ -1,4 +1,4 @@
-// Where nothing can be written but the daemon's own folder, or nothing at all, every result, report and trace is answered.
+// With a read-only file system, except for the daemon's own folder or none, every result, report and trace is answered.
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { mkdtempSync, readdirSync, rmSync } from 'node:fs';

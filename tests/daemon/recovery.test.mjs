@@ -8,7 +8,7 @@ import { client, pause } from '../lib/client.mjs';
 import { startDaemon } from '../lib/daemon.mjs';
 import { chain, nothing } from '../lib/kills.mjs';
 
-/** A daemon that ends with the test, however that ends. */
+/** A daemon that is stopped at the end of the test, also when it fails. */
 const start = async (t, wish) => {
   const daemon = await startDaemon(wish);
   t.after(() => daemon.stop());

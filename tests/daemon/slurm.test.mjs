@@ -1,4 +1,4 @@
-// Workers under a real Slurm, one of them requeued and one killed while it works: the rows are those of a sweep that nobody disturbed. The store is
+// Workers under a real Slurm, one of them requeued and one killed while it works: the rows are those of an undisturbed sweep. The store is
 // PostgreSQL's, as on a cluster; where that is not installed, a file of SQLite's, which workers of one machine may share.
 import assert from 'node:assert/strict';
 import { execFile, execFileSync, spawnSync } from 'node:child_process';
@@ -55,7 +55,7 @@ test(`${RUNS} runs by ${NODES} workers under Slurm, one requeued and one killed 
     await new Promise((resolve) => setTimeout(resolve, 1000)); // each has its first chunks
     await slurm.ask('scontrol', 'requeue', `${job}_2`);
     await slurm.ask('scancel', '--signal=KILL', '--full', `${job}_3`);
-    // With no threads of its own a sweep waits for the others.
+    // Without threads of its own a sweep waits for the workers.
     await laglab('sweep', 'experiment.json', ...store, '--jobs', '0', '--out', 'slurm.csv');
     assert.match(await slurm.ask('scontrol', 'show', 'job', `${job}_2`), /Restarts=1/, 'it was at work when it was requeued');
     assert.match(await slurm.ask('scontrol', 'show', 'job', `${job}_3`), /JobState=(FAILED|CANCELLED)/, 'it was at work when it was killed');

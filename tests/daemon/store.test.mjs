@@ -1,5 +1,5 @@
-// Disks that are full, read-only, locked, of a newer laglab or damaged: each is told by a sentence, no change is acknowledged that is not
-// stored, and sessions go on when the disk does.
+// Disks that are full, read-only, locked, of a newer laglab or damaged: each has a message, no change is acknowledged that is
+// not stored, and sessions continue when the disk works again.
 import assert from 'node:assert/strict';
 import { execFileSync, spawn, spawnSync } from 'node:child_process';
 import { mkdirSync, mkdtempSync, rmSync, writeFileSync } from 'node:fs';
@@ -9,7 +9,7 @@ import { test } from 'node:test';
 import { client, pause, waitFor } from '../lib/client.mjs';
 import { BINARY, startDaemon } from '../lib/daemon.mjs';
 
-/** A daemon that ends with the test, however that ends. */
+/** A daemon that is stopped at the end of the test, also when it fails. */
 const start = async (t, wish) => {
   const daemon = await startDaemon(wish);
   t.after(() => daemon.stop());
@@ -19,7 +19,7 @@ const start = async (t, wish) => {
 const folder = () => mkdtempSync(path.join(tmpdir(), 'laglab-test-'));
 const remove = (name) => rmSync(name, { recursive: true, force: true });
 
-/** Starts a daemon that should refuse to. */
+/** Starts a daemon that should fail to start. */
 function refusal(data, ...args) {
   const { status, stderr, stdout } = spawnSync(BINARY, ['serve', '--listen', '127.0.0.1:0', '--data', data, ...args], { encoding: 'utf8', timeout: 10000 });
   assert.equal(stdout, '');
@@ -29,10 +29,10 @@ function refusal(data, ...args) {
 const python = (script, ...args) => execFileSync('python3', ['-c', script, ...args], { encoding: 'utf8' });
 const has_python = spawnSync('python3', ['-c', 'import sqlite3']).status === 0;
 
-/** Tries a command until it is taken. */
+/** Repeats a command until it is accepted. */
 const recovered = (c, session) => waitFor(async () => (await c.control(session, { op: 'step' })).status === 200, 'the store to work', 8000);
 
-/** What holds while nothing can be stored. */
+/** Checks while the store fails. */
 async function refusesChanges(c, session) {
   const log = (await c.get(session.links.log)).text;
   const { hash } = (await c.get(session.links.state)).json;
@@ -109,7 +109,7 @@ test('a disk without inodes', { skip: process.getuid() !== 0 && 'mounting a smal
       }
     }
     assert.ok(fillers > 0);
-    // What needs no new file goes on; what may need one is answered with what it is, or with a problem.
+    // Requests that need no new file work; others are answered, or get a problem document.
     assert.equal((await c.patch(session, { 'players.0.lag_ms': 77 })).status, 200);
     const made = await c.call('POST', '/api/v1/experiments', { body: order });
     assert.ok([202, 507].includes(made.status), made.text);
@@ -185,22 +185,22 @@ test('a database that another program locks', { skip: !has_python }, async (t) =
   await daemon.stop();
 });
 
-test('a start that cannot be', { skip: !has_python }, async (t) => {
+test('failures at the start', { skip: !has_python }, async (t) => {
   const data = folder(), file = path.join(data, 'laglab.db');
   try {
     await (await start(t, { data })).stop();
     python('import sqlite3,sys\ndb=sqlite3.connect(sys.argv[1])\ndb.execute("PRAGMA user_version=77")\ndb.commit()', file);
     let told = refusal(data);
     assert.equal(told.status, 1);
-    assert.match(told.text, /^laglab: The database in .* has schema 77, made by a newer laglab; this one knows up to 1\.$/);
+    assert.match(told.text, /^laglab: Database in .* has schema 77, of a newer laglab; this one supports up to 1\.$/);
     writeFileSync(file, 'x'.repeat(5000));
     told = refusal(data);
     assert.equal(told.status, 1);
-    assert.match(told.text, /damaged or no database/);
+    assert.match(told.text, /damaged or not a database/);
   } finally {
     remove(data);
   }
-  assert.match(refusal('/proc/laglab').text, /The data directory \/proc\/laglab cannot be made/);
+  assert.match(refusal('/proc/laglab').text, /Cannot create data directory \/proc\/laglab/);
   const daemon = await start(t);
   assert.match(refusal(daemon.data).text, /in use by another laglab/);
   await daemon.stop();
@@ -219,14 +219,14 @@ test('a read-only disk', { skip: process.getuid() !== 0 && 'mounting needs root'
     execFileSync('mount', ['-o', 'remount,ro', disk]);
     const told = refusal(disk);
     assert.equal(told.status, 1);
-    assert.match(told.text, /cannot be written: Read-only file system/);
+    assert.match(told.text, /Cannot write to .*: Read-only file system/);
   } finally {
     execFileSync('umount', ['-l', disk]);
     remove(disk);
   }
 });
 
-test('a stored log that is damaged stops its session alone', { skip: !has_python }, async (t) => {
+test('a damaged log affects only its own session', { skip: !has_python }, async (t) => {
   const data = folder();
   try {
     let daemon = await start(t, { data }), c = client(daemon.url);
@@ -258,7 +258,7 @@ db.commit()`, path.join(data, 'laglab.db'), bad.id);
   }
 });
 
-test('without a folder sessions live in memory', async (t) => {
+test('without a folder sessions are kept in memory', async (t) => {
   const data = folder();
   mkdirSync(path.join(data, 'home'));
   const daemon = await start(t, { data: 'memory' });
@@ -271,7 +271,7 @@ test('without a folder sessions live in memory', async (t) => {
   remove(data);
 });
 
-test('options: a wrong one exits 2 with a sentence, --help lists all', () => {
+test('options: a wrong one exits 2 with a message, --help lists all', () => {
   const run = (...args) => spawnSync(BINARY, ['serve', ...args], { encoding: 'utf8', timeout: 10000 });
   /** @type {[string[], string][]} */
   const wrong = [[['--nonsense', '1'], 'unknown option --nonsense'], [['--threads'], 'needs a value'], [['--threads', 'x'], '--threads'],

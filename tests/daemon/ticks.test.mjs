@@ -1,6 +1,6 @@
-// Sessions with a small state whose single tick takes seconds to hours, one of each kind: they, and all others, are controlled as if it were
-// nothing, what is no longer wanted is given up, and SIGTERM ends the daemon in time. Bounds of the slowest answer are wide enough for a
-// machine that does other things; half of the answers are within the 100 ms that are promised.
+// Sessions with a small state whose single tick takes seconds to hours, one of each kind: these and all other sessions can be controlled as
+// usual, ticks that are no longer wanted are interrupted, and SIGTERM ends the daemon in time. Bounds of the slowest answer are wide enough
+// for a busy machine; half of the answers are within the documented 100 ms.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { client, pause, waitFor } from '../lib/client.mjs';

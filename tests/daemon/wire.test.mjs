@@ -1,4 +1,4 @@
-// Requests that two readers could read in two ways are refused: the first of a connection, and each later one.
+// Ambiguous requests, which two parsers could read differently, are refused: the first of a connection, and each later one.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import net from 'node:net';
@@ -40,7 +40,7 @@ for (const [name, request, status] of BAD) {
   test(`${name}: as the first request, and on a kept connection`, async () => {
     const sessions = async () => Number(SESSIONS.exec((await c.get('/metrics')).text)[1]), begun = await sessions();
     for (const [before, answers] of /** @type {[string, number[]][]} */ ([['', []], [GOOD, [200]], [GOOD + GOOD, [200, 200]]])) {
-      // What follows is hidden in what a lax reader would take for the next request.
+      // Hides a request in what a lax parser would take for the next one.
       const { text, closed } = await raw(daemon.port, before + request + GOOD, 2500);
       const seen = [...text.matchAll(/HTTP\/1\.1 (\d+) /g)].map((m) => Number(m[1]));
       assert.deepEqual(seen, [...answers, status], text.slice(0, 600));
@@ -73,7 +73,7 @@ function frame(first, payload = Buffer.alloc(0), mask = true) {
   return Buffer.concat([Buffer.from(head), Buffer.from(key), bytes.map((b, i) => b ^ key[i % 4])]);
 }
 
-/** Opens a stream by hand, behind `before` on the same connection, sends `bytes` when the hello is there, and tells what came of it: the
+/** Opens a stream by hand, after `before` on the same connection, sends `bytes` after the hello, and returns the result: the
  * code of the close frame (0: none), the payloads of pongs, and whether the connection was ended in an orderly way. */
 function shout(session, bytes, { before: kept = '', ms = 4000 } = {}) {
   const upgrade = `GET /api/v1/sessions/${session.id}/stream HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n`

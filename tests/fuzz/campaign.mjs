@@ -12,7 +12,7 @@ import { fileURLToPath } from 'node:url';
 const ROOT = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../..');
 const TABLE = path.join(process.env.BENCH_RESULTS ?? path.join(ROOT, 'bench/results'), 'fuzz.csv');
 const COLUMNS = { reader: 'the program tests/fuzz/fuzz_READER.c', build: 'fuzz: address and undefined-behaviour sanitizers; fuzz-plain: without', executions: 'of all campaigns of that build',
-  seconds: 'of wall time, at nice 19 beside other work', edges: 'of the code that were reached, at the end of the last campaign', corpus: 'inputs that reach them', crashes: 'inputs that broke a rule, in all',
+  seconds: 'of wall time, at nice 19, while the machine does other work', edges: 'of the code that were reached, at the end of the last campaign', corpus: 'inputs that reach them', crashes: 'inputs that broke a rule, in all',
   commit: 'of the last campaign', date: '' };
 const LARGEST = 4096;
 

@@ -1,4 +1,4 @@
-/* What the fuzzers hold against whatever they feed: a wrong answer is a crash too. */
+/* Checks of the fuzzers: wrong results abort as well. */
 #pragma once
 
 #include <stdbool.h>
@@ -22,8 +22,8 @@ _Noreturn static inline void fuzz_check_failed(const char *expression, const cha
     abort();
 }
 
-/* Blocks of sessions and configurations are large: given back and taken again for each input, their pages
- * would cost more than what is tried with them. */
+/* Blocks of sessions and configurations are large: returning their pages to the system for each input would
+ * cost more than the test itself. */
 __attribute__((constructor)) static void fuzz_keep_memory(void)
 {
     mallopt(M_MMAP_THRESHOLD, 1 << 28);
@@ -31,8 +31,8 @@ __attribute__((constructor)) static void fuzz_keep_memory(void)
     mallopt(M_TOP_PAD, 1 << 24);
 }
 
-/* Length of the well-formed UTF-8 sequence (RFC 3629, table of section 4) at `s`, which ends with a NUL; 0
- * when there is none. */
+/* Length of the well-formed UTF-8 sequence (RFC 3629, table of section 4) at `s`, which ends with a NUL; 0:
+ * none. */
 static inline int fuzz_utf8(const unsigned char *s)
 {
     static const struct {
@@ -65,7 +65,7 @@ static inline bool fuzz_is_text(const char *text)
     return true;
 }
 
-/* An error says something, in text that may be sent to a browser. */
+/* An error has a message that may be sent to a browser. */
 static inline bool fuzz_failed(const ll_status *status)
 {
     if (!ll_failed(status))

@@ -1,10 +1,10 @@
-/* An experiment from a stranger: refused with a sentence, or one whose points are all within their count,
- * whose text makes the same experiment again, and whose first run is a row or a refusal. */
+/* Any experiment: refused with a message, or its points are within its axes, its text gives the same
+ * experiment, and its first run gives a row or a refusal. */
 #include "check.h"
 
 #include "experiment/spec/experiment.h"
 
-#define SHORT_S 0.5 /* longer runs are not made here */
+#define SHORT_S 0.5 /* longer runs are not made */
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 

@@ -1,7 +1,6 @@
-/* Bytes of a viewer after its handshake, to a stream of the daemon: frames, fragments, control frames and
- * what is none. The messages that come out are those of a second reader of RFC 6455, up to where that one
- * finds a fault or stops to follow; and what is sent back are whole, unmasked frames, the last a close with a
- * code that may be sent. */
+/* A viewer's bytes after its handshake, to a stream of the daemon: frames, fragments, control frames and
+ * invalid data. Messages must equal those of a second reader of RFC 6455, up to the point where that one
+ * finds a fault or stops; output must be whole, unmasked frames, the last a close with a valid code. */
 #include "check.h"
 
 #include <semaphore.h>
@@ -14,19 +13,19 @@
 
 #define LONG 4096
 #define MESSAGE 512             /* --max-message-bytes */
-#define MESSAGES (LONG / 6 + 1) /* the least frame has six bytes */
+#define MESSAGES (LONG / 6 + 1) /* the smallest frame has six bytes */
 #define HELLO "{\"type\":\"hello\"}"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
-/* ---- the daemon's side ---- */
+/* ---- the daemon ---- */
 
 static struct {
     ll_connection_limiter *connection_limiter;
     ll_ws *ws;
     ll_ws_stream *stream;
     sem_t gone;
-    int count; /* of messages that came out */
+    int count; /* of received messages */
     char *text[MESSAGES];
     size_t size[MESSAGES];
 } side;
@@ -79,7 +78,7 @@ typedef struct frame {
     size_t at, size; /* of the payload */
 } frame;
 
-/* The next frame; false when there is none that is whole, or one that may not be. */
+/* The next frame; false: incomplete or invalid. */
 static bool next_frame(const uint8_t *data, size_t size, size_t *at, frame *f)
 {
     size_t left = size - *at, head = 2;
@@ -102,7 +101,7 @@ static bool next_frame(const uint8_t *data, size_t size, size_t *at, frame *f)
     return true;
 }
 
-/* RSV bits, or no mask: what comes after it is not looked at. */
+/* RSV bits, or no mask: the rest is not compared. */
 static bool is_faulty(const uint8_t *data, size_t size, size_t at)
 {
     return size - at >= 2 && ((data[at] & 0x70) != 0 || (data[at + 1] & 0x80) == 0);
@@ -117,7 +116,7 @@ static bool is_ack(const char *text)
            value <= UINT32_MAX && strpbrk(text, "+-\v\f") == NULL;
 }
 
-/* Compares what came out with what these bytes say. */
+/* Compares the messages with those of the second reader. */
 static void compare(const uint8_t *data, size_t size)
 {
     char text[LONG + 1];
@@ -140,7 +139,7 @@ static void compare(const uint8_t *data, size_t size)
         followed = length <= MESSAGE && (open || (strlen(text) == length && fuzz_is_text(text)));
         if (!followed || open || is_ack(text))
             continue;
-        if (seen == side.count) /* the end may be seen before the last bytes */
+        if (seen == side.count) /* the end may be detected before the last bytes are read */
             return;
         FUZZ_CHECK(side.size[seen] == length && memcmp(side.text[seen], text, length) == 0);
         seen++;
@@ -148,14 +147,14 @@ static void compare(const uint8_t *data, size_t size)
     FUZZ_CHECK(!followed || is_faulty(data, size, at) || seen == side.count);
 }
 
-/* ---- what is sent back ---- */
+/* ---- output ---- */
 
 static bool may_be_sent(int code)
 {
     return (code >= 1000 && code <= 1003) || (code >= 1007 && code <= 1011) || code == 1013;
 }
 
-/* The library sends a viewer's own close back as it came, a wrong one too. */
+/* The library echoes a viewer's close frame unchanged, also an invalid one. */
 static bool is_own_close(const uint8_t *sent, size_t sent_size, const uint8_t *payload, size_t length)
 {
     size_t at = 0;
@@ -216,7 +215,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     sem_wait(&side.gone);
     close(ends[0]);
     compare(data, size);
-    if (n == 0) /* a socket that is closed before all was read from it is reset, and loses what was sent */
+    if (n == 0) /* closing a socket with unread bytes resets it, and loses what was sent */
         check_answer(data, size, answer, got);
     for (int i = 0; i < side.count; i++)
         free(side.text[i]);

@@ -1,5 +1,5 @@
-/* The head of a request as the acceptor reads it, while it still grows: what a longer piece is decides, so
- * that no shorter one may have said anything but `wait`. */
+/* The head of a request as the acceptor reads it, while it grows: a longer piece decides, and every shorter
+ * one must have been incomplete. */
 #include "check.h"
 
 #include "daemon/net/upgrade.h"
@@ -51,7 +51,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         {NULL, NULL}, {"", ""}, {"lab.example, a", "https://lab.example,,http://a:8080"}};
     if (size > LONG)
         return 0;
-    /* Bytes of their own, so that a read beyond them is seen. */
+    /* An exact allocation, so that an over-read is detected. */
     char *bytes = malloc(size > 0 ? size : 1);
     FUZZ_CHECK(bytes != NULL);
     memcpy(bytes, data, size);

@@ -1,8 +1,8 @@
-/* Whole requests as they come from a socket: through the gate, the acceptor's reader of heads and the library
- * under HTTP to a handler, one after the other on a connection that is kept, until the client sends no more.
- * A second, narrow reader of RFC 9112 follows them as long as they are plain: what it reads is what handlers
- * were called with, and none is called for a request that two readers could take for two (a body of two
- * lengths, an unknown coding), nor for what stands behind one. What is sent back are whole answers. */
+/* Whole requests from a socket: through connection limiter, head parser and HTTP library to a handler, one
+ * after the other on a kept connection, until the client closes. A second, restricted reader of RFC 9112
+ * follows plain requests: handlers must be called with exactly these, and not for a request that two readers
+ * could take for two (a body with two lengths, an unknown coding), nor for later ones. Output must be whole
+ * answers. */
 #include "check.h"
 
 #include <ctype.h>
@@ -23,14 +23,14 @@
 #include "daemon/stream/ws.h"
 
 #define LONG 4096
-#define BODY 256 /* of a route */
+#define BODY 256 /* body limit of a route */
 #define CALLS 256
 #define PATH 128
-#define LATE_NS INT64_C(15000000000) /* half of what a body may take */
+#define LATE_NS INT64_C(15000000000) /* half of the body timeout */
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
-/* ---- the daemon's side ---- */
+/* ---- the daemon ---- */
 
 typedef struct handled {
     char method[8], path[PATH];
@@ -113,9 +113,9 @@ typedef struct plain {
     char method[8];
     const char *target;
     size_t target_size;
-    bool ambiguous; /* otherwise plain, but its body has no one length */
-    bool whole;     /* its head and its body are there */
-    bool called;    /* a handler has to be called for it */
+    bool ambiguous; /* plain, except that the length of its body is ambiguous */
+    bool whole;     /* head and body are complete */
+    bool called;    /* a handler must be called for it */
     size_t body_size;
     char body[LONG];
 } plain;
@@ -159,7 +159,7 @@ static bool first_line(text line, plain *p)
            only(p->target, version, "/-_.");
 }
 
-/* A number of at most six digits to the base; -1: it is none. */
+/* A number of at most six digits in the base; -1: invalid. */
 static long number(const char *at, const char *end, int base)
 {
     char digits[8] = "";
@@ -201,7 +201,7 @@ static bool one_field(text line, fields *f)
         f->codings++;
         f->chunked = value.end - value.at == 7 && strncasecmp(value.at, "chunked", 7) == 0;
     } else {
-        /* Of those of which nothing is known here the answer may be any. */
+        /* The answer to requests with unknown headers may be any. */
         f->others += !is_name(line, colon, "Accept") && !is_name(line, colon, "X-Other");
     }
     return true;
@@ -233,7 +233,7 @@ static bool take_chunks(text *rest, plain *p)
     }
 }
 
-/* False where this reader does not follow. */
+/* False where this reader stops. */
 static bool take_request(text *rest, plain *p)
 {
     text line;
@@ -270,14 +270,14 @@ static bool is_call_of(const handled *c, const plain *p)
            memcmp(c->body, p->body, p->body_size) == 0;
 }
 
-/* ---- what is sent back ---- */
+/* ---- output ---- */
 
 static bool is_bodyless(int status, bool head)
 {
     return head || status == 204 || status == 304 || status < 200;
 }
 
-/* One answer: its status; 0 where there is none. */
+/* Status of one answer; 0: none. */
 static int take_answer(text *rest, bool head)
 {
     text line;
@@ -320,7 +320,7 @@ static int64_t now_ns(void)
     return (int64_t)t.tv_sec * 1000000000 + t.tv_nsec;
 }
 
-/* Until the other side closes. The acceptor's thread would look after connections meanwhile. */
+/* Until the peer closes. The acceptor's thread would watch connections meanwhile. */
 static size_t read_all(int fd, char *answer, size_t room, bool *cut)
 {
     size_t got = 0;
@@ -329,14 +329,14 @@ static size_t read_all(int fd, char *answer, size_t room, bool *cut)
         struct pollfd p = {.fd = fd, .events = POLLIN};
         if (poll(&p, 1, 5) == 0) {
             FUZZ_CHECK(now_ns() < late);
-            *cut = true; /* perhaps, on a slow machine */
+            *cut = true; /* possibly, on a slow machine */
             ll_http_watch(side.http, now_ns());
             continue;
         }
         ssize_t n = read(fd, answer + got, room - got);
         if (n < 0 && errno == EINTR)
             continue;
-        *cut = *cut || n < 0; /* closed with bytes unread: what was sent may be lost */
+        *cut = *cut || n < 0; /* closed with unread bytes: output may be lost */
         if (n <= 0)
             return got;
         got += (size_t)n;
@@ -344,8 +344,7 @@ static size_t read_all(int fd, char *answer, size_t room, bool *cut)
     }
 }
 
-/* Holds calls and answers against the requests as far as they are plain. `whole`: nothing of the
- * answers was lost. */
+/* Compares calls and answers with the plain requests. `whole`: no answer was lost. */
 static void compare(const uint8_t *data, size_t size, const char *answer, size_t answered, bool whole)
 {
     static plain p;
@@ -379,10 +378,10 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     if (side.http == NULL)
         start();
     if (size > LONG || ll_head_parse((const char *)data, size, &head) != LL_HEAD_WHOLE)
-        return 0; /* the acceptor answers it by itself: see fuzz_head.c */
+        return 0; /* the acceptor answers it: see fuzz_head.c */
     ll_status status = ll_upgrade_check(&head, &side.allow, &upgrade, &refusal);
     if (!fuzz_failed(&status) && ll_ws_knows(side.ws, &upgrade))
-        return 0; /* it is a stream's: see fuzz_frames.c */
+        return 0; /* a stream's: see fuzz_frames.c */
     FUZZ_CHECK(socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0, ends) == 0);
     side.calls = 0;
     FUZZ_CHECK(write(ends[0], data, size) == (ssize_t)size);

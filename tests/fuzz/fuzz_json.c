@@ -1,6 +1,6 @@
-/* JSON from anywhere: what is taken is an object, an array or a scalar that a second, stricter reader takes
- * too or differs from in a named way, holds no NUL, nests no deeper than it may, and prints to what reads
- * back as the same. */
+/* Any JSON: accepted documents are objects, arrays or scalars that a second, stricter reader accepts too or
+ * rejects for a known reason; they have no NUL, respect the nesting limit, and print to text that parses to
+ * the same. */
 #include "check.h"
 
 #include "session/scenario.h"
@@ -19,7 +19,7 @@ static int depth_of(const cJSON *json)
     return cJSON_IsObject(json) || cJSON_IsArray(json) ? deepest + 1 : deepest;
 }
 
-/* RFC 8259 without its numbers and texts: brackets that match, outside of quotes. */
+/* RFC 8259 without numbers and strings: matching brackets outside of quotes. */
 static bool is_balanced(const char *text, size_t size)
 {
     char open[LL_JSON_DEPTH + 1];
@@ -45,7 +45,7 @@ static bool is_balanced(const char *text, size_t size)
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
-    char *text = malloc(size > 0 ? size : 1); /* its own bytes, without a NUL behind them */
+    char *text = malloc(size > 0 ? size : 1); /* exact allocation, without a NUL at the end */
     cJSON *json = NULL, *again = NULL;
     FUZZ_CHECK(text != NULL);
     memcpy(text, data, size);

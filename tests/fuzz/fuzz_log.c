@@ -1,10 +1,9 @@
-/* The lines of a log from anywhere: refused, or a session that runs on, and whose own log gives the same
- * state. */
+/* Any lines of a log: refused, or a session that can run, and whose own log gives the same state. */
 #include "check.h"
 
 #include "session/session.h"
 
-#define LONG 400 /* ticks: more would be replayed for too long */
+#define LONG 400 /* ticks: more would take too long to replay */
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 

@@ -1,7 +1,6 @@
-/* Shards from anywhere, up to four in one input with a 0x1e between two, to `laglab merge`. What it takes is
- * what a second, naive merge takes, and comes out as that one writes it: the header, then each run's line
- * once. A shard that begins with
- * `@` has the right header in the place of it. */
+/* Any shards, up to four in one input separated by 0x1e, to `laglab merge`. It must accept what a second,
+ * naive merge accepts, with the same output: the header, then each run's line once. In a shard that begins
+ * with `@` that is replaced by the right header. */
 #include "check.h"
 
 #include <sys/mman.h>
@@ -67,11 +66,11 @@ typedef struct shard {
 } shard;
 
 typedef struct merged {
-    const char *line[RUNS]; /* each with its end */
+    const char *line[RUNS]; /* each with its line end */
     size_t size[RUNS];
 } merged;
 
-/* Fields of a line, by RFC 4180; 0 when a quote is left open. */
+/* Number of fields of a line (RFC 4180); 0: unclosed quote. */
 static int fields_of(const char *line, size_t size)
 {
     int fields = 1;
@@ -83,7 +82,7 @@ static int fields_of(const char *line, size_t size)
     return quoted ? 0 : fields;
 }
 
-/* The line's run; -1: it is no row. */
+/* The line's run; -1: not a row. */
 static int run_of(const char *line, size_t size)
 {
     if (size < 3 || memcmp(line + size - 2, "\r\n", 2) != 0 || memchr(line, '\0', size) != NULL ||
@@ -116,7 +115,7 @@ static bool same_version(const char *a, const char *b)
     return strcmp(strrchr(a, ','), strrchr(b, ',')) == 0;
 }
 
-/* What the shards make together, or NULL. */
+/* The expected output, or NULL. */
 static char *expected(const shard *shards, int count, size_t *size)
 {
     merged m = {{NULL}, {0}};
@@ -142,7 +141,7 @@ static char *expected(const shard *shards, int count, size_t *size)
     return NULL;
 }
 
-/* ---- the shards of an input ---- */
+/* ---- splitting an input ---- */
 
 static int cut(const uint8_t *data, size_t size, shard shards[SHARDS])
 {

@@ -1,6 +1,6 @@
-/* Commands to a running session, a line each: `p` and a merge patch, `c` and a control, `i` and an input (as
- * the stream sends it), `r` runs two ticks, `a` lets 40 ms of wall time pass. Each is refused and changes
- * nothing, or is in the log: at the end the log gives the same state. */
+/* Commands to a running session, one per line: `p` and a merge patch, `c` and a control, `i` and an input (as
+ * from a stream), `r` runs two ticks, `a` advances wall time by 40 ms. Each is either refused without effect,
+ * or logged: at the end the log gives the same state. */
 #include "check.h"
 
 #include "input/action_json.h"

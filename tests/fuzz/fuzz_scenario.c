@@ -1,5 +1,4 @@
-/* A scenario from a stranger: whatever the text, it is refused with a sentence or it runs. What runs writes
- * its parameters so that they read back as the same. */
+/* Any scenario: refused with a message, or it runs. Its written parameters parse to the same. */
 #include "check.h"
 
 #include "session/scenario.h"

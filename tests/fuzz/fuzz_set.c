@@ -1,4 +1,5 @@
-/* `--set path=value`: refused with the scenario as it was, or set, and then what is written reads back. */
+/* `--set path=value`: refused without changing the scenario, or set, and what is written parses to the
+ * same. */
 #include "check.h"
 
 #include "session/scenario.h"

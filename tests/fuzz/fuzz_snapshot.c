@@ -1,6 +1,5 @@
-/* A snapshot from a stranger: refused with a sentence, or a world of finite numbers whose own snapshot is
- * read back to the bit. The first bytes choose codec, receiver and how many entities there are; the rest is
- * the snapshot. */
+/* Any snapshot: refused with a message, or a world of finite numbers, whose own snapshot decodes to the same
+ * bits. The first bytes select codec, receiver and number of entities. */
 #include "check.h"
 
 #include "netcode/snapshot/snapshot.h"
@@ -19,7 +18,7 @@ static ll_world *new_world(int entities)
     return world;
 }
 
-/* What the client is said to hold. */
+/* The baseline that the client has. */
 static ll_world *new_baseline(int entities)
 {
     ll_world *world = new_world(entities);

@@ -1,5 +1,5 @@
-/* What a viewer says, each line a message, to a host whose streams are this file: whatever it is, every
- * answer is JSON in UTF-8. */
+/* Messages of a viewer, one per line, to a host whose streams are in this file: every answer must be JSON in
+ * UTF-8. */
 #include "check.h"
 
 #include "daemon/hosting/host.h"
@@ -11,7 +11,7 @@
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
-/* ---- the streams: one viewer who is told everything ---- */
+/* ---- streams: one viewer ---- */
 
 static void told(const char *text, size_t length)
 {
@@ -97,15 +97,15 @@ void ll_ws_flush(ll_ws *ws)
     (void)ws;
 }
 
-/* For the front door only, parts of which the host is linked with. */
-void ll_ws_adopt(ll_ws *ws, const ll_upgrade *upgrade, const ll_ws_socket *socket, const void *begun,
-                 size_t begun_size, const struct ll_connection_limiter_pass *pass)
+/* For the web server only, which shares code with the host. */
+void ll_ws_adopt(ll_ws *ws, const ll_upgrade *upgrade, const ll_ws_socket *socket, const void *already_read,
+                 size_t already_read_size, const struct ll_connection_limiter_pass *pass)
 {
     (void)ws;
     (void)upgrade;
     (void)socket;
-    (void)begun;
-    (void)begun_size;
+    (void)already_read;
+    (void)already_read_size;
     (void)pass;
 }
 
@@ -116,11 +116,11 @@ bool ll_ws_knows(ll_ws *ws, const ll_upgrade *upgrade)
     return false;
 }
 
-/* ---- the host: made once ---- */
+/* ---- the host ---- */
 
 static ll_host *host;
 static ll_ws_hooks hooks;
-static ll_host_made made;
+static ll_created_session made;
 static char key_message[128];
 
 static void start(void)
@@ -141,7 +141,7 @@ static void start(void)
     FUZZ_CHECK(!fuzz_failed(&status));
     cJSON *json = cJSON_Parse(scenario);
     ll_create_request order = {.scenario = json, .seed = -1, .paused = true, .peer = "192.0.2.1"};
-    status = ll_host_make(host, &order, &made);
+    status = ll_host_create_session(host, &order, &made);
     FUZZ_CHECK(!fuzz_failed(&status));
     cJSON_Delete(json);
     snprintf(key_message, sizeof key_message, "{\"auth\":\"%s\"}", made.owner_key);
@@ -164,11 +164,11 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         if (length == 1 && at[0] == 'k') { /* a fuzzer cannot guess the key */
             say(key_message, strlen(key_message));
         } else {
-            char *text = malloc(length + 1); /* NUL-terminated beyond its length, as the streams give it */
+            char *text = malloc(length + 1); /* NUL-terminated after its length, as from the streams */
             FUZZ_CHECK(text != NULL);
             memcpy(text, at, length);
             text[length] = '\0';
-            if (fuzz_is_text(text) && strlen(text) == length) /* the streams let nothing else through */
+            if (fuzz_is_text(text) && strlen(text) == length) /* the streams pass nothing else */
                 say(text, length);
             free(text);
         }

@@ -1,7 +1,7 @@
-/* Feeds files to a fuzz target without libFuzzer: every argument is a file, or a folder of files.
+/* Runs a fuzz target on files without libFuzzer: every argument is a file, or a folder of files.
  *
- * So the corpus is an ordinary test on every compiler. A call with nothing to feed fails: a corpus that was
- * lost must not look like one that passed. */
+ * So the corpus is a normal test on every compiler. A call without files fails, so that a missing corpus is
+ * not taken for a passed test. */
 #include <dirent.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -19,7 +19,7 @@ static int replay_file(const char *path)
     }
     long size = ftell(file);
     rewind(file);
-    /* Exactly as long as the file, so that the address sanitizer sees a read past its end. */
+    /* Exactly as long as the file, so that the address sanitizer detects an over-read. */
     uint8_t *data = malloc(size > 0 ? (size_t)size : 1);
     if (size < 0 || data == NULL || fread(data, 1, (size_t)size, file) != (size_t)size) {
         perror(path);

@@ -1,6 +1,5 @@
-/* Preloaded: the machine's date is off by as many seconds as the file DATE_FILE says, from one call to the
- * next. Monotonic clocks and what the kernel does are as ever, as when somebody sets the date. cc -shared
- * -fPIC -o date.so date.c */
+/* Preloaded: adds the seconds in the file DATE_FILE to the machine's date, read at each call. Monotonic
+ * clocks and the kernel are not affected, as when the date is set. cc -shared -fPIC -o date.so date.c */
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <fcntl.h>

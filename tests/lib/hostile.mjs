@@ -1,4 +1,4 @@
-// What hostile clients do to others: attacks run in processes of their own while this one measures what an ordinary client sees.
+// Effects of hostile clients on others: attacks run in processes of their own while this one measures latencies of an ordinary client.
 import { spawn } from 'node:child_process';
 import { readFileSync, readdirSync } from 'node:fs';
 import path from 'node:path';
@@ -11,7 +11,7 @@ const POOL = { kind: 'fluid', scene: 'pool', params: { size: 400 }, duration_s: 
 export const ATTACKS = ['seek', 'look', 'dry_run', 'advise', 'state_at', 'trace', 'set_many', 'results', 'report', 'fork', 'heavy_create', 'heavy_state'];
 export const ARGS = ['--max-new-sessions-per-min', '1000000', '--max-sessions', '100000'];
 
-/** What the attacks are at: a large session, one that cannot keep its speed, one with a long past, and an experiment with many rows. */
+/** Targets of the attacks: a large session, one that cannot keep its speed, one with a long past, and an experiment with many rows. */
 export async function prepare(url, runs = 20000) {
   const c = client(url), long = { timeout: 300000 };
   const pool = await c.make({ scenario: POOL, paused: true }), slow = await c.make({ scenario: POOL, speed: 10 });
@@ -35,7 +35,7 @@ export function attack(url, names, place, count = 4) {
     spawn(process.execPath, [ATTACKER, url, names[i % names.length], JSON.stringify(place)], { stdio: 'ignore' }));
   process.setMaxListeners(process.getMaxListeners() + count);
   for (const child of children) {
-    const die = () => child.kill('SIGKILL'); // nobody is left to attack for, also where that failed
+    const die = () => child.kill('SIGKILL'); // ends with the test, also when it fails
     process.once('exit', die);
     child.once('close', () => process.off('exit', die));
   }

@@ -1,5 +1,5 @@
 // kill -9 at random moments under load, again and again on the same data. What is known of a session comes from acknowledgements only;
-// after each restart it is held against what the daemon has: commands in the log, clocks, states by their hashes, and what was deleted.
+// after each restart it is compared with the daemon's: commands in the log, clocks, states by their hashes, and what was deleted.
 import { mkdtempSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import path from 'node:path';
@@ -8,11 +8,11 @@ import { startDaemon } from './daemon.mjs';
 
 const ARGS = ['--max-commands-per-s', '10000', '--max-new-sessions-per-min', '10000'];
 
-/** What is known of a session. */
+/** Acknowledged state of a session. */
 class Known {
   commands = []; // {tick, match}: lines that the log must hold
   hashes = []; // {tick, hash}
-  tick = 0; // the last that was told
+  tick = 0; // last acknowledged tick
   status = 'playing';
   pending = null; // what was asked and not answered: it may have happened or not
   gone = false; // its deletion was acknowledged
@@ -21,7 +21,7 @@ class Known {
     this.session = session;
   }
 
-  /** A change at `tick` was acknowledged: it undid what was later. */
+  /** A change at `tick` was acknowledged: it dropped all later ones. */
   changed(tick, match) {
     this.commands = this.commands.filter((each) => each.tick <= tick);
     this.hashes = this.hashes.filter((each) => each.tick < tick);
@@ -35,7 +35,7 @@ class Known {
   }
 }
 
-/** An answer that should not be is no crash: it ends the chain. */
+/** An unexpected answer that is not due to a crash ends the chain. */
 class Surprise extends Error {}
 
 const expect = (answer, status) => {
@@ -113,7 +113,7 @@ export async function chain({ kills, sessions = 6, seed, told, before }) {
       told.stayed_away++;
       return true; // is looked for again after the next kill
     }
-    if (self.status === 404 && known.pending === 'remove') { // it was deleted, and nobody could be told
+    if (self.status === 404 && known.pending === 'remove') { // it was deleted, without an acknowledgement
       known.gone = true;
       known.pending = null;
       return true;

@@ -1,2 +1,2 @@
-// How many runs a disturbed experiment has: by workers that are killed beside a server that crashes, and under Slurm.
+// How many runs a disturbed experiment has: with killed workers and a crashing server, and under Slurm.
 export const RUNS = 15000;

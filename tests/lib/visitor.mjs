@@ -1,5 +1,5 @@
-// A visitor of a public server, who has no key: node visitor.mjs URL SESSION.json. Prints, as JSON, what each request was answered.
-// SESSION.json is the answer that somebody with the class key got.
+// A visitor of a public server, without a key: node visitor.mjs URL SESSION.json. Prints, as JSON, what each request was answered.
+// SESSION.json is the answer to a client with the class key.
 import { readFileSync } from 'node:fs';
 import WebSocket from 'ws';
 

@@ -1,4 +1,4 @@
-/* A record of each form, with rows that a seed makes. */
+/* A record of each form, with rows from a seed. */
 #pragma once
 
 #include <math.h>
@@ -76,7 +76,7 @@ static inline void draw_sample(draw *d, sample *s)
                   .ms = draw_real(d)};
 }
 
-/* Rows that have much in common with `before`, as the next frame's have. Of a LOG, they overlap with it. */
+/* Rows with much in common with `before`, as in consecutive frames. Of a LOG, they overlap. */
 static inline ll_rows *draw_rows(draw *d, const ll_record *record, const ll_rows *before)
 {
     int most = record->form == LL_FORM_ONE ? 1 : (int)draw_below(d, 12);
@@ -107,7 +107,7 @@ static inline ll_rows *draw_rows(draw *d, const ll_record *record, const ll_rows
         }
     }
     if (record->form == LL_FORM_LOG && before != NULL && rows->first + rows->count < before->first + old) {
-        int64_t end = before->first + old; /* a log does not lose its end */
+        int64_t end = before->first + old; /* a log keeps its end */
         rows->count = 0;
         rows->first = end;
     }

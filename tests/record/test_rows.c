@@ -1,5 +1,5 @@
-/* Rows as bytes and back: chains of sections of every form, faults in the bytes, and numbers at their ends.
- * With the argument `vectors` it prints such chains for other decoders (tests/page/records.test.mjs). */
+/* Encoding and decoding of rows: sequences of sections of every form, invalid bytes, and extreme numbers.
+ * With the argument `vectors` it prints such sequences for other decoders (tests/page/records.test.mjs). */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -35,7 +35,7 @@ static void tables_are_sound(void **state)
     assert_int_equal(ll_record_valid(&bad).code, LL_BAD_INPUT);
 }
 
-/* The nearest of the values that a field can have, in the arithmetic of long doubles. */
+/* The nearest value that a field can have, computed with long doubles. */
 static void values_are_the_nearest(void **state)
 {
     (void)state;
@@ -90,7 +90,7 @@ static void assert_decodes(const ll_rows *rows, const ll_rows *base, ll_rows *se
         assert_memory_equal(seen->planes, rows->planes, rows->plane_bytes);
 }
 
-/* What the reader has after each is what the next is a delta against. */
+/* Each section is a delta against the rows that the reader has decoded so far. */
 static void chains_come_out_as_they_went_in(void **state)
 {
     (void)state;
@@ -115,7 +115,7 @@ static void chains_come_out_as_they_went_in(void **state)
     }
 }
 
-static void what_is_the_same_costs_few_bytes(void **state)
+static void unchanged_rows_cost_few_bytes(void **state)
 {
     (void)state;
     for (int r = 0; r < SAMPLES; r++) {
@@ -131,7 +131,7 @@ static void what_is_the_same_costs_few_bytes(void **state)
     }
 }
 
-/* Any bytes are read to their end or refused; a shortened section is always refused. */
+/* Any bytes are decoded completely or refused; a truncated section is always refused. */
 static void faults_are_refused(void **state)
 {
     (void)state;
@@ -226,7 +226,7 @@ static void print_hex(const ll_buffer *bytes)
         printf("%02x", (unsigned char)bytes->bytes[i]);
 }
 
-/* One line a section: {"record","whole","bytes","rows"}. */
+/* One line per section: {"record","whole","bytes","rows"}. */
 static void print_vectors(int chain)
 {
     for (int r = 0; r < SAMPLES; r++) {
@@ -257,7 +257,7 @@ int main(int argc, char **argv)
         cmocka_unit_test(values_are_the_nearest),
         cmocka_unit_test(a_float_survives_in_23_bits),
         cmocka_unit_test(chains_come_out_as_they_went_in),
-        cmocka_unit_test(what_is_the_same_costs_few_bytes),
+        cmocka_unit_test(unchanged_rows_cost_few_bytes),
         cmocka_unit_test(faults_are_refused),
         cmocka_unit_test(an_older_table_reads_the_fields_that_it_knows),
         cmocka_unit_test(json_names_each_field),

@@ -1,4 +1,4 @@
-/* What the tests of sessions share. */
+/* Shared by the tests of sessions. */
 #pragma once
 
 #include <setjmp.h>
@@ -14,7 +14,7 @@
 #include "session/scenario.h"
 #include "session/session.h"
 
-/* Lines of a log, each ended. */
+/* Lines of a log, each with its newline. */
 typedef struct lines {
     char text[1 << 16];
     size_t size;

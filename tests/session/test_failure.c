@@ -1,5 +1,4 @@
-/* A session that fails is told by its log: live, asleep, restored, forked and copied it is the same failure.
- */
+/* A failed session is the same failure live, parked, restored, forked and copied, since the log has it. */
 #include "session/harness.h"
 
 static ll_session *open_drop(lines *log)
@@ -12,7 +11,7 @@ static ll_session *open_drop(lines *log)
     return s;
 }
 
-/* A live change that the method does not survive. */
+/* A live change that makes the method diverge. */
 static void spoil(ll_session *s, int64_t tick)
 {
     cJSON *patch = cJSON_Parse("{\"solver\":{\"relaxation\":1.3}}");
@@ -40,7 +39,7 @@ static void assert_same_failure(ll_session *a, ll_session *b)
     assert_string_equal(ll_session_error(a)->text, ll_session_error(b)->text);
 }
 
-/* Runs into the failure; gives the session with all lines of its log. */
+/* Runs until the failure; `log` gets all lines. */
 static ll_session *failed_session(lines *log)
 {
     ll_session *s = open_drop(log);
@@ -95,7 +94,7 @@ static void test_log_fork_and_sleep_keep_it(void **state)
         ll_session_destroy(all_of_them[i]);
 }
 
-/* What is changed before the failure makes another future: the log tells that, too. */
+/* A change before the failure drops it; so does the log. */
 static void test_a_change_before_it_takes_it_back(void **state)
 {
     (void)state;
@@ -116,8 +115,8 @@ static void test_a_change_before_it_takes_it_back(void **state)
     ll_session_destroy(restored);
 }
 
-/* Once it is told, the failure is not told again by who plays there anew. */
-static void test_it_is_told_once(void **state)
+/* The failure is logged only once, also when a replay fails again. */
+static void test_failure_is_logged_once(void **state)
 {
     (void)state;
     lines log = {.size = 0};
@@ -137,7 +136,7 @@ int main(void)
         cmocka_unit_test(test_how_it_is_driven_does_not_matter),
         cmocka_unit_test(test_log_fork_and_sleep_keep_it),
         cmocka_unit_test(test_a_change_before_it_takes_it_back),
-        cmocka_unit_test(test_it_is_told_once),
+        cmocka_unit_test(test_failure_is_logged_once),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,5 +1,5 @@
-/* Frames: what a viewer reads is what the session has, for any subscription; taking one changes nothing;
- * and what they cost. */
+/* Frames: what a viewer decodes equals the session's rows for any subscription; taking a frame changes
+ * nothing; sizes. */
 #include "session/harness.h"
 
 #include <math.h>
@@ -8,11 +8,11 @@
 #include "library/library.h"
 #include "session/frame.h"
 
-/* ---- a viewer: a state as the sender knows it, and rows as the bytes gave them ---- */
+/* ---- a viewer: the sender's state of it, and the rows that it decodes ---- */
 
 typedef struct watcher {
     ll_frame_state state;
-    ll_rows *seen[64]; /* by id */
+    ll_rows *seen[64]; /* by record id */
     size_t bytes;      /* of the last message */
 } watcher;
 
@@ -38,7 +38,7 @@ static const ll_record *record_of(uint64_t id)
     for (int i = 0; all[i]; i++)
         if ((uint64_t)all[i]->id == id)
             return all[i];
-    fail_msg("no record has id %d", (int)id);
+    fail_msg("unknown record id %d", (int)id);
     return NULL;
 }
 
@@ -70,7 +70,7 @@ static void read_section(watcher *w, bytes *b)
     w->seen[record->id] = rows;
 }
 
-/* The frame as a viewer of these channels gets it. */
+/* Encodes the frame for a viewer of these channels and decodes it. */
 static void watch(watcher *w, const ll_frame *frame, uint16_t channels, bool jump)
 {
     ll_buffer message = {0};
@@ -129,7 +129,7 @@ typedef struct show {
     ll_time wall;
 } show;
 
-/* `params` takes the place of the scenario's; NULL: they stay. */
+/* `params` replaces the scenario's; NULL: unchanged. */
 static show open_show(const char *id, const char *params)
 {
     show s = {.anew = true};
@@ -162,7 +162,7 @@ static ll_frame *take(show *s, uint16_t channels)
     return frame;
 }
 
-/* By a 60th of a second. */
+/* 1/60 s. */
 static void step(show *s)
 {
     ll_session_info info = ll_session_get_info(s->session);
@@ -190,7 +190,7 @@ static const char *const kinds[] = {"race",
                                     "fluid/sea",
                                     NULL};
 
-static void viewers_read_what_the_session_has(void **state)
+static void viewers_decode_the_sessions_rows(void **state)
 {
     (void)state;
     for (int k = 0; kinds[k]; k++) {
@@ -216,7 +216,7 @@ static void viewers_read_what_the_session_has(void **state)
     }
 }
 
-/* What has not changed is not sent, and an encoding is made once. */
+/* Unchanged sections are not sent, and an encoding is made only once. */
 static void a_session_at_rest_costs_a_head(void **state)
 {
     (void)state;
@@ -251,7 +251,7 @@ static void records_are_sound(void **state)
     }
 }
 
-/* ---- what they cost ---- */
+/* ---- sizes ---- */
 
 typedef struct budget {
     const char *id, *params;
@@ -324,7 +324,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(records_are_sound),
-        cmocka_unit_test(viewers_read_what_the_session_has),
+        cmocka_unit_test(viewers_decode_the_sessions_rows),
         cmocka_unit_test(a_session_at_rest_costs_a_head),
         cmocka_unit_test(frames_are_within_their_budgets),
     };

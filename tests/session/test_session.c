@@ -1,4 +1,5 @@
-/* A session is its log: however it is driven, the same log gives the same state. */
+/* A session is its log: the same log gives the same state, whether it is paced, replayed, restored or
+ * forked. */
 #include "library/library.h"
 #include "session/harness.h"
 
@@ -148,7 +149,7 @@ static void restored_forked_and_parked_sessions_are_the_same(void **state)
     must(ll_session_restore(log->text, log->size, NULL, NULL, &restored));
     assert_true(ll_session_get_info(restored).parked);
     assert_int_equal(ll_session_get_info(restored).tick,
-                     400); /* the last command; what came after is not in the lines */
+                     400); /* the tick of the last command; later ticks are not logged */
     must(ll_session_run_to(restored, 600));
     assert_int_equal(ll_session_hash(restored), hash);
 
@@ -168,7 +169,7 @@ static void restored_forked_and_parked_sessions_are_the_same(void **state)
     assert_true(ll_session_hash(fork) != ll_session_hash(s));
 
     hash = ll_session_hash(s);
-    assert_true(ll_session_get_info(s).bytes <= 1024 * 1024); /* with a history of more than 15 s */
+    assert_true(ll_session_get_info(s).bytes <= 1024 * 1024); /* with more than 15 s of history */
     cJSON *cost = ll_session_cost(s);
     double announced = cJSON_GetObjectItem(cost, "parked_bytes")->valuedouble;
     cJSON_Delete(cost);
@@ -187,7 +188,7 @@ static void restored_forked_and_parked_sessions_are_the_same(void **state)
     free(copied);
 }
 
-static void command_before_the_head_drops_what_came_after(void **state)
+static void command_before_the_head_drops_later_ones(void **state)
 {
     (void)state;
     lines *log = calloc(1, sizeof *log);
@@ -289,7 +290,8 @@ static void bad_commands_change_nothing(void **state)
         assert_int_equal(patch(s, not_live[i]).code, LL_CONFLICT);
     for (size_t i = 0; i < sizeof controls / sizeof controls[0]; i++)
         assert_int_equal(control(s, 0, controls[i]).code, LL_BAD_INPUT);
-    assert_int_equal(ll_session_input(s, 0, 0, &fine).code, LL_CONFLICT); /* a script drives */
+    assert_int_equal(ll_session_input(s, 0, 0, &fine).code,
+                     LL_CONFLICT); /* the player is controlled by a script */
     assert_int_equal(ll_session_input(s, 0, 0, &wild).code, LL_BAD_INPUT);
     assert_int_equal(ll_session_input(s, 0, 2, &fine).code, LL_BAD_INPUT);
     assert_int_equal(ll_session_hash(s), hash);
@@ -340,7 +342,7 @@ static void bad_logs_are_refused(void **state)
     }
 }
 
-/* Values that are only right together: a change of several is one change. */
+/* Values that are only valid together: a patch of several values is one change. */
 static void values_of_a_patch_are_applied_together(void **state)
 {
     (void)state;
@@ -361,7 +363,7 @@ static void values_of_a_patch_are_applied_together(void **state)
     free(log);
 }
 
-/* Each change of a log is held against what the changes before it made. */
+/* Each change of a log is checked with the values that earlier changes set. */
 static void changes_of_a_log_are_checked_in_their_order(void **state)
 {
     (void)state;
@@ -396,7 +398,7 @@ static void changes_of_a_log_are_checked_in_their_order(void **state)
     }
 }
 
-/* The block has the size of the header's scenario: a restart of another one must not be put into it. */
+/* The block has the size of the header's scenario, so a restart with another scenario must be refused. */
 static void log_that_restarts_another_scenario_is_refused(void **state)
 {
     (void)state;
@@ -424,7 +426,7 @@ static void log_that_restarts_another_scenario_is_refused(void **state)
     ll_session_destroy(s);
 }
 
-/* An input in a log for a player who is not there, or whose control is not a person, must not reach the
+/* An input in a log for a player that does not exist, or is not controlled by a person, must not reach the
  * engine. */
 static void log_with_an_impossible_input_runs(void **state)
 {
@@ -461,7 +463,7 @@ static double latest_event(ll_session *s)
     return latest;
 }
 
-/* A seek back leaves no events of what has not happened yet. */
+/* After a seek back there are no events of later ticks. */
 static void frames_hold_no_events_of_the_future(void **state)
 {
     (void)state;
@@ -502,7 +504,7 @@ int main(void)
         cmocka_unit_test(advance_is_bounded_and_catches_up),
         cmocka_unit_test(seeking_gives_the_same_states),
         cmocka_unit_test(restored_forked_and_parked_sessions_are_the_same),
-        cmocka_unit_test(command_before_the_head_drops_what_came_after),
+        cmocka_unit_test(command_before_the_head_drops_later_ones),
         cmocka_unit_test(restart_keeps_parameters_and_reset_does_not),
         cmocka_unit_test(bad_commands_change_nothing),
         cmocka_unit_test(bad_logs_are_refused),

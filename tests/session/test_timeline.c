@@ -1,4 +1,4 @@
-/* A scenario's own changes, and what it says must have happened. */
+/* The timeline of a scenario, and its expected events. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -38,7 +38,7 @@ static void must(ll_status status)
         fail_msg("%s", status.text);
 }
 
-/* The race with one more member, from JSON. */
+/* The race with one more member, as JSON. */
 static ll_status make(const char *name, const char *value, text *log, ll_session **s)
 {
     cJSON *json;
@@ -67,7 +67,7 @@ static ll_status patch(ll_session *s, const char *json)
     return status;
 }
 
-/* Between two ticks a step acts at the later one, at a tick at that: never before its time. */
+/* A step between two ticks acts at the later one, a step at a tick at that tick: never before its time. */
 static void no_step_acts_before_its_time(void **state)
 {
     (void)state;
@@ -107,9 +107,9 @@ static void steps_act_at_their_times(void **state)
     ll_session_destroy(s);
 }
 
-/* The same as a person would give them, but for the configuration that the block carries: so the cars, not
- * the hash. */
-static void steps_are_what_commands_would_be(void **state)
+/* Equal to commands with the same values, except for the configuration in the block: so this compares the
+ * cars, not the hash. */
+static void steps_equal_commands(void **state)
 {
     (void)state;
     ll_session *a, *b;
@@ -131,8 +131,8 @@ static void steps_are_what_commands_would_be(void **state)
     ll_session_destroy(b);
 }
 
-/* A command drops later commands, never later steps; seeking, parking, forking and restoring give the same.
- */
+/* A command drops later commands, but no steps of the timeline; seeking, parking, forking and restoring keep
+ * them too. */
 static void steps_outlive_commands(void **state)
 {
     (void)state;
@@ -160,8 +160,8 @@ static void steps_outlive_commands(void **state)
     ll_session_destroy(s);
 }
 
-/* What no longer fits is left out and told: here lag and delay together are too long. */
-static void steps_that_do_not_fit_are_told(void **state)
+/* Steps that are no longer valid are skipped and counted: here lag and delay together are too long. */
+static void invalid_steps_are_reported(void **state)
 {
     (void)state;
     ll_session *s;
@@ -199,7 +199,7 @@ static void bad_steps_are_named(void **state)
     }
 }
 
-static void expectations_are_reported(void **state)
+static void expectations_are_checked(void **state)
 {
     (void)state;
     ll_session *s;
@@ -223,10 +223,10 @@ static void expectations_are_reported(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(no_step_acts_before_its_time),     cmocka_unit_test(steps_act_at_their_times),
-        cmocka_unit_test(steps_are_what_commands_would_be), cmocka_unit_test(steps_outlive_commands),
-        cmocka_unit_test(steps_that_do_not_fit_are_told),   cmocka_unit_test(bad_steps_are_named),
-        cmocka_unit_test(expectations_are_reported),
+        cmocka_unit_test(no_step_acts_before_its_time), cmocka_unit_test(steps_act_at_their_times),
+        cmocka_unit_test(steps_equal_commands),         cmocka_unit_test(steps_outlive_commands),
+        cmocka_unit_test(invalid_steps_are_reported),   cmocka_unit_test(bad_steps_are_named),
+        cmocka_unit_test(expectations_are_checked),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

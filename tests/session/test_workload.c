@@ -1,4 +1,4 @@
-/* Workloads: what was recorded of one session drives another, at the same times. */
+/* Workloads: inputs recorded in one session drive another, at the same times. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -96,8 +96,8 @@ static text trace_of(ll_session *s)
 
 #define PEOPLE "\"players.0.control\":\"person\",\"players.1.control\":\"person\""
 
-/* Whatever the game and the sync: who replays what a script did is where the script was, at every tick. */
-static void what_a_script_did_is_done_again(void **state)
+/* For every game and sync mode: a replay of a script's inputs gives the script's positions at every tick. */
+static void recorded_scripts_are_replayed(void **state)
 {
     (void)state;
     static const char *const rows[][2] = {
@@ -121,7 +121,7 @@ static void what_a_script_did_is_done_again(void **state)
         must(ll_session_load(p, w));
         text a = trace_of(s), b = trace_of(p);
         if (strcmp(a.bytes, b.bytes) != 0)
-            fail_msg("%s: another trace", rows[i][0]);
+            fail_msg("%s: trace differs", rows[i][0]);
         free(a.bytes);
         free(b.bytes);
         free(log.bytes);
@@ -131,7 +131,7 @@ static void what_a_script_did_is_done_again(void **state)
     }
 }
 
-/* The record is a log like any other, and the run that was recorded is not another for it. */
+/* A recording is a normal log, and recording does not change the run. */
 static void a_record_is_a_log(void **state)
 {
     (void)state;
@@ -153,7 +153,7 @@ static void a_record_is_a_log(void **state)
     ll_session_destroy(again);
 }
 
-/* What is written is read as the same, and so is the log that it came from. */
+/* A workload as JSON, and the log that it came from, parse to the same. */
 static void forms_are_one(void **state)
 {
     (void)state;
@@ -171,8 +171,8 @@ static void forms_are_one(void **state)
     ll_workload_free(again);
 }
 
-/* The present log counts: what was dropped by a command or a restart is not replayed, and parameters are not
- * part of it. */
+/* Only the present log counts: inputs dropped by a command or a restart are not replayed, and parameters are
+ * not part of it. */
 static void logs_are_folded(void **state)
 {
     (void)state;
@@ -199,7 +199,7 @@ static void logs_are_folded(void **state)
     free(log.bytes);
 }
 
-/* At another rate an input falls on the first tick at or after its time: by exact fractions. */
+/* At another tick rate an input acts at the first tick at or after its time, by exact fractions. */
 static void ticks_are_mapped_by_time(void **state)
 {
     (void)state;
@@ -229,7 +229,7 @@ static void ticks_are_mapped_by_time(void **state)
     }
 }
 
-static void what_lies_behind_the_end_is_left_out(void **state)
+static void inputs_after_the_end_are_left_out(void **state)
 {
     (void)state;
     ll_workload *w;
@@ -247,7 +247,7 @@ static void what_lies_behind_the_end_is_left_out(void **state)
     ll_workload_free(w);
 }
 
-/* A person who takes over ends it. */
+/* A person's input drops the rest of the workload. */
 static void a_command_drops_the_rest(void **state)
 {
     (void)state;
@@ -281,7 +281,7 @@ static void a_wrong_workload_is_a_sentence(void **state)
         {"{\"hz\":60,\"inputs\":[" INPUT "]}", "workload", "hz is unknown"},
         {"{\"tick_hz\":0.5,\"inputs\":[" INPUT "]}", "workload.tick_hz", "from 1 to 1000"},
         {"{\"inputs\":[" INPUT ",{\"tick\":4,\"player\":0,\"axes\":[0,0]}]}", "workload.inputs.1",
-         "must not be below that of the input before it, 5; got 4"},
+         "must be at least 5, that of the previous input; got 4"},
         {"{\"inputs\":[" INPUT ",{\"tick\":6,\"player\":16,\"axes\":[0,0]}]}", "workload.inputs.1",
          "player: must be a whole number from 0 to 15; got 16"},
         {"{\"inputs\":[{\"tick\":6.5,\"player\":1,\"axes\":[0,0]}]}", "workload.inputs.0", "got 6.5"},
@@ -293,7 +293,7 @@ static void a_wrong_workload_is_a_sentence(void **state)
          "button is unknown"},
         {"\"no log\"", "workload", "line 1 of the log"},
         {"\"{\\\"op\\\":\\\"input\\\",\\\"tick\\\":3}\"", "workload",
-         "line 1 of the log: comes before the header"},
+         "line 1 of the log: header missing before this line"},
     };
     for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
         ll_workload *w;
@@ -313,12 +313,13 @@ static void players_must_be_there_and_driven(void **state)
         const char *id, *sets, *json;
         ll_code code;
         const char *sentence;
-    } rows[] = {{"race", "{" PEOPLE "}", "{\"inputs\":[{\"tick\":5,\"player\":2,\"axes\":[0,0]}]}",
-                 LL_BAD_INPUT, "player: must be 0 to 1; got 2"},
-                {"race", NULL, "{\"inputs\":[" INPUT "]}", LL_CONFLICT, "set players.0.control to person"},
-                {"race", "{\"players.1.control\":\"person\"}", "{\"inputs\":[" INPUT "]}", LL_CONFLICT,
-                 "no player takes"},
-                {"motion/pendulum", NULL, "{\"inputs\":[" INPUT "]}", LL_BAD_INPUT, "of kind motion"}};
+    } rows[] = {
+        {"race", "{" PEOPLE "}", "{\"inputs\":[{\"tick\":5,\"player\":2,\"axes\":[0,0]}]}", LL_BAD_INPUT,
+         "player: must be 0 to 1; got 2"},
+        {"race", NULL, "{\"inputs\":[" INPUT "]}", LL_CONFLICT, "set players.0.control, or"},
+        {"race", "{\"players.1.control\":\"person\"}", "{\"inputs\":[" INPUT "]}", LL_CONFLICT,
+         "no player takes"},
+        {"motion/pendulum", NULL, "{\"inputs\":[" INPUT "]}", LL_BAD_INPUT, "kind motion has no players"}};
     for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
         ll_workload *w;
         ll_session *s = open_session(rows[i].id, rows[i].sets, NULL);
@@ -340,12 +341,12 @@ static void players_must_be_there_and_driven(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(what_a_script_did_is_done_again),
+        cmocka_unit_test(recorded_scripts_are_replayed),
         cmocka_unit_test(a_record_is_a_log),
         cmocka_unit_test(forms_are_one),
         cmocka_unit_test(logs_are_folded),
         cmocka_unit_test(ticks_are_mapped_by_time),
-        cmocka_unit_test(what_lies_behind_the_end_is_left_out),
+        cmocka_unit_test(inputs_after_the_end_are_left_out),
         cmocka_unit_test(a_command_drops_the_rest),
         cmocka_unit_test(a_wrong_workload_is_a_sentence),
         cmocka_unit_test(players_must_be_there_and_driven),

@@ -7,6 +7,6 @@
 
 enum { GOLDEN_LINE_MAX = 512 };
 
-/* `scenario,tick,hash,metric=value;...`: at the scenario's own seed, after its whole duration. LL_BAD_INPUT
- * when an activity is missing or not met: a scenario in which nothing happens proves nothing. */
+/* `scenario,tick,hash,metric=value;...`: with the scenario's own seed, after its whole duration. LL_BAD_INPUT
+ * when an expectation is missing or not met: a scenario without events proves nothing. */
 ll_status golden_line(const char *id, char line[GOLDEN_LINE_MAX]);

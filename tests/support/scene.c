@@ -15,7 +15,7 @@ static void must(ll_status status)
         fail_msg("%s", status.text);
 }
 
-/* Takes `json`. */
+/* Deletes `json`. */
 static scene start(cJSON *json, const char *const *sets)
 {
     scene s = {0};

@@ -1,4 +1,4 @@
-/* A scenario of the library, made ready to be stepped by a test. Tests run in the root of the repository. */
+/* A scenario of the library, ready to be stepped by a test. Tests run in the root of the repository. */
 #pragma once
 
 #include "session/scenario.h"
@@ -11,12 +11,12 @@ typedef struct scene {
 
 /* Loads `id`, applies NULL-terminated "path=value" pairs, and starts it. Fails the test on any error. */
 scene scene_open(const char *id, const char *const *sets);
-scene scene_make(const char *json, const char *const *sets); /* the same of a scenario's text */
+scene scene_make(const char *json, const char *const *sets); /* the same for a scenario's text */
 void scene_run(scene *s, double until_s, const ll_recorder *recorder);
-void scene_run_whole(scene *s); /* to its end, its timeline included */
+void scene_run_whole(scene *s); /* to its end, with its timeline */
 void scene_close(scene *s);
 
-/* The events of a run, kept whole. */
+/* All events of a run. */
 typedef struct tape {
     ll_event *events;
     size_t count, capacity;

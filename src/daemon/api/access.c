@@ -1,4 +1,4 @@
-/* Who may create, and what the operator alone sees. */
+/* Permission to create, and what only the operator may do. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -10,7 +10,7 @@
 #include "daemon/jobs/experiments.h"
 #include "daemon/http/http_problem.h"
 
-enum { LIST_MOST = 1000 }; /* sessions of one answer */
+enum { LIST_MOST = 1000 }; /* sessions in one answer */
 
 static ll_access *access_of(const ll_api *api)
 {
@@ -24,13 +24,13 @@ static int creation_of(const ll_api *api)
 
 /* ---- checks for all handlers ---- */
 
-/* A wrong key costs as much as a wrong code: neither can be guessed. */
+/* A wrong key counts towards the rate limit of wrong codes, so that neither can be guessed. */
 static void refuse_key(ll_api *api, const ll_http_request *request, ll_http_response *response,
                        const char *sentence)
 {
     ll_status error = ll_error(LL_FORBIDDEN, "%s", sentence);
     if (!ll_host_allows_lookup(api->host, request->peer))
-        error = ll_error(LL_LIMIT, "Too many wrong keys and codes came from this address.");
+        error = ll_error(LL_LIMIT, "Too many wrong keys and codes from this address.");
     ll_api_problem(response, request, &error);
 }
 
@@ -50,9 +50,7 @@ bool ll_api_may_create(ll_api *api, const ll_http_request *request, ll_http_resp
         return false;
     if (ll_access_may_create(access_of(api), key, strlen(key)))
         return true;
-    refuse_key(api, request, response,
-               class ? "Only who has the class key may create here; this is another key."
-                     : "Creation is closed here, but for the operator.");
+    refuse_key(api, request, response, class ? "Wrong class key." : "Only the operator may create here.");
     return false;
 }
 
@@ -67,9 +65,8 @@ static bool is_operator(ll_api *api, const ll_http_request *request, ll_http_res
         return true;
     const ll_access *access = access_of(api);
     refuse_key(api, request, response,
-               access && access->has_operator
-                   ? "This is not the operator's key."
-                   : "This daemon has no operator: --operator-key-file makes one.");
+               access && access->has_operator ? "Wrong operator key."
+                                              : "This daemon has no operator; see --operator-key-file.");
     return false;
 }
 

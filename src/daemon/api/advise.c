@@ -1,5 +1,5 @@
-/* Advice: which setting is the cheapest that stays within an error. It is a job: asked for, watched, ended.
- */
+/* Advice: the cheapest setting that stays within an error. A search for it is a job, which requests start,
+ * poll and end. */
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -12,10 +12,10 @@
 
 #define PATH "/api/v1/advise/"
 
-enum { RUNS_MOST = 2000 }; /* of one answer */
+enum { RUNS_MOST = 2000 }; /* runs in one answer */
 
-static ll_status read_order(const ll_api *api, const cJSON *body, ll_advise_request *order,
-                            ll_experiment **experiment)
+static ll_status read_advise_request(const ll_api *api, const cJSON *body, ll_advise_request *request,
+                                     ll_experiment **experiment)
 {
     static const char *const names[] = {"experiment", "max_error", "runs", NULL};
     const cJSON *max_error = cJSON_GetObjectItemCaseSensitive(body, "max_error");
@@ -31,34 +31,34 @@ static ll_status read_order(const ll_api *api, const cJSON *body, ll_advise_requ
                                      experiment);
     if (ll_failed(&status))
         return status;
-    *order = (ll_advise_request){.experiment = *experiment,
-                                 .max_error = max_error->valuedouble,
-                                 .most_runs = runs ? (int64_t)runs->valuedouble : 0};
-    order->most_runs = ll_advise_runs(order) < RUNS_MOST ? ll_advise_runs(order) : RUNS_MOST;
+    *request = (ll_advise_request){.experiment = *experiment,
+                                   .max_error = max_error->valuedouble,
+                                   .most_runs = runs ? (int64_t)runs->valuedouble : 0};
+    request->most_runs = ll_advise_runs(request) < RUNS_MOST ? ll_advise_runs(request) : RUNS_MOST;
     return status;
 }
 
-/* Owns what the order points to. */
-typedef struct question {
-    ll_advise_request order;
+/* Owns what the job's specification refers to. */
+typedef struct advice_search {
+    ll_advise_request request;
     ll_experiment *experiment;
-} question;
+} advice_search;
 
-static void free_question(void *context)
+static void free_search(void *context)
 {
-    question *q = context;
+    advice_search *q = context;
     ll_experiment_free(q->experiment);
     free(q);
 }
 
 static ll_status answer(void *context, const ll_interrupt *interrupt, _Atomic int64_t *done, cJSON **json)
 {
-    question *q = context;
-    q->order.interrupt = interrupt;
-    q->order.runs = done;
-    ll_status status = ll_advise(&q->order, json);
+    advice_search *q = context;
+    q->request.interrupt = interrupt;
+    q->request.runs = done;
+    ll_status status = ll_advise(&q->request, json);
     if (status.code == LL_INTERRUPTED)
-        return ll_error(LL_INTERRUPTED, "%lld runs were done", (long long)atomic_load(done));
+        return ll_error(LL_INTERRUPTED, "interrupted after %lld runs", (long long)atomic_load(done));
     return status;
 }
 
@@ -84,26 +84,26 @@ void ll_post_advise(void *context, const ll_http_request *request, ll_http_respo
     if (!ll_api_started(api, request, response) || !ll_api_may_create(api, request, response))
         return;
     cJSON *body = ll_api_body(request, response);
-    question *q = body ? calloc(1, sizeof *q) : NULL;
+    advice_search *q = body ? calloc(1, sizeof *q) : NULL;
     if (!q) {
         response->failed = body != NULL;
         cJSON_Delete(body);
         return;
     }
-    ll_status status = read_order(api, body, &q->order, &q->experiment);
+    ll_status status = read_advise_request(api, body, &q->request, &q->experiment);
     if (!ll_failed(&status) && !ll_host_allows_creation(api->host, request->peer))
-        status = ll_error(LL_LIMIT, "Too many sessions and experiments were made from this address.");
+        status = ll_error(LL_LIMIT, "Too many sessions and experiments created from this address.");
     if (!ll_failed(&status))
-        status = ll_advise_check(&q->order);
+        status = ll_advise_check(&q->request);
     if (ll_failed(&status)) {
-        free_question(q);
+        free_search(q);
     } else {
-        ll_job_order order = {.run = answer,
-                              .free = free_question,
-                              .context = q,
-                              .most = ll_advise_runs(&q->order),
-                              .client = request->peer};
-        status = ll_jobs_add(api->jobs, &order, id, key);
+        ll_job_spec spec = {.run = answer,
+                            .free = free_search,
+                            .context = q,
+                            .most = ll_advise_runs(&q->request),
+                            .client = request->peer};
+        status = ll_jobs_add(api->jobs, &spec, id, key);
     }
     if (ll_failed(&status))
         ll_api_problem(response, request, &status);

@@ -14,7 +14,7 @@
 
 /* ---- tags ---- */
 
-/* A part of a compressed file is of no use: who asks for one gets it as it is. */
+/* Range requests get uncompressed bytes, since a part of a compressed file is useless. */
 static bool wants_part(const ll_http_request *request, const ll_answer *answer)
 {
     return answer->final && ll_http_header(request, "Range") != NULL;
@@ -22,7 +22,7 @@ static bool wants_part(const ll_http_request *request, const ll_answer *answer)
 
 static bool is_compressed(const ll_http_request *request, const ll_answer *answer)
 {
-    return ll_gzip_is_worth(answer->type) && ll_http_takes_encoding(request, "gzip") &&
+    return ll_gzip_compresses(answer->type) && ll_http_takes_encoding(request, "gzip") &&
            !wants_part(request, answer);
 }
 
@@ -41,7 +41,7 @@ bool ll_answer_known(const ll_http_request *request, ll_http_response *response,
              answer->vary ? ", " : "");
     ll_http_set_header(response, "ETag", tag);
     ll_http_set_header(response, "Vary", vary);
-    ll_http_set_header(response, "Cache-Control", "no-cache"); /* asks each time, often gets a 304 */
+    ll_http_set_header(response, "Cache-Control", "no-cache"); /* revalidated each time, often with a 304 */
     if (answer->final)
         ll_http_set_header(response, "Accept-Ranges", "bytes");
     if (ll_http_matches_tag(ll_http_header(request, "If-None-Match"), tag)) {
@@ -70,7 +70,7 @@ static bool read_digits(const char **at, uint64_t *value)
 
 typedef enum part { WHOLE, PART, NO_PART } part;
 
-/* RFC 9110 14.2: one range of bytes; anything else is not understood, and gets the whole. */
+/* RFC 9110 14.2: one range of bytes; any other range is ignored, and the answer is the whole. */
 static part read_range(const char *range, uint64_t size, uint64_t *from, uint64_t *length)
 {
     uint64_t first = 0, last = size > 0 ? size - 1 : 0;
@@ -118,7 +118,8 @@ static void choose_part(const ll_http_request *request, ll_http_response *respon
     } else {
         ll_http_clear(response);
         ll_status error =
-            ll_field_error(LL_BAD_INPUT, "Range", "The answer has %llu bytes.", (unsigned long long)size);
+            ll_field_error(LL_BAD_INPUT, "Range", "Range: must be within the %llu bytes of the answer.",
+                           (unsigned long long)size);
         ll_http_problem_as(response, request, 416, &error);
         snprintf(text, sizeof text, "bytes */%llu", (unsigned long long)size);
     }
@@ -135,17 +136,17 @@ FILE *ll_answer_open(const ll_answer *answer, ll_status *status)
     FILE *file = fd >= 0 ? fdopen(fd, "w+b") : NULL;
     if (fd >= 0 && !file)
         close(fd);
-    *status = file ? ll_ok() : ll_error(LL_IO, "No temporary file can be made for the answer.");
+    *status = file ? ll_ok() : ll_error(LL_IO, "Cannot create a temporary file for the answer.");
     return file;
 }
 
-/* Whether the file is one of memory: only those can be sealed. */
+/* Whether the file is a memfd; only these can be sealed. */
 static bool in_memory(FILE *file)
 {
     return fcntl(fileno(file), F_GET_SEALS) >= 0;
 }
 
-/* `file` in place of itself; the old one is closed. */
+/* Replaces `file` by its compressed form, and closes it. */
 static ll_status compress(const ll_http_request *request, const ll_answer *answer, FILE **file)
 {
     ll_status status;
@@ -167,7 +168,7 @@ void ll_answer_send(const ll_http_request *request, ll_http_response *response, 
     if (!ll_failed(&status) && compressed)
         status = compress(request, answer, &file);
     if (!ll_failed(&status) && (fflush(file) != 0 || ferror(file)))
-        status = ll_error(LL_IO, "The answer does not fit on the disk.");
+        status = ll_error(LL_IO, "No space on disk for the answer.");
     if (ll_failed(&status)) {
         if (file)
             fclose(file);

@@ -1,8 +1,8 @@
-/* Answers that are large files: what need not be made again (ETag, If-None-Match), what is asked of it only
- * in part (Range), compressed (Accept-Encoding), or not at all (HEAD).
+/* Answers that are large files: unchanged (ETag, If-None-Match), partial (Range), compressed
+ * (Accept-Encoding) or without body (HEAD).
  *
- * A handler names what it would answer by a tag; when ll_answer_known says that the client needs no more, the
- * response is complete and nothing is made. Else it makes the file and gives it to ll_answer_send. */
+ * A handler identifies its answer by a tag. When ll_answer_known returns true, the response is complete and
+ * the file is not made. Otherwise the handler makes the file and passes it to ll_answer_send. */
 #pragma once
 
 #include <stdbool.h>
@@ -14,17 +14,17 @@
 
 typedef struct ll_answer {
     const char *type;   /* Content-Type */
-    const char *folder; /* for the file, which has no name; where it cannot be made, it is in memory */
-    uint64_t tag;       /* of what it is made from */
-    bool final;         /* the same tag means the same bytes: parts of it fit together */
-    const char *vary;   /* beside Accept-Encoding; NULL: nothing */
+    const char *folder; /* for the file, which has no name; in memory if the file cannot be created there */
+    uint64_t tag;       /* hash of its sources */
+    bool final;         /* equal tags mean equal bytes, so that parts of it fit together */
+    const char *vary;   /* in addition to Accept-Encoding; NULL: none */
 } ll_answer;
 
 /* Sets ETag, Vary and Accept-Ranges. True: 304, or HEAD. */
 bool ll_answer_known(const ll_http_request *request, ll_http_response *response, const ll_answer *answer);
 
-FILE *ll_answer_open(const ll_answer *answer, ll_status *status); /* NULL: `status` says why */
+FILE *ll_answer_open(const ll_answer *answer, ll_status *status); /* NULL: see `status` */
 
-/* Takes `file` (may be NULL). On an error that is answered in its place. */
+/* Takes ownership of `file` (may be NULL). If `status` is an error, that is the answer. */
 void ll_answer_send(const ll_http_request *request, ll_http_response *response, const ll_answer *answer,
                     const ll_status *status, FILE *file);

@@ -26,7 +26,7 @@ ll_session_entry *ll_api_session(ll_api *api, const ll_http_request *request, ll
         return NULL;
     ll_session_entry *session_entry = ll_host_find(api->host, request->parameter[0]);
     if (!session_entry) {
-        ll_status error = ll_error(LL_NOT_FOUND, "There is no session with this id.");
+        ll_status error = ll_error(LL_NOT_FOUND, "Session not found.");
         ll_http_problem(response, request, &error);
     }
     return session_entry;
@@ -39,7 +39,7 @@ const char *ll_api_key(const ll_http_request *request, ll_http_response *respons
         header += 7;
         return header + strspn(header, " ");
     }
-    ll_status error = ll_error(LL_FORBIDDEN, "This needs `Authorization: Bearer KEY` with %s.", whose);
+    ll_status error = ll_error(LL_FORBIDDEN, "Authorization: must be `Bearer KEY` with %s.", whose);
     ll_http_problem_as(response, request, 401, &error);
     ll_http_set_header(response, "WWW-Authenticate", "Bearer realm=\"laglab\"");
     return NULL;
@@ -56,8 +56,7 @@ bool ll_api_permits(const ll_http_request *request, ll_http_response *response,
     if (role == LL_ROLE_OWNER || (player >= 0 && role == player))
         return true;
     ll_status error =
-        ll_error(LL_FORBIDDEN, role == LL_ROLE_NONE ? "This key does not belong to this session."
-                                                    : "This key is another player's.");
+        ll_error(LL_FORBIDDEN, role == LL_ROLE_NONE ? "Key of another session." : "Key of another player.");
     ll_http_problem(response, request, &error);
     return false;
 }
@@ -69,7 +68,7 @@ cJSON *ll_api_body(const ll_http_request *request, ll_http_response *response)
     if (!ll_failed(&status) && !cJSON_IsObject(json)) {
         cJSON_Delete(json);
         json = NULL;
-        status = ll_error(LL_BAD_INPUT, "The body must be a JSON object.");
+        status = ll_error(LL_BAD_INPUT, "body: must be a JSON object");
     }
     if (ll_failed(&status)) {
         ll_http_problem(response, request, &status);
@@ -80,10 +79,10 @@ cJSON *ll_api_body(const ll_http_request *request, ll_http_response *response)
 
 void ll_api_problem(ll_http_response *response, const ll_http_request *request, const ll_status *error)
 {
-    if (error->code == LL_INTERRUPTED && ll_http_to_work(request, response))
+    if (error->code == LL_INTERRUPTED && ll_http_become_task(request, response))
         return;
-    ll_status told = error->code == LL_INTERRUPTED ? ll_task_told(request->task, error->text) : *error;
-    error = &told;
+    ll_status answered = error->code == LL_INTERRUPTED ? ll_task_error(request->task, error->text) : *error;
+    error = &answered;
     if (error->code == LL_LIMIT)
         ll_http_problem_later(response, request, 429, 1, error);
     else if (error->code == LL_IO)
@@ -106,7 +105,7 @@ ll_status ll_api_only(const cJSON *object, const char *const *names)
         for (name = names; *name; name++)
             snprintf(known + strlen(known), sizeof known - strlen(known), "%s%s", name == names ? "" : ", ",
                      *name);
-        return ll_field_error(LL_BAD_INPUT, member->string, "%.60s is not known here; possible are %s.",
+        return ll_field_error(LL_BAD_INPUT, member->string, "%.60s: unknown; must be one of %s.",
                               member->string, known);
     }
     return ll_ok();

@@ -1,8 +1,8 @@
-/* The REST side of the daemon: what its handlers share. Each routes_*.c holds the handlers of one subject;
- * table.c has the table.
+/* The REST API: what its handlers share. Each other file has the handlers of one subject; table.c has the
+ * table of routes.
  *
- * Handlers run on threads of the front door. They find a session, take what they need under its lock and
- * write a response; they fail only by a problem document. */
+ * Handlers run on threads of the web server. They find a session, read it under its lock and write a
+ * response; they report errors only as problem documents. */
 #pragma once
 
 #include <stdatomic.h>
@@ -26,16 +26,16 @@ typedef struct ll_api {
     ll_store *store;
     ll_experiments *experiments;
     struct ll_tasks *tasks;
-    ll_jobs *jobs;                       /* advice that is being sought */
-    _Atomic(ll_web_server *) web_server; /* set when it is open */
+    ll_jobs *jobs;                       /* running searches for advice */
+    _Atomic(ll_web_server *) web_server; /* set when it is started */
     const char *scenarios, *documents;   /* folders */
     atomic_int phase;
     ll_time started;
     ll_http_route *routes; /* the table with the configured body limit */
     int route_count;
     ll_api_idempotency *idempotency;
-    _Atomic uint64_t answers[6];     /* by class of status: 1xx .. 5xx; 0 is anything else */
-    _Atomic uint64_t duration_us[6]; /* summed */
+    _Atomic uint64_t answers[6];     /* by class of status: 1xx .. 5xx; 0: any other */
+    _Atomic uint64_t duration_us[6]; /* sums */
 } ll_api;
 
 ll_status ll_api_init(ll_api *api, ll_host *host, ll_store *store, ll_experiments *experiments,
@@ -46,29 +46,29 @@ void ll_api_done(void *context, const ll_http_request *request, const ll_http_ro
 
 /* ---- helpers of handlers ---- */
 
-/* False before all is ready for sessions, with a 503 answered. */
+/* False when the daemon is not ready for sessions; a 503 was answered. */
 bool ll_api_started(ll_api *api, const ll_http_request *request, ll_http_response *response);
 
-/* The session of the path's first parameter; NULL when a 404 or 503 was answered. */
+/* The session of the path's first parameter; NULL: a 404 or 503 was answered. */
 ll_session_entry *ll_api_session(ll_api *api, const ll_http_request *request, ll_http_response *response);
 
-/* Whether the request carries the owner's key, or that of `player` (>= 0). Answers 401 or 403 otherwise. */
+/* Whether the request has the owner's key, or that of `player` (>= 0). Otherwise answers 401 or 403. */
 bool ll_api_permits(const ll_http_request *request, ll_http_response *response,
                     const ll_session_entry *session_entry, int player);
 
-/* The key that the request carries; NULL when a 401 was answered that says `whose` it needs. */
+/* The key of the request; NULL: a 401 was answered that names the key needed, `whose`. */
 const char *ll_api_key(const ll_http_request *request, ll_http_response *response, const char *whose);
 
-/* Whether the request may create: everybody, or by the class key or the operator's. Answers 401, 403 or 429
- * otherwise. */
+/* Whether the request may create: any client, or only with the class key or the operator's. Otherwise answers
+ * 401, 403 or 429. */
 bool ll_api_may_create(ll_api *api, const ll_http_request *request, ll_http_response *response);
 bool ll_api_is_operator(const ll_api *api, const char *key);
 
-/* The body as a JSON object; NULL when a 400 was answered. Caller deletes. */
+/* The body as a JSON object; NULL: a 400 was answered. Caller deletes. */
 struct cJSON *ll_api_body(const ll_http_request *request, ll_http_response *response);
 
-/* A problem with the status that fits the API: LL_IO is 507, LL_LIMIT 429 with Retry-After. LL_INTERRUPTED of
- * a handler that is no task has it called again as one; of a task it is told why that was ended. */
+/* A problem document with the API's status: LL_IO is 507, LL_LIMIT 429 with Retry-After. On LL_INTERRUPTED a
+ * handler that is not a task is called again as a task; the answer of a task says why it was stopped. */
 void ll_api_problem(ll_http_response *response, const ll_http_request *request, const ll_status *error);
 
 /* 400 unless all keys of `object` are in the NULL-terminated list. */

@@ -1,4 +1,4 @@
-/* Changes of a session: parameters, control, inputs. Each is answered when its line of the log is stored. */
+/* Changes of a session: parameters, control, inputs. Each is answered when its log line is stored. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -8,12 +8,12 @@
 #include "daemon/api/api.h"
 #include "daemon/http/http_problem.h"
 
-typedef struct order {
+typedef struct command_args {
     const cJSON *body;
     int player;
     ll_action action;
     cJSON *answer;
-} order;
+} command_args;
 
 static void add_time(cJSON *json, const ll_session_info *info)
 {
@@ -23,7 +23,7 @@ static void add_time(cJSON *json, const ll_session_info *info)
 
 static ll_status patch(void *context, ll_session *session, ll_time wall)
 {
-    order *o = context;
+    command_args *o = context;
     ll_status status = ll_session_patch(session, wall, o->body);
     if (ll_failed(&status))
         return status;
@@ -37,13 +37,13 @@ static ll_status patch(void *context, ll_session *session, ll_time wall)
 
 static ll_status control(void *context, ll_session *session, ll_time wall)
 {
-    const order *o = context;
+    const command_args *o = context;
     return ll_session_begin_control(session, wall, o->body);
 }
 
-static void tell_control(void *context, ll_session *session)
+static void answer_control(void *context, ll_session *session)
 {
-    order *o = context;
+    command_args *o = context;
     ll_session_info info = ll_session_get_info(session);
     char hash[17];
     ll_api_hash_text(ll_session_hash(session), hash);
@@ -58,7 +58,7 @@ static void tell_control(void *context, ll_session *session)
 
 static ll_status input(void *context, ll_session *session, ll_time wall)
 {
-    order *o = context;
+    command_args *o = context;
     ll_status status = ll_session_input(session, wall, o->player, &o->action);
     if (ll_failed(&status))
         return status;
@@ -68,12 +68,12 @@ static ll_status input(void *context, ll_session *session, ll_time wall)
     return status;
 }
 
-static void command(ll_api *api, const ll_http_request *request, ll_http_response *response,
-                    ll_session_entry *session_entry, ll_create_requests *orders, order *o)
+static void run_command(ll_api *api, const ll_http_request *request, ll_http_response *response,
+                        ll_session_entry *session_entry, ll_command_request *command, command_args *o)
 {
-    orders->context = o;
-    orders->task = request->task;
-    ll_status status = ll_host_command(api->host, session_entry, orders);
+    command->context = o;
+    command->task = request->task;
+    ll_status status = ll_host_command(api->host, session_entry, command);
     if (ll_failed(&status))
         ll_api_problem(response, request, &status);
     else
@@ -81,8 +81,8 @@ static void command(ll_api *api, const ll_http_request *request, ll_http_respons
     cJSON_Delete(o->answer);
 }
 
-/* What moves a session may have to run it for long. */
-static bool moves(const cJSON *body)
+/* Whether the operation can make the session run for long. */
+static bool may_take_long(const cJSON *body)
 {
     const cJSON *op = cJSON_GetObjectItemCaseSensitive(body, "op");
     return cJSON_IsString(op) &&
@@ -90,16 +90,16 @@ static bool moves(const cJSON *body)
 }
 
 static void owner_command(ll_api *api, const ll_http_request *request, ll_http_response *response,
-                          ll_create_requests orders)
+                          ll_command_request command)
 {
     ll_session_entry *session_entry = ll_api_session(api, request, response);
     if (!session_entry)
         return;
     if (ll_api_permits(request, response, session_entry, -1)) {
         cJSON *body = ll_api_body(request, response);
-        order o = {.body = body};
-        if (body && !(moves(body) && ll_http_to_work(request, response)))
-            command(api, request, response, session_entry, &orders, &o);
+        command_args o = {.body = body};
+        if (body && !(may_take_long(body) && ll_http_become_task(request, response)))
+            run_command(api, request, response, session_entry, &command, &o);
         cJSON_Delete(body);
     }
     ll_session_entry_release(session_entry);
@@ -107,16 +107,16 @@ static void owner_command(ll_api *api, const ll_http_request *request, ll_http_r
 
 void ll_patch_params(void *context, const ll_http_request *request, ll_http_response *response)
 {
-    owner_command(context, request, response, (ll_create_requests){.change = patch});
+    owner_command(context, request, response, (ll_command_request){.change = patch});
 }
 
 void ll_post_control(void *context, const ll_http_request *request, ll_http_response *response)
 {
     owner_command(context, request, response,
-                  (ll_create_requests){.change = control, .clock = true, .tell = tell_control});
+                  (ll_command_request){.change = control, .clock = true, .report = answer_control});
 }
 
-/* The body says which player it is for, hence whose key will do. Without any key nothing is read. */
+/* The body names the player, and so which key is valid. Without any key the body is not read. */
 void ll_post_input(void *context, const ll_http_request *request, ll_http_response *response)
 {
     ll_session_entry *session_entry = ll_api_session(context, request, response);
@@ -128,13 +128,13 @@ void ll_post_input(void *context, const ll_http_request *request, ll_http_respon
     else
         ll_api_permits(request, response, session_entry, 0);
     if (body) {
-        order o = {0};
-        ll_create_requests orders = {.change = input};
+        command_args o = {0};
+        ll_command_request command = {.change = input};
         ll_status status = ll_action_parse(body, "", &o.player, &o.action);
         if (ll_failed(&status))
             ll_http_problem(response, request, &status);
         else if (ll_api_permits(request, response, session_entry, o.player))
-            command(context, request, response, session_entry, &orders, &o);
+            run_command(context, request, response, session_entry, &command, &o);
     }
     cJSON_Delete(body);
     ll_session_entry_release(session_entry);

@@ -1,4 +1,4 @@
-/* Experiments: made, watched, paused, read. */
+/* Experiments: creating, watching, pausing, reading. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -20,7 +20,7 @@
 
 #define PATH "/api/v1/experiments/"
 
-/* ---- making ---- */
+/* ---- creating ---- */
 
 static void describe_size(cJSON *json, const ll_experiment *e)
 {
@@ -50,18 +50,18 @@ static double thread_seconds(void)
     return (double)t.tv_sec + (double)t.tv_nsec * 1e-9;
 }
 
-/* Whether a run may be made for a request. */
+/* Whether a run is small enough to be made for a request. */
 static ll_status check_size(const ll_api *api, const ll_experiment *e, int64_t run)
 {
     ll_scenario scenario = {0};
     ll_status status = ll_experiment_open(e, run, &scenario);
     if (!ll_failed(&status))
-        status = ll_quota_state(ll_host_get_config(api->host), &scenario);
+        status = ll_quota_check_state(ll_host_get_config(api->host), &scenario);
     ll_scenario_free(&scenario);
     return status;
 }
 
-/* Runs the first run, which tells what one costs. */
+/* Runs the first run, to measure the cost of a run. */
 static ll_status answer_dry_run(const ll_api *api, const ll_experiment *e, ll_task *task,
                                 ll_http_response *response)
 {
@@ -84,8 +84,8 @@ static ll_status answer_dry_run(const ll_api *api, const ll_experiment *e, ll_ta
     return status;
 }
 
-static ll_status answer_made(ll_api *api, const ll_experiment *e, const char *client,
-                             ll_http_response *response)
+static ll_status answer_created(ll_api *api, const ll_experiment *e, const char *client,
+                                ll_http_response *response)
 {
     char id[LL_ID_LENGTH + 1], key[LL_KEY_LENGTH + 1], location[80];
     ll_status status = ll_experiments_add(api->experiments, e, client, id, key);
@@ -116,14 +116,14 @@ void ll_post_experiments(void *context, const ll_http_request *request, ll_http_
     ll_status status = ll_experiment_parse(body, api->scenarios, &e);
     if (!ll_failed(&status) && dry && strcmp(dry, "true") != 0 && strcmp(dry, "false") != 0)
         status = ll_field_error(LL_BAD_INPUT, "dry_run", "dry_run: must be true or false; got `%.40s`.", dry);
-    bool only_dry = dry && strcmp(dry, "true") == 0;
-    if (!ll_failed(&status) && only_dry && !request->task) /* before it is counted as made */
-        status = ll_error(LL_INTERRUPTED, "a dry run is work");
+    bool dry_only = dry && strcmp(dry, "true") == 0;
+    if (!ll_failed(&status) && dry_only && !request->task) /* before it counts towards the limits */
+        status = ll_error(LL_INTERRUPTED, "a dry run needs a task");
     if (!ll_failed(&status) && !ll_host_allows_creation(api->host, request->peer))
-        status = ll_error(LL_LIMIT, "Too many sessions and experiments were made from this address.");
+        status = ll_error(LL_LIMIT, "Too many sessions and experiments created from this address.");
     if (!ll_failed(&status))
-        status = only_dry ? answer_dry_run(api, e, request->task, response)
-                          : answer_made(api, e, request->peer, response);
+        status = dry_only ? answer_dry_run(api, e, request->task, response)
+                          : answer_created(api, e, request->peer, response);
     if (ll_failed(&status))
         ll_api_problem(response, request, &status);
     ll_experiment_free(e);
@@ -132,7 +132,7 @@ void ll_post_experiments(void *context, const ll_http_request *request, ll_http_
 
 /* ---- one experiment ---- */
 
-/* False when it was answered that there is none. `experiment` may be NULL. */
+/* False: not found, and answered. `experiment` may be NULL. */
 static bool find(ll_api *api, const ll_http_request *request, ll_http_response *response,
                  ll_experiment_record *record, ll_experiment **experiment)
 {
@@ -152,14 +152,14 @@ static bool permitted(const ll_api *api, const ll_http_request *request, ll_http
         return false;
     if (ll_experiments_permits(record, key) || ll_api_is_operator(api, key))
         return true;
-    ll_status error = ll_error(LL_FORBIDDEN, "This key does not belong to this experiment.");
+    ll_status error = ll_error(LL_FORBIDDEN, "Key of another experiment.");
     ll_http_problem(response, request, &error);
     return false;
 }
 
 static void add_version(ll_api *api, const ll_experiment_record *r, cJSON *json)
 {
-    ll_status status = ll_result_store_admits(ll_experiments_store(api->experiments), r);
+    ll_status status = ll_result_store_check_version(ll_experiments_store(api->experiments), r);
     cJSON_AddStringToObject(json, "version", r->version);
     if (ll_failed(&status))
         cJSON_AddStringToObject(json, "held_back", status.text);
@@ -252,14 +252,15 @@ void ll_post_experiment_control(void *context, const ll_http_request *request, l
     ll_experiment_free(e);
 }
 
-/* ---- answers that are files ---- */
+/* ---- answers as files ---- */
 
-/* Of what experiment `r` is made of now, and of what is asked of it. */
-static ll_answer answer_of(const ll_api *api, const ll_experiment_record *r, const char *type, uint64_t wish)
+/* The tag is a hash of the present state of experiment `r` and of the request's options. */
+static ll_answer answer_of(const ll_api *api, const ll_experiment_record *r, const char *type,
+                           uint64_t results_query)
 {
-    uint64_t tag = ll_hash(wish, r->id, strlen(r->id));
+    uint64_t tag = ll_hash(results_query, r->id, strlen(r->id));
     tag = ll_hash(tag, r->version, strlen(r->version));
-    tag = ll_hash(tag, ll_version, strlen(ll_version)); /* another one may write it otherwise */
+    tag = ll_hash(tag, ll_version, strlen(ll_version)); /* another version may format it differently */
     tag = ll_hash(tag, type, strlen(type));
     tag = ll_hash_u64(tag, (uint64_t)r->done);
     return (ll_answer){.type = type,
@@ -275,11 +276,11 @@ static ll_status read_run(const ll_http_request *request, const ll_experiment *e
     char *end;
     *run = strtoll(request->parameter[1], &end, 10);
     return *end || *run < 0 || *run >= e->runs
-               ? ll_error(LL_NOT_FOUND, "There is no such run: they are 0 to %lld.", (long long)e->runs - 1)
+               ? ll_error(LL_NOT_FOUND, "run: must be 0 to %lld", (long long)e->runs - 1)
                : ll_ok();
 }
 
-/* The scenario of one run: what POST /sessions takes, to look at it live. */
+/* The scenario of one run, as POST /sessions takes it, to view it live. */
 void ll_get_experiment_run(void *context, const ll_http_request *request, ll_http_response *response)
 {
     ll_experiment_record record;
@@ -307,7 +308,7 @@ static void put(void *file, const char *text, size_t length)
     fwrite(text, 1, length, file);
 }
 
-/* Nothing of it is kept: the run is run again. */
+/* The run is repeated, since no trace is stored. */
 void ll_get_experiment_trace(void *context, const ll_http_request *request, ll_http_response *response)
 {
     ll_experiment_record record;
@@ -322,7 +323,7 @@ void ll_get_experiment_trace(void *context, const ll_http_request *request, ll_h
     } else {
         answer.tag = ll_hash_u64(
             ll_hash(ll_hash(3, record.id, strlen(record.id)), ll_version, strlen(ll_version)), (uint64_t)run);
-        answer.final = true; /* a run is a function of the experiment and its number */
+        answer.final = true; /* a run depends only on the experiment and its number */
         ll_interrupt interrupt = ll_task_interrupt(request->task);
         if (!ll_answer_known(request, response, &answer)) {
             status = check_size(context, e, run);
@@ -342,7 +343,7 @@ static void media_type(const ll_format *format, char type[80])
     snprintf(type, 80, "%.*s", (int)strcspn(format->type, ";"), format->type);
 }
 
-/* By the query's `format`, else by Accept. NULL when it was refused. */
+/* Chosen by the query's `format`, else by Accept. NULL: refused. */
 static const ll_format *choose_format(const ll_http_request *request, ll_http_response *response)
 {
     const char *name = ll_http_query(request, "format");
@@ -361,26 +362,26 @@ static const ll_format *choose_format(const ll_http_request *request, ll_http_re
     ll_status error =
         name ? ll_field_error(LL_BAD_INPUT, "format",
                               "format: must be one of csv, ndjson, json, parquet, sqlite; got `%.40s`.", name)
-             : ll_error(LL_BAD_INPUT, "Results are text/csv, application/x-ndjson, application/json, "
+             : ll_error(LL_BAD_INPUT, "Accept: must allow text/csv, application/x-ndjson, application/json, "
                                       "application/vnd.apache.parquet or application/vnd.sqlite3.");
     ll_http_problem_as(response, request, name ? 400 : 406, &error);
     return NULL;
 }
 
-/* Rows of the store, asking now and then whether they are still wanted. */
-typedef struct asked_rows {
+/* Rows of the store; checks from time to time whether the task may continue. */
+typedef struct yielding_rows {
     ll_stored_rows rows;
     ll_task *task;
     int64_t given;
-} asked_rows;
+} yielding_rows;
 
 enum { ASK_EVERY = 64 };
 
 static bool next_row(void *context, ll_row *row, ll_status *status)
 {
-    asked_rows *a = context;
-    if (a->given++ % ASK_EVERY == 0 && !ll_task_go_on(a->task)) {
-        *status = ll_error(LL_INTERRUPTED, "%lld rows were written", (long long)a->given - 1);
+    yielding_rows *a = context;
+    if (a->given++ % ASK_EVERY == 0 && !ll_task_yield(a->task)) {
+        *status = ll_error(LL_INTERRUPTED, "interrupted after %lld rows", (long long)a->given - 1);
         return false;
     }
     return ll_stored_rows_next(&a->rows, row, status);
@@ -396,13 +397,13 @@ static ll_status query_flag(const ll_http_request *request, const char *name, bo
                : ll_field_error(LL_BAD_INPUT, name, "%s: must be true or false; got `%.40s`.", name, text);
 }
 
-/* What the query asks for: runs, points, or points against one of them. */
-typedef struct wish {
+/* What the query selects: runs, points, or points compared with one of them. */
+typedef struct results_query {
     bool points, sensitivity;
-    int64_t compare; /* a point; -1: with none */
-} wish;
+    int64_t compare; /* a point; -1: none */
+} results_query;
 
-static ll_status read_wish(const ll_http_request *request, const ll_experiment *e, wish *w)
+static ll_status read_results_query(const ll_http_request *request, const ll_experiment *e, results_query *w)
 {
     const char *compare = ll_http_query(request, "compare");
     w->compare = -1;
@@ -415,7 +416,7 @@ static ll_status read_wish(const ll_http_request *request, const ll_experiment *
 }
 
 static ll_status make_table(ll_api *api, const ll_experiment_record *record, const ll_experiment *e,
-                            const wish *w, asked_rows *rows, ll_result_table **table)
+                            const results_query *w, yielding_rows *rows, ll_result_table **table)
 {
     ll_row *baseline = NULL;
     int64_t count = 0;
@@ -434,9 +435,10 @@ static ll_status make_table(ll_api *api, const ll_experiment_record *record, con
 }
 
 static ll_status write_table(ll_api *api, ll_task *task, const ll_experiment_record *record,
-                             const ll_experiment *e, const wish *w, const ll_format *format, FILE *file)
+                             const ll_experiment *e, const results_query *w, const ll_format *format,
+                             FILE *file)
 {
-    asked_rows a = {.task = task};
+    yielding_rows a = {.task = task};
     ll_result_table *table = NULL;
     ll_status status = ll_stored_rows_open(&a.rows, ll_experiments_store(api->experiments), record->id);
     if (!ll_failed(&status))
@@ -453,11 +455,11 @@ void ll_get_experiment_results(void *context, const ll_http_request *request, ll
     ll_api *api = context;
     ll_experiment_record record;
     ll_experiment *e = NULL;
-    wish w;
+    results_query w;
     if (!find(api, request, response, &record, &e))
         return;
     const ll_format *format = choose_format(request, response);
-    ll_status status = format ? read_wish(request, e, &w) : ll_ok();
+    ll_status status = format ? read_results_query(request, e, &w) : ll_ok();
     if (ll_failed(&status)) {
         ll_api_problem(response, request, &status);
     } else if (format) {
@@ -479,7 +481,7 @@ void ll_get_experiment_report(void *context, const ll_http_request *request, ll_
     ll_api *api = context;
     ll_experiment_record record;
     ll_experiment *e = NULL;
-    asked_rows a = {.task = request->task};
+    yielding_rows a = {.task = request->task};
     if (!find(api, request, response, &record, &e))
         return;
     ll_answer answer = answer_of(api, &record, "text/html; charset=utf-8", 4);

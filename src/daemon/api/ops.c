@@ -1,5 +1,4 @@
-/* For who runs the daemon: is it alive, will it take work, what does it do. Neither names nor counts single
- * sessions. */
+/* For operations: liveness, readiness, metrics. None of them names or lists single sessions. */
 #include <stdio.h>
 
 #include "base/version.h"
@@ -15,7 +14,7 @@ void ll_get_healthz(void *context, const ll_http_request *request, ll_http_respo
     ll_http_set_header(response, "Cache-Control", "no-store");
 }
 
-/* Nobody waits as long for a turn, however many there are, unless something does not give it back. */
+/* Longer than any task waits for its turn under load: another one does not return its turn. */
 #define STUCK_S 5.0
 
 static ll_status find_stuck(ll_api *api)
@@ -24,10 +23,9 @@ static ll_status find_stuck(ll_api *api)
     double control_s = web_server ? ll_web_server_get_stats(web_server).control_s : 0;
     double work_s = ll_tasks_get_stats(api->tasks).longest_s;
     if (control_s > STUCK_S)
-        return ll_error(LL_UNAVAILABLE, "A request that is short has not been answered for %.0f s.",
-                        control_s);
+        return ll_error(LL_UNAVAILABLE, "A short request is unanswered after %.0f s.", control_s);
     if (work_s > STUCK_S)
-        return ll_error(LL_UNAVAILABLE, "A request that takes long has waited %.0f s for its turn.", work_s);
+        return ll_error(LL_UNAVAILABLE, "A long request has waited %.0f s for its turn.", work_s);
     return ll_ok();
 }
 
@@ -75,31 +73,31 @@ static void labelled(ll_http_response *r, const char *name, const char *label, c
 
 static void write_sessions(ll_http_response *r, const ll_host_stats *s)
 {
-    gauge(r, "sessions", (double)s->sessions, "Sessions in all.");
-    family(r, "sessions_by_status", "gauge",
-           "Sessions by status; unloaded ones are on disk only since the start.");
+    gauge(r, "sessions", (double)s->sessions, "Sessions, in total.");
+    family(r, "sessions_by_status", "gauge", "Sessions by status; unloaded: only on disk since the start.");
     labelled(r, "sessions_by_status", "status", "playing", (uint64_t)s->playing);
     labelled(r, "sessions_by_status", "status", "paused", (uint64_t)s->paused);
     labelled(r, "sessions_by_status", "status", "ended", (uint64_t)s->ended);
     labelled(r, "sessions_by_status", "status", "failed", (uint64_t)s->failed);
     labelled(r, "sessions_by_status", "status", "unloaded", (uint64_t)s->unloaded);
-    gauge(r, "sessions_parked", (double)s->parked, "Sessions that nobody looks at.");
-    gauge(r, "sessions_memory_bytes", (double)s->memory,
-          "Memory that the sessions in memory may come to hold.");
+    gauge(r, "sessions_parked", (double)s->parked, "Parked sessions.");
+    gauge(r, "sessions_memory_bytes", (double)s->memory, "Memory reserved by sessions in memory.");
     gauge(r, "log_bytes", (double)s->log_bytes, "Bytes of the logs of all sessions.");
-    gauge(r, "sessions_memory_max_bytes", (double)s->memory_max, "Most that they may; more are refused.");
-    counter(r, "sessions_created_total", s->created, "Sessions made, forks included.");
+    gauge(r, "sessions_memory_max_bytes", (double)s->memory_max,
+          "Maximum of that memory; sessions beyond it are refused.");
+    counter(r, "sessions_created_total", s->created, "Sessions created, forks included.");
     counter(r, "sessions_deleted_total", s->deleted, "Sessions deleted, expired ones included.");
-    counter(r, "sessions_expired_total", s->expired, "Sessions deleted because nobody asked for them.");
+    counter(r, "sessions_expired_total", s->expired,
+            "Sessions deleted after session_ttl_s without a request.");
     counter(r, "ticks_total", s->ticks, "Ticks of virtual time simulated for sessions.");
-    counter(r, "frames_published_total", s->frames, "Frames made, each for all viewers of its session.");
-    counter(r, "commands_total", s->commands, "Commands taken by REST.");
-    counter(r, "inputs_total", s->inputs, "Inputs taken from streams.");
+    counter(r, "frames_published_total", s->frames, "Frames published, each for all viewers of its session.");
+    counter(r, "commands_total", s->commands, "Commands accepted by REST.");
+    counter(r, "inputs_total", s->inputs, "Inputs accepted from streams.");
 }
 
 static void write_refused(ll_http_response *r, const ll_host_stats *s, const ll_web_server_stats *d)
 {
-    family(r, "refused_total", "counter", "What was refused, by the limit that did.");
+    family(r, "refused_total", "counter", "Refusals, by limit.");
     labelled(r, "refused_total", "limit", "sessions", s->refused_sessions);
     labelled(r, "refused_total", "limit", "new_sessions_per_min", s->refused_creations);
     labelled(r, "refused_total", "limit", "code_lookups_per_min", s->refused_lookups);
@@ -120,43 +118,42 @@ static void write_web_server(ll_http_response *r, const ll_web_server_stats *d)
 {
     gauge(r, "connections", (double)d->connections, "Open connections of every kind.");
     counter(r, "connections_total", d->accepted, "Connections accepted.");
-    gauge(r, "answer_bytes", (double)d->answer_bytes, "Bytes of large answers that are being sent.");
-    counter(r, "bridged_total", d->bridged, "Streams begun on a kept connection.");
+    gauge(r, "answer_bytes", (double)d->answer_bytes, "Bytes of large answers being sent.");
+    counter(r, "bridged_total", d->bridged, "Streams opened on a kept connection.");
     gauge(r, "viewers", (double)d->ws.viewers, "Viewers of streams.");
     counter(r, "viewers_total", d->ws.opened, "Viewers since the start.");
-    gauge(r, "streams", (double)d->ws.streams, "Streams that can be viewed.");
+    gauge(r, "streams", (double)d->ws.streams, "Open streams.");
     counter(r, "frames_sent_total", d->ws.frames, "Frames sent to viewers.");
     counter(r, "frame_bytes_total", d->ws.bytes, "Bytes of frames sent to viewers.");
-    counter(r, "frames_skipped_total", d->ws.skipped, "Frames that a viewer was not ready for.");
-    counter(r, "frames_dropped_total", d->ws.dropped, "Frames that a stream thread was too late for.");
+    counter(r, "frames_skipped_total", d->ws.skipped, "Frames skipped because the viewer was not ready.");
+    counter(r, "frames_dropped_total", d->ws.dropped, "Frames dropped because a stream thread was late.");
     counter(r, "messages_received_total", d->ws.messages, "Messages of viewers, acknowledgements included.");
 }
 
 static void write_tasks(ll_http_response *r, ll_api *api, const ll_web_server_stats *d)
 {
     ll_tasks_stats t = ll_tasks_get_stats(api->tasks);
-    gauge(r, "control_requests", (double)d->control, "Short requests that wait or are in hand.");
-    gauge(r, "control_longest_seconds", d->control_s, "How long the oldest of them has been there.");
-    gauge(r, "tasks_running", (double)t.running,
-          "Requests that take long, and sessions that wake: worked on now.");
-    gauge(r, "tasks_waiting", (double)t.waiting, "Of those, that wait for their turn.");
-    gauge(r, "tasks_longest_wait_seconds", t.longest_s, "How long one of them has waited for its turn.");
-    counter(r, "tasks_total", t.done, "Tasks that came to an end.");
+    gauge(r, "control_requests", (double)d->control, "Short requests, waiting or running.");
+    gauge(r, "control_longest_seconds", d->control_s, "Age of the oldest short request.");
+    gauge(r, "tasks_running", (double)t.running, "Long requests and waking sessions that run now.");
+    gauge(r, "tasks_waiting", (double)t.waiting, "Tasks that wait for their turn.");
+    gauge(r, "tasks_longest_wait_seconds", t.longest_s, "Longest present wait of a task for its turn.");
+    counter(r, "tasks_total", t.done, "Tasks finished or stopped.");
     counter(r, "tasks_ended_total", t.ended,
-            "Of those, ended before they were done: by budget, client, daemon or whoever ordered them.");
-    counter(r, "tasks_refused_total", t.refused, "Tasks refused because too many waited.");
+            "Tasks stopped before they were done: by budget, client, daemon or a cancellation.");
+    counter(r, "tasks_refused_total", t.refused, "Tasks refused because too many were waiting.");
 }
 
 static void write_requests(ll_http_response *r, ll_api *api)
 {
     static const char *const class[] = {"other", "1xx", "2xx", "3xx", "4xx", "5xx"};
-    family(r, "http_requests_total", "counter", "Requests answered, by class of status.");
+    family(r, "http_requests_total", "counter", "Answered requests, by class of status.");
     for (int i = 1; i < 6; i++)
         labelled(r, "http_requests_total", "class", class[i], atomic_load(&api->answers[i]));
     uint64_t us = 0;
     for (int i = 0; i < 6; i++)
         us += atomic_load(&api->duration_us[i]);
-    family(r, "http_request_seconds_total", "counter", "Time spent on requests, summed.");
+    family(r, "http_request_seconds_total", "counter", "Total time of requests.");
     ll_http_printf(r, "laglab_http_request_seconds_total %.6f\n", (double)us * 1e-6);
 }
 
@@ -171,7 +168,7 @@ void ll_get_prometheus(void *context, const ll_http_request *request, ll_http_re
     ll_host_stats s = ll_host_get_stats(api->host);
     ll_store_stats store = ll_store_get_stats(api->store);
     snprintf(response->type, sizeof response->type, "text/plain; version=0.0.4; charset=utf-8");
-    family(response, "build_info", "gauge", "The version that runs.");
+    family(response, "build_info", "gauge", "Version of the daemon.");
     labelled(response, "build_info", "version", ll_version, 1);
     gauge(response, "uptime_seconds", (double)(ll_host_now() - api->started) / 1e9, "Time since the start.");
     write_sessions(response, &s);
@@ -179,9 +176,8 @@ void ll_get_prometheus(void *context, const ll_http_request *request, ll_http_re
     write_requests(response, api);
     write_tasks(response, api, &d);
     write_refused(response, &s, &d);
-    gauge(response, "store_queue", (double)store.queued, "Records that wait to be stored.");
+    gauge(response, "store_queue", (double)store.queued, "Records waiting to be stored.");
     counter(response, "store_commits_total", (uint64_t)store.commits, "Commits of the database.");
-    counter(response, "store_failures_total", (uint64_t)store.failures,
-            "Commits that failed and are tried again.");
-    gauge(response, "store_failing", ll_store_failing(api->store, NULL), "1 while nothing can be stored.");
+    counter(response, "store_failures_total", (uint64_t)store.failures, "Failed commits, which are retried.");
+    gauge(response, "store_failing", ll_store_failing(api->store, NULL), "1 while the store fails.");
 }

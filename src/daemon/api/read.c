@@ -10,25 +10,25 @@
 #include "daemon/http/http_problem.h"
 #include "daemon/support/tasks.h"
 
-enum { TRACE_ROWS = 100000 }; /* of one answer: what is made is held in memory */
+enum { TRACE_ROWS = 100000 }; /* rows of one answer, which is held in memory */
 
-enum { LIGHT_BYTES = 6 << 20 }; /* of a session that is told within a millisecond or so */
+enum { LIGHT_BYTES = 6 << 20 }; /* a session of this size is read within about a millisecond */
 
-/* `fill` writes the answer with the session locked, or makes a copy and says what is still to be done with
- * it. */
+/* `fill` writes the answer while the session is locked, or makes a copy and sets how to finish from it. */
 typedef struct reader {
-    ll_session *copy; /* NULL: the answer is there */
+    ll_session *copy; /* NULL: the answer is complete */
     int64_t from, to, reserved;
 } reader;
 typedef ll_status fill(ll_session *session, const ll_http_request *request, ll_http_response *response,
                        reader *r);
-typedef ll_status finish(reader *r, ll_task *task, ll_http_response *response); /* of the copy; not locked */
+typedef ll_status finish(reader *r, ll_task *task,
+                         ll_http_response *response); /* reads the copy; the session is not locked */
 
 static finish finish_trace;
 static const char trace_type[] = "text/csv; charset=utf-8";
 
-static ll_status look(ll_session_entry *session_entry, const ll_http_request *request,
-                      ll_http_response *response, fill *write, reader *r)
+static ll_status describe_advice(ll_session_entry *session_entry, const ll_http_request *request,
+                                 ll_http_response *response, fill *write, reader *r)
 {
     ll_session *session;
     ll_status status = ll_session_entry_enter(session_entry, request->task, &session, NULL);
@@ -49,16 +49,16 @@ static void reading(ll_api *api, const ll_http_request *request, ll_http_respons
     ll_session_entry *session_entry = ll_api_session(api, request, response);
     if (!session_entry)
         return;
-    ll_status status = look(session_entry, request, response, write, &r);
+    ll_status status = describe_advice(session_entry, request, response, write, &r);
     if (r.copy && request->head) {
         ll_http_no_body(response, end == finish_trace ? trace_type : "application/json");
         ll_session_destroy(r.copy);
     } else if (r.copy) {
         r.reserved = (int64_t)ll_session_get_info(r.copy).awake_bytes;
-        status = ll_host_reserve(api->host, r.reserved);
+        status = ll_host_reserve_memory(api->host, r.reserved);
         if (!ll_failed(&status)) {
             status = end(&r, request->task, response);
-            ll_host_give_back(api->host, r.reserved);
+            ll_host_release_memory(api->host, r.reserved);
         }
         ll_session_destroy(r.copy);
     }
@@ -69,7 +69,7 @@ static void reading(ll_api *api, const ll_http_request *request, ll_http_respons
     ll_session_entry_release(session_entry);
 }
 
-/* A number of the query in [low, high]; absent: stays as it is. */
+/* A number of the query in [low, high]; unchanged if absent. */
 static ll_status query_number(const ll_http_request *request, const char *name, double low, double high,
                               double *value)
 {
@@ -99,7 +99,7 @@ static ll_status fill_state(ll_session *session, const ll_http_request *request,
         return status;
     if (tick >= 0 && (int64_t)tick != info.tick) {
         if (!request->task)
-            return ll_error(LL_INTERRUPTED, "another tick is work");
+            return ll_error(LL_INTERRUPTED, "another tick needs a task");
         r->to = (int64_t)tick;
         return ll_session_copy(session, r->to, &r->copy);
     }
@@ -146,8 +146,8 @@ static ll_status fill_trace(ll_session *session, const ll_http_request *request,
     if (!ll_failed(&status))
         status = query_number(request, "to_s", 0, 1e9, &to_s);
     if (!ll_failed(&status) && from_s > to_s)
-        status =
-            ll_field_error(LL_BAD_INPUT, "from_s", "from_s (%g) must not be beyond to_s (%g).", from_s, to_s);
+        status = ll_field_error(LL_BAD_INPUT, "from_s", "from_s: must be at most to_s; got %g and %g", from_s,
+                                to_s);
     if (ll_failed(&status))
         return status;
     int64_t from = ll_tick_at((ll_time)(fmin(from_s, log_end_s) * 1e9 + 0.5), info.tick_freq);
@@ -155,8 +155,7 @@ static ll_status fill_trace(ll_session *session, const ll_http_request *request,
     if (to > info.head_tick)
         to = info.head_tick;
     if (to - from >= TRACE_ROWS)
-        return ll_field_error(LL_BAD_INPUT, "to_s",
-                              "from_s to %g holds %lld ticks; an answer has at most %d.", to_s,
+        return ll_field_error(LL_BAD_INPUT, "to_s", "from_s to %g has %lld ticks; must be at most %d", to_s,
                               (long long)(to - from + 1), TRACE_ROWS);
     r->from = from;
     r->to = to;

@@ -1,4 +1,4 @@
-/* The library of scenarios, the schema, and the documents of this API. */
+/* The scenario library, the schema, and the documents of this API. */
 #include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -43,7 +43,7 @@ void ll_get_scenario(void *context, const ll_http_request *request, ll_http_resp
     cJSON *json = NULL;
     ll_status status = ll_scenario_load(api->scenarios, request->parameter[0], &json);
     if (ll_failed(&status)) {
-        if (status.code == LL_BAD_INPUT) /* an id with other letters names nothing */
+        if (status.code == LL_BAD_INPUT) /* an id with other characters cannot exist */
             status.code = LL_NOT_FOUND;
         ll_http_problem(response, request, &status);
         return;

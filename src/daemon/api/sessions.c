@@ -1,4 +1,4 @@
-/* Sessions as such: making, looking, forking, deleting. */
+/* Sessions: creating, describing, forking, deleting. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -13,9 +13,9 @@
 #include "session/scenario.h"
 #include "session/workload.h"
 
-/* ---- the order: the body of POST /sessions ---- */
+/* ---- request body of POST /sessions ---- */
 
-/* Sets paths of a scenario before a session is made of it; here rows that are not live can be set too. */
+/* Sets parameters of a scenario by path, before the session is created: also those that are not live. */
 static ll_status set_paths(cJSON **scenario, const cJSON *set)
 {
     if (!cJSON_IsObject(set))
@@ -31,7 +31,7 @@ static ll_status set_paths(cJSON **scenario, const cJSON *set)
         cJSON_Delete(*scenario);
         *scenario = ll_param_write(parsed.kind->table, parsed.config);
         if (!*scenario)
-            status = ll_error(LL_NO_MEMORY, "There is no memory for the scenario.");
+            status = ll_error(LL_NO_MEMORY, "out of memory: scenario");
     }
     ll_scenario_free(&parsed);
     return status;
@@ -46,11 +46,11 @@ static ll_status read_scenario(const ll_api *api, const cJSON *body, cJSON **sce
         status = ll_scenario_load(api->scenarios, given->valuestring, scenario);
         if (status.code == LL_NOT_FOUND || status.code == LL_BAD_INPUT)
             status = ll_field_error(LL_BAD_INPUT, "scenario",
-                                    "There is no scenario `%.60s`; GET /api/v1/scenarios lists them.",
+                                    "Scenario `%.60s` not found; GET /api/v1/scenarios lists all.",
                                     given->valuestring);
     } else if (cJSON_IsObject(given)) {
         *scenario = cJSON_Duplicate(given, true);
-        status = *scenario ? ll_ok() : ll_error(LL_NO_MEMORY, "There is no memory for the scenario.");
+        status = *scenario ? ll_ok() : ll_error(LL_NO_MEMORY, "out of memory: scenario");
     } else {
         status = ll_field_error(LL_BAD_INPUT, "scenario",
                                 "scenario: must be an id (text) or a scenario (object).");
@@ -60,7 +60,7 @@ static ll_status read_scenario(const ll_api *api, const cJSON *body, cJSON **sce
     return status;
 }
 
-static ll_status read_options(const cJSON *body, ll_create_request *order)
+static ll_status read_options(const cJSON *body, ll_create_request *create)
 {
     const cJSON *seed = cJSON_GetObjectItemCaseSensitive(body, "seed");
     const cJSON *paused = cJSON_GetObjectItemCaseSensitive(body, "paused");
@@ -70,38 +70,38 @@ static ll_status read_options(const cJSON *body, ll_create_request *order)
         if (!(value >= 0 && value <= 9007199254740991.0 && value == floor(value)))
             return ll_field_error(LL_BAD_INPUT, "seed",
                                   "seed: must be a whole number from 0 to 9007199254740991.");
-        order->seed = (int64_t)value;
+        create->seed = (int64_t)value;
     }
     if (paused && !cJSON_IsBool(paused))
         return ll_field_error(LL_BAD_INPUT, "paused", "paused: must be true or false.");
     if (paused)
-        order->paused = cJSON_IsTrue(paused);
+        create->paused = cJSON_IsTrue(paused);
     if (speed) {
         if (!cJSON_IsNumber(speed) || !(speed->valuedouble >= 0.1 && speed->valuedouble <= 10))
             return ll_field_error(LL_BAD_INPUT, "speed", "speed: must be a number from 0.1 to 10.");
-        order->speed = speed->valuedouble;
+        create->speed = speed->valuedouble;
     }
     return ll_ok();
 }
 
-/* ---- the answer: 201 ---- */
+/* ---- answer 201 ---- */
 
-static cJSON *describe_made(const ll_host_made *made)
+static cJSON *describe_created(const ll_created_session *created)
 {
     cJSON *json = cJSON_CreateObject();
-    cJSON_AddStringToObject(json, "id", ll_session_entry_id(made->session_entry));
-    cJSON_AddStringToObject(json, "code", ll_session_entry_code(made->session_entry));
-    cJSON_AddStringToObject(json, "owner_key", made->owner_key);
+    cJSON_AddStringToObject(json, "id", ll_session_entry_id(created->session_entry));
+    cJSON_AddStringToObject(json, "code", ll_session_entry_code(created->session_entry));
+    cJSON_AddStringToObject(json, "owner_key", created->owner_key);
     cJSON *keys = cJSON_AddArrayToObject(json, "player_keys");
-    for (int i = 0; i < made->players; i++)
-        cJSON_AddItemToArray(keys, cJSON_CreateString(made->player_keys[i]));
-    cJSON_AddStringToObject(json, "status", ll_session_status_names[made->status]);
-    cJSON_AddNumberToObject(json, "tick", (double)made->tick);
-    ll_api_links(json, ll_session_entry_id(made->session_entry));
+    for (int i = 0; i < created->players; i++)
+        cJSON_AddItemToArray(keys, cJSON_CreateString(created->player_keys[i]));
+    cJSON_AddStringToObject(json, "status", ll_session_status_names[created->status]);
+    cJSON_AddNumberToObject(json, "tick", (double)created->tick);
+    ll_api_links(json, ll_session_entry_id(created->session_entry));
     return json;
 }
 
-static void answer_made(ll_http_response *response, const char *text)
+static void answer_created(ll_http_response *response, const char *text)
 {
     ll_http_text(response, 201, "application/json", text);
     cJSON *json = cJSON_Parse(text);
@@ -113,8 +113,8 @@ static void answer_made(ll_http_response *response, const char *text)
     cJSON_Delete(json);
 }
 
-static char *make(ll_api *api, const ll_http_request *request, ll_http_response *response,
-                  const ll_create_request *order)
+static char *create_session(ll_api *api, const ll_http_request *request, ll_http_response *response,
+                            const ll_create_request *create)
 {
     if (atomic_load(&api->phase) == LL_API_DRAINING) {
         ll_status stopping = ll_error(LL_LIMIT, "The daemon is stopping.");
@@ -123,46 +123,46 @@ static char *make(ll_api *api, const ll_http_request *request, ll_http_response 
     }
     if (!ll_api_started(api, request, response))
         return NULL;
-    ll_host_made made;
-    ll_status status = ll_host_make(api->host, order, &made);
+    ll_created_session created;
+    ll_status status = ll_host_create_session(api->host, create, &created);
     if (ll_failed(&status)) {
-        if (made.full) /* the daemon's state; too many by one client is that one's rate */
+        if (created.full) /* the limit of the daemon; that of the client is a rate limit */
             ll_http_problem_later(response, request, 503, 60, &status);
         else
             ll_api_problem(response, request, &status);
         return NULL;
     }
-    cJSON *json = describe_made(&made);
+    cJSON *json = describe_created(&created);
     char *text = cJSON_PrintUnformatted(json);
     cJSON_Delete(json);
-    ll_session_entry_release(made.session_entry);
+    ll_session_entry_release(created.session_entry);
     if (text)
-        answer_made(response, text);
+        answer_created(response, text);
     return text;
 }
 
-static char *make_new(ll_api *api, const ll_http_request *request, ll_http_response *response)
+static char *create_new(ll_api *api, const ll_http_request *request, ll_http_response *response)
 {
     static const char *const names[] = {"scenario", "set", "seed", "workload", "paused", "speed", NULL};
     cJSON *body = ll_api_body(request, response), *scenario = NULL;
     if (!body)
         return NULL;
     ll_workload *workload = NULL;
-    ll_create_request order = {.seed = -1, .peer = request->peer, .task = request->task};
+    ll_create_request create = {.seed = -1, .peer = request->peer, .task = request->task};
     ll_status status = ll_api_only(body, names);
     if (!ll_failed(&status))
-        status = read_options(body, &order);
+        status = read_options(body, &create);
     if (!ll_failed(&status))
         status = read_scenario(api, body, &scenario);
     if (!ll_failed(&status) && cJSON_HasObjectItem(body, "workload"))
         status = ll_workload_parse(cJSON_GetObjectItemCaseSensitive(body, "workload"), &workload);
-    order.scenario = scenario;
-    order.workload = workload;
+    create.scenario = scenario;
+    create.workload = workload;
     char *text = NULL;
     if (ll_failed(&status))
         ll_api_problem(response, request, &status);
     else
-        text = make(api, request, response, &order);
+        text = create_session(api, request, response, &create);
     ll_workload_free(workload);
     cJSON_Delete(scenario);
     cJSON_Delete(body);
@@ -176,7 +176,7 @@ void ll_post_sessions(void *context, const ll_http_request *request, ll_http_res
         return;
     const char *key = ll_http_header(request, "Idempotency-Key");
     if (!key || !*key) {
-        free(make_new(api, request, response));
+        free(create_new(api, request, response));
         return;
     }
     uint64_t name = 0;
@@ -185,20 +185,19 @@ void ll_post_sessions(void *context, const ll_http_request *request, ll_http_res
     switch (ll_api_idempotency_begin(api->idempotency, request->peer, key, request->body, request->body_size,
                                      &name, &text)) {
     case LL_REPEAT_FIRST:
-        text = make_new(api, request, response);
+        text = create_new(api, request, response);
         ll_api_idempotency_end(api->idempotency, name, text);
         break;
     case LL_REPEAT_SAME:
-        answer_made(response, text ? text : "{}");
+        answer_created(response, text ? text : "{}");
         break;
     case LL_REPEAT_BUSY:
         error = ll_field_error(LL_CONFLICT, "Idempotency-Key",
-                               "The first request with this Idempotency-Key is still being answered.");
+                               "First request with this Idempotency-Key still in progress.");
         ll_http_problem(response, request, &error);
         break;
     case LL_REPEAT_OTHER:
-        error = ll_field_error(LL_CONFLICT, "Idempotency-Key",
-                               "This Idempotency-Key was used with another body.");
+        error = ll_field_error(LL_CONFLICT, "Idempotency-Key", "Idempotency-Key was used with another body.");
         ll_http_problem_as(response, request, 422, &error);
         break;
     }
@@ -218,15 +217,15 @@ void ll_post_fork(void *context, const ll_http_request *request, ll_http_respons
     }
     cJSON *body = request->body_size > 0 ? ll_api_body(request, response) : cJSON_CreateObject();
     if (body) {
-        ll_create_request order = {
+        ll_create_request create = {
             .origin = origin, .seed = -1, .paused = true, .peer = request->peer, .task = request->task};
         ll_status status = ll_api_only(body, names);
         if (!ll_failed(&status))
-            status = read_options(body, &order);
+            status = read_options(body, &create);
         if (ll_failed(&status))
             ll_api_problem(response, request, &status);
         else
-            free(make(api, request, response, &order));
+            free(create_session(api, request, response, &create));
         cJSON_Delete(body);
     }
     ll_session_entry_release(origin);
@@ -317,11 +316,11 @@ void ll_get_code(void *context, const ll_http_request *request, ll_http_response
     if (!ll_api_started(api, request, response))
         return;
     if (!ll_host_allows_lookup(api->host, request->peer))
-        status = ll_error(LL_LIMIT, "Too many codes were looked up from this address.");
+        status = ll_error(LL_LIMIT, "Too many codes looked up from this address.");
     ll_session_entry *session_entry =
         ll_failed(&status) ? NULL : ll_host_find_code(api->host, request->parameter[0]);
     if (!session_entry && !ll_failed(&status))
-        status = ll_error(LL_NOT_FOUND, "There is no session with this code.");
+        status = ll_error(LL_NOT_FOUND, "Code not found.");
     if (ll_failed(&status)) {
         ll_api_problem(response, request, &status);
         return;

@@ -1,4 +1,4 @@
-/* The table of routes. The front door answers 404, 405, 413 and 415 from it; api/openapi.yaml describes each
+/* The table of routes. The web server answers 404, 405, 413 and 415 from it; api/openapi.yaml describes each
  * row. */
 #include <stdlib.h>
 #include <string.h>
@@ -12,14 +12,15 @@
 #define PATCH_TYPES "application/merge-patch+json, application/json"
 #define V1 "/api/v1"
 
-enum { BODY = 1 }; /* becomes --max-body-bytes */
+enum { BODY = 1 }; /* placeholder for --max-body-bytes */
 
-/* What computes for long, whatever the request, is work; what may turn out to be long asks for it. */
+/* Handlers that always compute for long are tasks; those that sometimes do request it by
+ * ll_http_become_task. */
 static const ll_http_route table[] = {
     {.method = "GET",
      .pattern = V1 "/scenarios",
      .handler = ll_get_scenarios,
-     .lane = LL_HTTP_WORK,
+     .run_on = LL_HTTP_TASK,
      .query = "brief"},
     {.method = "GET", .pattern = V1 "/scenarios/{id*}", .handler = ll_get_scenario},
     {.method = "GET", .pattern = V1 "/schema", .handler = ll_get_schema, .query = "kind"},
@@ -33,11 +34,11 @@ static const ll_http_route table[] = {
      .handler = ll_post_sessions,
      .body_limit = BODY,
      .types = JSON_TYPE,
-     .lane = LL_HTTP_CONTROL},
+     .run_on = LL_HTTP_POOL},
     {.method = "GET",
      .pattern = V1 "/sessions",
      .handler = ll_get_sessions,
-     .lane = LL_HTTP_WORK,
+     .run_on = LL_HTTP_TASK,
      .query = "after,limit"},
     {.method = "GET", .pattern = V1 "/creation", .handler = ll_get_creation},
     {.method = "PUT",
@@ -45,100 +46,100 @@ static const ll_http_route table[] = {
      .handler = ll_put_creation,
      .body_limit = BODY,
      .types = JSON_TYPE},
-    {.method = "GET", .pattern = V1 "/sessions/{id}", .handler = ll_get_session, .lane = LL_HTTP_CONTROL},
+    {.method = "GET", .pattern = V1 "/sessions/{id}", .handler = ll_get_session, .run_on = LL_HTTP_POOL},
     {.method = "DELETE",
      .pattern = V1 "/sessions/{id}",
      .handler = ll_delete_session,
-     .lane = LL_HTTP_CONTROL},
+     .run_on = LL_HTTP_POOL},
     {.method = "PATCH",
      .pattern = V1 "/sessions/{id}/params",
      .handler = ll_patch_params,
      .body_limit = BODY,
      .types = PATCH_TYPES,
-     .lane = LL_HTTP_CONTROL},
+     .run_on = LL_HTTP_POOL},
     {.method = "POST",
      .pattern = V1 "/sessions/{id}/control",
      .handler = ll_post_control,
      .body_limit = BODY,
      .types = JSON_TYPE,
-     .lane = LL_HTTP_CONTROL},
+     .run_on = LL_HTTP_POOL},
     {.method = "POST",
      .pattern = V1 "/sessions/{id}/input",
      .handler = ll_post_input,
      .body_limit = BODY,
      .types = JSON_TYPE,
-     .lane = LL_HTTP_CONTROL},
+     .run_on = LL_HTTP_POOL},
     {.method = "POST",
      .pattern = V1 "/sessions/{id}/fork",
      .handler = ll_post_fork,
      .body_limit = BODY,
      .types = JSON_TYPE,
-     .lane = LL_HTTP_WORK},
+     .run_on = LL_HTTP_TASK},
     {.method = "GET",
      .pattern = V1 "/sessions/{id}/state",
      .handler = ll_get_state,
-     .lane = LL_HTTP_CONTROL,
+     .run_on = LL_HTTP_POOL,
      .query = "tick"},
     {.method = "GET",
      .pattern = V1 "/sessions/{id}/metrics",
      .handler = ll_get_metrics,
-     .lane = LL_HTTP_CONTROL},
+     .run_on = LL_HTTP_POOL},
     {.method = "GET",
      .pattern = V1 "/sessions/{id}/trace",
      .handler = ll_get_trace,
-     .lane = LL_HTTP_WORK,
+     .run_on = LL_HTTP_TASK,
      .query = "from_s,to_s"},
-    {.method = "GET", .pattern = V1 "/sessions/{id}/log", .handler = ll_get_log, .lane = LL_HTTP_CONTROL},
+    {.method = "GET", .pattern = V1 "/sessions/{id}/log", .handler = ll_get_log, .run_on = LL_HTTP_POOL},
     {.method = "POST",
      .pattern = V1 "/experiments",
      .handler = ll_post_experiments,
      .body_limit = BODY,
      .types = JSON_TYPE,
-     .lane = LL_HTTP_CONTROL,
+     .run_on = LL_HTTP_POOL,
      .query = "dry_run"},
-    {.method = "GET", .pattern = V1 "/experiments", .handler = ll_get_experiments, .lane = LL_HTTP_WORK},
+    {.method = "GET", .pattern = V1 "/experiments", .handler = ll_get_experiments, .run_on = LL_HTTP_TASK},
     {.method = "GET", .pattern = V1 "/experiments/schema", .handler = ll_get_experiment_schema},
     {.method = "GET",
      .pattern = V1 "/experiments/library",
      .handler = ll_get_experiment_library,
-     .lane = LL_HTTP_WORK},
+     .run_on = LL_HTTP_TASK},
     {.method = "GET",
      .pattern = V1 "/experiments/{id}",
      .handler = ll_get_experiment,
-     .lane = LL_HTTP_CONTROL},
+     .run_on = LL_HTTP_POOL},
     {.method = "DELETE",
      .pattern = V1 "/experiments/{id}",
      .handler = ll_delete_experiment,
-     .lane = LL_HTTP_CONTROL},
+     .run_on = LL_HTTP_POOL},
     {.method = "POST",
      .pattern = V1 "/experiments/{id}/control",
      .handler = ll_post_experiment_control,
      .body_limit = BODY,
      .types = JSON_TYPE,
-     .lane = LL_HTTP_CONTROL},
+     .run_on = LL_HTTP_POOL},
     {.method = "GET",
      .pattern = V1 "/experiments/{id}/results",
      .handler = ll_get_experiment_results,
-     .lane = LL_HTTP_WORK,
+     .run_on = LL_HTTP_TASK,
      .query = "format,points,compare,sensitivity"},
     {.method = "GET",
      .pattern = V1 "/experiments/{id}/runs/{run}",
      .handler = ll_get_experiment_run,
-     .lane = LL_HTTP_WORK},
+     .run_on = LL_HTTP_TASK},
     {.method = "GET",
      .pattern = V1 "/experiments/{id}/runs/{run}/trace",
      .handler = ll_get_experiment_trace,
-     .lane = LL_HTTP_WORK},
+     .run_on = LL_HTTP_TASK},
     {.method = "GET",
      .pattern = V1 "/experiments/{id}/report",
      .handler = ll_get_experiment_report,
-     .lane = LL_HTTP_WORK},
+     .run_on = LL_HTTP_TASK},
     {.method = "POST",
      .pattern = V1 "/advise",
      .handler = ll_post_advise,
      .body_limit = BODY,
      .types = JSON_TYPE,
-     .lane = LL_HTTP_CONTROL},
+     .run_on = LL_HTTP_POOL},
     {.method = "GET", .pattern = V1 "/advise/{id}", .handler = ll_get_advice},
     {.method = "DELETE", .pattern = V1 "/advise/{id}", .handler = ll_delete_advice},
     {.method = "GET", .pattern = V1 "/codes/{code}", .handler = ll_get_code},
@@ -165,7 +166,7 @@ ll_status ll_api_init(ll_api *api, ll_host *host, ll_store *store, ll_experiment
     api->idempotency = ll_api_idempotency_new();
     if (!api->routes || !api->idempotency || !api->jobs) {
         ll_api_end(api);
-        return ll_error(LL_NO_MEMORY, "There is no memory for the routes.");
+        return ll_error(LL_NO_MEMORY, "out of memory: routes");
     }
     memcpy(api->routes, table, sizeof table);
     for (int i = 0; i < api->route_count; i++) {
@@ -194,9 +195,10 @@ void ll_api_done(void *context, const ll_http_request *request, const ll_http_ro
     int class = status >= 100 && status < 600 ? status / 100 : 0;
     atomic_fetch_add_explicit(&api->answers[class], 1, memory_order_relaxed);
     atomic_fetch_add_explicit(&api->duration_us[class], (uint64_t)(seconds * 1e6), memory_order_relaxed);
-    if (status < 500 || status == 503) /* 503 is what a full or stopping daemon says; /metrics counts it */
+    if (status < 500 ||
+        status == 503) /* not 503: a full or stopping daemon is no failure, and /metrics counts it */
         return;
-    /* The pattern and not the path: paths hold session ids. */
+    /* The pattern and not the path, since paths contain session ids. */
     ll_log_write("error", "request failed", "%s %s answered %d after %.1f ms, request %s",
                  request ? request->method : "?", route ? route->pattern : "(file)", status, seconds * 1e3,
                  request ? request->id : "?");

@@ -1,4 +1,4 @@
-/* Making of sessions: new ones and forks, with their keys. */
+/* Creation of sessions, new ones and forks, with their keys. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -9,7 +9,7 @@
 #include "session/scenario.h"
 #include "session/workload.h"
 
-enum { LIGHT_BYTES = 2 << 20 }; /* of a state that is made within a millisecond or so */
+enum { LIGHT_BYTES = 2 << 20 }; /* a state of this size is made within about a millisecond */
 
 static int count_players(ll_session *session)
 {
@@ -19,21 +19,21 @@ static int count_players(ll_session *session)
     return players < LL_PLAYERS_MAX ? players : LL_PLAYERS_MAX;
 }
 
-static bool make_keys(ll_session_entry *session_entry, ll_host_made *made)
+static bool make_keys(ll_session_entry *session_entry, ll_created_session *created)
 {
-    made->players = count_players(session_entry->session);
-    if (!ll_new_key(made->owner_key) || !ll_key_hash_make(made->owner_key, &session_entry->keys[0]))
+    created->players = count_players(session_entry->session);
+    if (!ll_new_key(created->owner_key) || !ll_key_hash_make(created->owner_key, &session_entry->keys[0]))
         return false;
-    for (int i = 0; i < made->players; i++) {
-        if (!ll_new_key(made->player_keys[i]) ||
-            !ll_key_hash_make(made->player_keys[i], &session_entry->keys[1 + i]))
+    for (int i = 0; i < created->players; i++) {
+        if (!ll_new_key(created->player_keys[i]) ||
+            !ll_key_hash_make(created->player_keys[i], &session_entry->keys[1 + i]))
             return false;
     }
-    session_entry->key_count = 1 + made->players;
+    session_entry->key_count = 1 + created->players;
     return true;
 }
 
-static ll_status fork_of(ll_session_entry *origin, ll_task *task, ll_session_entry *session_entry)
+static ll_status create_fork(ll_session_entry *origin, ll_task *task, ll_session_entry *session_entry)
 {
     ll_session *session;
     ll_status status = ll_session_entry_enter(origin, task, &session, NULL);
@@ -55,24 +55,24 @@ static ll_status control(ll_session_entry *session_entry, const char *op, const 
     return status;
 }
 
-static ll_status make_session(ll_session_entry *session_entry, const ll_create_request *order,
-                              ll_scenario *scenario, ll_host_made *made)
+static ll_status make_session(ll_session_entry *session_entry, const ll_create_request *request,
+                              ll_scenario *scenario, ll_created_session *created)
 {
-    ll_status status = order->origin ? fork_of(order->origin, order->task, session_entry)
-                                     : ll_session_open(scenario, ll_session_entry_on_line, session_entry,
-                                                       &session_entry->session);
+    ll_status status = request->origin ? create_fork(request->origin, request->task, session_entry)
+                                       : ll_session_open(scenario, ll_session_entry_on_line, session_entry,
+                                                         &session_entry->session);
     if (ll_failed(&status))
         return status;
-    if (order->workload)
-        status = ll_session_load(session_entry->session, order->workload);
+    if (request->workload)
+        status = ll_session_load(session_entry->session, request->workload);
     if (ll_failed(&status))
         return status;
     session_entry->wall = ll_host_now();
-    if (!make_keys(session_entry, made))
-        return ll_error(LL_NO_MEMORY, "The system gives no random numbers for keys.");
-    if (order->speed > 0 && order->speed != ll_session_get_info(session_entry->session).speed)
-        status = control(session_entry, "speed", "speed", order->speed);
-    if (!ll_failed(&status) && !order->paused)
+    if (!make_keys(session_entry, created))
+        return ll_error(LL_NO_MEMORY, "Random numbers for keys not available.");
+    if (request->speed > 0 && request->speed != ll_session_get_info(session_entry->session).speed)
+        status = control(session_entry, "speed", "speed", request->speed);
+    if (!ll_failed(&status) && !request->paused)
         status = control(session_entry, "play", NULL, 0);
     return status;
 }
@@ -85,44 +85,45 @@ bool ll_host_allows_creation(ll_host *host, const char *peer)
     return false;
 }
 
-static ll_status allowed(ll_host *host, const ll_create_request *order)
+static ll_status check_limits(ll_host *host, const ll_create_request *request)
 {
-    ll_status status = ll_host_storable(host);
+    ll_status status = ll_host_check_store(host);
     if (ll_failed(&status))
         return status;
-    return ll_quota_make(host, order->peer, order->origin ? atomic_load(&order->origin->log_bytes) : 0);
+    return ll_quota_check_session(host, request->peer,
+                                  request->origin ? atomic_load(&request->origin->log_bytes) : 0);
 }
 
-/* Reads the scenario of a new session. To make a large one is work. */
-static ll_status read_scenario(const ll_host *host, const ll_create_request *order, ll_scenario *scenario)
+/* Parses the scenario of a new session. Without a task, a large one is refused, since making its state takes
+ * long. */
+static ll_status read_scenario(const ll_host *host, const ll_create_request *request, ll_scenario *scenario)
 {
-    if (order->origin)
+    if (request->origin)
         return ll_ok();
-    ll_status status = ll_scenario_parse(order->scenario, scenario);
+    ll_status status = ll_scenario_parse(request->scenario, scenario);
     if (ll_failed(&status))
         return status;
-    if (order->seed >= 0)
-        ((ll_scenario_head *)scenario->config)->seed = order->seed;
-    status = ll_quota_state(&host->config, scenario);
+    if (request->seed >= 0)
+        ((ll_scenario_head *)scenario->config)->seed = request->seed;
+    status = ll_quota_check_state(&host->config, scenario);
     if (ll_failed(&status)) {
         ll_scenario_free(scenario);
         return status;
     }
-    if (order->task || scenario->kind->size(scenario->config) <= LIGHT_BYTES)
+    if (request->task || scenario->kind->size(scenario->config) <= LIGHT_BYTES)
         return ll_ok();
     ll_scenario_free(scenario);
     return ll_error(LL_INTERRUPTED, "the session is large");
 }
 
-static ll_status enrol(ll_host *host, ll_session_entry *session_entry, ll_host_made *made)
+static ll_status register_created(ll_host *host, ll_session_entry *session_entry, ll_created_session *created)
 {
     if (!ll_host_register(host, session_entry)) {
-        made->full = true;
+        created->full = true;
         atomic_fetch_add(&host->refused_sessions, 1);
-        return ll_error(LL_LIMIT, "There are %lld sessions already, which is the limit.",
-                        (long long)host->config.max_sessions);
+        return ll_error(LL_LIMIT, "Session limit of %lld reached.", (long long)host->config.max_sessions);
     }
-    ll_session_entry_retain(session_entry); /* the stream's */
+    ll_session_entry_retain(session_entry); /* for the stream */
     ll_status status = ll_ws_stream_open(host->ws, LL_STREAM_SESSION, session_entry->id, session_entry,
                                          &session_entry->stream);
     if (ll_failed(&status)) {
@@ -132,14 +133,14 @@ static ll_status enrol(ll_host *host, ll_session_entry *session_entry, ll_host_m
     return status;
 }
 
-/* The engine's part comes first: a scenario that is wrong leaves no trace in the registry or the store. */
-ll_status ll_host_make(ll_host *host, const ll_create_request *order, ll_host_made *made)
+/* The engine checks the scenario first: an invalid one never gets into the registry or the store. */
+ll_status ll_host_create_session(ll_host *host, const ll_create_request *request, ll_created_session *created)
 {
-    memset(made, 0, sizeof *made);
+    memset(created, 0, sizeof *created);
     ll_scenario scenario = {0};
-    ll_status status = read_scenario(host, order, &scenario);
+    ll_status status = read_scenario(host, request, &scenario);
     if (!ll_failed(&status))
-        status = allowed(host, order);
+        status = check_limits(host, request);
     ll_session_entry *session_entry = ll_failed(&status) ? NULL : ll_session_entry_new(host);
     if (ll_failed(&status)) {
         ll_scenario_free(&scenario);
@@ -148,16 +149,16 @@ ll_status ll_host_make(ll_host *host, const ll_create_request *order, ll_host_ma
     if (!session_entry || !ll_new_id(session_entry->id)) {
         ll_scenario_free(&scenario);
         ll_session_entry_release(session_entry);
-        return ll_error(LL_NO_MEMORY, "There is no memory for another session.");
+        return ll_error(LL_NO_MEMORY, "out of memory: session");
     }
     session_entry->stored.number = ll_store_new_number(host->store);
-    session_entry->share = ll_quota_share(host, order->peer);
+    session_entry->client_bytes = ll_quota_client_bytes(host, request->peer);
     pthread_mutex_lock(&session_entry->lock);
-    status = make_session(session_entry, order, &scenario, made);
+    status = make_session(session_entry, request, &scenario, created);
     if (!ll_failed(&status))
         status = ll_session_entry_fits(session_entry);
     if (!ll_failed(&status))
-        status = enrol(host, session_entry, made);
+        status = register_created(host, session_entry, created);
     if (ll_failed(&status) && session_entry->lines > 0)
         ll_store_delete(host->store, session_entry->stored.number);
     if (!ll_failed(&status))
@@ -165,9 +166,9 @@ ll_status ll_host_make(ll_host *host, const ll_create_request *order, ll_host_ma
     session_entry->deleted = ll_failed(&status);
     if (session_entry->session) {
         ll_session_info info = ll_session_get_info(session_entry->session);
-        made->status = info.status;
-        made->tick = info.tick;
-        ll_session_entry_note(session_entry);
+        created->status = info.status;
+        created->tick = info.tick;
+        ll_session_entry_update_stats(session_entry);
     }
     uint64_t ticket = session_entry->ticket;
     pthread_mutex_unlock(&session_entry->lock);
@@ -177,12 +178,12 @@ ll_status ll_host_make(ll_host *host, const ll_create_request *order, ll_host_ma
     }
     atomic_fetch_add(&host->created, 1);
     status = ll_store_wait(host->store, ticket);
-    if (ll_failed(&status)) { /* nobody knows its key: it goes again when the store works */
+    if (ll_failed(&status)) { /* no client has its key: delete it when the store works again */
         ll_host_discard(host, session_entry, &ticket);
         ll_session_entry_release(session_entry);
-        return ll_error(LL_IO, "The session could not be stored: %.200s", status.text);
+        return ll_error(LL_IO, "Session not stored: %.200s", status.text);
     }
     ll_session_entry_notify(session_entry);
-    made->session_entry = session_entry;
+    created->session_entry = session_entry;
     return ll_ok();
 }

@@ -14,12 +14,13 @@
 #include "daemon/support/log.h"
 
 static const double mebi = 1 << 20;
-static const double piece_ms = 2;     /* for which a session is locked */
-static const double heavy_ms = 2;     /* a tick that is longer is not for a worker */
-static const double patience_ms = 20; /* with a session that somebody works on */
-static const double catch_up_ms = 50; /* what a request waits for at most */
-static const double given_up_ms = 20; /* a tick that takes so long for once, where the lock is held */
-static const double finish_ms = 20;   /* that a change waits for a tick which is being made */
+static const double piece_ms = 2;             /* longest time that a session is locked */
+static const double worker_tick_limit_ms = 2; /* longer ticks are run by a task, not by a worker */
+static const double lock_timeout_ms = 20;     /* longest wait for a session's lock at a time */
+static const double catch_up_ms = 50;         /* longest time that a request spends on catching up */
+static const double tick_limit_ms =
+    20; /* longest time of a tick while the lock is held, then it is interrupted */
+static const double change_wait_ms = 20; /* longest wait of a change for a background tick */
 
 ll_time ll_host_now(void)
 {
@@ -47,11 +48,11 @@ ll_session_entry *ll_session_entry_new(ll_host *host)
     session_entry->published_tick = -1;
     session_entry->inputs_end = &session_entry->inputs;
     atomic_init(&session_entry->references, 1);
-    atomic_init(&session_entry->touched, ll_host_now());
+    atomic_init(&session_entry->last_used, ll_host_now());
     atomic_init(&session_entry->status, -1);
     pthread_mutex_init(&session_entry->lock, NULL);
     pthread_mutex_init(&session_entry->inbox_lock, NULL);
-    pthread_cond_init(&session_entry->ahead_over, NULL);
+    pthread_cond_init(&session_entry->background_tick_done, NULL);
     return session_entry;
 }
 
@@ -59,7 +60,7 @@ void ll_session_entry_release(ll_session_entry *session_entry)
 {
     if (!session_entry || atomic_fetch_sub(&session_entry->references, 1) > 1)
         return;
-    ll_viewers_forget(session_entry);
+    ll_viewers_free(session_entry);
     ll_frame_state_clear(&session_entry->last);
     if (session_entry->session)
         ll_session_destroy(session_entry->session);
@@ -67,7 +68,7 @@ void ll_session_entry_release(ll_session_entry *session_entry)
     ll_session_entry_count_log(session_entry, -atomic_load(&session_entry->log_bytes));
     pthread_mutex_destroy(&session_entry->lock);
     pthread_mutex_destroy(&session_entry->inbox_lock);
-    pthread_cond_destroy(&session_entry->ahead_over);
+    pthread_cond_destroy(&session_entry->background_tick_done);
     free(session_entry);
 }
 
@@ -89,8 +90,7 @@ int ll_session_entry_viewers(const ll_session_entry *session_entry)
 int ll_session_entry_role(const ll_session_entry *session_entry, const char *key, size_t length)
 {
     int role = LL_ROLE_NONE;
-    for (int i = 0; i < session_entry->key_count;
-         i++) { /* all of them, so that time does not tell whose key it nearly was */
+    for (int i = 0; i < session_entry->key_count; i++) { /* constant time: compares every key */
         if (ll_key_matches(&session_entry->keys[i], key, length))
             role = i - 1;
     }
@@ -101,8 +101,8 @@ void ll_session_entry_count_log(ll_session_entry *session_entry, int64_t bytes)
 {
     atomic_fetch_add(&session_entry->log_bytes, bytes);
     atomic_fetch_add(&session_entry->host->log_bytes, bytes);
-    if (session_entry->share)
-        atomic_fetch_add(session_entry->share, bytes);
+    if (session_entry->client_bytes)
+        atomic_fetch_add(session_entry->client_bytes, bytes);
 }
 
 void ll_session_entry_on_line(void *context, const char *line, size_t length)
@@ -110,7 +110,7 @@ void ll_session_entry_on_line(void *context, const char *line, size_t length)
     ll_session_entry *session_entry = context;
     if (session_entry->restoring)
         return;
-    /* `rewind` and `restart`: the head of the stored row no longer holds, see ll_viewers_apply. */
+    /* After `rewind` and `restart` the head of the stored row is wrong, see ll_viewers_apply. */
     session_entry->rewound = session_entry->rewound || (length > 9 && memcmp(line, "{\"op\":\"re", 9) == 0);
     ll_session_entry_count_log(session_entry, (int64_t)length + 1);
     session_entry->ticket = ll_store_line(session_entry->host->store, session_entry->stored.number,
@@ -123,7 +123,7 @@ void ll_session_entry_count_memory(ll_session_entry *session_entry, int64_t byte
     session_entry->memory = bytes;
 }
 
-void ll_session_entry_note(ll_session_entry *session_entry)
+void ll_session_entry_update_stats(ll_session_entry *session_entry)
 {
     ll_session_info info = ll_session_get_info(session_entry->session);
     atomic_store(&session_entry->status, (int)info.status);
@@ -137,15 +137,12 @@ ll_status ll_session_entry_fits(ll_session_entry *session_entry)
     int64_t others = atomic_load(&host->memory) - session_entry->memory;
     int64_t wanted = (int64_t)ll_session_get_info(session_entry->session).awake_bytes;
     if (others + wanted <= host->memory_max) {
-        ll_session_entry_count_memory(session_entry, wanted); /* before it catches up, which may take long */
+        ll_session_entry_count_memory(session_entry, wanted); /* before catching up, which may take long */
         return ll_ok();
     }
     atomic_fetch_add(&host->refused_memory, 1);
-    return ll_error(
-        LL_NO_MEMORY,
-        "This session needs up to %.1f MiB; sessions that are awake need %.1f of the %.1f MiB that "
-        "there are for all.",
-        (double)wanted / mebi, (double)others / mebi, (double)host->memory_max / mebi);
+    return ll_error(LL_NO_MEMORY, "This session needs up to %.1f MiB; awake sessions use %.1f of %.1f MiB.",
+                    (double)wanted / mebi, (double)others / mebi, (double)host->memory_max / mebi);
 }
 
 void ll_session_entry_save(ll_session_entry *session_entry)
@@ -172,17 +169,17 @@ void ll_session_entry_save(ll_session_entry *session_entry)
 
 /* ---- loading ---- */
 
-/* As it was when its clock was last stored, or at the last stamped command when that is later. A playing
- * session went on from the daemon's start. */
+/* Restores the clock as last stored, or at the last command when that is later. A playing session continues
+ * from the daemon's start. */
 static void resume(ll_session_entry *session_entry)
 {
     const ll_stored *row = &session_entry->stored;
     bool older = row->head_tick < ll_session_get_info(session_entry->session).head_tick;
-    ll_session_place(session_entry->session, session_entry->host->started,
-                     &(ll_session_place_at){.tick = older ? -1 : row->tick,
-                                            .head = row->head_tick,
-                                            .speed = row->speed,
-                                            .playing = row->playing});
+    ll_session_set_position(session_entry->session, session_entry->host->started,
+                            &(ll_session_position){.tick = older ? -1 : row->tick,
+                                                   .head = row->head_tick,
+                                                   .speed = row->speed,
+                                                   .playing = row->playing});
     session_entry->wall = session_entry->host->started;
 }
 
@@ -205,14 +202,14 @@ ll_status ll_session_entry_load(ll_session_entry *session_entry)
         session_entry->session = NULL;
         ll_log_write("error", "session not restored", "Stored session %lld: %s",
                      (long long)session_entry->stored.number, status.text);
-        return ll_error(LL_IO, "The stored log of this session cannot be replayed: %.180s", status.text);
+        return ll_error(LL_IO, "Stored log of this session cannot be replayed: %.180s", status.text);
     }
     resume(session_entry);
-    ll_session_entry_note(session_entry);
+    ll_session_entry_update_stats(session_entry);
     return ll_ok();
 }
 
-/* ---- the present ---- */
+/* ---- running up to the present ---- */
 
 static int64_t cpu_now_ns(void)
 {
@@ -224,10 +221,10 @@ static int64_t cpu_now_ns(void)
 bool ll_session_entry_is_heavy(const ll_session_entry *session_entry)
 {
     return session_entry->tick_ns == 0 ||
-           session_entry->tick_ns > heavy_ms * 1e6; /* not known yet: it may be */
+           session_entry->tick_ns > worker_tick_limit_ms * 1e6; /* 0: unknown, so it may be long */
 }
 
-static void learn_cost(ll_session_entry *session_entry, int64_t ns, int64_t ticks)
+static void update_mean_cost(ll_session_entry *session_entry, int64_t ns, int64_t ticks)
 {
     double each = (double)ns / (double)ticks, weight = session_entry->tick_ns == 0 ? 1
                                                        : ticks > 16                ? 0.5
@@ -237,8 +234,8 @@ static void learn_cost(ll_session_entry *session_entry, int64_t ns, int64_t tick
         session_entry->tick_ns = 10;
 }
 
-/* By this thread's own processor time: what a busy machine takes is not the tick's. */
-static bool within(void *until_ns)
+/* Uses this thread's processor time, so that the machine's load does not count as the tick's time. */
+static bool before_deadline(void *until_ns)
 {
     return cpu_now_ns() < *(const int64_t *)until_ns;
 }
@@ -248,13 +245,13 @@ static void account(ll_session_entry *session_entry, const ll_session_info *befo
     int64_t ticks = ll_session_get_info(session_entry->session).at_tick - before->at_tick;
     if (ticks <= 0)
         return;
-    learn_cost(session_entry, ns, ticks);
+    update_mean_cost(session_entry, ns, ticks);
     if (!before->parked)
         ll_session_account(session_entry->session, ns, ticks);
     atomic_fetch_add(&session_entry->host->ticks, (uint64_t)ticks);
 }
 
-static int64_t advance(ll_session_entry *session_entry, ll_time wall, double max_ms, bool safely)
+static int64_t advance(ll_session_entry *session_entry, ll_time wall, double max_ms, bool restorable)
 {
     if (wall < session_entry->wall)
         wall = session_entry->wall;
@@ -262,21 +259,21 @@ static int64_t advance(ll_session_entry *session_entry, ll_time wall, double max
     double chunk = session_entry->tick_ns > 0 ? max_ms * 1e6 / session_entry->tick_ns : 1;
     int64_t most = chunk < 1 ? 1 : chunk > 100000 ? 100000 : (int64_t)chunk, due;
     ll_session_info before = ll_session_get_info(session_entry->session);
-    bool broken_off = false;
-    int64_t from = cpu_now_ns(), until = from + (int64_t)((max_ms + given_up_ms) * 1e6);
-    ll_interrupt interrupt = {within, cpu_now_ns, &until};
+    bool interrupted = false;
+    int64_t from = cpu_now_ns(), until = from + (int64_t)((max_ms + tick_limit_ms) * 1e6);
+    ll_interrupt interrupt = {before_deadline, cpu_now_ns, &until};
     ll_session_step_profiler(session_entry->session,
-                             ll_viewers_any(session_entry) ? cpu_now_ns : NULL); /* a page shows it */
-    ll_session_set_patience(session_entry->session, &interrupt);
-    if (safely)
-        due = ll_session_advance_safely(session_entry->session, wall, most, &broken_off);
+                             ll_viewers_any(session_entry) ? cpu_now_ns : NULL); /* the page shows it */
+    ll_session_set_interrupt(session_entry->session, &interrupt);
+    if (restorable)
+        due = ll_session_advance_or_restore(session_entry->session, wall, most, &interrupted);
     else
         due = ll_session_advance(session_entry->session, wall, most);
-    ll_session_set_patience(session_entry->session, NULL);
-    broken_off = broken_off || (!before.parked && ll_session_get_info(session_entry->session).parked);
-    if (broken_off && session_entry->tick_ns < given_up_ms * 1e6)
-        session_entry->tick_ns = given_up_ms * 1e6;
-    else if (!broken_off)
+    ll_session_set_interrupt(session_entry->session, NULL);
+    interrupted = interrupted || (!before.parked && ll_session_get_info(session_entry->session).parked);
+    if (interrupted && session_entry->tick_ns < tick_limit_ms * 1e6)
+        session_entry->tick_ns = tick_limit_ms * 1e6;
+    else if (!interrupted)
         account(session_entry, &before, cpu_now_ns() - from);
     session_entry->behind = due > 0;
     return due;
@@ -287,67 +284,69 @@ int64_t ll_session_entry_advance(ll_session_entry *session_entry, ll_time wall, 
     return advance(session_entry, wall, max_ms, false);
 }
 
-typedef struct making {
+typedef struct background_run {
     const ll_session_entry *session_entry;
     ll_task *task;
-    ll_time until; /* 0: as long as it takes */
-    uint32_t stops;
-} making;
+    ll_time until; /* 0: no limit */
+    uint32_t cancels;
+} background_run;
 
-static bool is_wanted(void *context)
+static bool is_still_wanted(void *context)
 {
-    const making *m = context;
-    return atomic_load(&m->session_entry->stops) == m->stops && (m->until == 0 || ll_host_now() < m->until) &&
-           ll_task_go_on(m->task);
+    const background_run *m = context;
+    return atomic_load(&m->session_entry->cancels) == m->cancels &&
+           (m->until == 0 || ll_host_now() < m->until) && ll_task_yield(m->task);
 }
 
-/* Unlocks it meanwhile. */
-static int64_t make_ahead(ll_session_entry *session_entry, ll_task *task, ll_ahead *ahead, double most_ms)
+/* Runs a tick on a copy; the session is unlocked meanwhile. */
+static int64_t run_background_tick(ll_session_entry *session_entry, ll_task *task,
+                                   ll_background_tick *background_tick, double most_ms)
 {
     ll_time until = most_ms > 0 ? ll_host_now() + (ll_time)(most_ms * 1e6) : 0;
-    making m = {session_entry, task, until, atomic_load(&session_entry->stops)};
-    ll_interrupt interrupt = {is_wanted, cpu_now_ns, &m};
-    session_entry->ahead = true;
+    background_run m = {session_entry, task, until, atomic_load(&session_entry->cancels)};
+    ll_interrupt interrupt = {is_still_wanted, cpu_now_ns, &m};
+    session_entry->background_tick = true;
     pthread_mutex_unlock(&session_entry->lock);
     int64_t from = cpu_now_ns();
-    ll_ahead_run(ahead, &interrupt);
+    ll_background_tick_run(background_tick, &interrupt);
     int64_t ns = cpu_now_ns() - from;
     pthread_mutex_lock(&session_entry->lock);
-    session_entry->ahead = false;
-    pthread_cond_broadcast(&session_entry->ahead_over);
+    session_entry->background_tick = false;
+    pthread_cond_broadcast(&session_entry->background_tick_done);
     if (session_entry->deleted || !session_entry->session) {
-        ll_ahead_free(ahead);
+        ll_background_tick_free(background_tick);
         return -1;
     }
     ll_session_info before = ll_session_get_info(session_entry->session);
-    int64_t due = ll_session_end_ahead(session_entry->session, ahead, session_entry->wall);
+    int64_t due =
+        ll_session_end_background_tick(session_entry->session, background_tick, session_entry->wall);
     account(session_entry, &before, ns);
     if (ll_session_get_info(session_entry->session).at_tick == before.at_tick &&
         session_entry->tick_ns < (double)ns)
-        session_entry->tick_ns = (double)ns; /* at least */
+        session_entry->tick_ns = (double)ns; /* a lower bound: the tick was interrupted */
     session_entry->behind = due > 0;
     return due;
 }
 
-/* At most `ms`, while somebody makes a tick of it. */
-static void await_ahead(ll_session_entry *session_entry, double ms)
+/* Waits at most `ms` for a background tick. */
+static void await_background_tick(ll_session_entry *session_entry, double ms)
 {
     struct timespec until;
     clock_gettime(CLOCK_REALTIME, &until);
     int64_t ns = until.tv_nsec + (int64_t)(ms * 1e6);
     until.tv_sec += ns / LL_SECOND;
     until.tv_nsec = ns % LL_SECOND;
-    while (session_entry->ahead &&
-           pthread_cond_timedwait(&session_entry->ahead_over, &session_entry->lock, &until) == 0)
+    while (session_entry->background_tick &&
+           pthread_cond_timedwait(&session_entry->background_tick_done, &session_entry->lock, &until) == 0)
         ;
 }
 
-int64_t ll_hosted_work(ll_session_entry *session_entry, ll_task *task, double most_ms)
+int64_t ll_session_entry_work(ll_session_entry *session_entry, ll_task *task, double most_ms)
 {
-    ll_ahead *ahead = NULL;
+    ll_background_tick *background_tick = NULL;
     ll_time now = ll_host_now();
-    if (session_entry->ahead) {
-        await_ahead(session_entry, patience_ms);
+    if (session_entry->background_tick) {
+        await_background_tick(session_entry, lock_timeout_ms);
         return session_entry->deleted || !session_entry->session
                    ? -1
                    : ll_session_due(session_entry->session, session_entry->wall);
@@ -357,29 +356,31 @@ int64_t ll_hosted_work(ll_session_entry *session_entry, ll_task *task, double mo
     if (now > session_entry->wall)
         session_entry->wall = now;
     ll_session_step_profiler(session_entry->session, ll_viewers_any(session_entry) ? cpu_now_ns : NULL);
-    ll_status status = ll_session_begin_ahead(session_entry->session, session_entry->wall, &ahead);
-    return ll_failed(&status) || !ahead ? advance(session_entry, now, piece_ms, true)
-                                        : make_ahead(session_entry, task, ahead, most_ms);
+    ll_status status =
+        ll_session_begin_background_tick(session_entry->session, session_entry->wall, &background_tick);
+    return ll_failed(&status) || !background_tick
+               ? advance(session_entry, now, piece_ms, true)
+               : run_background_tick(session_entry, task, background_tick, most_ms);
 }
 
-ll_status ll_hosted_change(ll_session_entry *session_entry, const ll_create_requests *orders,
-                           ll_session *session)
+ll_status ll_session_entry_change(ll_session_entry *session_entry, const ll_command_request *request,
+                                  ll_session *session)
 {
-    int64_t until = cpu_now_ns() + (int64_t)(given_up_ms * 1e6);
-    ll_interrupt interrupt = {within, cpu_now_ns, &until};
-    ll_session_set_patience(session, &interrupt);
-    ll_status status = orders->change(orders->context, session, session_entry->wall);
-    ll_session_set_patience(session, NULL);
+    int64_t until = cpu_now_ns() + (int64_t)(tick_limit_ms * 1e6);
+    ll_interrupt interrupt = {before_deadline, cpu_now_ns, &until};
+    ll_session_set_interrupt(session, &interrupt);
+    ll_status status = request->change(request->context, session, session_entry->wall);
+    ll_session_set_interrupt(session, NULL);
     if (ll_session_get_info(session).parked)
         session_entry->tick_ns = 0;
     return status;
 }
 
-void ll_hosted_stop_work(ll_session_entry *session_entry)
+void ll_session_entry_stop_work(ll_session_entry *session_entry)
 {
-    await_ahead(session_entry, finish_ms);
-    if (session_entry->ahead)
-        atomic_fetch_add(&session_entry->stops, 1);
+    await_background_tick(session_entry, change_wait_ms);
+    if (session_entry->background_tick)
+        atomic_fetch_add(&session_entry->cancels, 1);
 }
 
 /* ---- entering ---- */
@@ -398,39 +399,39 @@ static bool try_lock(ll_session_entry *session_entry, double ms)
 
 ll_status ll_session_entry_lock(ll_session_entry *session_entry, ll_task *task)
 {
-    while (!try_lock(session_entry, patience_ms)) {
-        if (!task || !ll_task_go_on(task))
+    while (!try_lock(session_entry, lock_timeout_ms)) {
+        if (!task || !ll_task_yield(task))
             return ll_error(LL_INTERRUPTED, "the session was busy");
     }
     if (!session_entry->deleted)
         return ll_ok();
     pthread_mutex_unlock(&session_entry->lock);
-    return ll_error(LL_NOT_FOUND, "There is no such session.");
+    return ll_error(LL_NOT_FOUND, "Session not found.");
 }
 
-/* Into memory, and on its way to be awake; locked. */
-static ll_status stir(ll_session_entry *session_entry)
+/* Loads the session and begins to wake it; locked. */
+static ll_status begin_wake(ll_session_entry *session_entry)
 {
     bool loaded = !session_entry->session;
     ll_status status = ll_session_entry_load(session_entry);
     if (!ll_failed(&status))
         status = ll_session_entry_fits(session_entry);
     if (!ll_failed(&status))
-        status = ll_session_begin_to_wake(session_entry->session);
+        status = ll_session_begin_wake(session_entry->session);
     if (ll_failed(&status) && session_entry->session) {
         if (loaded)
             ll_session_park(session_entry->session);
-        ll_session_entry_note(session_entry);
+        ll_session_entry_update_stats(session_entry);
     }
     return status;
 }
 
-/* Lets others at the session, and the task's turn pass. Locked again unless it fails. */
-static ll_status pause_between(ll_session_entry *session_entry, ll_task *task)
+/* Unlocks the session for others and yields the task's turn. Locks again, except on failure. */
+static ll_status yield(ll_session_entry *session_entry, ll_task *task)
 {
     pthread_mutex_unlock(&session_entry->lock);
-    atomic_store(&session_entry->touched, ll_host_now());
-    if (!ll_task_go_on(task))
+    atomic_store(&session_entry->last_used, ll_host_now());
+    if (!ll_task_yield(task))
         return ll_error(LL_INTERRUPTED, "the session was not awake yet");
     return ll_session_entry_lock(session_entry, task);
 }
@@ -439,25 +440,25 @@ static ll_status wake(ll_session_entry *session_entry, ll_task *task)
 {
     ll_status status = ll_ok();
     while (!session_entry->session || ll_session_get_info(session_entry->session).parked) {
-        status = stir(session_entry);
+        status = begin_wake(session_entry);
         if (ll_failed(&status)) {
             pthread_mutex_unlock(&session_entry->lock);
             return status;
         }
-        if (ll_hosted_work(session_entry, task, 0) < 0) {
+        if (ll_session_entry_work(session_entry, task, 0) < 0) {
             pthread_mutex_unlock(&session_entry->lock);
-            return ll_error(LL_NOT_FOUND, "There is no such session.");
+            return ll_error(LL_NOT_FOUND, "Session not found.");
         }
         if (!ll_session_get_info(session_entry->session).parked)
             break;
-        status = pause_between(session_entry, task);
+        status = yield(session_entry, task);
         if (ll_failed(&status))
             return status;
     }
     return status;
 }
 
-/* How long it would take to bring it to the present; 0 when it is there, or is not meant to be. */
+/* Computing time to reach the present, in ms; 0: up to date, or seeking. */
 static double behind_ms(ll_session_entry *session_entry)
 {
     bool seeking = ll_session_get_info(session_entry->session).seeking;
@@ -466,27 +467,27 @@ static double behind_ms(ll_session_entry *session_entry)
     return (double)due * tick_ns * 1e-6;
 }
 
-/* What can be brought to the present soon is. */
+/* Runs up to the present if that takes less than catch_up_ms. */
 static ll_status catch_up(ll_session_entry *session_entry, ll_task *task)
 {
     ll_status status = ll_ok();
     ll_time until = ll_host_now() + (ll_time)(2 * catch_up_ms * 1e6);
     double behind = behind_ms(session_entry);
-    while (behind > 0 && behind < catch_up_ms && ll_host_now() < until && !session_entry->ahead) {
+    while (behind > 0 && behind < catch_up_ms && ll_host_now() < until && !session_entry->background_tick) {
         if (!task && (behind > piece_ms || session_entry->tick_ns == 0)) {
             pthread_mutex_unlock(&session_entry->lock);
             return ll_error(LL_INTERRUPTED, "the session was not up to date");
         }
         if (!task)
             ll_session_entry_advance(session_entry, ll_host_now(), piece_ms);
-        if (task && ll_hosted_work(session_entry, task, catch_up_ms) < 0) {
+        if (task && ll_session_entry_work(session_entry, task, catch_up_ms) < 0) {
             pthread_mutex_unlock(&session_entry->lock);
-            return ll_error(LL_NOT_FOUND, "There is no such session.");
+            return ll_error(LL_NOT_FOUND, "Session not found.");
         }
         behind = behind_ms(session_entry);
         if (!task || behind == 0)
             break;
-        status = pause_between(session_entry, task);
+        status = yield(session_entry, task);
         if (ll_failed(&status))
             return status;
     }
@@ -496,7 +497,7 @@ static ll_status catch_up(ll_session_entry *session_entry, ll_task *task)
 ll_status ll_session_entry_enter(ll_session_entry *session_entry, ll_task *task, ll_session **session,
                                  bool *was_parked)
 {
-    atomic_store(&session_entry->touched, ll_host_now());
+    atomic_store(&session_entry->last_used, ll_host_now());
     ll_status status = ll_session_entry_lock(session_entry, task);
     if (ll_failed(&status))
         return status;
@@ -505,7 +506,7 @@ ll_status ll_session_entry_enter(ll_session_entry *session_entry, ll_task *task,
         *was_parked = parked;
     if (!task && (!session_entry->session || parked)) {
         pthread_mutex_unlock(&session_entry->lock);
-        return ll_error(LL_INTERRUPTED, "the session was asleep");
+        return ll_error(LL_INTERRUPTED, "the session was parked");
     }
     status = wake(session_entry, task);
     if (!ll_failed(&status))
@@ -516,33 +517,33 @@ ll_status ll_session_entry_enter(ll_session_entry *session_entry, ll_task *task,
 
 void ll_session_entry_leave(ll_session_entry *session_entry)
 {
-    ll_session_entry_note(session_entry);
+    ll_session_entry_update_stats(session_entry);
     pthread_mutex_unlock(&session_entry->lock);
     ll_session_entry_notify(session_entry);
 }
 
 /* ---- memory of requests ---- */
 
-ll_status ll_host_reserve(ll_host *host, int64_t bytes)
+ll_status ll_host_reserve_memory(ll_host *host, int64_t bytes)
 {
     if (atomic_fetch_add(&host->memory, bytes) + bytes <= host->memory_max)
         return ll_ok();
     atomic_fetch_sub(&host->memory, bytes);
     atomic_fetch_add(&host->refused_memory, 1);
-    return ll_error(LL_NO_MEMORY, "This needs %.1f MiB beside the session; there is no room for it now.",
+    return ll_error(LL_NO_MEMORY, "This needs %.1f MiB in addition to the session; not available at present.",
                     (double)bytes / mebi);
 }
 
-void ll_host_give_back(ll_host *host, int64_t bytes)
+void ll_host_release_memory(ll_host *host, int64_t bytes)
 {
     atomic_fetch_sub(&host->memory, bytes);
 }
 
-ll_status ll_host_storable(ll_host *host)
+ll_status ll_host_check_store(ll_host *host)
 {
     ll_status why;
     if (!ll_store_failing(host->store, &why))
         return ll_ok();
     atomic_fetch_add(&host->refused_store, 1);
-    return ll_error(LL_IO, "Changes cannot be stored now, hence none is made: %.180s", why.text);
+    return ll_error(LL_IO, "Storage unavailable; change rejected: %.180s", why.text);
 }

@@ -1,4 +1,4 @@
-/* Who looks at a session, and what they have sent that its worker has not applied yet. */
+/* Viewers of a session, and their messages that the worker has not applied yet. */
 #include <stdlib.h>
 
 #include "daemon/hosting/session_entry.h"
@@ -11,7 +11,7 @@ bool ll_viewers_any(ll_session_entry *session_entry)
     return any;
 }
 
-void ll_viewers_dismiss(ll_session_entry *session_entry, const char *reason)
+void ll_viewers_close(ll_session_entry *session_entry, const char *reason)
 {
     pthread_mutex_lock(&session_entry->inbox_lock);
     for (ll_viewer *v = session_entry->viewers; v; v = v->next)
@@ -19,7 +19,7 @@ void ll_viewers_dismiss(ll_session_entry *session_entry, const char *reason)
     pthread_mutex_unlock(&session_entry->inbox_lock);
 }
 
-void ll_viewers_forget(ll_session_entry *session_entry)
+void ll_viewers_free(ll_session_entry *session_entry)
 {
     while (session_entry->viewers) {
         ll_viewer *viewer = session_entry->viewers;

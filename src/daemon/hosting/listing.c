@@ -18,8 +18,8 @@ static void fill(ll_host_entry *entry, ll_session_entry *session_entry, ll_time 
                              .viewers = ll_session_entry_viewers(session_entry),
                              .created_ms = session_entry->created_ms,
                              .log_bytes = atomic_load(&session_entry->log_bytes)};
-    ll_time touched = atomic_load(&session_entry->touched);
-    entry->idle_s = now > touched ? ll_to_s(now - touched) : 0;
+    ll_time last_used = atomic_load(&session_entry->last_used);
+    entry->idle_s = now > last_used ? ll_to_s(now - last_used) : 0;
     memcpy(entry->id, session_entry->id, sizeof entry->id);
     memcpy(entry->code, session_entry->code, sizeof entry->code);
 }
@@ -39,7 +39,7 @@ ll_status ll_host_list(ll_host *host, int64_t after, int most, ll_host_entry **e
     }
     pthread_mutex_unlock(&host->lock);
     if (!all)
-        return ll_error(LL_NO_MEMORY, "There is no memory for the list of sessions.");
+        return ll_error(LL_NO_MEMORY, "out of memory: list of sessions");
     qsort(all, (size_t)found, sizeof *all, by_serial);
     *entries = all;
     *count = found < most ? (int)found : most;

@@ -1,4 +1,4 @@
-/* Telling a session's worker that there is something to do. */
+/* Notifies a session's worker that there is work. */
 #include <stdlib.h>
 
 #include "daemon/hosting/session_entry.h"

@@ -6,74 +6,73 @@
 #include "daemon/support/rate_limits.h"
 #include "session/scenario.h"
 
-enum { CLOCK_BYTES = 64 << 10 }; /* for moves of the clock, beyond the limit of one session */
+enum { CLOCK_BYTES = 64 << 10 }; /* reserved for clock operations, beyond the limit of one session */
 
 static const double mebi = 1 << 20;
 
-/* 0 is no limit. */
+/* 0: no limit. */
 static int64_t bytes_of(int64_t mib)
 {
     return mib > 0 ? mib << 20 : INT64_MAX / 2;
 }
 
-static ll_status all_full(ll_host *host, int64_t more)
+static ll_status total_full(ll_host *host, int64_t more)
 {
     int64_t most = bytes_of(host->config.max_logs_mib), now = atomic_load(&host->log_bytes);
     if (now < most && more <= most - now)
         return ll_ok();
     atomic_fetch_add(&host->refused_logs, 1);
-    return ll_error(LL_IO,
-                    "The logs of all sessions take %.1f of %.1f MiB (max_logs_mib): sessions have to "
-                    "be deleted first.",
+    return ll_error(LL_IO, "Session logs use %.1f of %.1f MiB (max_logs_mib); delete sessions first.",
                     (double)now / mebi, (double)most / mebi);
 }
 
-ll_status ll_quota_state(const ll_host_config *config, const ll_scenario *scenario)
+ll_status ll_quota_check_state(const ll_host_config *config, const ll_scenario *scenario)
 {
     double size = (double)scenario->kind->size(scenario->config), most = (double)config->max_state_mib * mebi;
-    return size <= most ? ll_ok()
-                        : ll_error(LL_BAD_INPUT,
-                                   "The state of this scenario would have %.1f MiB; here it may have %.0f "
-                                   "(max_state_mib).",
-                                   size / mebi, most / mebi);
+    return size <= most
+               ? ll_ok()
+               : ll_error(LL_BAD_INPUT,
+                          "scenario: state would have %.1f MiB; must have at most %.0f MiB (max_state_mib)",
+                          size / mebi, most / mebi);
 }
 
-_Atomic int64_t *ll_quota_share(ll_host *host, const char *client)
+_Atomic int64_t *ll_quota_client_bytes(ll_host *host, const char *client)
 {
-    return &host->shares[ll_hash(0, client, strlen(client)) % LL_HOST_BUCKETS];
+    return &host->client_bytes[ll_hash(0, client, strlen(client)) % LL_HOST_BUCKETS];
 }
 
-/* One visitor must not take the disk from all others. */
-static ll_status share_full(ll_host *host, _Atomic int64_t *share, int64_t more)
+/* Limit per client, so that one client cannot fill the disk. */
+static ll_status client_full(ll_host *host, _Atomic int64_t *client_bytes, int64_t more)
 {
-    int64_t most = bytes_of(host->config.max_client_logs_mib), now = share ? atomic_load(share) : 0;
+    int64_t most = bytes_of(host->config.max_client_logs_mib),
+            now = client_bytes ? atomic_load(client_bytes) : 0;
     if (now < most && more <= most - now)
         return ll_ok();
     atomic_fetch_add(&host->refused_logs, 1);
     return ll_error(LL_IO,
-                    "The logs of the sessions that one address has made take %.1f of %.1f MiB "
-                    "(max_client_logs_mib): some of them have to be deleted first.",
+                    "Session logs of this address use %.1f of %.1f MiB (max_client_logs_mib); delete some of "
+                    "its sessions first.",
                     (double)now / mebi, (double)most / mebi);
 }
 
-ll_status ll_quota_line(ll_session_entry *session_entry, bool clock)
+ll_status ll_quota_check_line(ll_session_entry *session_entry, bool clock)
 {
     ll_host *host = session_entry->host;
     int64_t most = bytes_of(host->config.max_log_mib), now = atomic_load(&session_entry->log_bytes);
     if (now >= most + (clock ? CLOCK_BYTES : 0)) {
         atomic_fetch_add(&host->refused_logs, 1);
-        return ll_error(LL_IO, "The log of this session has %.1f MiB, which is the limit (max_log_mib).",
+        return ll_error(LL_IO, "Log of this session has %.1f MiB; the limit is reached (max_log_mib).",
                         (double)now / mebi);
     }
-    ll_status status = clock ? ll_ok() : share_full(host, session_entry->share, 0);
-    return clock || ll_failed(&status) ? status : all_full(host, 0);
+    ll_status status = clock ? ll_ok() : client_full(host, session_entry->client_bytes, 0);
+    return clock || ll_failed(&status) ? status : total_full(host, 0);
 }
 
-ll_status ll_quota_make(ll_host *host, const char *client, int64_t bytes)
+ll_status ll_quota_check_session(ll_host *host, const char *client, int64_t bytes)
 {
-    ll_status status = all_full(host, bytes);
+    ll_status status = total_full(host, bytes);
     if (!ll_failed(&status))
-        status = share_full(host, ll_quota_share(host, client), bytes);
+        status = client_full(host, ll_quota_client_bytes(host, client), bytes);
     if (ll_failed(&status))
         return status;
     double sessions = 1 + (double)(bytes / LL_QUOTA_FORK_BYTES), most = host->config.max_new_sessions_per_min;
@@ -81,8 +80,8 @@ ll_status ll_quota_make(ll_host *host, const char *client, int64_t bytes)
         return status;
     atomic_fetch_add(&host->refused_creations, 1);
     return sessions > 1 ? ll_error(LL_LIMIT,
-                                   "One address can make at most %g sessions a minute; this fork of a log of "
-                                   "%.1f MiB counts as %g.",
+                                   "sessions: must be at most %g/min for one address; this fork of a log of "
+                                   "%.1f MiB counts as %g",
                                    most, (double)bytes / mebi, sessions)
-                        : ll_error(LL_LIMIT, "One address can make at most %g sessions a minute.", most);
+                        : ll_error(LL_LIMIT, "sessions: must be at most %g/min for one address", most);
 }

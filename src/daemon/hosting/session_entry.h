@@ -1,8 +1,7 @@
-/* Inside of hosting: what host.c, command.c, create.c, worker.c, carrier.c and viewers.c share. Nobody else
- * includes it.
+/* Internals of hosting; no other room includes it.
  *
- * Locks, in the order in which they may be taken: hosted.lock, then one of hosted.inbox_lock, worker.lock,
- * host.lock, host.replies_lock. The store's, the streams' and the tasks' own locks come last. */
+ * Lock order: session_entry.lock first, then one of session_entry.inbox_lock, worker.lock, host.lock,
+ * host.replies_lock. The locks inside of store, streams and tasks come last. */
 #pragma once
 
 #include <pthread.h>
@@ -12,14 +11,16 @@
 #include "daemon/support/rate_limits.h"
 #include "daemon/support/tasks.h"
 
-enum { LL_SLOTS = 4 }; /* of a frame's 16.7 ms: sessions wake in groups, so that threads wake seldom */
+enum {
+    LL_SLOTS = 4
+}; /* of a frame's 16.7 ms: sessions are stepped in groups, so that threads wake less often */
 
 typedef struct ll_viewer {
     struct ll_viewer *next;
     ll_ws_viewer id;
     ll_frame_format format;
     int role; /* since its {"auth":...} */
-    bool greeted;
+    bool hello_sent;
 } ll_viewer;
 
 typedef struct ll_stream_input {
@@ -32,10 +33,10 @@ typedef struct ll_stream_input {
 
 typedef struct ll_reply {
     struct ll_reply *next;
-    uint64_t ticket; /* send it when this is durable */
+    uint64_t ticket; /* send `good` when this ticket is durable */
     ll_ws_viewer viewer;
     char *good;  /* message to send then */
-    char id[40]; /* for the error when the store fails */
+    char id[40]; /* id for the error message when the store fails */
 } ll_reply;
 
 struct ll_session_entry {
@@ -47,40 +48,40 @@ struct ll_session_entry {
     int worker, slot;
     ll_ws_stream *stream;
     atomic_int references;
-    _Atomic ll_time touched; /* last request or viewer */
-    _Atomic int status;      /* ll_session_status as last seen, or -1: not in memory; for the statistics */
+    _Atomic ll_time last_used; /* time of the last request or viewer */
+    _Atomic int status;        /* last seen ll_session_status, or -1: not in memory; for the statistics */
     atomic_bool parked;
-    _Atomic int64_t log_bytes; /* of its stored lines */
-    _Atomic int64_t *share;    /* of its maker's; NULL: nobody knows any more who that was */
-    atomic_bool pending;       /* something to do for the worker */
-    ll_session_entry *next_by_id, *next_by_code; /* host.lock */
+    _Atomic int64_t log_bytes;                   /* of its stored lines */
+    _Atomic int64_t *client_bytes;               /* log bytes of its creator; NULL: unknown since a restart */
+    atomic_bool pending;                         /* the worker has something to do */
+    ll_session_entry *next_by_id, *next_by_code; /* guarded by host.lock */
     bool active;                                 /* worker.lock: in the worker's list */
-    _Atomic ll_time rests_until; /* its worker looks at it then, or when something is pending */
-    atomic_bool carried;         /* a task of the daemon's own runs it */
-    _Atomic uint32_t stops;      /* counts what makes a tick that is being made of no use */
+    _Atomic ll_time next_visit; /* time of the worker's next visit, unless something is pending */
+    atomic_bool has_task;       /* a task of the daemon runs it */
+    _Atomic uint32_t cancels;   /* counts events that make a background tick useless */
 
-    pthread_mutex_t lock; /* all below, and the calls that publish */
+    pthread_mutex_t lock; /* guards all members below, and the publishing calls */
     ll_session *session;  /* NULL while unloaded */
     ll_stored stored;     /* the row as last queued */
     bool deleted, restoring;
-    bool rewound; /* the log was cut or begun anew since the row was queued */
+    bool rewound; /* the log was truncated or restarted since the row was queued */
     int64_t lines;
-    int64_t memory;  /* its share of the host's */
+    int64_t memory;  /* its part of the host's `memory` */
     uint64_t ticket; /* of the last queued line or row */
     ll_time wall, saved_wall, published_wall;
-    double tick_ns;  /* running mean cost; 0: not known */
-    uint32_t orders; /* counts commands */
+    double tick_ns;         /* running mean of the time of a tick; 0: unknown */
+    uint32_t command_count; /* counts commands */
     bool behind;
-    bool ahead; /* a task makes a tick of it, unlocked */
-    pthread_cond_t ahead_over;
+    bool background_tick; /* a task runs a background tick, unlocked */
+    pthread_cond_t background_tick_done;
     uint32_t seq, published_params, published_generation;
     int64_t published_tick;
-    ll_frame_state last; /* what was published of each record */
+    ll_frame_state last; /* last published section of each record */
     ll_session_status published_status;
     int published_viewers;
     ll_bucket commands;
 
-    pthread_mutex_t inbox_lock; /* what the stream's thread left for the worker */
+    pthread_mutex_t inbox_lock; /* guards what the stream's thread left for the worker */
     ll_viewer *viewers;
     ll_stream_input *inputs, **inputs_end;
 };
@@ -112,12 +113,12 @@ struct ll_host {
     pthread_t reaper;
     bool reaper_started;
 
-    pthread_mutex_t lock; /* the registry */
+    pthread_mutex_t lock; /* guards the registry */
     pthread_cond_t stop;
     bool stopping;
     ll_session_entry *by_id[LL_HOST_BUCKETS], *by_code[LL_HOST_BUCKETS];
     int64_t sessions, serials;
-    unsigned next_place; /* spreads sessions over workers and slots */
+    unsigned next_place; /* distributes sessions over workers and slots */
 
     pthread_mutex_t replies_lock;
     ll_reply *replies, **replies_end;
@@ -125,65 +126,67 @@ struct ll_host {
     _Atomic uint64_t created, deleted, expired, ticks, frames, commands, inputs;
     _Atomic uint64_t refused_sessions, refused_creations, refused_lookups, refused_commands, refused_store;
     _Atomic uint64_t refused_memory, refused_logs;
-    _Atomic int64_t log_bytes;               /* of all sessions */
-    _Atomic int64_t shares[LL_HOST_BUCKETS]; /* of those by their maker's address; some share one */
-    _Atomic int64_t memory;                  /* that awake sessions may come to hold */
+    _Atomic int64_t log_bytes;                     /* of all sessions */
+    _Atomic int64_t client_bytes[LL_HOST_BUCKETS]; /* of each creator's sessions, by hash of its address;
+                                                addresses may collide */
+    _Atomic int64_t memory;                        /* maximum that awake sessions may hold */
     int64_t memory_max;
 };
 
 /* ---- inbox.c ---- */
 
 bool ll_viewers_any(ll_session_entry *session_entry);
-void ll_viewers_dismiss(ll_session_entry *session_entry, const char *reason); /* closes them all */
-void ll_viewers_forget(ll_session_entry *session_entry);                      /* at the end */
+void ll_viewers_close(ll_session_entry *session_entry, const char *reason); /* closes all viewers */
+void ll_viewers_free(ll_session_entry *session_entry);                      /* when the session is freed */
 
 /* ---- notify.c ---- */
 
 void ll_session_entry_retain(ll_session_entry *session_entry);
 void ll_session_entry_notify(
-    ll_session_entry *session_entry); /* the worker looks at it in its next slot; any thread */
+    ll_session_entry *session_entry); /* the worker visits it in its next slot; any thread */
 
 /* ---- host.c ---- */
 
-ll_status ll_host_storable(ll_host *host);             /* LL_IO while the store fails */
+ll_status ll_host_check_store(ll_host *host);          /* LL_IO while the store fails */
 ll_session_entry *ll_session_entry_new(ll_host *host); /* one reference; not registered */
 void ll_session_entry_count_log(ll_session_entry *session_entry,
-                                int64_t bytes); /* of its lines, more or fewer */
-void ll_session_entry_on_line(void *context, const char *line, size_t length); /* an ll_log_line */
+                                int64_t bytes); /* of its lines; may be negative */
+void ll_session_entry_on_line(void *context, const char *line, size_t length); /* an ll_log_line function */
 void ll_session_entry_save(ll_session_entry *session_entry);                   /* queues the row; locked */
 ll_status ll_session_entry_load(ll_session_entry *session_entry);              /* locked */
 void ll_session_entry_count_memory(ll_session_entry *session_entry, int64_t bytes);
-void ll_session_entry_note(
-    ll_session_entry *session_entry); /* status and memory for the statistics; locked */
-/* LL_NO_MEMORY when the other sessions leave too little for this one awake; else it is counted. Locked. */
+void ll_session_entry_update_stats(
+    ll_session_entry *session_entry); /* updates status and memory for the statistics; locked */
+/* Reserves the memory of the session when awake; LL_NO_MEMORY when other sessions leave too little.
+ * Locked. */
 ll_status ll_session_entry_fits(ll_session_entry *session_entry);
 bool ll_session_entry_is_heavy(
     const ll_session_entry *session_entry); /* a tick is, or may be, too long for a worker; locked */
-/* Locks within a few milliseconds, or with a task's patience. LL_INTERRUPTED: not. */
+/* Locks within a few milliseconds, or with a task until it is stopped; otherwise LL_INTERRUPTED. */
 ll_status ll_session_entry_lock(ll_session_entry *session_entry, ll_task *task);
-/* Runs at most `max_ms` worth of ticks that are due at `wall`. Returns how many still are. Locked. One that
- * takes far longer than those before it is broken off; the session is then half awake, and heavy. */
+/* Runs due ticks for at most `max_ms`. Returns how many are still due. Locked. A tick that takes far longer
+ * than the earlier ones is interrupted; the session then has to wake again, and is heavy. */
 int64_t ll_session_entry_advance(ll_session_entry *session_entry, ll_time wall, double max_ms);
-/* The same for a task, up to now: a tick of a heavy session is made while it is unlocked, of a copy, and as
- * the task has its turns, and given up after `most_ms` (0: never). Whoever needs it, changes or deletes it
- * meanwhile does not wait. Returns -1 when it is gone; locked also then. */
-int64_t ll_hosted_work(ll_session_entry *session_entry, ll_task *task, double most_ms);
-/* Calls `change`; what it makes anew, as the whole run of a motion, is left to tasks when it takes long. */
-ll_status ll_hosted_change(ll_session_entry *session_entry, const ll_create_requests *orders,
-                           ll_session *session);
-/* Before a change: a tick that is being made is given a moment to be finished, and then given up. Locked. */
-void ll_hosted_stop_work(ll_session_entry *session_entry);
+/* The same for a task, up to the present. A tick of a heavy session runs on a copy while the session is
+ * unlocked, yields the task's turns, and is interrupted after `most_ms` (0: never); others can use, change or
+ * delete the session meanwhile. Returns -1 when it was deleted; locked in any case at the return. */
+int64_t ll_session_entry_work(ll_session_entry *session_entry, ll_task *task, double most_ms);
+/* Calls `change`. If recomputing the run (as of a motion) takes long, it is left to tasks. */
+ll_status ll_session_entry_change(ll_session_entry *session_entry, const ll_command_request *request,
+                                  ll_session *session);
+/* Before a change: waits a moment for a background tick, then cancels it. Locked. */
+void ll_session_entry_stop_work(ll_session_entry *session_entry);
 
 /* ---- registry.c ---- */
 
 bool ll_host_register(ll_host *host,
-                      ll_session_entry *session_entry); /* gives it a code if it has none; false when full */
+                      ll_session_entry *session_entry); /* assigns a code if it has none; false: full */
 void ll_host_unregister(ll_host *host, ll_session_entry *session_entry);
 
 /* ---- command.c ---- */
 
 bool ll_host_discard(ll_host *host, ll_session_entry *session_entry,
-                     uint64_t *ticket); /* false when it was done before */
+                     uint64_t *ticket); /* false: it was already discarded */
 
 /* ---- worker.c ---- */
 
@@ -191,14 +194,15 @@ void ll_worker_init(ll_host *host, ll_worker *worker, int index);
 ll_status ll_worker_start(ll_worker *worker);
 void ll_worker_stop(ll_worker *worker);
 
-/* ---- carrier.c ---- */
+/* ---- session_task.c ---- */
 
-/* Any thread. A task wakes the session, brings it to the present, and stays with it while it is heavy and
- * watched; its worker is notified whenever there is something new. */
-void ll_session_entry_carry(ll_session_entry *session_entry);
+/* Starts a task that wakes the session and runs it up to the present, then as long as it is heavy and has
+ * viewers. The task notifies the worker after each piece. Any thread. */
+void ll_session_entry_start_task(ll_session_entry *session_entry);
 
 /* ---- viewers.c ---- */
 
-void ll_viewers_greet(ll_session_entry *session_entry);               /* hellos to those who wait; locked */
-void ll_viewers_apply(ll_session_entry *session_entry, ll_time wall); /* their inputs; locked */
-void ll_host_send_replies(void *host); /* those that are durable; the store's hook */
+void ll_viewers_send_hellos(
+    ll_session_entry *session_entry); /* sends hello messages to new viewers; locked */
+void ll_viewers_apply(ll_session_entry *session_entry, ll_time wall); /* applies their inputs; locked */
+void ll_host_send_replies(void *host); /* replies that are durable; hook of the store */

@@ -1,8 +1,8 @@
-/* What viewers say: keys, inputs, pings, subscriptions; and what they are sent between frames.
+/* Messages of viewers (keys, inputs, pings, subscriptions) and messages to them between frames.
  *
- * Hooks run on the stream's thread, which must not wait for a session: inputs are left in the session's inbox
- * and applied by its worker in the next slot, which is also when their effect can be seen first. An answer
- * waits until the input's line is stored. */
+ * Hooks run on the stream's thread, which must not wait for a session: they put inputs into the session's
+ * inbox, and the worker applies them in the next slot, which is also when their effect can be seen first. The
+ * reply is sent when the input's line is stored. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -16,7 +16,7 @@
 #include "daemon/net/problem_json.h"
 #include "session/scenario.h"
 
-/* ---- answers ---- */
+/* ---- replies ---- */
 
 static void send_json(ll_host *host, ll_ws_viewer viewer, cJSON *json)
 {
@@ -58,7 +58,7 @@ static void send_durable(ll_host *host, ll_reply *reply, const ll_status *failed
     free(reply);
 }
 
-/* Sends what has become durable, and errors for the rest when the store fails. */
+/* Sends the replies that have become durable; errors for the others if the store fails. */
 void ll_host_send_replies(void *context)
 {
     ll_host *host = context;
@@ -106,12 +106,12 @@ static void reply_when_stored(ll_session_entry *session_entry, ll_ws_viewer view
     *host->replies_end = reply;
     host->replies_end = &reply->next;
     pthread_mutex_unlock(&host->replies_lock);
-    ll_host_send_replies(host); /* the store may have been faster */
+    ll_host_send_replies(host); /* the store may have committed already */
 }
 
-/* ---- the worker's part; the session is locked ---- */
+/* ---- called by the worker; the session is locked ---- */
 
-static void greet(ll_session_entry *session_entry, ll_ws_viewer viewer, ll_frame_format format)
+static void send_hello(ll_session_entry *session_entry, ll_ws_viewer viewer, ll_frame_format format)
 {
     char *hello = ll_frame_hello(session_entry->session, session_entry->id, format);
     if (hello)
@@ -121,38 +121,38 @@ static void greet(ll_session_entry *session_entry, ll_ws_viewer viewer, ll_frame
     free(hello);
 }
 
-void ll_viewers_greet(ll_session_entry *session_entry)
+void ll_viewers_send_hellos(ll_session_entry *session_entry)
 {
     for (;;) {
         ll_ws_viewer id = 0;
         ll_frame_format format = LL_FRAME_JSON;
         pthread_mutex_lock(&session_entry->inbox_lock);
         for (ll_viewer *v = session_entry->viewers; v && !id; v = v->next) {
-            if (v->greeted)
+            if (v->hello_sent)
                 continue;
-            v->greeted = true;
+            v->hello_sent = true;
             id = v->id;
             format = v->format;
         }
         pthread_mutex_unlock(&session_entry->inbox_lock);
         if (!id)
             return;
-        greet(session_entry, id, format);
+        send_hello(session_entry, id, format);
     }
 }
 
 static ll_status apply_input(ll_session_entry *session_entry, ll_time wall, const ll_stream_input *input)
 {
     ll_host *host = session_entry->host;
-    ll_status status = ll_host_storable(host);
+    ll_status status = ll_host_check_store(host);
     if (ll_failed(&status))
         return status;
     double rate = host->config.max_commands_per_s;
     if (!ll_bucket_take(&session_entry->commands, rate, rate * 2, wall)) {
         atomic_fetch_add(&host->refused_commands, 1);
-        return ll_error(LL_LIMIT, "This session takes at most %g commands a second.", rate);
+        return ll_error(LL_LIMIT, "commands: must be at most %g/s for one session", rate);
     }
-    status = ll_quota_line(session_entry, false);
+    status = ll_quota_check_line(session_entry, false);
     if (ll_failed(&status))
         return status;
     return ll_session_input(session_entry->session, wall, input->player, &input->action);
@@ -214,7 +214,7 @@ static ll_status take_auth(message *m, const cJSON *value)
         return ll_field_error(LL_BAD_INPUT, "auth", "auth: must be a key (text).");
     int role = ll_session_entry_role(m->session_entry, value->valuestring, strlen(value->valuestring));
     if (role == LL_ROLE_NONE)
-        return ll_field_error(LL_FORBIDDEN, "auth", "This key does not belong to this session.");
+        return ll_field_error(LL_FORBIDDEN, "auth", "Key of another session.");
     pthread_mutex_lock(&m->session_entry->inbox_lock);
     for (ll_viewer *v = m->session_entry->viewers; v; v = v->next) {
         if (v->id == m->viewer)
@@ -240,10 +240,10 @@ static ll_status take_input(message *m, const cJSON *value)
     int role = role_of(m->session_entry, m->viewer);
     if (role != LL_ROLE_OWNER && role != player)
         return ll_field_error(LL_FORBIDDEN, "input.player",
-                              "Say {\"auth\":KEY} with the owner's or player %d's key first.", player);
+                              "Send {\"auth\":KEY} with the owner's or player %d's key first.", player);
     ll_stream_input *input = calloc(1, sizeof *input);
     if (!input)
-        return ll_error(LL_NO_MEMORY, "There is no memory for the input.");
+        return ll_error(LL_NO_MEMORY, "Out of memory.");
     *input = (ll_stream_input){.viewer = m->viewer, .player = player, .action = action};
     memcpy(input->reply_id, m->reply_id, sizeof input->reply_id);
     pthread_mutex_lock(&m->session_entry->inbox_lock);
@@ -257,7 +257,7 @@ static ll_status take_input(message *m, const cJSON *value)
 static ll_status take_ping(message *m, const cJSON *value)
 {
     if (!cJSON_IsNumber(value) || !isfinite(value->valuedouble))
-        return ll_field_error(LL_BAD_INPUT, "ping", "ping: must be a number; it comes back in the pong.");
+        return ll_field_error(LL_BAD_INPUT, "ping", "ping: must be a number; the pong repeats it.");
     cJSON *json = answer("pong", m->reply_id);
     cJSON_AddNumberToObject(json, "ping", value->valuedouble);
     char wall[24];
@@ -267,8 +267,7 @@ static ll_status take_ping(message *m, const cJSON *value)
     return ll_ok();
 }
 
-/* The nearest rate that frames can be counted by and that is not above the one asked for: a divisor of
- * LL_FRAME_HZ. */
+/* Frames between two sections, for the highest rate that is at most `hz` and divides LL_FRAME_HZ. */
 static uint8_t frames_between(double hz)
 {
     int every = (int)ceil(LL_FRAME_HZ / hz - 1e-9);
@@ -282,10 +281,10 @@ static ll_status read_rate(const cJSON *member, ll_ws_subscription *subscription
     ll_channel channel = ll_channel_named(member->string);
     if (channel == LL_CHANNELS)
         return ll_field_error(LL_BAD_INPUT, "subscribe",
-                              "There is no channel %.40s; the hello lists those that there are.",
+                              "subscribe: channel %.40s does not exist; the hello message lists all.",
                               member->string);
     if (!cJSON_IsNumber(member) || !(member->valuedouble >= 1 && member->valuedouble <= LL_FRAME_HZ))
-        return ll_field_error(LL_BAD_INPUT, "subscribe", "The rate of %.40s must be 1 to %d Hz.",
+        return ll_field_error(LL_BAD_INPUT, "subscribe", "subscribe: rate of %.40s must be 1 to %d Hz.",
                               member->string, LL_FRAME_HZ);
     subscription->every[channel] = frames_between(member->valuedouble);
     return ll_ok();
@@ -321,7 +320,7 @@ static const struct {
 } messages[] = {
     {"auth", take_auth}, {"input", take_input}, {"ping", take_ping}, {"subscribe", take_subscribe}};
 
-/* `id` is a whole number or a short text; it comes back as it was. */
+/* `id` is a whole number or a short text; the reply repeats it. */
 static ll_status read_id(message *m)
 {
     const cJSON *id = cJSON_GetObjectItemCaseSensitive(m->json, "id");
@@ -342,8 +341,8 @@ static ll_status read_id(message *m)
 static ll_status take_message(message *m)
 {
     if (!cJSON_IsObject(m->json))
-        return ll_error(LL_BAD_INPUT, "A message is an object with one of ack, auth, input, ping or "
-                                      "subscribe, and an id if an answer is wanted.");
+        return ll_error(LL_BAD_INPUT, "A message must be an object with one of ack, auth, input, ping or "
+                                      "subscribe, and an id if a reply is wanted.");
     ll_status status = read_id(m);
     if (ll_failed(&status))
         return status;
@@ -360,12 +359,12 @@ static ll_status take_message(message *m)
         } else if (strcmp(member->string, "id") != 0) {
             return ll_field_error(
                 LL_BAD_INPUT, member->string,
-                "A message has one of ack, auth, input, ping or subscribe, and an id; not also %.40s.",
+                "A message must have one of ack, auth, input, ping or subscribe, and an id; not also %.40s.",
                 member->string);
         }
     }
     if (!found)
-        return ll_error(LL_BAD_INPUT, "A message needs one of ack, auth, input, ping or subscribe.");
+        return ll_error(LL_BAD_INPUT, "A message must have one of ack, auth, input, ping or subscribe.");
     return messages[kind].take(m, found);
 }
 
@@ -383,7 +382,7 @@ static void on_message(void *context, void *session, ll_ws_viewer viewer, const 
     cJSON_Delete(json);
 }
 
-/* ---- coming and going, on the stream's thread ---- */
+/* ---- opening and closing, on the stream's thread ---- */
 
 static void on_opened(void *context, void *session, ll_ws_viewer id, ll_frame_format format)
 {
@@ -399,7 +398,7 @@ static void on_opened(void *context, void *session, ll_ws_viewer id, ll_frame_fo
     viewer->next = session_entry->viewers;
     session_entry->viewers = viewer;
     pthread_mutex_unlock(&session_entry->inbox_lock);
-    atomic_store(&session_entry->touched, ll_host_now());
+    atomic_store(&session_entry->last_used, ll_host_now());
     ll_session_entry_notify(session_entry);
 }
 
@@ -418,7 +417,7 @@ static void on_closed(void *context, void *session, ll_ws_viewer id)
     }
     pthread_mutex_unlock(&session_entry->inbox_lock);
     free(gone);
-    atomic_store(&session_entry->touched, ll_host_now());
+    atomic_store(&session_entry->last_used, ll_host_now());
     ll_session_entry_notify(session_entry);
 }
 

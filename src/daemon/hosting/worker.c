@@ -1,8 +1,8 @@
-/* The threads that pace sessions to the wall clock and publish their frames.
+/* Threads that pace sessions to the wall clock and publish their frames.
  *
- * A frame's 16.7 ms have LL_SLOTS slots at absolute times that all workers share; a session belongs to one of
- * them. Time between slots is used to catch up sessions that are behind, a chunk of about a millisecond at a
- * time. A worker whose sessions are all parked or paused waits for a nudge and uses no CPU. */
+ * A frame's 16.7 ms have LL_SLOTS slots at absolute times, the same for all workers; a session belongs to one
+ * slot. The time between slots is used for sessions that are behind, about a millisecond for each in turn. A
+ * worker whose sessions are all parked or paused waits for a notification and uses no CPU. */
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
@@ -12,11 +12,11 @@
 enum { SLOT_HZ = LL_FRAME_HZ * LL_SLOTS };
 
 static const double chunk_ms = 1.0; /* of one session at a time */
-/* A session that catches up shows where it is this often; one whose ticks fill a chunk shows each: a frame
- * costs little beside them. */
+/* Interval of frames of a session that is catching up. A session whose ticks fill a chunk publishes each
+ * tick: a frame costs little compared with it. */
 static const ll_time behind_frame_ns = 100 * LL_MS;
-/* One that nobody looks at is looked after this often, until it is parked. */
-static const ll_time unobserved_ns = 250 * LL_MS;
+/* Interval of checks of a session without viewers, until it is parked. */
+static const ll_time unwatched_check_ns = 250 * LL_MS;
 
 static ll_time slot_time(int64_t n)
 {
@@ -31,8 +31,8 @@ static int64_t slot_at(ll_time t)
 
 /* ---- frames ---- */
 
-/* Takes what viewers want of the present tick, and leaves the session as it is. */
-static bool take(ll_session_entry *session_entry, uint32_t generation, ll_record_request *request)
+/* Takes the frame that viewers want of the present tick; the session does not change. */
+static bool take_frame(ll_session_entry *session_entry, uint32_t generation, ll_record_request *request)
 {
     ll_frame *frame;
     if (generation != session_entry->published_generation)
@@ -48,8 +48,8 @@ static bool take(ll_session_entry *session_entry, uint32_t generation, ll_record
     return true;
 }
 
-/* One frame if somebody looks and there is something new or asked for. */
-static bool publish(ll_session_entry *session_entry, bool asked)
+/* Publishes one frame if there are viewers and something changed or was requested. */
+static bool publish(ll_session_entry *session_entry, bool requested)
 {
     ll_session_info info = ll_session_get_info(session_entry->session);
     bool playing = info.status == LL_SESSION_PLAYING;
@@ -63,13 +63,13 @@ static bool publish(ll_session_entry *session_entry, bool asked)
                 viewers != session_entry->published_viewers;
     bool wait = session_entry->behind && session_entry->tick_ns < chunk_ms * 1e6 &&
                 session_entry->wall - session_entry->published_wall < behind_frame_ns;
-    if (!(asked || news) || wait || viewers == 0)
+    if (!(requested || news) || wait || viewers == 0)
         return false;
     if (request.channels == 0) {
-        session_entry->seq++; /* of slower viewers it is not the turn */
+        session_entry->seq++; /* no viewer is due: their rates are lower */
         return false;
     }
-    if (!take(session_entry, info.generation, &request))
+    if (!take_frame(session_entry, info.generation, &request))
         return false;
     session_entry->published_tick = info.tick;
     session_entry->published_status = info.status;
@@ -83,77 +83,78 @@ static bool publish(ll_session_entry *session_entry, bool asked)
 
 /* ---- one session in its slot ---- */
 
-typedef enum verdict { KEEP, KEEP_SENT, LET_GO } verdict;
+typedef enum slot_result { ACTIVE, ACTIVE_SENT, INACTIVE } slot_result;
 
-/* How long a session stays awake that nobody looks at: the less, the more of the memory is taken, and not at
- * all beyond three quarters, so that one client's sessions do not keep others from theirs. */
+/* How long a session without viewers stays awake: less with more memory in use, and not at all above three
+ * quarters, so that one client's sessions cannot exclude others'. */
 static ll_time park_after(ll_host *host)
 {
-    double taken = (double)atomic_load(&host->memory) / (double)host->memory_max;
-    double share = taken < 0.5 ? 1 : taken < 0.75 ? 4 * (0.75 - taken) : 0;
-    return (ll_time)(host->config.park_after_s * 1e9 * share);
+    double used = (double)atomic_load(&host->memory) / (double)host->memory_max;
+    double factor = used < 0.5 ? 1 : used < 0.75 ? 4 * (0.75 - used) : 0;
+    return (ll_time)(host->config.park_after_s * 1e9 * factor);
 }
 
-/* One that is parked has nothing to wait for: who wakes it notifies. */
-static verdict unobserved(ll_session_entry *session_entry)
+/* A parked session needs no visits: the thread that wakes it notifies the worker. */
+static slot_result serve_unwatched(ll_session_entry *session_entry)
 {
     if (!session_entry->session || ll_session_get_info(session_entry->session).parked)
-        return LET_GO;
+        return INACTIVE;
     ll_time now = ll_host_now();
-    if (now - atomic_load(&session_entry->touched) < park_after(session_entry->host)) {
-        atomic_store(&session_entry->rests_until, session_entry->behind ? now : now + unobserved_ns);
-        return KEEP;
+    if (now - atomic_load(&session_entry->last_used) < park_after(session_entry->host)) {
+        atomic_store(&session_entry->next_visit, session_entry->behind ? now : now + unwatched_check_ns);
+        return ACTIVE;
     }
     if (ll_session_get_info(session_entry->session).seeking)
-        return KEEP; /* whoever asked for it takes it there */
+        return ACTIVE; /* the request that began it continues it */
     ll_session_entry_save(session_entry);
     ll_frame_state_clear(&session_entry->last);
     ll_session_park(session_entry->session);
-    ll_session_entry_note(session_entry);
-    return LET_GO;
+    ll_session_entry_update_stats(session_entry);
+    return INACTIVE;
 }
 
-static verdict serve_locked(ll_session_entry *session_entry, ll_time deadline)
+static slot_result serve_locked(ll_session_entry *session_entry, ll_time deadline)
 {
-    bool asked = atomic_exchange(&session_entry->pending,
-                                 false); /* of one that is deleted, too: else it is never let go */
-    atomic_store(&session_entry->rests_until, 0);
+    bool requested =
+        atomic_exchange(&session_entry->pending,
+                        false); /* also of a deleted one, which would otherwise stay active without limit */
+    atomic_store(&session_entry->next_visit, 0);
     if (session_entry->deleted)
-        return LET_GO;
+        return INACTIVE;
     if (!ll_viewers_any(session_entry))
-        return unobserved(session_entry);
+        return serve_unwatched(session_entry);
     if (!session_entry->session || ll_session_get_info(session_entry->session).parked) {
-        ll_session_entry_carry(session_entry);
-        return LET_GO;
+        ll_session_entry_start_task(session_entry);
+        return INACTIVE;
     }
-    atomic_store(&session_entry->touched, ll_host_now());
-    ll_viewers_greet(session_entry);
-    if (!session_entry->ahead) /* else whoever makes the tick does, behind it */
+    atomic_store(&session_entry->last_used, ll_host_now());
+    ll_viewers_send_hellos(session_entry);
+    if (!session_entry->background_tick) /* otherwise the task applies them after its tick */
         ll_viewers_apply(session_entry, deadline > session_entry->wall ? deadline : session_entry->wall);
-    if (!ll_session_entry_is_heavy(session_entry) && !session_entry->ahead)
+    if (!ll_session_entry_is_heavy(session_entry) && !session_entry->background_tick)
         ll_session_entry_advance(session_entry, deadline, chunk_ms);
     else if (ll_session_due(session_entry->session, deadline) > 0)
-        ll_session_entry_carry(session_entry);
+        ll_session_entry_start_task(session_entry);
     if (ll_session_get_info(session_entry->session).parked) { /* a tick or a change took too long */
-        ll_session_entry_carry(session_entry);
-        return LET_GO;
+        ll_session_entry_start_task(session_entry);
+        return INACTIVE;
     }
-    bool sent = publish(session_entry, asked);
+    bool sent = publish(session_entry, requested);
     ll_session_status status = ll_session_get_info(session_entry->session).status;
     if (session_entry->wall - session_entry->saved_wall >
             (ll_time)(session_entry->host->config.save_every_s * 1e9) &&
         status == LL_SESSION_PLAYING)
         ll_session_entry_save(session_entry);
-    ll_session_entry_note(session_entry);
+    ll_session_entry_update_stats(session_entry);
     if (status != LL_SESSION_PLAYING && !session_entry->behind)
-        return LET_GO; /* until something changes */
-    return sent ? KEEP_SENT : KEEP;
+        return INACTIVE; /* until something changes */
+    return sent ? ACTIVE_SENT : ACTIVE;
 }
 
 /* ---- the list of active sessions ---- */
 
-/* Unless it was nudged in the meantime. */
-static void let_go(ll_worker *worker, ll_session_entry *session_entry)
+/* Unless it was notified meanwhile. */
+static void deactivate(ll_worker *worker, ll_session_entry *session_entry)
 {
     bool gone = false;
     pthread_mutex_lock(&worker->lock);
@@ -172,13 +173,13 @@ static void let_go(ll_worker *worker, ll_session_entry *session_entry)
         ll_session_entry_release(session_entry);
 }
 
-typedef struct round {
+typedef struct slot_members {
     ll_session_entry **members; /* of the slot; each with a reference */
     int count, capacity;
-} round;
+} slot_members;
 
-/* Copies the slot's members out of the list, so that nothing waits for the worker while it computes. */
-static void gather(ll_worker *worker, round *r, int slot)
+/* Copies the slot's members from the list, so that the list is not locked while the worker computes. */
+static void copy_members(ll_worker *worker, slot_members *r, int slot)
 {
     r->count = 0;
     ll_time now = ll_host_now();
@@ -192,7 +193,7 @@ static void gather(ll_worker *worker, round *r, int slot)
     }
     for (int i = 0; i < worker->count && r->count < r->capacity; i++) {
         ll_session_entry *session_entry = worker->active[i];
-        bool rests = atomic_load(&session_entry->rests_until) > now && !atomic_load(&session_entry->pending);
+        bool rests = atomic_load(&session_entry->next_visit) > now && !atomic_load(&session_entry->pending);
         if (rests || (slot >= 0 && session_entry->slot != slot))
             continue;
         ll_session_entry_retain(session_entry);
@@ -201,21 +202,21 @@ static void gather(ll_worker *worker, round *r, int slot)
     pthread_mutex_unlock(&worker->lock);
 }
 
-static void serve_slot(ll_worker *worker, round *r, int slot, ll_time deadline)
+static void serve_slot(ll_worker *worker, slot_members *r, int slot, ll_time deadline)
 {
     bool sent = false;
-    gather(worker, r, slot);
+    copy_members(worker, r, slot);
     for (int i = 0; i < r->count; i++) {
         ll_session_entry *session_entry = r->members[i];
-        /* Whoever computes for it holds the lock for some milliseconds: its session misses a frame, no other
-         * does. */
+        /* A task holds the lock for some milliseconds: then this session misses a frame, and no other session
+         * waits. */
         if (pthread_mutex_trylock(&session_entry->lock) == 0) {
-            verdict v = serve_locked(session_entry, deadline);
+            slot_result v = serve_locked(session_entry, deadline);
             pthread_mutex_unlock(&session_entry->lock);
-            sent = sent || v == KEEP_SENT;
-            if (v == LET_GO) {
+            sent = sent || v == ACTIVE_SENT;
+            if (v == INACTIVE) {
                 sent = true; /* it may have published its last frame */
-                let_go(worker, session_entry);
+                deactivate(worker, session_entry);
             }
         }
         ll_session_entry_release(session_entry);
@@ -224,18 +225,18 @@ static void serve_slot(ll_worker *worker, round *r, int slot, ll_time deadline)
         ll_ws_flush(worker->host->ws);
 }
 
-/* Spends the time until `end` on sessions that are behind, in turns. */
-static void catch_up(ll_worker *worker, round *r, ll_time end)
+/* Spends the time until `end` on sessions that are behind, in turn. */
+static void catch_up(ll_worker *worker, slot_members *r, ll_time end)
 {
     bool more = true;
     while (more && ll_host_now() + LL_MS < end) {
         more = false;
-        gather(worker, r, -1);
+        copy_members(worker, r, -1);
         for (int i = 0; i < r->count; i++) {
             ll_session_entry *session_entry = r->members[i];
             if (ll_host_now() + LL_MS < end && pthread_mutex_trylock(&session_entry->lock) == 0) {
                 if (session_entry->behind && session_entry->session && !session_entry->deleted &&
-                    !session_entry->ahead && !ll_session_entry_is_heavy(session_entry) &&
+                    !session_entry->background_tick && !ll_session_entry_is_heavy(session_entry) &&
                     !ll_session_get_info(session_entry->session).parked)
                     more = ll_session_entry_advance(session_entry, session_entry->wall, chunk_ms) > 0 || more;
                 pthread_mutex_unlock(&session_entry->lock);
@@ -247,7 +248,7 @@ static void catch_up(ll_worker *worker, round *r, ll_time end)
 
 /* ---- the thread ---- */
 
-/* Sleeps until `until`; without active sessions until one is nudged. False at the end. */
+/* Sleeps until `until`; without active sessions until a notification. False: the worker stops. */
 static bool sleep_until(ll_worker *worker, ll_time until, bool *idle)
 {
     struct timespec deadline = {.tv_sec = until / LL_SECOND, .tv_nsec = until % LL_SECOND};
@@ -266,13 +267,13 @@ static void *work(void *argument)
 {
     ll_worker *worker = argument;
     pthread_setname_np(pthread_self(), "worker");
-    round r = {0};
+    slot_members r = {0};
     int64_t n = slot_at(ll_host_now());
     for (;;) {
         bool idle;
         int64_t late = slot_at(ll_host_now()) - ++n;
         n += late >= LL_SLOTS ? late / LL_SLOTS * LL_SLOTS
-                              : 0; /* whole frames are left out, so that each slot has its turn */
+                              : 0; /* skips whole frames, so that each slot has its turn */
         if (!sleep_until(worker, slot_time(n), &idle))
             break;
         if (idle)
@@ -295,7 +296,7 @@ void ll_worker_init(ll_host *host, ll_worker *worker, int index)
 ll_status ll_worker_start(ll_worker *worker)
 {
     worker->started = pthread_create(&worker->thread, NULL, work, worker) == 0;
-    return worker->started ? ll_ok() : ll_error(LL_NO_MEMORY, "A worker's thread cannot be started.");
+    return worker->started ? ll_ok() : ll_error(LL_NO_MEMORY, "cannot start worker thread");
 }
 
 void ll_worker_stop(ll_worker *worker)
@@ -308,7 +309,7 @@ void ll_worker_stop(ll_worker *worker)
     pthread_mutex_unlock(&worker->lock);
     pthread_join(worker->thread, NULL);
     worker->started = false;
-    pthread_mutex_lock(&worker->lock); /* requests may nudge still, in vain */
+    pthread_mutex_lock(&worker->lock); /* requests may still notify, without effect */
     for (int i = 0; i < worker->count; i++)
         worker->active[i]->active = false;
     pthread_mutex_unlock(&worker->lock);

@@ -1,4 +1,4 @@
-/* The files of the page: a folder, read-only, nothing outside of it and nothing hidden in it. */
+/* The files of the page: one folder, read-only, without hidden files. */
 #include <fcntl.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -73,7 +73,7 @@ void ll_http_file(http_exchange *exchange)
         if (fd >= 0) {
             close(fd);
         }
-        ll_http_refuse(exchange, 404, LL_NOT_FOUND, "", "there is nothing at this path");
+        ll_http_refuse(exchange, 404, LL_NOT_FOUND, "", "path not found");
         return;
     }
     char tag[64];
@@ -81,7 +81,7 @@ void ll_http_file(http_exchange *exchange)
              (unsigned long long)status.st_mtim.tv_sec, (unsigned long)status.st_mtim.tv_nsec);
     ll_http_response *response = &exchange->response;
     ll_http_set_header(response, "ETag", tag);
-    ll_http_set_header(response, "Cache-Control", "no-cache"); /* asks each time, mostly gets a 304 */
+    ll_http_set_header(response, "Cache-Control", "no-cache"); /* revalidated each time, mostly with a 304 */
     if (ll_http_matches_tag(ll_http_header(&exchange->request, "If-None-Match"), tag)) {
         close(fd);
         response->status = 304;

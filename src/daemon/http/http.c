@@ -65,8 +65,8 @@ static http_connection *watch_connection(ll_http *http, struct MHD_Connection *c
     return watched;
 }
 
-/* Called before the library closes the socket, so under the lock a descriptor of the list is still the
- * connection's. */
+/* Called before the library closes the socket: as long as the lock is held, a descriptor in the list still
+ * belongs to its connection. */
 static void forget_connection(http_connection *watched)
 {
     ll_http *http = watched->http;
@@ -92,34 +92,34 @@ static void on_connection(void *closure, struct MHD_Connection *connection, void
     }
 }
 
-/* Also one that only says that it sends no more: nobody can tell the two apart. */
+/* Also true for a half-closed connection, which cannot be distinguished. */
 static bool has_hung_up(int fd)
 {
     struct pollfd p = {.fd = fd, .events = POLLRDHUP};
     return poll(&p, 1, 0) > 0 && (p.revents & (POLLRDHUP | POLLHUP | POLLERR)) != 0;
 }
 
-static bool has_left(int fd)
+static bool has_disconnected(int fd)
 {
     char byte;
     return recv(fd, &byte, 1, MSG_PEEK | MSG_DONTWAIT) == 0;
 }
 
-/* libmicrohttpd's timeout counts from the last byte, so a byte now and then holds a connection for ever. And
- * it misses the end of what a client sent together with its last request: once in a while that is looked for
- * here. */
+/* libmicrohttpd's timeout counts from the last byte, so that one byte at a time would hold a connection
+ * without limit. It also misses a FIN that came together with the last request; this checks for both from
+ * time to time. */
 void ll_http_watch(ll_http *http, int64_t now_ns)
 {
     pthread_mutex_lock(&http->watch_lock);
-    bool look = http->watch_turn++ % 8 == 0;
+    bool check = http->watch_turn++ % 8 == 0;
     for (http_connection *watched = http->first; watched != NULL; watched = watched->next) {
         if (watched->task != NULL && has_hung_up(watched->fd)) {
-            ll_task_stop(watched->task, LL_TASK_LEFT);
+            ll_task_stop(watched->task, LL_TASK_CLIENT_GONE);
         }
         int64_t deadline = atomic_load_explicit(&watched->deadline_ns, memory_order_relaxed);
         bool late = deadline != 0 && now_ns > deadline;
-        if (late ||
-            (look && atomic_load_explicit(&watched->idle, memory_order_relaxed) && has_left(watched->fd))) {
+        if (late || (check && atomic_load_explicit(&watched->idle, memory_order_relaxed) &&
+                     has_disconnected(watched->fd))) {
             shutdown(watched->fd, SHUT_RDWR);
             atomic_store_explicit(&watched->deadline_ns, 0, memory_order_relaxed);
             atomic_fetch_add(&http->cut, late);
@@ -151,7 +151,7 @@ static void name_request(http_exchange *exchange)
 }
 
 typedef struct forwarded_list {
-    char text[1024]; /* the end of it, which is what counts */
+    char text[1024]; /* keep the end of it, which has the trusted part */
 } forwarded_list;
 
 static enum MHD_Result add_forwarded(void *closure, enum MHD_ValueKind kind, const char *name,
@@ -249,8 +249,8 @@ static void on_completed(void *closure, struct MHD_Connection *connection, void 
     free(exchange);
 }
 
-/* Whatever came before on the connection has been answered whole. The library goes on with the head, and may
- * choke on it; no handler gets it. */
+/* All earlier requests of the connection have been answered. The library continues with the head and may fail
+ * on it; no handler gets it. */
 static void refuse_target(http_connection *watched, const char *fault)
 {
     char answer[640];
@@ -268,12 +268,12 @@ static void refuse_target(http_connection *watched, const char *fault)
     cJSON_free(body);
     if (size > 0 && (size_t)size < sizeof answer) {
         ssize_t sent = send(watched->fd, answer, (size_t)size, MSG_NOSIGNAL | MSG_DONTWAIT);
-        (void)sent; /* the client is gone: nothing to tell anybody */
+        (void)sent; /* the client is gone; no answer possible */
     }
     shutdown(watched->fd, SHUT_WR);
 }
 
-/* The first line of a request is there: from now on its head has to come. */
+/* The first line of a request has arrived: starts the deadline of its head. */
 static void *on_request_line(void *closure, const char *uri, struct MHD_Connection *connection)
 {
     ll_http *http = closure;
@@ -297,7 +297,8 @@ static void take_body(http_exchange *exchange, const char *bytes, size_t size)
         return;
     }
     if (request->body_size + size > exchange->body_limit) {
-        ll_http_refuse(exchange, 413, LL_LIMIT, "", "a body may have %zu bytes here", exchange->body_limit);
+        ll_http_refuse(exchange, 413, LL_LIMIT, "", "body: must have at most %zu bytes",
+                       exchange->body_limit);
         exchange->refused = true;
         return;
     }
@@ -317,8 +318,8 @@ static void take_body(http_exchange *exchange, const char *bytes, size_t size)
     exchange->body[request->body_size] = '\0';
 }
 
-/* A refusal may be sent before the body when its sender waits for a word (Expect) or would send more than is
- * worth swallowing. */
+/* Whether to refuse before the body has arrived: its sender waits for 100-continue (Expect), or the body is
+ * too large to read and discard. */
 static bool answer_early(const http_exchange *exchange)
 {
     const char *length = ll_http_header(&exchange->request, "Content-Length");
@@ -360,7 +361,7 @@ static enum MHD_Result on_request(void *closure, struct MHD_Connection *connecti
         if (answer_early(exchange)) {
             return ll_http_send(exchange);
         }
-        set_idle(exchange, has_body(exchange)); /* who leaves within it is not waited for */
+        set_idle(exchange, has_body(exchange)); /* do not wait for a client that disconnects meanwhile */
         return MHD_YES;
     }
     if (exchange->phase == HTTP_BODY && *upload_size > 0) {
@@ -380,22 +381,22 @@ static enum MHD_Result on_request(void *closure, struct MHD_Connection *connecti
 
 static void discard_log(void *closure, const char *format, va_list arguments)
 {
-    (void)closure, (void)format, (void)arguments; /* it reports what clients do wrong, by the line */
+    (void)closure, (void)format, (void)arguments; /* it logs a line for every client error */
 }
 
 static struct MHD_Daemon *start_daemon(ll_http *http)
 {
     const ll_web_server_config *config = &http->config;
     unsigned threads = (unsigned)config->http_threads;
-    /* Connections are counted by the gate; here the limit must never bite, as the library closes without a
-     * word. Each thread gets an equal part of it. */
+    /* The connection limiter counts connections; this limit must never take effect, as the library would
+     * close without an answer. Each thread gets an equal part of it. */
     unsigned limit = ((unsigned)config->max_connections + 64) * threads;
     struct MHD_OptionItem options[] = {
         {MHD_OPTION_NOTIFY_CONNECTION, (intptr_t)on_connection, http},
         {MHD_OPTION_NOTIFY_COMPLETED, (intptr_t)on_completed, http},
         {MHD_OPTION_URI_LOG_CALLBACK, (intptr_t)on_request_line, http},
         {MHD_OPTION_CONNECTION_LIMIT, (intptr_t)limit, NULL},
-        /* Heads, decoded twice, and the answer's head have to fit. */
+        /* Must fit the head, decoded twice, and the head of the answer. */
         {MHD_OPTION_CONNECTION_MEMORY_LIMIT, (intptr_t)(config->max_head_bytes + 16384), NULL},
         {MHD_OPTION_CONNECTION_TIMEOUT, (intptr_t)(unsigned)config->idle_timeout_s + 1, NULL},
         {threads > 1 ? MHD_OPTION_THREAD_POOL_SIZE : MHD_OPTION_END, (intptr_t)threads, NULL},
@@ -413,7 +414,7 @@ ll_status ll_http_start(const ll_web_server_config *config, const ll_http_app *a
 {
     ll_http *http = calloc(1, sizeof *http);
     if (http == NULL) {
-        return ll_error(LL_NO_MEMORY, "no memory for the HTTP side");
+        return ll_error(LL_NO_MEMORY, "out of memory: HTTP");
     }
     http->config = *config;
     http->app = *app;
@@ -426,13 +427,13 @@ ll_status ll_http_start(const ll_web_server_config *config, const ll_http_app *a
     pthread_cond_init(&http->job_there, NULL);
     pthread_cond_init(&http->work_done, NULL);
     if (getrandom(&http->request_seed, sizeof http->request_seed, GRND_NONBLOCK) < 0) {
-        http->request_seed = (uint64_t)ll_http_now(); /* ids only have to differ */
+        http->request_seed = (uint64_t)ll_http_now(); /* ids must only differ */
     }
     while (http->control_threads < (int)config->control_threads && ll_http_start_control(http)) {
     }
     http->daemon = http->control_threads > 0 ? start_daemon(http) : NULL;
     if (http->daemon == NULL) {
-        ll_status error = ll_error(LL_IO, "cannot start the HTTP threads: %s", strerror(errno));
+        ll_status error = ll_error(LL_IO, "cannot start HTTP threads: %s", strerror(errno));
         ll_http_stop(http);
         return error;
     }
@@ -448,7 +449,7 @@ bool ll_http_adopt(ll_http *http, int fd, const struct sockaddr *address, unsign
 void ll_http_stop(ll_http *http)
 {
     ll_http_stop_control(http);
-    ll_http_end_work(http); /* both resume whatever is suspended, as the library demands */
+    ll_http_stop_tasks(http); /* both resume suspended connections, as the library requires */
     if (http->daemon != NULL) {
         MHD_stop_daemon(http->daemon);
     }

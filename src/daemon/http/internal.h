@@ -1,5 +1,5 @@
-/* What http.c (the library's callbacks), daemon/api/table.c (which handler), lanes.c (on which thread),
- * send.c (answers), upgrade.c (late upgrades) and files.c (the page) share. */
+/* Shared by http.c (the library's callbacks), routes.c (selects the handler), dispatch.c (runs handlers),
+ * send.c (answers), upgrade.c (upgrades on kept connections) and files.c (the page). */
 #pragma once
 
 #include <microhttpd.h>
@@ -15,8 +15,9 @@
 #include "daemon/support/tasks.h"
 #include "daemon/net/upgrade.h"
 
-#define HTTP_LARGE_BODY (64u << 10) /* to read and check it is work */
-#define HTTP_SWALLOW (8u << 20)     /* of a refused body, so that its sender sees the answer */
+#define HTTP_LARGE_BODY (64u << 10) /* bytes; reading and checking a larger body runs as a task */
+#define HTTP_SWALLOW                                                                                         \
+    (8u << 20) /* bytes of a refused body that are read, so that its sender sees the answer */
 
 /* A connection, for the watchdog. */
 typedef struct http_connection {
@@ -25,22 +26,22 @@ typedef struct http_connection {
     int fd;
     ll_connection_limiter_pass pass;
     char peer[48];
-    bool faulty;                 /* its request was answered before its head was read */
-    bool proxied;                /* a trusted proxy's */
+    bool faulty;                 /* its request was answered before its head was complete */
+    bool proxied;                /* from a trusted proxy */
     _Atomic int64_t deadline_ns; /* 0: none */
-    atomic_bool idle;            /* between two requests, or within a body: what comes next is the client's */
-    ll_task *task;               /* watch_lock: what works for it */
+    atomic_bool idle;            /* between two requests, or within a body: the client has to send next */
+    ll_task *task;               /* guarded by watch_lock: the task of its request */
 } http_connection;
 
 typedef enum http_phase {
-    HTTP_BODY,    /* the body is being read */
-    HTTP_WAITING, /* suspended, a handler of another lane works */
+    HTTP_BODY,    /* reading the body */
+    HTTP_WAITING, /* suspended: a handler runs on another thread */
     HTTP_READY,   /* the response is complete */
     HTTP_QUEUED,
 } http_phase;
 
-/* An upgrade that was promised to a client; freed when its request has ended, whatever became of it. */
-typedef struct http_offer http_offer;
+/* An upgrade that was announced to a client; freed when its request ends, successful or not. */
+typedef struct http_upgrade http_upgrade;
 
 /* One request and its response. */
 typedef struct http_exchange {
@@ -52,21 +53,21 @@ typedef struct http_exchange {
     ll_http_response response;
     const ll_http_route *route;
     char *path;       /* decoded */
-    char *parameters; /* a copy of the path, cut into pieces */
+    char *parameters; /* a copy of the path, split into segments */
     char *body;
     size_t body_capacity, body_limit, swallowed;
-    bool refused;      /* the response is there before the body */
-    bool ambiguous;    /* two readers could see two requests in it: the connection ends */
+    bool refused;      /* the response was made before the body arrived */
+    bool ambiguous;    /* two parsers could read it as two requests: the connection must end */
     bool head;         /* HEAD */
-    bool cross_origin; /* an allowed origin that is not ours: may read the answer */
+    bool cross_origin; /* an allowed foreign origin: may read the answer */
     int64_t begin_ns;
-    http_offer *offer;
-    struct MHD_Response *upgrade; /* 101 */
+    http_upgrade *offer;
+    struct MHD_Response *upgrade; /* status 101 */
     int file;                     /* descriptor of a file to send, or -1 */
     uint64_t file_size;
     struct http_exchange *next_job;
-    int64_t queued_ns; /* on the lane of control */
-    int64_t counted;   /* of the answer, in answer_bytes */
+    int64_t queued_ns; /* when it was queued for the pool */
+    int64_t counted;   /* bytes counted in answer_bytes */
 } http_exchange;
 
 struct ll_http {
@@ -78,7 +79,7 @@ struct ll_http {
     ll_connection_limiter *connection_limiter;
     ll_ws *ws;
     atomic_ullong requests, cut, request_serial, refused_answers, upgrades;
-    atomic_llong answer_bytes; /* of large answers that are being sent */
+    atomic_llong answer_bytes; /* of large answers being sent */
     uint64_t request_seed;
 
     pthread_mutex_t watch_lock;
@@ -93,37 +94,38 @@ struct ll_http {
     bool jobs_end;
     int control_threads;
     pthread_t control[64];
-    int64_t busy_since[64]; /* of each; 0: it waits */
+    int64_t busy_since[64]; /* of each thread; 0: it waits */
 };
 
 int64_t ll_http_now(void);
 void ll_http_set_deadline(http_connection *connection, double seconds);
 void ll_http_deadline(http_exchange *exchange, double seconds); /* 0: none */
 
-/* Routing: what can be said before the body is there. Sets `route` or a response with `refused`. */
+/* Routes a request before its body arrives. Sets `route`, or a response with `refused`. */
 void ll_http_begin(http_exchange *exchange, const char *version);
-/* The whole request is there. True: the response is ready to be sent. False: the connection was suspended,
- * and is resumed when a handler of another lane has made the response; the exchange must then not be touched
- * by the caller. */
+/* Called when the whole request has arrived. True: the response is ready to be sent. False: the connection is
+ * suspended, and is resumed when a handler on another thread has made the response; the caller must not use
+ * the exchange then. */
 bool ll_http_handle(http_exchange *exchange);
 void ll_http_run_handler(http_exchange *exchange);
 
-bool ll_http_submit(ll_http *http,
-                    http_exchange *exchange); /* to the lane of control; false when it is full */
-/* To the lane of work. On an error nobody else has the exchange. */
-ll_status ll_http_work(ll_http *http, http_exchange *exchange);
+bool ll_http_queue(ll_http *http,
+                   http_exchange *exchange); /* to the thread pool; false when its queue is full */
+/* Starts a task. On an error the exchange stays the caller's. */
+ll_status ll_http_start_task(ll_http *http, http_exchange *exchange);
 
-bool ll_http_start_control(ll_http *http); /* one thread more */
+bool ll_http_start_control(ll_http *http); /* starts one more thread */
 void ll_http_stop_control(ll_http *http);
-void ll_http_end_work(ll_http *http); /* drains the tasks, and waits for those of requests */
+void ll_http_stop_tasks(ll_http *http); /* drains the tasks, and waits for those of requests */
 
 enum MHD_Result ll_http_send(http_exchange *exchange);
-void ll_http_compress(http_exchange *exchange); /* the answer, if its client and its kind are for it */
+void ll_http_compress(http_exchange *exchange); /* compresses the answer if the client accepts it and the type
+                                                   compresses well */
 void ll_http_refuse(http_exchange *exchange, int status, ll_code code, const char *field, const char *format,
                     ...) __attribute__((format(printf, 5, 6)));
 
-/* A 101 for a valid upgrade; NULL without memory. */
-struct MHD_Response *ll_http_offer_upgrade(ll_http *http, const ll_upgrade *upgrade, http_offer **offer);
+/* Status 101 for a valid upgrade; NULL without memory. */
+struct MHD_Response *ll_http_accept_upgrade(ll_http *http, const ll_upgrade *upgrade, http_upgrade **offer);
 
 /* The page: fills the response (a file, 304 or 404). */
 void ll_http_file(http_exchange *exchange);

@@ -1,4 +1,4 @@
-/* What a handler does to its response, and what it may ask of its request. */
+/* Functions of handlers: reading headers of the request, filling the response. */
 #include <cjson/cJSON.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -20,14 +20,14 @@ void ll_http_set_header(ll_http_response *response, const char *name, const char
     }
     snprintf(response->header[i].name, sizeof response->header[i].name, "%s", name);
     snprintf(response->header[i].value, sizeof response->header[i].value, "%s", value);
-    /* A value with a line break would be a header of its own choosing. */
+    /* Cuts at a line break, which would start another header. */
     response->header[i].value[strcspn(response->header[i].value, "\r\n")] = '\0';
     if (i == response->headers) {
         response->headers++;
     }
 }
 
-/* Room for `size` more bytes and a NUL. */
+/* Reserves `size` more bytes and a NUL. */
 static bool reserve(ll_http_response *response, size_t size)
 {
     if (response->failed || size > SIZE_MAX / 4 - response->size) {
@@ -125,7 +125,7 @@ void ll_http_text(ll_http_response *response, int status, const char *type, cons
     ll_http_append(response, text, strlen(text));
 }
 
-bool ll_http_to_work(const ll_http_request *request, ll_http_response *response)
+bool ll_http_become_task(const ll_http_request *request, ll_http_response *response)
 {
     response->to_work = request->task == NULL;
     return response->to_work;
@@ -150,7 +150,7 @@ bool ll_http_matches_tag(const char *header, const char *tag)
     return false;
 }
 
-/* The value of `q` behind an element of a list of `size` bytes; 1 when there is none. */
+/* The value of `q` after an element of a list of `size` bytes; 1 when missing. */
 static double quality_of(const char *element, size_t size)
 {
     double value = 1;
@@ -183,7 +183,7 @@ bool ll_http_takes_encoding(const ll_http_request *request, const char *encoding
 
 /* ---- Accept ---- */
 
-/* How well a media range fits a type: 0 not at all, 1 by a star, 2 by the main type, 3 exactly. */
+/* How well a media range matches a type: 0 no match, 1 by `*`, 2 by the main type, 3 exactly. */
 static int fit(const char *range, size_t size, const char *type)
 {
     size_t main_size = strcspn(type, "/") + 1;

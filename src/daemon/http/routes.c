@@ -1,4 +1,4 @@
-/* Which handler a request gets, and everything that refuses it before. */
+/* Routing of requests, and all refusals that need no handler. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -13,7 +13,7 @@ static ll_text text_of(const char *value)
 
 /* ---- patterns ---- */
 
-/* Matches `path` and cuts `pieces`, a copy of it, into the parameters. */
+/* Matches `path` and splits `pieces`, a copy of it, into the parameters. */
 static bool match(const char *pattern, char *pieces, const char *parameter[LL_HTTP_PARAMETERS])
 {
     int count = 0;
@@ -50,8 +50,8 @@ static bool matches(http_exchange *exchange, const ll_http_route *route)
     return match(route->pattern, exchange->parameters, exchange->request.parameter);
 }
 
-/* Finds the route; without one collects the methods that the path would have. The first pattern that takes
- * the path is what it means: `experiments/schema` is no experiment's. */
+/* Finds the route; if none, collects the methods that the path has. The first matching pattern wins:
+ * `experiments/schema` is not an experiment. */
 static const ll_http_route *find(http_exchange *exchange, char *allow, size_t allow_size)
 {
     const ll_http_app *app = &exchange->http->app;
@@ -100,7 +100,7 @@ static bool has_body(const http_exchange *exchange, uint64_t *length)
     return *length > 0 || ll_http_header(&exchange->request, "Transfer-Encoding") != NULL;
 }
 
-/* Pages of strangers may not change anything here, even without reading the answer. */
+/* Cross-site requests must not change anything, even if the page cannot read the answer. */
 static bool origin_refused(http_exchange *exchange)
 {
     const ll_allow *allow = &exchange->http->allow;
@@ -114,9 +114,8 @@ static bool origin_refused(http_exchange *exchange)
         return false;
     }
     if (!allowed || (origin.at == NULL && site != NULL && strcasecmp(site, "cross-site") == 0)) {
-        ll_http_refuse(
-            exchange, 403, LL_FORBIDDEN, "Origin",
-            "pages of this origin may not change anything here: --allow-origin names those that may");
+        ll_http_refuse(exchange, 403, LL_FORBIDDEN, "Origin",
+                       "Origin not allowed to change anything; see --allow-origin");
         return true;
     }
     return false;
@@ -143,15 +142,15 @@ static bool preflight(http_exchange *exchange, const char *allow)
 
 static void refuse_method(http_exchange *exchange, const char *allow)
 {
-    ll_http_refuse(exchange, 405, LL_BAD_INPUT, "", "%s is not possible here: %s", exchange->request.method,
-                   allow);
+    ll_http_refuse(exchange, 405, LL_BAD_INPUT, "", "method %s not allowed here; must be one of %s",
+                   exchange->request.method, allow);
     ll_http_set_header(&exchange->response, "Allow", allow);
 }
 
 /* ---- streams ---- */
 
-static enum MHD_Result count_twice(void *closure, enum MHD_ValueKind kind, const char *name,
-                                   const char *value)
+static enum MHD_Result count_duplicates(void *closure, enum MHD_ValueKind kind, const char *name,
+                                        const char *value)
 {
     (void)kind, (void)value;
     int *counts = closure;
@@ -164,7 +163,7 @@ static enum MHD_Result count_twice(void *closure, enum MHD_ValueKind kind, const
     return MHD_YES;
 }
 
-/* The path of a stream: an upgrade that came on a kept connection, or one that the acceptor found wanting. */
+/* Requests for a stream's path: an upgrade on a kept connection, or one that the acceptor refused. */
 static void begin_stream(http_exchange *exchange, const char *version)
 {
     ll_http *http = exchange->http;
@@ -180,7 +179,7 @@ static void begin_stream(http_exchange *exchange, const char *version)
                     .origin = text_of(ll_http_header(request, "Origin")),
                     .http11 = strcmp(version, "HTTP/1.1") == 0};
     int counts[7] = {0};
-    MHD_get_connection_values(exchange->connection, MHD_HEADER_KIND, count_twice, counts);
+    MHD_get_connection_values(exchange->connection, MHD_HEADER_KIND, count_duplicates, counts);
     for (int i = 0; i < 7; i++) {
         head.twice = head.twice || counts[i] > 1;
     }
@@ -188,16 +187,16 @@ static void begin_stream(http_exchange *exchange, const char *version)
     int status;
     ll_status error = ll_upgrade_check(&head, &http->allow, &upgrade, &status);
     if (!ll_failed(&error) && !ll_ws_knows(http->ws, &upgrade)) {
-        error = ll_error(LL_NOT_FOUND, "there is no such %s",
+        error = ll_error(LL_NOT_FOUND, "%s not found",
                          upgrade.kind == LL_STREAM_SESSION ? "session" : "experiment");
         status = 404;
     }
     if (!ll_failed(&error)) {
-        exchange->upgrade = ll_http_offer_upgrade(http, &upgrade, &exchange->offer);
+        exchange->upgrade = ll_http_accept_upgrade(http, &upgrade, &exchange->offer);
         if (exchange->upgrade != NULL) {
             return;
         }
-        error = ll_error(LL_LIMIT, "no room for another upgrade on a kept connection");
+        error = ll_error(LL_LIMIT, "too many upgrades on kept connections");
         ll_http_problem_later(&exchange->response, request, 503, 5, &error);
         return;
     }
@@ -210,7 +209,7 @@ static void begin_stream(http_exchange *exchange, const char *version)
     }
 }
 
-/* ---- heads that two readers could read in two ways ---- */
+/* ---- ambiguous heads ---- */
 
 typedef struct head_counts {
     int length, encoding, host, origin, authorization, type;
@@ -246,8 +245,8 @@ static void refuse_head(http_exchange *exchange, int status, const char *field, 
     exchange->ambiguous = true;
 }
 
-/* On every request of a connection: the acceptor sees the first one only, and the library takes the first of
- * two. */
+/* Checks every request of a connection: the acceptor sees only the first one, and of duplicate headers the
+ * library uses the first. */
 static bool head_refused(http_exchange *exchange, const char *version)
 {
     head_counts n = {0};
@@ -261,12 +260,12 @@ static bool head_refused(http_exchange *exchange, const char *version)
                         : n.authorization > 1 ? "Authorization"
                                               : NULL;
     if (twice != NULL) {
-        refuse_head(exchange, 400, twice, "a request may have this header once");
+        refuse_head(exchange, 400, twice, "duplicate header");
     } else if (n.nul) {
-        refuse_head(exchange, 400, "", "a header may not have a NUL");
+        refuse_head(exchange, 400, "", "headers: must not have a NUL");
     } else if (encoding != NULL && (n.length > 0 || strcmp(version, "HTTP/1.1") != 0)) {
         refuse_head(exchange, 400, "Transfer-Encoding",
-                    "Transfer-Encoding is for HTTP/1.1, and not beside Content-Length");
+                    "Transfer-Encoding: must be in HTTP/1.1 and without Content-Length");
     } else if (encoding != NULL && strcasecmp(encoding, "chunked") != 0) {
         refuse_head(exchange, 501, "Transfer-Encoding", "Transfer-Encoding: must be chunked");
     }
@@ -285,7 +284,7 @@ static void begin_body(http_exchange *exchange)
     const char *type = ll_http_header(&exchange->request, "Content-Type");
     exchange->body_limit = route->body_limit;
     if (length > route->body_limit || route->body_limit == 0) {
-        ll_http_refuse(exchange, 413, LL_LIMIT, "", "a body may have %zu bytes here", route->body_limit);
+        ll_http_refuse(exchange, 413, LL_LIMIT, "", "body: must have at most %zu bytes", route->body_limit);
     } else if (route->types != NULL && (type == NULL || !is_type(route->types, type))) {
         ll_http_refuse(exchange, 415, LL_BAD_INPUT, "Content-Type", "Content-Type: must be one of: %s",
                        route->types);
@@ -311,8 +310,8 @@ static enum MHD_Result check_argument(void *closure, enum MHD_ValueKind kind, co
             return MHD_YES;
         }
     }
-    ll_http_refuse(exchange, 400, LL_BAD_INPUT, name, "%.60s is not known in a query here; %s%s", name,
-                   *known != '\0' ? "possible are " : "none is possible", known);
+    ll_http_refuse(exchange, 400, LL_BAD_INPUT, name, "query: %.60s is unknown; %s%s", name,
+                   *known != '\0' ? "must be one of " : "none is allowed", known);
     exchange->refused = true;
     return MHD_NO;
 }
@@ -336,7 +335,7 @@ void ll_http_begin(http_exchange *exchange, const char *version)
         return;
     }
     if (host == NULL && strcmp(version, "HTTP/1.1") == 0) {
-        ll_http_refuse(exchange, 400, LL_BAD_INPUT, "Host", "a request of HTTP/1.1 needs a Host header");
+        ll_http_refuse(exchange, 400, LL_BAD_INPUT, "Host", "Host: required in HTTP/1.1");
         return;
     }
     if (host != NULL && !ll_allow_host(&http->allow, text_of(host))) {
@@ -384,22 +383,22 @@ bool ll_http_handle(http_exchange *exchange)
         return true;
     }
     exchange->request.body = exchange->body != NULL ? exchange->body : "";
-    ll_http_lane lane = exchange->route->lane;
-    if (lane == LL_HTTP_AT_ONCE) {
+    ll_http_run_on run_on = exchange->route->run_on;
+    if (run_on == LL_HTTP_INLINE) {
         ll_http_run_handler(exchange);
         return true;
     }
     if (exchange->request.body_size > HTTP_LARGE_BODY) {
-        lane = LL_HTTP_WORK;
+        run_on = LL_HTTP_TASK;
     }
     exchange->phase = HTTP_WAITING;
-    /* Suspended first: the other thread may be done before this returns. */
+    /* Suspends first: the other thread may finish before this returns. */
     MHD_suspend_connection(exchange->connection);
     ll_status status = ll_ok();
-    if (lane == LL_HTTP_WORK) {
-        status = ll_http_work(exchange->http, exchange);
-    } else if (!ll_http_submit(exchange->http, exchange)) {
-        status = ll_error(LL_UNAVAILABLE, "too many requests are waiting already");
+    if (run_on == LL_HTTP_TASK) {
+        status = ll_http_start_task(exchange->http, exchange);
+    } else if (!ll_http_queue(exchange->http, exchange)) {
+        status = ll_error(LL_UNAVAILABLE, "too many requests are waiting");
     }
     if (ll_failed(&status)) {
         ll_http_problem(&exchange->response, &exchange->request, &status);

@@ -1,4 +1,4 @@
-/* From an ll_http_response to what the library sends. */
+/* Turns an ll_http_response into the library's response. */
 #include <fcntl.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -11,7 +11,7 @@
 
 #define SMALL_ANSWER (64 << 10)
 #define LEAST_COMPRESSED 1024
-#define MOST_AT_CONTROL (1 << 20) /* a few milliseconds */
+#define POOL_COMPRESS_MAX (1 << 20) /* bytes; compressing takes a few milliseconds */
 
 /* No inline script, no foreign origin, no frames: the page needs none of them. */
 static const char policy[] =
@@ -30,7 +30,7 @@ void ll_http_refuse(http_exchange *exchange, int status, ll_code code, const cha
     ll_http_problem_as(&exchange->response, &exchange->request, status, &error);
 }
 
-/* A reader and its context, freed by the library with the response. */
+/* A reader and its context; the library frees it with the response. */
 typedef struct body_reader {
     ll_http_reader *read;
     void *context;
@@ -74,7 +74,7 @@ static struct MHD_Response *from_reader(ll_http_response *response)
     return made;
 }
 
-/* The library reads it at offsets of its own, through a descriptor of its own. */
+/* The library reads it at its own offsets, through its own descriptor. */
 static struct MHD_Response *from_file(const ll_http_response *response)
 {
     int fd = fcntl(fileno(response->file), F_DUPFD_CLOEXEC, 0);
@@ -92,8 +92,8 @@ static ssize_t read_nothing(void *closure, uint64_t offset, char *buffer, size_t
     return MHD_CONTENT_READER_END_OF_STREAM;
 }
 
-/* The answer to HEAD, of a body whose size is not known. Unless it is told to speak as to HTTP/1.0, the
- * library sends the chunk that ends a body, which the client takes for the next answer. */
+/* Answer to HEAD when the size of the body is unknown. Without the HTTP/1.0 option the library would send the
+ * final chunk of a body, which the client would take for the next answer. */
 static struct MHD_Response *without_body(void)
 {
     struct MHD_Response *made =
@@ -110,7 +110,7 @@ static struct MHD_Response *make(http_exchange *exchange)
     if (exchange->file >= 0) {
         struct MHD_Response *made = MHD_create_response_from_fd64(exchange->file_size, exchange->file);
         if (made != NULL) {
-            exchange->file = -1; /* the library's now */
+            exchange->file = -1; /* owned by the library now */
         }
         return made;
     }
@@ -167,8 +167,8 @@ static void add_headers(const http_exchange *exchange, struct MHD_Response *made
     }
 }
 
-/* What is not yet a file, and was made on a thread that may take a while. Answers to POST hold keys: nothing
- * of theirs shows in their size. */
+/* Compresses answers that are in memory and were made outside of the threads that read requests. Not those to
+ * POST, which contain keys: a compressed size could leak them. */
 void ll_http_compress(http_exchange *exchange)
 {
     ll_http_response *response = &exchange->response;
@@ -176,17 +176,17 @@ void ll_http_compress(http_exchange *exchange)
     char *bytes = NULL;
     size_t size = 0;
     if (response->status != 200 || response->size < LEAST_COMPRESSED || response->failed || exchange->head ||
-        strcmp(request->method, "GET") != 0 || !ll_gzip_is_worth(response->type)) {
+        strcmp(request->method, "GET") != 0 || !ll_gzip_compresses(response->type)) {
         return;
     }
     ll_http_set_header(response, "Vary", "Accept-Encoding");
-    if ((request->task == NULL && response->size > MOST_AT_CONTROL) ||
+    if ((request->task == NULL && response->size > POOL_COMPRESS_MAX) ||
         !ll_http_takes_encoding(request, "gzip")) {
         return;
     }
     ll_status status = ll_gzip_bytes(response->bytes, response->size, request->task, &bytes, &size);
     if (ll_failed(&status)) {
-        return; /* it is there: who has not the time to make it smaller sends it as it is */
+        return; /* the uncompressed answer is sent, without compression */
     }
     free(response->bytes);
     response->bytes = bytes;
@@ -199,7 +199,7 @@ static int64_t answer_size(const ll_http_response *response)
     return (int64_t)(response->size + response->held);
 }
 
-/* Counts a large answer until it was sent; false when there is no room for it. Small ones always have it. */
+/* Counts a large answer until it is sent; false when the limit is reached. Small ones are not counted. */
 static bool count_answer(http_exchange *exchange)
 {
     ll_http *http = exchange->http;
@@ -230,13 +230,13 @@ enum MHD_Result ll_http_send(http_exchange *exchange)
     }
     if (exchange->response.failed) {
         ll_http_clear(&exchange->response);
-        ll_status error = ll_error(LL_NO_MEMORY, "the daemon has no memory for this answer");
+        ll_status error = ll_error(LL_NO_MEMORY, "out of memory: answer");
         ll_http_problem_later(&exchange->response, &exchange->request, 503, 5, &error);
     }
     if (!count_answer(exchange)) {
         ll_status error = ll_error(LL_NO_MEMORY,
-                                   "%.1f MiB of answers are being sent already, and this one has "
-                                   "%.1f MiB (max_answers_mib)",
+                                   "%.1f MiB of answers are being sent, and this one has %.1f MiB; the limit "
+                                   "is reached (max_answers_mib)",
                                    (double)atomic_load(&exchange->http->answer_bytes) / 1048576.0,
                                    (double)answer_size(&exchange->response) / 1048576.0);
         ll_http_clear(&exchange->response);

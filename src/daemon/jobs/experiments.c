@@ -9,55 +9,56 @@
 #include <cjson/cJSON.h>
 
 #include "daemon/support/log.h"
-#include "daemon/jobs/progress.h"
+#include "daemon/jobs/progress_stream.h"
 #include "experiment/run/work.h"
 
 enum { ROW_BYTES = 64, METRIC_BYTES = 9 }; /* of a stored row, about */
 
-enum { PACES = 64, LOWEST_NICE = 19 };
+enum { RATE_SAMPLES = 64, LOWEST_NICE = 19 };
 
-/* The daemon alone works on a store of its own; others work on one that was named. */
+/* A store of the daemon's own has no other workers, so that leases need not expire; a named store may have
+ * others. */
 #define OWN_LEASE_S 1e6
 #define SHARED_LEASE_S 60
 
-/* From when and where the rate of an experiment is counted. */
-typedef struct pace {
+/* Start of the interval over which an experiment's rate is measured. */
+typedef struct rate_sample {
     char id[LL_EXPERIMENT_ID_MAX + 1];
     ll_time since;
     int64_t done;
-} pace;
+} rate_sample;
 
-/* Whose an experiment is, as long as the daemon lives. */
-typedef struct maker {
-    struct maker *next;
+/* The client that created an experiment, known until the daemon ends. */
+typedef struct creator {
+    struct creator *next;
     char id[LL_EXPERIMENT_ID_MAX + 1], client[48];
-} maker;
+} creator;
 
 struct ll_experiments {
     const ll_host_config *config;
     ll_result_store *store;
     ll_workers *workers;
-    _Atomic(ll_progress *) progress; /* NULL before the door is open */
-    pthread_mutex_t lock;            /* of the paces */
-    pace paces[PACES];               /* a ring: the oldest goes */
+    _Atomic(ll_progress *) progress;        /* NULL before the web server is started */
+    pthread_mutex_t lock;                   /* guards the rates */
+    rate_sample rate_samples[RATE_SAMPLES]; /* a ring buffer */
     int next_pace;
-    maker *makers; /* `lock` */
+    creator *creators; /* guarded by `lock` */
 };
 
-/* ---- what is there ---- */
+/* ---- stored experiments ---- */
 
-/* How many are kept, and one that has had its time. What a sweep put into a store that is shared has no owner
- * and is not the daemon's to count or to delete. */
-typedef struct census {
+/* Number of stored experiments, and one of them that has expired. Experiments that a sweep put into a shared
+ * store have no owner; the daemon neither counts nor deletes them. */
+typedef struct experiment_counts {
     int64_t present;
     double ttl_s, run_ttl_s;
-    char expired[LL_EXPERIMENT_ID_MAX + 1];  /* empty: there is none */
-    char too_long[LL_EXPERIMENT_ID_MAX + 1]; /* it has run for its time */
-} census;
+    char expired[LL_EXPERIMENT_ID_MAX + 1];  /* empty: none */
+    char too_long[LL_EXPERIMENT_ID_MAX + 1]; /* has run longer than its time */
+} experiment_counts;
 
 static void count(void *context, const ll_experiment_record *record)
 {
-    census *c = context;
+    experiment_counts *c = context;
     bool over = record->state != LL_EXPERIMENT_RUNNING && record->state != LL_EXPERIMENT_PAUSED;
     if (!record->owner_hash[0])
         return;
@@ -68,49 +69,50 @@ static void count(void *context, const ll_experiment_record *record)
         snprintf(c->expired, sizeof c->expired, "%s", record->id);
 }
 
-/* ---- whose they are ---- */
+/* ---- creators ---- */
 
-static int64_t made_by(ll_experiments *x, const char *client)
+static int64_t created_by(ll_experiments *x, const char *client)
 {
     int64_t made = 0;
     pthread_mutex_lock(&x->lock);
-    for (const maker *m = x->makers; m; m = m->next)
+    for (const creator *m = x->creators; m; m = m->next)
         made += strcmp(m->client, client) == 0;
     pthread_mutex_unlock(&x->lock);
     return made;
 }
 
-static void note_maker(ll_experiments *x, const char *id, const char *client)
+static void note_creator(ll_experiments *x, const char *id, const char *client)
 {
-    maker *m = malloc(sizeof *m);
+    creator *m = malloc(sizeof *m);
     if (!m)
-        return; /* it is counted in all only */
+        return; /* it still counts in the total */
     snprintf(m->id, sizeof m->id, "%s", id);
     snprintf(m->client, sizeof m->client, "%s", client);
     pthread_mutex_lock(&x->lock);
-    m->next = x->makers;
-    x->makers = m;
+    m->next = x->creators;
+    x->creators = m;
     pthread_mutex_unlock(&x->lock);
 }
 
-static void forget_maker(ll_experiments *x, const char *id)
+static void drop_creator(ll_experiments *x, const char *id)
 {
     pthread_mutex_lock(&x->lock);
-    maker **link = &x->makers;
+    creator **link = &x->creators;
     while (*link && strcmp((*link)->id, id) != 0)
         link = &(*link)->next;
-    maker *gone = *link;
+    creator *gone = *link;
     if (gone)
         *link = gone->next;
     pthread_mutex_unlock(&x->lock);
     free(gone);
 }
 
-/* Cancels what has run for too long, deletes what has expired, and counts the rest. */
+/* Cancels experiments that have run too long, deletes expired ones, counts the others. */
 static ll_status expire(ll_experiments *x, int64_t *present)
 {
     for (;;) {
-        census c = {.ttl_s = x->config->experiment_ttl_s, .run_ttl_s = x->config->experiment_run_ttl_s};
+        experiment_counts c = {.ttl_s = x->config->experiment_ttl_s,
+                               .run_ttl_s = x->config->experiment_run_ttl_s};
         ll_status status = x->store->kind->list(x->store, count, &c);
         *present = c.present;
         if (ll_failed(&status) || (!c.expired[0] && !c.too_long[0]))
@@ -119,29 +121,30 @@ static ll_status expire(ll_experiments *x, int64_t *present)
             status = x->store->kind->set_state(x->store, c.too_long, LL_EXPERIMENT_CANCELLED);
         else
             status = ll_experiments_remove(x, c.expired);
-        if (ll_failed(&status) && status.code != LL_NOT_FOUND) /* somebody else may have been faster */
+        if (ll_failed(&status) && status.code != LL_NOT_FOUND) /* another process may have deleted it */
             return status;
     }
 }
 
-/* ---- life ---- */
+/* ---- start and stop ---- */
 
 static ll_status start_workers(ll_experiments *x)
 {
     bool shared = ll_result_store_url(x->config->store) != NULL;
-    ll_workers_order order = {.store = x->store,
-                              .threads = (int)x->config->threads,
-                              .nice = LOWEST_NICE,
-                              .lease_s = shared ? SHARED_LEASE_S : OWN_LEASE_S,
-                              .persist = true};
-    ll_status status = shared ? ll_ok() : x->store->kind->release(x->store); /* of a daemon that was killed */
+    ll_workers_config config = {.store = x->store,
+                                .threads = (int)x->config->threads,
+                                .nice = LOWEST_NICE,
+                                .lease_s = shared ? SHARED_LEASE_S : OWN_LEASE_S,
+                                .persist = true};
+    ll_status status =
+        shared ? ll_ok() : x->store->kind->release(x->store); /* leases of a daemon that was killed */
     if (!ll_failed(&status))
-        status = ll_workers_start(&order, &x->workers);
+        status = ll_workers_start(&config, &x->workers);
     if (ll_failed(&status))
         return status;
-    ll_status told = ll_result_store_admits_all(x->store);
-    if (told.code == LL_CONFLICT)
-        ll_log_write("warn", "experiments", "%s", told.text);
+    ll_status versions = ll_result_store_check_versions(x->store);
+    if (versions.code == LL_CONFLICT)
+        ll_log_write("warn", "experiments", "%s", versions.text);
     return status;
 }
 
@@ -150,7 +153,7 @@ ll_status ll_experiments_open(const char *folder, const ll_host_config *config, 
     char url[600];
     ll_experiments *x = *experiments = calloc(1, sizeof *x);
     if (!x)
-        return ll_error(LL_NO_MEMORY, "There is no memory for experiments.");
+        return ll_error(LL_NO_MEMORY, "out of memory: experiments");
     x->config = config;
     pthread_mutex_init(&x->lock, NULL);
     const char *shared = ll_result_store_url(config->store);
@@ -173,10 +176,11 @@ static void show(void *progress, const ll_experiment_record *record)
     ll_progress_add(progress, record->id);
 }
 
-ll_status ll_experiments_show(ll_experiments *x, ll_ws *ws)
+ll_status ll_experiments_open_streams(ll_experiments *x, ll_ws *ws)
 {
     ll_progress *progress;
-    const ll_progress_source source = {x, ll_experiments_find, ll_experiments_describe, ll_experiments_tidy};
+    const ll_progress_source source = {x, ll_experiments_find, ll_experiments_describe,
+                                       ll_experiments_delete_expired};
     ll_status status = ll_progress_start(&source, ws, &progress);
     if (ll_failed(&status))
         return status;
@@ -184,10 +188,10 @@ ll_status ll_experiments_show(ll_experiments *x, ll_ws *ws)
     return x->store->kind->list(x->store, show, progress);
 }
 
-void ll_experiments_ask_to_end(ll_experiments *x)
+void ll_experiments_request_stop(ll_experiments *x)
 {
     if (x && x->workers)
-        ll_workers_ask_to_end(x->workers);
+        ll_workers_request_stop(x->workers);
 }
 
 void ll_experiments_stop(ll_experiments *x)
@@ -210,8 +214,8 @@ void ll_experiments_close(ll_experiments *x)
     ll_experiments_stop(x);
     ll_progress_free(atomic_load(&x->progress));
     ll_result_store_close(x->store);
-    while (x->makers)
-        forget_maker(x, x->makers->id);
+    while (x->creators)
+        drop_creator(x, x->creators->id);
     pthread_mutex_destroy(&x->lock);
     free(x);
 }
@@ -247,25 +251,25 @@ bool ll_experiments_permits(const ll_experiment_record *record, const char *key)
 
 /* ---- experiments ---- */
 
-static void begin_pace(ll_experiments *x, const char *id, int64_t done)
+static void begin_rate(ll_experiments *x, const char *id, int64_t done)
 {
     pthread_mutex_lock(&x->lock);
-    pace *p = &x->paces[x->next_pace++ % PACES];
+    rate_sample *p = &x->rate_samples[x->next_pace++ % RATE_SAMPLES];
     snprintf(p->id, sizeof p->id, "%s", id);
     p->since = ll_host_now();
     p->done = done;
     pthread_mutex_unlock(&x->lock);
 }
 
-/* 0 when it is not known. */
+/* 0: unknown */
 static double rate_of(ll_experiments *x, const ll_experiment_record *record)
 {
     double rate = 0;
     bool known = false;
     ll_time since = -1, now = ll_host_now();
     pthread_mutex_lock(&x->lock);
-    for (int i = 0; i < PACES; i++) {
-        const pace *p = &x->paces[i];
+    for (int i = 0; i < RATE_SAMPLES; i++) {
+        const rate_sample *p = &x->rate_samples[i];
         if (strcmp(p->id, record->id) != 0 || p->since <= since)
             continue;
         since = p->since;
@@ -273,8 +277,8 @@ static double rate_of(ll_experiments *x, const ll_experiment_record *record)
         rate = now > since ? (double)(record->done - p->done) / ll_to_s(now - since) : 0;
     }
     pthread_mutex_unlock(&x->lock);
-    if (!known) /* it was begun before this daemon, or by another: from this look on */
-        begin_pace(x, record->id, record->done);
+    if (!known) /* it was started before this daemon, or by another: measure from now on */
+        begin_rate(x, record->id, record->done);
     return rate;
 }
 
@@ -292,7 +296,7 @@ void ll_experiments_describe(ll_experiments *x, const ll_experiment_record *r, c
         cJSON_AddNullToObject(json, "left_s");
 }
 
-void ll_experiments_tidy(ll_experiments *x)
+void ll_experiments_delete_expired(ll_experiments *x)
 {
     int64_t present;
     ll_status status = expire(x, &present);
@@ -300,7 +304,7 @@ void ll_experiments_tidy(ll_experiments *x)
         ll_log_write("warn", "experiments", "%s", status.text);
 }
 
-/* Whether the results of one more fit: of those that are there, and of this one's runs. */
+/* Whether the results of another experiment fit: those stored, and those of its runs. */
 static ll_status fits(ll_experiments *x, const ll_experiment *e)
 {
     const double mebi = 1 << 20;
@@ -312,7 +316,7 @@ static ll_status fits(ll_experiments *x, const ll_experiment *e)
     if (ll_failed(&status) || (there < most && wanted <= most - there))
         return status;
     return ll_error(LL_IO,
-                    "The experiments' results take %.1f of %.1f MiB (max_results_mib), and this one's would "
+                    "Results of experiments use %.1f of %.1f MiB (max_results_mib), and this one's would "
                     "take about %.1f.",
                     (double)there / mebi, (double)most / mebi, (double)wanted / mebi);
 }
@@ -321,19 +325,17 @@ static ll_status allowed(ll_experiments *x, const ll_experiment *e, const char *
 {
     int64_t present = 0;
     if (e->runs > x->config->max_experiment_runs)
-        return ll_field_error(LL_BAD_INPUT, "axes",
-                              "The experiment has %lld runs; this daemon takes at most %lld.",
+        return ll_field_error(LL_BAD_INPUT, "axes", "experiment: has %lld runs; must have at most %lld",
                               (long long)e->runs, (long long)x->config->max_experiment_runs);
     ll_status status = expire(x, &present);
     if (!ll_failed(&status) && present >= x->config->max_experiments)
-        status =
-            ll_error(LL_LIMIT, "There are %lld experiments already, which is the limit.", (long long)present);
-    int64_t made = made_by(x, client);
+        status = ll_error(LL_LIMIT, "Limit of %lld experiments reached.", (long long)present);
+    int64_t made = created_by(x, client);
     if (!ll_failed(&status) && made >= x->config->max_client_experiments)
-        status = ll_error(LL_LIMIT,
-                          "%lld experiments of this address are kept, which is the limit "
-                          "(max_client_experiments): delete one.",
-                          (long long)made);
+        status =
+            ll_error(LL_LIMIT,
+                     "Limit of %lld experiments of one address reached (max_client_experiments); delete one.",
+                     (long long)made);
     return ll_failed(&status) ? status : fits(x, e);
 }
 
@@ -345,18 +347,18 @@ ll_status ll_experiments_add(ll_experiments *x, const ll_experiment *e, const ch
     if (ll_failed(&status))
         return status;
     if (!ll_new_id(id) || !ll_new_key(key) || !hash_text(key, record.owner_hash))
-        return ll_error(LL_NO_MEMORY, "The system gives no random numbers for keys.");
+        return ll_error(LL_NO_MEMORY, "Random numbers for keys not available.");
     snprintf(record.id, sizeof record.id, "%s", id);
     char *text = ll_experiment_text(e);
     if (!text)
-        return ll_error(LL_NO_MEMORY, "There is no memory for an experiment.");
-    begin_pace(x, id, 0);
+        return ll_error(LL_NO_MEMORY, "out of memory: experiment");
+    begin_rate(x, id, 0);
     status = x->store->kind->create(x->store, &record, text, ll_experiment_chunk(e, e->runs, 0));
     free(text);
     if (x->workers)
-        ll_workers_wake(x->workers);
+        ll_workers_notify(x->workers);
     if (!ll_failed(&status)) {
-        note_maker(x, id, client);
+        note_creator(x, id, client);
         ll_progress_add(atomic_load(&x->progress), id);
     }
     return status;
@@ -368,13 +370,13 @@ ll_status ll_experiments_find(ll_experiments *x, const char *id, ll_experiment_r
     char *text = NULL;
     cJSON *json = NULL;
     if (!ll_is_id(id))
-        return ll_error(LL_NOT_FOUND, "There is no experiment with this id.");
+        return ll_error(LL_NOT_FOUND, "Experiment not found.");
     ll_status status = x->store->kind->record(x->store, id, record);
     if (status.code == LL_NOT_FOUND)
-        return ll_error(LL_NOT_FOUND, "There is no experiment with this id.");
+        return ll_error(LL_NOT_FOUND, "Experiment not found.");
     if (ll_failed(&status) || !experiment)
         return status;
-    ll_progress_add(atomic_load(&x->progress), id); /* another machine may have made it */
+    ll_progress_add(atomic_load(&x->progress), id); /* another machine may have created it */
     status = x->store->kind->specification(x->store, id, &text);
     if (!ll_failed(&status))
         status = ll_json_parse(text, strlen(text), &json);
@@ -388,16 +390,17 @@ ll_status ll_experiments_find(ll_experiments *x, const char *id, ll_experiment_r
 ll_status ll_experiments_set(ll_experiments *x, const ll_experiment_record *record, ll_experiment_state state)
 {
     if (record->state != LL_EXPERIMENT_RUNNING && record->state != LL_EXPERIMENT_PAUSED)
-        return ll_error(LL_CONFLICT, "The experiment is over: it is %s.",
+        return ll_error(LL_CONFLICT, "The experiment has ended: it is %s.",
                         ll_experiment_state_names[record->state]);
-    ll_status status = state == LL_EXPERIMENT_RUNNING ? ll_result_store_admits(x->store, record) : ll_ok();
+    ll_status status =
+        state == LL_EXPERIMENT_RUNNING ? ll_result_store_check_version(x->store, record) : ll_ok();
     if (!ll_failed(&status))
         status = x->store->kind->set_state(x->store, record->id, state);
     if (ll_failed(&status) || state != LL_EXPERIMENT_RUNNING)
         return status;
-    begin_pace(x, record->id, record->done);
+    begin_rate(x, record->id, record->done);
     if (x->workers)
-        ll_workers_wake(x->workers);
+        ll_workers_notify(x->workers);
     return status;
 }
 
@@ -405,6 +408,6 @@ ll_status ll_experiments_remove(ll_experiments *x, const char *id)
 {
     if (atomic_load(&x->progress))
         ll_progress_remove(atomic_load(&x->progress), id);
-    forget_maker(x, id);
+    drop_creator(x, id);
     return x->store->kind->remove(x->store, id);
 }

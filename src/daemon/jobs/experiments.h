@@ -1,6 +1,5 @@
-/* Experiments of the daemon: their store, and the threads that run them with the lowest claim on the
- * processors, so that live sessions come first. What runs when the daemon ends goes on at its next start. Any
- * thread. */
+/* Experiments of the daemon: their store, and the threads that run them at the lowest priority, so that live
+ * sessions come first. Experiments that run when the daemon ends continue at its next start. Any thread. */
 #pragma once
 
 #include "daemon/hosting/host.h"
@@ -9,36 +8,36 @@
 
 typedef struct ll_experiments ll_experiments;
 
-/* In `config->store`, or `folder`, or in memory where that is NULL. `config` and `folder` outlive it. */
+/* Opens the store `config->store`, or one in `folder`, or in memory if that is NULL. `config` and `folder`
+ * must outlive it. */
 ll_status ll_experiments_open(const char *folder, const ll_host_config *config, ll_experiments **experiments);
-void ll_experiments_ask_to_end(ll_experiments *experiments); /* returns at once; NULL is fine */
-void ll_experiments_stop(ll_experiments *experiments);       /* each thread breaks off the run it is at */
+void ll_experiments_request_stop(ll_experiments *experiments); /* returns at once; NULL: no effect */
+void ll_experiments_stop(ll_experiments *experiments);         /* each thread interrupts its present run */
 void ll_experiments_close(ll_experiments *experiments);
 
-/* Begins their streams. Any viewer's hook ends before the stop. */
-ll_status ll_experiments_show(ll_experiments *experiments, ll_ws *ws);
+/* Opens their streams. All viewers' hooks must have ended before the stop. */
+ll_status ll_experiments_open_streams(ll_experiments *experiments, ll_ws *ws);
 
 ll_result_store *ll_experiments_store(ll_experiments *experiments);
 
-/* Registers an experiment and begins. `id` and `key` are made here; the key is not kept. LL_LIMIT: it has
- * more runs than one may, or there are as many experiments as may be, in all or of this client. LL_IO: there
- * is no room for its results. */
+/* Registers an experiment and starts it. Generates `id` and `key`; the key is not kept. LL_LIMIT: too many
+ * runs, or too many experiments, in total or of this client. LL_IO: its results would not fit. */
 ll_status ll_experiments_add(ll_experiments *experiments, const ll_experiment *experiment, const char *client,
                              char id[LL_ID_LENGTH + 1], char key[LL_KEY_LENGTH + 1]);
 
-/* Reads the record, and the specification into `experiment` unless that is NULL. */
+/* Reads the record, and its specification into `experiment` unless that is NULL. */
 ll_status ll_experiments_find(ll_experiments *experiments, const char *id, ll_experiment_record *record,
                               ll_experiment **experiment);
 bool ll_experiments_permits(const ll_experiment_record *record, const char *key);
 
-/* LL_CONFLICT: it is over; or of another version, and so not resumed here. */
+/* LL_CONFLICT: it has ended, or it is of another version, which this one cannot resume. */
 ll_status ll_experiments_set(ll_experiments *experiments, const ll_experiment_record *record,
                              ll_experiment_state state);
-/* Cancels what has run for too long, and deletes what has expired. */
-void ll_experiments_tidy(ll_experiments *experiments);
+/* Cancels experiments that have run too long, and deletes expired ones. */
+void ll_experiments_delete_expired(ll_experiments *experiments);
 ll_status ll_experiments_remove(ll_experiments *experiments, const char *id);
 
-/* Adds to `json` how far it is: state, runs, done, rate_per_s and left_s. The rate is that of the runs since
- * it began or was resumed here, as far as their rows are stored. */
+/* Adds its progress to `json`: state, runs, done, rate_per_s and left_s. The rate is that of the stored runs
+ * since it was started or resumed here. */
 void ll_experiments_describe(ll_experiments *experiments, const ll_experiment_record *record,
                              struct cJSON *json);

@@ -9,11 +9,12 @@
 
 #include <cjson/cJSON.h>
 
-enum { JOBS_MOST = 256, OF_CLIENT = 8 }; /* of client: that run */
+enum { JOBS_MAX = 256, JOBS_PER_CLIENT = 8 }; /* JOBS_PER_CLIENT: that run */
 
 #define KEPT (600 * LL_SECOND)
-#define RESTS                                                                                                \
-    (800 * LL_MS) /* after that without a question: who is told to ask once a second hardly notices */
+#define PAUSE_AFTER_NS                                                                                       \
+    (800 * LL_MS) /* pause after that time without a request; clients are asked to poll once per             \
+                     second, so this hardly delays them */
 
 static const char *const states[] = {"running", "done", "cancelled", "failed"};
 
@@ -23,11 +24,11 @@ typedef struct job {
     char id[LL_ID_LENGTH + 1];
     char client[40];
     ll_key_hash key;
-    ll_job_order order;
+    ll_job_spec spec;
     _Atomic int64_t done;
-    _Atomic ll_time asked; /* when somebody asked for it last */
-    /* Of the jobs' lock: */
-    bool removed; /* it is freed by who is last, the list or the task */
+    _Atomic ll_time last_request; /* time of the last request */
+    /* Guarded by the lock of `jobs`: */
+    bool removed; /* freed by the last user, the list or the task */
     ll_task *task;
     ll_job_state state;
     ll_time ended;
@@ -39,22 +40,22 @@ struct ll_jobs {
     ll_tasks *tasks;
     const ll_host_config *config;
     pthread_mutex_t lock;
-    pthread_cond_t asked; /* for one of them */
+    pthread_cond_t requested; /* for one of them */
     job *first;
     int count;
 };
 
 static void free_job(job *j)
 {
-    j->order.free(j->order.context);
+    j->spec.free(j->spec.context);
     cJSON_Delete(j->answer);
     free(j);
 }
 
-/* ---- its task ---- */
+/* ---- a job's task ---- */
 
-/* Nobody may be there any more: until it is asked for again, or the end. */
-static void rest(job *j)
+/* Waits for a request, since the client may have left, or for the job's end. */
+static void wait_for_request(job *j)
 {
     struct timespec until;
     clock_gettime(CLOCK_REALTIME, &until);
@@ -62,7 +63,7 @@ static void rest(job *j)
     until.tv_sec += ns / LL_SECOND;
     until.tv_nsec = ns % LL_SECOND;
     pthread_mutex_lock(&j->jobs->lock);
-    pthread_cond_timedwait(&j->jobs->asked, &j->jobs->lock, &until);
+    pthread_cond_timedwait(&j->jobs->requested, &j->jobs->lock, &until);
     pthread_mutex_unlock(&j->jobs->lock);
 }
 
@@ -70,26 +71,26 @@ static bool is_wanted(void *context)
 {
     job *j = context;
     ll_time most = (ll_time)(j->jobs->config->job_idle_s * 1e9), idle;
-    while ((idle = ll_host_now() - atomic_load(&j->asked)) > RESTS && idle <= most &&
-           ll_task_ending(j->task) == LL_TASK_GOES_ON)
-        rest(j);
+    while ((idle = ll_host_now() - atomic_load(&j->last_request)) > PAUSE_AFTER_NS && idle <= most &&
+           ll_task_end_reason(j->task) == LL_TASK_RUNNING)
+        wait_for_request(j);
     if (idle > most)
-        ll_task_stop(j->task, LL_TASK_LEFT);
-    return ll_task_go_on(j->task);
+        ll_task_stop(j->task, LL_TASK_CLIENT_GONE);
+    return ll_task_yield(j->task);
 }
 
 static void finish(job *j, ll_task *task, const ll_status *status, cJSON *answer)
 {
     ll_jobs *jobs = j->jobs;
-    ll_task_end end = ll_task_ending(task);
+    ll_task_end end = ll_task_end_reason(task);
     pthread_mutex_lock(&jobs->lock);
     j->task = NULL;
     j->ended = ll_host_now();
     j->answer = answer;
-    j->error = status->code == LL_INTERRUPTED ? ll_task_told(task, status->text) : *status;
-    j->state = !ll_failed(status)                                ? LL_JOB_DONE
-               : end == LL_TASK_LEFT || end == LL_TASK_CANCELLED ? LL_JOB_CANCELLED
-                                                                 : LL_JOB_FAILED;
+    j->error = status->code == LL_INTERRUPTED ? ll_task_error(task, status->text) : *status;
+    j->state = !ll_failed(status)                                       ? LL_JOB_DONE
+               : end == LL_TASK_CLIENT_GONE || end == LL_TASK_CANCELLED ? LL_JOB_CANCELLED
+                                                                        : LL_JOB_FAILED;
     bool last = j->removed;
     pthread_mutex_unlock(&jobs->lock);
     if (last)
@@ -100,14 +101,14 @@ static void run(void *context, ll_task *task)
 {
     job *j = context;
     cJSON *answer = NULL;
-    pthread_mutex_lock(&j->jobs->lock); /* whoever ordered it has told it its task */
+    pthread_mutex_lock(&j->jobs->lock); /* after the lock, `j->task` is set */
     pthread_mutex_unlock(&j->jobs->lock);
     ll_interrupt interrupt = ll_task_interrupt(task);
     interrupt.go_on = is_wanted;
     interrupt.context = j;
-    ll_status status = ll_task_ending(task) == LL_TASK_GOES_ON
-                           ? j->order.run(j->order.context, &interrupt, &j->done, &answer)
-                           : ll_error(LL_INTERRUPTED, "nothing was begun");
+    ll_status status = ll_task_end_reason(task) == LL_TASK_RUNNING
+                           ? j->spec.run(j->spec.context, &interrupt, &j->done, &answer)
+                           : ll_error(LL_INTERRUPTED, "not started");
     finish(j, task, &status, answer);
 }
 
@@ -121,46 +122,46 @@ static job **find(ll_jobs *jobs, const char *id)
     return link;
 }
 
-static void take_off(ll_jobs *jobs, job **link)
+static void remove_from_list(ll_jobs *jobs, job **link)
 {
     job *j = *link;
     *link = j->next;
     jobs->count--;
     j->removed = true;
     if (j->task)
-        ll_task_stop(j->task, LL_TASK_CANCELLED); /* which frees it */
+        ll_task_stop(j->task, LL_TASK_CANCELLED); /* the task frees it */
     else
         free_job(j);
 }
 
-static void forget_old(ll_jobs *jobs)
+static void delete_expired(ll_jobs *jobs)
 {
     ll_time before = ll_host_now() - KEPT;
     for (job **link = &jobs->first; *link;) {
         if ((*link)->state != LL_JOB_RUNNING && (*link)->ended < before)
-            take_off(jobs, link);
+            remove_from_list(jobs, link);
         else
             link = &(*link)->next;
     }
 }
 
-/* ---- for the routes ---- */
+/* ---- called by handlers ---- */
 
 static ll_status add_locked(ll_jobs *jobs, job *j)
 {
-    ll_task_order order = {.budget_s = jobs->config->job_cpu_s, .run = run, .context = j};
+    ll_task_spec spec = {.budget_s = jobs->config->job_cpu_s, .run = run, .context = j};
     int running = 0;
-    snprintf(order.client, sizeof order.client, "job %.39s",
-             j->client); /* its requests have turns of their own */
-    snprintf(order.session, sizeof order.session, "%s", j->id);
-    forget_old(jobs);
+    snprintf(spec.client, sizeof spec.client, "job %.39s",
+             j->client); /* so that it does not take the turns of its client's requests */
+    snprintf(spec.session, sizeof spec.session, "%s", j->id);
+    delete_expired(jobs);
     for (const job *other = jobs->first; other; other = other->next)
         running += other->state == LL_JOB_RUNNING && strcmp(other->client, j->client) == 0;
-    if (running >= OF_CLIENT)
-        return ll_error(LL_LIMIT, "%d searches of this client run already, which is the limit.", running);
-    if (jobs->count >= JOBS_MOST)
-        return ll_error(LL_LIMIT, "There are %d jobs already, which is the limit.", jobs->count);
-    ll_status status = ll_tasks_add(jobs->tasks, &order, &j->task);
+    if (running >= JOBS_PER_CLIENT)
+        return ll_error(LL_LIMIT, "Limit of %d searches of one client reached.", running);
+    if (jobs->count >= JOBS_MAX)
+        return ll_error(LL_LIMIT, "Limit of %d jobs reached.", jobs->count);
+    ll_status status = ll_tasks_add(jobs->tasks, &spec, &j->task);
     if (ll_failed(&status))
         return status;
     j->next = jobs->first;
@@ -169,20 +170,20 @@ static ll_status add_locked(ll_jobs *jobs, job *j)
     return status;
 }
 
-ll_status ll_jobs_add(ll_jobs *jobs, const ll_job_order *order, char id[LL_ID_LENGTH + 1],
+ll_status ll_jobs_add(ll_jobs *jobs, const ll_job_spec *spec, char id[LL_ID_LENGTH + 1],
                       char key[LL_KEY_LENGTH + 1])
 {
     job *j = calloc(1, sizeof *j);
     if (!j || !ll_new_id(id) || !ll_new_key(key) || !ll_key_hash_make(key, &j->key)) {
-        order->free(order->context);
+        spec->free(spec->context);
         free(j);
-        return ll_error(LL_NO_MEMORY, "There is no memory for another job.");
+        return ll_error(LL_NO_MEMORY, "out of memory: job");
     }
     j->jobs = jobs;
-    j->order = *order;
-    snprintf(j->client, sizeof j->client, "%s", order->client);
+    j->spec = *spec;
+    snprintf(j->client, sizeof j->client, "%s", spec->client);
     memcpy(j->id, id, sizeof j->id);
-    atomic_init(&j->asked, ll_host_now());
+    atomic_init(&j->last_request, ll_host_now());
     pthread_mutex_lock(&jobs->lock);
     ll_status status = add_locked(jobs, j);
     pthread_mutex_unlock(&jobs->lock);
@@ -193,7 +194,7 @@ ll_status ll_jobs_add(ll_jobs *jobs, const ll_job_order *order, char id[LL_ID_LE
 
 static ll_status no_job(void)
 {
-    return ll_error(LL_NOT_FOUND, "There is no advice with this id, or none any more.");
+    return ll_error(LL_NOT_FOUND, "Advice not found, or expired.");
 }
 
 ll_status ll_jobs_describe(ll_jobs *jobs, const char *id, cJSON *json)
@@ -201,11 +202,11 @@ ll_status ll_jobs_describe(ll_jobs *jobs, const char *id, cJSON *json)
     pthread_mutex_lock(&jobs->lock);
     job *j = *find(jobs, id);
     if (j) {
-        atomic_store(&j->asked, ll_host_now());
-        pthread_cond_broadcast(&jobs->asked);
+        atomic_store(&j->last_request, ll_host_now());
+        pthread_cond_broadcast(&jobs->requested);
         cJSON_AddStringToObject(json, "id", j->id);
         cJSON_AddStringToObject(json, "state", states[j->state]);
-        cJSON_AddNumberToObject(json, "runs", (double)j->order.most);
+        cJSON_AddNumberToObject(json, "runs", (double)j->spec.most);
         cJSON_AddNumberToObject(json, "done", (double)atomic_load(&j->done));
         cJSON_AddItemToObject(json, "answer",
                               j->answer ? cJSON_Duplicate(j->answer, true) : cJSON_CreateNull());
@@ -224,14 +225,14 @@ ll_status ll_jobs_remove(ll_jobs *jobs, const char *id, const char *key)
     if (!*link)
         status = no_job();
     else if (key && !ll_key_matches(&(*link)->key, key, strlen(key)))
-        status = ll_error(LL_FORBIDDEN, "This key does not belong to this advice.");
+        status = ll_error(LL_FORBIDDEN, "Key of another advice.");
     else
-        take_off(jobs, link);
+        remove_from_list(jobs, link);
     pthread_mutex_unlock(&jobs->lock);
     return status;
 }
 
-/* ---- life ---- */
+/* ---- start and stop ---- */
 
 ll_jobs *ll_jobs_new(ll_tasks *tasks, const ll_host_config *config)
 {
@@ -241,7 +242,7 @@ ll_jobs *ll_jobs_new(ll_tasks *tasks, const ll_host_config *config)
     jobs->tasks = tasks;
     jobs->config = config;
     pthread_mutex_init(&jobs->lock, NULL);
-    pthread_cond_init(&jobs->asked, NULL);
+    pthread_cond_init(&jobs->requested, NULL);
     return jobs;
 }
 
@@ -250,8 +251,8 @@ void ll_jobs_free(ll_jobs *jobs)
     if (!jobs)
         return;
     while (jobs->first)
-        take_off(jobs, &jobs->first);
+        remove_from_list(jobs, &jobs->first);
     pthread_mutex_destroy(&jobs->lock);
-    pthread_cond_destroy(&jobs->asked);
+    pthread_cond_destroy(&jobs->requested);
     free(jobs);
 }

@@ -22,28 +22,28 @@
 #include "daemon/http/http_problem.h"
 #include "daemon/net/proxies.h"
 
-#define TICK_NS INT64_C(100000000) /* deadlines are looked at that often */
+#define TICK_NS INT64_C(100000000) /* interval of deadline checks */
 #define LINGER_NS                                                                                            \
-    INT64_C(1000000000) /* after a refusal: for the client to read it before the socket is gone */
-#define MANY_PEEKS 32   /* more segments than that in one head: it is peeked at once a tick only */
+    INT64_C(1000000000) /* after a refusal, so that the client can read it before the socket is closed */
+#define MANY_PEEKS 32   /* a head with more segments than that is peeked at only once per tick */
 #define NOTSENT_BYTES (16 * 1024)
 
-/* A connection whose head has not come yet, or whose refusal has been sent. Both lists are in the order of
- * their deadlines. */
-typedef struct arrival {
-    struct arrival *next, *previous;
-    struct arrival_list *list;
+/* A connection whose head is incomplete, or to which a refusal was sent. Both lists are ordered by
+ * deadline. */
+typedef struct pending_connection {
+    struct pending_connection *next, *previous;
+    struct pending_list *list;
     int fd;
     ll_connection_limiter_pass pass;
     struct sockaddr_storage address;
     socklen_t address_size;
     int64_t deadline_ns;
     int peeks;
-} arrival;
+} pending_connection;
 
-typedef struct arrival_list {
-    arrival *first, *last;
-} arrival_list;
+typedef struct pending_list {
+    pending_connection *first, *last;
+} pending_list;
 
 struct ll_acceptor {
     ll_web_server_config config;
@@ -62,9 +62,9 @@ struct ll_acceptor {
     pthread_mutex_t closed_lock;
     pthread_cond_t closed_there;
     atomic_ullong accepted, refused_total, refused_per_ip, refused_head;
-    arrival_list reading, lingering;
-    int64_t pause_until_ns; /* the listener waits: no descriptors were left */
-    bool listening;         /* it is in the epoll set */
+    pending_list reading, lingering;
+    int64_t pause_until_ns; /* accepting is paused: no descriptors were left */
+    bool listening;         /* the listening socket is in the epoll set */
     char head[];            /* max_head_bytes + 1 */
 };
 
@@ -75,9 +75,9 @@ static int64_t now_ns(void)
     return (int64_t)t.tv_sec * 1000000000 + t.tv_nsec;
 }
 
-/* ---- arrivals ---- */
+/* ---- accepted connections ---- */
 
-static void put(arrival_list *list, arrival *a)
+static void put(pending_list *list, pending_connection *a)
 {
     a->list = list;
     a->next = NULL;
@@ -86,22 +86,22 @@ static void put(arrival_list *list, arrival *a)
     list->last = a;
 }
 
-static void take(arrival *a)
+static void take(pending_connection *a)
 {
-    arrival_list *list = a->list;
+    pending_list *list = a->list;
     *(a->previous != NULL ? &a->previous->next : &list->first) = a->next;
     *(a->next != NULL ? &a->next->previous : &list->last) = a->previous;
 }
 
-static void drop(ll_acceptor *acceptor, arrival *a)
+static void drop(ll_acceptor *acceptor, pending_connection *a)
 {
     take(a);
-    close(a->fd); /* which takes it out of epoll: nobody else has the socket */
+    close(a->fd); /* also removes it from epoll: it has no other reference */
     ll_connection_limiter_leave(acceptor->connection_limiter, &a->pass);
     free(a);
 }
 
-/* A whole answer in one send; what does not fit in a fresh socket's buffer is not worth waiting for. */
+/* Sends a whole answer in one call. A fresh socket's buffer holds it; if not, the rest is dropped. */
 static void send_problem(int fd, int status, const char *field, const char *detail)
 {
     char answer[1024];
@@ -120,11 +120,12 @@ static void send_problem(int fd, int status, const char *field, const char *deta
     cJSON_free(body);
     if (size > 0 && (size_t)size < sizeof answer &&
         send(fd, answer, (size_t)size, MSG_NOSIGNAL | MSG_DONTWAIT) < 0) {
-        return; /* the client is gone: nothing to tell anybody */
+        return; /* the client is gone; no answer possible */
     }
 }
 
-/* Reads away what still comes; closing with unread bytes would reset the connection and eat the answer. */
+/* Discards input that still arrives; closing with unread bytes would reset the connection and lose the
+ * answer. */
 static bool drain_input(int fd)
 {
     char bytes[4096];
@@ -135,7 +136,7 @@ static bool drain_input(int fd)
     return size == 0 || (errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR);
 }
 
-static void refuse(ll_acceptor *acceptor, arrival *a, int status, const char *detail)
+static void refuse(ll_acceptor *acceptor, pending_connection *a, int status, const char *detail)
 {
     atomic_fetch_add(&acceptor->refused_head, 1);
     send_problem(a->fd, status, "", detail);
@@ -149,20 +150,22 @@ static void refuse(ll_acceptor *acceptor, arrival *a, int status, const char *de
     put(&acceptor->lingering, a);
 }
 
-static void hand_over(ll_acceptor *acceptor, arrival *a, const ll_upgrade *upgrade, size_t head_size)
+static void hand_over(ll_acceptor *acceptor, pending_connection *a, const ll_upgrade *upgrade,
+                      size_t head_size)
 {
-    arrival gone = *a;
+    pending_connection gone = *a;
     epoll_ctl(acceptor->epoll, EPOLL_CTL_DEL, a->fd, NULL);
     take(a);
     free(a);
     if (upgrade == NULL) {
-        /* The gate's count goes along: the HTTP side leaves it when the connection ends. */
+        /* HTTP also takes over the pass of the connection limiter, and returns it when the connection
+         * ends. */
         if (!ll_http_adopt(acceptor->http, gone.fd, (struct sockaddr *)&gone.address, gone.address_size)) {
             ll_connection_limiter_leave(acceptor->connection_limiter, &gone.pass);
         }
         return;
     }
-    /* The head was peeked at; it is read now, and nothing of what may come behind it. */
+    /* The head was only peeked at; now exactly its bytes are read. */
     if (recv(gone.fd, acceptor->head, head_size, MSG_DONTWAIT) == (ssize_t)head_size) {
         ll_ws_adopt(acceptor->ws, upgrade, &(ll_ws_socket){.fd = gone.fd}, NULL, 0, &gone.pass);
     } else {
@@ -171,8 +174,8 @@ static void hand_over(ll_acceptor *acceptor, arrival *a, const ll_upgrade *upgra
     }
 }
 
-/* A whole head: streams to the stream side, everything else, bad upgrades too, to the HTTP side. */
-static void route(ll_acceptor *acceptor, arrival *a, const ll_head *head)
+/* Routes a complete head: valid upgrades to the streams, all others, also invalid upgrades, to HTTP. */
+static void route(ll_acceptor *acceptor, pending_connection *a, const ll_head *head)
 {
     ll_upgrade upgrade;
     int status;
@@ -181,7 +184,7 @@ static void route(ll_acceptor *acceptor, arrival *a, const ll_head *head)
     hand_over(acceptor, a, stream ? &upgrade : NULL, head->size);
 }
 
-static void peek(ll_acceptor *acceptor, arrival *a)
+static void peek(ll_acceptor *acceptor, pending_connection *a)
 {
     size_t limit = (size_t)acceptor->config.max_head_bytes;
     ssize_t size = recv(a->fd, acceptor->head, limit + 1, MSG_PEEK | MSG_DONTWAIT);
@@ -198,21 +201,21 @@ static void peek(ll_acceptor *acceptor, arrival *a)
     case LL_HEAD_WHOLE:
         route(acceptor, a, &head);
         return;
-    case LL_HEAD_JUNK:
-        refuse(acceptor, a, 400, "this is not a request of HTTP/1.1");
+    case LL_HEAD_INVALID:
+        refuse(acceptor, a, 400, "not a request of HTTP/1.1");
         return;
     case LL_HEAD_HTTP2:
-        refuse(acceptor, a, 505, "HTTP/1.1 is spoken here, not HTTP/2");
+        refuse(acceptor, a, 505, "HTTP version: must be 1.1; got 2");
         return;
     case LL_HEAD_PARTIAL:
         break;
     }
     if ((size_t)size > limit) {
-        snprintf(detail, sizeof detail, "a request head may have %zu bytes (max_head_bytes)", limit);
+        snprintf(detail, sizeof detail, "request head: must have at most %zu bytes (max_head_bytes)", limit);
         refuse(acceptor, a, 431, detail);
     } else if (++a->peeks == MANY_PEEKS) {
-        /* Each peek copies the whole head: a byte at a time would make that quadratic. From now on once a
-         * tick. */
+        /* Each peek copies the whole head, which would be quadratic for a client that sends a byte at a time:
+         * from now on peek once per tick. */
         epoll_ctl(acceptor->epoll, EPOLL_CTL_MOD, a->fd,
                   &(struct epoll_event){.events = EPOLLET, .data.ptr = a});
     }
@@ -235,7 +238,7 @@ static void prepare(int fd)
     int on = 1, notsent = NOTSENT_BYTES;
     setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
     setsockopt(fd, SOL_SOCKET, SO_KEEPALIVE, &on, sizeof on);
-    /* Frames wait here, where the newest can be chosen, and not in the kernel. */
+    /* Keeps unsent frames here, where the newest can be chosen, and not in the kernel. */
     setsockopt(fd, IPPROTO_TCP, TCP_NOTSENT_LOWAT, &notsent, sizeof notsent);
 }
 
@@ -245,12 +248,12 @@ static void refuse_at_connection_limiter(ll_acceptor *acceptor, int fd, ll_conne
     bool total = answer == LL_CONNECTION_LIMITER_FULL;
     atomic_fetch_add(total ? &acceptor->refused_total : &acceptor->refused_per_ip, 1);
     snprintf(detail, sizeof detail,
-             total ? "%lld connections are open already (max_connections)"
-                   : "your address has %lld connections open already (max_connections_per_ip)",
+             total ? "limit of %lld connections reached (max_connections)"
+                   : "limit of %lld connections of one address reached (max_connections_per_ip)",
              (long long)(total ? acceptor->config.max_connections : acceptor->config.max_connections_per_ip));
     send_problem(fd, total ? 503 : 429, "", detail);
     shutdown(fd, SHUT_WR);
-    drain_input(fd); /* no lingering: who is over the limit gets no more of our descriptors */
+    drain_input(fd); /* closes at once: clients over the limit get no more descriptors */
     close(fd);
 }
 
@@ -263,7 +266,7 @@ static void admit(ll_acceptor *acceptor, int fd, const struct sockaddr_storage *
         refuse_at_connection_limiter(acceptor, fd, answer);
         return;
     }
-    arrival *a = calloc(1, sizeof *a);
+    pending_connection *a = calloc(1, sizeof *a);
     if (a == NULL) {
         close(fd);
         ll_connection_limiter_leave(acceptor->connection_limiter, &pass);
@@ -282,7 +285,7 @@ static void admit(ll_acceptor *acceptor, int fd, const struct sockaddr_storage *
     }
 }
 
-static void accept_some(ll_acceptor *acceptor)
+static void accept_connections(ll_acceptor *acceptor)
 {
     for (int i = 0; i < 64; i++) {
         struct sockaddr_storage address = {0};
@@ -305,7 +308,7 @@ static void accept_some(ll_acceptor *acceptor)
 
 /* ---- the thread ---- */
 
-static void drop_all(ll_acceptor *acceptor, arrival_list *list)
+static void drop_all(ll_acceptor *acceptor, pending_list *list)
 {
     while (list->first != NULL) {
         drop(acceptor, list->first);
@@ -333,11 +336,11 @@ static void tick(ll_acceptor *acceptor)
         listen_to(acceptor, true);
     }
     while (acceptor->reading.first != NULL && acceptor->reading.first->deadline_ns <= now) {
-        snprintf(detail, sizeof detail, "the request head took more than %g s (head_timeout_s)",
+        snprintf(detail, sizeof detail, "request head not complete after %g s (head_timeout_s)",
                  acceptor->config.head_timeout_s);
         refuse(acceptor, acceptor->reading.first, 408, detail);
     }
-    for (arrival *a = acceptor->reading.first, *next; a != NULL; a = next) {
+    for (pending_connection *a = acceptor->reading.first, *next; a != NULL; a = next) {
         next = a->next;
         if (a->peeks >= MANY_PEEKS) {
             peek(acceptor, a);
@@ -349,7 +352,7 @@ static void tick(ll_acceptor *acceptor)
     ll_http_watch(acceptor->http, now);
 }
 
-static void on_socket(ll_acceptor *acceptor, arrival *a)
+static void on_socket(ll_acceptor *acceptor, pending_connection *a)
 {
     if (a->list == &acceptor->reading) {
         peek(acceptor, a);
@@ -367,12 +370,12 @@ static void *acceptor_main(void *argument)
     listen_to(acceptor, true);
     while (!atomic_load(&acceptor->stop)) {
         int count = epoll_wait(acceptor->epoll, events, 128, (int)(TICK_NS / 1000000));
-        /* Each socket has one event in a batch, so dropping one frees nothing that a later event names. */
+        /* Each socket has one event in a batch, so closing one cannot invalidate a later event. */
         for (int i = 0; i < count; i++) {
             void *about = events[i].data.ptr;
             if (about == &acceptor->listener) {
                 if (acceptor->listening) {
-                    accept_some(acceptor);
+                    accept_connections(acceptor);
                 }
             } else if (about == &acceptor->event) {
                 eventfd_t value;
@@ -476,7 +479,7 @@ ll_status ll_acceptor_listen(const ll_web_server_config *config, int inherited, 
 {
     ll_acceptor *acceptor = calloc(1, sizeof *acceptor + (size_t)config->max_head_bytes + 1);
     if (acceptor == NULL) {
-        return ll_error(LL_NO_MEMORY, "no memory for the listener");
+        return ll_error(LL_NO_MEMORY, "out of memory: listener");
     }
     acceptor->config = *config;
     acceptor->listener = inherited;
@@ -488,7 +491,7 @@ ll_status ll_acceptor_listen(const ll_web_server_config *config, int inherited, 
     ll_status status = ll_ok();
     if (acceptor->epoll < 0 || acceptor->event < 0 ||
         epoll_ctl(acceptor->epoll, EPOLL_CTL_ADD, acceptor->event, &interest) != 0) {
-        status = ll_error(LL_IO, "cannot make the listener's event queue: %s", strerror(errno));
+        status = ll_error(LL_IO, "cannot create the listener's event queue: %s", strerror(errno));
     } else if (inherited < 0) {
         status = bind_listener(acceptor);
     }
@@ -510,7 +513,7 @@ ll_status ll_acceptor_start(ll_acceptor *acceptor, const ll_allow *allow, const 
     acceptor->http = http;
     acceptor->ws = ws;
     acceptor->started = pthread_create(&acceptor->thread, NULL, acceptor_main, acceptor) == 0;
-    return acceptor->started ? ll_ok() : ll_error(LL_IO, "cannot start the listener's thread");
+    return acceptor->started ? ll_ok() : ll_error(LL_IO, "cannot start listener thread");
 }
 
 const char *ll_acceptor_address(const ll_acceptor *acceptor)

@@ -1,9 +1,9 @@
-/* The listener: reads the head of each new connection without taking it (MSG_PEEK) and hands the socket to
- * the side that it is for.
+/* The listener: reads the head of each new connection without consuming it (MSG_PEEK) and hands the socket
+ * over to HTTP or to the streams.
  *
- * One thread with an edge-triggered epoll. It answers by itself what no side should see: heads that take too
- * long (408), are too big (431) or are no HTTP/1 (400, 505), and connections beyond the limits (503, 429),
- * all as problem documents. After the hand-off it never touches a socket again. */
+ * One thread with an edge-triggered epoll. It answers some errors itself, as problem documents: heads that
+ * take too long (408), are too large (431) or are not HTTP/1 (400, 505), and connections beyond the limits
+ * (503, 429). After handing a socket over it never uses it again. */
 #pragma once
 
 #include <stdint.h>
@@ -22,7 +22,7 @@ typedef struct ll_acceptor_counts {
 } ll_acceptor_counts;
 
 /* Binds and listens (so that the port is known), without accepting yet. `inherited` >= 0 is a socket that
- * listens already. */
+ * already listens. */
 ll_status ll_acceptor_listen(const struct ll_web_server_config *config, int inherited,
                              ll_acceptor **acceptor);
 struct ll_proxies;
@@ -33,7 +33,7 @@ const char *ll_acceptor_address(const ll_acceptor *acceptor);
 uint16_t ll_acceptor_port(const ll_acceptor *acceptor);
 ll_acceptor_counts ll_acceptor_get_counts(ll_acceptor *acceptor);
 
-/* Closes the listener; connections that wait for their head are dropped. The thread goes on watching HTTP
+/* Closes the listener; drops connections whose head is incomplete. The thread continues to watch HTTP
  * connections. */
 void ll_acceptor_close_listener(ll_acceptor *acceptor);
 void ll_acceptor_stop(ll_acceptor *acceptor); /* joins and frees */

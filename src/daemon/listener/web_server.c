@@ -13,7 +13,7 @@
 
 struct ll_web_server {
     ll_web_server_config config;
-    ll_allow allow; /* texts of `config` */
+    ll_allow allow; /* points into `config` */
     ll_proxies proxies;
     ll_web_server_log *log;
     void *log_context;
@@ -24,7 +24,7 @@ struct ll_web_server {
     bool drained;
 };
 
-/* Not raised to what some containers give, a thousand million: libraries size tables by it. */
+/* Not raised to the maximum, which is 10^9 in some containers: libraries size tables by it. */
 static void set_descriptor_limit(const ll_web_server_config *config)
 {
     struct rlimit limit;
@@ -38,7 +38,7 @@ static void set_descriptor_limit(const ll_web_server_config *config)
     }
 }
 
-/* A socket that the service manager opened (sd_listen_fds(3)): descriptor 3, when it is meant for this
+/* A socket that the service manager opened (sd_listen_fds(3)): descriptor 3, if LISTEN_PID names this
  * process. */
 static int inherited_listener(void)
 {
@@ -62,7 +62,7 @@ static ll_status start(ll_web_server *web_server, const ll_http_app *app, const 
     web_server->connection_limiter =
         ll_connection_limiter_new((int)config->max_connections, (int)config->max_connections_per_ip);
     if (web_server->connection_limiter == NULL) {
-        return ll_error(LL_NO_MEMORY, "no memory for %d connections", (int)config->max_connections);
+        return ll_error(LL_NO_MEMORY, "out of memory: %d connections", (int)config->max_connections);
     }
     status = ll_ws_start(config, hooks, web_server->connection_limiter, &web_server->ws);
     if (ll_failed(&status)) {
@@ -83,7 +83,7 @@ ll_status ll_web_server_open(const ll_web_server_config *config, const ll_http_a
 {
     ll_web_server *web_server = calloc(1, sizeof *web_server);
     if (web_server == NULL) {
-        return ll_error(LL_NO_MEMORY, "no memory for the front door");
+        return ll_error(LL_NO_MEMORY, "out of memory: web server");
     }
     web_server->config = *config;
     web_server->allow =
@@ -97,7 +97,7 @@ ll_status ll_web_server_open(const ll_web_server_config *config, const ll_http_a
         return status;
     }
     if (log != NULL) {
-        log(log_context, "info", "the front door is open");
+        log(log_context, "info", "web server started");
     }
     *result = web_server;
     return status;
@@ -152,7 +152,7 @@ void ll_web_server_drain(ll_web_server *web_server)
         ll_ws_drain(web_server->ws, web_server->config.drain_s);
     }
     if (web_server->log != NULL) {
-        web_server->log(web_server->log_context, "info", "the front door is closed; viewers have left");
+        web_server->log(web_server->log_context, "info", "web server stopped accepting; viewers have left");
     }
 }
 
@@ -162,7 +162,7 @@ void ll_web_server_close(ll_web_server *web_server)
         return;
     }
     ll_web_server_drain(web_server);
-    /* Its thread watches HTTP connections; nothing may arrive at a side that is gone. */
+    /* Its thread watches HTTP connections, and must not hand one over to a part that is stopped. */
     if (web_server->acceptor != NULL) {
         ll_acceptor_stop(web_server->acceptor);
     }

@@ -1,15 +1,15 @@
-/* The front door: one TCP port for the page, REST and WebSocket streams.
+/* The web server: one TCP port for the page, REST and WebSocket streams.
  *
  *   acceptor thread --- plain HTTP head ---> libmicrohttpd pool --> handlers (http.h)
- *        |                                        | a late upgrade on a kept connection
+ *        |                                        | an upgrade on a kept connection
  *        |                                        v
  *        +------------- valid upgrade -------> stream threads (ws.h)
  *
- * Start order of a daemon: ll_param_defaults(&ll_web_server_table, &config), set what the command line says,
+ * Start order of a daemon: ll_param_defaults(&ll_web_server_table, &config), set the command line's options,
  * ll_web_server_open (handlers and hooks may run from here on), ll_ws_stream_open for each session. Stop:
- * readyz turns 503, ll_web_server_drain, stop publishing workers, ll_web_server_close.
+ * readyz returns 503, ll_web_server_drain, stop publishing workers, ll_web_server_close.
  *
- * All functions but those of stats may be called by one thread (main) only. */
+ * Only one thread (main) may call these functions, except those of statistics. */
 #pragma once
 
 #include <stdbool.h>
@@ -22,7 +22,7 @@
 
 typedef struct ll_web_server ll_web_server;
 
-/* What the door counted since it was opened (for /metrics); any thread. */
+/* Counters of the web server since its start (for /metrics); any thread. */
 typedef struct ll_web_server_stats {
     uint64_t accepted;
     uint64_t refused_total, refused_per_ip; /* 503, 429 */
@@ -30,19 +30,18 @@ typedef struct ll_web_server_stats {
     uint64_t requests;                      /* that reached the HTTP side */
     uint64_t bridged;                       /* upgrades on kept connections */
     uint64_t cut;                           /* slow requests on kept connections */
-    uint64_t refused_answers;               /* 503: too much is being sent already */
-    uint64_t answer_bytes;                  /* of large answers that are being sent */
+    uint64_t refused_answers;               /* 503: max_answers_mib reached */
+    uint64_t answer_bytes;                  /* of large answers being sent */
     uint64_t connections;                   /* open now, of every kind */
-    int control;                            /* requests on the lane of control */
-    double control_s;                       /* the longest that one of them has been there */
+    int control;                            /* requests for the thread pool */
+    double control_s;                       /* age of the oldest of them */
     ll_ws_stats ws;
 } ll_web_server_stats;
 
-/* Called for what deserves a line in the log; any thread. `level` is "info", "warn" or "error". May be NULL.
- */
+/* Called for each log line; any thread. `level` is "info", "warn" or "error". May be NULL. */
 typedef void ll_web_server_log(void *context, const char *level, const char *message);
 
-/* Starts every thread. `routes` must live as long as the door; `config` is copied. */
+/* Starts all threads. `routes` must live as long as the web server; `config` is copied. */
 ll_status ll_web_server_open(const ll_web_server_config *config, const ll_http_app *app,
                              const ll_ws_hooks *hooks, ll_web_server_log *log, void *log_context,
                              ll_web_server **web_server);
@@ -52,10 +51,10 @@ const char *ll_web_server_address(const ll_web_server *web_server); /* as bound:
 ll_ws *ll_web_server_ws(ll_web_server *web_server);
 ll_web_server_stats ll_web_server_get_stats(ll_web_server *web_server);
 
-/* Closes the listener, says 1001 to all viewers, waits for their goodbye (at most `drain_s`), joins the
- * stream threads: no hook runs after it. Requests on open HTTP connections are still answered. Publishing is
- * harmless and does nothing. */
+/* Closes the listener, sends 1001 to all viewers, waits for their close frames (at most `drain_s`), joins the
+ * stream threads: no hook runs afterwards. Requests on open HTTP connections are still answered. Publishing
+ * has no effect then. */
 void ll_web_server_drain(ll_web_server *web_server);
 
-/* Drains if that was not done, joins the rest and frees everything, streams too. NULL is fine. */
+/* Drains if not done yet, joins the other threads and frees everything, streams too. NULL: no effect. */
 void ll_web_server_close(ll_web_server *web_server);

@@ -9,18 +9,18 @@
 #include "base/assert.h"
 #include "base/hash.h"
 
-/* Open addressing over addresses with at least one connection. At most `max_total` are in use, of at least
- * twice as many places. */
-typedef struct connection_limiter_place {
+/* Open addressing over addresses with at least one connection. At most `max_total` are in use; the table has
+ * at least twice as many places. */
+typedef struct connection_limiter_slot {
     uint8_t address[16];
     int count; /* 0: free */
-} connection_limiter_place;
+} connection_limiter_slot;
 
 struct ll_connection_limiter {
     pthread_mutex_t lock;
     int total, max_total, max_per_ip;
     uint32_t mask;
-    connection_limiter_place place[];
+    connection_limiter_slot place[];
 };
 
 ll_connection_limiter *ll_connection_limiter_new(int max_total, int max_per_ip)
@@ -30,7 +30,7 @@ ll_connection_limiter *ll_connection_limiter_new(int max_total, int max_per_ip)
         places *= 2;
     }
     ll_connection_limiter *connection_limiter =
-        calloc(1, sizeof *connection_limiter + places * sizeof(connection_limiter_place));
+        calloc(1, sizeof *connection_limiter + places * sizeof(connection_limiter_slot));
     if (connection_limiter == NULL) {
         return NULL;
     }
@@ -70,7 +70,7 @@ static uint32_t home_of(const ll_connection_limiter *connection_limiter, const u
     return (uint32_t)ll_hash(0, address, 16) & connection_limiter->mask;
 }
 
-/* The place of the address, or the free one where it belongs. */
+/* The place of the address, or the free place for it. */
 static uint32_t find(const ll_connection_limiter *connection_limiter, const uint8_t address[16])
 {
     uint32_t at = home_of(connection_limiter, address);
@@ -81,7 +81,7 @@ static uint32_t find(const ll_connection_limiter *connection_limiter, const uint
     return at;
 }
 
-/* Closes the hole at `hole` by moving back what was pushed beyond it (Knuth 6.4, algorithm R). */
+/* Fills the hole at `hole` by moving later entries back (Knuth 6.4, algorithm R). */
 static void remove_at(ll_connection_limiter *connection_limiter, uint32_t hole)
 {
     for (uint32_t at = (hole + 1) & connection_limiter->mask; connection_limiter->place[at].count > 0;
@@ -103,7 +103,7 @@ ll_connection_limiter_answer ll_connection_limiter_enter(ll_connection_limiter *
     }
     ll_connection_limiter_answer answer = LL_CONNECTION_LIMITER_OPEN;
     pthread_mutex_lock(&connection_limiter->lock);
-    connection_limiter_place *place =
+    connection_limiter_slot *place =
         pass->many ? NULL : &connection_limiter->place[find(connection_limiter, pass->address)];
     if (connection_limiter->total >= connection_limiter->max_total) {
         answer = LL_CONNECTION_LIMITER_FULL;

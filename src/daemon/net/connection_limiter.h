@@ -1,6 +1,7 @@
-/* Counts open connections, in total and by address, over all who own sockets: acceptor, HTTP, streams.
+/* Counts open connections, in total and by address, of acceptor, HTTP and streams.
  *
- * Whoever closes a socket leaves the gate with the pass that it was admitted with. Any thread. */
+ * A connection is admitted with a pass. The owner of the socket returns the pass by
+ * ll_connection_limiter_leave when it closes the socket. Any thread. */
 #pragma once
 
 #include <stdbool.h>
@@ -9,10 +10,11 @@
 struct sockaddr;
 typedef struct ll_connection_limiter ll_connection_limiter;
 
-/* An IPv6 address; a mapped one for IPv4. IPv6 peers count by their /64, which is what one customer gets. */
+/* An IPv6 address; IPv4 as a mapped one. IPv6 clients are counted by their /64, which is what one customer
+ * gets. */
 typedef struct ll_connection_limiter_pass {
     uint8_t address[16];
-    bool valid; /* false: counted nowhere */
+    bool valid; /* false: not counted */
     bool many;  /* of a trusted proxy: counted in total only */
 } ll_connection_limiter_pass;
 

@@ -15,9 +15,10 @@ static ll_framing_event fault(ll_framing *f, int code, const char *text)
     return LL_FRAMING_FAULT;
 }
 
-/* ---- UTF-8, in pieces ---- */
+/* ---- incremental UTF-8 ---- */
 
-/* Of a byte that begins a character: how many follow, and what the next may be (Unicode 15, table 3-7). */
+/* For the first byte of a character: how many bytes follow, and the range of the next (Unicode 15, table
+ * 3-7). */
 static bool begin_character(ll_framing *f, unsigned char byte)
 {
     f->utf8_low = 0x80;
@@ -77,23 +78,23 @@ static bool is_final(const ll_framing *f)
     return (f->head[0] & 0x80) != 0;
 }
 
-/* What the first two bytes tell; NULL: nothing wrong. */
-static const char *fault_of_beginning(const ll_framing *f)
+/* The protocol error of the first two bytes; NULL: none. */
+static const char *first_bytes_error(const ll_framing *f)
 {
     ll_opcode opcode = opcode_of(f);
     unsigned length = f->head[1] & 0x7f;
     if ((f->head[0] & 0x70) != 0)
-        return "a reserved bit of a frame is set, and no extension was agreed on";
+        return "reserved bit set; no extension was negotiated";
     if (opcode > LL_OPCODE_PONG || (opcode > LL_OPCODE_BINARY && opcode < LL_OPCODE_CLOSE))
-        return "a frame has a reserved opcode";
+        return "reserved opcode";
     if ((f->head[1] & 0x80) == 0)
-        return "a frame of a client must be masked";
-    if (is_control(opcode) && (!is_final(f) || length > LL_FRAMING_CONTROL))
-        return "a control frame must be whole and have at most 125 bytes";
+        return "client frame not masked";
+    if (is_control(opcode) && (!is_final(f) || length > LL_FRAMING_CONTROL_MAX))
+        return "control frame fragmented or longer than 125 bytes";
     if (opcode == LL_OPCODE_CONTINUATION && f->message == 0)
-        return "a frame goes on with a message that was not begun";
+        return "continuation frame without a message";
     if (!is_control(opcode) && opcode != LL_OPCODE_CONTINUATION && f->message != 0)
-        return "a message begins before the last one has ended";
+        return "new message before the end of the previous one";
     return NULL;
 }
 
@@ -103,7 +104,7 @@ static int length_bytes(const ll_framing *f)
     return length == 127 ? 8 : length == 126 ? 2 : 0;
 }
 
-/* The head is whole. */
+/* Called when the head is complete. */
 static const char *open_payload(ll_framing *f)
 {
     int bytes = length_bytes(f);
@@ -111,7 +112,7 @@ static const char *open_payload(ll_framing *f)
     for (int i = 0; i < bytes; i++)
         length = length << 8 | f->head[2 + i];
     if ((bytes == 2 && length < 126) || (bytes == 8 && (length < 65536 || length >> 63 != 0)))
-        return "the length of a frame must be written as short as it can";
+        return "frame length not in its shortest form";
     if (opcode_of(f) == LL_OPCODE_TEXT || opcode_of(f) == LL_OPCODE_BINARY) {
         f->message = opcode_of(f);
         f->fresh = true;
@@ -141,11 +142,11 @@ static ll_framing_event end_control(ll_framing *f)
         return LL_FRAMING_PONG;
     f->code = f->size == 0 ? LL_FRAMING_NO_CODE : f->size == 1 ? 0 : f->control[0] << 8 | f->control[1];
     if (f->size > 0 && !ll_framing_is_code(f->code))
-        return fault(f, PROTOCOL_ERROR, "a close frame has a code that it may not have");
+        return fault(f, PROTOCOL_ERROR, "invalid code in a close frame");
     f->utf8_left = 0;
     if (f->size > 2 && (!take_text(f, f->control + 2, f->size - 2) || f->utf8_left > 0))
-        return fault(f, NOT_UTF8, "the reason of a close frame must be UTF-8");
-    f->broken = true; /* nothing comes behind it */
+        return fault(f, NOT_UTF8, "reason of a close frame must be UTF-8");
+    f->broken = true; /* no frame may follow */
     return LL_FRAMING_CLOSE;
 }
 
@@ -195,7 +196,7 @@ ll_framing_event ll_framing_read(ll_framing *f, unsigned char *bytes, size_t siz
             const char *wrong = NULL;
             f->head[f->head_size++] = bytes[(*used)++];
             if (f->head_size == 2)
-                wrong = fault_of_beginning(f);
+                wrong = first_bytes_error(f);
             if (!wrong && f->head_size >= 2 && f->head_size == 6 + length_bytes(f))
                 wrong = open_payload(f);
             if (wrong)

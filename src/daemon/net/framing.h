@@ -1,8 +1,8 @@
-/* The framing of WebSockets (RFC 6455) as a server reads and writes it: pure functions, no sockets.
+/* WebSocket framing (RFC 6455) for a server: pure functions, no sockets.
  *
- * A reader is given bytes as they come, in pieces of any size, and tells event by event what they are. What
- * the RFC does not allow, an unmasked frame above all, is a fault: nothing behind it can be read, and the
- * connection ends with the fault's close code. */
+ * A reader gets bytes in pieces of any size and returns events. Anything that the RFC forbids, such as an
+ * unmasked frame, is a fault: nothing after it can be read, and the connection ends with the fault's close
+ * code. */
 #pragma once
 
 #include <stdbool.h>
@@ -10,8 +10,8 @@
 #include <stdint.h>
 
 typedef enum ll_framing_event {
-    LL_FRAMING_NONE,  /* all bytes are used up */
-    LL_FRAMING_PIECE, /* of a message: a frame, or as much of it as is there */
+    LL_FRAMING_NONE,  /* all bytes are consumed */
+    LL_FRAMING_PIECE, /* of a message: a frame, or what has arrived of it */
     LL_FRAMING_PING,
     LL_FRAMING_PONG,
     LL_FRAMING_CLOSE,
@@ -27,36 +27,36 @@ typedef enum ll_opcode {
     LL_OPCODE_PONG = 10,
 } ll_opcode;
 
-#define LL_FRAMING_CONTROL 125  /* most bytes of a ping, a pong, a close */
-#define LL_FRAMING_ROOM 16      /* before a payload, for its head */
-#define LL_FRAMING_NO_CODE 1005 /* of a close frame without one (RFC 6455 7.4.1) */
+#define LL_FRAMING_CONTROL_MAX 125 /* maximum payload of ping, pong and close */
+#define LL_FRAMING_HEAD_SPACE 16   /* space before a payload for its head */
+#define LL_FRAMING_NO_CODE 1005    /* for a close frame without a code (RFC 6455 7.4.1) */
 
-/* All zero: before the first byte. */
+/* All zero: initial state. */
 typedef struct ll_framing {
-    unsigned char head[14], control[LL_FRAMING_CONTROL];
+    unsigned char head[14], control[LL_FRAMING_CONTROL_MAX];
     int head_size, control_size;
-    uint64_t left; /* of the payload */
+    uint64_t left; /* remaining bytes of the payload */
     unsigned masked;
-    bool in_payload, fresh; /* fresh: nothing of the message was told */
-    ll_opcode message;      /* that is begun; 0: none */
+    bool in_payload, fresh; /* fresh: no event of the message yet */
+    ll_opcode message;      /* opcode of the open message; 0: none */
     uint8_t utf8_left, utf8_low, utf8_high;
     bool broken;
 
-    /* of the last event */
+    /* data of the last event */
     const unsigned char *bytes; /* payload of a piece, or of a control frame */
     size_t size;
-    bool first, last, binary; /* of a piece */
-    int code;                 /* of a close, of a fault */
-    const char *fault;        /* a sentence */
+    bool first, last, binary; /* for a piece */
+    int code;                 /* for close and fault */
+    const char *fault;        /* message */
 } ll_framing;
 
-/* Reads `bytes` from `*used` on, and sets `*used` to where it came. Unmasks them where they are. */
+/* Reads `bytes` from `*used` on, and sets `*used` to the first unread byte. Unmasks in place. */
 ll_framing_event ll_framing_read(ll_framing *framing, unsigned char *bytes, size_t size, size_t *used);
 
-/* Writes the head of an unmasked whole frame into the room before `payload`; gives its size. */
+/* Writes the head of an unmasked, unfragmented frame before `payload`; returns its size. */
 size_t ll_framing_put_head(unsigned char *payload, size_t size, ll_opcode opcode);
 
-bool ll_framing_is_code(int code); /* that a close frame may have */
+bool ll_framing_is_code(int code); /* whether a close frame may have this code */
 
-/* Sec-WebSocket-Accept of a key (RFC 6455 4.2.2), with its NUL. */
+/* Sec-WebSocket-Accept for a key (RFC 6455 4.2.2), NUL-terminated. */
 bool ll_framing_accept(const char *key, char accept[29]);

@@ -27,7 +27,7 @@ int ll_http_problem_status(ll_code code)
     case LL_INTERRUPTED:
         return 503;
     case LL_DIVERGED:
-        return 409; /* the session is in a state that does not allow it any more */
+        return 409; /* the state of the session no longer allows it */
     }
     return 500;
 }

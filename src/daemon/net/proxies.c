@@ -34,7 +34,7 @@ void ll_proxies_address(const struct sockaddr *from, uint8_t address[16])
 
 /* ---- the list ---- */
 
-/* The next piece between commas, without spaces around it; false at the end. */
+/* Next item of a comma separated list, without spaces around it; false at the end. */
 static bool next_piece(const char **at, char *piece, size_t size)
 {
     *at += strspn(*at, ", \t");
@@ -69,8 +69,8 @@ ll_status ll_proxies_parse(const char *text, ll_proxies *proxies)
     ll_status status = ll_ok();
     while (!ll_failed(&status) && next_piece(&text, piece, sizeof piece)) {
         if (proxies->count == LL_PROXIES_MAX)
-            return ll_field_error(LL_BAD_INPUT, "trusted_proxy", "trusted_proxy may name %d networks.",
-                                  LL_PROXIES_MAX);
+            return ll_field_error(LL_BAD_INPUT, "trusted_proxy",
+                                  "trusted_proxy: must have at most %d networks", LL_PROXIES_MAX);
         status = read_network(piece, &proxies->network[proxies->count++]);
     }
     return status;
@@ -94,9 +94,9 @@ bool ll_proxies_trust(const ll_proxies *proxies, const uint8_t address[16])
     return false;
 }
 
-/* ---- whom one speaks for ---- */
+/* ---- the client behind a proxy ---- */
 
-/* IPv6 clients count by their /64, as at the gate. */
+/* IPv6 clients are counted by their /64, as in the connection limiter. */
 static void write_client(const uint8_t address[16], char peer[LL_PEER_TEXT])
 {
     uint8_t cut[16] = {0};
@@ -134,7 +134,7 @@ void ll_proxies_client(const ll_proxies *proxies, const char *forwarded, char pe
                  forwarded + begin);
         const char *at = whole;
         if (!next_piece(&at, piece, sizeof piece) || !read_entry(piece, address))
-            return; /* nobody, or a name: then it is all the proxy's */
+            return; /* unknown client, or a name: count as the proxy */
         if (!ll_proxies_trust(proxies, address)) {
             write_client(address, peer);
             return;

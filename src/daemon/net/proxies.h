@@ -1,7 +1,7 @@
-/* Which proxies may say whom they speak for, and for whom they do. Pure functions.
+/* Trusted proxies, and the clients whose requests they forward. Pure functions.
  *
- * A trusted proxy adds the address that it sees to X-Forwarded-For. The client is the last address of that
- * list that is not a trusted proxy's: what stands before it was written by the client itself. */
+ * A trusted proxy appends the address that it sees to X-Forwarded-For. The client is the last address of that
+ * list that is not a trusted proxy's; anything before it may be forged by the client. */
 #pragma once
 
 #include <stdbool.h>
@@ -28,9 +28,9 @@ ll_status ll_proxies_parse(const char *text, ll_proxies *proxies);
 bool ll_proxies_trust(const ll_proxies *proxies, const uint8_t address[16]);
 void ll_proxies_address(const struct sockaddr *from, uint8_t address[16]);
 
-/* Replaces `peer`, the text of a trusted proxy's address, by its client's. `forwarded` is what all
- * X-Forwarded-For headers hold, in their order, comma separated. It stays where that names nobody. */
+/* Replaces `peer`, the address of a trusted proxy as text, by that of its client. `forwarded` is the content
+ * of all X-Forwarded-For headers in order, comma separated. No change if it has no valid address. */
 void ll_proxies_client(const ll_proxies *proxies, const char *forwarded, char peer[LL_PEER_TEXT]);
 
-/* How the gate counts a connection from there: those of a trusted proxy in total only. */
+/* The pass for a connection from this address: those of a trusted proxy are counted in total only. */
 ll_connection_limiter_pass ll_proxies_pass(const ll_proxies *proxies, const struct sockaddr *from);

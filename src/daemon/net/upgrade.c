@@ -34,20 +34,20 @@ static ll_text trim(ll_text text)
 const char *ll_target_fault(const char *target)
 {
     if (strstr(target, "%00") != NULL) {
-        return "a target may not have a NUL (%00)";
+        return "target: must not have a NUL (%00)";
     }
     const char *query = strchr(target, '?');
     int arguments = query != NULL;
     for (; query != NULL && *query != '\0'; query++) {
         arguments += *query == '&';
     }
-    return arguments > LL_ARGUMENTS_MAX ? "a query may have 64 arguments" : NULL;
+    return arguments > LL_ARGUMENTS_MAX ? "query: must have at most 64 arguments" : NULL;
 }
 
 /* ---- heads ---- */
 
-/* One line without its end; false when there is no whole line. Bare LF ends a line too: nobody then waits for
- * a CR that never comes. */
+/* Next line without its end; false when it is incomplete. A bare LF also ends a line; otherwise the
+ * connection would wait for a CR that never comes. */
 static bool next_line(const char **at, const char *end, ll_text *line)
 {
     const char *feed = memchr(*at, '\n', (size_t)(end - *at));
@@ -116,7 +116,7 @@ static bool parse_field(ll_text line, ll_head *head)
     ll_text name = {line.at, (size_t)(colon - line.at)};
     for (size_t i = 0; i < name.size; i++) {
         if (name.at[i] <= ' ' || name.at[i] >= 0x7f) {
-            return false; /* also the folded lines of old */
+            return false; /* also obsolete line folding */
         }
     }
     if (memchr(line.at, '\0', line.size) != NULL || memchr(line.at, '\r', line.size) != NULL) {
@@ -131,8 +131,7 @@ static bool parse_field(ll_text line, ll_head *head)
     return true;
 }
 
-/* What the first bytes alone tell: everything that a browser or a script sends begins with a method in
- * capitals. */
+/* Checks the first bytes: browsers and scripts send a method in capitals first. */
 static ll_head_state parse_beginning(const char *bytes, size_t size)
 {
     static const char preface[] = "PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n";
@@ -142,7 +141,7 @@ static ll_head_state parse_beginning(const char *bytes, size_t size)
     }
     for (size_t i = 0; i < size && bytes[i] != ' '; i++) {
         if (bytes[i] < 'A' || bytes[i] > 'Z' || i >= 24) {
-            return LL_HEAD_JUNK;
+            return LL_HEAD_INVALID;
         }
     }
     return LL_HEAD_PARTIAL;
@@ -165,7 +164,7 @@ ll_head_state ll_head_parse(const char *bytes, size_t size, ll_head *head)
         return LL_HEAD_PARTIAL;
     }
     if (!parse_request_line(line, head)) {
-        return LL_HEAD_JUNK;
+        return LL_HEAD_INVALID;
     }
     while (next_line(&at, end, &line)) {
         if (line.size == 0) {
@@ -173,7 +172,7 @@ ll_head_state ll_head_parse(const char *bytes, size_t size, ll_head *head)
             return LL_HEAD_WHOLE;
         }
         if (!parse_field(line, head)) {
-            return LL_HEAD_JUNK;
+            return LL_HEAD_INVALID;
         }
     }
     return LL_HEAD_PARTIAL;
@@ -181,7 +180,7 @@ ll_head_state ll_head_parse(const char *bytes, size_t size, ll_head *head)
 
 /* ---- lists ---- */
 
-/* Takes the next element off a comma separated list; false at its end. */
+/* Takes the first element of a comma separated list; false at its end. */
 static bool next_element(ll_text *list, ll_text *element)
 {
     while (list->at != NULL && list->size > 0) {
@@ -225,9 +224,9 @@ static bool in_list(const char *list, ll_text text)
     return false;
 }
 
-/* ---- who may come in ---- */
+/* ---- host and origin ---- */
 
-/* Cuts `:port` off; `[addr6]` keeps its brackets. */
+/* Removes `:port`; `[addr6]` keeps its brackets. */
 static ll_text without_port(ll_text host)
 {
     if (host.size > 0 && host.at[0] == '[') {
@@ -280,8 +279,7 @@ bool ll_allow_origin(const ll_allow *allow, ll_text origin, ll_text host)
         }
         ll_text authority = {origin.at + size, origin.size - size}, plain = host;
         if (plain.size > port && strncmp(plain.at + plain.size - port, schemes[i].port, port) == 0) {
-            plain.size -=
-                port; /* a browser leaves the standard port out of Origin, a client may write it in Host */
+            plain.size -= port; /* browsers omit the default port in Origin; clients may write it in Host */
         }
         if (same(authority, host) || same(authority, plain)) {
             return true;
@@ -337,7 +335,7 @@ static bool is_key(ll_text key)
     return memchr(key.at, '-', 22) == NULL && memchr(key.at, '_', 22) == NULL;
 }
 
-/* The client's order decides; progress is told in JSON only. */
+/* The client's order decides; experiments stream JSON only. */
 static bool choose_protocol(ll_text list, ll_stream_kind kind, ll_frame_format *format)
 {
     ll_text element;
@@ -364,13 +362,13 @@ ll_status ll_upgrade_check(const ll_head *head, const ll_allow *allow, ll_upgrad
 {
     *upgrade = (ll_upgrade){0};
     if (!ll_stream_path(head->target, &upgrade->kind, upgrade->id)) {
-        return refuse(http_status, 404, LL_NOT_FOUND, "", "this is not the path of a stream");
+        return refuse(http_status, 404, LL_NOT_FOUND, "", "not the path of a stream");
     }
     if (!equals(head->method, "GET")) {
-        return refuse(http_status, 405, LL_BAD_INPUT, "", "a stream is opened by GET");
+        return refuse(http_status, 405, LL_BAD_INPUT, "", "method: must be GET for a stream");
     }
     if (head->twice) {
-        return refuse(http_status, 400, LL_BAD_INPUT, "", "a header of the upgrade was sent twice");
+        return refuse(http_status, 400, LL_BAD_INPUT, "", "duplicate upgrade header");
     }
     if (!ll_allow_host(allow, head->host)) {
         return refuse(http_status, 421, LL_FORBIDDEN, "Host",
@@ -379,7 +377,7 @@ ll_status ll_upgrade_check(const ll_head *head, const ll_allow *allow, ll_upgrad
     if (!ll_has_token(head->upgrade, "websocket") || !ll_has_token(head->connection, "upgrade") ||
         !head->http11) {
         return refuse(http_status, 426, LL_BAD_INPUT, "Upgrade",
-                      "a stream is a WebSocket: send `Connection: Upgrade` and `Upgrade: websocket`");
+                      "not a WebSocket upgrade: send `Connection: Upgrade` and `Upgrade: websocket`");
     }
     if (!equals(head->version, "13")) {
         return refuse(http_status, 426, LL_BAD_INPUT, "Sec-WebSocket-Version",
@@ -392,12 +390,12 @@ ll_status ll_upgrade_check(const ll_head *head, const ll_allow *allow, ll_upgrad
     if (!choose_protocol(head->protocols, upgrade->kind, &upgrade->format)) {
         return refuse(http_status, 400, LL_BAD_INPUT, "Sec-WebSocket-Protocol",
                       upgrade->kind == LL_STREAM_SESSION
-                          ? "Sec-WebSocket-Protocol must name laglab.v2.bin or laglab.v2.json"
-                          : "Sec-WebSocket-Protocol must name laglab.v2.json");
+                          ? "Sec-WebSocket-Protocol: must be laglab.v2.bin or laglab.v2.json"
+                          : "Sec-WebSocket-Protocol: must be laglab.v2.json");
     }
     if (!ll_allow_origin(allow, head->origin, head->host)) {
         return refuse(http_status, 403, LL_FORBIDDEN, "Origin",
-                      "pages of this origin may not open streams here: --allow-origin names those that may");
+                      "Origin not allowed to open streams; see --allow-origin");
     }
     memcpy(upgrade->key, head->key.at, 24);
     upgrade->key[24] = '\0';

@@ -22,7 +22,7 @@
 #include "daemon/store/store.h"
 #include "daemon/support/tasks.h"
 
-#define LAST_RESORT_S 0.7 /* after the time that viewers may take */
+#define FORCED_EXIT_S 0.7 /* after the time that viewers have to close */
 
 typedef struct daemon_parts {
     ll_web_server_config web_server_config;
@@ -36,10 +36,10 @@ typedef struct daemon_parts {
     ll_api api;
     ll_web_server *web_server;
     sigset_t signals;
-    atomic_flag saving; /* who ends the daemon: the usual way or the last resort */
+    atomic_flag saving; /* set by the first that ends the process: stop() or the forced exit */
 } daemon_parts;
 
-static int complain(const ll_status *status, int exit_status)
+static int print_error(const ll_status *status, int exit_status)
 {
     fprintf(stderr, "laglab: %s\n", status->text);
     return exit_status;
@@ -47,7 +47,7 @@ static int complain(const ll_status *status, int exit_status)
 
 /* ---- before the start ---- */
 
-/* `name` beside the program, for what was left empty. */
+/* Default: the folder `name` next to the program. */
 static void default_folder(char *folder, size_t size, const char *name)
 {
     if (!folder[0])
@@ -65,7 +65,7 @@ static bool default_data(char *folder, size_t size)
     return written > 0 && (size_t)written < size;
 }
 
-/* A folder that was asked for must work; the default one may be missing. */
+/* A folder that was given must work; the default one may be missing. */
 static ll_status open_store(daemon_parts *d)
 {
     char *folder = d->host_config.data;
@@ -76,7 +76,7 @@ static ll_status open_store(daemon_parts *d)
     bool asked = folder[0] != '\0';
     if (!asked && !default_data(folder, sizeof d->host_config.data)) {
         ll_log_write("warn", "no store",
-                     "Sessions are kept in memory only: no --data was given and there is no home directory.");
+                     "Sessions are kept in memory only: no --data and no home directory.");
         return ll_ok();
     }
     ll_status status = ll_store_open(folder, &d->store);
@@ -97,11 +97,12 @@ static void ending_signals(sigset_t *signals)
 
 static void prepare_process(sigset_t *signals)
 {
-    umask(077); /* a session's id is all that reading it needs, so what is stored is its owner's alone */
+    umask(077); /* a session's id permits reading it, so files are readable by their owner only */
     signal(SIGPIPE, SIG_IGN);
-    signal(SIGXFSZ, SIG_IGN); /* a file that may not grow is an error of the store, told like a full disk */
+    signal(SIGXFSZ,
+           SIG_IGN); /* a file that may not grow is reported as an error of the store, like a full disk */
     ending_signals(signals);
-    pthread_sigmask(SIG_BLOCK, signals, NULL); /* before there are threads, which inherit it */
+    pthread_sigmask(SIG_BLOCK, signals, NULL); /* before threads are made, which inherit it */
     struct rlimit files;
     if (getrlimit(RLIMIT_NOFILE, &files) == 0 && files.rlim_cur < files.rlim_max) {
         files.rlim_cur = files.rlim_max;
@@ -114,7 +115,7 @@ static void prepare_process(sigset_t *signals)
 static void log_web_server(void *context, const char *level, const char *message)
 {
     (void)context;
-    ll_log_write(level, "front door", "%s", message);
+    ll_log_write(level, "web server", "%s", message);
 }
 
 static ll_status start(daemon_parts *d)
@@ -124,7 +125,7 @@ static ll_status start(daemon_parts *d)
     if (!ll_failed(&status))
         status = open_store(d);
     if (!ll_failed(&status) && d->store)
-        setenv("TMPDIR", d->host_config.data, 1); /* it may be all that can be written to */
+        setenv("TMPDIR", d->host_config.data, 1); /* it may be the only writable folder */
     if (!ll_failed(&status))
         status = ll_tasks_start((int)d->host_config.work_threads, &d->tasks);
     if (!ll_failed(&status))
@@ -147,7 +148,7 @@ static ll_status start(daemon_parts *d)
     if (ll_failed(&status))
         return status;
     atomic_store(&d->api.web_server, d->web_server);
-    status = ll_experiments_show(d->experiments, ll_web_server_ws(d->web_server));
+    status = ll_experiments_open_streams(d->experiments, ll_web_server_ws(d->web_server));
     if (!ll_failed(&status))
         status = ll_host_start(d->host, ll_web_server_ws(d->web_server));
     if (!ll_failed(&status))
@@ -155,7 +156,7 @@ static ll_status start(daemon_parts *d)
     return status;
 }
 
-/* Who asks twice does not want to wait. What was acknowledged is stored. */
+/* A second signal exits at once. Everything that was acknowledged is stored. */
 static void *exit_at_once(void *argument)
 {
     (void)argument;
@@ -166,21 +167,21 @@ static void *exit_at_once(void *argument)
     _exit(1);
 }
 
-/* What cannot be broken off, as a tick of many seconds, does not keep the daemon from ending in time: all
- * that was acknowledged is stored, and clocks are, but for those of the sessions that are at it. */
+/* Exits in time when something cannot be interrupted, as a tick of many seconds. Everything that was
+ * acknowledged is stored, and also all clocks, except those of sessions that are locked. */
 static void *end_in_time(void *argument)
 {
     daemon_parts *d = argument;
-    double left = d->web_server_config.drain_s + LAST_RESORT_S;
+    double left = d->web_server_config.drain_s + FORCED_EXIT_S;
     struct timespec wait = {(time_t)left, (long)((left - floor(left)) * 1e9)};
     nanosleep(&wait, NULL);
     if (atomic_flag_test_and_set(&d->saving))
-        return NULL; /* it is at that already */
-    ll_log_write("warn", "stopping", "Something does not let itself be ended; it is left.");
-    /* The store is not closed: who is left may use it still. */
+        return NULL; /* the other one has begun */
+    ll_log_write("warn", "stopping", "Forced exit: some work cannot be interrupted.");
+    /* The store stays open: other threads may still use it. */
     ll_status status = ll_store_wait(d->store, ll_host_save(d->host, false));
     if (ll_failed(&status))
-        ll_log_write("error", "not all was stored", "%s", status.text);
+        ll_log_write("error", "not everything was stored", "%s", status.text);
     _exit(ll_failed(&status));
 }
 
@@ -189,7 +190,7 @@ static void wait_for_end(daemon_parts *d)
     int got = 0;
     sigwait(&d->signals, &got);
     atomic_store(&d->api.phase, LL_API_DRAINING);
-    ll_log_write("info", "stopping", "Got %s.",
+    ll_log_write("info", "stopping", "Signal: %s.",
                  got == SIGTERM  ? "SIGTERM"
                  : got == SIGINT ? "SIGINT"
                                  : "SIGHUP");
@@ -200,12 +201,12 @@ static void wait_for_end(daemon_parts *d)
         pthread_detach(impatient);
 }
 
-/* In the opposite order of the start; also after half a start. */
+/* Stops in the reverse order of the start; also after a failed start. */
 static ll_status stop(daemon_parts *d)
 {
     if (d->tasks)
         ll_tasks_drain(d->tasks);
-    ll_experiments_ask_to_end(d->experiments);
+    ll_experiments_request_stop(d->experiments);
     if (d->web_server)
         ll_web_server_drain(d->web_server);
     if (d->host)
@@ -215,7 +216,7 @@ static ll_status stop(daemon_parts *d)
     ll_tasks_free(d->tasks);
     ll_experiments_close(d->experiments);
     if (atomic_flag_test_and_set(&d->saving))
-        pause(); /* the last resort came first, and ends the process */
+        pause(); /* the forced exit came first, and ends the process */
     if (d->host)
         ll_host_save(d->host, true);
     ll_status status = ll_store_close(d->store);
@@ -240,7 +241,7 @@ int ll_serve(const ll_serve_config *config)
     if (ll_failed(&status)) {
         stop(d);
         free(d);
-        return complain(&status, status.code == LL_BAD_INPUT ? 2 : 1);
+        return print_error(&status, status.code == LL_BAD_INPUT ? 2 : 1);
     }
     printf("laglab listening on http://%s/\n", ll_web_server_address(d->web_server));
     fflush(stdout);
@@ -248,7 +249,7 @@ int ll_serve(const ll_serve_config *config)
     status = stop(d);
     free(d);
     if (ll_failed(&status)) {
-        ll_log_write("error", "not all was stored", "%s", status.text);
+        ll_log_write("error", "not everything was stored", "%s", status.text);
         return 1;
     }
     return 0;

@@ -1,4 +1,4 @@
-/* The daemon from its settings to its end. */
+/* Runs the daemon, from its settings to its end. */
 #pragma once
 
 #include "daemon/hosting/host.h"
@@ -11,5 +11,5 @@ typedef struct ll_serve_config {
     ll_access_config access;
 } ll_serve_config;
 
-/* Returns the exit status, when a signal has ended it or it could not start. */
+/* Returns the exit status, after a signal has ended it or if it could not start. */
 int ll_serve(const ll_serve_config *config);

@@ -48,14 +48,14 @@ static const char *const statement_sql[STATEMENTS] = {
 struct ll_store {
     char *directory;
     int lock_file;
-    sqlite3 *writer_db; /* the writer thread's */
+    sqlite3 *writer_db; /* of the writer thread */
     sqlite3_stmt *prepared[STATEMENTS];
     sqlite3 *reader_db;
     pthread_mutex_t reader_lock;
     pthread_t thread;
     bool started;
 
-    pthread_mutex_t lock; /* guards all below */
+    pthread_mutex_t lock; /* guards all members below */
     pthread_cond_t queued, done;
     record *first, *last;
     uint64_t ticket, durable;
@@ -63,8 +63,8 @@ struct ll_store {
     int64_t commits, failures, waiting;
     bool closing, failing;
     ll_status why;
-    void (*told)(void *context);
-    void *told_context;
+    void (*notify)(void *context);
+    void *notify_context;
 };
 
 /* ---- errors ---- */
@@ -74,17 +74,17 @@ static ll_status database_error(const ll_store *store, sqlite3 *db, const char *
     int code = db ? sqlite3_errcode(db) : SQLITE_NOMEM;
     switch (code & 0xff) {
     case SQLITE_FULL:
-        return ll_error(LL_IO, "The disk of %s is full.", store->directory);
+        return ll_error(LL_IO, "Disk of %s is full.", store->directory);
     case SQLITE_READONLY:
     case SQLITE_CANTOPEN:
     case SQLITE_PERM:
-        return ll_error(LL_IO, "%s cannot be written: %s.", store->directory, sqlite3_errmsg(db));
+        return ll_error(LL_IO, "Cannot write to %s: %s.", store->directory, sqlite3_errmsg(db));
     case SQLITE_BUSY:
     case SQLITE_LOCKED:
-        return ll_error(LL_IO, "The database in %s is locked by another program.", store->directory);
+        return ll_error(LL_IO, "Database in %s is locked by another program.", store->directory);
     case SQLITE_NOTADB:
     case SQLITE_CORRUPT:
-        return ll_error(LL_IO, "%s/laglab.db is damaged or no database: %s.", store->directory,
+        return ll_error(LL_IO, "%s/laglab.db is damaged or not a database: %s.", store->directory,
                         sqlite3_errmsg(db));
     default:
         return ll_error(LL_IO, "%s in %s failed: %s.", doing, store->directory,
@@ -140,7 +140,7 @@ static bool write_record(ll_store *store, const record *r)
     return run(s);
 }
 
-/* All or nothing. A batch whose commit failed may be written again: rows are replaced, not doubled. */
+/* All or nothing. A batch whose commit failed may be written again: rows are replaced, not duplicated. */
 static ll_status commit(ll_store *store, const record *batch)
 {
     sqlite3 *db = store->writer_db;
@@ -173,7 +173,7 @@ static void wait_to_retry(ll_store *store)
         ;
 }
 
-/* Called and returns with the lock held. */
+/* The lock is held at the call and at the return. */
 static void write_batch(ll_store *store)
 {
     record *batch = store->first, *last = store->last;
@@ -187,7 +187,7 @@ static void write_batch(ll_store *store)
     pthread_mutex_lock(&store->lock);
     store->failing = ll_failed(&status);
     store->why = status;
-    if (store->failing) { /* back to the front, in order */
+    if (store->failing) { /* back to the front of the queue, in order */
         last->next = store->first;
         store->first = batch;
         store->last = store->last ? store->last : last;
@@ -198,9 +198,9 @@ static void write_batch(ll_store *store)
         store->waiting -= size;
     }
     pthread_cond_broadcast(&store->done);
-    if (store->told) {
+    if (store->notify) {
         pthread_mutex_unlock(&store->lock);
-        store->told(store->told_context);
+        store->notify(store->notify_context);
         pthread_mutex_lock(&store->lock);
     }
 }
@@ -233,18 +233,18 @@ static ll_status make_directory(const char *directory)
     char path[4096];
     size_t length = strlen(directory);
     if (length == 0 || length >= sizeof path)
-        return ll_error(LL_IO, "The data directory's name has %zu characters; 1 to %zu are possible.", length,
+        return ll_error(LL_IO, "data directory: has %zu characters; must have 1 to %zu", length,
                         sizeof path - 1);
     memcpy(path, directory, length + 1);
     for (char *p = path + 1; *p; p++) {
         if (*p != '/')
             continue;
         *p = '\0';
-        mkdir(path, 0700); /* what matters is whether the last one is there */
+        mkdir(path, 0700); /* only the last one has to exist */
         *p = '/';
     }
     if (mkdir(path, 0700) != 0 && errno != EEXIST)
-        return ll_error(LL_IO, "The data directory %s cannot be made: %s.", directory, strerror(errno));
+        return ll_error(LL_IO, "Cannot create data directory %s: %s.", directory, strerror(errno));
     return ll_ok();
 }
 
@@ -254,10 +254,9 @@ static ll_status take_lock(ll_store *store)
     snprintf(path, sizeof path, "%s/lock", store->directory);
     store->lock_file = open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0600);
     if (store->lock_file < 0)
-        return ll_error(LL_IO, "The data directory %s cannot be written: %s.", store->directory,
-                        strerror(errno));
+        return ll_error(LL_IO, "Cannot write to data directory %s: %s.", store->directory, strerror(errno));
     if (flock(store->lock_file, LOCK_EX | LOCK_NB) != 0)
-        return ll_error(LL_IO, "The data directory %s is in use by another laglab.", store->directory);
+        return ll_error(LL_IO, "Data directory %s is in use by another laglab.", store->directory);
     return ll_ok();
 }
 
@@ -278,17 +277,17 @@ static ll_status prepare_schema(ll_store *store)
     if (!read_number(db, "PRAGMA user_version", &version))
         return database_error(store, db, "Opening the database");
     if (version > SCHEMA_VERSION)
-        return ll_error(
-            LL_IO, "The database in %s has schema %lld, made by a newer laglab; this one knows up to %d.",
-            store->directory, (long long)version, SCHEMA_VERSION);
+        return ll_error(LL_IO,
+                        "Database in %s has schema %lld, of a newer laglab; this one supports up to %d.",
+                        store->directory, (long long)version, SCHEMA_VERSION);
     if (version == 0) {
         char *made = sqlite3_mprintf("BEGIN IMMEDIATE;%sCOMMIT;", schema);
         int result = sqlite3_exec(db, made, NULL, NULL, NULL);
         sqlite3_free(made);
         if (result != SQLITE_OK)
-            return database_error(store, db, "Making the database");
+            return database_error(store, db, "Creating the database");
     }
-    /* Asks for the write lock once, so that a read-only disk is told now and not at the first command. */
+    /* Takes the write lock once, so that a read-only disk is an error now and not at the first command. */
     if (sqlite3_exec(db, "BEGIN IMMEDIATE; PRAGMA user_version=1; COMMIT;", NULL, NULL, NULL) != SQLITE_OK)
         return database_error(store, db, "Writing");
     int64_t highest = 0;
@@ -368,14 +367,14 @@ ll_status ll_store_open(const char *directory, ll_store **result)
     *result = NULL;
     ll_store *store = new_store(directory);
     if (!store)
-        return ll_error(LL_NO_MEMORY, "There is no memory for the store.");
+        return ll_error(LL_NO_MEMORY, "out of memory: store");
     ll_status status = make_directory(directory);
     if (!ll_failed(&status))
         status = take_lock(store);
     if (!ll_failed(&status))
         status = open_database(store);
     if (!ll_failed(&status) && pthread_create(&store->thread, NULL, write_all, store) != 0)
-        status = ll_error(LL_NO_MEMORY, "The store's thread cannot be started.");
+        status = ll_error(LL_NO_MEMORY, "cannot start store thread");
     if (ll_failed(&status)) {
         free_store(store);
         return status;
@@ -491,14 +490,14 @@ ll_status ll_store_read_log(ll_store *store, int64_t number, char **text, size_t
             break;
         const void *line = sqlite3_column_text(s, 0);
         if (!add_line(text, length, &capacity, line, (size_t)sqlite3_column_bytes(s, 0)))
-            status = ll_error(LL_NO_MEMORY, "There is no memory for the log of a stored session.");
+            status = ll_error(LL_NO_MEMORY, "out of memory: log of a stored session");
     }
     if (!ll_failed(&status) && result != SQLITE_DONE)
         status = database_error(store, store->reader_db, "Reading");
     sqlite3_finalize(s);
     pthread_mutex_unlock(&store->reader_lock);
     if (!ll_failed(&status) && !*text)
-        status = ll_error(LL_IO, "The log of a stored session in %s is empty.", store->directory);
+        status = ll_error(LL_IO, "Log of a stored session in %s is empty.", store->directory);
     if (ll_failed(&status)) {
         free(*text);
         *text = NULL;
@@ -524,7 +523,7 @@ static uint64_t enqueue(ll_store *store, record_type type, int64_t number, int64
     if (!store)
         return 0;
     record *r = malloc(sizeof *r + size);
-    LL_ASSERT(r); /* a line that cannot be kept would make the log a lie */
+    LL_ASSERT(r); /* without this line the log would be incomplete */
     *r = (record){.type = type, .number = number, .index = index, .size = size};
     if (size)
         memcpy(r->bytes, bytes, size);
@@ -602,12 +601,12 @@ ll_store_stats ll_store_get_stats(ll_store *store)
     return stats;
 }
 
-void ll_store_on_commit(ll_store *store, void (*told)(void *context), void *context)
+void ll_store_on_commit(ll_store *store, void (*notify)(void *context), void *context)
 {
     if (!store)
         return;
     pthread_mutex_lock(&store->lock);
-    store->told = told;
-    store->told_context = context;
+    store->notify = notify;
+    store->notify_context = context;
     pthread_mutex_unlock(&store->lock);
 }

@@ -1,15 +1,15 @@
-/* Sessions on disk: their rows and every line of their logs, in one SQLite database.
+/* Sessions on disk: their rows and all lines of their logs, in one SQLite database.
  *
- * One writer thread takes all that has been queued and commits it at once. Queueing gives a ticket; a caller
- * that must not answer before its line is safe waits for it, others may ask to be told (ll_store_on_commit).
- * After `kill -9` every line whose ticket was durable is there (WAL, synchronous=NORMAL: a power cut may lose
- * the last commits).
+ * One writer thread commits everything that is queued at once. Queueing returns a ticket. A caller that must
+ * not answer before its line is durable waits for the ticket; others can use ll_store_on_commit. After `kill
+ * -9` every line whose ticket was durable is there (WAL, synchronous=NORMAL: a power cut may lose the last
+ * commits).
  *
- * When a commit fails, what is queued stays queued in its order and is tried again every second; until then
- * ll_store_wait fails and ll_store_failing is true: the host then refuses changes before it applies them, so
- * that a session never runs ahead of its stored log by more than what was in flight at the first failure.
+ * When a commit fails, the queue is kept in order and retried every second. Until then ll_store_wait fails
+ * and ll_store_failing is true: the host refuses changes before applying them, so that a session is never
+ * further ahead of its stored log than by the lines in flight at the first failure.
  *
- * All functions may be called from any thread and take a NULL store for "in memory only". */
+ * Any thread; a NULL store means "in memory only". */
 #pragma once
 
 #include <stdbool.h>
@@ -25,7 +25,7 @@
 typedef struct ll_store ll_store;
 
 typedef struct ll_stored {
-    int64_t number; /* of the row; never used again */
+    int64_t number; /* of the row; never reused */
     char id[LL_ID_LENGTH + 1];
     char code[LL_CODE_LENGTH + 1];
     int64_t created_ms, seen_ms; /* Unix time */
@@ -34,21 +34,21 @@ typedef struct ll_stored {
     bool playing;
     double speed;
     int64_t tick, head_tick;
-    int64_t lines, log_bytes; /* of the log; the bytes as they were read */
+    int64_t lines, log_bytes; /* of the log; bytes: as read */
 } ll_stored;
 
 typedef struct ll_store_stats {
     int64_t queued, commits, failures;
 } ll_store_stats;
 
-/* Opens or makes DIRECTORY/laglab.db and takes DIRECTORY/lock. Errors (LL_IO) are sentences that name the
+/* Opens or creates DIRECTORY/laglab.db and takes DIRECTORY/lock. Messages of errors (LL_IO) name the
  * directory. */
 ll_status ll_store_open(const char *directory, ll_store **store);
 
-/* Commits what is queued (one attempt when the store is failing) and closes. Returns how that went. */
+/* Commits the queue (one attempt when the store is failing) and closes. Returns the result of that commit. */
 ll_status ll_store_close(ll_store *store);
 
-/* All stored sessions, in the order of their making. Call before anything is queued. */
+/* All stored sessions, in order of creation. Call before anything is queued. */
 ll_status ll_store_list(ll_store *store, void (*each)(void *context, const ll_stored *stored), void *context);
 
 /* The lines of a session's log separated by newlines; caller frees `*text`. */
@@ -56,9 +56,10 @@ ll_status ll_store_read_log(ll_store *store, int64_t number, char **text, size_t
 
 int64_t ll_store_new_number(ll_store *store);
 
-/* ---- queueing; the result is a ticket ---- */
+/* ---- queueing; returns a ticket ---- */
 
-uint64_t ll_store_put(ll_store *store, const ll_stored *stored); /* a new row, or the clock of an old one */
+uint64_t ll_store_put(ll_store *store,
+                      const ll_stored *stored); /* a new row, or a new clock of a stored one */
 uint64_t ll_store_line(ll_store *store, int64_t number, int64_t index, const char *line, size_t length);
 uint64_t ll_store_delete(ll_store *store, int64_t number);
 
@@ -69,6 +70,6 @@ bool ll_store_failing(ll_store *store, ll_status *why); /* `why` may be NULL */
 uint64_t ll_store_durable(ll_store *store);             /* the last durable ticket */
 ll_store_stats ll_store_get_stats(ll_store *store);
 
-/* `told` is called by the writer thread after each commit and each failure, without a lock. Set once, before
+/* The writer thread calls `notify` after each commit and each failure, without a lock. Set once, before
  * queueing. */
-void ll_store_on_commit(ll_store *store, void (*told)(void *context), void *context);
+void ll_store_on_commit(ll_store *store, void (*notify)(void *context), void *context);

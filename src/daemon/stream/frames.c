@@ -1,36 +1,36 @@
-/* Which frames a viewer gets, of what, and when. Everything here runs on its stream's thread. */
+/* Selects the frames of each viewer: which channels, and when. Runs on the stream's thread. */
 #include <cjson/cJSON.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "daemon/stream/internal.h"
 
-/* An acknowledgement that takes this much longer than the quickest one means that frames queue somewhere on
- * the way (a slow reader, a proxy's buffers): fewer are then kept in flight. About the time that a whole
- * window takes at 60 Hz. */
+/* An acknowledgement that takes this much longer than the fastest one means that frames queue somewhere (a
+ * slow reader, a proxy's buffers): then fewer are kept in flight. About the time of a whole window at 60 Hz.
+ */
 #define QUEUEING_NS INT64_C(60000000)
 
-/* A new viewer's: BEGIN_WINDOW frames, until it acknowledges or that time has passed. */
+/* A new viewer gets BEGIN_WINDOW frames, until it acknowledges or this time is over. */
 #define GRACE_NS INT64_C(150000000)
 #define BEGIN_WINDOW 3
 
-/* A viewer that has not subscribed by then gets what is drawn. */
+/* A viewer that has not subscribed by then is subscribed to the channels that the page draws. */
 #define SUBSCRIBE_NS INT64_C(1000000000)
 enum { DEFAULT_HZ = 30, DEFAULT_JSON_HZ = 10 };
 static const ll_channel drawn[] = {LL_CHANNEL_SESSION, LL_CHANNEL_SCENE, LL_CHANNEL_MOTION,
                                    LL_CHANNEL_BODIES,  LL_CHANNEL_FIELD, LL_CHANNEL_POINTS};
 
 /* A viewer that misses a fifth of its frames for SLOW_NS gets half as many, until it has missed none for
- * AGAIN_NS. */
+ * RECOVER_NS. */
 #define SLOW_NS INT64_C(2000000000)
-#define AGAIN_NS INT64_C(10000000000)
+#define RECOVER_NS INT64_C(10000000000)
 enum { SLOW_PART = 5, SLOWEST = 16 };
 
-/* Sections that some viewer was sent and that are not the newest any more: beyond that the oldest is
- * forgotten, and who has it gets the next one whole. */
+/* Limit of sections that viewers have as a base and that are not the newest. Beyond it the oldest is
+ * released, and its viewers get the next section whole. */
 #define KEPT_BYTES ((size_t)4 << 20)
 
-/* ---- what viewers want of the next frame ---- */
+/* ---- channels wanted in the next frame ---- */
 
 static int64_t next_event(const ws_viewer *viewer)
 {
@@ -38,7 +38,7 @@ static int64_t next_event(const ws_viewer *viewer)
     return events->rows->first + events->rows->count;
 }
 
-static void tell_wants(ll_ws_stream *stream)
+static void publish_wants(ll_ws_stream *stream)
 {
     unsigned long long every[LL_CHANNELS] = {0};
     unsigned missing = 0;
@@ -72,8 +72,8 @@ static void tell_wants(ll_ws_stream *stream)
 static void want(ll_ws_stream *stream)
 {
     const ll_ws_hooks *hooks = &stream->ws->hooks[stream->kind];
-    if (!stream->want_said && !stream->closing) {
-        stream->want_said = true;
+    if (!stream->wanted_called && !stream->closing) {
+        stream->wanted_called = true;
         if (hooks->wanted != NULL) {
             hooks->wanted(hooks->context, stream->session);
         }
@@ -89,11 +89,11 @@ void ll_ws_viewer_subscribe(ws_viewer *viewer, const ll_ws_subscription *subscri
         viewer->wants |= (uint16_t)((subscription->every[c] > 0) << c);
     }
     viewer->has &= viewer->wants;
-    viewer->owed &= viewer->wants;
-    ll_ws_viewer_try(viewer);
+    viewer->overdue &= viewer->wants;
+    ll_ws_viewer_send_newest(viewer);
 }
 
-static void subscribe_to_what_is_drawn(ws_viewer *viewer)
+static void subscribe_default(ws_viewer *viewer)
 {
     bool json = viewer->upgrade.format == LL_FRAME_JSON;
     ll_ws_subscription all = {{0}};
@@ -103,7 +103,7 @@ static void subscribe_to_what_is_drawn(ws_viewer *viewer)
     ll_ws_viewer_subscribe(viewer, &all);
 }
 
-/* ---- what they have ---- */
+/* ---- sections that viewers have ---- */
 
 static void drop(ll_ws_stream *stream, ll_section **place)
 {
@@ -133,7 +133,7 @@ static bool is_newest(const ll_ws_stream *stream, int record, const ll_section *
     return stream->latest != NULL && stream->latest->section[record] == section;
 }
 
-/* The oldest section that is not of the newest frame; NULL: there is none. */
+/* The oldest section that is not of the newest frame; NULL: none. */
 static const ll_section *oldest_kept(const ll_ws_stream *stream)
 {
     const ll_section *oldest = NULL;
@@ -148,7 +148,7 @@ static const ll_section *oldest_kept(const ll_ws_stream *stream)
     return oldest;
 }
 
-static void keep_within_bounds(ll_ws_stream *stream)
+static void limit_kept_sections(ll_ws_stream *stream)
 {
     const ll_section *oldest;
     while (stream->kept_bytes > KEPT_BYTES && (oldest = oldest_kept(stream)) != NULL) {
@@ -162,7 +162,7 @@ static void keep_within_bounds(ll_ws_stream *stream)
     }
 }
 
-static void forget_all(ws_viewer *viewer)
+static void release_all_sections(ws_viewer *viewer)
 {
     for (int i = 0; i < LL_RECORDS_MAX; i++) {
         drop(viewer->stream, &viewer->state.section[i]);
@@ -170,12 +170,13 @@ static void forget_all(ws_viewer *viewer)
     viewer->has = 0;
 }
 
-void ll_ws_viewer_forget(ws_viewer *viewer)
+void ll_ws_viewer_release_sections(ws_viewer *viewer)
 {
-    forget_all(viewer);
+    release_all_sections(viewer);
     viewer->wants = 0;
-    tell_wants(viewer->stream);
-    if (viewer->stream->arrived == 1) { /* the last viewer leaves: no frame follows, and this one grows old */
+    publish_wants(viewer->stream);
+    if (viewer->stream->viewer_count ==
+        1) { /* the last viewer leaves: no later frame would replace this one */
         ll_frame_release(viewer->stream->latest);
         viewer->stream->latest = NULL;
     }
@@ -183,8 +184,8 @@ void ll_ws_viewer_forget(ws_viewer *viewer)
 
 /* ---- sending ---- */
 
-/* Frames that may be sent now. One that never acknowledged is paced by its socket alone, but not before it
- * had the time to acknowledge: a slow reader's first frames would else pile up. */
+/* Frames that may be sent now. A viewer that never acknowledged is limited only by its socket, but not before
+ * it had time to acknowledge: otherwise a slow reader's first frames would queue. */
 static int credit(const ws_viewer *viewer)
 {
     bool limited = viewer->acked_once || viewer->thread->now_ns - viewer->first_sent_ns < GRACE_NS;
@@ -195,11 +196,11 @@ static int credit(const ws_viewer *viewer)
     return limited && !viewer->fresh ? viewer->window - viewer->outstanding_count : WS_PENDING;
 }
 
-/* Channels that this frame should bring it. */
+/* Channels of this frame that are due for the viewer. */
 static uint16_t due(const ws_viewer *viewer, const ll_frame *frame)
 {
     bool last = (frame->flags & LL_FRAME_PLAYING) == 0 || frame->generation != viewer->generation;
-    uint16_t channels = (uint16_t)(viewer->owed | (viewer->wants & ~viewer->has));
+    uint16_t channels = (uint16_t)(viewer->overdue | (viewer->wants & ~viewer->has));
     for (int c = 0; c < LL_CHANNELS; c++) {
         uint32_t every =
             viewer->subscription.every[c] * (uint32_t)(viewer->slowdown > 0 ? viewer->slowdown : 1);
@@ -209,7 +210,8 @@ static uint16_t due(const ws_viewer *viewer, const ll_frame *frame)
     }
     channels &= viewer->wants & frame->channels;
     if (viewer->state.section[LL_RECORD_EVENTS] == NULL && !frame->anew) {
-        channels &= (uint16_t) ~(1U << LL_CHANNEL_LANES); /* it is to begin with those of the last seconds */
+        channels &=
+            (uint16_t) ~(1U << LL_CHANNEL_LANES); /* it has to start with the events of the last seconds */
     }
     return channels;
 }
@@ -222,7 +224,7 @@ static void note_sent(ws_viewer *viewer, const ll_frame *frame, uint16_t channel
     }
     viewer->fresh = false;
     viewer->has |= channels;
-    viewer->owed &= (uint16_t)~channels;
+    viewer->overdue &= (uint16_t)~channels;
     viewer->last_sent = frame->seq;
     viewer->last_tick = frame->tick;
     viewer->last_flags = frame->flags;
@@ -242,8 +244,8 @@ static void note_sent(ws_viewer *viewer, const ll_frame *frame, uint16_t channel
     viewer->outstanding[i].sent_ns = viewer->thread->now_ns;
 }
 
-/* Whether the frame says anything to it: where nothing is due, or all is as it was, it does not. */
-static bool is_news(const ws_viewer *viewer, const ll_frame *frame, uint16_t channels)
+/* Whether the frame has anything for the viewer: a due channel with a change. */
+static bool has_changes(const ws_viewer *viewer, const ll_frame *frame, uint16_t channels)
 {
     return channels != 0 &&
            (viewer->fresh || frame->tick != viewer->last_tick || frame->flags != viewer->last_flags ||
@@ -254,23 +256,23 @@ static bool is_news(const ws_viewer *viewer, const ll_frame *frame, uint16_t cha
 static void send_frame(ws_viewer *viewer, ll_frame *frame)
 {
     uint16_t channels = due(viewer, frame);
-    if (!is_news(viewer, frame, channels)) {
+    if (!has_changes(viewer, frame, channels)) {
         return;
     }
     bool jump = viewer->fresh || frame->generation != viewer->generation;
     if (jump) {
-        forget_all(viewer);
+        release_all_sections(viewer);
     }
     ll_buffer *message = &viewer->thread->message;
     message->size = 0;
-    message->failed = ll_buffer_grow(message, LL_FRAMING_ROOM) == NULL;
+    message->failed = ll_buffer_grow(message, LL_FRAMING_HEAD_SPACE) == NULL;
     ll_frame_write(frame, &viewer->state, channels, jump, viewer->upgrade.format, message);
     if (message->failed) {
         return;
     }
-    size_t size = message->size - LL_FRAMING_ROOM;
+    size_t size = message->size - LL_FRAMING_HEAD_SPACE;
     bool text = viewer->upgrade.format == LL_FRAME_JSON;
-    ll_ws_socket_write(viewer, (unsigned char *)message->bytes + LL_FRAMING_ROOM, size,
+    ll_ws_socket_write(viewer, (unsigned char *)message->bytes + LL_FRAMING_HEAD_SPACE, size,
                        text ? LL_OPCODE_TEXT : LL_OPCODE_BINARY);
     if (viewer->dead) {
         return;
@@ -292,16 +294,16 @@ static void try_latest(ws_viewer *viewer)
     }
 }
 
-void ll_ws_viewer_try(ws_viewer *viewer)
+void ll_ws_viewer_send_newest(ws_viewer *viewer)
 {
     if (viewer->stream == NULL) {
         return;
     }
     try_latest(viewer);
-    tell_wants(viewer->stream);
+    publish_wants(viewer->stream);
 }
 
-/* ---- those that are too slow ---- */
+/* ---- slow viewers ---- */
 
 static void set_slowdown(ws_viewer *viewer, int slowdown, const char *reason)
 {
@@ -310,7 +312,7 @@ static void set_slowdown(ws_viewer *viewer, int slowdown, const char *reason)
     cJSON_AddStringToObject(o, "type", "rate");
     cJSON_AddStringToObject(o, "reason", reason);
     cJSON_AddNumberToObject(o, "divisor", slowdown);
-    ll_ws_viewer_say(viewer, o);
+    ll_ws_viewer_send_json(viewer, o);
 }
 
 static void count_due(ws_viewer *viewer, bool missed)
@@ -329,8 +331,8 @@ static void count_due(ws_viewer *viewer, bool missed)
     if (viewer->counted_ns != 0 && viewer->missed_count * SLOW_PART > viewer->due_count &&
         slowdown < SLOWEST) {
         set_slowdown(viewer, 2 * slowdown, "slow viewer");
-    } else if (slowdown > 1 && now - viewer->missed_ns > AGAIN_NS) {
-        set_slowdown(viewer, slowdown / 2, "it keeps up again");
+    } else if (slowdown > 1 && now - viewer->missed_ns > RECOVER_NS) {
+        set_slowdown(viewer, slowdown / 2, "viewer keeps up again");
     }
     viewer->counted_ns = now;
     viewer->due_count = viewer->missed_count = 0;
@@ -338,8 +340,8 @@ static void count_due(ws_viewer *viewer, bool missed)
 
 /* ---- distribution ---- */
 
-/* Of several frames a viewer with credit gets all, in order; one with less credit the newest of them. */
-static void offer(ws_viewer *viewer, ll_frame **frames, int count)
+/* Of several frames a viewer with enough credit gets all, in order; others the newest ones. */
+static void offer_frames(ws_viewer *viewer, ll_frame **frames, int count)
 {
     int may = credit(viewer);
     for (int i = 0; i < count; i++) {
@@ -349,7 +351,7 @@ static void offer(ws_viewer *viewer, ll_frame **frames, int count)
             continue;
         }
         if (misses) {
-            viewer->owed |= channels;
+            viewer->overdue |= channels;
         } else {
             send_frame(viewer, frames[i]);
         }
@@ -357,20 +359,20 @@ static void offer(ws_viewer *viewer, ll_frame **frames, int count)
     }
 }
 
-/* Usually one. When this thread was late there are more. */
+/* Usually one; more when this thread was late. */
 void ll_ws_stream_distribute(ll_ws_stream *stream, ll_frame **frames, int count)
 {
-    stream->want_said = false;
+    stream->wanted_called = false;
     ll_frame_release(stream->latest);
     stream->latest = frames[count - 1];
     for (ws_viewer *viewer = stream->first; viewer != NULL; viewer = viewer->next) {
-        offer(viewer, frames, count);
+        offer_frames(viewer, frames, count);
     }
     for (int i = 0; i < count - 1; i++) {
         ll_frame_release(frames[i]);
     }
-    keep_within_bounds(stream);
-    tell_wants(stream);
+    limit_kept_sections(stream);
+    publish_wants(stream);
 }
 
 /* ---- acknowledgements ---- */
@@ -392,7 +394,7 @@ static void adapt_window(ws_viewer *viewer, int64_t delay)
 void ll_ws_viewer_acknowledge(ws_viewer *viewer, uint32_t seq)
 {
     if (viewer->fresh || (int32_t)(seq - viewer->last_sent) > 0) {
-        return; /* never sent: not worth a quarrel */
+        return; /* was never sent; ignore */
     }
     int gone = 0;
     while (gone < viewer->outstanding_count && (int32_t)(seq - viewer->outstanding[gone].seq) >= 0) {
@@ -405,15 +407,15 @@ void ll_ws_viewer_acknowledge(ws_viewer *viewer, uint32_t seq)
     viewer->outstanding_count -= gone;
     memmove(viewer->outstanding, viewer->outstanding + gone,
             (size_t)viewer->outstanding_count * sizeof *viewer->outstanding);
-    ll_ws_viewer_try(viewer);
+    ll_ws_viewer_send_newest(viewer);
 }
 
 void ll_ws_viewer_sweep_frames(ws_viewer *viewer)
 {
-    int64_t waited = viewer->thread->now_ns - viewer->greeted_ns;
+    int64_t waited = viewer->thread->now_ns - viewer->hello_ns;
     if (viewer->ready && !viewer->subscribed && waited > SUBSCRIBE_NS) {
-        subscribe_to_what_is_drawn(viewer);
+        subscribe_default(viewer);
     } else {
-        ll_ws_viewer_try(viewer); /* of a paused session, after the grace */
+        ll_ws_viewer_send_newest(viewer); /* of a paused session, after GRACE_NS */
     }
 }

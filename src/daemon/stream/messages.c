@@ -1,4 +1,4 @@
-/* Messages to one viewer, the last of which says goodbye. Everything here runs on its stream's thread. */
+/* Messages to one viewer, including the last, `bye`. Runs on its stream's thread. */
 #include <cjson/cJSON.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -9,7 +9,7 @@
 void ll_ws_messages_drop(ws_viewer *viewer)
 {
     while (viewer->first_message != NULL) {
-        ws_mail *message = viewer->first_message;
+        ws_command *message = viewer->first_message;
         viewer->first_message = message->next;
         free(message);
     }
@@ -21,7 +21,7 @@ void ll_ws_messages_drop(ws_viewer *viewer)
 void ll_ws_messages_flush(ws_viewer *viewer)
 {
     while (viewer->first_message != NULL && !viewer->dead && !ll_ws_socket_full(viewer)) {
-        ws_mail *message = viewer->first_message;
+        ws_command *message = viewer->first_message;
         ll_ws_socket_write(viewer, message->text, message->size, LL_OPCODE_TEXT);
         viewer->first_message = message->next;
         viewer->last_message = message->next != NULL ? viewer->last_message : NULL;
@@ -31,7 +31,7 @@ void ll_ws_messages_flush(ws_viewer *viewer)
     }
 }
 
-static void enqueue(ws_viewer *viewer, ws_mail *message)
+static void enqueue(ws_viewer *viewer, ws_command *message)
 {
     message->next = NULL;
     if (viewer->last_message != NULL) {
@@ -44,12 +44,12 @@ static void enqueue(ws_viewer *viewer, ws_mail *message)
     viewer->message_bytes += message->size;
 }
 
-static ws_mail *message_of(cJSON *json) /* takes it */
+static ws_command *message_of(cJSON *json) /* takes ownership */
 {
     char *text = json != NULL ? cJSON_PrintUnformatted(json) : NULL;
     cJSON_Delete(json);
     size_t size = text != NULL ? strlen(text) : 0;
-    ws_mail *message = text != NULL ? calloc(1, sizeof *message + size + 1) : NULL;
+    ws_command *message = text != NULL ? calloc(1, sizeof *message + size + 1) : NULL;
     if (message != NULL) {
         memcpy(message->text, text, size);
         message->size = size;
@@ -68,16 +68,17 @@ void ll_ws_viewer_close(ws_viewer *viewer, int code, const char *reason)
     cJSON *bye = cJSON_CreateObject();
     cJSON_AddStringToObject(bye, "type", "bye");
     cJSON_AddStringToObject(bye, "reason", viewer->close_reason);
-    ws_mail *message = message_of(bye);
+    ws_command *message = message_of(bye);
     if (message != NULL) {
         enqueue(viewer, message);
     }
-    /* The close frame leaves when the messages have. One that does not read is cut (ll_ws_viewer_sweep). */
+    /* The close frame is sent after the messages. A viewer that does not read is cut off
+     * (ll_ws_viewer_sweep). */
     viewer->close_ns = viewer->thread->now_ns;
-    ll_ws_socket_want(viewer);
+    ll_ws_socket_request_writable(viewer);
 }
 
-void ll_ws_viewer_send(ws_viewer *viewer, ws_mail *message)
+void ll_ws_viewer_send(ws_viewer *viewer, ws_command *message)
 {
     if (viewer->close_code != 0 || viewer->dead) {
         free(message);
@@ -88,16 +89,16 @@ void ll_ws_viewer_send(ws_viewer *viewer, ws_mail *message)
         free(message);
         ll_ws_messages_drop(viewer);
         ll_ws_count(&viewer->thread->counts.closed_slow, 1);
-        ll_ws_viewer_close(viewer, LL_WS_TRY_LATER, "messages piled up: this viewer reads too slowly");
+        ll_ws_viewer_close(viewer, LL_WS_TRY_LATER, "viewer reads too slowly: too many messages queued");
         return;
     }
     enqueue(viewer, message);
     ll_ws_messages_flush(viewer);
 }
 
-void ll_ws_viewer_say(ws_viewer *viewer, cJSON *json)
+void ll_ws_viewer_send_json(ws_viewer *viewer, cJSON *json)
 {
-    ws_mail *message = message_of(json);
+    ws_command *message = message_of(json);
     if (message != NULL) {
         ll_ws_viewer_send(viewer, message);
     }

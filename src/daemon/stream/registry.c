@@ -1,4 +1,4 @@
-/* The streams by kind and id, from their opening until their last viewer has gone. */
+/* Streams by kind and id, from opening until the last viewer has left. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -53,11 +53,11 @@ ll_status ll_ws_stream_open(ll_ws *ws, ll_stream_kind kind, const char *id, void
                             ll_ws_stream **result)
 {
     if (!is_stream_id(id)) {
-        return ll_field_error(LL_BAD_INPUT, "id", "a stream's id has 1 to 64 characters of A-Z a-z 0-9 _ -");
+        return ll_field_error(LL_BAD_INPUT, "id", "id: must have 1 to 64 characters of A-Z a-z 0-9 _ -");
     }
     ll_ws_stream *stream = calloc(1, sizeof *stream);
     if (stream == NULL) {
-        return ll_error(LL_NO_MEMORY, "no memory for a stream");
+        return ll_error(LL_NO_MEMORY, "out of memory: stream");
     }
     uint64_t hash = hash_of(id);
     stream->ws = ws;
@@ -77,7 +77,7 @@ ll_status ll_ws_stream_open(ll_ws *ws, ll_stream_kind kind, const char *id, void
     pthread_mutex_unlock(&ws->registry_lock);
     if (other != NULL) {
         free(stream);
-        return ll_error(LL_CONFLICT, "this id has a stream already");
+        return ll_error(LL_CONFLICT, "id has a stream already");
     }
     atomic_fetch_add(&ws->stream_count, 1);
     *result = stream;
@@ -120,15 +120,15 @@ void ll_ws_stream_destroy(ll_ws_stream *stream)
 void ll_ws_stream_close(ll_ws_stream *stream, int code, const char *reason)
 {
     unregister(stream);
-    ws_mail *mail = ll_ws_mail_new(WS_MAIL_CLOSE_STREAM, reason, strlen(reason));
-    if (mail != NULL) {
-        mail->stream = stream;
-        mail->code = code;
+    ws_command *command = ll_ws_command_new(WS_COMMAND_CLOSE_STREAM, reason, strlen(reason));
+    if (command != NULL) {
+        command->stream = stream;
+        command->code = code;
     }
-    /* Without memory for the news the stream is left to leak: its viewers stay connected and see nothing
+    /* If the command cannot be allocated, the stream leaks: its viewers stay connected and get nothing
      * more. */
-    if (mail != NULL && !ll_ws_post(stream->thread, mail)) {
-        free(mail);
+    if (command != NULL && !ll_ws_submit(stream->thread, command)) {
+        free(command);
         ll_ws_stream_destroy(stream);
     }
 }

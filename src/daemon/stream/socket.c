@@ -8,7 +8,7 @@
 
 #include "daemon/stream/internal.h"
 
-/* What is in hand goes on with the viewer: it is freed when the turn is over. */
+/* The caller may continue with the viewer: it is freed at the end of the turn. */
 void ll_ws_socket_fail(ws_viewer *viewer)
 {
     if (!viewer->dead) {
@@ -18,7 +18,7 @@ void ll_ws_socket_fail(ws_viewer *viewer)
     }
 }
 
-static void look_for(ws_viewer *viewer, uint32_t events)
+static void set_epoll_events(ws_viewer *viewer, uint32_t events)
 {
     struct epoll_event interest = {.events = events, .data.ptr = viewer};
     if (viewer->events == events || viewer->dead) {
@@ -31,34 +31,34 @@ static void look_for(ws_viewer *viewer, uint32_t events)
     }
 }
 
-void ll_ws_socket_want(ws_viewer *viewer)
+void ll_ws_socket_request_writable(ws_viewer *viewer)
 {
-    look_for(viewer, EPOLLIN | EPOLLOUT);
+    set_epoll_events(viewer, EPOLLIN | EPOLLOUT);
 }
 
 bool ll_ws_socket_full(const ws_viewer *viewer)
 {
-    return viewer->rest_at < viewer->rest_end;
+    return viewer->unsent_at < viewer->unsent_end;
 }
 
-/* ---- out ---- */
+/* ---- output ---- */
 
 static bool keep(ws_viewer *viewer, const unsigned char *bytes, size_t size)
 {
-    if (viewer->rest_end + size > viewer->rest_capacity) {
-        unsigned char *grown = realloc(viewer->rest, viewer->rest_end + size);
+    if (viewer->unsent_end + size > viewer->unsent_capacity) {
+        unsigned char *grown = realloc(viewer->unsent, viewer->unsent_end + size);
         if (grown == NULL) {
             return false;
         }
-        viewer->rest = grown;
-        viewer->rest_capacity = viewer->rest_end + size;
+        viewer->unsent = grown;
+        viewer->unsent_capacity = viewer->unsent_end + size;
     }
-    memcpy(viewer->rest + viewer->rest_end, bytes, size);
-    viewer->rest_end += size;
+    memcpy(viewer->unsent + viewer->unsent_end, bytes, size);
+    viewer->unsent_end += size;
     return true;
 }
 
-/* What the socket took; -1 when it failed. */
+/* Bytes that the socket accepted; -1 when it failed. */
 static ssize_t send_some(ws_viewer *viewer, const unsigned char *bytes, size_t size)
 {
     ssize_t sent;
@@ -74,13 +74,13 @@ static void write_bytes(ws_viewer *viewer, const unsigned char *bytes, size_t si
     if (sent < 0 || ((size_t)sent < size && !keep(viewer, bytes + sent, size - (size_t)sent))) {
         ll_ws_socket_fail(viewer);
     } else if ((size_t)sent < size) {
-        ll_ws_socket_want(viewer);
+        ll_ws_socket_request_writable(viewer);
     }
 }
 
 void ll_ws_socket_write(ws_viewer *viewer, unsigned char *payload, size_t size, ll_opcode opcode)
 {
-    if (!viewer->dead && !viewer->said) {
+    if (!viewer->dead && !viewer->close_sent) {
         size_t head = ll_framing_put_head(payload, size, opcode);
         write_bytes(viewer, payload - head, head + size);
     }
@@ -91,47 +91,49 @@ static void flush(ws_viewer *viewer)
     if (!ll_ws_socket_full(viewer)) {
         return;
     }
-    ssize_t sent = send_some(viewer, viewer->rest + viewer->rest_at, viewer->rest_end - viewer->rest_at);
+    ssize_t sent =
+        send_some(viewer, viewer->unsent + viewer->unsent_at, viewer->unsent_end - viewer->unsent_at);
     if (sent < 0) {
         ll_ws_socket_fail(viewer);
         return;
     }
-    viewer->rest_at += (size_t)sent;
-    if (!ll_ws_socket_full(viewer)) { /* a big frame's room is not kept for the few that need it */
-        free(viewer->rest);
-        viewer->rest = NULL;
-        viewer->rest_at = viewer->rest_end = viewer->rest_capacity = 0;
+    viewer->unsent_at += (size_t)sent;
+    if (!ll_ws_socket_full(viewer)) { /* frees the space of large frames, which few viewers need */
+        free(viewer->unsent);
+        viewer->unsent = NULL;
+        viewer->unsent_at = viewer->unsent_end = viewer->unsent_capacity = 0;
     }
 }
 
-/* Both have said goodbye, or it cannot be understood any more: the end of our bytes tells it to hang up. Its
- * own are read until it does, since a socket that is closed with unread bytes is reset, and the reset
- * overtakes the close frame. */
+/* After both close frames, or a protocol error: shutting down our half makes the peer close. Its bytes are
+ * read until it does, since closing a socket with unread bytes resets it, and the reset would overtake the
+ * close frame. */
 static void shut_when_done(ws_viewer *viewer)
 {
-    if (viewer->said && viewer->deaf && !viewer->shut && !ll_ws_socket_full(viewer)) {
-        viewer->shut = true;
+    if (viewer->close_sent && viewer->ignores_input && !viewer->write_closed && !ll_ws_socket_full(viewer)) {
+        viewer->write_closed = true;
         shutdown(viewer->socket.fd, SHUT_WR);
     }
 }
 
-void ll_ws_socket_say_close(ws_viewer *viewer, int code, const char *reason)
+void ll_ws_socket_send_close(ws_viewer *viewer, int code, const char *reason)
 {
-    unsigned char bytes[LL_FRAMING_ROOM + LL_FRAMING_CONTROL], *payload = bytes + LL_FRAMING_ROOM;
+    unsigned char bytes[LL_FRAMING_HEAD_SPACE + LL_FRAMING_CONTROL_MAX],
+        *payload = bytes + LL_FRAMING_HEAD_SPACE;
     size_t size = 0;
     if (code != LL_FRAMING_NO_CODE) {
         payload[0] = (unsigned char)(code >> 8);
         payload[1] = (unsigned char)code;
-        size = strnlen(reason, LL_FRAMING_CONTROL - 2);
+        size = strnlen(reason, LL_FRAMING_CONTROL_MAX - 2);
         memcpy(payload + 2, reason, size);
         size += 2;
     }
     ll_ws_socket_write(viewer, payload, size, LL_OPCODE_CLOSE);
-    viewer->said = true;
+    viewer->close_sent = true;
     shut_when_done(viewer);
 }
 
-/* ---- in ---- */
+/* ---- input ---- */
 
 static void take_event(ws_viewer *viewer, ll_framing_event event)
 {
@@ -149,12 +151,12 @@ static void take_event(ws_viewer *viewer, ll_framing_event event)
         viewer->receiver->pong(viewer);
         break;
     case LL_FRAMING_CLOSE:
-        viewer->deaf = true;
-        viewer->receiver->left(viewer, framing->code);
+        viewer->ignores_input = true;
+        viewer->receiver->closed(viewer, framing->code);
         shut_when_done(viewer);
         break;
     case LL_FRAMING_FAULT:
-        viewer->deaf = true;
+        viewer->ignores_input = true;
         if (viewer->close_code == 0) {
             ll_ws_count(&viewer->thread->counts.closed_policy, 1);
         }
@@ -169,8 +171,8 @@ static void take_event(ws_viewer *viewer, ll_framing_event event)
 void ll_ws_socket_take(ws_viewer *viewer, unsigned char *bytes, size_t size)
 {
     size_t used = 0;
-    viewer->heard_ns = viewer->thread->now_ns;
-    while (used < size && !viewer->deaf && !viewer->dead) {
+    viewer->received_ns = viewer->thread->now_ns;
+    while (used < size && !viewer->ignores_input && !viewer->dead) {
         take_event(viewer, ll_framing_read(&viewer->framing, bytes, size, &used));
     }
 }
@@ -180,7 +182,7 @@ static void read_some(ws_viewer *viewer)
     unsigned char *input = viewer->thread->input;
     ssize_t size = recv(viewer->socket.fd, input, WS_INPUT, MSG_DONTWAIT);
     if (size > 0) {
-        viewer->thread->now_ns = ll_ws_now(); /* the wait before may have been long: acks are timed by it */
+        viewer->thread->now_ns = ll_ws_now(); /* the wait may have been long, and acks are timed by it */
         ll_ws_socket_take(viewer, input, (size_t)size);
     } else if (size == 0 || (errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR)) {
         ll_ws_socket_fail(viewer);
@@ -195,19 +197,19 @@ void ll_ws_socket_event(ws_viewer *viewer, uint32_t events)
     if (!viewer->dead && (events & EPOLLOUT) != 0) {
         flush(viewer);
         if (!ll_ws_socket_full(viewer)) {
-            look_for(viewer, EPOLLIN);
+            set_epoll_events(viewer, EPOLLIN);
             shut_when_done(viewer);
             viewer->receiver->writable(viewer);
         }
     }
 }
 
-/* ---- coming and going ---- */
+/* ---- opening and closing ---- */
 
 bool ll_ws_socket_open(ws_viewer *viewer)
 {
     char accept[29], head[400];
-    look_for(viewer, EPOLLIN);
+    set_epoll_events(viewer, EPOLLIN);
     if (viewer->dead || viewer->socket.answered) {
         return !viewer->dead;
     }
@@ -228,5 +230,5 @@ void ll_ws_socket_free(ws_viewer *viewer)
         epoll_ctl(viewer->thread->epoll, EPOLL_CTL_DEL, viewer->socket.fd, NULL);
     }
     ll_ws_release(&viewer->socket);
-    free(viewer->rest);
+    free(viewer->unsent);
 }

@@ -1,8 +1,8 @@
-/* A stream thread: its loop, and who comes and goes.
+/* A stream thread: its loop, and opening and closing of viewers.
  *
- * Every wait costs, and with many viewers something comes all the time: 60 acks a second from each. While
- * more than a few sockets are open the thread therefore looks at them once in NAP_NS at most, and in between
- * at publications only, which are written at once. */
+ * Every wait costs, and with many viewers data comes all the time: 60 acks per second from each. With more
+ * than a few open sockets the thread therefore polls them at most once in POLL_INTERVAL_NS; in between it
+ * only waits for publications, which it writes at once. */
 #include <poll.h>
 #include <stdlib.h>
 #include <string.h>
@@ -13,10 +13,10 @@
 #include "base/assert.h"
 #include "daemon/stream/internal.h"
 
-#define NAP_NS INT64_C(4000000)
-#define NAP_SOCKETS 8
+#define POLL_INTERVAL_NS INT64_C(4000000)
+#define POLL_MIN_SOCKETS 8
 #define SWEEP_NS INT64_C(250000000)
-#define EVENTS 256 /* looked at in one turn */
+#define EVENTS 256 /* handled in one turn */
 
 /* ---- viewers ---- */
 
@@ -61,9 +61,9 @@ static void destroy_viewer(ws_viewer *viewer)
     free(viewer);
 }
 
-/* Who died may be named by an event that is still to be looked at, or be in the midst of a walk over its
- * stream: nobody is freed before the turn is over. */
-static void bury(ws_thread *thread)
+/* Frees dead viewers at the end of a turn: before that, an event or a loop over a stream may still refer to
+ * them. */
+static void free_dead_viewers(ws_thread *thread)
 {
     while (thread->first_dead != NULL) {
         ws_viewer *viewer = thread->first_dead;
@@ -72,27 +72,27 @@ static void bury(ws_thread *thread)
     }
 }
 
-static void adopt(ws_thread *thread, ws_mail *mail)
+static void adopt(ws_thread *thread, ws_command *command)
 {
     ws_viewer *viewer = calloc(1, sizeof *viewer);
     if (viewer == NULL) {
-        ll_ws_release(&mail->socket);
-        ll_connection_limiter_leave(thread->ws->connection_limiter, &mail->pass);
+        ll_ws_release(&command->socket);
+        ll_connection_limiter_leave(thread->ws->connection_limiter, &command->pass);
         return;
     }
     viewer->thread = thread;
     viewer->receiver = &ll_ws_viewer_receiver;
-    viewer->socket = mail->socket;
-    viewer->pass = mail->pass;
-    viewer->upgrade = mail->upgrade;
-    viewer->heard_ns = viewer->pinged_ns = thread->now_ns;
+    viewer->socket = command->socket;
+    viewer->pass = command->pass;
+    viewer->upgrade = command->upgrade;
+    viewer->received_ns = viewer->pinged_ns = thread->now_ns;
     thread->sockets++;
     if (!give_handle(thread, viewer) || !ll_ws_socket_open(viewer)) {
         ll_ws_socket_fail(viewer);
         return;
     }
     ll_ws_viewer_open(viewer);
-    ll_ws_socket_take(viewer, mail->text, mail->size);
+    ll_ws_socket_take(viewer, command->text, command->size);
 }
 
 bool ll_ws_thread_prepare(ws_thread *thread)
@@ -124,52 +124,52 @@ static void close_stream(ll_ws_stream *stream, int code, const char *reason)
     ll_ws_stream_release_if_done(stream);
 }
 
-static void take_mail(ws_thread *thread, ws_mail *mail)
+static void run_command(ws_thread *thread, ws_command *command)
 {
-    ws_viewer *viewer = mail->viewer != 0 ? viewer_of(thread, mail->viewer) : NULL;
+    ws_viewer *viewer = command->viewer != 0 ? viewer_of(thread, command->viewer) : NULL;
     bool present = viewer != NULL && viewer->stream != NULL;
-    switch (mail->kind) {
-    case WS_MAIL_ADOPT:
-        adopt(thread, mail);
+    switch (command->kind) {
+    case WS_COMMAND_ADOPT:
+        adopt(thread, command);
         break;
-    case WS_MAIL_CLOSE_STREAM:
-        close_stream(mail->stream, mail->code, (const char *)mail->text);
+    case WS_COMMAND_CLOSE_STREAM:
+        close_stream(command->stream, command->code, (const char *)command->text);
         break;
-    case WS_MAIL_CLOSE:
+    case WS_COMMAND_CLOSE:
         if (present) {
-            ll_ws_viewer_close(viewer, mail->code, (const char *)mail->text);
+            ll_ws_viewer_close(viewer, command->code, (const char *)command->text);
         }
         break;
-    case WS_MAIL_HELLO:
+    case WS_COMMAND_HELLO:
         if (present) {
-            ll_ws_viewer_hello(viewer, mail);
+            ll_ws_viewer_hello(viewer, command);
             return;
         }
         break;
-    case WS_MAIL_SUBSCRIBE:
+    case WS_COMMAND_SUBSCRIBE:
         if (present) {
-            ll_ws_viewer_subscribe(viewer, &mail->subscription);
+            ll_ws_viewer_subscribe(viewer, &command->subscription);
         }
         break;
-    case WS_MAIL_SEND:
+    case WS_COMMAND_SEND:
         if (present) {
-            ll_ws_viewer_send(viewer, mail);
+            ll_ws_viewer_send(viewer, command);
             return;
         }
         break;
     }
-    free(mail);
+    free(command);
 }
 
-/* Takes what other threads left: publications first, as a stream that is closed after its last frame shows
- * that frame. */
-static void take_news(ws_thread *thread)
+/* Handles publications and commands of other threads. Publications first: a stream that is closed after its
+ * last frame still sends that frame. */
+static void process_pending(ws_thread *thread)
 {
     atomic_store(&thread->wake_pending, false);
     thread->now_ns = ll_ws_now();
     pthread_mutex_lock(&thread->lock);
-    ws_mail *mail = thread->first_mail;
-    thread->first_mail = thread->last_mail = NULL;
+    ws_command *command = thread->first_command;
+    thread->first_command = thread->last_command = NULL;
     ll_ws_stream *dirty = thread->dirty;
     thread->dirty = NULL;
     pthread_mutex_unlock(&thread->lock);
@@ -184,32 +184,32 @@ static void take_news(ws_thread *thread)
         pthread_mutex_unlock(&thread->lock);
         ll_ws_stream_distribute(stream, taken, count);
     }
-    while (mail != NULL) {
-        ws_mail *next = mail->next;
-        take_mail(thread, mail);
-        mail = next;
+    while (command != NULL) {
+        ws_command *next = command->next;
+        run_command(thread, command);
+        command = next;
     }
 }
 
-static void forget_wake(ws_thread *thread)
+static void clear_wake(ws_thread *thread)
 {
     eventfd_t value;
     eventfd_read(thread->event_fd, &value);
 }
 
-/* Sleeps until somebody wakes the thread or `until_ns`. */
-static void nap(ws_thread *thread, int64_t until_ns)
+/* Sleeps until a wake-up or `until_ns`. */
+static void wait_until(ws_thread *thread, int64_t until_ns)
 {
     int64_t left = until_ns - ll_ws_now();
     if (left > 0) {
         struct pollfd event = {.fd = thread->event_fd, .events = POLLIN};
-        struct timespec time = {.tv_nsec = left < NAP_NS ? left : NAP_NS};
+        struct timespec time = {.tv_nsec = left < POLL_INTERVAL_NS ? left : POLL_INTERVAL_NS};
         ppoll(&event, 1, &time, NULL);
     }
-    forget_wake(thread);
+    clear_wake(thread);
 }
 
-/* What came from sockets. `wait_ns`: how long it may take for something to come. */
+/* Handles socket events. `wait_ns`: longest wait for the first. */
 static void serve_sockets(ws_thread *thread, int64_t wait_ns)
 {
     struct epoll_event events[EVENTS];
@@ -220,12 +220,12 @@ static void serve_sockets(ws_thread *thread, int64_t wait_ns)
         if (events[i].data.ptr != NULL) {
             ll_ws_socket_event(events[i].data.ptr, events[i].events);
         } else {
-            forget_wake(thread);
+            clear_wake(thread);
         }
     }
 }
 
-static void say_goodbye(ws_thread *thread)
+static void send_close_frame(ws_thread *thread)
 {
     for (int i = 0; i < thread->slots; i++) {
         if (thread->slot[i] != NULL && thread->slot[i]->stream != NULL) {
@@ -238,27 +238,27 @@ static void finish(ws_thread *thread)
 {
     pthread_mutex_lock(&thread->lock);
     thread->stopped = true;
-    ws_mail *mail = thread->first_mail;
-    thread->first_mail = thread->last_mail = NULL;
+    ws_command *command = thread->first_command;
+    thread->first_command = thread->last_command = NULL;
     thread->dirty = NULL; /* their publications are freed with the streams */
     pthread_mutex_unlock(&thread->lock);
-    for (ws_mail *next; mail != NULL; mail = next) {
-        next = mail->next;
-        if (mail->kind == WS_MAIL_ADOPT) {
-            ll_ws_release(&mail->socket);
-            ll_connection_limiter_leave(thread->ws->connection_limiter, &mail->pass);
-        } else if (mail->kind == WS_MAIL_CLOSE_STREAM) {
-            mail->stream->closing = true;
-            ll_ws_stream_release_if_done(mail->stream);
+    for (ws_command *next; command != NULL; command = next) {
+        next = command->next;
+        if (command->kind == WS_COMMAND_ADOPT) {
+            ll_ws_release(&command->socket);
+            ll_connection_limiter_leave(thread->ws->connection_limiter, &command->pass);
+        } else if (command->kind == WS_COMMAND_CLOSE_STREAM) {
+            command->stream->closing = true;
+            ll_ws_stream_release_if_done(command->stream);
         }
-        free(mail);
+        free(command);
     }
     for (int i = 0; i < thread->slots; i++) {
         if (thread->slot[i] != NULL) {
             ll_ws_socket_fail(thread->slot[i]);
         }
     }
-    bury(thread);
+    free_dead_viewers(thread);
     free(thread->slot);
     thread->slot = NULL;
     thread->slots = 0;
@@ -271,10 +271,10 @@ void *ll_ws_thread_main(void *argument)
     pthread_setname_np(pthread_self(), "stream");
     for (;;) {
         if (atomic_load(&thread->wake_pending)) {
-            take_news(thread);
+            process_pending(thread);
         }
         if (atomic_load(&thread->drain) && end_ns == 0) {
-            say_goodbye(thread);
+            send_close_frame(thread);
             end_ns = ll_ws_now() + (int64_t)(thread->ws->config.drain_s * 1e9);
         }
         thread->now_ns = ll_ws_now();
@@ -282,17 +282,17 @@ void *ll_ws_thread_main(void *argument)
             swept_ns = thread->now_ns;
             sweep(thread);
         }
-        bury(thread);
+        free_dead_viewers(thread);
         if (end_ns != 0 && (thread->sockets == 0 || thread->now_ns >= end_ns)) {
             break;
         }
-        if (thread->sockets > NAP_SOCKETS && thread->now_ns < served_ns + NAP_NS) {
-            nap(thread, served_ns + NAP_NS);
+        if (thread->sockets > POLL_MIN_SOCKETS && thread->now_ns < served_ns + POLL_INTERVAL_NS) {
+            wait_until(thread, served_ns + POLL_INTERVAL_NS);
             continue;
         }
         served_ns = thread->now_ns;
         serve_sockets(thread, thread->sockets == 0 ? -1 : swept_ns + SWEEP_NS - thread->now_ns);
-        bury(thread);
+        free_dead_viewers(thread);
     }
     finish(thread);
     return NULL;

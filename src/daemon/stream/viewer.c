@@ -1,5 +1,4 @@
-/* One viewer: its coming and going, what it says, its goodbye. Everything here runs on its stream's
- * thread. */
+/* One viewer: opening, messages, closing. Runs on its stream's thread. */
 #include <cjson/cJSON.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -8,46 +7,46 @@
 #include "base/assert.h"
 #include "daemon/stream/internal.h"
 
-#define GOODBYE_NS INT64_C(3000000000) /* how long a viewer may take to let itself be closed */
+#define CLOSE_TIMEOUT_NS INT64_C(3000000000) /* time for a viewer to complete the closing handshake */
 
-/* Of silence: after PING_NS it is asked whether it is there, after HANG_UP_NS it is not. */
+/* Without data: sends a ping after PING_NS, drops the viewer after IDLE_TIMEOUT_NS. */
 #define PING_NS INT64_C(20000000000)
-#define HANG_UP_NS INT64_C(30000000000)
+#define IDLE_TIMEOUT_NS INT64_C(30000000000)
 
 static const ll_ws_hooks *hooks_of(const ws_viewer *viewer)
 {
     return &viewer->thread->ws->hooks[viewer->upgrade.kind];
 }
 
-void ll_ws_viewer_hello(ws_viewer *viewer, ws_mail *hello)
+void ll_ws_viewer_hello(ws_viewer *viewer, ws_command *hello)
 {
     bool first = !viewer->ready && viewer->close_code == 0 && !viewer->dead;
     ll_ws_viewer_send(viewer, hello);
     if (first && viewer->close_code == 0) {
         viewer->ready = true;
-        viewer->greeted_ns = viewer->thread->now_ns;
+        viewer->hello_ns = viewer->thread->now_ns;
         atomic_fetch_add(&viewer->stream->viewers, 1);
-        ll_ws_viewer_try(viewer);
+        ll_ws_viewer_send_newest(viewer);
     }
 }
 
 static void writable(ws_viewer *viewer)
 {
     ll_ws_messages_flush(viewer);
-    if (viewer->first_message != NULL || ll_ws_socket_full(viewer) || viewer->dead || viewer->said) {
+    if (viewer->first_message != NULL || ll_ws_socket_full(viewer) || viewer->dead || viewer->close_sent) {
         return;
     }
     if (viewer->close_code != 0) {
-        ll_ws_socket_say_close(viewer, viewer->close_code, viewer->close_reason);
+        ll_ws_socket_send_close(viewer, viewer->close_code, viewer->close_reason);
         return;
     }
     if (viewer->pong_wanted) {
-        unsigned char bytes[LL_FRAMING_ROOM + LL_FRAMING_CONTROL];
-        memcpy(bytes + LL_FRAMING_ROOM, viewer->pong, (size_t)viewer->pong_size);
+        unsigned char bytes[LL_FRAMING_HEAD_SPACE + LL_FRAMING_CONTROL_MAX];
+        memcpy(bytes + LL_FRAMING_HEAD_SPACE, viewer->pong, (size_t)viewer->pong_size);
         viewer->pong_wanted = false;
-        ll_ws_socket_write(viewer, bytes + LL_FRAMING_ROOM, (size_t)viewer->pong_size, LL_OPCODE_PONG);
+        ll_ws_socket_write(viewer, bytes + LL_FRAMING_HEAD_SPACE, (size_t)viewer->pong_size, LL_OPCODE_PONG);
     }
-    ll_ws_viewer_try(viewer);
+    ll_ws_viewer_send_newest(viewer);
 }
 
 /* ---- messages from the viewer ---- */
@@ -57,7 +56,7 @@ static const char *skip_space(const char *at)
     return at + strspn(at, " \t\r\n");
 }
 
-/* Exactly {"ack":N}: what arrives sixty times a second from every viewer is not worth a JSON parser. */
+/* Recognises exactly {"ack":N}: a JSON parser would cost too much at 60 per second from every viewer. */
 static bool is_ack(const char *text, uint32_t *seq)
 {
     text = skip_space(text);
@@ -87,7 +86,7 @@ static bool is_ack(const char *text, uint32_t *seq)
     return true;
 }
 
-/* A token bucket of messages; big ones cost more. */
+/* Token bucket of messages; large ones cost more. */
 static bool within_rate(ws_viewer *viewer, size_t size)
 {
     double rate = viewer->thread->ws->config.max_messages_per_s;
@@ -99,18 +98,18 @@ static bool within_rate(ws_viewer *viewer, size_t size)
     return viewer->tokens >= 0;
 }
 
-/* What it still sends is not waited for. */
+/* Does not wait for what it still sends. */
 static void refuse_message(ws_viewer *viewer, int code, const char *reason)
 {
     ll_ws_count(&viewer->thread->counts.closed_policy, 1);
-    viewer->deaf = true;
+    viewer->ignores_input = true;
     ll_ws_viewer_close(viewer, code, reason);
 }
 
 static void refuse_rate(ws_viewer *viewer)
 {
     char text[120];
-    snprintf(text, sizeof text, "more than %g messages a second (max_messages_per_s)",
+    snprintf(text, sizeof text, "messages: must be at most %g/s (max_messages_per_s)",
              viewer->thread->ws->config.max_messages_per_s);
     cJSON *error = cJSON_CreateObject(), *problem = cJSON_AddObjectToObject(error, "problem");
     cJSON_AddStringToObject(error, "type", "error");
@@ -118,7 +117,7 @@ static void refuse_rate(ws_viewer *viewer)
     cJSON_AddStringToObject(problem, "title", "Too Many Requests");
     cJSON_AddNumberToObject(problem, "status", 429);
     cJSON_AddStringToObject(problem, "detail", text);
-    ll_ws_viewer_say(viewer, error);
+    ll_ws_viewer_send_json(viewer, error);
     refuse_message(viewer, LL_WS_POLICY, text);
 }
 
@@ -143,8 +142,8 @@ static void pong(ws_viewer *viewer)
     }
 }
 
-/* RFC 6455 5.5.3: of several pings only the last needs an answer. So those that pile up while the socket is
- * full cost no memory. */
+/* RFC 6455 5.5.3: of several pings only the last needs a pong, so pings that queue while the socket is full
+ * take no memory. */
 static void ping(ws_viewer *viewer)
 {
     pong(viewer);
@@ -176,20 +175,20 @@ static void receive(ws_viewer *viewer, const ll_framing *piece)
     size_t limit = (size_t)viewer->thread->ws->config.max_message_bytes;
     char text[100];
     if (viewer->stream == NULL || viewer->close_code != 0) {
-        return; /* it is on its way out: what it says is not heard */
+        return; /* it is closing: ignore its messages */
     }
     if (piece->first) {
         viewer->received_size = 0;
     }
     if (piece->binary) {
-        refuse_message(viewer, LL_WS_UNSUPPORTED, "messages are text");
+        refuse_message(viewer, LL_WS_UNSUPPORTED, "messages: must be text");
     } else if (viewer->received_size + piece->size > limit) {
-        snprintf(text, sizeof text, "a message may have %zu bytes (max_message_bytes)", limit);
+        snprintf(text, sizeof text, "message: must have at most %zu bytes (max_message_bytes)", limit);
         refuse_message(viewer, LL_WS_TOO_BIG, text);
     } else if (!piece->last && !within_rate(viewer, piece->size)) {
-        refuse_rate(viewer); /* pieces of nothing cost as much as messages */
+        refuse_rate(viewer); /* empty fragments cost as much as messages */
     } else if (!keep_piece(viewer, piece)) {
-        ll_ws_viewer_close(viewer, 1011, "no memory for a message");
+        ll_ws_viewer_close(viewer, 1011, "out of memory: message");
     } else if (piece->last) {
         viewer->received[viewer->received_size] = '\0';
         take_message(viewer, viewer->received, viewer->received_size);
@@ -197,7 +196,7 @@ static void receive(ws_viewer *viewer, const ll_framing *piece)
     }
 }
 
-/* ---- coming and going ---- */
+/* ---- opening and closing ---- */
 
 void ll_ws_viewer_open(ws_viewer *viewer)
 {
@@ -207,12 +206,12 @@ void ll_ws_viewer_open(ws_viewer *viewer)
     viewer->opened_ns = viewer->tokens_ns = thread->now_ns;
     viewer->tokens = 2 * ws->config.max_messages_per_s;
     if (stream == NULL) {
-        ll_ws_viewer_close(viewer, LL_WS_NO_SESSION, "it was deleted");
+        ll_ws_viewer_close(viewer, LL_WS_NO_SESSION, "deleted");
         return;
     }
-    if (stream->arrived >= ws->config.max_viewers) {
+    if (stream->viewer_count >= ws->config.max_viewers) {
         char text[100];
-        snprintf(text, sizeof text, "this stream has %d viewers already (max_viewers)",
+        snprintf(text, sizeof text, "limit of %d viewers of one stream reached (max_viewers)",
                  (int)ws->config.max_viewers);
         ll_ws_count(&thread->counts.closed_policy, 1);
         ll_ws_viewer_close(viewer, LL_WS_TOO_MANY, text);
@@ -225,7 +224,7 @@ void ll_ws_viewer_open(ws_viewer *viewer)
         stream->first->previous = viewer;
     }
     stream->first = viewer;
-    stream->arrived++;
+    stream->viewer_count++;
     ll_ws_count(&thread->counts.opened, 1);
     ll_ws_count(&thread->counts.viewers, 1);
     hooks_of(viewer)->opened(hooks_of(viewer)->context, stream->session, viewer->handle,
@@ -249,7 +248,7 @@ void ll_ws_viewer_gone(ws_viewer *viewer)
     if (stream == NULL) {
         return;
     }
-    ll_ws_viewer_forget(viewer);
+    ll_ws_viewer_release_sections(viewer);
     if (viewer->ready) {
         atomic_fetch_sub(&stream->viewers, 1);
     }
@@ -258,7 +257,7 @@ void ll_ws_viewer_gone(ws_viewer *viewer)
     }
     *(viewer->previous != NULL ? &viewer->previous->next : &stream->first) = viewer->next;
     viewer->stream = NULL;
-    stream->arrived--;
+    stream->viewer_count--;
     atomic_fetch_sub_explicit(&viewer->thread->counts.viewers, 1, memory_order_relaxed);
     if (hooks_of(viewer)->closed != NULL) {
         hooks_of(viewer)->closed(hooks_of(viewer)->context, stream->session, viewer->handle);
@@ -266,35 +265,35 @@ void ll_ws_viewer_gone(ws_viewer *viewer)
     ll_ws_stream_release_if_done(stream);
 }
 
-/* Nothing of ours may follow our own close frame, which answers its. */
-static void left(ws_viewer *viewer, int code)
+/* Sends nothing after our close frame, which answers the viewer's. */
+static void on_close_frame(ws_viewer *viewer, int code)
 {
-    if (viewer->said) {
+    if (viewer->close_sent) {
         return;
     }
     ll_ws_messages_drop(viewer);
     viewer->close_code = code;
     viewer->close_ns = viewer->thread->now_ns;
     ll_ws_viewer_gone(viewer);
-    ll_ws_socket_say_close(viewer, code, "");
+    ll_ws_socket_send_close(viewer, code, "");
 }
 
 const ws_receiver ll_ws_viewer_receiver = {.piece = receive,
                                            .ping = ping,
                                            .pong = pong,
-                                           .left = left,
+                                           .closed = on_close_frame,
                                            .fault = ll_ws_viewer_close,
                                            .writable = writable};
 
-static void look_for_life(ws_viewer *viewer)
+static void check_alive(ws_viewer *viewer)
 {
-    unsigned char bytes[LL_FRAMING_ROOM];
-    int64_t now = viewer->thread->now_ns, silent = now - viewer->heard_ns;
-    if (silent > HANG_UP_NS) {
+    unsigned char bytes[LL_FRAMING_HEAD_SPACE];
+    int64_t now = viewer->thread->now_ns, silent = now - viewer->received_ns;
+    if (silent > IDLE_TIMEOUT_NS) {
         ll_ws_socket_fail(viewer);
     } else if (silent > PING_NS && now - viewer->pinged_ns > PING_NS && !ll_ws_socket_full(viewer)) {
         viewer->pinged_ns = now;
-        ll_ws_socket_write(viewer, bytes + LL_FRAMING_ROOM, 0, LL_OPCODE_PING);
+        ll_ws_socket_write(viewer, bytes + LL_FRAMING_HEAD_SPACE, 0, LL_OPCODE_PING);
     }
 }
 
@@ -306,21 +305,21 @@ void ll_ws_viewer_sweep(ws_viewer *viewer)
         return;
     }
     if (viewer->close_code != 0) {
-        if (now - viewer->close_ns > GOODBYE_NS) {
+        if (now - viewer->close_ns > CLOSE_TIMEOUT_NS) {
             ll_ws_socket_fail(viewer);
         }
         return;
     }
-    look_for_life(viewer);
+    check_alive(viewer);
     if (viewer->stream == NULL || viewer->dead) {
         return;
     }
     if (!viewer->ready && (double)(now - viewer->opened_ns) > config->hello_timeout_s * 1e9) {
-        ll_ws_viewer_close(viewer, LL_WS_TRY_LATER, "the session is busy: try again later");
+        ll_ws_viewer_close(viewer, LL_WS_TRY_LATER, "session busy; try again later");
     } else if (viewer->acked_once && viewer->outstanding_count > 0 &&
                (double)(now - viewer->outstanding[0].sent_ns) > config->ack_timeout_s * 1e9) {
         ll_ws_count(&viewer->thread->counts.closed_slow, 1);
-        ll_ws_viewer_close(viewer, LL_WS_TRY_LATER, "no frame was acknowledged for too long (ack_timeout_s)");
+        ll_ws_viewer_close(viewer, LL_WS_TRY_LATER, "no acknowledgement for too long (ack_timeout_s)");
     } else {
         ll_ws_viewer_sweep_frames(viewer);
     }

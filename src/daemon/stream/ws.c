@@ -1,4 +1,4 @@
-/* The side of the streams that any thread may call: publications and messages to viewers; start and end. */
+/* Functions of the streams for any thread: publications, messages to viewers, start and stop. */
 #include "daemon/stream/ws.h"
 
 #include <errno.h>
@@ -10,48 +10,49 @@
 #include "base/assert.h"
 #include "daemon/stream/internal.h"
 
-static void post_text(ll_ws *ws, ll_ws_viewer viewer, ws_mail_kind kind, int code, const char *text,
+static void post_text(ll_ws *ws, ll_ws_viewer viewer, ws_command_kind kind, int code, const char *text,
                       size_t size)
 {
     int index = (int)(viewer >> 16 & 0xff);
-    ws_mail *mail = viewer != 0 && index < ws->threads ? ll_ws_mail_new(kind, text, size) : NULL;
-    if (mail == NULL) {
+    ws_command *command = viewer != 0 && index < ws->threads ? ll_ws_command_new(kind, text, size) : NULL;
+    if (command == NULL) {
         return;
     }
-    mail->viewer = viewer;
-    mail->code = code;
-    if (!ll_ws_post(&ws->thread[index], mail)) {
-        free(mail);
+    command->viewer = viewer;
+    command->code = code;
+    if (!ll_ws_submit(&ws->thread[index], command)) {
+        free(command);
     }
 }
 
 void ll_ws_hello(ll_ws *ws, ll_ws_viewer viewer, const char *text, size_t length)
 {
-    post_text(ws, viewer, WS_MAIL_HELLO, 0, text, length);
+    post_text(ws, viewer, WS_COMMAND_HELLO, 0, text, length);
 }
 
 void ll_ws_subscribe(ll_ws *ws, ll_ws_viewer viewer, const ll_ws_subscription *subscription)
 {
     int index = (int)(viewer >> 16 & 0xff);
-    ws_mail *mail = viewer != 0 && index < ws->threads ? ll_ws_mail_new(WS_MAIL_SUBSCRIBE, NULL, 0) : NULL;
-    if (mail == NULL) {
+    ws_command *command =
+        viewer != 0 && index < ws->threads ? ll_ws_command_new(WS_COMMAND_SUBSCRIBE, NULL, 0) : NULL;
+    if (command == NULL) {
         return;
     }
-    mail->viewer = viewer;
-    mail->subscription = *subscription;
-    if (!ll_ws_post(&ws->thread[index], mail)) {
-        free(mail);
+    command->viewer = viewer;
+    command->subscription = *subscription;
+    if (!ll_ws_submit(&ws->thread[index], command)) {
+        free(command);
     }
 }
 
 void ll_ws_send(ll_ws *ws, ll_ws_viewer viewer, const char *text, size_t length)
 {
-    post_text(ws, viewer, WS_MAIL_SEND, 0, text, length);
+    post_text(ws, viewer, WS_COMMAND_SEND, 0, text, length);
 }
 
 void ll_ws_close(ll_ws *ws, ll_ws_viewer viewer, int code, const char *reason)
 {
-    post_text(ws, viewer, WS_MAIL_CLOSE, code, reason, strlen(reason));
+    post_text(ws, viewer, WS_COMMAND_CLOSE, code, reason, strlen(reason));
 }
 
 int ll_ws_viewers(const ll_ws_stream *stream)
@@ -131,22 +132,22 @@ void ll_ws_flush(ll_ws *ws)
     }
 }
 
-/* ---- the door's ---- */
+/* ---- for the web server ---- */
 
-void ll_ws_adopt(ll_ws *ws, const ll_upgrade *upgrade, const ll_ws_socket *socket, const void *begun,
-                 size_t begun_size, const ll_connection_limiter_pass *pass)
+void ll_ws_adopt(ll_ws *ws, const ll_upgrade *upgrade, const ll_ws_socket *socket, const void *already_read,
+                 size_t already_read_size, const ll_connection_limiter_pass *pass)
 {
     ws_thread *thread = ll_ws_thread_of(ws, upgrade->id);
-    ws_mail *mail = ll_ws_mail_new(WS_MAIL_ADOPT, begun, begun_size);
-    if (mail != NULL) {
-        mail->socket = *socket;
-        mail->pass = *pass;
-        mail->upgrade = *upgrade;
-        if (ll_ws_post(thread, mail)) {
+    ws_command *command = ll_ws_command_new(WS_COMMAND_ADOPT, already_read, already_read_size);
+    if (command != NULL) {
+        command->socket = *socket;
+        command->pass = *pass;
+        command->upgrade = *upgrade;
+        if (ll_ws_submit(thread, command)) {
             return;
         }
     }
-    free(mail);
+    free(command);
     ll_ws_release(socket);
     ll_connection_limiter_leave(ws->connection_limiter, pass);
 }
@@ -186,7 +187,7 @@ ll_status ll_ws_start(const ll_web_server_config *config, const ll_ws_hooks *hoo
     int threads = (int)config->stream_threads;
     ll_ws *ws = calloc(1, sizeof *ws + (size_t)threads * sizeof(ws_thread));
     if (ws == NULL) {
-        return ll_error(LL_NO_MEMORY, "no memory for the streams");
+        return ll_error(LL_NO_MEMORY, "out of memory: streams");
     }
     ws->config = *config;
     ws->hooks[LL_STREAM_SESSION] = *hooks;
@@ -199,7 +200,7 @@ ll_status ll_ws_start(const ll_web_server_config *config, const ll_ws_hooks *hoo
     }
     for (int i = 0; i < threads; i++) {
         if (!start_thread(ws, i)) {
-            ll_status error = ll_error(LL_IO, "cannot start a stream thread: %s", strerror(errno));
+            ll_status error = ll_error(LL_IO, "cannot start stream thread: %s", strerror(errno));
             ll_ws_drain(ws, 0);
             ll_ws_free(ws);
             return error;

@@ -6,23 +6,22 @@
 
 #define ROW(name_) .name = #name_, .type = LL_PARAM_TEXT, .offset = offsetof(ll_access_config, name_)
 
-enum { OPERATOR_SHORTEST = 16, CLASS_SHORTEST = 8, LONGEST = 256 }; /* characters of a key */
+enum { OPERATOR_SHORTEST = 16, CLASS_SHORTEST = 8, LONGEST = 256 }; /* minimum and maximum length of a key */
 
 static const ll_param rows[] = {
     {ROW(operator_key_file), .max = 511,
-     .help = "File with the operator's key, which lists, ends and deletes anything and closes creation. "
-             "Empty: $LAGLAB_OPERATOR_KEY, or there is none."},
+     .help = "File with the operator's key, which may list and delete everything and close creation. Empty: "
+             "$LAGLAB_OPERATOR_KEY, or no operator."},
     {ROW(class_key_file), .max = 511,
-     .help = "File with the class key: only who has it may make sessions, experiments and searches. Empty: "
-             "$LAGLAB_CLASS_KEY, or there is none."},
+     .help = "File with the class key, which permits creating sessions, experiments and searches. Empty: "
+             "$LAGLAB_CLASS_KEY, or no class key."},
     {ROW(creation), .max = 15,
-     .help =
-         "Who may create: open (everybody), class (who has the class key) or operator. Empty: class where "
-         "there is a class key, else open."},
+     .help = "Who may create: open (every client), class (clients with the class key) or operator. Empty: "
+             "class if there is a class key, else open."},
 };
 
 const ll_param_table ll_access_table = {.name = "access",
-                                        .help = "Who may do what.",
+                                        .help = "Permissions.",
                                         .rows = rows,
                                         .count = sizeof rows / sizeof rows[0],
                                         .size = sizeof(ll_access_config)};
@@ -32,23 +31,22 @@ const char *const ll_creation_names[] = {
 
 /* ---- keys ---- */
 
-/* Visible ASCII without a space: what an Authorization header can carry. */
+/* Visible ASCII without spaces, as an Authorization header can carry. */
 static ll_status take_key(const char *from, char *text, size_t shortest, ll_key_hash *hash)
 {
     size_t length = strcspn(text, "\r\n");
     if (text[length + strspn(text + length, "\r\n")] != '\0')
-        return ll_error(LL_BAD_INPUT, "%.200s must hold one line, the key.", from);
+        return ll_error(LL_BAD_INPUT, "key file %.200s: must have one line, the key", from);
     text[length] = '\0';
     for (size_t i = 0; i < length; i++) {
         if (text[i] <= ' ' || text[i] > '~')
-            return ll_error(LL_BAD_INPUT, "The key of %.200s must be of visible ASCII without spaces.", from);
+            return ll_error(LL_BAD_INPUT, "key of %.200s: must be visible ASCII without spaces", from);
     }
     if (length < shortest || length > LONGEST)
-        return ll_error(LL_BAD_INPUT, "The key of %.200s must have %zu to %d characters; it has %zu.", from,
+        return ll_error(LL_BAD_INPUT, "key of %.200s: must have %zu to %d characters; got %zu", from,
                         shortest, LONGEST, length);
-    return ll_key_hash_make(text, hash)
-               ? ll_ok()
-               : ll_error(LL_NO_MEMORY, "The system gives no random numbers for keys.");
+    return ll_key_hash_make(text, hash) ? ll_ok()
+                                        : ll_error(LL_NO_MEMORY, "Random numbers for keys not available.");
 }
 
 static ll_status read_key(const char *path, const char *variable, size_t shortest, ll_key_hash *hash,
@@ -61,7 +59,7 @@ static ll_status read_key(const char *path, const char *variable, size_t shortes
         return ll_ok();
     if (path[0] == '\0') {
         snprintf(text, sizeof text, "%s", value);
-        unsetenv(variable); /* programs that are started later need not know it */
+        unsetenv(variable); /* so that child processes do not inherit it */
         return take_key(variable, text, shortest, hash);
     }
     FILE *file = fopen(path, "rbe");
@@ -70,7 +68,7 @@ static ll_status read_key(const char *path, const char *variable, size_t shortes
         fclose(file);
     text[size] = '\0';
     ll_status status = file ? take_key(path, text, shortest, hash)
-                            : ll_error(LL_BAD_INPUT, "The key file %.200s cannot be read.", path);
+                            : ll_error(LL_BAD_INPUT, "Cannot read key file %.200s.", path);
     explicit_bzero(text, sizeof text);
     return status;
 }
@@ -92,7 +90,7 @@ ll_status ll_access_open(const ll_access_config *config, ll_access *access)
     return ll_access_set_creation(access, config->creation);
 }
 
-/* ---- questions ---- */
+/* ---- permissions ---- */
 
 bool ll_access_is_operator(const ll_access *access, const char *key, size_t length)
 {
@@ -117,7 +115,7 @@ ll_status ll_access_set_creation(ll_access *access, const char *name)
                               "creation: must be one of open, class, operator; got `%.40s`.", name);
     if ((creation == LL_CREATION_CLASS && !access->has_class) ||
         (creation == LL_CREATION_OPERATOR && !access->has_operator))
-        return ll_field_error(LL_BAD_INPUT, "creation", "creation cannot be %s: there is no %s key.", name,
+        return ll_field_error(LL_BAD_INPUT, "creation", "creation: %s requires the %s key", name,
                               creation == LL_CREATION_CLASS ? "class" : "operator's");
     atomic_store(&access->creation, creation);
     return ll_ok();

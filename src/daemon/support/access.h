@@ -1,8 +1,8 @@
-/* Who may: the operator's key (lists, ends and deletes anything, closes creation) and the class key (who has
- * it may create). Without either a daemon is open: whoever reaches it may create, and nobody is its operator.
+/* Permissions: the operator's key (may list and delete everything and close creation) and the class key (may
+ * create). Without keys a daemon is open: every client may create, and there is no operator.
  *
- * Keys come from files or from the environment (LAGLAB_OPERATOR_KEY, LAGLAB_CLASS_KEY), which is cleared when
- * they were read; what is kept is a salted hash, compared in constant time. Any thread. */
+ * Keys come from files or from the environment (LAGLAB_OPERATOR_KEY, LAGLAB_CLASS_KEY), which is cleared
+ * after reading. Only salted hashes are kept, and compared in constant time. Any thread. */
 #pragma once
 
 #include <stdatomic.h>
@@ -12,7 +12,7 @@
 #include "daemon/support/keys.h"
 #include "param/param.h"
 
-/* Who may make sessions, forks, experiments and searches for advice. */
+/* Who may create sessions, forks, experiments and searches for advice. */
 typedef enum ll_creation { LL_CREATION_OPEN, LL_CREATION_CLASS, LL_CREATION_OPERATOR } ll_creation;
 
 extern const char *const ll_creation_names[]; /* NULL-terminated */
@@ -20,7 +20,7 @@ extern const char *const ll_creation_names[]; /* NULL-terminated */
 /* Rows of ll_access_table. */
 typedef struct ll_access_config {
     char operator_key_file[512], class_key_file[512];
-    char creation[16]; /* one of ll_creation_names; empty: class where there is a class key, else open */
+    char creation[16]; /* one of ll_creation_names; empty: class if there is a class key, else open */
 } ll_access_config;
 
 extern const ll_param_table ll_access_table;
@@ -31,12 +31,12 @@ typedef struct ll_access {
     atomic_int creation; /* an ll_creation */
 } ll_access;
 
-/* Reads the keys. LL_BAD_INPUT: a file that cannot be read or holds no key, or a `creation` that nobody could
- * pass. */
+/* Reads the keys. LL_BAD_INPUT: a file that cannot be read or has no key, or a `creation` whose key is
+ * missing. */
 ll_status ll_access_open(const ll_access_config *config, ll_access *access);
 
 bool ll_access_is_operator(const ll_access *access, const char *key, size_t length);
 bool ll_access_may_create(const ll_access *access, const char *key, size_t length);
 
-/* LL_BAD_INPUT: no such name, or `class` without a class key. */
+/* LL_BAD_INPUT: unknown name, or `class` without a class key. */
 ll_status ll_access_set_creation(ll_access *access, const char *name);

@@ -1,4 +1,4 @@
-/* SHA-256 by OpenSSL's libcrypto: for the stored hashes of keys and the names of repeated requests. */
+/* SHA-256 of OpenSSL's libcrypto: for stored hashes of keys and for idempotency keys. */
 #pragma once
 
 #include <stdbool.h>
@@ -6,7 +6,7 @@
 
 #define LL_DIGEST_SIZE 32
 
-/* Of `a` followed by `b`. False when libcrypto fails (no memory): the digest is then not to be used. Any
- * thread. */
+/* Digest of `a` followed by `b`. False when libcrypto fails (no memory): the digest must not be used then.
+ * Any thread. */
 bool ll_digest(const void *a, size_t a_size, const void *b, size_t b_size,
                unsigned char digest[LL_DIGEST_SIZE]);

@@ -10,7 +10,7 @@
 
 enum { PIECE = 64 << 10, LEVEL = 1, GZIP_WINDOW = 15 + 16, MEMORY = 8 };
 
-bool ll_gzip_is_worth(const char *type)
+bool ll_gzip_compresses(const char *type)
 {
     static const char *const types[] = {"application/json",        "application/x-ndjson",
                                         "application/schema+json", "application/problem+json",
@@ -24,7 +24,7 @@ bool ll_gzip_is_worth(const char *type)
     return false;
 }
 
-/* Where compressed bytes go; false: there is no room. */
+/* Receives compressed bytes; false: no space. */
 typedef struct sink {
     FILE *file; /* NULL: to `bytes` */
     char *bytes;
@@ -48,7 +48,7 @@ static bool put(sink *s, const void *bytes, size_t size)
     return true;
 }
 
-static bool squeeze(z_stream *z, const void *bytes, size_t size, bool last, sink *s)
+static bool deflate_into(z_stream *z, const void *bytes, size_t size, bool last, sink *s)
 {
     unsigned char piece[PIECE];
     z->next_in = (unsigned char *)(uintptr_t)bytes;
@@ -56,42 +56,43 @@ static bool squeeze(z_stream *z, const void *bytes, size_t size, bool last, sink
     do {
         z->next_out = piece;
         z->avail_out = sizeof piece;
-        deflate(z, last ? Z_FINISH : Z_NO_FLUSH); /* cannot fail but for a wrong use */
+        deflate(z, last ? Z_FINISH : Z_NO_FLUSH); /* cannot fail if used correctly */
         if (!put(s, piece, sizeof piece - z->avail_out))
             return false;
     } while (z->avail_out == 0);
     return true;
 }
 
-static ll_status begin(z_stream *z)
+static ll_status init_deflate(z_stream *z)
 {
     memset(z, 0, sizeof *z);
     return deflateInit2(z, LEVEL, Z_DEFLATED, GZIP_WINDOW, MEMORY, Z_DEFAULT_STRATEGY) == Z_OK
                ? ll_ok()
-               : ll_error(LL_NO_MEMORY, "There is no memory to compress the answer.");
+               : ll_error(LL_NO_MEMORY, "out of memory: compressing the answer");
 }
 
-static ll_status may_go_on(struct ll_task *task, size_t done)
+static ll_status check_task(struct ll_task *task, size_t done)
 {
-    return !task || ll_task_go_on(task)
+    return !task || ll_task_yield(task)
                ? ll_ok()
-               : ll_error(LL_INTERRUPTED, "%.1f MiB of the answer were compressed", (double)done / 1048576.0);
+               : ll_error(LL_INTERRUPTED, "interrupted after compressing %.1f MiB of the answer",
+                          (double)done / 1048576.0);
 }
 
 ll_status ll_gzip_bytes(const void *bytes, size_t size, struct ll_task *task, char **out, size_t *out_size)
 {
     z_stream z;
     sink s = {0};
-    ll_status status = begin(&z);
+    ll_status status = init_deflate(&z);
     if (ll_failed(&status))
         return status;
     for (size_t at = 0, step; !ll_failed(&status) && (at < size || at == 0); at += step) {
         step = size - at < PIECE ? size - at : PIECE;
         bool last = at + step == size;
-        if (!squeeze(&z, (const char *)bytes + at, step, last, &s))
-            status = ll_error(LL_NO_MEMORY, "There is no memory to compress the answer.");
+        if (!deflate_into(&z, (const char *)bytes + at, step, last, &s))
+            status = ll_error(LL_NO_MEMORY, "out of memory: compressing the answer");
         else
-            status = may_go_on(task, at);
+            status = check_task(task, at);
         if (last)
             break;
     }
@@ -111,17 +112,17 @@ ll_status ll_gzip_file(FILE *in, FILE *out, struct ll_task *task)
     sink s = {.file = out};
     char piece[PIECE];
     size_t done = 0, got = PIECE;
-    ll_status status = begin(&z);
+    ll_status status = init_deflate(&z);
     if (ll_failed(&status))
         return status;
     rewind(in);
     while (!ll_failed(&status) && got == PIECE) {
         got = fread(piece, 1, PIECE, in);
         done += got;
-        if (ferror(in) || !squeeze(&z, piece, got, got < PIECE, &s))
-            status = ll_error(LL_IO, "The compressed answer does not fit on the disk.");
+        if (ferror(in) || !deflate_into(&z, piece, got, got < PIECE, &s))
+            status = ll_error(LL_IO, "No space on disk for the compressed answer.");
         else
-            status = may_go_on(task, done);
+            status = check_task(task, done);
     }
     deflateEnd(&z);
     return status;

@@ -1,4 +1,4 @@
-/* Compression of answers: gzip (RFC 1952), quick rather than small. */
+/* Compression of answers: gzip (RFC 1952), for speed rather than size. */
 #pragma once
 
 #include <stdbool.h>
@@ -9,11 +9,11 @@
 
 struct ll_task;
 
-/* Media types that get much smaller by it: text, JSON, YAML. */
-bool ll_gzip_is_worth(const char *type);
+/* Whether a media type compresses well: text, JSON, YAML. */
+bool ll_gzip_compresses(const char *type);
 
-/* Both ask `task` (NULL: nobody) now and then whether to go on; else LL_INTERRUPTED. */
+/* Both yield `task` (NULL: none) from time to time; LL_INTERRUPTED when it was stopped. */
 /* `out` is malloc'ed. */
 ll_status ll_gzip_bytes(const void *bytes, size_t size, struct ll_task *task, char **out, size_t *out_size);
-/* From the beginning of `in` to `out`, where it stands. */
+/* Compresses `in` from its beginning; writes to `out` at its position. */
 ll_status ll_gzip_file(FILE *in, FILE *out, struct ll_task *task);

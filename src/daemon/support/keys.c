@@ -10,8 +10,8 @@ static const char code_letters[] = "23456789ABCDEFGHJKMNPQRSTUVWXYZ"; /* without
 
 static bool random_text(char *text, size_t length, const char *alphabet, unsigned letters)
 {
-    /* Bytes beyond the last whole multiple of the alphabet are thrown away: every letter is as likely as any
-     * other. */
+    /* Discards bytes beyond the last whole multiple of the alphabet's length, so that all letters are equally
+     * likely. */
     unsigned bound = 256 / letters * letters;
     size_t n = 0;
     while (n < length) {

@@ -1,7 +1,7 @@
-/* Names that cannot be guessed: session ids, keys and class codes.
+/* Random names: session ids, keys and join codes.
  *
- * A key is shown once, to who made the session; what is kept is a salted hash of it (ll_key_hash), compared
- * in constant time. All functions may be called from any thread; randomness is the kernel's. */
+ * A key is shown once, to the client that created the session. Only a salted hash of it is kept
+ * (ll_key_hash), and compared in constant time. Any thread; the kernel's random numbers. */
 #pragma once
 
 #include <stdbool.h>
@@ -9,15 +9,15 @@
 
 #define LL_ID_LENGTH 26  /* 130 bits */
 #define LL_KEY_LENGTH 32 /* 160 bits */
-#define LL_CODE_LENGTH 4 /* said aloud in a class room; short-lived and rate-limited, never a secret */
+#define LL_CODE_LENGTH 4 /* short enough to say aloud; short-lived and rate-limited, never a secret */
 #define LL_KEY_SALT 16
 #define LL_KEY_RECORD (LL_KEY_SALT + 32)
 
 typedef struct ll_key_hash {
-    unsigned char bytes[LL_KEY_RECORD]; /* salt, SHA-256 of salt and key */
+    unsigned char bytes[LL_KEY_RECORD]; /* salt, then SHA-256 of salt and key */
 } ll_key_hash;
 
-/* Fill `text` (length + 1 bytes). False when the kernel gives no randomness. */
+/* Fill `text` (length + 1 bytes). False when the kernel has no random numbers. */
 bool ll_new_id(char text[LL_ID_LENGTH + 1]);
 bool ll_new_key(char text[LL_KEY_LENGTH + 1]);
 bool ll_new_code(char text[LL_CODE_LENGTH + 1]);

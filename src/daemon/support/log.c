@@ -42,5 +42,5 @@ void ll_log_write(const char *level, const char *msg, const char *format, ...)
                           "{\"ts\":\"%s.%03ldZ\",\"level\":\"%s\",\"msg\":\"%s\",\"detail\":\"%s\"}\n", stamp,
                           now.tv_nsec / 1000000, level, msg, quoted);
     if (length > 0 && write(STDERR_FILENO, line, (size_t)length) < 0)
-        return; /* nobody to tell */
+        return; /* no other place to report to */
 }

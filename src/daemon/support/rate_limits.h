@@ -1,8 +1,8 @@
-/* Token buckets: how often something may happen, with a burst.
+/* Token buckets: limit how often something may happen, with a burst.
  *
- * ll_bucket is one, guarded by its owner. ll_rate_limits holds one per name (an address) in a table of fixed
- * size: names whose hashes meet share a bucket, so that strangers cannot make it grow. Time is an argument
- * (monotonic ns). */
+ * ll_bucket is a single bucket, guarded by its owner. ll_rate_limits has one per name (an address) in a table
+ * of fixed size; names with equal hashes share a bucket, so that clients cannot make it grow. Time is an
+ * argument (monotonic ns). */
 #pragma once
 
 #include <stdbool.h>
@@ -22,6 +22,6 @@ typedef struct ll_rate_limits ll_rate_limits;
 
 ll_rate_limits *ll_rate_limits_new(double per_s, double burst); /* NULL without memory */
 void ll_rate_limits_free(ll_rate_limits *rates);
-/* Takes `many` at once, at most the burst. Any thread. */
+/* Takes `many` tokens at once, at most the burst. Any thread. */
 bool ll_rate_limits_take_many(ll_rate_limits *rates, const char *name, double many, ll_time now);
 bool ll_rate_limits_take(ll_rate_limits *rates, const char *name, ll_time now); /* any thread */

@@ -11,48 +11,48 @@
 
 enum {
     SLICE_NS = 10000000,
-    OVERDUE_NS = 50000000, /* after which a task that does not ask no longer holds its turn */
+    OVERDUE_NS = 50000000, /* after that time without a yield a task loses its turn */
     LOOK_NS = 20000000,
     MOST = 512,           /* tasks, started or not */
-    MOST_OF_CLIENT = 128, /* of those */
-    STARTED = 128,        /* that have a thread, and what they hold */
+    MOST_OF_CLIENT = 128, /* of one client */
+    STARTED = 128,        /* tasks with a thread, and so with memory */
     STARTED_OF_CLIENT = 64,
     STARTED_OF_SESSION = 4,
-    LOWER = 10, /* priority: below those who answer, above experiments */
+    LOWER = 10, /* nice value: below the threads that answer, above experiments */
 };
 
-/* Whose turn was when: clients, and the sessions of a client. Kept as long as it has tasks. */
+/* Last turn of a client, or of a session of a client. Kept while it has tasks. */
 typedef struct account {
     struct account *next;
-    const struct account *of; /* the client of a session; NULL: it is a client */
+    const struct account *of; /* client of a session; NULL: this is a client */
     char name[65];
     int tasks, started;
-    uint64_t turn; /* when it had its last */
+    uint64_t turn; /* serial of its last turn */
 } account;
 
 typedef enum task_state {
     WAITING,  /* for its turn */
-    STARTING, /* it has its first turn, and no thread yet */
+    STARTING, /* has its first turn, but no thread yet */
     RUNNING,
-    OVERDUE, /* runs on without a turn, until it asks */
+    OVERDUE, /* runs without a turn until it yields */
 } task_state;
 
 struct ll_task {
     ll_tasks *tasks;
     ll_task *next;
-    ll_task_order order;
+    ll_task_spec order;
     account *client, *session;
     task_state state;
-    bool started; /* it has a thread, or soon */
+    bool started; /* has a thread, or a thread is being made for it */
     uint64_t turn;
-    int64_t since;    /* when it began to wait, or its slice */
-    int64_t cpu_from; /* of its thread */
+    int64_t since;    /* when it began to wait, or its slice began */
+    int64_t cpu_from; /* processor time of its thread at the start of the slice */
     pthread_cond_t its_turn;
     atomic_int ending;
 };
 
 struct ll_tasks {
-    pthread_mutex_t lock; /* of all that follows, and of the tasks but for `ending` */
+    pthread_mutex_t lock; /* guards all members below, and the tasks except `ending` */
     pthread_cond_t work, over, watch;
     pthread_t watcher;
     ll_task *first;
@@ -77,7 +77,7 @@ static int64_t now_ns(void)
 
 /* ---- accounts; locked ---- */
 
-static account *open_account(ll_tasks *p, const account *of, const char *name)
+static account *get_account(ll_tasks *p, const account *of, const char *name)
 {
     account *a = p->accounts;
     uint64_t least = UINT64_MAX;
@@ -92,7 +92,7 @@ static account *open_account(ll_tasks *p, const account *of, const char *name)
             return NULL;
         snprintf(a->name, sizeof a->name, "%s", name);
         a->of = of;
-        /* Not before those who wait: who comes again and again would always be first. */
+        /* Not before those that wait, otherwise a client that comes repeatedly would always be first. */
         a->turn = least == UINT64_MAX ? p->serial : least;
         a->next = p->accounts;
         p->accounts = a;
@@ -139,13 +139,13 @@ static ll_task *choose(ll_tasks *p)
     return best;
 }
 
-static void *serve(void *argument);
+static void *run_tasks(void *argument);
 
-/* Threads for what has a turn for the first time. Where none can be made, one of the others will come by. */
+/* Makes threads for tasks with their first turn. If that fails, another task's thread runs them later. */
 static void find_thread(ll_tasks *p)
 {
     pthread_t thread;
-    if (p->starting > p->idle && pthread_create(&thread, NULL, serve, p) == 0) {
+    if (p->starting > p->idle && pthread_create(&thread, NULL, run_tasks, p) == 0) {
         pthread_detach(thread);
         p->threads++;
     }
@@ -188,7 +188,7 @@ static ll_task *take(ll_tasks *p)
     return t;
 }
 
-/* Its turn is over, whether it had kept it or not. */
+/* Ends its turn, also if it has lost it already. */
 static void end_turn(ll_tasks *p, const ll_task *t)
 {
     if (t->state == OVERDUE)
@@ -214,11 +214,11 @@ static void remove_task(ll_tasks *p, ll_task *t)
 
 /* ---- threads ---- */
 
-static void *serve(void *argument)
+static void *run_tasks(void *argument)
 {
     ll_tasks *p = argument;
     pthread_setname_np(pthread_self(), "task");
-    setpriority(PRIO_PROCESS, (id_t)gettid(), LOWER); /* of this thread, on Linux */
+    setpriority(PRIO_PROCESS, (id_t)gettid(), LOWER); /* on Linux: of this thread */
     pthread_mutex_lock(&p->lock);
     for (;;) {
         ll_task *t = take(p);
@@ -234,7 +234,7 @@ static void *serve(void *argument)
         t->order.run(t->order.context, t);
         pthread_mutex_lock(&p->lock);
         p->done++;
-        p->broken += atomic_load(&t->ending) != LL_TASK_GOES_ON;
+        p->broken += atomic_load(&t->ending) != LL_TASK_RUNNING;
         remove_task(p, t);
         pthread_cond_destroy(&t->its_turn);
         free(t);
@@ -247,9 +247,9 @@ static void *serve(void *argument)
     return NULL;
 }
 
-/* A piece that is longer than a slice, as a tick of a large grid, must not keep the turn of others: it goes
- * on beside them, and the system shares the processors among all. */
-static void *watch(void *argument)
+/* A task that does not yield for longer than a slice, as in a tick of a large grid, loses its turn, so that
+ * others can run: it continues in parallel, and the system shares the processors. */
+static void *watch_slices(void *argument)
 {
     ll_tasks *p = argument;
     pthread_setname_np(pthread_self(), "task watcher");
@@ -278,7 +278,7 @@ static void wait_for_turn(ll_task *t)
 {
     ll_tasks *p = t->tasks;
     pthread_mutex_lock(&p->lock);
-    if (t->state == OVERDUE || p->count > p->running + p->overdue) { /* somebody else waits */
+    if (t->state == OVERDUE || p->count > p->running + p->overdue) { /* another task waits */
         end_turn(p, t);
         t->state = WAITING;
         t->since = now_ns();
@@ -296,56 +296,56 @@ double ll_task_used_s(const ll_task *t)
     return (double)(clock_ns(CLOCK_THREAD_CPUTIME_ID) - t->cpu_from) * 1e-9;
 }
 
-bool ll_task_go_on(ll_task *t)
+bool ll_task_yield(ll_task *t)
 {
     if (t->order.budget_s > 0 && ll_task_used_s(t) > t->order.budget_s)
-        ll_task_stop(t, LL_TASK_SPENT);
-    if (ll_task_ending(t) != LL_TASK_GOES_ON)
+        ll_task_stop(t, LL_TASK_OVER_BUDGET);
+    if (ll_task_end_reason(t) != LL_TASK_RUNNING)
         return false;
     if (now_ns() - t->since > SLICE_NS)
         wait_for_turn(t);
-    return ll_task_ending(t) == LL_TASK_GOES_ON;
+    return ll_task_end_reason(t) == LL_TASK_RUNNING;
 }
 
-ll_task_end ll_task_ending(const ll_task *t)
+ll_task_end ll_task_end_reason(const ll_task *t)
 {
     return (ll_task_end)atomic_load(&t->ending);
 }
 
 void ll_task_stop(ll_task *t, ll_task_end why)
 {
-    int none = LL_TASK_GOES_ON;
+    int none = LL_TASK_RUNNING;
     atomic_compare_exchange_strong(&t->ending, &none, (int)why);
 }
 
-ll_status ll_task_told(const ll_task *t, const char *how_far)
+ll_status ll_task_error(const ll_task *t, const char *how_far)
 {
     static const char *const whys[] = {
-        [LL_TASK_GOES_ON] = "It was broken off",
-        [LL_TASK_LEFT] = "Its client has left",
-        [LL_TASK_CANCELLED] = "It was cancelled",
+        [LL_TASK_RUNNING] = "Interrupted",
+        [LL_TASK_CLIENT_GONE] = "The client disconnected",
+        [LL_TASK_CANCELLED] = "Cancelled",
         [LL_TASK_STOPPED] = "The daemon is stopping",
     };
-    ll_task_end end = ll_task_ending(t);
-    if (end == LL_TASK_SPENT)
-        return ll_error(LL_INTERRUPTED, "It has used the %g s of processor time that it may: %s.",
-                        t->order.budget_s, how_far);
+    ll_task_end end = ll_task_end_reason(t);
+    if (end == LL_TASK_OVER_BUDGET)
+        return ll_error(LL_INTERRUPTED, "Limit of %g s of processor time reached: %s.", t->order.budget_s,
+                        how_far);
     return ll_error(LL_INTERRUPTED, "%s: %s.", whys[end], how_far);
 }
 
-static bool go_on(void *task)
+static bool yield_task(void *task)
 {
-    return ll_task_go_on(task);
+    return ll_task_yield(task);
 }
 
 ll_interrupt ll_task_interrupt(ll_task *t)
 {
-    return (ll_interrupt){go_on, now_ns, t};
+    return (ll_interrupt){yield_task, now_ns, t};
 }
 
-/* ---- orders ---- */
+/* ---- adding tasks ---- */
 
-static ll_status check(ll_tasks *p, const ll_task_order *order)
+static ll_status check(ll_tasks *p, const ll_task_spec *order)
 {
     int of_client = 0;
     for (const account *a = p->accounts; a; a = a->next)
@@ -356,29 +356,28 @@ static ll_status check(ll_tasks *p, const ll_task_order *order)
     if (order->own)
         return ll_ok();
     if (of_client >= MOST_OF_CLIENT)
-        return ll_error(LL_LIMIT, "%d requests of this client that take long are being worked on already.",
-                        of_client);
+        return ll_error(LL_LIMIT, "Limit of %d long requests of one client reached.", of_client);
     if (p->count >= MOST)
-        return ll_error(LL_UNAVAILABLE, "Too many requests that take long are being worked on already.");
+        return ll_error(LL_UNAVAILABLE, "Limit of long requests reached.");
     return ll_ok();
 }
 
-ll_status ll_tasks_add(ll_tasks *p, const ll_task_order *order, ll_task **task)
+ll_status ll_tasks_add(ll_tasks *p, const ll_task_spec *order, ll_task **task)
 {
     ll_task *t = calloc(1, sizeof *t);
     if (!t)
-        return ll_error(LL_NO_MEMORY, "There is no memory for this request.");
+        return ll_error(LL_NO_MEMORY, "out of memory: request");
     t->tasks = p;
     t->order = *order;
     pthread_cond_init(&t->its_turn, NULL);
     pthread_mutex_lock(&p->lock);
     ll_status status = check(p, order);
     if (!ll_failed(&status)) {
-        t->client = open_account(p, NULL, order->client);
-        t->session = t->client ? open_account(p, t->client, order->session) : NULL;
+        t->client = get_account(p, NULL, order->client);
+        t->session = t->client ? get_account(p, t->client, order->session) : NULL;
         if (!t->session) {
             close_account(p, t->client);
-            status = ll_error(LL_NO_MEMORY, "There is no memory for this request.");
+            status = ll_error(LL_NO_MEMORY, "out of memory: request");
         }
     }
     if (ll_failed(&status)) {
@@ -403,14 +402,14 @@ ll_status ll_tasks_add(ll_tasks *p, const ll_task_order *order, ll_task **task)
     return ll_ok();
 }
 
-/* ---- life ---- */
+/* ---- start and stop ---- */
 
 ll_status ll_tasks_start(int turns, ll_tasks **tasks)
 {
     long cores = sysconf(_SC_NPROCESSORS_ONLN);
     ll_tasks *p = *tasks = calloc(1, sizeof *p);
     if (!p)
-        return ll_error(LL_NO_MEMORY, "There is no memory for requests that take long.");
+        return ll_error(LL_NO_MEMORY, "out of memory: tasks");
     p->turns = turns > 0 ? turns : cores > 0 ? (int)cores : 1;
     pthread_mutex_init(&p->lock, NULL);
     pthread_cond_init(&p->work, NULL);
@@ -420,11 +419,11 @@ ll_status ll_tasks_start(int turns, ll_tasks **tasks)
     pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
     pthread_cond_init(&p->watch, &monotonic);
     pthread_condattr_destroy(&monotonic);
-    if (pthread_create(&p->watcher, NULL, watch, p) == 0)
+    if (pthread_create(&p->watcher, NULL, watch_slices, p) == 0)
         return ll_ok();
     free(p);
     *tasks = NULL;
-    return ll_error(LL_NO_MEMORY, "The thread that watches over turns cannot be started.");
+    return ll_error(LL_NO_MEMORY, "cannot start task watcher thread");
 }
 
 void ll_tasks_drain(ll_tasks *p)

@@ -9,34 +9,35 @@
 #include "base/detmath.h"
 #include "base/rng.h"
 
-#define LEAST_RUNS 40  /* below that a fifth says little of nine methods */
-#define TINY 1e-12     /* below it, costs and errors are equal */
-#define FAR 15         /* errors are told apart up to so many factors of e from the limit */
-#define FAILED 2       /* factors of e by which a failed run is worse than the worst that was seen */
-#define WORTH 2e-3     /* a saving, as a part of the cost, before which what is found is verified */
-#define CLOSE 0.01     /* a saving that is worth to be looked at, where costs differ by seed */
-#define SURE 2.5       /* deviations by which the mean of such differences may be off */
-#define FEW_SEEDS 30   /* of fewer the mean is not near to normal */
-#define FREEDOM 3      /* degrees of freedom that the variance of all settings counts for in that of one */
-#define MARGIN 0.8     /* deviations of a run by which a bound over some fresh seeds is above the mean */
-#define FIRST_PART 0.3 /* of the runs that may be spent go to an even spread */
+#define LEAST_RUNS 40       /* minimum: a fifth of fewer runs says little about nine methods */
+#define EQUAL_LOG 1e-12     /* smaller differences of costs and errors count as zero */
+#define LOG_RANGE 15        /* errors are clamped to this many factors of e around the limit */
+#define FAILED_PENALTY 2    /* a failed run counts as this many factors of e worse than the worst seen */
+#define WORTH_SAVING 2e-3   /* relative saving in cost below which the search verifies what it has */
+#define CLOSE 0.01          /* relative saving that is worth runs, where costs differ by seed */
+#define SURE_DEVIATIONS 2.5 /* standard deviations by which the mean of such differences may be off */
+#define FEW_SEEDS 30        /* with fewer seeds the mean is not nearly normal */
+#define PRIOR_FREEDOM 3     /* degrees of freedom that the variance of all settings has in that of one */
+#define MARGIN_DEVIATIONS                                                                                    \
+    0.8 /* standard deviations of a run between the mean and the upper bound after a few fresh seeds */
+#define FIRST_PART 0.3 /* part of the runs for the initial even spread */
 
-/* With a single seed the error has no interval: a point that misses by so much more than others scatter is
- * not run again before all others are. */
+/* With one seed the error has no interval. A point that misses the limit by more than others scatter is not
+ * run again before all others were. */
 static bool is_hopeless(const ll_advise_search *s, const ll_trial *t)
 {
-    return t->runs == 1 && t->own[ERROR].mean > 2 * s->order->max_error;
+    return t->runs == 1 && t->own[ERROR].mean > 2 * s->request->max_error;
 }
 
-/* What missed the limit by no more than its seeds scatter may hold on others. */
-static void judge(const ll_advise_search *s, ll_trial *t)
+/* A point that misses the limit by no more than its seeds scatter may hold on other seeds. */
+static void classify(const ll_advise_search *s, ll_trial *t)
 {
-    double error = t->own[ERROR].mean, limit = s->order->max_error;
+    double error = t->own[ERROR].mean, limit = s->request->max_error;
     bool all = t->runs == s->experiment->head.repeats;
     bool single = all && t->runs == 1 && s->experiment->base.kind->no_rare_events;
     if (t->failed > 0)
-        ll_advise_rule_out(t, t->lacking == t->failed ? "a run has no such error or cost" : "a run failed");
-    else if (error > limit && (single || error - ll_advise_half(s, t) > limit))
+        ll_advise_rule_out(t, t->missing == t->failed ? "a run lacks this error or cost" : "a run failed");
+    else if (error > limit && (single || error - ll_advise_half_width(s, t) > limit))
         ll_advise_rule_out(t, "the error is above the limit");
     else if (all)
         t->state = ll_advise_is_clear(s, t) ? HOLDS : UNCLEAR;
@@ -59,25 +60,25 @@ static void find_best(ll_advise_search *s)
     s->best = ll_advise_cheapest(s, holds);
 }
 
-/* Where a run fails, errors are no less than the worst that was seen. */
+/* Failed runs count as errors no smaller than the worst seen. */
 static double worst_error(const ll_advise_search *s)
 {
-    double worst = s->order->max_error;
+    double worst = s->request->max_error;
     for (int p = 0; p < s->points; p++)
         worst = fmax(worst, s->trials[p].own[ERROR].mean);
-    return ll_detmath_log(worst) + FAILED;
+    return ll_detmath_log(worst) + FAILED_PENALTY;
 }
 
-static void tell(ll_advise_search *s, int point)
+static void update_surrogate(ll_advise_search *s, int point)
 {
     const ll_trial *t = &s->trials[point];
-    double limit = ll_detmath_log(s->order->max_error), values[2];
-    double seen = ll_advise_pooled(t).mean * (1 + MARGIN * s->scatter);
+    double limit = ll_detmath_log(s->request->max_error), values[2];
+    double seen = ll_advise_all_sums(t).mean * (1 + MARGIN_DEVIATIONS * s->scatter);
     double error =
-        t->runs == 0 ? worst_error(s) : ll_detmath_log(fmax(seen, TINY)) + ll_advise_shift(s, t, ERROR);
-    values[COST] = ll_detmath_log(fmax(t->own[COST].mean, TINY)) + ll_advise_shift(s, t, COST);
-    values[ERROR] = fmin(fmax(error, limit - FAR), limit + FAR);
-    if (t->runs == 0) { /* it failed: its cost says nothing */
+        t->runs == 0 ? worst_error(s) : ll_detmath_log(fmax(seen, EQUAL_LOG)) + ll_advise_shift(s, t, ERROR);
+    values[COST] = ll_detmath_log(fmax(t->own[COST].mean, EQUAL_LOG)) + ll_advise_shift(s, t, COST);
+    values[ERROR] = fmin(fmax(error, limit - LOG_RANGE), limit + LOG_RANGE);
+    if (t->runs == 0) { /* it failed: its cost is meaningless */
         double deviation[2], mean[2];
         ll_surrogate_expect(s->surrogate, point, mean, deviation);
         values[COST] = mean[COST];
@@ -86,18 +87,19 @@ static void tell(ll_advise_search *s, int point)
     ll_surrogate_fit(s->surrogate);
 }
 
-/* Its cost may yet turn out to be below that of the best. */
+/* Whether its cost may still turn out below that of the best. */
 static bool may_beat(const ll_advise_search *s, const ll_trial *t)
 {
     if (s->best < 0)
         return true;
     const ll_trial *best = &s->trials[s->best];
     bool sure = t->runs == s->experiment->head.repeats || t->own[COST].mean > 2 * best->own[COST].mean ||
-                ll_advise_is_dearer(t, best);
+                ll_advise_costs_more(t, best);
     return !sure || ll_advise_beats(t, best);
 }
 
-/* Twice as many seeds each time, as long as it may be the best; the first look ends when it is hopeless. */
+/* Doubles the seeds each time while the point may be the best; stops after the first check if it is
+ * hopeless. */
 static ll_status try_point(ll_advise_search *s, int point)
 {
     ll_trial *t = &s->trials[point];
@@ -109,12 +111,12 @@ static ll_status try_point(ll_advise_search *s, int point)
         next = next < repeats ? next : repeats;
         while (!ll_failed(&status) && t->runs + t->failed < next && s->runs < s->most - s->kept)
             status = ll_advise_run(s, point, false);
-        judge(s, t);
+        classify(s, t);
         next *= 2;
     } while (!ll_failed(&status) && t->state == OPEN && s->runs < s->most - s->kept &&
              (s->best < 0 || ll_advise_beats(t, &s->trials[s->best])));
     if (!ll_failed(&status))
-        tell(s, point);
+        update_surrogate(s, point);
     find_best(s);
     return status;
 }
@@ -123,34 +125,35 @@ static ll_status verify(ll_advise_search *s, int point)
 {
     ll_status status = ll_advise_verify(s, point);
     if (!ll_failed(&status))
-        tell(s, point);
+        update_surrogate(s, point);
     find_best(s);
     return status;
 }
 
-/* ---- choosing ---- */
+/* ---- selection ---- */
 
 static double density(double z)
 {
     return 0.3989422804014327 * ll_exp(-z * z / 2);
 }
 
-/* Expected saving in log cost against the best, times the chance to hold; before one holds, that chance, and
- * of equal chances the cheaper. */
-static double promise(const ll_advise_search *s, int point)
+/* Expected saving in log cost over the best, times the probability to hold. Before any point holds: that
+ * probability, and of equal ones the cheaper point. */
+static double acquisition(const ll_advise_search *s, int point)
 {
     double mean[2], deviation[2];
     ll_surrogate_expect(s->surrogate, point, mean, deviation);
-    double chance = ll_normal_cdf((ll_detmath_log(s->order->max_error) - mean[ERROR]) / deviation[ERROR]);
+    double chance = ll_normal_cdf((ll_detmath_log(s->request->max_error) - mean[ERROR]) / deviation[ERROR]);
     if (s->best < 0)
-        return chance * ll_exp(-0.02 * (mean[COST] - ll_detmath_log(TINY)));
-    double saved = ll_detmath_log(fmax(s->trials[s->best].own[COST].mean, TINY)) - mean[COST],
+        return chance * ll_exp(-0.02 * (mean[COST] - ll_detmath_log(EQUAL_LOG)));
+    double saved = ll_detmath_log(fmax(s->trials[s->best].own[COST].mean, EQUAL_LOG)) - mean[COST],
            z = saved / deviation[COST];
     return chance * (saved * ll_normal_cdf(z) + deviation[COST] * density(z));
 }
 
-/* Of those not tried; -1: all were. Where nothing promises anything, the one that seems cheapest. */
-static int most_promising(const ll_advise_search *s, double *most)
+/* The most promising point that was not tried; -1: all were. If none is promising, the one with the lowest
+ * expected cost. */
+static int best_acquisition(const ll_advise_search *s, double *most)
 {
     int found = -1;
     double cheapest = INFINITY;
@@ -158,7 +161,7 @@ static int most_promising(const ll_advise_search *s, double *most)
     for (int p = 0; p < s->points; p++) {
         if (s->trials[p].state != UNTRIED)
             continue;
-        double value = promise(s, p), mean[2], deviation[2];
+        double value = acquisition(s, p), mean[2], deviation[2];
         ll_surrogate_expect(s->surrogate, p, mean, deviation);
         if (value > *most || (*most == 0 && mean[COST] < cheapest))
             found = p;
@@ -179,7 +182,7 @@ static int most_doubtful(const ll_advise_search *s)
     return found;
 }
 
-/* The cheapest of those that more seeds may show to be the best; -1: there is none. */
+/* The cheapest point that more seeds may show to be the best; -1: none. */
 static int cheapest_open(const ll_advise_search *s)
 {
     int found = -1;
@@ -193,9 +196,9 @@ static int cheapest_open(const ll_advise_search *s)
     return found;
 }
 
-/* Of those that hold or may hold, and were not verified, the one for which that takes the fewest runs; -1:
- * there is none for which they are left, or one was verified. */
-static int surest(const ll_advise_search *s)
+/* Of the unverified points that hold or may hold, the one whose verification takes the fewest runs; -1: too
+ * few runs are left, or one was verified already. */
+static int safest(const ll_advise_search *s)
 {
     int found = -1;
     double fewest = (double)(s->most - s->runs);
@@ -214,15 +217,15 @@ static int surest(const ll_advise_search *s)
     return found;
 }
 
-static double dearest(const ll_advise_search *s)
+static double most_expensive(const ll_advise_search *s)
 {
-    double most = TINY;
+    double most = EQUAL_LOG;
     for (int p = 0; p < s->points; p++)
         most = fmax(most, s->trials[p].own[COST].mean);
     return most;
 }
 
-/* The variance of differences of costs by seed, over all settings that may be advised. */
+/* Variance of cost differences by seed, over all settings that may be advised. */
 static double variance_of_costs(const ll_advise_search *s, const ll_trial *against)
 {
     double squares = 0, n = 0;
@@ -230,44 +233,44 @@ static double variance_of_costs(const ll_advise_search *s, const ll_trial *again
         const ll_trial *t = &s->trials[p];
         if (t->state != HOLDS && t->state != UNCLEAR && t->state != VERIFIED)
             continue;
-        ll_sums apart = ll_advise_apart(t, against);
+        ll_sums apart = ll_advise_cost_difference(t, against);
         squares += apart.squares;
         n += apart.n > 1 ? (double)(apart.n - 1) : 0;
     }
     return n > 0 ? squares / n : 0;
 }
 
-/* What a setting may well save against the one that is advised, as a part of the cost; 0: it is not worth to
- * be looked at. Where costs differ by seed that is a bound of the mean of their differences, whose variance
- * is moderated by that of all settings, and of few seeds no less: they may be alike by chance. */
+/* Plausible relative saving of a setting over the advised one; 0: not worth runs. Where costs differ by seed
+ * it is a bound of the mean difference, whose variance is moderated by that of all settings and, with few
+ * seeds, is no smaller than that: they may agree by chance. */
 static double saving(const ll_trial *t, const ll_trial *against, double variance)
 {
-    ll_sums apart = ll_advise_apart(t, against);
-    double n = (double)apart.n, cost = fmax(against->own[COST].mean, TINY);
-    double own = (apart.squares + FREEDOM * variance) / (n - 1 + FREEDOM);
+    ll_sums apart = ll_advise_cost_difference(t, against);
+    double n = (double)apart.n, cost = fmax(against->own[COST].mean, EQUAL_LOG);
+    double own = (apart.squares + PRIOR_FREEDOM * variance) / (n - 1 + PRIOR_FREEDOM);
     double deviation = sqrt((apart.n < FEW_SEEDS ? fmax(own, variance) : own) / n);
-    double saved = (SURE * deviation - apart.mean) / cost;
+    double saved = (SURE_DEVIATIONS * deviation - apart.mean) / cost;
     if (deviation > 0)
         return saved > CLOSE ? saved : 0;
-    return saved > 0 ? saved : ll_advise_beats(t, against) ? TINY : 0;
+    return saved > 0 ? saved : ll_advise_beats(t, against) ? EQUAL_LOG : 0;
 }
 
-/* The one whose fresh seeds are worth most: the saving against what is verified (before that against the
- * dearest, and twice as much), times the chance that it holds, for each run that it may take to show that.
- * -1: nothing more can be shown. */
-static int worthiest(const ll_advise_search *s, int shown)
+/* The point whose fresh seeds are worth most: its saving over the verified one (before one is verified: twice
+ * that over the most expensive), times the probability that it holds, per run that this may take to show. -1:
+ * nothing more can be shown. */
+static int best_to_verify(const ll_advise_search *s, int shown)
 {
     int found = -1;
-    double most = 0, none = ll_detmath_log(2 * dearest(s));
+    double most = 0, none = ll_detmath_log(2 * most_expensive(s));
     double variance = shown < 0 ? 0 : variance_of_costs(s, &s->trials[shown]);
     for (int p = 0; p < s->points; p++) {
         const ll_trial *t = &s->trials[p];
         if (t->state != HOLDS && t->state != UNCLEAR)
             continue;
-        double saved = shown < 0 ? none - ll_detmath_log(fmax(t->own[COST].mean, TINY))
+        double saved = shown < 0 ? none - ll_detmath_log(fmax(t->own[COST].mean, EQUAL_LOG))
                                  : saving(t, &s->trials[shown], variance);
         double value = saved * ll_advise_chance(s, t) / ll_advise_price(s, t);
-        bool same = found >= 0 && fabs(value - most) <= TINY * most;
+        bool same = found >= 0 && fabs(value - most) <= EQUAL_LOG * most;
         if (same ? ll_advise_beats(t, &s->trials[found]) : value > most) {
             most = value;
             found = p;
@@ -276,16 +279,16 @@ static int worthiest(const ll_advise_search *s, int shown)
     return found;
 }
 
-/* Of the verified the one that may yet save most against the cheapest of them, where costs differ by seed; or
- * that one, if it has fewer seeds. -1: none is worth it. */
-static int rival(const ll_advise_search *s, int shown)
+/* Of the verified points, where costs differ by seed, the one that may save most over the cheapest of them;
+ * or that one, if it has fewer seeds. -1: none is worth runs. */
+static int next_rival(const ll_advise_search *s, int shown)
 {
     int found = -1;
     double most = 0, variance = shown < 0 ? 0 : variance_of_costs(s, &s->trials[shown]);
     for (int p = 0; shown >= 0 && p < s->points; p++) {
         const ll_trial *t = &s->trials[p];
         double saved = t->state == VERIFIED && p != shown ? saving(t, &s->trials[shown], variance) : 0;
-        if (saved > most && t->fresh[ERROR].n < LL_ADVISE_FRESH_MOST) {
+        if (saved > most && t->fresh[ERROR].n < LL_ADVISE_FRESH_MAX) {
             most = saved;
             found = p;
         }
@@ -293,17 +296,18 @@ static int rival(const ll_advise_search *s, int shown)
     return found >= 0 && s->trials[shown].fresh[ERROR].n < s->trials[found].fresh[ERROR].n ? shown : found;
 }
 
-/* The worthiest, as long as enough runs are left for the surest, so that in the end something is advised. */
+/* The point worth most, as long as enough runs are left to verify the safest one, so that the search ends
+ * with advice. */
 static int to_verify(const ll_advise_search *s, int sure, int shown)
 {
-    int worth = worthiest(s, shown);
+    int worth = best_to_verify(s, shown);
     if (worth < 0 || sure < 0 || sure == worth)
         return worth < 0 ? sure : worth;
     double left = (double)(s->most - s->runs) - ll_advise_next(s, &s->trials[worth]);
     return left < ll_advise_needed(s, &s->trials[sure]) ? sure : worth;
 }
 
-/* Runs that are kept for verifying what was found. */
+/* Runs reserved for verifying. */
 static int64_t keep(const ll_advise_search *s, int sure)
 {
     bool found = s->best >= 0 && s->trials[s->best].state == HOLDS;
@@ -313,31 +317,31 @@ static int64_t keep(const ll_advise_search *s, int sure)
     return (int64_t)fmin(wanted, (double)(s->most - s->runs));
 }
 
-/* The cheapest that would be the best if more fresh seeds showed that it holds; -1: there is none. */
-static int cheapest_unsure(const ll_advise_search *s)
+/* The cheapest point that would be the best if more fresh seeds showed that it holds; -1: none. */
+static int cheapest_undecided(const ll_advise_search *s)
 {
     int found = -1;
     for (int p = 0; p < s->points; p++) {
         const ll_trial *t = &s->trials[p];
-        if (ll_advise_is_unsure(t) && (s->best < 0 || ll_advise_beats(t, &s->trials[s->best])) &&
+        if (ll_advise_is_undecided(t) && (s->best < 0 || ll_advise_beats(t, &s->trials[s->best])) &&
             (found < 0 || ll_advise_beats(t, &s->trials[found])))
             found = p;
     }
     return found;
 }
 
-/* One step of the search: a point is tried, run again or verified. False: nothing is left to be known. What
- * is found is verified when nothing promises to be better, or when no more runs are left than that takes. */
-static bool act(ll_advise_search *s, ll_status *status)
+/* One step of the search: tries, repeats or verifies a point. False: nothing is left to find out.
+ * Verification begins when no point is promising, or when only the runs reserved for it are left. */
+static bool search_step(ll_advise_search *s, ll_status *status)
 {
     double most;
-    int untried = most_promising(s, &most), open = cheapest_open(s), sure = surest(s);
-    bool promising = untried >= 0 && (s->best < 0 || most >= WORTH);
+    int untried = best_acquisition(s, &most), open = cheapest_open(s), sure = safest(s);
+    bool promising = untried >= 0 && (s->best < 0 || most >= WORTH_SAVING);
     s->kept = keep(s, sure);
     bool last = s->kept > 0 && s->most - s->runs <= s->kept;
     int shown = ll_advise_cheapest(s, ll_advise_is_verified);
-    int next = to_verify(s, sure, shown), close = next < 0 ? rival(s, shown) : -1;
-    if (next < 0 && close < 0) { /* nothing is left to be verified: runs are kept for nothing */
+    int next = to_verify(s, sure, shown), close = next < 0 ? next_rival(s, shown) : -1;
+    if (next < 0 && close < 0) { /* nothing is left to verify: no runs need be reserved */
         s->kept = 0;
         last = false;
     }
@@ -358,8 +362,8 @@ static bool act(ll_advise_search *s, ll_status *status)
     return !ll_failed(status);
 }
 
-/* An even spread first; then until the runs are spent, or the answer is proven. */
-static ll_status look(ll_advise_search *s, bool *proven)
+/* First an even spread, then steps until the runs are used up or the optimum is proven. */
+static ll_status search(ll_advise_search *s, bool *proven)
 {
     ll_status status = ll_ok();
     int64_t spread = (int64_t)(FIRST_PART * (double)s->most);
@@ -371,55 +375,57 @@ static ll_status look(ll_advise_search *s, bool *proven)
         status = try_point(s, point);
     }
     while (!ll_failed(&status) && !*proven && s->runs < s->most)
-        *proven = !act(s, &status) && !ll_failed(&status);
-    *proven = *proven && cheapest_unsure(s) < 0; /* what may hold, and may be the best, is no proof */
+        *proven = !search_step(s, &status) && !ll_failed(&status);
+    *proven =
+        *proven && cheapest_undecided(s) < 0; /* not proven while another point may hold and be the best */
     return status.code == LL_LIMIT ? ll_ok() : status;
 }
 
-ll_status ll_advise_check(const ll_advise_request *order)
+ll_status ll_advise_check(const ll_advise_request *request)
 {
-    const ll_experiment *e = order->experiment;
-    if (!(order->max_error > 0 && isfinite(order->max_error)))
+    const ll_experiment *e = request->experiment;
+    if (!(request->max_error > 0 && isfinite(request->max_error)))
         return ll_field_error(LL_BAD_INPUT, "max_error", "max_error: must be above 0; got %g",
-                              order->max_error);
+                              request->max_error);
     if (e->cost_metric < 0)
         return ll_field_error(LL_BAD_INPUT, "cost",
-                              "cost must name a metric: the adviser weighs it against the error");
+                              "cost: required; must name a metric to weigh against the error");
     if (e->head.sample.method != LL_SAMPLE_NONE)
         return ll_field_error(LL_BAD_INPUT, "sample",
-                              "sample is not for the adviser, which chooses its points itself");
+                              "sample: must be absent, since the adviser chooses its points");
     if (e->points > LL_SURROGATE_POINTS_MAX)
-        return ll_field_error(LL_BAD_INPUT, "axes", "axes give %lld points; the adviser takes at most %d",
+        return ll_field_error(LL_BAD_INPUT, "axes", "axes: has %lld points; must have at most %d",
                               (long long)e->points, LL_SURROGATE_POINTS_MAX);
     return ll_ok();
 }
 
-int64_t ll_advise_runs(const ll_advise_request *order)
+int64_t ll_advise_runs(const ll_advise_request *request)
 {
-    const ll_experiment *e = order->experiment;
-    if (order->most_runs > 0)
-        return order->most_runs;
+    const ll_experiment *e = request->experiment;
+    if (request->most_runs > 0)
+        return request->most_runs;
     bool matter = e->head.repeats > 1 && !e->base.kind->no_rare_events;
     int64_t part = e->runs / (matter ? 5 : 10) * 2;
-    return (part > LEAST_RUNS ? part : LEAST_RUNS) + (matter ? 2 * LL_ADVISE_FRESH_MOST : 0);
+    return (part > LEAST_RUNS ? part : LEAST_RUNS) + (matter ? 2 * LL_ADVISE_FRESH_MAX : 0);
 }
 
-ll_status ll_advise(const ll_advise_request *order, cJSON **answer)
+ll_status ll_advise(const ll_advise_request *request, cJSON **answer)
 {
-    const ll_experiment *e = order->experiment;
-    ll_status status = ll_advise_check(order);
+    const ll_experiment *e = request->experiment;
+    ll_status status = ll_advise_check(request);
     *answer = NULL;
     if (ll_failed(&status))
         return status;
     bool proven = false;
-    ll_advise_search s = {.order = order, .experiment = e, .fresh = *e, .points = (int)e->points, .best = -1};
-    s.fresh.head.repeats = e->head.repeats + LL_ADVISE_FRESH_MOST;
-    s.most = ll_advise_runs(order);
+    ll_advise_search s = {
+        .request = request, .experiment = e, .fresh = *e, .points = (int)e->points, .best = -1};
+    s.fresh.head.repeats = e->head.repeats + LL_ADVISE_FRESH_MAX;
+    s.most = ll_advise_runs(request);
     s.trials = calloc((size_t)e->points, sizeof *s.trials);
     status = s.trials ? ll_surrogate_create(e, s.most, &s.surrogate)
-                      : ll_error(LL_NO_MEMORY, "no memory for the adviser");
+                      : ll_error(LL_NO_MEMORY, "out of memory: adviser");
     if (!ll_failed(&status))
-        status = look(&s, &proven);
+        status = search(&s, &proven);
     if (!ll_failed(&status))
         *answer = ll_advise_answer(&s, proven);
     ll_surrogate_free(s.surrogate);

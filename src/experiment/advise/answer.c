@@ -1,4 +1,4 @@
-/* What the adviser answers: its advice with the evidence. */
+/* The adviser's answer: the advice with its evidence. */
 #include <cjson/cJSON.h>
 
 #include "experiment/advise/internal.h"
@@ -17,12 +17,12 @@ static cJSON *describe(const ll_advise_search *s, int point)
     return json;
 }
 
-/* With what fresh seeds gave; the error is that over all of its seeds. */
+/* Adds the results on fresh seeds; the error is that over all of its seeds. */
 static cJSON *describe_verified(const ll_advise_search *s, int point)
 {
     const ll_trial *t = &s->trials[point];
     cJSON *json = describe(s, point), *verified = cJSON_AddObjectToObject(json, "verified");
-    ll_sums all = ll_advise_pooled(t);
+    ll_sums all = ll_advise_all_sums(t);
     cJSON_ReplaceItemInObject(json, "error", ll_param_number(all.mean));
     cJSON_ReplaceItemInObject(json, "error_ci95",
                               has_interval(t->own) || all.squares > 0
@@ -32,7 +32,7 @@ static cJSON *describe_verified(const ll_advise_search *s, int point)
     cJSON_AddItemToObject(verified, "error", ll_param_number(t->fresh[ERROR].mean));
     cJSON_AddItemToObject(verified, "error_ci95",
                           ll_advise_is_certain(s, t) ? cJSON_CreateNull()
-                                                     : ll_param_number(ll_advise_doubt(s, t)));
+                                                     : ll_param_number(ll_advise_uncertainty(s, t)));
     return json;
 }
 
@@ -43,11 +43,11 @@ static const char *reason(const ll_advise_search *s, const ll_trial *t)
     if (s->best >= 0 && !ll_advise_beats(t, &s->trials[s->best]))
         return "it costs more";
     if (t->state == UNCLEAR && t->fresh[ERROR].n > 0)
-        return ll_advise_unsure;
-    return t->state == HOLDS || t->state == UNCLEAR ? "it was not verified" : "not all seeds were run";
+        return ll_advise_undecided;
+    return t->state == HOLDS || t->state == UNCLEAR ? "not verified" : "not all seeds were run";
 }
 
-/* Of those without a failed run. */
+/* Of settings without a failed run. */
 static bool on_front(const ll_advise_search *s, int point)
 {
     const ll_trial *t = &s->trials[point];
@@ -74,12 +74,12 @@ static int least_error(const ll_advise_search *s)
 cJSON *ll_advise_answer(const ll_advise_search *s, bool proven)
 {
     const ll_experiment *e = s->experiment;
-    /* another that holds may be cheaper, but for luck */
+    /* another one that holds may be cheaper, except by chance */
     int best = ll_advise_cheapest(s, ll_advise_is_verified), nearest = best < 0 ? least_error(s) : -1;
     cJSON *json = cJSON_CreateObject();
     cJSON_AddBoolToObject(json, "holds", best >= 0);
     cJSON_AddStringToObject(json, "optimum", proven ? "proven" : "best found");
-    cJSON_AddItemToObject(json, "max_error", ll_param_number(s->order->max_error));
+    cJSON_AddItemToObject(json, "max_error", ll_param_number(s->request->max_error));
     cJSON_AddStringToObject(json, "error_metric", e->metrics[e->error_metric]);
     cJSON_AddStringToObject(json, "cost_metric", e->metrics[e->cost_metric]);
     cJSON_AddItemToObject(json, "advice", best >= 0 ? describe_verified(s, best) : cJSON_CreateNull());

@@ -13,9 +13,9 @@
 
 enum { REPEATS = 3 };
 
-#define LONG_NS 200000000 /* a run of more than so long is not repeated */
+#define LONG_NS 200000000 /* a longer run is not repeated */
 
-const ll_refinement_series ll_ladders[] = {
+const ll_refinement_series ll_refinement_series_table[] = {
     {"fluid/cavity", "duration_s=20", "solver.advection", "semi_lagrangian,maccormack,central", "params.n",
      "16,32,64", "error_max", "cell_visits", 0},
     {"fluid/cavity", "duration_s=5,params.n=32,solver.tolerance=0", "solver.pressure",
@@ -52,7 +52,7 @@ const ll_refinement_series ll_ladders[] = {
     {0},
 };
 
-bool ll_listed(const char *list, const char *name)
+bool ll_list_contains(const char *list, const char *name)
 {
     size_t length = strlen(name);
     for (const char *p = list; p; p = strchr(p, ',') ? strchr(p, ',') + 1 : NULL)
@@ -61,7 +61,7 @@ bool ll_listed(const char *list, const char *name)
     return list == NULL;
 }
 
-/* Cuts the next of a comma-separated list into `item`; false at its end. */
+/* Copies the next item of a comma-separated list into `item`; false at its end. */
 static bool next_item(const char **list, char *item, size_t size)
 {
     if (**list == '\0')
@@ -82,12 +82,13 @@ static ll_status put_value(ll_scenario *scenario, const char *path, const char *
     char pair[160];
     int length = snprintf(pair, sizeof pair, "%s=%s", path, value);
     if (length < 0 || (size_t)length >= sizeof pair)
-        return ll_field_error(LL_BAD_INPUT, path, "%.60s is too long a value: %.60s", path, value);
+        return ll_field_error(LL_BAD_INPUT, path, "%.60s: value is too long: %.60s", path, value);
     return put_pair(scenario, pair);
 }
 
-/* What the ladder wants, then what was asked for, then the rung; rules hold for all of it together. */
-static ll_status set_all(const ll_refinement_request *order, const ll_refinement_level *refinement_level,
+/* Sets the values of the series, then those of the request, then those of the level; rules are checked once
+ * all are set. */
+static ll_status set_all(const ll_refinement_request *request, const ll_refinement_level *refinement_level,
                          ll_scenario *scenario)
 {
     char pair[96];
@@ -98,9 +99,9 @@ static ll_status set_all(const ll_refinement_request *order, const ll_refinement
          !ll_failed(&status) && next_item(&list, pair, sizeof pair);)
         status = put_pair(scenario, pair);
     if (!ll_failed(&status))
-        status = ll_param_put(table, scenario->config, order->sets, order->set_count);
-    if (!ll_failed(&status) && order->duration)
-        status = put_value(scenario, "duration_s", order->duration);
+        status = ll_param_put(table, scenario->config, request->sets, request->set_count);
+    if (!ll_failed(&status) && request->duration)
+        status = put_value(scenario, "duration_s", request->duration);
     if (!ll_failed(&status))
         status = put_value(scenario, refinement_series->series, refinement_level->series);
     if (!ll_failed(&status))
@@ -108,12 +109,12 @@ static ll_status set_all(const ll_refinement_request *order, const ll_refinement
     return ll_failed(&status) ? status : ll_param_check(table, scenario->config);
 }
 
-static ll_status open_refinement_level(const ll_refinement_request *order,
+static ll_status open_refinement_level(const ll_refinement_request *request,
                                        const ll_refinement_level *refinement_level, int seed,
                                        const ll_sim_kind **kind, ll_session **session)
 {
     ll_scenario scenario = {0};
-    ll_status status = ll_scenario_parse(order->scenario, &scenario);
+    ll_status status = ll_scenario_parse(request->scenario, &scenario);
     if (ll_failed(&status))
         return status;
     *kind = scenario.kind;
@@ -121,7 +122,7 @@ static ll_status open_refinement_level(const ll_refinement_request *order,
     void *before = malloc(size);
     if (before) {
         memcpy(before, scenario.config, size);
-        status = set_all(order, refinement_level, &scenario);
+        status = set_all(request, refinement_level, &scenario);
     } else {
         status = ll_error(LL_NO_MEMORY, "no memory for a scenario");
     }
@@ -136,14 +137,14 @@ static ll_status open_refinement_level(const ll_refinement_request *order,
     return status;
 }
 
-/* Adds a run's numbers to the rung's, whose error and counter are sums meanwhile. */
+/* Adds a run's metrics to the level, whose error and counter are sums until finish(). */
 static void read_metrics(ll_session *session, const ll_sim_kind *kind, ll_refinement_level *refinement_level,
-                         double *errors, ll_interval_order *order)
+                         double *errors, ll_interval_request *request)
 {
     cJSON *report = ll_session_metrics(session);
     const cJSON *metrics = cJSON_GetObjectItemCaseSensitive(report, "metrics");
     double error = fabs(ll_metric_value(metrics, refinement_level->refinement_series->error));
-    order->scale = ll_metric_scale_of(kind, metrics, refinement_level->refinement_series->error);
+    request->scale = ll_metric_scale_of(kind, metrics, refinement_level->refinement_series->error);
     if (isfinite(error))
         errors[refinement_level->seeds++] = error;
     refinement_level->counter += ll_metric_value(metrics, refinement_level->refinement_series->counter);
@@ -160,42 +161,42 @@ typedef struct samples {
     int64_t took[LL_REFINEMENT_SERIES_SEEDS_MAX];
     double errors[LL_REFINEMENT_SERIES_SEEDS_MAX];
     int runs;
-    ll_interval_order order;
+    ll_interval_request request;
 } samples;
 
-/* One run, with the seed that is so far from the scenario's. */
-static ll_status run_once(const ll_refinement_request *order, int seed, bool counts,
+/* One run, with the scenario's seed plus `seed`. */
+static ll_status run_once(const ll_refinement_request *request, int seed, bool counts,
                           ll_refinement_level *refinement_level, samples *s)
 {
     ll_session *session = NULL;
     const ll_sim_kind *kind = NULL;
-    ll_status status = open_refinement_level(order, refinement_level, seed, &kind, &session);
+    ll_status status = open_refinement_level(request, refinement_level, seed, &kind, &session);
     if (ll_failed(&status))
         return status;
-    int64_t from = order->now_ns();
+    int64_t from = request->now_ns();
     status = ll_session_run_to(session, ll_session_get_info(session).end_tick);
-    s->took[s->runs++] = order->now_ns() - from;
+    s->took[s->runs++] = request->now_ns() - from;
     refinement_level->diverged = status.code == LL_DIVERGED;
     if (!ll_failed(&status) && counts)
-        read_metrics(session, kind, refinement_level, s->errors, &s->order);
+        read_metrics(session, kind, refinement_level, s->errors, &s->request);
     ll_session_destroy(session);
     return refinement_level->diverged ? ll_ok() : status;
 }
 
-/* From sums to means. */
+/* Divides sums by counts. */
 static void finish(ll_refinement_level *refinement_level, samples *s)
 {
     ll_resampler resampler = {0};
-    s->order.values = s->errors;
-    s->order.n = refinement_level->seeds;
-    s->order.error = 0.05;
+    s->request.values = s->errors;
+    s->request.n = refinement_level->seeds;
+    s->request.error = 0.05;
     refinement_level->error = refinement_level->error_low = refinement_level->error_high = NAN;
     if (refinement_level->diverged) {
         refinement_level->counter = NAN;
         refinement_level->seeds = 0;
     }
     if (refinement_level->seeds > 0 && !refinement_level->diverged) {
-        ll_summary summary = ll_summarise(&s->order, s->errors, &resampler);
+        ll_summary summary = ll_summarise(&s->request, s->errors, &resampler);
         refinement_level->error = summary.mean;
         refinement_level->error_low = summary.of_mean.low;
         refinement_level->error_high = summary.of_mean.high;
@@ -206,23 +207,23 @@ static void finish(ll_refinement_level *refinement_level, samples *s)
     refinement_level->cpu_median_s = (double)s->took[s->runs / 2] * 1e-9;
 }
 
-/* Every seed once, or the same run again for its time. */
-static ll_status measure(const ll_refinement_request *order, ll_refinement_level *refinement_level)
+/* Runs every seed once, or repeats one run to measure its time. */
+static ll_status measure(const ll_refinement_request *request, ll_refinement_level *refinement_level)
 {
     samples *s = calloc(1, sizeof *s);
     int seeds = refinement_level->refinement_series->seeds == 0 ? 0
-                : order->seeds > 0                              ? order->seeds
+                : request->seeds > 0                            ? request->seeds
                                                                 : refinement_level->refinement_series->seeds;
-    ll_status status = s ? ll_ok() : ll_error(LL_NO_MEMORY, "no memory for a rung");
+    ll_status status = s ? ll_ok() : ll_error(LL_NO_MEMORY, "out of memory: refinement level");
     refinement_level->order = NAN;
     refinement_level->error = refinement_level->counter = 0;
     refinement_level->seeds = 0;
     refinement_level->diverged = false;
     for (int n = 0; !ll_failed(&status) && !refinement_level->diverged && n < (seeds ? seeds : REPEATS); n++)
         if (seeds > 0)
-            status = run_once(order, n, true, refinement_level, s);
+            status = run_once(request, n, true, refinement_level, s);
         else if (n == 0 || s->took[0] < LONG_NS)
-            status = run_once(order, 0, n == 0, refinement_level, s);
+            status = run_once(request, 0, n == 0, refinement_level, s);
     if (!ll_failed(&status)) {
         refinement_level->counter /= seeds > 0 ? seeds : 1;
         finish(refinement_level, s);
@@ -236,16 +237,16 @@ static bool next_series(ll_refinement_run *c)
     do
         if (!next_item(&c->series, c->refinement_level.series, sizeof c->refinement_level.series))
             return false;
-    while (!ll_listed(c->order->methods, c->refinement_level.series));
+    while (!ll_list_contains(c->request->methods, c->refinement_level.series));
     c->settings = c->refinement_level.refinement_series->setting_values;
     c->refinement_level.error = NAN;
     return true;
 }
 
 ll_refinement_run ll_refinement_series_start(const ll_refinement_series *refinement_series,
-                                             const ll_refinement_request *order)
+                                             const ll_refinement_request *request)
 {
-    return (ll_refinement_run){.order = order,
+    return (ll_refinement_run){.request = request,
                                .series = refinement_series->series_values,
                                .settings = "",
                                .refinement_level = {.refinement_series = refinement_series}};
@@ -258,7 +259,7 @@ bool ll_refinement_series_next(ll_refinement_run *c, ll_status *status)
         return false;
     before = *refinement_level;
     next_item(&c->settings, refinement_level->setting, sizeof refinement_level->setting);
-    *status = measure(c->order, refinement_level);
+    *status = measure(c->request, refinement_level);
     if (refinement_level->error > 0 && before.error > 0)
         refinement_level->order = -log(refinement_level->error / before.error) /
                                   log(strtod(refinement_level->setting, NULL) / strtod(before.setting, NULL));

@@ -7,17 +7,17 @@
 #include "base/assert.h"
 #include "base/detmath.h"
 
-/* A kernel, in units of the values' own variance: what all points share, a trend along each numeric axis, and
- * a bend that fades over `length` of the axis. Points that differ in a choice have `kin` of it in common.
- * `noise` is that of a seed, and of what the kernel cannot follow. */
+/* A kernel, in units of the values' own variance: a part common to all points, a trend along each numeric
+ * axis, and a smooth part with correlation `length` on the axis. Points that differ in a choice share the
+ * part `kin`. `noise` is that of seeds and of what the kernel cannot model. */
 typedef struct kernel {
     double trend, bend, length, kin, noise;
 } kernel;
 
 #define SHARED 1.0
 
-/* Smooth or bent, with choices that are akin or strangers, and with more noise: whichever the values are most
- * likely under is believed, of cost and error each. */
+/* Combinations of smoothness, similarity of choices and noise. Cost and error each use the one with the
+ * highest likelihood. */
 static const kernel kernels[] = {
     {.trend = 3, .bend = 0.25, .length = 0.3, .kin = 0.6, .noise = 1e-3},
     {.trend = 1, .bend = 1.5, .length = 0.3, .kin = 0.6, .noise = 1e-3},
@@ -28,31 +28,31 @@ static const kernel kernels[] = {
 
 enum { MODELS = sizeof kernels / sizeof kernels[0] };
 
-#define PRIOR 4.0 /* points' worth of trust in a kernel's own variance */
+#define PRIOR 4.0 /* weight of a kernel's own variance, in points */
 
 typedef struct model {
     const kernel *kernel;
-    double *factor; /* of each point: its covariances with the seen, solved by the Cholesky factor */
-    double *left;   /* of each point: the variance that is left */
-    double *pivot;  /* of each seen point: its diagonal of the factor */
+    double *factor; /* by point: its covariances with the seen points, solved by the Cholesky factor */
+    double *left;   /* by point: the remaining variance */
+    double *pivot;  /* by seen point: its diagonal element of the factor */
     double *solved[LL_SURROGATE_OUTPUTS];
-    double scale[LL_SURROGATE_OUTPUTS]; /* of the kernel's deviations, as the values show it */
+    double scale[LL_SURROGATE_OUTPUTS]; /* estimated scale of the kernel's standard deviations */
 } model;
 
 struct ll_surrogate {
     const ll_experiment *experiment;
     int points, seen, capacity;
-    double *place; /* points x dimensions: along a numeric one -1 to 1, of a choice its index */
-    bool *choice;  /* of each dimension */
-    int *order;    /* seen points, in the order of their coming */
-    int *rank;     /* of each point in it; -1: not seen */
+    double *place; /* points x dimensions: numeric ones -1 to 1, choices by index */
+    bool *choice;  /* by dimension */
+    int *order;    /* seen points, in the order in which they were added */
+    int *rank;     /* by point: its index in that order; -1: not seen */
     double *values[LL_SURROGATE_OUTPUTS];
     double middle[LL_SURROGATE_OUTPUTS], spread[LL_SURROGATE_OUTPUTS];
     model models[MODELS];
     const model *likely[LL_SURROGATE_OUTPUTS];
 };
 
-/* ---- places ---- */
+/* ---- coordinates of points ---- */
 
 static void find_places(ll_surrogate *s)
 {
@@ -61,7 +61,7 @@ static void find_places(ll_surrogate *s)
     for (int a = e->axis_count - 1; a >= 0; a--) {
         int d = e->dimension[a];
         const ll_axis *axis = &e->axes[a];
-        if (a > 0 && e->dimension[a - 1] == d) /* zipped: the first stands for all */
+        if (a > 0 && e->dimension[a - 1] == d) /* zipped: the first axis represents all */
             continue;
         s->choice[d] = axis->type == LL_CELL_BOOL || axis->type == LL_CELL_TEXT;
         for (int p = 0; p < s->points; p++) {
@@ -90,7 +90,7 @@ static double covariance(const ll_surrogate *s, const kernel *k, int p, int q)
     return kin * (SHARED + k->trend * trend + k->bend * ll_exp(-distance / (8 * k->length * k->length)));
 }
 
-/* ---- life ---- */
+/* ---- creation and destruction ---- */
 
 static bool create_model(ll_surrogate *s, const kernel *k, model *m)
 {
@@ -130,7 +130,7 @@ ll_status ll_surrogate_create(const ll_experiment *e, int64_t most_seen, ll_surr
     ll_surrogate *s = *surrogate = calloc(1, sizeof *s);
     LL_ASSERT(e->points <= LL_SURROGATE_POINTS_MAX && most_seen > 0);
     if (!s)
-        return ll_error(LL_NO_MEMORY, "no memory for a surrogate");
+        return ll_error(LL_NO_MEMORY, "out of memory: surrogate");
     s->experiment = e;
     s->points = (int)e->points;
     s->capacity = s->points < LL_SURROGATE_SEEN_MAX ? s->points : LL_SURROGATE_SEEN_MAX;
@@ -148,7 +148,7 @@ ll_status ll_surrogate_create(const ll_experiment *e, int64_t most_seen, ll_surr
         return ll_ok();
     ll_surrogate_free(s);
     *surrogate = NULL;
-    return ll_error(LL_NO_MEMORY, "no memory for a surrogate");
+    return ll_error(LL_NO_MEMORY, "out of memory: surrogate");
 }
 
 void ll_surrogate_free(ll_surrogate *s)
@@ -171,9 +171,9 @@ void ll_surrogate_free(ll_surrogate *s)
     free(s);
 }
 
-/* ---- seeing ---- */
+/* ---- adding points ---- */
 
-/* One more column of the Cholesky factor, and with it of every point's solved covariances. */
+/* Adds a column to the Cholesky factor, and to every point's solved covariances. */
 static void extend(ll_surrogate *s, model *m, int point)
 {
     int n = s->seen;
@@ -182,7 +182,7 @@ static void extend(ll_surrogate *s, model *m, int point)
     m->pivot[n] = pivot;
     for (int p = 0; p < s->points; p++) {
         double *row = m->factor + (size_t)p * (size_t)s->capacity;
-        if (p == point) /* the noise is its own */
+        if (p == point) /* noise is independent */
             continue;
         double sum = covariance(s, m->kernel, p, point);
         for (int i = 0; i < n; i++)
@@ -197,7 +197,7 @@ static void extend(ll_surrogate *s, model *m, int point)
 ll_status ll_surrogate_see(ll_surrogate *s, int point)
 {
     if (s->seen == s->capacity)
-        return ll_error(LL_LIMIT, "more than %d points were tried", s->capacity);
+        return ll_error(LL_LIMIT, "points: must be at most %d tried ones", s->capacity);
     s->order[s->seen] = point;
     s->rank[point] = s->seen;
     for (int m = 0; m < MODELS; m++)
@@ -212,8 +212,8 @@ void ll_surrogate_tell(ll_surrogate *s, int point, const double values[LL_SURROG
         s->values[k][s->rank[point]] = values[k];
 }
 
-/* The values solved by the factor: row i of it is that of the i-th point that was seen. Gives the logarithm
- * of their likelihood, but for what all models share. */
+/* Solves for the values by the factor: row i is that of the i-th seen point. Returns their log likelihood,
+ * without the terms common to all models. */
 static double solve(ll_surrogate *s, model *m, int output)
 {
     double squares = 0, likelihood = 0;
@@ -231,7 +231,7 @@ static double solve(ll_surrogate *s, model *m, int output)
            (squares + PRIOR) / (2 * m->scale[output] * m->scale[output]);
 }
 
-/* Values in units of their spread around their middle. */
+/* Normalises values by mean and spread. */
 void ll_surrogate_fit(ll_surrogate *s)
 {
     for (int k = 0; k < LL_SURROGATE_OUTPUTS; k++) {

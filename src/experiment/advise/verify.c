@@ -1,4 +1,4 @@
-/* What the adviser runs, and when runs on fresh seeds show that a setting holds. */
+/* Runs of the adviser, and the test whether fresh seeds show that a setting holds. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -7,30 +7,28 @@
 #include "base/rng.h"
 #include "experiment/advise/internal.h"
 
-#define LOOKS 1.2 /* an interval that is looked at several times is wider by this, to be right as often */
-#define ROOMY 7   /* squared room below the limit over the variance, from which the least seeds do */
-#define ROOM 12   /* else seeds after which it fits, times that */
-#define NEVER_SEEN 3.7  /* events that may be expected where none was seen, at 97.5 % (Poisson) */
-#define UNSEEN 1.92     /* beside k that were: this + 1.96 sqrt(k + 1) */
+#define LOOKS 1.2       /* factor that widens an interval that is checked several times, to keep its level */
+#define ROOMY 7         /* (limit - mean)^2 / variance from which the fewest seeds are enough */
+#define ROOM 12         /* factor for the needed seeds otherwise */
+#define NEVER_SEEN 3.7  /* bound of the expected events when none was seen, at 97.5 % (Poisson) */
+#define UNSEEN 1.92     /* bound when k were seen: k + this + 1.96 sqrt(k + 1) */
 #define FEW 30          /* events, up to which Student's t is too narrow */
-#define WHOLE 1e-6      /* relative: how near to a multiple of the least a count is */
-#define MOST_EVENTS 1e4 /* in a run, of a metric that counts */
+#define WHOLE 1e-6      /* relative distance at which a count is a multiple of the smallest */
+#define MOST_EVENTS 1e4 /* events in a run, of a metric that counts */
 #define MANY 2          /* events in a run, or limits, up to which a setting has few */
-#define LARGE 4 /* limits: how large a rare event is taken to be at most, where the error is no count */
+#define LARGE 4         /* limits: assumed maximum of a rare event where the error is no count */
 
-#define SAME 1e-12 /* relative: costs that are equal */
-#define PRIOR 1    /* settings' worth of trust in seeds being all alike */
-#define FREEDOM                                                                                              \
-    3 /* degrees of freedom that the scatter of all settings counts for in the variance of one               \
-       */
+#define SAME 1e-12      /* relative: costs that are equal */
+#define PRIOR 1         /* weight of the assumption that all seeds agree, in settings */
+#define PRIOR_FREEDOM 3 /* degrees of freedom that the scatter of all settings has in the variance of one */
 
 enum { FRESH_LEAST = 4, TWIN_LEAST = 6 };
 
-const char ll_advise_unsure[] = "on fresh seeds the error is not surely within the limit";
+const char ll_advise_undecided[] = "on fresh seeds the error is not certainly within the limit";
 
-bool ll_advise_is_unsure(const ll_trial *t)
+bool ll_advise_is_undecided(const ll_trial *t)
 {
-    return t->state == RULED_OUT && t->why == ll_advise_unsure;
+    return t->state == RULED_OUT && t->why == ll_advise_undecided;
 }
 
 void ll_advise_rule_out(ll_trial *t, const char *why)
@@ -41,8 +39,8 @@ void ll_advise_rule_out(ll_trial *t, const char *why)
 
 /* ---- running ---- */
 
-/* Of what errors are multiples, if they count: the greatest common divisor, by Euclid. */
-static void note_event(ll_advise_search *s, double error)
+/* Updates the greatest common divisor of errors (Euclid), if they are counts. */
+static void update_event(ll_advise_search *s, double error)
 {
     if (error <= 0)
         return;
@@ -57,7 +55,7 @@ static void note_event(ll_advise_search *s, double error)
     s->least = s->least > 0 ? fmin(s->least, error) : error;
 }
 
-/* The relative scatter of the error between seeds, over all that was run: a point's own few tell little. */
+/* Relative scatter of the error between seeds, over all runs, since a point's own runs are few. */
 static double scatter(const ll_advise_search *s)
 {
     double sum = 0, n = 0;
@@ -72,11 +70,11 @@ static double scatter(const ll_advise_search *s)
     return n > 0 ? sqrt(sum / n) : 0;
 }
 
-/* Where events come in bursts counts scatter more than single ones would: their variance over Poisson's, of
- * the settings that have few (quasi-Poisson). */
+/* Events in bursts scatter more than single ones: the ratio of their variance to Poisson's, over settings
+ * with few events (quasi-Poisson). */
 static double burst(const ll_advise_search *s)
 {
-    double few = MANY * fmax(s->order->max_error, s->event), squares = 0, alone = 0;
+    double few = MANY * fmax(s->request->max_error, s->event), squares = 0, alone = 0;
     for (int p = 0; p < s->points; p++)
         for (int fresh = 0; fresh < 2; fresh++) {
             const ll_sums *error = fresh ? &s->trials[p].fresh[ERROR] : &s->trials[p].own[ERROR];
@@ -120,30 +118,30 @@ ll_status ll_advise_run(ll_advise_search *s, int point, bool fresh)
     ll_sums *sums = fresh ? t->fresh : t->own;
     int64_t repeat = fresh ? s->experiment->head.repeats + sums[ERROR].n : t->runs + t->failed;
     ll_row row;
-    ll_status status = ll_experiment_run(e, point * e->head.repeats + repeat, s->order->interrupt, &row);
+    ll_status status = ll_experiment_run(e, point * e->head.repeats + repeat, s->request->interrupt, &row);
     if (ll_failed(&status))
         return status;
     s->runs++;
-    if (s->order->runs)
-        atomic_store(s->order->runs, s->runs);
+    if (s->request->runs)
+        atomic_store(s->request->runs, s->runs);
     double cost = fabs(row.metrics[e->cost_metric]), error = fabs(row.metrics[e->error_metric]);
     bool good = ll_row_good(&row) && isfinite(cost) && isfinite(error);
     t->failed += !good;
-    t->lacking += !good && ll_row_good(&row);
+    t->missing += !good && ll_row_good(&row);
     t->runs += good && !fresh;
     if (good) {
         ll_sums_add(&sums[COST], cost);
         ll_sums_add(&sums[ERROR], error);
         if (!keep_values(fresh ? &t->fresh_values : &t->own_values, cost, error))
-            return ll_error(LL_NO_MEMORY, "no memory for the adviser");
-        note_event(s, error);
+            return ll_error(LL_NO_MEMORY, "out of memory: adviser");
+        update_event(s, error);
         s->scatter = scatter(s);
         s->burst = burst(s);
     }
     return status;
 }
 
-/* ---- what seeds show ---- */
+/* ---- estimates from seeds ---- */
 
 static int64_t shared(const ll_values *a, const ll_values *b)
 {
@@ -158,12 +156,12 @@ static double mean_of(const ll_values *v, int64_t n, int output)
     return n > 0 ? sum / (double)n : 0;
 }
 
-static double apart_of(double a, double b)
+static double differences_of(double a, double b)
 {
     return fabs(a - b) > SAME * fmax(a, b) ? a - b : 0;
 }
 
-/* The mean over `n` repeats and `fresh` seeds of that many. */
+/* Mean over `n` repeats, and over `fresh` fresh seeds. */
 static double mean_over(const ll_trial *t, int64_t n, int64_t fresh, int output)
 {
     double own = mean_of(&t->own_values, n, output), other = mean_of(&t->fresh_values, fresh, output);
@@ -174,29 +172,29 @@ bool ll_advise_beats(const ll_trial *a, const ll_trial *b)
 {
     int64_t n = shared(&a->own_values, &b->own_values), fresh = shared(&a->fresh_values, &b->fresh_values);
     int64_t own = n > 0 ? n : a->own_values.n, others = n > 0 ? n : b->own_values.n;
-    double apart = apart_of(mean_over(a, own, fresh, COST), mean_over(b, others, fresh, COST));
+    double apart = differences_of(mean_over(a, own, fresh, COST), mean_over(b, others, fresh, COST));
     if (apart != 0)
         return apart < 0;
     return mean_over(a, own, fresh, ERROR) < mean_over(b, others, fresh, ERROR);
 }
 
-ll_sums ll_advise_apart(const ll_trial *a, const ll_trial *b)
+ll_sums ll_advise_cost_difference(const ll_trial *a, const ll_trial *b)
 {
     const ll_values *pairs[2][2] = {{&a->own_values, &b->own_values}, {&a->fresh_values, &b->fresh_values}};
     ll_sums apart = {0};
     for (int fresh = 0; fresh < 2; fresh++)
         for (int64_t k = 0; k < shared(pairs[fresh][0], pairs[fresh][1]); k++)
-            ll_sums_add(&apart, apart_of(pairs[fresh][0]->of[k][COST], pairs[fresh][1]->of[k][COST]));
+            ll_sums_add(&apart, differences_of(pairs[fresh][0]->of[k][COST], pairs[fresh][1]->of[k][COST]));
     return apart;
 }
 
-bool ll_advise_is_dearer(const ll_trial *a, const ll_trial *b)
+bool ll_advise_costs_more(const ll_trial *a, const ll_trial *b)
 {
-    ll_sums apart = ll_advise_apart(a, b);
+    ll_sums apart = ll_advise_cost_difference(a, b);
     return apart.n > 1 && apart.mean - half(&apart) > 0;
 }
 
-/* The one with most runs: differences to it are over the most seeds. */
+/* The setting with most runs: differences to it have the most common seeds. */
 static int reference(const ll_advise_search *s, bool wanted(const ll_trial *t))
 {
     int found = -1;
@@ -219,7 +217,8 @@ int ll_advise_cheapest(const ll_advise_search *s, bool wanted(const ll_trial *t)
         const ll_trial *t = &s->trials[p];
         if (!wanted(t))
             continue;
-        double apart = ll_advise_apart(t, &s->trials[to]).mean, close = SAME * s->trials[to].own[COST].mean;
+        double apart = ll_advise_cost_difference(t, &s->trials[to]).mean,
+               close = SAME * s->trials[to].own[COST].mean;
         bool same = found >= 0 && fabs(apart - least) <= close;
         if (found < 0 || (same ? ll_advise_beats(t, &s->trials[found]) : apart < least)) {
             found = p;
@@ -229,7 +228,7 @@ int ll_advise_cheapest(const ll_advise_search *s, bool wanted(const ll_trial *t)
     return found;
 }
 
-static bool gave_the_same(const ll_values *a, const ll_values *b)
+static bool have_equal_results(const ll_values *a, const ll_values *b)
 {
     for (int64_t k = 0; k < shared(a, b); k++)
         if (a->of[k][COST] != b->of[k][COST] || a->of[k][ERROR] != b->of[k][ERROR])
@@ -237,12 +236,13 @@ static bool gave_the_same(const ll_values *a, const ll_values *b)
     return true;
 }
 
-bool ll_advise_is_twin(const ll_trial *a, const ll_trial *b)
+bool ll_advise_is_indistinguishable(const ll_trial *a, const ll_trial *b)
 {
     int64_t n = shared(&a->own_values, &b->own_values), fresh = shared(&a->fresh_values, &b->fresh_values);
     bool varies = a->own[ERROR].squares > 0 && b->own[ERROR].squares > 0;
     return varies && n > 1 && fresh >= FRESH_LEAST && n + fresh >= TWIN_LEAST &&
-           gave_the_same(&a->own_values, &b->own_values) && gave_the_same(&a->fresh_values, &b->fresh_values);
+           have_equal_results(&a->own_values, &b->own_values) &&
+           have_equal_results(&a->fresh_values, &b->fresh_values);
 }
 
 double ll_advise_shift(const ll_advise_search *s, const ll_trial *t, int output)
@@ -271,7 +271,7 @@ static bool ends_with(const char *member, size_t size, const char *end)
     return size >= n && strncmp(member + size - n, end, n) == 0;
 }
 
-/* Whether a member of the path names a length, a time or the like: it counts nothing. */
+/* Whether a member of the path has a unit such as a length or a time: then it counts nothing. */
 static bool has_unit(const char *path)
 {
     static const char *const units[] = {"_m", "_ms", "_s", "_mps", "_px", "_rad", "_pct", "_arcmin"};
@@ -297,15 +297,15 @@ static bool is_count(const ll_advise_search *s)
     return !is_exact(s) && !has_unit(e->metrics[e->error_metric]) && s->largest <= MOST_EVENTS * s->event;
 }
 
-/* By how much a rare event, or a burst of them, adds to the error of a run. Before any was seen a count is
- * taken to be whole. */
+/* What a rare event, or a burst, adds to the error of a run. Before any was seen, counts are taken to be
+ * whole. */
 static double event(const ll_advise_search *s)
 {
     double size = s->least > 0 ? is_count(s) ? s->event : s->least : 1;
-    return is_count(s) ? size * fmax(1, s->burst) : fmin(size, LARGE * s->order->max_error);
+    return is_count(s) ? size * fmax(1, s->burst) : fmin(size, LARGE * s->request->max_error);
 }
 
-ll_sums ll_advise_pooled(const ll_trial *t)
+ll_sums ll_advise_all_sums(const ll_trial *t)
 {
     const ll_sums *a = &t->own[ERROR], *b = &t->fresh[ERROR];
     double n = (double)(a->n + b->n), apart = a->mean - b->mean;
@@ -323,8 +323,9 @@ bool ll_advise_is_certain(const ll_advise_search *s, const ll_trial *t)
            same(&t->own[COST], &t->fresh[COST]);
 }
 
-/* Half of the 95 % interval of the mean over fresh seeds, by the scatter of all seeds of the setting. */
-static double half_fresh(const ll_trial *t)
+/* Half width of the 95 % interval of the mean over fresh seeds, with the scatter of all seeds of the
+ * setting. */
+static double fresh_half_width(const ll_trial *t)
 {
     const ll_sums *own = &t->own[ERROR], *fresh = &t->fresh[ERROR];
     int64_t degrees = own->n + fresh->n - 2;
@@ -334,32 +335,32 @@ static double half_fresh(const ll_trial *t)
            sqrt((double)(degrees + 1) / (double)fresh->n);
 }
 
-/* Of single runs: that of the setting's own seeds, moderated by the scatter of all settings (as of genes:
- * Smyth, Stat. Appl. Genet. Mol. Biol. 3, 2004); of counts no less than Poisson's. */
+/* Variance of single runs: of the setting's own seeds, moderated by the scatter of all settings (as for
+ * genes: Smyth, Stat. Appl. Genet. Mol. Biol. 3, 2004); of counts at least Poisson's. */
 static double variance_of(const ll_advise_search *s, const ll_sums *error)
 {
     double other = s->scatter * error->mean;
-    double variance = (error->squares + FREEDOM * other * other) /
-                      (double)(error->n > 0 ? error->n - 1 + FREEDOM : FREEDOM);
+    double variance = (error->squares + PRIOR_FREEDOM * other * other) /
+                      (double)(error->n > 0 ? error->n - 1 + PRIOR_FREEDOM : PRIOR_FREEDOM);
     return is_count(s) ? fmax(variance, error->mean * event(s)) : variance;
 }
 
-double ll_advise_half(const ll_advise_search *s, const ll_trial *t)
+double ll_advise_half_width(const ll_advise_search *s, const ll_trial *t)
 {
     const ll_sums *error = &t->own[ERROR];
     double n = (double)error->n;
     if (is_exact(s) || error->n < 2)
         return half(error);
-    int64_t degrees = error->n - 1 + FREEDOM;
+    int64_t degrees = error->n - 1 + PRIOR_FREEDOM;
     double moderated = ll_interval_95(degrees + 1, variance_of(s, error) * (double)degrees) *
                        sqrt((double)(degrees + 1) / n);
     return moderated;
 }
 
-double ll_advise_doubt(const ll_advise_search *s, const ll_trial *t)
+double ll_advise_uncertainty(const ll_advise_search *s, const ll_trial *t)
 {
     const ll_sums *error = &t->fresh[ERROR];
-    double n = (double)error->n, off = half_fresh(t), seen = error->mean * n / event(s);
+    double n = (double)error->n, off = fresh_half_width(t), seen = error->mean * n / event(s);
     if (ll_advise_is_certain(s, t))
         return 0;
     if (error->n < FRESH_LEAST)
@@ -371,45 +372,45 @@ double ll_advise_doubt(const ll_advise_search *s, const ll_trial *t)
     return fmax(off, event(s) * (UNSEEN + 1.96 * sqrt(seen + 1)) / n);
 }
 
-/* Of a setting whose mean error is `mean`. */
+/* For a setting whose mean error is `mean`. */
 static double needed_at(const ll_advise_search *s, const ll_sums *error, double mean)
 {
-    double room = s->order->max_error - mean, variance = variance_of(s, error);
+    double room = s->request->max_error - mean, variance = variance_of(s, error);
     bool rare = is_count(s) || (!is_exact(s) && error->mean == 0);
     if (variance == 0 && is_exact(s))
         return room >= 0 ? 1 : INFINITY;
     if (room <= 0)
         return INFINITY;
     double events = rare ? LOOKS * NEVER_SEEN * event(s) / room : 0;
-    double ratio = room * room / variance; /* infinite where all are the same */
+    double ratio = room * room / variance; /* infinite when all are equal */
     return ceil(fmax(events, ratio >= ROOMY ? FRESH_LEAST : fmax(2 * FRESH_LEAST, ROOM / ratio)));
 }
 
 double ll_advise_needed(const ll_advise_search *s, const ll_trial *t)
 {
-    ll_sums error = ll_advise_pooled(t);
+    ll_sums error = ll_advise_all_sums(t);
     return needed_at(s, &error, error.mean);
 }
 
-/* By which the mean over all seeds is off. */
+/* Standard error of the mean over all seeds. */
 static double deviation_of_mean(const ll_advise_search *s, const ll_sums *error)
 {
     double n = (double)error->n, variance = variance_of(s, error);
-    if (!is_exact(s) && (is_count(s) || error->mean == 0)) /* what was not seen may be there */
+    if (!is_exact(s) && (is_count(s) || error->mean == 0)) /* events that were not seen may still occur */
         variance = fmax(variance, event(s) * event(s) / (n + 1));
     return sqrt(variance / n);
 }
 
 double ll_advise_chance(const ll_advise_search *s, const ll_trial *t)
 {
-    ll_sums error = ll_advise_pooled(t);
-    double room = s->order->max_error - error.mean, off = deviation_of_mean(s, &error);
+    ll_sums error = ll_advise_all_sums(t);
+    double room = s->request->max_error - error.mean, off = deviation_of_mean(s, &error);
     return off > 0 ? ll_normal_cdf(room / off) : room >= 0;
 }
 
 double ll_advise_price(const ll_advise_search *s, const ll_trial *t)
 {
-    ll_sums error = ll_advise_pooled(t);
+    ll_sums error = ll_advise_all_sums(t);
     double mean = fmax(0, error.mean - deviation_of_mean(s, &error));
     double wanted = needed_at(s, &error, fmin(mean, error.mean)) - (double)t->fresh[ERROR].n;
     return fmax(wanted, 1);
@@ -420,51 +421,51 @@ double ll_advise_next(const ll_advise_search *s, const ll_trial *t)
     double n = (double)t->fresh[ERROR].n;
     if (n < FRESH_LEAST)
         return n == 0 ? 1 : FRESH_LEAST - n;
-    return fmin(fmax(ll_advise_needed(s, t) - n, n / 2), n); /* up to twice as many */
+    return fmin(fmax(ll_advise_needed(s, t) - n, n / 2), n); /* at most doubles the seeds */
 }
 
-/* Whether fresh seeds may show it, with the runs that are left. */
+/* Whether fresh seeds may show that it holds, with the runs that are left. */
 static bool can_be_shown(const ll_advise_search *s, const ll_trial *t)
 {
     double wanted = ll_advise_needed(s, t);
-    return wanted <= LL_ADVISE_FRESH_MOST &&
-           wanted - (double)t->fresh[ERROR].n <= (double)(s->most - s->runs);
+    return wanted <= LL_ADVISE_FRESH_MAX && wanted - (double)t->fresh[ERROR].n <= (double)(s->most - s->runs);
 }
 
 bool ll_advise_is_clear(const ll_advise_search *s, const ll_trial *t)
 {
-    ll_sums error = ll_advise_pooled(t);
+    ll_sums error = ll_advise_all_sums(t);
     double off = s->scatter / sqrt((double)error.n);
-    return error.mean * (1 + off) <= s->order->max_error && can_be_shown(s, t);
+    return error.mean * (1 + off) <= s->request->max_error && can_be_shown(s, t);
 }
 
 /* ---- verifying ---- */
 
-/* One that was verified as far. */
-static bool has_twin(const ll_advise_search *s, const ll_trial *t)
+/* Whether an indistinguishable setting was verified as far. */
+static bool has_indistinguishable(const ll_advise_search *s, const ll_trial *t)
 {
     for (int p = 0; p < s->points; p++) {
         const ll_trial *other = &s->trials[p];
-        if (other != t && other->fresh[ERROR].n >= t->fresh[ERROR].n && ll_advise_is_twin(other, t))
+        if (other != t && other->fresh[ERROR].n >= t->fresh[ERROR].n &&
+            ll_advise_is_indistinguishable(other, t))
             return true;
     }
     return false;
 }
 
-static void judge(const ll_advise_search *s, ll_trial *t)
+static void classify(const ll_advise_search *s, ll_trial *t)
 {
-    double error = t->fresh[ERROR].mean, off = ll_advise_doubt(s, t), limit = s->order->max_error;
+    double error = t->fresh[ERROR].mean, off = ll_advise_uncertainty(s, t), limit = s->request->max_error;
     if (t->failed > 0)
         ll_advise_rule_out(t, "a run failed on a fresh seed");
-    else if (has_twin(s, t))
-        ll_advise_rule_out(t, "it gives the same as another setting");
-    else if (error + LOOKS * off <= limit && ll_advise_pooled(t).mean <= limit)
+    else if (has_indistinguishable(s, t))
+        ll_advise_rule_out(t, "same result as another setting");
+    else if (error + LOOKS * off <= limit && ll_advise_all_sums(t).mean <= limit)
         t->state = VERIFIED;
     else if (error - LOOKS * off > limit)
         ll_advise_rule_out(t, "on fresh seeds the error is above the limit");
-    else if (t->fresh[ERROR].n >= LL_ADVISE_FRESH_MOST)
-        ll_advise_rule_out(t, ll_advise_unsure);
-    else if (t->state == VERIFIED) /* more seeds have shown that it was luck */
+    else if (t->fresh[ERROR].n >= LL_ADVISE_FRESH_MAX)
+        ll_advise_rule_out(t, ll_advise_undecided);
+    else if (t->state == VERIFIED) /* more seeds have shown that it held by chance */
         t->state = UNCLEAR;
 }
 
@@ -473,9 +474,9 @@ ll_status ll_advise_verify(ll_advise_search *s, int point)
     ll_trial *t = &s->trials[point];
     double next = (double)t->fresh[ERROR].n + ll_advise_next(s, t);
     ll_status status = ll_ok();
-    next = fmin(next, LL_ADVISE_FRESH_MOST);
+    next = fmin(next, LL_ADVISE_FRESH_MAX);
     while (!ll_failed(&status) && t->failed == 0 && (double)t->fresh[ERROR].n < next && s->runs < s->most)
         status = ll_advise_run(s, point, true);
-    judge(s, t);
+    classify(s, t);
     return status;
 }

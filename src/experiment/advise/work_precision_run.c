@@ -9,57 +9,58 @@
 
 enum { TIMES = 1024, REPEATS = 7, STEPS_MAX = 1 << 20 };
 
-#define LONG_NS 200000000 /* a run of more than so long is not repeated */
-#define SLACK 1e-9        /* a step that ends within this part of itself before the end ends there */
+#define LONG_NS 200000000 /* a longer run is not repeated */
+#define SLACK 1e-9        /* a step that ends closer to the end than this part of its length ends there */
 
-/* What one ladder needs: a run, the solution beside it, and what is not known of that. */
-typedef struct worker_slot {
-    const ll_work_precision_request *order;
+/* Working memory of one series: a run, the solution to compare it with, and the uncertainty of that. */
+typedef struct series_workspace {
+    const ll_work_precision_request *request;
     ll_ode ode;
     double duration;
     double start[LL_ODE_DIM_MAX];
     bool formula;
-    ll_ode_run *run, *solution; /* the solution's is the first reference's, where there is no formula */
-    double *each, *doubt_each;  /* of components: measure.h */
-    ll_ode_measure doubt;       /* by how much two references differ */
-    double predictable_s;       /* until when that is little; the duration: all along */
-    ll_ode_scale whole;         /* of the solution, as far as it is predictable */
-} worker_slot;
+    ll_ode_run *run, *solution; /* the solution: the first reference run, if there is no formula */
+    double *each, *doubt_each;  /* by component: measure.h */
+    ll_ode_measure doubt;       /* differences of the two references */
+    double predictable_s;       /* until when these are small; the duration: always */
+    ll_ode_scale whole;         /* scale of the solution, while it is predictable */
+} series_workspace;
 
-static ll_status start_reference(const worker_slot *b, int which, ll_ode_run *run)
+static ll_status start_reference(const series_workspace *b, int which, ll_ode_run *run)
 {
     ll_ode_control control = ll_ode_reference_control(b->duration);
-    return ll_ode_start(run, ll_ode_reference_method(b->order->problem, which), &b->ode, &control, b->start);
+    return ll_ode_start(run, ll_ode_reference_method(b->request->problem, which), &b->ode, &control,
+                        b->start);
 }
 
-/* Reference `which` at `t`, which only goes forward. */
-static void reference_at(const worker_slot *b, ll_ode_run *run, int which, double t, double *y)
+/* Reference `which` at `t`; t must not decrease. */
+static void reference_at(const series_workspace *b, ll_ode_run *run, int which, double t, double *y)
 {
-    const ll_ode_method *method = ll_ode_reference_method(b->order->problem, which);
+    const ll_ode_method *method = ll_ode_reference_method(b->request->problem, which);
     if (run->t < t)
         ll_ode_advance(run, method, &b->ode, t);
     ll_ode_sample(run, method, &b->ode, t, y);
 }
 
-static void solution_at(const worker_slot *b, double t, double *y)
+static void solution_at(const series_workspace *b, double t, double *y)
 {
     if (b->formula)
-        b->order->problem->exact(b->order->params, t, y);
+        b->request->problem->exact(b->request->params, t, y);
     else
         reference_at(b, b->solution, 0, t, y);
 }
 
-/* Compares both references over the last step of the first; false where they part. */
-static bool compare(worker_slot *b, ll_ode_run *second)
+/* Compares both references over the last step of the first; false when they diverge. */
+static bool compare(series_workspace *b, ll_ode_run *second)
 {
-    const ll_ode_method *method = ll_ode_reference_method(b->order->problem, 0);
+    const ll_ode_method *method = ll_ode_reference_method(b->request->problem, 0);
     double at[LL_ODE_POINTS], y[LL_ODE_DIM_MAX], other[LL_ODE_DIM_MAX];
     int points = ll_ode_measure_points(b->solution, method, at);
     for (int k = 0; k < points; k++) {
         ll_ode_measure before = b->doubt;
         ll_ode_sample(b->solution, method, &b->ode, at[k], y);
         reference_at(b, second, 1, at[k], other);
-        ll_ode_scale_see(&b->doubt.scale, b->order->problem, &b->ode, at[k], y);
+        ll_ode_scale_see(&b->doubt.scale, b->request->problem, &b->ode, at[k], y);
         ll_ode_measure_at(&b->doubt, b->doubt_each, &b->ode, at[k],
                           (b->solution->t - b->solution->t_last) / points, other, y, true);
         if (!(b->doubt.error <= LL_ODE_PREDICTABLE * b->doubt.scale.state)) {
@@ -71,23 +72,23 @@ static bool compare(worker_slot *b, ll_ode_run *second)
     return true;
 }
 
-/* By formula, else what two references differ by. */
-static ll_status solve(worker_slot *b)
+/* Sets the solution: by formula, else two references and their difference. */
+static ll_status solve(series_workspace *b)
 {
-    const ll_ode_problem *p = b->order->problem;
+    const ll_ode_problem *p = b->request->problem;
     double y[LL_ODE_DIM_MAX];
     b->predictable_s = b->duration;
-    b->formula = p->exact != NULL && p->exact(b->order->params, b->duration, y);
+    b->formula = p->exact != NULL && p->exact(b->request->params, b->duration, y);
     ll_ode_measure_start(&b->doubt, b->doubt_each, p, &b->ode, b->start);
     for (int k = 1; b->formula && k <= TIMES; k++) {
-        p->exact(b->order->params, b->duration * k / TIMES, y);
+        p->exact(b->request->params, b->duration * k / TIMES, y);
         ll_ode_scale_see(&b->whole, p, &b->ode, b->duration * k / TIMES, y);
     }
     if (b->formula)
         return ll_ok();
     ll_ode_run *second = malloc(ll_ode_run_size(ll_ode_reference_method(p, 1), &b->ode));
     ll_status status =
-        second ? start_reference(b, 0, b->solution) : ll_error(LL_NO_MEMORY, "no memory for a solution");
+        second ? start_reference(b, 0, b->solution) : ll_error(LL_NO_MEMORY, "out of memory: solution");
     if (!ll_failed(&status))
         status = start_reference(b, 1, second);
     bool together = !ll_failed(&status);
@@ -95,7 +96,7 @@ static ll_status solve(worker_slot *b)
         ll_ode_state state = ll_ode_step(b->solution, ll_ode_reference_method(p, 0), &b->ode);
         together = compare(b, second);
         if (state == LL_ODE_DIVERGED || second->state == LL_ODE_DIVERGED)
-            status = ll_error(LL_DIVERGED, "the solution of %s could not be computed", p->name);
+            status = ll_error(LL_DIVERGED, "cannot compute the solution of %s", p->name);
         together = together && !ll_failed(&status);
     }
     b->whole = b->doubt.scale;
@@ -103,7 +104,7 @@ static ll_status solve(worker_slot *b)
     return status;
 }
 
-static ll_status start(worker_slot *b, const ll_ode_method *method, double setting)
+static ll_status start(series_workspace *b, const ll_ode_method *method, double setting)
 {
     ll_ode_control control = {
         .t_end = b->duration, .dt = setting, .tolerance = setting, .max_steps = 100 * (int64_t)STEPS_MAX};
@@ -117,19 +118,19 @@ static void forget(ll_work_precision *r)
     r->predictable_s = r->uncertainty = NAN;
 }
 
-/* What is above what is not known of the solution. */
+/* The error in excess of the solution's uncertainty. */
 static double above(double error, double doubt)
 {
     return doubt == 0 || error > doubt ? error : NAN;
 }
 
-static double weighted(const worker_slot *b, const ll_ode_measure *m, int row)
+static double weighted(const series_workspace *b, const ll_ode_measure *m, int row)
 {
     return above(ll_ode_measure_weighted(m, b->each, &b->ode, row),
                  ll_ode_measure_weighted(&b->doubt, b->doubt_each, &b->ode, row));
 }
 
-static void errors(const worker_slot *b, const ll_ode_measure *m, ll_work_precision *r)
+static void errors(const series_workspace *b, const ll_ode_measure *m, ll_work_precision *r)
 {
     bool all = b->predictable_s >= b->duration;
     r->e_final = all ? above(m->error, b->doubt.error) : NAN;
@@ -146,8 +147,8 @@ static void errors(const worker_slot *b, const ll_ode_measure *m, ll_work_precis
     r->drift_per_s = ll_ode_measure_slope(m);
 }
 
-/* The step that the run has made last, up to the duration. */
-static void measure_step(worker_slot *b, const ll_ode_method *method, ll_ode_measure *m)
+/* Measures the last step of the run, up to the duration. */
+static void measure_step(series_workspace *b, const ll_ode_method *method, ll_ode_measure *m)
 {
     double at[LL_ODE_POINTS], y[LL_ODE_DIM_MAX], wanted[LL_ODE_DIM_MAX], from = m->t;
     int points = ll_ode_measure_points(b->run, method, at);
@@ -156,22 +157,22 @@ static void measure_step(worker_slot *b, const ll_ode_method *method, ll_ode_mea
     for (int k = 0; k < points; k++) {
         double t = k == points - 1 || at[k] > end ? end : at[k];
         if (t == end && within && b->run->event >= 0)
-            return; /* at its jump it need not be on the side on which the solution is */
+            return; /* at a discontinuity the run may be on the other side of it */
         ll_ode_sample(b->run, method, &b->ode, t, y);
         solution_at(b, t, wanted);
-        ll_ode_scale_see(&m->scale, b->order->problem, &b->ode, t, wanted);
+        ll_ode_scale_see(&m->scale, b->request->problem, &b->ode, t, wanted);
         ll_ode_measure_at(m, b->each, &b->ode, t, (end - from) / points, y, wanted, t <= b->predictable_s);
     }
-    ll_ode_measure_energy(m, b->order->problem, &b->ode, end, end - from, y);
+    ll_ode_measure_energy(m, b->request->problem, &b->ode, end, end - from, y);
     if (ll_ode_measure_blown_up(m))
         ll_ode_give_up(b->run, LL_ODE_BLEW_UP);
 }
 
-/* The run, held against the solution over all of its steps. */
-static ll_status measure(worker_slot *b, const ll_ode_method *method, ll_work_precision *r)
+/* Runs the method and compares every step with the solution. */
+static ll_status measure(series_workspace *b, const ll_ode_method *method, ll_work_precision *r)
 {
     ll_ode_measure m;
-    ll_ode_measure_start(&m, b->each, b->order->problem, &b->ode, b->start);
+    ll_ode_measure_start(&m, b->each, b->request->problem, &b->ode, b->start);
     ll_ode_scale_join(&m.scale, &b->whole);
     ll_status status = b->formula ? ll_ok() : start_reference(b, 0, b->solution);
     double slack = method->adaptive ? 0 : SLACK * r->setting;
@@ -179,7 +180,7 @@ static ll_status measure(worker_slot *b, const ll_ode_method *method, ll_work_pr
         if (ll_ode_step(b->run, method, &b->ode) != LL_ODE_DIVERGED)
             measure_step(b, method, &m);
     if (b->run->state != LL_ODE_DIVERGED && b->predictable_s >= b->duration &&
-        !ll_ode_measure_resolved(&m, b->each, b->order->problem, &b->ode))
+        !ll_ode_measure_resolved(&m, b->each, b->request->problem, &b->ode))
         ll_ode_give_up(b->run, LL_ODE_UNRESOLVED);
     r->status = ll_ode_run_status(b->run);
     r->reason = (ll_ode_reason)b->run->reason;
@@ -197,17 +198,18 @@ static int by_size(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-static ll_status time_it(worker_slot *b, const ll_ode_method *method, double setting, ll_work_precision *r)
+static ll_status measure_time(series_workspace *b, const ll_ode_method *method, double setting,
+                              ll_work_precision *r)
 {
     int64_t took[REPEATS];
     int n = 0;
     do {
-        int64_t from = b->order->now_ns();
+        int64_t from = b->request->now_ns();
         ll_status status = start(b, method, setting);
         if (ll_failed(&status))
             return status;
         ll_ode_advance(b->run, method, &b->ode, b->duration);
-        took[n++] = b->order->now_ns() - from;
+        took[n++] = b->request->now_ns() - from;
     } while (n < REPEATS && took[0] < LONG_NS);
     qsort(took, (size_t)n, sizeof *took, by_size);
     r->cpu_min_s = (double)took[0] * 1e-9;
@@ -215,11 +217,11 @@ static ll_status time_it(worker_slot *b, const ll_ode_method *method, double set
     return ll_ok();
 }
 
-static ll_status refinement_level(worker_slot *b, const ll_ode_method *method, double setting,
+static ll_status refinement_level(series_workspace *b, const ll_ode_method *method, double setting,
                                   ll_work_precision *r)
 {
     *r = (ll_work_precision){.setting = setting, .order = NAN};
-    ll_status status = time_it(b, method, setting, r);
+    ll_status status = measure_time(b, method, setting, r);
     if (!ll_failed(&status))
         status = start(b, method, setting);
     if (!ll_failed(&status))
@@ -227,27 +229,28 @@ static ll_status refinement_level(worker_slot *b, const ll_ode_method *method, d
     return status;
 }
 
-static ll_status open_worker_slot(worker_slot *b, const ll_work_precision_request *order,
-                                  const ll_ode_method *method)
+static ll_status open_workspace(series_workspace *b, const ll_work_precision_request *request,
+                                const ll_ode_method *method)
 {
-    *b = (worker_slot){.order = order,
-                       .duration = order->duration > 0 ? order->duration : order->problem->duration};
-    order->problem->system(order->params, &b->ode);
+    *b = (series_workspace){.request = request,
+                            .duration =
+                                request->duration > 0 ? request->duration : request->problem->duration};
+    request->problem->system(request->params, &b->ode);
     ll_status status = ll_ode_method_fits(method, &b->ode);
     if (ll_failed(&status))
         return status;
     size_t each = LL_ODE_ROWS * (size_t)b->ode.dim;
-    order->problem->start(order->params, b->start);
+    request->problem->start(request->params, b->start);
     b->run = malloc(ll_ode_run_size(method, &b->ode));
-    b->solution = malloc(ll_ode_run_size(ll_ode_reference_method(order->problem, 0), &b->ode));
+    b->solution = malloc(ll_ode_run_size(ll_ode_reference_method(request->problem, 0), &b->ode));
     b->each = calloc(each, sizeof *b->each);
     b->doubt_each = calloc(each, sizeof *b->doubt_each);
     return b->run && b->solution && b->each && b->doubt_each
                ? solve(b)
-               : ll_error(LL_NO_MEMORY, "no memory to measure a method");
+               : ll_error(LL_NO_MEMORY, "out of memory: measuring a method");
 }
 
-static void close_worker_slot(worker_slot *b)
+static void close_workspace(series_workspace *b)
 {
     free(b->run);
     free(b->solution);
@@ -255,26 +258,26 @@ static void close_worker_slot(worker_slot *b)
     free(b->doubt_each);
 }
 
-ll_status ll_work_precision_level(const ll_work_precision_request *order, const ll_ode_method *method,
+ll_status ll_work_precision_level(const ll_work_precision_request *request, const ll_ode_method *method,
                                   double setting, ll_work_precision *out)
 {
-    worker_slot b;
-    ll_status status = open_worker_slot(&b, order, method);
+    series_workspace b;
+    ll_status status = open_workspace(&b, request, method);
     if (!ll_failed(&status))
         status = refinement_level(&b, method, setting, out);
-    close_worker_slot(&b);
+    close_workspace(&b);
     return status;
 }
 
-/* Above what is not known of the solution and what rounding makes of so many steps, and below a tenth of the
- * solution's size: an order can be told. */
+/* Whether an order can be computed: the error is above the solution's uncertainty and the rounding of these
+ * steps, and below a tenth of the solution's size. */
 static bool is_well_known(const ll_work_precision *r)
 {
     double rounding = 16 * DBL_EPSILON * r->size * sqrt((double)r->counters.steps);
     return r->e_max > 4 * r->uncertainty && r->e_max > rounding && r->e_max < r->size / 10;
 }
 
-/* Shorter steps tell no more: rounding has the say, or the solution is not known better. */
+/* Shorter steps would not help: rounding dominates, or the solution is not known more exactly. */
 static bool is_over(const ll_work_precision *r)
 {
     bool unknown = r->status == LL_RUN_OK && isnan(r->e_max);
@@ -282,12 +285,12 @@ static bool is_over(const ll_work_precision *r)
                    : r->e_max > r[-1].e_max && r[-1].e_max < 1e-9;
 }
 
-ll_status ll_work_precision_series(const ll_work_precision_request *order, const ll_ode_method *method,
+ll_status ll_work_precision_series(const ll_work_precision_request *request, const ll_ode_method *method,
                                    ll_work_precision *refinement_levels, int *count)
 {
-    worker_slot b;
+    series_workspace b;
     int n = 0;
-    ll_status status = open_worker_slot(&b, order, method);
+    ll_status status = open_workspace(&b, request, method);
     double setting = method->adaptive ? 1e-2 : b.duration / 16, factor = method->adaptive ? 0.1 : 0.5;
     double least = method->adaptive ? 0.9e-14 : b.duration / STEPS_MAX;
     for (; !ll_failed(&status) && n < LL_WORK_PRECISION_LEVELS_MAX && setting >= least; setting *= factor) {
@@ -299,7 +302,7 @@ ll_status ll_work_precision_series(const ll_work_precision_request *order, const
         if (n > 2 && !method->adaptive && is_over(r))
             break;
     }
-    close_worker_slot(&b);
+    close_workspace(&b);
     *count = n;
     return status;
 }

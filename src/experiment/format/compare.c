@@ -38,7 +38,7 @@ static ll_status read_wanted(const ll_experiment *e, const char *field, const ch
         for (int a = 0; a < e->axis_count; a++)
             known |= strcmp(e->axes[a].path, w->path) == 0;
         if (!known)
-            return ll_field_error(LL_BAD_INPUT, field, "%s: %s is on no axis of the experiment", field,
+            return ll_field_error(LL_BAD_INPUT, field, "%s: %s is not on an axis of the experiment", field,
                                   w->path);
         (*count)++;
         text += size + (text[size] == ',');
@@ -93,7 +93,7 @@ ll_status ll_compare_rows(const ll_experiment *e, ll_result_store *store, const 
     *count = 0;
     *rows = malloc((size_t)e->head.repeats * sizeof **rows);
     if (!*rows)
-        return ll_error(LL_NO_MEMORY, "no memory for a baseline");
+        return ll_error(LL_NO_MEMORY, "out of memory: baseline");
     ll_status status =
         store->kind->read(store, id, point * e->head.repeats, *rows, (int)e->head.repeats, &read);
     while (*count < read && (*rows)[*count].run / e->head.repeats == point)

@@ -6,7 +6,7 @@
 
 #include "experiment/format/formats.h"
 
-/* Whole numbers, which most columns are made of, without printf. */
+/* Whole numbers, as in most columns, without printf. */
 static void whole(FILE *file, int64_t value)
 {
     char digits[24], *p = digits + sizeof digits;
@@ -35,12 +35,11 @@ ll_status ll_format_end(FILE *file, const ll_status *status)
     if (ll_failed(status))
         return *status;
     return fflush(file) != 0 || ferror(file)
-               ? ll_error(LL_IO, "the results could not be written: the disk is full, or "
-                                 "the reader has gone")
+               ? ll_error(LL_IO, "cannot write the results: the disk is full, or the reader has closed")
                : ll_ok();
 }
 
-/* A text that a spreadsheet would take for a formula gets an apostrophe before it, which keeps it a text. */
+/* A text that a spreadsheet would read as a formula gets an apostrophe before it, which keeps it a text. */
 static bool is_formula(const char *text)
 {
     char *end;

@@ -1,10 +1,9 @@
-/* An array of objects, and the same objects one a line. */
+/* JSON: an array of objects, or one object per line. */
 #include <string.h>
 
 #include "experiment/format/formats.h"
 
-/* Names and texts are of ours or were checked to be printable UTF-8: only quotes and backslashes need care.
- */
+/* Names and texts are known to be printable UTF-8: only quotes and backslashes need escapes. */
 static void string(FILE *file, const char *text)
 {
     fputc('"', file);
@@ -61,4 +60,4 @@ static ll_status write_ndjson(const ll_table *t, FILE *file)
 }
 
 const ll_format ll_format_json = {"json", "application/json", "an array of objects", write_json};
-const ll_format ll_format_ndjson = {"ndjson", "application/x-ndjson", "an object a line", write_ndjson};
+const ll_format ll_format_ndjson = {"ndjson", "application/x-ndjson", "one object per line", write_ndjson};

@@ -1,4 +1,4 @@
-/* What who reads a table of results must know of it. */
+/* Notices for readers of a table of results. */
 #include <cjson/cJSON.h>
 #include <inttypes.h>
 #include <math.h>
@@ -27,11 +27,11 @@ cJSON *ll_result_table_notices(const ll_result_table *t)
         cJSON_AddItemToArray(notices, cJSON_CreateString(text));
     }
     if (t->unreached > 0) {
-        snprintf(text, sizeof text,
-                 "At %" PRId64 " of %" PRId64 " points all %" PRId64
-                 " repeats were made, and the interval of %s is still wider than `until` wants, or there is "
-                 "none.",
-                 t->unreached, e->points, e->head.repeats, e->metrics[e->until_metric]);
+        snprintf(
+            text, sizeof text,
+            "At %" PRId64 " of %" PRId64 " points all %" PRId64
+            " repeats were made, but the interval of %s is still wider than `until` requires, or missing.",
+            t->unreached, e->points, e->head.repeats, e->metrics[e->until_metric]);
         cJSON_AddItemToArray(notices, cJSON_CreateString(text));
     }
     return notices;

@@ -1,6 +1,6 @@
-/* Apache Parquet: PLAIN values, uncompressed, version 1 data pages, one per column and row group. No library
- * of Debian's writes it. Footer and page headers are Thrift structs in the compact protocol; field numbers
- * and enums are those of parquet.thrift. */
+/* Apache Parquet: PLAIN values, uncompressed, version 1 data pages, one per column and row group. No Debian
+ * library writes it. Footer and page headers are Thrift structs in the compact protocol; field numbers and
+ * enums are those of parquet.thrift. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -39,7 +39,7 @@ static void put_byte(bytes *b, unsigned value)
     put(b, &(unsigned char){(unsigned char)value}, 1);
 }
 
-/* Little endian, as the machines that this runs on are. */
+/* Little endian, like the machines supported. */
 static void put_u32(bytes *b, uint32_t value)
 {
     put(b, &value, sizeof value);
@@ -61,7 +61,7 @@ static void put_zigzag(bytes *b, int64_t value)
     put_varint(b, (uint64_t)value << 1 ^ (uint64_t)(value >> 63));
 }
 
-/* `last` is the number of the field before it in the same struct. */
+/* `last`: number of the previous field in the same struct. */
 static void put_field(bytes *b, int *last, int number, int type)
 {
     put_byte(b, (unsigned)(number - *last) << 4 | (unsigned)type);
@@ -106,10 +106,10 @@ static const int physical[] = {[LL_CELL_INT] = PHYSICAL_INT64,
                                [LL_CELL_BOOL] = PHYSICAL_BOOLEAN,
                                [LL_CELL_TEXT] = PHYSICAL_BYTE_ARRAY};
 
-/* A column of the present row group: its values, and a bit per row that tells whether there is one. */
+/* A column of the present row group: its values, and a bit per row: value present. */
 typedef struct column {
     bytes values, present;
-    int64_t count; /* of values that are there */
+    int64_t count; /* of present values */
 } column;
 
 typedef struct chunk {
@@ -248,7 +248,7 @@ static void put_chunk(bytes *b, const ll_column *c, const chunk *k)
     put_int(b, &last, 1, TYPE_I32, physical[c->type]);
     put_list(b, &last, 2, TYPE_I32, 2);
     put_zigzag(b, 0); /* PLAIN */
-    put_zigzag(b, 3); /* RLE, of the levels */
+    put_zigzag(b, 3); /* RLE, for the levels */
     put_list(b, &last, 3, TYPE_BINARY, 1);
     put_binary(b, c->name);
     put_int(b, &last, 4, TYPE_I32, 0); /* uncompressed */
@@ -305,7 +305,7 @@ static ll_status write(const ll_table *t, FILE *file)
     ll_status status = ll_ok();
     writer *w = calloc(1, sizeof *w);
     if (!w)
-        return ll_error(LL_NO_MEMORY, "no memory for a Parquet file");
+        return ll_error(LL_NO_MEMORY, "out of memory: Parquet file");
     w->table = t;
     w->file = file;
     out(w, "PAR1", 4);
@@ -319,7 +319,7 @@ static ll_status write(const ll_table *t, FILE *file)
         end_group(w);
     put_footer(w);
     if (w->failed && !ll_failed(&status))
-        status = ll_error(LL_NO_MEMORY, "no memory for a Parquet file");
+        status = ll_error(LL_NO_MEMORY, "out of memory: Parquet file");
     for (int i = 0; i < t->column_count; i++) {
         free(w->columns[i].values.data);
         free(w->columns[i].present.data);

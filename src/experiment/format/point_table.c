@@ -1,4 +1,4 @@
-/* Rows of points: each metric over the repeats, and against a baseline. */
+/* Rows of points: each metric over the repeats, and compared with a baseline. */
 #include <cjson/cJSON.h>
 #include <math.h>
 #include <stdio.h>
@@ -9,7 +9,7 @@
 #include "experiment/format/table_internal.h"
 #include "experiment/spec/until.h"
 
-/* NaN: there is none. What is measured is left out: it always differs. */
+/* NaN: missing. Measured metrics are excluded: they always differ. */
 static bool same_metrics(const ll_experiment *e, const double *a, const double *b)
 {
     for (int i = 0; i < e->metric_count; i++)
@@ -65,28 +65,28 @@ static void summarise(ll_result_table *t, int metric, const repeats *r)
 {
     int64_t count = t->experiment->head.repeats;
     const double *x = t->held + metric * count;
-    ll_interval_order order =
-        ll_experiment_order(t->experiment, metric, t->point, r->equally_long ? r->t_s : NAN);
-    order.values = t->scratch;
+    ll_interval_request request =
+        ll_experiment_interval_request(t->experiment, metric, t->point, r->equally_long ? r->t_s : NAN);
+    request.values = t->scratch;
     for (int64_t k = 0; k < count; k++)
         if (isfinite(x[k]))
-            t->scratch[order.n++] = x[k];
-    t->summaries[metric] = ll_summarise(&order, t->scratch, &t->resampler);
+            t->scratch[request.n++] = x[k];
+    t->summaries[metric] = ll_summarise(&request, t->scratch, &t->resampler);
     ll_summary_text(&t->summaries[metric], t->texts[0][metric]);
 }
 
-/* Of the seeds that both points have. A difference may be of either sign, whatever the metric is. */
+/* Over the seeds that both points have. A difference is signed for every metric. */
 static void compare(ll_result_table *t, int metric)
 {
     int64_t count = t->experiment->head.repeats;
     const double *x = t->held + metric * count, *base = t->baseline + metric * count;
-    ll_interval_order order = ll_experiment_order(t->experiment, metric, t->point, NAN);
-    order.values = t->scratch;
-    order.scale = order.scale == LL_SCALE_EXTREME ? LL_SCALE_EXTREME : LL_SCALE_AMOUNT;
+    ll_interval_request request = ll_experiment_interval_request(t->experiment, metric, t->point, NAN);
+    request.values = t->scratch;
+    request.scale = request.scale == LL_SCALE_EXTREME ? LL_SCALE_EXTREME : LL_SCALE_AMOUNT;
     for (int64_t k = 0; k < count; k++)
         if (isfinite(x[k]) && isfinite(base[k]))
-            t->scratch[order.n++] = x[k] - base[k];
-    t->differences[metric] = ll_summarise(&order, t->scratch, &t->resampler);
+            t->scratch[request.n++] = x[k] - base[k];
+    t->differences[metric] = ll_summarise(&request, t->scratch, &t->resampler);
     ll_summary_text(&t->differences[metric], t->texts[1][metric]);
 }
 
@@ -213,7 +213,7 @@ static ll_status add_room(ll_result_table *t)
     size_t all = (size_t)(e->metric_count * e->head.repeats);
     t->held = malloc(all * sizeof *t->held);
     t->scratch = malloc((size_t)e->head.repeats * sizeof *t->scratch);
-    return t->held && t->scratch ? ll_ok() : ll_error(LL_NO_MEMORY, "no memory for the repeats of a point");
+    return t->held && t->scratch ? ll_ok() : ll_error(LL_NO_MEMORY, "out of memory: repeats of a point");
 }
 
 ll_status ll_result_table_points(const ll_experiment *e, ll_row_source *source, void *context,
@@ -230,7 +230,7 @@ ll_status ll_result_table_compared(const ll_experiment *e, const ll_row *baselin
         status = add_room(*table);
     if (!ll_failed(&status) && baseline &&
         !((*table)->baseline = malloc((size_t)(e->metric_count * e->head.repeats) * sizeof(double))))
-        status = ll_error(LL_NO_MEMORY, "no memory for a baseline");
+        status = ll_error(LL_NO_MEMORY, "out of memory: baseline");
     if (ll_failed(&status)) {
         ll_result_table_free(*table);
         *table = NULL;

@@ -44,8 +44,8 @@ double ll_axis_place(const ll_axis *axis, const cJSON *value)
     return k;
 }
 
-/* The columns of ll_result_table_points: point, parameters, runs, failed, identical, then those of metrics.
- */
+/* Reads the columns of ll_result_table_points: point, parameters, runs, failed, identical, then those of
+ * metrics. */
 static ll_status take(const ll_experiment *e, ll_result_table *table, const ll_cell *cells, ll_point *p)
 {
     const ll_table *t = ll_result_table_get(table);
@@ -58,7 +58,7 @@ static ll_status take(const ll_experiment *e, ll_result_table *table, const ll_c
     p->failed = (int64_t)cells[at + 1].number;
     cJSON *values = ll_experiment_point(e, p->point);
     if (!values)
-        return ll_error(LL_NO_MEMORY, "no memory for points");
+        return ll_error(LL_NO_MEMORY, "out of memory: points");
     for (int a = 0; a < e->axis_count; a++)
         p->places[a] = ll_axis_place(&e->axes[a], cJSON_GetObjectItemCaseSensitive(values, e->axes[a].path));
     cJSON_Delete(values);
@@ -75,7 +75,7 @@ static ll_status add_room(const ll_experiment *e, int64_t most, ll_points *point
     points->numbers = malloc(n * numbers * sizeof *points->numbers);
     points->summaries = malloc(n * metrics * sizeof *points->summaries);
     if (!points->points || !points->numbers || !points->summaries)
-        return ll_error(LL_NO_MEMORY, "no memory for points");
+        return ll_error(LL_NO_MEMORY, "out of memory: points");
     for (size_t i = 0; i < n; i++) {
         points->points[i].size = points->numbers + i * numbers;
         points->points[i].places = points->points[i].size + metrics;
@@ -84,8 +84,8 @@ static ll_status add_room(const ll_experiment *e, int64_t most, ll_points *point
     return ll_ok();
 }
 
-/* Of more points than there is room for a few less than that, whichever they are: every n-th would be all of
- * one value of the fastest axis. */
+/* If there are more points than the limit, keeps slightly fewer, chosen at random: every n-th point would
+ * have the same value of the fastest axis. */
 static bool is_held(const ll_experiment *e, int64_t point, int64_t most)
 {
     enum { STREAM = 0x504f };
@@ -127,7 +127,7 @@ void ll_points_free(ll_points *points)
     *points = (ll_points){0};
 }
 
-/* ---- what is shown of many ---- */
+/* ---- choice of shown points ---- */
 
 ll_choice ll_choose_shown(const bool *first, int count, int most, bool *shown)
 {
@@ -177,8 +177,8 @@ static bool dominates(const ranked *r, const ll_point *a, const ll_point *b)
     return better;
 }
 
-/* In the order of the metrics what beats a point is before it; of these those on the front are enough (Kung,
- * Luccio and Preparata 1975, without its division). */
+/* In order of the first metric, a point can be beaten only by earlier ones; of these, comparing with those on
+ * the front is enough (Kung, Luccio and Preparata 1975, without its division). */
 void ll_points_mark_front(ll_points *points, const int *metrics, int count)
 {
     ranked r = {points, metrics, count};
@@ -198,8 +198,9 @@ void ll_points_mark_front(ll_points *points, const int *metrics, int count)
     for (int i = 0; i < n; i++) {
         ll_point *p = &points->points[order[i]];
         bool beaten = false;
-        int least =
-            count == 2 && on > 0 ? on - 1 : 0; /* of two metrics the last has the least of the second */
+        int least = count == 2 && on > 0
+                        ? on - 1
+                        : 0; /* with two metrics, the last one on the front has the smallest second metric */
         for (int k = on - 1; k >= least && !beaten; k--)
             beaten = dominates(&r, &points->points[front[k]], p);
         p->front = !beaten;

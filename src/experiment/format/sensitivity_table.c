@@ -1,4 +1,4 @@
-/* Rows of sensitivity indices: a metric and a dimension of the axes each. */
+/* Rows of sensitivity indices: one per metric and dimension of the axes. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -7,7 +7,7 @@
 #include "experiment/statistics/sensitivity.h"
 #include "experiment/format/table_internal.h"
 
-/* The means of one metric over the repeats of each point. */
+/* Means of one metric over the repeats of each point. */
 static ll_status read_means(ll_result_table *t, double *means)
 {
     const ll_experiment *e = t->experiment;
@@ -15,7 +15,7 @@ static ll_status read_means(ll_result_table *t, double *means)
     int64_t all = e->metric_count * e->points;
     double *counts = calloc((size_t)all, sizeof *counts);
     if (!counts)
-        return ll_error(LL_NO_MEMORY, "no memory for the means of points");
+        return ll_error(LL_NO_MEMORY, "out of memory: means of points");
     memset(means, 0, (size_t)all * sizeof *means);
     while (t->source(t->context, &t->row, &status))
         for (int i = 0; i < e->metric_count; i++) {
@@ -33,7 +33,7 @@ static ll_status read_means(ll_result_table *t, double *means)
     return status;
 }
 
-/* What varies together, `a + b`. */
+/* Name of zipped axes, `a + b`. */
 static void name_dimension(const ll_experiment *e, int dimension, char *name, size_t size)
 {
     size_t used = 0;
@@ -72,7 +72,7 @@ static ll_status find_indices(ll_result_table *t)
     t->held = malloc((size_t)(e->metric_count * e->points) * sizeof *t->held);
     t->indices = calloc((size_t)(e->metric_count * d), sizeof *t->indices);
     ll_status status = t->held && t->indices ? read_means(t, t->held)
-                                             : ll_error(LL_NO_MEMORY, "no memory for sensitivity indices");
+                                             : ll_error(LL_NO_MEMORY, "out of memory: sensitivity indices");
     for (int i = 0; i < e->metric_count && !ll_failed(&status); i++)
         status =
             ll_sensitivity_of(t->held + i * e->points, e->head.sample.count, d, t->indices + (int64_t)i * d);
@@ -86,8 +86,7 @@ ll_status ll_result_table_sensitivity(const ll_experiment *e, ll_row_source *sou
                                         "total", "total_low", "total_high"};
     *table = NULL;
     if (e->head.sample.method != LL_SAMPLE_SALTELLI || e->dimension_count == 0)
-        return ll_field_error(LL_BAD_INPUT, "sample.method",
-                              "sensitivity indices need axes that are sampled by saltelli");
+        return ll_field_error(LL_BAD_INPUT, "sample.method", "sensitivity: sample.method: must be saltelli");
     ll_status status = ll_table_make(e, source, context, table);
     if (!ll_failed(&status))
         status = find_indices(*table);

@@ -1,5 +1,5 @@
-/* An SQLite database with one table, `results`. SQLite writes files by name, so it is made in a temporary
- * one, below $TMPDIR or /tmp; in memory where nothing can be written. */
+/* An SQLite database with one table, `results`. SQLite writes only named files, so it uses a temporary one
+ * below $TMPDIR or /tmp, or memory if no file can be written. */
 #include <sqlite3.h>
 #include <stdlib.h>
 #include <string.h>
@@ -60,7 +60,7 @@ static ll_status fill(sqlite3 *db, const ll_table *t)
     sqlite3_free(create);
     sqlite3_free(insert);
     if (!good && !ll_failed(&status))
-        status = ll_error(LL_IO, "the SQLite file could not be made: %s", sqlite3_errmsg(db));
+        status = ll_error(LL_IO, "cannot create the SQLite file: %s", sqlite3_errmsg(db));
     return status;
 }
 
@@ -73,35 +73,35 @@ static ll_status copy(int fd, FILE *file)
         fwrite(piece, 1, (size_t)got, file);
         at += got;
     }
-    return got == 0 ? ll_ok() : ll_error(LL_IO, "the SQLite file could not be read back");
+    return got == 0 ? ll_ok() : ll_error(LL_IO, "cannot read back the SQLite file");
 }
 
-/* Where no file can be made: all of it in memory. */
+/* When no file can be created: in memory. */
 static ll_status write_memory(const ll_table *t, FILE *file)
 {
     sqlite3 *db = NULL;
     sqlite3_int64 size = 0;
     ll_status status = sqlite3_open(":memory:", &db) == SQLITE_OK
                            ? fill(db, t)
-                           : ll_error(LL_NO_MEMORY, "no memory for an SQLite file");
+                           : ll_error(LL_NO_MEMORY, "out of memory: SQLite file");
     unsigned char *bytes = ll_failed(&status) ? NULL : sqlite3_serialize(db, "main", &size, 0);
     if (bytes)
         fwrite(bytes, 1, (size_t)size, file);
     else if (!ll_failed(&status))
-        status = ll_error(LL_NO_MEMORY, "no memory for an SQLite file");
+        status = ll_error(LL_NO_MEMORY, "out of memory: SQLite file");
     sqlite3_free(bytes);
     sqlite3_close(db);
     return status;
 }
 
-/* Its name goes as soon as SQLite has it open, so that nothing is left by a process that dies. */
+/* Unlinks it as soon as SQLite has opened it, so that a process that dies leaves no file. */
 static ll_status write_disk(const ll_table *t, const char *path, int fd, FILE *file)
 {
     sqlite3 *db = NULL;
     bool open = sqlite3_open(path, &db) == SQLITE_OK &&
                 sqlite3_exec(db, "SELECT 1 FROM sqlite_master", NULL, NULL, NULL) == SQLITE_OK;
     unlink(path);
-    ll_status status = open ? fill(db, t) : ll_error(LL_IO, "%s cannot be opened", path);
+    ll_status status = open ? fill(db, t) : ll_error(LL_IO, "cannot open %s", path);
     sqlite3_close(db);
     return ll_failed(&status) ? status : copy(fd, file);
 }

@@ -24,7 +24,7 @@ static void add_parameter(ll_result_table *t, const char *path, bool varied)
     char name[LL_COLUMN_NAME_MAX];
     if (!row || row->type >= LL_PARAM_OBJECT ||
         t->column_count > LL_COLUMNS_MAX - LL_METRIC_COLUMNS * LL_EXPERIMENT_METRICS_MAX - 16)
-        return; /* an object or an array among the fixed ones: the specification tells it */
+        return; /* an object or array among the fixed values: only the specification has it */
     ll_axis_column(path, row->unit, name, sizeof name);
     snprintf(t->paths[t->parameter_count], sizeof t->paths[0], "%s", path);
     t->varied[t->parameter_count++] = varied;
@@ -72,7 +72,7 @@ ll_cell ll_cell_text(const char *value)
     return (ll_cell){.null = value[0] == '\0', .text = value};
 }
 
-/* Fixed values stay those that were given; varied ones change with the point. */
+/* Fixed values are those of the specification; varied ones are the point's. */
 ll_cell ll_table_parameter(const ll_result_table *t, int i)
 {
     const cJSON *from = t->varied[i] ? t->values : t->experiment->set;
@@ -145,7 +145,7 @@ ll_status ll_result_table_rows(const ll_experiment *e, const char *version, ll_r
 
 double ll_interval_95(int64_t n, double squares)
 {
-    /* Quantile 0.975 of Student's t; beyond the table by Cornish and Fisher's expansion from the normal's. */
+    /* 0.975 quantiles of Student's t; beyond the table Cornish and Fisher's expansion of the normal's. */
     static const double quantiles[] = {12.7062047364, 4.3026527297, 3.1824463053, 2.7764451052, 2.5705818366,
                                        2.4469118511,  2.3646242516, 2.3060041352, 2.2621571628, 2.2281388520};
     enum { KNOWN = sizeof quantiles / sizeof quantiles[0] };

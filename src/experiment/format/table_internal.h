@@ -1,4 +1,4 @@
-/* For the files of the tables of results. */
+/* For the files of result tables only. */
 #pragma once
 
 #include "experiment/statistics/sensitivity.h"
@@ -7,7 +7,7 @@
 
 struct cJSON;
 
-enum { LL_METRIC_COLUMNS = 18 }; /* at most, of a metric in a table of points */
+enum { LL_METRIC_COLUMNS = 18 }; /* maximum for a metric in a table of points */
 
 struct ll_result_table {
     const ll_experiment *experiment;
@@ -18,28 +18,28 @@ struct ll_result_table {
     int column_count, parameter_count;
     char paths[LL_COLUMNS_MAX][LL_EXPERIMENT_PATH_MAX + 8]; /* of the parameters' columns */
     bool varied[LL_COLUMNS_MAX];
-    int64_t point; /* whose values are held */
+    int64_t point; /* of the values in memory */
     struct cJSON *values;
-    ll_row row; /* the one being written, or the first of the next point */
+    ll_row row; /* the present row, or the first of the next point */
     bool row_held;
-    int64_t identical; /* points so far whose repeats gave the same */
+    int64_t identical; /* points so far with identical runs */
     int64_t made,
-        has[LL_EXPERIMENT_METRICS_MAX]; /* runs so far that ended well, those of them that have it */
-    int64_t unreached; /* points so far that made all repeats and have not become as sure as `until` wants */
+        has[LL_EXPERIMENT_METRICS_MAX]; /* has: by metric, runs so far that ended well and have it */
+    int64_t unreached;                  /* points so far that made all repeats without reaching `until` */
     ll_sums sums[LL_EXPERIMENT_METRICS_MAX]; /* of the point */
     ll_summary summaries[LL_EXPERIMENT_METRICS_MAX], differences[LL_EXPERIMENT_METRICS_MAX];
-    char texts[2][LL_EXPERIMENT_METRICS_MAX][LL_SUMMARY_TEXT_MAX]; /* of these two */
-    /* By metric and repeat, NaN where there is none: of the point, and of the baseline of comparisons. */
+    char texts[2][LL_EXPERIMENT_METRICS_MAX][LL_SUMMARY_TEXT_MAX]; /* texts of the summaries */
+    /* By metric and repeat, NaN: missing. Of the point, and of the baseline. */
     double *held, *baseline;
     bool compares;
-    double *scratch; /* one metric's, without gaps */
+    double *scratch; /* values of one metric, without NaN */
     ll_resampler resampler;
-    ll_sensitivity *indices; /* of a table of those, by metric and dimension */
+    ll_sensitivity *indices; /* of a sensitivity table, by metric and dimension */
     char hash[17];
     ll_table table;
 };
 
-/* All but the columns of their own. */
+/* Everything except the columns. */
 ll_status ll_table_make(const ll_experiment *experiment, ll_row_source *source, void *context,
                         ll_result_table **table);
 ll_column *ll_table_add(ll_result_table *table, const char *name, ll_cell_type type, bool nullable);
@@ -48,5 +48,5 @@ void ll_table_add_parameters(ll_result_table *table);
 void ll_table_note(ll_result_table *table, const ll_row *row);   /* for the notices */
 ll_cell ll_cell_number(double value);                            /* NaN: null */
 ll_cell ll_cell_text(const char *value);                         /* empty: null */
-ll_cell ll_table_parameter(const ll_result_table *table, int i); /* of the point that is held */
+ll_cell ll_table_parameter(const ll_result_table *table, int i); /* of the present point */
 void ll_table_hold(ll_result_table *table, int64_t point);

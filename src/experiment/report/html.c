@@ -17,7 +17,7 @@ static const char head[] =
     "@media print{body{margin:0;max-width:none}.data{max-height:none;overflow:visible;border:0}"
     "figure{break-inside:avoid-page}th{position:static}pre{white-space:pre-wrap}}\n";
 
-/* Okabe and Ito's colours, as far as they are told apart on white; shapes differ too. */
+/* Colours of Okabe and Ito that can be distinguished on white; shapes differ too. */
 static const char plots[] =
     "figure{margin:1rem 0}figcaption{font-weight:600}svg{max-width:100%;height:auto}svg text{font:12px "
     "system-ui,sans-serif;fill:#1b1f24}.g{stroke:#d8dee4;fill:none}.front{fill:none;stroke:#b34700;"

@@ -1,11 +1,11 @@
-/* Pages of one file: text, numbers, the head with the style of plots and tables. */
+/* Pages in one file: text, numbers, the head with the style of plots and tables. */
 #pragma once
 
 #include <stdint.h>
 #include <stdio.h>
 
-/* Up to the heading; `</body></html>` ends it. */
+/* Writes the page up to the heading; `</body></html>` ends it. */
 void ll_html_begin(const char *title, FILE *file);
 
-void ll_html_text(const char *text, FILE *file); /* with & < > " written so that a page shows them */
+void ll_html_text(const char *text, FILE *file); /* with & < > " escaped */
 void ll_html_count(int64_t count, FILE *file);   /* 12,345 */

@@ -32,8 +32,8 @@ static scale make_scale(double low, double high, bool logarithmic, double from, 
     return s;
 }
 
-/* Room for this many labels; steps of 1, 2 or 5 times a power of ten, whole decades at least for a logarithm.
- */
+/* Step for at most `labels` labels: 1, 2 or 5 times a power of ten; for a logarithmic axis at least whole
+ * decades. */
 static double step_of(const scale *s, int labels)
 {
     double raw = (s->high - s->low) / labels, power = pow(10, floor(log10(raw))), lead = raw / power;
@@ -51,7 +51,7 @@ static void tick_x(FILE *file, const ll_plot *plot, double at, const char *label
             at > plot->width - 2 * RIGHT ? "end" : "middle", label);
 }
 
-/* Names are long: they lean. */
+/* Slanted: names are long. */
 static void tick_choice(FILE *file, const ll_plot *plot, double at, const char *label)
 {
     int y = plot->height - BOTTOM + 12;
@@ -72,7 +72,7 @@ static void tick_y(FILE *file, const ll_plot *plot, double at, const char *label
 
 static void draw_axis(FILE *file, const ll_plot *plot, const scale *s, int labels, draw_tick *tick)
 {
-    double step = step_of(s, labels), only = 0; /* where the last was drawn */
+    double step = step_of(s, labels), only = 0; /* position of the last label */
     int drawn = 0;
     for (double k = ceil(s->low / step); k * step <= s->high; k++, drawn++) {
         char label[32];
@@ -81,7 +81,7 @@ static void draw_axis(FILE *file, const ll_plot *plot, const scale *s, int label
         only = position(s, value);
         tick(file, plot, only, label);
     }
-    for (int end = 0; drawn < 2 && end < 2; end++) { /* less than two decades: both ends are told */
+    for (int end = 0; drawn < 2 && end < 2; end++) { /* less than two decades: labels both ends */
         char label[32];
         double value = end ? s->high : s->low;
         value = s->log ? pow(10, value) : value;
@@ -121,22 +121,22 @@ static void extremes(const ll_plot *plot, bool x, double *low, double *high)
 
 /* ---- marks ---- */
 
-/* What is drawn as one: a point, or several of a series that are near to each other. */
+/* A mark: one point, or several close points of a series. */
 typedef struct mark {
-    double x, y; /* px: the mean */
+    double x, y; /* px: of the mean */
     int count, first;
 } mark;
 
 typedef struct marks {
     mark *marks;
     int count;
-    double cell; /* px within which points are one; 0: each is its own */
+    double cell; /* px: points closer than that share a mark; 0: one mark per point */
 } marks;
 
-/* How points fall into cells. */
+/* Assignment of points to cells. */
 typedef struct cells {
     int columns, rows, series;
-    int *of; /* the mark of each cell, -1: none yet */
+    int *of; /* index of each cell's mark; -1: none yet */
 } cells;
 
 static int *cell_of(const cells *c, const ll_plot_point *p, double x, double y, double size)
@@ -146,7 +146,7 @@ static int *cell_of(const cells *c, const ll_plot_point *p, double x, double y, 
     return &c->of[((row * c->columns + column) * c->series + p->series) * 2 + p->front];
 }
 
-/* Points into marks of cells of this size; false where there are too many, or no memory. */
+/* Groups points into marks by cells of this size; false: too many marks, or no memory. */
 static ll_status gather(const ll_plot *plot, const scale *sx, const scale *sy, double size, marks *m)
 {
     cells c = {1, 1, plot->series_count > 0 ? plot->series_count : 1, NULL};
@@ -155,7 +155,7 @@ static ll_status gather(const ll_plot *plot, const scale *sx, const scale *sy, d
         c.rows = (int)(plot->height / size) + 1;
         size_t all = (size_t)(c.columns * c.rows * c.series * 2);
         if (!(c.of = malloc(all * sizeof *c.of)))
-            return ll_error(LL_NO_MEMORY, "no memory for a plot");
+            return ll_error(LL_NO_MEMORY, "out of memory: plot");
         memset(c.of, 0xff, all * sizeof *c.of);
     }
     *m = (marks){.marks = m->marks, .cell = size};
@@ -181,11 +181,11 @@ static ll_status gather(const ll_plot *plot, const scale *sx, const scale *sy, d
     return ll_ok();
 }
 
-/* Each point its own mark where they are few, else in the smallest cells that make few enough. */
+/* One mark per point if these are few enough, else the smallest cells that give few enough marks. */
 static ll_status make_marks(const ll_plot *plot, const scale *x, const scale *y, marks *m)
 {
     *m = (marks){.marks = malloc(LL_PLOT_MARKS_MAX * sizeof *m->marks)};
-    ll_status status = m->marks ? gather(plot, x, y, 0, m) : ll_error(LL_NO_MEMORY, "no memory for a plot");
+    ll_status status = m->marks ? gather(plot, x, y, 0, m) : ll_error(LL_NO_MEMORY, "out of memory: plot");
     for (double size = 4; !ll_failed(&status) && m->count > LL_PLOT_MARKS_MAX; size *= 1.25)
         status = gather(plot, x, y, size, m);
     return status;
@@ -200,7 +200,7 @@ static void draw_interval(FILE *file, const ll_plot *plot, const scale *y, const
                 isinf(p->high) ? TOP : fmax(position(y, p->high), TOP));
 }
 
-/* A circle, square, triangle or diamond, by the series, of this radius. */
+/* Circle, square, triangle or diamond, by series. */
 static void draw_shape(FILE *file, int series, const char *more, double x, double y, double r)
 {
     static const char *const shapes[] = {
@@ -235,7 +235,7 @@ static void draw_mark(FILE *file, const ll_plot *plot, const scale *y, const mar
         ll_html_count(m->count, file);
         fputs(" points, such as ", file);
     }
-    plot->tell(plot->context, p->point, file);
+    plot->write_name(plot->context, p->point, file);
     fputs("</title></path>\n", file);
 }
 
@@ -243,7 +243,7 @@ static void draw_mark(FILE *file, const ll_plot *plot, const scale *y, const mar
 
 static void draw_front(FILE *file, const ll_plot *plot, const scale *x, const scale *y)
 {
-    bool begun = false;
+    bool started = false;
     char last[40] = "";
     for (int i = 0; i < plot->count; i++) {
         const ll_plot_point *p = &plot->points[i];
@@ -253,14 +253,14 @@ static void draw_front(FILE *file, const ll_plot *plot, const scale *x, const sc
         snprintf(at, sizeof at, "%.0f %.0f", position(x, p->x), position(y, p->y));
         if (strcmp(at, last) == 0)
             continue;
-        fprintf(file, "%s%s", begun ? "L" : "<path class=\"front\" d=\"M", at);
+        fprintf(file, "%s%s", started ? "L" : "<path class=\"front\" d=\"M", at);
         snprintf(last, sizeof last, "%s", at);
-        begun = true;
+        started = true;
     }
-    fputs(begun ? "\"/>\n" : "", file);
+    fputs(started ? "\"/>\n" : "", file);
 }
 
-/* The point of the series with the least number above `after`; NULL: there is none. */
+/* The point of the series with the smallest number above `after`; NULL: none. */
 static const ll_plot_point *next_of(const ll_plot *plot, int series, int64_t after)
 {
     const ll_plot_point *found = NULL;
@@ -291,7 +291,7 @@ static ll_status draw_points(FILE *file, const ll_plot *plot, const scale *x, co
     for (int k = 0; k < plot->series_count && plot->joined && m->cell == 0; k++)
         draw_series(file, plot, k, x, y);
     draw_front(file, plot, x, y);
-    for (int on = 0; on < 2; on++) /* the front above all else */
+    for (int on = 0; on < 2; on++) /* the front is drawn last */
         for (int i = 0; i < m->count; i++)
             if (plot->points[m->marks[i].first].front == on)
                 draw_mark(file, plot, y, &m->marks[i]);
@@ -304,7 +304,7 @@ static void draw_choices(FILE *file, const ll_plot *plot, const scale *x)
         tick_choice(file, plot, position(x, k), plot->choices[k]);
 }
 
-/* Which series is which, and what is one mark. */
+/* Key of the series, and a note when marks have several points. */
 static void write_key(FILE *file, const ll_plot *plot, const marks *m)
 {
     if (plot->series_count > 1) {
@@ -329,8 +329,10 @@ static void write_key(FILE *file, const ll_plot *plot, const marks *m)
     ll_html_count(points, file);
     fputs(" points are drawn as ", file);
     ll_html_count(m->count, file);
-    fprintf(file, " marks: those within %.3g px of each other are one, larger the more there are.</p>\n",
-            m->cell);
+    fprintf(
+        file,
+        " marks: points within %.3g px of each other share one, which is larger the more there are.</p>\n",
+        m->cell);
 }
 
 static ll_status draw(FILE *file, const ll_plot *plot)
@@ -402,7 +404,7 @@ static void write_cell(FILE *file, double value)
 static void write_row(FILE *file, const ll_plot *plot, const ll_plot_point *p)
 {
     fprintf(file, "<tr%s><td class=\"l\">", p->front ? " class=\"on\"" : "");
-    plot->tell(plot->context, p->point, file);
+    plot->write_name(plot->context, p->point, file);
     fputs("</td>", file);
     if (plot->choices) {
         fputs("<td>", file);
@@ -423,7 +425,7 @@ static ll_status write_table(FILE *file, const ll_plot *plot)
     if (!front || !shown) {
         free(front);
         free(shown);
-        return ll_error(LL_NO_MEMORY, "no memory for a table");
+        return ll_error(LL_NO_MEMORY, "out of memory: table");
     }
     for (int i = 0; i < plot->count; i++)
         front[i] = plot->points[i].front;
@@ -455,7 +457,7 @@ ll_status ll_plot_write(const ll_plot *plot, FILE *file)
     if (any)
         status = draw(file, plot);
     else
-        fputs("<p>There is no value to draw.</p>\n", file);
+        fputs("<p>No values to draw.</p>\n", file);
     if (!ll_failed(&status))
         status = write_table(file, plot);
     fputs("</figure>\n", file);

@@ -8,13 +8,13 @@
 #include "experiment/spec/metric_path.h"
 #include "experiment/report/plot.h"
 
-enum { NAMED_MAX = 16, NAME_MAX = 64 }; /* values of a dimension that are told apart, and their names */
+enum { NAMED_MAX = 16, NAME_MAX = 64 }; /* NAMED_MAX: values of a dimension that get names */
 
-/* An axis, or those that go together. */
+/* A dimension: an axis, or several zipped ones. */
 typedef struct dimension {
     int first, axes;
-    int values; /* that are told apart; 0: x is the first axis' number and no series */
-    bool named; /* x is which of the values */
+    int values; /* named values; 0: x is numeric, and the dimension makes no series */
+    bool named; /* x is the index of the value */
     char name[NAMED_MAX][NAME_MAX];
     double places[NAMED_MAX][LL_EXPERIMENT_AXES_MAX];
     char title[LL_COLUMN_NAME_MAX];
@@ -25,7 +25,7 @@ typedef struct plots {
     const ll_points *points;
     const char *where;
     dimension *dimensions;
-    ll_plot_point *drawn; /* room for all points */
+    ll_plot_point *drawn; /* space for all points */
     FILE *file;
 } plots;
 
@@ -84,7 +84,7 @@ static void read_dimension(const ll_experiment *e, int which, dimension *d)
     read_values(e, d);
 }
 
-/* Which of the values a point has. Of values that are given twice the first. */
+/* Index of a point's value; of duplicate values the first. */
 static int value_of(const dimension *d, const ll_point *p)
 {
     for (int k = 0; k < d->values; k++) {
@@ -97,7 +97,7 @@ static int value_of(const dimension *d, const ll_point *p)
     return 0;
 }
 
-/* What the points of a plot along `but` are coloured by: what has names before what has numbers. */
+/* The dimension that colours a plot along `but`: preferably one with names. */
 static const dimension *series_of(const plots *r, const dimension *but)
 {
     const dimension *found = NULL;
@@ -120,7 +120,7 @@ static int by_x(const void *a, const void *b)
     return (p->point > q->point) - (p->point < q->point);
 }
 
-/* What is drawn and compared of a metric. */
+/* Name of what is drawn and compared of a metric: its magnitude, if it is signed. */
 static const char *name_of(const ll_experiment *e, int metric, char name[LL_COLUMN_NAME_MAX])
 {
     bool is_signed = ll_metric_is_signed(e->base.kind, e->metrics[metric]);
@@ -128,7 +128,7 @@ static const char *name_of(const ll_experiment *e, int metric, char name[LL_COLU
     return name;
 }
 
-/* A point as it is drawn: by magnitude, which the bounds are of only where all runs have one sign. */
+/* A point as drawn, by magnitude: with bounds only if all runs have the same sign. */
 static ll_plot_point drawn(const ll_point *from, int metric)
 {
     const ll_summary *m = &from->metrics[metric];
@@ -144,7 +144,7 @@ static ll_plot_point drawn(const ll_point *from, int metric)
     return p;
 }
 
-static void tell(const void *context, int64_t point, FILE *file)
+static void write_point_name(const void *context, int64_t point, FILE *file)
 {
     cJSON *values = ll_experiment_point(context, point);
     char *name = ll_point_name(values);
@@ -153,7 +153,7 @@ static void tell(const void *context, int64_t point, FILE *file)
     cJSON_Delete(values);
 }
 
-/* Draws a metric over what has been written to the x of `drawn`. */
+/* Draws a metric over the x of `drawn`, which the caller has set. */
 static ll_status write(const plots *r, ll_plot *plot, const dimension *series)
 {
     const char *names[LL_PLOT_COLOURS];
@@ -167,7 +167,7 @@ static ll_status write(const plots *r, ll_plot *plot, const dimension *series)
     plot->series = series ? names : NULL;
     plot->series_count = series ? series->values : 0;
     plot->series_name = series ? series->title : NULL;
-    plot->tell = tell;
+    plot->write_name = write_point_name;
     plot->context = r->e;
     plot->where = r->where;
     return ll_plot_write(plot, r->file);
@@ -184,9 +184,8 @@ static ll_status write_trade(const plots *r)
         r->drawn[i].x = from->size[x];
         r->drawn[i].front = from->front;
     }
-    fputs("<h2>Error against cost</h2><p>Left is cheap, low is good. The marked points are the Pareto "
-          "front: to be better in one, another must be worse in the other. A point with a run that failed "
-          "is not drawn.</p>\n",
+    fputs("<h2>Error against cost</h2><p>Left is cheap, low is accurate. Marked points are the Pareto front: "
+          "no other point is better in both. Points with a failed run are not drawn.</p>\n",
           r->file);
     return write(r,
                  &(ll_plot){.title = "Error against cost",
@@ -228,7 +227,7 @@ static ll_status write_along(const plots *r, const dimension *d, int metric)
 
 /* ---- all ---- */
 
-/* The k-th metric in the order in which they are drawn: the error first. */
+/* The k-th metric in the order of drawing: the error first. */
 static int metric_at(const ll_experiment *e, int k)
 {
     return k == 0 ? e->error_metric : k <= e->error_metric ? k - 1 : k;
@@ -246,7 +245,7 @@ static ll_status write_multiples(const plots *r)
     fputs("</div>\n", r->file);
     if (all > LL_REPORT_MULTIPLES_MAX)
         fprintf(r->file,
-                "<p class=\"note\">%d of %d plots are drawn: the error first, then the other metrics along "
+                "<p class=\"note\">%d of %d plots are shown: the error first, then the other metrics along "
                 "each axis. All values are in %s.</p>\n",
                 LL_REPORT_MULTIPLES_MAX, all, r->where);
     return status;
@@ -260,7 +259,7 @@ ll_status ll_report_plots_write(const ll_experiment *e, const ll_points *points,
     r.dimensions = calloc((size_t)e->dimension_count + 1, sizeof *r.dimensions);
     r.drawn = calloc((size_t)points->count + 1, sizeof *r.drawn);
     if (!r.dimensions || !r.drawn)
-        status = ll_error(LL_NO_MEMORY, "no memory for plots");
+        status = ll_error(LL_NO_MEMORY, "out of memory: plots");
     for (int d = 0; d < e->dimension_count && !ll_failed(&status); d++)
         read_dimension(e, d, &r.dimensions[d]);
     if (!ll_failed(&status) && e->cost_metric >= 0)

@@ -42,19 +42,19 @@ void ll_refinement_series_page_add(ll_refinement_series_page *page, const ll_dra
     page->refinement_levels[page->count++] = *refinement_level;
 }
 
-/* ---- one ladder ---- */
+/* ---- one refinement series ---- */
 
 typedef struct refinement_series {
     const ll_refinement_series_page *page;
-    int first, count; /* rungs follow each other */
+    int first, count; /* its levels are consecutive */
     const char *series[SERIES_MAX];
     int series_count;
-    ll_plot_point *points; /* room for all rungs */
+    ll_plot_point *points; /* space for all levels */
     const char *where;
     FILE *file;
 } refinement_series;
 
-static void tell(const void *context, int64_t point, FILE *file)
+static void write_point_name(const void *context, int64_t point, FILE *file)
 {
     const ll_drawn_level *r = &((const ll_refinement_series_page *)context)->refinement_levels[point];
     ll_html_text(r->series, file);
@@ -81,7 +81,7 @@ static int by_x(const void *a, const void *b)
     return (p->y > q->y) - (p->y < q->y);
 }
 
-/* Of points from left to right those that are lower than all before. */
+/* Marks points that are lower than all points left of them. */
 static void mark_front(ll_plot_point *points, int count)
 {
     double least = INFINITY;
@@ -107,7 +107,7 @@ static ll_status write_plot(refinement_series *l, bool counted, const char *titl
     qsort(l->points, (size_t)l->count, sizeof *l->points, by_x);
     mark_front(l->points, l->count);
     return ll_plot_write(&(ll_plot){.title = title,
-                                    .x_name = counted ? first->counter : "CPU time of a run, least, s",
+                                    .x_name = counted ? first->counter : "CPU time of a run, minimum, s",
                                     .y_name = first->error,
                                     .points = l->points,
                                     .count = l->count,
@@ -120,7 +120,7 @@ static ll_status write_plot(refinement_series *l, bool counted, const char *titl
                                     .joined = true,
                                     .width = 760,
                                     .height = 420,
-                                    .tell = tell,
+                                    .write_name = write_point_name,
                                     .context = l->page,
                                     .where = l->where},
                          l->file);
@@ -135,17 +135,17 @@ static ll_status write_refinement_series(refinement_series *l)
     ll_html_text(first->setting, l->file);
     fputs("</h2>\n", l->file);
     ll_status status = write_plot(l, false, "Error against processor time");
-    return ll_failed(&status) ? status : write_plot(l, true, "Error against what was counted");
+    return ll_failed(&status) ? status : write_plot(l, true, "Error against counted cost");
 }
 
 /* ---- the page ---- */
 
-static ll_status write_ladders(ll_refinement_series_page *page, const char *where, FILE *file)
+static ll_status write_series(ll_refinement_series_page *page, const char *where, FILE *file)
 {
     ll_status status = ll_ok();
     ll_plot_point *points = malloc((size_t)page->count * sizeof *points + 1);
     if (!points)
-        return ll_error(LL_NO_MEMORY, "no memory for plots");
+        return ll_error(LL_NO_MEMORY, "out of memory: plots");
     for (int i = 0; i < page->count && !ll_failed(&status);) {
         refinement_series l = {.page = page, .first = i, .points = points, .where = where, .file = file};
         while (i < page->count && page->refinement_levels[i].refinement_series ==
@@ -164,17 +164,15 @@ ll_status ll_refinement_series_page_write(ll_refinement_series_page *page, const
     char where[400];
     FILE *file = page->short_of_memory ? NULL : fopen(path, "wb");
     if (!file)
-        return page->short_of_memory ? ll_error(LL_NO_MEMORY, "no memory for a page")
+        return page->short_of_memory ? ll_error(LL_NO_MEMORY, "out of memory: page")
                                      : ll_error(LL_IO, "cannot write %.200s", path);
     snprintf(where, sizeof where, "the rows of <code>%.300s</code>", command);
     ll_html_begin(title, file);
-    fputs("<p>Left is cheap, low is good; each line is a method whose setting is varied. Marked is the "
-          "front: who "
-          "is better in one is worse in the other. What failed or has no known error is not drawn. Times are "
-          "of "
-          "this machine.</p>\n",
+    fputs("<p>Left is cheap, low is accurate; each line is a method whose setting is varied. Marked points "
+          "are the Pareto front: no other point is better in both. Failed runs and runs without a known "
+          "error are not drawn. Times are of this machine.</p>\n",
           file);
-    ll_status status = write_ladders(page, where, file);
+    ll_status status = write_series(page, where, file);
     fputs("</body></html>\n", file);
     bool bad = fflush(file) != 0 || ferror(file);
     if ((fclose(file) != 0 || bad) && !ll_failed(&status))

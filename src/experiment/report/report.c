@@ -12,11 +12,11 @@
 #include "experiment/report/plots.h"
 #include "experiment/spec/until.h"
 
-enum { ROWS_MAX = 500 }; /* of the table of all points */
+enum { ROWS_MAX = 500 }; /* rows in the table of all points */
 
 static const char where_all[] =
-    "the results: <code>laglab sweep experiment.json --points --out points.csv</code>, or of a daemon "
-    "<code>results?points=true</code> beside this page";
+    "the results: <code>laglab sweep experiment.json --points --out points.csv</code>, or with a daemon "
+    "<code>results?points=true</code> next to this page";
 
 /* ---- tables and texts ---- */
 
@@ -78,13 +78,13 @@ static void write_left_out(const ll_experiment *e, const ll_points *points, FILE
     ll_html_count(e->points, file);
     fputs(" points ", file);
     ll_html_count(points->count, file);
-    fprintf(
-        file,
-        ", drawn at random, are in the plots and tables here, and the front is theirs. All are in %s.</p>\n",
-        where_all);
+    fprintf(file,
+            ", a random sample, are in the plots and tables here, and the front is of these. All are in "
+            "%s.</p>\n",
+            where_all);
 }
 
-/* How often the intervals of the table hold their means: once for each method, and what it says of itself. */
+/* Coverage of the table's intervals: once for each method. */
 static void write_coverage(const ll_experiment *e, const ll_points *points, FILE *file)
 {
     enum { MOST = 16 };
@@ -114,7 +114,7 @@ static ll_status write_points(const ll_experiment *e, const ll_points *points, F
     if (!front || !shown) {
         free(front);
         free(shown);
-        return ll_error(LL_NO_MEMORY, "no memory for a table");
+        return ll_error(LL_NO_MEMORY, "out of memory: table");
     }
     for (int k = 0; k < points->count; k++)
         front[k] = points->points[k].front;
@@ -131,9 +131,8 @@ static ll_status write_points(const ll_experiment *e, const ll_points *points, F
     write_coverage(e, points, file);
     if (points->identical > 0)
         fprintf(file,
-                "<p>At %" PRId64 " of %" PRId64
-                " points all repeats gave identical metrics: nothing random in "
-                "this scenario reaches them, or what does is rare.</p>\n",
+                "<p>At %" PRId64 " of %" PRId64 " points all repeats gave identical metrics: nothing random "
+                "in this scenario affects them, or only rarely.</p>\n",
                 points->identical, e->points);
     free(front);
     free(shown);
@@ -151,12 +150,11 @@ static bool has_cost(const ll_experiment *e)
 static void write_specification(const ll_experiment *e, const char *version, FILE *file)
 {
     char *text = cJSON_Print(e->json);
-    fprintf(
-        file,
-        "<h2>Repeat it</h2><p>Save the specification as <code>experiment.json</code>. With laglab %s this "
-        "gives the same rows, bit for bit, on any machine%s:</p><pre>laglab sweep experiment.json --out "
-        "results.csv --report report.html</pre><h2>Specification</h2><pre>",
-        version, has_cost(e) ? ", but for <code>cost.ns_per_sim_s</code>, which is measured" : "");
+    fprintf(file,
+            "<h2>Reproduction</h2><p>Save the specification as <code>experiment.json</code>. With laglab %s "
+            "this gives the same rows, bit for bit, on any machine%s:</p><pre>laglab sweep experiment.json "
+            "--out results.csv --report report.html</pre><h2>Specification</h2><pre>",
+            version, has_cost(e) ? ", except <code>cost.ns_per_sim_s</code>, which is measured" : "");
     ll_html_text(text ? text : "", file);
     fputs("</pre>\n", file);
     cJSON_free(text);
@@ -180,7 +178,7 @@ static void write_title(const ll_experiment *e, const char *version, FILE *file)
             scenario->seed + e->head.repeats - 1, ll_experiment_key(e), version);
 }
 
-/* What is known before the runs, and what they have shown. */
+/* Notices known before the runs, and those of the results. */
 static void write_notices(const ll_experiment *e, const ll_points *points, FILE *file)
 {
     cJSON *before = ll_experiment_notices(e);
@@ -198,7 +196,7 @@ static void write_notices(const ll_experiment *e, const ll_points *points, FILE 
 
 static void write_front(const ll_experiment *e, FILE *file)
 {
-    fputs("<p>Marked is the front of", file);
+    fputs("<p>Marked points are the Pareto front of", file);
     for (int i = 0; i < e->front_count; i++) {
         fputs(i ? ", <code>" : " <code>", file);
         ll_html_text(e->metrics[e->front[i]], file);
@@ -228,6 +226,6 @@ ll_status ll_report_write(const ll_experiment *e, const char *version, ll_row_so
     fputs("</body></html>\n", file);
     ll_points_free(&points);
     return ll_failed(&status)                  ? status
-           : fflush(file) != 0 || ferror(file) ? ll_error(LL_IO, "the report could not be written")
+           : fflush(file) != 0 || ferror(file) ? ll_error(LL_IO, "cannot write the report")
                                                : ll_ok();
 }

@@ -1,4 +1,4 @@
-/* A run of an experiment, from its first tick to its row or its trace. */
+/* Runs a run of an experiment, from its first tick to its row or its trace. */
 #include <cjson/cJSON.h>
 #include <math.h>
 #include <stdio.h>
@@ -35,8 +35,8 @@ static ll_status advance(const ll_experiment *e, ll_session *session, const ll_i
     return status;
 }
 
-/* A sentence may be cut within a character, which no database of text takes. */
-static void tell_error(ll_row *row, const ll_status *status)
+/* Removes a partial character at the end of a truncated message: text databases reject it. */
+static void set_error(ll_row *row, const ll_status *status)
 {
     snprintf(row->error, sizeof row->error, "%.*s", (int)sizeof row->error - 1, status->text);
     for (char *at = row->error; *at;) {
@@ -47,20 +47,19 @@ static void tell_error(ll_row *row, const ll_status *status)
     }
 }
 
-/* What failed of the part that metric `i` is of. */
-static void tell_part(ll_row *row, const cJSON *part, const char *where)
+/* Reports the failed part that has metric `i`. */
+static void set_failed_part(ll_row *row, const cJSON *part, const char *where)
 {
     const cJSON *reason = cJSON_GetObjectItemCaseSensitive(part, "reason");
     const char *status = cJSON_GetObjectItemCaseSensitive(part, "status")->valuestring;
     bool diverged = strcmp(status, ll_run_status_names[LL_RUN_DIVERGED]) == 0;
     row->status = diverged ? LL_ROW_DIVERGED : LL_ROW_FAILED;
-    ll_status told = ll_error(LL_DIVERGED, "%s%s%s", where, where[0] ? ": " : "",
-                              cJSON_IsString(reason) ? reason->valuestring : status);
-    tell_error(row, &told);
+    ll_status failure = ll_error(LL_DIVERGED, "%s%s%s", where, where[0] ? ": " : "",
+                                 cJSON_IsString(reason) ? reason->valuestring : status);
+    set_error(row, &failure);
 }
 
-/* Of a run that was stopped by its failure there are no metrics; of one with a part that failed there are
- * those of the other parts. */
+/* A failed run has no metrics; a run with a failed part has those of the other parts. */
 static void read_row(const ll_experiment *e, ll_session *session, ll_row *row)
 {
     cJSON *report = ll_session_metrics(session), *metrics = cJSON_GetObjectItem(report, "metrics");
@@ -73,12 +72,12 @@ static void read_row(const ll_experiment *e, ll_session *session, ll_row *row)
         if (!part)
             row->metrics[i] = ll_metric_value(metrics, e->metrics[i]);
         else if (ll_row_good(row))
-            tell_part(row, part, where);
+            set_failed_part(row, part, where);
     }
     cJSON_Delete(report);
 }
 
-/* Before its first tick. */
+/* Before the first tick. */
 static ll_status open_session(const ll_experiment *e, int64_t run, ll_session **session)
 {
     ll_scenario scenario;
@@ -88,7 +87,7 @@ static ll_status open_session(const ll_experiment *e, int64_t run, ll_session **
         status = ll_session_open(&scenario, NULL, NULL, session);
     if (!ll_failed(&status) && e->workload) {
         status = ll_session_load(*session, e->workload);
-        if (status.code == LL_CONFLICT) /* at this point scripts drive everybody */
+        if (status.code == LL_CONFLICT) /* at this point scripts control all players */
             status = ll_ok();
     }
     if (ll_failed(&status)) {
@@ -100,9 +99,9 @@ static ll_status open_session(const ll_experiment *e, int64_t run, ll_session **
 
 /* ---- cost ---- */
 
-enum { COST_LEAST = 3, COST_MOST = 7 }; /* times that a run is made to measure it */
+enum { COST_RUNS_MIN = 3, COST_RUNS_MAX = 7 }; /* minimum and maximum of runs to measure the cost */
 
-#define COST_SHORT_NS 5e7 /* of all of them, below which there are more than the least */
+#define COST_SHORT_NS 5e7 /* total time below which more than the minimum are run */
 
 static double thread_ns(void)
 {
@@ -119,14 +118,15 @@ static int cost_metric_of(const ll_experiment *e)
     return -1;
 }
 
-/* The same run again and again; the least is what others on the machine disturbed least. `first_ns` is what
- * the run itself took. */
+/* Repeats the run and takes the minimum, which other processes disturb least. `first_ns` is the time of the
+ * run itself. */
 static ll_status measure_cost(const ll_experiment *e, int metric, double first_ns,
                               const ll_interrupt *interrupt, ll_row *row)
 {
     double least = first_ns, all = first_ns;
     ll_status status = ll_ok();
-    for (int n = 1; !ll_failed(&status) && (n < COST_LEAST || (n < COST_MOST && all < COST_SHORT_NS)); n++) {
+    for (int n = 1; !ll_failed(&status) && (n < COST_RUNS_MIN || (n < COST_RUNS_MAX && all < COST_SHORT_NS));
+         n++) {
         ll_session *session = NULL;
         bool stopped = false;
         status = open_session(e, row->run, &session);
@@ -153,7 +153,7 @@ ll_status ll_experiment_run(const ll_experiment *e, int64_t run, const ll_interr
         return status;
     if (ll_failed(&status)) {
         row->status = LL_ROW_REFUSED;
-        tell_error(row, &status);
+        set_error(row, &status);
         return ll_ok();
     }
     double from = thread_ns();
@@ -165,7 +165,7 @@ ll_status ll_experiment_run(const ll_experiment *e, int64_t run, const ll_interr
     }
     row->status = ll_failed(&status) ? LL_ROW_DIVERGED : stopped ? LL_ROW_STOPPED : LL_ROW_OK;
     if (ll_failed(&status))
-        tell_error(row, &status);
+        set_error(row, &status);
     read_row(e, session, row);
     ll_session_destroy(session);
     int cost = cost_metric_of(e);

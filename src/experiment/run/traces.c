@@ -15,7 +15,7 @@ typedef struct traces {
     const char *folder;
     _Atomic int64_t next;
     int64_t to;
-    pthread_mutex_t lock; /* of the first error */
+    pthread_mutex_t lock; /* guards the first error */
     ll_status error;
 } traces;
 
@@ -36,7 +36,7 @@ static ll_status write_one(const traces *t, int64_t run)
     bad |= fclose(file) != 0;
     if (ll_failed(&status))
         unlink(path);
-    if (status.code == LL_BAD_INPUT) /* a refused run has a row that says so, and no trace */
+    if (status.code == LL_BAD_INPUT) /* a refused run has a row with the reason, and no trace */
         return ll_ok();
     return !ll_failed(&status) && bad ? ll_error(LL_IO, "cannot write %.200s", path) : status;
 }
@@ -65,7 +65,7 @@ ll_status ll_traces_write(const ll_experiment *experiment, int64_t from, int64_t
     pthread_t others[THREADS_MAX];
     int started = 0;
     if (mkdir(folder, 0777) != 0 && errno != EEXIST)
-        return ll_error(LL_IO, "cannot make the folder %.200s: %s", folder, strerror(errno));
+        return ll_error(LL_IO, "cannot create folder %.200s: %s", folder, strerror(errno));
     pthread_mutex_init(&t.lock, NULL);
     while (started < threads - 1 && started < THREADS_MAX &&
            pthread_create(&others[started], NULL, work, &t) == 0)

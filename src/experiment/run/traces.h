@@ -1,9 +1,9 @@
-/* The traces of an experiment's runs, as files of a folder. */
+/* Traces of an experiment's runs, as files of a folder. */
 #pragma once
 
 #include "experiment/spec/experiment.h"
 
-/* Writes `runN.csv` for each run in [from, to) that is not refused. Makes the folder if it is not there. Each
- * run is run again for that, on as many threads. */
+/* Writes `runN.csv` for each run in [from, to) that is not refused. Creates the folder if needed. Repeats
+ * each run for it, on `threads` threads. */
 ll_status ll_traces_write(const ll_experiment *experiment, int64_t from, int64_t to, const char *folder,
                           int threads);

@@ -18,33 +18,33 @@
 
 enum { THREADS_MAX = 256, LOOK_EVERY_S = 1, RETRY_EVERY_S = 1, PATIENCE_S = 120 };
 
-/* What a thread works on. */
-typedef struct worker_slot {
+/* A worker thread and its work. */
+typedef struct worker_thread {
     struct ll_workers *workers;
     pthread_t thread;
     ll_experiment *experiment;
-    char id[LL_EXPERIMENT_ID_MAX + 1]; /* of the experiment that is held */
+    char id[LL_EXPERIMENT_ID_MAX + 1]; /* of the loaded experiment */
     ll_row *rows;
     int64_t capacity;
     ll_resampler resampler;
-    atomic_bool drop; /* what it is at: the lease was lost, or the workers stop */
-    /* Of the workers' lock: */
+    atomic_bool drop; /* stop the present run: the lease was lost, or the workers stop */
+    /* Guarded by the workers' lock: */
     ll_lease lease; /* chunk < 0: none */
     double renew_at;
-} worker_slot;
+} worker_thread;
 
 struct ll_workers {
-    ll_workers_order order;
+    ll_workers_config config;
     char owner[LL_OWNER_MAX + 1];
-    worker_slot benches[THREADS_MAX];
+    worker_thread worker_threads[THREADS_MAX];
     int count;
-    pthread_t keeper; /* of the leases */
+    pthread_t keeper; /* renews leases */
     _Atomic int64_t runs;
     atomic_int alive;
     atomic_bool stopping;
-    pthread_mutex_t lock; /* of what follows */
+    pthread_mutex_t lock; /* guards all members below */
     pthread_cond_t wake;
-    bool over; /* all threads but the keeper have ended */
+    bool over; /* all threads except the keeper have ended */
     uint64_t calls;
     ll_status error;
 };
@@ -61,9 +61,9 @@ static int64_t share(int64_t runs, int64_t parts)
     return (runs + parts - 1) / parts;
 }
 
-/* As few chunks as leave nobody idle at the end: claiming and finishing one takes the time of many short
- * runs. Long runs are in more of them, since a worker that dies takes its chunk along: but not in so many
- * that the queue itself is slow. */
+/* As few chunks as keep all threads busy to the end: claiming and finishing a chunk takes the time of many
+ * short runs. Long runs are in more chunks, since a worker that dies loses its chunk; but the queue must stay
+ * small enough to be fast. */
 int64_t ll_chunk_size(int64_t runs, double run_s)
 {
     enum { FEW = 128, MANY = 2000, LARGEST = 5000 };
@@ -98,7 +98,7 @@ ll_status ll_experiment_time(const ll_experiment *experiment, int64_t run, doubl
     return status;
 }
 
-/* The same of each version: the length of the id without it. */
+/* Returns the length of the id without its version, which is the same for all versions. */
 static int name_experiment(const ll_experiment *experiment, int64_t from, int64_t to, const char *version,
                            char id[LL_EXPERIMENT_ID_MAX + 1])
 {
@@ -110,9 +110,9 @@ static int name_experiment(const ll_experiment *experiment, int64_t from, int64_
 }
 
 typedef struct rival {
-    char id[LL_EXPERIMENT_ID_MAX + 1]; /* ours */
-    int common;                        /* characters that a rival's id begins with */
-    char version[LL_VERSION_MAX + 1];  /* a rival's; empty: there is none */
+    char id[LL_EXPERIMENT_ID_MAX + 1]; /* this version's id */
+    int common;                        /* length of the common part of the ids */
+    char version[LL_VERSION_MAX + 1];  /* another version with the same experiment; empty: none */
 } rival;
 
 static void note_rival(void *context, const ll_experiment_record *record)
@@ -129,11 +129,10 @@ ll_status ll_experiment_check_version(ll_result_store *store, const ll_experimen
     r.common = name_experiment(experiment, from, to, store->version, r.id);
     ll_status status = store->kind->list(store, note_rival, &r);
     if (!ll_failed(&status) && r.version[0])
-        status = ll_error(
-            LL_CONFLICT,
-            "laglab %s has begun this experiment in the store; this one, %s, may give other rows: go "
-            "on with that version, or run all again with --anew",
-            r.version, store->version);
+        status = ll_error(LL_CONFLICT,
+                          "laglab %s has started this experiment in the store; results of this one, %s, may "
+                          "differ: continue with that version, or run all again with %s",
+                          r.version, store->version, "--anew");
     return status;
 }
 
@@ -145,7 +144,7 @@ ll_status ll_experiment_register(ll_result_store *store, const ll_experiment *ex
     memcpy(id, record.id, sizeof record.id);
     char *text = ll_experiment_text(experiment);
     if (!text)
-        return ll_error(LL_NO_MEMORY, "no memory for an experiment");
+        return ll_error(LL_NO_MEMORY, "out of memory: experiment");
     ll_status status =
         store->kind->create(store, &record, text, ll_experiment_chunk(experiment, to - from, run_s));
     free(text);
@@ -159,7 +158,7 @@ static double seconds(void)
     return (double)t.tv_sec + (double)t.tv_nsec * 1e-9;
 }
 
-/* Until somebody calls, beyond those `calls` that were there before; or for that long. With the lock. */
+/* Waits until there are more than `calls` calls, or for that time. Locked. */
 static void wait_for_call(ll_workers *w, uint64_t calls, double wait_s)
 {
     struct timespec until;
@@ -189,62 +188,62 @@ static uint64_t calls_so_far(ll_workers *w)
 
 /* ---- leases ---- */
 
-static void hold(worker_slot *b, const ll_lease *lease)
+static void hold(worker_thread *b, const ll_lease *lease)
 {
     ll_workers *w = b->workers;
     pthread_mutex_lock(&w->lock);
     b->lease = *lease;
-    b->renew_at = seconds() + w->order.lease_s / 2;
+    b->renew_at = seconds() + w->config.lease_s / 2;
     atomic_store(&b->drop, atomic_load(&w->stopping));
     pthread_mutex_unlock(&w->lock);
 }
 
-static void let_go(worker_slot *b)
+static void return_chunk(worker_thread *b)
 {
     pthread_mutex_lock(&b->workers->lock);
     b->lease.chunk = -1;
     pthread_mutex_unlock(&b->workers->lock);
 }
 
-static worker_slot *next_to_renew(ll_workers *w)
+static worker_thread *next_to_renew(ll_workers *w)
 {
-    worker_slot *next = NULL;
+    worker_thread *next = NULL;
     for (int i = 0; i < w->count; i++) {
-        worker_slot *b = &w->benches[i];
+        worker_thread *b = &w->worker_threads[i];
         if (b->lease.chunk >= 0 && !atomic_load(&b->drop) && (!next || b->renew_at < next->renew_at))
             next = b;
     }
     return next;
 }
 
-/* With the lock, which it leaves while the store is asked. */
-static void renew(ll_workers *w, worker_slot *b)
+/* Locked, but unlocks while it waits for the store. */
+static void renew(ll_workers *w, worker_thread *b)
 {
     ll_lease lease = b->lease;
     pthread_mutex_unlock(&w->lock);
-    ll_status status = w->order.store->kind->renew(w->order.store, &lease, w->order.lease_s);
+    ll_status status = w->config.store->kind->renew(w->config.store, &lease, w->config.lease_s);
     pthread_mutex_lock(&w->lock);
     if (b->lease.chunk != lease.chunk || b->lease.attempt != lease.attempt)
-        return; /* handed in meanwhile */
+        return; /* finished meanwhile */
     if (status.code == LL_CONFLICT)
         atomic_store(&b->drop, true);
-    b->renew_at = seconds() + (ll_failed(&status) ? RETRY_EVERY_S : w->order.lease_s / 2);
+    b->renew_at = seconds() + (ll_failed(&status) ? RETRY_EVERY_S : w->config.lease_s / 2);
 }
 
-/* Renews leases while their chunks are worked on, however long one run takes. It looks often enough that a
- * lease that begins meanwhile is not late. */
+/* Renews leases while their chunks are run, however long one run takes. The checks are frequent enough for a
+ * lease that begins meanwhile. */
 static void *keep_leases(void *context)
 {
     ll_workers *w = context;
     pthread_setname_np(pthread_self(), "leases");
     pthread_mutex_lock(&w->lock);
     while (!w->over) {
-        worker_slot *b = next_to_renew(w);
-        double now = seconds(), look = w->order.lease_s / 4;
+        worker_thread *b = next_to_renew(w);
+        double now = seconds(), check_s = w->config.lease_s / 4;
         if (b && b->renew_at <= now)
             renew(w, b);
         else
-            wait_for_call(w, w->calls, b && b->renew_at - now < look ? b->renew_at - now : look);
+            wait_for_call(w, w->calls, b && b->renew_at - now < check_s ? b->renew_at - now : check_s);
     }
     pthread_mutex_unlock(&w->lock);
     return NULL;
@@ -252,8 +251,8 @@ static void *keep_leases(void *context)
 
 /* ---- a chunk ---- */
 
-/* A server that does not answer is waited for. `since` is 0 at the first try. */
-static bool is_worth_a_retry(ll_workers *w, const ll_status *status, double *since)
+/* Retries while a server does not answer, for a limited time. `since` is 0 at the first try. */
+static bool may_retry(ll_workers *w, const ll_status *status, double *since)
 {
     if (status->code != LL_UNAVAILABLE || atomic_load(&w->stopping))
         return false;
@@ -270,12 +269,12 @@ static ll_status read_specification(ll_workers *w, const char *id, char **text)
     ll_status status;
     double since = 0;
     do
-        status = w->order.store->kind->specification(w->order.store, id, text);
-    while (is_worth_a_retry(w, &status, &since));
+        status = w->config.store->kind->specification(w->config.store, id, text);
+    while (may_retry(w, &status, &since));
     return status;
 }
 
-static ll_status load(worker_slot *b, const char *id)
+static ll_status load(worker_thread *b, const char *id)
 {
     char *text = NULL;
     cJSON *json = NULL;
@@ -295,21 +294,21 @@ static ll_status load(worker_slot *b, const char *id)
     return status;
 }
 
-static ll_status hand_in(worker_slot *b, const ll_lease *lease)
+static ll_status store_rows(worker_thread *b, const ll_lease *lease)
 {
     ll_status status;
     double since = 0;
-    ll_result_store *store = b->workers->order.store;
+    ll_result_store *store = b->workers->config.store;
     do
         status =
             store->kind->finish(store, lease, b->rows, lease->to - lease->from, b->experiment->metric_count);
-    while (is_worth_a_retry(b->workers, &status, &since));
+    while (may_retry(b->workers, &status, &since));
     return status;
 }
 
 static bool is_wanted(void *context)
 {
-    const worker_slot *b = context;
+    const worker_thread *b = context;
     return !atomic_load_explicit(&b->drop, memory_order_relaxed);
 }
 
@@ -320,8 +319,8 @@ static int64_t now_ns(void)
     return (int64_t)t.tv_sec * 1000000000 + t.tv_nsec;
 }
 
-/* A run, or what stands in its place where its point has enough. */
-static ll_status run_or_skip(worker_slot *b, const ll_lease *lease, int64_t run,
+/* Makes a run, or the row of a skipped run if its point has enough. */
+static ll_status run_or_skip(worker_thread *b, const ll_lease *lease, int64_t run,
                              const ll_interrupt *interrupt, bool *enough)
 {
     ll_row *row = &b->rows[run - lease->from];
@@ -337,8 +336,8 @@ static ll_status run_or_skip(worker_slot *b, const ll_lease *lease, int64_t run,
     return status;
 }
 
-/* LL_CONFLICT, LL_INTERRUPTED: it is no longer this worker's, or not wanted. */
-static ll_status run_chunk(worker_slot *b, const ll_lease *lease)
+/* LL_CONFLICT, LL_INTERRUPTED: the lease was lost, or the result is not wanted. */
+static ll_status run_chunk(worker_thread *b, const ll_lease *lease)
 {
     ll_workers *w = b->workers;
     ll_interrupt interrupt = {is_wanted, now_ns, b};
@@ -348,7 +347,7 @@ static ll_status run_chunk(worker_slot *b, const ll_lease *lease)
         b->capacity = lease->to - lease->from;
         b->rows = malloc((size_t)b->capacity * sizeof *b->rows);
     }
-    ll_status status = b->rows ? load(b, lease->id) : ll_error(LL_NO_MEMORY, "no memory for rows");
+    ll_status status = b->rows ? load(b, lease->id) : ll_error(LL_NO_MEMORY, "out of memory: rows");
     bool enough = false; /* of the point */
     for (int64_t run = lease->from; run < lease->to && !ll_failed(&status); run++) {
         status = run_or_skip(b, lease, run, &interrupt, &enough);
@@ -356,7 +355,7 @@ static ll_status run_chunk(worker_slot *b, const ll_lease *lease)
         counted++;
     }
     if (!ll_failed(&status))
-        status = hand_in(b, lease);
+        status = store_rows(b, lease);
     if (ll_failed(&status))
         atomic_fetch_sub_explicit(&w->runs, counted, memory_order_relaxed);
     return status;
@@ -384,19 +383,19 @@ static void note_others(void *context, const ll_experiment_record *record)
                   strcmp(record->version, o->version) == 0;
 }
 
-/* False when nothing is left, not even with other workers, whose chunks come back if they die. */
+/* False when no work is left; chunks of other workers count as work, since they return if those die. */
 static bool more_to_come(const ll_workers *w)
 {
     ll_experiment_record record;
-    ll_result_store *store = w->order.store;
+    ll_result_store *store = w->config.store;
     others o = {store->version, false};
-    if (!w->order.drain)
+    if (!w->config.drain)
         return true;
-    if (!w->order.id) {
+    if (!w->config.id) {
         ll_status listed = store->kind->list(store, note_others, &o);
         return o.at_work || listed.code == LL_UNAVAILABLE;
     }
-    ll_status status = store->kind->record(store, w->order.id, &record);
+    ll_status status = store->kind->record(store, w->config.id, &record);
     if (!ll_failed(&status))
         note_others(&o, &record);
     return o.at_work || status.code == LL_UNAVAILABLE;
@@ -406,15 +405,15 @@ static ll_status claim(ll_workers *w, ll_lease *lease)
 {
     ll_status status;
     double since = 0;
-    const ll_workers_order *o = &w->order;
+    const ll_workers_config *o = &w->config;
     do
         status = o->store->kind->claim(o->store, o->id, w->owner, o->lease_s, lease);
-    while (is_worth_a_retry(w, &status, &since));
+    while (may_retry(w, &status, &since));
     return status;
 }
 
-/* A claim, and what came of it. `found`: there was something. */
-static ll_status work_once(worker_slot *b, bool *found)
+/* Claims a chunk and runs it. `found`: there was one. */
+static ll_status work_once(worker_thread *b, bool *found)
 {
     ll_lease lease;
     ll_workers *w = b->workers;
@@ -424,30 +423,30 @@ static ll_status work_once(worker_slot *b, bool *found)
         return status;
     hold(b, &lease);
     status = run_chunk(b, &lease);
-    let_go(b);
+    return_chunk(b);
     if (status.code == LL_INTERRUPTED) /* the lease was lost, unless the workers stop */
         status.code = LL_CONFLICT;
     if (status.code == LL_CONFLICT && atomic_load(&w->stopping))
-        status = w->order.store->kind->give_back(w->order.store, &lease);
-    ll_workers_wake(w); /* others may wait to hear that this was the last */
+        status = w->config.store->kind->return_chunk(w->config.store, &lease);
+    ll_workers_notify(w); /* other threads may wait for the end of the last one */
     return status;
 }
 
 static void *work(void *context)
 {
-    worker_slot *b = context;
+    worker_thread *b = context;
     pthread_setname_np(pthread_self(), "run");
     ll_workers *w = b->workers;
-    if (w->order.nice > 0) /* of this thread alone, on Linux */
-        setpriority(PRIO_PROCESS, (id_t)syscall(SYS_gettid), w->order.nice);
+    if (w->config.nice > 0) /* on Linux: of this thread only */
+        setpriority(PRIO_PROCESS, (id_t)syscall(SYS_gettid), w->config.nice);
     while (!atomic_load(&w->stopping)) {
         bool found;
         uint64_t calls = calls_so_far(w);
         ll_status status = work_once(b, &found);
         if (ll_failed(&status) && status.code != LL_CONFLICT &&
-            status.code != LL_NOT_FOUND) { /* it was deleted */
+            status.code != LL_NOT_FOUND) { /* the experiment was deleted */
             keep_error(w, &status);
-            if (!w->order.persist)
+            if (!w->config.persist)
                 break;
             found = false;
         }
@@ -481,8 +480,8 @@ static void prepare(ll_workers *w)
     pthread_cond_init(&w->wake, &attributes);
     pthread_condattr_destroy(&attributes);
     for (int i = 0; i < THREADS_MAX; i++) {
-        w->benches[i].workers = w;
-        w->benches[i].lease.chunk = -1;
+        w->worker_threads[i].workers = w;
+        w->worker_threads[i].lease.chunk = -1;
     }
 }
 
@@ -493,19 +492,19 @@ static void clear_away(ll_workers *w)
     free(w);
 }
 
-ll_status ll_workers_start(const ll_workers_order *order, ll_workers **workers)
+ll_status ll_workers_start(const ll_workers_config *config, ll_workers **workers)
 {
     ll_workers *w = *workers = calloc(1, sizeof *w);
     if (!w)
-        return ll_error(LL_NO_MEMORY, "no memory for workers");
-    w->order = *order;
-    int wanted = order->threads > 0 ? order->threads : ll_cores();
+        return ll_error(LL_NO_MEMORY, "out of memory: workers");
+    w->config = *config;
+    int wanted = config->threads > 0 ? config->threads : ll_cores();
     name_owner(w->owner);
     prepare(w);
     bool kept = pthread_create(&w->keeper, NULL, keep_leases, w) == 0;
     pthread_mutex_lock(&w->lock); /* the keeper reads the count */
     while (kept && w->count < wanted && w->count < THREADS_MAX) {
-        worker_slot *b = &w->benches[w->count];
+        worker_thread *b = &w->worker_threads[w->count];
         atomic_fetch_add(&w->alive, 1);
         if (pthread_create(&b->thread, NULL, work, b) != 0) {
             atomic_fetch_sub(&w->alive, 1);
@@ -521,7 +520,7 @@ ll_status ll_workers_start(const ll_workers_order *order, ll_workers **workers)
     else
         clear_away(w);
     *workers = NULL;
-    return ll_error(LL_NO_MEMORY, "no thread could be started");
+    return ll_error(LL_NO_MEMORY, "cannot start worker threads");
 }
 
 int64_t ll_workers_runs(const ll_workers *w)
@@ -534,7 +533,7 @@ bool ll_workers_busy(const ll_workers *w)
     return atomic_load(&w->alive) > 0;
 }
 
-void ll_workers_wake(ll_workers *w)
+void ll_workers_notify(ll_workers *w)
 {
     pthread_mutex_lock(&w->lock);
     w->calls++;
@@ -545,29 +544,29 @@ void ll_workers_wake(ll_workers *w)
 ll_status ll_workers_join(ll_workers *w)
 {
     for (int i = 0; i < w->count; i++)
-        pthread_join(w->benches[i].thread, NULL);
+        pthread_join(w->worker_threads[i].thread, NULL);
     pthread_mutex_lock(&w->lock);
     w->over = true;
     pthread_mutex_unlock(&w->lock);
-    ll_workers_wake(w);
+    ll_workers_notify(w);
     pthread_join(w->keeper, NULL);
     ll_status status = w->error;
     clear_away(w);
     return status;
 }
 
-void ll_workers_ask_to_end(ll_workers *w)
+void ll_workers_request_stop(ll_workers *w)
 {
     pthread_mutex_lock(&w->lock);
     atomic_store(&w->stopping, true);
     for (int i = 0; i < w->count; i++)
-        atomic_store(&w->benches[i].drop, true);
+        atomic_store(&w->worker_threads[i].drop, true);
     pthread_mutex_unlock(&w->lock);
-    ll_workers_wake(w);
+    ll_workers_notify(w);
 }
 
 ll_status ll_workers_stop(ll_workers *w)
 {
-    ll_workers_ask_to_end(w);
+    ll_workers_request_stop(w);
     return ll_workers_join(w);
 }

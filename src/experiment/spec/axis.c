@@ -27,7 +27,7 @@ static const ll_param rows[] = {
      .min = 1,
      .max = LL_AXIS_PATH_MAX,
      .required = true,
-     .help = "The parameter, such as players.0.lag_ms."},
+     .help = "Path of the parameter, such as players.0.lag_ms."},
     {.name = "from",
      .type = LL_PARAM_REAL,
      .offset = offsetof(settings, from),
@@ -46,12 +46,12 @@ static const ll_param rows[] = {
      .min = 1,
      .max = LL_AXIS_VALUES_MAX,
      .default_value = 1,
-     .help = "How many values a range has, both ends among them."},
+     .help = "Number of values of a range, both ends included."},
     {.name = "scale",
      .type = LL_PARAM_CHOICE,
      .offset = offsetof(settings, scale),
      .choices = scales,
-     .help = "Steps of a range are equal differences or equal ratios."},
+     .help = "Spacing of a range: equal differences or equal ratios."},
 };
 
 static const ll_param_table table = {.name = "axis",
@@ -114,8 +114,8 @@ static double between(const ll_axis *a, double from, double to, double position)
     return a->scale ? from * ll_exp(ll_detmath_log(to / from) * position) : from + (to - from) * position;
 }
 
-/* Each whole number has as much of the range as the others: of a linear range the same width, of a
- * logarithmic one what is rounded to it, the ends included. */
+/* All whole numbers are equally likely in a linear range; in a logarithmic one each has the part of the range
+ * that is rounded to it, the ends included. */
 static double whole_sample(const ll_axis *a, double position)
 {
     double from = floor(a->from + 0.5), to = floor(a->to + 0.5), side = to < from ? -0.5 : 0.5;
@@ -143,7 +143,7 @@ cJSON *ll_axis_at(const ll_axis *a, int64_t k)
         }
         return copy;
     }
-    if (k == a->count - 1 && k > 0) /* to the last bit */
+    if (k == a->count - 1 && k > 0) /* exactly */
         return ll_param_number(a->type == LL_CELL_INT ? floor(a->to + 0.5) : a->to);
     double value = between(a, a->from, a->to, a->count > 1 ? (double)k / (double)(a->count - 1) : 0);
     return ll_param_number(a->type == LL_CELL_INT ? floor(value + 0.5) : value);
@@ -168,27 +168,26 @@ static ll_status check_shape(const cJSON *json, const char *field, bool sampled)
                               "%s: must be an object with path and values, or path, from, to and count",
                               field);
     if (list && (from || to || cJSON_HasObjectItem(json, "count")))
-        return ll_field_error(LL_BAD_INPUT, field, "%s has both values and a range; give one of them", field);
+        return ll_field_error(LL_BAD_INPUT, field, "%s: must have either values or a range", field);
     if (!list && !(from && to && (sampled || cJSON_HasObjectItem(json, "count"))))
-        return ll_field_error(LL_BAD_INPUT, field, "%s needs values, or from, to%s", field,
+        return ll_field_error(LL_BAD_INPUT, field, "%s: must have values, or from, to%s", field,
                               sampled ? "" : " and count");
     if (list && !cJSON_IsArray(values))
         return ll_field_error(LL_BAD_INPUT, field, "%s.values: must be an array", field);
     int count = cJSON_GetArraySize(values);
     if (list && (count == 0 || count > LL_AXIS_VALUES_MAX))
-        return ll_field_error(LL_BAD_INPUT, field,
-                              "%s.values: must have 1 to %d values; it has %d, so there is nothing to run",
-                              field, LL_AXIS_VALUES_MAX, count);
+        return ll_field_error(LL_BAD_INPUT, field, "%s.values: must have 1 to %d values; got %d", field,
+                              LL_AXIS_VALUES_MAX, count);
     return ll_ok();
 }
 
-/* Every value alone, on a copy of the configuration. A rule that ties it to other values may refuse it here
- * and take it beside another axis' value; so only an error of the field itself counts. */
+/* Checks every value alone, on a copy of the configuration. A rule that relates it to other parameters may
+ * refuse it here and accept it with another axis' value, so only errors of the field itself count. */
 static ll_status check_values(const ll_axis *a, const char *field, const ll_param_table *scenario,
                               const void *config)
 {
     void *copy = malloc(scenario->size);
-    ll_status status = copy ? ll_ok() : ll_error(LL_NO_MEMORY, "no memory for a scenario");
+    ll_status status = copy ? ll_ok() : ll_error(LL_NO_MEMORY, "out of memory: scenario");
     for (int64_t k = 0; k < a->count && !ll_failed(&status); k++) {
         cJSON *patch = cJSON_CreateObject();
         memcpy(copy, config, scenario->size);
@@ -206,37 +205,35 @@ static ll_status check_path(const ll_axis *a, const char *field, const ll_param_
                             const ll_param **row)
 {
     *row = ll_param_find(scenario, config, a->path, NULL);
-    if (!*row) { /* the patch of a path that is not there says what is */
+    if (!*row) { /* the patch of an unknown path returns the message */
         cJSON *patch = cJSON_CreateObject();
         cJSON_AddNullToObject(patch, a->path);
         ll_status status = ll_param_merge(scenario, patch, config);
         cJSON_Delete(patch);
-        ll_status told = below(field, &status);
+        ll_status count_notice = below(field, &status);
         char path[80];
         snprintf(path, sizeof path, "%s.path", field);
-        return ll_field_error(LL_BAD_INPUT, path, "%s", told.text);
+        return ll_field_error(LL_BAD_INPUT, path, "%s", count_notice.text);
     }
     if ((*row)->type >= LL_PARAM_OBJECT || (*row)->type == LL_PARAM_JSON)
         return ll_field_error(LL_BAD_INPUT, field, "%s.path: must be one value; %s is an object or an array",
                               field, a->path);
     if (strcmp(a->path, "seed") == 0)
-        return ll_field_error(LL_BAD_INPUT, field,
-                              "%s.path cannot be seed: repeats count up from the scenario's seed", field);
-    if (strcmp(a->path, "kind") == 0)
-        return ll_field_error(LL_BAD_INPUT, field, "%s.path cannot be kind: it is what the scenario is",
+        return ll_field_error(LL_BAD_INPUT, field, "%s.path: must not be seed: repeats use ascending seeds",
                               field);
+    if (strcmp(a->path, "kind") == 0)
+        return ll_field_error(LL_BAD_INPUT, field, "%s.path: must not be kind", field);
     return ll_ok();
 }
 
 static ll_status check_range(const ll_axis *a, const char *field)
 {
     if (a->type != LL_CELL_REAL && a->type != LL_CELL_INT)
-        return ll_field_error(LL_BAD_INPUT, field, "%s: %s is no number, so it takes values and no range",
+        return ll_field_error(LL_BAD_INPUT, field, "%s: %s is not a number: must have values, not a range",
                               field, a->path);
     if (a->scale == 1 && !(a->from > 0 && a->to > 0))
-        return ll_field_error(LL_BAD_INPUT, field,
-                              "%s: a log range must be above 0 at both ends; got %g to %g", field, a->from,
-                              a->to);
+        return ll_field_error(LL_BAD_INPUT, field, "%s: log range must be above 0 at both ends; got %g to %g",
+                              field, a->from, a->to);
     return ll_ok();
 }
 
@@ -266,7 +263,7 @@ ll_status ll_axis_parse(const cJSON *json, const char *field, bool sampled, cons
     a->count = a->values ? cJSON_GetArraySize(a->values) : a->sampled ? 2 : s.count;
     void *copy = malloc(scenario->size);
     if (!copy)
-        status = ll_error(LL_NO_MEMORY, "no memory for a scenario");
+        status = ll_error(LL_NO_MEMORY, "out of memory: scenario");
     else
         memcpy(copy, config, scenario->size);
     if (!ll_failed(&status))

@@ -6,18 +6,18 @@
 
 #include "base/hash.h"
 
-ll_sample_order ll_experiment_sample(const ll_experiment *e)
+ll_sample_request ll_experiment_sample(const ll_experiment *e)
 {
-    return (ll_sample_order){(ll_sampling)e->head.sample.method, e->dimension_count, e->head.sample.count,
-                             (uint64_t)e->head.sample.seed};
+    return (ll_sample_request){(ll_sampling)e->head.sample.method, e->dimension_count, e->head.sample.count,
+                               (uint64_t)e->head.sample.seed};
 }
 
 cJSON *ll_experiment_point(const ll_experiment *e, int64_t point)
 {
     cJSON *values = cJSON_CreateObject(), *value[LL_EXPERIMENT_AXES_MAX];
-    ll_sample_order sample = ll_experiment_sample(e);
+    ll_sample_request sample = ll_experiment_sample(e);
     int64_t left = point;
-    for (int a = e->axis_count - 1; a >= 0; a--) { /* the last is the fastest */
+    for (int a = e->axis_count - 1; a >= 0; a--) { /* the last axis varies fastest */
         const ll_axis *axis = &e->axes[a];
         if (sample.method != LL_SAMPLE_NONE) {
             value[a] = ll_axis_sample(axis, ll_sample_coordinate(&sample, e->dimension[a], point));
@@ -54,7 +54,7 @@ ll_status ll_experiment_apply(const ll_sim_kind *kind, const cJSON *values, void
 {
     void *before = malloc(kind->table->size);
     if (!before)
-        return ll_error(LL_NO_MEMORY, "no memory for a scenario");
+        return ll_error(LL_NO_MEMORY, "out of memory: scenario");
     memcpy(before, config, kind->table->size);
     ll_status status = ll_param_merge(kind->table, values, config);
     if (!ll_failed(&status))
@@ -68,7 +68,7 @@ ll_status ll_experiment_open(const ll_experiment *e, int64_t run, ll_scenario *s
     size_t size = e->base.kind->table->size;
     *scenario = (ll_scenario){e->base.kind, malloc(size)};
     if (!scenario->config)
-        return ll_error(LL_NO_MEMORY, "no memory for a scenario");
+        return ll_error(LL_NO_MEMORY, "out of memory: scenario");
     memcpy(scenario->config, e->base.config, size);
     cJSON *values = ll_experiment_point(e, run / e->head.repeats);
     ll_status status = ll_experiment_apply(scenario->kind, values, scenario->config);

@@ -1,9 +1,10 @@
-/* An experiment: a scenario, what is varied, how often each point is repeated, and which metrics are kept.
+/* An experiment: a scenario, its varied parameters, the number of repeats of each point, and the metrics that
+ * are kept.
  *
  * A row is a pure function of (specification, index): it can be run on any thread or machine, again after a
- * crash, and in any order (but for the metric cost.ns_per_sim_s, which is measured). Run i is repeat i %
- * repeats of point i / repeats; repeat r has the scenario's seed
- * + r, at every point, so that points differ by their parameters and not by their luck. */
+ * crash, and in any order (except the metric cost.ns_per_sim_s, which is measured). Run i is repeat i %
+ * repeats of point i / repeats; repeat r has the scenario's seed + r at every point, so that points differ
+ * only by their parameters (common random numbers). */
 #pragma once
 
 #include <stdatomic.h>
@@ -22,22 +23,21 @@ enum {
     LL_EXPERIMENT_METRICS_MAX = 32,
     LL_EXPERIMENT_PATH_MAX = 120,
     LL_EXPERIMENT_RUNS_MAX = 10000000,
-    LL_EXPERIMENT_TRACES_MAX = 1000, /* runs of an experiment whose traces are kept */
+    LL_EXPERIMENT_TRACES_MAX = 1000, /* runs of an experiment with traces */
 };
 
 typedef enum ll_interval_choice { LL_INTERVALS_AUTO, LL_INTERVALS_T } ll_interval_choice;
 
-/* What has one value, in a table of its own. */
+/* Members with single values, which have a table. */
 typedef struct ll_experiment_head {
     char title[LL_TITLE_MAX + 8];
     char text[LL_TEXT_MAX + 8];
     char scenario_id[LL_EXPERIMENT_PATH_MAX +
-                     8]; /* that the scenario was read from; empty when it was given whole */
-    /* Which of the metrics are the two sides of the trade, for the report and the adviser; empty: the first
-     * and the second. */
+                     8]; /* file that the scenario was read from; empty if it was given whole */
+    /* Error and cost metric, for the report and the adviser; empty: the first and the second metric. */
     char error[LL_EXPERIMENT_PATH_MAX + 8], cost[LL_EXPERIMENT_PATH_MAX + 8];
     int64_t repeats;
-    bool traces; /* `sweep` writes each run's, too */
+    bool traces; /* `sweep` also writes traces of all runs */
     char reserved[3];
     int32_t interval; /* ll_interval_choice */
     struct {
@@ -45,52 +45,52 @@ typedef struct ll_experiment_head {
         int64_t count, seed;
     } sample;
     struct {
-        char metric[LL_EXPERIMENT_PATH_MAX + 8]; /* empty: runs go to their end */
+        char metric[LL_EXPERIMENT_PATH_MAX + 8]; /* empty: no early end */
         double above, every_s;
     } stop;
     struct {
-        char metric[LL_EXPERIMENT_PATH_MAX + 8]; /* empty: the error */
-        double half_width, relative;             /* of the interval, at most; 0: no such rule */
+        char metric[LL_EXPERIMENT_PATH_MAX + 8]; /* empty: the error metric */
+        double half_width, relative;             /* maximum half width of the interval; 0: no such rule */
         int64_t least;
     } until;
 } ll_experiment_head;
 
 typedef struct ll_experiment {
     ll_experiment_head head;
-    ll_scenario base;      /* with the fixed overrides */
-    struct cJSON *json;    /* the specification, with the scenario in it: all that another machine needs */
-    struct cJSON *set;     /* the fixed overrides, within `json`; may be NULL */
-    ll_workload *workload; /* the inputs of every run; NULL: there are none */
+    ll_scenario base;      /* with the fixed values */
+    struct cJSON *json;    /* the specification, including the scenario: complete for another machine */
+    struct cJSON *set;     /* the fixed values, within `json`; may be NULL */
+    ll_workload *workload; /* the inputs of every run; NULL: none */
     ll_axis axes[LL_EXPERIMENT_AXES_MAX];
-    int dimension[LL_EXPERIMENT_AXES_MAX]; /* of each axis: zipped ones share it */
+    int dimension[LL_EXPERIMENT_AXES_MAX]; /* by axis: zipped ones share a dimension */
     int axis_count, dimension_count;
     char metrics[LL_EXPERIMENT_METRICS_MAX][LL_EXPERIMENT_PATH_MAX + 8];
     ll_metric_scale scales[LL_EXPERIMENT_METRICS_MAX];
     int metric_count;
     int until_metric;
     int front[LL_EXPERIMENT_METRICS_MAX],
-        front_count;               /* whose front is told: cost and error, or those named */
-    int error_metric, cost_metric; /* indices into `metrics`; cost_metric < 0: there is none */
+        front_count;               /* of the Pareto front: cost and error, or those named */
+    int error_metric, cost_metric; /* indices into `metrics`; cost_metric < 0: none */
     int64_t points, runs;
 } ll_experiment;
 
-/* Reads and checks all that can be checked without running: paths, values, the number of runs, metrics.
+/* Parses a specification and checks all that needs no runs: paths, values, the number of runs, metrics.
  * `scenarios` is the folder of the library. Errors name the field, its range and the value. */
 ll_status ll_experiment_parse(const struct cJSON *json, const char *scenarios, ll_experiment **experiment);
 void ll_experiment_free(ll_experiment *experiment);
 
-/* The specification as text, with the scenario in it. Caller frees. NULL without memory. */
+/* The specification as text, with the scenario. Caller frees. NULL without memory. */
 char *ll_experiment_text(const ll_experiment *experiment);
 
-/* What differs between two experiments gives other keys: specification and scenario. */
+/* Hash of specification and scenario: different experiments have different keys. */
 uint64_t ll_experiment_key(const ll_experiment *experiment);
 
-ll_sample_order ll_experiment_sample(const ll_experiment *experiment);
+ll_sample_request ll_experiment_sample(const ll_experiment *experiment);
 
 /* The varied parameters at a point: {"players.0.lag_ms":100}. Caller deletes. */
 struct cJSON *ll_experiment_point(const ll_experiment *experiment, int64_t point);
-/* Why runs will have no metrics, or some of them: sentences, by what the scenario's kind knows of the points
- * before they are run. Caller deletes. */
+/* Reasons why runs will lack metrics, as far as the scenario's kind knows them before the runs: a list of
+ * sentences. Caller deletes. */
 struct cJSON *ll_experiment_notices(const ll_experiment *experiment);
 int64_t ll_experiment_seed(const ll_experiment *experiment, int64_t run);
 
@@ -100,11 +100,11 @@ struct cJSON *ll_experiment_schema(void);
 
 typedef enum ll_row_status {
     LL_ROW_OK,
-    LL_ROW_STOPPED,  /* by the stop rule */
-    LL_ROW_DIVERGED, /* the run, or a part that metrics are of; `error` tells when and where */
-    LL_ROW_REFUSED,  /* these values do not go together; there are no metrics */
-    LL_ROW_FAILED,   /* a part that metrics are of gave up or was not run: `error` tells which and why */
-    LL_ROW_SKIPPED,  /* not made: the runs of its point before it were enough (until.h) */
+    LL_ROW_STOPPED,  /* ended by the stop rule */
+    LL_ROW_DIVERGED, /* the run diverged, or a part that has metrics; `error` names time and part */
+    LL_ROW_REFUSED,  /* invalid combination of values; no metrics */
+    LL_ROW_FAILED,   /* a part that has metrics failed or was not run: `error` names it and the reason */
+    LL_ROW_SKIPPED,  /* not run: the point had enough runs (until.h) */
 } ll_row_status;
 
 extern const char *const ll_row_status_names[];
@@ -113,27 +113,27 @@ typedef struct ll_row {
     int64_t run;
     ll_row_status status;
     char error[200];
-    uint64_t hash;                             /* of the state at the end */
+    uint64_t hash;                             /* of the final state */
     double t_s;                                /* virtual time at the end */
-    double metrics[LL_EXPERIMENT_METRICS_MAX]; /* NaN where there is none, as of what diverged or failed */
+    double metrics[LL_EXPERIMENT_METRICS_MAX]; /* NaN: missing, as after a divergence or failure */
 } ll_row;
 
-/* Whether it ended well. */
+/* Whether the run has all metrics. */
 static inline bool ll_row_good(const ll_row *row)
 {
     return row->status == LL_ROW_OK || row->status == LL_ROW_STOPPED;
 }
 
-void ll_row_clear(ll_row *row); /* all 0, without metrics; rows are compared and stored as bytes */
+void ll_row_clear(ll_row *row); /* all bytes 0, no metrics; rows are compared and stored as bytes */
 
-/* Fails for want of memory, and with LL_INTERRUPTED (`interrupt` may be NULL). */
+/* Fails without memory, and with LL_INTERRUPTED (`interrupt` may be NULL). */
 ll_status ll_experiment_run(const ll_experiment *experiment, int64_t run, const ll_interrupt *interrupt,
                             ll_row *row);
 
-/* The scenario of a run: to be opened live, together with the workload. */
+/* The scenario of a run, with the workload, to open it live. */
 ll_status ll_experiment_open(const ll_experiment *experiment, int64_t run, ll_scenario *scenario);
 
-/* The trace of a run as CSV, as `laglab run --trace` writes it: it is run again for that. Ends where the run
- * ended, or with the last tick before it diverged. LL_BAD_INPUT: it was refused. */
+/* The trace of a run as CSV, as from `laglab run --trace`; the run is repeated for it. It ends where the run
+ * ended, or at the last tick before it diverged. LL_BAD_INPUT: the run was refused. */
 ll_status ll_experiment_trace(const ll_experiment *experiment, int64_t run, const ll_interrupt *interrupt,
                               void (*write)(void *context, const char *text, size_t length), void *context);

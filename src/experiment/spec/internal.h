@@ -1,10 +1,10 @@
-/* What the files of an experiment share. */
+/* Shared by the files of an experiment. */
 #pragma once
 
 #include "experiment/spec/experiment.h"
 
-/* What has one value, by the table; other keys are left to the caller, unknown ones refused. */
+/* Reads the members with a table; the caller reads the other keys, unknown ones are refused. */
 ll_status ll_experiment_read_head(const struct cJSON *json, ll_experiment_head *head);
 
-/* Merges values into a configuration and makes dependent ones agree. */
+/* Merges values into a configuration and sets dependent ones. */
 ll_status ll_experiment_apply(const ll_sim_kind *kind, const struct cJSON *values, void *config);

@@ -8,7 +8,8 @@
 
 #include "base/run_status.h"
 
-/* What the path's first name leads to, which is copied to `name`; `*path` becomes the rest, or its end. */
+/* The value of the path's first name, which is copied to `name`; `*path` is moved to the remaining path, or
+ * its end. */
 static const cJSON *metric_step(const cJSON *metrics, const char **path, char name[64])
 {
     size_t length = strcspn(*path, ".");
@@ -39,7 +40,7 @@ static const cJSON *metric_at(const cJSON *metrics, const char *path, char *reac
     }
 }
 
-/* What is there where the path ends, in as many names as fit. */
+/* The error for a wrong path: lists names that exist there, as many as fit. */
 static ll_status no_metric(const cJSON *metrics, const char *field, const char *path)
 {
     char reached[160], names[120] = "", found[160];
@@ -61,7 +62,7 @@ static ll_status no_metric(const cJSON *metrics, const char *field, const char *
         snprintf(names + used, sizeof names - used, "%s%s", used ? ", " : "", item->string);
     }
     if (names[0] == '\0')
-        return ll_field_error(LL_BAD_INPUT, field, "%s: %s is no number", field, path);
+        return ll_field_error(LL_BAD_INPUT, field, "%s: %s is not a number", field, path);
     return ll_field_error(LL_BAD_INPUT, field, "%s: the scenario has no metric %s; %s has %s", field, path,
                           reached[0] ? reached : "it", names);
 }

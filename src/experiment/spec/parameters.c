@@ -1,4 +1,4 @@
-/* The values of a specification: their table, and the JSON Schema of the whole. */
+/* Members with a table, and the JSON Schema of a whole specification. */
 #include <cjson/cJSON.h>
 #include <stddef.h>
 #include <stdio.h>
@@ -17,28 +17,26 @@ static const ll_param sample_rows[] = {
      .type = LL_PARAM_CHOICE,
      .offset = SAMPLE(method),
      .choices = samplings,
-     .help = "Points drawn from the axes in place of their product: at random, a Sobol' sequence, which "
-             "fills evenly, a "
-             "Latin hypercube (lhs), or what sensitivity indices are made of (saltelli)."},
+     .help = "Sampling method of the axes, instead of their product: random, sobol (a Sobol' sequence, which "
+             "fills evenly), lhs (Latin hypercube) or saltelli (for sensitivity indices)."},
     {.name = "count",
      .type = LL_PARAM_INT,
      .offset = SAMPLE(count),
      .min = 1,
      .max = LL_EXPERIMENT_RUNS_MAX,
      .default_value = 64,
-     .help = "How many points, of saltelli base samples, each of as many points as there are dimensions and "
-             "two; powers "
-             "of two suit Sobol' sequences and saltelli."},
+     .help = "Number of points; for saltelli number of base samples, each with (dimensions + 2) points. "
+             "Powers of two are best for sobol and saltelli."},
     {.name = "seed",
      .type = LL_PARAM_INT,
      .offset = SAMPLE(seed),
      .max = 9007199254740991,
      .default_value = 1,
-     .help = "Of the draws; of a Sobol' sequence's shift."},
+     .help = "Random seed of the samples; of a Sobol' sequence's shift."},
 };
 
 static const ll_param_table sample_table = {.name = "sample",
-                                            .help = "How points are drawn.",
+                                            .help = "Sampling of points.",
                                             .rows = sample_rows,
                                             .count = sizeof sample_rows / sizeof sample_rows[0],
                                             .size = sizeof((ll_experiment_head *)0)->sample};
@@ -48,13 +46,13 @@ static const ll_param stop_rows[] = {
      .type = LL_PARAM_TEXT,
      .offset = STOP(metric),
      .max = LL_EXPERIMENT_PATH_MAX,
-     .help = "A metric that ends a run early; empty: none does."},
+     .help = "Metric that ends a run early; empty: none."},
     {.name = "above",
      .type = LL_PARAM_REAL,
      .offset = STOP(above),
      .min = -1e15,
      .max = 1e15,
-     .help = "A run ends when the metric is above."},
+     .help = "A run ends when the metric exceeds this."},
     {.name = "every_s",
      .type = LL_PARAM_REAL,
      .offset = STOP(every_s),
@@ -62,11 +60,11 @@ static const ll_param stop_rows[] = {
      .max = 3600,
      .default_value = 1,
      .unit = "s",
-     .help = "How often that is looked at, in virtual time."},
+     .help = "Interval of these checks, in virtual time."},
 };
 
 static const ll_param_table stop_table = {.name = "stop",
-                                          .help = "When a run ends before its duration.",
+                                          .help = "Early end of a run.",
                                           .rows = stop_rows,
                                           .count = sizeof stop_rows / sizeof stop_rows[0],
                                           .size = sizeof((ll_experiment_head *)0)->stop};
@@ -78,24 +76,24 @@ static const ll_param until_rows[] = {
      .type = LL_PARAM_TEXT,
      .offset = UNTIL(metric),
      .max = LL_EXPERIMENT_PATH_MAX,
-     .help = "One of the metrics; empty: the error."},
+     .help = "One of the metrics; empty: the error metric."},
     {.name = "half_width",
      .type = LL_PARAM_REAL,
      .offset = UNTIL(half_width),
      .max = 1e15,
-     .help = "A point has enough runs when half of the interval's width is at most this; 0: no such rule."},
+     .help = "Half width of the interval at which a point has enough runs; 0: no such rule."},
     {.name = "relative",
      .type = LL_PARAM_REAL,
      .offset = UNTIL(relative),
      .max = 1,
-     .help = "Or when it is at most this part of the mean's magnitude; 0: no such rule."},
+     .help = "The same relative to the mean's magnitude; 0: no such rule."},
     {.name = "least",
      .type = LL_PARAM_INT,
      .offset = UNTIL(least),
-     .min = LL_INTERVAL_LEAST,
+     .min = LL_INTERVAL_MIN,
      .max = 100000,
      .default_value = 10,
-     .help = "Runs before the first look; there is another whenever there are twice as many."},
+     .help = "Runs before the first check; further checks come after each doubling."},
 };
 
 static const ll_param_table until_table = {.name = "until",
@@ -107,34 +105,36 @@ static const ll_param_table until_table = {.name = "until",
 #define ROW(member) .name = #member, .offset = offsetof(ll_experiment_head, member)
 
 static const ll_param head_rows[] = {
-    {ROW(title), .type = LL_PARAM_TEXT, .max = LL_TITLE_MAX, .help = "A short name for people."},
-    {ROW(text), .type = LL_PARAM_TEXT, .max = LL_TEXT_MAX, .help = "What it asks."},
+    {ROW(title), .type = LL_PARAM_TEXT, .max = LL_TITLE_MAX, .help = "Title."},
+    {ROW(text), .type = LL_PARAM_TEXT, .max = LL_TEXT_MAX,
+     .help = "Description: the question of the experiment."},
     {ROW(scenario_id), .type = LL_PARAM_TEXT, .max = LL_EXPERIMENT_PATH_MAX,
-     .help = "Where a scenario that is given whole was read from."},
+     .help = "File that the scenario was read from."},
     {ROW(error), .type = LL_PARAM_TEXT, .max = LL_EXPERIMENT_PATH_MAX,
-     .help = "The metric that is to be small; empty: the first."},
+     .help = "Error metric; empty: the first."},
     {ROW(cost), .type = LL_PARAM_TEXT, .max = LL_EXPERIMENT_PATH_MAX,
-     .help = "The metric that this is paid with; empty: the second, if there is one."},
+     .help = "Cost metric; empty: the second, if there is one."},
     {ROW(repeats), .type = LL_PARAM_INT, .min = 1, .max = 100000, .default_value = 1,
-     .help = "Runs of each point, with seeds that count up from the scenario's."},
+     .help = "Runs of each point, with ascending seeds from the scenario's."},
     {ROW(interval), .type = LL_PARAM_CHOICE, .choices = intervals,
-     .help = "How intervals of means are made: auto chooses by what the values are, t is Student's for all "
-             "but shares, for who knows that they are near to normal."},
+     .help = "Method of the means' intervals: auto (chosen by the values) or t (Student's for all but "
+             "shares, for values known to be nearly normal)."},
     {ROW(traces), .type = LL_PARAM_BOOL,
-     .help = "Write each run's trace beside the rows: for at most 1000 runs."},
-    {ROW(sample), .type = LL_PARAM_OBJECT, .child = &sample_table, .help = "How points are drawn."},
-    {ROW(stop), .type = LL_PARAM_OBJECT, .child = &stop_table, .help = "When a run ends early."},
+     .help = "Write each run's trace next to the rows; at most 1000 runs."},
+    {ROW(sample), .type = LL_PARAM_OBJECT, .child = &sample_table, .help = "Sampling of points."},
+    {ROW(stop), .type = LL_PARAM_OBJECT, .child = &stop_table, .help = "Early end of a run."},
     {ROW(until), .type = LL_PARAM_OBJECT, .child = &until_table,
      .help = "When a point has enough runs, below `repeats`."},
 };
 
-static const ll_param_table head_table = {.name = "experiment",
-                                          .help = "A scenario, what is varied, and which metrics are kept.",
-                                          .rows = head_rows,
-                                          .count = sizeof head_rows / sizeof head_rows[0],
-                                          .size = sizeof(ll_experiment_head)};
+static const ll_param_table head_table = {
+    .name = "experiment",
+    .help = "A scenario, its varied parameters, and the metrics that are kept.",
+    .rows = head_rows,
+    .count = sizeof head_rows / sizeof head_rows[0],
+    .size = sizeof(ll_experiment_head)};
 
-/* Keys that are not values of one type, so not in the table. */
+/* Keys with values of several types, which are not in the table. */
 static const char *const other_keys[] = {"scenario", "set", "axes", "metrics", "workload", "front"};
 
 /* ---- schema ---- */
@@ -150,8 +150,8 @@ static void add_workload(cJSON *properties)
         properties, "workload",
         "{\"description\":\"Inputs that every run replays, at their times, for the players whose control is "
         "person: the lines of a session's log as one text, or an object; in a file of an experiment also the "
-        "path of a log beside it.\",\"type\":[\"string\",\"object\"],\"properties\":{"
-        "\"tick_hz\":{\"description\":\"What the ticks of the inputs count.\",\"type\":\"number\","
+        "path of a log next to it.\",\"type\":[\"string\",\"object\"],\"properties\":{"
+        "\"tick_hz\":{\"description\":\"Rate of the inputs' ticks.\",\"type\":\"number\","
         "\"minimum\":1,\"maximum\":1000,\"default\":60,\"x-unit\":\"Hz\"},"
         "\"inputs\":{\"description\":\"In the order of ticks; an input counts until the next of its "
         "player.\",\"type\":\"array\",\"minItems\":1,\"maxItems\":1000000,\"items\":{\"type\":\"object\","
@@ -177,28 +177,24 @@ cJSON *ll_experiment_schema(void)
               "{\"description\":\"Fixed values by path, before the axes.\",\"type\":\"object\"}");
     add_other(
         properties, "axes",
-        "{\"description\":\"What is varied: the product of all, the last one fastest. Axes in a `zip` go "
+        "{\"description\":\"Varied parameters: the product of all axes, the last one fastest. Axes in a "
+        "`zip` vary "
         "together.\",\"type\":\"array\",\"items\":{\"anyOf\":[{\"$ref\":\"#/$defs/"
-        "axis\"},{\"type\":\"object\","
-        "\"properties\":{\"zip\":{\"type\":\"array\",\"minItems\":1,\"items\":{\"$ref\":\"#/$defs/axis\"}}},"
-        "\"required\":[\"zip\"],\"additionalProperties\":false}]}}");
+        "axis\"},{\"type\":\"object\",\"properties\":{\"zip\":{\"type\":\"array\",\"minItems\":1,\"items\":{"
+        "\"$ref\":\"#/$defs/axis\"}}},\"required\":[\"zip\"],\"additionalProperties\":false}]}}");
     add_other(properties, "metrics",
               "{\"description\":\"Paths of numbers in the metrics of a run, and cost.ns_per_sim_s, which is "
-              "measured: "
-              "nanoseconds of a processor for a second of simulated time, the least of "
-              "several.\",\"type\":\"array\",\"minItems\":1,"
-              "\"maxItems\":32,\"items\":{\"type\":\"string\"}}");
-    add_other(
-        properties, "front",
-        "{\"description\":\"Metrics whose front the report marks: points that no other point is as good as "
-        "in all "
-        "and better than in one, by magnitude; left out, cost and error.\",\"type\":\"array\",\"minItems\":2,"
-        "\"maxItems\":32,\"items\":{\"type\":\"string\"}}");
+              "measured: processor time in nanoseconds per second of simulated time, the minimum of several "
+              "runs.\",\"type\":\"array\",\"minItems\":1,\"maxItems\":32,\"items\":{\"type\":\"string\"}}");
+    add_other(properties, "front",
+              "{\"description\":\"Metrics of the Pareto front that the report marks: points that no other "
+              "point beats, by magnitude; default: cost and "
+              "error.\",\"type\":\"array\",\"minItems\":2,\"maxItems\":32,\"items\":{\"type\":\"string\"}}");
     add_workload(properties);
-    cJSON_AddItemToObject(
-        cJSON_GetObjectItem(axis, "properties"), "values",
-        cJSON_Parse("{\"description\":\"A list in place of a range.\",\"type\":\"array\",\"minItems\":1,"
-                    "\"items\":{\"type\":[\"number\",\"string\",\"boolean\"]}}"));
+    cJSON_AddItemToObject(cJSON_GetObjectItem(axis, "properties"), "values",
+                          cJSON_Parse("{\"description\":\"List of values, instead of a "
+                                      "range.\",\"type\":\"array\",\"minItems\":1,\"items\":{\"type\":["
+                                      "\"number\",\"string\",\"boolean\"]}}"));
     cJSON_DeleteItemFromObject(axis, "$schema");
     cJSON_DeleteItemFromObject(axis, "$defs");
     cJSON_AddItemToObject(defs, "axis", axis);

@@ -1,4 +1,4 @@
-/* From a specification to an experiment: all that can be checked without running. */
+/* Parses a specification, and checks all that needs no runs. */
 #include <cjson/cJSON.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -10,7 +10,7 @@
 #include "library/library.h"
 #include "session/session.h"
 
-/* Puts the scenario in place of its id. */
+/* Replaces the scenario's id by the scenario. */
 static ll_status read_scenario(ll_experiment *e, const char *scenarios)
 {
     cJSON *scenario = cJSON_GetObjectItemCaseSensitive(e->json, "scenario"), *loaded = NULL;
@@ -44,7 +44,7 @@ static ll_status read_set(ll_experiment *e)
     if (!cJSON_IsObject(e->set))
         return ll_field_error(LL_BAD_INPUT, "set", "set: must be an object of values by path");
     if (cJSON_HasObjectItem(e->set, "kind"))
-        return ll_field_error(LL_BAD_INPUT, "set.kind", "set cannot change kind: it is what the scenario is");
+        return ll_field_error(LL_BAD_INPUT, "set.kind", "set: must not have kind");
     ll_status status = ll_experiment_apply(e->base.kind, e->set, e->base.config);
     if (!ll_failed(&status))
         return status;
@@ -53,8 +53,8 @@ static ll_status read_set(ll_experiment *e)
     return ll_field_error(LL_BAD_INPUT, field, "set: %s", status.text);
 }
 
-/* The inputs in place of whatever they were read from: what is kept, and what makes experiments differ, is
- * what the players do. */
+/* Replaces the source of the workload by its inputs: the inputs are what is kept, and what the key depends
+ * on. */
 static ll_status read_workload(ll_experiment *e)
 {
     const cJSON *workload = cJSON_GetObjectItemCaseSensitive(e->json, "workload");
@@ -66,9 +66,9 @@ static ll_status read_workload(ll_experiment *e)
     return status;
 }
 
-enum { POINTS_LOOKED_AT = 1000 }; /* for one in which somebody takes the workload */
+enum { POINTS_LOOKED_AT = 1000 }; /* points checked for a player that takes the workload's inputs */
 
-/* At the scenario itself (-1) or a point. A point that is refused says so in its rows. */
+/* At the scenario itself (-1) or a point. Refused points are reported in their rows. */
 static ll_status check_workload_at(const ll_experiment *e, int64_t point)
 {
     ll_scenario scenario = {0};
@@ -108,8 +108,7 @@ static ll_status add_axis(ll_experiment *e, const cJSON *json, const char *field
     e->axis_count++;
     for (int i = 0; i < e->axis_count - 1; i++)
         if (strcmp(e->axes[i].path, axis->path) == 0)
-            return ll_field_error(LL_BAD_INPUT, field, "%s.path: %s is on an axis already", field,
-                                  axis->path);
+            return ll_field_error(LL_BAD_INPUT, field, "%s.path: %s is on another axis", field, axis->path);
     return status;
 }
 
@@ -128,9 +127,10 @@ static ll_status add_zip(ll_experiment *e, const cJSON *zip, const char *field)
             return status;
         const ll_axis *a = &e->axes[first], *b = &e->axes[e->axis_count - 1];
         if (a->count != b->count)
-            return ll_field_error(LL_BAD_INPUT, inner,
-                                  "%s has %lld values and %s.zip.0 has %lld; zipped axes have as many each",
-                                  inner, (long long)b->count, field, (long long)a->count);
+            return ll_field_error(
+                LL_BAD_INPUT, inner,
+                "%s has %lld values, but %s.zip.0 has %lld; zipped axes must have the same number", inner,
+                (long long)b->count, field, (long long)a->count);
     }
     return ll_ok();
 }
@@ -147,7 +147,7 @@ static ll_status read_axes(ll_experiment *e)
         const cJSON *zip = cJSON_GetObjectItemCaseSensitive(item, "zip");
         snprintf(field, sizeof field, "axes.%d", i++);
         if (zip && cJSON_GetArraySize(item) > 1)
-            return ll_field_error(LL_BAD_INPUT, field, "%s has a zip, so nothing else", field);
+            return ll_field_error(LL_BAD_INPUT, field, "%s: must have only zip", field);
         ll_status status = zip ? add_zip(e, zip, field) : add_axis(e, item, field);
         if (ll_failed(&status))
             return status;
@@ -169,18 +169,19 @@ static ll_status count_runs(ll_experiment *e)
                  (long long)e->axes[a].count);
     }
     if (e->head.sample.method != LL_SAMPLE_NONE) {
-        ll_sample_order sample = ll_experiment_sample(e);
+        ll_sample_request sample = ll_experiment_sample(e);
         points = (double)ll_sample_points(&sample);
         snprintf(product, sizeof product, "%.0f", points);
     }
     if (points * (double)e->head.repeats > LL_EXPERIMENT_RUNS_MAX)
-        return ll_field_error(
-            LL_BAD_INPUT, "axes", "axes give %s points, with %lld repeats %.6g runs; at most %d can be run",
-            product, (long long)e->head.repeats, points * (double)e->head.repeats, LL_EXPERIMENT_RUNS_MAX);
+        return ll_field_error(LL_BAD_INPUT, "axes",
+                              "axes: have %s points, with %lld repeats %.6g runs; must be at most %d runs",
+                              product, (long long)e->head.repeats, points * (double)e->head.repeats,
+                              LL_EXPERIMENT_RUNS_MAX);
     e->points = (int64_t)points;
     e->runs = e->points * e->head.repeats;
     if (e->head.traces && e->runs > LL_EXPERIMENT_TRACES_MAX)
-        return ll_field_error(LL_BAD_INPUT, "traces", "traces are kept of at most %d runs; there are %lld",
+        return ll_field_error(LL_BAD_INPUT, "traces", "traces: must have at most %d runs; got %lld",
                               LL_EXPERIMENT_TRACES_MAX, (long long)e->runs);
     return ll_ok();
 }
@@ -207,7 +208,7 @@ static ll_status read_trade(ll_experiment *e)
     return ll_failed(&status) ? status : find_metric(e, "cost", e->head.cost, 1, &e->cost_metric);
 }
 
-/* The metrics of the front; without a list cost and error, where there is a cost. */
+/* Metrics of the Pareto front; default: cost and error, if there is a cost. */
 static ll_status read_front(ll_experiment *e)
 {
     const cJSON *front = cJSON_GetObjectItemCaseSensitive(e->json, "front"), *item;
@@ -231,8 +232,7 @@ static ll_status read_front(ll_experiment *e)
             return status;
         for (int i = 0; i < e->front_count; i++)
             if (e->front[i] == metric)
-                return ll_field_error(LL_BAD_INPUT, field, "%s: %.100s is given twice", field,
-                                      item->valuestring);
+                return ll_field_error(LL_BAD_INPUT, field, "%s: duplicate %.100s", field, item->valuestring);
         e->front[e->front_count++] = metric;
     }
     return ll_ok();
@@ -248,9 +248,10 @@ static ll_status check_until(const ll_experiment *e)
                               "until.least: must be at most repeats, which is %lld; got %lld",
                               (long long)e->head.repeats, (long long)e->head.until.least);
     if (extreme)
-        return ll_field_error(LL_BAD_INPUT, "until.metric",
-                              "until.metric: the mean of %s, a largest value, has no interval",
-                              e->metrics[e->until_metric]);
+        return ll_field_error(
+            LL_BAD_INPUT, "until.metric",
+            "until.metric: must have an interval of the mean; %s is a maximum, which has none",
+            e->metrics[e->until_metric]);
     return ll_ok();
 }
 
@@ -277,7 +278,7 @@ static ll_status read_metrics(ll_experiment *e, const cJSON *present)
             return status;
         for (int i = 0; i < e->metric_count; i++)
             if (strcmp(e->metrics[i], item->valuestring) == 0)
-                return ll_field_error(LL_BAD_INPUT, field, "%s: %s is given twice", field, item->valuestring);
+                return ll_field_error(LL_BAD_INPUT, field, "%s: duplicate %s", field, item->valuestring);
         e->scales[e->metric_count] = ll_metric_scale_of(e->base.kind, present, item->valuestring);
         snprintf(e->metrics[e->metric_count++], sizeof e->metrics[0], "%s", item->valuestring);
     }
@@ -295,8 +296,8 @@ static ll_status read_metrics(ll_experiment *e, const cJSON *present)
 
 /* ---- whole ---- */
 
-/* Paths of metrics are held against those of the first point at its first tick, or of the scenario itself
- * where the first point's values are refused. */
+/* Checks paths of metrics with the metrics of the first point at its first tick, or of the scenario itself
+ * when the first point's values are refused. */
 static ll_status check_with_metrics(ll_experiment *e)
 {
     ll_scenario scenario;
@@ -305,7 +306,7 @@ static ll_status check_with_metrics(ll_experiment *e)
     if (status.code == LL_BAD_INPUT) {
         scenario = (ll_scenario){e->base.kind, malloc(e->base.kind->table->size)};
         if (!scenario.config)
-            return ll_error(LL_NO_MEMORY, "no memory for a scenario");
+            return ll_error(LL_NO_MEMORY, "out of memory: scenario");
         memcpy(scenario.config, e->base.config, e->base.kind->table->size);
         status = ll_ok();
     }
@@ -324,11 +325,11 @@ ll_status ll_experiment_parse(const cJSON *json, const char *scenarios, ll_exper
 {
     *experiment = NULL;
     if (!cJSON_IsObject(json))
-        return ll_error(LL_BAD_INPUT, "an experiment is a JSON object");
+        return ll_error(LL_BAD_INPUT, "experiment: must be a JSON object");
     ll_experiment *e = calloc(1, sizeof *e);
     if (!e || !(e->json = cJSON_Duplicate(json, true))) {
         free(e);
-        return ll_error(LL_NO_MEMORY, "no memory for an experiment");
+        return ll_error(LL_NO_MEMORY, "out of memory: experiment");
     }
     ll_status status = ll_experiment_read_head(json, &e->head);
     if (!ll_failed(&status))

@@ -8,10 +8,10 @@
 
 enum { SHARDS_MAX = 1000000 };
 
-/* Where engines tell a task its index and how many there are. */
+/* Environment variables with a task's index and the number of tasks, by engine. */
 static const struct engine {
     const char *name, *index, *count, *first, *step; /* `first` NULL: indices are 0, 1, 2 and so on */
-    bool last;                                       /* what `count` names is the last index */
+    bool last;                                       /* `count` is the last index */
 } engines[] = {
     {"Slurm", "SLURM_ARRAY_TASK_ID", "SLURM_ARRAY_TASK_COUNT", "SLURM_ARRAY_TASK_MIN",
      "SLURM_ARRAY_TASK_STEP", false},
@@ -36,7 +36,7 @@ ll_status ll_shard_from(const char *(*variable)(const char *name), int64_t *inde
         if (!whole(variable(e->index), index))
             continue;
         if (!whole(variable(e->count), count) || *count < 1)
-            return ll_error(LL_BAD_INPUT, "%s gave %s but not how many there are: set %s", e->name, e->index,
+            return ll_error(LL_BAD_INPUT, "%s: has %s but not the number of tasks; set %s", e->name, e->index,
                             e->count);
         if (e->first && !whole(variable(e->first), &first))
             first = 0;
@@ -48,8 +48,8 @@ ll_status ll_shard_from(const char *(*variable)(const char *name), int64_t *inde
         return ll_ok();
     }
     return ll_error(LL_BAD_INPUT,
-                    "--shard auto finds no array index: none of SLURM_ARRAY_TASK_ID, JOB_COMPLETION_INDEX, "
-                    "AWS_BATCH_JOB_ARRAY_INDEX and SGE_TASK_ID is set");
+                    "--shard auto: no array index found; SLURM_ARRAY_TASK_ID, JOB_COMPLETION_INDEX, "
+                    "AWS_BATCH_JOB_ARRAY_INDEX or SGE_TASK_ID must be set");
 }
 
 static const char *environment(const char *name)

@@ -8,8 +8,8 @@
 
 #define ERROR_95 0.05
 
-/* By how much each look beyond the first shrinks the error: found over normal, exponential and lognormal
- * values, so that the coverage of what is told is the level again. */
+/* Reduction of the error per check after the first: found with normal, exponential and lognormal values, so
+ * that the coverage of the final interval has the level again. */
 #define PER_LOOK 0.125
 
 bool ll_until_is_set(const ll_experiment *e)
@@ -17,25 +17,25 @@ bool ll_until_is_set(const ll_experiment *e)
     return e->head.until.half_width > 0 || e->head.until.relative > 0;
 }
 
-/* The number of runs at the look after that with so many. */
-static int64_t next_look(const ll_experiment *e, int64_t made)
+/* Number of runs at the check after the one with `made` runs. */
+static int64_t next_check(const ll_experiment *e, int64_t made)
 {
     return 2 * made < e->head.repeats ? 2 * made : e->head.repeats;
 }
 
-int ll_until_looks(const ll_experiment *e)
+int ll_until_checks(const ll_experiment *e)
 {
     int looks = 1;
-    for (int64_t n = e->head.until.least; ll_until_is_set(e) && n < e->head.repeats; n = next_look(e, n))
+    for (int64_t n = e->head.until.least; ll_until_is_set(e) && n < e->head.repeats; n = next_check(e, n))
         looks++;
     return looks;
 }
 
-static bool is_look(const ll_experiment *e, int64_t made)
+static bool is_check(const ll_experiment *e, int64_t made)
 {
     int64_t n = e->head.until.least;
     while (n < made)
-        n = next_look(e, n);
+        n = next_check(e, n);
     return n == made;
 }
 
@@ -52,19 +52,20 @@ static double counted_s(const ll_experiment *e, int64_t point, double t_s)
     return t_s;
 }
 
-ll_interval_order ll_experiment_order(const ll_experiment *e, int metric, int64_t point, double t_s)
+ll_interval_request ll_experiment_interval_request(const ll_experiment *e, int metric, int64_t point,
+                                                   double t_s)
 {
-    ll_interval_order order = {.scale = e->scales[metric],
-                               .error = ERROR_95 / (1 + (ll_until_looks(e) - 1) * PER_LOOK),
-                               .use_t = e->head.interval == LL_INTERVALS_T};
-    if (order.scale == LL_SCALE_COUNT && ll_metric_is_rate(e->metrics[metric])) {
+    ll_interval_request request = {.scale = e->scales[metric],
+                                   .error = ERROR_95 / (1 + (ll_until_checks(e) - 1) * PER_LOOK),
+                                   .use_t = e->head.interval == LL_INTERVALS_T};
+    if (request.scale == LL_SCALE_COUNT && ll_metric_is_rate(e->metrics[metric])) {
         double seconds = isfinite(t_s) ? counted_s(e, point, t_s) : 0;
         if (seconds > 0)
-            order.unit = 1 / seconds;
+            request.unit = 1 / seconds;
         else
-            order.scale = LL_SCALE_AMOUNT;
+            request.scale = LL_SCALE_AMOUNT;
     }
-    return order;
+    return request;
 }
 
 bool ll_until_is_met(const ll_experiment *e, const ll_summary *s)
@@ -76,7 +77,7 @@ bool ll_until_is_met(const ll_experiment *e, const ll_summary *s)
 
 bool ll_until_reached(const ll_experiment *e, const ll_row *rows, int64_t made, ll_resampler *resampler)
 {
-    if (!ll_until_is_set(e) || !is_look(e, made))
+    if (!ll_until_is_set(e) || !is_check(e, made))
         return false;
     double *values = malloc((size_t)made * sizeof *values), t_s = rows[0].t_s;
     int metric = e->until_metric;
@@ -86,12 +87,13 @@ bool ll_until_reached(const ll_experiment *e, const ll_row *rows, int64_t made, 
             values[n++] = rows[k].metrics[metric];
         t_s = rows[k].t_s == t_s ? t_s : NAN;
     }
-    ll_interval_order order = ll_experiment_order(e, metric, rows[0].run / e->head.repeats, t_s);
-    order.values = values;
-    order.n = n;
+    ll_interval_request request =
+        ll_experiment_interval_request(e, metric, rows[0].run / e->head.repeats, t_s);
+    request.values = values;
+    request.n = n;
     bool reached = false;
     if (values && n > 0) {
-        ll_summary summary = ll_summarise(&order, values, resampler);
+        ll_summary summary = ll_summarise(&request, values, resampler);
         reached = ll_until_is_met(e, &summary);
     }
     free(values);

@@ -6,7 +6,7 @@
 #include "base/detmath.h"
 
 #define TINY 1e-300
-#define EXACT 1e-16 /* relative change below which a series or a search has converged */
+#define EXACT 1e-16 /* relative change at which a series or a search has converged */
 
 enum { TERMS_MAX = 20000, HALVINGS_MAX = 1200 };
 
@@ -90,7 +90,7 @@ double ll_gamma_cdf(double x, double a)
     return 1 - front * f;
 }
 
-/* Halves an interval that holds the quantile until there is no number between its ends. */
+/* Bisects an interval with the quantile until no number is between its ends. */
 #define HALVE(below, low, high)                                                                              \
     for (int k = 0; k < HALVINGS_MAX && (high) - (low) > EXACT * (high); k++) {                              \
         double middle = ((low) + (high)) / 2;                                                                \
@@ -120,7 +120,7 @@ double ll_gamma_quantile(double p, double a)
     return (low + high) / 2;
 }
 
-/* The chance to be beyond +-t is I_x(freedom / 2, 1 / 2) with x = freedom / (freedom + t^2). */
+/* P(|t| > t0) = I_x(freedom / 2, 1 / 2) with x = freedom / (freedom + t0^2). */
 double ll_t_quantile(double tail, double freedom)
 {
     LL_ASSERT(tail > 0 && tail <= 0.5 && freedom > 0);

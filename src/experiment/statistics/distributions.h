@@ -1,5 +1,5 @@
-/* Distributions whose quantiles intervals are made of. Pure functions; the same bits everywhere. Checked in
- * tests/experiment/statistics/test_distributions.c against SciPy's and closed forms; relative errors below
+/* Distributions with the quantiles for intervals. Pure functions; the same bits on all machines. Checked in
+ * tests/experiment/statistics/test_distributions.c against SciPy and closed forms; relative errors below
  * 1e-9. */
 #pragma once
 
@@ -12,6 +12,6 @@ double ll_gamma_cdf(double x, double a);
 double ll_beta_quantile(double p, double a, double b);
 double ll_gamma_quantile(double p, double a);
 
-/* Student's t with `freedom` > 0 degrees of freedom: the value that is exceeded with chance `tail`, which is
- * above 0 and at most 1/2. */
+/* Student's t with `freedom` > 0 degrees of freedom: the value that is exceeded with probability `tail`,
+ * which is above 0 and at most 1/2. */
 double ll_t_quantile(double tail, double freedom);

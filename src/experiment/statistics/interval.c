@@ -11,24 +11,25 @@
 #define RESAMPLE_SEED 20170113
 
 enum {
-    FEW_EVENTS = 40, /* counts of fewer are held against the Poisson distribution */
-    FEW_OTHERS = 15, /* of fewer values beside the one that most are, the bootstrap knows too little */
+    FEW_EVENTS = 40, /* smaller counts are taken as Poisson distributed */
+    FEW_OTHERS =
+        15, /* with fewer values that differ from the most frequent one, the bootstrap is unreliable */
 };
 
-/* Of values as skewed as that, or of few, the bootstrap falls short of its level: by how much the error is
- * made smaller was found over normal, uniform, gamma, exponential and lognormal samples, so that from
- * LL_INTERVAL_LEVEL values on their coverage is within 2 % of the level, and below not less than that. */
+/* For samples as skewed as this, or as small, the bootstrap has less coverage than its level. The reduction
+ * of the error was found with normal, uniform, gamma, exponential and lognormal samples, so that with
+ * LL_INTERVAL_LEVEL values or more their coverage is within 2 % of the level, and with fewer not below it. */
 #define SKEWED 0.8
 #define SKEW_SHRINK_FEW 1.0
 #define SKEW_SHRINK 0.7
 #define SKEW_FEW 40 /* values */
 
-/* Kurtosis beyond the square of the skewness: 1 of two values, 1.8 of a uniform distribution, 3 of a normal
- * one (Pearson, Philos. Trans. R. Soc. A 216, 1916). Below this values have no tails, unless they are skewed.
- */
+/* Kurtosis minus the square of the skewness: 1 for two values, 1.8 for a uniform distribution, 3 for a normal
+ * one (Pearson, Philos. Trans. R. Soc. A 216, 1916). Below this, values have no tails, unless they are
+ * skewed. */
 #define FLAT 1.7
 #define FLAT_SKEWED 1.2
-#define RARE_SHRINK 0.6 /* of amounts, whose sizes say less than those of counts */
+#define RARE_SHRINK 0.6 /* for amounts, whose sizes say less than those of counts */
 
 const char *const ll_interval_method_names[] = {
     "none",    "t",           "bootstrap-t",     "skewness-t", "clopper-pearson",
@@ -41,7 +42,7 @@ static ll_interval none(const char *why)
     return (ll_interval){.low = NAN, .high = NAN, .why = why};
 }
 
-/* ---- what is to be known of the values ---- */
+/* ---- statistics of the values ---- */
 
 typedef struct sample {
     const double *x;
@@ -49,7 +50,7 @@ typedef struct sample {
     double mean, deviation;    /* of the sample, with n - 1 */
     double skewness, kurtosis; /* third and fourth central moments over sd^3 and sd^4 */
     double least, most;
-    int64_t at_least, at_most; /* how many are equal to them */
+    int64_t at_least, at_most; /* number of values equal to the minimum, to the maximum */
 } sample;
 
 static sample look_at(const double *x, int64_t n)
@@ -84,9 +85,9 @@ static ll_interval student(const sample *s, double error)
     return (ll_interval){s->mean - half, s->mean + half, LL_INTERVAL_T, NULL};
 }
 
-/* T + g T^2 / 3 + g^2 T^3 / 27 + g / (6 n) with T = (mean - mu) / sd and the skewness g is normal to a higher
- * order than T. It is monotonous, so its inverse gives the bounds; Student's t in place of the normal keeps
- * what is right without skewness. */
+/* T + g T^2 / 3 + g^2 T^3 / 27 + g / (6 n), with T = (mean - mu) / sd and skewness g, is normal to a higher
+ * order than T. It is monotonic, so its inverse gives the bounds; using Student's t instead of the normal is
+ * exact without skewness. */
 static ll_interval skewness_t(const sample *s, double error)
 {
     double n = (double)s->n, g = s->skewness, bounds[2], t = ll_t_quantile(error / 2, n - 1) / sqrt(n);
@@ -109,7 +110,7 @@ static bool draw(ll_resampler *r, int64_t n)
 {
     if (r->n == n)
         return true;
-    LL_ASSERT(n <= LL_BOOTSTRAP_MOST && LL_BOOTSTRAP_MOST <= UINT8_MAX);
+    LL_ASSERT(n <= LL_BOOTSTRAP_MAX && LL_BOOTSTRAP_MAX <= UINT8_MAX);
     size_t size = (size_t)n * LL_RESAMPLES;
     ll_resampler_free(r);
     r->index = malloc(size);
@@ -122,7 +123,7 @@ static bool draw(ll_resampler *r, int64_t n)
     return true;
 }
 
-/* How far the mean of a resample is from that of the sample, in its own standard deviations. */
+/* Studentised deviation of a resample's mean from that of the sample. */
 static double deviate(const double *z, const uint8_t *index, int64_t n)
 {
     double sum = 0, squares = 0;
@@ -137,7 +138,7 @@ static double deviate(const double *z, const uint8_t *index, int64_t n)
     return mean > 0 ? INFINITY : mean < 0 ? -INFINITY : 0;
 }
 
-/* The k-th least, which it brings to its place (Hoare's selection). */
+/* The k-th smallest, moved to its place (Hoare's selection). */
 static double select_kth(double *a, int n, int k)
 {
     int low = 0, high = n - 1;
@@ -170,7 +171,7 @@ static double few_shrink(int64_t n)
 
 static ll_interval bootstrap_t(const sample *s, double error, ll_resampler *r)
 {
-    double z[LL_BOOTSTRAP_MOST], skewed = fmax(0, fabs(s->skewness) - SKEWED);
+    double z[LL_BOOTSTRAP_MAX], skewed = fmax(0, fabs(s->skewness) - SKEWED);
     error *= few_shrink(s->n) / (1 + (s->n < SKEW_FEW ? SKEW_SHRINK_FEW : SKEW_SHRINK) * skewed);
     if (!draw(r, s->n))
         return none("there was no memory");
@@ -194,9 +195,9 @@ static bool is_flat(const sample *s)
 
 static ll_interval of_smooth(const sample *s, double error, ll_resampler *r)
 {
-    if (s->n < LL_INTERVAL_LEAST)
+    if (s->n < LL_INTERVAL_MIN)
         return none(too_few);
-    if (s->n > LL_BOOTSTRAP_MOST)
+    if (s->n > LL_BOOTSTRAP_MAX)
         return skewness_t(s, error);
     return s->n >= LL_INTERVAL_LEVEL && is_flat(s) ? student(s, error) : bootstrap_t(s, error, r);
 }
@@ -213,7 +214,7 @@ ll_interval ll_interval_share(int64_t k, int64_t n, double error)
                          LL_INTERVAL_CLOPPER_PEARSON, NULL};
 }
 
-/* Of the expected number of events where `total` were seen that count `size` each. */
+/* Interval of the expected number of events when `total` were seen, each worth `size`. */
 static ll_interval events(double total, double size, double error, ll_interval_method method)
 {
     double seen = total / size;
@@ -233,7 +234,7 @@ static ll_interval scaled(ll_interval i, double from, double by)
     return i;
 }
 
-/* Counts of few events: Poisson's, or wider where they scatter more than that. */
+/* Counts of few events: Poisson's, or wider if they scatter more. */
 static ll_interval poisson(const sample *s, double unit, double error)
 {
     double n = (double)s->n, total = n * s->mean / unit;
@@ -241,7 +242,7 @@ static ll_interval poisson(const sample *s, double unit, double error)
     return scaled(events(total, fmax(1, dispersion), error, LL_INTERVAL_POISSON), 0, unit / n);
 }
 
-/* Most are `base`; the others, all on one side of it, are weighted events (Fay and Feuer). */
+/* Most values are `base`; the others, all on one side of it, are weighted events (Fay and Feuer). */
 static ll_interval rare(const sample *s, double base, double least_weight, double error)
 {
     double sign = s->most > base ? 1 : -1, y = 0, v = 0, w = least_weight;
@@ -256,9 +257,9 @@ static ll_interval rare(const sample *s, double base, double least_weight, doubl
     return scaled((ll_interval){low, high, LL_INTERVAL_RARE, NULL}, base, sign / (double)s->n);
 }
 
-/* ---- which ---- */
+/* ---- choice of the method ---- */
 
-static ll_interval of_counts(const sample *s, const ll_interval_order *o, ll_resampler *r)
+static ll_interval of_counts(const sample *s, const ll_interval_request *o, ll_resampler *r)
 {
     double unit = o->unit > 0 ? o->unit : 1, total = s->mean * (double)s->n / unit;
     if (s->n == 1 && total > 0)
@@ -270,27 +271,27 @@ static ll_interval of_counts(const sample *s, const ll_interval_order *o, ll_res
     return of_smooth(s, o->error, r);
 }
 
-/* More than a third of the values are the same: so no smooth distribution's. */
+/* More than a third of the values are equal: no smooth distribution. */
 static bool is_often(const sample *s, int64_t same)
 {
     return same > 1 && 3 * same > s->n;
 }
 
-static ll_interval of_amounts(const sample *s, const ll_interval_order *o, ll_resampler *r)
+static ll_interval of_amounts(const sample *s, const ll_interval_request *o, ll_resampler *r)
 {
     bool above = is_often(s, s->at_least), below = !above && is_often(s, s->at_most);
     int64_t others = s->n - (above ? s->at_least : s->at_most);
     if ((above || below) && others < FEW_OTHERS) {
         ll_interval i = rare(s, above ? s->least : s->most, 0, RARE_SHRINK * o->error);
-        if (others == 1) /* how large others may be, one alone does not tell */
+        if (others == 1) /* one value does not show how large others may be */
             *(above ? &i.high : &i.low) = above ? INFINITY : -INFINITY;
         return i;
     }
     return of_smooth(s, o->error, r);
 }
 
-/* Of sorted values the k-th least and the k-th most, with the largest k for which the chance that the median
- * is outside is at most the error: binomial, whatever the distribution. */
+/* Of sorted values the k-th smallest and the k-th largest, with the largest k for which the probability that
+ * the median is outside is at most the error: binomial, for any distribution. */
 ll_interval ll_interval_median(const double *sorted, int64_t n, double error)
 {
     int64_t k = 0;
@@ -302,7 +303,7 @@ ll_interval ll_interval_median(const double *sorted, int64_t n, double error)
     return (ll_interval){sorted[k - 1], sorted[n - k], LL_INTERVAL_ORDER, NULL};
 }
 
-ll_interval ll_interval_of(const ll_interval_order *o, ll_resampler *r)
+ll_interval ll_interval_of(const ll_interval_request *o, ll_resampler *r)
 {
     LL_ASSERT(o->error > 0 && o->error <= 0.2);
     sample s = look_at(o->values, o->n);
@@ -320,10 +321,10 @@ ll_interval ll_interval_of(const ll_interval_order *o, ll_resampler *r)
     if (o->scale != LL_SCALE_COUNT && o->use_t)
         return student(&s, o->error);
     if (o->scale == LL_SCALE_EXTREME)
-        return none("the mean of a largest value hangs on rare runs");
-    if (o->scale == LL_SCALE_AMOUNT && s.n < LL_INTERVAL_LEAST)
+        return none("the mean of a maximum depends on rare runs");
+    if (o->scale == LL_SCALE_AMOUNT && s.n < LL_INTERVAL_MIN)
         return none(too_few);
-    if (s.n < LL_EVENTS_LEAST)
+    if (s.n < LL_EVENTS_MIN)
         return none("fewer than 5 runs have it");
     return o->scale == LL_SCALE_COUNT ? of_counts(&s, o, r) : of_amounts(&s, o, r);
 }
@@ -339,7 +340,7 @@ static const char *amounts_cover(int64_t n)
     return "93 to 97 %";
 }
 
-const char *ll_interval_covers(const ll_interval_order *o, ll_interval_method method)
+const char *ll_interval_covers(const ll_interval_request *o, ll_interval_method method)
 {
     switch (method) {
     case LL_INTERVAL_T:

@@ -1,32 +1,39 @@
-/* Intervals of a mean over repeats, chosen by what the values are so that their coverage is what they say.
+/* Intervals of a mean over repeats. The method is chosen by the values, so that the coverage is as stated.
  *
- * Which method is taken is told with every interval. Where no method can be held to the level the interval is
- * none and the reason is told. tests/experiment/statistics/test_interval.c counts the coverage of each over
- * simulated experiments.
+ * Every interval comes with its method. If no method has the level, the interval is none, with the reason.
+ * tests/experiment/statistics/test_interval.c counts the coverage of each method over simulated experiments.
  *
  * bootstrap-t: studentised bootstrap (Efron 1982; Hall, The Bootstrap and Edgeworth Expansion, 1992, 3.2).
- * The quantiles of Student's t are replaced by those of (mean* - mean) / sd* over LL_RESAMPLES resamples; so
- *     it is right for skewed values too. From LL_INTERVAL_LEAST values on; up to LL_BOOTSTRAP_MOST. Of fewer
- *     than LL_INTERVAL_LEVEL it is wide enough for values as skewed as lognormal ones of sigma 1: a bound,
- *     which covers even distributions more often than the level.
- * skewness-t: beyond that, Hall's transformation of t by the sample's skewness (J. R. Stat. Soc. B 54, 1992).
- * t: Student's. From LL_INTERVAL_LEVEL values on for those without tails (two modes, or flat), of which the
- *     bootstrap's are too wide; else only where it was asked for: of few values nobody can tell whether they
- *     are skewed.
- * clopper-pearson: of a share, from the binomial distribution (Biometrika 26, 1934). At least the level.
- * poisson: of counts, from the Poisson distribution (Garwood, Biometrika 28, 1936); none in n runs leave
- *     room for 3.69 / n. At least the level where events come by themselves. Of counts that scatter more, the
- *     same of total / dispersion events of that size (quasi-Poisson).
- * rare-events: values more than a third of which are one value, the least or the most: the others are
- *     weighted events (Fay and Feuer, Stat. Med. 16, 1997). At least the level, unless their sizes differ
- *     widely. Where one alone differs an amount's bound on its side is infinite.
- * order-statistics: of a median, by the binomial distribution; at least the level, whatever the distribution.
+ * The quantiles of Student's t are replaced by those of (mean* - mean) / sd* over LL_RESAMPLES resamples, so
+ * that it is correct for skewed values too. From LL_INTERVAL_MIN to LL_BOOTSTRAP_MAX values. With fewer
+ * than LL_INTERVAL_LEVEL it is wide enough for values as skewed as lognormal ones of sigma 1: a bound, which
+ * covers symmetric distributions more often than the level.
  *
- * No method knows of what no value shows: where one run in a hundred makes the mean (skewness near 5 and few
- * values that show it) amounts are covered by some 90 % up to 50 values, and groups of unlike size by 92 to
- * 98.7 %; ll_interval_covers says so. Student's t, Johnson's, Hall's transformation, plain bootstrap-t, BCa,
- * bootstrapped Hall and empirical likelihood were tried on the first, and cover it less often (82 to 87 % of
- * 20). Of extremes no interval of the mean is told, but of the median. */
+ * skewness-t: for more values, Hall's transformation of t by the sample's skewness (J. R. Stat. Soc. B 54,
+ * 1992).
+ *
+ * t: Student's. From LL_INTERVAL_LEVEL values on for those without tails (two modes, or flat), for which the
+ * bootstrap's are too wide; otherwise only on request, since a few values do not show whether they are
+ * skewed.
+ *
+ * clopper-pearson: of a share, from the binomial distribution (Biometrika 26, 1934). At least the level.
+ *
+ * poisson: of counts, from the Poisson distribution (Garwood, Biometrika 28, 1936); with none in n runs the
+ * bound is 3.69 / n. At least the level if events are independent. If counts scatter more, the same for total
+ * / dispersion events of that size (quasi-Poisson).
+ *
+ * rare-events: for values more than a third of which are equal, to the minimum or the maximum: the others are
+ * weighted events (Fay and Feuer, Stat. Med. 16, 1997). At least the level, unless their sizes differ widely.
+ * If only one value differs, an amount's bound on its side is infinite.
+ *
+ * order-statistics: of a median, by the binomial distribution; at least the level, for any distribution.
+ *
+ * No method can account for values that the sample lacks. If one run in a hundred dominates the mean
+ * (skewness near 5, with few values that show it), amounts are covered by some 90 % up to 50 values, and
+ * groups of different sizes by 92 to 98.7 %; ll_interval_covers says so. Student's t, Johnson's, Hall's
+ * transformation, plain bootstrap-t, BCa, bootstrapped Hall and empirical likelihood were tried on the first
+ * case, and cover it less often (82 to 87 % of 20). Extremes have no interval of the mean, but one of the
+ * median. */
 #pragma once
 
 #include <stdbool.h>
@@ -45,32 +52,33 @@ typedef enum ll_interval_method {
 
 extern const char *const ll_interval_method_names[];
 
-/* What a metric's values are. */
+/* Scale of a metric's values. */
 typedef enum ll_metric_scale {
     LL_SCALE_AMOUNT,  /* any number */
     LL_SCALE_COUNT,   /* whole numbers of events, from 0 */
     LL_SCALE_FLAG,    /* 0 or 1 */
-    LL_SCALE_EXTREME, /* the largest, or nearly, of what a run has */
+    LL_SCALE_EXTREME, /* the maximum of a run, or nearly */
 } ll_metric_scale;
 
 enum {
-    LL_EVENTS_LEAST = 5,    /* counts, and amounts that most values lack */
-    LL_INTERVAL_LEAST = 10, /* amounts: fewer tell nothing of their distribution */
+    LL_EVENTS_MIN = 5,    /* minimum of values for counts, and for amounts that are mostly equal */
+    LL_INTERVAL_MIN = 10, /* minimum for amounts: fewer do not show their distribution */
     LL_INTERVAL_LEVEL =
-        20, /* amounts, from which the level is neither missed nor exceeded; below, it is a bound */
-    LL_INTERVAL_MANY = 100,  /* amounts, from which that is so even where rare runs make much of the mean */
-    LL_BOOTSTRAP_MOST = 200, /* values; beyond, skewness alone matters */
+        20, /* amounts: with at least that many the coverage is the level; with fewer it is a bound */
+    LL_INTERVAL_MANY =
+        100, /* amounts: with at least that many this holds even when rare runs dominate the mean */
+    LL_BOOTSTRAP_MAX = 200, /* values; with more, skewness-t */
     LL_RESAMPLES = 1999,
 };
 
 typedef struct ll_interval {
     double low, high; /* NaN: none */
     ll_interval_method method;
-    const char *why; /* of none: the reason */
+    const char *why; /* reason, if none */
 } ll_interval;
 
-/* The resamples, which are the same for all samples of a size: kept between calls. A value of its own per
- * thread; all 0 at first. */
+/* The resamples, which are the same for all samples of a size, kept between calls. One per thread; initially
+ * all 0. */
 typedef struct ll_resampler {
     int64_t n;
     uint8_t *index;   /* LL_RESAMPLES * n */
@@ -79,29 +87,27 @@ typedef struct ll_resampler {
 
 void ll_resampler_free(ll_resampler *resampler);
 
-typedef struct ll_interval_order {
+typedef struct ll_interval_request {
     const double *values; /* finite */
     int64_t n;
     ll_metric_scale scale;
-    double unit;  /* of a count: what one event is worth, such as 1 / (seconds that were counted) for a rate;
-                     0: 1 */
+    double unit;  /* for counts: value of one event, such as 1 / (counted seconds) for a rate; 0: 1 */
     double error; /* 1 - level, such as 0.05; above 0 and at most 0.2 */
-    bool use_t;   /* Student's t for amounts, from two values on: who asks for it vouches for their shape */
-} ll_interval_order;
+    bool use_t; /* Student's t for amounts, from two values on: only if their distribution is known to suit */
+} ll_interval_request;
 
 /* Without memory for the resamples the interval is none. */
-ll_interval ll_interval_of(const ll_interval_order *order, ll_resampler *resampler);
+ll_interval ll_interval_of(const ll_interval_request *request, ll_resampler *resampler);
 
-/* How often intervals that this method makes of such values hold their mean, in words, after what was
- * counted; empty of LL_INTERVAL_NONE. */
-const char *ll_interval_covers(const ll_interval_order *order, ll_interval_method method);
+/* Coverage of intervals of this method for such values, in words, as counted by the tests; empty for
+ * LL_INTERVAL_NONE. */
+const char *ll_interval_covers(const ll_interval_request *request, ll_interval_method method);
 
-/* Bounds of a share of which `k` of `n` were seen. */
+/* Bounds of a share, from `k` of `n`. */
 ll_interval ll_interval_share(int64_t k, int64_t n, double error);
 
-/* Of the median of sorted values. Tied values count as they stand. */
+/* Interval of the median of sorted values. Ties are allowed. */
 ll_interval ll_interval_median(const double *sorted, int64_t n, double error);
 
-/* The quantile of sorted values between order statistics (Hyndman and Fan's type 7, as NumPy and R have it).
- */
+/* Quantile of sorted values, interpolated (Hyndman and Fan's type 7, as in NumPy and R). */
 double ll_sample_quantile(const double *sorted, int64_t n, double p);

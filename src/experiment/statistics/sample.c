@@ -6,15 +6,15 @@
 #include "base/rng.h"
 #include "experiment/statistics/sobol.h"
 
-enum { STRATA = 0x5742, ROUNDS = 6 }; /* streams of random numbers begin here; of the permutation */
+enum { STRATA = 0x5742, ROUNDS = 6 }; /* first stream of random numbers; rounds of the permutation */
 
-int64_t ll_sample_points(const ll_sample_order *o)
+int64_t ll_sample_points(const ll_sample_request *o)
 {
     return o->method == LL_SAMPLE_SALTELLI ? o->count * (o->dimensions + 2) : o->count;
 }
 
-/* A permutation of 0..n-1: a Feistel network over the least even number of bits that holds n, walked along
- * until it falls into the range (Black and Rogaway, CT-RSA 2002). */
+/* A permutation of 0..n-1: a Feistel network over the smallest even number of bits for n, repeated until the
+ * result is in range (Black and Rogaway, CT-RSA 2002). */
 static int64_t permuted(uint64_t seed, uint64_t stream, int64_t at, int64_t n)
 {
     int half = 1;
@@ -33,13 +33,13 @@ static int64_t permuted(uint64_t seed, uint64_t stream, int64_t at, int64_t n)
     return (int64_t)x;
 }
 
-static double sobol(const ll_sample_order *o, int dimension, int64_t point)
+static double sobol(const ll_sample_request *o, int dimension, int64_t point)
 {
     return ll_sobol(dimension, (uint32_t)point,
                     (uint32_t)(ll_rng_u64(o->seed, (uint64_t)dimension, 0) >> 32));
 }
 
-double ll_sample_coordinate(const ll_sample_order *o, int dimension, int64_t point)
+double ll_sample_coordinate(const ll_sample_request *o, int dimension, int64_t point)
 {
     uint64_t stream = (uint64_t)dimension;
     LL_ASSERT(o->method != LL_SAMPLE_NONE && dimension < o->dimensions);

@@ -8,7 +8,7 @@
 
 #define RESAMPLE_SEED 19971999
 
-/* What the estimates of one dimension are sums of, of one base sample. */
+/* Terms of one dimension's estimates, of one base sample. */
 typedef struct part {
     double a, b;            /* centred */
     double product, square; /* b (ab - a) and (a - ab)^2 */
@@ -40,7 +40,7 @@ static int by_size(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* The least and the most 2.5 % are outside. */
+/* Percentiles 2.5 and 97.5. */
 static void bounds(double *values, double *low, double *high)
 {
     enum { OUTSIDE = (LL_SENSITIVITY_RESAMPLES + 1) / 40 };
@@ -65,7 +65,7 @@ static void resample(const part *parts, uint32_t *index, int64_t n, double *draw
     bounds(total, &s->total_low, &s->total_high);
 }
 
-/* The complete base samples; gives how many. */
+/* Selects the complete base samples; returns their count. */
 static int64_t complete(const double *values, int64_t count, int dimensions, int64_t *which)
 {
     int64_t n = 0;
@@ -111,12 +111,12 @@ ll_status ll_sensitivity_of(const double *values, int64_t count, int dimensions,
         estimate e = estimate_of(parts, NULL, n);
         indices[d].first = e.first;
         indices[d].total = e.total;
-        if (n >= LL_SENSITIVITY_LEAST && isfinite(e.first))
+        if (n >= LL_SENSITIVITY_MIN && isfinite(e.first))
             resample(parts, index, n, drawn, &indices[d]);
     }
     free(which);
     free(parts);
     free(index);
     free(drawn);
-    return good ? ll_ok() : ll_error(LL_NO_MEMORY, "no memory for sensitivity indices");
+    return good ? ll_ok() : ll_error(LL_NO_MEMORY, "out of memory: sensitivity indices");
 }

@@ -5,7 +5,7 @@
 enum { BITS = 32, DEGREE_MAX = 8 };
 
 /* Degree and coefficients of the primitive polynomial, and the first direction numbers. The first dimension
- * is van der Corput's sequence and has none. */
+ * is van der Corput's sequence and needs none. */
 static const struct polynomial {
     int degree;
     uint32_t coefficients, start[DEGREE_MAX];

@@ -10,9 +10,9 @@ static int by_size(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-ll_summary ll_summarise(const ll_interval_order *order, double *values, ll_resampler *resampler)
+ll_summary ll_summarise(const ll_interval_request *request, double *values, ll_resampler *resampler)
 {
-    int64_t n = order->n;
+    int64_t n = request->n;
     ll_summary s = {.n = n, .mean = NAN, .deviation = NAN, .quartiles = {NAN, NAN, NAN}, .others = NAN};
     double mean = 0, squares = 0;
     for (int64_t i = 0; i < n; i++) { /* Welford's */
@@ -20,10 +20,10 @@ ll_summary ll_summarise(const ll_interval_order *order, double *values, ll_resam
         mean += delta / (double)(i + 1);
         squares += delta * (values[i] - mean);
     }
-    s.of_mean = ll_interval_of(order, resampler);
-    s.covers = ll_interval_covers(order, s.of_mean.method);
+    s.of_mean = ll_interval_of(request, resampler);
+    s.covers = ll_interval_covers(request, s.of_mean.method);
     qsort(values, (size_t)n, sizeof *values, by_size);
-    s.of_median = ll_interval_median(values, n, order->error);
+    s.of_median = ll_interval_median(values, n, request->error);
     if (n > 0)
         s.mean = mean;
     if (n > 1)
@@ -31,7 +31,7 @@ ll_summary ll_summarise(const ll_interval_order *order, double *values, ll_resam
     for (int q = 0; q < 3 && n > 0; q++)
         s.quartiles[q] = ll_sample_quantile(values, n, 0.25 * (q + 1));
     if (n > 0 && values[0] == values[n - 1] && s.of_mean.method == LL_INTERVAL_NONE)
-        s.others = ll_interval_share(0, n, order->error).high;
+        s.others = ll_interval_share(0, n, request->error).high;
     return s;
 }
 

@@ -1,4 +1,4 @@
-/* A metric over the repeats of a point: what tables, the report and the page tell of it. */
+/* Summary of a metric over the repeats of a point, for tables, the report and the page. */
 #pragma once
 
 #include "experiment/statistics/interval.h"
@@ -6,18 +6,18 @@
 enum { LL_SUMMARY_TEXT_MAX = 160 };
 
 typedef struct ll_summary {
-    int64_t n;              /* runs that have it; what follows is NaN where it is not known */
+    int64_t n;              /* runs that have it; other members are NaN where unknown */
     double mean, deviation; /* of the sample, with n - 1 */
     double quartiles[3];
     ll_interval of_mean, of_median;
     const char *covers; /* ll_interval_covers of the mean's */
-    double others; /* where all runs gave the same: others are at most this share of all (Clopper-Pearson) */
+    double others;      /* if all runs gave the same: upper bound of the share of others (Clopper-Pearson) */
 } ll_summary;
 
-/* Of `order->values`, which are sorted. */
-ll_summary ll_summarise(const ll_interval_order *order, double *values, ll_resampler *resampler);
+/* Of `request->values`; sorts them. */
+ll_summary ll_summarise(const ll_interval_request *request, double *values, ll_resampler *resampler);
 
-/* Half of what is between the bounds; NaN where one is not there. */
+/* Half the distance of the bounds; NaN if one is missing. */
 double ll_interval_half(const ll_interval *interval);
 
 /* The method, or `none: ` and the reason. */

@@ -18,7 +18,7 @@ static bool read_line(const char *line, dev_t device, char *type, size_t size)
     return true;
 }
 
-void ll_place_type(const char *folder, char *type, size_t size)
+void ll_filesystem_type(const char *folder, char *type, size_t size)
 {
     struct stat file;
     char *line = NULL;
@@ -33,7 +33,7 @@ void ll_place_type(const char *folder, char *type, size_t size)
         fclose(mounts);
 }
 
-bool ll_place_is_remote(const char *type)
+bool ll_filesystem_is_remote(const char *type)
 {
     static const char *const remote[] = {
         "nfs",         "nfs4",   "cifs",      "smb3",           "afs",         "ceph",           "lustre",

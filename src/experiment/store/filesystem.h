@@ -1,12 +1,12 @@
-/* On what kind of file system a folder is. */
+/* Type of a folder's file system. */
 #pragma once
 
 #include <stdbool.h>
 #include <stddef.h>
 
-/* The kernel's name of it, such as `ext4`, `nfs4` or `fuse.sshfs`; empty where it tells none. */
-void ll_place_type(const char *folder, char *type, size_t size);
+/* The kernel's name, such as `ext4`, `nfs4` or `fuse.sshfs`; empty if unknown. */
+void ll_filesystem_type(const char *folder, char *type, size_t size);
 
-/* Whether such files are on another machine, whose locks and shared memory no database of one machine can
- * trust. */
-bool ll_place_is_remote(const char *type);
+/* Whether files of this type are on another machine: then a database cannot rely on locks and shared
+ * memory. */
+bool ll_filesystem_is_remote(const char *type);

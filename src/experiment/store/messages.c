@@ -1,4 +1,4 @@
-/* What the kinds of stores share: what they say, and how an experiment stands. */
+/* Shared by the kinds of stores: messages, and the state of an experiment. */
 #include <inttypes.h>
 #include <stdio.h>
 #include <string.h>
@@ -15,7 +15,7 @@ void ll_store_name_url(const char *url, char *name, size_t size)
              (int)(begin + whole - rest), rest);
 }
 
-void ll_store_settle(ll_experiment_record *r, bool given_up)
+void ll_store_set_state(ll_experiment_record *r, bool given_up)
 {
     if (r->done == r->to - r->from)
         r->state = LL_EXPERIMENT_DONE;
@@ -25,7 +25,7 @@ void ll_store_settle(ll_experiment_record *r, bool given_up)
 
 ll_status ll_store_unknown(const char *id)
 {
-    return ll_field_error(LL_NOT_FOUND, "experiment", "there is no experiment %.60s in the store", id);
+    return ll_field_error(LL_NOT_FOUND, "experiment", "experiment %.60s not found in the store", id);
 }
 
 ll_status ll_store_taken(const char *name, const char *id)
@@ -42,6 +42,7 @@ ll_status ll_store_lost(const ll_lease *lease)
 ll_status ll_store_newer(const char *name, int64_t schema)
 {
     return ll_error(LL_BAD_INPUT,
-                    "the store %.120s is of schema %" PRId64 ", of a newer laglab; this one knows up to %d",
+                    "the store %.120s is of schema %" PRId64
+                    ", of a newer laglab; this one supports up to %d",
                     name, schema, LL_STORE_SCHEMA);
 }

@@ -1,4 +1,4 @@
-/* The store in PostgreSQL: what several machines share. */
+/* The store in PostgreSQL, which several machines can share. */
 #include <inttypes.h>
 #include <libpq-fe.h>
 #include <pthread.h>
@@ -9,8 +9,7 @@
 
 #include "experiment/store/kinds.h"
 
-/* Metrics are an array of numbers, so that SQL can read them: metrics[1] is the first of the specification.
- */
+/* Metrics are an array of numbers, for use in SQL: metrics[1] is the first of the specification. */
 static const char schema[] =
     "CREATE SCHEMA IF NOT EXISTS laglab;"
     "CREATE TABLE schema_version(version integer NOT NULL);"
@@ -31,8 +30,8 @@ static const char schema_from_1[] = "ALTER TABLE experiment ADD COLUMN version t
 
 #define NOW_S "extract(epoch FROM now())::bigint"
 
-/* Of each connection. A worker that freezes between the end of its lease and the commit would keep its chunk
- * locked. */
+/* Of each connection. Without the timeout a worker that freezes between the end of its lease and the commit
+ * would keep its chunk locked. */
 static const char session[] = "SET search_path TO laglab; SET idle_in_transaction_session_timeout TO '60s';"
                               "SET client_min_messages TO warning; SET client_encoding TO 'UTF8'";
 
@@ -40,19 +39,19 @@ typedef struct postgres_store {
     ll_result_store base;
     PGconn *db;
     PGresult *result;     /* of the last statement */
-    pthread_mutex_t lock; /* a connection is used by one thread at a time */
+    pthread_mutex_t lock; /* guards the connection, which one thread uses at a time */
     char name[160];       /* the URL without its password and its query */
 } postgres_store;
 
 /* ---- errors ---- */
 
-/* libpq tells of each address that it tried, in lines; where the first was, the name tells too. */
+/* libpq reports every address that it tried, one per line; the name has the first one already. */
 static ll_status unavailable(const postgres_store *s)
 {
     static const char before[] = " failed: ";
     const char *message = PQerrorMessage(s->db), *reason = strstr(message, before);
     reason = reason ? reason + strlen(before) : message;
-    return ll_error(LL_UNAVAILABLE, "the server of the store %.100s cannot be used: %.*s", s->name,
+    return ll_error(LL_UNAVAILABLE, "server of the store %.100s not usable: %.*s", s->name,
                     (int)strcspn(reason, "\n"), reason);
 }
 
@@ -63,9 +62,9 @@ static ll_status failure(const postgres_store *s, const char *doing)
     const char *code = PQresultErrorField(s->result, PG_DIAG_SQLSTATE);
     const char *message = PQresultErrorField(s->result, PG_DIAG_MESSAGE_PRIMARY);
     if (code && strcmp(code, "53100") == 0)
-        return ll_error(LL_IO, "the disk of the store %.120s is full", s->name);
+        return ll_error(LL_IO, "disk of the store %.120s is full", s->name);
     if (code && strcmp(code, "25006") == 0)
-        return ll_error(LL_IO, "the store %.120s cannot be written: %.80s", s->name, message);
+        return ll_error(LL_IO, "cannot write to the store %.120s: %.80s", s->name, message);
     return ll_error(LL_IO, "%s in the store %.100s failed: %.100s", doing, s->name,
                     message ? message : PQerrorMessage(s->db));
 }
@@ -87,7 +86,7 @@ static bool run(postgres_store *s, const char *sql)
 
 enum { ARGUMENTS_MAX = 6 };
 
-/* `types`: a letter per argument: t text, i int64_t, r double. `binary`: of the answer. */
+/* `types`: a letter per argument: t text, i int64_t, r double. `binary`: format of the result. */
 static bool query_as(postgres_store *s, int binary, const char *sql, const char *types, va_list arguments)
 {
     char numbers[ARGUMENTS_MAX][32];
@@ -123,8 +122,8 @@ static bool binary_query(postgres_store *s, const char *sql, const char *types, 
     return good;
 }
 
-/* Rows that the last statement gave, or changed. */
-static int given(const postgres_store *s)
+/* Rows that the last statement returned or changed. */
+static int row_count(const postgres_store *s)
 {
     return PQntuples(s->result);
 }
@@ -149,7 +148,7 @@ static bool true_at(const postgres_store *s, int row, int column)
     return text_at(s, row, column)[0] == 't';
 }
 
-/* Commits, or undoes what a failure left. */
+/* Commits, or rolls back after a failure. */
 static ll_status end(postgres_store *s, bool good, const char *doing)
 {
     if (good && run(s, "COMMIT"))
@@ -161,7 +160,7 @@ static ll_status end(postgres_store *s, bool good, const char *doing)
 
 /* ---- the connection ---- */
 
-/* What libpq says of a URL that it cannot read, up to where it quotes from it. */
+/* libpq's message for an invalid URL, without its quotation of the URL. */
 static ll_status check_url(const char *url, const char *name)
 {
     char *message = NULL;
@@ -169,15 +168,15 @@ static ll_status check_url(const char *url, const char *name)
     ll_status status = ll_ok();
     if (message) {
         message[strcspn(message, "\":\n")] = '\0';
-        status = ll_field_error(LL_BAD_INPUT, "store", "the URL of the store %.100s cannot be read: %.100s",
-                                name, message);
+        status =
+            ll_field_error(LL_BAD_INPUT, "store", "invalid URL of the store %.100s: %.100s", name, message);
     }
     PQconninfoFree(options);
     PQfreemem(message);
     return status;
 }
 
-/* On a connection that is not there it would hide why. */
+/* Not on a failed connection, where it would replace the reason. */
 static bool begin_session(postgres_store *s)
 {
     return PQstatus(s->db) == CONNECTION_OK && run(s, session);
@@ -185,7 +184,7 @@ static bool begin_session(postgres_store *s)
 
 static ll_status reach(postgres_store *s, const char *url)
 {
-    /* The URL comes last but one: it may say otherwise. */
+    /* The URL comes last but one, and may override the others. */
     static const char *const names[] = {"connect_timeout",
                                         "keepalives_idle",
                                         "keepalives_interval",
@@ -204,9 +203,9 @@ static ll_status prepare_schema(postgres_store *s)
     bool good = run(s, "BEGIN") && query(s, "SELECT pg_advisory_xact_lock(7817201)", "") &&
                 query(s, "SELECT to_regclass('laglab.schema_version') IS NOT NULL", "");
     if (good && !true_at(s, 0, 0))
-        return end(s, run(s, schema), "Making the tables");
+        return end(s, run(s, schema), "Creating the tables");
     good = good && query(s, "SELECT version FROM schema_version", "");
-    int64_t version = good && given(s) > 0 ? whole_at(s, 0, 0) : 0;
+    int64_t version = good && row_count(s) > 0 ? whole_at(s, 0, 0) : 0;
     if (version == 1)
         good = run(s, schema_from_1);
     ll_status status = end(s, good, "Opening");
@@ -226,10 +225,10 @@ static ll_status open_store(const char *url, ll_result_store **store)
 {
     if (!strstr(url, "://"))
         return ll_field_error(LL_BAD_INPUT, "store",
-                              "a store in PostgreSQL is postgresql://USER@HOST/DATABASE");
+                              "store in PostgreSQL: must be postgresql://USER@HOST/DATABASE");
     postgres_store *s = calloc(1, sizeof *s);
     if (!s)
-        return ll_error(LL_NO_MEMORY, "no memory for a store");
+        return ll_error(LL_NO_MEMORY, "out of memory: store");
     s->base.kind = &ll_result_store_postgres;
     pthread_mutex_init(&s->lock, NULL);
     ll_store_name_url(url, s->name, sizeof s->name);
@@ -246,14 +245,14 @@ static ll_status open_store(const char *url, ll_result_store **store)
     return ll_ok();
 }
 
-/* A connection that the server has closed meanwhile, as a restart does, is made again. What breaks in the
- * midst of an operation is LL_UNAVAILABLE; it may have been done or not, and each can be asked for twice. */
+/* Reconnects when the server has closed the connection, as after a restart. A connection that fails during an
+ * operation is LL_UNAVAILABLE: the operation may or may not have been done, and can be repeated. */
 static postgres_store *enter(ll_result_store *store)
 {
     postgres_store *s = (postgres_store *)store;
     pthread_mutex_lock(&s->lock);
-    PQconsumeInput(s->db); /* the server's last words */
-    PQconsumeInput(s->db); /* the end of the connection */
+    PQconsumeInput(s->db); /* reads the server's last message */
+    PQconsumeInput(s->db); /* reads the end of the connection */
     if (PQstatus(s->db) != CONNECTION_OK) {
         PQreset(s->db);
         begin_session(s);
@@ -275,11 +274,11 @@ static ll_status specification(ll_result_store *store, const char *id, char **te
 {
     postgres_store *s = enter(store);
     bool good = query(s, "SELECT specification FROM experiment WHERE id=$1", "t", id);
-    *text = good && given(s) > 0 ? strdup(text_at(s, 0, 0)) : NULL;
+    *text = good && row_count(s) > 0 ? strdup(text_at(s, 0, 0)) : NULL;
     return leave(s, !good ? failure(s, "Reading") : *text ? ll_ok() : ll_store_unknown(id));
 }
 
-/* What is there under the id is left as it is. */
+/* An existing row with the id stays unchanged. */
 static bool insert_experiment(postgres_store *s, const ll_experiment_record *r, const char *text,
                               int64_t chunk)
 {
@@ -305,7 +304,7 @@ static ll_status create(ll_result_store *store, const ll_experiment_record *r, c
     if (!ll_failed(&status) && !query(s, "SELECT specification=$2 AND version=$3 FROM experiment WHERE id=$1",
                                       "ttt", r->id, text, store->version))
         status = failure(s, "Reading");
-    if (!ll_failed(&status) && given(s) > 0 && !true_at(s, 0, 0))
+    if (!ll_failed(&status) && row_count(s) > 0 && !true_at(s, 0, 0))
         status = ll_store_taken(s->name, r->id);
     return leave(s, status);
 }
@@ -322,14 +321,14 @@ static ll_experiment_record read_record(const postgres_store *s, int row)
     snprintf(r.id, sizeof r.id, "%s", text_at(s, row, 0));
     snprintf(r.owner_hash, sizeof r.owner_hash, "%s", text_at(s, row, 8));
     snprintf(r.version, sizeof r.version, "%s", text_at(s, row, 9));
-    ll_store_settle(&r, true_at(s, row, 7));
+    ll_store_set_state(&r, true_at(s, row, 7));
     return r;
 }
 
 static ll_status get_record(ll_result_store *store, const char *id, ll_experiment_record *record)
 {
     postgres_store *s = enter(store);
-    bool good = query(s, LL_STORE_RECORD(NOW_S) "WHERE e.id=$1", "t", id), there = good && given(s) > 0;
+    bool good = query(s, LL_STORE_RECORD(NOW_S) "WHERE e.id=$1", "t", id), there = good && row_count(s) > 0;
     if (there)
         *record = read_record(s, 0);
     return leave(s, !good ? failure(s, "Reading") : there ? ll_ok() : ll_store_unknown(id));
@@ -340,7 +339,7 @@ static ll_status list(ll_result_store *store, void (*each)(void *context, const 
 {
     postgres_store *s = enter(store);
     bool good = query(s, LL_STORE_RECORD(NOW_S) "ORDER BY e.number", "");
-    for (int i = 0; good && i < given(s); i++) {
+    for (int i = 0; good && i < row_count(s); i++) {
         ll_experiment_record record = read_record(s, i);
         each(context, &record);
     }
@@ -370,8 +369,8 @@ static ll_status remove_experiment(ll_result_store *store, const char *id)
 static ll_status claim(ll_result_store *store, const char *id, const char *owner, double lease_s,
                        ll_lease *lease)
 {
-    /* What others are just claiming is skipped, not waited for. What too many workers have taken and never
-     * brought back kills them: it is given up. */
+    /* Skips rows that others are claiming, without waiting. A chunk that was lost by too many workers is
+     * marked as failed, since it probably kills them. */
     static const char free_chunk[] =
         "WITH given_up AS (UPDATE chunk SET state=3 WHERE (id,chunk) IN (SELECT id,chunk FROM chunk"
         " WHERE state=1 AND attempt>=$4 AND lease_until<now() FOR UPDATE SKIP LOCKED)),"
@@ -386,7 +385,7 @@ static ll_status claim(ll_result_store *store, const char *id, const char *owner
     *lease = (ll_lease){.chunk = -1};
     bool good =
         query(s, free_chunk, "trtit", owner, lease_s, id ? id : "", (int64_t)LL_ATTEMPTS_MAX, store->version);
-    if (good && given(s) > 0) {
+    if (good && row_count(s) > 0) {
         lease->chunk = whole_at(s, 0, 1);
         lease->from = whole_at(s, 0, 2);
         lease->to = whole_at(s, 0, 3);
@@ -407,12 +406,12 @@ static ll_status renew(ll_result_store *store, const ll_lease *l, double lease_s
     return leave(s, !good ? failure(s, "Renewing a lease") : changed(s) ? ll_ok() : ll_store_lost(l));
 }
 
-static ll_status give_back(ll_result_store *store, const ll_lease *l)
+static ll_status return_chunk(ll_result_store *store, const ll_lease *l)
 {
     postgres_store *s = enter(store);
     bool good = query(s, "UPDATE chunk SET state=0, attempt=attempt-1 WHERE " MINE, "titi", l->id, l->chunk,
                       l->owner, (int64_t)l->attempt);
-    return leave(s, !good ? failure(s, "Giving a chunk back") : changed(s) ? ll_ok() : ll_store_lost(l));
+    return leave(s, !good ? failure(s, "Returning a chunk") : changed(s) ? ll_ok() : ll_store_lost(l));
 }
 
 static ll_status release(ll_result_store *store)
@@ -422,8 +421,7 @@ static ll_status release(ll_result_store *store)
     return leave(s, good ? ll_ok() : failure(s, "Releasing leases"));
 }
 
-/* ---- rows in PostgreSQL's binary form: numbers of n bytes, the highest first, each with its length before
- * ---- */
+/* ---- rows in PostgreSQL's binary format: big-endian numbers of n bytes, each with its length before ---- */
 
 enum { FLOAT8_OID = 701, ARRAY_HEAD = 20, FIELDS = 7 };
 
@@ -550,7 +548,7 @@ static ll_status read_rows(ll_result_store *store, const char *id, int64_t from,
                              "SELECT run,status,error,hash,t_s,metrics FROM result WHERE id=$1 AND run>=$2"
                              " ORDER BY run LIMIT $3",
                              "tii", id, from, (int64_t)capacity);
-    *count = good ? given(s) : 0;
+    *count = good ? row_count(s) : 0;
     for (int i = 0; i < *count; i++)
         read_row(s, i, &rows[i]);
     return leave(s, good ? ll_ok() : failure(s, "Reading"));
@@ -567,6 +565,6 @@ const ll_result_store_kind ll_result_store_postgres = {.open = open_store,
                                                        .claim = claim,
                                                        .renew = renew,
                                                        .finish = finish,
-                                                       .give_back = give_back,
+                                                       .return_chunk = return_chunk,
                                                        .release = release,
                                                        .read = read_rows};

@@ -27,11 +27,9 @@ static ll_status refuse(const char *url)
     char name[160];
     ll_store_name_url(url, name, sizeof name);
     if (strncmp(url, "postgres", 8) == 0)
-        return ll_field_error(LL_BAD_INPUT, "store",
-                              "the store %.120s needs a laglab that was built with libpq; this one was not",
-                              name);
+        return ll_field_error(LL_BAD_INPUT, "store", "store %.120s needs a laglab built with libpq", name);
     return ll_field_error(LL_BAD_INPUT, "store",
-                          "a store is sqlite:FILE or postgresql://USER@HOST/DATABASE; got %.120s", name);
+                          "store: must be sqlite:FILE or postgresql://USER@HOST/DATABASE; got %.120s", name);
 }
 
 ll_status ll_result_store_open(const char *url, ll_result_store **store)
@@ -66,15 +64,15 @@ void ll_result_store_close(ll_result_store *store)
 
 /* ---- versions ---- */
 
-ll_status ll_result_store_admits(const ll_result_store *store, const ll_experiment_record *r)
+ll_status ll_result_store_check_version(const ll_result_store *store, const ll_experiment_record *r)
 {
     bool over = r->state != LL_EXPERIMENT_RUNNING && r->state != LL_EXPERIMENT_PAUSED;
     if (over || strcmp(r->version, store->version) == 0)
         return ll_ok();
     return ll_error(LL_CONFLICT,
-                    "the experiment %s is of laglab %s; this one, %s, may give other rows and adds none: let "
-                    "that version go on, or begin it anew",
-                    r->id, r->version[0] ? r->version : "of no known version", store->version);
+                    "experiment %s is of laglab %s; results of this one, %s, may differ, so it adds none: "
+                    "continue with that version, or run the experiment again",
+                    r->id, r->version[0] ? r->version : "of an unknown version", store->version);
 }
 
 typedef struct inspection {
@@ -86,10 +84,10 @@ static void inspect(void *context, const ll_experiment_record *record)
 {
     inspection *i = context;
     if (!ll_failed(&i->first))
-        i->first = ll_result_store_admits(i->store, record);
+        i->first = ll_result_store_check_version(i->store, record);
 }
 
-ll_status ll_result_store_admits_all(ll_result_store *store)
+ll_status ll_result_store_check_versions(ll_result_store *store)
 {
     inspection i = {store, ll_ok()};
     ll_status status = store->kind->list(store, inspect, &i);

@@ -33,7 +33,7 @@ static const char schema_from_1[] =
 typedef struct sqlite_store {
     ll_result_store base;
     sqlite3 *db;
-    pthread_mutex_t lock; /* a connection is used by one thread at a time */
+    pthread_mutex_t lock; /* guards the connection, which one thread uses at a time */
     char path[512];
 } sqlite_store;
 
@@ -41,17 +41,17 @@ static ll_status failure(const sqlite_store *s, const char *doing)
 {
     switch (s->db ? sqlite3_errcode(s->db) & 0xff : SQLITE_NOMEM) {
     case SQLITE_FULL:
-        return ll_error(LL_IO, "the disk of the store %.150s is full", s->path);
+        return ll_error(LL_IO, "disk of the store %.150s is full", s->path);
     case SQLITE_READONLY:
     case SQLITE_CANTOPEN:
     case SQLITE_PERM:
-        return ll_error(LL_IO, "the store %.150s cannot be written: %.60s", s->path, sqlite3_errmsg(s->db));
+        return ll_error(LL_IO, "cannot write to the store %.150s: %.60s", s->path, sqlite3_errmsg(s->db));
     case SQLITE_BUSY:
     case SQLITE_LOCKED:
-        return ll_error(LL_IO, "the store %.150s is locked by another program", s->path);
+        return ll_error(LL_IO, "store %.150s is locked by another program", s->path);
     case SQLITE_NOTADB:
     case SQLITE_CORRUPT:
-        return ll_error(LL_IO, "the store %.150s is damaged or no SQLite database", s->path);
+        return ll_error(LL_IO, "store %.150s is damaged or not an SQLite database", s->path);
     default:
         return ll_error(LL_IO, "%s in the store %.120s failed: %.80s", doing, s->path,
                         s->db ? sqlite3_errmsg(s->db) : "no memory");
@@ -60,7 +60,7 @@ static ll_status failure(const sqlite_store *s, const char *doing)
 
 /* ---- opening ---- */
 
-static ll_status check_place(const sqlite_store *s)
+static ll_status check_filesystem(const sqlite_store *s)
 {
     struct statvfs fs;
     char folder[512], type[40];
@@ -70,16 +70,15 @@ static ll_status check_place(const sqlite_store *s)
     char *slash = strrchr(folder, '/');
     snprintf(slash ? slash + (slash == folder) : folder, 2, "%s", slash ? "" : ".");
     if (statvfs(folder, &fs) != 0)
-        return ll_ok(); /* opening tells better what is wrong */
-    ll_place_type(folder, type, sizeof type);
-    if (ll_place_is_remote(type))
-        return ll_error(
-            LL_BAD_INPUT,
-            "the store %.100s is on %s, where SQLite loses data: use a local folder, PostgreSQL, or "
-            "--shard on each machine",
-            s->path, type);
+        return ll_ok(); /* opening it gives a better error */
+    ll_filesystem_type(folder, type, sizeof type);
+    if (ll_filesystem_is_remote(type))
+        return ll_error(LL_BAD_INPUT,
+                        "store %.100s is on %s, where SQLite loses data: use a local folder, PostgreSQL, or "
+                        "--shard on each machine",
+                        s->path, type);
     if (fs.f_flag & ST_RDONLY)
-        return ll_error(LL_IO, "the store %.150s cannot be written: its file system is read-only", s->path);
+        return ll_error(LL_IO, "cannot write to the store %.150s: read-only file system", s->path);
     return ll_ok();
 }
 
@@ -99,7 +98,7 @@ static ll_status prepare_schema(sqlite_store *s)
         return ll_ok();
     return sqlite3_exec(s->db, version == 1 ? schema_from_1 : schema, NULL, NULL, NULL) == SQLITE_OK
                ? ll_ok()
-               : failure(s, "Making the tables");
+               : failure(s, "Creating the tables");
 }
 
 static void close_store(ll_result_store *store)
@@ -115,14 +114,14 @@ static ll_status open_store(const char *url, ll_result_store **store)
     const char *path = strncmp(url, "sqlite:", 7) == 0 ? url + 7 : url;
     sqlite_store *s = calloc(1, sizeof *s);
     if (!s)
-        return ll_error(LL_NO_MEMORY, "no memory for a store");
+        return ll_error(LL_NO_MEMORY, "out of memory: store");
     s->base.kind = &ll_result_store_sqlite;
     pthread_mutex_init(&s->lock, NULL);
     snprintf(s->path, sizeof s->path, "%s", path);
     ll_status status =
         path[0] && strlen(path) < sizeof s->path
-            ? check_place(s)
-            : ll_field_error(LL_BAD_INPUT, "store", "the name of a store has 1 to 511 characters");
+            ? check_filesystem(s)
+            : ll_field_error(LL_BAD_INPUT, "store", "store: name: must have 1 to 511 characters");
     if (!ll_failed(&status) && sqlite3_open(s->path, &s->db) != SQLITE_OK)
         status = failure(s, "Opening");
     if (!ll_failed(&status)) {
@@ -165,7 +164,7 @@ static sqlite3_stmt *query(sqlite_store *s, const char *sql, const char *types, 
     return q;
 }
 
-/* Runs a statement that gives no rows. */
+/* Runs a statement that returns no rows. */
 static bool done(sqlite3_stmt *q)
 {
     bool good = q && sqlite3_step(q) == SQLITE_DONE;
@@ -191,7 +190,7 @@ static bool begin(sqlite_store *s)
     return sqlite3_exec(s->db, "BEGIN IMMEDIATE", NULL, NULL, NULL) == SQLITE_OK;
 }
 
-/* Commits, or undoes what a failure left. */
+/* Commits, or rolls back after a failure. */
 static ll_status end(sqlite_store *s, bool good, const char *doing)
 {
     if (good && sqlite3_exec(s->db, "COMMIT", NULL, NULL, NULL) == SQLITE_OK)
@@ -250,7 +249,7 @@ static ll_experiment_record read_record(sqlite3_stmt *q)
     snprintf(r.id, sizeof r.id, "%s", (const char *)sqlite3_column_text(q, 0));
     snprintf(r.owner_hash, sizeof r.owner_hash, "%s", (const char *)sqlite3_column_text(q, 8));
     snprintf(r.version, sizeof r.version, "%s", (const char *)sqlite3_column_text(q, 9));
-    ll_store_settle(&r, sqlite3_column_int(q, 7) != 0);
+    ll_store_set_state(&r, sqlite3_column_int(q, 7) != 0);
     return r;
 }
 
@@ -316,7 +315,7 @@ static ll_status claim(ll_result_store *store, const char *id, const char *owner
     sqlite_store *s = enter(store);
     *lease = (ll_lease){.chunk = -1};
     bool good = begin(s);
-    /* What too many workers have taken and never brought back kills them: it is given up. */
+    /* A chunk that was lost by too many workers is marked as failed, since it probably kills them. */
     good =
         good && done(query(s, "UPDATE chunk SET state=3 WHERE state=1 AND attempt>=?1 AND lease_until<" NOW,
                            "i", (int64_t)LL_ATTEMPTS_MAX));
@@ -348,12 +347,12 @@ static ll_status renew(ll_result_store *store, const ll_lease *l, double lease_s
                                                   : ll_ok());
 }
 
-static ll_status give_back(ll_result_store *store, const ll_lease *l)
+static ll_status return_chunk(ll_result_store *store, const ll_lease *l)
 {
     sqlite_store *s = enter(store);
     bool good = done(query(s, "UPDATE chunk SET state=0, attempt=attempt-1 WHERE " MINE, "titi", l->id,
                            l->chunk, l->owner, (int64_t)l->attempt));
-    return leave(s, !good                         ? failure(s, "Giving a chunk back")
+    return leave(s, !good                         ? failure(s, "Returning a chunk")
                     : sqlite3_changes(s->db) == 0 ? ll_store_lost(l)
                                                   : ll_ok());
 }
@@ -457,7 +456,7 @@ const ll_result_store_kind ll_result_store_sqlite = {.open = open_store,
                                                      .claim = claim,
                                                      .renew = renew,
                                                      .finish = finish,
-                                                     .give_back = give_back,
+                                                     .return_chunk = return_chunk,
                                                      .release = release,
                                                      .bytes = bytes,
                                                      .read = read_rows};

@@ -1,5 +1,5 @@
-/* RFC 6455 as a server reads it: random messages beside a naive writer, in pieces of any size; everything
- * that must be refused, with its code; UTF-8 beside a naive decoder. No sockets. */
+/* RFC 6455 on the server side: random messages compared with a naive writer, in pieces of any size; all
+ * refusals with their codes; UTF-8 compared with a naive decoder. No sockets. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -20,7 +20,7 @@ static uint32_t draw(uint32_t below)
     return (uint32_t)(ll_rng_u64(71, 3, drawn++) % below);
 }
 
-/* A masked frame as a client writes it; gives its size. */
+/* A masked frame, as a client writes it; returns its size. */
 static size_t put_frame(unsigned char *to, int first_byte, const void *payload, size_t size)
 {
     size_t at = 0;
@@ -44,7 +44,7 @@ static size_t put_frame(unsigned char *to, int first_byte, const void *payload, 
     return at;
 }
 
-/* What was read, as one text: "t" or "b" and the message, "i" and "o" and a ping's or pong's payload. */
+/* What was read, as one text: "t" or "b" and the message, "i" and "o" and the payload of a ping or pong. */
 typedef struct heard {
     char text[400000];
     size_t size;
@@ -59,7 +59,7 @@ static void note(heard *h, char kind, const void *bytes, size_t size)
     h->size += size;
 }
 
-/* Feeds bytes in an allocation of its own, so that the sanitizer sees one read too far. */
+/* Copies the bytes to an allocation of their exact size, so that the sanitizer detects an over-read. */
 static ll_framing_event feed(ll_framing *f, const unsigned char *bytes, size_t size)
 {
     unsigned char *copy = malloc(size > 0 ? size : 1);
@@ -104,7 +104,8 @@ static void test_random_messages(void **state)
                                   payload, part);
                 note(&expected, begun ? 0 : binary ? 'b' : 't', payload, part);
                 begun = true;
-                if (end && draw(2) == 0) { /* control frames also come between pieces; here they would mix */
+                if (end &&
+                    draw(2) == 0) { /* control frames may come between fragments; here they would mix */
                     size_t control = draw(126);
                     bool ping = draw(2) == 0;
                     size +=
@@ -156,7 +157,7 @@ static void test_faults(void **state)
     } cases[] = {
         {"unmasked text", B("\x81\x02hi"), 1002},
         {"unmasked ping", B("\x89"), 0},
-        {"unmasked, told by two bytes", B("\x81\x7e"), 1002},
+        {"unmasked, detected after two bytes", B("\x81\x7e"), 1002},
         {"unmasked close", B("\x88\x00"), 1002},
         {"RSV1 without an extension", B("\xc1\x80"), 1002},
         {"RSV3", B("\x91\x80"), 1002},
@@ -195,7 +196,7 @@ static void test_faults(void **state)
             assert_int_equal(event, LL_FRAMING_FAULT);
             assert_int_equal(f.code, cases[i].code);
             assert_true(strlen(f.fault) > 10);
-            /* Nothing behind it is read. */
+            /* Nothing after it is read. */
             assert_int_equal(feed(&f, (const unsigned char *)"\x81\x80\0\0\0\0", 6), LL_FRAMING_NONE);
         }
     }
@@ -205,7 +206,7 @@ static void test_closes(void **state)
 {
     (void)state;
     for (int code = 0; code < 65536; code++) {
-        /* RFC 6455 7.4 and the registry of IANA. */
+        /* RFC 6455 7.4 and IANA's registry. */
         bool may = code == 1000 || code == 1001 || code == 1002 || code == 1003 ||
                    (code >= 1007 && code <= 1014) || (code >= 3000 && code < 5000);
         unsigned char bytes[20], payload[2] = {(unsigned char)(code >> 8), (unsigned char)code};
@@ -220,7 +221,7 @@ static void test_closes(void **state)
     assert_int_equal(f.code, LL_FRAMING_NO_CODE);
 }
 
-/* A code point of a whole text, by the definition; -1: none. */
+/* Next code point of a text, by the definition; -1: invalid. */
 static int decode(const unsigned char **at, const unsigned char *end)
 {
     static const int least[] = {0, 0, 0x80, 0x800, 0x10000};
@@ -263,8 +264,8 @@ static void test_utf8(void **state)
 static void test_heads(void **state)
 {
     (void)state;
-    static unsigned char bytes[LL_FRAMING_ROOM + 10];
-    unsigned char *payload = bytes + LL_FRAMING_ROOM;
+    static unsigned char bytes[LL_FRAMING_HEAD_SPACE + 10];
+    unsigned char *payload = bytes + LL_FRAMING_HEAD_SPACE;
     assert_int_equal(ll_framing_put_head(payload, 125, LL_OPCODE_TEXT), 2);
     assert_memory_equal(payload - 2, "\x81\x7d", 2);
     assert_int_equal(ll_framing_put_head(payload, 126, LL_OPCODE_BINARY), 4);

@@ -1,4 +1,4 @@
-/* The head parser, the allow-lists and the gate: no sockets. */
+/* The head parser, the allow-lists and the connection limiter: no sockets. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -26,7 +26,7 @@ static void test_every_prefix_is_partial(void **state)
     ll_head parsed;
     size_t whole = sizeof head - 1 - 4;
     for (size_t size = 0; size < whole; size++) {
-        /* An allocation of its own, so that the sanitizer sees a byte read too far. */
+        /* An allocation of the exact size, so that the sanitizer detects an over-read. */
         char *copy = malloc(size + 1);
         assert_non_null(copy);
         memcpy(copy, head, size);
@@ -55,14 +55,14 @@ static void test_heads(void **state)
                  {"GET / HTTP/1.1\nHost: a\n\n", LL_HEAD_WHOLE},
                  {"PRI * HTTP", LL_HEAD_PARTIAL},
                  {"PRI * HTTP/2.0\r\n", LL_HEAD_HTTP2},
-                 {"get", LL_HEAD_JUNK},
-                 {"\x16\x03\x01", LL_HEAD_JUNK},
-                 {"GET / HTTP/1.2\r\n", LL_HEAD_JUNK},
-                 {"GET /\x01 HTTP/1.1\r\n", LL_HEAD_JUNK},
-                 {"ABCDEFGHIJKLMNOPQRSTUVWXYZ", LL_HEAD_JUNK},
-                 {"GET / HTTP/1.1\r\n: x\r\n", LL_HEAD_JUNK},
-                 {"GET / HTTP/1.1\r\nA b: x\r\n", LL_HEAD_JUNK},
-                 {"GET / HTTP/1.1\r\nA: x\ry\r\n", LL_HEAD_JUNK}};
+                 {"get", LL_HEAD_INVALID},
+                 {"\x16\x03\x01", LL_HEAD_INVALID},
+                 {"GET / HTTP/1.2\r\n", LL_HEAD_INVALID},
+                 {"GET /\x01 HTTP/1.1\r\n", LL_HEAD_INVALID},
+                 {"ABCDEFGHIJKLMNOPQRSTUVWXYZ", LL_HEAD_INVALID},
+                 {"GET / HTTP/1.1\r\n: x\r\n", LL_HEAD_INVALID},
+                 {"GET / HTTP/1.1\r\nA b: x\r\n", LL_HEAD_INVALID},
+                 {"GET / HTTP/1.1\r\nA: x\ry\r\n", LL_HEAD_INVALID}};
     ll_head head;
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         assert_int_equal(ll_head_parse(cases[i].text, strlen(cases[i].text), &head), cases[i].state);
@@ -166,14 +166,14 @@ static void test_connection_limiter(void **state)
     assert_int_equal(ll_connection_limiter_enter(connection_limiter, &e), LL_CONNECTION_LIMITER_OPEN);
     assert_int_equal(ll_connection_limiter_enter(connection_limiter, &e), LL_CONNECTION_LIMITER_FULL);
     assert_int_equal(ll_connection_limiter_enter(connection_limiter, &(ll_connection_limiter_pass){0}),
-                     LL_CONNECTION_LIMITER_OPEN); /* counted nowhere */
+                     LL_CONNECTION_LIMITER_OPEN); /* not counted */
     ll_connection_limiter_leave(connection_limiter, &b);
     assert_int_equal(ll_connection_limiter_enter(connection_limiter, &a), LL_CONNECTION_LIMITER_OPEN);
     assert_int_equal(ll_connection_limiter_count(connection_limiter), 5);
     ll_connection_limiter_free(connection_limiter);
 }
 
-/* Many addresses that come and go in another order: the table finds each again. */
+/* Many addresses that connect and disconnect in different orders: the table finds each. */
 static void test_connection_limiter_many(void **state)
 {
     (void)state;

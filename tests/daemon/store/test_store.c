@@ -1,4 +1,4 @@
-/* The store: what is durable is there again; what cannot be opened or written says why. */
+/* The store: durable data is there again; errors of opening and writing have a message. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -81,7 +81,7 @@ static void list(fixture *f, ll_store *store)
     assert_false(ll_failed(&status));
 }
 
-static void what_was_put_is_there_again(void **state)
+static void durable_data_is_restored(void **state)
 {
     fixture *f = *state;
     ll_store *store = open_store(f);
@@ -159,7 +159,7 @@ static void a_newer_schema_and_a_damaged_file_are_refused(void **state)
     char path[128];
     snprintf(path, sizeof path, "%s/laglab.db", f->folder);
     FILE *file = fopen(path, "w");
-    fputs("this is no database, whatever its name says; it is long enough to be taken for one by its size "
+    fputs("this is no database, in spite of its name; it is long enough to be taken for one by its size "
           "alone ......",
           file);
     fclose(file);
@@ -171,7 +171,7 @@ static void a_folder_that_cannot_be_is_refused(void **state)
 {
     (void)state;
     fixture no = {.folder = "/proc/nothing/here"};
-    refused(&no, "cannot be made");
+    refused(&no, "Cannot create");
 }
 
 static void limit_files(rlim_t size)
@@ -264,7 +264,7 @@ static void many_writers(void **state)
     for (int i = 0; i < WRITERS; i++)
         pthread_join(threads[i], NULL);
     int64_t commits = ll_store_get_stats(store).commits;
-    assert_true(commits < WRITERS * LINES); /* grouped */
+    assert_true(commits < WRITERS * LINES); /* committed in groups */
     ll_store_close(store);
     store = open_store(f);
     list(f, store);
@@ -289,7 +289,7 @@ int main(void)
 {
 #define WITH_FOLDER(test) cmocka_unit_test_setup_teardown(test, make_folder, remove_folder)
     const struct CMUnitTest tests[] = {
-        WITH_FOLDER(what_was_put_is_there_again),
+        WITH_FOLDER(durable_data_is_restored),
         WITH_FOLDER(a_folder_belongs_to_one),
         WITH_FOLDER(a_newer_schema_and_a_damaged_file_are_refused),
         cmocka_unit_test(a_folder_that_cannot_be_is_refused),

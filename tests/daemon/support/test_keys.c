@@ -1,4 +1,4 @@
-/* Keys, their hashes, and rates. */
+/* Keys, their hashes, and rate limits. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -12,7 +12,7 @@
 #include "daemon/support/keys.h"
 #include "daemon/support/rate_limits.h"
 
-/* Two of FIPS 180's vectors, the second cut in two: the digest is that of both parts together. */
+/* Two vectors of FIPS 180, the second in two parts: the digest is of both parts. */
 static void digests_are_sha256_of_both_parts(void **state)
 {
     (void)state;
@@ -72,7 +72,7 @@ static void a_bucket_gives_its_rate_and_burst(void **state)
         taken += ll_bucket_take(&bucket, 10, 20, now);
     assert_in_range(taken, 98, 101);
     taken = 0;
-    for (int i = 0; i < 10; i++) /* time that goes back gives nothing */
+    for (int i = 0; i < 10; i++) /* a clock that goes back adds no tokens */
         taken += ll_bucket_take(&bucket, 10, 20, 0);
     assert_in_range(taken, 0, 1);
 }

@@ -1,4 +1,4 @@
-/* Turns go round, budgets and clients end tasks, and draining ends them all. */
+/* Turns rotate, budgets and disconnecting clients stop tasks, and draining stops all. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -33,8 +33,8 @@ static void burn(int64_t ns)
 
 typedef struct job {
     atomic_llong pieces; /* of half a millisecond */
-    long long most;      /* 0: until it is ended */
-    atomic_int ending;   /* how it ended */
+    long long most;      /* 0: until it is stopped */
+    atomic_int ending;   /* reason of its end */
     atomic_bool over;
     ll_status told;
 } job;
@@ -42,19 +42,19 @@ typedef struct job {
 static void run(void *context, ll_task *task)
 {
     job *j = context;
-    while (ll_task_go_on(task) && (j->most == 0 || atomic_load(&j->pieces) < j->most)) {
+    while (ll_task_yield(task) && (j->most == 0 || atomic_load(&j->pieces) < j->most)) {
         burn(500000);
         atomic_fetch_add(&j->pieces, 1);
     }
-    atomic_store(&j->ending, (int)ll_task_ending(task));
-    j->told = ll_task_told(task, "it was here");
+    atomic_store(&j->ending, (int)ll_task_end_reason(task));
+    j->told = ll_task_error(task, "it was here");
     atomic_store(&j->over, true);
 }
 
 static ll_status add(ll_tasks *tasks, const char *client, const char *session, double budget_s, job *j,
                      ll_task **task)
 {
-    ll_task_order order = {.budget_s = budget_s, .run = run, .context = j};
+    ll_task_spec order = {.budget_s = budget_s, .run = run, .context = j};
     snprintf(order.client, sizeof order.client, "%s", client);
     snprintf(order.session, sizeof order.session, "%s", session);
     return ll_tasks_add(tasks, &order, task);
@@ -84,7 +84,7 @@ static void test_a_budget_is_kept(void **state)
     job j = {0};
     add(tasks, "a", "s", 0.05, &j, NULL);
     wait_for(&j.over);
-    assert_int_equal(atomic_load(&j.ending), LL_TASK_SPENT);
+    assert_int_equal(atomic_load(&j.ending), LL_TASK_OVER_BUDGET);
     assert_in_range(atomic_load(&j.pieces), 60, 110); /* of half a millisecond */
     assert_int_equal(j.told.code, LL_INTERRUPTED);
     assert_non_null(strstr(j.told.text, "0.05 s"));
@@ -92,7 +92,7 @@ static void test_a_budget_is_kept(void **state)
     ll_tasks_free(tasks);
 }
 
-/* Eleven tasks of one client against one of another: half the time is the other's. */
+/* Eleven tasks of one client and one of another: each client gets half of the time. */
 static void test_turns_go_round_clients(void **state)
 {
     (void)state;
@@ -128,7 +128,7 @@ static void test_turns_go_round_sessions(void **state)
     ll_tasks_free(tasks);
 }
 
-/* A client that asks again and again is not served before one that waits. */
+/* A client that adds tasks again and again does not come before one that waits. */
 static void test_coming_again_is_no_advantage(void **state)
 {
     (void)state;
@@ -154,10 +154,10 @@ static void test_a_task_is_stopped(void **state)
     for (int i = 0; i < 3; i++)
         add(tasks, "a", "s", 0, &j[i], &task[i]);
     for (int i = 0; i < 3; i++)
-        ll_task_stop(task[i], LL_TASK_LEFT);
+        ll_task_stop(task[i], LL_TASK_CLIENT_GONE);
     for (int i = 0; i < 3; i++) {
         wait_for(&j[i].over);
-        assert_int_equal(atomic_load(&j[i].ending), LL_TASK_LEFT);
+        assert_int_equal(atomic_load(&j[i].ending), LL_TASK_CLIENT_GONE);
     }
     assert_int_equal(ll_tasks_get_stats(tasks).ended, 3);
     ll_tasks_free(tasks);
@@ -177,25 +177,26 @@ static void test_one_client_has_a_limit(void **state)
     assert_int_equal(add(tasks, "greedy", "t", 0, &j[MOST_OF_CLIENT], NULL).code, LL_LIMIT);
     assert_int_equal(add(tasks, "other", "t", 0, &j[MOST_OF_CLIENT + 1], NULL).code, LL_OK);
     ll_tasks_free(tasks);
-    for (int i = 0; i < MOST_OF_CLIENT; i++) /* each is told once, also those that never had a turn */
+    for (int i = 0; i < MOST_OF_CLIENT;
+         i++) /* each `run` is called once, also of tasks that never had a turn */
         assert_true(atomic_load(&j[i].over));
 }
 
 static void hog(void *context, ll_task *task)
 {
     (void)task;
-    burn(800000000); /* and asks nobody */
+    burn(800000000); /* and does not yield */
     atomic_store(&((job *)context)->over, true);
 }
 
-/* As many that do not ask as there are turns: others go on meanwhile. */
+/* As many tasks that do not yield as there are turns: others continue meanwhile. */
 static void test_a_long_piece_does_not_keep_a_turn(void **state)
 {
     (void)state;
     ll_tasks *tasks = begin(2);
     job hogs[2] = {0}, short_one = {.most = 20};
     for (int i = 0; i < 2; i++) {
-        ll_task_order order = {.client = "hog", .run = hog, .context = &hogs[i]};
+        ll_task_spec order = {.client = "hog", .run = hog, .context = &hogs[i]};
         ll_tasks_add(tasks, &order, NULL);
     }
     usleep(20000);

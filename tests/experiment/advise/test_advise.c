@@ -1,6 +1,6 @@
-/* The adviser beside brute force, for a fifth of the runs, and as many fresh ones where seeds matter with a
- * thousand more to verify: its cost is within 2 % of the least that holds, and on seeds that neither has seen
- * what it advises holds. */
+/* The adviser compared with brute force. It uses a fifth of the runs; where seeds matter, as many fresh ones
+ * and a thousand more to verify. Its cost must be within 2 % of the cheapest setting that holds, and its
+ * advice must hold on seeds that neither has used. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -49,7 +49,7 @@ static ll_experiment *experiment(const char *text)
     "\"players.0.prediction\",\"values\":[false,true]},{\"path\":\"players.0.interpolation\",\"values\":"    \
     "[false,true]}],\"metrics\":[\"" error "\",\"" cost "\"]}"
 
-/* How long states are held, against how many are too late. */
+/* De-jitter delay against late snapshots. */
 #define DEJITTER                                                                                             \
     "{\"scenario\":\"dejitter_500\",\"set\":{\"duration_s\":10},\"repeats\":12,\"axes\":[{\"path\":"         \
     "\"players.0.dejitter\",\"values\":"                                                                     \
@@ -57,7 +57,7 @@ static ll_experiment *experiment(const char *text)
     "\"count\":24}],"                                                                                        \
     "\"metrics\":[\"players.0.dejitter.late_ratio\",\"players.0.dejitter.added_mean_ms\"]}"
 
-/* A rifle whose shots the server takes back in time, but only so far: how few states will do? */
+/* Hitscan with server-side rewind up to a limit: what is the lowest update rate? */
 #define REWIND                                                                                               \
     "{\"scenario\":\"behind_cover\",\"set\":{\"duration_s\":20},\"repeats\":12,\"axes\":[{\"path\":"         \
     "\"server."                                                                                              \
@@ -66,7 +66,7 @@ static ll_experiment *experiment(const char *text)
     "{\"path\":\"players.1.interpolation_ratio\",\"values\":[1,2]}],"                                        \
     "\"metrics\":[\"players.1.shots.hitscan.false_misses\",\"players.1.bandwidth.down_bytes_per_s\"]}"
 
-/* Input delay against ticks that are taken back; lockstep takes none back and waits. */
+/* Input delay against resimulated ticks; lockstep resimulates none, but waits. */
 #define DELAYS "[0,1,2,3,4,5,6,7,8,9,10,12]"
 #define ROLLBACK                                                                                             \
     "{\"scenario\":\"rollback_loss\",\"set\":{\"duration_s\":14},\"repeats\":12,\"axes\":[{\"path\":"        \
@@ -77,7 +77,7 @@ static ll_experiment *experiment(const char *text)
     "{\"path\":\"players.1.input_delay_ticks\",\"values\":" DELAYS "}]}],"                                   \
     "\"metrics\":[\"players.0.rollback.ticks_per_s\",\"players.0.ack_rtt_ms.mean\"]}"
 
-/* Passes over the contacts against the drift of a pyramid that should stand still. */
+/* Solver passes against the drift of a pyramid that should stand still. */
 #define RIGID                                                                                                \
     "{\"scenario\":\"rigid/"                                                                                 \
     "pyramid\",\"set\":{\"duration_s\":1},\"axes\":[{\"path\":\"solver.method\",\"values\":"                 \
@@ -96,7 +96,7 @@ static ll_experiment *experiment(const char *text)
     "{\"path\":\"solver.tolerance\",\"values\":[0.3,0.1,0.01,1e-4]}],\"metrics\":[\"error_l2\",\"cell_"      \
     "visits\"]}"
 
-/* Methods that fail at long steps, or at all: what failed is neither cheap nor right. */
+/* Methods that fail at long steps, or always: failed runs are neither cheap nor accurate. */
 #define ALL_METHODS                                                                                          \
     "{\"path\":\"methods.0.method\",\"values\":[\"explicit_euler\",\"semi_implicit_euler\",\"velocity_"      \
     "verlet\",\"rk4\",\"yoshida4\",\"yoshida6\",\"implicit_euler\",\"trapezoid\",\"ab4\"]}"
@@ -106,15 +106,15 @@ static ll_experiment *experiment(const char *text)
     ",{\"path\":\"methods.0.dt_s\",\"values\":[0.4,0.25,0.15,0.08,0.04,0.02,0.01,0.005]}],\"metrics\":["     \
     "\"methods.0.e_max\",\"methods.0.evaluations\"]}"
 
-/* A signed error: too much decay is as wrong as too little. */
+/* A signed error: too much decay counts as much as too little. */
 #define SIGNED                                                                                               \
     "{\"scenario\":\"fluid/taylor_green\",\"set\":{\"duration_s\":0.6},\"axes\":[{\"path\":"                 \
     "\"solver.advection\",\"values\":[\"semi_lagrangian\",\"maccormack\",\"bfecc\",\"central\"]},{\"path\":" \
     "\"params.n\",\"values\":[12,16,20,24,32,40,48]},{\"path\":\"solver.cfl\",\"values\":[0.3,0.6]}],"       \
     "\"metrics\":[\"decay_error\",\"cell_visits\"]}"
 
-/* Costs are counts (bytes, evaluations, passes, visits) and times of the simulation: with the processor's
- * time brute force itself would find another optimum every time. */
+/* Costs are counts (bytes, evaluations, passes, visits) and times of the simulation: with measured processor
+ * time brute force would find another optimum each time. */
 static const struct {
     const char *name, *text;
     double max_error;
@@ -145,7 +145,7 @@ static const struct {
 
 enum { SEEDS = 24 };
 
-/* The mean error over seeds from `first` on, and half of its 95 % interval. */
+/* Mean error over seeds from `first` on, and half width of its 95 % interval. */
 static double mean_error(const ll_experiment *e, int64_t point, int64_t first, int64_t count, double *half,
                          double *cost)
 {
@@ -165,7 +165,7 @@ static double mean_error(const ll_experiment *e, int64_t point, int64_t first, i
     return error.mean;
 }
 
-/* Least cost over all points whose error holds over many seeds, with its interval. */
+/* Lowest cost of all points whose error holds over many seeds, with its interval. */
 static double brute_force(const ll_experiment *e, double max_error)
 {
     double least = INFINITY;
@@ -177,7 +177,7 @@ static double brute_force(const ll_experiment *e, double max_error)
     return least;
 }
 
-/* On seeds that neither the search nor its verification has seen. */
+/* On seeds that neither the search nor its verification has used. */
 static void holds_on_other_seeds(const ll_experiment *e, const cJSON *advice, double max_error)
 {
     double half, cost;
@@ -187,7 +187,7 @@ static void holds_on_other_seeds(const ll_experiment *e, const cJSON *advice, do
         fail_msg("%lld: %g on other seeds", (long long)point, error);
 }
 
-static void it_finds_what_brute_force_finds(void **state)
+static void advice_equals_brute_force(void **state)
 {
     (void)state;
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
@@ -198,8 +198,8 @@ static void it_finds_what_brute_force_finds(void **state)
                runs = cJSON_GetObjectItem(answer, "runs")->valuedouble;
         const cJSON *advice = cJSON_GetObjectItem(answer, "advice");
         const cJSON *cost = cJSON_GetObjectItem(advice, "cost");
-        assert_true(isfinite(least)); /* the case asks for what can be had */
-        assert_true(e->points >= 50); /* and a fifth means something */
+        assert_true(isfinite(least)); /* the case has a solution */
+        assert_true(e->points >= 50); /* so that a fifth is meaningful */
         print_message("%s: cost %g, least %g, %g of %lld runs\n", cases[i].name,
                       cost ? cost->valuedouble : NAN, least, runs, (long long)e->runs);
         double fifth = (double)e->runs / 5, regret = cases[i].regret > 0 ? cases[i].regret : 0.02;
@@ -221,8 +221,8 @@ static const char *optimum(const cJSON *answer)
     return cJSON_GetObjectItem(answer, "optimum")->valuestring;
 }
 
-/* With runs for every point and to spare nothing is left to be known; with few the answer is the best that
- * was found, and the runs are used up. */
+/* With runs to spare for every point the optimum is proven; with few runs the answer is the best found, and
+ * all runs are used. */
 static void it_says_whether_the_optimum_is_proven(void **state)
 {
     (void)state;
@@ -243,8 +243,8 @@ static void it_says_whether_the_optimum_is_proven(void **state)
     ll_experiment_free(e);
 }
 
-/* Of settings that cost the same the one with less error. Passes over the contacts do not depend on the
- * density, errors do. */
+/* Of settings with equal cost the one with the smallest error. Solver passes do not depend on the density,
+ * errors do. */
 static void ties_go_to_the_least_error(void **state)
 {
     (void)state;
@@ -266,7 +266,7 @@ static void ties_go_to_the_least_error(void **state)
     "{\"zip\":[{\"path\":\"players.0." path "\",\"values\":" values "},{\"path\":\"players.1." path          \
     "\",\"values\":" values "}]}"
 
-/* Bursts of loss against the delay of inputs: what a run costs varies by seed more than by setting. */
+/* Bursts of loss against input delay: the cost of a run varies more by seed than by setting. */
 #define BURSTS                                                                                               \
     "{\"scenario\":\"race\",\"set\":{\"duration_s\":7,\"seed\":1001,\"server.sync\":\"deterministic\","      \
     "\"players.0.link.up.loss_model\":\"gemodel\",\"players.0.link.up.ge_p_pct\":2.5,"                       \
@@ -276,8 +276,8 @@ static void ties_go_to_the_least_error(void **state)
         "[20,50,80]") ",{\"path\":\"players.0.redundancy\",\"values\":[0,3]}],"                              \
                       "\"metrics\":[\"players.0.stalls.stalled_s\",\"players.0.ack_rtt_ms.mean\"]}"
 
-/* Settings share their seeds: one whose first seeds were bad is not dearer than one that was run over more.
- */
+/* Settings share their seeds: bad first seeds must not make a setting look more expensive than one with more
+ * runs. */
 static void costs_are_compared_over_the_same_seeds(void **state)
 {
     (void)state;
@@ -295,7 +295,7 @@ static void costs_are_compared_over_the_same_seeds(void **state)
     ll_experiment_free(e);
 }
 
-/* Frames of random length: a setting that misses the limit by the luck of its seeds may hold on others. */
+/* Frames of random length: a setting that misses the limit on its seeds may hold on others. */
 #define FRAMES                                                                                               \
     "{\"scenario\":{\"kind\":\"motion\",\"problem\":\"damped\",\"params\":{\"omega\":3.5},\"frames\":"       \
     "\"random\","                                                                                            \
@@ -307,7 +307,7 @@ static void costs_are_compared_over_the_same_seeds(void **state)
     "jitter\","                                                                                              \
     "\"values\":[0.3,0.8]}],\"metrics\":[\"methods.0.e_max\",\"methods.0.evaluations\"]}"
 
-static void what_is_proven_is_the_optimum(void **state)
+static void proven_optima_are_optimal(void **state)
 {
     (void)state;
     ll_experiment *e = experiment(FRAMES);
@@ -330,7 +330,7 @@ static void what_is_proven_is_the_optimum(void **state)
     ll_experiment_free(e);
 }
 
-/* Few bullets miss by rewinding: none in six runs is no proof of less than one in three. */
+/* Few shots miss because of rewinding: none in six runs does not prove a rate below one in three. */
 static void few_runs_without_an_event_prove_no_rarity(void **state)
 {
     (void)state;
@@ -385,7 +385,7 @@ static void it_answers_the_same_again(void **state)
     ll_experiment_free(e);
 }
 
-static void bad_orders_are_told(void **state)
+static void bad_requests_are_reported(void **state)
 {
     (void)state;
     ll_experiment *e = experiment("{\"scenario\":\"race\",\"metrics\":[\"players.0.corrections\"]}");
@@ -400,15 +400,15 @@ static void bad_orders_are_told(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(it_finds_what_brute_force_finds),
+        cmocka_unit_test(advice_equals_brute_force),
         cmocka_unit_test(it_says_whether_the_optimum_is_proven),
         cmocka_unit_test(ties_go_to_the_least_error),
         cmocka_unit_test(costs_are_compared_over_the_same_seeds),
-        cmocka_unit_test(what_is_proven_is_the_optimum),
+        cmocka_unit_test(proven_optima_are_optimal),
         cmocka_unit_test(few_runs_without_an_event_prove_no_rarity),
         cmocka_unit_test(it_says_when_none_holds_and_how_near_it_came),
         cmocka_unit_test(it_answers_the_same_again),
-        cmocka_unit_test(bad_orders_are_told),
+        cmocka_unit_test(bad_requests_are_reported),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,4 +1,4 @@
-/* Workers on a store that others share. */
+/* Workers on a shared store. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -36,8 +36,8 @@ static ll_result_store *store_of(char id[LL_EXPERIMENT_ID_MAX + 1])
 static ll_workers *start(ll_result_store *store, const char *id)
 {
     ll_workers *workers;
-    ll_workers_order order = {.store = store, .id = id, .threads = 1, .lease_s = 1.5, .drain = true};
-    must(ll_workers_start(&order, &workers));
+    ll_workers_config config = {.store = store, .id = id, .threads = 1, .lease_s = 1.5, .drain = true};
+    must(ll_workers_start(&config, &workers));
     return workers;
 }
 
@@ -51,7 +51,7 @@ static ll_experiment_record wait_for_claim(ll_result_store *store, const char *i
     return record;
 }
 
-/* The run takes several leases; nobody else gets its chunk meanwhile. */
+/* The run takes several leases; no other worker gets its chunk meanwhile. */
 static void a_run_longer_than_its_lease_is_not_lost(void **state)
 {
     (void)state;
@@ -70,9 +70,8 @@ static void a_run_longer_than_its_lease_is_not_lost(void **state)
     ll_result_store_close(store);
 }
 
-/* A worker that is stopped breaks off its run; its chunk is free at once, and as if nobody
- * had tried. */
-static void who_is_stopped_gives_its_chunk_back(void **state)
+/* A stopped worker interrupts its run; its chunk is free at once, without counting the attempt. */
+static void stopped_workers_return_their_chunk(void **state)
 {
     (void)state;
     char id[LL_EXPERIMENT_ID_MAX + 1];
@@ -86,7 +85,7 @@ static void who_is_stopped_gives_its_chunk_back(void **state)
     ll_result_store_close(store);
 }
 
-/* Two seconds each, but neither so many that the queue is slow, nor so few that threads are idle. */
+/* Two seconds each, but neither so small that the queue becomes slow, nor so large that threads are idle. */
 static void chunks_take_seconds(void **state)
 {
     (void)state;
@@ -104,7 +103,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_run_longer_than_its_lease_is_not_lost),
-        cmocka_unit_test(who_is_stopped_gives_its_chunk_back),
+        cmocka_unit_test(stopped_workers_return_their_chunk),
         cmocka_unit_test(chunks_take_seconds),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

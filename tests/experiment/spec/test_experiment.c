@@ -1,4 +1,4 @@
-/* Specifications: what they count, what they refuse, and that a row is a function of its index. */
+/* Specifications: counts, refusals, and that a row is a function of its index. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -119,15 +119,15 @@ static void samples_fill_the_range(void **state)
             filled += hits[(int)(lag - 100)]++ == 0;
             predicted += (int)value(e, p, "players.0.prediction");
         }
-        if (k == 0) /* a net: each interval once, each choice half of the times */
+        if (k == 0) /* a (0, 2)-net: each interval once, each choice half of the times */
             assert_true(filled == 256 && predicted == 128);
-        else /* 256 (1 - 1/e) = 162 are expected, with a deviation of 5 */
+        else /* expected: 256 (1 - 1/e) = 162, with a standard deviation of 5 */
             assert_true(filled > 132 && filled < 192 && predicted > 80 && predicted < 176);
         ll_experiment_free(e);
     }
 }
 
-/* Counts of what an axis gives over a sample, from `least` on. */
+/* Counts the values of an axis over a sample, from `least` on. */
 static void count_values(const char *sample, const char *axis, const char *path, int least, int *counts,
                          int kinds)
 {
@@ -145,8 +145,8 @@ static void count_values(const char *sample, const char *axis, const char *path,
     ll_experiment_free(e);
 }
 
-/* Each whole number as often as the others, the ends too, from either end; on a logarithmic scale 1 has what
- * is below 1.5, log(1.5 / 0.5) of log(8.5 / 0.5). */
+/* All whole numbers are equally likely, the ends too, in both directions; on a logarithmic scale 1 has the
+ * part below 1.5: log(1.5 / 0.5) of log(8.5 / 0.5). */
 static void whole_numbers_are_drawn_evenly(void **state)
 {
     (void)state;
@@ -168,7 +168,7 @@ static void whole_numbers_are_drawn_evenly(void **state)
     }
 }
 
-/* A range with a count has its values alone, each as often. */
+/* A range with a count gives only its values, all equally often. */
 static void a_count_is_honoured_when_sampled(void **state)
 {
     (void)state;
@@ -186,7 +186,7 @@ static void a_count_is_honoured_when_sampled(void **state)
     ll_experiment_free(e);
 }
 
-/* Base sample j: A, B, and A with one dimension of B; zipped axes are one. */
+/* Base sample j: A, B, and A with one dimension of B; zipped axes are one dimension. */
 static void saltelli_mixes_two_samples(void **state)
 {
     (void)state;
@@ -278,7 +278,7 @@ static void a_stop_rule_ends_a_run(void **state)
     ll_experiment_free(e);
 }
 
-/* Rows that are given, by run. */
+/* Given rows, by run. */
 typedef struct given {
     const ll_row *rows;
     int at, count;
@@ -296,7 +296,7 @@ static bool next_given(void *context, ll_row *row, ll_status *status)
 
 #define COST "cost.ns_per_sim_s"
 
-/* Sixteen times the steps cost more; hashes and all other metrics are as without it. */
+/* Sixteen times the steps cost more; hashes and all other metrics are unchanged by measuring. */
 static void cost_is_measured_and_changes_nothing(void **state)
 {
     (void)state;
@@ -318,14 +318,14 @@ static void cost_is_measured_and_changes_nothing(void **state)
     ll_points points;
     rows[1].metrics[0] = rows[0].metrics[0] + 1;
     must(ll_points_read(e, next_given, &(given){rows, 0, 4}, &points));
-    assert_int_equal(points.identical, 2); /* nothing random but what was measured */
+    assert_int_equal(points.identical, 2); /* all metrics equal, except the measured one */
     ll_points_free(&points);
     ll_experiment_free(e);
     ll_experiment_free(plain);
 }
 
-/* A run that goes wrong has no cost. */
-static void what_fails_costs_nothing(void **state)
+/* A failed run has no cost. */
+static void failed_runs_have_no_cost(void **state)
 {
     (void)state;
     ll_row row;
@@ -337,8 +337,8 @@ static void what_fails_costs_nothing(void **state)
     ll_experiment_free(e);
 }
 
-/* A step of 5 s suits a duration of 10 s and not one of 1 s: each value is right alone. */
-static void what_does_not_go_together_is_told_in_the_row(void **state)
+/* A step of 5 s is valid with a duration of 10 s but not of 1 s: each value is valid alone. */
+static void invalid_combinations_are_reported_in_the_row(void **state)
 {
     (void)state;
     ll_experiment *e =
@@ -357,7 +357,8 @@ static void what_does_not_go_together_is_told_in_the_row(void **state)
     ll_experiment_free(e);
 }
 
-/* Two methods side by side: what fails has no metrics and makes the row not ok; the other's are there. */
+/* Two side-by-side methods: a failed one has no metrics and makes the row fail; the other's metrics are
+ * there. */
 static void a_part_that_fails_has_no_metrics(void **state)
 {
     (void)state;
@@ -388,7 +389,7 @@ static void a_part_that_fails_has_no_metrics(void **state)
     }
 }
 
-/* A row that fails for what no metric is of stays ok. */
+/* A failed part without metrics in the experiment does not make the row fail. */
 static void a_part_that_is_not_asked_for_does_not_matter(void **state)
 {
     (void)state;
@@ -403,7 +404,7 @@ static void a_part_that_is_not_asked_for_does_not_matter(void **state)
     ll_experiment_free(e);
 }
 
-/* A run that its own kind stops has no metrics of the moment when it stopped. */
+/* A run that its kind stops has no metrics of that moment. */
 static void a_run_that_is_lost_has_no_metrics(void **state)
 {
     (void)state;
@@ -416,8 +417,8 @@ static void a_run_that_is_lost_has_no_metrics(void **state)
     ll_experiment_free(e);
 }
 
-/* Cost and error of four points with two runs each: the first is best but failed once, the second has errors
- * that are large with either sign, the third is on the front, and so is the last. */
+/* Cost and error of four points with two runs each: the first is best but failed once, the second has large
+ * errors of either sign, the third and the last are on the front. */
 static void fronts_take_magnitudes_and_no_failures(void **state)
 {
     (void)state;
@@ -451,7 +452,7 @@ static void fronts_take_magnitudes_and_no_failures(void **state)
     ll_experiment_free(e);
 }
 
-/* Against a naive search over random points with ties, of two to four metrics. */
+/* Compared with a naive search, over random points with ties and two to four metrics. */
 static void fronts_of_several_metrics_are_naive_ones(void **state)
 {
     (void)state;
@@ -490,8 +491,8 @@ static void fronts_of_several_metrics_are_naive_ones(void **state)
     free(sizes);
 }
 
-/* Of any number at most so many are shown, those that come first before the others, at even distances. */
-static void what_is_shown_of_many_is_even(void **state)
+/* Of any number at most the maximum is shown: those in `first` before the others, evenly spaced. */
+static void shown_points_are_evenly_spaced(void **state)
 {
     (void)state;
     enum { MOST = 700 };
@@ -521,7 +522,7 @@ typedef struct spread {
     ll_row rows[24];
 } spread;
 
-/* Two points of twelve runs: what a seed adds is in both, and the second has 0.5 more, give or take 0.1. The
+/* Two points of twelve runs: both have the seed's contribution, and the second has 0.5 more, within 0.1. The
  * fourth run of the second failed. */
 static void fill(const ll_experiment *e, spread *s)
 {
@@ -582,7 +583,7 @@ static void points_are_compared_by_seed(void **state)
     double low = cell_of(t, cells, LEAD ".diff_low"), high = cell_of(t, cells, LEAD ".diff_high");
     assert_true(low > 0.35 && low < 0.5 && high > 0.5 && high < 0.65);
     assert_string_equal(text_of(t, cells, LEAD ".diff_method"), "bootstrap-t");
-    /* unpaired, nothing could be said: the seeds make a deviation of 5 */
+    /* unpaired it would be unknown: the seeds have a standard deviation of 5 */
     assert_true(cell_of(t, cells, LEAD ".ci95_high") - cell_of(t, cells, LEAD ".ci95_low") > 5);
     assert_true(fabs(cell_of(t, cells, LEAD ".sd") - 5) < 1);
     assert_true(cell_of(t, cells, HITCHES ".ci95_low") == 0);
@@ -610,7 +611,7 @@ static void baselines_are_found(void **state)
                  {"6", 0, "from 0 to 5; got 6"},
                  {"-1", 0, "got -1"},
                  {"players.0.lag_ms=150", 0, "no point has players.0.lag_ms=150"},
-                 {"players.1.lag_ms=0", 0, "on no axis"},
+                 {"players.1.lag_ms=0", 0, "not on an axis"},
                  {"last", 0, "must be first"},
                  {"", 0, "must be first"}};
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
@@ -625,7 +626,7 @@ static void baselines_are_found(void **state)
     ll_experiment_free(e);
 }
 
-static void scales_are_told(void **state)
+static void scales_are_known(void **state)
 {
     (void)state;
     ll_experiment *e = experiment(
@@ -640,8 +641,8 @@ static void scales_are_told(void **state)
     ll_experiment_free(e);
 }
 
-/* Whatever a scenario of the library tells that is below 0 is declared, so that a reader knows that its sign
- * says something. Of netgames not: theirs is another table. */
+/* Every metric of a library scenario that is negative must be declared as signed. Not for netgames, which
+ * have another table. */
 static void check_signs(const ll_sim_kind *kind, const char *id, const char *path, const cJSON *item)
 {
     if (cJSON_IsNumber(item) || cJSON_IsRaw(item)) {
@@ -661,7 +662,7 @@ static void check_signs(const ll_sim_kind *kind, const char *id, const char *pat
     }
 }
 
-static void what_may_be_below_0_is_declared(void **state)
+static void signed_metrics_are_declared(void **state)
 {
     (void)state;
     static const char *const ids[] = {
@@ -689,7 +690,7 @@ static void what_may_be_below_0_is_declared(void **state)
 
 /* ---- refusals ---- */
 
-static void bad_input_is_told(void **state)
+static void bad_input_is_reported(void **state)
 {
     (void)state;
     static const struct {
@@ -702,7 +703,7 @@ static void bad_input_is_told(void **state)
         {"{\"scenario\":\"race\",\"metrics\":[\"players.0.lag\"]}", "metrics.0", "players.0 has name"},
         {"{\"scenario\":\"race\",\"metrics\":[\"players.7.own_lead_m.mean\"]}", "metrics.0", "2 elements"},
         {"{\"scenario\":\"race\",\"metrics\":[\"players.0.own_lead_m\"]}", "metrics.0", "mean"},
-        {"{\"scenario\":\"race\",\"metrics\":[\"server.sync\"]}", "metrics.0", "no number"},
+        {"{\"scenario\":\"race\",\"metrics\":[\"server.sync\"]}", "metrics.0", "not a number"},
         {"{\"scenario\":\"race\",\"set\":{\"players.0.lags\":1}," METRICS "}", "set.players.0.lags",
          "lag_ms"},
         {"{\"scenario\":\"race\",\"set\":{\"players.0.lag_ms\":-1}," METRICS "}", "set.players.0.lag_ms",
@@ -711,12 +712,12 @@ static void bad_input_is_told(void **state)
         {"{\"scenario\":\"race\",\"axes\":[{\"path\":\"players.0.nosuch\",\"values\":[1]}]," METRICS "}",
          "axes.0.path", "players.0.nosuch"},
         {"{\"scenario\":\"race\",\"axes\":[{\"path\":\"players.0.lag_ms\",\"values\":[]}]," METRICS "}",
-         "axes.0", "nothing to run"},
+         "axes.0", "got 0"},
         {"{\"scenario\":\"race\",\"axes\":[{\"path\":\"players.0.lag_ms\"}]," METRICS "}", "axes.0",
-         "needs values"},
+         "must have values"},
         {"{\"scenario\":\"race\",\"axes\":[{\"path\":\"players.0.lag_ms\",\"values\":[1],\"count\":2}]"
          "," METRICS "}",
-         "axes.0", "both"},
+         "axes.0", "either values or a range"},
         {"{\"scenario\":\"race\",\"axes\":[{\"path\":\"players.0.lag_ms\",\"values\":[1,-5]}]," METRICS "}",
          "axes.0.players.0.lag_ms", "-5"},
         {"{\"scenario\":\"race\",\"axes\":[{\"path\":\"server.update_hz\",\"from\":0,\"to\":9,\"count\":3,"
@@ -724,7 +725,7 @@ static void bad_input_is_told(void **state)
          "axes.0", "above 0"},
         {"{\"scenario\":\"race\",\"axes\":[{\"path\":\"server.sync\",\"from\":0,\"to\":9,\"count\":3}]"
          "," METRICS "}",
-         "axes.0", "no number"},
+         "axes.0", "not a number"},
         {"{\"scenario\":\"race\",\"axes\":[{\"path\":\"players\",\"values\":[1]}]," METRICS "}", "axes.0",
          "one value"},
         {"{\"scenario\":\"race\",\"axes\":[{\"path\":\"seed\",\"values\":[1]}]," METRICS "}", "axes.0",
@@ -732,7 +733,7 @@ static void bad_input_is_told(void **state)
         {"{\"scenario\":\"race\",\"axes\":[{\"path\":\"server.update_hz\",\"values\":[1]},{\"path\":\"server."
          "update_hz\","
          "\"values\":[2]}]," METRICS "}",
-         "axes.1", "already"},
+         "axes.1", "another axis"},
         {"{\"scenario\":\"race\",\"axes\":[{\"zip\":[{\"path\":\"players.0.lag_ms\",\"values\":[1]},{"
          "\"path\":"
          "\"players.1.lag_ms\",\"values\":[1,2]}]}]," METRICS "}",
@@ -747,7 +748,7 @@ static void bad_input_is_told(void **state)
          "one of the metrics; got tick"},
         {"{\"scenario\":\"race\",\"front\":[\"players.0.own_lead_m.mean\",\"players.0.own_lead_m.mean\"]"
          "," METRICS "}",
-         "front.1", "twice"},
+         "front.1", "duplicate"},
         {"{\"scenario\":\"race\",\"interval\":\"bca\"," METRICS "}", "interval", "auto, t"},
         {"{\"scenario\":\"race\",\"stop\":{\"metric\":\"nosuch\"}," METRICS "}", "stop.metric",
          "server, players"},
@@ -762,7 +763,7 @@ static void bad_input_is_told(void **state)
     }
 }
 
-static void the_key_knows_what_differs(void **state)
+static void keys_differ_between_experiments(void **state)
 {
     (void)state;
     ll_experiment *a = experiment("{\"scenario\":\"race\"," METRICS "}");
@@ -791,10 +792,10 @@ int main(void)
         cmocka_unit_test(saltelli_mixes_two_samples),
         cmocka_unit_test(there_may_be_twenty_axes),
         cmocka_unit_test(fronts_of_several_metrics_are_naive_ones),
-        cmocka_unit_test(what_is_shown_of_many_is_even),
+        cmocka_unit_test(shown_points_are_evenly_spaced),
         cmocka_unit_test(a_row_is_that_of_a_session),
         cmocka_unit_test(cost_is_measured_and_changes_nothing),
-        cmocka_unit_test(what_fails_costs_nothing),
+        cmocka_unit_test(failed_runs_have_no_cost),
         cmocka_unit_test(a_stop_rule_ends_a_run),
         cmocka_unit_test(a_part_that_fails_has_no_metrics),
         cmocka_unit_test(a_part_that_is_not_asked_for_does_not_matter),
@@ -802,11 +803,11 @@ int main(void)
         cmocka_unit_test(fronts_take_magnitudes_and_no_failures),
         cmocka_unit_test(points_are_compared_by_seed),
         cmocka_unit_test(baselines_are_found),
-        cmocka_unit_test(scales_are_told),
-        cmocka_unit_test(what_may_be_below_0_is_declared),
-        cmocka_unit_test(what_does_not_go_together_is_told_in_the_row),
-        cmocka_unit_test(bad_input_is_told),
-        cmocka_unit_test(the_key_knows_what_differs),
+        cmocka_unit_test(scales_are_known),
+        cmocka_unit_test(signed_metrics_are_declared),
+        cmocka_unit_test(invalid_combinations_are_reported_in_the_row),
+        cmocka_unit_test(bad_input_is_reported),
+        cmocka_unit_test(keys_differ_between_experiments),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,4 +1,4 @@
-/* Runs until the mean is known: when it stops, and that what is told then still covers. */
+/* Runs until the mean is known: when they stop, and the coverage of the final interval. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -54,7 +54,7 @@ static double lognormal(double u)
     return exp(ll_normal_quantile(u) / 2);
 }
 
-/* Rows of a point until they are enough; the rest is never looked at. */
+/* Rows of a point until they are enough; the rest is never read. */
 static int64_t run_point(const ll_experiment *e, uint64_t seed, double (*of)(double u), ll_row *rows,
                          ll_resampler *resampler)
 {
@@ -71,7 +71,7 @@ static int64_t run_point(const ll_experiment *e, uint64_t seed, double (*of)(dou
 static ll_interval told(const ll_experiment *e, const ll_row *rows, int64_t n, ll_resampler *resampler)
 {
     double values[MOST];
-    ll_interval_order order = ll_experiment_order(e, 0, 0, NAN);
+    ll_interval_request order = ll_experiment_interval_request(e, 0, 0, NAN);
     for (int64_t k = 0; k < n; k++)
         values[k] = rows[k].metrics[0];
     order.values = values;
@@ -83,19 +83,19 @@ static void looks_double(void **state)
 {
     (void)state;
     ll_experiment *e = experiment("\"half_width\":0.1,\"least\":10", 100); /* 10, 20, 40, 80, 100 */
-    assert_int_equal(ll_until_looks(e), 5);
-    assert_true(fabs(ll_experiment_order(e, 0, 0, NAN).error - 0.05 / 1.5) < 1e-15);
+    assert_int_equal(ll_until_checks(e), 5);
+    assert_true(fabs(ll_experiment_interval_request(e, 0, 0, NAN).error - 0.05 / 1.5) < 1e-15);
     ll_experiment_free(e);
     e = experiment("", 100);
-    assert_true(ll_until_looks(e) == 1 && !ll_until_is_set(e));
+    assert_true(ll_until_checks(e) == 1 && !ll_until_is_set(e));
     ll_experiment_free(e);
     e = experiment("\"relative\":0.5,\"least\":20", 20);
-    assert_int_equal(ll_until_looks(e), 1);
+    assert_int_equal(ll_until_checks(e), 1);
     ll_experiment_free(e);
 }
 
-/* Both rules and three distributions, 93 to 98 %; that stopping early happens is part of it. */
-static void what_is_told_at_the_end_covers(void **state)
+/* Both rules and three distributions: 93 to 98 %, including early stops. */
+static void final_intervals_cover(void **state)
 {
     (void)state;
     static const struct {
@@ -135,7 +135,7 @@ static void what_is_told_at_the_end_covers(void **state)
     assert_true(good);
 }
 
-static void bad_rules_are_told(void **state)
+static void bad_rules_are_reported(void **state)
 {
     (void)state;
     static const struct {
@@ -159,8 +159,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(looks_double),
-        cmocka_unit_test(what_is_told_at_the_end_covers),
-        cmocka_unit_test(bad_rules_are_told),
+        cmocka_unit_test(final_intervals_cover),
+        cmocka_unit_test(bad_rules_are_reported),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

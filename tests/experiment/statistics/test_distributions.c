@@ -49,7 +49,7 @@ static void quantiles_are_scipys(void **state)
         near(ll_gamma_quantile(gamma[i][0], gamma[i][1]), gamma[i][2], 1e-9);
 }
 
-/* Student's of 3 degrees of freedom (of which SciPy's inverse is off by 2e-9) has a closed form. */
+/* Student's t with 3 degrees of freedom (where SciPy's inverse has an error of 2e-9) has a closed form. */
 static void student_of_3_is_known(void **state)
 {
     (void)state;
@@ -59,7 +59,7 @@ static void student_of_3_is_known(void **state)
     }
 }
 
-/* I_x(1, b) = 1 - (1 - x)^b and P(1, x) = 1 - exp(-x); what is inverted comes back. */
+/* I_x(1, b) = 1 - (1 - x)^b and P(1, x) = 1 - exp(-x); inverses give back the argument. */
 static void closed_forms_hold(void **state)
 {
     (void)state;

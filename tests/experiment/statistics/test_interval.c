@@ -1,5 +1,5 @@
-/* Intervals cover the mean as often as they say: counted over simulated experiments, of distributions whose
- * mean is known and of metrics of real runs. */
+/* Intervals cover the mean as often as stated: counted over simulated experiments, with distributions of
+ * known mean and with metrics of real runs. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -79,7 +79,7 @@ static double two_modes(draws *d)
     return z + (unit(d) < 0.5);
 }
 
-/* Two unlike groups: so many in a hundred are 5 deviations above the others. */
+/* Two different groups: `share` per cent are 5 standard deviations above the others. */
 static double groups(draws *d, double share)
 {
     double z = (normal(d) - 10) / 5;
@@ -179,7 +179,7 @@ static coverage count(double (*next)(void *context), void *context, double mean,
         for (int k = 0; k < n; k++)
             x[k] = next(context);
         ll_interval interval = ll_interval_of(
-            &(ll_interval_order){.values = x, .n = n, .scale = scale, .error = error}, &resampler);
+            &(ll_interval_request){.values = x, .n = n, .scale = scale, .error = error}, &resampler);
         if (interval.method == LL_INTERVAL_NONE) {
             assert_true(isnan(interval.low) && isnan(interval.high) && interval.why);
             continue;
@@ -200,8 +200,8 @@ typedef struct known {
     double (*draw)(draws *d);
     double mean;
     ll_metric_scale scale;
-    double least, most; /* of the coverage, in %, at every size */
-    int first;          /* of the sizes that are told, and that are checked */
+    double least, most; /* bounds of the coverage, in %, at every size */
+    int first;          /* first of the sizes with intervals, and of those that are checked */
 } known;
 
 typedef struct source {
@@ -253,8 +253,8 @@ static void amounts_are_covered(void **state)
         check(&amounts[i], 0.05);
 }
 
-/* Of fewer than 20 values nobody can tell skewed ones from flat ones: there is a bound, which covers the
- * first at least as often as 93 %, and the second more often. */
+/* With fewer than 20 values skewed distributions cannot be distinguished from flat ones: the interval is a
+ * bound, which covers the former at least 93 % of the time, and the latter more often. */
 static void few_amounts_are_covered_at_least(void **state)
 {
     (void)state;
@@ -266,20 +266,20 @@ static void few_amounts_are_covered_at_least(void **state)
     }
 }
 
-/* Below that there is none. */
-static void amounts_of_fewer_than_10_are_not_told(void **state)
+/* With fewer there is none. */
+static void fewer_than_10_amounts_have_no_interval(void **state)
 {
     (void)state;
     for (size_t i = 0; i < sizeof amounts / sizeof amounts[0]; i++) {
         source s = {&amounts[i], {8, 0}};
         double told = count(next_known, &s, amounts[i].mean, amounts[i].scale, 9, 0.05).told;
-        assert_true(told < 0.001); /* Poisson counts may be few by chance, and are then told as rare events */
+        assert_true(told < 0.001); /* few Poisson counts by chance; these are treated as rare events */
     }
 }
 
-/* Where a few runs make much of the mean, or two groups differ in size, coverage is not the level: by how
- * much is what ll_interval_covers says. */
-static void unlike_groups_are_covered_as_told(void **state)
+/* If a few runs dominate the mean, or two groups differ in size, coverage differs from the level, as
+ * ll_interval_covers says. */
+static void different_groups_are_covered_as_stated(void **state)
 {
     (void)state;
     static const known all[] = {
@@ -297,7 +297,7 @@ static void unlike_groups_are_covered_as_told(void **state)
         check(&many, 0.05);
     }
     double x[100] = {0};
-    ll_interval_order order = {.values = x, .error = 0.05};
+    ll_interval_request order = {.values = x, .error = 0.05};
     static const struct {
         int n;
         const char *words;
@@ -313,7 +313,7 @@ static void unlike_groups_are_covered_as_told(void **state)
     assert_string_equal(ll_interval_covers(&order, LL_INTERVAL_NONE), "");
 }
 
-/* Exact bounds of what comes in whole numbers are at least the level; 0.7 % is room for 2000 experiments. */
+/* Exact bounds of whole numbers have at least the level; 0.7 % allows for 2000 experiments. */
 static void rare_events_are_covered_at_least(void **state)
 {
     (void)state;
@@ -333,7 +333,7 @@ static void rare_events_are_covered_at_least(void **state)
         check(&all[i], 0.05);
 }
 
-/* Of smaller errors, as a sequence of looks takes them. */
+/* For smaller errors, as repeated checks use them. */
 static void other_levels_are_covered(void **state)
 {
     (void)state;
@@ -383,10 +383,10 @@ static void read_pools(const char *scenario, double loss_pct, pool pools[METRICS
     ll_experiment_free(e);
 }
 
-/* Experiments drawn from real runs, whose mean is the truth. The last three are counts of events, of which
- * exact bounds are told. Of the largest corrections (metric 3) the mean's coverage is shown and not held: in
- * a race one run in a hundred makes it, which no interval can know, so none is told of extremes. The error in
- * a race with 10 % of loss is nearly so (skewness 5): what it falls short by is told in the docs. */
+/* Experiments drawn from real runs, whose mean is the truth. The last three are counts of events, with exact
+ * bounds. For the largest corrections (metric 3) the mean's coverage is printed and not checked: in a race
+ * one run in a hundred determines it, which no interval can know, so extremes have none. The error in a race
+ * with 10 % loss is nearly as skewed (skewness 5); its coverage is in the docs. */
 static void metrics_of_runs_are_covered(void **state)
 {
     (void)state;
@@ -423,7 +423,7 @@ static ll_interval of(const double *x, int n, ll_metric_scale scale, double unit
 {
     ll_resampler resampler = {0};
     ll_interval i = ll_interval_of(
-        &(ll_interval_order){.values = x, .n = n, .scale = scale, .unit = unit_of, .error = 0.05},
+        &(ll_interval_request){.values = x, .n = n, .scale = scale, .unit = unit_of, .error = 0.05},
         &resampler);
     ll_resampler_free(&resampler);
     return i;
@@ -464,7 +464,7 @@ static void exact_bounds_are_the_published_ones(void **state)
     near(i.high, 5.5716433909388 / 8);
 }
 
-static void what_is_not_known_is_told(void **state)
+static void missing_intervals_have_a_reason(void **state)
 {
     (void)state;
     static const double same[6] = {3, 3, 3, 3, 3, 3}, zeros[6] = {0}, four[4] = {1, 2, 3, 4},
@@ -481,7 +481,7 @@ static void what_is_not_known_is_told(void **state)
     assert_true(i.method == LL_INTERVAL_RARE && i.low == -INFINITY && i.high > 56. / 12 && i.high < 5);
 }
 
-/* Moved and stretched values have moved and stretched intervals, mirrored ones mirrored: up to rounding. */
+/* Shifted and scaled values have shifted and scaled intervals, mirrored ones mirrored: up to rounding. */
 static void intervals_follow_their_values(void **state)
 {
     (void)state;
@@ -501,8 +501,8 @@ static void intervals_follow_their_values(void **state)
     }
 }
 
-/* Of a skewed distribution and of one without a mean: the median's interval needs nothing. By SciPy 1.10
- * (quantile_test) of 10 values it is from the second to the ninth. */
+/* A skewed distribution and one without a mean: the median's interval has no conditions. By SciPy 1.10
+ * (quantile_test) for 10 values it is from the second to the ninth. */
 static void medians_are_covered(void **state)
 {
     (void)state;
@@ -531,13 +531,13 @@ static void medians_are_covered(void **state)
                         "fewer than 6 runs have it");
 }
 
-static void t_is_there_for_who_asks(void **state)
+static void t_is_available_on_request(void **state)
 {
     (void)state;
     static const double x[3] = {1, 2, 6};
     ll_resampler resampler = {0};
     ll_interval i =
-        ll_interval_of(&(ll_interval_order){.values = x, .n = 3, .error = 0.05, .use_t = true}, &resampler);
+        ll_interval_of(&(ll_interval_request){.values = x, .n = 3, .error = 0.05, .use_t = true}, &resampler);
     assert_int_equal(i.method, LL_INTERVAL_T);
     near(i.high - 3, 4.3026527299112765 * sqrt(7. / 3));
     near(3 - i.low, i.high - 3);
@@ -558,16 +558,16 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(amounts_are_covered),
         cmocka_unit_test(few_amounts_are_covered_at_least),
-        cmocka_unit_test(amounts_of_fewer_than_10_are_not_told),
-        cmocka_unit_test(unlike_groups_are_covered_as_told),
+        cmocka_unit_test(fewer_than_10_amounts_have_no_interval),
+        cmocka_unit_test(different_groups_are_covered_as_stated),
         cmocka_unit_test(rare_events_are_covered_at_least),
         cmocka_unit_test(other_levels_are_covered),
         cmocka_unit_test(metrics_of_runs_are_covered),
         cmocka_unit_test(exact_bounds_are_the_published_ones),
-        cmocka_unit_test(what_is_not_known_is_told),
+        cmocka_unit_test(missing_intervals_have_a_reason),
         cmocka_unit_test(intervals_follow_their_values),
         cmocka_unit_test(medians_are_covered),
-        cmocka_unit_test(t_is_there_for_who_asks),
+        cmocka_unit_test(t_is_available_on_request),
         cmocka_unit_test(quantiles_are_numpys),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

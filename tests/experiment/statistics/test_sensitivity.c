@@ -1,4 +1,4 @@
-/* Sobol' indices of functions whose own are known, and that their intervals cover them. */
+/* Sobol' indices of functions with known indices, and the coverage of their intervals. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -69,7 +69,7 @@ static void solve(void)
 
 static void find(const function *of, int64_t count, uint64_t seed, ll_sensitivity *indices)
 {
-    ll_sample_order order = {LL_SAMPLE_SALTELLI, of->dimensions, count, seed};
+    ll_sample_request order = {LL_SAMPLE_SALTELLI, of->dimensions, count, seed};
     int64_t points = ll_sample_points(&order);
     double *values = malloc((size_t)points * sizeof *values);
     assert_int_equal(points, count * (of->dimensions + 2));
@@ -101,8 +101,8 @@ static void indices_are_those_of_the_closed_forms(void **state)
     }
 }
 
-/* Over 400 seeds, of two functions. Sobol' points are more even than resamples are, so the intervals cover
- * more than they say. */
+/* Over 400 seeds, for two functions. Sobol' points are more even than resamples, so the intervals cover more
+ * than stated. */
 static void intervals_cover(void **state)
 {
     (void)state;
@@ -127,12 +127,12 @@ static void intervals_cover(void **state)
     }
 }
 
-static void what_is_missing_is_left_out(void **state)
+static void missing_values_are_left_out(void **state)
 {
     (void)state;
     double values[30 * 4];
     ll_sensitivity s[2];
-    ll_sample_order order = {LL_SAMPLE_SALTELLI, 2, 30, 8};
+    ll_sample_request order = {LL_SAMPLE_SALTELLI, 2, 30, 8};
     for (int p = 0; p < 30 * 4; p++)
         values[p] = 3 * ll_sample_coordinate(&order, 0, p);
     values[4 * 7 + 2] = NAN;
@@ -146,7 +146,7 @@ static void what_is_missing_is_left_out(void **state)
     assert_true(s[0].samples == 0 && isnan(s[0].total_low));
 }
 
-/* Every n-th of the range has one of n points, in each dimension; dimensions are not ordered alike. */
+/* In each dimension every n-th part of the range has one of n points; dimensions have different orders. */
 static void latin_hypercubes_have_one_in_each_stratum(void **state)
 {
     (void)state;
@@ -156,7 +156,7 @@ static void latin_hypercubes_have_one_in_each_stratum(void **state)
             int64_t n = counts[k];
             int taken[2][1000] = {{0}};
             double together = 0;
-            ll_sample_order order = {LL_SAMPLE_LHS, 2, n, seed};
+            ll_sample_request order = {LL_SAMPLE_LHS, 2, n, seed};
             for (int64_t p = 0; p < n; p++) {
                 double u[2];
                 for (int d = 0; d < 2; d++) {
@@ -177,7 +177,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(indices_are_those_of_the_closed_forms),
         cmocka_unit_test(intervals_cover),
-        cmocka_unit_test(what_is_missing_is_left_out),
+        cmocka_unit_test(missing_values_are_left_out),
         cmocka_unit_test(latin_hypercubes_have_one_in_each_stratum),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

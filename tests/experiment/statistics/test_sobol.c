@@ -1,4 +1,4 @@
-/* Sobol' points: the published ones, and the evenness that defines them. */
+/* Sobol' points: published values, and the evenness that defines them. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -9,8 +9,8 @@
 
 #include "experiment/statistics/sobol.h"
 
-/* The first points of Joe and Kuo's sequence in their own order (Gray code): point k of theirs is point k ^ k
- * >> 1 here. */
+/* First points of Joe and Kuo's sequence in their order (Gray code): their point k is point k ^ k >> 1
+ * here. */
 static void begins_as_published(void **state)
 {
     (void)state;
@@ -43,8 +43,7 @@ static void forty_dimensions_are_scipys(void **state)
         assert_true(ll_sobol(d, 77 ^ 77 >> 1, 0) == known[d]);
 }
 
-/* Any 2^k points in a row, from a multiple of 2^k, fall one into each of 2^k equal intervals, shifted or not.
- */
+/* Any 2^k consecutive points from a multiple of 2^k: one in each of 2^k equal intervals, shifted or not. */
 static void each_interval_has_one(void **state)
 {
     (void)state;

@@ -1,5 +1,5 @@
-/* The store's leases: every row once, whoever comes late. `test_experiment_result_store postgres` holds a
- * PostgreSQL server of its own to the same, and ends with 77 where there is none. */
+/* Leases of the store: every row once, even with late workers. `test_experiment_result_store postgres` tests
+ * a PostgreSQL server of its own, and exits with 77 if that is not installed. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -33,7 +33,7 @@ static ll_result_store *fresh(void)
     ll_result_store *s;
     must(ll_result_store_open(url, &s));
     if (server[0])
-        s->kind->remove(s, "x"); /* of the test before */
+        s->kind->remove(s, "x"); /* of the previous test */
     must(s->kind->create(s, &ten, "{}", 4));
     return s;
 }
@@ -98,9 +98,9 @@ static void rows_come_back_whole(void **state)
     ll_result_store_close(s);
 }
 
-/* A worker freezes beyond its lease, another does its chunk, it wakes and hands in: refused, and no row
- * twice. */
-static void who_lost_its_lease_is_refused(void **state)
+/* A worker freezes beyond its lease, another runs its chunk, then the first stores its rows: refused, and no
+ * row twice. */
+static void lost_leases_are_refused(void **state)
 {
     (void)state;
     ll_result_store *s = fresh();
@@ -188,21 +188,21 @@ static void another_version_adds_nothing(void **state)
     claim_nothing(s);
     ll_experiment_record r = record(s);
     assert_string_equal(r.version, ll_version);
-    ll_status status = ll_result_store_admits_all(s);
+    ll_status status = ll_result_store_check_versions(s);
     assert_true(status.code == LL_CONFLICT && strstr(status.text, ll_version) &&
-                strstr(status.text, "9.9.9+other") && strstr(status.text, "anew"));
+                strstr(status.text, "9.9.9+other") && strstr(status.text, "run the experiment again"));
     assert_int_equal(s->kind->create(s, &ten, "{}", 4).code, LL_CONFLICT);
     r.state = LL_EXPERIMENT_DONE;
-    must(ll_result_store_admits(s, &r));
+    must(ll_result_store_check_version(s, &r));
     s->version = ll_version;
     ll_lease l;
     must(s->kind->claim(s, NULL, "me", 60, &l));
     assert_int_equal(l.chunk, 0);
-    must(ll_result_store_admits_all(s));
+    must(ll_result_store_check_versions(s));
     ll_result_store_close(s);
 }
 
-/* A store of the schema before, which knew no versions: what is in it stays readable, and nobody goes on. */
+/* A store of the previous schema, without versions: its content can be read, but not continued. */
 static void hold_to_no_version(const char *store)
 {
     ll_result_store *s;
@@ -214,8 +214,8 @@ static void hold_to_no_version(const char *store)
     must(s->kind->read(s, "x", 0, rows, 4, &count));
     assert_int_equal(count, 4);
     claim_nothing(s);
-    ll_status status = ll_result_store_admits(s, &r);
-    assert_true(status.code == LL_CONFLICT && strstr(status.text, "no known version"));
+    ll_status status = ll_result_store_check_version(s, &r);
+    assert_true(status.code == LL_CONFLICT && strstr(status.text, "an unknown version"));
     ll_result_store_close(s);
 }
 
@@ -277,15 +277,15 @@ static void experiments_are_listed_as_they_were_made(void **state)
     free(text);
     must(s->kind->claim(s, "b", "me", 60, &l));
     assert_true(l.from == 3 && l.to == 4);
-    must(s->kind->give_back(s, &l));
-    assert_int_equal(s->kind->give_back(s, &l).code, LL_CONFLICT);
+    must(s->kind->return_chunk(s, &l));
+    assert_int_equal(s->kind->return_chunk(s, &l).code, LL_CONFLICT);
     assert_int_equal(s->kind->specification(s, "nosuch", &text).code, LL_NOT_FOUND);
     must(s->kind->remove(s, "a"));
     must(s->kind->remove(s, "b"));
     ll_result_store_close(s);
 }
 
-static void bad_stores_are_told(void **state)
+static void bad_stores_are_reported(void **state)
 {
     (void)state;
     char path[] = "/tmp/laglab-store-XXXXXX";
@@ -298,12 +298,12 @@ static void bad_stores_are_told(void **state)
     ll_status status = ll_result_store_open(path, &s);
     assert_true(status.code == LL_BAD_INPUT && strstr(status.text, "99") && strstr(status.text, "newer"));
     FILE *file = fopen(path, "w");
-    fputs("run,point\r\n0,0\r\n this is no database but a file of text, longer than a header of SQLite's, so "
-          "much so",
+    fputs("run,point\r\n0,0\r\n this is no database but a text file, longer than the header of an SQLite "
+          "file, by far",
           file);
     fclose(file);
     status = ll_result_store_open(path, &s);
-    assert_true(status.code == LL_IO && strstr(status.text, "no SQLite database"));
+    assert_true(status.code == LL_IO && strstr(status.text, "not an SQLite database"));
     unlink(path);
     status = ll_result_store_open("/nosuch/folder/x.db", &s);
     assert_true(status.code == LL_IO && strstr(status.text, "/nosuch/folder/x.db"));
@@ -382,7 +382,7 @@ static void intervals_are_students(void **state)
 
 /* ---- PostgreSQL ---- */
 
-/* What the script prints, without the end of its line; its exit status is the result. */
+/* Output of the script, without its final newline; returns its exit status. */
 static int ask_server(char *answer, size_t size, const char *verb, const char *argument)
 {
     char command[300];
@@ -400,7 +400,7 @@ static void tell_server(const char *verb, const char *argument)
     assert_int_equal(ask_server(answer, sizeof answer, verb, argument), 0);
 }
 
-static void bad_servers_are_told(void **state)
+static void bad_servers_are_reported(void **state)
 {
     (void)state;
     ll_result_store *s;
@@ -447,7 +447,7 @@ static void a_database_of_the_schema_before_is_brought_up(void **state)
     hold_to_no_version(url);
 }
 
-static void a_database_that_may_not_be_written_is_told(void **state)
+static void a_read_only_database_is_reported(void **state)
 {
     (void)state;
     ll_result_store_close(fresh());
@@ -458,10 +458,11 @@ static void a_database_that_may_not_be_written_is_told(void **state)
     ll_status status = s->kind->claim(s, "x", "me", 60, &l);
     ll_result_store_close(s);
     tell_server("sql", "ALTER DATABASE lab RESET default_transaction_read_only");
-    assert_true(status.code == LL_IO && strstr(status.text, "cannot be written"));
+    assert_true(status.code == LL_IO && strstr(status.text, "cannot write to"));
 }
 
-/* While the server is away a sentence; when it is back the same store goes on, and the lease still counts. */
+/* An unreachable server gives a message; when it is back the store continues, and the lease is still
+ * valid. */
 static void a_server_that_died_is_found_again(void **state)
 {
     (void)state;
@@ -496,7 +497,7 @@ int main(int argc, char **argv)
 {
     const struct CMUnitTest of_each_kind[] = {
         cmocka_unit_test(rows_come_back_whole),
-        cmocka_unit_test(who_lost_its_lease_is_refused),
+        cmocka_unit_test(lost_leases_are_refused),
         cmocka_unit_test(a_chunk_that_kills_its_workers_is_given_up),
         cmocka_unit_test(states_hold_claims_back),
         cmocka_unit_test(the_same_again_is_a_resume),
@@ -505,15 +506,17 @@ int main(int argc, char **argv)
         cmocka_unit_test(experiments_are_listed_as_they_were_made),
     };
     const struct CMUnitTest of_postgres[] = {
-        cmocka_unit_test(bad_servers_are_told),
+        cmocka_unit_test(bad_servers_are_reported),
         cmocka_unit_test(a_newer_schema_is_refused),
         cmocka_unit_test(a_database_of_the_schema_before_is_brought_up),
-        cmocka_unit_test(a_database_that_may_not_be_written_is_told),
+        cmocka_unit_test(a_read_only_database_is_reported),
         cmocka_unit_test(a_server_that_died_is_found_again),
     };
     const struct CMUnitTest others[] = {
-        cmocka_unit_test(bad_stores_are_told),    cmocka_unit_test(a_file_of_the_schema_before_is_brought_up),
-        cmocka_unit_test(shards_share_all_runs),  cmocka_unit_test(engines_tell_their_index),
+        cmocka_unit_test(bad_stores_are_reported),
+        cmocka_unit_test(a_file_of_the_schema_before_is_brought_up),
+        cmocka_unit_test(shards_share_all_runs),
+        cmocka_unit_test(engines_tell_their_index),
         cmocka_unit_test(intervals_are_students),
     };
     if (argc == 1)

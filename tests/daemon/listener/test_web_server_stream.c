@@ -1,4 +1,4 @@
-/* Streams: handshake, frames and their pacing, messages, goodbyes, upgrades on kept connections. */
+/* Streams: handshake, frames and their pacing, messages, closing, upgrades on kept connections. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -12,38 +12,38 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include "support/front.h"
+#include "support/server_fixture.h"
 
 #define BIN "laglab.v2.bin"
 #define JSON "laglab.v2.json"
 #define GET(path) "GET " path " HTTP/1.1\r\nHost: localhost\r\n\r\n"
 
-static front f;
+static test_server f;
 static viewer_frame frame;
 static char answer[40000];
 
 static int set_up(void **state)
 {
     (void)state;
-    front_prepare(&f);
+    test_server_prepare(&f);
     f.config.max_viewers = 20;
     f.config.ack_timeout_s = 0.7;
     f.config.hello_timeout_s = 0.7;
     f.config.max_messages_per_s = 100;
     f.config.stream_threads = 2;
     snprintf(f.config.allow_origin, sizeof f.config.allow_origin, "https://lab.example");
-    front_open(&f);
+    test_server_open(&f);
     return 0;
 }
 
 static int tear_down(void **state)
 {
     (void)state;
-    front_close(&f);
+    test_server_close(&f);
     return 0;
 }
 
-static int open_greeted(const char *session, const char *protocol)
+static int open_with_hello(const char *session, const char *protocol)
 {
     int fd = viewer_open(f.port, session, protocol);
     assert_true(fd >= 0);
@@ -96,7 +96,7 @@ static void test_handshake(void **state)
 static void test_frames(void **state)
 {
     (void)state;
-    int fd = open_greeted("s0", BIN);
+    int fd = open_with_hello("s0", BIN);
     uint32_t last = 0;
     for (int i = 0; i < 30; i++) {
         assert_true(viewer_read(fd, &frame, 2));
@@ -107,7 +107,7 @@ static void test_frames(void **state)
         last = viewer_seq(&frame);
         viewer_ack(fd, last);
     }
-    /* A jump of time: all is sent again to all viewers, once. */
+    /* A jump of time: all viewers get whole sections once. */
     atomic_fetch_add(&f.generation, 1);
     int whole = 0;
     for (int i = 0; i < 10; i++) {
@@ -117,7 +117,7 @@ static void test_frames(void **state)
     }
     assert_int_equal(whole, 1);
     close(fd);
-    fd = open_greeted("s1", JSON);
+    fd = open_with_hello("s1", JSON);
     assert_true(viewer_read(fd, &frame, 2));
     assert_int_equal(frame.opcode, 1);
     assert_non_null(strstr((char *)frame.bytes, "\"flags\":[\"playing\",\"jump\"]"));
@@ -126,17 +126,17 @@ static void test_frames(void **state)
     close(fd);
 }
 
-/* One that stops acknowledging has four frames in flight, not more; its next is the newest, sent
- * against the last that it was sent. */
+/* A viewer that stops acknowledging has at most four frames in flight; the next one is the newest, as a delta
+ * against the last one sent. */
 static void test_credit(void **state)
 {
     (void)state;
-    int fd = open_greeted("s2", BIN);
+    int fd = open_with_hello("s2", BIN);
     for (int i = 0; i < 10; i++) {
         assert_true(viewer_read(fd, &frame, 2));
         viewer_ack(fd, viewer_seq(&frame));
     }
-    front_sleep(0.4);
+    test_sleep(0.4);
     int in_flight = 0;
     uint32_t last = 0;
     while (viewer_read(fd, &frame, 0.05)) {
@@ -150,32 +150,32 @@ static void test_credit(void **state)
     assert_false(viewer_is_whole(&frame));
     assert_true(viewer_age(&frame) < 0.1);
     viewer_ack(fd, 0xffffffff); /* never sent: ignored */
-    /* Then nothing for longer than the timeout. */
+    /* Then no acknowledgement for longer than the timeout. */
     assert_int_equal(viewer_close_code(fd, 3), 1013);
     close(fd);
-    /* One that never acknowledges is not held to that. */
-    fd = open_greeted("s2", BIN);
+    /* A viewer that never acknowledged has no such timeout. */
+    fd = open_with_hello("s2", BIN);
     for (int i = 0; i < 60; i++) {
         assert_true(viewer_read(fd, &frame, 2));
     }
     close(fd);
 }
 
-/* Reads a fifth of what is sent, and acknowledges what it read. */
+/* Reads a fifth of the data, and acknowledges what it has read. */
 static void test_slow_reader(void **state)
 {
     (void)state;
     double oldest = 0;
-    int fd = open_greeted("s2", BIN);
+    int fd = open_with_hello("s2", BIN);
     for (int i = 0; i < 40; i++) {
         read_frame(fd);
         double age = viewer_age(&frame);
         oldest = i > 10 && age > oldest ? age : oldest;
-        front_sleep(0.083);
+        test_sleep(0.083);
         viewer_ack(fd, viewer_seq(&frame));
     }
-    /* Without credit it would be 2.6 s by now and grow. The figure that is promised, 0.35 s, is measured by
-     * ./dev bench: here the machine may be busy. */
+    /* Without flow control it would be 2.6 s by now and grow. The documented figure, 0.35 s, is measured by
+     * ./dev bench, since this machine may be busy. */
     assert_true(oldest < 1);
     close(fd);
 }
@@ -183,13 +183,13 @@ static void test_slow_reader(void **state)
 static void test_messages(void **state)
 {
     (void)state;
-    int fd = open_greeted("s3", BIN);
+    int fd = open_with_hello("s3", BIN);
     viewer_say(fd, "{\"ping\":1}");
     do {
         assert_true(viewer_read(fd, &frame, 2));
     } while (frame.opcode != 1);
     assert_string_equal((char *)frame.bytes, "{\"echo\":{\"ping\":1}}");
-    /* In three pieces, a ping between them. */
+    /* In three fragments, with a ping between them. */
     viewer_send(fd, 0x01, "[1,", 3);
     viewer_send(fd, 0x00, "2,", 2);
     viewer_send(fd, 0x89, "p", 1);
@@ -207,7 +207,7 @@ static void test_messages(void **state)
 
 static void expect_close(int opcode, const void *bytes, size_t size, int code)
 {
-    int fd = open_greeted("s3", BIN);
+    int fd = open_with_hello("s3", BIN);
     viewer_send(fd, opcode, bytes, size);
     assert_int_equal(viewer_close_code(fd, 3), code);
     close(fd);
@@ -223,7 +223,7 @@ static void test_bad_messages(void **state)
     free(big);
     expect_close(0x81, "\xc3\x28", 2, 1007);
     expect_close(0x82, "binary", 6, 1003);
-    int fd = open_greeted("s3", BIN);
+    int fd = open_with_hello("s3", BIN);
     for (int i = 0; i < 400; i++) {
         viewer_say(fd, "{}");
     }
@@ -242,7 +242,7 @@ static void test_crowd(void **state)
     (void)state;
     int fd[20];
     for (int i = 0; i < 20; i++) {
-        fd[i] = open_greeted("s3", i % 2 ? BIN : JSON);
+        fd[i] = open_with_hello("s3", i % 2 ? BIN : JSON);
     }
     int more = viewer_open(f.port, "s3", BIN);
     assert_true(more >= 0);
@@ -255,26 +255,26 @@ static void test_crowd(void **state)
     for (int i = 0; i < 20; i++) {
         close(fd[i]);
     }
-    int64_t until = front_now() + INT64_C(3000000000);
-    while (ll_ws_viewers(f.stream[3]) > 0 && front_now() < until) {
-        front_sleep(0.01);
+    int64_t until = test_now() + INT64_C(3000000000);
+    while (ll_ws_viewers(f.stream[3]) > 0 && test_now() < until) {
+        test_sleep(0.01);
     }
     assert_int_equal(ll_ws_viewers(f.stream[3]), 0);
     ll_record_request request;
     ll_ws_wants(f.stream[3], 1, 0, true, &request);
     assert_int_equal(request.channels, 0);
-    atomic_store(&f.greet, 0);
+    atomic_store(&f.send_hello, 0);
     int ignored = viewer_open(f.port, "s3", BIN);
     assert_int_equal(viewer_close_code(ignored, 3), 1013);
     close(ignored);
-    atomic_store(&f.greet, 1);
+    atomic_store(&f.send_hello, 1);
 }
 
-/* Does not read at all while 60 kB/s are sent to it: its socket fills, nothing else suffers. */
+/* Reads nothing of 60 kB/s: its socket fills, and no other viewer is affected. */
 static void test_deaf(void **state)
 {
     (void)state;
-    int deaf = open_greeted("s0", BIN), fd = open_greeted("s0", BIN), small = 2048;
+    int deaf = open_with_hello("s0", BIN), fd = open_with_hello("s0", BIN), small = 2048;
     setsockopt(deaf, SOL_SOCKET, SO_RCVBUF, &small, sizeof small);
     for (int i = 0; i < 60; i++) {
         assert_true(viewer_read(fd, &frame, 1));
@@ -295,7 +295,7 @@ static void test_delete(void **state)
     assert_int_equal(status.code, LL_CONFLICT);
     status = ll_ws_stream_open(f.ws, LL_STREAM_SESSION, "no/id", NULL, &again);
     assert_int_equal(status.code, LL_BAD_INPUT);
-    int fd = open_greeted("deleted", BIN);
+    int fd = open_with_hello("deleted", BIN);
     unsigned released = atomic_load(&f.released);
     ll_ws_stream_close(stream, LL_WS_NO_SESSION, "the session was \"deleted\"");
     assert_true(viewer_read(fd, &frame, 2));
@@ -303,9 +303,9 @@ static void test_delete(void **state)
                         "{\"type\":\"bye\",\"reason\":\"the session was \\\"deleted\\\"\"}");
     assert_int_equal(viewer_close_code(fd, 2), 4404);
     close(fd);
-    int64_t until = front_now() + INT64_C(3000000000);
-    while (atomic_load(&f.released) == released && front_now() < until) {
-        front_sleep(0.01);
+    int64_t until = test_now() + INT64_C(3000000000);
+    while (atomic_load(&f.released) == released && test_now() < until) {
+        test_sleep(0.01);
     }
     assert_int_equal(atomic_load(&f.released), released + 1);
     assert_int_equal(upgrade_status("deleted", BIN, ""), 404);
@@ -352,7 +352,7 @@ static void test_kept_refusals(void **state)
     assert_int_equal(net_request(fd, GET("/healthz"), answer, sizeof answer), 200);
     assert_int_equal(viewer_upgrade(fd, "s0", BIN, "Upgrade: websocket\r\n"), 400);
     close(fd);
-    for (int i = 0; i < 20; i++) { /* gone at once */
+    for (int i = 0; i < 20; i++) { /* closed at once */
         fd = net_connect(f.port);
         assert_int_equal(net_request(fd, GET("/healthz"), answer, sizeof answer), 200);
         assert_int_equal(viewer_upgrade(fd, "s0", BIN, ""), 101);
@@ -362,8 +362,7 @@ static void test_kept_refusals(void **state)
     }
 }
 
-/* The request, the upgrade and the first message in one segment: nothing is lost on the way through the
- * bridge. */
+/* The request, the upgrade and the first message in one segment: no byte is lost in the relay. */
 static void test_all_at_once(void **state)
 {
     (void)state;
@@ -377,9 +376,9 @@ static void test_all_at_once(void **state)
         int size = snprintf(text, sizeof text, "%s%s", kept ? GET("/healthz") : "", head);
         memcpy(text + size, "\x81\x82\0\0\0\0{}", 8);
         net_send_bytes(fd, text, (size_t)size + 8);
-        int64_t until = front_now() + INT64_C(3000000000);
+        int64_t until = test_now() + INT64_C(3000000000);
         size_t got = 0;
-        while (memmem(answer, got, "{\"echo\":{}}", 11) == NULL && front_now() < until) {
+        while (memmem(answer, got, "{\"echo\":{}}", 11) == NULL && test_now() < until) {
             got += net_read(fd, answer + got, sizeof answer - got, "{\"echo\":{}}", 0.2);
         }
         assert_non_null(memmem(answer, got, "{\"echo\":{}}", 11));
@@ -399,46 +398,46 @@ static void test_slow_reader_bridged(void **state)
         read_frame(fd);
         double age = viewer_age(&frame);
         oldest = i > 10 && age > oldest ? age : oldest;
-        front_sleep(0.083);
+        test_sleep(0.083);
         viewer_ack(fd, viewer_seq(&frame));
     }
-    /* Without credit it would be 2.6 s by now and grow. The figure that is promised, 0.35 s, is measured by
-     * ./dev bench: here the machine may be busy. */
+    /* Without flow control it would be 2.6 s by now and grow. The documented figure, 0.35 s, is measured by
+     * ./dev bench, since this machine may be busy. */
     assert_true(oldest < 1);
     close(fd);
 }
 
-/* One that cannot keep up gets a message, and half as many. */
+/* A slow viewer gets a message, and half the frames. */
 static void test_slower_rate(void **state)
 {
     (void)state;
-    int fd = open_greeted("s1", BIN), messages = 0, skipped = 0;
+    int fd = open_with_hello("s1", BIN), messages = 0, skipped = 0;
     uint32_t last = 0;
-    int64_t until = front_now() + INT64_C(6000000000);
-    while (messages == 0 && front_now() < until) {
+    int64_t until = test_now() + INT64_C(6000000000);
+    while (messages == 0 && test_now() < until) {
         messages = read_frame(fd);
-        front_sleep(0.1);
+        test_sleep(0.1);
         viewer_ack(fd, viewer_seq(&frame));
     }
     assert_int_equal(messages, 1);
     for (int i = 0; i < 30; i++) {
         read_frame(fd);
         last = viewer_seq(&frame);
-        skipped += i >= 10 && last % 2 != 0; /* before, what had piled up */
+        skipped += i >= 10 && last % 2 != 0; /* earlier ones: queued frames */
         viewer_ack(fd, last);
     }
     assert_int_equal(skipped, 0);
     close(fd);
 }
 
-/* All clients get a message when the daemon stops; direct and bridged ones. */
+/* All viewers, direct and relayed, get a message when the daemon stops. */
 static void test_drain(void **state)
 {
     (void)state;
-    static front g;
+    static test_server g;
     int fd[40];
-    front_prepare(&g);
-    front_open(&g);
+    test_server_prepare(&g);
+    test_server_open(&g);
     for (int i = 0; i < 40; i++) {
         fd[i] = net_connect(g.port);
         if (i % 2) {
@@ -449,10 +448,10 @@ static void test_drain(void **state)
     }
     int kept = net_connect(g.port);
     assert_int_equal(net_request(kept, GET("/healthz"), answer, sizeof answer), 200);
-    /* Clients answer the close frame only after the drain, which must not wait for them beyond its time. */
-    int64_t begin = front_now();
+    /* Clients send their close frame only after the drain, which must not wait longer than its time. */
+    int64_t begin = test_now();
     ll_web_server_drain(g.web_server);
-    assert_true((double)(front_now() - begin) < 3.5e9);
+    assert_true((double)(test_now() - begin) < 3.5e9);
     assert_int_equal(net_request(kept, GET("/healthz"), answer, sizeof answer), 200);
     assert_int_equal(net_connect(g.port), -1);
     for (int i = 0; i < 40; i++) {
@@ -460,7 +459,7 @@ static void test_drain(void **state)
         close(fd[i]);
     }
     close(kept);
-    front_close(&g);
+    test_server_close(&g);
     assert_int_equal(atomic_load(&g.opened), atomic_load(&g.closed));
 }
 

@@ -1,4 +1,4 @@
-/* The lanes of handlers: threads for what is short, tasks for what may be long. */
+/* Runs handlers: short ones in a thread pool, long ones as tasks. */
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -6,9 +6,9 @@
 
 #define WAITING_JOBS 256
 
-/* ---- the lane of control ---- */
+/* ---- thread pool ---- */
 
-bool ll_http_submit(ll_http *http, http_exchange *exchange)
+bool ll_http_queue(ll_http *http, http_exchange *exchange)
 {
     pthread_mutex_lock(&http->job_lock);
     bool taken = http->jobs < WAITING_JOBS && !http->jobs_end;
@@ -28,7 +28,7 @@ bool ll_http_submit(ll_http *http, http_exchange *exchange)
     return taken;
 }
 
-/* NULL at the end. */
+/* NULL when stopping. */
 void ll_http_run_handler(http_exchange *exchange)
 {
     exchange->route->handler(exchange->http->app.context, &exchange->request, &exchange->response);
@@ -67,7 +67,7 @@ static void *control_main(void *argument)
         ll_http_run_handler(exchange);
         if (exchange->response.to_work) {
             ll_http_clear(&exchange->response);
-            ll_status status = ll_http_work(self.http, exchange);
+            ll_status status = ll_http_start_task(self.http, exchange);
             if (!ll_failed(&status)) {
                 continue;
             }
@@ -107,7 +107,7 @@ void ll_http_stop_control(ll_http *http)
     http->control_threads = 0;
 }
 
-/* ---- the lane of work ---- */
+/* ---- tasks ---- */
 
 static void set_task(http_exchange *exchange, ll_task *task)
 {
@@ -121,15 +121,15 @@ static void work(void *context, ll_task *task)
     http_exchange *exchange = context;
     ll_http *http = exchange->http;
     exchange->request.task = task;
-    if (ll_task_ending(task) == LL_TASK_GOES_ON) {
+    if (ll_task_end_reason(task) == LL_TASK_RUNNING) {
         ll_http_run_handler(exchange);
         ll_http_compress(exchange);
     } else {
-        ll_status error = ll_task_told(task, "nothing was begun");
+        ll_status error = ll_task_error(task, "not started");
         ll_http_problem(&exchange->response, &exchange->request, &error);
     }
     exchange->request.task = NULL;
-    pthread_mutex_lock(&http->watch_lock); /* from here on nobody ends it */
+    pthread_mutex_lock(&http->watch_lock); /* from here on the task cannot be stopped */
     set_task(exchange, NULL);
     pthread_mutex_unlock(&http->watch_lock);
     MHD_resume_connection(exchange->connection);
@@ -139,9 +139,9 @@ static void work(void *context, ll_task *task)
     pthread_mutex_unlock(&http->job_lock);
 }
 
-ll_status ll_http_work(ll_http *http, http_exchange *exchange)
+ll_status ll_http_start_task(ll_http *http, http_exchange *exchange)
 {
-    ll_task_order order = {.budget_s = http->config.request_cpu_s, .run = work, .context = exchange};
+    ll_task_spec order = {.budget_s = http->config.request_cpu_s, .run = work, .context = exchange};
     const char *session = exchange->request.parameter[0];
     snprintf(order.client, sizeof order.client, "%s", exchange->request.peer);
     snprintf(order.session, sizeof order.session, "%.64s", session != NULL ? session : "");
@@ -163,7 +163,7 @@ ll_status ll_http_work(ll_http *http, http_exchange *exchange)
     return status;
 }
 
-void ll_http_end_work(ll_http *http)
+void ll_http_stop_tasks(ll_http *http)
 {
     if (http->app.tasks != NULL) {
         ll_tasks_drain(http->app.tasks);
@@ -175,7 +175,7 @@ void ll_http_end_work(ll_http *http)
     pthread_mutex_unlock(&http->job_lock);
 }
 
-/* ---- figures ---- */
+/* ---- statistics ---- */
 
 ll_http_counted ll_http_counts(ll_http *http)
 {

@@ -1,4 +1,4 @@
-/* The ladder of work against precision, where errors are known in closed form. */
+/* Work-precision series of integrators with errors known in closed form. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -10,7 +10,7 @@
 #include "experiment/advise/work_precision_run.h"
 #include "sim/motion/motion_lab.h"
 
-/* A clock that only counts how often it is read: a millisecond each time. */
+/* A clock that advances by a millisecond at each read. */
 static int64_t ticks;
 
 static int64_t counting_clock(void)
@@ -26,7 +26,7 @@ static ll_work_precision_request order_of(const char *name, void *params)
     return (ll_work_precision_request){.problem = p, .params = params, .now_ns = counting_clock};
 }
 
-/* Euler on free fall is off by a t dt / 2 in the position: at 3 s by 15 dt. */
+/* Euler's position error in free fall is a t dt / 2: 15 dt at 3 s. */
 static void eulers_error_is_known(void **state)
 {
     (void)state;
@@ -48,7 +48,7 @@ static void eulers_error_is_known(void **state)
                            : fabs(refinement_levels[k].order - 1) < 1e-4);
         assert_true(fabs(refinement_levels[k].cpu_min_s - 0.001) < 1e-12 &&
                     fabs(refinement_levels[k].cpu_median_s - 0.001) < 1e-12);
-        assert_true(refinement_levels[k].drift_max > 0); /* it falls behind: v is right, s is not */
+        assert_true(refinement_levels[k].drift_max > 0); /* it lags: v is exact, s is not */
     }
 }
 
@@ -70,7 +70,7 @@ static void tolerances_go_down_by_tens(void **state)
     assert_true(refinement_levels[12].counters.evaluations > 3 * refinement_levels[0].counters.evaluations);
 }
 
-static void blow_ups_and_misfits_are_told(void **state)
+static void divergence_and_unsupported_methods_are_reported(void **state)
 {
     (void)state;
     _Alignas(8) char params[LL_ODE_PARAMS_MAX];
@@ -89,8 +89,8 @@ static void blow_ups_and_misfits_are_told(void **state)
     assert_string_equal(status.field, "dt");
 }
 
-/* Above the limit of stability a method grows without bound, yet its values may be finite at the end. The
- * limit of velocity Verlet is at omega dt = 2. */
+/* Above the stability limit a method grows without bound, but its final values may be finite. The limit of
+ * velocity Verlet is omega dt = 2. */
 static void finite_blow_ups_have_no_error_and_no_order(void **state)
 {
     (void)state;
@@ -131,8 +131,8 @@ static ll_work_precision refinement_level_of(const char *problem, double duratio
     return r;
 }
 
-/* Two runs of a double pendulum part by a factor of e in about a second: what 14 digits know is gone after
- * half a minute, and no method can be measured later. With an exact solution nothing is in doubt. */
+/* Two runs of a double pendulum diverge by a factor of e in about a second: after half a minute 14 digits are
+ * lost, and later times cannot be measured. With an exact solution there is no such limit. */
 static void chaos_is_predictable_for_a_while(void **state)
 {
     (void)state;
@@ -146,7 +146,7 @@ static void chaos_is_predictable_for_a_while(void **state)
     assert_true(isnan(r.predictable_s) && r.uncertainty == 0 && r.e_final > 0);
 }
 
-/* What is as good as the references is not told to be at an error of theirs. */
+/* Errors of methods as accurate as the references are unknown. */
 static void errors_below_the_uncertainty_are_not_known(void **state)
 {
     (void)state;
@@ -159,9 +159,9 @@ static void errors_below_the_uncertainty_are_not_known(void **state)
     assert_true(unknown >= 1 && unknown <= 4);
 }
 
-/* By rungs of the smallest steps rounding has the say: no order is told there, though all is known of the
- * solution, and wherever one is told it is the method's. */
-static void orders_are_told_above_rounding(void **state)
+/* At levels with the smallest steps rounding dominates: no order is reported there, though the solution is
+ * known, and reported orders are the method's. */
+static void orders_are_reported_above_rounding(void **state)
 {
     (void)state;
     static const char *const methods[] = {"rk4", "yoshida6", "yoshida8", "ab4", "implicit_midpoint"};
@@ -187,8 +187,8 @@ static void orders_are_told_above_rounding(void **state)
     }
 }
 
-/* Both ways of measuring a method are one: the same figures of the same run. */
-static void a_refinement_level_is_what_a_motion_tells(void **state)
+/* Both ways of measuring a method agree: the same numbers for the same run. */
+static void a_refinement_level_equals_a_motions_metrics(void **state)
 {
     (void)state;
     static const struct {
@@ -221,8 +221,8 @@ static void a_refinement_level_is_what_a_motion_tells(void **state)
         for (size_t n = 0; n < sizeof same / sizeof same[0]; n++) {
             double told = lab_number(m, same[n].name);
             if (!(fabs(told - same[n].value) <= 1e-4 * fabs(told) + 1e-13))
-                fail_msg("%s: %s is %.12g of a motion, %.12g of a rung", cases[k].problem, same[n].name, told,
-                         same[n].value);
+                fail_msg("%s: %s is %.12g of a motion, %.12g of a level", cases[k].problem, same[n].name,
+                         told, same[n].value);
         }
         cJSON_Delete(metrics);
     }
@@ -233,12 +233,12 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(eulers_error_is_known),
         cmocka_unit_test(tolerances_go_down_by_tens),
-        cmocka_unit_test(blow_ups_and_misfits_are_told),
+        cmocka_unit_test(divergence_and_unsupported_methods_are_reported),
         cmocka_unit_test(finite_blow_ups_have_no_error_and_no_order),
         cmocka_unit_test(chaos_is_predictable_for_a_while),
         cmocka_unit_test(errors_below_the_uncertainty_are_not_known),
-        cmocka_unit_test(orders_are_told_above_rounding),
-        cmocka_unit_test(a_refinement_level_is_what_a_motion_tells),
+        cmocka_unit_test(orders_are_reported_above_rounding),
+        cmocka_unit_test(a_refinement_level_equals_a_motions_metrics),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

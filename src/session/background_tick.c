@@ -1,33 +1,33 @@
-/* Ticks that may take long: made from a copy of the state, outside of the session, or taken back when they
- * were broken off. */
+/* Ticks that may take long. Either they run on a copy of the state, outside of the session, or the session is
+ * restored from a copy when they are interrupted. */
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/assert.h"
 #include "session/internal.h"
 
-struct ll_ahead {
+struct ll_background_tick {
     const ll_sim_kind *kind;
     void *block;
     ll_time until;
     int64_t to;
-    uint64_t epoch; /* of the session when it was begun: another one has another state */
-    bool renews;    /* not a tick, but the present state after a change */
+    uint64_t epoch; /* of the session at the begin; when it differs at the end, the result is discarded */
+    bool refreshes; /* recomputes the present state after a change; false: runs one tick */
     bool records;
     ll_status status;
     ll_step_profiler step_profiler;
     uint32_t event_count;
-    ll_event events[LL_EVENT_RING]; /* the last ones */
+    ll_event events[LL_EVENT_RING]; /* the newest */
 };
 
-static void keep(void *context, const void *row)
+static void keep_event(void *context, const void *row)
 {
     const ll_event *event = row;
-    ll_ahead *a = context;
+    ll_background_tick *a = context;
     a->events[a->event_count++ % LL_EVENT_RING] = *event;
 }
 
-void ll_ahead_free(ll_ahead *a)
+void ll_background_tick_free(ll_background_tick *a)
 {
     if (!a)
         return;
@@ -35,57 +35,57 @@ void ll_ahead_free(ll_ahead *a)
     free(a);
 }
 
-ll_status ll_session_begin_ahead(ll_session *s, ll_time wall, ll_ahead **ahead)
+ll_status ll_session_begin_background_tick(ll_session *s, ll_time wall, ll_background_tick **tick)
 {
-    *ahead = NULL;
+    *tick = NULL;
     if (!s->block || ll_session_due(s, wall) == 0)
         return ll_ok();
-    if (!s->stale && s->tick == s->goal && s->errand != LL_ERRAND_NONE)
+    if (!s->stale && s->tick == s->target_tick && s->transition != LL_TRANSITION_NONE)
         return ll_ok();
-    ll_ahead *a = calloc(1, sizeof *a);
+    ll_background_tick *a = calloc(1, sizeof *a);
     if (a)
         a->block = malloc(s->block_size);
     if (!a || !a->block) {
-        ll_ahead_free(a);
-        return ll_error(LL_NO_MEMORY, "no memory for a copy of the state of a session (%zu bytes)",
+        ll_background_tick_free(a);
+        return ll_error(LL_NO_MEMORY, "out of memory: copy of the state of a session (%zu bytes)",
                         s->block_size);
     }
     if (!s->stale)
-        ll_session_shoot(s);
+        ll_session_take_checkpoint(s);
     memcpy(a->block, s->block, s->block_size);
     a->kind = s->scenario.kind;
-    a->renews = s->stale;
+    a->refreshes = s->stale;
     a->to = s->tick + !s->stale;
     a->until = ll_tick_time(a->to, s->freq);
     a->epoch = s->epoch;
-    a->records = !s->stale && (s->errand == LL_ERRAND_NONE || s->tick >= s->quiet);
+    a->records = !s->stale && (s->transition == LL_TRANSITION_NONE || s->tick >= s->record_from);
     a->step_profiler.now_ns = s->step_profiler.now_ns;
-    *ahead = a;
+    *tick = a;
     return ll_ok();
 }
 
-void ll_ahead_run(ll_ahead *a, const ll_interrupt *interrupt)
+void ll_background_tick_run(ll_background_tick *a, const ll_interrupt *interrupt)
 {
-    ll_recorder recorder = {keep, a};
+    ll_recorder recorder = {keep_event, a};
     a->status = a->kind->advance(a->block, a->until, a->records ? &recorder : NULL,
                                  a->step_profiler.now_ns ? &a->step_profiler : NULL, interrupt);
 }
 
-static void add_cost(ll_session *s, const ll_ahead *a)
+static void add_cost(ll_session *s, const ll_background_tick *a)
 {
     for (int i = 0; i < LL_STEP_PROFILER_PARTS; i++)
         s->step_profiler.ns[i] += a->step_profiler.ns[i];
     s->step_profiler.metered += ll_tick_time(a->to, s->freq) - ll_tick_time(s->tick, s->freq);
 }
 
-/* As ll_session_run after a tick. */
-static void take_over(ll_session *s, ll_ahead *a)
+/* Does what ll_session_run does after a tick. */
+static void install_result(ll_session *s, ll_background_tick *a)
 {
     void *old = s->block;
     s->block = a->block;
     a->block = old;
     s->epoch++;
-    if (a->renews) {
+    if (a->refreshes) {
         s->stale = false;
         return;
     }
@@ -106,23 +106,23 @@ static void take_over(ll_session *s, ll_ahead *a)
     ll_session_apply_due(s);
 }
 
-int64_t ll_session_end_ahead(ll_session *s, ll_ahead *a, ll_time wall)
+int64_t ll_session_end_background_tick(ll_session *s, ll_background_tick *a, ll_time wall)
 {
     bool wanted =
         s->block && a->epoch == s->epoch && a->status.code != LL_INTERRUPTED && ll_session_due(s, wall) > 0;
     if (wanted)
-        take_over(s, a);
-    ll_ahead_free(a);
-    if (s->errand != LL_ERRAND_NONE && s->block && !s->stale &&
-        (s->tick == s->goal || s->status == LL_SESSION_FAILED))
-        ll_session_pursue(s, 0);
+        install_result(s, a);
+    ll_background_tick_free(a);
+    if (s->transition != LL_TRANSITION_NONE && s->block && !s->stale &&
+        (s->tick == s->target_tick || s->status == LL_SESSION_FAILED))
+        ll_session_continue(s, 0);
     ll_session_end_if_over(s);
     return ll_session_due(s, wall);
 }
 
 /* ---- in place ---- */
 
-static bool keep_copy(const ll_session *s, ll_checkpoint *copy)
+static bool save_copy(const ll_session *s, ll_checkpoint *copy)
 {
     const ll_param_table *table = s->scenario.kind->table;
     *copy = (ll_checkpoint){.block = malloc(s->block_size),
@@ -138,7 +138,7 @@ static bool keep_copy(const ll_session *s, ll_checkpoint *copy)
     return true;
 }
 
-static void put_back(ll_session *s, const ll_checkpoint *copy)
+static void restore_copy(ll_session *s, const ll_checkpoint *copy)
 {
     memcpy(s->block, copy->block, s->block_size);
     ll_param_copy(s->scenario.kind->table, s->config, copy->config);
@@ -149,19 +149,20 @@ static void put_back(ll_session *s, const ll_checkpoint *copy)
     s->epoch++;
 }
 
-int64_t ll_session_advance_safely(ll_session *s, ll_time wall, int64_t max_ticks, bool *broken_off)
+int64_t ll_session_advance_or_restore(ll_session *s, ll_time wall, int64_t max_ticks, bool *interrupted)
 {
     ll_checkpoint copy = {0};
     uint32_t events = s->event_count;
-    s->safe = s->block && s->patience && !s->stale && ll_session_due(s, wall) > 0 && keep_copy(s, &copy);
+    s->restorable =
+        s->block && s->interrupt && !s->stale && ll_session_due(s, wall) > 0 && save_copy(s, &copy);
     int64_t due = ll_session_advance(s, wall, max_ticks);
-    if (s->broken && s->safe) {
-        put_back(s, &copy);
+    if (s->interrupted && s->restorable) {
+        restore_copy(s, &copy);
         s->event_count = events;
         due = ll_session_due(s, wall);
     }
-    *broken_off = s->broken || s->stale;
-    s->safe = false;
+    *interrupted = s->interrupted || s->stale;
+    s->restorable = false;
     free(copy.block);
     free(copy.config);
     return due;

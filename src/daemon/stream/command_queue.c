@@ -1,4 +1,4 @@
-/* What every file of the streams uses: time, counters, and mail to the stream threads. */
+/* Time, counters, and the queue of commands to the stream threads. */
 #include <stdlib.h>
 #include <string.h>
 #include <sys/eventfd.h>
@@ -19,7 +19,7 @@ void ll_ws_count(atomic_ullong *counter, uint64_t n)
     atomic_fetch_add_explicit(counter, n, memory_order_relaxed);
 }
 
-/* A thread takes what is there after it has cleared `wake_pending`. */
+/* The thread processes its queue after it has cleared `wake_pending`. */
 void ll_ws_wake(ws_thread *thread)
 {
     if (!atomic_exchange(&thread->wake_pending, true)) {
@@ -36,30 +36,30 @@ void ll_ws_release(const ll_ws_socket *socket)
     }
 }
 
-ws_mail *ll_ws_mail_new(ws_mail_kind kind, const char *text, size_t size)
+ws_command *ll_ws_command_new(ws_command_kind kind, const char *text, size_t size)
 {
-    ws_mail *mail = calloc(1, sizeof *mail + size + 1);
-    if (mail != NULL) {
-        mail->kind = kind;
-        mail->size = size;
+    ws_command *command = calloc(1, sizeof *command + size + 1);
+    if (command != NULL) {
+        command->kind = kind;
+        command->size = size;
         if (size > 0) {
-            memcpy(mail->text, text, size);
+            memcpy(command->text, text, size);
         }
     }
-    return mail;
+    return command;
 }
 
-bool ll_ws_post(ws_thread *thread, ws_mail *mail)
+bool ll_ws_submit(ws_thread *thread, ws_command *command)
 {
     pthread_mutex_lock(&thread->lock);
     bool open = !thread->stopped;
     if (open) {
-        if (thread->last_mail != NULL) {
-            thread->last_mail->next = mail;
+        if (thread->last_command != NULL) {
+            thread->last_command->next = command;
         } else {
-            thread->first_mail = mail;
+            thread->first_command = command;
         }
-        thread->last_mail = mail;
+        thread->last_command = command;
     }
     pthread_mutex_unlock(&thread->lock);
     if (open) {

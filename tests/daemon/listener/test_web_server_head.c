@@ -1,4 +1,4 @@
-/* What the acceptor has to bear: slow, broken, huge and too many connections. */
+/* The acceptor with slow, malformed, huge and too many connections. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -16,37 +16,37 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include "support/front.h"
+#include "support/server_fixture.h"
 
 #define GET(path) "GET " path " HTTP/1.1\r\nHost: localhost\r\n\r\n"
 
-static front f;
+static test_server f;
 static char answer[40000];
 
 static int set_up(void **state)
 {
     (void)state;
-    front_prepare(&f);
+    test_server_prepare(&f);
     f.config.head_timeout_s = 1.5;
     f.config.max_connections = 700;
     f.config.max_connections_per_ip = 600;
-    front_open(&f);
+    test_server_open(&f);
     return 0;
 }
 
 static int tear_down(void **state)
 {
     (void)state;
-    front_close(&f);
+    test_server_close(&f);
     return 0;
 }
 
-/* The door answers somebody else within `seconds`. */
+/* Another client gets an answer within `seconds`. */
 static void expect_alive(double seconds)
 {
-    int64_t begin = front_now();
+    int64_t begin = test_now();
     assert_int_equal(net_ask(f.port, GET("/healthz"), answer, sizeof answer), 200);
-    assert_true((double)(front_now() - begin) < seconds * 1e9);
+    assert_true((double)(test_now() - begin) < seconds * 1e9);
 }
 
 static void test_byte_by_byte(void **state)
@@ -55,7 +55,7 @@ static void test_byte_by_byte(void **state)
     int fd = net_connect(f.port);
     for (const char *at = GET("/healthz"); *at != '\0'; at++) {
         assert_true(net_send_bytes(fd, at, 1));
-        front_sleep(0.0005);
+        test_sleep(0.0005);
     }
     net_read(fd, answer, sizeof answer, "true}", 2);
     assert_memory_equal(answer, "HTTP/1.1 200", 12);
@@ -103,7 +103,7 @@ static void test_junk(void **state)
     expect_refusal("GET / HTTP/1.1\r\nHost: ", 22, 408);
 }
 
-/* A head of almost the limit is fine, for both sides. */
+/* A head of nearly the maximum size is accepted by HTTP and streams. */
 static void test_big_head(void **state)
 {
     (void)state;
@@ -142,14 +142,14 @@ static void test_lorises(void **state)
         assert_true(fd[i] >= 0);
         net_send(fd[i], "GET / HT");
     }
-    int64_t end = front_now() + INT64_C(1300000000);
-    while (front_now() < end) {
+    int64_t end = test_now() + INT64_C(1300000000);
+    while (test_now() < end) {
         for (int i = 0; i < COUNT; i++) {
             net_send(fd[i], "x");
         }
-        int64_t begin = front_now();
+        int64_t begin = test_now();
         assert_int_equal(net_ask(f.port, GET("/healthz"), answer, sizeof answer), 200);
-        double took = (double)(front_now() - begin) * 1e-9;
+        double took = (double)(test_now() - begin) * 1e-9;
         slowest = took > slowest ? took : slowest;
     }
     assert_true(slowest < 0.5); /* under sanitizers on a busy machine; 1 to 10 ms otherwise */
@@ -199,17 +199,18 @@ static void test_rude(void **state)
     expect_alive(1);
 }
 
-/* All clients have left, and the gate knows. */
+/* All clients have left, and the connection limiter has counted that. */
 static void expect_empty(void)
 {
-    int64_t until = front_now() + INT64_C(3000000000);
-    while (ll_web_server_get_stats(f.web_server).connections > 0 && front_now() < until) {
-        front_sleep(0.02);
+    int64_t until = test_now() + INT64_C(3000000000);
+    while (ll_web_server_get_stats(f.web_server).connections > 0 && test_now() < until) {
+        test_sleep(0.02);
     }
     assert_int_equal(ll_web_server_get_stats(f.web_server).connections, 0);
 }
 
-/* 600 of one address are let in, the others get the reason; when they leave, all clients may come again. */
+/* 600 connections of one address are accepted, others get the reason; after they close, new ones are
+ * accepted. */
 static void test_limits(void **state)
 {
     (void)state;
@@ -242,14 +243,14 @@ static void test_limits(void **state)
     expect_alive(1);
 }
 
-/* Without a free descriptor the door waits, and goes on when there are some. */
+/* Without a free descriptor the acceptor waits, and continues when there is one. */
 static void test_no_descriptors(void **state)
 {
     (void)state;
     struct rlimit limit, small;
     assert_int_equal(getrlimit(RLIMIT_NOFILE, &limit), 0);
     int fd = net_connect(f.port), other = net_connect(f.port);
-    front_sleep(0.1);
+    test_sleep(0.1);
     int lowest = dup(fd);
     close(lowest);
     small = limit;
@@ -260,7 +261,7 @@ static void test_no_descriptors(void **state)
         .sin_family = AF_INET, .sin_port = htons(f.port), .sin_addr.s_addr = htonl(INADDR_LOOPBACK)};
     assert_int_equal(connect(late, (struct sockaddr *)&address, sizeof address), 0);
     net_send(late, GET("/healthz"));
-    front_sleep(0.3);
+    test_sleep(0.3);
     assert_int_equal(net_request(fd, GET("/healthz"), answer, sizeof answer), 200);
     assert_int_equal(setrlimit(RLIMIT_NOFILE, &limit), 0);
     net_read(late, answer, sizeof answer, "true}", 2);
@@ -273,8 +274,8 @@ static void test_no_descriptors(void **state)
 static void test_listen(void **state)
 {
     (void)state;
-    static front second;
-    front_prepare(&second);
+    static test_server second;
+    test_server_prepare(&second);
     snprintf(second.config.listen, sizeof second.config.listen, "127.0.0.1:%u", f.port);
     ll_http_app app = {0};
     ll_ws_hooks hooks = {0};

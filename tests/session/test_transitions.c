@@ -1,5 +1,5 @@
-/* A session on its way: seeks and waking go piece by piece, can be left on the way, and end as those that
- * were made at once. */
+/* Transitions: seeking and waking run in pieces, can be stopped in between, and end in the same state as when
+ * they run at once. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -59,7 +59,7 @@ static void test_seeks_in_pieces(void **state)
             begin(s, text);
             for (int64_t left = ll_session_due(s, 0), now; left > 0; left = now) {
                 assert_true(ll_session_get_info(s).seeking);
-                now = ll_session_pursue(s, pieces[p]);
+                now = ll_session_continue(s, pieces[p]);
                 assert_true(now == left - (left < pieces[p] ? left : pieces[p]));
             }
             assert_false(ll_session_get_info(s).seeking);
@@ -70,13 +70,13 @@ static void test_seeks_in_pieces(void **state)
     }
 }
 
-/* A change on the way takes effect where the session is, and ends the seek. */
+/* A change during a seek takes effect at the tick that was reached, and ends the seek. */
 static void test_a_change_ends_a_seek(void **state)
 {
     (void)state;
     ll_session *s = open_session("race");
     begin(s, "{\"op\":\"seek\",\"tick\":900}");
-    ll_session_pursue(s, 250);
+    ll_session_continue(s, 250);
     cJSON *patch = cJSON_Parse("{\"players\":{\"0\":{\"lag_ms\":77}}}");
     ll_status status = ll_session_patch(s, 0, patch);
     must(status);
@@ -95,7 +95,7 @@ static void test_a_pause_ends_a_seek(void **state)
     ll_session *s = open_session("race");
     must(ll_session_run_to(s, 800));
     begin(s, "{\"op\":\"seek\",\"tick\":500}");
-    ll_session_pursue(s, 120);
+    ll_session_continue(s, 120);
     begin(s, "{\"op\":\"pause\"}");
     assert_int_equal(ll_session_get_info(s).tick, 120);
     assert_int_equal(ll_session_get_info(s).head_tick, 800);
@@ -103,7 +103,7 @@ static void test_a_pause_ends_a_seek(void **state)
     ll_session_destroy(s);
 }
 
-/* Half awake it is told as it was asleep, and can fall asleep again. */
+/* While waking, a session reports its parked status, and can be parked again. */
 static void test_waking_in_pieces(void **state)
 {
     (void)state;
@@ -111,8 +111,8 @@ static void test_waking_in_pieces(void **state)
     must(ll_session_run_to(s, 233));
     ll_session_park(s);
     for (int round = 0; round < 2; round++) {
-        must(ll_session_begin_to_wake(s));
-        ll_session_pursue(s, 90);
+        must(ll_session_begin_wake(s));
+        ll_session_continue(s, 90);
         ll_session_info info = ll_session_get_info(s);
         assert_true(info.parked);
         assert_int_equal(info.tick, 233);
@@ -120,7 +120,7 @@ static void test_waking_in_pieces(void **state)
         if (round == 0)
             ll_session_park(s);
     }
-    while (ll_session_pursue(s, 10) > 0)
+    while (ll_session_continue(s, 10) > 0)
         ;
     assert_false(ll_session_get_info(s).parked);
     assert_int_equal(ll_session_get_info(s).tick, 233);
@@ -136,7 +136,7 @@ static bool three_times(void *context)
 static int64_t slow_clock(void)
 {
     static int64_t now;
-    return now += 3000000; /* every piece is a long one */
+    return now += 3000000; /* every piece takes long */
 }
 
 static void count_bytes(void *context, const char *text, size_t length)
@@ -145,7 +145,7 @@ static void count_bytes(void *context, const char *text, size_t length)
     *(size_t *)context += length;
 }
 
-static void test_an_interrupt_tells_how_far(void **state)
+static void test_an_interrupt_reports_progress(void **state)
 {
     (void)state;
     ll_session *s = open_session("race"), *copy;
@@ -162,7 +162,7 @@ static void test_an_interrupt_tells_how_far(void **state)
     ll_session_destroy(s);
 }
 
-/* A fork is made of the state at hand: it must be the state that its log makes. */
+/* A fork copies the present state, which must be the one that its log gives. */
 static void test_a_fork_is_as_its_log(void **state)
 {
     (void)state;
@@ -189,7 +189,7 @@ int main(void)
         cmocka_unit_test(test_a_change_ends_a_seek),
         cmocka_unit_test(test_a_pause_ends_a_seek),
         cmocka_unit_test(test_waking_in_pieces),
-        cmocka_unit_test(test_an_interrupt_tells_how_far),
+        cmocka_unit_test(test_an_interrupt_reports_progress),
         cmocka_unit_test(test_a_fork_is_as_its_log),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

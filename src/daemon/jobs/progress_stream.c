@@ -1,4 +1,4 @@
-#include "daemon/jobs/progress.h"
+#include "daemon/jobs/progress_stream.h"
 
 #include <pthread.h>
 #include <stdio.h>
@@ -14,17 +14,18 @@
 #include "daemon/stream/ws.h"
 
 #define LOOK_EVERY_NS 250000000L
-#define TIDY_EVERY (10 * LL_SECOND) /* what has expired is looked for */
-/* While it runs, also when no run has ended: the rate falls and the time left grows. */
-#define TELL_EVERY (1000 * LL_MS)
+#define EXPIRE_EVERY_NS (10 * LL_SECOND) /* interval of deleting expired experiments */
+/* While it runs, also when no run has ended: the rate falls and the remaining time grows. */
+#define SEND_EVERY_NS (1000 * LL_MS)
 
 typedef struct viewer {
     struct viewer *next;
     ll_ws_viewer id;
-    bool greeted;
+    bool hello_sent;
 } viewer;
 
-/* An experiment with a stream. The list's lock guards its viewers; only the thread takes it off the list. */
+/* An experiment with a stream. The list's lock guards its viewers; only the thread removes it from the
+ * list. */
 typedef struct watched {
     struct watched *next;
     ll_progress *owner;
@@ -32,66 +33,66 @@ typedef struct watched {
     ll_ws_stream *stream;
     viewer *viewers;
     bool removed;
-    int64_t done; /* as told last */
+    int64_t done; /* as last sent */
     ll_experiment_state state;
-    ll_time told;
+    ll_time sent_at;
 } watched;
 
 struct ll_progress {
     ll_progress_source source;
     ll_ws *ws;
     pthread_t thread;
-    pthread_mutex_t lock; /* of all that follows */
+    pthread_mutex_t lock; /* guards all members below */
     pthread_cond_t wake;
     watched *first;
     int viewers;
-    bool stopping, news; /* news: somebody came, or an experiment was deleted */
+    bool stopping, news; /* news: a viewer came, or an experiment was deleted */
 };
 
-/* ---- telling; the list is locked ---- */
+/* ---- sending; the list is locked ---- */
 
-static void tell(ll_progress *p, const watched *w, viewer *v, const ll_experiment_record *record)
+static void send_progress(ll_progress *p, const watched *w, viewer *v, const ll_experiment_record *record)
 {
     cJSON *json = cJSON_CreateObject();
-    cJSON_AddStringToObject(json, "type", v->greeted ? "progress" : "hello");
-    if (!v->greeted)
+    cJSON_AddStringToObject(json, "type", v->hello_sent ? "progress" : "hello");
+    if (!v->hello_sent)
         cJSON_AddStringToObject(json, "experiment", w->id);
     p->source.describe(p->source.experiments, record, json);
     char *text = cJSON_PrintUnformatted(json);
     cJSON_Delete(json);
     if (text)
-        (v->greeted ? ll_ws_send : ll_ws_hello)(p->ws, v->id, text, strlen(text));
-    v->greeted = v->greeted || text;
+        (v->hello_sent ? ll_ws_send : ll_ws_hello)(p->ws, v->id, text, strlen(text));
+    v->hello_sent = v->hello_sent || text;
     free(text);
     if (record->state >= LL_EXPERIMENT_CANCELLED)
-        ll_ws_close(p->ws, v->id, LL_WS_NORMAL, "the experiment is over");
+        ll_ws_close(p->ws, v->id, LL_WS_NORMAL, "the experiment has ended");
 }
 
-static void tell_all(ll_progress *p, watched *w, const ll_experiment_record *record)
+static void send_progress_to_all(ll_progress *p, watched *w, const ll_experiment_record *record)
 {
     ll_time now = ll_host_now();
-    bool late = record->state == LL_EXPERIMENT_RUNNING && now - w->told >= TELL_EVERY;
+    bool late = record->state == LL_EXPERIMENT_RUNNING && now - w->sent_at >= SEND_EVERY_NS;
     bool changed = late || record->done != w->done || record->state != w->state;
     for (viewer *v = w->viewers; v; v = v->next) {
-        if (changed || !v->greeted)
-            tell(p, w, v, record);
+        if (changed || !v->hello_sent)
+            send_progress(p, w, v, record);
     }
     w->done = record->done;
     w->state = record->state;
-    w->told = changed ? now : w->told;
+    w->sent_at = changed ? now : w->sent_at;
 }
 
 /* ---- the thread ---- */
 
-/* Reads the store without the lock: what it asks may be far away. */
-static void look(ll_progress *p, watched *w)
+/* Reads the store without the lock, since the store may be on another machine. */
+static void poll_experiment(ll_progress *p, watched *w)
 {
     ll_experiment_record record;
     pthread_mutex_unlock(&p->lock);
     ll_status status = p->source.find(p->source.experiments, w->id, &record, NULL);
     pthread_mutex_lock(&p->lock);
     if (!ll_failed(&status))
-        tell_all(p, w, &record);
+        send_progress_to_all(p, w, &record);
     else if (status.code == LL_NOT_FOUND)
         w->removed = true;
 }
@@ -137,13 +138,13 @@ static void *watch(void *context)
     while (!p->stopping) {
         for (watched *w = p->first; w; w = w->next) {
             if (w->viewers && !w->removed)
-                look(p, w);
+                poll_experiment(p, w);
         }
         close_removed(p);
         wait_for_news(p);
-        if (p->stopping || ll_host_now() - tidied < TIDY_EVERY)
+        if (p->stopping || ll_host_now() - tidied < EXPIRE_EVERY_NS)
             continue;
-        pthread_mutex_unlock(&p->lock); /* what is deleted is taken off the list */
+        pthread_mutex_unlock(&p->lock); /* removes deleted ones from the list */
         p->source.tidy(p->source.experiments);
         pthread_mutex_lock(&p->lock);
         tidied = ll_host_now();
@@ -178,8 +179,9 @@ static void on_message(void *context, void *session, ll_ws_viewer id, const char
 {
     (void)session, (void)text, (void)length;
     ll_progress *p = context;
-    ll_status error = ll_error(LL_BAD_INPUT, "This stream only tells: it takes no messages. An experiment is "
-                                             "paused, resumed and cancelled by POST to its `control`.");
+    ll_status error = ll_error(
+        LL_BAD_INPUT,
+        "This stream is read-only. POST to an experiment's `control` pauses, resumes or cancels it.");
     cJSON *json = cJSON_CreateObject();
     cJSON_AddStringToObject(json, "type", "error");
     cJSON_AddItemToObject(json, "problem", ll_http_problem_json(400, &error, NULL));
@@ -224,7 +226,7 @@ static void on_released(void *context, void *session)
     free_watched(session);
 }
 
-/* ---- what is known ---- */
+/* ---- list of experiments ---- */
 
 static watched *find(const ll_progress *p, const char *id)
 {
@@ -242,7 +244,7 @@ void ll_progress_add(ll_progress *p, const char *id)
         *w = (watched){.next = p->first, .owner = p, .done = -1};
         snprintf(w->id, sizeof w->id, "%s", id);
         ll_status status = ll_ws_stream_open(p->ws, LL_STREAM_EXPERIMENT, id, w, &w->stream);
-        if (ll_failed(&status)) /* GET tells the progress still */
+        if (ll_failed(&status)) /* GET still reports the progress */
             free(w);
         else
             p->first = w;
@@ -261,17 +263,17 @@ void ll_progress_remove(ll_progress *p, const char *id)
     pthread_mutex_unlock(&p->lock);
 }
 
-/* ---- life ---- */
+/* ---- start and stop ---- */
 
 ll_status ll_progress_start(const ll_progress_source *source, ll_ws *ws, ll_progress **progress)
 {
     ll_progress *p = *progress = calloc(1, sizeof *p);
     if (!p)
-        return ll_error(LL_NO_MEMORY, "There is no memory for the streams of experiments.");
+        return ll_error(LL_NO_MEMORY, "out of memory: streams of experiments");
     p->source = *source;
     p->ws = ws;
     pthread_mutex_init(&p->lock, NULL);
-    pthread_condattr_t monotonic; /* whatever happens to the machine's date */
+    pthread_condattr_t monotonic; /* not affected by changes of the date */
     pthread_condattr_init(&monotonic);
     pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
     pthread_cond_init(&p->wake, &monotonic);
@@ -287,7 +289,7 @@ ll_status ll_progress_start(const ll_progress_source *source, ll_ws *ws, ll_prog
     p->stopping = true;
     ll_progress_free(p);
     *progress = NULL;
-    return ll_error(LL_NO_MEMORY, "The thread of the experiments' streams cannot be started.");
+    return ll_error(LL_NO_MEMORY, "cannot start thread of the experiments' streams");
 }
 
 void ll_progress_stop(ll_progress *p)

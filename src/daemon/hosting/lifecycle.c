@@ -1,4 +1,4 @@
-/* A host from start to stop, and what it tells of itself. */
+/* A host from start to stop, and its statistics. */
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -15,7 +15,8 @@ static ll_session_entry *expired(ll_host *host, ll_time before)
     for (int i = 0; i < LL_HOST_BUCKETS && !old; i++) {
         for (ll_session_entry *session_entry = host->by_id[i]; session_entry && !old;
              session_entry = session_entry->next_by_id) {
-            if (atomic_load(&session_entry->touched) < before && ll_session_entry_viewers(session_entry) == 0)
+            if (atomic_load(&session_entry->last_used) < before &&
+                ll_session_entry_viewers(session_entry) == 0)
                 old = session_entry;
         }
     }
@@ -36,15 +37,15 @@ static void expire(ll_host *host)
         ll_status status = ll_host_delete(host, old, NULL);
         ll_session_entry_release(old);
         if (ll_failed(&status))
-            return; /* the store fails: another time */
+            return; /* the store fails: try again later */
         atomic_fetch_add(&host->expired, 1);
     }
 }
 
-static void *take_care(void *argument)
+static void *reap_expired(void *argument)
 {
     ll_host *host = argument;
-    pthread_setname_np(pthread_self(), "caretaker");
+    pthread_setname_np(pthread_self(), "reaper");
     double period = host->config.session_ttl_s / 4;
     if (period > 30)
         period = 30;
@@ -84,22 +85,21 @@ static void add_stored(void *context, const ll_stored *stored)
     struct timespec now;
     clock_gettime(CLOCK_REALTIME, &now);
     int64_t idle_ms = (int64_t)now.tv_sec * 1000 - stored->seen_ms;
-    atomic_store(&session_entry->touched, host->started - (idle_ms > 0 ? idle_ms : 0) * LL_MS);
+    atomic_store(&session_entry->last_used, host->started - (idle_ms > 0 ? idle_ms : 0) * LL_MS);
     if (!ll_host_register(host, session_entry))
         ll_log_write("warn", "stored session left out", "There are more than --max-sessions.");
     ll_session_entry_release(session_entry);
 }
 
-/* What the machine has, or the container when that is less. */
-static int64_t all_memory(void)
+/* Memory of the machine, or of the container if less. */
+static int64_t available_memory(void)
 {
     static const char *const limits[] = {"/sys/fs/cgroup/memory.max",
                                          "/sys/fs/cgroup/memory/memory.limit_in_bytes"};
     int64_t bytes = (int64_t)sysconf(_SC_PHYS_PAGES) * sysconf(_SC_PAGESIZE), most;
     for (size_t i = 0; i < sizeof limits / sizeof limits[0]; i++) {
         FILE *f = fopen(limits[i], "r");
-        if (f && fscanf(f, "%" SCNd64, &most) == 1 &&
-            most < bytes) /* it says `max` where there is no limit */
+        if (f && fscanf(f, "%" SCNd64, &most) == 1 && most < bytes) /* cgroup files have `max` for no limit */
             bytes = most;
         if (f)
             fclose(f);
@@ -112,7 +112,7 @@ ll_status ll_host_create(const ll_host_config *config, ll_store *store, ll_tasks
     *result = NULL;
     ll_host *host = calloc(1, sizeof *host);
     if (!host)
-        return ll_error(LL_NO_MEMORY, "There is no memory for hosting.");
+        return ll_error(LL_NO_MEMORY, "out of memory: hosting");
     host->config = *config;
     host->store = store;
     host->tasks = tasks;
@@ -127,7 +127,7 @@ ll_status ll_host_create(const ll_host_config *config, ll_store *store, ll_tasks
     pthread_condattr_destroy(&monotonic);
     long cores = sysconf(_SC_NPROCESSORS_ONLN);
     host->worker_count = config->threads > 0 ? (int)config->threads : cores > 0 ? (int)cores : 1;
-    host->memory_max = config->max_memory_mib > 0 ? config->max_memory_mib << 20 : all_memory() / 4 * 3;
+    host->memory_max = config->max_memory_mib > 0 ? config->max_memory_mib << 20 : available_memory() / 4 * 3;
     host->workers = calloc((size_t)host->worker_count, sizeof *host->workers);
     for (int i = 0; host->workers && i < host->worker_count; i++)
         ll_worker_init(host, &host->workers[i], i);
@@ -137,7 +137,7 @@ ll_status ll_host_create(const ll_host_config *config, ll_store *store, ll_tasks
         ll_rate_limits_new(config->max_code_lookups_per_min / 60, config->max_code_lookups_per_min);
     ll_status status = host->workers && host->creations && host->lookups
                            ? ll_store_list(store, add_stored, host)
-                           : ll_error(LL_NO_MEMORY, "There is no memory for hosting.");
+                           : ll_error(LL_NO_MEMORY, "out of memory: hosting");
     if (ll_failed(&status)) {
         ll_host_free(host);
         return status;
@@ -153,7 +153,7 @@ ll_status ll_host_start(ll_host *host, ll_ws *ws)
     for (int i = 0; i < LL_HOST_BUCKETS; i++) {
         for (ll_session_entry *session_entry = host->by_id[i]; session_entry;
              session_entry = session_entry->next_by_id) {
-            ll_session_entry_retain(session_entry); /* the stream's */
+            ll_session_entry_retain(session_entry); /* for the stream */
             ll_status status = ll_ws_stream_open(ws, LL_STREAM_SESSION, session_entry->id, session_entry,
                                                  &session_entry->stream);
             if (ll_failed(&status))
@@ -165,9 +165,8 @@ ll_status ll_host_start(ll_host *host, ll_ws *ws)
         if (ll_failed(&status))
             return status;
     }
-    host->reaper_started = pthread_create(&host->reaper, NULL, take_care, host) == 0;
-    return host->reaper_started ? ll_ok()
-                                : ll_error(LL_NO_MEMORY, "The caretaker's thread cannot be started.");
+    host->reaper_started = pthread_create(&host->reaper, NULL, reap_expired, host) == 0;
+    return host->reaper_started ? ll_ok() : ll_error(LL_NO_MEMORY, "cannot start reaper thread");
 }
 
 void ll_host_stop(ll_host *host)
@@ -187,7 +186,7 @@ uint64_t ll_host_save(ll_host *host, bool wait)
 {
     uint64_t last = 0;
     if (!wait)
-        pthread_mutex_lock(&host->lock); /* others may be at the registry still */
+        pthread_mutex_lock(&host->lock); /* other threads may still use the registry */
     for (int i = 0; i < LL_HOST_BUCKETS; i++) {
         for (ll_session_entry *session_entry = host->by_id[i]; session_entry;
              session_entry = session_entry->next_by_id) {
@@ -213,8 +212,8 @@ void ll_host_free(ll_host *host)
         while (host->by_id[i]) {
             ll_session_entry *session_entry = host->by_id[i];
             host->by_id[i] = session_entry->next_by_id;
-            bool streamed =
-                session_entry->stream != NULL; /* its reference: the door was closed with all streams */
+            bool streamed = session_entry->stream !=
+                            NULL; /* its reference was released: the web server was closed with all streams */
             ll_session_entry_release(session_entry);
             if (streamed)
                 ll_session_entry_release(session_entry);

@@ -1,5 +1,5 @@
-/* Streams of experiments: a viewer is greeted with how far it is, and told again when that changed, until it
- * is over. Any thread. */
+/* Streams of experiments: a new viewer gets the progress, and again when it changes, until the experiment
+ * ends. Any thread. */
 #pragma once
 
 #include "experiment/store/result_store.h"
@@ -9,7 +9,7 @@ typedef struct ll_progress ll_progress;
 typedef struct ll_ws ll_ws;
 struct cJSON;
 
-/* What there is to tell, as experiments.h has it. */
+/* Source of the progress; see experiments.h. */
 typedef struct ll_progress_source {
     ll_experiments *experiments;
     ll_status (*find)(ll_experiments *experiments, const char *id, ll_experiment_record *record,
@@ -20,10 +20,10 @@ typedef struct ll_progress_source {
 
 ll_status ll_progress_start(const ll_progress_source *source, ll_ws *ws, ll_progress **progress);
 
-/* Makes the stream of an experiment known, unless it is. Nothing after the stop. */
+/* Opens the stream of an experiment, unless it is open. No effect after the stop. */
 void ll_progress_add(ll_progress *progress, const char *id);
-/* It was deleted: its viewers are told, and its stream is gone. */
+/* It was deleted: sends that to its viewers and closes its stream. */
 void ll_progress_remove(ll_progress *progress, const char *id);
 
 void ll_progress_stop(ll_progress *progress); /* when no hook runs any more: after ll_web_server_drain */
-void ll_progress_free(ll_progress *progress); /* NULL is fine */
+void ll_progress_free(ll_progress *progress); /* NULL: no effect */

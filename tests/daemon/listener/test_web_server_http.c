@@ -1,4 +1,4 @@
-/* HTTP through the front door: routes, refusals, files, bodies, connections that are kept. */
+/* HTTP: routes, refusals, files, bodies, kept connections. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -15,12 +15,12 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "support/front.h"
+#include "support/server_fixture.h"
 
 #define HOST "Host: localhost\r\n"
 #define GET(path) "GET " path " HTTP/1.1\r\n" HOST "\r\n"
 
-static front f;
+static test_server f;
 static char www[64];
 
 static void write_file(const char *name, const char *text)
@@ -44,14 +44,14 @@ static int set_up(void **state)
     write_file("index.html", "<!doctype html><title>page</title>");
     write_file("js/page.js", "export {};");
     write_file(".secret", "hidden");
-    front_prepare(&f);
+    test_server_prepare(&f);
     snprintf(f.config.www, sizeof f.config.www, "%s", www);
     snprintf(f.config.allow_origin, sizeof f.config.allow_origin, "https://lab.example, https://two.example");
     snprintf(f.config.allow_host, sizeof f.config.allow_host, "lab.example");
     f.config.head_timeout_s = 1;
     f.config.body_timeout_s = 1;
     f.config.idle_timeout_s = 2;
-    front_open(&f);
+    test_server_open(&f);
     return 0;
 }
 
@@ -60,7 +60,7 @@ static int tear_down(void **state)
     (void)state;
     static const char *const names[] = {"index.html", "js/page.js", ".secret", "js", ""};
     char path[128];
-    front_close(&f);
+    test_server_close(&f);
     for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
         snprintf(path, sizeof path, "%s/%s", www, names[i]);
         assert_int_equal(remove(path), 0);
@@ -68,7 +68,7 @@ static int tear_down(void **state)
     return 0;
 }
 
-/* Every refusal is an RFC 9457 document that says the same status. */
+/* Every refusal is an RFC 9457 document with the same status. */
 static void expect_problem(int status, const char *request, const char *field)
 {
     char answer[8192], type[64];
@@ -151,7 +151,7 @@ static void test_body_limits(void **state)
     memset(request + head, 'x', 10000);
     int fd = net_connect(f.port);
     assert_int_equal(net_request(fd, request, answer, sizeof answer), 413);
-    /* The refused body was read: the connection is still good. */
+    /* The refused body was read: the connection can still be used. */
     assert_int_equal(net_request(fd, GET("/healthz"), answer, sizeof answer), 200);
     close(fd);
     head = snprintf(request, 12000,
@@ -265,8 +265,8 @@ static void test_kept_connections(void **state)
     free(all);
 }
 
-/* A client that hangs up in the midst of a streamed answer or a slow handler leaves nothing behind (the leak
- * checker looks). */
+/* A client that disconnects during a streamed answer or a slow handler leaks nothing (checked by the leak
+ * sanitizer). */
 static void test_hang_up(void **state)
 {
     (void)state;
@@ -277,7 +277,7 @@ static void test_hang_up(void **state)
         setsockopt(fd, SOL_SOCKET, SO_LINGER, &reset, sizeof reset);
         close(fd);
     }
-    front_sleep(0.5);
+    test_sleep(0.5);
     expect_body(GET("/healthz"), 200, "{\"ok\":true}");
 }
 
@@ -293,8 +293,8 @@ static void test_watchdog(void **state)
     net_send(fd, "GET /healthz HTTP/1.1\r\n");
     net_send(body,
              "POST /echo/a HTTP/1.1\r\n" HOST "Content-Type: text/plain\r\nContent-Length: 500\r\n\r\nx");
-    for (int i = 0; i < 8; i++) { /* a byte now and then would reset a timer of inactivity */
-        front_sleep(0.25);
+    for (int i = 0; i < 8; i++) { /* would reset an inactivity timer */
+        test_sleep(0.25);
         net_send(fd, "X");
         net_send(body, "x");
     }

@@ -1,4 +1,4 @@
-/* What is told of a session. */
+/* Reading from a session: information, metrics, cost, copies and traces. */
 #include <cjson/cJSON.h>
 #include <inttypes.h>
 #include <math.h>
@@ -12,8 +12,8 @@
 static size_t checkpoint_bytes(const ll_session *s)
 {
     size_t bytes = 0;
-    for (int i = 0; i < LL_SNAPSHOTS; i++)
-        if (s->snapshots[i].block)
+    for (int i = 0; i < LL_CHECKPOINTS; i++)
+        if (s->checkpoints[i].block)
             bytes += s->block_size + ll_param_used(s->scenario.kind->table, s->config);
     return bytes;
 }
@@ -33,7 +33,7 @@ static size_t block_bytes(const ll_session *s)
     return s->block ? s->block_size : 0;
 }
 
-/* What parking leaves. */
+/* What remains while the session is parked. */
 static size_t parked_bytes(const ll_session *s)
 {
     return sizeof *s + 3 * ll_param_used(s->scenario.kind->table, s->config) + log_bytes(s);
@@ -47,18 +47,18 @@ static size_t all_bytes(const ll_session *s)
 static size_t awake_bytes(const ll_session *s)
 {
     size_t state = s->block_size + ll_param_used(s->scenario.kind->table, s->config);
-    return parked_bytes(s) + s->block_size + LL_SNAPSHOTS * state + LL_EVENT_RING * sizeof *s->events;
+    return parked_bytes(s) + s->block_size + LL_CHECKPOINTS * state + LL_EVENT_RING * sizeof *s->events;
 }
 
 ll_session_info ll_session_get_info(const ll_session *s)
 {
     const ll_scenario_head *head = ll_session_head(s);
-    bool waking = s->errand == LL_ERRAND_WAKE;
-    int64_t tick = waking ? s->goal : s->tick;
+    bool waking = s->transition == LL_TRANSITION_WAKE;
+    int64_t tick = waking ? s->target_tick : s->tick;
     return (ll_session_info){
-        .status = waking ? s->status_asleep : s->status,
+        .status = waking ? s->status_parked : s->status,
         .parked = s->block == NULL || waking,
-        .seeking = s->errand == LL_ERRAND_SEEK,
+        .seeking = s->transition == LL_TRANSITION_SEEK,
         .tick = tick,
         .at_tick = s->tick,
         .head_tick = s->head,
@@ -191,7 +191,7 @@ cJSON *ll_session_cost(const ll_session *s)
 
 /* ---- copies ---- */
 
-/* A session of its own with the commands up to `tick`, at tick 0. */
+/* A new session with the commands up to `tick`, at tick 0. */
 static ll_status copy(const ll_session *s, int64_t tick, ll_log_line *on_line, void *context,
                       ll_session **out)
 {
@@ -222,13 +222,13 @@ ll_status ll_session_copy(const ll_session *s, int64_t tick, ll_session **out)
     return copy(s, tick, NULL, NULL, out);
 }
 
-/* A state is as good as the log that made it. */
+/* A copied state is valid only if the log that made it is the same. */
 static ll_status copy_state(const ll_session *s, ll_session *c)
 {
     c->block = malloc(s->block_size);
     c->events = malloc(LL_EVENT_RING * sizeof *c->events);
     if (!c->block || !c->events)
-        return ll_error(LL_NO_MEMORY, "no memory for the state of a session (%zu bytes)", s->block_size);
+        return ll_error(LL_NO_MEMORY, "out of memory: state of a session (%zu bytes)", s->block_size);
     memcpy(c->block, s->block, s->block_size);
     memcpy(c->events, s->events, LL_EVENT_RING * sizeof *c->events);
     ll_param_copy(s->scenario.kind->table, c->config, s->config);
@@ -334,8 +334,8 @@ ll_status ll_session_write_trace(ll_session *copy, int64_t from, int64_t to, con
     for (int64_t tick = from, stop = from; tick <= to && !ll_failed(&status); tick++) {
         if (tick >= stop) {
             if (!ll_next_piece(&piece, interrupt))
-                status =
-                    ll_error(LL_INTERRUPTED, "tick %lld of %lld was reached", (long long)tick, (long long)to);
+                status = ll_error(LL_INTERRUPTED, "interrupted at tick %lld of %lld", (long long)tick,
+                                  (long long)to);
             stop = tick + piece.size;
         }
         if (!ll_failed(&status))
@@ -353,7 +353,7 @@ ll_status ll_session_trace(ll_session *s, int64_t from, int64_t to,
     ll_session *scratch;
     if (from < 0 || from > to || to > s->head)
         return ll_field_error(LL_BAD_INPUT, "to_s",
-                              "a trace covers ticks from 0 to %lld in order; got %lld to %lld",
+                              "from, to: must be in order from 0 to %lld; got %lld to %lld",
                               (long long)s->head, (long long)from, (long long)to);
     ll_status status = ll_session_copy(s, to, &scratch);
     if (ll_failed(&status))

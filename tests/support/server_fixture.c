@@ -1,4 +1,4 @@
-#include "support/front.h"
+#include "support/server_fixture.h"
 
 #include <arpa/inet.h>
 #include <errno.h>
@@ -18,14 +18,14 @@
 #include "daemon/http/http_problem.h"
 #include "session/section.h"
 
-int64_t front_now(void)
+int64_t test_now(void)
 {
     struct timespec t;
     clock_gettime(CLOCK_MONOTONIC, &t);
     return (int64_t)t.tv_sec * 1000000000 + t.tv_nsec;
 }
 
-void front_sleep(double seconds)
+void test_sleep(double seconds)
 {
     struct timespec t = {(time_t)seconds, (long)((seconds - (double)(time_t)seconds) * 1e9)};
     nanosleep(&t, NULL);
@@ -52,7 +52,7 @@ static void handle_echo(void *context, const ll_http_request *request, ll_http_r
 static void handle_slow(void *context, const ll_http_request *request, ll_http_response *response)
 {
     (void)context, (void)request;
-    front_sleep(0.3);
+    test_sleep(0.3);
     ll_http_text(response, 200, "text/plain", "slow");
 }
 
@@ -89,7 +89,7 @@ static void handle_limit(void *context, const ll_http_request *request, ll_http_
 static const ll_http_route routes[] = {
     {.method = "GET", .pattern = "/healthz", .handler = handle_hello},
     {.method = "GET", .pattern = "/limit", .handler = handle_limit},
-    {.method = "GET", .pattern = "/slow", .handler = handle_slow, .lane = LL_HTTP_CONTROL},
+    {.method = "GET", .pattern = "/slow", .handler = handle_slow, .run_on = LL_HTTP_POOL},
     {.method = "GET", .pattern = "/lines", .handler = handle_lines},
     {.method = "GET", .pattern = "/echo/{a}/then/{b*}", .handler = handle_echo},
     {.method = "GET", .pattern = "/echo/{a}", .handler = handle_echo},
@@ -105,11 +105,11 @@ static const ll_http_route routes[] = {
 
 static void on_opened(void *context, void *session, ll_ws_viewer viewer, ll_frame_format format)
 {
-    front *f = context;
+    test_server *f = context;
     static const char hello[] = "{\"type\":\"hello\"}";
     (void)session, (void)format;
     atomic_fetch_add(&f->opened, 1);
-    if (atomic_load(&f->greet)) {
+    if (atomic_load(&f->send_hello)) {
         const ll_ws_subscription all = {.every = {[LL_CHANNEL_SCENE] = 1}};
         ll_ws_hello(f->ws, viewer, hello, sizeof hello - 1);
         ll_ws_subscribe(f->ws, viewer, &all);
@@ -118,7 +118,7 @@ static void on_opened(void *context, void *session, ll_ws_viewer viewer, ll_fram
 
 static void on_message(void *context, void *session, ll_ws_viewer viewer, const char *text, size_t length)
 {
-    front *f = context;
+    test_server *f = context;
     (void)session;
     char *answer = malloc(length + 16);
     LL_ASSERT(answer != NULL);
@@ -129,14 +129,14 @@ static void on_message(void *context, void *session, ll_ws_viewer viewer, const 
 
 static void on_closed(void *context, void *session, ll_ws_viewer viewer)
 {
-    front *f = context;
+    test_server *f = context;
     (void)session, (void)viewer;
     atomic_fetch_add(&f->closed, 1);
 }
 
 static void on_released(void *context, void *session)
 {
-    front *f = context;
+    test_server *f = context;
     (void)session;
     atomic_fetch_add(&f->released, 1);
 }
@@ -165,7 +165,7 @@ static const ll_record noise_record = {.id = 2,
                                        .form = LL_FORM_GRID,
                                        LL_ROWS_OF(noise, noise_fields)};
 
-static ll_frame *frame_of(const front *f, uint32_t seq, uint32_t generation, uint16_t channels)
+static ll_frame *frame_of(const test_server *f, uint32_t seq, uint32_t generation, uint16_t channels)
 {
     ll_frame *frame = calloc(1, sizeof *frame);
     ll_rows *stamps = ll_rows_new(&stamp_record, 1), *noises = ll_rows_new(&noise_record, 1);
@@ -174,7 +174,7 @@ static ll_frame *frame_of(const front *f, uint32_t seq, uint32_t generation, uin
     for (size_t i = 0; i < f->frame_bytes; i++) {
         bytes[i] = (uint8_t)ll_rng_u64(seq, 0, i);
     }
-    stamp now = {front_now()};
+    stamp now = {test_now()};
     noise shape = {(uint16_t)f->frame_bytes, 1};
     stamps->first = seq;
     ll_rows_add(stamps, &now, 1);
@@ -192,7 +192,7 @@ static ll_frame *frame_of(const front *f, uint32_t seq, uint32_t generation, uin
     return frame;
 }
 
-static void publish(front *f, ll_ws_stream *stream, uint32_t seq)
+static void publish(test_server *f, ll_ws_stream *stream, uint32_t seq)
 {
     uint32_t generation = atomic_load(&f->generation);
     ll_record_request request;
@@ -206,8 +206,8 @@ static void publish(front *f, ll_ws_stream *stream, uint32_t seq)
 
 static void *publish_all(void *argument)
 {
-    front *f = argument;
-    int64_t next = front_now();
+    test_server *f = argument;
+    int64_t next = test_now();
     uint32_t seq = 0;
     while (!atomic_load(&f->end)) {
         next += 16666667;
@@ -224,16 +224,16 @@ static void *publish_all(void *argument)
 
 /* ---- open and close ---- */
 
-void front_prepare(front *f)
+void test_server_prepare(test_server *f)
 {
-    *f = (front){.frame_bytes = 1000};
+    *f = (test_server){.frame_bytes = 1000};
     ll_param_defaults(&ll_web_server_table, &f->config);
     snprintf(f->config.listen, sizeof f->config.listen, "127.0.0.1:0");
     atomic_store(&f->publishing, true);
-    atomic_store(&f->greet, 1);
+    atomic_store(&f->send_hello, 1);
 }
 
-void front_open(front *f)
+void test_server_open(test_server *f)
 {
     ll_http_app app = {.routes = routes, .route_count = sizeof routes / sizeof *routes};
     ll_ws_hooks hooks = {.context = f,
@@ -257,7 +257,7 @@ void front_open(front *f)
     LL_ASSERT(pthread_create(&f->publisher, NULL, publish_all, f) == 0);
 }
 
-void front_close(front *f)
+void test_server_close(test_server *f)
 {
     ll_web_server_drain(f->web_server);
     atomic_store(&f->end, true);
@@ -299,10 +299,10 @@ bool net_send(int fd, const char *text)
     return net_send_bytes(fd, text, strlen(text));
 }
 
-/* -1: nothing came in time; 0: the end; otherwise bytes read. */
+/* -1: timeout; 0: end; otherwise bytes read. */
 static ssize_t read_some(int fd, void *bytes, size_t size, int64_t until)
 {
-    int64_t left = until - front_now();
+    int64_t left = until - test_now();
     struct pollfd event = {.fd = fd, .events = POLLIN};
     if (poll(&event, 1, left > 0 ? (int)(left / 1000000) + 1 : 0) <= 0) {
         return -1;
@@ -313,7 +313,7 @@ static ssize_t read_some(int fd, void *bytes, size_t size, int64_t until)
 
 size_t net_read(int fd, char *text, size_t capacity, const char *needle, double seconds)
 {
-    int64_t until = front_now() + (int64_t)(seconds * 1e9);
+    int64_t until = test_now() + (int64_t)(seconds * 1e9);
     size_t size = 0;
     text[0] = '\0';
     while (size + 1 < capacity && (needle == NULL || memmem(text, size, needle, strlen(needle)) == NULL)) {
@@ -329,7 +329,7 @@ size_t net_read(int fd, char *text, size_t capacity, const char *needle, double 
 
 bool net_closed(int fd, double seconds)
 {
-    int64_t until = front_now() + (int64_t)(seconds * 1e9);
+    int64_t until = test_now() + (int64_t)(seconds * 1e9);
     char bytes[4096];
     ssize_t got;
     do {
@@ -352,7 +352,7 @@ bool net_header(const char *answer, const char *name, char *value, size_t capaci
     return false;
 }
 
-/* One byte at a time up to the end of the head: what follows belongs to the next reader. */
+/* Reads byte by byte to the end of the head: what follows is for the next reader. */
 static size_t read_head(int fd, char *answer, size_t capacity, int64_t until)
 {
     size_t size = 0;
@@ -373,7 +373,7 @@ static int status_of(const char *answer)
 
 int net_request(int fd, const char *request, char *answer, size_t capacity)
 {
-    int64_t until = front_now() + INT64_C(10000000000);
+    int64_t until = test_now() + INT64_C(10000000000);
     char value[32];
     net_send(fd, request);
     size_t size = read_head(fd, answer, capacity, until);
@@ -411,7 +411,7 @@ int viewer_upgrade(int fd, const char *session, const char *protocol, const char
              "Sec-WebSocket-Protocol: %s\r\n%s\r\n",
              session, protocol, extra);
     net_send(fd, text);
-    read_head(fd, text, sizeof text, front_now() + INT64_C(10000000000));
+    read_head(fd, text, sizeof text, test_now() + INT64_C(10000000000));
     /* The key and the answer of RFC 6455 1.3. */
     if (status_of(text) == 101 && strstr(text, "s3pPLMBiTxaQ9kYGzzhZRbK+xOo=") == NULL) {
         return 0;
@@ -484,13 +484,13 @@ static bool read_all(int fd, void *bytes, size_t size, int64_t until)
 
 bool viewer_read(int fd, viewer_frame *frame, double seconds)
 {
-    int64_t until = front_now() + (int64_t)(seconds * 1e9);
+    int64_t until = test_now() + (int64_t)(seconds * 1e9);
     unsigned char head[10];
     do {
         if (!read_all(fd, head, 2, until)) {
             return false;
         }
-        until = front_now() + INT64_C(10000000000); /* what has begun will end */
+        until = test_now() + INT64_C(10000000000); /* a frame that has begun is read to its end */
         frame->opcode = head[0] & 15;
         frame->size = head[1] & 127;
         size_t more = frame->size == 126 ? 2 : frame->size == 127 ? 8 : 0;
@@ -533,23 +533,23 @@ bool viewer_is_whole(const viewer_frame *frame)
     return frame->bytes[1] & LL_FRAME_JUMP;
 }
 
-/* The stamp is the first section, and its row, of a log, is sent whole. */
+/* The time stamp is in the first section, whose row, of a log, is always whole. */
 double viewer_age(const viewer_frame *frame)
 {
     const unsigned char *at = frame->bytes + 2;
     for (int i = 0; i < 8; i++) { /* seq, tick, id, size, lost, first, rows, mask */
         varint(&at);
     }
-    return (double)(front_now() - ll_unzigzag(varint(&at))) * 1e-9;
+    return (double)(test_now() - ll_unzigzag(varint(&at))) * 1e-9;
 }
 
 int viewer_close_code(int fd, double seconds)
 {
-    int64_t until = front_now() + (int64_t)(seconds * 1e9);
+    int64_t until = test_now() + (int64_t)(seconds * 1e9);
     viewer_frame frame;
-    while (front_now() < until) {
-        if (!viewer_read(fd, &frame, (double)(until - front_now()) * 1e-9)) {
-            return front_now() < until ? -1 : 0;
+    while (test_now() < until) {
+        if (!viewer_read(fd, &frame, (double)(until - test_now()) * 1e-9)) {
+            return test_now() < until ? -1 : 0;
         }
         if (frame.opcode == 8) {
             return frame.size >= 2 ? frame.bytes[0] << 8 | frame.bytes[1] : 1005;

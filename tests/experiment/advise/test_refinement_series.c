@@ -1,4 +1,4 @@
-/* Ladders of whole scenarios, where the order of a scheme is known. */
+/* Refinement series of whole scenarios, for schemes of known order. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -56,7 +56,7 @@ static void must(ll_status status)
         fail_msg("%s", status.text);
 }
 
-/* The others' error of A in one run of 6 s with jitter, by the engine alone. */
+/* Error of A as others see it, in a run of 6 s with jitter, by the engine alone. */
 static double error_of(const char *id, int seed, const char *update_hz)
 {
     cJSON *json = NULL;
@@ -103,7 +103,7 @@ static void central_differences_are_of_order_two(void **state)
     }
 }
 
-static void what_is_set_goes_before_the_ladders_own(void **state)
+static void set_values_override_the_series(void **state)
 {
     (void)state;
     notes plain, other, brief;
@@ -119,7 +119,7 @@ static void what_is_set_goes_before_the_ladders_own(void **state)
     assert_int_equal(status.code, LL_BAD_INPUT);
 }
 
-static void runs_that_diverge_are_rungs(void **state)
+static void diverging_runs_make_levels(void **state)
 {
     (void)state;
     static const ll_refinement_series refinement_series = {"fluid/cavity",
@@ -139,11 +139,11 @@ static void runs_that_diverge_are_rungs(void **state)
     assert_true(!n.refinement_levels[1].diverged && isnan(n.refinement_levels[1].order));
 }
 
-/* Every value is one of its scenario's, and what it is held by is told. */
-static void every_refinement_series_can_be_climbed(void **state)
+/* Every value is valid for its scenario, and error and counter are metrics of it. */
+static void every_refinement_series_can_be_run(void **state)
 {
     (void)state;
-    for (const ll_refinement_series *l = ll_ladders; l->scenario; l++) {
+    for (const ll_refinement_series *l = ll_refinement_series_table; l->scenario; l++) {
         notes n;
         ll_refinement_series brief = *l;
         brief.seeds = l->seeds > 0 ? 2 : 0;
@@ -158,9 +158,9 @@ static void every_refinement_series_can_be_climbed(void **state)
     }
 }
 
-/* What luck has a part in is run with several seeds, each once: the mean and its interval are those of runs
- * made one by one here. */
-static void rungs_of_netgames_are_means_over_seeds(void **state)
+/* Levels with randomness are run with several seeds, each once: mean and interval equal those of single
+ * runs. */
+static void levels_of_netgames_are_means_over_seeds(void **state)
 {
     (void)state;
     enum { SEEDS = 11 };
@@ -186,7 +186,7 @@ static void rungs_of_netgames_are_means_over_seeds(void **state)
         assert_int_equal(r->seeds, SEEDS);
         assert_true(fabs(r->error - sum / SEEDS) < 1e-12 * sum);
         ll_resampler resampler = {0};
-        ll_interval_order order = {.values = values, .n = SEEDS, .scale = LL_SCALE_AMOUNT, .error = 0.05};
+        ll_interval_request order = {.values = values, .n = SEEDS, .scale = LL_SCALE_AMOUNT, .error = 0.05};
         ll_interval interval = ll_interval_of(&order, &resampler);
         ll_resampler_free(&resampler);
         assert_true(r->error_low == interval.low && r->error_high == interval.high);
@@ -194,13 +194,13 @@ static void rungs_of_netgames_are_means_over_seeds(void **state)
     }
 }
 
-/* Between states that are T apart a straight line is off by T squared, a cubic with both speeds by its fourth
- * power where the motion is smooth; cars that brake hold that back. */
+/* Between snapshots T apart, linear interpolation has an error of order T^2, a cubic with both velocities T^4
+ * where the motion is smooth; braking cars reduce the order. */
 static void curves_between_states_gain_more_by_updates_than_lines(void **state)
 {
     (void)state;
     notes linear, hermite;
-    const ll_refinement_series *l = ll_ladders;
+    const ll_refinement_series *l = ll_refinement_series_table;
     while (strcmp(l->scenario, "hermite") != 0)
         l++;
     must(refinement_run(l, "linear", NULL, NULL, &linear));
@@ -216,10 +216,10 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(central_differences_are_of_order_two),
-        cmocka_unit_test(what_is_set_goes_before_the_ladders_own),
-        cmocka_unit_test(runs_that_diverge_are_rungs),
-        cmocka_unit_test(every_refinement_series_can_be_climbed),
-        cmocka_unit_test(rungs_of_netgames_are_means_over_seeds),
+        cmocka_unit_test(set_values_override_the_series),
+        cmocka_unit_test(diverging_runs_make_levels),
+        cmocka_unit_test(every_refinement_series_can_be_run),
+        cmocka_unit_test(levels_of_netgames_are_means_over_seeds),
         cmocka_unit_test(curves_between_states_gain_more_by_updates_than_lines),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

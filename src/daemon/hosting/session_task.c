@@ -1,0 +1,66 @@
+/* Runs sessions that are too slow for a worker in a task of the daemon: those that are parked, which may take
+ * seconds to wake, and those with long ticks. A worker has to publish other sessions' frames every few
+ * milliseconds. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "daemon/hosting/session_entry.h"
+
+/* Works in pieces. The session is locked at the call and at the return; false: the task was stopped. */
+static bool run_while_heavy(ll_session_entry *session_entry, ll_task *task)
+{
+    while (!session_entry->deleted && session_entry->session && ll_viewers_any(session_entry) &&
+           ll_session_entry_is_heavy(session_entry)) {
+        if (!ll_session_get_info(session_entry->session).parked)
+            ll_viewers_apply(session_entry, ll_host_now());
+        int64_t due = ll_session_entry_work(session_entry, task, 0);
+        if (due < 0)
+            break;
+        ll_session_entry_update_stats(session_entry);
+        ll_session_entry_notify(session_entry);
+        if (due == 0)
+            break;
+        pthread_mutex_unlock(&session_entry->lock);
+        bool more = ll_task_yield(task);
+        pthread_mutex_lock(&session_entry->lock);
+        if (!more)
+            return false;
+    }
+    return true;
+}
+
+static void run_task(void *context, ll_task *task)
+{
+    ll_session_entry *session_entry = context;
+    ll_session *session;
+    ll_status status = ll_session_entry_enter(session_entry, task, &session, NULL);
+    if (!ll_failed(&status)) {
+        run_while_heavy(session_entry, task);
+        atomic_store(&session_entry->has_task,
+                     false); /* before the notification: the worker may start another task at once */
+        if (session_entry->session && !session_entry->deleted)
+            ll_session_entry_update_stats(session_entry);
+        pthread_mutex_unlock(&session_entry->lock);
+        ll_session_entry_notify(session_entry);
+    } else {
+        atomic_store(&session_entry->has_task, false);
+        if (status.code != LL_INTERRUPTED)
+            ll_viewers_close(session_entry, status.text);
+    }
+    ll_session_entry_release(session_entry);
+}
+
+void ll_session_entry_start_task(ll_session_entry *session_entry)
+{
+    ll_task_spec spec = {.client = "the daemon", .own = true, .run = run_task, .context = session_entry};
+    if (atomic_exchange(&session_entry->has_task, true))
+        return;
+    memcpy(spec.session, session_entry->id, sizeof session_entry->id);
+    ll_session_entry_retain(session_entry);
+    ll_status status = ll_tasks_add(session_entry->host->tasks, &spec, NULL);
+    if (!ll_failed(&status))
+        return;
+    atomic_store(&session_entry->has_task, false);
+    ll_session_entry_release(session_entry);
+}
