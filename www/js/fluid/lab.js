@@ -299,7 +299,7 @@ function scaleOf(name, unit) {
 }
 
 /** Of each fluid. @type {number[]} */
-let newest = [];
+const newest = [];
 
 /** What the colours stand for now. @param {import('./decode.js').Fluid} now @param {number} i @param {number} seq of the frame
  * @returns {{scale: Scale | null, word: string}} */
