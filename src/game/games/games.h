@@ -6,7 +6,7 @@
 
 #include "game/core/game.h"
 
-// clang-format off
+/* clang-format off */
 #define LL_GAMES(ROW) \
     ROW(race) \
     ROW(cannon) \
@@ -16,7 +16,7 @@
     ROW(sea) \
     ROW(dam) \
     ROW(stack)
-// clang-format on
+/* clang-format on */
 
 #define LL_GAME_DECLARE(NAME)                                                                                \
     extern const ll_game ll_game_##NAME;                                                                     \

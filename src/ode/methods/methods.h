@@ -4,7 +4,7 @@
 
 #include "ode/core/method.h"
 
-// clang-format off
+/* clang-format off */
 #define LL_ODE_METHODS(ROW) \
     ROW(explicit_euler) \
     ROW(semi_implicit_euler) \
@@ -43,7 +43,7 @@
     ROW(radau5) \
     ROW(radau9) \
     ROW(radau13)
-// clang-format on
+/* clang-format on */
 
 #define LL_ODE_DECLARE(NAME) extern const ll_ode_method ll_ode_##NAME;
 LL_ODE_METHODS(LL_ODE_DECLARE)

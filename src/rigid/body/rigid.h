@@ -284,7 +284,7 @@ bool ll_rigid_valid(const ll_rigid *world);
 
 /* The table of solvers: LL_SOLVER_KIND, and the name of a constant ll_solver_NAME that a file of rigid/solver
  * defines. */
-// clang-format off
+/* clang-format off */
 #define LL_RIGID_SOLVERS(ROW) \
     ROW(IMPULSE, impulse) \
     ROW(PGS, pgs) \
@@ -293,7 +293,7 @@ bool ll_rigid_valid(const ll_rigid *world);
     ROW(TGS_STICKY, tgs_sticky) \
     ROW(XPBD, xpbd) \
     ROW(AVBD, avbd)
-// clang-format on
+/* clang-format on */
 
 #define LL_SOLVER_KIND(KIND, NAME) LL_SOLVER_##KIND,
 typedef enum ll_rigid_solver_kind { LL_RIGID_SOLVERS(LL_SOLVER_KIND) LL_SOLVERS } ll_rigid_solver_kind;
