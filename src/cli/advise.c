@@ -6,10 +6,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "experiment/advise/advise.h"
 #include "cli/arguments.h"
 #include "cli/input.h"
 #include "cli/verbs.h"
+#include "experiment/advise/advise.h"
 
 /* What may vary, and what it costs, where nobody said. Of a path without values the parameter's own row gives
  * them: all choices, or both of off and on. Paths that the scenario lacks are left out. */

@@ -1,8 +1,8 @@
 /* `--set path=value`: refused with the scenario as it was, or set, and then what is written reads back. */
 #include "check.h"
 
-#include "session/scenario.h"
 #include "session/kinds.h"
+#include "session/scenario.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 

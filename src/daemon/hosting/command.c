@@ -1,8 +1,8 @@
 /* Changes of sessions, under the rules of durability, and their end. */
 #include <stdlib.h>
 
-#include "daemon/hosting/session_entry.h"
 #include "daemon/hosting/quota.h"
+#include "daemon/hosting/session_entry.h"
 
 static ll_status take(ll_session_entry *session_entry, const ll_create_requests *orders, ll_session *session)
 {

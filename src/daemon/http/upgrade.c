@@ -6,8 +6,8 @@
 #include <stdlib.h>
 #include <sys/socket.h>
 
-#include "daemon/net/framing.h"
 #include "daemon/http/internal.h"
+#include "daemon/net/framing.h"
 
 struct http_offer {
     ll_http *http;

@@ -6,10 +6,10 @@
 #include "base/rng.h"
 #include "netcode/client/ack.h"
 #include "netcode/client/cheat.h"
-#include "netcode/state/peer.h"
 #include "netcode/client/scope.h"
-#include "netcode/snapshot/snapshot.h"
 #include "netcode/protocol/limits.h"
+#include "netcode/snapshot/snapshot.h"
+#include "netcode/state/peer.h"
 
 static size_t round8(size_t n)
 {

@@ -1,8 +1,8 @@
 /* How a client reads a world: against what it holds, or not at all. */
 #include <string.h>
 
-#include "netcode/state/client.h"
 #include "netcode/snapshot/snapshot.h"
+#include "netcode/state/client.h"
 
 /* The world of `tick` as it was received, of those that lie on the present grid. */
 static const ll_world *baseline_of(ll_client *c, int64_t tick)

@@ -4,8 +4,8 @@
 
 #include "base/assert.h"
 
-#include "netcode/state/weapon_prediction.h"
 #include "netcode/protocol/limits.h"
+#include "netcode/state/weapon_prediction.h"
 
 /* Nobody waits for a hash: one packet in so many carries those that the referee has not. */
 #define HASHES_EVERY 4

@@ -3,8 +3,8 @@
 
 #include "base/detmath.h"
 #include "netcode/peer/float_mode.h"
-#include "netcode/state/peer.h"
 #include "netcode/protocol/world_hash.h"
+#include "netcode/state/peer.h"
 
 /* Whose input for `tick` has not come goes on as it did last, what it presses too (GGPO). */
 static void guess(ll_peer *peer, int players, int64_t tick)

@@ -5,8 +5,8 @@
 #pragma once
 
 #include "base/status.h"
-#include "netcode/snapshot/bits.h"
 #include "netcode/protocol/quantization.h"
+#include "netcode/snapshot/bits.h"
 
 /* What an encoder is given. */
 typedef struct ll_outgoing {

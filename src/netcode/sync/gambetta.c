@@ -5,8 +5,8 @@
  * 1/40 s is dropped in silence and never acknowledged. States carry no time that is used: a client takes
  * whatever comes last, even if it is older, and interpolates between the times of the frames that took them,
  * exactly one update interval back. */
-#include "netcode/state/client.h"
 #include "netcode/server/server.h"
+#include "netcode/state/client.h"
 
 static ll_time due(const ll_server *server)
 {

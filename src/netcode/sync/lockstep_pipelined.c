@@ -2,8 +2,8 @@
  * So the game keeps its pace at any lag, and an input is felt a round trip and an interval later. When
  * somebody's inputs are missing everybody waits; then the server makes up for the steps whose inputs have
  * been there, and clients made none meanwhile: latency is what it was. */
-#include "netcode/state/client.h"
 #include "netcode/server/lockstep.h"
+#include "netcode/state/client.h"
 
 const ll_sync_mode ll_sync_lockstep_pipelined = {
     .name = "lockstep_pipelined",

@@ -11,8 +11,8 @@
 #include <stddef.h>
 
 #include "param/param.h"
-#include "rigid/shape/bound.h"
 #include "rigid/broad/broad.h"
+#include "rigid/shape/bound.h"
 
 typedef struct ll_rigid ll_rigid;
 

@@ -7,8 +7,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "base/recorder.h"
 #include "base/interrupt.h"
+#include "base/recorder.h"
 #include "base/status.h"
 #include "base/vtime.h"
 #include "game/core/game.h"

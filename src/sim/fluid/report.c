@@ -5,8 +5,8 @@
 #include <stdlib.h>
 
 #include "base/run_status.h"
-#include "sim/fluid/fluid.h"
 #include "sim/core/scenario_rows.h"
+#include "sim/fluid/fluid.h"
 
 static cJSON *number_json(double value)
 {

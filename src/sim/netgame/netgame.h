@@ -4,14 +4,14 @@
  * and, since it holds everybody, measures every view against the truth. */
 #pragma once
 
-#include "netcode/server/admission.h"
-#include "netcode/state/client.h"
-#include "netcode/protocol/config.h"
 #include "link/line/link.h"
-#include "netcode/observe/desync.h"
 #include "netcode/metrics/client_metrics.h"
-#include "netcode/server/server.h"
 #include "netcode/metrics/shots.h"
+#include "netcode/observe/desync.h"
+#include "netcode/protocol/config.h"
+#include "netcode/server/admission.h"
+#include "netcode/server/server.h"
+#include "netcode/state/client.h"
 #include "sim/core/sim.h"
 
 typedef struct ll_netgame_config {

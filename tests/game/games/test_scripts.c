@@ -1,8 +1,8 @@
 /* Scripts: what they draw comes from the session's seed, and from nothing else but the time and what is seen.
  */
 #include "base/rng.h"
-#include "game/harness.h"
 #include "game/core/script.h"
+#include "game/harness.h"
 
 enum { PLAYERS = 4, TICKS = 60 * 20 };
 
