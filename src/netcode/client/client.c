@@ -409,6 +409,7 @@ static void make_input(ll_client *c, const ll_client_setup *s, const ll_action *
     c->tick++;
     if (c->seq - c->acked > LL_PENDING_RING)
         c->acked = c->seq - LL_PENDING_RING; /* the oldest gives way */
+    LL_ASSERT(c->acked < c->seq && c->composed < c->seq);
     note_input(c, s, action, now);
     *p = (ll_pending_input){.seq = c->seq, .made = now, .action = *action};
     p->action.view_age_ns =
@@ -430,6 +431,7 @@ static uint16_t lead_of(const ll_client *c, const ll_client_setup *s, int64_t ti
 static int put_inputs(const ll_client *c, const ll_client_setup *s, uint32_t first, uint32_t count,
                       uint32_t fresh, ll_input_message *m)
 {
+    LL_ASSERT(count <= LL_INPUTS_MAX && first + count <= c->seq + 1);
     m->head = (ll_message_head){LL_MESSAGE_INPUT, (uint8_t)count, c->epoch, first};
     m->tick = (int32_t)(c->tick - (int64_t)(c->seq - first));
     m->fresh = (uint8_t)(fresh < count ? fresh : count);
