@@ -1,6 +1,6 @@
 # tests/<room>/**/test_*.c -> one cmocka program each, ctest name <room>.<name>, label <room>
 # tests/fuzz/fuzz_*.c    -> a replay of tests/fuzz/corpus/<name>/, or a libFuzzer with LAGLAB_FUZZ
-# tests/structure/       -> what the sources may include and call, and what the version is a fingerprint of
+# tests/structure/       -> what the sources may include and call, what guides name, and what the version is a fingerprint of
 # The target tests_<room> builds the tests of one room. Every test runs in the source folder.
 
 set(test_environment "LAGLAB_BIN=${PROJECT_BINARY_DIR}/laglab")
@@ -112,6 +112,8 @@ find_program(NODE_PROGRAM NAMES node nodejs)
 if(NODE_PROGRAM)
     laglab_test(structure.rooms structure ${NODE_PROGRAM} tests/structure/check.mjs .)
     laglab_test(structure.selftest structure ${NODE_PROGRAM} tests/structure/selftest.mjs)
+    laglab_test(structure.guides structure ${NODE_PROGRAM} tests/structure/guides.mjs .)
+    laglab_test(structure.guides_selftest structure ${NODE_PROGRAM} tests/structure/guides_selftest.mjs)
     laglab_test(structure.words structure ${NODE_PROGRAM} tests/structure/words.mjs .)
     laglab_test(structure.words_selftest structure ${NODE_PROGRAM} tests/structure/words_selftest.mjs)
     laglab_test(structure.version structure ${NODE_PROGRAM} tests/structure/version.mjs ${PROJECT_BINARY_DIR})

@@ -180,7 +180,7 @@ function reader(document) {
 
 const isProblem = (response) => Object.keys(response.content ?? {}).includes('application/problem+json');
 
-function operationDoc(api, r, method, template, path_, operation) {
+function operationDoc(_api, r, method, template, path_, operation) {
   const parts = [`### \`${method.toUpperCase()} ${template}\``, operation.summary];
   if (operation.description) parts.push(operation.description.trim());
   parts.push(operation.security ? 'Needs a key.' : 'Needs no key.');

@@ -6,10 +6,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "experiment/advise/advise.h"
 #include "cli/arguments.h"
 #include "cli/input.h"
 #include "cli/verbs.h"
+#include "experiment/advise/advise.h"
 
 /* Default axes and cost metric of each kind. For a path without values the parameter's own row gives them:
  * all choices, or off and on. Paths that the scenario does not have are left out. */

@@ -8,8 +8,8 @@
 #include "base/version.h"
 #include "cli/arguments.h"
 #include "cli/input.h"
-#include "experiment/format/table.h"
 #include "cli/verbs.h"
+#include "experiment/format/table.h"
 
 typedef struct merge {
     ll_experiment *experiment;

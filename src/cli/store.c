@@ -6,8 +6,8 @@
 #include <time.h>
 
 #include "cli/arguments.h"
-#include "experiment/store/result_store.h"
 #include "cli/verbs.h"
+#include "experiment/store/result_store.h"
 
 typedef struct store_args {
     const char *positional[LL_POSITIONAL_MAX];

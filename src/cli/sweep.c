@@ -12,14 +12,14 @@
 #include "cli/arguments.h"
 #include "cli/input.h"
 #include "cli/output.h"
-#include "experiment/format/compare.h"
-#include "experiment/report/report.h"
-#include "experiment/spec/shard.h"
-#include "experiment/format/table.h"
-#include "experiment/run/traces.h"
-#include "experiment/spec/until.h"
 #include "cli/verbs.h"
+#include "experiment/format/compare.h"
+#include "experiment/format/table.h"
+#include "experiment/report/report.h"
+#include "experiment/run/traces.h"
 #include "experiment/run/work.h"
+#include "experiment/spec/shard.h"
+#include "experiment/spec/until.h"
 
 /* A store of this process has no other workers, so that its leases need not expire, however long a run
  * takes. */
@@ -256,7 +256,7 @@ static ll_status find_shard(sweep *s)
     return status;
 }
 
-static ll_status prepare(sweep *s, int argc, char **argv)
+static ll_status read_arguments(sweep *s, int argc, char **argv, const char **name)
 {
     const ll_option options[] = {
         {"--jobs", "N", "Threads, 1 to 256; default: one per core. 0 with --store: wait for workers.",
@@ -291,19 +291,27 @@ static ll_status prepare(sweep *s, int argc, char **argv)
         {0}};
     const char *positional[LL_POSITIONAL_MAX];
     int count;
-    s->threads = ll_cores();
     ll_status status =
         ll_arguments("sweep EXPERIMENT [OPTION]...: run an experiment; one row per run, or per point", argc,
                      argv, options, positional, &count);
     if (!ll_failed(&status) && count > 1)
         status = ll_error(LL_BAD_INPUT, "unexpected argument %.100s", positional[1]);
+    *name = count ? positional[0] : NULL;
+    return status;
+}
+
+static ll_status prepare(sweep *s, int argc, char **argv)
+{
+    const char *name = NULL;
+    s->threads = ll_cores();
+    ll_status status = read_arguments(s, argc, argv, &name);
     s->store_url = ll_result_store_url(s->store_url);
     if (!ll_failed(&status) && s->jobs)
         status = ll_argument_whole("--jobs", s->jobs, s->store_url ? 0 : 1, 256, &s->threads);
     if (!ll_failed(&status))
         status = ll_argument_format(s->format_name, s->out, &s->format);
     if (!ll_failed(&status))
-        status = ll_experiment_load(count ? positional[0] : NULL, s->scenarios, &s->experiment);
+        status = ll_experiment_load(name, s->scenarios, &s->experiment);
     if (!ll_failed(&status))
         status = find_shard(s);
     if (!ll_failed(&status) && s->sensitivity)

@@ -11,10 +11,10 @@
 #include "cli/arguments.h"
 #include "cli/input.h"
 #include "cli/output.h"
-#include "experiment/advise/refinement_series.h"
-#include "experiment/report/refinement_series_page.h"
-#include "experiment/advise/work_precision_run.h"
 #include "cli/verbs.h"
+#include "experiment/advise/refinement_series.h"
+#include "experiment/advise/work_precision_run.h"
+#include "experiment/report/refinement_series_page.h"
 
 typedef struct request {
     const char *name; /* name of the problem or scenario; NULL: missing */

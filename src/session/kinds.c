@@ -1,4 +1,4 @@
 #include "session/kinds.h"
 
-const ll_sim_kind *const ll_sim_kinds[] = {&ll_sim_netgame, &ll_sim_motion, &ll_sim_rigid, &ll_sim_fluid,
-                                           NULL};
+#define ROW(NAME) &ll_sim_##NAME,
+const ll_sim_kind *const ll_sim_kinds[] = {LL_SIM_KINDS(ROW) NULL};

@@ -3,4 +3,6 @@
 
 #include "sim/core/sim.h"
 
-extern const ll_sim_kind ll_sim_netgame, ll_sim_motion, ll_sim_rigid, ll_sim_fluid;
+#define LL_SIM_DECLARE(NAME) extern const ll_sim_kind ll_sim_##NAME;
+LL_SIM_KINDS(LL_SIM_DECLARE)
+#undef LL_SIM_DECLARE

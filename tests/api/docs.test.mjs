@@ -89,9 +89,9 @@ test('each figure of docs/performance.md says whether the code it speaks of has 
 test('one digit of the code makes a figure of it stale, and no other', () => {
   const copy = mkdtempSync(path.join(tmpdir(), 'laglab-age-'));
   cpSync(path.join(ROOT, 'src'), path.join(copy, 'src'), { recursive: true });
-  const head = (/** @type {string} */ name) => new Map([['commit', 'abc'], ['date', 'today'], ['rooms', /** @type {string} */ (before.get(name))]]);
+  const head = (/** @type {string} */ name) => new Map([['commit', 'abc'], ['date', 'today'], ['rooms', /** @type {string} */ (states.get(name))]]);
   const rooms = { integrators: ['base', 'ode'], rigid: ['base', 'rigid'], 'fluid_grid/frames': ['base', 'fluid'] };
-  const before = new Map(Object.entries(rooms).map(([name, list]) => [name, stateOf(list, copy)]));
+  const states = new Map(Object.entries(rooms).map(([name, list]) => [name, stateOf(list, copy)]));
   const stale = () => Object.keys(rooms).filter((name) => OLD.test(ageDoc(name, head(name), copy)));
   assert.deepEqual(stale(), []);
   for (const [file, wanted] of /** @type {[string, string[]][]} */ ([['ode/methods/boris.c', ['integrators']], ['base/detmath.c', Object.keys(rooms)],

@@ -49,7 +49,7 @@ const scripts = {
     const out = 1200 * MS + Number(D(seed, player, 4, k) % BigInt(400 * MS)), there = 100 * MS + Number(D(seed, player, 5, k) % BigInt(300 * MS));
     return since < out ? side : since >= out + there && since < 2 * out + there ? -side : 0;
   },
-  steady: (seed, player, t) => ((t + player * 700 * MS) % 4e9 < 2e9 ? 1 : -1),
+  steady: (_seed, player, t) => ((t + player * 700 * MS) % 4e9 < 2e9 ? 1 : -1),
 };
 
 /** Axis 0 of a player between ticks, as recorded: of the frame after tick k and until tick k + 1. @param {string[]} args */

@@ -343,7 +343,7 @@ test('a report is one page with the front, a table for each plot, and what repea
   const marked = [...table.matchAll(/<tr class="on"><td>(\d+)<\/td>/g)].map((match) => Number(match[1]));
   assert.deepEqual(marked, front.map((point) => point.point));
   assert.ok(marked.length > 3 && marked.length < 18);
-  const specification = /<h2>Specification<\/h2><pre>([^]*?)<\/pre>/.exec(page)[1].replaceAll('&quot;', '"').replaceAll('&lt;', '<')
+  const specification = /<h2>Specification<\/h2><pre>([\s\S]*?)<\/pre>/.exec(page)[1].replaceAll('&quot;', '"').replaceAll('&lt;', '<')
     .replaceAll('&gt;', '>').replaceAll('&amp;', '&');
   assert.equal(good(['sweep', '-'], { input: specification }), good(['sweep', name]), 'its command repeats it');
 });

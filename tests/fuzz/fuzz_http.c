@@ -15,9 +15,9 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "daemon/http/http.h"
 #include "daemon/listener/web_server.h"
 #include "daemon/net/connection_limiter.h"
-#include "daemon/http/http.h"
 #include "daemon/net/proxies.h"
 #include "daemon/net/upgrade.h"
 #include "daemon/stream/ws.h"

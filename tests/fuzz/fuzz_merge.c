@@ -7,10 +7,10 @@
 #include <unistd.h>
 
 #include "base/version.h"
-#include "experiment/spec/experiment.h"
+#include "cli/verbs.h"
 #include "experiment/format/formats.h"
 #include "experiment/format/table.h"
-#include "cli/verbs.h"
+#include "experiment/spec/experiment.h"
 
 #define SHARDS 4
 #define RUNS 4

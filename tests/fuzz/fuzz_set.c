@@ -2,8 +2,8 @@
  * same. */
 #include "check.h"
 
-#include "session/scenario.h"
 #include "session/kinds.h"
+#include "session/scenario.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 

@@ -13,9 +13,9 @@
 #include <cmocka.h>
 
 #include "library/library.h"
-#include "support/golden.h"
 #include "session/scenario.h"
 #include "session/session.h"
+#include "support/golden.h"
 
 #define TABLE "tests/golden/hashes.csv"
 

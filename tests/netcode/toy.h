@@ -13,8 +13,8 @@
 
 #include <cmocka.h>
 
-#include "netcode/state/client.h"
 #include "netcode/server/server.h"
+#include "netcode/state/client.h"
 
 #define HZ(f) ((ll_freq)(f)*1000)
 

@@ -11,7 +11,7 @@ export function readRooms(path) {
   for (const row of readFileSync(path, "utf8").split("\n")) {
     const line = row.replace(/#.*/, "").trim();
     if (!line) continue;
-    const [, key, rest] = /^([^:]+):(.*)$/.exec(line) ?? [, line, ""], words = rest.split(/\s+/).filter(Boolean);
+    const [, key, rest] = /^([^:]+):(.*)$/.exec(line) ?? ["", line, ""], words = rest.split(/\s+/).filter(Boolean);
     const exception = /^except (\S+) -> (\S+)$/.exec(key), around = /^circle (\S+) (.+)$/.exec(key);
     if (key === "pure") rooms.pure.push(...words);
     else if (key === "allocates") rooms.allocating.push(...words);
@@ -43,7 +43,7 @@ export function below(rooms, room) {
 /** The names of those that lie in circles, or null: the remainder after removing every room that points at no remaining one, and then the same
  * backwards. @param {[string, string[]][]} edges @returns {string[] | null} */
 export function circle(edges) {
-  let left = new Map(edges.map(([name, others]) => [name, new Set(others)]));
+  const left = new Map(edges.map(([name, others]) => [name, new Set(others)]));
   for (let before = -1; before !== left.size;) {
     before = left.size;
     for (const [name, others] of left) if (![...others].some((other) => left.has(other))) left.delete(name);

@@ -1,5 +1,5 @@
-#include "library/library.h"
 #include "support/scene.h"
+#include "library/library.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

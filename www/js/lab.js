@@ -5,7 +5,7 @@ import { create, keep, link } from './early.js';
 import { FAILED } from './frame.js';
 import { Memory } from './memory.js';
 import { Stream } from './net.js';
-import { reread, seen, showAddress } from './params.js';
+import { seen, showAddress } from './params.js';
 import { connection, contactsDrawn, divisor, experiment, failure, frame, layout, inspector, locked, overlays, params, scenarios, session, notify } from './state.js';
 
 /** @typedef {import('./state.js').Layout} Layout */

@@ -5,10 +5,10 @@
 
 #include <cjson/cJSON.h>
 
-#include "daemon/support/access.h"
 #include "daemon/api/api.h"
-#include "daemon/jobs/experiments.h"
 #include "daemon/http/http_problem.h"
+#include "daemon/jobs/experiments.h"
+#include "daemon/support/access.h"
 
 enum { LIST_MOST = 1000 }; /* sessions in one answer */
 

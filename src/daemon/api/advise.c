@@ -6,8 +6,8 @@
 #include <cjson/cJSON.h>
 
 #include "daemon/api/api.h"
-#include "daemon/jobs/jobs.h"
 #include "daemon/http/http_problem.h"
+#include "daemon/jobs/jobs.h"
 #include "experiment/advise/advise.h"
 
 #define PATH "/api/v1/advise/"

@@ -9,8 +9,8 @@
 #include <unistd.h>
 
 #include "daemon/api/api.h"
-#include "daemon/support/gzip.h"
 #include "daemon/http/http_problem.h"
+#include "daemon/support/gzip.h"
 
 /* ---- tags ---- */
 

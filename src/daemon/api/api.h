@@ -8,9 +8,9 @@
 #include <stdatomic.h>
 #include <stdbool.h>
 
-#include "daemon/listener/web_server.h"
 #include "daemon/hosting/host.h"
 #include "daemon/http/http.h"
+#include "daemon/listener/web_server.h"
 #include "daemon/store/store.h"
 
 struct cJSON;

@@ -4,9 +4,9 @@
 
 #include <cjson/cJSON.h>
 
-#include "input/action_json.h"
 #include "daemon/api/api.h"
 #include "daemon/http/http_problem.h"
+#include "input/action_json.h"
 
 typedef struct command_args {
     const cJSON *body;

@@ -10,13 +10,13 @@
 #include "base/version.h"
 #include "daemon/api/answer.h"
 #include "daemon/api/api.h"
-#include "daemon/jobs/experiments.h"
-#include "daemon/http/http_problem.h"
 #include "daemon/hosting/quota.h"
+#include "daemon/http/http_problem.h"
+#include "daemon/jobs/experiments.h"
 #include "daemon/support/tasks.h"
 #include "experiment/format/compare.h"
-#include "experiment/report/report.h"
 #include "experiment/format/table.h"
+#include "experiment/report/report.h"
 
 #define PATH "/api/v1/experiments/"
 

@@ -1,8 +1,8 @@
 /* Commands to sessions, stored before they are answered, and deletion of sessions. */
 #include <stdlib.h>
 
-#include "daemon/hosting/session_entry.h"
 #include "daemon/hosting/quota.h"
+#include "daemon/hosting/session_entry.h"
 
 static ll_status take(ll_session_entry *session_entry, const ll_command_request *request, ll_session *session)
 {

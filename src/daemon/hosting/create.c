@@ -4,8 +4,8 @@
 
 #include <cjson/cJSON.h>
 
-#include "daemon/hosting/session_entry.h"
 #include "daemon/hosting/quota.h"
+#include "daemon/hosting/session_entry.h"
 #include "session/scenario.h"
 #include "session/workload.h"
 

@@ -9,8 +9,8 @@
 
 #include "base/assert.h"
 #include "base/hash.h"
-#include "daemon/support/access.h"
 #include "daemon/hosting/session_entry.h"
+#include "daemon/support/access.h"
 #include "daemon/support/log.h"
 
 static const double mebi = 1 << 20;

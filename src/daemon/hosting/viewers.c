@@ -10,10 +10,10 @@
 
 #include <cjson/cJSON.h>
 
-#include "input/action_json.h"
-#include "daemon/hosting/session_entry.h"
 #include "daemon/hosting/quota.h"
+#include "daemon/hosting/session_entry.h"
 #include "daemon/net/problem_json.h"
+#include "input/action_json.h"
 #include "session/scenario.h"
 
 /* ---- replies ---- */

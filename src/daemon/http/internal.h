@@ -6,14 +6,14 @@
 #include <pthread.h>
 #include <stdatomic.h>
 
-#include "daemon/net/config.h"
-#include "daemon/stream/ws.h"
-#include "daemon/net/connection_limiter.h"
 #include "daemon/http/http.h"
 #include "daemon/http/http_problem.h"
+#include "daemon/net/config.h"
+#include "daemon/net/connection_limiter.h"
 #include "daemon/net/proxies.h"
-#include "daemon/support/tasks.h"
 #include "daemon/net/upgrade.h"
+#include "daemon/stream/ws.h"
+#include "daemon/support/tasks.h"
 
 #define HTTP_LARGE_BODY (64u << 10) /* bytes; reading and checking a larger body runs as a task */
 #define HTTP_SWALLOW                                                                                         \

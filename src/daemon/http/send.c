@@ -6,8 +6,8 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "daemon/support/gzip.h"
 #include "daemon/http/internal.h"
+#include "daemon/support/gzip.h"
 
 #define SMALL_ANSWER (64 << 10)
 #define LEAST_COMPRESSED 1024

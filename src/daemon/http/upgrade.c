@@ -5,8 +5,8 @@
 #include <stdlib.h>
 #include <sys/socket.h>
 
-#include "daemon/net/framing.h"
 #include "daemon/http/internal.h"
+#include "daemon/net/framing.h"
 
 struct http_upgrade {
     ll_http *http;

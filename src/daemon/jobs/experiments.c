@@ -8,8 +8,8 @@
 
 #include <cjson/cJSON.h>
 
-#include "daemon/support/log.h"
 #include "daemon/jobs/progress_stream.h"
+#include "daemon/support/log.h"
 #include "experiment/run/work.h"
 
 enum { ROW_BYTES = 64, METRIC_BYTES = 9 }; /* of a stored row, about */

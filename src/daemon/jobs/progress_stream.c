@@ -9,9 +9,9 @@
 #include <cjson/cJSON.h>
 
 #include "daemon/hosting/host.h"
-#include "daemon/support/log.h"
 #include "daemon/net/problem_json.h"
 #include "daemon/stream/ws.h"
+#include "daemon/support/log.h"
 
 #define LOOK_EVERY_NS 250000000L
 #define EXPIRE_EVERY_NS (10 * LL_SECOND) /* interval of deleting expired experiments */

@@ -18,8 +18,8 @@
 
 #include <cjson/cJSON.h>
 
-#include "daemon/listener/web_server.h"
 #include "daemon/http/http_problem.h"
+#include "daemon/listener/web_server.h"
 #include "daemon/net/proxies.h"
 
 #define TICK_NS INT64_C(100000000) /* interval of deadline checks */

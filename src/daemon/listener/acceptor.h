@@ -9,8 +9,8 @@
 #include <stdint.h>
 
 #include "base/status.h"
-#include "daemon/net/connection_limiter.h"
 #include "daemon/http/http.h"
+#include "daemon/net/connection_limiter.h"
 #include "daemon/net/upgrade.h"
 #include "daemon/stream/ws.h"
 

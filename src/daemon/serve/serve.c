@@ -12,15 +12,15 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "library/program.h"
-#include "daemon/support/access.h"
 #include "daemon/api/api.h"
-#include "daemon/listener/web_server.h"
-#include "daemon/jobs/experiments.h"
 #include "daemon/hosting/host.h"
-#include "daemon/support/log.h"
+#include "daemon/jobs/experiments.h"
+#include "daemon/listener/web_server.h"
 #include "daemon/store/store.h"
+#include "daemon/support/access.h"
+#include "daemon/support/log.h"
 #include "daemon/support/tasks.h"
+#include "library/program.h"
 
 #define FORCED_EXIT_S 0.7 /* after the time that viewers have to close */
 

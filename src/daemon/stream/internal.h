@@ -7,8 +7,8 @@
 #include <stdatomic.h>
 
 #include "daemon/net/config.h"
-#include "daemon/net/framing.h"
 #include "daemon/net/connection_limiter.h"
+#include "daemon/net/framing.h"
 #include "daemon/net/upgrade.h"
 #include "daemon/stream/ws.h"
 

@@ -5,8 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "experiment/spec/metric_path.h"
 #include "experiment/format/table_internal.h"
+#include "experiment/spec/metric_path.h"
 #include "experiment/spec/until.h"
 
 /* NaN: missing. Measured metrics are excluded: they always differ. */

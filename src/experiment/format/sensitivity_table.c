@@ -4,8 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "experiment/statistics/sensitivity.h"
 #include "experiment/format/table_internal.h"
+#include "experiment/statistics/sensitivity.h"
 
 /* Means of one metric over the repeats of each point. */
 static ll_status read_means(ll_result_table *t, double *means)

@@ -1,9 +1,9 @@
 /* For the files of result tables only. */
 #pragma once
 
+#include "experiment/format/table.h"
 #include "experiment/statistics/sensitivity.h"
 #include "experiment/statistics/summary.h"
-#include "experiment/format/table.h"
 
 struct cJSON;
 

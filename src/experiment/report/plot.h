@@ -7,8 +7,8 @@
 #include <stdio.h>
 
 #include "base/status.h"
-#include "experiment/report/html.h"
 #include "experiment/format/points.h"
+#include "experiment/report/html.h"
 
 enum {
     LL_PLOT_COLOURS = 8,      /* with four shapes, 32 series can be distinguished */

@@ -5,8 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "experiment/spec/metric_path.h"
 #include "experiment/report/plot.h"
+#include "experiment/spec/metric_path.h"
 
 enum { NAMED_MAX = 16, NAME_MAX = 64 }; /* NAMED_MAX: values of a dimension that get names */
 

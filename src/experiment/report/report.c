@@ -6,10 +6,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "experiment/spec/metric_path.h"
-#include "experiment/report/plot.h"
 #include "experiment/format/points.h"
+#include "experiment/report/plot.h"
 #include "experiment/report/plots.h"
+#include "experiment/spec/metric_path.h"
 #include "experiment/spec/until.h"
 
 enum { ROWS_MAX = 500 }; /* rows in the table of all points */

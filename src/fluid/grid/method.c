@@ -3,8 +3,8 @@
 #include <string.h>
 
 #include "base/detmath.h"
-#include "fluid/grid/state.h"
 #include "fluid/grid/parameters.h"
+#include "fluid/grid/state.h"
 
 const char *const ll_splitting_names[LL_SPLITTINGS + 1] = {"projection", "reflection", NULL};
 

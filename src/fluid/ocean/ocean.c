@@ -2,8 +2,8 @@
 #include <string.h>
 
 #include "base/detmath.h"
-#include "fluid/ocean/state.h"
 #include "fluid/ocean/parameters.h"
+#include "fluid/ocean/state.h"
 
 #define TURN 6.283185307179586
 

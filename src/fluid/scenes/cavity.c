@@ -3,8 +3,8 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "fluid/scenes/cavity_reference.h"
 #include "fluid/grid/parameters.h"
+#include "fluid/scenes/cavity_reference.h"
 #include "fluid/scenes/scenes.h"
 
 typedef struct params {

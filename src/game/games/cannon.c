@@ -4,8 +4,8 @@
  * LL_BUTTON_FIRE fires. Flight under gravity and linear drag is solved exactly per step. A shot ends at the
  * target or on the ground; then it is the next player's turn. */
 #include "base/detmath.h"
-#include "game/games/games.h"
 #include "game/core/script.h"
+#include "game/games/games.h"
 
 typedef struct cannon_params {
     double gravity, drag, muzzle_speed, target, target_radius, pause;

@@ -10,9 +10,9 @@
 
 #include "base/detmath.h"
 #include "base/rng.h"
+#include "game/core/script.h"
 #include "game/games/floor.h"
 #include "game/games/games.h"
-#include "game/core/script.h"
 
 typedef struct crates_params {
     int64_t count;

@@ -12,8 +12,8 @@
 #include "base/assert.h"
 #include "base/detmath.h"
 #include "fluid/particle/particle.h"
-#include "game/games/games.h"
 #include "game/core/script.h"
+#include "game/games/games.h"
 
 typedef struct dam_params {
     int64_t across, iterations;

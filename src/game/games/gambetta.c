@@ -1,8 +1,8 @@
 /* Gambetta: the rule of the live demo "Fast-Paced Multiplayer", for comparison: an input moves its entity by
  * speed x time, and nothing else does. Axis 0 is the direction. There is no velocity and no contact, so
  * replayed inputs are always right. */
-#include "game/games/games.h"
 #include "game/core/script.h"
+#include "game/games/games.h"
 
 typedef struct gambetta_params {
     double speed, width;

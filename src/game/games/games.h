@@ -1,27 +1,28 @@
-/* The rows of the table of games: one file per game. */
+/* The table of games: a row is the name of constants ll_game_NAME and ll_NAME_table (its parameters) that a
+ * file of this room defines. The index is the choice `game`. */
 #pragma once
 
 #include <math.h>
 
 #include "game/core/game.h"
 
-extern const ll_game ll_game_race;
-extern const ll_game ll_game_cannon;
-extern const ll_game ll_game_gambetta;
-extern const ll_game ll_game_shooter;
-extern const ll_game ll_game_crates;
-extern const ll_game ll_game_sea;
-extern const ll_game ll_game_dam;
-extern const ll_game ll_game_stack;
+/* clang-format off */
+#define LL_GAMES(ROW) \
+    ROW(race) \
+    ROW(cannon) \
+    ROW(gambetta) \
+    ROW(shooter) \
+    ROW(crates) \
+    ROW(sea) \
+    ROW(dam) \
+    ROW(stack)
+/* clang-format on */
 
-extern const ll_param_table ll_race_table;
-extern const ll_param_table ll_cannon_table;
-extern const ll_param_table ll_gambetta_table;
-extern const ll_param_table ll_shooter_table;
-extern const ll_param_table ll_crates_table;
-extern const ll_param_table ll_sea_table;
-extern const ll_param_table ll_dam_table;
-extern const ll_param_table ll_stack_table;
+#define LL_GAME_DECLARE(NAME)                                                                                \
+    extern const ll_game ll_game_##NAME;                                                                     \
+    extern const ll_param_table ll_##NAME##_table;
+LL_GAMES(LL_GAME_DECLARE)
+#undef LL_GAME_DECLARE
 
 extern const ll_metric_table ll_race_metrics, ll_cannon_metrics, ll_gambetta_metrics, ll_shooter_metrics,
     ll_crates_metrics, ll_sea_metrics, ll_dam_metrics, ll_stack_metrics;

@@ -5,8 +5,8 @@
  * exchange momentum. Only the server simulates that contact fully, so a client that predicts only its own car
  * is then corrected. */
 #include "base/detmath.h"
-#include "game/games/games.h"
 #include "game/core/script.h"
+#include "game/games/games.h"
 
 typedef struct race_params {
     double acceleration, brake, drag, top_speed, lap, laps, car_length, lane_width, restitution;

@@ -10,8 +10,8 @@
 
 #include "base/detmath.h"
 #include "fluid/ocean/ocean.h"
-#include "game/games/games.h"
 #include "game/core/script.h"
+#include "game/games/games.h"
 
 typedef struct sea_params {
     int64_t points, waves, seed;

@@ -2,8 +2,8 @@
  * (shooter_drive.c). */
 #pragma once
 
-#include "game/games/games.h"
 #include "game/core/weapons.h"
+#include "game/games/games.h"
 
 typedef struct ll_shooter_params {
     double strafe, target_speed, target_radius, turn, player_radius;

@@ -14,8 +14,8 @@
 
 #include "base/assert.h"
 #include "base/detmath.h"
-#include "game/games/games.h"
 #include "game/core/script.h"
+#include "game/games/games.h"
 #include "rigid/scenes/scene.h"
 
 typedef struct stack_params {

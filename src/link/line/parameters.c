@@ -2,9 +2,10 @@
 
 #include <stdio.h>
 
-static const char *const distributions[] = {"uniform", "normal", "pareto", "paretonormal", NULL};
+#define NAMED(KIND, NAME) #NAME,
+static const char *const distributions[] = {LL_DELAY_MODELS(NAMED) NULL};
 static const char *const orders[] = {"unordered", "fifo", NULL};
-static const char *const loss_models[] = {"random", "gemodel", "state", NULL};
+static const char *const loss_models[] = {LL_LOSS_MODELS(NAMED) NULL};
 
 #define REAL(NAME)                                                                                           \
     .name = #NAME, .type = LL_PARAM_REAL, .offset = offsetof(ll_link_params, NAME), .live = true

@@ -1,8 +1,8 @@
 #include "base/detmath.h"
 #include "link/stages/stage.h"
 
-const ll_delay_model *const ll_delay_models[] = {&ll_delay_uniform, &ll_delay_normal, &ll_delay_pareto,
-                                                 &ll_delay_paretonormal, NULL};
+#define ROW(KIND, NAME) &ll_delay_##NAME,
+const ll_delay_model *const ll_delay_models[] = {LL_DELAY_MODELS(ROW) NULL};
 
 /* The distribution function of a normal deviate is uniform, so correlated deviates can be mapped to any
  * distribution. The first one of a chain is not scaled, so that it has the same variance. */

@@ -2,7 +2,8 @@
  * copy that comes here has its own draw. A blackout takes all. */
 #include "link/stages/stage.h"
 
-const ll_loss_model *const ll_loss_models[] = {&ll_loss_random, &ll_loss_gemodel, &ll_loss_state, NULL};
+#define ROW(KIND, NAME) &ll_loss_##NAME,
+const ll_loss_model *const ll_loss_models[] = {LL_LOSS_MODELS(ROW) NULL};
 
 /* A model that did not decide about the last packet starts in its first state. A copy continues from its
  * original's state and leaves its own to the next packet. */

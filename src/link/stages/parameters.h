@@ -17,12 +17,17 @@
  * paretonormal: (normal + 3 pareto) / 4 at the same quantile, over 0.9579611; from -1.5869 to 10.5368.
  * Shapes and mixture are those of iproute2's netem/pareto.c and paretonormal.c, whose tables end at 4 and
  * have other variances than 1. A sum of lag, delay and jitter below zero counts as zero. */
-typedef enum ll_distribution {
-    LL_DISTRIBUTION_UNIFORM,
-    LL_DISTRIBUTION_NORMAL,
-    LL_DISTRIBUTION_PARETO,
-    LL_DISTRIBUTION_PARETONORMAL
-} ll_distribution;
+/* clang-format off */
+#define LL_DELAY_MODELS(ROW) \
+    ROW(UNIFORM, uniform) \
+    ROW(NORMAL, normal) \
+    ROW(PARETO, pareto) \
+    ROW(PARETONORMAL, paretonormal)
+/* clang-format on */
+
+#define LL_DELAY_KIND(KIND, NAME) LL_DISTRIBUTION_##KIND,
+typedef enum ll_distribution { LL_DELAY_MODELS(LL_DELAY_KIND) } ll_distribution;
+#undef LL_DELAY_KIND
 
 typedef enum ll_order { LL_ORDER_FREE, LL_ORDER_FIFO } ll_order;
 
@@ -32,7 +37,16 @@ typedef enum ll_order { LL_ORDER_FREE, LL_ORDER_FIFO } ll_order;
  * state: netem's four states: 1 received and 4 isolated loss, within a gap; 3 lost and 2 received, within a
  * burst. The fate of a
  *     packet is that of its new state. 4 always leads to 1. */
-typedef enum ll_loss { LL_LOSS_RANDOM, LL_LOSS_GEMODEL, LL_LOSS_STATE } ll_loss;
+/* clang-format off */
+#define LL_LOSS_MODELS(ROW) \
+    ROW(RANDOM, random) \
+    ROW(GEMODEL, gemodel) \
+    ROW(STATE, state)
+/* clang-format on */
+
+#define LL_LOSS_KIND(KIND, NAME) LL_LOSS_##KIND,
+typedef enum ll_loss { LL_LOSS_MODELS(LL_LOSS_KIND) } ll_loss;
+#undef LL_LOSS_KIND
 
 /* Parameters of one direction; `ll_link_table` gives names, ranges and defaults.
  *

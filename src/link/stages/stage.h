@@ -128,7 +128,9 @@ typedef struct ll_loss_model {
     bool (*lost)(const ll_passage *passage, int32_t *state); /* the state starts at 0 */
 } ll_loss_model;
 
-extern const ll_loss_model ll_loss_random, ll_loss_gemodel, ll_loss_state;
+#define LL_LOSS_DECLARE(KIND, NAME) extern const ll_loss_model ll_loss_##NAME;
+LL_LOSS_MODELS(LL_LOSS_DECLARE)
+#undef LL_LOSS_DECLARE
 extern const ll_loss_model *const ll_loss_models[]; /* in the order of ll_loss, NULL-terminated */
 
 typedef struct ll_delay_model {
@@ -139,5 +141,7 @@ typedef struct ll_delay_model {
     double max;       /* of the variate */
 } ll_delay_model;
 
-extern const ll_delay_model ll_delay_uniform, ll_delay_normal, ll_delay_pareto, ll_delay_paretonormal;
+#define LL_DELAY_DECLARE(KIND, NAME) extern const ll_delay_model ll_delay_##NAME;
+LL_DELAY_MODELS(LL_DELAY_DECLARE)
+#undef LL_DELAY_DECLARE
 extern const ll_delay_model *const ll_delay_models[]; /* in the order of ll_distribution, NULL-terminated */

@@ -6,10 +6,10 @@
 #include "base/rng.h"
 #include "netcode/client/ack.h"
 #include "netcode/client/cheat.h"
-#include "netcode/state/peer.h"
 #include "netcode/client/scope.h"
-#include "netcode/snapshot/snapshot.h"
 #include "netcode/protocol/limits.h"
+#include "netcode/snapshot/snapshot.h"
+#include "netcode/state/peer.h"
 
 static size_t round8(size_t n)
 {
@@ -412,6 +412,7 @@ static void make_input(ll_client *c, const ll_client_setup *s, const ll_action *
     c->tick++;
     if (c->seq - c->acked > LL_PENDING_RING)
         c->acked = c->seq - LL_PENDING_RING; /* the oldest is dropped */
+    LL_ASSERT(c->acked < c->seq && c->newest_sent < c->seq);
     note_input(c, s, action, now);
     *p = (ll_pending_input){.seq = c->seq, .made = now, .action = *action};
     p->action.view_age_ns =
@@ -433,6 +434,7 @@ static uint16_t snapshot_age_of(const ll_client *c, const ll_client_setup *s, in
 static int put_inputs(const ll_client *c, const ll_client_setup *s, uint32_t first, uint32_t count,
                       uint32_t fresh, ll_input_message *m)
 {
+    LL_ASSERT(count <= LL_INPUTS_MAX && first + count <= c->seq + 1);
     m->head = (ll_message_head){LL_MESSAGE_INPUT, (uint8_t)count, c->epoch, first};
     m->tick = (int32_t)(c->tick - (int64_t)(c->seq - first));
     m->fresh = (uint8_t)(fresh < count ? fresh : count);

@@ -1,8 +1,8 @@
 /* Decodes the world of a snapshot against a baseline that the client holds, or rejects it. */
 #include <string.h>
 
-#include "netcode/state/client.h"
 #include "netcode/snapshot/snapshot.h"
+#include "netcode/state/client.h"
 
 /* The received world of `tick`, if it lies on the present grid. */
 static const ll_world *baseline_of(ll_client *c, int64_t tick)

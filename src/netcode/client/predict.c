@@ -11,8 +11,8 @@
 
 #include "base/detmath.h"
 #include "netcode/client/agree.h"
-#include "netcode/state/client.h"
 #include "netcode/client/scope.h"
+#include "netcode/state/client.h"
 
 static const ll_prediction_scope *scope_of(const ll_client_setup *s)
 {

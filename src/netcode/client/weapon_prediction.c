@@ -2,8 +2,8 @@
 
 #include <string.h>
 
-#include "netcode/state/client.h"
 #include "netcode/metrics/shots.h"
+#include "netcode/state/client.h"
 
 void ll_weapon_prediction_start(const ll_client *c, const ll_client_setup *s)
 {

@@ -13,12 +13,12 @@
 #include "game/core/history.h"
 #include "netcode/metrics/changes.h"
 #include "netcode/metrics/cheat_gain.h"
-#include "netcode/protocol/running_stats.h"
 #include "netcode/metrics/inconsistency.h"
 #include "netcode/metrics/input_history.h"
 #include "netcode/metrics/rendered_views.h"
 #include "netcode/metrics/smoothness.h"
 #include "netcode/metrics/twin.h"
+#include "netcode/protocol/running_stats.h"
 #include "netcode/protocol/wire.h"
 
 /* The distributions, X(ID, type, name, unit, bucket, help, null): a row each. The type is that of

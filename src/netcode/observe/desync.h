@@ -5,8 +5,8 @@
  * While nothing differs it costs nothing. Part of a simulation's block: no pointers. */
 #pragma once
 
-#include "netcode/state/peer.h"
 #include "netcode/server/server.h"
+#include "netcode/state/peer.h"
 
 /* Number of fields of an entity, in the order of ll_entity. */
 enum { LL_FIELDS = 7 };

@@ -5,12 +5,12 @@
 #include "game/core/game.h"
 #include "link/line/presets.h"
 #include "netcode/client/ack.h"
-#include "netcode/protocol/clock_sync.h"
-#include "netcode/peer/float_mode.h"
 #include "netcode/client/scope.h"
-#include "netcode/snapshot/snapshot.h"
-#include "netcode/server/starve.h"
+#include "netcode/peer/float_mode.h"
+#include "netcode/protocol/clock_sync.h"
 #include "netcode/protocol/sync.h"
+#include "netcode/server/starve.h"
+#include "netcode/snapshot/snapshot.h"
 #include "netcode/view/view.h"
 
 static const char *const controls[] = {"script", "person", NULL};

@@ -4,8 +4,8 @@
 
 #include "base/assert.h"
 
-#include "netcode/state/weapon_prediction.h"
 #include "netcode/protocol/limits.h"
+#include "netcode/state/weapon_prediction.h"
 
 /* No client waits for a hash: one packet in HASHES_EVERY carries the hashes that the relay server lacks. */
 #define HASHES_EVERY 4

@@ -3,8 +3,8 @@
 
 #include "base/detmath.h"
 #include "netcode/peer/float_mode.h"
-#include "netcode/state/peer.h"
 #include "netcode/protocol/world_hash.h"
+#include "netcode/state/peer.h"
 
 /* A player whose input for `tick` has not arrived keeps its last controls, including presses (GGPO). */
 static void guess(ll_peer *peer, int players, int64_t tick)

@@ -2,6 +2,8 @@
 
 #include <string.h>
 
+#include "base/assert.h"
+
 size_t ll_server_size(int players, ll_extent extent)
 {
     return sizeof(ll_server) + (size_t)players * sizeof(ll_client_slot) + ll_extent_size(extent) +
@@ -228,6 +230,7 @@ void ll_server_measure(ll_past *past, int player, const ll_input_slot *slot, ll_
 
 ll_action ll_server_action(ll_server *server, int player, int64_t step)
 {
+    LL_ASSERT(player >= 0 && player < server->players && step >= 0);
     ll_client_slot *client_slot = &server->client_slots[player];
     const ll_input_slot *slot = &client_slot->slots[step & (LL_INPUT_RING - 1)];
     ll_action action;
@@ -260,6 +263,7 @@ void ll_client_slot_done(ll_client_slot *client_slot, uint32_t seq, bool applied
     set_input_result(client_slot, seq, applied);
     if (applied && seq > client_slot->processed)
         client_slot->processed = seq;
+    LL_ASSERT(client_slot->processed <= client_slot->decided);
 }
 
 int ll_server_message_max(ll_extent extent, int players)

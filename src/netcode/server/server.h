@@ -3,15 +3,15 @@
  * It knows of the clients only what their packets contain. Part of a simulation's block: no pointers. */
 #pragma once
 
-#include "netcode/protocol/event.h"
 #include "game/core/compensate.h"
-#include "netcode/snapshot/baseline_history.h"
 #include "netcode/protocol/config.h"
-#include "netcode/snapshot/snapshot.h"
-#include "netcode/server/starve.h"
+#include "netcode/protocol/event.h"
 #include "netcode/protocol/sync.h"
-#include "netcode/server/validate.h"
 #include "netcode/protocol/wire.h"
+#include "netcode/server/starve.h"
+#include "netcode/server/validate.h"
+#include "netcode/snapshot/baseline_history.h"
+#include "netcode/snapshot/snapshot.h"
 
 #define LL_INPUT_RING 512 /* inputs kept per player, by step; more than ll_budget_ticks on either side */
 

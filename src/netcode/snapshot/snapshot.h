@@ -5,8 +5,8 @@
 #pragma once
 
 #include "base/status.h"
-#include "netcode/snapshot/bits.h"
 #include "netcode/protocol/quantization.h"
+#include "netcode/snapshot/bits.h"
 
 /* Input of an encoder. */
 typedef struct ll_outgoing {

@@ -5,15 +5,15 @@
 #pragma once
 
 #include "base/recorder.h"
-#include "netcode/protocol/event.h"
 #include "base/status.h"
+#include "netcode/metrics/client_metrics.h"
 #include "netcode/protocol/config.h"
 #include "netcode/protocol/connection.h"
+#include "netcode/protocol/event.h"
 #include "netcode/protocol/quantization.h"
-#include "netcode/state/weapon_prediction.h"
-#include "netcode/metrics/client_metrics.h"
 #include "netcode/protocol/sync.h"
 #include "netcode/protocol/wire.h"
+#include "netcode/state/weapon_prediction.h"
 
 #define LL_PENDING_RING 512 /* unacknowledged inputs: a new one overwrites the oldest */
 #define LL_STATE_RING 64    /* snapshots kept for interpolation: 2 s at 30 updates per second */

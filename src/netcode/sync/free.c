@@ -1,8 +1,8 @@
 /* Free: the server steps on its own clock and applies at step k the inputs meant for k. The parameter
  * `starved` selects the replacement of a missing input. An input that arrives after its step is late and is
  * not applied. Clients run ahead by their lag, so that this is rare. */
-#include "netcode/state/client.h"
 #include "netcode/server/server.h"
+#include "netcode/state/client.h"
 
 static ll_time due(const ll_server *server)
 {

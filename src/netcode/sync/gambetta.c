@@ -5,8 +5,8 @@
  * more than 1/40 s is dropped without an answer and never acknowledged. Clients do not use the snapshots'
  * times: a client applies the snapshot that arrives last, even if it is older, and interpolates between the
  * times of the frames that applied them, exactly one update interval back. */
-#include "netcode/state/client.h"
 #include "netcode/server/server.h"
+#include "netcode/state/client.h"
 
 static ll_time due(const ll_server *server)
 {

@@ -2,8 +2,8 @@
  * and only then makes the next. A step takes the slowest player's round trip and an interval of the server:
  * one slow player slows all. Nothing is guessed, so nothing is corrected. An input without an answer is sent
  * again. */
-#include "netcode/state/client.h"
 #include "netcode/server/lockstep.h"
+#include "netcode/state/client.h"
 
 const ll_sync_mode ll_sync_lockstep = {
     .name = "lockstep",

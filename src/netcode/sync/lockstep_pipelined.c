@@ -2,8 +2,8 @@
  * So the game keeps its rate at any lag, and an input is felt a round trip and an interval later. When a
  * player's inputs are missing, all wait. Then the server makes the delayed steps whose inputs have arrived at
  * a higher rate, and clients made no inputs meanwhile: latency returns to what it was. */
-#include "netcode/state/client.h"
 #include "netcode/server/lockstep.h"
+#include "netcode/state/client.h"
 
 const ll_sync_mode ll_sync_lockstep_pipelined = {
     .name = "lockstep_pipelined",

@@ -1,45 +1,10 @@
 #include "ode/catalogue/parameter_names.h"
 
 #include "ode/core/problem_rows.h"
+#include "ode/methods/methods.h"
 
-const char *const ll_ode_method_names[] = {"explicit_euler",
-                                           "semi_implicit_euler",
-                                           "implicit_euler",
-                                           "implicit_midpoint",
-                                           "trapezoid",
-                                           "stormer_verlet",
-                                           "verlet_as_printed",
-                                           "verlet_time_corrected",
-                                           "verlet_improved",
-                                           "verlet_lattice",
-                                           "velocity_verlet",
-                                           "velocity_verlet_predicted",
-                                           "leapfrog_kdk",
-                                           "leapfrog_dkd",
-                                           "boris",
-                                           "ruth3",
-                                           "yoshida4",
-                                           "yoshida6",
-                                           "yoshida8",
-                                           "rk2",
-                                           "ralston",
-                                           "rk3",
-                                           "rk4",
-                                           "ab2",
-                                           "ab3",
-                                           "ab4",
-                                           "bs32",
-                                           "dopri5",
-                                           "tsit5",
-                                           "dop853",
-                                           "extrapolated_midpoint",
-                                           "extrapolated_leapfrog",
-                                           "rodas4",
-                                           "rodas5p",
-                                           "radau5",
-                                           "radau9",
-                                           "radau13",
-                                           NULL};
+#define NAMED(NAME) #NAME,
+const char *const ll_ode_method_names[] = {LL_ODE_METHODS(NAMED) NULL};
 
 const char *const ll_ode_problem_names[] = {"free_fall",
                                             "jerk",

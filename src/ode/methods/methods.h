@@ -1,13 +1,50 @@
-/* The rows of the table of methods. */
+/* The table of methods: a row is the name of a constant ll_ode_NAME that a file of this room defines. They
+ * are listed, and chosen between, in this order. */
 #pragma once
 
 #include "ode/core/method.h"
 
-extern const ll_ode_method ll_ode_explicit_euler, ll_ode_semi_implicit_euler, ll_ode_implicit_euler,
-    ll_ode_implicit_midpoint, ll_ode_trapezoid, ll_ode_stormer_verlet, ll_ode_verlet_as_printed,
-    ll_ode_verlet_time_corrected, ll_ode_verlet_improved, ll_ode_verlet_lattice, ll_ode_velocity_verlet,
-    ll_ode_velocity_verlet_predicted, ll_ode_leapfrog_kdk, ll_ode_leapfrog_dkd, ll_ode_boris, ll_ode_ruth3,
-    ll_ode_yoshida4, ll_ode_yoshida6, ll_ode_yoshida8, ll_ode_rk2, ll_ode_ralston, ll_ode_rk3, ll_ode_rk4,
-    ll_ode_ab2, ll_ode_ab3, ll_ode_ab4, ll_ode_bs32, ll_ode_dopri5, ll_ode_tsit5, ll_ode_dop853,
-    ll_ode_rodas4, ll_ode_rodas5p, ll_ode_radau5, ll_ode_radau9, ll_ode_radau13, ll_ode_extrapolated_midpoint,
-    ll_ode_extrapolated_leapfrog;
+/* clang-format off */
+#define LL_ODE_METHODS(ROW) \
+    ROW(explicit_euler) \
+    ROW(semi_implicit_euler) \
+    ROW(implicit_euler) \
+    ROW(implicit_midpoint) \
+    ROW(trapezoid) \
+    ROW(stormer_verlet) \
+    ROW(verlet_as_printed) \
+    ROW(verlet_time_corrected) \
+    ROW(verlet_improved) \
+    ROW(verlet_lattice) \
+    ROW(velocity_verlet) \
+    ROW(velocity_verlet_predicted) \
+    ROW(leapfrog_kdk) \
+    ROW(leapfrog_dkd) \
+    ROW(boris) \
+    ROW(ruth3) \
+    ROW(yoshida4) \
+    ROW(yoshida6) \
+    ROW(yoshida8) \
+    ROW(rk2) \
+    ROW(ralston) \
+    ROW(rk3) \
+    ROW(rk4) \
+    ROW(ab2) \
+    ROW(ab3) \
+    ROW(ab4) \
+    ROW(bs32) \
+    ROW(dopri5) \
+    ROW(tsit5) \
+    ROW(dop853) \
+    ROW(extrapolated_midpoint) \
+    ROW(extrapolated_leapfrog) \
+    ROW(rodas4) \
+    ROW(rodas5p) \
+    ROW(radau5) \
+    ROW(radau9) \
+    ROW(radau13)
+/* clang-format on */
+
+#define LL_ODE_DECLARE(NAME) extern const ll_ode_method ll_ode_##NAME;
+LL_ODE_METHODS(LL_ODE_DECLARE)
+#undef LL_ODE_DECLARE

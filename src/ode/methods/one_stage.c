@@ -6,8 +6,8 @@
  * followed from y through growing fractions of the step. At a kink of f both may fail; then the iteration is
  * tried undamped. A result is checked: from y, where det(I - w J) is 1, it cannot have passed a turning point
  * if the determinant is positive. If no solution is found, the step fails. */
-#include "ode/core/method_internal.h"
 #include "ode/core/linear.h"
+#include "ode/core/method_internal.h"
 
 typedef struct stage {
     double theta;

@@ -6,8 +6,8 @@
  * Jacobian and its factorisations are kept while the iteration converges fast and the step size stays. */
 #include <string.h>
 
-#include "ode/core/method_internal.h"
 #include "ode/core/linear.h"
+#include "ode/core/method_internal.h"
 
 enum { STAGES_MAX = 7, PAIRS_MAX = 3, ITERATIONS = 10 };
 

@@ -5,8 +5,8 @@
 #include <float.h>
 #include <string.h>
 
-#include "ode/core/method_internal.h"
 #include "ode/core/linear.h"
+#include "ode/core/method_internal.h"
 
 enum { STAGES_MAX = 8 };
 

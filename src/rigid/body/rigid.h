@@ -11,8 +11,8 @@
 #include <stddef.h>
 
 #include "param/param.h"
-#include "rigid/shape/bound.h"
 #include "rigid/broad/broad.h"
+#include "rigid/shape/bound.h"
 
 typedef struct ll_rigid ll_rigid;
 
@@ -282,16 +282,22 @@ bool ll_rigid_valid(const ll_rigid *world);
 
 /* ---- solvers ---- */
 
-typedef enum ll_rigid_solver_kind {
-    LL_SOLVER_IMPULSE,
-    LL_SOLVER_PGS,
-    LL_SOLVER_PGS_NGS,
-    LL_SOLVER_SOFT_STEP,
-    LL_SOLVER_TGS_STICKY,
-    LL_SOLVER_XPBD,
-    LL_SOLVER_AVBD,
-    LL_SOLVERS
-} ll_rigid_solver_kind;
+/* The table of solvers: LL_SOLVER_KIND, and the name of a constant ll_solver_NAME that a file of rigid/solver
+ * defines. */
+/* clang-format off */
+#define LL_RIGID_SOLVERS(ROW) \
+    ROW(IMPULSE, impulse) \
+    ROW(PGS, pgs) \
+    ROW(PGS_NGS, pgs_ngs) \
+    ROW(SOFT_STEP, soft_step) \
+    ROW(TGS_STICKY, tgs_sticky) \
+    ROW(XPBD, xpbd) \
+    ROW(AVBD, avbd)
+/* clang-format on */
+
+#define LL_SOLVER_KIND(KIND, NAME) LL_SOLVER_##KIND,
+typedef enum ll_rigid_solver_kind { LL_RIGID_SOLVERS(LL_SOLVER_KIND) LL_SOLVERS } ll_rigid_solver_kind;
+#undef LL_SOLVER_KIND
 
 extern const char *const ll_rigid_solver_names[LL_SOLVERS + 1]; /* NULL-terminated */
 double ll_rigid_passes(const ll_rigid_params *params);          /* over contacts and joints per step */

@@ -6,8 +6,8 @@
 
 #include <assert.h>
 
-#include "rigid/shape/manifold.h"
 #include "rigid/body/rigid.h"
+#include "rigid/shape/manifold.h"
 
 #define LL_NONE (-1)
 

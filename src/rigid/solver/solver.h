@@ -17,8 +17,10 @@ typedef struct ll_solver {
     void (*solve)(ll_rigid *world);
 } ll_solver;
 
-extern const ll_solver ll_solver_impulse, ll_solver_pgs, ll_solver_pgs_ngs, ll_solver_soft_step,
-    ll_solver_tgs_sticky, ll_solver_xpbd, ll_solver_avbd;
+#define LL_SOLVER_DECLARE(KIND, NAME) extern const ll_solver ll_solver_##NAME;
+LL_RIGID_SOLVERS(LL_SOLVER_DECLARE)
+#undef LL_SOLVER_DECLARE
+
 extern const ll_solver *const ll_solvers[LL_SOLVERS];
 
 /* A spring and damper, integrated by an implicit Euler step of h (Catto, "Soft Constraints", GDC 2011). */

@@ -1,10 +1,10 @@
 #include "rigid/solver/solver.h"
 
-const ll_solver *const ll_solvers[LL_SOLVERS] = {
-    &ll_solver_impulse,    &ll_solver_pgs,  &ll_solver_pgs_ngs, &ll_solver_soft_step,
-    &ll_solver_tgs_sticky, &ll_solver_xpbd, &ll_solver_avbd};
-const char *const ll_rigid_solver_names[LL_SOLVERS + 1] = {"impulse",    "pgs",  "pgs_ngs", "soft_step",
-                                                           "tgs_sticky", "xpbd", "avbd",    NULL};
+#define ROW(KIND, NAME) [LL_SOLVER_##KIND] = &ll_solver_##NAME,
+#define NAMED(KIND, NAME) [LL_SOLVER_##KIND] = #NAME,
+
+const ll_solver *const ll_solvers[LL_SOLVERS] = {LL_RIGID_SOLVERS(ROW)};
+const char *const ll_rigid_solver_names[LL_SOLVERS + 1] = {LL_RIGID_SOLVERS(NAMED)};
 
 const char *ll_rigid_solver_help(ll_rigid_solver_kind kind)
 {

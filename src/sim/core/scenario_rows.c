@@ -1,7 +1,7 @@
 #include "sim/core/scenario_rows.h"
 
-/* In the order of ll_sim_kinds; a test compares both. */
-const char *const ll_sim_kind_names[] = {"netgame", "motion", "rigid", "fluid", NULL};
+#define NAMED(NAME) #NAME,
+const char *const ll_sim_kind_names[] = {LL_SIM_KINDS(NAMED) NULL};
 
 static const ll_param timeline_rows[] = {
     {.name = "at_s",

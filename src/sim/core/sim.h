@@ -7,8 +7,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "base/recorder.h"
 #include "base/interrupt.h"
+#include "base/recorder.h"
 #include "base/status.h"
 #include "base/vtime.h"
 #include "game/core/game.h"
@@ -158,5 +158,14 @@ typedef struct ll_sim_kind {
     int (*trace_columns)(const void *config, char (*names)[48], int capacity);
     int (*trace_row)(const void *block, double *values, int capacity);
 } ll_sim_kind;
+
+/* The table of kinds: a row is the name of a constant ll_sim_NAME that the room sim/NAME defines. */
+/* clang-format off */
+#define LL_SIM_KINDS(ROW) \
+    ROW(netgame) \
+    ROW(motion) \
+    ROW(rigid) \
+    ROW(fluid)
+/* clang-format on */
 
 extern const ll_sim_kind *const ll_sim_kinds[]; /* NULL-terminated */

@@ -2,8 +2,8 @@
 #include <string.h>
 
 #include "fluid/scenes/scenes.h"
-#include "sim/fluid/fluid.h"
 #include "sim/core/scenario_rows.h"
+#include "sim/fluid/fluid.h"
 
 /* The rows of one fluid; `first` is the prefix of its members in the struct. */
 #define FLUID_ROWS(owner, first, needed)                                                                     \

@@ -8,8 +8,8 @@
 #include "fluid/grid/grid.h"
 #include "fluid/particle/particle.h"
 #include "fluid/scenes/scenes.h"
-#include "sim/fluid/fluid.h"
 #include "sim/core/scenario_rows.h"
+#include "sim/fluid/fluid.h"
 
 static cJSON *number_json(double value)
 {

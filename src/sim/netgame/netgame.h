@@ -4,14 +4,14 @@
  * and, since it sees all actors, measures every view against the truth. */
 #pragma once
 
-#include "netcode/server/admission.h"
-#include "netcode/state/client.h"
-#include "netcode/protocol/config.h"
 #include "link/line/link.h"
-#include "netcode/observe/desync.h"
 #include "netcode/metrics/client_metrics.h"
-#include "netcode/server/server.h"
 #include "netcode/metrics/shots.h"
+#include "netcode/observe/desync.h"
+#include "netcode/protocol/config.h"
+#include "netcode/server/admission.h"
+#include "netcode/server/server.h"
+#include "netcode/state/client.h"
 #include "sim/core/sim.h"
 
 typedef struct ll_netgame_config {
@@ -121,7 +121,7 @@ void ll_netgame_add_notices(const ll_netgame *game, struct cJSON *metrics);
 int ll_netgame_trace_columns(const void *config, char (*names)[48], int capacity);
 int ll_netgame_trace_row(const void *block, double *values, int capacity);
 
-/* numbers.c: a number; null for what is none */
+/* metrics.c: a number; null for what is none */
 void ll_netgame_number(struct cJSON *object, const char *name, double value);
 double ll_netgame_ratio(double part, double whole);                             /* NaN when `whole` is 0 */
 double ll_netgame_measured_s(const ll_netgame *g, const ll_client_metrics *in); /* that rates count */
@@ -213,3 +213,7 @@ void ll_netgame_fill_measures(const ll_netgame *game, ll_row_set *rows);
 /* frame.c: streamed rows of a block */
 extern const ll_record *const ll_netgame_records[];
 void ll_netgame_fill(const void *block, ll_row_set *rows);
+
+/* Whether a block is sound: its server, its clients, and what one may know of another. The first invariant
+ * that does not hold, as a sentence; NULL: all do. Nothing changes. For tests, after any step. */
+const char *ll_netgame_broken(const ll_netgame *game);

@@ -9,6 +9,7 @@ void ll_netgame_send(ll_netgame *g, int player, bool up, const void *packet, int
     const ll_player_config *config = &g->config.players[player];
     ll_link *link = up ? ll_netgame_up(g, player) : ll_netgame_down(g, player);
     ll_message_head head;
+    LL_ASSERT(bytes >= (int)sizeof head && bytes <= LL_NETGAME_PACKET_MAX);
     memcpy(&head, packet, sizeof head);
     ll_sending s =
         ll_link_send(link, up ? &config->link.up : &config->link.down, config->lag_ms, g->now, packet, bytes);

@@ -12,9 +12,9 @@
 
 #include "base/rng.h"
 #include "experiment/format/compare.h"
+#include "experiment/format/points.h"
 #include "experiment/spec/experiment.h"
 #include "experiment/spec/metric_path.h"
-#include "experiment/format/points.h"
 #include "library/library.h"
 #include "session/session.h"
 

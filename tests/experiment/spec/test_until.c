@@ -11,8 +11,8 @@
 #include <cmocka.h>
 
 #include "base/rng.h"
-#include "experiment/statistics/summary.h"
 #include "experiment/spec/until.h"
+#include "experiment/statistics/summary.h"
 
 enum { EXPERIMENTS = 2000, MOST = 640 };
 

@@ -9,13 +9,13 @@
 #include <string.h>
 #include <unistd.h>
 
-#include <cmocka.h>
 #include <sqlite3.h>
 #include <sys/wait.h>
+#include <cmocka.h>
 
-#include "experiment/store/result_store.h"
-#include "experiment/spec/shard.h"
 #include "experiment/format/table.h"
+#include "experiment/spec/shard.h"
+#include "experiment/store/result_store.h"
 
 static void must(ll_status status)
 {

@@ -1,8 +1,8 @@
 /* What every grid keeps: divergence as asked, momentum, its block; and how it tells that it cannot go on. */
 #include "fluid/harness.h"
 
-#include "fluid/grid/state.h"
 #include "fluid/grid/parameters.h"
+#include "fluid/grid/state.h"
 #include "fluid/scenes/scenes.h"
 #include "support/allocations.h"
 

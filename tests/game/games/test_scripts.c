@@ -1,8 +1,8 @@
 /* Scripts: their random draws depend on the session's seed, the time and what the script sees, and on nothing
  * else. */
 #include "base/rng.h"
-#include "game/harness.h"
 #include "game/core/script.h"
+#include "game/harness.h"
 
 enum { PLAYERS = 4, TICKS = 60 * 20 };
 

@@ -1,8 +1,8 @@
 /* The shooter's rules and scripts, without a network: all players act on the truth. */
 #include <math.h>
 
-#include "game/harness.h"
 #include "game/games/shooter.h"
+#include "game/harness.h"
 
 #define HZ 60000
 

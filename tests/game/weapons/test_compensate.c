@@ -8,8 +8,8 @@
 
 #include <cmocka.h>
 
-#include "game/weapons/policies.h"
 #include "game/core/weapons.h"
+#include "game/weapons/policies.h"
 
 #define HZ 60000
 #define BODIES 2

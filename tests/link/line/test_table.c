@@ -5,8 +5,8 @@
 #include <stddef.h>
 #include <stdio.h>
 
-#include <cmocka.h>
 #include <cjson/cJSON.h>
+#include <cmocka.h>
 
 #include "link/harness.h"
 #include "link/stages/stage.h"

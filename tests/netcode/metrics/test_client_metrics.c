@@ -1,6 +1,6 @@
 /* The metrics of a client, against values computed by hand. */
-#include "netcode/toy.h"
 #include "netcode/observe/player_observer.h"
+#include "netcode/toy.h"
 
 static ll_summary of(const lone *l, ll_metric metric)
 {

@@ -1,6 +1,6 @@
 /* Inconsistency, against values computed by hand. */
-#include "netcode/toy.h"
 #include "netcode/observe/player_observer.h"
+#include "netcode/toy.h"
 
 #define STEP (20 * LL_MS)
 

@@ -4,8 +4,8 @@
 #include <stddef.h>
 #include <string.h>
 
-#include <cmocka.h>
 #include <cjson/cJSON.h>
+#include <cmocka.h>
 
 #include "link/line/presets.h"
 #include "netcode/protocol/config.h"

@@ -4,8 +4,8 @@
 
 #include "netcode/observe/desync.h"
 #include "netcode/peer/float_mode.h"
-#include "netcode/state/peer.h"
 #include "netcode/server/relay_server.h"
+#include "netcode/state/peer.h"
 
 #define TICK (LL_SECOND / 50)
 

@@ -5,8 +5,8 @@
 
 #include <cmocka.h>
 
-#include "ode/core/method.h"
 #include "ode/catalogue/parameter_names.h"
+#include "ode/core/method.h"
 #include "ode/core/problem.h"
 
 static void lists_follow_the_tables(void **state)

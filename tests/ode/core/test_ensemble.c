@@ -1,6 +1,6 @@
 /* Every member of an ensemble has the bits of a run of it alone. */
-#include "ode/harness.h"
 #include "ode/core/ensemble.h"
+#include "ode/harness.h"
 
 enum { MEMBERS = 1024, STEPS = 300 };
 

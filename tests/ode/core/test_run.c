@@ -3,8 +3,8 @@
 #include <math.h>
 #include <stdio.h>
 
-#include "ode/harness.h"
 #include "ode/core/problem.h"
+#include "ode/harness.h"
 
 static const ll_ode oscillator = {.dim = 2, .acceleration = oscillator_a, .autonomous = true};
 static const ll_ode fall = {.dim = 2, .acceleration = free_fall_a, .autonomous = true};

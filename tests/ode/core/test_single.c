@@ -2,10 +2,10 @@
  * digit. */
 #include <math.h>
 
-#include "ode/harness.h"
 #include "ode/core/accumulator.h"
 #include "ode/core/problem.h"
 #include "ode/core/single.h"
+#include "ode/harness.h"
 
 static void float_clocks_drift_and_stop(void **state)
 {

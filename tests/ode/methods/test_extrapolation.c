@@ -1,8 +1,8 @@
 /* A system's own loops give the bits of the general ones; extrapolation leads to the published solutions. */
 #include <math.h>
 
-#include "ode/harness.h"
 #include "ode/core/problem.h"
+#include "ode/harness.h"
 
 typedef struct made {
     const ll_ode_problem *problem;

@@ -4,8 +4,8 @@
 #include <math.h>
 #include <stdio.h>
 
-#include "ode/harness.h"
 #include "ode/core/problem.h"
+#include "ode/harness.h"
 
 enum { SAMPLES = 64 };
 

@@ -2,8 +2,8 @@
  * limit is looked for from both sides, so that a method that is always stable, or never, fails. */
 #include <math.h>
 
-#include "ode/harness.h"
 #include "ode/core/problem.h"
+#include "ode/harness.h"
 
 static const ll_ode oscillator = {.dim = 2, .acceleration = oscillator_a, .autonomous = true};
 static const double start[2] = {1, 0.3};

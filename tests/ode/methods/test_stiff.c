@@ -4,8 +4,8 @@
 #include <math.h>
 #include <stdio.h>
 
-#include "ode/harness.h"
 #include "ode/core/problem.h"
+#include "ode/harness.h"
 
 typedef struct stiff {
     const char *problem, *set[2]; /* a parameter and its value; NULL: as they are */

@@ -11,10 +11,10 @@
 #include <cjson/cJSON.h>
 #include <cmocka.h>
 
+#include "session/kinds.h"
 #include "session/scenario.h"
 #include "session/session.h"
 #include "sim/fluid/fluid.h"
-#include "session/kinds.h"
 
 /* ---- helpers ---- */
 

@@ -171,7 +171,7 @@ function words() {
 function legend() {
   const { by } = plotted.value, names = seriesOf(points.value, by);
   return html`<div class="key">${by === '' || names.length > SERIES_MAX ? nothing
-    : names.map((name, s) => html`<span class="sample">${mark(s)} ${formatValue(isNaN(Number(name)) ? name : Number(name))}</span>`)}
+    : names.map((name, s) => html`<span class="sample">${mark(s)} ${formatValue(Number.isNaN(Number(name)) ? name : Number(name))}</span>`)}
     ${plotsErrorAndCost.value ? html`<span class="sample"><svg class="mark frontmark" viewBox="0 0 18 18" aria-hidden="true"><circle cx="9" cy="9"
       r="7"></circle></svg>thick edge, joined: Pareto front of cost and error</span>` : nothing}
     ${covered.value > 0 ? html`<span class="sample" id="covered">${many(covered.value)} of ${many(points.value.length)} points

@@ -299,7 +299,7 @@ function scaleOf(name, unit) {
 }
 
 /** Of each fluid. @type {number[]} */
-let newest = [];
+const newest = [];
 
 /** The present colour scale. @param {import('./decode.js').Fluid} now @param {number} i @param {number} seq of the frame
  * @returns {{scale: Scale | null, word: string}} */

@@ -109,7 +109,7 @@ async function refinementSeries(i) {
     scenario.methods = Array.from({ length: LEVELS }, (_, k) => {
       const n = round * LEVELS + k;
       return { ...method, shown: true, dt_s: scenario.duration_s / (16 * 2 ** n), tolerance: Math.max(1e-15, 10 ** (-1 - n)) };
-    }).filter((one, k) => !adaptive || round * LEVELS + k < 14);
+    }).filter((_, k) => !adaptive || round * LEVELS + k < 14);
     const made = await make('sessions', { scenario, paused: true });
     await call('POST', `sessions/${made.id}/control`, { body: { op: 'seek', time_s: scenario.duration_s }, key: made.owner_key });
     const { metrics } = await call('GET', `sessions/${made.id}/metrics`);

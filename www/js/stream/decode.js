@@ -217,7 +217,8 @@ function readPlanes(reader, section, base) {
     if (coding > 1 || (coding === 1 && before?.length !== size)) throw new StreamError('a plane has an unknown coding, or no base');
     if (coding === 1 && before) {
       for (let k = 0, change = 0; k < size; k++) {
-        change = (/** @type {number} */ (plane[k]) + (k % columns === 0 ? 0 : change)) % 256;
+        const coded = /** @type {number} */ (plane[k]);
+        change = (coded + (k % columns === 0 ? 0 : change)) % 256;
         plane[k] = /** @type {number} */ (before[k]) + change;
       }
     }
