@@ -142,7 +142,7 @@ static const ll_metric_table expectation_table = {
 
 const ll_metric_table *const ll_session_metric_tables[] = {&expectation_table, NULL};
 
-static void add_activity(cJSON *metrics, const ll_scenario_head *head)
+static void add_expectations(cJSON *metrics, const ll_scenario_head *head)
 {
     cJSON *list = cJSON_CreateArray();
     for (int i = 0; i < head->expect_count; i++) {

@@ -121,7 +121,7 @@ void ll_netgame_add_notices(const ll_netgame *game, struct cJSON *metrics);
 int ll_netgame_trace_columns(const void *config, char (*names)[48], int capacity);
 int ll_netgame_trace_row(const void *block, double *values, int capacity);
 
-/* metrics.c: a number; null for what is none */
+/* numbers.c: a number; null for what is none */
 void ll_netgame_number(struct cJSON *object, const char *name, double value);
 double ll_netgame_ratio(double part, double whole);                             /* NaN when `whole` is 0 */
 double ll_netgame_measured_s(const ll_netgame *g, const ll_client_metrics *in); /* that rates count */
@@ -205,10 +205,6 @@ extern const ll_metric_table ll_netgame_tally_table, ll_netgame_projectile_table
 extern const ll_record ll_netgame_shot_record, ll_netgame_shot_body_record, ll_netgame_shell_record;
 void ll_netgame_fill_shots(const ll_netgame *game, ll_row_set *rows);
 void ll_netgame_fill_shells(const ll_netgame *game, ll_row_set *rows);
-
-/* measures.c: sums over each player's view, streamed */
-extern const ll_record ll_netgame_measure_record;
-void ll_netgame_fill_measures(const ll_netgame *game, ll_row_set *rows);
 
 /* frame.c: streamed rows of a block */
 extern const ll_record *const ll_netgame_records[];
