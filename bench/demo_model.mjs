@@ -8,22 +8,29 @@
 //   Server, at its update rate: take all inputs that have arrived, refuse |press_time| > 1/40 s, apply, remember the last one's number;
 //     send all clients every entity's place and last processed input.
 //   Network: a queue per direction; a message may be taken `lag` after it was sent.
-import { pathToFileURL } from "node:url";
+import { pathToFileURL } from 'node:url';
 
 const SPEED = 2;
 
 class LagNetwork {
   messages = [];
-  send(lag, now, payload) { this.messages.push({ due: now + lag, payload }); }
+  send(lag, now, payload) {
+    this.messages.push({ due: now + lag, payload });
+  }
   receive(now) {
-    for (let i = 0; i < this.messages.length; i++)
-      if (this.messages[i].due <= now) return this.messages.splice(i, 1)[0].payload;
+    for (let i = 0; i < this.messages.length; i++) if (this.messages[i].due <= now) return this.messages.splice(i, 1)[0].payload;
   }
 }
 
 class Entity {
-  constructor(id, x) { this.id = id; this.x = x; this.buffer = []; }
-  apply(input) { this.x += input.press_time * SPEED; }
+  constructor(id, x) {
+    this.id = id;
+    this.x = x;
+    this.buffer = [];
+  }
+  apply(input) {
+    this.x += input.press_time * SPEED;
+  }
 }
 
 class Client {
@@ -60,7 +67,10 @@ class Client {
 
   own(me, state) {
     me.x = state.x;
-    if (!this.reconciliation) { this.pending = []; return; }
+    if (!this.reconciliation) {
+      this.pending = [];
+      return;
+    }
     for (let i = 0; i < this.pending.length; )
       if (this.pending[i].seq <= state.acked) this.pending.splice(i, 1);
       else me.apply(this.pending[i++]);
@@ -95,7 +105,9 @@ class Server {
   entities = [];
   acked = [];
 
-  constructor(updateHz) { this.updateHz = updateHz; }
+  constructor(updateHz) {
+    this.updateHz = updateHz;
+  }
   connect(client) {
     this.entities.push(new Entity(client.id, [4, 6][client.id]));
     this.clients.push(client);
@@ -139,7 +151,8 @@ export function simulate({ seconds, updateHz, lags, clientHz = 50, ...techniques
   return {
     x: server.entities.map((entity) => entity.x),
     shown: clients.map((client) => server.entities.map((entity) => client.entities.get(entity.id)?.x)),
-    frames, updates,
+    frames,
+    updates,
   };
 }
 

@@ -1,36 +1,56 @@
 // Of which code a result speaks: the rooms of src/ that it measures. Their fingerprint is written into the result when it is measured;
 // docs/performance.md uses it to say whether they have changed since.
-import { createHash } from "node:crypto";
-import { readFileSync, readdirSync } from "node:fs";
-import { dirname, join } from "node:path";
-import { fileURLToPath } from "node:url";
+import { createHash } from 'node:crypto';
+import { readFileSync, readdirSync } from 'node:fs';
+import { dirname, join } from 'node:path';
+import { fileURLToPath } from 'node:url';
 
 const ROOT = dirname(dirname(fileURLToPath(import.meta.url)));
-const GAME = ["base", "param", "input", "game", "link", "netcode", "sim", "session"], DAEMON = [...GAME, "daemon"];
+const GAME = ['base', 'param', 'input', 'game', 'link', 'netcode', 'sim', 'session'],
+  DAEMON = [...GAME, 'daemon'];
 
 /** By the name of a result, of which `rigid/growth` is one of `rigid`. */
 export const ROOMS = {
-  speed: GAME, techniques: GAME, streams: DAEMON, slow: DAEMON, proxies: DAEMON, hostile: [...DAEMON, "experiment"],
-  kills: [...DAEMON, "experiment"], soak: [...DAEMON, "experiment"],
-  integrators: ["base", "ode"], ensemble: ["base", "ode"],
-  rigid: ["base", "rigid"], fluid: ["base", "fluid"], fluid_accuracy: ["base", "fluid"], fluid_grid: ["base", "fluid"],
-  experiments: [...GAME, "library", "experiment"], advise: [...GAME, "ode", "rigid", "fluid", "library", "experiment"],
+  speed: GAME,
+  techniques: GAME,
+  streams: DAEMON,
+  slow: DAEMON,
+  proxies: DAEMON,
+  hostile: [...DAEMON, 'experiment'],
+  kills: [...DAEMON, 'experiment'],
+  soak: [...DAEMON, 'experiment'],
+  integrators: ['base', 'ode'],
+  ensemble: ['base', 'ode'],
+  rigid: ['base', 'rigid'],
+  fluid: ['base', 'fluid'],
+  fluid_accuracy: ['base', 'fluid'],
+  fluid_grid: ['base', 'fluid'],
+  experiments: [...GAME, 'library', 'experiment'],
+  advise: [...GAME, 'ode', 'rigid', 'fluid', 'library', 'experiment'],
 };
 
 /** @param {string} name of a result @returns {string[]} */
 export function roomsOf(name) {
-  const rooms = ROOMS[name.split("/")[0]];
+  const rooms = ROOMS[name.split('/')[0]];
   if (!rooms) throw new Error(`bench/rooms.mjs does not say of which rooms ${name} speaks`);
   return rooms;
 }
 
 /** Twelve digits that any change of a source of the rooms changes. @param {string} name of a result @param {string} [root] */
 export function fingerprint(name, root = ROOT) {
-  const all = createHash("sha256");
+  const all = createHash('sha256');
   for (const room of [...roomsOf(name)].sort()) {
-    const folder = join(root, "src", room);
-    const files = readdirSync(folder, { recursive: true }).map(String).filter((file) => /\.(c|h|inc)$/.test(file)).sort();
-    for (const file of files) all.update(`${room}/${file} ${createHash("sha256").update(readFileSync(join(folder, file))).digest("hex")}\n`);
+    const folder = join(root, 'src', room);
+    const files = readdirSync(folder, { recursive: true })
+      .map(String)
+      .filter((file) => /\.(c|h|inc)$/.test(file))
+      .sort();
+    for (const file of files)
+      all.update(
+        `${room}/${file} ${createHash('sha256')
+          .update(readFileSync(join(folder, file)))
+          .digest('hex')}\n`,
+      );
   }
-  return all.digest("hex").slice(0, 12);
+  return all.digest('hex').slice(0, 12);
 }

@@ -1,100 +1,153 @@
 // Simulated seconds per second of one core, compared with a model of the demo's rules in JavaScript; cost of techniques; bytes of a session.
-import { readFileSync } from "node:fs";
-import { join } from "node:path";
-import { digits, interleave, laglab, build, median, printTable, range, root, run, say, writeCsv } from "./lib.mjs";
+import { readFileSync } from 'node:fs';
+import { join } from 'node:path';
+import { digits, interleave, laglab, build, median, printTable, range, root, run, say, writeCsv } from './lib.mjs';
 
-const quick = process.argv.includes("--quick");
+const quick = process.argv.includes('--quick');
 const rounds = quick ? 3 : 7;
 const run_s = 3600; // the longest that a scenario may last
 const runs = quick ? 1 : 5;
 const seconds = runs * run_s;
 const all = { prediction: true, reconciliation: true, interpolation: true };
 
-const scenario = (id) => JSON.parse(readFileSync(join(root, "scenarios", `${id}.json`), "utf8"));
-const race = scenario("race");
+const scenario = (id) => JSON.parse(readFileSync(join(root, 'scenarios', `${id}.json`), 'utf8'));
+const race = scenario('race');
 
 /** A race that lasts, between players of equal techniques. */
 function raceOf(players, techniques, updateHz = race.server.update_hz) {
-  const seats = Array.from({ length: players }, (_, i) => ({ name: "ABCDEFGH"[i], lag_ms: [150, 250][i % 2], ...techniques }));
+  const seats = Array.from({ length: players }, (_, i) => ({ name: 'ABCDEFGH'[i], lag_ms: [150, 250][i % 2], ...techniques }));
   return { ...race, params: { laps: 10000 }, server: { ...race.server, update_hz: updateHz }, players: seats };
 }
 function demoOf(id, updateHz) {
   const s = scenario(id);
-  return { ...s, server: { ...s.server, update_hz: updateHz },
-    players: s.players.map((player, i) => ({ ...player, lag_ms: [150, 250][i], ...all })) };
+  return {
+    ...s,
+    server: { ...s.server, update_hz: updateHz },
+    players: s.players.map((player, i) => ({ ...player, lag_ms: [150, 250][i], ...all })),
+  };
 }
 
 async function engine(json) {
-  return JSON.parse(await run(join(build, "bench", "speed"), [run_s, runs].map(String), JSON.stringify(json)));
+  return JSON.parse(await run(join(build, 'bench', 'speed'), [run_s, runs].map(String), JSON.stringify(json)));
 }
 async function wholeProcess(json) {
   const script = 'TIMEFORMAT="%U %S"; time "$0" run - --duration "$1" >/dev/null';
-  const text = await run("bash", ["-c", `{ ${script}; } 2>&1`, laglab, String(run_s)], JSON.stringify(json));
-  return { cpu_s: runs * text.trim().split(" ").reduce((sum, part) => sum + Number(part), 0) };
+  const text = await run('bash', ['-c', `{ ${script}; } 2>&1`, laglab, String(run_s)], JSON.stringify(json));
+  return {
+    cpu_s:
+      runs *
+      text
+        .trim()
+        .split(' ')
+        .reduce((sum, part) => sum + Number(part), 0),
+  };
 }
 async function model(updateHz) {
   const options = { seconds, updateHz, lags: [150, 250], ...all };
-  return JSON.parse(await run("node", [join(root, "bench", "demo_model.mjs"), JSON.stringify(options)]));
+  return JSON.parse(await run('node', [join(root, 'bench', 'demo_model.mjs'), JSON.stringify(options)]));
 }
 
 const rows = [];
-const note = (group, name, result, round) => rows.push({
-  group, case: name, round, sim_s: seconds, cpu_s: result.cpu_s, times_real_time: seconds / result.cpu_s,
-  live_bytes: result.live?.bytes, parked_bytes: result.parked?.bytes, hash: result.hash,
-});
+const note = (group, name, result, round) =>
+  rows.push({
+    group,
+    case: name,
+    round,
+    sim_s: seconds,
+    cpu_s: result.cpu_s,
+    times_real_time: seconds / result.cpu_s,
+    live_bytes: result.live?.bytes,
+    parked_bytes: result.parked?.bytes,
+    hash: result.hash,
+  });
 const speeds = (results) => results.map((result) => seconds / result.cpu_s);
-const spread = (values) => { const r = range(values); return `${digits(r.min)}-${digits(r.max)}`; };
+const spread = (values) => {
+  const r = range(values);
+  return `${digits(r.min)}-${digits(r.max)}`;
+};
 
 // ---- comparison with the model ----
 
 const beside = [
-  { name: "JavaScript model, 50 Hz clients, 30 updates/s", run: () => model(30), peer: true },
-  { name: "laglab race, 60 Hz, 30 updates/s", run: () => engine(raceOf(2, all)) },
-  { name: "laglab race, whole process", run: () => wholeProcess(raceOf(2, all)) },
-  { name: "laglab, the demo's rules, 50 Hz, 30 updates/s", run: () => engine(demoOf("gambetta", 30)) },
-  { name: "laglab, default rules for it, 50 Hz, 30 updates/s", run: () => engine(demoOf("gambetta_default", 30)) },
-  { name: "JavaScript model, 50 Hz clients, 3 updates/s", run: () => model(3), peer: true },
-  { name: "laglab, the demo's rules, 50 Hz, 3 updates/s", run: () => engine(demoOf("gambetta", 3)) },
+  { name: 'JavaScript model, 50 Hz clients, 30 updates/s', run: () => model(30), peer: true },
+  { name: 'laglab race, 60 Hz, 30 updates/s', run: () => engine(raceOf(2, all)) },
+  { name: 'laglab race, whole process', run: () => wholeProcess(raceOf(2, all)) },
+  { name: "laglab, the demo's rules, 50 Hz, 30 updates/s", run: () => engine(demoOf('gambetta', 30)) },
+  { name: 'laglab, default rules for it, 50 Hz, 30 updates/s', run: () => engine(demoOf('gambetta_default', 30)) },
+  { name: 'JavaScript model, 50 Hz clients, 3 updates/s', run: () => model(3), peer: true },
+  { name: "laglab, the demo's rules, 50 Hz, 3 updates/s", run: () => engine(demoOf('gambetta', 3)) },
 ];
 const results = await interleave(rounds, beside, (thing) => thing.run());
 let peer;
-printTable(`Simulated seconds per second of one core: 2 players, all techniques on, ${seconds} s, ${rounds} rounds (median, min-max)`,
+printTable(
+  `Simulated seconds per second of one core: 2 players, all techniques on, ${seconds} s, ${rounds} rounds (median, min-max)`,
   beside.map((thing) => {
     const speed = speeds(results.get(thing));
     if (thing.peer) peer = speed;
-    results.get(thing).forEach((result, round) => note("compared with the model", thing.name, result, round));
-    return { case: thing.name, "x real time": digits(median(speed)), "min-max": spread(speed),
-      "x the model above": digits(median(speed.map((value, round) => value / peer[round]))) };
-  }));
+    results.get(thing).forEach((result, round) => note('compared with the model', thing.name, result, round));
+    return {
+      case: thing.name,
+      'x real time': digits(median(speed)),
+      'min-max': spread(speed),
+      'x the model above': digits(median(speed.map((value, round) => value / peer[round]))),
+    };
+  }),
+);
 
 // ---- techniques, players, bytes ----
 
-const steps = [["none", {}], ["prediction", { prediction: true }],
-  ["prediction, reconciliation", { prediction: true, reconciliation: true }],
-  ["interpolation", { interpolation: true }], ["all three", all]];
+const steps = [
+  ['none', {}],
+  ['prediction', { prediction: true }],
+  ['prediction, reconciliation', { prediction: true, reconciliation: true }],
+  ['interpolation', { interpolation: true }],
+  ['all three', all],
+];
 const costs = [2, 8].flatMap((players) => steps.map(([name, techniques]) => ({ name, players, json: raceOf(players, techniques) })));
-costs.push({ name: "scenario `eight`: jitter, loss", players: 8, json: { ...scenario("eight"), params: { laps: 10000 } } });
+costs.push({ name: 'scenario `eight`: jitter, loss', players: 8, json: { ...scenario('eight'), params: { laps: 10000 } } });
 const costResults = await interleave(rounds, costs, (thing) => engine(thing.json));
-printTable(`Cost of techniques in a race (60 Hz, 30 updates/s), and bytes of a session with 30 s of history as \`cost\` reports them`,
+printTable(
+  `Cost of techniques in a race (60 Hz, 30 updates/s), and bytes of a session with 30 s of history as \`cost\` reports them`,
   costs.map((thing) => {
     const of = costResults.get(thing);
     of.forEach((result, round) => note(`${thing.players} players`, thing.name, result, round));
     const micro = of.map((result) => (1e6 * result.cpu_s) / seconds);
-    return { players: thing.players, techniques: thing.name, "us/simulated s": digits(median(micro)), "min-max": spread(micro),
-      "x real time": digits(median(speeds(of))), "bytes live": of[0].live.bytes, parked: of[0].parked.bytes };
-  }));
+    return {
+      players: thing.players,
+      techniques: thing.name,
+      'us/simulated s': digits(median(micro)),
+      'min-max': spread(micro),
+      'x real time': digits(median(speeds(of))),
+      'bytes live': of[0].live.bytes,
+      parked: of[0].parked.bytes,
+    };
+  }),
+);
 
 const raceSpeed = median(speeds(results.get(beside[1])));
 const bytes = costResults.get(costs[4])[0];
-const verdict = (met) => (met ? "met" : "MISSED");
-say("");
+const verdict = (met) => (met ? 'met' : 'MISSED');
+say('');
 say(`at least 10,000 times real time: ${digits(raceSpeed)}: ${verdict(raceSpeed >= 10000)}`);
-say(`live race at most 1 MiB: ${bytes.live.bytes} bytes: ${verdict(bytes.live.bytes <= 2 ** 20)}; ` +
-  `parked at most 64 KiB: ${bytes.parked.bytes} bytes: ${verdict(bytes.parked.bytes <= 65536)}`);
+say(
+  `live race at most 1 MiB: ${bytes.live.bytes} bytes: ${verdict(bytes.live.bytes <= 2 ** 20)}; ` +
+    `parked at most 64 KiB: ${bytes.parked.bytes} bytes: ${verdict(bytes.parked.bytes <= 65536)}`,
+);
 
-writeCsv("speed", `bench/run speed${quick ? " --quick" : ""}`, {
-  group: "table", case: "what was run", round: "rounds are interleaved over the cases", sim_s: "simulated seconds",
-  cpu_s: "CPU seconds: of the thread (laglab), of the process (whole process: one run of 3600 s, scaled; model: user + system, its compiler's threads too)",
-  times_real_time: "sim_s / cpu_s", live_bytes: "`cost.bytes` of a session with 30 s of history", parked_bytes: "the same session parked",
-  hash: "of the last state: the same in all rounds",
-}, rows);
+writeCsv(
+  'speed',
+  `bench/run speed${quick ? ' --quick' : ''}`,
+  {
+    group: 'table',
+    case: 'what was run',
+    round: 'rounds are interleaved over the cases',
+    sim_s: 'simulated seconds',
+    cpu_s:
+      "CPU seconds: of the thread (laglab), of the process (whole process: one run of 3600 s, scaled; model: user + system, its compiler's threads too)",
+    times_real_time: 'sim_s / cpu_s',
+    live_bytes: '`cost.bytes` of a session with 30 s of history',
+    parked_bytes: 'the same session parked',
+    hash: 'of the last state: the same in all rounds',
+  },
+  rows,
+);

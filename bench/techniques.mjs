@@ -1,8 +1,8 @@
 // Speed against error in netcode: each technique on the same race over the same bad link, what it costs and what it is worth.
-import { join } from "node:path";
-import { build, digits, laglab, median, printTable, run, say, writeCsv } from "./lib.mjs";
+import { join } from 'node:path';
+import { build, digits, laglab, median, printTable, run, say, writeCsv } from './lib.mjs';
 
-const quick = process.argv.includes("--quick");
+const quick = process.argv.includes('--quick');
 const seeds = quick ? 3 : 10;
 const duration_s = 60;
 const cost_s = quick ? 300 : 1800; // of the runs that are timed
@@ -12,36 +12,41 @@ const predicted = { prediction: true, reconciliation: true };
 
 /** Techniques by what they are for. `server` and `player` are added to the scenario. */
 const techniques = [
-  ["synchronisation", "free, nothing else", {}, {}],
-  ["synchronisation", "lockstep", { sync: "lockstep" }, {}],
-  ["synchronisation", "deterministic lockstep", { sync: "deterministic" }, {}],
-  ["synchronisation", "deterministic lockstep, input delay 8", { sync: "deterministic" }, { input_delay_ticks: 8 }],
-  ["synchronisation", "rollback", { sync: "rollback" }, {}],
-  ["synchronisation", "rollback, input delay 3", { sync: "rollback" }, { input_delay_ticks: 3 }],
-  ["own entity", "prediction", {}, { prediction: true }],
-  ["own entity", "prediction, reconciliation", {}, predicted],
-  ["own entity", "scope contacts", {}, { ...predicted, prediction_scope: "contacts" }],
-  ["own entity", "scope all", {}, { ...predicted, prediction_scope: "all" }],
-  ["own entity", "corrections smoothed", {}, { ...predicted, correction: "smooth" }],
-  ["own entity", "acknowledged per input", {}, { ...predicted, ack: "per_input" }],
-  ["own entity", "time dilation", {}, { ...predicted, time_dilation: true }],
-  ["own entity", "no redundancy", {}, { ...predicted, redundancy: 0 }],
-  ["others", "interpolation, ratio 2", {}, full],
-  ["others", "interpolation, ratio 3", {}, { ...full, interpolation_ratio: 3 }],
-  ["others", "hermite", {}, { ...full, interpolation_method: "hermite" }],
-  ["others", "adaptive delay", {}, { ...full, interpolation_delay: "adaptive" }],
-  ["others", "extrapolation, 250 ms", {}, { ...full, interpolation_ratio: 1, jitter_margin_ms: 0, extrapolation_ms: 250 }],
-  ["others", "de-jitter buffer, send time + 60 ms", {}, { ...predicted, dejitter: "send_time", dejitter_ms: 60 }],
-  ["snapshots", "full", {}, full],
-  ["snapshots", "quantised", { "snapshot_encoding": "quantised" }, full],
-  ["snapshots", "delta", { "snapshot_encoding": "delta" }, full],
+  ['synchronisation', 'free, nothing else', {}, {}],
+  ['synchronisation', 'lockstep', { sync: 'lockstep' }, {}],
+  ['synchronisation', 'deterministic lockstep', { sync: 'deterministic' }, {}],
+  ['synchronisation', 'deterministic lockstep, input delay 8', { sync: 'deterministic' }, { input_delay_ticks: 8 }],
+  ['synchronisation', 'rollback', { sync: 'rollback' }, {}],
+  ['synchronisation', 'rollback, input delay 3', { sync: 'rollback' }, { input_delay_ticks: 3 }],
+  ['own entity', 'prediction', {}, { prediction: true }],
+  ['own entity', 'prediction, reconciliation', {}, predicted],
+  ['own entity', 'scope contacts', {}, { ...predicted, prediction_scope: 'contacts' }],
+  ['own entity', 'scope all', {}, { ...predicted, prediction_scope: 'all' }],
+  ['own entity', 'corrections smoothed', {}, { ...predicted, correction: 'smooth' }],
+  ['own entity', 'acknowledged per input', {}, { ...predicted, ack: 'per_input' }],
+  ['own entity', 'time dilation', {}, { ...predicted, time_dilation: true }],
+  ['own entity', 'no redundancy', {}, { ...predicted, redundancy: 0 }],
+  ['others', 'interpolation, ratio 2', {}, full],
+  ['others', 'interpolation, ratio 3', {}, { ...full, interpolation_ratio: 3 }],
+  ['others', 'hermite', {}, { ...full, interpolation_method: 'hermite' }],
+  ['others', 'adaptive delay', {}, { ...full, interpolation_delay: 'adaptive' }],
+  ['others', 'extrapolation, 250 ms', {}, { ...full, interpolation_ratio: 1, jitter_margin_ms: 0, extrapolation_ms: 250 }],
+  ['others', 'de-jitter buffer, send time + 60 ms', {}, { ...predicted, dejitter: 'send_time', dejitter_ms: 60 }],
+  ['snapshots', 'full', {}, full],
+  ['snapshots', 'quantised', { snapshot_encoding: 'quantised' }, full],
+  ['snapshots', 'delta', { snapshot_encoding: 'delta' }, full],
 ];
 
 /** Four cars in two lanes: who shares a lane touches. */
 function raceOf(server, player, players = 4) {
   const seats = Array.from({ length: players }, (_, i) => ({
-    name: "ABCDEFGHIJKLMNOP"[i], lag_ms: 100, lane: Math.floor(i / 2), link: { up: link, down: link }, ...player }));
-  return { kind: "netgame", game: "race", duration_s, params: { laps: 10000 }, server: { update_hz: 30, ...server }, players: seats };
+    name: 'ABCDEFGHIJKLMNOP'[i],
+    lag_ms: 100,
+    lane: Math.floor(i / 2),
+    link: { up: link, down: link },
+    ...player,
+  }));
+  return { kind: 'netgame', game: 'race', duration_s, params: { laps: 10000 }, server: { update_hz: 30, ...server }, players: seats };
 }
 
 const mean = (values) => values.reduce((sum, value) => sum + value, 0) / values.length;
@@ -68,48 +73,95 @@ const metrics = {
 async function measure(json) {
   const runs = [];
   for (let seed = 1; seed <= seeds; seed++) {
-    const text = await run(laglab, ["run", "-", "--seed", String(seed)], JSON.stringify(json));
+    const text = await run(laglab, ['run', '-', '--seed', String(seed)], JSON.stringify(json));
     runs.push(JSON.parse(text).metrics.players);
   }
-  const cost = JSON.parse(await run(join(build, "bench", "speed"), [String(cost_s), "1"], JSON.stringify(json)));
-  const values = Object.fromEntries(Object.entries(metrics).map(([name, of]) => {
-    const perRun = runs.map((players) => mean(players.map(of)));
-    return [name, { mean: mean(perRun), ci: interval(perRun) }];
-  }));
+  const cost = JSON.parse(await run(join(build, 'bench', 'speed'), [String(cost_s), '1'], JSON.stringify(json)));
+  const values = Object.fromEntries(
+    Object.entries(metrics).map(([name, of]) => {
+      const perRun = runs.map((players) => mean(players.map(of)));
+      return [name, { mean: mean(perRun), ci: interval(perRun) }];
+    }),
+  );
   return { values, us_per_sim_s: (1e6 * cost.cpu_s) / cost_s };
 }
 
 const rows = [];
 for (const [group, name, server, player] of techniques) {
   const { values, us_per_sim_s } = await measure(raceOf(server, player));
-  rows.push({ group, technique: name, us_per_sim_s,
-    ...Object.fromEntries(Object.entries(values).flatMap(([metric, v]) => [[metric, v.mean], [`${metric}_ci95`, v.ci]])) });
+  rows.push({
+    group,
+    technique: name,
+    us_per_sim_s,
+    ...Object.fromEntries(
+      Object.entries(values).flatMap(([metric, v]) => [
+        [metric, v.mean],
+        [`${metric}_ci95`, v.ci],
+      ]),
+    ),
+  });
 }
 const shown = (row, metric) => `${digits(row[metric])} +- ${digits(row[`${metric}_ci95`], 2)}`;
-printTable(`Four cars, two lanes, 100 ms one way, 20 ms jitter, 1 % loss, 30 updates/s; ${seeds} runs of ${duration_s} s (mean +- 95 %)`,
-  rows.map((row) => ({ technique: row.technique, "input latency ms": shown(row, "input_latency_ms"), "own error m": shown(row, "own_timeline_error_m"),
-    "others now m": shown(row, "remote_error_m"), "others, own timeline m": shown(row, "timeline_error_m"),
-    "corrections/s": digits(row.corrections_per_s), "correction m": digits(row.correction_m),
-    "bytes/s up": digits(row.up_bytes_per_s), down: digits(row.down_bytes_per_s), "us/simulated s": digits(row.us_per_sim_s) })));
+printTable(
+  `Four cars, two lanes, 100 ms one way, 20 ms jitter, 1 % loss, 30 updates/s; ${seeds} runs of ${duration_s} s (mean +- 95 %)`,
+  rows.map((row) => ({
+    technique: row.technique,
+    'input latency ms': shown(row, 'input_latency_ms'),
+    'own error m': shown(row, 'own_timeline_error_m'),
+    'others now m': shown(row, 'remote_error_m'),
+    'others, own timeline m': shown(row, 'timeline_error_m'),
+    'corrections/s': digits(row.corrections_per_s),
+    'correction m': digits(row.correction_m),
+    'bytes/s up': digits(row.up_bytes_per_s),
+    down: digits(row.down_bytes_per_s),
+    'us/simulated s': digits(row.us_per_sim_s),
+  })),
+);
 
 // ---- eight players with everything on ----
 
-const everything = raceOf({ "snapshot_encoding": "delta" }, { ...full, prediction_scope: "all", ack: "per_input", correction: "smooth", time_dilation: true,
-  interpolation_method: "hermite", interpolation_delay: "adaptive", extrapolation_ms: 250, dejitter: "mirror", redundancy: 4 }, 8);
+const everything = raceOf(
+  { snapshot_encoding: 'delta' },
+  {
+    ...full,
+    prediction_scope: 'all',
+    ack: 'per_input',
+    correction: 'smooth',
+    time_dilation: true,
+    interpolation_method: 'hermite',
+    interpolation_delay: 'adaptive',
+    extrapolation_ms: 250,
+    dejitter: 'mirror',
+    redundancy: 4,
+  },
+  8,
+);
 const speeds = [];
 for (let round = 0; round < (quick ? 3 : 7); round++) {
-  const cost = JSON.parse(await run(join(build, "bench", "speed"), [String(cost_s), "1"], JSON.stringify(everything)));
+  const cost = JSON.parse(await run(join(build, 'bench', 'speed'), [String(cost_s), '1'], JSON.stringify(everything)));
   speeds.push(cost_s / cost.cpu_s);
 }
 const speed = median(speeds);
-rows.push({ group: "batch", technique: "eight players, everything on", us_per_sim_s: 1e6 / speed });
-say("");
-say(`eight players with everything on: ${digits(speed)} times real time (${digits(Math.min(...speeds))} to ${digits(Math.max(...speeds))}); ` +
-  `at least 1,000: ${speed >= 1000 ? "met" : "MISSED"}`);
+rows.push({ group: 'batch', technique: 'eight players, everything on', us_per_sim_s: 1e6 / speed });
+say('');
+say(
+  `eight players with everything on: ${digits(speed)} times real time (${digits(Math.min(...speeds))} to ${digits(Math.max(...speeds))}); ` +
+    `at least 1,000: ${speed >= 1000 ? 'met' : 'MISSED'}`,
+);
 
-writeCsv("techniques", `bench/run techniques${quick ? " --quick" : ""}`, {
-  group: "what the technique is for", technique: "the settings, in addition to the common link",
-  ...Object.fromEntries(Object.keys(metrics).flatMap((metric) => [
-    [metric, "mean over runs and players"], [`${metric}_ci95`, "half the 95 % interval over the runs"]])),
-  us_per_sim_s: "CPU microseconds per simulated second of the whole session",
-}, rows);
+writeCsv(
+  'techniques',
+  `bench/run techniques${quick ? ' --quick' : ''}`,
+  {
+    group: 'what the technique is for',
+    technique: 'the settings, in addition to the common link',
+    ...Object.fromEntries(
+      Object.keys(metrics).flatMap((metric) => [
+        [metric, 'mean over runs and players'],
+        [`${metric}_ci95`, 'half the 95 % interval over the runs'],
+      ]),
+    ),
+    us_per_sim_s: 'CPU microseconds per simulated second of the whole session',
+  },
+  rows,
+);

@@ -19,19 +19,31 @@ const ROOT = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '..');
 const NOTE = (/** @type {string} */ from) => `<!-- Written by docs/generate.mjs from ${from}: change it there. -->\n`;
 
 const read = (/** @type {string} */ name) => readFileSync(path.join(ROOT, name), 'utf8');
-const cell = (/** @type {unknown} */ value) => String(value ?? '').replace(/\s*\n\s*/g, ' ').replaceAll('|', '\\|').trim();
+const cell = (/** @type {unknown} */ value) =>
+  String(value ?? '')
+    .replace(/\s*\n\s*/g, ' ')
+    .replaceAll('|', '\\|')
+    .trim();
 const code = (/** @type {unknown} */ value) => (value === undefined || value === '' ? '' : `\`${value}\``);
 
 /** @param {string[]} head @param {unknown[][]} rows */
 function table(head, rows) {
   const used = head.map((_, i) => rows.some((row) => cell(row[i]) !== ''));
-  const line = (/** @type {unknown[]} */ cells) => `| ${cells.filter((_, i) => used[i]).map(cell).join(' | ')} |`;
+  const line = (/** @type {unknown[]} */ cells) =>
+    `| ${cells
+      .filter((_, i) => used[i])
+      .map(cell)
+      .join(' | ')} |`;
   return [line(head), line(head.map(() => '---')), ...rows.map(line)].join('\n') + '\n';
 }
 
 /** The anchor of a heading, as GitHub makes it. @param {string} heading */
 export function anchor(heading) {
-  return heading.toLowerCase().replace(/[^\p{L}\p{N}\s_-]/gu, '').trim().replace(/\s/g, '-');
+  return heading
+    .toLowerCase()
+    .replace(/[^\p{L}\p{N}\s_-]/gu, '')
+    .trim()
+    .replace(/\s/g, '-');
 }
 
 // ---- the scenario format ----
@@ -49,8 +61,15 @@ function rowsOf(node, linkOf) {
   const must = new Set(node.required ?? []);
   return Object.entries(node.properties).map(([name, row]) => {
     const inner = row.$ref ?? row.items?.$ref;
-    const type = inner ? linkOf(inner) + (row.items ? ', an array' : '') : row.anyOf ? row.anyOf.map((any) => linkOf(any.$ref)).join(' or ')
-      : row.enum ? 'choice' : row.type === 'string' ? 'text' : row.type;
+    const type = inner
+      ? linkOf(inner) + (row.items ? ', an array' : '')
+      : row.anyOf
+        ? row.anyOf.map((any) => linkOf(any.$ref)).join(' or ')
+        : row.enum
+          ? 'choice'
+          : row.type === 'string'
+            ? 'text'
+            : row.type;
     const standard = must.has(name) ? 'required' : row.default === '' ? '' : code(row.default);
     return [code(name), type, range(row), row['x-unit'] ?? '', standard, row['x-live'] ? 'yes' : 'no', row.description];
   });
@@ -74,12 +93,14 @@ function placesOf(schema, defs) {
 }
 
 function library(folder = 'scenarios', at = '') {
-  return readdirSync(path.join(ROOT, folder, at), { withFileTypes: true }).sort((a, b) => (a.name < b.name ? -1 : 1)).flatMap((entry) => {
-    const name = at ? `${at}/${entry.name}` : entry.name;
-    if (entry.isDirectory()) return library(folder, name);
-    const scenario = name.endsWith('.json') ? JSON.parse(read(`${folder}/${name}`)) : {};
-    return scenario.kind ? [{ id: name.slice(0, -5), ...scenario }] : []; // experiments have none
-  });
+  return readdirSync(path.join(ROOT, folder, at), { withFileTypes: true })
+    .sort((a, b) => (a.name < b.name ? -1 : 1))
+    .flatMap((entry) => {
+      const name = at ? `${at}/${entry.name}` : entry.name;
+      if (entry.isDirectory()) return library(folder, name);
+      const scenario = name.endsWith('.json') ? JSON.parse(read(`${folder}/${name}`)) : {};
+      return scenario.kind ? [{ id: name.slice(0, -5), ...scenario }] : []; // experiments have none
+    });
 }
 
 function kindDoc(schema, defs) {
@@ -136,7 +157,10 @@ ${schema.oneOf.map((kind) => kindDoc(kind, schema.$defs)).join('\n\n')}
 
 \`laglab scenarios\` lists the scenarios; \`laglab run ID\` runs one; the page offers all of them.
 
-${table(['Id', 'Title', 'Paper', 'Description'], library().map((s) => [code(s.id), s.title, s.paper, s.text]))}`;
+${table(
+  ['Id', 'Title', 'Paper', 'Description'],
+  library().map((s) => [code(s.id), s.title, s.paper, s.text]),
+)}`;
 }
 
 // ---- the API ----
@@ -145,7 +169,11 @@ const METHODS = ['get', 'post', 'patch', 'put', 'delete'];
 
 function reader(document) {
   const follow = (node) => {
-    while (node?.$ref?.startsWith('#')) node = node.$ref.slice(2).split('/').reduce((at, key) => at[key.replaceAll('~1', '/')], document);
+    while (node?.$ref?.startsWith('#'))
+      node = node.$ref
+        .slice(2)
+        .split('/')
+        .reduce((at, key) => at[key.replaceAll('~1', '/')], document);
     return node;
   };
   const type = (node) => {
@@ -170,10 +198,19 @@ function reader(document) {
     return words.join(', ');
   };
   /** Inner objects follow their field: `errors[].field`. */
-  const fields = (node, at = '') => Object.entries(node.properties ?? {}).flatMap(([name, field]) => [
-    [code(at + name), type(field), limits(field), (node.required ?? []).includes(name) ? 'yes' : 'no',
-      field.default === undefined ? '' : code(JSON.stringify(field.default)), field.description],
-    ...fields(field, `${at}${name}.`), ...fields(field.items ?? {}, `${at}${name}[].`)]);
+  const fields = (node, at = '') =>
+    Object.entries(node.properties ?? {}).flatMap(([name, field]) => [
+      [
+        code(at + name),
+        type(field),
+        limits(field),
+        (node.required ?? []).includes(name) ? 'yes' : 'no',
+        field.default === undefined ? '' : code(JSON.stringify(field.default)),
+        field.description,
+      ],
+      ...fields(field, `${at}${name}.`),
+      ...fields(field.items ?? {}, `${at}${name}[].`),
+    ]);
   const fieldTable = (node) => table(['Field', 'Type', 'Range', 'Required', 'Default', 'Meaning'], fields(node));
   return { follow, type, limits, fieldTable };
 }
@@ -186,14 +223,27 @@ function operationDoc(_api, r, method, template, path_, operation) {
   parts.push(operation.security ? 'Needs a key.' : 'Needs no key.');
   const parameters = [...(path_.parameters ?? []), ...(operation.parameters ?? [])].map(r.follow);
   if (parameters.length > 0) {
-    parts.push(table(['Parameter', 'In', 'Type', 'Range', 'Required', 'Meaning'], parameters.map((p) => [code(p.name), p.in, r.type(p.schema),
-      r.limits(r.follow(p.schema)), p.required ? 'yes' : 'no', p.description])));
+    parts.push(
+      table(
+        ['Parameter', 'In', 'Type', 'Range', 'Required', 'Meaning'],
+        parameters.map((p) => [
+          code(p.name),
+          p.in,
+          r.type(p.schema),
+          r.limits(r.follow(p.schema)),
+          p.required ? 'yes' : 'no',
+          p.description,
+        ]),
+      ),
+    );
   }
   if (operation.requestBody) {
     const content = Object.entries(operation.requestBody.content);
     const schema = content[0][1].schema;
-    parts.push(`Body (${content.map(([type]) => code(type)).join(' or ')}${operation.requestBody.required ? '' : ', may be left out'}): ` +
-      `${schema.$ref ? r.type(schema) : 'an object.'}`);
+    parts.push(
+      `Body (${content.map(([type]) => code(type)).join(' or ')}${operation.requestBody.required ? '' : ', may be left out'}): ` +
+        `${schema.$ref ? r.type(schema) : 'an object.'}`,
+    );
     if (!schema.$ref && schema.properties) parts.push(r.fieldTable(schema));
     const examples = Object.values(content[0][1].examples ?? {});
     if (examples.length > 0) parts.push('```json\n' + examples.map((example) => JSON.stringify(example.value)).join('\n') + '\n```');
@@ -208,8 +258,10 @@ function operationDoc(_api, r, method, template, path_, operation) {
     }
     const [type, body] = Object.entries(response.content ?? {})[0] ?? [];
     const headers = Object.keys(response.headers ?? {}).map(code);
-    parts.push(`Answers ${status}${type ? ` (\`${type}\`)` : ''}: ${response.description}` +
-      `${headers.length > 0 ? ` Header ${headers.join(', ')}.` : ''}${body?.schema.$ref ? ` Body: ${r.type(body.schema)}.` : ''}`);
+    parts.push(
+      `Answers ${status}${type ? ` (\`${type}\`)` : ''}: ${response.description}` +
+        `${headers.length > 0 ? ` Header ${headers.join(', ')}.` : ''}${body?.schema.$ref ? ` Body: ${r.type(body.schema)}.` : ''}`,
+    );
     if (body && !body.schema.$ref && body.schema.properties) parts.push(r.fieldTable(body.schema));
   }
   if (errors.length > 0) parts.push(`Errors: ${errors.join(', ')}.`);
@@ -227,7 +279,8 @@ function streamDoc(stream) {
       if (message.payload.properties) parts.push(r.fieldTable(message.payload));
       if (message.payload.$ref) parts.push(`Fields: ${r.type(message.payload)}.`);
     }
-    if (action === 'receive') parts.push('Each in a text message. Of `ack`, `auth`, `input`, `subscribe` and `ping` a message has exactly one.');
+    if (action === 'receive')
+      parts.push('Each in a text message. Of `ack`, `auth`, `input`, `subscribe` and `ping` a message has exactly one.');
   }
   for (const [name, schema] of Object.entries(stream.components.schemas)) parts.push(schemaDoc(r, name, schema));
   return parts.join('\n\n');
@@ -237,9 +290,18 @@ function streamDoc(stream) {
 function recordDoc(schema) {
   const { id, name, channel, form, keys } = schema['x-record'];
   const names = (/** @type {any} */ p) => p.enum ?? p.items?.enum;
-  return [`${schema.description} Record ${id}, ${code(name)}, of channel ${code(channel)}; form ${code(form)}${keys ? ` by its first ${keys} fields` : ''}.`,
-    table(['Field', 'Coding', 'Unit', 'Meaning'], Object.entries(schema.properties).map(([field, p]) => [code(field), p['x-coding'] ?? '', p['x-unit'] ?? '',
-      p.description + (names(p) ? ` (${p.enum ? '' : 'some of '}${names(p).map(code).join(', ')})` : '')]))].join('\n\n');
+  return [
+    `${schema.description} Record ${id}, ${code(name)}, of channel ${code(channel)}; form ${code(form)}${keys ? ` by its first ${keys} fields` : ''}.`,
+    table(
+      ['Field', 'Coding', 'Unit', 'Meaning'],
+      Object.entries(schema.properties).map(([field, p]) => [
+        code(field),
+        p['x-coding'] ?? '',
+        p['x-unit'] ?? '',
+        p.description + (names(p) ? ` (${p.enum ? '' : 'some of '}${names(p).map(code).join(', ')})` : ''),
+      ]),
+    ),
+  ].join('\n\n');
 }
 
 function schemaDoc(r, name, schema) {
@@ -254,14 +316,22 @@ function schemaDoc(r, name, schema) {
 
 function apiDoc(api, stream) {
   const r = reader(api);
-  const operations = Object.entries(api.paths).flatMap(([template, path_]) => METHODS.filter((method) => path_[method])
-    .map((method) => ({ method, template, path_, operation: path_[method] })));
+  const operations = Object.entries(api.paths).flatMap(([template, path_]) =>
+    METHODS.filter((method) => path_[method]).map((method) => ({ method, template, path_, operation: path_[method] })),
+  );
   const title = (o) => `\`${o.method.toUpperCase()} ${o.template}\``;
-  const parts = [NOTE('api/openapi.yaml and api/asyncapi.yaml'), '# The HTTP API and the stream',
+  const parts = [
+    NOTE('api/openapi.yaml and api/asyncapi.yaml'),
+    '# The HTTP API and the stream',
     'The contract is [openapi.yaml](../api/openapi.yaml) and [asyncapi.yaml](../api/asyncapi.yaml); a daemon serves both at ' +
-    '`/api/v1/openapi.yaml` and `/api/v1/asyncapi.yaml`. First steps with curl are in the [README](../README.md#first-experiment).',
-    api.info.description.trim(), '## Operations',
-    table(['Operation', 'Summary'], operations.map((o) => [`[${title(o)}](#${anchor(title(o))})`, o.operation.summary]))];
+      '`/api/v1/openapi.yaml` and `/api/v1/asyncapi.yaml`. First steps with curl are in the [README](../README.md#first-experiment).',
+    api.info.description.trim(),
+    '## Operations',
+    table(
+      ['Operation', 'Summary'],
+      operations.map((o) => [`[${title(o)}](#${anchor(title(o))})`, o.operation.summary]),
+    ),
+  ];
   for (const tag of api.tags) {
     parts.push(`## ${tag.name[0].toUpperCase()}${tag.name.slice(1)}`, tag.description);
     for (const o of operations.filter((each) => each.operation.tags.includes(tag.name)))
@@ -275,15 +345,34 @@ function apiDoc(api, stream) {
       if (name && isProblem(r.follow({ $ref }))) statuses.set(name, (statuses.get(name) ?? new Set()).add(status));
     }
   }
-  parts.push('## Errors', 'Each is a [Problem](#problem) of type `application/problem+json`.',
-    table(['Status', 'When', 'Header'], [...statuses].sort(([, a], [, b]) => Number([...a][0]) - Number([...b][0])).map(([name, all]) => {
-      const response = api.components.responses[name];
-      return [[...all].join(', '), response.description, Object.keys(response.headers ?? {}).map(code).join(', ')];
-    })));
+  parts.push(
+    '## Errors',
+    'Each is a [Problem](#problem) of type `application/problem+json`.',
+    table(
+      ['Status', 'When', 'Header'],
+      [...statuses]
+        .sort(([, a], [, b]) => Number([...a][0]) - Number([...b][0]))
+        .map(([name, all]) => {
+          const response = api.components.responses[name];
+          return [
+            [...all].join(', '),
+            response.description,
+            Object.keys(response.headers ?? {})
+              .map(code)
+              .join(', '),
+          ];
+        }),
+    ),
+  );
   parts.push('## Schemas');
   for (const [name, schema] of Object.entries(api.components.schemas)) parts.push(schemaDoc(r, name, schema));
   parts.push(streamDoc(stream));
-  return parts.join('\n\n').replace(/\n{3,}/g, '\n\n').trimEnd() + '\n';
+  return (
+    parts
+      .join('\n\n')
+      .replace(/\n{3,}/g, '\n\n')
+      .trimEnd() + '\n'
+  );
 }
 
 // ---- the options of the daemon ----
@@ -292,7 +381,10 @@ function optionsDoc(help) {
   const parts = [];
   let rows = [];
   let name = '';
-  const end = () => { if (rows.length > 0) parts.push(table(['Option', 'Meaning'], rows)); rows = []; };
+  const end = () => {
+    if (rows.length > 0) parts.push(table(['Option', 'Meaning'], rows));
+    rows = [];
+  };
   for (const line of help.split('\n').slice(1)) {
     if (/^ {2}--/.test(line)) {
       name = line.trim();
@@ -327,8 +419,13 @@ export function parseCsv(text) {
 }
 
 const digits = (/** @type {number} */ x) => (Math.abs(x) >= 1000 ? Math.round(x).toLocaleString('en') : String(Number(x.toPrecision(3))));
-const numbers = (group, column) => group.map((row) => row[column]).filter((text) => text !== '' && text !== undefined).map(Number)
-  .filter(Number.isFinite).sort((a, b) => a - b);
+const numbers = (group, column) =>
+  group
+    .map((row) => row[column])
+    .filter((text) => text !== '' && text !== undefined)
+    .map(Number)
+    .filter(Number.isFinite)
+    .sort((a, b) => a - b);
 const median = (group, column) => {
   const all = numbers(group, column);
   return all.length === 0 ? '' : digits((all[(all.length - 1) >> 1] + all[all.length >> 1]) / 2);
@@ -336,81 +433,238 @@ const median = (group, column) => {
 const spread = (group, column) => {
   const all = numbers(group, column);
   if (all.length === 0) return '';
-  const low = digits(all[0]), high = digits(all[all.length - 1]);
+  const low = digits(all[0]),
+    high = digits(all[all.length - 1]);
   return low === high ? low : `${median(group, column)} (${low} to ${high})`;
 };
-const worst = (group, column) => { const all = numbers(group, column); return all.length === 0 ? '' : digits(all[all.length - 1]); };
+const worst = (group, column) => {
+  const all = numbers(group, column);
+  return all.length === 0 ? '' : digits(all[all.length - 1]);
+};
 
 const words = (group, column) => [...new Set(group.map((row) => row[column]).filter(Boolean))].join(', ');
 
 const last = (group, column) => group[group.length - 1][column];
 
 /** `column` of each method, side by side. */
-const methods = (column, names) => names.map((name) => [name, column, (group) => median(group.filter((row) => row.method === name), column)]);
+const methods = (column, names) =>
+  names.map((name) => [
+    name,
+    column,
+    (group) =>
+      median(
+        group.filter((row) => row.method === name),
+        column,
+      ),
+  ]);
 
 /** Columns of engines side by side, each with what `of` makes of its row. */
-const ENGINES = ['laglab', 'laglab SSE2', 'laglab standard', 'Box2D 3 SSE2', 'Box2D 3 AVX2', 'Box2D 2.4', 'Chipmunk', 'Rapier', 'Rapier SIMD',
-  'Planck', 'Matter'];
-const engines = (of, names = ENGINES) => names.map((name) => [name, name, (group) => group.filter((row) => row.engine === name).map(of).join('')]);
+const ENGINES = [
+  'laglab',
+  'laglab SSE2',
+  'laglab standard',
+  'Box2D 3 SSE2',
+  'Box2D 3 AVX2',
+  'Box2D 2.4',
+  'Chipmunk',
+  'Rapier',
+  'Rapier SIMD',
+  'Planck',
+  'Matter',
+];
+const engines = (of, names = ENGINES) =>
+  names.map((name) => [
+    name,
+    name,
+    (group) =>
+      group
+        .filter((row) => row.engine === name)
+        .map(of)
+        .join(''),
+  ]);
 const stepTime = (row) => digits(Number(row.mean_ms));
 const centimetres = (metres) => (Math.abs(metres) > 10 ? 'lost' : (100 * metres).toFixed(1));
 const offAndDrift = (row) => (Number(row.tilt) > 0.3 ? 'X' : `${centimetres(row.off)} / ${centimetres(row.drift)}`);
 
 /** How each result is shown: rows with the same `by` are one line. */
 const RESULTS = [
-  { name: 'speed', title: 'Speed of the engine', by: ['group', 'case'],
-    columns: [['Times real time, median (range)', 'times_real_time', spread], ['Bytes live', 'live_bytes', median],
-      ['Bytes parked', 'parked_bytes', median]] },
-  { name: 'integrators', title: 'Integrators and other libraries: CPU time at equal error (1e-4 to 1e-10)', by: ['problem'],
-    columns: [['laglab', 'laglab_method', words], ['GSL', 'gsl_method', words], ['SUNDIALS', 'sundials_method', words],
-      ['Over GSL, median (range)', 'of_gsl', spread], ['Over SUNDIALS, median (range)', 'of_sundials', spread],
-      ['Over the faster, worst', 'of_best', worst]] },
-  { name: 'ensemble', title: 'Ensembles of 1,024 oscillators', by: ['method'], columns: [['Steps/s, median (range)', 'steps_per_s', spread]] },
+  {
+    name: 'speed',
+    title: 'Speed of the engine',
+    by: ['group', 'case'],
+    columns: [
+      ['Times real time, median (range)', 'times_real_time', spread],
+      ['Bytes live', 'live_bytes', median],
+      ['Bytes parked', 'parked_bytes', median],
+    ],
+  },
+  {
+    name: 'integrators',
+    title: 'Integrators and other libraries: CPU time at equal error (1e-4 to 1e-10)',
+    by: ['problem'],
+    columns: [
+      ['laglab', 'laglab_method', words],
+      ['GSL', 'gsl_method', words],
+      ['SUNDIALS', 'sundials_method', words],
+      ['Over GSL, median (range)', 'of_gsl', spread],
+      ['Over SUNDIALS, median (range)', 'of_sundials', spread],
+      ['Over the faster, worst', 'of_best', worst],
+    ],
+  },
+  {
+    name: 'ensemble',
+    title: 'Ensembles of 1,024 oscillators',
+    by: ['method'],
+    columns: [['Steps/s, median (range)', 'steps_per_s', spread]],
+  },
   { name: 'rigid', title: 'Rigid bodies and other engines: CPU time of a step, ms', by: ['scene'], columns: engines(stepTime) },
-  { name: 'rigid/stability', title: 'Hard cases after 10 s: topmost body too low / farthest drift, cm; X: toppled', by: ['case'],
-    columns: engines(offAndDrift, ENGINES.filter((name) => name !== 'laglab SSE2')) },
-  { name: 'rigid/growth', title: 'Rigid bodies: cost over the number of balls', by: ['bodies'], columns: [['Broad phase, ms', 'broad_ms', median],
-    ['Solver, ms', 'solve_ms', median], ['Step, ms', 'step_ms', median], ['Step asleep, us', 'asleep_us', median]] },
-  { name: 'fluid', title: 'Fluids: frames of 1/60 s per second of one core, and other programs', by: ['case', 'method'],
-    columns: [['Frames/s, median (range)', 'frames_per_s', spread], ['Size, and the price of the speed', 'note', last]] },
-  { name: 'fluid_accuracy', title: 'Particles against known solutions: relative errors', by: ['scene', 'size', 'quantity'],
-    columns: methods('value', ['wcsph', 'pbf', 'dfsph']) },
-  { name: 'fluid_grid/frames', title: 'Smoke past a cylinder: cost of a frame', by: ['n', 'settings'],
-    columns: [['ms a frame', 'ms_per_frame', median], ['Frames/s', 'frames_per_s', median], ['Residual', 'residual', median],
-      ['Divergence left, 1/s', 'divergence_max_per_s', median], ['Sweeps', 'sweeps_mean', median]] },
-  { name: 'fluid_grid/pressure', title: 'Pressure solvers to a residual of 1e-6', by: ['box', 'solver', 'n'],
-    columns: [['Sweeps', 'sweeps', median], ['CPU, ms', 'cpu_ms', median], ['Residual', 'residual', median]] },
-  { name: 'fluid_grid/rotation', title: 'One turn of a shape', by: ['shape', 'advection', 'n'],
-    columns: [['Error, L1', 'error_l1', median], ['Mass gained', 'mass_change', median], ['Least', 'least', median], ['Most', 'most', median],
-      ['CPU, s', 'cpu_s', median]] },
-  { name: 'experiments', title: 'Experiments: jobs, store, export, a large sweep', by: ['measured', 'runs'],
-    columns: [['Wall, s', 'wall_s', spread], ['CPU, s', 'cpu_s', spread], ['Memory, MiB', 'peak_mib', worst]] },
-  { name: 'techniques', title: 'Techniques of netcode: cost and effect', by: ['group', 'technique'],
-    columns: [['Input latency, ms', 'input_latency_ms', median], ['Own error at its tick, m', 'own_timeline_error_m', median],
-      ['Others now, m', 'remote_error_m', median], ['Others on their timeline, m', 'timeline_error_m', median],
-      ['Corrections/s', 'corrections_per_s', median], ['Correction, m', 'correction_m', median],
-      ['Bytes/s up', 'up_bytes_per_s', median], ['Bytes/s down', 'down_bytes_per_s', median], ['us per simulated s', 'us_per_sim_s', median]] },
-  { name: 'streams', title: 'Streams and other servers', by: ['sessions', 'viewers', 'server'],
-    columns: [['Frames/s', 'frames_per_s', median], ['Frames lost, most', 'lost', worst], ['Interval p50, ms', 'p50_ms', median],
-      ['Interval p99, ms', 'p99_ms', spread], ['Age p99, ms', 'age_p99_ms', median], ['CPU, % of a core', 'server_cpu_pct', median],
-      ['CPU per frame, us', 'server_us_per_frame', spread], ['Memory, MB', 'server_rss_mb', median]] },
-  { name: 'slow', title: 'A viewer that reads a fifth', by: ['way', 'scenario', 'reads'],
-    columns: [['Frames lost to fast viewers, most', 'fast_lost', worst], ['Fast interval p99, ms', 'fast_p99_ms', median],
-      ['Slow: age p50, ms', 'slow_age_p50_ms', median], ['Slow: age p99, ms', 'slow_age_p99_ms', spread],
-      ['Slow: age max, ms', 'slow_age_max_ms', worst]] },
-  { name: 'proxies', title: 'Upgrades on kept connections', by: ['way', 'at_once'],
-    columns: [['Upgrades', 'upgrades', median], ['Streamed', 'ok', median], ['On kept connections', 'on_kept', median],
-      ['p50, ms', 'p50_ms', median], ['Max, ms', 'max_ms', worst]] },
+  {
+    name: 'rigid/stability',
+    title: 'Hard cases after 10 s: topmost body too low / farthest drift, cm; X: toppled',
+    by: ['case'],
+    columns: engines(
+      offAndDrift,
+      ENGINES.filter((name) => name !== 'laglab SSE2'),
+    ),
+  },
+  {
+    name: 'rigid/growth',
+    title: 'Rigid bodies: cost over the number of balls',
+    by: ['bodies'],
+    columns: [
+      ['Broad phase, ms', 'broad_ms', median],
+      ['Solver, ms', 'solve_ms', median],
+      ['Step, ms', 'step_ms', median],
+      ['Step asleep, us', 'asleep_us', median],
+    ],
+  },
+  {
+    name: 'fluid',
+    title: 'Fluids: frames of 1/60 s per second of one core, and other programs',
+    by: ['case', 'method'],
+    columns: [
+      ['Frames/s, median (range)', 'frames_per_s', spread],
+      ['Size, and the price of the speed', 'note', last],
+    ],
+  },
+  {
+    name: 'fluid_accuracy',
+    title: 'Particles against known solutions: relative errors',
+    by: ['scene', 'size', 'quantity'],
+    columns: methods('value', ['wcsph', 'pbf', 'dfsph']),
+  },
+  {
+    name: 'fluid_grid/frames',
+    title: 'Smoke past a cylinder: cost of a frame',
+    by: ['n', 'settings'],
+    columns: [
+      ['ms a frame', 'ms_per_frame', median],
+      ['Frames/s', 'frames_per_s', median],
+      ['Residual', 'residual', median],
+      ['Divergence left, 1/s', 'divergence_max_per_s', median],
+      ['Sweeps', 'sweeps_mean', median],
+    ],
+  },
+  {
+    name: 'fluid_grid/pressure',
+    title: 'Pressure solvers to a residual of 1e-6',
+    by: ['box', 'solver', 'n'],
+    columns: [
+      ['Sweeps', 'sweeps', median],
+      ['CPU, ms', 'cpu_ms', median],
+      ['Residual', 'residual', median],
+    ],
+  },
+  {
+    name: 'fluid_grid/rotation',
+    title: 'One turn of a shape',
+    by: ['shape', 'advection', 'n'],
+    columns: [
+      ['Error, L1', 'error_l1', median],
+      ['Mass gained', 'mass_change', median],
+      ['Least', 'least', median],
+      ['Most', 'most', median],
+      ['CPU, s', 'cpu_s', median],
+    ],
+  },
+  {
+    name: 'experiments',
+    title: 'Experiments: jobs, store, export, a large sweep',
+    by: ['measured', 'runs'],
+    columns: [
+      ['Wall, s', 'wall_s', spread],
+      ['CPU, s', 'cpu_s', spread],
+      ['Memory, MiB', 'peak_mib', worst],
+    ],
+  },
+  {
+    name: 'techniques',
+    title: 'Techniques of netcode: cost and effect',
+    by: ['group', 'technique'],
+    columns: [
+      ['Input latency, ms', 'input_latency_ms', median],
+      ['Own error at its tick, m', 'own_timeline_error_m', median],
+      ['Others now, m', 'remote_error_m', median],
+      ['Others on their timeline, m', 'timeline_error_m', median],
+      ['Corrections/s', 'corrections_per_s', median],
+      ['Correction, m', 'correction_m', median],
+      ['Bytes/s up', 'up_bytes_per_s', median],
+      ['Bytes/s down', 'down_bytes_per_s', median],
+      ['us per simulated s', 'us_per_sim_s', median],
+    ],
+  },
+  {
+    name: 'streams',
+    title: 'Streams and other servers',
+    by: ['sessions', 'viewers', 'server'],
+    columns: [
+      ['Frames/s', 'frames_per_s', median],
+      ['Frames lost, most', 'lost', worst],
+      ['Interval p50, ms', 'p50_ms', median],
+      ['Interval p99, ms', 'p99_ms', spread],
+      ['Age p99, ms', 'age_p99_ms', median],
+      ['CPU, % of a core', 'server_cpu_pct', median],
+      ['CPU per frame, us', 'server_us_per_frame', spread],
+      ['Memory, MB', 'server_rss_mb', median],
+    ],
+  },
+  {
+    name: 'slow',
+    title: 'A viewer that reads a fifth',
+    by: ['way', 'scenario', 'reads'],
+    columns: [
+      ['Frames lost to fast viewers, most', 'fast_lost', worst],
+      ['Fast interval p99, ms', 'fast_p99_ms', median],
+      ['Slow: age p50, ms', 'slow_age_p50_ms', median],
+      ['Slow: age p99, ms', 'slow_age_p99_ms', spread],
+      ['Slow: age max, ms', 'slow_age_max_ms', worst],
+    ],
+  },
+  {
+    name: 'proxies',
+    title: 'Upgrades on kept connections',
+    by: ['way', 'at_once'],
+    columns: [
+      ['Upgrades', 'upgrades', median],
+      ['Streamed', 'ok', median],
+      ['On kept connections', 'on_kept', median],
+      ['p50, ms', 'p50_ms', median],
+      ['Max, ms', 'max_ms', worst],
+    ],
+  },
 ];
 
 /** Whether the code that a result speaks of is that which was measured. @param {string} name @param {Map<string, string>} head */
 export function ageDoc(name, head, root = ROOT) {
-  const rooms = roomsOf(name).map((room) => code(`src/${room}`)).join(', ');
-  const told = head.get('rooms'), now = fingerprint(name, root);
+  const rooms = roomsOf(name)
+    .map((room) => code(`src/${room}`))
+    .join(', ');
+  const told = head.get('rooms'),
+    now = fingerprint(name, root);
   const measured = `Measured at commit ${head.get('commit') ?? 'unknown'}, ${head.get('date') ?? 'at an unknown time'}.`;
   if (told === now) return `${measured} The measured code (${rooms}) has not changed since.`;
-  const since = told === undefined ? 'the result has no fingerprint of the code, so assume that the code has changed'
-    : 'the code has changed since';
+  const since =
+    told === undefined ? 'the result has no fingerprint of the code, so assume that the code has changed' : 'the code has changed since';
   return `**${measured} Older than the code:** ${since} (${rooms}).\n${code(head.get('command') ?? './dev bench')} measures it again.`;
 }
 
@@ -424,10 +678,19 @@ function resultDoc({ name, title, by, columns }) {
     const key = by.map((column) => row[column]).join('\n');
     groups.set(key, [...(groups.get(key) ?? []), row]);
   }
-  const machine = comments.slice(0, split < 0 ? 0 : split + 1).map(([key, value]) => `${key}: ${value}`).join('; ');
-  return [`### ${title}`, ageDoc(name, new Map(comments)), table([...by.map((column) => column.replaceAll('_', ' ')), ...columns.map(([label]) => label)],
-    [...groups.values()].map((group) => [...by.map((column) => group[0][column]), ...columns.map(([, column, of]) => of(group, column))])),
-  `[All rows](../${file}). ${machine}.`].join('\n\n');
+  const machine = comments
+    .slice(0, split < 0 ? 0 : split + 1)
+    .map(([key, value]) => `${key}: ${value}`)
+    .join('; ');
+  return [
+    `### ${title}`,
+    ageDoc(name, new Map(comments)),
+    table(
+      [...by.map((column) => column.replaceAll('_', ' ')), ...columns.map(([label]) => label)],
+      [...groups.values()].map((group) => [...by.map((column) => group[0][column]), ...columns.map(([, column, of]) => of(group, column))]),
+    ),
+    `[All rows](../${file}). ${machine}.`,
+  ].join('\n\n');
 }
 
 // ---- errors against closed forms ----
@@ -435,32 +698,57 @@ function resultDoc({ name, title, by, columns }) {
 /** A row a case, a column a solver; in brackets what the solver has no limit for. */
 function closedFormsDoc() {
   const { rows } = parseCsv(read('tests/rigid/closed_forms.csv'));
-  const solvers = [...new Set(rows.map((row) => row.solver))], cases = [...new Set(rows.map((row) => row.case))];
+  const solvers = [...new Set(rows.map((row) => row.solver))],
+    cases = [...new Set(rows.map((row) => row.case))];
   const of = (/** @type {string} */ name, /** @type {string} */ solver) => rows.find((row) => row.case === name && row.solver === solver);
-  const limits = (/** @type {string} */ name) => [...new Set(solvers.map((solver) => of(name, solver).limit).filter((limit) => limit !== ''))].map(Number).sort((a, b) => a - b);
-  return table(['Case', 'Unit', ...solvers.map(code), 'Test allows'], cases.map((name) => [name, of(name, solvers[0]).unit,
-    ...solvers.map((solver) => (of(name, solver).limit === '' ? `(${of(name, solver).error})` : of(name, solver).error)),
-    limits(name).length > 1 ? `${limits(name)[0]} to ${limits(name).at(-1)}` : limits(name)[0]]));
+  const limits = (/** @type {string} */ name) =>
+    [...new Set(solvers.map((solver) => of(name, solver).limit).filter((limit) => limit !== ''))].map(Number).sort((a, b) => a - b);
+  return table(
+    ['Case', 'Unit', ...solvers.map(code), 'Test allows'],
+    cases.map((name) => [
+      name,
+      of(name, solvers[0]).unit,
+      ...solvers.map((solver) => (of(name, solver).limit === '' ? `(${of(name, solver).error})` : of(name, solver).error)),
+      limits(name).length > 1 ? `${limits(name)[0]} to ${limits(name).at(-1)}` : limits(name)[0],
+    ]),
+  );
 }
 
 // ---- memory of a session ----
 
-const PARTS = [['block_bytes', 'server, clients, links, metrics: one block, of a size that follows from the scenario'],
+const PARTS = [
+  ['block_bytes', 'server, clients, links, metrics: one block, of a size that follows from the scenario'],
   ['checkpoint_bytes', 'two checkpoints, for seeking back; made when a session passes a third and two thirds of its duration'],
-  ['event_bytes', 'the last 2048 events, for views'], ['log_bytes', 'commands; empty without commands'],
-  ['bytes', 'all of these and the scenario'], ['parked_bytes', 'the bytes that remain while the session is parked: the scenario and the log']];
+  ['event_bytes', 'the last 2048 events, for views'],
+  ['log_bytes', 'commands; empty without commands'],
+  ['bytes', 'all of these and the scenario'],
+  ['parked_bytes', 'the bytes that remain while the session is parked: the scenario and the log'],
+];
 
 function memoryDoc(laglab) {
   const [race, eight] = ['race', 'eight'].map((id) => JSON.parse(laglab('run', id)).cost);
-  return table(['Part', 'Race of two', 'Race of eight', 'What it is'],
-    PARTS.map(([name, meaning]) => [code(name), race[name].toLocaleString('en'), eight[name].toLocaleString('en'), meaning]));
+  return table(
+    ['Part', 'Race of two', 'Race of eight', 'What it is'],
+    PARTS.map(([name, meaning]) => [code(name), race[name].toLocaleString('en'), eight[name].toLocaleString('en'), meaning]),
+  );
 }
 
 // ---- long test runs ----
 
-const READERS = { head: 'the head of an HTTP request, as the acceptor reads it', http: 'whole requests of a connection, through gate and library to the handlers', frames: 'WebSocket frames of a viewer, through its stream thread', json: 'JSON of any body, file or message',
-  scenario: 'a scenario, which then runs', experiment: 'an experiment, of which a run is made', log: 'the log of a session, which is replayed', merge: 'shards given to `laglab merge`',
-  patch: 'commands to a running session', set: '`--set path=value`', snapshot: 'a snapshot of the game on its way to a client', stream: 'messages of a viewer to a session, acknowledgements too' };
+const READERS = {
+  head: 'the head of an HTTP request, as the acceptor reads it',
+  http: 'whole requests of a connection, through gate and library to the handlers',
+  frames: 'WebSocket frames of a viewer, through its stream thread',
+  json: 'JSON of any body, file or message',
+  scenario: 'a scenario, which then runs',
+  experiment: 'an experiment, of which a run is made',
+  log: 'the log of a session, which is replayed',
+  merge: 'shards given to `laglab merge`',
+  patch: 'commands to a running session',
+  set: '`--set path=value`',
+  snapshot: 'a snapshot of the game on its way to a client',
+  stream: 'messages of a viewer to a session, acknowledgements too',
+};
 const SANITIZED = { fuzz: 'address, undefined', 'fuzz-plain': 'none' };
 const whole = (/** @type {string | number} */ n) => Number(n).toLocaleString('en');
 
@@ -468,7 +756,8 @@ const whole = (/** @type {string | number} */ n) => Number(n).toLocaleString('en
 function held(name, command, body) {
   const file = `bench/results/${name}.csv`;
   if (!existsSync(path.join(ROOT, file))) return `Not run yet: \`${command}\` does.`;
-  const { comments, rows } = parseCsv(read(file)), of = Object.fromEntries([...comments].reverse()); // a column may have the name of a comment
+  const { comments, rows } = parseCsv(read(file)),
+    of = Object.fromEntries([...comments].reverse()); // a column may have the name of a comment
   const when = of.date && of.commit ? ` ${of.date}, commit ${of.commit}, ${of.cpu}, ${of.compiler}; load of the machine: ${of.load}.` : '';
   return `${body(rows, of)}\n\n[All rows](../${file}). Repeat: \`${command}\`.${when}`;
 }
@@ -476,44 +765,104 @@ function held(name, command, body) {
 const sum = (/** @type {any[]} */ rows, /** @type {string} */ name) => rows.reduce((total, row) => total + Number(row[name]), 0);
 
 function killsDoc() {
-  return held('kills', 'bench/run kills', (rows) => table(['Kills', 'Sessions', 'Acknowledged answers', 'Commands looked for', 'Hashes looked for', 'Deleted sessions looked for', 'Lost', 'Resurrected', 'Hashes that differ', 'Chains cut short'],
-    [[...['kills', 'sessions', 'acknowledged', 'commands', 'hashes', 'stayed_away', 'lost', 'resurrected', 'differ'].map((name) => whole(sum(rows, name))), rows.filter((row) => row.broken).length]]));
+  return held('kills', 'bench/run kills', (rows) =>
+    table(
+      [
+        'Kills',
+        'Sessions',
+        'Acknowledged answers',
+        'Commands looked for',
+        'Hashes looked for',
+        'Deleted sessions looked for',
+        'Lost',
+        'Resurrected',
+        'Hashes that differ',
+        'Chains cut short',
+      ],
+      [
+        [
+          ...['kills', 'sessions', 'acknowledged', 'commands', 'hashes', 'stayed_away', 'lost', 'resurrected', 'differ'].map((name) =>
+            whole(sum(rows, name)),
+          ),
+          rows.filter((row) => row.broken).length,
+        ],
+      ],
+    ),
+  );
 }
 
 /** What is left when the load rests. */
 function restsDoc() {
-  return held('soak', 'bench/run soak', (rows) => table(['After, s', 'Anonymous memory, MiB', 'Descriptors', 'Threads', 'Sessions', 'Disk, MiB', 'Answers so far'],
-    rows.filter((row) => row.idle === '1').map((row) => [row.t_s, row.anonymous_mib, row.descriptors, row.threads, row.sessions, row.disk_mib, whole(row.requests)])));
+  return held('soak', 'bench/run soak', (rows) =>
+    table(
+      ['After, s', 'Anonymous memory, MiB', 'Descriptors', 'Threads', 'Sessions', 'Disk, MiB', 'Answers so far'],
+      rows
+        .filter((row) => row.idle === '1')
+        .map((row) => [row.t_s, row.anonymous_mib, row.descriptors, row.threads, row.sessions, row.disk_mib, whole(row.requests)]),
+    ),
+  );
 }
 
 function soakDoc() {
   return held('soak', 'bench/run soak', (rows) => {
-    const quarter = Math.floor((rows.length - 1) / 4), part = (/** @type {number} */ i) => rows.slice(i * quarter, (i + 1) * quarter), last = rows[rows.length - 1];
+    const quarter = Math.floor((rows.length - 1) / 4),
+      part = (/** @type {number} */ i) => rows.slice(i * quarter, (i + 1) * quarter),
+      last = rows[rows.length - 1];
     const mean = (/** @type {any[]} */ some, /** @type {string} */ name) => (sum(some, name) / some.length).toFixed(1);
-    const line = (/** @type {string} */ what, /** @type {any[]} */ some) => [what, `${some[0].t_s} to ${some[some.length - 1].t_s}`, mean(some, 'anonymous_mib'), Math.max(...some.map((row) => Number(row.anonymous_mib))),
-      Math.max(...some.map((row) => Number(row.descriptors))), Math.max(...some.map((row) => Number(row.threads))), some[some.length - 1].disk_mib, whole(some[some.length - 1].requests)];
-    return table(['Part', 's', 'Anonymous memory, mean MiB', 'most', 'Descriptors, most', 'Threads, most', 'Disk at its end, MiB', 'Answers so far'],
-      [...['first quarter', 'second', 'third', 'last'].map((what, i) => line(what, part(i))), line('after the load', [last])]);
+    const line = (/** @type {string} */ what, /** @type {any[]} */ some) => [
+      what,
+      `${some[0].t_s} to ${some[some.length - 1].t_s}`,
+      mean(some, 'anonymous_mib'),
+      Math.max(...some.map((row) => Number(row.anonymous_mib))),
+      Math.max(...some.map((row) => Number(row.descriptors))),
+      Math.max(...some.map((row) => Number(row.threads))),
+      some[some.length - 1].disk_mib,
+      whole(some[some.length - 1].requests),
+    ];
+    return table(
+      ['Part', 's', 'Anonymous memory, mean MiB', 'most', 'Descriptors, most', 'Threads, most', 'Disk at its end, MiB', 'Answers so far'],
+      [...['first quarter', 'second', 'third', 'last'].map((what, i) => line(what, part(i))), line('after the load', [last])],
+    );
   });
 }
 
 function fuzzDoc() {
-  return held('fuzz', 'node tests/fuzz/campaign.mjs --build=fuzz --runs=1e7 READER', (rows) => table(['Reader', 'What it reads', 'Sanitizers', 'Executions', 'Wall time, s', 'Edges reached', 'Inputs kept', 'Broke a rule'],
-    rows.map((row) => [code(row.reader), READERS[row.reader], SANITIZED[row.build], whole(row.executions), whole(row.seconds), row.edges, row.corpus, row.crashes])));
+  return held('fuzz', 'node tests/fuzz/campaign.mjs --build=fuzz --runs=1e7 READER', (rows) =>
+    table(
+      ['Reader', 'What it reads', 'Sanitizers', 'Executions', 'Wall time, s', 'Edges reached', 'Inputs kept', 'Broke a rule'],
+      rows.map((row) => [
+        code(row.reader),
+        READERS[row.reader],
+        SANITIZED[row.build],
+        whole(row.executions),
+        whole(row.seconds),
+        row.edges,
+        row.corpus,
+        row.crashes,
+      ]),
+    ),
+  );
 }
 
 function crossDoc() {
-  return held('cross', './dev cross', (rows) => table(['CPU', 'Scenarios', 'With the same hash and metrics', 'Compiler', 'Emulator', 'Commit', 'When'],
-    rows.map((row) => [row.cpu, row.scenarios, row.equal, `gcc ${row.compiler}`, `qemu ${row.emulator}`, row.commit, row.date])));
+  return held('cross', './dev cross', (rows) =>
+    table(
+      ['CPU', 'Scenarios', 'With the same hash and metrics', 'Compiler', 'Emulator', 'Commit', 'When'],
+      rows.map((row) => [row.cpu, row.scenarios, row.equal, `gcc ${row.compiler}`, `qemu ${row.emulator}`, row.commit, row.date]),
+    ),
+  );
 }
 
 // ---- presets of links ----
 
 /** What each sets that is not the default, from the log of a run in which every player has one. */
 function presetsDoc(binary, schema) {
-  const names = schema.$defs.link_pair.properties.preset.enum.slice(1), rows = [];
+  const names = schema.$defs.link_pair.properties.preset.enum.slice(1),
+    rows = [];
   const defaults = Object.fromEntries(Object.entries(schema.$defs.link.properties).map(([name, row]) => [name, row.default]));
-  const most = 8, folder = mkdtempSync(path.join(tmpdir(), 'laglab-presets-')), file = path.join(folder, 'log');
+  const most = 8,
+    folder = mkdtempSync(path.join(tmpdir(), 'laglab-presets-')),
+    file = path.join(folder, 'log');
   for (let from = 0; from < names.length; from += most) {
     const players = names.slice(from, from + most).map((preset) => ({ link: { preset } }));
     execFileSync(binary, ['run', '-', '--log', file], { input: JSON.stringify({ kind: 'netgame', duration_s: 1, players }) });
@@ -521,7 +870,14 @@ function presetsDoc(binary, schema) {
     for (const { link } of JSON.parse(create).scenario.players) {
       const { delay_ms, jitter_ms, distribution, loss_pct, ...others } = link.up;
       const more = Object.entries(others).filter(([name, value]) => value !== defaults[name]);
-      rows.push([code(link.preset), delay_ms, jitter_ms, distribution, loss_pct, more.map(([name, value]) => `${code(name)} ${value}`).join(', ')]);
+      rows.push([
+        code(link.preset),
+        delay_ms,
+        jitter_ms,
+        distribution,
+        loss_pct,
+        more.map(([name, value]) => `${code(name)} ${value}`).join(', '),
+      ]);
     }
   }
   rmSync(folder, { recursive: true });
@@ -540,7 +896,8 @@ function fill(file, text, name, body) {
 }
 
 function between(file, text, begin, end, body) {
-  const from = text.indexOf(begin), to = text.indexOf(end, from);
+  const from = text.indexOf(begin),
+    to = text.indexOf(end, from);
   if (from < 0 || to < 0) throw new Error(`${file} has no ${begin} ... ${end}`);
   return `${text.slice(0, from + begin.length)}\n${body}\n${text.slice(to)}`;
 }
@@ -560,20 +917,29 @@ function schemas(scenario, experiment) {
 /** Every generated file with the text that it should have. @param {string} binary @returns {Map<string, string>} */
 export function generate(binary) {
   const laglab = (/** @type {string[]} */ ...args) => execFileSync(binary, args, { encoding: 'utf8' });
-  const schema = JSON.parse(laglab('schema')), records = JSON.parse(laglab('schema', 'stream'));
+  const schema = JSON.parse(laglab('schema')),
+    records = JSON.parse(laglab('schema', 'stream'));
   const asyncapi = between('api/asyncapi.yaml', read('api/asyncapi.yaml'), '    # generated: records', '    # end', asyncSchemas(records));
   return new Map([
     ['api/asyncapi.yaml', asyncapi],
     ['api/scenario.schema.json', JSON.stringify(schema, null, 2) + '\n'],
     ['api/schemas.json', JSON.stringify(schemas(schema, JSON.parse(laglab('schema', 'experiment'))), null, 2) + '\n'],
     ['www/js/stream/records.js', pageModule(records)],
-    ['docs/scenario.md', scenarioDoc(schema).replace(/\n{3,}/g, '\n\n').trimEnd() + '\n'],
+    [
+      'docs/scenario.md',
+      scenarioDoc(schema)
+        .replace(/\n{3,}/g, '\n\n')
+        .trimEnd() + '\n',
+    ],
     ['docs/metrics.md', metricsDoc(JSON.parse(laglab('schema', 'metrics')))],
     ['docs/api.md', apiDoc(YAML.parse(read('api/openapi.yaml')), YAML.parse(asyncapi))],
     ['docs/accuracy.md', filled('docs/accuracy.md', { 'closed forms': closedFormsDoc() })],
     ['docs/concepts.md', filled('docs/concepts.md', { presets: presetsDoc(binary, schema) })],
     ['docs/deploy.md', filled('docs/deploy.md', { options: optionsDoc(laglab('serve', '--help')) })],
-    ['docs/trust.md', filled('docs/trust.md', { kills: killsDoc(), soak: soakDoc(), rests: restsDoc(), fuzz: fuzzDoc(), 'other CPUs': crossDoc() })],
+    [
+      'docs/trust.md',
+      filled('docs/trust.md', { kills: killsDoc(), soak: soakDoc(), rests: restsDoc(), fuzz: fuzzDoc(), 'other CPUs': crossDoc() }),
+    ],
     ['docs/performance.md', filled('docs/performance.md', { results: RESULTS.map(resultDoc).join('\n\n'), memory: memoryDoc(laglab) })],
   ]);
 }

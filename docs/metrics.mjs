@@ -15,7 +15,8 @@ function line({ name, type, unit, signed, rare, help, null: when }) {
 
 /** @param {Table} table */
 function section({ path, also, when, help, metrics }) {
-  const where = path === '' ? 'The metrics themselves' : code(path), again = also ? `; the same under ${code(`${also}${path ? `.${path}` : ''}`)}` : '';
+  const where = path === '' ? 'The metrics themselves' : code(path),
+    again = also ? `; the same under ${code(`${also}${path ? `.${path}` : ''}`)}` : '';
   return `${where}${again}. ${when ? `${when} ` : ''}${help}
 
 | Name | Type | Unit | What it is | Null when |

@@ -1,7 +1,11 @@
 // The tables of the stream (from `laglab schema stream`) as the page's module and as parts of the API's description.
 
 const upper = (/** @type {string} */ name) => name.toUpperCase();
-const camel = (/** @type {string} */ name) => name.split('_').map((part) => part.charAt(0).toUpperCase() + part.slice(1)).join('');
+const camel = (/** @type {string} */ name) =>
+  name
+    .split('_')
+    .map((part) => part.charAt(0).toUpperCase() + part.slice(1))
+    .join('');
 
 /** @param {any} field */
 function typeOf(field) {
@@ -11,7 +15,9 @@ function typeOf(field) {
 
 /** @param {any} record */
 function typedef(record) {
-  const lines = record.fields.map((/** @type {any} */ f) => ` * @property {${typeOf(f)}} ${f.name}  ${f.unit ? `${f.unit}; ` : ''}${f.help}`);
+  const lines = record.fields.map(
+    (/** @type {any} */ f) => ` * @property {${typeOf(f)}} ${f.name}  ${f.unit ? `${f.unit}; ` : ''}${f.help}`,
+  );
   const id = record.form === 'log' ? [' * @property {number} id  counts them'] : [];
   const plane = record.form === 'grid' ? [' * @property {Uint8Array} values  width x height cells'] : [];
   return ['/**', ` * ${record.help}`, ` * @typedef {object} ${camel(record.name)}Row`, ...id, ...lines, ...plane, ' */'].join('\n');
@@ -23,7 +29,9 @@ function constants(record) {
     const names = f.names ?? f.flags;
     if (!names) return [];
     const value = (/** @type {number} */ i) => (f.flags ? 2 ** i : i);
-    const pairs = names.map((/** @type {string} */ name, /** @type {number} */ i) => [name, i]).filter(([name]) => name !== '')
+    const pairs = names
+      .map((/** @type {string} */ name, /** @type {number} */ i) => [name, i])
+      .filter(([name]) => name !== '')
       .map(([name, i]) => `${/^[a-z_]\w*$/.test(name) ? name : `'${name}'`}: ${value(i)}`);
     return [`export const ${upper(record.name)}_${upper(f.name)} = Object.freeze({ ${pairs.join(', ')} });`];
   });
@@ -32,9 +40,16 @@ function constants(record) {
 /** www/js/stream/records.js. @param {any} schema @returns {string} */
 export function pageModule(schema) {
   const bare = schema.records.map(({ help: _, ...record }) => ({
-    ...record, fields: record.fields.map(({ help: __, names, flags, ...field }) => ({ ...field, ...(names ? { names } : {}), ...(flags ? { flags } : {}) })),
+    ...record,
+    fields: record.fields.map(({ help: __, names, flags, ...field }) => ({
+      ...field,
+      ...(names ? { names } : {}),
+      ...(flags ? { flags } : {}),
+    })),
   }));
-  const rows = schema.records.map((/** @type {any} */ r) => ` * @property {${r.form === 'one' ? `${camel(r.name)}Row` : `${camel(r.name)}Row[]`}} ${r.name}`);
+  const rows = schema.records.map(
+    (/** @type {any} */ r) => ` * @property {${r.form === 'one' ? `${camel(r.name)}Row` : `${camel(r.name)}Row[]`}} ${r.name}`,
+  );
   return `// Written by docs/generate.mjs from \`laglab schema stream\`: the tables are in C, and changed there.
 
 /** Of these tables: a daemon whose hello has another gives its own at stream/schema.json. */
@@ -55,8 +70,14 @@ ${schema.records.flatMap(constants).join('\n')}
 
 /** @type {readonly Layout[]} */
 export const RECORDS = Object.freeze([
-${bare.map((/** @type {any} */ record) => `  ${JSON.stringify({ ...record, fields: undefined }).slice(0, -1)},"fields":[\n${
-    record.fields.map((/** @type {any} */ f) => `    ${JSON.stringify(f)},\n`).join('')}  ]},`).join('\n')}
+${bare
+  .map(
+    (/** @type {any} */ record) =>
+      `  ${JSON.stringify({ ...record, fields: undefined }).slice(0, -1)},"fields":[\n${record.fields
+        .map((/** @type {any} */ f) => `    ${JSON.stringify(f)},\n`)
+        .join('')}  ]},`,
+  )
+  .join('\n')}
 ]);
 `;
 }
@@ -69,7 +90,10 @@ const quoted = (/** @type {string} */ text) => JSON.stringify(text);
 function propertyOf(field) {
   const parts = [];
   const all = /** @type {string[] | undefined} */ (field.names ?? field.flags);
-  const names = all?.filter((name) => name !== '').map(quoted).join(', ');
+  const names = all
+    ?.filter((name) => name !== '')
+    .map(quoted)
+    .join(', ');
   if (field.names) parts.push(`enum: [${names}]`);
   else if (field.flags) parts.push('type: array', `items: { enum: [${names}] }`, 'uniqueItems: true');
   else if (field.boolean) parts.push('type: boolean');
@@ -85,8 +109,16 @@ function propertyOf(field) {
 /** @param {any} record */
 function rowSchema(record) {
   const properties = record.fields.map((/** @type {any} */ f) => [f.name, propertyOf(f)]);
-  if (record.form === 'log') properties.unshift(['id', '{ type: integer, minimum: 0, description: "Counts them: of the first the number is in the section, which then goes on by one." }']);
-  if (record.form === 'grid') properties.push(['values', '{ type: array, items: { type: integer, minimum: 0, maximum: 255 }, description: "Width x height cells; the bytes behind the row." }']);
+  if (record.form === 'log')
+    properties.unshift([
+      'id',
+      '{ type: integer, minimum: 0, description: "Counts them: of the first the number is in the section, which then goes on by one." }',
+    ]);
+  if (record.form === 'grid')
+    properties.push([
+      'values',
+      '{ type: array, items: { type: integer, minimum: 0, maximum: 255 }, description: "Width x height cells; the bytes behind the row." }',
+    ]);
   return `    ${camel(record.name)}Row:
       type: object
       description: ${quoted(record.help)}
@@ -100,8 +132,12 @@ ${properties.map(([name, property]) => `        ${name}: ${property}`).join('\n'
 /** The schemas of channels, frames and rows, as they stand in components.schemas. @param {any} schema @returns {string} */
 export function asyncSchemas(schema) {
   const channels = schema.channels.map((/** @type {any} */ c) => `\`${c.name}\`: ${c.help}`).join(' ');
-  const frame = schema.records.map((/** @type {any} */ r) => `        ${r.name}: { type: array, items: { $ref: "#/components/schemas/${camel(r.name)}Row" }${
-    r.form === 'one' ? ', minItems: 1, maxItems: 1' : ''} }`);
+  const frame = schema.records.map(
+    (/** @type {any} */ r) =>
+      `        ${r.name}: { type: array, items: { $ref: "#/components/schemas/${camel(r.name)}Row" }${
+        r.form === 'one' ? ', minItems: 1, maxItems: 1' : ''
+      } }`,
+  );
   return `    Channel:
       enum: [${schema.channels.map((/** @type {any} */ c) => c.name).join(', ')}]
       description: ${quoted(channels)}

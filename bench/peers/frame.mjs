@@ -1,7 +1,9 @@
 // The frame that the peers send: laglab's header, then as many bytes as laglab's mean frame had in this run.
 // What a server does per frame is what laglab's must at least do: stamp the sequence and the time.
 
-const HEAD = 26, CLOCK = 60, FILLER = 127; /* ids of records; no table has the second */
+const HEAD = 26,
+  CLOCK = 60,
+  FILLER = 127; /* ids of records; no table has the second */
 
 /** A varint of a fixed length. @param {Buffer} frame @param {number} at @param {bigint} value @param {number} length */
 function put(frame, at, value, length) {
@@ -10,7 +12,8 @@ function put(frame, at, value, length) {
 
 /** @param {number} bytes */
 export function makeFrame(bytes) {
-  const size = Math.max(HEAD, bytes), frame = Buffer.alloc(size, 7);
+  const size = Math.max(HEAD, bytes),
+    frame = Buffer.alloc(size, 7);
   frame.set([1, 2]);
   put(frame, 7, 0n, 1); /* tick */
   frame.set([CLOCK, 4 * 12 + 2, 1, 1, 0, 1], 8); /* whole: a row, changed, none skipped, its one field */

@@ -1,20 +1,26 @@
 // Peer: a Node `ws` server. node ws.mjs SESSIONS VIEWERS BYTES
-import { WebSocketServer } from "ws";
-import { announce, makeFrame, options, pace, stamp } from "./frame.mjs";
+import { WebSocketServer } from 'ws';
+import { announce, makeFrame, options, pace, stamp } from './frame.mjs';
 
 const { sessions, viewers, bytes } = options();
 const rooms = Array.from({ length: sessions }, () => ({ seq: 0, clients: new Set() }));
 
-const server = new WebSocketServer({ port: 0, host: "127.0.0.1", perMessageDeflate: false }, () =>
-  announce(server.address().port, rooms.flatMap((_, s) => Array(viewers).fill(`/${s}`))));
+const server = new WebSocketServer({ port: 0, host: '127.0.0.1', perMessageDeflate: false }, () =>
+  announce(
+    server.address().port,
+    rooms.flatMap((_, s) => Array(viewers).fill(`/${s}`)),
+  ),
+);
 
-server.on("connection", (socket, request) => {
+server.on('connection', (socket, request) => {
   const room = rooms[Number(request.url.slice(1))];
   room.clients.add(socket);
   socket.acked = 0;
   // {"ack":N}, read as cheaply as the daemon reads it.
-  socket.on("message", (data) => { socket.acked = Number(data.toString("latin1", 7, data.length - 1)); });
-  socket.on("close", () => room.clients.delete(socket));
+  socket.on('message', (data) => {
+    socket.acked = Number(data.toString('latin1', 7, data.length - 1));
+  });
+  socket.on('close', () => room.clients.delete(socket));
 });
 
 pace(() => {

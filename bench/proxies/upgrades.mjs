@@ -1,16 +1,21 @@
 // "8 requests, then an upgrade", again and again: the requests leave a connection to the daemon in the proxy's pool, and the upgrade
 // comes on it. Each stream must say hello and deliver frames.
-import http from "node:http";
-import { randomBytes } from "node:crypto";
+import http from 'node:http';
+import { randomBytes } from 'node:crypto';
 
 const REQUESTS = 8;
 const FRAMES = 3;
 const LIMIT_MS = 5000;
 
-const get = (agent, url) => new Promise((resolve, reject) => {
-  http.get(url, { agent }, (response) => { response.resume(); response.on("end", () => resolve(response.statusCode)); })
-    .on("error", reject);
-});
+const get = (agent, url) =>
+  new Promise((resolve, reject) => {
+    http
+      .get(url, { agent }, (response) => {
+        response.resume();
+        response.on('end', () => resolve(response.statusCode));
+      })
+      .on('error', reject);
+  });
 
 /** Messages of a server, which are unmasked; only what this test meets. */
 function* messages(state, part) {
@@ -37,28 +42,41 @@ function upgrade(agent, url) {
   return new Promise((resolve) => {
     let hello = false;
     let frames = 0;
-    const request = http.get(url, { agent, headers: {
-      Upgrade: "websocket", Connection: "Upgrade", "Sec-WebSocket-Version": "13",
-      "Sec-WebSocket-Key": randomBytes(16).toString("base64"), "Sec-WebSocket-Protocol": "laglab.v2.bin",
-    } });
-    const end = (what) => { clearTimeout(timer); request.destroy(); resolve(what); };
+    const request = http.get(url, {
+      agent,
+      headers: {
+        Upgrade: 'websocket',
+        Connection: 'Upgrade',
+        'Sec-WebSocket-Version': '13',
+        'Sec-WebSocket-Key': randomBytes(16).toString('base64'),
+        'Sec-WebSocket-Protocol': 'laglab.v2.bin',
+      },
+    });
+    const end = (what) => {
+      clearTimeout(timer);
+      request.destroy();
+      resolve(what);
+    };
     const timer = setTimeout(() => end(`after ${LIMIT_MS} ms: hello ${hello}, ${frames} frames`), LIMIT_MS);
-    request.on("response", (response) => end(`answered ${response.statusCode}`));
-    request.on("error", (error) => end(error.message));
-    request.on("upgrade", (_, socket, first) => {
+    request.on('response', (response) => end(`answered ${response.statusCode}`));
+    request.on('error', (error) => end(error.message));
+    request.on('upgrade', (_, socket, first) => {
       const state = { bytes: Buffer.alloc(0) };
       socket.write(SUBSCRIBE);
       const take = (part) => {
         for (const { opcode, payload } of messages(state, part)) {
-          if (opcode === 1 && !hello) hello = JSON.parse(payload.toString("utf8")).type === "hello";
+          if (opcode === 1 && !hello) hello = JSON.parse(payload.toString('utf8')).type === 'hello';
           else if (opcode === 2 && hello) frames++;
-          else if (opcode === 2) end("a frame before the hello");
+          else if (opcode === 2) end('a frame before the hello');
         }
-        if (hello && frames >= FRAMES) { socket.destroy(); end("ok"); }
+        if (hello && frames >= FRAMES) {
+          socket.destroy();
+          end('ok');
+        }
       };
-      socket.on("data", take);
-      socket.on("error", () => {});
-      socket.on("close", () => end(`closed: hello ${hello}, ${frames} frames`));
+      socket.on('data', take);
+      socket.on('error', () => {});
+      socket.on('close', () => end(`closed: hello ${hello}, ${frames} frames`));
       if (first.length) take(first);
     });
   });
@@ -66,7 +84,7 @@ function upgrade(agent, url) {
 
 /** The daemon's own count of upgrades that came on connections it had kept. */
 export async function bridged(url) {
-  const text = await (await fetch(new URL("/metrics", url))).text();
+  const text = await (await fetch(new URL('/metrics', url))).text();
   return Number(/^laglab_bridged_total (\d+)/m.exec(text)?.[1] ?? NaN);
 }
 
@@ -77,26 +95,28 @@ export async function upgradesOnKept(url, session, count, atOnce = 1) {
   const failures = {};
   let started = 0;
   let ok = 0;
-  await Promise.all(Array.from({ length: atOnce }, async () => {
-    while (started < count) {
-      started++;
-      const agent = new http.Agent({ keepAlive: true, maxSockets: 1 });
-      let what;
-      const begin = performance.now();
-      try {
-        for (let i = 0; i < REQUESTS; i++) {
-          const status = await get(agent, `${url}/api/v1/sessions/${session.id}`);
-          if (status !== 200) throw new Error(`request answered ${status}`);
+  await Promise.all(
+    Array.from({ length: atOnce }, async () => {
+      while (started < count) {
+        started++;
+        const agent = new http.Agent({ keepAlive: true, maxSockets: 1 });
+        let what;
+        const begin = performance.now();
+        try {
+          for (let i = 0; i < REQUESTS; i++) {
+            const status = await get(agent, `${url}/api/v1/sessions/${session.id}`);
+            if (status !== 200) throw new Error(`request answered ${status}`);
+          }
+          what = await upgrade(agent, `${url}/api/v1/sessions/${session.id}/stream`);
+        } catch (error) {
+          what = error.message;
         }
-        what = await upgrade(agent, `${url}/api/v1/sessions/${session.id}/stream`);
-      } catch (error) {
-        what = error.message;
+        agent.destroy();
+        ms.push(performance.now() - begin);
+        if (what === 'ok') ok++;
+        else failures[what] = (failures[what] ?? 0) + 1;
       }
-      agent.destroy();
-      ms.push(performance.now() - begin);
-      if (what === "ok") ok++;
-      else failures[what] = (failures[what] ?? 0) + 1;
-    }
-  }));
+    }),
+  );
   return { ok, failures, ms };
 }

@@ -8,9 +8,18 @@ import path from 'node:path';
 import { client, openStream } from '../lib/client.mjs';
 import { BINARY, startDaemon } from '../lib/daemon.mjs';
 
-const S = '/api/v1/sessions', E = '/api/v1/experiments', A = '/api/v1/advise', C = '/api/v1/creation';
-const OPERATOR = 'operator-of-this-lab-71', CLASS = 'class-7b-autumn', SMALL = { scenario: 'race', set: { duration_s: 1, warmup_s: 0 },
-  axes: [{ path: 'players.0.lag_ms', values: [0, 100] }], metrics: ['players.0.own_lead_m.mean', 'players.0.bandwidth.down_bytes_per_s'] };
+const S = '/api/v1/sessions',
+  E = '/api/v1/experiments',
+  A = '/api/v1/advise',
+  C = '/api/v1/creation';
+const OPERATOR = 'operator-of-this-lab-71',
+  CLASS = 'class-7b-autumn',
+  SMALL = {
+    scenario: 'race',
+    set: { duration_s: 1, warmup_s: 0 },
+    axes: [{ path: 'players.0.lag_ms', values: [0, 100] }],
+    metrics: ['players.0.own_lead_m.mean', 'players.0.bandwidth.down_bytes_per_s'],
+  };
 
 const folder = mkdtempSync(path.join(tmpdir(), 'laglab-access-'));
 const file = (/** @type {string} */ name, /** @type {string} */ text) => {
@@ -34,21 +43,31 @@ test('creation needs the class key', async () => {
   const made = await c.call('POST', S, { body: { scenario: 'race', paused: true }, key: CLASS });
   assert.equal(made.status, 201, made.text);
   const { id, owner_key: owner } = made.json;
-  const orders = /** @type {[string, any][]} */ ([[S, { scenario: 'race' }], [`${S}/${id}/fork`, {}], [E, SMALL], [`${E}?dry_run=true`, SMALL],
-    [A, { experiment: SMALL, max_error: 1 }]]);
+  const orders = /** @type {[string, any][]} */ ([
+    [S, { scenario: 'race' }],
+    [`${S}/${id}/fork`, {}],
+    [E, SMALL],
+    [`${E}?dry_run=true`, SMALL],
+    [A, { experiment: SMALL, max_error: 1 }],
+  ]);
   for (const [place, body] of orders) {
     const none = await c.call('POST', place, { body });
     assert.equal(none.status, 401, place);
     assert.match(none.headers['www-authenticate'], /^Bearer/);
     assert.match(none.json.detail, /class key/);
-    for (const key of [owner, `${CLASS}x`, CLASS.slice(1), CLASS.toUpperCase()]) assert.equal((await c.call('POST', place, { body, key })).status, 403, place);
+    for (const key of [owner, `${CLASS}x`, CLASS.slice(1), CLASS.toUpperCase()])
+      assert.equal((await c.call('POST', place, { body, key })).status, 403, place);
     for (const key of [CLASS, OPERATOR]) assert.ok([200, 201, 202].includes((await c.call('POST', place, { body, key })).status), place);
   }
   assert.equal((await c.get(`${S}/${id}`)).status, 200, 'shared sessions need no key for watching');
   const stream = await openStream(daemon.url, `sessions/${id}`);
   await stream.frame();
   await stream.close();
-  assert.equal((await c.call('POST', `${S}/${id}/control`, { key: CLASS, body: { op: 'play' } })).status, 403, 'the class key is not an owner key');
+  assert.equal(
+    (await c.call('POST', `${S}/${id}/control`, { key: CLASS, body: { op: 'play' } })).status,
+    403,
+    'the class key is not an owner key',
+  );
   assert.equal((await c.call('DELETE', `${S}/${id}`, { key: CLASS })).status, 403);
   for (const place of [S, E]) assert.equal((await c.get(place, { key: CLASS })).status, 403);
 });
@@ -58,15 +77,22 @@ test('the operator lists, ends and deletes anything', async () => {
   for (let i = 0; i < 5; i++) sessions.push((await c.call('POST', S, { body: { scenario: 'race' }, key: CLASS })).json);
   assert.equal((await c.get(S)).status, 401);
   const ids = [];
-  for (let after = 0; after !== null;) {
+  for (let after = 0; after !== null; ) {
     const { json } = await c.get(`${S}?limit=2&after=${after}`, { key: OPERATOR });
     assert.ok(json.sessions.length <= 2);
     ids.push(...json.sessions.map((/** @type {any} */ s) => s.id));
     after = json.next;
   }
-  assert.deepEqual(ids.slice(-5), sessions.map((s) => s.id), 'in the order of their making, none twice');
+  assert.deepEqual(
+    ids.slice(-5),
+    sessions.map((s) => s.id),
+    'in the order of their making, none twice',
+  );
   assert.equal(new Set(ids).size, ids.length);
-  assert.deepEqual(ids, (await c.get(S, { key: OPERATOR })).json.sessions.map((/** @type {any} */ s) => s.id));
+  assert.deepEqual(
+    ids,
+    (await c.get(S, { key: OPERATOR })).json.sessions.map((/** @type {any} */ s) => s.id),
+  );
   const { id } = sessions[2];
   assert.equal((await c.call('POST', `${S}/${id}/control`, { key: OPERATOR, body: { op: 'pause' } })).json.status, 'paused');
   const stream = await openStream(daemon.url, `sessions/${id}`);
@@ -89,7 +115,8 @@ test('the operator closes creation and opens it', async () => {
   assert.deepEqual((await c.get(C)).json, { creation: 'class' });
   assert.equal((await c.call('PUT', C, { body: { creation: 'open' } })).status, 401);
   assert.equal((await c.call('PUT', C, { body: { creation: 'open' }, key: CLASS })).status, 403);
-  for (const body of [{ creation: 'closed' }, { creation: 1 }, {}, { creation: 'open', more: 1 }]) assert.equal((await c.call('PUT', C, { body, key: OPERATOR })).status, 400);
+  for (const body of [{ creation: 'closed' }, { creation: 1 }, {}, { creation: 'open', more: 1 }])
+    assert.equal((await c.call('PUT', C, { body, key: OPERATOR })).status, 400);
   assert.deepEqual((await c.call('PUT', C, { body: { creation: 'operator' }, key: OPERATOR })).json, { creation: 'operator' });
   assert.equal((await c.call('POST', S, { ...order, key: CLASS })).status, 403);
   assert.equal((await c.call('POST', S, { ...order, key: OPERATOR })).status, 201);
@@ -100,7 +127,8 @@ test('the operator closes creation and opens it', async () => {
 });
 
 test('a key cannot be guessed: wrong ones are counted by address', async () => {
-  const strict = await startDaemon({ args: [...FILES, '--max-code-lookups-per-min', '3'] }), s = client(strict.url);
+  const strict = await startDaemon({ args: [...FILES, '--max-code-lookups-per-min', '3'] }),
+    s = client(strict.url);
   const statuses = [];
   for (let i = 0; i < 6; i++) statuses.push((await s.get(S, { key: `guess-number-${i}-abcdef` })).status);
   assert.deepEqual(statuses, [403, 403, 403, 429, 429, 429]);
@@ -110,7 +138,8 @@ test('a key cannot be guessed: wrong ones are counted by address', async () => {
 });
 
 test('without either all is open, and no client is the operator', async () => {
-  const open = await startDaemon(), s = client(open.url);
+  const open = await startDaemon(),
+    s = client(open.url);
   assert.deepEqual((await s.get(C)).json, { creation: 'open' });
   const session = await s.make();
   assert.equal((await s.call('POST', `${S}/${session.id}/fork`)).status, 201);
@@ -121,15 +150,22 @@ test('without either all is open, and no client is the operator', async () => {
 
 test('keys of the environment, and files that hold none', async () => {
   process.env.LAGLAB_OPERATOR_KEY = OPERATOR;
-  const env = await startDaemon({ args: ['--creation', 'operator'] }).finally(() => delete process.env.LAGLAB_OPERATOR_KEY), s = client(env.url);
+  const env = await startDaemon({ args: ['--creation', 'operator'] }).finally(() => delete process.env.LAGLAB_OPERATOR_KEY),
+    s = client(env.url);
   assert.equal((await s.call('POST', S, { body: { scenario: 'race' } })).status, 401);
   assert.equal((await s.call('POST', S, { body: { scenario: 'race' }, key: OPERATOR })).status, 201);
   s.close();
   await env.stop();
-  const refused = /** @type {[string[], RegExp][]} */ ([[['--operator-key-file', path.join(folder, 'none')], /Cannot read key file/],
-    [['--operator-key-file', file('short', 'secret\n')], /16 to 256 characters; got 6/], [['--class-key-file', file('lines', 'first-line-1\nsecond-line\n')], /one line/],
-    [['--class-key-file', file('space', 'two words in it')], /visible ASCII/], [['--class-key-file', file('empty', '')], /got 0/],
-    [['--creation', 'class'], /requires the class key/], [['--creation', 'operator'], /requires the operator's key/], [['--creation', 'nobody'], /open, class, operator/]]);
+  const refused = /** @type {[string[], RegExp][]} */ ([
+    [['--operator-key-file', path.join(folder, 'none')], /Cannot read key file/],
+    [['--operator-key-file', file('short', 'secret\n')], /16 to 256 characters; got 6/],
+    [['--class-key-file', file('lines', 'first-line-1\nsecond-line\n')], /one line/],
+    [['--class-key-file', file('space', 'two words in it')], /visible ASCII/],
+    [['--class-key-file', file('empty', '')], /got 0/],
+    [['--creation', 'class'], /requires the class key/],
+    [['--creation', 'operator'], /requires the operator's key/],
+    [['--creation', 'nobody'], /open, class, operator/],
+  ]);
   for (const [args, words] of refused) {
     const ended = spawnSync(BINARY, ['serve', '--listen', '127.0.0.1:0', '--data', 'memory', ...args], { encoding: 'utf8', timeout: 5000 });
     assert.equal(ended.status, 2, args.join(' '));

@@ -12,17 +12,26 @@ import { startDaemon } from '../lib/daemon.mjs';
 let daemon, c, done, running;
 const data = mkdtempSync(path.join(tmpdir(), 'laglab-answers-'));
 const X = '/api/v1/experiments';
-const plan = (repeats, duration_s) => ({ scenario: 'race', set: { duration_s, warmup_s: 0 }, axes: [{ path: 'players.0.lag_ms', values: [0, 130] }], repeats,
-  metrics: ['players.0.own_lead_m.mean'] });
+const plan = (repeats, duration_s) => ({
+  scenario: 'race',
+  set: { duration_s, warmup_s: 0 },
+  axes: [{ path: 'players.0.lag_ms', values: [0, 130] }],
+  repeats,
+  metrics: ['players.0.own_lead_m.mean'],
+});
 
 /** The answer with its bytes as they came. @returns {Promise<{status: number, headers: http.IncomingHttpHeaders, bytes: Buffer}>} */
-const fetchRaw = (path, headers = {}, method = 'GET') => new Promise((resolve, reject) => {
-  http.request(new URL(path, daemon.url), { method, headers }, (answer) => {
-    const parts = [];
-    answer.on('data', (part) => parts.push(part));
-    answer.on('end', () => resolve({ status: answer.statusCode, headers: answer.headers, bytes: Buffer.concat(parts) }));
-  }).on('error', reject).end();
-});
+const fetchRaw = (path, headers = {}, method = 'GET') =>
+  new Promise((resolve, reject) => {
+    http
+      .request(new URL(path, daemon.url), { method, headers }, (answer) => {
+        const parts = [];
+        answer.on('data', (part) => parts.push(part));
+        answer.on('end', () => resolve({ status: answer.statusCode, headers: answer.headers, bytes: Buffer.concat(parts) }));
+      })
+      .on('error', reject)
+      .end();
+  });
 
 before(async () => {
   daemon = await startDaemon({ data });
@@ -40,12 +49,18 @@ after(async () => {
 
 const formats = ['csv', 'ndjson', 'json', 'parquet', 'sqlite'];
 /** @returns {Record<string, string>} */
-const places = () => Object.fromEntries([...formats.map((format) => [format, `${X}/${done.id}/results?format=${format}`]),
-  ['points', `${X}/${done.id}/results?points=true`], ['report', `${X}/${done.id}/report`], ['trace', `${X}/${done.id}/runs/3/trace`]]);
+const places = () =>
+  Object.fromEntries([
+    ...formats.map((format) => [format, `${X}/${done.id}/results?format=${format}`]),
+    ['points', `${X}/${done.id}/results?points=true`],
+    ['report', `${X}/${done.id}/report`],
+    ['trace', `${X}/${done.id}/runs/3/trace`],
+  ]);
 
 test('compressed answers are the same answers, and smaller', async () => {
   for (const [name, path] of Object.entries(places())) {
-    const plain = await fetchRaw(path), small = await fetchRaw(path, { 'accept-encoding': 'br;q=1, gzip;q=0.5' });
+    const plain = await fetchRaw(path),
+      small = await fetchRaw(path, { 'accept-encoding': 'br;q=1, gzip;q=0.5' });
     assert.equal(plain.headers['content-encoding'], undefined);
     assert.match(plain.headers.vary, /Accept-Encoding/);
     if (name === 'parquet' || name === 'sqlite') {
@@ -59,7 +74,16 @@ test('compressed answers are the same answers, and smaller', async () => {
     assert.notEqual(small.headers.etag, plain.headers.etag);
   }
   const path = places().csv;
-  for (const [wish, want] of [['gzip', true], ['*', true], ['identity', false], ['gzip;q=0', false], ['gzip;q=0, *', false], ['*;q=0', false], ['gzippo', false], ['', false]])
+  for (const [wish, want] of [
+    ['gzip', true],
+    ['*', true],
+    ['identity', false],
+    ['gzip;q=0', false],
+    ['gzip;q=0, *', false],
+    ['*;q=0', false],
+    ['gzippo', false],
+    ['', false],
+  ])
     assert.equal((await fetchRaw(path, { 'accept-encoding': wish })).headers['content-encoding'] === 'gzip', want, String(wish));
 });
 
@@ -68,18 +92,23 @@ test('so are those of sessions and of the library', async () => {
   await c.control(session, { op: 'seek', time_s: 5 });
   for (const part of ['metrics', 'trace']) {
     const path = `/api/v1/sessions/${session.id}/${part}`;
-    const plain = await fetchRaw(path), small = await fetchRaw(path, { 'accept-encoding': 'gzip' });
+    const plain = await fetchRaw(path),
+      small = await fetchRaw(path, { 'accept-encoding': 'gzip' });
     assert.equal(small.headers['content-encoding'], 'gzip', part);
     assert.ok(gunzipSync(small.bytes).equals(plain.bytes), part);
   }
   assert.equal((await fetchRaw('/api/v1/scenarios', { 'accept-encoding': 'gzip' })).headers['content-encoding'], 'gzip');
-  const made = await c.call('POST', '/api/v1/sessions', { body: { scenario: 'race', paused: true }, headers: { 'accept-encoding': 'gzip' } });
+  const made = await c.call('POST', '/api/v1/sessions', {
+    body: { scenario: 'race', paused: true },
+    headers: { 'accept-encoding': 'gzip' },
+  });
   assert.equal(made.headers['content-encoding'], undefined, 'an answer with keys is not');
 });
 
 test('what a client has is not made again; when there is more, it is', async () => {
   for (const [name, path] of Object.entries(places())) {
-    const first = await fetchRaw(path), again = await fetchRaw(path);
+    const first = await fetchRaw(path),
+      again = await fetchRaw(path);
     assert.match(first.headers.etag, /^"[0-9a-f]{16}"$/, name);
     assert.equal(again.headers.etag, first.headers.etag);
     assert.ok(again.bytes.equals(first.bytes), `${name}: the same tag, the same bytes`);
@@ -91,7 +120,8 @@ test('what a client has is not made again; when there is more, it is', async () 
   }
   const tags = new Set(Object.values(places()).map(async (path) => (await fetchRaw(path)).headers.etag));
   assert.equal(new Set(await Promise.all(tags)).size, Object.keys(places()).length, 'each has its own');
-  const path = `${X}/${running.id}/results`, early = await fetchRaw(path);
+  const path = `${X}/${running.id}/results`,
+    early = await fetchRaw(path);
   assert.match(early.headers.etag, /^W\/"/);
   assert.equal((await fetchRaw(path, { range: 'bytes=0-9' })).status, 200, 'parts of what still grows do not fit together');
   const { done: before } = (await c.get(`${X}/${running.id}`)).json;
@@ -103,9 +133,15 @@ test('what a client has is not made again; when there is more, it is', async () 
 
 test('parts of results put together are the whole', async () => {
   for (const path of [places().csv, places().sqlite, places().trace]) {
-    const whole = await fetchRaw(path), size = whole.bytes.length, parts = [];
+    const whole = await fetchRaw(path),
+      size = whole.bytes.length,
+      parts = [];
     for (let from = 0; from < size; from += 1777) {
-      const part = await fetchRaw(path, { range: `bytes=${from}-${from + 1776}`, 'if-range': whole.headers.etag, 'accept-encoding': 'gzip' });
+      const part = await fetchRaw(path, {
+        range: `bytes=${from}-${from + 1776}`,
+        'if-range': whole.headers.etag,
+        'accept-encoding': 'gzip',
+      });
       assert.equal(part.status, 206);
       assert.equal(part.headers['content-range'], `bytes ${from}-${Math.min(from + 1776, size - 1)}/${size}`);
       parts.push(part.bytes);
@@ -120,7 +156,8 @@ test('parts of results put together are the whole', async () => {
     assert.deepEqual(await ask(`bytes=${size - 3}-`), [206, 3]);
     assert.deepEqual(await ask(`bytes=${size}-`), [416, `bytes */${size}`]);
     assert.deepEqual(await ask('bytes=-0'), [416, `bytes */${size}`]);
-    for (const odd of ['bytes=5-2', 'bytes=0-1,4-5', 'lines=0-1', 'bytes=', 'bytes=a-b', 'bytes=1', `bytes=${'9'.repeat(30)}-`]) assert.deepEqual(await ask(odd), [200, size], odd);
+    for (const odd of ['bytes=5-2', 'bytes=0-1,4-5', 'lines=0-1', 'bytes=', 'bytes=a-b', 'bytes=1', `bytes=${'9'.repeat(30)}-`])
+      assert.deepEqual(await ask(odd), [200, size], odd);
     assert.deepEqual(await ask('bytes=0-9', { 'if-range': '"other"' }), [200, size], 'it has changed: the whole');
   }
 });
@@ -133,8 +170,10 @@ test('HEAD is cheap, and has the headers of GET', async () => {
   assert.ok(took < 3000, `20 HEADs of a trace of 3,000 s took ${took} ms`);
   await c.call('DELETE', `${X}/${long.id}`, { key: long.owner_key });
   for (const path of Object.values(places())) {
-    const get = await fetchRaw(path), head = await fetchRaw(path, {}, 'HEAD');
-    for (const name of ['etag', 'content-type', 'vary', 'accept-ranges', 'cache-control']) assert.equal(head.headers[name], get.headers[name], `${path} ${name}`);
+    const get = await fetchRaw(path),
+      head = await fetchRaw(path, {}, 'HEAD');
+    for (const name of ['etag', 'content-type', 'vary', 'accept-ranges', 'cache-control'])
+      assert.equal(head.headers[name], get.headers[name], `${path} ${name}`);
     assert.equal(head.bytes.length, 0);
     assert.equal((await fetchRaw(path, { 'if-none-match': get.headers.etag }, 'HEAD')).status, 304);
   }
@@ -150,10 +189,15 @@ test('HEAD is cheap, and has the headers of GET', async () => {
 });
 
 test('the rate of an experiment is reported again after a restart', async () => {
-  const rate = () => waitFor(async () => {
-    const { json } = await c.get(`${X}/${running.id}`);
-    return json.rate_per_s > 0 && json;
-  }, 'a rate', 20000);
+  const rate = () =>
+    waitFor(
+      async () => {
+        const { json } = await c.get(`${X}/${running.id}`);
+        return json.rate_per_s > 0 && json;
+      },
+      'a rate',
+      20000,
+    );
   assert.ok((await rate()).left_s > 0);
   c.close();
   await daemon.stop();

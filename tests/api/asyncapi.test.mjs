@@ -46,17 +46,24 @@ const rates = (stream, hz) => Object.fromEntries(channelsOf(stream).map((name) =
 // ---- the tables ----
 
 test('the schemas are those of the tables that the daemon reads and writes by', async () => {
-  const { records, channels, hash } = (await c.get('/api/v1/stream/schema.json')).json, { tables } = reader(api);
+  const { records, channels, hash } = (await c.get('/api/v1/stream/schema.json')).json,
+    { tables } = reader(api);
   assert.equal(records.length, tables.size);
   assert.ok(records.length > 20, `${records.length} records`);
   for (const record of records) {
     const table = tables.get(record.id);
     assert.deepEqual([table.name, table.form], [record.name, record.form]);
-    assert.deepEqual(table.fields.map(([name, p]) => [name, p['x-coding'], p['x-unit'], p.description]),
-      record.fields.map((f) => [f.name, f.coding === 'int' ? 'int' : `${f.coding} ${f.bits}`, f.unit, f.help]));
+    assert.deepEqual(
+      table.fields.map(([name, p]) => [name, p['x-coding'], p['x-unit'], p.description]),
+      record.fields.map((f) => [f.name, f.coding === 'int' ? 'int' : `${f.coding} ${f.bits}`, f.unit, f.help]),
+    );
   }
-  assert.deepEqual(api.components.schemas.Channel.enum, channels.map(({ name }) => name));
-  const session = await c.make({ paused: true }), stream = await c.stream(session);
+  assert.deepEqual(
+    api.components.schemas.Channel.enum,
+    channels.map(({ name }) => name),
+  );
+  const session = await c.make({ paused: true }),
+    stream = await c.stream(session);
   assert.equal(stream.hello.schema, hash);
   await stream.close();
 });
@@ -65,7 +72,8 @@ test('the schemas are those of the tables that the daemon reads and writes by', 
 async function compareEncodings(id) {
   const session = await c.make({ scenario: id, paused: true });
   await c.control(session, { op: 'seek', time_s: 1 });
-  const json = await c.stream(session, 'json', { subscribe: {} }), binary = await c.stream(session, 'bin', { subscribe: {} });
+  const json = await c.stream(session, 'json', { subscribe: {} }),
+    binary = await c.stream(session, 'bin', { subscribe: {} });
   json.say({ subscribe: rates(json, 10) }); // all as text is much
   binary.say({ subscribe: rates(binary, 60) });
   const ended = () => json.frames.at(-1)?.flags.includes('ended'); // a short one on a busy machine
@@ -75,14 +83,19 @@ async function compareEncodings(id) {
   await pause(100);
   checkAll(json);
   for (const message of binary.messages) check(message.type, message);
-  const texts = new Map(json.frames.map((frame) => [frame.seq, frame])), seen = new Set(), events = new Map();
+  const texts = new Map(json.frames.map((frame) => [frame.seq, frame])),
+    seen = new Set(),
+    events = new Map();
   let compared = 0;
   for (const frame of framesOf(binary)) {
     for (const event of frame.events ?? []) events.set(event.id, event);
     const text = texts.get(frame.seq);
     if (!text) continue;
     assert.equal(frame.tick, text.tick);
-    assert.deepEqual(frame.flags.filter((flag) => flag !== 'jump'), text.flags.filter((flag) => flag !== 'jump'));
+    assert.deepEqual(
+      frame.flags.filter((flag) => flag !== 'jump'),
+      text.flags.filter((flag) => flag !== 'jump'),
+    );
     for (const [name, rows] of Object.entries(text)) {
       if (!Array.isArray(rows) || name === 'flags') continue;
       if (rows.length > 0) seen.add(name);
@@ -90,9 +103,11 @@ async function compareEncodings(id) {
     }
     compared++;
   }
-  for (const { events: told } of json.frames) for (const event of told ?? []) if (events.has(event.id)) assert.deepEqual(events.get(event.id), event);
+  for (const { events: told } of json.frames)
+    for (const event of told ?? []) if (events.has(event.id)) assert.deepEqual(events.get(event.id), event);
   assert.ok(compared >= (ended() ? 2 : 4), `${compared} frames compared of ${id}`);
-  const { format: _, ...hello } = json.hello, { format: __, ...other } = binary.hello;
+  const { format: _, ...hello } = json.hello,
+    { format: __, ...other } = binary.hello;
   assert.deepEqual(hello, other);
   await json.close();
   await binary.close();
@@ -101,13 +116,20 @@ async function compareEncodings(id) {
 }
 
 test('binary frames say what texts say, in every library scenario, and every record comes in some', async () => {
-  const left = (await c.get('/api/v1/scenarios')).json.scenarios.map(({ id }) => id), seen = new Set();
+  const left = (await c.get('/api/v1/scenarios')).json.scenarios.map(({ id }) => id),
+    seen = new Set();
   assert.ok(left.length > 100, `${left.length} scenarios`);
   // Most of the time is waiting for frames: three at a time.
-  await Promise.all(Array.from({ length: 3 }, async () => {
-    for (let id = left.pop(); id; id = left.pop()) for (const name of await compareEncodings(id)) seen.add(name);
-  }));
-  assert.deepEqual([...reader(api).tables.values()].map(({ name }) => name).filter((name) => !seen.has(name)), [], 'records without a row');
+  await Promise.all(
+    Array.from({ length: 3 }, async () => {
+      for (let id = left.pop(); id; id = left.pop()) for (const name of await compareEncodings(id)) seen.add(name);
+    }),
+  );
+  assert.deepEqual(
+    [...reader(api).tables.values()].map(({ name }) => name).filter((name) => !seen.has(name)),
+    [],
+    'records without a row',
+  );
 });
 
 test('the input history', async () => {
@@ -131,10 +153,17 @@ test('the buffers of views', async () => {
   const stream = await c.stream(session);
   const { buffers, buffered } = await stream.frame((frame) => frame.buffered);
   assert.ok(buffers.length === 2 && buffered.length >= 4, `${buffered.length} states`);
-  const ahead = buffered.filter((b) => b.player === 0), { drawn_s } = buffers[0];
+  const ahead = buffered.filter((b) => b.player === 0),
+    { drawn_s } = buffers[0];
   assert.ok(ahead[0].time_s <= drawn_s && ahead[1].time_s > drawn_s, 'from the state that is drawn on');
-  assert.ok(ahead.every((b, i) => i === 0 || b.tick > ahead[i - 1].tick), 'in order');
-  assert.ok(buffered.every((b) => b.place === 'snapshot'), 'no de-jitter buffer');
+  assert.ok(
+    ahead.every((b, i) => i === 0 || b.tick > ahead[i - 1].tick),
+    'in order',
+  );
+  assert.ok(
+    buffered.every((b) => b.place === 'snapshot'),
+    'no de-jitter buffer',
+  );
   assert.ok(buffers[0].behind_ms > 180 && buffers[0].delay_ms === 210, JSON.stringify(buffers));
   await stream.close();
 });
@@ -162,11 +191,19 @@ test('the beginning: hello, all whole, then 60 frames a second in order', async 
   for (const format of ['json', 'bin']) {
     const stream = await c.stream(session, format, { ack: true });
     await pause(1000);
-    const frames = framesOf(stream), seqs = frames.map(({ seq }) => seq);
+    const frames = framesOf(stream),
+      seqs = frames.map(({ seq }) => seq);
     assert.ok(seqs.length >= 25 && seqs.length <= 70, `${seqs.length} frames`); // how evenly is for bench/ to say, on a quiet machine
-    assert.ok(seqs.every((seq, i) => i === 0 || seq > seqs[i - 1]), 'in order');
+    assert.ok(
+      seqs.every((seq, i) => i === 0 || seq > seqs[i - 1]),
+      'in order',
+    );
     assert.ok(frames.every(({ flags }) => flags.includes('playing')));
-    assert.deepEqual(frames.map(({ flags }, i) => (flags.includes('jump') ? i : -1)).filter((i) => i >= 0), [0], 'a jump at the beginning alone');
+    assert.deepEqual(
+      frames.map(({ flags }, i) => (flags.includes('jump') ? i : -1)).filter((i) => i >= 0),
+      [0],
+      'a jump at the beginning alone',
+    );
     checkAll(stream);
     await stream.close();
   }
@@ -182,7 +219,8 @@ test('rates are those that were asked for, and channels those that were subscrib
   assert.deepEqual(reply.subscribed, { session: 60, scene: 20, gauges: 6 });
   await stream.frame((frame) => frame.views && frame.buffers && frame.session);
   await pause(1000);
-  const frames = stream.frames.slice(2), off = frames.filter((frame) => (frame.views && frame.seq % 3 !== 0) || (frame.buffers && frame.seq % 10 !== 0));
+  const frames = stream.frames.slice(2),
+    off = frames.filter((frame) => (frame.views && frame.seq % 3 !== 0) || (frame.buffers && frame.seq % 10 !== 0));
   for (const frame of frames) {
     assert.ok(!frame.input_history && !frame.events, `frame ${frame.seq}: ${Object.keys(frame)}`);
     assert.ok(frame.views || frame.seq % 3 !== 0, `frame ${frame.seq} without views`);
@@ -205,7 +243,10 @@ test('who does not subscribe gets what is drawn, after a second', async () => {
   const stream = await c.stream(session, 'json', { subscribe: null });
   const frame = await stream.frame();
   assert.ok(performance.now() - begun > 900);
-  assert.deepEqual([Boolean(frame.views), Boolean(frame.session), Boolean(frame.events), Boolean(frame.buffers)], [true, true, false, false]);
+  assert.deepEqual(
+    [Boolean(frame.views), Boolean(frame.session), Boolean(frame.events), Boolean(frame.buffers)],
+    [true, true, false, false],
+  );
   await pause(1000);
   assert.ok(stream.frames.length <= 14, `${stream.frames.length} texts`);
   checkAll(stream);
@@ -240,17 +281,23 @@ test('a viewer that acknowledges has at most four frames in flight, then the new
   await stream.frame();
   stream.say({ ack: framesOf(stream).at(-1).seq });
   await pause(100);
-  const last = framesOf(stream).at(-1).seq, before = stream.frames.length;
+  const last = framesOf(stream).at(-1).seq,
+    before = stream.frames.length;
   await pause(400);
   assert.equal(stream.frames.length, before, 'no frame without an ack');
   assert.ok(before <= 12);
   stream.say({ ack: last });
   await waitFor(() => stream.frames.length > before, 'the next frame');
-  const frames = framesOf(stream), next = frames[before], events = frames.flatMap((frame) => frame.events ?? []);
+  const frames = framesOf(stream),
+    next = frames[before],
+    events = frames.flatMap((frame) => frame.events ?? []);
   assert.ok(next.seq > last + 8, 'the newest');
   assert.ok(!next.flags.includes('jump') && !next.whole.has('views') && !next.whole.has('events'), 'the gap makes nothing whole');
   assert.ok(next.events.length > 10 && next.lost === 0, `${next.events.length} events`);
-  assert.ok(events.every((event, i) => i === 0 || event.id === events[i - 1].id + 1), 'no event is missed');
+  assert.ok(
+    events.every((event, i) => i === 0 || event.id === events[i - 1].id + 1),
+    'no event is missed',
+  );
   checkAll(stream);
   await stream.close();
 });
@@ -258,7 +305,9 @@ test('a viewer that acknowledges has at most four frames in flight, then the new
 test('a slow viewer gets half of its frames, and a message', async () => {
   const session = await c.make({ scenario: 'eight', set: { duration_s: 60 } });
   const stream = await c.stream(session, 'json');
-  const timer = setInterval(() => { if (stream.frames.length > 0) stream.say({ ack: stream.frames.at(-1).seq }); }, 250);
+  const timer = setInterval(() => {
+    if (stream.frames.length > 0) stream.say({ ack: stream.frames.at(-1).seq });
+  }, 250);
   try {
     const slower = await stream.wait((message) => message.type === 'rate', 'the message', 10000);
     assert.deepEqual(slower, { type: 'rate', reason: 'slow viewer', divisor: 2 });
@@ -292,14 +341,18 @@ function checkEvents(frames) {
 
 for (const scenario of ['eight', 'rigid/tumbler', 'fluid/dam_break']) {
   test(`${scenario}: viewers of any rates and channels, that skip, jump and change their minds, end with the same`, async () => {
-    const draw = numbers(scenario.length), session = await c.make({ scenario, set: { duration_s: 60 } });
+    const draw = numbers(scenario.length),
+      session = await c.make({ scenario, set: { duration_s: 60 } });
     const viewers = [];
     for (const ack of [true, true, true, true, false]) viewers.push(await c.stream(session, 'bin', { ack, subscribe: {} }));
-    const names = channelsOf(viewers[0]), stalled = viewers.at(-1);
+    const names = channelsOf(viewers[0]),
+      stalled = viewers.at(-1);
     const wishes = viewers.map(() => ({}));
     let stalls = 0;
     const choose = (i, all = false) => {
-      wishes[i] = Object.fromEntries(names.filter((name) => name !== 'clock' && (all || draw(3) > 0)).map((name) => [name, [60, 20, 5, 1][draw(4)]]));
+      wishes[i] = Object.fromEntries(
+        names.filter((name) => name !== 'clock' && (all || draw(3) > 0)).map((name) => [name, [60, 20, 5, 1][draw(4)]]),
+      );
       viewers[i].say({ subscribe: wishes[i] });
     };
     viewers.forEach((_, i) => choose(i, true));
@@ -317,10 +370,12 @@ for (const scenario of ['eight', 'rigid/tumbler', 'fluid/dam_break']) {
     await c.control(session, { op: 'pause' });
     stalled.say({ ack: framesOf(stalled).at(-1).seq });
     await pause(300);
-    const truth = await c.stream(session), now = await truth.frame();
+    const truth = await c.stream(session),
+      now = await truth.frame();
     await pause(300);
     viewers.forEach((viewer, i) => {
-      const frames = framesOf(viewer), last = frames.at(-1);
+      const frames = framesOf(viewer),
+        last = frames.at(-1);
       checkEvents(frames);
       assert.equal(last.tick, now.tick, `viewer ${i}`);
       for (const { name, id } of reader(api).tables.values()) {
@@ -355,7 +410,10 @@ test('keys and inputs', async () => {
   await say(input(1, 1), 'reply');
   assert.equal((await say({ auth: session.owner_key, id: ++id }, 'reply')).role, 'owner');
   const { tick } = await say(input(0, 1), 'reply');
-  const lines = (await c.get(session.links.log)).text.trimEnd().split('\n').map((line) => JSON.parse(line));
+  const lines = (await c.get(session.links.log)).text
+    .trimEnd()
+    .split('\n')
+    .map((line) => JSON.parse(line));
   assert.ok(lines.some((line) => line.op === 'input' && line.player === 0 && line.tick === tick));
   assert.equal((await say({ ping: 4.5, id: ++id }, 'pong')).ping, 4.5);
   assert.deepEqual((await say({ subscribe: { scene: 60 }, id: ++id }, 'reply')).subscribed, { scene: 60 });
@@ -370,12 +428,42 @@ test('messages that are none change nothing', async () => {
   stream.say({ auth: session.owner_key, id: 1 });
   await stream.wait((each) => each.id === 1);
   const before = await c.get(session.links.log);
-  const bad = ['', 'x', '{', '[]', 'null', '{}', '{"what":1}', '{"ping":1,"auth":"x"}', '{"ping":"x"}', '{"auth":7}', '{"input":[]}', '{"input":{}}',
-    '{"input":{"player":8}}', '{"input":{"player":-1}}', '{"input":{"player":0.5}}', '{"input":{"player":0,"axes":[2]}}',
-    '{"input":{"player":0,"axes":[1,1,1]}}', '{"input":{"player":0,"axes":[NaN]}}', '{"input":{"player":0,"axes":[1e999]}}',
-    '{"input":{"player":0,"buttons":-1}}', '{"input":{"player":0,"buttons":4294967296}}', '{"input":{"player":0,"more":1}}',
-    '{"subscribe":1}', '{"subscribe":[]}', '{"subscribe":{"scene":0}}', '{"subscribe":{"scene":61}}', '{"subscribe":{"scene":"60"}}',
-    '{"subscribe":{"scene":null}}', '{"subscribe":{"Scene":60}}', '{"subscribe":{},"auth":"x"}', '{"ping":1,"id":{}}', '{"ping":1,"id":"12345678901234567"}', '['.repeat(5000), `{"ping":1,"id":${'9'.repeat(400)}}`];
+  const bad = [
+    '',
+    'x',
+    '{',
+    '[]',
+    'null',
+    '{}',
+    '{"what":1}',
+    '{"ping":1,"auth":"x"}',
+    '{"ping":"x"}',
+    '{"auth":7}',
+    '{"input":[]}',
+    '{"input":{}}',
+    '{"input":{"player":8}}',
+    '{"input":{"player":-1}}',
+    '{"input":{"player":0.5}}',
+    '{"input":{"player":0,"axes":[2]}}',
+    '{"input":{"player":0,"axes":[1,1,1]}}',
+    '{"input":{"player":0,"axes":[NaN]}}',
+    '{"input":{"player":0,"axes":[1e999]}}',
+    '{"input":{"player":0,"buttons":-1}}',
+    '{"input":{"player":0,"buttons":4294967296}}',
+    '{"input":{"player":0,"more":1}}',
+    '{"subscribe":1}',
+    '{"subscribe":[]}',
+    '{"subscribe":{"scene":0}}',
+    '{"subscribe":{"scene":61}}',
+    '{"subscribe":{"scene":"60"}}',
+    '{"subscribe":{"scene":null}}',
+    '{"subscribe":{"Scene":60}}',
+    '{"subscribe":{},"auth":"x"}',
+    '{"ping":1,"id":{}}',
+    '{"ping":1,"id":"12345678901234567"}',
+    '['.repeat(5000),
+    `{"ping":1,"id":${'9'.repeat(400)}}`,
+  ];
   for (const message of bad) {
     const count = stream.messages.length;
     stream.say(message);
@@ -390,8 +478,13 @@ test('messages that are none change nothing', async () => {
 });
 
 const E = '/api/v1/experiments';
-const order = (repeats) => ({ scenario: 'race', set: { duration_s: 3 }, repeats, axes: [{ path: 'players.0.lag_ms', values: [0, 100] }],
-  metrics: ['players.0.own_lead_m.mean'] });
+const order = (repeats) => ({
+  scenario: 'race',
+  set: { duration_s: 3 },
+  repeats,
+  axes: [{ path: 'players.0.lag_ms', values: [0, 100] }],
+  metrics: ['players.0.own_lead_m.mean'],
+});
 
 /** What a watcher of an experiment got. */
 function checkProgress(stream) {
@@ -401,7 +494,8 @@ function checkProgress(stream) {
 test('an experiment reports its progress: paused, resumed, finished; then its stream ends', async () => {
   const made = (await c.call('POST', E, { body: order(4000) })).json;
   const control = (op) => c.call('POST', `${E}/${made.id}/control`, { key: made.owner_key, body: { op } });
-  const first = await c.progress(made.id), second = await c.progress(made.id);
+  const first = await c.progress(made.id),
+    second = await c.progress(made.id);
   assert.deepEqual([first.hello.experiment, first.hello.runs, first.hello.state], [made.id, 8000, 'running']);
   const moving = await first.wait((m) => m.type === 'progress' && m.done > 0, 'rows', 20000);
   assert.ok(moving.rate_per_s > 0 && moving.left_s > 0);
@@ -418,17 +512,25 @@ test('an experiment reports its progress: paused, resumed, finished; then its st
     assert.equal(stream.closed.code, 1000);
     assert.equal(stream.messages.at(-1).type, 'bye');
     assert.equal(last.left_s, null);
-    assert.deepEqual(stream.messages.map((m) => m.done ?? 0).filter((n, i, all) => i > 0 && i < all.length - 1 && n < all[i - 1]), [], 'done only grows');
+    assert.deepEqual(
+      stream.messages.map((m) => m.done ?? 0).filter((n, i, all) => i > 0 && i < all.length - 1 && n < all[i - 1]),
+      [],
+      'done only grows',
+    );
     checkProgress(stream);
   }
   const late = await c.progress(made.id);
   assert.equal(late.hello.state, 'cancelled');
   await waitFor(() => late.closed, 'the end');
-  assert.deepEqual(late.messages.map((m) => m.type), ['hello', 'bye']);
+  assert.deepEqual(
+    late.messages.map((m) => m.type),
+    ['hello', 'bye'],
+  );
 });
 
 test('an experiment that is deleted under its watchers, messages to it, and paths that are none', async () => {
-  const made = (await c.call('POST', E, { body: order(4000) })).json, session = await c.make({ paused: true });
+  const made = (await c.call('POST', E, { body: order(4000) })).json,
+    session = await c.make({ paused: true });
   await c.call('POST', `${E}/${made.id}/control`, { key: made.owner_key, body: { op: 'pause' } });
   const stream = await c.progress(made.id);
   stream.say({ ping: 1 });

@@ -19,13 +19,17 @@ function points(name) {
 }
 
 /** @param {Record<string, any>[]} rows @param {Record<string, any>} values @param {string} metric */
-const along = (rows, values, metric) => rows.filter((row) => Object.entries(values).every(([key, value]) => row[key] === value)).map((row) => row[metric]);
+const along = (rows, values, metric) =>
+  rows.filter((row) => Object.entries(values).every(([key, value]) => row[key] === value)).map((row) => row[metric]);
 const rises = (/** @type {number[]} */ values) => values.every((value, i) => i === 0 || value >= values[i - 1]);
 
 test('error against dt: the slope of each integrator is its order', () => {
   const rows = points('integrators');
-  for (const [method, order, from, to] of /** @type {[string, number, number, number][]} */ (
-    [['semi_implicit_euler', 1, 0, 3], ['velocity_verlet', 2, 0, 6], ['rk4', 4, 2, 6]])) {
+  for (const [method, order, from, to] of /** @type {[string, number, number, number][]} */ ([
+    ['semi_implicit_euler', 1, 0, 3],
+    ['velocity_verlet', 2, 0, 6],
+    ['rk4', 4, 2, 6],
+  ])) {
     const errors = along(rows, { 'methods.0.method': method }, 'methods.0.e_final');
     for (let i = from; i < to; i++) {
       const slope = Math.log2(errors[i + 1] / errors[i]); // dt doubles
@@ -33,7 +37,11 @@ test('error against dt: the slope of each integrator is its order', () => {
     }
   }
   const at = (method) => along(rows, { 'methods.0.method': method }, 'methods.0.e_final')[3];
-  assert.ok(at('explicit_euler') > 100 * at('semi_implicit_euler') && at('semi_implicit_euler') > 10 * at('velocity_verlet') && at('velocity_verlet') > 1e4 * at('rk4'));
+  assert.ok(
+    at('explicit_euler') > 100 * at('semi_implicit_euler') &&
+      at('semi_implicit_euler') > 10 * at('velocity_verlet') &&
+      at('velocity_verlet') > 1e4 * at('rk4'),
+  );
 });
 
 test('de-jitter delay against late states: U(10, 500) ms leaves 1 - d / 490 of them late', () => {
@@ -41,7 +49,10 @@ test('de-jitter delay against late states: U(10, 500) ms leaves 1 - d / 490 of t
     // A client looks once in 1/60 s, so a state may be half of that later without being late.
     const wanted = Math.max(0, 1 - (row['players.0.dejitter_ms'] + 1000 / 120) / 490);
     const found = row['players.0.dejitter.late_ratio'];
-    assert.ok(Math.abs(found - wanted) < 0.01 + 1.5 * row['players.0.dejitter.late_ratio.ci95'], `${row['players.0.dejitter_ms']} ms: ${found}, not ${wanted}`);
+    assert.ok(
+      Math.abs(found - wanted) < 0.01 + 1.5 * row['players.0.dejitter.late_ratio.ci95'],
+      `${row['players.0.dejitter_ms']} ms: ${found}, not ${wanted}`,
+    );
   }
   assert.equal(points('dejitter').at(-1)['players.0.dejitter.underruns'], 0);
 });
@@ -49,24 +60,30 @@ test('de-jitter delay against late states: U(10, 500) ms leaves 1 - d / 490 of t
 test('lag against what is felt and seen: prediction takes the round trip out of the own car', () => {
   const rows = points('lag_techniques');
   for (const row of rows) {
-    const lag = row['players.0.lag_ms'], felt = row['players.0.input_latency_ms.mean'];
+    const lag = row['players.0.lag_ms'],
+      felt = row['players.0.input_latency_ms.mean'];
     if (row['players.0.prediction']) assert.equal(felt, 0);
     else assert.ok(felt > 2 * lag && felt < 2 * lag + 60, `${lag} ms: ${felt}`); // and a tick of server, snapshot and client
   }
   for (const row of rows) {
-    const lead = row['players.0.own_lead_ms.mean'], lag = row['players.0.lag_ms'], right = row['players.0.reconciliation'];
-    if (right || !row['players.0.prediction']) assert.equal(row['players.0.own_timeline_error_m.rms'], 0); // the display is right at its tick
+    const lead = row['players.0.own_lead_ms.mean'],
+      lag = row['players.0.lag_ms'],
+      right = row['players.0.reconciliation'];
+    if (right || !row['players.0.prediction'])
+      assert.equal(row['players.0.own_timeline_error_m.rms'], 0); // the display is right at its tick
     else if (lag > 0) assert.ok(row['players.0.own_timeline_error_m.rms'] > 0);
     assert.ok(right ? lead >= lag && lead < lag + 50 : lag === 0 || lead <= -lag / 2, `${lag} ms: ${lead}`);
   }
-  const others = (interpolation) => along(rows, { 'players.0.reconciliation': true, 'players.0.interpolation': interpolation }, 'players.0.remote_error_m.mean');
+  const others = (interpolation) =>
+    along(rows, { 'players.0.reconciliation': true, 'players.0.interpolation': interpolation }, 'players.0.remote_error_m.mean');
   others(true).forEach((error, i) => assert.ok(error > others(false)[i]));
 });
 
 test('loss against lockstep: all wait, and with a free server none', () => {
   const rows = points('lockstep_loss');
   const pipelined = { 'server.sync': 'lockstep_pipelined' };
-  const stalled = along(rows, pipelined, 'server.stalled_s'), pace = along(rows, pipelined, 'server.steps_per_s');
+  const stalled = along(rows, pipelined, 'server.stalled_s'),
+    pace = along(rows, pipelined, 'server.steps_per_s');
   assert.ok(rises(stalled) && stalled[2] > 3 * stalled[0] && stalled[7] > 30 * stalled[0], String(stalled));
   assert.ok(pace[0] - pace[2] < 0.2, `with two in ten lost the steps are late, not fewer: ${pace}`);
   assert.ok(pace[7] < pace[0] - 3, String(pace));
@@ -75,7 +92,8 @@ test('loss against lockstep: all wait, and with a free server none', () => {
 
 test('rewind limit: more hits behind cover, fewer hits that do not count', () => {
   const rows = points('rewind_cover');
-  const behind = along(rows, {}, 'players.1.shots.hitscan.shot_behind_cover'), missed = along(rows, {}, 'players.1.shots.hitscan.false_misses');
+  const behind = along(rows, {}, 'players.1.shots.hitscan.shot_behind_cover'),
+    missed = along(rows, {}, 'players.1.shots.hitscan.false_misses');
   // without rewinding only a victim that is hit while its own view, ahead of the server, shows it hidden
   assert.ok(rises(behind) && behind[0] < 0.5 && behind[6] > 20, String(behind));
   assert.ok(missed[0] > 50 && missed[6] === 0, String(missed));

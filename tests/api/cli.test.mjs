@@ -16,7 +16,9 @@ const BINARY = path.resolve(process.env.LAGLAB_BIN ?? path.join(ROOT, 'build/lag
 const SCENARIOS = path.join(ROOT, 'scenarios');
 
 let folder;
-before(() => { folder = mkdtempSync(path.join(tmpdir(), 'laglab-cli-')); });
+before(() => {
+  folder = mkdtempSync(path.join(tmpdir(), 'laglab-cli-'));
+});
 after(() => rmSync(folder, { recursive: true, force: true }));
 
 /** @param {string[]} args @param {string} [input] */
@@ -68,7 +70,10 @@ function ids() {
     if (entry.isDirectory()) for (const name of readdirSync(path.join(SCENARIOS, entry.name))) found.push(`${entry.name}/${name}`);
     else found.push(entry.name);
   }
-  return found.filter((name) => name.endsWith('.json')).map((name) => name.slice(0, -5)).sort();
+  return found
+    .filter((name) => name.endsWith('.json'))
+    .map((name) => name.slice(0, -5))
+    .sort();
 }
 const scenario = (id) => JSON.parse(readFileSync(path.join(SCENARIOS, `${id}.json`), 'utf8'));
 
@@ -76,8 +81,11 @@ const scenario = (id) => JSON.parse(readFileSync(path.join(SCENARIOS, `${id}.jso
 
 test('run twice gives the same bytes but for measured times', () => {
   for (const id of ids()) {
-    const texts = [1, 2].map(() => good(['run', id, '--duration', '3'])
-      .replace(/"wall_s":\t[-+.e\d]+/, '"wall_s":').replace(/"(ns_per_sim_s|ns_per_test)":\t[-+.e\d]+/g, '"$1":'));
+    const texts = [1, 2].map(() =>
+      good(['run', id, '--duration', '3'])
+        .replace(/"wall_s":\t[-+.e\d]+/, '"wall_s":')
+        .replace(/"(ns_per_sim_s|ns_per_test)":\t[-+.e\d]+/g, '"$1":'),
+    );
     assert.equal(texts[0], texts[1], id);
     assert.match(texts[0], /"wall_s":,/);
   }
@@ -95,15 +103,26 @@ test('run prints one object with the members that are promised', () => {
   assert.equal(out.metrics.players.length, 2);
   assert.equal(typeof out.metrics.server, 'object');
   for (const player of out.metrics.players) {
-    for (const metric of ['input_latency_ms', 'confirmed_latency_ms', 'seen_latency_ms', 'ack_rtt_ms', 'view_age_ms',
-      'age_of_information_ms', 'own_timeline_error_m',
-      'own_lead_m', 'remote_error_m', 'timeline_error_m']) {
+    for (const metric of [
+      'input_latency_ms',
+      'confirmed_latency_ms',
+      'seen_latency_ms',
+      'ack_rtt_ms',
+      'view_age_ms',
+      'age_of_information_ms',
+      'own_timeline_error_m',
+      'own_lead_m',
+      'remote_error_m',
+      'timeline_error_m',
+    ]) {
       const members = ['count', ...(/_latency_/.test(metric) ? ['lost_ratio'] : []), 'max', 'mean', 'p50', 'p95', 'p99', 'rms'];
       assert.deepEqual(Object.keys(player[metric]).sort(), members, metric);
       const { p50, p95, p99, max, mean, rms } = player[metric];
       const low = 1 - 1e-9; // sums are rounded
-      assert.ok(p50 <= p95 && p95 <= p99 && p99 <= max && mean * low <= rms && rms * low <= max,
-        `${metric} ${JSON.stringify(player[metric])}`);
+      assert.ok(
+        p50 <= p95 && p95 <= p99 && p99 <= max && mean * low <= rms && rms * low <= max,
+        `${metric} ${JSON.stringify(player[metric])}`,
+      );
     }
   }
   for (const name of ['ns_per_sim_s', 'bytes']) assert.ok(out.cost[name] > 0, name);
@@ -151,7 +170,11 @@ test('a scenario is an id, a file or standard input', () => {
   const text = readFileSync(path.join(SCENARIOS, 'race.json'), 'utf8');
   writeFileSync(path.join(folder, 'mine.json'), text);
   const { hash } = run(['race', '--duration', '2']);
-  for (const [name, input] of [['mine.json', ''], [path.join(SCENARIOS, 'race.json'), ''], ['-', text]]) {
+  for (const [name, input] of [
+    ['mine.json', ''],
+    [path.join(SCENARIOS, 'race.json'), ''],
+    ['-', text],
+  ]) {
     const out = run([name, '--duration', '2'], input);
     assert.equal(out.hash, hash);
     assert.equal(out.scenario, name);
@@ -165,18 +188,36 @@ test('a scenario is an id, a file or standard input', () => {
 test('every row of a trace is after the frames of its time, the first too', () => {
   const file = path.join(folder, 'rows.csv');
   run(['race', '--duration', '1', '--set', 'players.0.lag_ms=400', '--set', 'players.0.clock_phase=0', '--trace', file]);
-  const [head, ...rows] = readFileSync(file, 'utf8').trimEnd().split('\r\n').map((line) => line.split(','));
-  const open = head.indexOf('player_0_unacked'), age = head.indexOf('player_0_age_of_information_ms');
-  for (const [k, row] of rows.slice(0, 48).entries()) { // an input a frame, and no state for 400 ms and its way back
+  const [head, ...rows] = readFileSync(file, 'utf8')
+    .trimEnd()
+    .split('\r\n')
+    .map((line) => line.split(','));
+  const open = head.indexOf('player_0_unacked'),
+    age = head.indexOf('player_0_age_of_information_ms');
+  for (const [k, row] of rows.slice(0, 48).entries()) {
+    // an input a frame, and no state for 400 ms and its way back
     assert.equal(row[open], String(k + 1));
-    if (k < 24) assert.ok(Math.abs(Number(row[age]) - k * 1000 / 60) < 1e-5, row[age]);
+    if (k < 24) assert.ok(Math.abs(Number(row[age]) - (k * 1000) / 60) < 1e-5, row[age]);
   }
 });
 
 test('who joins again predicts from the state that it joins with', () => {
-  for (const [seed, lag, scope] of [[3, 130, 'own'], [5, 35, 'own'], [9, 220, 'all']]) {
-    const { metrics } = run(['outage', '--seed', String(seed), '--set', `players.1.lag_ms=${lag}`, '--set',
-      `players.1.prediction_scope=${scope}`, '--set', 'warmup_s=22']);
+  for (const [seed, lag, scope] of [
+    [3, 130, 'own'],
+    [5, 35, 'own'],
+    [9, 220, 'all'],
+  ]) {
+    const { metrics } = run([
+      'outage',
+      '--seed',
+      String(seed),
+      '--set',
+      `players.1.lag_ms=${lag}`,
+      '--set',
+      `players.1.prediction_scope=${scope}`,
+      '--set',
+      'warmup_s=22',
+    ]);
     const [, b] = metrics.players; // counted from 22 s on: the link is back since 18 s
     assert.equal(b.connection.joins, 2);
     assert.ok(b.own_timeline_error_m.count > 500);
@@ -188,7 +229,8 @@ test('who joins again predicts from the state that it joins with', () => {
 /** RFC 4180, nothing forgiven: records end with CRLF, and a quote stands at the beginning and the end of a field only. */
 function parseCsv(text) {
   const rows = [];
-  let row = [], at = 0;
+  let row = [],
+    at = 0;
   while (at < text.length) {
     const field = /(?:"((?:[^"]|"")*)"|([^",\r\n]*))(,|\r\n)/y;
     field.lastIndex = at;
@@ -219,7 +261,7 @@ test('trace is CSV with units in its header and a row for each tick', () => {
       assert.equal(row.length, header.length);
       for (const value of row) assert.match(value, /^-?\d+(\.\d+)?([eE][-+]?\d+)?$/);
       assert.equal(Number(row[1]), i);
-      assert.ok(Math.abs(Number(row[0]) - i * duration / ticks) < 1e-6, `${row[0]} of row ${i}`);
+      assert.ok(Math.abs(Number(row[0]) - (i * duration) / ticks) < 1e-6, `${row[0]} of row ${i}`);
     });
     assert.equal(run([id, '--duration', '2']).hash, hash, 'tracing changes nothing');
     const again = path.join(folder, 'again.csv');
@@ -272,11 +314,17 @@ test('the first differing tick of a changed log is reported', () => {
 test('what is no log is refused', () => {
   refused(['replay'], ['LOG: required']);
   refused(['replay', path.join(folder, 'none.log')], ['cannot read']);
-  for (const text of ['', '\n\n', 'x', '{}', '{"op":"head","tick":1}',
+  for (const text of [
+    '',
+    '\n\n',
+    'x',
+    '{}',
+    '{"op":"head","tick":1}',
     '{"op":"create","laglab_log":2,"scenario":{"kind":"netgame","players":[{}]}}',
     '{"op":"create","laglab_log":1,"scenario":{"kind":"netgame","players":[{}]}}\n{"op":"set","tick":1,"values":{"players.0.lag_ms":-1}}',
     '{"op":"create","laglab_log":1,"scenario":{"kind":"netgame","players":[{}]}}\n' +
-      '{"op":"restart","scenario":{"kind":"netgame","players":[{},{}]}}'])
+      '{"op":"restart","scenario":{"kind":"netgame","players":[{},{}]}}',
+  ])
     refused(['replay', '-'], [], text);
 });
 
@@ -293,19 +341,37 @@ test('every parameter refuses bad values by name and range', async () => {
   /** @param {string[]} at @param {string[]} sets what the scenario needs first */
   const walk = (node, at, sets) => {
     const full = follow(node);
-    if (full.properties) for (const [name, child] of Object.entries(full.properties).filter(([key]) => key !== 'timeline')) walk(child,
-      [...at, name], sets);
+    if (full.properties)
+      for (const [name, child] of Object.entries(full.properties).filter(([key]) => key !== 'timeline')) walk(child, [...at, name], sets);
     else if (full.items) walk(full.items, [...at, '0'], sets);
-    else if (full.anyOf?.[0].$ref) for (const any of full.anyOf) walk(any, at,
-      [...sets, '--set', `${sets[0] === 'race' ? 'game' : 'problem'}=${any.$ref.split('/').at(-1)}`]);
+    else if (full.anyOf?.[0].$ref)
+      for (const any of full.anyOf)
+        walk(any, at, [...sets, '--set', `${sets[0] === 'race' ? 'game' : 'problem'}=${any.$ref.split('/').at(-1)}`]);
     else leaf(at.join('.'), full, sets);
   };
   const leaf = (name, full, sets) => {
-    const values = { boolean: ['yes', '1', '', 'null', '"true"'],
-      string: full.enum ? ['maybe', '', '3', 'null'] : ['x'.repeat(1000), '\u0007'] }[full.type]
-      ?? [String(full.minimum - 1), String(full.maximum * 2 + 1), 'NaN', 'nan', 'inf', '-inf', '1e999', '-1e999', '', 'fast', '"1"',
-        'true', 'null', '[1]', '0x10', '1,5',
-        ...(full.type === 'integer' ? [String(full.minimum + 0.5), '1e300'] : [])];
+    const values = {
+      boolean: ['yes', '1', '', 'null', '"true"'],
+      string: full.enum ? ['maybe', '', '3', 'null'] : ['x'.repeat(1000), '\u0007'],
+    }[full.type] ?? [
+      String(full.minimum - 1),
+      String(full.maximum * 2 + 1),
+      'NaN',
+      'nan',
+      'inf',
+      '-inf',
+      '1e999',
+      '-1e999',
+      '',
+      'fast',
+      '"1"',
+      'true',
+      'null',
+      '[1]',
+      '0x10',
+      '1,5',
+      ...(full.type === 'integer' ? [String(full.minimum + 0.5), '1e300'] : []),
+    ];
     for (const value of values) cases.push({ name, value, full, sets });
   };
   walk(root.oneOf[0], [], ['race']);
@@ -317,54 +383,90 @@ test('every parameter refuses bad values by name and range', async () => {
     const message = await refusedInParallel(['run', ...sets, '--duration', '0.1', '--set', `${name}=${value}`], words);
     // The message has the range for every number outside of it.
     const numbers = (message.match(/-?\d[\d.]*(e[+-]?\d+)?/g) ?? []).map(Number);
-    if (full.minimum !== undefined &&
-      /^-?\d+(\.\d+)?$/.test(value)) assert.ok(numbers.includes(full.minimum) && numbers.includes(full.maximum), message);
+    if (full.minimum !== undefined && /^-?\d+(\.\d+)?$/.test(value))
+      assert.ok(numbers.includes(full.minimum) && numbers.includes(full.maximum), message);
   };
-  await Promise.all(Array.from({ length: 2 * availableParallelism() }, async () => {
-    for (let next = cases.pop(); next; next = cases.pop()) await attempt(next);
-  }));
+  await Promise.all(
+    Array.from({ length: 2 * availableParallelism() }, async () => {
+      for (let next = cases.pop(); next; next = cases.pop()) await attempt(next);
+    }),
+  );
 });
 
 test('unknown paths are refused', () => {
   for (const [setting, ...words] of [
-    ['servr.sync=free', 'servr', 'server'], ['players.0.lag=3', 'players.0.lag', 'lag_ms'], ['players.9.lag_ms=3', 'players.9'],
-    ['players.-1.lag_ms=3', 'players'], ['players.00.lag_ms=3', 'players.00'], ['=3', 'path=value'], ['x', 'path=value'], ['.=1'],
-      ['..=1'], ['server.=1'], ['server.sync.x=1'],
-    ['players=[]', 'players', '1', '16'], [`players=[${Array(17).fill('{}').join(',')}]`, 'players', '16'], ['server=3', 'server'],
-    ['params.lap_m=1e9', 'params.lap_m'], ['params.gravity_mps2=9', 'gravity_mps2'], ['kind=chess', 'kind', 'netgame'],
-      [`${'x'.repeat(300)}=1`],
-  ]) refused(['run', 'race', '--duration', '0.1', '--set', setting], words);
+    ['servr.sync=free', 'servr', 'server'],
+    ['players.0.lag=3', 'players.0.lag', 'lag_ms'],
+    ['players.9.lag_ms=3', 'players.9'],
+    ['players.-1.lag_ms=3', 'players'],
+    ['players.00.lag_ms=3', 'players.00'],
+    ['=3', 'path=value'],
+    ['x', 'path=value'],
+    ['.=1'],
+    ['..=1'],
+    ['server.=1'],
+    ['server.sync.x=1'],
+    ['players=[]', 'players', '1', '16'],
+    [`players=[${Array(17).fill('{}').join(',')}]`, 'players', '16'],
+    ['server=3', 'server'],
+    ['params.lap_m=1e9', 'params.lap_m'],
+    ['params.gravity_mps2=9', 'gravity_mps2'],
+    ['kind=chess', 'kind', 'netgame'],
+    [`${'x'.repeat(300)}=1`],
+  ])
+    refused(['run', 'race', '--duration', '0.1', '--set', setting], words);
 });
 
 test('wrong usage is refused', () => {
   refused([], ['laglab help']);
   refused(['fly'], ['fly', 'laglab help']);
   refused(['run'], ['SCENARIO: required']);
-  for (const option of ['--seed', '--set', '--duration', '--trace', '--log',
-    '--scenarios']) refused(['run', 'race', option], [option, 'needs a value']);
+  for (const option of ['--seed', '--set', '--duration', '--trace', '--log', '--scenarios'])
+    refused(['run', 'race', option], [option, 'needs a value']);
   for (const option of ['--sed', '-x', '--', '--seed=3', '--TRACE']) refused(['run', 'race', option, '3'], ['unknown option', option]);
   refused(['run', 'race', 'cannon'], ['unexpected argument', 'cannon']);
   refused(['replay', 'a', 'b'], ['unexpected argument', 'b']);
-  for (const id of ['nosuch', 'paper/nosuch', 'RACE', 'race/', '/race', '../scenarios/race', 'paper/../race', 'ra ce', 'race.json', '',
-    'x'.repeat(5000)]) refused(['run', id], ['scenario']);
-  for (const value of ['-1', '1.5', 'x', '', '9007199254740992', '1e400',
-    'null']) refused(['run', 'race', '--seed', value], ['seed', '0', '9007199254740991'].slice(0, /\d/.test(value) ? 3 : 1));
-  for (const value of ['0', '-1', '3601', 'x', '', 'NaN', 'inf',
-    '1e400']) refused(['run', 'race', '--duration', value], ['duration_s', '0.01', '3600'].slice(0, /^-?\d+$/.test(value) ? 3 : 1));
+  for (const id of [
+    'nosuch',
+    'paper/nosuch',
+    'RACE',
+    'race/',
+    '/race',
+    '../scenarios/race',
+    'paper/../race',
+    'ra ce',
+    'race.json',
+    '',
+    'x'.repeat(5000),
+  ])
+    refused(['run', id], ['scenario']);
+  for (const value of ['-1', '1.5', 'x', '', '9007199254740992', '1e400', 'null'])
+    refused(['run', 'race', '--seed', value], ['seed', '0', '9007199254740991'].slice(0, /\d/.test(value) ? 3 : 1));
+  for (const value of ['0', '-1', '3601', 'x', '', 'NaN', 'inf', '1e400'])
+    refused(['run', 'race', '--duration', value], ['duration_s', '0.01', '3600'].slice(0, /^-?\d+$/.test(value) ? 3 : 1));
   refused(['run', 'race', '--duration', '0.1', ...Array(257).fill(['--set', 'seed=1']).flat()], ['--set', '256']);
 });
 
 test('what is no scenario is refused', () => {
   for (const [text, ...words] of [
-    ['', 'JSON'], ['x', 'JSON'], ['{"kind":"netgame"', 'JSON'], ['{"kind":"netgame","players":[{}]} x', 'JSON', 'column 35'],
-      ['[]', 'object'], ['null', 'object'], ['{}', 'kind'],
-    ['{"kind":"netgame"}', 'players'], ['{"kind":"netgame","players":[]}', 'players'],
-      ['{"kind":"netgame","players":[{}],"colour":1}', 'colour'],
+    ['', 'JSON'],
+    ['x', 'JSON'],
+    ['{"kind":"netgame"', 'JSON'],
+    ['{"kind":"netgame","players":[{}]} x', 'JSON', 'column 35'],
+    ['[]', 'object'],
+    ['null', 'object'],
+    ['{}', 'kind'],
+    ['{"kind":"netgame"}', 'players'],
+    ['{"kind":"netgame","players":[]}', 'players'],
+    ['{"kind":"netgame","players":[{}],"colour":1}', 'colour'],
     ['{"kind":"netgame","players":[{"lag_ms":"1"}]}', 'players.0.lag_ms'],
-      ['{"kind":"netgame","players":[{"lag_ms":1e999}]}', 'players.0.lag_ms', '1000'],
-    ['{"kind":"netgame","game":"race","params":{"gravity_mps2":1},"players":[{}]}', 'gravity_mps2'], ['['.repeat(100000), 'nesting'],
-      ['\0'], ['{"kind":"netgame\\u0000","players":[{}]} x'],
-  ]) refused(['run', '-'], words, text);
+    ['{"kind":"netgame","players":[{"lag_ms":1e999}]}', 'players.0.lag_ms', '1000'],
+    ['{"kind":"netgame","game":"race","params":{"gravity_mps2":1},"players":[{}]}', 'gravity_mps2'],
+    ['['.repeat(100000), 'nesting'],
+    ['\0'],
+    ['{"kind":"netgame\\u0000","players":[{}]} x'],
+  ])
+    refused(['run', '-'], words, text);
 });
 
 test('files that cannot be written fail the run', () => {
@@ -380,22 +482,34 @@ test('files that cannot be written fail the run', () => {
 
 test('methods and problems are those of the schema', () => {
   const kind = schema().oneOf[1];
-  for (const [verb, names] of [['methods', schema().$defs.motion_method.properties.method.enum],
-    ['problems', kind.properties.problem.enum]]) {
+  for (const [verb, names] of [
+    ['methods', schema().$defs.motion_method.properties.method.enum],
+    ['problems', kind.properties.problem.enum],
+  ]) {
     const text = good([verb]);
     for (const name of names) assert.match(text, new RegExp(`^${name} `, 'm'));
   }
 });
 
 test('--text prints the lines of the paper', () => {
-  const md5 = (/** @type {string[]} */ ...args) => createHash('md5').update(good(['run', ...args, '--text'])).digest('hex').slice(0, 8);
+  const md5 = (/** @type {string[]} */ ...args) =>
+    createHash('md5')
+      .update(good(['run', ...args, '--text']))
+      .digest('hex')
+      .slice(0, 8);
   assert.equal(md5('paper/fig02'), '8741f2c6');
   assert.equal(md5('paper/fig03'), 'bef53760');
   assert.equal(md5('paper/fig01'), '60ecd924');
   assert.equal(md5('paper/fig02', '--set', 'methods.0.dt_s=0.1'), 'acae7536');
   assert.match(good(['run', 'paper/fig03', '--text']), /t = 4.800000, velocity = 48.000000, displacement = 122.400009\n$/);
-  const table = good(['run', 'paper/fig04', '--text']).split('\n\n').map((/** @type {string} */ part) => part.trimEnd().split('\n'));
-  assert.deepEqual(table.map((lines) => lines.length), [7, 11, 31, 91], 'a listing for each step of the method');
+  const table = good(['run', 'paper/fig04', '--text'])
+    .split('\n\n')
+    .map((/** @type {string} */ part) => part.trimEnd().split('\n'));
+  assert.deepEqual(
+    table.map((lines) => lines.length),
+    [7, 11, 31, 91],
+    'a listing for each step of the method',
+  );
   assert.match(table[3].at(-1) ?? '', /^t = 2.970000, velocity = 29.699995, displacement = 44.594551$/);
   refused(['run', 'race', '--text'], ['--text', 'netgame']);
   refused(['run', 'motion/orbit', '--text'], ['free_fall', 'kepler']);
@@ -422,27 +536,32 @@ test('work-precision of a scenario writes its refinement series as CSV', () => {
   const names = lines[0].split(',');
   const rows = lines.slice(1).map((line) => Object.fromEntries(line.split(',').map((cell, i) => [names[i], cell])));
   assert.deepEqual([...new Set(rows.map((row) => row.series))], ['soft_step', 'xpbd']);
-  for (const row of rows) assert.ok(row.metric === 'sag_m' && Number(row.cpu_min_s) > 0 && row.status === 'ok' && Number(row.error) >= 0,
-    JSON.stringify(row));
-  const of = (/** @type {string} */ series,
-    /** @type {string} */ value) => Number(rows.find((row) => row.series === series && row.value === value)?.error);
+  for (const row of rows)
+    assert.ok(row.metric === 'sag_m' && Number(row.cpu_min_s) > 0 && row.status === 'ok' && Number(row.error) >= 0, JSON.stringify(row));
+  const of = (/** @type {string} */ series, /** @type {string} */ value) =>
+    Number(rows.find((row) => row.series === series && row.value === value)?.error);
   assert.ok(of('xpbd', '8') < of('xpbd', '4') / 3);
   refused(['work-precision', 'fluid/cavity', '--methods', 'magic'], ['fluid/cavity', 'magic']);
   refused(['work-precision', 'fluid/cavity', '--set', 'params.n=1', '--methods', 'jacobi'], ['n']);
 });
 
 test('work-precision of a netgame: a mean over seeds with its interval, and a page that draws every method', () => {
-  const series = (/** @type {string[]} */ ...more) => JSON.parse(good(['work-precision', 'hermite', '--duration', '8', '--format', 'json',
-    ...more]));
-  const rows = series('--seeds', '12', '--report', 'hermite.html'), other = series('--seeds', '2');
+  const series = (/** @type {string[]} */ ...more) =>
+    JSON.parse(good(['work-precision', 'hermite', '--duration', '8', '--format', 'json', ...more]));
+  const rows = series('--seeds', '12', '--report', 'hermite.html'),
+    other = series('--seeds', '2');
   assert.deepEqual([...new Set(rows.map((/** @type {any} */ row) => row.series))], ['linear', 'hermite']);
   for (const row of rows) {
     assert.ok(row.error_low < row.error && row.error < row.error_high && row.seeds === 12 && row.cpu_min_s > 0, JSON.stringify(row));
     assert.equal(row.metric, 'players.0.timeline_error_m.mean');
   }
-  assert.deepEqual(other.map((/** @type {any} */ row) => [row.seeds, row.error_low]), rows.map(() => [2, null]),
-    'two seeds have no interval');
-  const page = readFileSync(path.join(folder, 'hermite.html'), 'utf8'), figures = page.split('<figure>').slice(1);
+  assert.deepEqual(
+    other.map((/** @type {any} */ row) => [row.seeds, row.error_low]),
+    rows.map(() => [2, null]),
+    'two seeds have no interval',
+  );
+  const page = readFileSync(path.join(folder, 'hermite.html'), 'utf8'),
+    figures = page.split('<figure>').slice(1);
   assert.equal(figures.length, 2, 'against time and against bytes');
   for (const figure of figures) {
     assert.equal(figure.match(/<title>/g)?.length, rows.length);
@@ -457,20 +576,43 @@ test('work-precision writes every format of sweep', () => {
   const untimed = (/** @type {Record<string, any>[]} */ rows) => rows.map((row) => ({ ...row, cpu_min_s: 0, cpu_median_s: 0 }));
   const rows = JSON.parse(good([...args, '--format', 'json']));
   assert.ok(rows.length > 10);
-  assert.deepEqual([rows[0].problem, rows[0].method, rows[0].setting, rows[0].value, rows[0].steps, rows[0].order_observed],
-    ['free_fall', 'explicit_euler', 'dt_s', 1 / 16, 16, null]);
+  assert.deepEqual(
+    [rows[0].problem, rows[0].method, rows[0].setting, rows[0].value, rows[0].steps, rows[0].order_observed],
+    ['free_fall', 'explicit_euler', 'dt_s', 1 / 16, 16, null],
+  );
   assert.ok(Math.abs(rows[1].order_observed - 1) < 1e-6);
-  const [names, ...lines] = good(args).trimEnd().split('\r\n').map((line) => line.split(','));
+  const [names, ...lines] = good(args)
+    .trimEnd()
+    .split('\r\n')
+    .map((line) => line.split(','));
   assert.deepEqual(names, Object.keys(rows[0]));
-  assert.deepEqual(untimed(lines.map((cells) => Object.fromEntries(cells.map((cell,
-    i) => [names[i], cell === '' ? null : Number.isNaN(Number(cell)) ? cell : Number(cell)])))), untimed(rows));
+  assert.deepEqual(
+    untimed(
+      lines.map((cells) =>
+        Object.fromEntries(cells.map((cell, i) => [names[i], cell === '' ? null : Number.isNaN(Number(cell)) ? cell : Number(cell)])),
+      ),
+    ),
+    untimed(rows),
+  );
   assert.equal(good([...args, '--out', 'series.ndjson']), '');
-  assert.deepEqual(untimed(readFileSync(path.join(folder, 'series.ndjson'), 'utf8').trimEnd().split('\n').map((line) => JSON.parse(line))),
-    untimed(rows));
+  assert.deepEqual(
+    untimed(
+      readFileSync(path.join(folder, 'series.ndjson'), 'utf8')
+        .trimEnd()
+        .split('\n')
+        .map((line) => JSON.parse(line)),
+    ),
+    untimed(rows),
+  );
   const column = JSON.parse(good(['work-precision', 'rigid/column', '--methods', 'xpbd', '--duration', '0.1', '--format', 'json']));
-  assert.deepEqual(column.map((/** @type {{value: number}} */ row) => row.value), [1, 2, 4, 8, 16, 32]);
-  assert.deepEqual([column[0].scenario, column[0].by, column[0].series, column[0].metric, column[0].order_observed],
-    ['rigid/column', 'solver.method', 'xpbd', 'sag_m', null]);
+  assert.deepEqual(
+    column.map((/** @type {{value: number}} */ row) => row.value),
+    [1, 2, 4, 8, 16, 32],
+  );
+  assert.deepEqual(
+    [column[0].scenario, column[0].by, column[0].series, column[0].metric, column[0].order_observed],
+    ['rigid/column', 'solver.method', 'xpbd', 'sag_m', null],
+  );
   refused([...args, '--format', 'xml'], ['--format', 'json', 'xml']);
   refused([...args, 'kepler'], ['kepler']);
 });
@@ -497,10 +639,16 @@ test('every scenario runs, and fits the schema, which is a schema', () => {
     assert.ok(fits(scenario(id)), `${id}: ${ajv.errorsText(fits.errors)}`);
     assert.ok(run([id, '--duration', '0.5']).ticks >= 5, id);
   }
-  for (const wrong of [{}, { kind: 'netgame' }, { kind: 'netgame', players: [] }, { kind: 'netgame', players: [{ lag_ms: -1 }] },
+  for (const wrong of [
+    {},
+    { kind: 'netgame' },
+    { kind: 'netgame', players: [] },
+    { kind: 'netgame', players: [{ lag_ms: -1 }] },
     { kind: 'netgame', players: [{}], x: 1 },
-    { kind: 'netgame', players: Array(17).fill({}) }, { kind: 'netgame', players: [{}], game: 'chess' },
-      { kind: 'netgame', players: [{ link: { up: { loss_pct: 101 } } }] }])
+    { kind: 'netgame', players: Array(17).fill({}) },
+    { kind: 'netgame', players: [{}], game: 'chess' },
+    { kind: 'netgame', players: [{ link: { up: { loss_pct: 101 } } }] },
+  ])
     assert.ok(!fits(wrong), JSON.stringify(wrong));
 });
 
@@ -508,8 +656,8 @@ test('help and version', () => {
   const help = good(['help']);
   assert.equal(good(['--help']), help);
   assert.equal(good(['-h']), help);
-  for (const verb of ['serve', 'run', 'replay', 'scenarios', 'schema', 'methods', 'problems', 'work-precision', 'healthcheck',
-    'help']) assert.match(help, new RegExp(`^ +laglab ${verb}\\b`, 'm'));
+  for (const verb of ['serve', 'run', 'replay', 'scenarios', 'schema', 'methods', 'problems', 'work-precision', 'healthcheck', 'help'])
+    assert.match(help, new RegExp(`^ +laglab ${verb}\\b`, 'm'));
   for (const option of ['--set', '--seed', '--duration', '--trace', '--log']) assert.ok(help.includes(option), option);
   const version = /** @type {{version: string}} */ (JSON.parse(readFileSync(path.join(ROOT, 'package.json'), 'utf8'))).version;
   assert.match(good(['--version']), new RegExp(`^laglab ${version.replaceAll('.', '\\.')}\\+[0-9a-f]{12}\n$`));

@@ -22,7 +22,10 @@ for (const name of ['api/openapi.yaml', 'api/asyncapi.yaml']) {
   test(`${name} is without errors and warnings of redocly's rules`, async () => {
     const config = await loadConfig({ configPath: at('redocly.yaml') });
     const problems = await lint({ ref: at(name), config });
-    assert.deepEqual(problems.map((p) => `${p.severity} ${p.ruleId}: ${p.message} at ${p.location[0]?.pointer}`), []);
+    assert.deepEqual(
+      problems.map((p) => `${p.severity} ${p.ruleId}: ${p.message} at ${p.location[0]?.pointer}`),
+      [],
+    );
   });
 }
 
@@ -31,7 +34,9 @@ test('the linter finds what is wrong', async () => {
   const folder = mkdtempSync(path.join(tmpdir(), 'laglab-lint-'));
   try {
     copyFileSync(at('api/schemas.json'), path.join(folder, 'schemas.json'));
-    const broken = readFileSync(at('api/openapi.yaml'), 'utf8').replace('operationId: getSchema\n', 'operationId: getScenario\n').replace('schemas/Counter"', 'schemas/Count"');
+    const broken = readFileSync(at('api/openapi.yaml'), 'utf8')
+      .replace('operationId: getSchema\n', 'operationId: getScenario\n')
+      .replace('schemas/Counter"', 'schemas/Count"');
     writeFileSync(path.join(folder, 'openapi.yaml'), broken);
     const rules = (await lint({ ref: path.join(folder, 'openapi.yaml'), config })).map((p) => p.ruleId);
     assert.ok(rules.includes('operation-operationId-unique') && rules.includes('no-unresolved-refs'), rules.join());
@@ -47,7 +52,10 @@ test('api/asyncapi.yaml is what the schema of AsyncAPI takes', () => {
   addFormats.default(ajv);
   const validate = ajv.compile(schema);
   assert.ok(validate(document), ajv.errorsText(validate.errors));
-  assert.ok(!validate({ ...(/** @type {any} */ (document)), channels: { session: { adress: 'x' } } }), 'it takes a channel without an address');
+  assert.ok(
+    !validate({ .../** @type {any} */ (document), channels: { session: { adress: 'x' } } }),
+    'it takes a channel without an address',
+  );
 });
 
 test('a typed client is generated, compiles, and calls every operation', async () => {
@@ -59,13 +67,20 @@ test('a typed client is generated, compiles, and calls every operation', async (
     symlinkSync(at('node_modules'), path.join(folder, 'node_modules'));
     writeFileSync(path.join(folder, 'package.json'), '{"type":"module"}');
     // From what the daemon serves: what it refers to is there, too.
-    await run(at('node_modules/.bin/openapi-typescript'), [`${daemon.url}api/v1/openapi.yaml`, '-o', path.join(folder, 'api.ts'), '--default-non-nullable=false',
-      '--empty-objects-unknown'], { cwd: folder });
+    await run(
+      at('node_modules/.bin/openapi-typescript'),
+      [`${daemon.url}api/v1/openapi.yaml`, '-o', path.join(folder, 'api.ts'), '--default-non-nullable=false', '--empty-objects-unknown'],
+      { cwd: folder },
+    );
     mkdirSync(path.join(folder, 'out'));
     await run(at('node_modules/.bin/tsc'), ['-p', '.', '--outDir', 'out'], { cwd: folder }).catch((error) => assert.fail(error.stdout));
     const { stdout } = await run(process.execPath, ['out/program.js', daemon.url, 'an-operators-key-of-some-length'], { cwd: folder });
     const document = YAML.parse(readFileSync(at('api/openapi.yaml'), 'utf8'));
-    const all = Object.entries(document.paths).flatMap(([template, item]) => Object.keys(item).filter((key) => key !== 'parameters').map((method) => `${method} ${template}`));
+    const all = Object.entries(document.paths).flatMap(([template, item]) =>
+      Object.keys(item)
+        .filter((key) => key !== 'parameters')
+        .map((method) => `${method} ${template}`),
+    );
     assert.deepEqual(stdout.trim().split('\n'), all.sort());
   } finally {
     await daemon.stop();

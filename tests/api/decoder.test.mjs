@@ -18,20 +18,37 @@ after(async () => {
 /** A value as the text has it. @param {any} field @param {any} value */
 function told(field, value) {
   if (field.names) return field.names[value] ?? '';
-  if (field.flags) return field.flags.filter((/** @type {string} */ name, /** @type {number} */ bit) => name !== '' && Math.floor(value / 2 ** bit) % 2 === 1);
+  if (field.flags)
+    return field.flags.filter(
+      (/** @type {string} */ name, /** @type {number} */ bit) => name !== '' && Math.floor(value / 2 ** bit) % 2 === 1,
+    );
   return typeof value === 'number' && !Number.isFinite(value) ? null : value;
 }
 
 /** @param {any} layout @param {any} row */
 const rowOf = (layout, row) => ({
-  ...(layout.form === 'log' ? { id: row.id } : {}), ...Object.fromEntries(layout.fields.map((field) => [field.name, told(field, row[field.name])])),
+  ...(layout.form === 'log' ? { id: row.id } : {}),
+  ...Object.fromEntries(layout.fields.map((field) => [field.name, told(field, row[field.name])])),
   ...(row.values ? { values: [...row.values] } : {}),
 });
 
-for (const scenario of ['race', 'eight', 'rifle', 'rollback', 'crates', 'motion/orbit', 'rigid/bridge', 'rigid/tumbler', 'fluid/cylinder', 'fluid/dam_break', 'fluid/sea']) {
+for (const scenario of [
+  'race',
+  'eight',
+  'rifle',
+  'rollback',
+  'crates',
+  'motion/orbit',
+  'rigid/bridge',
+  'rigid/tumbler',
+  'fluid/cylinder',
+  'fluid/dam_break',
+  'fluid/sea',
+]) {
   test(`${scenario}: text and bytes are the same`, async () => {
     const session = await c.make({ scenario, paused: true });
-    const bin = await c.stream(session, 'bin', { ack: true }), text = await c.stream(session, 'json', { ack: true });
+    const bin = await c.stream(session, 'bin', { ack: true }),
+      text = await c.stream(session, 'json', { ack: true });
     assert.equal(bin.hello.schema, SCHEMA);
     for (const time_s of [0.4, 0.5, 0.2]) {
       await c.control(session, { op: 'seek', time_s });
@@ -49,7 +66,11 @@ for (const scenario of ['race', 'eight', 'rifle', 'rollback', 'crates', 'motion/
       for (const layout of RECORDS) {
         const rows = twin[layout.name];
         if (!rows || layout.form === 'log') continue;
-        assert.deepEqual(frame.rows(layout.name).map((row) => rowOf(layout, row)), rows, `${scenario}: ${layout.name} of frame ${frame.seq}`);
+        assert.deepEqual(
+          frame.rows(layout.name).map((row) => rowOf(layout, row)),
+          rows,
+          `${scenario}: ${layout.name} of frame ${frame.seq}`,
+        );
       }
       compared++;
     }
@@ -61,11 +82,13 @@ for (const scenario of ['race', 'eight', 'rifle', 'rollback', 'crates', 'motion/
 
 test('events come once each, in both', async () => {
   const session = await c.make({ scenario: 'race' });
-  const bin = await c.stream(session, 'bin', { ack: true }), text = await c.stream(session, 'json', { ack: true });
+  const bin = await c.stream(session, 'bin', { ack: true }),
+    text = await c.stream(session, 'json', { ack: true });
   await pause(1500);
   await c.control(session, { op: 'pause' });
   await pause(300);
-  const byId = new Map(), layout = RECORDS.find(({ name }) => name === 'events');
+  const byId = new Map(),
+    layout = RECORDS.find(({ name }) => name === 'events');
   let next = -1;
   for (const frame of await decodeAll(bin.frames, bin.hello.tick_hz)) {
     for (const event of frame.events) {

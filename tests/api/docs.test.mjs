@@ -2,7 +2,18 @@
 // Commands are those of the blocks marked `sh`; blocks marked `console` are shown only.
 import assert from 'node:assert/strict';
 import { execFile, execFileSync } from 'node:child_process';
-import { cpSync, existsSync, mkdirSync, mkdtempSync, readFileSync, readdirSync, rmSync, statSync, symlinkSync, writeFileSync } from 'node:fs';
+import {
+  cpSync,
+  existsSync,
+  mkdirSync,
+  mkdtempSync,
+  readFileSync,
+  readdirSync,
+  rmSync,
+  statSync,
+  symlinkSync,
+  writeFileSync,
+} from 'node:fs';
 import { tmpdir } from 'node:os';
 import path from 'node:path';
 import { after, before, test } from 'node:test';
@@ -15,12 +26,20 @@ import { BINARY, startDaemon } from '../lib/daemon.mjs';
 
 const ROOT = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../..');
 const read = (name) => readFileSync(path.join(ROOT, name), 'utf8');
-const DOCUMENTS = ['README.md', ...readdirSync(path.join(ROOT, 'docs')).filter((name) => name.endsWith('.md')).sort().map((name) => `docs/${name}`),
-  ...(existsSync(path.join(ROOT, 'bench/README.md')) ? ['bench/README.md'] : [])];
+const DOCUMENTS = [
+  'README.md',
+  ...readdirSync(path.join(ROOT, 'docs'))
+    .filter((name) => name.endsWith('.md'))
+    .sort()
+    .map((name) => `docs/${name}`),
+  ...(existsSync(path.join(ROOT, 'bench/README.md')) ? ['bench/README.md'] : []),
+];
 const WRITTEN = 'http://127.0.0.1:8080'; // the address in the documents
 
 let daemon;
-before(async () => { daemon = await startDaemon(); });
+before(async () => {
+  daemon = await startDaemon();
+});
 after(() => daemon.stop());
 
 // ---- generated files ----
@@ -28,7 +47,13 @@ after(() => daemon.stop());
 /** After a new measurement the figures differ from the committed ones. */
 function ownResults() {
   try {
-    return execFileSync('git', ['status', '--porcelain', 'bench/results'], { cwd: ROOT, encoding: 'utf8', stdio: ['ignore', 'pipe', 'ignore'] }) !== '';
+    return (
+      execFileSync('git', ['status', '--porcelain', 'bench/results'], {
+        cwd: ROOT,
+        encoding: 'utf8',
+        stdio: ['ignore', 'pipe', 'ignore'],
+      }) !== ''
+    );
   } catch {
     return false;
   }
@@ -44,14 +69,24 @@ for (const [file, text] of generate(BINARY)) {
 
 test('CSV is read', () => {
   const { comments, rows } = parseCsv('# cpu: 2 x "A", B\n# command: run: it\nname,ms,say\n"a, b",1,\nc,2.5,"he said ""no"""\n');
-  assert.deepEqual(comments, [['cpu', '2 x "A", B'], ['command', 'run: it']]);
-  assert.deepEqual(rows, [{ name: 'a, b', ms: '1', say: '' }, { name: 'c', ms: '2.5', say: 'he said "no"' }]);
+  assert.deepEqual(comments, [
+    ['cpu', '2 x "A", B'],
+    ['command', 'run: it'],
+  ]);
+  assert.deepEqual(rows, [
+    { name: 'a, b', ms: '1', say: '' },
+    { name: 'c', ms: '2.5', say: 'he said "no"' },
+  ]);
 });
 
 // ---- the age of figures ----
 
 test('every result that a benchmark writes says of which rooms it speaks', () => {
-  const folder = path.join(ROOT, 'bench'), text = readdirSync(folder).filter((file) => file.endsWith('.mjs')).map((file) => readFileSync(path.join(folder, file), 'utf8')).join('\n');
+  const folder = path.join(ROOT, 'bench'),
+    text = readdirSync(folder)
+      .filter((file) => file.endsWith('.mjs'))
+      .map((file) => readFileSync(path.join(folder, file), 'utf8'))
+      .join('\n');
   const names = [...text.matchAll(/writeCsv\("([\w/]+)"/g)].map(([, name]) => name);
   assert.ok(names.includes('kills') && names.includes('soak') && names.length > 15, `${names}`);
   for (const name of names) assert.doesNotThrow(() => roomsOf(name));
@@ -59,15 +94,20 @@ test('every result that a benchmark writes says of which rooms it speaks', () =>
 
 /** The state of the rooms that a result speaks of, found without docs/generate.mjs: by the shell. @param {string[]} rooms @param {string} root */
 function stateOf(rooms, root = ROOT) {
-  const list = rooms.map((room) => `(cd src && find ${room} -type f \\( -name '*.c' -o -name '*.h' -o -name '*.inc' \\) | sort | xargs sha256sum |
-    sed -E 's/^([0-9a-f]+)  (.*)$/\\2 \\1/')`).join('; ');
+  const list = rooms
+    .map(
+      (room) => `(cd src && find ${room} -type f \\( -name '*.c' -o -name '*.h' -o -name '*.inc' \\) | sort | xargs sha256sum |
+    sed -E 's/^([0-9a-f]+)  (.*)$/\\2 \\1/')`,
+    )
+    .join('; ');
   return execFileSync('bash', ['-c', `export LC_ALL=C; (${list}) | sha256sum | cut -c1-12`], { cwd: root, encoding: 'utf8' }).trim();
 }
 
 const OLD = /^\*\*Measured at commit .*Older than the code:\*\* /m;
 
 test('each figure of docs/performance.md says whether the code it speaks of has changed since', (t) => {
-  const sections = read('docs/performance.md').split(/^### /m).slice(1), stale = [];
+  const sections = read('docs/performance.md').split(/^### /m).slice(1),
+    stale = [];
   let told = 0;
   for (const section of sections) {
     const name = /\[All rows\]\(\.\.\/bench\/results\/(.+)\.csv\)/.exec(section)?.[1];
@@ -76,8 +116,12 @@ test('each figure of docs/performance.md says whether the code it speaks of has 
     const rooms = [...section.slice(0, section.indexOf('\n|')).matchAll(/`src\/(\w+)`/g)].map(([, room]) => room).sort();
     assert.ok(rooms.length >= 2 && rooms.every((room) => existsSync(path.join(ROOT, 'src', room))), `${name}: ${rooms}`);
     const same = head.get('rooms') === stateOf(rooms);
-    assert.equal(OLD.test(section), !same, `${name} was measured at ${head.get('commit')}; the code ${same ? 'is the same' : 'has changed'}: ` +
-      'run node docs/generate.mjs, which says so');
+    assert.equal(
+      OLD.test(section),
+      !same,
+      `${name} was measured at ${head.get('commit')}; the code ${same ? 'is the same' : 'has changed'}: ` +
+        'run node docs/generate.mjs, which says so',
+    );
     assert.ok(section.includes(`Measured at commit ${head.get('commit')}`), name);
     if (!same) stale.push(name);
     told++;
@@ -89,15 +133,26 @@ test('each figure of docs/performance.md says whether the code it speaks of has 
 test('one digit of the code makes a figure of it stale, and no other', () => {
   const copy = mkdtempSync(path.join(tmpdir(), 'laglab-age-'));
   cpSync(path.join(ROOT, 'src'), path.join(copy, 'src'), { recursive: true });
-  const head = (/** @type {string} */ name) => new Map([['commit', 'abc'], ['date', 'today'], ['rooms', /** @type {string} */ (states.get(name))]]);
+  const head = (/** @type {string} */ name) =>
+    new Map([
+      ['commit', 'abc'],
+      ['date', 'today'],
+      ['rooms', /** @type {string} */ (states.get(name))],
+    ]);
   const rooms = { integrators: ['base', 'ode'], rigid: ['base', 'rigid'], 'fluid_grid/frames': ['base', 'fluid'] };
   const states = new Map(Object.entries(rooms).map(([name, list]) => [name, stateOf(list, copy)]));
   const stale = () => Object.keys(rooms).filter((name) => OLD.test(ageDoc(name, head(name), copy)));
   assert.deepEqual(stale(), []);
-  for (const [file, wanted] of /** @type {[string, string[]][]} */ ([['ode/methods/boris.c', ['integrators']], ['base/detmath.c', Object.keys(rooms)],
-    ['daemon/api/api.c', []]])) {
+  for (const [file, wanted] of /** @type {[string, string[]][]} */ ([
+    ['ode/methods/boris.c', ['integrators']],
+    ['base/detmath.c', Object.keys(rooms)],
+    ['daemon/api/api.c', []],
+  ])) {
     const text = readFileSync(path.join(copy, 'src', file), 'utf8');
-    writeFileSync(path.join(copy, 'src', file), text.replace(/\d/, (digit) => String((Number(digit) + 1) % 10)));
+    writeFileSync(
+      path.join(copy, 'src', file),
+      text.replace(/\d/, (digit) => String((Number(digit) + 1) % 10)),
+    );
     assert.deepEqual(stale(), wanted, file);
     writeFileSync(path.join(copy, 'src', file), text);
   }
@@ -108,8 +163,9 @@ test('one digit of the code makes a figure of it stale, and no other', () => {
 // ---- scenarios ----
 
 function scenarios(folder = 'scenarios') {
-  return readdirSync(path.join(ROOT, folder), { withFileTypes: true }).flatMap((entry) => (entry.isDirectory()
-    ? scenarios(`${folder}/${entry.name}`) : entry.name.endsWith('.json') ? [`${folder}/${entry.name}`] : []));
+  return readdirSync(path.join(ROOT, folder), { withFileTypes: true }).flatMap((entry) =>
+    entry.isDirectory() ? scenarios(`${folder}/${entry.name}`) : entry.name.endsWith('.json') ? [`${folder}/${entry.name}`] : [],
+  );
 }
 
 const ajv = new Ajv({ strict: true, strictTypes: false, strictRequired: false, allErrors: true, keywords: ['x-unit', 'x-live'] });
@@ -139,14 +195,17 @@ test('the schema refuses what the program refuses', () => {
     'a player too many': { ...race, players: Array(17).fill({}) },
     'a lag out of range': { ...race, players: [{ lag_ms: 1000.5 }] },
     'a text for a number': { ...race, duration_s: '30' },
-    'another game\'s parameter': { ...race, params: { gravity_mps2: 9.81 } },
+    "another game's parameter": { ...race, params: { gravity_mps2: 9.81 } },
     'an unknown choice': { ...race, server: { sync: 'quantum' } },
     'part of a tick': { ...race, players: [{ slack_ticks: 1.5 }] },
   };
   for (const [what, scenario] of Object.entries(wrong)) {
     assert.equal(validate(scenario), false, `the schema takes ${what}`);
-    assert.throws(() => execFileSync(BINARY, ['run', '-', '--duration', '0.1'], { input: JSON.stringify(scenario), stdio: ['pipe', 'ignore', 'pipe'] }),
-      (/** @type {any} */ error) => error.status === 2, `the program takes ${what}`);
+    assert.throws(
+      () => execFileSync(BINARY, ['run', '-', '--duration', '0.1'], { input: JSON.stringify(scenario), stdio: ['pipe', 'ignore', 'pipe'] }),
+      (/** @type {any} */ error) => error.status === 2,
+      `the program takes ${what}`,
+    );
   }
 });
 
@@ -193,19 +252,23 @@ const prose = (file) => read(file).replace(BLOCK, '');
 
 function anchors(file) {
   const seen = new Map();
-  return new Set([...prose(file).matchAll(/^#+ (.+)$/gm)].map(([, heading]) => {
-    const name = anchor(heading.replace(/\[([^\]]*)\]\([^)]*\)/g, '$1'));
-    const count = seen.get(name) ?? 0;
-    seen.set(name, count + 1);
-    return count === 0 ? name : `${name}-${count}`;
-  }));
+  return new Set(
+    [...prose(file).matchAll(/^#+ (.+)$/gm)].map(([, heading]) => {
+      const name = anchor(heading.replace(/\[([^\]]*)\]\([^)]*\)/g, '$1'));
+      const count = seen.get(name) ?? 0;
+      seen.set(name, count + 1);
+      return count === 0 ? name : `${name}-${count}`;
+    }),
+  );
 }
 
 test('relative links lead somewhere', () => {
   const dead = [];
   let links = 0;
   for (const file of DOCUMENTS) {
-    for (const [, target] of prose(file).replace(/`[^`\n]*`/g, 'code').matchAll(/\]\(([^)\s]+)\)/g)) {
+    for (const [, target] of prose(file)
+      .replace(/`[^`\n]*`/g, 'code')
+      .matchAll(/\]\(([^)\s]+)\)/g)) {
       if (/^[a-z]+:/.test(target)) continue;
       const [name, fragment] = target.split('#');
       const to = name ? path.join(path.dirname(file), name) : file;

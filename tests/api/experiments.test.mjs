@@ -11,9 +11,17 @@ import { client, pause, waitFor } from '../lib/client.mjs';
 import { BINARY, startDaemon } from '../lib/daemon.mjs';
 
 const E = '/api/v1/experiments';
-const experiment = (repeats = 4) => ({ title: 'Lag and error', scenario: 'race', set: { duration_s: 3 }, repeats,
-  axes: [{ path: 'players.0.lag_ms', values: [0, 100, 200] }, { path: 'players.0.link.up.jitter_ms', values: [0, 30] }],
-  metrics: ['players.0.own_lead_m.mean', 'players.0.bandwidth.down_bytes_per_s'] });
+const experiment = (repeats = 4) => ({
+  title: 'Lag and error',
+  scenario: 'race',
+  set: { duration_s: 3 },
+  repeats,
+  axes: [
+    { path: 'players.0.lag_ms', values: [0, 100, 200] },
+    { path: 'players.0.link.up.jitter_ms', values: [0, 30] },
+  ],
+  metrics: ['players.0.own_lead_m.mean', 'players.0.bandwidth.down_bytes_per_s'],
+});
 
 let daemon, c;
 before(async () => {
@@ -27,13 +35,23 @@ after(async () => {
 
 /** @param {string} id */
 const state = async (id, who = c) => (await who.get(`${E}/${id}`)).json;
-const ended = (/** @type {string} */ id,
-  who = c) => waitFor(async () => { const now = await state(id, who); return now.state === 'done' && now; }, 'the experiment', 60000);
+const ended = (/** @type {string} */ id, who = c) =>
+  waitFor(
+    async () => {
+      const now = await state(id, who);
+      return now.state === 'done' && now;
+    },
+    'the experiment',
+    60000,
+  );
 
 /** What the command line makes of the same experiment. */
 function sweep(order, format = 'csv', more = /** @type {string[]} */ ([])) {
-  const result = spawnSync(BINARY, ['sweep', '-', '--format', format, ...more],
-    { input: JSON.stringify(order), encoding: 'utf8', maxBuffer: 1 << 28 });
+  const result = spawnSync(BINARY, ['sweep', '-', '--format', format, ...more], {
+    input: JSON.stringify(order),
+    encoding: 'utf8',
+    maxBuffer: 1 << 28,
+  });
   assert.equal(result.status, 0, result.stderr);
   return result.stdout;
 }
@@ -48,21 +66,31 @@ test('rows are those of the command line, in each format and by Accept', async (
   assert.equal(csv.text, sweep(experiment()));
   assert.equal((await c.get(`${E}/${id}/results`, { headers: { accept: 'application/x-ndjson' } })).text, sweep(experiment(), 'ndjson'));
   assert.equal((await c.get(`${E}/${id}/results?format=json`)).text, sweep(experiment(), 'json'));
-  assert.equal((await c.get(`${E}/${id}/results`, { headers: { accept: 'text/csv;q=0.1, application/json' } })).headers['content-type'],
-    'application/json');
+  assert.equal(
+    (await c.get(`${E}/${id}/results`, { headers: { accept: 'text/csv;q=0.1, application/json' } })).headers['content-type'],
+    'application/json',
+  );
   const points = (await c.get(`${E}/${id}/results?points=true&format=json`)).json;
   assert.equal(points.length, 6);
   assert.match(points[0]['players.0.own_lead_m.mean.ci95_method'], /^none: fewer than 10 runs have it$/); // there are four
-  const compared = (await c.get(`${E}/${id}/results?points=true&compare=3&format=json`)).json, lead = 'players.0.own_lead_m.mean';
+  const compared = (await c.get(`${E}/${id}/results?points=true&compare=3&format=json`)).json,
+    lead = 'players.0.own_lead_m.mean';
   for (const [i, point] of compared.entries()) assert.ok(Math.abs(point[`${lead}.diff`] - (points[i][lead] - points[3][lead])) < 1e-9);
-  for (const [query, words] of [['points=true&compare=6', /compare: must be a point from 0 to 5; got 6/],
-    ['points=true&compare=x.y=1', /x.y is not on an axis/], ['sensitivity=true', /saltelli/]]) {
+  for (const [query, words] of [
+    ['points=true&compare=6', /compare: must be a point from 0 to 5; got 6/],
+    ['points=true&compare=x.y=1', /x.y is not on an axis/],
+    ['sensitivity=true', /saltelli/],
+  ]) {
     const refused = await c.get(`${E}/${id}/results?${query}`);
     assert.equal(refused.status, 400);
     assert.match(refused.json.detail, /** @type {RegExp} */ (words));
   }
-  const sampled = { ...experiment(), sample: { method: 'saltelli', count: 4 }, repeats: 1,
-    axes: [{ path: 'players.0.lag_ms', from: 0, to: 100 }] };
+  const sampled = {
+    ...experiment(),
+    sample: { method: 'saltelli', count: 4 },
+    repeats: 1,
+    axes: [{ path: 'players.0.lag_ms', from: 0, to: 100 }],
+  };
   const of = (await c.call('POST', E, { body: sampled })).json.id;
   await ended(of);
   const indices = (await c.get(`${E}/${of}/results?sensitivity=true&format=json`)).json;
@@ -90,14 +118,18 @@ test('a run is opened live from its scenario, and is the same run', async () => 
 });
 
 test('a workload goes with the experiment, and a run of it is opened live', async () => {
-  const inputs = [...Array(40)].map((_, i) => ({ tick: 7 * i, player: i % 2, axes: [i % 5 / 4, 0], buttons: 0 }));
-  const order = { ...experiment(2), set: { duration_s: 3, 'players.0.control': 'person', 'players.1.control': 'person' },
-    workload: { tick_hz: 50, inputs } };
+  const inputs = [...Array(40)].map((_, i) => ({ tick: 7 * i, player: i % 2, axes: [(i % 5) / 4, 0], buttons: 0 }));
+  const order = {
+    ...experiment(2),
+    set: { duration_s: 3, 'players.0.control': 'person', 'players.1.control': 'person' },
+    workload: { tick_hz: 50, inputs },
+  };
   const { id } = (await c.call('POST', E, { body: order })).json;
   const now = await ended(id);
   assert.deepEqual(now.experiment.workload, { tick_hz: 50, inputs });
   assert.equal((await c.get(`${E}/${id}/results`)).text, sweep(order));
-  const row = (await c.get(`${E}/${id}/results?format=json`)).json[7], scenario = (await c.get(`${E}/${id}/runs/7`)).json;
+  const row = (await c.get(`${E}/${id}/results?format=json`)).json[7],
+    scenario = (await c.get(`${E}/${id}/runs/7`)).json;
   const session = await c.make({ scenario, workload: now.experiment.workload, paused: true });
   assert.equal((await c.get(`/api/v1/sessions/${session.id}`)).json.tick, 0);
   await c.control(session, { op: 'seek', time_s: 3 });
@@ -107,10 +139,11 @@ test('a workload goes with the experiment, and a run of it is opened live', asyn
   const again = await c.make({ scenario, workload: log, paused: true });
   await c.control(again, { op: 'seek', time_s: 3 });
   assert.equal((await c.get(`/api/v1/sessions/${again.id}/state`)).json.hash, row.hash);
-  for (const [workload, sentence] of /** @type {[unknown, RegExp][]} */ ([[{ inputs: [{ tick: 0, player: 3, axes: [0, 0] }] },
-    /player: must be 0 to 1; got 3/],
+  for (const [workload, sentence] of /** @type {[unknown, RegExp][]} */ ([
+    [{ inputs: [{ tick: 0, player: 3, axes: [0, 0] }] }, /player: must be 0 to 1; got 3/],
     [{ inputs: [{ tick: 0, player: 0, axes: [0, 2] }] }, /workload\.inputs\.0: axes: must be two numbers from -1 to 1; got 2/],
-      ['drive.log', /line 1 of the log/]])) {
+    ['drive.log', /line 1 of the log/],
+  ])) {
     const refused = await c.call('POST', E, { body: { ...order, workload } });
     assert.equal(refused.status, 400);
     assert.match(refused.json.detail, sentence);
@@ -121,7 +154,8 @@ test('a workload goes with the experiment, and a run of it is opened live', asyn
 
 test('the trace of a run is that of its scenario alone', async () => {
   const { id } = (await c.call('POST', E, { body: experiment() })).json;
-  const scenario = (await c.get(`${E}/${id}/runs/17`)).text, folder = mkdtempSync(path.join(tmpdir(), 'laglab-trace-'));
+  const scenario = (await c.get(`${E}/${id}/runs/17`)).text,
+    folder = mkdtempSync(path.join(tmpdir(), 'laglab-trace-'));
   try {
     const run = spawnSync(BINARY, ['run', '-', '--trace', path.join(folder, 'trace.csv')], { input: scenario, encoding: 'utf8' });
     assert.equal(run.status, 0, run.stderr);
@@ -135,7 +169,8 @@ test('the trace of a run is that of its scenario alone', async () => {
 });
 
 test('what is over and had its time is deleted when the next is made, and at the start; what is paused is not', async () => {
-  const data = mkdtempSync(path.join(tmpdir(), 'laglab-expired-')), args = ['--experiment-ttl-s', '1'];
+  const data = mkdtempSync(path.join(tmpdir(), 'laglab-expired-')),
+    args = ['--experiment-ttl-s', '1'];
   try {
     const first = await startDaemon({ data, args });
     const one = client(first.url);
@@ -169,8 +204,17 @@ test('pause holds it, resume lets it go on, cancel keeps its rows', async () => 
   assert.equal((await control('pause')).json.state, 'paused');
   // What was being run is finished; then nothing moves.
   let held = await state(made.id);
-  await waitFor(async () => { await pause(400); const now = await state(made.id); const same = now.done === held.done; held = now;
-    return same; }, 'it to hold', 20000);
+  await waitFor(
+    async () => {
+      await pause(400);
+      const now = await state(made.id);
+      const same = now.done === held.done;
+      held = now;
+      return same;
+    },
+    'it to hold',
+    20000,
+  );
   assert.ok(held.done < held.runs);
   assert.deepEqual([held.state, held.rate_per_s, held.left_s], ['paused', 0, null]);
   assert.equal((await control('resume')).json.state, 'running');
@@ -209,7 +253,11 @@ test('what a killed daemon had begun, the next one finishes: every row once', as
 test('the examples by curl, Python and Node print the same rows', async () => {
   const folder = path.join(path.dirname(fileURLToPath(import.meta.url)), '../../examples');
   const wanted = sweep(JSON.parse(readFileSync(path.join(folder, 'experiment.json'), 'utf8')), 'csv', ['--points']);
-  for (const [program, file] of [['sh', 'experiment.sh'], ['python3', 'experiment.py'], ['node', 'experiment.mjs']]) {
+  for (const [program, file] of [
+    ['sh', 'experiment.sh'],
+    ['python3', 'experiment.py'],
+    ['node', 'experiment.mjs'],
+  ]) {
     const { stdout } = await promisify(execFile)(program, [path.join(folder, file), daemon.url.replace(/\/$/, '')], { timeout: 60000 });
     assert.equal(stdout, wanted, file);
   }

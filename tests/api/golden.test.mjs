@@ -12,7 +12,11 @@ const BINARY = path.resolve(process.env.LAGLAB_BIN ?? path.join(ROOT, 'build/lag
 const run = promisify(execFile);
 
 test('the binary gives the golden hash of every netgame', async () => {
-  const rows = readFileSync(path.join(ROOT, 'tests/golden/hashes.csv'), 'utf8').trim().split('\n').slice(1).map((line) => line.split(','));
+  const rows = readFileSync(path.join(ROOT, 'tests/golden/hashes.csv'), 'utf8')
+    .trim()
+    .split('\n')
+    .slice(1)
+    .map((line) => line.split(','));
   const netgames = rows.filter(([id]) => JSON.parse(readFileSync(path.join(ROOT, 'scenarios', `${id}.json`), 'utf8')).kind === 'netgame');
   assert.ok(netgames.length >= 50, `${netgames.length} netgames`);
   const others = [];

@@ -9,8 +9,20 @@ import { startDaemon } from '../lib/daemon.mjs';
 let daemon, c, schema;
 
 before(async () => {
-  daemon = await startDaemon({ args: ['--max-commands-per-s', '100000', '--head-timeout-s', '1', '--body-timeout-s', '1',
-    '--max-connections', '600', '--max-connections-per-ip', '600'] });
+  daemon = await startDaemon({
+    args: [
+      '--max-commands-per-s',
+      '100000',
+      '--head-timeout-s',
+      '1',
+      '--body-timeout-s',
+      '1',
+      '--max-connections',
+      '600',
+      '--max-connections-per-ip',
+      '600',
+    ],
+  });
   c = client(daemon.url);
   schema = (await c.get('/api/v1/schema')).json;
 });
@@ -52,11 +64,31 @@ function* leaves(node, path, variant) {
 function wrongValues(leaf) {
   const other = ['null', '[]', '{}', '[1]', 'NaN', '-Infinity', '1e999', '-1e999'];
   switch (leaf.type) {
-    case 'boolean': return [...other, '0', '1', '"true"', '-1e308'];
-    case 'string': return [...other, '0', 'true', '1e308', JSON.stringify('x'.repeat(5000)), '"\\u0007"', '"\\ud800"',
-      ...(leaf.enum ? ['""', '"no_such_choice"'] : [])];
-    default: return [...other, '"1"', '""', 'true', JSON.stringify(leaf.minimum - 1), JSON.stringify(leaf.maximum * 2 + 1), '1e308', '-1e308',
-      ...(leaf.type === 'integer' ? [JSON.stringify(leaf.minimum + 0.5)] : [])];
+    case 'boolean':
+      return [...other, '0', '1', '"true"', '-1e308'];
+    case 'string':
+      return [
+        ...other,
+        '0',
+        'true',
+        '1e308',
+        JSON.stringify('x'.repeat(5000)),
+        '"\\u0007"',
+        '"\\ud800"',
+        ...(leaf.enum ? ['""', '"no_such_choice"'] : []),
+      ];
+    default:
+      return [
+        ...other,
+        '"1"',
+        '""',
+        'true',
+        JSON.stringify(leaf.minimum - 1),
+        JSON.stringify(leaf.maximum * 2 + 1),
+        '1e308',
+        '-1e308',
+        ...(leaf.type === 'integer' ? [JSON.stringify(leaf.minimum + 0.5)] : []),
+      ];
   }
 }
 
@@ -82,7 +114,8 @@ function refused(answer, path, leaf, value) {
     const shown = (number) => numbers.includes(number);
     assert.ok(shown(leaf.minimum) && shown(leaf.maximum), `the range is not named: ${what}`);
   }
-  if (leaf.enum && value !== 'null') for (const choice of leaf.enum.slice(0, 6)) assert.ok(detail.includes(choice), `the choices are not named: ${what}`);
+  if (leaf.enum && value !== 'null')
+    for (const choice of leaf.enum.slice(0, 6)) assert.ok(detail.includes(choice), `the choices are not named: ${what}`);
 }
 
 const count = async () => /^laglab_sessions (\d+)$/m.exec((await c.get('/metrics')).text)[1];
@@ -113,7 +146,10 @@ test('every parameter refuses what it must, while a session runs', async () => {
     const values = wrongValues(leaf);
     if (!leaf['x-live'] && leaf.default !== undefined) values.push(JSON.stringify(leaf.default));
     for (const value of values) {
-      const nested = path.split('.').reverse().reduce((inner, name) => `{"${name}":${inner}}`, value);
+      const nested = path
+        .split('.')
+        .reverse()
+        .reduce((inner, name) => `{"${name}":${inner}}`, value);
       for (const body of [`{"${path}":${value}}`, nested]) {
         const answer = await c.call('PATCH', session.links.params, { key: session.owner_key, body });
         if (leaf['x-live']) assert.equal(answer.status, 400, `${body} ${answer.text}`);
@@ -138,141 +174,255 @@ async function unharmed(attack) {
     const { cost, parked, viewers, ...rest } = (await c.get(self)).json;
     return { ...rest, log: (await c.get(session.links.log)).text, hash: (await c.get(session.links.state)).json.hash };
   };
-  const earlier = await state(), sessions = await count();
+  const earlier = await state(),
+    sessions = await count();
   await attack(session);
   assert.deepEqual(await state(), earlier);
   assert.equal(await count(), sessions);
 }
 
-test('malformed, truncated, deeply nested and large JSON', () => unharmed(async (session) => {
-  const key = session.owner_key;
-  const places = [['POST', '/api/v1/sessions', '{"scenario":"race","set":{"players.1.lag_ms":250}}'], ['POST', session.links.fork, '{"paused":true}'],
-    ['PATCH', session.links.params, '{"players":{"1":{"lag_ms":300}}}'], ['POST', session.links.control, '{"op":"step","ticks":1}'],
-    ['POST', session.links.input, '{"player":0,"axes":[1,0],"buttons":0}']];
-  for (const [method, path, good] of places) {
-    const bad = ['[]', '""', '0', 'null', '{', '}', '{"a":}', '{"a" 1}', "{'a':1}", '{"a":1,}', '{"a":01}', '{"a":.5}', '{"a":+1}', '{"a":"\\x"}', '{"a":"\n"}',
-      '{"a":1}{"b":2}', '{"a":1} x', '\ufeff{"a":1}', '{"a":Infinity}', '\0', '{"a":1}\0', '<xml/>', 'a=1', '{"__proto__":1}', '{"":1}',
-      Buffer.from([0x7b, 0x22, 0xff, 0xfe, 0x22, 0x3a, 0x31, 0x7d]), `${'['.repeat(100000)}`, `${'{"a":'.repeat(40)}1${'}'.repeat(40)}`,
-      `{"a":${'['.repeat(40)}${']'.repeat(40)}}`, `{"a":"${'x'.repeat((1 << 20) - 8)}"}`, `{${'"a":1,'.repeat(140000)}"b":2}`, `{"a":${'9'.repeat(1000000)}}`];
-    for (let i = 0; i < good.length; i++) bad.push(good.slice(0, i)); // truncated everywhere
-    if (path === session.links.fork) bad.splice(bad.indexOf(''), 1); // its body may be missing
-    for (const body of bad) {
-      const answer = await c.call(method, path, { key, body });
-      const what = `${method} ${path} ${String(body).slice(0, 60)}: ${answer.status} ${answer.text.slice(0, 200)}`;
-      assert.equal(answer.status, 400, what);
-      assert.ok(answer.json.detail.length > 5, what);
+test('malformed, truncated, deeply nested and large JSON', () =>
+  unharmed(async (session) => {
+    const key = session.owner_key;
+    const places = [
+      ['POST', '/api/v1/sessions', '{"scenario":"race","set":{"players.1.lag_ms":250}}'],
+      ['POST', session.links.fork, '{"paused":true}'],
+      ['PATCH', session.links.params, '{"players":{"1":{"lag_ms":300}}}'],
+      ['POST', session.links.control, '{"op":"step","ticks":1}'],
+      ['POST', session.links.input, '{"player":0,"axes":[1,0],"buttons":0}'],
+    ];
+    for (const [method, path, good] of places) {
+      const bad = [
+        '[]',
+        '""',
+        '0',
+        'null',
+        '{',
+        '}',
+        '{"a":}',
+        '{"a" 1}',
+        "{'a':1}",
+        '{"a":1,}',
+        '{"a":01}',
+        '{"a":.5}',
+        '{"a":+1}',
+        '{"a":"\\x"}',
+        '{"a":"\n"}',
+        '{"a":1}{"b":2}',
+        '{"a":1} x',
+        '\ufeff{"a":1}',
+        '{"a":Infinity}',
+        '\0',
+        '{"a":1}\0',
+        '<xml/>',
+        'a=1',
+        '{"__proto__":1}',
+        '{"":1}',
+        Buffer.from([0x7b, 0x22, 0xff, 0xfe, 0x22, 0x3a, 0x31, 0x7d]),
+        `${'['.repeat(100000)}`,
+        `${'{"a":'.repeat(40)}1${'}'.repeat(40)}`,
+        `{"a":${'['.repeat(40)}${']'.repeat(40)}}`,
+        `{"a":"${'x'.repeat((1 << 20) - 8)}"}`,
+        `{${'"a":1,'.repeat(140000)}"b":2}`,
+        `{"a":${'9'.repeat(1000000)}}`,
+      ];
+      for (let i = 0; i < good.length; i++) bad.push(good.slice(0, i)); // truncated everywhere
+      if (path === session.links.fork) bad.splice(bad.indexOf(''), 1); // its body may be missing
+      for (const body of bad) {
+        const answer = await c.call(method, path, { key, body });
+        const what = `${method} ${path} ${String(body).slice(0, 60)}: ${answer.status} ${answer.text.slice(0, 200)}`;
+        assert.equal(answer.status, 400, what);
+        assert.ok(answer.json.detail.length > 5, what);
+      }
     }
-  }
-}));
+  }));
 
-test('unknown and wrong members of each body', () => unharmed(async (session) => {
-  const key = session.owner_key;
-  const tries = {
-    '/api/v1/sessions': [{}, { scenario: 7 }, { scenario: 'no_such' }, { scenario: '../race' }, { scenario: null }, { scenario: 'race', seed: -1 },
-      { scenario: 'race', seed: 0.5 }, { scenario: 'race', seed: 1e300 }, { scenario: 'race', seed: '1' }, { scenario: 'race', paused: 1 },
-      { scenario: 'race', speed: 0 }, { scenario: 'race', speed: 11 }, { scenario: 'race', speed: 'x' }, { scenario: 'race', set: [] },
-      { scenario: 'race', set: { 'players.9.lag_ms': 1 } }, { scenario: 'race', set: { nonsense: 1 } }, { scenario: 'race', more: 1 },
-      { scenario: { kind: 'netgame' } }, { scenario: { kind: 'x' } }, { scenario: {} }, { scenario: { kind: 'netgame', players: [] } },
-      { scenario: { kind: 'netgame', players: [{ lag_ms: 1, nonsense: 2 }] } }, { scenario: { kind: 'netgame', players: Array(17).fill({}) } }],
-    [session.links.fork]: [{ paused: 'x' }, { speed: 100 }, { seed: 1 }],
-    [session.links.control]: [{}, { op: 'x' }, { op: 7 }, { op: 'step', ticks: 0.5 }, { op: 'step', ticks: '1' }, { op: 'seek' }, { op: 'seek', tick: -1 },
-      { op: 'seek', tick: 1e12 }, { op: 'seek', time_s: 1e6 }, { op: 'seek', tick: 1, time_s: 1 }, { op: 'speed', speed: 0 }, { op: 'speed', speed: 10.5 },
-      { op: 'speed', speed: '1' }, { op: 'restart', reset: 1 }, { op: 'play', more: 1 }],
-    [session.links.input]: [{}, { player: 'x' }, { player: -1 }, { player: 8 }, { player: 1.5 }, { player: 0, axes: [2] }, { player: 0, axes: [1, 1, 1] },
-      { player: 0, axes: ['1'] }, { player: 0, axes: 1 }, { player: 0, buttons: -1 }, { player: 0, buttons: 0.5 }, { player: 0, buttons: 2 ** 32 },
-      { player: 0, more: 1 }, { axes: [1] }],
-  };
-  for (const [path, bodies] of Object.entries(tries)) {
-    for (const body of bodies) {
-      const answer = await c.call('POST', path, { key, body });
-      assert.equal(answer.status, 400, `${path} ${JSON.stringify(body)}: ${answer.text}`);
+test('unknown and wrong members of each body', () =>
+  unharmed(async (session) => {
+    const key = session.owner_key;
+    const tries = {
+      '/api/v1/sessions': [
+        {},
+        { scenario: 7 },
+        { scenario: 'no_such' },
+        { scenario: '../race' },
+        { scenario: null },
+        { scenario: 'race', seed: -1 },
+        { scenario: 'race', seed: 0.5 },
+        { scenario: 'race', seed: 1e300 },
+        { scenario: 'race', seed: '1' },
+        { scenario: 'race', paused: 1 },
+        { scenario: 'race', speed: 0 },
+        { scenario: 'race', speed: 11 },
+        { scenario: 'race', speed: 'x' },
+        { scenario: 'race', set: [] },
+        { scenario: 'race', set: { 'players.9.lag_ms': 1 } },
+        { scenario: 'race', set: { nonsense: 1 } },
+        { scenario: 'race', more: 1 },
+        { scenario: { kind: 'netgame' } },
+        { scenario: { kind: 'x' } },
+        { scenario: {} },
+        { scenario: { kind: 'netgame', players: [] } },
+        { scenario: { kind: 'netgame', players: [{ lag_ms: 1, nonsense: 2 }] } },
+        { scenario: { kind: 'netgame', players: Array(17).fill({}) } },
+      ],
+      [session.links.fork]: [{ paused: 'x' }, { speed: 100 }, { seed: 1 }],
+      [session.links.control]: [
+        {},
+        { op: 'x' },
+        { op: 7 },
+        { op: 'step', ticks: 0.5 },
+        { op: 'step', ticks: '1' },
+        { op: 'seek' },
+        { op: 'seek', tick: -1 },
+        { op: 'seek', tick: 1e12 },
+        { op: 'seek', time_s: 1e6 },
+        { op: 'seek', tick: 1, time_s: 1 },
+        { op: 'speed', speed: 0 },
+        { op: 'speed', speed: 10.5 },
+        { op: 'speed', speed: '1' },
+        { op: 'restart', reset: 1 },
+        { op: 'play', more: 1 },
+      ],
+      [session.links.input]: [
+        {},
+        { player: 'x' },
+        { player: -1 },
+        { player: 8 },
+        { player: 1.5 },
+        { player: 0, axes: [2] },
+        { player: 0, axes: [1, 1, 1] },
+        { player: 0, axes: ['1'] },
+        { player: 0, axes: 1 },
+        { player: 0, buttons: -1 },
+        { player: 0, buttons: 0.5 },
+        { player: 0, buttons: 2 ** 32 },
+        { player: 0, more: 1 },
+        { axes: [1] },
+      ],
+    };
+    for (const [path, bodies] of Object.entries(tries)) {
+      for (const body of bodies) {
+        const answer = await c.call('POST', path, { key, body });
+        assert.equal(answer.status, 400, `${path} ${JSON.stringify(body)}: ${answer.text}`);
+      }
     }
-  }
-  for (const query of ['tick=x', 'tick=-1', 'tick=1.5', 'tick=', 'tick=1e99', 'tick=NaN', 'tick=0x10z', 'tick=99999999'])
-    assert.equal((await c.get(`${session.links.state}?${query}`)).status, 400, query);
-  for (const query of ['from_s=x', 'from_s=-1', 'to_s=NaN', 'from_s=2&to_s=1', 'to_s=1e99'])
-    assert.equal((await c.get(`${session.links.trace}?${query}`)).status, 400, query);
-}));
+    for (const query of ['tick=x', 'tick=-1', 'tick=1.5', 'tick=', 'tick=1e99', 'tick=NaN', 'tick=0x10z', 'tick=99999999'])
+      assert.equal((await c.get(`${session.links.state}?${query}`)).status, 400, query);
+    for (const query of ['from_s=x', 'from_s=-1', 'to_s=NaN', 'from_s=2&to_s=1', 'to_s=1e99'])
+      assert.equal((await c.get(`${session.links.trace}?${query}`)).status, 400, query);
+  }));
 
-test('a body over the limit, whole or in chunks', () => unharmed(async (session) => {
-  const large = `{"a":"${'x'.repeat(3 << 20)}"}`;
-  for (const path of ['/api/v1/sessions', session.links.control]) {
-    const answer = await c.call('POST', path, { key: session.owner_key, body: large }).catch((error) => error);
-    assert.ok(answer.status === 413 || answer.code === 'ECONNRESET' || answer.code === 'EPIPE', `${path}: ${answer.status ?? answer}`);
-  }
-  const chunk = `10000\r\n${'x'.repeat(0x10000)}\r\n`;
-  const { text } = await raw(daemon.port, `POST /api/v1/sessions HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n` +
-    `Transfer-Encoding: chunked\r\n\r\n${chunk.repeat(40)}0\r\n\r\n`, 1000);
-  assert.match(text, /^HTTP\/1.1 413 /);
-}));
+test('a body over the limit, whole or in chunks', () =>
+  unharmed(async (session) => {
+    const large = `{"a":"${'x'.repeat(3 << 20)}"}`;
+    for (const path of ['/api/v1/sessions', session.links.control]) {
+      const answer = await c.call('POST', path, { key: session.owner_key, body: large }).catch((error) => error);
+      assert.ok(answer.status === 413 || answer.code === 'ECONNRESET' || answer.code === 'EPIPE', `${path}: ${answer.status ?? answer}`);
+    }
+    const chunk = `10000\r\n${'x'.repeat(0x10000)}\r\n`;
+    const { text } = await raw(
+      daemon.port,
+      `POST /api/v1/sessions HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n` +
+        `Transfer-Encoding: chunked\r\n\r\n${chunk.repeat(40)}0\r\n\r\n`,
+      1000,
+    );
+    assert.match(text, /^HTTP\/1.1 413 /);
+  }));
 
 // ---- sockets ----
 
-test('half a request line, then silence', () => unharmed(async () => {
-  const waiting = ['GET /api', 'GET / HTTP/1.1\r\nHost: loc', 'POST /api/v1/sessions HTTP/1.1\r\nHost: localhost\r\n', ''].map((bytes) => raw(daemon.port, bytes, 5000));
-  await pause(100);
-  assert.equal((await c.get('/healthz')).status, 200, 'others are served');
-  for (const { text, closed, ms } of await Promise.all(waiting)) {
-    assert.ok(closed && ms < 4000, `closed after ${ms} ms`);
-    assert.match(text, /^(HTTP\/1.1 408 [\s\S]*"status":408[\s\S]*)?$/);
-  }
-  const slow = await raw(daemon.port, 'POST /api/v1/sessions HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nContent-Length: 100\r\n\r\n{"sc', 6000);
-  assert.ok(slow.closed, 'half a body is not waited for');
-}));
+test('half a request line, then silence', () =>
+  unharmed(async () => {
+    const waiting = ['GET /api', 'GET / HTTP/1.1\r\nHost: loc', 'POST /api/v1/sessions HTTP/1.1\r\nHost: localhost\r\n', ''].map((bytes) =>
+      raw(daemon.port, bytes, 5000),
+    );
+    await pause(100);
+    assert.equal((await c.get('/healthz')).status, 200, 'others are served');
+    for (const { text, closed, ms } of await Promise.all(waiting)) {
+      assert.ok(closed && ms < 4000, `closed after ${ms} ms`);
+      assert.match(text, /^(HTTP\/1.1 408 [\s\S]*"status":408[\s\S]*)?$/);
+    }
+    const slow = await raw(
+      daemon.port,
+      'POST /api/v1/sessions HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nContent-Length: 100\r\n\r\n{"sc',
+      6000,
+    );
+    assert.ok(slow.closed, 'half a body is not waited for');
+  }));
 
-test('binary junk', () => unharmed(async (session) => {
-  let state = 12345;
-  const random = () => (state = (state * 1103515245 + 12345) % 2147483648) >> 8;
-  for (let i = 0; i < 60; i++) {
-    const bytes = Buffer.from(Array.from({ length: 1 + (random() % 3000) }, () => random() & 255));
-    if (i % 3 === 1) bytes.write('GET /');
-    if (i % 3 === 2) bytes.write('\x16\x03\x01');
-    const { text } = await raw(daemon.port, bytes, 1500);
-    assert.match(text, /^(HTTP\/1.1 (400|405|408|431|505) [\s\S]*)?$/);
-  }
-  // on a stream: an unmasked frame, a huge one, a reserved code, binary messages, an endless text
-  for (const bytes of [Buffer.from([0x81, 0x02, 0x7b, 0x7d]), Buffer.from([0x82, 0xff, 0x7f, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0, 0, 0, 0]),
-    Buffer.from([0x83, 0x80, 0, 0, 0, 0]), Buffer.from([0xf1, 0x80, 0, 0, 0, 0]), Buffer.alloc(4096, 0xff)]) {
+test('binary junk', () =>
+  unharmed(async (session) => {
+    let state = 12345;
+    const random = () => (state = (state * 1103515245 + 12345) % 2147483648) >> 8;
+    for (let i = 0; i < 60; i++) {
+      const bytes = Buffer.from(Array.from({ length: 1 + (random() % 3000) }, () => random() & 255));
+      if (i % 3 === 1) bytes.write('GET /');
+      if (i % 3 === 2) bytes.write('\x16\x03\x01');
+      const { text } = await raw(daemon.port, bytes, 1500);
+      assert.match(text, /^(HTTP\/1.1 (400|405|408|431|505) [\s\S]*)?$/);
+    }
+    // on a stream: an unmasked frame, a huge one, a reserved code, binary messages, an endless text
+    for (const bytes of [
+      Buffer.from([0x81, 0x02, 0x7b, 0x7d]),
+      Buffer.from([0x82, 0xff, 0x7f, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0, 0, 0, 0]),
+      Buffer.from([0x83, 0x80, 0, 0, 0, 0]),
+      Buffer.from([0xf1, 0x80, 0, 0, 0, 0]),
+      Buffer.alloc(4096, 0xff),
+    ]) {
+      const stream = await c.stream(session);
+      const wire = /** @type {any} */ (stream.socket)._socket;
+      wire.write(bytes);
+      await pause(60);
+      await stream.close();
+    }
     const stream = await c.stream(session);
-    const wire = /** @type {any} */ (stream.socket)._socket;
-    wire.write(bytes);
-    await pause(60);
-    await stream.close();
-  }
-  const stream = await c.stream(session);
-  stream.socket.send(Buffer.from([1, 2, 3]));
-  stream.say('x'.repeat(200000));
-  await waitFor(() => stream.closed, 'the close');
-  assert.ok([1003, 1008, 1009].includes(stream.closed.code), String(stream.closed.code));
-}));
+    stream.socket.send(Buffer.from([1, 2, 3]));
+    stream.say('x'.repeat(200000));
+    await waitFor(() => stream.closed, 'the close');
+    assert.ok([1003, 1008, 1009].includes(stream.closed.code), String(stream.closed.code));
+  }));
 
-test('a WebSocket from a foreign page', () => unharmed(async (session) => {
-  for (const origin of ['http://elsewhere.example', 'null', 'http://localhost.elsewhere.example', `http://127.0.0.1:${daemon.port + 1}`, 'file://'])
-    await assert.rejects(openStream(daemon.url, `sessions/${session.id}`, 'json', { origin }), { status: 403 }, origin);
-  const own = await openStream(daemon.url, `sessions/${session.id}`, 'json', { origin: daemon.url.replace(/\/$/, '') });
-  await own.close();
-  await assert.rejects(openStream(daemon.url, `sessions/${'a'.repeat(26)}`), { status: 404 });
-}));
+test('a WebSocket from a foreign page', () =>
+  unharmed(async (session) => {
+    for (const origin of [
+      'http://elsewhere.example',
+      'null',
+      'http://localhost.elsewhere.example',
+      `http://127.0.0.1:${daemon.port + 1}`,
+      'file://',
+    ])
+      await assert.rejects(openStream(daemon.url, `sessions/${session.id}`, 'json', { origin }), { status: 403 }, origin);
+    const own = await openStream(daemon.url, `sessions/${session.id}`, 'json', { origin: daemon.url.replace(/\/$/, '') });
+    await own.close();
+    await assert.rejects(openStream(daemon.url, `sessions/${'a'.repeat(26)}`), { status: 404 });
+  }));
 
-test('1,000 connections at once', () => unharmed(async () => {
-  const sockets = Array.from({ length: 1000 }, () => net.connect(daemon.port, '127.0.0.1'));
-  const answers = Array(1000).fill('');
-  sockets.forEach((socket, i) => {
-    socket.setEncoding('latin1').on('data', (text) => { answers[i] += text; }).on('error', () => {});
-    socket.write('GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n');
-  });
-  try {
-    await waitFor(() => answers.every((text, i) => text.length > 0 || sockets[i].destroyed), 'all answers', 15000);
-  } finally {
-    sockets.forEach((socket) => socket.destroy());
-  }
-  const of = (status) => answers.filter((text) => text.startsWith(`HTTP/1.1 ${status} `)).length;
-  assert.ok(of(200) >= 550, `${of(200)} were served`);
-  assert.ok(of(429) + of(503) >= 350, `${of(429) + of(503)} were refused with an answer`);
-  for (const text of answers.filter((each) => /^HTTP\/1.1 (429|503) /.test(each))) {
-    assert.match(text, /Retry-After: \d+/i);
-    assert.match(text, /application\/problem\+json/);
-  }
-  await pause(200);
-  assert.equal((await c.get('/healthz')).status, 200);
-}));
+test('1,000 connections at once', () =>
+  unharmed(async () => {
+    const sockets = Array.from({ length: 1000 }, () => net.connect(daemon.port, '127.0.0.1'));
+    const answers = Array(1000).fill('');
+    sockets.forEach((socket, i) => {
+      socket
+        .setEncoding('latin1')
+        .on('data', (text) => {
+          answers[i] += text;
+        })
+        .on('error', () => {});
+      socket.write('GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n');
+    });
+    try {
+      await waitFor(() => answers.every((text, i) => text.length > 0 || sockets[i].destroyed), 'all answers', 15000);
+    } finally {
+      sockets.forEach((socket) => socket.destroy());
+    }
+    const of = (status) => answers.filter((text) => text.startsWith(`HTTP/1.1 ${status} `)).length;
+    assert.ok(of(200) >= 550, `${of(200)} were served`);
+    assert.ok(of(429) + of(503) >= 350, `${of(429) + of(503)} were refused with an answer`);
+    for (const text of answers.filter((each) => /^HTTP\/1.1 (429|503) /.test(each))) {
+      assert.match(text, /Retry-After: \d+/i);
+      assert.match(text, /application\/problem\+json/);
+    }
+    await pause(200);
+    assert.equal((await c.get('/healthz')).status, 200);
+  }));

@@ -14,17 +14,39 @@ import { metricRow } from '../../www/js/metrics.js';
 const DISTRIBUTION = ['mean', 'rms', 'p50', 'p95', 'p99', 'max', 'count'];
 const PARTS = { distribution: DISTRIBUTION, latency: [...DISTRIBUTION, 'lost_ratio'], gauge: ['mean', 'min', 'max', 'count'] };
 /** When a row is null for these reasons alone, as the status of its object has it. */
-const REASONS = { 'The world has diverged.': ['diverged'], 'The fluid has diverged.': ['diverged'], 'It was not run.': ['off'],
-  'Its status is not ok.': ['diverged', 'failed', 'off'] };
+const REASONS = {
+  'The world has diverged.': ['diverged'],
+  'The fluid has diverged.': ['diverged'],
+  'It was not run.': ['off'],
+  'Its status is not ok.': ['diverged', 'failed', 'off'],
+};
 /** What no scenario of the library does. */
 const ARM = (/** @type {string} */ method) => ({ method, substeps: 1 });
 const OTHERS = [
   // an arm that turns by half a radian a step, which one substep of XPBD does not hold; a step that is too long for one substep
-  { kind: 'rigid', duration_s: 4, gravity: [0, 0], hz: 50, solver: ARM('avbd'), side_by_side: [{ solver: ARM('xpbd') }],
-    bodies: [{ type: 'static', size: [0.2, 0.2] }, ...[1, 2].map((x) => ({ size: [0.2, 0.2], position: [x, 0], velocity: [0, 25], angular_velocity: 25 }))],
-    joints: [0, 1].map((a) => ({ type: 'revolute', a, b: a + 1, anchor_a: [0, 0], anchor_b: [-1, 0] })) },
+  {
+    kind: 'rigid',
+    duration_s: 4,
+    gravity: [0, 0],
+    hz: 50,
+    solver: ARM('avbd'),
+    side_by_side: [{ solver: ARM('xpbd') }],
+    bodies: [
+      { type: 'static', size: [0.2, 0.2] },
+      ...[1, 2].map((x) => ({ size: [0.2, 0.2], position: [x, 0], velocity: [0, 25], angular_velocity: 25 })),
+    ],
+    joints: [0, 1].map((a) => ({ type: 'revolute', a, b: a + 1, anchor_a: [0, 0], anchor_b: [-1, 0] })),
+  },
   { kind: 'fluid', scene: 'taylor_green', params: { n: 32 }, hz: 2, duration_s: 5, side_by_side: [{ solver: { substeps: 1 } }] },
-  { kind: 'rigid', duration_s: 0.5, compare_volumes: true, bodies: [{ type: 'static', shape: 'box', size: [9, 1] }, { type: 'dynamic', shape: 'circle', radius: 0.5, position: [0, 1.25] }] },
+  {
+    kind: 'rigid',
+    duration_s: 0.5,
+    compare_volumes: true,
+    bodies: [
+      { type: 'static', shape: 'box', size: [9, 1] },
+      { type: 'dynamic', shape: 'circle', radius: 0.5, position: [0, 1.25] },
+    ],
+  },
 ];
 const PARALLEL = 2;
 
@@ -47,7 +69,8 @@ function fits(path, pattern) {
 }
 
 const number = (/** @type {any} */ value) => value === null || (typeof value === 'number' && Number.isFinite(value));
-const members = (/** @type {any} */ value, /** @type {string[]} */ names) => Object.keys(value).join() === names.join() && Object.values(value).every(number);
+const members = (/** @type {any} */ value, /** @type {string[]} */ names) =>
+  Object.keys(value).join() === names.join() && Object.values(value).every(number);
 
 /** @type {Record<string, (value: any) => boolean>} */
 const TYPES = {
@@ -64,7 +87,8 @@ const TYPES = {
   notices: (value) => Array.isArray(value) && value.every((text) => typeof text === 'string'),
 };
 
-const isNull = (/** @type {any} */ value) => value === null || (typeof value === 'object' && Object.values(value).some((part) => part === null));
+const isNull = (/** @type {any} */ value) =>
+  value === null || (typeof value === 'object' && Object.values(value).some((part) => part === null));
 
 /** @param {Row} row @param {any} value @param {any} object @param {string} where */
 function check(row, value, object, where) {
@@ -85,17 +109,23 @@ function check(row, value, object, where) {
  */
 function walk(value, path, tables, seen, run) {
   const places = tables.map((table) => {
-    const at = [table.path, ...(table.also ? [`${table.also}${table.path ? `.${table.path}` : ''}`] : [])].map((pattern) => fits(path, pattern));
+    const at = [table.path, ...(table.also ? [`${table.also}${table.path ? `.${table.path}` : ''}`] : [])].map((pattern) =>
+      fits(path, pattern),
+    );
     return { table, begins: at.some((one) => one.begins), whole: at.some((one) => one.whole) };
   });
-  assert.ok(places.some(({ begins }) => begins), `${run}: ${path.join('.')} is in no table`);
+  assert.ok(
+    places.some(({ begins }) => begins),
+    `${run}: ${path.join('.')} is in no table`,
+  );
   if (Array.isArray(value)) {
     value.forEach((part, i) => walk(part, [...path, String(i)], tables, seen, run));
     return;
   }
   const rows = places.filter(({ whole }) => whole).flatMap(({ table }) => table.metrics);
   for (const [name, part] of Object.entries(value)) {
-    const where = `${run}: ${[...path, name].join('.')}`, found = rows.filter((row) => row.name === name);
+    const where = `${run}: ${[...path, name].join('.')}`,
+      found = rows.filter((row) => row.name === name);
     if (found.length === 0) {
       assert.ok(part !== null && typeof part === 'object', `${where} is in no table`);
       walk(part, [...path, name], tables, seen, run);
@@ -116,13 +146,19 @@ async function metricsOf(run, input) {
 test('the tables are those of the program, and of all kinds', () => {
   const own = JSON.parse(execFileSync(BINARY, ['schema', 'metrics'], { encoding: 'utf8' }));
   assert.deepEqual(own, { kinds, common });
-  assert.deepEqual(kinds.map((/** @type {any} */ kind) => kind.kind), ['netgame', 'motion', 'rigid', 'fluid']);
+  assert.deepEqual(
+    kinds.map((/** @type {any} */ kind) => kind.kind),
+    ['netgame', 'motion', 'rigid', 'fluid'],
+  );
 });
 
 test('each metric of every scenario is a row, and every row is a metric of one', async () => {
-  const { scenarios } = (await c.get('/api/v1/scenarios')).json, seen = new Set();
-  const runs = [...scenarios.map((/** @type {any} */ one) => ({ name: one.id, kind: one.kind, input: undefined })),
-    ...OTHERS.map((input) => ({ name: '-', kind: input.kind, input }))];
+  const { scenarios } = (await c.get('/api/v1/scenarios')).json,
+    seen = new Set();
+  const runs = [
+    ...scenarios.map((/** @type {any} */ one) => ({ name: one.id, kind: one.kind, input: undefined })),
+    ...OTHERS.map((input) => ({ name: '-', kind: input.kind, input })),
+  ];
   assert.ok(scenarios.length > 100);
   const next = async () => {
     for (let run = runs.shift(); run; run = runs.shift()) {
@@ -131,29 +167,44 @@ test('each metric of every scenario is a row, and every row is a metric of one',
     }
   };
   await Promise.all(Array.from({ length: PARALLEL }, next));
-  const never = [...kinds, { kind: 'any', tables: common }].flatMap((/** @type {any} */ kind) => kind.tables.flatMap((/** @type {Table} */ table) => table.metrics
-    .filter((row) => !seen.has(row)).map((row) => `${kind.kind} ${table.path} ${row.name}`)));
+  const never = [...kinds, { kind: 'any', tables: common }].flatMap((/** @type {any} */ kind) =>
+    kind.tables.flatMap((/** @type {Table} */ table) =>
+      table.metrics.filter((row) => !seen.has(row)).map((row) => `${kind.kind} ${table.path} ${row.name}`),
+    ),
+  );
   assert.deepEqual(never, []);
 });
 
 /** Paths of all numbers. @param {any} value @param {string[]} path @returns {string[]} */
-const paths = (value, path) => (value !== null && typeof value === 'object' ? Object.entries(value).flatMap(([name, part]) => paths(part, [...path, name]))
-  : [path.join('.')]);
+const paths = (value, path) =>
+  value !== null && typeof value === 'object'
+    ? Object.entries(value).flatMap(([name, part]) => paths(part, [...path, name]))
+    : [path.join('.')];
 
 test('the page finds the row of each number that a run has, and none elsewhere', async () => {
-  for (const [name, kind] of [['rifle', 'netgame'], ['motion/orbit', 'motion'], ['rigid/warm_start', 'rigid'], ['fluid/cavity', 'fluid']]) {
+  for (const [name, kind] of [
+    ['rifle', 'netgame'],
+    ['motion/orbit', 'motion'],
+    ['rigid/warm_start', 'rigid'],
+    ['fluid/cavity', 'fluid'],
+  ]) {
     const all = paths(await metricsOf(name), []);
     assert.ok(all.length > 30, name);
     for (const path of all) assert.ok(metricRow({ kinds, common }, kind, path), `${name}: ${path}`);
-    for (const path of ['', 'no_such', `${all[0]}.no_such`, 'players.0.name.mean', `x.${all[0]}`]) assert.equal(metricRow({ kinds, common }, kind, path), undefined, path);
+    for (const path of ['', 'no_such', `${all[0]}.no_such`, 'players.0.name.mean', `x.${all[0]}`])
+      assert.equal(metricRow({ kinds, common }, kind, path), undefined, path);
   }
   assert.equal(metricRow({ kinds, common }, 'netgame', 'players.1.remote_error_m.p95')?.unit, 'm');
   assert.equal(metricRow({ kinds, common }, 'rigid', 'side_by_side.0.energy_change_j')?.signed, true);
 });
 
 test('the rows say which metrics are signed and which are rare', () => {
-  const row = (/** @type {string} */ kind, /** @type {string} */ path, /** @type {string} */ name) => kinds.find((/** @type {any} */ one) => one.kind === kind)
-    .tables.filter((/** @type {Table} */ table) => table.path === path).flatMap((/** @type {Table} */ table) => table.metrics).find((/** @type {Row} */ one) => one.name === name);
+  const row = (/** @type {string} */ kind, /** @type {string} */ path, /** @type {string} */ name) =>
+    kinds
+      .find((/** @type {any} */ one) => one.kind === kind)
+      .tables.filter((/** @type {Table} */ table) => table.path === path)
+      .flatMap((/** @type {Table} */ table) => table.metrics)
+      .find((/** @type {Row} */ one) => one.name === name);
   assert.equal(row('rigid', '', 'energy_change_j').signed, true);
   assert.equal(row('rigid', '', 'drift_m').signed, undefined);
   assert.equal(row('netgame', 'players.*', 'visible_corrections').rare, true);

@@ -8,7 +8,10 @@ import path from 'node:path';
 import { client, waitFor } from '../lib/client.mjs';
 import { BINARY, startDaemon } from '../lib/daemon.mjs';
 
-const E = '/api/v1/experiments', S = '/api/v1/sessions', LATENCY = 'players.1.input_latency_ms.mean', LEAD = 'players.0.own_lead_m.mean';
+const E = '/api/v1/experiments',
+  S = '/api/v1/sessions',
+  LATENCY = 'players.1.input_latency_ms.mean',
+  LEAD = 'players.0.own_lead_m.mean';
 const SHORT = /^duration_s, 1\.5 s, is not longer than warmup_s, 2 s/;
 
 let daemon, c;
@@ -32,12 +35,16 @@ function laglab(args, input) {
 const run = (/** @type {string[]} */ ...args) => JSON.parse(laglab(['run', ...args]).stdout).metrics;
 
 test('a run that is over before metrics count says so, one that is longer does not', () => {
-  const short = run('crates', '--duration', '1.5'), long = run('crates', '--duration', '3.25');
+  const short = run('crates', '--duration', '1.5'),
+    long = run('crates', '--duration', '3.25');
   assert.equal(short.players[0].remote_error_m.mean, null);
   assert.equal(short.notices.length, 1);
   assert.match(short.notices[0], SHORT);
   assert.ok(long.players[0].remote_error_m.mean > 0);
-  assert.deepEqual(long.notices.filter((/** @type {string} */ text) => text.includes('duration_s')), []);
+  assert.deepEqual(
+    long.notices.filter((/** @type {string} */ text) => text.includes('duration_s')),
+    [],
+  );
 });
 
 test('players who never touch the controls, or never joined, are named', () => {
@@ -58,7 +65,13 @@ test('a session has notices in its state, also before anything is counted', asyn
   assert.match((await c.get(`${S}/${early}/metrics`)).json.metrics.notices[0], /^Metrics count from warmup_s, 7 s, on; it is 0 s\.$/);
 });
 
-const plan = { scenario: 'race', set: { duration_s: 1.5 }, repeats: 2, axes: [{ path: 'players.0.lag_ms', values: [20, 90] }], metrics: [LEAD] };
+const plan = {
+  scenario: 'race',
+  set: { duration_s: 1.5 },
+  repeats: 2,
+  axes: [{ path: 'players.0.lag_ms', values: [20, 90] }],
+  metrics: [LEAD],
+};
 
 test('an experiment has notices before it runs, with the number of points', async () => {
   for (const query of ['', '?dry_run=true']) {
@@ -87,10 +100,18 @@ test('the sweep and its report name metrics that no run has', () => {
 });
 
 test('a notice gives the number of points at which a rule was not reached', async () => {
-  const noisy = { scenario: 'race', set: { duration_s: 3, 'players.0.link.down.jitter_ms': 30 }, repeats: 12, metrics: ['players.0.remote_error_m.mean'],
-    axes: [{ path: 'players.0.lag_ms', values: [20, 90, 140] }] };
+  const noisy = {
+    scenario: 'race',
+    set: { duration_s: 3, 'players.0.link.down.jitter_ms': 30 },
+    repeats: 12,
+    metrics: ['players.0.remote_error_m.mean'],
+    axes: [{ path: 'players.0.lag_ms', values: [20, 90, 140] }],
+  };
   const told = (/** @type {any} */ until) => laglab(['sweep', '-', '--points'], { ...noisy, until }).stderr;
-  assert.match(told({ half_width: 1e-9 }), /At 3 of 3 points all 12 repeats were made, and the interval of players\.0\.remote_error_m\.mean is still wider/);
+  assert.match(
+    told({ half_width: 1e-9 }),
+    /At 3 of 3 points all 12 repeats were made, and the interval of players\.0\.remote_error_m\.mean is still wider/,
+  );
   assert.doesNotMatch(told({ half_width: 100 }), /still wider/);
   const { id } = (await c.call('POST', E, { body: { ...noisy, until: { relative: 1e-9 } } })).json;
   await waitFor(async () => (await c.get(`${E}/${id}`)).json.state === 'done', 'the experiment', 60000);

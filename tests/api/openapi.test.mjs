@@ -51,7 +51,11 @@ after(async () => {
 });
 
 function resolve(node) {
-  while (node?.$ref?.startsWith('#')) node = node.$ref.slice(2).split('/').reduce((at, key) => at[key.replaceAll('~1', '/')], api);
+  while (node?.$ref?.startsWith('#'))
+    node = node.$ref
+      .slice(2)
+      .split('/')
+      .reduce((at, key) => at[key.replaceAll('~1', '/')], api);
   return node;
 }
 
@@ -98,8 +102,10 @@ async function call(method, template, values, status, wish = {}, who = c) {
   return answer;
 }
 
-const S = '/api/v1/sessions', I = '/api/v1/sessions/{id}';
-const NOBODY = 'a'.repeat(26), WRONG = 'b'.repeat(32);
+const S = '/api/v1/sessions',
+  I = '/api/v1/sessions/{id}';
+const NOBODY = 'a'.repeat(26),
+  WRONG = 'b'.repeat(32);
 /** Operations that change something: a valid body for each. @type {[string, string, any][]} */
 const CHANGES = [
   ['patch', `${I}/params`, { 'players.0.lag_ms': 100 }],
@@ -114,7 +120,10 @@ test('scenarios and documents', async () => {
   const { json } = await call('get', '/api/v1/scenarios', {}, 200);
   assert.ok(json.scenarios.length > 3);
   const brief = await call('get', '/api/v1/scenarios', {}, 200, { query: '?brief=true' });
-  assert.deepEqual(brief.json.scenarios, json.scenarios.map(({ text, ...rest }) => rest));
+  assert.deepEqual(
+    brief.json.scenarios,
+    json.scenarios.map(({ text, ...rest }) => rest),
+  );
   await call('get', '/api/v1/scenarios', {}, 400, { query: '?brief=perhaps' });
   for (const { id } of json.scenarios) await call('get', '/api/v1/scenarios/{id}', { id }, 200);
   await call('get', '/api/v1/scenarios/{id}', { id: 'no_such' }, 404);
@@ -123,10 +132,16 @@ test('scenarios and documents', async () => {
   const all = (await call('get', '/api/v1/schema', {}, 200)).json;
   for (const kind of ['netgame', 'motion', 'rigid', 'fluid']) {
     const one = (await call('get', '/api/v1/schema', {}, 200, { query: `?kind=${kind}` })).json;
-    assert.deepEqual(one.oneOf, all.oneOf.filter((/** @type {any} */ o) => o.properties.kind.const === kind));
+    assert.deepEqual(
+      one.oneOf,
+      all.oneOf.filter((/** @type {any} */ o) => o.properties.kind.const === kind),
+    );
     for (const [name, value] of Object.entries(one.$defs)) assert.deepEqual(value, all.$defs[name], name);
   }
-  assert.match((await call('get', '/api/v1/schema', {}, 400, { query: '?kind=nosuch' })).json.detail, /netgame, motion, rigid, fluid; got nosuch/);
+  assert.match(
+    (await call('get', '/api/v1/schema', {}, 400, { query: '?kind=nosuch' })).json.detail,
+    /netgame, motion, rigid, fluid; got nosuch/,
+  );
   await call('get', '/api/v1/openapi.yaml', {}, 200);
   await call('get', '/api/v1/asyncapi.yaml', {}, 200);
   await call('get', '/api/v1/stream/schema.json', {}, 200);
@@ -167,8 +182,17 @@ test('the life of a session', async () => {
   await call('patch', `${I}/params`, { id }, 200, { key, type: 'application/merge-patch+json', body: { players: { 0: { lag_ms: 50 } } } });
   await call('post', `${I}/input`, { id }, 200, { key, body: { player: 0, axes: [1, 0], buttons: 0 } });
   await call('post', `${I}/input`, { id }, 200, { key: keys[0], body: { player: 0, axes: [0, 0] } });
-  for (const op of [{ op: 'play' }, { op: 'speed', speed: 0.5 }, { op: 'pause' }, { op: 'step' }, { op: 'step', ticks: -3 },
-    { op: 'seek', time_s: 1 }, { op: 'restart' }, { op: 'restart', reset: true }, { op: 'seek', tick: 60 }])
+  for (const op of [
+    { op: 'play' },
+    { op: 'speed', speed: 0.5 },
+    { op: 'pause' },
+    { op: 'step' },
+    { op: 'step', ticks: -3 },
+    { op: 'seek', time_s: 1 },
+    { op: 'restart' },
+    { op: 'restart', reset: true },
+    { op: 'seek', tick: 60 },
+  ])
     await call('post', `${I}/control`, { id }, 200, { key, body: op });
   const state = await call('get', `${I}/state`, { id }, 200);
   assert.equal(state.json.tick, 60);
@@ -179,7 +203,10 @@ test('the life of a session', async () => {
   const rows = trace.text.trimEnd().split('\r\n');
   assert.match(rows[0], /^time_s,tick,/);
   assert.equal(rows.length, 1 + 25);
-  const log = (await call('get', `${I}/log`, { id }, 200)).text.trimEnd().split('\n').map((line) => JSON.parse(line));
+  const log = (await call('get', `${I}/log`, { id }, 200)).text
+    .trimEnd()
+    .split('\n')
+    .map((line) => JSON.parse(line));
   assert.equal(log[0].op, 'create');
 
   const fork = await call('post', `${I}/fork`, { id }, 201);
@@ -192,23 +219,35 @@ test('the life of a session', async () => {
   await stream.close();
 });
 
-test('keys: none, wrong, another player\'s', async () => {
-  const session = await c.make({ paused: true, set: DRIVEN }), other = await c.make({ paused: true });
+test("keys: none, wrong, another player's", async () => {
+  const session = await c.make({ paused: true, set: DRIVEN }),
+    other = await c.make({ paused: true });
   const { id } = session;
   for (const [method, path, body] of [...CHANGES, DELETE]) {
     const none = await call(method, path, { id }, 401, { body });
     assert.match(none.headers['www-authenticate'], /^Bearer/);
     for (const key of [WRONG, other.owner_key, '', 'x', session.player_keys[1], 'é'.repeat(200)])
       await call(method, path, { id }, 403, { body, headers: { authorization: `Bearer ${Buffer.from(key).toString('latin1')}` } });
-    assert.equal((await c.call(method.toUpperCase(), path.replace('{id}', id), { body, headers: { authorization: 'Basic eA==' } })).status, 401);
+    assert.equal(
+      (await c.call(method.toUpperCase(), path.replace('{id}', id), { body, headers: { authorization: 'Basic eA==' } })).status,
+      401,
+    );
   }
-  const ops = (await c.get(`${S}/${id}/log`)).text.trim().split('\n').map((line) => JSON.parse(line).op);
+  const ops = (await c.get(`${S}/${id}/log`)).text
+    .trim()
+    .split('\n')
+    .map((line) => JSON.parse(line).op);
   assert.deepEqual(ops, ['create', 'hash', 'head'], 'nothing was changed');
 });
 
 test('sessions that are not there', async () => {
-  for (const [method, path, body] of [...CHANGES, ['delete', I, undefined], ['get', I, undefined], ['post', `${I}/fork`, undefined],
-    ...['state', 'metrics', 'trace', 'log'].map((part) => ['get', `${I}/${part}`, undefined])]) {
+  for (const [method, path, body] of [
+    ...CHANGES,
+    ['delete', I, undefined],
+    ['get', I, undefined],
+    ['post', `${I}/fork`, undefined],
+    ...['state', 'metrics', 'trace', 'log'].map((part) => ['get', `${I}/${part}`, undefined]),
+  ]) {
     for (const id of [NOBODY, 'x', 'A'.repeat(26), '%20', 'a'.repeat(2000)]) await call(method, path, { id }, 404, { body, key: WRONG });
   }
 });
@@ -217,7 +256,8 @@ test('bodies: too large, of another type, malformed', async () => {
   const session = await c.make({ paused: true, set: DRIVEN });
   const bodies = [['post', S, { scenario: 'race' }], ['post', `${I}/fork`, {}], ...CHANGES];
   for (const [method, path, body] of bodies) {
-    const key = session.owner_key, id = session.id;
+    const key = session.owner_key,
+      id = session.id;
     await call(method, path, { id }, 413, { key, body: `{"x":"${'y'.repeat(1 << 20)}"}` });
     await call(method, path, { id }, 415, { key, body, type: 'text/plain' });
     await call(method, path, { id }, 415, { key, body: JSON.stringify(body), type: null });
@@ -240,8 +280,14 @@ test('conflicts', async () => {
   await call('post', S, {}, 422, { body: { scenario: 'race', paused: false }, headers });
 });
 
-const E = '/api/v1/experiments', X = '/api/v1/experiments/{id}';
-const SMALL = { scenario: 'race', set: { duration_s: 1, warmup_s: 0 }, axes: [{ path: 'players.0.lag_ms', values: [0, 100] }], metrics: ['players.0.own_lead_m.mean'] };
+const E = '/api/v1/experiments',
+  X = '/api/v1/experiments/{id}';
+const SMALL = {
+  scenario: 'race',
+  set: { duration_s: 1, warmup_s: 0 },
+  axes: [{ path: 'players.0.lag_ms', values: [0, 100] }],
+  metrics: ['players.0.own_lead_m.mean'],
+};
 
 test('experiments', async () => {
   await call('get', `${E}/schema`, {}, 200);
@@ -273,13 +319,25 @@ test('experiments', async () => {
   await call('get', `${X}/runs/{run}`, { id, run: 2 }, 404);
   await call('get', `${X}/runs/{run}/trace`, { id, run: 1 }, 200);
   await call('get', `${X}/runs/{run}/trace`, { id, run: 2 }, 404);
-  const refused = await call('post', E, {}, 202, { body: { scenario: { kind: 'motion', problem: 'kepler', duration_s: 10, methods: [{ method: 'rk4' }] },
-    axes: [{ path: 'methods.0.dt_s', values: [5] }, { path: 'duration_s', values: [10, 1] }], metrics: ['methods.0.e_final'] } });
+  const refused = await call('post', E, {}, 202, {
+    body: {
+      scenario: { kind: 'motion', problem: 'kepler', duration_s: 10, methods: [{ method: 'rk4' }] },
+      axes: [
+        { path: 'methods.0.dt_s', values: [5] },
+        { path: 'duration_s', values: [10, 1] },
+      ],
+      metrics: ['methods.0.e_final'],
+    },
+  });
   for (const path of [`${X}/runs/{run}`, `${X}/runs/{run}/trace`]) await call('get', path, { id: refused.json.id, run: 1 }, 400);
   await call('post', `${X}/control`, { id }, 409, { key, body: { op: 'pause' } });
   const long = (await call('post', E, {}, 202, { body: { ...SMALL, repeats: 50000 } })).json;
-  for (const op of ['pause', 'resume', 'cancel']) await call('post', `${X}/control`, { id: long.id }, 200, { key: long.owner_key, body: { op } });
-  for (const [method, path, body] of /** @type {[string, string, any][]} */ ([['post', `${X}/control`, { op: 'pause' }], ['delete', X, undefined]])) {
+  for (const op of ['pause', 'resume', 'cancel'])
+    await call('post', `${X}/control`, { id: long.id }, 200, { key: long.owner_key, body: { op } });
+  for (const [method, path, body] of /** @type {[string, string, any][]} */ ([
+    ['post', `${X}/control`, { op: 'pause' }],
+    ['delete', X, undefined],
+  ])) {
     await call(method, path, { id }, 401, { body });
     await call(method, path, { id }, 403, { body, key: WRONG });
     await call(method, path, { id: NOBODY }, 404, { body, key });
@@ -287,14 +345,20 @@ test('experiments', async () => {
   await call('post', `${X}/control`, { id }, 400, { key, body: { op: 'stop' } });
   await call('post', `${X}/control`, { id }, 413, { key, body: `{"x":"${'y'.repeat(1 << 20)}"}` });
   await call('post', `${X}/control`, { id }, 415, { key, body: { op: 'pause' }, type: 'text/plain' });
-  for (const path of [X, `${X}/results`, `${X}/report`, `${X}/runs/{run}`, `${X}/runs/{run}/trace`]) await call('get', path, { id: NOBODY, run: 0 }, 404);
-  const A = '/api/v1/advise', question = { experiment: { ...SMALL, metrics: [...SMALL.metrics, 'players.0.bandwidth.down_bytes_per_s'] }, max_error: 100 };
+  for (const path of [X, `${X}/results`, `${X}/report`, `${X}/runs/{run}`, `${X}/runs/{run}/trace`])
+    await call('get', path, { id: NOBODY, run: 0 }, 404);
+  const A = '/api/v1/advise',
+    question = { experiment: { ...SMALL, metrics: [...SMALL.metrics, 'players.0.bandwidth.down_bytes_per_s'] }, max_error: 100 };
   const ask = async (body) => {
     const asked = (await call('post', A, {}, 202, { body })).json;
-    const found = await waitFor(async () => {
-      const answer = (await call('get', `${A}/{id}`, { id: asked.id }, 200)).json;
-      return answer.state !== 'running' && answer;
-    }, 'advice', 20000);
+    const found = await waitFor(
+      async () => {
+        const answer = (await call('get', `${A}/{id}`, { id: asked.id }, 200)).json;
+        return answer.state !== 'running' && answer;
+      },
+      'advice',
+      20000,
+    );
     return { ...found, key: asked.owner_key };
   };
   const advised = await ask(question);
@@ -306,7 +370,13 @@ test('experiments', async () => {
   await call('delete', `${A}/{id}`, { id: advised.id }, 204, { key: advised.key });
   await call('delete', `${A}/{id}`, { id: advised.id }, 404, { key: advised.key });
   await call('get', `${A}/{id}`, { id: advised.id }, 404);
-  for (const bad of [{ ...question, max_error: 0 }, { ...question, runs: 0 }, { ...question, more: 1 }, { max_error: 1 }, { max_error: 1, experiment: SMALL }])
+  for (const bad of [
+    { ...question, max_error: 0 },
+    { ...question, runs: 0 },
+    { ...question, more: 1 },
+    { max_error: 1 },
+    { max_error: 1, experiment: SMALL },
+  ])
     await call('post', A, {}, 400, { body: bad });
   await call('post', A, {}, 413, { body: `{"x":"${'y'.repeat(1 << 20)}"}` });
   await call('post', A, {}, 415, { body: question, type: 'text/plain' });
@@ -332,8 +402,13 @@ test('foreign hosts and origins', async () => {
 
 test('upgrades that are none', async () => {
   const { id } = await c.make({ paused: true });
-  const upgrade = { connection: 'Upgrade', upgrade: 'websocket', 'sec-websocket-version': '13', 'sec-websocket-key': 'MDEyMzQ1Njc4OWFiY2RlZg==',
-    'sec-websocket-protocol': 'laglab.v2.json' };
+  const upgrade = {
+    connection: 'Upgrade',
+    upgrade: 'websocket',
+    'sec-websocket-version': '13',
+    'sec-websocket-key': 'MDEyMzQ1Njc4OWFiY2RlZg==',
+    'sec-websocket-protocol': 'laglab.v2.json',
+  };
   const path = `${I}/stream`;
   await call('get', path, { id }, 426);
   await call('get', path, { id }, 426, { headers: { ...upgrade, 'sec-websocket-version': '8' } });
@@ -341,7 +416,9 @@ test('upgrades that are none', async () => {
   await call('get', path, { id }, 400, { headers: { ...upgrade, 'sec-websocket-key': 'short' } });
   await call('get', path, { id }, 403, { headers: { ...upgrade, ...FOREIGN } });
   await call('get', path, { id: NOBODY }, 404, { headers: upgrade });
-  const made = (await c.call('POST', E, { body: SMALL })).json, progress = `${X}/stream`, at = { id: made.id };
+  const made = (await c.call('POST', E, { body: SMALL })).json,
+    progress = `${X}/stream`,
+    at = { id: made.id };
   await (await c.progress(made.id)).close();
   seen.add(`get ${progress} 101`);
   await call('get', progress, at, 426);
@@ -354,11 +431,20 @@ test('upgrades that are none', async () => {
 test('who may', async () => {
   const key = 'operator-of-this-lab-72';
   process.env.LAGLAB_OPERATOR_KEY = key;
-  const closed = await startDaemon({ args: ['--creation', 'operator', '--max-code-lookups-per-min', '3'] }).finally(() => delete process.env.LAGLAB_OPERATOR_KEY);
-  const s = client(closed.url), body = { creation: 'operator' }, C = '/api/v1/creation';
+  const closed = await startDaemon({ args: ['--creation', 'operator', '--max-code-lookups-per-min', '3'] }).finally(
+    () => delete process.env.LAGLAB_OPERATOR_KEY,
+  );
+  const s = client(closed.url),
+    body = { creation: 'operator' },
+    C = '/api/v1/creation';
   try {
     const { id } = (await call('post', S, {}, 201, { body: { scenario: 'race' }, key }, s)).json;
-    for (const [path, order] of /** @type {[string, any][]} */ ([[S, { scenario: 'race' }], [`${I}/fork`, {}], [E, SMALL], ['/api/v1/advise', { experiment: SMALL, max_error: 1 }]]))
+    for (const [path, order] of /** @type {[string, any][]} */ ([
+      [S, { scenario: 'race' }],
+      [`${I}/fork`, {}],
+      [E, SMALL],
+      ['/api/v1/advise', { experiment: SMALL, max_error: 1 }],
+    ]))
       await call('post', path, { id }, 401, { body: order }, s);
     await call('get', C, {}, 200, {}, s);
     await call('put', C, {}, 200, { body, key }, s);
@@ -369,11 +455,20 @@ test('who may', async () => {
     assert.equal((await call('get', S, {}, 200, { key }, s)).json.sessions[0].id, id);
     await call('get', S, {}, 400, { key, query: '?limit=0' }, s);
     await call('get', E, {}, 200, { key }, s);
-    for (const [method, path] of [['get', S], ['get', E], ['put', C]]) {
+    for (const [method, path] of [
+      ['get', S],
+      ['get', E],
+      ['put', C],
+    ]) {
       await call(method, path, {}, 401, { body: method === 'put' ? body : undefined }, s);
       await call(method, path, {}, 403, { body: method === 'put' ? body : undefined, key: WRONG }, s);
     }
-    for (const [method, path] of [['get', S], ['get', E], ['put', C]]) await call(method, path, {}, 429, { body: method === 'put' ? body : undefined, key: WRONG }, s);
+    for (const [method, path] of [
+      ['get', S],
+      ['get', E],
+      ['put', C],
+    ])
+      await call(method, path, {}, 429, { body: method === 'put' ? body : undefined, key: WRONG }, s);
   } finally {
     s.close();
     await closed.stop();
@@ -381,8 +476,9 @@ test('who may', async () => {
 });
 
 test('rates and numbers', async () => {
-  const strict = await startDaemon({ args: ['--max-sessions', '3', '--max-new-sessions-per-min', '4', '--max-code-lookups-per-min', '1',
-    '--max-commands-per-s', '1'] });
+  const strict = await startDaemon({
+    args: ['--max-sessions', '3', '--max-new-sessions-per-min', '4', '--max-code-lookups-per-min', '1', '--max-commands-per-s', '1'],
+  });
   const s = client(strict.url);
   try {
     const { id, owner_key: key, code } = (await call('post', S, {}, 201, { body: { scenario: 'race', set: DRIVEN } }, s)).json;
@@ -430,18 +526,24 @@ test('a store that fails', async () => {
   } finally {
     limit('unlimited');
   }
-  await waitFor(async () => (await c.call('POST', `${S}/${id}/control`, { key, body: { op: 'step' } })).status === 200, 'the store to work');
+  await waitFor(
+    async () => (await c.call('POST', `${S}/${id}/control`, { key, body: { op: 'step' } })).status === 200,
+    'the store to work',
+  );
 });
 
 test('draining', async () => {
   const short = await startDaemon();
-  const s = client(short.url), session = await s.make();
+  const s = client(short.url),
+    session = await s.make();
   const viewers = await Promise.all(Array.from({ length: 40 }, (_, i) => s.stream(session, i % 2 ? 'json' : 'bin')));
   await s.get('/readyz');
   const stopped = short.stop();
-  const ready = [], made = [];
+  const ready = [],
+    made = [];
   try {
-    for (;;) { // on connections that were open before, until they are closed
+    for (;;) {
+      // on connections that were open before, until they are closed
       ready.push(await s.get('/readyz'));
       if (ready.at(-1).status === 503) made.push(await s.call('POST', S, { body: { scenario: 'race' } }));
     }
@@ -494,11 +596,15 @@ test('each path: 405 with the methods that it has, to every other', async () => 
       const answer = await c.call(method, path);
       assert.equal(answer.status, 405, `${method} ${path}: ${answer.text}`);
       assert.equal(answer.headers['content-type'], 'application/problem+json');
-      const allow = answer.headers.allow.split(', ').filter((name) => name !== 'HEAD').sort();
+      const allow = answer.headers.allow
+        .split(', ')
+        .filter((name) => name !== 'HEAD')
+        .sort();
       assert.deepEqual(allow, [...has].sort(), `${method} ${path}`);
     }
     if (has.includes('GET') && !template.endsWith('/stream')) {
-      const head = await c.call('HEAD', path), get = await c.get(path);
+      const head = await c.call('HEAD', path),
+        get = await c.get(path);
       assert.deepEqual([head.status, head.text, head.headers['content-type']], [get.status, '', get.headers['content-type']], path);
     }
   }

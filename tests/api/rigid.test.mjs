@@ -26,7 +26,13 @@ after(async () => {
 
 /** @param {string[]} args @param {any} [input] */
 function laglab(args, input) {
-  return spawnSync(BINARY, args, { cwd: folder, input: input && JSON.stringify(input), encoding: 'utf8', maxBuffer: 1 << 28, timeout: 60000 });
+  return spawnSync(BINARY, args, {
+    cwd: folder,
+    input: input && JSON.stringify(input),
+    encoding: 'utf8',
+    maxBuffer: 1 << 28,
+    timeout: 60000,
+  });
 }
 
 /** @param {any} scenario a document, or an id @param {string[]} more */
@@ -39,7 +45,16 @@ function run(scenario, ...more) {
 
 const near = (value, wanted, tolerance, what) => assert.ok(Math.abs(value - wanted) <= tolerance, `${what}: ${value} instead of ${wanted}`);
 const GROUND = { type: 'static', shape: 'box', size: [40, 1], position: [0, -0.5] };
-const rigid = (bodies, more = {}) => ({ kind: 'rigid', gravity: [0, -10], duration_s: 2, hz: 60, solver: { method: 'soft_step', substeps: 4 }, bodies, joints: [], ...more });
+const rigid = (bodies, more = {}) => ({
+  kind: 'rigid',
+  gravity: [0, -10],
+  duration_s: 2,
+  hz: 60,
+  solver: { method: 'soft_step', substeps: 4 },
+  bodies,
+  joints: [],
+  ...more,
+});
 
 /** A result without what a clock measured. */
 function stripped(result) {
@@ -48,10 +63,33 @@ function stripped(result) {
 }
 
 test('the contract: bodies in, places out, the same bytes each time', () => {
-  const scenario = rigid([GROUND, { type: 'dynamic', shape: 'box', size: [1, 1], position: [0, 0.5], angle: 0, velocity: [0, 0], density: 1, friction: 0.6, restitution: 0 },
-    { shape: 'circle', radius: 0.5, position: [5, 3] }, { shape: 'capsule', size: [2, 0.5], position: [-5, 0.25] },
-    { shape: 'polygon', points: [[-0.5, 0], [0.5, 0], [0, 1]], position: [9, 0] }]);
-  const one = run(scenario), other = run(scenario);
+  const scenario = rigid([
+    GROUND,
+    {
+      type: 'dynamic',
+      shape: 'box',
+      size: [1, 1],
+      position: [0, 0.5],
+      angle: 0,
+      velocity: [0, 0],
+      density: 1,
+      friction: 0.6,
+      restitution: 0,
+    },
+    { shape: 'circle', radius: 0.5, position: [5, 3] },
+    { shape: 'capsule', size: [2, 0.5], position: [-5, 0.25] },
+    {
+      shape: 'polygon',
+      points: [
+        [-0.5, 0],
+        [0.5, 0],
+        [0, 1],
+      ],
+      position: [9, 0],
+    },
+  ]);
+  const one = run(scenario),
+    other = run(scenario);
   assert.equal(stripped(one), stripped(other));
   assert.equal(one.ticks, 120);
   const bodies = one.metrics.bodies;
@@ -60,15 +98,21 @@ test('the contract: bodies in, places out, the same bytes each time', () => {
   near(bodies[2].position[1], 0.5, 0.002, 'the ball on the ground');
   near(bodies[3].position[1], 0.25, 0.002, 'the capsule on the ground');
   near(bodies[4].angle, 0, 0.01, 'the triangle on its side');
-  for (const body of bodies) assert.deepEqual(Object.keys(body), ['body', 'type', 'position', 'angle', 'velocity', 'angular_velocity', 'awake']);
-  for (const name of ['broad', 'narrow', 'solve', 'continuous', 'finish', 'all']) assert.ok(one.cost.parts[0][name].ns_per_sim_s >= 0, name);
+  for (const body of bodies)
+    assert.deepEqual(Object.keys(body), ['body', 'type', 'position', 'angle', 'velocity', 'angular_velocity', 'awake']);
+  for (const name of ['broad', 'narrow', 'solve', 'continuous', 'finish', 'all'])
+    assert.ok(one.cost.parts[0][name].ns_per_sim_s >= 0, name);
 });
 
 test('friction holds below atan(mu), and not above', () => {
   const slope = (/** @type {number} */ degrees) => {
     const g = (10 * Math.PI * degrees) / 180 / 10;
-    const body = run(rigid([GROUND, { position: [0, 0.5], friction: 0.5 }].map((b) => ({ ...b, friction: 0.5 })),
-      { gravity: [10 * Math.sin(g), -10 * Math.cos(g)], duration_s: 3, solver: { sleep: false } })).metrics.bodies[1];
+    const body = run(
+      rigid(
+        [GROUND, { position: [0, 0.5], friction: 0.5 }].map((b) => ({ ...b, friction: 0.5 })),
+        { gravity: [10 * Math.sin(g), -10 * Math.cos(g)], duration_s: 3, solver: { sleep: false } },
+      ),
+    ).metrics.bodies[1];
     return body.position[0];
   };
   const limit = (180 / Math.PI) * Math.atan(0.5);
@@ -79,7 +123,15 @@ test('friction holds below atan(mu), and not above', () => {
 test('every width of SIMD and every broad phase gives the same hash; a solver gives another', () => {
   const hash = (...sets) => run('rigid/tumbler', '--duration', '1', ...sets.flatMap((set) => ['--set', set])).hash;
   const want = hash();
-  for (const set of ['solver.simd=scalar', 'solver.simd=sse2', 'solver.simd=avx2', 'broad_phase=brute', 'broad_phase=sap', 'broad_phase=tree']) assert.equal(hash(set), want, set);
+  for (const set of [
+    'solver.simd=scalar',
+    'solver.simd=sse2',
+    'solver.simd=avx2',
+    'broad_phase=brute',
+    'broad_phase=sap',
+    'broad_phase=tree',
+  ])
+    assert.equal(hash(set), want, set);
   assert.notEqual(hash('solver.method=pgs'), want);
 });
 
@@ -98,29 +150,38 @@ test('volumes: what each overestimates, and its price', () => {
   near(volumes.obb.area_overestimated_pct, 0, 1e-9, 'a rectangle is its own OBB');
   assert.ok(volumes.sphere.false_hits > volumes.aabb.false_hits && volumes.aabb.false_hits > 0 && volumes.obb.false_hits === 0);
   for (const one of Object.values(volumes)) assert.ok(one.ns_per_test > 0 && one.missed_hits === 0);
-  const price = Object.fromEntries(Object.entries(run('rigid/rugged_wall', '--duration', '0.1').metrics.volumes).map(([name, one]) => [name, one.ns_per_test]));
+  const price = Object.fromEntries(
+    Object.entries(run('rigid/rugged_wall', '--duration', '0.1').metrics.volumes).map(([name, one]) => [name, one.ns_per_test]),
+  );
   assert.ok(price.sphere < price.obb && price.aabb < price.exact / 3 && price.obb < price.exact / 3, JSON.stringify(price));
 });
 
 test('bullets: none passes a swept wall, and as many as theory says an unswept one', () => {
   const { metrics } = run('rigid/bullets');
   assert.equal(metrics.tunnelled, 0);
-  const share = 1 - (0.05 + 0.1) / (100 / 60), error = Math.sqrt((share * (1 - share)) / 200);
+  const share = 1 - (0.05 + 0.1) / (100 / 60),
+    error = Math.sqrt((share * (1 - share)) / 200);
   near(metrics.side_by_side[0].tunnelled / 200, share, 3 * error, 'share that passed');
   const fast = run('rigid/bullets_500').metrics;
   assert.equal(fast.tunnelled, 0);
 });
 
-test('beginner\'s impulses bring the stack down, the default solver does not', () => {
+test("beginner's impulses bring the stack down, the default solver does not", () => {
   const { metrics } = run('rigid/collapsing_stack');
   assert.ok(metrics.tilt_worst_rad > 1 && metrics.energy_added_j > 1, JSON.stringify(metrics.tilt_worst_rad));
-  assert.ok(metrics.side_by_side[0].tilt_rad < 0.001 && metrics.side_by_side[0].sag_m < 0.01 && metrics.side_by_side[0].energy_added_j < 0.01);
+  assert.ok(
+    metrics.side_by_side[0].tilt_rad < 0.001 && metrics.side_by_side[0].sag_m < 0.01 && metrics.side_by_side[0].energy_added_j < 0.01,
+  );
 });
 
 test('a trace has a column for each quantity, a row for each tick', () => {
   run('rigid/ball_chain', '--duration', '0.5', '--trace', 'trace.csv');
-  const [head, ...rows] = readFileSync(path.join(folder, 'trace.csv'), 'utf8').trim().split('\r\n').map((line) => line.split(','));
-  for (const name of ['kinetic_j', 'sag_m', '0_x_m', 'side_by_side0_joint_error', 'side_by_side0_7_angle_rad']) assert.ok(head.includes(name), name);
+  const [head, ...rows] = readFileSync(path.join(folder, 'trace.csv'), 'utf8')
+    .trim()
+    .split('\r\n')
+    .map((line) => line.split(','));
+  for (const name of ['kinetic_j', 'sag_m', '0_x_m', 'side_by_side0_joint_error', 'side_by_side0_7_angle_rad'])
+    assert.ok(head.includes(name), name);
   assert.equal(rows.length, 31);
   for (const row of rows) assert.equal(row.length, head.length);
 });
@@ -145,8 +206,35 @@ test('bad input is a sentence with field, range and value, on the command line a
     [rigid([{ density: 0 }]), 'bodies.0.density', '1e-06 to', 'got 0'],
     [rigid([{ density: -2 }]), 'bodies.0.density', 'got -2'],
     [rigid([{ position: [1e10, 0] }]), 'bodies.0.position', '1000000000 m'],
-    [rigid([{ shape: 'polygon', points: [[0, 0], [2, 0], [1, 0.3], [1, 2]] }]), 'bodies.0', 'not convex'],
-    [rigid([{ shape: 'polygon', points: [[0, 0], [1, 1], [2, 2]] }]), 'bodies.0', 'degenerate'],
+    [
+      rigid([
+        {
+          shape: 'polygon',
+          points: [
+            [0, 0],
+            [2, 0],
+            [1, 0.3],
+            [1, 2],
+          ],
+        },
+      ]),
+      'bodies.0',
+      'not convex',
+    ],
+    [
+      rigid([
+        {
+          shape: 'polygon',
+          points: [
+            [0, 0],
+            [1, 1],
+            [2, 2],
+          ],
+        },
+      ]),
+      'bodies.0',
+      'degenerate',
+    ],
     [rigid([{ shape: 'star' }]), 'bodies.0.shape', 'polygon'],
     [rigid([{ mass: 1 }]), 'bodies.0.mass', 'unknown'],
     [rigid(Array.from({ length: 4097 }, () => ({}))), 'bodies', 'at most 4096 elements; got 4097'],
@@ -156,7 +244,11 @@ test('bad input is a sentence with field, range and value, on the command line a
     [rigid([{}], { side_by_side: [{}, {}, {}] }), 'side_by_side', 'at most 2 elements; got 3'],
     [{ kind: 'rigid', scene: 'pyramid', params: { size: 100000 } }, 'params.size', '1048576'],
     [{ kind: 'rigid', scene: 'pyramid', params: { size: 1000 } }, 'params.size', 'MB'],
-    [{ kind: 'rigid', scene: 'confined', params: { size: 1 } }, 'params of confined: position.x', 'must be finite'], /* detected only when the scene is built */
+    [
+      { kind: 'rigid', scene: 'confined', params: { size: 1 } },
+      'params of confined: position.x',
+      'must be finite',
+    ] /* detected only when the scene is built */,
   ];
   for (const [scenario, ...words] of bad) {
     const result = laglab(['run', '-'], scenario);
@@ -175,8 +267,19 @@ test('bad input is a sentence with field, range and value, on the command line a
 test('every choice of a step changes while it runs, and what lays out memory does not', async () => {
   const session = await c.make({ scenario: 'rigid/pyramid', paused: true });
   await c.control(session, { op: 'step', ticks: 10 });
-  const changes = { gravity: [1, -9], broad_phase: 'tree', compare_volumes: true, tunnel_x: 3, 'solver.method': 'avbd', 'solver.bounding_volume': 'obb', 'solver.continuous': 'swept',
-    'solver.sleep': false, 'solver.recycle': false, 'solver.warm_start': false, 'solver.iterations': 20 };
+  const changes = {
+    gravity: [1, -9],
+    broad_phase: 'tree',
+    compare_volumes: true,
+    tunnel_x: 3,
+    'solver.method': 'avbd',
+    'solver.bounding_volume': 'obb',
+    'solver.continuous': 'swept',
+    'solver.sleep': false,
+    'solver.recycle': false,
+    'solver.warm_start': false,
+    'solver.iterations': 20,
+  };
   for (const [name, value] of Object.entries(changes)) {
     const answer = await c.patch(session, { [name]: value });
     assert.equal(answer.status, 200, answer.text);
@@ -188,7 +291,8 @@ test('every choice of a step changes while it runs, and what lays out memory doe
   const { metrics } = (await c.get(`/api/v1/sessions/${session.id}/metrics`)).json;
   assert.equal(metrics.method, 'avbd');
   assert.ok(metrics.volumes.aabb.tests > 0 && metrics.recycled === 0 && metrics.tunnelled > 0);
-  for (const fixed of [{ scene: 'column' }, { params: { size: 3 } }, { hz: 30 }]) assert.equal((await c.patch(session, fixed)).status, 409, JSON.stringify(fixed));
+  for (const fixed of [{ scene: 'column' }, { params: { size: 3 } }, { hz: 30 }])
+    assert.equal((await c.patch(session, fixed)).status, 409, JSON.stringify(fixed));
   const more = await c.patch(session, { side_by_side: [{}] });
   assert.equal(more.status, 400);
   assert.match(more.text, /side_by_side has 0 elements/);
@@ -224,6 +328,8 @@ test('a scenario for every scene that is known to be hard', () => {
   const schema = JSON.parse(laglab(['schema']).stdout);
   const kind = schema.oneOf.find((one) => one.properties.kind.const === 'rigid');
   const scenes = kind.properties.scene.enum.filter((name) => !['none', 'figure_5'].includes(name));
-  const files = readdirSync(path.join(ROOT, 'scenarios/rigid')).map((name) => JSON.parse(readFileSync(path.join(ROOT, 'scenarios/rigid', name), 'utf8')).scene);
+  const files = readdirSync(path.join(ROOT, 'scenarios/rigid')).map(
+    (name) => JSON.parse(readFileSync(path.join(ROOT, 'scenarios/rigid', name), 'utf8')).scene,
+  );
   for (const scene of scenes) assert.ok(files.includes(scene), scene);
 });

@@ -8,7 +8,9 @@ import path from 'node:path';
 import { BINARY } from '../lib/daemon.mjs';
 
 let folder;
-before(() => { folder = mkdtempSync(path.join(tmpdir(), 'laglab-scripts-')); });
+before(() => {
+  folder = mkdtempSync(path.join(tmpdir(), 'laglab-scripts-'));
+});
 after(() => rmSync(folder, { recursive: true, force: true }));
 
 const MASK = (1n << 64n) - 1n;
@@ -16,9 +18,15 @@ const MASK = (1n << 64n) - 1n;
 /** @param {bigint} seed @param {bigint} stream @param {bigint} counter */
 function draw(seed, stream, counter) {
   let start = (seed + (stream + 1n) * 0xd1e8d69ec377210fn) & MASK;
-  start ^= start >> 32n; start = (start * 0xd60927fc6f0de0d1n) & MASK; start ^= start >> 29n;
+  start ^= start >> 32n;
+  start = (start * 0xd60927fc6f0de0d1n) & MASK;
+  start ^= start >> 29n;
   let x = (start + counter * 0x9e3779b97f4a7c15n) & MASK;
-  x ^= x >> 33n; x = (x * 0xaa78f731403321bbn) & MASK; x ^= x >> 26n; x = (x * 0xee9daf582aec48adn) & MASK; x ^= x >> 30n;
+  x ^= x >> 33n;
+  x = (x * 0xaa78f731403321bbn) & MASK;
+  x ^= x >> 26n;
+  x = (x * 0xee9daf582aec48adn) & MASK;
+  x ^= x >> 30n;
   return x;
 }
 
@@ -45,8 +53,10 @@ const scripts = {
     return [1, 1, 0.8, 0.6, 0.3, -0.4][Number(D(seed, player, 3, slot(seed, player, t, 750, 500).k) % 6n)] ?? NaN;
   },
   gambetta(seed, player, t) {
-    const { k, since } = slot(seed, player, t, 4000, 400), side = D(seed, player, 3, k) % 2n === 1n ? 1 : -1;
-    const out = 1200 * MS + Number(D(seed, player, 4, k) % BigInt(400 * MS)), there = 100 * MS + Number(D(seed, player, 5, k) % BigInt(300 * MS));
+    const { k, since } = slot(seed, player, t, 4000, 400),
+      side = D(seed, player, 3, k) % 2n === 1n ? 1 : -1;
+    const out = 1200 * MS + Number(D(seed, player, 4, k) % BigInt(400 * MS)),
+      there = 100 * MS + Number(D(seed, player, 5, k) % BigInt(300 * MS));
     return since < out ? side : since >= out + there && since < 2 * out + there ? -side : 0;
   },
   steady: (_seed, player, t) => ((t + player * 700 * MS) % 4e9 < 2e9 ? 1 : -1),
@@ -56,10 +66,15 @@ const scripts = {
 function recorded(...args) {
   const log = path.join(folder, 'log');
   execFileSync(BINARY, ['run', ...args, '--record-inputs', log], { stdio: ['ignore', 'ignore', 'inherit'] });
-  const lines = readFileSync(log, 'utf8').trim().split('\n').map((line) => JSON.parse(line)), ticks = lines.at(-1).tick;
+  const lines = readFileSync(log, 'utf8')
+      .trim()
+      .split('\n')
+      .map((line) => JSON.parse(line)),
+    ticks = lines.at(-1).tick;
   const axes = [0, 1].map((player) => {
     const mine = lines.filter((line) => line.op === 'input' && line.player === player);
-    let next = 0, held = 0;
+    let next = 0,
+      held = 0;
     return [...Array(ticks)].map((_, tick) => {
       while (next < mine.length && mine[next].tick <= tick) held = mine[next++].axes[0];
       return held;
@@ -72,12 +87,14 @@ function recorded(...args) {
 function check(name, seed, { hz, axes }) {
   const script = scripts[name];
   assert.ok(script);
-  axes.forEach((axis, player) => axis.forEach((value, tick) => {
-    if (tick === 0) return; // two frames may have gone by
-    const time = (/** @type {number} */ k) => Math.floor(k * 1e9 / hz); // a frame lies anywhere within the tick
-    const may = [time(tick) + 1, time(tick + 1)].map((t) => Math.fround(script(seed, player, t)));
-    assert.ok(may.includes(Math.fround(value)), `${name}, seed ${seed}: player ${player} did ${value} after tick ${tick}, not ${may}`);
-  }));
+  axes.forEach((axis, player) =>
+    axis.forEach((value, tick) => {
+      if (tick === 0) return; // two frames may have gone by
+      const time = (/** @type {number} */ k) => Math.floor((k * 1e9) / hz); // a frame lies anywhere within the tick
+      const may = [time(tick) + 1, time(tick + 1)].map((t) => Math.fround(script(seed, player, t)));
+      assert.ok(may.includes(Math.fround(value)), `${name}, seed ${seed}: player ${player} did ${value} after tick ${tick}, not ${may}`);
+    }),
+  );
 }
 
 test('the race', () => {
@@ -89,12 +106,19 @@ test('the race', () => {
 });
 
 test('two cars in one lane, of which one is steady', () => {
-  const { hz, axes: [a, b] } = recorded('contact', '--seed', '3', '--duration', '30');
+  const {
+    hz,
+    axes: [a, b],
+  } = recorded('contact', '--seed', '3', '--duration', '30');
   check('race', 3, { hz, axes: [a ?? []] });
   assert.ok((b ?? []).slice(1).every((value) => value === 1));
 });
 
 test('the game of the demo, varied and steady', () => {
   for (const seed of [2, 40]) check('gambetta', seed, recorded('gambetta_default', '--seed', String(seed), '--duration', '60'));
-  check('steady', 5, recorded('gambetta_default', '--seed', '5', '--duration', '30', '--set', 'players.0.script=steady', '--set', 'players.1.script=steady'));
+  check(
+    'steady',
+    5,
+    recorded('gambetta_default', '--seed', '5', '--duration', '30', '--set', 'players.0.script=steady', '--set', 'players.1.script=steady'),
+  );
 });

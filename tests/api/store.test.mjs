@@ -10,15 +10,32 @@ import { BINARY } from '../lib/daemon.mjs';
 const folder = mkdtempSync(path.join(tmpdir(), 'laglab-store-'));
 after(() => rmSync(folder, { recursive: true, force: true }));
 const URL = `sqlite:${path.join(folder, 'results.db')}`;
-const run = (/** @type {string[]} */ args, input = '', env = {}) => spawnSync(BINARY, args, { input, encoding: 'utf8', env: { ...process.env, ...env } });
-const experiment = (/** @type {number[]} */ values) => JSON.stringify({ scenario: 'race', set: { duration_s: 1, warmup_s: 0 },
-  axes: [{ path: 'players.0.lag_ms', values }], metrics: ['players.0.own_lead_m.mean'] });
+const run = (/** @type {string[]} */ args, input = '', env = {}) =>
+  spawnSync(BINARY, args, { input, encoding: 'utf8', env: { ...process.env, ...env } });
+const experiment = (/** @type {number[]} */ values) =>
+  JSON.stringify({
+    scenario: 'race',
+    set: { duration_s: 1, warmup_s: 0 },
+    axes: [{ path: 'players.0.lag_ms', values }],
+    metrics: ['players.0.own_lead_m.mean'],
+  });
 
 test('sweeps of a store are listed, shown and deleted', () => {
   for (const values of [[0, 40, 80], [7]]) assert.equal(run(['sweep', '-', '--store', URL], experiment(values)).status, 0);
-  const list = () => run(['store', 'list', '--store', URL]).stdout.trim().split('\n').filter(Boolean).map((line) => line.split(/\s+/));
+  const list = () =>
+    run(['store', 'list', '--store', URL])
+      .stdout.trim()
+      .split('\n')
+      .filter(Boolean)
+      .map((line) => line.split(/\s+/));
   const rows = list();
-  assert.deepEqual(rows.map((row) => row.slice(1, 5)), [['done', '3', 'of', '3'], ['done', '1', 'of', '1']]);
+  assert.deepEqual(
+    rows.map((row) => row.slice(1, 5)),
+    [
+      ['done', '3', 'of', '3'],
+      ['done', '1', 'of', '1'],
+    ],
+  );
   assert.match(rows[0][5], /^20\d\d-\d\d-\d\dT\d\d:\d\d:\d\dZ$/);
   const shown = run(['store', 'show', rows[0][0]], '', { LAGLAB_STORE: URL }).stdout;
   assert.match(shown, /^state +done$/m);
@@ -31,12 +48,23 @@ test('sweeps of a store are listed, shown and deleted', () => {
   assert.equal(run(['store', 'delete', rows[0][0], '--store', URL]).status, 0);
   assert.deepEqual(list(), [rows[1]]);
   assert.equal(run(['store', 'show', rows[0][0], '--store', URL]).status, 2);
-  assert.equal(run(['sweep', '-', '--store', URL, '--format', 'csv'], experiment([0, 40, 80])).stdout.trim().split('\n').length, 4, 'it can be run again');
+  assert.equal(
+    run(['sweep', '-', '--store', URL, '--format', 'csv'], experiment([0, 40, 80]))
+      .stdout.trim()
+      .split('\n').length,
+    4,
+    'it can be run again',
+  );
 });
 
 test('what is asked wrongly is refused with a sentence', () => {
-  for (const [args, words] of /** @type {[string[], RegExp][]} */ ([[['store'], /list, show, delete/], [['store', 'drop', '--store', URL], /list, show, delete/],
-    [['store', 'show', '--store', URL], /must have the id of/], [['store', 'delete', '--store', URL], /must have ids/], [['store', 'list', 'x', '--store', URL], /must have no arguments/]])) {
+  for (const [args, words] of /** @type {[string[], RegExp][]} */ ([
+    [['store'], /list, show, delete/],
+    [['store', 'drop', '--store', URL], /list, show, delete/],
+    [['store', 'show', '--store', URL], /must have the id of/],
+    [['store', 'delete', '--store', URL], /must have ids/],
+    [['store', 'list', 'x', '--store', URL], /must have no arguments/],
+  ])) {
     const ended = run(args);
     assert.equal(ended.status, 2, args.join(' '));
     assert.match(ended.stderr, words);

@@ -10,19 +10,28 @@ import { client, waitFor } from '../lib/client.mjs';
 import { BINARY, startDaemon } from '../lib/daemon.mjs';
 
 let folder;
-before(() => { folder = mkdtempSync(path.join(tmpdir(), 'laglab-worker-')); });
+before(() => {
+  folder = mkdtempSync(path.join(tmpdir(), 'laglab-worker-'));
+});
 after(() => rmSync(folder, { recursive: true, force: true }));
 
 /** @param {string[]} args */
 const laglab = (...args) => spawnSync(BINARY, args, { cwd: folder, encoding: 'utf8', timeout: 60000 });
-const race = { scenario: 'race', set: { duration_s: 2 }, axes: [{ path: 'players.0.lag_ms', values: [0, 100, 200] }], repeats: 100,
-  metrics: ['players.0.own_lead_m.mean'] };
+const race = {
+  scenario: 'race',
+  set: { duration_s: 2 },
+  axes: [{ path: 'players.0.lag_ms', values: [0, 100, 200] }],
+  repeats: 100,
+  metrics: ['players.0.own_lead_m.mean'],
+};
 
 /** @param {string[]} args */
 function begin(...args) {
   const child = spawn(BINARY, args, { cwd: folder, stdio: ['ignore', 'pipe', 'inherit'] });
   let text = '';
-  child.stdout.setEncoding('utf8').on('data', (more) => { text += more; });
+  child.stdout.setEncoding('utf8').on('data', (more) => {
+    text += more;
+  });
   const ended = new Promise((resolve) => child.on('close', (code, signal) => resolve({ code, signal, text })));
   return { child, ended };
 }
@@ -47,7 +56,8 @@ test('a sweep without jobs of its own waits for workers, whose rows are those of
 });
 
 test('a worker takes part in what a daemon was asked for', async (t) => {
-  const store = path.join(folder, 'daemon.db'), daemon = await startDaemon({ args: ['--store', `sqlite:${store}`, '--threads', '1'] });
+  const store = path.join(folder, 'daemon.db'),
+    daemon = await startDaemon({ args: ['--store', `sqlite:${store}`, '--threads', '1'] });
   t.after(() => daemon.stop());
   const c = client(daemon.url);
   t.after(() => c.close());
@@ -61,9 +71,13 @@ test('a worker takes part in what a daemon was asked for', async (t) => {
 });
 
 test('an experiment of another version is left alone by workers and by a daemon, which name both versions', async (t) => {
-  const other = '0.0.9+0123456789ab', own = laglab('--version').stdout.trim().split(' ')[1], store = path.join(folder, 'mixed.db');
+  const other = '0.0.9+0123456789ab',
+    own = laglab('--version').stdout.trim().split(' ')[1],
+    store = path.join(folder, 'mixed.db');
   const sql = (/** @type {string} */ text) => execFileSync('sqlite3', ['-cmd', '.timeout 5000', store, text], { encoding: 'utf8' }).trim();
-  const namesVersions = (/** @type {string} */ text) => { for (const words of [other, own, 'run the experiment again']) assert.ok(text.includes(words), text); };
+  const namesVersions = (/** @type {string} */ text) => {
+    for (const words of [other, own, 'run the experiment again']) assert.ok(text.includes(words), text);
+  };
   const daemon = await startDaemon({ args: ['--store', `sqlite:${store}`, '--threads', '1'] });
   t.after(() => daemon.stop());
   const c = client(daemon.url);
@@ -85,35 +99,55 @@ test('an experiment of another version is left alone by workers and by a daemon,
   }
   const patient = spawn(BINARY, ['worker', '--store', store], { stdio: ['ignore', 'ignore', 'pipe'] });
   namesVersions(String((await once(patient.stderr, 'data'))[0]));
-  await new Promise((resolve) => { patient.once('close', resolve).kill('SIGTERM'); });
+  await new Promise((resolve) => {
+    patient.once('close', resolve).kill('SIGTERM');
+  });
   assert.equal(sql('SELECT count(*) FROM result'), rows);
-  assert.ok((await c.get(made.links.results)).text.split('\r\n').slice(1, -1).every((row) => row.endsWith(`,${other}`)));
+  assert.ok(
+    (await c.get(made.links.results)).text
+      .split('\r\n')
+      .slice(1, -1)
+      .every((row) => row.endsWith(`,${other}`)),
+  );
 });
 
 test('LAGLAB_STORE in the environment is a store that the list of processes does not show', async () => {
   writeFileSync(path.join(folder, 'hidden.json'), JSON.stringify({ ...race, repeats: 10 }));
-  const env = { ...process.env, LAGLAB_STORE: 'sqlite:hidden.db' }, with_store = (/** @type {string[]} */ ...args) => {
-    const result = spawnSync(BINARY, args, { cwd: folder, encoding: 'utf8', timeout: 60000, env });
-    assert.equal(result.status, 0, result.stderr);
-    return result.stdout;
-  };
+  const env = { ...process.env, LAGLAB_STORE: 'sqlite:hidden.db' },
+    with_store = (/** @type {string[]} */ ...args) => {
+      const result = spawnSync(BINARY, args, { cwd: folder, encoding: 'utf8', timeout: 60000, env });
+      assert.equal(result.status, 0, result.stderr);
+      return result.stdout;
+    };
   const script = with_store('submit', 'hidden.json', '--engine', 'slurm', '--print');
   assert.doesNotMatch(script, /hidden\.db/);
   assert.deepEqual(JSON.parse(with_store('worker', '--drain')), { runs: 30 });
   const rows = with_store('sweep', 'hidden.json', '--jobs', '0');
   assert.equal(rows, laglab('sweep', 'hidden.json').stdout);
-  const daemon = await startDaemon({ before: ['env', `LAGLAB_STORE=sqlite:${path.join(folder, 'hidden.db')}`] }), c = client(daemon.url);
+  const daemon = await startDaemon({ before: ['env', `LAGLAB_STORE=sqlite:${path.join(folder, 'hidden.db')}`] }),
+    c = client(daemon.url);
   const made = (await c.call('POST', '/api/v1/experiments', { body: { ...race, repeats: 1 } })).json;
   c.close();
   await daemon.stop();
-  assert.equal(execFileSync('sqlite3', [path.join(folder, 'hidden.db'), `SELECT count(*) FROM experiment WHERE id='${made.id}'`], { encoding: 'utf8' }), '1\n');
+  assert.equal(
+    execFileSync('sqlite3', [path.join(folder, 'hidden.db'), `SELECT count(*) FROM experiment WHERE id='${made.id}'`], {
+      encoding: 'utf8',
+    }),
+    '1\n',
+  );
 });
 
 test('what a worker cannot do is a sentence', () => {
   const cases = /** @type {[string[], number, string][]} */ ([
-    [[], 2, '--store'], [['--store', 's.db', '--jobs', '0'], 2, '--jobs'], [['--store', 's.db', '--lease-s', '0'], 2, '--lease-s'],
-    [['--store', 's.db', '--nosuch'], 2, '--nosuch'], [['--store', 's.db', 'x'], 2, 'x'], [['--store', 's.db', '--experiment', 'nosuch'], 2, 'experiment nosuch not found'],
-    [['--store', 'mysql://x/y'], 2, 'mysql://x/y'], [['--store', '/nosuch/s.db'], 1, '/nosuch/s.db']]);
+    [[], 2, '--store'],
+    [['--store', 's.db', '--jobs', '0'], 2, '--jobs'],
+    [['--store', 's.db', '--lease-s', '0'], 2, '--lease-s'],
+    [['--store', 's.db', '--nosuch'], 2, '--nosuch'],
+    [['--store', 's.db', 'x'], 2, 'x'],
+    [['--store', 's.db', '--experiment', 'nosuch'], 2, 'experiment nosuch not found'],
+    [['--store', 'mysql://x/y'], 2, 'mysql://x/y'],
+    [['--store', '/nosuch/s.db'], 1, '/nosuch/s.db'],
+  ]);
   for (const [args, code, words] of cases) {
     const result = laglab('worker', ...args);
     assert.equal(result.status, code, `${args}: ${result.stderr}`);

@@ -17,11 +17,15 @@ const LEASE_S = 2;
 const made = spawnSync(SCRIPT, ['make'], { encoding: 'utf8' });
 const skip = made.status === 77 && made.stderr.trim();
 const server = made.stdout.trim();
-const postgres = (/** @type {string} */ verb, /** @type {string[]} */ ...more) => execFileSync(SCRIPT, [verb, server, ...more], { encoding: 'utf8' }).trim();
+const postgres = (/** @type {string} */ verb, /** @type {string[]} */ ...more) =>
+  execFileSync(SCRIPT, [verb, server, ...more], { encoding: 'utf8' }).trim();
 
 let folder, url, undisturbed;
 const file = (/** @type {string} */ name) => path.join(folder, name);
-const checksum = (/** @type {string} */ name) => createHash('sha256').update(readFileSync(file(name))).digest('hex');
+const checksum = (/** @type {string} */ name) =>
+  createHash('sha256')
+    .update(readFileSync(file(name)))
+    .digest('hex');
 
 /** @param {string[]} args */
 function good(...args) {
@@ -31,24 +35,35 @@ function good(...args) {
 }
 
 /** Without waiting for it. @param {string[]} args @returns {Promise<{status: number, stderr: string}>} */
-const outcome = (...args) => new Promise((resolve) => {
-  const child = spawn(BINARY, args, { cwd: folder, stdio: ['ignore', 'ignore', 'pipe'] });
-  let stderr = '';
-  child.stderr.setEncoding('utf8').on('data', (text) => { stderr += text; });
-  child.once('close', (status) => resolve({ status: status ?? -1, stderr }));
-});
+const outcome = (...args) =>
+  new Promise((resolve) => {
+    const child = spawn(BINARY, args, { cwd: folder, stdio: ['ignore', 'ignore', 'pipe'] });
+    let stderr = '';
+    child.stderr.setEncoding('utf8').on('data', (text) => {
+      stderr += text;
+    });
+    child.once('close', (status) => resolve({ status: status ?? -1, stderr }));
+  });
 
 /** Short runs: Kepler's orbit by one method. @param {string} name @param {number} runs */
 function orbits(name, runs) {
-  writeFileSync(file(name), JSON.stringify({ scenario: { kind: 'motion', problem: 'kepler', duration_s: 1, methods: [{ method: 'rk4', dt_s: 0.001 }] },
-    axes: [{ path: 'params.e', from: 0.1, to: 0.6, count: runs / 10 }], repeats: 10, metrics: ['methods.0.e_final', 'methods.0.energy_drift_max'] }));
+  writeFileSync(
+    file(name),
+    JSON.stringify({
+      scenario: { kind: 'motion', problem: 'kepler', duration_s: 1, methods: [{ method: 'rk4', dt_s: 0.001 }] },
+      axes: [{ path: 'params.e', from: 0.1, to: 0.6, count: runs / 10 }],
+      repeats: 10,
+      metrics: ['methods.0.e_final', 'methods.0.energy_drift_max'],
+    }),
+  );
   return name;
 }
 
 /** Three workers; one that ends is replaced, as a cluster's engine does. */
 function crew() {
   const workers = new Set();
-  let hiring = true, hired = 0;
+  let hiring = true,
+    hired = 0;
   const hire = () => {
     if (!hiring) return;
     const child = spawn(BINARY, ['worker', '--store', url, '--jobs', '1', '--lease-s', String(LEASE_S)], { stdio: 'ignore' });
@@ -65,7 +80,14 @@ function crew() {
     hired: () => hired,
     dismiss: async () => {
       hiring = false;
-      await Promise.all([...workers].map((child) => new Promise((resolve) => { child.once('close', resolve).kill('SIGTERM'); })));
+      await Promise.all(
+        [...workers].map(
+          (child) =>
+            new Promise((resolve) => {
+              child.once('close', resolve).kill('SIGTERM');
+            }),
+        ),
+      );
     },
   };
 }
@@ -88,27 +110,40 @@ after(() => {
   rmSync(folder, { recursive: true, force: true });
 });
 
-test('workers killed at random, one frozen beyond its lease, the server stopped at once twice: every row once', { skip, timeout: 110000 }, async (t) => {
-  const sweep = spawn(BINARY, ['sweep', 'orbits.json', '--store', url, '--jobs', '0', '--out', 'disturbed.csv'], { cwd: folder, stdio: ['ignore', 'inherit', 'pipe'] });
-  let errors = '', code;
-  sweep.stderr.setEncoding('utf8').on('data', (text) => { errors += text; });
-  const ended = new Promise((resolve) => sweep.once('close', (status) => resolve(code = status)));
+test('workers killed at random, one frozen beyond its lease, the server stopped at once twice: every row once', {
+  skip,
+  timeout: 110000,
+}, async (t) => {
+  const sweep = spawn(BINARY, ['sweep', 'orbits.json', '--store', url, '--jobs', '0', '--out', 'disturbed.csv'], {
+    cwd: folder,
+    stdio: ['ignore', 'inherit', 'pipe'],
+  });
+  let errors = '',
+    code;
+  sweep.stderr.setEncoding('utf8').on('data', (text) => {
+    errors += text;
+  });
+  const ended = new Promise((resolve) => sweep.once('close', (status) => resolve((code = status))));
   const workers = crew();
-  t.after(() => { sweep.kill('SIGKILL'); return workers.dismiss(); });
+  t.after(() => {
+    sweep.kill('SIGKILL');
+    return workers.dismiss();
+  });
   const rows = () => count('SELECT count(*) FROM laglab.result');
   await until(() => count("SELECT (to_regclass('laglab.result') IS NOT NULL)::int") === 1);
   await until(() => rows() > 0);
 
   // By progress, not by time: on a slow machine the same chunk would be lost again and again, until it fails.
   let kills = 0;
-  const killUntil = (/** @type {number} */ wanted) => until(() => {
-    const there = rows();
-    if (there > RUNS * kills / 24) {
-      kills++;
-      workers.any()?.kill('SIGKILL');
-    }
-    return there > wanted;
-  });
+  const killUntil = (/** @type {number} */ wanted) =>
+    until(() => {
+      const there = rows();
+      if (there > (RUNS * kills) / 24) {
+        kills++;
+        workers.any()?.kill('SIGKILL');
+      }
+      return there > wanted;
+    });
   for (const part of [0.2, 0.5]) {
     await killUntil(RUNS * part);
     postgres('kill');
@@ -129,12 +164,15 @@ test('workers killed at random, one frozen beyond its lease, the server stopped 
   assert.equal(count('SELECT count(DISTINCT run) FROM laglab.result'), RUNS);
   assert.equal(checksum('disturbed.csv'), undisturbed);
   const again = count('SELECT count(*) FROM laglab.chunk WHERE attempt>1');
-  t.diagnostic(`${kills} kills, ${workers.hired()} workers, ${again} of ${count('SELECT count(*) FROM laglab.chunk')} chunks tried more than once`);
+  t.diagnostic(
+    `${kills} kills, ${workers.hired()} workers, ${again} of ${count('SELECT count(*) FROM laglab.chunk')} chunks tried more than once`,
+  );
   assert.ok(again > 0, 'nothing was disturbed');
 });
 
 test('the same from shards, one of which was killed', async () => {
-  const shards = [1, 2, 3].map((i) => `shard${i}.csv`), command = (/** @type {number} */ i) => ['sweep', 'orbits.json', '--shard', `${i + 1}/3`, '--out', shards[i]];
+  const shards = [1, 2, 3].map((i) => `shard${i}.csv`),
+    command = (/** @type {number} */ i) => ['sweep', 'orbits.json', '--shard', `${i + 1}/3`, '--out', shards[i]];
   const killed = spawn(BINARY, command(1), { cwd: folder, stdio: 'ignore' });
   await waitFor(() => existsSync(file('shard2.csv.runs-wal')), 'the store', 10000);
   await pause(300);
@@ -149,7 +187,8 @@ test('a daemon on the same store reports that the server is unreachable, and con
   t.after(() => daemon.stop());
   const c = client(daemon.url);
   t.after(() => c.close());
-  const made = (await c.call('POST', '/api/v1/experiments', { body: JSON.parse(readFileSync(file(orbits('few.json', 1000)), 'utf8')) })).json;
+  const made = (await c.call('POST', '/api/v1/experiments', { body: JSON.parse(readFileSync(file(orbits('few.json', 1000)), 'utf8')) }))
+    .json;
   postgres('kill');
   const away = await c.get(made.links.self);
   assert.equal(away.status, 503, away.text);
@@ -165,7 +204,9 @@ test('a daemon on the same store reports that the server is unreachable, and con
 const FAKETIME = `/usr/lib/${process.arch === 'arm64' ? 'aarch64' : 'x86_64'}-linux-gnu/faketime/libfaketimeMT.so.1`;
 const AHEAD = ['env', `LD_PRELOAD=${FAKETIME}`, 'FAKETIME=+60d', 'FAKETIME_DONT_FAKE_MONOTONIC=1'];
 
-test('experiments expire by the clock of the database, not of the daemon', { skip: skip || (!existsSync(FAKETIME) && 'libfaketime is not installed') }, async (t) => {
+test('experiments expire by the clock of the database, not of the daemon', {
+  skip: skip || (!existsSync(FAKETIME) && 'libfaketime is not installed'),
+}, async (t) => {
   const daemon = await startDaemon({ args: ['--store', url, '--threads', '1'] });
   const c = client(daemon.url);
   const made = (await c.call('POST', '/api/v1/experiments', { body: JSON.parse(readFileSync(file(orbits('old.json', 10)), 'utf8')) })).json;
@@ -182,21 +223,29 @@ test('experiments expire by the clock of the database, not of the daemon', { ski
     return code;
   };
   assert.equal(await status(), 200);
-  postgres('sql', "UPDATE laglab.experiment SET created_s = created_s - 31 * 86400");
+  postgres('sql', 'UPDATE laglab.experiment SET created_s = created_s - 31 * 86400');
   assert.equal(await status(), 404);
 });
 
 const SFTP = '/usr/lib/openssh/sftp-server';
-const noNet = () => (process.getuid?.() !== 0 ? 'mounting needs root' : !existsSync(SFTP) || spawnSync('sshfs', ['--version']).error ? 'sshfs or its server is not installed' : false);
+const noNet = () =>
+  process.getuid?.() !== 0
+    ? 'mounting needs root'
+    : !existsSync(SFTP) || spawnSync('sshfs', ['--version']).error
+      ? 'sshfs or its server is not installed'
+      : false;
 
 test('a store on a network file system is refused, and none is made there', { skip: noNet() }, async (t) => {
-  const near = file('near'), far = file('far');
+  const near = file('near'),
+    far = file('far');
   mkdirSync(near);
   mkdirSync(far);
   const server = spawn(SFTP, { stdio: ['pipe', 'pipe', 'ignore'] });
   const mount = spawn('sshfs', ['-f', '-o', 'passive', `:${near}`, far], { stdio: ['pipe', 'pipe', 'pipe'] });
   let errors = '';
-  mount.stderr.on('data', (text) => { errors += text; });
+  mount.stderr.on('data', (text) => {
+    errors += text;
+  });
   server.stdout.pipe(mount.stdin);
   mount.stdout.pipe(server.stdin);
   const ended = new Promise((resolve) => mount.once('close', () => resolve(true)));
@@ -211,12 +260,18 @@ test('a store on a network file system is refused, and none is made there', { sk
   // The process that waits for the file system must not be the one that serves it.
   const { status, stderr } = await outcome('sweep', orbits('net.json', 100), '--out', 'far/net.csv');
   assert.equal(status, 2);
-  assert.match(stderr, /^laglab: store far\/net\.csv\.runs is on fuse\.sshfs, where SQLite loses data: use a local folder, PostgreSQL, or --shard on each machine\n$/);
+  assert.match(
+    stderr,
+    /^laglab: store far\/net\.csv\.runs is on fuse\.sshfs, where SQLite loses data: use a local folder, PostgreSQL, or --shard on each machine\n$/,
+  );
   assert.deepEqual(readdirSync(near), []);
 });
 
-test('a full or read-only store is reported, and finished runs are not lost', { skip: process.getuid() !== 0 && 'mounting needs root' }, (t) => {
-  const disk = file('disk'), on = (/** @type {string[]} */ ...args) => spawnSync(BINARY, args, { cwd: disk, encoding: 'utf8', timeout: 60000 });
+test('a full or read-only store is reported, and finished runs are not lost', {
+  skip: process.getuid() !== 0 && 'mounting needs root',
+}, (t) => {
+  const disk = file('disk'),
+    on = (/** @type {string[]} */ ...args) => spawnSync(BINARY, args, { cwd: disk, encoding: 'utf8', timeout: 60000 });
   mkdirSync(disk);
   const experiment = `../${orbits('small.json', 3000)}`;
   try {
@@ -240,7 +295,10 @@ test('a full or read-only store is reported, and finished runs are not lost', { 
   } finally {
     execFileSync('umount', ['-l', disk]);
   }
-  const limited = spawnSync('prlimit', ['--fsize=60000', BINARY, 'sweep', experiment.slice(3), '--out', 'limited.csv'], { cwd: folder, encoding: 'utf8' });
+  const limited = spawnSync('prlimit', ['--fsize=60000', BINARY, 'sweep', experiment.slice(3), '--out', 'limited.csv'], {
+    cwd: folder,
+    encoding: 'utf8',
+  });
   assert.equal(limited.status, 1);
   assert.match(limited.stderr, /^laglab: .* in the store limited.csv.runs failed: disk I\/O error\n$/);
 });

@@ -48,7 +48,8 @@ test('a failure is the same wherever it is read', async () => {
   const fork = (await c.call('POST', S(session, '/fork'), { body: {} })).json;
   assert.deepEqual(await seen(fork), live);
 
-  const log = (await c.get(S(session, '/log'))).text, again = replay(log);
+  const log = (await c.get(S(session, '/log'))).text,
+    again = replay(log);
   assert.equal(again.status, 1);
   assert.equal(again.result.hash, live.hash);
   assert.ok(again.result.compared >= 1, `${again.result.compared} hashes were compared`);
@@ -76,9 +77,14 @@ test('the log of a live session has the version of laglab, and its replay compar
     await c.patch(session, { players: { 1: { lag_ms: 30 * i } } });
   }
   await c.control(session, { op: 'step', ticks: 25 });
-  const log = (await c.get(S(session, '/log'))).text, lines = log.trim().split('\n').map((line) => JSON.parse(line));
+  const log = (await c.get(S(session, '/log'))).text,
+    lines = log
+      .trim()
+      .split('\n')
+      .map((line) => JSON.parse(line));
   assert.match(lines[0].version, /^\d+\.\d+\.\d+\+/);
-  const good = replay(log), hash = (await c.get(S(session, '/state'))).json.hash;
+  const good = replay(log),
+    hash = (await c.get(S(session, '/state'))).json.hash;
   assert.equal(good.status, 0, good.said);
   assert.ok(good.result.compared >= 1);
   assert.equal(good.result.hash, hash);

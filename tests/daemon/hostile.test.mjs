@@ -10,7 +10,8 @@ import { client, pause, raw, waitFor } from '../lib/client.mjs';
 import { startDaemon } from '../lib/daemon.mjs';
 import { ARGS, attack, cpu_s, measure, prepare } from '../lib/hostile.mjs';
 
-const P99_MS = 600, MOST_MS = 4000;
+const P99_MS = 600,
+  MOST_MS = 4000;
 const POOL = { kind: 'fluid', scene: 'pool', params: { size: 300 }, duration_s: 3000 };
 const S = (session, rest = '') => `/api/v1/sessions/${session.id}${rest}`;
 
@@ -76,9 +77,17 @@ test('a search for advice runs in parallel with other requests, and is cancelled
 });
 
 test('a search pauses without requests for it, and continues at the next one', async () => {
-  const patient = await startDaemon({ args: ['--job-idle-s', '60'] }), p = client(patient.url);
+  const patient = await startDaemon({ args: ['--job-idle-s', '60'] }),
+    p = client(patient.url);
   const metrics = ['cell_visits', 'density_error_mean'];
-  const experiment = { scenario: { ...POOL, duration_s: 20 }, metrics, error: metrics[1], cost: metrics[0], axes: [{ path: 'params.size', values: [40, 60, 80] }], repeats: 50 };
+  const experiment = {
+    scenario: { ...POOL, duration_s: 20 },
+    metrics,
+    error: metrics[1],
+    cost: metrics[0],
+    axes: [{ path: 'params.size', values: [40, 60, 80] }],
+    repeats: 50,
+  };
   try {
     const order = await p.call('POST', '/api/v1/advise', { body: { max_error: 1e-3, experiment } });
     assert.equal(order.status, 202, order.text);
@@ -90,7 +99,8 @@ test('a search pauses without requests for it, and continues at the next one', a
     await pause(900);
     const resting = await used(600);
     assert.ok(resting < 0.12, `${resting} s of processor time in 0.6 s`);
-    const state = (await p.get(order.json.links.self)).json.state, going = await used(600);
+    const state = (await p.get(order.json.links.self)).json.state,
+      going = await used(600);
     assert.equal(state, 'running');
     assert.ok(going > 2 * resting && going > 0.02, `${going} s, asked for; ${resting} s, resting`);
   } finally {
@@ -100,7 +110,8 @@ test('a search pauses without requests for it, and continues at the next one', a
 });
 
 test('a request that has used up its processor time reports its progress, and the next one continues', async () => {
-  const strict = await startDaemon({ args: ['--request-cpu-s', '0.3'] }), s = client(strict.url);
+  const strict = await startDaemon({ args: ['--request-cpu-s', '0.3'] }),
+    s = client(strict.url);
   try {
     const session = await s.make({ scenario: POOL, paused: true });
     let tick = 0;
@@ -141,8 +152,12 @@ test('a command during a seek ends it at the present tick', async () => {
 test('a client that disconnects ends its request, and the session stays at its tick', async () => {
   const session = await c.make({ scenario: POOL, paused: true });
   const body = JSON.stringify({ op: 'seek', tick: 100000 });
-  await raw(daemon.port, `POST ${S(session, '/control')} HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n`
-    + `Authorization: Bearer ${session.owner_key}\r\nContent-Length: ${body.length}\r\n\r\n${body}`, 700);
+  await raw(
+    daemon.port,
+    `POST ${S(session, '/control')} HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n` +
+      `Authorization: Bearer ${session.owner_key}\r\nContent-Length: ${body.length}\r\n\r\n${body}`,
+    700,
+  );
   await pause(700);
   const { tick } = (await c.get(S(session))).json;
   assert.ok(tick > 0);
@@ -152,7 +167,8 @@ test('a client that disconnects ends its request, and the session stays at its t
 });
 
 test('a session that cannot keep its speed is reported at the tick that it has', async () => {
-  const from = performance.now(), tick = (await c.get(S(place.slow))).json.tick;
+  const from = performance.now(),
+    tick = (await c.get(S(place.slow))).json.tick;
   assert.ok(performance.now() - from < MOST_MS);
   const session = (await c.control(place.slow, { op: 'pause' })).json;
   assert.equal(session.status, 'paused');
@@ -160,7 +176,8 @@ test('a session that cannot keep its speed is reported at the tick that it has',
 });
 
 test('SIGTERM under load ends the daemon in time, and all acknowledged changes are stored', async () => {
-  const DRAIN_S = 2, data = mkdtempSync(path.join(tmpdir(), 'laglab-hostile-'));
+  const DRAIN_S = 2,
+    data = mkdtempSync(path.join(tmpdir(), 'laglab-hostile-'));
   const victim = await startDaemon({ data, args: [...ARGS, '--drain-s', String(DRAIN_S)] });
   const v = client(victim.url);
   try {
@@ -168,7 +185,8 @@ test('SIGTERM under load ends the daemon in time, and all acknowledged changes a
     const mine = await v.make({ scenario: 'race', paused: true });
     const attackers = attack(victim.url, ['seek', 'state_at', 'dry_run', 'advise', 'trace', 'look', 'fork', 'results'], there, 8);
     await pause(2000);
-    let acknowledged = 0, from = 0;
+    let acknowledged = 0,
+      from = 0;
     const patching = (async () => {
       for (let lag = 1; lag < 900; lag++) {
         const answer = await v.patch(mine, { players: { 0: { lag_ms: lag } } }).catch(() => undefined);
@@ -184,8 +202,10 @@ test('SIGTERM under load ends the daemon in time, and all acknowledged changes a
     assert.deepEqual(how, { code: 0, signal: null }, victim.errors());
     assert.ok(took_s < DRAIN_S + 1, `${took_s} s`);
     assert.ok(acknowledged > 3, `${acknowledged} changes were acknowledged`);
-    const again = await startDaemon({ data }), a = client(again.url);
-    const session = (await a.get(S(mine))).json, other = await a.get(S(there.slow));
+    const again = await startDaemon({ data }),
+      a = client(again.url);
+    const session = (await a.get(S(mine))).json,
+      other = await a.get(S(there.slow));
     a.close();
     await again.stop();
     assert.ok(session.params.players[0].lag_ms >= acknowledged, `${session.params.players[0].lag_ms} of ${acknowledged}`);

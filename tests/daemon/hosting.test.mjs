@@ -49,7 +49,8 @@ test('a hundred sessions without viewers cost no CPU, and catch up when they are
 test('waking a long session does not stall another', async (t) => {
   const daemon = await start(t, { args: ['--park-after-s', '0.3', '--threads', '1'] });
   const c = client(daemon.url);
-  const long = await c.make({ scenario: 'eight', paused: true, set: { duration_s: 3600 } }), other = await c.make({ set: { duration_s: 600 } });
+  const long = await c.make({ scenario: 'eight', paused: true, set: { duration_s: 3600 } }),
+    other = await c.make({ set: { duration_s: 600 } });
   assert.equal((await c.control(long, { op: 'seek', time_s: 900 })).status, 200);
   await c.control(long, { op: 'play' });
   await waitFor(async () => (await gauge(c, 'sessions_parked')) === 2, 'both to be parked');
@@ -74,12 +75,17 @@ test('waking a long session does not stall another', async (t) => {
 
 test('slow, silent and hostile viewers together with a good one', async (t) => {
   const daemon = await start(t, { args: ['--max-viewers', '6'] });
-  const c = client(daemon.url), session = await c.make({ set: { duration_s: 600 } });
+  const c = client(daemon.url),
+    session = await c.make({ set: { duration_s: 600 } });
   const good = await c.stream(session, 'bin', { ack: true });
-  const silent = await c.stream(session, 'json'), slow = await c.stream(session, 'bin'), greedy = await c.stream(session, 'json');
+  const silent = await c.stream(session, 'json'),
+    slow = await c.stream(session, 'bin'),
+    greedy = await c.stream(session, 'json');
   silent.socket.pause(); // takes nothing any more
   const slowTimer = setInterval(() => slow.say({ ack: seqOf(slow.frames.at(-1)) }), 100);
-  const flood = setInterval(() => { for (let i = 0; i < 200; i++) if (!greedy.closed) greedy.say({ ping: i }); }, 20);
+  const flood = setInterval(() => {
+    for (let i = 0; i < 200; i++) if (!greedy.closed) greedy.say({ ping: i });
+  }, 20);
   await pause(200);
   const from = good.frames.length;
   await pause(2000);
@@ -96,7 +102,9 @@ test('slow, silent and hostile viewers together with a good one', async (t) => {
 
   const crowd = [await c.stream(session), await c.stream(session), await c.stream(session)];
   await assert.rejects(c.stream(session), (error) => /** @type {any} */ (error).code === 4429 || /** @type {any} */ (error).status === 503);
-  t.diagnostic(`${seqs.length} frames to the good viewer in 2 s, ${lost} lost; ${slow.frames.length} to one that acknowledges ten times a second`);
+  t.diagnostic(
+    `${seqs.length} frames to the good viewer in 2 s, ${lost} lost; ${slow.frames.length} to one that acknowledges ten times a second`,
+  );
   for (const stream of [good, slow, ...crowd]) await stream.close();
   silent.socket.terminate();
   c.close();
@@ -105,7 +113,10 @@ test('slow, silent and hostile viewers together with a good one', async (t) => {
 
 test('a session without requests expires', async (t) => {
   const daemon = await start(t, { args: ['--session-ttl-s', '1', '--park-after-s', '0.2'] });
-  const c = client(daemon.url), old = await c.make(), watched = await c.make(), asked = await c.make();
+  const c = client(daemon.url),
+    old = await c.make(),
+    watched = await c.make(),
+    asked = await c.make();
   const stream = await c.stream(watched, 'bin', { ack: true });
   const timer = setInterval(() => c.get(asked.links.self).catch(() => {}), 200);
   await waitFor(async () => (await gauge(c, 'sessions_expired_total')) === 1, 'the session to expire');
@@ -120,20 +131,23 @@ test('a session without requests expires', async (t) => {
 
 test('twenty persons drive and patch one session at once; its log replays to the same hash', async (t) => {
   const daemon = await start(t, { args: ['--max-commands-per-s', '10000', '--max-messages-per-s', '1000'] });
-  const c = client(daemon.url), session = await c.make({ set: { 'players.0.control': 'person', 'players.1.control': 'person', duration_s: 600 } });
+  const c = client(daemon.url),
+    session = await c.make({ set: { 'players.0.control': 'person', 'players.1.control': 'person', duration_s: 600 } });
   const streams = await Promise.all(Array.from({ length: 20 }, (_, i) => c.stream(session, i % 2 ? 'bin' : 'json', { ack: true })));
   let replies = 0;
-  await Promise.all(streams.map(async (stream, i) => {
-    stream.say({ auth: session.player_keys[i % 2], id: 'key' });
-    await stream.wait((each) => each.id === 'key');
-    for (let n = 0; n < 50; n++) {
-      stream.say({ input: { player: i % 2, axes: [((n * 7 + i) % 17) / 8 - 1, 0], buttons: 0 }, id: n });
-      if (n % 10 === 0) assert.equal((await c.patch(session, { [`players.${i % 2}.lag_ms`]: n * 5 + i })).status, 200);
-      const reply = await stream.wait((each) => each.id === n);
-      assert.equal(reply.type, 'reply', JSON.stringify(reply));
-      replies++;
-    }
-  }));
+  await Promise.all(
+    streams.map(async (stream, i) => {
+      stream.say({ auth: session.player_keys[i % 2], id: 'key' });
+      await stream.wait((each) => each.id === 'key');
+      for (let n = 0; n < 50; n++) {
+        stream.say({ input: { player: i % 2, axes: [((n * 7 + i) % 17) / 8 - 1, 0], buttons: 0 }, id: n });
+        if (n % 10 === 0) assert.equal((await c.patch(session, { [`players.${i % 2}.lag_ms`]: n * 5 + i })).status, 200);
+        const reply = await stream.wait((each) => each.id === n);
+        assert.equal(reply.type, 'reply', JSON.stringify(reply));
+        replies++;
+      }
+    }),
+  );
   assert.equal(replies, 1000);
   const { json } = await c.control(session, { op: 'pause' });
   const fork = (await c.call('POST', session.links.fork)).json;
@@ -166,9 +180,11 @@ test('sessions that would exceed the memory limit are refused, and harm no other
 
 test('a client with many sessions cannot take the memory from others', async (t) => {
   const daemon = await start(t, { args: ['--park-after-s', '20', '--max-memory-mib', '40', '--max-new-sessions-per-min', '1000000'] });
-  const c = client(daemon.url), from = performance.now();
+  const c = client(daemon.url),
+    from = performance.now();
   const small = { scenario: 'fluid/cavity', paused: true, set: { 'params.n': 64 } }; // 2 MiB
-  let made = 0, refused = 0;
+  let made = 0,
+    refused = 0;
   while (performance.now() - from < 6000) {
     const { status } = await c.call('POST', '/api/v1/sessions', { body: small });
     made += Number(status === 201);
@@ -186,23 +202,26 @@ test('a client with many sessions cannot take the memory from others', async (t)
 });
 
 test('sessions that were deleted leave nothing behind', async (t) => {
-  const daemon = await startDaemon({ args: ['--max-new-sessions-per-min', '1000000'] }), c = client(daemon.url);
+  const daemon = await startDaemon({ args: ['--max-new-sessions-per-min', '1000000'] }),
+    c = client(daemon.url);
   t.after(() => daemon.stop());
   const kib = () => Number(/^RssAnon:\s+(\d+)/m.exec(readFileSync(`/proc/${daemon.pid}/status`, 'utf8'))[1]);
   const come_and_go = async (/** @type {number} */ count) => {
     let left = count;
-    await Promise.all([1, 2, 3, 4].map(async () => {
-      while (left-- > 0) {
-        const session = await c.make({ paused: true });
-        await c.call('DELETE', session.links.self, { key: session.owner_key });
-      }
-    }));
+    await Promise.all(
+      [1, 2, 3, 4].map(async () => {
+        while (left-- > 0) {
+          const session = await c.make({ paused: true });
+          await c.call('DELETE', session.links.self, { key: session.owner_key });
+        }
+      }),
+    );
     await pause(500);
   };
   await come_and_go(1500); // what is kept once
   const before = kib();
   await come_and_go(4000);
-  const each = (kib() - before) * 1024 / 4000;
+  const each = ((kib() - before) * 1024) / 4000;
   t.diagnostic(`${Math.round(each)} bytes more for each`);
   assert.ok(each < 700, `${Math.round(each)} bytes are kept of each session`);
   c.close();

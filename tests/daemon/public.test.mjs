@@ -16,7 +16,8 @@ const read = (/** @type {string} */ name) => readFileSync(path.join(ROOT, name),
 
 /** The blocks of commands of a part of the page. */
 function blocks(/** @type {string} */ heading) {
-  const text = read('docs/deploy.md'), from = text.indexOf(`\n## ${heading}\n`);
+  const text = read('docs/deploy.md'),
+    from = text.indexOf(`\n## ${heading}\n`);
   assert.ok(from >= 0, heading);
   const end = text.indexOf('\n## ', from + 5);
   return [...text.slice(from, end).matchAll(/^```console\n([\s\S]*?)^```$/gm)].map(([, commands]) => commands);
@@ -62,11 +63,13 @@ daemon-reload) ;;
 esac`,
 };
 
-let folder, skip = /** @type {string | false} */ (false);
+let folder,
+  skip = /** @type {string | false} */ (false);
 before(() => {
   folder = mkdtempSync(path.join(tmpdir(), 'laglab-public-'));
   mkdirSync(path.join(folder, 'bin'));
-  for (const [name, text] of Object.entries(STANDINS)) writeFileSync(path.join(folder, 'bin', name), `#!/bin/bash\n${text}\n`, { mode: 0o755 });
+  for (const [name, text] of Object.entries(STANDINS))
+    writeFileSync(path.join(folder, 'bin', name), `#!/bin/bash\n${text}\n`, { mode: 0o755 });
   writeFileSync(path.join(folder, 'dev'), '#!/bin/sh\n[ "$1" = build ] # it was\n', { mode: 0o755 });
   symlinkSync(path.dirname(BINARY), path.join(folder, 'build'));
   for (const name of ['deploy', 'LICENSE']) symlinkSync(path.join(ROOT, name), path.join(folder, name));
@@ -76,8 +79,11 @@ before(() => {
 after(() => rmSync(folder, { recursive: true, force: true }));
 
 function sealed(/** @type {string} */ script) {
-  return spawnSync('unshare', ['--mount', '--net', '--uts', '--pid', '--fork', '--kill-child', '--mount-proc', 'bash', '-c', SEALED + script],
-    { cwd: folder, encoding: 'utf8', timeout: 120000, maxBuffer: 1 << 24 });
+  return spawnSync(
+    'unshare',
+    ['--mount', '--net', '--uts', '--pid', '--fork', '--kill-child', '--mount-proc', 'bash', '-c', SEALED + script],
+    { cwd: folder, encoding: 'utf8', timeout: 120000, maxBuffer: 1 << 24 },
+  );
 }
 
 const OTHER = { nginx: 'haproxy', haproxy: 'nginx' };
@@ -121,31 +127,78 @@ mark log
 cat /var/log/laglab.log
 `);
     assert.equal(result.status, 0, `exit ${result.status}: ${result.stderr.slice(-2000)}\n${result.stdout.slice(-2000)}`);
-    const parts = Object.fromEntries(result.stdout.split('\n@@').slice(1).map((part) => [part.slice(0, part.indexOf('\n')), part.slice(part.indexOf('\n') + 1)]));
+    const parts = Object.fromEntries(
+      result.stdout
+        .split('\n@@')
+        .slice(1)
+        .map((part) => [part.slice(0, part.indexOf('\n')), part.slice(part.indexOf('\n') + 1)]),
+    );
 
-    const lines = parts.trial.replace(/\}(?=[\d{])/g, '}\n').replace(/^(\d{3})(?=\{)/gm, '$1\n').split('\n').filter(Boolean);
+    const lines = parts.trial
+      .replace(/\}(?=[\d{])/g, '}\n')
+      .replace(/^(\d{3})(?=\{)/gm, '$1\n')
+      .split('\n')
+      .filter(Boolean);
     assert.deepEqual(JSON.parse(lines[0]), { creation: 'class' });
     assert.equal(lines[1], '401');
     const made = JSON.parse(lines[2]);
     assert.ok(made.id && made.owner_key, 'who has the class key makes a session');
     assert.equal(lines[3], '404');
-    assert.deepEqual(JSON.parse(lines[4]).sessions.map((/** @type {any} */ one) => one.id), [made.id], 'the operator lists it');
+    assert.deepEqual(
+      JSON.parse(lines[4]).sessions.map((/** @type {any} */ one) => one.id),
+      [made.id],
+      'the operator lists it',
+    );
 
-    const session = JSON.parse(parts.session), visitor = JSON.parse(parts.visitor);
+    const session = JSON.parse(parts.session),
+      visitor = JSON.parse(parts.visitor);
     assert.deepEqual(visitor, {
-      page: 200, title: visitor.title, hsts: 'max-age=31536000', session: 200, 'session/state': 200, 'session/metrics': 200, 'session/trace': 200, 'session/log': 200,
-      code: 200, by_code: 'the session', 'stream bin: command': '403', 'stream json: command': '403',
-      create: 401, fork: 401, experiment: 401, 'dry run': 401, advise: 401, control: 401, change: 401, input: 401, delete: 401,
-      list: 401, 'list of experiments': 401, 'close creation': 401, figures: 404, 'guessed id': 404, 'without TLS': 301, redirected: `https://${NAME}/some?thing=1`,
+      page: 200,
+      title: visitor.title,
+      hsts: 'max-age=31536000',
+      session: 200,
+      'session/state': 200,
+      'session/metrics': 200,
+      'session/trace': 200,
+      'session/log': 200,
+      code: 200,
+      by_code: 'the session',
+      'stream bin: command': '403',
+      'stream json: command': '403',
+      create: 401,
+      fork: 401,
+      experiment: 401,
+      'dry run': 401,
+      advise: 401,
+      control: 401,
+      change: 401,
+      input: 401,
+      delete: 401,
+      list: 401,
+      'list of experiments': 401,
+      'close creation': 401,
+      figures: 404,
+      'guessed id': 404,
+      'without TLS': 301,
+      redirected: `https://${NAME}/some?thing=1`,
     });
     assert.match(visitor.title, /laglab/i);
     assert.equal(parts.forged.trim(), '403 403 403 403');
     const wrong = parts.limits.trim().split(' ');
-    assert.deepEqual([wrong[0], wrong[69], parts.neighbour.trim()], ['403', '429', '403'], 'each client has limits of its own, which a forged header does not widen');
+    assert.deepEqual(
+      [wrong[0], wrong[69], parts.neighbour.trim()],
+      ['403', '429', '403'],
+      'each client has limits of its own, which a forged header does not widen',
+    );
     assert.equal(parts.name.trim(), '421');
     assert.equal(parts.operator.trim(), '200 403 204');
-    assert.deepEqual(parts.modes.trim().split('\n'), ['700 laglab laglab /var/lib/laglab', '600 laglab laglab /var/lib/laglab/laglab.db', '640 root laglab /etc/laglab/class.key',
-      '640 root laglab /etc/laglab/operator.key', 'laglab']);
+    assert.deepEqual(parts.modes.trim().split('\n'), [
+      '700 laglab laglab /var/lib/laglab',
+      '600 laglab laglab /var/lib/laglab/laglab.db',
+      '640 root laglab /etc/laglab/class.key',
+      '640 root laglab /etc/laglab/operator.key',
+      'laglab',
+    ]);
     assert.equal(parts.listening.trim(), '0.0.0.0:443 0.0.0.0:80 127.0.0.1:8080');
     assert.ok(!parts.log.includes(session.owner_key) && !parts.log.includes(made.owner_key), 'no key is in the log');
   });
@@ -154,9 +207,13 @@ cat /var/log/laglab.log
 test('the unit is one that systemd takes, and leaves the daemon little', (t) => {
   const verify = spawnSync('systemd-analyze', ['verify', '--man=no', path.join(ROOT, 'deploy/laglab.service')], { encoding: 'utf8' });
   if (verify.error) return t.skip('systemd-analyze is not installed');
-  const said = verify.stderr.split('\n').filter((line) => line.includes('laglab.service') && !line.includes('/opt/laglab/laglab is not executable'));
+  const said = verify.stderr
+    .split('\n')
+    .filter((line) => line.includes('laglab.service') && !line.includes('/opt/laglab/laglab is not executable'));
   assert.deepEqual(said, []);
-  const security = spawnSync('systemd-analyze', ['security', '--offline=true', '--no-pager', path.join(ROOT, 'deploy/laglab.service')], { encoding: 'utf8' });
+  const security = spawnSync('systemd-analyze', ['security', '--offline=true', '--no-pager', path.join(ROOT, 'deploy/laglab.service')], {
+    encoding: 'utf8',
+  });
   const level = Number(/exposure level for laglab\.service: ([\d.]+)/.exec(security.stdout)?.[1]);
   assert.ok(level <= 1.5, `exposure ${level}: ${security.stderr}`);
 });

@@ -5,8 +5,14 @@ import net from 'node:net';
 import { client, pause, waitFor } from '../lib/client.mjs';
 import { startDaemon } from '../lib/daemon.mjs';
 
-const S = '/api/v1/sessions', E = '/api/v1/experiments';
-const SMALL = { scenario: 'race', set: { duration_s: 1, warmup_s: 0 }, axes: [{ path: 'players.0.lag_ms', values: [0, 100] }], metrics: ['players.0.own_lead_m.mean'] };
+const S = '/api/v1/sessions',
+  E = '/api/v1/experiments';
+const SMALL = {
+  scenario: 'race',
+  set: { duration_s: 1, warmup_s: 0 },
+  axes: [{ path: 'players.0.lag_ms', values: [0, 100] }],
+  metrics: ['players.0.own_lead_m.mean'],
+};
 
 /** @param {string[]} args @param {(s: ReturnType<typeof client>, daemon: any) => Promise<void>} use */
 async function withDaemon(args, use, wish = {}) {
@@ -20,11 +26,12 @@ async function withDaemon(args, use, wish = {}) {
   }
 }
 
-
 /** Fills a log until a change is refused. */
 async function fill(s, session) {
   for (let i = 0; ; i++) {
-    const answer = await s.patch(session, { players: { 0: { lag_ms: i % 200 }, 1: { lag_ms: (3 * i) % 200, link: { up: { jitter_ms: i % 40 }, down: { jitter_ms: i % 30 } } } } });
+    const answer = await s.patch(session, {
+      players: { 0: { lag_ms: i % 200 }, 1: { lag_ms: (3 * i) % 200, link: { up: { jitter_ms: i % 40 }, down: { jitter_ms: i % 30 } } } },
+    });
     if (answer.status !== 200) return answer;
     if (i > 40000) throw new Error('it is never full');
   }
@@ -32,7 +39,8 @@ async function fill(s, session) {
 
 test('a full log refuses changes with 507; its clock can still be stopped, and other sessions are not affected', async () => {
   await withDaemon(['--max-log-mib', '1', '--max-commands-per-s', '100000'], async (s) => {
-    const session = await s.make({ paused: true }), other = await s.make({ paused: true });
+    const session = await s.make({ paused: true }),
+      other = await s.make({ paused: true });
     const refused = await fill(s, session);
     assert.equal(refused.status, 507, refused.text);
     assert.match(refused.json.detail, /Log of this session has 1\.0 MiB.*max_log_mib/);
@@ -49,11 +57,19 @@ test('a full log refuses changes with 507; its clock can still be stopped, and o
 test('the logs of all sessions have a limit; deleting frees bytes, and a restart keeps the count', async () => {
   const args = ['--max-log-mib', '0', '--max-logs-mib', '1', '--max-commands-per-s', '100000'];
   await withDaemon(args, async (s, daemon) => {
-    const first = await s.make({ paused: true }), second = await s.make({ paused: true });
+    const first = await s.make({ paused: true }),
+      second = await s.make({ paused: true });
     assert.match((await fill(s, first)).json.detail, /Session logs use 1\.0 of 1\.0 MiB/);
     assert.equal((await s.patch(second, { 'players.0.lag_ms': 9 })).status, 507);
     assert.equal((await s.call('POST', S, { body: { scenario: 'race' } })).status, 507);
-    const again = await startDaemon({ data: await (async () => { await daemon.kill(); return daemon.data; })(), args }), r = client(again.url);
+    const again = await startDaemon({
+        data: await (async () => {
+          await daemon.kill();
+          return daemon.data;
+        })(),
+        args,
+      }),
+      r = client(again.url);
     assert.equal((await r.call('POST', S, { body: { scenario: 'race' } })).status, 507, 'stored logs are counted');
     assert.equal((await r.call('DELETE', `${S}/${first.id}`, { key: first.owner_key })).status, 204);
     assert.equal((await r.call('POST', S, { body: { scenario: 'race' } })).status, 201);
@@ -67,7 +83,9 @@ test('each address has a limit of its own; deleting frees bytes', async () => {
   await withDaemon(['--max-client-logs-mib', '1', '--max-commands-per-s', '100000', '--trusted-proxy', '127.0.0.1'], async (s) => {
     const as = (address, method, path, wish = {}) => s.call(method, path, { ...wish, headers: { 'x-forwarded-for': address } });
     const make = async (address) => (await as(address, 'POST', S, { body: { scenario: 'race', paused: true } })).json;
-    const first = await make('192.0.2.7'), second = await make('192.0.2.7'), other = await make('192.0.2.8');
+    const first = await make('192.0.2.7'),
+      second = await make('192.0.2.7'),
+      other = await make('192.0.2.8');
     assert.match((await fill(s, first)).json.detail, /Session logs of this address use 1\.0 of 1\.0 MiB.*max_client_logs_mib/);
     assert.equal((await s.patch(second, { 'players.0.lag_ms': 9 })).status, 507, 'its other session is of the same share');
     assert.equal((await s.control(second, { op: 'play' })).status, 200, 'the clock goes on');
@@ -148,32 +166,56 @@ test('limits of experiments per client and of results by size; an endless experi
     assert.match(third.json.detail, /Limit of 2 experiments of one address/);
     assert.equal((await s.call('DELETE', `${E}/${first.id}`, { key: first.owner_key })).status, 204);
     const long = (await make({ repeats: 5000, set: { duration_s: 600, warmup_s: 0 } })).json;
-    await waitFor(async () => (await s.get(`${E}/${long.id}`)).json.state === 'cancelled', 'the end of the one that runs for too long', 20000);
+    await waitFor(
+      async () => (await s.get(`${E}/${long.id}`)).json.state === 'cancelled',
+      'the end of the one that runs for too long',
+      20000,
+    );
   });
 });
 
 test('behind a trusted proxy each client has its own quota; untrusted ones cannot set their address', async () => {
   const order = { body: { scenario: 'race', paused: true } };
   const ask = async (s, forwarded) => (await s.call('POST', S, { ...order, headers: { 'x-forwarded-for': forwarded } })).status;
-  await withDaemon(['--trusted-proxy', '127.0.0.1, 10.0.0.0/8', '--max-new-sessions-per-min', '2', '--max-connections-per-ip', '4'], async (s, daemon) => {
-    for (const who of ['203.0.113.7', '2001:db8:1::5', '198.51.100.9:4711', '[2001:db8:2::1]:80']) assert.deepEqual([await ask(s, who), await ask(s, who), await ask(s, who)], [201, 201, 429], who);
-    assert.equal(await ask(s, '192.0.2.44, 203.0.113.7'), 429, 'what stands before was written by the client');
-    assert.equal(await ask(s, '203.0.113.7, 10.1.2.3'), 429, 'a second proxy that is trusted');
-    assert.equal(await ask(s, '10.1.2.3, 203.0.113.8'), 201);
-    assert.equal(await ask(s, '2001:db8:1::ffff'), 429, 'addresses of one network of IPv6 are one client');
-    const two = await new Promise((resolve) => {
-      const socket = net.connect(daemon.port, '127.0.0.1'), body = JSON.stringify(order.body);
-      let text = '';
-      socket.on('data', (more) => { text += more; });
-      socket.on('close', () => resolve(text));
-      socket.write(`POST ${S} HTTP/1.1\r\nHost: localhost\r\nX-Forwarded-For: 192.0.2.45\r\nX-Forwarded-For: 203.0.113.7\r\nContent-Type: application/json\r\nContent-Length: ${body.length}\r\nConnection: close\r\n\r\n${body}`);
-    });
-    assert.match(/** @type {string} */ (two), /^HTTP\/1\.1 429 /, 'of two headers the last counts');
-    const open = await Promise.all([...Array(12)].map(() => new Promise((resolve) => { const socket = net.connect(daemon.port, '127.0.0.1', () => resolve(socket)); })));
-    assert.equal((await s.get('/healthz')).status, 200, 'a proxy may have more connections than one client');
-    for (const socket of open) socket.destroy();
-  });
+  await withDaemon(
+    ['--trusted-proxy', '127.0.0.1, 10.0.0.0/8', '--max-new-sessions-per-min', '2', '--max-connections-per-ip', '4'],
+    async (s, daemon) => {
+      for (const who of ['203.0.113.7', '2001:db8:1::5', '198.51.100.9:4711', '[2001:db8:2::1]:80'])
+        assert.deepEqual([await ask(s, who), await ask(s, who), await ask(s, who)], [201, 201, 429], who);
+      assert.equal(await ask(s, '192.0.2.44, 203.0.113.7'), 429, 'what stands before was written by the client');
+      assert.equal(await ask(s, '203.0.113.7, 10.1.2.3'), 429, 'a second proxy that is trusted');
+      assert.equal(await ask(s, '10.1.2.3, 203.0.113.8'), 201);
+      assert.equal(await ask(s, '2001:db8:1::ffff'), 429, 'addresses of one network of IPv6 are one client');
+      const two = await new Promise((resolve) => {
+        const socket = net.connect(daemon.port, '127.0.0.1'),
+          body = JSON.stringify(order.body);
+        let text = '';
+        socket.on('data', (more) => {
+          text += more;
+        });
+        socket.on('close', () => resolve(text));
+        socket.write(
+          `POST ${S} HTTP/1.1\r\nHost: localhost\r\nX-Forwarded-For: 192.0.2.45\r\nX-Forwarded-For: 203.0.113.7\r\nContent-Type: application/json\r\nContent-Length: ${body.length}\r\nConnection: close\r\n\r\n${body}`,
+        );
+      });
+      assert.match(/** @type {string} */ (two), /^HTTP\/1\.1 429 /, 'of two headers the last counts');
+      const open = await Promise.all(
+        [...Array(12)].map(
+          () =>
+            new Promise((resolve) => {
+              const socket = net.connect(daemon.port, '127.0.0.1', () => resolve(socket));
+            }),
+        ),
+      );
+      assert.equal((await s.get('/healthz')).status, 200, 'a proxy may have more connections than one client');
+      for (const socket of open) socket.destroy();
+    },
+  );
   await withDaemon(['--max-new-sessions-per-min', '2'], async (s) => {
-    assert.deepEqual([await ask(s, '203.0.113.1'), await ask(s, '203.0.113.2'), await ask(s, '203.0.113.3')], [201, 201, 429], 'clients cannot declare themselves trusted');
+    assert.deepEqual(
+      [await ask(s, '203.0.113.1'), await ask(s, '203.0.113.2'), await ask(s, '203.0.113.3')],
+      [201, 201, 429],
+      'clients cannot declare themselves trusted',
+    );
   });
 });

@@ -8,10 +8,18 @@ import { BINARY, startDaemon } from '../lib/daemon.mjs';
 
 const X = '/api/v1/experiments';
 /* As a container with a read-only root has it. */
-const SEALED = ['unshare', '-m', 'sh', '-c', 'for d in /tmp /var/tmp /dev/shm; do mount -t tmpfs -o ro none $d || exit 9; done; exec "$@"', 'sh'];
+const SEALED = [
+  'unshare',
+  '-m',
+  'sh',
+  '-c',
+  'for d in /tmp /var/tmp /dev/shm; do mount -t tmpfs -o ro none $d || exit 9; done; exec "$@"',
+  'sh',
+];
 
 async function ask(data) {
-  const daemon = await startDaemon({ data, before: SEALED }), c = client(daemon.url);
+  const daemon = await startDaemon({ data, before: SEALED }),
+    c = client(daemon.url);
   try {
     const order = { scenario: 'race', set: { duration_s: 0.5 }, repeats: 30, metrics: ['players.0.input_latency_ms.mean'] };
     const { id } = (await c.call('POST', X, { body: order })).json;
@@ -38,7 +46,11 @@ test('with a folder of its own alone', async () => {
   const data = mkdtempSync(path.join(path.dirname(BINARY), 'read-only-'));
   try {
     await ask(data);
-    assert.deepEqual(readdirSync(data).filter((name) => !/^(laglab|experiments)\.db|^lock$/.test(name)), [], 'nothing is left there');
+    assert.deepEqual(
+      readdirSync(data).filter((name) => !/^(laglab|experiments)\.db|^lock$/.test(name)),
+      [],
+      'nothing is left there',
+    );
   } finally {
     rmSync(data, { recursive: true, force: true });
   }

@@ -18,10 +18,13 @@ const start = async (t, wish) => {
 const KILLS = 20;
 
 test(`kill -9 at ${KILLS} random moments under load`, { timeout: 300000 }, async (t) => {
-  const seed = Number(process.env.LAGLAB_TEST_SEED ?? Date.now() % 1e6), told = nothing();
+  const seed = Number(process.env.LAGLAB_TEST_SEED ?? Date.now() % 1e6),
+    told = nothing();
   t.diagnostic(`LAGLAB_TEST_SEED=${seed}`);
   await chain({ kills: KILLS, seed, told });
-  t.diagnostic(`${told.acknowledged} acknowledged, of which after restarts ${told.commands} commands and ${told.hashes} hashes were found again`);
+  t.diagnostic(
+    `${told.acknowledged} acknowledged, of which after restarts ${told.commands} commands and ${told.hashes} hashes were found again`,
+  );
   assert.deepEqual(told.findings, []);
   assert.deepEqual([told.kills, told.lost, told.resurrected, told.differ], [KILLS, 0, 0, 0]);
   assert.ok(told.commands > 500 && told.hashes > 200);
@@ -30,8 +33,10 @@ test(`kill -9 at ${KILLS} random moments under load`, { timeout: 300000 }, async
 test('a clean stop keeps the tick of a paused session and the play of a playing one', async (t) => {
   const data = mkdtempSync(path.join(tmpdir(), 'laglab-test-'));
   try {
-    let daemon = await start(t, { data }), c = client(daemon.url);
-    const paused = await c.make({ paused: true }), playing = await c.make({ speed: 2 });
+    let daemon = await start(t, { data }),
+      c = client(daemon.url);
+    const paused = await c.make({ paused: true }),
+      playing = await c.make({ speed: 2 });
     const { json: at } = await c.control(paused, { op: 'seek', tick: 123 });
     await c.control(paused, { op: 'seek', tick: 45 });
     await pause(300);
@@ -40,7 +45,8 @@ test('a clean stop keeps the tick of a paused session and the play of a playing 
     await daemon.stop();
     daemon = await start(t, { data });
     c = client(daemon.url);
-    const { json: one } = await c.get(paused.links.self), { json: two } = await c.get(playing.links.self);
+    const { json: one } = await c.get(paused.links.self),
+      { json: two } = await c.get(playing.links.self);
     assert.deepEqual([one.status, one.tick, one.head_tick], ['paused', 45, 123]);
     assert.equal((await c.get(`${paused.links.state}?tick=123`)).json.hash, at.hash);
     assert.deepEqual([two.status, two.speed], ['playing', 2]);

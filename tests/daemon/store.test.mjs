@@ -21,9 +21,19 @@ const remove = (name) => rmSync(name, { recursive: true, force: true });
 
 /** Starts a daemon that should fail to start. */
 function refusal(data, ...args) {
-  const { status, stderr, stdout } = spawnSync(BINARY, ['serve', '--listen', '127.0.0.1:0', '--data', data, ...args], { encoding: 'utf8', timeout: 10000 });
+  const { status, stderr, stdout } = spawnSync(BINARY, ['serve', '--listen', '127.0.0.1:0', '--data', data, ...args], {
+    encoding: 'utf8',
+    timeout: 10000,
+  });
   assert.equal(stdout, '');
-  return { status, text: stderr.split('\n').filter((line) => !line.startsWith('{')).join('\n').trim() };
+  return {
+    status,
+    text: stderr
+      .split('\n')
+      .filter((line) => !line.startsWith('{'))
+      .join('\n')
+      .trim(),
+  };
 }
 
 const python = (script, ...args) => execFileSync('python3', ['-c', script, ...args], { encoding: 'utf8' });
@@ -36,9 +46,13 @@ const recovered = (c, session) => waitFor(async () => (await c.control(session, 
 async function refusesChanges(c, session) {
   const log = (await c.get(session.links.log)).text;
   const { hash } = (await c.get(session.links.state)).json;
-  for (const answer of [await c.patch(session, { 'players.0.lag_ms': 5 }), await c.control(session, { op: 'step' }),
-    await c.call('POST', '/api/v1/sessions', { body: { scenario: 'race' } }), await c.call('POST', session.links.fork),
-    await c.call('DELETE', session.links.self, { key: session.owner_key })]) {
+  for (const answer of [
+    await c.patch(session, { 'players.0.lag_ms': 5 }),
+    await c.control(session, { op: 'step' }),
+    await c.call('POST', '/api/v1/sessions', { body: { scenario: 'race' } }),
+    await c.call('POST', session.links.fork),
+    await c.call('DELETE', session.links.self, { key: session.owner_key }),
+  ]) {
     assert.equal(answer.status, 507, answer.text);
     assert.equal(answer.headers['content-type'], 'application/problem+json');
   }
@@ -74,8 +88,15 @@ test('a disk that is full', { skip: process.getuid() !== 0 && 'mounting a small 
     execFileSync('mount', ['-o', 'remount,size=8m', disk]);
     daemon = await start(t, { data: disk });
     c = client(daemon.url);
-    const lines = (await c.get(session.links.log)).text.trimEnd().split('\n').map((line) => JSON.parse(line)).filter((line) => line.op === 'set');
-    assert.deepEqual(lines.slice(0, acknowledged.length).map((line) => line.values['players.0.lag_ms']), acknowledged);
+    const lines = (await c.get(session.links.log)).text
+      .trimEnd()
+      .split('\n')
+      .map((line) => JSON.parse(line))
+      .filter((line) => line.op === 'set');
+    assert.deepEqual(
+      lines.slice(0, acknowledged.length).map((line) => line.values['players.0.lag_ms']),
+      acknowledged,
+    );
     assert.ok(lines.length <= acknowledged.length + 1, 'at most the one that was in flight');
     t.diagnostic(`${acknowledged.length} commands fitted`);
     c.close();
@@ -87,7 +108,8 @@ test('a disk that is full', { skip: process.getuid() !== 0 && 'mounting a small 
 });
 
 test('a disk without inodes', { skip: process.getuid() !== 0 && 'mounting a small disk needs root' }, async (t) => {
-  const disk = folder(), more = (/** @type {number} */ i) => path.join(disk, `filler-${i}`);
+  const disk = folder(),
+    more = (/** @type {number} */ i) => path.join(disk, `filler-${i}`);
   try {
     execFileSync('mount', ['-t', 'tmpfs', '-o', 'size=64m,nr_inodes=24', 'none', disk], { stdio: 'pipe' });
   } catch {
@@ -97,9 +119,10 @@ test('a disk without inodes', { skip: process.getuid() !== 0 && 'mounting a smal
   try {
     let daemon = await start(t, { data: disk });
     let c = client(daemon.url);
-    const session = await c.make({ paused: true }), order = { scenario: 'race', set: { duration_s: 0.2 }, repeats: 20, metrics: ['players.0.own_lead_m.mean'] };
+    const session = await c.make({ paused: true }),
+      order = { scenario: 'race', set: { duration_s: 0.2 }, repeats: 20, metrics: ['players.0.own_lead_m.mean'] };
     let fillers = 0;
-    for (let full = false; !full;) {
+    for (let full = false; !full; ) {
       try {
         writeFileSync(more(fillers), '');
         fillers++;
@@ -117,13 +140,19 @@ test('a disk without inodes', { skip: process.getuid() !== 0 && 'mounting a smal
       await waitFor(async () => (await c.get(made.json.links.self)).json.state !== 'running', 'the experiment', 20000);
       for (const format of ['csv', 'json', 'parquet', 'sqlite']) {
         const answer = await c.get(`${made.json.links.results}?format=${format}`);
-        assert.ok(answer.status === 200 || (answer.status === 507 && answer.json.detail), `${format}: ${answer.status} ${answer.text.slice(0, 200)}`);
+        assert.ok(
+          answer.status === 200 || (answer.status === 507 && answer.json.detail),
+          `${format}: ${answer.status} ${answer.text.slice(0, 200)}`,
+        );
       }
     }
     const { hash } = (await c.get(session.links.state)).json;
     c.close();
     await daemon.kill();
-    const told = spawnSync(BINARY, ['serve', '--listen', '127.0.0.1:0', '--data', path.join(disk, 'new')], { encoding: 'utf8', timeout: 10000 });
+    const told = spawnSync(BINARY, ['serve', '--listen', '127.0.0.1:0', '--data', path.join(disk, 'new')], {
+      encoding: 'utf8',
+      timeout: 10000,
+    });
     assert.equal(told.status, 1);
     assert.match(told.stderr, /laglab: .*(cannot be made|No space left)/);
     for (let i = 0; i < fillers; i++) rmSync(more(i));
@@ -142,7 +171,8 @@ test('a disk without inodes', { skip: process.getuid() !== 0 && 'mounting a smal
 
 test('files that may not grow for a while', async (t) => {
   const daemon = await start(t);
-  const c = client(daemon.url), session = await c.make({ set: { 'players.0.control': 'person' } });
+  const c = client(daemon.url),
+    session = await c.make({ set: { 'players.0.control': 'person' } });
   const stream = await c.stream(session);
   stream.say({ auth: session.owner_key, id: 0 });
   const limit = (size) => execFileSync('prlimit', ['--pid', String(daemon.pid), `--fsize=${size}:unlimited`]);
@@ -156,11 +186,13 @@ test('files that may not grow for a while', async (t) => {
   await recovered(c, session);
   stream.say({ input: { player: 0, axes: [1, 0] }, id: 2 });
   assert.equal((await stream.wait((each) => each.id === 2)).ok, true);
-  const log = (await c.get(session.links.log)).text, state = (await c.get(session.links.state)).json;
+  const log = (await c.get(session.links.log)).text,
+    state = (await c.get(session.links.state)).json;
   await stream.close();
   c.close();
   await daemon.kill();
-  const again = await start(t, { data: daemon.data }), d = client(again.url);
+  const again = await start(t, { data: daemon.data }),
+    d = client(again.url);
   assert.equal((await d.get(session.links.log)).text, log);
   assert.equal((await d.get(`${session.links.state}?tick=${state.tick}`)).json.hash, state.hash);
   d.close();
@@ -170,8 +202,10 @@ test('files that may not grow for a while', async (t) => {
 
 test('a database that another program locks', { skip: !has_python }, async (t) => {
   const daemon = await start(t);
-  const c = client(daemon.url), session = await c.make({ paused: true });
-  const script = 'import sqlite3,sys\ndb=sqlite3.connect(sys.argv[1],isolation_level=None)\ndb.execute("BEGIN IMMEDIATE")\nprint("locked",flush=True)\nsys.stdin.read()';
+  const c = client(daemon.url),
+    session = await c.make({ paused: true });
+  const script =
+    'import sqlite3,sys\ndb=sqlite3.connect(sys.argv[1],isolation_level=None)\ndb.execute("BEGIN IMMEDIATE")\nprint("locked",flush=True)\nsys.stdin.read()';
   const locker = spawn('python3', ['-c', script, path.join(daemon.data, 'laglab.db')]);
   await new Promise((resolve) => locker.stdout.once('data', resolve));
   const refused = await c.patch(session, { 'players.0.lag_ms': 99 });
@@ -186,7 +220,8 @@ test('a database that another program locks', { skip: !has_python }, async (t) =
 });
 
 test('failures at the start', { skip: !has_python }, async (t) => {
-  const data = folder(), file = path.join(data, 'laglab.db');
+  const data = folder(),
+    file = path.join(data, 'laglab.db');
   try {
     await (await start(t, { data })).stop();
     python('import sqlite3,sys\ndb=sqlite3.connect(sys.argv[1])\ndb.execute("PRAGMA user_version=77")\ndb.commit()', file);
@@ -229,18 +264,28 @@ test('a read-only disk', { skip: process.getuid() !== 0 && 'mounting needs root'
 test('a damaged log affects only its own session', { skip: !has_python }, async (t) => {
   const data = folder();
   try {
-    let daemon = await start(t, { data }), c = client(daemon.url);
-    const good = await c.make({ paused: true }), bad = await c.make({ paused: true });
+    let daemon = await start(t, { data }),
+      c = client(daemon.url);
+    const good = await c.make({ paused: true }),
+      bad = await c.make({ paused: true });
     c.close();
     await daemon.stop();
-    python(`import sqlite3,sys
+    python(
+      `import sqlite3,sys
 db=sqlite3.connect(sys.argv[1])
 db.execute("UPDATE log SET line='{\\"op\\":\\"set\\"' WHERE line_index=1 AND session=(SELECT number FROM sessions WHERE id=?)",(sys.argv[2],))
-db.commit()`, path.join(data, 'laglab.db'), bad.id);
-    python(`import sqlite3,sys
+db.commit()`,
+      path.join(data, 'laglab.db'),
+      bad.id,
+    );
+    python(
+      `import sqlite3,sys
 db=sqlite3.connect(sys.argv[1])
 db.execute("INSERT INTO log SELECT number,1,'{\\"op\\":\\"nonsense\\"}' FROM sessions WHERE id=? ON CONFLICT DO NOTHING",(sys.argv[2],))
-db.commit()`, path.join(data, 'laglab.db'), bad.id);
+db.commit()`,
+      path.join(data, 'laglab.db'),
+      bad.id,
+    );
     daemon = await start(t, { data });
     c = client(daemon.url);
     assert.equal((await c.get(good.links.self)).status, 200);
@@ -262,7 +307,8 @@ test('without a folder sessions are kept in memory', async (t) => {
   const data = folder();
   mkdirSync(path.join(data, 'home'));
   const daemon = await start(t, { data: 'memory' });
-  const c = client(daemon.url), session = await c.make();
+  const c = client(daemon.url),
+    session = await c.make();
   await pause(50);
   assert.equal((await c.control(session, { op: 'pause' })).status, 200);
   assert.match(daemon.errors(), /kept in memory only/);
@@ -274,8 +320,14 @@ test('without a folder sessions are kept in memory', async (t) => {
 test('options: a wrong one exits 2 with a message, --help lists all', () => {
   const run = (...args) => spawnSync(BINARY, ['serve', ...args], { encoding: 'utf8', timeout: 10000 });
   /** @type {[string[], string][]} */
-  const wrong = [[['--nonsense', '1'], 'unknown option --nonsense'], [['--threads'], 'needs a value'], [['--threads', 'x'], '--threads'],
-    [['--max-sessions', '0'], '--max-sessions'], [['--park-after-s=-1'], '--park-after-s'], [['--listen', 'nowhere:x', '--data', 'memory'], 'listen']];
+  const wrong = [
+    [['--nonsense', '1'], 'unknown option --nonsense'],
+    [['--threads'], 'needs a value'],
+    [['--threads', 'x'], '--threads'],
+    [['--max-sessions', '0'], '--max-sessions'],
+    [['--park-after-s=-1'], '--park-after-s'],
+    [['--listen', 'nowhere:x', '--data', 'memory'], 'listen'],
+  ];
   for (const [args, word] of wrong) {
     const { status, stderr, stdout } = run(...args);
     assert.equal(status, 2, `${args}: ${stderr}`);
@@ -284,6 +336,19 @@ test('options: a wrong one exits 2 with a message, --help lists all', () => {
   }
   const help = run('--help');
   assert.equal(help.status, 0);
-  for (const option of ['--listen', '--data', '--www', '--scenarios', '--threads', '--allow-host', '--allow-origin', '--max-body-bytes',
-    '--session-ttl-s', '--max-sessions', '--max-viewers', '--max-connections']) assert.ok(help.stdout.includes(`${option} `), option);
+  for (const option of [
+    '--listen',
+    '--data',
+    '--www',
+    '--scenarios',
+    '--threads',
+    '--allow-host',
+    '--allow-origin',
+    '--max-body-bytes',
+    '--session-ttl-s',
+    '--max-sessions',
+    '--max-viewers',
+    '--max-connections',
+  ])
+    assert.ok(help.stdout.includes(`${option} `), option);
 });

@@ -7,31 +7,91 @@ import { client, pause, waitFor } from '../lib/client.mjs';
 import { startDaemon } from '../lib/daemon.mjs';
 import { cpu_s } from '../lib/hostile.mjs';
 
-const USUAL_MS = 100, MOST_MS = 1000, DRAIN_S = 2;
+const USUAL_MS = 100,
+  MOST_MS = 1000,
+  DRAIN_S = 2;
 const box = (/** @type {number} */ i) => ({ shape: 'box', size: [1, 1], position: [(i % 40) * 0.25, 0.5 + 0.25 * Math.floor(i / 40)] });
 /** @type {Record<string, any>} */
 const HEAVY = {
-  'a motion of tiny fixed steps': { kind: 'motion', problem: 'kepler', duration_s: 4, tick_hz: 1,
-    methods: Array.from({ length: 8 }, () => ({ method: 'velocity_verlet', dt_s: 3e-7 })) },
-  'a motion of a tolerance that asks for tiny steps': { kind: 'motion', problem: 'kepler', duration_s: 4000 / 1.2, tick_hz: 1,
-    methods: Array.from({ length: 8 }, () => ({ method: 'bs32', tolerance: 1e-15 })) },
-  'a motion whose reference has far to go': { kind: 'motion', problem: 'double_pendulum', duration_s: 3600, tick_hz: 1,
-    methods: [{ method: 'rk4', dt_s: 3600 }] },
-  'a grid with all sweeps and substeps': { kind: 'fluid', scene: 'cavity', params: { n: 64 }, hz: 1, duration_s: 5,
-    solver: { pressure: 'jacobi', sweeps: 100000, tolerance: 0, substeps: 1000 } },
-  'a grid by multigrid': { kind: 'fluid', scene: 'cavity', params: { n: 48 }, hz: 1, duration_s: 5,
-    solver: { pressure: 'multigrid', sweeps: 100000, tolerance: 0, cfl: 0.01 } },
-  'a grid by conjugate gradients': { kind: 'fluid', scene: 'taylor_green', params: { n: 64 }, hz: 1, duration_s: 5,
-    solver: { pressure: 'pcg', sweeps: 100000, tolerance: 0, cfl: 0.1 } },
-  'particles with all iterations': { kind: 'fluid', scene: 'pool', params: { size: 120 }, hz: 1, duration_s: 5,
-    solver: { method: 'dfsph', iterations: 1000, tolerance: 1e-9, substeps: 100000, cfl: 0.05 } },
-  'particles by position': { kind: 'fluid', scene: 'dam_break', params: { size: 40 }, hz: 1, duration_s: 5,
-    solver: { method: 'pbf', iterations: 1000, substeps: 100000, cfl: 0.05 } },
-  'bodies with all iterations, three times': { kind: 'rigid', duration_s: 5, hz: 60, side_by_side: [{}, {}], compare_volumes: true,
+  'a motion of tiny fixed steps': {
+    kind: 'motion',
+    problem: 'kepler',
+    duration_s: 4,
+    tick_hz: 1,
+    methods: Array.from({ length: 8 }, () => ({ method: 'velocity_verlet', dt_s: 3e-7 })),
+  },
+  'a motion of a tolerance that asks for tiny steps': {
+    kind: 'motion',
+    problem: 'kepler',
+    duration_s: 4000 / 1.2,
+    tick_hz: 1,
+    methods: Array.from({ length: 8 }, () => ({ method: 'bs32', tolerance: 1e-15 })),
+  },
+  'a motion whose reference has far to go': {
+    kind: 'motion',
+    problem: 'double_pendulum',
+    duration_s: 3600,
+    tick_hz: 1,
+    methods: [{ method: 'rk4', dt_s: 3600 }],
+  },
+  'a grid with all sweeps and substeps': {
+    kind: 'fluid',
+    scene: 'cavity',
+    params: { n: 64 },
+    hz: 1,
+    duration_s: 5,
+    solver: { pressure: 'jacobi', sweeps: 100000, tolerance: 0, substeps: 1000 },
+  },
+  'a grid by multigrid': {
+    kind: 'fluid',
+    scene: 'cavity',
+    params: { n: 48 },
+    hz: 1,
+    duration_s: 5,
+    solver: { pressure: 'multigrid', sweeps: 100000, tolerance: 0, cfl: 0.01 },
+  },
+  'a grid by conjugate gradients': {
+    kind: 'fluid',
+    scene: 'taylor_green',
+    params: { n: 64 },
+    hz: 1,
+    duration_s: 5,
+    solver: { pressure: 'pcg', sweeps: 100000, tolerance: 0, cfl: 0.1 },
+  },
+  'particles with all iterations': {
+    kind: 'fluid',
+    scene: 'pool',
+    params: { size: 120 },
+    hz: 1,
+    duration_s: 5,
+    solver: { method: 'dfsph', iterations: 1000, tolerance: 1e-9, substeps: 100000, cfl: 0.05 },
+  },
+  'particles by position': {
+    kind: 'fluid',
+    scene: 'dam_break',
+    params: { size: 40 },
+    hz: 1,
+    duration_s: 5,
+    solver: { method: 'pbf', iterations: 1000, substeps: 100000, cfl: 0.05 },
+  },
+  'bodies with all iterations, three times': {
+    kind: 'rigid',
+    duration_s: 5,
+    hz: 60,
+    side_by_side: [{}, {}],
+    compare_volumes: true,
     solver: { method: 'pgs_ngs', iterations: 200, position_iterations: 200, sleep: false, recycle: false },
-    bodies: [{ type: 'static', shape: 'box', size: [400, 1], position: [0, -0.5] }, ...Array.from({ length: 600 }, (_, i) => box(i))] },
-  'a game of particles with sixteen players': { kind: 'netgame', game: 'dam', duration_s: 5, tick_hz: 10, warmup_s: 0, server: { update_hz: 10 },
-    players: Array.from({ length: 16 }, () => ({ lag_ms: 1000, prediction: true, reconciliation: true, prediction_scope: 'all' })) },
+    bodies: [{ type: 'static', shape: 'box', size: [400, 1], position: [0, -0.5] }, ...Array.from({ length: 600 }, (_, i) => box(i))],
+  },
+  'a game of particles with sixteen players': {
+    kind: 'netgame',
+    game: 'dam',
+    duration_s: 5,
+    tick_hz: 10,
+    warmup_s: 0,
+    server: { update_hz: 10 },
+    players: Array.from({ length: 16 }, () => ({ lag_ms: 1000, prediction: true, reconciliation: true, prediction_scope: 'all' })),
+  },
 };
 const S = (session, rest = '') => `/api/v1/sessions/${session.id}${rest}`;
 
@@ -48,20 +108,23 @@ after(async () => {
 
 /** Milliseconds of each answer, which must have `status`. */
 async function timed(times, status, call) {
-  const from = performance.now(), answer = await call();
+  const from = performance.now(),
+    answer = await call();
   times.push(performance.now() - from);
   assert.equal(answer.status, status, answer.text);
   return answer.json;
 }
 
 function held(what, times) {
-  const sorted = [...times].sort((a, b) => a - b), text = sorted.map((ms) => ms.toFixed(0)).join(' ');
+  const sorted = [...times].sort((a, b) => a - b),
+    text = sorted.map((ms) => ms.toFixed(0)).join(' ');
   assert.ok(sorted[Math.floor(sorted.length / 2)] < USUAL_MS && sorted[sorted.length - 1] < MOST_MS, `${what}: ${text} ms`);
 }
 
 for (const [what, scenario] of Object.entries(HEAVY)) {
   test(`${what}: it and others are controlled while a tick is made`, async () => {
-    const own = [], others = [];
+    const own = [],
+      others = [];
     const session = await timed(own, 201, () => c.call('POST', '/api/v1/sessions', { body: { scenario, speed: 10, paused: true } }));
     const viewer = await c.stream(session, 'bin');
     for (let i = 0; i < 5; i++) {
@@ -89,7 +152,8 @@ for (const [what, scenario] of Object.entries(HEAVY)) {
 }
 
 test('a step that takes longer than a request may is reported, and the session stays where it was', async () => {
-  const strict = await startDaemon({ args: ['--request-cpu-s', '0.2'] }), s = client(strict.url);
+  const strict = await startDaemon({ args: ['--request-cpu-s', '0.2'] }),
+    s = client(strict.url);
   try {
     const session = await s.make({ scenario: HEAVY['a grid by multigrid'], paused: true });
     const hash = (await s.get(S(session, '/state'))).json.hash;
@@ -108,7 +172,8 @@ test('a step that takes longer than a request may is reported, and the session s
 
 test('a change that recomputes a long run does not hold the session, and gives what a run with it from the start gives', async () => {
   const scenario = { kind: 'motion', problem: 'double_pendulum', duration_s: 300, tick_hz: 1, methods: [{ method: 'rk4', dt_s: 0.0005 }] };
-  const session = await c.make({ scenario, paused: true }), times = [];
+  const session = await c.make({ scenario, paused: true }),
+    times = [];
   assert.equal((await c.control(session, { op: 'seek', tick: 200 })).status, 200);
   await timed(times, 200, () => c.patch(session, { methods: { 0: { dt_s: 0.0004 } } }));
   await timed(times, 200, () => c.get(S(other, '/state')));
@@ -123,7 +188,14 @@ test('a change that recomputes a long run does not hold the session, and gives w
 test('ticks that are long now and then are made all the same', async () => {
   // Each change of the timeline recomputes the run, in the middle of ticks that take microseconds.
   const timeline = [3, 6, 9].map((at_s, i) => ({ at_s, set: { 'methods.0.dt_s': 1e-5 * (i + 2) } }));
-  const scenario = { kind: 'motion', problem: 'kepler', duration_s: 10, tick_hz: 60, timeline, methods: [{ method: 'velocity_verlet', dt_s: 1e-5 }] };
+  const scenario = {
+    kind: 'motion',
+    problem: 'kepler',
+    duration_s: 10,
+    tick_hz: 60,
+    timeline,
+    methods: [{ method: 'velocity_verlet', dt_s: 1e-5 }],
+  };
   const session = await c.make({ scenario, paused: true });
   assert.equal((await c.control(session, { op: 'seek', tick: 600 })).status, 200);
   const sought = (await c.get(S(session, '/state'))).json;
@@ -136,14 +208,17 @@ test('ticks that are long now and then are made all the same', async () => {
 });
 
 test('SIGTERM ends the daemon in time while ticks are made', async () => {
-  const victim = await startDaemon({ args: ['--drain-s', String(DRAIN_S)] }), v = client(victim.url);
+  const victim = await startDaemon({ args: ['--drain-s', String(DRAIN_S)] }),
+    v = client(victim.url);
   const steps = [];
   for (const scenario of Object.values(HEAVY)) {
     const session = await v.make({ scenario, paused: true });
     steps.push(v.control(session, { op: 'step' }).catch(() => undefined));
   }
   await pause(1000);
-  const from = performance.now(), how = await victim.stop(), took_s = (performance.now() - from) / 1000;
+  const from = performance.now(),
+    how = await victim.stop(),
+    took_s = (performance.now() - from) / 1000;
   await Promise.all(steps);
   v.close();
   assert.deepEqual(how, { code: 0, signal: null }, victim.errors());

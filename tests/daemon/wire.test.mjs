@@ -17,7 +17,8 @@ after(async () => {
 
 const GOOD = 'GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n';
 const BODY = '{"scenario":"race","paused":true}';
-const post = (/** @type {string} */ headers, body = BODY) => `POST /api/v1/sessions HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n${headers}\r\n${body}`;
+const post = (/** @type {string} */ headers, body = BODY) =>
+  `POST /api/v1/sessions HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n${headers}\r\n${body}`;
 const many = (/** @type {number} */ n) => [...Array(n)].map((_, i) => `a${i}=1`).join('&');
 const SESSIONS = /^laglab_sessions (\d+)$/m;
 /** @type {[string, string, number][]} */
@@ -38,8 +39,13 @@ const BAD = [
 
 for (const [name, request, status] of BAD) {
   test(`${name}: as the first request, and on a kept connection`, async () => {
-    const sessions = async () => Number(SESSIONS.exec((await c.get('/metrics')).text)[1]), begun = await sessions();
-    for (const [before, answers] of /** @type {[string, number[]][]} */ ([['', []], [GOOD, [200]], [GOOD + GOOD, [200, 200]]])) {
+    const sessions = async () => Number(SESSIONS.exec((await c.get('/metrics')).text)[1]),
+      begun = await sessions();
+    for (const [before, answers] of /** @type {[string, number[]][]} */ ([
+      ['', []],
+      [GOOD, [200]],
+      [GOOD + GOOD, [200, 200]],
+    ])) {
       // Hides a request in what a lax parser would take for the next one.
       const { text, closed } = await raw(daemon.port, before + request + GOOD, 2500);
       const seen = [...text.matchAll(/HTTP\/1\.1 (\d+) /g)].map((m) => Number(m[1]));
@@ -52,22 +58,37 @@ for (const [name, request, status] of BAD) {
 }
 
 test('what is allowed still is: chunks', async () => {
-  const chunked = await raw(daemon.port, post('Transfer-Encoding: chunked\r\nConnection: close\r\n', `${BODY.length.toString(16)}\r\n${BODY}\r\n0\r\n\r\n`));
+  const chunked = await raw(
+    daemon.port,
+    post('Transfer-Encoding: chunked\r\nConnection: close\r\n', `${BODY.length.toString(16)}\r\n${BODY}\r\n0\r\n\r\n`),
+  );
   assert.match(chunked.text, /^HTTP\/1\.1 201 /);
 });
 
 test('a NUL in JSON is refused and not cut at', async () => {
-  for (const body of ['{"scenario":"race\\u00gx, or what a lax reader takes for a NUL"}', '{"scenario":"race\\uD83"}', '{"scenario":"race\\\u0000"}', '{"scenario":"race\\u0000x"}', '{"scenario":"race","set":{"title":"a\\u0000"}}', '{"scenario":"race\u0000"}']) {
+  for (const body of [
+    '{"scenario":"race\\u00gx, or what a lax reader takes for a NUL"}',
+    '{"scenario":"race\\uD83"}',
+    '{"scenario":"race\\\u0000"}',
+    '{"scenario":"race\\u0000x"}',
+    '{"scenario":"race","set":{"title":"a\\u0000"}}',
+    '{"scenario":"race\u0000"}',
+  ]) {
     const answer = await c.call('POST', '/api/v1/sessions', { body });
     assert.equal(answer.status, 400, body);
   }
-  assert.equal((await c.call('POST', '/api/v1/sessions', { body: '{"scenario":"race","set":{"title":"a\\\\u0000 backslash"}}' })).status, 201);
+  assert.equal(
+    (await c.call('POST', '/api/v1/sessions', { body: '{"scenario":"race","set":{"title":"a\\\\u0000 backslash"}}' })).status,
+    201,
+  );
 });
 
 /** A frame as a client sends it; `mask` false: as it must not. */
 function frame(first, payload = Buffer.alloc(0), mask = true) {
-  const bytes = Buffer.from(payload), size = bytes.length;
-  const head = size < 126 ? [first, size] : [first, 126, size >> 8, size & 255], key = [0x12, 0x9a, 0xfe, 0x33];
+  const bytes = Buffer.from(payload),
+    size = bytes.length;
+  const head = size < 126 ? [first, size] : [first, 126, size >> 8, size & 255],
+    key = [0x12, 0x9a, 0xfe, 0x33];
   if (!mask) return Buffer.concat([Buffer.from(head), bytes]);
   head[1] |= 0x80;
   return Buffer.concat([Buffer.from(head), Buffer.from(key), bytes.map((b, i) => b ^ key[i % 4])]);
@@ -76,36 +97,58 @@ function frame(first, payload = Buffer.alloc(0), mask = true) {
 /** Opens a stream by hand, after `before` on the same connection, sends `bytes` after the hello, and returns the result: the
  * code of the close frame (0: none), the payloads of pongs, and whether the connection was ended in an orderly way. */
 function shout(session, bytes, { before: kept = '', ms = 4000 } = {}) {
-  const upgrade = `GET /api/v1/sessions/${session.id}/stream HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n`
-    + 'Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Protocol: laglab.v2.json\r\n\r\n';
+  const upgrade =
+    `GET /api/v1/sessions/${session.id}/stream HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n` +
+    'Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Protocol: laglab.v2.json\r\n\r\n';
   return new Promise((resolve) => {
-    let got = Buffer.alloc(0), open = false, said = false, ended = false;
+    let got = Buffer.alloc(0),
+      open = false,
+      said = false,
+      ended = false;
     const seen = { code: 0, reason: '', pongs: [], pings: 0, orderly: false, accept: '' };
     const socket = net.connect({ port: daemon.port, host: '127.0.0.1', allowHalfOpen: true }, () => socket.write(kept + upgrade));
     const end = () => {
-      if (!ended) { ended = true; clearTimeout(timer); socket.destroy(); resolve(seen); }
+      if (!ended) {
+        ended = true;
+        clearTimeout(timer);
+        socket.destroy();
+        resolve(seen);
+      }
     };
     const timer = setTimeout(end, ms);
     socket.on('error', end);
-    socket.on('end', () => { seen.orderly = true; end(); });
+    socket.on('end', () => {
+      seen.orderly = true;
+      end();
+    });
     socket.on('data', (/** @type {Buffer} */ part) => {
       got = Buffer.concat([got, part]);
       if (!open) {
-        const text = got.toString('latin1'), at = text.indexOf('HTTP/1.1 101'), behind = text.indexOf('\r\n\r\n', at);
+        const text = got.toString('latin1'),
+          at = text.indexOf('HTTP/1.1 101'),
+          behind = text.indexOf('\r\n\r\n', at);
         if (at < 0 || behind < 0) return;
         seen.accept = /sec-websocket-accept: (\S+)/i.exec(text.slice(at))?.[1] ?? '';
         got = got.subarray(behind + 4);
         open = true;
       }
       while (got.length >= 2) {
-        const short = got[1] & 127, at = short === 126 ? 4 : short === 127 ? 10 : 2;
+        const short = got[1] & 127,
+          at = short === 126 ? 4 : short === 127 ? 10 : 2;
         if (got.length < at) return;
         const size = short === 126 ? got.readUInt16BE(2) : short === 127 ? Number(got.readBigUInt64BE(2)) : short;
         if (got.length < at + size) return;
-        const opcode = got[0] & 15, payload = got.subarray(at, at + size);
+        const opcode = got[0] & 15,
+          payload = got.subarray(at, at + size);
         got = got.subarray(at + size);
-        if (!said) { said = true; socket.write(bytes); }
-        if (opcode === 8) { seen.code = size >= 2 ? payload.readUInt16BE(0) : 1005; seen.reason = payload.subarray(2).toString(); }
+        if (!said) {
+          said = true;
+          socket.write(bytes);
+        }
+        if (opcode === 8) {
+          seen.code = size >= 2 ? payload.readUInt16BE(0) : 1005;
+          seen.reason = payload.subarray(2).toString();
+        }
         if (opcode === 10) seen.pongs.push(payload.toString());
       }
     });
@@ -162,23 +205,39 @@ test('pings are answered, the close is echoed, and others are served while one f
 /** Sends `begin`, then a byte of `rest` each 100 ms. */
 function dribble(begin, rest, ms) {
   return new Promise((resolve) => {
-    let text = '', at = 0;
-    const begun = performance.now(), socket = net.connect(daemon.port, '127.0.0.1', () => socket.write(begin));
+    let text = '',
+      at = 0;
+    const begun = performance.now(),
+      socket = net.connect(daemon.port, '127.0.0.1', () => socket.write(begin));
     const timer = setInterval(() => (at < rest.length ? socket.write(rest[at++]) : at), 100);
-    const end = (closed) => { clearInterval(timer); clearTimeout(limit); socket.destroy(); resolve({ text, closed, ms: performance.now() - begun }); };
+    const end = (closed) => {
+      clearInterval(timer);
+      clearTimeout(limit);
+      socket.destroy();
+      resolve({ text, closed, ms: performance.now() - begun });
+    };
     const limit = setTimeout(() => end(false), ms);
-    socket.on('data', (part) => { text += part; });
+    socket.on('data', (part) => {
+      text += part;
+    });
     socket.on('error', () => end(true));
     socket.on('close', () => end(true));
   });
 }
 
 test('heads and bodies that come a byte now and then are cut: the first of a connection, and each later one', async () => {
-  const head = 'GET /healthz HTTP/1.1\r\nHost: localhost\r\nX-Long: ', slow = 'x'.repeat(1000);
+  const head = 'GET /healthz HTTP/1.1\r\nHost: localhost\r\nX-Long: ',
+    slow = 'x'.repeat(1000);
   const body = post(`Content-Length: 900\r\n`, '{');
-  const found = await Promise.all([dribble('', head + slow, 6000), dribble(head, slow, 6000), dribble(GOOD + head, slow, 6000), dribble(body, slow, 6000),
-    dribble(GOOD + GOOD + body, slow, 6000), dribble(post('Transfer-Encoding: chunked\r\n', '1\r\n{\r\n3e8\r\n'), slow, 6000),
-    dribble(GOOD, 'G', 9000)]);
+  const found = await Promise.all([
+    dribble('', head + slow, 6000),
+    dribble(head, slow, 6000),
+    dribble(GOOD + head, slow, 6000),
+    dribble(body, slow, 6000),
+    dribble(GOOD + GOOD + body, slow, 6000),
+    dribble(post('Transfer-Encoding: chunked\r\n', '1\r\n{\r\n3e8\r\n'), slow, 6000),
+    dribble(GOOD, 'G', 9000),
+  ]);
   for (const [i, { closed, ms }] of found.entries()) assert.ok(closed && ms < 7500, `${i}: ${closed ? `after ${ms} ms` : 'not cut'}`);
   assert.match(found[1].text, /^HTTP\/1\.1 408 /);
   assert.equal((await c.get('/healthz')).status, 200);

@@ -10,7 +10,8 @@ export const EVERYTHING = Object.fromEntries(RECORDS.map(({ channel }) => [chann
 
 /** The seq of a binary frame. @param {Buffer} data */
 export function seqOf(data) {
-  let value = 0, scale = 1;
+  let value = 0,
+    scale = 1;
   for (let at = 2; ; at++, scale *= 128) {
     value += (data[at] % 128) * scale;
     if (data[at] < 128) return value;
@@ -77,8 +78,11 @@ export function client(url) {
  * @param {{ack?: boolean, subscribe?: any, origin?: string, headers?: Record<string, string>}} [wish]
  */
 export async function openStream(url, place, format = 'json', wish = {}) {
-  const socket = new WebSocket(`${url.replace(/^http/, 'ws').replace(/\/$/, '')}/api/v1/${place}/stream`, `laglab.v2.${format}`,
-    { origin: wish.origin, headers: wish.headers, perMessageDeflate: false });
+  const socket = new WebSocket(`${url.replace(/^http/, 'ws').replace(/\/$/, '')}/api/v1/${place}/stream`, `laglab.v2.${format}`, {
+    origin: wish.origin,
+    headers: wish.headers,
+    perMessageDeflate: false,
+  });
   const stream = {
     socket,
     messages: [],
@@ -89,11 +93,12 @@ export async function openStream(url, place, format = 'json', wish = {}) {
     /** The first message that `test` takes, now or later. */
     wait: (test, what = 'a message', ms = 5000) => waitFor(() => stream.messages.find(test), what, ms),
     frame: (test = (/** @type {any} */ _) => true, ms = 5000) => waitFor(() => [...stream.frames].reverse().find(test), 'a frame', ms),
-    close: () => new Promise((resolve) => {
-      if (socket.readyState === WebSocket.CLOSED) resolve(undefined);
-      socket.once('close', resolve);
-      socket.close();
-    }),
+    close: () =>
+      new Promise((resolve) => {
+        if (socket.readyState === WebSocket.CLOSED) resolve(undefined);
+        socket.once('close', resolve);
+        socket.close();
+      }),
   };
   socket.on('message', (/** @type {Buffer} */ data, binary) => {
     if (binary) {
@@ -110,12 +115,15 @@ export async function openStream(url, place, format = 'json', wish = {}) {
     stream.messages.push(message);
     if (message.type === 'hello') stream.hello = message;
   });
-  socket.on('close', (code, reason) => { stream.closed = { code, reason: reason.toString() }; });
+  socket.on('close', (code, reason) => {
+    stream.closed = { code, reason: reason.toString() };
+  });
   await new Promise((resolve, reject) => {
     socket.once('open', resolve);
     socket.once('error', reject);
-    socket.once('unexpected-response', (_, response) => reject(Object.assign(new Error(`upgrade answered ${response.statusCode}`),
-      { status: response.statusCode })));
+    socket.once('unexpected-response', (_, response) =>
+      reject(Object.assign(new Error(`upgrade answered ${response.statusCode}`), { status: response.statusCode })),
+    );
   });
   socket.on('error', () => {});
   if (wish.subscribe !== null && place.startsWith('sessions/')) stream.say({ subscribe: wish.subscribe ?? EVERYTHING });
@@ -162,7 +170,14 @@ export async function decodeAll(frames, tickHz) {
   /** @type {any[]} */
   const read = [];
   const all = [...frames]; /* more come meanwhile */
-  for (const bytes of all) decoder.decode(new Uint8Array(bytes).buffer, (frame) => read.push(frame), (error) => { throw error; });
+  for (const bytes of all)
+    decoder.decode(
+      new Uint8Array(bytes).buffer,
+      (frame) => read.push(frame),
+      (error) => {
+        throw error;
+      },
+    );
   while (read.length < all.length) await pause(1);
   return read;
 }

@@ -7,7 +7,8 @@ import { fileURLToPath } from 'node:url';
 
 const ROOT = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../..');
 export const BINARY = path.resolve(process.env.LAGLAB_BIN ?? path.join(ROOT, 'build/laglab'));
-const START_MS = 10000, STOP_MS = 10000;
+const START_MS = 10000,
+  STOP_MS = 10000;
 
 /**
  * `listen` defaults to a free port of 127.0.0.1, `data` to a folder of the daemon's own that goes with it; `before` is put in front of the
@@ -23,7 +24,9 @@ export async function startDaemon(wish = {}) {
   process.once('exit', die);
   child.once('close', () => process.off('exit', die));
   let errors = '';
-  child.stderr.setEncoding('utf8').on('data', (text) => { errors = (errors + text).slice(-4000); });
+  child.stderr.setEncoding('utf8').on('data', (text) => {
+    errors = (errors + text).slice(-4000);
+  });
   const ended = new Promise((resolve) => child.on('close', (code, signal) => resolve({ code, signal })));
   const line = new Promise((resolve, reject) => {
     let text = '';
@@ -59,9 +62,11 @@ export async function startDaemon(wish = {}) {
     throw error;
   }
   return {
-    ...place, data, pid: child.pid,
+    ...place,
+    data,
+    pid: child.pid,
     errors: () => errors,
-    kill: () => end('SIGKILL'), /* as a crash: the data stay */
+    kill: () => end('SIGKILL') /* as a crash: the data stay */,
     stop: async () => {
       const how = await end('SIGTERM');
       if (own) rmSync(data, { recursive: true, force: true });

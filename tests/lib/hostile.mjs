@@ -8,21 +8,44 @@ import { client, pause, waitFor, decodeAll } from './client.mjs';
 const ATTACKER = path.join(path.dirname(fileURLToPath(import.meta.url)), 'attacker.mjs');
 const POOL = { kind: 'fluid', scene: 'pool', params: { size: 400 }, duration_s: 3600 };
 
-export const ATTACKS = ['seek', 'look', 'dry_run', 'advise', 'state_at', 'trace', 'set_many', 'results', 'report', 'fork', 'heavy_create', 'heavy_state'];
+export const ATTACKS = [
+  'seek',
+  'look',
+  'dry_run',
+  'advise',
+  'state_at',
+  'trace',
+  'set_many',
+  'results',
+  'report',
+  'fork',
+  'heavy_create',
+  'heavy_state',
+];
 export const ARGS = ['--max-new-sessions-per-min', '1000000', '--max-sessions', '100000'];
 
 /** Targets of the attacks: a large session, one that cannot keep its speed, one with a long past, and an experiment with many rows. */
 export async function prepare(url, runs = 20000) {
-  const c = client(url), long = { timeout: 300000 };
-  const pool = await c.make({ scenario: POOL, paused: true }), slow = await c.make({ scenario: POOL, speed: 10 });
+  const c = client(url),
+    long = { timeout: 300000 };
+  const pool = await c.make({ scenario: POOL, paused: true }),
+    slow = await c.make({ scenario: POOL, speed: 10 });
   const old = await c.make({ scenario: 'race', set: { duration_s: 2000 }, paused: true });
-  for (let status = 503; status !== 200;) {
+  for (let status = 503; status !== 200; ) {
     const at = { key: old.owner_key, body: { op: 'seek', tick: 90005 }, ...long };
     status = (await c.call('POST', `/api/v1/sessions/${old.id}/control`, at)).status;
     if (status !== 200 && status !== 503) throw new Error(`no past: ${status}`);
   }
-  const experiment = (await c.call('POST', '/api/v1/experiments', { body: { scenario: 'race', set: { duration_s: 0.1 }, repeats: runs,
-    metrics: ['players.0.input_latency_ms.mean', 'players.0.remote_error_m.mean'] } })).json;
+  const experiment = (
+    await c.call('POST', '/api/v1/experiments', {
+      body: {
+        scenario: 'race',
+        set: { duration_s: 0.1 },
+        repeats: runs,
+        metrics: ['players.0.input_latency_ms.mean', 'players.0.remote_error_m.mean'],
+      },
+    })
+  ).json;
   if (!experiment.id) throw new Error(`no experiment: ${JSON.stringify(experiment)}`);
   await waitFor(async () => (await c.get(`/api/v1/experiments/${experiment.id}`)).json.state === 'done', 'the experiment', 240000);
   c.close();
@@ -32,7 +55,8 @@ export async function prepare(url, runs = 20000) {
 /** Starts `count` clients of the attack, or of each of several in turn; `end` kills them. */
 export function attack(url, names, place, count = 4) {
   const children = Array.from({ length: count }, (_, i) =>
-    spawn(process.execPath, [ATTACKER, url, names[i % names.length], JSON.stringify(place)], { stdio: 'ignore' }));
+    spawn(process.execPath, [ATTACKER, url, names[i % names.length], JSON.stringify(place)], { stdio: 'ignore' }),
+  );
   process.setMaxListeners(process.getMaxListeners() + count);
   for (const child of children) {
     const die = () => child.kill('SIGKILL'); // ends with the test, also when it fails
@@ -40,15 +64,22 @@ export function attack(url, names, place, count = 4) {
     child.once('close', () => process.off('exit', die));
   }
   return {
-    end: () => Promise.all(children.map((child) => new Promise((resolve) => {
-      if (child.exitCode !== null || child.signalCode !== null) resolve(undefined);
-      child.once('close', resolve);
-      child.kill('SIGKILL');
-    }))),
+    end: () =>
+      Promise.all(
+        children.map(
+          (child) =>
+            new Promise((resolve) => {
+              if (child.exitCode !== null || child.signalCode !== null) resolve(undefined);
+              child.once('close', resolve);
+              child.kill('SIGKILL');
+            }),
+        ),
+      ),
   };
 }
 
-const quantile = (values, q) => values.length ? [...values].sort((a, b) => a - b)[Math.min(values.length - 1, Math.floor(q * values.length))] : NaN;
+const quantile = (values, q) =>
+  values.length ? [...values].sort((a, b) => a - b)[Math.min(values.length - 1, Math.floor(q * values.length))] : NaN;
 
 /**
  * What an ordinary client sees for so long: milliseconds of each kind of request, and by how much frames of a stream come off their
@@ -56,8 +87,10 @@ const quantile = (values, q) => values.length ? [...values].sort((a, b) => a - b
  * @returns {Promise<Record<string, {count: number, p50: number, p99: number, max: number}>>}
  */
 export async function measure(url, seconds) {
-  const c = client(url), took = { pause: [], play: [], patch: [], state: [], create: [], delete: [], health: [] };
-  const mine = await c.make({ scenario: 'race', set: { duration_s: 1000 } }), watched = await c.make({ scenario: 'race', set: { duration_s: 1000 } });
+  const c = client(url),
+    took = { pause: [], play: [], patch: [], state: [], create: [], delete: [], health: [] };
+  const mine = await c.make({ scenario: 'race', set: { duration_s: 1000 } }),
+    watched = await c.make({ scenario: 'race', set: { duration_s: 1000 } });
   const timed = async (name, status, call) => {
     const from = performance.now();
     const answer = await call();
@@ -66,16 +99,18 @@ export async function measure(url, seconds) {
     return answer;
   };
   const stream = await c.stream(watched, 'bin', { ack: true });
-  const first = stream.frames.length, received = [];
+  const first = stream.frames.length,
+    received = [];
   stream.socket.on('message', (/** @type {Buffer} */ _, binary) => {
     if (binary) received.push(performance.now());
   });
   const end = performance.now() + 1000 * seconds;
-  const key = mine.owner_key, at = `/api/v1/sessions/${mine.id}`;
+  const key = mine.owner_key,
+    at = `/api/v1/sessions/${mine.id}`;
   const changing = async () => {
     for (let i = 0; performance.now() < end; i++) {
       await timed('pause', 200, () => c.control(mine, { op: 'pause' }));
-      await timed('patch', 200, () => c.patch(mine, { players: { 0: { lag_ms: 50 + i % 50 } } }));
+      await timed('patch', 200, () => c.patch(mine, { players: { 0: { lag_ms: 50 + (i % 50) } } }));
       await timed('play', 200, () => c.control(mine, { op: 'play' }));
       await timed('state', 200, () => c.get(`${at}/state`, { key }));
       await pause(15);
@@ -83,7 +118,8 @@ export async function measure(url, seconds) {
   };
   const making = async () => {
     while (performance.now() < end) {
-      const made = (await timed('create', 201, () => c.call('POST', '/api/v1/sessions', { body: { scenario: 'race', paused: true } }))).json;
+      const made = (await timed('create', 201, () => c.call('POST', '/api/v1/sessions', { body: { scenario: 'race', paused: true } })))
+        .json;
       await timed('delete', 204, () => c.call('DELETE', `/api/v1/sessions/${made.id}`, { key: made.owner_key }));
       await timed('health', 200, () => c.get('/readyz'));
       await pause(15);
@@ -96,8 +132,12 @@ export async function measure(url, seconds) {
   const off = (times) => times.slice(1).map((t, i) => Math.abs(t - times[i] - 1000 / 60));
   const published = (await decodeAll(stream.frames, 60)).slice(first).map((frame) => frame.clock.wall_us / 1e3);
   const all = { ...took, frame_published: off(published), frame_received: off(received) };
-  return Object.fromEntries(Object.entries(all).map(([name, values]) => [name, { count: values.length, p50: quantile(values, 0.5), p99: quantile(values, 0.99),
-    max: quantile(values, 1) }]));
+  return Object.fromEntries(
+    Object.entries(all).map(([name, values]) => [
+      name,
+      { count: values.length, p50: quantile(values, 0.5), p99: quantile(values, 0.99), max: quantile(values, 1) },
+    ]),
+  );
 }
 
 /** Processor time of a process so far, s. */
@@ -108,12 +148,19 @@ export function cpu_s(pid) {
 
 /** CPU of each thread of the process by its name, over a second: those that use more than a hundredth of a core. */
 export async function busiest(/** @type {number} */ pid) {
-  const used = () => new Map(readdirSync(`/proc/${pid}/task`).map((id) => {
-    const [head, tail] = readFileSync(`/proc/${pid}/task/${id}/stat`, 'utf8').split(') ');
-    return [`${head.split('(')[1]} ${id}`, Number(tail.split(' ')[11]) + Number(tail.split(' ')[12])];
-  }));
+  const used = () =>
+    new Map(
+      readdirSync(`/proc/${pid}/task`).map((id) => {
+        const [head, tail] = readFileSync(`/proc/${pid}/task/${id}/stat`, 'utf8').split(') ');
+        return [`${head.split('(')[1]} ${id}`, Number(tail.split(' ')[11]) + Number(tail.split(' ')[12])];
+      }),
+    );
   const before = used();
   await new Promise((resolve) => setTimeout(resolve, 1000));
-  return [...used()].map(([name, ticks]) => ({ name, percent: ticks - (before.get(name) ?? 0) })).filter((t) => t.percent > 1)
-    .sort((a, b) => b.percent - a.percent).map((t) => `${t.name} ${t.percent} %`).join(', ');
+  return [...used()]
+    .map(([name, ticks]) => ({ name, percent: ticks - (before.get(name) ?? 0) }))
+    .filter((t) => t.percent > 1)
+    .sort((a, b) => b.percent - a.percent)
+    .map((t) => `${t.name} ${t.percent} %`)
+    .join(', ');
 }

@@ -57,17 +57,30 @@ export async function chain({ kills, sessions = 6, seed, told, before }) {
   const pick = (list) => list[Math.floor(random() * list.length)];
   const whole = (low, high) => low + Math.floor(random() * (high - low + 1));
   const data = mkdtempSync(path.join(tmpdir(), 'laglab-kills-'));
-  const found = (/** @type {'lost' | 'resurrected' | 'differ'} */ kind, text) => { told[kind]++; told.findings.push(`seed ${seed}: ${text}`); };
+  const found = (/** @type {'lost' | 'resurrected' | 'differ'} */ kind, text) => {
+    told[kind]++;
+    told.findings.push(`seed ${seed}: ${text}`);
+  };
 
   const acts = {
     async patch(c, known) {
-      const name = `players.${whole(0, 1)}.lag_ms`, value = whole(0, 500);
+      const name = `players.${whole(0, 1)}.lag_ms`,
+        value = whole(0, 500);
       const answer = expect(await c.patch(known.session, { [name]: value }), 200);
       known.changed(answer.json.tick, (line) => line.op === 'set' && line.values[name] === value);
     },
     async control(c, known) {
-      const forth = [{ op: 'pause' }, { op: 'play' }, { op: 'play' }, { op: 'step', ticks: whole(1, 40) }, { op: 'speed', speed: pick([0.5, 1, 4]) }];
-      const back = [{ op: 'step', ticks: -whole(1, 20) }, { op: 'seek', tick: Math.max(0, known.tick - whole(0, 100)) }];
+      const forth = [
+        { op: 'pause' },
+        { op: 'play' },
+        { op: 'play' },
+        { op: 'step', ticks: whole(1, 40) },
+        { op: 'speed', speed: pick([0.5, 1, 4]) },
+      ];
+      const back = [
+        { op: 'step', ticks: -whole(1, 20) },
+        { op: 'seek', tick: Math.max(0, known.tick - whole(0, 100)) },
+      ];
       const op = random() < 0.1 ? pick(back) : pick(forth); // a change after going back undoes what was later
       const { json } = expect(await c.control(known.session, op), 200);
       known.saw(json.tick, json.hash);
@@ -75,7 +88,10 @@ export async function chain({ kills, sessions = 6, seed, told, before }) {
     },
     async input(c, known) {
       const body = { player: 0, axes: [whole(-8, 8) / 8, 0], buttons: 0 };
-      const answer = expect(await c.call('POST', known.session.links.input, { key: pick([known.session.owner_key, known.session.player_keys[0]]), body }), 200);
+      const answer = expect(
+        await c.call('POST', known.session.links.input, { key: pick([known.session.owner_key, known.session.player_keys[0]]), body }),
+        200,
+      );
       known.changed(answer.json.tick); // a repeated input needs no line
     },
     async read(c, known) {
@@ -89,10 +105,14 @@ export async function chain({ kills, sessions = 6, seed, told, before }) {
   };
 
   async function load(c, known) {
-    const calm = random() < 0.5, leaves = random() < 0.1 ? whole(1, 60) : Infinity; // the others send as fast as they are answered
+    const calm = random() < 0.5,
+      leaves = random() < 0.1 ? whole(1, 60) : Infinity; // the others send as fast as they are answered
     for (let i = 0; !known.gone; i++) {
       if (calm) await pause(whole(0, 20));
-      const name = i >= leaves ? 'remove' : pick(calm ? ['patch', 'control', 'input', 'read', 'read'] : ['patch', 'patch', 'control', 'input', 'input', 'read']);
+      const name =
+        i >= leaves
+          ? 'remove'
+          : pick(calm ? ['patch', 'control', 'input', 'read', 'read'] : ['patch', 'patch', 'control', 'input', 'input', 'read']);
       known.pending = name;
       try {
         await acts[name](c, known);
@@ -107,13 +127,15 @@ export async function chain({ kills, sessions = 6, seed, told, before }) {
 
   /** @returns {Promise<boolean>} whether the session goes on */
   async function verify(c, known) {
-    const { session } = known, self = await c.get(session.links.self);
+    const { session } = known,
+      self = await c.get(session.links.self);
     if (known.gone) {
       if (self.status !== 404) found('resurrected', `session ${session.id} was deleted and answers ${self.status}`);
       told.stayed_away++;
       return true; // is looked for again after the next kill
     }
-    if (self.status === 404 && known.pending === 'remove') { // it was deleted, without an acknowledgement
+    if (self.status === 404 && known.pending === 'remove') {
+      // it was deleted, without an acknowledgement
       known.gone = true;
       known.pending = null;
       return true;
@@ -122,15 +144,21 @@ export async function chain({ kills, sessions = 6, seed, told, before }) {
       found('lost', `session ${session.id} was acknowledged and answers ${self.status}`);
       return false;
     }
-    const now = self.json, uncertain = known.pending === 'patch' || known.pending === 'input';
+    const now = self.json,
+      uncertain = known.pending === 'patch' || known.pending === 'input';
     if (known.pending !== 'control' && now.status !== 'ended' && now.status !== (known.status === 'ended' ? 'paused' : known.status))
       found('lost', `session ${session.id} is ${now.status}, not ${known.status}`);
-    if (!known.pending && known.status === 'paused' && now.tick !== known.tick) found('lost', `session ${session.id} paused at tick ${known.tick} is at ${now.tick}`);
-    if (uncertain) { // the last change may have happened at its tick or later: what it may have undone is no longer known
+    if (!known.pending && known.status === 'paused' && now.tick !== known.tick)
+      found('lost', `session ${session.id} paused at tick ${known.tick} is at ${now.tick}`);
+    if (uncertain) {
+      // the last change may have happened at its tick or later: what it may have undone is no longer known
       known.commands = known.commands.filter((each) => each.tick <= known.tick);
       known.hashes = known.hashes.filter((each) => each.tick < known.tick);
     }
-    const lines = (await c.get(session.links.log)).text.trimEnd().split('\n').map((line) => JSON.parse(line));
+    const lines = (await c.get(session.links.log)).text
+      .trimEnd()
+      .split('\n')
+      .map((line) => JSON.parse(line));
     for (const { tick, match } of known.commands) {
       if (!lines.some((line) => line.tick === tick && match(line))) found('lost', `session ${session.id}: the command of tick ${tick}`);
       told.commands++;
@@ -140,7 +168,9 @@ export async function chain({ kills, sessions = 6, seed, told, before }) {
     const by_tick = new Map(known.hashes.map((each) => [each.tick, each.hash]));
     for (const [tick, hash] of [...by_tick].sort(([a], [b]) => a - b)) {
       const beyond = tick > head;
-      const got = beyond ? (await c.control(session, { op: 'seek', tick })).json.hash : (await c.get(`${session.links.state}?tick=${tick}`)).json.hash;
+      const got = beyond
+        ? (await c.control(session, { op: 'seek', tick })).json.hash
+        : (await c.get(`${session.links.state}?tick=${tick}`)).json.hash;
       if (beyond) head = tick;
       if (got !== hash) found('differ', `session ${session.id}: tick ${tick} has ${got}, not ${hash}`);
       told.hashes++;
@@ -159,7 +189,8 @@ export async function chain({ kills, sessions = 6, seed, told, before }) {
   try {
     for (let round = 0; round <= kills; round++) {
       daemon = await startDaemon({ data, args: ARGS, before });
-      const c = client(daemon.url), kept = [];
+      const c = client(daemon.url),
+        kept = [];
       for (const known of all) if (await verify(c, known)) kept.push(known);
       all = kept;
       if (round === kills) {
@@ -173,7 +204,11 @@ export async function chain({ kills, sessions = 6, seed, told, before }) {
         all.push(new Known(await c.make({ set: { 'players.0.control': 'person', duration_s: 600 }, seed: whole(1, 1000) })));
         told.sessions++;
       }
-      const viewers = await Promise.all(living().slice(-3).map((known) => c.stream(known.session, 'bin', { ack: true })));
+      const viewers = await Promise.all(
+        living()
+          .slice(-3)
+          .map((known) => c.stream(known.session, 'bin', { ack: true })),
+      );
       const loads = living().map((known) => load(c, known));
       await pause(whole(20, 600));
       await daemon.kill();
@@ -188,5 +223,15 @@ export async function chain({ kills, sessions = 6, seed, told, before }) {
   }
 }
 
-export const nothing = () => ({ kills: 0, sessions: 0, acknowledged: 0, commands: 0, hashes: 0, stayed_away: 0, lost: 0, resurrected: 0, differ: 0,
-  findings: /** @type {string[]} */ ([]) });
+export const nothing = () => ({
+  kills: 0,
+  sessions: 0,
+  acknowledged: 0,
+  commands: 0,
+  hashes: 0,
+  stayed_away: 0,
+  lost: 0,
+  resurrected: 0,
+  differ: 0,
+  findings: /** @type {string[]} */ ([]),
+});

@@ -2,7 +2,8 @@
 // numbers of any size: to compare the page's decoder with.
 import { inflateRawSync } from 'node:zlib';
 
-const NONE = -(2n ** 51n), END = 2n ** 51n - 1n;
+const NONE = -(2n ** 51n),
+  END = 2n ** 51n - 1n;
 const FLAGS = { 2: 'playing', 4: 'ended', 8: 'behind', 16: 'failed', 32: 'jump' };
 
 class Bytes {
@@ -51,14 +52,17 @@ class Bytes {
 /** What an integer stands for, as a text frame has it. @param {any} property @param {bigint} n */
 function valueOf(property, n) {
   const [coding, bits] = property['x-coding'].split(' ');
-  const names = property.enum ?? property.items?.enum, numbers = property['x-numbers'] ?? names?.map((_, i) => i);
+  const names = property.enum ?? property.items?.enum,
+    numbers = property['x-numbers'] ?? names?.map((_, i) => i);
   if (property.items) return names.filter((_, i) => (n >> BigInt(numbers[i])) & 1n);
   if (names) return names[numbers.indexOf(Number(n))];
   if (property.type === 'boolean') return n !== 0n;
   if (coding === 'int') return Number(n);
   if (n === NONE || n === END || n === -END) return null;
   if (coding === 'step') return Number(n) / 2 ** Number(bits);
-  const size = n < 0n ? -n : n, exponent = Number(size >> BigInt(bits)), part = Number(size & ((1n << BigInt(bits)) - 1n)) / 2 ** Number(bits);
+  const size = n < 0n ? -n : n,
+    exponent = Number(size >> BigInt(bits)),
+    part = Number(size & ((1n << BigInt(bits)) - 1n)) / 2 ** Number(bits);
   const value = exponent === 0 ? part * 2 ** -1022 : 2 ** (exponent - 1023) * (1 + part);
   return n < 0n ? -value : value;
 }
@@ -96,7 +100,9 @@ function readSection(table, base, bytes) {
   if (table.form === 'keyed') {
     let at = 0;
     for (let runs = bytes.number(); runs > 0; runs--) {
-      const kept = bytes.number(), out = bytes.number(), fresh = bytes.number();
+      const kept = bytes.number(),
+        out = bytes.number(),
+        fresh = bytes.number();
       starts.push(...old.slice(at, at + kept), ...new Array(fresh).fill(undefined));
       at += kept + out;
     }
@@ -105,7 +111,8 @@ function readSection(table, base, bytes) {
     const count = bytes.number();
     starts = Array.from({ length: count }, (_, i) => old[i]);
   }
-  let changed = bytes.number(), skip = changed > 0 ? bytes.number() : -1;
+  let changed = bytes.number(),
+    skip = changed > 0 ? bytes.number() : -1;
   for (const start of starts) {
     const row = [...(start ?? section.rows.at(-1) ?? zeros)];
     if (skip === 0) {
@@ -117,27 +124,34 @@ function readSection(table, base, bytes) {
     section.rows.push(row);
   }
   if (changed !== 0) throw new Error(`${table.name}: ${changed} more rows changed than there are`);
-  if (table.form === 'grid') section.rows.forEach((row, i) => section.planes.push(readPlane(Number(row[0]), Number(row[1]), base?.planes[i], bytes)));
+  if (table.form === 'grid')
+    section.rows.forEach((row, i) => section.planes.push(readPlane(Number(row[0]), Number(row[1]), base?.planes[i], bytes)));
   return section;
 }
 
 /** @param {number} width @param {number} height @param {number[] | undefined} base @param {Bytes} bytes */
 function readPlane(width, height, base, bytes) {
-  const coding = bytes.byte(), plane = [...bytes.take(width * height)];
+  const coding = bytes.byte(),
+    plane = [...bytes.take(width * height)];
   if (coding === 0) return plane;
   if (coding !== 1 || base?.length !== plane.length) throw new Error(`a plane of coding ${coding}`);
-  for (let y = 0; y < height; y++) for (let x = 1; x < width; x++) plane[y * width + x] = (plane[y * width + x] + plane[y * width + x - 1]) % 256;
+  for (let y = 0; y < height; y++)
+    for (let x = 1; x < width; x++) plane[y * width + x] = (plane[y * width + x] + plane[y * width + x - 1]) % 256;
   return plane.map((value, i) => (value + base[i]) % 256);
 }
 
 /** The reading end of a stream by the parsed document: `read` gives each frame as its text twin has it, all records that came until now but
  * for the events, which are the frame's. @param {any} api */
 export function reader(api) {
-  const tables = new Map(Object.values(api.components.schemas).filter((schema) => schema['x-record']).map((schema) => {
-    const { id, name, form } = schema['x-record'];
-    const fields = Object.entries(schema.properties).filter(([, property]) => property['x-coding']);
-    return [id, { id, name, form, fields }];
-  }));
+  const tables = new Map(
+    Object.values(api.components.schemas)
+      .filter((schema) => schema['x-record'])
+      .map((schema) => {
+        const { id, name, form } = schema['x-record'];
+        const fields = Object.entries(schema.properties).filter(([, property]) => property['x-coding']);
+        return [id, { id, name, form, fields }];
+      }),
+  );
   /** @type {Map<number, Section>} */
   const kept = new Map();
   return {
@@ -146,21 +160,35 @@ export function reader(api) {
     read(buffer) {
       const bytes = new Bytes(buffer);
       if (bytes.byte() !== 1) throw new Error('this is no frame');
-      const flags = bytes.byte(), seq = bytes.number(), tick = Number(bytes.zigzag());
+      const flags = bytes.byte(),
+        seq = bytes.number(),
+        tick = Number(bytes.zigzag());
       const jump = (flags & 32) !== 0;
       if (jump) kept.clear();
       for (const [id, { form }] of tables) if (form === 'log' && kept.has(id)) kept.set(id, { rows: [], planes: [], lost: 0, first: 0 });
       const whole = new Set();
       while (bytes.at < buffer.length) {
-        const id = bytes.number(), head = bytes.number(), table = tables.get(id);
-        const body = bytes.take(Math.floor(head / 4)), inner = new Bytes(head & 1 ? inflateRawSync(body) : body);
+        const id = bytes.number(),
+          head = bytes.number(),
+          table = tables.get(id);
+        const body = bytes.take(Math.floor(head / 4)),
+          inner = new Bytes(head & 1 ? inflateRawSync(body) : body);
         if (!table) throw new Error(`record ${id} is in no schema`);
         if (head & 2) whole.add(table.name);
         else if (!kept.has(id)) throw new Error(`${table.name} is a delta to what did not come`);
         kept.set(id, readSection(table, head & 2 ? undefined : kept.get(id), inner));
         inner.end();
       }
-      const frame = { type: 'frame', seq, tick, flags: Object.entries(FLAGS).filter(([bit]) => flags & Number(bit)).map(([, name]) => name), whole, lost: 0 };
+      const frame = {
+        type: 'frame',
+        seq,
+        tick,
+        flags: Object.entries(FLAGS)
+          .filter(([bit]) => flags & Number(bit))
+          .map(([, name]) => name),
+        whole,
+        lost: 0,
+      };
       for (const [id, section] of kept) {
         const { name, form, fields } = tables.get(id);
         if (form === 'log') frame.lost = section.lost;

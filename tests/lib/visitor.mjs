@@ -4,13 +4,18 @@ import { readFileSync } from 'node:fs';
 import WebSocket from 'ws';
 
 const [url, file] = process.argv.slice(2);
-const session = JSON.parse(readFileSync(file, 'utf8')), S = `/api/v1/sessions/${session.id}`;
+const session = JSON.parse(readFileSync(file, 'utf8')),
+  S = `/api/v1/sessions/${session.id}`;
 /** @type {Record<string, number | string>} */
 const told = {};
 
 async function ask(name, method, path, wish = {}) {
-  const answer = await fetch(new URL(path, url), { method, redirect: 'manual', headers: { ...(wish.body === undefined ? {} : { 'content-type': 'application/json' }), ...wish.headers },
-    body: wish.body === undefined ? undefined : JSON.stringify(wish.body) });
+  const answer = await fetch(new URL(path, url), {
+    method,
+    redirect: 'manual',
+    headers: { ...(wish.body === undefined ? {} : { 'content-type': 'application/json' }), ...wish.headers },
+    body: wish.body === undefined ? undefined : JSON.stringify(wish.body),
+  });
   told[name] = answer.status;
   return { headers: answer.headers, text: await answer.text() };
 }
@@ -21,7 +26,8 @@ function watch(format) {
     const protocols = [`laglab.v2.${format}`];
     const socket = new WebSocket(`${url.replace(/^http/, 'ws')}${S}/stream`, protocols);
     const timer = setTimeout(() => reject(new Error('no frames')), 10000);
-    let frames = 0, refused = '';
+    let frames = 0,
+      refused = '';
     socket.on('error', reject);
     socket.on('open', () => socket.send(JSON.stringify({ input: { player: 0, axes: [1, 0] }, id: 7 })));
     socket.on('message', (data, binary) => {
@@ -51,7 +57,10 @@ await ask('experiment', 'POST', '/api/v1/experiments', { body: small });
 await ask('dry run', 'POST', '/api/v1/experiments?dry_run=true', { body: small });
 await ask('advise', 'POST', '/api/v1/advise', { body: { experiment: small, max_error: 1 } });
 await ask('control', 'POST', `${S}/control`, { body: { op: 'pause' } });
-await ask('change', 'PATCH', `${S}/params`, { body: { 'players.0.lag_ms': 1 }, headers: { 'content-type': 'application/merge-patch+json' } });
+await ask('change', 'PATCH', `${S}/params`, {
+  body: { 'players.0.lag_ms': 1 },
+  headers: { 'content-type': 'application/merge-patch+json' },
+});
 await ask('input', 'POST', `${S}/input`, { body: { player: 0, axes: [1, 0], buttons: 0 } });
 await ask('delete', 'DELETE', S);
 await ask('list', 'GET', '/api/v1/sessions');

@@ -12,7 +12,9 @@ const WWW = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../../ww
 
 /** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
 /** @type {import('playwright-core').Browser} */ let browser;
-before(async () => { [daemon, browser] = await Promise.all([startDaemon(), launch()]); });
+before(async () => {
+  [daemon, browser] = await Promise.all([startDaemon(), launch()]);
+});
 after(async () => {
   await browser?.close();
   await daemon?.stop();
@@ -56,7 +58,7 @@ for (const size of SIZES) {
     }
     for (const name of ['Table of the distance', 'Table of the buffer']) {
       await page.getByRole('button', { name }).click();
-      assert.ok(await page.locator('dialog tbody tr').count() > 0);
+      assert.ok((await page.locator('dialog tbody tr').count()) > 0);
       assert.deepEqual(await axe(page), [], name);
       await leave();
     }
@@ -78,12 +80,27 @@ for (const size of SIZES) {
 
   test(`targets are large enough at ${size.name}`, async () => {
     const { page, close } = await visit(browser, daemon.url + size.query, size);
-    const boxes = await page.locator('button, select, input[type="range"], label:has(input[type="checkbox"]), input[type="number"]').evaluateAll((all) => all
-      .filter((e) => e.getClientRects().length > 0)
-      .map((e) => ({ what: e.outerHTML.slice(0, 80), bar: e.closest('.bar') !== null && e.tagName === 'BUTTON', w: e.getBoundingClientRect().width, h: e.getBoundingClientRect().height })));
+    const boxes = await page
+      .locator('button, select, input[type="range"], label:has(input[type="checkbox"]), input[type="number"]')
+      .evaluateAll((all) =>
+        all
+          .filter((e) => e.getClientRects().length > 0)
+          .map((e) => ({
+            what: e.outerHTML.slice(0, 80),
+            bar: e.closest('.bar') !== null && e.tagName === 'BUTTON',
+            w: e.getBoundingClientRect().width,
+            h: e.getBoundingClientRect().height,
+          })),
+      );
     assert.ok(boxes.length > 10);
-    assert.deepEqual(boxes.filter((b) => b.w < 24 || b.h < 23.9), []);
-    assert.deepEqual(boxes.filter((b) => b.bar && (b.w < 44 || b.h < 43.9)), []);
+    assert.deepEqual(
+      boxes.filter((b) => b.w < 24 || b.h < 23.9),
+      [],
+    );
+    assert.deepEqual(
+      boxes.filter((b) => b.bar && (b.w < 44 || b.h < 43.9)),
+      [],
+    );
     await close();
   });
 
@@ -98,7 +115,8 @@ for (const size of SIZES) {
           for (const part of box.querySelectorAll('button, label, h2, input, select, .rtt, .clock')) {
             const inner = part.getBoundingClientRect();
             if (inner.width === 0 || part.closest('.unseen, .lab:not([aria-current="page"])')) continue; /* the row of labs scrolls */
-            if (inner.right > outer.right + 1 || inner.bottom > outer.bottom + 1 || inner.left < outer.left - 1) list.push(`${box.className}: ${part.outerHTML.slice(0, 90)}`);
+            if (inner.right > outer.right + 1 || inner.bottom > outer.bottom + 1 || inner.left < outer.left - 1)
+              list.push(`${box.className}: ${part.outerHTML.slice(0, 90)}`);
           }
         }
         return list;
@@ -139,10 +157,21 @@ test('Tab reaches everything, in the order A, server, B, messages, charts, time;
     const at = await page.evaluate(() => {
       const e = document.activeElement;
       if (!e || e === document.body) return null;
-      const r = e.getBoundingClientRect(), bar = document.querySelector('.bar').getBoundingClientRect();
-      const where = e.closest('.bar') ? 'time' : e.closest('.side') ? 'side' : e.closest('[data-tab="messages"]') ? 'messages'
-        : e.closest('.row')?.getAttribute('data-tab') ?? (e.closest('.top') ? 'top' : 'other');
-      return { where, covered: where !== 'time' && r.bottom > bar.top + 1 && where !== 'other', outline: getComputedStyle(e).outlineStyle, what: e.outerHTML.slice(0, 80) };
+      const r = e.getBoundingClientRect(),
+        bar = document.querySelector('.bar').getBoundingClientRect();
+      const where = e.closest('.bar')
+        ? 'time'
+        : e.closest('.side')
+          ? 'side'
+          : e.closest('[data-tab="messages"]')
+            ? 'messages'
+            : (e.closest('.row')?.getAttribute('data-tab') ?? (e.closest('.top') ? 'top' : 'other'));
+      return {
+        where,
+        covered: where !== 'time' && r.bottom > bar.top + 1 && where !== 'other',
+        outline: getComputedStyle(e).outlineStyle,
+        what: e.outerHTML.slice(0, 80),
+      };
     });
     if (at === null) break;
     assert.equal(at.covered, false, at.what);
@@ -172,7 +201,11 @@ test('announcements come at most once in two seconds', async () => {
   const { page, close } = await visit(browser, daemon.url);
   await page.evaluate(() => {
     globalThis.spoken = [];
-    new MutationObserver(() => globalThis.spoken.push(performance.now())).observe(document.getElementById('live'), { childList: true, characterData: true, subtree: true });
+    new MutationObserver(() => globalThis.spoken.push(performance.now())).observe(document.getElementById('live'), {
+      childList: true,
+      characterData: true,
+      subtree: true,
+    });
   });
   for (let i = 0; i < 10; i++) {
     await page.keyboard.press('Alt+k');
@@ -190,7 +223,10 @@ test('announcements come at most once in two seconds', async () => {
 
 test('every character of the page is in DejaVu Sans', () => {
   const fonts = execFileSync('fc-list', [':family=DejaVu Sans:style=Book', 'charset'], { encoding: 'utf8' });
-  const ranges = [...fonts.matchAll(/([0-9a-f]+)(?:-([0-9a-f]+))?(?=[\s\n]|$)/g)].map((m) => [parseInt(m[1], 16), parseInt(m[2] ?? m[1], 16)]);
+  const ranges = [...fonts.matchAll(/([0-9a-f]+)(?:-([0-9a-f]+))?(?=[\s\n]|$)/g)].map((m) => [
+    parseInt(m[1], 16),
+    parseInt(m[2] ?? m[1], 16),
+  ]);
   assert.ok(ranges.length > 50, 'the font is installed');
   const files = readdirSync(WWW, { recursive: true, encoding: 'utf8' }).filter((name) => /\.(js|html|css)$/.test(name));
   assert.ok(files.length > 20);
@@ -198,23 +234,35 @@ test('every character of the page is in DejaVu Sans', () => {
     for (const character of new Set(readFileSync(path.join(WWW, name), 'utf8'))) {
       const code = /** @type {number} */ (character.codePointAt(0));
       if (code < 0x20) continue;
-      assert.ok(ranges.some(([low, high]) => code >= low && code <= high), `${name} has U+${code.toString(16)}`);
+      assert.ok(
+        ranges.some(([low, high]) => code >= low && code <= high),
+        `${name} has U+${code.toString(16)}`,
+      );
     }
   }
 });
 
 test('colours of the palette are the agreed ones', async () => {
   const { page, close } = await visit(browser, `${daemon.url}?theme=light`);
-  const read = (names) => page.evaluate((list) => list.map((name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim().toUpperCase()), names);
-  assert.deepEqual(await read(['--p0-fill', '--p0-text', '--p1-fill', '--p1-text', '--truth', '--accent', '--snap', '--buffer', '--buffer-text']),
-    ['#009E73', '#006B4F', '#D55E00', '#9A3F00', '#1F2933', '#0072B2', '#8F3F6E', '#E69F00', '#6B4A00']);
+  const read = (names) =>
+    page.evaluate(
+      (list) => list.map((name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim().toUpperCase()),
+      names,
+    );
+  assert.deepEqual(
+    await read(['--p0-fill', '--p0-text', '--p1-fill', '--p1-text', '--truth', '--accent', '--snap', '--buffer', '--buffer-text']),
+    ['#009E73', '#006B4F', '#D55E00', '#9A3F00', '#1F2933', '#0072B2', '#8F3F6E', '#E69F00', '#6B4A00'],
+  );
   await close();
 });
 
 test('canvases are not drawn finer than twice', async () => {
   const { page, close } = await visit(browser, daemon.url, { width: 390, height: 844, deviceScaleFactor: 3 });
   const ratios = await page.locator('canvas[data-view]').evaluateAll((all) => all.map((/** @type {any} */ c) => c.width / c.clientWidth));
-  assert.ok(ratios.every((r) => Math.abs(r - 2) < 0.02), ratios.join());
+  assert.ok(
+    ratios.every((r) => Math.abs(r - 2) < 0.02),
+    ratios.join(),
+  );
   await close();
 });
 

@@ -19,10 +19,11 @@ const drawn = (page, id) => page.locator(`#${id}`).evaluate((c) => /** @type {HT
 const open = (query, wish = {}) => visit(browser, `${daemon.url}${query}`, wish);
 
 /** What the page has decoded of the newest frame. */
-const sceneOf = (page) => page.evaluate(async () => {
-  while (globalThis.laglab().frame === null) await new Promise(requestAnimationFrame); /* another session has just begun */
-  return (await import(new URL('js/collide/decode.js', location.href).href)).sceneOf(globalThis.laglab().frame);
-});
+const sceneOf = (page) =>
+  page.evaluate(async () => {
+    while (globalThis.laglab().frame === null) await new Promise(requestAnimationFrame); /* another session has just begun */
+    return (await import(new URL('js/collide/decode.js', location.href).href)).sceneOf(globalThis.laglab().frame);
+  });
 
 /** The topmost dynamic body of a world, in m and on the screen. */
 async function topmost(page, world = 0) {
@@ -31,13 +32,19 @@ async function topmost(page, world = 0) {
   return { body, ...(await place(page, world, body.x, body.y)) };
 }
 
-const place = (page, world, x, y) => page.evaluate(async ([w, mx, my]) => {
-  const { cameras } = await import(new URL('js/workbench/pointer_drag.js', location.href).href);
-  const at = cameras.get(w), box = document.getElementById(`world${w}`).getBoundingClientRect();
-  return { px: box.left + (mx - at.left) * at.scale, py: box.top + (at.top - my) * at.scale };
-}, [world, x, y]);
+const place = (page, world, x, y) =>
+  page.evaluate(
+    async ([w, mx, my]) => {
+      const { cameras } = await import(new URL('js/workbench/pointer_drag.js', location.href).href);
+      const at = cameras.get(w),
+        box = document.getElementById(`world${w}`).getBoundingClientRect();
+      return { px: box.left + (mx - at.left) * at.scale, py: box.top + (at.top - my) * at.scale };
+    },
+    [world, x, y],
+  );
 
-const dragging = (page, on) => until(async () => (await sceneOf(page)).worlds[0].dragging === on, on ? 'a body is held' : 'nothing is held', 20000);
+const dragging = (page, on) =>
+  until(async () => (await sceneOf(page)).worlds[0].dragging === on, on ? 'a body is held' : 'nothing is held', 20000);
 /** Goes on for longer than a busy machine needs. */
 const LONG = '?scenario=rigid/pyramid&set=duration_s:300';
 const pause = (page) => page.waitForFunction(() => document.getElementById('chip')?.textContent?.includes('Paused'));
@@ -63,10 +70,11 @@ test('contacts are asked for only while they are drawn', async () => {
   const { page, complaints, close } = await open('?scenario=rigid/tumbler');
   await page.waitForSelector('#world0');
   await page.waitForFunction(() => globalThis.laglab().frame.time_s > 0.5);
-  const overlay = (name) => page.locator(`[data-overlay="${name}"]`), look = async () => {
-    const { contacts, shapes } = await sceneOf(page);
-    return { contacts: JSON.stringify(contacts), shapes: JSON.stringify(shapes) };
-  };
+  const overlay = (name) => page.locator(`[data-overlay="${name}"]`),
+    look = async () => {
+      const { contacts, shapes } = await sceneOf(page);
+      return { contacts: JSON.stringify(contacts), shapes: JSON.stringify(shapes) };
+    };
   const moves = async () => {
     const before = await look();
     await page.waitForTimeout(500);
@@ -77,7 +85,7 @@ test('contacts are asked for only while they are drawn', async () => {
   assert.ok(await moves(), 'drawn from the start');
   await overlay('contacts').uncheck();
   await page.waitForTimeout(300);
-  assert.ok(!await moves(), 'not drawn, not sent');
+  assert.ok(!(await moves()), 'not drawn, not sent');
   await overlay('pairs').check();
   await page.waitForTimeout(300);
   assert.ok(await moves(), 'pairs are drawn from them');
@@ -112,9 +120,14 @@ test('solvers go side by side from the same start', async () => {
   await page.locator('[data-path="side_by_side.0.solver.method"]').selectOption('impulse');
   await page.waitForFunction(() => globalThis.laglab().params.side_by_side[0].solver.method === 'impulse');
   await page.locator('#restart, .restart').first().click();
-  const { shapes } = await until(async () => { const s = await sceneOf(page); return s.worlds.length === 2 && s; }, 'two worlds');
+  const { shapes } = await until(async () => {
+    const s = await sceneOf(page);
+    return s.worlds.length === 2 && s;
+  }, 'two worlds');
   assert.equal(shapes.filter((s) => s.world === 0).length, shapes.filter((s) => s.world === 1).length);
-  await page.waitForFunction(() => document.querySelector('[data-rigid="1/tilt"]')?.textContent !== document.querySelector('[data-rigid="0/tilt"]')?.textContent);
+  await page.waitForFunction(
+    () => document.querySelector('[data-rigid="1/tilt"]')?.textContent !== document.querySelector('[data-rigid="0/tilt"]')?.textContent,
+  );
   assert.ok(!(await page.locator('#world0').getAttribute('aria-label'))?.includes('impulse'));
   assert.match((await page.locator('#world1').getAttribute('aria-label')) ?? '', /impulse/);
   await page.locator('#count').selectOption({ label: 'three solvers' });
@@ -148,12 +161,14 @@ test('the tunnelling meter: none with continuous collision detection, most witho
   const [passed = 0, all = 0] = ((await cell(page, '1/tunnelled')) ?? '').split(' of ').map(Number);
   assert.equal(all, 200);
   assert.ok(passed > 160 && passed < 200, String(passed));
-  const width = await page.locator('[data-fill="1"]').evaluate((e) => e.getBoundingClientRect().width / /** @type {HTMLElement} */ (e.parentElement).getBoundingClientRect().width);
+  const width = await page
+    .locator('[data-fill="1"]')
+    .evaluate((e) => e.getBoundingClientRect().width / /** @type {HTMLElement} */ (e.parentElement).getBoundingClientRect().width);
   assert.ok(Math.abs(width - passed / 200) < 0.02, String(width));
   await close();
 });
 
-test('energy and overlap are plotted; beginner\'s impulses add energy', async () => {
+test("energy and overlap are plotted; beginner's impulses add energy", async () => {
   const { page, close } = await open('?scenario=rigid/collapsing_stack', { reducedMotion: 'reduce' });
   await page.waitForSelector('#plot-energy');
   await page.waitForFunction(() => globalThis.laglab().frame !== null);
@@ -163,7 +178,10 @@ test('energy and overlap are plotted; beginner\'s impulses add energy', async ()
     await page.waitForFunction((tick) => globalThis.laglab().frame.tick >= tick, i);
   }
   await until(async () => /^\+[1-9]/.test((await cell(page, '0/energy')) ?? ''), 'energy is added');
-  await until(async () => (await drawn(page, 'plot-energy')) !== before[0] && (await drawn(page, 'plot-overlap')) !== before[1], 'the plots are drawn');
+  await until(
+    async () => (await drawn(page, 'plot-energy')) !== before[0] && (await drawn(page, 'plot-overlap')) !== before[1],
+    'the plots are drawn',
+  );
   assert.ok(Math.abs(Number((await cell(page, '1/energy'))?.replace('−', '-'))) < 0.5);
   await close();
 });
@@ -174,7 +192,8 @@ test('the cost of each phase of a step is shown, in both worlds', async () => {
   await page.waitForFunction(() => Number(document.querySelector('[data-phase="1/all"] span')?.textContent) > 0);
   for (const world of [0, 1]) {
     const all = await ms(`${world}/all`);
-    for (const phase of ['broad', 'narrow', 'solve', 'continuous', 'finish']) assert.ok((await ms(`${world}/${phase}`)) <= all, `${world}/${phase}`);
+    for (const phase of ['broad', 'narrow', 'solve', 'continuous', 'finish'])
+      assert.ok((await ms(`${world}/${phase}`)) <= all, `${world}/${phase}`);
   }
   assert.deepEqual(complaints, []);
   await close();
@@ -200,8 +219,17 @@ test('solver, phases and gravity change live; a value out of range is refused wi
   await page.locator('[data-path="broad_phase"]').selectOption('tree');
   await page.locator('#gravity').selectOption({ label: 'none' });
   await page.waitForFunction(() => {
-    const p = globalThis.laglab().params, s = p.solver;
-    return s.method === 'avbd' && s.iterations === 3 && s.continuous === 'swept' && s.bounding_volume === 'sphere' && !s.sleep && p.broad_phase === 'tree' && p.gravity[1] === 0;
+    const p = globalThis.laglab().params,
+      s = p.solver;
+    return (
+      s.method === 'avbd' &&
+      s.iterations === 3 &&
+      s.continuous === 'swept' &&
+      s.bounding_volume === 'sphere' &&
+      !s.sleep &&
+      p.broad_phase === 'tree' &&
+      p.gravity[1] === 0
+    );
   });
   await page.locator('[data-path="solver.iterations"]').fill('900');
   await page.locator('[data-path="solver.iterations"]').blur();
@@ -235,7 +263,14 @@ test('a body is dragged by the mouse, and released', async () => {
   await dragging(page, true);
   const aim = await place(page, 0, body.x + 3, body.y);
   await page.mouse.move(aim.px, aim.py, { steps: 8 });
-  await until(async () => { const s = (await sceneOf(page)).shapes.find((one) => one.body === body.body); return s && Math.abs(s.x - body.x - 3) < 0.5; }, 'the body follows', 20000);
+  await until(
+    async () => {
+      const s = (await sceneOf(page)).shapes.find((one) => one.body === body.body);
+      return s && Math.abs(s.x - body.x - 3) < 0.5;
+    },
+    'the body follows',
+    20000,
+  );
   await page.mouse.up();
   await dragging(page, false);
   assert.deepEqual(complaints, []);
@@ -251,9 +286,19 @@ test('a body is dragged by a finger', async () => {
   await client.send('Input.dispatchTouchEvent', { type: 'touchStart', touchPoints: [{ x: px, y: py }] });
   await dragging(page, true);
   for (let i = 1; i <= 8; i++) {
-    await client.send('Input.dispatchTouchEvent', { type: 'touchMove', touchPoints: [{ x: px + ((aim.px - px) * i) / 8, y: py + ((aim.py - py) * i) / 8 }] });
+    await client.send('Input.dispatchTouchEvent', {
+      type: 'touchMove',
+      touchPoints: [{ x: px + ((aim.px - px) * i) / 8, y: py + ((aim.py - py) * i) / 8 }],
+    });
   }
-  await until(async () => { const s = (await sceneOf(page)).shapes.find((one) => one.body === body.body); return s && s.x - body.x > 1; }, 'the body follows', 20000);
+  await until(
+    async () => {
+      const s = (await sceneOf(page)).shapes.find((one) => one.body === body.body);
+      return s && s.x - body.x > 1;
+    },
+    'the body follows',
+    20000,
+  );
   await client.send('Input.dispatchTouchEvent', { type: 'touchEnd', touchPoints: [] });
   await dragging(page, false);
   await close();
@@ -278,7 +323,14 @@ test('a body is dragged by keys', async () => {
   await dragging(page, true);
   const from = (await sceneOf(page)).shapes.find((one) => one.body === body.body);
   for (let i = 0; i < 15; i++) await page.keyboard.press('ArrowUp');
-  await until(async () => { const s = (await sceneOf(page)).shapes.find((one) => one.body === body.body); return s && s.y - from.y > 0.5; }, 'the body follows', 20000);
+  await until(
+    async () => {
+      const s = (await sceneOf(page)).shapes.find((one) => one.body === body.body);
+      return s && s.y - from.y > 0.5;
+    },
+    'the body follows',
+    20000,
+  );
   await page.keyboard.press('Escape');
   await dragging(page, false);
   await close();

@@ -6,28 +6,36 @@ import { api, axe, button, frameOf, launch, paramsOf, sessionOf, until, visit } 
 
 /** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
 /** @type {import('playwright-core').Browser} */ let browser;
-before(async () => { [daemon, browser] = await Promise.all([startDaemon(), launch()]); });
+before(async () => {
+  [daemon, browser] = await Promise.all([startDaemon(), launch()]);
+});
 after(async () => {
   await browser?.close();
   await daemon?.stop();
 });
 
 /** Until a view's words are so. @param {import('playwright-core').Page} page @param {number} view @param {RegExp} what */
-const words = (page, view, what) => page.waitForFunction(({ index, source }) => new RegExp(source).test(
-  document.querySelector(`canvas[data-view="${index}"]`)?.getAttribute('aria-label') ?? ''), { index: view, source: what.source }, { timeout: 5000 });
+const words = (page, view, what) =>
+  page.waitForFunction(
+    ({ index, source }) =>
+      new RegExp(source).test(document.querySelector(`canvas[data-view="${index}"]`)?.getAttribute('aria-label') ?? ''),
+    { index: view, source: what.source },
+    { timeout: 5000 },
+  );
 const listed = async (page) => (await page.locator('.happened li').allInnerTexts()).map((text) => text.replace(/\s+/g, ' '));
 
 /** How many pixels of a view are dark. @param {import('playwright-core').Page} page @param {number} view */
-const ink = (page, view) => page.evaluate((index) => {
-  const canvas = /** @type {HTMLCanvasElement} */ (document.querySelector(`canvas[data-view="${index}"]`));
-  const copy = new OffscreenCanvas(canvas.width, canvas.height).getContext('2d', { willReadFrequently: true });
-  if (!copy) throw new Error('no copy');
-  copy.drawImage(canvas, 0, 0);
-  const { data } = copy.getImageData(0, 0, canvas.width, canvas.height);
-  let dark = 0;
-  for (let i = 0; i < data.length; i += 4) dark += data[i] + data[i + 1] + data[i + 2] < 300 ? 1 : 0;
-  return dark;
-}, view);
+const ink = (page, view) =>
+  page.evaluate((index) => {
+    const canvas = /** @type {HTMLCanvasElement} */ (document.querySelector(`canvas[data-view="${index}"]`));
+    const copy = new OffscreenCanvas(canvas.width, canvas.height).getContext('2d', { willReadFrequently: true });
+    if (!copy) throw new Error('no copy');
+    copy.drawImage(canvas, 0, 0);
+    const { data } = copy.getImageData(0, 0, canvas.width, canvas.height);
+    let dark = 0;
+    for (let i = 0; i < data.length; i += 4) dark += data[i] + data[i + 1] + data[i + 2] < 300 ? 1 : 0;
+    return dark;
+  }, view);
 
 test('an outage: stalled, disconnected, joined again; the view says so, and the list when', async () => {
   const { page, complaints, close } = await visit(browser, `${daemon.url}?scenario=outage&set=players.1.lag_ms:40`);
@@ -41,29 +49,46 @@ test('an outage: stalled, disconnected, joined again; the view says so, and the 
   await control({ op: 'play' });
   const states = new Set();
   const at = async (state) => {
-    await until(async () => { const now = (await frameOf(page)).views[2].connection; states.add(now); return now === state; }, `state ${state}`, 15000);
+    await until(
+      async () => {
+        const now = (await frameOf(page)).views[2].connection;
+        states.add(now);
+        return now === state;
+      },
+      `state ${state}`,
+      15000,
+    );
     await control({ op: 'pause' });
     await page.waitForTimeout(400);
   };
   await at(3);
   await words(page, 2, /^Stalled · dropped by the server\. View of player B/);
-  assert.deepEqual((await listed(page)).map((text) => text.replace(/^[\d.]+ s /, '')), ['B dropped by the server', 'B stalled']);
+  assert.deepEqual(
+    (await listed(page)).map((text) => text.replace(/^[\d.]+ s /, '')),
+    ['B dropped by the server', 'B stalled'],
+  );
   assert.ok((await frameOf(page)).views[1].entities[1].flags & 128, 'away for A');
   assert.ok(!((await frameOf(page)).views[1].entities[0].flags & 128));
   await control({ op: 'play' });
   await at(5);
   await words(page, 2, /^Disconnected\. View of player B/);
   await words(page, 1, /^View of player A/);
-  assert.ok(await ink(page, 2) < 0.6 * plain, `dimmed: ${await ink(page, 2)} of ${plain}`);
+  assert.ok((await ink(page, 2)) < 0.6 * plain, `dimmed: ${await ink(page, 2)} of ${plain}`);
   assert.deepEqual(await axe(page), []);
   await control({ op: 'play' });
   await until(async () => (await frameOf(page)).time_s > 18.5 && (await frameOf(page)).views[2].connection === 2, 'playing again', 15000);
   await page.waitForTimeout(500);
   const list = await listed(page);
-  assert.deepEqual(list.map((text) => text.replace(/^[\d.]+ s /, '')), ['B dropped by the server', 'B stalled', 'B disconnected', 'B joined again']);
+  assert.deepEqual(
+    list.map((text) => text.replace(/^[\d.]+ s /, '')),
+    ['B dropped by the server', 'B stalled', 'B disconnected', 'B joined again'],
+  );
   const times = list.map((text) => Number.parseFloat(text));
-  assert.ok(times[0] > 12.5 && times[0] < 13.5 && times[1] > times[0] + 0.4 && Math.abs(times[2] - times[1] - 2.5) < 0.11 && times[3] > 18, list.join());
-  assert.match(await page.locator('#live').textContent() ?? '', /B (joined again|disconnected)|Playing|Paused/);
+  assert.ok(
+    times[0] > 12.5 && times[0] < 13.5 && times[1] > times[0] + 0.4 && Math.abs(times[2] - times[1] - 2.5) < 0.11 && times[3] > 18,
+    list.join(),
+  );
+  assert.match((await page.locator('#live').textContent()) ?? '', /B (joined again|disconnected)|Playing|Paused/);
   await words(page, 2, /^View of player B/);
   assert.ok(!((await frameOf(page)).views[1].entities[1].flags & 128), 'back');
   assert.deepEqual(complaints, []);
@@ -79,12 +104,13 @@ test('pings are among the messages when they are wanted', async () => {
   const lane = () => page.evaluate(() => /** @type {HTMLCanvasElement} */ (document.getElementById('lane')).toDataURL());
   const pings = await page.evaluate(() => globalThis.laglab().messages.filter((m) => m.type === 7 || m.type === 8).length);
   assert.ok(pings >= 4, `${pings} pings and pongs`);
-  const box = page.getByRole('checkbox', { name: 'Pings' }), before = await lane();
-  assert.ok(!await box.isChecked());
+  const box = page.getByRole('checkbox', { name: 'Pings' }),
+    before = await lane();
+  assert.ok(!(await box.isChecked()));
   await box.check();
-  await until(async () => await lane() !== before, 'they are drawn');
+  await until(async () => (await lane()) !== before, 'they are drawn');
   await box.uncheck();
-  await until(async () => await lane() === before, 'and not');
+  await until(async () => (await lane()) === before, 'and not');
   assert.deepEqual(complaints, []);
   await close();
 });
@@ -103,7 +129,10 @@ test('a value without a sample is a dash; one with samples is a number', async (
 });
 
 test('a session that ends before anything counts says so', async () => {
-  for (const [duration, notes] of /** @type {[string, number][]} */ ([['1.75', 1], ['9', 0]])) {
+  for (const [duration, notes] of /** @type {[string, number][]} */ ([
+    ['1.75', 1],
+    ['9', 0],
+  ])) {
     const { page, complaints, close } = await visit(browser, `${daemon.url}?scenario=race&set=duration_s:${duration}`);
     await page.locator('.side .about h2').waitFor();
     const note = page.locator('.side .about [role="note"]');
@@ -117,15 +146,25 @@ test('a session that ends before anything counts says so', async () => {
 test('both locksteps can be chosen, each by its name', async () => {
   const { page, complaints, close } = await visit(browser, `${daemon.url}?scenario=race`);
   const choice = page.locator('#app select[data-path="server.sync"]');
-  assert.deepEqual(await choice.locator('option').allInnerTexts(),
-    ['free', 'lockstep (stop and wait)', 'gambetta', 'deterministic', 'rollback', 'lockstep, pipelined']);
-  for (const [sync, low, high] of /** @type {[string, number, number][]} */ ([['lockstep', 1, 4], ['lockstep_pipelined', 20, 40]])) {
+  assert.deepEqual(await choice.locator('option').allInnerTexts(), [
+    'free',
+    'lockstep (stop and wait)',
+    'gambetta',
+    'deterministic',
+    'rollback',
+    'lockstep, pipelined',
+  ]);
+  for (const [sync, low, high] of /** @type {[string, number, number][]} */ ([
+    ['lockstep', 1, 4],
+    ['lockstep_pipelined', 20, 40],
+  ])) {
     await choice.selectOption(sync);
     await until(async () => (await paramsOf(page)).server.sync === sync, sync);
     await page.waitForTimeout(1000);
     const { time_s: time, views } = await frameOf(page);
     await page.waitForTimeout(2500);
-    const later = await frameOf(page), pace = (later.views[0].input_seq - views[0].input_seq) / (later.time_s - time);
+    const later = await frameOf(page),
+      pace = (later.views[0].input_seq - views[0].input_seq) / (later.time_s - time);
     assert.ok(pace > low && pace < high, `${sync}: ${pace} steps a second`);
   }
   assert.deepEqual(complaints, []);
@@ -135,9 +174,16 @@ test('both locksteps can be chosen, each by its name', async () => {
 test('settings are grouped; those fixed during a run are shown and disabled', async () => {
   const { page, close } = await visit(browser, `${daemon.url}?scenario=race&set=players.0.drift_ppm:40`);
   await button(page, 'All settings of Player A').click();
-  assert.deepEqual(await page.locator('dialog h3').allInnerTexts(),
-    ['Link', 'Prediction and view', 'Control and inputs', 'Clock and devices', 'Link up', 'Link down']);
-  const drift = page.locator('dialog [data-path="players.0.drift_ppm"]'), send = page.locator('dialog [data-path="players.0.send_hz"]').first();
+  assert.deepEqual(await page.locator('dialog h3').allInnerTexts(), [
+    'Link',
+    'Prediction and view',
+    'Control and inputs',
+    'Clock and devices',
+    'Link up',
+    'Link down',
+  ]);
+  const drift = page.locator('dialog [data-path="players.0.drift_ppm"]'),
+    send = page.locator('dialog [data-path="players.0.send_hz"]').first();
   assert.equal(await drift.inputValue(), '40');
   assert.ok(await drift.isDisabled());
   await send.fill('20');
@@ -152,7 +198,8 @@ test('settings are grouped; those fixed during a run are shown and disabled', as
 
 /** A page whose drawing can be held up: then it draws, and acknowledges, at intervals only. */
 async function slowPage(query) {
-  const context = await browser.newContext(), page = await context.newPage();
+  const context = await browser.newContext(),
+    page = await context.newPage();
   await page.addInitScript(() => {
     const { requestAnimationFrame: own } = globalThis;
     /** @type {any} */ (globalThis).heldMs = 0;
@@ -163,7 +210,14 @@ async function slowPage(query) {
   });
   await page.goto(`${daemon.url}${query}`);
   await until(async () => ((await frameOf(page))?.time_s ?? 0) > 0.5, 'a frame');
-  return { page, hold: (ms) => page.evaluate((value) => { /** @type {any} */ (globalThis).heldMs = value; }, ms), close: () => context.close() };
+  return {
+    page,
+    hold: (ms) =>
+      page.evaluate((value) => {
+        /** @type {any} */ (globalThis).heldMs = value;
+      }, ms),
+    close: () => context.close(),
+  };
 }
 
 test('a page that draws too slowly gets fewer frames, says so, and gets them back', async () => {
@@ -171,11 +225,11 @@ test('a page that draws too slowly gets fewer frames, says so, and gets them bac
   const chip = page.locator('#pace');
   assert.equal(await chip.count(), 0);
   await hold(300);
-  await until(async () => await chip.count() === 1, 'the chip', 15000);
+  await until(async () => (await chip.count()) === 1, 'the chip', 15000);
   assert.match(await chip.innerText(), /^Slow connection: (30|15|8|4) Hz$/);
   assert.match(await page.locator('#chip').innerText(), /Live/);
   await hold(0);
-  await until(async () => await chip.count() === 0, 'all frames', 90000);
+  await until(async () => (await chip.count()) === 0, 'all frames', 90000);
   await close();
 });
 

@@ -7,12 +7,16 @@ import { api, control, frameOf, launch, paramsOf, sessionOf, until, visit } from
 /** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
 /** @type {import('playwright-core').Browser} */ let browser;
 /** @type {Awaited<ReturnType<typeof visit>>} */ let view;
-before(async () => { [daemon, browser] = await Promise.all([startDaemon(), launch()]); });
+before(async () => {
+  [daemon, browser] = await Promise.all([startDaemon(), launch()]);
+});
 after(async () => {
   await browser?.close();
   await daemon?.stop();
 });
-beforeEach(async () => { view = await visit(browser, daemon.url); });
+beforeEach(async () => {
+  view = await visit(browser, daemon.url);
+});
 afterEach(async () => {
   const complaints = view.complaints;
   await view.close();
@@ -20,25 +24,30 @@ afterEach(async () => {
 });
 
 /** Sets a slider as a drag does. */
-const slide = (page, path, value) => control(page, path, 'range').evaluate((/** @type {any} */ element, to) => {
-  element.value = to;
-  element.dispatchEvent(new Event('input', { bubbles: true }));
-}, String(value));
+const slide = (page, path, value) =>
+  control(page, path, 'range').evaluate((/** @type {any} */ element, to) => {
+    element.value = to;
+    element.dispatchEvent(new Event('input', { bubbles: true }));
+  }, String(value));
 
 test('moving the lag changes the slope of the messages within 250 ms, without a restart', async () => {
   const { page } = view;
   const before = await frameOf(page);
-  const change = (lag) => page.evaluate(async (to) => {
-    const slider = /** @type {any} */ (document.querySelector('#app input[type="range"][data-path="players.0.lag_ms"]'));
-    const from = performance.now(), newest = Math.max(...globalThis.laglab().messages.map((m) => m.id));
-    slider.value = String(to);
-    slider.dispatchEvent(new Event('input', { bubbles: true }));
-    for (;;) {
-      await new Promise((resolve) => requestAnimationFrame(resolve));
-      const hit = globalThis.laglab().messages.some((m) => m.id > newest && m.type === 1 && m.player === 0 && Math.abs(m.end_s - m.begin_s - to / 1000) < 0.02);
-      if (hit || performance.now() - from > 3000) return hit ? performance.now() - from : Infinity;
-    }
-  }, lag);
+  const change = (lag) =>
+    page.evaluate(async (to) => {
+      const slider = /** @type {any} */ (document.querySelector('#app input[type="range"][data-path="players.0.lag_ms"]'));
+      const from = performance.now(),
+        newest = Math.max(...globalThis.laglab().messages.map((m) => m.id));
+      slider.value = String(to);
+      slider.dispatchEvent(new Event('input', { bubbles: true }));
+      for (;;) {
+        await new Promise((resolve) => requestAnimationFrame(resolve));
+        const hit = globalThis
+          .laglab()
+          .messages.some((m) => m.id > newest && m.type === 1 && m.player === 0 && Math.abs(m.end_s - m.begin_s - to / 1000) < 0.02);
+        if (hit || performance.now() - from > 3000) return hit ? performance.now() - from : Infinity;
+      }
+    }, lag);
   const times = [];
   for (const lag of [700, 100, 400, 50, 700]) {
     times.push(await change(lag));
@@ -79,7 +88,7 @@ test('a dragged slider sends only what is needed, and its last value wins', asyn
     }
   });
   await until(async () => (await paramsOf(page)).players[0].lag_ms === 400, 'the last value');
-  const sent = await page.evaluate(() => globalThis.laglab().counts.patches) - before;
+  const sent = (await page.evaluate(() => globalThis.laglab().counts.patches)) - before;
   assert.ok(sent >= 1 && sent <= 5, `${sent} requests for 400 values`);
 });
 
@@ -106,7 +115,11 @@ test('reconciliation turns prediction on; prediction off turns reconciliation of
 test('every technique of every player reaches the simulation', async () => {
   const { page } = view;
   for (const player of [0, 1]) {
-    for (const [name, bit] of /** @type {[string, number][]} */ ([['prediction', 1], ['reconciliation', 2], ['interpolation', 4]])) {
+    for (const [name, bit] of /** @type {[string, number][]} */ ([
+      ['prediction', 1],
+      ['reconciliation', 2],
+      ['interpolation', 4],
+    ])) {
       for (const on of [true, false]) {
         await control(page, `players.${player}.${name}`).setChecked(on);
         await until(async () => ((await frameOf(page)).views[1 + player].flags & bit) === (on ? bit : 0), `${name} of ${player}: ${on}`);
@@ -126,7 +139,9 @@ test('updates per second take 1 to 128; 0 and nothing are refused in words', asy
   for (const wrong of ['0', '']) {
     await field.fill(wrong);
     await field.press('Tab');
-    await page.waitForFunction(() => /Updates per second: give a number from 1 to 128/.test(/** @type {any} */ (document.querySelector('.note')).innerText));
+    await page.waitForFunction(() =>
+      /Updates per second: give a number from 1 to 128/.test(/** @type {any} */ (document.querySelector('.note')).innerText),
+    );
     assert.equal(await field.inputValue(), '30');
     await page.locator('.note button').click();
   }
@@ -145,8 +160,19 @@ test('ranges and help of every control are those of the schema', async () => {
   assert.ok(JSON.stringify(schema).includes(JSON.stringify(help)), help);
   await page.getByRole('button', { name: 'All settings of Player A' }).click();
   const shown = await page.locator('dialog [data-path]').evaluateAll((all) => [...new Set(all.map((e) => e.dataset.path))]);
-  for (const name of ['lag_ms', 'prediction', 'reconciliation', 'interpolation', 'interpolation_ratio', 'jitter_margin_ms', 'control', 'script',
-    'link.up.jitter_ms', 'link.down.loss_pct', 'link.up.distribution']) {
+  for (const name of [
+    'lag_ms',
+    'prediction',
+    'reconciliation',
+    'interpolation',
+    'interpolation_ratio',
+    'jitter_margin_ms',
+    'control',
+    'script',
+    'link.up.jitter_ms',
+    'link.down.loss_pct',
+    'link.up.distribution',
+  ]) {
     assert.ok(shown.includes(`players.0.${name}`), name);
   }
 });
@@ -160,7 +186,10 @@ test('jitter and loss act on both directions; lost messages are seen', async () 
     const link = (await paramsOf(page)).players[0].link;
     return link.up.loss_pct === 50 && link.down.loss_pct === 50;
   }, 'both directions');
-  await until(() => page.evaluate(() => globalThis.laglab().messages.some((m) => m.type <= 2 && m.player === 0 && m.fate === 1)), 'a lost message');
+  await until(
+    () => page.evaluate(() => globalThis.laglab().messages.some((m) => m.type <= 2 && m.player === 0 && m.fate === 1)),
+    'a lost message',
+  );
 });
 
 test('a change by another client is shown', async () => {
@@ -176,7 +205,10 @@ test('the address keeps what was changed, and gives it elsewhere', async () => {
   const { page } = view;
   await slide(page, 'players.1.lag_ms', 321);
   await control(page, 'players.1.interpolation').setChecked(true);
-  await until(async () => page.url().includes('players.1.lag_ms:321') && page.url().includes('players.1.interpolation:true'), 'both in the address');
+  await until(
+    async () => page.url().includes('players.1.lag_ms:321') && page.url().includes('players.1.interpolation:true'),
+    'both in the address',
+  );
   const other = await visit(browser, page.url());
   const params = await paramsOf(other.page);
   assert.equal(params.players[1].lag_ms, 321);
@@ -191,9 +223,14 @@ test('seed and parameters of the address are used; bad ones are named and the de
   const { id } = await sessionOf(good.page);
   assert.equal((await api(daemon.url, `sessions/${id}`)).body.seed, 7);
   await good.close();
-  for (const [query, words] of /** @type {[string, RegExp][]} */ ([['?set=players.0.lag_ms:abc', /players\.0\.lag_ms=abc ignored/], ['?set=players.0.lag_ms:99999', /lag_ms=99999 ignored/],
-    ['?set=players.0.nonsense:1', /nonsense=1 ignored/], ['?scenario=nonsense', /scenario=nonsense ignored/], ['?seed=abc', /seed=abc ignored/],
-    ['?theme=pink', /theme=pink ignored/]])) {
+  for (const [query, words] of /** @type {[string, RegExp][]} */ ([
+    ['?set=players.0.lag_ms:abc', /players\.0\.lag_ms=abc ignored/],
+    ['?set=players.0.lag_ms:99999', /lag_ms=99999 ignored/],
+    ['?set=players.0.nonsense:1', /nonsense=1 ignored/],
+    ['?scenario=nonsense', /scenario=nonsense ignored/],
+    ['?seed=abc', /seed=abc ignored/],
+    ['?theme=pink', /theme=pink ignored/],
+  ])) {
     const bad = await visit(browser, daemon.url + query);
     assert.match(await bad.page.locator('.note').innerText(), words);
     const lag = (await paramsOf(bad.page)).players[0].lag_ms;

@@ -6,7 +6,9 @@ import { control, frameOf, launch, paramsOf, until, visit } from './lib.mjs';
 
 /** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
 /** @type {import('playwright-core').Browser} */ let browser;
-before(async () => { [daemon, browser] = await Promise.all([startDaemon(), launch()]); });
+before(async () => {
+  [daemon, browser] = await Promise.all([startDaemon(), launch()]);
+});
 after(async () => {
   await browser?.close();
   await daemon?.stop();
@@ -15,29 +17,40 @@ after(async () => {
 const SLOW = '?scenario=race&set=players.0.lag_ms:500&set=players.1.lag_ms:500&set=players.0.control:person&set=players.1.control:person';
 
 /** Watches, frame by frame, what each view draws of a player after its key went down: ms until it moves. */
-const reaction = (page, player, code, key) => page.evaluate(async ([p, c, k]) => {
-  const lab = globalThis.laglab;
-  const place = () => { const f = lab().frame, x = (view) => f.where('entities', 'view', view)[p].x; return { seq: f.seq, own: x(1 + p), server: x(0), other: x(2 - p) }; };
-  const start = place();
-  const seen = { own: null, server: null, other: null, frames: null };
-  const from = performance.now();
-  document.body.dispatchEvent(new KeyboardEvent('keydown', { code: c, key: k, bubbles: true }));
-  while (performance.now() - from < 3000 && (seen.own === null || seen.server === null || seen.other === null)) {
-    await new Promise((resolve) => requestAnimationFrame(resolve));
-    const now = place();
-    for (const who of ['own', 'server', 'other']) {
-      if (seen[who] === null && now[who] > start[who] + 1e-4) {
-        seen[who] = performance.now() - from;
-        if (who === 'own') seen.frames = now.seq - start.seq;
+const reaction = (page, player, code, key) =>
+  page.evaluate(
+    async ([p, c, k]) => {
+      const lab = globalThis.laglab;
+      const place = () => {
+        const f = lab().frame,
+          x = (view) => f.where('entities', 'view', view)[p].x;
+        return { seq: f.seq, own: x(1 + p), server: x(0), other: x(2 - p) };
+      };
+      const start = place();
+      const seen = { own: null, server: null, other: null, frames: null };
+      const from = performance.now();
+      document.body.dispatchEvent(new KeyboardEvent('keydown', { code: c, key: k, bubbles: true }));
+      while (performance.now() - from < 3000 && (seen.own === null || seen.server === null || seen.other === null)) {
+        await new Promise((resolve) => requestAnimationFrame(resolve));
+        const now = place();
+        for (const who of ['own', 'server', 'other']) {
+          if (seen[who] === null && now[who] > start[who] + 1e-4) {
+            seen[who] = performance.now() - from;
+            if (who === 'own') seen.frames = now.seq - start.seq;
+          }
+        }
       }
-    }
-  }
-  document.body.dispatchEvent(new KeyboardEvent('keyup', { code: c, key: k, bubbles: true }));
-  return seen;
-}, /** @type {[number, string, string]} */ ([player, code, key]));
+      document.body.dispatchEvent(new KeyboardEvent('keyup', { code: c, key: k, bubbles: true }));
+      return seen;
+    },
+    /** @type {[number, string, string]} */ ([player, code, key]),
+  );
 
 test('with prediction the own car moves by the next frames at 500 ms lag; server and other see it later', async () => {
-  const { page, complaints, close } = await visit(browser, `${daemon.url}${SLOW}&set=players.0.prediction:true&set=players.0.reconciliation:true`);
+  const { page, complaints, close } = await visit(
+    browser,
+    `${daemon.url}${SLOW}&set=players.0.prediction:true&set=players.0.reconciliation:true`,
+  );
   await page.waitForTimeout(1500); /* states are on their way */
   assert.equal((await frameOf(page)).views[1].entities[0].x, 0);
   const seen = await reaction(page, 0, 'ArrowRight', 'ArrowRight');
@@ -104,7 +117,11 @@ test('arrow keys on a slider move the slider, not the car', async () => {
 });
 
 test('touch pads drive while they are held', async () => {
-  const { page, complaints, close } = await visit(browser, `${daemon.url}${SLOW}&set=players.0.prediction:true`, { width: 390, height: 844, hasTouch: true });
+  const { page, complaints, close } = await visit(browser, `${daemon.url}${SLOW}&set=players.0.prediction:true`, {
+    width: 390,
+    height: 844,
+    hasTouch: true,
+  });
   const pad = page.getByRole('button', { name: 'Throttle, Player A' });
   const box = await pad.boundingBox();
   assert.ok(box.width >= 44 && box.height >= 44);
@@ -121,7 +138,10 @@ test('touch pads drive while they are held', async () => {
 });
 
 test('a person aims and fires the cannon; each arrived state leaves a dot', async () => {
-  const { page, complaints, close } = await visit(browser, `${daemon.url}?scenario=cannon&set=players.0.control:person&set=players.1.control:person&set=players.0.script:idle`);
+  const { page, complaints, close } = await visit(
+    browser,
+    `${daemon.url}?scenario=cannon&set=players.0.control:person&set=players.1.control:person&set=players.0.script:idle`,
+  );
   await page.waitForTimeout(1800); /* the pause before the first shot */
   await page.getByLabel('Angle').first().fill('60');
   await page.getByLabel('Angle').first().press('Enter');

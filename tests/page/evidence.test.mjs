@@ -6,7 +6,9 @@ import { control, frameOf, launch, until, visit } from './lib.mjs';
 
 /** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
 /** @type {import('playwright-core').Browser} */ let browser;
-before(async () => { [daemon, browser] = await Promise.all([startDaemon(), launch()]); });
+before(async () => {
+  [daemon, browser] = await Promise.all([startDaemon(), launch()]);
+});
 after(async () => {
   await browser?.close();
   await daemon?.stop();
@@ -16,22 +18,41 @@ const dotsOf = (page) => page.evaluate(() => globalThis.laglab().dots);
 const gaps = (times) => times.slice(1).map((t, i) => t - times[i]);
 const spread = (list) => Math.max(...list) - Math.min(...list);
 
-test('Figure 8: the dots of client and server are evenly spaced, the client\'s 250 ms later', async () => {
+test("Figure 8: the dots of client and server are evenly spaced, the client's 250 ms later", async () => {
   const { page, close } = await visit(browser, `${daemon.url}?scenario=paper/fig08`);
   assert.ok(await page.getByRole('checkbox', { name: 'Arrival dots' }).isChecked());
-  const dots = await until(async () => { const d = await dotsOf(page); return d[1].length >= 5 && d[0].length >= 5 && d; }, 'dots', 15000);
+  const dots = await until(
+    async () => {
+      const d = await dotsOf(page);
+      return d[1].length >= 5 && d[0].length >= 5 && d;
+    },
+    'dots',
+    15000,
+  );
   for (const view of [0, 1]) {
     const list = gaps(dots[view]);
     assert.ok(spread(list) < 0.05 && Math.abs(list[0] - 1 / 3) < 0.05, `view ${view}: ${list.map((g) => g.toFixed(3))}`);
   }
-  const states = await page.evaluate(() => globalThis.laglab().messages.filter((m) => m.type === 2 && m.player === 0).map((m) => m.end_s - m.begin_s));
+  const states = await page.evaluate(() =>
+    globalThis
+      .laglab()
+      .messages.filter((m) => m.type === 2 && m.player === 0)
+      .map((m) => m.end_s - m.begin_s),
+  );
   assert.ok(states.length > 3 && states.every((way) => Math.abs(way - 0.25) < 0.02), states.join());
   await close();
 });
 
 test('Figure 9: with random latency they are not', async () => {
   const { page, close } = await visit(browser, `${daemon.url}?scenario=paper/fig09`);
-  const dots = await until(async () => { const d = await dotsOf(page); return d[1].length >= 8 && d; }, 'dots, more than happen to be even', 20000);
+  const dots = await until(
+    async () => {
+      const d = await dotsOf(page);
+      return d[1].length >= 8 && d;
+    },
+    'dots, more than happen to be even',
+    20000,
+  );
   assert.ok(spread(gaps(dots[1])) > 0.1, gaps(dots[1]).join());
   await close();
 });
@@ -46,7 +67,11 @@ test('a dot is described in the view and announced', async () => {
   const before = await picture();
   await page.locator('.view[data-drive="0"]').focus();
   await page.keyboard.press('Shift+ArrowLeft');
-  await page.waitForFunction(() => /Snapshot of tick \d+ · arrived .* · sent .* · \d+ ms old/.test(document.getElementById('live').textContent), null, { timeout: 5000 });
+  await page.waitForFunction(
+    () => /Snapshot of tick \d+ · arrived .* · sent .* · \d+ ms old/.test(document.getElementById('live').textContent),
+    null,
+    { timeout: 5000 },
+  );
   await until(async () => (await picture()) !== before, 'the dot is named in the view');
   assert.deepEqual(complaints, []);
   await close();
@@ -64,7 +89,7 @@ test('one input is selected among the messages, and its path is described', asyn
   await until(async () => /Input \d+ of A/.test(await page.locator('#lane-facts').innerText()), 'its life');
   /* The lane shows 0.75 s and a life takes half a second: step until the oldest input that is shown has lived its whole life. */
   const whole = async () => /250 ms to the server's tick .* to its use · total \d+ ms/.test(await page.locator('#lane-facts').innerText());
-  for (let i = 0; i < 40 && !await whole(); i++) {
+  for (let i = 0; i < 40 && !(await whole()); i++) {
     const { tick } = await frameOf(page);
     await page.keyboard.press('.');
     await until(async () => (await frameOf(page)).tick === tick + 1, 'a step');
@@ -78,7 +103,10 @@ test('one input is selected among the messages, and its path is described', asyn
 });
 
 test('prediction without reconciliation snaps; with it, in a separate lane, nothing is corrected', async () => {
-  const { page, close } = await visit(browser, `${daemon.url}?scenario=race&set=players.0.reconciliation:false&set=players.0.prediction:true&set=players.0.lag_ms:250`);
+  const { page, close } = await visit(
+    browser,
+    `${daemon.url}?scenario=race&set=players.0.reconciliation:false&set=players.0.prediction:true&set=players.0.lag_ms:250`,
+  );
   await until(async () => (await frameOf(page)).views[1].corrections > 3, 'snaps', 10000);
   await until(async () => Number(await page.locator('[data-now="Corrections/0"]').innerText()) > 0, 'the number of corrections');
   await control(page, 'players.0.reconciliation').setChecked(true);
@@ -92,12 +120,15 @@ test('prediction without reconciliation snaps; with it, in a separate lane, noth
 test('interpolation draws the other between two snapshots and shows α', async () => {
   const { page, close } = await visit(browser, `${daemon.url}?scenario=race&set=players.0.interpolation:true&set=server.update_hz:10`);
   // The frame and what had arrived by then, in one question: the page goes on meanwhile.
-  const look = () => page.evaluate(() => {
-    const lab = globalThis.laglab();
-    const frame = lab.frame?.plain();
-    frame?.views.forEach((view) => { view.entities = frame.entities.filter((one) => one.view === view.view); });
-    return { frame, arrived: lab.messages.filter((m) => m.type === 2 && m.player === 0).map((m) => m.begin_s) };
-  });
+  const look = () =>
+    page.evaluate(() => {
+      const lab = globalThis.laglab();
+      const frame = lab.frame?.plain();
+      frame?.views.forEach((view) => {
+        view.entities = frame.entities.filter((one) => one.view === view.view);
+      });
+      return { frame, arrived: lab.messages.filter((m) => m.type === 2 && m.player === 0).map((m) => m.begin_s) };
+    });
   await until(async () => (await look()).frame?.views[1].entities[1].flags & 4, 'interpolated');
   const alphas = new Set();
   for (let i = 0; i < 100 && alphas.size <= 3; i++) {
@@ -105,7 +136,10 @@ test('interpolation draws the other between two snapshots and shows α', async (
     const view = frame.views[1];
     assert.ok(view.entities[1].flags & 4, 'interpolated');
     assert.ok(view.alpha >= 0 && view.alpha <= 1, `${view.alpha}`);
-    assert.ok(Math.min(...arrived) <= view.render_time_s && view.render_time_s < frame.time_s, `${Math.min(...arrived)} ${view.render_time_s} ${frame.time_s}`);
+    assert.ok(
+      Math.min(...arrived) <= view.render_time_s && view.render_time_s < frame.time_s,
+      `${Math.min(...arrived)} ${view.render_time_s} ${frame.time_s}`,
+    );
     alphas.add(view.alpha);
     await page.waitForTimeout(70);
   }
@@ -123,7 +157,10 @@ test('charts have a table of the same numbers', async () => {
   const rows = await page.locator('dialog tbody tr').count();
   assert.ok(rows >= 3 && rows <= 25, `${rows} rows`);
   const cells = await page.locator('dialog tbody td').allInnerTexts();
-  assert.ok(cells.every((text) => /^−?\d+\.\d{3}$/.test(text)), cells.join());
+  assert.ok(
+    cells.every((text) => /^−?\d+\.\d{3}$/.test(text)),
+    cells.join(),
+  );
   await close();
 });
 

@@ -6,7 +6,9 @@ import { SIZES, api, axe, launch, sessionOf, until } from './lib.mjs';
 
 /** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
 /** @type {import('playwright-core').Browser} */ let browser;
-before(async () => { [daemon, browser] = await Promise.all([startDaemon(), launch()]); });
+before(async () => {
+  [daemon, browser] = await Promise.all([startDaemon(), launch()]);
+});
 after(async () => {
   await browser?.close();
   await daemon?.stop();
@@ -15,12 +17,13 @@ after(async () => {
 /** Opens the view and waits until the form is counted. @param {any} [wish] */
 async function open(wish = {}) {
   const { width = 1366, height = 768, query = '', hash = '#experiments', context: given, ...more } = wish;
-  const context = given ?? await browser.newContext({ viewport: { width, height }, ...more });
+  const context = given ?? (await browser.newContext({ viewport: { width, height }, ...more }));
   const page = await context.newPage();
   /** @type {string[]} */
   const complaints = [];
   page.on('console', (message) => {
-    if (['error', 'warning'].includes(message.type()) && !/status of 400/.test(message.text())) complaints.push(message.text()); });
+    if (['error', 'warning'].includes(message.type()) && !/status of 400/.test(message.text())) complaints.push(message.text());
+  });
   page.on('pageerror', (error) => complaints.push(error.message));
   await page.goto(daemon.url + query + hash);
   await page.locator('#run:not([disabled])').waitFor();
@@ -41,8 +44,8 @@ async function counted(page) {
 /** @param {import('playwright-core').Page} page */
 const estimate = (page) => page.locator('#estimate').innerText();
 /** @param {import('playwright-core').Page} page */
-const specification = async (page) => JSON.parse(/-d '(.*)' -H/.exec((await page.locator('textarea').inputValue()).replaceAll("'\\''",
-  "'"))[1]);
+const specification = async (page) =>
+  JSON.parse(/-d '(.*)' -H/.exec((await page.locator('textarea').inputValue()).replaceAll("'\\''", "'"))[1]);
 /** @param {import('playwright-core').Page} page */
 const shownId = (page) => page.evaluate(() => /experiments=(.+)$/.exec(location.hash)?.[1]);
 /** @param {import('playwright-core').Page} page */
@@ -54,12 +57,22 @@ const column = async (page, name) => {
 };
 
 test('notes above the results: runs too short, a metric that no run has, a rule that was not reached', async () => {
-  const error = 'players.0.remote_error_m.mean', latency = 'players.1.input_latency_ms.mean';
+  const error = 'players.0.remote_error_m.mean',
+    latency = 'players.1.input_latency_ms.mean';
   const base = { scenario: 'race', axes: [{ path: 'players.0.lag_ms', values: [30, 110] }], repeats: 11, metrics: [error] };
   const cases = [
-    [{ ...base, set: { duration_s: 1.25 } }, [/duration_s, 1\.25 s, is not longer than warmup_s, 2 s/, /^No run has players\.0\.remote_error_m\.mean: it is null in all 22/]],
-    [{ ...base, set: { duration_s: 3, 'players.1.control': 'person' }, metrics: [error, latency] }, [/^No run has players\.1\.input_latency_ms\.mean/]],
-    [{ ...base, set: { duration_s: 3, 'players.0.link.down.jitter_ms': 20 }, until: { half_width: 1e-9 } }, [/^At 2 of 2 points all 11 repeats were made/]],
+    [
+      { ...base, set: { duration_s: 1.25 } },
+      [/duration_s, 1\.25 s, is not longer than warmup_s, 2 s/, /^No run has players\.0\.remote_error_m\.mean: it is null in all 22/],
+    ],
+    [
+      { ...base, set: { duration_s: 3, 'players.1.control': 'person' }, metrics: [error, latency] },
+      [/^No run has players\.1\.input_latency_ms\.mean/],
+    ],
+    [
+      { ...base, set: { duration_s: 3, 'players.0.link.down.jitter_ms': 20 }, until: { half_width: 1e-9 } },
+      [/^At 2 of 2 points all 11 repeats were made/],
+    ],
     [{ ...base, set: { duration_s: 3, 'players.0.link.down.jitter_ms': 20 }, until: { half_width: 50 } }, []],
   ];
   for (const [body, wanted] of /** @type {[object, RegExp[]][]} */ (cases)) {
@@ -78,10 +91,16 @@ test('notes above the results: runs too short, a metric that no run has, a rule 
 test('a first experiment is there for a scenario of each kind, and counted by the daemon', async () => {
   const { page, complaints, close } = await open();
   assert.match(await estimate(page), /^5 runs of 5 points, about/);
-  for (const [id, path] of [['motion/pendulum', 'methods.0.dt_s'], ['rigid/pyramid', 'solver.iterations'], ['fluid/taylor_green', '']]) {
+  for (const [id, path] of [
+    ['motion/pendulum', 'methods.0.dt_s'],
+    ['rigid/pyramid', 'solver.iterations'],
+    ['fluid/taylor_green', ''],
+  ]) {
     await page.selectOption('#of', id);
-    await until(async () => (await specification(page)).scenario === id && (await specification(page)).metrics.length > 0,
-      `a form of ${id}`);
+    await until(
+      async () => (await specification(page)).scenario === id && (await specification(page)).metrics.length > 0,
+      `a form of ${id}`,
+    );
     await counted(page);
     const written = await specification(page);
     assert.ok(written.axes.length === 1 && (path === '' || written.axes[0].path === path), JSON.stringify(written));
@@ -108,8 +127,11 @@ test('axes of every sort become the specification: range, log, list, choices, to
   await counted(page);
   assert.match(await estimate(page), /^60 runs of 30 points/);
   assert.match(await page.locator('.axis').nth(1).innerText(), /10, 30, 90/);
-  assert.deepEqual((await specification(page)).axes, [{ path: 'players.0.lag_ms', values: [0, 50, 100, 200, 400] },
-    { path: 'server.update_hz', from: 10, to: 90, count: 3, scale: 'log' }, { path: 'players.0.prediction', values: [false, true] }]);
+  assert.deepEqual((await specification(page)).axes, [
+    { path: 'players.0.lag_ms', values: [0, 50, 100, 200, 400] },
+    { path: 'server.update_hz', from: 10, to: 90, count: 3, scale: 'log' },
+    { path: 'players.0.prediction', values: [false, true] },
+  ]);
   await page.getByLabel('Values of axis 3').getByLabel('off').uncheck();
   await page.getByLabel('Together with the axis above').nth(0).check();
   await page.locator('[data-axis="1.count"]').fill('5');
@@ -139,10 +161,14 @@ test('the until rule: written, estimated, refused at its fields, run, and edited
   assert.deepEqual((await specification(page)).until, until);
   await counted(page);
   assert.match(await estimate(page), /^200 runs of 5 points/);
-  for (const [field, value, words] of [['least', '3', /least: must be a whole number from 10 to 100000; got 3/],
+  for (const [field, value, words] of [
+    ['least', '3', /least: must be a whole number from 10 to 100000; got 3/],
     ['least', '50', /at most repeats, which is 40; got 50/],
-    ['half', 'wide', /half_width/], ['relative', '1.5', /relative: must be 0 to 1; got 1.5/]]) {
-    const box = page.locator(`#until-${field}`), before = await box.inputValue();
+    ['half', 'wide', /half_width/],
+    ['relative', '1.5', /relative: must be 0 to 1; got 1.5/],
+  ]) {
+    const box = page.locator(`#until-${field}`),
+      before = await box.inputValue();
     await box.fill(String(value));
     await page.locator('#wrong-until').filter({ hasText: words }).waitFor({ timeout: 5000 });
     assert.equal(await box.getAttribute('aria-invalid'), 'true', String(field));
@@ -155,15 +181,24 @@ test('the until rule: written, estimated, refused at its fields, run, and edited
   const rules = (await api(daemon.url, 'experiments/schema')).body,
     least = Object.values(rules.$defs).find((one) => one.properties?.least).properties.least;
   assert.equal(await page.locator('label:has(#until-least)').getAttribute('title'), least.description);
-  assert.ok((await page.locator('.until').innerText()).includes(`${least.minimum} to ${least.maximum.toLocaleString('en')}`) ||
-    (await page.locator('.until').innerText()).includes(`${least.minimum} to ${least.maximum}`), await page.locator('.until').innerText());
+  assert.ok(
+    (await page.locator('.until').innerText()).includes(`${least.minimum} to ${least.maximum.toLocaleString('en')}`) ||
+      (await page.locator('.until').innerText()).includes(`${least.minimum} to ${least.maximum}`),
+    await page.locator('.until').innerText(),
+  );
   await counted(page);
   await page.locator('#run').click();
   await done(page);
   await page.locator('tr[data-point="4"]').waitFor();
   const rows = (await api(daemon.url, `experiments/${await shownId(page)}/results?points=true&format=json`)).body;
-  assert.deepEqual((await column(page, 'Runs')).map(Number), rows.map((row) => row.runs));
-  assert.ok(rows.some((row) => row.runs < 40), 'some means were known before');
+  assert.deepEqual(
+    (await column(page, 'Runs')).map(Number),
+    rows.map((row) => row.runs),
+  );
+  assert.ok(
+    rows.some((row) => row.runs < 40),
+    'some means were known before',
+  );
   await page.locator('#again').click();
   await page.locator('#new').click();
   assert.deepEqual((await specification(page)).until, until, 'what was run is the form again');
@@ -179,24 +214,33 @@ test('a front of several metrics is chosen, marked in the table as a search with
   const { page, complaints, close } = await open();
   await begin(page, 'experiments/lag_techniques');
   await page.getByLabel(/^Value of Duration/).fill('5');
-  const { metrics } = await specification(page), wanted = [metrics[1], metrics[3], metrics[0]];
+  const { metrics } = await specification(page),
+    wanted = [metrics[1], metrics[3], metrics[0]];
   await page.locator(`[data-front="${metrics[0]}"]`).check();
   await page.locator('#wrong-front').filter({ hasText: 'front: must be an array of 2' }).waitFor({ timeout: 5000 });
   for (const path of wanted) await page.locator(`[data-front="${path}"]`).check();
   await counted(page);
-  assert.deepEqual((await specification(page)).front, metrics.filter((/** @type {string} */ path) => wanted.includes(path)));
+  assert.deepEqual(
+    (await specification(page)).front,
+    metrics.filter((/** @type {string} */ path) => wanted.includes(path)),
+  );
   await page.locator('#run').click();
   await done(page);
   await page.locator('tr[data-point="19"]').waitFor();
   const rows = (await api(daemon.url, `experiments/${await shownId(page)}/results?points=true&format=json`)).body;
   const sizes = rows.map((row) => wanted.map((path) => Math.abs(row[path])));
   const on = sizes.map((a) => !sizes.some((b) => b.every((v, k) => v <= a[k]) && b.some((v, k) => v < a[k])));
-  assert.deepEqual((await column(page, 'Front')).map((text) => text === 'front'), on);
+  assert.deepEqual(
+    (await column(page, 'Front')).map((text) => text === 'front'),
+    on,
+  );
   assert.ok(on.includes(true) && on.includes(false));
   // A metric that is not kept any more is on no front.
   await page.locator(`.chosen [data-metric="${wanted[0]}"]`).click();
-  assert.deepEqual(await page.locator('[data-front]:checked').evaluateAll((all) => all.map((e) => e.getAttribute('data-front'))),
-    metrics.filter((/** @type {string} */ path) => wanted.includes(path) && path !== wanted[0]));
+  assert.deepEqual(
+    await page.locator('[data-front]:checked').evaluateAll((all) => all.map((e) => e.getAttribute('data-front'))),
+    metrics.filter((/** @type {string} */ path) => wanted.includes(path) && path !== wanted[0]),
+  );
   assert.deepEqual(complaints, []);
   await close();
 });
@@ -222,7 +266,11 @@ test('designs of points: a Latin hypercube, base samples for sensitivity, values
   await done(page);
   await page.locator('tr[data-point="23"]').waitFor();
   const lags = (await column(page, 'players.0.lag_ms')).map(Number);
-  assert.deepEqual([0, 100, 200, 300].map((lag) => lags.filter((one) => one === lag).length), [6, 6, 6, 6], 'each value as often');
+  assert.deepEqual(
+    [0, 100, 200, 300].map((lag) => lags.filter((one) => one === lag).length),
+    [6, 6, 6, 6],
+    'each value as often',
+  );
   await page.selectOption('#sampling', 'saltelli');
   await page.getByLabel('Base samples').fill('16');
   assert.match(await page.locator('#sample-facts').innerText(), /16 base samples × \(2 axes \+ 2\) = 64 points\./);
@@ -241,7 +289,10 @@ test('designs of points: a Latin hypercube, base samples for sensitivity, values
 
 test('of many points those under others are not drawn, and it says how many; the table has all', async () => {
   const scenario = { kind: 'motion', problem: 'oscillator', duration_s: 0.2, methods: [{ method: 'rk4' }] };
-  const axes = [{ path: 'methods.0.dt_s', from: 0.01, to: 0.1, count: 60 }, { path: 'params.omega', from: 0.5, to: 5, count: 50 }];
+  const axes = [
+    { path: 'methods.0.dt_s', from: 0.01, to: 0.1, count: 60 },
+    { path: 'params.omega', from: 0.5, to: 5, count: 50 },
+  ];
   const { id } = (await api(daemon.url, 'experiments', { scenario, axes, metrics: ['methods.0.e_max', 'methods.0.evaluations'] })).body;
   await until(async () => (await api(daemon.url, `experiments/${id}`)).body.state === 'done', 'the runs', 60000);
   const { page, complaints, close } = await open({ hash: `#experiments=${id}` });
@@ -260,13 +311,17 @@ test('of many points those under others are not drawn, and it says how many; the
 
 test('a work-precision experiment is written for a scenario of each kind, and from a session with its parameters', async () => {
   const { page, complaints, close } = await open();
-  for (const [id, axes, error] of [['crates_delta', ['server.snapshot_encoding', 'server.update_hz'], 'players.0.remote_error_m.mean'],
+  for (const [id, axes, error] of [
+    ['crates_delta', ['server.snapshot_encoding', 'server.update_hz'], 'players.0.remote_error_m.mean'],
     ['rigid/pyramid', ['solver.method', 'solver.substeps', 'solver.iterations'], 'drift_worst_m'],
     ['fluid/taylor_green', ['solver.advection', 'params.n'], 'error_max'],
-    ['motion/orbit', ['methods.0.method', 'methods.0.dt_s'], 'methods.0.e_max']]) {
+    ['motion/orbit', ['methods.0.method', 'methods.0.dt_s'], 'methods.0.e_max'],
+  ]) {
     await page.selectOption('#of', String(id));
-    await until(async () => (await specification(page)).scenario === id && (await specification(page)).metrics.length > 0,
-      `a form of ${id}`);
+    await until(
+      async () => (await specification(page)).scenario === id && (await specification(page)).metrics.length > 0,
+      `a form of ${id}`,
+    );
     await page.locator('#trade').click();
     await until(async () => (await specification(page)).cost === 'cost.ns_per_sim_s', `the trade of ${id}`);
     const written = await specification(page),
@@ -276,8 +331,9 @@ test('a work-precision experiment is written for a scenario of each kind, and fr
     assert.equal((await api(daemon.url, 'experiments?dry_run=true', written)).status, 200);
   }
   await page.goto(`${daemon.url}?scenario=eight&players.2.lag_ms=123`);
-  await page.waitForFunction(() => globalThis.laglab?.().frame !== null && document.querySelector('#speed-against-error') !== null, null,
-    { timeout: 15000 });
+  await page.waitForFunction(() => globalThis.laglab?.().frame !== null && document.querySelector('#speed-against-error') !== null, null, {
+    timeout: 15000,
+  });
   const { players } = await page.evaluate(() => globalThis.laglab().params);
   await page.locator('#speed-against-error').click();
   await page.locator('#run:not([disabled])').waitFor({ timeout: 15000 });
@@ -296,8 +352,11 @@ test('an error of the daemon is shown at the field that it names', async () => {
   };
   await page.locator('[data-axis="0.values"]').fill('0, 5000');
   await wrong('axes.0', /5000/);
-  assert.equal(await page.locator('[data-axis="0.values"]').getAttribute('aria-describedby'), null,
-    'the daemon names the axis, not its values');
+  assert.equal(
+    await page.locator('[data-axis="0.values"]').getAttribute('aria-describedby'),
+    null,
+    'the daemon names the axis, not its values',
+  );
   await page.getByRole('button', { name: 'Range' }).click();
   await page.locator('[data-axis="0.count"]').fill('many');
   await wrong('axes.0', /count/);
@@ -332,7 +391,10 @@ test('run, watched by the stream, read as scatter and table, opened live; the wa
 
   // The table is the API's, and so are files and report; the curl line makes the same again.
   const rows = (await api(daemon.url, `experiments/${id}/results?points=true&format=json`)).body;
-  assert.deepEqual((await column(page, 'players.0.lag_ms')).map(Number), rows.map((row) => row['players.0.lag_ms']));
+  assert.deepEqual(
+    (await column(page, 'players.0.lag_ms')).map(Number),
+    rows.map((row) => row['players.0.lag_ms']),
+  );
   const same = (await api(daemon.url, 'experiments', order)).body;
   await until(async () => (await api(daemon.url, `experiments/${same.id}`)).body.state === 'done', 'the same by the line');
   assert.deepEqual((await api(daemon.url, `experiments/${same.id}/results?points=true&format=json`)).body, rows);
@@ -343,7 +405,10 @@ test('run, watched by the stream, read as scatter and table, opened live; the wa
   // The front is that of the two sides of the trade, found without the page.
   const { error, cost } = { error: order.metrics[0], cost: order.metrics[1] };
   const beaten = (a) => rows.some((b) => b[cost] <= a[cost] && b[error] <= a[error] && (b[cost] < a[cost] || b[error] < a[error]));
-  assert.deepEqual((await column(page, 'Front')).map((text) => text === 'front'), rows.map((row) => !beaten(row)));
+  assert.deepEqual(
+    (await column(page, 'Front')).map((text) => text === 'front'),
+    rows.map((row) => !beaten(row)),
+  );
 
   // By keyboard from point to point, and into one.
   await page.focus('#scatter-box');
@@ -367,7 +432,10 @@ test('run, watched by the stream, read as scatter and table, opened live; the wa
   await page.locator('.points thead button', { hasText: 'lag_ms' }).click();
   await page.locator('.points thead button', { hasText: 'lag_ms' }).click();
   const lags = (await column(page, 'players.0.lag_ms')).map(Number);
-  assert.deepEqual(lags, [...lags].sort((a, b) => b - a));
+  assert.deepEqual(
+    lags,
+    [...lags].sort((a, b) => b - a),
+  );
   await page.locator('tr[data-point="3"] button').focus();
   await page.keyboard.press('Enter');
   await page.waitForFunction(() => globalThis.laglab().frame !== null);
@@ -400,11 +468,16 @@ test('pause, resume and cancel, and what a reader may not; without a stream it a
   const id = await shownId(page);
   const reader = await browser.newContext({ viewport: { width: 1366, height: 768 } });
   const away = await reader.newPage();
-  await away.addInitScript(() => { globalThis.WebSocket = /** @type {any} */ (class {
-      onclose = () => {};
-      constructor() { setTimeout(() => this.onclose(), 1); }
-      close() {}
-    });
+  await away.addInitScript(() => {
+    globalThis.WebSocket = /** @type {any} */ (
+      class {
+        onclose = () => {};
+        constructor() {
+          setTimeout(() => this.onclose(), 1);
+        }
+        close() {}
+      }
+    );
   });
   await away.goto(`${daemon.url}#experiments=${id}`);
   await away.locator('[data-way="asking"]').waitFor();
@@ -432,13 +505,21 @@ test('a pointer picks a point, and opens it when it picks it again', async () =>
   await page.focus('#scatter-box');
   await page.keyboard.press('ArrowRight');
   const box = await page.locator('#scatter-box').boundingBox();
-  const find = async () => { /* the picked point's ring, by its colour */
+  const find = async () => {
+    /* the picked point's ring, by its colour */
     const at = await page.evaluate(() => {
-      const canvas = /** @type {HTMLCanvasElement} */ (document.getElementById('scatter')), ratio = canvas.width / canvas.clientWidth;
+      const canvas = /** @type {HTMLCanvasElement} */ (document.getElementById('scatter')),
+        ratio = canvas.width / canvas.clientWidth;
       const { data, width } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
-      let n = 0, sx = 0, sy = 0;
-      for (let i = 0; i < data.length; i += 4) if (data[i] === 0 && data[i + 1] === 0x72 &&
-        data[i + 2] === 0xb2) { n++; sx += (i / 4) % width; sy += Math.floor(i / 4 / width); }
+      let n = 0,
+        sx = 0,
+        sy = 0;
+      for (let i = 0; i < data.length; i += 4)
+        if (data[i] === 0 && data[i + 1] === 0x72 && data[i + 2] === 0xb2) {
+          n++;
+          sx += (i / 4) % width;
+          sy += Math.floor(i / 4 / width);
+        }
       return { x: sx / n / ratio, y: sy / n / ratio, n };
     });
     return at.n > 20 ? at : null;
@@ -473,19 +554,27 @@ for (const size of [SIZES[0], SIZES[1], { name: '360x740', width: 360, height: 7
     await page.locator('tr[data-point="2"] th').click();
     assert.deepEqual(await axe(page), [], 'results');
     assert.equal(await page.evaluate(() => document.documentElement.scrollWidth > innerWidth), false);
-    const small = await page.locator('main button, main select, main label:has(input[type="checkbox"]), main a')
-      .evaluateAll((all) => all.filter((e) => e.getClientRects().length > 0)
-      .map((e) => ({ what: e.outerHTML.slice(0, 80), w: e.getBoundingClientRect().width, h: e.getBoundingClientRect().height }))
-        .filter((b) => b.w < 24 || b.h < 23.9));
+    const small = await page.locator('main button, main select, main label:has(input[type="checkbox"]), main a').evaluateAll((all) =>
+      all
+        .filter((e) => e.getClientRects().length > 0)
+        .map((e) => ({ what: e.outerHTML.slice(0, 80), w: e.getBoundingClientRect().width, h: e.getBoundingClientRect().height }))
+        .filter((b) => b.w < 24 || b.h < 23.9),
+    );
     assert.deepEqual(small, []);
     const boxes = '.panel, .axis, .order, .progress, .choices, .files, .mine li, .until, .frontof, .numbers';
-    const cut = await page.evaluate((selector) => [...document.querySelectorAll(selector)].flatMap((box) => {
-      const outer = box.getBoundingClientRect();
-      return [...box.querySelectorAll('button, input, select, h2, a')].filter((part) => {
-        const inner = part.getBoundingClientRect();
-        return inner.width > 0 && !part.closest('.unseen') && (inner.right > outer.right + 1 || inner.left < outer.left - 1);
-      }).map((part) => `${box.className}: ${part.outerHTML.slice(0, 90)}`);
-    }), boxes);
+    const cut = await page.evaluate(
+      (selector) =>
+        [...document.querySelectorAll(selector)].flatMap((box) => {
+          const outer = box.getBoundingClientRect();
+          return [...box.querySelectorAll('button, input, select, h2, a')]
+            .filter((part) => {
+              const inner = part.getBoundingClientRect();
+              return inner.width > 0 && !part.closest('.unseen') && (inner.right > outer.right + 1 || inner.left < outer.left - 1);
+            })
+            .map((part) => `${box.className}: ${part.outerHTML.slice(0, 90)}`);
+        }),
+      boxes,
+    );
     assert.deepEqual(cut, []);
     assert.deepEqual(complaints, []);
     await close();

@@ -6,7 +6,9 @@ import { SIZES, axe, frameOf, launch, until, visit } from './lib.mjs';
 
 /** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
 /** @type {import('playwright-core').Browser} */ let browser;
-before(async () => { [daemon, browser] = await Promise.all([startDaemon(), launch()]); });
+before(async () => {
+  [daemon, browser] = await Promise.all([startDaemon(), launch()]);
+});
 after(async () => {
   await browser?.close();
   await daemon?.stop();
@@ -14,29 +16,37 @@ after(async () => {
 
 /** How many pixels of a view have about this colour. @param {import('playwright-core').Page} page @param {number} view @param {string} name of a
  * custom property */
-const painted = (page, view, name) => page.evaluate(([v, property]) => {
-  const canvas = /** @type {HTMLCanvasElement} */ (document.querySelector(`canvas[data-view="${v}"]`));
-  const copy = document.createElement('canvas'), pen = copy.getContext('2d', { willReadFrequently: true });
-  copy.width = canvas.width;
-  copy.height = canvas.height;
-  pen.fillStyle = getComputedStyle(document.documentElement).getPropertyValue(String(property));
-  pen.fillRect(0, 0, 1, 1);
-  const want = pen.getImageData(0, 0, 1, 1).data;
-  pen.clearRect(0, 0, 1, 1);
-  pen.drawImage(canvas, 0, 0);
-  const all = pen.getImageData(0, 0, copy.width, copy.height).data;
-  let count = 0;
-  for (let i = 0; i < all.length; i += 4) count += [0, 1, 2].every((k) => Math.abs(all[i + k] - want[k]) < 3) ? 1 : 0;
-  return count;
-}, /** @type {[number, string]} */ ([view, name]));
+const painted = (page, view, name) =>
+  page.evaluate(
+    ([v, property]) => {
+      const canvas = /** @type {HTMLCanvasElement} */ (document.querySelector(`canvas[data-view="${v}"]`));
+      const copy = document.createElement('canvas'),
+        pen = copy.getContext('2d', { willReadFrequently: true });
+      copy.width = canvas.width;
+      copy.height = canvas.height;
+      pen.fillStyle = getComputedStyle(document.documentElement).getPropertyValue(String(property));
+      pen.fillRect(0, 0, 1, 1);
+      const want = pen.getImageData(0, 0, 1, 1).data;
+      pen.clearRect(0, 0, 1, 1);
+      pen.drawImage(canvas, 0, 0);
+      const all = pen.getImageData(0, 0, copy.width, copy.height).data;
+      let count = 0;
+      for (let i = 0; i < all.length; i += 4) count += [0, 1, 2].every((k) => Math.abs(all[i + k] - want[k]) < 3) ? 1 : 0;
+      return count;
+    },
+    /** @type {[number, string]} */ ([view, name]),
+  );
 
 for (const { name, width, height, query } of SIZES) {
   test(`crates and players are seen in every view, ${name}`, async () => {
-    const { page, complaints, close } = await visit(browser, `${daemon.url}${query === '' ? '?' : `${query}&`}scenario=crates`, { width, height });
+    const { page, complaints, close } = await visit(browser, `${daemon.url}${query === '' ? '?' : `${query}&`}scenario=crates`, {
+      width,
+      height,
+    });
     await until(async () => (await frameOf(page)).time_s > 1, 'a second has passed');
     for (const view of [0, 1, 2]) {
       for (const colour of ['--p0-fill', '--p1-fill', '--grid']) {
-        assert.ok(await painted(page, view, colour) > 20, `${colour} in view ${view}`);
+        assert.ok((await painted(page, view, colour)) > 20, `${colour} in view ${view}`);
       }
     }
     assert.match(await page.locator('canvas[data-view="1"]').getAttribute('aria-label'), /A at [\d.]+, [\d.]+ m, B at .* and 40 things/);
@@ -50,7 +60,8 @@ test('scenery is drawn too', async () => {
   const { page, complaints, close } = await visit(browser, `${daemon.url}?scenario=rifle`);
   await until(async () => (await frameOf(page)).time_s > 1, 'a second has passed');
   for (const view of [0, 1, 2]) {
-    for (const colour of ['--p0-fill', '--buffer', '--edge']) assert.ok(await painted(page, view, colour) > 20, `${colour} in view ${view}`);
+    for (const colour of ['--p0-fill', '--buffer', '--edge'])
+      assert.ok((await painted(page, view, colour)) > 20, `${colour} in view ${view}`);
   }
   assert.deepEqual(complaints, []);
   await close();
@@ -61,7 +72,8 @@ test('networked water is drawn', async () => {
     const { page, complaints, close } = await visit(browser, `${daemon.url}?scenario=${scenario}`);
     await until(async () => (await frameOf(page)).time_s > 1, 'a second has passed');
     for (const view of [0, 1, 2]) {
-      for (const colour of ['--p0-fill', '--p1-fill', '--accent']) assert.ok(await painted(page, view, colour) > 20, `${colour} in view ${view}`);
+      for (const colour of ['--p0-fill', '--p1-fill', '--accent'])
+        assert.ok((await painted(page, view, colour)) > 20, `${colour} in view ${view}`);
     }
     assert.deepEqual(complaints, []);
     await close();

@@ -28,23 +28,37 @@ const pause = async (page) => {
 };
 
 /** What the page has decoded of the newest frame. */
-const fluidOf = (page, i = 0) => page.evaluate(async (at) => {
-  const { fluidsOf } = await import(new URL('js/fluid/decode.js', location.href).href);
-  while (globalThis.laglab().frame === null) await new Promise(requestAnimationFrame); /* another session has just begun */
-  const { field, state, points } = fluidsOf(globalThis.laglab().frame)[at];
-  return { state, field: field && { ...field, bytes: [...field.bytes.slice(0, field.width * field.height)] }, points: points.map((one) => ({ ...one, values: [...one.values] })) };
-}, i);
+const fluidOf = (page, i = 0) =>
+  page.evaluate(async (at) => {
+    const { fluidsOf } = await import(new URL('js/fluid/decode.js', location.href).href);
+    while (globalThis.laglab().frame === null) await new Promise(requestAnimationFrame); /* another session has just begun */
+    const { field, state, points } = fluidsOf(globalThis.laglab().frame)[at];
+    return {
+      state,
+      field: field && { ...field, bytes: [...field.bytes.slice(0, field.width * field.height)] },
+      points: points.map((one) => ({ ...one, values: [...one.values] })),
+    };
+  }, i);
 
 /** A cell's value. */
-const valueAt = (field, x, y) => field.low + (field.bytes[Math.floor(y * field.height) * field.width + Math.floor(x * field.width)] / 254) * (field.high - field.low);
+const valueAt = (field, x, y) =>
+  field.low + (field.bytes[Math.floor(y * field.height) * field.width + Math.floor(x * field.width)] / 254) * (field.high - field.low);
 
 /** On the screen, from shares of the view's width and height, from the lower left. */
-const place = (page, x, y) => page.evaluate(async ([sx, sy]) => {
-  const at = (await import(new URL('js/workbench/pointer_drag.js', location.href).href)).cameras.get(0);
-  const { layout } = await import(new URL('js/state.js', location.href).href);
-  const [left, right, bottom, top] = layout.value.fluid.view, box = document.getElementById('fluid').getBoundingClientRect();
-  return { px: box.left + (left + sx * (right - left) - at.left) * at.scale, py: box.top + (at.top - bottom - sy * (top - bottom)) * at.scale };
-}, [x, y]);
+const place = (page, x, y) =>
+  page.evaluate(
+    async ([sx, sy]) => {
+      const at = (await import(new URL('js/workbench/pointer_drag.js', location.href).href)).cameras.get(0);
+      const { layout } = await import(new URL('js/state.js', location.href).href);
+      const [left, right, bottom, top] = layout.value.fluid.view,
+        box = document.getElementById('fluid').getBoundingClientRect();
+      return {
+        px: box.left + (left + sx * (right - left) - at.left) * at.scale,
+        py: box.top + (at.top - bottom - sy * (top - bottom)) * at.scale,
+      };
+    },
+    [x, y],
+  );
 
 test('/#fluid opens the lab, and it flows', async () => {
   const { page, complaints, requests, close } = await open('#fluid');
@@ -61,7 +75,10 @@ test('/#fluid opens the lab, and it flows', async () => {
 
 test('the race reads nothing of the lab', async () => {
   const { requests, close } = await visit(browser, daemon.url);
-  assert.deepEqual(requests.map((r) => r.url()).filter((url) => url.includes('fluid')), []);
+  assert.deepEqual(
+    requests.map((r) => r.url()).filter((url) => url.includes('fluid')),
+    [],
+  );
   await close();
 });
 
@@ -108,13 +125,20 @@ test('walls and empty cells have separate colours, and the view is not upside do
   await pause(page);
   const { field } = await fluidOf(page);
   assert.ok(valueAt(field, 0.5, 0.99) > 4 * valueAt(field, 0.5, 0.1), 'the lid is at the top');
-  const [top, bottom] = await Promise.all([0.98, 0.05].map(async (y) => {
-    const { px, py } = await place(page, 0.5, y);
-    return page.evaluate(([x, v]) => {
-      const c = /** @type {HTMLCanvasElement} */ (document.getElementById('fluid')), box = c.getBoundingClientRect(), ratio = c.width / box.width;
-      return [...c.getContext('2d').getImageData(Math.round((x - box.left) * ratio), Math.round((v - box.top) * ratio), 1, 1).data];
-    }, [px, py]);
-  }));
+  const [top, bottom] = await Promise.all(
+    [0.98, 0.05].map(async (y) => {
+      const { px, py } = await place(page, 0.5, y);
+      return page.evaluate(
+        ([x, v]) => {
+          const c = /** @type {HTMLCanvasElement} */ (document.getElementById('fluid')),
+            box = c.getBoundingClientRect(),
+            ratio = c.width / box.width;
+          return [...c.getContext('2d').getImageData(Math.round((x - box.left) * ratio), Math.round((v - box.top) * ratio), 1, 1).data];
+        },
+        [px, py],
+      );
+    }),
+  );
   assert.ok(bottom[0] + bottom[1] + bottom[2] > 690, `at rest it looks like paper: ${bottom}`);
   assert.ok(top[0] + top[1] + top[2] < 420, `what is fast stands out: ${top}`);
   await close();
@@ -125,17 +149,26 @@ test('the colour maps are even: no step is larger than another by a third', asyn
   const worst = await page.evaluate(async () => {
     const { mapsOf } = await import(new URL('js/fluid/colours.js', location.href).href);
     const lab = (packed) => {
-      const [r, g, b] = [packed & 255, (packed >> 8) & 255, (packed >> 16) & 255].map((v) => (v / 255 <= 0.04045 ? v / 255 / 12.92 : ((v / 255 + 0.055) / 1.055) ** 2.4));
-      const l = Math.cbrt(0.4122214708 * r + 0.5363325363 * g + 0.0514459929 * b), m = Math.cbrt(0.2119034982 * r + 0.6806995451 * g + 0.1073969566 * b);
+      const [r, g, b] = [packed & 255, (packed >> 8) & 255, (packed >> 16) & 255].map((v) =>
+        v / 255 <= 0.04045 ? v / 255 / 12.92 : ((v / 255 + 0.055) / 1.055) ** 2.4,
+      );
+      const l = Math.cbrt(0.4122214708 * r + 0.5363325363 * g + 0.0514459929 * b),
+        m = Math.cbrt(0.2119034982 * r + 0.6806995451 * g + 0.1073969566 * b);
       const s = Math.cbrt(0.0883024619 * r + 0.2817188376 * g + 0.6299787005 * b);
-      return [0.2104542553 * l + 0.793617785 * m - 0.0040720468 * s, 1.9779984951 * l - 2.428592205 * m + 0.4505937099 * s, 0.0259040371 * l + 0.7827717662 * m - 0.808675766 * s];
+      return [
+        0.2104542553 * l + 0.793617785 * m - 0.0040720468 * s,
+        1.9779984951 * l - 2.428592205 * m + 0.4505937099 * s,
+        0.0259040371 * l + 0.7827717662 * m - 0.808675766 * s,
+      ];
     };
     const ratios = [];
     for (const dark of [false, true]) {
       for (const map of Object.values(mapsOf(dark))) {
         const steps = [];
-        for (let i = 0; i + 16 < map.length; i += 16) { /* colours of a screen are whole numbers: steps of sixteen */
-          const from = lab(map[i]), to = lab(map[i + 16]);
+        for (let i = 0; i + 16 < map.length; i += 16) {
+          /* colours of a screen are whole numbers: steps of sixteen */
+          const from = lab(map[i]),
+            to = lab(map[i + 16]);
           if (map.length === 255 && i < 127 && i + 16 > 127) continue; /* across the middle of a signed map the way turns */
           steps.push(Math.hypot(...from.map((v, k) => v - to[k])));
         }
@@ -145,7 +178,10 @@ test('the colour maps are even: no step is larger than another by a third', asyn
     return ratios;
   });
   assert.equal(worst.length, 6);
-  assert.ok(worst.every((ratio) => ratio < 1.33), worst.join());
+  assert.ok(
+    worst.every((ratio) => ratio < 1.33),
+    worst.join(),
+  );
   await close();
 });
 
@@ -156,7 +192,9 @@ test('the pressure solver changes live, and the remaining divergence shows it', 
   await page.locator('[data-path="solver.pressure"]').selectOption('jacobi');
   await page.locator('[data-path="solver.sweeps"]').fill('20');
   await page.locator('[data-path="solver.sweeps"]').blur();
-  await page.waitForFunction(() => globalThis.laglab().params.solver.pressure === 'jacobi' && globalThis.laglab().params.solver.sweeps === 20);
+  await page.waitForFunction(
+    () => globalThis.laglab().params.solver.pressure === 'jacobi' && globalThis.laglab().params.solver.sweeps === 20,
+  );
   await until(async () => (await shownValue(page, 'divergence_max')) > 1e-4, 'twenty sweeps of Jacobi leave much');
   await page.locator('[data-path="solver.sweeps"]').fill('0');
   await page.locator('[data-path="solver.sweeps"]').blur();
@@ -196,7 +234,15 @@ test('numbers are plotted over time, and which one can be chosen; a cavity has i
   await page.waitForSelector('#profiles');
   await pause(page);
   const curves = await page.evaluate(async () => (await import(new URL('js/workbench/measure.js', location.href).href)).profiles.value[0]);
-  assert.deepEqual(Object.entries(curves).map(([name, pairs]) => [name, pairs.length]), [['u', 129], ['v', 129], ['u_reference', 17], ['v_reference', 17]]);
+  assert.deepEqual(
+    Object.entries(curves).map(([name, pairs]) => [name, pairs.length]),
+    [
+      ['u', 129],
+      ['v', 129],
+      ['u_reference', 17],
+      ['v_reference', 17],
+    ],
+  );
   assert.deepEqual(curves.u_reference[8], [0.5, -0.209149]); /* the middle, by Richardson's extrapolation */
   const error = await drawn(page, 'plot0');
   await page.locator('select.plotted').first().selectOption({ label: 'energy' });
@@ -220,10 +266,15 @@ test('particles are drawn where they are, coloured by speed', async () => {
   const start = await drawn(page);
   const opaqueAt = async (x, y) => {
     const { px, py } = await place(page, x, y);
-    return page.evaluate(([a, b]) => {
-      const c = /** @type {HTMLCanvasElement} */ (document.getElementById('fluid')), box = c.getBoundingClientRect(), ratio = c.width / box.width;
-      return [...c.getContext('2d').getImageData(Math.round((a - box.left) * ratio), Math.round((b - box.top) * ratio), 1, 1).data][3];
-    }, [px, py]);
+    return page.evaluate(
+      ([a, b]) => {
+        const c = /** @type {HTMLCanvasElement} */ (document.getElementById('fluid')),
+          box = c.getBoundingClientRect(),
+          ratio = c.width / box.width;
+        return [...c.getContext('2d').getImageData(Math.round((a - box.left) * ratio), Math.round((b - box.top) * ratio), 1, 1).data][3];
+      },
+      [px, py],
+    );
   };
   assert.deepEqual([await opaqueAt(0.08, 0.3), await opaqueAt(0.6, 0.3)], [255, 0], 'water at the left, nothing at the right');
   await until(async () => {
@@ -237,7 +288,8 @@ test('the mouse drags the fluid, and releases it', async () => {
   const { page, complaints, close } = await open(REST);
   await reached(page, 0.2);
   const calm = Math.abs(valueAt((await fluidOf(page)).field, 0.3, 0.8));
-  const from = await place(page, 0.2, 0.8), to = await place(page, 0.4, 0.8);
+  const from = await place(page, 0.2, 0.8),
+    to = await place(page, 0.4, 0.8);
   await page.mouse.move(from.px, from.py);
   await page.mouse.down();
   await until(async () => (await fluidOf(page)).state.held, 'a hand stirs');
@@ -258,11 +310,15 @@ test('a finger drags the fluid', async () => {
   const { page, context, close } = await open(REST, { width: 390, height: 844, hasTouch: true, isMobile: true });
   await reached(page, 0.2);
   const client = await context.newCDPSession(page);
-  const from = await place(page, 0.2, 0.8), to = await place(page, 0.5, 0.8);
+  const from = await place(page, 0.2, 0.8),
+    to = await place(page, 0.5, 0.8);
   await client.send('Input.dispatchTouchEvent', { type: 'touchStart', touchPoints: [{ x: from.px, y: from.py }] });
   await until(async () => (await fluidOf(page)).state.held, 'a finger stirs');
   for (let i = 1; i <= 12; i++) {
-    await client.send('Input.dispatchTouchEvent', { type: 'touchMove', touchPoints: [{ x: from.px + ((to.px - from.px) * i) / 12, y: from.py }] });
+    await client.send('Input.dispatchTouchEvent', {
+      type: 'touchMove',
+      touchPoints: [{ x: from.px + ((to.px - from.px) * i) / 12, y: from.py }],
+    });
   }
   await client.send('Input.dispatchTouchEvent', { type: 'touchEnd', touchPoints: [] });
   await until(async () => !(await fluidOf(page)).state.held, 'the finger lets go');
@@ -290,7 +346,9 @@ test('keys drag the fluid', async () => {
 
 test('a fluid that blows up is shown as diverged', async () => {
   const { page, close } = await open('?scenario=fluid/taylor_green&set=solver.pressure:jacobi&set=solver.sweeps:5&set=solver.tolerance:0');
-  await page.waitForFunction(() => /[Dd]iverged/.test(document.getElementById('fluid')?.getAttribute('aria-label') ?? ''), null, { timeout: 15000 });
+  await page.waitForFunction(() => /[Dd]iverged/.test(document.getElementById('fluid')?.getAttribute('aria-label') ?? ''), null, {
+    timeout: 15000,
+  });
   assert.match((await page.locator('#chip').textContent()) ?? '', /[Ss]topped|[Ff]ailed/);
   await close();
 });
@@ -302,8 +360,12 @@ test('two fluids go side by side: each has its own solver, cells, error and cost
   await page.locator('[data-path="side_by_side.0.solver.pressure"]').selectOption('jacobi');
   await page.waitForFunction(() => globalThis.laglab().params.side_by_side?.[0].solver.pressure === 'jacobi');
   assert.equal((await paramsOf(page)).solver.pressure, 'direct');
-  await page.waitForFunction(() => /ms\/step/.test(document.querySelectorAll('.drawing figcaption')[1]?.textContent ?? '')
-    && Number(document.getElementById('step-ms1')?.textContent) > 0 && document.querySelector('[data-error="1"]')?.textContent !== '–');
+  await page.waitForFunction(
+    () =>
+      /ms\/step/.test(document.querySelectorAll('.drawing figcaption')[1]?.textContent ?? '') &&
+      Number(document.getElementById('step-ms1')?.textContent) > 0 &&
+      document.querySelector('[data-error="1"]')?.textContent !== '–',
+  );
   assert.deepEqual(await page.locator('.drawing b').allTextContents(), ['direct', 'jacobi']);
   await page.locator('[data-scene="1/n"]').fill('16');
   await page.locator('[data-scene="1/n"]').blur();
@@ -326,7 +388,9 @@ test('two fluids go side by side: each has its own solver, cells, error and cost
 });
 
 test('particles, a grid and a sea go side by side, each dragged at the same share of its view', async () => {
-  const { page, complaints, close } = await open(`?scenario=fluid/pool&set=${encodeURIComponent('side_by_side:[{"scene":"cylinder"},{"scene":"sea"}]')}`);
+  const { page, complaints, close } = await open(
+    `?scenario=fluid/pool&set=${encodeURIComponent('side_by_side:[{"scene":"cylinder"},{"scene":"sea"}]')}`,
+  );
   await page.waitForSelector('#fluid2');
   await reached(page, 0.5);
   assert.deepEqual(await page.locator('.methods small').allTextContents(), ['particles', 'grid', 'ocean']);
@@ -345,9 +409,11 @@ test('10,000 particles are drawn as they come, within a display refresh', async 
   await page.waitForFunction(() => globalThis.laglab().counts.drawn > 8, null, { timeout: 20000 }); /* few on a busy machine */
   assert.equal((await fluidOf(page)).points[0]?.count, 10000);
   const colours = await page.locator('#fluid').evaluate((c) => {
-    const { width, height } = /** @type {HTMLCanvasElement} */ (c), copy = new OffscreenCanvas(width, height).getContext('2d');
+    const { width, height } = /** @type {HTMLCanvasElement} */ (c),
+      copy = new OffscreenCanvas(width, height).getContext('2d');
     copy.drawImage(/** @type {HTMLCanvasElement} */ (c), 0, 0, width, height);
-    const { data } = copy.getImageData(0, Math.round(0.1 * height), width, Math.round(0.7 * height)), blue = (/** @type {number} */ k) => data[k + 2] - data[k] > 60;
+    const { data } = copy.getImageData(0, Math.round(0.1 * height), width, Math.round(0.7 * height)),
+      blue = (/** @type {number} */ k) => data[k + 2] - data[k] > 60;
     return Array.from({ length: data.length / 4 }, (_, k) => 4 * k).filter(blue).length / (data.length / 4);
   });
   assert.ok(colours > 0.05, `water covers ${colours} of the view`);
@@ -360,10 +426,15 @@ test('10,000 particles are drawn as they come, within a display refresh', async 
 
 test('256 x 256 cells are drawn within a fraction of a display refresh', async () => {
   const { page, close } = await open('?scenario=fluid/cylinder&set=params.n:256', { reducedMotion: 'reduce' });
-  await until(async () => { /* a key that is pressed while a step is made goes for nothing */
-    await page.keyboard.press('Period');
-    return page.evaluate(() => globalThis.laglab().frame.tick >= 12);
-  }, 'a dozen ticks', 20000);
+  await until(
+    async () => {
+      /* a key that is pressed while a step is made goes for nothing */
+      await page.keyboard.press('Period');
+      return page.evaluate(() => globalThis.laglab().frame.tick >= 12);
+    },
+    'a dozen ticks',
+    20000,
+  );
   assert.equal((await fluidOf(page)).field.bytes.length, 65536);
   const costs = await page.evaluate(() => [...globalThis.laglab.costs].sort((a, b) => a - b));
   assert.ok(costs[Math.floor(costs.length / 2)] < 16, `median ${costs[Math.floor(costs.length / 2)]} ms`);

@@ -17,8 +17,11 @@ after(async () => {
 const CHOICE = 'select[aria-label="Content of the lower panel"]';
 /** Waits until the description of the lane matches. @param {import('playwright-core').Page} page @param {RegExp} what */
 async function words(page, what) {
-  await page.waitForFunction((source) => new RegExp(source).test(document.getElementById('lane')?.getAttribute('aria-label') ?? ''), what.source,
-    { timeout: 15000 });
+  await page.waitForFunction(
+    (source) => new RegExp(source).test(document.getElementById('lane')?.getAttribute('aria-label') ?? ''),
+    what.source,
+    { timeout: 15000 },
+  );
 }
 
 test('buffers of a player: delay, state, under-runs', async () => {
@@ -33,7 +36,10 @@ test('buffers of a player: delay, state, under-runs', async () => {
 });
 
 test('inputs from client to server, with their results', async () => {
-  const { page, complaints, close } = await visit(browser, `${daemon.url}?scenario=race&set=players.0.link.up.loss_pct:20&set=players.0.redundancy:0`);
+  const { page, complaints, close } = await visit(
+    browser,
+    `${daemon.url}?scenario=race&set=players.0.link.up.loss_pct:20&set=players.0.redundancy:0`,
+  );
   await page.waitForSelector(`${CHOICE} option[value="inputs"]`, { state: 'attached' });
   await page.locator(CHOICE).selectOption('inputs');
   await words(page, /^Inputs: input \d+, acknowledged up to \d+: \d+ open .*[1-9]\d* lost/);

@@ -46,7 +46,10 @@ for (const size of SIZES) {
     await page.goto(`${daemon.url}${size.query}${size.query ? '&' : '?'}scenario=cannon`);
     await shown(page);
     assert.equal(await page.locator('dialog[open]').count(), 0, 'it is not asked for again');
-    assert.deepEqual(complaints.filter((text) => !/status of 40[13]/.test(text)), []);
+    assert.deepEqual(
+      complaints.filter((text) => !/status of 40[13]/.test(text)),
+      [],
+    );
     await close();
   });
 }

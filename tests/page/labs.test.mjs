@@ -39,7 +39,8 @@ for (const lab of LABS) {
     await past(page, 30);
     await pause(page);
     await page.waitForTimeout(150);
-    const start = await stateOf(page), picture = await drawn(page, lab.canvas);
+    const start = await stateOf(page),
+      picture = await drawn(page, lab.canvas);
     await page.waitForTimeout(300);
     assert.equal(await tickOf(page), start.tick);
     assert.equal(await drawn(page, lab.canvas), picture, 'a pause stands still');
@@ -51,7 +52,10 @@ for (const lab of LABS) {
     assert.equal((await stateOf(page)).hash, start.hash);
     const { time_s: time } = await frameOf(page);
     await scrub(page, time / 2);
-    await until(async () => { const tick = await tickOf(page); return tick > 0 && tick < start.tick; }, 'an earlier place');
+    await until(async () => {
+      const tick = await tickOf(page);
+      return tick > 0 && tick < start.tick;
+    }, 'an earlier place');
     assert.match(await page.locator('#chip').innerText(), /Paused at/);
     assert.match(await page.locator('#clock').innerText(), new RegExp(`^${(await frameOf(page)).time_s.toFixed(2)} s`));
     assert.notEqual(await drawn(page, lab.canvas), picture);
@@ -79,8 +83,10 @@ for (const lab of LABS) {
   });
 
   test(`${lab.name}: two pages show one session, and the read-only one makes a copy`, async () => {
-    const owner = await open(lab), { id } = await sessionOf(owner.page);
-    const reader = await open(lab, {}, `#s=${id}`), { page } = reader;
+    const owner = await open(lab),
+      { id } = await sessionOf(owner.page);
+    const reader = await open(lab, {}, `#s=${id}`),
+      { page } = reader;
     assert.deepEqual(await sessionOf(page), { id, owner: false });
     assert.ok(await page.locator(`[data-path="${lab.path}"]`).isDisabled());
     await past(page, 20);
@@ -95,7 +101,10 @@ for (const lab of LABS) {
     await button(owner.page, 'One tick forward').click();
     await at(page, tick);
     await button(page, 'Make my copy').click();
-    await until(async () => { const now = await sessionOf(page); return now?.owner && now.id !== id && (await frameOf(page)) !== null; }, 'a copy');
+    await until(async () => {
+      const now = await sessionOf(page);
+      return now?.owner && now.id !== id && (await frameOf(page)) !== null;
+    }, 'a copy');
     await at(page, tick);
     assert.equal((await stateOf(page)).hash, (await stateOf(owner.page)).hash);
     assert.match(hash, /^[0-9a-f]{16}$/);
@@ -110,16 +119,25 @@ for (const lab of LABS) {
   test(`${lab.name}: a phone that is turned shows the whole view, playing and paused`, async () => {
     const { page, complaints, close } = await open(lab, { width: 390, height: 844, hasTouch: true, isMobile: true, deviceScaleFactor: 2 });
     const fits = async (what) => {
-      await until(() => page.locator(`#${lab.canvas}`).evaluate((c) => {
-        const canvas = /** @type {HTMLCanvasElement} */ (c), box = canvas.getBoundingClientRect();
-        return Math.abs(canvas.width - 2 * box.width) <= 2 && Math.abs(canvas.height - 2 * box.height) <= 2;
-      }), `${what}: as many pixels as its box has`);
-      const [box, wide] = await Promise.all([page.locator(`#${lab.canvas}`).boundingBox(), page.evaluate(() => document.documentElement.scrollWidth - innerWidth)]);
+      await until(
+        () =>
+          page.locator(`#${lab.canvas}`).evaluate((c) => {
+            const canvas = /** @type {HTMLCanvasElement} */ (c),
+              box = canvas.getBoundingClientRect();
+            return Math.abs(canvas.width - 2 * box.width) <= 2 && Math.abs(canvas.height - 2 * box.height) <= 2;
+          }),
+        `${what}: as many pixels as its box has`,
+      );
+      const [box, wide] = await Promise.all([
+        page.locator(`#${lab.canvas}`).boundingBox(),
+        page.evaluate(() => document.documentElement.scrollWidth - innerWidth),
+      ]);
       const { width, height } = /** @type {{width: number, height: number}} */ (page.viewportSize());
       assert.ok(box && box.width > 0.45 * width && box.height > 120 && box.height < height, `${what}: ${JSON.stringify(box)}`);
       assert.ok(wide <= 0, `${what}: ${wide} px too wide`);
       const colours = await page.locator(`#${lab.canvas}`).evaluate((c) => {
-        const { width: w, height: h } = /** @type {HTMLCanvasElement} */ (c), copy = new OffscreenCanvas(w, h).getContext('2d'); /* the page's own stays as it is */
+        const { width: w, height: h } = /** @type {HTMLCanvasElement} */ (c),
+          copy = new OffscreenCanvas(w, h).getContext('2d'); /* the page's own stays as it is */
         copy.drawImage(/** @type {HTMLCanvasElement} */ (c), 0, 0);
         return new Set(new Uint32Array(copy.getImageData(0, 0, w, h).data.buffer)).size;
       });

@@ -6,7 +6,8 @@ import { startDaemon } from '../lib/daemon.mjs';
 import { control, frameOf, launch, paramsOf, sessionOf, until, visit } from './lib.mjs';
 
 const NAME = `laglab-${process.pid}`;
-const OUTER = `ll${process.pid}a`.slice(0, 15), INNER = `ll${process.pid}b`.slice(0, 15);
+const OUTER = `ll${process.pid}a`.slice(0, 15),
+  INNER = `ll${process.pid}b`.slice(0, 15);
 const NET = `10.${200 + (process.pid % 50)}.${(process.pid >> 6) % 250}`;
 
 const run = (/** @type {string[]} */ [command, ...words]) => execFileSync(command, words, { stdio: ['ignore', 'pipe', 'pipe'] });
@@ -29,16 +30,16 @@ before(async () => {
   ipInside('link', 'set', INNER, 'addrgenmode', 'none');
   ipInside('link', 'set', INNER, 'up');
   ipInside('link', 'set', 'lo', 'up');
-  [daemon, browser] = await Promise.all([
-    startDaemon({ listen: `${NET}.2:0`, before: INSIDE }), launch(),
-  ]);
+  [daemon, browser] = await Promise.all([startDaemon({ listen: `${NET}.2:0`, before: INSIDE }), launch()]);
 });
 after(async () => {
   await browser?.close();
   await daemon?.stop();
   try {
     ip('netns', 'del', NAME); /* takes the pair with it */
-  } catch { /* it was never made */ }
+  } catch {
+    /* it was never made */
+  }
 });
 
 test('the page works in full on a network address without a secure context', async () => {
@@ -55,7 +56,10 @@ test('the page works in full on a network address without a secure context', asy
   await until(async () => (await paramsOf(page)).players[0].control === 'person', 'driving');
   await page.getByRole('button', { name: 'Share' }).click();
   const links = await page.locator('dialog input').evaluateAll((all) => all.map((/** @type {any} */ input) => input.value));
-  assert.ok(links.every((text) => text.startsWith(daemon.url)), links.join());
+  assert.ok(
+    links.every((text) => text.startsWith(daemon.url)),
+    links.join(),
+  );
   assert.equal(await page.getByText('works on this computer only').count(), 0);
   const watcher = await visit(browser, links[1]);
   assert.equal((await sessionOf(watcher.page)).owner, false);

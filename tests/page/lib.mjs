@@ -15,8 +15,15 @@ export const SIZES = [
 export function launch() {
   return chromium.launch({
     executablePath: '/usr/bin/chromium',
-    args: ['--no-sandbox', '--disable-gpu', '--disable-quic', '--no-first-run', '--disable-background-networking',
-      '--disable-component-update', '--disable-sync'],
+    args: [
+      '--no-sandbox',
+      '--disable-gpu',
+      '--disable-quic',
+      '--no-first-run',
+      '--disable-background-networking',
+      '--disable-component-update',
+      '--disable-sync',
+    ],
   });
 }
 
@@ -50,14 +57,17 @@ export async function visit(browser, url, wish = {}) {
 
 /** Until the page has drawn a frame and has its controls. @param {import('playwright-core').Page} page */
 export async function shown(page) {
-  await page.waitForFunction(() => globalThis.laglab?.().frame !== null && document.querySelector('[data-path]') !== null, null,
-    { timeout: 10000 });
+  await page.waitForFunction(() => globalThis.laglab?.().frame !== null && document.querySelector('[data-path]') !== null, null, {
+    timeout: 10000,
+  });
 }
 
 /** The newest drawn frame, each view with its entities. @param {import('playwright-core').Page} page @returns {Promise<any>} */
 export async function frameOf(page) {
   const frame = await page.evaluate(() => globalThis.laglab().frame?.plain() ?? null);
-  frame?.views?.forEach((view) => { view.entities = frame.entities.filter((one) => one.view === view.view); });
+  frame?.views?.forEach((view) => {
+    view.entities = frame.entities.filter((one) => one.view === view.view);
+  });
   return frame;
 }
 /** @param {import('playwright-core').Page} page */
@@ -77,11 +87,12 @@ export async function pause(page) {
 }
 
 /** Moves the scrub slider as a drag does. @param {import('playwright-core').Page} page @param {number} time s */
-export const scrub = (page, time) => page.locator('#scrub').evaluate((/** @type {any} */ element, to) => {
-  element.value = to;
-  element.dispatchEvent(new Event('input', { bubbles: true }));
-  element.dispatchEvent(new Event('change', { bubbles: true }));
-}, String(time));
+export const scrub = (page, time) =>
+  page.locator('#scrub').evaluate((/** @type {any} */ element, to) => {
+    element.value = to;
+    element.dispatchEvent(new Event('input', { bubbles: true }));
+    element.dispatchEvent(new Event('change', { bubbles: true }));
+  }, String(time));
 
 /** Polls until `test` gives a true value, and gives it. @template T @param {() => Promise<T>} test @param {string} what @param {number} [ms] */
 export async function until(test, what, ms = 5000) {
@@ -102,11 +113,19 @@ export function control(page, path, type = '') {
 /** The accessibility rules that a page breaks, as text. @param {import('playwright-core').Page} page */
 export async function axe(page) {
   await page.evaluate(AXE);
-  const result = await page.evaluate(() => globalThis.axe.run(document, {
-    runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa', 'wcag22aa', 'best-practice'],
-  }));
+  const result = await page.evaluate(() =>
+    globalThis.axe.run(document, {
+      runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa', 'wcag22aa', 'best-practice'],
+    }),
+  );
   assert.ok(result.passes.length > 20, 'axe has checked the page');
-  return result.violations.map((v) => `${v.id}: ${v.nodes.map((n) => `${n.target} ${n.failureSummary}`).slice(0, 3).join(' | ')}`);
+  return result.violations.map(
+    (v) =>
+      `${v.id}: ${v.nodes
+        .map((n) => `${n.target} ${n.failureSummary}`)
+        .slice(0, 3)
+        .join(' | ')}`,
+  );
 }
 
 /** Asks the daemon without the page. @param {string} base @param {string} path @param {any} [body] @param {string} [key] @param {string} [method] */
@@ -122,5 +141,7 @@ export async function api(base, path, body, key, method) {
 
 /** What all canvases show, as one text that differs when a pixel does. @param {import('playwright-core').Page} page */
 export function pictures(page) {
-  return page.evaluate(() => [...document.querySelectorAll('canvas[data-view]')].map((c) => /** @type {HTMLCanvasElement} */ (c).toDataURL()).join());
+  return page.evaluate(() =>
+    [...document.querySelectorAll('canvas[data-view]')].map((c) => /** @type {HTMLCanvasElement} */ (c).toDataURL()).join(),
+  );
 }

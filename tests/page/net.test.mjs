@@ -20,7 +20,8 @@ after(async () => {
 
 const chip = (page) => page.locator('#chip').innerText();
 /** The browser itself reports the failed attempts; nothing else may complain. */
-const own = (complaints) => complaints.filter((text) => !/ERR_CONNECTION_REFUSED|WebSocket|ERR_EMPTY_RESPONSE|ERR_CONNECTION_RESET|404/.test(text));
+const own = (complaints) =>
+  complaints.filter((text) => !/ERR_CONNECTION_REFUSED|WebSocket|ERR_EMPTY_RESPONSE|ERR_CONNECTION_RESET|404/.test(text));
 
 test('the daemon dies and comes back with its data: the same session goes on', async () => {
   let daemon = await startDaemon({ data });
@@ -65,7 +66,14 @@ test('the daemon comes back without its data: the session is created again from 
   await daemon.stop();
   await until(async () => /Connection lost/.test(await chip(page)), 'it says so', 2000);
   daemon = await startDaemon({ listen });
-  await until(async () => { const s = await sessionOf(page); return s.id !== id && (await frameOf(page))?.tick > 3; }, 'a new session runs', 6000);
+  await until(
+    async () => {
+      const s = await sessionOf(page);
+      return s.id !== id && (await frameOf(page))?.tick > 3;
+    },
+    'a new session runs',
+    6000,
+  );
   assert.match(await page.locator('.note').innerText(), /Session expired . created again from the address/);
   assert.equal((await paramsOf(page)).players[1].lag_ms, 123);
   assert.deepEqual(own(complaints), []);
@@ -76,11 +84,17 @@ test('the daemon comes back without its data: the session is created again from 
 /** What is read after the first frame is there. */
 const whole = (page) => page.waitForFunction(() => document.querySelector('link[href$="uplot.css"]') !== null, null, { timeout: 8000 });
 
-for (const [what, pattern, query] of [['what follows the first frame', '**/js/later.js', ''], ['a lab', '**/js/collide/lab.js', '?scenario=rigid/column']]) {
+for (const [what, pattern, query] of [
+  ['what follows the first frame', '**/js/later.js', ''],
+  ['a lab', '**/js/collide/lab.js', '?scenario=rigid/column'],
+]) {
   test(`${what} that could not be read is read again`, async (t) => {
     const daemon = await startDaemon();
     const { page, close } = await visit(browser, 'about:blank', { wait: false });
-    t.after(async () => { await close(); await daemon.stop(); });
+    t.after(async () => {
+      await close();
+      await daemon.stop();
+    });
     let asked = 0;
     await page.route(pattern, (route) => (asked++ === 0 ? route.abort() : route.continue()));
     await page.goto(daemon.url + query);

@@ -6,7 +6,9 @@ import { api, control, frameOf, launch, paramsOf, sessionOf, shown, until, visit
 
 /** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
 /** @type {import('playwright-core').Browser} */ let browser;
-before(async () => { [daemon, browser] = await Promise.all([startDaemon(), launch()]); });
+before(async () => {
+  [daemon, browser] = await Promise.all([startDaemon(), launch()]);
+});
 after(async () => {
   await browser?.close();
   await daemon?.stop();
@@ -68,7 +70,10 @@ test('a key in the fragment is taken and leaves the address bar; it is never sen
   const { page, requests, close } = await visit(browser, `${daemon.url}#s=${made.id}&k=${made.owner_key}`);
   assert.deepEqual(await sessionOf(page), { id: made.id, owner: true });
   assert.ok(page.url().endsWith(`#s=${made.id}`), page.url());
-  assert.equal(await page.evaluate((key) => document.documentElement.outerHTML.includes(key) || location.href.includes(key), made.owner_key), false);
+  assert.equal(
+    await page.evaluate((key) => document.documentElement.outerHTML.includes(key) || location.href.includes(key), made.owner_key),
+    false,
+  );
   assert.ok(requests.every((request) => !request.url().includes(made.owner_key)));
   await control(page, 'players.0.prediction').setChecked(false);
   await until(async () => (await paramsOf(page)).players[0].prediction === false, 'the key works');

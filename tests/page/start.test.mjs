@@ -30,7 +30,10 @@ test('draws its first frame within a second of opening', async () => {
     await close();
   }
   times.sort((a, b) => a - b);
-  assert.ok(times.every((t) => t > 0), 'the first frame is marked');
+  assert.ok(
+    times.every((t) => t > 0),
+    'the first frame is marked',
+  );
   assert.ok(times[2] < 1000, `median first frame after ${times} ms`);
 });
 
@@ -46,13 +49,17 @@ test('draws its first frame within 2.5 s on a processor six times slower', async
     await close();
   }
   times.sort((a, b) => a - b);
-  assert.ok(times.every((t) => t > 0), 'the first frame is marked');
+  assert.ok(
+    times.every((t) => t > 0),
+    'the first frame is marked',
+  );
   assert.ok(times[2] < 2500, `median first frame after ${times} ms`);
 });
 
 test('moves without a click, with a session of its own', async () => {
   const { page, complaints, close } = await visit(browser, daemon.url);
-  const one = await pictures(page), tick = (await frameOf(page)).tick;
+  const one = await pictures(page),
+    tick = (await frameOf(page)).tick;
   await page.waitForTimeout(500);
   assert.notEqual(await pictures(page), one);
   assert.ok((await frameOf(page)).tick > tick + 10);
@@ -66,8 +73,19 @@ test('moves without a click, with a session of its own', async () => {
 test('requests go to the daemon only, and are few', async () => {
   const { page, requests, close } = await visit(browser, daemon.url);
   await page.waitForTimeout(500);
-  assert.deepEqual(requests.filter((r) => new URL(r.url()).origin !== new URL(daemon.url).origin).map((r) => r.url()), []);
-  const sizes = await Promise.all(requests.map(async (r) => (await r.response())?.body().then((b) => b.length).catch(() => 0) ?? 0));
+  assert.deepEqual(
+    requests.filter((r) => new URL(r.url()).origin !== new URL(daemon.url).origin).map((r) => r.url()),
+    [],
+  );
+  const sizes = await Promise.all(
+    requests.map(
+      async (r) =>
+        (await r.response())
+          ?.body()
+          .then((b) => b.length)
+          .catch(() => 0) ?? 0,
+    ),
+  );
   const total = sizes.reduce((a, b) => a + b, 0);
   assert.ok(total > 100000 && total < 450000, `${total} bytes in ${requests.length} requests`);
   await close();
@@ -78,13 +96,16 @@ function closure(file, found = new Set()) {
   if (found.has(file)) return found;
   found.add(file);
   const text = file.startsWith('vendor/') ? '' : readFileSync(path.join(WWW, file), 'utf8');
-  for (const [, name] of text.matchAll(/^import (?:[^'\n;]*? from )?'([^']+)';/gm)) closure(path.posix.join(path.posix.dirname(file), name), found);
+  for (const [, name] of text.matchAll(/^import (?:[^'\n;]*? from )?'([^']+)';/gm))
+    closure(path.posix.join(path.posix.dirname(file), name), found);
   return found;
 }
 
 test('all modules of the first frame are requested at once, and no others', () => {
   const needed = closure('js/main.js');
-  const asked = [...readFileSync(path.join(WWW, 'index.html'), 'utf8').matchAll(/(?:modulepreload" href|type="module" src)="([^"]+)"/g)].map(([, name]) => name);
+  const asked = [
+    ...readFileSync(path.join(WWW, 'index.html'), 'utf8').matchAll(/(?:modulepreload" href|type="module" src)="([^"]+)"/g),
+  ].map(([, name]) => name);
   assert.ok(needed.size > 20);
   assert.deepEqual(asked.sort(), [...needed].sort());
   for (const name of ['js/later.js', 'js/dialogs.js', 'js/views/chart.js', 'vendor/uplot.js']) assert.ok(!needed.has(name), name);
@@ -133,7 +154,8 @@ test('without JavaScript it says how to go on', async () => {
 
 test('a page that is not shown draws nothing, is sent next to nothing, and is at the present when shown again', async () => {
   const { page, close } = await visit(browser, 'about:blank', { wait: false });
-  await page.addInitScript(() => { /* holds the display back, as a browser does with a hidden tab */
+  await page.addInitScript(() => {
+    /* holds the display back, as a browser does with a hidden tab */
     const real = globalThis.requestAnimationFrame.bind(globalThis);
     let waiting = [];
     globalThis.hold = false;
@@ -147,7 +169,9 @@ test('a page that is not shown draws nothing, is sent next to nothing, and is at
   });
   await page.goto(daemon.url);
   await shown(page);
-  await page.evaluate(() => { globalThis.hold = true; });
+  await page.evaluate(() => {
+    globalThis.hold = true;
+  });
   await page.waitForTimeout(100);
   const before = await page.evaluate(() => globalThis.laglab().counts);
   await page.waitForTimeout(4000);
@@ -165,7 +189,10 @@ test('a page that is not shown draws nothing, is sent next to nothing, and is at
 test('frames are acknowledged as they are drawn, no more', async () => {
   const { page, close } = await visit(browser, daemon.url);
   await page.waitForTimeout(1000);
-  const { counts, frame } = await page.evaluate(() => { const l = globalThis.laglab(); return { counts: l.counts, frame: l.frame }; });
+  const { counts, frame } = await page.evaluate(() => {
+    const l = globalThis.laglab();
+    return { counts: l.counts, frame: l.frame };
+  });
   assert.equal(counts.acked, frame.seq);
   assert.ok(counts.drawn > 20 && counts.drawn <= counts.received, JSON.stringify(counts));
   await close();
@@ -184,8 +211,16 @@ test('every scenario belongs to the lab that shows it', async () => {
   const { page, close } = await visit(browser, daemon.url);
   const current = () => page.locator('.lab[aria-current="page"]').allTextContents();
   assert.deepEqual(await current(), ['Race']);
-  for (const [scenario, lab] of [['rifle', 'Shoot'], ['crates', 'Crates'], ['gambetta', 'Race'], ['cannon', 'Cannon'], ['motion/orbit', 'Step'],
-    ['paper/fig05', 'Collide'], ['fluid/pool', 'Fluid'], ['sea_watched', 'Fluid']]) {
+  for (const [scenario, lab] of [
+    ['rifle', 'Shoot'],
+    ['crates', 'Crates'],
+    ['gambetta', 'Race'],
+    ['cannon', 'Cannon'],
+    ['motion/orbit', 'Step'],
+    ['paper/fig05', 'Collide'],
+    ['fluid/pool', 'Fluid'],
+    ['sea_watched', 'Fluid'],
+  ]) {
     await page.locator('#scenario').selectOption(scenario);
     await page.waitForFunction((name) => document.querySelector('.lab[aria-current="page"]')?.textContent === name, lab);
     assert.deepEqual(await current(), [lab], scenario);

@@ -14,7 +14,8 @@ after(async () => {
   await daemon?.stop();
 });
 
-const ended = (page) => page.waitForFunction(() => document.getElementById('chip')?.textContent?.includes('Ended'), null, { timeout: 15000 });
+const ended = (page) =>
+  page.waitForFunction(() => document.getElementById('chip')?.textContent?.includes('Ended'), null, { timeout: 15000 });
 const cell = (page, row, name) => page.locator(`[data-motion="${row}/${name}"]`).textContent();
 
 test('/#step opens the lab, and it moves', async () => {
@@ -33,7 +34,10 @@ test('Figure 4 shows the numbers of the paper, and what the listing really is', 
   await page.waitForFunction(() => document.querySelector('[data-motion="4/value"]')?.textContent !== '–');
   const values = [];
   for (let row = 1; row <= 8; row++) values.push(Number(await cell(page, row, 'value')));
-  assert.deepEqual(values.map((v) => Number(v.toFixed(4))), [52.5, 49.5, 46.5, 45.5855, 37.5, 40.5, 43.5, 44.5945]);
+  assert.deepEqual(
+    values.map((v) => Number(v.toFixed(4))),
+    [52.5, 49.5, 46.5, 45.5855, 37.5, 40.5, 43.5, 44.5945],
+  );
   assert.equal(await cell(page, 4, 't'), '3.003');
   assert.match(await page.locator('.errata').innerText(), /semi-implicit Euler/);
   await close();
@@ -100,7 +104,11 @@ test('error against step is measured by the daemon, and drawn', async () => {
   const button = page.getByRole('button', { name: /^Measur/ });
   const before = await page.locator('#plot-work').evaluate((c) => /** @type {HTMLCanvasElement} */ (c).toDataURL());
   await button.click();
-  await page.waitForFunction(() => [...document.querySelectorAll('.side button')].some((b) => b.textContent?.startsWith('Measure ')), null, { timeout: 60000 });
+  await page.waitForFunction(
+    () => [...document.querySelectorAll('.side button')].some((b) => b.textContent?.startsWith('Measure ')),
+    null,
+    { timeout: 60000 },
+  );
   await page.waitForFunction((was) => /** @type {HTMLCanvasElement} */ (document.getElementById('plot-work')).toDataURL() !== was, before);
   assert.deepEqual(complaints, []);
   await close();

@@ -7,12 +7,16 @@ import { api, button, control, frameOf, launch, paramsOf, pause, pictures, scrub
 /** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
 /** @type {import('playwright-core').Browser} */ let browser;
 /** @type {Awaited<ReturnType<typeof visit>>} */ let view;
-before(async () => { [daemon, browser] = await Promise.all([startDaemon(), launch()]); });
+before(async () => {
+  [daemon, browser] = await Promise.all([startDaemon(), launch()]);
+});
 after(async () => {
   await browser?.close();
   await daemon?.stop();
 });
-beforeEach(async () => { view = await visit(browser, daemon.url); });
+beforeEach(async () => {
+  view = await visit(browser, daemon.url);
+});
 afterEach(async () => {
   const complaints = view.complaints;
   await view.close();
@@ -24,7 +28,8 @@ const stateOf = async (page) => (await api(daemon.url, `sessions/${(await sessio
 test('pause stands still, play goes on', async () => {
   const { page } = view;
   await pause(page);
-  const tick = await tickOf(page), picture = await pictures(page);
+  const tick = await tickOf(page),
+    picture = await pictures(page);
   await page.waitForTimeout(1000);
   assert.equal(await tickOf(page), tick);
   assert.equal(await pictures(page), picture);
@@ -47,7 +52,11 @@ test('a step is one tick at every speed, forward and back, and comes to the same
   for (const value of values) {
     await speed.selectOption(value);
     await until(async () => alike((await frameOf(page)).session.speed, Number(value)), `speed ${value}`);
-    assert.deepEqual(await speed.locator('option').evaluateAll((all) => all.map((/** @type {any} */ o) => o.value)), values, 'no speed is added');
+    assert.deepEqual(
+      await speed.locator('option').evaluateAll((all) => all.map((/** @type {any} */ o) => o.value)),
+      values,
+      'no speed is added',
+    );
     assert.equal(await speed.inputValue(), value);
     const start = await stateOf(page);
     await button(page, 'One tick forward').click();
@@ -71,7 +80,7 @@ test('a held step button repeats', async () => {
   await page.mouse.down();
   await page.waitForTimeout(1200);
   await page.mouse.up();
-  const moved = await tickOf(page) - start;
+  const moved = (await tickOf(page)) - start;
   assert.ok(moved > 4 && moved < 40, `${moved} ticks`);
 });
 
@@ -82,7 +91,10 @@ test('slow motion is slow, and lag stays in simulated time', async () => {
   const start = await page.evaluate(() => ({ time: globalThis.laglab().frame.time_s, wall: performance.now() }));
   await page.waitForTimeout(4000);
   const end = await page.evaluate(() => {
-    const input = globalThis.laglab().messages.filter((m) => m.type === 1 && m.player === 0).at(-1);
+    const input = globalThis
+      .laglab()
+      .messages.filter((m) => m.type === 1 && m.player === 0)
+      .at(-1);
     return { time: globalThis.laglab().frame.time_s, wall: performance.now(), way: input.end_s - input.begin_s };
   });
   const factor = (end.time - start.time) / ((end.wall - start.wall) / 1000);
@@ -158,7 +170,10 @@ test('at the end Play is Replay, and works', async () => {
   await button(page, 'Replay').waitFor({ timeout: 10000 });
   assert.match(await page.locator('#chip').innerText(), /Ended/);
   await button(page, 'Replay').click();
-  await until(async () => { const tick = await tickOf(page); return tick > 5 && tick < 600; }, 'from the start');
+  await until(async () => {
+    const tick = await tickOf(page);
+    return tick > 5 && tick < 600;
+  }, 'from the start');
 });
 
 test('reset restores parameters, speed and time', async () => {
@@ -168,7 +183,10 @@ test('reset restores parameters, speed and time', async () => {
   await control(page, 'players.0.lag_ms', 'number').press('Enter');
   await control(page, 'players.1.prediction').setChecked(true);
   await page.getByRole('combobox', { name: 'Speed' }).selectOption('2');
-  await until(async () => { const p = await paramsOf(page); return p.players[0].lag_ms === 600 && p.players[1].prediction; }, 'changed');
+  await until(async () => {
+    const p = await paramsOf(page);
+    return p.players[0].lag_ms === 600 && p.players[1].prediction;
+  }, 'changed');
   await button(page, 'Reset').click();
   await until(async () => JSON.stringify(await paramsOf(page)) === JSON.stringify(preset), 'the preset');
   await until(async () => (await frameOf(page)).session.speed === 1, 'speed');

@@ -9,7 +9,10 @@ import { fileURLToPath } from 'node:url';
 import { readRooms } from './rooms.mjs';
 
 const LINES_MAX = 30;
-const folders = (path) => readdirSync(path, { withFileTypes: true }).filter((entry) => entry.isDirectory()).map((entry) => entry.name);
+const folders = (path) =>
+  readdirSync(path, { withFileTypes: true })
+    .filter((entry) => entry.isDirectory())
+    .map((entry) => entry.name);
 
 function words(src) {
   const found = new Set();
@@ -28,22 +31,36 @@ function quoted(text) {
 
 /** @param {string} root @returns {string[]} one line per breach */
 export function checkGuides(root) {
-  const src = join(root, 'src'), known = words(src), findings = [], tops = folders(src);
+  const src = join(root, 'src'),
+    known = words(src),
+    findings = [],
+    tops = folders(src);
   const guides = ['ARCHITECTURE.md', 'CONTRIBUTING.md', ...tops.map((room) => `src/${room}/README.md`)];
   for (const guide of guides) {
-    if (!existsSync(join(root, guide))) { findings.push(`${guide}: is missing`); continue; }
-    const text = readFileSync(join(root, guide), 'utf8'), room = /^src\/(\w+)\/README/.exec(guide)?.[1];
-    const inside = room ? folders(join(src, room)) : [], names = quoted(text);
+    if (!existsSync(join(root, guide))) {
+      findings.push(`${guide}: is missing`);
+      continue;
+    }
+    const text = readFileSync(join(root, guide), 'utf8'),
+      room = /^src\/(\w+)\/README/.exec(guide)?.[1];
+    const inside = room ? folders(join(src, room)) : [],
+      names = quoted(text);
     const places = [root, src, ...(room ? [join(src, room), ...inside.map((sub) => join(src, room, sub))] : [])];
     for (const { name, line } of names) {
       if (/^(?:ll|LL)_\w+$/.test(name) && !/NAME/.test(name) && !known.has(name)) findings.push(`${guide}:${line}: ${name} is not in src`);
-      if (/^[\w.-]+(?:\/[\w.-]+)*\.(?:c|h|inc|js|mjs|md|txt|csv|json|jsonc|yaml)$/.test(name) && !/NAME/.test(name) && !places.some((place) => existsSync(join(place, name)))) {
+      if (
+        /^[\w.-]+(?:\/[\w.-]+)*\.(?:c|h|inc|js|mjs|md|txt|csv|json|jsonc|yaml)$/.test(name) &&
+        !/NAME/.test(name) &&
+        !places.some((place) => existsSync(join(place, name)))
+      ) {
         findings.push(`${guide}:${line}: there is no file ${name}`);
       }
-      if (/^(?:src|tests|docs|www|api|scenarios|bench)\/[\w/.-]*$/.test(name) && !/NAME/.test(name) && !existsSync(join(root, name))) findings.push(`${guide}:${line}: there is no ${name}`);
+      if (/^(?:src|tests|docs|www|api|scenarios|bench)\/[\w/.-]*$/.test(name) && !/NAME/.test(name) && !existsSync(join(root, name)))
+        findings.push(`${guide}:${line}: there is no ${name}`);
     }
     if (!room) continue;
-    const said = new Set(names.map(({ name }) => name)), lines = text.trimEnd().split('\n').length;
+    const said = new Set(names.map(({ name }) => name)),
+      lines = text.trimEnd().split('\n').length;
     const needed = inside.length > 0 ? inside : readdirSync(join(src, room)).filter((name) => name.endsWith('.h'));
     for (const name of needed) if (!said.has(name)) findings.push(`${guide}:1: does not name ${name}`);
     if (lines > LINES_MAX) findings.push(`${guide}:${lines}: more than ${LINES_MAX} lines`);

@@ -3,7 +3,12 @@ import { effect } from '../vendor/signals-core.js';
 import { FRAME_HZ, behind, connection, divisor, notice, status } from './state.js';
 
 const REST_MS = 2000;
-const WORDS = /** @type {Record<string, string>} */ ({ playing: 'Playing', paused: 'Paused', ended: 'Ended', failed: 'Stopped by an error' });
+const WORDS = /** @type {Record<string, string>} */ ({
+  playing: 'Playing',
+  paused: 'Paused',
+  ended: 'Ended',
+  failed: 'Stopped by an error',
+});
 
 let spoken = 0;
 let waiting = '';
@@ -14,11 +19,14 @@ let timer;
 export function speak(text) {
   waiting = text;
   clearTimeout(timer);
-  timer = setTimeout(() => {
-    spoken = performance.now();
-    const region = document.getElementById('live');
-    if (region) region.textContent = waiting;
-  }, Math.max(100, spoken + REST_MS - performance.now()));
+  timer = setTimeout(
+    () => {
+      spoken = performance.now();
+      const region = document.getElementById('live');
+      if (region) region.textContent = waiting;
+    },
+    Math.max(100, spoken + REST_MS - performance.now()),
+  );
 }
 
 export function listen() {

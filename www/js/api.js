@@ -44,7 +44,9 @@ function classKey() {
 function keepClassKey(key) {
   try {
     localStorage.setItem(CLASS_KEY, key);
-  } catch { /* it is asked for again */ }
+  } catch {
+    /* it is asked for again */
+  }
 }
 
 /** @param {unknown} error @returns {boolean} */
@@ -61,11 +63,16 @@ export async function make(path, body, ask = true) {
   } catch (error) {
     if (!ask || !wantsKey(error)) throw error;
     const { withKey } = await part(() => import('./key.js'));
-    return withKey(async (key) => {
-      const made = await post(key);
-      keepClassKey(key);
-      return made;
-    }, wantsKey, kept !== '', new Problem(401, { detail: 'Creating sessions here needs the class key.', declined: true }));
+    return withKey(
+      async (key) => {
+        const made = await post(key);
+        keepClassKey(key);
+        return made;
+      },
+      wantsKey,
+      kept !== '',
+      new Problem(401, { detail: 'Creating sessions here needs the class key.', declined: true }),
+    );
   }
 }
 
@@ -77,7 +84,10 @@ export async function call(method, path, more = {}) {
   if (more.body !== undefined) headers['Content-Type'] = 'application/json';
   if (more.key) headers.Authorization = `Bearer ${more.key}`;
   const answer = await fetch(address(path), {
-    method, headers, body: more.body === undefined ? null : JSON.stringify(more.body), cache: 'no-store',
+    method,
+    headers,
+    body: more.body === undefined ? null : JSON.stringify(more.body),
+    cache: 'no-store',
   });
   const text = await answer.text();
   /** @type {any} */

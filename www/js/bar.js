@@ -29,7 +29,8 @@ function hold(ticks) {
     stop,
   };
 }
-const back = hold(-1), forward = hold(1);
+const back = hold(-1),
+  forward = hold(1);
 
 /** @param {Event} event */
 function onScrub(event) {
@@ -57,7 +58,9 @@ export function timeBar() {
     <label class="field choice speed"><span>Speed</span><select aria-label="Speed" @change=${(/** @type {Event} */ event) => setSpeed(Number(/** @type {HTMLSelectElement} */ (event.target).value))}>
       ${speeds.map((s) => html`<option value=${s} .selected=${s === now}>${s}×</option>`)}</select></label>
     <input type="range" class="scrub" id="scrub" aria-label="Time in seconds" min="0" max="1" step="any" value="0" @input=${onScrub}
-      @change=${() => { scrubbing = false; }}>
+      @change=${() => {
+        scrubbing = false;
+      }}>
     <output class="clock" aria-live="off"><span id="clock"></span><span id="ticks"></span></output>
     <button type="button" class="restart" title="Start again with the same seed (R)" @click=${() => restart()}>Restart</button>
     <button type="button" title="Restore the scenario (Alt + R)" @click=${() => reset()}>Reset</button>
@@ -68,7 +71,8 @@ export function timeBar() {
 
 /** @param {number} time @param {number | null} tick */
 function showClock(time, tick) {
-  const clock = document.getElementById('clock'), ticks = document.getElementById('ticks');
+  const clock = document.getElementById('clock'),
+    ticks = document.getElementById('ticks');
   if (clock) clock.textContent = `${fixed(time, 2)} s`;
   if (ticks && tick !== null) ticks.textContent = ` · tick ${tick}`;
 }

@@ -103,10 +103,14 @@ function onChange(event) {
 function onKey(event) {
   const element = event.target;
   if (!(element instanceof HTMLInputElement) || element.type !== 'range' || !element.dataset.path) return;
-  const low = Number(element.min), high = Number(element.max);
+  const low = Number(element.min),
+    high = Number(element.max);
   const size = event.key.startsWith('Page') ? (high - low) / 10 : event.shiftKey ? 1 : Math.max(1, (high - low) / 100);
-  const way = ['ArrowRight', 'ArrowUp', 'PageUp'].includes(event.key) ? 1
-    : ['ArrowLeft', 'ArrowDown', 'PageDown'].includes(event.key) ? -1 : 0;
+  const way = ['ArrowRight', 'ArrowUp', 'PageUp'].includes(event.key)
+    ? 1
+    : ['ArrowLeft', 'ArrowDown', 'PageDown'].includes(event.key)
+      ? -1
+      : 0;
   if (way === 0) return;
   event.preventDefault();
   element.value = String(Math.max(low, Math.min(high, Math.round(Number(element.value) + way * size))));

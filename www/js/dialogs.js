@@ -15,7 +15,8 @@ import { bufferCurves, errorCurves, rowsOf } from './views/curves.js';
 /** @typedef {import('lit-html').TemplateResult} Template */
 /** @returns {Template} */
 function help() {
-  const row = (/** @type {{shown: string, help: string}} */ key) => html`<tr><th scope="row"><kbd>${key.shown}</kbd></th><td>${key.help}</td></tr>`;
+  const row = (/** @type {{shown: string, help: string}} */ key) =>
+    html`<tr><th scope="row"><kbd>${key.shown}</kbd></th><td>${key.help}</td></tr>`;
   return html`<label class="toggle"><input type="checkbox" .checked=${singleKeys.value}
       @change=${(/** @type {Event} */ event) => setSingleKeys(/** @type {HTMLInputElement} */ (event.target).checked)}><span>Single-key
       shortcuts</span></label>
@@ -42,7 +43,9 @@ const FIRST = ['lag_ms', 'prediction', 'reconciliation', 'interpolation', 'contr
 function settings(path) {
   const rank = (/** @type {string} */ p) => (FIRST.indexOf(p.slice(path.length + 1)) + FIRST.length + 1) % (FIRST.length + 1);
   const shown = (/** @type {string} */ p) => valueAt(params.value, p) !== undefined && find(schema.value, p)?.type !== 'text';
-  const paths = livePaths(schema.value, path, true).filter(shown).sort((a, b) => rank(a) - rank(b));
+  const paths = livePaths(schema.value, path, true)
+    .filter(shown)
+    .sort((a, b) => rank(a) - rank(b));
   return html`<fieldset class="sheet" ?disabled=${locked.value !== ''}>
     <legend class="unseen">All settings</legend>
     ${locked.value ? html`<p class="reason">${locked.value}</p>` : nothing}
@@ -54,7 +57,8 @@ function setting(path) {
   const row = find(schema.value, path);
   const shown = control(path, { slider: row?.type === 'number' && row.unit === 'ms' && row.live });
   return html`<div class="setting">${row?.live ? shown : html`<fieldset disabled>${shown}</fieldset>`}<p>${row?.help ?? ''}${
-    row?.live ? nothing : ' Fixed during a run: set it in the address or the scenario.'}</p></div>`;
+    row?.live ? nothing : ' Fixed during a run: set it in the address or the scenario.'
+  }</p></div>`;
 }
 
 /** @param {string} label @param {string} text @returns {Template} */
@@ -82,8 +86,10 @@ function table(which) {
   const rows = rowsOf(memory, curves, 25);
   return html`<div class="scroll" tabindex="0" role="region" aria-label="Table"><table class="data"><thead><tr><th scope="col">Time (s)</th>
     ${curves.map((curve) => html`<th scope="col">${curve.label}</th>`)}</tr></thead>
-    <tbody>${rows.map((row) => html`<tr><th scope="row">${fixed(row.t, 2)}</th>
-      ${row.values.map((value) => html`<td>${value === null ? '–' : fixed(value, unit.value === 'm' && which === 'error' ? 3 : 1)}</td>`)}</tr>`)}
+    <tbody>${rows.map(
+      (row) => html`<tr><th scope="row">${fixed(row.t, 2)}</th>
+      ${row.values.map((value) => html`<td>${value === null ? '–' : fixed(value, unit.value === 'm' && which === 'error' ? 3 : 1)}</td>`)}</tr>`,
+    )}
     </tbody></table></div>
     <button type="button" @click=${() => draw()}>Refresh</button>`;
 }
@@ -91,11 +97,16 @@ function table(which) {
 /** @param {import('./state.js').Dialog} at @returns {[string, Template]} */
 function content(at) {
   switch (at.kind) {
-    case 'help': return ['Help', help()];
-    case 'player': return [`All settings of player ${letter(at.player)}`, settings(`players.${at.player}`)];
-    case 'server': return ['Server and game', html`${settings('server')}${settings('params')}`];
-    case 'share': return ['Share', share()];
-    default: return [at.which === 'error' ? `Drawn − server now (${unit.value})` : 'Interpolation buffer (ms)', table(at.which)];
+    case 'help':
+      return ['Help', help()];
+    case 'player':
+      return [`All settings of player ${letter(at.player)}`, settings(`players.${at.player}`)];
+    case 'server':
+      return ['Server and game', html`${settings('server')}${settings('params')}`];
+    case 'share':
+      return ['Share', share()];
+    default:
+      return [at.which === 'error' ? `Drawn − server now (${unit.value})` : 'Interpolation buffer (ms)', table(at.which)];
   }
 }
 
@@ -106,8 +117,11 @@ function draw() {
   const at = page.value;
   if (at === null) return;
   const [title, body] = content(at);
-  render(html`<header><h2 id="dialog-title">${title}</h2><button type="button" class="close" @click=${() => dialog.close()}>Close</button></header>
-    <div class="body">${body}</div>`, dialog);
+  render(
+    html`<header><h2 id="dialog-title">${title}</h2><button type="button" class="close" @click=${() => dialog.close()}>Close</button></header>
+    <div class="body">${body}</div>`,
+    dialog,
+  );
   sync(dialog);
 }
 

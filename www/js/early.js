@@ -17,7 +17,9 @@ function kept() {
   try {
     const value = JSON.parse(sessionStorage.getItem(KEPT) ?? 'null');
     if (value && typeof value.keys === 'object') return value;
-  } catch { /* storage may be forbidden: the page works without it */ }
+  } catch {
+    /* storage may be forbidden: the page works without it */
+  }
   return { own: null, keys: {} };
 }
 
@@ -28,7 +30,9 @@ export function keep(id, key, own) {
   if (own) value.own = { id, query: location.search };
   try {
     sessionStorage.setItem(KEPT, JSON.stringify(value));
-  } catch { /* as above */ }
+  } catch {
+    /* as above */
+  }
 }
 
 /** Takes what the daemon refused out of the link. Returns false when nothing was found to take out.
@@ -95,14 +99,17 @@ async function open() {
       if (!(error instanceof Problem) || error.status !== 404) throw error;
       history.replaceState(null, '', location.pathname + location.search);
       link.session = '';
-      return { ...await create(), note: 'That session has expired – a new one was created' };
+      return { ...(await create()), note: 'That session has expired – a new one was created' };
     }
   }
-  if (own && own.query === location.search && keys[own.id]) { /* the tab was reloaded */
+  if (own && own.query === location.search && keys[own.id]) {
+    /* the tab was reloaded */
     try {
       const now = await call('GET', `sessions/${own.id}`);
       if (now.status !== 'failed') return { id: own.id, key: keys[own.id] ?? '', own: true, note: '' };
-    } catch { /* it no longer exists: create a new one */ }
+    } catch {
+      /* it no longer exists: create a new one */
+    }
   }
   return create();
 }

@@ -20,8 +20,10 @@ function chooser() {
   const now = shownScenario();
   const rows = scenarios.value;
   const kind = (/** @type {string} */ name) => rows.filter((row) => !row.id.startsWith('paper/') && row.kind === name);
-  const group = (/** @type {string} */ label, /** @type {import('./state.js').ScenarioRow[]} */ list) => (list.length === 0 ? nothing
-    : html`<optgroup label=${label}>${list.map((row) => html`<option value=${row.id} .selected=${row.id === now}>${titleOf(row)}</option>`)}</optgroup>`);
+  const group = (/** @type {string} */ label, /** @type {import('./state.js').ScenarioRow[]} */ list) =>
+    list.length === 0
+      ? nothing
+      : html`<optgroup label=${label}>${list.map((row) => html`<option value=${row.id} .selected=${row.id === now}>${titleOf(row)}</option>`)}</optgroup>`;
   return html`<label class="field choice scenario"><span>Scenario</span><select id="scenario" aria-label="Scenario"
     @change=${(/** @type {Event} */ event) => choose(/** @type {HTMLSelectElement} */ (event.target).value)}>
     ${now === '' ? html`<option value="" selected disabled>${rows.length > 0 ? 'not from the library' : 'loading'}</option>` : nothing}
@@ -29,7 +31,10 @@ function chooser() {
     ${group('Motion', kind('motion'))}
     ${group('Rigid bodies', kind('rigid'))}
     ${group('Fluids', kind('fluid'))}
-    ${group('Figures of the paper', rows.filter((row) => row.id.startsWith('paper/')))}</select></label>`;
+    ${group(
+      'Figures of the paper',
+      rows.filter((row) => row.id.startsWith('paper/')),
+    )}</select></label>`;
 }
 
 let lastExperiment = ''; /* that was shown: the way back leads to it */
@@ -39,11 +44,20 @@ effect(() => {
 
 /** @returns {Template} */
 function labs() {
-  const shown = experiment.value === null ? layout.value?.game ?? '' : null;
-  const tab = (/** @type {string} */ name, /** @type {boolean} */ current, /** @type {() => void} */ go) => html`<button type="button" class="lab"
+  const shown = experiment.value === null ? (layout.value?.game ?? '') : null;
+  const tab = (
+    /** @type {string} */ name,
+    /** @type {boolean} */ current,
+    /** @type {() => void} */ go,
+  ) => html`<button type="button" class="lab"
     aria-current=${current ? 'page' : 'false'} @click=${go}>${name}</button>`;
-  return html`<nav aria-label="Labs">${LABS.map((lab) => tab(lab.name, shown !== null && lab.shows.includes(shown), () => { if (shown === null || shownScenario() !== lab.scenario) choose(lab.scenario); }))}${
-    tab('Experiments', shown === null, () => { if (shown !== null) openExperiments(lastExperiment); })}</nav>`;
+  return html`<nav aria-label="Labs">${LABS.map((lab) =>
+    tab(lab.name, shown !== null && lab.shows.includes(shown), () => {
+      if (shown === null || shownScenario() !== lab.scenario) choose(lab.scenario);
+    }),
+  )}${tab('Experiments', shown === null, () => {
+    if (shown !== null) openExperiments(lastExperiment);
+  })}</nav>`;
 }
 
 /** On a phone the labs do not all fit: the one that is shown does. When there is time, since asking where things are lays out the page. */
@@ -51,8 +65,10 @@ effect(() => {
   layout.value?.game;
   experiment.value;
   (globalThis.requestIdleCallback ?? setTimeout)(() => {
-    const current = document.querySelector('.lab[aria-current="page"]'), row = current?.parentElement;
-    if (row && current instanceof HTMLElement) row.scrollLeft = current.offsetLeft - row.offsetLeft - (row.clientWidth - current.offsetWidth) / 2;
+    const current = document.querySelector('.lab[aria-current="page"]'),
+      row = current?.parentElement;
+    if (row && current instanceof HTMLElement)
+      row.scrollLeft = current.offsetLeft - row.offsetLeft - (row.clientWidth - current.offsetWidth) / 2;
   });
 });
 
@@ -91,8 +107,12 @@ export function header() {
   const kind = connection.value.state === 'lost' || status.value === 'failed' ? 'bad' : behind.value ? 'past' : status.value;
   return html`<header class="top"><h1>laglab</h1>${labs()}${chooser()}
     <div class="chip" id="chip" data-kind=${kind}>${state()}${pace()}</div>
-    ${readOnly.value ? html`<div class="chip" id="reader"><span>Read-only</span><button type="button" class="small"
-      @click=${() => fork()}>Make my copy</button></div>` : nothing}
+    ${
+      readOnly.value
+        ? html`<div class="chip" id="reader"><span>Read-only</span><button type="button" class="small"
+      @click=${() => fork()}>Make my copy</button></div>`
+        : nothing
+    }
     <button type="button" class="share" @click=${() => open({ kind: 'share' })}>Share</button>
     ${help}</header>`;
 }

@@ -10,20 +10,36 @@ function element(tag, attributes = {}, inside = []) {
 
 /** @param {boolean} wrong whether the one before was refused @returns {Promise<string>} empty when none is given */
 function ask(wrong) {
-  const input = /** @type {HTMLInputElement} */ (element('input', { id: 'class-key', type: 'password', autocomplete: 'off', autocapitalize: 'off', spellcheck: 'false',
-    required: '', ...(wrong ? { 'aria-invalid': 'true', 'aria-describedby': 'class-key-told' } : {}) }));
+  const input = /** @type {HTMLInputElement} */ (
+    element('input', {
+      id: 'class-key',
+      type: 'password',
+      autocomplete: 'off',
+      autocapitalize: 'off',
+      spellcheck: 'false',
+      required: '',
+      ...(wrong ? { 'aria-invalid': 'true', 'aria-describedby': 'class-key-told' } : {}),
+    })
+  );
   const text = wrong ? 'Wrong key. Ask your teacher.' : 'Your teacher has it. This browser stores it.';
   const cancel = element('button', { type: 'button' }, ['Cancel']);
   const form = element('form', { method: 'dialog', class: 'body' }, [
     element('p', {}, ['Creating sessions here needs the class key. Sessions of others can be watched without it, by link or join code.']),
     element('label', { class: 'address', for: 'class-key' }, [element('span', {}, ['Class key']), input]),
     element('p', { id: 'class-key-told', role: 'status', ...(wrong ? { class: 'reason' } : {}) }, [text]),
-    element('div', { class: 'choices' }, [cancel, element('button', { class: 'main' }, ['Continue'])])]);
-  const dialog = /** @type {HTMLDialogElement} */ (element('dialog', { class: 'small', 'aria-labelledby': 'class-key-title' },
-    [element('header', {}, [element('h2', { id: 'class-key-title' }, ['Class key'])]), form]));
+    element('div', { class: 'choices' }, [cancel, element('button', { class: 'main' }, ['Continue'])]),
+  ]);
+  const dialog = /** @type {HTMLDialogElement} */ (
+    element('dialog', { class: 'small', 'aria-labelledby': 'class-key-title' }, [
+      element('header', {}, [element('h2', { id: 'class-key-title' }, ['Class key'])]),
+      form,
+    ])
+  );
   return new Promise((resolve) => {
     let given = '';
-    form.addEventListener('submit', () => { given = input.value.trim(); });
+    form.addEventListener('submit', () => {
+      given = input.value.trim();
+    });
     cancel.addEventListener('click', () => dialog.close());
     dialog.addEventListener('keydown', (event) => event.stopPropagation()); // no shortcuts of the page
     dialog.addEventListener('close', () => {

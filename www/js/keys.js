@@ -30,10 +30,14 @@ export function fullScreen() {
 }
 
 const TECHNIQUES = ['prediction', 'reconciliation', 'interpolation'];
-const technique = (/** @type {number} */ player) => TECHNIQUES.map((name, i) => ({
-  code: `Digit${i + 1}`, shift: player === 1, shown: `${player === 1 ? 'Shift + ' : ''}${i + 1}`,
-  help: `${name.charAt(0).toUpperCase()}${name.slice(1)} of ${player === 0 ? 'A' : 'B'}`, run: () => toggle(player, name),
-}));
+const technique = (/** @type {number} */ player) =>
+  TECHNIQUES.map((name, i) => ({
+    code: `Digit${i + 1}`,
+    shift: player === 1,
+    shown: `${player === 1 ? 'Shift + ' : ''}${i + 1}`,
+    help: `${name.charAt(0).toUpperCase()}${name.slice(1)} of ${player === 0 ? 'A' : 'B'}`,
+    run: () => toggle(player, name),
+  }));
 
 /** @type {Key[]} */
 export const KEYS = [
@@ -45,22 +49,33 @@ export const KEYS = [
   { code: 'BracketRight', shown: ']', help: 'Faster', run: () => void nextSpeed(1) },
   { code: 'KeyR', shown: 'R', help: 'Restart with the same seed', run: () => void restart() },
   { code: 'KeyR', alt: true, shown: 'Alt + R', help: 'Reset everything', run: () => void reset() },
-  ...technique(0), ...technique(1),
+  ...technique(0),
+  ...technique(1),
   { code: 'KeyG', shown: 'G', help: 'Ghosts of the ground truth', run: () => toggleOverlay('ghosts') },
   { code: 'KeyM', shown: 'M', help: 'Messages', run: () => toggleOverlay('messages') },
   { code: 'KeyF', everywhere: true, shown: 'F', help: 'Full screen', run: fullScreen },
-  { code: 'KeyP', everywhere: true, shown: 'P', help: 'Projector colours', run: () => setTheme(theme.value === 'projector' ? 'auto' : 'projector') },
+  {
+    code: 'KeyP',
+    everywhere: true,
+    shown: 'P',
+    help: 'Projector colours',
+    run: () => setTheme(theme.value === 'projector' ? 'auto' : 'projector'),
+  },
   { code: 'Slash', shift: true, everywhere: true, shown: '?', help: 'This help', run: () => open({ kind: 'help' }) },
 ];
 
 /** Driving keys: while a view has the focus, or the player is driven by a person.
  * @type {{code: string, player: number, push: import('./drive.js').Push}[]} */
 export const DRIVING = [
-  { code: 'ArrowRight', player: 0, push: 'ahead' }, { code: 'ArrowLeft', player: 0, push: 'back' },
-  { code: 'ArrowUp', player: 0, push: 'up' }, { code: 'ArrowDown', player: 0, push: 'down' },
+  { code: 'ArrowRight', player: 0, push: 'ahead' },
+  { code: 'ArrowLeft', player: 0, push: 'back' },
+  { code: 'ArrowUp', player: 0, push: 'up' },
+  { code: 'ArrowDown', player: 0, push: 'down' },
   { code: 'Enter', player: 0, push: 'fire' },
-  { code: 'KeyD', player: 1, push: 'ahead' }, { code: 'KeyA', player: 1, push: 'back' },
-  { code: 'KeyW', player: 1, push: 'up' }, { code: 'KeyS', player: 1, push: 'down' },
+  { code: 'KeyD', player: 1, push: 'ahead' },
+  { code: 'KeyA', player: 1, push: 'back' },
+  { code: 'KeyW', player: 1, push: 'up' },
+  { code: 'KeyS', player: 1, push: 'down' },
   { code: 'KeyE', player: 1, push: 'fire' },
 ];
 export const DRIVING_HELP = [
@@ -119,7 +134,10 @@ function onDown(event) {
   if (event.code === 'Escape') {
     let any = false;
     for (let p = 0; p < (layout.value?.players.length ?? 0); p++) {
-      if (byPerson(p)) { drive(p, false); any = true; }
+      if (byPerson(p)) {
+        drive(p, false);
+        any = true;
+      }
     }
     if (any && event.target instanceof HTMLElement) event.target.blur();
     return;

@@ -6,7 +6,22 @@ import { FAILED } from './frame.js';
 import { Memory } from './memory.js';
 import { Stream } from './net.js';
 import { seen, showAddress } from './params.js';
-import { connection, contactsDrawn, divisor, experiment, failure, frame, layout, inspector, locked, overlays, params, scenarios, session, notify } from './state.js';
+import {
+  connection,
+  contactsDrawn,
+  divisor,
+  experiment,
+  failure,
+  frame,
+  layout,
+  inspector,
+  locked,
+  overlays,
+  params,
+  scenarios,
+  session,
+  notify,
+} from './state.js';
 
 /** @typedef {import('./state.js').Layout} Layout */
 
@@ -22,15 +37,24 @@ let newest = null;
 /** @param {any} hello @returns {Layout} */
 function layoutOf(hello) {
   const given = hello.layout ?? {};
-  const players = given.players ?? (hello.params?.players ?? []);
+  const players = given.players ?? hello.params?.players ?? [];
   const scene = given.scene ?? {};
   return {
     game: given.game ?? hello.params?.game ?? hello.params?.kind ?? 'race',
     players: players.map((/** @type {any} */ player, /** @type {number} */ p) => ({ name: player.name || String.fromCharCode(65 + p) })),
     game_values: given.game_values ?? [],
     scene: {
-      x_min: 0, x_max: 100, y_min: 0, y_max: 1, wraps: false, finish_m: 0, target_x: 0, target_y: 0, target_radius: 0,
-      entity_length_m: 1, ...scene,
+      x_min: 0,
+      x_max: 100,
+      y_min: 0,
+      y_max: 1,
+      wraps: false,
+      finish_m: 0,
+      target_x: 0,
+      target_y: 0,
+      target_radius: 0,
+      entity_length_m: 1,
+      ...scene,
     },
     entities: given.entities ?? [],
     fixed: given.fixed ?? [],
@@ -51,8 +75,18 @@ function inspectorOf(game, sync) {
 function wishOf(chosen) {
   const closer = chosen === 'buffers' || chosen === 'waits';
   return {
-    session: 60, scene: 60, lanes: 60, gauges: closer ? 60 : 10, shots: chosen === 'shots' ? 60 : 5, ...(chosen === 'buffers' ? { buffered: 60 } : {}),
-    motion: 60, bodies: 60, ...(contactsDrawn.value ? { contacts: 60 } : {}), joints: 60, field: 60, points: 60,
+    session: 60,
+    scene: 60,
+    lanes: 60,
+    gauges: closer ? 60 : 10,
+    shots: chosen === 'shots' ? 60 : 5,
+    ...(chosen === 'buffers' ? { buffered: 60 } : {}),
+    motion: 60,
+    bodies: 60,
+    ...(contactsDrawn.value ? { contacts: 60 } : {}),
+    joints: 60,
+    field: 60,
+    points: 60,
   };
 }
 effect(() => {
@@ -84,45 +118,51 @@ export function show(id, key, own, line) {
   });
   seen.version = -1;
   let wasLost = false;
-  stream = new Stream(id, key, {
-    hello(hello) {
-      counts.hellos++;
-      divisor.value = 1;
-      const next = layoutOf(hello);
-      memory = new Memory(next.game, -1);
-      batch(() => {
-        layout.value = next;
-        if (hello.params) params.value = hello.params;
-        if (frame.value === null) inspector.value = inspectorOf(next.game, hello.params?.server?.sync);
-        if (counts.hellos === 1 || frame.value === null) {
-          overlays.value = { ...overlays.value, dots: next.game === 'cannon' };
-        }
-      });
-      document.title = `${hello.params?.title || next.game} – laglab`;
+  stream = new Stream(
+    id,
+    key,
+    {
+      hello(hello) {
+        counts.hellos++;
+        divisor.value = 1;
+        const next = layoutOf(hello);
+        memory = new Memory(next.game, -1);
+        batch(() => {
+          layout.value = next;
+          if (hello.params) params.value = hello.params;
+          if (frame.value === null) inspector.value = inspectorOf(next.game, hello.params?.server?.sync);
+          if (counts.hellos === 1 || frame.value === null) {
+            overlays.value = { ...overlays.value, dots: next.game === 'cannon' };
+          }
+        });
+        document.title = `${hello.params?.title || next.game} – laglab`;
+      },
+      frame(next) {
+        counts.received++;
+        if (next.session.generation !== memory.generation) memory = new Memory(memory.game, next.session.generation);
+        memory.take(next);
+        newest = next;
+        if (next.flags & FAILED && failure.value === '') why(id);
+      },
+      state(state, attempt) {
+        connection.value = { state, attempt };
+        if (state === 'open' && wasLost) notify('Reconnected');
+        wasLost = state === 'lost';
+      },
+      pace(next) {
+        divisor.value = next;
+      },
+      gone() {
+        notify('Session expired – created again from the address');
+        again();
+      },
+      refused(detail) {
+        notify(`Refused: ${detail}`);
+      },
     },
-    frame(next) {
-      counts.received++;
-      if (next.session.generation !== memory.generation) memory = new Memory(memory.game, next.session.generation);
-      memory.take(next);
-      newest = next;
-      if (next.flags & FAILED && failure.value === '') why(id);
-    },
-    state(state, attempt) {
-      connection.value = { state, attempt };
-      if (state === 'open' && wasLost) notify('Reconnected');
-      wasLost = state === 'lost';
-    },
-    pace(next) {
-      divisor.value = next;
-    },
-    gone() {
-      notify('Session expired – created again from the address');
-      again();
-    },
-    refused(detail) {
-      notify(`Refused: ${detail}`);
-    },
-  }, line, wishOf(inspector.value));
+    line,
+    wishOf(inspector.value),
+  );
   showAddress();
 }
 
@@ -132,7 +172,9 @@ async function why(id) {
   try {
     const now = await call('GET', `sessions/${id}`);
     failure.value = String(now.error?.detail ?? now.error?.title ?? failure.value);
-  } catch { /* the plain sentence stays */ }
+  } catch {
+    /* the plain sentence stays */
+  }
 }
 
 /** The next frame to draw: the newest, once. */
@@ -212,15 +254,35 @@ export function shownScenario() {
 /** Read-only facts for tests and for the curious. */
 export function hook() {
   return Object.freeze({
-    get frame() { return frame.value; },
-    get session() { return session.value && { id: session.value.id, owner: session.value.key !== '' }; },
-    get params() { return structuredClone(params.value); },
-    get connection() { return { ...connection.value }; },
-    get locked() { return locked.value; },
-    get counts() { return { ...counts, patches: seen.patches }; },
-    get gaps() { return structuredClone(memory.gaps); },
-    get messages() { return [...memory.events.values()]; },
-    get corrections() { return memory.corrections.map((list) => list.length); },
-    get dots() { return memory.dots.map((list) => list.map((dot) => dot.t)); },
+    get frame() {
+      return frame.value;
+    },
+    get session() {
+      return session.value && { id: session.value.id, owner: session.value.key !== '' };
+    },
+    get params() {
+      return structuredClone(params.value);
+    },
+    get connection() {
+      return { ...connection.value };
+    },
+    get locked() {
+      return locked.value;
+    },
+    get counts() {
+      return { ...counts, patches: seen.patches };
+    },
+    get gaps() {
+      return structuredClone(memory.gaps);
+    },
+    get messages() {
+      return [...memory.events.values()];
+    },
+    get corrections() {
+      return memory.corrections.map((list) => list.length);
+    },
+    get dots() {
+      return memory.dots.map((list) => list.map((dot) => dot.t));
+    },
   });
 }

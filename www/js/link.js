@@ -34,7 +34,9 @@ function toValue(text) {
   if (/^[[{]/.test(text)) {
     try {
       return JSON.parse(text);
-    } catch { /* then it is a text */ }
+    } catch {
+      /* then it is a text */
+    }
   }
   const number = Number(text);
   return text.trim() !== '' && Number.isFinite(number) ? number : text;
@@ -43,7 +45,7 @@ function toValue(text) {
 /** @param {string} hash @returns {string | null} */
 export function readExperiment(hash) {
   const found = /^#experiments(?:=([A-Za-z0-9_-]{1,64}))?$/.exec(hash);
-  return found ? found[1] ?? '' : null;
+  return found ? (found[1] ?? '') : null;
 }
 
 /** @param {string} search @param {string} hash @returns {Link} */
@@ -51,7 +53,16 @@ export function readLink(search, hash) {
   const query = new URLSearchParams(search);
   const fragment = new URLSearchParams(hash.replace(/^#/, ''));
   /** @type {Link} */
-  const link = { scenario: FIRST_SCENARIO, set: {}, seed: null, theme: 'auto', session: '', key: '', experiment: readExperiment(hash), problems: [] };
+  const link = {
+    scenario: FIRST_SCENARIO,
+    set: {},
+    seed: null,
+    theme: 'auto',
+    session: '',
+    key: '',
+    experiment: readExperiment(hash),
+    problems: [],
+  };
 
   const scenario = query.get('scenario');
   if (scenario === null) link.scenario = LABS.find((lab) => lab.id === hash.slice(1))?.scenario ?? FIRST_SCENARIO;
@@ -88,7 +99,8 @@ export function readLink(search, hash) {
 export function writeQuery(link) {
   const parts = [];
   if (link.scenario !== FIRST_SCENARIO || Object.keys(link.set).length > 0) parts.push(`scenario=${link.scenario}`);
-  for (const [path, value] of Object.entries(link.set)) parts.push(`set=${path}:${encodeURIComponent(typeof value === 'object' ? JSON.stringify(value) : String(value))}`);
+  for (const [path, value] of Object.entries(link.set))
+    parts.push(`set=${path}:${encodeURIComponent(typeof value === 'object' ? JSON.stringify(value) : String(value))}`);
   if (link.seed !== null) parts.push(`seed=${link.seed}`);
   if (link.theme !== 'auto') parts.push(`theme=${link.theme}`);
   return parts.length > 0 ? `?${parts.join('&')}` : '';

@@ -51,10 +51,16 @@ function surfaceOf(canvas) {
 function words(now, view) {
   const v = now.views[view];
   if (!v) return '';
-  const shapes = layout.value?.entities ?? [], players = layout.value?.players.length ?? 0;
-  const where = (/** @type {import('./frame.js').Entity} */ e) => (shapes.length > 0 ? `${fixed(e.x, 1)}, ${fixed(e.y, 1)} m` : `${fixed(e.x, 1)} m`);
+  const shapes = layout.value?.entities ?? [],
+    players = layout.value?.players.length ?? 0;
+  const where = (/** @type {import('./frame.js').Entity} */ e) =>
+    shapes.length > 0 ? `${fixed(e.x, 1)}, ${fixed(e.y, 1)} m` : `${fixed(e.x, 1)} m`;
   const others = entitiesOf(now, view).length > players ? `, and ${entitiesOf(now, view).length - players} things` : '';
-  const list = entitiesOf(now, view).slice(0, players).map((e, i) => `${letter(i)} at ${where(e)}`).join(', ') + others;
+  const list =
+    entitiesOf(now, view)
+      .slice(0, players)
+      .map((e, i) => `${letter(i)} at ${where(e)}`)
+      .join(', ') + others;
   const error = view > 0 ? `; own entity ${fixed(v.own_lead_m, 2)} m from the server's now, others ${fixed(v.view_age_ms, 0)} ms old` : '';
   const away = view > 0 ? connectionWords(v) : '';
   return `${away === '' ? '' : `${away.charAt(0).toUpperCase()}${away.slice(1)}. `}${view === 0 ? 'View of the server' : `View of player ${letter(view - 1)}`}: ${list}${error}`;
@@ -71,8 +77,17 @@ function drawView(canvas, now, name) {
   const strip = view > 0 || shapes ? Math.round(colours.text * 1.7) : 0;
   /** @type {DrawContext} */
   const at = {
-    pen: surface.pen, width: surface.width, height: surface.height - strip, colours, frame: now, memory, layout: shape, view,
-    overlays: overlays.value, unit: unit.value, picked,
+    pen: surface.pen,
+    width: surface.width,
+    height: surface.height - strip,
+    colours,
+    frame: now,
+    memory,
+    layout: shape,
+    view,
+    overlays: overlays.value,
+    unit: unit.value,
+    picked,
   };
   drawnDots[view] = shapes ? drawField(at) : shape.game === 'cannon' ? drawCannon(at) : drawRace(at);
   scale.pxPerMetre = scaleX(at);
@@ -100,9 +115,17 @@ function drawView(canvas, now, name) {
 function laneOf(surface, now) {
   const players = layout.value?.players ?? [];
   return {
-    pen: surface.pen, width: surface.width, height: surface.height, colours: palette(), frame: now, memory,
-    names: players.map((player) => player.name), shown: /** @type {[number, number]} */ (lanes.value.map((p) => Math.min(p, players.length - 1))),
-    labels: overlays.value.labels, pings: overlays.value.pings, selected,
+    pen: surface.pen,
+    width: surface.width,
+    height: surface.height,
+    colours: palette(),
+    frame: now,
+    memory,
+    names: players.map((player) => player.name),
+    shown: /** @type {[number, number]} */ (lanes.value.map((p) => Math.min(p, players.length - 1))),
+    labels: overlays.value.labels,
+    pings: overlays.value.pings,
+    selected,
   };
 }
 
@@ -112,7 +135,13 @@ function drawInspector(surface, now, canvas, name) {
   const chosen = inspectors.value.find((one) => one.id === inspector.value);
   if (!chosen || !layout.value || !chosen.fits(now, params.value)) return false;
   const at = {
-    pen: surface.pen, width: surface.width, height: surface.height, colours: palette(), frame: now, memory, layout: layout.value,
+    pen: surface.pen,
+    width: surface.width,
+    height: surface.height,
+    colours: palette(),
+    frame: now,
+    memory,
+    layout: layout.value,
     player: Math.min(lanes.value[0], layout.value.players.length - 1),
   };
   chosen.draw(at);
@@ -132,7 +161,8 @@ function drawMessages(now, name) {
   const { inputs, states, lost, text } = drawLanes(laneOf(surface, now));
   const missing = lost > 0 ? `. ${lost} events missing: frames are skipped` : '';
   const facts = document.getElementById('lane-facts');
-  const caption = text !== '' ? text : `Last ${fixed(windowOf(now), 2)} s. Drawn: inputs 1 of ${inputs}, snapshots 1 of ${states}${missing}`;
+  const caption =
+    text !== '' ? text : `Last ${fixed(windowOf(now), 2)} s. Drawn: inputs 1 of ${inputs}, snapshots 1 of ${states}${missing}`;
   if (facts && facts.textContent !== caption) facts.textContent = caption;
   if (name) canvas.setAttribute('aria-label', `Messages of the last ${fixed(windowOf(now), 2)} s. ${text}`);
 }
@@ -208,7 +238,8 @@ function point(event) {
   const canvas = event.target;
   if (!(canvas instanceof HTMLCanvasElement) || canvas.dataset.view === undefined) return;
   const view = Number(canvas.dataset.view);
-  let best = null, least = 14;
+  let best = null,
+    least = 14;
   for (const one of drawnDots[view] ?? []) {
     const distance = Math.hypot(one.x - event.offsetX, one.y - event.offsetY);
     if (distance < least) {
@@ -226,7 +257,8 @@ function stepDot(event) {
   const view = event.target instanceof HTMLElement ? event.target.querySelector('canvas[data-view]') : null;
   const step = event.code === 'ArrowRight' ? 1 : event.code === 'ArrowLeft' ? -1 : 0;
   if (!(view instanceof HTMLCanvasElement) || !event.shiftKey || step === 0) return;
-  const index = Number(view.dataset.view), list = drawnDots[index] ?? [];
+  const index = Number(view.dataset.view),
+    list = drawnDots[index] ?? [];
   const place = list.findIndex(({ dot }) => dot === picked?.dot);
   const next = list[place < 0 ? list.length - 1 : Math.max(0, Math.min(list.length - 1, place + step))];
   if (!next) return;

@@ -14,14 +14,17 @@ import { experiment, frame, layout, locked, params, scenarios, schemas, session,
 /* Read-only, for tests and for the curious: frame, params, connection, counts, messages. */
 Object.defineProperty(window, 'laglab', { value: Object.assign(() => hook(), { costs: loop.costs }) });
 
-opened?.then(async (made) => {
-  show(made.id, made.key, made.own, await line);
-  const notes = [made.note, ...link.problems].filter((text) => text !== '');
-  if (notes.length > 0) notify(notes.join('. '), link.problems.length > 0);
-}).catch(failed);
+opened
+  ?.then(async (made) => {
+    show(made.id, made.key, made.own, await line);
+    const notes = [made.note, ...link.problems].filter((text) => text !== '');
+    if (notes.length > 0) notify(notes.join('. '), link.problems.length > 0);
+  })
+  .catch(failed);
 
 const WAIT_MS = 400;
-if (opened) { /* the page is laid out once, not twice, when the session's layout arrives soon */
+if (opened) {
+  /* the page is laid out once, not twice, when the session's layout arrives soon */
   await new Promise((done) => {
     setTimeout(done, WAIT_MS);
     effect(() => {
@@ -44,11 +47,16 @@ function readMore() {
     const kind = params.value?.kind;
     if (!kind || asked.has(kind)) return;
     asked.add(kind);
-    insist(() => call('GET', `schema?kind=${kind}`)).then((answer) => { schemas.value = new Map(schemas.value).set(kind, answer); });
+    insist(() => call('GET', `schema?kind=${kind}`)).then((answer) => {
+      schemas.value = new Map(schemas.value).set(kind, answer);
+    });
   });
-  insist(() => call('GET', 'scenarios?brief=true')).then((answer) => { scenarios.value = answer.scenarios ?? []; });
+  insist(() => call('GET', 'scenarios?brief=true')).then((answer) => {
+    scenarios.value = answer.scenarios ?? [];
+  });
 }
-const waiting = effect(() => { /* a request before the first frame delays that frame */
+const waiting = effect(() => {
+  /* a request before the first frame delays that frame */
   if (frame.value === null && experiment.value === null) return;
   setTimeout(() => {
     waiting();
@@ -56,7 +64,8 @@ const waiting = effect(() => { /* a request before the first frame delays that f
   });
 });
 
-if (matchMedia('(prefers-reduced-motion: reduce)').matches) { /* then the session waits: Play is what comes next */
+if (matchMedia('(prefers-reduced-motion: reduce)').matches) {
+  /* then the session waits: Play is what comes next */
   const stop = effect(() => {
     if (locked.value !== '') return;
     queueMicrotask(() => {
@@ -66,7 +75,8 @@ if (matchMedia('(prefers-reduced-motion: reduce)').matches) { /* then the sessio
   });
 }
 
-addEventListener('hashchange', () => { /* Back from a point that was opened, or an address that was typed */
+addEventListener('hashchange', () => {
+  /* Back from a point that was opened, or an address that was typed */
   const wanted = readExperiment(location.hash);
   if (wanted !== null) openExperiments(wanted);
   else if (location.hash.startsWith('#s=') && !location.hash.startsWith(`#s=${session.value?.id}`)) location.reload();

@@ -1,5 +1,19 @@
 // What a view shows of the past, gathered from the frames: messages, arrival dots, trails, corrections, curves.
-import { APPLIED, CONNECTION, CORRECTION, DISCONNECTED, DROPPED, E_ACTIVE, INPUT, IS_PLAYING, IS_STALLED, RECONCILIATION, STATE, VERDICT, entitiesOf } from './frame.js';
+import {
+  APPLIED,
+  CONNECTION,
+  CORRECTION,
+  DISCONNECTED,
+  DROPPED,
+  E_ACTIVE,
+  INPUT,
+  IS_PLAYING,
+  IS_STALLED,
+  RECONCILIATION,
+  STATE,
+  VERDICT,
+  entitiesOf,
+} from './frame.js';
 import { fixed } from './format.js';
 
 /** @typedef {import('./frame.js').Frame} Frame */
@@ -13,8 +27,8 @@ import { fixed } from './format.js';
 /** Means of the last moments; null where nothing was counted.
  * @typedef {{error: number | null, latency: number | null, lost: number | null}} Lately  m, ms, share of the changes of controls */
 
-const EVENTS_S = 5;     /* of messages */
-const DOTS = 240;       /* per view */
+const EVENTS_S = 5; /* of messages */
+const DOTS = 240; /* per view */
 const CURVE_POINTS = 4000;
 const CORRECTIONS_S = 1;
 const CONNECTION_EVENTS = 40;
@@ -118,7 +132,11 @@ export class Memory {
       this.largest[event.player] = Math.max(this.largest[event.player] ?? 0, Math.abs(event.value));
       if (view && car && fresh) {
         this.corrections[event.player]?.push({
-          t: event.begin_s, x: car.x, y: car.y, dx: event.value, replayed: (view.flags & RECONCILIATION) !== 0,
+          t: event.begin_s,
+          x: car.x,
+          y: car.y,
+          dx: event.value,
+          replayed: (view.flags & RECONCILIATION) !== 0,
         });
       }
     }
@@ -167,19 +185,21 @@ export class Memory {
 
   /** Flights: a trail grows while its entity is active. @param {Frame} frame */
   follow(frame) {
-    frame.views.forEach((_, v) => entitiesOf(frame, v).forEach((e, i) => {
-      this.highest = Math.max(this.highest, e.y);
-      const trails = this.trails[v];
-      if (!trails || (e.flags & E_ACTIVE) === 0) return;
-      const before = this.last ? entitiesOf(this.last, v)[i] : undefined;
-      if (!before || (before.flags & E_ACTIVE) === 0) {
-        trails[i] = [];
-        this.dots[v] = (this.dots[v] ?? []).filter((dot) => dot.entity !== i || dot.t >= frame.time_s - 0.02);
-      }
-      const trail = trails[i] ??= [];
-      const end = trail[trail.length - 1];
-      if (!end || end.x !== e.x || end.y !== e.y) trail.push({ x: e.x, y: e.y });
-    }));
+    frame.views.forEach((_, v) =>
+      entitiesOf(frame, v).forEach((e, i) => {
+        this.highest = Math.max(this.highest, e.y);
+        const trails = this.trails[v];
+        if (!trails || (e.flags & E_ACTIVE) === 0) return;
+        const before = this.last ? entitiesOf(this.last, v)[i] : undefined;
+        if (!before || (before.flags & E_ACTIVE) === 0) {
+          trails[i] = [];
+          this.dots[v] = (this.dots[v] ?? []).filter((dot) => dot.entity !== i || dot.t >= frame.time_s - 0.02);
+        }
+        const trail = (trails[i] ??= []);
+        const end = trail[trail.length - 1];
+        if (!end || end.x !== e.x || end.y !== e.y) trail.push({ x: e.x, y: e.y });
+      }),
+    );
   }
 
   /** @param {Frame} frame */
@@ -212,11 +232,13 @@ export class Memory {
 
   /** Means of the last LATELY_S. @param {number} player @returns {Lately} */
   lately(player) {
-    const from = this.measures[0]?.of[player], to = this.last?.measures[player];
+    const from = this.measures[0]?.of[player],
+      to = this.last?.measures[player];
     if (!from || !to) return { error: null, latency: null, lost: null };
     const mean = (/** @type {number} */ sum, /** @type {number} */ count) => (count > 0 ? sum / count : null);
     return {
-      error: mean(to.own_timeline_error_sum_m - from.own_timeline_error_sum_m, to.own_timeline_errors - from.own_timeline_errors), latency: mean(to.input_latency_sum_ms - from.input_latency_sum_ms, to.input_latencies - from.input_latencies),
+      error: mean(to.own_timeline_error_sum_m - from.own_timeline_error_sum_m, to.own_timeline_errors - from.own_timeline_errors),
+      latency: mean(to.input_latency_sum_ms - from.input_latency_sum_ms, to.input_latencies - from.input_latencies),
       lost: mean(to.input_changes_lost - from.input_changes_lost, to.input_changes - from.input_changes),
     };
   }

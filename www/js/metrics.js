@@ -16,7 +16,8 @@ function behind(path, pattern) {
 /** The row that a path such as `players.0.remote_error_m.mean` is or leads into.
  * @param {MetricTables} all @param {string} kind @param {string} path @returns {MetricRow | undefined} */
 export function metricRow(all, kind, path) {
-  const tables = [...(all.kinds.find((one) => one.kind === kind)?.tables ?? []), ...all.common], names = path.split('.');
+  const tables = [...(all.kinds.find((one) => one.kind === kind)?.tables ?? []), ...all.common],
+    names = path.split('.');
   for (const { path: at, also, metrics } of tables)
     for (const rest of [behind(names, at), also === undefined ? null : behind(names, at === '' ? also : `${also}.${at}`)]) {
       const row = metrics.find(({ name, type }) => rest !== null && rest[0] === name && (rest.length === 1 || PARTED.includes(type)));
@@ -26,4 +27,5 @@ export function metricRow(all, kind, path) {
 }
 
 /** What is shown of a row: the unit, what it is, and when it is null. @param {MetricRow} row */
-export const metricHelp = ({ unit, help, null: when }) => `${unit === undefined ? '' : `${unit}; `}${help}${when === undefined ? '' : `. Null: ${when}`}`;
+export const metricHelp = ({ unit, help, null: when }) =>
+  `${unit === undefined ? '' : `${unit}; `}${help}${when === undefined ? '' : `. Null: ${when}`}`;

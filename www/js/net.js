@@ -5,7 +5,8 @@ import { RECORDS, SCHEMA } from './stream/records.js';
 
 const SILENCE_MS = 2000; /* then ask for a sign of life */
 const DEAD_MS = 5000;
-const BACKOFF_MS = 200, BACKOFF_MAX_MS = 2000;
+const BACKOFF_MS = 200,
+  BACKOFF_MAX_MS = 2000;
 
 /**
  * @typedef {object} Handlers
@@ -93,11 +94,15 @@ export class Stream {
   /** @param {ArrayBuffer} data */
   binary(data) {
     const { decoder } = this;
-    decoder.decode(data, (frame) => {
-      if (decoder === this.decoder) this.on.frame(frame);
-    }, () => {
-      if (decoder === this.decoder) this.lost();
-    });
+    decoder.decode(
+      data,
+      (frame) => {
+        if (decoder === this.decoder) this.on.frame(frame);
+      },
+      () => {
+        if (decoder === this.decoder) this.lost();
+      },
+    );
   }
 
   /** Subscribes; to nothing while the page is hidden. @param {Record<string, number>} wish */

@@ -25,7 +25,9 @@ export function order() {
 function techniques(player) {
   const p = params.value?.players?.[player];
   if (!p) return '';
-  const on = ['prediction', 'reconciliation', 'interpolation'].filter((name) => p[name]).map((name) => name.slice(0, name === 'prediction' ? 4 : name === 'reconciliation' ? 5 : 6));
+  const on = ['prediction', 'reconciliation', 'interpolation']
+    .filter((name) => p[name])
+    .map((name) => name.slice(0, name === 'prediction' ? 4 : name === 'reconciliation' ? 5 : 6));
   return `${fixed(p.lag_ms, 0)} ms${on.length > 0 ? ` · ${on.join(', ')}` : ' · plain'}`;
 }
 
@@ -67,7 +69,9 @@ function messages() {
 /** On a phone: what the one column shows. @returns {Template} */
 function tabs() {
   const item = (/** @type {Tab} */ name, /** @type {string} */ label) => html`<button type="button" aria-pressed=${tab.value === name}
-    @click=${() => { tab.value = name; }}>${label}</button>`;
+    @click=${() => {
+      tab.value = name;
+    }}>${label}</button>`;
   return html`<nav class="tabs" aria-label="Shown">${item('all', 'All')}
     ${order().map((view) => item(`view${view}`, view === 0 ? 'Server' : letter(view - 1)))}
     ${item('messages', 'Messages')}${item('charts', 'Charts')}</nav>`;
@@ -76,7 +80,9 @@ function tabs() {
 /** @returns {Template} */
 function notes() {
   return html`<aside class="note" aria-label="Note" ?hidden=${notice.value === ''}><span>${notice.value}</span>
-    <button type="button" class="small" @click=${() => { notice.value = ''; }}>Close</button></aside>`;
+    <button type="button" class="small" @click=${() => {
+      notice.value = '';
+    }}>Close</button></aside>`;
 }
 
 /** @typedef {{lab: () => Template, draw: (frame: import('./frame.js').Frame, settled: boolean, name: boolean) => void}} OwnLab */
@@ -100,7 +106,9 @@ export const ownLab = () => read.value.get(ownKind() ?? '');
 function own(kind) {
   if (!asked.has(kind)) {
     asked.add(kind);
-    part(/** @type {() => Promise<OwnLab>} */ (OWN[kind])).then((module) => { read.value = new Map(read.value).set(kind, module); });
+    part(/** @type {() => Promise<OwnLab>} */ (OWN[kind])).then((module) => {
+      read.value = new Map(read.value).set(kind, module);
+    });
   }
   return read.value.get(kind)?.lab() ?? html`<main id="views" tabindex="-1"></main>`;
 }

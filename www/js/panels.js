@@ -14,8 +14,14 @@ const COLOURS = ['green', 'red', 'sky', 'pink', 'orange', 'yellow', 'blue', 'gre
 /** The player's mark as an image. @param {number} player @returns {Template} */
 export function mark(player) {
   const shapes = [
-    'M9 1a8 8 0 1 0 .01 0z', 'M2 1.5L17 9 2 16.5z', 'M2 2h14v14H2z', 'M9 1l8 6-3 10H4L1 7z', 'M5 2h8l4 7-4 7H5L1 9z',
-    'M1 2h16L9 17z', 'M6 1h6l5 5v6l-5 5H6l-5-5V6z', 'M3 4h12a2 2 0 0 1 2 2v6a2 2 0 0 1-2 2H3a2 2 0 0 1-2-2V6a2 2 0 0 1 2-2z',
+    'M9 1a8 8 0 1 0 .01 0z',
+    'M2 1.5L17 9 2 16.5z',
+    'M2 2h14v14H2z',
+    'M9 1l8 6-3 10H4L1 7z',
+    'M5 2h8l4 7-4 7H5L1 9z',
+    'M1 2h16L9 17z',
+    'M6 1h6l5 5v6l-5 5H6l-5-5V6z',
+    'M3 4h12a2 2 0 0 1 2 2v6a2 2 0 0 1-2 2H3a2 2 0 0 1-2-2V6a2 2 0 0 1 2-2z',
   ];
   return html`<svg class="mark" data-player=${player % 8} viewBox="0 0 18 18" aria-hidden="true"><path d=${shapes[player % 8]}></path></svg>`;
 }
@@ -63,9 +69,13 @@ export function playerPanel(player) {
     <div class="lag">${control(`${at}.lag_ms`, { slider: true })}<span class="rtt">RTT ${lag === undefined ? '–' : fixed(2 * lag, 0)} ms</span></div>
     <div class="toggles">${control(`${at}.prediction`)}${control(`${at}.interpolation`)}${control(`${at}.reconciliation`)}
       ${control(`${at}.control`, { label: 'Input' })}</div>
-    ${shooting ? aiming(player) : html`<div class="pair minor">
+    ${
+      shooting
+        ? aiming(player)
+        : html`<div class="pair minor">
       ${control(`${at}.link.up.jitter_ms`, { also: `${at}.link.down.jitter_ms`, label: 'Jitter' })}
-      ${control(`${at}.link.up.loss_pct`, { also: `${at}.link.down.loss_pct`, label: 'Loss' })}</div>`}
+      ${control(`${at}.link.up.loss_pct`, { also: `${at}.link.down.loss_pct`, label: 'Loss' })}</div>`
+    }
   </fieldset>`;
 }
 
@@ -89,8 +99,10 @@ function which(place, label) {
     const chosen = Number(/** @type {HTMLSelectElement} */ (event.target).value);
     lanes.value = place === 0 ? [chosen, lanes.value[1]] : [lanes.value[0], chosen];
   };
-  return html`<label class="field choice"><span>${label}</span><select @change=${set}>${layout.value?.players.map((_, p) => html`<option
-    value=${p} .selected=${p === lanes.value[place]}>${letter(p)}</option>`)}</select></label>`;
+  return html`<label class="field choice"><span>${label}</span><select @change=${set}>${layout.value?.players.map(
+    (_, p) => html`<option
+    value=${p} .selected=${p === lanes.value[place]}>${letter(p)}</option>`,
+  )}</select></label>`;
 }
 
 /** @returns {Template} */
@@ -101,7 +113,9 @@ export function messagesPanel() {
   const ids = offered.value.split(' ');
   const chosen = inspectors.value.find((one) => one.id === inspector.value);
   return html`<div class="panel plainpanel"><div class="head"><h2>Messages and marks</h2></div>
-    <div class="lookrow"><label class="field choice"><span>Lower panel</span><select aria-label="Content of the lower panel" @change=${(/** @type {Event} */ event) => {
+    <div class="lookrow"><label class="field choice"><span>Lower panel</span><select aria-label="Content of the lower panel" @change=${(
+      /** @type {Event} */ event,
+    ) => {
       inspector.value = /** @type {HTMLSelectElement} */ (event.target).value;
     }}><option value="messages" .selected=${inspector.value === 'messages'}>Messages</option>
       ${inspectors.value.filter((one) => ids.includes(one.id)).map((one) => html`<option value=${one.id} .selected=${one.id === inspector.value}>${one.label}</option>`)}</select></label>${box('pings', 'Pings')}</div>

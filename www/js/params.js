@@ -38,7 +38,7 @@ async function send() {
       accept(answer.params, body);
       remember(body);
     } catch (error) {
-      const detail = error instanceof Problem ? error.errors[0]?.detail ?? error.message : 'the daemon did not answer';
+      const detail = error instanceof Problem ? (error.errors[0]?.detail ?? error.message) : 'the daemon did not answer';
       notify(`Not changed: ${detail}`);
       params.value = { ...params.value }; /* controls go back to what holds */
     }
@@ -73,10 +73,15 @@ function remember(body) {
 }
 
 export function showAddress() {
-  const now = session.value, shown = experiment.value;
+  const now = session.value,
+    shown = experiment.value;
   link.theme = theme.value;
   if (shown !== null) {
-    history.replaceState(null, '', `${location.pathname}${link.theme === 'auto' ? '' : `?theme=${link.theme}`}#experiments${shown === '' ? '' : `=${shown}`}`);
+    history.replaceState(
+      null,
+      '',
+      `${location.pathname}${link.theme === 'auto' ? '' : `?theme=${link.theme}`}#experiments${shown === '' ? '' : `=${shown}`}`,
+    );
     return;
   }
   if (now === null) return;
@@ -94,5 +99,7 @@ export async function reread(version) {
   try {
     const answer = await call('GET', `sessions/${target.id}`);
     if (target === session.value && sending === null) params.value = answer.params;
-  } catch { /* the stream says when the daemon is away */ }
+  } catch {
+    /* the stream says when the daemon is away */
+  }
 }

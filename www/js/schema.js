@@ -17,8 +17,10 @@
 export function open(root, node, key) {
   let at = node;
   for (let hops = 0; at && typeof at.$ref === 'string' && hops < 16; hops++) {
-    at = at.$ref.split('/').slice(1).reduce(
-      (/** @type {any} */ place, /** @type {string} */ part) => place?.[part.replaceAll('~1', '/').replaceAll('~0', '~')], root);
+    at = at.$ref
+      .split('/')
+      .slice(1)
+      .reduce((/** @type {any} */ place, /** @type {string} */ part) => place?.[part.replaceAll('~1', '/').replaceAll('~0', '~')], root);
   }
   if (!at) return undefined;
   const branches = [...(at.oneOf ?? []), ...(at.anyOf ?? []), ...(at.allOf ?? [])];
@@ -49,12 +51,24 @@ function nodeOf(root, path) {
 /** @param {string} name @param {any} node its own words @param {any} type the place with its type @returns {Row} */
 export function rowOf(name, node, type) {
   const choices = node.enum ?? type.enum;
-  const kind = choices ? 'choice' : type.type === 'boolean' ? 'boolean' : type.type === 'integer' ? 'integer'
-    : type.type === 'number' ? 'number' : 'text';
+  const kind = choices
+    ? 'choice'
+    : type.type === 'boolean'
+      ? 'boolean'
+      : type.type === 'integer'
+        ? 'integer'
+        : type.type === 'number'
+          ? 'number'
+          : 'text';
   return {
-    name, type: kind, min: node.minimum ?? type.minimum ?? 0, max: node.maximum ?? type.maximum ?? 1,
-    choices: (choices ?? []).map(String), unit: node['x-unit'] ?? type['x-unit'] ?? '',
-    help: node.description ?? type.description ?? '', live: (node['x-live'] ?? type['x-live'] ?? false) === true,
+    name,
+    type: kind,
+    min: node.minimum ?? type.minimum ?? 0,
+    max: node.maximum ?? type.maximum ?? 1,
+    choices: (choices ?? []).map(String),
+    unit: node['x-unit'] ?? type['x-unit'] ?? '',
+    help: node.description ?? type.description ?? '',
+    live: (node['x-live'] ?? type['x-live'] ?? false) === true,
   };
 }
 
@@ -80,10 +94,22 @@ export function livePaths(root, path, all = false) {
 }
 
 const LABELS = /** @type {Record<string, string>} */ ({
-  lag_ms: 'One-way lag', update_hz: 'Updates per second', sync: 'Synchronisation', control: 'Controlled by',
-  timeout_s: 'Time-out', send_hz: 'Input packets per second', display_hz: 'Displays per second', input_hz: 'Input device reads per second',
-  drift_ppm: 'Clock drift', input_device_ms: 'Input device latency', display_device_ms: 'Display latency', mtu_bytes: 'MTU',
-  jitter_ms: 'Jitter', loss_pct: 'Loss', delay_ms: 'Extra delay', duplicate_pct: 'Duplicates',
+  lag_ms: 'One-way lag',
+  update_hz: 'Updates per second',
+  sync: 'Synchronisation',
+  control: 'Controlled by',
+  timeout_s: 'Time-out',
+  send_hz: 'Input packets per second',
+  display_hz: 'Displays per second',
+  input_hz: 'Input device reads per second',
+  drift_ppm: 'Clock drift',
+  input_device_ms: 'Input device latency',
+  display_device_ms: 'Display latency',
+  mtu_bytes: 'MTU',
+  jitter_ms: 'Jitter',
+  loss_pct: 'Loss',
+  delay_ms: 'Extra delay',
+  duplicate_pct: 'Duplicates',
 });
 
 /** The visible name of a parameter. @param {string} path @returns {string} */
@@ -108,7 +134,8 @@ const GROUPS = {
     ['Prediction and view', /^(prediction|reconciliation|ack$|interpolation|extrapolation|time_scale|correction|jitter_margin|dejitter)/],
     ['Control and inputs', /^(control|script|cheat|lane|slack_ticks|input_delay_ticks|time_dilation|redundancy)$/],
     ['Clock and devices', /^(timer_|clock_|drift_|send_hz|display_|input_hz|input_device|float_mode)/],
-    ['Link up', /^link\.up\./], ['Link down', /^link\.down\./],
+    ['Link up', /^link\.up\./],
+    ['Link down', /^link\.down\./],
   ],
   server: [
     ['Rate and connections', /^(update_hz|sync|timeout_s|max_rollback)/],
@@ -121,8 +148,10 @@ const GROUPS = {
 /** @param {string} at players.0, server, params @param {string[]} paths below it @returns {{title: string, paths: string[]}[]} */
 export function grouped(at, paths) {
   const table = GROUPS[at.startsWith('players.') ? 'player' : at] ?? [];
-  const place = (/** @type {string} */ path) => (table.findIndex(([, names]) => names.test(path.slice(at.length + 1))) + table.length + 1) % (table.length + 1);
-  return [...table.map(([title]) => title), table.length > 0 ? 'More' : 'Game'].map((title, i) => ({ title, paths: paths.filter((path) => place(path) === i) }))
+  const place = (/** @type {string} */ path) =>
+    (table.findIndex(([, names]) => names.test(path.slice(at.length + 1))) + table.length + 1) % (table.length + 1);
+  return [...table.map(([title]) => title), table.length > 0 ? 'More' : 'Game']
+    .map((title, i) => ({ title, paths: paths.filter((path) => place(path) === i) }))
     .filter((group) => group.paths.length > 0);
 }
 

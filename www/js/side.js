@@ -22,8 +22,12 @@ function sample(player, dotted, text) {
 
 /** @returns {Template} */
 function units() {
-  return html`<span class="units" role="group" aria-label="Unit of the distance">${(/** @type {const} */ (['px', 'm', 'ms'])).map((name) => html`<button
-    type="button" aria-pressed=${unit.value === name} @click=${() => { unit.value = name; }}>${name}</button>`)}</span>`;
+  return html`<span class="units" role="group" aria-label="Unit of the distance">${(/** @type {const} */ (['px', 'm', 'ms'])).map(
+    (name) => html`<button
+    type="button" aria-pressed=${unit.value === name} @click=${() => {
+      unit.value = name;
+    }}>${name}</button>`,
+  )}</span>`;
 }
 
 /** @param {'error' | 'buffer'} which @returns {Template} */
@@ -42,13 +46,30 @@ function rows() {
   const size = way === 'm' ? 1 : scale.pxPerMetre;
   const apart = (/** @type {number} */ metres) => signed(metres * size, way === 'm' ? 2 : 0);
   return [
-    { name: 'Input latency', unit: 'ms', help: `From a change of the controls to the first display that includes it: ${MEAN}`,
-      of: (_, __, lately) => fixed(lately.latency ?? NaN, 0) },
-    { name: 'Changes lost', unit: '%', help: `Changes of the controls that the server never applied: share of the last ${LATELY_S} s; a dash: there was none`,
-      of: (_, __, lately) => fixed(100 * (lately.lost ?? NaN), 0) },
-    { name: 'Own, error', unit: way, help: `Distance of the drawn own entity from the ground truth at the drawn tick: ${MEAN}`,
-      of: (_, __, lately) => fixed((lately.error ?? NaN) * size, way === 'm' ? 2 : 1) },
-    { name: 'Own, lead', unit: way, help: 'Drawn own entity minus the server’s present one: ahead with prediction, behind without. Not an error', of: (view) => apart(view.own_lead_m) },
+    {
+      name: 'Input latency',
+      unit: 'ms',
+      help: `From a change of the controls to the first display that includes it: ${MEAN}`,
+      of: (_, __, lately) => fixed(lately.latency ?? NaN, 0),
+    },
+    {
+      name: 'Changes lost',
+      unit: '%',
+      help: `Changes of the controls that the server never applied: share of the last ${LATELY_S} s; a dash: there was none`,
+      of: (_, __, lately) => fixed(100 * (lately.lost ?? NaN), 0),
+    },
+    {
+      name: 'Own, error',
+      unit: way,
+      help: `Distance of the drawn own entity from the ground truth at the drawn tick: ${MEAN}`,
+      of: (_, __, lately) => fixed((lately.error ?? NaN) * size, way === 'm' ? 2 : 1),
+    },
+    {
+      name: 'Own, lead',
+      unit: way,
+      help: 'Drawn own entity minus the server’s present one: ahead with prediction, behind without. Not an error',
+      of: (view) => apart(view.own_lead_m),
+    },
     { name: 'Others, error', unit: way, of: (view) => apart(view.remote_error_m) },
     { name: 'Others, age', unit: 'ms', of: (view) => fixed(view.view_age_ms, 0) },
     { name: 'Buffer', unit: 'ms', of: (view) => (view.flags & INTERPOLATION ? fixed(view.buffer_ms, 0) : 'off') },
@@ -65,8 +86,10 @@ const NOTHING = { error: null, latency: null, lost: null };
 function connectionList() {
   const list = connectionEvents.value.slice(-LISTED);
   if (list.length === 0) return nothing;
-  return html`<section class="happened" aria-label="Connections"><h3>Connections</h3><ol>${list.map((one) => html`<li><span>${fixed(one.t, 1)} s</span>
-    <b>${letter(one.player)}</b> ${one.what}</li>`)}</ol></section>`;
+  return html`<section class="happened" aria-label="Connections"><h3>Connections</h3><ol>${list.map(
+    (one) => html`<li><span>${fixed(one.t, 1)} s</span>
+    <b>${letter(one.player)}</b> ${one.what}</li>`,
+  )}</ol></section>`;
 }
 
 /** @returns {Template} */
@@ -88,8 +111,12 @@ export function side() {
     <div class="wide-table" tabindex=${players.length > FEW ? '0' : nothing} role=${players.length > FEW ? 'region' : nothing}
       aria-label=${players.length > FEW ? 'Current values' : nothing}>
     <table class="data now"><caption>Now</caption><thead><tr><td></td>${players.map((_, i) => html`<th scope="col">${letter(i)}</th>`)}<td></td></tr></thead>
-      <tbody>${rows().map((row) => html`<tr><th scope="row" title=${row.help ?? nothing}>${row.name}</th>${players.map((_, i) => html`<td data-now=${`${row.name}/${i}`}>–</td>`)}
-        <td class="unit">${row.unit}</td></tr>`)}</tbody></table></div>
+      <tbody>${rows().map(
+        (
+          row,
+        ) => html`<tr><th scope="row" title=${row.help ?? nothing}>${row.name}</th>${players.map((_, i) => html`<td data-now=${`${row.name}/${i}`}>–</td>`)}
+        <td class="unit">${row.unit}</td></tr>`,
+      )}</tbody></table></div>
   </aside>`;
 }
 
@@ -108,14 +135,17 @@ export function plotBy(made) {
 
 /** @param {Frame} frame @param {boolean} settled no frame follows soon: draw all of it */
 export function showSide(frame, settled) {
-  const error = document.getElementById('error-chart'), buffer = document.getElementById('buffer-chart');
+  const error = document.getElementById('error-chart'),
+    buffer = document.getElementById('buffer-chart');
   if (!error || !buffer) return;
   const players = frame.views.length - 1;
   if (ChartOf !== null) {
-    if (charts?.error.box !== error) charts = { /* after a return to the page its boxes are new */
-      error: new ChartOf(error, [-1, 1], () => errorCurves(layout.value?.players.length ?? 0, unit.value, scale.pxPerMetre)),
-      buffer: new ChartOf(buffer, [0, 100], () => bufferCurves(layout.value?.players.length ?? 0)),
-    };
+    if (charts?.error.box !== error)
+      charts = {
+        /* after a return to the page its boxes are new */
+        error: new ChartOf(error, [-1, 1], () => errorCurves(layout.value?.players.length ?? 0, unit.value, scale.pxPerMetre)),
+        buffer: new ChartOf(buffer, [0, 100], () => bufferCurves(layout.value?.players.length ?? 0)),
+      };
     if (memory.curves.length === players) {
       charts.error.draw(memory, settled);
       charts.buffer.draw(memory, settled);
@@ -133,4 +163,3 @@ export function showSide(frame, settled) {
     }
   }
 }
-

@@ -36,13 +36,17 @@ export const schemas = signal(new Map());
 export function schemaOf(all, scenario) {
   const kind = all?.oneOf[0];
   if (!kind) return null;
-  const own = (/** @type {string} */ name, /** @type {string} */ row) => (all.$defs[name] ? { ...kind.properties[row], anyOf: undefined, $ref: `#/$defs/${name}` }
-    : kind.properties[row]);
+  const own = (/** @type {string} */ name, /** @type {string} */ row) =>
+    all.$defs[name] ? { ...kind.properties[row], anyOf: undefined, $ref: `#/$defs/${name}` } : kind.properties[row];
   const scene = (/** @type {string} */ name) => ({ params: own(name, 'params'), solver: own(`${name}_solver`, 'solver') });
   const beside = (/** @type {any} */ one) => ({ properties: { ...all.$defs.fluid_side_by_side.properties, ...scene(one.scene) } });
-  const varied = scenario.kind === 'fluid'
-    ? { ...scene(scenario.scene), side_by_side: { ...kind.properties.side_by_side, prefixItems: (scenario.side_by_side ?? []).map(beside) } }
-    : { params: own(scenario.game ?? scenario.problem, 'params') };
+  const varied =
+    scenario.kind === 'fluid'
+      ? {
+          ...scene(scenario.scene),
+          side_by_side: { ...kind.properties.side_by_side, prefixItems: (scenario.side_by_side ?? []).map(beside) },
+        }
+      : { params: own(scenario.game ?? scenario.problem, 'params') };
   return { ...kind, properties: { ...kind.properties, ...varied }, $defs: all.$defs };
 }
 /** Of the session's scenario. */
@@ -84,7 +88,12 @@ export const inspectors = signal([]);
 /** Ids of those that have something to show, joined: it changes seldom, though it is read with every frame. */
 export const offered = computed(() => {
   const now = frame.value;
-  return now === null ? '' : inspectors.value.filter((one) => one.fits(now, params.value)).map((one) => one.id).join(' ');
+  return now === null
+    ? ''
+    : inspectors.value
+        .filter((one) => one.fits(now, params.value))
+        .map((one) => one.id)
+        .join(' ');
 });
 
 /** @typedef {{kind: 'help'} | {kind: 'player', player: number} | {kind: 'server'} | {kind: 'share'} | {kind: 'table', which: 'error' | 'buffer'}} Dialog */
@@ -120,7 +129,9 @@ export function setSingleKeys(on) {
   singleKeys.value = on;
   try {
     localStorage.setItem('laglab.keys', on ? 'on' : 'off');
-  } catch { /* the choice then lasts as long as the page */ }
+  } catch {
+    /* the choice then lasts as long as the page */
+  }
 }
 
 /** @typedef {'waiting' | 'playing' | 'paused' | 'ended' | 'failed'} Status */
@@ -155,5 +166,8 @@ let fading;
 export function notify(text, stays = false) {
   clearTimeout(fading);
   notice.value = text;
-  if (!stays) fading = setTimeout(() => { notice.value = ''; }, NOTICE_MS);
+  if (!stays)
+    fading = setTimeout(() => {
+      notice.value = '';
+    }, NOTICE_MS);
 }

@@ -37,10 +37,21 @@ export function palette() {
   const read = (/** @type {string} */ name) => style.getPropertyValue(name).trim();
   cached = {
     players: DASHES.map((dash, p) => ({ fill: read(`--p${p}-fill`), text: read(`--p${p}-text`), dash })),
-    paper: read('--paper'), ink: read('--ink'), faint: read('--faint'), grid: read('--grid'), edge: read('--edge'),
-    truth: read('--truth'), snap: read('--snap'), buffer: read('--buffer'), bufferText: read('--buffer-text'),
-    accent: read('--accent'), onFill: '#101418', line: Number(read('--draw-line')), marker: Number(read('--draw-marker')),
-    text: Number(read('--draw-text')), font: read('--font'),
+    paper: read('--paper'),
+    ink: read('--ink'),
+    faint: read('--faint'),
+    grid: read('--grid'),
+    edge: read('--edge'),
+    truth: read('--truth'),
+    snap: read('--snap'),
+    buffer: read('--buffer'),
+    bufferText: read('--buffer-text'),
+    accent: read('--accent'),
+    onFill: '#101418',
+    line: Number(read('--draw-line')),
+    marker: Number(read('--draw-marker')),
+    text: Number(read('--draw-text')),
+    font: read('--font'),
   };
   return cached;
 }

@@ -47,8 +47,10 @@ export function setSpeed(value) {
 
 /** @param {number} direction */
 export function nextSpeed(direction) {
-  const place = SPEEDS.reduce((best, s, i) => (
-    Math.abs(Math.log(s / speed.value)) < Math.abs(Math.log((SPEEDS[best] ?? 1) / speed.value)) ? i : best), 0);
+  const place = SPEEDS.reduce(
+    (best, s, i) => (Math.abs(Math.log(s / speed.value)) < Math.abs(Math.log((SPEEDS[best] ?? 1) / speed.value)) ? i : best),
+    0,
+  );
   const value = SPEEDS[Math.max(0, Math.min(SPEEDS.length - 1, place + direction))] ?? 1;
   return setSpeed(value);
 }
@@ -60,7 +62,7 @@ export function restart() {
 
 /** Everything as the scenario has it, speed too. */
 export async function reset() {
-  if (await control({ op: 'restart', reset: true }) === null) return;
+  if ((await control({ op: 'restart', reset: true })) === null) return;
   link.set = {};
   await setSpeed(1);
   if (frame.value) await reread(-2); /* the parameters differ now, for every version */
@@ -71,7 +73,7 @@ export async function backToLive() {
   const now = frame.value;
   if (now === null || !behind.value) return;
   const head = headOf(now);
-  if (await control({ op: 'seek', time_s: head }) !== null) await control({ op: 'play' });
+  if ((await control({ op: 'seek', time_s: head })) !== null) await control({ op: 'play' });
 }
 
 let goal = -1;

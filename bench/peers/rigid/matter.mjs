@@ -1,21 +1,34 @@
 // Matter: its default iterations, at the 40 pixels a metre that its examples have, sleeping off. It has neither motors and
 // limits of joints nor one-sided chains; capsules are polygons of eight vertices; nothing is swept.
-import Matter from "matter-js";
-import { SHAPE_CAPSULE, SHAPE_CIRCLE, capsulePoints, runEngine, scene, setting } from "./engine.mjs";
+import Matter from 'matter-js';
+import { SHAPE_CAPSULE, SHAPE_CIRCLE, capsulePoints, runEngine, scene, setting } from './engine.mjs';
 
 const { Bodies, Body, Composite, Constraint, Engine } = Matter;
-const PIXELS = 40, STEP_MS = 1e3 * scene.dt, PER_STEP = PIXELS * scene.dt;
-const engine = Engine.create({ positionIterations: setting("position", 6), velocityIterations: setting("velocity", 4), constraintIterations: setting("constraint", 2) });
+const PIXELS = 40,
+  STEP_MS = 1e3 * scene.dt,
+  PER_STEP = PIXELS * scene.dt;
+const engine = Engine.create({
+  positionIterations: setting('position', 6),
+  velocityIterations: setting('velocity', 4),
+  constraintIterations: setting('constraint', 2),
+});
 engine.gravity.x = scene.gravity_x;
 engine.gravity.y = scene.gravity_y;
 engine.gravity.scale = PIXELS * 1e-6; // m/s^2 to pixels/ms^2
-const bodies = [], driven = [];
+const bodies = [],
+  driven = [];
 
 function partOf(s, x, y) {
-  const options = { friction: s.friction, restitution: s.restitution, frictionAir: 0, density: s.density / PIXELS ** 2 * 1e-3,
-    collisionFilter: { category: s.category & 0x7fffffff, mask: s.mask, group: s.group } };
+  const options = {
+    friction: s.friction,
+    restitution: s.restitution,
+    frictionAir: 0,
+    density: (s.density / PIXELS ** 2) * 1e-3,
+    collisionFilter: { category: s.category & 0x7fffffff, mask: s.mask, group: s.group },
+  };
   const centre = (list) => list.reduce((sum, v) => [sum[0] + v[0] / list.length, sum[1] + v[1] / list.length], [0, 0]);
-  if (s.kind === SHAPE_CIRCLE) return Bodies.circle((x + s.vertices[0][0]) * PIXELS, (y + s.vertices[0][1]) * PIXELS, s.radius * PIXELS, options);
+  if (s.kind === SHAPE_CIRCLE)
+    return Bodies.circle((x + s.vertices[0][0]) * PIXELS, (y + s.vertices[0][1]) * PIXELS, s.radius * PIXELS, options);
   const list = s.kind === SHAPE_CAPSULE ? capsulePoints(s) : s.vertices;
   const made = Body.create({ ...options, vertices: list.map(([px, py]) => ({ x: px * PIXELS, y: py * PIXELS })) });
   const middle = s.vertices.length === 4 ? centre(list) : Matter.Vertices.centre(list.map(([px, py]) => ({ x: px, y: py })));
@@ -37,8 +50,18 @@ function add(b) {
   bodies.push(body);
 }
 
-const join = (j) => Composite.add(engine.world, Constraint.create({ bodyA: bodies[j.a], bodyB: bodies[j.b], length: 0, stiffness: 1,
-  pointA: { x: j.ax * PIXELS, y: j.ay * PIXELS }, pointB: { x: j.bx * PIXELS, y: j.by * PIXELS } }));
+const join = (j) =>
+  Composite.add(
+    engine.world,
+    Constraint.create({
+      bodyA: bodies[j.a],
+      bodyB: bodies[j.b],
+      length: 0,
+      stiffness: 1,
+      pointA: { x: j.ax * PIXELS, y: j.ay * PIXELS },
+      pointB: { x: j.bx * PIXELS, y: j.by * PIXELS },
+    }),
+  );
 
 /** The fourth argument gives those that it turns a velocity, for friction. */
 function drive() {
@@ -49,8 +72,12 @@ function drive() {
 }
 
 runEngine({
-  add, join,
+  add,
+  join,
   remove: (i) => Composite.remove(engine.world, bodies[i]),
-  step: () => { drive(); Engine.update(engine, STEP_MS); },
+  step: () => {
+    drive();
+    Engine.update(engine, STEP_MS);
+  },
   pose: (i) => [bodies[i].position.x / PIXELS, bodies[i].position.y / PIXELS, bodies[i].angle],
 });

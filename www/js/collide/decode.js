@@ -14,15 +14,26 @@ import { SHAPES_FLAGS, VOLUMES_VOLUME } from '../stream/records.js';
 export const VOLUMES = Object.keys(VOLUMES_VOLUME);
 
 /** @param {import('../frame.js').Frame} frame @returns {Geometry[]} */
-const geometriesOf = (frame) => frame.geometries.map((g, i) => ({
-  kind: g.kind, radius: g.radius, circle: [g.circle_x, g.circle_y, g.circle_radius],
-  obb: [[g.obb_x0, g.obb_y0], [g.obb_x1, g.obb_y1], [g.obb_x2, g.obb_y2], [g.obb_x3, g.obb_y3]],
-  vertices: frame.where('vertices', 'geometry', i).map(({ x, y }) => [x, y]),
-}));
+const geometriesOf = (frame) =>
+  frame.geometries.map((g, i) => ({
+    kind: g.kind,
+    radius: g.radius,
+    circle: [g.circle_x, g.circle_y, g.circle_radius],
+    obb: [
+      [g.obb_x0, g.obb_y0],
+      [g.obb_x1, g.obb_y1],
+      [g.obb_x2, g.obb_y2],
+      [g.obb_x3, g.obb_y3],
+    ],
+    vertices: frame.where('vertices', 'geometry', i).map(({ x, y }) => [x, y]),
+  }));
 
 /** @param {import('../stream/records.js').ContactsRow} c @returns {Contact} */
 function contact(c) {
-  const points = [{ x: c.x0, y: c.y0, separation: c.separation0, impulse: c.impulse0 }, { x: c.x1, y: c.y1, separation: c.separation1, impulse: c.impulse1 }];
+  const points = [
+    { x: c.x0, y: c.y0, separation: c.separation0, impulse: c.impulse0 },
+    { x: c.x1, y: c.y1, separation: c.separation1, impulse: c.impulse1 },
+  ];
   return { ...c, points: points.slice(0, c.count) };
 }
 
@@ -32,9 +43,15 @@ export function sceneOf(frame) {
   return {
     worlds: frame.worlds,
     shapes: frame.shapes.map((s) => ({
-      ...s, geometry: /** @type {Geometry} */ (geometries[s.geometry]), dynamic: (s.flags & SHAPES_FLAGS.dynamic) !== 0,
-      kinematic: (s.flags & SHAPES_FLAGS.kinematic) !== 0, awake: (s.flags & SHAPES_FLAGS.awake) !== 0, box: [s.left, s.bottom, s.right, s.top],
+      ...s,
+      geometry: /** @type {Geometry} */ (geometries[s.geometry]),
+      dynamic: (s.flags & SHAPES_FLAGS.dynamic) !== 0,
+      kinematic: (s.flags & SHAPES_FLAGS.kinematic) !== 0,
+      awake: (s.flags & SHAPES_FLAGS.awake) !== 0,
+      box: [s.left, s.bottom, s.right, s.top],
     })),
-    contacts: frame.contacts.map(contact), joints: frame.joints, judged: frame.volumes,
+    contacts: frame.contacts.map(contact),
+    joints: frame.joints,
+    judged: frame.volumes,
   };
 }

@@ -25,7 +25,8 @@ const toY = (at, y) => (at.top - y) * at.scale;
 
 /** A point of the body's frame in the drawing. @param {Camera} at @param {Shape} s @param {number} x @param {number} y */
 function place(at, s, x, y) {
-  const c = Math.cos(s.angle), n = Math.sin(s.angle);
+  const c = Math.cos(s.angle),
+    n = Math.sin(s.angle);
   return [toX(at, s.x + c * x - n * y), toY(at, s.y + n * x + c * y)];
 }
 
@@ -51,8 +52,10 @@ function outline(pen, at, s) {
     pen.lineTo(x + radius * at.scale * Math.cos(s.angle), y - radius * at.scale * Math.sin(s.angle));
   } else if (kind === 1) {
     const [a = [], b = []] = vertices;
-    const [ax = 0, ay = 0] = place(at, s, a[0] ?? 0, a[1] ?? 0), [bx = 0, by = 0] = place(at, s, b[0] ?? 0, b[1] ?? 0);
-    const turn = Math.atan2(by - ay, bx - ax), r = Math.max(1, radius * at.scale);
+    const [ax = 0, ay = 0] = place(at, s, a[0] ?? 0, a[1] ?? 0),
+      [bx = 0, by = 0] = place(at, s, b[0] ?? 0, b[1] ?? 0);
+    const turn = Math.atan2(by - ay, bx - ax),
+      r = Math.max(1, radius * at.scale);
     pen.beginPath();
     pen.arc(bx, by, r, turn - Math.PI / 2, turn + Math.PI / 2);
     pen.arc(ax, ay, r, turn + Math.PI / 2, turn + (3 * Math.PI) / 2);
@@ -88,7 +91,14 @@ function grid(pen, colours, at) {
 function metres(pen, colours, at) {
   const step = gridStep(at.scale, 90);
   for (let i = Math.ceil(at.left / step); toX(at, i * step) < at.width - colours.text * 3; i++) {
-    drawText(pen, colours, `${Number((i * step).toPrecision(6))} m`.replace('-', '−'), toX(at, i * step) + 3, at.height - colours.text * 0.7, { colour: colours.faint });
+    drawText(
+      pen,
+      colours,
+      `${Number((i * step).toPrecision(6))} m`.replace('-', '−'),
+      toX(at, i * step) + 3,
+      at.height - colours.text * 0.7,
+      { colour: colours.faint },
+    );
   }
 }
 
@@ -120,9 +130,12 @@ function volumeOf(pen, at, s, volume) {
   } else if (volume === 3) {
     path(pen, at, s, obb, true);
   } else {
-    const points = vertices.map(([x = 0, y = 0]) => place(at, s, x, y)), r = radius * at.scale;
-    const xs = points.map((p) => p[0] ?? 0), ys = points.map((p) => p[1] ?? 0);
-    const left = Math.min(...xs) - r, top = Math.min(...ys) - r;
+    const points = vertices.map(([x = 0, y = 0]) => place(at, s, x, y)),
+      r = radius * at.scale;
+    const xs = points.map((p) => p[0] ?? 0),
+      ys = points.map((p) => p[1] ?? 0);
+    const left = Math.min(...xs) - r,
+      top = Math.min(...ys) - r;
     pen.beginPath();
     pen.rect(left, top, Math.max(...xs) + r - left, Math.max(...ys) + r - top);
   }
@@ -177,9 +190,11 @@ function pairs(pen, colours, at, scene, world) {
   pen.strokeStyle = colours.snap;
   pen.lineWidth = 1;
   for (const c of scene.contacts) {
-    const a = home.get(c.a), b = home.get(c.b);
+    const a = home.get(c.a),
+      b = home.get(c.b);
     if (c.world !== world || !a || !b) continue;
-    const from = a.dynamic || a.kinematic ? a : b, to = b.dynamic || b.kinematic ? b : a;
+    const from = a.dynamic || a.kinematic ? a : b,
+      to = b.dynamic || b.kinematic ? b : a;
     const end = c.points[0] ?? { x: to.x, y: to.y };
     pen.setLineDash(c.points.length > 0 ? [] : [3, 3]);
     pen.beginPath();
@@ -194,12 +209,15 @@ function pairs(pen, colours, at, scene, world) {
 function contacts(pen, colours, at, scene, world) {
   const all = scene.contacts.filter((c) => c.world === world);
   const most = Math.max(1e-9, ...all.flatMap((c) => c.points.map((p) => p.impulse)));
-  const dot = Math.max(1, Math.min(3, 0.1 * at.scale)), arrow = Math.max(5, Math.min(30, 0.8 * at.scale));
+  const dot = Math.max(1, Math.min(3, 0.1 * at.scale)),
+    arrow = Math.max(5, Math.min(30, 0.8 * at.scale));
   pen.setLineDash([]);
   pen.lineWidth = Math.min(1.5, dot);
   for (const c of all) {
     for (const p of c.points) {
-      const x = toX(at, p.x), y = toY(at, p.y), long = arrow * (0.2 + 0.8 * Math.sqrt(Math.max(0, p.impulse) / most));
+      const x = toX(at, p.x),
+        y = toY(at, p.y),
+        long = arrow * (0.2 + 0.8 * Math.sqrt(Math.max(0, p.impulse) / most));
       pen.strokeStyle = pen.fillStyle = p.separation < -0.005 ? colours.snap : colours.accent;
       pen.beginPath();
       pen.moveTo(x, y);
@@ -249,7 +267,9 @@ function plane(pen, colours, at, x) {
 
 /** Where the keys point. @param {Pen} pen @param {Palette} colours @param {Camera} at @param {{x: number, y: number, held: boolean}} pointer */
 function cross(pen, colours, at, pointer) {
-  const x = toX(at, pointer.x), y = toY(at, pointer.y), r = pointer.held ? 6 : 10;
+  const x = toX(at, pointer.x),
+    y = toY(at, pointer.y),
+    r = pointer.held ? 6 : 10;
   pen.setLineDash([]);
   pen.strokeStyle = colours.accent;
   pen.lineWidth = 2.5;

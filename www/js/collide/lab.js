@@ -44,23 +44,37 @@ const methodOf = (world) => String(solverOf(world).method ?? '');
 
 /** Name of a world: the solver, or where it is the same the settings that differ. @param {number} world */
 function nameOf(world) {
-  const one = solverOf(world), method = words(methodOf(world));
-  const alike = worlds().filter((i) => i !== world && methodOf(i) === methodOf(world)).map(solverOf);
+  const one = solverOf(world),
+    method = words(methodOf(world));
+  const alike = worlds()
+    .filter((i) => i !== world && methodOf(i) === methodOf(world))
+    .map(solverOf);
   const differ = Object.keys(one).filter((name) => alike.some((other) => one[name] !== other[name]));
-  return [method, ...differ.slice(0, 2).map((name) => `${words(name)} ${one[name] === true ? 'on' : one[name] === false ? 'off' : words(String(one[name]))}`)].join(', ');
+  return [
+    method,
+    ...differ
+      .slice(0, 2)
+      .map((name) => `${words(name)} ${one[name] === true ? 'on' : one[name] === false ? 'off' : words(String(one[name]))}`),
+  ].join(', ');
 }
 
 // ---- controls ----
 
 /** What each solver does with its passes. */
 const PASSES = /** @type {{[name: string]: string[]}} */ ({
-  impulse: ['iterations'], pgs: ['iterations', 'baumgarte'], pgs_ngs: ['iterations', 'position_iterations', 'baumgarte'],
-  soft_step: ['substeps', 'contact_hertz', 'contact_damping_ratio'], tgs_sticky: ['substeps'], xpbd: ['substeps'], avbd: ['iterations'],
+  impulse: ['iterations'],
+  pgs: ['iterations', 'baumgarte'],
+  pgs_ngs: ['iterations', 'position_iterations', 'baumgarte'],
+  soft_step: ['substeps', 'contact_hertz', 'contact_damping_ratio'],
+  tgs_sticky: ['substeps'],
+  xpbd: ['substeps'],
+  avbd: ['iterations'],
 });
 
 /** @param {number} world @returns {Template} */
 function solverPanel(world) {
-  const at = `${pathOf(world)}solver`, own = PASSES[methodOf(world)] ?? [];
+  const at = `${pathOf(world)}solver`,
+    own = PASSES[methodOf(world)] ?? [];
   const label = (/** @type {string} */ name) => ({ label: words(name).replace(/^./, (c) => c.toUpperCase()) });
   return html`<fieldset class="panel method" data-player=${world} ?disabled=${locked.value !== ''} title=${locked.value || nothing}>
     <legend class="unseen">${worlds().length > 1 ? `Solver ${world + 1}` : 'Solver'}</legend>
@@ -71,18 +85,33 @@ function solverPanel(world) {
     ${control(`${at}.bounding_volume`, { label: 'Bounding volume' })}
     <div class="toggles">${control(`${at}.warm_start`, { label: 'Warm start' })}${control(`${at}.recycle`, { label: 'Contact recycling' })}
       ${control(`${at}.sleep`, { label: 'Sleeping' })}</div>
-    <details><summary>More</summary>${['contact_push_speed', 'restitution_threshold', 'joint_hertz', 'joint_damping_ratio', 'recycle_distance', 'sleep_threshold', 'simd']
-      .map((name) => control(`${at}.${name}`, label(name)))}</details>
+    <details><summary>More</summary>${[
+      'contact_push_speed',
+      'restitution_threshold',
+      'joint_hertz',
+      'joint_damping_ratio',
+      'recycle_distance',
+      'sleep_threshold',
+      'simd',
+    ].map((name) => control(`${at}.${name}`, label(name)))}</details>
   </fieldset>`;
 }
 
 /** @param {{[path: string]: import('../link.js').Value}} set @param {number} [count] of worlds */
 function renew(set, count = worlds().length) {
-  const list = Array.from({ length: count - 1 }, (_, i) => ({ solver: difference(i + 1 < worlds().length ? solverOf(i + 1) : solverOf(0), solverOf(0)) }));
+  const list = Array.from({ length: count - 1 }, (_, i) => ({
+    solver: difference(i + 1 < worlds().length ? solverOf(i + 1) : solverOf(0), solverOf(0)),
+  }));
   renewSideBySide(set, list);
 }
 
-const GRAVITIES = [[0, -10, 'as on earth'], [0, -1.6, 'as on the moon'], [0, -22, '2.2 times'], [0, 0, 'none'], [10, 0, 'to the right']];
+const GRAVITIES = [
+  [0, -10, 'as on earth'],
+  [0, -1.6, 'as on the moon'],
+  [0, -22, '2.2 times'],
+  [0, 0, 'none'],
+  [10, 0, 'to the right'],
+];
 
 /** @returns {Template} */
 function gravity() {
@@ -97,7 +126,8 @@ function gravity() {
 
 /** Parameter of a scene: a change creates another session. @param {string} name @returns {Template | typeof nothing} */
 function sceneParameter(name) {
-  const row = find(schema.value, `params.${name}`), value = params.value?.params?.[name];
+  const row = find(schema.value, `params.${name}`),
+    value = params.value?.params?.[name];
   if (!row || value === undefined) return nothing;
   return html`<label class="field" title=${row.help}><span>${words(name)}</span><input type="number" data-scene=${name} min=${row.min} max=${row.max}
     step=${row.type === 'integer' ? 1 : 'any'} .value=${value === 0 ? '' : String(value)} placeholder="default"
@@ -117,8 +147,12 @@ function scenePanel() {
     ${gravity()}
     ${control('broad_phase', { label: 'Broad phase' })}
     ${control('compare_volumes', { label: 'Count false hits' })}
-    ${rigid()?.scene === 'none' ? nothing : html`<details><summary>Rebuild with</summary>
-      ${['size', 'ratio', 'offset', 'speed', 'friction'].map(sceneParameter)}</details>`}
+    ${
+      rigid()?.scene === 'none'
+        ? nothing
+        : html`<details><summary>Rebuild with</summary>
+      ${['size', 'ratio', 'offset', 'speed', 'friction'].map(sceneParameter)}</details>`
+    }
   </fieldset>`;
 }
 
@@ -135,10 +169,14 @@ function overlayPanel() {
   return html`<fieldset class="panel plainpanel"><legend class="unseen">Overlays</legend><div class="head"><h2>Overlays</h2></div>
     <div class="toggles">${overlay('contacts', 'Contacts')}${overlay('islands', 'Islands')}${overlay('pairs', 'Pairs')}
       ${overlay('boxes', 'Boxes')}${overlay('paths', 'Paths')}${overlay('volumes', 'Volumes')}</div>
-    ${shown.value.volumes ? html`<label class="field choice"><span>Volume</span><select id="overlaid" @change=${(/** @type {Event} */ event) => {
-      overlaid.value = Number(/** @type {HTMLSelectElement} */ (event.target).value);
-      touch();
-    }}>${['all three', ...VOLUMES.slice(1)].map((name, i) => html`<option value=${i} .selected=${i === overlaid.value}>${name}</option>`)}</select></label>` : nothing}
+    ${
+      shown.value.volumes
+        ? html`<label class="field choice"><span>Volume</span><select id="overlaid" @change=${(/** @type {Event} */ event) => {
+            overlaid.value = Number(/** @type {HTMLSelectElement} */ (event.target).value);
+            touch();
+          }}>${['all three', ...VOLUMES.slice(1)].map((name, i) => html`<option value=${i} .selected=${i === overlaid.value}>${name}</option>`)}</select></label>`
+        : nothing
+    }
   </fieldset>`;
 }
 
@@ -166,16 +204,20 @@ const joules = (value) => (Math.abs(value) >= 1e5 ? value.toExponential(1).repla
 function numbers() {
   return html`<div class="wide-table" tabindex="0" role="region" aria-label="Current values"><table class="data now"><caption>Now</caption>
     <thead><tr><td></td>${worlds().map((i) => html`<th scope="col">${mark(i)} ${nameOf(i)}</th>`)}</tr></thead>
-    <tbody>${NUMBERS.map(([name, label]) => html`<tr><th scope="row">${label}</th>
-      ${worlds().map((i) => html`<td data-rigid=${`${i}/${name}`}>–</td>`)}</tr>`)}</tbody></table></div>`;
+    <tbody>${NUMBERS.map(
+      ([name, label]) => html`<tr><th scope="row">${label}</th>
+      ${worlds().map((i) => html`<td data-rigid=${`${i}/${name}`}>–</td>`)}</tr>`,
+    )}</tbody></table></div>`;
 }
 
 /** How many bodies tunnelled, of all that fly. @returns {Template | typeof nothing} */
 function tunnellingMeter() {
   if (!(Math.abs(params.value?.tunnel_x ?? 1e9) < 1e8)) return nothing;
   return html`<section class="meter" aria-label="Tunnelling"><h3>Tunnelled</h3>
-    ${worlds().map((i) => html`<div class="passed">${mark(i)}<div class="track"><div class="fill" data-player=${i} data-fill=${i}></div></div>
-      <span data-rigid=${`${i}/tunnelled`}>–</span></div>`)}</section>`;
+    ${worlds().map(
+      (i) => html`<div class="passed">${mark(i)}<div class="track"><div class="fill" data-player=${i} data-fill=${i}></div></div>
+      <span data-rigid=${`${i}/tunnelled`}>–</span></div>`,
+    )}</section>`;
 }
 
 /** Time of a volume for all pairs of a step. @param {number | undefined} ms */
@@ -185,23 +227,33 @@ const perStep = (ms) => (ms === undefined ? '–' : fixed(1000 * ms, 2));
 function volumeTable() {
   if (!params.value?.compare_volumes) return nothing;
   return html`<table class="data judged"><caption>Bounding volumes</caption><thead><tr><td></td><th scope="col">hits</th><th scope="col">false</th><th scope="col">missed</th>
-    <th scope="col">at (cm)</th><th scope="col">µs per step</th></tr></thead><tbody>${VOLUMES.map((name, v) => html`<tr><th scope="row">${name}</th>
-      ${['hits', 'false', 'missed', 'gap'].map((what) => html`<td data-rigid=${`volume${v}/${what}`}>–</td>`)}<td data-volume=${name}>${perStep(costs.value[0]?.[`volume_${name}`])}</td></tr>`)}</tbody></table>`;
+    <th scope="col">at (cm)</th><th scope="col">µs per step</th></tr></thead><tbody>${VOLUMES.map(
+      (name, v) => html`<tr><th scope="row">${name}</th>
+      ${['hits', 'false', 'missed', 'gap'].map((what) => html`<td data-rigid=${`volume${v}/${what}`}>–</td>`)}<td data-volume=${name}>${perStep(costs.value[0]?.[`volume_${name}`])}</td></tr>`,
+    )}</tbody></table>`;
 }
 
 const PHASES = /** @type {[string, string][]} */ ([
-  ['broad', 'broad'], ['narrow', 'narrow'], ['solve', 'solve'], ['continuous', 'continuous'], ['finish', 'finish'], ['all', 'step'],
+  ['broad', 'broad'],
+  ['narrow', 'narrow'],
+  ['solve', 'solve'],
+  ['continuous', 'continuous'],
+  ['finish', 'finish'],
+  ['all', 'step'],
 ]);
 
 /** What the daemon's processor spends on a step, phase by phase. @returns {Template} */
 function phases() {
   const most = Math.max(1e-9, ...costs.value.map((part) => part.all ?? 0));
   return html`<section class="plotbox" aria-label="Cost of a step"><div class="view phases" tabindex="0" role="group" aria-label="Cost of a step"><table class="data"><caption>ms per step</caption>
-    <tbody>${PHASES.map(([name, label]) => html`<tr><th scope="row">${label}</th>${worlds().map((i) => {
-      const ms = costs.value[i]?.[name];
-      return html`<td data-phase=${`${i}/${name}`}><span>${ms === undefined ? '–' : fixed(ms, 3)}</span><svg data-player=${i} viewBox="0 0 100 1" preserveAspectRatio="none" aria-hidden="true"><rect
+    <tbody>${PHASES.map(
+      ([name, label]) =>
+        html`<tr><th scope="row">${label}</th>${worlds().map((i) => {
+          const ms = costs.value[i]?.[name];
+          return html`<td data-phase=${`${i}/${name}`}><span>${ms === undefined ? '–' : fixed(ms, 3)}</span><svg data-player=${i} viewBox="0 0 100 1" preserveAspectRatio="none" aria-hidden="true"><rect
         width=${ms === undefined ? 0 : Math.min(100, (100 * ms) / most)} height="1"></rect></svg></td>`;
-    })}</tr>`)}</tbody></table></div></section>`;
+        })}</tr>`,
+    )}</tbody></table></div></section>`;
 }
 
 // ---- the page ----
@@ -272,8 +324,10 @@ function showNumbers(scene) {
 }
 
 /** What a world shows, in words. @param {World} w @param {number} i */
-const describe = (w, i) => (w.status === 1 ? `${nameOf(i)} diverged`
-  : `${nameOf(i)}: ${w.bodies} bodies, ${w.awake} awake, ${w.touching} contacts, overlap ${fixed(1000 * w.penetration, 1)} mm, energy ${joules(w.energy - w.energy_start)} J`);
+const describe = (w, i) =>
+  w.status === 1
+    ? `${nameOf(i)} diverged`
+    : `${nameOf(i)}: ${w.bodies} bodies, ${w.awake} awake, ${w.touching} contacts, overlap ${fixed(1000 * w.penetration, 1)} mm, energy ${joules(w.energy - w.energy_start)} J`;
 
 let numbered = 0;
 
@@ -281,14 +335,21 @@ let numbered = 0;
 export function drawCollide(frame, settled, name) {
   const at = rigid();
   if (!at) return;
-  const scene = sceneOf(frame), colours = palette();
+  const scene = sceneOf(frame),
+    colours = palette();
   if (record.generation !== frame.session.generation || record.time > frame.time_s) record = new Record(frame.session.generation);
   record.take(frame.time_s, scene.worlds);
   measure(frame, false);
   for (const i of worlds()) {
     const of = {
-      world: i, view: at.view, shown: shown.value, volume: overlaid.value, dt: 1 / at.hz, beyond: params.value?.tunnel_x ?? 1e9,
-      name: `${nameOf(i)}${scene.worlds[i]?.status === 1 ? ': diverged' : ''}`, pointer: pointer.value,
+      world: i,
+      view: at.view,
+      shown: shown.value,
+      volume: overlaid.value,
+      dt: 1 / at.hz,
+      beyond: params.value?.tunnel_x ?? 1e9,
+      name: `${nameOf(i)}${scene.worlds[i]?.status === 1 ? ': diverged' : ''}`,
+      pointer: pointer.value,
     };
     onto(`world${i}`, (surface) => cameras.set(i, drawWorld(surface, colours, scene, of)));
   }
@@ -296,11 +357,25 @@ export function drawCollide(frame, settled, name) {
   if (settled || time - numbered > 120) {
     numbered = time;
     showNumbers(scene);
-    const lines = (/** @type {'energy' | 'penetration'} */ what, /** @type {number} */ scale) => record.tracks.map((track, i) => ({
-      xs: track.t, ys: track[what].map((v) => v * scale), colour: paintOf(colours, i).text, dash: paintOf(colours, i).dash,
-    }));
-    onto('plot-energy', (s) => drawPlot(s, colours, { lines: lines('energy', 1), x: 't (s)', y: 'energy since the start (J)', least: 0.01, empty: 'Play to draw' }));
-    onto('plot-overlap', (s) => drawPlot(s, colours, { lines: lines('penetration', 1000), x: 't (s)', y: 'deepest overlap (mm)', least: 0.01, empty: 'Play to draw' }));
+    const lines = (/** @type {'energy' | 'penetration'} */ what, /** @type {number} */ scale) =>
+      record.tracks.map((track, i) => ({
+        xs: track.t,
+        ys: track[what].map((v) => v * scale),
+        colour: paintOf(colours, i).text,
+        dash: paintOf(colours, i).dash,
+      }));
+    onto('plot-energy', (s) =>
+      drawPlot(s, colours, { lines: lines('energy', 1), x: 't (s)', y: 'energy since the start (J)', least: 0.01, empty: 'Play to draw' }),
+    );
+    onto('plot-overlap', (s) =>
+      drawPlot(s, colours, {
+        lines: lines('penetration', 1000),
+        x: 't (s)',
+        y: 'deepest overlap (mm)',
+        least: 0.01,
+        empty: 'Play to draw',
+      }),
+    );
   }
   if (name) scene.worlds.forEach((w, i) => document.getElementById(`world${i}`)?.setAttribute('aria-label', describe(w, i)));
 }

@@ -19,7 +19,7 @@ export class Record {
     if (time <= this.time) return;
     this.time = time;
     worlds.forEach((one, i) => {
-      const to = this.tracks[i] ??= { t: [], energy: [], penetration: [], tunnelled: [] };
+      const to = (this.tracks[i] ??= { t: [], energy: [], penetration: [], tunnelled: [] });
       if (one.status !== 0) return;
       to.t.push(time);
       to.energy.push(one.energy - one.energy_start);

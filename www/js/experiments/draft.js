@@ -21,17 +21,31 @@ import { schemaOf, schemas } from '../state.js';
 const NEVER = { on: false, metric: '', half: '', relative: '0.05', least: '10' };
 /** @type {Draft} */
 const EMPTY = {
-  scenario: 'race', fixed: [], axes: [], metrics: [], error: '', cost: '', front: [], repeats: '1', until: NEVER,
-  sampling: 'none', points: '64', seed: '', title: '', more: {},
+  scenario: 'race',
+  fixed: [],
+  axes: [],
+  metrics: [],
+  error: '',
+  cost: '',
+  front: [],
+  repeats: '1',
+  until: NEVER,
+  sampling: 'none',
+  points: '64',
+  seed: '',
+  title: '',
+  more: {},
 };
 
 export const draft = signal(EMPTY);
 /** The JSON Schema of experiments: ranges and helps of the fields. @type {import('@preact/signals-core').Signal<any>} */
 export const rules = signal(null);
 /** A field of the specification, such as until.least. @param {string} path @returns {Row | undefined} */
-export const ruleOf = (path) => (rules.value ? find(rules.value, path) ?? undefined : undefined);
+export const ruleOf = (path) => (rules.value ? (find(rules.value, path) ?? undefined) : undefined);
 /** @param {Partial<Draft>} change */
-export const write = (change) => { draft.value = { ...draft.value, ...change }; };
+export const write = (change) => {
+  draft.value = { ...draft.value, ...change };
+};
 
 /** The scenario as JSON; null until it is read. @type {import('@preact/signals-core').Signal<any>} */
 export const scenario = signal(null);
@@ -64,8 +78,8 @@ function variablesOf(root, whole) {
         if (path !== '' || !FIXED.has(name)) walk(child, value?.[name], path === '' ? name : `${path}.${name}`);
       }
     } else if (at?.items) {
-      if (Array.isArray(value) &&
-        open(root, at.items)?.properties) value.slice(0, ELEMENTS).forEach((one, i) => walk(at.items, one, `${path}.${i}`));
+      if (Array.isArray(value) && open(root, at.items)?.properties)
+        value.slice(0, ELEMENTS).forEach((one, i) => walk(at.items, one, `${path}.${i}`));
     } else if (at) {
       const row = rowOf(path.slice(path.lastIndexOf('.') + 1), node, at);
       if (row.type !== 'text') found.push({ path, row, value: value ?? node.default ?? at.default });
@@ -103,8 +117,11 @@ function axisJson(axis, sampled) {
   if (axis.list) return { path: axis.path, values: listed(axis.values).map((text) => toValue(text, row)) };
   const count = sampled ? axis.levels : axis.count;
   return {
-    path: axis.path, from: toNumber(axis.from), to: toNumber(axis.to),
-    ...(sampled && count.trim() === '' ? {} : { count: toNumber(count) }), ...(axis.log ? { scale: 'log' } : {}),
+    path: axis.path,
+    from: toNumber(axis.from),
+    to: toNumber(axis.to),
+    ...(sampled && count.trim() === '' ? {} : { count: toNumber(count) }),
+    ...(axis.log ? { scale: 'log' } : {}),
   };
 }
 
@@ -140,66 +157,124 @@ export function fieldOf(index) {
 /** What is posted. @param {Draft} d */
 export function specification(d) {
   const sampled = d.sampling !== 'none';
-  const set = Object.fromEntries(d.fixed.filter((one) => one.path !== '')
-    .map((one) => [one.path, toValue(one.value, variable(one.path)?.row)]));
+  const set = Object.fromEntries(
+    d.fixed.filter((one) => one.path !== '').map((one) => [one.path, toValue(one.value, variable(one.path)?.row)]),
+  );
   return {
-    ...(d.title === '' ? {} : { title: d.title }), ...d.more, scenario: d.scenario,
+    ...(d.title === '' ? {} : { title: d.title }),
+    ...d.more,
+    scenario: d.scenario,
     ...(Object.keys(set).length === 0 ? {} : { set }),
-    axes: groupsOf(d.axes)
-      .map((group) => (group.length > 1 ? { zip: group.map((axis) => axisJson(axis, sampled)) }
-        : axisJson(/** @type {Axis} */ (group[0]), sampled))),
-    ...(sampled ? { sample: { method: d.sampling, count: toNumber(d.points),
-      ...(d.seed.trim() === '' ? {} : { seed: toNumber(d.seed) }) } } : {}),
-    repeats: toNumber(d.repeats), ...(d.until.on ? { until: untilJson(d.until) } : {}), metrics: d.metrics,
-    ...(d.error === '' ? {} : { error: d.error }), ...(d.cost === '' ? {} : { cost: d.cost }),
+    axes: groupsOf(d.axes).map((group) =>
+      group.length > 1 ? { zip: group.map((axis) => axisJson(axis, sampled)) } : axisJson(/** @type {Axis} */ (group[0]), sampled),
+    ),
+    ...(sampled
+      ? { sample: { method: d.sampling, count: toNumber(d.points), ...(d.seed.trim() === '' ? {} : { seed: toNumber(d.seed) }) } }
+      : {}),
+    repeats: toNumber(d.repeats),
+    ...(d.until.on ? { until: untilJson(d.until) } : {}),
+    metrics: d.metrics,
+    ...(d.error === '' ? {} : { error: d.error }),
+    ...(d.cost === '' ? {} : { cost: d.cost }),
     ...(d.front.length === 0 ? {} : { front: d.front }),
   };
 }
 
 /** @param {any} json @param {boolean} joined @returns {Axis} */
 const axisOf = (json, joined) => ({
-  path: String(json.path ?? ''), joined, list: Array.isArray(json.values), values: (json.values ?? []).map(String).join(', '),
-  from: String(json.from ?? ''), to: String(json.to ?? ''), count: String(json.count ?? 5), levels: String(json.count ?? ''),
+  path: String(json.path ?? ''),
+  joined,
+  list: Array.isArray(json.values),
+  values: (json.values ?? []).map(String).join(', '),
+  from: String(json.from ?? ''),
+  to: String(json.to ?? ''),
+  count: String(json.count ?? 5),
+  levels: String(json.count ?? ''),
   log: json.scale === 'log',
 });
 
 /** @param {any} json @returns {Until} */
-const untilOf = (json) => (json === undefined ? NEVER : {
-  on: true, metric: json.metric ?? '', half: String(json.half_width ?? ''), relative: String(json.relative ?? ''),
-    least: String(json.least ?? ''),
-});
+const untilOf = (json) =>
+  json === undefined
+    ? NEVER
+    : {
+        on: true,
+        metric: json.metric ?? '',
+        half: String(json.half_width ?? ''),
+        relative: String(json.relative ?? ''),
+        least: String(json.least ?? ''),
+      };
 
 /** Takes an experiment as the starting point. @param {any} json */
 export function take(json) {
-  const { scenario: of, set = {}, axes = [], metrics: kept = [], error = '', cost = '', front = [], repeats = 1, until, sample,
-    title = '', scenario_id: id = '', ...more } = json;
+  const {
+    scenario: of,
+    set = {},
+    axes = [],
+    metrics: kept = [],
+    error = '',
+    cost = '',
+    front = [],
+    repeats = 1,
+    until,
+    sample,
+    title = '',
+    scenario_id: id = '',
+    ...more
+  } = json;
   draft.value = {
-    scenario: id || of, fixed: Object.entries(set).map(([path, value]) => ({ path, value: String(value) })),
-    axes: axes.flatMap((/** @type {any} */ axis) => (axis.zip ?? [axis]).map((/** @type {any} */ one,
-      /** @type {number} */ k) => axisOf(one, k > 0))),
-    metrics: kept, error, cost, front, repeats: String(repeats), until: untilOf(until), sampling: sample?.method ?? 'none',
-    points: String(sample?.count ?? 64), seed: String(sample?.seed ?? ''), title, more,
+    scenario: id || of,
+    fixed: Object.entries(set).map(([path, value]) => ({ path, value: String(value) })),
+    axes: axes.flatMap((/** @type {any} */ axis) =>
+      (axis.zip ?? [axis]).map((/** @type {any} */ one, /** @type {number} */ k) => axisOf(one, k > 0)),
+    ),
+    metrics: kept,
+    error,
+    cost,
+    front,
+    repeats: String(repeats),
+    until: untilOf(until),
+    sampling: sample?.method ?? 'none',
+    points: String(sample?.count ?? 64),
+    seed: String(sample?.seed ?? ''),
+    title,
+    more,
   };
 }
 
 /** An axis around the scenario's own value. @param {string} path @returns {Axis} */
 export function axisAround(path) {
-  const found = variable(path), row = found?.row, value = Number(found?.value);
+  const found = variable(path),
+    row = found?.row,
+    value = Number(found?.value);
   const list = row?.type === 'boolean' || row?.type === 'choice';
   const clip = (/** @type {number} */ v) => String(Number(Math.min(row?.max ?? v, Math.max(row?.min ?? v, v)).toPrecision(4)));
   const span = value > 0 ? [value / 4, value * 4] : [row?.min ?? 0, Math.min(row?.max ?? 1, (row?.min ?? 0) + 200)];
   const whole = row?.type === 'integer' ? Math.round : (/** @type {number} */ v) => v;
-  return { path, joined: false, list,
+  return {
+    path,
+    joined: false,
+    list,
     values: row?.type === 'boolean' ? 'false, true' : row?.type === 'choice' ? row.choices.join(', ') : '',
-    from: clip(whole(span[0] ?? 0)), to: clip(whole(span[1] ?? 1)), count: '5', levels: '', log: false };
+    from: clip(whole(span[0] ?? 0)),
+    to: clip(whole(span[1] ?? 1)),
+    count: '5',
+    levels: '',
+    log: false,
+  };
 }
 
 // ---- the scenario ----
 
 const USUAL_AXES = ['players.0.lag_ms', 'methods.0.dt_s', 'solver.iterations', 'solver.substeps', 'params.n'];
-const USUAL_METRICS = ['players.0.input_latency_ms.mean', 'players.0.remote_error_m.mean', 'methods.0.e_max', 'methods.0.evaluations',
+const USUAL_METRICS = [
+  'players.0.input_latency_ms.mean',
+  'players.0.remote_error_m.mean',
+  'methods.0.e_max',
+  'methods.0.evaluations',
   'drift_worst_m',
-  'penetration_worst_m'];
+  'penetration_worst_m',
+];
 /** What makes a first experiment last seconds. @type {Record<string, Fixed[]>} */
 const BRIEF = { netgame: [{ path: 'duration_s', value: '10' }], fluid: [{ path: 'duration_s', value: '1' }] };
 
@@ -259,31 +334,63 @@ function begin(whole, paths) {
  * are left out; of a path without values all choices are taken.
  * @type {Record<string, {axes: [string, string][][], errors: RegExp, more: string[], repeats: string}>} */
 const WORK_PRECISION = {
-  netgame: { axes: [[['server.snapshot_encoding', '']], [['server.update_hz', '5, 10, 20, 30, 60']]], errors: /^players\.0\.remote_error_m\.mean$/,
-    more: ['players.0.bandwidth.down_bytes_per_s'], repeats: '5' },
-  motion: { axes: [[['methods.0.method', 'explicit_euler, semi_implicit_euler, velocity_verlet, rk4']],
-    [['methods.0.dt_s', '0.1, 0.03, 0.01, 0.003, 0.001']]],
-    errors: /^methods\.0\.e_max$/, more: ['methods.0.evaluations'], repeats: '1' },
-  rigid: { axes: [[['solver.method', '']], [['solver.substeps', '1, 2, 4, 8, 16'], ['solver.iterations', '1, 2, 4, 8, 16']]],
+  netgame: {
+    axes: [[['server.snapshot_encoding', '']], [['server.update_hz', '5, 10, 20, 30, 60']]],
+    errors: /^players\.0\.remote_error_m\.mean$/,
+    more: ['players.0.bandwidth.down_bytes_per_s'],
+    repeats: '5',
+  },
+  motion: {
+    axes: [
+      [['methods.0.method', 'explicit_euler, semi_implicit_euler, velocity_verlet, rk4']],
+      [['methods.0.dt_s', '0.1, 0.03, 0.01, 0.003, 0.001']],
+    ],
+    errors: /^methods\.0\.e_max$/,
+    more: ['methods.0.evaluations'],
+    repeats: '1',
+  },
+  rigid: {
+    axes: [
+      [['solver.method', '']],
+      [
+        ['solver.substeps', '1, 2, 4, 8, 16'],
+        ['solver.iterations', '1, 2, 4, 8, 16'],
+      ],
+    ],
     errors: /^(drift|sag)_worst_m$/,
-    more: ['passes_per_s'], repeats: '1' },
-  fluid: { axes: [[['solver.method', '']], [['solver.advection', '']], [['params.n', '16, 24, 32, 48']],
-    [['params.size', '12, 16, 24, 32']]],
-    errors: /^(velocity_|pressure_|front_|decay_)?error(_max|_l2|_l1|_rms)?$|^(density_error|divergence)_max$/, more: ['cell_visits'],
-      repeats: '1' },
+    more: ['passes_per_s'],
+    repeats: '1',
+  },
+  fluid: {
+    axes: [[['solver.method', '']], [['solver.advection', '']], [['params.n', '16, 24, 32, 48']], [['params.size', '12, 16, 24, 32']]],
+    errors: /^(velocity_|pressure_|front_|decay_)?error(_max|_l2|_l1|_rms)?$|^(density_error|divergence)_max$/,
+    more: ['cell_visits'],
+    repeats: '1',
+  },
 };
 
 /** @param {any} whole @param {string[]} paths */
 function beginWorkPrecision(whole, paths) {
   const trade = /** @type {typeof WORK_PRECISION[string]} */ (WORK_PRECISION[whole.kind]);
-  const axes = trade.axes.flatMap((group) => group.filter(([path]) => variable(path)).map(([path, values], k) => {
-    const around = axisAround(path);
-    return { ...around, joined: k > 0, list: true, values: values || around.values };
-  }));
-  const error = paths.find((path) => trade.errors.test(path)) ?? paths[0] ?? '', measured = 'cost.ns_per_sim_s';
-  write({ axes, metrics: [error, measured, ...trade.more.filter((path) => paths.includes(path))], error, cost: measured,
+  const axes = trade.axes.flatMap((group) =>
+    group
+      .filter(([path]) => variable(path))
+      .map(([path, values], k) => {
+        const around = axisAround(path);
+        return { ...around, joined: k > 0, list: true, values: values || around.values };
+      }),
+  );
+  const error = paths.find((path) => trade.errors.test(path)) ?? paths[0] ?? '',
+    measured = 'cost.ns_per_sim_s';
+  write({
+    axes,
+    metrics: [error, measured, ...trade.more.filter((path) => paths.includes(path))],
+    error,
+    cost: measured,
     repeats: trade.repeats,
-    fixed: BRIEF[whole.kind] ?? [], title: `Work-precision diagram: ${whole.title ?? whole.kind}` });
+    fixed: BRIEF[whole.kind] ?? [],
+    title: `Work-precision diagram: ${whole.title ?? whole.kind}`,
+  });
 }
 
 /** Every method that the scenario can take, by its own setting: error against the processor's time. @param {any} of an id, or the whole */

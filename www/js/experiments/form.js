@@ -6,8 +6,27 @@ import { plain } from '../format.js';
 import { labelOf } from '../schema.js';
 import { scenarios } from '../state.js';
 import {
-  axisAround, checking, choose, draft, estimate, fieldOf, helpOf, listed, measure, metrics, own, refuse, refused, ruleOf, scenario, specification,
-  start, unread, variable, variables, write,
+  axisAround,
+  checking,
+  choose,
+  draft,
+  estimate,
+  fieldOf,
+  helpOf,
+  listed,
+  measure,
+  metrics,
+  own,
+  refuse,
+  refused,
+  ruleOf,
+  scenario,
+  specification,
+  start,
+  unread,
+  variable,
+  variables,
+  write,
 } from './draft.js';
 import { run } from './shown.js';
 
@@ -39,9 +58,20 @@ function sentence(field) {
 /** The error message of no field of this form. */
 function elsewhere() {
   const d = draft.value;
-  const places = ['scenario', 'sample', 'repeats', 'until', 'metrics', 'error', 'cost', 'front', ...d.axes.map((_, i) => fieldOf(i)),
-    ...d.fixed.map((one) => `set.${one.path}`)];
-  return [...refused.value].filter(([field]) => !places.some((place) => field === place || field.startsWith(`${place}.`)))
+  const places = [
+    'scenario',
+    'sample',
+    'repeats',
+    'until',
+    'metrics',
+    'error',
+    'cost',
+    'front',
+    ...d.axes.map((_, i) => fieldOf(i)),
+    ...d.fixed.map((one) => `set.${one.path}`),
+  ];
+  return [...refused.value]
+    .filter(([field]) => !places.some((place) => field === place || field.startsWith(`${place}.`)))
     .map(([, detail]) => detail);
 }
 
@@ -50,7 +80,8 @@ function elsewhere() {
  * messageOf: the field whose message is shown; hint: where empty
  * @returns {Template} */
 function number({ id, field, label, value, messageOf = field, hint = '', take }) {
-  const bad = invalid(field, messageOf), row = ruleOf(field);
+  const bad = invalid(field, messageOf),
+    row = ruleOf(field);
   return html`<label class="field" title=${row?.help ?? nothing}><span>${label}</span><input id=${id} class="narrow" inputmode="decimal"
     autocomplete="off" placeholder=${hint} .value=${value} aria-invalid=${bad.is} aria-describedby=${bad.by}
     @input=${(/** @type {Event} */ event) => take(valueOf(event))}></label>`;
@@ -69,19 +100,25 @@ const invalid = (field, messageOf = field) => (wrong(field) === '' ? { is: 'fals
 
 /** @returns {Template} */
 function scenarioPanel() {
-  const d = draft.value, now = typeof d.scenario === 'string' ? d.scenario : '', bad = invalid('scenario');
+  const d = draft.value,
+    now = typeof d.scenario === 'string' ? d.scenario : '',
+    bad = invalid('scenario');
   const group = (/** @type {string} */ label, /** @type {string} */ kind) => {
     const rows = scenarios.value.filter((row) => row.kind === kind);
-    return rows.length === 0 ? nothing
-      : html`<optgroup label=${label}>${rows.map((row) => html`<option value=${row.id} .selected=${row.id === now}>${
-      row.paper ? `${row.paper}: ` : ''}${row.title}</option>`)}</optgroup>`;
+    return rows.length === 0
+      ? nothing
+      : html`<optgroup label=${label}>${rows.map(
+          (row) => html`<option value=${row.id} .selected=${row.id === now}>${row.paper ? `${row.paper}: ` : ''}${row.title}</option>`,
+        )}</optgroup>`;
   };
   return html`<fieldset class="panel server"><legend class="unseen">Scenario</legend><div class="head"><h2>Scenario</h2></div>
     <label class="field choice"><span>Start from</span><select id="library" @change=${async (/** @type {Event} */ event) => {
       const id = valueOf(event);
       if (id !== '') start(await call('GET', `scenarios/${id}`));
-    }}><option value="">an experiment of the library</option>${library.value.map((one) => html`<option
-      value=${one.id}>${one.title}</option>`)}</select></label>
+    }}><option value="">an experiment of the library</option>${library.value.map(
+      (one) => html`<option
+      value=${one.id}>${one.title}</option>`,
+    )}</select></label>
     <label class="field choice"><span>Scenario</span><select id="of" aria-invalid=${bad.is} aria-describedby=${bad.by}
       @change=${(/** @type {Event} */ event) => choose(valueOf(event))}>
       ${now === '' ? html`<option value="" selected disabled>${scenario.value?.title || 'as the experiment has it'}</option>` : nothing}
@@ -89,8 +126,8 @@ function scenarioPanel() {
     <button type="button" id="trade"
       title="Error and processor time of every method of the scenario, over its settings"
       ?disabled=${scenario.value === null}
-        @click=${() => measure(typeof d.scenario === 'string' && d.scenario !== '' ? d.scenario
-          : scenario.value)}>Work-precision diagram</button>
+        @click=${() =>
+          measure(typeof d.scenario === 'string' && d.scenario !== '' ? d.scenario : scenario.value)}>Work-precision diagram</button>
     ${sentence('scenario')}${unread.value === '' ? nothing : html`<p class="wrong">${unread.value}</p>`}
     ${d.title === '' ? nothing : html`<p class="facts">${d.title}</p>`}</fieldset>`;
 }
@@ -103,9 +140,11 @@ const ownerOf = (path) => path.slice(0, Math.max(0, path.lastIndexOf('.')));
 /** @param {string} owner @returns {string} */
 function placeOf(owner) {
   if (owner === '') return 'Scenario';
-  const words = owner.replace(/players\.(\d+)/,
-    (_, p) => `player ${scenario.value?.players?.[p]?.name ?? String.fromCharCode(65 + Number(p))}`)
-    .replace(/methods\.(\d+)/, (_, m) => `method ${Number(m) + 1}`).replaceAll('.', ' › ').replaceAll('_', ' ');
+  const words = owner
+    .replace(/players\.(\d+)/, (_, p) => `player ${scenario.value?.players?.[p]?.name ?? String.fromCharCode(65 + Number(p))}`)
+    .replace(/methods\.(\d+)/, (_, m) => `method ${Number(m) + 1}`)
+    .replaceAll('.', ' › ')
+    .replaceAll('_', ' ');
   return words.charAt(0).toUpperCase() + words.slice(1);
 }
 
@@ -121,9 +160,13 @@ function parameter(now, name, take, bad) {
   return html`<select class="parameter" aria-label=${name} aria-invalid=${bad.is} aria-describedby=${bad.by}
     @change=${(/** @type {Event} */ event) => take(valueOf(event))}>
     ${variable(now) ? nothing : html`<option value=${now} selected>${now === '' ? 'choose' : now}</option>`}
-    ${[...groups].map(([owner, list]) => html`<optgroup
-      label=${placeOf(owner)}>${list.map(({ path, row }) => html`<option value=${path} .selected=${path === now}>${
-      labelOf(path)}${row.unit ? ` (${row.unit})` : ''}</option>`)}</optgroup>`)}</select>`;
+    ${[...groups].map(
+      ([owner, list]) => html`<optgroup
+      label=${placeOf(owner)}>${list.map(
+        ({ path, row }) =>
+          html`<option value=${path} .selected=${path === now}>${labelOf(path)}${row.unit ? ` (${row.unit})` : ''}</option>`,
+      )}</optgroup>`,
+    )}</select>`;
 }
 
 // ---- axes ----
@@ -135,13 +178,17 @@ const setAxis = (index, change) => write({ axes: draft.value.axes.map((axis, i) 
 
 /** The values of a range, as far as they fit in a line. @param {Axis} axis */
 function preview(axis) {
-  const unit = variable(axis.path)?.row.unit ?? '', inUnit = unit === '' ? '' : ` ${unit}`;
+  const unit = variable(axis.path)?.row.unit ?? '',
+    inUnit = unit === '' ? '' : ` ${unit}`;
   if (axis.list) return `${listed(axis.values).length} values${unit === '' ? '' : ` in ${unit}`}`;
-  const from = Number(axis.from), to = Number(axis.to), count = draft.value.sampling === 'none' ? Number(axis.count) : 0;
+  const from = Number(axis.from),
+    to = Number(axis.to),
+    count = draft.value.sampling === 'none' ? Number(axis.count) : 0;
   if (!(count >= 1 && Number.isFinite(from) && Number.isFinite(to)) || (axis.log && !(from > 0 && to > 0))) return '';
   const whole = variable(axis.path)?.row.type === 'integer';
   const at = (/** @type {number} */ k) => {
-    const share = count > 1 ? k / (count - 1) : 0, value = axis.log ? from * (to / from) ** share : from + (to - from) * share;
+    const share = count > 1 ? k / (count - 1) : 0,
+      value = axis.log ? from * (to / from) ** share : from + (to - from) * share;
     return plain(whole ? Math.floor(value + 0.5) : Number(value.toPrecision(4)));
   };
   const shown = Array.from({ length: Math.min(count, 4) }, (_, k) => at(k));
@@ -151,24 +198,40 @@ function preview(axis) {
 /** Those of a few values that are tried. @param {Axis} axis @param {number} i @param {string[]} choices @returns {Template} */
 function choicesOf(axis, i, choices) {
   const on = listed(axis.values);
-  const toggle = (/** @type {string} */ choice) => setAxis(i,
-    { list: true, values: (on.includes(choice) ? on.filter((one) => one !== choice)
-      : choices.filter((one) => one === choice || on.includes(one))).join(', ') });
+  const toggle = (/** @type {string} */ choice) =>
+    setAxis(i, {
+      list: true,
+      values: (on.includes(choice) ? on.filter((one) => one !== choice) : choices.filter((one) => one === choice || on.includes(one))).join(
+        ', ',
+      ),
+    });
   const words = (/** @type {string} */ choice) => (choice === 'true' ? 'on' : choice === 'false' ? 'off' : choice.replaceAll('_', ' '));
   return html`<div class="tried" role="group"
-    aria-label=${`Values of axis ${i + 1}`}>${choices.map((choice) => html`<label class="toggle"><input type="checkbox"
+    aria-label=${`Values of axis ${i + 1}`}>${choices.map(
+      (choice) => html`<label class="toggle"><input type="checkbox"
       data-choice=${`${i}.${choice}`} .checked=${on.includes(choice)}
-    @change=${() => toggle(choice)}><span>${words(choice)}</span></label>`)}</div>`;
+    @change=${() => toggle(choice)}><span>${words(choice)}</span></label>`,
+    )}</div>`;
 }
 
 /** @param {Axis} axis @param {number} i @returns {Template} */
 function axisPanel(axis, i) {
-  const field = fieldOf(i), row = variable(axis.path)?.row, sampled = draft.value.sampling !== 'none', name = `axis ${i + 1}`;
+  const field = fieldOf(i),
+    row = variable(axis.path)?.row,
+    sampled = draft.value.sampling !== 'none',
+    name = `axis ${i + 1}`;
   const numeric = row?.type === 'number' || row?.type === 'integer' || row === undefined;
-  const choices = axis.joined || draft.value.axes[i + 1]?.joined ? []
-    : row?.type === 'boolean' ? ['false', 'true'] : row?.choices ?? []; /* what goes together may be named twice */
-  const input = (/** @type {'from' | 'to' | 'count' | 'levels' | 'values'} */ key, /** @type {string} */ label,
-    /** @type {string} */ width) => {
+  const choices =
+    axis.joined || draft.value.axes[i + 1]?.joined
+      ? []
+      : row?.type === 'boolean'
+        ? ['false', 'true']
+        : (row?.choices ?? []); /* what goes together may be named twice */
+  const input = (
+    /** @type {'from' | 'to' | 'count' | 'levels' | 'values'} */ key,
+    /** @type {string} */ label,
+    /** @type {string} */ width,
+  ) => {
     const bad = invalid(`${field}.${key === 'levels' ? 'count' : key}`, field);
     return html`<label class="field ${width}"><span>${label}</span><input data-axis=${`${i}.${key}`}
       inputmode=${key === 'values' ? 'text' : 'decimal'} autocomplete="off" placeholder=${key === 'levels' ? 'any' : ''} .value=${axis[key]}
@@ -176,37 +239,62 @@ function axisPanel(axis, i) {
         @input=${(/** @type {Event} */ event) => setAxis(i, { [key]: valueOf(event) })}></label>`;
   };
   return html`<fieldset class="axis" data-axis-field=${field}><legend class="unseen">Axis ${i + 1}</legend>
-    <div class="head">${parameter(axis.path, `Parameter of ${name}`, (path) => setAxis(i, { ...axisAround(path), joined: axis.joined }),
-      invalid(`${field}.path`, field))}
+    <div class="head">${parameter(
+      axis.path,
+      `Parameter of ${name}`,
+      (path) => setAxis(i, { ...axisAround(path), joined: axis.joined }),
+      invalid(`${field}.path`, field),
+    )}
       <button type="button" class="small" aria-label=${`Remove ${name}`}
         @click=${() => write({ axes: draft.value.axes.filter((_, k) => k !== i) })}>Remove</button></div>
-    ${numeric ? html`<div class="units" role="group" aria-label=${`Values of ${name}`}>
+    ${
+      numeric
+        ? html`<div class="units" role="group" aria-label=${`Values of ${name}`}>
       <button type="button" aria-pressed=${String(!axis.list)} @click=${() => setAxis(i, { list: false })}>Range</button><button
         type="button" aria-pressed=${String(axis.list)}
-          @click=${() => setAxis(i, { list: true, values: axis.values || `${axis.from}, ${axis.to}` })}>List</button></div>` : nothing}
-    ${choices.length > 0 ? choicesOf(axis, i, choices)
-      : axis.list || !numeric ? input('values', 'Values', 'whole')
-        : html`<div class="range">${input('from', 'From', '')}${input('to', 'To', '')}${sampled ? input('levels', 'Values', '')
-          : input('count', 'Count', '')}
+          @click=${() => setAxis(i, { list: true, values: axis.values || `${axis.from}, ${axis.to}` })}>List</button></div>`
+        : nothing
+    }
+    ${
+      choices.length > 0
+        ? choicesOf(axis, i, choices)
+        : axis.list || !numeric
+          ? input('values', 'Values', 'whole')
+          : html`<div class="range">${input('from', 'From', '')}${input('to', 'To', '')}${
+              sampled ? input('levels', 'Values', '') : input('count', 'Count', '')
+            }
       <label class="toggle"><input type="checkbox" .checked=${axis.log} aria-label=${`Logarithmic steps of ${name}`}
-        @change=${() => setAxis(i, { log: !axis.log })}><span>log</span></label></div>`}
-    ${i > 0 ? html`<label class="toggle"><input type="checkbox" .checked=${axis.joined}
-      @change=${() => setAxis(i, { joined: !axis.joined })}><span>Together with the axis above</span></label>` : nothing}
-    <p class="facts">${axis.path}: ${preview(axis)}${row && (row.type === 'number' || row.type === 'integer')
-      ? html` <small>${plain(row.min)} to ${plain(row.max)}</small>` : nothing}</p>
+        @change=${() => setAxis(i, { log: !axis.log })}><span>log</span></label></div>`
+    }
+    ${
+      i > 0
+        ? html`<label class="toggle"><input type="checkbox" .checked=${axis.joined}
+      @change=${() => setAxis(i, { joined: !axis.joined })}><span>Together with the axis above</span></label>`
+        : nothing
+    }
+    <p class="facts">${axis.path}: ${preview(axis)}${
+      row && (row.type === 'number' || row.type === 'integer') ? html` <small>${plain(row.min)} to ${plain(row.max)}</small>` : nothing
+    }</p>
     ${sentence(field)}</fieldset>`;
 }
 
 /** How points are drawn, in the order of the list. */
-const SAMPLINGS = /** @type {[string, string][]} */ ([['none', 'all combinations'], ['sobol', 'Sobol sequence'], ['lhs', 'Latin hypercube'],
-  ['random', 'at random'], ['saltelli', 'for sensitivity indices (Saltelli)']]);
+const SAMPLINGS = /** @type {[string, string][]} */ ([
+  ['none', 'all combinations'],
+  ['sobol', 'Sobol sequence'],
+  ['lhs', 'Latin hypercube'],
+  ['random', 'at random'],
+  ['saltelli', 'for sensitivity indices (Saltelli)'],
+]);
 
 /** Axes that go together are one. */
 const dimensions = () => draft.value.axes.filter((axis, i) => i === 0 || !axis.joined).length;
 
 /** What the count makes. @returns {string} */
 function sampleFacts() {
-  const { sampling, points } = draft.value, n = Number(points), d = dimensions();
+  const { sampling, points } = draft.value,
+    n = Number(points),
+    d = dimensions();
   if (!Number.isInteger(n) || n < 1) return '';
   const two = Number.isInteger(Math.log2(n)) ? '' : '; a power of two is more even';
   if (sampling === 'saltelli') {
@@ -218,28 +306,46 @@ function sampleFacts() {
 
 /** @returns {Template} */
 function samplePanel() {
-  const d = draft.value, bad = invalid('sample', 'sample');
+  const d = draft.value,
+    bad = invalid('sample', 'sample');
   const choice = html`<label class="field choice"><span>Points</span><select id="sampling" aria-invalid=${bad.is} aria-describedby=${bad.by}
     title=${ruleOf('sample.method')?.help ?? nothing} @change=${(/** @type {Event} */ event) => write({ sampling: valueOf(event) })}>
-    ${SAMPLINGS.map(([value, label]) => html`<option value=${value}
-      .selected=${value === d.sampling}>${label}</option>`)}</select></label>`;
+    ${SAMPLINGS.map(
+      ([value, label]) => html`<option value=${value}
+      .selected=${value === d.sampling}>${label}</option>`,
+    )}</select></label>`;
   if (d.sampling === 'none') return html`${choice}${sentence('sample')}`;
   return html`${choice}<div class="numbers">
-      ${number({ id: 'points', field: 'sample.count', messageOf: 'sample',
-        label: d.sampling === 'saltelli' ? 'Base samples' : 'Number of points', value: d.points,
-        take: (points) => write({ points }) })}
-      ${number({ id: 'sample-seed', field: 'sample.seed', messageOf: 'sample', label: 'Seed', value: d.seed, hint: '1',
-        take: (seed) => write({ seed }) })}</div>
+      ${number({
+        id: 'points',
+        field: 'sample.count',
+        messageOf: 'sample',
+        label: d.sampling === 'saltelli' ? 'Base samples' : 'Number of points',
+        value: d.points,
+        take: (points) => write({ points }),
+      })}
+      ${number({
+        id: 'sample-seed',
+        field: 'sample.seed',
+        messageOf: 'sample',
+        label: 'Seed',
+        value: d.seed,
+        hint: '1',
+        take: (seed) => write({ seed }),
+      })}</div>
     <p class="facts" id="sample-facts">${sampleFacts()}. A range with a number of values has these alone, each as often.</p>
     ${sentence('sample')}`;
 }
 
 /** @returns {Template} */
 function axesPanel() {
-  const d = draft.value, free = variables.value.find((one) => one.row.type === 'number' && !d.axes.some((axis) => axis.path === one.path));
+  const d = draft.value,
+    free = variables.value.find((one) => one.row.type === 'number' && !d.axes.some((axis) => axis.path === one.path));
   return html`<fieldset class="panel server"><legend class="unseen">Axes</legend><div class="head"><h2>Varied</h2>
       <button type="button" class="small" id="add-axis" ?disabled=${!free || d.axes.length >= AXES_MAX}
-        @click=${() => { if (free) write({ axes: [...d.axes, axisAround(free.path)] }); }}>Add an axis</button></div>
+        @click=${() => {
+          if (free) write({ axes: [...d.axes, axisAround(free.path)] });
+        }}>Add an axis</button></div>
     ${d.axes.length === 0 ? html`<p class="facts">No axes: one point.</p>` : d.axes.map(axisPanel)}
     ${samplePanel()}</fieldset>`;
 }
@@ -249,13 +355,15 @@ function axesPanel() {
 const LIMIT = '100'; /* repeats: one run alone has no mean */
 
 function toggleUntil() {
-  const d = draft.value, on = !d.until.on;
+  const d = draft.value,
+    on = !d.until.on;
   write({ until: { ...d.until, on }, repeats: on && Number(d.repeats) < Number(d.until.least) ? LIMIT : d.repeats });
 }
 
 /** Runs of a point until its mean is known. @returns {Template} */
 function untilPanel() {
-  const d = draft.value, { until } = d,
+  const d = draft.value,
+    { until } = d,
     set = (/** @type {Partial<import('./draft.js').Until>} */ change) => write({ until: { ...until, ...change } });
   const bad = invalid('until.metric', 'until');
   const toggle = html`<label class="toggle" title=${ruleOf('until')?.help ?? nothing}><input type="checkbox" id="until" .checked=${until.on}
@@ -266,33 +374,59 @@ function untilPanel() {
       @change=${(/** @type {Event} */ event) => set({ metric: valueOf(event) })}><option
         value="">the error: ${d.error || (d.metrics[0] ?? 'none')}</option>
       ${d.metrics.map((path) => html`<option value=${path} .selected=${path === until.metric}>${path}</option>`)}</select></label>
-    ${number({ id: 'until-relative', field: 'until.relative', messageOf: 'until', label: 'Half width of the 95 % interval, over the mean',
+    ${number({
+      id: 'until-relative',
+      field: 'until.relative',
+      messageOf: 'until',
+      label: 'Half width of the 95 % interval, over the mean',
       value: until.relative,
-      hint: 'no rule', take: (relative) => set({ relative }) })}
-    ${number({ id: 'until-half', field: 'until.half_width', messageOf: 'until', label: 'or in its own unit', value: until.half, hint: 'no rule',
-      take: (half) => set({ half }) })}
-    ${number({ id: 'until-least', field: 'until.least', messageOf: 'until', label: 'Minimum of runs', value: until.least,
-      take: (least) => set({ least }) })}
+      hint: 'no rule',
+      take: (relative) => set({ relative }),
+    })}
+    ${number({
+      id: 'until-half',
+      field: 'until.half_width',
+      messageOf: 'until',
+      label: 'or in its own unit',
+      value: until.half,
+      hint: 'no rule',
+      take: (half) => set({ half }),
+    })}
+    ${number({
+      id: 'until-least',
+      field: 'until.least',
+      messageOf: 'until',
+      label: 'Minimum of runs',
+      value: until.least,
+      take: (least) => set({ least }),
+    })}
     <p class="facts">Checked after the minimum of runs, and after each doubling.
       <small>over the mean ${rangeOf('until.relative')}; runs ${rangeOf('until.least')}</small></p></div>${sentence('until')}`;
 }
 
 /** @returns {Template} */
 function fixedPanel() {
-  const d = draft.value, bad = invalid('repeats');
-  const set = (/** @type {number} */ i,
-    /** @type {Partial<import('./draft.js').Fixed>} */ change) => write({ fixed: d.fixed.map((one,
-      k) => (k === i ? { ...one, ...change } : one)) });
-  const free = () => ['duration_s', ...variables.value.map((one) => one.path)].find((path) => variable(path) &&
-    !d.fixed.some((one) => one.path === path)) ?? '';
+  const d = draft.value,
+    bad = invalid('repeats');
+  const set = (/** @type {number} */ i, /** @type {Partial<import('./draft.js').Fixed>} */ change) =>
+    write({ fixed: d.fixed.map((one, k) => (k === i ? { ...one, ...change } : one)) });
+  const free = () =>
+    ['duration_s', ...variables.value.map((one) => one.path)].find((path) => variable(path) && !d.fixed.some((one) => one.path === path)) ??
+    '';
   return html`<fieldset class="panel server"><legend class="unseen">Fixed</legend><div class="head"><h2>Fixed</h2>
       <button type="button" class="small"
-        @click=${() => { const path = free();
-          write({ fixed: [...d.fixed, { path, value: String(own(path) ?? '') }] }); }}>Add a value</button></div>
+        @click=${() => {
+          const path = free();
+          write({ fixed: [...d.fixed, { path, value: String(own(path) ?? '') }] });
+        }}>Add a value</button></div>
     ${d.fixed.map((one, i) => {
       const wrongHere = invalid(`set.${one.path}`);
-      return html`<div class="fixed">${parameter(one.path, `Fixed parameter ${i + 1}`,
-        (path) => set(i, { path, value: String(own(path) ?? '') }), wrongHere)}
+      return html`<div class="fixed">${parameter(
+        one.path,
+        `Fixed parameter ${i + 1}`,
+        (path) => set(i, { path, value: String(own(path) ?? '') }),
+        wrongHere,
+      )}
         <input class="narrow" autocomplete="off" aria-label=${`Value of ${labelOf(one.path)}`} aria-invalid=${wrongHere.is}
           aria-describedby=${wrongHere.by} .value=${one.value}
           @input=${(/** @type {Event} */ event) => set(i, { value: valueOf(event) })}>
@@ -312,16 +446,23 @@ const FRONT = 'Two metrics or more, by magnitude; the report and the table mark 
 
 /** @param {string} path */
 function toggleMetric(path) {
-  const d = draft.value, there = d.metrics.includes(path);
+  const d = draft.value,
+    there = d.metrics.includes(path);
   const next = there ? d.metrics.filter((one) => one !== path) : [...d.metrics, path];
   const left = (/** @type {string} */ one) => (next.includes(one) ? one : '');
-  write({ metrics: next, error: left(d.error), cost: left(d.cost), front: d.front.filter((one) => next.includes(one)),
-    until: { ...d.until, metric: left(d.until.metric) } });
+  write({
+    metrics: next,
+    error: left(d.error),
+    cost: left(d.cost),
+    front: d.front.filter((one) => next.includes(one)),
+    until: { ...d.until, metric: left(d.until.metric) },
+  });
 }
 
 /** The metrics of the front, in the order of the metrics. @param {string} path */
 function toggleFront(path) {
-  const d = draft.value, on = d.front.includes(path);
+  const d = draft.value,
+    on = d.front.includes(path);
   write({ front: d.metrics.filter((one) => (one === path ? !on : d.front.includes(one))) });
 }
 
@@ -329,36 +470,57 @@ function toggleFront(path) {
 function frontPanel() {
   const d = draft.value;
   return html`<div class="frontof" role="group" aria-label="Front of"><p
-    title=${FRONT}>Front of ${d.front.length === 0 ? html`<small>error and cost, unless
-      others are ticked</small>` : html`<small>${
-      d.front.length === 1 ? 'one metric: tick another'
-        : `${d.front.length} metrics: no other point is as good in all and better in one`}</small>`}</p>
-    ${d.metrics.map((path) => html`<label class="toggle"><input type="checkbox" data-front=${path} .checked=${d.front.includes(path)}
-      @change=${() => toggleFront(path)}><span>${path}</span></label>`)}${sentence('front')}</div>`;
+    title=${FRONT}>Front of ${
+      d.front.length === 0
+        ? html`<small>error and cost, unless
+      others are ticked</small>`
+        : html`<small>${
+            d.front.length === 1
+              ? 'one metric: tick another'
+              : `${d.front.length} metrics: no other point is as good in all and better in one`
+          }</small>`
+    }</p>
+    ${d.metrics.map(
+      (path) => html`<label class="toggle"><input type="checkbox" data-front=${path} .checked=${d.front.includes(path)}
+      @change=${() => toggleFront(path)}><span>${path}</span></label>`,
+    )}${sentence('front')}</div>`;
 }
 
 /** @returns {Template} */
 function metricsPanel() {
-  const d = draft.value, words = sought.value.toLowerCase().split(/\s+/).filter((word) => word !== '');
-  const found = metrics.value.filter((path) => !d.metrics.includes(path) && words.every((word) => `${path} ${helpOf(path)}`.toLowerCase().includes(word)));
-  const item = (/** @type {string} */ path, /** @type {number} */ i) => html`<label class="toggle" title=${helpOf(path) || nothing}><input type="checkbox"
+  const d = draft.value,
+    words = sought.value
+      .toLowerCase()
+      .split(/\s+/)
+      .filter((word) => word !== '');
+  const found = metrics.value.filter(
+    (path) => !d.metrics.includes(path) && words.every((word) => `${path} ${helpOf(path)}`.toLowerCase().includes(word)),
+  );
+  const item = (
+    /** @type {string} */ path,
+    /** @type {number} */ i,
+  ) => html`<label class="toggle" title=${helpOf(path) || nothing}><input type="checkbox"
     data-metric=${path} .checked=${d.metrics.includes(path)}
     aria-invalid=${invalid(`metrics.${i}`).is} @change=${() => toggleMetric(path)}><span>${path}</span></label>`;
-  const trade = (/** @type {'error' | 'cost'} */ side,
-    /** @type {string} */ label) => html`<label class="field choice"><span>${label}</span><select id=${side}
+  const trade = (
+    /** @type {'error' | 'cost'} */ side,
+    /** @type {string} */ label,
+  ) => html`<label class="field choice"><span>${label}</span><select id=${side}
       @change=${(/** @type {Event} */ event) => write({ [side]: valueOf(event) })}>
-    <option value="">${d.metrics[side === 'error' ? 0 : 1] ??
-      'none'}</option>${d.metrics.slice(0).map((path) => html`<option value=${path}
-        .selected=${path === d[side]}>${path}</option>`)}</select></label>`;
+    <option value="">${d.metrics[side === 'error' ? 0 : 1] ?? 'none'}</option>${d.metrics.slice(0).map(
+      (path) => html`<option value=${path}
+        .selected=${path === d[side]}>${path}</option>`,
+    )}</select></label>`;
   return html`<fieldset class="panel server metrics"><legend class="unseen">Metrics</legend><div
     class="head"><h2>Metrics</h2><small>${d.metrics.length} of ${metrics.value.length}</small></div>
     <div class="chosen">${d.metrics.map(item)}</div>${sentence('metrics')}
     <label class="field"><span>Find</span><input id="find-metric" type="search" autocomplete="off" .value=${sought.value}
-      @input=${(/** @type {Event} */ event) => { sought.value = valueOf(event); }}></label>
+      @input=${(/** @type {Event} */ event) => {
+        sought.value = valueOf(event);
+      }}></label>
     <div class="offered" tabindex="0" role="group"
       aria-label="Metrics of the scenario">${found.slice(0, SHOWN_METRICS).map((path) => item(path, -1))}
-      ${found.length > SHOWN_METRICS ? html`<p class="facts">and ${found.length - SHOWN_METRICS} more: search by name</p>`
-        : nothing}</div>
+      ${found.length > SHOWN_METRICS ? html`<p class="facts">and ${found.length - SHOWN_METRICS} more: search by name</p>` : nothing}</div>
     ${trade('error', 'Error')}${sentence('error')}${trade('cost', 'Cost')}${sentence('cost')}
     ${d.metrics.length > 1 ? frontPanel() : nothing}</fieldset>`;
 }
@@ -391,8 +553,15 @@ function orderPanel() {
   const e = estimate.value,
     many = (/** @type {number} */ n, /** @type {string} */ word) => `${n.toLocaleString('en')} ${word}${n === 1 ? '' : 's'}`;
   return html`<div class="order"><div
-    id="estimate">${e ? html`<b>${many(e.runs, 'run')}</b> of ${many(e.points, 'point')}, about ${duration(e.estimated_cpu_s)} of one core`
-      : checking.value ? 'counting' : refused.value.size > 0 ? 'not yet complete' : 'counting'}</div>
+    id="estimate">${
+      e
+        ? html`<b>${many(e.runs, 'run')}</b> of ${many(e.points, 'point')}, about ${duration(e.estimated_cpu_s)} of one core`
+        : checking.value
+          ? 'counting'
+          : refused.value.size > 0
+            ? 'not yet complete'
+            : 'counting'
+    }</div>
     ${elsewhere().map((detail) => html`<p class="wrong">${detail}</p>`)}
     <button type="button" id="run" class="primary" ?disabled=${beginning.value || e === null} @click=${order}>Run</button></div>`;
 }

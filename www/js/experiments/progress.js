@@ -3,7 +3,8 @@ import { address, call } from '../api.js';
 
 /** @typedef {{state: string, runs: number, done: number, rate_per_s: number, left_s: number | null}} Report */
 
-const ASK_MS = 1000, AGAIN_MS = 1000;
+const ASK_MS = 1000,
+  AGAIN_MS = 1000;
 const OVER = ['done', 'cancelled', 'failed'];
 
 /** @param {string} state */
@@ -26,7 +27,7 @@ export class Progress {
   open() {
     const url = address(`experiments/${this.id}/stream`);
     url.protocol = url.protocol.replace('http', 'ws');
-    const socket = this.socket = new WebSocket(url, ['laglab.v2.json']);
+    const socket = (this.socket = new WebSocket(url, ['laglab.v2.json']));
     socket.onmessage = (message) => {
       const report = JSON.parse(String(message.data));
       if (report.type !== 'hello' && report.type !== 'progress') return;
@@ -47,7 +48,9 @@ export class Progress {
       const report = await call('GET', `experiments/${this.id}`);
       this.way = 'asking';
       if (!this.closed) this.take(report);
-    } catch { /* asked again */ }
+    } catch {
+      /* asked again */
+    }
     if (!this.closed) this.timer = setTimeout(() => this.ask(), ASK_MS);
   }
 

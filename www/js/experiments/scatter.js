@@ -10,7 +10,8 @@ import { boundsOf, numberOf } from './columns.js';
 
 export const SERIES_MAX = 8;
 /** Of more points those that would lie under another of their series are left out. */
-const CROWD = 2000, CELL_PX = 4;
+const CROWD = 2000,
+  CELL_PX = 4;
 
 /** The values of a column that make series, in their order. @param {Cells[]} rows @param {string} by @returns {string[]} */
 export const seriesOf = (rows, by) => (by === '' ? [''] : [...new Set(rows.map((row) => String(row[by])))]);
@@ -20,9 +21,10 @@ function linesOf(rows, of) {
   const names = seriesOf(rows, of.by);
   return names.map((name, s) => ({
     series: s,
-    places: rows.map((row,
-      index) => ({ index, x: numberOf(row, of.x), y: numberOf(row, of.y), here: of.by === '' || String(row[of.by]) === name }))
-      .filter((p) => p.here && Number.isFinite(p.x) && Number.isFinite(p.y)).sort((a, b) => a.x - b.x || a.index - b.index),
+    places: rows
+      .map((row, index) => ({ index, x: numberOf(row, of.x), y: numberOf(row, of.y), here: of.by === '' || String(row[of.by]) === name }))
+      .filter((p) => p.here && Number.isFinite(p.x) && Number.isFinite(p.y))
+      .sort((a, b) => a.x - b.x || a.index - b.index),
   }));
 }
 
@@ -30,19 +32,32 @@ function linesOf(rows, of) {
  * @param {Cells[]} rows @param {Choice} of @param {Set<number>} front @param {number} selected @param {string} empty
  * @returns {{spots: Spot[], covered: number}} covered: points that are not drawn, since they lie under others */
 export function drawScatter(surface, colours, rows, of, front, selected, empty) {
-  const { pen } = surface, lines = linesOf(rows, of), size = Math.max(9, colours.marker * 0.48);
+  const { pen } = surface,
+    lines = linesOf(rows, of),
+    size = Math.max(9, colours.marker * 0.48);
   const joined = of.by !== '' && lines.length <= SERIES_MAX && rows.length <= 400;
-  const frontLine = rows.map((row, i) => ({ i, x: numberOf(row, of.x), y: numberOf(row, of.y) })).filter((p) => front.has(p.i)).sort((a,
-    b) => a.x - b.x || a.y - b.y);
+  const frontLine = rows
+    .map((row, i) => ({ i, x: numberOf(row, of.x), y: numberOf(row, of.y) }))
+    .filter((p) => front.has(p.i))
+    .sort((a, b) => a.x - b.x || a.y - b.y);
   const plot = drawPlot(surface, colours, {
     lines: [
-      ...lines.map(({ series, places }) => ({ xs: places.map((p) => p.x), ys: places.map((p) => p.y),
+      ...lines.map(({ series, places }) => ({
+        xs: places.map((p) => p.x),
+        ys: places.map((p) => p.y),
         colour: joined ? paintOf(colours, series).text : 'transparent',
-        dash: paintOf(colours, series).dash, width: 1.5 })),
+        dash: paintOf(colours, series).dash,
+        width: 1.5,
+      })),
       ...(frontLine.length > 1
-        ? [{ xs: frontLine.map((p) => p.x), ys: frontLine.map((p) => p.y), colour: colours.ink, width: colours.line }] : []),
+        ? [{ xs: frontLine.map((p) => p.x), ys: frontLine.map((p) => p.y), colour: colours.ink, width: colours.line }]
+        : []),
     ],
-    x: of.x, y: of.y, logX: of.logX, logY: of.logY, empty,
+    x: of.x,
+    y: of.y,
+    logX: of.logX,
+    logY: of.logY,
+    empty,
   });
   if (!plot) return { spots: [], covered: 0 };
   /** @type {Spot[]} */
@@ -52,7 +67,9 @@ export function drawScatter(surface, colours, rows, of, front, selected, empty) 
   let covered = 0;
   const mark = (/** @type {number} */ index, /** @type {number} */ series, /** @type {number} */ vx, /** @type {number} */ vy) => {
     if ((of.logX && vx <= 0) || (of.logY && vy <= 0)) return;
-    const x = plot.toX(vx), y = plot.toY(vy), row = /** @type {Cells} */ (rows[index]);
+    const x = plot.toX(vx),
+      y = plot.toY(vy),
+      row = /** @type {Cells} */ (rows[index]);
     const place = `${series} ${Math.round(x / CELL_PX)} ${Math.round(y / CELL_PX)}`;
     if (rows.length > CROWD && taken.has(place) && index !== selected && !front.has(index)) {
       covered++;
@@ -94,7 +111,8 @@ export function drawScatter(surface, colours, rows, of, front, selected, empty) 
  * @param {number} y
  * @returns {number} its place, -1: none is near */
 export function nearest(spots, x, y) {
-  let best = -1, least = 18 ** 2; /* px */
+  let best = -1,
+    least = 18 ** 2; /* px */
   for (const spot of spots) {
     const distance = (spot.x - x) ** 2 + (spot.y - y) ** 2;
     if (distance < least) [best, least] = [spot.index, distance];

@@ -27,14 +27,16 @@ const READ_MS = 1500; /* between two readings of the points while it runs */
 
 // ---- one's own ----
 
-const KEPT = 'laglab.experiments', KEPT_MAX = 50;
+const KEPT = 'laglab.experiments',
+  KEPT_MAX = 50;
 
 /** @returns {Kept[]} newest first */
 function readKept() {
   try {
     const list = JSON.parse(localStorage.getItem(KEPT) ?? '[]');
     return Array.isArray(list) ? list.filter((one) => typeof one?.id === 'string') : [];
-  } catch { /* storage may be forbidden: the list then lasts as long as the page */
+  } catch {
+    /* storage may be forbidden: the list then lasts as long as the page */
     return [];
   }
 }
@@ -45,7 +47,9 @@ function writeKept(list) {
   kept.value = list.slice(0, KEPT_MAX);
   try {
     localStorage.setItem(KEPT, JSON.stringify(kept.value));
-  } catch { /* as above */ }
+  } catch {
+    /* as above */
+  }
 }
 
 /** @param {string} id @param {Partial<Kept>} change */
@@ -57,15 +61,17 @@ export const keyOf = (/** @type {string} */ id) => kept.value.find((one) => one.
 
 /** Brings the list up to date; what the daemon no longer has goes. */
 export async function renewKept() {
-  await Promise.all(kept.value.map(async ({ id, state }) => {
-    if (isOver(state) && state !== 'done') return;
-    try {
-      const now = await call('GET', `experiments/${id}`);
-      note(id, { state: now.state, done: now.done, runs: now.runs });
-    } catch (error) {
-      if (error instanceof Problem && error.status === 404) writeKept(kept.value.filter((one) => one.id !== id));
-    }
-  }));
+  await Promise.all(
+    kept.value.map(async ({ id, state }) => {
+      if (isOver(state) && state !== 'done') return;
+      try {
+        const now = await call('GET', `experiments/${id}`);
+        note(id, { state: now.state, done: now.done, runs: now.runs });
+      } catch (error) {
+        if (error instanceof Problem && error.status === 404) writeKept(kept.value.filter((one) => one.id !== id));
+      }
+    }),
+  );
 }
 
 // ---- the one that is shown ----
@@ -88,7 +94,9 @@ async function readPoints(id, last) {
       points.value = rows;
       read = { at: performance.now(), done };
     }
-  } catch { /* the next progress asks again */ }
+  } catch {
+    /* the next progress asks again */
+  }
   reading = false;
   if (isOver(record.value?.state) && record.value.done !== read.done) setTimeout(() => readPoints(id, true), 200);
 }
@@ -115,8 +123,7 @@ async function load(id) {
     readPoints(id, true);
   } catch (error) {
     if (experiment.value !== id) return;
-    missing.value = error instanceof Problem && error.status === 404 ? 'This experiment no longer exists'
-      : 'The daemon does not answer';
+    missing.value = error instanceof Problem && error.status === 404 ? 'This experiment no longer exists' : 'The daemon does not answer';
     if (missing.value.startsWith('This')) writeKept(kept.value.filter((one) => one.id !== id));
   }
 }

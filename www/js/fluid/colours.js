@@ -11,8 +11,11 @@ function shown([L = 0, a = 0, b = 0]) {
   const l = (L + 0.3963377774 * a + 0.2158037573 * b) ** 3;
   const m = (L - 0.1055613458 * a - 0.0638541728 * b) ** 3;
   const s = (L - 0.0894841775 * a - 1.291485548 * b) ** 3;
-  const linear = [4.0767416621 * l - 3.3077115913 * m + 0.2309699292 * s, -1.2684380046 * l + 2.6097574011 * m - 0.3413193965 * s,
-    -0.0041960863 * l - 0.7034186147 * m + 1.707614701 * s];
+  const linear = [
+    4.0767416621 * l - 3.3077115913 * m + 0.2309699292 * s,
+    -1.2684380046 * l + 2.6097574011 * m - 0.3413193965 * s,
+    -0.0041960863 * l - 0.7034186147 * m + 1.707614701 * s,
+  ];
   return linear.map((v) => (v <= 0.0031308 ? 12.92 * v : 1.055 * v ** (1 / 2.4) - 0.055));
 }
 
@@ -38,7 +41,8 @@ const between = (from, to, share) => from.map((v, i) => v + ((to[i] ?? 0) - v) *
 /** Equal steps along a path of stops in lightness, chroma and hue. @param {number[][]} stops @param {number} count @returns {Colour[]} */
 function even(stops, count) {
   const fine = Array.from({ length: 1025 }, (_, i) => {
-    const along = (i / 1024) * (stops.length - 1), k = Math.min(stops.length - 2, Math.floor(along));
+    const along = (i / 1024) * (stops.length - 1),
+      k = Math.min(stops.length - 2, Math.floor(along));
     const [L = 0, chroma = 0, hue = 0] = between(stops[k] ?? [], stops[k + 1] ?? [], along - k);
     return at(L, chroma, hue);
   });
@@ -47,8 +51,12 @@ function even(stops, count) {
   const whole = far[far.length - 1] ?? 1;
   return Array.from({ length: count }, (_, i) => {
     const wanted = (i / (count - 1)) * whole;
-    const k = Math.max(1, far.findIndex((v) => v >= wanted));
-    const low = far[k - 1] ?? 0, high = far[k] ?? 1;
+    const k = Math.max(
+      1,
+      far.findIndex((v) => v >= wanted),
+    );
+    const low = far[k - 1] ?? 0,
+      high = far[k] ?? 1;
     return between(fine[k - 1] ?? [], fine[k] ?? [], high > low ? (wanted - low) / (high - low) : 0);
   });
 }
@@ -61,17 +69,52 @@ function packed(path) {
   });
 }
 
-const WATER = [[0.36, 0.08, 258], [0.52, 0.1, 240], [0.7, 0.09, 215], [0.9, 0.045, 195]];
+const WATER = [
+  [0.36, 0.08, 258],
+  [0.52, 0.1, 240],
+  [0.7, 0.09, 215],
+  [0.9, 0.045, 195],
+];
 
 /** No value has the colour of the paper; large values contrast most. */
 const STOPS = {
   light: {
-    even: [[0.97, 0.01, 190], [0.83, 0.09, 195], [0.66, 0.13, 230], [0.47, 0.16, 265], [0.26, 0.13, 290]],
-    less: [[0.97, 0, 250], [0.7, 0.12, 250], [0.42, 0.14, 258]], more: [[0.97, 0, 50], [0.7, 0.13, 52], [0.42, 0.13, 40]],
+    even: [
+      [0.97, 0.01, 190],
+      [0.83, 0.09, 195],
+      [0.66, 0.13, 230],
+      [0.47, 0.16, 265],
+      [0.26, 0.13, 290],
+    ],
+    less: [
+      [0.97, 0, 250],
+      [0.7, 0.12, 250],
+      [0.42, 0.14, 258],
+    ],
+    more: [
+      [0.97, 0, 50],
+      [0.7, 0.13, 52],
+      [0.42, 0.13, 40],
+    ],
   },
   dark: {
-    even: [[0.19, 0.02, 270], [0.38, 0.13, 280], [0.57, 0.14, 245], [0.77, 0.13, 185], [0.96, 0.12, 110]],
-    less: [[0.2, 0, 250], [0.5, 0.14, 250], [0.82, 0.1, 225]], more: [[0.2, 0, 50], [0.5, 0.14, 45], [0.82, 0.13, 75]],
+    even: [
+      [0.19, 0.02, 270],
+      [0.38, 0.13, 280],
+      [0.57, 0.14, 245],
+      [0.77, 0.13, 185],
+      [0.96, 0.12, 110],
+    ],
+    less: [
+      [0.2, 0, 250],
+      [0.5, 0.14, 250],
+      [0.82, 0.1, 225],
+    ],
+    more: [
+      [0.2, 0, 50],
+      [0.5, 0.14, 45],
+      [0.82, 0.13, 75],
+    ],
   },
 };
 
@@ -83,8 +126,13 @@ export function mapsOf(dark) {
   const known = made.get(dark);
   if (known) return known;
   const stops = dark ? STOPS.dark : STOPS.light;
-  const less = even(stops.less, (STEPS + 1) / 2), more = even(stops.more, (STEPS + 1) / 2);
-  const maps = { even: packed(even(stops.even, STEPS)), signed: packed([...less.reverse(), ...more.slice(1)]), water: packed(even(WATER, STEPS)) };
+  const less = even(stops.less, (STEPS + 1) / 2),
+    more = even(stops.more, (STEPS + 1) / 2);
+  const maps = {
+    even: packed(even(stops.even, STEPS)),
+    signed: packed([...less.reverse(), ...more.slice(1)]),
+    water: packed(even(WATER, STEPS)),
+  };
   made.set(dark, maps);
   return maps;
 }

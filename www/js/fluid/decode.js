@@ -11,8 +11,11 @@ const COLUMNS = ['x', 'y', 'value', 'value_2', 'value_3']; /* a layer has the fi
 
 /** @param {import('../stream/decode.js').Section} section @param {number} from @param {number} to rows of one layer @param {number} layer @returns {Points} */
 function points(section, from, to, layer) {
-  const all = COLUMNS.map((name) => section.column(name).subarray(from, to)), count = to - from;
-  const used = all.filter((column) => !Number.isNaN(column[0])), columns = used.length, values = new Float32Array(columns * count);
+  const all = COLUMNS.map((name) => section.column(name).subarray(from, to)),
+    count = to - from;
+  const used = all.filter((column) => !Number.isNaN(column[0])),
+    columns = used.length,
+    values = new Float32Array(columns * count);
   used.forEach((column, k) => {
     for (let i = 0, at = k; i < count; i++, at += columns) values[at] = /** @type {number} */ (column[i]);
   });
@@ -23,7 +26,8 @@ function points(section, from, to, layer) {
 function layersOf(frame, fluid) {
   const section = frame.sections.get('points');
   if (!section) return [];
-  const whose = section.column('fluid'), layers = section.column('layer');
+  const whose = section.column('fluid'),
+    layers = section.column('layer');
   /** @type {Points[]} */
   const found = [];
   for (let from = 0, to = 0; from < section.count; from = to) {
@@ -39,7 +43,8 @@ export function fluidsOf(frame) {
     const field = frame.where('field', 'fluid', i)[0];
     return {
       state: { status, held, numbers: frame.where('fluid_numbers', 'fluid', i).map(({ value }) => value) },
-      field: field ? { ...field, bytes: field.values } : null, points: layersOf(frame, i),
+      field: field ? { ...field, bytes: field.values } : null,
+      points: layersOf(frame, i),
     };
   });
 }

@@ -31,7 +31,9 @@ import { workPrecisionButton } from '../workbench/work_precision.js';
 const sheet = document.createElement('link');
 sheet.rel = 'stylesheet';
 sheet.href = new URL('../../fluid.css', import.meta.url).href;
-const styled = new Promise((done) => { sheet.onload = sheet.onerror = done; });
+const styled = new Promise((done) => {
+  sheet.onload = sheet.onerror = done;
+});
 document.head.append(sheet);
 await styled;
 
@@ -74,17 +76,31 @@ function relief(i) {
 }
 
 /** How a further fluid differs from the first. @param {any} one @param {any} first */
-const differencesOf = (one, first) => (one.scene === first.scene ? difference(one, first) : { scene: one.scene, params: one.params, solver: one.solver });
+const differencesOf = (one, first) =>
+  one.scene === first.scene ? difference(one, first) : { scene: one.scene, params: one.params, solver: one.solver };
 
 /** Name of a fluid: its scene, or the settings that differ. @param {number} i */
 function nameOf(i) {
-  const own = paramsOf(i), all = fluids(), first = String(own.solver?.method ?? own.solver?.pressure ?? own.scene ?? '');
+  const own = paramsOf(i),
+    all = fluids(),
+    first = String(own.solver?.method ?? own.solver?.pressure ?? own.scene ?? '');
   if (all.some((one) => one.scene !== all[0]?.scene)) return all[i]?.title ?? '';
   const other = all.findIndex((_, k) => k !== i && Object.keys(differencesOf(own, paramsOf(k))).length > 0);
   const { params: sizes = {}, solver = {} } = other < 0 ? {} : differencesOf(own, paramsOf(other));
-  const differ = Object.entries({ ...solver, ...sizes }).filter(([name]) => name !== 'method').slice(0, 2);
-  const parts = differ.map(([name, value]) => (value === true ? words(name) : value === false ? `no ${words(name)}`
-    : name === 'n' || name === 'size' ? `${name} = ${value}` : /^(advection|pressure|splitting)$/.test(name) ? words(String(value)) : `${words(name)} ${words(String(value))}`));
+  const differ = Object.entries({ ...solver, ...sizes })
+    .filter(([name]) => name !== 'method')
+    .slice(0, 2);
+  const parts = differ.map(([name, value]) =>
+    value === true
+      ? words(name)
+      : value === false
+        ? `no ${words(name)}`
+        : name === 'n' || name === 'size'
+          ? `${name} = ${value}`
+          : /^(advection|pressure|splitting)$/.test(name)
+            ? words(String(value))
+            : `${words(name)} ${words(String(value))}`,
+  );
   return solver.method || parts.length === 0 ? [words(first), ...parts].join(', ') : parts.join(', ');
 }
 
@@ -92,23 +108,35 @@ function nameOf(i) {
 function renew(set, list) {
   const first = structuredClone({ scene: params.value.scene, params: params.value.params, solver: params.value.solver });
   for (const [path, value] of Object.entries(set)) if (path.startsWith('params.')) first.params[path.slice(7)] = value;
-  renewSideBySide(set, list.map((one) => differencesOf(one, first)));
+  renewSideBySide(
+    set,
+    list.map((one) => differencesOf(one, first)),
+  );
 }
 
 /** The further fluids as they are. @returns {any[]} */
-const others = () => (params.value?.side_by_side ?? []).map((/** @type {any} */ one) => structuredClone({ scene: one.scene, params: one.params, solver: one.solver }));
+const others = () =>
+  (params.value?.side_by_side ?? []).map((/** @type {any} */ one) =>
+    structuredClone({ scene: one.scene, params: one.params, solver: one.solver }),
+  );
 
 // ---- controls ----
 
 /** Parameter of a scene: a change creates another session. @param {number} i @param {string} name
  * @returns {Template | typeof nothing} */
 function sceneParameter(i, name) {
-  const path = `${pathOf(i)}params.${name}`, row = find(schema.value, path), value = paramsOf(i).params?.[name];
+  const path = `${pathOf(i)}params.${name}`,
+    row = find(schema.value, path),
+    value = paramsOf(i).params?.[name];
   if (!row || value === undefined) return nothing;
   const set = (/** @type {Value} */ given) => {
     const list = others();
     if (i === 0) renew({ [path]: given }, list);
-    else renew({}, list.map((one, k) => (k === i - 1 ? { ...one, params: { ...one.params, [name]: given } } : one)));
+    else
+      renew(
+        {},
+        list.map((one, k) => (k === i - 1 ? { ...one, params: { ...one.params, [name]: given } } : one)),
+      );
   };
   const id = i === 0 ? name : `${i}/${name}`;
   if (row.type === 'choice') {
@@ -126,7 +154,8 @@ function sceneParameter(i, name) {
 
 /** @returns {Template} */
 function scenePanel() {
-  const rows = scenarios.value.filter((row) => row.kind === 'fluid'), count = fluids().length;
+  const rows = scenarios.value.filter((row) => row.kind === 'fluid'),
+    count = fluids().length;
   const set = (/** @type {number} */ wanted) => {
     const list = others();
     while (list.length < wanted - 1) list.push({ scene: params.value.scene, params: params.value.params, solver: params.value.solver });
@@ -143,15 +172,35 @@ function scenePanel() {
 const shownFields = () => fluids().flatMap((_, i) => shownField(i) ?? []);
 
 /** Settings that make the largest difference; the others stand below. */
-const FIRST = ['method', 'advection', 'pressure', 'splitting', 'tolerance', 'sweeps', 'iterations', 'viscosity', 'viscosity_scale', 'vorticity_confinement', 'limiter'];
-const SOLVER_LABELS = /** @type {{[name: string]: string}} */ ({ backtrace: 'Order of back-trace', cfl: 'CFL number', viscosity_scale: 'Viscosity ×' });
+const FIRST = [
+  'method',
+  'advection',
+  'pressure',
+  'splitting',
+  'tolerance',
+  'sweeps',
+  'iterations',
+  'viscosity',
+  'viscosity_scale',
+  'vorticity_confinement',
+  'limiter',
+];
+const SOLVER_LABELS = /** @type {{[name: string]: string}} */ ({
+  backtrace: 'Order of back-trace',
+  cfl: 'CFL number',
+  viscosity_scale: 'Viscosity ×',
+});
 
 /** The scene of a further fluid. @param {number} i @returns {Template} */
 function sceneChoice(i) {
-  const row = find(schema.value, `${pathOf(i)}scene`), now = paramsOf(i).scene;
+  const row = find(schema.value, `${pathOf(i)}scene`),
+    now = paramsOf(i).scene;
   const set = (/** @type {Event} */ event) => {
     const scene = /** @type {HTMLSelectElement} */ (event.target).value;
-    renew({}, others().map((one, k) => (k === i - 1 ? { scene } : one)));
+    renew(
+      {},
+      others().map((one, k) => (k === i - 1 ? { scene } : one)),
+    );
   };
   return html`<label class="field choice"><span>Scene</span><select data-scene=${`${i}/scene`} @change=${set}>
     ${(row?.choices ?? []).map((one) => html`<option value=${one} .selected=${one === now}>${words(one)}</option>`)}</select></label>`;
@@ -159,9 +208,13 @@ function sceneChoice(i) {
 
 /** One fluid: parameters of its scene, its field, its solver. @param {number} i @returns {Template} */
 function fluidPanel(i) {
-  const at = pathOf(i), paths = livePaths(schema.value, `${at}solver`), ending = (/** @type {string} */ path) => path.slice(path.lastIndexOf('.') + 1);
-  const one = (/** @type {string} */ path) => (SOLVER_LABELS[ending(path)] ? control(path, { label: SOLVER_LABELS[ending(path)] }) : control(path));
-  const first = paths.filter((path) => FIRST.includes(ending(path))), rest = paths.filter((path) => !FIRST.includes(ending(path)));
+  const at = pathOf(i),
+    paths = livePaths(schema.value, `${at}solver`),
+    ending = (/** @type {string} */ path) => path.slice(path.lastIndexOf('.') + 1);
+  const one = (/** @type {string} */ path) =>
+    SOLVER_LABELS[ending(path)] ? control(path, { label: SOLVER_LABELS[ending(path)] }) : control(path);
+  const first = paths.filter((path) => FIRST.includes(ending(path))),
+    rest = paths.filter((path) => !FIRST.includes(ending(path)));
   const several = fluids().length > 1;
   return html`<fieldset class="panel method" data-player=${several ? i : nothing} ?disabled=${locked.value !== ''} title=${locked.value || nothing}>
     <legend class="unseen">${several ? `Fluid ${i + 1}` : 'Fluid'}</legend>
@@ -182,7 +235,8 @@ function toggle(name, label, on) {
 function fieldChoice(i) {
   const now = shownField(i);
   if (!now) return nothing;
-  const show = (/** @type {Event} */ event) => change({ [`${pathOf(i)}shown`]: Number(/** @type {HTMLSelectElement} */ (event.target).value) });
+  const show = (/** @type {Event} */ event) =>
+    change({ [`${pathOf(i)}shown`]: Number(/** @type {HTMLSelectElement} */ (event.target).value) });
   return html`<label class="field choice" title=${now.help}><span>Field</span><select id=${i === 0 ? 'field' : `field${i}`} @change=${show}>
       ${fieldsOf(fluids()[i]).map((layer, k) => html`<option value=${k} .selected=${layer === now}>${words(layer.name)}</option>`)}</select></label>
     ${fluids().length === 1 ? html`<p class="facts">${now.help}</p>` : nothing}`;
@@ -204,20 +258,28 @@ function row(name) {
 /** @param {string} caption @param {Template[]} rows @returns {Template | typeof nothing} */
 function table(caption, rows) {
   if (rows.length === 0) return nothing;
-  const heads = fluids().length > 1 ? html`<thead><tr><td></td>${fluids().map((_, i) => html`<th scope="col"><span class="unseen">${nameOf(i)}</span>${mark(i)}</th>`)}</tr></thead>` : nothing;
+  const heads =
+    fluids().length > 1
+      ? html`<thead><tr><td></td>${fluids().map((_, i) => html`<th scope="col"><span class="unseen">${nameOf(i)}</span>${mark(i)}</th>`)}</tr></thead>`
+      : nothing;
   return html`<table class="data now">${caption ? html`<caption>${caption}</caption>` : nothing}${heads}<tbody>${rows}</tbody></table>`;
 }
 
 /** @returns {Template} */
 function numbers() {
-  const of = (/** @type {number} */ rank) => names().filter((name) => rankOf(name) === rank).map(row);
-  const each = (/** @type {(i: number) => string} */ text, /** @type {string} */ id) => fluids().map((_, i) => html`<td id=${i === 0 ? id : `${id}${i}`}>${text(i)}</td>`);
+  const of = (/** @type {number} */ rank) =>
+    names()
+      .filter((name) => rankOf(name) === rank)
+      .map(row);
+  const each = (/** @type {(i: number) => string} */ text, /** @type {string} */ id) =>
+    fluids().map((_, i) => html`<td id=${i === 0 ? id : `${id}${i}`}>${text(i)}</td>`);
   const step = (/** @type {number} */ i) => costs.value[i]?.all;
   const pace = fluid()?.hz ?? 60;
   return html`${table('Cost', [
     html`<tr><th scope="row">step (ms)</th>${each((i) => (step(i) === undefined ? '–' : short(Number(step(i)))), 'step-ms')}</tr>`,
     html`<tr><th scope="row">processor per second (ms)</th>${each((i) => (step(i) === undefined ? '–' : short(Number(step(i)) * pace)), 'second-ms')}</tr>`,
-    html`<tr><th scope="row">frames per second</th><td id="fps" colspan=${fluids().length}>–</td></tr>`])}
+    html`<tr><th scope="row">frames per second</th><td id="fps" colspan=${fluids().length}>–</td></tr>`,
+  ])}
     ${table('Errors', of(0))}${table('Conserved and measured', of(1))}
     ${of(2).length > 0 ? html`<details><summary>More values</summary>${table('', of(2))}</details>` : nothing}`;
 }
@@ -226,7 +288,8 @@ function numbers() {
 
 /** The number that plot `i` shows. @param {number} i @returns {string} */
 function plottedName(i) {
-  const all = names(), chosen = plotted.value[i] ?? '';
+  const all = names(),
+    chosen = plotted.value[i] ?? '';
   if (all.includes(chosen)) return chosen;
   return all[pick(all, i === 0 ? [/error/, /energy/, /water_at/] : [/^divergence/, /density.*max/, /mass_change/, /mass/])] ?? '';
 }
@@ -238,8 +301,10 @@ function plot(i) {
     plotted.value = plotted.value.map((one, k) => (k === i ? /** @type {HTMLSelectElement} */ (event.target).value : one));
   };
   return html`<section class="plotbox" aria-label=${name}><div class="view"><canvas id=${`plot${i}`} role="img" aria-label=${name}></canvas>
-    <select class="plotted" aria-label=${`Plot ${i + 1} shows`} @change=${set}>${names().map((one) => html`<option value=${one}
-      .selected=${one === plottedName(i)}>${wordsOf(one).label}</option>`)}</select></div></section>`;
+    <select class="plotted" aria-label=${`Plot ${i + 1} shows`} @change=${set}>${names().map(
+      (one) => html`<option value=${one}
+      .selected=${one === plottedName(i)}>${wordsOf(one).label}</option>`,
+    )}</select></div></section>`;
 }
 
 const hasProfiles = () => (profiles.value ?? []).some((one) => Object.keys(one).length > 0);
@@ -268,8 +333,12 @@ export function fluidLab() {
     <div class="methods" aria-label="Scene and solvers" role="group">${scenePanel()}${fluids().map((_, i) => fluidPanel(i))}</div>
     <div class="drawings" tabindex="0" role="region" aria-label="Views">
       <section class="stage" aria-label="Fluids" data-count=${fluids().length}>${fluids().map((_, i) => drawingOf(i))}</section>
-      <div class="plots">${plot(0)}${plot(1)}${hasProfiles() ? html`<section class="plotbox" aria-label="Profiles"><div class="view">
-        <canvas id="profiles" role="img" aria-label="Profiles"></canvas></div></section>` : nothing}</div>
+      <div class="plots">${plot(0)}${plot(1)}${
+        hasProfiles()
+          ? html`<section class="plotbox" aria-label="Profiles"><div class="view">
+        <canvas id="profiles" role="img" aria-label="Profiles"></canvas></div></section>`
+          : nothing
+      }</div>
     </div>
     <aside class="side" aria-label="Numbers">
       <div class="about"><h2>${params.value?.paper ? `${params.value.paper}: ` : ''}${params.value?.title ?? ''}</h2>
@@ -304,18 +373,22 @@ const newest = [];
 /** The present colour scale. @param {import('./decode.js').Fluid} now @param {number} i @param {number} seq of the frame
  * @returns {{scale: Scale | null, word: string}} */
 function coloured(now, i, seq) {
-  const layers = fluids()[i]?.layers ?? [], fresh = seq !== newest[i];
+  const layers = fluids()[i]?.layers ?? [],
+    fresh = seq !== newest[i];
   newest[i] = seq;
   if (now.field) {
-    const layer = layers[now.field.layer], unit = layer ? unitOf(layer) : '';
+    const layer = layers[now.field.layer],
+      unit = layer ? unitOf(layer) : '';
     const scale = scaleOf(layer?.name ?? '', unit);
     if (fresh) scale.take(now.field);
     return { scale, word: `${words(layer?.name ?? '')}${unit ? ` (${unit})` : ''}` };
   }
   for (const list of now.points) {
-    const columns = layers[list.layer]?.columns ?? [], hue = columns.findIndex((name) => /speed|mps$/.test(name));
+    const columns = layers[list.layer]?.columns ?? [],
+      hue = columns.findIndex((name) => /speed|mps$/.test(name));
     if (hue < 0) continue;
-    const { label, unit } = wordsOf(columns[hue] ?? ''), scale = scaleOf(label, unit);
+    const { label, unit } = wordsOf(columns[hue] ?? ''),
+      scale = scaleOf(label, unit);
     let most = 0;
     for (let k = hue; k < list.values.length; k += list.columns) most = Math.max(most, list.values[k] ?? 0);
     if (fresh) scale.follow(most, false);
@@ -343,26 +416,38 @@ function showNumbers(i, values) {
 function drawPlots(colours) {
   const several = fluids().length > 1;
   for (const p of [0, 1]) {
-    const name = plottedName(p), size = isSize(name), { unit } = wordsOf(name);
+    const name = plottedName(p),
+      size = isSize(name),
+      { unit } = wordsOf(name);
     const lines = fluids().flatMap((one, i) => {
-      const ys = records[i]?.numbers[one.numbers.indexOf(name)], own = paintOf(colours, several ? i : p);
-      return ys ? [{ xs: records[i]?.t ?? [], ys: size ? ys.map(Math.abs) : ys, colour: own.text, ...(several ? { dash: own.dash } : {}) }] : [];
+      const ys = records[i]?.numbers[one.numbers.indexOf(name)],
+        own = paintOf(colours, several ? i : p);
+      return ys
+        ? [{ xs: records[i]?.t ?? [], ys: size ? ys.map(Math.abs) : ys, colour: own.text, ...(several ? { dash: own.dash } : {}) }]
+        : [];
     });
     const empty = lines.some(({ ys }) => ys.length < 2 || ys.some((v) => v !== 0)) ? 'Play to draw' : 'all is 0';
     onto(`plot${p}`, (s) => drawPlot(s, colours, { lines, x: 't (s)', y: unit, logY: size, least: 1e-9, empty }));
   }
   if (!hasProfiles()) return;
-  const curves = (profiles.value ?? []).flatMap((one, i) => Object.entries(one).map(([name, pairs]) => ({ name, i, pairs, known: name.endsWith('_reference') })));
-  const shown = curves.filter(({ i, known }) => !known || i === 0), own = [...new Set(shown.filter(({ known }) => !known).map(({ name }) => name))];
+  const curves = (profiles.value ?? []).flatMap((one, i) =>
+    Object.entries(one).map(([name, pairs]) => ({ name, i, pairs, known: name.endsWith('_reference') })),
+  );
+  const shown = curves.filter(({ i, known }) => !known || i === 0),
+    own = [...new Set(shown.filter(({ known }) => !known).map(({ name }) => name))];
   const lines = shown.map(({ name, i, pairs, known }) => ({
-    xs: pairs.map(([x = 0]) => x), ys: pairs.map(([, y = 0]) => y), colour: paintOf(colours, several ? i : Math.max(0, own.indexOf(name.replace('_reference', '')))).text,
+    xs: pairs.map(([x = 0]) => x),
+    ys: pairs.map(([, y = 0]) => y),
+    colour: paintOf(colours, several ? i : Math.max(0, own.indexOf(name.replace('_reference', '')))).text,
     ...(known ? { points: true, width: 1, dash: [2, 3] } : several ? { dash: paintOf(colours, i).dash } : {}),
   }));
   const known = shown.some((one) => one.known) ? '; dots: known' : '';
   onto('profiles', (s) => drawPlot(s, colours, { lines, x: 'place', y: `${own.join(', ')}${known}`, least: 1e-9, empty: '' }));
 }
 
-let numbered = 0, counted = 0, countedFrom = 0;
+let numbered = 0,
+  counted = 0,
+  countedFrom = 0;
 
 /** @param {number} time ms */
 function showPace(time) {
@@ -382,8 +467,20 @@ function drawOne(frame, now, i, colours) {
     return { of: list, columns: layer?.columns ?? [], line: layer !== undefined && isSurface(layer) };
   });
   onto(idOf(i), (surface) => {
-    cameras.set(i, drawScene(surface, colours, { view: of.view, field: now.field, points, ...coloured(now, i, frame.seq), water: isWater(now, i),
-      cells: drawing.value.cells, relief: relief(i), hand: pointerIn(i), note: now.state.status === 1 ? 'Diverged and stopped' : '' }));
+    cameras.set(
+      i,
+      drawScene(surface, colours, {
+        view: of.view,
+        field: now.field,
+        points,
+        ...coloured(now, i, frame.seq),
+        water: isWater(now, i),
+        cells: drawing.value.cells,
+        relief: relief(i),
+        hand: pointerIn(i),
+        note: now.state.status === 1 ? 'Diverged and stopped' : '',
+      }),
+    );
   });
 }
 
@@ -395,18 +492,23 @@ function describe(of, { numbers: values, status }, time) {
 
 /** @param {Frame} frame @param {boolean} settled @param {boolean} name the drawings get their descriptions */
 export function drawFluid(frame, settled, name) {
-  const all = fluidsOf(frame), at = fluids();
+  const all = fluidsOf(frame),
+    at = fluids();
   if (all.length === 0 || all.length !== at.length) return;
-  const colours = palette(), time = performance.now(), telling = settled || time - numbered > 120;
+  const colours = palette(),
+    time = performance.now(),
+    telling = settled || time - numbered > 120;
   measure(frame, true);
   showPace(time);
   all.forEach((now, i) => {
     const known = records[i];
-    if (!known || known.generation !== frame.session.generation || known.time > frame.time_s) records[i] = new Record(frame.session.generation);
+    if (!known || known.generation !== frame.session.generation || known.time > frame.time_s)
+      records[i] = new Record(frame.session.generation);
     if (now.state.status === 0) records[i]?.take(frame.time_s, now.state.numbers);
     drawOne(frame, now, i, colours);
     if (telling) showNumbers(i, now.state.numbers);
-    if (name) document.getElementById(idOf(i))?.setAttribute('aria-label', describe(/** @type {FluidLayout} */ (at[i]), now.state, frame.time_s));
+    if (name)
+      document.getElementById(idOf(i))?.setAttribute('aria-label', describe(/** @type {FluidLayout} */ (at[i]), now.state, frame.time_s));
   });
   if (telling) {
     numbered = time;

@@ -1,8 +1,19 @@
 // The metrics of a fluid as text: errors first, then conserved quantities, then the rest.
 
 const UNITS = /** @type {[RegExp, string][]} */ ([
-  [/_m2ps$/, 'm²/s'], [/_mps2$/, 'm/s²'], [/_mps$/, 'm/s'], [/_per_s$|_hz$/, '1/s'], [/_pct$/, '%'], [/_ms$/, 'ms'], [/_m2$/, 'm²'], [/_m$/, 'm'], [/_s$/, 's'], [/_rad$/, 'rad'],
-  [/_j$/, 'J'], [/_kg$/, 'kg'], [/_pa$/, 'Pa'],
+  [/_m2ps$/, 'm²/s'],
+  [/_mps2$/, 'm/s²'],
+  [/_mps$/, 'm/s'],
+  [/_per_s$|_hz$/, '1/s'],
+  [/_pct$/, '%'],
+  [/_ms$/, 'ms'],
+  [/_m2$/, 'm²'],
+  [/_m$/, 'm'],
+  [/_s$/, 's'],
+  [/_rad$/, 'rad'],
+  [/_j$/, 'J'],
+  [/_kg$/, 'kg'],
+  [/_pa$/, 'Pa'],
 ]);
 
 /** @param {string} name @returns {{label: string, unit: string}} */
@@ -12,7 +23,8 @@ export function wordsOf(name) {
   return { label, unit: found?.[1] ?? (/^divergence/.test(name) ? '1/s' : '') };
 }
 
-const WRONG = /error|numerical|divergence|density|residual|overshoot|beyond/, KEPT = /mass|energy|momentum|volume|front|height|cfl/;
+const WRONG = /error|numerical|divergence|density|residual|overshoot|beyond/,
+  KEPT = /mass|energy|momentum|volume|front|height|cfl/;
 
 /** @param {string} name @returns {0 | 1 | 2} */
 export const rankOf = (name) => (WRONG.test(name) ? 0 : KEPT.test(name) ? 1 : 2);

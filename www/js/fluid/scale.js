@@ -27,12 +27,16 @@ export class Scale {
 
   /** @param {import('./decode.js').Field} field */
   take(field) {
-    const counts = new Uint32Array(256), cells = field.width * field.height;
+    const counts = new Uint32Array(256),
+      cells = field.width * field.height;
     for (let i = 0; i < cells; i++) counts[field.bytes[i] ?? 255]++;
-    const step = (field.high - field.low) / 254, wanted = (cells - (counts[255] ?? 0)) * (1 - SHARE);
+    const step = (field.high - field.low) / 254,
+      wanted = (cells - (counts[255] ?? 0)) * (1 - SHARE);
     const valueOf = (/** @type {number} */ byte) => Math.abs(field.low + byte * step);
-    let low = 0, high = 254;
-    for (let left = wanted; low < high;) { /* drops the larger end while there are few enough cells in it */
+    let low = 0,
+      high = 254;
+    for (let left = wanted; low < high; ) {
+      /* drops the larger end while there are few enough cells in it */
       const end = valueOf(low) > valueOf(high) ? low : high;
       left -= counts[end] ?? 0;
       if (left < 0) break;

@@ -18,7 +18,8 @@ function historyOf({ frame, memory, player }) {
   const first = Math.max(1, view.input_seq - MOST + 1);
   /** @type {HistoryRow[]} */
   const rows = [];
-  for (let seq = first; seq <= view.input_seq; seq++) rows.push({ seq, fate: seq <= view.acked_seq ? 'acknowledged' : 'open', arrived: seq <= view.acked_seq });
+  for (let seq = first; seq <= view.input_seq; seq++)
+    rows.push({ seq, fate: seq <= view.acked_seq ? 'acknowledged' : 'open', arrived: seq <= view.acked_seq });
   for (const event of memory.events.values()) {
     const row = event.player === player ? rows[event.number - first] : undefined;
     if (!row) continue;
@@ -35,19 +36,26 @@ function historyOf({ frame, memory, player }) {
 /** The last correction of the player, if it is less than 1 s old. @param {InspectorContext} at */
 function correctionOf({ frame, memory, player }) {
   let last = null;
-  for (const event of memory.events.values()) if (event.type === CORRECTION && event.player === player && frame.time_s - event.begin_s < 1) last = event;
+  for (const event of memory.events.values())
+    if (event.type === CORRECTION && event.player === player && frame.time_s - event.begin_s < 1) last = event;
   return last;
 }
 
 /** @type {import('./inspectors.js').Inspector} */
 export const inputs = {
-  id: 'inputs', label: 'Inputs', players: true,
+  id: 'inputs',
+  label: 'Inputs',
+  players: true,
   fits: (frame) => frame.views.length > 1 && frame.peers.length === 0,
   draw(at) {
     const { pen, colours, width, height, player, frame } = at;
-    const rows = historyOf(at), paint = paintOf(colours, player);
-    const left = colours.text * 5.5, step = (width - left - 12) / MOST, box = Math.min(step * 0.72, colours.text * 1.9);
-    const up = colours.text * 2.6, down = height - colours.text * 2.2;
+    const rows = historyOf(at),
+      paint = paintOf(colours, player);
+    const left = colours.text * 5.5,
+      step = (width - left - 12) / MOST,
+      box = Math.min(step * 0.72, colours.text * 1.9);
+    const up = colours.text * 2.6,
+      down = height - colours.text * 2.2;
     drawText(pen, colours, inputs.words(at), 8, colours.text * 0.8);
     drawText(pen, colours, 'client', 8, up, { colour: colours.faint });
     drawText(pen, colours, 'server', 8, down, { colour: colours.faint });
@@ -82,20 +90,30 @@ export const inputs = {
         pen.strokeRect(x - box / 2, y - box / 2, box, box);
       }
       if (row.fate === 'refused' || row.fate === 'late') cross(pen, x, down, box / 2);
-      if (i % 4 === rows.length % 4) drawText(pen, colours, String(row.seq), x, height - colours.text * 0.6, { align: 'center', colour: colours.faint });
+      if (i % 4 === rows.length % 4)
+        drawText(pen, colours, String(row.seq), x, height - colours.text * 0.6, { align: 'center', colour: colours.faint });
     });
     const correction = correctionOf(at);
     if (correction) {
       const again = frame.views[1 + player]?.unacked ?? 0;
-      drawText(pen, colours, `corrected by ${fixed(Math.abs(correction.value), 3)} m: the server’s position, ${again} inputs replayed`, width - 10, (up + down) / 2,
-        { align: 'right', bold: true, colour: colours.snap });
+      drawText(
+        pen,
+        colours,
+        `corrected by ${fixed(Math.abs(correction.value), 3)} m: the server’s position, ${again} inputs replayed`,
+        width - 10,
+        (up + down) / 2,
+        { align: 'right', bold: true, colour: colours.snap },
+      );
     }
   },
   words(at) {
-    const view = at.frame.views[1 + at.player], rows = historyOf(at);
+    const view = at.frame.views[1 + at.player],
+      rows = historyOf(at);
     if (!view) return 'no inputs';
     const count = (/** @type {Fate} */ fate) => rows.filter((row) => row.fate === fate).length;
-    return `input ${view.input_seq}, acknowledged up to ${view.acked_seq}: ${view.unacked} open · of the last ${rows.length}: `
-      + `${count('late')} late, ${count('refused')} refused, ${count('lost')} lost · corrections ${view.corrections}`;
+    return (
+      `input ${view.input_seq}, acknowledged up to ${view.acked_seq}: ${view.unacked} open · of the last ${rows.length}: ` +
+      `${count('late')} late, ${count('refused')} refused, ${count('lost')} lost · corrections ${view.corrections}`
+    );
   },
 };

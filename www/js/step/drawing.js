@@ -16,7 +16,8 @@ export const isPlane = (problem) => PLANES.has(problem);
 
 /** The range of all values so far, the current ones included. @param {number[][]} lists */
 function extent(lists) {
-  let low = Infinity, high = -Infinity;
+  let low = Infinity,
+    high = -Infinity;
   for (const list of lists) {
     for (const value of list) {
       if (!Number.isFinite(value)) continue;
@@ -50,15 +51,26 @@ function upright(pen, colours, x, to) {
 /** @param {Surface} surface @param {import('../theme.js').Palette} colours @param {Record} record @param {Motion[]} motion */
 function plane(surface, colours, record, motion) {
   const { pen } = surface;
-  const x = around(record, 'x'), y = around(record, 'y');
+  const x = around(record, 'x'),
+    y = around(record, 'y');
   const margin = colours.marker * 1.2;
-  const scale = Math.min((surface.width - 2 * margin) / Math.max(x.high - x.low, 1e-9), (surface.height - 2 * margin) / Math.max(y.high - y.low, 1e-9));
+  const scale = Math.min(
+    (surface.width - 2 * margin) / Math.max(x.high - x.low, 1e-9),
+    (surface.height - 2 * margin) / Math.max(y.high - y.low, 1e-9),
+  );
   const toX = (/** @type {number} */ v) => surface.width / 2 + (v - (x.low + x.high) / 2) * scale;
   const toY = (/** @type {number} */ v) => surface.height / 2 - (v - (y.low + y.high) / 2) * scale;
   const step = gridStep(scale, 90);
   for (let i = Math.ceil((x.low - margin / scale) / step); toX(i * step) < surface.width; i++) {
     upright(pen, colours, toX(i * step), surface.height);
-    drawText(pen, colours, `${Number((i * step).toPrecision(4))} m`.replace('-', '−'), toX(i * step) + 3, surface.height - colours.text * 0.7, { colour: colours.faint });
+    drawText(
+      pen,
+      colours,
+      `${Number((i * step).toPrecision(4))} m`.replace('-', '−'),
+      toX(i * step) + 3,
+      surface.height - colours.text * 0.7,
+      { colour: colours.faint },
+    );
   }
   record.tracks.forEach((track, i) => {
     pen.strokeStyle = i === 0 ? colours.truth : paintOf(colours, i - 1).text;
@@ -94,20 +106,28 @@ function ring(pen, colours, x, y) {
 function strip(surface, colours, record, motion, names, unit) {
   const { pen } = surface;
   const range = around(record, 'value');
-  const left = colours.text * 13, right = surface.width - colours.marker;
+  const left = colours.text * 13,
+    right = surface.width - colours.marker;
   const span = Math.max(range.high - range.low, 1e-9);
   const toX = (/** @type {number} */ v) => left + ((v - range.low) / span) * (right - left);
   const step = gridStep((right - left) / span, 90);
   for (let i = Math.ceil(range.low / step); i * step <= range.high + 1e-12; i++) {
     upright(pen, colours, toX(i * step), surface.height - colours.text * 1.4);
-    drawText(pen, colours, `${Number((i * step).toPrecision(4))}${unit}`.replace('-', '−'), toX(i * step), surface.height - colours.text * 0.7,
-      { colour: colours.faint, align: 'center' });
+    drawText(
+      pen,
+      colours,
+      `${Number((i * step).toPrecision(4))}${unit}`.replace('-', '−'),
+      toX(i * step),
+      surface.height - colours.text * 0.7,
+      { colour: colours.faint, align: 'center' },
+    );
   }
   const truth = motion[0]?.state[0] ?? 0;
   const high = (surface.height - colours.text * 1.6) / Math.max(1, motion.length - 1);
   motion.forEach((one, i) => {
     if (i === 0) return;
-    const y = high * (i - 0.5), value = one.state[0] ?? 0;
+    const y = high * (i - 0.5),
+      value = one.state[0] ?? 0;
     drawText(pen, colours, names[i - 1] ?? '', 8, y, { colour: paintOf(colours, i - 1).text, bold: true });
     if (one.status === 2) {
       drawText(pen, colours, 'off', left, y, { colour: colours.faint });
@@ -116,10 +136,17 @@ function strip(surface, colours, record, motion, names, unit) {
     ring(pen, colours, toX(truth), y);
     const x = toX(value);
     if (one.status === 1 || one.status === 3) {
-      drawText(pen, colours, `${one.status === 1 ? 'diverged' : 'failed'} at ${fixed(one.t_s, 2)} s`, left, y, { colour: colours.snap, bold: true });
-    } else if (x < left - 4 || x > surface.width - 4) { /* outside of the canvas */
-      drawText(pen, colours, `${fixed(value, 1)}${unit} ${x < left ? '◂' : '▸'}`, x < left ? left : right, y,
-        { colour: paintOf(colours, i - 1).text, align: x < left ? 'left' : 'right', bold: true });
+      drawText(pen, colours, `${one.status === 1 ? 'diverged' : 'failed'} at ${fixed(one.t_s, 2)} s`, left, y, {
+        colour: colours.snap,
+        bold: true,
+      });
+    } else if (x < left - 4 || x > surface.width - 4) {
+      /* outside of the canvas */
+      drawText(pen, colours, `${fixed(value, 1)}${unit} ${x < left ? '◂' : '▸'}`, x < left ? left : right, y, {
+        colour: paintOf(colours, i - 1).text,
+        align: x < left ? 'left' : 'right',
+        bold: true,
+      });
     } else {
       drawMark(pen, colours, i - 1, x, y, Math.min(colours.marker, high * 0.7));
     }
@@ -132,4 +159,3 @@ export function drawScene(surface, colours, record, motion, of) {
   if (isPlane(of.problem)) plane(surface, colours, record, motion);
   else strip(surface, colours, record, motion, of.names, of.unit);
 }
-

@@ -48,7 +48,8 @@ const unitOf = (/** @type {string} */ name) => {
 
 /** @param {number} i @param {number} factor */
 function scaleStep(i, factor) {
-  const now = params.value?.methods?.[i], adaptive = isAdaptive(i);
+  const now = params.value?.methods?.[i],
+    adaptive = isAdaptive(i);
   const name = adaptive ? 'tolerance' : 'dt_s';
   const row = find(schema.value, `methods.${i}.${name}`);
   const value = Number(((now?.[name] ?? 0.01) * (adaptive ? (factor > 1 ? 10 : 0.1) : factor)).toPrecision(6));
@@ -57,7 +58,8 @@ function scaleStep(i, factor) {
 
 /** @param {number} i @returns {Template} */
 function methodPanel(i) {
-  const at = `methods.${i}`, adaptive = isAdaptive(i);
+  const at = `methods.${i}`,
+    adaptive = isAdaptive(i);
   const word = adaptive ? 'tolerance' : 'step';
   return html`<fieldset class="panel method" data-player=${i % 8} ?disabled=${locked.value !== ''} title=${locked.value || nothing}>
     <legend class="unseen">Method ${i + 1}</legend>
@@ -82,7 +84,8 @@ function chooseProblem(event) {
 
 /** @returns {Template} */
 function problemPanel() {
-  const at = motion(), choices = find(schema.value, 'problem')?.choices ?? [];
+  const at = motion(),
+    choices = find(schema.value, 'problem')?.choices ?? [];
   const names = Object.keys(params.value?.params ?? {});
   return html`<fieldset class="panel server" ?disabled=${locked.value !== ''}><legend class="unseen">Problem</legend>
     <label class="field choice"><span>Problem</span><select id="problem" @change=${chooseProblem}>
@@ -95,12 +98,15 @@ function problemPanel() {
 
 // ---- error against step ----
 
-const LEVELS = 8, ROUNDS = 2;
+const LEVELS = 8,
+  ROUNDS = 2;
 
 /** Separate runs: eight steps of one method side by side, each half of the one before, or a tenth of the tolerance.
  * @param {number} i @returns {Promise<RefinementLevel[]>} */
 async function refinementSeries(i) {
-  const scenario = structuredClone(params.value), method = scenario.methods[i], adaptive = isAdaptive(i);
+  const scenario = structuredClone(params.value),
+    method = scenario.methods[i],
+    adaptive = isAdaptive(i);
   /** @type {RefinementLevel[]} */
   const found = [];
   for (let round = 0; round < ROUNDS; round++) {
@@ -115,7 +121,8 @@ async function refinementSeries(i) {
     const { metrics } = await call('GET', `sessions/${made.id}/metrics`);
     call('DELETE', `sessions/${made.id}`, { key: made.owner_key }).catch(() => {});
     for (const one of metrics.methods) {
-      if (one.status === 'ok' && one.e_max > 0) found.push({ dt: one.dt_s ?? scenario.duration_s / one.steps, error: one.e_max, work: one.evaluations });
+      if (one.status === 'ok' && one.e_max > 0)
+        found.push({ dt: one.dt_s ?? scenario.duration_s / one.steps, error: one.e_max, work: one.evaluations });
     }
   }
   return found;
@@ -146,8 +153,12 @@ function plot(id, name) {
 
 /** @returns {Template | typeof nothing} */
 function errata() {
-  const list = [...(ERRATA[params.value?.paper ?? ''] ?? []), ...(params.value?.methods ?? []).flatMap(
-    (/** @type {any} */ m) => (m.shown && METHOD_ERRATA[m.method] ? [METHOD_ERRATA[m.method]] : []))];
+  const list = [
+    ...(ERRATA[params.value?.paper ?? ''] ?? []),
+    ...(params.value?.methods ?? []).flatMap((/** @type {any} */ m) =>
+      m.shown && METHOD_ERRATA[m.method] ? [METHOD_ERRATA[m.method]] : [],
+    ),
+  ];
   if (list.length === 0) return nothing;
   return html`<table class="data errata"><caption>Paper says / lab shows</caption><thead><tr><th scope="col">The paper</th><th scope="col">The lab</th></tr></thead>
     <tbody>${list.map((one) => html`<tr><td>${one.says}</td><td>${one.shows}</td></tr>`)}</tbody></table>`;
@@ -199,18 +210,35 @@ function onto(id, draw) {
 }
 
 /** @param {number} value */
-const exact = (value) => (value === 0 ? '0' : Math.abs(value) < 1e-3 || Math.abs(value) >= 1e6 ? value.toExponential(1).replace('-', '−') : fixed(value, Math.abs(value) < 1 ? 4 : 3));
+const exact = (value) =>
+  value === 0
+    ? '0'
+    : Math.abs(value) < 1e-3 || Math.abs(value) >= 1e6
+      ? value.toExponential(1).replace('-', '−')
+      : fixed(value, Math.abs(value) < 1 ? 4 : 3);
 
 /** @param {Frame} frame */
 function showNumbers(frame) {
   motionsOf(frame).forEach((one, row) => {
     const off = row > 0 && one.status === MOTION_STATUS.off;
-    const values = { t: fixed(one.t_s, 3), value: fixed(one.state[component.value] ?? 0, 6), error: row === 0 ? '' : exact(one.error),
-      largest: row === 0 ? '' : exact(one.error_max), weighted: row === 0 ? '' : exact(one.error_max_weighted) };
+    const values = {
+      t: fixed(one.t_s, 3),
+      value: fixed(one.state[component.value] ?? 0, 6),
+      error: row === 0 ? '' : exact(one.error),
+      largest: row === 0 ? '' : exact(one.error_max),
+      weighted: row === 0 ? '' : exact(one.error_max_weighted),
+    };
     for (const [name, text] of Object.entries(values)) {
       const cell = document.querySelector(`[data-motion="${row}/${name}"]`);
       const failed = one.status === MOTION_STATUS.diverged ? 'diverged' : one.status === MOTION_STATUS.failed ? 'failed' : '';
-      if (cell) cell.textContent = off ? '–' : failed && name === 'error' ? failed : failed && (name === 'largest' || name === 'weighted') ? '' : text;
+      if (cell)
+        cell.textContent = off
+          ? '–'
+          : failed && name === 'error'
+            ? failed
+            : failed && (name === 'largest' || name === 'weighted')
+              ? ''
+              : text;
     }
   });
 }
@@ -224,46 +252,81 @@ export function drawStep(frame, settled, name) {
   const motions = motionsOf(frame);
   if (record.generation !== frame.session.generation || record.time > frame.time_s) record = new Record(frame.session.generation);
   record.take(frame.time_s, motions, component.value, isPlane(at.problem));
-  const colours = palette(), shown = at.components[component.value] ?? '';
+  const colours = palette(),
+    shown = at.components[component.value] ?? '';
   const unit = unitOf(at.components[0] ?? '');
   const colourOf = (/** @type {number} */ i) => (i === 0 ? colours.truth : paintOf(colours, i - 1).text);
   const dashOf = (/** @type {number} */ i) => (i === 0 ? [5, 4] : paintOf(colours, i - 1).dash);
-  const lines = (/** @type {'t' | 'value'} */ x, /** @type {'value' | 'speed' | 'error' | 'drift'} */ y, /** @type {number} */ from) => record.tracks.slice(from)
-    .map((track, k) => ({ xs: track[x], ys: track[y], colour: colourOf(k + from), dash: dashOf(k + from) }));
-  onto('motion', (surface) => drawScene(surface, colours, record, motions,
-    { problem: at.problem, names: places().map((i) => words(nameOf(i))), unit }));
+  const lines = (/** @type {'t' | 'value'} */ x, /** @type {'value' | 'speed' | 'error' | 'drift'} */ y, /** @type {number} */ from) =>
+    record.tracks.slice(from).map((track, k) => ({ xs: track[x], ys: track[y], colour: colourOf(k + from), dash: dashOf(k + from) }));
+  onto('motion', (surface) =>
+    drawScene(surface, colours, record, motions, { problem: at.problem, names: places().map((i) => words(nameOf(i))), unit }),
+  );
   const time = performance.now();
   if (settled || time - numbered > 120) {
     numbered = time;
     showNumbers(frame);
     onto('plot-value', (s) => drawPlot(s, colours, { lines: lines('t', 'value', 0), x: 't (s)', y: shown, empty: 'Play to draw' }));
-    onto('plot-error', (s) => drawPlot(s, colours, { lines: lines('t', 'error', 1), x: 't (s)', y: 'error', logY: true, empty: 'no error so far' }));
-    onto('plot-energy', (s) => drawPlot(s, colours, { lines: lines('t', 'drift', 1), x: 't (s)', y: 'energy, relative drift', empty: 'Play to draw' }));
-    onto('plot-phase', (s) => drawPlot(s, colours, { lines: lines('value', 'speed', 0), x: shown, y: at.components[component.value + at.components.length / 2] ?? '', empty: 'Play to draw' }));
+    onto('plot-error', (s) =>
+      drawPlot(s, colours, { lines: lines('t', 'error', 1), x: 't (s)', y: 'error', logY: true, empty: 'no error so far' }),
+    );
+    onto('plot-energy', (s) =>
+      drawPlot(s, colours, { lines: lines('t', 'drift', 1), x: 't (s)', y: 'energy, relative drift', empty: 'Play to draw' }),
+    );
+    onto('plot-phase', (s) =>
+      drawPlot(s, colours, {
+        lines: lines('value', 'speed', 0),
+        x: shown,
+        y: at.components[component.value + at.components.length / 2] ?? '',
+        empty: 'Play to draw',
+      }),
+    );
     drawRefinementSeries(colours);
   }
   if (name) {
-    const list = frame.motion.slice(1).map((one, i) => `${words(nameOf(i))}: error ${exact(one.error)}`).join('; ');
+    const list = frame.motion
+      .slice(1)
+      .map((one, i) => `${words(nameOf(i))}: error ${exact(one.error)}`)
+      .join('; ');
     document.getElementById('motion')?.setAttribute('aria-label', `Motion at ${fixed(frame.time_s, 2)} s. ${list}`);
   }
 }
 
 /** Guides of slope 1, 2 and 4 through the middle of the measured points. @param {import('../theme.js').Palette} colours @param {RefinementLevel[]} all */
 function guides(colours, all) {
-  const dts = all.map((one) => one.dt), errors = all.map((one) => one.error);
+  const dts = all.map((one) => one.dt),
+    errors = all.map((one) => one.error);
   if (all.length < 2) return [];
-  const x0 = Math.min(...dts), x1 = Math.max(...dts), top = Math.max(...errors);
+  const x0 = Math.min(...dts),
+    x1 = Math.max(...dts),
+    top = Math.max(...errors);
   return [1, 2, 4].map((order) => ({ xs: [x0, x1], ys: [top * (x0 / x1) ** order, top], colour: colours.grid, dash: [2, 3], width: 1.5 }));
 }
 
 /** @param {import('../theme.js').Palette} colours */
 function drawRefinementSeries(colours) {
   const of = [...levels.value.entries()].map(([i, list]) => ({ i, list }));
-  const line = (/** @type {'dt' | 'work'} */ x) => of.map(({ i, list }) => ({ xs: list.map((one) => one[x]), ys: list.map((one) => one.error),
-    colour: paintOf(colours, i).text, dash: paintOf(colours, i).dash, points: true }));
+  const line = (/** @type {'dt' | 'work'} */ x) =>
+    of.map(({ i, list }) => ({
+      xs: list.map((one) => one[x]),
+      ys: list.map((one) => one.error),
+      colour: paintOf(colours, i).text,
+      dash: paintOf(colours, i).dash,
+      points: true,
+    }));
   const floor = of.flatMap(({ list }) => list).filter((one) => one.error > 1e-14);
   const empty = measuring.value ? 'measuring' : 'press Measure';
-  onto('plot-step', (s) => drawPlot(s, colours, { lines: [...guides(colours, floor), ...line('dt')], x: 'step (s); guides: order 1, 2, 4', y: 'largest error', logX: true, logY: true, empty }));
-  onto('plot-work', (s) => drawPlot(s, colours, { lines: line('work'), x: 'evaluations', y: 'largest error', logX: true, logY: true, empty }));
+  onto('plot-step', (s) =>
+    drawPlot(s, colours, {
+      lines: [...guides(colours, floor), ...line('dt')],
+      x: 'step (s); guides: order 1, 2, 4',
+      y: 'largest error',
+      logX: true,
+      logY: true,
+      empty,
+    }),
+  );
+  onto('plot-work', (s) =>
+    drawPlot(s, colours, { lines: line('work'), x: 'evaluations', y: 'largest error', logX: true, logY: true, empty }),
+  );
 }
-

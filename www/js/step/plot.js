@@ -6,7 +6,8 @@ import { drawText } from '../views/marks.js';
 
 /** @param {number[]} values @param {boolean} log @param {number} [least] */
 function rangeOf(values, log, least = 1e-12) {
-  let low = Infinity, high = -Infinity;
+  let low = Infinity,
+    high = -Infinity;
   for (const value of values) {
     if (!Number.isFinite(value) || (log && value <= 0)) continue;
     low = Math.min(low, log ? Math.log10(value) : value);
@@ -19,7 +20,8 @@ function rangeOf(values, log, least = 1e-12) {
 
 /** @param {number} low @param {number} high @param {number} wanted @param {boolean} log @returns {number[]} */
 function ticksOf(low, high, wanted, log) {
-  const raw = (high - low) / Math.max(1, wanted), power = 10 ** Math.floor(Math.log10(raw));
+  const raw = (high - low) / Math.max(1, wanted),
+    power = 10 ** Math.floor(Math.log10(raw));
   const lead = raw / power;
   const step = log ? Math.max(1, Math.ceil(raw)) : (lead <= 1 ? 1 : lead <= 2 ? 2 : lead <= 5 ? 5 : 10) * power;
   const ticks = [];
@@ -38,15 +40,29 @@ function label(value, log) {
 /** @param {{pen: CanvasRenderingContext2D, width: number, height: number}} surface @param {import('../theme.js').Palette} colours @param {Plot} plot
  * @returns {{toX: (v: number) => number, toY: (v: number) => number} | null} where values are; null when there are none */
 export function drawPlot(surface, colours, plot) {
-  const { pen } = surface, text = colours.text;
-  const logX = plot.logX === true, logY = plot.logY === true;
-  let xr = rangeOf(plot.lines.flatMap((line) => line.xs), logX), yr = rangeOf(plot.lines.flatMap((line) => line.ys), logY, plot.least);
+  const { pen } = surface,
+    text = colours.text;
+  const logX = plot.logX === true,
+    logY = plot.logY === true;
+  let xr = rangeOf(
+      plot.lines.flatMap((line) => line.xs),
+      logX,
+    ),
+    yr = rangeOf(
+      plot.lines.flatMap((line) => line.ys),
+      logY,
+      plot.least,
+    );
   if (!xr || !yr) {
     drawText(pen, colours, plot.empty, surface.width / 2, surface.height / 2, { align: 'center', colour: colours.faint });
     return null;
   }
-  const left = text * 4.2, top = text * 0.9, right = surface.width - 10, bottom = surface.height - text * 2.7;
-  if (plot.equal) { /* one metre is one metre on both axes */
+  const left = text * 4.2,
+    top = text * 0.9,
+    right = surface.width - 10,
+    bottom = surface.height - text * 2.7;
+  if (plot.equal) {
+    /* one metre is one metre on both axes */
     const scale = Math.max((xr.high - xr.low) / (right - left), (yr.high - yr.low) / (bottom - top));
     const grow = (/** @type {{low: number, high: number}} */ r, /** @type {number} */ px) => {
       const middle = (r.low + r.high) / 2;
@@ -55,7 +71,8 @@ export function drawPlot(surface, colours, plot) {
     xr = grow(xr, right - left);
     yr = grow(yr, bottom - top);
   }
-  const { low: x0, high: x1 } = xr, { low: y0, high: y1 } = yr;
+  const { low: x0, high: x1 } = xr,
+    { low: y0, high: y1 } = yr;
   const toX = (/** @type {number} */ v) => left + (((logX ? Math.log10(v) : v) - x0) / (x1 - x0)) * (right - left);
   const toY = (/** @type {number} */ v) => bottom - (((logY ? Math.log10(v) : v) - y0) / (y1 - y0)) * (bottom - top);
   const rule = (/** @type {number} */ ax, /** @type {number} */ ay, /** @type {number} */ bx, /** @type {number} */ by) => {

@@ -29,7 +29,7 @@ export class Record {
     if (time <= this.time) return;
     this.time = time;
     motion.forEach((one, i) => {
-      const to = this.tracks[i] ??= track();
+      const to = (this.tracks[i] ??= track());
       if (one.status !== 0) return;
       const half = one.state.length / 2;
       to.t.push(time);
@@ -38,7 +38,7 @@ export class Record {
       to.error.push(one.error);
       to.drift.push(one.energy_drift);
       to.x.push(one.state[0] ?? 0);
-      to.y.push(plane ? one.state[1] ?? 0 : 0);
+      to.y.push(plane ? (one.state[1] ?? 0) : 0);
       if (to.t.length > POINTS) for (const list of Object.values(to)) list.splice(0, POINTS / 4);
     });
   }

@@ -5,10 +5,16 @@ import { RECORDS } from './records.js';
 /** @typedef {import('./records.js').Field} Field */
 
 /** Flags of a frame. */
-export const PLAYING = 2, ENDED = 4, BEHIND = 8, FAILED = 16, JUMP = 32;
+export const PLAYING = 2,
+  ENDED = 4,
+  BEHIND = 8,
+  FAILED = 16,
+  JUMP = 32;
 
-const INTEGER_MAX = 2 ** 51 - 1, NONE = -(2 ** 51); /* the infinities and unknown values */
-const ROWS_MAX = 2 ** 21, MASK_BITS = 49;
+const INTEGER_MAX = 2 ** 51 - 1,
+  NONE = -(2 ** 51); /* the infinities and unknown values */
+const ROWS_MAX = 2 ** 21,
+  MASK_BITS = 49;
 const POWERS = Float64Array.from({ length: 53 }, (_, bits) => 2 ** bits);
 
 /** The stream must be opened again: the bytes are none that this decoder understands. */
@@ -37,7 +43,8 @@ class Reader {
   varint() {
     let byte = this.byte();
     if (byte < 128) return byte;
-    let value = byte - 128, scale = 128;
+    let value = byte - 128,
+      scale = 128;
     do {
       byte = this.byte();
       value += (byte % 128) * scale;
@@ -69,7 +76,9 @@ export function valueOf(field, n) {
   if (Math.abs(n) === INTEGER_MAX) return n < 0 ? -Infinity : Infinity;
   const unit = /** @type {number} */ (POWERS[field.bits ?? 0]);
   if (field.coding === 'step') return n / unit;
-  const size = Math.abs(n), exponent = Math.floor(size / unit), mantissa = size / unit - exponent;
+  const size = Math.abs(n),
+    exponent = Math.floor(size / unit),
+    mantissa = size / unit - exponent;
   const value = exponent === 0 ? mantissa * 2 ** -1022 : exponent === 2047 ? Infinity : (1 + mantissa) * 2 ** (exponent - 1023);
   return n < 0 ? -value : value;
 }
@@ -112,8 +121,12 @@ export class Section {
   column(name) {
     const known = this.columns.get(name);
     if (known) return known;
-    const { fields } = this.layout, width = fields.length, k = fields.findIndex((field) => field.name === name);
-    const field = /** @type {Field} */ (fields[k]), column = new Float64Array(this.count), { values } = this;
+    const { fields } = this.layout,
+      width = fields.length,
+      k = fields.findIndex((field) => field.name === name);
+    const field = /** @type {Field} */ (fields[k]),
+      column = new Float64Array(this.count),
+      { values } = this;
     for (let i = 0, at = k; i < this.count; i++, at += width) column[i] = valueOf(field, /** @type {number} */ (values[at]));
     this.columns.set(name, column);
     return column;
@@ -121,12 +134,13 @@ export class Section {
 
   /** An object of each row. @returns {any[]} */
   rows() {
-    return this.objects ??= Array.from({ length: this.count }, (_, i) => this.row(i));
+    return (this.objects ??= Array.from({ length: this.count }, (_, i) => this.row(i)));
   }
 
   /** @param {number} i */
   row(i) {
-    const { fields } = this.layout, from = i * fields.length;
+    const { fields } = this.layout,
+      from = i * fields.length;
     /** @type {any} */
     const row = this.layout.form === 'log' ? { id: this.first + i } : {};
     fields.forEach((field, k) => {
@@ -145,7 +159,8 @@ function applyChanges(reader, values, from, width) {
     if (k >= MASK_BITS) throw new StreamError('a row has too many fields');
     if (mask % 2 === 0) continue;
     const change = reader.zigzag();
-    if (k < width) values[from + k] = /** @type {number} */ (values[from + k]) + change; /* a field that is newer than the table is skipped */
+    if (k < width)
+      values[from + k] = /** @type {number} */ (values[from + k]) + change; /* a field that is newer than the table is skipped */
   }
 }
 
@@ -161,7 +176,9 @@ function origins(reader, layout, base) {
   const from = [];
   let was = 0;
   for (let runs = reader.varint(); runs > 0; runs--) {
-    const copied = reader.varint(), dropped = reader.varint(), added = reader.varint();
+    const copied = reader.varint(),
+      dropped = reader.varint(),
+      added = reader.varint();
     if (copied + dropped + added === 0 || was + copied + dropped > old) throw new StreamError('a run leaves its rows');
     limited(from.length + copied + added);
     for (let i = 0; i < copied; i++) from.push(was++);
@@ -180,9 +197,12 @@ function limited(count) {
 
 /** @param {Reader} reader @param {Layout} layout @param {Section | null} base @returns {Section} */
 function readRows(reader, layout, base) {
-  const from = origins(reader, layout, base), width = layout.fields.length;
-  const section = new Section(layout, from.length), { values } = section;
-  let changed = reader.varint(), skip = changed > 0 ? reader.varint() : -1;
+  const from = origins(reader, layout, base),
+    width = layout.fields.length;
+  const section = new Section(layout, from.length),
+    { values } = section;
+  let changed = reader.varint(),
+    skip = changed > 0 ? reader.varint() : -1;
   from.forEach((was, i) => {
     if (was >= 0 && base) values.set(base.values.subarray(was * width, (was + 1) * width), i * width);
     else if (i > 0) values.copyWithin(i * width, (i - 1) * width, i * width);
@@ -197,7 +217,9 @@ function readRows(reader, layout, base) {
 
 /** @param {Reader} reader @param {Layout} layout @returns {Section} */
 function readLog(reader, layout) {
-  const lost = reader.varint(), first = reader.varint(), width = layout.fields.length;
+  const lost = reader.varint(),
+    first = reader.varint(),
+    width = layout.fields.length;
   const section = new Section(layout, limited(reader.varint()));
   section.lost = lost;
   section.first = first;
@@ -212,8 +234,11 @@ function readLog(reader, layout) {
 function readPlanes(reader, section, base) {
   const width = section.layout.fields.length;
   for (let i = 0; i < section.count; i++) {
-    const columns = /** @type {number} */ (section.values[i * width]), size = columns * /** @type {number} */ (section.values[i * width + 1]);
-    const coding = reader.byte(), plane = reader.take(size).slice(), before = base?.planes[i];
+    const columns = /** @type {number} */ (section.values[i * width]),
+      size = columns * /** @type {number} */ (section.values[i * width + 1]);
+    const coding = reader.byte(),
+      plane = reader.take(size).slice(),
+      before = base?.planes[i];
     if (coding > 1 || (coding === 1 && before?.length !== size)) throw new StreamError('a plane has an unknown coding, or no base');
     if (coding === 1 && before) {
       for (let k = 0, change = 0; k < size; k++) {
@@ -269,7 +294,13 @@ export class FrameBase {
   /** Without what it can do, for inspection only. @returns {any} */
   plain() {
     const { flags, seq, tick, time_s } = this;
-    return { flags, seq, tick, time_s, ...Object.fromEntries([...this.sections.keys()].map((name) => [name, /** @type {any} */ (this)[name]])) };
+    return {
+      flags,
+      seq,
+      tick,
+      time_s,
+      ...Object.fromEntries([...this.sections.keys()].map((name) => [name, /** @type {any} */ (this)[name]])),
+    };
   }
 
   /** The rows of a record in which a field has a value. @param {string} name @param {string} field @param {number} value @returns {any[]} */
@@ -304,11 +335,14 @@ export class Decoder {
 
   /** What follows is read by tables that are still to come. @param {Promise<readonly Layout[]>} records */
   learn(records) {
-    const mine = records.then((list) => {
-      this.layouts = new Map(list.map((layout) => [layout.id, layout]));
-    }).catch(() => {}).then(() => {
-      if (this.busy === mine) this.busy = null;
-    });
+    const mine = records
+      .then((list) => {
+        this.layouts = new Map(list.map((layout) => [layout.id, layout]));
+      })
+      .catch(() => {})
+      .then(() => {
+        if (this.busy === mine) this.busy = null;
+      });
     this.busy = mine;
   }
 
@@ -328,12 +362,17 @@ export class Decoder {
         return;
       }
     }
-    const mine = (this.busy ?? Promise.resolve()).then(async () => {
-      const parts = await Promise.all(this.split(message).map(async (part) => ({ ...part, bytes: part.deflated ? await inflate(part.bytes) : part.bytes })));
-      take(this.apply(message, parts));
-    }).catch(fail).then(() => {
-      if (this.busy === mine) this.busy = null;
-    });
+    const mine = (this.busy ?? Promise.resolve())
+      .then(async () => {
+        const parts = await Promise.all(
+          this.split(message).map(async (part) => ({ ...part, bytes: part.deflated ? await inflate(part.bytes) : part.bytes })),
+        );
+        take(this.apply(message, parts));
+      })
+      .catch(fail)
+      .then(() => {
+        if (this.busy === mine) this.busy = null;
+      });
     this.busy = mine;
   }
 
@@ -347,7 +386,8 @@ export class Decoder {
     /** @type {(Part & {deflated: boolean})[]} */
     const parts = [];
     while (!reader.done) {
-      const id = reader.varint(), head = reader.varint();
+      const id = reader.varint(),
+        head = reader.varint();
       parts.push({ id, whole: Math.floor(head / 2) % 2 === 1, deflated: head % 2 === 1, bytes: reader.take(Math.floor(head / 4)) });
     }
     return parts;
@@ -357,13 +397,15 @@ export class Decoder {
   apply(message, parts) {
     const reader = new Reader(message);
     reader.byte();
-    const flags = reader.byte(), seq = reader.varint(), tick = reader.zigzag();
+    const flags = reader.byte(),
+      seq = reader.varint(),
+      tick = reader.zigzag();
     const sections = new Map(flags & JUMP ? [] : this.sections);
     for (const name of [...sections.keys()]) if (sections.get(name)?.layout.form === 'log') sections.delete(name);
     for (const { id, whole, bytes } of parts) {
       const layout = this.layouts.get(id);
       if (!layout) continue; /* newer than the table */
-      const base = whole ? null : this.sections.get(layout.name) ?? null;
+      const base = whole ? null : (this.sections.get(layout.name) ?? null);
       if (!whole && base === null && layout.form !== 'log') throw new StreamError(`${layout.name} is a delta to what did not come`);
       sections.set(layout.name, readSection(layout, base, bytes));
     }

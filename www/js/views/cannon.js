@@ -41,7 +41,11 @@ function target(at) {
   if (!(radius > 0)) return;
   const { pen, colours } = at;
   const r = Math.min(GROUND - 2, Math.max(5, toX(at, x + radius) - toX(at, x)));
-  for (const [part, colour] of /** @type {[number, string][]} */ ([[1, colours.truth], [0.66, colours.paper], [0.33, colours.snap]])) {
+  for (const [part, colour] of /** @type {[number, string][]} */ ([
+    [1, colours.truth],
+    [0.66, colours.paper],
+    [0.33, colours.snap],
+  ])) {
     pen.beginPath();
     pen.arc(toX(at, x), toY(at, y), r * part, 0, 2 * Math.PI);
     pen.fillStyle = colour;
@@ -65,7 +69,8 @@ function trail(at, player) {
 
 /** @param {DrawContext} at */
 function score(at) {
-  const names = at.layout.game_values, entities = entitiesOf(at.frame, at.view);
+  const names = at.layout.game_values,
+    entities = entitiesOf(at.frame, at.view);
   const away = (/** @type {number} */ p) => entities[p] !== undefined && isAway(entities[p]);
   at.layout.players.forEach((_, p) => {
     const values = gameOf(at.frame, p);
@@ -73,14 +78,17 @@ function score(at) {
     const shots = value('shots');
     const miss = shots > 0 ? ` · last ${signed(value('miss_m'), 1)} m` : '';
     const text = `${at.layout.players[p]?.name ?? ''}: ${fixed(value('hits'), 0)} of ${fixed(shots, 0)} hit${miss}${value('turn') ? ' · in turn' : ''}${away(p) ? ' · away' : ''}`;
-    drawText(at.pen, at.colours, text, at.width - 8, at.colours.text * (2.2 + 1.4 * p),
-      { align: 'right', colour: paintOf(at.colours, p).text });
+    drawText(at.pen, at.colours, text, at.width - 8, at.colours.text * (2.2 + 1.4 * p), {
+      align: 'right',
+      colour: paintOf(at.colours, p).text,
+    });
   });
 }
 
 /** @param {DrawContext} at @returns {import('./scene.js').Drawn[]} the dots */
 export function drawCannon(at) {
-  const view = at.frame.views[at.view], truth = at.frame.views[0];
+  const view = at.frame.views[at.view],
+    truth = at.frame.views[0];
   if (!view || !truth) return [];
   const { pen, colours, overlays } = at;
   const size = colours.marker * 0.8;
@@ -95,13 +103,16 @@ export function drawCannon(at) {
   labels.block(goal.x, goal.y - GROUND, 48, 2 * GROUND + colours.text);
   entitiesOf(at.frame, at.view).forEach((shell, i) => {
     const real = entitiesOf(at.frame, 0)[i];
-    const flying = (shell.flags & E_ACTIVE) !== 0, reallyFlying = real !== undefined && (real.flags & E_ACTIVE) !== 0;
+    const flying = (shell.flags & E_ACTIVE) !== 0,
+      reallyFlying = real !== undefined && (real.flags & E_ACTIVE) !== 0;
     const { x, y } = place(shell.x, shell.y);
     if (at.view > 0 && overlays.ghosts && real && reallyFlying) {
       const g = place(real.x, real.y);
       ghost(at, i, flying ? x : g.x, flying ? y : g.y, g.x, g.y, size);
       if (flying && overlays.labels) {
-        labels.put(gapLabel(at, shell, real), Math.min(x, g.x) - size / 2, Math.max(x, g.x) + size * 0.65, (y + g.y) / 2, size, { colour: colours.faint });
+        labels.put(gapLabel(at, shell, real), Math.min(x, g.x) - size / 2, Math.max(x, g.x) + size * 0.65, (y + g.y) / 2, size, {
+          colour: colours.faint,
+        });
       }
     }
     pen.globalAlpha = isAway(shell) ? FADED : 1;

@@ -26,33 +26,50 @@ export class Chart {
     this.plot?.destroy();
     const colours = palette();
     const axis = {
-      stroke: () => palette().faint, font: `${colours.text}px ${colours.font}`, grid: { stroke: () => palette().grid, width: 1 },
-      ticks: { stroke: () => palette().grid, width: 1, size: 4 }, gap: 3,
+      stroke: () => palette().faint,
+      font: `${colours.text}px ${colours.font}`,
+      grid: { stroke: () => palette().grid, width: 1 },
+      ticks: { stroke: () => palette().grid, width: 1, size: 4 },
+      gap: 3,
     };
-    this.plot = new uPlot({
-      width, height, legend: { show: false }, cursor: { points: { show: false }, drag: { setScale: false } }, padding: [6, 16, 0, 0],
-      scales: {
-        x: { time: false, range: (_, __, max) => [Math.max(0, max - SPAN_S), Math.max(SPAN_S, max)] },
-        y: { range: (_, min, max) => padded(min, max, this.empty) },
+    this.plot = new uPlot(
+      {
+        width,
+        height,
+        legend: { show: false },
+        cursor: { points: { show: false }, drag: { setScale: false } },
+        padding: [6, 16, 0, 0],
+        scales: {
+          x: { time: false, range: (_, __, max) => [Math.max(0, max - SPAN_S), Math.max(SPAN_S, max)] },
+          y: { range: (_, min, max) => padded(min, max, this.empty) },
+        },
+        axes: [
+          { ...axis, size: colours.text + 12, space: 50, values: (_, ticks) => ticks.map((tick) => `${tick} s`) },
+          { ...axis, size: colours.text * 3.4, space: 26, values: (_, ticks) => ticks.map((tick) => String(tick).replace('-', '−')) },
+        ],
+        hooks: { draw: [(plot) => this.threshold(plot)] },
+        series: [
+          {},
+          ...curves.map((curve) => ({
+            label: curve.label,
+            stroke: () => paintOf(palette(), curve.player).text,
+            width: curve.dotted || this.empty[0] === 0 ? Math.max(1, colours.line - 1) : colours.line - 0.5,
+            dash: curve.dotted ? [1.5, 3] : paintOf(colours, curve.player).dash,
+            points: { show: false },
+          })),
+        ],
       },
-      axes: [
-        { ...axis, size: colours.text + 12, space: 50, values: (_, ticks) => ticks.map((tick) => `${tick} s`) },
-        { ...axis, size: colours.text * 3.4, space: 26, values: (_, ticks) => ticks.map((tick) => String(tick).replace('-', '−')) },
-      ],
-      hooks: { draw: [(plot) => this.threshold(plot)] },
-      series: [{}, ...curves.map((curve) => ({
-        label: curve.label, stroke: () => paintOf(palette(), curve.player).text,
-        width: curve.dotted || this.empty[0] === 0 ? Math.max(1, colours.line - 1) : colours.line - 0.5,
-        dash: curve.dotted ? [1.5, 3] : paintOf(colours, curve.player).dash, points: { show: false },
-      }))],
-    }, [[], ...curves.map(() => [])], this.box);
+      [[], ...curves.map(() => [])],
+      this.box,
+    );
     for (const part of this.box.querySelectorAll('canvas')) part.setAttribute('aria-hidden', 'true');
   }
 
   /** In ms: where people begin to notice. @param {uPlot} plot */
   threshold(plot) {
     if (!this.made.includes('(ms)') || this.empty[0] === 0) return;
-    const y = plot.valToPos(NOTICED_MS, 'y', true), { left, top, width, height } = plot.bbox;
+    const y = plot.valToPos(NOTICED_MS, 'y', true),
+      { left, top, width, height } = plot.bbox;
     if (y < top || y > top + height) return;
     const { ctx } = plot;
     ctx.save();
@@ -71,7 +88,8 @@ export class Chart {
   /** @param {Memory} memory @param {boolean} now draw even if the last drawing is young */
   draw(memory, now) {
     const time = performance.now();
-    const width = this.box.clientWidth, height = this.box.clientHeight;
+    const width = this.box.clientWidth,
+      height = this.box.clientHeight;
     if (width < 40 || height < 40 || (!now && time - this.drawn < REDRAW_MS)) return;
     this.drawn = time;
     const curves = this.curves();
@@ -95,7 +113,8 @@ export class Chart {
 
 /** @param {number | null} min @param {number | null} max @param {[number, number]} empty @returns {[number, number]} */
 function padded(min, max, empty) {
-  const low = Math.min(0, min ?? 0), high = Math.max(0, max ?? 0);
+  const low = Math.min(0, min ?? 0),
+    high = Math.max(0, max ?? 0);
   const room = Math.max(1e-3, high - low) * 0.08;
   return high - low < 1e-9 ? empty : [low < 0 ? low - room : 0, high > 0 ? high + room : 0];
 }

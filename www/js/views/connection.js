@@ -11,7 +11,7 @@ export const isAway = (entity) => (entity.flags & E_AWAY) !== 0;
 
 /** Connection state in words; empty while it plays. @param {import('../frame.js').View} view @returns {string} */
 export function connectionWords(view) {
-  const state = view.connection === IS_PLAYING ? '' : CONNECTIONS[view.connection] ?? '';
+  const state = view.connection === IS_PLAYING ? '' : (CONNECTIONS[view.connection] ?? '');
   if (view.connected || view.connection === DISCONNECTED || view.connection === CONNECTING) return state;
   return state === '' ? 'dropped by the server' : `${state} · dropped by the server`;
 }
@@ -29,7 +29,9 @@ export function drawConnection(at) {
     pen.globalAlpha = 1;
   }
   pen.font = `700 ${colours.text}px ${colours.font}`;
-  const wide = pen.measureText(words).width + 2 * colours.text, high = colours.text * 1.8, top = 2; /* over the axis: what is drawn stays free */
+  const wide = pen.measureText(words).width + 2 * colours.text,
+    high = colours.text * 1.8,
+    top = 2; /* over the axis: what is drawn stays free */
   pen.beginPath();
   pen.roundRect((width - wide) / 2, top, wide, high, high / 2);
   pen.setLineDash([]);

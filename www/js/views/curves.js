@@ -7,16 +7,28 @@ import { letter } from '../format.js';
 export const FEW = 3; /* players whose curves of others are drawn too */
 
 /** @param {number} players @param {'px' | 'm' | 'ms'} unit @param {number} pxPerMetre @returns {Curve[]} */
-export function errorCurves(players, unit, pxPerMetre) { /* many players: their own curves alone can be read */
+export function errorCurves(players, unit, pxPerMetre) {
+  /* many players: their own curves alone can be read */
   const scale = unit === 'px' ? pxPerMetre : 1;
   /** @type {Curve[]} */
   const list = [];
   for (let p = 0; p < players; p++) {
     list.push(
-      { label: `${letter(p)} own lead (${unit})`, player: p, dotted: false, scale,
-        values: (memory) => (unit === 'ms' ? memory.curves[p]?.ownAge : memory.curves[p]?.own) },
-      { label: `${letter(p)} others (${unit})`, player: p, dotted: true, scale,
-        values: (memory) => (unit === 'ms' ? memory.curves[p]?.remoteAge : memory.curves[p]?.remote) });
+      {
+        label: `${letter(p)} own lead (${unit})`,
+        player: p,
+        dotted: false,
+        scale,
+        values: (memory) => (unit === 'ms' ? memory.curves[p]?.ownAge : memory.curves[p]?.own),
+      },
+      {
+        label: `${letter(p)} others (${unit})`,
+        player: p,
+        dotted: true,
+        scale,
+        values: (memory) => (unit === 'ms' ? memory.curves[p]?.remoteAge : memory.curves[p]?.remote),
+      },
+    );
   }
   return players > FEW ? list.filter((curve) => !curve.dotted) : list;
 }
@@ -24,7 +36,10 @@ export function errorCurves(players, unit, pxPerMetre) { /* many players: their 
 /** @param {number} players @returns {Curve[]} */
 export function bufferCurves(players) {
   return Array.from({ length: players }, (_, p) => ({
-    label: `${letter(p)} buffer (ms)`, player: p, dotted: false, scale: 1,
+    label: `${letter(p)} buffer (ms)`,
+    player: p,
+    dotted: false,
+    scale: 1,
     values: (/** @type {Memory} */ memory) => memory.curves[p]?.buffer,
   }));
 }
@@ -39,10 +54,13 @@ export function rowsOf(memory, curves, count) {
     const t = /** @type {number} */ (memory.times[i]);
     if (before - t < 0.5) continue;
     before = t;
-    rows.push({ t, values: curves.map((curve) => {
-      const value = curve.values(memory)?.[i];
-      return value === null || value === undefined ? null : value * curve.scale;
-    }) });
+    rows.push({
+      t,
+      values: curves.map((curve) => {
+        const value = curve.values(memory)?.[i];
+        return value === null || value === undefined ? null : value * curve.scale;
+      }),
+    });
   }
   return rows;
 }

@@ -23,14 +23,21 @@ export function toY(at, y) {
  * @param {number} x px @param {number} y px @param {number} angle @param {number} least */
 function outline(at, shape, x, y, angle, least) {
   const { pen } = at;
-  const width = Math.max(least, shape.width_m * scaleX(at)) / 2, height = Math.max(least, shape.height_m * scaleX(at)) / 2;
+  const width = Math.max(least, shape.width_m * scaleX(at)) / 2,
+    height = Math.max(least, shape.height_m * scaleX(at)) / 2;
   pen.beginPath();
   if (shape.round) {
     pen.ellipse(x, y, width, height, -angle, 0, 2 * Math.PI);
     return;
   }
-  const c = Math.cos(angle), s = -Math.sin(angle); /* y points down on a canvas */
-  for (const [u, v] of /** @type {[number, number][]} */ ([[-width, -height], [width, -height], [width, height], [-width, height]])) {
+  const c = Math.cos(angle),
+    s = -Math.sin(angle); /* y points down on a canvas */
+  for (const [u, v] of /** @type {[number, number][]} */ ([
+    [-width, -height],
+    [width, -height],
+    [width, height],
+    [-width, height],
+  ])) {
     pen.lineTo(x + u * c - v * s, y + u * s + v * c);
   }
   pen.closePath();
@@ -38,8 +45,15 @@ function outline(at, shape, x, y, angle, least) {
 
 /** @param {DrawContext} at */
 function ground(at) {
-  const { pen, colours, layout: { scene } } = at;
-  const left = toX(at, scene.x_min), right = toX(at, scene.x_max), top = toY(at, scene.y_max), bottom = toY(at, scene.y_min);
+  const {
+    pen,
+    colours,
+    layout: { scene },
+  } = at;
+  const left = toX(at, scene.x_min),
+    right = toX(at, scene.x_max),
+    top = toY(at, scene.y_max),
+    bottom = toY(at, scene.y_min);
   const step = gridStep(scaleX(at), 90);
   pen.setLineDash([]);
   pen.lineWidth = 1;
@@ -71,7 +85,8 @@ function look(at, shape, i, e) {
   const { colours } = at;
   const own = (e.flags & E_PREDICTED) !== 0 && at.view > 0;
   if (shape.kind === 'player') return { fill: paintOf(colours, i).fill, edge: colours.truth, line: Math.max(1.5, colours.line) };
-  if (shape.kind === 'crate') return { fill: colours.grid, edge: own ? paintOf(colours, at.view - 1).text : colours.edge, line: own ? colours.line : 1 };
+  if (shape.kind === 'crate')
+    return { fill: colours.grid, edge: own ? paintOf(colours, at.view - 1).text : colours.edge, line: own ? colours.line : 1 };
   if (shape.kind === 'water') return { fill: colours.accent, edge: colours.accent, line: 1 };
   if (shape.kind === 'target') return { fill: colours.buffer, edge: colours.truth, line: 1.5 };
   return { fill: colours.truth, edge: colours.truth, line: 1 };
@@ -90,7 +105,9 @@ function seen(shape, e) {
 /** @param {DrawContext} at @param {Shape} shape @param {number} i @param {Entity} e */
 function thing(at, shape, i, e) {
   const { pen, colours } = at;
-  const x = toX(at, e.x), y = toY(at, e.y), { fill, edge, line } = look(at, shape, i, e);
+  const x = toX(at, e.x),
+    y = toY(at, e.y),
+    { fill, edge, line } = look(at, shape, i, e);
   outline(at, shape, x, y, e.angle, leastOf(at, shape));
   pen.setLineDash([]);
   pen.fillStyle = fill;
@@ -107,7 +124,10 @@ function thing(at, shape, i, e) {
  * @param {Entity} real @returns {boolean} whether it is far enough to be seen */
 function ghost(at, shape, drawn, real) {
   const { pen, colours } = at;
-  const x = toX(at, drawn.x), y = toY(at, drawn.y), gx = toX(at, real.x), gy = toY(at, real.y);
+  const x = toX(at, drawn.x),
+    y = toY(at, drawn.y),
+    gx = toX(at, real.x),
+    gy = toY(at, real.y);
   const turned = Math.abs(real.angle - drawn.angle) * shape.width_m * scaleX(at);
   if (!seen(shape, real) || Math.hypot(gx - x, gy - y) + (shape.round ? 0 : turned) <= FAR) return false;
   outline(at, shape, gx, gy, real.angle, leastOf(at, shape));
@@ -126,10 +146,16 @@ function ghost(at, shape, drawn, real) {
 
 /** The game's own numbers of a player. @param {DrawContext} at @param {number} player @returns {string} */
 function standing(at, player) {
-  const units = new Map([['m', ' m'], ['mps', ' m/s'], ['s', ' s'], ['ms', ' ms']]);
+  const units = new Map([
+    ['m', ' m'],
+    ['mps', ' m/s'],
+    ['s', ' s'],
+    ['ms', ' ms'],
+  ]);
   const values = gameOf(at.frame, player);
   const parts = at.layout.game_values.map((name, k) => {
-    const words = name.split('_'), unit = units.get(words[words.length - 1] ?? '');
+    const words = name.split('_'),
+      unit = units.get(words[words.length - 1] ?? '');
     const value = values[k] ?? 0;
     return `${(unit ? words.slice(0, -1) : words).join(' ')} ${fixed(value, unit ? 1 : 0)}${unit ?? ''}`;
   });
@@ -152,9 +178,15 @@ export function drawStandings(at, y) {
 
 /** @param {DrawContext} at @returns {import('./scene.js').Drawn[]} the dots */
 export function drawField(at) {
-  const view = at.frame.views[at.view], truth = at.frame.views[0];
+  const view = at.frame.views[at.view],
+    truth = at.frame.views[0];
   if (!view || !truth) return [];
-  const { pen, colours, overlays, layout: { entities: shapes, players } } = at;
+  const {
+    pen,
+    colours,
+    overlays,
+    layout: { entities: shapes, players },
+  } = at;
   const place = (/** @type {number} */ x, /** @type {number} */ y) => ({ x: toX(at, x), y: toY(at, y) });
   const labels = new Labels(at);
   /** @type {number[]} */
@@ -162,10 +194,12 @@ export function drawField(at) {
   ground(at);
   const drawn = overlays.dots ? dots(at, place, () => true) : [];
   /** @type {[number, Shape, Entity][]} players last, so that they are drawn on top */
-  const all = entitiesOf(at.frame, at.view).flatMap((e, i) => {
-    const shape = shapes[i];
-    return shape && seen(shape, e) ? [/** @type {[number, Shape, Entity]} */ ([i, shape, e])] : [];
-  }).reverse();
+  const all = entitiesOf(at.frame, at.view)
+    .flatMap((e, i) => {
+      const shape = shapes[i];
+      return shape && seen(shape, e) ? [/** @type {[number, Shape, Entity]} */ ([i, shape, e])] : [];
+    })
+    .reverse();
   for (const [i, shape, e] of all) {
     const real = entitiesOf(at.frame, 0)[i];
     if (at.view > 0 && overlays.ghosts && real && ghost(at, shape, e, real) && i < players.length) far.push(i);
@@ -178,16 +212,20 @@ export function drawField(at) {
   }
   for (const [i, shape, e] of all) {
     if (i >= players.length || !isAway(e)) continue;
-    const { x, y } = place(e.x, e.y), half = shape.width_m * scaleX(at) / 2;
+    const { x, y } = place(e.x, e.y),
+      half = (shape.width_m * scaleX(at)) / 2;
     labels.put('away', x - half, x + half, y, 2 * half, { colour: colours.snap, bold: true });
   }
   const own = entitiesOf(at.frame, at.view)[at.view - 1];
   if (own) corrections(at, at.view - 1, (x, y) => place(x, y), colours.marker);
   if (overlays.labels) {
     for (const i of far) {
-      const e = entitiesOf(at.frame, at.view)[i], real = entitiesOf(at.frame, 0)[i];
+      const e = entitiesOf(at.frame, at.view)[i],
+        real = entitiesOf(at.frame, 0)[i];
       if (!e || !real) continue;
-      const { x, y } = place(e.x, e.y), gx = toX(at, real.x), half = (shapes[i]?.width_m ?? 1) * scaleX(at) / 2;
+      const { x, y } = place(e.x, e.y),
+        gx = toX(at, real.x),
+        half = ((shapes[i]?.width_m ?? 1) * scaleX(at)) / 2;
       labels.put(gapLabel(at, e, real), Math.min(x, gx) - half, Math.max(x, gx) + half, y, 2 * half, { colour: colours.faint });
     }
   }

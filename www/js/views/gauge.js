@@ -36,7 +36,8 @@ export function drawGauge(at, left, width, top, height) {
   pen.globalAlpha = 0.35;
   if (newest > view.render_time_s) pen.fillRect(x(view.render_time_s), top + 4, x(newest) - x(view.render_time_s), height - 8);
   pen.globalAlpha = 1;
-  if (dry) { /* hatched: nothing to draw from */
+  if (dry) {
+    /* hatched: nothing to draw from */
     pen.strokeStyle = colours.snap;
     pen.lineWidth = 1;
     for (let hx = x(newest); hx < left + room; hx += 5) {

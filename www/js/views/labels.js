@@ -22,12 +22,18 @@ export class Labels {
     if (text === '') return;
     const { pen, colours, width, height } = this.at;
     pen.font = `${look.bold ? '700 ' : ''}${colours.text}px ${colours.font}`;
-    const w = pen.measureText(text).width, h = colours.text * 1.15, middle = (left + right) / 2;
+    const w = pen.measureText(text).width,
+      h = colours.text * 1.15,
+      middle = (left + right) / 2;
     const bound = (/** @type {number} */ x) => Math.max(4, Math.min(width - 4 - w, x));
     const beyond = size / 2 + h * 0.6;
     for (const [x, level] of /** @type {[number, number][]} */ ([
-      [right + 8, y], [left - 8 - w, y], [bound(middle - w / 2), y - beyond], [bound(middle - w / 2), y + beyond],
-      [bound(right), y - beyond], [bound(right), y + beyond],
+      [right + 8, y],
+      [left - 8 - w, y],
+      [bound(middle - w / 2), y - beyond],
+      [bound(middle - w / 2), y + beyond],
+      [bound(right), y - beyond],
+      [bound(right), y + beyond],
     ])) {
       const box = /** @type {[number, number, number, number]} */ ([x - 2, level - h / 2, x + w + 2, level + h / 2]);
       const inside = x >= 2 && x + w <= width - 2 && box[1] >= 0 && box[3] <= height;

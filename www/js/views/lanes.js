@@ -23,7 +23,8 @@ import { cross, drawText } from './marks.js';
  * @property {number | null} selected   id of an input whose whole life is drawn bold
  */
 
-const LEFT = 54, RIGHT = 12;
+const LEFT = 54,
+  RIGHT = 12;
 const CROWD = 6; /* messages of one kind in a lane: twelve with both directions */
 const LOST_AT = 0.6; /* of its way */
 const UP = new Set(/** @type {number[]} */ ([INPUT, CONNECT, PING]));
@@ -72,11 +73,17 @@ export function lifeOf(memory, input) {
 
 /** @param {Lanes} at */
 function places(at) {
-  const span = windowOf(at.frame), now = at.frame.time_s;
+  const span = windowOf(at.frame),
+    now = at.frame.time_s;
   const inner = at.width - LEFT - RIGHT;
-  const top = at.colours.text * 1.2, bottom = at.height - at.colours.text * 1.4;
+  const top = at.colours.text * 1.2,
+    bottom = at.height - at.colours.text * 1.4;
   return {
-    span, now, top, bottom, middle: (top + bottom) / 2,
+    span,
+    now,
+    top,
+    bottom,
+    middle: (top + bottom) / 2,
     x: (/** @type {number} */ t) => LEFT + ((t - now) / span + 1) * inner,
   };
 }
@@ -84,7 +91,9 @@ function places(at) {
 /** Position of a message on its way. @param {Lanes} at @param {Message} message @param {number} yOwn @param {number} yServer */
 function wayOf(at, message, yOwn, yServer) {
   const { x, now } = places(at);
-  const up = UP.has(message.type), from = up ? yOwn : yServer, to = up ? yServer : yOwn;
+  const up = UP.has(message.type),
+    from = up ? yOwn : yServer,
+    to = up ? yServer : yOwn;
   const lost = message.fate !== 0;
   const end = lost ? message.begin_s + lagOf(at, message.player) : message.end_s;
   const part = Math.min(lost ? LOST_AT : 1, end > message.begin_s ? (now - message.begin_s) / (end - message.begin_s) : 1);
@@ -159,11 +168,12 @@ function drawLife(at, input, yOwn, yServer) {
     pen.lineTo(x(state.begin_s), yServer);
     pen.stroke();
   }
-  const half = (/** @type {number} */ t0, /** @type {number} */ t1, /** @type {number} */ y, /** @type {string} */ text) => drawText(pen, colours,
-    text, (x(t0) + x(t1)) / 2, y, { align: 'center', bold: true });
+  const half = (/** @type {number} */ t0, /** @type {number} */ t1, /** @type {number} */ y, /** @type {string} */ text) =>
+    drawText(pen, colours, text, (x(t0) + x(t1)) / 2, y, { align: 'center', bold: true });
   const between = (yOwn + yServer) / 2;
   if (input.fate === 0) half(input.begin_s, input.end_s, between, ms(input.end_s - input.begin_s));
-  if (verdict && state && state.begin_s > verdict.begin_s) half(verdict.begin_s, state.begin_s, yServer - colours.text * 0.9, ms(state.begin_s - verdict.begin_s));
+  if (verdict && state && state.begin_s > verdict.begin_s)
+    half(verdict.begin_s, state.begin_s, yServer - colours.text * 0.9, ms(state.begin_s - verdict.begin_s));
   if (state) half(state.begin_s, state.end_s, between, ms(state.end_s - state.begin_s));
   const parts = [`Input ${input.number} of ${letter(input.player)}`];
   if (input.fate !== 0) parts.push('lost');
@@ -175,15 +185,20 @@ function drawLife(at, input, yOwn, yServer) {
 
 /** Marks missing events. @param {Lanes} at @returns {number} how many, of the last seconds, before the window too */
 function drawGaps(at) {
-  const { pen, colours } = at, { x, now, span, top, bottom, middle } = places(at);
+  const { pen, colours } = at,
+    { x, now, span, top, bottom, middle } = places(at);
   let lost = 0;
   for (const gap of at.memory.gaps) {
     lost += gap.count;
     if (gap.to < now - span || gap.from > now) continue;
-    const left = x(Math.max(gap.from, now - span)), right = x(Math.min(gap.to, now));
+    const left = x(Math.max(gap.from, now - span)),
+      right = x(Math.min(gap.to, now));
     pen.fillStyle = colours.grid;
     pen.fillRect(left, top, Math.max(2, right - left), bottom - top);
-    drawText(pen, colours, `${gap.count} events missing`, (left + right) / 2, (top + middle) / 2, { align: 'center', colour: colours.snap });
+    drawText(pen, colours, `${gap.count} events missing`, (left + right) / 2, (top + middle) / 2, {
+      align: 'center',
+      colour: colours.snap,
+    });
   }
   return lost;
 }
@@ -194,7 +209,13 @@ export function drawLanes(at) {
   const { pen, colours, frame } = at;
   const { x, now, span, top, middle, bottom } = places(at);
   const [upper, lower] = at.shown;
-  const lines = upper === lower ? [{ p: upper, y: top }] : [{ p: upper, y: top }, { p: lower, y: bottom }];
+  const lines =
+    upper === lower
+      ? [{ p: upper, y: top }]
+      : [
+          { p: upper, y: top },
+          { p: lower, y: bottom },
+        ];
 
   pen.setLineDash([]); /* the server's ticks */
   pen.lineWidth = 1;
@@ -274,7 +295,8 @@ export function nearestInput(at, px, py) {
   const { x, top, middle, bottom } = places(at);
   const player = py < middle ? at.shown[0] : at.shown[1];
   const own = py < middle ? top : bottom;
-  let best = null, least = 24;
+  let best = null,
+    least = 24;
   for (const message of messages(at, INPUT, player)) {
     const end = message.fate === 0 ? message.end_s : message.begin_s + lagOf(at, player);
     const part = (py - own) / (middle - own);

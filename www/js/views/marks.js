@@ -20,19 +20,32 @@ export function outline(pen, player, x, y, size) {
   const r = size / 2;
   pen.beginPath();
   switch (player % 8) {
-    case 0: pen.arc(x, y, r, 0, 2 * Math.PI); break;
-    case 1: /* a triangle pointing forward */
+    case 0:
+      pen.arc(x, y, r, 0, 2 * Math.PI);
+      break;
+    case 1 /* a triangle pointing forward */:
       pen.moveTo(x - r, y - r * 0.92);
       pen.lineTo(x + r * 1.3, y);
       pen.lineTo(x - r, y + r * 0.92);
       pen.closePath();
       break;
-    case 2: pen.rect(x - r * 0.9, y - r * 0.9, r * 1.8, r * 1.8); break;
-    case 3: polygon(pen, x, y, r * 1.1, 5, -Math.PI / 2); break;
-    case 4: polygon(pen, x, y, r * 1.05, 6, 0); break;
-    case 5: polygon(pen, x, y, r * 1.2, 3, Math.PI / 2); break;
-    case 6: polygon(pen, x, y, r * 1.1, 8, Math.PI / 8); break;
-    default: pen.roundRect(x - r * 1.2, y - r * 0.7, r * 2.4, r * 1.4, r * 0.5);
+    case 2:
+      pen.rect(x - r * 0.9, y - r * 0.9, r * 1.8, r * 1.8);
+      break;
+    case 3:
+      polygon(pen, x, y, r * 1.1, 5, -Math.PI / 2);
+      break;
+    case 4:
+      polygon(pen, x, y, r * 1.05, 6, 0);
+      break;
+    case 5:
+      polygon(pen, x, y, r * 1.2, 3, Math.PI / 2);
+      break;
+    case 6:
+      polygon(pen, x, y, r * 1.1, 8, Math.PI / 8);
+      break;
+    default:
+      pen.roundRect(x - r * 1.2, y - r * 0.7, r * 2.4, r * 1.4, r * 0.5);
   }
 }
 

@@ -17,7 +17,7 @@ function onLap(at, x) {
 
 /** The lanes in use, from top to bottom. @param {DrawContext} at @returns {number[]} m */
 function levelsOf(at) {
-  return [...new Set((entitiesOf(at.frame, 0)).map((e) => e.y))].sort((a, b) => a - b);
+  return [...new Set(entitiesOf(at.frame, 0).map((e) => e.y))].sort((a, b) => a - b);
 }
 
 /** Height of a lane. @param {DrawContext} at @returns {number} px */
@@ -28,14 +28,15 @@ function laneHeight(at) {
 /** @param {DrawContext} at @param {number} y m @returns {number} px; lane 0 lies on top */
 function toY(at, y) {
   const levels = levelsOf(at);
-  const low = levels[0] ?? 0, step = levels.length > 1 ? ((levels[levels.length - 1] ?? 1) - low) / (levels.length - 1) : 1;
+  const low = levels[0] ?? 0,
+    step = levels.length > 1 ? ((levels[levels.length - 1] ?? 1) - low) / (levels.length - 1) : 1;
   return at.colours.text * 1.3 + ((y - low) / step + 0.5) * laneHeight(at);
 }
 
 /** The chequered line, in the lap that ends the race. @param {DrawContext} at */
 function finishLine(at) {
   const { finish_m: finish, x_max: lap, wraps } = at.layout.scene;
-  const furthest = Math.max(...(entitiesOf(at.frame, at.view)).map((e) => e.x));
+  const furthest = Math.max(...entitiesOf(at.frame, at.view).map((e) => e.x));
   if (!(finish > 0) || (wraps && furthest < finish - lap)) return;
   const rest = wraps ? finish - Math.floor(finish / lap) * lap : finish;
   const x = toX(at, rest === 0 ? lap : rest);
@@ -71,7 +72,10 @@ function standing(at, player) {
   const values = gameOf(at.frame, player);
   if (!values) return '';
   const value = (/** @type {string} */ name) => values[names.indexOf(name)];
-  const finish = value('finish_s'), place = value('place'), laps = value('laps'), speed = value('speed_mps');
+  const finish = value('finish_s'),
+    place = value('place'),
+    laps = value('laps'),
+    speed = value('speed_mps');
   const parts = [];
   if (place !== undefined) parts.push(finish ? `finished ${place} in ${fixed(finish, 2)} s` : `place ${place}`);
   if (laps !== undefined && !finish) parts.push(`lap ${laps + 1}`);
@@ -81,7 +85,8 @@ function standing(at, player) {
 
 /** @param {DrawContext} at @returns {import('./scene.js').Drawn[]} the dots */
 export function drawRace(at) {
-  const view = at.frame.views[at.view], truth = at.frame.views[0];
+  const view = at.frame.views[at.view],
+    truth = at.frame.views[0];
   if (!view || !truth) return [];
   const { pen, colours, overlays } = at;
   const lap = at.layout.scene.x_max;
@@ -108,15 +113,18 @@ export function drawRace(at) {
     const real = entitiesOf(at.frame, 0)[i];
     labels.block(x, y, size * 1.2, size);
     if (at.view > 0 && real) {
-      const gx = x + (real.x - car.x) * scaleX(at), gy = toY(at, real.y);
+      const gx = x + (real.x - car.x) * scaleX(at),
+        gy = toY(at, real.y);
       if (overlays.ghosts) {
         ghost(at, i, x, y, gx, gy, size);
         const turn = at.layout.scene.wraps ? lap * scaleX(at) : 0;
         if (turn > 0 && gx > at.width) ghost(at, i, gx - turn, gy, gx - turn, gy, size);
         if (turn > 0 && gx < 0) ghost(at, i, gx + turn, gy, gx + turn, gy, size);
         labels.block(gx, gy, size, size * 0.6);
-        const put = () => labels.put(gapLabel(at, car, real), Math.min(x, gx) - size / 2, Math.max(x, gx) + size * 0.65, y, size,
-          { colour: colours.faint });
+        const put = () =>
+          labels.put(gapLabel(at, car, real), Math.min(x, gx) - size / 2, Math.max(x, gx) + size * 0.65, y, size, {
+            colour: colours.faint,
+          });
         if (at.view === 1 + i) later.unshift(put);
         else later.push(put);
       }
@@ -127,8 +135,12 @@ export function drawRace(at) {
     pen.globalAlpha = 1;
     if (isAway(car)) labels.put('away', x - size / 2, x + size * 0.65, y, size, { colour: colours.snap, bold: true });
     if (at.view === 0) {
-      later.push(() => labels.put(standing(at, i), x - size / 2, x + size * 0.65, y, size,
-        { colour: paintOf(colours, i).text, bold: (car.flags & E_FINISHED) !== 0 }));
+      later.push(() =>
+        labels.put(standing(at, i), x - size / 2, x + size * 0.65, y, size, {
+          colour: paintOf(colours, i).text,
+          bold: (car.flags & E_FINISHED) !== 0,
+        }),
+      );
     }
   });
   if (overlays.labels) for (const put of later) put();

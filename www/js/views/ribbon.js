@@ -10,10 +10,16 @@ const CELLS = 48;
 /** Inputs per second over the last moments. @param {DrawContext} at @param {number} player @returns {number} */
 function inputRate(at, player) {
   const now = at.frame.time_s;
-  let newest = -1, oldest = -1, first = now, last = now;
+  let newest = -1,
+    oldest = -1,
+    first = now,
+    last = now;
   for (const event of at.memory.events.values()) {
     if (event.type !== 1 || event.player !== player || event.begin_s > now || event.begin_s < now - 1) continue;
-    if (oldest < 0) { oldest = event.number; first = event.begin_s; }
+    if (oldest < 0) {
+      oldest = event.number;
+      first = event.begin_s;
+    }
     newest = event.number;
     last = event.begin_s;
   }
@@ -32,7 +38,8 @@ export function drawRibbon(at, left, width, top, height) {
   const long = `unacknowledged ${view.unacked} ≈ RTT × input rate (${fixed(rtt, 2)} s × ${fixed(rate, 0)}/s)`;
   const middle = `unacknowledged ${view.unacked} ≈ ${fixed(rtt, 2)} s × ${fixed(rate, 0)}/s`;
   pen.font = `${colours.text}px ${colours.font}`;
-  const text = (steady ? [long, middle] : []).find((words) => pen.measureText(words).width < width * 0.6) ?? `unacknowledged ${view.unacked}`;
+  const text =
+    (steady ? [long, middle] : []).find((words) => pen.measureText(words).width < width * 0.6) ?? `unacknowledged ${view.unacked}`;
   const room = width - pen.measureText(text).width - 20;
   const shown = Math.max(CELLS / 2, Math.min(CELLS, view.unacked + 8));
   const count = Math.max(8, Math.min(shown, Math.floor(room / 5)));

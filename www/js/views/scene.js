@@ -28,7 +28,7 @@ import { cross, drawGhost, drawText, spring } from './marks.js';
 
 const MARGIN = 14; /* px left and right, so that a mark on the edge is seen */
 const FADE_S = 0.6;
-const CROWD = 10;  /* corrections per second: a number is then shown in place of marks */
+const CROWD = 10; /* corrections per second: a number is then shown in place of marks */
 
 /** A scene of shapes has one scale for x and y. @param {DrawContext} at @returns {number} px per metre */
 export function scaleX(at) {
@@ -56,7 +56,8 @@ export function gridStep(perMetre, wanted) {
 export function drawGrid(at) {
   const { pen, colours, layout, height } = at;
   const step = gridStep(scaleX(at), 90);
-  const first = Math.ceil(layout.scene.x_min / step - 1e-9), last = Math.floor(layout.scene.x_max / step + 1e-9);
+  const first = Math.ceil(layout.scene.x_min / step - 1e-9),
+    last = Math.floor(layout.scene.x_max / step + 1e-9);
   for (let i = first; i <= last; i++) {
     const x = Math.round(toX(at, i * step)) + 0.5;
     pen.setLineDash([]);
@@ -68,8 +69,10 @@ export function drawGrid(at) {
     pen.stroke();
     if (i === last - 1 && scaleX(at) * step < colours.text * 5.4) continue; /* the last label needs the room */
     const metres = String(Number((i * step).toPrecision(6))).replace('-', '−');
-    drawText(pen, colours, `${metres}${i === first || i === last ? ' m' : ''}`, i === last ? x - 3 : x + 3, colours.text * 0.7,
-      { colour: colours.faint, align: i === last ? 'right' : 'left' });
+    drawText(pen, colours, `${metres}${i === first || i === last ? ' m' : ''}`, i === last ? x - 3 : x + 3, colours.text * 0.7, {
+      colour: colours.faint,
+      align: i === last ? 'right' : 'left',
+    });
   }
 }
 
@@ -109,7 +112,8 @@ export function corrections(at, player, place, size) {
   const lately = list.filter((c) => frame.time_s - c.t < 1);
   const marked = lately.filter((c) => Math.abs(c.dx) * scaleX(at) >= 0.5);
   const newest = lately[lately.length - 1];
-  if (newest?.replayed && marked.length === 0 && frame.time_s - newest.t < FADE_S / 2) { /* replayed, and nothing to see: a check */
+  if (newest?.replayed && marked.length === 0 && frame.time_s - newest.t < FADE_S / 2) {
+    /* replayed, and nothing to see: a check */
     const { x, y } = place(newest.x, newest.y);
     pen.strokeStyle = colours.snap;
     pen.lineWidth = colours.line;
@@ -124,7 +128,8 @@ export function corrections(at, player, place, size) {
   for (const c of marked) {
     const age = frame.time_s - c.t;
     if (age < 0 || age > FADE_S) continue;
-    const now = place(c.x, c.y), before = now.x - c.dx * scaleX(at);
+    const now = place(c.x, c.y),
+      before = now.x - c.dx * scaleX(at);
     pen.globalAlpha = 1 - age / FADE_S;
     pen.strokeStyle = colours.snap;
     pen.setLineDash([]);
@@ -132,7 +137,8 @@ export function corrections(at, player, place, size) {
     spring(pen, before, now.x, now.y);
     pen.lineWidth = colours.line + 1;
     cross(pen, before, now.y, Math.min(9, 4 + Math.abs(before - now.x) / 12));
-    if (c.replayed && c === marked[marked.length - 1]) drawText(pen, colours, 'replayed', before, now.y - 14, { align: 'center', colour: colours.snap });
+    if (c.replayed && c === marked[marked.length - 1])
+      drawText(pen, colours, 'replayed', before, now.y - 14, { align: 'center', colour: colours.snap });
     pen.globalAlpha = 1;
   }
 }
@@ -164,7 +170,8 @@ export function dots(at, place, wanted) {
     const own = list.filter((dot) => dot.entity === entity).map((dot) => ({ ...place(dot.x, dot.y), dot }));
     let way = 0;
     for (let i = 1; i < own.length; i++) {
-      const a = own[i - 1], b = own[i];
+      const a = own[i - 1],
+        b = own[i];
       if (a && b) way += Math.min(40, Math.hypot(b.x - a.x, b.y - a.y)); /* a jump back to the start is no way */
     }
     const spacing = way / Math.max(1, own.length - 1);
@@ -196,6 +203,8 @@ export function tellDot(at, drawn) {
   const text = at.memory.describe(one.dot);
   pen.font = `700 ${colours.text}px ${colours.font}`;
   const half = pen.measureText(text).width / 2 + 6;
-  drawText(pen, colours, text, Math.max(half, Math.min(at.width - half, one.x)), Math.max(colours.text * 2, one.y - colours.text * 1.6),
-    { align: 'center', bold: true });
+  drawText(pen, colours, text, Math.max(half, Math.min(at.width - half, one.x)), Math.max(colours.text * 2, one.y - colours.text * 1.6), {
+    align: 'center',
+    bold: true,
+  });
 }

@@ -17,7 +17,8 @@ export class Surface {
   /** Clears it and fits it to its box. Returns false when there is nothing to draw on. */
   begin() {
     const box = /** @type {HTMLElement} */ (this.canvas.parentElement);
-    const width = box.clientWidth, height = box.clientHeight;
+    const width = box.clientWidth,
+      height = box.clientHeight;
     const ratio = Math.min(DPR_MAX, window.devicePixelRatio || 1);
     if (width !== this.width || height !== this.height || ratio !== this.ratio) {
       this.width = width;

@@ -13,24 +13,31 @@ export const costs = signal([]);
  * @type {import('@preact/signals-core').Signal<Record<string, number[][]>[] | null>} */
 export const profiles = signal(null);
 
-let asked = -Infinity, askedTick = -1;
+let asked = -Infinity,
+  askedTick = -1;
 /** The last answer: total ns. @type {{id: string, metered: number, parts: Part[]}} */
 let last = { id: '', metered: 0, parts: [] };
 
 /** The mean since the last answer: settings change while it runs. @param {any} now @param {string} id */
 function takeCosts(now, id) {
-  const metered = Number(now.cost?.metered_s ?? 0), { parts = [] } = now.cost ?? {};
-  const totals = parts.map((/** @type {any} */ part) => Object.fromEntries(Object.entries(part).map(([name, { ns_per_sim_s: ns }]) => [name, ns * metered])));
-  const from = last.id === id && metered > last.metered ? last : { metered: 0, parts: [] }, steps = (metered - from.metered) * now.tick_hz;
+  const metered = Number(now.cost?.metered_s ?? 0),
+    { parts = [] } = now.cost ?? {};
+  const totals = parts.map((/** @type {any} */ part) =>
+    Object.fromEntries(Object.entries(part).map(([name, { ns_per_sim_s: ns }]) => [name, ns * metered])),
+  );
+  const from = last.id === id && metered > last.metered ? last : { metered: 0, parts: [] },
+    steps = (metered - from.metered) * now.tick_hz;
   if (last.id === id && metered === last.metered) return;
   last = { id, metered, parts: totals };
-  costs.value = totals.map((/** @type {Part} */ part, /** @type {number} */ i) => Object.fromEntries(Object.entries(part).map(([name, ns]) => [name,
-    (ns - (from.parts[i]?.[name] ?? 0)) / steps / 1e6])));
+  costs.value = totals.map((/** @type {Part} */ part, /** @type {number} */ i) =>
+    Object.fromEntries(Object.entries(part).map(([name, ns]) => [name, (ns - (from.parts[i]?.[name] ?? 0)) / steps / 1e6])),
+  );
 }
 
 /** @param {import('../frame.js').Frame} frame @param {boolean} curves whether there may be some */
 export async function measure(frame, curves) {
-  const id = session.value?.id ?? '', time = performance.now();
+  const id = session.value?.id ?? '',
+    time = performance.now();
   if (id === '' || time - asked < PACE_MS || frame.tick === askedTick) return;
   asked = time;
   askedTick = frame.tick;
@@ -42,7 +49,9 @@ export async function measure(frame, curves) {
       const { metrics } = await call('GET', `sessions/${id}/metrics`);
       if (session.value?.id === id) profiles.value = [metrics, ...(metrics.side_by_side ?? [])].map((one) => one.profiles ?? {});
     }
-  } catch { /* the stream says when the daemon is away */ }
+  } catch {
+    /* the stream says when the daemon is away */
+  }
 }
 
 /** Another session. */

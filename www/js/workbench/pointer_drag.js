@@ -9,7 +9,8 @@ export const pointer = signal(null);
 export const cameras = new Map();
 
 /** Of a drawing: left, right, bottom, top in m. Bodies have one for all worlds. @param {number} world @returns {number[]} */
-const viewOf = (world) => (layout.value?.rigid ?? (world === 0 ? layout.value?.fluid : layout.value?.fluid?.side_by_side?.[world - 1]))?.view ?? [];
+const viewOf = (world) =>
+  (layout.value?.rigid ?? (world === 0 ? layout.value?.fluid : layout.value?.fluid?.side_by_side?.[world - 1]))?.view ?? [];
 const view = () => viewOf(0);
 
 let requests = 0;
@@ -19,14 +20,17 @@ let held = false;
 /** Position of the key pointer in another drawing, at the same share of its sides. @param {number} world
  * @returns {{x: number, y: number, held: boolean} | null} */
 export function pointerIn(world) {
-  const [left = 0, right = 1, bottom = 0, top = 1] = view(), [l = 0, r = 1, b = 0, t = 1] = viewOf(world), now = pointer.value;
+  const [left = 0, right = 1, bottom = 0, top = 1] = view(),
+    [l = 0, r = 1, b = 0, t = 1] = viewOf(world),
+    now = pointer.value;
   return now && { ...now, x: l + ((now.x - left) / (right - left)) * (r - l), y: b + ((now.y - bottom) / (top - bottom)) * (t - b) };
 }
 
 /** @param {number} x m @param {number} y m @param {boolean} hold @param {number} world that the place is of */
 function sendPointer(x, y, hold, world) {
   const [left = 0, right = 1, bottom = 0, top = 1] = viewOf(world);
-  const axis = (/** @type {number} */ v, /** @type {number} */ low, /** @type {number} */ high) => Math.max(-1, Math.min(1, (2 * v - low - high) / (high - low)));
+  const axis = (/** @type {number} */ v, /** @type {number} */ low, /** @type {number} */ high) =>
+    Math.max(-1, Math.min(1, (2 * v - low - high) / (high - low)));
   const input = { player: 0, axes: [axis(x, left, right), axis(y, bottom, top)], buttons: hold ? 1 : 0 };
   const text = JSON.stringify(input);
   held = hold;
@@ -37,8 +41,10 @@ function sendPointer(x, y, hold, world) {
 
 /** @param {PointerEvent} event @returns {{x: number, y: number, world: number} | null} in m */
 function pointAt(event) {
-  const box = /** @type {HTMLElement} */ (event.currentTarget), frame = box.getBoundingClientRect();
-  const world = Number(box.dataset.world), at = cameras.get(world);
+  const box = /** @type {HTMLElement} */ (event.currentTarget),
+    frame = box.getBoundingClientRect();
+  const world = Number(box.dataset.world),
+    at = cameras.get(world);
   return at ? { world, x: at.left + (event.clientX - frame.left) / at.scale, y: at.top - (event.clientY - frame.top) / at.scale } : null;
 }
 
@@ -70,7 +76,8 @@ const STEPS = /** @type {Record<string, number[]>} */ ({ ArrowLeft: [-1, 0], Arr
 export function key(event) {
   const [left = 0, right = 1, bottom = 0, top = 1] = view();
   const now = pointer.value ?? { x: (left + right) / 2, y: (bottom + top) / 2, held: false };
-  const step = STEPS[event.key], size = (Math.min(right - left, top - bottom) / 50) * (event.shiftKey ? 0.1 : 1);
+  const step = STEPS[event.key],
+    size = (Math.min(right - left, top - bottom) / 50) * (event.shiftKey ? 0.1 : 1);
   let next = null;
   if (step) next = { ...now, x: now.x + (step[0] ?? 0) * size, y: now.y + (step[1] ?? 0) * size };
   else if (event.key === 'Enter') next = { ...now, held: !now.held };

@@ -29,7 +29,8 @@ export function difference(one, other) {
  * @param {any[]} list of the differences of each further one */
 export function renew(set, list) {
   const kept = Object.entries(link.set).filter(([path]) => !path.startsWith('side_by_side'));
-  const given = list.length > 0 || 'side_by_side' in link.set || (params.value?.side_by_side ?? []).length > 0; /* also that there is none any more */
+  const given =
+    list.length > 0 || 'side_by_side' in link.set || (params.value?.side_by_side ?? []).length > 0; /* also that there is none any more */
   link.set = { ...Object.fromEntries(kept), ...set, ...(given ? { side_by_side: /** @type {any} */ (list) } : {}) };
   again();
 }
@@ -39,6 +40,8 @@ const COUNTS = ['one', 'two', 'three'];
 /** @param {number} count now @param {string} what `fluid` @param {(wanted: number) => void} set @returns {import('lit-html').TemplateResult} */
 export function countChoice(count, what, set) {
   return html`<label class="field choice"><span>Side by side</span><select id="count"
-    @change=${(/** @type {Event} */ event) => set(Number(/** @type {HTMLSelectElement} */ (event.target).value))}>${COUNTS.map((text, i) => html`<option
-      value=${i + 1} .selected=${i + 1 === count}>${text} ${what}${i > 0 ? 's' : ''}</option>`)}</select></label>`;
+    @change=${(/** @type {Event} */ event) => set(Number(/** @type {HTMLSelectElement} */ (event.target).value))}>${COUNTS.map(
+      (text, i) => html`<option
+      value=${i + 1} .selected=${i + 1 === count}>${text} ${what}${i > 0 ? 's' : ''}</option>`,
+    )}</select></label>`;
 }
