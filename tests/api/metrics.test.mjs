@@ -99,7 +99,7 @@ function check(row, value, object, where) {
     assert.ok(!status || status.includes(object.status), `${where} is null with status ${object.status}: ${row.null}`);
   } else {
     const status = REASONS[row.null];
-    assert.ok(!status || !status.includes(object.status), `${where} is not null with status ${object.status}: ${row.null}`);
+    assert.ok(!status?.includes(object.status), `${where} is not null with status ${object.status}: ${row.null}`);
   }
 }
 

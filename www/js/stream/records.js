@@ -1,94 +1,94 @@
 // Written by docs/generate.mjs from `laglab schema stream`: the tables are in C, and changed there.
 
 /** Of these tables: a daemon whose hello has another gives its own at stream/schema.json. */
-export const SCHEMA = 'e074a87d2c6ce04a';
+export const SCHEMA = '5ffb985513c02cb2';
 
 /** @typedef {{name: string, coding: string, boolean?: boolean, bits?: number, unit?: string, names?: string[], flags?: string[]}} Field */
 /** @typedef {{id: number, name: string, channel: string, form: string, keys?: number, fields: Field[]}} Layout */
 
 /**
- * Where the session stands.
+ * Status and clock of the session.
  * @typedef {object} SessionRow
- * @property {number} speed  of virtual time
- * @property {number} duration_s  s; of the scenario
- * @property {number} behind_ticks  ticks; by which the log goes beyond this frame
- * @property {number} params_version  read the parameters again when it differs
- * @property {number} generation  time has jumped when it differs: what was drawn is of another past
- * @property {number} viewers  who look
+ * @property {number} speed  virtual seconds per second
+ * @property {number} duration_s  s; duration of the scenario
+ * @property {number} behind_ticks  ticks; ticks from this frame to the end of the log
+ * @property {number} params_version  changes when the parameters must be read again
+ * @property {number} generation  changes when time has jumped: discard everything drawn before
+ * @property {number} viewers  connected viewers
  */
 
 /**
- * When the frame was taken.
+ * Time at which the frame was taken.
  * @typedef {object} ClockRow
  * @property {number} wall_us  us; the daemon's monotonic clock when the frame was taken
  */
 
 /**
- * What happened: packets, results of inputs, corrections, steps.
+ * Packets, results of inputs, corrections, steps.
  * @typedef {object} EventsRow
  * @property {number} id  counts them
- * @property {number} type  what happened; up to pong a packet that was sent
- * @property {number} player  to, from or of whom
- * @property {number} fate  of a packet
- * @property {number} outcome  of an input's result and an applied state: 0 applied, 1 refused, 2 stale, 3 late, 4 unreadable; of a connection its state
- * @property {number} begin_s  s; when it was sent or happened; below 0: in the lobby before the game
- * @property {number} end_s  s; when it is due; begin_s of what was lost
- * @property {number} number  of an input its sequence number, of a state the server's tick
- * @property {number} value  of a correction the signed distance in m, of an input the first axis, of an applied state x of the own entity
+ * @property {number} type  type of the event; the types up to pong are packets by their message
+ * @property {number} player  the player that sent, received or caused it
+ * @property {number} fate  fate of a packet
+ * @property {number} outcome  input result and applied state: 0 applied, 1 refused, 2 stale, 3 late, 4 undecodable; connection: its state
+ * @property {number} begin_s  s; when it was sent or happened; negative: in the lobby before the game
+ * @property {number} end_s  s; when it arrives; begin_s for a lost packet
+ * @property {number} number  input: its sequence number; state: the server's tick
+ * @property {number} value  correction: signed distance in m; input: first axis; applied state: x of the own entity
  */
 
 /**
  * The server's view, then each player's.
  * @typedef {object} ViewsRow
- * @property {number} view  0 is the server, 1 + p player p
- * @property {number} flags  techniques that are on; underrun: the buffer is dry; stalled: waits for an input; person: driven by one
+ * @property {number} view  0: the server; 1 + p: player p
+ * @property {number} flags  techniques that are on; underrun: the buffer is empty; stalled: waits for an input; person: controlled by a person
  * @property {number} connection  state of the player's connection; the server's own is playing
  * @property {boolean} connected  whether the server has the player connected
- * @property {number} input_seq  of the last input that was sent; of the server its step
+ * @property {number} input_seq  of the last sent input; for the server its step
  * @property {number} acked_seq  of the last input that the server acknowledged
- * @property {number} unacked  inputs sent and not acknowledged
- * @property {number} lag_ms  ms; one-way lag in both directions, as set
+ * @property {number} unacked  unacknowledged inputs
+ * @property {number} lag_ms  ms; configured one-way lag in both directions
  * @property {number} view_age_ms  ms; age of the remote entities as drawn
- * @property {number} own_lead_m  m; own entity: drawn minus the server's now; ahead by prediction, no error
- * @property {number} remote_error_m  m; remote entities: drawn minus the server's now, the largest, signed
- * @property {number} buffer_ms  ms; newest snapshot minus the drawn time
- * @property {number} slack_ticks  ticks; how early the last input came to the server; negative: late; null: not known
- * @property {number} corrections  how often the own entity was moved on reconciling
- * @property {number} correction_m  m; the last of these, signed
+ * @property {number} own_lead_m  m; own entity: drawn minus the server's present; prediction makes it lead, which is no error
+ * @property {number} remote_error_m  m; remote entities: drawn minus the server's present, the largest, signed
+ * @property {number} buffer_ms  ms; time of the newest snapshot minus render time
+ * @property {number} slack_ticks  ticks; input slack of the last input at the server; negative: late; null: unknown
+ * @property {number} corrections  number of corrections of the own entity
+ * @property {number} correction_m  m; the last correction, signed
  * @property {number} refused  inputs that the server refused
- * @property {number} alpha  where the drawn time is between its two snapshots
- * @property {number} render_time_s  s; server time of the remote entities as drawn
+ * @property {number} alpha  position of render time between its two snapshots
+ * @property {number} render_time_s  s; render time of the remote entities
  */
 
 /**
- * What is in each view, as it is drawn.
+ * The entities of each view, as drawn.
  * @typedef {object} EntitiesRow
- * @property {number} view  in which it is
- * @property {number} entity  which: those of the players come first
- * @property {number} flags  held: there is no data; active: a projectile in flight; unsettled: overlaps what it was pushed into; away: its player is not connected
+ * @property {number} view  index of the view
+ * @property {number} entity  index of the entity; those of the players come first
+ * @property {number} flags  held: no newer data; active: a projectile in flight; unsettled: overlaps what it was pushed into; away: its player is not connected
  * @property {number} x  m; position
  * @property {number} y  m; position
  * @property {number} vx  m/s; velocity
  * @property {number} vy  m/s; velocity
  * @property {number} angle  rad; orientation
  * @property {number} angular_velocity  rad/s; angular velocity
- * @property {number} age_ms  ms; how old it is as drawn
+ * @property {number} age_ms  ms; view age
  */
 
 /**
  * The game's own values of each player.
  * @typedef {object} GameRow
  * @property {number} player  whose
- * @property {number} index  which: its name stands in the hello's layout, game_values
- * @property {number} value  the value; null: there is none yet
+ * @property {number} index  index of its name in the hello's layout, game_values
+ * @property {number} value  the value; null: none yet
  */
 
 /**
- * Shells in flight, in a game with weapons.
+ * Projectiles in flight, in a game with weapons.
  * @typedef {object} ShellsRow
- * @property {number} view  in which it is
+ * @property {number} view  index of the view
  * @property {number} player  whose
- * @property {number} number  counts those of the player
+ * @property {number} number  running number of the player's projectiles
  * @property {number} flown_s  s; since the start of its flight
  * @property {number} x  m; position
  * @property {number} y  m; position
@@ -101,200 +101,200 @@ export const SCHEMA = 'e074a87d2c6ce04a';
  */
 
 /**
- * The snapshot and de-jitter buffer of each player's view.
+ * The interpolation buffer and the de-jitter buffer of each player's view.
  * @typedef {object} BuffersRow
- * @property {number} player  whose view
- * @property {number} state  newest: draws the newest state; starved: held, the buffer is dry
- * @property {number} delay_ms  ms; interpolation delay in use; 0 when the newest state is drawn
- * @property {number} behind_ms  ms; the drawn time behind the newest that could be known
- * @property {number} time_scale  speed of the drawn time
- * @property {number} dejitter_ms  ms; delay of the de-jitter buffer in use; 0: it is off
- * @property {number} underruns  times that it ran dry
+ * @property {number} player  index of the player
+ * @property {number} state  newest: draws the newest snapshot; starved: held, the buffer is empty
+ * @property {number} delay_ms  ms; interpolation delay in use; 0 when the newest snapshot is drawn
+ * @property {number} behind_ms  ms; newest time that could be known, minus render time
+ * @property {number} time_scale  rate of render time
+ * @property {number} dejitter_ms  ms; delay of the de-jitter buffer in use; 0: off
+ * @property {number} underruns  times that it ran empty
  * @property {number} overruns  times that it was too full
- * @property {number} late  packets that came too late for the de-jitter buffer
- * @property {number} drawn_s  s; server time that is drawn
+ * @property {number} late  packets too late for the de-jitter buffer
+ * @property {number} drawn_s  s; render time
  */
 
 /**
- * What is counted of each player's view from the warm-up on; a mean is the difference of two sums by that of their counts.
+ * Sums over each player's view from the warm-up on; a mean is the difference of two sums divided by that of their counts.
  * @typedef {object} MeasuresRow
- * @property {number} player  whose view
- * @property {number} age_of_information_ms  ms; age of information, now
+ * @property {number} player  index of the player
+ * @property {number} age_of_information_ms  ms; present age of information
  * @property {number} own_timeline_error_sum_m  m; sum of the own timeline error over displays
  * @property {number} input_latency_sum_ms  ms; sum of the input latencies
  * @property {number} own_timeline_errors  displays in that sum
- * @property {number} input_latencies  changes of controls that were felt: those in that sum
+ * @property {number} input_latencies  changes of controls in that sum
  * @property {number} input_changes  changes of controls
  * @property {number} input_changes_lost  those that were never applied
- * @property {number} visible_corrections  displays that a correction could be seen in
+ * @property {number} visible_corrections  displays with a visible correction
  */
 
 /**
- * Clients with worlds of their own (deterministic, rollback); of other syncs there is none.
+ * Clients with worlds of their own (deterministic, rollback); no rows with other syncs.
  * @typedef {object} PeersRow
- * @property {number} player  whose world
- * @property {number} confirmed  tick up to which all inputs have come
- * @property {number} tick  that is drawn
+ * @property {number} player  index of the player
+ * @property {number} confirmed  confirmed tick: all inputs up to it have arrived
+ * @property {number} tick  tick that is drawn
  * @property {number} desync_tick  the first that differs from the server's; -1: none
- * @property {number} waiting  bit p: stalls for the input of player p
- * @property {number} stalls  how often it waited
- * @property {number} stalled_s  s; and how long in all
- * @property {number} rollbacks  how often it went back
- * @property {number} rollback_ticks  ticks that it made again
+ * @property {number} waiting  bit p: waits for the input of player p
+ * @property {number} stalls  number of waits
+ * @property {number} stalled_s  s; total time of waits
+ * @property {number} rollbacks  number of rollbacks
+ * @property {number} rollback_ticks  resimulated ticks
  * @property {number} desync_entity  entity that differs; -1: the game's tail
  * @property {number} desync_field  field of it that differs
- * @property {number} desync_m  m; distance from the server's world, now
+ * @property {number} desync_m  m; present distance from the server's world
  * @property {number} desync_ulps  ulps; of that field at that tick
  */
 
 /**
- * The input history of reconciliation: the last 32 inputs of each player who reconciles, oldest first.
+ * The input history of reconciliation: the last 32 inputs of each player with reconciliation, oldest first.
  * @typedef {object} InputHistoryRow
- * @property {number} player  whose input
+ * @property {number} player  index of the player
  * @property {number} seq  its sequence number
- * @property {number} state  what has become of it
+ * @property {number} state  its result
  * @property {number} made_s  s; when it was made
- * @property {number} predicted_x  m; own entity after it, as predicted last; null: not yet
- * @property {number} server_x  m; own entity in the state that acknowledged it; null: not known
- * @property {number} correction_m  m; the one less the other; null: one is not known
+ * @property {number} predicted_x  m; own entity after it, as last predicted; null: not yet
+ * @property {number} server_x  m; own entity in the snapshot that acknowledged it; null: unknown
+ * @property {number} correction_m  m; difference of both; null: one is unknown
  */
 
 /**
- * States in these buffers, at most 16 of a place, from the one that is drawn on.
+ * Snapshots in these buffers, at most 16 per buffer, from the one that is drawn on.
  * @typedef {object} BufferedRow
- * @property {number} player  whose buffer
- * @property {number} place  which of the two
- * @property {number} tick  the server's, of the state
- * @property {number} time_s  s; server time of the state, when it was sent
- * @property {number} arrived_s  s; when it came
- * @property {number} due_s  s; when it is played out of the de-jitter buffer
+ * @property {number} player  index of the player
+ * @property {number} place  buffer
+ * @property {number} tick  the server's, of the snapshot
+ * @property {number} time_s  s; server time of the snapshot, when it was sent
+ * @property {number} arrived_s  s; when it arrived
+ * @property {number} due_s  s; when the de-jitter buffer plays it out
  */
 
 /**
- * Of each player the last shot of each weapon that the server took, not older than 5 s.
+ * For each player the last shot of each weapon that the server judged, not older than 5 s.
  * @typedef {object} ShotsRow
- * @property {number} player  who shot
- * @property {number} weapon  with what
+ * @property {number} player  index of the shooter
+ * @property {number} weapon  weapon
  * @property {number} tick  the server's step that it was meant for
- * @property {number} flags  clamped: to max_rewind_ms; view_time_rejected: its age of view was not believed; behind_cover: the target was
+ * @property {number} flags  clamped: to max_rewind_ms; view_time_rejected: the server did not believe the stated view age; behind_cover: the target was behind cover
  * @property {number} pressed_s  s; when the button was pressed
- * @property {number} view_time_s  s; server time of what the shooter saw
- * @property {number} evaluated_at_s  s; the server's present when it judged
- * @property {number} rewound_to_s  s; server time of the bodies that it judged against
- * @property {number} x  m; the muzzle as pressed
- * @property {number} y  m; the muzzle as pressed
+ * @property {number} view_time_s  s; render time of the shooter's view
+ * @property {number} evaluated_at_s  s; the server's present when it judged the shot
+ * @property {number} rewound_to_s  s; server time of the bodies that the shot was judged against
+ * @property {number} x  m; the muzzle at the press
+ * @property {number} y  m; the muzzle at the press
  * @property {number} dx  the aim, a unit vector
  * @property {number} dy  the aim, a unit vector
- * @property {number} server_x  m; the muzzle where the server had it
- * @property {number} server_y  m; the muzzle where the server had it
- * @property {number} client_view_hit  body that is hit in what the shooter saw; -1 none, -2 not known yet
- * @property {number} server_now_hit  in the server's present, without compensation
- * @property {number} compensated_hit  by the server's policy
- * @property {number} perfect_hit  on a network without delay
+ * @property {number} server_x  m; the muzzle at the server
+ * @property {number} server_y  m; the muzzle at the server
+ * @property {number} client_view_hit  body hit in the shooter's view; -1: none; -2: not known yet
+ * @property {number} server_now_hit  body hit in the server's present, without compensation
+ * @property {number} compensated_hit  body hit by the server's policy
+ * @property {number} perfect_hit  body hit on a network without delay
  */
 
 /**
  * The bodies at the times of these shots.
  * @typedef {object} ShotBodiesRow
- * @property {number} player  who shot
- * @property {number} weapon  with what
+ * @property {number} player  index of the shooter
+ * @property {number} weapon  weapon
  * @property {number} tick  of the shot
- * @property {number} body  which body: that entity
- * @property {number} seen_x  m; as the shooter saw it, at view_time_s
- * @property {number} seen_y  m; as the shooter saw it, at view_time_s
+ * @property {number} body  index of its entity
+ * @property {number} seen_x  m; in the shooter's view, at view_time_s
+ * @property {number} seen_y  m; in the shooter's view, at view_time_s
  * @property {number} now_x  m; in the server's present, at evaluated_at_s
  * @property {number} now_y  m; in the server's present, at evaluated_at_s
- * @property {number} looked_x  m; where the server looked, at rewound_to_s
- * @property {number} looked_y  m; where the server looked, at rewound_to_s
+ * @property {number} looked_x  m; where the shot was judged, at rewound_to_s
+ * @property {number} looked_y  m; where the shot was judged, at rewound_to_s
  */
 
 /**
  * The solution, then each method.
  * @typedef {object} MotionRow
- * @property {number} status  off: it is not run
+ * @property {number} status  off: not run
  * @property {number} t_s  s; time of the last step
- * @property {number} error  distance from the solution, now
- * @property {number} error_max  and the largest until now
- * @property {number} energy_drift  energy less that of the start, relative to it
+ * @property {number} error  present distance from the solution
+ * @property {number} error_max  largest error so far
+ * @property {number} energy_drift  energy minus that of the start, relative to it
  * @property {number} evaluations  of the derivative
- * @property {number} steps  that were taken
- * @property {number} rejected  steps that were too inaccurate
+ * @property {number} steps  accepted steps
+ * @property {number} rejected  rejected steps
  * @property {number} error_max_weighted  the largest error, each component relative to its size
  */
 
 /**
  * The components of their states.
  * @typedef {object} MotionStateRow
- * @property {number} motion  whose: 0 the solution, 1 + i method i
- * @property {number} component  which: its name stands in the hello's layout
+ * @property {number} motion  0: the solution; 1 + i: method i
+ * @property {number} component  index of its name in the hello's layout
  * @property {number} value  the component of the state
  */
 
 /**
  * The worlds side by side.
  * @typedef {object} WorldsRow
- * @property {number} status  whether it goes on
- * @property {number} solver  by which it is stepped
+ * @property {number} status  ok, or why it has stopped
+ * @property {number} solver  its contact solver
  * @property {boolean} dragging  whether a person drags a body
- * @property {number} bodies  in it
+ * @property {number} bodies  number in the world
  * @property {number} awake  bodies that are stepped
- * @property {number} pairs  of overlapping boxes
+ * @property {number} pairs  overlapping bounding boxes
  * @property {number} touching  pairs that touch
- * @property {number} points  in which they touch
- * @property {number} recycled  pairs whose points are those of the step before
- * @property {number} tested  pairs that were tested exactly
- * @property {number} islands  groups of bodies that hang together
- * @property {number} tunnelled  bodies that went through something
- * @property {number} stopped  bodies that swept detection put where they first touched, in all
- * @property {number} joints  in it
+ * @property {number} points  contact points
+ * @property {number} recycled  pairs with contact recycling: the points of the step before
+ * @property {number} tested  pairs tested by the narrow phase
+ * @property {number} islands  islands: groups of connected bodies
+ * @property {number} tunnelled  bodies that tunnelled
+ * @property {number} stopped  total number of bodies that CCD stopped at their time of impact
+ * @property {number} joints  number in the world
  * @property {number} energy  J; kinetic and potential
  * @property {number} energy_start  J; at the start
  * @property {number} kinetic  J; kinetic energy
- * @property {number} penetration  m; the largest overlap, now
- * @property {number} penetration_worst  m; the largest overlap until now
- * @property {number} sag  m; the most that a body of the scene has sunk
- * @property {number} drift  m; the most that a body of the scene has gone aside
- * @property {number} tilt  rad; the most that a body of the scene has turned
- * @property {number} joint_error  m; the most that a joint is apart
+ * @property {number} penetration  m; present largest penetration
+ * @property {number} penetration_worst  m; largest penetration so far
+ * @property {number} sag  m; largest distance that a body of the scene has sunk
+ * @property {number} drift  m; largest sideways distance of a body of the scene
+ * @property {number} tilt  rad; largest angle by which a body of the scene has turned
+ * @property {number} joint_error  m; largest joint error
  * @property {number} speed_max  m/s; of the fastest body
  * @property {number} momentum_x  kg m/s; of all bodies
  * @property {number} momentum_y  kg m/s; of all bodies
- * @property {number} swept  bodies that were checked along their way
+ * @property {number} swept  bodies with CCD in this step
  * @property {number} dynamic  bodies that can move
  */
 
 /**
- * Of the shapes: those that are the same stand once.
+ * Geometries of the shapes; equal ones once.
  * @typedef {object} GeometriesRow
  * @property {number} kind  link: of a chain
  * @property {number} radius  m; around its vertices
- * @property {number} circle_x  m; centre of the circle around it
- * @property {number} circle_y  m; centre of the circle around it
+ * @property {number} circle_x  m; centre of its bounding circle
+ * @property {number} circle_y  m; centre of its bounding circle
  * @property {number} circle_radius  m; of that circle
  * @property {number} obb_x0  m; a corner of its oriented bounding box
  * @property {number} obb_y0  m; a corner of its oriented bounding box
- * @property {number} obb_x1  m; the next
- * @property {number} obb_y1  m; the next
- * @property {number} obb_x2  m; the next
- * @property {number} obb_y2  m; the next
- * @property {number} obb_x3  m; the last
- * @property {number} obb_y3  m; the last
+ * @property {number} obb_x1  m; the next corner
+ * @property {number} obb_y1  m; the next corner
+ * @property {number} obb_x2  m; the next corner
+ * @property {number} obb_y2  m; the next corner
+ * @property {number} obb_x3  m; the last corner
+ * @property {number} obb_y3  m; the last corner
  */
 
 /**
- * Of the geometries; of a link its two, then its ghosts.
+ * Vertices of the geometries; of a link its two, then its ghosts.
  * @typedef {object} VerticesRow
- * @property {number} geometry  whose: its place among the geometries
+ * @property {number} geometry  index of the geometry
  * @property {number} x  m; from the centre of mass
  * @property {number} y  m; from the centre of mass
  */
 
 /**
- * Of all bodies, at most 65,535.
+ * Shapes of all bodies, at most 65,535.
  * @typedef {object} ShapesRow
- * @property {number} world  in which it is
- * @property {number} body  to which it belongs; from 1 on
- * @property {number} geometry  its place among the geometries
+ * @property {number} world  index of the world
+ * @property {number} body  its body; from 1 on
+ * @property {number} geometry  index of its geometry
  * @property {number} flags  of its body
  * @property {number} x  m; of the centre of mass
  * @property {number} y  m; of the centre of mass
@@ -302,40 +302,40 @@ export const SCHEMA = 'e074a87d2c6ce04a';
  * @property {number} vx  m/s; velocity
  * @property {number} vy  m/s; velocity
  * @property {number} angular_velocity  rad/s; angular velocity
- * @property {number} left  m; box of the broad phase, from x and y
- * @property {number} bottom  m; box of the broad phase, from x and y
- * @property {number} right  m; box of the broad phase, from x and y
- * @property {number} top  m; box of the broad phase, from x and y
- * @property {number} island  bodies that hang together have the same; 0: none
+ * @property {number} left  m; box of the broad phase, relative to x and y
+ * @property {number} bottom  m; box of the broad phase, relative to x and y
+ * @property {number} right  m; box of the broad phase, relative to x and y
+ * @property {number} top  m; box of the broad phase, relative to x and y
+ * @property {number} island  number of its body's island; 0: none
  */
 
 /**
  * Pairs of overlapping boxes, at most 8,192.
  * @typedef {object} ContactsRow
- * @property {number} world  in which they are
+ * @property {number} world  index of the world
  * @property {number} a  a body
  * @property {number} b  the other body
- * @property {number} count  points in which they touch; 0: only their boxes overlap
- * @property {boolean} recycled  whether the points are those of the step before
+ * @property {number} count  contact points; 0: only their boxes overlap
+ * @property {boolean} recycled  contact recycling: whether the points are those of the step before
  * @property {number} nx  normal, from a to b; null: they do not touch
  * @property {number} ny  normal, from a to b; null: they do not touch
  * @property {number} x0  m; the first point; null: there is none
  * @property {number} y0  m; the first point; null: there is none
- * @property {number} separation0  m; there; negative: they overlap; null: there is none
+ * @property {number} separation0  m; separation there; negative: they overlap; null: there is none
  * @property {number} impulse0  N s; normal impulse there; null: there is none
  * @property {number} x1  m; the second point; null: there is none
  * @property {number} y1  m; the second point; null: there is none
- * @property {number} separation1  m; there; negative: they overlap; null: there is none
+ * @property {number} separation1  m; separation there; negative: they overlap; null: there is none
  * @property {number} impulse1  N s; normal impulse there; null: there is none
  */
 
 /**
  * At most 8,192.
  * @typedef {object} JointsRow
- * @property {number} world  in which it is
+ * @property {number} world  index of the world
  * @property {number} a  a body
  * @property {number} b  the other body
- * @property {number} type  what it holds
+ * @property {number} type  joint type
  * @property {number} ax  m; anchor on a
  * @property {number} ay  m; anchor on a
  * @property {number} bx  m; anchor on b
@@ -343,43 +343,43 @@ export const SCHEMA = 'e074a87d2c6ce04a';
  */
 
 /**
- * How the bounding volumes judge, where they are compared.
+ * Results of the bounding volumes, where they are compared.
  * @typedef {object} VolumesRow
- * @property {number} world  in which they were compared
+ * @property {number} world  index of the world
  * @property {number} volume  which
- * @property {number} tests  of pairs of shapes, over all steps
+ * @property {number} tests  tests of pairs of shapes, over all steps
  * @property {number} hits  pairs whose volumes overlap
- * @property {number} false_hits  those whose shapes do not
+ * @property {number} false_hits  hits whose shapes do not overlap
  * @property {number} missed_hits  pairs whose shapes overlap but their volumes do not
- * @property {number} gap_mean  m; between the shapes at false hits; 0: there was none
+ * @property {number} gap_mean  m; mean distance of the shapes at false hits; 0: no false hits
  * @property {number} gap_max  m; the largest of these
  */
 
 /**
  * The fluids side by side.
  * @typedef {object} FluidRow
- * @property {number} status  whether it goes on
- * @property {boolean} held  whether a person stirs it
- * @property {number} ticks  that it has made
+ * @property {number} status  ok, or why it has stopped
+ * @property {boolean} held  whether a person drags it
+ * @property {number} ticks  ticks made
  */
 
 /**
- * What the method and the scene measure of each.
+ * Numbers that the method and the scene measure.
  * @typedef {object} FluidNumbersRow
  * @property {number} fluid  whose
- * @property {number} number  which: its name stands in the hello's layout
- * @property {number} value  the number; null: not known
+ * @property {number} number  index of its name in the hello's layout
+ * @property {number} value  the number; null: unknown
  */
 
 /**
- * The field that is shown, of fluids that have one, row by row from the bottom.
+ * The displayed field of fluids that have one, row by row from the bottom.
  * @typedef {object} FieldRow
  * @property {number} width  cells; in x
  * @property {number} height  cells; in y
  * @property {number} fluid  whose
- * @property {number} layer  which: in the hello's layout
- * @property {number} low  what a cell of 0 stands for
- * @property {number} high  what a cell of 254 stands for; 255: there is no fluid
+ * @property {number} layer  index in the hello's layout
+ * @property {number} low  value of a cell of 0
+ * @property {number} high  value of a cell of 254; a cell of 255 has no fluid
  * @property {Uint8Array} values  width x height cells
  */
 
@@ -387,7 +387,7 @@ export const SCHEMA = 'e074a87d2c6ce04a';
  * Points of fluids that have them, layer by layer.
  * @typedef {object} PointsRow
  * @property {number} fluid  whose
- * @property {number} layer  which: the hello's layout names its columns, which the others hold in their order
+ * @property {number} layer  index of the layer in the hello's layout, which names its columns in order
  * @property {number} x  m; the first column
  * @property {number} y  m; the second column
  * @property {number} value  the third column; null: the layer has none
