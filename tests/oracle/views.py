@@ -68,7 +68,7 @@ def smoothness(tracks):
     yield "step_max_over_mean", share(longest, mean) if mean else None
 
 
-class Excursions:
+class Episodes:
     """Of one entity."""
 
     def __init__(self):
@@ -95,14 +95,14 @@ class Screen:
     def __init__(self, players, me):
         self.me = me
         self.tracks = [Track() for _ in range(players)]
-        self.excursions = [Excursions() for _ in range(players)]
+        self.episodes = [Episodes() for _ in range(players)]
         self.measured = 0
 
     def add(self, picture, truth, elapsed):
         self.measured += elapsed
         for i, true in enumerate(truth):
             drawn = picture.own if i == self.me else picture.others[i]
-            self.excursions[i].add(math.hypot(drawn[0] - true[0], drawn[1] - true[1]), elapsed)
+            self.episodes[i].add(math.hypot(drawn[0] - true[0], drawn[1] - true[1]), elapsed)
             if i != self.me:
                 self.tracks[i].add(tuple(drawn), (true[0], true[1]), elapsed / 1e9)
 
@@ -110,10 +110,10 @@ class Screen:
         others = [t for i, t in enumerate(self.tracks) if i != self.me]
         for path, value in smoothness(others):
             yield f"smoothness.{path}", value
-        seconds, n = self.measured / 1e9, len(self.excursions)
-        yield "inconsistency.server.sum_m_s_per_min", share(sum(e.sum for e in self.excursions) / n, seconds / 60)
-        yield "inconsistency.server.time_ratio", share(sum(e.time for e in self.excursions) / 1e9 / n, seconds)
-        yield "inconsistency.server.excursions", sum(e.count for e in self.excursions)
+        seconds, n = self.measured / 1e9, len(self.episodes)
+        yield "inconsistency.server.sum_m_s_per_min", share(sum(e.sum for e in self.episodes) / n, seconds / 60)
+        yield "inconsistency.server.time_ratio", share(sum(e.time for e in self.episodes) / 1e9 / n, seconds)
+        yield "inconsistency.server.episodes", sum(e.count for e in self.episodes)
 
 
 # ---- fairness ----

@@ -223,7 +223,7 @@ static void add_notices(cJSON *metrics, const ll_motion *m)
     char text[240];
     if (m->uncertainty.parted) {
         snprintf(text, sizeof text,
-                 "The solution is known until predictable_until_s, %.6g s, alone: e_final is null, e_max and "
+                 "The solution is known until predictable_until_s, %.6g s, only: e_final is null, e_max and "
                  "e_l2 are of the time before.",
                  m->uncertainty.predictable_s);
         cJSON_AddItemToArray(notices, cJSON_CreateString(text));
@@ -233,7 +233,7 @@ static void add_notices(cJSON *metrics, const ll_motion *m)
             !isnan(above(m->measure[i].error_max, m->uncertainty.by.error_max)))
             continue;
         snprintf(text, sizeof text,
-                 "methods.%d, %s, is nearer to the solution than that is known, "
+                 "methods.%d, %s, is nearer to the solution than its uncertainty, "
                  "solution_uncertainty_max = %.3g: such errors are null.",
                  i, ll_motion_method_of(&m->config, i)->name, m->uncertainty.by.error_max);
         cJSON_AddItemToArray(notices, cJSON_CreateString(text));
