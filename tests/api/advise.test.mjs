@@ -86,7 +86,7 @@ test('metrics and costs that are null are not advised, with the reason', async (
     const answer = await advise({ ...race, metrics }, 1000);
     assert.equal(answer.advice.set['players.0.dejitter'], 'send_time');
     for (const setting of answer.ruled_out.filter((s) => s.set['players.0.dejitter'] === 'none'))
-      assert.equal(setting.why, 'a run has no such error or cost');
+      assert.equal(setting.why, 'a run lacks this error or cost');
   }
   const none = await advise({ ...race, axes: race.axes.slice(1), metrics: [error, buffered] }, 1000);
   assert.deepEqual([none.holds, none.advice, none.nearest, none.front], [false, null, null, []]);

@@ -87,7 +87,7 @@ test('every result that a benchmark writes says of which rooms it speaks', () =>
       .filter((file) => file.endsWith('.mjs'))
       .map((file) => readFileSync(path.join(folder, file), 'utf8'))
       .join('\n');
-  const names = [...text.matchAll(/writeCsv\("([\w/]+)"/g)].map(([, name]) => name);
+  const names = [...text.matchAll(/writeCsv\(\s*['"]([\w/]+)['"]/g)].map(([, name]) => name);
   assert.ok(names.includes('kills') && names.includes('soak') && names.length > 15, `${names}`);
   for (const name of names) assert.doesNotThrow(() => roomsOf(name));
 });

@@ -81,7 +81,7 @@ test('an experiment has notices before it runs, with the number of points', asyn
   }
   const some = { ...plan, set: {}, axes: [{ path: 'duration_s', values: [1, 1.9, 2.1, 3, 4] }] };
   const { id, notices } = (await c.call('POST', E, { body: some })).json;
-  assert.match(notices[0], /^At 2 of 5 points that were looked at: duration_s, 1 s, is not longer/);
+  assert.match(notices[0], /^At 2 of 5 checked points: duration_s, 1 s, is not longer/);
   assert.deepEqual((await c.get(`${E}/${id}`)).json.notices, notices);
   const { stderr } = laglab(['sweep', '-', '--dry-run'], plan);
   assert.match(stderr, /laglab: duration_s, 1.5 s, is not longer/);
@@ -110,7 +110,7 @@ test('a notice gives the number of points at which a rule was not reached', asyn
   const told = (/** @type {any} */ until) => laglab(['sweep', '-', '--points'], { ...noisy, until }).stderr;
   assert.match(
     told({ half_width: 1e-9 }),
-    /At 3 of 3 points all 12 repeats were made, and the interval of players\.0\.remote_error_m\.mean is still wider/,
+    /At 3 of 3 points all 12 repeats were made, but the interval of players\.0\.remote_error_m\.mean is still wider/,
   );
   assert.doesNotMatch(told({ half_width: 100 }), /still wider/);
   const { id } = (await c.call('POST', E, { body: { ...noisy, until: { relative: 1e-9 } } })).json;

@@ -92,7 +92,7 @@ function outage(/** @type {string} */ sync, /** @type {number} */ seed) {
       warmup_s: 0,
       duration_s: Math.ceil(heals + 8),
       params: sync === 'gambetta' ? undefined : { laps: 1000 },
-      server: { sync, update_hz: pick([20, 30]), snapshot: pick(['full', 'quantised', 'delta']) },
+      server: { sync, update_hz: pick([20, 30]), snapshot_encoding: pick(['full', 'quantised', 'delta']) },
       players,
     },
   };
@@ -156,7 +156,7 @@ test('an outage is over for all when one has joined again, however states travel
           game: 'race',
           seed: 8,
           duration_s: 20,
-          server: { sync, snapshot },
+          server: { sync, snapshot_encoding: snapshot },
           players: [{ lag_ms: 15, link }, { lag_ms: 25 }],
         });
         const steps = column('server_step'),

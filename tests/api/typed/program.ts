@@ -31,6 +31,8 @@ expect(await call('get', '/api/v1/schema', { query: { kind: 'fluid' } }), 200);
 expect(await call('get', '/api/v1/schemas.json', {}), 200);
 expect(await call('get', '/api/v1/experiments/schema', {}), 200);
 assert.equal(expect(await call('get', '/api/v1/stream/schema.json', {}), 200).body.protocol, 'laglab.v2');
+const { kinds } = expect(await call('get', '/api/v1/metrics', {}), 200).body;
+assert.ok(kinds.find((one) => one.kind === 'motion')?.tables?.some((table) => table.metrics.some((metric) => metric.name === 'e_final' && metric.type === 'number')));
 expect(await call('get', '/api/v1/openapi.yaml', {}), 200);
 expect(await call('get', '/api/v1/asyncapi.yaml', {}), 200);
 for (const path of ['/healthz', '/readyz', '/metrics'] as const) expect(await call('get', path, {}), 200);
