@@ -130,8 +130,8 @@ static ll_status step(void *block, double dt, ll_pace *pace)
     X(number, significant_height_m, "m",                                                                     \
       4 * sqrt(fmax(squares / points - sum / points * (sum / points), 0)),                                   \
       "significant wave height: four standard deviations of the surface", LL_FLUID_FAILED)                   \
-    X(signed_number, height_min_m, "m", low, "lowest height of the surface", LL_FLUID_FAILED)                \
-    X(signed_number, height_max_m, "m", high, "highest height of the surface", LL_FLUID_FAILED)              \
+    X(signed_number, height_min_m, "m", low, "height of the lowest point of the surface", LL_FLUID_FAILED)   \
+    X(signed_number, height_max_m, "m", high, "height of the highest point of the surface", LL_FLUID_FAILED) \
     X(signed_number, height_mean_m, "m", sum / points, "mean height of the surface", LL_FLUID_FAILED)        \
     X(signed_number, body_y_m, "m", s->buoy.y, "height of the floating box", LL_FLUID_FAILED)                \
     X(signed_number, body_pitch_rad, "rad", s->buoy.pitch, "pitch angle of the floating box",                \

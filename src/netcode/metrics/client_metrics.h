@@ -30,15 +30,13 @@
       "screen that includes this input; infinite if the server does not apply it",                           \
       "No change of controls has a final result; p50 also when more than half of the values are infinite.")  \
     X(CONFIRMED_LATENCY, latency, confirmed_latency_ms, "ms", 0.1,                                           \
-      "time from making the first input with changed controls to the first frame on the player's own "       \
-      "screen after its client has a snapshot of the step that applied this input (deterministic, "          \
-      "rollback: to the first frame that draws a confirmed tick with it); infinite if the server does not "  \
-      "apply it",                                                                                            \
+      "time from making the first input with changed controls to its confirmation on the player's own "      \
+      "screen: the first frame after the client has a snapshot of the step that applied it (deterministic, " \
+      "rollback: the first frame of a confirmed tick with it); infinite if the server does not apply it",    \
       "No change of controls has a final result; p50 also when more than half of the values are infinite.")  \
     X(SEEN_LATENCY, latency, seen_latency_ms, "ms", 0.1,                                                     \
       "time from making the first input with changed controls to the first frame of each other player that " \
-      "shows the player's entity after the step that applied this input; infinite if the server does not "   \
-      "apply it",                                                                                            \
+      "shows its effect on the player's entity; infinite if the server does not apply it",                   \
       "No change of controls has a final result, or there is one player; p50 also when more than half of "   \
       "the values are infinite.")                                                                            \
     X(ACK_RTT, distribution, ack_rtt_ms, "ms", 0.1,                                                          \

@@ -100,16 +100,14 @@ static const ll_metric_table at_table = {
       "solution",                                                                                            \
       NOT_ABOVE)                                                                                             \
     X(number, e_final_weighted, NULL, last *weighted(m, i, LL_ODE_LAST),                                     \
-      "weighted error at the end: that of the worst component, each divided by its scale, which is its "     \
-      "largest magnitude in the solution. All positions share one scale, and so do all velocities; in a "    \
-      "problem without them each component has its own",                                                     \
+      "error at the end of the worst component, each divided by its scale: its largest magnitude in the "    \
+      "solution. All positions share one scale, and so do all velocities; in a problem without them each "   \
+      "component has its own",                                                                               \
       NOT_ABOVE PARTED)                                                                                      \
     X(number, e_max_weighted, NULL, known *weighted(m, i, LL_ODE_MOST),                                      \
-      "largest weighted error: that of the worst component, each divided by its scale in the solution",      \
-      NOT_ABOVE)                                                                                             \
+      "largest error of the worst component, each divided by its scale in the solution", NOT_ABOVE)          \
     X(number, e_l2_weighted, NULL, known *weighted(m, i, LL_ODE_SQUARES),                                    \
-      "root mean square of the weighted error over time; weighted: each component divided by its scale in "  \
-      "the solution",                                                                                        \
+      "root mean square error over time of the worst component, each divided by its scale in the solution",  \
       NOT_ABOVE)
 
 #define ENERGY(X)                                                                                            \

@@ -34,7 +34,7 @@ static double per_second(int64_t count, double seconds)
     X(count, skipped_inputs, NULL, input_history->left_out, "frames in which the client made no input",      \
       NULL)                                                                                                  \
     X(gauge, slack, "ticks", ll_netgame_gauge(&input_history->slack, 1),                                     \
-      "input slack: ticks between the arrival of an input and its step (only with sync free)",               \
+      "input slack: ticks from the arrival of an input to its step (only with sync free)",                   \
       "No input has arrived.")                                                                               \
     X(gauge, scale, NULL, ll_netgame_gauge(&input_history->scale, 1),                                        \
       "time dilation: rate of the client's frames relative to their own rate; above 1: faster",              \

@@ -37,8 +37,8 @@ static ll_metric_reading distribution_of(const ll_client_metrics *in, ll_metric 
       "snapshots and rollbacks per second that changed the predicted position of the own entity",            \
       "The run has not reached warmup_s.")                                                                   \
     X(events, visible_corrections, NULL, in->visible_m_all.count,                                            \
-      "frames with a visible correction: it moved the drawn position of an entity by more than a pixel, "    \
-      "and by more than a tenth of the distance that the entity moves at its drawn speed in that frame",     \
+      "frames with a visible correction: it moved a drawn position by more than a pixel, and by more than "  \
+      "a tenth of the distance that the entity covers at its drawn speed in that frame",                     \
       NULL)                                                                                                  \
     X(event_rate, visible_corrections_per_s, "1/s",                                                          \
       ll_netgame_ratio((double)in->visible_m_all.count, seconds),                                            \
@@ -65,7 +65,7 @@ static ll_metric_reading distribution_of(const ll_client_metrics *in, ll_metric 
       NULL)                                                                                                  \
     X(number, slack_ticks, "ticks",                                                                          \
       client_slot->last_slack == LL_SLACK_UNKNOWN ? NAN : (double)client_slot->last_slack,                   \
-      "input slack of the newest input: ticks between its arrival and its step", "No input has arrived.")    \
+      "input slack of the newest input: ticks from its arrival to its step", "No input has arrived.")        \
     X(by_name, refused, NULL, rules_of(client_slot, counts),                                                 \
       "inputs that the server refused, by the rule that they broke; an input counts each time that it "      \
       "arrives",                                                                                             \

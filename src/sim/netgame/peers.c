@@ -25,8 +25,7 @@ static double waited_s(const ll_netgame *g, int i, int for_player)
     X(count, tick, NULL, d->tick,                                                                            \
       "first confirmed tick at which the client's world differs from the server's; -1: none", NULL)          \
     X(count, reported_tick, NULL, ll_netgame_server(g)->client_slots[i].peer.desync,                         \
-      "first confirmed tick at which the server finds that the hash of the client's world differs from its " \
-      "own; -1: none",                                                                                       \
+      "first confirmed tick at which the server finds a different hash of the client's world; -1: none",     \
       NULL)                                                                                                  \
     X(count, entity, NULL, d->entity,                                                                        \
       "first entity that differs from the server's at the tick of the desync; -1: only the game's own "      \

@@ -68,8 +68,8 @@ void ll_rigid_sim_add_bodies(cJSON *object, const ll_rigid_sim *s, int i)
     X(text, status, NULL, ll_run_status_names[failed ? LL_RUN_DIVERGED : LL_RUN_OK],                         \
       "ok; diverged: a value is not finite, a body has left the world, or the world has blown up: the "      \
       "bodies have gained more than ten times the kinetic energy at the start plus that of a fall through "  \
-      "the view. Gains of energy are not checked in a world with a motor, a spring, a kinematic body, a "    \
-      "person who drags, or a joint that is pulled apart at the start",                                      \
+      "the view. Gains of energy are not checked in a world with a motor, spring, kinematic body, dragging " \
+      "person, or joint pulled apart at the start",                                                          \
       NULL)                                                                                                  \
     X(text, reason, NULL, failed ? r->reason : NULL, "reason for the status diverged, and when it happened", \
       "The status is ok: the reason is left out.")
