@@ -15,7 +15,7 @@ function line({ name, type, unit, signed, rare, help, null: when }) {
 
 /** @param {Table} table */
 function section({ path, also, when, help, metrics }) {
-  const where = path === '' ? 'The metrics themselves' : code(path),
+  const where = path === '' ? 'Members of `metrics` itself' : code(path),
     again = also ? `; the same under ${code(`${also}${path ? `.${path}` : ''}`)}` : '';
   return `${where}${again}. ${when ? `${when} ` : ''}${help}
 
@@ -31,9 +31,9 @@ export function metricsDoc({ kinds, common }) {
 
 <!-- Written by docs/generate.mjs from \`laglab schema metrics\`: the tables are in C, and changed there. -->
 
-What \`laglab run\` prints as \`metrics\`, and \`GET /api/v1/sessions/ID/metrics\` answers. The tables are also given by \`GET /api/v1/metrics\`, without a
-session. A path with \`*\` is each element of a list, or each member of an object. [Concepts](concepts.md#metrics) defines the words, and between which
-instants each metric of a netgame is measured.
+The members of \`metrics\`, which \`laglab run\` prints and \`GET /api/v1/sessions/ID/metrics\` returns. \`GET /api/v1/metrics\` returns these tables without
+a session. In a path \`*\` stands for each element of a list, or each member of an object. [Concepts](concepts.md#metrics) defines the terms, and the
+instants between which each metric of a netgame is measured.
 
 | Type | In JSON |
 | --- | --- |
@@ -43,14 +43,15 @@ instants each metric of a netgame is measured.
 | text | a name or a sentence |
 | numbers | a list of numbers |
 | distribution | an object with \`mean\`, \`rms\`, \`p50\`, \`p95\`, \`p99\`, \`max\` and \`count\` |
-| latency | that, and \`lost_ratio\`: the share of what never came about |
+| latency | a distribution with one more member, \`lost_ratio\`: the share of inputs that were never applied |
 | gauge | an object with \`mean\`, \`min\`, \`max\` and \`count\` |
 | by name | an object with a number for each of some names |
 | curve | a list of pairs: coordinate, value |
 | notices | a list of sentences |
 
-*Signed* metrics may be below 0 and are better the nearer they are to 0: comparisons take their magnitude. *Rare* ones count events that come one by
-one, so that their number is near to Poisson's: their intervals are made accordingly. Of a distribution and a gauge the parts are null, not the whole.
+*Signed* metrics may be below 0 and are better the nearer they are to 0: comparisons take their magnitude. *Rare* metrics count
+events that come one by one: their number has nearly a Poisson distribution, which their confidence intervals take into account. Of a distribution and
+a gauge the members are null, not the object.
 
 ${kinds.map(({ kind, tables }) => `## ${TITLES[kind] ?? kind}\n\n${tables.map(section).join('\n')}`).join('\n')}
 ## Every kind

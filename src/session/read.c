@@ -131,14 +131,16 @@ cJSON *ll_session_notices(const ll_session *s)
 }
 
 #define EXPECTATIONS(X)                                                                                      \
-    X(text, metric, NULL, a->metric, "its path", NULL)                                                       \
-    X(number, min, NULL, a->min, "what the scenario expects at least", NULL)                                 \
-    X(number, value, NULL, value ? value->valuedouble : NAN, "what it is",                                   \
-      "There is no such number, or it is null.")                                                             \
-    X(flag, met, NULL, value && value->valuedouble >= a->min, "whether it is enough", NULL)
+    X(text, metric, NULL, a->metric, "path of the metric", NULL)                                             \
+    X(number, min, NULL, a->min, "minimum of the metric that the scenario expects", NULL)                    \
+    X(number, value, NULL, value ? value->valuedouble : NAN, "value of the metric",                          \
+      "No metric has this path, or the metric is null.")                                                     \
+    X(flag, met, NULL, value && value->valuedouble >= a->min, "whether the metric reaches the minimum", NULL)
 
 static const ll_metric_table expectation_table = {
-    .path = "expect.*", .help = "What must happen in the scenario.", LL_METRICS_FROM(EXPECTATIONS)};
+    .path = "expect.*",
+    .help = "A metric that the scenario expects to reach a minimum.",
+    LL_METRICS_FROM(EXPECTATIONS)};
 
 const ll_metric_table *const ll_session_metric_tables[] = {&expectation_table, NULL};
 

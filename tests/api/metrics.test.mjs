@@ -17,8 +17,8 @@ const PARTS = { distribution: DISTRIBUTION, latency: [...DISTRIBUTION, 'lost_rat
 const REASONS = {
   'The world has diverged.': ['diverged'],
   'The fluid has diverged.': ['diverged'],
-  'It was not run.': ['off'],
-  'Its status is not ok.': ['diverged', 'failed', 'off'],
+  'The method was not run.': ['off'],
+  'The status of the method is not ok.': ['diverged', 'failed', 'off'],
 };
 /** What no scenario of the library does. */
 const ARM = (/** @type {string} */ method) => ({ method, substeps: 1 });

@@ -76,34 +76,37 @@ static double visits(const ll_grid *g)
 
 #define GRID(X)                                                                                              \
     X(number, divergence_max, "1/s", ll_grid_divergence(g),                                                  \
-      "outflow left in a cell by the last solve, the largest", LL_FLUID_FAILED)                              \
-    X(number, residual, NULL, g->last_residual, "what the pressure solver left, over the largest source",    \
+      "largest magnitude of the divergence of a cell after the last pressure solve", LL_FLUID_FAILED)        \
+    X(number, residual, NULL, g->last_residual,                                                              \
+      "residual of the last pressure solve, relative to its largest source", LL_FLUID_FAILED)                \
+    X(count, sweeps, NULL, g->last_sweeps, "sweeps of the last pressure solve", LL_FLUID_FAILED)             \
+    X(number, energy, "m^4/s^2", ll_grid_energy(g, 0, 0), "kinetic energy of the fluid per unit of density", \
       LL_FLUID_FAILED)                                                                                       \
-    X(count, sweeps, NULL, g->last_sweeps, "of the last solve", LL_FLUID_FAILED)                             \
-    X(number, energy, "m^4/s^2", ll_grid_energy(g, 0, 0), "kinetic, per unit of density", LL_FLUID_FAILED)   \
-    X(signed_number, momentum_x, "m^3/s", momentum(g, LL_PLACE_U, ll_grid_u(g)), "per unit of density",      \
-      LL_FLUID_FAILED)                                                                                       \
-    X(signed_number, momentum_y, "m^3/s", momentum(g, LL_PLACE_V, ll_grid_v(g)), "per unit of density",      \
-      LL_FLUID_FAILED)                                                                                       \
-    X(number, mass, "m^2", mass, "of the dye", LL_FLUID_FAILED)                                              \
+    X(signed_number, momentum_x, "m^3/s", momentum(g, LL_PLACE_U, ll_grid_u(g)),                             \
+      "horizontal momentum of the fluid per unit of density", LL_FLUID_FAILED)                               \
+    X(signed_number, momentum_y, "m^3/s", momentum(g, LL_PLACE_V, ll_grid_v(g)),                             \
+      "vertical momentum of the fluid per unit of density", LL_FLUID_FAILED)                                 \
+    X(number, mass, "m^2", mass, "amount of dye: its value integrated over the area", LL_FLUID_FAILED)       \
     X(signed_number, mass_change, NULL, g->mass_start > 0 ? mass / g->mass_start - 1 : 0,                    \
-      "of the dye, relative, since the start", LL_FLUID_FAILED)                                              \
-    X(signed_number, dye_min, NULL, least, "the least value of the dye: below 0 is an error",                \
+      "change of the amount of dye since the start, relative to the start", LL_FLUID_FAILED)                 \
+    X(signed_number, dye_min, NULL, least, "smallest value of the dye; below 0 is an error",                 \
       LL_FLUID_FAILED)                                                                                       \
-    X(number, dye_max, NULL, most, "the largest", LL_FLUID_FAILED)                                           \
-    X(number, cfl, NULL, g->last_cfl, "cells that the fastest moves in a substep", LL_FLUID_FAILED)          \
-    X(count, substeps, NULL, g->last_substeps, "of the last step", LL_FLUID_FAILED)                          \
-    X(number, sweeps_mean, NULL, g->solves > 0 ? (double)g->sweeps / (double)g->solves : 0, "of a solve",    \
-      LL_FLUID_FAILED)                                                                                       \
-    X(count, steps, NULL, g->steps, "so far", LL_FLUID_FAILED)                                               \
-    X(count, bytes, "B", g->size, "of the grid", LL_FLUID_FAILED)                                            \
+    X(number, dye_max, NULL, most, "largest value of the dye", LL_FLUID_FAILED)                              \
+    X(number, cfl, NULL, g->last_cfl,                                                                        \
+      "CFL number: cells that the fastest part of the fluid moves in a substep", LL_FLUID_FAILED)            \
+    X(count, substeps, NULL, g->last_substeps, "substeps of the last step", LL_FLUID_FAILED)                 \
+    X(number, sweeps_mean, NULL, g->solves > 0 ? (double)g->sweeps / (double)g->solves : 0,                  \
+      "mean number of sweeps of a pressure solve", LL_FLUID_FAILED)                                          \
+    X(count, steps, NULL, g->steps, "steps so far", LL_FLUID_FAILED)                                         \
+    X(count, bytes, "B", g->size, "memory of the grid", LL_FLUID_FAILED)                                     \
     X(count, cell_visits, NULL, visits(g),                                                                   \
-      "cells visited by all sweeps: a cost that is the same on every machine", LL_FLUID_FAILED)
+      "cell visits of all sweeps of the pressure solver so far: a cost that is the same on every machine",   \
+      LL_FLUID_FAILED)
 
 const ll_metric_table ll_grid_metrics = {.path = "",
                                          .also = LL_FLUID_AGAIN,
-                                         .when = "Of a grid.",
-                                         .help = "What is measured of a grid, now.",
+                                         .when = "Only of the method grid.",
+                                         .help = "Measures of a fluid on a grid, now.",
                                          LL_METRICS_FROM(GRID)};
 
 int ll_grid_numbers(const void *block, ll_fluid_number *out)

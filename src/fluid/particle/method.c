@@ -71,32 +71,41 @@ static void drag_force(void *block, const ll_drag_force *what)
 }
 
 #define PARTICLES(X)                                                                                         \
-    X(signed_number, front_m, "m", m.front, "right edge of the rightmost particle", LL_FLUID_FAILED)         \
-    X(signed_number, height_m, "m", m.height, "upper edge of the highest at the left wall", LL_FLUID_FAILED) \
+    X(signed_number, front_m, "m", m.front,                                                                  \
+      "horizontal position of the front: right edge of the rightmost particle", LL_FLUID_FAILED)             \
+    X(signed_number, height_m, "m", m.height,                                                                \
+      "height of the fluid at the left wall: upper edge of the highest particle there", LL_FLUID_FAILED)     \
     X(number, density_error_mean, NULL, m.density_mean,                                                      \
-      "compression beyond the density at rest, relative; expansion is not counted", LL_FLUID_FAILED)         \
-    X(number, density_error_max, NULL, m.density_max, "the largest", LL_FLUID_FAILED)                        \
-    X(number, kinetic_energy, "J", m.kinetic_energy, "of all particles", LL_FLUID_FAILED)                    \
-    X(signed_number, potential_energy, "J", m.potential_energy, "of all particles", LL_FLUID_FAILED)         \
-    X(signed_number, momentum_x, "kg m/s", m.momentum_x, "of all particles", LL_FLUID_FAILED)                \
-    X(signed_number, momentum_y, "kg m/s", m.momentum_y, "of all particles", LL_FLUID_FAILED)                \
-    X(number, mass, "kg", m.mass, "what is within the tank", LL_FLUID_FAILED)                                \
-    X(number, speed_max_mps, "m/s", m.speed_max, "of the fastest particle", LL_FLUID_FAILED)                 \
-    X(number, neighbours, NULL, m.neighbours, "of a particle, mean", LL_FLUID_FAILED)                        \
-    X(count, particles, NULL, s.fluid, "of the fluid", LL_FLUID_FAILED)                                      \
-    X(count, substeps, NULL, s.substeps, "so far", LL_FLUID_FAILED)                                          \
-    X(count, iterations, NULL, s.iterations, "passes of the solvers over all particles, so far",             \
+      "mean density error: compression beyond the rest density, relative; expansion does not count",         \
+      LL_FLUID_FAILED)                                                                                       \
+    X(number, density_error_max, NULL, m.density_max,                                                        \
+      "largest density error of a particle: compression beyond the rest density, relative", LL_FLUID_FAILED) \
+    X(number, kinetic_energy, "J", m.kinetic_energy, "kinetic energy of all particles", LL_FLUID_FAILED)     \
+    X(signed_number, potential_energy, "J", m.potential_energy,                                              \
+      "potential energy of all particles by gravity", LL_FLUID_FAILED)                                       \
+    X(signed_number, momentum_x, "kg m/s", m.momentum_x, "horizontal momentum of all particles",             \
+      LL_FLUID_FAILED)                                                                                       \
+    X(signed_number, momentum_y, "kg m/s", m.momentum_y, "vertical momentum of all particles",               \
+      LL_FLUID_FAILED)                                                                                       \
+    X(number, mass, "kg", m.mass,                                                                            \
+      "mass of the particles within the tank; of all particles if the tank is open", LL_FLUID_FAILED)        \
+    X(number, speed_max_mps, "m/s", m.speed_max, "speed of the fastest particle", LL_FLUID_FAILED)           \
+    X(number, neighbours, NULL, m.neighbours, "mean number of neighbours of a particle", LL_FLUID_FAILED)    \
+    X(count, particles, NULL, s.fluid, "particles of the fluid", LL_FLUID_FAILED)                            \
+    X(count, substeps, NULL, s.substeps, "substeps so far", LL_FLUID_FAILED)                                 \
+    X(count, iterations, NULL, s.iterations, "passes of the pressure solver over all particles so far",      \
       LL_FLUID_FAILED)                                                                                       \
     X(count, cell_visits, NULL, (double)s.iterations *s.fluid,                                               \
-      "particles times passes: a cost that is the same on every machine", LL_FLUID_FAILED)                   \
-    X(signed_number, body_x_m, "m", b.x, "of the floating body", LL_FLUID_FAILED)                            \
-    X(signed_number, body_y_m, "m", b.y, "of the floating body", LL_FLUID_FAILED)                            \
-    X(signed_number, body_angle_rad, "rad", b.angle, "of the floating body", LL_FLUID_FAILED)
+      "particles times passes of the pressure solver so far: a cost that is the same on every machine",      \
+      LL_FLUID_FAILED)                                                                                       \
+    X(signed_number, body_x_m, "m", b.x, "horizontal position of the floating body", LL_FLUID_FAILED)        \
+    X(signed_number, body_y_m, "m", b.y, "height of the floating body", LL_FLUID_FAILED)                     \
+    X(signed_number, body_angle_rad, "rad", b.angle, "angle of the floating body", LL_FLUID_FAILED)
 
 const ll_metric_table ll_particle_metrics_table = {.path = "",
                                                    .also = LL_FLUID_AGAIN,
-                                                   .when = "Of particles.",
-                                                   .help = "What is measured of particles, now.",
+                                                   .when = "Only of the method particles.",
+                                                   .help = "Measures of a fluid of particles, now.",
                                                    LL_METRICS_FROM(PARTICLES)};
 
 static int numbers(const void *block, ll_fluid_number *out)

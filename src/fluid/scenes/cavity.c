@@ -129,36 +129,47 @@ static int profile(const void *block, int index, const char **name, double (*pai
 }
 
 #define CAVITY(X)                                                                                            \
-    X(number, error_max, NULL, error, "of the velocities along both middles, to Richardson's values",        \
+    X(number, error_max, NULL, error,                                                                        \
+      "largest difference of the velocities along both centre lines from the values extrapolated by "        \
+      "Richardson's method",                                                                                 \
       LL_FLUID_FAILED)                                                                                       \
-    X(number, ghia_error_max, NULL, from_ghia, "the same, to the table of Ghia, Ghia and Shin 1982",         \
+    X(number, ghia_error_max, NULL, from_ghia,                                                               \
+      "largest difference of the velocities along both centre lines from the table of Ghia, Ghia and Shin "  \
+      "1982",                                                                                                \
       LL_FLUID_FAILED)
 
 const ll_metric_table ll_fluid_cavity_metrics = {
     .path = "",
     .also = LL_FLUID_AGAIN,
-    .when = "Of the scene cavity, at a Reynolds number that has a reference.",
-    .help = "Against the reference.",
+    .when = "Only of the scene cavity, at a Reynolds number that has a reference.",
+    .help = "Errors against the reference.",
     LL_METRICS_FROM(CAVITY)};
 
 #define PROFILES(X)                                                                                          \
-    X(curve, u, "m/s", , "velocity to the right along the vertical middle", NULL)                            \
-    X(curve, v, "m/s", , "velocity upwards along the horizontal middle", NULL)
+    X(curve, u, "m/s", , "horizontal velocity (to the right) along the vertical centre line", NULL)          \
+    X(curve, v, "m/s", , "vertical velocity (upwards) along the horizontal centre line", NULL)
 
 #define REFERENCES(X)                                                                                        \
-    X(curve, u_reference, "m/s", , "Richardson's values of u", NULL)                                         \
-    X(curve, v_reference, "m/s", , "Richardson's values of v", NULL)
+    X(curve, u_reference, "m/s", ,                                                                           \
+      "reference of u: horizontal velocities along the vertical centre line, extrapolated by Richardson's "  \
+      "method",                                                                                              \
+      NULL)                                                                                                  \
+    X(curve, v_reference, "m/s", ,                                                                           \
+      "reference of v: vertical velocities along the horizontal centre line, extrapolated by Richardson's "  \
+      "method",                                                                                              \
+      NULL)
 
 const ll_metric_table ll_fluid_cavity_profiles = {.path = "profiles",
                                                   .also = LL_FLUID_AGAIN,
-                                                  .when = "Of the scene cavity, unless it has diverged.",
-                                                  .help = "Curves, as pairs of coordinate and value.",
+                                                  .when = "Only of the scene cavity, unless it has diverged.",
+                                                  .help =
+                                                      "Velocity profiles, as pairs of coordinate and value.",
                                                   LL_METRICS_FROM(PROFILES)};
 const ll_metric_table ll_fluid_cavity_references = {
     .path = "profiles",
     .also = LL_FLUID_AGAIN,
-    .when = "Of the scene cavity, at a Reynolds number that has a reference, unless it has diverged.",
-    .help = "Curves to compare with.",
+    .when = "Only of the scene cavity, at a Reynolds number that has a reference, unless it has diverged.",
+    .help = "Reference of the velocity profiles, as pairs of coordinate and value.",
     LL_METRICS_FROM(REFERENCES)};
 
 static int numbers(const void *block, ll_fluid_number *out)

@@ -63,17 +63,21 @@ static double measured_front(double t)
 }
 
 #define DAM_BREAK(X)                                                                                         \
-    X(number, front_measured_m, "m", wanted, "Martin and Moyce's front; 0 beyond what they measured",        \
+    X(number, front_measured_m, "m", wanted,                                                                 \
+      "position of the front at this time in the experiment of Martin and Moyce; 0 beyond their "            \
+      "measurements",                                                                                        \
       LL_FLUID_FAILED)                                                                                       \
-    X(signed_number, front_error, NULL, wanted > 0 ? front / wanted - 1 : 0, "to it, relative",              \
+    X(signed_number, front_error, NULL, wanted > 0 ? front / wanted - 1 : 0,                                 \
+      "error of the front's position against the experiment, relative; 0 beyond the measurements",           \
       LL_FLUID_FAILED)                                                                                       \
-    X(number, front_over_ritter, NULL, front / (1 + 2 * ll_sqrt(2) * t), "to the front that none outruns",   \
+    X(number, front_over_ritter, NULL, front / (1 + 2 * ll_sqrt(2) * t),                                     \
+      "position of the front divided by that of Ritter's solution, which no front can overtake",             \
       LL_FLUID_FAILED)
 
 const ll_metric_table ll_fluid_dam_break_metrics = {.path = "",
                                                     .also = LL_FLUID_AGAIN,
-                                                    .when = "Of the scene dam_break.",
-                                                    .help = "Against the experiment.",
+                                                    .when = "Only of the scene dam_break.",
+                                                    .help = "Errors against the experiment.",
                                                     LL_METRICS_FROM(DAM_BREAK)};
 
 static int dam_break_numbers(const void *block, ll_fluid_number *out)
@@ -85,12 +89,14 @@ static int dam_break_numbers(const void *block, ll_fluid_number *out)
 
 #define HYDROSTATIC(X)                                                                                       \
     X(number, pressure_error_rms, NULL, ll_particles_measure(block, 1).pressure_rms,                         \
-      "of pressure to the weight above, over that of the whole column", LL_FLUID_FAILED)
+      "root mean square difference of a particle's pressure from the weight above it, relative to that of "  \
+      "the whole column",                                                                                    \
+      LL_FLUID_FAILED)
 
 const ll_metric_table ll_fluid_hydrostatic_metrics = {.path = "",
                                                       .also = LL_FLUID_AGAIN,
-                                                      .when = "Of the scene hydrostatic.",
-                                                      .help = "Against the solution.",
+                                                      .when = "Only of the scene hydrostatic.",
+                                                      .help = "Errors against the exact solution.",
                                                       LL_METRICS_FROM(HYDROSTATIC)};
 
 static int hydrostatic_numbers(const void *block, ll_fluid_number *out)
@@ -109,13 +115,16 @@ static double poiseuille_velocity(double y, double t)
 
 #define POISEUILLE(X)                                                                                        \
     X(number, velocity_error_rms, NULL, middle > 0 ? sqrt(squares / v.count) / middle : 0,                   \
-      "to the exact profile at that time, over its middle", LL_FLUID_FAILED)                                 \
-    X(number, velocity_wanted_mps, "m/s", middle, "the exact velocity in the middle", LL_FLUID_FAILED)
+      "root mean square error of the velocities against the exact profile at this time, relative to the "    \
+      "exact velocity in the middle",                                                                        \
+      LL_FLUID_FAILED)                                                                                       \
+    X(number, velocity_wanted_mps, "m/s", middle,                                                            \
+      "exact velocity in the middle of the channel at this time", LL_FLUID_FAILED)
 
 const ll_metric_table ll_fluid_poiseuille_metrics = {.path = "",
                                                      .also = LL_FLUID_AGAIN,
-                                                     .when = "Of the scene poiseuille.",
-                                                     .help = "Against the solution.",
+                                                     .when = "Only of the scene poiseuille.",
+                                                     .help = "Errors against the exact solution.",
                                                      LL_METRICS_FROM(POISEUILLE)};
 
 static int poiseuille_numbers(const void *block, ll_fluid_number *out)

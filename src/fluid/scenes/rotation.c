@@ -95,12 +95,14 @@ static void init(void *block, const void *given, const void *solver)
 
 #define ROTATION(X)                                                                                          \
     X(number, error_l1, "m^2", sum * c->h * c->h,                                                            \
-      "mean absolute error of the dye to the initial dye, turned", LL_FLUID_FAILED)
+      "error of the dye: absolute difference from the initial dye after the exact rotation, integrated "     \
+      "over the area",                                                                                       \
+      LL_FLUID_FAILED)
 
 const ll_metric_table ll_fluid_rotation_metrics = {.path = "",
                                                    .also = LL_FLUID_AGAIN,
-                                                   .when = "Of the scene rotation.",
-                                                   .help = "Against the solution.",
+                                                   .when = "Only of the scene rotation.",
+                                                   .help = "Errors against the exact solution.",
                                                    LL_METRICS_FROM(ROTATION)};
 
 static int numbers(const void *block, ll_fluid_number *out)

@@ -129,25 +129,26 @@ static ll_status step(void *block, double dt, ll_pace *pace)
 #define SEA(X)                                                                                               \
     X(number, significant_height_m, "m",                                                                     \
       4 * sqrt(fmax(squares / points - sum / points * (sum / points), 0)),                                   \
-      "four times the standard deviation of the surface", LL_FLUID_FAILED)                                   \
-    X(signed_number, height_min_m, "m", low, "of the surface", LL_FLUID_FAILED)                              \
-    X(signed_number, height_max_m, "m", high, "of the surface", LL_FLUID_FAILED)                             \
-    X(signed_number, height_mean_m, "m", sum / points, "of the surface", LL_FLUID_FAILED)                    \
+      "significant wave height: four standard deviations of the surface", LL_FLUID_FAILED)                   \
+    X(signed_number, height_min_m, "m", low, "height of the lowest point of the surface", LL_FLUID_FAILED)   \
+    X(signed_number, height_max_m, "m", high, "height of the highest point of the surface", LL_FLUID_FAILED) \
+    X(signed_number, height_mean_m, "m", sum / points, "mean height of the surface", LL_FLUID_FAILED)        \
     X(signed_number, body_y_m, "m", s->buoy.y, "height of the floating box", LL_FLUID_FAILED)                \
-    X(signed_number, body_pitch_rad, "rad", s->buoy.pitch, "of the floating box", LL_FLUID_FAILED)           \
-    X(signed_number, body_roll_rad, "rad", s->buoy.roll, "of the floating box", LL_FLUID_FAILED)             \
+    X(signed_number, body_pitch_rad, "rad", s->buoy.pitch, "pitch angle of the floating box",                \
+      LL_FLUID_FAILED)                                                                                       \
+    X(signed_number, body_roll_rad, "rad", s->buoy.roll, "roll angle of the floating box", LL_FLUID_FAILED)  \
     X(signed_number, water_at_body_m, "m", ll_ocean_height_at(ocean_of(block), s->buoy.x, s->buoy.z),        \
       "height of the water at the floating box", LL_FLUID_FAILED)                                            \
-    X(number, wind_sea_height_m, "m", fit.height, "significant height of the sea that the wind would raise", \
-      LL_FLUID_FAILED)                                                                                       \
+    X(number, wind_sea_height_m, "m", fit.height,                                                            \
+      "significant wave height of the sea that the wind raises on an unlimited surface", LL_FLUID_FAILED)    \
     X(number, wind_sea_share_in_box, NULL, fit.height > 0 ? fmax(0, 1 - fit.longer - fit.shorter) : NAN,     \
-      "share of its energy that the box and its cells can represent",                                        \
-      LL_FLUID_FAILED " Or there is no such sea.")
+      "share of the energy of the wind's sea that the box and its cells can represent",                      \
+      LL_FLUID_FAILED " Or the wind raises no sea.")
 
 const ll_metric_table ll_fluid_sea_metrics = {.path = "",
                                               .also = LL_FLUID_AGAIN,
-                                              .when = "Of an ocean.",
-                                              .help = "What is measured of the surface of an ocean, now.",
+                                              .when = "Only of the method ocean.",
+                                              .help = "Measures of the surface of an ocean, now.",
                                               LL_METRICS_FROM(SEA)};
 
 static int numbers(const void *block, ll_fluid_number *out)

@@ -115,17 +115,21 @@ static double error_l2(const ll_grid *g, const params *p, double decay)
 }
 
 #define TAYLOR_GREEN(X)                                                                                      \
-    X(number, error_l2, NULL, error_l2(g, &p, decay), "of velocities, relative", LL_FLUID_FAILED)            \
-    X(signed_number, decay_error, NULL, energy / (first * decay * decay) - 1, "of energy, relative",         \
+    X(number, error_l2, NULL, error_l2(g, &p, decay),                                                        \
+      "error of the velocities against the exact solution: root mean square, relative to that of the "       \
+      "solution",                                                                                            \
       LL_FLUID_FAILED)                                                                                       \
+    X(signed_number, decay_error, NULL, energy / (first * decay * decay) - 1,                                \
+      "error of the vortices' kinetic energy against the exact solution, relative", LL_FLUID_FAILED)         \
     X(signed_number, numerical_viscosity_m2ps, "m^2/s",                                                      \
       t > 0 ? -ll_detmath_log(energy / first) / (4 * t) - p.viscosity : 0,                                   \
-      "the viscosity that the decay has beyond the fluid's", LL_FLUID_FAILED)
+      "numerical viscosity: viscosity that explains the decay of the energy, less that of the fluid",        \
+      LL_FLUID_FAILED)
 
 const ll_metric_table ll_fluid_taylor_green_metrics = {.path = "",
                                                        .also = LL_FLUID_AGAIN,
-                                                       .when = "Of the scene taylor_green.",
-                                                       .help = "Against the solution.",
+                                                       .when = "Only of the scene taylor_green.",
+                                                       .help = "Errors against the exact solution.",
                                                        LL_METRICS_FROM(TAYLOR_GREEN)};
 
 /* The energy of the vortices decays with exp(-4 nu t); faster decay shows the method's numerical

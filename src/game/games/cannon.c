@@ -204,13 +204,15 @@ static ll_action drive(const ll_world *world, const ll_game_env *env, uint64_t s
 }
 
 #define VALUES(X)                                                                                            \
-    X(count, turn, NULL, t->turn == player, "1: it is its turn", NULL)                                       \
-    X(count, shots, NULL, t->score[player].shots, "so far", NULL)                                            \
-    X(count, hits, NULL, t->score[player].hits, "so far", NULL)                                              \
-    X(number, miss_m, "m", t->score[player].miss, "by which the last shot missed", NULL)
+    X(count, turn, NULL, t->turn == player, "1: it is the player's turn; 0: it is not", NULL)                \
+    X(count, shots, NULL, t->score[player].shots, "shots of the player so far", NULL)                        \
+    X(count, hits, NULL, t->score[player].hits, "hits of the player so far", NULL)                           \
+    X(number, miss_m, "m", t->score[player].miss,                                                            \
+      "distance by which the player's last shot missed: landing position less target", NULL)
 
-const ll_metric_table ll_cannon_metrics = {LL_GAME_METRICS, .when = "In the cannon.",
-                                           .help = "The game's own numbers, now.", LL_METRICS_FROM(VALUES)};
+const ll_metric_table ll_cannon_metrics = {LL_GAME_METRICS, .when = "Only in the game cannon.",
+                                           .help = "Values of the game for this player, now.",
+                                           LL_METRICS_FROM(VALUES)};
 
 static void describe(const ll_world *world, const ll_game_env *env, int player, double *values)
 {

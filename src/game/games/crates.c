@@ -466,14 +466,16 @@ static ll_action drive(const ll_world *world, const ll_game_env *env, uint64_t s
 /* ---- reported values ---- */
 
 #define VALUES(X)                                                                                            \
-    X(number, pushed_m, "m", t->score[player].pushed, "the ways of crates while this player pressed them",   \
-      NULL)                                                                                                  \
-    X(count, pressing, NULL, t->score[player].pressing, "crates that it presses now", NULL)                  \
-    X(number, speed_mps, "m/s", ll_sqrt(own->vx * own->vx + own->vy * own->vy), "now", NULL)                 \
-    X(count, moving, NULL, moving, "crates that are not at rest", NULL)
+    X(number, pushed_m, "m", t->score[player].pushed,                                                        \
+      "distance that crates moved while the player pressed them", NULL)                                      \
+    X(count, pressing, NULL, t->score[player].pressing, "crates that the player presses now", NULL)          \
+    X(number, speed_mps, "m/s", ll_sqrt(own->vx * own->vx + own->vy * own->vy),                              \
+      "speed of the player's entity", NULL)                                                                  \
+    X(count, moving, NULL, moving, "crates of the world that are not at rest", NULL)
 
-const ll_metric_table ll_crates_metrics = {LL_GAME_METRICS, .when = "In the crates.",
-                                           .help = "The game's own numbers, now.", LL_METRICS_FROM(VALUES)};
+const ll_metric_table ll_crates_metrics = {LL_GAME_METRICS, .when = "Only in the game crates.",
+                                           .help = "Values of the game for this player, now.",
+                                           LL_METRICS_FROM(VALUES)};
 
 static void describe(const ll_world *world, const ll_game_env *env, int player, double *values)
 {

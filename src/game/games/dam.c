@@ -287,13 +287,15 @@ static ll_action drive(const ll_world *world, const ll_game_env *env, uint64_t s
 /* ---- reported values ---- */
 
 #define VALUES(X)                                                                                            \
-    X(number, front_m, "m", front, "of the water", NULL)                                                     \
-    X(number, top_m, "m", top, "of the water", NULL)                                                         \
-    X(number, water_speed_mps, "m/s", ll_sqrt(squares / count), "root mean square", NULL)                    \
-    X(number, speed_mps, "m/s", ll_sqrt(own->vx * own->vx + own->vy * own->vy), "of the paddle", NULL)
+    X(number, front_m, "m", front, "horizontal position of the front of the water", NULL)                    \
+    X(number, top_m, "m", top, "height of the highest point of the water", NULL)                             \
+    X(number, water_speed_mps, "m/s", ll_sqrt(squares / count), "root mean square speed of the water", NULL) \
+    X(number, speed_mps, "m/s", ll_sqrt(own->vx * own->vx + own->vy * own->vy),                              \
+      "speed of the player's paddle", NULL)
 
-const ll_metric_table ll_dam_metrics = {LL_GAME_METRICS, .when = "In the dam.",
-                                        .help = "The game's own numbers, now.", LL_METRICS_FROM(VALUES)};
+const ll_metric_table ll_dam_metrics = {LL_GAME_METRICS, .when = "Only in the game dam.",
+                                        .help = "Values of the game for this player, now.",
+                                        LL_METRICS_FROM(VALUES)};
 
 static void describe(const ll_world *world, const ll_game_env *env, int player, double *values)
 {

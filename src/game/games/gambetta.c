@@ -106,10 +106,11 @@ static ll_action drive(const ll_world *world, const ll_game_env *env, uint64_t s
     return a;
 }
 
-#define VALUES(X) X(number, speed_mps, "m/s", world->entity[player].vx, "now", NULL)
+#define VALUES(X) X(number, speed_mps, "m/s", world->entity[player].vx, "speed of the player's entity", NULL)
 
-const ll_metric_table ll_gambetta_metrics = {LL_GAME_METRICS, .when = "In gambetta.",
-                                             .help = "The game's own numbers, now.", LL_METRICS_FROM(VALUES)};
+const ll_metric_table ll_gambetta_metrics = {LL_GAME_METRICS, .when = "Only in the game gambetta.",
+                                             .help = "Values of the game for this player, now.",
+                                             LL_METRICS_FROM(VALUES)};
 
 static void describe(const ll_world *world, const ll_game_env *env, int player, double *values)
 {

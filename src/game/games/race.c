@@ -301,15 +301,17 @@ static ll_action drive(const ll_world *world, const ll_game_env *env, uint64_t s
 }
 
 #define VALUES(X)                                                                                            \
-    X(number, finish_s, "s", t->finish_s[player], "when it came to the finish; 0: not yet", NULL)            \
-    X(count, place, NULL, place, "its place now", NULL)                                                      \
+    X(number, finish_s, "s", t->finish_s[player],                                                            \
+      "virtual time at which the player's car reached the finish; 0: not yet", NULL)                         \
+    X(count, place, NULL, place, "place of the player in the race now", NULL)                                \
     X(count, laps, NULL,                                                                                     \
       world->entity[player].x < 0 ? 0 : (double)(int64_t)(world->entity[player].x / p->lap),                 \
-      "that it has driven", NULL)                                                                            \
-    X(number, speed_mps, "m/s", world->entity[player].vx, "now", NULL)
+      "laps that the player's car has driven", NULL)                                                         \
+    X(number, speed_mps, "m/s", world->entity[player].vx, "speed of the player's car", NULL)
 
-const ll_metric_table ll_race_metrics = {LL_GAME_METRICS, .when = "In the race.",
-                                         .help = "The game's own numbers, now.", LL_METRICS_FROM(VALUES)};
+const ll_metric_table ll_race_metrics = {LL_GAME_METRICS, .when = "Only in the game race.",
+                                         .help = "Values of the game for this player, now.",
+                                         LL_METRICS_FROM(VALUES)};
 
 static void describe(const ll_world *world, const ll_game_env *env, int player, double *values)
 {

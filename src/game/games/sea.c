@@ -255,13 +255,14 @@ static ll_action drive(const ll_world *world, const ll_game_env *env, uint64_t s
 
 #define VALUES(X)                                                                                            \
     X(number, water_m, "m", at_place(&w, own->x, tail->time[player]).height,                                 \
-      "height of the water at the boat", NULL)                                                               \
-    X(number, heave_m, "m", own->y, "height of the boat", NULL)                                              \
-    X(number, pitch_rad, "rad", own->angle, "of the boat", NULL)                                             \
-    X(number, speed_mps, "m/s", own->vx, "of the boat", NULL)
+      "height of the water at the player's boat", NULL)                                                      \
+    X(number, heave_m, "m", own->y, "height of the player's boat", NULL)                                     \
+    X(number, pitch_rad, "rad", own->angle, "pitch angle of the player's boat", NULL)                        \
+    X(number, speed_mps, "m/s", own->vx, "speed of the player's boat", NULL)
 
-const ll_metric_table ll_sea_metrics = {LL_GAME_METRICS, .when = "In the sea.",
-                                        .help = "The game's own numbers, now.", LL_METRICS_FROM(VALUES)};
+const ll_metric_table ll_sea_metrics = {LL_GAME_METRICS, .when = "Only in the game sea.",
+                                        .help = "Values of the game for this player, now.",
+                                        LL_METRICS_FROM(VALUES)};
 
 static void describe(const ll_world *world, const ll_game_env *env, int player, double *values)
 {

@@ -409,13 +409,16 @@ static ll_action drive(const ll_world *world, const ll_game_env *env, uint64_t s
 /* ---- reported values ---- */
 
 #define VALUES(X)                                                                                            \
-    X(number, top_m, "m", top, "of the bodies", NULL)                                                        \
-    X(number, mean_height_m, "m", sum / (world->entities - world->players), "of the bodies", NULL)           \
-    X(count, moving, NULL, moving, "bodies that are not at rest", NULL)                                      \
-    X(number, speed_mps, "m/s", ll_sqrt(own->vx * own->vx + own->vy * own->vy), "of the ball", NULL)
+    X(number, top_m, "m", top, "height of the highest body of the stack", NULL)                              \
+    X(number, mean_height_m, "m", sum / (world->entities - world->players),                                  \
+      "mean height of the bodies of the stack", NULL)                                                        \
+    X(count, moving, NULL, moving, "bodies of the stack that are not at rest", NULL)                         \
+    X(number, speed_mps, "m/s", ll_sqrt(own->vx * own->vx + own->vy * own->vy),                              \
+      "speed of the player's ball", NULL)
 
-const ll_metric_table ll_stack_metrics = {LL_GAME_METRICS, .when = "In the stack.",
-                                          .help = "The game's own numbers, now.", LL_METRICS_FROM(VALUES)};
+const ll_metric_table ll_stack_metrics = {LL_GAME_METRICS, .when = "Only in the game stack.",
+                                          .help = "Values of the game for this player, now.",
+                                          LL_METRICS_FROM(VALUES)};
 
 static void describe(const ll_world *world, const ll_game_env *env, int player, double *values)
 {

@@ -26,39 +26,60 @@
  * (netcode/metrics/changes.h) stand first. */
 #define LL_CLIENT_METRICS(X)                                                                                 \
     X(INPUT_LATENCY, latency, input_latency_ms, "ms", 0.1,                                                   \
-      "from making the first input with changed controls to the first display of the own screen that "       \
-      "shows it; infinite if it is not applied",                                                             \
-      "No change was decided; p50 also when more than half are infinite.")                                   \
+      "time from making the first input with changed controls to the first frame on the player's own "       \
+      "screen that includes this input; infinite if the server does not apply it",                           \
+      "No change of controls has a final result; p50 also when more than half of the values are infinite.")  \
     X(CONFIRMED_LATENCY, latency, confirmed_latency_ms, "ms", 0.1,                                           \
-      "the same to the first display after a state of the step that applied it", "As input_latency_ms.")     \
+      "time from making the first input with changed controls to its confirmation on the player's own "      \
+      "screen: the first frame after the client has a snapshot of the step that applied it (deterministic, " \
+      "rollback: the first frame of a confirmed tick with it); infinite if the server does not apply it",    \
+      "No change of controls has a final result; p50 also when more than half of the values are infinite.")  \
     X(SEEN_LATENCY, latency, seen_latency_ms, "ms", 0.1,                                                     \
-      "the same to the first display of each other player that shows it",                                    \
-      "As input_latency_ms; there is one player.")                                                           \
+      "time from making the first input with changed controls to the first frame of each other player that " \
+      "shows its effect on the player's entity; infinite if the server does not apply it",                   \
+      "No change of controls has a final result, or there is one player; p50 also when more than half of "   \
+      "the values are infinite.")                                                                            \
     X(ACK_RTT, distribution, ack_rtt_ms, "ms", 0.1,                                                          \
-      "from making an input to the first state that says that it was applied", "None did.")                  \
+      "time from making an input to the arrival of the first snapshot that reports the input as applied "    \
+      "(with a de-jitter buffer: to the play-out of that snapshot)",                                         \
+      "No input was acknowledged.")                                                                          \
     X(VIEW_AGE, distribution, view_age_ms, "ms", 0.1,                                                        \
-      "age of the others as drawn: from the server time of what is drawn to now",                            \
-      "No display; no other entity.")                                                                        \
+      "age of another entity as drawn: virtual time now less the server time of the drawn state; a value "   \
+      "per frame and entity",                                                                                \
+      "No frame was drawn, or there is no other entity.")                                                    \
     X(AGE_OF_INFORMATION, distribution, age_of_information_ms, "ms", 0.1,                                    \
-      "age of the newest state that the client has taken in", "No display.")                                 \
+      "age of information: virtual time now less the server time of the newest snapshot that the client "    \
+      "has; a value per frame",                                                                              \
+      "No frame was drawn.")                                                                                 \
     X(OWN_TIMELINE_ERROR, distribution, own_timeline_error_m, "m", 0.001,                                    \
-      "from the own entity as drawn to the truth at the tick that is drawn", "None was compared.")           \
+      "distance between the drawn position of the own entity and its position at the server at the drawn "   \
+      "tick",                                                                                                \
+      "No drawn tick of the own entity was compared with the server's.")                                     \
     X(OWN_LEAD, distribution, own_lead_m, "m", 0.001,                                                        \
-      "from the own entity as drawn to the truth now: how far ahead or behind, no error", "No display.")     \
+      "distance between the drawn position of the own entity and the ground truth now: how far ahead of "    \
+      "the server or behind it the entity is drawn; not an error",                                           \
+      "No frame was drawn.")                                                                                 \
     X(REMOTE_ERROR, distribution, remote_error_m, "m", 0.001,                                                \
-      "from another entity as drawn to the truth now", "No display; no other entity.")                       \
+      "distance between the drawn position of another entity and the ground truth now; a value per frame "   \
+      "and entity",                                                                                          \
+      "No frame was drawn, or there is no other entity.")                                                    \
     X(TIMELINE_ERROR, distribution, timeline_error_m, "m", 0.001,                                            \
-      "from another entity as drawn to the truth at the time that is drawn", "None was compared.")           \
+      "distance between the drawn position of another entity and its position at the server at the drawn "   \
+      "time or tick: the error of interpolation, extrapolation or prediction",                               \
+      "No drawn position of another entity was compared with the server's.")                                 \
     X(CORRECTION, distribution, correction_m, "m", 0.001,                                                    \
-      "how far a state, or a rollback, moved the own entity at the same tick; only those above 0",           \
-      "There was none.")                                                                                     \
+      "distance by which a snapshot or a rollback changed the predicted position of the own entity at one "  \
+      "tick; only values above 0",                                                                           \
+      "There was no correction.")                                                                            \
     X(POP, distribution, pop_m, "m", 0.001,                                                                  \
-      "how far corrections moved what is drawn in a frame, of the entity that was moved most", "No frame.")  \
+      "distance by which corrections moved a drawn position in a frame: that of the entity that was moved "  \
+      "farthest",                                                                                            \
+      "No frame was drawn.")                                                                                 \
     X(BUFFER, distribution, buffer_ms, "ms", 0.1,                                                            \
-      "newest state less drawn time; 0 while it is extrapolated",                                            \
+      "server time of the newest snapshot less the render time; 0 while the client extrapolates",            \
       "Interpolation and extrapolation are off.")                                                            \
     X(UNACKED, distribution, unacked, NULL, 1,                                                               \
-      "inputs that wait for an acknowledgement, as the client believes", "No frame.")
+      "unacknowledged inputs in each frame, as the client believes", "No frame was drawn.")
 
 #define LL_CLIENT_METRIC_ID(id, type, name, unit, bucket, help, null) LL_METRIC_##id,
 typedef enum ll_metric { LL_CLIENT_METRICS(LL_CLIENT_METRIC_ID) LL_METRICS } ll_metric;

@@ -16,24 +16,25 @@ static cJSON *number_json(double value)
     return value - value == 0 ? ll_param_number(value) : cJSON_CreateNull();
 }
 
-/* ---- what it is, and its numbers ---- */
+/* ---- state ---- */
 
 #define HEADS(X)                                                                                             \
-    X(text, scene, NULL, scene->name, "the scene", NULL)                                                     \
-    X(text, method, NULL, scene->method->name, "grid, particles or ocean", NULL)                             \
+    X(text, scene, NULL, scene->name, "name of the scene", NULL)                                             \
+    X(text, method, NULL, scene->method->name, "method of the scene: grid, particles or ocean", NULL)        \
     X(text, status, NULL, ll_run_status_names[s->failed ? LL_RUN_DIVERGED : LL_RUN_OK],                      \
-      "ok, or diverged: a value was not finite, or it moved too far in a substep", NULL)                     \
-    X(text, reason, NULL, s->failed ? s->reason : NULL, "why it is not ok, and when", "It is ok: left out.") \
-    X(number, t_s, "s", ll_to_s(s->now), "virtual time that it stands at", NULL)
+      "ok; diverged: a value is not finite, or something moved too far in a substep", NULL)                  \
+    X(text, reason, NULL, s->failed ? s->reason : NULL,                                                      \
+      "reason for the status diverged, and when it happened", "The status is ok: the reason is left out.")   \
+    X(number, t_s, "s", ll_to_s(s->now), "virtual time that the fluid has reached", NULL)
 
 #define NOTICES(X)                                                                                           \
-    X(notices, notices, NULL, , "why results differ from the open sea, the free stream or the equations",    \
-      NULL)
+    X(notices, notices, NULL, ,                                                                              \
+      "sentences that say why results differ from the open sea, the free stream or the equations", NULL)
 
 static const ll_metric_table head_table = {
-    .path = "", .also = LL_FLUID_AGAIN, .help = "What it is.", LL_METRICS_FROM(HEADS)};
+    .path = "", .also = LL_FLUID_AGAIN, .help = "The fluid and its status.", LL_METRICS_FROM(HEADS)};
 static const ll_metric_table notice_table = {
-    .path = "", .also = LL_FLUID_AGAIN, .help = "What to know of it.", LL_METRICS_FROM(NOTICES)};
+    .path = "", .also = LL_FLUID_AGAIN, .help = "Notices about the results.", LL_METRICS_FROM(NOTICES)};
 
 const ll_metric_table *const ll_fluid_sim_metric_tables[] = {&head_table, LL_FLUID_METRIC_TABLES,
                                                              &notice_table, NULL};

@@ -1,4 +1,4 @@
-/* The metrics of a motion: the solution, and of each method its errors, drifts and counts. */
+/* Metrics of a motion: of the solution, and the errors, drifts and counters of each method. */
 #include <cjson/cJSON.h>
 #include <math.h>
 #include <stdio.h>
@@ -16,103 +16,122 @@ ll_run_status ll_motion_status(const ll_motion *m, int i)
 }
 
 #define METHODS "methods.*"
-#define NOT_OK "Its status is not ok."
-#define OFF "It was not run."
+#define NOT_OK "The status of the method is not ok."
+#define OFF "The method was not run."
 
 /* ---- the problem ---- */
 
 #define PROBLEM(X)                                                                                           \
-    X(text, problem, NULL, ll_motion_problem(&m->config)->name, "what is integrated", NULL)                  \
+    X(text, problem, NULL, ll_motion_problem(&m->config)->name, "name of the problem that is integrated",    \
+      NULL)                                                                                                  \
     X(text, solution_by, NULL, m->formula ? "formula" : "integration",                                       \
-      "formula, or integration at a tolerance of 1e-14", NULL)                                               \
+      "source of the solution: `formula`, or `integration` at a tolerance of 1e-14", NULL)                   \
     X(number, solution_uncertainty_max, NULL, m->uncertainty.by.error_max,                                   \
-      "the most that two references by different methods differed by; 0 of a formula", "It is not finite.")  \
+      "largest difference of two reference solutions by different methods; 0 of a formula",                  \
+      "The difference is not finite.")                                                                       \
     X(number, predictable_until_s, "s", m->uncertainty.parted ? m->uncertainty.predictable_s : NAN,          \
-      "the last time before they differ by more than a thousandth of the solution's size", "They do not.")
+      "last time before the two reference solutions differ by more than a thousandth of the solution's "     \
+      "size",                                                                                                \
+      "The reference solutions do not differ by more than that.")
 
-#define NOTICES(X) X(notices, notices, NULL, , "why errors of what ended well are null", NULL)
+#define NOTICES(X)                                                                                           \
+    X(notices, notices, NULL, , "sentences that say why errors of methods with the status ok are null", NULL)
 
 static const ll_metric_table notice_table = {
-    .path = "", .help = "What to know of it.", LL_METRICS_FROM(NOTICES)};
+    .path = "", .help = "Notices about the metrics.", LL_METRICS_FROM(NOTICES)};
 static const ll_metric_table problem_table = {
     .path = "", .help = "The problem and its solution.", LL_METRICS_FROM(PROBLEM)};
 
 /* ---- a method ---- */
 
-#define METHOD(X) X(text, method, NULL, method->name, "the integrator", NULL)
-#define TOLERANCE(X) X(number, tolerance, NULL, m->config.methods[i].tolerance, "of its steps", NULL)
-#define STEP(X) X(number, dt_s, "s", m->config.methods[i].dt_s, "its step", NULL)
+#define METHOD(X) X(text, method, NULL, method->name, "name of the method", NULL)
+#define TOLERANCE(X)                                                                                         \
+    X(number, tolerance, NULL, m->config.methods[i].tolerance, "tolerance: wanted local error of a step",    \
+      NULL)
+#define STEP(X) X(number, dt_s, "s", m->config.methods[i].dt_s, "time step of the method", NULL)
 #define STATUS(X)                                                                                            \
     X(text, status, NULL, ll_run_status_names[status],                                                       \
-      "ok; diverged: a value was not finite, or it blew up; failed: it gave up, as where the equations of "  \
-      "an implicit step have no solution or a tolerance asks for steps too small, or its steps do not "      \
-      "resolve a stiff problem; off: it was not run",                                                        \
+      "ok; diverged: a value is not finite, or the run has blown up; failed: the method gave up (the "       \
+      "equations of an implicit step have no solution, or the tolerance needs too small steps), or the "     \
+      "steps do not resolve a stiff problem; off: the method was not run",                                   \
       NULL)                                                                                                  \
-    X(text, reason, NULL, status == LL_RUN_OK ? NULL : reason, "why it is not ok", "It is ok: left out.")
-#define FAILURE(X) X(number, diverged_t_s, "s", run->failed_t, "when", NULL)
+    X(text, reason, NULL, status == LL_RUN_OK ? NULL : reason, "reason for a status other than ok",          \
+      "The status is ok: the reason is left out.")
+#define FAILURE(X)                                                                                           \
+    X(number, diverged_t_s, "s", run->failed_t, "time at which the method diverged or failed", NULL)
 #define AT(X)                                                                                                \
-    X(signed_number, t_s, "s", status == LL_RUN_OFF ? NAN : ll_motion_time(m, i), "the method's own time",   \
-      OFF)                                                                                                   \
+    X(signed_number, t_s, "s", status == LL_RUN_OFF ? NAN : ll_motion_time(m, i),                            \
+      "time that the method has reached", OFF)                                                               \
     X(numbers, state, NULL, ll_metric_numbers(status == LL_RUN_OK ? ll_ode_y(run) : NULL, m->dim),           \
-      "its state there, positions first", NOT_OK)                                                            \
+      "state of the method at the time t_s, positions first", NOT_OK)                                        \
     X(numbers, solution, NULL, ll_metric_numbers(ll_motion_vector(m, m->at[i].wanted), m->dim),              \
-      "the solution there", "It is not finite.")
+      "solution at the time t_s, positions first", "The solution is not finite.")
 
-static const ll_metric_table method_table = {.path = METHODS, .help = "What it is.", LL_METRICS_FROM(METHOD)};
+static const ll_metric_table method_table = {.path = METHODS, .help = "The method.", LL_METRICS_FROM(METHOD)};
 static const ll_metric_table tolerance_table = {.path = METHODS,
-                                                .when = "Of an adaptive method.",
-                                                .help = "What it is asked for.",
+                                                .when = "Only of methods with an adaptive step.",
+                                                .help = "The tolerance of the method.",
                                                 LL_METRICS_FROM(TOLERANCE)};
 static const ll_metric_table step_table = {.path = METHODS,
-                                           .when = "Of a method with fixed steps.",
-                                           .help = "What it is asked for.",
+                                           .when = "Only of methods with a fixed step.",
+                                           .help = "The step of the method.",
                                            LL_METRICS_FROM(STEP)};
 static const ll_metric_table status_table = {
-    .path = METHODS, .help = "What has become of it.", LL_METRICS_FROM(STATUS)};
-static const ll_metric_table failure_table = {
-    .path = METHODS, .when = "It diverged or failed.", .help = "When it did.", LL_METRICS_FROM(FAILURE)};
-static const ll_metric_table at_table = {.path = METHODS, .help = "Where it stands.", LL_METRICS_FROM(AT)};
+    .path = METHODS, .help = "Result of the method's run.", LL_METRICS_FROM(STATUS)};
+static const ll_metric_table failure_table = {.path = METHODS,
+                                              .when = "Only of methods that diverged or failed.",
+                                              .help = "Time of the failure.",
+                                              LL_METRICS_FROM(FAILURE)};
+static const ll_metric_table at_table = {
+    .path = METHODS, .help = "State of the method, and the solution at the same time.", LL_METRICS_FROM(AT)};
 
-/* ---- its errors ---- */
+/* ---- errors of a method ---- */
 
-#define NOT_ABOVE NOT_OK " Or the error is not above what is not known of the solution."
-#define PARTED " Or the problem was predictable no longer."
+#define NOT_ABOVE NOT_OK " Or the error is not above the uncertainty of the solution."
+#define PARTED " Or the problem was no longer predictable at the end."
 
 #define ERRORS(X)                                                                                            \
     X(number, e_final, NULL, last *above(r->error, d->error),                                                \
-      "Euclidean distance from the solution at the end", NOT_ABOVE PARTED)                                   \
-    X(number, e_max, NULL, known *above(r->error_max, d->error_max), "the largest", NOT_ABOVE)               \
+      "error at the end: Euclidean distance of the state from the solution", NOT_ABOVE PARTED)               \
+    X(number, e_max, NULL, known *above(r->error_max, d->error_max),                                         \
+      "largest error: Euclidean distance of the state from the solution", NOT_ABOVE)                         \
     X(number, e_l2, NULL, known *above(ll_ode_measure_rms(r), ll_ode_measure_rms(d)),                        \
-      "its root mean square over time", NOT_ABOVE)                                                           \
+      "root mean square of the error over time; the error is the Euclidean distance of the state from the "  \
+      "solution",                                                                                            \
+      NOT_ABOVE)                                                                                             \
     X(number, e_final_weighted, NULL, last *weighted(m, i, LL_ODE_LAST),                                     \
-      "at the end, of the component that is worst, each over its scale: the largest that it is in the "      \
-      "solution. Positions share one, and so do velocities; where there are none each component has its "    \
-      "own",                                                                                                 \
+      "error at the end of the worst component, each divided by its scale: its largest magnitude in the "    \
+      "solution. All positions share one scale, and so do all velocities; in a problem without them each "   \
+      "component has its own",                                                                               \
       NOT_ABOVE PARTED)                                                                                      \
-    X(number, e_max_weighted, NULL, known *weighted(m, i, LL_ODE_MOST), "the largest of these", NOT_ABOVE)   \
+    X(number, e_max_weighted, NULL, known *weighted(m, i, LL_ODE_MOST),                                      \
+      "largest error of the worst component, each divided by its scale in the solution", NOT_ABOVE)          \
     X(number, e_l2_weighted, NULL, known *weighted(m, i, LL_ODE_SQUARES),                                    \
-      "their root mean square over time", NOT_ABOVE)
+      "root mean square error over time of the worst component, each divided by its scale in the solution",  \
+      NOT_ABOVE)
 
 #define ENERGY(X)                                                                                            \
     X(signed_number, energy_drift_final, NULL, known *ll_ode_measure_relative(r, r->drift),                  \
-      "change of the energy at the end over that at the start; where there is next to none at the start, "   \
-      "over the largest total, kinetic or potential energy of the solution",                                 \
+      "energy drift at the end: change of the energy, relative to the energy at the start; where that is "   \
+      "nearly 0, relative to the largest total, kinetic or potential energy of the solution",                \
       NOT_OK)                                                                                                \
-    X(number, energy_drift_max, NULL, known *ll_ode_measure_relative(r, r->drift_max), "the largest",        \
-      NOT_OK)                                                                                                \
+    X(number, energy_drift_max, NULL, known *ll_ode_measure_relative(r, r->drift_max),                       \
+      "largest magnitude of the relative energy drift", NOT_OK)                                              \
     X(signed_number, energy_drift_per_s, "1/s", known *ll_ode_measure_slope(r),                              \
-      "its secular slope by least squares", NOT_OK)
+      "secular drift: slope of the relative energy drift over time, by least squares", NOT_OK)
 
-static const ll_metric_table error_table = {.path = METHODS,
-                                            .help = "Its errors, at the end of every step and three times "
-                                                    "within it where the method has dense output.",
-                                            LL_METRICS_FROM(ERRORS)};
-static const ll_metric_table energy_table = {.path = METHODS,
-                                             .when = "Energy is conserved.",
-                                             .help = "The drift of its energy, at the end of every step.",
-                                             LL_METRICS_FROM(ENERGY)};
+static const ll_metric_table error_table = {
+    .path = METHODS,
+    .help = "Errors of the method, measured at the end of every step, and at three times within it where the "
+            "method has dense output.",
+    LL_METRICS_FROM(ERRORS)};
+static const ll_metric_table energy_table = {
+    .path = METHODS,
+    .when = "Only of problems that conserve energy.",
+    .help = "Energy drift of the method, measured at the end of every step.",
+    LL_METRICS_FROM(ENERGY)};
 
-/* An error that is not above what is not known of the solution is not known. */
+/* An error not above the uncertainty of the solution is unknown. */
 static double above(double error, double uncertainty)
 {
     return uncertainty == 0 || error > uncertainty ? error : NAN;
@@ -128,7 +147,7 @@ static double weighted(const ll_motion *m, int i, int row)
                  ll_ode_measure_weighted(&m->uncertainty.by, doubts, &ode, row));
 }
 
-/* Null where it has failed or was not run: what was measured before says nothing of the whole. */
+/* Null if it has failed or was not run: earlier measures do not describe the whole run. */
 static void measures(cJSON *o, const ll_motion *m, int i, ll_run_status status)
 {
     const ll_ode_measure *r = &m->measure[i], *d = &m->uncertainty.by;
@@ -138,40 +157,51 @@ static void measures(cJSON *o, const ll_motion *m, int i, ll_run_status status)
         LL_METRICS_PUT(o, &energy_table, ENERGY);
 }
 
-/* ---- how it is driven, and what it took ---- */
+/* ---- time stepping and counters of a method ---- */
 
 #define STEPS_BY(X)                                                                                          \
-    X(text, steps_by, NULL, ll_motion_step_names[method->steps], "what its steps come from", NULL)           \
+    X(text, steps_by, NULL, ll_motion_step_names[method->steps],                                             \
+      "time stepping of the method: `frame` or `accumulator`", NULL)                                         \
     X(count, frames, NULL, m->drive[i].frames, "frames that have passed", NULL)
 #define CLOCK(X)                                                                                             \
-    X(signed_number, clock_error_s, "s", ll_motion_clock_error(m, i), "what it shows less what it should",   \
-      "It is not finite.")
+    X(signed_number, clock_error_s, "s", ll_motion_clock_error(m, i),                                        \
+      "time by the method's clock less the exact time", "The time is not finite.")
 #define ORIGIN(X)                                                                                            \
     X(number, ulp_m, "m", ll_single_spacing((float)method->origin_offset_m),                                 \
-      "how far apart numbers are there", NULL)
+      "distance of neighbouring single-precision numbers at origin_offset_m", NULL)
 #define COUNTERS(X)                                                                                          \
     X(count, evaluations, NULL, ran *(double)(before->evaluations + c->evaluations),                         \
-      "of the right-hand side", OFF)                                                                         \
-    X(count, steps, NULL, ran *(double)(before->steps + c->steps), "that were made", OFF)                    \
+      "evaluations of the derivative", OFF)                                                                  \
+    X(count, steps, NULL, ran *(double)(before->steps + c->steps), "accepted steps", OFF)                    \
     X(count, rejected, NULL, ran *(double)(before->rejected + c->rejected),                                  \
-      "steps that were made again, shorter", OFF)                                                            \
-    X(count, jacobians, NULL, ran *(double)(before->jacobians + c->jacobians), "Jacobian matrices", OFF)     \
-    X(count, factorisations, NULL, ran *(double)(before->factorisations + c->factorisations), "of matrices", \
-      OFF)                                                                                                   \
+      "rejected steps, which were repeated with a shorter step", OFF)                                        \
+    X(count, jacobians, NULL, ran *(double)(before->jacobians + c->jacobians),                               \
+      "Jacobians that were computed", OFF)                                                                   \
+    X(count, factorisations, NULL, ran *(double)(before->factorisations + c->factorisations),                \
+      "factorisations of matrices", OFF)                                                                     \
     X(count, events, NULL, ran *(double)(before->events + c->events),                                        \
-      "jumps of the state, as of a ball that bounces", OFF)
+      "events: jumps of the state, such as the impact of a ball", OFF)
 
-static const ll_metric_table steps_by_table = {
-    .path = METHODS, .when = "Its steps are not fixed.", .help = "Its frames.", LL_METRICS_FROM(STEPS_BY)};
-static const ll_metric_table clock_table = {
-    .path = METHODS, .when = "Its clock is not exact.", .help = "Its clock.", LL_METRICS_FROM(CLOCK)};
-static const ll_metric_table origin_table = {
-    .path = METHODS, .when = "With an origin_offset_m.", .help = "Its numbers.", LL_METRICS_FROM(ORIGIN)};
-static const ll_metric_table counter_table = {
-    .path = METHODS,
-    .help = "What it took: of both ways where it turns; of one that failed, until then.",
-    LL_METRICS_FROM(COUNTERS)};
+static const ll_metric_table steps_by_table = {.path = METHODS,
+                                               .when =
+                                                   "Only of methods with steps by frames or an accumulator.",
+                                               .help = "Time stepping of the method.",
+                                               LL_METRICS_FROM(STEPS_BY)};
+static const ll_metric_table clock_table = {.path = METHODS,
+                                            .when = "Only of methods whose clock is not exact.",
+                                            .help = "Clock of the method.",
+                                            LL_METRICS_FROM(CLOCK)};
+static const ll_metric_table origin_table = {.path = METHODS,
+                                             .when = "Only of methods with an origin_offset_m.",
+                                             .help = "Resolution of positions.",
+                                             LL_METRICS_FROM(ORIGIN)};
+static const ll_metric_table counter_table = {.path = METHODS,
+                                              .help =
+                                                  "Cost counters of the method: of both directions if the "
+                                                  "run is reversed; of a method that failed, until then.",
+                                              LL_METRICS_FROM(COUNTERS)};
 
+/* Effects of its time stepping. */
 static void drive(cJSON *o, const ll_motion *m, int i)
 {
     const ll_motion_method *method = &m->config.methods[i];
@@ -183,6 +213,7 @@ static void drive(cJSON *o, const ll_motion *m, int i)
         LL_METRICS_PUT(o, &origin_table, ORIGIN);
 }
 
+/* Of both directions; after a failure, the counts until then. */
 static void counters(cJSON *o, const ll_motion *m, int i, ll_run_status status)
 {
     const ll_ode_counters *c = &ll_motion_run(m, i)->counters, *before = &m->drive[i].before;
@@ -190,7 +221,7 @@ static void counters(cJSON *o, const ll_motion *m, int i, ll_run_status status)
     LL_METRICS_PUT(o, &counter_table, COUNTERS);
 }
 
-/* ---- all of it ---- */
+/* ---- metrics of a run ---- */
 
 static cJSON *method_metrics(const ll_motion *m, int i)
 {
@@ -216,7 +247,7 @@ static cJSON *method_metrics(const ll_motion *m, int i)
     return o;
 }
 
-/* Why errors of what ended well are null. */
+/* Why errors are null after a run without failure. */
 static void add_notices(cJSON *metrics, const ll_motion *m)
 {
     cJSON *notices = cJSON_AddArrayToObject(metrics, "notices");
@@ -252,21 +283,21 @@ cJSON *ll_motion_metrics(const void *block)
     return metrics;
 }
 
-/* ---- what is timed after a run ---- */
+/* ---- processor time, measured after a run ---- */
 
 #define TIMES(X)                                                                                             \
     X(number, ns_per_sim_s, "ns/s", ns,                                                                      \
-      "processor time of the method alone, per simulated second, the least of five runs", NOT_OK)
+      "processor time of the method alone, per simulated second; the least of five runs", NOT_OK)
 
-static const ll_metric_table time_table = {
-    .path = METHODS,
-    .when = "Of laglab run, of a method that was run: a daemon would have to run the scenario again for it.",
-    .help = "What it costs.",
-    LL_METRICS_FROM(TIMES)};
+static const ll_metric_table time_table = {.path = METHODS,
+                                           .when = "Only in the output of `laglab run`, of methods that were "
+                                                   "run: a daemon would have to run the scenario again.",
+                                           .help = "Processor time of the method.",
+                                           LL_METRICS_FROM(TIMES)};
 
 enum { REPEATS = 5 };
 
-/* The least of a few runs: what is above it is not the method's. 0 without memory. */
+/* The minimum of several runs: the rest is not the method's cost. 0: out of memory. */
 static double cost_of(ll_motion_config *c, int i, int64_t (*now_ns)(void))
 {
     const ll_ode_method *method = ll_motion_method_of(c, i);

@@ -18,20 +18,22 @@ static double clock_error_ms(const ll_netgame *g, int player)
 }
 
 #define CONNECTION(X)                                                                                        \
-    X(text, state, NULL, ll_connection_state_names[n->state], "as the client has it", NULL)                  \
-    X(flag, connected, NULL, client_slot->connected, "by the server", NULL)                                  \
-    X(count, joins, NULL, n->joins, "of the client", NULL)                                                   \
-    X(events, time_outs, NULL, n->time_outs, "of the client", NULL)                                          \
-    X(events, drops, NULL, client_slot->drops, "by the server", NULL)                                        \
+    X(text, state, NULL, ll_connection_state_names[n->state],                                                \
+      "state of the connection, as the client has it", NULL)                                                 \
+    X(flag, connected, NULL, client_slot->connected, "whether the server has the player as connected", NULL) \
+    X(count, joins, NULL, n->joins, "times that the client joined the game", NULL)                           \
+    X(events, time_outs, NULL, n->time_outs, "connections that the client gave up after a time-out", NULL)   \
+    X(events, drops, NULL, client_slot->drops, "times that the server dropped the player", NULL)             \
     X(by_name, seconds, "s",                                                                                 \
       ((ll_metric_reading){                                                                                  \
           .number = LL_CONNECTION_STATES, .numbers = seconds, .names = ll_connection_state_names}),          \
-      "in each state", NULL)                                                                                 \
+      "time that the client spent in each state of the connection", NULL)                                    \
     X(number, round_trip_ms, "ms", ll_to_ms(ll_clock_sync_round_trip(&n->clock)),                            \
-      "the longest of the last eight pings", NULL)                                                           \
+      "longest round-trip time of the last eight pings", NULL)                                               \
     X(number, clock_error_ms, "ms", clock_error_ms(g, player),                                               \
-      "the server's clock as the client knows it less what it is", NULL)                                     \
-    X(events, clock_snaps, NULL, n->clock.snaps, "times that the clock jumped", NULL)
+      "error of clock synchronisation: the client's estimate of the server's clock less that clock", NULL)   \
+    X(events, clock_snaps, NULL, n->clock.snaps,                                                             \
+      "times that the client's estimate of the server's clock jumped", NULL)
 
 const ll_metric_table ll_netgame_connection_table = {LL_OF_PLAYERS(".connection"),
                                                      .help = "The player's connection, the lobby included.",

@@ -60,20 +60,22 @@ static void add(sums *s, double x, double y)
 }
 
 #define FAIRNESS(X)                                                                                          \
-    X(number, spread, NULL, several ? s->max - s->min : NAN, "largest less least, in the measure's unit",    \
+    X(number, spread, NULL, several ? s->max - s->min : NAN,                                                 \
+      "largest less smallest value of the measure among the players, in the unit of the measure",            \
       "Fewer than two players have the measure.")                                                            \
     X(number, jain, NULL, several ? jain : NAN,                                                              \
-      "Jain's index: 1 when all are served alike, or all have 0; 1/n when one has it all",                   \
+      "Jain index of the measure: 1 when all players have the same value, or all have 0; 1/n when one of n " \
+      "players has everything",                                                                              \
       "Fewer than two players have the measure.")                                                            \
     X(number, per_ms_of_round_trip, "1/ms",                                                                  \
       several &&spread > least ? (s->n * s->dx_dy - s->dx * s->dy) / spread : NAN,                           \
-      "what a millisecond of one's own round trip costs, by least squares; the round trip is the mean "      \
-      "delay of link_up plus that of link_down",                                                             \
-      "Fewer than two players have the measure, or all round trips are alike.")
+      "change of the measure per millisecond of a player's own round-trip time, by least squares; the "      \
+      "round-trip time is the mean delay of link_up plus that of link_down",                                 \
+      "Fewer than two players have the measure, or all round-trip times are equal.")
 
 const ll_metric_table ll_netgame_fairness_table = {
     LL_OF_RUN("server.fairness.*"),
-    .help = "how evenly the players are served by a measure; hit_ratio in a game with weapons.",
+    .help = "How evenly a measure is distributed among the players; hit_ratio only in games with weapons.",
     LL_METRICS_FROM(FAIRNESS)};
 
 static cJSON *fairness_json(const sums *s)

@@ -1,4 +1,4 @@
-/* The metrics of a netgame: of each player, of the server, and the tables of all. */
+/* Metrics of a netgame: of the players and the server, and the list of all tables. */
 #include <cjson/cJSON.h>
 #include <math.h>
 
@@ -7,7 +7,7 @@
 
 /* ---- a player ---- */
 
-#define NAME(X) X(text, name, NULL, g->config.players[i].name, "of the player", NULL)
+#define NAME(X) X(text, name, NULL, g->config.players[i].name, "name of the player", NULL)
 
 static ll_metric_reading distribution_of(const ll_client_metrics *in, ll_metric metric)
 {
@@ -22,53 +22,70 @@ static ll_metric_reading distribution_of(const ll_client_metrics *in, ll_metric 
 
 #define PICTURES(X)                                                                                          \
     X(gauge, own_lead_ms, "ms", ll_netgame_gauge(&in->rendered_views.leads_ms, 1),                           \
-      "how far ahead of the server the own entity is drawn: from the server time of its tick to now; "       \
-      "negative: behind",                                                                                    \
-      "None was compared.")                                                                                  \
+      "time by which the own entity is drawn ahead of the server: server time of the drawn tick less the "   \
+      "time of the frame; negative: drawn behind the server",                                                \
+      "No drawn tick of the own entity was compared with the server's.")                                     \
     X(count, own_pictures_void, NULL, in->rendered_views.voided,                                             \
-      "rendered views of ticks that were never made", NULL)
+      "frames that were never compared with the server, because it did not make the drawn tick of the own "  \
+      "entity",                                                                                              \
+      NULL)
 
 #define CORRECTIONS(X)                                                                                       \
-    X(count, corrections, NULL, in->corrections, "states that moved the own entity", NULL)                   \
-    X(number, corrections_per_s, "1/s", ll_netgame_ratio((double)in->corrections, seconds), "these",         \
-      "It is before warmup_s.")                                                                              \
+    X(count, corrections, NULL, in->corrections,                                                             \
+      "snapshots and rollbacks that changed the predicted position of the own entity", NULL)                 \
+    X(number, corrections_per_s, "1/s", ll_netgame_ratio((double)in->corrections, seconds),                  \
+      "snapshots and rollbacks per second that changed the predicted position of the own entity",            \
+      "The run has not reached warmup_s.")                                                                   \
     X(events, visible_corrections, NULL, in->visible_m_all.count,                                            \
-      "displays with a correction that can be seen: what is drawn of an entity moved by more than a "        \
-      "pixel and more than a tenth of the way that it goes by its drawn speed in the same frame",            \
+      "frames with a visible correction: it moved a drawn position by more than a pixel, and by more than "  \
+      "a tenth of the distance that the entity covers at its drawn speed in that frame",                     \
       NULL)                                                                                                  \
     X(event_rate, visible_corrections_per_s, "1/s",                                                          \
-      ll_netgame_ratio((double)in->visible_m_all.count, seconds), "these", "It is before warmup_s.")         \
+      ll_netgame_ratio((double)in->visible_m_all.count, seconds),                                            \
+      "frames with a visible correction per second", "The run has not reached warmup_s.")                    \
     X(gauge, visible_correction_m, "m", ll_netgame_gauge(&in->visible_m_all, 1),                             \
-      "the farthest of such a display", "There was none.")                                                   \
+      "size of a visible correction: the farthest distance that it moved an entity in the frame",            \
+      "There was no visible correction.")                                                                    \
     X(gauge, visible_correction_px, "px", ll_netgame_gauge(&in->visible_m_all, px),                          \
-      "in pixels: the scene's width is 1920", "There was none.")                                             \
+      "size of a visible correction in pixels; the scene is 1920 pixels wide",                               \
+      "There was no visible correction.")                                                                    \
     X(gauge, visible_correction_arcmin, "arcmin", ll_netgame_gauge(&in->visible_m_all, px *ARCMIN_PER_PX),   \
-      "in minutes of arc: 1.59 a pixel, as 24 inches of 1920 pixels have from 0.6 m", "There was none.")
+      "size of a visible correction in minutes of arc: 1.59 per pixel, as on a display of 24 inches with "   \
+      "1920 pixels at a distance of 0.6 m",                                                                  \
+      "There was no visible correction.")
 
 #define INPUTS(X)                                                                                            \
-    X(count, accepted, NULL, client_slot->accepted, "taken for a step to come", NULL)                        \
-    X(count, duplicate, NULL, client_slot->duplicate, "repetitions", NULL)                                   \
+    X(count, accepted, NULL, client_slot->accepted,                                                          \
+      "inputs that the server accepted for a step that it had not made yet", NULL)                           \
+    X(count, duplicate, NULL, client_slot->duplicate,                                                        \
+      "repetitions of inputs that the server had received before", NULL)                                     \
     X(count, starved_steps, NULL, client_slot->starved,                                                      \
-      "steps without an input, from the player's first on and while it is connected", NULL)                  \
+      "steps of the server without an input of the player; counted from the player's first input on, while " \
+      "it is connected",                                                                                     \
+      NULL)                                                                                                  \
     X(number, slack_ticks, "ticks",                                                                          \
       client_slot->last_slack == LL_SLACK_UNKNOWN ? NAN : (double)client_slot->last_slack,                   \
-      "how early the last came", "None has come.")                                                           \
+      "input slack of the newest input: ticks from its arrival to its step", "No input has arrived.")        \
     X(by_name, refused, NULL, rules_of(client_slot, counts),                                                 \
-      "inputs that broke a rule, by rule, once for each time that they came", NULL)
+      "inputs that the server refused, by the rule that they broke; an input counts each time that it "      \
+      "arrives",                                                                                             \
+      NULL)
 
-static const ll_metric_table name_table = {LL_OF_PLAYERS(""), .help = "Who it is.", LL_METRICS_FROM(NAME)};
+static const ll_metric_table name_table = {LL_OF_PLAYERS(""), .help = "The player.", LL_METRICS_FROM(NAME)};
 static const ll_metric_table distribution_table = {
-    LL_OF_PLAYERS(""), .help = "What the player's view is like, from warmup_s on.",
+    LL_OF_PLAYERS(""),
+    .help = "Latencies, ages, errors and corrections of the player's view, from warmup_s on.",
     .fields = (const ll_metric_field[]){LL_CLIENT_METRICS(DISTRIBUTION_FIELD)}, .count = LL_METRICS};
 static const ll_metric_table picture_table = {
-    LL_OF_PLAYERS(""), .help = "The rendered views of the own entity, from warmup_s on.",
+    LL_OF_PLAYERS(""), .help = "Drawn ticks of the own entity compared with the server's, from warmup_s on.",
     LL_METRICS_FROM(PICTURES)};
-static const ll_metric_table correction_table = {LL_OF_PLAYERS(""), .help = "corrections, from warmup_s on.",
+static const ll_metric_table correction_table = {LL_OF_PLAYERS(""), .help = "Corrections, from warmup_s on.",
                                                  LL_METRICS_FROM(CORRECTIONS)};
-static const ll_metric_table input_table = {
-    LL_OF_PLAYERS(".inputs"), .help = "inputs at the server, from 0 on.", LL_METRICS_FROM(INPUTS)};
+static const ll_metric_table input_table = {LL_OF_PLAYERS(".inputs"),
+                                            .help = "The player's inputs at the server, from time 0 on.",
+                                            LL_METRICS_FROM(INPUTS)};
 
-/* The display that corrections are seen on: 24 inches of 1920 pixels, from 0.6 m. */
+/* Assumed display for visible corrections: 24 inches, 1920 pixels, at a distance of 0.6 m. */
 #define ARCMIN_PER_PX 1.59
 
 static void view(cJSON *o, const ll_client_metrics *in, double seconds)
@@ -120,32 +137,38 @@ static cJSON *player_metrics(const ll_netgame *g, int i)
 /* ---- the server ---- */
 
 #define SERVER(X)                                                                                            \
-    X(text, sync, NULL, ll_netgame_sync(g)->name, "how it keeps time", NULL)                                 \
-    X(count, steps, NULL, server->step, "that it made", NULL)                                                \
-    X(number, steps_per_s, "1/s", ll_netgame_ratio((double)server->step, ll_to_s(g->now)), "these",          \
-      "It is time 0.")                                                                                       \
+    X(text, sync, NULL, ll_netgame_sync(g)->name, "parameter sync: how server and clients keep time", NULL)  \
+    X(count, steps, NULL, server->step, "steps that the server has made", NULL)                              \
+    X(number, steps_per_s, "1/s", ll_netgame_ratio((double)server->step, ll_to_s(g->now)),                   \
+      "steps of the server per second of virtual time", "Virtual time is 0.")                                \
     X(number, stalled_s, "s", ll_to_s(server->stalled + stalling(g)),                                        \
-      "how long it waited for inputs (lockstep, deterministic, rollback) beyond one interval a step, the "   \
-      "wait that has not ended included",                                                                    \
+      "time that the server waited for inputs (lockstep, deterministic, rollback) beyond one step interval " \
+      "per step; includes a wait that has not ended",                                                        \
       NULL)                                                                                                  \
     X(count, slowest_player, NULL, slowest,                                                                  \
-      "whom the server (in the locksteps, whose input came last) or the clients together, from warmup_s "    \
-      "on, waited for longest; of equal ones the first; -1: no player",                                      \
+      "index of the player that was waited for longest from warmup_s on: in the locksteps by the server, "   \
+      "for the input that came last; otherwise by the clients together; of equal players the first; -1: no " \
+      "player",                                                                                              \
       NULL)                                                                                                  \
-    X(number, slowest_waited_s, "s", slowest_s, "how long", NULL)                                            \
-    X(text, snapshot, NULL, ll_codec_names[server->codec], "the encoding of snapshots", NULL)                \
+    X(number, slowest_waited_s, "s", slowest_s,                                                              \
+      "time that server or clients waited for the slowest player, from warmup_s on", NULL)                   \
+    X(text, snapshot, NULL, ll_codec_names[server->codec],                                                   \
+      "parameter snapshot_encoding: the encoding of snapshots", NULL)                                        \
     X(distribution, rounding_m, "m",                                                                         \
       ll_netgame_distribution(ll_rounding_summary(ll_server_baseline_history(server))),                      \
-      "from a position as sent to the true one, of every position that went onto the grid", "None did.")
+      "distance of a quantised position in a snapshot from the position before quantisation; a value per "   \
+      "quantised position",                                                                                  \
+      "No position was quantised.")
 
-static const ll_metric_table server_table = {LL_OF_RUN("server"), .help = "The server, from 0 on.",
+static const ll_metric_table server_table = {LL_OF_RUN("server"), .help = "The server, from time 0 on.",
                                              LL_METRICS_FROM(SERVER)};
-#define NOTICES(X) X(notices, notices, NULL, , "why metrics are null or mean nothing", NULL)
+#define NOTICES(X)                                                                                           \
+    X(notices, notices, NULL, , "sentences that say why metrics are null or without meaning", NULL)
 
-static const ll_metric_table notice_table = {LL_OF_RUN(""), .help = "What to know of it.",
+static const ll_metric_table notice_table = {LL_OF_RUN(""), .help = "Notices about the metrics.",
                                              LL_METRICS_FROM(NOTICES)};
 
-/* Of the wait that has not ended. */
+/* Length of the present wait. */
 static ll_time stalling(const ll_netgame *g)
 {
     const ll_sync_mode *sync = ll_netgame_sync(g);

@@ -121,23 +121,24 @@ void ll_netgame_add_notices(const ll_netgame *game, struct cJSON *metrics);
 int ll_netgame_trace_columns(const void *config, char (*names)[48], int capacity);
 int ll_netgame_trace_row(const void *block, double *values, int capacity);
 
-/* numbers.c: a number; null for what is none */
+/* numbers.c: a number; null for NaN and infinity */
 void ll_netgame_number(struct cJSON *object, const char *name, double value);
-double ll_netgame_ratio(double part, double whole);                             /* NaN when `whole` is 0 */
-double ll_netgame_measured_s(const ll_netgame *g, const ll_client_metrics *in); /* that rates count */
+double ll_netgame_ratio(double part, double whole); /* NaN when `whole` is 0 */
+double ll_netgame_measured_s(const ll_netgame *g,
+                             const ll_client_metrics *in); /* s, over which rates count */
 
-/* Readings of a distribution; of a latency, of which `lost` changes never came about; and of a gauge, `scale`
- * times as large. */
+/* Readings of a distribution; of a latency, with `lost` infinite values; and of a gauge, multiplied by
+ * `scale`. */
 ll_metric_reading ll_netgame_distribution(ll_summary summary);
 ll_metric_reading ll_netgame_latency(ll_summary summary, int64_t lost);
 ll_metric_reading ll_netgame_gauge(const ll_running_stats *gauge, double scale);
 
-/* Of a table of metrics: where its object stands. */
+/* Path of a table of metrics. */
 #define LL_OF_RUN(path_) .path = path_, .short_numbers = true
 #define LL_OF_PLAYERS(path_) LL_OF_RUN("players.*" path_)
 
-/* metrics.c, and the files of what is measured: tables of metrics, NULL-terminated, and adding a player's to
- * its object */
+/* Tables of metrics, NULL-terminated (metrics.c), and the functions that add metrics of a player to its
+ * object. */
 extern const ll_metric_table *const ll_netgame_metric_tables[];
 struct cJSON *ll_netgame_metrics(const void *block);
 
@@ -167,7 +168,7 @@ extern const ll_metric_table ll_netgame_verdict_table, ll_netgame_timed_table, l
     &ll_netgame_verdict_table, &ll_netgame_timed_table, &ll_netgame_cause_table, &ll_netgame_replay_table,   \
         &ll_netgame_validation_table, &ll_netgame_ack_table
 
-/* traffic.c: adds what the player sent and was sent, and what its links did */
+/* traffic.c: adds the player's bandwidth, snapshots and the measured behaviour of its links */
 void ll_netgame_traffic_metrics(const ll_netgame *g, int player, struct cJSON *metrics);
 extern const ll_metric_table ll_netgame_message_table, ll_netgame_bandwidth_table, ll_netgame_snapshot_table,
     ll_netgame_up_table, ll_netgame_down_table;
@@ -186,7 +187,7 @@ void ll_netgame_add_fairness(const ll_netgame *g, struct cJSON *server, const st
 
 /* peers.c: of the peer-to-peer syncs */
 void ll_netgame_peer_metrics(struct cJSON *player, const ll_netgame *g, int i);
-/* Whom the server or the clients waited for longest, -1: no player, and how long. */
+/* The player that the server or the clients waited for longest, and how long; -1: no player. */
 int ll_netgame_slowest(const ll_netgame *g, double *waited_s);
 extern const ll_metric_table ll_netgame_desync_table, ll_netgame_stall_table, ll_netgame_rollback_table,
     ll_netgame_sync_test_table;

@@ -23,60 +23,85 @@ static double waited_s(const ll_netgame *g, int i, int for_player)
 
 #define DESYNC(X)                                                                                            \
     X(count, tick, NULL, d->tick,                                                                            \
-      "the first confirmed tick whose world differs from the server's; -1: none", NULL)                      \
+      "first confirmed tick at which the client's world differs from the server's; -1: none", NULL)          \
     X(count, reported_tick, NULL, ll_netgame_server(g)->client_slots[i].peer.desync,                         \
-      "the same as the server finds it by hashes", NULL)                                                     \
-    X(count, entity, NULL, d->entity, "the first that differs in it; -1: only the game's own part does",     \
+      "first confirmed tick at which the server finds a different hash of the client's world; -1: none",     \
       NULL)                                                                                                  \
-    X(text, field, NULL, d->tick < 0 ? "" : ll_field_names[d->field], "field of it that differs", NULL)      \
-    X(number, ulps, "ulps", d->ulps, "distance of that field then, in steps between neighbouring doubles",   \
-      "It is not finite.")                                                                                   \
-    X(number, ulps_1s, "ulps", d->ulps_1s, "a second later", "It is not finite.")                            \
-    X(number, ulps_10s, "ulps", d->ulps_10s, "ten seconds later", "It is not finite.")                       \
-    X(number, ulps_max, "ulps", d->ulps_max, "the most", "It is not finite.")                                \
-    X(number, error_m, "m", d->error, "of the entity that is furthest off, now", "It is not finite.")        \
-    X(number, error_max_m, "m", d->error_max, "the most", "It is not finite.")
+    X(count, entity, NULL, d->entity,                                                                        \
+      "first entity that differs from the server's at the tick of the desync; -1: only the game's own "      \
+      "state differs",                                                                                       \
+      NULL)                                                                                                  \
+    X(text, field, NULL, d->tick < 0 ? "" : ll_field_names[d->field],                                        \
+      "field that differs from the server's at the tick of the desync; empty: none", NULL)                   \
+    X(number, ulps, "ulps", d->ulps,                                                                         \
+      "distance of the differing field from the server's at the tick of the desync, in steps between "       \
+      "neighbouring doubles",                                                                                \
+      "The distance is not finite.")                                                                         \
+    X(number, ulps_1s, "ulps", d->ulps_1s,                                                                   \
+      "distance of the differing field from the server's one second after the tick of the desync, in steps " \
+      "between neighbouring doubles",                                                                        \
+      "The distance is not finite.")                                                                         \
+    X(number, ulps_10s, "ulps", d->ulps_10s,                                                                 \
+      "distance of the differing field from the server's ten seconds after the tick of the desync, in "      \
+      "steps between neighbouring doubles",                                                                  \
+      "The distance is not finite.")                                                                         \
+    X(number, ulps_max, "ulps", d->ulps_max,                                                                 \
+      "largest distance of the differing field from the server's, in steps between neighbouring doubles",    \
+      "The distance is not finite.")                                                                         \
+    X(number, error_m, "m", d->error,                                                                        \
+      "distance from the server's position now, of the entity that is farthest from it",                     \
+      "The distance is not finite.")                                                                         \
+    X(number, error_max_m, "m", d->error_max,                                                                \
+      "largest distance of an entity from the server's position so far", "The distance is not finite.")
 
 #define STALLS(X)                                                                                            \
-    X(count, count, NULL, n->stalls, "a stall counts by its first frame", NULL)                              \
+    X(count, count, NULL, n->stalls,                                                                         \
+      "stalls: waits for the inputs of other players; a stall counts at its first frame", NULL)              \
     X(number, stalled_s, "s", (double)n->stalled_frames * g->env.dt,                                         \
-      "frames that wait for inputs of others; each counts 1 / tick_hz", NULL)                                \
+      "time that the client waited for inputs of other players; a frame counts 1 / tick_hz", NULL)           \
     X(number, time_sync_wait_s, "s", (double)n->time_sync_frames * g->env.dt,                                \
-      "frames left out so that others come after, or held", NULL)                                            \
+      "time that the client waited for peers that are behind (time sync), or was held; a frame counts 1 / "  \
+      "tick_hz",                                                                                             \
+      NULL)                                                                                                  \
     X(numbers, waited_s, "s", ll_metric_numbers(waited, g->config.player_count),                             \
-      "by player that was waited for; several may be at once", NULL)
+      "time that the client waited for the input of each player, by index of the player; it may wait for "   \
+      "several at once",                                                                                     \
+      NULL)
 
 #define ROLLBACK(X)                                                                                          \
-    X(count, count, NULL, n->rollbacks, "of them", NULL)                                                     \
-    X(number, count_per_s, "1/s", per_s(g, i, (double)n->rollbacks), "of them", "It is before warmup_s.")    \
-    X(count, ticks, NULL, n->rollback_ticks, "that were made again", NULL)                                   \
-    X(number, ticks_per_s, "1/s", per_s(g, i, (double)n->rollback_ticks), "that were made again",            \
-      "It is before warmup_s.")                                                                              \
-    X(count, ticks_max, NULL, n->rollback_ticks_max, "at once", NULL)
+    X(count, count, NULL, n->rollbacks, "rollbacks", NULL)                                                   \
+    X(number, count_per_s, "1/s", per_s(g, i, (double)n->rollbacks), "rollbacks per second",                 \
+      "The run has not reached warmup_s.")                                                                   \
+    X(count, ticks, NULL, n->rollback_ticks, "ticks that rollbacks resimulated", NULL)                       \
+    X(number, ticks_per_s, "1/s", per_s(g, i, (double)n->rollback_ticks),                                    \
+      "ticks per second that rollbacks resimulated", "The run has not reached warmup_s.")                    \
+    X(count, ticks_max, NULL, n->rollback_ticks_max,                                                         \
+      "largest number of ticks that one rollback resimulated", NULL)
 
 #define SYNC_TEST(X)                                                                                         \
-    X(count, count, NULL, n->sync_tests, "of them", NULL)                                                    \
-    X(events, mismatches, NULL, n->sync_test_mismatches, "of these", NULL)
+    X(count, count, NULL, n->sync_tests, "sync tests that were made", NULL)                                  \
+    X(events, mismatches, NULL, n->sync_test_mismatches, "sync tests whose checksums differ", NULL)
 
 const ll_metric_table ll_netgame_desync_table = {
     LL_OF_PLAYERS(".desync"),
-    .help = "desynchronisation, since the last resync. Of a client with a world of its own "
-            "(deterministic, rollback); else zeros.",
+    .help = "Desync since the last resync, of a client that simulates the world itself (deterministic, "
+            "rollback); other clients have none.",
     LL_METRICS_FROM(DESYNC)};
 
-const ll_metric_table ll_netgame_stall_table = {LL_OF_PLAYERS(".stalls"),
-                                                .help = "stalls, from warmup_s on. Of a client with a world "
-                                                        "of its own (deterministic, rollback); else zeros.",
-                                                LL_METRICS_FROM(STALLS)};
+const ll_metric_table ll_netgame_stall_table = {
+    LL_OF_PLAYERS(".stalls"),
+    .help = "Stalls from warmup_s on, of a client that simulates the world itself (deterministic, rollback); "
+            "0 of other clients.",
+    LL_METRICS_FROM(STALLS)};
 
 const ll_metric_table ll_netgame_rollback_table = {
     LL_OF_PLAYERS(".rollback"),
-    .help = "rollbacks, from warmup_s on. Of a client with a world of its own (deterministic, "
-            "rollback); else zeros.",
+    .help = "Rollbacks from warmup_s on, of a client that simulates the world itself (deterministic, "
+            "rollback); 0 of other clients.",
     LL_METRICS_FROM(ROLLBACK)};
 
 const ll_metric_table ll_netgame_sync_test_table = {
-    LL_OF_PLAYERS(".sync_test"), .help = "sync tests, with sync_test_ticks.", LL_METRICS_FROM(SYNC_TEST)};
+    LL_OF_PLAYERS(".sync_test"), .help = "Sync tests, with sync_test_ticks.", LL_METRICS_FROM(SYNC_TEST)};
 
 void ll_netgame_peer_metrics(cJSON *player, const ll_netgame *g, int i)
 {

@@ -7,77 +7,100 @@
 #include "sim/netgame/netgame.h"
 
 #define TALLY(X)                                                                                             \
-    X(count, shots, NULL, t->shots, "that all four judges have judged", NULL)                                \
-    X(count, lost, NULL, t->lost, "their input came late or not at all, or the weapon was not ready", NULL)  \
+    X(count, shots, NULL, t->shots,                                                                          \
+      "shots with all four results: in the shooter's view, in the server's present, by the server's policy " \
+      "and in the ground truth",                                                                             \
+      NULL)                                                                                                  \
+    X(count, lost, NULL, t->lost,                                                                            \
+      "shots without a result: the input came late or not at all, or the weapon was not ready", NULL)        \
     X(count, client_view_hits, NULL, t->hits[LL_JUDGE_VIEW],                                                 \
-      "in the rendered views of the shooter's client, as pressed", NULL)                                     \
-    X(count, server_now_hits, NULL, t->hits[LL_JUDGE_NOW], "in the server's present, without compensation",  \
-      NULL)                                                                                                  \
-    X(count, compensated_hits, NULL, t->hits[LL_JUDGE_SERVER], "by the server's policy: what counted", NULL) \
+      "shots that hit in the view of the shooter's client, as pressed", NULL)                                \
+    X(count, server_now_hits, NULL, t->hits[LL_JUDGE_NOW],                                                   \
+      "shots that would hit in the server's present, without lag compensation", NULL)                        \
+    X(count, compensated_hits, NULL, t->hits[LL_JUDGE_SERVER],                                               \
+      "shots that hit by the server's policy: the result that counts", NULL)                                 \
     X(count, perfect_hits, NULL, t->hits[LL_JUDGE_PERFECT],                                                  \
-      "as pressed, among the truth at the moment of the press", NULL)                                        \
+      "shots that would hit in the ground truth at the moment of the press, as pressed", NULL)               \
     X(number, agreement, NULL, share(t->agreed, t->shots),                                                   \
-      "share of shots of which policy and rendered view say the same body, or both none", "No shot.")        \
+      "share of shots for which the server's policy and the shooter's view name the same body, or both "     \
+      "none",                                                                                                \
+      "No shot was judged.")                                                                                 \
     X(count, shots_within_max_rewind, NULL, t->within,                                                       \
-      "those that a policy or family looked back for as far as the view was old", NULL)                      \
+      "shots for which the server rewound as far as the shooter's view was old", NULL)                       \
     X(number, agreement_within_max_rewind, NULL, share(t->within_agreed, t->within),                         \
-      "the same share of these", "No shot.")                                                                 \
-    X(events, false_hits, NULL, t->false_hits, "against the rendered view", NULL)                            \
-    X(events, false_misses, NULL, t->false_misses, "against the rendered view", NULL)                        \
+      "share of shots for which the server's policy and the shooter's view name the same body, or both "     \
+      "none, among those rewound as far as the view was old",                                                \
+      "No shot was rewound as far as the view was old.")                                                     \
+    X(events, false_hits, NULL, t->false_hits,                                                               \
+      "shots that hit a body by the server's policy, but not this body in the shooter's view", NULL)         \
+    X(events, false_misses, NULL, t->false_misses,                                                           \
+      "shots that hit a body in the shooter's view, but not this body by the server's policy", NULL)         \
     X(number, favour_the_shooter, NULL, share(t->kept, t->hits[LL_JUDGE_VIEW]),                              \
-      "share of hits in the rendered view that counted", "No hit in the rendered view.")                     \
-    X(events, hits_on_players, NULL, t->on_players, "that counted", NULL)                                    \
+      "share of hits in the shooter's view that the server counted", "No shot hit in the shooter's view.")   \
+    X(events, hits_on_players, NULL, t->on_players, "hits on players that the server counted", NULL)         \
     X(events, shot_behind_cover, NULL, t->behind_cover,                                                      \
-      "of the rifle's: the line between victim and shooter was blocked in the victim's own rendered view "   \
-      "at that moment",                                                                                      \
+      "hits of hitscan shots that the server counted while the line to the shooter was blocked in the "      \
+      "victim's own view",                                                                                   \
       NULL)                                                                                                  \
-    X(events, clamped, NULL, t->clamped, "to max_rewind_ms by one that looks back", NULL)                    \
-    X(events, view_time_rejected, NULL, t->view_time_rejected, "their age of view was not believed", NULL)
+    X(events, clamped, NULL, t->clamped, "shots that a policy with rewind limited to max_rewind_ms", NULL)   \
+    X(events, view_time_rejected, NULL, t->view_time_rejected,                                               \
+      "shots whose reported view age the server did not believe", NULL)
 
 #define SHOTS(X)                                                                                             \
-    X(number, hit_ratio, NULL, share(hits, shots), "share of all shots that counted as hits", "No shot.")    \
+    X(number, hit_ratio, NULL, share(hits, shots), "share of all shots that counted as hits",                \
+      "No shot was judged.")                                                                                 \
     X(distribution, rollback_distance_m, "m", ll_netgame_distribution(ll_histogram_summary(&m->rollback)),   \
-      "from where the body that is hit was then to where it is", "No hit.")                                  \
+      "distance of the body that was hit from where it was judged (rewound) to where it is in the server's " \
+      "present",                                                                                             \
+      "No shot hit.")                                                                                        \
     X(distribution, rewind_ms, "ms", ll_netgame_distribution(ll_histogram_summary(&m->rewind)),              \
-      "how far back from its present the server looked", "No shot.")                                         \
+      "time that the server rewound from its present to judge a shot", "No shot was judged.")                \
     X(distribution, trace_error_m, "m", ll_netgame_distribution(ll_histogram_summary(&m->trace_error)),      \
-      "from a shell's traced way to the parabola", "No shell.")
+      "distance of a projectile's traced path from the parabola", "No projectile was traced.")
 
 #define PEEKS(X)                                                                                             \
-    X(number, mean, "ms", s.count > 0 ? s.mean : NAN, "mean",                                                \
-      "No such pair was seen, as with scripts that never stand.")                                            \
-    X(number, rms, "ms", s.count > 0 ? s.rms : NAN, "root mean square",                                      \
-      "No such pair was seen, as with scripts that never stand.")                                            \
-    X(number, p50, "ms", s.count > 0 ? s.p50 : NAN, "median",                                                \
-      "No such pair was seen, as with scripts that never stand.")                                            \
-    X(number, p95, "ms", s.count > 0 ? s.p95 : NAN, "95th percentile",                                       \
-      "No such pair was seen, as with scripts that never stand.")                                            \
-    X(number, p99, "ms", s.count > 0 ? s.p99 : NAN, "99th percentile",                                       \
-      "No such pair was seen, as with scripts that never stand.")                                            \
-    X(number, max, "ms", s.count > 0 ? s.max : NAN, "largest",                                               \
-      "No such pair was seen, as with scripts that never stand.")                                            \
-    X(count, count, NULL, s.count, "pairs", NULL)                                                            \
-    X(events, seen_second, NULL, m->peek[1].count, "of these, in which the other saw first", NULL)
+    X(number, mean, "ms", s.count > 0 ? s.mean : NAN, "mean of the peeker's advantage",                      \
+      "No player that moves came in sight of one that had stood for a second, as with scripts that never "   \
+      "stand.")                                                                                              \
+    X(number, rms, "ms", s.count > 0 ? s.rms : NAN, "root mean square of the peeker's advantage",            \
+      "No player that moves came in sight of one that had stood for a second, as with scripts that never "   \
+      "stand.")                                                                                              \
+    X(number, p50, "ms", s.count > 0 ? s.p50 : NAN, "median of the peeker's advantage",                      \
+      "No player that moves came in sight of one that had stood for a second, as with scripts that never "   \
+      "stand.")                                                                                              \
+    X(number, p95, "ms", s.count > 0 ? s.p95 : NAN, "95th percentile of the peeker's advantage",             \
+      "No player that moves came in sight of one that had stood for a second, as with scripts that never "   \
+      "stand.")                                                                                              \
+    X(number, p99, "ms", s.count > 0 ? s.p99 : NAN, "99th percentile of the peeker's advantage",             \
+      "No player that moves came in sight of one that had stood for a second, as with scripts that never "   \
+      "stand.")                                                                                              \
+    X(number, max, "ms", s.count > 0 ? s.max : NAN, "largest peeker's advantage",                            \
+      "No player that moves came in sight of one that had stood for a second, as with scripts that never "   \
+      "stand.")                                                                                              \
+    X(count, count, NULL, s.count, "pairs of players that the peeker's advantage was measured of", NULL)     \
+    X(events, seen_second, NULL, m->peek[1].count,                                                           \
+      "pairs in which the standing player saw the moving player first", NULL)
 
-const ll_metric_table ll_netgame_tally_table = {LL_OF_PLAYERS(".shots.hitscan"),
-                                                .when = "In a game with weapons.",
-                                                .help = "shots of the rifle.", LL_METRICS_FROM(TALLY)};
+const ll_metric_table ll_netgame_tally_table = {
+    LL_OF_PLAYERS(".shots.hitscan"), .when = "Only in games with weapons.",
+    .help = "Hitscan shots (of the rifle).", LL_METRICS_FROM(TALLY)};
 
 const ll_metric_table ll_netgame_projectile_table = {LL_OF_PLAYERS(".shots.projectile"),
-                                                     .when = "In a game with weapons.", .help = "shells.",
-                                                     LL_METRICS_FROM(TALLY)};
+                                                     .when = "Only in games with weapons.",
+                                                     .help = "Projectiles (shells).", LL_METRICS_FROM(TALLY)};
 
-const ll_metric_table ll_netgame_shot_table = {LL_OF_PLAYERS(".shots"), .when = "In a game with weapons.",
-                                               .help = "shots of both weapons.", LL_METRICS_FROM(SHOTS)};
+const ll_metric_table ll_netgame_shot_table = {LL_OF_PLAYERS(".shots"), .when = "Only in games with weapons.",
+                                               .help = "Shots of both weapons.", LL_METRICS_FROM(SHOTS)};
 
 const ll_metric_table ll_netgame_peek_table = {
-    LL_OF_PLAYERS(".shots.peeker_advantage_ms"), .when = "In a game with weapons.",
-    .help = "of two players between whom the line opens while one moves and the other has stood for a "
-            "second, when the standing one's client draws it open less when the moving one's does, for the "
-            "moving one; below zero where the other saw first.",
+    LL_OF_PLAYERS(".shots.peeker_advantage_ms"), .when = "Only in games with weapons.",
+    .help = "Peeker's advantage, counted for the moving player. It concerns two players between whom the "
+            "line of sight opens while one moves and the other has stood for a second: time at which the "
+            "standing player's client draws the line open less the time at which the moving player's does; "
+            "negative: the standing player saw first.",
     LL_METRICS_FROM(PEEKS)};
 
-/* null where nothing was counted: no share, rather than a bad one */
+/* null where nothing was counted: unknown, not zero */
 static double share(int64_t part, int64_t whole)
 {
     return ll_netgame_ratio((double)part, (double)whole);

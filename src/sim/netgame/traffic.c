@@ -1,4 +1,4 @@
-/* A player's traffic: bandwidth, snapshots, and the links' measured behaviour. */
+/* Reports of a player's traffic: bandwidth, snapshots, and the measured behaviour of the links. */
 #include <cjson/cJSON.h>
 #include <math.h>
 
@@ -13,29 +13,32 @@ static double ratio(double a, double b)
 /* ---- bandwidth ---- */
 
 #define MESSAGES(X)                                                                                          \
-    X(number, messages_per_s, "1/s", ratio((double)in->messages[type], seconds), "messages sent",            \
-      "It is before warmup_s.")                                                                              \
+    X(number, messages_per_s, "1/s", ratio((double)in->messages[type], seconds),                             \
+      "messages of this type sent per second", "The run has not reached warmup_s.")                          \
     X(number, packets_per_s, "1/s", ratio((double)in->packets[type], seconds),                               \
-      "packets that they travel in", "It is before warmup_s.")                                               \
-    X(number, payload_bytes_per_s, "B/s", ratio((double)in->bytes[type], seconds), "their payload",          \
-      "It is before warmup_s.")                                                                              \
+      "packets per second in which messages of this type were sent", "The run has not reached warmup_s.")    \
+    X(number, payload_bytes_per_s, "B/s", ratio((double)in->bytes[type], seconds),                           \
+      "payload bytes per second of messages of this type", "The run has not reached warmup_s.")              \
     X(number, wire_bytes_per_s, "B/s", ratio((double)in->wire_bytes[type], seconds),                         \
-      "on the wire: each packet with 28 of IPv4 and UDP headers, each fragment with 4 more",                 \
-      "It is before warmup_s.")
+      "bytes per second on the wire of messages of this type: each packet with 28 bytes of IPv4 and UDP "    \
+      "headers, each fragment with 4 more",                                                                  \
+      "The run has not reached warmup_s.")
 
 #define TOTALS(X)                                                                                            \
-    X(number, up_bytes_per_s, "B/s", ratio(up, seconds), "on the wire, to the server",                       \
-      "It is before warmup_s.")                                                                              \
-    X(number, down_bytes_per_s, "B/s", ratio(down, seconds), "on the wire, from the server",                 \
-      "It is before warmup_s.")
+    X(number, up_bytes_per_s, "B/s", ratio(up, seconds),                                                     \
+      "bandwidth to the server: bytes per second of all messages, headers included",                         \
+      "The run has not reached warmup_s.")                                                                   \
+    X(number, down_bytes_per_s, "B/s", ratio(down, seconds),                                                 \
+      "bandwidth from the server: bytes per second of all messages, headers included",                       \
+      "The run has not reached warmup_s.")
 
 const ll_metric_table ll_netgame_message_table = {LL_OF_PLAYERS(".bandwidth.*"),
-                                                  .help = "messages of one type, as sent, from warmup_s on.",
+                                                  .help = "Messages of one type as sent, from warmup_s on.",
                                                   LL_METRICS_FROM(MESSAGES)};
 
-const ll_metric_table ll_netgame_bandwidth_table = {LL_OF_PLAYERS(".bandwidth"),
-                                                    .help = "all messages of the player, from warmup_s on.",
-                                                    LL_METRICS_FROM(TOTALS)};
+const ll_metric_table ll_netgame_bandwidth_table = {
+    LL_OF_PLAYERS(".bandwidth"), .help = "Bandwidth of all messages of the player, from warmup_s on.",
+    LL_METRICS_FROM(TOTALS)};
 
 static void bandwidth(cJSON *player, const ll_netgame *g, int self)
 {
@@ -57,22 +60,23 @@ static void bandwidth(cJSON *player, const ll_netgame *g, int self)
 
 #define SNAPSHOTS(X)                                                                                         \
     X(number, bits_per_entity, "bit", ratio((double)sent->entity_bits, entities),                            \
-      "of an entity, the receiver's own included", "None was sent.")                                         \
-    X(number, tail_bits, "bit", ratio((double)sent->tail_bits, states), "of the game's own part of a state", \
-      "None was sent.")                                                                                      \
+      "mean size of an entity in a snapshot, the receiver's own entity included", "No snapshot was sent.")   \
+    X(number, tail_bits, "bit", ratio((double)sent->tail_bits, states),                                      \
+      "mean size of the game's own state in a snapshot", "No snapshot was sent.")                            \
     X(number, unchanged_ratio, NULL, ratio((double)sent->unchanged, entities),                               \
-      "share of entities that were left out as unchanged", "None was sent.")                                 \
-    X(number, at_rest_ratio, NULL, ratio((double)sent->resting, entities), "share of entities at rest",      \
-      "None was sent.")                                                                                      \
-    X(number, full_ratio, NULL, ratio((double)sent->whole, states), "share of states without a baseline",    \
-      "None was sent.")                                                                                      \
+      "share of entities that snapshots leave out as unchanged", "No snapshot was sent.")                    \
+    X(number, at_rest_ratio, NULL, ratio((double)sent->resting, entities),                                   \
+      "share of entities that snapshots encode as at rest", "No snapshot was sent.")                         \
+    X(number, full_ratio, NULL, ratio((double)sent->whole, states),                                          \
+      "share of full snapshots, which have no baseline", "No snapshot was sent.")                            \
     X(number, bytes_over_full, NULL, ratio((double)in->bytes[LL_MESSAGE_SNAPSHOT], states *(double)full),    \
-      "payload over that of the encoding `full`", "None was sent.")                                          \
+      "payload of the snapshots divided by the payload with the encoding `full`", "No snapshot was sent.")   \
     X(count, undecodable, NULL, ll_netgame_client(g, self)->unreadable,                                      \
-      "states that came and could not be decoded", NULL)
+      "snapshots that arrived and could not be decoded", NULL)
 
-const ll_metric_table ll_netgame_snapshot_table = {
-    LL_OF_PLAYERS(".snapshot"), .help = "the states sent to the player.", LL_METRICS_FROM(SNAPSHOTS)};
+const ll_metric_table ll_netgame_snapshot_table = {LL_OF_PLAYERS(".snapshot"),
+                                                   .help = "Snapshots that the server sent to the player.",
+                                                   LL_METRICS_FROM(SNAPSHOTS)};
 
 static void snapshots(cJSON *player, const ll_netgame *g, int self)
 {
@@ -86,48 +90,64 @@ static void snapshots(cJSON *player, const ll_netgame *g, int self)
 /* ---- links ---- */
 
 #define LINK(X)                                                                                              \
-    X(count, sent, NULL, s->sent, "packets", NULL)                                                           \
-    X(count, delivered, NULL, s->delivered, "messages, copies too", NULL)                                    \
-    X(count, lost, NULL, s->lost, "packets, copies too", NULL)                                               \
-    X(number, loss_pct, "%", ll_link_loss_pct(s), "share of the loss's draws", "No packet was sent.")        \
-    X(count, loss_bursts, NULL, s->loss_bursts, "losses in a row", NULL)                                     \
+    X(count, sent, NULL, s->sent, "packets sent", NULL)                                                      \
+    X(count, delivered, NULL, s->delivered, "messages delivered, duplicates included", NULL)                 \
+    X(count, lost, NULL, s->lost, "packets lost by the loss model or in a blackout, duplicates included",    \
+      NULL)                                                                                                  \
+    X(number, loss_pct, "%", ll_link_loss_pct(s),                                                            \
+      "share of packets lost by the loss model or in a blackout, duplicates included",                       \
+      "No packet was sent.")                                                                                 \
+    X(count, loss_bursts, NULL, s->loss_bursts, "bursts of loss: runs of successive lost packets", NULL)     \
     X(number, loss_burst_mean_packets, NULL,                                                                 \
-      ratio((double)(s->lost - s->lost_copies), (double)s->loss_bursts), "packets of such a burst",          \
-      "There was none.")                                                                                     \
-    X(count, lost_in_blackouts, NULL, s->lost_in_blackouts, "of the lost ones", NULL)                        \
-    X(count, rescued, NULL, s->rescued, "losses that took one of two", NULL)                                 \
-    X(count, messages, NULL, messages, "that were sent", NULL)                                               \
-    X(count, messages_lost, NULL, s->messages_lost, "for any cause", NULL)                                   \
-    X(number, message_loss_pct, "%", 100 * ratio((double)s->messages_lost, messages), "their share",         \
-      "No message was sent.")                                                                                \
-    X(count, split, NULL, s->split, "messages in several fragments", NULL)                                   \
-    X(count, split_lost, NULL, s->split_lost, "of these the lost ones", NULL)                                \
-    X(count, fragments, NULL, s->fragments, "of split messages", NULL)                                       \
-    X(count, fragments_lost, NULL, s->fragments_lost, "of these the lost ones: no copy came either", NULL)   \
-    X(count, duplicated, NULL, s->duplicated, "packets", NULL)                                               \
-    X(count, corrupted, NULL, s->corrupted, "packets", NULL)                                                 \
-    X(count, overflowed, NULL, s->overflowed, "packets beyond what the link holds", NULL)                    \
-    X(count, reordered, NULL, s->reordered, "messages after a later one", NULL)                              \
-    X(count, reordered_ahead, NULL, s->reordered_ahead, "packets, by reorder_pct", NULL)                     \
-    X(number, delay_mean_ms, "ms", mean, "of packets", "None was delayed.")                                  \
-    X(number, delay_sd_ms, "ms", variance > 0 ? ll_sqrt(variance) : 0 * variance, "its standard deviation",  \
-      "None was delayed.")                                                                                   \
-    X(number, delay_min_ms, "ms", n > 0 ? s->delay_min_ms : NAN, "the least", "None was delayed.")           \
-    X(number, delay_max_ms, "ms", n > 0 ? s->delay_max_ms : NAN, "the most", "None was delayed.")            \
-    X(number, delay_corr_pct, "%", 100 * ll_link_delay_correlation(s), "correlation of successive delays",   \
-      "Too few packets, or all delays are alike.")                                                           \
+      ratio((double)(s->lost - s->lost_copies), (double)s->loss_bursts),                                     \
+      "mean number of packets in a burst of loss", "There was no loss.")                                     \
+    X(count, lost_in_blackouts, NULL, s->lost_in_blackouts,                                                  \
+      "packets lost in blackouts, duplicates included", NULL)                                                \
+    X(count, rescued, NULL, s->rescued,                                                                      \
+      "losses of one of two copies of a packet, while the other copy was sent on", NULL)                     \
+    X(count, messages, NULL, messages, "messages sent", NULL)                                                \
+    X(count, messages_lost, NULL, s->messages_lost,                                                          \
+      "messages that did not arrive completely, for any cause", NULL)                                        \
+    X(number, message_loss_pct, "%", 100 * ratio((double)s->messages_lost, messages),                        \
+      "share of messages that did not arrive completely, for any cause", "No message was sent.")             \
+    X(count, split, NULL, s->split, "messages sent in several fragments", NULL)                              \
+    X(count, split_lost, NULL, s->split_lost,                                                                \
+      "messages sent in several fragments that did not arrive completely", NULL)                             \
+    X(count, fragments, NULL, s->fragments, "fragments sent of messages that were split", NULL)              \
+    X(count, fragments_lost, NULL, s->fragments_lost, "fragments of which no copy arrived", NULL)            \
+    X(count, duplicated, NULL, s->duplicated, "packets that were duplicated", NULL)                          \
+    X(count, corrupted, NULL, s->corrupted, "packets that were corrupted, duplicates included", NULL)        \
+    X(count, overflowed, NULL, s->overflowed,                                                                \
+      "packets dropped because the link has no room for them, duplicates included", NULL)                    \
+    X(count, reordered, NULL, s->reordered, "messages delivered after one that was sent later", NULL)        \
+    X(count, reordered_ahead, NULL, s->reordered_ahead, "packets sent ahead of earlier ones by reorder_pct", \
+      NULL)                                                                                                  \
+    X(number, delay_mean_ms, "ms", mean, "mean delay of packets", "No packet was put on its way.")           \
+    X(number, delay_sd_ms, "ms", variance > 0 ? ll_sqrt(variance) : 0 * variance,                            \
+      "standard deviation of the delay of packets", "No packet was put on its way.")                         \
+    X(number, delay_min_ms, "ms", n > 0 ? s->delay_min_ms : NAN, "shortest delay of a packet",               \
+      "No packet was put on its way.")                                                                       \
+    X(number, delay_max_ms, "ms", n > 0 ? s->delay_max_ms : NAN, "longest delay of a packet",                \
+      "No packet was put on its way.")                                                                       \
+    X(number, delay_corr_pct, "%", 100 * ll_link_delay_correlation(s),                                       \
+      "correlation of the delays of successive packets",                                                     \
+      "There were too few packets, or all delays are equal.")                                                \
     X(number, queue_mean_ms, "ms", ratio(s->queue_sum_ms, (double)s->queued),                                \
-      "wait and transmission in the rate's queue", "None was queued.")                                       \
-    X(number, queue_max_ms, "ms", s->queue_max_ms, "the most", NULL)                                         \
-    X(count, queue_drops, NULL, s->queue_drops, "packets beyond the queue's limits", NULL)
+      "mean time of packets in the queue of the rate limit, waiting and transmission",                       \
+      "No packet was queued.")                                                                               \
+    X(number, queue_max_ms, "ms", s->queue_max_ms,                                                           \
+      "longest time of a packet in the queue of the rate limit, waiting and transmission", NULL)             \
+    X(count, queue_drops, NULL, s->queue_drops,                                                              \
+      "packets dropped because the queue of the rate limit was full", NULL)
 
-const ll_metric_table ll_netgame_up_table = {LL_OF_PLAYERS(".link_up"),
-                                             .help = "What the way to the server really did, from 0 on.",
-                                             LL_METRICS_FROM(LINK)};
+const ll_metric_table ll_netgame_up_table = {
+    LL_OF_PLAYERS(".link_up"),
+    .help = "Measured behaviour of the player's link to the server, from time 0 on.", LL_METRICS_FROM(LINK)};
 
-const ll_metric_table ll_netgame_down_table = {LL_OF_PLAYERS(".link_down"),
-                                               .help = "What the way from the server really did, from 0 on.",
-                                               LL_METRICS_FROM(LINK)};
+const ll_metric_table ll_netgame_down_table = {
+    LL_OF_PLAYERS(".link_down"),
+    .help = "Measured behaviour of the player's link from the server, from time 0 on.",
+    LL_METRICS_FROM(LINK)};
 
 static void link_report(cJSON *o, const ll_metric_table *table, const ll_link *link)
 {

@@ -12,38 +12,48 @@ static double ratio(double a, double b)
 }
 
 #define SMOOTHNESS(X)                                                                                        \
-    X(number, acceleration_rms_mps2, "m/s^2", ll_sqrt(ratio(sum.acceleration, frames)), "of what is drawn",  \
-      "None was counted.")                                                                                   \
-    X(number, jerk_rms_mps3, "m/s^3", ll_sqrt(ratio(sum.jerk, frames)), "of what is drawn",                  \
-      "None was counted.")                                                                                   \
+    X(number, acceleration_rms_mps2, "m/s^2", ll_sqrt(ratio(sum.acceleration, frames)),                      \
+      "root mean square of the acceleration of drawn positions", "No frame was counted.")                    \
+    X(number, jerk_rms_mps3, "m/s^3", ll_sqrt(ratio(sum.jerk, frames)),                                      \
+      "root mean square of the jerk (change of acceleration per second) of drawn positions",                 \
+      "No frame was counted.")                                                                               \
     X(number, freeze_ratio, NULL, ratio((double)sum.frozen, moving),                                         \
-      "share of displays without motion among those between which the truth moves", "None was counted.")     \
+      "share of frames in which the drawn position does not move, among the frames in which the ground "     \
+      "truth moves",                                                                                         \
+      "No frame in which the ground truth moves was counted.")                                               \
     X(number, reversals_per_s, "1/s", ratio((double)sum.reversals, sum.seconds),                             \
-      "how often the drawn motion turns", "None was counted.")                                               \
+      "reversals of the drawn motion per second: steps in the direction opposite to the step before",        \
+      "No frame was counted.")                                                                               \
     X(events, hitches, NULL, sum.hitches,                                                                    \
-      "times that an entity is drawn in the same place for more than 2 displays in a row at which the "      \
-      "truth is elsewhere than when it was last drawn to move; a longer one is one",                         \
+      "hitches: an entity is drawn in the same place for more than 2 frames in a row, while the ground "     \
+      "truth is elsewhere than when the drawn position last moved; a longer pause counts once",              \
       NULL)                                                                                                  \
-    X(number, step_max_m, "m", frames > 0 ? sum.step_max : NAN, "largest step between two displays",         \
-      "None was counted.")                                                                                   \
+    X(number, step_max_m, "m", frames > 0 ? sum.step_max : NAN,                                              \
+      "largest distance that a drawn position moves between two frames", "No frame was counted.")            \
     X(number, step_max_over_mean, NULL, ratio(sum.step_max, ratio(sum.truth_step_sum, moving)),              \
-      "that, over the mean true step", "None was counted.")
+      "largest distance that a drawn position moves between two frames, divided by the mean distance that "  \
+      "the ground truth moves",                                                                              \
+      "No frame in which the ground truth moves was counted.")
 
 #define ANIMATION(X)                                                                                         \
-    X(number, rms, "px", in->pixel_m > 0 ? animation.rms : NAN, "root mean square",                          \
-      "There is no pixel, or none was counted.")                                                             \
-    X(number, p99, "px", in->pixel_m > 0 ? animation.p99 : NAN, "99th percentile",                           \
-      "There is no pixel, or none was counted.")                                                             \
-    X(count, count, NULL, animation.count, "displays and other entities, from the second on", NULL)
+    X(number, rms, "px", in->pixel_m > 0 ? animation.rms : NAN, "root mean square of the animation error",   \
+      "The scene has no width, or no frame was counted.")                                                    \
+    X(number, p99, "px", in->pixel_m > 0 ? animation.p99 : NAN, "99th percentile of the animation error",    \
+      "The scene has no width, or no frame was counted.")                                                    \
+    X(count, count, NULL, animation.count,                                                                   \
+      "values of the animation error: one per frame and other entity, from the entity's second frame on",    \
+      NULL)
 
 const ll_metric_table ll_netgame_smoothness_table = {
     LL_OF_PLAYERS(".smoothness"),
-    .help = "the others' drawn positions, each display and other entity from the fourth on.",
+    .help = "Smoothness of the drawn positions of other entities, from warmup_s on: each frame and entity, "
+            "from the entity's fourth frame on.",
     LL_METRICS_FROM(SMOOTHNESS)};
 
 const ll_metric_table ll_netgame_animation_table = {
     LL_OF_PLAYERS(".smoothness.animation_error_px"),
-    .help = "|step since the display before less drawn velocity times the time since then|.",
+    .help = "Animation error of other entities: |drawn step since the previous frame - drawn velocity times "
+            "the time since then|.",
     LL_METRICS_FROM(ANIMATION)};
 
 /* Over all entities of others together. */
@@ -71,22 +81,27 @@ static void smoothness(cJSON *player, const ll_client_metrics *in)
 }
 
 #define BUFFER(X)                                                                                            \
-    X(events, underruns, NULL, in->underruns, "times it ran dry", NULL)                                      \
-    X(events, overruns, NULL, in->overruns, "times it was so full that the drawn time jumped", NULL)         \
+    X(events, underruns, NULL, in->underruns, "times that the interpolation buffer became empty", NULL)      \
+    X(events, overruns, NULL, in->overruns,                                                                  \
+      "times that the interpolation buffer was so full that the render time jumped", NULL)                   \
     X(number, held_ratio, NULL, ratio((double)in->held_frames, (double)in->frames),                          \
-      "share of displays that repeat the last", "No display.")                                               \
+      "share of frames that repeat the frame before", "No frame was drawn.")                                 \
     X(number, extrapolated_ratio, NULL, ratio((double)in->extrapolated_frames, (double)in->frames),          \
-      "share of displays that extrapolate", "No display.")                                                   \
-    X(count, stale_states, NULL, client->stale, "dropped as older or repeated; from 0 on", NULL)             \
+      "share of frames that draw other entities by extrapolation", "No frame was drawn.")                    \
+    X(count, stale_states, NULL, client->stale,                                                              \
+      "snapshots that the client dropped because it had them or newer ones; counted from time 0 on", NULL)   \
     X(gauge, depth_states, NULL, ll_netgame_gauge(&in->depth, 1),                                            \
-      "states in stock that are newer than what is drawn", "No display.")                                    \
+      "snapshots in the interpolation buffer that are newer than the drawn one", "No frame was drawn.")      \
     X(gauge, delay_ms, "ms", ll_netgame_gauge(&in->delay_ms, 1),                                             \
-      "how far the drawn time is behind the newest that could be known", "No display.")                      \
+      "interpolation delay: newest server time that the client could know less the render time",             \
+      "No frame was drawn.")                                                                                 \
     X(gauge, time_scale, NULL, ll_netgame_gauge(&in->time_scale, 1),                                         \
-      "drawn time per time; 0 while held, 1 where it jumps", "No display.")
+      "rate of the render time: seconds of it per second of virtual time; 0 while it is held, 1 where it "   \
+      "jumps",                                                                                               \
+      "No frame was drawn.")
 
 const ll_metric_table ll_netgame_interpolation_table = {
-    LL_OF_PLAYERS(".buffer"), .help = "the interpolation buffer, from warmup_s on.", LL_METRICS_FROM(BUFFER)};
+    LL_OF_PLAYERS(".buffer"), .help = "The interpolation buffer, from warmup_s on.", LL_METRICS_FROM(BUFFER)};
 
 static void buffer(cJSON *player, const ll_client_metrics *in, const ll_client *client)
 {
@@ -94,20 +109,30 @@ static void buffer(cJSON *player, const ll_client_metrics *in, const ll_client *
 }
 
 #define DEJITTER(X)                                                                                          \
-    X(count, states, NULL, s->pushed, "that came to it", NULL)                                               \
-    X(count, late, NULL, s->late, "of these", NULL)                                                          \
-    X(number, late_ratio, NULL, ratio((double)s->late, held), "their share", "No state came to it.")         \
-    X(events, underruns, NULL, s->underruns, "late ones after it had run empty", NULL)                       \
-    X(count, overflowed, NULL, s->overflowed, "dropped by a full buffer", NULL)                              \
-    X(number, delay_ms, "ms", ll_to_ms(ll_dejitter_delay(buffer)), "in use", NULL)                           \
-    X(number, added_mean_ms, "ms", ratio(s->added_sum_ms, held), "what it added", "No state came to it.")    \
-    X(number, added_max_ms, "ms", s->added_max_ms, "the most", NULL)                                         \
-    X(number, depth_mean, NULL, ratio((double)s->depth_sum, held), "states in it", "No state came to it.")   \
-    X(count, depth_max, NULL, s->depth_max, "the most", NULL)
+    X(count, states, NULL, s->pushed, "snapshots that arrived at the de-jitter buffer", NULL)                \
+    X(count, late, NULL, s->late,                                                                            \
+      "snapshots that arrived at the de-jitter buffer after the time of their play-out", NULL)               \
+    X(number, late_ratio, NULL, ratio((double)s->late, held),                                                \
+      "share of late snapshots among those that the de-jitter buffer did not drop",                          \
+      "No snapshot entered the de-jitter buffer.")                                                           \
+    X(events, underruns, NULL, s->underruns,                                                                 \
+      "late snapshots that arrived while the de-jitter buffer was empty", NULL)                              \
+    X(count, overflowed, NULL, s->overflowed, "snapshots dropped because the de-jitter buffer was full",     \
+      NULL)                                                                                                  \
+    X(number, delay_ms, "ms", ll_to_ms(ll_dejitter_delay(buffer)),                                           \
+      "delay that the de-jitter buffer uses now", NULL)                                                      \
+    X(number, added_mean_ms, "ms", ratio(s->added_sum_ms, held),                                             \
+      "mean delay that the de-jitter buffer added to a snapshot",                                            \
+      "No snapshot entered the de-jitter buffer.")                                                           \
+    X(number, added_max_ms, "ms", s->added_max_ms,                                                           \
+      "longest delay that the de-jitter buffer added to a snapshot", NULL)                                   \
+    X(number, depth_mean, NULL, ratio((double)s->depth_sum, held),                                           \
+      "mean number of snapshots in the de-jitter buffer after an arrival",                                   \
+      "No snapshot entered the de-jitter buffer.")                                                           \
+    X(count, depth_max, NULL, s->depth_max, "largest number of snapshots in the de-jitter buffer", NULL)
 
 const ll_metric_table ll_netgame_dejitter_table = {
-    LL_OF_PLAYERS(".dejitter"), .help = "the de-jitter buffer, from 0 on, as the link's own counts.",
-    LL_METRICS_FROM(DEJITTER)};
+    LL_OF_PLAYERS(".dejitter"), .help = "The de-jitter buffer, from time 0 on.", LL_METRICS_FROM(DEJITTER)};
 
 static void dejitter(cJSON *player, const ll_dejitter *buffer)
 {
@@ -118,16 +143,17 @@ static void dejitter(cJSON *player, const ll_dejitter *buffer)
 
 #define EXCURSIONS(X)                                                                                        \
     X(number, sum_m_s_per_min, "m s/min", ratio(total->sum / entities, seconds / 60),                        \
-      "integral of their distance over time, mean of the entities", "No display.")                           \
+      "distance during divergence episodes, integrated over time, per minute; mean of the entities",         \
+      "No frame was drawn.")                                                                                 \
     X(number, time_ratio, NULL, ratio(ll_to_s(total->time) / entities, seconds),                             \
-      "share of time, mean of the entities", "No display.")                                                  \
-    X(count, episodes, NULL, total->episodes, "of all entities", NULL)
+      "share of time in divergence episodes, mean of the entities", "No frame was drawn.")                   \
+    X(count, episodes, NULL, total->episodes, "divergence episodes of all entities", NULL)
 
 const ll_metric_table ll_netgame_excursion_table = {
     LL_OF_PLAYERS(".inconsistency.*"),
-    .help = "divergence episodes of more than 0.1 m that last 0.1 s. server: each rendered view against "
-            "the truth now, "
-            "own entity included; clients: against the farthest rendered view of any other client.",
+    .help = "Divergence episodes: an entity is drawn more than 0.1 m away for at least 0.1 s. server: away "
+            "from the ground truth now, own entity included. clients: away from the farthest drawn position "
+            "of the entity at any other client.",
     LL_METRICS_FROM(EXCURSIONS)};
 
 static void episodes(cJSON *o, const ll_inconsistency *total, double entities, double seconds)
