@@ -70,10 +70,32 @@ typedef struct event_row {
 } event_row;
 
 /* By ll_event_type and ll_fate. */
-static const char *const event_types[] = {
-    "",           "input", "state", "refusal",  "relay",  "connect",    "accept",  "ping",    "pong",
-    "",           "",      "",      "",         "",       "",           "",        "verdict", "applied",
-    "correction", "step",  "stall", "rollback", "desync", "connection", "dropped", NULL};
+static const char *const event_types[] = {"",
+                                          "input",
+                                          "state",
+                                          "refusal",
+                                          "relay",
+                                          "connect",
+                                          "accept",
+                                          "ping",
+                                          "pong",
+                                          "",
+                                          "",
+                                          "",
+                                          "",
+                                          "",
+                                          "",
+                                          "",
+                                          "input_result",
+                                          "applied",
+                                          "correction",
+                                          "step",
+                                          "stall",
+                                          "rollback",
+                                          "desync",
+                                          "connection",
+                                          "dropped",
+                                          NULL};
 static const char *const fates[] = {"delivered", "lost", "overflow", "corrupted", NULL};
 
 static const ll_record_field event_fields[] = {

@@ -113,14 +113,14 @@ for (const sync of SYNCS) {
         // inputs since the deadline, by player
         const until = metrics({ ...of, duration_s: Math.round(heals * 1000) / 1000 }).players;
         return run.players.map(
-          (/** @type {any} */ player, /** @type {number} */ i) => player.inputs.verdicts.applied - until[i].inputs.verdicts.applied,
+          (/** @type {any} */ player, /** @type {number} */ i) => player.inputs.results.applied - until[i].inputs.results.applied,
         );
       };
       const now = applied(hit, scenario),
         usually = applied(well, twin);
       hit.players.forEach((player, i) => {
-        const { made, open, refused, late, lost } = player.inputs.verdicts;
-        assert.equal(made, open + player.inputs.verdicts.applied + refused + late + lost, `${what}: every input has one result`);
+        const { made, open, refused, late, lost } = player.inputs.results;
+        assert.equal(made, open + player.inputs.results.applied + refused + late + lost, `${what}: every input has one result`);
         assert.equal(player.validation.false_refusals, 0, `${what}: no honest input is refused`);
         assert.ok(
           hit

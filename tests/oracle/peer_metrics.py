@@ -68,9 +68,9 @@ def peer_numbers(sim, i):
     yield "own_lead_ms.mean", math.fsum(leads) / len(leads) if leads else None
     yield "own_lead_ms.min", min(leads, default=None)
     yield "own_lead_ms.max", max(leads, default=None)
-    yield "own_pictures_void", client.pictures_void
-    for name, value in (*client.verdicts.items(), ("open", len(client.open)), ("refused", 0), ("late", 0)):
-        yield f"inputs.verdicts.{name}", value
+    yield "own_displays_void", client.pictures_void
+    for name, value in (*client.results.items(), ("open", len(client.open)), ("refused", 0), ("late", 0)):
+        yield f"inputs.results.{name}", value
     yield "inputs.slack_ticks", seat.last_slack
     yield "connection.drops", seat.drops
     for cause in ("refused", "late", "loss", "contact", "other"):

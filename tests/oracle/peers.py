@@ -95,8 +95,8 @@ class PeerClient(Client):
         self.rest = 0
         self.start = self.base = 0  # the world that it began with; own inputs are for the ticks behind `base`
         self.made_at = {}  # tick: when the own input for it was made
-        self.open = set()  # ticks of own inputs that have no verdict
-        self.verdicts = {"made": 0, "applied": 0, "lost": 0}
+        self.open = set()  # ticks of own inputs that have no result
+        self.results = {"made": 0, "applied": 0, "lost": 0}
         self.controls = 0.0
         self.changes = []
         self.pictures_void = 0
@@ -186,7 +186,7 @@ class PeerClient(Client):
         for change in self.changes:
             if change.tick in self.open:
                 change.lost = True
-        self.verdicts["lost"] += len(self.open)
+        self.results["lost"] += len(self.open)
         self.open = set()
         self.made_at = {}
         self.sim.meets(self.index)
@@ -351,7 +351,7 @@ class PeerClient(Client):
             if tick > self.start + delay:
                 axis = self.script(tick_time(self.tick_hz, tick), self.worlds[max(self.start, tick - 1 - delay - self.guesses)])
             self.number += 1
-            self.verdicts["made"] += 1
+            self.results["made"] += 1
             self.open.add(tick)
             self.axes[self.index][tick] = axis
             self.known[self.index] = tick
@@ -703,7 +703,7 @@ class PeerSimulation(Simulation):
             over = {tick for tick in client.open if tick <= step}  # more than one, where one is made for a step that is over
             client.open -= over
             for tick in over:
-                client.verdicts["applied" if tick in seat.real else "lost"] += 1
+                client.results["applied" if tick in seat.real else "lost"] += 1
             for change in client.changes:
                 if change.tick in over and not change.lost:
                     change.applied = change.tick in seat.real

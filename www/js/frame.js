@@ -46,7 +46,7 @@ export const {
   accept: ACCEPT,
   ping: PING,
   pong: PONG,
-  verdict: VERDICT,
+  input_result: INPUT_RESULT,
   applied: APPLIED,
   correction: CORRECTION,
   step: STEP,

@@ -11,7 +11,7 @@ import {
   IS_STALLED,
   RECONCILIATION,
   STATE,
-  VERDICT,
+  INPUT_RESULT,
   entitiesOf,
 } from './frame.js';
 import { fixed } from './format.js';
@@ -123,8 +123,8 @@ export class Memory {
     this.events.set(event.id, { ...event, index });
     const fresh = this.last !== null && event.begin_s > this.last.time_s - 0.001; /* else it is not known where it was drawn */
     if (event.type === APPLIED && fresh) this.dot(frame, 1 + event.player, event, index);
-    if (event.type === VERDICT && fresh) this.dot(frame, 0, event, index);
-    if (event.type === VERDICT && event.outcome === 1) this.refused[event.player]?.add(event.number);
+    if (event.type === INPUT_RESULT && fresh) this.dot(frame, 0, event, index);
+    if (event.type === INPUT_RESULT && event.outcome === 1) this.refused[event.player]?.add(event.number);
     if (event.type === CONNECTION || event.type === DROPPED) this.happen(event);
     if (event.type === CORRECTION) {
       const view = frame.views[1 + event.player];

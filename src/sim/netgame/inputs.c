@@ -11,7 +11,7 @@ static double per_second(int64_t count, double seconds)
 
 /* ---- results of inputs ---- */
 
-#define VERDICTS(X)                                                                                          \
+#define RESULTS(X)                                                                                           \
     X(count, made, NULL, input_history->made, "inputs that the client made", NULL)                           \
     X(count, open, NULL, input_history->count[LL_INPUT_IS_OPEN], "inputs without a result yet", NULL)        \
     X(count, applied, NULL, input_history->count[LL_INPUT_WAS_APPLIED],                                      \
@@ -78,10 +78,10 @@ static double per_second(int64_t count, double seconds)
       "inputs per second that the client takes as applied, although the snapshot does not include them",     \
       "The run has not reached warmup_s.")
 
-const ll_metric_table ll_netgame_verdict_table = {
-    LL_OF_PLAYERS(".inputs.verdicts"),
+const ll_metric_table ll_netgame_input_result_table = {
+    LL_OF_PLAYERS(".inputs.results"),
     .help = "Results of the player's inputs, from time 0 on; `made` is the sum of the others.",
-    LL_METRICS_FROM(VERDICTS)};
+    LL_METRICS_FROM(RESULTS)};
 
 const ll_metric_table ll_netgame_timed_table = {
     LL_OF_PLAYERS(".inputs"), .help = "The player's inputs, from warmup_s on.", LL_METRICS_FROM(TIMED)};
@@ -118,7 +118,7 @@ void ll_netgame_inputs_metrics(const ll_netgame *g, int player, cJSON *o)
     }
     LL_METRICS_PUT(cJSON_AddObjectToObject(o, "replay"), &ll_netgame_replay_table, REPLAY);
     cJSON *inputs = cJSON_GetObjectItem(o, "inputs");
-    LL_METRICS_PUT(cJSON_AddObjectToObject(inputs, "verdicts"), &ll_netgame_verdict_table, VERDICTS);
+    LL_METRICS_PUT(cJSON_AddObjectToObject(inputs, "results"), &ll_netgame_input_result_table, RESULTS);
     LL_METRICS_PUT(inputs, &ll_netgame_timed_table, TIMED);
     LL_METRICS_PUT(cJSON_AddObjectToObject(o, "validation"), &ll_netgame_validation_table, VALIDATION);
     LL_METRICS_PUT(cJSON_AddObjectToObject(o, "acks"), &ll_netgame_ack_table, ACKS);

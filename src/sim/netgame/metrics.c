@@ -25,7 +25,7 @@ static ll_metric_reading distribution_of(const ll_client_metrics *in, ll_metric 
       "time by which the own entity is drawn ahead of the server: server time of the drawn tick less the "   \
       "time of the frame; negative: drawn behind the server",                                                \
       "No drawn tick of the own entity was compared with the server's.")                                     \
-    X(count, own_pictures_void, NULL, in->rendered_views.voided,                                             \
+    X(count, own_displays_void, NULL, in->rendered_views.voided,                                             \
       "frames that were never compared with the server, because it did not make the drawn tick of the own "  \
       "entity",                                                                                              \
       NULL)

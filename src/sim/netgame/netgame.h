@@ -162,11 +162,11 @@ void ll_netgame_fill_buffered(const ll_netgame *game, ll_row_set *rows);
 
 /* inputs.c: adds the results of its inputs to the metrics of `player` */
 void ll_netgame_inputs_metrics(const ll_netgame *g, int player, struct cJSON *metrics);
-extern const ll_metric_table ll_netgame_verdict_table, ll_netgame_timed_table, ll_netgame_cause_table,
+extern const ll_metric_table ll_netgame_input_result_table, ll_netgame_timed_table, ll_netgame_cause_table,
     ll_netgame_replay_table, ll_netgame_validation_table, ll_netgame_ack_table;
 #define LL_NETGAME_INPUT_TABLES                                                                              \
-    &ll_netgame_verdict_table, &ll_netgame_timed_table, &ll_netgame_cause_table, &ll_netgame_replay_table,   \
-        &ll_netgame_validation_table, &ll_netgame_ack_table
+    &ll_netgame_input_result_table, &ll_netgame_timed_table, &ll_netgame_cause_table,                        \
+        &ll_netgame_replay_table, &ll_netgame_validation_table, &ll_netgame_ack_table
 
 /* traffic.c: adds the player's bandwidth, snapshots and the measured behaviour of its links */
 void ll_netgame_traffic_metrics(const ll_netgame *g, int player, struct cJSON *metrics);

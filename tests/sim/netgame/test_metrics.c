@@ -291,7 +291,7 @@ static void a_dead_uplink_loses_every_change(void **state)
                         is_null(m, "players.0.input_latency_ms.mean"));
             assert_true(value(m, "players.0.ack_rtt_ms.count") == 0 &&
                         is_null(m, "players.0.ack_rtt_ms.mean"));
-            const cJSON *v = at(m, "players.0.inputs.verdicts");
+            const cJSON *v = at(m, "players.0.inputs.results");
             assert_true(value(v, "late") == 0 && value(v, "refused") == 0 && value(v, "applied") <= 301);
             assert_true(value(v, "lost") > 100 &&
                         value(v, "made") == value(v, "lost") + value(v, "applied") + value(v, "open"));
@@ -309,7 +309,7 @@ static void changes_are_lost_as_inputs_are(void **state)
     scene s = scene_open("race", sets);
     scene_run(&s, 400, NULL);
     cJSON *m = ll_netgame_metrics(s.game);
-    const cJSON *v = at(m, "players.0.inputs.verdicts");
+    const cJSON *v = at(m, "players.0.inputs.results");
     double inputs = value(v, "made"), n = value(m, "players.0.confirmed_latency_ms.count");
     assert_true(n > 50 && fabs(value(v, "lost") / inputs - 0.4) < 4 * sqrt(0.24 / inputs));
     assert_true(fabs(value(m, "players.0.confirmed_latency_ms.lost_ratio") - 0.4) < 4 * sqrt(0.24 / n));

@@ -1,5 +1,5 @@
 // The input history: the last inputs on the client's line and on the server's, with the result of each.
-import { CORRECTION, INPUT, VERDICT } from '../frame.js';
+import { CORRECTION, INPUT, INPUT_RESULT } from '../frame.js';
 import { fixed } from '../format.js';
 import { paintOf } from '../theme.js';
 import { cross, drawText } from '../views/marks.js';
@@ -23,7 +23,7 @@ function historyOf({ frame, memory, player }) {
   for (const event of memory.events.values()) {
     const row = event.player === player ? rows[event.number - first] : undefined;
     if (!row) continue;
-    if (event.type === VERDICT) {
+    if (event.type === INPUT_RESULT) {
       row.arrived = true;
       row.fate = OUTCOMES[event.outcome] ?? row.fate;
     } else if (event.type === INPUT && event.fate !== 0 && !row.arrived) {

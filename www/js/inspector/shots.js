@@ -91,7 +91,7 @@ const movedOf = (frame, shot) =>
   );
 
 /** @param {InspectorContext} at @param {Shot} shot @returns {string} */
-function verdict(at, shot) {
+function resultText(at, shot) {
   const back = (shot.evaluated_at_s - shot.rewound_to_s) * 1000,
     age = (shot.evaluated_at_s - shot.view_time_s) * 1000,
     notes = notesOf(shot);
@@ -148,6 +148,6 @@ export const shots = {
   },
   words(at) {
     const shot = lastOf(at);
-    return shot ? verdict(at, shot) : `no shot of ${letter(at.player)} in the last seconds`;
+    return shot ? resultText(at, shot) : `no shot of ${letter(at.player)} in the last seconds`;
   },
 };

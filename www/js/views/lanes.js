@@ -1,5 +1,5 @@
 // The swim-lane of messages: time to the right, a line for each end, a slope for each message.
-import { ACCEPT, APPLIED, CONNECT, INPUT, PING, PONG, REFUSAL, STATE, STEP, VERDICT } from '../frame.js';
+import { ACCEPT, APPLIED, CONNECT, INPUT, PING, PONG, REFUSAL, STATE, STEP, INPUT_RESULT } from '../frame.js';
 import { fixed, letter } from '../format.js';
 import { paintOf } from '../theme.js';
 import { cross, drawText } from './marks.js';
@@ -58,14 +58,14 @@ export function thinning(n) {
 }
 
 /** One input from press to effect: its message, its result at the server, the next snapshot that includes it, and its application.
- * @param {Memory} memory @param {Message} input @returns {{verdict?: Message, state?: Message, applied?: Message}} */
+ * @param {Memory} memory @param {Message} input @returns {{result?: Message, state?: Message, applied?: Message}} */
 export function lifeOf(memory, input) {
-  /** @type {{verdict?: Message, state?: Message, applied?: Message}} */
+  /** @type {{result?: Message, state?: Message, applied?: Message}} */
   const life = {};
   for (const event of memory.events.values()) {
     if (event.player !== input.player) continue;
-    if (event.type === VERDICT && event.number === input.number) life.verdict ??= event;
-    else if (event.type === STATE && event.fate === 0 && life.verdict && event.begin_s >= life.verdict.begin_s) life.state ??= event;
+    if (event.type === INPUT_RESULT && event.number === input.number) life.result ??= event;
+    else if (event.type === STATE && event.fate === 0 && life.result && event.begin_s >= life.result.begin_s) life.state ??= event;
     else if (event.type === APPLIED && life.state && event.number === life.state.number) life.applied ??= event;
   }
   return life;
@@ -154,17 +154,17 @@ function drawMessage(at, message, yOwn, yServer, bold) {
 
 /** @param {Lanes} at @param {Message} input @param {number} yOwn @param {number} yServer @returns {string} */
 function drawLife(at, input, yOwn, yServer) {
-  const { verdict, state, applied } = lifeOf(at.memory, input);
+  const { result, state, applied } = lifeOf(at.memory, input);
   drawMessage(at, input, yOwn, yServer, true);
   if (state) drawMessage(at, state, yOwn, yServer, true);
   const { pen, colours } = at;
   const { x } = places(at);
   const ms = (/** @type {number} */ s) => `${fixed(s * 1000, 0)} ms`;
-  if (verdict && state && state.begin_s > verdict.begin_s) {
+  if (result && state && state.begin_s > result.begin_s) {
     pen.lineWidth = colours.line + 2;
     pen.strokeStyle = colours.buffer;
     pen.beginPath();
-    pen.moveTo(x(verdict.begin_s), yServer);
+    pen.moveTo(x(result.begin_s), yServer);
     pen.lineTo(x(state.begin_s), yServer);
     pen.stroke();
   }
@@ -172,13 +172,13 @@ function drawLife(at, input, yOwn, yServer) {
     drawText(pen, colours, text, (x(t0) + x(t1)) / 2, y, { align: 'center', bold: true });
   const between = (yOwn + yServer) / 2;
   if (input.fate === 0) half(input.begin_s, input.end_s, between, ms(input.end_s - input.begin_s));
-  if (verdict && state && state.begin_s > verdict.begin_s)
-    half(verdict.begin_s, state.begin_s, yServer - colours.text * 0.9, ms(state.begin_s - verdict.begin_s));
+  if (result && state && state.begin_s > result.begin_s)
+    half(result.begin_s, state.begin_s, yServer - colours.text * 0.9, ms(state.begin_s - result.begin_s));
   if (state) half(state.begin_s, state.end_s, between, ms(state.end_s - state.begin_s));
   const parts = [`Input ${input.number} of ${letter(input.player)}`];
   if (input.fate !== 0) parts.push('lost');
-  else if (verdict) parts.push(`${ms(verdict.begin_s - input.begin_s)} to the server's tick`);
-  if (verdict && state) parts.push(`${ms(state.begin_s - verdict.begin_s)} to the next snapshot`);
+  else if (result) parts.push(`${ms(result.begin_s - input.begin_s)} to the server's tick`);
+  if (result && state) parts.push(`${ms(state.begin_s - result.begin_s)} to the next snapshot`);
   if (state && applied) parts.push(`${ms(applied.begin_s - state.begin_s)} to its use`, `total ${ms(applied.begin_s - input.begin_s)}`);
   return parts.join(' · ');
 }
