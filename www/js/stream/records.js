@@ -1,7 +1,7 @@
 // Written by docs/generate.mjs from `laglab schema stream`: the tables are in C, and changed there.
 
 /** Of these tables: a daemon whose hello has another gives its own at stream/schema.json. */
-export const SCHEMA = '5ffb985513c02cb2';
+export const SCHEMA = 'ebab425204e42649';
 
 /** @typedef {{name: string, coding: string, boolean?: boolean, bits?: number, unit?: string, names?: string[], flags?: string[]}} Field */
 /** @typedef {{id: number, name: string, channel: string, form: string, keys?: number, fields: Field[]}} Layout */
@@ -427,7 +427,7 @@ export const SCHEMA = '5ffb985513c02cb2';
  * @property {PointsRow[]} points
  */
 
-export const EVENTS_TYPE = Object.freeze({ input: 1, state: 2, refusal: 3, relay: 4, connect: 5, accept: 6, ping: 7, pong: 8, verdict: 16, applied: 17, correction: 18, step: 19, stall: 20, rollback: 21, desync: 22, connection: 23, dropped: 24 });
+export const EVENTS_TYPE = Object.freeze({ input: 1, state: 2, refusal: 3, relay: 4, connect: 5, accept: 6, ping: 7, pong: 8, input_result: 16, applied: 17, correction: 18, step: 19, stall: 20, rollback: 21, desync: 22, connection: 23, dropped: 24 });
 export const EVENTS_FATE = Object.freeze({ delivered: 0, lost: 1, overflow: 2, corrupted: 3 });
 export const VIEWS_FLAGS = Object.freeze({ prediction: 1, reconciliation: 2, interpolation: 4, underrun: 8, stalled: 16, person: 32 });
 export const VIEWS_CONNECTION = Object.freeze({ connecting: 0, synchronising: 1, playing: 2, stalled: 3, resynchronising: 4, disconnected: 5 });
@@ -462,7 +462,7 @@ export const RECORDS = Object.freeze([
     {"name":"wall_us","coding":"int","unit":"us"},
   ]},
   {"id":1,"name":"events","channel":"lanes","form":"log","fields":[
-    {"name":"type","coding":"int","names":["","input","state","refusal","relay","connect","accept","ping","pong","","","","","","","","verdict","applied","correction","step","stall","rollback","desync","connection","dropped"]},
+    {"name":"type","coding":"int","names":["","input","state","refusal","relay","connect","accept","ping","pong","","","","","","","","input_result","applied","correction","step","stall","rollback","desync","connection","dropped"]},
     {"name":"player","coding":"int"},
     {"name":"fate","coding":"int","names":["delivered","lost","overflow","corrupted"]},
     {"name":"outcome","coding":"int"},
