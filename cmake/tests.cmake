@@ -70,10 +70,9 @@ foreach(source IN LISTS test_sources)
 endforeach()
 
 # The longest begin first, so that no core is idle at the end.
-foreach(name IN ITEMS sim.peers golden.golden_1 golden.golden_2 fluid.particle experiment.advise rigid.scenes daemon.door_stream)
-    if(TEST ${name})
-        set_tests_properties(${name} PROPERTIES COST 100)
-    endif()
+foreach(name IN ITEMS sim.peers golden.golden_1 golden.golden_2 fluid.particle experiment.advise rigid.scenes
+        daemon.web_server_stream)
+    set_tests_properties(${name} PROPERTIES COST 100)
 endforeach()
 
 # The same interface on a server of its own.

@@ -14,7 +14,8 @@ const files = {
   'src/base/README.md': '# base\n- `one.h`: `ll_one`\n- `gone.h`: `ll_gone`\n',
   'src/game/README.md': `# game\n- \`race\`: \`race.c\`, \`src/missing/\`\n${'line\n'.repeat(30)}`,
   'tests/structure/rooms.txt': 'base:\ngame/race: base\ngame/dam: base\n',
-  'ARCHITECTURE.md': '`base`, `game/race`: `src/base/one.h`, `ll_NAME` in `src/game/NAME.c`\n```\n`src/in_a_block.c`\n```\n',
+  'ARCHITECTURE.md':
+    '`base`, `game/race`: `src/base/one.h`, `ll_NAME` in `src/game/NAME.c`, `build/written.json`\n```\n`src/in_a_block.c`\n```\n',
 };
 for (const [name, text] of Object.entries(files)) {
   mkdirSync(dirname(join(root, name)), { recursive: true });

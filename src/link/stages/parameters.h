@@ -26,7 +26,7 @@
 /* clang-format on */
 
 #define LL_DELAY_KIND(KIND, NAME) LL_DISTRIBUTION_##KIND,
-typedef enum ll_distribution { LL_DELAY_MODELS(LL_DELAY_KIND) } ll_distribution;
+typedef enum ll_distribution { LL_DELAY_MODELS(LL_DELAY_KIND) LL_DISTRIBUTIONS } ll_distribution;
 #undef LL_DELAY_KIND
 
 typedef enum ll_order { LL_ORDER_FREE, LL_ORDER_FIFO } ll_order;
@@ -45,7 +45,7 @@ typedef enum ll_order { LL_ORDER_FREE, LL_ORDER_FIFO } ll_order;
 /* clang-format on */
 
 #define LL_LOSS_KIND(KIND, NAME) LL_LOSS_##KIND,
-typedef enum ll_loss { LL_LOSS_MODELS(LL_LOSS_KIND) } ll_loss;
+typedef enum ll_loss { LL_LOSS_MODELS(LL_LOSS_KIND) LL_LOSSES } ll_loss;
 #undef LL_LOSS_KIND
 
 /* Parameters of one direction; `ll_link_table` gives names, ranges and defaults.

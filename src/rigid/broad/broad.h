@@ -47,15 +47,22 @@ typedef struct ll_broad_phase {
     bool (*pairs)(void *state, const ll_aabb *boxes, const uint8_t *moved, int32_t count, ll_pair_list *out);
 } ll_broad_phase;
 
-typedef enum ll_broad_kind {
-    LL_BROAD_BRUTE,
-    LL_BROAD_SAP,
-    LL_BROAD_GRID,
-    LL_BROAD_TREE,
-    LL_BROADS
-} ll_broad_kind;
+/* The broad phases. Stored configurations hold the index: a new one is the last. */
+/* clang-format off */
+#define LL_BROAD_PHASES(ROW) \
+    ROW(BRUTE, brute) \
+    ROW(SAP, sap) \
+    ROW(GRID, grid) \
+    ROW(TREE, tree)
+/* clang-format on */
 
-extern const ll_broad_phase ll_broad_brute, ll_broad_sap, ll_broad_grid, ll_broad_tree;
+#define LL_BROAD_KIND(KIND, NAME) LL_BROAD_##KIND,
+typedef enum ll_broad_kind { LL_BROAD_PHASES(LL_BROAD_KIND) LL_BROADS } ll_broad_kind;
+#undef LL_BROAD_KIND
+
+#define LL_BROAD_DECLARE(KIND, NAME) extern const ll_broad_phase ll_broad_##NAME;
+LL_BROAD_PHASES(LL_BROAD_DECLARE)
+#undef LL_BROAD_DECLARE
 extern const ll_broad_phase *const ll_broad_phases[LL_BROADS];
 extern const char *const ll_broad_names[LL_BROADS + 1]; /* NULL-terminated */
 

@@ -2,9 +2,10 @@
 
 #include <stddef.h>
 
-const ll_broad_phase *const ll_broad_phases[LL_BROADS] = {&ll_broad_brute, &ll_broad_sap, &ll_broad_grid,
-                                                          &ll_broad_tree};
-const char *const ll_broad_names[LL_BROADS + 1] = {"brute", "sap", "grid", "tree", NULL};
+#define PHASE(KIND, NAME) &ll_broad_##NAME,
+#define NAMED(KIND, NAME) #NAME,
+const ll_broad_phase *const ll_broad_phases[LL_BROADS] = {LL_BROAD_PHASES(PHASE)};
+const char *const ll_broad_names[LL_BROADS + 1] = {LL_BROAD_PHASES(NAMED) NULL};
 
 typedef struct gather {
     const uint8_t *moved;

@@ -168,7 +168,7 @@ static const ll_param rows[] = {
               "The same bodies side by side from the same start; each gives its differences from the first."),
     SETUP(broad_phase, .type = LL_PARAM_CHOICE, .choices = ll_broad_names, .default_value = LL_BROAD_GRID,
           .live = true,
-          .help = "Broad phase: all pairs, sweep and prune, a grid or a tree; the pairs found are the same."),
+          .help = "Broad phase: finds the pairs whose boxes overlap; every one finds the same pairs."),
     SETUP(compare_volumes, .type = LL_PARAM_BOOL, .live = true,
           .help = "Each step every bounding volume tests all pairs of the first 256 shapes; counts false and "
                   "missed hits."),

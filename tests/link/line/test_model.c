@@ -134,6 +134,7 @@ static double variate(int distribution, double u)
     double normal = ll_normal_quantile(a + u * (1 - 2 * a)) / 0.999464501807080;
     double pareto = (ll_exp(ll_detmath_log(1 - u * 0.999) * (-1.0 / 3)) - 55.0 / 37) / 0.702182759825220524;
     double values[] = {2 * u - 1, normal, pareto, (normal + 3 * pareto) / (4 * 0.957961055882941)};
+    _Static_assert(sizeof values / sizeof values[0] == LL_DISTRIBUTIONS, "a formula of each");
     return values[distribution];
 }
 
@@ -142,6 +143,7 @@ static double corr_of(int distribution, double c)
     double values[] = {2 * ll_sin(c * (3.14159265358979323846 / 6)), c,
                        c * (1.63449 + c * (-1.24896 + c * (1.10949 + c * (-0.678146 + c * 0.183126)))),
                        c * (1.3142 + c * (-0.4234 + c * (0.140642 + c * -0.031442)))};
+    _Static_assert(sizeof values / sizeof values[0] == LL_DISTRIBUTIONS, "a formula of each");
     return values[distribution];
 }
 
@@ -334,9 +336,9 @@ static ll_link_params random_params(dice *d)
     ll_link_params p = link_params();
     p.delay_ms = roll(d, 1, 120);
     p.jitter_ms = with(d, 0.7) ? roll(d, 0, 90) : 0;
-    p.distribution = (int)roll(d, 0, 4);
+    p.distribution = (int)roll(d, 0, LL_DISTRIBUTIONS);
     p.delay_corr_pct = with(d, 0.4) ? roll(d, 0, 99) : 0;
-    p.loss_model = (int)roll(d, 0, 3);
+    p.loss_model = (int)roll(d, 0, LL_LOSSES);
     p.loss_pct = pct(d, 0.6);
     p.loss_corr_pct = pct(d, 0.4);
     p.ge_p_pct = pct(d, 1), p.ge_r_pct = pct(d, 1), p.ge_1h_pct = pct(d, 1), p.ge_1k_pct = pct(d, 0.5);

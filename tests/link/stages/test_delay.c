@@ -71,21 +71,31 @@ static double paretonormal(double z)
     return blend(z) / sd;
 }
 
-static double (*const variates[])(double) = {uniform, normal, pareto, paretonormal};
-static const double variances[] = {1.0 / 3, 1, 1, 1};
+/* In the order of the models. Correlations are off by as much as the files of the models state. */
+static const struct {
+    double (*variate)(double z);
+    double variance;
+    double corr_error; /* of deviate_corr */
+} references[] = {
+    {uniform, 1.0 / 3, 1e-9},
+    {normal, 1, 1.1e-5},
+    {pareto, 1, 1.4e-4},
+    {paretonormal, 1, 1e-5},
+};
+_Static_assert(sizeof references / sizeof references[0] == LL_DISTRIBUTIONS, "a reference of each model");
 
 static void variates_are_those_of_the_header(void **state)
 {
     (void)state;
     for (int d = 0; ll_delay_models[d]; d++) {
         const ll_delay_model *model = ll_delay_models[d];
-        assert_within(expectation(variates[d], 1), 0, 1e-9);
-        assert_within(expectation(variates[d], 2), variances[d], 1e-9);
+        assert_within(expectation(references[d].variate, 1), 0, 1e-9);
+        assert_within(expectation(references[d].variate, 2), references[d].variance, 1e-9);
         double before = -1e9;
         for (int i = -4000; i <= 4000; i++) {
             double z = i / 1000.0, u = share_below(z), got = model->variate(u);
             double slope = 1e-13 * (1 + pow(1 - 0.999 * u, -4.0 / 3)); /* of the rounding of u */
-            assert_within(got, variates[d](z), slope + 1e-16 / (phi(z) + 1e-300));
+            assert_within(got, references[d].variate(z), slope + 1e-16 / (phi(z) + 1e-300));
             assert_true(got >= before && got <= model->max * (1 + 1e-12));
             before = got;
         }
@@ -124,9 +134,9 @@ static void delays_have_their_moments(void **state)
             variance += x * x / COUNT;
             most = x > most ? x : most;
         }
-        double fourth = expectation(variates[d], 4);
-        assert_within(mean, 0, 3 * sqrt(variances[d] / COUNT));
-        assert_within(variance, variances[d], 3 * sqrt((fourth - variances[d] * variances[d]) / COUNT));
+        double fourth = expectation(references[d].variate, 4), want = references[d].variance;
+        assert_within(mean, 0, 3 * sqrt(want / COUNT));
+        assert_within(variance, want, 3 * sqrt((fourth - want * want) / COUNT));
         assert_true(most <= ll_delay_models[d]->max + 1e-6 && most > 0.95 * ll_delay_models[d]->max);
         assert_within(ll_link_delay_max_ms(&params, 0), MIDDLE + JITTER * ll_delay_models[d]->max, 1e-9);
         free(delays);
@@ -136,7 +146,7 @@ static void delays_have_their_moments(void **state)
 /* Against the means of batches, see estimate_of; the fit of pareto adds 1.4e-4. */
 static void assert_correlated(const ll_link_params *params, double corr)
 {
-    double variance = variances[params->distribution] * JITTER * JITTER;
+    double variance = references[params->distribution].variance * JITTER * JITTER;
     double *delays = delays_of(params), *series = malloc(COUNT * sizeof *series);
     for (int64_t i = 0; i < COUNT; i++)
         series[i] = delays[i] - MIDDLE;
@@ -201,11 +211,11 @@ static double correlation_by_series(const ll_delay_model *model, double variance
 static void deviates_are_correlated_as_variates_need(void **state)
 {
     (void)state;
-    static const double errors[] = {1e-9, 1.1e-5, 1.4e-4, 1e-5}; /* as the models state them */
     for (int d = 0; ll_delay_models[d]; d++)
         for (double corr = 0.05; corr < 0.96; corr += 0.1) {
             double rho = ll_delay_models[d]->deviate_corr(corr);
-            assert_within(correlation_by_series(ll_delay_models[d], variances[d], rho), corr, errors[d]);
+            double got = correlation_by_series(ll_delay_models[d], references[d].variance, rho);
+            assert_within(got, corr, references[d].corr_error);
         }
 }
 

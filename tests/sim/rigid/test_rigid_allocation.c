@@ -15,10 +15,9 @@
 
 static void run(const ll_sim_kind *kind, void *block, ll_rigid_config *config)
 {
-    static const int32_t broads[] = {LL_BROAD_GRID, LL_BROAD_TREE, LL_BROAD_SAP, LL_BROAD_BRUTE};
     ll_action press = {.buttons = LL_BUTTON_FIRE}, leave = {0};
     for (int k = 0; k < 8; k++) {
-        config->setup.broad_phase = broads[k % 4];
+        config->setup.broad_phase = k % LL_BROADS;
         config->setup.solver.solver = k % LL_SOLVERS;
         kind->change(block, config, ll_ms(125.0 * k));
         kind->input(block, 0, k % 2 == 0 ? &press : &leave);
