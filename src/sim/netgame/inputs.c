@@ -62,10 +62,10 @@ static double per_second(int64_t count, double seconds)
       NULL)                                                                                                  \
     X(number, budget_used, NULL, ll_netgame_server(g)->client_slots[player].budget_used,                     \
       "largest share of the time budget in use; above 1 only without validation", NULL)                      \
-    X(number, gain_m, "m", told ? in->gain.most : NAN,                                                       \
+    X(number, gain_m, "m", has_farthest ? in->gain.most : NAN,                                               \
       "distance that a cheat gained beyond the farthest that the game permits",                              \
       "The game does not define the farthest permitted distance.")                                           \
-    X(number, twin_gain_m, "m", told ? in->twin.most : NAN,                                                  \
+    X(number, twin_gain_m, "m", has_farthest ? in->twin.most : NAN,                                          \
       "distance that a cheat gained beyond the honest twin",                                                 \
       "The game does not define the farthest permitted distance.")
 
@@ -111,7 +111,7 @@ void ll_netgame_inputs_metrics(const ll_netgame *g, int player, cJSON *o)
     const ll_input_history *input_history = &in->input_history;
     const ll_client_slot *client_slot = &ll_netgame_server(g)->client_slots[player];
     double seconds = ll_to_s(g->now - in->from);
-    bool told = ll_netgame_game(g)->farthest != NULL;
+    bool has_farthest = ll_netgame_game(g)->farthest != NULL;
     cJSON *causes = cJSON_AddObjectToObject(o, "corrections_by_cause");
     for (int i = 0; i < LL_CAUSES; i++) {
         LL_METRICS_PUT(cJSON_AddObjectToObject(causes, ll_cause_names[i]), &ll_netgame_cause_table, CAUSES);

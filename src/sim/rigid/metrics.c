@@ -7,7 +7,7 @@
 #include "record/metric.h"
 #include "sim/rigid/rigid.h"
 
-enum { BODIES_TOLD = 1000 };
+enum { BODIES_LISTED = 1000 };
 
 #define AGAIN "side_by_side.*"
 #define FAILED "The world has diverged."
@@ -49,13 +49,13 @@ void ll_rigid_sim_add_bodies(cJSON *object, const ll_rigid_sim *s, int i)
 {
     const ll_rigid *w = ll_rigid_sim_world(s, i);
     cJSON *array = cJSON_AddArrayToObject(object, "bodies");
-    int told = 0;
-    for (int32_t k = 0; k < ll_rigid_body_end(w) && told < BODIES_TOLD; k++) {
+    int listed = 0;
+    for (int32_t k = 0; k < ll_rigid_body_end(w) && listed < BODIES_LISTED; k++) {
         ll_body_id id = ll_rigid_body_at(w, k);
         if (id.index == 0 || id.index == s->record[i].hand.index)
             continue;
         cJSON_AddItemToArray(array, body_json(w, id));
-        told++;
+        listed++;
     }
 }
 
