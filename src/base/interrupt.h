@@ -59,9 +59,11 @@ static inline bool ll_goes_on(ll_pace *pace)
     return !pace->broken;
 }
 
-static inline ll_pace ll_pace_by(const ll_interrupt *interrupt)
+/* `first`: rounds before it asks for the first time. Reading a clock costs as much as a short round: rounds
+ * that surely take less than a millisecond together need no question. */
+static inline ll_pace ll_pace_by(const ll_interrupt *interrupt, int first)
 {
-    return (ll_pace){.interrupt = interrupt, .piece = {1, 0}};
+    return (ll_pace){.interrupt = interrupt, .piece = {first, 0}, .left = first};
 }
 
 static inline bool ll_broken_off(const ll_pace *pace)

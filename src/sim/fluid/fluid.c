@@ -114,7 +114,7 @@ static ll_status advance(void *block, ll_time until, const ll_recorder *recorder
                          ll_step_profiler *step_profiler, const ll_interrupt *interrupt)
 {
     ll_status first = ll_ok();
-    ll_pace pace = ll_pace_by(interrupt);
+    ll_pace pace = ll_pace_by(interrupt, 1);
     int i = 0;
     (void)recorder;
     for (ll_fluid_sim *s = block; s != NULL && !ll_failed(&first); s = ll_fluid_sim_next(s), i++) {

@@ -130,7 +130,7 @@ static ll_status advance(void *block, ll_time until, const ll_recorder *recorder
                          ll_step_profiler *step_profiler, const ll_interrupt *interrupt)
 {
     ll_motion *m = block;
-    ll_pace pace = ll_pace_by(interrupt);
+    ll_pace pace = ll_pace_by(interrupt, 1);
     ll_freq freq = tick_freq(&m->config);
     ll_ode ode = ll_motion_system(&m->config);
     int64_t last = ll_tick_at((ll_time)(m->config.head.duration_s * 1e9 + 0.5), freq);

@@ -513,10 +513,12 @@ static ll_status run_until(ll_netgame *g, ll_time until, const ll_recorder *r, l
     return ll_ok();
 }
 
+enum { SHORT_ROUNDS = 32 }; /* more than the events of a tick of few players, each some microseconds */
+
 static ll_status advance(void *block, ll_time until, const ll_recorder *r, ll_step_profiler *step_profiler,
                          const ll_interrupt *interrupt)
 {
-    ll_pace pace = ll_pace_by(interrupt);
+    ll_pace pace = ll_pace_by(interrupt, SHORT_ROUNDS);
     (void)step_profiler;
     return run_until(block, until, r, &pace);
 }

@@ -169,7 +169,7 @@ static ll_status advance(void *block, ll_time until, const ll_recorder *recorder
                          ll_step_profiler *step_profiler, const ll_interrupt *interrupt)
 {
     ll_rigid_sim *s = block;
-    ll_pace pace = ll_pace_by(interrupt);
+    ll_pace pace = ll_pace_by(interrupt, 1);
     ll_freq freq = ll_freq_from_hz(s->setup.hz);
     (void)recorder;
     for (int64_t tick = ll_tick_at(s->now, freq) + 1; ll_tick_time(tick, freq) <= until; tick++) {
