@@ -3,9 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/assert.h"
-
-char *ll_buffer_grow(ll_buffer *b, size_t size)
+char *ll_buffer_reserve(ll_buffer *b, size_t size)
 {
     size_t needed = b->size + size;
     if (needed > b->capacity) {
@@ -18,8 +16,14 @@ char *ll_buffer_grow(ll_buffer *b, size_t size)
         b->bytes = bytes;
         b->capacity = capacity;
     }
-    char *at = b->bytes + b->size;
-    b->size = needed;
+    return b->bytes + b->size;
+}
+
+char *ll_buffer_grow(ll_buffer *b, size_t size)
+{
+    char *at = ll_buffer_reserve(b, size);
+    if (at != NULL)
+        b->size += size;
     return at;
 }
 
@@ -37,11 +41,18 @@ void ll_buffer_text(ll_buffer *b, const char *text)
 
 void ll_buffer_varint(ll_buffer *b, uint64_t value)
 {
-    char bytes[8];
-    size_t n = 0;
-    LL_ASSERT(value < UINT64_C(1) << 53);
-    for (; value >= 128; value >>= 7)
-        bytes[n++] = (char)((value & 127) | 128);
-    bytes[n++] = (char)value;
-    ll_buffer_add(b, bytes, n);
+    char *at = ll_buffer_reserve(b, LL_VARINT_BYTES_MAX);
+    if (at != NULL)
+        b->size += (size_t)(ll_varint_write(at, value) - at);
+}
+
+void ll_buffer_insert_varint(ll_buffer *b, size_t at, uint64_t value)
+{
+    char bytes[LL_VARINT_BYTES_MAX];
+    size_t size = (size_t)(ll_varint_write(bytes, value) - bytes), behind = b->size - at;
+    LL_ASSERT(at <= b->size);
+    if (ll_buffer_grow(b, size) == NULL)
+        return;
+    memmove(b->bytes + at + size, b->bytes + at, behind);
+    memcpy(b->bytes + at, bytes, size);
 }

@@ -42,17 +42,14 @@ static uint64_t run(merge *m, op what)
     return length;
 }
 
-/* Returns the number of runs; `out` may be NULL. */
-static uint64_t put_runs(const ll_rows *rows, const ll_rows *base, ll_buffer *out)
+static void put_runs(const ll_rows *rows, const ll_rows *base, ll_buffer *out)
 {
+    size_t begin = out->size;
     uint64_t runs = 0;
     for (merge m = {rows, base, 0, 0}; next(&m) != END; runs++)
-        for (op what = COPY; what <= NEW; what++) {
-            uint64_t length = run(&m, what);
-            if (out != NULL)
-                ll_buffer_varint(out, length);
-        }
-    return runs;
+        for (op what = COPY; what <= NEW; what++)
+            ll_buffer_varint(out, run(&m, what));
+    ll_buffer_insert_varint(out, begin, runs);
 }
 
 /* ---- changed fields ---- */
@@ -65,13 +62,17 @@ static uint64_t changes(const ll_record *record, const int64_t *from, const int6
     return mask;
 }
 
-static void put_changes(const ll_record *record, uint64_t mask, const int64_t *from, const int64_t *to,
-                        ll_buffer *out)
+static void put_changes(uint64_t mask, const int64_t *from, const int64_t *to, ll_buffer *out)
 {
-    ll_buffer_varint(out, mask);
-    for (int k = 0; k < record->count; k++)
-        if (mask >> k & 1)
-            ll_buffer_varint(out, ll_zigzag(to[k] - from[k]));
+    char *at = ll_buffer_reserve(out, (LL_FIELDS_MAX + 1) * LL_VARINT_BYTES_MAX), *begin = at;
+    if (at == NULL)
+        return;
+    at = ll_varint_write(at, mask);
+    for (; mask != 0; mask &= mask - 1) {
+        int k = __builtin_ctzll(mask);
+        at = ll_varint_write(at, ll_zigzag(to[k] - from[k]));
+    }
+    out->size += (size_t)(at - begin);
 }
 
 /* The values that a row's differences refer to. */
@@ -80,9 +81,9 @@ static const int64_t *start_of(const merge *m, op what)
     return what == COPY ? ll_rows_at(m->base, m->was) : m->row > 0 ? ll_rows_at(m->rows, m->row - 1) : zeros;
 }
 
-/* Returns the number of changed rows; `out` may be NULL. */
-static uint64_t put_rows(const ll_rows *rows, const ll_rows *base, ll_buffer *out)
+static void put_rows(const ll_rows *rows, const ll_rows *base, ll_buffer *out)
 {
+    size_t begin = out->size;
     uint64_t changed = 0, skipped = 0;
     op what;
     for (merge m = {rows, base, 0, 0}; (what = next(&m)) != END; pass(&m, what)) {
@@ -94,14 +95,12 @@ static uint64_t put_rows(const ll_rows *rows, const ll_rows *base, ll_buffer *ou
             skipped++;
             continue;
         }
-        if (out != NULL) {
-            ll_buffer_varint(out, skipped);
-            put_changes(rows->record, mask, from, to, out);
-        }
+        ll_buffer_varint(out, skipped);
+        put_changes(mask, from, to, out);
         skipped = 0;
         changed++;
     }
-    return changed;
+    ll_buffer_insert_varint(out, begin, changed);
 }
 
 /* ---- planes ---- */
@@ -151,7 +150,7 @@ static void put_log(const ll_rows *rows, const ll_rows *base, ll_buffer *out)
     ll_buffer_varint(out, (uint64_t)(rows->count - skipped));
     for (int i = skipped; i < rows->count; i++) {
         const int64_t *to = ll_rows_at(rows, i);
-        put_changes(rows->record, changes(rows->record, from, to), from, to, out);
+        put_changes(changes(rows->record, from, to), from, to, out);
         from = to;
     }
 }
@@ -163,13 +162,10 @@ void ll_rows_encode(const ll_rows *rows, const ll_rows *base, ll_buffer *out)
         put_log(rows, base, out);
         return;
     }
-    if (rows->record->form == LL_FORM_KEYED) {
-        ll_buffer_varint(out, put_runs(rows, base, NULL));
+    if (rows->record->form == LL_FORM_KEYED)
         put_runs(rows, base, out);
-    } else {
+    else
         ll_buffer_varint(out, (uint64_t)rows->count);
-    }
-    ll_buffer_varint(out, put_rows(rows, base, NULL));
     put_rows(rows, base, out);
     if (rows->record->form == LL_FORM_GRID)
         put_planes(rows, base, out);

@@ -2,21 +2,38 @@
 
 #include "base/assert.h"
 
-int ll_row_set_add(ll_row_set *set, const ll_record *record, bool wanted, int capacity)
+enum { FIRST_ROWS = 8 };
+
+void ll_row_set_clear(ll_row_set *set)
 {
-    int place = set->count++;
-    LL_ASSERT(place < LL_RECORDS_MAX);
-    set->record[place] = record;
-    set->rows[place] = wanted ? ll_rows_new(record, capacity) : NULL;
-    set->failed = set->failed || (wanted && set->rows[place] == NULL);
-    return place;
+    set->count = 0;
+    set->failed = false;
 }
 
 void ll_row_set_free(ll_row_set *set)
 {
-    for (int i = 0; i < set->count; i++)
-        ll_rows_free(set->rows[i]);
+    for (int i = 0; i < LL_RECORDS_MAX; i++)
+        ll_rows_free(set->kept[i]);
     *set = (ll_row_set){0};
+}
+
+static ll_rows *empty_rows(ll_rows **kept, const ll_record *record)
+{
+    if (*kept == NULL)
+        *kept = ll_rows_new(record, FIRST_ROWS);
+    else
+        ll_rows_clear(*kept, record);
+    return *kept;
+}
+
+int ll_row_set_add(ll_row_set *set, const ll_record *record, bool wanted)
+{
+    int place = set->count++;
+    LL_ASSERT(place < LL_RECORDS_MAX);
+    set->record[place] = record;
+    set->rows[place] = wanted ? empty_rows(&set->kept[place], record) : NULL;
+    set->failed = set->failed || (wanted && set->rows[place] == NULL);
+    return place;
 }
 
 static ll_rows *rows_of(const ll_row_set *set, const ll_record *record)

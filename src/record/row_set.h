@@ -5,16 +5,21 @@
 
 #define LL_RECORDS_MAX 16
 
+/* Initially all zero. */
 typedef struct ll_row_set {
     const ll_record *record[LL_RECORDS_MAX];
     ll_rows *rows[LL_RECORDS_MAX]; /* NULL: not wanted */
+    ll_rows *kept[LL_RECORDS_MAX]; /* memory of the rows; the next instant uses it again */
     int count;
     bool failed; /* no memory */
 } ll_row_set;
 
-/* Adds a record, with space for `capacity` rows if wanted. Returns its index. */
-int ll_row_set_add(ll_row_set *set, const ll_record *record, bool wanted, int capacity);
+/* Removes all records, for another instant. */
+void ll_row_set_clear(ll_row_set *set);
 void ll_row_set_free(ll_row_set *set);
+
+/* Adds a record, without rows. Returns its index. */
+int ll_row_set_add(ll_row_set *set, const ll_record *record, bool wanted);
 
 bool ll_row_set_wants(const ll_row_set *set, const ll_record *record);
 

@@ -20,6 +20,36 @@ ll_rows *ll_rows_new(const ll_record *record, int capacity)
     return rows;
 }
 
+ll_rows *ll_rows_copy(const ll_rows *from)
+{
+    ll_rows *rows = ll_rows_new(from->record, from->count);
+    if (rows == NULL)
+        return NULL;
+    memcpy(rows->values, from->values,
+           (size_t)from->count * (size_t)from->record->count * sizeof *rows->values);
+    rows->count = from->count;
+    rows->first = from->first;
+    if (from->plane_bytes == 0)
+        return rows;
+    rows->planes = malloc(from->plane_bytes);
+    if (rows->planes == NULL) {
+        ll_rows_free(rows);
+        return NULL;
+    }
+    memcpy(rows->planes, from->planes, from->plane_bytes);
+    rows->plane_bytes = from->plane_bytes;
+    return rows;
+}
+
+void ll_rows_clear(ll_rows *rows, const ll_record *record)
+{
+    rows->capacity = (int)((size_t)rows->capacity * (size_t)rows->record->count / (size_t)record->count);
+    rows->record = record;
+    rows->count = 0;
+    rows->first = 0;
+    rows->plane_bytes = 0;
+}
+
 void ll_rows_free(ll_rows *rows)
 {
     if (rows == NULL)

@@ -4,7 +4,7 @@
 #include "record/buffer.h"
 #include "record/record.h"
 
-/* Made by ll_rows_new; must not change once filled. */
+/* Made by ll_rows_new. */
 typedef struct ll_rows {
     const ll_record *record;
     int count, capacity;
@@ -16,7 +16,10 @@ typedef struct ll_rows {
 
 /* NULL without memory. */
 ll_rows *ll_rows_new(const ll_record *record, int capacity);
-void ll_rows_free(ll_rows *rows); /* NULL: no effect */
+ll_rows *ll_rows_copy(const ll_rows *rows); /* with memory for these rows only */
+void ll_rows_free(ll_rows *rows);           /* NULL: no effect */
+/* Removes all rows, for rows of another record in the same memory. */
+void ll_rows_clear(ll_rows *rows, const ll_record *record);
 size_t ll_rows_bytes(const ll_rows *rows);
 
 /* Adds `count` structs of the record; false without memory. */

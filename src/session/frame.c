@@ -30,13 +30,10 @@ static bool is_unchanged(const ll_section *section, const ll_rows *rows)
     return ll_rows_equal(old, rows);
 }
 
-/* Makes a section of the rows, which it owns then, or shares the last section if it equals them. NULL without
- * memory. */
-static ll_section *take_rows(ll_rows *rows, uint32_t seq, ll_section **last)
+/* Makes a section of the rows, or shares the last section if it equals them. NULL without memory. */
+static ll_section *take_rows(const ll_rows *rows, uint32_t seq, ll_section **last)
 {
-    if (is_unchanged(*last, rows)) {
-        ll_rows_free(rows);
-    } else {
+    if (!is_unchanged(*last, rows)) {
         ll_section_release(*last);
         *last = ll_section_new(rows, seq);
     }
@@ -53,10 +50,9 @@ void ll_frame_state_clear(ll_frame_state *state)
 }
 
 ll_status ll_frame_take(const ll_session *s, const ll_record_request *request, uint32_t seq,
-                        ll_frame_state *last, ll_frame **result)
+                        ll_frame_state *last, ll_row_set *space, ll_frame **result)
 {
     ll_frame *frame = calloc(1, sizeof *frame);
-    ll_row_set set = {0};
     if (frame == NULL)
         return ll_error(LL_NO_MEMORY, "out of memory: frame");
     *frame = (ll_frame){.seq = seq,
@@ -67,18 +63,17 @@ ll_status ll_frame_take(const ll_session *s, const ll_record_request *request, u
                         .tick = s->tick,
                         .time_s = ll_to_s(ll_tick_time(s->tick, s->freq))};
     atomic_init(&frame->references, 1);
-    ll_session_fill(s, request, &set);
-    bool failed = set.failed;
-    frame->count = set.count;
-    for (int i = 0; i < set.count; i++) {
-        frame->record[i] = set.record[i];
-        if (set.rows[i] == NULL || failed)
+    ll_row_set_clear(space);
+    ll_session_fill(s, request, space);
+    bool failed = space->failed;
+    frame->count = space->count;
+    for (int i = 0; i < space->count; i++) {
+        frame->record[i] = space->record[i];
+        if (space->rows[i] == NULL || failed)
             continue;
-        frame->section[i] = take_rows(set.rows[i], seq, &last->section[i]);
-        set.rows[i] = NULL;
+        frame->section[i] = take_rows(space->rows[i], seq, &last->section[i]);
         failed = frame->section[i] == NULL;
     }
-    ll_row_set_free(&set);
     if (failed) {
         ll_frame_release(frame);
         return ll_error(LL_NO_MEMORY, "out of memory: frame");
@@ -148,21 +143,15 @@ static void put_head(const ll_frame *frame, uint8_t flags, ll_frame_format forma
     ll_buffer_varint(buffer, ll_zigzag(frame->tick));
 }
 
-void ll_frame_write(const ll_frame *frame, const ll_frame_state *state, uint16_t channels, bool jump,
-                    ll_frame_format format, ll_buffer *buffer)
+void ll_frame_write(const ll_frame *frame, const ll_frame_delivery *to, ll_buffer *buffer)
 {
-    put_head(frame, (uint8_t)(frame->flags | (jump ? LL_FRAME_JUMP : 0)), format, buffer);
+    put_head(frame, (uint8_t)(frame->flags | (to->jump ? LL_FRAME_JUMP : 0)), to->format, buffer);
     for (int i = 0; i < frame->count; i++) {
-        const ll_section *base = jump ? NULL : state->section[i];
-        if (!is_due(frame, i, channels) || (format == LL_FRAME_BINARY && base == frame->section[i]))
-            continue;
-        const ll_buffer *bytes = ll_section_encode(frame->section[i], base, format);
-        buffer->failed = buffer->failed || bytes == NULL || bytes->failed;
-        if (buffer->failed)
-            return;
-        ll_buffer_add(buffer, bytes->bytes, bytes->size);
+        const ll_section *base = to->jump ? NULL : to->state->section[i];
+        if (is_due(frame, i, to->channels) && (to->format == LL_FRAME_JSON || base != frame->section[i]))
+            ll_section_write(frame->section[i], base, to->format, to->shared, buffer);
     }
-    if (format == LL_FRAME_JSON)
+    if (to->format == LL_FRAME_JSON)
         ll_buffer_text(buffer, "}");
 }
 

@@ -64,17 +64,25 @@ typedef struct ll_frame_state {
 void ll_frame_state_clear(ll_frame_state *state);
 
 /* Takes the frame of the present tick, with one reference. `last` is what was taken before, and is updated:
- * sections with equal rows are shared. Clear it when time has jumped. The session must be awake, and does not
- * change. LL_NO_MEMORY. */
+ * sections with equal rows are shared. Clear it when time has jumped. `space` is memory for this call, which
+ * the frames of any sessions may use in turn. The session must be awake, and does not change.
+ * LL_NO_MEMORY. */
 ll_status ll_frame_take(const ll_session *session, const ll_record_request *request, uint32_t seq,
-                        ll_frame_state *last, ll_frame **frame);
+                        ll_frame_state *last, ll_row_set *space, ll_frame **frame);
 void ll_frame_retain(ll_frame *frame);
 void ll_frame_release(ll_frame *frame);
 
-/* Appends the message of a frame for a viewer that has `state`, with the records of `channels`. An encoding
- * is made once for all viewers with the same base. Sets buffer->failed without memory. */
-void ll_frame_write(const ll_frame *frame, const ll_frame_state *state, uint16_t channels, bool jump,
-                    ll_frame_format format, ll_buffer *buffer);
+/* What a viewer gets of a frame. */
+typedef struct ll_frame_delivery {
+    const ll_frame_state *state; /* what it has */
+    uint16_t channels;
+    bool jump;   /* time has jumped since its last frame: sends whole sections */
+    bool shared; /* keeps the encodings of sections, for other viewers with the same state */
+    ll_frame_format format;
+} ll_frame_delivery;
+
+/* Appends the message of a frame. Sets buffer->failed without memory. */
+void ll_frame_write(const ll_frame *frame, const ll_frame_delivery *to, ll_buffer *buffer);
 
 /* Whether the frame has something in these channels that a viewer with `state` does not have. */
 bool ll_frame_news(const ll_frame *frame, const ll_frame_state *state, uint16_t channels);

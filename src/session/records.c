@@ -175,7 +175,7 @@ static const ll_record *const own[LL_OWN_RECORDS] = {[LL_RECORD_SESSION] = &sess
 
 static void open_record(ll_row_set *rows, const ll_record *record, const ll_record_request *request)
 {
-    ll_row_set_add(rows, record, request->channels >> record->channel & 1, 8);
+    ll_row_set_add(rows, record, request->channels >> record->channel & 1);
 }
 
 void ll_session_fill(const ll_session *s, const ll_record_request *request, ll_row_set *rows)

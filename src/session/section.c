@@ -17,16 +17,18 @@ struct ll_encoding {
 /* Below this size deflating saves too little for its time. */
 enum { DEFLATE_FROM = 1024, DEFLATE_LEVEL = 1 };
 
-ll_section *ll_section_new(ll_rows *rows, uint32_t seq)
+ll_section *ll_section_new(const ll_rows *rows, uint32_t seq)
 {
     ll_section *section = calloc(1, sizeof *section);
-    if (section == NULL) {
-        ll_rows_free(rows);
+    if (section == NULL)
+        return NULL;
+    atomic_init(&section->references, 1);
+    section->seq = seq;
+    section->rows = ll_rows_copy(rows);
+    if (section->rows == NULL) {
+        free(section);
         return NULL;
     }
-    atomic_init(&section->references, 1);
-    section->rows = rows;
-    section->seq = seq;
     return section;
 }
 
@@ -48,18 +50,22 @@ void ll_section_release(ll_section *section)
     free(section);
 }
 
-/* Deflates `from` (raw); false when the result is not smaller. */
-static bool deflate_into(const ll_buffer *from, ll_buffer *to)
+/* Deflates (raw) the bytes from `begin` on; false, without a change, when they would not be fewer. */
+static bool deflate_from(ll_buffer *b, size_t begin)
 {
-    z_stream z = {.next_in = (Bytef *)from->bytes, .avail_in = (uInt)from->size};
-    if (deflateInit2(&z, DEFLATE_LEVEL, Z_DEFLATED, -MAX_WBITS, 8, Z_DEFAULT_STRATEGY) != Z_OK)
+    size_t size = b->size - begin;
+    z_stream z = {.avail_in = (uInt)size, .avail_out = (uInt)size};
+    char *out = ll_buffer_reserve(b, size);
+    if (out == NULL || deflateInit2(&z, DEFLATE_LEVEL, Z_DEFLATED, -MAX_WBITS, 8, Z_DEFAULT_STRATEGY) != Z_OK)
         return false;
-    char *out = ll_buffer_grow(to, from->size);
+    z.next_in = (Bytef *)b->bytes + begin;
     z.next_out = (Bytef *)out;
-    z.avail_out = out != NULL ? (uInt)from->size : 0;
-    bool done = out != NULL && deflate(&z, Z_FINISH) == Z_STREAM_END;
-    to->size -= out != NULL ? z.avail_out : 0;
+    bool done = deflate(&z, Z_FINISH) == Z_STREAM_END;
     deflateEnd(&z);
+    if (done) {
+        memmove(b->bytes + begin, out, size - z.avail_out);
+        b->size = begin + size - z.avail_out;
+    }
     return done;
 }
 
@@ -71,16 +77,12 @@ static bool worth_deflating(const ll_section *section, bool whole, size_t size)
 
 static void put_binary(const ll_section *section, const ll_section *base, ll_buffer *out)
 {
-    ll_buffer body = {0}, packed = {0};
-    ll_rows_encode(section->rows, base != NULL ? base->rows : NULL, &body);
-    bool deflated = worth_deflating(section, base == NULL, body.size) && deflate_into(&body, &packed);
-    const ll_buffer *sent = deflated ? &packed : &body;
     ll_buffer_varint(out, (uint64_t)section->rows->record->id);
-    ll_buffer_varint(out, 4 * (uint64_t)sent->size + (base == NULL ? 2 : 0) + (deflated ? 1 : 0));
-    ll_buffer_add(out, sent->bytes, sent->size);
-    out->failed = out->failed || sent->failed;
-    free(body.bytes);
-    free(packed.bytes);
+    size_t begin = out->size;
+    ll_rows_encode(section->rows, base != NULL ? base->rows : NULL, out);
+    bool deflated = worth_deflating(section, base == NULL, out->size - begin) && deflate_from(out, begin);
+    ll_buffer_insert_varint(out, begin,
+                            4 * (uint64_t)(out->size - begin) + (base == NULL ? 2 : 0) + (deflated ? 1 : 0));
 }
 
 static void put_json(const ll_section *section, const ll_section *base, ll_buffer *out)
@@ -91,16 +93,20 @@ static void put_json(const ll_section *section, const ll_section *base, ll_buffe
     ll_rows_json(section->rows, base != NULL ? base->rows->first + base->rows->count : 0, out);
 }
 
-const ll_buffer *ll_section_encode(ll_section *section, const ll_section *base, ll_frame_format format)
+static void put(const ll_section *section, const ll_section *base, ll_frame_format format, ll_buffer *out)
+{
+    (format == LL_FRAME_JSON ? put_json : put_binary)(section, base, out);
+}
+
+/* Makes the encoding when it is wanted first. NULL without memory. */
+static const ll_encoding *encoding(ll_section *section, const ll_section *base, ll_frame_format format)
 {
     ll_encoding *e = section->encodings;
-    if (format == LL_FRAME_JSON && section->rows->record->form != LL_FORM_LOG)
-        base = NULL;
     while (e != NULL &&
            !(e->format == format && e->whole == (base == NULL) && (base == NULL || e->base == base->seq)))
         e = e->next;
     if (e != NULL)
-        return &e->bytes;
+        return e;
     e = calloc(1, sizeof *e);
     if (e == NULL)
         return NULL;
@@ -109,6 +115,21 @@ const ll_buffer *ll_section_encode(ll_section *section, const ll_section *base, 
                        .whole = base == NULL,
                        .base = base != NULL ? base->seq : 0};
     section->encodings = e;
-    (format == LL_FRAME_JSON ? put_json : put_binary)(section, base, &e->bytes);
-    return &e->bytes;
+    put(section, base, format, &e->bytes);
+    return e;
+}
+
+void ll_section_write(ll_section *section, const ll_section *base, ll_frame_format format, bool shared,
+                      ll_buffer *out)
+{
+    if (format == LL_FRAME_JSON && section->rows->record->form != LL_FORM_LOG)
+        base = NULL;
+    if (!shared) {
+        put(section, base, format, out);
+        return;
+    }
+    const ll_encoding *e = encoding(section, base, format);
+    if (e != NULL)
+        ll_buffer_add(out, e->bytes.bytes, e->bytes.size);
+    out->failed = out->failed || e == NULL || e->bytes.failed;
 }

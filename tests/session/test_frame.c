@@ -73,9 +73,19 @@ static void read_section(watcher *w, bytes *b)
 /* Encodes the frame for a viewer of these channels and decodes it. */
 static void watch(watcher *w, const ll_frame *frame, uint16_t channels, bool jump)
 {
-    ll_buffer message = {0};
-    ll_frame_write(frame, &w->state, channels, jump, LL_FRAME_BINARY, &message);
+    ll_buffer message = {0}, shared = {0};
+    ll_frame_delivery to = {
+        .state = &w->state, .channels = channels, .jump = jump, .format = LL_FRAME_BINARY};
+    ll_frame_write(frame, &to, &message);
     assert_false(message.failed);
+    to.shared = true;
+    for (int viewer = 0; viewer < 2; viewer++) { /* the first one makes the encodings */
+        shared.size = 0;
+        ll_frame_write(frame, &to, &shared);
+        assert_int_equal(shared.size, message.size);
+        assert_memory_equal(shared.bytes, message.bytes, message.size);
+    }
+    free(shared.bytes);
     bytes b = {(const uint8_t *)message.bytes, (const uint8_t *)message.bytes + message.size};
     assert_int_equal(*b.at, 1);
     b.at += 2;
@@ -123,6 +133,7 @@ enum { EVERYTHING = (1 << LL_CHANNELS) - 1 };
 typedef struct show {
     ll_session *session;
     ll_frame_state last;
+    ll_row_set space;
     uint32_t seq;
     int64_t events;
     bool anew;
@@ -153,7 +164,7 @@ static ll_frame *take(show *s, uint16_t channels)
                                  .from_event = s->events,
                                  .viewers = 1,
                                  .wall_ns = (uint64_t)s->seq * 16666667};
-    must(ll_frame_take(s->session, &request, ++s->seq, &s->last, &frame));
+    must(ll_frame_take(s->session, &request, ++s->seq, &s->last, &s->space, &frame));
     if (frame->section[LL_RECORD_EVENTS] != NULL) {
         const ll_rows *events = frame->section[LL_RECORD_EVENTS]->rows;
         s->events = events->first + events->count;
@@ -173,6 +184,7 @@ static void step(show *s)
 static void close_show(show *s)
 {
     ll_frame_state_clear(&s->last);
+    ll_row_set_free(&s->space);
     ll_session_destroy(s->session);
 }
 

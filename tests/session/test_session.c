@@ -445,12 +445,16 @@ static double latest_event(ll_session *s)
     ll_buffer json = {0};
     ll_frame *frame;
     ll_frame_state none = {0}, last = {0};
+    ll_row_set space = {0};
     ll_record_request request = {.channels = 1 << LL_CHANNEL_LANES, .anew = true, .from_event = LL_NO_EVENT};
     double latest = 0;
     cJSON *o, *e;
-    must(ll_frame_take(s, &request, 1, &last, &frame));
-    ll_frame_write(frame, &none, request.channels, true, LL_FRAME_JSON, &json);
+    must(ll_frame_take(s, &request, 1, &last, &space, &frame));
+    ll_frame_delivery to = {
+        .state = &none, .channels = request.channels, .jump = true, .format = LL_FRAME_JSON};
+    ll_frame_write(frame, &to, &json);
     ll_frame_state_clear(&last);
+    ll_row_set_free(&space);
     ll_frame_release(frame);
     o = cJSON_ParseWithLength(json.bytes, json.size);
     cJSON_ArrayForEach(e, cJSON_GetObjectItem(o, "events"))

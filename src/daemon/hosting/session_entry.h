@@ -96,6 +96,7 @@ typedef struct ll_worker {
     ll_session_entry **active; /* each with a reference */
     int count, capacity;
     bool stopping;
+    ll_row_set space; /* for taking frames; of its thread only */
 } ll_worker;
 
 enum { LL_HOST_BUCKETS = 4096 };

@@ -35,11 +35,12 @@ static int64_t slot_at(ll_time t)
 static bool take_frame(ll_session_entry *session_entry, uint32_t generation, ll_record_request *request)
 {
     ll_frame *frame;
+    ll_row_set *space = &session_entry->host->workers[session_entry->worker].space;
     if (generation != session_entry->published_generation)
         ll_frame_state_clear(&session_entry->last);
     request->wall_ns = (uint64_t)ll_host_now();
-    ll_status status =
-        ll_frame_take(session_entry->session, request, session_entry->seq + 1, &session_entry->last, &frame);
+    ll_status status = ll_frame_take(session_entry->session, request, session_entry->seq + 1,
+                                     &session_entry->last, space, &frame);
     if (ll_failed(&status))
         return false;
     ll_ws_publish(session_entry->stream, frame);
@@ -317,5 +318,6 @@ void ll_worker_stop(ll_worker *worker)
         ll_session_entry_release(worker->active[i]);
     worker->count = worker->capacity = 0;
     free(worker->active);
+    ll_row_set_free(&worker->space);
     worker->active = NULL;
 }

@@ -266,7 +266,12 @@ static void send_frame(ws_viewer *viewer, ll_frame *frame)
     ll_buffer *message = &viewer->thread->message;
     message->size = 0;
     message->failed = ll_buffer_grow(message, LL_FRAMING_HEAD_SPACE) == NULL;
-    ll_frame_write(frame, &viewer->state, channels, jump, viewer->upgrade.format, message);
+    ll_frame_delivery to = {.state = &viewer->state,
+                            .channels = channels,
+                            .jump = jump,
+                            .shared = viewer->stream->viewer_count > 1,
+                            .format = viewer->upgrade.format};
+    ll_frame_write(frame, &to, message);
     if (message->failed) {
         return;
     }

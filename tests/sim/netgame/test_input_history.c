@@ -41,7 +41,7 @@ static double value(const ll_rows *rows, int row, const char *name)
 static void look(const scene *s, history *l)
 {
     ll_row_set set = {0};
-    int place = ll_row_set_add(&set, &ll_netgame_input_history_record, true, 4);
+    int place = ll_row_set_add(&set, &ll_netgame_input_history_record, true);
     ll_netgame_fill_input_history(s->game, &set);
     assert_false(set.failed);
     const ll_rows *rows = set.rows[place];
