@@ -111,7 +111,9 @@ let validate;
 
 /** What the schema says against a lesson, a sentence each. @param {unknown} lesson @returns {string[]} */
 export function schemaProblems(lesson) {
-  validate ??= new Ajv({ allErrors: true, strict: false }).compile(JSON.parse(readFileSync(path.join(ROOT, 'api/lesson.schema.json'), 'utf8')));
+  validate ??= new Ajv({ allErrors: true, strict: false }).compile(
+    JSON.parse(readFileSync(path.join(ROOT, 'api/lesson.schema.json'), 'utf8')),
+  );
   if (validate(lesson)) return [];
   const said = (validate.errors ?? []).map(({ instancePath, keyword, params, message }) => {
     const where = instancePath.slice(1).replaceAll('/', '.') || 'the lesson';
@@ -157,13 +159,22 @@ function textProblems(lesson) {
         used.add(name);
         if (!(name in lesson.numbers)) found.push(`${where}.${language}: {${name}} is not among numbers`);
       }
-      const digits = words.replace(PLACEHOLDER, '').replace(NAME_WITH_DIGITS, '').match(/\d[\d.,]*/);
+      const digits = words
+        .replace(PLACEHOLDER, '')
+        .replace(NAME_WITH_DIGITS, '')
+        .match(/\d[\d.,]*/);
       if (digits) found.push(`${where}.${language}: ${digits[0]} is written by hand; name it in numbers and write {name}`);
       const count = words.split(/\s+/).filter((word) => /[\p{L}\d{]/u.test(word)).length;
       if (count > WORDS_MAX) found.push(`${where}.${language}: has ${count} words; ${WORDS_MAX} are the most`);
       if (!where.endsWith('label') && language === 'de' && words === text.en) found.push(`${where}.de: is not translated`);
     }
-  const both = (/** @type {any} */ text) => LANGUAGES.map((language) => [...text[language].matchAll(PLACEHOLDER)].map((match) => match[1]).sort().join());
+  const both = (/** @type {any} */ text) =>
+    LANGUAGES.map((language) =>
+      [...text[language].matchAll(PLACEHOLDER)]
+        .map((match) => match[1])
+        .sort()
+        .join(),
+    );
   for (const { where, text } of textsOf(lesson)) {
     const [en, de] = both(text);
     if (en !== de) found.push(`${where}: en has the numbers ${en || 'none'}, de ${de || 'none'}`);
@@ -174,7 +185,10 @@ function textProblems(lesson) {
 
 const reason = (/** @type {unknown} */ error) => {
   const { stderr, message } = /** @type {any} */ (error);
-  return String(stderr || message).trim().split('\n')[0].replace(/^laglab: /, '');
+  return String(stderr || message)
+    .trim()
+    .split('\n')[0]
+    .replace(/^laglab: /, '');
 };
 
 /** @param {any} lesson @param {ReturnType<typeof engine>} asked @returns {string[]} */
