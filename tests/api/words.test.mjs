@@ -1,0 +1,117 @@
+// The page's words: each language names every parameter, metric and record field of a netgame, in the same places and short enough.
+import assert from 'node:assert/strict';
+import { execFileSync } from 'node:child_process';
+import { readFileSync } from 'node:fs';
+import path from 'node:path';
+import { test } from 'node:test';
+import { fileURLToPath } from 'node:url';
+import { LANGUAGES } from '../../docs/lessons.mjs';
+import { BINARY } from '../lib/daemon.mjs';
+import { findings, readList } from '../structure/words.mjs';
+
+const ROOT = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../..');
+const LABEL_MAX = 36, // a line of the narrowest panel
+  TIP_MAX = 72; // one line of a tooltip
+const RECORDS = ['views', 'buffers', 'measures', 'peers']; // of the page of a netgame
+const GAMES = ['race', 'cannon', 'gambetta', 'shooter', 'crates', 'sea', 'dam', 'stack'];
+
+/** @typedef {{label: string, tip: string}} Entry */
+/** @typedef {{language: string, name: string, units: Record<string, string>, params: Record<string, Entry>, metrics: Record<string, Entry>, records: Record<string, Entry>}} Words */
+
+/** @type {Record<string, Words>} */
+const words = Object.fromEntries(
+  LANGUAGES.map((language) => [language, JSON.parse(readFileSync(path.join(ROOT, `www/words/${language}.json`), 'utf8'))]),
+);
+const ask = (/** @type {string[]} */ ...args) =>
+  JSON.parse(execFileSync(BINARY, ['schema', ...args], { encoding: 'utf8', maxBuffer: 1 << 26 }));
+const schema = ask(),
+  stream = ask('stream'),
+  netgame = ask('metrics').kinds.find((kind) => kind.kind === 'netgame');
+
+/** Every parameter of a netgame with its unit; both directions of a link are one. */
+function params() {
+  const found = new Map();
+  const visit = (node, at) => {
+    for (const [name, row] of Object.entries(node.properties)) {
+      const here = at ? `${at}.${name}` : name;
+      const ref = row.$ref ?? row.items?.$ref;
+      if (here === 'timeline' || here === 'expect') continue; // no value that a panel shows
+      if (row.anyOf) for (const game of GAMES) visit(schema.$defs[game], here);
+      else if (ref) visit(schema.$defs[ref.split('/').pop()], row.items ? `${here}.*` : here);
+      else found.set(here.replace(/\.link\.(?:up|down)\./, '.link.*.'), row['x-unit'] ?? '');
+    }
+  };
+  visit(
+    schema.oneOf.find((kind) => kind.properties.kind?.const === 'netgame' || kind.title === 'netgame'),
+    '',
+  );
+  return found;
+}
+
+function metrics() {
+  const found = new Map();
+  for (const { path: at, metrics } of netgame.tables)
+    for (const { name, unit } of metrics) found.set(at === '' ? name : `${at}.${name}`, unit ?? '');
+  return found;
+}
+
+const records = () =>
+  new Map(
+    stream.records
+      .filter(({ name }) => RECORDS.includes(name))
+      .flatMap(({ name, fields }) => fields.map((field) => [`${name}.${field.name}`, field.unit ?? ''])),
+  );
+
+const parts = { params: params(), metrics: metrics(), records: records() };
+
+for (const [part, rows] of Object.entries(parts))
+  for (const language of LANGUAGES)
+    test(`${language}: every one of the ${part} has a name, and no other has`, () => {
+      const named = Object.keys(words[language][/** @type {'params'} */ (part)]);
+      assert.ok(rows.size > 40, `${rows.size} ${part}`);
+      assert.deepEqual(
+        named.filter((key) => !rows.has(key)),
+        [],
+        'unknown',
+      );
+      assert.deepEqual(
+        [...rows.keys()].filter((key) => !named.includes(key)),
+        [],
+        'without a name',
+      );
+    });
+
+test('every unit has a name in both languages', () => {
+  const units = new Set(Object.values(parts).flatMap((rows) => [...rows.values()]));
+  units.delete('');
+  for (const language of LANGUAGES) for (const unit of units) assert.ok(words[language].units[unit], `${language}: ${unit}`);
+  assert.deepEqual(Object.keys(words.de.units), Object.keys(words.en.units));
+});
+
+/** @type {(visit: (where: string, entry: Entry, language: string) => void) => void} */
+const each = (visit) => {
+  for (const language of LANGUAGES)
+    for (const part of /** @type {const} */ (['params', 'metrics', 'records']))
+      for (const [key, entry] of Object.entries(words[language][part])) visit(`${language} ${part} ${key}`, entry, language);
+};
+
+test('labels and tips fit, and are text', () => {
+  each((where, { label, tip, ...others }) => {
+    assert.deepEqual(others, {}, where);
+    assert.ok(label.length > 0 && label.length <= LABEL_MAX, `${where}: the label has ${label.length} characters`);
+    assert.ok(tip.length > 0 && tip.length <= TIP_MAX, `${where}: the tip has ${tip.length} characters`);
+    assert.match(label, /^\p{Lu}/u, where);
+    for (const text of [label, tip]) assert.doesNotMatch(text, /[_\n"]|\s$|^\s|\.$/, where);
+  });
+});
+
+test('English has no banned words, German is German', () => {
+  const list = readList(readFileSync(path.join(ROOT, 'tests/structure/words.txt'), 'utf8'));
+  each((where, { label, tip }, language) => {
+    if (language === 'en') assert.deepEqual(findings(`${label}. ${tip}`, 'markdown', list), [], where);
+    else assert.doesNotMatch(`${label} ${tip}`, /\b(?:fuer|ueber|koennen|muessen|waere|groesse|the|of|and)\b/i, where);
+  });
+  for (const part of /** @type {const} */ (['params', 'metrics', 'records']))
+    for (const [key, { tip }] of Object.entries(words.en[part]))
+      assert.notEqual(words.de[part][key].tip, tip, `${part} ${key}: is not translated`);
+});
