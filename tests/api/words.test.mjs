@@ -16,7 +16,7 @@ const RECORDS = ['views', 'buffers', 'measures', 'peers']; // of the page of a n
 const GAMES = ['race', 'cannon', 'gambetta', 'shooter', 'crates', 'sea', 'dam', 'stack'];
 
 /** @typedef {{label: string, tip: string}} Entry */
-/** @typedef {{language: string, name: string, units: Record<string, string>, params: Record<string, Entry>, metrics: Record<string, Entry>, records: Record<string, Entry>}} Words */
+/** @typedef {{language: string, name: string, units: Record<string, string>, params: Record<string, Entry>, metrics: Record<string, Entry>, records: Record<string, Entry>, choices: Record<string, string>}} Words */
 
 /** @type {Record<string, Words>} */
 const words = Object.fromEntries(
@@ -28,9 +28,10 @@ const schema = ask(),
   stream = ask('stream'),
   netgame = ask('metrics').kinds.find((kind) => kind.kind === 'netgame');
 
-/** Every parameter of a netgame with its unit; both directions of a link are one. */
+/** Every parameter of a netgame with its unit, and every value of those that are choices; both directions of a link are one. */
 function params() {
-  const found = new Map();
+  const found = new Map(),
+    choices = new Set();
   const visit = (node, at) => {
     for (const [name, row] of Object.entries(node.properties)) {
       const here = at ? `${at}.${name}` : name;
@@ -38,14 +39,18 @@ function params() {
       if (here === 'timeline' || here === 'expect') continue; // no value that a panel shows
       if (row.anyOf) for (const game of GAMES) visit(schema.$defs[game], here);
       else if (ref) visit(schema.$defs[ref.split('/').pop()], row.items ? `${here}.*` : here);
-      else found.set(here.replace(/\.link\.(?:up|down)\./, '.link.*.'), row['x-unit'] ?? '');
+      else {
+        const key = here.replace(/\.link\.(?:up|down)\./, '.link.*.');
+        found.set(key, row['x-unit'] ?? '');
+        for (const choice of row.enum ?? []) choices.add(`${key}.${choice}`);
+      }
     }
   };
   visit(
     schema.oneOf.find((kind) => kind.properties.kind?.const === 'netgame' || kind.title === 'netgame'),
     '',
   );
-  return found;
+  return { found, choices };
 }
 
 function metrics() {
@@ -62,7 +67,8 @@ const records = () =>
       .flatMap(({ name, fields }) => fields.map((field) => [`${name}.${field.name}`, field.unit ?? ''])),
   );
 
-const parts = { params: params(), metrics: metrics(), records: records() };
+const { found, choices } = params();
+const parts = { params: found, metrics: metrics(), records: records() };
 
 for (const [part, rows] of Object.entries(parts))
   for (const language of LANGUAGES)
@@ -80,6 +86,17 @@ for (const [part, rows] of Object.entries(parts))
         'without a name',
       );
     });
+
+test('every value of a choice has a name in both languages', () => {
+  for (const language of LANGUAGES) {
+    const named = words[language].choices;
+    assert.deepEqual(Object.keys(named).sort(), [...choices].sort());
+    for (const [key, label] of Object.entries(named)) {
+      assert.ok(label.length > 0 && label.length <= LABEL_MAX, `${language} ${key}: has ${label.length} characters`);
+      assert.match(label, /^[^_\n"]*[^_\n".\s]$/, key);
+    }
+  }
+});
 
 test('every unit has a name in both languages', () => {
   const units = new Set(Object.values(parts).flatMap((rows) => [...rows.values()]));
