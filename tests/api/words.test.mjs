@@ -1,4 +1,4 @@
-// The page's words: each language names every parameter, metric and record field of a netgame, in the same places and short enough.
+// The page's words: each language names every parameter, choice and stream field of a netgame, and every metric, and each name is short enough.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import { readFileSync } from 'node:fs';
@@ -13,10 +13,12 @@ const ROOT = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../..')
 const LABEL_MAX = 36, // a line of the narrowest panel
   TIP_MAX = 72; // one line of a tooltip
 const RECORDS = ['views', 'buffers', 'measures', 'peers']; // of the page of a netgame
+const LABS = ['motion', 'rigid', 'fluid'];
 const GAMES = ['race', 'cannon', 'gambetta', 'shooter', 'crates', 'sea', 'dam', 'stack'];
 
 /** @typedef {{label: string, tip: string}} Entry */
-/** @typedef {{language: string, name: string, units: Record<string, string>, params: Record<string, Entry>, metrics: Record<string, Entry>, records: Record<string, Entry>, choices: Record<string, string>}} Words */
+/** @typedef {{language: string, name: string, units: Record<string, string>, params: Record<string, Entry>, metrics: Record<string, Entry>, records: Record<string, Entry>, choices: Record<string, string>,
+ *   labs: Record<string, Record<string, Entry>>, lesson: Record<string, string>}} Words */
 
 /** @type {Record<string, Words>} */
 const words = Object.fromEntries(
@@ -26,7 +28,7 @@ const ask = (/** @type {string[]} */ ...args) =>
   JSON.parse(execFileSync(BINARY, ['schema', ...args], { encoding: 'utf8', maxBuffer: 1 << 26 }));
 const schema = ask(),
   stream = ask('stream'),
-  netgame = ask('metrics').kinds.find((kind) => kind.kind === 'netgame');
+  kinds = ask('metrics').kinds;
 
 /** Every parameter of a netgame with its unit, and every value of those that are choices; both directions of a link are one. */
 function params() {
@@ -53,9 +55,10 @@ function params() {
   return { found, choices };
 }
 
-function metrics() {
+/** @param {string} wanted */
+function metrics(wanted) {
   const found = new Map();
-  for (const { path: at, metrics } of netgame.tables)
+  for (const { path: at, metrics } of kinds.find(({ kind }) => kind === wanted).tables)
     for (const { name, unit } of metrics) found.set(at === '' ? name : `${at}.${name}`, unit ?? '');
   return found;
 }
@@ -68,7 +71,8 @@ const records = () =>
   );
 
 const { found, choices } = params();
-const parts = { params: found, metrics: metrics(), records: records() };
+const parts = { params: found, metrics: metrics('netgame'), records: records() };
+const labs = Object.fromEntries(LABS.map((kind) => [kind, metrics(kind)]));
 
 for (const [part, rows] of Object.entries(parts))
   for (const language of LANGUAGES)
@@ -87,6 +91,23 @@ for (const [part, rows] of Object.entries(parts))
       );
     });
 
+for (const [kind, rows] of Object.entries(labs))
+  test(`every metric of ${kind} has a name in both languages, and no other has`, () => {
+    assert.ok(rows.size > 30);
+    for (const language of LANGUAGES) assert.deepEqual(Object.keys(words[language].labs[kind]).sort(), [...rows.keys()].sort(), language);
+  });
+
+test('what the schema of lessons has to be chosen has a name', () => {
+  const lesson = JSON.parse(readFileSync(path.join(ROOT, 'api/lesson.schema.json'), 'utf8')).properties;
+  const wanted = [
+    ...Object.keys(lesson.steps.properties).map((step) => `steps.${step}`),
+    ...lesson.topic.enum.map((topic) => `topic.${topic}`),
+    ...lesson.hooks.items.enum.map((hook) => `hooks.${hook}`),
+  ];
+  for (const language of LANGUAGES) for (const key of wanted) assert.ok(words[language].lesson[key], `${language} ${key}`);
+  assert.deepEqual(Object.keys(words.de.lesson), Object.keys(words.en.lesson));
+});
+
 test('every value of a choice has a name in both languages', () => {
   for (const language of LANGUAGES) {
     const named = words[language].choices;
@@ -99,7 +120,7 @@ test('every value of a choice has a name in both languages', () => {
 });
 
 test('every unit has a name in both languages', () => {
-  const units = new Set(Object.values(parts).flatMap((rows) => [...rows.values()]));
+  const units = new Set([...Object.values(parts), ...Object.values(labs)].flatMap((rows) => [...rows.values()]));
   units.delete('');
   for (const language of LANGUAGES) for (const unit of units) assert.ok(words[language].units[unit], `${language}: ${unit}`);
   assert.deepEqual(Object.keys(words.de.units), Object.keys(words.en.units));
@@ -110,6 +131,9 @@ const each = (visit) => {
   for (const language of LANGUAGES)
     for (const part of /** @type {const} */ (['params', 'metrics', 'records']))
       for (const [key, entry] of Object.entries(words[language][part])) visit(`${language} ${part} ${key}`, entry, language);
+  for (const language of LANGUAGES)
+    for (const [kind, entries] of Object.entries(words[language].labs))
+      for (const [key, entry] of Object.entries(entries)) visit(`${language} ${kind} ${key}`, entry, language);
 };
 
 test('labels and tips fit, and are text', () => {
