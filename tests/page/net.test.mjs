@@ -85,8 +85,8 @@ test('the daemon comes back without its data: the session is created again from 
 const whole = (page) => page.waitForFunction(() => document.querySelector('link[href$="uplot.css"]') !== null, null, { timeout: 8000 });
 
 for (const [what, pattern, query] of [
-  ['what follows the first frame', '**/js/later.js', ''],
-  ['a lab', '**/js/collide/lab.js', '?scenario=rigid/column'],
+  ['what follows the first frame', '**/js/shell/later.js', ''],
+  ['a lab', '**/js/labs/rigid/lab.js', '?scenario=rigid/column'],
 ]) {
   test(`${what} that could not be read is read again`, async (t) => {
     const daemon = await startDaemon();

@@ -102,13 +102,14 @@ function closure(file, found = new Set()) {
 }
 
 test('all modules of the first frame are requested at once, and no others', () => {
-  const needed = closure('js/main.js');
+  const needed = closure('js/shell/main.js');
   const asked = [
     ...readFileSync(path.join(WWW, 'index.html'), 'utf8').matchAll(/(?:modulepreload" href|type="module" src)="([^"]+)"/g),
   ].map(([, name]) => name);
   assert.ok(needed.size > 20);
   assert.deepEqual(asked.sort(), [...needed].sort());
-  for (const name of ['js/later.js', 'js/dialogs.js', 'js/views/chart.js', 'vendor/uplot.js']) assert.ok(!needed.has(name), name);
+  for (const name of ['js/shell/later.js', 'js/shell/dialogs.js', 'js/labs/netgame/views/chart.js', 'vendor/uplot.js'])
+    assert.ok(!needed.has(name), name);
 });
 
 test('modules after the first frame load by themselves: curves, dialogs, inspectors', async () => {

@@ -1,7 +1,7 @@
 // Data outside of the stream, requested once a second: the cost of steps, and profiles that are compared with known ones.
 import { signal } from '../../vendor/signals-core.js';
-import { call } from '../api.js';
-import { session } from '../state.js';
+import { call } from '../base/api.js';
+import { session } from '../session/state.js';
 
 /** @typedef {Record<string, number>} Part  ms of the daemon's processor per step by phase; `all`: of the whole step */
 
@@ -34,7 +34,7 @@ function takeCosts(now, id) {
   );
 }
 
-/** @param {import('../frame.js').Frame} frame @param {boolean} curves whether there may be some */
+/** @param {import('../labs/netgame/core/frame.js').Frame} frame @param {boolean} curves whether there may be some */
 export async function measure(frame, curves) {
   const id = session.value?.id ?? '',
     time = performance.now();

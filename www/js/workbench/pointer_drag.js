@@ -1,7 +1,7 @@
 // Pointer drag: a person drags a body or a fluid by mouse, touch or keys. Sent are the position and whether it is pressed.
 import { signal } from '../../vendor/signals-core.js';
-import { send } from '../lab.js';
-import { layout, locked } from '../state.js';
+import { send } from '../session/session.js';
+import { layout, locked } from '../session/state.js';
 
 /** Where the keys point, in m of the first drawing; null until used. @type {import('@preact/signals-core').Signal<{x: number, y: number, held: boolean} | null>} */
 export const pointer = signal(null);

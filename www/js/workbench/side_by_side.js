@@ -1,10 +1,10 @@
 // Simulations side by side from the same start: how many there are, and what makes each another than the first.
 import { html } from '../../vendor/lit-html.js';
-import { link } from '../early.js';
-import { again } from '../lab.js';
-import { params } from '../state.js';
+import { link } from '../session/opening.js';
+import { again } from '../session/session.js';
+import { params } from '../session/state.js';
 
-/** @typedef {import('../link.js').Value} Value */
+/** @typedef {import('../base/link.js').Value} Value */
 
 /** Path before a parameter of the one at index `i`. @param {number} i */
 export const pathOf = (i) => (i === 0 ? '' : `side_by_side.${i - 1}.`);

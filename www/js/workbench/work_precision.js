@@ -1,7 +1,7 @@
 // Work-precision diagram of a session: writes an experiment with the current parameters, by the kind of the scenario.
 import { html } from '../../vendor/lit-html.js';
-import { openExperiments } from '../lab.js';
-import { params, workPrecisionOf } from '../state.js';
+import { openExperiments } from '../session/session.js';
+import { params, workPrecisionOf } from '../session/state.js';
 
 function writeExperiment() {
   const scenario = structuredClone(params.value);
