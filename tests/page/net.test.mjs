@@ -81,11 +81,17 @@ test('the daemon comes back without its data: the session is created again from 
   await daemon.stop();
 });
 
-/** What is read after the first frame is there. */
-const whole = (page) => page.waitForFunction(() => document.querySelector('link[href$="uplot.css"]') !== null, null, { timeout: 8000 });
+/** What is read after the first frame is there: the dialogs, and of a netgame the curves. */
+const whole = (page) =>
+  page.waitForFunction(
+    () => document.querySelector('dialog') && document.querySelector(globalThis.laglab().params.players ? '.plot canvas' : 'main'),
+    null,
+    { timeout: 8000 },
+  );
 
 for (const [what, pattern, query] of [
   ['what follows the first frame', '**/js/shell/later.js', ''],
+  ['what follows the first frame of a lab', '**/js/labs/netgame/lab/later.js', ''],
   ['a lab', '**/js/labs/rigid/lab.js', '?scenario=rigid/column'],
 ]) {
   test(`${what} that could not be read is read again`, async (t) => {

@@ -4,7 +4,8 @@
 
 /**
  * @typedef {object} Link
- * @property {string} scenario
+ * @property {string} scenario  empty until `readScenario`
+ * @property {string} first       the scenario where the address names none
  * @property {Record<string, Value>} set    changed parameters by dotted path
  * @property {number | null} seed
  * @property {string} theme       auto, light, dark or projector
@@ -15,18 +16,7 @@
  */
 
 export const THEMES = ['auto', 'light', 'dark', 'projector'];
-export const FIRST_SCENARIO = 'race';
-/** The labs, with the scenario that each opens: by its button, or by a short address such as `/#step`. Scenarios of the games and kinds
- * that it shows belong to it. @type {{id: string, name: string, scenario: string, shows: string[]}[]} */
-export const LABS = [
-  { id: 'race', name: 'Race', scenario: 'race', shows: ['race', 'gambetta'] },
-  { id: 'cannon', name: 'Cannon', scenario: 'cannon', shows: ['cannon'] },
-  { id: 'shoot', name: 'Shoot', scenario: 'rifle', shows: ['shooter'] },
-  { id: 'crates', name: 'Crates', scenario: 'crates', shows: ['crates'] },
-  { id: 'step', name: 'Step', scenario: 'motion/free_fall', shows: ['motion'] },
-  { id: 'collide', name: 'Collide', scenario: 'rigid/pyramid', shows: ['rigid'] },
-  { id: 'fluid', name: 'Fluid', scenario: 'fluid/cylinder', shows: ['fluid', 'sea', 'dam'] },
-];
+/** A short address such as `/#step`, and the scenario that it opens. @typedef {{id: string, scenario: string}} Short */
 
 /** @param {string} text @returns {Value} */
 function toValue(text) {
@@ -54,7 +44,8 @@ export function readLink(search, hash) {
   const fragment = new URLSearchParams(hash.replace(/^#/, ''));
   /** @type {Link} */
   const link = {
-    scenario: FIRST_SCENARIO,
+    scenario: '',
+    first: '',
     set: {},
     seed: null,
     theme: 'auto',
@@ -63,11 +54,6 @@ export function readLink(search, hash) {
     experiment: readExperiment(hash),
     problems: [],
   };
-
-  const scenario = query.get('scenario');
-  if (scenario === null) link.scenario = LABS.find((lab) => lab.id === hash.slice(1))?.scenario ?? FIRST_SCENARIO;
-  if (scenario !== null && /^[a-z0-9_/-]{1,64}$/.test(scenario)) link.scenario = scenario;
-  else if (scenario !== null) link.problems.push(`scenario=${scenario} ignored, using ${FIRST_SCENARIO}`);
 
   for (const item of query.getAll('set')) {
     const cut = item.indexOf(':');
@@ -94,11 +80,23 @@ export function readLink(search, hash) {
   return link;
 }
 
+/** The scenario: that of the query or of a short address; the first of these where the address names none.
+ * @param {Link} link @param {string} search @param {string} hash @param {Short[]} shorts */
+export function readScenario(link, search, hash, shorts) {
+  const asked = new URLSearchParams(search).get('scenario'),
+    first = shorts[0]?.scenario ?? '';
+  link.first = first;
+  link.scenario = asked ?? shorts.find(({ id }) => id === hash.slice(1))?.scenario ?? first;
+  if (/^[a-z0-9_/-]{1,64}$/.test(link.scenario)) return;
+  link.problems.unshift(`scenario=${asked} ignored, using ${first}`);
+  link.scenario = first;
+}
+
 /** The query that gives the same set-up elsewhere: only what differs from the scenario.
- * @param {Pick<Link, 'scenario' | 'set' | 'seed' | 'theme'>} link @returns {string} */
+ * @param {Pick<Link, 'scenario' | 'first' | 'set' | 'seed' | 'theme'>} link @returns {string} */
 export function writeQuery(link) {
   const parts = [];
-  if (link.scenario !== FIRST_SCENARIO || Object.keys(link.set).length > 0) parts.push(`scenario=${link.scenario}`);
+  if (link.scenario !== link.first || Object.keys(link.set).length > 0) parts.push(`scenario=${link.scenario}`);
   for (const [path, value] of Object.entries(link.set))
     parts.push(`set=${path}:${encodeURIComponent(typeof value === 'object' ? JSON.stringify(value) : String(value))}`);
   if (link.seed !== null) parts.push(`seed=${link.seed}`);

@@ -159,3 +159,26 @@ export function grouped(at, paths) {
 export function valueAt(object, path) {
   return path.split('.').reduce((at, part) => at?.[part], object);
 }
+
+/** The branch of a union of tables that has this name. @param {any} node @param {string | undefined} name @returns {any} */
+function branch(node, name) {
+  const found = node?.anyOf?.find((/** @type {any} */ { $ref }) => [`#/$defs/${name}`, `#/$defs/${name}_solver`].includes($ref));
+  return found ? { ...node, anyOf: undefined, $ref: found.$ref } : node;
+}
+
+/** A scenario's properties, with the parameters of its game, problem or scene; of those side by side each with its own.
+ * @param {any} all @param {any} properties @param {any} scenario @returns {any} */
+function propertiesOf(all, properties, scenario) {
+  const name = scenario.game ?? scenario.problem ?? scenario.scene;
+  const found = Object.fromEntries(Object.entries(properties).map(([key, node]) => [key, branch(node, name)]));
+  if (!found.side_by_side) return found;
+  const beside = open(all, found.side_by_side.items)?.properties ?? {};
+  const list = (scenario.side_by_side ?? []).map((/** @type {any} */ one) => ({ properties: propertiesOf(all, beside, one) }));
+  return { ...found, side_by_side: { ...found.side_by_side, prefixItems: list } };
+}
+
+/** The schema of a scenario. @param {any} all of its kind @param {any} scenario @returns {any} null until it is there */
+export function schemaOf(all, scenario) {
+  const kind = all?.oneOf[0];
+  return kind ? { ...kind, properties: propertiesOf(all, kind.properties, scenario), $defs: all.$defs } : null;
+}

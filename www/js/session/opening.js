@@ -1,13 +1,11 @@
-// The first thing that runs: sets the theme, asks the daemon for a session and opens its stream, while the rest of the page is read.
+// Asks the daemon for the session that the address says, and opens its stream. The first thing that runs, while the rest of the page is read.
 import { Problem, call, make, socketOf } from '../base/api.js';
-import { FIRST_SCENARIO, readLink } from '../base/link.js';
+import { readLink, readScenario } from '../base/link.js';
 
 /** @typedef {{id: string, key: string, own: boolean, note: string}} Opened  own: made from the query, not from #s= */
-/** A stream without a listener so far, and its messages. @typedef {{socket: WebSocket, said: MessageEvent[]}} Line */
+/** @typedef {import('../stream/connection.js').Line} Line */
 
 export const link = readLink(location.search, location.hash);
-document.documentElement.dataset.theme = link.theme;
-if (link.key) history.replaceState(null, '', `${location.pathname}${location.search}#s=${link.session}`);
 
 const KEPT = 'laglab';
 
@@ -57,9 +55,9 @@ function dropRefused(problem) {
   } else if (Object.keys(link.set).length > 0 && problem.status !== 404) {
     link.problems.push(`Changes in the address ignored: ${problem.message}`);
     link.set = {};
-  } else if (link.scenario !== FIRST_SCENARIO) {
-    link.problems.push(`scenario=${link.scenario} ignored, using ${FIRST_SCENARIO} (${problem.message})`);
-    link.scenario = FIRST_SCENARIO;
+  } else if (link.scenario !== link.first) {
+    link.problems.push(`scenario=${link.scenario} ignored, using ${link.first} (${problem.message})`);
+    link.scenario = link.first;
     link.set = {};
   } else {
     return false;
@@ -114,9 +112,6 @@ async function open() {
   return create();
 }
 
-/** None while the Experiments view is shown: a lab makes one when it is wanted. @type {Promise<Opened> | null} */
-export const opened = link.experiment === null ? open() : null;
-
 /** @param {Opened} made @returns {Line} */
 function listen({ id }) {
   /** @type {Line} */
@@ -125,5 +120,15 @@ function listen({ id }) {
   return line;
 }
 
-export const line = opened?.then(listen);
-line?.catch(() => {}); /* the code that awaits the session reports it */
+/** Opens what the address says. @param {import('../base/link.js').Short[]} shorts
+ * @returns {{opened: Promise<Opened>, line: Promise<Line>} | null} null while the Experiments view is shown: a lab makes a session when it is wanted */
+export function begin(shorts) {
+  readScenario(link, location.search, location.hash, shorts);
+  document.documentElement.dataset.theme = link.theme;
+  if (link.key) history.replaceState(null, '', `${location.pathname}${location.search}#s=${link.session}`);
+  if (link.experiment !== null) return null;
+  const opened = open(),
+    line = opened.then(listen);
+  line.catch(() => {}); /* the code that awaits the session reports it */
+  return { opened, line };
+}

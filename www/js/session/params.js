@@ -1,10 +1,9 @@
 // Changes parameters of the session: the last value wins while one request is under way.
 import { call, Problem } from '../base/api.js';
+import { lab } from './labs.js';
 import { keep, link } from './opening.js';
 import { writeQuery } from '../base/link.js';
 import { experiment, locked, params, session, notify, theme } from './state.js';
-import { labelOf, valueAt } from '../base/schema.js';
-import { letter } from '../base/format.js';
 
 /** @typedef {import('../base/link.js').Value} Value */
 
@@ -51,16 +50,7 @@ async function send() {
 function accept(now, asked) {
   const before = params.value;
   params.value = now;
-  /** @type {string[]} */
-  const followed = [];
-  (now.players ?? []).forEach((/** @type {any} */ player, /** @type {number} */ p) => {
-    for (const name of ['prediction', 'reconciliation']) {
-      const path = `players.${p}.${name}`;
-      if (!(path in asked) && valueAt(before, path) !== player[name]) {
-        followed.push(`${labelOf(path)} of ${letter(p)} turned ${player[name] ? 'on' : 'off'} with it`);
-      }
-    }
-  });
+  const followed = lab.peek()?.followed?.(now, before, asked) ?? [];
   if (followed.length > 0) notify(followed.join('. '));
 }
 

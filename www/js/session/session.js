@@ -1,100 +1,59 @@
 // The session of the page: joined, created, copied or created again; and its stream.
-import { batch, effect } from '../../vendor/signals-core.js';
+import { batch, effect, untracked } from '../../vendor/signals-core.js';
 import { Problem, call, make } from '../base/api.js';
-import { create, keep, link } from './opening.js';
-import { FAILED } from '../labs/netgame/core/frame.js';
-import { Memory } from '../labs/netgame/core/memory.js';
 import { Stream } from '../stream/connection.js';
+import { FAILED } from '../stream/frame.js';
+import { lab, labs } from './labs.js';
+import { create, keep, link } from './opening.js';
 import { seen, showAddress } from './params.js';
-import {
-  connection,
-  contactsDrawn,
-  divisor,
-  experiment,
-  failure,
-  frame,
-  layout,
-  inspector,
-  locked,
-  overlays,
-  params,
-  scenarios,
-  session,
-  notify,
-} from './state.js';
+import { FRAME_HZ, connection, divisor, experiment, failure, frame, layout, locked, notify, params, scenarios, session } from './state.js';
 
-/** @typedef {import('./state.js').Layout} Layout */
+/** @typedef {import('../stream/frame.js').Frame} Frame */
+/** @typedef {import('./labs.js').Lab} Lab */
 
 /** Counted for tests and for the curious: see window.laglab. */
 export const counts = { received: 0, drawn: 0, acked: 0, hellos: 0 };
 
 /** @type {Stream | null} */
 let stream = null;
-export let memory = new Memory('race', 0);
-/** The newest received frame, not yet drawn. @type {import('../labs/netgame/core/frame.js').Frame | null} */
+/** The newest received frame, not yet drawn. @type {Frame | null} */
 let newest = null;
+/** The lab that follows the present stream. @type {Lab | null} */
+let following = null;
 
-/** @param {any} hello @returns {Layout} */
-function layoutOf(hello) {
-  const given = hello.layout ?? {};
-  const players = given.players ?? hello.params?.players ?? [];
-  const scene = given.scene ?? {};
-  return {
-    game: given.game ?? hello.params?.game ?? hello.params?.kind ?? 'race',
-    players: players.map((/** @type {any} */ player, /** @type {number} */ p) => ({ name: player.name || String.fromCharCode(65 + p) })),
-    game_values: given.game_values ?? [],
-    scene: {
-      x_min: 0,
-      x_max: 100,
-      y_min: 0,
-      y_max: 1,
-      wraps: false,
-      finish_m: 0,
-      target_x: 0,
-      target_y: 0,
-      target_radius: 0,
-      entity_length_m: 1,
-      ...scene,
-    },
-    entities: given.entities ?? [],
-    fixed: given.fixed ?? [],
-    notices: given.notices ?? [],
-    motion: given.problem ? given : null,
-    rigid: given.rigid ?? null,
-    fluid: given.fluid ?? null,
-  };
+/** @param {any} hello @returns {import('./state.js').Layout} */
+function layoutOf({ layout: given = {}, params: now = {} }) {
+  const kind = now.kind ?? '';
+  return { kind, game: given.game ?? now.game ?? kind, given, params: now };
 }
 
-/** What is worth a closer look from the start. @param {string} game @param {string} sync @returns {string} */
-function inspectorOf(game, sync) {
-  if (game === 'shooter') return 'shots';
-  return sync === 'deterministic' || sync === 'rollback' ? 'waits' : 'messages';
-}
-
-/** What is subscribed to, Hz by channel: those of other kinds there are none of. @param {string} chosen the inspector @returns {Record<string, number>} */
-function wishOf(chosen) {
-  const closer = chosen === 'buffers' || chosen === 'waits';
-  return {
-    session: 60,
-    scene: 60,
-    lanes: 60,
-    gauges: closer ? 60 : 10,
-    shots: chosen === 'shots' ? 60 : 5,
-    ...(chosen === 'buffers' ? { buffered: 60 } : {}),
-    motion: 60,
-    bodies: 60,
-    ...(contactsDrawn.value ? { contacts: 60 } : {}),
-    joints: 60,
-    field: 60,
-    points: 60,
-  };
+/** Begins the lab that is shown: after a hello, or once the lab is read. @param {boolean} fresh */
+function follow(fresh) {
+  following = lab.peek() ?? null;
+  following?.begin?.(fresh);
 }
 effect(() => {
-  const wish = wishOf(inspector.value);
+  const now = lab.value;
+  if (now === undefined || layout.peek() === null || stream === null || following?.template === now.template) return;
+  untracked(() => follow(true));
+});
+
+/** What is subscribed to, Hz by channel: of all labs, since the kind of a session is known after its hello. Another kind has none of
+ * those channels. @returns {Record<string, number>} */
+function wishOf() {
+  const wish = Object.assign({ session: FRAME_HZ }, ...labs.value.map(({ rates }) => rates), lab.value?.rates?.());
+  return Object.fromEntries(Object.entries(wish).filter(([, hz]) => hz > 0));
+}
+let wished = '';
+effect(() => {
+  const wish = wishOf(),
+    text = JSON.stringify(wish);
+  if (text === wished) return;
+  wished = text;
   stream?.subscribe(wish);
 });
 
-/** Leaves the lab for the Experiments view. @param {string} id of the experiment; empty for none */
+/** Leaves the session for the Experiments view. @param {string} id of the experiment; empty for none */
 export function openExperiments(id) {
   stream?.close();
   stream = null;
@@ -104,7 +63,7 @@ export function openExperiments(id) {
   showAddress();
 }
 
-/** Shows a session from now on. @param {string} id @param {string} key @param {boolean} own @param {import('./opening.js').Line} [line] its stream,
+/** Shows a session from now on. @param {string} id @param {string} key @param {boolean} own @param {import('../stream/connection.js').Line} [line] its stream,
  * when it is open */
 export function show(id, key, own, line) {
   stream?.close();
@@ -117,6 +76,7 @@ export function show(id, key, own, line) {
     failure.value = '';
   });
   seen.version = -1;
+  following = null;
   let wasLost = false;
   stream = new Stream(
     id,
@@ -126,21 +86,16 @@ export function show(id, key, own, line) {
         counts.hellos++;
         divisor.value = 1;
         const next = layoutOf(hello);
-        memory = new Memory(next.game, -1);
         batch(() => {
           layout.value = next;
           if (hello.params) params.value = hello.params;
-          if (frame.value === null) inspector.value = inspectorOf(next.game, hello.params?.server?.sync);
-          if (counts.hellos === 1 || frame.value === null) {
-            overlays.value = { ...overlays.value, dots: next.game === 'cannon' };
-          }
+          follow(frame.value === null);
         });
         document.title = `${hello.params?.title || next.game} – laglab`;
       },
       frame(next) {
         counts.received++;
-        if (next.session.generation !== memory.generation) memory = new Memory(memory.game, next.session.generation);
-        memory.take(next);
+        following?.take?.(next);
         newest = next;
         if (next.flags & FAILED && failure.value === '') why(id);
       },
@@ -161,7 +116,7 @@ export function show(id, key, own, line) {
       },
     },
     line,
-    wishOf(inspector.value),
+    wishOf(),
   );
   showAddress();
 }
@@ -253,7 +208,7 @@ export function shownScenario() {
 
 /** Read-only facts for tests and for the curious. */
 export function hook() {
-  return Object.freeze({
+  const facts = {
     get frame() {
       return frame.value;
     },
@@ -272,17 +227,6 @@ export function hook() {
     get counts() {
       return { ...counts, patches: seen.patches };
     },
-    get gaps() {
-      return structuredClone(memory.gaps);
-    },
-    get messages() {
-      return [...memory.events.values()];
-    },
-    get corrections() {
-      return memory.corrections.map((list) => list.length);
-    },
-    get dots() {
-      return memory.dots.map((list) => list.map((dot) => dot.t));
-    },
-  });
+  };
+  return Object.freeze(Object.defineProperties(facts, lab.value?.facts?.() ?? {}));
 }

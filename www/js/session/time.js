@@ -1,5 +1,5 @@
 // Operations on a session's time. One seek at a time: while dragging, the last place wins.
-import { headOf } from '../labs/netgame/core/frame.js';
+import { headOf } from '../stream/frame.js';
 import { call, Problem } from '../base/api.js';
 import { link } from './opening.js';
 import { reread, showAddress } from './params.js';

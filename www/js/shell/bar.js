@@ -1,5 +1,5 @@
 // The time bar: play, step, speed, scrub, clock.
-import { headOf } from '../labs/netgame/core/frame.js';
+import { headOf } from '../stream/frame.js';
 import { html, nothing } from '../../vendor/lit-html.js';
 import { fixed } from '../base/format.js';
 import { icons } from '../workbench/icons.js';
@@ -77,7 +77,7 @@ function showClock(time, tick) {
   if (ticks && tick !== null) ticks.textContent = ` · tick ${tick}`;
 }
 
-/** @param {import('../labs/netgame/core/frame.js').Frame} frame */
+/** @param {import('../stream/frame.js').Frame} frame */
 export function showTime(frame) {
   const scrub = document.getElementById('scrub');
   if (!(scrub instanceof HTMLInputElement)) return;

@@ -1,12 +1,13 @@
 // The head of the page: labs, scenario, the state chip.
-import { headOf } from '../labs/netgame/core/frame.js';
 import { html, nothing } from '../../vendor/lit-html.js';
 import { effect } from '../../vendor/signals-core.js';
 import { fixed } from '../base/format.js';
+import { headOf } from '../stream/frame.js';
+import { labs, tabOf } from '../session/labs.js';
 import { choose, fork, openExperiments, shownScenario } from '../session/session.js';
-import { LABS } from '../base/link.js';
-import { FRAME_HZ, behind, connection, divisor, experiment, failure, layout, open, readOnly, scenarios, status } from '../session/state.js';
+import { FRAME_HZ, behind, connection, divisor, experiment, failure, layout, readOnly, scenarios, status } from '../session/state.js';
 import { backToLive } from '../session/time.js';
+import { open } from '../workbench/dialog.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 
@@ -27,10 +28,7 @@ function chooser() {
   return html`<label class="field choice scenario"><span>Scenario</span><select id="scenario" aria-label="Scenario"
     @change=${(/** @type {Event} */ event) => choose(/** @type {HTMLSelectElement} */ (event.target).value)}>
     ${now === '' ? html`<option value="" selected disabled>${rows.length > 0 ? 'not from the library' : 'loading'}</option>` : nothing}
-    ${group('Games', kind('netgame'))}
-    ${group('Motion', kind('motion'))}
-    ${group('Rigid bodies', kind('rigid'))}
-    ${group('Fluids', kind('fluid'))}
+    ${labs.value.map((lab) => group(lab.group, kind(lab.kind)))}
     ${group(
       'Figures of the paper',
       rows.filter((row) => row.id.startsWith('paper/')),
@@ -43,19 +41,17 @@ effect(() => {
 });
 
 /** @returns {Template} */
-function labs() {
-  const shown = experiment.value === null ? (layout.value?.game ?? '') : null;
-  const tab = (
-    /** @type {string} */ name,
-    /** @type {boolean} */ current,
-    /** @type {() => void} */ go,
-  ) => html`<button type="button" class="lab"
-    aria-current=${current ? 'page' : 'false'} @click=${go}>${name}</button>`;
-  return html`<nav aria-label="Labs">${LABS.map((lab) =>
-    tab(lab.name, shown !== null && lab.shows.includes(shown), () => {
-      if (shown === null || shownScenario() !== lab.scenario) choose(lab.scenario);
-    }),
-  )}${tab('Experiments', shown === null, () => {
+function tabs() {
+  const shown = experiment.value === null ? tabOf(layout.value?.game ?? '') : null;
+  const tab = (/** @type {string} */ name, /** @type {boolean} */ current, /** @type {() => void} */ go) =>
+    html`<button type="button" class="lab" aria-current=${current ? 'page' : 'false'} @click=${go}>${name}</button>`;
+  return html`<nav aria-label="Labs">${labs.value
+    .flatMap((lab) => lab.tabs)
+    .map(({ id, name, scenario }) =>
+      tab(name, shown === id, () => {
+        if (shown === null || shownScenario() !== scenario) choose(scenario);
+      }),
+    )}${tab('Experiments', shown === null, () => {
     if (shown !== null) openExperiments(lastExperiment);
   })}</nav>`;
 }
@@ -103,9 +99,9 @@ function pace() {
 /** @returns {Template} */
 export function header() {
   const help = html`<button type="button" class="help" aria-label="Help" title="Help ( ? )" @click=${() => open({ kind: 'help' })}>?</button>`;
-  if (experiment.value !== null) return html`<header class="top brief"><h1>laglab</h1>${labs()}${help}</header>`;
+  if (experiment.value !== null) return html`<header class="top brief"><h1>laglab</h1>${tabs()}${help}</header>`;
   const kind = connection.value.state === 'lost' || status.value === 'failed' ? 'bad' : behind.value ? 'past' : status.value;
-  return html`<header class="top"><h1>laglab</h1>${labs()}${chooser()}
+  return html`<header class="top"><h1>laglab</h1>${tabs()}${chooser()}
     <div class="chip" id="chip" data-kind=${kind}>${state()}${pace()}</div>
     ${
       readOnly.value
@@ -117,7 +113,7 @@ export function header() {
     ${help}</header>`;
 }
 
-/** @param {import('../labs/netgame/core/frame.js').Frame} now */
+/** @param {import('../stream/frame.js').Frame} now */
 export function showReplay(now) {
   const place = document.getElementById('replayed');
   if (place) place.textContent = `${fixed(now.time_s, 1)} s of ${fixed(headOf(now), 1)} s`;

@@ -1,29 +1,36 @@
 // Wires the page together.
 import { effect } from '../../vendor/signals-core.js';
-import * as announce from '../session/announce.js';
 import { call, insist, part } from '../base/api.js';
-import * as controls from '../workbench/controls.js';
-import { line, link, opened } from '../session/opening.js';
-import * as keys from './keys.js';
-import { failed, hook, openExperiments, show } from '../session/session.js';
 import { readExperiment } from '../base/link.js';
-import * as loop from '../labs/netgame/lab/drawing.js';
+import * as announce from '../session/announce.js';
+import { load, register } from '../session/labs.js';
+import { link } from '../session/opening.js';
+import { failed, hook, openExperiments, show } from '../session/session.js';
+import { experiment, frame, layout, locked, notify, params, scenarios, schemas, session } from '../session/state.js';
+import * as controls from '../workbench/controls.js';
+import { begun } from './early.js';
+import * as keys from './keys.js';
+import { LABS } from './labs.js';
+import * as loop from './loop.js';
 import * as page from './page.js';
-import { experiment, frame, layout, locked, params, scenarios, schemas, session, notify } from '../session/state.js';
 
 /* Read-only, for tests and for the curious: frame, params, connection, counts, messages. */
 Object.defineProperty(window, 'laglab', { value: Object.assign(() => hook(), { costs: loop.costs }) });
 
-opened
-  ?.then(async (made) => {
-    show(made.id, made.key, made.own, await line);
-    const notes = [made.note, ...link.problems].filter((text) => text !== '');
-    if (notes.length > 0) notify(notes.join('. '), link.problems.length > 0);
-  })
-  .catch(failed);
+register(LABS);
+
+/** The first lab follows a session from its first frame. @param {NonNullable<typeof begun>} from */
+async function showFirst({ opened, line }) {
+  const made = await opened;
+  const [open] = await Promise.all([line, load(LABS[0])]);
+  show(made.id, made.key, made.own, open);
+  const notes = [made.note, ...link.problems].filter((text) => text !== '');
+  if (notes.length > 0) notify(notes.join('. '), link.problems.length > 0);
+}
+if (begun) showFirst(begun).catch(failed);
 
 const WAIT_MS = 400;
-if (opened) {
+if (begun) {
   /* the page is laid out once, not twice, when the session's layout arrives soon */
   await new Promise((done) => {
     setTimeout(done, WAIT_MS);
@@ -33,7 +40,7 @@ if (opened) {
   });
 }
 
-page.listen(loop.touch);
+page.listen();
 controls.listen();
 keys.listen();
 announce.listen();

@@ -8,18 +8,21 @@ const DEAD_MS = 5000;
 const BACKOFF_MS = 200,
   BACKOFF_MAX_MS = 2000;
 
+/** @typedef {'connecting' | 'open' | 'lost'} State */
+/** A stream without a listener so far, and its messages. @typedef {{socket: WebSocket, said: MessageEvent[]}} Line */
+
 /**
  * @typedef {object} Handlers
  * @property {(hello: any) => void} hello
  * @property {(frame: import('./decode.js').Frame) => void} frame
- * @property {(state: import('../session/state.js').LinkState, attempt: number) => void} state
+ * @property {(state: State, attempt: number) => void} state
  * @property {() => void} gone       the daemon does not know the session any more
  * @property {(divisor: number) => void} pace     by which all rates are divided, as this end is slow
  * @property {(detail: string) => void} refused  an input was refused
  */
 
 export class Stream {
-  /** @param {string} id @param {string} key @param {Handlers} on @param {import('../session/opening.js').Line | undefined} line @param {Record<string, number>} wish */
+  /** @param {string} id @param {string} key @param {Handlers} on @param {Line | undefined} line @param {Record<string, number>} wish */
   constructor(id, key, on, line, wish) {
     this.id = id;
     this.key = key;
@@ -44,7 +47,7 @@ export class Stream {
     this.open(line);
   }
 
-  /** @param {import('../session/opening.js').Line} [line] that was opened before */
+  /** @param {Line} [line] that was opened before */
   open(line) {
     const socket = line && line.socket.readyState <= WebSocket.OPEN ? line.socket : socketOf(this.id);
     this.socket = socket;

@@ -317,7 +317,7 @@ for (const { name, form } of RECORDS) {
   });
 }
 
-/** @typedef {FrameBase & import('./records.js').Records} Frame */
+/** @typedef {FrameBase & import('./rows.js').Records} Frame */
 
 /** @typedef {{id: number, whole: boolean, bytes: Uint8Array}} Part */
 

@@ -34,7 +34,7 @@ function takeCosts(now, id) {
   );
 }
 
-/** @param {import('../labs/netgame/core/frame.js').Frame} frame @param {boolean} curves whether there may be some */
+/** @param {import('../stream/frame.js').Frame} frame @param {boolean} curves whether there may be some */
 export async function measure(frame, curves) {
   const id = session.value?.id ?? '',
     time = performance.now();

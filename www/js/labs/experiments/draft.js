@@ -2,8 +2,10 @@
 import { batch, computed, effect, signal } from '../../../vendor/signals-core.js';
 import { Problem, call, make } from '../../base/api.js';
 import { metricHelp, metricRow } from '../../base/metrics.js';
-import { find, open, rowOf, valueAt } from '../../base/schema.js';
-import { schemaOf, schemas } from '../../session/state.js';
+import { find, open, rowOf, schemaOf, valueAt } from '../../base/schema.js';
+import { labs } from '../../session/labs.js';
+import { link } from '../../session/opening.js';
+import { schemas } from '../../session/state.js';
 
 /** @typedef {import('../../base/schema.js').Row} Row */
 /** @typedef {{path: string, row: Row, value: unknown}} Variable  value: the scenario's */
@@ -21,7 +23,7 @@ import { schemaOf, schemas } from '../../session/state.js';
 const NEVER = { on: false, metric: '', half: '', relative: '0.05', least: '10' };
 /** @type {Draft} */
 const EMPTY = {
-  scenario: 'race',
+  scenario: link.first,
   fixed: [],
   axes: [],
   metrics: [],
@@ -275,8 +277,11 @@ const USUAL_METRICS = [
   'drift_worst_m',
   'penetration_worst_m',
 ];
-/** What makes a first experiment last seconds. @type {Record<string, Fixed[]>} */
-const BRIEF = { netgame: [{ path: 'duration_s', value: '10' }], fluid: [{ path: 'duration_s', value: '1' }] };
+/** @param {string} kind @returns {import('../../session/labs.js').Study} */
+const studyOf = (kind) => labs.value.find((one) => one.kind === kind)?.study ?? { axes: [], errors: /./, more: [], repeats: '1' };
+
+/** @param {number | undefined} seconds @returns {Fixed[]} */
+const shortened = (seconds) => (seconds === undefined ? [] : [{ path: 'duration_s', value: String(seconds) }]);
 
 /** Paths of all numbers. @param {any} at @param {string} path @returns {string[]} */
 function numbersIn(at, path) {
@@ -325,53 +330,18 @@ function begin(whole, paths) {
   const axis = axisAround(path);
   if (path === 'players.0.lag_ms') Object.assign(axis, { list: true, values: '0, 50, 100, 200, 400' });
   if (path === 'methods.0.dt_s') Object.assign(axis, { from: '0.001', to: '0.1', count: '8', log: true });
-  write({ axes: path === '' ? [] : [axis], metrics: usual.length > 0 ? usual : paths.slice(0, 2), fixed: BRIEF[whole.kind] ?? [] });
+  write({
+    axes: path === '' ? [] : [axis],
+    metrics: usual.length > 0 ? usual : paths.slice(0, 2),
+    fixed: shortened(studyOf(whole.kind).brief_s),
+  });
 }
 
 // ---- speed against error ----
 
-/** Per kind of scenario: what makes a series, the varied parameters, and the possible error metrics, the best first. Paths that a scenario lacks
- * are left out; of a path without values all choices are taken.
- * @type {Record<string, {axes: [string, string][][], errors: RegExp, more: string[], repeats: string}>} */
-const WORK_PRECISION = {
-  netgame: {
-    axes: [[['server.snapshot_encoding', '']], [['server.update_hz', '5, 10, 20, 30, 60']]],
-    errors: /^players\.0\.remote_error_m\.mean$/,
-    more: ['players.0.bandwidth.down_bytes_per_s'],
-    repeats: '5',
-  },
-  motion: {
-    axes: [
-      [['methods.0.method', 'explicit_euler, semi_implicit_euler, velocity_verlet, rk4']],
-      [['methods.0.dt_s', '0.1, 0.03, 0.01, 0.003, 0.001']],
-    ],
-    errors: /^methods\.0\.e_max$/,
-    more: ['methods.0.evaluations'],
-    repeats: '1',
-  },
-  rigid: {
-    axes: [
-      [['solver.method', '']],
-      [
-        ['solver.substeps', '1, 2, 4, 8, 16'],
-        ['solver.iterations', '1, 2, 4, 8, 16'],
-      ],
-    ],
-    errors: /^(drift|sag)_worst_m$/,
-    more: ['passes_per_s'],
-    repeats: '1',
-  },
-  fluid: {
-    axes: [[['solver.method', '']], [['solver.advection', '']], [['params.n', '16, 24, 32, 48']], [['params.size', '12, 16, 24, 32']]],
-    errors: /^(velocity_|pressure_|front_|decay_)?error(_max|_l2|_l1|_rms)?$|^(density_error|divergence)_max$/,
-    more: ['cell_visits'],
-    repeats: '1',
-  },
-};
-
 /** @param {any} whole @param {string[]} paths */
 function beginWorkPrecision(whole, paths) {
-  const trade = /** @type {typeof WORK_PRECISION[string]} */ (WORK_PRECISION[whole.kind]);
+  const { brief_s: brief, ...trade } = studyOf(whole.kind);
   const axes = trade.axes.flatMap((group) =>
     group
       .filter(([path]) => variable(path))
@@ -388,7 +358,7 @@ function beginWorkPrecision(whole, paths) {
     error,
     cost: measured,
     repeats: trade.repeats,
-    fixed: BRIEF[whole.kind] ?? [],
+    fixed: shortened(brief),
     title: `Work-precision diagram: ${whole.title ?? whole.kind}`,
   });
 }

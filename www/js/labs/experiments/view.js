@@ -1,29 +1,22 @@
 // The Experiments view: the runs and their progress, the points as a scatter plot and a table, and the downloads.
 import { html, nothing } from '../../../vendor/lit-html.js';
-import { computed, effect, signal, untracked } from '../../../vendor/signals-core.js';
+import { effect, signal, untracked } from '../../../vendor/signals-core.js';
 import { address, call } from '../../base/api.js';
 import { fixed } from '../../base/format.js';
-import { mark } from '../netgame/lab/panels.js';
-import { experiment, notify, theme, workPrecisionOf } from '../../session/state.js';
+import { mark } from '../../workbench/player_mark.js';
+import { link } from '../../session/opening.js';
+import { experiment, notify, theme } from '../../session/state.js';
 import { palette } from '../../draw/palette.js';
-import { Surface } from '../../draw/surface.js';
-import {
-  columnsOf,
-  frontMetricsOf,
-  frontOfAll,
-  meanOf,
-  numberOf,
-  spreadOf,
-  formatValue,
-  errorAndCostOf,
-  identicalOf,
-  notesOf,
-} from './columns.js';
+import { onto } from '../../workbench/canvas.js';
+import { workPrecisionOf } from '../../workbench/work_precision.js';
+import { formatValue, meanOf, notesOf, numberOf, spreadOf } from './columns.js';
 import { choose, draft, measure, scenario, specification, start, watch } from './draft.js';
 import { form, library } from './form.js';
 import { isOver } from './progress.js';
+import { chosen, columns, front, plotsErrorAndCost, plotted, positive, select } from './plotted.js';
 import { SERIES_MAX, drawScatter, nearest, seriesOf } from './scatter.js';
 import { POINTS_MAX, control, kept, keyOf, live, look, missing, points, record, remove, renewKept, runOf, selected, way } from './shown.js';
+import { many, renewTable, table } from './table.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 /** @typedef {import('./shown.js').Cells} Cells */
@@ -38,63 +31,7 @@ document.head.append(sheet);
 /** Importers wait for it. */
 export const ready = styled;
 
-const many = (/** @type {number} */ n) => n.toLocaleString('en');
 const valueOf = (/** @type {Event} */ event) => /** @type {HTMLSelectElement} */ (event.target).value;
-
-// ---- plot ----
-
-/** Choices of a person; empty ones follow from the experiment.
- * @type {import('@preact/signals-core').Signal<{x: string, y: string, by: string | null, logX: boolean | null, logY: boolean | null}>} */
-const chosen = signal({ x: '', y: '', by: null, logX: null, logY: null });
-const columns = computed(() => (record.value ? columnsOf(record.value.experiment, points.value) : []));
-const trade = computed(() => (record.value ? errorAndCostOf(record.value.experiment) : { error: '', cost: '' }));
-
-/** @param {string} name */
-const positive = (name) => points.value.some((row) => numberOf(row, name) > 0) && points.value.every((row) => !(numberOf(row, name) <= 0));
-
-/** A logarithmic axis serves where values span more than this. */
-const SPAN_LOG = 20;
-
-/** @param {string} name */
-function spans(name) {
-  const values = points.value.map((row) => numberOf(row, name)).filter(Number.isFinite);
-  return positive(name) && Math.max(...values) / Math.min(...values) > SPAN_LOG;
-}
-
-/** @type {import('@preact/signals-core').ReadonlySignal<import('./scatter.js').Choice>} */
-const plotted = computed(() => {
-  const c = chosen.value,
-    { error, cost } = trade.value,
-    axes = columns.value.filter((column) => column.kind === 'axis');
-  const known = (/** @type {string} */ name) => columns.value.some((column) => column.name === name && column.numbers);
-  const varies = (/** @type {string} */ name) => new Set(points.value.map((row) => row[name])).size > 1;
-  const x = known(c.x) ? c.x : known(cost) && varies(cost) ? cost : (axes.find((column) => column.numbers)?.name ?? cost);
-  const y = known(c.y) ? c.y : error;
-  const several = (/** @type {string} */ name) => {
-    const n = seriesOf(points.value, name).length;
-    return n > 1 && n <= SERIES_MAX;
-  };
-  const by =
-    c.by ??
-    axes.find((column) => !column.numbers && several(column.name))?.name ??
-    (axes.length > 1 ? axes.find((column) => column.name !== x && several(column.name))?.name : '') ??
-    '';
-  return { x, y, by, logX: (c.logX ?? spans(x)) && positive(x), logY: (c.logY ?? spans(y)) && positive(y) };
-});
-/** The front, where both sides of the trade are plotted, or tabled; that of more metrics is tabled alone. */
-const fronted = computed(() => (record.value ? frontMetricsOf(record.value.experiment) : []));
-const front = computed(() => frontOfAll(points.value, fronted.value));
-const plotsErrorAndCost = computed(() => {
-  const { x, y } = plotted.value,
-    { error, cost } = trade.value;
-  return (
-    cost !== '' &&
-    fronted.value.length === 2 &&
-    fronted.value.includes(cost) &&
-    fronted.value.includes(error) &&
-    ((x === cost && y === error) || (x === error && y === cost))
-  );
-});
 
 // ---- the head of the results ----
 
@@ -155,11 +92,6 @@ function progressPanel(r) {
 let spots = [];
 /** Points that lie under others. */
 const covered = signal(0);
-
-/** @param {number} index */
-function select(index) {
-  selected.value = index;
-}
 
 /** @param {PointerEvent} event */
 function press(event) {
@@ -278,84 +210,6 @@ function scatter() {
       }</div></section>`;
 }
 
-// ---- table ----
-
-const PAGE = 100;
-const rowsShown = signal(PAGE);
-/** @type {import('@preact/signals-core').Signal<{by: string, down: boolean}>} */
-const sorting = signal({ by: 'point', down: false });
-
-/** @returns {number[]} */
-function sorted() {
-  const { by, down } = sorting.value,
-    rows = points.value;
-  const order = rows.map((_, i) => i);
-  const value = (/** @type {number} */ i) => rows[i]?.[by] ?? null;
-  order.sort((a, b) => {
-    const x = value(a),
-      y = value(b);
-    if (x === null || y === null) return (x === null ? 1 : 0) - (y === null ? 1 : 0); /* missing values come last */
-    const way_ = typeof x === 'number' && typeof y === 'number' ? x - y : String(x).localeCompare(String(y));
-    return (down ? -way_ : way_) || a - b;
-  });
-  return order;
-}
-
-/** @param {string} name @param {string} label @returns {Template} */
-function sortable(name, label) {
-  const { by, down } = sorting.value,
-    now = by === name;
-  return html`<th scope="col" aria-sort=${now ? (down ? 'descending' : 'ascending') : 'none'}><button type="button" class="quiet"
-    @click=${() => {
-      sorting.value = { by: name, down: now && !down };
-    }}><span>${label.split(/(?<=[._])/).map((part) => html`${part}<wbr>`)}</span>${
-      now
-        ? html`<svg class="sign" viewBox="0 0 12 12" aria-hidden="true"><path d=${down ? 'M1 3h10L6 10z' : 'M1 9h10L6 2z'}></path></svg>`
-        : nothing
-    }</button></th>`;
-}
-
-/** @returns {Template} */
-function table() {
-  const order = sorted(),
-    list = columns.value;
-  return html`<div class="wide-table" tabindex="0" role="region" aria-label="Points"><table
-    class="data points"><caption>Points: mean and its 95 % interval</caption>
-    <thead><tr>${sortable('point', 'Point')}${list.map((column) => sortable(column.name, column.label))}<th
-      scope="col">Runs</th>${fronted.value.length === 0 ? nothing : html`<th scope="col">Front</th>`}<td></td></tr></thead>
-    <tbody>${order.slice(0, rowsShown.value).map((i) => {
-      const row = /** @type {Cells} */ (points.value[i]);
-      return html`<tr data-point=${row.point} aria-current=${i === selected.value ? 'true' : 'false'} @click=${() => select(i)}><th
-        scope="row">${row.point}</th>
-        ${list.map((column) =>
-          column.kind === 'axis'
-            ? html`<td>${formatValue(row[column.name])}</td>`
-            : html`<td title=${spreadOf(row, column.name)}>${meanOf(row, column.name)}</td>`,
-        )}<td>${row.runs}</td>
-        ${fronted.value.length === 0 ? nothing : html`<td>${front.value.has(i) ? 'front' : ''}</td>`}
-        <td><button type="button" class="small" aria-label=${`Open point ${row.point} as session`}
-          @click=${(/** @type {Event} */ event) => {
-            event.stopPropagation();
-            live(row);
-          }}>Open</button></td></tr>`;
-    })}</tbody></table></div>
-    ${
-      identicalOf(points.value) > 0
-        ? html`<p class="facts"
-        id="identical">At ${identicalOf(points.value)} of ${points.value.length} points all repeats gave identical metrics:
-      nothing random in this scenario reaches them, or what does is rare.</p>`
-        : nothing
-    }
-    ${
-      order.length > rowsShown.value
-        ? html`<button type="button"
-        @click=${() => {
-          rowsShown.value += PAGE;
-        }}>${many(order.length - rowsShown.value)} more points</button>`
-        : nothing
-    }`;
-}
-
 // ---- side column ----
 
 const FORMATS = /** @type {[string, string][]} */ ([
@@ -451,7 +305,7 @@ function results() {
 }
 
 /** @returns {Template} */
-export function experimentsView() {
+function template() {
   const r = record.value;
   return html`<main class="step sweeps" id="views" tabindex="-1">${form()}
     <div class="outcome"><div class="drawings" tabindex="0" role="region" aria-label="Experiment">${results()}</div>
@@ -465,26 +319,20 @@ export function experimentsView() {
 
 // ---- drawing ----
 
-/** @type {WeakMap<HTMLCanvasElement, Surface>} */
-const surfaces = new WeakMap();
-
 function draw() {
-  const canvas = document.getElementById('scatter');
-  if (!(canvas instanceof HTMLCanvasElement)) return;
-  const surface = surfaces.get(canvas) ?? new Surface(canvas);
-  surfaces.set(canvas, surface);
-  if (!surface.begin()) return;
-  const drawn = drawScatter(
-    surface,
-    palette(),
-    points.value,
-    plotted.value,
-    plotsErrorAndCost.value ? front.value : new Set(),
-    selected.value,
-    'nothing to draw on these axes',
-  );
-  spots = drawn.spots;
-  covered.value = drawn.covered;
+  onto('scatter', (surface) => {
+    const drawn = drawScatter(
+      surface,
+      palette(),
+      points.value,
+      plotted.value,
+      plotsErrorAndCost.value ? front.value : new Set(),
+      selected.value,
+      'nothing to draw on these axes',
+    );
+    spots = drawn.spots;
+    covered.value = drawn.covered;
+  });
 }
 let asked = false;
 function redraw() {
@@ -507,8 +355,7 @@ effect(() => {
   /* another experiment, another plot */
   experiment.value;
   chosen.value = { x: '', y: '', by: null, logX: null, logY: null };
-  sorting.value = { by: 'point', down: false };
-  rowsShown.value = PAGE;
+  renewTable();
 });
 addEventListener('resize', redraw);
 matchMedia('(prefers-color-scheme: dark)').addEventListener('change', redraw);
@@ -525,7 +372,7 @@ export function begin() {
     untracked(() => measure(wanted));
     workPrecisionOf.value = null;
   });
-  if (scenario.value === null && typeof draft.value.scenario === 'string') choose('race');
+  if (scenario.value === null && typeof draft.value.scenario === 'string') choose(link.first);
   renewKept();
   call('GET', 'experiments/library').then(
     (answer) => {
@@ -535,5 +382,5 @@ export function begin() {
   );
 }
 
-/** After the page was drawn. */
-export const drawn = redraw;
+/** @type {import('../../session/labs.js').Lab} */
+export const lab = { template, rendered: redraw };

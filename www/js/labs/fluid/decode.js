@@ -5,7 +5,7 @@
  * @typedef {{layer: number, width: number, height: number, low: number, high: number, bytes: Uint8Array}} Field */
 /** Records of `columns` values each. @typedef {{layer: number, columns: number, count: number, values: Float32Array}} Points */
 /** @typedef {{state: State, field: Field | null, points: Points[]}} Fluid */
-/** @typedef {import('../netgame/core/frame.js').Frame} Frame */
+/** @typedef {import('../../stream/frame.js').Frame} Frame */
 
 const COLUMNS = ['x', 'y', 'value', 'value_2', 'value_3']; /* a layer has the first of them */
 

@@ -1,32 +1,28 @@
 // The fluid lab: fluids side by side, their errors and costs; a person can drag them.
 import { html, nothing } from '../../../vendor/lit-html.js';
 import { effect, signal } from '../../../vendor/signals-core.js';
-import { control } from '../../workbench/controls.js';
 import { fixed, short } from '../../base/format.js';
-import { choose } from '../../session/session.js';
-import { touch } from '../netgame/lab/drawing.js';
-import { mark } from '../netgame/lab/panels.js';
-import { change } from '../../session/params.js';
-import { find, labelOf, livePaths } from '../../base/schema.js';
-import { drawPlot } from '../../draw/plot.js';
-import { layout, locked, params, scenarios, schema, session } from '../../session/state.js';
+import { params, session } from '../../session/state.js';
 import { palette, paintOf } from '../../draw/palette.js';
-import { Surface } from '../../draw/surface.js';
-import { countChoice, difference, paramsOf, pathOf, renew as renewSideBySide } from '../../workbench/side_by_side.js';
-import { cameras, forget as forgetPointer, pointerIn, key, move, pointer, press, release } from '../../workbench/pointer_drag.js';
+import { drawPlot } from '../../draw/plot.js';
+import { touch } from '../../draw/redraw.js';
+import { onto } from '../../workbench/canvas.js';
 import { costs, forget as forgetMeasured, measure, profiles } from '../../workbench/measure.js';
+import { mark } from '../../workbench/player_mark.js';
+import { PointerDrag } from '../../workbench/pointer_drag.js';
+import { workPrecisionButton } from '../../workbench/work_precision.js';
 import { fluidsOf } from './decode.js';
-import { isSize, pick, rankOf, formatNumber, wordsOf } from './numbers.js';
 import { drawScene } from './drawing.js';
+import { drawing, fluid, fluids, isSurface, nameOf, relief, words } from './fluids.js';
+import { isSize, pick, rankOf, formatNumber, wordsOf } from './numbers.js';
+import { fluidPanel, scenePanel } from './panels.js';
 import { Record } from './record.js';
 import { Scale } from './scale.js';
-import { workPrecisionButton } from '../../workbench/work_precision.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
-/** @typedef {import('../netgame/core/frame.js').Frame} Frame */
-/** @typedef {import('../../session/state.js').FluidLayer} Layer */
-/** @typedef {import('../../session/state.js').FluidLayout} FluidLayout */
-/** @typedef {import('../../base/link.js').Value} Value */
+/** @typedef {import('../../stream/frame.js').Frame} Frame */
+/** @typedef {import('./fluids.js').Layer} Layer */
+/** @typedef {import('./fluids.js').FluidLayout} FluidLayout */
 
 const sheet = document.createElement('link');
 sheet.rel = 'stylesheet';
@@ -37,210 +33,22 @@ const styled = new Promise((done) => {
 document.head.append(sheet);
 await styled;
 
-/** @type {WeakMap<HTMLCanvasElement, Surface>} */
-const surfaces = new WeakMap();
 /** Of each fluid. @type {Record[]} */
 let records = [];
 /** By layer. @type {Map<string, Scale>} */
 let scales = new Map();
-/** How a field is drawn; null: as suits it. @type {import('@preact/signals-core').Signal<{cells: boolean, relief: boolean | null}>} */
-const drawing = signal({ cells: false, relief: null });
 /** Names of the numbers that are plotted; empty: as suits the scene. @type {import('@preact/signals-core').Signal<string[]>} */
 const plotted = signal(['', '']);
 
-const fluid = () => layout.value?.fluid ?? null;
-/** The fluids side by side. @returns {FluidLayout[]} */
-const fluids = () => (fluid() ? [/** @type {FluidLayout} */ (fluid()), ...(fluid()?.side_by_side ?? [])] : []);
+const drag = new PointerDrag((world) => fluids()[world]?.view ?? []);
 const idOf = (/** @type {number} */ i) => (i === 0 ? 'fluid' : `fluid${i}`);
-const words = (/** @type {string} */ name) => name.replaceAll('_', ' ');
-/** @param {FluidLayout | undefined} of */
-const fieldsOf = (of) => of?.layers.filter((layer) => layer.shape === 'field') ?? [];
 /** The unit that the help of a layer ends with. @param {Layer} layer */
 const unitOf = (layer) => /(?:^|: )((?:m|s|1|kg|N|J|Pa|rad)[\w/^²³*.]*?)\.?$/.exec(layer.help)?.[1] ?? '';
-/** @param {Layer} layer */
-const isSurface = (layer) => /surface|height/.test(layer.name);
 /** Whether the colours are heights of water. @param {import('./decode.js').Fluid} now @param {number} i */
 const isWater = (now, i) => {
   const layer = now.field && fluids()[i]?.layers[now.field.layer];
   return layer !== null && layer !== undefined && isSurface(layer);
 };
-/** The field that frames carry. @param {number} i @returns {Layer | undefined} */
-function shownField(i) {
-  const fields = fieldsOf(fluids()[i]);
-  return fields[Math.min(paramsOf(i).shown ?? 0, fields.length - 1)];
-}
-/** @param {number} i */
-function relief(i) {
-  const field = shownField(i);
-  return drawing.value.relief ?? (field !== undefined && isSurface(field));
-}
-
-/** How a further fluid differs from the first. @param {any} one @param {any} first */
-const differencesOf = (one, first) =>
-  one.scene === first.scene ? difference(one, first) : { scene: one.scene, params: one.params, solver: one.solver };
-
-/** Name of a fluid: its scene, or the settings that differ. @param {number} i */
-function nameOf(i) {
-  const own = paramsOf(i),
-    all = fluids(),
-    first = String(own.solver?.method ?? own.solver?.pressure ?? own.scene ?? '');
-  if (all.some((one) => one.scene !== all[0]?.scene)) return all[i]?.title ?? '';
-  const other = all.findIndex((_, k) => k !== i && Object.keys(differencesOf(own, paramsOf(k))).length > 0);
-  const { params: sizes = {}, solver = {} } = other < 0 ? {} : differencesOf(own, paramsOf(other));
-  const differ = Object.entries({ ...solver, ...sizes })
-    .filter(([name]) => name !== 'method')
-    .slice(0, 2);
-  const parts = differ.map(([name, value]) =>
-    value === true
-      ? words(name)
-      : value === false
-        ? `no ${words(name)}`
-        : name === 'n' || name === 'size'
-          ? `${name} = ${value}`
-          : /^(advection|pressure|splitting)$/.test(name)
-            ? words(String(value))
-            : `${words(name)} ${words(String(value))}`,
-  );
-  return solver.method || parts.length === 0 ? [words(first), ...parts].join(', ') : parts.join(', ');
-}
-
-/** @param {{[path: string]: Value}} set of the first fluid @param {any[]} list of the further fluids, as wanted */
-function renew(set, list) {
-  const first = structuredClone({ scene: params.value.scene, params: params.value.params, solver: params.value.solver });
-  for (const [path, value] of Object.entries(set)) if (path.startsWith('params.')) first.params[path.slice(7)] = value;
-  renewSideBySide(
-    set,
-    list.map((one) => differencesOf(one, first)),
-  );
-}
-
-/** The further fluids as they are. @returns {any[]} */
-const others = () =>
-  (params.value?.side_by_side ?? []).map((/** @type {any} */ one) =>
-    structuredClone({ scene: one.scene, params: one.params, solver: one.solver }),
-  );
-
-// ---- controls ----
-
-/** Parameter of a scene: a change creates another session. @param {number} i @param {string} name
- * @returns {Template | typeof nothing} */
-function sceneParameter(i, name) {
-  const path = `${pathOf(i)}params.${name}`,
-    row = find(schema.value, path),
-    value = paramsOf(i).params?.[name];
-  if (!row || value === undefined) return nothing;
-  const set = (/** @type {Value} */ given) => {
-    const list = others();
-    if (i === 0) renew({ [path]: given }, list);
-    else
-      renew(
-        {},
-        list.map((one, k) => (k === i - 1 ? { ...one, params: { ...one.params, [name]: given } } : one)),
-      );
-  };
-  const id = i === 0 ? name : `${i}/${name}`;
-  if (row.type === 'choice') {
-    return html`<label class="field choice" title=${row.help}><span>${labelOf(path)}</span><select data-scene=${id}
-      @change=${(/** @type {Event} */ event) => set(/** @type {HTMLSelectElement} */ (event.target).value)}>
-      ${row.choices.map((one) => html`<option value=${one} .selected=${one === value}>${words(one)}</option>`)}</select></label>`;
-  }
-  return html`<label class="field" title=${row.help}><span>${name === 'n' ? 'Cells along a side' : name === 're' ? 'Reynolds number' : labelOf(path)}</span><input type="number"
-    data-scene=${id} min=${row.min} max=${row.max} step=${row.type === 'integer' ? 1 : 'any'} .value=${String(value)}
-    @change=${(/** @type {Event} */ event) => {
-      const given = /** @type {HTMLInputElement} */ (event.target);
-      if (given.value !== '' && given.reportValidity()) set(Number(given.value));
-    }}><span class="unit">${row.unit}</span></label>`;
-}
-
-/** @returns {Template} */
-function scenePanel() {
-  const rows = scenarios.value.filter((row) => row.kind === 'fluid'),
-    count = fluids().length;
-  const set = (/** @type {number} */ wanted) => {
-    const list = others();
-    while (list.length < wanted - 1) list.push({ scene: params.value.scene, params: params.value.params, solver: params.value.solver });
-    renew({}, list.slice(0, wanted - 1));
-  };
-  return html`<fieldset class="panel server" ?disabled=${locked.value !== ''}><legend class="unseen">Scene</legend>
-    <label class="field choice"><span>Scene</span><select id="scene" @change=${(/** @type {Event} */ event) => choose(/** @type {HTMLSelectElement} */ (event.target).value)}>
-      ${rows.map((row) => html`<option value=${row.id} .selected=${row.title === params.value?.title}>${row.title}</option>`)}</select></label>
-    ${countChoice(count, 'fluid', set)}
-    ${shownFields().length > 0 ? html`<div class="toggles">${toggle('cells', 'No smoothing', drawing.value.cells)}${toggle('relief', 'Relief', relief(0))}</div>` : nothing}
-  </fieldset>`;
-}
-
-const shownFields = () => fluids().flatMap((_, i) => shownField(i) ?? []);
-
-/** Settings that make the largest difference; the others stand below. */
-const FIRST = [
-  'method',
-  'advection',
-  'pressure',
-  'splitting',
-  'tolerance',
-  'sweeps',
-  'iterations',
-  'viscosity',
-  'viscosity_scale',
-  'vorticity_confinement',
-  'limiter',
-];
-const SOLVER_LABELS = /** @type {{[name: string]: string}} */ ({
-  backtrace: 'Order of back-trace',
-  cfl: 'CFL number',
-  viscosity_scale: 'Viscosity ×',
-});
-
-/** The scene of a further fluid. @param {number} i @returns {Template} */
-function sceneChoice(i) {
-  const row = find(schema.value, `${pathOf(i)}scene`),
-    now = paramsOf(i).scene;
-  const set = (/** @type {Event} */ event) => {
-    const scene = /** @type {HTMLSelectElement} */ (event.target).value;
-    renew(
-      {},
-      others().map((one, k) => (k === i - 1 ? { scene } : one)),
-    );
-  };
-  return html`<label class="field choice"><span>Scene</span><select data-scene=${`${i}/scene`} @change=${set}>
-    ${(row?.choices ?? []).map((one) => html`<option value=${one} .selected=${one === now}>${words(one)}</option>`)}</select></label>`;
-}
-
-/** One fluid: parameters of its scene, its field, its solver. @param {number} i @returns {Template} */
-function fluidPanel(i) {
-  const at = pathOf(i),
-    paths = livePaths(schema.value, `${at}solver`),
-    ending = (/** @type {string} */ path) => path.slice(path.lastIndexOf('.') + 1);
-  const one = (/** @type {string} */ path) =>
-    SOLVER_LABELS[ending(path)] ? control(path, { label: SOLVER_LABELS[ending(path)] }) : control(path);
-  const first = paths.filter((path) => FIRST.includes(ending(path))),
-    rest = paths.filter((path) => !FIRST.includes(ending(path)));
-  const several = fluids().length > 1;
-  return html`<fieldset class="panel method" data-player=${several ? i : nothing} ?disabled=${locked.value !== ''} title=${locked.value || nothing}>
-    <legend class="unseen">${several ? `Fluid ${i + 1}` : 'Fluid'}</legend>
-    <div class="head"><h2>${several ? html`${mark(i)} <span>${nameOf(i)}</span>` : 'Solver'}</h2><small>${words(fluids()[i]?.method ?? '')}</small></div>
-    ${i > 0 ? sceneChoice(i) : nothing}${Object.keys(paramsOf(i).params ?? {}).map((name) => sceneParameter(i, name))}${fieldChoice(i)}
-    ${first.map(one)}${rest.length > 0 ? html`<details><summary>More</summary>${rest.map(one)}</details>` : nothing}</fieldset>`;
-}
-
-/** @param {'cells' | 'relief'} name @param {string} label @param {boolean} on @returns {Template} */
-function toggle(name, label, on) {
-  return html`<label class="toggle"><input type="checkbox" data-drawing=${name} .checked=${on} @change=${() => {
-    drawing.value = { ...drawing.value, [name]: !on };
-    touch();
-  }}><span>${label}</span></label>`;
-}
-
-/** @param {number} i @returns {Template | typeof nothing} */
-function fieldChoice(i) {
-  const now = shownField(i);
-  if (!now) return nothing;
-  const show = (/** @type {Event} */ event) =>
-    change({ [`${pathOf(i)}shown`]: Number(/** @type {HTMLSelectElement} */ (event.target).value) });
-  return html`<label class="field choice" title=${now.help}><span>Field</span><select id=${i === 0 ? 'field' : `field${i}`} @change=${show}>
-      ${fieldsOf(fluids()[i]).map((layer, k) => html`<option value=${k} .selected=${layer === now}>${words(layer.name)}</option>`)}</select></label>
-    ${fluids().length === 1 ? html`<p class="facts">${now.help}</p>` : nothing}`;
-}
 
 // ---- numbers ----
 
@@ -321,13 +129,11 @@ function drawingOf(i) {
   const label = `${fluids()[i]?.title ?? 'Fluid'}${fluids().length > 1 ? `, ${nameOf(i)}` : ''}. Drag the fluid with the mouse or a finger. Arrow keys move a pointer, Enter presses and releases.`;
   return html`<figure class="drawing"><figcaption>${fluids().length > 1 ? html`${mark(i)} <b>${nameOf(i)}</b>` : nothing}
       <span>${wordsOf(errorOf(i)).label} <output data-error=${i}>–</output></span><span>${step === undefined ? '–' : short(step)} ms/step</span></figcaption>
-    <div class="view stir" role="group" tabindex="0" data-world=${i} aria-label=${label}
-      @pointerdown=${press} @pointermove=${move} @pointerup=${release} @pointercancel=${release} @keydown=${key}>
-      <canvas id=${idOf(i)} role="img" aria-label="Fluid"></canvas></div></figure>`;
+    ${drag.box(i, 'stir', label, html`<canvas id=${idOf(i)} role="img" aria-label="Fluid"></canvas>`)}</figure>`;
 }
 
 /** @returns {Template} */
-export function fluidLab() {
+function template() {
   const at = fluid();
   return html`<main class="step fluid" id="views" tabindex="-1">
     <div class="methods" aria-label="Scene and solvers" role="group">${scenePanel()}${fluids().map((_, i) => fluidPanel(i))}</div>
@@ -350,15 +156,6 @@ export function fluidLab() {
 }
 
 // ---- drawing ----
-
-/** @param {string} id @param {(surface: Surface) => void} draw */
-function onto(id, draw) {
-  const canvas = document.getElementById(id);
-  if (!(canvas instanceof HTMLCanvasElement)) return;
-  const surface = surfaces.get(canvas) ?? new Surface(canvas);
-  surfaces.set(canvas, surface);
-  if (surface.begin()) draw(surface);
-}
 
 /** @param {string} name @param {string} unit */
 function scaleOf(name, unit) {
@@ -467,7 +264,7 @@ function drawOne(frame, now, i, colours) {
     return { of: list, columns: layer?.columns ?? [], line: layer !== undefined && isSurface(layer) };
   });
   onto(idOf(i), (surface) => {
-    cameras.set(
+    drag.cameras.set(
       i,
       drawScene(surface, colours, {
         view: of.view,
@@ -477,7 +274,7 @@ function drawOne(frame, now, i, colours) {
         water: isWater(now, i),
         cells: drawing.value.cells,
         relief: relief(i),
-        hand: pointerIn(i),
+        hand: drag.pointerIn(i),
         note: now.state.status === 1 ? 'Diverged and stopped' : '',
       }),
     );
@@ -491,7 +288,7 @@ function describe(of, { numbers: values, status }, time) {
 }
 
 /** @param {Frame} frame @param {boolean} settled @param {boolean} name the drawings get their descriptions */
-export function drawFluid(frame, settled, name) {
+function draw(frame, settled, name) {
   const all = fluidsOf(frame),
     at = fluids();
   if (all.length === 0 || all.length !== at.length) return;
@@ -518,14 +315,15 @@ export function drawFluid(frame, settled, name) {
 
 effect(() => {
   session.value;
-  forgetPointer();
   forgetMeasured();
   records = [];
   scales = new Map();
 });
 effect(() => {
-  pointer.value;
   profiles.value;
   costs.value;
   touch();
 });
+
+/** @type {import('../../session/labs.js').Lab} */
+export const lab = { template, draw };

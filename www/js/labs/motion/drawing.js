@@ -1,6 +1,6 @@
 // The motion itself: where the solution and each method have the body now.
 import { drawMark, drawText } from '../../draw/marks.js';
-import { gridStep } from '../netgame/views/scene.js';
+import { gridStep } from '../../draw/axis.js';
 import { paintOf } from '../../draw/palette.js';
 import { fixed } from '../../base/format.js';
 

@@ -2,35 +2,37 @@
 import { html, nothing } from '../../../vendor/lit-html.js';
 import { signal } from '../../../vendor/signals-core.js';
 import { call, make } from '../../base/api.js';
-import { control } from '../../workbench/controls.js';
-import { link } from '../../session/opening.js';
 import { fixed } from '../../base/format.js';
-import { again } from '../../session/session.js';
-import { change } from '../../session/params.js';
-import { mark } from '../netgame/lab/panels.js';
 import { find } from '../../base/schema.js';
-import { layout, locked, params, schema, notify } from '../../session/state.js';
+import { MOTION_STATUS } from '../../stream/rows.js';
+import { link } from '../../session/opening.js';
+import { change } from '../../session/params.js';
+import { again } from '../../session/session.js';
+import { layout, locked, notify, params, schema } from '../../session/state.js';
 import { palette, paintOf } from '../../draw/palette.js';
-import { Surface } from '../../draw/surface.js';
-import { ERRATA, METHOD_ERRATA } from './paper.js';
-import { drawScene, isPlane } from './drawing.js';
 import { drawPlot } from '../../draw/plot.js';
+import { onto, plotBox } from '../../workbench/canvas.js';
+import { control } from '../../workbench/controls.js';
+import { mark } from '../../workbench/player_mark.js';
+import { drawScene, isPlane } from './drawing.js';
+import { ERRATA, METHOD_ERRATA } from './paper.js';
 import { Record, motionsOf } from './record.js';
-import { MOTION_STATUS } from '../../stream/records.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
-/** @typedef {import('../netgame/core/frame.js').Frame} Frame */
+/** @typedef {import('../../stream/frame.js').Frame} Frame */
 /** @typedef {import('./record.js').RefinementLevel} RefinementLevel */
+/** @typedef {{problem: string, help: string, mechanical: boolean, energy: boolean, components: string[],
+ *   methods: {method: string, order: number, adaptive: boolean}[]}} MotionLayout */
 
-/** @type {WeakMap<HTMLCanvasElement, Surface>} */
-const surfaces = new WeakMap();
 let record = new Record(-1);
 const component = signal(0);
-/** Error against step, by method's place: measured by runs of their own. @type {import('@preact/signals-core').Signal<Map<number, RefinementLevel[]>>} */
+/** Error against step, by method's place: measured by runs of their own.
+ * @type {import('@preact/signals-core').Signal<Map<number, RefinementLevel[]>>} */
 const levels = signal(new Map());
 const measuring = signal(false);
 
-const motion = () => layout.value?.motion ?? null;
+/** @returns {MotionLayout | null} */
+const motion = () => (layout.value?.given.problem ? layout.value.given : null);
 /** @param {number} i */
 const nameOf = (i) => String(params.value?.methods?.[i]?.method ?? '');
 const words = (/** @type {string} */ name) => name.replaceAll('_', ' ');
@@ -146,11 +148,6 @@ async function measure() {
 
 // ---- the page ----
 
-/** @param {string} id @param {string} name @returns {Template} */
-function plot(id, name) {
-  return html`<section class="plotbox" aria-label=${name}><div class="view"><canvas id=${id} role="img" aria-label=${name}></canvas></div></section>`;
-}
-
 /** @returns {Template | typeof nothing} */
 function errata() {
   const list = [
@@ -165,16 +162,16 @@ function errata() {
 }
 
 /** @returns {Template} */
-export function stepLab() {
+function template() {
   const at = motion();
   return html`<main class="step" id="views" tabindex="-1">
     <div class="methods" aria-label="Problem and methods" role="group">${problemPanel()}${places().map(methodPanel)}</div>
     <div class="drawings" tabindex="0" role="region" aria-label="Views">
       <section class="row motion" aria-label="Motion"><div class="view"><canvas id="motion" role="img" aria-label="Motion"></canvas></div></section>
       <div class="plots">
-        ${plot('plot-value', 'Position over time')}${plot('plot-error', 'Error over time')}
-        ${at?.energy ? plot('plot-energy', 'Energy over time') : nothing}${at?.mechanical ? plot('plot-phase', 'Speed over position') : nothing}
-        ${plot('plot-step', 'Error against step')}${plot('plot-work', 'Error against cost')}</div>
+        ${plotBox('plot-value', 'Position over time')}${plotBox('plot-error', 'Error over time')}
+        ${at?.energy ? plotBox('plot-energy', 'Energy over time') : nothing}${at?.mechanical ? plotBox('plot-phase', 'Speed over position') : nothing}
+        ${plotBox('plot-step', 'Error against step')}${plotBox('plot-work', 'Error against cost')}</div>
     </div>
     <aside class="side" aria-label="Numbers">
       <div class="about"><h2>${params.value?.paper ? `${params.value.paper}: ` : ''}${params.value?.title ?? ''}</h2>
@@ -199,15 +196,6 @@ function cells(row) {
 }
 
 // ---- drawing ----
-
-/** @param {string} id @param {(surface: Surface) => void} draw */
-function onto(id, draw) {
-  const canvas = document.getElementById(id);
-  if (!(canvas instanceof HTMLCanvasElement)) return;
-  const surface = surfaces.get(canvas) ?? new Surface(canvas);
-  surfaces.set(canvas, surface);
-  if (surface.begin()) draw(surface);
-}
 
 /** @param {number} value */
 const exact = (value) =>
@@ -246,7 +234,7 @@ function showNumbers(frame) {
 let numbered = 0;
 
 /** @param {Frame} frame @param {boolean} settled @param {boolean} name the drawings get their descriptions */
-export function drawStep(frame, settled, name) {
+function draw(frame, settled, name) {
   const at = motion();
   if (!at || frame.motion.length === 0) return;
   const motions = motionsOf(frame);
@@ -330,3 +318,6 @@ function drawRefinementSeries(colours) {
     drawPlot(s, colours, { lines: line('work'), x: 'evaluations', y: 'largest error', logX: true, logY: true, empty }),
   );
 }
+
+/** @type {import('../../session/labs.js').Lab} */
+export const lab = { template, draw };

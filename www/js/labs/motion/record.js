@@ -1,14 +1,15 @@
 // The step lab's record of a run: curves over time, trails in the plane, and refinement levels of error against cost.
 
-import { stateOf } from '../netgame/core/frame.js';
-
-/** @typedef {import('../netgame/core/frame.js').Motion & {state: number[]}} Motion */
+/** @typedef {import('../../stream/rows.js').MotionRow & {state: number[]}} Motion */
 /** @typedef {{t: number[], value: number[], speed: number[], error: number[], drift: number[], x: number[], y: number[]}} Track */
 /** @typedef {{dt: number, error: number, work: number}} RefinementLevel */
 
 const POINTS = 4000;
 
-/** The solution, then each method. @param {import('../netgame/core/frame.js').Frame} frame @returns {Motion[]} */
+/** The components of a motion's state: 0 the solution, 1 + i method i. @param {import('../../stream/frame.js').Frame} frame @param {number} i */
+const stateOf = (frame, i) => frame.where('motion_state', 'motion', i).map(({ value }) => value);
+
+/** The solution, then each method. @param {import('../../stream/frame.js').Frame} frame @returns {Motion[]} */
 export const motionsOf = (frame) => frame.motion.map((one, i) => ({ ...one, state: stateOf(frame, i) }));
 
 /** @returns {Track} */

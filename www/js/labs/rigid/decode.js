@@ -1,19 +1,19 @@
 // What a frame has of rigid bodies, put together: shapes with their geometries, contacts with their points.
-import { SHAPES_FLAGS, VOLUMES_VOLUME } from '../../stream/records.js';
+import { SHAPES_FLAGS, VOLUMES_VOLUME } from '../../stream/rows.js';
 
-/** @typedef {import('../../stream/records.js').WorldsRow} World  status: 0 ok, 1 diverged */
-/** @typedef {import('../../stream/records.js').JointsRow} Joint */
-/** @typedef {import('../../stream/records.js').VolumesRow} Judged */
+/** @typedef {import('../../stream/rows.js').WorldsRow} World  status: 0 ok, 1 diverged */
+/** @typedef {import('../../stream/rows.js').JointsRow} Joint */
+/** @typedef {import('../../stream/rows.js').VolumesRow} Judged */
 /** In the frame of the centre of mass. @typedef {{kind: number, radius: number, vertices: number[][], circle: number[], obb: number[][]}} Geometry */
-/** @typedef {Omit<import('../../stream/records.js').ShapesRow, 'geometry'> & {geometry: Geometry, dynamic: boolean, kinematic: boolean, awake: boolean,
+/** @typedef {Omit<import('../../stream/rows.js').ShapesRow, 'geometry'> & {geometry: Geometry, dynamic: boolean, kinematic: boolean, awake: boolean,
  *   box: number[]}} Shape  box: left, bottom, right, top from x, y */
-/** @typedef {import('../../stream/records.js').ContactsRow & {points: {x: number, y: number, separation: number, impulse: number}[]}} Contact
+/** @typedef {import('../../stream/rows.js').ContactsRow & {points: {x: number, y: number, separation: number, impulse: number}[]}} Contact
  *   without points: the boxes overlap and that is all */
 /** @typedef {{worlds: World[], shapes: Shape[], contacts: Contact[], joints: Joint[], judged: Judged[]}} Scene */
 
 export const VOLUMES = Object.keys(VOLUMES_VOLUME);
 
-/** @param {import('../netgame/core/frame.js').Frame} frame @returns {Geometry[]} */
+/** @param {import('../../stream/frame.js').Frame} frame @returns {Geometry[]} */
 const geometriesOf = (frame) =>
   frame.geometries.map((g, i) => ({
     kind: g.kind,
@@ -28,7 +28,7 @@ const geometriesOf = (frame) =>
     vertices: frame.where('vertices', 'geometry', i).map(({ x, y }) => [x, y]),
   }));
 
-/** @param {import('../../stream/records.js').ContactsRow} c @returns {Contact} */
+/** @param {import('../../stream/rows.js').ContactsRow} c @returns {Contact} */
 function contact(c) {
   const points = [
     { x: c.x0, y: c.y0, separation: c.separation0, impulse: c.impulse0 },
@@ -37,7 +37,7 @@ function contact(c) {
   return { ...c, points: points.slice(0, c.count) };
 }
 
-/** @param {import('../netgame/core/frame.js').Frame} frame @returns {Scene} */
+/** @param {import('../../stream/frame.js').Frame} frame @returns {Scene} */
 export function sceneOf(frame) {
   const geometries = geometriesOf(frame);
   return {

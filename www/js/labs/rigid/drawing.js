@@ -1,6 +1,6 @@
 // One world of rigid bodies: shapes and, over them, what the phases of a step make of them.
 import { drawText } from '../../draw/marks.js';
-import { gridStep } from '../netgame/views/scene.js';
+import { gridStep } from '../../draw/axis.js';
 import { paintOf } from '../../draw/palette.js';
 
 /** @typedef {import('./decode.js').Shape} Shape */

@@ -1,32 +1,32 @@
 // The collide lab: rigid bodies, what the phases of a step make of them, and solvers side by side from the same start.
 import { html, nothing } from '../../../vendor/lit-html.js';
 import { effect, signal } from '../../../vendor/signals-core.js';
-import { control } from '../../workbench/controls.js';
 import { fixed, signed } from '../../base/format.js';
-import { choose } from '../../session/session.js';
-import { touch } from '../netgame/lab/drawing.js';
-import { change } from '../../session/params.js';
-import { mark } from '../netgame/lab/panels.js';
 import { find } from '../../base/schema.js';
-import { drawPlot } from '../../draw/plot.js';
-import { contactsDrawn, layout, locked, params, scenarios, schema, session } from '../../session/state.js';
+import { change } from '../../session/params.js';
+import { choose } from '../../session/session.js';
+import { layout, locked, params, scenarios, schema, session } from '../../session/state.js';
 import { palette, paintOf } from '../../draw/palette.js';
-import { Surface } from '../../draw/surface.js';
-import { countChoice, difference, paramsOf, pathOf, renew as renewSideBySide } from '../../workbench/side_by_side.js';
-import { cameras, forget, key, move, pointer, press, release } from '../../workbench/pointer_drag.js';
+import { drawPlot } from '../../draw/plot.js';
+import { touch } from '../../draw/redraw.js';
+import { onto, plotBox } from '../../workbench/canvas.js';
+import { control } from '../../workbench/controls.js';
 import { costs, forget as forgetMeasured, measure } from '../../workbench/measure.js';
+import { mark } from '../../workbench/player_mark.js';
+import { PointerDrag } from '../../workbench/pointer_drag.js';
+import { countChoice, difference, paramsOf, pathOf, renew as renewSideBySide } from '../../workbench/side_by_side.js';
+import { workPrecisionButton } from '../../workbench/work_precision.js';
 import { VOLUMES, sceneOf } from './decode.js';
 import { drawWorld } from './drawing.js';
 import { Record } from './record.js';
-import { workPrecisionButton } from '../../workbench/work_precision.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
-/** @typedef {import('../netgame/core/frame.js').Frame} Frame */
+/** @typedef {import('../../stream/frame.js').Frame} Frame */
 /** @typedef {import('./decode.js').Scene} Scene */
 /** @typedef {import('./decode.js').World} World */
+/** @typedef {{scene: string, title: string, help: string, worlds: number, hz: number, view: number[],
+ *   solvers: {name: string, help: string}[]}} RigidLayout  view: left, right, bottom, top in m */
 
-/** @type {WeakMap<HTMLCanvasElement, Surface>} */
-const surfaces = new WeakMap();
 let record = new Record(-1);
 
 /** What is drawn over the bodies. @type {import('@preact/signals-core').Signal<import('./drawing.js').Shown>} */
@@ -34,7 +34,9 @@ const shown = signal({ volumes: false, boxes: false, pairs: false, contacts: tru
 /** The volume of the overlay: that of the solver, or always the same; 0: all. */
 const overlaid = signal(0);
 
-const rigid = () => layout.value?.rigid ?? null;
+/** @returns {RigidLayout | null} */
+const rigid = () => layout.value?.given.rigid ?? null;
+const drag = new PointerDrag(() => rigid()?.view ?? []);
 const words = (/** @type {string} */ name) => name.replaceAll('_', ' ');
 const worlds = () => Array.from({ length: rigid()?.worlds ?? 0 }, (_, i) => i);
 /** @param {number} world */
@@ -261,24 +263,18 @@ function phases() {
 /** @param {number} world @returns {Template} */
 function drawing(world) {
   const label = `World of ${nameOf(world)}. Drag a body with the mouse or a finger. Arrow keys move a pointer, Enter grabs and releases a body.`;
-  return html`<div class="view drag" role="group" tabindex="0" data-world=${world} aria-label=${label}
-    @pointerdown=${press} @pointermove=${move} @pointerup=${release} @pointercancel=${release} @keydown=${key}>
-    <canvas id=${`world${world}`} role="img" aria-label=${`World of ${nameOf(world)}`}></canvas></div>`;
-}
-
-/** @param {string} id @param {string} name @returns {Template} */
-function plot(id, name) {
-  return html`<section class="plotbox" aria-label=${name}><div class="view"><canvas id=${id} role="img" aria-label=${name}></canvas></div></section>`;
+  const canvas = html`<canvas id=${`world${world}`} role="img" aria-label=${`World of ${nameOf(world)}`}></canvas>`;
+  return drag.box(world, 'drag', label, canvas);
 }
 
 /** @returns {Template} */
-export function collideLab() {
+function template() {
   const used = rigid()?.solvers.filter((one) => worlds().some((i) => methodOf(i) === one.name)) ?? [];
   return html`<main class="step collide" id="views" tabindex="-1">
     <div class="methods" aria-label="Scene and solvers" role="group">${scenePanel()}${worlds().map(solverPanel)}${overlayPanel()}</div>
     <div class="drawings" tabindex="0" role="region" aria-label="Views">
       <section class="worlds" aria-label="Worlds" data-worlds=${worlds().length}>${worlds().map(drawing)}</section>
-      <div class="plots">${plot('plot-energy', 'Energy over time')}${plot('plot-overlap', 'Overlap over time')}${phases()}</div>
+      <div class="plots">${plotBox('plot-energy', 'Energy over time')}${plotBox('plot-overlap', 'Overlap over time')}${phases()}</div>
     </div>
     <aside class="side" aria-label="Numbers">
       <div class="about"><h2>${params.value?.paper ? `${params.value.paper}: ` : ''}${params.value?.title ?? ''}</h2>
@@ -289,15 +285,6 @@ export function collideLab() {
 }
 
 // ---- drawing ----
-
-/** @param {string} id @param {(surface: Surface) => void} draw */
-function onto(id, draw) {
-  const canvas = document.getElementById(id);
-  if (!(canvas instanceof HTMLCanvasElement)) return;
-  const surface = surfaces.get(canvas) ?? new Surface(canvas);
-  surfaces.set(canvas, surface);
-  if (surface.begin()) draw(surface);
-}
 
 /** @param {string} name @param {string} text */
 function put(name, text) {
@@ -332,7 +319,7 @@ const describe = (w, i) =>
 let numbered = 0;
 
 /** @param {Frame} frame @param {boolean} settled @param {boolean} name the drawings get their descriptions */
-export function drawCollide(frame, settled, name) {
+function draw(frame, settled, name) {
   const at = rigid();
   if (!at) return;
   const scene = sceneOf(frame),
@@ -349,9 +336,9 @@ export function drawCollide(frame, settled, name) {
       dt: 1 / at.hz,
       beyond: params.value?.tunnel_x ?? 1e9,
       name: `${nameOf(i)}${scene.worlds[i]?.status === 1 ? ': diverged' : ''}`,
-      pointer: pointer.value,
+      pointer: drag.pointer.value,
     };
-    onto(`world${i}`, (surface) => cameras.set(i, drawWorld(surface, colours, scene, of)));
+    onto(`world${i}`, (surface) => drag.cameras.set(i, drawWorld(surface, colours, scene, of)));
   }
   const time = performance.now();
   if (settled || time - numbered > 120) {
@@ -382,13 +369,11 @@ export function drawCollide(frame, settled, name) {
 
 effect(() => {
   session.value;
-  forget();
   forgetMeasured();
 });
-effect(() => {
-  pointer.value;
-  touch();
-});
-effect(() => {
-  contactsDrawn.value = shown.value.contacts || shown.value.pairs;
-});
+
+/** Contacts are most of what bodies are streamed with. */
+const rates = () => ({ contacts: shown.value.contacts || shown.value.pairs ? 60 : 0 });
+
+/** @type {import('../../session/labs.js').Lab} */
+export const lab = { template, draw, rates };

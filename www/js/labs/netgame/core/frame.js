@@ -1,4 +1,4 @@
-// A frame as the page reads it: the names of the tables for short, and rows that belong to one view, player or shot.
+// A frame as the netgame's lab reads it: the names of the tables for short, and rows that belong to one view, player or shot.
 import {
   BUFFERS_STATE,
   ENTITIES_FLAGS,
@@ -9,9 +9,8 @@ import {
   SHOTS_WEAPON,
   VIEWS_CONNECTION,
   VIEWS_FLAGS,
-} from '../../../stream/records.js';
+} from '../../../stream/rows.js';
 
-export { BEHIND, ENDED, FAILED, PLAYING } from '../../../stream/decode.js';
 export const {
   prediction: PREDICTION,
   reconciliation: RECONCILIATION,
@@ -77,31 +76,24 @@ export const CONNECTIONS = Object.keys(VIEWS_CONNECTION);
 /** Fields of an entity, and the game's own part of the world: where two worlds differ. */
 export const FIELDS = Object.keys(PEERS_DESYNC_FIELD);
 
-/** @typedef {import('../../../stream/decode.js').Frame} Frame */
-/** @typedef {import('../../../stream/records.js').ViewsRow} View */
-/** @typedef {import('../../../stream/records.js').EntitiesRow} Entity */
-/** @typedef {import('../../../stream/records.js').EventsRow} Event */
-/** @typedef {import('../../../stream/records.js').PeersRow} Peer */
-/** @typedef {import('../../../stream/records.js').BuffersRow} Buffer */
-/** @typedef {import('../../../stream/records.js').BufferedRow} Buffered */
-/** @typedef {import('../../../stream/records.js').InputHistoryRow} InputHistoryEntry */
-/** @typedef {import('../../../stream/records.js').MeasuresRow} Measures */
-/** @typedef {import('../../../stream/records.js').MotionRow} Motion */
-/** @typedef {import('../../../stream/records.js').ShotsRow} Shot */
-/** @typedef {import('../../../stream/records.js').ShotBodiesRow} ShotBody */
-/** @typedef {import('../../../stream/records.js').ShellsRow} Shell */
-
-/** The furthest time of the log, s. @param {Frame} frame */
-export const headOf = (frame) => (frame.tick + frame.session.behind_ticks) / frame.tickHz;
+/** @typedef {import('../../../stream/frame.js').Frame} Frame */
+/** @typedef {import('../../../stream/rows.js').ViewsRow} View */
+/** @typedef {import('../../../stream/rows.js').EntitiesRow} Entity */
+/** @typedef {import('../../../stream/rows.js').EventsRow} Event */
+/** @typedef {import('../../../stream/rows.js').PeersRow} Peer */
+/** @typedef {import('../../../stream/rows.js').BuffersRow} Buffer */
+/** @typedef {import('../../../stream/rows.js').BufferedRow} Buffered */
+/** @typedef {import('../../../stream/rows.js').InputHistoryRow} InputHistoryEntry */
+/** @typedef {import('../../../stream/rows.js').MeasuresRow} Measures */
+/** @typedef {import('../../../stream/rows.js').ShotsRow} Shot */
+/** @typedef {import('../../../stream/rows.js').ShotBodiesRow} ShotBody */
+/** @typedef {import('../../../stream/rows.js').ShellsRow} Shell */
 
 /** What is in a view: 0 the server's, 1 + p player p's. @param {Frame} frame @param {number} view @returns {Entity[]} */
 export const entitiesOf = (frame, view) => frame.where('entities', 'view', view);
 
 /** The game's own values of a player, in the order of the layout. @param {Frame} frame @param {number} player @returns {number[]} */
 export const gameOf = (frame, player) => frame.where('game', 'player', player).map(({ value }) => value);
-
-/** The components of a motion's state: 0 the solution, 1 + i method i. @param {Frame} frame @param {number} i @returns {number[]} */
-export const stateOf = (frame, i) => frame.where('motion_state', 'motion', i).map(({ value }) => value);
 
 /** The bodies at the times of a shot; body i is entity i. @param {Frame} frame @param {Shot} shot @returns {ShotBody[]} */
 export const bodiesOf = (frame, shot) =>

@@ -48,9 +48,9 @@ export class Curves {
 
 /** Of one stretch of time: where time jumps, a new one begins. */
 export class Memory {
-  /** @param {string} game @param {number} generation */
-  constructor(game, generation) {
-    this.game = game;
+  /** @param {boolean} flights whether what flies is followed, and not the players @param {number} generation */
+  constructor(flights, generation) {
+    this.flights = flights;
     this.generation = generation;
     /** @type {Frame | null} */
     this.last = null;
@@ -162,8 +162,8 @@ export class Memory {
     const dots = this.dots[v];
     if (!dots) return;
     entitiesOf(frame, v).forEach((e, entity) => {
-      const wanted = this.game === 'cannon' ? (e.flags & E_ACTIVE) !== 0 : entity === event.player;
-      if (wanted && (this.game !== 'cannon' || v > 0 || entity === event.player)) {
+      const wanted = this.flights ? (e.flags & E_ACTIVE) !== 0 : entity === event.player;
+      if (wanted && (!this.flights || v > 0 || entity === event.player)) {
         dots.push({ t: event.begin_s, entity, n, x: e.x, y: e.y, type: event.type, player: event.player, number: event.number });
       }
     });

@@ -1,11 +1,11 @@
 // A player's buffers: the snapshots around the render time, with the times of arrival and play-out.
 import { V_CATCHING_UP, V_EXTRAPOLATING, V_NEWEST, V_NORMAL, V_SLOWING, V_STARVED } from '../core/frame.js';
 import { fixed, signed } from '../../../base/format.js';
-import { BUFFERED_PLACE } from '../../../stream/records.js';
+import { BUFFERED_PLACE } from '../../../stream/rows.js';
 import { paintOf } from '../../../draw/palette.js';
 import { cross, drawText } from '../../../draw/marks.js';
 
-/** @typedef {import('./inspectors.js').InspectorContext} InspectorContext */
+/** @typedef {import('../core/inspector.js').InspectorContext} InspectorContext */
 
 /** @type {Record<number, string>} */
 const STATES = {
@@ -130,7 +130,7 @@ function dejitter(at, list, top, height) {
   }
 }
 
-/** @type {import('./inspectors.js').Inspector} */
+/** @type {import('../core/inspector.js').Inspector} */
 export const buffers = {
   id: 'buffers',
   label: 'Buffers',

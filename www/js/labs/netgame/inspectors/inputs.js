@@ -4,7 +4,7 @@ import { fixed } from '../../../base/format.js';
 import { paintOf } from '../../../draw/palette.js';
 import { cross, drawText } from '../../../draw/marks.js';
 
-/** @typedef {import('./inspectors.js').InspectorContext} InspectorContext */
+/** @typedef {import('../core/inspector.js').InspectorContext} InspectorContext */
 /** @typedef {'open' | 'acknowledged' | 'refused' | 'late' | 'lost'} Fate */
 /** @typedef {{seq: number, fate: Fate, arrived: boolean}} HistoryRow */
 
@@ -41,7 +41,7 @@ function correctionOf({ frame, memory, player }) {
   return last;
 }
 
-/** @type {import('./inspectors.js').Inspector} */
+/** @type {import('../core/inspector.js').Inspector} */
 export const inputs = {
   id: 'inputs',
   label: 'Inputs',

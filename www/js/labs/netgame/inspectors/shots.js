@@ -4,7 +4,7 @@ import { fixed, letter } from '../../../base/format.js';
 import { paintOf } from '../../../draw/palette.js';
 import { drawText } from '../../../draw/marks.js';
 
-/** @typedef {import('./inspectors.js').InspectorContext} InspectorContext */
+/** @typedef {import('../core/inspector.js').InspectorContext} InspectorContext */
 /** @typedef {import('../core/frame.js').Shot} Shot */
 /** @typedef {'seen' | 'now' | 'looked'} When */
 
@@ -101,7 +101,7 @@ function resultText(at, shot) {
   );
 }
 
-/** @type {import('./inspectors.js').Inspector} */
+/** @type {import('../core/inspector.js').Inspector} */
 export const shots = {
   id: 'shots',
   label: 'Shots',

@@ -4,7 +4,7 @@ import { fixed, letter } from '../../../base/format.js';
 import { paintOf } from '../../../draw/palette.js';
 import { drawText } from '../../../draw/marks.js';
 
-/** @typedef {import('./inspectors.js').InspectorContext} InspectorContext */
+/** @typedef {import('../core/inspector.js').InspectorContext} InspectorContext */
 /** @typedef {import('../core/frame.js').Peer} Peer */
 
 const SPAN_S = 4;
@@ -27,7 +27,7 @@ function wordsOf(peer, p) {
   return `${letter(p)}: ${waits} · stalled ${fixed(peer.stalled_s, 1)} s · resimulated ${peer.rollback_ticks}${parted}`;
 }
 
-/** @type {import('./inspectors.js').Inspector} */
+/** @type {import('../core/inspector.js').Inspector} */
 export const waits = {
   id: 'waits',
   label: 'Waits and desyncs',

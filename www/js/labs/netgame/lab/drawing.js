@@ -1,52 +1,36 @@
-// The drawing loop: at each display refresh, the newest frame is drawn and acknowledged; otherwise nothing is done.
-import { speak } from '../../../session/announce.js';
-import { showTime } from '../../../shell/bar.js';
-import { INTERPOLATION, PLAYING, STALLED, entitiesOf } from '../core/frame.js';
+// Draws the views, the messages or the inspector, and the side column; a person can point at what is drawn.
 import { fixed, letter } from '../../../base/format.js';
-import { showReplay } from '../../../shell/header.js';
-import { counts, drawn, memory, takeNewest } from '../../../session/session.js';
-import { ownLab } from '../../../shell/page.js';
-import { reread } from '../../../session/params.js';
-import { showSide } from './side.js';
-import { frame, connectionEvents, lanes, layout, inspector, inspectors, overlays, params, scale, unit } from '../../../session/state.js';
+import { PLAYING } from '../../../stream/frame.js';
+import { speak } from '../../../session/announce.js';
+import { frame, params } from '../../../session/state.js';
+import { drawText } from '../../../draw/marks.js';
 import { palette } from '../../../draw/palette.js';
+import { touch } from '../../../draw/redraw.js';
+import { surfaceOf } from '../../../workbench/canvas.js';
+import { INTERPOLATION, STALLED, entitiesOf } from '../core/frame.js';
+import { inspector, inspectors } from '../core/inspector.js';
+import { layout } from '../core/layout.js';
+import { connectionEvents, lanes, memory, overlays, scale, unit } from '../core/state.js';
 import { drawCannon } from '../views/cannon.js';
 import { connectionWords, drawConnection } from '../views/connection.js';
 import { drawField, drawStandings } from '../views/field.js';
 import { drawGauge } from '../views/gauge.js';
 import { inputNextTo, drawLanes, nearestInput, windowOf } from '../views/lanes.js';
-import { drawText } from '../../../draw/marks.js';
 import { drawRace } from '../views/race.js';
 import { drawRibbon } from '../views/ribbon.js';
 import { scaleX } from '../views/scene.js';
-import { Surface } from '../../../draw/surface.js';
+import { showSide } from './side.js';
 
+/** @typedef {import('../../../draw/surface.js').Surface} Surface */
 /** @typedef {import('../core/frame.js').Frame} Frame */
 /** @typedef {import('../views/scene.js').DrawContext} DrawContext */
 
-const LABEL_MS = 2000; /* names of the drawings are updated at this rate */
-
-/** @type {WeakMap<HTMLCanvasElement, Surface>} */
-const surfaces = new WeakMap();
-let dirty = true;
-let asked = false;
-let named = 0;
 /** @type {number | null} */
 let selected = null;
 /** The dots of each view as drawn last, and the one that is asked about. @type {import('../views/scene.js').Drawn[][]} */
 const drawnDots = [];
 /** @type {import('../views/scene.js').Picked | null} */
 let picked = null;
-/** Script time of the last drawings, ms. */
-export const costs = /** @type {number[]} */ ([]);
-
-/** @param {HTMLCanvasElement} canvas */
-function surfaceOf(canvas) {
-  const known = surfaces.get(canvas) ?? new Surface(canvas);
-  surfaces.set(canvas, known);
-  return known;
-}
-
 /** What a view shows, in words. @param {Frame} now @param {number} view @returns {string} */
 function words(now, view) {
   const v = now.views[view];
@@ -89,7 +73,7 @@ function drawView(canvas, now, name) {
     unit: unit.value,
     picked,
   };
-  drawnDots[view] = shapes ? drawField(at) : shape.game === 'cannon' ? drawCannon(at) : drawRace(at);
+  drawnDots[view] = shapes ? drawField(at) : shape.controls === 'aim' ? drawCannon(at) : drawRace(at);
   scale.pxPerMetre = scaleX(at);
   if (view > 0) drawConnection(at);
   const v = now.views[view];
@@ -183,48 +167,13 @@ function showConnectionEvents(now) {
   connectionEvents.value = memory.connectionEvents;
 }
 
-function draw() {
-  asked = false;
-  const next = takeNewest();
-  const now = next ?? frame.value;
-  if (now === null || (next === null && !dirty)) return;
-  const from = performance.now();
-  dirty = false;
-  if (next) frame.value = next;
-  const settled = (now.flags & PLAYING) === 0 || counts.drawn < 3;
-  const name = settled || from - named > LABEL_MS;
-  if (name) named = from;
-  ownLab()?.draw(now, settled, name);
+/** @param {Frame} now @param {boolean} settled @param {boolean} name */
+export function draw(now, settled, name) {
   for (const canvas of document.querySelectorAll('canvas[data-view]')) drawView(/** @type {HTMLCanvasElement} */ (canvas), now, name);
   drawMessages(now, name);
-  showTime(now);
-  showReplay(now);
   showFacts(now);
   showConnectionEvents(now);
   showSide(now, settled);
-  if (next) {
-    if (counts.drawn === 0) performance.mark('laglab-first-frame');
-    drawn(next.seq);
-    reread(next.session.params_version);
-  }
-  costs.push(performance.now() - from);
-  if (costs.length > 600) costs.splice(0, 300);
-}
-
-function tick() {
-  draw();
-  ask();
-}
-
-function ask() {
-  if (asked) return;
-  asked = true;
-  requestAnimationFrame(tick);
-}
-
-/** Draw again although no frame came. */
-export function touch() {
-  dirty = true;
 }
 
 /** @param {number | null} id */
@@ -272,9 +221,6 @@ export function listen() {
   document.addEventListener('pointermove', point);
   document.addEventListener('pointerdown', point);
   document.addEventListener('keydown', stepDot);
-  addEventListener('resize', touch);
-  new ResizeObserver(touch).observe(document.documentElement);
-  matchMedia('(prefers-color-scheme: dark)').addEventListener('change', touch);
   document.addEventListener('click', (event) => {
     const canvas = event.target;
     if (!(canvas instanceof HTMLCanvasElement) || canvas.id !== 'lane' || frame.value === null) return;
@@ -290,5 +236,4 @@ export function listen() {
     event.preventDefault();
     select(inputNextTo(laneOf(surfaceOf(canvas), frame.value), step));
   });
-  ask();
 }

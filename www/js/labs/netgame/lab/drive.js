@@ -2,7 +2,8 @@
 import { effect, signal } from '../../../../vendor/signals-core.js';
 import { send } from '../../../session/session.js';
 import { change } from '../../../session/params.js';
-import { layout, locked, params, session } from '../../../session/state.js';
+import { locked, params, session } from '../../../session/state.js';
+import { layout } from '../core/layout.js';
 
 /** @typedef {'ahead' | 'back' | 'up' | 'down' | 'fire'} Push */
 
@@ -30,17 +31,14 @@ export async function drive(player, on) {
   submit(player);
 }
 
-/** Whether a player goes along both axes. @param {string | undefined} game */
-export const inThePlane = (game) => ['crates', 'dam', 'stack'].includes(game ?? '');
-
 /** @param {number} player @returns {{axes: number[], buttons: number}} */
 function action(player) {
   const pushes = held.get(player) ?? new Set();
-  if (layout.value?.game === 'cannon') {
+  if (layout.value?.controls === 'aim') {
     return { axes: [...(aim.value[player] ?? [0.5, 0.8])], buttons: pushes.has('fire') ? 1 : 0 };
   }
   const push = (/** @type {Push} */ one, /** @type {Push} */ other) => (pushes.has(one) ? 1 : 0) - (pushes.has(other) ? 1 : 0);
-  if (inThePlane(layout.value?.game)) return { axes: [push('ahead', 'back'), push('up', 'down')], buttons: 0 };
+  if (layout.value?.controls === 'plane') return { axes: [push('ahead', 'back'), push('up', 'down')], buttons: 0 };
   return { axes: [(pushes.has('ahead') || pushes.has('up') ? 1 : 0) - (pushes.has('back') || pushes.has('down') ? 1 : 0), 0], buttons: 0 };
 }
 
@@ -61,7 +59,7 @@ export async function push(player, key, down) {
   if (down) pushes.add(key);
   else pushes.delete(key);
   if (down && !byPerson(player)) await change({ [`players.${player}.control`]: 'person' });
-  if (down && layout.value?.game === 'cannon' && key !== 'fire') turn(player, key);
+  if (down && layout.value?.controls === 'aim' && key !== 'fire') turn(player, key);
   submit(player);
 }
 

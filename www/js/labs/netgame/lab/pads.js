@@ -1,9 +1,10 @@
 // Touch pads: held with a finger, they push like keys.
 import { html, nothing } from '../../../../vendor/lit-html.js';
-import { byPerson, inThePlane, push } from './drive.js';
+import { byPerson, push } from './drive.js';
 import { icons } from '../../../workbench/icons.js';
 import { aiming, nameOf, trigger } from './panels.js';
-import { layout, locked } from '../../../session/state.js';
+import { locked } from '../../../session/state.js';
+import { layout } from '../core/layout.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 
@@ -21,11 +22,11 @@ function pad(player, way, label, icon) {
 /** @param {number} player @returns {Template | typeof nothing} */
 export function pads(player) {
   if (!byPerson(player)) return nothing;
-  if (layout.value?.game === 'cannon') {
+  if (layout.value?.controls === 'aim') {
     return html`<fieldset class="pads" data-player=${player % 8} ?disabled=${locked.value !== ''}>
       <legend class="unseen">Cannon of ${nameOf(player)}</legend>${aiming(player)}${trigger(player)}</fieldset>`;
   }
-  if (inThePlane(layout.value?.game)) {
+  if (layout.value?.controls === 'plane') {
     return html`<div class="pads" data-player=${player % 8}>
       ${pad(player, 'back', `Left, ${nameOf(player)}`, icons.left)}${pad(player, 'up', `Up, ${nameOf(player)}`, icons.up)}
       ${pad(player, 'down', `Down, ${nameOf(player)}`, icons.down)}${pad(player, 'ahead', `Right, ${nameOf(player)}`, icons.right)}</div>`;

@@ -4,27 +4,16 @@ import { control } from '../../../workbench/controls.js';
 import { aim, byPerson, fire, setAim } from './drive.js';
 import { fixed, letter } from '../../../base/format.js';
 import { icons } from '../../../workbench/icons.js';
-import { lanes, layout, inspector, inspectors, locked, offered, open, overlays, params } from '../../../session/state.js';
-import { toggleOverlay } from '../../../shell/keys.js';
+import { locked, params } from '../../../session/state.js';
+import { open } from '../../../workbench/dialog.js';
+import { mark } from '../../../workbench/player_mark.js';
+import { inspector, inspectors, offered } from '../core/inspector.js';
+import { layout } from '../core/layout.js';
+import { lanes, overlays, toggleOverlay } from '../core/state.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 
 const COLOURS = ['green', 'red', 'sky', 'pink', 'orange', 'yellow', 'blue', 'grey'];
-
-/** The player's mark as an image. @param {number} player @returns {Template} */
-export function mark(player) {
-  const shapes = [
-    'M9 1a8 8 0 1 0 .01 0z',
-    'M2 1.5L17 9 2 16.5z',
-    'M2 2h14v14H2z',
-    'M9 1l8 6-3 10H4L1 7z',
-    'M5 2h8l4 7-4 7H5L1 9z',
-    'M1 2h16L9 17z',
-    'M6 1h6l5 5v6l-5 5H6l-5-5V6z',
-    'M3 4h12a2 2 0 0 1 2 2v6a2 2 0 0 1-2 2H3a2 2 0 0 1-2-2V6a2 2 0 0 1 2-2z',
-  ];
-  return html`<svg class="mark" data-player=${player % 8} viewBox="0 0 18 18" aria-hidden="true"><path d=${shapes[player % 8]}></path></svg>`;
-}
 
 /** @param {number} player @returns {string} */
 export function nameOf(player) {
@@ -32,7 +21,7 @@ export function nameOf(player) {
   return name.length === 1 ? `Player ${name}` : name;
 }
 
-/** Angle and speed of a cannon. @param {number} player @returns {Template} */
+/** Angle and speed of the aim. @param {number} player @returns {Template} */
 export function aiming(player) {
   const [angle = 0, speed = 0] = aim.value[player] ?? [];
   const top = Number(params.value?.params?.muzzle_speed_mps ?? 30);
@@ -59,13 +48,13 @@ export function trigger(player) {
 export function playerPanel(player) {
   const at = `players.${player}`;
   const lag = params.value?.players?.[player]?.lag_ms;
-  const shooting = layout.value?.game === 'cannon' && byPerson(player);
+  const shooting = layout.value?.controls === 'aim' && byPerson(player);
   return html`<fieldset class="panel" data-player=${player % 8} ?disabled=${locked.value !== ''} title=${locked.value || nothing}>
     <legend class="unseen">${nameOf(player)}</legend>
     <div class="head"><h2>${mark(player)} ${nameOf(player)} ${shooting ? nothing : html`<small>(${COLOURS[player % 8]})</small>`}</h2>
       ${shooting ? trigger(player) : nothing}
       <button type="button" class="quiet" aria-label=${`All settings of ${nameOf(player)}`} title="All settings"
-        @click=${() => open({ kind: 'player', player })}>${icons.settings}</button></div>
+        @click=${() => open({ kind: 'player', of: player })}>${icons.settings}</button></div>
     <div class="lag">${control(`${at}.lag_ms`, { slider: true })}<span class="rtt">RTT ${lag === undefined ? '–' : fixed(2 * lag, 0)} ms</span></div>
     <div class="toggles">${control(`${at}.prediction`)}${control(`${at}.interpolation`)}${control(`${at}.reconciliation`)}
       ${control(`${at}.control`, { label: 'Input' })}</div>
@@ -108,7 +97,7 @@ function which(place, label) {
 /** @returns {Template} */
 export function messagesPanel() {
   const now = overlays.value;
-  const box = (/** @type {'ghosts' | 'messages' | 'dots' | 'labels' | 'pings'} */ name, /** @type {string} */ label) => html`<label
+  const box = (/** @type {import('../core/state.js').Overlay} */ name, /** @type {string} */ label) => html`<label
     class="toggle"><input type="checkbox" .checked=${now[name]} @change=${() => toggleOverlay(name)}><span>${label}</span></label>`;
   const ids = offered.value.split(' ');
   const chosen = inspectors.value.find((one) => one.id === inspector.value);

@@ -2,9 +2,11 @@
 import { html, nothing } from '../../../../vendor/lit-html.js';
 import { INTERPOLATION } from '../core/frame.js';
 import { fixed, letter, signed } from '../../../base/format.js';
-import { memory } from '../../../session/session.js';
 import { LATELY_S } from '../core/memory.js';
-import { connectionEvents, layout, open, params, scale, unit } from '../../../session/state.js';
+import { params } from '../../../session/state.js';
+import { open } from '../../../workbench/dialog.js';
+import { layout } from '../core/layout.js';
+import { connectionEvents, memory, scale, unit } from '../core/state.js';
 import { FEW, bufferCurves, errorCurves } from '../views/curves.js';
 import { workPrecisionButton } from '../../../workbench/work_precision.js';
 
@@ -32,7 +34,7 @@ function units() {
 
 /** @param {'error' | 'buffer'} which @returns {Template} */
 function tableButton(which) {
-  return html`<button type="button" class="small" aria-label=${`Table of the ${which === 'error' ? 'distance' : which}`} @click=${() => open({ kind: 'table', which })}>Table</button>`;
+  return html`<button type="button" class="small" aria-label=${`Table of the ${which === 'error' ? 'distance' : which}`} @click=${() => open({ kind: 'table', of: which })}>Table</button>`;
 }
 
 /** @typedef {{name: string, unit: string, help?: string, of: (view: View, player: number, lately: import('../core/memory.js').Lately) => string}} Row */

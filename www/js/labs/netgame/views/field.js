@@ -1,14 +1,15 @@
 // One view of a game that is drawn by its shapes, to scale and with y upwards: players, targets, crates, water, shells, scenery.
+import { gridStep } from '../../../draw/axis.js';
 import { E_ACTIVE, E_PREDICTED, entitiesOf, gameOf } from '../core/frame.js';
 import { fixed, letter } from '../../../base/format.js';
 import { paintOf } from '../../../draw/palette.js';
-import { corrections, correctionWords, dots, gapLabel, gridStep, scaleX, tellDot, toX } from './scene.js';
+import { corrections, correctionWords, dots, gapLabel, scaleX, tellDot, toX } from './scene.js';
 import { FADED, isAway } from './connection.js';
 import { Labels } from './labels.js';
 import { drawText } from '../../../draw/marks.js';
 
 /** @typedef {import('./scene.js').DrawContext} DrawContext */
-/** @typedef {import('../../../session/state.js').Shape} Shape */
+/** @typedef {import('../core/layout.js').Shape} Shape */
 /** @typedef {import('../core/frame.js').Entity} Entity */
 
 const FAR = 2; /* px: a ghost that is nearer says nothing */

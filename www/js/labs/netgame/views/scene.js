@@ -1,4 +1,5 @@
 // Shared by all views of a game: the drawing context, the scale, ghosts, corrections.
+import { gridStep } from '../../../draw/axis.js';
 import { E_PREDICTED } from '../core/frame.js';
 import { fixed, signed } from '../../../base/format.js';
 import { paintOf } from '../../../draw/palette.js';
@@ -16,7 +17,7 @@ import { cross, drawGhost, drawText, spring } from '../../../draw/marks.js';
  * @property {import('../../../draw/palette.js').Palette} colours
  * @property {Frame} frame
  * @property {Memory} memory
- * @property {import('../../../session/state.js').Layout} layout
+ * @property {import('../core/layout.js').Layout} layout
  * @property {number} view     0 is the server
  * @property {{ghosts: boolean, dots: boolean, labels: boolean}} overlays
  * @property {'px' | 'm' | 'ms'} unit
@@ -42,14 +43,6 @@ export function scaleX(at) {
 export function toX(at, x) {
   const { x_min: left, x_max: right } = at.layout.scene;
   return (at.width - (right - left) * scaleX(at)) / 2 + (x - left) * scaleX(at);
-}
-
-/** A round step for grid lines about `wanted` px apart. @param {number} perMetre @param {number} wanted @returns {number} */
-export function gridStep(perMetre, wanted) {
-  const raw = wanted / perMetre;
-  const power = 10 ** Math.floor(Math.log10(raw));
-  const lead = raw / power;
-  return (lead < 1.5 ? 1 : lead < 3.5 ? 2 : lead < 7.5 ? 5 : 10) * power;
 }
 
 /** The common x axis: lines and metres. @param {DrawContext} at */
