@@ -83,12 +83,15 @@ export function showAddress() {
 
 /** Reads the parameters again, after another client changed them or time jumped. @param {number} version */
 export async function reread(version) {
-  const target = session.value;
-  if (target === null || seen.version === version) return;
+  const target = session.value,
+    { patches } = seen;
+  if (target === null || sending !== null || seen.version === version) return;
   seen.version = version;
   try {
     const answer = await call('GET', `sessions/${target.id}`);
-    if (target === session.value && sending === null) params.value = answer.params;
+    if (target !== session.value) return;
+    if (patches === seen.patches) params.value = answer.params;
+    else if (seen.version === version) seen.version = -1; /* older than a change that is not done: to be read again */
   } catch {
     /* the stream says when the daemon is away */
   }

@@ -86,6 +86,7 @@ export function show(id, key, own, line) {
         counts.hellos++;
         divisor.value = 1;
         const next = layoutOf(hello);
+        seen.version = -1; /* its parameters may be older than a change that was answered */
         batch(() => {
           layout.value = next;
           if (hello.params) params.value = hello.params;

@@ -97,13 +97,14 @@ export class Stream {
   /** @param {ArrayBuffer} data */
   binary(data) {
     const { decoder } = this;
+    const current = () => decoder === this.decoder && !this.closed; /* decoding can take longer than the connection lasts */
     decoder.decode(
       data,
       (frame) => {
-        if (decoder === this.decoder) this.on.frame(frame);
+        if (current()) this.on.frame(frame);
       },
       () => {
-        if (decoder === this.decoder) this.lost();
+        if (current()) this.lost();
       },
     );
   }
