@@ -39,7 +39,7 @@ function constants(record) {
 
 const WRITTEN = '// Written by docs/generate.mjs from `laglab schema stream`: the tables are in C, and changed there.';
 
-/** www/js/stream/rows.js: the types of the rows, and what their numbers mean. @param {any} schema @returns {string} */
+/** www/js/stream/rows.js: the types of the rows. No page loads it. @param {any} schema @returns {string} */
 export function rowsModule(schema) {
   const rows = schema.records.map(
     (/** @type {any} */ r) => ` * @property {${r.form === 'one' ? `${camel(r.name)}Row` : `${camel(r.name)}Row[]`}} ${r.name}`,
@@ -54,9 +54,15 @@ ${schema.records.map(typedef).join('\n\n')}
 ${rows.join('\n')}
  */
 
-${schema.records.flatMap(constants).join('\n')}
+export {};
 `;
 }
+
+/** www/js/stream/names.js: the values of fields that have names. @param {any} schema @returns {string} */
+export const namesModule = (schema) => `${WRITTEN}
+
+${schema.records.flatMap(constants).join('\n')}
+`;
 
 /** www/js/stream/records.js: the tables of the decoder. @param {any} schema @returns {string} */
 export function recordsModule(schema) {

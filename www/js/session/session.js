@@ -9,7 +9,7 @@ import { seen, showAddress } from './params.js';
 import { FRAME_HZ, connection, divisor, experiment, failure, frame, layout, locked, notify, params, scenarios, session } from './state.js';
 
 /** @typedef {import('../stream/frame.js').Frame} Frame */
-/** @typedef {import('./labs.js').Lab} Lab */
+/** @typedef {import('./lab.js').Lab} Lab */
 
 /** Counted for tests and for the curious: see window.laglab. */
 export const counts = { received: 0, drawn: 0, acked: 0, hellos: 0 };

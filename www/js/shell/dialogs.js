@@ -43,7 +43,7 @@ function share() {
     <p>API: <code>curl ${address(`sessions/${id}`).href}</code></p>`;
 }
 
-/** @param {import('../session/labs.js').Dialog} at @returns {[string, Template] | undefined} title and content */
+/** @param {import('../session/lab.js').Dialog} at @returns {[string, Template] | undefined} title and content */
 function content({ kind, of }) {
   if (kind === 'help') return ['Help', help()];
   if (kind === 'share') return ['Share', share()];

@@ -6,7 +6,7 @@ import { experiment, theme } from '../session/state.js';
 import { nextSpeed, playOrPause, reset, restart, step } from '../session/time.js';
 import { open } from '../workbench/dialog.js';
 
-/** @typedef {import('../session/labs.js').Key} Key */
+/** @typedef {import('../session/lab.js').Key} Key */
 
 /** Kept in the browser, not in the address: a person's habit. */
 export const singleKeys = signal(readSingleKeys());

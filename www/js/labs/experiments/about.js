@@ -1,6 +1,6 @@
 // What the page knows of the Experiments view before it is read.
 
-/** @type {import('../../session/labs.js').About} */
+/** @type {import('../../session/lab.js').About} */
 export const about = {
   kind: 'experiments',
   sessionless: true,

@@ -277,7 +277,7 @@ const USUAL_METRICS = [
   'drift_worst_m',
   'penetration_worst_m',
 ];
-/** @param {string} kind @returns {import('../../session/labs.js').Study} */
+/** @param {string} kind @returns {import('../../session/lab.js').Study} */
 const studyOf = (kind) => labs.value.find((one) => one.kind === kind)?.study ?? { axes: [], errors: /./, more: [], repeats: '1' };
 
 /** @param {number | undefined} seconds @returns {Fixed[]} */

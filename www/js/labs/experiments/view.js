@@ -382,5 +382,5 @@ export function begin() {
   );
 }
 
-/** @type {import('../../session/labs.js').Lab} */
+/** @type {import('../../session/lab.js').Lab} */
 export const lab = { template, rendered: redraw };

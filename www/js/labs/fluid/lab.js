@@ -325,5 +325,5 @@ effect(() => {
   touch();
 });
 
-/** @type {import('../../session/labs.js').Lab} */
+/** @type {import('../../session/lab.js').Lab} */
 export const lab = { template, draw };

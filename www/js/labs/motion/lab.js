@@ -4,7 +4,7 @@ import { signal } from '../../../vendor/signals-core.js';
 import { call, make } from '../../base/api.js';
 import { fixed } from '../../base/format.js';
 import { find } from '../../base/schema.js';
-import { MOTION_STATUS } from '../../stream/rows.js';
+import { MOTION_STATUS } from '../../stream/names.js';
 import { link } from '../../session/opening.js';
 import { change } from '../../session/params.js';
 import { again } from '../../session/session.js';
@@ -319,5 +319,5 @@ function drawRefinementSeries(colours) {
   );
 }
 
-/** @type {import('../../session/labs.js').Lab} */
+/** @type {import('../../session/lab.js').Lab} */
 export const lab = { template, draw };

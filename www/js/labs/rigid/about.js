@@ -1,6 +1,6 @@
 // What the page knows of the lab of rigid bodies before it is read.
 
-/** @type {import('../../session/labs.js').About} */
+/** @type {import('../../session/lab.js').About} */
 export const about = {
   kind: 'rigid',
   group: 'Rigid bodies',

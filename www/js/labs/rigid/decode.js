@@ -1,5 +1,5 @@
 // What a frame has of rigid bodies, put together: shapes with their geometries, contacts with their points.
-import { SHAPES_FLAGS, VOLUMES_VOLUME } from '../../stream/rows.js';
+import { SHAPES_FLAGS, VOLUMES_VOLUME } from '../../stream/names.js';
 
 /** @typedef {import('../../stream/rows.js').WorldsRow} World  status: 0 ok, 1 diverged */
 /** @typedef {import('../../stream/rows.js').JointsRow} Joint */

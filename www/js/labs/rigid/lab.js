@@ -375,5 +375,5 @@ effect(() => {
 /** Contacts are most of what bodies are streamed with. */
 const rates = () => ({ contacts: shown.value.contacts || shown.value.pairs ? 60 : 0 });
 
-/** @type {import('../../session/labs.js').Lab} */
+/** @type {import('../../session/lab.js').Lab} */
 export const lab = { template, draw, rates };

@@ -9,7 +9,7 @@ import {
   SHOTS_WEAPON,
   VIEWS_CONNECTION,
   VIEWS_FLAGS,
-} from '../../../stream/rows.js';
+} from '../../../stream/names.js';
 
 export const {
   prediction: PREDICTION,

@@ -1,7 +1,7 @@
 // A player's buffers: the snapshots around the render time, with the times of arrival and play-out.
 import { V_CATCHING_UP, V_EXTRAPOLATING, V_NEWEST, V_NORMAL, V_SLOWING, V_STARVED } from '../core/frame.js';
 import { fixed, signed } from '../../../base/format.js';
-import { BUFFERED_PLACE } from '../../../stream/rows.js';
+import { BUFFERED_PLACE } from '../../../stream/names.js';
 import { paintOf } from '../../../draw/palette.js';
 import { cross, drawText } from '../../../draw/marks.js';
 

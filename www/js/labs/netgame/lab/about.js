@@ -1,6 +1,6 @@
 // What the page knows of the lab of netgames before it is read.
 
-/** @type {import('../../../session/labs.js').About} */
+/** @type {import('../../../session/lab.js').About} */
 export const about = {
   kind: 'netgame',
   group: 'Games',

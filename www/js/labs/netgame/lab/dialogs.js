@@ -71,7 +71,7 @@ export function help() {
     <li>Dots: one for each packet that arrived. Point at a dot for its times.</li></ul>`;
 }
 
-/** @type {NonNullable<import('../../../session/labs.js').Lab['dialogs']>} */
+/** @type {NonNullable<import('../../../session/lab.js').Lab['dialogs']>} */
 export const dialogs = {
   player: (player) => [`All settings of player ${letter(player)}`, settings(`players.${player}`)],
   server: () => ['Server and game', html`${settings('server')}${settings('params')}`],

@@ -21,7 +21,7 @@ const technique = (/** @type {number} */ player) =>
     run: () => toggle(player, name),
   }));
 
-/** @type {import('../../../session/labs.js').Key[]} */
+/** @type {import('../../../session/lab.js').Key[]} */
 export const KEYS = [
   ...technique(0),
   ...technique(1),

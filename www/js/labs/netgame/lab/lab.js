@@ -55,7 +55,7 @@ const facts = () => ({
 
 listen();
 
-/** @type {import('../../../session/labs.js').Lab} */
+/** @type {import('../../../session/lab.js').Lab} */
 export const lab = {
   template,
   begin,

@@ -13,5 +13,5 @@ document.head.append(sheet);
 plotBy(Chart);
 inspectors.value = INSPECTORS;
 
-/** @type {Partial<import('../../../session/labs.js').Lab>} */
+/** @type {Partial<import('../../../session/lab.js').Lab>} */
 export const rest = { dialogs, help };
