@@ -57,7 +57,8 @@ let last = Promise.resolve();
 
 /** Asks until `use` takes what is given, or the person gives none; several requests are asked one after the other.
  * @template T @param {(key: string) => Promise<T>} use @param {(error: unknown) => boolean} refused whether `use` failed by the key
- * @param {boolean} wrong whether a key that was kept is refused @param {unknown} none what is thrown when none is given @returns {Promise<T>} */
+ * @param {boolean} wrong whether a key that was kept is refused @param {unknown} none what is thrown when none is given
+ * @returns {Promise<T>} */
 export function withKey(use, refused, wrong, none) {
   const asked = last.then(async () => {
     for (let again = wrong; ; again = true) {

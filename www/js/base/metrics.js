@@ -7,7 +7,8 @@
 /** Types with parts, such as `.mean`. */
 const PARTED = ['numbers', 'distribution', 'latency', 'gauge', 'by_name', 'curve', 'notices'];
 
-/** The rest of a path behind what fits a pattern of its beginning; null: it begins otherwise. @param {string[]} path @param {string} pattern */
+/** The rest of a path behind what fits a pattern of its beginning; null: it begins otherwise. @param {string[]} path
+ * @param {string} pattern */
 function behind(path, pattern) {
   const parts = pattern === '' ? [] : pattern.split('.');
   return parts.length <= path.length && parts.every((part, i) => part === '*' || part === path[i]) ? path.slice(parts.length) : null;

@@ -2,7 +2,9 @@
 import { drawText } from './marks.js';
 
 /** @typedef {{xs: number[], ys: number[], colour: string, dash?: number[], width?: number, points?: boolean}} Line */
-/** @typedef {{lines: Line[], x: string, y: string, logX?: boolean, logY?: boolean, equal?: boolean, least?: number, empty: string}} Plot  least: the smallest span of y */
+/**
+ * @typedef {{lines: Line[], x: string, y: string, logX?: boolean, logY?: boolean, equal?: boolean, least?: number, empty: string}} Plot
+ *  least: the smallest span of y */
 
 /** @param {number[]} values @param {boolean} log @param {number} [least] */
 function rangeOf(values, log, least = 1e-12) {
@@ -37,7 +39,8 @@ function label(value, log) {
   return `10${value < 0 ? '⁻' : ''}${[...String(Math.abs(Math.round(value)))].map((digit) => SUPER[Number(digit)]).join('')}`;
 }
 
-/** @param {{pen: CanvasRenderingContext2D, width: number, height: number}} surface @param {import('./palette.js').Palette} colours @param {Plot} plot
+/** @param {{pen: CanvasRenderingContext2D, width: number, height: number}} surface @param {import('./palette.js').Palette} colours
+ * @param {Plot} plot
  * @returns {{toX: (v: number) => number, toY: (v: number) => number} | null} where values are; null when there are none */
 export function drawPlot(surface, colours, plot) {
   const { pen } = surface,

@@ -33,7 +33,8 @@
  * @typedef {object} Lab
  * @property {() => Template} template  what stands below the head of the page
  * @property {() => void} [rendered]    the template has been rendered
- * @property {(fresh: boolean) => void} [begin]  the stream has begun, and `layout` says of what; fresh: nothing of the session was drawn yet
+ * @property {(fresh: boolean) => void} [begin]  the stream has begun, and `layout` says of what; fresh: nothing of the session was drawn
+ *  yet
  * @property {(frame: Frame) => void} [take]     a frame has come; not each is drawn
  * @property {(frame: Frame, settled: boolean, name: boolean) => void} [draw]  settled: no frame follows soon, so draw all of it; name: the
  *   drawings get their descriptions

@@ -1,4 +1,5 @@
-// Asks the daemon for the session that the address says, and opens its stream. The first thing that runs, while the rest of the page is read.
+// Asks the daemon for the session that the address says, and opens its stream. The first thing that runs, while the rest of the page is
+// read.
 import { Problem, call, make, socketOf } from '../base/api.js';
 import { readLink, readScenario } from '../base/link.js';
 
@@ -121,7 +122,8 @@ function listen({ id }) {
 }
 
 /** Opens what the address says. @param {import('../base/link.js').Short[]} shorts
- * @returns {{opened: Promise<Opened>, line: Promise<Line>} | null} null while the Experiments view is shown: a lab makes a session when it is wanted */
+ * @returns {{opened: Promise<Opened>, line: Promise<Line>} | null} null while the Experiments view is shown: a lab makes a session when it
+ *  is wanted */
 export function begin(shorts) {
   readScenario(link, location.search, location.hash, shorts);
   document.documentElement.dataset.theme = link.theme;

@@ -63,7 +63,8 @@ export function openExperiments(id) {
   showAddress();
 }
 
-/** Shows a session from now on. @param {string} id @param {string} key @param {boolean} own @param {import('../stream/connection.js').Line} [line] its stream,
+/** Shows a session from now on. @param {string} id @param {string} key @param {boolean} own
+ * @param {import('../stream/connection.js').Line} [line] its stream,
  * when it is open */
 export function show(id, key, own, line) {
   stream?.close();

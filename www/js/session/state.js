@@ -6,7 +6,8 @@ import { link } from './opening.js';
 
 /** @typedef {import('../stream/frame.js').Frame} Frame */
 /** What the hello says of the simulation. `given` is the layout of its kind.
- * @typedef {{kind: string, game: string, given: any, params: any}} Layout  game: the kind itself where there is none; params: at that time */
+ * @typedef {{kind: string, game: string, given: any, params: any}} Layout  game: the kind itself where there is none; params: at that time
+ *  */
 /** @typedef {{id: string, key: string, own: boolean}} Session  key is empty for a reader; own: made from the query */
 /** @typedef {{id: string, title: string, paper: string, kind: string}} ScenarioRow */
 /** @type {import('@preact/signals-core').Signal<Session | null>} */

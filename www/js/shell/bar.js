@@ -55,7 +55,8 @@ export function timeBar() {
       ${playing ? icons.pause : icons.play}${label === 'Replay' ? html`<span>Replay</span>` : nothing}</button>
     <button type="button" class="big" aria-label="One tick forward" title="One tick forward ( . )" @click=${forward.click}
       @pointerdown=${forward.down} @pointerup=${forward.stop} @pointerleave=${forward.stop}>${icons.forward}</button>
-    <label class="field choice speed"><span>Speed</span><select aria-label="Speed" @change=${(/** @type {Event} */ event) => setSpeed(Number(/** @type {HTMLSelectElement} */ (event.target).value))}>
+    <label class="field choice speed"><span>Speed</span><select aria-label="Speed"
+      @change=${(/** @type {Event} */ event) => setSpeed(Number(/** @type {HTMLSelectElement} */ (event.target).value))}>
       ${speeds.map((s) => html`<option value=${s} .selected=${s === now}>${s}×</option>`)}</select></label>
     <input type="range" class="scrub" id="scrub" aria-label="Time in seconds" min="0" max="1" step="any" value="0" @input=${onScrub}
       @change=${() => {
@@ -65,7 +66,8 @@ export function timeBar() {
     <button type="button" class="restart" title="Start again with the same seed (R)" @click=${() => restart()}>Restart</button>
     <button type="button" title="Restore the scenario (Alt + R)" @click=${() => reset()}>Reset</button>
     </fieldset>
-    <button type="button" class="wide quiet big" aria-label="Full screen" title="Full screen (F)" @click=${fullScreen}>${icons.full}</button>
+    <button type="button" class="wide quiet big" aria-label="Full screen" title="Full screen (F)"
+      @click=${fullScreen}>${icons.full}</button>
   </footer>`;
 }
 

@@ -60,7 +60,8 @@ function draw() {
   const [title, body] = content(at) ?? [];
   if (title === undefined) return false; /* its lab is not read yet */
   render(
-    html`<header><h2 id="dialog-title">${title}</h2><button type="button" class="close" @click=${() => dialog.close()}>Close</button></header>
+    html`<header><h2 id="dialog-title">${title}</h2><button type="button" class="close"
+      @click=${() => dialog.close()}>Close</button></header>
     <div class="body">${body}</div>`,
     dialog,
   );

@@ -24,7 +24,10 @@ function chooser() {
   const group = (/** @type {string} */ label, /** @type {import('../session/state.js').ScenarioRow[]} */ list) =>
     list.length === 0
       ? nothing
-      : html`<optgroup label=${label}>${list.map((row) => html`<option value=${row.id} .selected=${row.id === now}>${titleOf(row)}</option>`)}</optgroup>`;
+      : html`<optgroup label=${label}>${list.map(
+          (row) => html`<option value=${row.id}
+        .selected=${row.id === now}>${titleOf(row)}</option>`,
+        )}</optgroup>`;
   return html`<label class="field choice scenario"><span>Scenario</span><select id="scenario" aria-label="Scenario"
     @change=${(/** @type {Event} */ event) => choose(/** @type {HTMLSelectElement} */ (event.target).value)}>
     ${now === '' ? html`<option value="" selected disabled>${rows.length > 0 ? 'not from the library' : 'loading'}</option>` : nothing}
@@ -93,12 +96,14 @@ function state() {
 /** How often a frame comes, when that is less than it should be. @returns {Template | typeof nothing} */
 function pace() {
   if (divisor.value === 1 || connection.value.state === 'lost') return nothing;
-  return html`<span id="pace" title="This device or its connection does not keep up with ${FRAME_HZ} frames a second">Slow connection: ${fixed(FRAME_HZ / divisor.value, 0)} Hz</span>`;
+  return html`<span id="pace"
+    title="This device or its connection does not keep up with ${FRAME_HZ} frames a second">Slow connection: ${fixed(FRAME_HZ / divisor.value, 0)} Hz</span>`;
 }
 
 /** @returns {Template} */
 export function header() {
-  const help = html`<button type="button" class="help" aria-label="Help" title="Help ( ? )" @click=${() => open({ kind: 'help' })}>?</button>`;
+  const help = html`<button type="button" class="help" aria-label="Help" title="Help ( ? )"
+    @click=${() => open({ kind: 'help' })}>?</button>`;
   if (experiment.value !== null) return html`<header class="top brief"><h1>laglab</h1>${tabs()}${help}</header>`;
   const kind = connection.value.state === 'lost' || status.value === 'failed' ? 'bad' : behind.value ? 'past' : status.value;
   return html`<header class="top"><h1>laglab</h1>${tabs()}${chooser()}

@@ -13,5 +13,6 @@ export function mark(player) {
     'M6 1h6l5 5v6l-5 5H6l-5-5V6z',
     'M3 4h12a2 2 0 0 1 2 2v6a2 2 0 0 1-2 2H3a2 2 0 0 1-2-2V6a2 2 0 0 1 2-2z',
   ];
-  return html`<svg class="mark" data-player=${player % 8} viewBox="0 0 18 18" aria-hidden="true"><path d=${shapes[player % 8]}></path></svg>`;
+  return html`<svg class="mark" data-player=${player % 8} viewBox="0 0 18 18" aria-hidden="true"><path
+    d=${shapes[player % 8]}></path></svg>`;
 }

@@ -37,7 +37,8 @@ export function renew(set, list) {
 
 const COUNTS = ['one', 'two', 'three'];
 
-/** @param {number} count now @param {string} what `fluid` @param {(wanted: number) => void} set @returns {import('lit-html').TemplateResult} */
+/** @param {number} count now @param {string} what `fluid` @param {(wanted: number) => void} set
+ * @returns {import('lit-html').TemplateResult} */
 export function countChoice(count, what, set) {
   return html`<label class="field choice"><span>Side by side</span><select id="count"
     @change=${(/** @type {Event} */ event) => set(Number(/** @type {HTMLSelectElement} */ (event.target).value))}>${COUNTS.map(

@@ -53,7 +53,8 @@ export const write = (change) => {
 export const scenario = signal(null);
 /** Paths of the numbers that its runs end with. @type {import('@preact/signals-core').Signal<string[]>} */
 export const metrics = signal([]);
-/** What they are, of every kind; null until it is read. @type {import('@preact/signals-core').Signal<import('../../base/metrics.js').MetricTables | null>} */
+/** What they are, of every kind; null until it is read.
+ * @type {import('@preact/signals-core').Signal<import('../../base/metrics.js').MetricTables | null>} */
 const tables = signal(null);
 /** What the metric at a path of the scenario is. @param {string} path */
 export function helpOf(path) {

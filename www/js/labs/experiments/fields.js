@@ -43,7 +43,8 @@ export function elsewhere() {
     .map(([, detail]) => detail);
 }
 
-/** One line of text whose range and help are the schema's. @param {{id: string, field: string, label: string, value: string, messageOf?: string,
+/** One line of text whose range and help are the schema's.
+ * @param {{id: string, field: string, label: string, value: string, messageOf?: string,
  *   hint?: string, take: (text: string) => void}} of  field: as the daemon names it;
  * messageOf: the field whose message is shown; hint: where empty
  * @returns {Template} */

@@ -1,7 +1,8 @@
 // Colour maps that are even to the eye: paths through OKLab (Ottosson 2020), cut into 255 steps of one length.
 
 /** @typedef {number[]} Colour  three numbers: lightness, a, b of OKLab */
-/** @typedef {{even: Uint32Array, signed: Uint32Array, water: Uint32Array}} Maps  255 colours each, as an ImageData has them; signed: the middle
+/** @typedef {{even: Uint32Array, signed: Uint32Array, water: Uint32Array}} Maps  255 colours each, as an ImageData has them; signed: the
+ * middle
  *   is nothing; water: from troughs to crests, of little contrast, since a relief adds light and shade */
 
 const STEPS = 255;

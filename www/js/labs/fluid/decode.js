@@ -9,7 +9,8 @@
 
 const COLUMNS = ['x', 'y', 'value', 'value_2', 'value_3']; /* a layer has the first of them */
 
-/** @param {import('../../stream/decode.js').Section} section @param {number} from @param {number} to rows of one layer @param {number} layer @returns {Points} */
+/** @param {import('../../stream/decode.js').Section} section @param {number} from @param {number} to rows of one layer
+ * @param {number} layer @returns {Points} */
 function points(section, from, to, layer) {
   const all = COLUMNS.map((name) => section.column(name).subarray(from, to)),
     count = to - from;

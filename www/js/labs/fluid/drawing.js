@@ -8,11 +8,14 @@ import { drawRelief } from './relief.js';
 /** @typedef {import('./decode.js').Points} Points */
 /** @typedef {import('./scale.js').Scale} Scale */
 /** From px to m: x = left + px / scale, y = top - py / scale. @typedef {{left: number, top: number, scale: number}} Camera */
-/** @typedef {{view: number[], field: Field | null, points: {of: Points, columns: string[], line: boolean}[], scale: Scale | null, word: string,
+/**
+ * @typedef
+ *  {{view: number[], field: Field | null, points: {of: Points, columns: string[], line: boolean}[], scale: Scale | null, word: string,
  *   water: boolean, cells: boolean, relief: boolean, hand: {x: number, y: number, held: boolean} | null, note: string}} Shown
  *   word: what the colours stand for; water: they are heights of it; note: text over the drawing */
 
-/** One for each size: fluids side by side may have several. @type {Map<string, {cells: HTMLCanvasElement, pen: CanvasRenderingContext2D, image: ImageData}>} */
+/** One for each size: fluids side by side may have several.
+ * @type {Map<string, {cells: HTMLCanvasElement, pen: CanvasRenderingContext2D, image: ImageData}>} */
 const sheets = new Map();
 
 /** @param {number} width @param {number} height */
@@ -73,7 +76,8 @@ const CROWD = 3000; /* particles: more are written as pixels, which costs a thir
 const huesOf = (map) => Array.from({ length: HUES }, (_, i) => map[Math.round((map.length - 1) * (0.15 + (0.85 * i) / (HUES - 1)))] ?? 0);
 
 /** Squares that look like discs, each in the colour of its speed. @param {CanvasRenderingContext2D} on @param {Camera} at
- * @param {Shown['points'][0]} list @param {Uint32Array} map @param {number[]} range @param {{left: number, top: number, w: number, h: number}} box */
+ * @param {Shown['points'][0]} list @param {Uint32Array} map @param {number[]} range
+ * @param {{left: number, top: number, w: number, h: number}} box */
 function discs(on, at, { of, columns }, map, [low = 0, high = 1], box) {
   const x = columns.indexOf('x_m'),
     y = columns.indexOf('y_m'),
@@ -107,7 +111,8 @@ function paths(on, size, hues) {
   };
 }
 
-/** Every pixel of the screen that a square touches: rounded to the nearest, gaps would run through the crowd. @param {CanvasRenderingContext2D} on @param {{left: number, top: number, w: number, h: number}} box
+/** Every pixel of the screen that a square touches: rounded to the nearest, gaps would run through the crowd.
+ * @param {CanvasRenderingContext2D} on @param {{left: number, top: number, w: number, h: number}} box
  * @param {number} size @param {number[]} hues */
 function pixels(on, { left, top, w, h }, size, hues) {
   const ratio = on.getTransform().a,
@@ -131,7 +136,8 @@ function pixels(on, { left, top, w, h }, size, hues) {
   };
 }
 
-/** A surface seen from the side. @param {CanvasRenderingContext2D} on @param {Camera} at @param {Shown['points'][0]} list @param {Palette} colours */
+/** A surface seen from the side. @param {CanvasRenderingContext2D} on @param {Camera} at @param {Shown['points'][0]} list
+ * @param {Palette} colours */
 function line(on, at, { of, columns }, colours) {
   const x = columns.indexOf('x_m'),
     y = columns.findIndex((name) => name === 'y_m' || name === 'height_m');
@@ -165,7 +171,8 @@ function boxes(on, at, { of, columns }, colours) {
   }
 }
 
-/** What floats, seen from above. @param {CanvasRenderingContext2D} on @param {Camera} at @param {Shown['points'][0]} list @param {Palette} colours */
+/** What floats, seen from above. @param {CanvasRenderingContext2D} on @param {Camera} at @param {Shown['points'][0]} list
+ * @param {Palette} colours */
 function fromAbove(on, at, { of, columns }, colours) {
   const x = columns.indexOf('x_m'),
     z = columns.indexOf('z_m');
@@ -254,7 +261,8 @@ function reticle(on, colours, at, hand) {
   on.fill();
 }
 
-/** @param {{pen: CanvasRenderingContext2D, width: number, height: number}} surface @param {Palette} colours @param {Shown} of @returns {Camera} */
+/** @param {{pen: CanvasRenderingContext2D, width: number, height: number}} surface @param {Palette} colours @param {Shown} of
+ * @returns {Camera} */
 export function drawScene(surface, colours, of) {
   const { pen: on, width, height } = surface,
     {

@@ -60,7 +60,10 @@ const cellOf = (i, name) => (i === 0 ? name : `${i}/${name}`);
 /** @param {string} name @returns {Template} */
 function row(name) {
   const { label, unit } = wordsOf(name);
-  return html`<tr><th scope="row">${label}${unit ? ` (${unit})` : ''}</th>${fluids().map((_, i) => html`<td data-fluid=${cellOf(i, name)}>–</td>`)}</tr>`;
+  return html`<tr><th scope="row">${label}${unit ? ` (${unit})` : ''}</th>${fluids().map(
+    (_, i) => html`<td
+    data-fluid=${cellOf(i, name)}>–</td>`,
+  )}</tr>`;
 }
 
 /** @param {string} caption @param {Template[]} rows @returns {Template | typeof nothing} */
@@ -68,7 +71,10 @@ function table(caption, rows) {
   if (rows.length === 0) return nothing;
   const heads =
     fluids().length > 1
-      ? html`<thead><tr><td></td>${fluids().map((_, i) => html`<th scope="col"><span class="unseen">${nameOf(i)}</span>${mark(i)}</th>`)}</tr></thead>`
+      ? html`<thead><tr><td></td>${fluids().map(
+          (_, i) => html`<th scope="col"><span
+        class="unseen">${nameOf(i)}</span>${mark(i)}</th>`,
+        )}</tr></thead>`
       : nothing;
   return html`<table class="data now">${caption ? html`<caption>${caption}</caption>` : nothing}${heads}<tbody>${rows}</tbody></table>`;
 }
@@ -85,7 +91,8 @@ function numbers() {
   const pace = fluid()?.hz ?? 60;
   return html`${table('Cost', [
     html`<tr><th scope="row">step (ms)</th>${each((i) => (step(i) === undefined ? '–' : short(Number(step(i)))), 'step-ms')}</tr>`,
-    html`<tr><th scope="row">processor per second (ms)</th>${each((i) => (step(i) === undefined ? '–' : short(Number(step(i)) * pace)), 'second-ms')}</tr>`,
+    html`<tr><th
+      scope="row">processor per second (ms)</th>${each((i) => (step(i) === undefined ? '–' : short(Number(step(i)) * pace)), 'second-ms')}</tr>`,
     html`<tr><th scope="row">frames per second</th><td id="fps" colspan=${fluids().length}>–</td></tr>`,
   ])}
     ${table('Errors', of(0))}${table('Conserved and measured', of(1))}
@@ -126,9 +133,11 @@ const errorOf = (i) => {
 /** @param {number} i @returns {Template} */
 function drawingOf(i) {
   const step = costs.value[i]?.all;
-  const label = `${fluids()[i]?.title ?? 'Fluid'}${fluids().length > 1 ? `, ${nameOf(i)}` : ''}. Drag the fluid with the mouse or a finger. Arrow keys move a pointer, Enter presses and releases.`;
+  const name = `${fluids()[i]?.title ?? 'Fluid'}${fluids().length > 1 ? `, ${nameOf(i)}` : ''}`;
+  const label = `${name}. Drag the fluid with the mouse or a finger. Arrow keys move a pointer, Enter presses and releases.`;
   return html`<figure class="drawing"><figcaption>${fluids().length > 1 ? html`${mark(i)} <b>${nameOf(i)}</b>` : nothing}
-      <span>${wordsOf(errorOf(i)).label} <output data-error=${i}>–</output></span><span>${step === undefined ? '–' : short(step)} ms/step</span></figcaption>
+      <span>${wordsOf(errorOf(i)).label} <output
+        data-error=${i}>–</output></span><span>${step === undefined ? '–' : short(step)} ms/step</span></figcaption>
     ${drag.box(i, 'stir', label, html`<canvas id=${idOf(i)} role="img" aria-label="Fluid"></canvas>`)}</figure>`;
 }
 
@@ -256,7 +265,8 @@ function showPace(time) {
   countedFrom = time;
 }
 
-/** @param {Frame} frame @param {import('./decode.js').Fluid} now @param {number} i @param {import('../../draw/palette.js').Palette} colours */
+/** @param {Frame} frame @param {import('./decode.js').Fluid} now @param {number} i
+ * @param {import('../../draw/palette.js').Palette} colours */
 function drawOne(frame, now, i, colours) {
   const of = /** @type {FluidLayout} */ (fluids()[i]);
   const points = now.points.map((list) => {

@@ -35,7 +35,9 @@ function sceneParameter(i, name) {
       @change=${(/** @type {Event} */ event) => set(/** @type {HTMLSelectElement} */ (event.target).value)}>
       ${row.choices.map((one) => html`<option value=${one} .selected=${one === value}>${words(one)}</option>`)}</select></label>`;
   }
-  return html`<label class="field" title=${row.help}><span>${name === 'n' ? 'Cells along a side' : name === 're' ? 'Reynolds number' : labelOf(path)}</span><input type="number"
+  return html`<label class="field"
+    title=${row.help}><span>${name === 'n' ? 'Cells along a side' : name === 're' ? 'Reynolds number' : labelOf(path)}</span><input
+      type="number"
     data-scene=${id} min=${row.min} max=${row.max} step=${row.type === 'integer' ? 1 : 'any'} .value=${String(value)}
     @change=${(/** @type {Event} */ event) => {
       const given = /** @type {HTMLInputElement} */ (event.target);
@@ -53,10 +55,19 @@ export function scenePanel() {
     renew({}, list.slice(0, wanted - 1));
   };
   return html`<fieldset class="panel server" ?disabled=${locked.value !== ''}><legend class="unseen">Scene</legend>
-    <label class="field choice"><span>Scene</span><select id="scene" @change=${(/** @type {Event} */ event) => choose(/** @type {HTMLSelectElement} */ (event.target).value)}>
-      ${rows.map((row) => html`<option value=${row.id} .selected=${row.title === params.value?.title}>${row.title}</option>`)}</select></label>
+    <label class="field choice"><span>Scene</span><select id="scene"
+      @change=${(/** @type {Event} */ event) => choose(/** @type {HTMLSelectElement} */ (event.target).value)}>
+      ${rows.map(
+        (row) => html`<option value=${row.id}
+        .selected=${row.title === params.value?.title}>${row.title}</option>`,
+      )}</select></label>
     ${countChoice(count, 'fluid', set)}
-    ${shownFields().length > 0 ? html`<div class="toggles">${toggle('cells', 'No smoothing', drawing.value.cells)}${toggle('relief', 'Relief', relief(0))}</div>` : nothing}
+    ${
+      shownFields().length > 0
+        ? html`<div
+      class="toggles">${toggle('cells', 'No smoothing', drawing.value.cells)}${toggle('relief', 'Relief', relief(0))}</div>`
+        : nothing
+    }
   </fieldset>`;
 }
 
@@ -107,9 +118,11 @@ export function fluidPanel(i) {
   const first = paths.filter((path) => FIRST.includes(ending(path))),
     rest = paths.filter((path) => !FIRST.includes(ending(path)));
   const several = fluids().length > 1;
-  return html`<fieldset class="panel method" data-player=${several ? i : nothing} ?disabled=${locked.value !== ''} title=${locked.value || nothing}>
+  return html`<fieldset class="panel method" data-player=${several ? i : nothing} ?disabled=${locked.value !== ''}
+    title=${locked.value || nothing}>
     <legend class="unseen">${several ? `Fluid ${i + 1}` : 'Fluid'}</legend>
-    <div class="head"><h2>${several ? html`${mark(i)} <span>${nameOf(i)}</span>` : 'Solver'}</h2><small>${words(fluids()[i]?.method ?? '')}</small></div>
+    <div
+      class="head"><h2>${several ? html`${mark(i)} <span>${nameOf(i)}</span>` : 'Solver'}</h2><small>${words(fluids()[i]?.method ?? '')}</small></div>
     ${i > 0 ? sceneChoice(i) : nothing}${Object.keys(paramsOf(i).params ?? {}).map((name) => sceneParameter(i, name))}${fieldChoice(i)}
     ${first.map(one)}${rest.length > 0 ? html`<details><summary>More</summary>${rest.map(one)}</details>` : nothing}</fieldset>`;
 }
@@ -129,6 +142,9 @@ function fieldChoice(i) {
   const show = (/** @type {Event} */ event) =>
     change({ [`${pathOf(i)}shown`]: Number(/** @type {HTMLSelectElement} */ (event.target).value) });
   return html`<label class="field choice" title=${now.help}><span>Field</span><select id=${i === 0 ? 'field' : `field${i}`} @change=${show}>
-      ${fieldsOf(fluids()[i]).map((layer, k) => html`<option value=${k} .selected=${layer === now}>${words(layer.name)}</option>`)}</select></label>
+      ${fieldsOf(fluids()[i]).map(
+        (layer, k) => html`<option value=${k}
+        .selected=${layer === now}>${words(layer.name)}</option>`,
+      )}</select></label>
     ${fluids().length === 1 ? html`<p class="facts">${now.help}</p>` : nothing}`;
 }

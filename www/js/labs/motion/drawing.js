@@ -37,7 +37,8 @@ function around(record, name) {
   return { low: Math.max(all.low, own.low - size), high: Math.min(all.high, own.high + size) };
 }
 
-/** A grid line. @param {CanvasRenderingContext2D} pen @param {import('../../draw/palette.js').Palette} colours @param {number} x @param {number} to */
+/** A grid line. @param {CanvasRenderingContext2D} pen @param {import('../../draw/palette.js').Palette} colours @param {number} x
+ * @param {number} to */
 function upright(pen, colours, x, to) {
   pen.setLineDash([]);
   pen.strokeStyle = colours.grid;
@@ -89,7 +90,8 @@ function plane(surface, colours, record, motion) {
   if (truth) ring(pen, colours, toX(truth.state[0] ?? 0), toY(truth.state[1] ?? 0));
 }
 
-/** Where the solution has it. @param {CanvasRenderingContext2D} pen @param {import('../../draw/palette.js').Palette} colours @param {number} x @param {number} y */
+/** Where the solution has it. @param {CanvasRenderingContext2D} pen @param {import('../../draw/palette.js').Palette} colours
+ * @param {number} x @param {number} y */
 function ring(pen, colours, x, y) {
   pen.setLineDash([4, 3]);
   pen.strokeStyle = colours.truth;
@@ -101,7 +103,8 @@ function ring(pen, colours, x, y) {
 }
 
 /** A lane per method along the first component: the mark, and the solution's ring on it.
- * @param {Surface} surface @param {import('../../draw/palette.js').Palette} colours @param {Record} record @param {Motion[]} motion @param {string[]} names
+ * @param {Surface} surface @param {import('../../draw/palette.js').Palette} colours @param {Record} record @param {Motion[]} motion
+ * @param {string[]} names
  * @param {string} unit */
 function strip(surface, colours, record, motion, names, unit) {
   const { pen } = surface;

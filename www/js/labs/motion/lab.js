@@ -69,7 +69,8 @@ function methodPanel(i) {
     ${control(`${at}.method`, { label: 'Method' })}
     <p class="facts" data-order=${i}>${orderOf(i) === undefined ? nothing : `Of order ${orderOf(i)} on this problem.`}</p>
     <div class="pair">${control(adaptive ? `${at}.tolerance` : `${at}.dt_s`, { label: adaptive ? 'Tolerance' : 'Step' })}
-      <span class="units"><button type="button" aria-label=${`${adaptive ? '÷10' : '½'} ${word} of method ${i + 1}`} @click=${() => scaleStep(i, 0.5)}>${adaptive ? '÷10' : '½'}</button><button
+      <span class="units"><button type="button" aria-label=${`${adaptive ? '÷10' : '½'} ${word} of method ${i + 1}`}
+        @click=${() => scaleStep(i, 0.5)}>${adaptive ? '÷10' : '½'}</button><button
       type="button" aria-label=${`${adaptive ? '×10' : '×2'} ${word} of method ${i + 1}`} @click=${() => scaleStep(i, 2)}>${adaptive ? '×10' : '×2'}</button></span></div>
     <details><summary>Time stepping</summary>${control(`${at}.steps`, { label: 'Steps' })}${control(`${at}.clock`, { label: 'Clock' })}
       ${control(`${at}.precision`, { label: 'Precision' })}${control(`${at}.origin_offset_m`, { label: 'Origin offset' })}</details>
@@ -95,7 +96,8 @@ function problemPanel() {
     <p class="facts">${at?.help ?? ''}</p>
     ${names.map((name) => control(`params.${name}`, { label: words(name) }))}
     ${control('reverse', { label: 'Time reversal' })}
-    <details><summary>Frames</summary>${control('frames', { label: 'Lengths' })}${control('frame_s', { label: 'Mean' })}${control('frame_jitter', { label: 'Jitter' })}</details></fieldset>`;
+    <details><summary>Frames</summary>${control('frames', { label: 'Lengths' })}
+      ${control('frame_s', { label: 'Mean' })}${control('frame_jitter', { label: 'Jitter' })}</details></fieldset>`;
 }
 
 // ---- error against step ----
@@ -157,7 +159,8 @@ function errata() {
     ),
   ];
   if (list.length === 0) return nothing;
-  return html`<table class="data errata"><caption>Paper says / lab shows</caption><thead><tr><th scope="col">The paper</th><th scope="col">The lab</th></tr></thead>
+  return html`<table class="data errata"><caption>Paper says / lab shows</caption><thead><tr><th scope="col">The paper</th><th
+    scope="col">The lab</th></tr></thead>
     <tbody>${list.map((one) => html`<tr><td>${one.says}</td><td>${one.shows}</td></tr>`)}</tbody></table>`;
 }
 
@@ -167,10 +170,12 @@ function template() {
   return html`<main class="step" id="views" tabindex="-1">
     <div class="methods" aria-label="Problem and methods" role="group">${problemPanel()}${places().map(methodPanel)}</div>
     <div class="drawings" tabindex="0" role="region" aria-label="Views">
-      <section class="row motion" aria-label="Motion"><div class="view"><canvas id="motion" role="img" aria-label="Motion"></canvas></div></section>
+      <section class="row motion" aria-label="Motion"><div class="view"><canvas id="motion" role="img"
+        aria-label="Motion"></canvas></div></section>
       <div class="plots">
         ${plotBox('plot-value', 'Position over time')}${plotBox('plot-error', 'Error over time')}
-        ${at?.energy ? plotBox('plot-energy', 'Energy over time') : nothing}${at?.mechanical ? plotBox('plot-phase', 'Speed over position') : nothing}
+        ${at?.energy ? plotBox('plot-energy', 'Energy over time') : nothing}
+        ${at?.mechanical ? plotBox('plot-phase', 'Speed over position') : nothing}
         ${plotBox('plot-step', 'Error against step')}${plotBox('plot-work', 'Error against cost')}</div>
     </div>
     <aside class="side" aria-label="Numbers">
@@ -179,11 +184,18 @@ function template() {
       <label class="field choice"><span>Plotted</span><select @change=${(/** @type {Event} */ event) => {
         component.value = Number(/** @type {HTMLSelectElement} */ (event.target).value);
         record = new Record(-1);
-      }}>${(at?.components ?? []).map((name, k) => html`<option value=${k} .selected=${k === component.value}>${name}</option>`)}</select></label>
-      <button type="button" ?disabled=${measuring.value || locked.value !== ''} @click=${() => measure()}>${measuring.value ? 'Measuring' : 'Measure error against step and cost'}</button>
-      <div class="wide-table" tabindex="0" role="region" aria-label="Current values"><table class="data now"><caption>Now</caption><thead><tr><td></td>
-        <th scope="col">t (s)</th><th scope="col">${at?.components[component.value] ?? ''}</th><th scope="col">error</th><th scope="col">largest</th>
-        <th scope="col"><abbr title="The largest error of the worst component, over its scale in the solution">weighted</abbr></th></tr></thead>
+      }}>${(at?.components ?? []).map(
+        (name, k) => html`<option value=${k}
+        .selected=${k === component.value}>${name}</option>`,
+      )}</select></label>
+      <button type="button" ?disabled=${measuring.value || locked.value !== ''}
+        @click=${() => measure()}>${measuring.value ? 'Measuring' : 'Measure error against step and cost'}</button>
+      <div class="wide-table" tabindex="0" role="region" aria-label="Current values"><table
+        class="data now"><caption>Now</caption><thead><tr><td></td>
+        <th scope="col">t (s)</th><th scope="col">${at?.components[component.value] ?? ''}</th><th scope="col">error</th><th
+          scope="col">largest</th>
+        <th scope="col"><abbr
+          title="The largest error of the worst component, over its scale in the solution">weighted</abbr></th></tr></thead>
         <tbody><tr><th scope="row">solution</th>${cells(0)}</tr>
         ${places().map((i) => html`<tr><th scope="row">${mark(i)} ${words(nameOf(i))}</th>${cells(i + 1)}</tr>`)}</tbody></table></div>
       ${errata()}
@@ -280,7 +292,8 @@ function draw(frame, settled, name) {
   }
 }
 
-/** Guides of slope 1, 2 and 4 through the middle of the measured points. @param {import('../../draw/palette.js').Palette} colours @param {RefinementLevel[]} all */
+/** Guides of slope 1, 2 and 4 through the middle of the measured points. @param {import('../../draw/palette.js').Palette} colours
+ * @param {RefinementLevel[]} all */
 function guides(colours, all) {
   const dts = all.map((one) => one.dt),
     errors = all.map((one) => one.error);

@@ -5,7 +5,8 @@
 const LISTING = {
   says: 'The listing is explicit Euler.',
   shows:
-    'It updates the velocity first and uses the new one: semi-implicit Euler, ahead of the truth by a t dt / 2. Explicit Euler is behind by as much.',
+    'It updates the velocity first and uses the new one: semi-implicit Euler, ahead of the truth by a t dt / 2. ' +
+    'Explicit Euler is behind by as much.',
 };
 const ORDER = {
   says: 'Semi-implicit Euler errs by rounding in each step.',
@@ -32,7 +33,8 @@ export const ERRATA = {
     {
       says: '52.00, 49.00, 46.00, 45.58',
       shows:
-        '52.5, 49.5, 46.5 at 3 s, and 45.58554 at 3.003 s (the program of the paper, in single precision: 45.585541): digits are lost in print, and the last row is not at 3 s.',
+        '52.5, 49.5, 46.5 at 3 s, and 45.58554 at 3.003 s (the program of the paper, in single precision: 45.585541): ' +
+        'digits are lost in print, and the last row is not at 3 s.',
     },
     LISTING,
   ],
@@ -43,12 +45,14 @@ export const METHOD_ERRATA = {
   explicit_euler: {
     says: 'Explicit Euler fails when the acceleration is no longer constant.',
     shows:
-      'Its error is a t dt / 2 for a constant one already, and of order 1 for a varying one too. It fails on a swing: every step adds energy, however small it is.',
+      'Its error is a t dt / 2 for a constant one already, and of order 1 for a varying one too. ' +
+      'It fails on a swing: every step adds energy, however small it is.',
   },
   stormer_verlet: {
     says: 'An advantage of Verlet is reversibility.',
     shows:
-      'In exact arithmetic and on a lattice of fixed point (verlet lattice), not to the bit in floating point; and with steps of constant length only.',
+      'In exact arithmetic and on a lattice of fixed point (verlet lattice), ' +
+      'not to the bit in floating point; and with steps of constant length only.',
   },
   verlet_as_printed: {
     says: 's + v t + a t² / 2 with v = (s − s₋) / dt.',

@@ -6,7 +6,8 @@
 
 const POINTS = 4000;
 
-/** The components of a motion's state: 0 the solution, 1 + i method i. @param {import('../../stream/frame.js').Frame} frame @param {number} i */
+/** The components of a motion's state: 0 the solution, 1 + i method i. @param {import('../../stream/frame.js').Frame} frame
+ * @param {number} i */
 const stateOf = (frame, i) => frame.where('motion_state', 'motion', i).map(({ value }) => value);
 
 /** The solution, then each method. @param {import('../../stream/frame.js').Frame} frame @returns {Motion[]} */

@@ -4,8 +4,11 @@ import { SHAPES_FLAGS, VOLUMES_VOLUME } from '../../stream/names.js';
 /** @typedef {import('../../stream/rows.js').WorldsRow} World  status: 0 ok, 1 diverged */
 /** @typedef {import('../../stream/rows.js').JointsRow} Joint */
 /** @typedef {import('../../stream/rows.js').VolumesRow} Judged */
-/** In the frame of the centre of mass. @typedef {{kind: number, radius: number, vertices: number[][], circle: number[], obb: number[][]}} Geometry */
-/** @typedef {Omit<import('../../stream/rows.js').ShapesRow, 'geometry'> & {geometry: Geometry, dynamic: boolean, kinematic: boolean, awake: boolean,
+/** In the frame of the centre of mass.
+ * @typedef {{kind: number, radius: number, vertices: number[][], circle: number[], obb: number[][]}} Geometry */
+/**
+ * @typedef
+ *  {Omit<import('../../stream/rows.js').ShapesRow, 'geometry'> & {geometry: Geometry, dynamic: boolean, kinematic: boolean, awake: boolean,
  *   box: number[]}} Shape  box: left, bottom, right, top from x, y */
 /** @typedef {import('../../stream/rows.js').ContactsRow & {points: {x: number, y: number, separation: number, impulse: number}[]}} Contact
  *   without points: the boxes overlap and that is all */

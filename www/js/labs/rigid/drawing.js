@@ -11,7 +11,8 @@ import { paintOf } from '../../draw/palette.js';
 /** @typedef {import('../../draw/palette.js').Palette} Palette */
 /** @typedef {{pen: Pen, width: number, height: number}} Surface */
 
-/** All of `view` (left, right, bottom, top in m), to one scale. @param {number[]} view @param {number} width @param {number} height @returns {Camera} */
+/** All of `view` (left, right, bottom, top in m), to one scale. @param {number[]} view @param {number} width @param {number} height
+ * @returns {Camera} */
 export function cameraOf(view, width, height) {
   const [left = 0, right = 1, bottom = 0, top = 1] = view;
   const scale = Math.min(width / (right - left), height / (top - bottom));
@@ -120,7 +121,8 @@ function bodies(pen, colours, at, shapes, world, shown) {
   }
 }
 
-/** The volume that collides in the shape's place, or the broad phase's box. @param {Pen} pen @param {Camera} at @param {Shape} s @param {number} volume */
+/** The volume that collides in the shape's place, or the broad phase's box. @param {Pen} pen @param {Camera} at @param {Shape} s
+ * @param {number} volume */
 function volumeOf(pen, at, s, volume) {
   const { vertices, radius, circle, obb } = s.geometry;
   if (volume === 2) {
@@ -168,7 +170,8 @@ function boxes(pen, colours, at, shapes) {
   }
 }
 
-/** The way of the last step and the next. @param {Pen} pen @param {Palette} colours @param {Camera} at @param {Shape[]} shapes @param {number} dt */
+/** The way of the last step and the next. @param {Pen} pen @param {Palette} colours @param {Camera} at @param {Shape[]} shapes
+ * @param {number} dt */
 function paths(pen, colours, at, shapes, dt) {
   pen.setLineDash([]);
   pen.strokeStyle = colours.buffer;
@@ -204,7 +207,8 @@ function pairs(pen, colours, at, scene, world) {
   }
 }
 
-/** Points, and arrows along the normals as long as the impulse is large. @param {Pen} pen @param {Palette} colours @param {Camera} at @param {Scene} scene
+/** Points, and arrows along the normals as long as the impulse is large. @param {Pen} pen @param {Palette} colours @param {Camera} at
+ * @param {Scene} scene
  * @param {number} world */
 function contacts(pen, colours, at, scene, world) {
   const all = scene.contacts.filter((c) => c.world === world);
@@ -265,7 +269,8 @@ function plane(pen, colours, at, x) {
   drawText(pen, colours, 'passed', toX(at, x) + 4, at.height - colours.text * 2.2, { colour: colours.snap });
 }
 
-/** Where the keys point. @param {Pen} pen @param {Palette} colours @param {Camera} at @param {{x: number, y: number, held: boolean}} pointer */
+/** Where the keys point. @param {Pen} pen @param {Palette} colours @param {Camera} at
+ * @param {{x: number, y: number, held: boolean}} pointer */
 function cross(pen, colours, at, pointer) {
   const x = toX(at, pointer.x),
     y = toY(at, pointer.y),

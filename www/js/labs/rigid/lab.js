@@ -131,7 +131,8 @@ function sceneParameter(name) {
   const row = find(schema.value, `params.${name}`),
     value = params.value?.params?.[name];
   if (!row || value === undefined) return nothing;
-  return html`<label class="field" title=${row.help}><span>${words(name)}</span><input type="number" data-scene=${name} min=${row.min} max=${row.max}
+  return html`<label class="field" title=${row.help}><span>${words(name)}</span><input type="number" data-scene=${name} min=${row.min}
+    max=${row.max}
     step=${row.type === 'integer' ? 1 : 'any'} .value=${value === 0 ? '' : String(value)} placeholder="default"
     @change=${(/** @type {Event} */ event) => {
       const given = /** @type {HTMLInputElement} */ (event.target);
@@ -143,8 +144,12 @@ function sceneParameter(name) {
 function scenePanel() {
   const rows = scenarios.value.filter((row) => row.kind === 'rigid');
   return html`<fieldset class="panel server" ?disabled=${locked.value !== ''}><legend class="unseen">Scene</legend>
-    <label class="field choice"><span>Scene</span><select id="scene" @change=${(/** @type {Event} */ event) => choose(/** @type {HTMLSelectElement} */ (event.target).value)}>
-      ${rows.map((row) => html`<option value=${row.id} .selected=${row.title === params.value?.title}>${row.title}</option>`)}</select></label>
+    <label class="field choice"><span>Scene</span><select id="scene"
+      @change=${(/** @type {Event} */ event) => choose(/** @type {HTMLSelectElement} */ (event.target).value)}>
+      ${rows.map(
+        (row) => html`<option value=${row.id}
+        .selected=${row.title === params.value?.title}>${row.title}</option>`,
+      )}</select></label>
     ${countChoice(worlds().length, 'solver', (wanted) => renew({}, wanted))}
     ${gravity()}
     ${control('broad_phase', { label: 'Broad phase' })}
@@ -176,7 +181,10 @@ function overlayPanel() {
         ? html`<label class="field choice"><span>Volume</span><select id="overlaid" @change=${(/** @type {Event} */ event) => {
             overlaid.value = Number(/** @type {HTMLSelectElement} */ (event.target).value);
             touch();
-          }}>${['all three', ...VOLUMES.slice(1)].map((name, i) => html`<option value=${i} .selected=${i === overlaid.value}>${name}</option>`)}</select></label>`
+          }}>${['all three', ...VOLUMES.slice(1)].map(
+            (name, i) => html`<option value=${i}
+            .selected=${i === overlaid.value}>${name}</option>`,
+          )}</select></label>`
         : nothing
     }
   </fieldset>`;
@@ -228,10 +236,12 @@ const perStep = (ms) => (ms === undefined ? '–' : fixed(1000 * ms, 2));
 /** @returns {Template | typeof nothing} */
 function volumeTable() {
   if (!params.value?.compare_volumes) return nothing;
-  return html`<table class="data judged"><caption>Bounding volumes</caption><thead><tr><td></td><th scope="col">hits</th><th scope="col">false</th><th scope="col">missed</th>
+  return html`<table class="data judged"><caption>Bounding volumes</caption><thead><tr><td></td><th scope="col">hits</th><th
+    scope="col">false</th><th scope="col">missed</th>
     <th scope="col">at (cm)</th><th scope="col">µs per step</th></tr></thead><tbody>${VOLUMES.map(
       (name, v) => html`<tr><th scope="row">${name}</th>
-      ${['hits', 'false', 'missed', 'gap'].map((what) => html`<td data-rigid=${`volume${v}/${what}`}>–</td>`)}<td data-volume=${name}>${perStep(costs.value[0]?.[`volume_${name}`])}</td></tr>`,
+      ${['hits', 'false', 'missed', 'gap'].map((what) => html`<td data-rigid=${`volume${v}/${what}`}>–</td>`)}<td
+        data-volume=${name}>${perStep(costs.value[0]?.[`volume_${name}`])}</td></tr>`,
     )}</tbody></table>`;
 }
 
@@ -247,12 +257,14 @@ const PHASES = /** @type {[string, string][]} */ ([
 /** What the daemon's processor spends on a step, phase by phase. @returns {Template} */
 function phases() {
   const most = Math.max(1e-9, ...costs.value.map((part) => part.all ?? 0));
-  return html`<section class="plotbox" aria-label="Cost of a step"><div class="view phases" tabindex="0" role="group" aria-label="Cost of a step"><table class="data"><caption>ms per step</caption>
+  return html`<section class="plotbox" aria-label="Cost of a step"><div class="view phases" tabindex="0" role="group"
+    aria-label="Cost of a step"><table class="data"><caption>ms per step</caption>
     <tbody>${PHASES.map(
       ([name, label]) =>
         html`<tr><th scope="row">${label}</th>${worlds().map((i) => {
           const ms = costs.value[i]?.[name];
-          return html`<td data-phase=${`${i}/${name}`}><span>${ms === undefined ? '–' : fixed(ms, 3)}</span><svg data-player=${i} viewBox="0 0 100 1" preserveAspectRatio="none" aria-hidden="true"><rect
+          return html`<td data-phase=${`${i}/${name}`}><span>${ms === undefined ? '–' : fixed(ms, 3)}</span><svg data-player=${i}
+            viewBox="0 0 100 1" preserveAspectRatio="none" aria-hidden="true"><rect
         width=${ms === undefined ? 0 : Math.min(100, (100 * ms) / most)} height="1"></rect></svg></td>`;
         })}</tr>`,
     )}</tbody></table></div></section>`;
@@ -262,7 +274,8 @@ function phases() {
 
 /** @param {number} world @returns {Template} */
 function drawing(world) {
-  const label = `World of ${nameOf(world)}. Drag a body with the mouse or a finger. Arrow keys move a pointer, Enter grabs and releases a body.`;
+  const keys = 'Drag a body with the mouse or a finger. Arrow keys move a pointer, Enter grabs and releases a body.';
+  const label = `World of ${nameOf(world)}. ${keys}`;
   const canvas = html`<canvas id=${`world${world}`} role="img" aria-label=${`World of ${nameOf(world)}`}></canvas>`;
   return drag.box(world, 'drag', label, canvas);
 }
@@ -314,7 +327,8 @@ function showNumbers(scene) {
 const describe = (w, i) =>
   w.status === 1
     ? `${nameOf(i)} diverged`
-    : `${nameOf(i)}: ${w.bodies} bodies, ${w.awake} awake, ${w.touching} contacts, overlap ${fixed(1000 * w.penetration, 1)} mm, energy ${joules(w.energy - w.energy_start)} J`;
+    : `${nameOf(i)}: ${w.bodies} bodies, ${w.awake} awake, ${w.touching} contacts, ` +
+      `overlap ${fixed(1000 * w.penetration, 1)} mm, energy ${joules(w.energy - w.energy_start)} J`;
 
 let numbered = 0;
 

@@ -8,7 +8,8 @@ import { traitsOf } from './games.js';
  *   target_x: number, target_y: number, target_radius: number, entity_length_m: number}} Scene */
 /** @typedef {{kind: string, width_m: number, height_m: number, round: boolean}} Shape */
 /** @typedef {import('./games.js').Traits & {players: {name: string}[], game_values: string[], scene: Scene, entities: Shape[],
- *   fixed: (Shape & {x: number, y: number})[], notices: string[]}} Layout  entities: how each is drawn, none in a game that has a drawing of
+ *   fixed: (Shape & {x: number, y: number})[],
+ *   notices: string[]}} Layout  entities: how each is drawn, none in a game that has a drawing of
  *   its own */
 
 const SCENE = {

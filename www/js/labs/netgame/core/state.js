@@ -23,7 +23,8 @@ export function toggleOverlay(name) {
 
 export const scale = { pxPerMetre: 1 }; /* of the views, kept by the drawings */
 
-/** What became of connections in this stretch of time, oldest first. @type {import('@preact/signals-core').Signal<import('./memory.js').Happening[]>} */
+/** What became of connections in this stretch of time, oldest first.
+ * @type {import('@preact/signals-core').Signal<import('./memory.js').Happening[]>} */
 export const connectionEvents = signal([]);
 
 export let memory = new Memory(false, 0);

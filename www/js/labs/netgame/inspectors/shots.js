@@ -20,7 +20,8 @@ const bodyOf = (hit, at) =>
       ? 'in flight'
       : `hits ${hit < at.layout.players.length ? letter(hit) : `target ${hit - at.layout.players.length + 1}`}`;
 
-/** Fixed scenery of the layout, if the game has any. @param {InspectorContext} at @returns {{x: number, y: number, width_m: number, height_m: number}[]} */
+/** Fixed scenery of the layout, if the game has any. @param {InspectorContext} at
+ * @returns {{x: number, y: number, width_m: number, height_m: number}[]} */
 const coverOf = (at) => /** @type {any} */ (at.layout).fixed ?? [];
 
 /** One panel. @param {InspectorContext} at @param {Shot} shot @param {When} when @param {number} left @param {number} width
@@ -81,7 +82,8 @@ const notesOf = (shot) =>
     shot.flags & S_BEHIND_COVER ? 'shot behind cover' : '',
   ].filter((note) => note !== '');
 
-/** The farthest that a body has moved since the view that the shooter saw. @param {import('../core/frame.js').Frame} frame @param {Shot} shot */
+/** The farthest that a body has moved since the view that the shooter saw. @param {import('../core/frame.js').Frame} frame
+ * @param {Shot} shot */
 const movedOf = (frame, shot) =>
   Math.max(
     0,
@@ -96,7 +98,8 @@ function resultText(at, shot) {
     age = (shot.evaluated_at_s - shot.view_time_s) * 1000,
     notes = notesOf(shot);
   return (
-    `${letter(shot.player)}, ${shot.weapon === PROJECTILE ? 'cannon' : 'rifle'}: ${bodyOf(shot.compensated_hit, at)} by the server’s rule, ${bodyOf(shot.server_now_hit, at)} in the present; ` +
+    `${letter(shot.player)}, ${shot.weapon === PROJECTILE ? 'cannon' : 'rifle'}: ${bodyOf(shot.compensated_hit, at)} by the server’s rule, ` +
+    `${bodyOf(shot.server_now_hit, at)} in the present; ` +
     `view ${fixed(age, 0)} ms old, rewound by ${fixed(back, 0)} ms; bodies moved up to ${fixed(movedOf(at.frame, shot), 2)} m${notes.length > 0 ? ` · ${notes.join(' · ')}` : ''}`
   );
 }

@@ -64,8 +64,10 @@ export function help() {
     <li>Spring with a cross: the server corrected the player's own car.</li>
     <li>Messages: a flatter line took longer. A cross: lost. Thin lines with a dot: connect and accept, and pings if
     switched on.</li>
-    <li>A word over a view: the state of its player’s connection, unless it is playing. Faded, with the word away: a player who is not connected.</li>
-    <li>Own, lead: distance from the drawn own car to the server’s present one; not an error. Own, error: distance to the server’s car at the drawn tick.</li>
+    <li>A word over a view: the state of its player’s connection, unless it is playing.
+    Faded, with the word away: a player who is not connected.</li>
+    <li>Own, lead: distance from the drawn own car to the server’s present one; not an error.
+    Own, error: distance to the server’s car at the drawn tick.</li>
     <li>Filled cells: inputs that the server has not acknowledged yet.</li>
     <li>α = (t − t0) / (t1 − t0): position of the render time t between two snapshots.</li>
     <li>Dots: one for each packet that arrived. Point at a dot for its times.</li></ul>`;

@@ -47,7 +47,9 @@ function words(now, view) {
       .join(', ') + others;
   const error = view > 0 ? `; own entity ${fixed(v.own_lead_m, 2)} m from the server's now, others ${fixed(v.view_age_ms, 0)} ms old` : '';
   const away = view > 0 ? connectionWords(v) : '';
-  return `${away === '' ? '' : `${away.charAt(0).toUpperCase()}${away.slice(1)}. `}${view === 0 ? 'View of the server' : `View of player ${letter(view - 1)}`}: ${list}${error}`;
+  const state = away === '' ? '' : `${away.charAt(0).toUpperCase()}${away.slice(1)}. `;
+  const whose = view === 0 ? 'View of the server' : `View of player ${letter(view - 1)}`;
+  return `${state}${whose}: ${list}${error}`;
 }
 
 /** @param {HTMLCanvasElement} canvas @param {Frame} now @param {boolean} name */
@@ -113,7 +115,8 @@ function laneOf(surface, now) {
   };
 }
 
-/** A closer look in place of the messages. @param {Surface} surface @param {Frame} now @param {HTMLCanvasElement} canvas @param {boolean} name
+/** A closer look in place of the messages. @param {Surface} surface @param {Frame} now @param {HTMLCanvasElement} canvas
+ * @param {boolean} name
  * @returns {boolean} whether there was one */
 function drawInspector(surface, now, canvas, name) {
   const chosen = inspectors.value.find((one) => one.id === inspector.value);

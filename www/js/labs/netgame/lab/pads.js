@@ -32,5 +32,6 @@ export function pads(player) {
       ${pad(player, 'down', `Down, ${nameOf(player)}`, icons.down)}${pad(player, 'ahead', `Right, ${nameOf(player)}`, icons.right)}</div>`;
   }
   return html`<div class="pads" data-player=${player % 8}>
-    ${pad(player, 'back', `Brake, ${nameOf(player)}`, icons.left)}${pad(player, 'ahead', `Throttle, ${nameOf(player)}`, icons.right)}</div>`;
+    ${pad(player, 'back', `Brake, ${nameOf(player)}`, icons.left)}
+    ${pad(player, 'ahead', `Throttle, ${nameOf(player)}`, icons.right)}</div>`;
 }

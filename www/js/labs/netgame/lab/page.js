@@ -50,7 +50,8 @@ function row(view) {
   return html`<section class="row" data-tab=${`view${view}`} aria-label=${view === 0 ? 'Server' : nameOf(player)}>
     <div class="gutter">${view === 0 ? serverPanel() : playerPanel(player)}</div>
     ${caption(view)}
-    <div class="view" role="group" tabindex=${view > 0 ? '0' : nothing} data-drive=${view > 0 ? player : nothing} aria-label=${`${label}.${keys}`}>
+    <div class="view" role="group" tabindex=${view > 0 ? '0' : nothing} data-drive=${view > 0 ? player : nothing}
+      aria-label=${`${label}.${keys}`}>
       <canvas data-view=${view} role="img" aria-label=${label}></canvas></div>
     ${view > 0 ? pads(player) : nothing}
   </section>`;

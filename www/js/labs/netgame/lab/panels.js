@@ -34,7 +34,8 @@ export function aiming(player) {
   return html`<div class="pair aim">
     <label class="field"><span>Angle</span><input type="number" min="0" max="90" step="1" .value=${fixed(angle * 90, 0)}
       @change=${set('angle')}><span class="unit">°</span></label>
-    <label class="field"><span>Speed</span><input type="number" min="0" max=${top} step="any" .value=${String(Number((speed * top).toFixed(1)))}
+    <label class="field"><span>Speed</span><input type="number" min="0" max=${top} step="any"
+      .value=${String(Number((speed * top).toFixed(1)))}
       @change=${set('speed')}><span class="unit">m/s</span></label>
     </div>`;
 }
@@ -55,7 +56,8 @@ export function playerPanel(player) {
       ${shooting ? trigger(player) : nothing}
       <button type="button" class="quiet" aria-label=${`All settings of ${nameOf(player)}`} title="All settings"
         @click=${() => open({ kind: 'player', of: player })}>${icons.settings}</button></div>
-    <div class="lag">${control(`${at}.lag_ms`, { slider: true })}<span class="rtt">RTT ${lag === undefined ? '–' : fixed(2 * lag, 0)} ms</span></div>
+    <div class="lag">${control(`${at}.lag_ms`, { slider: true })}<span
+      class="rtt">RTT ${lag === undefined ? '–' : fixed(2 * lag, 0)} ms</span></div>
     <div class="toggles">${control(`${at}.prediction`)}${control(`${at}.interpolation`)}${control(`${at}.reconciliation`)}
       ${control(`${at}.control`, { label: 'Input' })}</div>
     ${
@@ -72,7 +74,8 @@ export function playerPanel(player) {
 export function serverPanel() {
   return html`<fieldset class="panel server" ?disabled=${locked.value !== ''} title=${locked.value || nothing}>
     <legend class="unseen">Server</legend>
-    <div class="head"><h2><svg class="mark" data-player="server" viewBox="0 0 18 18" aria-hidden="true"><path d="M9 1l8 8-8 8-8-8z"></path></svg>
+    <div class="head"><h2><svg class="mark" data-player="server" viewBox="0 0 18 18" aria-hidden="true"><path
+      d="M9 1l8 8-8 8-8-8z"></path></svg>
       Server (truth)</h2>
       <button type="button" class="quiet" aria-label="All settings of the server and the game" title="All settings"
         @click=${() => open({ kind: 'server' })}>${icons.settings}</button></div>
@@ -107,8 +110,21 @@ export function messagesPanel() {
     ) => {
       inspector.value = /** @type {HTMLSelectElement} */ (event.target).value;
     }}><option value="messages" .selected=${inspector.value === 'messages'}>Messages</option>
-      ${inspectors.value.filter((one) => ids.includes(one.id)).map((one) => html`<option value=${one.id} .selected=${one.id === inspector.value}>${one.label}</option>`)}</select></label>${box('pings', 'Pings')}</div>
-    <div class="toggles">${box('ghosts', 'Ghosts')}${box('dots', 'Arrival dots')}${box('labels', 'Labels')}${box('messages', 'Messages')}</div>
-    ${chosen?.players ? which(0, 'Player') : (layout.value?.players.length ?? 0) > 2 ? html`<div class="pair">${which(0, 'Above')}${which(1, 'Below')}</div>` : nothing}
+      ${inspectors.value
+        .filter((one) => ids.includes(one.id))
+        .map(
+          (one) => html`<option value=${one.id}
+        .selected=${one.id === inspector.value}>${one.label}</option>`,
+        )}</select></label>${box('pings', 'Pings')}</div>
+    <div
+      class="toggles">${box('ghosts', 'Ghosts')}${box('dots', 'Arrival dots')}${box('labels', 'Labels')}${box('messages', 'Messages')}</div>
+    ${
+      chosen?.players
+        ? which(0, 'Player')
+        : (layout.value?.players.length ?? 0) > 2
+          ? html`<div
+      class="pair">${which(0, 'Above')}${which(1, 'Below')}</div>`
+          : nothing
+    }
     <p class="facts" id="lane-facts"></p></div>`;
 }

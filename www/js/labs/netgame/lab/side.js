@@ -34,10 +34,15 @@ function units() {
 
 /** @param {'error' | 'buffer'} which @returns {Template} */
 function tableButton(which) {
-  return html`<button type="button" class="small" aria-label=${`Table of the ${which === 'error' ? 'distance' : which}`} @click=${() => open({ kind: 'table', of: which })}>Table</button>`;
+  return html`<button type="button" class="small" aria-label=${`Table of the ${which === 'error' ? 'distance' : which}`}
+    @click=${() => open({ kind: 'table', of: which })}>Table</button>`;
 }
 
-/** @typedef {{name: string, unit: string, help?: string, of: (view: View, player: number, lately: import('../core/memory.js').Lately) => string}} Row */
+/**
+ *
+ * @typedef
+ *  {{name: string, unit: string, help?: string, of: (view: View, player: number, lately: import('../core/memory.js').Lately) => string}}
+ *  Row */
 
 const MEAN = `mean of the last ${LATELY_S} s; a dash: nothing was counted`;
 const LISTED = 6; /* events of connections */
@@ -104,7 +109,8 @@ export function side() {
     ${connectionList()}
     ${workPrecisionButton()}
     <section class="chart"><div class="head"><h3>Drawn − server now</h3>${units()}</div>
-      <div class="plot" id="error-chart" role="img" aria-label="Curve of the distances from the server’s present over time; the table has the numbers"></div>
+      <div class="plot" id="error-chart" role="img"
+        aria-label="Curve of the distances from the server’s present over time; the table has the numbers"></div>
       <div class="key">${players.map((_, i) => sample(i, false, letter(i)))}<span>own lead</span>
         ${players.length <= FEW ? sample(7, true, 'others') : nothing}${tableButton('error')}</div></section>
     <section class="chart"><div class="head"><h3>Interpolation buffer (ms)</h3></div>
@@ -112,11 +118,15 @@ export function side() {
       <div class="key">${players.map((_, i) => sample(i, false, letter(i)))}${tableButton('buffer')}</div></section>
     <div class="wide-table" tabindex=${players.length > FEW ? '0' : nothing} role=${players.length > FEW ? 'region' : nothing}
       aria-label=${players.length > FEW ? 'Current values' : nothing}>
-    <table class="data now"><caption>Now</caption><thead><tr><td></td>${players.map((_, i) => html`<th scope="col">${letter(i)}</th>`)}<td></td></tr></thead>
+    <table class="data now"><caption>Now</caption><thead><tr><td></td>${players.map(
+      (_, i) => html`<th
+      scope="col">${letter(i)}</th>`,
+    )}<td></td></tr></thead>
       <tbody>${rows().map(
-        (
-          row,
-        ) => html`<tr><th scope="row" title=${row.help ?? nothing}>${row.name}</th>${players.map((_, i) => html`<td data-now=${`${row.name}/${i}`}>–</td>`)}
+        (row) => html`<tr><th scope="row" title=${row.help ?? nothing}>${row.name}</th>${players.map(
+          (_, i) => html`<td
+          data-now=${`${row.name}/${i}`}>–</td>`,
+        )}
         <td class="unit">${row.unit}</td></tr>`,
       )}</tbody></table></div>
   </aside>`;

@@ -1,8 +1,11 @@
-// What is plotted over time: distances from the server's present (the own lead, which is no error, and the others' error), and the depth of the buffers.
+// What is plotted over time: distances from the server's present (the own lead, which is no error, and the others' error), and the depth
+// of the buffers.
 import { letter } from '../../../base/format.js';
 
 /** @typedef {import('../core/memory.js').Memory} Memory */
-/** @typedef {{label: string, player: number, dotted: boolean, values: (memory: Memory) => (number | null)[] | undefined, scale: number}} Curve */
+/**
+ * @typedef {{label: string, player: number, dotted: boolean, values: (memory: Memory) => (number | null)[] | undefined, scale: number}}
+ *  Curve */
 
 export const FEW = 3; /* players whose curves of others are drawn too */
 

@@ -121,7 +121,8 @@ function thing(at, shape, i, e) {
   }
 }
 
-/** Where the server has it: hollow and dashed, joined to where it is drawn. @param {DrawContext} at @param {Shape} shape @param {Entity} drawn
+/** Where the server has it: hollow and dashed, joined to where it is drawn. @param {DrawContext} at @param {Shape} shape
+ * @param {Entity} drawn
  * @param {Entity} real @returns {boolean} whether it is far enough to be seen */
 function ghost(at, shape, drawn, real) {
   const { pen, colours } = at;

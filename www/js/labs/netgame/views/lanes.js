@@ -203,7 +203,8 @@ function drawGaps(at) {
   return lost;
 }
 
-/** @param {Lanes} at @returns {{inputs: number, states: number, lost: number, text: string}} one of how many inputs and snapshots is drawn; missing
+/** @param {Lanes} at @returns {{inputs: number, states: number, lost: number, text: string}} one of how many inputs and snapshots is
+ * drawn; missing
  * events; the caption of the drawing */
 export function drawLanes(at) {
   const { pen, colours, frame } = at;
@@ -290,7 +291,8 @@ export function drawLanes(at) {
   return { ...thinned, text };
 }
 
-/** The input nearest to a point; null when there is none. @param {Lanes} at @param {number} px @param {number} py @returns {number | null} */
+/** The input nearest to a point; null when there is none. @param {Lanes} at @param {number} px @param {number} py
+ * @returns {number | null} */
 export function nearestInput(at, px, py) {
   const { x, top, middle, bottom } = places(at);
   const player = py < middle ? at.shown[0] : at.shown[1];
