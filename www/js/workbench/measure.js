@@ -30,7 +30,8 @@ function takeCosts(now, id) {
   if (last.id === id && metered === last.metered) return;
   last = { id, metered, parts: totals };
   costs.value = totals.map((/** @type {Part} */ part, /** @type {number} */ i) =>
-    Object.fromEntries(Object.entries(part).map(([name, ns]) => [name, (ns - (from.parts[i]?.[name] ?? 0)) / steps / 1e6])),
+    /* a total that has not grown can differ by rounding */
+    Object.fromEntries(Object.entries(part).map(([name, ns]) => [name, Math.max(0, (ns - (from.parts[i]?.[name] ?? 0)) / steps / 1e6)])),
   );
 }
 

@@ -40,7 +40,7 @@ let scales = new Map();
 /** Names of the numbers that are plotted; empty: as suits the scene. @type {import('@preact/signals-core').Signal<string[]>} */
 const plotted = signal(['', '']);
 
-const drag = new PointerDrag((world) => fluids()[world]?.view ?? []);
+export const drag = new PointerDrag((world) => fluids()[world]?.view ?? []);
 const idOf = (/** @type {number} */ i) => (i === 0 ? 'fluid' : `fluid${i}`);
 /** The unit that the help of a layer ends with. @param {Layer} layer */
 const unitOf = (layer) => /(?:^|: )((?:m|s|1|kg|N|J|Pa|rad)[\w/^²³*.]*?)\.?$/.exec(layer.help)?.[1] ?? '';

@@ -36,7 +36,7 @@ const overlaid = signal(0);
 
 /** @returns {RigidLayout | null} */
 const rigid = () => layout.value?.given.rigid ?? null;
-const drag = new PointerDrag(() => rigid()?.view ?? []);
+export const drag = new PointerDrag(() => rigid()?.view ?? []);
 const words = (/** @type {string} */ name) => name.replaceAll('_', ' ');
 const worlds = () => Array.from({ length: rigid()?.worlds ?? 0 }, (_, i) => i);
 /** @param {number} world */
