@@ -160,19 +160,22 @@ export function valueAt(object, path) {
   return path.split('.').reduce((at, part) => at?.[part], object);
 }
 
-/** The branch of a union of tables that has this name. @param {any} node @param {string | undefined} name @returns {any} */
-function branch(node, name) {
-  const found = node?.anyOf?.find((/** @type {any} */ { $ref }) => [`#/$defs/${name}`, `#/$defs/${name}_solver`].includes($ref));
-  return found ? { ...node, anyOf: undefined, $ref: found.$ref } : node;
-}
+/** Whether a rule of a schema is for this scenario. @param {any} test its `if` @param {any} scenario @returns {boolean} */
+const isFor = (test, scenario) =>
+  Object.entries(test.properties).every(([key, { const: value }]) =>
+    scenario[key] === undefined ? !test.required?.includes(key) : scenario[key] === value,
+  );
 
-/** A scenario's properties, with the parameters of its game, problem or scene; of those side by side each with its own.
- * @param {any} all @param {any} properties @param {any} scenario @returns {any} */
-function propertiesOf(all, properties, scenario) {
-  const name = scenario.game ?? scenario.problem ?? scenario.scene;
-  const found = Object.fromEntries(Object.entries(properties).map(([key, node]) => [key, branch(node, name)]));
+/** A scenario's properties: those that depend on its game, problem or scene as the rules of the schema have them, and of those side by side
+ * each with its own. @param {any} all @param {any} object @param {any} scenario @returns {any} */
+function propertiesOf(all, object, scenario) {
+  const found = { ...object.properties };
+  for (const rule of object.allOf ?? []) {
+    if (!rule.if || !isFor(rule.if, scenario)) continue;
+    for (const [key, node] of Object.entries(rule.then.properties)) found[key] = { ...found[key], anyOf: undefined, ...node };
+  }
   if (!found.side_by_side) return found;
-  const beside = open(all, found.side_by_side.items)?.properties ?? {};
+  const beside = all.$defs[found.side_by_side.items.$ref.split('/').pop()];
   const list = (scenario.side_by_side ?? []).map((/** @type {any} */ one) => ({ properties: propertiesOf(all, beside, one) }));
   return { ...found, side_by_side: { ...found.side_by_side, prefixItems: list } };
 }
@@ -180,5 +183,5 @@ function propertiesOf(all, properties, scenario) {
 /** The schema of a scenario. @param {any} all of its kind @param {any} scenario @returns {any} null until it is there */
 export function schemaOf(all, scenario) {
   const kind = all?.oneOf[0];
-  return kind ? { ...kind, properties: propertiesOf(all, kind.properties, scenario), $defs: all.$defs } : null;
+  return kind ? { ...kind, properties: propertiesOf(all, kind, scenario), $defs: all.$defs } : null;
 }
