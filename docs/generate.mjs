@@ -13,7 +13,7 @@ import { fileURLToPath } from 'node:url';
 import YAML from 'yaml';
 import { fingerprint, roomsOf } from '../bench/rooms.mjs';
 import { metricsDoc } from './metrics.mjs';
-import { asyncSchemas, pageModule } from './records.mjs';
+import { asyncSchemas, namesModule, recordsModule, rowsModule } from './records.mjs';
 
 const ROOT = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '..');
 const NOTE = (/** @type {string} */ from) => `<!-- Written by docs/generate.mjs from ${from}: change it there. -->\n`;
@@ -924,7 +924,9 @@ export function generate(binary) {
     ['api/asyncapi.yaml', asyncapi],
     ['api/scenario.schema.json', JSON.stringify(schema, null, 2) + '\n'],
     ['api/schemas.json', JSON.stringify(schemas(schema, JSON.parse(laglab('schema', 'experiment'))), null, 2) + '\n'],
-    ['www/js/stream/records.js', pageModule(records)],
+    ['www/js/stream/records.js', recordsModule(records)],
+    ['www/js/stream/rows.js', rowsModule(records)],
+    ['www/js/stream/names.js', namesModule(records)],
     [
       'docs/scenario.md',
       scenarioDoc(schema)

@@ -1,4 +1,4 @@
-// The tables of the stream (from `laglab schema stream`) as the page's module and as parts of the API's description.
+// The tables of the stream (from `laglab schema stream`) as the page's modules and as parts of the API's description.
 
 const upper = (/** @type {string} */ name) => name.toUpperCase();
 const camel = (/** @type {string} */ name) =>
@@ -37,26 +37,14 @@ function constants(record) {
   });
 }
 
-/** www/js/stream/records.js. @param {any} schema @returns {string} */
-export function pageModule(schema) {
-  const bare = schema.records.map(({ help: _, ...record }) => ({
-    ...record,
-    fields: record.fields.map(({ help: __, names, flags, ...field }) => ({
-      ...field,
-      ...(names ? { names } : {}),
-      ...(flags ? { flags } : {}),
-    })),
-  }));
+const WRITTEN = '// Written by docs/generate.mjs from `laglab schema stream`: the tables are in C, and changed there.';
+
+/** www/js/stream/rows.js: the types of the rows. No page loads it. @param {any} schema @returns {string} */
+export function rowsModule(schema) {
   const rows = schema.records.map(
     (/** @type {any} */ r) => ` * @property {${r.form === 'one' ? `${camel(r.name)}Row` : `${camel(r.name)}Row[]`}} ${r.name}`,
   );
-  return `// Written by docs/generate.mjs from \`laglab schema stream\`: the tables are in C, and changed there.
-
-/** Of these tables: a daemon whose hello has another gives its own at stream/schema.json. */
-export const SCHEMA = '${schema.hash}';
-
-/** @typedef {{name: string, coding: string, boolean?: boolean, bits?: number, unit?: string, names?: string[], flags?: string[]}} Field */
-/** @typedef {{id: number, name: string, channel: string, form: string, keys?: number, fields: Field[]}} Layout */
+  return `${WRITTEN}
 
 ${schema.records.map(typedef).join('\n\n')}
 
@@ -66,7 +54,33 @@ ${schema.records.map(typedef).join('\n\n')}
 ${rows.join('\n')}
  */
 
+export {};
+`;
+}
+
+/** www/js/stream/names.js: the values of fields that have names. @param {any} schema @returns {string} */
+export const namesModule = (schema) => `${WRITTEN}
+
 ${schema.records.flatMap(constants).join('\n')}
+`;
+
+/** www/js/stream/records.js: the tables of the decoder. @param {any} schema @returns {string} */
+export function recordsModule(schema) {
+  const bare = schema.records.map(({ help: _, ...record }) => ({
+    ...record,
+    fields: record.fields.map(({ help: __, names, flags, ...field }) => ({
+      ...field,
+      ...(names ? { names } : {}),
+      ...(flags ? { flags } : {}),
+    })),
+  }));
+  return `${WRITTEN}
+
+/** Of these tables: a daemon whose hello has another gives its own at stream/schema.json. */
+export const SCHEMA = '${schema.hash}';
+
+/** @typedef {{name: string, coding: string, boolean?: boolean, bits?: number, unit?: string, names?: string[], flags?: string[]}} Field */
+/** @typedef {{id: number, name: string, channel: string, form: string, keys?: number, fields: Field[]}} Layout */
 
 /** @type {readonly Layout[]} */
 export const RECORDS = Object.freeze([

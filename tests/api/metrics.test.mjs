@@ -6,7 +6,7 @@ import { execFile, execFileSync } from 'node:child_process';
 import { promisify } from 'node:util';
 import { client } from '../lib/client.mjs';
 import { BINARY, startDaemon } from '../lib/daemon.mjs';
-import { metricRow } from '../../www/js/metrics.js';
+import { metricRow } from '../../www/js/base/metrics.js';
 
 /** @typedef {{name: string, type: string, unit?: string, signed?: boolean, rare?: boolean, help: string, null?: string}} Row */
 /** @typedef {{path: string, also?: string, when?: string, help: string, metrics: Row[]}} Table */

@@ -30,7 +30,7 @@ const pause = async (page) => {
 /** What the page has decoded of the newest frame. */
 const fluidOf = (page, i = 0) =>
   page.evaluate(async (at) => {
-    const { fluidsOf } = await import(new URL('js/fluid/decode.js', location.href).href);
+    const { fluidsOf } = await import(new URL('js/labs/fluid/decode.js', location.href).href);
     while (globalThis.laglab().frame === null) await new Promise(requestAnimationFrame); /* another session has just begun */
     const { field, state, points } = fluidsOf(globalThis.laglab().frame)[at];
     return {
@@ -48,9 +48,9 @@ const valueAt = (field, x, y) =>
 const place = (page, x, y) =>
   page.evaluate(
     async ([sx, sy]) => {
-      const at = (await import(new URL('js/workbench/pointer_drag.js', location.href).href)).cameras.get(0);
-      const { layout } = await import(new URL('js/state.js', location.href).href);
-      const [left, right, bottom, top] = layout.value.fluid.view,
+      const at = (await import(new URL('js/labs/fluid/lab.js', location.href).href)).drag.cameras.get(0);
+      const { layout } = await import(new URL('js/session/state.js', location.href).href);
+      const [left, right, bottom, top] = layout.value.given.fluid.view,
         box = document.getElementById('fluid').getBoundingClientRect();
       return {
         px: box.left + (left + sx * (right - left) - at.left) * at.scale,
@@ -68,7 +68,7 @@ test('/#fluid opens the lab, and it flows', async () => {
   await reached(page, 1);
   assert.notEqual(await drawn(page), one);
   assert.ok((await shownValue(page, 'mass')) > 0);
-  assert.ok(requests.some((r) => r.url().endsWith('js/fluid/lab.js')) && requests.some((r) => r.url().endsWith('fluid.css')));
+  assert.ok(requests.some((r) => r.url().endsWith('js/labs/fluid/lab.js')) && requests.some((r) => r.url().endsWith('fluid.css')));
   assert.deepEqual(complaints, []);
   await close();
 });
@@ -76,7 +76,7 @@ test('/#fluid opens the lab, and it flows', async () => {
 test('the race reads nothing of the lab', async () => {
   const { requests, close } = await visit(browser, daemon.url);
   assert.deepEqual(
-    requests.map((r) => r.url()).filter((url) => url.includes('fluid')),
+    requests.map((r) => r.url()).filter((url) => url.includes('fluid') && !url.endsWith('/about.js')),
     [],
   );
   await close();
@@ -147,7 +147,7 @@ test('walls and empty cells have separate colours, and the view is not upside do
 test('the colour maps are even: no step is larger than another by a third', async () => {
   const { page, close } = await open('?scenario=fluid/cavity');
   const worst = await page.evaluate(async () => {
-    const { mapsOf } = await import(new URL('js/fluid/colours.js', location.href).href);
+    const { mapsOf } = await import(new URL('js/labs/fluid/colours.js', location.href).href);
     const lab = (packed) => {
       const [r, g, b] = [packed & 255, (packed >> 8) & 255, (packed >> 16) & 255].map((v) =>
         v / 255 <= 0.04045 ? v / 255 / 12.92 : ((v / 255 + 0.055) / 1.055) ** 2.4,

@@ -156,3 +156,32 @@ for (const lab of LABS) {
     await close();
   });
 }
+
+test('the help has the keys and views of the lab that is shown: driving only with a netgame', async () => {
+  const { page, close } = await visit(browser, daemon.url);
+  const captions = async () => {
+    await button(page, 'Help').click();
+    await page.getByRole('heading', { name: 'Help' }).waitFor();
+    const found = await page.locator('dialog caption').allTextContents(),
+      keys = await page.locator('dialog kbd').allTextContents();
+    await page.keyboard.press('Escape');
+    return { found, keys };
+  };
+  await page.waitForSelector('#error-chart canvas');
+  const race = await captions();
+  assert.deepEqual(race.found, ['Keys', 'Driving']);
+  assert.ok(race.keys.includes('G') && race.keys.includes('Shift + 1') && race.keys.includes('A, D'));
+  for (const lab of [...LABS.map(({ name }) => name), 'Experiments']) {
+    await button(page, lab).click();
+    await page.waitForFunction((name) => document.querySelector('.lab[aria-current="page"]')?.textContent === name, lab);
+    await page.waitForSelector('main.step');
+    const { found, keys } = await captions();
+    assert.deepEqual(found, ['Keys'], lab);
+    assert.ok(keys.includes('F') && !keys.includes('G') && !keys.includes('A, D'), lab);
+    assert.equal(keys.includes('Space'), lab !== 'Experiments', lab);
+  }
+  await button(page, 'Race').click();
+  await page.waitForSelector('#lane');
+  assert.deepEqual((await captions()).found, ['Keys', 'Driving']);
+  await close();
+});

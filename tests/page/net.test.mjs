@@ -81,12 +81,18 @@ test('the daemon comes back without its data: the session is created again from 
   await daemon.stop();
 });
 
-/** What is read after the first frame is there. */
-const whole = (page) => page.waitForFunction(() => document.querySelector('link[href$="uplot.css"]') !== null, null, { timeout: 8000 });
+/** What is read after the first frame is there: the dialogs, and of a netgame the curves. */
+const whole = (page) =>
+  page.waitForFunction(
+    () => document.querySelector('dialog') && document.querySelector(globalThis.laglab().params.players ? '.plot canvas' : 'main'),
+    null,
+    { timeout: 8000 },
+  );
 
 for (const [what, pattern, query] of [
-  ['what follows the first frame', '**/js/later.js', ''],
-  ['a lab', '**/js/collide/lab.js', '?scenario=rigid/column'],
+  ['what follows the first frame', '**/js/shell/later.js', ''],
+  ['what follows the first frame of a lab', '**/js/labs/netgame/lab/later.js', ''],
+  ['a lab', '**/js/labs/rigid/lab.js', '?scenario=rigid/column'],
 ]) {
   test(`${what} that could not be read is read again`, async (t) => {
     const daemon = await startDaemon();
@@ -130,4 +136,46 @@ test('opened before the daemon is there: it waits and begins', async () => {
   await page.waitForFunction(() => globalThis.laglab().frame?.tick > 3, null, { timeout: 5000 });
   await close();
   await daemon.stop();
+});
+
+test('a frame that a closed stream decodes late is not drawn in the next session', async (t) => {
+  const daemon = await startDaemon();
+  const { page, close } = await visit(browser, 'about:blank', { wait: false });
+  t.after(async () => {
+    await close();
+    await daemon.stop();
+  });
+  let streams = 0,
+    frames = 0;
+  /** @type {(value?: unknown) => void} */ let release = () => {};
+  const released = new Promise((resolve) => {
+    release = resolve;
+  });
+  /* The tables of the first stream come late, so that its frames wait; the second has a hello alone. */
+  await page.routeWebSocket(/\/stream$/, (socket) => {
+    const first = streams++ === 0,
+      server = socket.connectToServer();
+    server.onMessage((message) => {
+      if (typeof message === 'string') socket.send(first ? message.replace(/"schema": *"\w+"/, '"schema":"0"') : message);
+      else if (first) {
+        frames++;
+        socket.send(message);
+      }
+    });
+  });
+  await page.route('**/stream/schema.json', async (route) => {
+    await released;
+    await route.continue();
+  });
+  await page.goto(daemon.url);
+  await until(async () => frames > 0, 'a frame waits');
+  const counts = () => page.evaluate(() => globalThis.laglab().counts);
+  await page.getByRole('button', { name: 'Step', exact: true }).click();
+  await until(async () => (await counts()).hellos === 2, 'another session');
+  const answered = page.waitForResponse('**/stream/schema.json');
+  release();
+  await (await answered).finished();
+  await page.waitForTimeout(300);
+  assert.equal((await counts()).received, 0);
+  assert.equal(await frameOf(page), null);
 });

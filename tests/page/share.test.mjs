@@ -104,3 +104,59 @@ test('a session that no longer exists is reported and replaced', async () => {
   assert.equal(new URL(page.url()).hash, '');
   await close();
 });
+
+const LAG = 'players.0.lag_ms';
+const setLag = async (page, value) => {
+  await control(page, LAG, 'number').fill(String(value));
+  await control(page, LAG, 'number').press('Enter');
+  await until(async () => (await paramsOf(page)).players[0].lag_ms === value, 'changed');
+};
+
+test('parameters that were read before a change do not undo it, though they come after', async () => {
+  const { page, close } = await visit(browser, 'about:blank', { wait: false });
+  /** @type {(value?: unknown) => void} */ let release = () => {};
+  const released = new Promise((resolve) => {
+    release = resolve;
+  });
+  let held = 0;
+  await page.route(/\/api\/v1\/sessions\/\w+$/, async (route) => {
+    if (route.request().method() !== 'GET' || held > 0) return route.continue();
+    const answer = await route.fetch();
+    held++;
+    await released;
+    return route.fulfill({ response: answer });
+  });
+  await page.goto(`${daemon.url}?scenario=race&set=${LAG}:111`);
+  await shown(page);
+  await until(async () => held === 1, 'read after the first frame');
+  await setLag(page, 222);
+  release();
+  await page.waitForTimeout(400);
+  assert.equal((await paramsOf(page)).players[0].lag_ms, 222);
+  await close();
+});
+
+test('a hello that was written before a change does not undo it', async () => {
+  const made = (await api(daemon.url, 'sessions', { scenario: 'race', set: { [LAG]: 111 } })).body;
+  const { page, close } = await visit(browser, 'about:blank', { wait: false });
+  let streams = 0;
+  /** @type {(() => void)[]} */ const late = [];
+  await page.routeWebSocket(/\/stream$/, (socket) => {
+    const second = streams++ > 0,
+      server = socket.connectToServer();
+    server.onMessage((message) => {
+      if (second && streams < 9) late.push(() => socket.send(message));
+      else socket.send(message);
+    });
+  });
+  await page.goto(`${daemon.url}#s=${made.id}`);
+  await shown(page);
+  await page.getByRole('button', { name: 'Make my copy' }).click();
+  await until(async () => late.length > 1, 'the hello and a frame wait');
+  await setLag(page, 222);
+  streams = 9; /* what follows is not held back */
+  late.forEach((send) => send());
+  await until(async () => (await frameOf(page)) !== null, 'a frame');
+  await until(async () => (await paramsOf(page)).players[0].lag_ms === 222, 'the change holds');
+  await close();
+});

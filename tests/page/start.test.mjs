@@ -96,19 +96,20 @@ function closure(file, found = new Set()) {
   if (found.has(file)) return found;
   found.add(file);
   const text = file.startsWith('vendor/') ? '' : readFileSync(path.join(WWW, file), 'utf8');
-  for (const [, name] of text.matchAll(/^import (?:[^'\n;]*? from )?'([^']+)';/gm))
-    closure(path.posix.join(path.posix.dirname(file), name), found);
+  for (const [, one, other] of text.matchAll(/^import\b[^'";]*'([^']+)'|^export\s*[*{][^'";]*from\s*'([^']+)'/gm))
+    closure(path.posix.join(path.posix.dirname(file), one ?? other), found);
   return found;
 }
 
 test('all modules of the first frame are requested at once, and no others', () => {
-  const needed = closure('js/main.js');
+  const needed = closure('js/labs/netgame/lab/lab.js', closure('js/shell/main.js')); // the first lab
   const asked = [
     ...readFileSync(path.join(WWW, 'index.html'), 'utf8').matchAll(/(?:modulepreload" href|type="module" src)="([^"]+)"/g),
   ].map(([, name]) => name);
   assert.ok(needed.size > 20);
   assert.deepEqual(asked.sort(), [...needed].sort());
-  for (const name of ['js/later.js', 'js/dialogs.js', 'js/views/chart.js', 'vendor/uplot.js']) assert.ok(!needed.has(name), name);
+  for (const name of ['js/shell/later.js', 'js/shell/dialogs.js', 'js/labs/netgame/views/chart.js', 'vendor/uplot.js'])
+    assert.ok(!needed.has(name), name);
 });
 
 test('modules after the first frame load by themselves: curves, dialogs, inspectors', async () => {

@@ -14,8 +14,10 @@ const files = {
   'src/base/README.md': '# base\n- `one.h`: `ll_one`\n- `gone.h`: `ll_gone`\n',
   'src/game/README.md': `# game\n- \`race\`: \`race.c\`, \`src/missing/\`\n${'line\n'.repeat(30)}`,
   'tests/structure/rooms.txt': 'base:\ngame/race: base\ngame/dam: base\n',
+  'tests/structure/page_rooms.txt': 'base:\nshell: base\n',
+  'www/js/base/one.js': '',
   'ARCHITECTURE.md':
-    '`base`, `game/race`: `src/base/one.h`, `ll_NAME` in `src/game/NAME.c`, `build/written.json`\n```\n`src/in_a_block.c`\n```\n',
+    '`base`, `game/race`, `www/js/base`: `src/base/one.h`, `ll_NAME` in `src/game/NAME.c`, `build/written.json`\n```\n`src/in_a_block.c`\n```\n',
 };
 for (const [name, text] of Object.entries(files)) {
   mkdirSync(dirname(join(root, name)), { recursive: true });
@@ -23,6 +25,7 @@ for (const [name, text] of Object.entries(files)) {
 }
 assert.deepEqual(checkGuides(root).sort(), [
   'ARCHITECTURE.md:1: does not name the room game/dam',
+  'ARCHITECTURE.md:1: does not name the room www/js/shell',
   'CONTRIBUTING.md: is missing',
   'src/base/README.md:1: does not name two.h',
   'src/base/README.md:3: ll_gone is not in src',

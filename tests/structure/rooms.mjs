@@ -1,13 +1,13 @@
-// The table of rooms, tests/structure/rooms.txt, and graphs.
+// The tables of rooms, tests/structure/rooms.txt and page_rooms.txt, and graphs.
 import { readFileSync } from 'node:fs';
 
 /** @typedef {{may: Map<string, string[]>, pure: string[], allocating: string[], exceptions: {file: string, other: string}[],
- *   circles: {room: string, files: string[]}[], findings: string[]}} Rooms */
+ *   circles: {room: string, files: string[]}[], games: string[], generated: string[], findings: string[]}} Rooms */
 
 /** @param {string} path @returns {Rooms} */
 export function readRooms(path) {
   /** @type {Rooms} */
-  const rooms = { may: new Map(), pure: [], allocating: [], exceptions: [], circles: [], findings: [] };
+  const rooms = { may: new Map(), pure: [], allocating: [], exceptions: [], circles: [], games: [], generated: [], findings: [] };
   for (const row of readFileSync(path, 'utf8').split('\n')) {
     const line = row.replace(/#.*/, '').trim();
     if (!line) continue;
@@ -17,6 +17,8 @@ export function readRooms(path) {
       around = /^circle (\S+) (.+)$/.exec(key);
     if (key === 'pure') rooms.pure.push(...words);
     else if (key === 'allocates') rooms.allocating.push(...words);
+    else if (key === 'games') rooms.games.push(...words);
+    else if (key === 'generated') rooms.generated.push(...words);
     else if (exception || around) {
       if (words.length < 3) rooms.findings.push(`${key}: no reason is given`);
       if (exception) rooms.exceptions.push({ file: exception[1], other: exception[2] });

@@ -251,7 +251,8 @@ function readPlanes(reader, section, base) {
   }
 }
 
-/** A section's body. @param {Layout} layout @param {Section | null} base the section that it is a delta of; null: it is whole @param {Uint8Array} bytes
+/** A section's body. @param {Layout} layout @param {Section | null} base the section that it is a delta of; null: it is whole
+ * @param {Uint8Array} bytes
  * @returns {Section} */
 export function readSection(layout, base, bytes) {
   const reader = new Reader(bytes);
@@ -303,7 +304,8 @@ export class FrameBase {
     };
   }
 
-  /** The rows of a record in which a field has a value. @param {string} name @param {string} field @param {number} value @returns {any[]} */
+  /** The rows of a record in which a field has a value. @param {string} name @param {string} field @param {number} value
+   * @returns {any[]} */
   where(name, field, value) {
     return this.sections.get(name)?.where(field, value) ?? [];
   }
@@ -317,7 +319,7 @@ for (const { name, form } of RECORDS) {
   });
 }
 
-/** @typedef {FrameBase & import('./records.js').Records} Frame */
+/** @typedef {FrameBase & import('./rows.js').Records} Frame */
 
 /** @typedef {{id: number, whole: boolean, bytes: Uint8Array}} Part */
 

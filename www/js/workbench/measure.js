@@ -1,7 +1,7 @@
 // Data outside of the stream, requested once a second: the cost of steps, and profiles that are compared with known ones.
 import { signal } from '../../vendor/signals-core.js';
-import { call } from '../api.js';
-import { session } from '../state.js';
+import { call } from '../base/api.js';
+import { session } from '../session/state.js';
 
 /** @typedef {Record<string, number>} Part  ms of the daemon's processor per step by phase; `all`: of the whole step */
 
@@ -30,11 +30,12 @@ function takeCosts(now, id) {
   if (last.id === id && metered === last.metered) return;
   last = { id, metered, parts: totals };
   costs.value = totals.map((/** @type {Part} */ part, /** @type {number} */ i) =>
-    Object.fromEntries(Object.entries(part).map(([name, ns]) => [name, (ns - (from.parts[i]?.[name] ?? 0)) / steps / 1e6])),
+    /* a total that has not grown can differ by rounding */
+    Object.fromEntries(Object.entries(part).map(([name, ns]) => [name, Math.max(0, (ns - (from.parts[i]?.[name] ?? 0)) / steps / 1e6)])),
   );
 }
 
-/** @param {import('../frame.js').Frame} frame @param {boolean} curves whether there may be some */
+/** @param {import('../stream/frame.js').Frame} frame @param {boolean} curves whether there may be some */
 export async function measure(frame, curves) {
   const id = session.value?.id ?? '',
     time = performance.now();

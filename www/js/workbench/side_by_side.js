@@ -1,10 +1,10 @@
 // Simulations side by side from the same start: how many there are, and what makes each another than the first.
 import { html } from '../../vendor/lit-html.js';
-import { link } from '../early.js';
-import { again } from '../lab.js';
-import { params } from '../state.js';
+import { link } from '../session/opening.js';
+import { again } from '../session/session.js';
+import { params } from '../session/state.js';
 
-/** @typedef {import('../link.js').Value} Value */
+/** @typedef {import('../base/link.js').Value} Value */
 
 /** Path before a parameter of the one at index `i`. @param {number} i */
 export const pathOf = (i) => (i === 0 ? '' : `side_by_side.${i - 1}.`);
@@ -37,7 +37,8 @@ export function renew(set, list) {
 
 const COUNTS = ['one', 'two', 'three'];
 
-/** @param {number} count now @param {string} what `fluid` @param {(wanted: number) => void} set @returns {import('lit-html').TemplateResult} */
+/** @param {number} count now @param {string} what `fluid` @param {(wanted: number) => void} set
+ * @returns {import('lit-html').TemplateResult} */
 export function countChoice(count, what, set) {
   return html`<label class="field choice"><span>Side by side</span><select id="count"
     @change=${(/** @type {Event} */ event) => set(Number(/** @type {HTMLSelectElement} */ (event.target).value))}>${COUNTS.map(

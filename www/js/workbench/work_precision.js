@@ -1,7 +1,11 @@
 // Work-precision diagram of a session: writes an experiment with the current parameters, by the kind of the scenario.
 import { html } from '../../vendor/lit-html.js';
-import { openExperiments } from '../lab.js';
-import { params, workPrecisionOf } from '../state.js';
+import { signal } from '../../vendor/signals-core.js';
+import { openExperiments } from '../session/session.js';
+import { params } from '../session/state.js';
+
+/** The scenario of which it is wanted; null: none. @type {import('@preact/signals-core').Signal<any>} */
+export const workPrecisionOf = signal(null);
 
 function writeExperiment() {
   const scenario = structuredClone(params.value);

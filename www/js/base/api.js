@@ -1,0 +1,133 @@
+// REST calls of the daemon; a refused one throws a Problem (RFC 9457).
+
+/** @typedef {{field: string, detail: string}} FieldError */
+
+export class Problem extends Error {
+  /** @param {number} status @param {any} body */
+  constructor(status, body) {
+    super(String(body?.detail ?? body?.title ?? `The daemon answered ${status}`));
+    this.status = status;
+    /** @type {FieldError[]} */
+    this.errors = Array.isArray(body?.errors) ? body.errors : [];
+    this.declined = body?.declined === true; /* the class key was asked for, and not given */
+  }
+}
+
+/** The address of an API path.
+ * @param {string} path @returns {URL} */
+export function address(path) {
+  return new URL(`../../api/v1/${path}`, import.meta.url);
+}
+
+/** The stream of a session. @param {string} id @returns {WebSocket} */
+export function socketOf(id) {
+  const url = address(`sessions/${id}/stream`);
+  url.protocol = url.protocol.replace('http', 'ws');
+  const socket = new WebSocket(url, ['laglab.v2.bin']);
+  socket.binaryType = 'arraybuffer';
+  return socket;
+}
+
+/** The class key, which some daemons require for creating sessions: the browser keeps it. */
+const CLASS_KEY = 'laglab.class_key';
+
+/** @returns {string} */
+function classKey() {
+  try {
+    return localStorage.getItem(CLASS_KEY) ?? '';
+  } catch {
+    return ''; // a browser that keeps nothing
+  }
+}
+
+/** @param {string} key */
+function keepClassKey(key) {
+  try {
+    localStorage.setItem(CLASS_KEY, key);
+  } catch {
+    /* it is asked for again */
+  }
+}
+
+/** @param {unknown} error @returns {boolean} */
+const wantsKey = (error) => error instanceof Problem && [401, 403].includes(error.status);
+
+/** Makes something: with the class key where the daemon wants one.
+ * @param {string} path @param {unknown} [body] @param {boolean} [ask] whether the request may ask a person for the key
+ * @returns {Promise<any>} */
+export async function make(path, body, ask = true) {
+  const kept = classKey();
+  const post = (/** @type {string} */ key) => call('POST', path, { body, key });
+  try {
+    return await post(kept);
+  } catch (error) {
+    if (!ask || !wantsKey(error)) throw error;
+    const { withKey } = await part(() => import('./class_key.js'));
+    return withKey(
+      async (key) => {
+        const made = await post(key);
+        keepClassKey(key);
+        return made;
+      },
+      wantsKey,
+      kept !== '',
+      new Problem(401, { detail: 'Creating sessions here needs the class key.', declined: true }),
+    );
+  }
+}
+
+/** @param {string} method @param {string} path @param {{body?: unknown, key?: string}} [more]
+ * @returns {Promise<any>} the JSON of the answer; null when it has none */
+export async function call(method, path, more = {}) {
+  /** @type {Record<string, string>} */
+  const headers = { Accept: 'application/json' };
+  if (more.body !== undefined) headers['Content-Type'] = 'application/json';
+  if (more.key) headers.Authorization = `Bearer ${more.key}`;
+  const answer = await fetch(address(path), {
+    method,
+    headers,
+    body: more.body === undefined ? null : JSON.stringify(more.body),
+    cache: 'no-store',
+  });
+  const text = await answer.text();
+  /** @type {any} */
+  let body = null;
+  try {
+    body = text === '' ? null : JSON.parse(text);
+  } catch {
+    if (answer.ok) throw new Problem(answer.status, { detail: 'The daemon did not answer with JSON' });
+  }
+  if (!answer.ok) throw new Problem(answer.status, body);
+  return body;
+}
+
+/** Asks until it is answered: a page without its controls would be of no use.
+ * @template T @param {() => Promise<T>} ask @returns {Promise<T>} */
+export async function insist(ask) {
+  for (let wait = 500; ; wait = Math.min(4000, 2 * wait)) {
+    try {
+      return await ask();
+    } catch {
+      await new Promise((done) => setTimeout(done, wait));
+    }
+  }
+}
+
+/** A module that is read when it is wanted. When the daemon was away it is read once the daemon answers; browsers that
+ * remember the failure (HTML had it so until 2026) load the page again, once.
+ * @template T @param {() => Promise<T>} read @returns {Promise<T>} */
+export async function part(read) {
+  try {
+    return await read();
+  } catch {
+    await insist(() => call('GET', 'scenarios?brief=true'));
+    try {
+      return await read();
+    } catch (error) {
+      const [opened] = performance.getEntriesByType('navigation');
+      if (/** @type {PerformanceNavigationTiming} */ (opened).type === 'reload') throw error;
+      location.reload();
+      return new Promise(() => {});
+    }
+  }
+}

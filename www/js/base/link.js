@@ -1,0 +1,105 @@
+// What the address says: scenario, changed parameters, seed, theme, and the session to join.
+
+/** @typedef {string | number | boolean | object} Value */
+
+/**
+ * @typedef {object} Link
+ * @property {string} scenario  empty until `readScenario`
+ * @property {string} first       the scenario where the address names none
+ * @property {Record<string, Value>} set    changed parameters by dotted path
+ * @property {number | null} seed
+ * @property {string} theme       auto, light, dark or projector
+ * @property {string} session     of the fragment; empty when the page makes its own
+ * @property {string} key         of the fragment; removed from the address bar at once
+ * @property {string | null} experiment  of `#experiments=ID`; empty for the view alone; null when a lab is wanted
+ * @property {string[]} problems  what was ignored, in words
+ */
+
+export const THEMES = ['auto', 'light', 'dark', 'projector'];
+/** A short address such as `/#step`, and the scenario that it opens. @typedef {{id: string, scenario: string}} Short */
+
+/** @param {string} text @returns {Value} */
+function toValue(text) {
+  if (text === 'true' || text === 'false') return text === 'true';
+  if (/^[[{]/.test(text)) {
+    try {
+      return JSON.parse(text);
+    } catch {
+      /* then it is a text */
+    }
+  }
+  const number = Number(text);
+  return text.trim() !== '' && Number.isFinite(number) ? number : text;
+}
+
+/** @param {string} hash @returns {string | null} */
+export function readExperiment(hash) {
+  const found = /^#experiments(?:=([A-Za-z0-9_-]{1,64}))?$/.exec(hash);
+  return found ? (found[1] ?? '') : null;
+}
+
+/** @param {string} search @param {string} hash @returns {Link} */
+export function readLink(search, hash) {
+  const query = new URLSearchParams(search);
+  const fragment = new URLSearchParams(hash.replace(/^#/, ''));
+  /** @type {Link} */
+  const link = {
+    scenario: '',
+    first: '',
+    set: {},
+    seed: null,
+    theme: 'auto',
+    session: '',
+    key: '',
+    experiment: readExperiment(hash),
+    problems: [],
+  };
+
+  for (const item of query.getAll('set')) {
+    const cut = item.indexOf(':');
+    const path = item.slice(0, cut);
+    if (cut > 0 && /^[a-z0-9_.]{1,96}$/.test(path)) link.set[path] = toValue(item.slice(cut + 1));
+    else link.problems.push(`set=${item} ignored: write set=path:value`);
+  }
+
+  const seed = query.get('seed');
+  if (seed !== null && /^[0-9]{1,15}$/.test(seed)) link.seed = Number(seed);
+  else if (seed !== null) link.problems.push(`seed=${seed} ignored: a seed is a whole number, using the scenario's`);
+
+  const theme = query.get('theme');
+  if (theme !== null && THEMES.includes(theme)) link.theme = theme;
+  else if (theme !== null) link.problems.push(`theme=${theme} ignored: it is one of ${THEMES.join(', ')}`);
+
+  const session = fragment.get('s') ?? '';
+  if (/^[A-Za-z0-9_-]{1,64}$/.test(session)) {
+    link.session = session;
+    link.key = fragment.get('k') ?? '';
+  } else if (session !== '') {
+    link.problems.push('The session in the address is not an id; a new one was created');
+  }
+  return link;
+}
+
+/** The scenario: that of the query or of a short address; the first of these where the address names none.
+ * @param {Link} link @param {string} search @param {string} hash @param {Short[]} shorts */
+export function readScenario(link, search, hash, shorts) {
+  const asked = new URLSearchParams(search).get('scenario'),
+    first = shorts[0]?.scenario ?? '';
+  link.first = first;
+  link.scenario = asked ?? shorts.find(({ id }) => id === hash.slice(1))?.scenario ?? first;
+  if (/^[a-z0-9_/-]{1,64}$/.test(link.scenario)) return;
+  link.problems.unshift(`scenario=${asked} ignored, using ${first}`);
+  link.scenario = first;
+}
+
+/** The query that gives the same set-up elsewhere: only what differs from the scenario.
+ * @param {Pick<Link, 'scenario' | 'first' | 'set' | 'seed' | 'theme'>} link @returns {string} */
+export function writeQuery(link) {
+  const parts = [];
+  if (link.scenario !== link.first || Object.keys(link.set).length > 0) parts.push(`scenario=${link.scenario}`);
+  for (const [path, value] of Object.entries(link.set))
+    parts.push(`set=${path}:${encodeURIComponent(typeof value === 'object' ? JSON.stringify(value) : String(value))}`);
+  if (link.seed !== null) parts.push(`seed=${link.seed}`);
+  if (link.theme !== 'auto') parts.push(`theme=${link.theme}`);
+  return parts.length > 0 ? `?${parts.join('&')}` : '';
+}

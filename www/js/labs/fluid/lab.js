@@ -1,0 +1,339 @@
+// The fluid lab: fluids side by side, their errors and costs; a person can drag them.
+import { html, nothing } from '../../../vendor/lit-html.js';
+import { effect, signal } from '../../../vendor/signals-core.js';
+import { fixed, short } from '../../base/format.js';
+import { params, session } from '../../session/state.js';
+import { palette, paintOf } from '../../draw/palette.js';
+import { drawPlot } from '../../draw/plot.js';
+import { touch } from '../../draw/redraw.js';
+import { onto } from '../../workbench/canvas.js';
+import { costs, forget as forgetMeasured, measure, profiles } from '../../workbench/measure.js';
+import { mark } from '../../workbench/player_mark.js';
+import { PointerDrag } from '../../workbench/pointer_drag.js';
+import { workPrecisionButton } from '../../workbench/work_precision.js';
+import { fluidsOf } from './decode.js';
+import { drawScene } from './drawing.js';
+import { drawing, fluid, fluids, isSurface, nameOf, relief, words } from './fluids.js';
+import { isSize, pick, rankOf, formatNumber, wordsOf } from './numbers.js';
+import { fluidPanel, scenePanel } from './panels.js';
+import { Record } from './record.js';
+import { Scale } from './scale.js';
+
+/** @typedef {import('lit-html').TemplateResult} Template */
+/** @typedef {import('../../stream/frame.js').Frame} Frame */
+/** @typedef {import('./fluids.js').Layer} Layer */
+/** @typedef {import('./fluids.js').FluidLayout} FluidLayout */
+
+const sheet = document.createElement('link');
+sheet.rel = 'stylesheet';
+sheet.href = new URL('../../../fluid.css', import.meta.url).href;
+const styled = new Promise((done) => {
+  sheet.onload = sheet.onerror = done;
+});
+document.head.append(sheet);
+await styled;
+
+/** Of each fluid. @type {Record[]} */
+let records = [];
+/** By layer. @type {Map<string, Scale>} */
+let scales = new Map();
+/** Names of the numbers that are plotted; empty: as suits the scene. @type {import('@preact/signals-core').Signal<string[]>} */
+const plotted = signal(['', '']);
+
+export const drag = new PointerDrag((world) => fluids()[world]?.view ?? []);
+const idOf = (/** @type {number} */ i) => (i === 0 ? 'fluid' : `fluid${i}`);
+/** The unit that the help of a layer ends with. @param {Layer} layer */
+const unitOf = (layer) => /(?:^|: )((?:m|s|1|kg|N|J|Pa|rad)[\w/^²³*.]*?)\.?$/.exec(layer.help)?.[1] ?? '';
+/** Whether the colours are heights of water. @param {import('./decode.js').Fluid} now @param {number} i */
+const isWater = (now, i) => {
+  const layer = now.field && fluids()[i]?.layers[now.field.layer];
+  return layer !== null && layer !== undefined && isSurface(layer);
+};
+
+// ---- numbers ----
+
+/** Of all fluids, each name once, in the order of the first. */
+const names = () => [...new Set(fluids().flatMap((one) => one.numbers))];
+/** @param {number} i @param {string} name */
+const cellOf = (i, name) => (i === 0 ? name : `${i}/${name}`);
+
+/** @param {string} name @returns {Template} */
+function row(name) {
+  const { label, unit } = wordsOf(name);
+  return html`<tr><th scope="row">${label}${unit ? ` (${unit})` : ''}</th>${fluids().map(
+    (_, i) => html`<td
+    data-fluid=${cellOf(i, name)}>–</td>`,
+  )}</tr>`;
+}
+
+/** @param {string} caption @param {Template[]} rows @returns {Template | typeof nothing} */
+function table(caption, rows) {
+  if (rows.length === 0) return nothing;
+  const heads =
+    fluids().length > 1
+      ? html`<thead><tr><td></td>${fluids().map(
+          (_, i) => html`<th scope="col"><span
+        class="unseen">${nameOf(i)}</span>${mark(i)}</th>`,
+        )}</tr></thead>`
+      : nothing;
+  return html`<table class="data now">${caption ? html`<caption>${caption}</caption>` : nothing}${heads}<tbody>${rows}</tbody></table>`;
+}
+
+/** @returns {Template} */
+function numbers() {
+  const of = (/** @type {number} */ rank) =>
+    names()
+      .filter((name) => rankOf(name) === rank)
+      .map(row);
+  const each = (/** @type {(i: number) => string} */ text, /** @type {string} */ id) =>
+    fluids().map((_, i) => html`<td id=${i === 0 ? id : `${id}${i}`}>${text(i)}</td>`);
+  const step = (/** @type {number} */ i) => costs.value[i]?.all;
+  const pace = fluid()?.hz ?? 60;
+  return html`${table('Cost', [
+    html`<tr><th scope="row">step (ms)</th>${each((i) => (step(i) === undefined ? '–' : short(Number(step(i)))), 'step-ms')}</tr>`,
+    html`<tr><th
+      scope="row">processor per second (ms)</th>${each((i) => (step(i) === undefined ? '–' : short(Number(step(i)) * pace)), 'second-ms')}</tr>`,
+    html`<tr><th scope="row">frames per second</th><td id="fps" colspan=${fluids().length}>–</td></tr>`,
+  ])}
+    ${table('Errors', of(0))}${table('Conserved and measured', of(1))}
+    ${of(2).length > 0 ? html`<details><summary>More values</summary>${table('', of(2))}</details>` : nothing}`;
+}
+
+// ---- the page ----
+
+/** The number that plot `i` shows. @param {number} i @returns {string} */
+function plottedName(i) {
+  const all = names(),
+    chosen = plotted.value[i] ?? '';
+  if (all.includes(chosen)) return chosen;
+  return all[pick(all, i === 0 ? [/error/, /energy/, /water_at/] : [/^divergence/, /density.*max/, /mass_change/, /mass/])] ?? '';
+}
+
+/** @param {number} i @returns {Template} */
+function plot(i) {
+  const name = `${wordsOf(plottedName(i)).label} over time`;
+  const set = (/** @type {Event} */ event) => {
+    plotted.value = plotted.value.map((one, k) => (k === i ? /** @type {HTMLSelectElement} */ (event.target).value : one));
+  };
+  return html`<section class="plotbox" aria-label=${name}><div class="view"><canvas id=${`plot${i}`} role="img" aria-label=${name}></canvas>
+    <select class="plotted" aria-label=${`Plot ${i + 1} shows`} @change=${set}>${names().map(
+      (one) => html`<option value=${one}
+      .selected=${one === plottedName(i)}>${wordsOf(one).label}</option>`,
+    )}</select></div></section>`;
+}
+
+const hasProfiles = () => (profiles.value ?? []).some((one) => Object.keys(one).length > 0);
+
+/** The metric that shows a fluid's error best. @param {number} i */
+const errorOf = (i) => {
+  const all = fluids()[i]?.numbers ?? [];
+  return all[pick(all, [/error.*max|^error|front_error/, /error/, /^divergence/, /numerical|overshoot/, /energy/])] ?? '';
+};
+
+/** @param {number} i @returns {Template} */
+function drawingOf(i) {
+  const step = costs.value[i]?.all;
+  const name = `${fluids()[i]?.title ?? 'Fluid'}${fluids().length > 1 ? `, ${nameOf(i)}` : ''}`;
+  const label = `${name}. Drag the fluid with the mouse or a finger. Arrow keys move a pointer, Enter presses and releases.`;
+  return html`<figure class="drawing"><figcaption>${fluids().length > 1 ? html`${mark(i)} <b>${nameOf(i)}</b>` : nothing}
+      <span>${wordsOf(errorOf(i)).label} <output
+        data-error=${i}>–</output></span><span>${step === undefined ? '–' : short(step)} ms/step</span></figcaption>
+    ${drag.box(i, 'stir', label, html`<canvas id=${idOf(i)} role="img" aria-label="Fluid"></canvas>`)}</figure>`;
+}
+
+/** @returns {Template} */
+function template() {
+  const at = fluid();
+  return html`<main class="step fluid" id="views" tabindex="-1">
+    <div class="methods" aria-label="Scene and solvers" role="group">${scenePanel()}${fluids().map((_, i) => fluidPanel(i))}</div>
+    <div class="drawings" tabindex="0" role="region" aria-label="Views">
+      <section class="stage" aria-label="Fluids" data-count=${fluids().length}>${fluids().map((_, i) => drawingOf(i))}</section>
+      <div class="plots">${plot(0)}${plot(1)}${
+        hasProfiles()
+          ? html`<section class="plotbox" aria-label="Profiles"><div class="view">
+        <canvas id="profiles" role="img" aria-label="Profiles"></canvas></div></section>`
+          : nothing
+      }</div>
+    </div>
+    <aside class="side" aria-label="Numbers">
+      <div class="about"><h2>${params.value?.paper ? `${params.value.paper}: ` : ''}${params.value?.title ?? ''}</h2>
+        ${params.value?.text ? html`<p>${params.value.text}</p>` : nothing}</div>
+      ${workPrecisionButton()}${numbers()}
+      <div class="about"><p>${at?.help ?? ''}</p>${at?.source ? html`<p>Reference: ${at.source}</p>` : nothing}
+        ${(at?.notices ?? []).map((/** @type {string} */ text) => html`<p role="note"><strong>Warning.</strong> ${text}</p>`)}</div>
+    </aside></main>`;
+}
+
+// ---- drawing ----
+
+/** @param {string} name @param {string} unit */
+function scaleOf(name, unit) {
+  const known = scales.get(name) ?? new Scale(unit);
+  scales.set(name, known);
+  return known;
+}
+
+/** Of each fluid. @type {number[]} */
+const newest = [];
+
+/** The present colour scale. @param {import('./decode.js').Fluid} now @param {number} i @param {number} seq of the frame
+ * @returns {{scale: Scale | null, word: string}} */
+function coloured(now, i, seq) {
+  const layers = fluids()[i]?.layers ?? [],
+    fresh = seq !== newest[i];
+  newest[i] = seq;
+  if (now.field) {
+    const layer = layers[now.field.layer],
+      unit = layer ? unitOf(layer) : '';
+    const scale = scaleOf(layer?.name ?? '', unit);
+    if (fresh) scale.take(now.field);
+    return { scale, word: `${words(layer?.name ?? '')}${unit ? ` (${unit})` : ''}` };
+  }
+  for (const list of now.points) {
+    const columns = layers[list.layer]?.columns ?? [],
+      hue = columns.findIndex((name) => /speed|mps$/.test(name));
+    if (hue < 0) continue;
+    const { label, unit } = wordsOf(columns[hue] ?? ''),
+      scale = scaleOf(label, unit);
+    let most = 0;
+    for (let k = hue; k < list.values.length; k += list.columns) most = Math.max(most, list.values[k] ?? 0);
+    if (fresh) scale.follow(most, false);
+    return { scale, word: `${label}${unit ? ` (${unit})` : ''}` };
+  }
+  return { scale: null, word: '' };
+}
+
+/** @param {string} place @param {string} text */
+function put(place, text) {
+  const cell = document.querySelector(place);
+  if (cell && cell.textContent !== text) cell.textContent = text;
+}
+
+/** @param {number} i @param {number[]} values */
+function showNumbers(i, values) {
+  fluids()[i]?.numbers.forEach((name, k) => {
+    const text = formatNumber(name, values[k] ?? NaN);
+    put(`[data-fluid="${cellOf(i, name)}"]`, text);
+    if (name === errorOf(i)) put(`[data-error="${i}"]`, text);
+  });
+}
+
+/** @param {import('../../draw/palette.js').Palette} colours */
+function drawPlots(colours) {
+  const several = fluids().length > 1;
+  for (const p of [0, 1]) {
+    const name = plottedName(p),
+      size = isSize(name),
+      { unit } = wordsOf(name);
+    const lines = fluids().flatMap((one, i) => {
+      const ys = records[i]?.numbers[one.numbers.indexOf(name)],
+        own = paintOf(colours, several ? i : p);
+      return ys
+        ? [{ xs: records[i]?.t ?? [], ys: size ? ys.map(Math.abs) : ys, colour: own.text, ...(several ? { dash: own.dash } : {}) }]
+        : [];
+    });
+    const empty = lines.some(({ ys }) => ys.length < 2 || ys.some((v) => v !== 0)) ? 'Play to draw' : 'all is 0';
+    onto(`plot${p}`, (s) => drawPlot(s, colours, { lines, x: 't (s)', y: unit, logY: size, least: 1e-9, empty }));
+  }
+  if (!hasProfiles()) return;
+  const curves = (profiles.value ?? []).flatMap((one, i) =>
+    Object.entries(one).map(([name, pairs]) => ({ name, i, pairs, known: name.endsWith('_reference') })),
+  );
+  const shown = curves.filter(({ i, known }) => !known || i === 0),
+    own = [...new Set(shown.filter(({ known }) => !known).map(({ name }) => name))];
+  const lines = shown.map(({ name, i, pairs, known }) => ({
+    xs: pairs.map(([x = 0]) => x),
+    ys: pairs.map(([, y = 0]) => y),
+    colour: paintOf(colours, several ? i : Math.max(0, own.indexOf(name.replace('_reference', '')))).text,
+    ...(known ? { points: true, width: 1, dash: [2, 3] } : several ? { dash: paintOf(colours, i).dash } : {}),
+  }));
+  const known = shown.some((one) => one.known) ? '; dots: known' : '';
+  onto('profiles', (s) => drawPlot(s, colours, { lines, x: 'place', y: `${own.join(', ')}${known}`, least: 1e-9, empty: '' }));
+}
+
+let numbered = 0,
+  counted = 0,
+  countedFrom = 0;
+
+/** @param {number} time ms */
+function showPace(time) {
+  counted++;
+  if (time - countedFrom < 1000) return;
+  const cell = document.getElementById('fps');
+  if (cell) cell.textContent = countedFrom > 0 && time - countedFrom < 3000 ? fixed((1000 * counted) / (time - countedFrom), 0) : '–';
+  counted = 0;
+  countedFrom = time;
+}
+
+/** @param {Frame} frame @param {import('./decode.js').Fluid} now @param {number} i
+ * @param {import('../../draw/palette.js').Palette} colours */
+function drawOne(frame, now, i, colours) {
+  const of = /** @type {FluidLayout} */ (fluids()[i]);
+  const points = now.points.map((list) => {
+    const layer = of.layers[list.layer];
+    return { of: list, columns: layer?.columns ?? [], line: layer !== undefined && isSurface(layer) };
+  });
+  onto(idOf(i), (surface) => {
+    drag.cameras.set(
+      i,
+      drawScene(surface, colours, {
+        view: of.view,
+        field: now.field,
+        points,
+        ...coloured(now, i, frame.seq),
+        water: isWater(now, i),
+        cells: drawing.value.cells,
+        relief: relief(i),
+        hand: drag.pointerIn(i),
+        note: now.state.status === 1 ? 'Diverged and stopped' : '',
+      }),
+    );
+  });
+}
+
+/** @param {FluidLayout} of @param {import('./decode.js').State} state @param {number} time */
+function describe(of, { numbers: values, status }, time) {
+  const wrong = of.numbers.flatMap((one, k) => (rankOf(one) === 0 ? [`${wordsOf(one).label} ${formatNumber(one, values[k] ?? NaN)}`] : []));
+  return `${of.title} at ${fixed(time, 2)} s. ${[...(status === 1 ? ['Diverged and stopped'] : []), ...wrong].join(', ')}`;
+}
+
+/** @param {Frame} frame @param {boolean} settled @param {boolean} name the drawings get their descriptions */
+function draw(frame, settled, name) {
+  const all = fluidsOf(frame),
+    at = fluids();
+  if (all.length === 0 || all.length !== at.length) return;
+  const colours = palette(),
+    time = performance.now(),
+    telling = settled || time - numbered > 120;
+  measure(frame, true);
+  showPace(time);
+  all.forEach((now, i) => {
+    const known = records[i];
+    if (!known || known.generation !== frame.session.generation || known.time > frame.time_s)
+      records[i] = new Record(frame.session.generation);
+    if (now.state.status === 0) records[i]?.take(frame.time_s, now.state.numbers);
+    drawOne(frame, now, i, colours);
+    if (telling) showNumbers(i, now.state.numbers);
+    if (name)
+      document.getElementById(idOf(i))?.setAttribute('aria-label', describe(/** @type {FluidLayout} */ (at[i]), now.state, frame.time_s));
+  });
+  if (telling) {
+    numbered = time;
+    drawPlots(colours);
+  }
+}
+
+effect(() => {
+  session.value;
+  forgetMeasured();
+  records = [];
+  scales = new Map();
+});
+effect(() => {
+  profiles.value;
+  costs.value;
+  touch();
+});
+
+/** @type {import('../../session/lab.js').Lab} */
+export const lab = { template, draw };

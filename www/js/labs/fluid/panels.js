@@ -1,0 +1,150 @@
+// The controls of the fluid lab: the scene, and each fluid with its solver.
+import { html, nothing } from '../../../vendor/lit-html.js';
+import { find, labelOf, livePaths } from '../../base/schema.js';
+import { change } from '../../session/params.js';
+import { choose } from '../../session/session.js';
+import { locked, params, scenarios, schema } from '../../session/state.js';
+import { touch } from '../../draw/redraw.js';
+import { control } from '../../workbench/controls.js';
+import { mark } from '../../workbench/player_mark.js';
+import { countChoice, paramsOf, pathOf } from '../../workbench/side_by_side.js';
+import { drawing, fieldsOf, fluids, nameOf, others, relief, renew, shownField, words } from './fluids.js';
+
+/** @typedef {import('lit-html').TemplateResult} Template */
+/** @typedef {import('../../base/link.js').Value} Value */
+
+/** Parameter of a scene: a change creates another session. @param {number} i @param {string} name
+ * @returns {Template | typeof nothing} */
+function sceneParameter(i, name) {
+  const path = `${pathOf(i)}params.${name}`,
+    row = find(schema.value, path),
+    value = paramsOf(i).params?.[name];
+  if (!row || value === undefined) return nothing;
+  const set = (/** @type {Value} */ given) => {
+    const list = others();
+    if (i === 0) renew({ [path]: given }, list);
+    else
+      renew(
+        {},
+        list.map((one, k) => (k === i - 1 ? { ...one, params: { ...one.params, [name]: given } } : one)),
+      );
+  };
+  const id = i === 0 ? name : `${i}/${name}`;
+  if (row.type === 'choice') {
+    return html`<label class="field choice" title=${row.help}><span>${labelOf(path)}</span><select data-scene=${id}
+      @change=${(/** @type {Event} */ event) => set(/** @type {HTMLSelectElement} */ (event.target).value)}>
+      ${row.choices.map((one) => html`<option value=${one} .selected=${one === value}>${words(one)}</option>`)}</select></label>`;
+  }
+  return html`<label class="field"
+    title=${row.help}><span>${name === 'n' ? 'Cells along a side' : name === 're' ? 'Reynolds number' : labelOf(path)}</span><input
+      type="number"
+    data-scene=${id} min=${row.min} max=${row.max} step=${row.type === 'integer' ? 1 : 'any'} .value=${String(value)}
+    @change=${(/** @type {Event} */ event) => {
+      const given = /** @type {HTMLInputElement} */ (event.target);
+      if (given.value !== '' && given.reportValidity()) set(Number(given.value));
+    }}><span class="unit">${row.unit}</span></label>`;
+}
+
+/** @returns {Template} */
+export function scenePanel() {
+  const rows = scenarios.value.filter((row) => row.kind === 'fluid'),
+    count = fluids().length;
+  const set = (/** @type {number} */ wanted) => {
+    const list = others();
+    while (list.length < wanted - 1) list.push({ scene: params.value.scene, params: params.value.params, solver: params.value.solver });
+    renew({}, list.slice(0, wanted - 1));
+  };
+  return html`<fieldset class="panel server" ?disabled=${locked.value !== ''}><legend class="unseen">Scene</legend>
+    <label class="field choice"><span>Scene</span><select id="scene"
+      @change=${(/** @type {Event} */ event) => choose(/** @type {HTMLSelectElement} */ (event.target).value)}>
+      ${rows.map(
+        (row) => html`<option value=${row.id}
+        .selected=${row.title === params.value?.title}>${row.title}</option>`,
+      )}</select></label>
+    ${countChoice(count, 'fluid', set)}
+    ${
+      shownFields().length > 0
+        ? html`<div
+      class="toggles">${toggle('cells', 'No smoothing', drawing.value.cells)}${toggle('relief', 'Relief', relief(0))}</div>`
+        : nothing
+    }
+  </fieldset>`;
+}
+
+const shownFields = () => fluids().flatMap((_, i) => shownField(i) ?? []);
+
+/** Settings that make the largest difference; the others stand below. */
+const FIRST = [
+  'method',
+  'advection',
+  'pressure',
+  'splitting',
+  'tolerance',
+  'sweeps',
+  'iterations',
+  'viscosity',
+  'viscosity_scale',
+  'vorticity_confinement',
+  'limiter',
+];
+const SOLVER_LABELS = /** @type {{[name: string]: string}} */ ({
+  backtrace: 'Order of back-trace',
+  cfl: 'CFL number',
+  viscosity_scale: 'Viscosity ×',
+});
+
+/** The scene of a further fluid. @param {number} i @returns {Template} */
+function sceneChoice(i) {
+  const row = find(schema.value, `${pathOf(i)}scene`),
+    now = paramsOf(i).scene;
+  const set = (/** @type {Event} */ event) => {
+    const scene = /** @type {HTMLSelectElement} */ (event.target).value;
+    renew(
+      {},
+      others().map((one, k) => (k === i - 1 ? { scene } : one)),
+    );
+  };
+  return html`<label class="field choice"><span>Scene</span><select data-scene=${`${i}/scene`} @change=${set}>
+    ${(row?.choices ?? []).map((one) => html`<option value=${one} .selected=${one === now}>${words(one)}</option>`)}</select></label>`;
+}
+
+/** One fluid: parameters of its scene, its field, its solver. @param {number} i @returns {Template} */
+export function fluidPanel(i) {
+  const at = pathOf(i),
+    paths = livePaths(schema.value, `${at}solver`),
+    ending = (/** @type {string} */ path) => path.slice(path.lastIndexOf('.') + 1);
+  const one = (/** @type {string} */ path) =>
+    SOLVER_LABELS[ending(path)] ? control(path, { label: SOLVER_LABELS[ending(path)] }) : control(path);
+  const first = paths.filter((path) => FIRST.includes(ending(path))),
+    rest = paths.filter((path) => !FIRST.includes(ending(path)));
+  const several = fluids().length > 1;
+  return html`<fieldset class="panel method" data-player=${several ? i : nothing} ?disabled=${locked.value !== ''}
+    title=${locked.value || nothing}>
+    <legend class="unseen">${several ? `Fluid ${i + 1}` : 'Fluid'}</legend>
+    <div
+      class="head"><h2>${several ? html`${mark(i)} <span>${nameOf(i)}</span>` : 'Solver'}</h2><small>${words(fluids()[i]?.method ?? '')}</small></div>
+    ${i > 0 ? sceneChoice(i) : nothing}${Object.keys(paramsOf(i).params ?? {}).map((name) => sceneParameter(i, name))}${fieldChoice(i)}
+    ${first.map(one)}${rest.length > 0 ? html`<details><summary>More</summary>${rest.map(one)}</details>` : nothing}</fieldset>`;
+}
+
+/** @param {'cells' | 'relief'} name @param {string} label @param {boolean} on @returns {Template} */
+function toggle(name, label, on) {
+  return html`<label class="toggle"><input type="checkbox" data-drawing=${name} .checked=${on} @change=${() => {
+    drawing.value = { ...drawing.value, [name]: !on };
+    touch();
+  }}><span>${label}</span></label>`;
+}
+
+/** @param {number} i @returns {Template | typeof nothing} */
+function fieldChoice(i) {
+  const now = shownField(i);
+  if (!now) return nothing;
+  const show = (/** @type {Event} */ event) =>
+    change({ [`${pathOf(i)}shown`]: Number(/** @type {HTMLSelectElement} */ (event.target).value) });
+  return html`<label class="field choice" title=${now.help}><span>Field</span><select id=${i === 0 ? 'field' : `field${i}`} @change=${show}>
+      ${fieldsOf(fluids()[i]).map(
+        (layer, k) => html`<option value=${k}
+        .selected=${layer === now}>${words(layer.name)}</option>`,
+      )}</select></label>
+    ${fluids().length === 1 ? html`<p class="facts">${now.help}</p>` : nothing}`;
+}

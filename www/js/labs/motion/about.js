@@ -1,0 +1,19 @@
+// What the page knows of the motion lab before it is read.
+
+/** @type {import('../../session/lab.js').About} */
+export const about = {
+  kind: 'motion',
+  group: 'Motion',
+  tabs: [{ id: 'step', name: 'Step', scenario: 'motion/free_fall', shows: ['motion'] }],
+  rates: { motion: 60 },
+  study: {
+    axes: [
+      [['methods.0.method', 'explicit_euler, semi_implicit_euler, velocity_verlet, rk4']],
+      [['methods.0.dt_s', '0.1, 0.03, 0.01, 0.003, 0.001']],
+    ],
+    errors: /^methods\.0\.e_max$/,
+    more: ['methods.0.evaluations'],
+    repeats: '1',
+  },
+  load: () => import('./lab.js').then(({ lab }) => lab),
+};

@@ -1,0 +1,336 @@
+// The step lab: one problem, several methods side by side, error against step and cost.
+import { html, nothing } from '../../../vendor/lit-html.js';
+import { signal } from '../../../vendor/signals-core.js';
+import { call, make } from '../../base/api.js';
+import { fixed } from '../../base/format.js';
+import { find } from '../../base/schema.js';
+import { MOTION_STATUS } from '../../stream/names.js';
+import { link } from '../../session/opening.js';
+import { change } from '../../session/params.js';
+import { again } from '../../session/session.js';
+import { layout, locked, notify, params, schema } from '../../session/state.js';
+import { palette, paintOf } from '../../draw/palette.js';
+import { drawPlot } from '../../draw/plot.js';
+import { onto, plotBox } from '../../workbench/canvas.js';
+import { control } from '../../workbench/controls.js';
+import { mark } from '../../workbench/player_mark.js';
+import { drawScene, isPlane } from './drawing.js';
+import { ERRATA, METHOD_ERRATA } from './paper.js';
+import { Record, motionsOf } from './record.js';
+
+/** @typedef {import('lit-html').TemplateResult} Template */
+/** @typedef {import('../../stream/frame.js').Frame} Frame */
+/** @typedef {import('./record.js').RefinementLevel} RefinementLevel */
+/** @typedef {{problem: string, help: string, mechanical: boolean, energy: boolean, components: string[],
+ *   methods: {method: string, order: number, adaptive: boolean}[]}} MotionLayout */
+
+let record = new Record(-1);
+const component = signal(0);
+/** Error against step, by method's place: measured by runs of their own.
+ * @type {import('@preact/signals-core').Signal<Map<number, RefinementLevel[]>>} */
+const levels = signal(new Map());
+const measuring = signal(false);
+
+/** @returns {MotionLayout | null} */
+const motion = () => (layout.value?.given.problem ? layout.value.given : null);
+/** @param {number} i */
+const nameOf = (i) => String(params.value?.methods?.[i]?.method ?? '');
+const words = (/** @type {string} */ name) => name.replaceAll('_', ' ');
+/** @param {number} i */
+const isAdaptive = (i) => motion()?.methods.some((one) => one.method === nameOf(i) && one.adaptive) === true;
+/** The order of method `i` on this problem: forces that depend on velocities lower that of some. @param {number} i */
+const orderOf = (i) => motion()?.methods.find((one) => one.method === nameOf(i))?.order;
+const places = () => Array.from({ length: params.value?.methods?.length ?? 0 }, (_, i) => i);
+const unitOf = (/** @type {string} */ name) => {
+  const unit = /_(m|mps|rad|radps)$/.exec(name)?.[1] ?? '';
+  return unit === '' ? '' : ` ${unit.replace('mps', 'm/s').replace('radps', 'rad/s')}`;
+};
+
+// ---- controls ----
+
+/** @param {number} i @param {number} factor */
+function scaleStep(i, factor) {
+  const now = params.value?.methods?.[i],
+    adaptive = isAdaptive(i);
+  const name = adaptive ? 'tolerance' : 'dt_s';
+  const row = find(schema.value, `methods.${i}.${name}`);
+  const value = Number(((now?.[name] ?? 0.01) * (adaptive ? (factor > 1 ? 10 : 0.1) : factor)).toPrecision(6));
+  if (row) change({ [`methods.${i}.${name}`]: Math.min(row.max, Math.max(row.min, value)) });
+}
+
+/** @param {number} i @returns {Template} */
+function methodPanel(i) {
+  const at = `methods.${i}`,
+    adaptive = isAdaptive(i);
+  const word = adaptive ? 'tolerance' : 'step';
+  return html`<fieldset class="panel method" data-player=${i % 8} ?disabled=${locked.value !== ''} title=${locked.value || nothing}>
+    <legend class="unseen">Method ${i + 1}</legend>
+    <div class="head"><h2>${mark(i)} ${words(nameOf(i))}</h2>${control(`${at}.shown`, { label: 'Shown' })}</div>
+    ${control(`${at}.method`, { label: 'Method' })}
+    <p class="facts" data-order=${i}>${orderOf(i) === undefined ? nothing : `Of order ${orderOf(i)} on this problem.`}</p>
+    <div class="pair">${control(adaptive ? `${at}.tolerance` : `${at}.dt_s`, { label: adaptive ? 'Tolerance' : 'Step' })}
+      <span class="units"><button type="button" aria-label=${`${adaptive ? '÷10' : '½'} ${word} of method ${i + 1}`}
+        @click=${() => scaleStep(i, 0.5)}>${adaptive ? '÷10' : '½'}</button><button
+      type="button" aria-label=${`${adaptive ? '×10' : '×2'} ${word} of method ${i + 1}`} @click=${() => scaleStep(i, 2)}>${adaptive ? '×10' : '×2'}</button></span></div>
+    <details><summary>Time stepping</summary>${control(`${at}.steps`, { label: 'Steps' })}${control(`${at}.clock`, { label: 'Clock' })}
+      ${control(`${at}.precision`, { label: 'Precision' })}${control(`${at}.origin_offset_m`, { label: 'Origin offset' })}</details>
+  </fieldset>`;
+}
+
+/** @param {Event} event */
+function chooseProblem(event) {
+  link.scenario = 'motion/general';
+  link.set = { problem: /** @type {HTMLSelectElement} */ (event.target).value };
+  link.seed = null;
+  again();
+}
+
+/** @returns {Template} */
+function problemPanel() {
+  const at = motion(),
+    choices = find(schema.value, 'problem')?.choices ?? [];
+  const names = Object.keys(params.value?.params ?? {});
+  return html`<fieldset class="panel server" ?disabled=${locked.value !== ''}><legend class="unseen">Problem</legend>
+    <label class="field choice"><span>Problem</span><select id="problem" @change=${chooseProblem}>
+      ${choices.map((name) => html`<option value=${name} .selected=${name === at?.problem}>${words(name)}</option>`)}</select></label>
+    <p class="facts">${at?.help ?? ''}</p>
+    ${names.map((name) => control(`params.${name}`, { label: words(name) }))}
+    ${control('reverse', { label: 'Time reversal' })}
+    <details><summary>Frames</summary>${control('frames', { label: 'Lengths' })}
+      ${control('frame_s', { label: 'Mean' })}${control('frame_jitter', { label: 'Jitter' })}</details></fieldset>`;
+}
+
+// ---- error against step ----
+
+const LEVELS = 8,
+  ROUNDS = 2;
+
+/** Separate runs: eight steps of one method side by side, each half of the one before, or a tenth of the tolerance.
+ * @param {number} i @returns {Promise<RefinementLevel[]>} */
+async function refinementSeries(i) {
+  const scenario = structuredClone(params.value),
+    method = scenario.methods[i],
+    adaptive = isAdaptive(i);
+  /** @type {RefinementLevel[]} */
+  const found = [];
+  for (let round = 0; round < ROUNDS; round++) {
+    scenario.timeline = [];
+    scenario.expect = [];
+    scenario.methods = Array.from({ length: LEVELS }, (_, k) => {
+      const n = round * LEVELS + k;
+      return { ...method, shown: true, dt_s: scenario.duration_s / (16 * 2 ** n), tolerance: Math.max(1e-15, 10 ** (-1 - n)) };
+    }).filter((_, k) => !adaptive || round * LEVELS + k < 14);
+    const made = await make('sessions', { scenario, paused: true });
+    await call('POST', `sessions/${made.id}/control`, { body: { op: 'seek', time_s: scenario.duration_s }, key: made.owner_key });
+    const { metrics } = await call('GET', `sessions/${made.id}/metrics`);
+    call('DELETE', `sessions/${made.id}`, { key: made.owner_key }).catch(() => {});
+    for (const one of metrics.methods) {
+      if (one.status === 'ok' && one.e_max > 0)
+        found.push({ dt: one.dt_s ?? scenario.duration_s / one.steps, error: one.e_max, work: one.evaluations });
+    }
+  }
+  return found;
+}
+
+async function measure() {
+  if (measuring.value) return;
+  measuring.value = true;
+  levels.value = new Map();
+  try {
+    for (let i = 0; i < (params.value?.methods?.length ?? 0); i++) {
+      if (!params.value.methods[i].shown) continue;
+      const found = await refinementSeries(i);
+      levels.value = new Map(levels.value).set(i, found);
+    }
+  } catch (error) {
+    notify(`Not measured: ${error instanceof Error ? error.message : 'the daemon does not answer'}`);
+  }
+  measuring.value = false;
+}
+
+// ---- the page ----
+
+/** @returns {Template | typeof nothing} */
+function errata() {
+  const list = [
+    ...(ERRATA[params.value?.paper ?? ''] ?? []),
+    ...(params.value?.methods ?? []).flatMap((/** @type {any} */ m) =>
+      m.shown && METHOD_ERRATA[m.method] ? [METHOD_ERRATA[m.method]] : [],
+    ),
+  ];
+  if (list.length === 0) return nothing;
+  return html`<table class="data errata"><caption>Paper says / lab shows</caption><thead><tr><th scope="col">The paper</th><th
+    scope="col">The lab</th></tr></thead>
+    <tbody>${list.map((one) => html`<tr><td>${one.says}</td><td>${one.shows}</td></tr>`)}</tbody></table>`;
+}
+
+/** @returns {Template} */
+function template() {
+  const at = motion();
+  return html`<main class="step" id="views" tabindex="-1">
+    <div class="methods" aria-label="Problem and methods" role="group">${problemPanel()}${places().map(methodPanel)}</div>
+    <div class="drawings" tabindex="0" role="region" aria-label="Views">
+      <section class="row motion" aria-label="Motion"><div class="view"><canvas id="motion" role="img"
+        aria-label="Motion"></canvas></div></section>
+      <div class="plots">
+        ${plotBox('plot-value', 'Position over time')}${plotBox('plot-error', 'Error over time')}
+        ${at?.energy ? plotBox('plot-energy', 'Energy over time') : nothing}
+        ${at?.mechanical ? plotBox('plot-phase', 'Speed over position') : nothing}
+        ${plotBox('plot-step', 'Error against step')}${plotBox('plot-work', 'Error against cost')}</div>
+    </div>
+    <aside class="side" aria-label="Numbers">
+      <div class="about"><h2>${params.value?.paper ? `${params.value.paper}: ` : ''}${params.value?.title ?? ''}</h2>
+        ${params.value?.text ? html`<p>${params.value.text}</p>` : nothing}</div>
+      <label class="field choice"><span>Plotted</span><select @change=${(/** @type {Event} */ event) => {
+        component.value = Number(/** @type {HTMLSelectElement} */ (event.target).value);
+        record = new Record(-1);
+      }}>${(at?.components ?? []).map(
+        (name, k) => html`<option value=${k}
+        .selected=${k === component.value}>${name}</option>`,
+      )}</select></label>
+      <button type="button" ?disabled=${measuring.value || locked.value !== ''}
+        @click=${() => measure()}>${measuring.value ? 'Measuring' : 'Measure error against step and cost'}</button>
+      <div class="wide-table" tabindex="0" role="region" aria-label="Current values"><table
+        class="data now"><caption>Now</caption><thead><tr><td></td>
+        <th scope="col">t (s)</th><th scope="col">${at?.components[component.value] ?? ''}</th><th scope="col">error</th><th
+          scope="col">largest</th>
+        <th scope="col"><abbr
+          title="The largest error of the worst component, over its scale in the solution">weighted</abbr></th></tr></thead>
+        <tbody><tr><th scope="row">solution</th>${cells(0)}</tr>
+        ${places().map((i) => html`<tr><th scope="row">${mark(i)} ${words(nameOf(i))}</th>${cells(i + 1)}</tr>`)}</tbody></table></div>
+      ${errata()}
+    </aside></main>`;
+}
+
+/** @param {number} row @returns {Template[]} */
+function cells(row) {
+  return ['t', 'value', 'error', 'largest', 'weighted'].map((name) => html`<td data-motion=${`${row}/${name}`}>–</td>`);
+}
+
+// ---- drawing ----
+
+/** @param {number} value */
+const exact = (value) =>
+  value === 0
+    ? '0'
+    : Math.abs(value) < 1e-3 || Math.abs(value) >= 1e6
+      ? value.toExponential(1).replace('-', '−')
+      : fixed(value, Math.abs(value) < 1 ? 4 : 3);
+
+/** @param {Frame} frame */
+function showNumbers(frame) {
+  motionsOf(frame).forEach((one, row) => {
+    const off = row > 0 && one.status === MOTION_STATUS.off;
+    const values = {
+      t: fixed(one.t_s, 3),
+      value: fixed(one.state[component.value] ?? 0, 6),
+      error: row === 0 ? '' : exact(one.error),
+      largest: row === 0 ? '' : exact(one.error_max),
+      weighted: row === 0 ? '' : exact(one.error_max_weighted),
+    };
+    for (const [name, text] of Object.entries(values)) {
+      const cell = document.querySelector(`[data-motion="${row}/${name}"]`);
+      const failed = one.status === MOTION_STATUS.diverged ? 'diverged' : one.status === MOTION_STATUS.failed ? 'failed' : '';
+      if (cell)
+        cell.textContent = off
+          ? '–'
+          : failed && name === 'error'
+            ? failed
+            : failed && (name === 'largest' || name === 'weighted')
+              ? ''
+              : text;
+    }
+  });
+}
+
+let numbered = 0;
+
+/** @param {Frame} frame @param {boolean} settled @param {boolean} name the drawings get their descriptions */
+function draw(frame, settled, name) {
+  const at = motion();
+  if (!at || frame.motion.length === 0) return;
+  const motions = motionsOf(frame);
+  if (record.generation !== frame.session.generation || record.time > frame.time_s) record = new Record(frame.session.generation);
+  record.take(frame.time_s, motions, component.value, isPlane(at.problem));
+  const colours = palette(),
+    shown = at.components[component.value] ?? '';
+  const unit = unitOf(at.components[0] ?? '');
+  const colourOf = (/** @type {number} */ i) => (i === 0 ? colours.truth : paintOf(colours, i - 1).text);
+  const dashOf = (/** @type {number} */ i) => (i === 0 ? [5, 4] : paintOf(colours, i - 1).dash);
+  const lines = (/** @type {'t' | 'value'} */ x, /** @type {'value' | 'speed' | 'error' | 'drift'} */ y, /** @type {number} */ from) =>
+    record.tracks.slice(from).map((track, k) => ({ xs: track[x], ys: track[y], colour: colourOf(k + from), dash: dashOf(k + from) }));
+  onto('motion', (surface) =>
+    drawScene(surface, colours, record, motions, { problem: at.problem, names: places().map((i) => words(nameOf(i))), unit }),
+  );
+  const time = performance.now();
+  if (settled || time - numbered > 120) {
+    numbered = time;
+    showNumbers(frame);
+    onto('plot-value', (s) => drawPlot(s, colours, { lines: lines('t', 'value', 0), x: 't (s)', y: shown, empty: 'Play to draw' }));
+    onto('plot-error', (s) =>
+      drawPlot(s, colours, { lines: lines('t', 'error', 1), x: 't (s)', y: 'error', logY: true, empty: 'no error so far' }),
+    );
+    onto('plot-energy', (s) =>
+      drawPlot(s, colours, { lines: lines('t', 'drift', 1), x: 't (s)', y: 'energy, relative drift', empty: 'Play to draw' }),
+    );
+    onto('plot-phase', (s) =>
+      drawPlot(s, colours, {
+        lines: lines('value', 'speed', 0),
+        x: shown,
+        y: at.components[component.value + at.components.length / 2] ?? '',
+        empty: 'Play to draw',
+      }),
+    );
+    drawRefinementSeries(colours);
+  }
+  if (name) {
+    const list = frame.motion
+      .slice(1)
+      .map((one, i) => `${words(nameOf(i))}: error ${exact(one.error)}`)
+      .join('; ');
+    document.getElementById('motion')?.setAttribute('aria-label', `Motion at ${fixed(frame.time_s, 2)} s. ${list}`);
+  }
+}
+
+/** Guides of slope 1, 2 and 4 through the middle of the measured points. @param {import('../../draw/palette.js').Palette} colours
+ * @param {RefinementLevel[]} all */
+function guides(colours, all) {
+  const dts = all.map((one) => one.dt),
+    errors = all.map((one) => one.error);
+  if (all.length < 2) return [];
+  const x0 = Math.min(...dts),
+    x1 = Math.max(...dts),
+    top = Math.max(...errors);
+  return [1, 2, 4].map((order) => ({ xs: [x0, x1], ys: [top * (x0 / x1) ** order, top], colour: colours.grid, dash: [2, 3], width: 1.5 }));
+}
+
+/** @param {import('../../draw/palette.js').Palette} colours */
+function drawRefinementSeries(colours) {
+  const of = [...levels.value.entries()].map(([i, list]) => ({ i, list }));
+  const line = (/** @type {'dt' | 'work'} */ x) =>
+    of.map(({ i, list }) => ({
+      xs: list.map((one) => one[x]),
+      ys: list.map((one) => one.error),
+      colour: paintOf(colours, i).text,
+      dash: paintOf(colours, i).dash,
+      points: true,
+    }));
+  const floor = of.flatMap(({ list }) => list).filter((one) => one.error > 1e-14);
+  const empty = measuring.value ? 'measuring' : 'press Measure';
+  onto('plot-step', (s) =>
+    drawPlot(s, colours, {
+      lines: [...guides(colours, floor), ...line('dt')],
+      x: 'step (s); guides: order 1, 2, 4',
+      y: 'largest error',
+      logX: true,
+      logY: true,
+      empty,
+    }),
+  );
+  onto('plot-work', (s) =>
+    drawPlot(s, colours, { lines: line('work'), x: 'evaluations', y: 'largest error', logX: true, logY: true, empty }),
+  );
+}
+
+/** @type {import('../../session/lab.js').Lab} */
+export const lab = { template, draw };

@@ -1,0 +1,47 @@
+// The step lab's record of a run: curves over time, trails in the plane, and refinement levels of error against cost.
+
+/** @typedef {import('../../stream/rows.js').MotionRow & {state: number[]}} Motion */
+/** @typedef {{t: number[], value: number[], speed: number[], error: number[], drift: number[], x: number[], y: number[]}} Track */
+/** @typedef {{dt: number, error: number, work: number}} RefinementLevel */
+
+const POINTS = 4000;
+
+/** The components of a motion's state: 0 the solution, 1 + i method i. @param {import('../../stream/frame.js').Frame} frame
+ * @param {number} i */
+const stateOf = (frame, i) => frame.where('motion_state', 'motion', i).map(({ value }) => value);
+
+/** The solution, then each method. @param {import('../../stream/frame.js').Frame} frame @returns {Motion[]} */
+export const motionsOf = (frame) => frame.motion.map((one, i) => ({ ...one, state: stateOf(frame, i) }));
+
+/** @returns {Track} */
+const track = () => ({ t: [], value: [], speed: [], error: [], drift: [], x: [], y: [] });
+
+/** One stretch of time; track 0 is the solution, 1 + i method i. */
+export class Record {
+  /** @param {number} generation */
+  constructor(generation) {
+    this.generation = generation;
+    /** @type {Track[]} */
+    this.tracks = [];
+    this.time = -1;
+  }
+
+  /** @param {number} time @param {Motion[]} motion @param {number} component that is plotted @param {boolean} plane */
+  take(time, motion, component, plane) {
+    if (time <= this.time) return;
+    this.time = time;
+    motion.forEach((one, i) => {
+      const to = (this.tracks[i] ??= track());
+      if (one.status !== 0) return;
+      const half = one.state.length / 2;
+      to.t.push(time);
+      to.value.push(one.state[component] ?? 0);
+      to.speed.push(one.state[(component + half) % one.state.length] ?? 0);
+      to.error.push(one.error);
+      to.drift.push(one.energy_drift);
+      to.x.push(one.state[0] ?? 0);
+      to.y.push(plane ? (one.state[1] ?? 0) : 0);
+      if (to.t.length > POINTS) for (const list of Object.values(to)) list.splice(0, POINTS / 4);
+    });
+  }
+}

@@ -1,0 +1,23 @@
+// What the page knows of the lab of netgames before it is read.
+
+/** @type {import('../../../session/lab.js').About} */
+export const about = {
+  kind: 'netgame',
+  group: 'Games',
+  tabs: [
+    { id: 'race', name: 'Race', scenario: 'race', shows: ['race', 'gambetta'] },
+    { id: 'cannon', name: 'Cannon', scenario: 'cannon', shows: ['cannon'] },
+    { id: 'shoot', name: 'Shoot', scenario: 'rifle', shows: ['shooter'] },
+    { id: 'crates', name: 'Crates', scenario: 'crates', shows: ['crates'] },
+  ],
+  elsewhere: { fluid: ['sea', 'dam'] },
+  rates: { scene: 60, lanes: 60, gauges: 10, shots: 5 },
+  study: {
+    axes: [[['server.snapshot_encoding', '']], [['server.update_hz', '5, 10, 20, 30, 60']]],
+    errors: /^players\.0\.remote_error_m\.mean$/,
+    more: ['players.0.bandwidth.down_bytes_per_s'],
+    repeats: '5',
+    brief_s: 10,
+  },
+  load: () => import('./lab.js').then(({ lab }) => lab),
+};

@@ -1,0 +1,242 @@
+// Draws the views, the messages or the inspector, and the side column; a person can point at what is drawn.
+import { fixed, letter } from '../../../base/format.js';
+import { PLAYING } from '../../../stream/frame.js';
+import { speak } from '../../../session/announce.js';
+import { frame, params } from '../../../session/state.js';
+import { drawText } from '../../../draw/marks.js';
+import { palette } from '../../../draw/palette.js';
+import { touch } from '../../../draw/redraw.js';
+import { surfaceOf } from '../../../workbench/canvas.js';
+import { INTERPOLATION, STALLED, entitiesOf } from '../core/frame.js';
+import { inspector, inspectors } from '../core/inspector.js';
+import { layout } from '../core/layout.js';
+import { connectionEvents, lanes, memory, overlays, scale, unit } from '../core/state.js';
+import { drawCannon } from '../views/cannon.js';
+import { connectionWords, drawConnection } from '../views/connection.js';
+import { drawField, drawStandings } from '../views/field.js';
+import { drawGauge } from '../views/gauge.js';
+import { inputNextTo, drawLanes, nearestInput, windowOf } from '../views/lanes.js';
+import { drawRace } from '../views/race.js';
+import { drawRibbon } from '../views/ribbon.js';
+import { scaleX } from '../views/scene.js';
+import { showSide } from './side.js';
+
+/** @typedef {import('../../../draw/surface.js').Surface} Surface */
+/** @typedef {import('../core/frame.js').Frame} Frame */
+/** @typedef {import('../views/scene.js').DrawContext} DrawContext */
+
+/** @type {number | null} */
+let selected = null;
+/** The dots of each view as drawn last, and the one that is asked about. @type {import('../views/scene.js').Drawn[][]} */
+const drawnDots = [];
+/** @type {import('../views/scene.js').Picked | null} */
+let picked = null;
+/** What a view shows, in words. @param {Frame} now @param {number} view @returns {string} */
+function words(now, view) {
+  const v = now.views[view];
+  if (!v) return '';
+  const shapes = layout.value?.entities ?? [],
+    players = layout.value?.players.length ?? 0;
+  const where = (/** @type {import('../core/frame.js').Entity} */ e) =>
+    shapes.length > 0 ? `${fixed(e.x, 1)}, ${fixed(e.y, 1)} m` : `${fixed(e.x, 1)} m`;
+  const others = entitiesOf(now, view).length > players ? `, and ${entitiesOf(now, view).length - players} things` : '';
+  const list =
+    entitiesOf(now, view)
+      .slice(0, players)
+      .map((e, i) => `${letter(i)} at ${where(e)}`)
+      .join(', ') + others;
+  const error = view > 0 ? `; own entity ${fixed(v.own_lead_m, 2)} m from the server's now, others ${fixed(v.view_age_ms, 0)} ms old` : '';
+  const away = view > 0 ? connectionWords(v) : '';
+  const state = away === '' ? '' : `${away.charAt(0).toUpperCase()}${away.slice(1)}. `;
+  const whose = view === 0 ? 'View of the server' : `View of player ${letter(view - 1)}`;
+  return `${state}${whose}: ${list}${error}`;
+}
+
+/** @param {HTMLCanvasElement} canvas @param {Frame} now @param {boolean} name */
+function drawView(canvas, now, name) {
+  const view = Number(canvas.dataset.view);
+  const surface = surfaceOf(canvas);
+  const shape = layout.value;
+  if (!shape || !now.views[view] || !surface.begin()) return;
+  const colours = palette();
+  const shapes = shape.entities.length > 0; /* all views to one scale: the server's has a strip too */
+  const strip = view > 0 || shapes ? Math.round(colours.text * 1.7) : 0;
+  /** @type {DrawContext} */
+  const at = {
+    pen: surface.pen,
+    width: surface.width,
+    height: surface.height - strip,
+    colours,
+    frame: now,
+    memory,
+    layout: shape,
+    view,
+    overlays: overlays.value,
+    unit: unit.value,
+    picked,
+  };
+  drawnDots[view] = shapes ? drawField(at) : shape.controls === 'aim' ? drawCannon(at) : drawRace(at);
+  scale.pxPerMetre = scaleX(at);
+  if (view > 0) drawConnection(at);
+  const v = now.views[view];
+  if (strip > 0) {
+    surface.pen.fillStyle = colours.grid;
+    surface.pen.fillRect(0, at.height, at.width, 1);
+  }
+  if (view === 0 && shapes) drawStandings(at, at.height + strip / 2);
+  if (view > 0 && v) {
+    const { pen } = surface;
+    const gauge = (v.flags & INTERPOLATION) !== 0;
+    const ribbon = gauge ? at.width * 0.56 : at.width;
+    drawRibbon(at, 8, ribbon - 12, at.height + 1, strip - 2);
+    if (gauge) drawGauge(at, ribbon + 4, at.width - ribbon - 8, at.height + 1, strip - 2);
+    if (v.flags & STALLED) {
+      drawText(pen, colours, 'waits for inputs of others', 8, at.height - colours.text * 0.8, { colour: colours.snap, bold: true });
+    }
+  }
+  if (name) canvas.setAttribute('aria-label', words(now, view));
+}
+
+/** @param {Surface} surface @param {Frame} now */
+function laneOf(surface, now) {
+  const players = layout.value?.players ?? [];
+  return {
+    pen: surface.pen,
+    width: surface.width,
+    height: surface.height,
+    colours: palette(),
+    frame: now,
+    memory,
+    names: players.map((player) => player.name),
+    shown: /** @type {[number, number]} */ (lanes.value.map((p) => Math.min(p, players.length - 1))),
+    labels: overlays.value.labels,
+    pings: overlays.value.pings,
+    selected,
+  };
+}
+
+/** A closer look in place of the messages. @param {Surface} surface @param {Frame} now @param {HTMLCanvasElement} canvas
+ * @param {boolean} name
+ * @returns {boolean} whether there was one */
+function drawInspector(surface, now, canvas, name) {
+  const chosen = inspectors.value.find((one) => one.id === inspector.value);
+  if (!chosen || !layout.value || !chosen.fits(now, params.value)) return false;
+  const at = {
+    pen: surface.pen,
+    width: surface.width,
+    height: surface.height,
+    colours: palette(),
+    frame: now,
+    memory,
+    layout: layout.value,
+    player: Math.min(lanes.value[0], layout.value.players.length - 1),
+  };
+  chosen.draw(at);
+  const facts = document.getElementById('lane-facts');
+  if (facts && facts.textContent !== chosen.label) facts.textContent = chosen.label;
+  if (name) canvas.setAttribute('aria-label', `${chosen.label}: ${chosen.words(at)}`);
+  return true;
+}
+
+/** @param {Frame} now @param {boolean} name */
+function drawMessages(now, name) {
+  const canvas = document.getElementById('lane');
+  if (!(canvas instanceof HTMLCanvasElement)) return;
+  const surface = surfaceOf(canvas);
+  if (!surface.begin() || now.views.length < 2) return;
+  if (drawInspector(surface, now, canvas, name)) return;
+  const { inputs, states, lost, text } = drawLanes(laneOf(surface, now));
+  const missing = lost > 0 ? `. ${lost} events missing: frames are skipped` : '';
+  const facts = document.getElementById('lane-facts');
+  const caption =
+    text !== '' ? text : `Last ${fixed(windowOf(now), 2)} s. Drawn: inputs 1 of ${inputs}, snapshots 1 of ${states}${missing}`;
+  if (facts && facts.textContent !== caption) facts.textContent = caption;
+  if (name) canvas.setAttribute('aria-label', `Messages of the last ${fixed(windowOf(now), 2)} s. ${text}`);
+}
+
+/** @param {Frame} now */
+function showFacts(now) {
+  const facts = document.getElementById('facts');
+  if (!facts) return;
+  const caption = `tick ${now.tick} · ${now.session.viewers} watching`;
+  if (facts.textContent !== caption) facts.textContent = caption;
+}
+
+/** The list of connection events; new ones are announced. @param {Frame} now */
+function showConnectionEvents(now) {
+  if (connectionEvents.value === memory.connectionEvents) return;
+  const newest = memory.connectionEvents.at(-1);
+  if (newest && now.flags & PLAYING && !connectionEvents.value.includes(newest)) speak(`${letter(newest.player)} ${newest.what}`);
+  connectionEvents.value = memory.connectionEvents;
+}
+
+/** @param {Frame} now @param {boolean} settled @param {boolean} name */
+export function draw(now, settled, name) {
+  for (const canvas of document.querySelectorAll('canvas[data-view]')) drawView(/** @type {HTMLCanvasElement} */ (canvas), now, name);
+  drawMessages(now, name);
+  showFacts(now);
+  showConnectionEvents(now);
+  showSide(now, settled);
+}
+
+/** @param {number | null} id */
+function select(id) {
+  selected = id;
+  touch();
+}
+
+/** @param {PointerEvent} event */
+function point(event) {
+  const canvas = event.target;
+  if (!(canvas instanceof HTMLCanvasElement) || canvas.dataset.view === undefined) return;
+  const view = Number(canvas.dataset.view);
+  let best = null,
+    least = 14;
+  for (const one of drawnDots[view] ?? []) {
+    const distance = Math.hypot(one.x - event.offsetX, one.y - event.offsetY);
+    if (distance < least) {
+      least = distance;
+      best = one;
+    }
+  }
+  if ((best?.dot ?? null) === (picked?.dot ?? null)) return;
+  picked = best ? { view, dot: best.dot } : null;
+  touch();
+}
+
+/** Shift with an arrow key: the dot before or after, in the view that has the focus. @param {KeyboardEvent} event */
+function stepDot(event) {
+  const view = event.target instanceof HTMLElement ? event.target.querySelector('canvas[data-view]') : null;
+  const step = event.code === 'ArrowRight' ? 1 : event.code === 'ArrowLeft' ? -1 : 0;
+  if (!(view instanceof HTMLCanvasElement) || !event.shiftKey || step === 0) return;
+  const index = Number(view.dataset.view),
+    list = drawnDots[index] ?? [];
+  const place = list.findIndex(({ dot }) => dot === picked?.dot);
+  const next = list[place < 0 ? list.length - 1 : Math.max(0, Math.min(list.length - 1, place + step))];
+  if (!next) return;
+  event.preventDefault();
+  picked = { view: index, dot: next.dot };
+  speak(memory.describe(next.dot));
+  touch();
+}
+
+export function listen() {
+  document.addEventListener('pointermove', point);
+  document.addEventListener('pointerdown', point);
+  document.addEventListener('keydown', stepDot);
+  document.addEventListener('click', (event) => {
+    const canvas = event.target;
+    if (!(canvas instanceof HTMLCanvasElement) || canvas.id !== 'lane' || frame.value === null) return;
+    select(nearestInput(laneOf(surfaceOf(canvas), frame.value), event.offsetX, event.offsetY));
+  });
+  document.addEventListener('keydown', (event) => {
+    const box = event.target instanceof HTMLElement ? event.target.closest('[data-arrows]') : null;
+    const canvas = box?.querySelector('canvas');
+    if (!canvas || frame.value === null) return;
+    if (event.code === 'Escape') select(null);
+    const step = event.code === 'ArrowRight' ? 1 : event.code === 'ArrowLeft' ? -1 : 0;
+    if (step === 0) return;
+    event.preventDefault();
+    select(inputNextTo(laneOf(surfaceOf(canvas), frame.value), step));
+  });
+}

@@ -1,0 +1,105 @@
+// The keys of a netgame: techniques, overlays, and those that drive.
+import { change } from '../../../session/params.js';
+import { params } from '../../../session/state.js';
+import { layout } from '../core/layout.js';
+import { toggleOverlay } from '../core/state.js';
+import { byPerson, drive, fire, push } from './drive.js';
+
+/** @param {number} player @param {string} name */
+function toggle(player, name) {
+  const now = params.value?.players?.[player]?.[name];
+  if (typeof now === 'boolean') change({ [`players.${player}.${name}`]: !now });
+}
+
+const TECHNIQUES = ['prediction', 'reconciliation', 'interpolation'];
+const technique = (/** @type {number} */ player) =>
+  TECHNIQUES.map((name, i) => ({
+    code: `Digit${i + 1}`,
+    shift: player === 1,
+    shown: `${player === 1 ? 'Shift + ' : ''}${i + 1}`,
+    help: `${name.charAt(0).toUpperCase()}${name.slice(1)} of ${player === 0 ? 'A' : 'B'}`,
+    run: () => toggle(player, name),
+  }));
+
+/** @type {import('../../../session/lab.js').Key[]} */
+export const KEYS = [
+  ...technique(0),
+  ...technique(1),
+  { code: 'KeyG', shown: 'G', help: 'Ghosts of the ground truth', run: () => toggleOverlay('ghosts') },
+  { code: 'KeyM', shown: 'M', help: 'Messages', run: () => toggleOverlay('messages') },
+];
+
+/** Driving keys: while a view has the focus, or the player is driven by a person.
+ * @type {{code: string, player: number, push: import('./drive.js').Push}[]} */
+const DRIVING = [
+  { code: 'ArrowRight', player: 0, push: 'ahead' },
+  { code: 'ArrowLeft', player: 0, push: 'back' },
+  { code: 'ArrowUp', player: 0, push: 'up' },
+  { code: 'ArrowDown', player: 0, push: 'down' },
+  { code: 'Enter', player: 0, push: 'fire' },
+  { code: 'KeyD', player: 1, push: 'ahead' },
+  { code: 'KeyA', player: 1, push: 'back' },
+  { code: 'KeyW', player: 1, push: 'up' },
+  { code: 'KeyS', player: 1, push: 'down' },
+  { code: 'KeyE', player: 1, push: 'fire' },
+];
+export const DRIVING_HELP = [
+  { shown: 'Left, Right', help: 'Drive A: brake, throttle (cannon: speed). In its view, or if a person controls it' },
+  { shown: 'A, D', help: 'Drive B in the same way' },
+  { shown: 'Up, Down and W, S', help: 'Cannon: angle of A and of B' },
+  { shown: 'Enter and E', help: 'Cannon: fire for A and for B' },
+  { shown: 'Arrows and W, A, S, D', help: 'Crates: direction of A and of B' },
+  { shown: 'Shift + Left, Right', help: 'In a view: describe the previous or next arrival dot' },
+  { shown: 'Esc', help: 'Stop driving: the script takes over; close a dialog' },
+];
+
+/** The player whose view has the focus; -1 when none has. @param {EventTarget | null} target */
+function focusedPlayer(target) {
+  const view = target instanceof HTMLElement ? target.closest('[data-drive]') : null;
+  return view instanceof HTMLElement ? Number(view.dataset.drive) : -1;
+}
+
+/** @type {Map<string, {player: number, push: import('./drive.js').Push}>} held driving keys */
+const down = new Map();
+
+/** @param {KeyboardEvent} event @returns {boolean} */
+function driving(event) {
+  if (event.altKey || event.ctrlKey || event.metaKey || event.shiftKey) return false;
+  const row = DRIVING.find((key) => key.code === event.code);
+  const players = layout.value?.players.length ?? 0;
+  if (!row || row.player >= players) return false;
+  const focused = focusedPlayer(event.target);
+  const lane = event.target instanceof HTMLElement && event.target.closest('[data-arrows]') !== null;
+  if (lane || (focused !== row.player && !byPerson(row.player))) return false;
+  if (row.push === 'fire' && layout.value?.controls !== 'aim') return false;
+  if (!event.repeat && row.push === 'fire') {
+    fire(row.player);
+  } else if (row.push !== 'fire' && (!event.repeat || layout.value?.controls === 'aim')) {
+    down.set(event.code, row);
+    push(row.player, row.push, true);
+  }
+  return true;
+}
+
+/** Escape: no person drives any more. @param {KeyboardEvent} event */
+function stopDriving(event) {
+  const players = layout.value?.players.map((_, p) => p).filter(byPerson) ?? [];
+  for (const player of players) drive(player, false);
+  if (players.length > 0 && event.target instanceof HTMLElement) event.target.blur();
+}
+
+/** @param {KeyboardEvent} event @returns {boolean} whether it was a key of this lab */
+export function press(event) {
+  if (event.code === 'Escape') stopDriving(event);
+  else if (!driving(event)) return false;
+  else event.preventDefault();
+  return true;
+}
+
+/** @param {KeyboardEvent} event */
+export function release(event) {
+  const row = down.get(event.code);
+  if (!row) return;
+  down.delete(event.code);
+  push(row.player, row.push, false);
+}

@@ -1,0 +1,71 @@
+// The lab of netgames: what each player sees, what the server knows, and the messages between them.
+import { letter } from '../../../base/format.js';
+import { labelOf, valueAt } from '../../../base/schema.js';
+import { params } from '../../../session/state.js';
+import { inspector } from '../core/inspector.js';
+import { layout } from '../core/layout.js';
+import { forget, memory, overlays, take } from '../core/state.js';
+import { draw, listen } from './drawing.js';
+import { KEYS, press, release } from './keys.js';
+import { template } from './page.js';
+
+/** What is worth a closer look from the start. @param {import('../core/layout.js').Layout} of */
+function inspectorOf(of) {
+  const sync = params.value?.server?.sync;
+  return of.inspector === 'messages' && ['deterministic', 'rollback'].includes(sync) ? 'waits' : of.inspector;
+}
+
+let first = true;
+
+/** @param {boolean} fresh */
+function begin(fresh) {
+  const now = layout.value;
+  if (now === null) return;
+  const flights = now.controls === 'aim';
+  forget(flights);
+  if (fresh) inspector.value = inspectorOf(now);
+  if (fresh || first) overlays.value = { ...overlays.value, dots: flights };
+  first = false;
+}
+
+function rates() {
+  const chosen = inspector.value,
+    closer = chosen === 'buffers' || chosen === 'waits';
+  return { gauges: closer ? 60 : 10, shots: chosen === 'shots' ? 60 : 5, buffered: chosen === 'buffers' ? 60 : 0 };
+}
+
+/** @param {any} now @param {any} before @param {Record<string, unknown>} asked @returns {string[]} */
+function followed(now, before, asked) {
+  return now.players.flatMap((/** @type {any} */ player, /** @type {number} */ p) =>
+    ['prediction', 'reconciliation'].flatMap((name) => {
+      const path = `players.${p}.${name}`;
+      if (path in asked || valueAt(before, path) === player[name]) return [];
+      return [`${labelOf(path)} of ${letter(p)} turned ${player[name] ? 'on' : 'off'} with it`];
+    }),
+  );
+}
+
+/** @returns {PropertyDescriptorMap} */
+const facts = () => ({
+  gaps: { get: () => structuredClone(memory.gaps) },
+  messages: { get: () => [...memory.events.values()] },
+  corrections: { get: () => memory.corrections.map((list) => list.length) },
+  dots: { get: () => memory.dots.map((list) => list.map((dot) => dot.t)) },
+});
+
+listen();
+
+/** @type {import('../../../session/lab.js').Lab} */
+export const lab = {
+  template,
+  begin,
+  take,
+  draw,
+  rates,
+  followed,
+  facts,
+  keys: KEYS,
+  press,
+  release,
+  later: () => import('./later.js').then(({ rest }) => rest),
+};

@@ -1,0 +1,87 @@
+// The views of server and players, each with its controls, above their messages; the side column.
+import { html, nothing } from '../../../../vendor/lit-html.js';
+import { fixed, letter } from '../../../base/format.js';
+import { params } from '../../../session/state.js';
+import { open } from '../../../workbench/dialog.js';
+import { icons } from '../../../workbench/icons.js';
+import { mark } from '../../../workbench/player_mark.js';
+import { layout } from '../core/layout.js';
+import { overlays, tab } from '../core/state.js';
+import { pads } from './pads.js';
+import { messagesPanel, nameOf, playerPanel, serverPanel } from './panels.js';
+import { side } from './side.js';
+
+/** @typedef {import('lit-html').TemplateResult} Template */
+/** @typedef {import('../core/state.js').Tab} Tab */
+
+/** The views from top to bottom: the first player, the server, the other players. @returns {number[]} */
+function order() {
+  const players = layout.value?.players.length ?? 2;
+  return [1, 0, ...Array.from({ length: Math.max(0, players - 1) }, (_, i) => 2 + i)];
+}
+
+/** @param {number} player @returns {string} */
+function techniques(player) {
+  const p = params.value?.players?.[player];
+  if (!p) return '';
+  const on = ['prediction', 'reconciliation', 'interpolation']
+    .filter((name) => p[name])
+    .map((name) => name.slice(0, name === 'prediction' ? 4 : name === 'reconciliation' ? 5 : 6));
+  return `${fixed(p.lag_ms, 0)} ms${on.length > 0 ? ` · ${on.join(', ')}` : ' · plain'}`;
+}
+
+/** The line above a view on a phone: opens its settings. @param {number} view @returns {Template} */
+function caption(view) {
+  if (view === 0) {
+    const server = params.value?.server;
+    return html`<button type="button" class="caption" @click=${() => open({ kind: 'server' })}>
+      <svg class="mark" data-player="server" viewBox="0 0 18 18" aria-hidden="true"><path d="M9 1l8 8-8 8-8-8z"></path></svg>
+      <b>Server</b> <span>${server ? `${server.update_hz}/s · ${server.sync}` : ''}</span>${icons.settings}</button>`;
+  }
+  return html`<button type="button" class="caption" data-player=${(view - 1) % 8} @click=${() => open({ kind: 'player', of: view - 1 })}>
+    ${mark(view - 1)} <b>${nameOf(view - 1)}</b> <span>${techniques(view - 1)}</span>${icons.settings}</button>`;
+}
+
+/** @param {number} view @returns {Template} */
+function row(view) {
+  const player = view - 1;
+  const label = view === 0 ? 'View of the server' : `View of ${nameOf(player)}`;
+  const keys = view === 0 ? '' : player === 0 ? ' Left and right arrow keys drive.' : player === 1 ? ' Keys A and D drive.' : '';
+  return html`<section class="row" data-tab=${`view${view}`} aria-label=${view === 0 ? 'Server' : nameOf(player)}>
+    <div class="gutter">${view === 0 ? serverPanel() : playerPanel(player)}</div>
+    ${caption(view)}
+    <div class="view" role="group" tabindex=${view > 0 ? '0' : nothing} data-drive=${view > 0 ? player : nothing}
+      aria-label=${`${label}.${keys}`}>
+      <canvas data-view=${view} role="img" aria-label=${label}></canvas></div>
+    ${view > 0 ? pads(player) : nothing}
+  </section>`;
+}
+
+/** @returns {Template} */
+function messages() {
+  return html`<section class="row lane" data-tab="messages" aria-label="Messages" ?hidden=${!overlays.value.messages}>
+    <div class="gutter">${messagesPanel()}</div>
+    <div class="view" role="group" tabindex="0" data-arrows="yes"
+      aria-label="Messages between players and server. Left and right arrow keys select an input and show its path.">
+      <canvas id="lane" role="img" aria-label="Messages over time"></canvas></div></section>`;
+}
+
+/** On a phone: what the one column shows. @returns {Template} */
+function tabs() {
+  const item = (/** @type {Tab} */ name, /** @type {string} */ label) => html`<button type="button" aria-pressed=${tab.value === name}
+    @click=${() => {
+      tab.value = name;
+    }}>${label}</button>`;
+  return html`<nav class="tabs" aria-label="Shown">${item('all', 'All')}
+    ${order().map((view) => item(`view${view}`, view === 0 ? 'Server' : letter(view - 1)))}
+    ${item('messages', 'Messages')}${item('charts', 'Charts')}</nav>`;
+}
+
+/** @returns {Template} */
+export function template() {
+  return html`${tabs()}
+    <main data-tab=${tab.value} data-rows=${order().length}>
+      <div class="rows" id="views" tabindex="-1">${order().map(row)}${messages()}
+        ${overlays.value.messages ? nothing : html`<div class="gutter lone">${messagesPanel()}</div>`}</div>
+      ${side()}</main>`;
+}

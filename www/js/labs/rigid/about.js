@@ -1,0 +1,22 @@
+// What the page knows of the lab of rigid bodies before it is read.
+
+/** @type {import('../../session/lab.js').About} */
+export const about = {
+  kind: 'rigid',
+  group: 'Rigid bodies',
+  tabs: [{ id: 'collide', name: 'Collide', scenario: 'rigid/pyramid', shows: ['rigid'] }],
+  rates: { bodies: 60, contacts: 60, joints: 60 },
+  study: {
+    axes: [
+      [['solver.method', '']],
+      [
+        ['solver.substeps', '1, 2, 4, 8, 16'],
+        ['solver.iterations', '1, 2, 4, 8, 16'],
+      ],
+    ],
+    errors: /^(drift|sag)_worst_m$/,
+    more: ['passes_per_s'],
+    repeats: '1',
+  },
+  load: () => import('./lab.js').then(({ lab }) => lab),
+};

@@ -1,0 +1,393 @@
+// The collide lab: rigid bodies, what the phases of a step make of them, and solvers side by side from the same start.
+import { html, nothing } from '../../../vendor/lit-html.js';
+import { effect, signal } from '../../../vendor/signals-core.js';
+import { fixed, signed } from '../../base/format.js';
+import { find } from '../../base/schema.js';
+import { change } from '../../session/params.js';
+import { choose } from '../../session/session.js';
+import { layout, locked, params, scenarios, schema, session } from '../../session/state.js';
+import { palette, paintOf } from '../../draw/palette.js';
+import { drawPlot } from '../../draw/plot.js';
+import { touch } from '../../draw/redraw.js';
+import { onto, plotBox } from '../../workbench/canvas.js';
+import { control } from '../../workbench/controls.js';
+import { costs, forget as forgetMeasured, measure } from '../../workbench/measure.js';
+import { mark } from '../../workbench/player_mark.js';
+import { PointerDrag } from '../../workbench/pointer_drag.js';
+import { countChoice, difference, paramsOf, pathOf, renew as renewSideBySide } from '../../workbench/side_by_side.js';
+import { workPrecisionButton } from '../../workbench/work_precision.js';
+import { VOLUMES, sceneOf } from './decode.js';
+import { drawWorld } from './drawing.js';
+import { Record } from './record.js';
+
+/** @typedef {import('lit-html').TemplateResult} Template */
+/** @typedef {import('../../stream/frame.js').Frame} Frame */
+/** @typedef {import('./decode.js').Scene} Scene */
+/** @typedef {import('./decode.js').World} World */
+/** @typedef {{scene: string, title: string, help: string, worlds: number, hz: number, view: number[],
+ *   solvers: {name: string, help: string}[]}} RigidLayout  view: left, right, bottom, top in m */
+
+let record = new Record(-1);
+
+/** What is drawn over the bodies. @type {import('@preact/signals-core').Signal<import('./drawing.js').Shown>} */
+const shown = signal({ volumes: false, boxes: false, pairs: false, contacts: true, paths: false, islands: false });
+/** The volume of the overlay: that of the solver, or always the same; 0: all. */
+const overlaid = signal(0);
+
+/** @returns {RigidLayout | null} */
+const rigid = () => layout.value?.given.rigid ?? null;
+export const drag = new PointerDrag(() => rigid()?.view ?? []);
+const words = (/** @type {string} */ name) => name.replaceAll('_', ' ');
+const worlds = () => Array.from({ length: rigid()?.worlds ?? 0 }, (_, i) => i);
+/** @param {number} world */
+const solverOf = (world) => paramsOf(world).solver ?? {};
+/** @param {number} world */
+const methodOf = (world) => String(solverOf(world).method ?? '');
+
+/** Name of a world: the solver, or where it is the same the settings that differ. @param {number} world */
+function nameOf(world) {
+  const one = solverOf(world),
+    method = words(methodOf(world));
+  const alike = worlds()
+    .filter((i) => i !== world && methodOf(i) === methodOf(world))
+    .map(solverOf);
+  const differ = Object.keys(one).filter((name) => alike.some((other) => one[name] !== other[name]));
+  return [
+    method,
+    ...differ
+      .slice(0, 2)
+      .map((name) => `${words(name)} ${one[name] === true ? 'on' : one[name] === false ? 'off' : words(String(one[name]))}`),
+  ].join(', ');
+}
+
+// ---- controls ----
+
+/** What each solver does with its passes. */
+const PASSES = /** @type {{[name: string]: string[]}} */ ({
+  impulse: ['iterations'],
+  pgs: ['iterations', 'baumgarte'],
+  pgs_ngs: ['iterations', 'position_iterations', 'baumgarte'],
+  soft_step: ['substeps', 'contact_hertz', 'contact_damping_ratio'],
+  tgs_sticky: ['substeps'],
+  xpbd: ['substeps'],
+  avbd: ['iterations'],
+});
+
+/** @param {number} world @returns {Template} */
+function solverPanel(world) {
+  const at = `${pathOf(world)}solver`,
+    own = PASSES[methodOf(world)] ?? [];
+  const label = (/** @type {string} */ name) => ({ label: words(name).replace(/^./, (c) => c.toUpperCase()) });
+  return html`<fieldset class="panel method" data-player=${world} ?disabled=${locked.value !== ''} title=${locked.value || nothing}>
+    <legend class="unseen">${worlds().length > 1 ? `Solver ${world + 1}` : 'Solver'}</legend>
+    <div class="head"><h2>${mark(world)} ${nameOf(world)}</h2></div>
+    ${control(`${at}.method`, { label: 'Solver' })}
+    ${own.map((name) => control(`${at}.${name}`, label(name)))}
+    ${control(`${at}.continuous`, { label: 'Continuous collision' })}
+    ${control(`${at}.bounding_volume`, { label: 'Bounding volume' })}
+    <div class="toggles">${control(`${at}.warm_start`, { label: 'Warm start' })}${control(`${at}.recycle`, { label: 'Contact recycling' })}
+      ${control(`${at}.sleep`, { label: 'Sleeping' })}</div>
+    <details><summary>More</summary>${[
+      'contact_push_speed',
+      'restitution_threshold',
+      'joint_hertz',
+      'joint_damping_ratio',
+      'recycle_distance',
+      'sleep_threshold',
+      'simd',
+    ].map((name) => control(`${at}.${name}`, label(name)))}</details>
+  </fieldset>`;
+}
+
+/** @param {{[path: string]: import('../../base/link.js').Value}} set @param {number} [count] of worlds */
+function renew(set, count = worlds().length) {
+  const list = Array.from({ length: count - 1 }, (_, i) => ({
+    solver: difference(i + 1 < worlds().length ? solverOf(i + 1) : solverOf(0), solverOf(0)),
+  }));
+  renewSideBySide(set, list);
+}
+
+const GRAVITIES = [
+  [0, -10, 'as on earth'],
+  [0, -1.6, 'as on the moon'],
+  [0, -22, '2.2 times'],
+  [0, 0, 'none'],
+  [10, 0, 'to the right'],
+];
+
+/** @returns {Template} */
+function gravity() {
+  const now = params.value?.gravity ?? [0, 0];
+  const known = GRAVITIES.findIndex(([x, y]) => x === now[0] && y === now[1]);
+  return html`<label class="field choice"><span>Gravity</span><select id="gravity" @change=${(/** @type {Event} */ event) => {
+    const one = GRAVITIES[Number(/** @type {HTMLSelectElement} */ (event.target).value)];
+    if (one) change({ gravity: /** @type {any} */ ([one[0], one[1]]) });
+  }}>${known < 0 ? html`<option value="-1" selected>${now.join(', ')} m/s²</option>` : nothing}
+    ${GRAVITIES.map((one, i) => html`<option value=${i} .selected=${i === known}>${one[2]}</option>`)}</select></label>`;
+}
+
+/** Parameter of a scene: a change creates another session. @param {string} name @returns {Template | typeof nothing} */
+function sceneParameter(name) {
+  const row = find(schema.value, `params.${name}`),
+    value = params.value?.params?.[name];
+  if (!row || value === undefined) return nothing;
+  return html`<label class="field" title=${row.help}><span>${words(name)}</span><input type="number" data-scene=${name} min=${row.min}
+    max=${row.max}
+    step=${row.type === 'integer' ? 1 : 'any'} .value=${value === 0 ? '' : String(value)} placeholder="default"
+    @change=${(/** @type {Event} */ event) => {
+      const given = /** @type {HTMLInputElement} */ (event.target);
+      if (given.value === '' || given.checkValidity()) renew({ [`params.${name}`]: given.value === '' ? 0 : Number(given.value) });
+    }}></label>`;
+}
+
+/** @returns {Template} */
+function scenePanel() {
+  const rows = scenarios.value.filter((row) => row.kind === 'rigid');
+  return html`<fieldset class="panel server" ?disabled=${locked.value !== ''}><legend class="unseen">Scene</legend>
+    <label class="field choice"><span>Scene</span><select id="scene"
+      @change=${(/** @type {Event} */ event) => choose(/** @type {HTMLSelectElement} */ (event.target).value)}>
+      ${rows.map(
+        (row) => html`<option value=${row.id}
+        .selected=${row.title === params.value?.title}>${row.title}</option>`,
+      )}</select></label>
+    ${countChoice(worlds().length, 'solver', (wanted) => renew({}, wanted))}
+    ${gravity()}
+    ${control('broad_phase', { label: 'Broad phase' })}
+    ${control('compare_volumes', { label: 'Count false hits' })}
+    ${
+      rigid()?.scene === 'none'
+        ? nothing
+        : html`<details><summary>Rebuild with</summary>
+      ${['size', 'ratio', 'offset', 'speed', 'friction'].map(sceneParameter)}</details>`
+    }
+  </fieldset>`;
+}
+
+/** @param {keyof import('./drawing.js').Shown} name @param {string} label @returns {Template} */
+function overlay(name, label) {
+  return html`<label class="toggle"><input type="checkbox" data-overlay=${name} .checked=${shown.value[name]} @change=${() => {
+    shown.value = { ...shown.value, [name]: !shown.value[name] };
+    touch();
+  }}><span>${label}</span></label>`;
+}
+
+/** @returns {Template} */
+function overlayPanel() {
+  return html`<fieldset class="panel plainpanel"><legend class="unseen">Overlays</legend><div class="head"><h2>Overlays</h2></div>
+    <div class="toggles">${overlay('contacts', 'Contacts')}${overlay('islands', 'Islands')}${overlay('pairs', 'Pairs')}
+      ${overlay('boxes', 'Boxes')}${overlay('paths', 'Paths')}${overlay('volumes', 'Volumes')}</div>
+    ${
+      shown.value.volumes
+        ? html`<label class="field choice"><span>Volume</span><select id="overlaid" @change=${(/** @type {Event} */ event) => {
+            overlaid.value = Number(/** @type {HTMLSelectElement} */ (event.target).value);
+            touch();
+          }}>${['all three', ...VOLUMES.slice(1)].map(
+            (name, i) => html`<option value=${i}
+            .selected=${i === overlaid.value}>${name}</option>`,
+          )}</select></label>`
+        : nothing
+    }
+  </fieldset>`;
+}
+
+// ---- numbers ----
+
+const NUMBERS = /** @type {[string, string, (w: World) => string][]} */ ([
+  ['energy', 'energy (J)', (w) => joules(w.energy - w.energy_start)],
+  ['penetration', 'overlap (mm)', (w) => fixed(1000 * w.penetration, 2)],
+  ['worst', 'worst (mm)', (w) => fixed(1000 * w.penetration_worst, 1)],
+  ['sag', 'sag (cm)', (w) => fixed(100 * w.sag, 1)],
+  ['drift', 'drift (cm)', (w) => fixed(100 * w.drift, 1)],
+  ['tilt', 'tilt (°)', (w) => fixed((180 / Math.PI) * w.tilt, 1)],
+  ['joints', 'joints off (mm)', (w) => (w.joints > 0 ? fixed(1000 * w.joint_error, 1) : '–')],
+  ['pairs', 'pairs', (w) => String(w.pairs)],
+  ['contacts', 'contacts', (w) => String(w.touching)],
+  ['recycled', 'recycled', (w) => String(w.recycled)],
+  ['awake', 'awake', (w) => `${w.awake} of ${w.bodies}`],
+  ['stopped', 'stopped by CCD', (w) => String(w.stopped)],
+]);
+
+/** @param {number} value */
+const joules = (value) => (Math.abs(value) >= 1e5 ? value.toExponential(1).replace('-', '−') : signed(value, Math.abs(value) < 10 ? 3 : 1));
+
+/** @returns {Template} */
+function numbers() {
+  return html`<div class="wide-table" tabindex="0" role="region" aria-label="Current values"><table class="data now"><caption>Now</caption>
+    <thead><tr><td></td>${worlds().map((i) => html`<th scope="col">${mark(i)} ${nameOf(i)}</th>`)}</tr></thead>
+    <tbody>${NUMBERS.map(
+      ([name, label]) => html`<tr><th scope="row">${label}</th>
+      ${worlds().map((i) => html`<td data-rigid=${`${i}/${name}`}>–</td>`)}</tr>`,
+    )}</tbody></table></div>`;
+}
+
+/** How many bodies tunnelled, of all that fly. @returns {Template | typeof nothing} */
+function tunnellingMeter() {
+  if (!(Math.abs(params.value?.tunnel_x ?? 1e9) < 1e8)) return nothing;
+  return html`<section class="meter" aria-label="Tunnelling"><h3>Tunnelled</h3>
+    ${worlds().map(
+      (i) => html`<div class="passed">${mark(i)}<div class="track"><div class="fill" data-player=${i} data-fill=${i}></div></div>
+      <span data-rigid=${`${i}/tunnelled`}>–</span></div>`,
+    )}</section>`;
+}
+
+/** Time of a volume for all pairs of a step. @param {number | undefined} ms */
+const perStep = (ms) => (ms === undefined ? '–' : fixed(1000 * ms, 2));
+
+/** @returns {Template | typeof nothing} */
+function volumeTable() {
+  if (!params.value?.compare_volumes) return nothing;
+  return html`<table class="data judged"><caption>Bounding volumes</caption><thead><tr><td></td><th scope="col">hits</th><th
+    scope="col">false</th><th scope="col">missed</th>
+    <th scope="col">at (cm)</th><th scope="col">µs per step</th></tr></thead><tbody>${VOLUMES.map(
+      (name, v) => html`<tr><th scope="row">${name}</th>
+      ${['hits', 'false', 'missed', 'gap'].map((what) => html`<td data-rigid=${`volume${v}/${what}`}>–</td>`)}<td
+        data-volume=${name}>${perStep(costs.value[0]?.[`volume_${name}`])}</td></tr>`,
+    )}</tbody></table>`;
+}
+
+const PHASES = /** @type {[string, string][]} */ ([
+  ['broad', 'broad'],
+  ['narrow', 'narrow'],
+  ['solve', 'solve'],
+  ['continuous', 'continuous'],
+  ['finish', 'finish'],
+  ['all', 'step'],
+]);
+
+/** What the daemon's processor spends on a step, phase by phase. @returns {Template} */
+function phases() {
+  const most = Math.max(1e-9, ...costs.value.map((part) => part.all ?? 0));
+  return html`<section class="plotbox" aria-label="Cost of a step"><div class="view phases" tabindex="0" role="group"
+    aria-label="Cost of a step"><table class="data"><caption>ms per step</caption>
+    <tbody>${PHASES.map(
+      ([name, label]) =>
+        html`<tr><th scope="row">${label}</th>${worlds().map((i) => {
+          const ms = costs.value[i]?.[name];
+          return html`<td data-phase=${`${i}/${name}`}><span>${ms === undefined ? '–' : fixed(ms, 3)}</span><svg data-player=${i}
+            viewBox="0 0 100 1" preserveAspectRatio="none" aria-hidden="true"><rect
+        width=${ms === undefined ? 0 : Math.min(100, (100 * ms) / most)} height="1"></rect></svg></td>`;
+        })}</tr>`,
+    )}</tbody></table></div></section>`;
+}
+
+// ---- the page ----
+
+/** @param {number} world @returns {Template} */
+function drawing(world) {
+  const keys = 'Drag a body with the mouse or a finger. Arrow keys move a pointer, Enter grabs and releases a body.';
+  const label = `World of ${nameOf(world)}. ${keys}`;
+  const canvas = html`<canvas id=${`world${world}`} role="img" aria-label=${`World of ${nameOf(world)}`}></canvas>`;
+  return drag.box(world, 'drag', label, canvas);
+}
+
+/** @returns {Template} */
+function template() {
+  const used = rigid()?.solvers.filter((one) => worlds().some((i) => methodOf(i) === one.name)) ?? [];
+  return html`<main class="step collide" id="views" tabindex="-1">
+    <div class="methods" aria-label="Scene and solvers" role="group">${scenePanel()}${worlds().map(solverPanel)}${overlayPanel()}</div>
+    <div class="drawings" tabindex="0" role="region" aria-label="Views">
+      <section class="worlds" aria-label="Worlds" data-worlds=${worlds().length}>${worlds().map(drawing)}</section>
+      <div class="plots">${plotBox('plot-energy', 'Energy over time')}${plotBox('plot-overlap', 'Overlap over time')}${phases()}</div>
+    </div>
+    <aside class="side" aria-label="Numbers">
+      <div class="about"><h2>${params.value?.paper ? `${params.value.paper}: ` : ''}${params.value?.title ?? ''}</h2>
+        ${params.value?.text ? html`<p>${params.value.text}</p>` : nothing}</div>
+      ${workPrecisionButton()}${tunnellingMeter()}${numbers()}${volumeTable()}
+      ${used.map((one) => html`<div class="about"><h3>${words(one.name)}</h3><p>${one.help}</p></div>`)}
+    </aside></main>`;
+}
+
+// ---- drawing ----
+
+/** @param {string} name @param {string} text */
+function put(name, text) {
+  const cell = document.querySelector(`[data-rigid="${name}"]`);
+  if (cell && cell.textContent !== text) cell.textContent = text;
+}
+
+/** @param {Scene} scene */
+function showNumbers(scene) {
+  scene.worlds.forEach((one, i) => {
+    for (const [name, , text] of NUMBERS) put(`${i}/${name}`, one.status === 1 && name === 'energy' ? 'diverged' : text(one));
+    const flying = params.value?.scene === 'bullets_loose' ? one.dynamic / 2 : one.dynamic; /* there the walls can move too */
+    put(`${i}/tunnelled`, `${one.tunnelled} of ${flying}`);
+    const fill = document.querySelector(`[data-fill="${i}"]`);
+    if (fill instanceof HTMLElement) fill.style.width = `${flying > 0 ? (100 * one.tunnelled) / flying : 0}%`;
+  });
+  for (const one of scene.judged) {
+    if (one.world !== 0) continue;
+    put(`volume${one.volume}/hits`, String(one.hits));
+    put(`volume${one.volume}/false`, String(one.false_hits));
+    put(`volume${one.volume}/missed`, String(one.missed_hits));
+    put(`volume${one.volume}/gap`, one.false_hits > 0 ? fixed(100 * one.gap_max, 1) : '–');
+  }
+}
+
+/** What a world shows, in words. @param {World} w @param {number} i */
+const describe = (w, i) =>
+  w.status === 1
+    ? `${nameOf(i)} diverged`
+    : `${nameOf(i)}: ${w.bodies} bodies, ${w.awake} awake, ${w.touching} contacts, ` +
+      `overlap ${fixed(1000 * w.penetration, 1)} mm, energy ${joules(w.energy - w.energy_start)} J`;
+
+let numbered = 0;
+
+/** @param {Frame} frame @param {boolean} settled @param {boolean} name the drawings get their descriptions */
+function draw(frame, settled, name) {
+  const at = rigid();
+  if (!at) return;
+  const scene = sceneOf(frame),
+    colours = palette();
+  if (record.generation !== frame.session.generation || record.time > frame.time_s) record = new Record(frame.session.generation);
+  record.take(frame.time_s, scene.worlds);
+  measure(frame, false);
+  for (const i of worlds()) {
+    const of = {
+      world: i,
+      view: at.view,
+      shown: shown.value,
+      volume: overlaid.value,
+      dt: 1 / at.hz,
+      beyond: params.value?.tunnel_x ?? 1e9,
+      name: `${nameOf(i)}${scene.worlds[i]?.status === 1 ? ': diverged' : ''}`,
+      pointer: drag.pointer.value,
+    };
+    onto(`world${i}`, (surface) => drag.cameras.set(i, drawWorld(surface, colours, scene, of)));
+  }
+  const time = performance.now();
+  if (settled || time - numbered > 120) {
+    numbered = time;
+    showNumbers(scene);
+    const lines = (/** @type {'energy' | 'penetration'} */ what, /** @type {number} */ scale) =>
+      record.tracks.map((track, i) => ({
+        xs: track.t,
+        ys: track[what].map((v) => v * scale),
+        colour: paintOf(colours, i).text,
+        dash: paintOf(colours, i).dash,
+      }));
+    onto('plot-energy', (s) =>
+      drawPlot(s, colours, { lines: lines('energy', 1), x: 't (s)', y: 'energy since the start (J)', least: 0.01, empty: 'Play to draw' }),
+    );
+    onto('plot-overlap', (s) =>
+      drawPlot(s, colours, {
+        lines: lines('penetration', 1000),
+        x: 't (s)',
+        y: 'deepest overlap (mm)',
+        least: 0.01,
+        empty: 'Play to draw',
+      }),
+    );
+  }
+  if (name) scene.worlds.forEach((w, i) => document.getElementById(`world${i}`)?.setAttribute('aria-label', describe(w, i)));
+}
+
+effect(() => {
+  session.value;
+  forgetMeasured();
+});
+
+/** Contacts are most of what bodies are streamed with. */
+const rates = () => ({ contacts: shown.value.contacts || shown.value.pairs ? 60 : 0 });
+
+/** @type {import('../../session/lab.js').Lab} */
+export const lab = { template, draw, rates };

@@ -1,0 +1,67 @@
+// The labs: each shows the sessions of one kind of scenario, and is read when it is first shown.
+import { computed, effect, signal } from '../../vendor/signals-core.js';
+import { part } from '../base/api.js';
+import { experiment, layout } from './state.js';
+
+/** @typedef {import('./lab.js').About} About */
+/** @typedef {import('./lab.js').Lab} Lab */
+
+/** All of them; the first is shown until the session's kind is known. @type {import('@preact/signals-core').Signal<About[]>} */
+export const labs = signal([]);
+/** Those that are read, by kind. @type {import('@preact/signals-core').Signal<Map<string, Lab>>} */
+const read = signal(new Map());
+/** @type {Map<string, Promise<void>>} */
+const reading = new Map();
+const completed = new Set();
+
+/** The kind that is shown. */
+const kind = computed(() => {
+  const now = layout.value?.kind,
+    list = labs.value;
+  if (experiment.value !== null) return list.find((one) => one.sessionless)?.kind;
+  return list.some((one) => one.kind === now) ? now : list[0]?.kind;
+});
+
+/** The lab that is shown, once it is read. */
+export const lab = computed(() => read.value.get(kind.value ?? ''));
+
+/** @param {string} name @param {Partial<Lab>} found */
+function put(name, found) {
+  const known = read.peek().get(name);
+  read.value = new Map(read.peek()).set(name, /** @type {Lab} */ ({ ...known, ...found }));
+}
+
+/** @param {About} about @returns {Promise<void>} once it is read */
+export function load(about) {
+  const now = reading.get(about.kind) ?? part(about.load).then((found) => put(about.kind, found));
+  reading.set(about.kind, now);
+  return now;
+}
+
+/** Reads each lab when it is first shown. @param {About[]} list */
+export function register(list) {
+  labs.value = list;
+  effect(() => {
+    const about = list.find((one) => one.kind === kind.value);
+    if (about) load(about);
+  });
+}
+
+/** Reads the rest of the labs that are shown from now on. */
+export function complete() {
+  effect(() => {
+    const name = kind.value ?? '',
+      later = lab.value?.later;
+    if (!later || completed.has(name)) return;
+    completed.add(name);
+    part(later).then((found) => put(name, found));
+  });
+}
+
+/** The tab that a game or kind belongs to. @param {string} shown @returns {string} its id; empty for none */
+export function tabOf(shown) {
+  const own = labs.value.flatMap(({ tabs }) => tabs).find(({ shows }) => shows.includes(shown));
+  if (own) return own.id;
+  const entries = labs.value.flatMap(({ elsewhere }) => Object.entries(elsewhere ?? {}));
+  return entries.find(([, shows]) => shows.includes(shown))?.[0] ?? '';
+}

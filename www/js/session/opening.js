@@ -1,0 +1,136 @@
+// Asks the daemon for the session that the address says, and opens its stream. The first thing that runs, while the rest of the page is
+// read.
+import { Problem, call, make, socketOf } from '../base/api.js';
+import { readLink, readScenario } from '../base/link.js';
+
+/** @typedef {{id: string, key: string, own: boolean, note: string}} Opened  own: made from the query, not from #s= */
+/** @typedef {import('../stream/connection.js').Line} Line */
+
+export const link = readLink(location.search, location.hash);
+
+const KEPT = 'laglab';
+
+/** Keys stay in this tab, by session, with the query that made the tab's own session.
+ * @returns {{own: {id: string, query: string} | null, keys: Record<string, string>}} */
+function kept() {
+  try {
+    const value = JSON.parse(sessionStorage.getItem(KEPT) ?? 'null');
+    if (value && typeof value.keys === 'object') return value;
+  } catch {
+    /* storage may be forbidden: the page works without it */
+  }
+  return { own: null, keys: {} };
+}
+
+/** @param {string} id @param {string} key @param {boolean} own */
+export function keep(id, key, own) {
+  const value = kept();
+  value.keys[id] = key;
+  if (own) value.own = { id, query: location.search };
+  try {
+    sessionStorage.setItem(KEPT, JSON.stringify(value));
+  } catch {
+    /* as above */
+  }
+}
+
+/** Takes what the daemon refused out of the link. Returns false when nothing was found to take out.
+ * @param {Problem} problem @returns {boolean} */
+function dropRefused(problem) {
+  const before = link.problems.length;
+  for (const { field, detail } of problem.errors) {
+    const path = field.replace(/^set\./, '');
+    if (path in link.set) {
+      link.problems.push(`${path}=${link.set[path]} ignored, using the default (${detail})`);
+      delete link.set[path];
+    } else if (path === 'seed' && link.seed !== null) {
+      link.problems.push(`seed=${link.seed} ignored (${detail})`);
+      link.seed = null;
+    }
+  }
+  if (link.problems.length > before) return true;
+  const named = Object.keys(link.set).find((path) => problem.message.includes(path));
+  if (named !== undefined) {
+    link.problems.push(`${named}=${link.set[named]} ignored, using the default (${problem.message})`);
+    delete link.set[named];
+  } else if (Object.keys(link.set).length > 0 && problem.status !== 404) {
+    link.problems.push(`Changes in the address ignored: ${problem.message}`);
+    link.set = {};
+  } else if (link.scenario !== link.first) {
+    link.problems.push(`scenario=${link.scenario} ignored, using ${link.first} (${problem.message})`);
+    link.scenario = link.first;
+    link.set = {};
+  } else {
+    return false;
+  }
+  return true;
+}
+
+/** A new session of what the link says; values that the daemon refuses are dropped and listed in `link.problems`.
+ * @returns {Promise<Opened>} */
+export async function create() {
+  /** @type {Record<string, unknown>} */
+  const more = matchMedia('(prefers-reduced-motion: reduce)').matches ? { paused: true } : {};
+  for (;;) {
+    const seed = link.seed === null ? {} : { seed: link.seed };
+    const set = Object.keys(link.set).length === 0 ? {} : { set: link.set };
+    try {
+      const made = await make('sessions', { scenario: link.scenario, ...set, ...seed, ...more });
+      keep(made.id, made.owner_key, true);
+      return { id: made.id, key: made.owner_key, own: true, note: '' };
+    } catch (error) {
+      const refused = error instanceof Problem && [400, 404, 409, 422].includes(error.status);
+      if (!refused || !dropRefused(error)) throw error;
+    }
+  }
+}
+
+/** @returns {Promise<Opened>} */
+async function open() {
+  const { own, keys } = kept();
+  if (link.session) {
+    const key = link.key || keys[link.session] || '';
+    if (key) keep(link.session, key, false);
+    try {
+      await call('GET', `sessions/${link.session}`);
+      return { id: link.session, key, own: false, note: '' };
+    } catch (error) {
+      if (!(error instanceof Problem) || error.status !== 404) throw error;
+      history.replaceState(null, '', location.pathname + location.search);
+      link.session = '';
+      return { ...(await create()), note: 'That session has expired – a new one was created' };
+    }
+  }
+  if (own && own.query === location.search && keys[own.id]) {
+    /* the tab was reloaded */
+    try {
+      const now = await call('GET', `sessions/${own.id}`);
+      if (now.status !== 'failed') return { id: own.id, key: keys[own.id] ?? '', own: true, note: '' };
+    } catch {
+      /* it no longer exists: create a new one */
+    }
+  }
+  return create();
+}
+
+/** @param {Opened} made @returns {Line} */
+function listen({ id }) {
+  /** @type {Line} */
+  const line = { socket: socketOf(id), said: [] };
+  line.socket.onmessage = (message) => line.said.push(message);
+  return line;
+}
+
+/** Opens what the address says. @param {import('../base/link.js').Short[]} shorts
+ * @returns {{opened: Promise<Opened>, line: Promise<Line>} | null} null while the Experiments view is shown: a lab makes a session when it
+ *  is wanted */
+export function begin(shorts) {
+  readScenario(link, location.search, location.hash, shorts);
+  document.documentElement.dataset.theme = link.theme;
+  if (link.key) history.replaceState(null, '', `${location.pathname}${location.search}#s=${link.session}`);
+  if (link.experiment !== null) return null;
+  const opened = open(),
+    line = opened.then(listen);
+  line.catch(() => {}); /* the code that awaits the session reports it */
+  return { opened, line };
+}

@@ -1,0 +1,98 @@
+// Changes parameters of the session: the last value wins while one request is under way.
+import { call, Problem } from '../base/api.js';
+import { lab } from './labs.js';
+import { keep, link } from './opening.js';
+import { writeQuery } from '../base/link.js';
+import { experiment, locked, params, session, notify, theme } from './state.js';
+
+/** @typedef {import('../base/link.js').Value} Value */
+
+/** @type {Map<string, Value>} */
+let pending = new Map();
+/** @type {Promise<void> | null} */
+let sending = null;
+
+export const seen = { version: -1, patches: 0 };
+
+/** @param {Record<string, Value>} change values by dotted path @returns {Promise<void>} when the daemon has them */
+export function change(change) {
+  if (locked.value !== '') return Promise.resolve();
+  for (const [path, value] of Object.entries(change)) pending.set(path, value);
+  sending ??= send().finally(() => {
+    sending = null;
+  });
+  return sending;
+}
+
+async function send() {
+  const target = session.value;
+  while (pending.size > 0 && target !== null && target === session.value) {
+    const body = Object.fromEntries(pending);
+    pending = new Map();
+    try {
+      seen.patches++;
+      const answer = await call('PATCH', `sessions/${target.id}/params`, { body, key: target.key });
+      if (target !== session.value) return;
+      seen.version = answer.params_version;
+      accept(answer.params, body);
+      remember(body);
+    } catch (error) {
+      const detail = error instanceof Problem ? (error.errors[0]?.detail ?? error.message) : 'the daemon did not answer';
+      notify(`Not changed: ${detail}`);
+      params.value = { ...params.value }; /* controls go back to what holds */
+    }
+  }
+  pending = new Map();
+}
+
+/** Reports what the daemon changed in addition to the request.
+ * @param {any} now @param {Record<string, Value>} asked */
+function accept(now, asked) {
+  const before = params.value;
+  params.value = now;
+  const followed = lab.peek()?.followed?.(now, before, asked) ?? [];
+  if (followed.length > 0) notify(followed.join('. '));
+}
+
+/** The address keeps what differs from the scenario. @param {Record<string, Value>} body */
+function remember(body) {
+  for (const [path, value] of Object.entries(body)) {
+    if (!path.endsWith('.control')) link.set[path] = value;
+  }
+  showAddress();
+}
+
+export function showAddress() {
+  const now = session.value,
+    shown = experiment.value;
+  link.theme = theme.value;
+  if (shown !== null) {
+    history.replaceState(
+      null,
+      '',
+      `${location.pathname}${link.theme === 'auto' ? '' : `?theme=${link.theme}`}#experiments${shown === '' ? '' : `=${shown}`}`,
+    );
+    return;
+  }
+  if (now === null) return;
+  const query = now.own ? writeQuery(link) : link.theme === 'auto' ? '' : `?theme=${link.theme}`;
+  const hash = now.own ? '' : `#s=${now.id}`;
+  history.replaceState(null, '', location.pathname + query + hash);
+  if (now.own) keep(now.id, now.key, true);
+}
+
+/** Reads the parameters again, after another client changed them or time jumped. @param {number} version */
+export async function reread(version) {
+  const target = session.value,
+    { patches } = seen;
+  if (target === null || sending !== null || seen.version === version) return;
+  seen.version = version;
+  try {
+    const answer = await call('GET', `sessions/${target.id}`);
+    if (target !== session.value) return;
+    if (patches === seen.patches) params.value = answer.params;
+    else if (seen.version === version) seen.version = -1; /* older than a change that is not done: to be read again */
+  } catch {
+    /* the stream says when the daemon is away */
+  }
+}

@@ -1,0 +1,234 @@
+// The session of the page: joined, created, copied or created again; and its stream.
+import { batch, effect, untracked } from '../../vendor/signals-core.js';
+import { Problem, call, make } from '../base/api.js';
+import { Stream } from '../stream/connection.js';
+import { FAILED } from '../stream/frame.js';
+import { lab, labs } from './labs.js';
+import { create, keep, link } from './opening.js';
+import { seen, showAddress } from './params.js';
+import { FRAME_HZ, connection, divisor, experiment, failure, frame, layout, locked, notify, params, scenarios, session } from './state.js';
+
+/** @typedef {import('../stream/frame.js').Frame} Frame */
+/** @typedef {import('./lab.js').Lab} Lab */
+
+/** Counted for tests and for the curious: see window.laglab. */
+export const counts = { received: 0, drawn: 0, acked: 0, hellos: 0 };
+
+/** @type {Stream | null} */
+let stream = null;
+/** The newest received frame, not yet drawn. @type {Frame | null} */
+let newest = null;
+/** The lab that follows the present stream. @type {Lab | null} */
+let following = null;
+
+/** @param {any} hello @returns {import('./state.js').Layout} */
+function layoutOf({ layout: given = {}, params: now = {} }) {
+  const kind = now.kind ?? '';
+  return { kind, game: given.game ?? now.game ?? kind, given, params: now };
+}
+
+/** Begins the lab that is shown: after a hello, or once the lab is read. @param {boolean} fresh */
+function follow(fresh) {
+  following = lab.peek() ?? null;
+  following?.begin?.(fresh);
+}
+effect(() => {
+  const now = lab.value;
+  if (now === undefined || layout.peek() === null || stream === null || following?.template === now.template) return;
+  untracked(() => follow(true));
+});
+
+/** What is subscribed to, Hz by channel: of all labs, since the kind of a session is known after its hello. Another kind has none of
+ * those channels. @returns {Record<string, number>} */
+function wishOf() {
+  const wish = Object.assign({ session: FRAME_HZ }, ...labs.value.map(({ rates }) => rates), lab.value?.rates?.());
+  return Object.fromEntries(Object.entries(wish).filter(([, hz]) => hz > 0));
+}
+let wished = '';
+effect(() => {
+  const wish = wishOf(),
+    text = JSON.stringify(wish);
+  if (text === wished) return;
+  wished = text;
+  stream?.subscribe(wish);
+});
+
+/** Leaves the session for the Experiments view. @param {string} id of the experiment; empty for none */
+export function openExperiments(id) {
+  stream?.close();
+  stream = null;
+  session.value = null;
+  experiment.value = id;
+  document.title = 'Experiments – laglab';
+  showAddress();
+}
+
+/** Shows a session from now on. @param {string} id @param {string} key @param {boolean} own
+ * @param {import('../stream/connection.js').Line} [line] its stream,
+ * when it is open */
+export function show(id, key, own, line) {
+  stream?.close();
+  newest = null;
+  batch(() => {
+    experiment.value = null;
+    session.value = { id, key, own };
+    connection.value = { state: 'connecting', attempt: 0 };
+    frame.value = null;
+    failure.value = '';
+  });
+  seen.version = -1;
+  following = null;
+  let wasLost = false;
+  stream = new Stream(
+    id,
+    key,
+    {
+      hello(hello) {
+        counts.hellos++;
+        divisor.value = 1;
+        const next = layoutOf(hello);
+        seen.version = -1; /* its parameters may be older than a change that was answered */
+        batch(() => {
+          layout.value = next;
+          if (hello.params) params.value = hello.params;
+          follow(frame.value === null);
+        });
+        document.title = `${hello.params?.title || next.game} – laglab`;
+      },
+      frame(next) {
+        counts.received++;
+        following?.take?.(next);
+        newest = next;
+        if (next.flags & FAILED && failure.value === '') why(id);
+      },
+      state(state, attempt) {
+        connection.value = { state, attempt };
+        if (state === 'open' && wasLost) notify('Reconnected');
+        wasLost = state === 'lost';
+      },
+      pace(next) {
+        divisor.value = next;
+      },
+      gone() {
+        notify('Session expired – created again from the address');
+        again();
+      },
+      refused(detail) {
+        notify(`Refused: ${detail}`);
+      },
+    },
+    line,
+    wishOf(),
+  );
+  showAddress();
+}
+
+/** @param {string} id */
+async function why(id) {
+  failure.value = 'The simulation stopped';
+  try {
+    const now = await call('GET', `sessions/${id}`);
+    failure.value = String(now.error?.detail ?? now.error?.title ?? failure.value);
+  } catch {
+    /* the plain sentence stays */
+  }
+}
+
+/** The next frame to draw: the newest, once. */
+export function takeNewest() {
+  const next = newest;
+  newest = null;
+  return next;
+}
+
+/** Reports to the daemon which frame was drawn. @param {number} seq */
+export function drawn(seq) {
+  counts.drawn++;
+  counts.acked = seq;
+  stream?.send({ ack: seq });
+}
+
+/** @param {unknown} message */
+export function send(message) {
+  stream?.send(message);
+}
+
+/** A new session from the address, after the former one was lost or another scenario was chosen. */
+export async function again() {
+  try {
+    link.session = '';
+    link.problems = [];
+    const made = await create();
+    show(made.id, made.key, true);
+    if (link.problems.length > 0) notify(link.problems.join('. '), true);
+  } catch (error) {
+    failed(error);
+  }
+}
+
+/** A person who has just declined to give the key is not asked again. @param {unknown} error */
+export function failed(error) {
+  if (error instanceof Problem && error.declined) {
+    notify('No session: creating one needs the class key. Reload the page to enter it, or open a shared link.', true);
+    return;
+  }
+  notify(`No session: ${error instanceof Error ? error.message : 'the daemon does not answer'} – retrying`);
+  setTimeout(again, 1000 + Math.random() * 1000);
+}
+
+/** Another scenario, with nothing changed. @param {string} id */
+export async function choose(id) {
+  const before = session.value;
+  link.scenario = id;
+  link.set = {};
+  link.seed = null;
+  await again();
+  if (before?.own && before.key) call('DELETE', `sessions/${before.id}`, { key: before.key }).catch(() => {});
+}
+
+/** A copy of the session at this moment, under a key of one's own. */
+export async function fork() {
+  const now = session.value;
+  if (now === null) return;
+  try {
+    const copy = await make(`sessions/${now.id}/fork`);
+    keep(copy.id, copy.owner_key, false);
+    show(copy.id, copy.owner_key, false);
+    notify('This is now your copy');
+  } catch (error) {
+    notify(`No copy: ${error instanceof Error ? error.message : 'the daemon does not answer'}`);
+  }
+}
+
+/** @returns {string} the id of the scenario shown, as far as it is known */
+export function shownScenario() {
+  const now = session.value;
+  if (now?.own) return link.scenario;
+  const title = params.value?.title;
+  return scenarios.value.find((row) => row.title === title)?.id ?? '';
+}
+
+/** Read-only facts for tests and for the curious. */
+export function hook() {
+  const facts = {
+    get frame() {
+      return frame.value;
+    },
+    get session() {
+      return session.value && { id: session.value.id, owner: session.value.key !== '' };
+    },
+    get params() {
+      return structuredClone(params.value);
+    },
+    get connection() {
+      return { ...connection.value };
+    },
+    get locked() {
+      return locked.value;
+    },
+    get counts() {
+      return { ...counts, patches: seen.patches };
+    },
+  };
+  return Object.freeze(Object.defineProperties(facts, lab.value?.facts?.() ?? {}));
+}

@@ -1,0 +1,77 @@
+// What the page knows, as signals. Modules read and write these; nothing else is shared.
+import { computed, signal } from '../../vendor/signals-core.js';
+import { schemaOf } from '../base/schema.js';
+import { BEHIND, ENDED, FAILED, PLAYING } from '../stream/frame.js';
+import { link } from './opening.js';
+
+/** @typedef {import('../stream/frame.js').Frame} Frame */
+/** What the hello says of the simulation. `given` is the layout of its kind.
+ * @typedef {{kind: string, game: string, given: any, params: any}} Layout  game: the kind itself where there is none; params: at that time
+ *  */
+/** @typedef {{id: string, key: string, own: boolean}} Session  key is empty for a reader; own: made from the query */
+/** @typedef {{id: string, title: string, paper: string, kind: string}} ScenarioRow */
+/** @type {import('@preact/signals-core').Signal<Session | null>} */
+export const session = signal(null);
+/** The whole scenario with its present values. @type {import('@preact/signals-core').Signal<any>} */
+export const params = signal(null);
+/** @type {import('@preact/signals-core').Signal<Layout | null>} */
+export const layout = signal(null);
+/** As the daemon gives it, by kind: of those that were asked for. @type {import('@preact/signals-core').Signal<Map<string, any>>} */
+export const schemas = signal(new Map());
+
+/** Of the session's scenario. */
+export const schema = computed(() => (params.value ? schemaOf(schemas.value.get(params.value.kind), params.value) : null));
+/** @type {import('@preact/signals-core').Signal<ScenarioRow[]>} */
+export const scenarios = signal([]);
+/** @type {import('@preact/signals-core').Signal<{state: import('../stream/connection.js').State, attempt: number}>} */
+export const connection = signal({ state: 'connecting', attempt: 0 });
+export const FRAME_HZ = 60; /* requested rate of frames */
+/** By which the daemon divides that, since frames are not drawn in time. */
+export const divisor = signal(1);
+/** The newest drawn frame. @type {import('@preact/signals-core').Signal<Frame | null>} */
+export const frame = signal(null);
+/** Why the session stopped by itself. */
+export const failure = signal('');
+/** What a person must read now; empty when there is nothing. */
+export const notice = signal('');
+/** The experiment that the Experiments view shows: empty for none; null while a session is shown.
+ * @type {import('@preact/signals-core').Signal<string | null>} */
+export const experiment = signal(link.experiment);
+export const theme = signal(link.theme);
+/** @typedef {'waiting' | 'playing' | 'paused' | 'ended' | 'failed'} Status */
+
+export const status = computed(() => {
+  /** @type {Status} */
+  let now = 'waiting';
+  const flags = frame.value?.flags;
+  if (flags !== undefined) {
+    now = flags & FAILED ? 'failed' : flags & ENDED ? 'ended' : flags & PLAYING ? 'playing' : 'paused';
+  }
+  return now;
+});
+export const behind = computed(() => frame.value !== null && (frame.value.flags & BEHIND) !== 0);
+/** To seven digits, as the stream has it: 0.1, not its nearest float. */
+export const speed = computed(() => Number((frame.value?.session?.speed ?? 1).toPrecision(7)));
+export const readOnly = computed(() => session.value !== null && session.value.key === '');
+
+/** Why nothing can be changed now; empty when it can. */
+export const locked = computed(() => {
+  if (session.value === null) return 'No session yet';
+  if (connection.value.state === 'lost') return 'Connection lost: controls are off until it is back';
+  return readOnly.value ? 'Read-only: only the owner of this session can change it' : '';
+});
+
+const NOTICE_MS = 15000;
+/** @type {ReturnType<typeof setTimeout> | undefined} */
+let fading;
+
+/** Shows a message, and announces it. News disappears by itself; a rejected change stays until it is closed.
+ * @param {string} text @param {boolean} [stays] */
+export function notify(text, stays = false) {
+  clearTimeout(fading);
+  notice.value = text;
+  if (!stays)
+    fading = setTimeout(() => {
+      notice.value = '';
+    }, NOTICE_MS);
+}

@@ -1,0 +1,93 @@
+// Operations on a session's time. One seek at a time: while dragging, the last place wins.
+import { headOf } from '../stream/frame.js';
+import { call, Problem } from '../base/api.js';
+import { link } from './opening.js';
+import { reread, showAddress } from './params.js';
+import { behind, frame, locked, session, speed, status, notify } from './state.js';
+
+export const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10];
+
+/** @param {Record<string, unknown>} op @returns {Promise<any>} null when it was refused */
+export async function control(op) {
+  const now = session.value;
+  if (now === null || locked.value !== '') return null;
+  try {
+    return await call('POST', `sessions/${now.id}/control`, { body: op, key: now.key });
+  } catch (error) {
+    notify(error instanceof Problem ? `Not done: ${error.message}` : 'Not done: the daemon did not answer');
+    return null;
+  }
+}
+
+export function playOrPause() {
+  return control({ op: status.value === 'playing' ? 'pause' : 'play' });
+}
+
+/** @type {Promise<any> | null} */
+let stepping = null;
+/** Ticks of one that was asked for meanwhile: its frame comes before the answer. */
+let waiting = 0;
+
+/** @param {number} ticks */
+export function step(ticks) {
+  if (stepping) waiting = ticks;
+  stepping ??= control({ op: 'step', ticks }).finally(() => {
+    const next = waiting;
+    stepping = null;
+    waiting = 0;
+    if (next !== 0) step(next);
+  });
+  return stepping;
+}
+
+/** @param {number} value */
+export function setSpeed(value) {
+  return control({ op: 'speed', speed: value });
+}
+
+/** @param {number} direction */
+export function nextSpeed(direction) {
+  const place = SPEEDS.reduce(
+    (best, s, i) => (Math.abs(Math.log(s / speed.value)) < Math.abs(Math.log((SPEEDS[best] ?? 1) / speed.value)) ? i : best),
+    0,
+  );
+  const value = SPEEDS[Math.max(0, Math.min(SPEEDS.length - 1, place + direction))] ?? 1;
+  return setSpeed(value);
+}
+
+/** From the start: the same seed, scenario and inputs. */
+export function restart() {
+  return control({ op: 'restart', reset: false });
+}
+
+/** Everything as the scenario has it, speed too. */
+export async function reset() {
+  if ((await control({ op: 'restart', reset: true })) === null) return;
+  link.set = {};
+  await setSpeed(1);
+  if (frame.value) await reread(-2); /* the parameters differ now, for every version */
+  showAddress();
+}
+
+export async function backToLive() {
+  const now = frame.value;
+  if (now === null || !behind.value) return;
+  const head = headOf(now);
+  if ((await control({ op: 'seek', time_s: head })) !== null) await control({ op: 'play' });
+}
+
+let goal = -1;
+let seeking = false;
+
+/** @param {number} time s */
+export async function seek(time) {
+  goal = time;
+  if (seeking) return;
+  seeking = true;
+  while (goal >= 0) {
+    const next = goal;
+    goal = -1;
+    await control({ op: 'seek', time_s: next });
+  }
+  seeking = false;
+}

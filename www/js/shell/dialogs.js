@@ -1,0 +1,83 @@
+// One dialog at a time, loaded after the first frame: help, links to share, and those of the lab that is shown.
+import { html, nothing, render } from '../../vendor/lit-html.js';
+import { effect } from '../../vendor/signals-core.js';
+import { address } from '../base/api.js';
+import { THEMES, writeQuery } from '../base/link.js';
+import { lab } from '../session/labs.js';
+import { link } from '../session/opening.js';
+import { session, theme } from '../session/state.js';
+import { sync } from '../workbench/controls.js';
+import { dialog as open } from '../workbench/dialog.js';
+import { keyRow } from '../workbench/key_row.js';
+import { keys, setSingleKeys, setTheme, singleKeys } from './keys.js';
+
+/** @typedef {import('lit-html').TemplateResult} Template */
+
+/** @returns {Template} */
+function help() {
+  return html`<label class="toggle"><input type="checkbox" .checked=${singleKeys.value}
+      @change=${(/** @type {Event} */ event) => setSingleKeys(/** @type {HTMLInputElement} */ (event.target).checked)}><span>Single-key
+      shortcuts</span></label>
+    <label class="field choice"><span>Colours</span><select .value=${theme.value}
+      @change=${(/** @type {Event} */ event) => setTheme(/** @type {HTMLSelectElement} */ (event.target).value)}>
+      ${THEMES.map((name) => html`<option value=${name} ?selected=${name === theme.value}>${name}</option>`)}</select></label>
+    <div class="columns"><table class="keys"><caption>Keys</caption><tbody>${keys().map(keyRow)}</tbody></table>
+    <div>${lab.value?.help?.() ?? nothing}</div></div>`;
+}
+
+/** @param {string} label @param {string} text @returns {Template} */
+function address_(label, text) {
+  return html`<label class="address"><span>${label}</span><input readonly .value=${text}
+    @focus=${(/** @type {Event} */ event) => /** @type {HTMLInputElement} */ (event.target).select()}></label>`;
+}
+
+/** @returns {Template} */
+function share() {
+  const base = `${location.origin}${location.pathname}`;
+  const id = session.value?.id ?? '';
+  const local = /^(localhost|127\.|\[::1\])/.test(location.hostname);
+  return html`${local ? html`<p class="reason">This address works on this computer only: others need its network address.</p>` : nothing}
+    ${address_('The same settings, in a new session', base + (writeQuery(link) || `?scenario=${link.first}`))}
+    ${address_('This session, read-only', `${base}#s=${id}`)}
+    <p><a href=${address(`sessions/${id}/trace`).href} download="laglab.csv">Trace of this run as CSV</a></p>
+    <p>API: <code>curl ${address(`sessions/${id}`).href}</code></p>`;
+}
+
+/** @param {import('../session/lab.js').Dialog} at @returns {[string, Template] | undefined} title and content */
+function content({ kind, of }) {
+  if (kind === 'help') return ['Help', help()];
+  if (kind === 'share') return ['Share', share()];
+  return lab.value?.dialogs?.[kind]?.(of);
+}
+
+const dialog = document.createElement('dialog');
+dialog.setAttribute('aria-labelledby', 'dialog-title');
+
+/** @returns {boolean} whether there is something to show */
+function draw() {
+  const at = open.value;
+  if (at === null) return false;
+  const [title, body] = content(at) ?? [];
+  if (title === undefined) return false; /* its lab is not read yet */
+  render(
+    html`<header><h2 id="dialog-title">${title}</h2><button type="button" class="close"
+      @click=${() => dialog.close()}>Close</button></header>
+    <div class="body">${body}</div>`,
+    dialog,
+  );
+  sync(dialog);
+  return true;
+}
+
+export function listen() {
+  document.body.append(dialog);
+  dialog.addEventListener('close', () => {
+    open.value = null;
+  });
+  dialog.addEventListener('click', (event) => {
+    if (event.target === dialog) dialog.close();
+  });
+  effect(() => {
+    if (draw() && !dialog.open) dialog.showModal();
+  });
+}

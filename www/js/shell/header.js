@@ -1,0 +1,125 @@
+// The head of the page: labs, scenario, the state chip.
+import { html, nothing } from '../../vendor/lit-html.js';
+import { effect } from '../../vendor/signals-core.js';
+import { fixed } from '../base/format.js';
+import { headOf } from '../stream/frame.js';
+import { labs, tabOf } from '../session/labs.js';
+import { choose, fork, openExperiments, shownScenario } from '../session/session.js';
+import { FRAME_HZ, behind, connection, divisor, experiment, failure, layout, readOnly, scenarios, status } from '../session/state.js';
+import { backToLive } from '../session/time.js';
+import { open } from '../workbench/dialog.js';
+
+/** @typedef {import('lit-html').TemplateResult} Template */
+
+/** @param {import('../session/state.js').ScenarioRow} row @returns {string} */
+function titleOf(row) {
+  return row.paper ? `${row.paper}: ${row.title}` : row.title;
+}
+
+/** @returns {Template} */
+function chooser() {
+  const now = shownScenario();
+  const rows = scenarios.value;
+  const kind = (/** @type {string} */ name) => rows.filter((row) => !row.id.startsWith('paper/') && row.kind === name);
+  const group = (/** @type {string} */ label, /** @type {import('../session/state.js').ScenarioRow[]} */ list) =>
+    list.length === 0
+      ? nothing
+      : html`<optgroup label=${label}>${list.map(
+          (row) => html`<option value=${row.id}
+        .selected=${row.id === now}>${titleOf(row)}</option>`,
+        )}</optgroup>`;
+  return html`<label class="field choice scenario"><span>Scenario</span><select id="scenario" aria-label="Scenario"
+    @change=${(/** @type {Event} */ event) => choose(/** @type {HTMLSelectElement} */ (event.target).value)}>
+    ${now === '' ? html`<option value="" selected disabled>${rows.length > 0 ? 'not from the library' : 'loading'}</option>` : nothing}
+    ${labs.value.map((lab) => group(lab.group, kind(lab.kind)))}
+    ${group(
+      'Figures of the paper',
+      rows.filter((row) => row.id.startsWith('paper/')),
+    )}</select></label>`;
+}
+
+let lastExperiment = ''; /* that was shown: the way back leads to it */
+effect(() => {
+  lastExperiment = experiment.value ?? lastExperiment;
+});
+
+/** @returns {Template} */
+function tabs() {
+  const shown = experiment.value === null ? tabOf(layout.value?.game ?? '') : null;
+  const tab = (/** @type {string} */ name, /** @type {boolean} */ current, /** @type {() => void} */ go) =>
+    html`<button type="button" class="lab" aria-current=${current ? 'page' : 'false'} @click=${go}>${name}</button>`;
+  return html`<nav aria-label="Labs">${labs.value
+    .flatMap((lab) => lab.tabs)
+    .map(({ id, name, scenario }) =>
+      tab(name, shown === id, () => {
+        if (shown === null || shownScenario() !== scenario) choose(scenario);
+      }),
+    )}${tab('Experiments', shown === null, () => {
+    if (shown !== null) openExperiments(lastExperiment);
+  })}</nav>`;
+}
+
+/** On a phone the labs do not all fit: the one that is shown does. When there is time, since asking where things are lays out the page. */
+effect(() => {
+  layout.value?.game;
+  experiment.value;
+  (globalThis.requestIdleCallback ?? setTimeout)(() => {
+    const current = document.querySelector('.lab[aria-current="page"]'),
+      row = current?.parentElement;
+    if (row && current instanceof HTMLElement)
+      row.scrollLeft = current.offsetLeft - row.offsetLeft - (row.clientWidth - current.offsetWidth) / 2;
+  });
+});
+
+const SYMBOLS = {
+  live: html`<svg class="sign" viewBox="0 0 12 12" aria-hidden="true"><circle cx="6" cy="6" r="5"></circle></svg>`,
+  paused: html`<svg class="sign" viewBox="0 0 12 12" aria-hidden="true"><path d="M2 1h3v10H2zM7 1h3v10H7z"></path></svg>`,
+  replay: html`<svg class="sign" viewBox="0 0 12 12" aria-hidden="true"><path d="M6 1v10L0 6zM12 1v10L6 6z"></path></svg>`,
+  ended: html`<svg class="sign" viewBox="0 0 12 12" aria-hidden="true"><path d="M1 1h10v10H1z"></path></svg>`,
+  lost: html`<svg class="sign" viewBox="0 0 12 12" aria-hidden="true"><path d="M6 0l6 11H0z"></path></svg>`,
+};
+
+/** @returns {Template} */
+function state() {
+  const { state: way, attempt } = connection.value;
+  if (way === 'lost') return html`${SYMBOLS.lost}<span>Connection lost – retrying (${attempt})</span>`;
+  if (status.value === 'waiting') return html`<span>Connecting</span>`;
+  if (status.value === 'failed') return html`${SYMBOLS.lost}<span>Stopped: ${failure.value}</span>`;
+  if (status.value === 'ended') return html`${SYMBOLS.ended}<span>Ended</span>`;
+  if (behind.value) {
+    return html`${SYMBOLS.replay}<span>${status.value === 'paused' ? 'Paused at' : 'Replaying'} <span id="replayed"></span></span>
+      ${readOnly.value ? nothing : html`<button type="button" class="small" @click=${() => backToLive()}>Back to live</button>`}`;
+  }
+  return status.value === 'paused' ? html`${SYMBOLS.paused}<span>Paused</span>` : html`${SYMBOLS.live}<span>Live</span>`;
+}
+
+/** How often a frame comes, when that is less than it should be. @returns {Template | typeof nothing} */
+function pace() {
+  if (divisor.value === 1 || connection.value.state === 'lost') return nothing;
+  return html`<span id="pace"
+    title="This device or its connection does not keep up with ${FRAME_HZ} frames a second">Slow connection: ${fixed(FRAME_HZ / divisor.value, 0)} Hz</span>`;
+}
+
+/** @returns {Template} */
+export function header() {
+  const help = html`<button type="button" class="help" aria-label="Help" title="Help ( ? )"
+    @click=${() => open({ kind: 'help' })}>?</button>`;
+  if (experiment.value !== null) return html`<header class="top brief"><h1>laglab</h1>${tabs()}${help}</header>`;
+  const kind = connection.value.state === 'lost' || status.value === 'failed' ? 'bad' : behind.value ? 'past' : status.value;
+  return html`<header class="top"><h1>laglab</h1>${tabs()}${chooser()}
+    <div class="chip" id="chip" data-kind=${kind}>${state()}${pace()}</div>
+    ${
+      readOnly.value
+        ? html`<div class="chip" id="reader"><span>Read-only</span><button type="button" class="small"
+      @click=${() => fork()}>Make my copy</button></div>`
+        : nothing
+    }
+    <button type="button" class="share" @click=${() => open({ kind: 'share' })}>Share</button>
+    ${help}</header>`;
+}
+
+/** @param {import('../stream/frame.js').Frame} now */
+export function showReplay(now) {
+  const place = document.getElementById('replayed');
+  if (place) place.textContent = `${fixed(now.time_s, 1)} s of ${fixed(headOf(now), 1)} s`;
+}

@@ -1,0 +1,57 @@
+// The drawing loop: at each display refresh, the newest frame is drawn and acknowledged; otherwise nothing is done.
+import { PLAYING } from '../stream/frame.js';
+import { lab } from '../session/labs.js';
+import { reread } from '../session/params.js';
+import { counts, drawn, takeNewest } from '../session/session.js';
+import { frame } from '../session/state.js';
+import { redraw, touch } from '../draw/redraw.js';
+import { showTime } from './bar.js';
+import { showReplay } from './header.js';
+
+const LABEL_MS = 2000; /* names of the drawings are updated at this rate */
+
+let asked = false;
+let named = 0;
+/** Script time of the last drawings, ms. */
+export const costs = /** @type {number[]} */ ([]);
+
+function draw() {
+  asked = false;
+  const next = takeNewest();
+  const now = next ?? frame.value;
+  if (now === null || (next === null && !redraw.wanted)) return;
+  const from = performance.now();
+  redraw.wanted = false;
+  if (next) frame.value = next;
+  const settled = (now.flags & PLAYING) === 0 || counts.drawn < 3;
+  const name = settled || from - named > LABEL_MS;
+  if (name) named = from;
+  lab.value?.draw?.(now, settled, name);
+  showTime(now);
+  showReplay(now);
+  if (next) {
+    if (counts.drawn === 0) performance.mark('laglab-first-frame');
+    drawn(next.seq);
+    reread(next.session.params_version);
+  }
+  costs.push(performance.now() - from);
+  if (costs.length > 600) costs.splice(0, 300);
+}
+
+function tick() {
+  draw();
+  ask();
+}
+
+function ask() {
+  if (asked) return;
+  asked = true;
+  requestAnimationFrame(tick);
+}
+
+export function listen() {
+  addEventListener('resize', touch);
+  new ResizeObserver(touch).observe(document.documentElement);
+  matchMedia('(prefers-color-scheme: dark)').addEventListener('change', touch);
+  ask();
+}

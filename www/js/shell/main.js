@@ -1,0 +1,93 @@
+// Wires the page together.
+import { effect } from '../../vendor/signals-core.js';
+import { call, insist, part } from '../base/api.js';
+import { readExperiment } from '../base/link.js';
+import * as announce from '../session/announce.js';
+import { load, register } from '../session/labs.js';
+import { link } from '../session/opening.js';
+import { failed, hook, openExperiments, show } from '../session/session.js';
+import { experiment, frame, layout, locked, notify, params, scenarios, schemas, session } from '../session/state.js';
+import * as controls from '../workbench/controls.js';
+import { begun } from './early.js';
+import * as keys from './keys.js';
+import { LABS } from './labs.js';
+import * as loop from './loop.js';
+import * as page from './page.js';
+
+/* Read-only, for tests and for the curious: frame, params, connection, counts, messages. */
+Object.defineProperty(window, 'laglab', { value: Object.assign(() => hook(), { costs: loop.costs }) });
+
+register(LABS);
+
+/** The first lab follows a session from its first frame. @param {NonNullable<typeof begun>} from */
+async function showFirst({ opened, line }) {
+  const made = await opened;
+  const [open] = await Promise.all([line, load(LABS[0])]);
+  show(made.id, made.key, made.own, open);
+  const notes = [made.note, ...link.problems].filter((text) => text !== '');
+  if (notes.length > 0) notify(notes.join('. '), link.problems.length > 0);
+}
+if (begun) showFirst(begun).catch(failed);
+
+const WAIT_MS = 400;
+if (begun) {
+  /* the page is laid out once, not twice, when the session's layout arrives soon */
+  await new Promise((done) => {
+    setTimeout(done, WAIT_MS);
+    effect(() => {
+      if (layout.value !== null) done(null);
+    });
+  });
+}
+
+page.listen();
+controls.listen();
+keys.listen();
+announce.listen();
+loop.listen();
+
+/** @type {Set<string>} */
+const asked = new Set();
+function readMore() {
+  part(() => import('./later.js'));
+  effect(() => {
+    const kind = params.value?.kind;
+    if (!kind || asked.has(kind)) return;
+    asked.add(kind);
+    insist(() => call('GET', `schema?kind=${kind}`)).then((answer) => {
+      schemas.value = new Map(schemas.value).set(kind, answer);
+    });
+  });
+  insist(() => call('GET', 'scenarios?brief=true')).then((answer) => {
+    scenarios.value = answer.scenarios ?? [];
+  });
+}
+const waiting = effect(() => {
+  /* a request before the first frame delays that frame */
+  if (frame.value === null && experiment.value === null) return;
+  setTimeout(() => {
+    waiting();
+    readMore();
+  });
+});
+
+if (matchMedia('(prefers-reduced-motion: reduce)').matches) {
+  /* then the session waits: Play is what comes next */
+  const stop = effect(() => {
+    if (locked.value !== '') return;
+    queueMicrotask(() => {
+      document.getElementById('play')?.focus();
+      stop();
+    });
+  });
+}
+
+addEventListener('hashchange', () => {
+  /* Back from a point that was opened, or an address that was typed */
+  const wanted = readExperiment(location.hash);
+  if (wanted !== null) openExperiments(wanted);
+  else if (location.hash.startsWith('#s=') && !location.hash.startsWith(`#s=${session.value?.id}`)) location.reload();
+});
+addEventListener('popstate', () => {
+  if (experiment.value !== null && readExperiment(location.hash) === null) location.reload();
+});

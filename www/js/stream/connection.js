@@ -1,0 +1,171 @@
+// The stream of one session: hello, frames, replies; reconnects by itself until it is closed.
+import { Problem, call, socketOf } from '../base/api.js';
+import { Decoder } from './decode.js';
+import { RECORDS, SCHEMA } from './records.js';
+
+const SILENCE_MS = 2000; /* then ask for a sign of life */
+const DEAD_MS = 5000;
+const BACKOFF_MS = 200,
+  BACKOFF_MAX_MS = 2000;
+
+/** @typedef {'connecting' | 'open' | 'lost'} State */
+/** A stream without a listener so far, and its messages. @typedef {{socket: WebSocket, said: MessageEvent[]}} Line */
+
+/**
+ * @typedef {object} Handlers
+ * @property {(hello: any) => void} hello
+ * @property {(frame: import('./decode.js').Frame) => void} frame
+ * @property {(state: State, attempt: number) => void} state
+ * @property {() => void} gone       the daemon does not know the session any more
+ * @property {(divisor: number) => void} pace     by which all rates are divided, as this end is slow
+ * @property {(detail: string) => void} refused  an input was refused
+ */
+
+export class Stream {
+  /** @param {string} id @param {string} key @param {Handlers} on @param {Line | undefined} line @param {Record<string, number>} wish */
+  constructor(id, key, on, line, wish) {
+    this.id = id;
+    this.key = key;
+    this.on = on;
+    this.attempt = 0;
+    this.closed = false;
+    this.heard = 0; /* when the last message came, ms */
+    /** Subscription: of each channel its rate, Hz. @type {Record<string, number>} */
+    this.wish = wish;
+    this.decoder = new Decoder(RECORDS, 60);
+    /** @type {WebSocket | null} */
+    this.socket = null;
+    /** @type {ReturnType<typeof setTimeout> | undefined} */
+    this.timer = undefined;
+    this.watch = setInterval(() => this.check(), 1000);
+    /* While hidden nothing is drawn, so nothing is asked for: that silence says nothing. */
+    this.seen = () => {
+      this.heard = performance.now();
+      this.subscribe(this.wish);
+    };
+    document.addEventListener('visibilitychange', this.seen);
+    this.open(line);
+  }
+
+  /** @param {Line} [line] that was opened before */
+  open(line) {
+    const socket = line && line.socket.readyState <= WebSocket.OPEN ? line.socket : socketOf(this.id);
+    this.socket = socket;
+    this.heard = performance.now();
+    const greet = () => {
+      this.subscribe(this.wish);
+      if (this.key) this.send({ auth: this.key, id: 0 });
+    };
+    const take = (/** @type {MessageEvent} */ message) => {
+      if (socket !== this.socket) return;
+      this.heard = performance.now();
+      if (typeof message.data === 'string') this.text(message.data);
+      else this.binary(message.data);
+    };
+    socket.onopen = greet;
+    socket.onmessage = take;
+    socket.onclose = () => {
+      if (socket === this.socket) this.lost();
+    };
+    if (socket !== line?.socket) return;
+    greet(); /* if it is open */
+    line.said.forEach(take);
+  }
+
+  /** @param {string} data */
+  text(data) {
+    const message = JSON.parse(data);
+    if (message.type === 'hello') {
+      this.attempt = 0;
+      this.meet(message);
+      this.on.hello(message);
+      this.on.state('open', 0);
+    } else if (message.type === 'rate') {
+      this.on.pace(Number(message.divisor));
+    } else if (message.type === 'error') {
+      this.on.refused(String(message.problem?.detail ?? message.problem?.title ?? 'refused'));
+    }
+  }
+
+  /** Reads what follows by the daemon's own tables, where they are not those of this page. @param {any} hello */
+  meet(hello) {
+    const decoder = new Decoder(RECORDS, hello.tick_hz);
+    if (hello.schema !== SCHEMA) decoder.learn(call('GET', 'stream/schema.json').then(({ records }) => records));
+    this.decoder = decoder;
+  }
+
+  /** @param {ArrayBuffer} data */
+  binary(data) {
+    const { decoder } = this;
+    const current = () => decoder === this.decoder && !this.closed; /* decoding can take longer than the connection lasts */
+    decoder.decode(
+      data,
+      (frame) => {
+        if (current()) this.on.frame(frame);
+      },
+      () => {
+        if (current()) this.lost();
+      },
+    );
+  }
+
+  /** Subscribes; to nothing while the page is hidden. @param {Record<string, number>} wish */
+  subscribe(wish) {
+    this.wish = wish;
+    this.send({ subscribe: document.hidden ? {} : wish });
+  }
+
+  /** Asks for a sign of life after a silence, gives the socket up after a longer one. */
+  check() {
+    if (this.socket === null || document.hidden) return;
+    const silence = performance.now() - this.heard;
+    if (silence > DEAD_MS) this.lost();
+    else if (silence > SILENCE_MS) this.send({ ping: Math.round(performance.now()) });
+  }
+
+  lost() {
+    const socket = this.socket;
+    this.socket = null;
+    if (socket) {
+      socket.onclose = socket.onmessage = null;
+      socket.close();
+    }
+    if (this.closed) return;
+    this.attempt++;
+    this.on.state('lost', this.attempt);
+    const backoff = Math.min(BACKOFF_MAX_MS, BACKOFF_MS * 2 ** (this.attempt - 1));
+    clearTimeout(this.timer);
+    this.timer = setTimeout(() => this.retry(), backoff * (0.5 + Math.random() / 2));
+  }
+
+  async retry() {
+    try {
+      await call('GET', `sessions/${this.id}`);
+    } catch (error) {
+      if (this.closed) return;
+      if (error instanceof Problem && (error.status === 404 || error.status === 410)) {
+        this.close();
+        this.on.gone();
+      } else {
+        this.lost();
+      }
+      return;
+    }
+    if (!this.closed) this.open();
+  }
+
+  /** @param {unknown} message */
+  send(message) {
+    if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
+  }
+
+  close() {
+    this.closed = true;
+    clearTimeout(this.timer);
+    clearInterval(this.watch);
+    document.removeEventListener('visibilitychange', this.seen);
+    const socket = this.socket;
+    this.socket = null;
+    socket?.close();
+  }
+}
