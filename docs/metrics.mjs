@@ -1,6 +1,6 @@
 // The tables of metrics (from `laglab schema metrics`) as docs/metrics.md.
 
-/** @typedef {{name: string, type: string, unit?: string, signed?: boolean, rare?: boolean, help: string, null?: string}} Row */
+/** @typedef {{name: string, type: string, unit?: string, signed?: boolean, rare?: boolean, tail?: string, help: string, null?: string}} Row */
 /** @typedef {{path: string, also?: string, when?: string, help: string, metrics: Row[]}} Table */
 
 const TITLES = { netgame: 'Netgame', motion: 'Motion', rigid: 'Rigid bodies', fluid: 'Fluids' };
@@ -8,8 +8,10 @@ const code = (/** @type {string | undefined} */ text) => (text ? `\`${text}\`` :
 const cell = (/** @type {string} */ text) => text.replaceAll('|', '\\|').replaceAll('*', '\\*');
 
 /** @param {Row} row */
-function line({ name, type, unit, signed, rare, help, null: when }) {
-  const of = [type.replace('_', ' '), ...(signed ? ['signed'] : []), ...(rare ? ['rare'] : [])].join(', ');
+function line({ name, type, unit, signed, rare, tail, help, null: when }) {
+  const of = [type.replace('_', ' '), ...(signed ? ['signed'] : []), ...(rare ? ['rare'] : []), ...(tail ? [`${tail} tail`] : [])].join(
+    ', ',
+  );
   return `| ${[code(name), of, cell(unit ?? ''), cell(help), cell(when ?? '')].join(' | ')} |`;
 }
 

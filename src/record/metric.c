@@ -201,6 +201,8 @@ static void put_text(cJSON *o, const char *name, const char *text)
         cJSON_AddStringToObject(o, name, text);
 }
 
+static const char *const tails[LL_TAILS] = {[LL_TAIL_LONG] = "long", [LL_TAIL_EXTREME] = "extreme"};
+
 static cJSON *field_json(const ll_metric_field *f)
 {
     cJSON *o = cJSON_CreateObject();
@@ -211,6 +213,8 @@ static cJSON *field_json(const ll_metric_field *f)
         cJSON_AddTrueToObject(o, "signed");
     if (f->rare)
         cJSON_AddTrueToObject(o, "rare");
+    if (f->tail != LL_TAIL_LIGHT)
+        cJSON_AddStringToObject(o, "tail", tails[f->tail]);
     cJSON_AddStringToObject(o, "help", f->help);
     put_text(o, "null", f->null);
     return o;

@@ -40,6 +40,14 @@ typedef enum ll_metric_type {
     LL_METRIC_TYPES
 } ll_metric_type;
 
+/* What is rare in a run of a random kind, and large: how much it makes of the mean over runs. */
+typedef enum ll_metric_tail {
+    LL_TAIL_LIGHT,
+    LL_TAIL_LONG,    /* a few runs in a hundred make much of it; more of its rms and its percentiles */
+    LL_TAIL_EXTREME, /* they make most of it */
+    LL_TAILS
+} ll_metric_tail;
+
 typedef struct ll_metric_field {
     const char *name;
     const char *unit; /* `m`, `ms`; NULL: it has none */
@@ -48,6 +56,7 @@ typedef struct ll_metric_field {
     ll_metric_type type;
     bool is_signed; /* may be below 0 and is better the nearer it is to 0: comparisons take its magnitude */
     bool rare;      /* counts events that come one by one, so that their number is near to Poisson's */
+    ll_metric_tail tail;
 } ll_metric_field;
 
 typedef struct ll_metric_table {
@@ -88,8 +97,11 @@ typedef struct ll_metric_reading {
 #define LL_METRIC_IS_text .type = LL_METRIC_TEXT
 #define LL_METRIC_IS_numbers .type = LL_METRIC_NUMBERS
 #define LL_METRIC_IS_distribution .type = LL_METRIC_DISTRIBUTION
+#define LL_METRIC_IS_long_distribution .type = LL_METRIC_DISTRIBUTION, .tail = LL_TAIL_LONG
+#define LL_METRIC_IS_extreme_distribution .type = LL_METRIC_DISTRIBUTION, .tail = LL_TAIL_EXTREME
 #define LL_METRIC_IS_latency .type = LL_METRIC_LATENCY
 #define LL_METRIC_IS_gauge .type = LL_METRIC_GAUGE
+#define LL_METRIC_IS_extreme_gauge .type = LL_METRIC_GAUGE, .tail = LL_TAIL_EXTREME
 #define LL_METRIC_IS_by_name .type = LL_METRIC_BY_NAME
 #define LL_METRIC_IS_curve .type = LL_METRIC_CURVE
 #define LL_METRIC_IS_notices .type = LL_METRIC_NOTICES
@@ -106,8 +118,11 @@ typedef struct ll_metric_reading {
 #define LL_METRIC_OF_text(v) ll_metric_text(v)
 #define LL_METRIC_OF_numbers(v) (v)
 #define LL_METRIC_OF_distribution(v) (v)
+#define LL_METRIC_OF_long_distribution(v) LL_METRIC_OF_distribution(v)
+#define LL_METRIC_OF_extreme_distribution(v) LL_METRIC_OF_distribution(v)
 #define LL_METRIC_OF_latency(v) (v)
 #define LL_METRIC_OF_gauge(v) (v)
+#define LL_METRIC_OF_extreme_gauge(v) LL_METRIC_OF_gauge(v)
 #define LL_METRIC_OF_by_name(v) (v)
 
 /* The fields of a table, of a list. */

@@ -45,7 +45,7 @@ const ll_refinement_series ll_refinement_series_table[] = {
      "server.update_hz", "10,20,30,60", "players.0.remote_error_m.mean", "players.0.input_latency_ms.mean",
      10},
     {"crates", "duration_s=10", "players.0.prediction_scope", "own,contacts,all", "server.update_hz",
-     "5,10,20,30,60", "players.0.own_timeline_error_m.rms", "players.0.bandwidth.down_bytes_per_s", 10},
+     "5,10,20,30,60", "players.0.own_timeline_error_m.mean", "players.0.bandwidth.down_bytes_per_s", 10},
     {"behind_cover", "duration_s=30", "server.hitscan", "none,rewind,client_authoritative",
      "server.max_rewind_ms", "50,100,200,400", "players.1.shots.hitscan.false_misses",
      "players.1.shots.hitscan.shot_behind_cover", 10},

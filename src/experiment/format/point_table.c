@@ -82,7 +82,9 @@ static void compare(ll_result_table *t, int metric)
     const double *x = t->held + metric * count, *base = t->baseline + metric * count;
     ll_interval_request request = ll_experiment_interval_request(t->experiment, metric, t->point, NAN);
     request.values = t->scratch;
-    request.scale = request.scale == LL_SCALE_EXTREME ? LL_SCALE_EXTREME : LL_SCALE_AMOUNT;
+    request.difference = true;
+    if (request.scale == LL_SCALE_COUNT || request.scale == LL_SCALE_FLAG)
+        request.scale = LL_SCALE_AMOUNT;
     for (int64_t k = 0; k < count; k++)
         if (isfinite(x[k]) && isfinite(base[k]))
             t->scratch[request.n++] = x[k] - base[k];

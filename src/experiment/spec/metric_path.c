@@ -139,6 +139,10 @@ ll_metric_scale ll_metric_scale_of(const ll_sim_kind *kind, const cJSON *metrics
         return LL_SCALE_AMOUNT;
     if (field != NULL && field->rare)
         return LL_SCALE_COUNT;
-    return ends_in(path, ".max") || ends_in(path, "_max") || ends_in(path, ".p99") ? LL_SCALE_EXTREME
-                                                                                   : LL_SCALE_AMOUNT;
+    if (ends_in(path, ".max") || ends_in(path, "_max") || ends_in(path, ".p99"))
+        return LL_SCALE_EXTREME;
+    if (field == NULL || field->tail == LL_TAIL_LIGHT || ends_in(path, ".count"))
+        return LL_SCALE_AMOUNT;
+    bool of_mean = ends_in(path, ".mean") || ends_in(path, ".p50");
+    return field->tail == LL_TAIL_LONG && of_mean ? LL_SCALE_TAILED : LL_SCALE_EXTREME;
 }

@@ -250,7 +250,7 @@ static ll_status check_until(const ll_experiment *e)
     if (extreme)
         return ll_field_error(
             LL_BAD_INPUT, "until.metric",
-            "until.metric: must have an interval of the mean; %s is a maximum, which has none",
+            "until.metric: must have an interval of the mean; that of %s depends on rare runs",
             e->metrics[e->until_metric]);
     return ll_ok();
 }

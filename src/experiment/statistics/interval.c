@@ -79,19 +79,42 @@ static sample look_at(const double *x, int64_t n)
 
 /* ---- amounts ---- */
 
-static ll_interval student(const sample *s, double error)
+/* Shares of the error below and above the interval, in halves of it. */
+typedef struct sides {
+    double below, above;
+} sides;
+
+#define EVEN ((sides){1, 1})
+#define TAIL_BELOW 1.75
+#define TAIL_ABOVE 0.2
+#define TAIL_ABOVE_FEW 0.25
+
+static sides sides_of(const sample *s, const ll_interval_request *o)
 {
-    double half = ll_t_quantile(error / 2, (double)(s->n - 1)) * s->deviation / sqrt((double)s->n);
-    return (ll_interval){s->mean - half, s->mean + half, LL_INTERVAL_T, NULL};
+    double above = s->n < LL_INTERVAL_LEVEL ? TAIL_ABOVE_FEW : TAIL_ABOVE;
+    if (o->scale != LL_SCALE_TAILED)
+        return EVEN;
+    if (!o->difference)
+        return (sides){TAIL_BELOW, above};
+    return s->mean < 0 ? (sides){above, 1} : (sides){1, above};
+}
+
+static ll_interval student(const sample *s, double error, sides share)
+{
+    double freedom = (double)(s->n - 1), unit = s->deviation / sqrt((double)s->n);
+    return (ll_interval){s->mean - unit * ll_t_quantile(error / 2 * share.below, freedom),
+                         s->mean + unit * ll_t_quantile(error / 2 * share.above, freedom), LL_INTERVAL_T,
+                         NULL};
 }
 
 /* T + g T^2 / 3 + g^2 T^3 / 27 + g / (6 n), with T = (mean - mu) / sd and skewness g, is normal to a higher
  * order than T. It is monotonic, so its inverse gives the bounds; using Student's t instead of the normal is
  * exact without skewness. */
-static ll_interval skewness_t(const sample *s, double error)
+static ll_interval skewness_t(const sample *s, double error, sides share)
 {
-    double n = (double)s->n, g = s->skewness, bounds[2], t = ll_t_quantile(error / 2, n - 1) / sqrt(n);
+    double n = (double)s->n, g = s->skewness, bounds[2];
     for (int side = 0; side < 2; side++) {
+        double t = ll_t_quantile(error / 2 * (side ? share.above : share.below), n - 1) / sqrt(n);
         double y = (side ? -t : t) - g / (6 * n);
         double moved = fabs(g) < 1e-9 ? y : 3 / g * (cbrt(1 + g * y) - 1);
         bounds[side] = s->mean - moved * s->deviation;
@@ -169,7 +192,7 @@ static double few_shrink(int64_t n)
     return n < 13 ? 0.5 : n < 20 ? 0.6 : n < 25 ? 0.8 : n < SKEW_FEW ? 0.9 : 1;
 }
 
-static ll_interval bootstrap_t(const sample *s, double error, ll_resampler *r)
+static ll_interval bootstrap_t(const sample *s, double error, sides share, ll_resampler *r)
 {
     double z[LL_BOOTSTRAP_MAX], skewed = fmax(0, fabs(s->skewness) - SKEWED);
     error *= few_shrink(s->n) / (1 + (s->n < SKEW_FEW ? SKEW_SHRINK_FEW : SKEW_SHRINK) * skewed);
@@ -179,9 +202,10 @@ static ll_interval bootstrap_t(const sample *s, double error, ll_resampler *r)
         z[i] = (s->x[i] - s->mean) / s->deviation;
     for (int b = 0; b < LL_RESAMPLES; b++)
         r->deviates[b] = deviate(z, r->index + (int64_t)b * s->n, s->n);
-    int k = (int)fmax(1, error / 2 * (LL_RESAMPLES + 1));
-    double low = select_kth(r->deviates, LL_RESAMPLES, k - 1);
-    double high = select_kth(r->deviates, LL_RESAMPLES, LL_RESAMPLES - k);
+    double half = error / 2 * (LL_RESAMPLES + 1);
+    int above = (int)fmax(1, half * share.above), below = (int)fmax(1, half * share.below);
+    double low = select_kth(r->deviates, LL_RESAMPLES, above - 1);
+    double high = select_kth(r->deviates, LL_RESAMPLES, LL_RESAMPLES - below);
     if (!isfinite(low) || !isfinite(high))
         return none("too few values differ");
     return (ll_interval){s->mean - high * s->deviation, s->mean - low * s->deviation, LL_INTERVAL_BOOTSTRAP_T,
@@ -193,13 +217,15 @@ static bool is_flat(const sample *s)
     return fabs(s->skewness) < FLAT_SKEWED && s->kurtosis - s->skewness * s->skewness < FLAT;
 }
 
-static ll_interval of_smooth(const sample *s, double error, ll_resampler *r)
+static ll_interval of_smooth(const sample *s, const ll_interval_request *o, ll_resampler *r)
 {
+    sides share = sides_of(s, o);
     if (s->n < LL_INTERVAL_MIN)
         return none(too_few);
     if (s->n > LL_BOOTSTRAP_MAX)
-        return skewness_t(s, error);
-    return s->n >= LL_INTERVAL_LEVEL && is_flat(s) ? student(s, error) : bootstrap_t(s, error, r);
+        return skewness_t(s, o->error, share);
+    return s->n >= LL_INTERVAL_LEVEL && is_flat(s) ? student(s, o->error, share)
+                                                   : bootstrap_t(s, o->error, share, r);
 }
 
 /* ---- shares and counts ---- */
@@ -268,7 +294,7 @@ static ll_interval of_counts(const sample *s, const ll_interval_request *o, ll_r
         return rare(s, 0, unit, o->error);
     if (total < FEW_EVENTS)
         return poisson(s, unit, o->error);
-    return of_smooth(s, o->error, r);
+    return of_smooth(s, o, r);
 }
 
 /* More than a third of the values are equal: no smooth distribution. */
@@ -287,7 +313,7 @@ static ll_interval of_amounts(const sample *s, const ll_interval_request *o, ll_
             *(above ? &i.high : &i.low) = above ? INFINITY : -INFINITY;
         return i;
     }
-    return of_smooth(s, o->error, r);
+    return of_smooth(s, o, r);
 }
 
 /* Of sorted values the k-th smallest and the k-th largest, with the largest k for which the probability that
@@ -319,18 +345,20 @@ ll_interval ll_interval_of(const ll_interval_request *o, ll_resampler *r)
     if (s.least == s.most)
         return none("all runs gave the same");
     if (o->scale != LL_SCALE_COUNT && o->use_t)
-        return student(&s, o->error);
+        return student(&s, o->error, EVEN);
     if (o->scale == LL_SCALE_EXTREME)
-        return none("the mean of a maximum depends on rare runs");
-    if (o->scale == LL_SCALE_AMOUNT && s.n < LL_INTERVAL_MIN)
+        return none("its mean depends on rare runs: use the median");
+    if (o->scale != LL_SCALE_COUNT && s.n < LL_INTERVAL_MIN)
         return none(too_few);
     if (s.n < LL_EVENTS_MIN)
         return none("fewer than 5 runs have it");
     return o->scale == LL_SCALE_COUNT ? of_counts(&s, o, r) : of_amounts(&s, o, r);
 }
 
-static const char *amounts_cover(int64_t n)
+static const char *amounts_cover(int64_t n, bool tailed)
 {
+    if (tailed)
+        return n < LL_INTERVAL_LEVEL ? "a bound: at least 93 %" : "93 to 98 %";
     if (n < LL_INTERVAL_LEVEL)
         return "a bound: at least 93 %, down to 90 % where a few runs in a hundred make much of the mean";
     if (n < LL_INTERVAL_MANY)
@@ -348,7 +376,7 @@ const char *ll_interval_covers(const ll_interval_request *o, ll_interval_method 
                         : "93 to 97 %";
     case LL_INTERVAL_BOOTSTRAP_T:
     case LL_INTERVAL_SKEWNESS_T:
-        return amounts_cover(o->n);
+        return amounts_cover(o->n, o->scale == LL_SCALE_TAILED);
     case LL_INTERVAL_CLOPPER_PEARSON:
     case LL_INTERVAL_ORDER:
         return "a bound: at least 95 %";

@@ -51,7 +51,7 @@
       "age of information: virtual time now less the server time of the newest snapshot that the client "    \
       "has; a value per frame",                                                                              \
       "No frame was drawn.")                                                                                 \
-    X(OWN_TIMELINE_ERROR, distribution, own_timeline_error_m, "m", 0.001,                                    \
+    X(OWN_TIMELINE_ERROR, long_distribution, own_timeline_error_m, "m", 0.001,                               \
       "distance between the drawn position of the own entity and its position at the server at the drawn "   \
       "tick",                                                                                                \
       "No drawn tick of the own entity was compared with the server's.")                                     \
@@ -63,15 +63,15 @@
       "distance between the drawn position of another entity and the ground truth now; a value per frame "   \
       "and entity",                                                                                          \
       "No frame was drawn, or there is no other entity.")                                                    \
-    X(TIMELINE_ERROR, distribution, timeline_error_m, "m", 0.001,                                            \
+    X(TIMELINE_ERROR, long_distribution, timeline_error_m, "m", 0.001,                                       \
       "distance between the drawn position of another entity and its position at the server at the drawn "   \
       "time or tick: the error of interpolation, extrapolation or prediction",                               \
       "No drawn position of another entity was compared with the server's.")                                 \
-    X(CORRECTION, distribution, correction_m, "m", 0.001,                                                    \
+    X(CORRECTION, extreme_distribution, correction_m, "m", 0.001,                                            \
       "distance by which a snapshot or a rollback changed the predicted position of the own entity at one "  \
       "tick; only values above 0",                                                                           \
       "There was no correction.")                                                                            \
-    X(POP, distribution, pop_m, "m", 0.001,                                                                  \
+    X(POP, long_distribution, pop_m, "m", 0.001,                                                             \
       "distance by which corrections moved a drawn position in a frame: that of the entity that was moved "  \
       "farthest",                                                                                            \
       "No frame was drawn.")                                                                                 \

@@ -43,13 +43,14 @@ static ll_metric_reading distribution_of(const ll_client_metrics *in, ll_metric 
     X(event_rate, visible_corrections_per_s, "1/s",                                                          \
       ll_netgame_ratio((double)in->visible_m_all.count, seconds),                                            \
       "frames with a visible correction per second", "The run has not reached warmup_s.")                    \
-    X(gauge, visible_correction_m, "m", ll_netgame_gauge(&in->visible_m_all, 1),                             \
+    X(extreme_gauge, visible_correction_m, "m", ll_netgame_gauge(&in->visible_m_all, 1),                     \
       "size of a visible correction: the farthest distance that it moved an entity in the frame",            \
       "There was no visible correction.")                                                                    \
-    X(gauge, visible_correction_px, "px", ll_netgame_gauge(&in->visible_m_all, px),                          \
+    X(extreme_gauge, visible_correction_px, "px", ll_netgame_gauge(&in->visible_m_all, px),                  \
       "size of a visible correction in pixels; the scene is 1920 pixels wide",                               \
       "There was no visible correction.")                                                                    \
-    X(gauge, visible_correction_arcmin, "arcmin", ll_netgame_gauge(&in->visible_m_all, px *ARCMIN_PER_PX),   \
+    X(extreme_gauge, visible_correction_arcmin, "arcmin",                                                    \
+      ll_netgame_gauge(&in->visible_m_all, px *ARCMIN_PER_PX),                                               \
       "size of a visible correction in minutes of arc: 1.59 per pixel, as on a display of 24 inches with "   \
       "1920 pixels at a distance of 0.6 m",                                                                  \
       "There was no visible correction.")
