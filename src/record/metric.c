@@ -58,7 +58,7 @@ static cJSON *value_json(const ll_metric_table *t, ll_metric_type type, const ll
 {
     switch (type) {
     case LL_METRIC_FLAG:
-        return cJSON_CreateBool(v->number != 0);
+        return isnan(v->number) ? cJSON_CreateNull() : cJSON_CreateBool(v->number != 0);
     case LL_METRIC_TEXT:
         return v->text != NULL ? cJSON_CreateString(v->text) : NULL;
     case LL_METRIC_NUMBERS:

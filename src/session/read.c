@@ -272,8 +272,6 @@ ll_status ll_session_fork(ll_session *s, ll_log_line *on_line, void *context, ll
 
 /* ---- trace ---- */
 
-enum { COLUMNS_MAX = 512 };
-
 typedef struct csv {
     void (*write)(void *context, const char *text, size_t length);
     void *context;
@@ -305,21 +303,23 @@ static void put_text(csv *out, const char *text)
 
 static void put_row(csv *out, const ll_session *s)
 {
-    double values[COLUMNS_MAX];
-    int n = s->scenario.kind->trace_row(s->block, values, COLUMNS_MAX);
+    double values[LL_TRACE_COLUMNS_MAX];
+    ll_trace_line trace = {.values = values};
+    s->scenario.kind->trace(s->block, &trace);
     put(out, "%.9g", ll_to_s(ll_tick_time(s->tick, s->freq)));
     put(out, ",%.0f", (double)s->tick);
-    for (int i = 0; i < n; i++)
+    for (int i = 0; i < trace.count; i++)
         put(out, ",%.9g", values[i]);
     put_text(out, "\r\n");
 }
 
 static void put_header(csv *out, const ll_session *s)
 {
-    char names[COLUMNS_MAX][48];
-    int n = s->scenario.kind->trace_columns(s->config, names, COLUMNS_MAX);
+    char names[LL_TRACE_COLUMNS_MAX][LL_TRACE_NAME_MAX];
+    ll_trace_line trace = {.names = names};
+    s->scenario.kind->trace(s->block, &trace);
     put_text(out, "time_s,tick");
-    for (int i = 0; i < n; i++) {
+    for (int i = 0; i < trace.count; i++) {
         put_text(out, ",");
         put_text(out, names[i]);
     }
@@ -331,8 +331,11 @@ ll_status ll_session_write_trace(ll_session *copy, int64_t from, int64_t to, con
 {
     csv out = {.write = write, .context = context};
     ll_piece piece = {1, 0};
+    ll_status status = ll_session_wake(copy);
+    if (ll_failed(&status))
+        return status;
     put_header(&out, copy);
-    ll_status status = ll_session_run_within(copy, from, interrupt);
+    status = ll_session_run_within(copy, from, interrupt);
     for (int64_t tick = from, stop = from; tick <= to && !ll_failed(&status); tick++) {
         if (tick >= stop) {
             if (!ll_next_piece(&piece, interrupt))

@@ -70,7 +70,7 @@ static void drag_force(void *block, const ll_drag_force *what)
     ll_particles_drag(block, what);
 }
 
-#define PARTICLES(X)                                                                                         \
+#define PARTICLES_TRACED(X)                                                                                  \
     X(signed_number, front_m, "m", m.front,                                                                  \
       "horizontal position of the front: right edge of the rightmost particle", LL_FLUID_FAILED)             \
     X(signed_number, height_m, "m", m.height,                                                                \
@@ -86,7 +86,10 @@ static void drag_force(void *block, const ll_drag_force *what)
     X(signed_number, momentum_x, "kg m/s", m.momentum_x, "horizontal momentum of all particles",             \
       LL_FLUID_FAILED)                                                                                       \
     X(signed_number, momentum_y, "kg m/s", m.momentum_y, "vertical momentum of all particles",               \
-      LL_FLUID_FAILED)                                                                                       \
+      LL_FLUID_FAILED)
+
+#define PARTICLES(X)                                                                                         \
+    PARTICLES_TRACED(X)                                                                                      \
     X(number, mass, "kg", m.mass,                                                                            \
       "mass of the particles within the tank; of all particles if the tank is open", LL_FLUID_FAILED)        \
     X(number, speed_max_mps, "m/s", m.speed_max, "speed of the fastest particle", LL_FLUID_FAILED)           \
@@ -107,6 +110,11 @@ const ll_metric_table ll_particle_metrics_table = {.path = "",
                                                    .when = "Only of the method particles.",
                                                    .help = "Measures of a fluid of particles, now.",
                                                    LL_METRICS_FROM(PARTICLES)};
+
+const ll_metric_table ll_particle_traced = {.path = "",
+                                            .when = "Only of the method particles.",
+                                            .help = "Measures that are also columns of the trace.",
+                                            LL_METRICS_FROM(PARTICLES_TRACED)};
 
 static int numbers(const void *block, ll_fluid_number *out)
 {
@@ -134,7 +142,7 @@ const ll_fluid_method ll_fluid_particles = {
     .drag_force = drag_force,
     .numbers = numbers,
     .metrics = &ll_particle_metrics_table,
-    .traced = 8,
+    .traced = &ll_particle_traced,
     .extent = extent,
     .layer_size = layer_size,
     .layer_values = layer_values,

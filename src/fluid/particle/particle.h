@@ -181,5 +181,5 @@ const ll_particle_scene *ll_particle_scene_named(const char *name); /* NULL if t
 void ll_particle_scene_setup(const ll_particle_scene *scene, double size, ll_particle_setup *setup,
                              ll_particle_params *params);
 
-extern const ll_metric_table ll_particle_metrics_table;
+extern const ll_metric_table ll_particle_metrics_table, ll_particle_traced;
 extern const ll_fluid_method ll_fluid_particles; /* of the scenes in fluid/scenes/particles.c */

@@ -199,40 +199,20 @@ cJSON *ll_fluid_sim_layout(const void *config)
     return layout;
 }
 
-/* ---- trace: the first numbers of the method and all of the scene ---- */
+/* ---- trace: some numbers of the method and all of the scene ---- */
 
-static int traced(const ll_fluid_sim *s, ll_fluid_number *out)
-{
-    const ll_fluid_scene *scene = ll_fluid_sim_scene(&s->setup);
-    ll_fluid_number all[LL_FLUID_NUMBERS_MAX];
-    int own = scene->method->numbers(ll_fluid_sim_block(s), all), n = 0;
-    for (; n < own && n < scene->method->traced; n++)
-        out[n] = all[n];
-    return scene->numbers ? n + scene->numbers(ll_fluid_sim_block(s), out + n) : n;
-}
+const ll_metric_table *const ll_fluid_sim_trace_tables[] = {LL_FLUID_TRACE_TABLES, NULL};
 
-int ll_fluid_sim_trace_columns(const void *config, char (*names)[48], int capacity)
+void ll_fluid_sim_trace(const void *block, ll_trace_line *trace)
 {
     ll_fluid_number all[LL_FLUID_NUMBERS_MAX];
-    ll_fluid_sim *first = started(config);
-    int n = 0, place = 0;
-    for (const ll_fluid_sim *s = first; s != NULL; s = ll_fluid_sim_next(s), place++) {
-        int count = traced(s, all);
-        for (int i = 0; i < count && n < capacity; i++, n++)
-            ll_side_by_side_column(names[n], place, all[i].name);
+    int place = 0;
+    for (const ll_fluid_sim *s = block; s != NULL; s = ll_fluid_sim_next(s), place++) {
+        const ll_fluid_method *method = ll_fluid_sim_scene(&s->setup)->method;
+        int count = ll_fluid_sim_numbers(s, all);
+        ll_side_by_side_trace(trace, place);
+        for (int i = 0; i < count; i++)
+            if (i < method->traced->count || i >= method->metrics->count)
+                ll_trace_add(trace, "", 0, all[i].name, all[i].value);
     }
-    free(first);
-    return n;
-}
-
-int ll_fluid_sim_trace_row(const void *block, double *values, int capacity)
-{
-    ll_fluid_number all[LL_FLUID_NUMBERS_MAX];
-    int n = 0;
-    for (const ll_fluid_sim *s = block; s != NULL; s = ll_fluid_sim_next(s)) {
-        int count = traced(s, all);
-        for (int i = 0; i < count && n < capacity; i++)
-            values[n++] = all[i].value;
-    }
-    return n;
 }

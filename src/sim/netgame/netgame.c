@@ -601,6 +601,6 @@ const ll_sim_kind ll_sim_netgame = {
     .layout = ll_netgame_layout,
     .records = ll_netgame_records,
     .fill = ll_netgame_fill,
-    .trace_columns = ll_netgame_trace_columns,
-    .trace_row = ll_netgame_trace_row,
+    .trace_tables = ll_netgame_trace_tables,
+    .trace = ll_netgame_trace,
 };

@@ -118,8 +118,8 @@ struct cJSON *ll_netgame_layout(const void *config);
  * and, added to the `metrics` of a block as `notices`, also events that have not happened in it so far */
 struct cJSON *ll_netgame_notices(const void *config);
 void ll_netgame_add_notices(const ll_netgame *game, struct cJSON *metrics);
-int ll_netgame_trace_columns(const void *config, char (*names)[48], int capacity);
-int ll_netgame_trace_row(const void *block, double *values, int capacity);
+extern const ll_metric_table *const ll_netgame_trace_tables[];
+void ll_netgame_trace(const void *block, ll_trace_line *trace);
 
 /* numbers.c: a number; null for NaN and infinity */
 void ll_netgame_number(struct cJSON *object, const char *name, double value);

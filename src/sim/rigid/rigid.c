@@ -228,6 +228,6 @@ const ll_sim_kind ll_sim_rigid = {
     .layout = ll_rigid_sim_layout,
     .records = ll_rigid_sim_records,
     .fill = ll_rigid_sim_fill,
-    .trace_columns = ll_rigid_sim_trace_columns,
-    .trace_row = ll_rigid_sim_trace_row,
+    .trace_tables = ll_rigid_sim_trace_tables,
+    .trace = ll_rigid_sim_trace,
 };
