@@ -1,4 +1,4 @@
-/* Fluids in the plane behind one interface: m, kg, s.
+/* Fluids in the plane behind one interface: m, kg, s; extensive quantities are per metre of depth.
  *
  * A method represents a fluid: cells of a grid, particles, the surface of an ocean. A scene sets one of them
  * up and knows its reference solution. Both are rows of tables. A new scene is one more row of

@@ -4,12 +4,12 @@
 
 /* ---- layers ---- */
 
-static const char *const particle_columns[] = {"x_m", "y_m", "speed_mps", "pressure_npm", "density", NULL};
+static const char *const particle_columns[] = {"x_m", "y_m", "speed_mps", "pressure_pa", "density", NULL};
 static const char *const body_columns[] = {"x_m", "y_m", NULL};
 
 static const ll_fluid_layer layers[] = {
     {.name = "particles",
-     .help = "Positions in m, speed in m/s, pressure in N/m, density over the rest density.",
+     .help = "Positions in m, speed in m/s, pressure in Pa, density over the rest density.",
      .shape = LL_FLUID_POINTS,
      .columns = particle_columns},
     {.name = "body",
@@ -80,18 +80,20 @@ static void drag_force(void *block, const ll_drag_force *what)
       LL_FLUID_FAILED)                                                                                       \
     X(number, density_error_max, NULL, m.density_max,                                                        \
       "largest density error of a particle: compression beyond the rest density, relative", LL_FLUID_FAILED) \
-    X(number, kinetic_energy, "J", m.kinetic_energy, "kinetic energy of all particles", LL_FLUID_FAILED)     \
-    X(signed_number, potential_energy, "J", m.potential_energy,                                              \
-      "potential energy of all particles by gravity", LL_FLUID_FAILED)                                       \
-    X(signed_number, momentum_x, "kg m/s", m.momentum_x, "horizontal momentum of all particles",             \
+    X(number, kinetic_energy, "J/m", m.kinetic_energy, "kinetic energy of all particles per metre of depth", \
       LL_FLUID_FAILED)                                                                                       \
-    X(signed_number, momentum_y, "kg m/s", m.momentum_y, "vertical momentum of all particles",               \
-      LL_FLUID_FAILED)
+    X(signed_number, potential_energy, "J/m", m.potential_energy,                                            \
+      "potential energy of all particles by gravity, per metre of depth", LL_FLUID_FAILED)                   \
+    X(signed_number, momentum_x, "kg/s", m.momentum_x,                                                       \
+      "horizontal momentum of all particles per metre of depth", LL_FLUID_FAILED)                            \
+    X(signed_number, momentum_y, "kg/s", m.momentum_y,                                                       \
+      "vertical momentum of all particles per metre of depth", LL_FLUID_FAILED)
 
 #define PARTICLES(X)                                                                                         \
     PARTICLES_TRACED(X)                                                                                      \
-    X(number, mass, "kg", m.mass,                                                                            \
-      "mass of the particles within the tank; of all particles if the tank is open", LL_FLUID_FAILED)        \
+    X(number, mass, "kg/m", m.mass,                                                                          \
+      "mass of the particles within the tank per metre of depth; of all particles if the tank is open",      \
+      LL_FLUID_FAILED)                                                                                       \
     X(number, speed_max_mps, "m/s", m.speed_max, "speed of the fastest particle", LL_FLUID_FAILED)           \
     X(number, neighbours, NULL, m.neighbours, "mean number of neighbours of a particle", LL_FLUID_FAILED)    \
     X(count, particles, NULL, s.fluid, "particles of the fluid", LL_FLUID_FAILED)                            \
