@@ -26,8 +26,7 @@ int ll_verb_scenarios(int argc, char **argv)
     cJSON *list = NULL;
     ll_status status =
         ll_arguments_one("scenarios [OPTION]...: list the scenarios", argc, argv, options, NULL);
-    if (!ll_failed(&status))
-        status = ll_scenario_list(ll_scenario_folder(scenarios, path), &list);
+    LL_THEN(status, ll_scenario_list(ll_scenario_folder(scenarios, path), &list));
     if (ll_failed(&status))
         return ll_argument_fail(&status);
     const cJSON *item;

@@ -105,8 +105,7 @@ ll_status ll_param_parse(const ll_param_table *table, const cJSON *json, void *o
     ll_path path = ll_path_root(table);
     ll_json_location root = ll_json_location_root(table, copy);
     ll_status status = ll_parse_object(&root, json, &path);
-    if (!ll_failed(&status))
-        status = ll_run_checks(table, copy);
+    LL_THEN(status, ll_run_checks(table, copy));
     if (!ll_failed(&status))
         memcpy(object, copy, table->size);
     free(copy);

@@ -182,9 +182,7 @@ ll_status ll_metrics_valid(const ll_metric_table *const *tables)
         if (!is_name((*t)->path, "_.*") || !is_told((*t)->help) || (*t)->count < 1)
             return ll_error(LL_BAD_INPUT, "a table of metrics needs a path, help and rows");
         for (int i = 0; i < (*t)->count; i++) {
-            ll_status status = field_valid(*t, &(*t)->fields[i]);
-            if (ll_failed(&status))
-                return status;
+            LL_TRY(field_valid(*t, &(*t)->fields[i]));
             if (stands_twice(tables, t, &(*t)->fields[i]))
                 return ll_field_error(LL_BAD_INPUT, (*t)->fields[i].name, "two metrics of %s have this name",
                                       (*t)->path);

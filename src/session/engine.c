@@ -51,14 +51,12 @@ void ll_session_keep_event(void *context, const void *row)
 
 static ll_status change_parameters(ll_session *s, const char *values)
 {
-    ll_status status = ll_apply_values(s->scenario.kind, s->config, values);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(ll_apply_values(s->scenario.kind, s->config, values));
     s->scenario.kind->change(s->block, s->config, ll_tick_time(s->tick, s->freq));
     s->stale = s->stale || (s->scenario.kind->begins_anew && s->tick > 0);
     s->epoch++;
     s->params_version++;
-    return status;
+    return ll_ok();
 }
 
 static void apply_entry(ll_session *s, const ll_log_entry *e)

@@ -369,10 +369,8 @@ ll_status ll_store_open(const char *directory, ll_store **result)
     if (!store)
         return ll_error(LL_NO_MEMORY, "out of memory: store");
     ll_status status = make_directory(directory);
-    if (!ll_failed(&status))
-        status = take_lock(store);
-    if (!ll_failed(&status))
-        status = open_database(store);
+    LL_THEN(status, take_lock(store));
+    LL_THEN(status, open_database(store));
     if (!ll_failed(&status) && pthread_create(&store->thread, NULL, write_all, store) != 0)
         status = ll_error(LL_NO_MEMORY, "cannot start store thread");
     if (ll_failed(&status)) {

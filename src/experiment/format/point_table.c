@@ -245,8 +245,7 @@ ll_status ll_result_table_compared(const ll_experiment *e, const ll_row *baselin
                                    ll_row_source *source, void *context, ll_result_table **table)
 {
     ll_status status = ll_table_make(e, source, context, table);
-    if (!ll_failed(&status))
-        status = add_room(*table);
+    LL_THEN(status, add_room(*table));
     if (!ll_failed(&status) && baseline &&
         !((*table)->baseline = malloc((size_t)(e->metric_count * e->head.repeats) * sizeof(double))))
         status = ll_error(LL_NO_MEMORY, "out of memory: baseline");

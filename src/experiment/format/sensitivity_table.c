@@ -96,8 +96,7 @@ ll_status ll_result_table_sensitivity(const ll_experiment *e, ll_row_source *sou
     if (e->head.sample.method != LL_SAMPLE_SALTELLI || e->dimension_count == 0)
         return ll_field_error(LL_BAD_INPUT, "sample.method", "sensitivity: sample.method: must be saltelli");
     ll_status status = ll_table_make(e, source, context, table);
-    if (!ll_failed(&status))
-        status = find_indices(*table);
+    LL_THEN(status, find_indices(*table));
     if (ll_failed(&status)) {
         ll_result_table_free(*table);
         *table = NULL;

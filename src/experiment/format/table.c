@@ -180,9 +180,7 @@ static bool next_row(void *context, ll_cell *cells, ll_status *status)
 ll_status ll_result_table_rows(const ll_experiment *e, const char *version, ll_row_source *source,
                                void *context, ll_result_table **table)
 {
-    ll_status status = ll_table_make(e, source, context, table);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(ll_table_make(e, source, context, table));
     ll_result_table *t = *table;
     t->version = version;
     ll_table_add_columns(t, "", &run_columns);
@@ -192,7 +190,7 @@ ll_status ll_result_table_rows(const ll_experiment *e, const char *version, ll_r
         ll_table_add(t, e->metrics[i], LL_CELL_REAL, true);
     ll_table_add_columns(t, "", &version_columns);
     t->table = (ll_table){t->columns, t->column_count, next_row, t};
-    return status;
+    return ll_ok();
 }
 
 /* ---- sums ---- */

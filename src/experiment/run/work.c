@@ -283,10 +283,8 @@ static ll_status load(worker_thread *b, const char *id)
     ll_experiment_free(b->experiment);
     b->experiment = NULL;
     ll_status status = read_specification(b->workers, id, &text);
-    if (!ll_failed(&status))
-        status = ll_json_parse(text, strlen(text), &json);
-    if (!ll_failed(&status))
-        status = ll_experiment_parse(json, NULL, &b->experiment);
+    LL_THEN(status, ll_json_parse(text, strlen(text), &json));
+    LL_THEN(status, ll_experiment_parse(json, NULL, &b->experiment));
     if (!ll_failed(&status))
         snprintf(b->id, sizeof b->id, "%s", id);
     cJSON_Delete(json);
@@ -354,8 +352,7 @@ static ll_status run_chunk(worker_thread *b, const ll_lease *lease)
         atomic_fetch_add_explicit(&w->runs, 1, memory_order_relaxed);
         counted++;
     }
-    if (!ll_failed(&status))
-        status = store_rows(b, lease);
+    LL_THEN(status, store_rows(b, lease));
     if (ll_failed(&status))
         atomic_fetch_sub_explicit(&w->runs, counted, memory_order_relaxed);
     return status;

@@ -61,9 +61,7 @@ ll_status ll_shard(const char *shard, int64_t runs, int64_t *from, int64_t *to)
 {
     int64_t index = 1, count = 1;
     if (shard && strcmp(shard, "auto") == 0) {
-        ll_status status = ll_shard_from(environment, &index, &count);
-        if (ll_failed(&status))
-            return status;
+        LL_TRY(ll_shard_from(environment, &index, &count));
     } else if (shard) {
         char first[32];
         const char *slash = strchr(shard, '/');

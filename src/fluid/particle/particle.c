@@ -48,9 +48,7 @@ static ll_status check_ranges(const ll_particle_setup *s)
         {"body.density", s->body.density, 0, 1e6},
     };
     for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
-        ll_status status = check_range(rows[i].field, rows[i].value, rows[i].least, rows[i].most);
-        if (ll_failed(&status))
-            return status;
+        LL_TRY(check_range(rows[i].field, rows[i].value, rows[i].least, rows[i].most));
     }
     if (s->periodic && s->width < 4.4 * support_of(s)) /* at least three cells */
         return ll_field_error(LL_BAD_INPUT, "width",

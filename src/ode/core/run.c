@@ -153,12 +153,8 @@ static double first_step(ll_ode_run *run, const ll_ode_method *method, const ll_
 ll_status ll_ode_start(ll_ode_run *run, const ll_ode_method *method, const ll_ode *ode,
                        const ll_ode_control *control, const double *y0)
 {
-    ll_status status = ll_ode_method_fits(method, ode);
-    if (ll_failed(&status))
-        return status;
-    status = ll_ode_check_control(method, control);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(ll_ode_method_fits(method, ode));
+    LL_TRY(ll_ode_check_control(method, control));
     LL_ASSERT(ode->dim >= 1 && ode->dim <= LL_ODE_DIM_MAX && ode->event_count <= LL_ODE_EVENTS_MAX);
     memset(run, 0, ll_ode_run_size(method, ode));
     run->dim = ode->dim;
