@@ -73,9 +73,9 @@ void ll_server_start(ll_server *server, ll_freq step_freq, ll_freq update_freq, 
     server->update = 1;
     server->stepped = now;
     server->next_check = now + LL_CONNECTION_CHECK_INTERVAL;
-    server->hold = server->resume = 0;
+    server->barrier = server->resume = 0;
     server->recovery_until = now;
-    server->hold_due = 0;
+    server->barrier_due = 0;
     server->client_freq = client_freq;
     ll_baseline_history_clear(ll_server_baseline_history(server));
     for (int i = 0; i < server->players; i++) {
