@@ -138,24 +138,14 @@ void ll_table_hold(ll_result_table *t, int64_t point)
 #define VERSION_COLUMNS(X)                                                                                   \
     X(text, version, NULL, t->version, "version of laglab that made the runs", "It is not known.")
 
-static const ll_metric_table run_columns = {
+const ll_metric_table ll_run_columns = {
     .path = "", .when = "Tables of runs.", .help = "Before the parameters.", LL_METRICS_FROM(RUN_COLUMNS)};
-static const ll_metric_table end_columns = {.path = "",
-                                            .when = "Tables of runs.",
-                                            .help = "Between the parameters and the metrics.",
-                                            LL_METRICS_FROM(END_COLUMNS)};
-static const ll_metric_table version_columns = {
+const ll_metric_table ll_end_columns = {.path = "",
+                                        .when = "Tables of runs.",
+                                        .help = "Between the parameters and the metrics.",
+                                        LL_METRICS_FROM(END_COLUMNS)};
+const ll_metric_table ll_version_columns = {
     .path = "", .when = "Tables of runs.", .help = "After the metrics.", LL_METRICS_FROM(VERSION_COLUMNS)};
-
-const ll_metric_table *const ll_result_columns[] = {&run_columns,
-                                                    &end_columns,
-                                                    &version_columns,
-                                                    &ll_point_columns,
-                                                    &ll_count_columns,
-                                                    &ll_statistics_columns,
-                                                    &ll_difference_columns,
-                                                    &ll_sensitivity_columns,
-                                                    NULL};
 
 static bool next_row(void *context, ll_cell *cells, ll_status *status)
 {
@@ -167,13 +157,13 @@ static bool next_row(void *context, ll_cell *cells, ll_status *status)
     ll_table_hold(t, r->run / e->head.repeats);
     ll_table_note(t, r);
     snprintf(t->hash, sizeof t->hash, "%016" PRIx64, r->hash);
-    cells = LL_CELLS_PUT(cells, &run_columns, RUN_COLUMNS);
+    cells = LL_CELLS_PUT(cells, &ll_run_columns, RUN_COLUMNS);
     for (int i = 0; i < t->parameter_count; i++)
         *cells++ = ll_table_parameter(t, i);
-    cells = LL_CELLS_PUT(cells, &end_columns, END_COLUMNS);
+    cells = LL_CELLS_PUT(cells, &ll_end_columns, END_COLUMNS);
     for (int i = 0; i < e->metric_count; i++)
         *cells++ = ll_cell_number(r->metrics[i]);
-    LL_CELLS_PUT(cells, &version_columns, VERSION_COLUMNS);
+    LL_CELLS_PUT(cells, &ll_version_columns, VERSION_COLUMNS);
     return true;
 }
 
@@ -183,12 +173,12 @@ ll_status ll_result_table_rows(const ll_experiment *e, const char *version, ll_r
     LL_TRY(ll_table_make(e, source, context, table));
     ll_result_table *t = *table;
     t->version = version;
-    ll_table_add_columns(t, "", &run_columns);
+    ll_table_add_columns(t, "", &ll_run_columns);
     ll_table_add_parameters(t);
-    ll_table_add_columns(t, "", &end_columns);
+    ll_table_add_columns(t, "", &ll_end_columns);
     for (int i = 0; i < e->metric_count; i++)
         ll_table_add(t, e->metrics[i], LL_CELL_REAL, true);
-    ll_table_add_columns(t, "", &version_columns);
+    ll_table_add_columns(t, "", &ll_version_columns);
     t->table = (ll_table){t->columns, t->column_count, next_row, t};
     return ll_ok();
 }

@@ -49,7 +49,8 @@ void ll_table_add_parameters(ll_result_table *table);
  * say when. `before`: beginning of the names. */
 void ll_table_add_columns(ll_result_table *table, const char *before, const ll_metric_table *columns);
 
-/* The columns of tables of points, of comparisons, and of sensitivity. */
+/* The columns of tables of runs, of points, of comparisons, and of sensitivity. */
+extern const ll_metric_table ll_run_columns, ll_end_columns, ll_version_columns;
 extern const ll_metric_table ll_point_columns, ll_count_columns, ll_statistics_columns, ll_difference_columns,
     ll_sensitivity_columns;
 
