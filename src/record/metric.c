@@ -18,12 +18,10 @@ static const char *const types[LL_METRIC_TYPES] = {
 
 /* ---- values ---- */
 
-/* JSON has no infinity, and what was not counted is no number. */
+/* What was not counted is not finite: null. */
 static cJSON *number_of(const ll_metric_table *t, double value)
 {
-    if (value - value != 0)
-        return cJSON_CreateNull();
-    return t->short_numbers ? cJSON_CreateNumber(value) : ll_param_number(value);
+    return t->short_numbers && value - value == 0 ? cJSON_CreateNumber(value) : ll_param_number(value);
 }
 
 static cJSON *list_of(const ll_metric_table *t, const ll_metric_reading *v)

@@ -11,11 +11,6 @@
 #include "sim/core/scenario_rows.h"
 #include "sim/fluid/fluid.h"
 
-static cJSON *number_json(double value)
-{
-    return value - value == 0 ? ll_param_number(value) : cJSON_CreateNull();
-}
-
 /* ---- state ---- */
 
 #define HEADS(X)                                                                                             \
@@ -49,7 +44,7 @@ static cJSON *numbers_of(const void *block, int place)
     LL_METRICS_PUT(o, &head_table, HEADS);
     int count = ll_fluid_sim_numbers(s, all);
     for (int i = 0; i < count; i++)
-        cJSON_AddItemToObject(o, all[i].name, number_json(s->failed ? NAN : all[i].value));
+        cJSON_AddItemToObject(o, all[i].name, ll_param_number(s->failed ? NAN : all[i].value));
     return o;
 }
 
@@ -78,8 +73,8 @@ static void add_profiles(cJSON *metrics, const ll_fluid_sim *s)
         cJSON *curve = cJSON_AddArrayToObject(profiles, name);
         for (int i = 0; i < count; i++) {
             cJSON *pair = cJSON_CreateArray();
-            cJSON_AddItemToArray(pair, number_json(pairs[i][0]));
-            cJSON_AddItemToArray(pair, number_json(pairs[i][1]));
+            cJSON_AddItemToArray(pair, ll_param_number(pairs[i][0]));
+            cJSON_AddItemToArray(pair, ll_param_number(pairs[i][1]));
             cJSON_AddItemToArray(curve, pair);
         }
     }
@@ -114,7 +109,7 @@ void ll_fluid_sim_costs(const void *config, const ll_step_profiler *step_profile
     for (int i = 0; i <= ((const ll_fluid_config *)config)->side_by_side_count; i++) {
         cJSON *part = cJSON_CreateObject();
         cJSON_AddItemToObject(cJSON_AddObjectToObject(part, "all"), "ns_per_sim_s",
-                              number_json(ll_step_profiler_ns_per_s(step_profiler, i)));
+                              ll_param_number(ll_step_profiler_ns_per_s(step_profiler, i)));
         cJSON_AddItemToArray(parts, part);
     }
 }
@@ -168,7 +163,7 @@ static void add_view(cJSON *fluid, const ll_fluid_sim *s)
     const double view[4] = {x0, x1, y0, y1};
     cJSON *array = cJSON_AddArrayToObject(fluid, "view");
     for (int i = 0; i < 4; i++)
-        cJSON_AddItemToArray(array, number_json(view[i]));
+        cJSON_AddItemToArray(array, ll_param_number(view[i]));
 }
 
 static cJSON *layout_of(const void *block, int place)

@@ -11,23 +11,12 @@
 #include "ode/core/single.h"
 #include "sim/motion/motion.h"
 
-/* JSON has no infinity: a value beyond all bounds is null. */
-static cJSON *number_json(double value)
-{
-    return value - value == 0 ? ll_param_number(value) : cJSON_CreateNull();
-}
-
-static void number(cJSON *object, const char *name, double value)
-{
-    cJSON_AddItemToObject(object, name, number_json(value));
-}
-
 /* NULL gives nulls. */
 static cJSON *vector_json(const double *y, int dim)
 {
     cJSON *array = cJSON_CreateArray();
     for (int i = 0; i < dim; i++)
-        cJSON_AddItemToArray(array, number_json(y != NULL ? y[i] : NAN));
+        cJSON_AddItemToArray(array, ll_param_number(y != NULL ? y[i] : NAN));
     return array;
 }
 
@@ -43,7 +32,7 @@ cJSON *ll_motion_state(const void *block)
         cJSON *o = cJSON_CreateObject();
         cJSON_AddStringToObject(o, "method", ll_motion_method_of(&m->config, i)->name);
         cJSON_AddStringToObject(o, "status", ll_run_status_names[ll_motion_status(m, i)]);
-        number(o, "t_s", ll_motion_time(m, i));
+        cJSON_AddItemToObject(o, "t_s", ll_param_number(ll_motion_time(m, i)));
         cJSON_AddItemToObject(o, "state", vector_json(ll_ode_y(ll_motion_run(m, i)), m->dim));
         cJSON_AddItemToArray(methods, o);
     }

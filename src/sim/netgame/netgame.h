@@ -121,8 +121,7 @@ void ll_netgame_add_notices(const ll_netgame *game, struct cJSON *metrics);
 extern const ll_metric_table *const ll_netgame_trace_tables[];
 void ll_netgame_trace(const void *block, ll_trace_line *trace);
 
-/* numbers.c: a number; null for NaN and infinity */
-void ll_netgame_number(struct cJSON *object, const char *name, double value);
+/* numbers.c */
 double ll_netgame_ratio(double part, double whole); /* NaN when `whole` is 0 */
 double ll_netgame_measured_s(const ll_netgame *g,
                              const ll_client_metrics *in); /* s, over which rates count */

@@ -6,7 +6,10 @@
 
 static void number(cJSON *object, const char *name, double value)
 {
-    ll_netgame_number(object, name, value);
+    if (value - value == 0)
+        cJSON_AddNumberToObject(object, name, value);
+    else
+        cJSON_AddNullToObject(object, name);
 }
 
 static cJSON *entity_json(const ll_entity *e)

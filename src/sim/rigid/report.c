@@ -7,11 +7,6 @@
 #include "sim/core/scenario_rows.h"
 #include "sim/rigid/rigid.h"
 
-static void number(cJSON *object, const char *name, double value)
-{
-    cJSON_AddItemToObject(object, name, value - value == 0 ? ll_param_number(value) : cJSON_CreateNull());
-}
-
 static int count_of(const ll_rigid_sim *s)
 {
     return ll_rigid_sim_worlds(&s->setup);
@@ -44,8 +39,8 @@ void ll_rigid_sim_costs(const void *config, const ll_step_profiler *step_profile
                      k > LL_PHASES    ? ll_volume_names[k - LL_PHASES - 1]
                      : k == LL_PHASES ? "all"
                                       : ll_rigid_phase_names[k]);
-            number(cJSON_AddObjectToObject(part, name), "ns_per_sim_s",
-                   ll_step_profiler_ns_per_s(step_profiler, i * LL_RIGID_PARTS + k));
+            double ns = ll_step_profiler_ns_per_s(step_profiler, i * LL_RIGID_PARTS + k);
+            cJSON_AddItemToObject(cJSON_AddObjectToObject(part, name), "ns_per_sim_s", ll_param_number(ns));
         }
         cJSON_AddItemToArray(parts, part);
     }
