@@ -128,6 +128,7 @@ void ll_session_take_checkpoint(ll_session *s)
     int64_t every = s->end / (LL_CHECKPOINTS + 1);
     if (every == 0 || s->tick == 0 || s->tick % every != 0 || s->tick / every > LL_CHECKPOINTS)
         return;
+    LL_ASSERT(s->tick / every >= 1); /* tick 0 needs no checkpoint */
     ll_checkpoint *checkpoint = &s->checkpoints[s->tick / every - 1];
     if (checkpoint->tick == s->tick)
         return;
@@ -235,6 +236,7 @@ void ll_session_start_from(ll_session *s, const ll_checkpoint *checkpoint, bool 
         made = s->scenario.kind->init(s->block, s->base);
     if (!checkpoint && !ll_failed(&made))
         made = run_tick_zero(s, record);
+    LL_ASSERT(!checkpoint || (checkpoint->tick > 0 && checkpoint->next <= s->log.count));
     s->tick = checkpoint ? checkpoint->tick : 0;
     s->next = checkpoint ? checkpoint->next : 0;
     s->step = checkpoint ? checkpoint->step : 0;

@@ -119,6 +119,7 @@ void ll_session_entry_on_line(void *context, const char *line, size_t length)
 
 void ll_session_entry_count_memory(ll_session_entry *session_entry, int64_t bytes)
 {
+    LL_ASSERT(bytes >= 0);
     atomic_fetch_add(&session_entry->host->memory, bytes - session_entry->memory);
     session_entry->memory = bytes;
 }
@@ -190,6 +191,7 @@ ll_status ll_session_entry_load(ll_session_entry *session_entry)
     char *text = NULL;
     size_t length = 0;
     LL_TRY(ll_store_read_log(session_entry->host->store, session_entry->stored.number, &text, &length));
+    LL_ASSERT(!session_entry->restoring); /* one thread loads it */
     session_entry->restoring = true;
     ll_status status =
         ll_session_restore(text, length, ll_session_entry_on_line, session_entry, &session_entry->session);
@@ -223,6 +225,7 @@ bool ll_session_entry_is_heavy(const ll_session_entry *session_entry)
 
 static void update_mean_cost(ll_session_entry *session_entry, int64_t ns, int64_t ticks)
 {
+    LL_ASSERT(ticks > 0 && ns >= 0);
     double each = (double)ns / (double)ticks, weight = session_entry->tick_ns == 0 ? 1
                                                        : ticks > 16                ? 0.5
                                                                                    : 0.1;

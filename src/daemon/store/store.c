@@ -177,6 +177,7 @@ static void wait_to_retry(ll_store *store)
 static void write_batch(ll_store *store)
 {
     record *batch = store->first, *last = store->last;
+    LL_ASSERT(batch != NULL && last != NULL && last->next == NULL);
     uint64_t ticket = store->ticket;
     int64_t size = store->waiting;
     store->first = store->last = NULL;
@@ -193,6 +194,7 @@ static void write_batch(ll_store *store)
         store->last = store->last ? store->last : last;
         store->failures++;
     } else {
+        LL_ASSERT(ticket >= store->durable && size <= store->waiting); /* in the order of the queue */
         store->durable = ticket;
         store->commits++;
         store->waiting -= size;

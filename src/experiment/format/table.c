@@ -12,6 +12,7 @@
 
 ll_column *ll_table_add(ll_result_table *t, const char *name, ll_cell_type type, bool nullable)
 {
+    LL_ASSERT(t->column_count < LL_COLUMNS_MAX);
     ll_column *column = &t->columns[t->column_count++];
     snprintf(column->name, sizeof column->name, "%s", name);
     column->type = type;
@@ -192,6 +193,7 @@ double ll_interval_95(int64_t n, double squares)
                                        2.4469118511,  2.3646242516, 2.3060041352, 2.2621571628, 2.2281388520};
     enum { KNOWN = sizeof quantiles / sizeof quantiles[0] };
     const double z = 1.9599639845400545, z2 = z * z;
+    LL_ASSERT(n >= 2);
     double df = (double)(n - 1), t;
     if (df <= KNOWN)
         t = quantiles[n - 2];
@@ -206,6 +208,7 @@ void ll_sums_add(ll_sums *s, double value)
 {
     if (isnan(value))
         return;
+    LL_ASSERT(s->n >= 0 && !(s->squares < 0)); /* Welford's sum cannot cancel below 0 */
     s->n++;
     double delta = value - s->mean;
     s->mean += delta / (double)s->n;

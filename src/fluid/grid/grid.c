@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "base/assert.h"
 #include "fluid/grid/state.h"
 
 /* ---- layout: header, fields, donors, fluid, the pressure solver's work ---- */
@@ -55,6 +56,7 @@ void ll_grid_init(void *block, const ll_grid_config *config, const ll_grid_solve
     g->config = *config;
     g->solver = *solver;
     g->size = (int64_t)size;
+    LL_ASSERT(config->nx > 0 && config->nx % 2 == 0 && config->ny > 0 && config->h > 0);
     g->stride = stride_of(config->nx);
     g->rows = config->ny + 3;
     memset(ll_grid_fluid(g), 1, (size_t)g->stride * (size_t)g->rows);

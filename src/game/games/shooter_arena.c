@@ -19,7 +19,7 @@ void ll_shooter_arena(const ll_game_env *env, int players, ll_arena *arena)
                         .covers = COVERS,
                         .player_radius = p->player_radius,
                         .target_radius = p->target_radius,
-                        .shell_speed = p->shell_speed,
+                        .projectile_speed = p->shell_speed,
                         .gravity = p->gravity,
                         .bounds = {0, LL_SHOOTER_WIDTH, 0, LL_SHOOTER_HEIGHT}};
     if (p->weapons != LL_SHOOTER_CANNON)

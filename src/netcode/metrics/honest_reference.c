@@ -2,10 +2,12 @@
 
 #include <string.h>
 
+#include "base/assert.h"
 #include "base/detmath.h"
 
 static ll_honest_input *input_at(ll_honest_reference *t, int64_t number)
 {
+    _Static_assert((LL_HONEST_RING & (LL_HONEST_RING - 1)) == 0, "a mask finds the place");
     return &t->inputs[number & (LL_HONEST_RING - 1)];
 }
 
@@ -62,6 +64,7 @@ static void move(ll_honest_reference *t, const ll_game *game, const ll_game_env 
 {
     _Alignas(8) char bytes[LL_GAME_WORLD_MAX];
     ll_world *own = (ll_world *)(void *)bytes;
+    LL_ASSERT(ll_world_size(world) <= sizeof bytes && player < world->players);
     const ll_action action = {.axis = {input->axis[0], input->axis[1]}};
     memcpy(own, world, ll_world_size(world));
     own->entity[player] = t->entity;

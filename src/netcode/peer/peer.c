@@ -60,6 +60,7 @@ static void take_input(ll_peer *peer, int player, int64_t tick, const ll_control
     ll_controls *slot = ll_peer_input(peer, player, tick);
     if (tick <= peer->tick && tick < peer->wrong && memcmp(slot, input, sizeof *slot) != 0)
         peer->wrong = tick;
+    LL_ASSERT(tick > peer->confirmed); /* a confirmed tick never changes */
     *slot = *input;
     from->known = tick;
 }
@@ -306,6 +307,7 @@ static bool may_step(ll_client *c, const ll_client_setup *s, ll_time now)
         peer->stepped = now;
         return true;
     }
+    LL_ASSERT(peer->frames_to_wait > 0 && peer->frames_to_wait <= TIME_SYNC_MAX);
     peer->frames_to_wait--;
     for (int p = 0; p < ll_client_rendered(c)->players; p++)
         peer->player[p].ahead -= 1; /* at once, not when the means have followed */

@@ -1,5 +1,7 @@
 #include "netcode/server/barrier.h"
 
+#include "base/assert.h"
+
 static int64_t newest(const ll_server *server, const ll_client_slot *client_slot)
 {
     return client_slot->newest < 0 ? server->clock.k0 : client_slot->newest;
@@ -105,6 +107,7 @@ static int64_t next_start(const ll_server *server)
 static void set_resume(ll_server *server)
 {
     server->resume = next_start(server);
+    LL_ASSERT(server->resume > 0); /* 0 is: not decided */
     server->recovery_until =
         server->clock.epoch + ll_tick_time(server->resume, server->clock.freq) + LL_BARRIER_EVERY;
     for (int p = 0; p < server->players; p++) {
@@ -135,6 +138,7 @@ static void update_barrier(ll_server *server, const ll_sync_mode *sync, int newc
     }
     if (server->barrier == 0 || a.newest > server->barrier) {
         server->barrier = a.newest_possible;
+        LL_ASSERT(server->barrier >= a.newest); /* no client has passed it */
     } else if (newcomer != NO_PLAYER) {
         int64_t far = newest_possible(server, sync, newcomer, newcomer);
         server->barrier = far > server->barrier ? far : server->barrier;

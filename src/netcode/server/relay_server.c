@@ -1,5 +1,6 @@
 #include "netcode/server/relay_server.h"
 
+#include "base/assert.h"
 #include "netcode/protocol/world_hash.h"
 #include "netcode/server/barrier.h"
 
@@ -38,11 +39,13 @@ void ll_relay_server_step(ll_server *server, const ll_game *game, const ll_game_
 {
     ll_action actions[LL_PLAYERS_MAX];
     int64_t k = ++server->step;
+    LL_ASSERT(now >= server->stepped); /* the time of steps does not decrease */
     ll_time interval = ll_tick_time(1, server->clock.freq);
     if (now - server->stepped > interval)
         server->stalled += now - server->stepped - interval;
     for (int i = 0; i < server->players; i++) {
         ll_client_slot *client_slot = &server->client_slots[i];
+        LL_ASSERT(slot_of(client_slot, k)->tick == k); /* no step without all inputs */
         actions[i] = client_slot->held = slot_of(client_slot, k)->action;
         if (k <= client_slot->first)
             continue; /* not the player's own */
@@ -101,6 +104,7 @@ static void take_new_inputs(ll_server *server, ll_client_slot *client_slot, cons
             else if (tick == next + count && count < LL_INPUTS_MAX)
                 inputs->inputs[count++] = (ll_action){{input->axis[0], input->axis[1]}, input->buttons, 0};
         }
+    LL_ASSERT(next > client_slot->first);
     inputs->head = (ll_message_head){LL_MESSAGE_INPUT, (uint8_t)count, m->head.epoch,
                                      (uint32_t)(next - client_slot->first)};
     inputs->tick = (int32_t)next;

@@ -1,5 +1,6 @@
 #include <string.h>
 
+#include "base/assert.h"
 #include "base/detmath.h"
 #include "rigid/body/world_state.h"
 
@@ -73,6 +74,7 @@ void ll_mark_moved(ll_rigid *w, int32_t shape)
 {
     if (ll_moved_flags(w)[shape])
         return;
+    LL_VALIDATE(w->moved < w->shape_end); /* each shape once */
     ll_moved_flags(w)[shape] = 1;
     ll_moved_lists(w)[w->moved++] = shape;
 }
@@ -144,6 +146,7 @@ ll_status ll_rigid_add_body(ll_rigid *w, const ll_body_def *def, ll_body_id *out
         i = w->body_end++;
     else
         w->free_body = ll_bodies(w)[i].island;
+    LL_ASSERT(i >= 0 && i < w->limits.bodies);
     uint32_t generation = ll_bodies(w)[i].generation + 1;
     ll_bodies(w)[i] = (ll_body){.angle = def->angle,
                                 .gravity_scale = def->gravity_scale,
@@ -179,6 +182,7 @@ static void set_inverses(ll_rigid *w, int32_t body)
     bool dynamic = b->type == LL_BODY_DYNAMIC;
     b->inv_mass = dynamic && b->mass > 0 ? 1 / b->mass : 0;
     b->inv_inertia = dynamic && b->inertia > 0 && !b->fixed_rotation ? 1 / b->inertia : 0;
+    LL_ASSERT(b->inv_mass >= 0 && b->inv_inertia >= 0); /* 0: not moved by forces */
     ll_body_sims(w)[body] = (ll_body_sim){b->inv_mass, b->inv_inertia, b->core, b->margin};
 }
 
