@@ -118,10 +118,9 @@ enum { TRACED = 8 /* components */ };
 
 #define METHOD_COLUMNS(X)                                                                                    \
     X(by_name, component, NULL, VECTOR(shown), "a component of the state", NULL)                             \
-    X(number, error, NULL, measure->error, "distance of the state from the solution",                        \
-      "The solution is not known.")                                                                          \
+    X(number, error, NULL, measure->error, "distance of the state from the solution", NULL)                  \
     X(signed_number, energy_drift, NULL, ll_ode_measure_relative(measure, measure->drift),                   \
-      "energy minus that of the start, relative to it", "The problem has no energy.")
+      "energy minus that of the start, relative to it; 0 if the problem has none", NULL)
 
 static const ll_metric_table solution_columns = {
     .path = "solution_",
