@@ -50,7 +50,6 @@ void ll_input_history_made(ll_input_history *input_history, uint32_t seq, int64_
     *input = (ll_input_history_entry){.tick = tick, .seq = seq};
     if (tick == LL_NEVER)
         *input = (ll_input_history_entry){.seq = seq, .flags = LL_INPUT_HISTORY_ON_ARRIVAL};
-    LL_ASSERT(seq > input_history->newest); /* sequence numbers increase */
     input_history->newest = seq;
     input_history->made++;
     input_history->count[LL_INPUT_IS_OPEN]++;
