@@ -12,7 +12,7 @@ import path from 'node:path';
 import { fileURLToPath } from 'node:url';
 import YAML from 'yaml';
 import { fingerprint, roomsOf } from '../bench/rooms.mjs';
-import { metricsDoc } from './metrics.mjs';
+import { columnsDoc, metricsDoc } from './metrics.mjs';
 import { asyncSchemas, namesModule, recordsModule, rowsModule } from './records.mjs';
 
 const ROOT = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '..');
@@ -934,6 +934,7 @@ export function generate(binary) {
         .trimEnd() + '\n',
     ],
     ['docs/metrics.md', metricsDoc(JSON.parse(laglab('schema', 'metrics')))],
+    ['docs/columns.md', columnsDoc(JSON.parse(laglab('schema', 'traces')), JSON.parse(laglab('schema', 'results')))],
     ['docs/api.md', apiDoc(YAML.parse(read('api/openapi.yaml')), YAML.parse(asyncapi))],
     ['docs/accuracy.md', filled('docs/accuracy.md', { 'closed forms': closedFormsDoc() })],
     ['docs/concepts.md', filled('docs/concepts.md', { presets: presetsDoc(binary, schema) })],

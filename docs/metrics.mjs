@@ -1,4 +1,4 @@
-// The tables of metrics (from `laglab schema metrics`) as docs/metrics.md.
+// The tables of metrics (from `laglab schema metrics`) as docs/metrics.md, those of columns as docs/columns.md.
 
 /** @typedef {{name: string, type: string, unit?: string, signed?: boolean, rare?: boolean, tail?: string, help: string, null?: string}} Row */
 /** @typedef {{path: string, also?: string, when?: string, help: string, metrics: Row[]}} Table */
@@ -59,4 +59,33 @@ ${kinds.map(({ kind, tables }) => `## ${TITLES[kind] ?? kind}\n\n${tables.map(se
 ## Every kind
 
 ${common.map(section).join('\n')}`;
+}
+
+/** A table of columns: `beginning` of their names. @param {Table} table */
+const columns = ({ path, when, help, metrics }) => `${path === '' ? '' : `${code(`${path}NAME`)}. `}${when ? `${when} ` : ''}${help}
+
+| Name | Type | Unit | What it is | Null when |
+| --- | --- | --- | --- | --- |
+${metrics.map(line).join('\n')}
+`;
+
+/** @param {{kinds: {kind: string, tables: Table[]}[]}} traces @param {Table[]} results */
+export function columnsDoc({ kinds }, results) {
+  return `# Columns of traces and results
+
+<!-- Written by docs/generate.mjs from \`laglab schema traces\` and \`laglab schema results\`: the tables are in C, and changed there. -->
+
+## Traces
+
+A trace (\`laglab run --trace\`, \`sweep --traces\`, \`GET /api/v1/sessions/ID/trace\`) is CSV with a line per tick, tick 0 too: the state after all events
+of its time. Its first columns are \`time_s\` and \`tick\`. In a beginning of names \`*\` is the index of a player, a method or a body. Of worlds and fluids
+side by side, the columns of all after the first begin with \`side_by_side0_\` or \`side_by_side1_\`. What is not known is \`nan\`.
+
+${kinds.map(({ kind, tables }) => `### ${TITLES[kind] ?? kind}\n\n${tables.map(columns).join('\n')}`).join('\n')}
+## Results
+
+The tables of [experiments](experiments.md) as CSV, NDJSON, JSON, Parquet and SQLite. Parameters and metrics are columns named by their paths, parameters with
+their unit; [metrics](metrics.md) says what each is. In other columns of a metric \`*\` is its path and a point: \`players.0.remote_error_m.mean.ci95\`.
+
+${results.map((table) => columns({ ...table, path: table.path && `${table.path}.` })).join('\n')}`;
 }

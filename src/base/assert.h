@@ -1,7 +1,8 @@
 /* Asserts of two levels.
  *
  * LL_ASSERT is cheap and stays on in release builds: a broken invariant stops the program at its cause.
- * LL_VALIDATE calls a whole-structure check and is on in debug builds and under the sanitizers only. */
+ * LL_VALIDATE is on in debug builds and under the sanitizers only: it calls a whole-structure check, or
+ * states an invariant within a loop where a test would cost time. */
 #pragma once
 
 #include <stdbool.h>

@@ -2,7 +2,17 @@
  *
  * Functions that can fail for external reasons return an ll_status by value: a code for machines and a
  * sentence that names the field, the allowed range and the value: `field: must be MIN to MAX UNIT; got VALUE.
- * Hint.` Broken internal invariants are asserted (base/assert.h), never reported. */
+ * Hint.` Broken internal invariants are asserted (base/assert.h), never reported.
+ *
+ * A function that owns nothing yet passes an error on by LL_TRY. One that has something to release makes its
+ * steps by LL_THEN, each skipped once one has failed, then releases it and returns the first error:
+ *
+ *     LL_TRY(read_options(body, &options));
+ *     ll_status status = ll_json_read(path, &json);
+ *     LL_THEN(status, ll_experiment_parse(json, NULL, &experiment));
+ *     LL_THEN(status, run(experiment, &options));
+ *     cJSON_Delete(json);
+ *     return status; */
 #pragma once
 
 #include <stdbool.h>
@@ -44,3 +54,18 @@ static inline bool ll_failed(const ll_status *s)
 {
     return s->code != LL_OK;
 }
+
+/* Returns the status of a call from the present function if it has failed. */
+#define LL_TRY(...)                                                                                          \
+    do {                                                                                                     \
+        ll_status tried_ = __VA_ARGS__;                                                                      \
+        if (ll_failed(&tried_))                                                                              \
+            return tried_;                                                                                   \
+    } while (0)
+
+/* The next step: unless `status` has failed, it becomes that of the call. */
+#define LL_THEN(status, ...)                                                                                 \
+    do {                                                                                                     \
+        if (!ll_failed(&(status)))                                                                           \
+            (status) = __VA_ARGS__;                                                                          \
+    } while (0)

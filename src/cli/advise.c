@@ -96,9 +96,7 @@ static ll_status add_axes(const advise *a, cJSON *experiment)
     for (int i = 0; i < a->vary.count; i++) {
         char path[LL_EXPERIMENT_PATH_MAX + 1];
         const char *value;
-        ll_status status = split("--vary", a->vary.items[i], path, &value);
-        if (ll_failed(&status))
-            return status;
+        LL_TRY(split("--vary", a->vary.items[i], path, &value));
         cJSON *axis = cJSON_CreateObject();
         cJSON_AddStringToObject(axis, "path", path);
         if (!add_range(axis, value))
@@ -114,9 +112,7 @@ static ll_status add_set(const advise *a, cJSON *experiment)
     for (int i = 0; i < a->set.count; i++) {
         char path[LL_EXPERIMENT_PATH_MAX + 1];
         const char *value;
-        ll_status status = split("--set", a->set.items[i], path, &value);
-        if (ll_failed(&status))
-            return status;
+        LL_TRY(split("--set", a->set.items[i], path, &value));
         cJSON_AddItemToObject(set, path, value_of(value));
     }
     return ll_ok();
@@ -172,10 +168,8 @@ static ll_status describe_experiment(const advise *a, ll_scenario *scenario, cJS
     const struct kind_defaults *kind_defaults = defaults_of(scenario->kind);
     int64_t repeats = kind_defaults->repeats;
     ll_status status = a->repeats ? ll_argument_whole("--repeats", a->repeats, 1, 1000, &repeats) : ll_ok();
-    if (!ll_failed(&status))
-        status = add_set(a, e);
-    if (!ll_failed(&status))
-        status = ll_param_merge(scenario->kind->table, cJSON_GetObjectItem(e, "set"), scenario->config);
+    LL_THEN(status, add_set(a, e));
+    LL_THEN(status, ll_param_merge(scenario->kind->table, cJSON_GetObjectItem(e, "set"), scenario->config));
     if (!ll_failed(&status) && a->vary.count > 0)
         status = add_axes(a, e);
     else if (!ll_failed(&status))
@@ -197,8 +191,7 @@ static ll_status make_experiment(const advise *a, cJSON *json, cJSON **experimen
     if (!a->metric)
         return ll_error(LL_BAD_INPUT, "--metric: required; e.g. players.0.remote_error_m.mean");
     ll_status status = ll_scenario_parse(json, &scenario);
-    if (!ll_failed(&status))
-        status = describe_experiment(a, &scenario, *experiment);
+    LL_THEN(status, describe_experiment(a, &scenario, *experiment));
     ll_scenario_free(&scenario);
     return status;
 }
@@ -228,8 +221,7 @@ static ll_status load(const advise *a, const char *name, ll_experiment **experim
         status = ll_error(LL_BAD_INPUT, "an experiment has its own axes and metrics: give only --max-error");
     else
         made = json;
-    if (!ll_failed(&status))
-        status = ll_experiment_from(made, a->scenarios, experiment);
+    LL_THEN(status, ll_experiment_from(made, a->scenarios, experiment));
     cJSON_Delete(made ? made : json);
     return status;
 }
@@ -264,13 +256,10 @@ int ll_verb_advise(int argc, char **argv)
                                     argc, argv, options, positional, &count);
     if (!ll_failed(&status) && count > 1)
         status = ll_error(LL_BAD_INPUT, "unexpected argument %.100s", positional[1]);
-    if (!ll_failed(&status))
-        status = read_request(&a, &request);
-    if (!ll_failed(&status))
-        status = load(&a, count ? positional[0] : NULL, &experiment);
+    LL_THEN(status, read_request(&a, &request));
+    LL_THEN(status, load(&a, count ? positional[0] : NULL, &experiment));
     request.experiment = experiment;
-    if (!ll_failed(&status))
-        status = ll_advise(&request, &answer);
+    LL_THEN(status, ll_advise(&request, &answer));
     if (!ll_failed(&status)) {
         char *text = cJSON_Print(answer);
         puts(text ? text : "null");

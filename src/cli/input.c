@@ -98,8 +98,7 @@ ll_status ll_argument_json(const char *name, const char *scenarios, cJSON **json
 {
     char file_name[PATH_MAX];
     ll_status status = read_json(name, scenarios, file_name, json);
-    if (!ll_failed(&status))
-        status = read_workload(file_name, *json);
+    LL_THEN(status, read_workload(file_name, *json));
     if (ll_failed(&status)) {
         cJSON_Delete(*json);
         *json = NULL;
@@ -118,8 +117,7 @@ ll_status ll_experiment_load(const char *name, const char *scenarios, ll_experim
     cJSON *json;
     *experiment = NULL;
     ll_status status = ll_argument_json(name, scenarios, &json);
-    if (!ll_failed(&status))
-        status = ll_experiment_from(json, scenarios, experiment);
+    LL_THEN(status, ll_experiment_from(json, scenarios, experiment));
     cJSON_Delete(json);
     return status;
 }

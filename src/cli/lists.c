@@ -7,6 +7,7 @@
 #include "cli/input.h"
 #include "cli/output.h"
 #include "cli/verbs.h"
+#include "experiment/format/table.h"
 #include "library/library.h"
 #include "ode/core/method.h"
 #include "ode/core/problem.h"
@@ -25,8 +26,7 @@ int ll_verb_scenarios(int argc, char **argv)
     cJSON *list = NULL;
     ll_status status =
         ll_arguments_one("scenarios [OPTION]...: list the scenarios", argc, argv, options, NULL);
-    if (!ll_failed(&status))
-        status = ll_scenario_list(ll_scenario_folder(scenarios, path), &list);
+    LL_THEN(status, ll_scenario_list(ll_scenario_folder(scenarios, path), &list));
     if (ll_failed(&status))
         return ll_argument_fail(&status);
     const cJSON *item;
@@ -84,9 +84,9 @@ int ll_verb_schema(int argc, char **argv)
     const ll_option none[] = {{0}};
     const char *kind;
     ll_status status =
-        ll_arguments_one("schema [KIND|experiment|stream|metrics]: print the JSON Schema of "
-                         "scenarios (all kinds or one) or of experiments, or the tables of the "
-                         "stream or of the metrics",
+        ll_arguments_one("schema [KIND|experiment|stream|metrics|traces|results]: print the JSON "
+                         "Schema of scenarios (all kinds or one) or of experiments, or the tables of the "
+                         "stream, of the metrics, or of the columns of traces or results",
                          argc, argv, none, &kind);
     if (ll_failed(&status))
         return ll_argument_fail(&status);
@@ -97,6 +97,10 @@ int ll_verb_schema(int argc, char **argv)
         schema = ll_stream_schema();
     else if (kind && strcmp(kind, "metrics") == 0)
         schema = ll_metrics_of_kinds();
+    else if (kind && strcmp(kind, "traces") == 0)
+        schema = ll_traces_of_kinds();
+    else if (kind && strcmp(kind, "results") == 0)
+        schema = ll_metrics_schema(ll_result_columns);
     else
         status = ll_scenario_schema(kind, &schema);
     return ll_failed(&status) ? ll_argument_fail(&status) : ll_print_json(schema);

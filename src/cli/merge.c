@@ -48,8 +48,7 @@ static ll_status make_header(merge *m)
     if (!memory)
         return ll_error(LL_NO_MEMORY, "out of memory: header");
     ll_status status = ll_result_table_rows(m->experiment, ll_version, no_rows, NULL, &table);
-    if (!ll_failed(&status))
-        status = ll_format_find("csv", 3)->write(ll_result_table_get(table), memory);
+    LL_THEN(status, ll_format_find("csv", 3)->write(ll_result_table_get(table), memory));
     ll_result_table_free(table);
     fclose(memory);
     m->fields = fields_of(m->header);
@@ -94,11 +93,8 @@ static ll_status take_line(merge *m, const char *path, char *line, size_t size)
     if (run < 0 || *end != ',' || run >= m->experiment->runs)
         return ll_error(LL_BAD_INPUT, "%.150s: a row must begin with its run, 0 to %" PRId64 "; got %.40s",
                         path, m->experiment->runs - 1, line);
-    ll_status status = check_row(m, path, run, line, size);
-    if (!ll_failed(&status))
-        status = check_version(m, path, line);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(check_row(m, path, run, line, size));
+    LL_TRY(check_version(m, path, line));
     if (m->lines[run] && strcmp(m->lines[run], line) != 0)
         return ll_error(LL_BAD_INPUT, "%.150s: run %" PRId64 " differs between two shards", path, run);
     if (!m->lines[run])
@@ -169,18 +165,14 @@ int ll_verb_merge(int argc, char **argv)
     ll_status status =
         ll_arguments("merge EXPERIMENT SHARD.csv... [OPTION]...: merge the shards of an experiment", argc,
                      argv, options, positional, &count);
-    if (!ll_failed(&status))
-        status = ll_experiment_load(count ? positional[0] : NULL, scenarios, &m.experiment);
+    LL_THEN(status, ll_experiment_load(count ? positional[0] : NULL, scenarios, &m.experiment));
     if (!ll_failed(&status) && !(m.lines = calloc((size_t)m.experiment->runs, sizeof *m.lines)))
         status = ll_error(LL_NO_MEMORY, "out of memory: rows");
-    if (!ll_failed(&status))
-        status = make_header(&m);
+    LL_THEN(status, make_header(&m));
     for (int i = 1; i < count && !ll_failed(&status); i++)
         status = take_file(&m, positional[i]);
-    if (!ll_failed(&status))
-        status = check_whole(&m);
-    if (!ll_failed(&status))
-        status = write_out(&m, out);
+    LL_THEN(status, check_whole(&m));
+    LL_THEN(status, write_out(&m, out));
     for (int64_t i = 0; m.lines && i < m.experiment->runs; i++)
         free(m.lines[i]);
     free(m.lines);

@@ -60,8 +60,7 @@ static bool fails_alike(ll_session *s, int64_t tick)
     char wanted[17], got[17];
     ll_status status = ll_session_run_to(s, tick);
     snprintf(wanted, sizeof wanted, "%016" PRIx64, ll_session_failed_hash(s));
-    if (!ll_failed(&status))
-        status = ll_session_run_to(s, tick + 1);
+    LL_THEN(status, ll_session_run_to(s, tick + 1));
     snprintf(got, sizeof got, "%016" PRIx64, ll_session_hash(s));
     if (!ll_failed(&status))
         fprintf(stderr, "laglab: the session of the log failed after tick %" PRId64 "; the replay does not\n",
@@ -109,8 +108,7 @@ int ll_verb_replay(int argc, char **argv)
         status =
             f ? ll_input_whole(f, name, &text, &length) : ll_error(LL_NOT_FOUND, "cannot read %.200s", name);
     }
-    if (!ll_failed(&status))
-        status = ll_session_restore(text, length, NULL, NULL, &session);
+    LL_THEN(status, ll_session_restore(text, length, NULL, NULL, &session));
     if (ll_failed(&status))
         result = ll_argument_fail(&status);
     else

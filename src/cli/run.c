@@ -70,9 +70,7 @@ static ll_status put_option(const ll_param_table *table, void *config, const cha
 static ll_status override(const run_options *a, cJSON **json)
 {
     ll_scenario scenario = {0};
-    ll_status status = ll_scenario_parse(*json, &scenario);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(ll_scenario_parse(*json, &scenario));
     const ll_param_table *table = scenario.kind->table;
     void *before = malloc(table->size);
     if (!before) {
@@ -80,13 +78,10 @@ static ll_status override(const run_options *a, cJSON **json)
         return ll_error(LL_NO_MEMORY, "out of memory: scenario");
     }
     memcpy(before, scenario.config, table->size);
-    status = ll_param_put(table, scenario.config, a->sets.items, a->sets.count);
-    if (!ll_failed(&status))
-        status = put_option(table, scenario.config, "seed", a->seed);
-    if (!ll_failed(&status))
-        status = put_option(table, scenario.config, "duration_s", a->duration);
-    if (!ll_failed(&status))
-        status = ll_param_check(table, scenario.config);
+    ll_status status = ll_param_put(table, scenario.config, a->sets.items, a->sets.count);
+    LL_THEN(status, put_option(table, scenario.config, "seed", a->seed));
+    LL_THEN(status, put_option(table, scenario.config, "duration_s", a->duration));
+    LL_THEN(status, ll_param_check(table, scenario.config));
     if (!ll_failed(&status)) {
         scenario.kind->settle(scenario.config, before);
         cJSON_Delete(*json);
@@ -113,10 +108,8 @@ static ll_status run_logged(ll_session *s, int64_t end, FILE *log)
 static ll_status write_trace(ll_session *s, const char *path)
 {
     FILE *f;
-    ll_status status = to_file(path, &f);
-    if (ll_failed(&status))
-        return status;
-    status = ll_session_trace(s, 0, ll_session_get_info(s).tick, write_text, f);
+    LL_TRY(to_file(path, &f));
+    ll_status status = ll_session_trace(s, 0, ll_session_get_info(s).tick, write_text, f);
     ll_status closed = close_file(f, path);
     return ll_failed(&status) ? status : closed;
 }
@@ -155,10 +148,8 @@ static ll_status load_workload(const char *path, ll_session *s)
     ll_status status = ll_argument_text(path, &text);
     cJSON *log = cJSON_CreateString(text ? text : "");
     free(text);
-    if (!ll_failed(&status))
-        status = ll_workload_parse(log, &workload);
-    if (!ll_failed(&status))
-        status = ll_session_load(s, workload);
+    LL_THEN(status, ll_workload_parse(log, &workload));
+    LL_THEN(status, ll_session_load(s, workload));
     ll_workload_free(workload);
     cJSON_Delete(log);
     return status;
@@ -249,21 +240,17 @@ int ll_verb_run(int argc, char **argv)
     ll_session *session = NULL;
     double wall_s = 0;
     ll_status status = parse(argc, argv, &a);
-    if (!ll_failed(&status))
-        status = ll_scenario_argument(a.scenario, a.scenarios, &json);
-    if (!ll_failed(&status))
-        status = override(&a, &json);
+    LL_THEN(status, ll_scenario_argument(a.scenario, a.scenarios, &json));
+    LL_THEN(status, override(&a, &json));
     if (a.text && !ll_failed(&status)) {
         status = print_text(json);
         cJSON_Delete(json);
         return ll_failed(&status) ? ll_argument_fail(&status) : 0;
     }
-    if (!ll_failed(&status))
-        status = ll_session_create(json, -1, NULL, NULL, &session);
+    LL_THEN(status, ll_session_create(json, -1, NULL, NULL, &session));
     if (!ll_failed(&status) && a.workload)
         status = load_workload(a.workload, session);
-    if (!ll_failed(&status))
-        status = run_session(&a, session, &wall_s);
+    LL_THEN(status, run_session(&a, session, &wall_s));
     if (!ll_failed(&status))
         print_result(&a, session, wall_s);
     ll_session_destroy(session);

@@ -15,10 +15,9 @@ int ll_verb_serve(int argc, char **argv)
                                            {0}};
     ll_option *options = config ? ll_parameter_options(objects) : NULL;
     ll_status status = options ? ll_ok() : ll_error(LL_NO_MEMORY, "out of memory: settings");
-    if (!ll_failed(&status))
-        status =
+    LL_THEN(status,
             ll_arguments_one("serve [OPTION VALUE]...: host sessions; page, API and streams on one port.",
-                             argc, argv, options, NULL);
+                             argc, argv, options, NULL));
     int result = ll_failed(&status) ? ll_argument_fail(&status) : ll_serve(config);
     ll_parameter_options_free(options);
     free(config);

@@ -48,18 +48,15 @@ static ll_status show(ll_result_store *store, const store_args *o)
     char made[32], *text = NULL;
     if (o->count != 2)
         return ll_error(LL_BAD_INPUT, "show: must have the id of one experiment; see list");
-    ll_status status = store->kind->record(store, o->positional[1], &r);
-    if (!ll_failed(&status))
-        status = store->kind->specification(store, o->positional[1], &text);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(store->kind->record(store, o->positional[1], &r));
+    LL_TRY(store->kind->specification(store, o->positional[1], &text));
     print_time(r.created_s, made);
     printf("id       %s\nstate    %s\nruns     %" PRId64 " to %" PRId64 "\ndone     %" PRId64
            "\nleased   %" PRId64 "\nmade     %s\nversion  %s\nowner    %s\n%s\n",
            r.id, ll_experiment_state_names[r.state], r.from, r.to - 1, r.done, r.leased, made, r.version,
            r.owner_hash[0] ? "clients with the key that the API returned" : "none: a sweep", text);
     free(text);
-    return status;
+    return ll_ok();
 }
 
 /* Checks all before deleting the first. */
@@ -104,10 +101,8 @@ int ll_verb_store(int argc, char **argv)
     if (!ll_failed(&status) && !url)
         status = ll_error(LL_BAD_INPUT, "--store: required, or set LAGLAB_STORE");
     ll_result_store *store = NULL;
-    if (!ll_failed(&status))
-        status = ll_result_store_open(url, &store);
-    if (!ll_failed(&status))
-        status = verbs[verb].run(store, &o);
+    LL_THEN(status, ll_result_store_open(url, &store));
+    LL_THEN(status, verbs[verb].run(store, &o));
     ll_result_store_close(store);
     return ll_failed(&status) ? ll_argument_fail(&status) : 0;
 }

@@ -125,8 +125,7 @@ static ll_status parse(submit *s, int argc, char **argv)
                                     argc, argv, options, positional, &count);
     if (!ll_failed(&status) && count > 1)
         status = ll_error(LL_BAD_INPUT, "unexpected argument %.100s", positional[1]);
-    if (!ll_failed(&status))
-        status = find_engine(s->engine_name, &s->engine);
+    LL_THEN(status, find_engine(s->engine_name, &s->engine));
     if (!ll_failed(&status) && !ll_result_store_url(s->job.store_url))
         status = ll_error(LL_BAD_INPUT,
                           "--store: required, or set LAGLAB_STORE; workers on other machines must reach it");
@@ -155,14 +154,11 @@ static ll_status put_into_store(submit *s)
     ll_result_store *store = NULL;
     double run_s;
     ll_status status = ll_experiment_load(s->experiment, s->scenarios, &experiment);
-    if (!ll_failed(&status))
-        status = ll_result_store_open(ll_result_store_url(s->job.store_url), &store);
+    LL_THEN(status, ll_result_store_open(ll_result_store_url(s->job.store_url), &store));
     if (!ll_failed(&status) && !s->anew)
         status = ll_experiment_check_version(store, experiment, 0, experiment->runs);
-    if (!ll_failed(&status))
-        status = ll_experiment_time(experiment, 0, &run_s);
-    if (!ll_failed(&status))
-        status = ll_experiment_register(store, experiment, 0, experiment->runs, run_s, s->job.id);
+    LL_THEN(status, ll_experiment_time(experiment, 0, &run_s));
+    LL_THEN(status, ll_experiment_register(store, experiment, 0, experiment->runs, run_s, s->job.id));
     ll_result_store_close(store);
     ll_experiment_free(experiment);
     return status;
@@ -172,10 +168,8 @@ int ll_verb_submit(int argc, char **argv)
 {
     submit s = {0};
     ll_status status = parse(&s, argc, argv);
-    if (!ll_failed(&status))
-        status = find_program(s.job.program);
-    if (!ll_failed(&status))
-        status = put_into_store(&s);
+    LL_THEN(status, find_program(s.job.program));
+    LL_THEN(status, put_into_store(&s));
     if (!ll_failed(&status) && s.print)
         s.engine->write(stdout, &s.job);
     else if (!ll_failed(&status))

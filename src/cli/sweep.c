@@ -58,14 +58,12 @@ static void print_notices(cJSON *notices)
 static ll_status dry_run(const sweep *s)
 {
     double run_s;
-    ll_status status = ll_experiment_time(s->experiment, s->from, &run_s);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(ll_experiment_time(s->experiment, s->from, &run_s));
     printf("{\"points\":%" PRId64 ",\"repeats\":%" PRId64 ",\"runs\":%" PRId64
            ",\"run_s\":%.3g,\"threads\":%" PRId64 ",\"estimated_s\":%.3g}\n",
            s->experiment->points, s->experiment->head.repeats, s->to - s->from, run_s, s->threads,
            run_s * (double)(s->to - s->from) / (double)(s->threads ? s->threads : 1));
-    return status;
+    return ll_ok();
 }
 
 static ll_status open_store(sweep *s)
@@ -81,8 +79,7 @@ static ll_status open_store(sweep *s)
         status = ll_experiment_check_version(s->store, s->experiment, s->from, s->to);
     if (!ll_failed(&status) && s->store_url)
         status = ll_experiment_time(s->experiment, s->from, &run_s);
-    if (!ll_failed(&status))
-        status = ll_experiment_register(s->store, s->experiment, s->from, s->to, run_s, s->id);
+    LL_THEN(status, ll_experiment_register(s->store, s->experiment, s->from, s->to, run_s, s->id));
     if (!ll_failed(&status) && s->own_store[0]) /* of an interrupted sweep */
         status = s->store->kind->release(s->store);
     return status;
@@ -111,11 +108,8 @@ static ll_status work_here(sweep *s)
                                 .threads = (int)s->threads,
                                 .lease_s = s->store_url ? SHARED_LEASE_S : OWN_LEASE_S,
                                 .drain = true};
-    ll_status status = s->store->kind->record(s->store, s->id, &record);
-    if (!ll_failed(&status))
-        status = ll_workers_start(&config, &workers);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(s->store->kind->record(s->store, s->id, &record));
+    LL_TRY(ll_workers_start(&config, &workers));
     double started = seconds();
     while (isatty(STDERR_FILENO) && ll_workers_busy(workers)) {
         int64_t here = ll_workers_runs(workers);
@@ -149,8 +143,7 @@ static ll_status run_all(sweep *s)
     ll_status status = s->threads > 0 ? work_here(s) : wait_for_others(s);
     if (isatty(STDERR_FILENO))
         fputs("\r\033[K", stderr);
-    if (!ll_failed(&status))
-        status = s->store->kind->record(s->store, s->id, &record);
+    LL_THEN(status, s->store->kind->record(s->store, s->id, &record));
     if (!ll_failed(&status) && record.state != LL_EXPERIMENT_DONE)
         status = ll_error(LL_IO, "the experiment is %s with %" PRId64 " of %" PRId64 " runs done",
                           ll_experiment_state_names[record.state], record.done, record.to - record.from);
@@ -170,8 +163,8 @@ static ll_status make_table(const sweep *s, ll_stored_rows *rows, ll_result_tabl
     ll_status status = s->compare
                            ? ll_compare_rows(s->experiment, s->store, s->id, s->baseline, &baseline, &count)
                            : ll_ok();
-    if (!ll_failed(&status))
-        status = ll_result_table_compared(s->experiment, baseline, count, ll_stored_rows_next, rows, table);
+    LL_THEN(status,
+            ll_result_table_compared(s->experiment, baseline, count, ll_stored_rows_next, rows, table));
     free(baseline);
     return status;
 }
@@ -181,10 +174,8 @@ static ll_status write_out(const sweep *s)
     ll_stored_rows rows;
     ll_result_table *table = NULL;
     ll_status status = ll_stored_rows_open(&rows, s->store, s->id);
-    if (!ll_failed(&status))
-        status = make_table(s, &rows, &table);
-    if (!ll_failed(&status))
-        status = ll_argument_write(s->out, s->format, ll_result_table_get(table));
+    LL_THEN(status, make_table(s, &rows, &table));
+    LL_THEN(status, ll_argument_write(s->out, s->format, ll_result_table_get(table)));
     if (!ll_failed(&status) && ll_result_table_identical(table) > 0)
         fprintf(stderr,
                 "laglab: at %" PRId64 " of %" PRId64 " points all repeats gave identical metrics: nothing "
@@ -204,8 +195,7 @@ static ll_status write_report(const sweep *s)
     if (!file)
         return ll_error(LL_IO, "cannot write %.200s", s->report);
     ll_status status = ll_stored_rows_open(&rows, s->store, s->id);
-    if (!ll_failed(&status))
-        status = ll_report_write(s->experiment, s->store->version, ll_stored_rows_next, &rows, file);
+    LL_THEN(status, ll_report_write(s->experiment, s->store->version, ll_stored_rows_next, &rows, file));
     ll_stored_rows_close(&rows);
     if (fclose(file) != 0 && !ll_failed(&status))
         status = ll_error(LL_IO, "cannot write %.200s", s->report);
@@ -308,12 +298,9 @@ static ll_status prepare(sweep *s, int argc, char **argv)
     s->store_url = ll_result_store_url(s->store_url);
     if (!ll_failed(&status) && s->jobs)
         status = ll_argument_whole("--jobs", s->jobs, s->store_url ? 0 : 1, 256, &s->threads);
-    if (!ll_failed(&status))
-        status = ll_argument_format(s->format_name, s->out, &s->format);
-    if (!ll_failed(&status))
-        status = ll_experiment_load(name, s->scenarios, &s->experiment);
-    if (!ll_failed(&status))
-        status = find_shard(s);
+    LL_THEN(status, ll_argument_format(s->format_name, s->out, &s->format));
+    LL_THEN(status, ll_experiment_load(name, s->scenarios, &s->experiment));
+    LL_THEN(status, find_shard(s));
     if (!ll_failed(&status) && s->sensitivity)
         status = check_sensitivity(s);
     if (!ll_failed(&status) && s->compare && !s->points)
@@ -344,14 +331,11 @@ int ll_verb_sweep(int argc, char **argv)
         status = dry_run(&s);
     } else if (!ll_failed(&status)) {
         status = open_store(&s);
-        if (!ll_failed(&status))
-            status = run_all(&s);
-        if (!ll_failed(&status))
-            status = write_out(&s);
+        LL_THEN(status, run_all(&s));
+        LL_THEN(status, write_out(&s));
         if (!ll_failed(&status) && s.report)
             status = write_report(&s);
-        if (!ll_failed(&status))
-            status = write_traces(&s);
+        LL_THEN(status, write_traces(&s));
         ll_result_store_close(s.store);
         if (!ll_failed(&status))
             remove_own_store(&s);

@@ -165,8 +165,7 @@ static ll_status set_params(const request *q, const ll_ode_problem *problem, voi
 {
     ll_param_defaults(problem->params, params);
     ll_status status = ll_param_put(problem->params, params, q->set.items, q->set.count);
-    if (!ll_failed(&status))
-        status = ll_param_check(problem->params, params);
+    LL_THEN(status, ll_param_check(problem->params, params));
     if (!ll_failed(&status) && problem->prepare)
         problem->prepare(params);
     return status;
@@ -197,10 +196,8 @@ static ll_status measure_problem(const request *q)
                         "(fluid/cavity, rigid/column, hermite; --help lists all); got %.60s",
                         q->name ? q->name : "none");
     ll_status status = check_methods(q->methods);
-    if (!ll_failed(&status))
-        status = set_params(q, p.order.problem, p.params);
-    if (!ll_failed(&status))
-        status = set_duration(q, &p.order);
+    LL_THEN(status, set_params(q, p.order.problem, p.params));
+    LL_THEN(status, set_duration(q, &p.order));
     if (!ll_failed(&status))
         measure_methods(&p, &status); /* errors come before any output */
     return ll_failed(&status) ? status : write_rows(&table, q);
@@ -313,8 +310,7 @@ static ll_status measure_scenario(const request *q, const ll_refinement_series *
     s.refinement_run = ll_refinement_series_start(first, &s.order);
     if (!ll_failed(&status) && !measure_refinement_level(&s, &status) && !ll_failed(&status))
         status = ll_error(LL_BAD_INPUT, "%s has no series of the methods %.100s", q->name, q->methods);
-    if (!ll_failed(&status))
-        status = write_rows(&table, q);
+    LL_THEN(status, write_rows(&table, q));
     cJSON_Delete(json);
     return status;
 }
@@ -359,8 +355,7 @@ int ll_verb_work_precision(int argc, char **argv)
                      argc, argv, options, positional, &count);
     if (!ll_failed(&status) && count > 1)
         status = ll_error(LL_BAD_INPUT, "unexpected argument %.100s", positional[1]);
-    if (!ll_failed(&status))
-        status = ll_argument_format(q.format_name, q.out, &q.format);
+    LL_THEN(status, ll_argument_format(q.format_name, q.out, &q.format));
     if (ll_failed(&status))
         return ll_argument_fail(&status);
     q.name = count ? positional[0] : NULL;

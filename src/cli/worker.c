@@ -93,9 +93,7 @@ static ll_status work(const worker *w)
     sigaddset(&signals, SIGINT);
     sigaddset(&signals, SIGHUP);
     pthread_sigmask(SIG_BLOCK, &signals, NULL); /* before threads are made, which inherit it */
-    ll_status status = ll_workers_start(&config, &workers);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(ll_workers_start(&config, &workers));
     wait_for_end(w, workers, &signals);
     printf("{\"runs\":%" PRId64 "}\n", ll_workers_runs(workers));
     return ll_workers_join(workers);
@@ -108,8 +106,7 @@ static ll_status check_store(const worker *w)
     if (!w->id)
         return ll_ok();
     ll_status status = w->store->kind->record(w->store, w->id, &record);
-    if (!ll_failed(&status))
-        status = ll_result_store_check_version(w->store, &record);
+    LL_THEN(status, ll_result_store_check_version(w->store, &record));
     if (!ll_failed(&status) && record.state == LL_EXPERIMENT_FAILED)
         status =
             ll_error(LL_IO, "experiment %s failed: %d workers lost the same chunk", w->id, LL_ATTEMPTS_MAX);
@@ -122,14 +119,10 @@ int ll_verb_worker(int argc, char **argv)
     signal(SIGXFSZ,
            SIG_IGN); /* a file that may not grow is reported as an error of the store, like a full disk */
     ll_status status = parse(&w, argc, argv);
-    if (!ll_failed(&status))
-        status = ll_result_store_open(w.store_url, &w.store);
-    if (!ll_failed(&status))
-        status = check_store(&w);
-    if (!ll_failed(&status))
-        status = work(&w);
-    if (!ll_failed(&status))
-        status = check_store(&w);
+    LL_THEN(status, ll_result_store_open(w.store_url, &w.store));
+    LL_THEN(status, check_store(&w));
+    LL_THEN(status, work(&w));
+    LL_THEN(status, check_store(&w));
     if (!ll_failed(&status) && w.drain && !w.id) /* work is left that it may not do */
         status = ll_result_store_check_versions(w.store);
     ll_result_store_close(w.store);

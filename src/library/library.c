@@ -47,8 +47,7 @@ ll_status ll_scenario_read(const char *path, cJSON **json)
     char *text = NULL;
     size_t length = 0;
     ll_status status = read_file(path, &text, &length);
-    if (!ll_failed(&status))
-        status = ll_json_parse(text, length, json);
+    LL_THEN(status, ll_json_parse(text, length, json));
     free(text);
     return status;
 }

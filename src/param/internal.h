@@ -36,6 +36,9 @@ typedef struct ll_writer {
 void ll_append(ll_writer *writer, const char *format, ...) __attribute__((format(printf, 2, 3)));
 void ll_append_printable(ll_writer *writer, const char *text, size_t length, size_t limit);
 
+/* The allowed counts of a row, `1 to 8` or `at most 8`. */
+void ll_count_range(const ll_param *row, char *out, size_t size);
+
 /* The name in `table` that `name` is probably a misspelling of, or NULL. */
 const char *ll_nearest_name(const ll_param_table *table, const char *name, size_t length);
 

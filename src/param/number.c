@@ -92,6 +92,8 @@ void ll_number_text(double value, char out[32])
 cJSON *ll_param_number(double value)
 {
     char text[32];
+    if (value - value != 0)
+        return cJSON_CreateNull();
     snprintf(text, sizeof text, "%.15g", value);
     if (strtod(text, NULL) == value)
         return cJSON_CreateNumber(value);

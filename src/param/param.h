@@ -120,7 +120,7 @@ struct cJSON *ll_param_write(const ll_param_table *table, const void *object);
 
 /* A JSON number, written with the fewest of 15 to 17 digits that read back as `value`. cJSON itself would
  * round some: these are raw items (cJSON_IsRaw) with `valuedouble` set, which all functions here read as
- * numbers. */
+ * numbers. Null if it is not finite: JSON has no infinity. */
 struct cJSON *ll_param_number(double value);
 
 /* The fewest of 15 to 17 digits that read back as `value`. */

@@ -62,11 +62,7 @@ ll_status ll_parse_object(const ll_json_location *place, const cJSON *json, ll_p
 static ll_status wrong_count(const ll_param *row, const ll_path *path, int count)
 {
     char range[32];
-    ll_writer writer = {range, sizeof range, 0};
-    if (row->min > 0)
-        ll_append(&writer, "%.0f to %.0f", row->min, row->max);
-    else
-        ll_append(&writer, "at most %.0f", row->max);
+    ll_count_range(row, range, sizeof range);
     return ll_field_error(LL_BAD_INPUT, path->text, "%s: must have %s elements; got %d", path->text, range,
                           count);
 }
@@ -105,8 +101,7 @@ ll_status ll_param_parse(const ll_param_table *table, const cJSON *json, void *o
     ll_path path = ll_path_root(table);
     ll_json_location root = ll_json_location_root(table, copy);
     ll_status status = ll_parse_object(&root, json, &path);
-    if (!ll_failed(&status))
-        status = ll_run_checks(table, copy);
+    LL_THEN(status, ll_run_checks(table, copy));
     if (!ll_failed(&status))
         memcpy(object, copy, table->size);
     free(copy);

@@ -31,9 +31,8 @@ ll_status ll_param_set(const ll_param_table *table, void *object, const char *pa
 {
     cJSON *patch = cJSON_CreateObject();
     ll_status status = add(patch, path, value);
-    if (!ll_failed(&status))
-        status =
-            ll_patch_apply(table, patch, object, &(ll_patch_options){.live_only = live_only, .texts = true});
+    LL_THEN(status,
+            ll_patch_apply(table, patch, object, &(ll_patch_options){.live_only = live_only, .texts = true}));
     cJSON_Delete(patch);
     return status;
 }
@@ -44,8 +43,8 @@ ll_status ll_param_put(const ll_param_table *table, void *object, const char *co
     ll_status status = ll_ok();
     for (int i = 0; i < count && !ll_failed(&status); i++)
         status = add_pair(patch, sets[i]);
-    if (!ll_failed(&status))
-        status = ll_patch_apply(table, patch, object, &(ll_patch_options){.unchecked = true, .texts = true});
+    LL_THEN(status,
+            ll_patch_apply(table, patch, object, &(ll_patch_options){.unchecked = true, .texts = true}));
     cJSON_Delete(patch);
     return status;
 }

@@ -17,6 +17,15 @@ void ll_append(ll_writer *writer, const char *format, ...)
         writer->used += (size_t)length < room ? (size_t)length : room - 1;
 }
 
+void ll_count_range(const ll_param *row, char *out, size_t size)
+{
+    ll_writer writer = {out, size, 0};
+    if (row->min > 0)
+        ll_append(&writer, "%.0f to %.0f", row->min, row->max);
+    else
+        ll_append(&writer, "at most %.0f", row->max);
+}
+
 void ll_append_printable(ll_writer *writer, const char *text, size_t length, size_t limit)
 {
     size_t shown = 0;

@@ -83,11 +83,7 @@ static ll_status set_text(const ll_json_location *place, const cJSON *json, cons
     size_t length = strlen(text);
     if ((double)length < row->min || (double)length > row->max) {
         char range[48];
-        ll_writer writer = {range, sizeof range, 0};
-        if (row->min > 0)
-            ll_append(&writer, "%.0f to %.0f", row->min, row->max);
-        else
-            ll_append(&writer, "at most %.0f", row->max);
+        ll_count_range(row, range, sizeof range);
         return ll_field_error(LL_BAD_INPUT, path->text, "%s: must be a text of %s bytes; got %zu",
                               ll_path_subject(path), range, length);
     }

@@ -18,12 +18,10 @@ static const char *const types[LL_METRIC_TYPES] = {
 
 /* ---- values ---- */
 
-/* JSON has no infinity, and what was not counted is no number. */
+/* What was not counted is not finite: null. */
 static cJSON *number_of(const ll_metric_table *t, double value)
 {
-    if (value - value != 0)
-        return cJSON_CreateNull();
-    return t->short_numbers ? cJSON_CreateNumber(value) : ll_param_number(value);
+    return t->short_numbers && value - value == 0 ? cJSON_CreateNumber(value) : ll_param_number(value);
 }
 
 static cJSON *list_of(const ll_metric_table *t, const ll_metric_reading *v)
@@ -58,7 +56,7 @@ static cJSON *value_json(const ll_metric_table *t, ll_metric_type type, const ll
 {
     switch (type) {
     case LL_METRIC_FLAG:
-        return cJSON_CreateBool(v->number != 0);
+        return isnan(v->number) ? cJSON_CreateNull() : cJSON_CreateBool(v->number != 0);
     case LL_METRIC_TEXT:
         return v->text != NULL ? cJSON_CreateString(v->text) : NULL;
     case LL_METRIC_NUMBERS:
@@ -182,9 +180,7 @@ ll_status ll_metrics_valid(const ll_metric_table *const *tables)
         if (!is_name((*t)->path, "_.*") || !is_told((*t)->help) || (*t)->count < 1)
             return ll_error(LL_BAD_INPUT, "a table of metrics needs a path, help and rows");
         for (int i = 0; i < (*t)->count; i++) {
-            ll_status status = field_valid(*t, &(*t)->fields[i]);
-            if (ll_failed(&status))
-                return status;
+            LL_TRY(field_valid(*t, &(*t)->fields[i]));
             if (stands_twice(tables, t, &(*t)->fields[i]))
                 return ll_field_error(LL_BAD_INPUT, (*t)->fields[i].name, "two metrics of %s have this name",
                                       (*t)->path);

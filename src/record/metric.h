@@ -14,7 +14,8 @@
  *   LL_METRICS_PUT(object, &box_table, BOX_METRICS);    where `b` is known
  *
  * From these tables come the members of a run's metrics, GET /api/v1/metrics, the tables in docs, the page's
- * help, and what comparisons know of a metric. Columns of traces have lists of their own. */
+ * help, and what comparisons know of a metric. Columns of traces (record/trace.h) and of results
+ * (experiment/format/table.h) are lists of the same form. */
 #pragma once
 
 #include <stdbool.h>
@@ -94,6 +95,7 @@ typedef struct ll_metric_reading {
 #define LL_METRIC_IS_events .type = LL_METRIC_COUNT, .rare = true /* a count of rare ones */
 #define LL_METRIC_IS_event_rate .type = LL_METRIC_NUMBER, .rare = true
 #define LL_METRIC_IS_flag .type = LL_METRIC_FLAG
+#define LL_METRIC_IS_optional_flag .type = LL_METRIC_FLAG /* NaN: null */
 #define LL_METRIC_IS_text .type = LL_METRIC_TEXT
 #define LL_METRIC_IS_numbers .type = LL_METRIC_NUMBERS
 #define LL_METRIC_IS_distribution .type = LL_METRIC_DISTRIBUTION
@@ -115,6 +117,7 @@ typedef struct ll_metric_reading {
 #define LL_METRIC_OF_events(v) ll_metric_number((double)(v))
 #define LL_METRIC_OF_event_rate(v) ll_metric_number((double)(v))
 #define LL_METRIC_OF_flag(v) ll_metric_number((v) ? 1 : 0)
+#define LL_METRIC_OF_optional_flag(v) ll_metric_number((double)(v))
 #define LL_METRIC_OF_text(v) ll_metric_text(v)
 #define LL_METRIC_OF_numbers(v) (v)
 #define LL_METRIC_OF_distribution(v) (v)

@@ -145,9 +145,7 @@ ll_status ll_record_valid(const ll_record *r)
         if (r->fields[i].coding != LL_CODE_INT)
             return ll_field_error(LL_BAD_INPUT, r->fields[i].name, "keys and sizes must be whole numbers");
     for (int i = 0; i < r->count; i++) {
-        ll_status status = field_valid(r, &r->fields[i]);
-        if (ll_failed(&status))
-            return status;
+        LL_TRY(field_valid(r, &r->fields[i]));
     }
     return ll_ok();
 }

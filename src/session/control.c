@@ -145,9 +145,7 @@ ll_status ll_session_control(ll_session *s, ll_time wall, const cJSON *control)
 
 ll_status ll_session_begin_control(ll_session *s, ll_time wall, const cJSON *control)
 {
-    ll_status status = ll_session_wake(s);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(ll_session_wake(s));
     const cJSON *op = cJSON_GetObjectItemCaseSensitive(control, "op");
     if (!cJSON_IsString(op))
         return ll_field_error(LL_BAD_INPUT, "op",
@@ -156,7 +154,7 @@ ll_status ll_session_begin_control(ll_session *s, ll_time wall, const cJSON *con
     cJSON *rest = cJSON_Duplicate(control, true);
     cJSON_DeleteItemFromObjectCaseSensitive(rest, "op");
     ll_param_defaults(&control_table, &args);
-    status = ll_param_parse(&control_table, rest, &args);
+    ll_status status = ll_param_parse(&control_table, rest, &args);
     cJSON_Delete(rest);
     if (ll_failed(&status))
         return status;

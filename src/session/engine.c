@@ -51,14 +51,12 @@ void ll_session_keep_event(void *context, const void *row)
 
 static ll_status change_parameters(ll_session *s, const char *values)
 {
-    ll_status status = ll_apply_values(s->scenario.kind, s->config, values);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(ll_apply_values(s->scenario.kind, s->config, values));
     s->scenario.kind->change(s->block, s->config, ll_tick_time(s->tick, s->freq));
     s->stale = s->stale || (s->scenario.kind->begins_anew && s->tick > 0);
     s->epoch++;
     s->params_version++;
-    return status;
+    return ll_ok();
 }
 
 static void apply_entry(ll_session *s, const ll_log_entry *e)
@@ -130,6 +128,7 @@ void ll_session_take_checkpoint(ll_session *s)
     int64_t every = s->end / (LL_CHECKPOINTS + 1);
     if (every == 0 || s->tick == 0 || s->tick % every != 0 || s->tick / every > LL_CHECKPOINTS)
         return;
+    LL_ASSERT(s->tick / every >= 1); /* tick 0 needs no checkpoint */
     ll_checkpoint *checkpoint = &s->checkpoints[s->tick / every - 1];
     if (checkpoint->tick == s->tick)
         return;
@@ -237,6 +236,7 @@ void ll_session_start_from(ll_session *s, const ll_checkpoint *checkpoint, bool 
         made = s->scenario.kind->init(s->block, s->base);
     if (!checkpoint && !ll_failed(&made))
         made = run_tick_zero(s, record);
+    LL_ASSERT(!checkpoint || (checkpoint->tick > 0 && checkpoint->next <= s->log.count));
     s->tick = checkpoint ? checkpoint->tick : 0;
     s->next = checkpoint ? checkpoint->next : 0;
     s->step = checkpoint ? checkpoint->step : 0;

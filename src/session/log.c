@@ -10,8 +10,12 @@
 
 #include "session/internal.h"
 
+#include "base/assert.h"
+
 ll_status ll_log_append(ll_log *log, const ll_log_entry *entry)
 {
+    LL_ASSERT(log->count == 0 ||
+              entry->tick >= log->entries[log->count - 1].tick); /* in the order of ticks */
     if (log->count == log->capacity) {
         size_t capacity = log->capacity ? 2 * log->capacity : 16;
         ll_log_entry *entries = realloc(log->entries, capacity * sizeof *entries);
@@ -46,6 +50,7 @@ void ll_log_truncate(ll_log *log, size_t count)
 void ll_log_free(ll_log *log)
 {
     ll_log_truncate(log, 0);
+    LL_ASSERT(log->text_bytes == 0); /* all texts were counted */
     free(log->entries);
     *log = (ll_log){0};
 }

@@ -244,9 +244,7 @@ static ll_status copy_state(const ll_session *s, ll_session *c)
 
 ll_status ll_session_fork(ll_session *s, ll_log_line *on_line, void *context, ll_session **out)
 {
-    ll_status status = copy(s, ll_session_get_info(s).tick, on_line, context, out);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(copy(s, ll_session_get_info(s).tick, on_line, context, out));
     ll_session *c = *out;
     ll_session_info info = ll_session_get_info(s);
     c->tick = c->head = info.tick;
@@ -257,7 +255,7 @@ ll_status ll_session_fork(ll_session *s, ll_log_line *on_line, void *context, ll
         c->failed_hash = s->failed_hash;
         c->error = s->error;
     }
-    status = info.parked ? ll_session_wake(c) : copy_state(s, c);
+    ll_status status = info.parked ? ll_session_wake(c) : copy_state(s, c);
     if (ll_failed(&status)) {
         ll_session_destroy(c);
         *out = NULL;
@@ -271,8 +269,6 @@ ll_status ll_session_fork(ll_session *s, ll_log_line *on_line, void *context, ll
 }
 
 /* ---- trace ---- */
-
-enum { COLUMNS_MAX = 512 };
 
 typedef struct csv {
     void (*write)(void *context, const char *text, size_t length);
@@ -305,21 +301,23 @@ static void put_text(csv *out, const char *text)
 
 static void put_row(csv *out, const ll_session *s)
 {
-    double values[COLUMNS_MAX];
-    int n = s->scenario.kind->trace_row(s->block, values, COLUMNS_MAX);
+    double values[LL_TRACE_COLUMNS_MAX];
+    ll_trace_line trace = {.values = values};
+    s->scenario.kind->trace(s->block, &trace);
     put(out, "%.9g", ll_to_s(ll_tick_time(s->tick, s->freq)));
     put(out, ",%.0f", (double)s->tick);
-    for (int i = 0; i < n; i++)
+    for (int i = 0; i < trace.count; i++)
         put(out, ",%.9g", values[i]);
     put_text(out, "\r\n");
 }
 
 static void put_header(csv *out, const ll_session *s)
 {
-    char names[COLUMNS_MAX][48];
-    int n = s->scenario.kind->trace_columns(s->config, names, COLUMNS_MAX);
+    char names[LL_TRACE_COLUMNS_MAX][LL_TRACE_NAME_MAX];
+    ll_trace_line trace = {.names = names};
+    s->scenario.kind->trace(s->block, &trace);
     put_text(out, "time_s,tick");
-    for (int i = 0; i < n; i++) {
+    for (int i = 0; i < trace.count; i++) {
         put_text(out, ",");
         put_text(out, names[i]);
     }
@@ -331,6 +329,7 @@ ll_status ll_session_write_trace(ll_session *copy, int64_t from, int64_t to, con
 {
     csv out = {.write = write, .context = context};
     ll_piece piece = {1, 0};
+    LL_TRY(ll_session_wake(copy));
     put_header(&out, copy);
     ll_status status = ll_session_run_within(copy, from, interrupt);
     for (int64_t tick = from, stop = from; tick <= to && !ll_failed(&status); tick++) {
@@ -340,8 +339,7 @@ ll_status ll_session_write_trace(ll_session *copy, int64_t from, int64_t to, con
                                   (long long)to);
             stop = tick + piece.size;
         }
-        if (!ll_failed(&status))
-            status = ll_session_run_to(copy, tick);
+        LL_THEN(status, ll_session_run_to(copy, tick));
         if (!ll_failed(&status))
             put_row(&out, copy);
     }
@@ -357,10 +355,8 @@ ll_status ll_session_trace(ll_session *s, int64_t from, int64_t to,
         return ll_field_error(LL_BAD_INPUT, "to_s",
                               "from, to: must be in order from 0 to %lld; got %lld to %lld",
                               (long long)s->head, (long long)from, (long long)to);
-    ll_status status = ll_session_copy(s, to, &scratch);
-    if (ll_failed(&status))
-        return status;
-    status = ll_session_write_trace(scratch, from, to, NULL, write, context);
+    LL_TRY(ll_session_copy(s, to, &scratch));
+    ll_status status = ll_session_write_trace(scratch, from, to, NULL, write, context);
     ll_session_destroy(scratch);
     return status;
 }

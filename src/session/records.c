@@ -233,15 +233,27 @@ uint64_t ll_stream_schema_hash(void)
     return ll_record_schema_hash(records);
 }
 
+static void add_kind(cJSON *kinds, const ll_sim_kind *kind, const ll_metric_table *const *tables)
+{
+    cJSON *o = cJSON_CreateObject();
+    cJSON_AddStringToObject(o, "kind", kind->name);
+    cJSON_AddItemToObject(o, "tables", ll_metrics_schema(tables));
+    cJSON_AddItemToArray(kinds, o);
+}
+
 cJSON *ll_metrics_of_kinds(void)
 {
     cJSON *o = cJSON_CreateObject(), *kinds = cJSON_AddArrayToObject(o, "kinds");
-    for (int k = 0; ll_sim_kinds[k]; k++) {
-        cJSON *kind = cJSON_CreateObject();
-        cJSON_AddStringToObject(kind, "kind", ll_sim_kinds[k]->name);
-        cJSON_AddItemToObject(kind, "tables", ll_metrics_schema(ll_sim_kinds[k]->metric_tables));
-        cJSON_AddItemToArray(kinds, kind);
-    }
+    for (int k = 0; ll_sim_kinds[k]; k++)
+        add_kind(kinds, ll_sim_kinds[k], ll_sim_kinds[k]->metric_tables);
     cJSON_AddItemToObject(o, "common", ll_metrics_schema(ll_session_metric_tables));
+    return o;
+}
+
+cJSON *ll_traces_of_kinds(void)
+{
+    cJSON *o = cJSON_CreateObject(), *kinds = cJSON_AddArrayToObject(o, "kinds");
+    for (int k = 0; ll_sim_kinds[k]; k++)
+        add_kind(kinds, ll_sim_kinds[k], ll_sim_kinds[k]->trace_tables);
     return o;
 }

@@ -36,5 +36,6 @@ uint64_t ll_stream_schema_hash(void);
 
 /* GET /api/v1/metrics: the tables of metrics of all kinds (record/metric.h). Caller deletes. */
 struct cJSON *ll_metrics_of_kinds(void);
+struct cJSON *ll_traces_of_kinds(void); /* the same of the columns of traces (record/trace.h) */
 /* Those that stand in the metrics of every kind. */
 extern const ll_metric_table *const ll_session_metric_tables[];

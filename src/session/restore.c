@@ -29,10 +29,8 @@ static ll_status read_create(ll_session **session, const cJSON *o, ll_log_line *
     if (!cJSON_IsNumber(format) || format->valueint != LL_LOG_FORMAT)
         return bad_line(1, "not the header of a laglab log of format 1");
     ll_scenario scenario = {0};
-    ll_status status = ll_scenario_parse(cJSON_GetObjectItemCaseSensitive(o, "scenario"), &scenario);
-    if (ll_failed(&status))
-        return status;
-    status = ll_session_new(&scenario, scenario.config, on_line, context, session);
+    LL_TRY(ll_scenario_parse(cJSON_GetObjectItemCaseSensitive(o, "scenario"), &scenario));
+    ll_status status = ll_session_new(&scenario, scenario.config, on_line, context, session);
     const cJSON *version = cJSON_GetObjectItemCaseSensitive(o, "version");
     if (!ll_failed(&status) && cJSON_IsString(version)) /* older logs have no version */
         snprintf((*session)->version, sizeof(*session)->version, "%s", version->valuestring);
@@ -106,12 +104,10 @@ ll_status ll_input_read(const cJSON *o, ll_log_entry *entry)
     double tick = 0, player = 0, buttons = 0;
     *entry = (ll_log_entry){.op = LL_OP_INPUT};
     ll_status status = read_whole(o, "tick", 1e9, -1, &tick);
-    if (!ll_failed(&status))
-        status = read_whole(o, "player", LL_PLAYERS_MAX - 1, -1, &player);
+    LL_THEN(status, read_whole(o, "player", LL_PLAYERS_MAX - 1, -1, &player));
     for (int i = 0; i < 2 && !ll_failed(&status); i++)
         status = read_axis(axes, i, &entry->action.axis[i]);
-    if (!ll_failed(&status))
-        status = read_whole(o, "buttons", UINT32_MAX, 0, &buttons);
+    LL_THEN(status, read_whole(o, "buttons", UINT32_MAX, 0, &buttons));
     entry->tick = (int64_t)tick;
     entry->player = (int32_t)player;
     entry->action.buttons = (uint32_t)buttons;
@@ -246,8 +242,7 @@ ll_status ll_session_restore(const char *log, size_t length, ll_log_line *on_lin
     }
     if (!ll_failed(&status) && !*session)
         status = ll_error(LL_BAD_INPUT, "the log is empty");
-    if (!ll_failed(&status))
-        status = check_changes(*session);
+    LL_THEN(status, check_changes(*session));
     if (ll_failed(&status)) {
         ll_session_destroy(*session);
         *session = NULL;

@@ -51,8 +51,7 @@ ll_status ll_session_new(const ll_scenario *scenario, const void *base, ll_log_l
 ll_status ll_session_open(ll_scenario *scenario, ll_log_line *on_line, void *context, ll_session **session)
 {
     ll_status status = ll_session_new(scenario, scenario->config, on_line, context, session);
-    if (!ll_failed(&status))
-        status = ll_session_wake(*session);
+    LL_THEN(status, ll_session_wake(*session));
     if (!ll_failed(&status) &&
         (*session)->status == LL_SESSION_FAILED) /* the initial state could not be made */
         status = (*session)->error;
@@ -69,9 +68,7 @@ ll_status ll_session_create(const cJSON *json, int64_t seed, ll_log_line *on_lin
 {
     ll_scenario scenario = {0};
     *session = NULL;
-    ll_status status = ll_scenario_parse(json, &scenario);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(ll_scenario_parse(json, &scenario));
     if (seed >= 0)
         ((ll_scenario_head *)scenario.config)->seed = seed;
     return ll_session_open(&scenario, on_line, context, session);
@@ -149,9 +146,7 @@ void ll_session_move_to(ll_session *s, int64_t tick)
 ll_status ll_session_run_to(ll_session *s, int64_t tick)
 {
     s->interrupted = false;
-    ll_status status = ll_session_wake(s);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(ll_session_wake(s));
     if (tick < 0 || tick > s->end)
         return ll_field_error(LL_BAD_INPUT, "tick", "tick: must be 0 to %lld; got %lld", (long long)s->end,
                               (long long)tick);
@@ -203,9 +198,7 @@ static void drop_later_commands(ll_session *s)
 static ll_status append(ll_session *s, const ll_log_entry *entry)
 {
     drop_later_commands(s);
-    ll_status status = ll_log_append(&s->log, entry);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(ll_log_append(&s->log, entry));
     ll_session_apply_due(s);
     if (s->on_line)
         ll_session_emit_entry(entry, s->on_line, s->line_context);
@@ -260,16 +253,12 @@ static const ll_log_entry *last_input(const ll_session *s, int player)
 ll_status ll_session_input(ll_session *s, ll_time wall, int player, const ll_action *action)
 {
     (void)wall;
-    ll_status status = ll_session_wake(s);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(ll_session_wake(s));
     if (s->status == LL_SESSION_FAILED || s->tick >= s->end)
         return ll_error(LL_CONFLICT, "the session has ended");
     if (!s->scenario.kind->input)
         return ll_error(LL_CONFLICT, "kind %s has no players that take inputs", s->scenario.kind->name);
-    status = s->scenario.kind->accepts(s->config, player, action);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(s->scenario.kind->accepts(s->config, player, action));
     const ll_log_entry *last = last_input(s, player);
     const ll_action none = {0}, *held = last ? &last->action : &none;
     if (memcmp(held, action, sizeof *action) == 0)

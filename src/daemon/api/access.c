@@ -112,10 +112,8 @@ void ll_get_sessions(void *context, const ll_http_request *request, ll_http_resp
     if (!is_operator(api, request, response))
         return;
     ll_status status = whole(request, "after", 0, INT64_C(9007199254740991), &after);
-    if (!ll_failed(&status))
-        status = whole(request, "limit", 1, LIST_MOST, &most);
-    if (!ll_failed(&status))
-        status = ll_host_list(api->host, after, (int)most, &entries, &count);
+    LL_THEN(status, whole(request, "limit", 1, LIST_MOST, &most));
+    LL_THEN(status, ll_host_list(api->host, after, (int)most, &entries, &count));
     if (ll_failed(&status)) {
         ll_api_problem(response, request, &status);
         return;
@@ -187,8 +185,7 @@ void ll_put_creation(void *context, const ll_http_request *request, ll_http_resp
         return;
     const cJSON *value = cJSON_GetObjectItemCaseSensitive(body, "creation");
     ll_status status = ll_api_only(body, names);
-    if (!ll_failed(&status))
-        status = ll_access_set_creation(access_of(api), cJSON_IsString(value) ? value->valuestring : "");
+    LL_THEN(status, ll_access_set_creation(access_of(api), cJSON_IsString(value) ? value->valuestring : ""));
     if (ll_failed(&status))
         ll_api_problem(response, request, &status);
     else

@@ -26,9 +26,8 @@ static ll_status read_advise_request(const ll_api *api, const cJSON *body, ll_ad
     if (!ll_failed(&status) && runs &&
         !(cJSON_IsNumber(runs) && runs->valuedouble >= 1 && runs->valuedouble <= RUNS_MOST))
         status = ll_field_error(LL_BAD_INPUT, "runs", "runs: must be a number from 1 to %d.", RUNS_MOST);
-    if (!ll_failed(&status))
-        status = ll_experiment_parse(cJSON_GetObjectItemCaseSensitive(body, "experiment"), api->scenarios,
-                                     experiment);
+    LL_THEN(status, ll_experiment_parse(cJSON_GetObjectItemCaseSensitive(body, "experiment"), api->scenarios,
+                                        experiment));
     if (ll_failed(&status))
         return status;
     *request = (ll_advise_request){.experiment = *experiment,
@@ -93,8 +92,7 @@ void ll_post_advise(void *context, const ll_http_request *request, ll_http_respo
     ll_status status = read_advise_request(api, body, &q->request, &q->experiment);
     if (!ll_failed(&status) && !ll_host_allows_creation(api->host, request->peer))
         status = ll_error(LL_LIMIT, "Too many sessions and experiments created from this address.");
-    if (!ll_failed(&status))
-        status = ll_advise_check(&q->request);
+    LL_THEN(status, ll_advise_check(&q->request));
     if (ll_failed(&status)) {
         free_search(q);
     } else {

@@ -24,15 +24,13 @@ static void add_time(cJSON *json, const ll_session_info *info)
 static ll_status patch(void *context, ll_session *session, ll_time wall)
 {
     command_args *o = context;
-    ll_status status = ll_session_patch(session, wall, o->body);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(ll_session_patch(session, wall, o->body));
     ll_session_info info = ll_session_get_info(session);
     o->answer = cJSON_CreateObject();
     add_time(o->answer, &info);
     cJSON_AddNumberToObject(o->answer, "params_version", info.params_version);
     cJSON_AddItemToObject(o->answer, "params", ll_session_params(session));
-    return status;
+    return ll_ok();
 }
 
 static ll_status control(void *context, ll_session *session, ll_time wall)
@@ -59,13 +57,11 @@ static void answer_control(void *context, ll_session *session)
 static ll_status input(void *context, ll_session *session, ll_time wall)
 {
     command_args *o = context;
-    ll_status status = ll_session_input(session, wall, o->player, &o->action);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(ll_session_input(session, wall, o->player, &o->action));
     ll_session_info info = ll_session_get_info(session);
     o->answer = cJSON_CreateObject();
     add_time(o->answer, &info);
-    return status;
+    return ll_ok();
 }
 
 static void run_command(ll_api *api, const ll_http_request *request, ll_http_response *response,

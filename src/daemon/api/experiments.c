@@ -55,8 +55,7 @@ static ll_status check_size(const ll_api *api, const ll_experiment *e, int64_t r
 {
     ll_scenario scenario = {0};
     ll_status status = ll_experiment_open(e, run, &scenario);
-    if (!ll_failed(&status))
-        status = ll_quota_check_state(ll_host_get_config(api->host), &scenario);
+    LL_THEN(status, ll_quota_check_state(ll_host_get_config(api->host), &scenario));
     ll_scenario_free(&scenario);
     return status;
 }
@@ -67,11 +66,9 @@ static ll_status answer_dry_run(const ll_api *api, const ll_experiment *e, ll_ta
 {
     ll_row row;
     ll_interrupt interrupt = ll_task_interrupt(task);
-    ll_status status = check_size(api, e, 0);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(check_size(api, e, 0));
     double from = thread_seconds();
-    status = ll_experiment_run(e, 0, &interrupt, &row);
+    ll_status status = ll_experiment_run(e, 0, &interrupt, &row);
     double run_s = thread_seconds() - from;
     if (ll_failed(&status))
         return status;
@@ -88,9 +85,7 @@ static ll_status answer_created(ll_api *api, const ll_experiment *e, const char 
                                 ll_http_response *response)
 {
     char id[LL_ID_LENGTH + 1], key[LL_KEY_LENGTH + 1], location[80];
-    ll_status status = ll_experiments_add(api->experiments, e, client, id, key);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(ll_experiments_add(api->experiments, e, client, id, key));
     cJSON *json = cJSON_CreateObject();
     cJSON_AddStringToObject(json, "id", id);
     cJSON_AddStringToObject(json, "owner_key", key);
@@ -100,7 +95,7 @@ static ll_status answer_created(ll_api *api, const ll_experiment *e, const char 
     cJSON_Delete(json);
     snprintf(location, sizeof location, PATH "%s", id);
     ll_http_set_header(response, "Location", location);
-    return status;
+    return ll_ok();
 }
 
 void ll_post_experiments(void *context, const ll_http_request *request, ll_http_response *response)
@@ -121,9 +116,8 @@ void ll_post_experiments(void *context, const ll_http_request *request, ll_http_
         status = ll_error(LL_INTERRUPTED, "a dry run needs a task");
     if (!ll_failed(&status) && !ll_host_allows_creation(api->host, request->peer))
         status = ll_error(LL_LIMIT, "Too many sessions and experiments created from this address.");
-    if (!ll_failed(&status))
-        status = dry_only ? answer_dry_run(api, e, request->task, response)
-                          : answer_created(api, e, request->peer, response);
+    LL_THEN(status, dry_only ? answer_dry_run(api, e, request->task, response)
+                             : answer_created(api, e, request->peer, response));
     if (ll_failed(&status))
         ll_api_problem(response, request, &status);
     ll_experiment_free(e);
@@ -217,9 +211,7 @@ static ll_status read_op(const cJSON *body, ll_experiment_state *state)
                {"resume", LL_EXPERIMENT_RUNNING},
                {"cancel", LL_EXPERIMENT_CANCELLED}};
     const cJSON *op = cJSON_GetObjectItemCaseSensitive(body, "op");
-    ll_status status = ll_api_only(body, names);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(ll_api_only(body, names));
     for (size_t i = 0; i < sizeof ops / sizeof ops[0]; i++)
         if (cJSON_IsString(op) && strcmp(op->valuestring, ops[i].name) == 0) {
             *state = ops[i].state;
@@ -239,10 +231,8 @@ void ll_post_experiment_control(void *context, const ll_http_request *request, l
     cJSON *body = permitted(api, request, response, &record) ? ll_api_body(request, response) : NULL;
     if (body) {
         ll_status status = read_op(body, &state);
-        if (!ll_failed(&status))
-            status = ll_experiments_set(api->experiments, &record, state);
-        if (!ll_failed(&status))
-            status = ll_experiments_find(api->experiments, record.id, &record, NULL);
+        LL_THEN(status, ll_experiments_set(api->experiments, &record, state));
+        LL_THEN(status, ll_experiments_find(api->experiments, record.id, &record, NULL));
         if (ll_failed(&status))
             ll_api_problem(response, request, &status);
         else
@@ -290,8 +280,7 @@ void ll_get_experiment_run(void *context, const ll_http_request *request, ll_htt
     if (!find(context, request, response, &record, &e))
         return;
     ll_status status = read_run(request, e, &run);
-    if (!ll_failed(&status))
-        status = ll_experiment_open(e, run, &scenario);
+    LL_THEN(status, ll_experiment_open(e, run, &scenario));
     if (ll_failed(&status)) {
         ll_api_problem(response, request, &status);
     } else {
@@ -408,8 +397,7 @@ static ll_status read_results_query(const ll_http_request *request, const ll_exp
     const char *compare = ll_http_query(request, "compare");
     w->compare = -1;
     ll_status status = query_flag(request, "points", &w->points);
-    if (!ll_failed(&status))
-        status = query_flag(request, "sensitivity", &w->sensitivity);
+    LL_THEN(status, query_flag(request, "sensitivity", &w->sensitivity));
     if (!ll_failed(&status) && compare && w->points && !w->sensitivity)
         status = ll_compare_point(e, "compare", compare, &w->compare);
     return status;
@@ -428,8 +416,7 @@ static ll_status make_table(ll_api *api, const ll_experiment_record *record, con
     if (w->compare >= 0)
         status = ll_compare_rows(e, ll_experiments_store(api->experiments), record->id, w->compare, &baseline,
                                  &count);
-    if (!ll_failed(&status))
-        status = ll_result_table_compared(e, baseline, count, next_row, rows, table);
+    LL_THEN(status, ll_result_table_compared(e, baseline, count, next_row, rows, table));
     free(baseline);
     return status;
 }
@@ -441,10 +428,8 @@ static ll_status write_table(ll_api *api, ll_task *task, const ll_experiment_rec
     yielding_rows a = {.task = task};
     ll_result_table *table = NULL;
     ll_status status = ll_stored_rows_open(&a.rows, ll_experiments_store(api->experiments), record->id);
-    if (!ll_failed(&status))
-        status = make_table(api, record, e, w, &a, &table);
-    if (!ll_failed(&status))
-        status = format->write(ll_result_table_get(table), file);
+    LL_THEN(status, make_table(api, record, e, w, &a, &table));
+    LL_THEN(status, format->write(ll_result_table_get(table), file));
     ll_result_table_free(table);
     ll_stored_rows_close(&a.rows);
     return status;

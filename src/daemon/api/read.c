@@ -112,13 +112,11 @@ static ll_status fill_state(ll_session *session, const ll_http_request *request,
 static ll_status finish_state(reader *r, ll_task *task, ll_http_response *response)
 {
     ll_interrupt interrupt = ll_task_interrupt(task);
-    ll_status status = ll_session_run_within(r->copy, r->to, &interrupt);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(ll_session_run_within(r->copy, r->to, &interrupt));
     cJSON *json = ll_session_state(r->copy);
     ll_http_json(response, 200, json);
     cJSON_Delete(json);
-    return status;
+    return ll_ok();
 }
 
 static ll_status fill_metrics(ll_session *session, const ll_http_request *request, ll_http_response *response,
@@ -143,8 +141,7 @@ static ll_status fill_trace(ll_session *session, const ll_http_request *request,
     ll_session_info info = ll_session_get_info(session);
     double log_end_s = (double)info.head / 1e9, from_s = 0, to_s = log_end_s;
     ll_status status = query_number(request, "from_s", 0, 1e9, &from_s);
-    if (!ll_failed(&status))
-        status = query_number(request, "to_s", 0, 1e9, &to_s);
+    LL_THEN(status, query_number(request, "to_s", 0, 1e9, &to_s));
     if (!ll_failed(&status) && from_s > to_s)
         status = ll_field_error(LL_BAD_INPUT, "from_s", "from_s: must be at most to_s; got %g and %g", from_s,
                                 to_s);

@@ -23,10 +23,8 @@ static ll_status set_paths(cJSON **scenario, const cJSON *set)
             LL_BAD_INPUT, "set",
             "set: must be an object of paths and values, such as {\"players.1.lag_ms\":250}.");
     ll_scenario parsed = {0};
-    ll_status status = ll_scenario_parse(*scenario, &parsed);
-    if (ll_failed(&status))
-        return status;
-    status = ll_param_merge(parsed.kind->table, set, parsed.config);
+    LL_TRY(ll_scenario_parse(*scenario, &parsed));
+    ll_status status = ll_param_merge(parsed.kind->table, set, parsed.config);
     if (!ll_failed(&status)) {
         cJSON_Delete(*scenario);
         *scenario = ll_param_write(parsed.kind->table, parsed.config);
@@ -150,10 +148,8 @@ static char *create_new(ll_api *api, const ll_http_request *request, ll_http_res
     ll_workload *workload = NULL;
     ll_create_request create = {.seed = -1, .peer = request->peer, .task = request->task};
     ll_status status = ll_api_only(body, names);
-    if (!ll_failed(&status))
-        status = read_options(body, &create);
-    if (!ll_failed(&status))
-        status = read_scenario(api, body, &scenario);
+    LL_THEN(status, read_options(body, &create));
+    LL_THEN(status, read_scenario(api, body, &scenario));
     if (!ll_failed(&status) && cJSON_HasObjectItem(body, "workload"))
         status = ll_workload_parse(cJSON_GetObjectItemCaseSensitive(body, "workload"), &workload);
     create.scenario = scenario;
@@ -220,8 +216,7 @@ void ll_post_fork(void *context, const ll_http_request *request, ll_http_respons
         ll_create_request create = {
             .origin = origin, .seed = -1, .paused = true, .peer = request->peer, .task = request->task};
         ll_status status = ll_api_only(body, names);
-        if (!ll_failed(&status))
-            status = read_options(body, &create);
+        LL_THEN(status, read_options(body, &create));
         if (ll_failed(&status))
             ll_api_problem(response, request, &status);
         else

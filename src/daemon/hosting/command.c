@@ -12,13 +12,11 @@ static ll_status take(ll_session_entry *session_entry, const ll_command_request 
         atomic_fetch_add(&session_entry->host->refused_commands, 1);
         return ll_error(LL_LIMIT, "commands: must be at most %g/s for one session", rate);
     }
-    ll_status status = ll_quota_check_line(session_entry, request->clock);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(ll_quota_check_line(session_entry, request->clock));
     if (now > session_entry->wall)
         session_entry->wall = now;
     int64_t lines = session_entry->lines;
-    status = ll_session_entry_change(session_entry, request, session);
+    ll_status status = ll_session_entry_change(session_entry, request, session);
     if (!ll_failed(&status))
         session_entry->command_count++;
     if (!ll_failed(&status) || lines != session_entry->lines)
@@ -72,15 +70,13 @@ static ll_status finish_seek(ll_session_entry *session_entry, ll_task *task)
 static ll_status apply(ll_session_entry *session_entry, const ll_command_request *request, uint64_t *ticket)
 {
     ll_session *session;
-    ll_status status = ll_session_entry_enter(session_entry, request->task, &session, NULL);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(ll_session_entry_enter(session_entry, request->task, &session, NULL));
     ll_session_entry_stop_work(session_entry);
     if (session_entry->deleted || !session_entry->session) {
         pthread_mutex_unlock(&session_entry->lock);
         return ll_error(LL_NOT_FOUND, "Session not found.");
     }
-    status = take(session_entry, request, session);
+    ll_status status = take(session_entry, request, session);
     if (!ll_failed(&status) && request->task) {
         status = finish_seek(session_entry, request->task);
         if (status.code == LL_NOT_FOUND)
@@ -95,15 +91,11 @@ static ll_status apply(ll_session_entry *session_entry, const ll_command_request
 
 ll_status ll_host_command(ll_host *host, ll_session_entry *session_entry, const ll_command_request *request)
 {
-    ll_status status = ll_host_check_store(host);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(ll_host_check_store(host));
     uint64_t ticket = 0;
-    status = apply(session_entry, request, &ticket);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(apply(session_entry, request, &ticket));
     atomic_fetch_add(&host->commands, 1);
-    status = ll_store_wait(host->store, ticket);
+    ll_status status = ll_store_wait(host->store, ticket);
     if (ll_failed(&status)) {
         atomic_fetch_add(&host->refused_store, 1);
         return ll_error(LL_IO, "Command not stored; a restart may lose it: %.170s", status.text);
@@ -138,10 +130,9 @@ bool ll_host_discard(ll_host *host, ll_session_entry *session_entry, uint64_t *t
 
 ll_status ll_host_delete(ll_host *host, ll_session_entry *session_entry, ll_task *task)
 {
-    ll_status status = ll_host_check_store(host);
-    if (ll_failed(&status))
-        return status;
-    status = ll_session_entry_lock(session_entry, task); /* a task that runs it unlocks within a piece */
+    LL_TRY(ll_host_check_store(host));
+    ll_status status =
+        ll_session_entry_lock(session_entry, task); /* a task that runs it unlocks within a piece */
     if (ll_failed(&status))
         return status;
     pthread_mutex_unlock(&session_entry->lock);

@@ -36,10 +36,9 @@ static bool make_keys(ll_session_entry *session_entry, ll_created_session *creat
 static ll_status create_fork(ll_session_entry *origin, ll_task *task, ll_session_entry *session_entry)
 {
     ll_session *session;
-    ll_status status = ll_session_entry_enter(origin, task, &session, NULL);
-    if (ll_failed(&status))
-        return status;
-    status = ll_session_fork(session, ll_session_entry_on_line, session_entry, &session_entry->session);
+    LL_TRY(ll_session_entry_enter(origin, task, &session, NULL));
+    ll_status status =
+        ll_session_fork(session, ll_session_entry_on_line, session_entry, &session_entry->session);
     ll_session_entry_leave(origin);
     return status;
 }
@@ -87,9 +86,7 @@ bool ll_host_allows_creation(ll_host *host, const char *peer)
 
 static ll_status check_limits(ll_host *host, const ll_create_request *request)
 {
-    ll_status status = ll_host_check_store(host);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(ll_host_check_store(host));
     return ll_quota_check_session(host, request->peer,
                                   request->origin ? atomic_load(&request->origin->log_bytes) : 0);
 }
@@ -100,12 +97,10 @@ static ll_status read_scenario(const ll_host *host, const ll_create_request *req
 {
     if (request->origin)
         return ll_ok();
-    ll_status status = ll_scenario_parse(request->scenario, scenario);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(ll_scenario_parse(request->scenario, scenario));
     if (request->seed >= 0)
         ((ll_scenario_head *)scenario->config)->seed = request->seed;
-    status = ll_quota_check_state(&host->config, scenario);
+    ll_status status = ll_quota_check_state(&host->config, scenario);
     if (ll_failed(&status)) {
         ll_scenario_free(scenario);
         return status;
@@ -139,8 +134,7 @@ ll_status ll_host_create_session(ll_host *host, const ll_create_request *request
     memset(created, 0, sizeof *created);
     ll_scenario scenario = {0};
     ll_status status = read_scenario(host, request, &scenario);
-    if (!ll_failed(&status))
-        status = check_limits(host, request);
+    LL_THEN(status, check_limits(host, request));
     ll_session_entry *session_entry = ll_failed(&status) ? NULL : ll_session_entry_new(host);
     if (ll_failed(&status)) {
         ll_scenario_free(&scenario);
@@ -155,10 +149,8 @@ ll_status ll_host_create_session(ll_host *host, const ll_create_request *request
     session_entry->client_bytes = ll_quota_client_bytes(host, request->peer);
     pthread_mutex_lock(&session_entry->lock);
     status = make_session(session_entry, request, &scenario, created);
-    if (!ll_failed(&status))
-        status = ll_session_entry_fits(session_entry);
-    if (!ll_failed(&status))
-        status = register_created(host, session_entry, created);
+    LL_THEN(status, ll_session_entry_fits(session_entry));
+    LL_THEN(status, register_created(host, session_entry, created));
     if (ll_failed(&status) && session_entry->lines > 0)
         ll_store_delete(host->store, session_entry->stored.number);
     if (!ll_failed(&status))

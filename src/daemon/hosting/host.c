@@ -119,6 +119,7 @@ void ll_session_entry_on_line(void *context, const char *line, size_t length)
 
 void ll_session_entry_count_memory(ll_session_entry *session_entry, int64_t bytes)
 {
+    LL_ASSERT(bytes >= 0);
     atomic_fetch_add(&session_entry->host->memory, bytes - session_entry->memory);
     session_entry->memory = bytes;
 }
@@ -189,12 +190,10 @@ ll_status ll_session_entry_load(ll_session_entry *session_entry)
         return ll_ok();
     char *text = NULL;
     size_t length = 0;
-    ll_status status =
-        ll_store_read_log(session_entry->host->store, session_entry->stored.number, &text, &length);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(ll_store_read_log(session_entry->host->store, session_entry->stored.number, &text, &length));
+    LL_ASSERT(!session_entry->restoring); /* one thread loads it */
     session_entry->restoring = true;
-    status =
+    ll_status status =
         ll_session_restore(text, length, ll_session_entry_on_line, session_entry, &session_entry->session);
     session_entry->restoring = false;
     free(text);
@@ -226,6 +225,7 @@ bool ll_session_entry_is_heavy(const ll_session_entry *session_entry)
 
 static void update_mean_cost(ll_session_entry *session_entry, int64_t ns, int64_t ticks)
 {
+    LL_ASSERT(ticks > 0 && ns >= 0);
     double each = (double)ns / (double)ticks, weight = session_entry->tick_ns == 0 ? 1
                                                        : ticks > 16                ? 0.5
                                                                                    : 0.1;
@@ -414,10 +414,8 @@ static ll_status begin_wake(ll_session_entry *session_entry)
 {
     bool loaded = !session_entry->session;
     ll_status status = ll_session_entry_load(session_entry);
-    if (!ll_failed(&status))
-        status = ll_session_entry_fits(session_entry);
-    if (!ll_failed(&status))
-        status = ll_session_begin_wake(session_entry->session);
+    LL_THEN(status, ll_session_entry_fits(session_entry));
+    LL_THEN(status, ll_session_begin_wake(session_entry->session));
     if (ll_failed(&status) && session_entry->session) {
         if (loaded)
             ll_session_park(session_entry->session);
@@ -498,9 +496,7 @@ ll_status ll_session_entry_enter(ll_session_entry *session_entry, ll_task *task,
                                  bool *was_parked)
 {
     atomic_store(&session_entry->last_used, ll_host_now());
-    ll_status status = ll_session_entry_lock(session_entry, task);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(ll_session_entry_lock(session_entry, task));
     bool parked = session_entry->session && ll_session_get_info(session_entry->session).parked;
     if (was_parked)
         *was_parked = parked;
@@ -508,9 +504,8 @@ ll_status ll_session_entry_enter(ll_session_entry *session_entry, ll_task *task,
         pthread_mutex_unlock(&session_entry->lock);
         return ll_error(LL_INTERRUPTED, "the session was parked");
     }
-    status = wake(session_entry, task);
-    if (!ll_failed(&status))
-        status = catch_up(session_entry, task);
+    ll_status status = wake(session_entry, task);
+    LL_THEN(status, catch_up(session_entry, task));
     *session = session_entry->session;
     return status;
 }

@@ -154,16 +154,12 @@ ll_status ll_host_start(ll_host *host, ll_ws *ws)
         for (ll_session_entry *session_entry = host->by_id[i]; session_entry;
              session_entry = session_entry->next_by_id) {
             ll_session_entry_retain(session_entry); /* for the stream */
-            ll_status status = ll_ws_stream_open(ws, LL_STREAM_SESSION, session_entry->id, session_entry,
-                                                 &session_entry->stream);
-            if (ll_failed(&status))
-                return status;
+            LL_TRY(ll_ws_stream_open(ws, LL_STREAM_SESSION, session_entry->id, session_entry,
+                                     &session_entry->stream));
         }
     }
     for (int i = 0; i < host->worker_count; i++) {
-        ll_status status = ll_worker_start(&host->workers[i]);
-        if (ll_failed(&status))
-            return status;
+        LL_TRY(ll_worker_start(&host->workers[i]));
     }
     host->reaper_started = pthread_create(&host->reaper, NULL, reap_expired, host) == 0;
     return host->reaper_started ? ll_ok() : ll_error(LL_NO_MEMORY, "cannot start reaper thread");

@@ -71,8 +71,7 @@ ll_status ll_quota_check_line(ll_session_entry *session_entry, bool clock)
 ll_status ll_quota_check_session(ll_host *host, const char *client, int64_t bytes)
 {
     ll_status status = total_full(host, bytes);
-    if (!ll_failed(&status))
-        status = client_full(host, ll_quota_client_bytes(host, client), bytes);
+    LL_THEN(status, client_full(host, ll_quota_client_bytes(host, client), bytes));
     if (ll_failed(&status))
         return status;
     double sessions = 1 + (double)(bytes / LL_QUOTA_FORK_BYTES), most = host->config.max_new_sessions_per_min;

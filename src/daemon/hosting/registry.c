@@ -6,6 +6,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "base/assert.h"
 #include "base/hash.h"
 #include "daemon/hosting/session_entry.h"
 #include "daemon/support/log.h"
@@ -73,6 +74,7 @@ bool ll_host_register(ll_host *host, ll_session_entry *session_entry)
         *by_id = session_entry;
         session_entry->next_by_code = *by_code;
         *by_code = session_entry;
+        LL_ASSERT(session_entry->code[0] != '\0' && host->worker_count > 0);
         unsigned place = host->next_place++;
         session_entry->worker = (int)(place % (unsigned)host->worker_count);
         session_entry->slot = (int)(place / (unsigned)host->worker_count % LL_SLOTS);
@@ -95,8 +97,8 @@ void ll_host_unregister(ll_host *host, ll_session_entry *session_entry)
         link = &host->by_code[bucket_of(session_entry->code)];
         while (*link && *link != session_entry)
             link = &(*link)->next_by_code;
-        if (*link)
-            *link = session_entry->next_by_code;
+        LL_ASSERT(*link != NULL && host->sessions > 0); /* in both tables or in none */
+        *link = session_entry->next_by_code;
         host->sessions--;
         found = true;
     }

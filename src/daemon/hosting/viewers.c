@@ -144,17 +144,13 @@ void ll_viewers_send_hellos(ll_session_entry *session_entry)
 static ll_status apply_input(ll_session_entry *session_entry, ll_time wall, const ll_stream_input *input)
 {
     ll_host *host = session_entry->host;
-    ll_status status = ll_host_check_store(host);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(ll_host_check_store(host));
     double rate = host->config.max_commands_per_s;
     if (!ll_bucket_take(&session_entry->commands, rate, rate * 2, wall)) {
         atomic_fetch_add(&host->refused_commands, 1);
         return ll_error(LL_LIMIT, "commands: must be at most %g/s for one session", rate);
     }
-    status = ll_quota_check_line(session_entry, false);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(ll_quota_check_line(session_entry, false));
     return ll_session_input(session_entry->session, wall, input->player, &input->action);
 }
 
@@ -234,9 +230,7 @@ static ll_status take_input(message *m, const cJSON *value)
 {
     int player;
     ll_action action;
-    ll_status status = ll_action_parse(value, "input", &player, &action);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(ll_action_parse(value, "input", &player, &action));
     int role = role_of(m->session_entry, m->viewer);
     if (role != LL_ROLE_OWNER && role != player)
         return ll_field_error(LL_FORBIDDEN, "input.player",
@@ -299,9 +293,7 @@ static ll_status take_subscribe(message *m, const cJSON *value)
                               "subscribe: must be an object: of each channel its rate in Hz.");
     cJSON_ArrayForEach(member, value)
     {
-        ll_status status = read_rate(member, &subscription);
-        if (ll_failed(&status))
-            return status;
+        LL_TRY(read_rate(member, &subscription));
     }
     ll_ws_subscribe(m->session_entry->host->ws, m->viewer, &subscription);
     cJSON *json = answer("reply", m->reply_id);
@@ -343,9 +335,7 @@ static ll_status take_message(message *m)
     if (!cJSON_IsObject(m->json))
         return ll_error(LL_BAD_INPUT, "A message must be an object with one of ack, auth, input, ping or "
                                       "subscribe, and an id if a reply is wanted.");
-    ll_status status = read_id(m);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(read_id(m));
     const cJSON *member, *found = NULL;
     size_t kind = 0;
     cJSON_ArrayForEach(member, m->json)
@@ -375,8 +365,7 @@ static void on_message(void *context, void *session, ll_ws_viewer viewer, const 
     cJSON *json = NULL;
     ll_status status = ll_json_parse(text, length, &json);
     m.json = json;
-    if (!ll_failed(&status))
-        status = take_message(&m);
+    LL_THEN(status, take_message(&m));
     if (ll_failed(&status))
         send_error(host, viewer, m.reply_id, &status);
     cJSON_Delete(json);

@@ -138,8 +138,7 @@ static ll_status start_workers(ll_experiments *x)
                                 .persist = true};
     ll_status status =
         shared ? ll_ok() : x->store->kind->release(x->store); /* leases of a daemon that was killed */
-    if (!ll_failed(&status))
-        status = ll_workers_start(&config, &x->workers);
+    LL_THEN(status, ll_workers_start(&config, &x->workers));
     if (ll_failed(&status))
         return status;
     ll_status versions = ll_result_store_check_versions(x->store);
@@ -160,10 +159,8 @@ ll_status ll_experiments_open(const char *folder, const ll_host_config *config, 
     snprintf(url, sizeof url, folder ? "sqlite:%s/experiments.db" : "sqlite::memory:", folder);
     int64_t present;
     ll_status status = ll_result_store_open(shared ? shared : url, &x->store);
-    if (!ll_failed(&status))
-        status = expire(x, &present);
-    if (!ll_failed(&status))
-        status = start_workers(x);
+    LL_THEN(status, expire(x, &present));
+    LL_THEN(status, start_workers(x));
     if (ll_failed(&status)) {
         ll_experiments_close(x);
         *experiments = NULL;
@@ -181,9 +178,7 @@ ll_status ll_experiments_open_streams(ll_experiments *x, ll_ws *ws)
     ll_progress *progress;
     const ll_progress_source source = {x, ll_experiments_find, ll_experiments_describe,
                                        ll_experiments_delete_expired};
-    ll_status status = ll_progress_start(&source, ws, &progress);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(ll_progress_start(&source, ws, &progress));
     atomic_store(&x->progress, progress);
     return x->store->kind->list(x->store, show, progress);
 }
@@ -343,9 +338,7 @@ ll_status ll_experiments_add(ll_experiments *x, const ll_experiment *e, const ch
                              char id[LL_ID_LENGTH + 1], char key[LL_KEY_LENGTH + 1])
 {
     ll_experiment_record record = {.to = e->runs};
-    ll_status status = allowed(x, e, client);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(allowed(x, e, client));
     if (!ll_new_id(id) || !ll_new_key(key) || !hash_text(key, record.owner_hash))
         return ll_error(LL_NO_MEMORY, "Random numbers for keys not available.");
     snprintf(record.id, sizeof record.id, "%s", id);
@@ -353,7 +346,7 @@ ll_status ll_experiments_add(ll_experiments *x, const ll_experiment *e, const ch
     if (!text)
         return ll_error(LL_NO_MEMORY, "out of memory: experiment");
     begin_rate(x, id, 0);
-    status = x->store->kind->create(x->store, &record, text, ll_experiment_chunk(e, e->runs, 0));
+    ll_status status = x->store->kind->create(x->store, &record, text, ll_experiment_chunk(e, e->runs, 0));
     free(text);
     if (x->workers)
         ll_workers_notify(x->workers);
@@ -378,10 +371,8 @@ ll_status ll_experiments_find(ll_experiments *x, const char *id, ll_experiment_r
         return status;
     ll_progress_add(atomic_load(&x->progress), id); /* another machine may have created it */
     status = x->store->kind->specification(x->store, id, &text);
-    if (!ll_failed(&status))
-        status = ll_json_parse(text, strlen(text), &json);
-    if (!ll_failed(&status))
-        status = ll_experiment_parse(json, x->config->scenarios, experiment);
+    LL_THEN(status, ll_json_parse(text, strlen(text), &json));
+    LL_THEN(status, ll_experiment_parse(json, x->config->scenarios, experiment));
     cJSON_Delete(json);
     free(text);
     return status;
@@ -394,8 +385,7 @@ ll_status ll_experiments_set(ll_experiments *x, const ll_experiment_record *reco
                         ll_experiment_state_names[record->state]);
     ll_status status =
         state == LL_EXPERIMENT_RUNNING ? ll_result_store_check_version(x->store, record) : ll_ok();
-    if (!ll_failed(&status))
-        status = x->store->kind->set_state(x->store, record->id, state);
+    LL_THEN(status, x->store->kind->set_state(x->store, record->id, state));
     if (ll_failed(&status) || state != LL_EXPERIMENT_RUNNING)
         return status;
     begin_rate(x, record->id, record->done);

@@ -161,13 +161,11 @@ static ll_status add_locked(ll_jobs *jobs, job *j)
         return ll_error(LL_LIMIT, "Limit of %d searches of one client reached.", running);
     if (jobs->count >= JOBS_MAX)
         return ll_error(LL_LIMIT, "Limit of %d jobs reached.", jobs->count);
-    ll_status status = ll_tasks_add(jobs->tasks, &spec, &j->task);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(ll_tasks_add(jobs->tasks, &spec, &j->task));
     j->next = jobs->first;
     jobs->first = j;
     jobs->count++;
-    return status;
+    return ll_ok();
 }
 
 ll_status ll_jobs_add(ll_jobs *jobs, const ll_job_spec *spec, char id[LL_ID_LENGTH + 1],

@@ -127,6 +127,7 @@ void ll_connection_limiter_leave(ll_connection_limiter *connection_limiter,
         return;
     }
     pthread_mutex_lock(&connection_limiter->lock);
+    LL_ASSERT(connection_limiter->total > 0);
     connection_limiter->total--;
     if (!pass->many) {
         uint32_t at = find(connection_limiter, pass->address);

@@ -5,6 +5,8 @@
 
 #include <openssl/evp.h>
 
+#include "base/assert.h"
+
 enum { PROTOCOL_ERROR = 1002, NOT_UTF8 = 1007 };
 
 static ll_framing_event fault(ll_framing *f, int code, const char *text)
@@ -174,6 +176,7 @@ static ll_framing_event take_payload(ll_framing *f, unsigned char *bytes, size_t
     *used += taken;
     f->left -= taken;
     bool ended = f->left == 0, control = is_control(opcode_of(f));
+    LL_ASSERT(!control || (size_t)f->control_size + taken <= sizeof f->control); /* the head was checked */
     if (control && taken > 0) {
         memcpy(f->control + f->control_size, bytes, taken);
         f->control_size += (int)taken;
@@ -194,6 +197,7 @@ ll_framing_event ll_framing_read(ll_framing *f, unsigned char *bytes, size_t siz
     while (*used < size) {
         if (!f->in_payload) {
             const char *wrong = NULL;
+            LL_ASSERT(f->head_size < (int)sizeof f->head);
             f->head[f->head_size++] = bytes[(*used)++];
             if (f->head_size == 2)
                 wrong = first_bytes_error(f);

@@ -122,18 +122,14 @@ static ll_status start(daemon_parts *d)
 {
     ll_status status = ll_access_open(&d->access_config, &d->access);
     d->host_config.access = &d->access;
-    if (!ll_failed(&status))
-        status = open_store(d);
+    LL_THEN(status, open_store(d));
     if (!ll_failed(&status) && d->store)
         setenv("TMPDIR", d->host_config.data, 1); /* it may be the only writable folder */
-    if (!ll_failed(&status))
-        status = ll_tasks_start((int)d->host_config.work_threads, &d->tasks);
-    if (!ll_failed(&status))
-        status = ll_host_create(&d->host_config, d->store, d->tasks, &d->host);
-    if (!ll_failed(&status))
-        status = ll_experiments_open(d->store ? d->host_config.data : NULL, &d->host_config, &d->experiments);
-    if (!ll_failed(&status))
-        status = ll_api_init(&d->api, d->host, d->store, d->experiments, d->tasks);
+    LL_THEN(status, ll_tasks_start((int)d->host_config.work_threads, &d->tasks));
+    LL_THEN(status, ll_host_create(&d->host_config, d->store, d->tasks, &d->host));
+    LL_THEN(status,
+            ll_experiments_open(d->store ? d->host_config.data : NULL, &d->host_config, &d->experiments));
+    LL_THEN(status, ll_api_init(&d->api, d->host, d->store, d->experiments, d->tasks));
     if (ll_failed(&status))
         return status;
     ll_http_app app = {
@@ -149,8 +145,7 @@ static ll_status start(daemon_parts *d)
         return status;
     atomic_store(&d->api.web_server, d->web_server);
     status = ll_experiments_open_streams(d->experiments, ll_web_server_ws(d->web_server));
-    if (!ll_failed(&status))
-        status = ll_host_start(d->host, ll_web_server_ws(d->web_server));
+    LL_THEN(status, ll_host_start(d->host, ll_web_server_ws(d->web_server)));
     if (!ll_failed(&status))
         atomic_store(&d->api.phase, LL_API_READY);
     return status;

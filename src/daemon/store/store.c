@@ -177,6 +177,7 @@ static void wait_to_retry(ll_store *store)
 static void write_batch(ll_store *store)
 {
     record *batch = store->first, *last = store->last;
+    LL_ASSERT(batch != NULL && last != NULL && last->next == NULL);
     uint64_t ticket = store->ticket;
     int64_t size = store->waiting;
     store->first = store->last = NULL;
@@ -193,6 +194,7 @@ static void write_batch(ll_store *store)
         store->last = store->last ? store->last : last;
         store->failures++;
     } else {
+        LL_ASSERT(ticket >= store->durable && size <= store->waiting); /* in the order of the queue */
         store->durable = ticket;
         store->commits++;
         store->waiting -= size;
@@ -369,10 +371,8 @@ ll_status ll_store_open(const char *directory, ll_store **result)
     if (!store)
         return ll_error(LL_NO_MEMORY, "out of memory: store");
     ll_status status = make_directory(directory);
-    if (!ll_failed(&status))
-        status = take_lock(store);
-    if (!ll_failed(&status))
-        status = open_database(store);
+    LL_THEN(status, take_lock(store));
+    LL_THEN(status, open_database(store));
     if (!ll_failed(&status) && pthread_create(&store->thread, NULL, write_all, store) != 0)
         status = ll_error(LL_NO_MEMORY, "cannot start store thread");
     if (ll_failed(&status)) {

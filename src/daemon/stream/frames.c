@@ -5,6 +5,8 @@
 
 #include "daemon/stream/internal.h"
 
+#include "base/assert.h"
+
 /* An acknowledgement that takes this much longer than the fastest one means that frames queue somewhere (a
  * slow reader, a proxy's buffers): then fewer are kept in flight. About the time of a whole window at 60 Hz.
  */
@@ -82,6 +84,7 @@ static void want(ll_ws_stream *stream)
 
 void ll_ws_viewer_subscribe(ws_viewer *viewer, const ll_ws_subscription *subscription)
 {
+    _Static_assert(LL_CHANNELS <= 16, "channels are bits of 16");
     viewer->subscription = *subscription;
     viewer->subscribed = true;
     viewer->wants = 0;
@@ -108,7 +111,9 @@ static void subscribe_default(ws_viewer *viewer)
 static void drop(ll_ws_stream *stream, ll_section **place)
 {
     ll_section *section = *place;
+    LL_ASSERT(section == NULL || section->users > 0);
     if (section != NULL && --section->users == 0) {
+        LL_ASSERT(stream->kept_bytes >= ll_rows_bytes(section->rows));
         stream->kept_bytes -= ll_rows_bytes(section->rows);
     }
     ll_section_release(section);

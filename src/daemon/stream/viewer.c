@@ -165,6 +165,7 @@ static bool keep_piece(ws_viewer *viewer, const ll_framing *piece)
         viewer->received = grown;
         viewer->received_capacity = capacity;
     }
+    LL_ASSERT(size < viewer->received_capacity); /* and a terminator */
     memcpy(viewer->received + viewer->received_size, piece->bytes, piece->size);
     viewer->received_size = size;
     return true;
@@ -258,6 +259,7 @@ void ll_ws_viewer_gone(ws_viewer *viewer)
     *(viewer->previous != NULL ? &viewer->previous->next : &stream->first) = viewer->next;
     viewer->stream = NULL;
     stream->viewer_count--;
+    LL_ASSERT((stream->viewer_count == 0) == (stream->first == NULL));
     atomic_fetch_sub_explicit(&viewer->thread->counts.viewers, 1, memory_order_relaxed);
     if (hooks_of(viewer)->closed != NULL) {
         hooks_of(viewer)->closed(hooks_of(viewer)->context, stream->session, viewer->handle);

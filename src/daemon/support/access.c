@@ -78,9 +78,8 @@ ll_status ll_access_open(const ll_access_config *config, ll_access *access)
     memset(access, 0, sizeof *access);
     ll_status status = read_key(config->operator_key_file, "LAGLAB_OPERATOR_KEY", OPERATOR_SHORTEST,
                                 &access->operator_key, &access->has_operator);
-    if (!ll_failed(&status))
-        status = read_key(config->class_key_file, "LAGLAB_CLASS_KEY", CLASS_SHORTEST, &access->class_key,
-                          &access->has_class);
+    LL_THEN(status, read_key(config->class_key_file, "LAGLAB_CLASS_KEY", CLASS_SHORTEST, &access->class_key,
+                             &access->has_class));
     if (ll_failed(&status))
         return status;
     if (config->creation[0] == '\0') {

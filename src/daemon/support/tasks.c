@@ -9,6 +9,8 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "base/assert.h"
+
 enum {
     SLICE_NS = 10000000,
     OVERDUE_NS = 50000000, /* after that time without a yield a task loses its turn */
@@ -103,8 +105,10 @@ static account *get_account(ll_tasks *p, const account *of, const char *name)
 
 static void close_account(ll_tasks *p, account *a)
 {
+    LL_ASSERT(!a || a->tasks > 0);
     if (!a || --a->tasks > 0)
         return;
+    LL_ASSERT(a->started == 0); /* its tasks are over */
     account **link = &p->accounts;
     while (*link != a)
         link = &(*link)->next;
@@ -159,6 +163,7 @@ static void give_turns(ll_tasks *p)
         if (!t)
             return;
         t->state = t->started ? RUNNING : STARTING;
+        LL_ASSERT(t->session->of == t->client); /* an account of this client */
         t->turn = t->session->turn = t->client->turn = ++p->serial;
         t->since = now_ns();
         p->running++;
@@ -184,6 +189,7 @@ static ll_task *take(ll_tasks *p)
         return NULL;
     t->state = RUNNING;
     t->cpu_from = clock_ns(CLOCK_THREAD_CPUTIME_ID);
+    LL_ASSERT(p->starting > 0);
     p->starting--;
     return t;
 }
@@ -195,6 +201,7 @@ static void end_turn(ll_tasks *p, const ll_task *t)
         p->overdue--;
     else
         p->running--;
+    LL_ASSERT(p->running >= 0 && p->overdue >= 0 && p->running <= p->turns);
 }
 
 static void remove_task(ll_tasks *p, ll_task *t)
@@ -205,6 +212,7 @@ static void remove_task(ll_tasks *p, ll_task *t)
     *link = t->next;
     p->count--;
     p->started--;
+    LL_ASSERT(p->count >= 0 && p->started >= 0 && p->started <= p->count);
     end_turn(p, t);
     t->client->started--;
     t->session->started--;

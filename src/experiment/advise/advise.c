@@ -424,8 +424,7 @@ ll_status ll_advise(const ll_advise_request *request, cJSON **answer)
     s.trials = calloc((size_t)e->points, sizeof *s.trials);
     status = s.trials ? ll_surrogate_create(e, s.most, &s.surrogate)
                       : ll_error(LL_NO_MEMORY, "out of memory: adviser");
-    if (!ll_failed(&status))
-        status = search(&s, &proven);
+    LL_THEN(status, search(&s, &proven));
     if (!ll_failed(&status))
         *answer = ll_advise_answer(&s, proven);
     ll_surrogate_free(s.surrogate);

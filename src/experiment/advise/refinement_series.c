@@ -98,14 +98,11 @@ static ll_status set_all(const ll_refinement_request *request, const ll_refineme
     for (const char *list = refinement_series->fixed;
          !ll_failed(&status) && next_item(&list, pair, sizeof pair);)
         status = put_pair(scenario, pair);
-    if (!ll_failed(&status))
-        status = ll_param_put(table, scenario->config, request->sets, request->set_count);
+    LL_THEN(status, ll_param_put(table, scenario->config, request->sets, request->set_count));
     if (!ll_failed(&status) && request->duration)
         status = put_value(scenario, "duration_s", request->duration);
-    if (!ll_failed(&status))
-        status = put_value(scenario, refinement_series->series, refinement_level->series);
-    if (!ll_failed(&status))
-        status = put_value(scenario, refinement_series->setting, refinement_level->setting);
+    LL_THEN(status, put_value(scenario, refinement_series->series, refinement_level->series));
+    LL_THEN(status, put_value(scenario, refinement_series->setting, refinement_level->setting));
     return ll_failed(&status) ? status : ll_param_check(table, scenario->config);
 }
 
@@ -170,11 +167,9 @@ static ll_status run_once(const ll_refinement_request *request, int seed, bool c
 {
     ll_session *session = NULL;
     const ll_sim_kind *kind = NULL;
-    ll_status status = open_refinement_level(request, refinement_level, seed, &kind, &session);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(open_refinement_level(request, refinement_level, seed, &kind, &session));
     int64_t from = request->now_ns();
-    status = ll_session_run_to(session, ll_session_get_info(session).end_tick);
+    ll_status status = ll_session_run_to(session, ll_session_get_info(session).end_tick);
     s->took[s->runs++] = request->now_ns() - from;
     refinement_level->diverged = status.code == LL_DIVERGED;
     if (!ll_failed(&status) && counts)

@@ -70,6 +70,7 @@ static void find_places(ll_surrogate *s)
                                                    : axis->count > 1 ? 2 * k / (double)(axis->count - 1) - 1
                                                                      : 0;
         }
+        LL_ASSERT(axis->count > 0);
         after *= axis->count;
     }
 }
@@ -179,6 +180,7 @@ static void extend(ll_surrogate *s, model *m, int point)
     int n = s->seen;
     double *own = m->factor + (size_t)point * (size_t)s->capacity;
     double pivot = sqrt(fmax(m->left[point], 0) + m->kernel->noise);
+    LL_ASSERT(pivot > 0); /* the covariances with noise are positive definite */
     m->pivot[n] = pivot;
     for (int p = 0; p < s->points; p++) {
         double *row = m->factor + (size_t)p * (size_t)s->capacity;
@@ -198,6 +200,7 @@ ll_status ll_surrogate_see(ll_surrogate *s, int point)
 {
     if (s->seen == s->capacity)
         return ll_error(LL_LIMIT, "points: must be at most %d tried ones", s->capacity);
+    LL_ASSERT(point >= 0 && point < s->points && s->rank[point] < 0); /* each point once */
     s->order[s->seen] = point;
     s->rank[point] = s->seen;
     for (int m = 0; m < MODELS; m++)
@@ -208,6 +211,7 @@ ll_status ll_surrogate_see(ll_surrogate *s, int point)
 
 void ll_surrogate_tell(ll_surrogate *s, int point, const double values[LL_SURROGATE_OUTPUTS])
 {
+    LL_ASSERT(s->rank[point] >= 0 && s->rank[point] < s->seen);
     for (int k = 0; k < LL_SURROGATE_OUTPUTS; k++)
         s->values[k][s->rank[point]] = values[k];
 }

@@ -118,9 +118,7 @@ ll_status ll_advise_run(ll_advise_search *s, int point, bool fresh)
     ll_sums *sums = fresh ? t->fresh : t->own;
     int64_t repeat = fresh ? s->experiment->head.repeats + sums[ERROR].n : t->runs + t->failed;
     ll_row row;
-    ll_status status = ll_experiment_run(e, point * e->head.repeats + repeat, s->request->interrupt, &row);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(ll_experiment_run(e, point * e->head.repeats + repeat, s->request->interrupt, &row));
     s->runs++;
     if (s->request->runs)
         atomic_store(s->request->runs, s->runs);
@@ -138,7 +136,7 @@ ll_status ll_advise_run(ll_advise_search *s, int point, bool fresh)
         s->scatter = scatter(s);
         s->burst = burst(s);
     }
-    return status;
+    return ll_ok();
 }
 
 /* ---- estimates from seeds ---- */

@@ -89,8 +89,7 @@ static ll_status solve(series_workspace *b)
     ll_ode_run *second = malloc(ll_ode_run_size(ll_ode_reference_method(p, 1), &b->ode));
     ll_status status =
         second ? start_reference(b, 0, b->solution) : ll_error(LL_NO_MEMORY, "out of memory: solution");
-    if (!ll_failed(&status))
-        status = start_reference(b, 1, second);
+    LL_THEN(status, start_reference(b, 1, second));
     bool together = !ll_failed(&status);
     for (b->predictable_s = 0; together && b->solution->state == LL_ODE_RUNNING;) {
         ll_ode_state state = ll_ode_step(b->solution, ll_ode_reference_method(p, 0), &b->ode);
@@ -205,9 +204,7 @@ static ll_status measure_time(series_workspace *b, const ll_ode_method *method, 
     int n = 0;
     do {
         int64_t from = b->request->now_ns();
-        ll_status status = start(b, method, setting);
-        if (ll_failed(&status))
-            return status;
+        LL_TRY(start(b, method, setting));
         ll_ode_advance(b->run, method, &b->ode, b->duration);
         took[n++] = b->request->now_ns() - from;
     } while (n < REPEATS && took[0] < LONG_NS);
@@ -221,12 +218,9 @@ static ll_status refinement_level(series_workspace *b, const ll_ode_method *meth
                                   ll_work_precision *r)
 {
     *r = (ll_work_precision){.setting = setting, .order = NAN};
-    ll_status status = measure_time(b, method, setting, r);
-    if (!ll_failed(&status))
-        status = start(b, method, setting);
-    if (!ll_failed(&status))
-        status = measure(b, method, r);
-    return status;
+    LL_TRY(measure_time(b, method, setting, r));
+    LL_TRY(start(b, method, setting));
+    return measure(b, method, r);
 }
 
 static ll_status open_workspace(series_workspace *b, const ll_work_precision_request *request,
@@ -236,9 +230,7 @@ static ll_status open_workspace(series_workspace *b, const ll_work_precision_req
                             .duration =
                                 request->duration > 0 ? request->duration : request->problem->duration};
     request->problem->system(request->params, &b->ode);
-    ll_status status = ll_ode_method_fits(method, &b->ode);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(ll_ode_method_fits(method, &b->ode));
     size_t each = LL_ODE_ROWS * (size_t)b->ode.dim;
     request->problem->start(request->params, b->start);
     b->run = malloc(ll_ode_run_size(method, &b->ode));
@@ -263,8 +255,7 @@ ll_status ll_work_precision_level(const ll_work_precision_request *request, cons
 {
     series_workspace b;
     ll_status status = open_workspace(&b, request, method);
-    if (!ll_failed(&status))
-        status = refinement_level(&b, method, setting, out);
+    LL_THEN(status, refinement_level(&b, method, setting, out));
     close_workspace(&b);
     return status;
 }

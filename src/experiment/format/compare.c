@@ -77,9 +77,7 @@ ll_status ll_compare_point(const ll_experiment *e, const char *field, const char
         return ll_field_error(LL_BAD_INPUT, field, "%s: must be a point from 0 to %lld; got %.40s", field,
                               (long long)(e->points - 1), text);
     }
-    ll_status status = read_wanted(e, field, text, list, &count);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(read_wanted(e, field, text, list, &count));
     for (*point = 0; *point < e->points; (*point)++)
         if (has_all(e, *point, list, count))
             return ll_ok();

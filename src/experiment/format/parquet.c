@@ -6,93 +6,64 @@
 
 #include "base/version.h"
 #include "experiment/format/formats.h"
+#include "record/buffer.h"
 
 enum { GROUP_ROWS = 50000 };
 
 /* ---- bytes ---- */
 
-typedef struct bytes {
-    unsigned char *data;
-    size_t size, capacity;
-    bool failed;
-} bytes;
-
-static void put(bytes *b, const void *data, size_t size)
+static void put_byte(ll_buffer *b, unsigned value)
 {
-    if (b->size + size > b->capacity) {
-        size_t capacity = (b->size + size) * 2 + 64;
-        unsigned char *bigger = realloc(b->data, capacity);
-        if (!bigger) {
-            b->failed = true;
-            return;
-        }
-        b->data = bigger;
-        b->capacity = capacity;
-    }
-    if (size > 0)
-        memcpy(b->data + b->size, data, size);
-    b->size += size;
-}
-
-static void put_byte(bytes *b, unsigned value)
-{
-    put(b, &(unsigned char){(unsigned char)value}, 1);
+    ll_buffer_add(b, &(unsigned char){(unsigned char)value}, 1);
 }
 
 /* Little endian, like the machines supported. */
-static void put_u32(bytes *b, uint32_t value)
+static void put_u32(ll_buffer *b, uint32_t value)
 {
-    put(b, &value, sizeof value);
+    ll_buffer_add(b, &value, sizeof value);
 }
 
 /* ---- Thrift's compact protocol ---- */
 
 enum { TYPE_I32 = 5, TYPE_I64 = 6, TYPE_BINARY = 8, TYPE_LIST = 9, TYPE_STRUCT = 12 };
 
-static void put_varint(bytes *b, uint64_t value)
+static void put_zigzag(ll_buffer *b, int64_t value)
 {
-    for (; value >= 0x80; value >>= 7)
-        put_byte(b, (unsigned)(value & 0x7f) | 0x80);
-    put_byte(b, (unsigned)value);
-}
-
-static void put_zigzag(bytes *b, int64_t value)
-{
-    put_varint(b, (uint64_t)value << 1 ^ (uint64_t)(value >> 63));
+    ll_buffer_varint(b, ll_zigzag(value));
 }
 
 /* `last`: number of the previous field in the same struct. */
-static void put_field(bytes *b, int *last, int number, int type)
+static void put_field(ll_buffer *b, int *last, int number, int type)
 {
     put_byte(b, (unsigned)(number - *last) << 4 | (unsigned)type);
     *last = number;
 }
 
-static void put_int(bytes *b, int *last, int number, int type, int64_t value)
+static void put_int(ll_buffer *b, int *last, int number, int type, int64_t value)
 {
     put_field(b, last, number, type);
     put_zigzag(b, value);
 }
 
-static void put_binary(bytes *b, const char *text)
+static void put_binary(ll_buffer *b, const char *text)
 {
     size_t length = strlen(text);
-    put_varint(b, length);
-    put(b, text, length);
+    ll_buffer_varint(b, length);
+    ll_buffer_add(b, text, length);
 }
 
-static void put_list(bytes *b, int *last, int number, int type, int count)
+static void put_list(ll_buffer *b, int *last, int number, int type, int count)
 {
     put_field(b, last, number, TYPE_LIST);
     if (count < 15) {
         put_byte(b, (unsigned)count << 4 | (unsigned)type);
     } else {
         put_byte(b, 0xf0 | (unsigned)type);
-        put_varint(b, (uint64_t)count);
+        ll_buffer_varint(b, (uint64_t)count);
     }
 }
 
-static void put_stop(bytes *b)
+static void put_stop(ll_buffer *b)
 {
     put_byte(b, 0);
 }
@@ -108,7 +79,7 @@ static const int physical[] = {[LL_CELL_INT] = PHYSICAL_INT64,
 
 /* A column of the present row group: its values, and a bit per row: value present. */
 typedef struct column {
-    bytes values, present;
+    ll_buffer values, present;
     int64_t count; /* of present values */
 } column;
 
@@ -116,12 +87,12 @@ typedef struct chunk {
     int64_t offset, size, rows;
 } chunk;
 
-static void put_bit(bytes *b, int64_t index, bool bit)
+static void put_bit(ll_buffer *b, int64_t index, bool bit)
 {
     if (index % 8 == 0)
         put_byte(b, 0);
     if (bit && !b->failed)
-        b->data[b->size - 1] |= (unsigned char)(1 << (index % 8));
+        b->bytes[b->size - 1] = (char)(b->bytes[b->size - 1] | 1 << (index % 8));
 }
 
 static void put_cell(column *c, ll_cell_type type, const ll_cell *cell, int64_t row)
@@ -132,29 +103,29 @@ static void put_cell(column *c, ll_cell_type type, const ll_cell *cell, int64_t 
     if (type == LL_CELL_BOOL) {
         put_bit(&c->values, c->count, cell->number != 0);
     } else if (type == LL_CELL_INT) {
-        put(&c->values, &(int64_t){(int64_t)cell->number}, sizeof(int64_t));
+        ll_buffer_add(&c->values, &(int64_t){(int64_t)cell->number}, sizeof(int64_t));
     } else if (type == LL_CELL_REAL) {
-        put(&c->values, &cell->number, sizeof cell->number);
+        ll_buffer_add(&c->values, &cell->number, sizeof cell->number);
     } else {
         put_u32(&c->values, (uint32_t)strlen(cell->text));
-        put(&c->values, cell->text, strlen(cell->text));
+        ll_buffer_add(&c->values, cell->text, strlen(cell->text));
     }
     c->count++;
 }
 
 /* The definition levels as one bit-packed run of the RLE hybrid: its groups have eight levels each. */
-static void put_levels(bytes *page, const column *c, int64_t rows)
+static void put_levels(ll_buffer *page, const column *c, int64_t rows)
 {
-    bytes run = {0};
-    put_varint(&run, (uint64_t)((rows + 7) / 8) << 1 | 1);
+    ll_buffer run = {0};
+    ll_buffer_varint(&run, (uint64_t)((rows + 7) / 8) << 1 | 1);
     put_u32(page, (uint32_t)(run.size + c->present.size));
-    put(page, run.data, run.size);
-    put(page, c->present.data, c->present.size);
+    ll_buffer_add(page, run.bytes, run.size);
+    ll_buffer_add(page, c->present.bytes, c->present.size);
     page->failed |= run.failed;
-    free(run.data);
+    free(run.bytes);
 }
 
-static void put_page_header(bytes *header, size_t size, int64_t rows)
+static void put_page_header(ll_buffer *header, size_t size, int64_t rows)
 {
     enum { DATA_PAGE = 0, ENCODING_PLAIN = 0, ENCODING_RLE = 3 };
     int last = 0, inner = 0;
@@ -199,27 +170,27 @@ static void end_group(writer *w)
     w->chunks = bigger;
     for (int i = 0; i < n; i++) {
         column *c = &w->columns[i];
-        bytes header = {0}, page = {0};
+        ll_buffer header = {0}, page = {0};
         int64_t from = w->offset;
         if (w->table->columns[i].nullable)
             put_levels(&page, c, w->rows);
-        put(&page, c->values.data, c->values.size);
+        ll_buffer_add(&page, c->values.bytes, c->values.size);
         put_page_header(&header, page.size, w->rows);
-        out(w, header.data, header.size);
-        out(w, page.data, page.size);
+        out(w, header.bytes, header.size);
+        out(w, page.bytes, page.size);
         w->chunks[w->groups * n + i] = (chunk){from, w->offset - from, w->rows};
         w->failed |= header.failed || page.failed || c->values.failed || c->present.failed;
         c->values.size = c->present.size = 0;
         c->count = 0;
-        free(header.data);
-        free(page.data);
+        free(header.bytes);
+        free(page.bytes);
     }
     w->groups++;
     w->total += w->rows;
     w->rows = 0;
 }
 
-static void put_schema(bytes *b, const ll_table *t)
+static void put_schema(ll_buffer *b, const ll_table *t)
 {
     enum { REQUIRED = 0, OPTIONAL = 1, CONVERTED_UTF8 = 0 };
     int root = 0;
@@ -240,7 +211,7 @@ static void put_schema(bytes *b, const ll_table *t)
     }
 }
 
-static void put_chunk(bytes *b, const ll_column *c, const chunk *k)
+static void put_chunk(ll_buffer *b, const ll_column *c, const chunk *k)
 {
     int outer = 0, last = 0;
     put_int(b, &outer, 2, TYPE_I64, k->offset);
@@ -260,7 +231,7 @@ static void put_chunk(bytes *b, const ll_column *c, const chunk *k)
     put_stop(b);
 }
 
-static void put_group(bytes *b, const ll_table *t, const chunk *chunks)
+static void put_group(ll_buffer *b, const ll_table *t, const chunk *chunks)
 {
     int last = 0;
     int64_t size = 0;
@@ -277,7 +248,7 @@ static void put_group(bytes *b, const ll_table *t, const chunk *chunks)
 static void put_footer(writer *w)
 {
     const ll_table *t = w->table;
-    bytes b = {0};
+    ll_buffer b = {0};
     int last = 0;
     put_int(&b, &last, 1, TYPE_I32, 1);
     put_list(&b, &last, 2, TYPE_STRUCT, t->column_count + 1);
@@ -293,10 +264,10 @@ static void put_footer(writer *w)
     put_stop(&b);
     uint32_t size = (uint32_t)b.size;
     put_u32(&b, size);
-    put(&b, "PAR1", 4);
-    out(w, b.data, b.size);
+    ll_buffer_add(&b, "PAR1", 4);
+    out(w, b.bytes, b.size);
     w->failed |= b.failed;
-    free(b.data);
+    free(b.bytes);
 }
 
 static ll_status write(const ll_table *t, FILE *file)
@@ -321,8 +292,8 @@ static ll_status write(const ll_table *t, FILE *file)
     if (w->failed && !ll_failed(&status))
         status = ll_error(LL_NO_MEMORY, "out of memory: Parquet file");
     for (int i = 0; i < t->column_count; i++) {
-        free(w->columns[i].values.data);
-        free(w->columns[i].present.data);
+        free(w->columns[i].values.bytes);
+        free(w->columns[i].present.bytes);
     }
     free(w->chunks);
     free(w);

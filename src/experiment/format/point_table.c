@@ -94,72 +94,93 @@ static void compare(ll_result_table *t, int metric)
 
 /* ---- columns and cells ---- */
 
-static const char *const quartile_names[] = {"p25", "p50", "p75"};
+#define POINT_COLUMNS(X) X(count, point, NULL, t->point, "number of the point, from 0", NULL)
 
-static void add_metric_column(ll_result_table *t, int metric, const char *end, ll_cell_type type)
-{
-    char name[LL_COLUMN_NAME_MAX];
-    snprintf(name, sizeof name, "%s.%s", t->experiment->metrics[metric], end);
-    ll_table_add(t, name, type, true);
-}
+#define COUNT_COLUMNS(X)                                                                                     \
+    X(count, runs, NULL, r.good, "runs that ended well", NULL)                                               \
+    X(count, failed, NULL, r.failed, "runs that did not", NULL)                                              \
+    X(optional_flag, identical, NULL, r.good > 1 ? !r.differ : NAN,                                          \
+      "whether the runs that ended well have the same metrics", "Fewer than two runs ended well.")
+
+#define FEW "Too few runs have the metric."
+
+#define STATISTICS_COLUMNS(X)                                                                                \
+    X(number, ci95, NULL, ll_interval_half(&s->of_mean), "half of the width of the mean's 95 % interval",    \
+      FEW)                                                                                                   \
+    X(number, ci95_low, NULL, bound(s->of_mean.low), "lower bound of the mean's 95 % interval",              \
+      FEW " Or there is no bound.")                                                                          \
+    X(number, ci95_high, NULL, bound(s->of_mean.high), "upper bound of the mean's 95 % interval",            \
+      FEW " Or there is no bound.")                                                                          \
+    X(text, ci95_method, NULL, t->texts[0][i], "method of the interval, or the reason why there is none",    \
+      "No run has the metric.")                                                                              \
+    X(text, ci95_covers, NULL, s->covers, "how often such intervals contain the mean, in words",             \
+      "There is no interval.")                                                                               \
+    X(number, sd, NULL, s->deviation, "standard deviation", FEW)                                             \
+    X(number, p25, NULL, s->quartiles[0], "lower quartile", FEW)                                             \
+    X(number, p50, NULL, s->quartiles[1], "median", FEW)                                                     \
+    X(number, p75, NULL, s->quartiles[2], "upper quartile", FEW)                                             \
+    X(number, p50_low, NULL, bound(s->of_median.low), "lower bound of the median's 95 % interval",           \
+      FEW " Or there is no bound.")                                                                          \
+    X(number, p50_high, NULL, bound(s->of_median.high), "upper bound of the median's 95 % interval",         \
+      FEW " Or there is no bound.")
+
+#define DIFFERENCE_COLUMNS(X)                                                                                \
+    X(number, diff, NULL, s->mean, "mean of the differences from the baseline's runs with the same seeds",   \
+      "No pair of runs has the metric.")                                                                     \
+    X(number, diff_low, NULL, bound(s->of_mean.low), "lower bound of its 95 % interval",                     \
+      "Too few pairs of runs have the metric, or there is no bound.")                                        \
+    X(number, diff_high, NULL, bound(s->of_mean.high), "upper bound of its 95 % interval",                   \
+      "Too few pairs of runs have the metric, or there is no bound.")                                        \
+    X(text, diff_method, NULL, t->texts[1][i], "method of that interval, or the reason why there is none",   \
+      "No pair of runs has the metric.")                                                                     \
+    X(text, diff_covers, NULL, s->covers, "how often such intervals contain the difference, in words",       \
+      "There is no interval.")                                                                               \
+    X(count, diff_pairs, NULL, s->n, "pairs of runs with the same seed", "There is no baseline.")
+
+const ll_metric_table ll_point_columns = {.path = "",
+                                          .when = "Tables of points.",
+                                          .help = "Before the parameters.",
+                                          LL_METRICS_FROM(POINT_COLUMNS)};
+const ll_metric_table ll_count_columns = {.path = "",
+                                          .when = "Tables of points.",
+                                          .help = "Between the parameters and the metrics.",
+                                          LL_METRICS_FROM(COUNT_COLUMNS)};
+const ll_metric_table ll_statistics_columns = {
+    .path = "*",
+    .when = "Tables of points.",
+    .help = "Of a metric, after its mean, which has the name of the metric itself.",
+    LL_METRICS_FROM(STATISTICS_COLUMNS)};
+const ll_metric_table ll_difference_columns = {.path = "*",
+                                               .when = "Tables of points with a baseline.",
+                                               .help = "Of a metric, after its statistics.",
+                                               LL_METRICS_FROM(DIFFERENCE_COLUMNS)};
 
 static void add_metric(ll_result_table *t, int i)
 {
-    static const char *const bounds[] = {"ci95", "ci95_low", "ci95_high"};
+    char before[LL_COLUMN_NAME_MAX];
+    snprintf(before, sizeof before, "%s.", t->experiment->metrics[i]);
     ll_table_add(t, t->experiment->metrics[i], LL_CELL_REAL, true);
-    for (int k = 0; k < 3; k++)
-        add_metric_column(t, i, bounds[k], LL_CELL_REAL);
-    add_metric_column(t, i, "ci95_method", LL_CELL_TEXT);
-    add_metric_column(t, i, "ci95_covers", LL_CELL_TEXT);
-    add_metric_column(t, i, "sd", LL_CELL_REAL);
-    for (int k = 0; k < 3; k++)
-        add_metric_column(t, i, quartile_names[k], LL_CELL_REAL);
-    add_metric_column(t, i, "p50_low", LL_CELL_REAL);
-    add_metric_column(t, i, "p50_high", LL_CELL_REAL);
+    ll_table_add_columns(t, before, &ll_statistics_columns);
+    if (t->compares)
+        ll_table_add_columns(t, before, &ll_difference_columns);
 }
 
-static ll_cell bound(double value)
+static double bound(double value)
 {
-    return ll_cell_number(isfinite(value) ? value : NAN);
+    return isfinite(value) ? value : NAN;
 }
 
 static ll_cell *write_metric(const ll_result_table *t, int i, ll_cell *cells)
 {
     const ll_summary *s = &t->summaries[i];
     *cells++ = ll_cell_number(s->mean);
-    *cells++ = ll_cell_number(ll_interval_half(&s->of_mean));
-    *cells++ = bound(s->of_mean.low);
-    *cells++ = bound(s->of_mean.high);
-    *cells++ = ll_cell_text(t->texts[0][i]);
-    *cells++ = ll_cell_text(s->covers);
-    *cells++ = ll_cell_number(s->deviation);
-    for (int k = 0; k < 3; k++)
-        *cells++ = ll_cell_number(s->quartiles[k]);
-    *cells++ = bound(s->of_median.low);
-    *cells++ = bound(s->of_median.high);
-    return cells;
-}
-
-static void add_difference(ll_result_table *t, int i)
-{
-    static const char *const bounds[] = {"diff", "diff_low", "diff_high"};
-    for (int k = 0; k < 3; k++)
-        add_metric_column(t, i, bounds[k], LL_CELL_REAL);
-    add_metric_column(t, i, "diff_method", LL_CELL_TEXT);
-    add_metric_column(t, i, "diff_covers", LL_CELL_TEXT);
-    add_metric_column(t, i, "diff_pairs", LL_CELL_INT);
+    return LL_CELLS_PUT(cells, &ll_statistics_columns, STATISTICS_COLUMNS);
 }
 
 static ll_cell *write_difference(const ll_result_table *t, int i, ll_cell *cells)
 {
     const ll_summary *s = &t->differences[i];
-    *cells++ = ll_cell_number(s->mean);
-    *cells++ = bound(s->of_mean.low);
-    *cells++ = bound(s->of_mean.high);
-    *cells++ = ll_cell_text(t->texts[1][i]);
-    *cells++ = ll_cell_text(s->covers);
-    *cells++ = ll_cell_number((double)s->n);
-    return cells;
+    return LL_CELLS_PUT(cells, &ll_difference_columns, DIFFERENCE_COLUMNS);
 }
 
 /* ---- the table ---- */
@@ -189,13 +210,11 @@ static bool next_point(void *context, ll_cell *cells, ll_status *status)
     repeats r = {.equally_long = true};
     if (!read_point(t, &r, status))
         return false;
-    *cells++ = ll_cell_number((double)t->point);
+    t->identical += r.good > 1 && !r.differ;
+    cells = LL_CELLS_PUT(cells, &ll_point_columns, POINT_COLUMNS);
     for (int i = 0; i < t->parameter_count; i++)
         *cells++ = ll_table_parameter(t, i);
-    t->identical += r.good > 1 && !r.differ;
-    *cells++ = ll_cell_number((double)r.good);
-    *cells++ = ll_cell_number((double)r.failed);
-    *cells++ = ll_cell_number(r.good > 1 ? !r.differ : NAN);
+    cells = LL_CELLS_PUT(cells, &ll_count_columns, COUNT_COLUMNS);
     for (int i = 0; i < e->metric_count; i++) {
         summarise(t, i, &r);
         t->unreached += i == e->until_metric && r.good + r.failed == e->head.repeats &&
@@ -228,8 +247,7 @@ ll_status ll_result_table_compared(const ll_experiment *e, const ll_row *baselin
                                    ll_row_source *source, void *context, ll_result_table **table)
 {
     ll_status status = ll_table_make(e, source, context, table);
-    if (!ll_failed(&status))
-        status = add_room(*table);
+    LL_THEN(status, add_room(*table));
     if (!ll_failed(&status) && baseline &&
         !((*table)->baseline = malloc((size_t)(e->metric_count * e->head.repeats) * sizeof(double))))
         status = ll_error(LL_NO_MEMORY, "out of memory: baseline");
@@ -244,16 +262,11 @@ ll_status ll_result_table_compared(const ll_experiment *e, const ll_row *baselin
         forget(e, t->baseline);
     for (int64_t k = 0; baseline && k < count; k++)
         hold_run(e, &baseline[k], t->baseline);
-    ll_table_add(t, "point", LL_CELL_INT, false);
+    ll_table_add_columns(t, "", &ll_point_columns);
     ll_table_add_parameters(t);
-    ll_table_add(t, "runs", LL_CELL_INT, false);
-    ll_table_add(t, "failed", LL_CELL_INT, false);
-    ll_table_add(t, "identical", LL_CELL_BOOL, true);
-    for (int i = 0; i < e->metric_count; i++) {
+    ll_table_add_columns(t, "", &ll_count_columns);
+    for (int i = 0; i < e->metric_count; i++)
         add_metric(t, i);
-        if (t->compares)
-            add_difference(t, i);
-    }
     t->table = (ll_table){t->columns, t->column_count, next_point, t};
     return status;
 }

@@ -100,8 +100,7 @@ ll_status ll_points_read(const ll_experiment *e, ll_row_source *source, void *co
     int64_t room = LL_POINTS_CELLS_MAX / e->metric_count, most = e->points < room ? e->points : room;
     *points = (ll_points){0};
     ll_status status = add_room(e, most, points);
-    if (!ll_failed(&status))
-        status = ll_result_table_points(e, source, context, &table);
+    LL_THEN(status, ll_result_table_points(e, source, context, &table));
     const ll_table *t = table ? ll_result_table_get(table) : NULL;
     while (!ll_failed(&status) && t->next(t->context, cells, &status))
         if (points->count == most || !is_held(e, (int64_t)cells[0].number, most))

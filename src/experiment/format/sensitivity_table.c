@@ -43,6 +43,24 @@ static void name_dimension(const ll_experiment *e, int dimension, char *name, si
             used += (size_t)snprintf(name + used, size - used, "%s%s", used ? " + " : "", e->axes[a].path);
 }
 
+#define SENSITIVITY_COLUMNS(X)                                                                               \
+    X(text, metric, NULL, e->metrics[metric], "path of the metric", NULL)                                    \
+    X(text, parameter, NULL, t->paths[0], "path of the parameter; of zipped axes all", NULL)                 \
+    X(number, first, NULL, s->first, "first-order Sobol index: share of the variance by it alone", MISSING)  \
+    X(number, first_low, NULL, s->first_low, "lower bound of its 95 % interval", MISSING)                    \
+    X(number, first_high, NULL, s->first_high, "upper bound of its 95 % interval", MISSING)                  \
+    X(number, total, NULL, s->total, "total Sobol index: share of the variance with all interactions",       \
+      MISSING)                                                                                               \
+    X(number, total_low, NULL, s->total_low, "lower bound of its 95 % interval", MISSING)                    \
+    X(number, total_high, NULL, s->total_high, "upper bound of its 95 % interval", MISSING)                  \
+    X(count, samples, NULL, s->samples, "base samples whose points all have the metric", NULL)
+#define MISSING "Too few points have the metric, or it does not vary."
+
+const ll_metric_table ll_sensitivity_columns = {.path = "",
+                                                .when = "Tables of sensitivity.",
+                                                .help = "A metric and a parameter.",
+                                                LL_METRICS_FROM(SENSITIVITY_COLUMNS)};
+
 static bool next_index(void *context, ll_cell *cells, ll_status *status)
 {
     ll_result_table *t = context;
@@ -53,15 +71,7 @@ static bool next_index(void *context, ll_cell *cells, ll_status *status)
     int metric = (int)(t->point / e->dimension_count), dimension = (int)(t->point % e->dimension_count);
     const ll_sensitivity *s = &t->indices[t->point++];
     name_dimension(e, dimension, t->paths[0], sizeof t->paths[0]);
-    *cells++ = ll_cell_text(e->metrics[metric]);
-    *cells++ = ll_cell_text(t->paths[0]);
-    *cells++ = ll_cell_number(s->first);
-    *cells++ = ll_cell_number(s->first_low);
-    *cells++ = ll_cell_number(s->first_high);
-    *cells++ = ll_cell_number(s->total);
-    *cells++ = ll_cell_number(s->total_low);
-    *cells++ = ll_cell_number(s->total_high);
-    *cells++ = ll_cell_number((double)s->samples);
+    LL_CELLS_PUT(cells, &ll_sensitivity_columns, SENSITIVITY_COLUMNS);
     return true;
 }
 
@@ -82,14 +92,11 @@ static ll_status find_indices(ll_result_table *t)
 ll_status ll_result_table_sensitivity(const ll_experiment *e, ll_row_source *source, void *context,
                                       ll_result_table **table)
 {
-    static const char *const names[] = {"first", "first_low", "first_high",
-                                        "total", "total_low", "total_high"};
     *table = NULL;
     if (e->head.sample.method != LL_SAMPLE_SALTELLI || e->dimension_count == 0)
         return ll_field_error(LL_BAD_INPUT, "sample.method", "sensitivity: sample.method: must be saltelli");
     ll_status status = ll_table_make(e, source, context, table);
-    if (!ll_failed(&status))
-        status = find_indices(*table);
+    LL_THEN(status, find_indices(*table));
     if (ll_failed(&status)) {
         ll_result_table_free(*table);
         *table = NULL;
@@ -97,11 +104,7 @@ ll_status ll_result_table_sensitivity(const ll_experiment *e, ll_row_source *sou
     }
     ll_result_table *t = *table;
     t->point = 0;
-    ll_table_add(t, "metric", LL_CELL_TEXT, false);
-    ll_table_add(t, "parameter", LL_CELL_TEXT, false);
-    for (int k = 0; k < 6; k++)
-        ll_table_add(t, names[k], LL_CELL_REAL, true);
-    ll_table_add(t, "samples", LL_CELL_INT, false);
+    ll_table_add_columns(t, "", &ll_sensitivity_columns);
     t->table = (ll_table){t->columns, t->column_count, next_index, t};
     return status;
 }

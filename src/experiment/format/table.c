@@ -6,10 +6,13 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/assert.h"
+
 /* ---- columns ---- */
 
 ll_column *ll_table_add(ll_result_table *t, const char *name, ll_cell_type type, bool nullable)
 {
+    LL_ASSERT(t->column_count < LL_COLUMNS_MAX);
     ll_column *column = &t->columns[t->column_count++];
     snprintf(column->name, sizeof column->name, "%s", name);
     column->type = type;
@@ -60,6 +63,26 @@ ll_status ll_table_make(const ll_experiment *e, ll_row_source *source, void *con
     return ll_ok();
 }
 
+static ll_cell_type cell_type(ll_metric_type type)
+{
+    static const ll_cell_type types[] = {[LL_METRIC_NUMBER] = LL_CELL_REAL,
+                                         [LL_METRIC_COUNT] = LL_CELL_INT,
+                                         [LL_METRIC_FLAG] = LL_CELL_BOOL,
+                                         [LL_METRIC_TEXT] = LL_CELL_TEXT};
+    LL_ASSERT(type <= LL_METRIC_TEXT);
+    return types[type];
+}
+
+void ll_table_add_columns(ll_result_table *t, const char *before, const ll_metric_table *columns)
+{
+    char name[LL_COLUMN_NAME_MAX];
+    for (int i = 0; i < columns->count; i++) {
+        const ll_metric_field *field = &columns->fields[i];
+        snprintf(name, sizeof name, "%s%s", before, field->name);
+        ll_table_add(t, name, cell_type(field->type), field->null != NULL);
+    }
+}
+
 /* ---- cells ---- */
 
 ll_cell ll_cell_number(double value)
@@ -70,6 +93,14 @@ ll_cell ll_cell_number(double value)
 ll_cell ll_cell_text(const char *value)
 {
     return (ll_cell){.null = value[0] == '\0', .text = value};
+}
+
+ll_cell *ll_cells_put(ll_cell *cells, const ll_metric_table *columns, const ll_metric_reading *values)
+{
+    for (int i = 0; i < columns->count; i++)
+        *cells++ = columns->fields[i].type == LL_METRIC_TEXT ? ll_cell_text(values[i].text)
+                                                             : ll_cell_number(values[i].number);
+    return cells;
 }
 
 /* Fixed values are those of the specification; varied ones are the point's. */
@@ -91,6 +122,32 @@ void ll_table_hold(ll_result_table *t, int64_t point)
     t->point = point;
 }
 
+/* ---- a row per run ---- */
+
+#define RUN_COLUMNS(X)                                                                                       \
+    X(count, run, NULL, r->run, "number of the run, from 0", NULL)                                           \
+    X(count, point, NULL, t->point, "number of its point", NULL)                                             \
+    X(count, repeat, NULL, r->run % e->head.repeats, "number of the repeat at this point", NULL)             \
+    X(count, seed, NULL, ll_experiment_seed(e, r->run), "seed of the run", NULL)
+
+#define END_COLUMNS(X)                                                                                       \
+    X(text, status, NULL, ll_row_status_names[r->status], "how the run ended", NULL)                         \
+    X(text, error, NULL, r->error, "reason for another end than ok", "The run ended well.")                  \
+    X(text, hash, NULL, t->hash, "hash of the state at the end", NULL)                                       \
+    X(number, t_s, "s", r->t_s, "virtual time at the end", NULL)
+
+#define VERSION_COLUMNS(X)                                                                                   \
+    X(text, version, NULL, t->version, "version of laglab that made the runs", "It is not known.")
+
+const ll_metric_table ll_run_columns = {
+    .path = "", .when = "Tables of runs.", .help = "Before the parameters.", LL_METRICS_FROM(RUN_COLUMNS)};
+const ll_metric_table ll_end_columns = {.path = "",
+                                        .when = "Tables of runs.",
+                                        .help = "Between the parameters and the metrics.",
+                                        LL_METRICS_FROM(END_COLUMNS)};
+const ll_metric_table ll_version_columns = {
+    .path = "", .when = "Tables of runs.", .help = "After the metrics.", LL_METRICS_FROM(VERSION_COLUMNS)};
+
 static bool next_row(void *context, ll_cell *cells, ll_status *status)
 {
     ll_result_table *t = context;
@@ -100,45 +157,31 @@ static bool next_row(void *context, ll_cell *cells, ll_status *status)
         return false;
     ll_table_hold(t, r->run / e->head.repeats);
     ll_table_note(t, r);
-    *cells++ = ll_cell_number((double)r->run);
-    *cells++ = ll_cell_number((double)t->point);
-    *cells++ = ll_cell_number((double)(r->run % e->head.repeats));
-    *cells++ = ll_cell_number((double)ll_experiment_seed(e, r->run));
+    snprintf(t->hash, sizeof t->hash, "%016" PRIx64, r->hash);
+    cells = LL_CELLS_PUT(cells, &ll_run_columns, RUN_COLUMNS);
     for (int i = 0; i < t->parameter_count; i++)
         *cells++ = ll_table_parameter(t, i);
-    snprintf(t->hash, sizeof t->hash, "%016" PRIx64, r->hash);
-    *cells++ = ll_cell_text(ll_row_status_names[r->status]);
-    *cells++ = ll_cell_text(r->error);
-    *cells++ = ll_cell_text(t->hash);
-    *cells++ = ll_cell_number(r->t_s);
+    cells = LL_CELLS_PUT(cells, &ll_end_columns, END_COLUMNS);
     for (int i = 0; i < e->metric_count; i++)
         *cells++ = ll_cell_number(r->metrics[i]);
-    *cells++ = ll_cell_text(t->version);
+    LL_CELLS_PUT(cells, &ll_version_columns, VERSION_COLUMNS);
     return true;
 }
 
 ll_status ll_result_table_rows(const ll_experiment *e, const char *version, ll_row_source *source,
                                void *context, ll_result_table **table)
 {
-    ll_status status = ll_table_make(e, source, context, table);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(ll_table_make(e, source, context, table));
     ll_result_table *t = *table;
     t->version = version;
-    ll_table_add(t, "run", LL_CELL_INT, false);
-    ll_table_add(t, "point", LL_CELL_INT, false);
-    ll_table_add(t, "repeat", LL_CELL_INT, false);
-    ll_table_add(t, "seed", LL_CELL_INT, false);
+    ll_table_add_columns(t, "", &ll_run_columns);
     ll_table_add_parameters(t);
-    ll_table_add(t, "status", LL_CELL_TEXT, false);
-    ll_table_add(t, "error", LL_CELL_TEXT, true);
-    ll_table_add(t, "hash", LL_CELL_TEXT, false);
-    ll_table_add(t, "t_s", LL_CELL_REAL, false);
+    ll_table_add_columns(t, "", &ll_end_columns);
     for (int i = 0; i < e->metric_count; i++)
         ll_table_add(t, e->metrics[i], LL_CELL_REAL, true);
-    ll_table_add(t, "version", LL_CELL_TEXT, true);
+    ll_table_add_columns(t, "", &ll_version_columns);
     t->table = (ll_table){t->columns, t->column_count, next_row, t};
-    return status;
+    return ll_ok();
 }
 
 /* ---- sums ---- */
@@ -150,6 +193,7 @@ double ll_interval_95(int64_t n, double squares)
                                        2.4469118511,  2.3646242516, 2.3060041352, 2.2621571628, 2.2281388520};
     enum { KNOWN = sizeof quantiles / sizeof quantiles[0] };
     const double z = 1.9599639845400545, z2 = z * z;
+    LL_ASSERT(n >= 2);
     double df = (double)(n - 1), t;
     if (df <= KNOWN)
         t = quantiles[n - 2];
@@ -164,6 +208,7 @@ void ll_sums_add(ll_sums *s, double value)
 {
     if (isnan(value))
         return;
+    LL_ASSERT(s->n >= 0 && !(s->squares < 0)); /* Welford's sum cannot cancel below 0 */
     s->n++;
     double delta = value - s->mean;
     s->mean += delta / (double)s->n;

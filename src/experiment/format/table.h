@@ -7,6 +7,7 @@
 
 #include "experiment/spec/experiment.h"
 #include "experiment/statistics/summary.h"
+#include "record/metric.h"
 
 enum { LL_COLUMN_NAME_MAX = 160, LL_COLUMNS_MAX = 768 };
 
@@ -62,6 +63,10 @@ ll_status ll_result_table_compared(const ll_experiment *experiment, const ll_row
  * once. LL_BAD_INPUT: the experiment is not sampled by saltelli. */
 ll_status ll_result_table_sensitivity(const ll_experiment *experiment, ll_row_source *source, void *context,
                                       ll_result_table **table);
+
+/* The columns of these tables, as lists of the form of metrics, NULL-terminated: of runs, points, comparisons
+ * and sensitivity. Parameters and metrics are described by their own tables. */
+extern const ll_metric_table *const ll_result_columns[];
 
 /* Points with identical runs, of those read so far. */
 int64_t ll_result_table_identical(const ll_result_table *table);

@@ -4,6 +4,7 @@
 #include "experiment/format/table.h"
 #include "experiment/statistics/sensitivity.h"
 #include "experiment/statistics/summary.h"
+#include "record/metric.h"
 
 struct cJSON;
 
@@ -44,9 +45,21 @@ ll_status ll_table_make(const ll_experiment *experiment, ll_row_source *source, 
                         ll_result_table **table);
 ll_column *ll_table_add(ll_result_table *table, const char *name, ll_cell_type type, bool nullable);
 void ll_table_add_parameters(ll_result_table *table);
+/* The columns of a list (record/metric.h): numbers, counts, flags and texts that may be null if their rows
+ * say when. `before`: beginning of the names. */
+void ll_table_add_columns(ll_result_table *table, const char *before, const ll_metric_table *columns);
 
-void ll_table_note(ll_result_table *table, const ll_row *row);   /* for the notices */
-ll_cell ll_cell_number(double value);                            /* NaN: null */
-ll_cell ll_cell_text(const char *value);                         /* empty: null */
+/* The columns of tables of runs, of points, of comparisons, and of sensitivity. */
+extern const ll_metric_table ll_run_columns, ll_end_columns, ll_version_columns;
+extern const ll_metric_table ll_point_columns, ll_count_columns, ll_statistics_columns, ll_difference_columns,
+    ll_sensitivity_columns;
+
+void ll_table_note(ll_result_table *table, const ll_row *row); /* for the notices */
+ll_cell ll_cell_number(double value);                          /* NaN: null */
+ll_cell ll_cell_text(const char *value);                       /* empty: null */
+/* Fills in the cells of these columns; returns the cell behind them. */
+ll_cell *ll_cells_put(ll_cell *cells, const ll_metric_table *columns, const ll_metric_reading *values);
+#define LL_CELLS_PUT(cells, columns, LIST)                                                                   \
+    ll_cells_put(cells, columns, (const ll_metric_reading[]){LIST(LL_METRIC_READING)})
 ll_cell ll_table_parameter(const ll_result_table *table, int i); /* of the present point */
 void ll_table_hold(ll_result_table *table, int64_t point);

@@ -285,9 +285,7 @@ static void draw_series(FILE *file, const ll_plot *plot, int series, const scale
 
 static ll_status draw_points(FILE *file, const ll_plot *plot, const scale *x, const scale *y, marks *m)
 {
-    ll_status status = make_marks(plot, x, y, m);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(make_marks(plot, x, y, m));
     for (int k = 0; k < plot->series_count && plot->joined && m->cell == 0; k++)
         draw_series(file, plot, k, x, y);
     draw_front(file, plot, x, y);
@@ -295,7 +293,7 @@ static ll_status draw_points(FILE *file, const ll_plot *plot, const scale *x, co
         for (int i = 0; i < m->count; i++)
             if (plot->points[m->marks[i].first].front == on)
                 draw_mark(file, plot, y, &m->marks[i]);
-    return status;
+    return ll_ok();
 }
 
 static void draw_choices(FILE *file, const ll_plot *plot, const scale *x)
@@ -458,8 +456,7 @@ ll_status ll_plot_write(const ll_plot *plot, FILE *file)
         status = draw(file, plot);
     else
         fputs("<p>No values to draw.</p>\n", file);
-    if (!ll_failed(&status))
-        status = write_table(file, plot);
+    LL_THEN(status, write_table(file, plot));
     fputs("</figure>\n", file);
     return status;
 }

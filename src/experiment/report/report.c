@@ -209,9 +209,7 @@ ll_status ll_report_write(const ll_experiment *e, const char *version, ll_row_so
                           FILE *file)
 {
     ll_points points;
-    ll_status status = ll_points_read(e, source, context, &points);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(ll_points_read(e, source, context, &points));
     write_title(e, version, file);
     if (e->front_count > 0)
         ll_points_mark_front(&points, e->front, e->front_count);
@@ -219,9 +217,8 @@ ll_status ll_report_write(const ll_experiment *e, const char *version, ll_row_so
         write_front(e, file);
     write_left_out(e, &points, file);
     write_notices(e, &points, file);
-    status = ll_report_plots_write(e, &points, where_all, file);
-    if (!ll_failed(&status))
-        status = write_points(e, &points, file);
+    ll_status status = ll_report_plots_write(e, &points, where_all, file);
+    LL_THEN(status, write_points(e, &points, file));
     write_specification(e, version, file);
     fputs("</body></html>\n", file);
     ll_points_free(&points);

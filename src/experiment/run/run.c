@@ -83,8 +83,7 @@ static ll_status open_session(const ll_experiment *e, int64_t run, ll_session **
     ll_scenario scenario;
     *session = NULL;
     ll_status status = ll_experiment_open(e, run, &scenario);
-    if (!ll_failed(&status))
-        status = ll_session_open(&scenario, NULL, NULL, session);
+    LL_THEN(status, ll_session_open(&scenario, NULL, NULL, session));
     if (!ll_failed(&status) && e->workload) {
         status = ll_session_load(*session, e->workload);
         if (status.code == LL_CONFLICT) /* at this point scripts control all players */
@@ -131,8 +130,7 @@ static ll_status measure_cost(const ll_experiment *e, int metric, double first_n
         bool stopped = false;
         status = open_session(e, row->run, &session);
         double from = thread_ns();
-        if (!ll_failed(&status))
-            status = advance(e, session, interrupt, &stopped);
+        LL_THEN(status, advance(e, session, interrupt, &stopped));
         double took = thread_ns() - from;
         all += took;
         least = took < least ? took : least;
@@ -179,13 +177,11 @@ ll_status ll_experiment_trace(const ll_experiment *e, int64_t run, const ll_inte
 {
     ll_session *session = NULL;
     bool stopped = false;
-    ll_status status = open_session(e, run, &session);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(open_session(e, run, &session));
     ll_status ended = advance(e, session, interrupt, &stopped);
     int64_t tick = ll_session_get_info(session).tick;
     ll_session *copy = NULL;
-    status = ended.code == LL_INTERRUPTED ? ended : ll_session_copy(session, tick, &copy);
+    ll_status status = ended.code == LL_INTERRUPTED ? ended : ll_session_copy(session, tick, &copy);
     if (copy)
         status = ll_session_write_trace(copy, 0, ll_failed(&ended) && tick > 0 ? tick - 1 : tick, interrupt,
                                         write, context);

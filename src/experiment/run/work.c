@@ -13,6 +13,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "base/assert.h"
 #include "base/hash.h"
 #include "experiment/spec/until.h"
 
@@ -192,6 +193,7 @@ static void hold(worker_thread *b, const ll_lease *lease)
 {
     ll_workers *w = b->workers;
     pthread_mutex_lock(&w->lock);
+    LL_ASSERT(b->lease.chunk < 0); /* a thread runs one chunk at a time */
     b->lease = *lease;
     b->renew_at = seconds() + w->config.lease_s / 2;
     atomic_store(&b->drop, atomic_load(&w->stopping));
@@ -283,10 +285,8 @@ static ll_status load(worker_thread *b, const char *id)
     ll_experiment_free(b->experiment);
     b->experiment = NULL;
     ll_status status = read_specification(b->workers, id, &text);
-    if (!ll_failed(&status))
-        status = ll_json_parse(text, strlen(text), &json);
-    if (!ll_failed(&status))
-        status = ll_experiment_parse(json, NULL, &b->experiment);
+    LL_THEN(status, ll_json_parse(text, strlen(text), &json));
+    LL_THEN(status, ll_experiment_parse(json, NULL, &b->experiment));
     if (!ll_failed(&status))
         snprintf(b->id, sizeof b->id, "%s", id);
     cJSON_Delete(json);
@@ -323,6 +323,7 @@ static int64_t now_ns(void)
 static ll_status run_or_skip(worker_thread *b, const ll_lease *lease, int64_t run,
                              const ll_interrupt *interrupt, bool *enough)
 {
+    LL_ASSERT(run >= lease->from && run < lease->to && lease->to - lease->from <= b->capacity);
     ll_row *row = &b->rows[run - lease->from];
     int64_t repeat = run % b->experiment->head.repeats;
     *enough = *enough && repeat > 0;
@@ -354,8 +355,7 @@ static ll_status run_chunk(worker_thread *b, const ll_lease *lease)
         atomic_fetch_add_explicit(&w->runs, 1, memory_order_relaxed);
         counted++;
     }
-    if (!ll_failed(&status))
-        status = store_rows(b, lease);
+    LL_THEN(status, store_rows(b, lease));
     if (ll_failed(&status))
         atomic_fetch_sub_explicit(&w->runs, counted, memory_order_relaxed);
     return status;

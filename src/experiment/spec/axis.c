@@ -243,13 +243,11 @@ ll_status ll_axis_parse(const cJSON *json, const char *field, bool sampled, cons
     settings s;
     const ll_param *row = NULL;
     *a = (ll_axis){0};
-    ll_status status = check_shape(json, field, sampled);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(check_shape(json, field, sampled));
     cJSON *rest = cJSON_Duplicate(json, true);
     a->values = cJSON_DetachItemFromObjectCaseSensitive(rest, "values");
     ll_param_defaults(&table, &s);
-    status = ll_param_parse(&table, rest, &s);
+    ll_status status = ll_param_parse(&table, rest, &s);
     cJSON_Delete(rest);
     if (ll_failed(&status)) {
         ll_axis_free(a);
@@ -266,16 +264,14 @@ ll_status ll_axis_parse(const cJSON *json, const char *field, bool sampled, cons
         status = ll_error(LL_NO_MEMORY, "out of memory: scenario");
     else
         memcpy(copy, config, scenario->size);
-    if (!ll_failed(&status))
-        status = check_path(a, field, scenario, copy, &row);
+    LL_THEN(status, check_path(a, field, scenario, copy, &row));
     free(copy);
     if (!ll_failed(&status)) {
         a->type = ll_axis_type(row);
         if (!a->values)
             status = check_range(a, field);
     }
-    if (!ll_failed(&status))
-        status = check_values(a, field, scenario, config);
+    LL_THEN(status, check_values(a, field, scenario, config));
     if (ll_failed(&status))
         ll_axis_free(a);
     return status;

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/assert.h"
 #include "base/hash.h"
 
 ll_sample_request ll_experiment_sample(const ll_experiment *e)
@@ -16,6 +17,7 @@ cJSON *ll_experiment_point(const ll_experiment *e, int64_t point)
 {
     cJSON *values = cJSON_CreateObject(), *value[LL_EXPERIMENT_AXES_MAX];
     ll_sample_request sample = ll_experiment_sample(e);
+    LL_ASSERT(point >= 0 && point < e->points);
     int64_t left = point;
     for (int a = e->axis_count - 1; a >= 0; a--) { /* the last axis varies fastest */
         const ll_axis *axis = &e->axes[a];
@@ -27,6 +29,7 @@ cJSON *ll_experiment_point(const ll_experiment *e, int64_t point)
                 left /= axis->count;
         }
     }
+    LL_ASSERT(sample.method != LL_SAMPLE_NONE || e->axis_count == 0 || left == 0); /* all digits are used */
     for (int a = 0; a < e->axis_count; a++)
         cJSON_AddItemToObject(values, e->axes[a].path, value[a]);
     return values;
@@ -66,6 +69,7 @@ ll_status ll_experiment_apply(const ll_sim_kind *kind, const cJSON *values, void
 ll_status ll_experiment_open(const ll_experiment *e, int64_t run, ll_scenario *scenario)
 {
     size_t size = e->base.kind->table->size;
+    LL_ASSERT(run >= 0 && run < e->points * e->head.repeats);
     *scenario = (ll_scenario){e->base.kind, malloc(size)};
     if (!scenario->config)
         return ll_error(LL_NO_MEMORY, "out of memory: scenario");

@@ -228,13 +228,11 @@ static ll_status check_keys(const cJSON *json, ll_experiment_head *head)
 ll_status ll_experiment_read_head(const cJSON *json, ll_experiment_head *head)
 {
     ll_param_defaults(&head_table, head);
-    ll_status status = check_keys(json, head);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(check_keys(json, head));
     cJSON *rest = cJSON_Duplicate(json, true);
     for (size_t i = 0; i < sizeof other_keys / sizeof other_keys[0]; i++)
         cJSON_DeleteItemFromObjectCaseSensitive(rest, other_keys[i]);
-    status = ll_param_parse(&head_table, rest, head);
+    ll_status status = ll_param_parse(&head_table, rest, head);
     cJSON_Delete(rest);
     return status;
 }

@@ -77,8 +77,7 @@ static ll_status check_workload_at(const ll_experiment *e, int64_t point)
     ll_status status = ll_experiment_open(e, point * e->head.repeats, &scenario);
     if (status.code == LL_BAD_INPUT)
         return ll_error(LL_CONFLICT, "point %lld is refused", (long long)point);
-    if (!ll_failed(&status))
-        status = ll_workload_check(e->workload, scenario.kind, scenario.config);
+    LL_THEN(status, ll_workload_check(e->workload, scenario.kind, scenario.config));
     ll_scenario_free(&scenario);
     return status;
 }
@@ -101,15 +100,13 @@ static ll_status add_axis(ll_experiment *e, const cJSON *json, const char *field
         return ll_field_error(LL_BAD_INPUT, "axes", "axes: must be at most %d", LL_EXPERIMENT_AXES_MAX);
     ll_axis *axis = &e->axes[e->axis_count];
     bool sampled = e->head.sample.method != LL_SAMPLE_NONE;
-    ll_status status = ll_axis_parse(json, field, sampled, e->base.kind->table, e->base.config, axis);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(ll_axis_parse(json, field, sampled, e->base.kind->table, e->base.config, axis));
     e->dimension[e->axis_count] = e->dimension_count;
     e->axis_count++;
     for (int i = 0; i < e->axis_count - 1; i++)
         if (strcmp(e->axes[i].path, axis->path) == 0)
             return ll_field_error(LL_BAD_INPUT, field, "%s.path: %s is on another axis", field, axis->path);
-    return status;
+    return ll_ok();
 }
 
 static ll_status add_zip(ll_experiment *e, const cJSON *zip, const char *field)
@@ -122,9 +119,7 @@ static ll_status add_zip(ll_experiment *e, const cJSON *zip, const char *field)
     {
         char inner[64];
         snprintf(inner, sizeof inner, "%s.zip.%d", field, i++);
-        ll_status status = add_axis(e, item, inner);
-        if (ll_failed(&status))
-            return status;
+        LL_TRY(add_axis(e, item, inner));
         const ll_axis *a = &e->axes[first], *b = &e->axes[e->axis_count - 1];
         if (a->count != b->count)
             return ll_field_error(
@@ -148,9 +143,7 @@ static ll_status read_axes(ll_experiment *e)
         snprintf(field, sizeof field, "axes.%d", i++);
         if (zip && cJSON_GetArraySize(item) > 1)
             return ll_field_error(LL_BAD_INPUT, field, "%s: must have only zip", field);
-        ll_status status = zip ? add_zip(e, zip, field) : add_axis(e, item, field);
-        if (ll_failed(&status))
-            return status;
+        LL_TRY(zip ? add_zip(e, zip, field) : add_axis(e, item, field));
         e->dimension_count++;
     }
     return ll_ok();
@@ -227,9 +220,7 @@ static ll_status read_front(ll_experiment *e)
         snprintf(field, sizeof field, "front.%d", e->front_count);
         if (!cJSON_IsString(item) || !item->valuestring[0])
             return ll_field_error(LL_BAD_INPUT, field, "%s: must be one of the metrics", field);
-        ll_status status = find_metric(e, field, item->valuestring, -1, &metric);
-        if (ll_failed(&status))
-            return status;
+        LL_TRY(find_metric(e, field, item->valuestring, -1, &metric));
         for (int i = 0; i < e->front_count; i++)
             if (e->front[i] == metric)
                 return ll_field_error(LL_BAD_INPUT, field, "%s: duplicate %.100s", field, item->valuestring);
@@ -271,26 +262,18 @@ static ll_status read_metrics(ll_experiment *e, const cJSON *present)
         if (!cJSON_IsString(item) || strlen(item->valuestring) > LL_EXPERIMENT_PATH_MAX)
             return ll_field_error(LL_BAD_INPUT, field, "%s: must be a path of at most %d characters", field,
                                   LL_EXPERIMENT_PATH_MAX);
-        ll_status status = ll_metric_is_cost(item->valuestring)
-                               ? ll_ok()
-                               : ll_metric_check(present, field, item->valuestring);
-        if (ll_failed(&status))
-            return status;
+        LL_TRY(ll_metric_is_cost(item->valuestring) ? ll_ok()
+                                                    : ll_metric_check(present, field, item->valuestring));
         for (int i = 0; i < e->metric_count; i++)
             if (strcmp(e->metrics[i], item->valuestring) == 0)
                 return ll_field_error(LL_BAD_INPUT, field, "%s: duplicate %s", field, item->valuestring);
         e->scales[e->metric_count] = ll_metric_scale_of(e->base.kind, present, item->valuestring);
         snprintf(e->metrics[e->metric_count++], sizeof e->metrics[0], "%s", item->valuestring);
     }
-    ll_status status = read_trade(e);
-    if (!ll_failed(&status))
-        status = find_metric(e, "until.metric", e->head.until.metric, e->error_metric, &e->until_metric);
-    if (!ll_failed(&status))
-        status = read_front(e);
-    if (!ll_failed(&status))
-        status = check_until(e);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(read_trade(e));
+    LL_TRY(find_metric(e, "until.metric", e->head.until.metric, e->error_metric, &e->until_metric));
+    LL_TRY(read_front(e));
+    LL_TRY(check_until(e));
     return e->head.stop.metric[0] ? ll_metric_check(present, "stop.metric", e->head.stop.metric) : ll_ok();
 }
 
@@ -310,8 +293,7 @@ static ll_status check_with_metrics(ll_experiment *e)
         memcpy(scenario.config, e->base.config, e->base.kind->table->size);
         status = ll_ok();
     }
-    if (!ll_failed(&status))
-        status = ll_session_open(&scenario, NULL, NULL, &session);
+    LL_THEN(status, ll_session_open(&scenario, NULL, NULL, &session));
     if (ll_failed(&status))
         return status;
     cJSON *report = ll_session_metrics(session);
@@ -332,20 +314,13 @@ ll_status ll_experiment_parse(const cJSON *json, const char *scenarios, ll_exper
         return ll_error(LL_NO_MEMORY, "out of memory: experiment");
     }
     ll_status status = ll_experiment_read_head(json, &e->head);
-    if (!ll_failed(&status))
-        status = read_scenario(e, scenarios);
-    if (!ll_failed(&status))
-        status = read_set(e);
-    if (!ll_failed(&status))
-        status = read_axes(e);
-    if (!ll_failed(&status))
-        status = count_runs(e);
-    if (!ll_failed(&status))
-        status = read_workload(e);
-    if (!ll_failed(&status))
-        status = check_workload(e);
-    if (!ll_failed(&status))
-        status = check_with_metrics(e);
+    LL_THEN(status, read_scenario(e, scenarios));
+    LL_THEN(status, read_set(e));
+    LL_THEN(status, read_axes(e));
+    LL_THEN(status, count_runs(e));
+    LL_THEN(status, read_workload(e));
+    LL_THEN(status, check_workload(e));
+    LL_THEN(status, check_with_metrics(e));
     if (ll_failed(&status)) {
         ll_experiment_free(e);
         return status;

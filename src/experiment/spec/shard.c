@@ -6,6 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/assert.h"
+
 enum { SHARDS_MAX = 1000000 };
 
 /* Environment variables with a task's index and the number of tasks, by engine. */
@@ -61,9 +63,7 @@ ll_status ll_shard(const char *shard, int64_t runs, int64_t *from, int64_t *to)
 {
     int64_t index = 1, count = 1;
     if (shard && strcmp(shard, "auto") == 0) {
-        ll_status status = ll_shard_from(environment, &index, &count);
-        if (ll_failed(&status))
-            return status;
+        LL_TRY(ll_shard_from(environment, &index, &count));
     } else if (shard) {
         char first[32];
         const char *slash = strchr(shard, '/');
@@ -76,5 +76,6 @@ ll_status ll_shard(const char *shard, int64_t runs, int64_t *from, int64_t *to)
                         (long long)index, (long long)count);
     *from = runs * (index - 1) / count;
     *to = runs * index / count;
+    LL_ASSERT(*from >= 0 && *from <= *to && *to <= runs); /* the shards' parts follow each other */
     return ll_ok();
 }

@@ -18,6 +18,7 @@ int64_t ll_sample_points(const ll_sample_request *o)
 static int64_t permuted(uint64_t seed, uint64_t stream, int64_t at, int64_t n)
 {
     int half = 1;
+    LL_ASSERT(at >= 0 && at < n);
     while ((int64_t)1 << (2 * half) < n)
         half++;
     uint64_t mask = ((uint64_t)1 << half) - 1, x = (uint64_t)at;

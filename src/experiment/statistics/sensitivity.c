@@ -4,6 +4,7 @@
 #include <stdbool.h>
 #include <stdlib.h>
 
+#include "base/assert.h"
 #include "base/rng.h"
 
 #define RESAMPLE_SEED 19971999
@@ -22,6 +23,7 @@ static estimate estimate_of(const part *parts, const uint32_t *index, int64_t n)
 {
     double product = 0, square = 0, sum = 0, squares = 0;
     for (int64_t j = 0; j < n; j++) {
+        LL_VALIDATE(index == NULL || index[j] < (uint64_t)n);
         const part *p = &parts[index ? index[j] : j];
         product += p->product;
         square += p->square;
@@ -45,6 +47,7 @@ static void bounds(double *values, double *low, double *high)
 {
     enum { OUTSIDE = (LL_SENSITIVITY_RESAMPLES + 1) / 40 };
     qsort(values, LL_SENSITIVITY_RESAMPLES, sizeof *values, by_size);
+    _Static_assert((LL_SENSITIVITY_RESAMPLES + 1) % 40 == 0, "percentiles are order statistics");
     *low = values[OUTSIDE - 1];
     *high = values[LL_SENSITIVITY_RESAMPLES - OUTSIDE];
 }

@@ -4,6 +4,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "base/assert.h"
+
 static int by_size(const void *a, const void *b)
 {
     double x = *(const double *)a, y = *(const double *)b;
@@ -24,10 +26,13 @@ ll_summary ll_summarise(const ll_interval_request *request, double *values, ll_r
     s.covers = ll_interval_covers(request, s.of_mean.method);
     qsort(values, (size_t)n, sizeof *values, by_size);
     s.of_median = ll_interval_median(values, n, request->error);
+    LL_ASSERT(isnan(s.of_mean.low) || isnan(s.of_mean.high) || s.of_mean.low <= s.of_mean.high);
+    LL_ASSERT(isnan(s.of_median.low) || isnan(s.of_median.high) || s.of_median.low <= s.of_median.high);
     if (n > 0)
         s.mean = mean;
     if (n > 1)
         s.deviation = sqrt(squares / (double)(n - 1));
+    LL_ASSERT(!(squares < 0)); /* Welford's sum cannot cancel below 0 */
     for (int q = 0; q < 3 && n > 0; q++)
         s.quartiles[q] = ll_sample_quantile(values, n, 0.25 * (q + 1));
     if (n > 0 && values[0] == values[n - 1] && s.of_mean.method == LL_INTERVAL_NONE)

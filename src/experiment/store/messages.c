@@ -5,6 +5,8 @@
 
 #include "experiment/store/kinds.h"
 
+#include "base/assert.h"
+
 void ll_store_name_url(const char *url, char *name, size_t size)
 {
     const char *slashes = strstr(url, "://"), *begin = slashes ? slashes + 3 : url;
@@ -17,6 +19,7 @@ void ll_store_name_url(const char *url, char *name, size_t size)
 
 void ll_store_set_state(ll_experiment_record *r, bool given_up)
 {
+    LL_ASSERT(r->from <= r->to && r->done >= 0 && r->done <= r->to - r->from);
     if (r->done == r->to - r->from)
         r->state = LL_EXPERIMENT_DONE;
     else if (given_up)

@@ -233,10 +233,8 @@ static ll_status open_store(const char *url, ll_result_store **store)
     pthread_mutex_init(&s->lock, NULL);
     ll_store_name_url(url, s->name, sizeof s->name);
     ll_status status = check_url(url, s->name);
-    if (!ll_failed(&status))
-        status = reach(s, url);
-    if (!ll_failed(&status))
-        status = prepare_schema(s);
+    LL_THEN(status, reach(s, url));
+    LL_THEN(status, prepare_schema(s));
     if (ll_failed(&status)) {
         close_store(&s->base);
         return status;

@@ -1,4 +1,4 @@
-/* Fluids in the plane behind one interface: m, kg, s.
+/* Fluids in the plane behind one interface: m, kg, s; extensive quantities are per metre of depth.
  *
  * A method represents a fluid: cells of a grid, particles, the surface of an ocean. A scene sets one of them
  * up and knows its reference solution. Both are rows of tables. A new scene is one more row of
@@ -82,10 +82,9 @@ typedef struct ll_fluid_method {
     void (*drag_force)(void *block, const ll_drag_force *drag_force); /* NULL: not supported */
 
     /* The same numbers in the same order for every scene and time, the rows of `metrics`; returns their
-     * count. The first `traced` are in the trace. */
+     * count. Those of `traced`, which are the first, are in the trace too. */
     int (*numbers)(const void *block, ll_fluid_number *out);
-    const ll_metric_table *metrics;
-    int traced;
+    const ll_metric_table *metrics, *traced;
 
     void (*extent)(const void *block, double *x0, double *y0, double *x1, double *y1);
     void (*layer_size)(const void *block, int layer, int32_t *width, int32_t *height); /* points: count, 1 */

@@ -1,6 +1,8 @@
 /* Tracing the flow back in time, and the table of schemes. */
 #include "fluid/grid/state.h"
 
+#include "base/assert.h"
+
 /* Positions and velocities in cells. */
 typedef struct vec {
     double x, y;
@@ -31,6 +33,7 @@ static double inside(double x, double n, bool periodic)
 /* Bilinear interpolation; (x, y) relative to the value of cell (0, 0), at least -1. */
 static double between(const double *f, int64_t stride, double x, double y, int64_t *first)
 {
+    LL_VALIDATE(!(x < -1) && !(y < -1)); /* within the ring around the cells */
     int64_t i = (int64_t)(x + 1), j = (int64_t)(y + 1), k = j * stride + i;
     double a = x + 1 - (double)i, b = y + 1 - (double)j;
     *first = k;

@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "base/assert.h"
 #include "fluid/grid/state.h"
 
 /* ---- layout: header, fields, donors, fluid, the pressure solver's work ---- */
@@ -38,12 +39,10 @@ ll_status ll_grid_check(const ll_grid_config *c, const ll_grid_solver *solver, b
     if (c->nx % 2 != 0)
         return ll_field_error(LL_BAD_INPUT, "params.n", "params.n: must be even; got %d", c->nx);
     snprintf(what, sizeof what, "a grid of %d x %d cells", c->nx, c->ny);
-    ll_status status = ll_fluid_check_bytes("params.n", what, (int64_t)ll_grid_size(c->nx, c->ny));
-    if (ll_failed(&status))
-        return status;
-    status = ll_pressure_fits((ll_pressure_kind)solver->pressure, c->nx, c->ny,
-                              c->sides[LL_LEFT] == LL_SIDE_PERIODIC, c->sides[LL_BELOW] == LL_SIDE_PERIODIC,
-                              empty);
+    LL_TRY(ll_fluid_check_bytes("params.n", what, (int64_t)ll_grid_size(c->nx, c->ny)));
+    ll_status status = ll_pressure_fits((ll_pressure_kind)solver->pressure, c->nx, c->ny,
+                                        c->sides[LL_LEFT] == LL_SIDE_PERIODIC,
+                                        c->sides[LL_BELOW] == LL_SIDE_PERIODIC, empty);
     if (ll_failed(&status))
         return ll_field_error(LL_BAD_INPUT, "solver.pressure", "solver.pressure: %s", status.text);
     return status;
@@ -57,6 +56,7 @@ void ll_grid_init(void *block, const ll_grid_config *config, const ll_grid_solve
     g->config = *config;
     g->solver = *solver;
     g->size = (int64_t)size;
+    LL_ASSERT(config->nx > 0 && config->nx % 2 == 0 && config->ny > 0 && config->h > 0);
     g->stride = stride_of(config->nx);
     g->rows = config->ny + 3;
     memset(ll_grid_fluid(g), 1, (size_t)g->stride * (size_t)g->rows);
@@ -245,9 +245,7 @@ ll_status ll_grid_step(ll_grid *g, double dt, ll_pace *pace)
     fastest f = find_fastest(g);
     if (!f.finite)
         return not_finite(g, &f);
-    ll_status status = divide(g, dt, &f, &count);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(divide(g, dt, &f, &count));
     for (int64_t i = 0; i < count && ll_goes_on(pace); i++)
         substep(g, dt / (double)count, pace);
     g->last_substeps = count;

@@ -96,6 +96,6 @@ double ll_grid_energy(const ll_grid *, double mean_x,
                       double mean_y); /* m^4/s^2: kinetic energy of the deviation from the mean */
 double ll_grid_mass(const ll_grid *); /* m^2 of dye */
 int ll_grid_numbers(const void *block, ll_fluid_number *out);
-extern const ll_metric_table ll_grid_metrics;
+extern const ll_metric_table ll_grid_metrics, ll_grid_traced;
 
 extern const ll_fluid_method ll_fluid_grid;

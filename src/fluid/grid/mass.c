@@ -4,6 +4,8 @@
  * Mon. Weather Rev. 121 (1993); Bermejo and Conde, Mon. Weather Rev. 130 (2002)). */
 #include "fluid/grid/state.h"
 
+#include "base/assert.h"
+
 /* Largest share of its room that a value uses: keeps rounding within the bounds. */
 #define WHOLE (1 - 1e-15)
 
@@ -73,6 +75,7 @@ void ll_grid_keep_mass(const ll_grid_advect *a)
     if (!(all[way] > 0))
         return;
     double share = lack / all[way];
+    LL_VALIDATE(!(share * lack < 0)); /* towards the missing mass */
     share = share > WHOLE ? WHOLE : share < -WHOLE ? -WHOLE : share;
     for (int32_t j = span.j0; j < span.j1; j++)
         for (int64_t k = ll_grid_k(a->g, span.i0, j), end = ll_grid_k(a->g, span.i1, j); k < end; k++)

@@ -74,7 +74,7 @@ static double visits(const ll_grid *g)
            (double)g->config.ny;
 }
 
-#define GRID(X)                                                                                              \
+#define GRID_TRACED(X)                                                                                       \
     X(number, divergence_max, "1/s", ll_grid_divergence(g),                                                  \
       "largest magnitude of the divergence of a cell after the last pressure solve", LL_FLUID_FAILED)        \
     X(number, residual, NULL, g->last_residual,                                                              \
@@ -88,7 +88,10 @@ static double visits(const ll_grid *g)
       "vertical momentum of the fluid per unit of density", LL_FLUID_FAILED)                                 \
     X(number, mass, "m^2", mass, "amount of dye: its value integrated over the area", LL_FLUID_FAILED)       \
     X(signed_number, mass_change, NULL, g->mass_start > 0 ? mass / g->mass_start - 1 : 0,                    \
-      "change of the amount of dye since the start, relative to the start", LL_FLUID_FAILED)                 \
+      "change of the amount of dye since the start, relative to the start", LL_FLUID_FAILED)
+
+#define GRID(X)                                                                                              \
+    GRID_TRACED(X)                                                                                           \
     X(signed_number, dye_min, NULL, least, "smallest value of the dye; below 0 is an error",                 \
       LL_FLUID_FAILED)                                                                                       \
     X(number, dye_max, NULL, most, "largest value of the dye", LL_FLUID_FAILED)                              \
@@ -108,6 +111,11 @@ const ll_metric_table ll_grid_metrics = {.path = "",
                                          .when = "Only of the method grid.",
                                          .help = "Measures of a fluid on a grid, now.",
                                          LL_METRICS_FROM(GRID)};
+
+const ll_metric_table ll_grid_traced = {.path = "",
+                                        .when = "Only of the method grid.",
+                                        .help = "Measures that are also columns of the trace.",
+                                        LL_METRICS_FROM(GRID_TRACED)};
 
 int ll_grid_numbers(const void *block, ll_fluid_number *out)
 {

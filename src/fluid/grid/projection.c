@@ -3,6 +3,8 @@
 
 #include "fluid/grid/state.h"
 
+#include "base/assert.h"
+
 static void *work_of(const ll_grid *g)
 {
     char *at = (char *)ll_grid_field(g, LL_FIELDS);
@@ -59,6 +61,7 @@ void ll_grid_project(ll_grid *g, ll_pace *pace)
     take_slope(g, &p, u, v);
     ll_grid_bounds(g, LL_PLACE_U, u);
     ll_grid_bounds(g, LL_PLACE_V, v);
+    LL_ASSERT(p.sweeps >= 0 && p.sweeps <= p.sweeps_max);
     g->solves++;
     g->sweeps += p.sweeps;
     g->last_sweeps = p.sweeps;

@@ -1,6 +1,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/assert.h"
 #include "base/detmath.h"
 #include "fluid/ocean/parameters.h"
 #include "fluid/ocean/state.h"
@@ -76,6 +77,7 @@ ll_ocean_fit ll_ocean_fit_of(const ll_ocean_setup *s)
         return fit;
     double peak = 0.877 * s->gravity / s->wind_speed;
     fit.peak = TURN * s->gravity / (peak * peak);
+    LL_ASSERT(fit.length > 0 && cell > 0);
     fit.longer = slower(s, ll_ocean_frequency(TURN / fit.length, s->gravity, s->depth));
     fit.shorter = 1 - slower(s, ll_ocean_frequency(TURN / (2 * cell), s->gravity, s->depth));
     fit.height = 4 * sqrt(8.1e-3 / (4 * 0.74)) * s->wind_speed * s->wind_speed / s->gravity;

@@ -4,12 +4,12 @@
 
 /* ---- layers ---- */
 
-static const char *const particle_columns[] = {"x_m", "y_m", "speed_mps", "pressure_npm", "density", NULL};
+static const char *const particle_columns[] = {"x_m", "y_m", "speed_mps", "pressure_pa", "density", NULL};
 static const char *const body_columns[] = {"x_m", "y_m", NULL};
 
 static const ll_fluid_layer layers[] = {
     {.name = "particles",
-     .help = "Positions in m, speed in m/s, pressure in N/m, density over the rest density.",
+     .help = "Positions in m, speed in m/s, pressure in Pa, density over the rest density.",
      .shape = LL_FLUID_POINTS,
      .columns = particle_columns},
     {.name = "body",
@@ -70,7 +70,7 @@ static void drag_force(void *block, const ll_drag_force *what)
     ll_particles_drag(block, what);
 }
 
-#define PARTICLES(X)                                                                                         \
+#define PARTICLES_TRACED(X)                                                                                  \
     X(signed_number, front_m, "m", m.front,                                                                  \
       "horizontal position of the front: right edge of the rightmost particle", LL_FLUID_FAILED)             \
     X(signed_number, height_m, "m", m.height,                                                                \
@@ -80,15 +80,20 @@ static void drag_force(void *block, const ll_drag_force *what)
       LL_FLUID_FAILED)                                                                                       \
     X(number, density_error_max, NULL, m.density_max,                                                        \
       "largest density error of a particle: compression beyond the rest density, relative", LL_FLUID_FAILED) \
-    X(number, kinetic_energy, "J", m.kinetic_energy, "kinetic energy of all particles", LL_FLUID_FAILED)     \
-    X(signed_number, potential_energy, "J", m.potential_energy,                                              \
-      "potential energy of all particles by gravity", LL_FLUID_FAILED)                                       \
-    X(signed_number, momentum_x, "kg m/s", m.momentum_x, "horizontal momentum of all particles",             \
+    X(number, kinetic_energy, "J/m", m.kinetic_energy, "kinetic energy of all particles per metre of depth", \
       LL_FLUID_FAILED)                                                                                       \
-    X(signed_number, momentum_y, "kg m/s", m.momentum_y, "vertical momentum of all particles",               \
+    X(signed_number, potential_energy, "J/m", m.potential_energy,                                            \
+      "potential energy of all particles by gravity, per metre of depth", LL_FLUID_FAILED)                   \
+    X(signed_number, momentum_x, "kg/s", m.momentum_x,                                                       \
+      "horizontal momentum of all particles per metre of depth", LL_FLUID_FAILED)                            \
+    X(signed_number, momentum_y, "kg/s", m.momentum_y,                                                       \
+      "vertical momentum of all particles per metre of depth", LL_FLUID_FAILED)
+
+#define PARTICLES(X)                                                                                         \
+    PARTICLES_TRACED(X)                                                                                      \
+    X(number, mass, "kg/m", m.mass,                                                                          \
+      "mass of the particles within the tank per metre of depth; of all particles if the tank is open",      \
       LL_FLUID_FAILED)                                                                                       \
-    X(number, mass, "kg", m.mass,                                                                            \
-      "mass of the particles within the tank; of all particles if the tank is open", LL_FLUID_FAILED)        \
     X(number, speed_max_mps, "m/s", m.speed_max, "speed of the fastest particle", LL_FLUID_FAILED)           \
     X(number, neighbours, NULL, m.neighbours, "mean number of neighbours of a particle", LL_FLUID_FAILED)    \
     X(count, particles, NULL, s.fluid, "particles of the fluid", LL_FLUID_FAILED)                            \
@@ -107,6 +112,11 @@ const ll_metric_table ll_particle_metrics_table = {.path = "",
                                                    .when = "Only of the method particles.",
                                                    .help = "Measures of a fluid of particles, now.",
                                                    LL_METRICS_FROM(PARTICLES)};
+
+const ll_metric_table ll_particle_traced = {.path = "",
+                                            .when = "Only of the method particles.",
+                                            .help = "Measures that are also columns of the trace.",
+                                            LL_METRICS_FROM(PARTICLES_TRACED)};
 
 static int numbers(const void *block, ll_fluid_number *out)
 {
@@ -134,7 +144,7 @@ const ll_fluid_method ll_fluid_particles = {
     .drag_force = drag_force,
     .numbers = numbers,
     .metrics = &ll_particle_metrics_table,
-    .traced = 8,
+    .traced = &ll_particle_traced,
     .extent = extent,
     .layer_size = layer_size,
     .layer_values = layer_values,

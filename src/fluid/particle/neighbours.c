@@ -2,6 +2,8 @@
 
 #include "fluid/particle/state.h"
 
+#include "base/assert.h"
+
 /* Cells are a little wider than the support radius, for methods that keep pairs while particles move. */
 #define CELL_PER_SUPPORT 1.1
 
@@ -25,6 +27,7 @@ void ll_particle_cells_size(const ll_particle_setup *setup, double support, ll_p
 static int32_t slot(double at, double origin, double per_cell, int32_t count)
 {
     double place = (at - origin) * per_cell;
+    LL_VALIDATE(count > 0);
     double last = count - 1;
     return place > 0 ? (int32_t)(place < last ? place : last) : 0;
 }
@@ -44,7 +47,9 @@ static void sort(ll_particles *p, int32_t begin, int32_t end, int32_t *start, ll
         int32_t count = start[c];
         start[c] = sum;
         sum += count;
+        LL_VALIDATE(sum <= end); /* each particle is in one cell */
     }
+    LL_ASSERT(start[cells] == end);
     for (int32_t i = begin; i < end; i++)
         place[i] = start[place[i]]++;
     memmove(start + 1, start, (size_t)cells * sizeof *start);
@@ -97,6 +102,7 @@ static int row_ranges(const ll_particles *p, const int32_t *start, int32_t colum
         if (p->setup.periodic)
             out[count++] = (range){start[first], start[first + 1]};
     }
+    LL_VALIDATE(left <= right && start[first + left] <= start[first + right + 1]);
     out[count++] = (range){start[first + left], start[first + right + 1]};
     return count;
 }
@@ -127,6 +133,7 @@ static inline bool keep(search *s, int32_t a, range r)
         pair[count] = b;
         count += ex * ex + ey * ey < reach2;
     }
+    LL_VALIDATE(count <= s->capacity);
     s->count = count;
     return true;
 }

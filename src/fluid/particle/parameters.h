@@ -23,7 +23,7 @@
         LL_PARTICLE_REAL(gravity_x, -1000, 1000, gravity_x_, "m/s^2",                                        \
                          "Gravity, or any force on all of the fluid, to the right."),                        \
         LL_PARTICLE_REAL(gravity_y, -1000, 1000, gravity_y_, "m/s^2", "Gravity upwards."),                   \
-        LL_PARTICLE_REAL(density, 1e-3, 1e6, density_, "kg/m^2", "Rest density."),                           \
+        LL_PARTICLE_REAL(density, 1e-3, 1e6, density_, "kg/m^3", "Rest density."),                           \
         LL_PARTICLE_REAL(sound_speed, 1e-3, 1e6, sound_speed_, "m/s",                                        \
                          "Speed of sound of wcsph: ten times the largest expected speed gives 1 % of "       \
                          "compression. Scales "                                                              \

@@ -48,9 +48,7 @@ static ll_status check_ranges(const ll_particle_setup *s)
         {"body.density", s->body.density, 0, 1e6},
     };
     for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
-        ll_status status = check_range(rows[i].field, rows[i].value, rows[i].least, rows[i].most);
-        if (ll_failed(&status))
-            return status;
+        LL_TRY(check_range(rows[i].field, rows[i].value, rows[i].least, rows[i].most));
     }
     if (s->periodic && s->width < 4.4 * support_of(s)) /* at least three cells */
         return ll_field_error(LL_BAD_INPUT, "width",
@@ -278,6 +276,7 @@ static void normalise(ll_particles *p)
             slope += s * s * s * y * y;
             viscous += s * s * s * e2 / (e2 + 0.01 * h * h) * y * y;
         }
+    LL_ASSERT(sum > 0 && slope > 0 && viscous > 0); /* the support reaches neighbours */
     p->kernel_scale = 1 / (sum * d * d);
     p->slope_scale = -1 / (slope * d * d);
     p->gradient_scale = p->slope_scale * h * h / (-5 * p->kernel_scale);
@@ -292,6 +291,7 @@ ll_particles *ll_particles_init(void *block, const ll_particle_setup *setup, con
     *p = head;
     p->params = *params;
     p->mass = params->density * setup->spacing * setup->spacing;
+    LL_ASSERT(p->mass > 0);
     normalise(p);
     const ll_particle_float *b = &setup->body;
     if (b->density > 0) {
@@ -303,6 +303,7 @@ ll_particles *ll_particles_init(void *block, const ll_particle_setup *setup, con
     fill_fluid(&f, setup);
     fill_walls(&f, setup);
     fill_body(&f, setup);
+    LL_ASSERT(f.count == ll_particle_total(p) && f.body == p->body_count); /* as counted for the layout */
     ll_particle_body_place(p);
     ll_particle_sort_walls(p);
     ll_particle_sort_fluid(p);
@@ -420,6 +421,7 @@ void ll_particles_drag(ll_particles *p, const ll_drag_force *drag_force)
 void ll_particles_put(ll_particles *p, const ll_particle_place *places)
 {
     for (int32_t a = 0; a < p->fluid; a++) {
+        LL_VALIDATE(ll_part_id(p)[a] >= 0 && ll_part_id(p)[a] < p->fluid);
         const ll_particle_place *to = &places[ll_part_id(p)[a]];
         ll_particle_values(p, LL_PARTICLE_X)[a] = to->x;
         ll_particle_values(p, LL_PARTICLE_Y)[a] = to->y;
@@ -459,6 +461,7 @@ ll_status ll_particles_step_paced(ll_particles *p, double dt, ll_pace *pace)
                                                  .value = parts + (double)done,
                                                  .limit = (double)q->substeps});
         double part = parts > 1 ? left / parts : left;
+        LL_ASSERT(part > 0 && part <= left); /* time goes on */
         ll_particle_fault fault = methods[q->method]->substep(p, part, pace);
         if (fault.reason == NULL) {
             ll_particle_body_move(p, part);

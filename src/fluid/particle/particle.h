@@ -1,4 +1,5 @@
-/* Fluids of particles in the plane (smoothed particle hydrodynamics): m, s, kg per metre of depth.
+/* Fluids of particles in the plane (smoothed particle hydrodynamics): m, s, kg. Mass, force, momentum and
+ * energy are per metre of depth: kg/m, N/m, kg/s, J/m; density is kg/m^3, pressure Pa.
  *
  * A fluid is one block of known size: indices, no pointers. A copy of the block is a snapshot. A step calls
  * neither malloc nor a clock, and computes the same bits on every compiler and optimisation level. Particles
@@ -32,7 +33,7 @@ typedef struct ll_particle_fill { /* a rectangle of fluid, or its inscribed elli
 
 typedef struct ll_particle_float { /* a floating rectangle; density 0: none */
     double x, y, width, height;    /* m; x, y: its centre */
-    double density;                /* kg/m^2 */
+    double density;                /* kg/m^3 */
 } ll_particle_float;
 
 typedef struct ll_particle_setup {
@@ -61,7 +62,7 @@ const char *ll_particle_method_help(ll_particle_method_kind kind);          /* m
 /* Names, ranges and defaults: ll_particle_table. */
 typedef struct ll_particle_params {
     double gravity_x, gravity_y;
-    double density;              /* kg/m^2 at rest */
+    double density;              /* kg/m^3 at rest */
     double sound_speed;          /* m/s */
     double artificial_viscosity; /* Monaghan's alpha */
     double viscosity;            /* kinematic, m^2/s */
@@ -123,8 +124,8 @@ typedef struct ll_particle_view { /* arrays of `count`; valid until the next ste
     int32_t count, reserved;
     const int32_t *id;
     const double *x, *y, *u, *v; /* m, m/s */
-    const double *density;       /* kg/m^2: of wcsph its own, of the others the sum over neighbours */
-    const double *pressure;      /* N/m */
+    const double *density;       /* kg/m^3: of wcsph its own, of the others the sum over neighbours */
+    const double *pressure;      /* Pa */
 } ll_particle_view;
 
 ll_particle_view ll_particles_view(const ll_particles *p);
@@ -132,7 +133,7 @@ ll_particle_view ll_particles_view(const ll_particles *p);
 typedef struct ll_particle_body {  /* the moving body */
     double x, y, angle;            /* m, rad */
     double u, v, angular_velocity; /* m/s, rad/s */
-    double mass, inertia;          /* 0: no body */
+    double mass, inertia;          /* kg/m, kg m; 0: no body */
 } ll_particle_body;
 
 ll_particle_body ll_particles_body(const ll_particles *p);
@@ -181,5 +182,5 @@ const ll_particle_scene *ll_particle_scene_named(const char *name); /* NULL if t
 void ll_particle_scene_setup(const ll_particle_scene *scene, double size, ll_particle_setup *setup,
                              ll_particle_params *params);
 
-extern const ll_metric_table ll_particle_metrics_table;
+extern const ll_metric_table ll_particle_metrics_table, ll_particle_traced;
 extern const ll_fluid_method ll_fluid_particles; /* of the scenes in fluid/scenes/particles.c */

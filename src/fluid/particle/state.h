@@ -10,7 +10,7 @@ typedef enum ll_particle_field {
     LL_PARTICLE_U,
     LL_PARTICLE_V,
     LL_PARTICLE_DENSITY,
-    LL_PARTICLE_PRESSURE,        /* N/m */
+    LL_PARTICLE_PRESSURE,        /* Pa */ 
     LL_PARTICLE_PRESSURE_FACTOR, /* p / density^2 of the solvers, and their initial guess */
     LL_PARTICLE_DIVERGENCE,      /* the same of dfsph's divergence solver */
     LL_PARTICLE_STATES,

@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/assert.h"
 #include "base/detmath.h"
 #include "fluid/core/fft.h"
 
@@ -36,6 +37,7 @@ void ll_poisson_open(ll_poisson *p, const uint8_t *fluid, double *open_x, double
         for (int32_t i = 0; i < p->nx; i++) {
             int64_t k = ll_cell(p, i, j);
             double faces = open_x[k] + open_x[k + 1] + open_y[k] + open_y[k + p->stride];
+            LL_VALIDATE(faces >= 0 && faces <= 4);
             inverse[k] = faces > 0 ? 1 / faces : 0;
         }
 }
@@ -102,6 +104,7 @@ double ll_poisson_residual(const ll_poisson *p, double *r)
 bool ll_poisson_done(ll_poisson *p)
 {
     p->residual = ll_poisson_residual(p, NULL);
+    LL_ASSERT(p->tolerance >= 0 && p->sweeps_max >= 0); /* or it would never end */
     return !ll_goes_on(p->pace) || p->residual <= p->tolerance * p->source || p->sweeps >= p->sweeps_max;
 }
 
@@ -119,6 +122,7 @@ void ll_poisson_relax(ll_poisson *p, double relaxation)
 double ll_poisson_best_relaxation(const ll_poisson *p)
 {
     int32_t n = p->nx > p->ny ? p->nx : p->ny;
+    LL_ASSERT(n > 1); /* or the sine is not positive */
     double modes = p->periodic_x || p->periodic_y ? 2 : 1;
     return 2 / (1 + ll_sin(modes * PI / n));
 }

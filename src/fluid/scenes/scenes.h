@@ -19,7 +19,7 @@ LL_FLUID_SCENES(LL_FLUID_DECLARE)
 /* What the scenes measure in addition to their methods, and the ocean, which is a method of one scene. */
 extern const ll_metric_table ll_fluid_cavity_metrics, ll_fluid_cavity_profiles, ll_fluid_cavity_references,
     ll_fluid_taylor_green_metrics, ll_fluid_rotation_metrics, ll_fluid_dam_break_metrics,
-    ll_fluid_hydrostatic_metrics, ll_fluid_poiseuille_metrics, ll_fluid_sea_metrics;
+    ll_fluid_hydrostatic_metrics, ll_fluid_poiseuille_metrics, ll_fluid_sea_metrics, ll_fluid_sea_traced;
 
 /* All tables of fluids, as the beginning of a list. */
 #define LL_FLUID_METRIC_TABLES                                                                               \
@@ -27,6 +27,12 @@ extern const ll_metric_table ll_fluid_cavity_metrics, ll_fluid_cavity_profiles, 
         &ll_fluid_cavity_profiles, &ll_fluid_cavity_references, &ll_fluid_taylor_green_metrics,              \
         &ll_fluid_rotation_metrics, &ll_fluid_dam_break_metrics, &ll_fluid_hydrostatic_metrics,              \
         &ll_fluid_poiseuille_metrics
+
+/* Columns of traces of fluids: of the method, then of the scene. */
+#define LL_FLUID_TRACE_TABLES                                                                                \
+    &ll_grid_traced, &ll_particle_traced, &ll_fluid_sea_traced, &ll_fluid_cavity_metrics,                    \
+        &ll_fluid_taylor_green_metrics, &ll_fluid_rotation_metrics, &ll_fluid_dam_break_metrics,             \
+        &ll_fluid_hydrostatic_metrics, &ll_fluid_poiseuille_metrics
 
 /* In the order of ll_fluid_scenes, NULL-terminated. */
 extern const char *const ll_fluid_scene_names[];

@@ -126,7 +126,7 @@ static ll_status step(void *block, double dt, ll_pace *pace)
 
 /* ---- queries ---- */
 
-#define SEA(X)                                                                                               \
+#define SEA_TRACED(X)                                                                                        \
     X(number, significant_height_m, "m",                                                                     \
       4 * sqrt(fmax(squares / points - sum / points * (sum / points), 0)),                                   \
       "significant wave height: four standard deviations of the surface", LL_FLUID_FAILED)                   \
@@ -138,7 +138,10 @@ static ll_status step(void *block, double dt, ll_pace *pace)
       LL_FLUID_FAILED)                                                                                       \
     X(signed_number, body_roll_rad, "rad", s->buoy.roll, "roll angle of the floating box", LL_FLUID_FAILED)  \
     X(signed_number, water_at_body_m, "m", ll_ocean_height_at(ocean_of(block), s->buoy.x, s->buoy.z),        \
-      "height of the water at the floating box", LL_FLUID_FAILED)                                            \
+      "height of the water at the floating box", LL_FLUID_FAILED)
+
+#define SEA(X)                                                                                               \
+    SEA_TRACED(X)                                                                                            \
     X(number, wind_sea_height_m, "m", fit.height,                                                            \
       "significant wave height of the sea that the wind raises on an unlimited surface", LL_FLUID_FAILED)    \
     X(number, wind_sea_share_in_box, NULL, fit.height > 0 ? fmax(0, 1 - fit.longer - fit.shorter) : NAN,     \
@@ -150,6 +153,11 @@ const ll_metric_table ll_fluid_sea_metrics = {.path = "",
                                               .when = "Only of the method ocean.",
                                               .help = "Measures of the surface of an ocean, now.",
                                               LL_METRICS_FROM(SEA)};
+
+const ll_metric_table ll_fluid_sea_traced = {.path = "",
+                                             .when = "Only of the method ocean.",
+                                             .help = "Measures that are also columns of the trace.",
+                                             LL_METRICS_FROM(SEA_TRACED)};
 
 static int numbers(const void *block, ll_fluid_number *out)
 {
@@ -238,7 +246,7 @@ static const ll_fluid_method ocean = {
     .set_solver = set_solver,
     .numbers = numbers,
     .metrics = &ll_fluid_sea_metrics,
-    .traced = 8,
+    .traced = &ll_fluid_sea_traced,
     .extent = extent,
     .layer_size = layer_size,
     .layer_values = layer_values,

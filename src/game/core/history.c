@@ -2,6 +2,8 @@
 
 #include <string.h>
 
+#include "base/assert.h"
+
 typedef ll_history_place place;
 typedef ll_history_record record;
 
@@ -28,6 +30,7 @@ static const record *record_at(const ll_history *history, int64_t i)
 
 void ll_history_add(ll_history *history, ll_time time, const ll_world *world)
 {
+    LL_ASSERT(history->count == 0 || time >= ll_history_newest(history)); /* in the order of time */
     record *r = (record *)record_at(history, history->count++);
     r->time = time;
     for (int i = 0; i < history->entities; i++)
@@ -41,6 +44,7 @@ static int64_t oldest_record(const ll_history *history)
 
 ll_time ll_history_newest(const ll_history *history)
 {
+    LL_ASSERT(history->count > 0);
     return record_at(history, history->count - 1)->time;
 }
 
@@ -53,6 +57,7 @@ ll_time ll_history_time(const ll_history *history, int64_t step)
 /* Last record at or before `time`. Steps are almost even, so that a guess from the newest is almost right. */
 static int64_t find(const ll_history *history, ll_time time)
 {
+    LL_ASSERT(history->count > 0);
     int64_t newest = history->count - 1;
     int64_t oldest = oldest_record(history);
     const record *last = record_at(history, newest);

@@ -319,10 +319,8 @@ static ll_status add_ball(ll_rigid *rigid, const ll_game_env *env, const ll_enti
     def.fixed_rotation = 1;
     material.friction = p->friction;
     ll_status status = ll_shape_circle((ll_vec2){0, 0}, p->radius, &ball);
-    if (!ll_failed(&status))
-        status = ll_rigid_add_body(rigid, &def, id);
-    if (!ll_failed(&status))
-        status = ll_rigid_add_shape(rigid, *id, &ball, &material);
+    LL_THEN(status, ll_rigid_add_body(rigid, &def, id));
+    LL_THEN(status, ll_rigid_add_shape(rigid, *id, &ball, &material));
     return ll_failed(&status) ? status : ll_rigid_set_mass(rigid, *id, p->mass, 1);
 }
 
@@ -354,12 +352,10 @@ static void step_bodies(ll_world *world, const ll_game_env *env)
     for (int i = 0; i < world->entities && !ll_failed(&status); i++)
         status = i < players ? add_ball(rigid, env, &world->entity[i], &ids[i])
                              : put(rigid, ids[i], &world->entity[i]);
-    if (!ll_failed(&status))
-        status = ll_rigid_step(rigid, env->dt, NULL);
+    LL_THEN(status, ll_rigid_step(rigid, env->dt, NULL));
     for (int i = 0; i < world->entities; i++) {
         ll_body_state s;
-        if (!ll_failed(&status))
-            status = ll_rigid_get_body(rigid, ids[i], &s);
+        LL_THEN(status, ll_rigid_get_body(rigid, ids[i], &s));
         if (ll_failed(&status))
             return;
         take(&world->entity[i], env, &s);

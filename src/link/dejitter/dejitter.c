@@ -67,6 +67,7 @@ void ll_dejitter_clear(ll_dejitter *b)
 static ll_time fastest_way(ll_dejitter *b, ll_time transit, ll_time arrived)
 {
     int64_t part = arrived / PART;
+    LL_ASSERT(arrived >= 0 && part >= b->part); /* packets come in the order of time */
     for (int64_t p = part - b->part > WINDOW ? part - WINDOW + 1 : b->part + 1; p <= part; p++)
         b->fastest[p % WINDOW] = LL_NEVER;
     b->part = part;
@@ -164,6 +165,7 @@ bool ll_dejitter_pop(ll_dejitter *b, ll_time now, ll_dejitter_packet *packet)
         return false;
     ll_dejitter_packet *packets = packets_of(b);
     *packet = packets[0];
+    LL_ASSERT(packet->due >= b->played); /* play-out keeps the order */
     b->played = packet->due;
     b->depth--;
     memmove(packets, packets + 1, (size_t)b->depth * sizeof *packets);

@@ -156,7 +156,9 @@ static inline void enqueue(ll_link *l, entry e)
         l->end -= l->first;
         l->first = 0;
     }
+    LL_ASSERT(l->end < queue_capacity(l->slots)); /* sliding has made room */
     int32_t place = place_of(queue, l->first, l->end, e.due);
+    LL_ASSERT(place >= l->first && (place == l->end || queue[place].due > e.due));
     if (place < l->end)
         memmove(queue + place + 1, queue + place, (size_t)(l->end - place) * sizeof *queue);
     queue[place] = e;
@@ -187,6 +189,7 @@ static void pack(ll_link *l)
         memmove(parcel_at(l, top), p, (size_t)stride);
         top += stride;
     }
+    LL_ASSERT(top <= l->top); /* parcels only move to the front */
     l->top = top;
 }
 
@@ -197,6 +200,7 @@ static inline int32_t store(ll_link *l, int64_t number, const void *bytes, int32
     if (l->top + stride > store_capacity(l->slots, l->arena))
         pack(l);
     int32_t at = l->top;
+    LL_ASSERT(at + stride <= store_capacity(l->slots, l->arena));
     *parcel_at(l, at) = (parcel){.size = size, .number = (uint32_t)number};
     if (size > 0)
         memcpy(parcel_at(l, at) + 1, bytes, (size_t)size);
@@ -207,7 +211,8 @@ static inline int32_t store(ll_link *l, int64_t number, const void *bytes, int32
 
 void ll_link_put(ll_link *l, ll_time now, ll_time due, const void *bytes, int32_t size)
 {
-    LL_ASSERT(due - now <= UINT32_MAX);
+    LL_ASSERT(due >= now && due - now <= UINT32_MAX); /* no packet arrives before it is sent */
+    LL_ASSERT(ll_link_has_room(l, size));
     enqueue(l, (entry){.due = due, .at = store(l, l->number, bytes, size), .took = (uint32_t)(due - now)});
 }
 
@@ -241,6 +246,7 @@ static int hand_over(ll_link *l, int32_t at, void *bytes, int capacity)
         memcpy(bytes, p + 1, (size_t)size);
     p->size = ~size;
     l->bytes -= size;
+    LL_ASSERT(l->bytes >= 0 && l->first <= l->end - l->held);
     if (l->first == l->end)
         drop_all(l);
     LL_VALIDATE(ll_link_valid(l));
@@ -272,7 +278,7 @@ int ll_link_take_held(ll_link *l, uint32_t id, void *bytes, int capacity)
     int32_t i = l->end - l->held;
     while (i < l->end && queue[i].took != id)
         i++;
-    LL_ASSERT(i < l->end);
+    LL_ASSERT(i < l->end && queue[i].due == LL_NEVER);
     int32_t at = queue[i].at;
     memmove(queue + i, queue + i + 1, (size_t)(l->end - i - 1) * sizeof *queue);
     l->end--;

@@ -153,16 +153,11 @@ static ll_status check_window(const char *path, const char *kind, double every_m
 static ll_status check(const void *object, const char *path)
 {
     const ll_link_params *p = object;
-    ll_status status = check_reorder(p, path);
-    if (!ll_failed(&status))
-        status = check_states(p, path);
-    if (!ll_failed(&status))
-        status = check_mtu(p, path);
-    if (!ll_failed(&status))
-        status = check_window(path, "spike", p->spike_every_ms, p->spike_length_ms);
-    if (!ll_failed(&status))
-        status = check_window(path, "blackout", p->blackout_every_ms, p->blackout_length_ms);
-    return status;
+    LL_TRY(check_reorder(p, path));
+    LL_TRY(check_states(p, path));
+    LL_TRY(check_mtu(p, path));
+    LL_TRY(check_window(path, "spike", p->spike_every_ms, p->spike_length_ms));
+    return check_window(path, "blackout", p->blackout_every_ms, p->blackout_length_ms);
 }
 
 const ll_param_table ll_link_table = {.name = "link",

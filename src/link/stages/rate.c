@@ -7,6 +7,8 @@
  * rate, X - E is always at most the longest delay of the packets since the queue was empty. */
 #include "link/stages/stage.h"
 
+#include "base/assert.h"
+
 /* The ring holds departures modulo 2^32 ns. Remaining ones are after the last sending before now, which
  * removed all others, and less than 1.25 s from it; so differences have the right sign while the queue is not
  * empty. */
@@ -50,6 +52,8 @@ void ll_stage_rate(ll_passage *p, ll_memory *m, ll_link_stats *stats)
     ll_time arrives = p->now + ll_ms(p->delay_ms);
     m->entrance = later(m->entrance, p->now) + p->transmission;
     m->exit = later(m->exit, arrives) + p->transmission;
+    LL_ASSERT(m->queue_count < p->places); /* the limit has left room */
+    LL_ASSERT(m->exit >= arrives && m->entrance >= p->now);
     p->departures[(m->queue_first + m->queue_count) % p->places] = (uint32_t)m->entrance;
     m->queue_count++;
     p->queued = m->exit - arrives;

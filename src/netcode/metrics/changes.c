@@ -1,7 +1,11 @@
 #include "netcode/metrics/changes.h"
 
+#include "base/assert.h"
+
 static ll_change *change_at(ll_changes *c, int64_t i)
 {
+    _Static_assert((LL_CHANGES_RING & (LL_CHANGES_RING - 1)) == 0, "a mask finds the place");
+    LL_VALIDATE(i >= c->first && i - c->first <= LL_CHANGES_RING);
     return &c->ring[i & (LL_CHANGES_RING - 1)];
 }
 
@@ -12,6 +16,8 @@ static bool counted(const ll_change *change, ll_latency which)
 
 static void add(ll_change *change, ll_histogram *latency, ll_latency which)
 {
+    LL_ASSERT(change->at[which] >= change->made &&
+              !counted(change, which)); /* once, not before it was made */
     ll_histogram_add(&latency[which], ll_to_ms(change->at[which] - change->made));
     change->counted |= (uint8_t)(1 << which);
 }

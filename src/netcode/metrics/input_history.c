@@ -1,10 +1,13 @@
 #include "netcode/metrics/input_history.h"
 
+#include "base/assert.h"
+
 const char *const ll_cause_names[LL_CAUSES] = {"refused", "late", "loss", "contact", "other"};
 
 static void decide(ll_input_history *input_history, ll_input_history_entry *input,
                    ll_input_result_kind result)
 {
+    LL_ASSERT(input_history->count[input->result] > 0); /* made = open + applied + refused + late + lost */
     input_history->count[input->result]--;
     input_history->count[result]++;
     input->result = (uint8_t)result;
@@ -40,6 +43,7 @@ static ll_input_result_kind input_result_of(const ll_input_history_entry *input)
 
 void ll_input_history_made(ll_input_history *input_history, uint32_t seq, int64_t tick)
 {
+    _Static_assert((LL_INPUT_HISTORY_RING & (LL_INPUT_HISTORY_RING - 1)) == 0, "a mask finds the place");
     ll_input_history_entry *input = &input_history->input[seq & (LL_INPUT_HISTORY_RING - 1)];
     if (input->seq != 0 && input->result == LL_INPUT_IS_OPEN)
         give_up(input_history, input);

@@ -4,6 +4,7 @@
 
 static ll_rendered_view *kept(ll_rendered_views *p, int64_t key)
 {
+    _Static_assert((LL_RENDERED_VIEWS_RING & (LL_RENDERED_VIEWS_RING - 1)) == 0, "a mask finds the place");
     return &p->ring[key & (LL_RENDERED_VIEWS_RING - 1)];
 }
 

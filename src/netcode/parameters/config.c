@@ -91,16 +91,16 @@ static const ll_param server_rows[] = {
      .help = "Number of ticks for which repeat_n repeats."},
     {.name = "hitscan",
      .type = LL_PARAM_CHOICE,
-     .offset = offsetof(ll_server_config, compensation.rifle),
-     .choices = ll_rifle_names,
+     .offset = offsetof(ll_server_config, compensation.hitscan),
+     .choices = ll_hitscan_names,
      .default_value = 1,
      .live = true,
      .help = "How hitscan shots are judged. none: against the server's present. rewind: against the targets "
              "where the shooter saw them. client_authoritative: as the client claims (insecure)."},
     {.name = "projectile",
      .type = LL_PARAM_CHOICE,
-     .offset = offsetof(ll_server_config, compensation.shell),
-     .choices = ll_shell_names,
+     .offset = offsetof(ll_server_config, compensation.projectile),
+     .choices = ll_projectile_names,
      .default_value = 2,
      .live = true,
      .help =
@@ -544,8 +544,7 @@ static ll_status check_player(const void *object, const char *path)
 {
     const ll_player_config *player = object;
     ll_status status = check_way(player, &player->link.up, path, "up");
-    if (!ll_failed(&status))
-        status = check_way(player, &player->link.down, path, "down");
+    LL_THEN(status, check_way(player, &player->link.down, path, "down"));
     double longest = ll_link_delay_max_ms(&player->link.down, player->lag_ms) + player->dejitter_ms;
     if (ll_failed(&status) || !holds_for_long(player) || longest <= LL_ONE_WAY_MAX_MS)
         return status;

@@ -1,6 +1,7 @@
 /* The worlds of a peer: stepped, resimulated, and compared with earlier results. */
 #include <string.h>
 
+#include "base/assert.h"
 #include "base/detmath.h"
 #include "netcode/peer/float_mode.h"
 #include "netcode/protocol/world_hash.h"
@@ -32,6 +33,7 @@ static void step(ll_client *c, const ll_client_setup *s, ll_world *world, int64_
 static void make_tick(ll_client *c, const ll_client_setup *s, int64_t tick)
 {
     ll_world *world = ll_peer_world(c, tick);
+    LL_ASSERT(tick - ll_client_peer(c)->confirmed < LL_PEER_RING); /* confirmed worlds are kept */
     memcpy(world, ll_peer_world(c, tick - 1), (size_t)c->world_size);
     guess(ll_client_peer(c), world->players, tick);
     step(c, s, world, tick);
@@ -63,6 +65,7 @@ void ll_peer_roll_back(ll_client *c, const ll_client_setup *s, ll_time now)
     int64_t first = peer->wrong, ticks = peer->tick - first + 1;
     if (first == LL_NEVER)
         return;
+    LL_ASSERT(first > peer->confirmed && first <= peer->tick); /* only guessed ticks are resimulated */
     ll_world *before = ll_client_predicted(c);
     memcpy(before, ll_peer_world(c, peer->tick), (size_t)c->world_size);
     for (int64_t tick = first; tick <= peer->tick; tick++)

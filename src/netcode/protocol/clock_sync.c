@@ -2,6 +2,8 @@
 
 #include <stddef.h>
 
+#include "base/assert.h"
+
 /* ---- filters ---- */
 
 static ll_time of_least_round_trip(const ll_clock_sample *samples, int count)
@@ -73,6 +75,7 @@ void ll_clock_sync_add(ll_clock_sync *sync, const ll_clock_filter *filter, ll_ti
                        ll_time received, bool snap)
 {
     ll_clock_sample *s = &sync->sample[sync->count % LL_CLOCK_SAMPLES];
+    LL_ASSERT(received >= sent); /* times of one clock */
     s->round_trip = received - sent;
     s->offset = server - sent - s->round_trip / 2;
     sync->count++;

@@ -1,5 +1,7 @@
 #include "netcode/server/lockstep.h"
 
+#include "base/assert.h"
+
 #define RHYTHM_GAP (60 * LL_MS)
 #define RHYTHM_MANY 4 /* minimum number of inputs in flight when a client stops making them */
 #define RHYTHM_KEPT (4 * LL_SECOND)
@@ -127,6 +129,7 @@ void ll_lockstep_step(ll_server *server, const ll_game *game, const ll_game_env 
 {
     ll_action actions[LL_PLAYERS_MAX];
     int64_t k = ++server->step;
+    LL_ASSERT(now >= server->stepped); /* the time of steps does not decrease */
     ll_time interval = ll_tick_time(1, server->clock.freq);
     if (now - server->stepped > interval)
         stall(server, k, now - server->stepped - interval);
@@ -136,6 +139,7 @@ void ll_lockstep_step(ll_server *server, const ll_game *game, const ll_game_env 
         actions[i] = client_slot->connected ? ll_server_action(server, i, k) : (ll_action){0};
         if (!client_slot->connected)
             continue;
+        LL_ASSERT(slot->tick == k && slot->came <= now); /* no step without all inputs */
         client_slot->acked = slot->seq;
         ll_server_measure(past, i, slot, now);
         ll_client_slot_done(client_slot, slot->seq, !ll_client_slot_replaced(client_slot, k));

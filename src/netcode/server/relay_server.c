@@ -1,7 +1,8 @@
 #include "netcode/server/relay_server.h"
 
+#include "base/assert.h"
 #include "netcode/protocol/world_hash.h"
-#include "netcode/server/hold.h"
+#include "netcode/server/barrier.h"
 
 static const ll_input_slot *slot_of(const ll_client_slot *client_slot, int64_t tick)
 {
@@ -38,11 +39,13 @@ void ll_relay_server_step(ll_server *server, const ll_game *game, const ll_game_
 {
     ll_action actions[LL_PLAYERS_MAX];
     int64_t k = ++server->step;
+    LL_ASSERT(now >= server->stepped); /* the time of steps does not decrease */
     ll_time interval = ll_tick_time(1, server->clock.freq);
     if (now - server->stepped > interval)
         server->stalled += now - server->stepped - interval;
     for (int i = 0; i < server->players; i++) {
         ll_client_slot *client_slot = &server->client_slots[i];
+        LL_ASSERT(slot_of(client_slot, k)->tick == k); /* no step without all inputs */
         actions[i] = client_slot->held = slot_of(client_slot, k)->action;
         if (k <= client_slot->first)
             continue; /* not the player's own */
@@ -62,7 +65,7 @@ void ll_relay_server_step(ll_server *server, const ll_game *game, const ll_game_
 static void take_acks(const ll_server *server, ll_peer_status *peer, const ll_peer_message *m,
                       const ll_peer_ack *acks)
 {
-    bool counts_for_time_sync = !ll_hold_waits(server, m->tick + m->head.count - 1);
+    bool counts_for_time_sync = !ll_barrier_waits(server, m->tick + m->head.count - 1);
     for (int p = 0; p < server->players; p++) {
         if (acks[p].known > peer->acks[p].known)
             peer->acks[p].known = acks[p].known;
@@ -101,6 +104,7 @@ static void take_new_inputs(ll_server *server, ll_client_slot *client_slot, cons
             else if (tick == next + count && count < LL_INPUTS_MAX)
                 inputs->inputs[count++] = (ll_action){{input->axis[0], input->axis[1]}, input->buttons, 0};
         }
+    LL_ASSERT(next > client_slot->first);
     inputs->head = (ll_message_head){LL_MESSAGE_INPUT, (uint8_t)count, m->head.epoch,
                                      (uint32_t)(next - client_slot->first)};
     inputs->tick = (int32_t)next;
@@ -124,7 +128,7 @@ int ll_relay_server_take(ll_server *server, const ll_sync_mode *sync, int player
     client_slot->allowance = (ll_rate_limiter){ll_rate_burst(server->client_freq), now};
     int result_count = ll_server_receive(server, sync, player, &inputs, now, results);
     ll_relay_server_fill(server, now);
-    ll_hold_follow(server, sync, player, m, now);
+    ll_barrier_follow(server, sync, player, m, now);
     return result_count;
 }
 
@@ -175,7 +179,7 @@ int ll_relay_server_compose(ll_server *server, const ll_sync_mode *sync, int pla
                                      .epoch = client_slot->epoch,
                                      .seq = (uint32_t)(known(server, client_slot) - client_slot->first)},
                             .tick = (int32_t)server->step,
-                            .hold = (int32_t)server->hold,
+                            .barrier = (int32_t)server->barrier,
                             .time = server->stepped,
                             .hashed = (int32_t)client_slot->peer.hashed,
                             .resume = (int32_t)server->resume};

@@ -67,15 +67,17 @@ void ll_client_slot_open(ll_client_slot *client_slot, ll_freq client_freq, int64
 void ll_server_start(ll_server *server, ll_freq step_freq, ll_freq update_freq, ll_freq client_freq,
                      ll_time now)
 {
+    LL_ASSERT(server->players >= 1 && server->players <= LL_PLAYERS_MAX);
+    LL_ASSERT(step_freq > 0 && update_freq > 0 && client_freq > 0);
     server->epoch = ll_server_next_epoch(server);
     server->clock = (ll_clock){now, server->step, step_freq};
     server->updates = (ll_clock){now, 0, update_freq};
     server->update = 1;
     server->stepped = now;
     server->next_check = now + LL_CONNECTION_CHECK_INTERVAL;
-    server->hold = server->resume = 0;
+    server->barrier = server->resume = 0;
     server->recovery_until = now;
-    server->hold_due = 0;
+    server->barrier_due = 0;
     server->client_freq = client_freq;
     ll_baseline_history_clear(ll_server_baseline_history(server));
     for (int i = 0; i < server->players; i++) {
@@ -176,6 +178,7 @@ int ll_server_receive(ll_server *server, const ll_sync_mode *sync, int player, c
     const ll_input_message *message = packet;
     ll_client_slot *client_slot = &server->client_slots[player];
     int count = 0;
+    LL_ASSERT(message->head.count <= LL_INPUTS_MAX); /* one result each */
     if (message->head.epoch != client_slot->epoch)
         return 0;
     client_slot->wants = message->wants;
@@ -209,6 +212,7 @@ int ll_server_receive(ll_server *server, const ll_sync_mode *sync, int player, c
                 ll_time_spend(&client_slot->account, &message->inputs[i], server->client_freq, now);
         }
         ll_action action = rule == LL_RULE_NONE ? message->inputs[i] : replacement(server, client_slot, tick);
+        LL_ASSERT(tick > client_slot->newest - LL_INPUT_RING); /* overwrites no later input */
         client_slot->slots[tick & (LL_INPUT_RING - 1)] = (ll_input_slot){
             tick, now, action, result->seq, message->lead > 0 ? message->tick - message->lead : 0};
         mark_replaced(client_slot, tick, rule != LL_RULE_NONE);

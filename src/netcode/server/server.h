@@ -107,10 +107,10 @@ typedef struct ll_server {
     ll_quantization grid;          /* that the codec rounds to */
     ll_time from;                  /* snapshot costs count from then on */
     int32_t rollback;              /* rollback: prediction window of the clients, ticks */
-    uint32_t hold_due;             /* deterministic and rollback: a hold is to follow */
-    int64_t hold, resume;          /* see netcode/server/hold.h; as sent in relays */
+    uint32_t barrier_due;          /* deterministic and rollback: a barrier is to follow */
+    int64_t barrier, resume;       /* see netcode/server/barrier.h; as sent in relays */
     ll_time recovery_until;        /* lockstep_pipelined: until then steps follow the inputs of one player;
-                            deterministic and        rollback: no hold before then */
+                            deterministic and        rollback: no barrier before then */
     uint32_t hashes[LL_HASH_RING]; /* deterministic and rollback: of the world after a step */
     ll_client_slot client_slots[]; /* one per player; then the world; then the baselines */
 } ll_server;

@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/assert.h"
 #include "base/detmath.h"
 
 static size_t record_size(int entities)
@@ -29,6 +30,7 @@ void ll_baseline_history_clear(ll_baseline_history *b)
 
 static ll_baseline *record_at(const ll_baseline_history *b, int64_t i)
 {
+    _Static_assert((LL_BASELINES & (LL_BASELINES - 1)) == 0, "a mask finds the place");
     return (ll_baseline *)((char *)(b + 1) + (size_t)(i & (LL_BASELINES - 1)) * record_size(b->entities));
 }
 
@@ -105,6 +107,7 @@ const ll_baseline *ll_baseline_history_take(ll_baseline_history *b, const ll_wor
         ll_baseline_history_clear(b);
     if (b->count > 0 && record_at(b, b->count - 1)->tick == tick)
         return record_at(b, b->count - 1);
+    LL_ASSERT(b->count == 0 || tick > record_at(b, b->count - 1)->tick); /* in the order of ticks */
     b->grid = *grid;
     take_tail(b, world);
     ll_baseline *record = record_at(b, b->count++);

@@ -1,5 +1,7 @@
 #include "netcode/snapshot/bits.h"
 
+#include "base/assert.h"
+
 #define GROUP 3   /* bits of a number in a group */
 #define GROUPS 22 /* of 64 bits */
 
@@ -11,6 +13,7 @@ static uint64_t low(uint64_t value, int bits)
 void ll_bits_put_bytes(ll_bit_writer *w, uint64_t value, int bits)
 {
     int64_t end = w->count + bits;
+    LL_ASSERT(bits >= 0 && bits <= 64);
     if (end > w->capacity) {
         w->count = end;
         return;
@@ -29,6 +32,7 @@ void ll_bits_put_bytes(ll_bit_writer *w, uint64_t value, int bits)
 uint64_t ll_bits_get_bytes(ll_bit_reader *r, int bits)
 {
     uint64_t value = 0;
+    LL_ASSERT(bits >= 0 && bits <= 64 && r->at >= 0);
     if (bits > r->size - r->at) {
         r->at = r->size + 1;
         return 0;

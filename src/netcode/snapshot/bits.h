@@ -8,6 +8,8 @@
 #include <stdint.h>
 #include <string.h>
 
+#include "base/assert.h"
+
 typedef struct ll_bit_writer {
     uint8_t *bytes;
     int64_t capacity; /* bits */
@@ -34,6 +36,7 @@ static inline void ll_bits_put(ll_bit_writer *w, uint64_t value, int bits)
         ll_bits_put_bytes(w, value, bits);
         return;
     }
+    LL_VALIDATE(bits >= 0 && w->count >= 0);
     uint8_t *at = w->bytes + (w->count >> 3);
     uint64_t word = (*at & ((UINT64_C(1) << used) - 1)) | (value & ((UINT64_C(1) << bits) - 1)) << used;
     memcpy(at, &word, sizeof word);
@@ -46,6 +49,7 @@ static inline uint64_t ll_bits_get(ll_bit_reader *r, int bits)
     if (used + bits > 63 || r->at - used + 64 > r->size)
         return ll_bits_get_bytes(r, bits);
     uint64_t word;
+    LL_VALIDATE(bits >= 0 && r->at >= 0);
     memcpy(&word, r->bytes + (r->at >> 3), sizeof word);
     r->at += bits;
     return word >> used & ((UINT64_C(1) << bits) - 1);

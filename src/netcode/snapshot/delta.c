@@ -85,9 +85,7 @@ static ll_status decode(ll_bit_reader *r, const ll_incoming *in)
 {
     memcpy(in->world->entity, in->baseline->entity, (size_t)in->world->entities * sizeof(ll_entity));
     ll_get_exact(r, &in->world->entity[in->self]);
-    ll_status status = get_changed(r, in);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(get_changed(r, in));
     if (ll_bits_get(r, 1))
         memcpy(ll_world_tail(in->world), ll_world_tail_const(in->baseline), (size_t)in->world->tail);
     else

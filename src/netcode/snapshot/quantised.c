@@ -55,9 +55,7 @@ static void encode(ll_bit_writer *w, const ll_outgoing *out, ll_snapshot_cost *c
 static ll_status decode(ll_bit_reader *r, const ll_incoming *in)
 {
     const ll_cell zero = {0};
-    ll_status status = get_grid(r, in->grid);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(get_grid(r, in->grid));
     for (int i = 0; i < in->world->entities; i++) {
         ll_entity *e = &in->world->entity[i];
         ll_cell cell;

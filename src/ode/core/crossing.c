@@ -5,6 +5,7 @@
 #include <float.h>
 #include <string.h>
 
+#include "base/assert.h"
 #include "ode/core/method_internal.h"
 
 typedef struct search {
@@ -89,6 +90,7 @@ bool ll_ode_event_locate(ll_ode_run *run, const ll_ode_method *method, const ll_
     }
     if (run->event < 0)
         return false;
+    LL_ASSERT(first >= 0 && first <= 1); /* within the step */
     run->partial = partial || first < 1;
     *h *= first;
     method->body->attempt(run, method, ode, *h);
@@ -100,6 +102,7 @@ void ll_ode_event_jump(ll_ode_run *run, const ll_ode *ode)
 {
     const ll_ode_event *event = &ode->events[run->event];
     double *y = ll_ode_state_y(run);
+    LL_ASSERT(run->event < ode->event_count);
     run->counters.events++;
     run->event_n[run->event]++;
     memcpy(run->data + 2 * run->stride, y, (size_t)run->stride * sizeof *y);

@@ -153,12 +153,8 @@ static double first_step(ll_ode_run *run, const ll_ode_method *method, const ll_
 ll_status ll_ode_start(ll_ode_run *run, const ll_ode_method *method, const ll_ode *ode,
                        const ll_ode_control *control, const double *y0)
 {
-    ll_status status = ll_ode_method_fits(method, ode);
-    if (ll_failed(&status))
-        return status;
-    status = ll_ode_check_control(method, control);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(ll_ode_method_fits(method, ode));
+    LL_TRY(ll_ode_check_control(method, control));
     LL_ASSERT(ode->dim >= 1 && ode->dim <= LL_ODE_DIM_MAX && ode->event_count <= LL_ODE_EVENTS_MAX);
     memset(run, 0, ll_ode_run_size(method, ode));
     run->dim = ode->dim;
@@ -181,6 +177,7 @@ ll_status ll_ode_start(ll_ode_run *run, const ll_ode_method *method, const ll_od
 
 static ll_ode_state fail(ll_ode_run *run, ll_ode_reason reason, double t)
 {
+    LL_ASSERT(reason != LL_ODE_NO_REASON); /* it says why */
     run->state = LL_ODE_DIVERGED;
     run->reason = (int32_t)reason;
     run->failed_t = t;
@@ -196,6 +193,7 @@ static bool out_of_steps(const ll_ode_run *run)
 static ll_ode_state commit(ll_ode_run *run, const ll_ode_method *method, const ll_ode *ode, double t,
                            double h)
 {
+    LL_ASSERT(run->state == LL_ODE_RUNNING && (run->current == 0 || run->current == 1));
     run->t_last = run->t;
     run->t = t;
     run->current = 1 - run->current;
@@ -244,6 +242,7 @@ double ll_ode_propose(ll_ode_run *run, double h, double error, double order)
     enum { LEAST = 5, MOST = 6 };
     if (!finite(error))
         return h / LEAST;
+    LL_VALIDATE(error >= 0 && order > 0); /* a norm */
     double growth = ll_ode_power(error > 1e-20 ? error : 1e-20, -0.5 / order), factor = SAFETY * growth;
     if (error <= 1) {
         if (run->growth != 0) {

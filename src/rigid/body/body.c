@@ -1,5 +1,6 @@
 #include <string.h>
 
+#include "base/assert.h"
 #include "base/detmath.h"
 #include "rigid/body/world_state.h"
 
@@ -73,6 +74,7 @@ void ll_mark_moved(ll_rigid *w, int32_t shape)
 {
     if (ll_moved_flags(w)[shape])
         return;
+    LL_VALIDATE(w->moved < w->shape_end); /* each shape once */
     ll_moved_flags(w)[shape] = 1;
     ll_moved_lists(w)[w->moved++] = shape;
 }
@@ -109,9 +111,7 @@ static ll_status check_number(const char *field, double value, double most)
 ll_status ll_check_numbers(int count, const char *const *fields, const double *values, double most)
 {
     for (int i = 0; i < count; i++) {
-        ll_status status = check_number(fields[i], values[i], most);
-        if (ll_failed(&status))
-            return status;
+        LL_TRY(check_number(fields[i], values[i], most));
     }
     return ll_ok();
 }
@@ -128,8 +128,7 @@ static ll_status check_body(const ll_body_def *def)
                              def->velocity.x,    def->velocity.y, def->angular_velocity,
                              def->gravity_scale, def->damping,    def->angular_damping};
     ll_status status = ll_check_numbers(2, fields, values, LL_WORLD_MAX);
-    if (!ll_failed(&status))
-        status = ll_check_numbers(7, fields + 2, values + 2, 1e6);
+    LL_THEN(status, ll_check_numbers(7, fields + 2, values + 2, 1e6));
     if (!ll_failed(&status) && (def->damping < 0 || def->angular_damping < 0))
         status = ll_field_error(LL_BAD_INPUT, "damping",
                                 "damping, angular_damping: both must be at least 0; got %g and %g.",
@@ -139,9 +138,7 @@ static ll_status check_body(const ll_body_def *def)
 
 ll_status ll_rigid_add_body(ll_rigid *w, const ll_body_def *def, ll_body_id *out)
 {
-    ll_status status = check_body(def);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(check_body(def));
     if (w->bodies == w->limits.bodies)
         return ll_error(LL_LIMIT, "world: full; its limit is %d bodies.", w->limits.bodies);
     int32_t i = w->free_body;
@@ -149,6 +146,7 @@ ll_status ll_rigid_add_body(ll_rigid *w, const ll_body_def *def, ll_body_id *out
         i = w->body_end++;
     else
         w->free_body = ll_bodies(w)[i].island;
+    LL_ASSERT(i >= 0 && i < w->limits.bodies);
     uint32_t generation = ll_bodies(w)[i].generation + 1;
     ll_bodies(w)[i] = (ll_body){.angle = def->angle,
                                 .gravity_scale = def->gravity_scale,
@@ -184,6 +182,7 @@ static void set_inverses(ll_rigid *w, int32_t body)
     bool dynamic = b->type == LL_BODY_DYNAMIC;
     b->inv_mass = dynamic && b->mass > 0 ? 1 / b->mass : 0;
     b->inv_inertia = dynamic && b->inertia > 0 && !b->fixed_rotation ? 1 / b->inertia : 0;
+    LL_ASSERT(b->inv_mass >= 0 && b->inv_inertia >= 0); /* 0: not moved by forces */
     ll_body_sims(w)[body] = (ll_body_sim){b->inv_mass, b->inv_inertia, b->core, b->margin};
 }
 
@@ -227,9 +226,7 @@ static void sum_mass(ll_rigid *w, int32_t body)
 ll_status ll_rigid_set_mass(ll_rigid *w, ll_body_id id, double mass, double inertia)
 {
     int32_t slot;
-    ll_status status = ll_body_slot(w, id, &slot);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(ll_body_slot(w, id, &slot));
     if (!(mass > 0 && mass <= 1e15))
         return ll_field_error(LL_BAD_INPUT, "mass", "mass: must be above 0 and at most 1e15 kg; got %g.",
                               mass);
@@ -279,15 +276,10 @@ static ll_status room_for_shape(const ll_rigid *w, const ll_geometry *g)
 ll_status ll_rigid_add_shape(ll_rigid *w, ll_body_id id, const ll_geometry *g, const ll_material *m)
 {
     int32_t body;
-    ll_status status = ll_body_slot(w, id, &body);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(ll_body_slot(w, id, &body));
     ll_body *b = &ll_bodies(w)[body];
-    status = check_material(m, b->type == LL_BODY_DYNAMIC && ll_shape_is_solid((ll_shape_kind)g->kind));
-    if (!ll_failed(&status))
-        status = room_for_shape(w, g);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(check_material(m, b->type == LL_BODY_DYNAMIC && ll_shape_is_solid((ll_shape_kind)g->kind)));
+    LL_TRY(room_for_shape(w, g));
     int32_t s = w->free_shape;
     if (s == LL_NONE)
         s = w->shape_end++;
@@ -341,12 +333,9 @@ ll_status ll_rigid_add_chain(ll_rigid *w, ll_body_id id, const ll_vec2 *points, 
     int first = loop ? 0 : 1, last = loop ? count : count - 2;
     for (int i = first; i < last; i++) {
         ll_geometry g;
-        ll_status status = ll_shape_chain_segment(points[(i + count - 1) % count], points[i],
-                                                  points[(i + 1) % count], points[(i + 2) % count], &g);
-        if (!ll_failed(&status))
-            status = ll_rigid_add_shape(w, id, &g, material);
-        if (ll_failed(&status))
-            return status;
+        LL_TRY(ll_shape_chain_segment(points[(i + count - 1) % count], points[i], points[(i + 1) % count],
+                                      points[(i + 2) % count], &g));
+        LL_TRY(ll_rigid_add_shape(w, id, &g, material));
     }
     return ll_ok();
 }
@@ -356,9 +345,7 @@ ll_status ll_rigid_add_chain(ll_rigid *w, ll_body_id id, const ll_vec2 *points, 
 ll_status ll_rigid_get_body(const ll_rigid *w, ll_body_id id, ll_body_state *out)
 {
     int32_t i;
-    ll_status status = ll_body_slot(w, id, &i);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(ll_body_slot(w, id, &i));
     const ll_body *b = &ll_bodies(w)[i];
     const ll_solver_body *m = &ll_solver_bodies(w)[i];
     *out = (ll_body_state){.position = ll_to_world(ll_poses(w)[i], b->origin),

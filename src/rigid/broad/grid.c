@@ -5,6 +5,7 @@
  * Costs n + pairs for bodies of any sizes, unless they are piled up at one position. */
 #include "rigid/broad/broad.h"
 
+#include "base/assert.h"
 #include "base/mix.h"
 
 #define LEVELS 48
@@ -53,6 +54,7 @@ static void init(void *state, int32_t capacity)
 {
     grid *g = state;
     *g = (grid){.capacity = capacity, .buckets = bucket_count(capacity)};
+    LL_ASSERT((g->buckets & (g->buckets - 1)) == 0); /* a mask finds the bucket */
     for (int32_t i = 0; i < g->buckets; i++)
         heads(g)[i] = -1;
 }
@@ -108,6 +110,7 @@ static void link_in(grid *g, int32_t proxy, node place)
 static void insert(void *state, const ll_aabb *boxes, int32_t proxy)
 {
     grid *g = state;
+    LL_ASSERT(proxy >= 0 && proxy < g->capacity);
     for (; g->end <= proxy; g->end++)
         nodes(g)[g->end].level = -1;
     link_in(g, proxy, place_of(&boxes[proxy]));
@@ -117,6 +120,7 @@ static void remove_proxy(void *state, int32_t proxy)
 {
     grid *g = state;
     node *at = nodes(g), old = at[proxy];
+    LL_ASSERT(old.level >= 0 && g->used[old.level] > 0); /* it was inserted */
     if (old.previous >= 0)
         at[old.previous].next = old.next;
     else

@@ -4,6 +4,9 @@
  * The order is kept from step to step, and small moves need few exchanges. After large moves everything is
  * sorted again. Costs n log n + the pairs that overlap in x. */
 #include "rigid/broad/broad.h"
+#include "rigid/broad/heap_sort.h"
+
+#include "base/assert.h"
 
 typedef struct entry {
     double left;
@@ -32,30 +35,7 @@ static inline bool before(entry a, entry b)
     return a.left < b.left || (a.left == b.left && a.proxy < b.proxy);
 }
 
-static void sift(entry *at, int32_t root, int32_t count)
-{
-    entry value = at[root];
-    for (int32_t child; (child = 2 * root + 1) < count; root = child) {
-        if (child + 1 < count && before(at[child], at[child + 1]))
-            child++;
-        if (!before(value, at[child]))
-            break;
-        at[root] = at[child];
-    }
-    at[root] = value;
-}
-
-static void heap_sort(entry *at, int32_t count)
-{
-    for (int32_t i = count / 2; i-- > 0;)
-        sift(at, i, count);
-    for (int32_t i = count; i-- > 1;) {
-        entry top = at[0];
-        at[0] = at[i];
-        at[i] = top;
-        sift(at, 0, i);
-    }
-}
+LL_HEAP_SORT(heap_sort, entry, before)
 
 /* Insertion sort, as long as that takes fewer exchanges than a full sort. */
 static void put_in_order(entry *at, int32_t count)
@@ -88,6 +68,7 @@ static void remove_proxy(void *state, int32_t proxy)
     for (int32_t i = 0; i < s->count; i++)
         if (s->at[i].proxy != proxy)
             s->at[kept++] = s->at[i];
+    LL_ASSERT(kept == s->count - 1); /* each proxy once */
     s->count = kept;
 }
 

@@ -4,6 +4,8 @@
  * them; a pair belongs to the strip in which the higher box begins. */
 #include "rigid/broad/broad.h"
 
+#include "base/assert.h"
+
 typedef struct entry {
     double left, right, low, high;
     uint32_t begin, end; /* left and right, as integers relative to the width of all; used for sorting */
@@ -30,6 +32,8 @@ enum {
     digit_bits = 9
 };
 
+_Static_assert((int)strip_bits + (int)part_bits + (int)place_bits == 64, "a key is a word");
+
 /* Integer from 0 to `most`. Values outside are clamped, which keeps the order. */
 static inline uint32_t cut(double x, double most)
 {
@@ -49,6 +53,7 @@ static inline uint32_t part_of(const strips *s, double x)
 static bool sort_in(strips *s, ll_aabb box, int32_t proxy, bool moved)
 {
     uint32_t first = strip_of(s, box.lower.y), last = strip_of(s, box.upper.y);
+    LL_VALIDATE(last >= first); /* cutting keeps the order */
     if (last - first >= most_strips) {
         s->tall[s->tall_count++] = proxy;
         return s->tall_count < 64;

@@ -1,4 +1,5 @@
 #include "rigid/broad/broad.h"
+#include "rigid/broad/heap_sort.h"
 
 #include <stddef.h>
 
@@ -26,30 +27,12 @@ static inline uint64_t key(ll_proxy_pair p)
     return (uint64_t)(uint32_t)p.a << 32 | (uint32_t)p.b;
 }
 
-static void sift(ll_proxy_pair *at, int32_t root, int32_t count)
+static inline bool before(ll_proxy_pair a, ll_proxy_pair b)
 {
-    ll_proxy_pair value = at[root];
-    for (int32_t child; (child = 2 * root + 1) < count; root = child) {
-        if (child + 1 < count && key(at[child]) < key(at[child + 1]))
-            child++;
-        if (key(at[child]) <= key(value))
-            break;
-        at[root] = at[child];
-    }
-    at[root] = value;
+    return key(a) < key(b);
 }
 
-static void heap_sort(ll_proxy_pair *at, int32_t count)
-{
-    for (int32_t i = count / 2; i-- > 0;)
-        sift(at, i, count);
-    for (int32_t i = count; i-- > 1;) {
-        ll_proxy_pair top = at[0];
-        at[0] = at[i];
-        at[i] = top;
-        sift(at, 0, i);
-    }
-}
+LL_HEAP_SORT(heap_sort, ll_proxy_pair, before)
 
 /* Quicksort that falls back to heapsort when partitions are too uneven: n log n for every input. */
 static void sort(ll_proxy_pair *at, int32_t count, int depth)

@@ -5,6 +5,8 @@
  * shrinks its parent's box. Costs log n for an insertion and log n + hits for a query. */
 #include "rigid/broad/broad.h"
 
+#include "base/assert.h"
+
 #define NONE (-1)
 
 typedef struct node {
@@ -47,6 +49,7 @@ static inline double perimeter(ll_aabb b)
 
 static int32_t take_node(tree *t)
 {
+    LL_ASSERT(t->free != NONE || t->made < 2 * t->capacity);
     if (t->free == NONE)
         return t->made++;
     int32_t i = t->free;
@@ -82,6 +85,7 @@ static int32_t best_sibling(const tree *t, ll_aabb box)
 
 static void refit(node *at, int32_t i)
 {
+    LL_VALIDATE(at[at[i].child[0]].parent == i && at[at[i].child[1]].parent == i);
     at[i].box = ll_aabb_union(at[at[i].child[0]].box, at[at[i].child[1]].box);
 }
 
@@ -145,6 +149,7 @@ static void remove_proxy(void *state, int32_t proxy)
     tree *t = state;
     node *at = nodes(t);
     int32_t leaf = leaves(t)[proxy], parent = at[leaf].parent;
+    LL_ASSERT(at[leaf].child[0] == NONE && at[leaf].proxy == proxy); /* a leaf, and its own */
     give_node(t, leaf);
     if (parent == NONE) {
         t->root = NONE;

@@ -28,6 +28,7 @@ static void pair_set_put(ll_rigid *w, int32_t contact)
 {
     const ll_contact *c = &ll_contacts(w)[contact];
     uint32_t i = slot_of(w, c->shape[0], c->shape[1]);
+    LL_ASSERT(w->contacts < w->pair_set_mask); /* a free slot ends every search */
     while (ll_pair_entries(w)[i].a != LL_NONE)
         i = (i + 1) & (uint32_t)w->pair_set_mask;
     ll_pair_entries(w)[i] = (ll_pair_entry){c->shape[0], c->shape[1]};
@@ -40,6 +41,7 @@ static void pair_set_remove(ll_rigid *w, int32_t contact)
     uint32_t mask = (uint32_t)w->pair_set_mask;
     const ll_contact *c = &ll_contacts(w)[contact];
     uint32_t hole = slot_of(w, c->shape[0], c->shape[1]);
+    LL_VALIDATE(ll_pair_exists(w, c->shape[0], c->shape[1]));
     while (table[hole].a != c->shape[0] || table[hole].b != c->shape[1])
         hole = (hole + 1) & mask;
     for (uint32_t i = (hole + 1) & mask; table[i].a != LL_NONE; i = (i + 1) & mask) {
@@ -66,6 +68,7 @@ void ll_awake_contact(ll_rigid *w, int32_t contact)
 void ll_sleep_contact(ll_rigid *w, int32_t contact)
 {
     ll_contact *c = &ll_contacts(w)[contact];
+    LL_ASSERT(c->awake >= 0 && c->awake < w->awake_contacts);
     int32_t *list = ll_awake_contacts(w), last = list[--w->awake_contacts];
     list[c->awake] = last;
     ll_contacts(w)[last].awake = c->awake;
@@ -87,6 +90,7 @@ static void unlink_side(ll_rigid *w, int32_t contact, int side)
 {
     ll_contact *c = &ll_contacts(w)[contact];
     int32_t next = c->next[side], previous = c->previous[side];
+    LL_VALIDATE(previous != LL_NONE || ll_bodies(w)[c->body[side]].contact == 2 * contact + side);
     if (previous == LL_NONE)
         ll_bodies(w)[c->body[side]].contact = next;
     else
@@ -113,6 +117,7 @@ void ll_take_colour(ll_rigid *w, ll_contact *c)
         return;
     }
     uint64_t bit = open & (~open + 1);
+    LL_VALIDATE((taken & bit) == 0); /* no two contacts of a dynamic body have one colour */
     c->colour = __builtin_ctzll(open);
     if (a->type == LL_BODY_DYNAMIC)
         a->colours |= bit;
@@ -143,6 +148,7 @@ static void make_contact(ll_rigid *w, ll_proxy_pair pair)
         i = w->contact_end++;
     else
         w->free_contact = ll_contacts(w)[i].awake;
+    LL_ASSERT(i < w->limits.contacts && a->body != b->body);
     ll_contacts(w)[i] = (ll_contact){.shape = {pair.a, pair.b},
                                      .body = {a->body, b->body},
                                      .awake = LL_NONE,
@@ -162,6 +168,7 @@ static void make_contact(ll_rigid *w, ll_proxy_pair pair)
 void ll_remove_contact(ll_rigid *w, int32_t contact)
 {
     ll_contact *c = &ll_contacts(w)[contact];
+    LL_ASSERT(w->contacts > 0 && c->shape[0] != LL_NONE); /* not removed yet */
     ll_give_colour(w, c);
     pair_set_remove(w, contact);
     unlink_side(w, contact, 0);

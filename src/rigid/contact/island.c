@@ -3,6 +3,8 @@
 
 #include <string.h>
 
+#include "base/assert.h"
+
 void ll_wake(ll_rigid *w, int32_t body)
 {
     ll_body *first = &ll_bodies(w)[body];
@@ -12,6 +14,7 @@ void ll_wake(ll_rigid *w, int32_t body)
     int32_t i = body;
     do {
         ll_body *b = &ll_bodies(w)[i];
+        LL_ASSERT(b->awake == LL_NONE && b->type != LL_BODY_STATIC); /* the whole island sleeps */
         ll_put_in_awake_list(w, i);
         b->sleep_time = 0;
         for (int32_t e = b->contact; e != LL_NONE; e = ll_contacts(w)[e >> 1].next[e & 1])
@@ -77,6 +80,7 @@ void ll_join(int32_t *parent, const ll_island_edge *links, int32_t count)
         b = ll_root_of(parent, b);
         if (a == b)
             continue;
+        LL_VALIDATE(parent[a] < 0 && parent[b] < 0); /* roots have minus their size */
         int32_t root = a < b ? a : b;
         parent[root] = parent[a] + parent[b];
         parent[a + b - root] = root;

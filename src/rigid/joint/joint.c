@@ -10,8 +10,7 @@ ll_joint_def ll_joint_defaults(const ll_rigid *w, ll_joint_type type, ll_body_id
     ll_joint_def def = {.type = (int32_t)type, .a = a, .b = b, .axis = {1, 0}, .target = anchor};
     ll_body_state sa, sb;
     ll_status status = ll_rigid_get_body(w, a, &sa);
-    if (!ll_failed(&status))
-        status = ll_rigid_get_body(w, b, &sb);
+    LL_THEN(status, ll_rigid_get_body(w, b, &sb));
     if (ll_failed(&status))
         return def; /* ll_rigid_add_joint reports the error */
     ll_rot qa = ll_poses(w)[a.index - 1].q, qb = ll_poses(w)[b.index - 1].q;
@@ -52,13 +51,9 @@ static ll_status check_joint(const ll_joint_def *d)
 ll_status ll_rigid_add_joint(ll_rigid *w, const ll_joint_def *def, ll_joint_id *out)
 {
     int32_t body[2];
-    ll_status status = ll_body_slot(w, def->a, &body[0]);
-    if (!ll_failed(&status))
-        status = ll_body_slot(w, def->b, &body[1]);
-    if (!ll_failed(&status))
-        status = check_joint(def);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(ll_body_slot(w, def->a, &body[0]));
+    LL_TRY(ll_body_slot(w, def->b, &body[1]));
+    LL_TRY(check_joint(def));
     if (body[0] == body[1])
         return ll_field_error(LL_BAD_INPUT, "b", "b: must be another body than a; got %d.", def->b.index);
     if (w->joints == w->limits.joints)
@@ -129,9 +124,7 @@ ll_status ll_rigid_remove_joint(ll_rigid *w, ll_joint_id id)
 ll_status ll_rigid_set_target(ll_rigid *w, ll_joint_id id, ll_vec2 target)
 {
     int32_t slot;
-    ll_status status = joint_slot(w, id, &slot);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(joint_slot(w, id, &slot));
     if (!(fabs(target.x) <= LL_WORLD_MAX && fabs(target.y) <= LL_WORLD_MAX))
         return ll_field_error(LL_BAD_INPUT, "target",
                               "target: must be finite and at most %g in size; got (%g, %g).", LL_WORLD_MAX,
@@ -144,9 +137,7 @@ ll_status ll_rigid_set_target(ll_rigid *w, ll_joint_id id, ll_vec2 target)
 ll_status ll_rigid_set_motor(ll_rigid *w, ll_joint_id id, double speed)
 {
     int32_t slot;
-    ll_status status = joint_slot(w, id, &slot);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(joint_slot(w, id, &slot));
     if (!(fabs(speed) <= 1e6))
         return ll_field_error(LL_BAD_INPUT, "motor_speed",
                               "motor_speed: must be at most 1e6 in size; got %g.", speed);

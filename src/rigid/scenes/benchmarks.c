@@ -352,9 +352,7 @@ static ll_status rain_drive(ll_rigid *w, const ll_scene_args *a, int64_t step)
     int32_t parts = (int32_t)dolls * doll_parts, first = 1 + (int32_t)(number % showers) * parts;
     if (number >= showers)
         for (int32_t i = parts; i-- > 0;) { /* backwards: the slot freed last is used first */
-            ll_status status = ll_rigid_remove_body(w, ll_rigid_body_at(w, first + i));
-            if (ll_failed(&status))
-                return status;
+            LL_TRY(ll_rigid_remove_body(w, ll_rigid_body_at(w, first + i)));
         }
     ll_builder b = ll_build(w, a->friction);
     shower(&b, &r, number);

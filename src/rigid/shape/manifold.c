@@ -1,5 +1,7 @@
 #include "rigid/shape/manifold.h"
 
+#include "base/assert.h"
+
 static inline int after(const ll_geometry *g, int i)
 {
     return i + 1 < g->count ? i + 1 : 0;
@@ -7,6 +9,7 @@ static inline int after(const ll_geometry *g, int i)
 
 static ll_manifold one_point(ll_vec2 normal, ll_vec2 on_a, ll_vec2 on_b, uint32_t id)
 {
+    LL_VALIDATE(!(fabs(ll_dot(normal, normal) - 1) > 1e-9)); /* a unit vector, or NaN in a diverged world */
     ll_manifold m = {.normal = normal, .count = 1};
     m.at[0] = (ll_manifold_point){ll_lerp(on_a, on_b, 0.5), ll_dot(ll_sub(on_b, on_a), normal), id};
     return m;

@@ -37,8 +37,7 @@ static ll_status check_radius(const char *what, double radius)
 ll_status ll_shape_circle(ll_vec2 centre, double radius, ll_geometry *out)
 {
     ll_status status = check_points("circle", &centre, 1);
-    if (!ll_failed(&status))
-        status = check_radius("circle", radius);
+    LL_THEN(status, check_radius("circle", radius));
     if (!ll_failed(&status))
         *out = (ll_geometry){
             .kind = LL_SHAPE_CIRCLE, .count = 1, .radius = radius, .centre = centre, .vertex[0] = centre};
@@ -48,9 +47,7 @@ ll_status ll_shape_circle(ll_vec2 centre, double radius, ll_geometry *out)
 static ll_status two_points(ll_shape_kind kind, ll_vec2 a, ll_vec2 b, double radius, ll_geometry *out)
 {
     ll_vec2 points[2] = {a, b};
-    ll_status status = check_points(ll_shape_name(kind), points, 2);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(check_points(ll_shape_name(kind), points, 2));
     double length = ll_length(ll_sub(b, a));
     if (length < LL_LINEAR_SLOP)
         return ll_error(LL_BAD_INPUT, "%s: the ends must be at least %g m apart; got %g.",
@@ -62,7 +59,7 @@ static ll_status two_points(ll_shape_kind kind, ll_vec2 a, ll_vec2 b, double rad
                          .centre = ll_lerp(a, b, 0.5),
                          .vertex = {a, b},
                          .normal = {normal, ll_neg(normal)}};
-    return status;
+    return ll_ok();
 }
 
 ll_status ll_shape_capsule(ll_vec2 a, ll_vec2 b, double radius, ll_geometry *out)
@@ -80,8 +77,7 @@ ll_status ll_shape_chain_segment(ll_vec2 before, ll_vec2 a, ll_vec2 b, ll_vec2 a
 {
     ll_vec2 ghosts[2] = {before, after};
     ll_status status = check_points("chain", ghosts, 2);
-    if (!ll_failed(&status))
-        status = two_points(LL_SHAPE_CHAIN_SEGMENT, a, b, 0, out);
+    LL_THEN(status, two_points(LL_SHAPE_CHAIN_SEGMENT, a, b, 0, out));
     if (!ll_failed(&status)) {
         out->vertex[2] = before;
         out->vertex[3] = after;
@@ -122,16 +118,14 @@ ll_status ll_shape_polygon(const ll_vec2 *points, int count, ll_geometry *out)
 {
     if (count < 3 || count > LL_HULL_MAX)
         return ll_error(LL_BAD_INPUT, "polygon: must have 3 to %d vertices; got %d.", LL_HULL_MAX, count);
-    ll_status status = check_points("polygon", points, count);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(check_points("polygon", points, count));
     ll_geometry g = {.kind = LL_SHAPE_POLYGON, .count = count};
     bool clockwise = signed_area(points, count) < 0;
     for (int i = 0; i < count; i++)
         g.vertex[i] = points[clockwise ? count - 1 - i : i];
     for (int i = 0; i < count; i++)
         g.normal[i] = ll_normalised(ll_right(ll_sub(g.vertex[(i + 1) % count], g.vertex[i])));
-    status = check_convex(&g);
+    ll_status status = check_convex(&g);
     if (!ll_failed(&status)) {
         g.centre = ll_shape_mass(&g, 1).centre;
         *out = g;
@@ -147,9 +141,7 @@ ll_status ll_shape_box(double width, double height, ll_vec2 centre, double angle
                         0.2 * LL_LINEAR_SLOP, LL_WORLD_MAX, width, height);
     if (!(fabs(angle) <= 1e6))
         return ll_error(LL_BAD_INPUT, "box: the angle must be finite and at most 1e6 rad; got %g.", angle);
-    ll_status status = check_points("box", &centre, 1);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(check_points("box", &centre, 1));
     ll_rot q = {ll_cos(angle), ll_sin(angle)};
     ll_pose pose = {centre, q};
     double x = 0.5 * width, y = 0.5 * height;
@@ -160,7 +152,7 @@ ll_status ll_shape_box(double width, double height, ll_vec2 centre, double angle
                                     ll_to_world(pose, ll_vec(x, y)), ll_to_world(pose, ll_vec(-x, y))},
                          .normal = {ll_rotate(q, ll_vec(0, -1)), ll_rotate(q, ll_vec(1, 0)),
                                     ll_rotate(q, ll_vec(0, 1)), ll_rotate(q, ll_vec(-1, 0))}};
-    return status;
+    return ll_ok();
 }
 
 static const double pi = 3.14159265358979323846;

@@ -2,8 +2,11 @@
 
 #include <string.h>
 
+#include "base/assert.h"
+
 ll_softness ll_soft(double hertz, double damping, double h)
 {
+    LL_VALIDATE(h > 0 && damping >= 0); /* or it would gain energy */
     double omega = 2 * 3.14159265358979323846 * hertz;
     double a1 = 2 * damping + h * omega, a2 = h * omega * a1, a3 = 1 / (1 + a2);
     return hertz > 0 ? (ll_softness){omega / a1, a2 * a3, a3} : (ll_softness){0, 1, 0};
@@ -24,6 +27,7 @@ void ll_prepare_body_steps(ll_rigid *w, ll_index_list bodies, double h)
             d->angular_acceleration = b->inv_inertia * b->torque;
             d->keep = 1 / (1 + h * b->damping);
             d->keep_angular = 1 / (1 + h * b->angular_damping);
+            LL_VALIDATE(d->keep > 0 && d->keep <= 1 && d->keep_angular > 0 && d->keep_angular <= 1);
         }
     }
 }
@@ -72,6 +76,7 @@ int32_t ll_order_contacts(ll_rigid *w, ll_index_list contacts, int32_t start[LL_
     int32_t count[LL_COLOUR_SLOTS] = {0}, points = 0;
     for (int32_t i = 0; i < contacts.count; i++) {
         const ll_contact *c = &all[contacts.at[i]];
+        LL_VALIDATE(c->colour == LL_NONE || (c->colour >= 0 && c->colour < LL_COLOUR_SLOTS));
         if (i + 8 < contacts.count)
             __builtin_prefetch(&all[contacts.at[i + 8]]);
         points += c->count;
@@ -87,6 +92,7 @@ int32_t ll_order_contacts(ll_rigid *w, ll_index_list contacts, int32_t start[LL_
         count[c] = start[c];
     }
     start[LL_COLOUR_SLOTS] = total;
+    LL_ASSERT(total <= contacts.count && total <= w->limits.contacts);
     for (int32_t i = 0; i < contacts.count; i++) {
         const ll_contact *c = &all[contacts.at[i]];
         if (c->colour != LL_NONE)
@@ -116,6 +122,7 @@ static void prepare_point(const ll_rigid *w, ll_contact_constraint *r, ll_contac
     cp->adjust = p->separation;
     cp->normal_impulse = w->params.warm_start ? p->normal_impulse : 0;
     cp->tangent_impulse = w->params.warm_start ? p->tangent_impulse : 0;
+    LL_VALIDATE(!(fabs(ll_dot(r->n, r->n) - 1) > 1e-9)); /* a unit vector, or NaN in a diverged world */
     ll_vec2 t = ll_right(r->n);
     double na = ll_cross(cp->ra, r->n), nb = ll_cross(cp->rb, r->n);
     double ta = ll_cross(cp->ra, t), tb = ll_cross(cp->rb, t);
@@ -157,6 +164,7 @@ void ll_store_contacts(ll_rigid *w, ll_contact_constraints rows)
     for (int32_t i = 0; i < rows.count; i++) {
         ll_contact *c = &ll_contacts(w)[rows.at[i].contact];
         for (int k = 0; k < c->count; k++) {
+            LL_VALIDATE(!(rows.at[i].at[k].normal_impulse < 0)); /* contacts do not pull */
             c->at[k].normal_impulse = rows.at[i].at[k].normal_impulse;
             c->at[k].tangent_impulse = rows.at[i].at[k].tangent_impulse;
         }

@@ -5,6 +5,8 @@
 
 #include <string.h>
 
+#include "base/assert.h"
+
 /* A heap has up to three contacts per body; with contacts and constraints, `enough_bodies` of it take about
  * half of a second-level cache of 1 MiB. Smaller worlds gain less from groups than they cost. So do worlds in
  * which one island has most of the bodies: these are solved as a whole, and checked again after some steps.
@@ -99,6 +101,7 @@ static void place_bodies(const ll_rigid *w, const ll_groups *g)
 
 static int32_t group_of(const ll_groups *g, const ll_island_edge *link)
 {
+    LL_VALIDATE(g->parent[link->body[0]] != LL_APART || g->parent[link->body[1]] != LL_APART);
     return g->of[link->body[g->parent[link->body[0]] == LL_APART]];
 }
 
@@ -140,6 +143,7 @@ ll_groups ll_group_islands(ll_rigid *w)
 static ll_index_list part(const int32_t *all, const int32_t *end, int32_t i)
 {
     int32_t begin = i > 0 ? end[i - 1] : 0;
+    LL_ASSERT(begin >= 0 && begin <= end[i]); /* groups follow each other */
     return (ll_index_list){.at = all + begin, .count = end[i] - begin};
 }
 

@@ -12,6 +12,8 @@
 
 #include <string.h>
 
+#include "base/assert.h"
+
 typedef struct batch { /* contacts of one colour */
     ll_wide_contact *at;
     int32_t count;
@@ -79,6 +81,7 @@ static void fill_point(const ll_rigid *w, ll_wide_contact *c, int lane, int k, c
     p->cross_b[lane] = cross_b;
     p->dot_b[lane] = dot_b;
     p->adjust[lane] = from->separation + ll_dot(ll_point_gap(from, since), n) - (dot_b - dot_a);
+    LL_VALIDATE(!(kn < 0) && !(kt < 0)); /* effective masses */
     p->normal_mass[lane] = kn > 0 ? 1 / kn : 0;
     p->tangent_mass[lane] = kt > 0 ? 1 / kt : 0;
     p->normal_impulse[lane] = w->params.warm_start ? from->normal_impulse : 0;
@@ -138,6 +141,7 @@ __attribute__((noinline)) static batches prepare(ll_rigid *w, ll_index_list cont
                 empty_lane(w, &b->at[i / LL_LANES], i % LL_LANES);
         }
         all.contacts += b->count;
+        LL_ASSERT((size_t)all.contacts * sizeof(ll_wide_contact) <= size(&w->limits));
     }
     return all;
 }

@@ -28,9 +28,7 @@ static void remove_shape(ll_rigid *w, int32_t s)
 ll_status ll_rigid_remove_body(ll_rigid *w, ll_body_id id)
 {
     int32_t slot;
-    ll_status status = ll_body_slot(w, id, &slot);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(ll_body_slot(w, id, &slot));
     ll_body *b = &ll_bodies(w)[slot];
     ll_wake(w, slot);
     while (b->joint != LL_NONE)
@@ -62,8 +60,7 @@ ll_status ll_rigid_set_pose(ll_rigid *w, ll_body_id id, ll_vec2 position, double
     int32_t i;
     ll_status status = ll_body_slot(w, id, &i);
     static const char *const fields[] = {"position.x", "position.y", "angle"};
-    if (!ll_failed(&status))
-        status = ll_check_numbers(3, fields, (double[]){position.x, position.y, angle}, LL_WORLD_MAX);
+    LL_THEN(status, ll_check_numbers(3, fields, (double[]){position.x, position.y, angle}, LL_WORLD_MAX));
     if (ll_failed(&status))
         return status;
     ll_body *b = &ll_bodies(w)[i];
@@ -82,8 +79,7 @@ ll_status ll_rigid_set_velocity(ll_rigid *w, ll_body_id id, ll_vec2 velocity, do
     int32_t i;
     ll_status status = ll_body_slot(w, id, &i);
     static const char *const fields[] = {"velocity.x", "velocity.y", "angular_velocity"};
-    if (!ll_failed(&status))
-        status = ll_check_numbers(3, fields, (double[]){velocity.x, velocity.y, spin}, 1e6);
+    LL_THEN(status, ll_check_numbers(3, fields, (double[]){velocity.x, velocity.y, spin}, 1e6));
     if (ll_failed(&status))
         return status;
     if (ll_bodies(w)[i].type == LL_BODY_STATIC)
@@ -110,11 +106,8 @@ ll_status ll_rigid_apply_force(ll_rigid *w, ll_body_id id, ll_vec2 force, double
 {
     static const char *const fields[] = {"force.x", "force.y", "torque"};
     int32_t i;
-    ll_status status = ll_check_numbers(3, fields, (double[]){force.x, force.y, torque}, 1e15);
-    if (!ll_failed(&status))
-        status = dynamic_slot(w, id, "force", &i);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(ll_check_numbers(3, fields, (double[]){force.x, force.y, torque}, 1e15));
+    LL_TRY(dynamic_slot(w, id, "force", &i));
     ll_bodies(w)[i].force = ll_add(ll_bodies(w)[i].force, force);
     ll_bodies(w)[i].torque += torque;
     return ll_ok();
@@ -124,11 +117,8 @@ ll_status ll_rigid_apply_impulse(ll_rigid *w, ll_body_id id, ll_vec2 impulse, ll
 {
     static const char *const fields[] = {"impulse.x", "impulse.y", "at.x", "at.y"};
     int32_t i;
-    ll_status status = ll_check_numbers(4, fields, (double[]){impulse.x, impulse.y, at.x, at.y}, 1e12);
-    if (!ll_failed(&status))
-        status = dynamic_slot(w, id, "impulse", &i);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(ll_check_numbers(4, fields, (double[]){impulse.x, impulse.y, at.x, at.y}, 1e12));
+    LL_TRY(dynamic_slot(w, id, "impulse", &i));
     ll_solver_body *m = &ll_solver_bodies(w)[i];
     m->v = ll_madd(m->v, ll_bodies(w)[i].inv_mass, impulse);
     m->w += ll_bodies(w)[i].inv_inertia * ll_cross(ll_sub(at, ll_poses(w)[i].p), impulse);

@@ -26,9 +26,7 @@ ll_status ll_rigid_check(const ll_rigid_limits *l)
     const int32_t least[] = {1, 1, 0, 1, 0, 0, 0, 0};
     const int32_t most[] = {1 << 20, 1 << 21, 1 << 21, 1 << 23, 1 << 21, LL_BROADS - 1, 1, 1};
     for (int i = 0; i < 8; i++) {
-        ll_status status = check_limit(fields[i], values[i], least[i], most[i]);
-        if (ll_failed(&status))
-            return status;
+        LL_TRY(check_limit(fields[i], values[i], least[i], most[i]));
     }
     return ll_ok();
 }

@@ -12,10 +12,9 @@ cJSON *ll_side_by_side_report(const void *block, int count, cJSON *(*tell)(const
     return o;
 }
 
-void ll_side_by_side_column(char out[48], int place, const char *name)
+void ll_side_by_side_trace(ll_trace_line *trace, int place)
 {
-    if (place == 0)
-        snprintf(out, 48, "%s", name);
-    else
-        snprintf(out, 48, "side_by_side%d_%s", place - 1, name);
+    trace->prefix[0] = '\0';
+    if (place > 0)
+        snprintf(trace->prefix, sizeof trace->prefix, "side_by_side%d_", place - 1);
 }

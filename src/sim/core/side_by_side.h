@@ -3,6 +3,8 @@
 
 #define LL_SIDE_BY_SIDE_MAX 3 /* including the first */
 
+#include "record/trace.h"
+
 struct cJSON;
 
 /* The report of the first simulation in `block` by `tell`, with those of the others in its list
@@ -10,6 +12,6 @@ struct cJSON;
 struct cJSON *ll_side_by_side_report(const void *block, int count,
                                      struct cJSON *(*tell)(const void *block, int place));
 
-/* Name of a trace's column: unchanged for the first simulation, with the prefix `side_by_side0_`,
- * `side_by_side1_`, ... for the others. */
-void ll_side_by_side_column(char out[48], int place, const char *name);
+/* Prefix of the columns of a trace: none for the first simulation, `side_by_side0_`, `side_by_side1_`, ...
+ * for the others. */
+void ll_side_by_side_trace(ll_trace_line *trace, int place);

@@ -15,6 +15,7 @@
 #include "param/param.h"
 #include "record/metric.h"
 #include "record/row_set.h"
+#include "record/trace.h"
 
 struct cJSON;
 
@@ -153,10 +154,10 @@ typedef struct ll_sim_kind {
     const ll_record *const *records;
     void (*fill)(const void *block, ll_row_set *rows);
 
-    /* One CSV line per tick: header names with units; values in the same order. Both return the count, at
-     * most `capacity`. */
-    int (*trace_columns)(const void *config, char (*names)[48], int capacity);
-    int (*trace_row)(const void *block, double *values, int capacity);
+    /* A trace has a line per tick: the columns of these tables (NULL-terminated), at most
+     * LL_TRACE_COLUMNS_MAX. `trace` adds the same ones at any time. */
+    const ll_metric_table *const *trace_tables;
+    void (*trace)(const void *block, ll_trace_line *trace);
 } ll_sim_kind;
 
 /* The table of kinds: a row is the name of a constant ll_sim_NAME that the room sim/NAME defines. */

@@ -169,6 +169,6 @@ const ll_sim_kind ll_sim_fluid = {
     .layout = ll_fluid_sim_layout,
     .records = ll_fluid_sim_records,
     .fill = ll_fluid_sim_fill,
-    .trace_columns = ll_fluid_sim_trace_columns,
-    .trace_row = ll_fluid_sim_trace_row,
+    .trace_tables = ll_fluid_sim_trace_tables,
+    .trace = ll_fluid_sim_trace,
 };

@@ -11,11 +11,6 @@
 #include "sim/core/scenario_rows.h"
 #include "sim/fluid/fluid.h"
 
-static cJSON *number_json(double value)
-{
-    return value - value == 0 ? ll_param_number(value) : cJSON_CreateNull();
-}
-
 /* ---- state ---- */
 
 #define HEADS(X)                                                                                             \
@@ -49,7 +44,7 @@ static cJSON *numbers_of(const void *block, int place)
     LL_METRICS_PUT(o, &head_table, HEADS);
     int count = ll_fluid_sim_numbers(s, all);
     for (int i = 0; i < count; i++)
-        cJSON_AddItemToObject(o, all[i].name, number_json(s->failed ? NAN : all[i].value));
+        cJSON_AddItemToObject(o, all[i].name, ll_param_number(s->failed ? NAN : all[i].value));
     return o;
 }
 
@@ -78,8 +73,8 @@ static void add_profiles(cJSON *metrics, const ll_fluid_sim *s)
         cJSON *curve = cJSON_AddArrayToObject(profiles, name);
         for (int i = 0; i < count; i++) {
             cJSON *pair = cJSON_CreateArray();
-            cJSON_AddItemToArray(pair, number_json(pairs[i][0]));
-            cJSON_AddItemToArray(pair, number_json(pairs[i][1]));
+            cJSON_AddItemToArray(pair, ll_param_number(pairs[i][0]));
+            cJSON_AddItemToArray(pair, ll_param_number(pairs[i][1]));
             cJSON_AddItemToArray(curve, pair);
         }
     }
@@ -114,7 +109,7 @@ void ll_fluid_sim_costs(const void *config, const ll_step_profiler *step_profile
     for (int i = 0; i <= ((const ll_fluid_config *)config)->side_by_side_count; i++) {
         cJSON *part = cJSON_CreateObject();
         cJSON_AddItemToObject(cJSON_AddObjectToObject(part, "all"), "ns_per_sim_s",
-                              number_json(ll_step_profiler_ns_per_s(step_profiler, i)));
+                              ll_param_number(ll_step_profiler_ns_per_s(step_profiler, i)));
         cJSON_AddItemToArray(parts, part);
     }
 }
@@ -168,7 +163,7 @@ static void add_view(cJSON *fluid, const ll_fluid_sim *s)
     const double view[4] = {x0, x1, y0, y1};
     cJSON *array = cJSON_AddArrayToObject(fluid, "view");
     for (int i = 0; i < 4; i++)
-        cJSON_AddItemToArray(array, number_json(view[i]));
+        cJSON_AddItemToArray(array, ll_param_number(view[i]));
 }
 
 static cJSON *layout_of(const void *block, int place)
@@ -199,40 +194,20 @@ cJSON *ll_fluid_sim_layout(const void *config)
     return layout;
 }
 
-/* ---- trace: the first numbers of the method and all of the scene ---- */
+/* ---- trace: some numbers of the method and all of the scene ---- */
 
-static int traced(const ll_fluid_sim *s, ll_fluid_number *out)
-{
-    const ll_fluid_scene *scene = ll_fluid_sim_scene(&s->setup);
-    ll_fluid_number all[LL_FLUID_NUMBERS_MAX];
-    int own = scene->method->numbers(ll_fluid_sim_block(s), all), n = 0;
-    for (; n < own && n < scene->method->traced; n++)
-        out[n] = all[n];
-    return scene->numbers ? n + scene->numbers(ll_fluid_sim_block(s), out + n) : n;
-}
+const ll_metric_table *const ll_fluid_sim_trace_tables[] = {LL_FLUID_TRACE_TABLES, NULL};
 
-int ll_fluid_sim_trace_columns(const void *config, char (*names)[48], int capacity)
+void ll_fluid_sim_trace(const void *block, ll_trace_line *trace)
 {
     ll_fluid_number all[LL_FLUID_NUMBERS_MAX];
-    ll_fluid_sim *first = started(config);
-    int n = 0, place = 0;
-    for (const ll_fluid_sim *s = first; s != NULL; s = ll_fluid_sim_next(s), place++) {
-        int count = traced(s, all);
-        for (int i = 0; i < count && n < capacity; i++, n++)
-            ll_side_by_side_column(names[n], place, all[i].name);
+    int place = 0;
+    for (const ll_fluid_sim *s = block; s != NULL; s = ll_fluid_sim_next(s), place++) {
+        const ll_fluid_method *method = ll_fluid_sim_scene(&s->setup)->method;
+        int count = ll_fluid_sim_numbers(s, all);
+        ll_side_by_side_trace(trace, place);
+        for (int i = 0; i < count; i++)
+            if (i < method->traced->count || i >= method->metrics->count)
+                ll_trace_add(trace, "", 0, all[i].name, all[i].value);
     }
-    free(first);
-    return n;
-}
-
-int ll_fluid_sim_trace_row(const void *block, double *values, int capacity)
-{
-    ll_fluid_number all[LL_FLUID_NUMBERS_MAX];
-    int n = 0;
-    for (const ll_fluid_sim *s = block; s != NULL; s = ll_fluid_sim_next(s)) {
-        int count = traced(s, all);
-        for (int i = 0; i < count && n < capacity; i++)
-            values[n++] = all[i].value;
-    }
-    return n;
 }

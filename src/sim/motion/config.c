@@ -182,10 +182,8 @@ static ll_status check(const void *object, const char *path)
         const ll_ode_method *method = ll_motion_method_of(&c, i);
         ll_ode_control control = ll_motion_control(&c, i);
         status = ll_ode_method_fits(method, &ode);
-        if (!ll_failed(&status))
-            status = ll_ode_check_control(method, &control);
-        if (!ll_failed(&status))
-            status = check_drive(&c, &ode, i);
+        LL_THEN(status, ll_ode_check_control(method, &control));
+        LL_THEN(status, check_drive(&c, &ode, i));
         if (ll_failed(&status))
             return in_method(&status, i);
     }

@@ -184,6 +184,6 @@ const ll_sim_kind ll_sim_motion = {
     .layout = ll_motion_layout,
     .records = ll_motion_records,
     .fill = ll_motion_fill,
-    .trace_columns = ll_motion_trace_columns,
-    .trace_row = ll_motion_trace_row,
+    .trace_tables = ll_motion_trace_tables,
+    .trace = ll_motion_trace,
 };

@@ -165,7 +165,7 @@ struct cJSON *ll_motion_state(const void *block);
 ll_status ll_motion_text(const void *config, void (*write)(void *context, const char *text, size_t length),
                          void *context);
 struct cJSON *ll_motion_layout(const void *config);
-int ll_motion_trace_columns(const void *config, char (*names)[48], int capacity);
-int ll_motion_trace_row(const void *block, double *values, int capacity);
+extern const ll_metric_table *const ll_motion_trace_tables[];
+void ll_motion_trace(const void *block, ll_trace_line *trace);
 extern const ll_record *const ll_motion_records[];
 void ll_motion_fill(const void *block, ll_row_set *rows);

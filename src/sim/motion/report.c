@@ -11,23 +11,12 @@
 #include "ode/core/single.h"
 #include "sim/motion/motion.h"
 
-/* JSON has no infinity: a value beyond all bounds is null. */
-static cJSON *number_json(double value)
-{
-    return value - value == 0 ? ll_param_number(value) : cJSON_CreateNull();
-}
-
-static void number(cJSON *object, const char *name, double value)
-{
-    cJSON_AddItemToObject(object, name, number_json(value));
-}
-
 /* NULL gives nulls. */
 static cJSON *vector_json(const double *y, int dim)
 {
     cJSON *array = cJSON_CreateArray();
     for (int i = 0; i < dim; i++)
-        cJSON_AddItemToArray(array, number_json(y != NULL ? y[i] : NAN));
+        cJSON_AddItemToArray(array, ll_param_number(y != NULL ? y[i] : NAN));
     return array;
 }
 
@@ -43,7 +32,7 @@ cJSON *ll_motion_state(const void *block)
         cJSON *o = cJSON_CreateObject();
         cJSON_AddStringToObject(o, "method", ll_motion_method_of(&m->config, i)->name);
         cJSON_AddStringToObject(o, "status", ll_run_status_names[ll_motion_status(m, i)]);
-        number(o, "t_s", ll_motion_time(m, i));
+        cJSON_AddItemToObject(o, "t_s", ll_param_number(ll_motion_time(m, i)));
         cJSON_AddItemToObject(o, "state", vector_json(ll_ode_y(ll_motion_run(m, i)), m->dim));
         cJSON_AddItemToArray(methods, o);
     }
@@ -122,44 +111,40 @@ cJSON *ll_motion_layout(const void *config)
 
 enum { TRACED = 8 /* components */ };
 
-static int traced(int dim)
-{
-    return dim < TRACED ? dim : TRACED;
-}
+#define VECTOR(values)                                                                                       \
+    ((ll_metric_reading){.number = traced, .numbers = values, .names = problem->components})
 
-int ll_motion_trace_columns(const void *config, char (*names)[48], int capacity)
-{
-    ll_motion_config c = *(const ll_motion_config *)config;
-    const ll_ode_problem *problem = ll_motion_problem(&c);
-    int dim = ll_motion_system(&c).dim, n = 0;
-    if (capacity < traced(dim) + c.method_count * (traced(dim) + 2))
-        return 0;
-    for (int k = 0; k < traced(dim); k++)
-        snprintf(names[n++], 48, "solution_%s", problem->components[k]);
-    for (int i = 0; i < c.method_count; i++) {
-        for (int k = 0; k < traced(dim); k++)
-            snprintf(names[n++], 48, "%d_%s", i, problem->components[k]);
-        snprintf(names[n++], 48, "%d_error", i);
-        snprintf(names[n++], 48, "%d_energy_drift", i);
-    }
-    return n;
-}
+#define SOLUTION_COLUMNS(X) X(by_name, component, NULL, VECTOR(solution), "a component of the solution", NULL)
 
-int ll_motion_trace_row(const void *block, double *values, int capacity)
+#define METHOD_COLUMNS(X)                                                                                    \
+    X(by_name, component, NULL, VECTOR(shown), "a component of the state", NULL)                             \
+    X(number, error, NULL, measure->error, "distance of the state from the solution", NULL)                  \
+    X(signed_number, energy_drift, NULL, ll_ode_measure_relative(measure, measure->drift),                   \
+      "energy minus that of the start, relative to it; 0 if the problem has none", NULL)
+
+static const ll_metric_table solution_columns = {
+    .path = "solution_",
+    .help = "The solution: a column for each of its first 8 components, by name.",
+    LL_METRICS_FROM(SOLUTION_COLUMNS)};
+static const ll_metric_table method_columns = {
+    .path = "*_",
+    .help = "A method: a column for each of the first 8 components, by name, and the others.",
+    LL_METRICS_FROM(METHOD_COLUMNS)};
+
+const ll_metric_table *const ll_motion_trace_tables[] = {&solution_columns, &method_columns, NULL};
+
+void ll_motion_trace(const void *block, ll_trace_line *trace)
 {
     const ll_motion *m = block;
-    int n = 0;
-    if (capacity < traced(m->dim) + m->config.method_count * (traced(m->dim) + 2))
-        return 0;
-    for (int k = 0; k < traced(m->dim); k++)
-        values[n++] = ll_motion_vector(m, m->solution)[k];
+    const ll_ode_problem *problem = ll_motion_problem(&m->config);
+    const int traced = m->dim < TRACED ? m->dim : TRACED;
+    const double *solution = ll_motion_vector(m, m->solution);
+    LL_TRACE_PUT(trace, &solution_columns, 0, SOLUTION_COLUMNS);
     for (int i = 0; i < m->config.method_count; i++) {
-        for (int k = 0; k < traced(m->dim); k++)
-            values[n++] = ll_motion_vector(m, m->at[i].shown)[k];
-        values[n++] = m->measure[i].error;
-        values[n++] = ll_ode_measure_relative(&m->measure[i], m->measure[i].drift);
+        const double *shown = ll_motion_vector(m, m->at[i].shown);
+        const ll_ode_measure *measure = &m->measure[i];
+        LL_TRACE_PUT(trace, &method_columns, i, METHOD_COLUMNS);
     }
-    return n;
 }
 
 /* ---- streamed ---- */

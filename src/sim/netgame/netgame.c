@@ -159,7 +159,7 @@ static void begin_game(ll_netgame *g, ll_time now)
                         ll_server_world(server), now);
         ll_desync_start(ll_netgame_desync(g, i), server->step);
         ll_client_metrics_resync(ll_netgame_client_metrics(g, i));
-        ll_twin_resync(&ll_netgame_client_metrics(g, i)->twin, ll_netgame_client(g, i)->tick);
+        ll_honest_resync(&ll_netgame_client_metrics(g, i)->honest, ll_netgame_client(g, i)->tick);
         if (s.weapon_prediction)
             ll_weapon_prediction_start(ll_netgame_client(g, i), &s);
     }
@@ -212,7 +212,7 @@ static ll_status init(void *block, const void *config)
                                (ll_time)(c->warmup_s * 1e9));
         ll_cheat_gain_watch(&ll_netgame_client_metrics(g, i)->gain, &world->entity[i]);
         see_through_screen(g, i);
-        ll_twin_watch(&ll_netgame_client_metrics(g, i)->twin, &world->entity[i], 0);
+        ll_honest_watch(&ll_netgame_client_metrics(g, i)->honest, &world->entity[i], 0);
     }
     ll_arena arena;
     if (arena_of(c, &arena))
@@ -603,6 +603,6 @@ const ll_sim_kind ll_sim_netgame = {
     .layout = ll_netgame_layout,
     .records = ll_netgame_records,
     .fill = ll_netgame_fill,
-    .trace_columns = ll_netgame_trace_columns,
-    .trace_row = ll_netgame_trace_row,
+    .trace_tables = ll_netgame_trace_tables,
+    .trace = ll_netgame_trace,
 };

@@ -118,11 +118,10 @@ struct cJSON *ll_netgame_layout(const void *config);
  * and, added to the `metrics` of a block as `notices`, also events that have not happened in it so far */
 struct cJSON *ll_netgame_notices(const void *config);
 void ll_netgame_add_notices(const ll_netgame *game, struct cJSON *metrics);
-int ll_netgame_trace_columns(const void *config, char (*names)[48], int capacity);
-int ll_netgame_trace_row(const void *block, double *values, int capacity);
+extern const ll_metric_table *const ll_netgame_trace_tables[];
+void ll_netgame_trace(const void *block, ll_trace_line *trace);
 
-/* numbers.c: a number; null for NaN and infinity */
-void ll_netgame_number(struct cJSON *object, const char *name, double value);
+/* numbers.c */
 double ll_netgame_ratio(double part, double whole); /* NaN when `whole` is 0 */
 double ll_netgame_measured_s(const ll_netgame *g,
                              const ll_client_metrics *in); /* s, over which rates count */
@@ -203,9 +202,9 @@ extern const ll_metric_table ll_netgame_tally_table, ll_netgame_projectile_table
     ll_netgame_peek_table;
 #define LL_NETGAME_SHOT_TABLES                                                                               \
     &ll_netgame_tally_table, &ll_netgame_projectile_table, &ll_netgame_shot_table, &ll_netgame_peek_table
-extern const ll_record ll_netgame_shot_record, ll_netgame_shot_body_record, ll_netgame_shell_record;
+extern const ll_record ll_netgame_shot_record, ll_netgame_shot_body_record, ll_netgame_projectile_record;
 void ll_netgame_fill_shots(const ll_netgame *game, ll_row_set *rows);
-void ll_netgame_fill_shells(const ll_netgame *game, ll_row_set *rows);
+void ll_netgame_fill_projectiles(const ll_netgame *game, ll_row_set *rows);
 
 /* frame.c: streamed rows of a block */
 extern const ll_record *const ll_netgame_records[];

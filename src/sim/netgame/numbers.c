@@ -1,16 +1,7 @@
 /* Numbers of the metrics: null where nothing was counted. */
-#include <cjson/cJSON.h>
 #include <math.h>
 
 #include "sim/netgame/netgame.h"
-
-void ll_netgame_number(cJSON *object, const char *name, double value)
-{
-    if (value - value == 0)
-        cJSON_AddNumberToObject(object, name, value);
-    else
-        cJSON_AddNullToObject(object, name);
-}
 
 double ll_netgame_ratio(double part, double whole)
 {

@@ -1,13 +1,15 @@
 /* Reports of a netgame: state, layout and the columns of a trace. */
 #include <cjson/cJSON.h>
-#include <stdio.h>
 #include <string.h>
 
 #include "sim/netgame/netgame.h"
 
 static void number(cJSON *object, const char *name, double value)
 {
-    ll_netgame_number(object, name, value);
+    if (value - value == 0)
+        cJSON_AddNumberToObject(object, name, value);
+    else
+        cJSON_AddNullToObject(object, name);
 }
 
 static cJSON *entity_json(const ll_entity *e)
@@ -118,66 +120,78 @@ cJSON *ll_netgame_layout(const void *config)
     return layout;
 }
 
-/* ---- trace ---- */
+/* ---- trace: a player's errors are those of the last display that was compared ---- */
 
-static const char *const player_columns[] = {
-    "own_x_m",       "own_y_m",        "own_timeline_error_m", "own_lead_m",
-    "own_lead_ms",   "remote_error_m", "view_age_ms",          "age_of_information_ms",
-    "buffer_ms",     "unacked",        "corrections",          "lag_ms",
-    "compared_step", "desync_m",       "connection",           "connected"};
-enum { PLAYER_COLUMNS = sizeof player_columns / sizeof player_columns[0] };
+#define STEP_COLUMNS(X) X(count, server_step, NULL, server->step, "steps that the server has made", NULL)
 
-int ll_netgame_trace_columns(const void *config, char (*names)[48], int capacity)
-{
-    const ll_netgame_config *c = config;
-    int n = 0;
-    if (capacity < 1 + c->player_count * (3 + PLAYER_COLUMNS))
-        return 0;
-    snprintf(names[n++], 48, "server_step");
-    for (int i = 0; i < c->player_count; i++) {
-        snprintf(names[n++], 48, "server_%d_x_m", i);
-        snprintf(names[n++], 48, "server_%d_y_m", i);
-        snprintf(names[n++], 48, "server_%d_vx_mps", i);
-    }
-    for (int i = 0; i < c->player_count; i++)
-        for (int k = 0; k < PLAYER_COLUMNS; k++)
-            snprintf(names[n++], 48, "player_%d_%s", i, player_columns[k]);
-    return n;
-}
+#define SERVER_COLUMNS(X)                                                                                    \
+    X(signed_number, x_m, "m", truth->x, "position of the player's entity at the server: x", NULL)           \
+    X(signed_number, y_m, "m", truth->y, "position of the player's entity at the server: y", NULL)           \
+    X(signed_number, vx_mps, "m/s", truth->vx, "velocity of the player's entity at the server: x", NULL)
 
-int ll_netgame_trace_row(const void *block, double *values, int capacity)
+#define PLAYER_COLUMNS(X)                                                                                    \
+    X(signed_number, own_x_m, "m", drawn->x, "position of the own entity as drawn: x", NULL)                 \
+    X(signed_number, own_y_m, "m", drawn->y, "position of the own entity as drawn: y", NULL)                 \
+    X(number, own_timeline_error_m, "m", in->rendered_views.error_m,                                         \
+      "distance between the own entity as drawn and at the server at the drawn tick, of the last compared "  \
+      "display",                                                                                             \
+      NULL)                                                                                                  \
+    X(signed_number, own_lead_m, "m", in->own_lead,                                                          \
+      "distance between the own entity as drawn and at the server now, with the sign of the difference in "  \
+      "x",                                                                                                   \
+      NULL)                                                                                                  \
+    X(signed_number, own_lead_ms, "ms", in->rendered_views.lead_ms,                                          \
+      "time by which the own entity is drawn ahead of the server, of the last compared display", NULL)       \
+    X(signed_number, remote_error_m, "m", in->remote_error,                                                  \
+      "largest distance between another entity as drawn and at the server now, with the sign of the "        \
+      "difference in x; of equal ones that of the last player",                                              \
+      NULL)                                                                                                  \
+    X(number, view_age_ms, "ms", in->view_age, "age of another entity as drawn: the oldest", NULL)           \
+    X(number, age_of_information_ms, "ms", in->age_of_information,                                           \
+      "virtual time now less the server time of the client's newest snapshot", NULL)                         \
+    X(number, buffer_ms, "ms", c->buffer_ms,                                                                 \
+      "server time of the newest snapshot less the render time; 0 while the client extrapolates", NULL)      \
+    X(count, unacked, NULL, c->seq - c->acked, "unacknowledged inputs, as the client believes", NULL)        \
+    X(count, corrections, NULL, in->corrections, "corrections of the own entity so far", NULL)               \
+    X(number, lag_ms, "ms", g->config.players[i].lag_ms, "parameter lag_ms", NULL)                           \
+    X(count, compared_step, NULL, ll_netgame_desync(g, i)->compared,                                         \
+      "tick up to which the player's confirmed worlds were compared with the server's, at its last tick "    \
+      "(deterministic, rollback)",                                                                           \
+      NULL)                                                                                                  \
+    X(number, desync_m, "m", ll_netgame_desync(g, i)->error,                                                 \
+      "distance between the worlds that were compared: that of the entity that is furthest off", NULL)       \
+    X(count, connection, NULL, c->connection.state,                                                          \
+      "state of the connection: 0 connecting, 1 synchronising, 2 playing, 3 stalled, 4 resynchronising, "    \
+      "5 disconnected",                                                                                      \
+      NULL)                                                                                                  \
+    X(flag, connected, NULL, server->client_slots[i].connected,                                              \
+      "1: the server takes the player for "                                                                  \
+      "connected",                                                                                           \
+      NULL)
+
+static const ll_metric_table step_columns = {
+    .path = "", .help = "The server.", LL_METRICS_FROM(STEP_COLUMNS)};
+static const ll_metric_table server_columns = {
+    .path = "server_*_", .help = "The truth, per player.", LL_METRICS_FROM(SERVER_COLUMNS)};
+static const ll_metric_table player_columns = {
+    .path = "player_*_", .help = "The view of a player.", LL_METRICS_FROM(PLAYER_COLUMNS)};
+
+const ll_metric_table *const ll_netgame_trace_tables[] = {&step_columns, &server_columns, &player_columns,
+                                                          NULL};
+
+void ll_netgame_trace(const void *block, ll_trace_line *trace)
 {
     const ll_netgame *g = block;
     const ll_server *server = ll_netgame_server(g);
-    const ll_world *world = ll_server_world_const(server);
-    int n = 0;
-    if (capacity < 1 + server->players * (3 + PLAYER_COLUMNS))
-        return 0;
-    values[n++] = (double)server->step;
+    LL_TRACE_PUT(trace, &step_columns, 0, STEP_COLUMNS);
     for (int i = 0; i < server->players; i++) {
-        values[n++] = world->entity[i].x;
-        values[n++] = world->entity[i].y;
-        values[n++] = world->entity[i].vx;
+        const ll_entity *truth = &ll_server_world_const(server)->entity[i];
+        LL_TRACE_PUT(trace, &server_columns, i, SERVER_COLUMNS);
     }
     for (int i = 0; i < server->players; i++) {
         const ll_client *c = ll_netgame_client(g, i);
         const ll_client_metrics *in = ll_netgame_client_metrics(g, i);
-        values[n++] = ll_client_rendered_const(c)->entity[i].x;
-        values[n++] = ll_client_rendered_const(c)->entity[i].y;
-        values[n++] = in->rendered_views.error_m;
-        values[n++] = in->own_lead;
-        values[n++] = in->rendered_views.lead_ms;
-        values[n++] = in->remote_error;
-        values[n++] = in->view_age;
-        values[n++] = in->age_of_information;
-        values[n++] = c->buffer_ms;
-        values[n++] = c->seq - c->acked;
-        values[n++] = (double)in->corrections;
-        values[n++] = g->config.players[i].lag_ms;
-        values[n++] = (double)ll_netgame_desync(g, i)->compared;
-        values[n++] = ll_netgame_desync(g, i)->error;
-        values[n++] = c->connection.state;
-        values[n++] = server->client_slots[i].connected;
+        const ll_entity *drawn = &ll_client_rendered_const(c)->entity[i];
+        LL_TRACE_PUT(trace, &player_columns, i, PLAYER_COLUMNS);
     }
-    return n;
 }

@@ -79,11 +79,8 @@ static ll_status add_body(const ll_rigid_body *b, ll_rigid *world)
     material.density = b->density;
     material.friction = b->friction;
     material.restitution = b->restitution;
-    ll_status status = ll_rigid_add_body(world, &def, &id);
-    if (!ll_failed(&status))
-        status = ll_rigid_sim_shape(b, &g);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(ll_rigid_add_body(world, &def, &id));
+    LL_TRY(ll_rigid_sim_shape(b, &g));
     if (b->form != LL_FORM_CHAIN)
         return ll_rigid_add_shape(world, id, &g, &material);
     ll_vec2 points[LL_RIGID_POINTS_MAX];

@@ -291,8 +291,7 @@ static ll_status check(const void *object, const char *path)
                               "bodies and joints must be empty where a scene is named; got %d and %d",
                               c->body_count, c->joint_count);
     ll_status status = check_bodies(c);
-    if (!ll_failed(&status))
-        status = check_joints(c);
+    LL_THEN(status, check_joints(c));
     return ll_failed(&status) ? status : check_size(c);
 }
 

@@ -7,11 +7,6 @@
 #include "sim/core/scenario_rows.h"
 #include "sim/rigid/rigid.h"
 
-static void number(cJSON *object, const char *name, double value)
-{
-    cJSON_AddItemToObject(object, name, value - value == 0 ? ll_param_number(value) : cJSON_CreateNull());
-}
-
 static int count_of(const ll_rigid_sim *s)
 {
     return ll_rigid_sim_worlds(&s->setup);
@@ -44,8 +39,8 @@ void ll_rigid_sim_costs(const void *config, const ll_step_profiler *step_profile
                      k > LL_PHASES    ? ll_volume_names[k - LL_PHASES - 1]
                      : k == LL_PHASES ? "all"
                                       : ll_rigid_phase_names[k]);
-            number(cJSON_AddObjectToObject(part, name), "ns_per_sim_s",
-                   ll_step_profiler_ns_per_s(step_profiler, i * LL_RIGID_PARTS + k));
+            double ns = ll_step_profiler_ns_per_s(step_profiler, i * LL_RIGID_PARTS + k);
+            cJSON_AddItemToObject(cJSON_AddObjectToObject(part, name), "ns_per_sim_s", ll_param_number(ns));
         }
         cJSON_AddItemToArray(parts, part);
     }
@@ -88,69 +83,61 @@ cJSON *ll_rigid_sim_layout(const void *config)
 
 /* ---- trace ---- */
 
-enum { SUMMARY = 11, TRACED = 8 /* bodies */, OF_A_BODY = 5 };
+enum { TRACED = 8 /* bodies */ };
 
-static const char *const summary_names[SUMMARY] = {
-    "kinetic_j",     "energy_change_j", "penetration_max_m", "sag_m", "drift_m",  "tilt_rad",
-    "speed_max_mps", "joint_error",     "contacts",          "awake", "tunnelled"};
-static const char *const body_names[OF_A_BODY] = {"x_m", "y_m", "angle_rad", "vx_mps", "vy_mps"};
+#define WORLD_COLUMNS(X)                                                                                     \
+    X(number, kinetic_j, "J", m->kinetic_energy, "kinetic energy of all bodies", NULL)                       \
+    X(signed_number, energy_change_j, "J",                                                                   \
+      m->kinetic_energy + m->potential_energy - s->record[i].energy_start,                                   \
+      "change of the kinetic and potential energy since the start", NULL)                                    \
+    X(number, penetration_max_m, "m", m->penetration_max, "largest penetration of a contact point", NULL)    \
+    X(number, sag_m, "m", m->sag_max, "largest distance of a dynamic body below its resting position", NULL) \
+    X(number, drift_m, "m", m->drift_max,                                                                    \
+      "largest sideways distance of a dynamic body from its position at the start", NULL)                    \
+    X(number, tilt_rad, "rad", m->tilt_max,                                                                  \
+      "largest rotation of a dynamic body from its angle at the start", NULL)                                \
+    X(number, speed_max_mps, "m/s", m->speed_max, "speed of the fastest body", NULL)                         \
+    X(number, joint_error, "m or rad", m->joint_error, "largest error of a joint that is not a spring",      \
+      NULL)                                                                                                  \
+    X(count, contacts, NULL, ll_rigid_get_stats(w).touching, "pairs of shapes that touch", NULL)             \
+    X(count, awake, NULL, ll_rigid_get_stats(w).awake, "bodies that do not sleep", NULL)                     \
+    X(count, tunnelled, NULL, m->passed, "dynamic bodies whose centre is beyond tunnel_x", NULL)
 
-int ll_rigid_sim_trace_columns(const void *config, char (*names)[48], int capacity)
-{
-    const ll_rigid_config *c = config;
-    int n = 0, bodies_told = c->setup.scene > 0 || c->body_count > TRACED ? TRACED : c->body_count;
-    if (capacity < ll_rigid_sim_worlds(&c->setup) * (SUMMARY + bodies_told * OF_A_BODY))
-        return 0;
-    for (int i = 0; i < ll_rigid_sim_worlds(&c->setup); i++) {
-        for (int k = 0; k < SUMMARY; k++)
-            ll_side_by_side_column(names[n++], i, summary_names[k]);
-        for (int b = 0; b < bodies_told; b++)
-            for (int k = 0; k < OF_A_BODY; k++) {
-                char name[32];
-                snprintf(name, sizeof name, "%d_%s", b, body_names[k]);
-                ll_side_by_side_column(names[n++], i, name);
-            }
-    }
-    return n;
-}
+#define BODY_COLUMNS(X)                                                                                      \
+    X(signed_number, x_m, "m", b.position.x, "position of the body frame: x", NULL)                          \
+    X(signed_number, y_m, "m", b.position.y, "position of the body frame: y", NULL)                          \
+    X(signed_number, angle_rad, "rad", b.angle, "angle of the body frame", NULL)                             \
+    X(signed_number, vx_mps, "m/s", b.velocity.x, "velocity of the centre of mass: x", NULL)                 \
+    X(signed_number, vy_mps, "m/s", b.velocity.y, "velocity of the centre of mass: y", NULL)
 
-/* 0 for a body that does not exist (yet). */
-static void body_row(const ll_rigid *w, int32_t index, double *values)
+static const ll_metric_table world_columns = {.path = "", .help = "A world.", LL_METRICS_FROM(WORLD_COLUMNS)};
+static const ll_metric_table body_columns = {
+    .path = "*_",
+    .help = "A body: one of the first 8; 0 for a body that does not exist (yet).",
+    LL_METRICS_FROM(BODY_COLUMNS)};
+
+const ll_metric_table *const ll_rigid_sim_trace_tables[] = {&world_columns, &body_columns, NULL};
+
+static void trace_body(const ll_rigid *w, int32_t index, ll_trace_line *trace)
 {
     ll_body_state b = {0};
     if (index < ll_rigid_body_end(w)) {
         ll_status status = ll_rigid_get_body(w, ll_rigid_body_at(w, index), &b);
         (void)status;
     }
-    const double all[OF_A_BODY] = {b.position.x, b.position.y, b.angle, b.velocity.x, b.velocity.y};
-    for (int k = 0; k < OF_A_BODY; k++)
-        values[k] = all[k];
+    LL_TRACE_PUT(trace, &body_columns, index, BODY_COLUMNS);
 }
 
-int ll_rigid_sim_trace_row(const void *block, double *values, int capacity)
+void ll_rigid_sim_trace(const void *block, ll_trace_line *trace)
 {
     const ll_rigid_sim *s = block;
-    int n = 0, bodies_told = s->setup.scene > 0 || s->references > TRACED ? TRACED : (int)s->references;
-    if (capacity < count_of(s) * (SUMMARY + bodies_told * OF_A_BODY))
-        return 0;
+    int bodies = s->setup.scene > 0 || s->references > TRACED ? TRACED : (int)s->references;
     for (int i = 0; i < count_of(s); i++) {
         const ll_rigid *w = ll_rigid_sim_world(s, i);
         const ll_rigid_metrics *m = &s->record[i].now;
-        const double all[SUMMARY] = {m->kinetic_energy,
-                                     m->kinetic_energy + m->potential_energy - s->record[i].energy_start,
-                                     m->penetration_max,
-                                     m->sag_max,
-                                     m->drift_max,
-                                     m->tilt_max,
-                                     m->speed_max,
-                                     m->joint_error,
-                                     ll_rigid_get_stats(w).touching,
-                                     ll_rigid_get_stats(w).awake,
-                                     m->passed};
-        for (int k = 0; k < SUMMARY; k++)
-            values[n++] = all[k];
-        for (int b = 0; b < bodies_told; b++, n += OF_A_BODY)
-            body_row(w, b, &values[n]);
+        ll_side_by_side_trace(trace, i);
+        LL_TRACE_PUT(trace, &world_columns, 0, WORLD_COLUMNS);
+        for (int32_t b = 0; b < bodies; b++)
+            trace_body(w, b, trace);
     }
-    return n;
 }

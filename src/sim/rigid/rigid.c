@@ -46,11 +46,8 @@ static ll_status grab_body(ll_rigid *w, ll_rigid_record *r, ll_vec2 point)
     ll_body_state state;
     if (body.index == 0)
         return ll_ok();
-    ll_status status = ll_rigid_get_body(w, body, &state);
-    if (!ll_failed(&status))
-        status = fixed_body(w, r, &fixed);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(ll_rigid_get_body(w, body, &state));
+    LL_TRY(fixed_body(w, r, &fixed));
     ll_joint_def def = ll_joint_defaults(w, LL_JOINT_MOUSE, fixed, body, point);
     def.hertz = MOUSE_HERTZ;
     def.damping = 1;
@@ -107,8 +104,7 @@ ll_status ll_rigid_sim_step(ll_rigid_sim *s, int i, const ll_rigid_probe *probe)
         ll_scene_args args = ll_scene_args_of(scene, &s->setup.params);
         status = scene->drive(w, &args, ll_rigid_get_stats(w).step);
     }
-    if (!ll_failed(&status))
-        status = ll_rigid_step(w, 1 / s->setup.hz, probe);
+    LL_THEN(status, ll_rigid_step(w, 1 / s->setup.hz, probe));
     if (status.code == LL_LIMIT) { /* the step was made without them */
         r->over_limit++;
         return ll_ok();
@@ -156,8 +152,7 @@ static ll_status step_all(ll_rigid_sim *s, ll_step_profiler *step_profiler, ll_p
             continue;
         }
         ll_status status = step_metered(s, i, step_profiler);
-        if (!ll_failed(&status))
-            status = ll_rigid_sim_measure(s, i, step_profiler);
+        LL_THEN(status, ll_rigid_sim_measure(s, i, step_profiler));
         if (ll_failed(&status) && i == 0)
             return ll_error(LL_DIVERGED, "%s", status.text);
     }
@@ -173,9 +168,7 @@ static ll_status advance(void *block, ll_time until, const ll_recorder *recorder
     ll_freq freq = ll_freq_from_hz(s->setup.hz);
     (void)recorder;
     for (int64_t tick = ll_tick_at(s->now, freq) + 1; ll_tick_time(tick, freq) <= until; tick++) {
-        ll_status status = step_all(s, step_profiler, &pace);
-        if (ll_failed(&status))
-            return status;
+        LL_TRY(step_all(s, step_profiler, &pace));
         s->now = ll_tick_time(tick, freq);
     }
     s->now = until;
@@ -228,6 +221,6 @@ const ll_sim_kind ll_sim_rigid = {
     .layout = ll_rigid_sim_layout,
     .records = ll_rigid_sim_records,
     .fill = ll_rigid_sim_fill,
-    .trace_columns = ll_rigid_sim_trace_columns,
-    .trace_row = ll_rigid_sim_trace_row,
+    .trace_tables = ll_rigid_sim_trace_tables,
+    .trace = ll_rigid_sim_trace,
 };

@@ -187,7 +187,7 @@ void ll_rigid_sim_add_bodies(struct cJSON *object, const ll_rigid_sim *s, int wo
 struct cJSON *ll_rigid_sim_state(const void *block);
 void ll_rigid_sim_costs(const void *config, const ll_step_profiler *step_profiler, struct cJSON *cost);
 struct cJSON *ll_rigid_sim_layout(const void *config);
-int ll_rigid_sim_trace_columns(const void *config, char (*names)[48], int capacity);
-int ll_rigid_sim_trace_row(const void *block, double *values, int capacity);
+extern const ll_metric_table *const ll_rigid_sim_trace_tables[];
+void ll_rigid_sim_trace(const void *block, ll_trace_line *trace);
 extern const ll_record *const ll_rigid_sim_records[];
 void ll_rigid_sim_fill(const void *block, ll_row_set *rows);
