@@ -530,7 +530,7 @@ test('floods, huge and odd bodies, odd messages: errors, and the class goes on',
   }
   for (let i = 0; i < 1500; i++) stream.say({ auth: WRONG });
   await waitFor(() => stream.closed, 'the end of a flood');
-  assert.equal(stream.closed.code, 1008);
+  assert.ok([1008, 1013].includes(stream.closed.code), `${stream.closed.code}`); /* too many, or its answers not read */
   const head = `GET /api/v1/classes/${room.code}/stream HTTP/1.1\r\nHost: localhost\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n`;
   const upgrade = `${head}Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: MDEyMzQ1Njc4OWFiY2RlZg==\r\nSec-WebSocket-Protocol: laglab.v2.json\r\n\r\n`;
   assert.match((await raw(daemon.port, upgrade, 1000)).text, /^HTTP\/1.1 404 /, 'codes are not looked up by streams, which nothing limits');

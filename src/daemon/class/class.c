@@ -112,6 +112,21 @@ void ll_class_set_board(ll_class *c, const char *session)
     c->changed = true;
 }
 
+static bool set_player(ll_class_board *board, int p, const cJSON *player)
+{
+    const cJSON *name = cJSON_GetObjectItemCaseSensitive(player, "name");
+    const cJSON *lag = cJSON_GetObjectItemCaseSensitive(player, "lag_ms");
+    char text[sizeof board->names[0]] = "";
+    double lag_ms = lag ? lag->valuedouble : 0;
+    if (cJSON_IsString(name) && strlen(name->valuestring) < sizeof text)
+        memcpy(text, name->valuestring, strlen(name->valuestring) + 1);
+    bool same =
+        strcmp(text, board->names[p]) == 0 && lag_ms >= board->lag_ms[p] && lag_ms <= board->lag_ms[p];
+    memcpy(board->names[p], text, sizeof text);
+    board->lag_ms[p] = lag_ms;
+    return !same;
+}
+
 void ll_class_set_players(ll_class *c, const cJSON *params, uint32_t version)
 {
     ll_class_board *board = &c->board;
@@ -119,23 +134,18 @@ void ll_class_set_players(ll_class *c, const cJSON *params, uint32_t version)
     int count = 0;
     cJSON_ArrayForEach(player, players)
     {
-        const cJSON *name = cJSON_GetObjectItemCaseSensitive(player, "name");
-        const cJSON *lag = cJSON_GetObjectItemCaseSensitive(player, "lag_ms");
         if (count == LL_PLAYERS_MAX)
             break;
-        board->names[count][0] = '\0';
-        if (cJSON_IsString(name) && strlen(name->valuestring) < sizeof board->names[0])
-            memcpy(board->names[count], name->valuestring, strlen(name->valuestring) + 1);
-        board->lag_ms[count++] = lag ? lag->valuedouble : 0;
+        c->changed = set_player(board, count++, player) || c->changed;
     }
     for (int i = 0; i < c->capacity; i++) {
         if (c->members[i].player >= count)
             free_seat(c, i);
     }
+    c->changed = c->changed || count != board->players;
     board->players = count;
     board->params_version = version;
     board->unread = false;
-    c->changed = true;
 }
 
 void ll_class_see_board(ll_class *c, int status, int64_t tick)

@@ -183,7 +183,7 @@ static void settle_board(ll_class *c, const action *a)
         board->driven[a->player] = a->person;
     if (a->deed == READ)
         ll_class_set_players(c, a->params, a->version);
-    c->changed = true;
+    c->changed = c->changed || a->deed != READ;
 }
 
 static void settle(ll_class *c, const action *a, bool gone)
@@ -301,6 +301,10 @@ void ll_class_entry_look(ll_class_entry *entry)
     }
     if (ll_session_entry_glance(session_entry, &glance)) {
         board->unread = board->unread || glance.params_version != board->params_version;
+        /* A session without viewers runs only when it is used, as by reading it: so it comes to its stop. */
+        board->unread =
+            board->unread || (c->now.phase == LL_CLASS_RUN && glance.status == LL_SESSION_PLAYING &&
+                              ll_session_entry_viewers(session_entry) == 0);
         board->link.held = board->link.held && (glance.status != LL_SESSION_PLAYING || !c->now.frozen);
         ll_class_see_board(c, glance.status, glance.tick);
     }
