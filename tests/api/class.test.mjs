@@ -299,7 +299,7 @@ test('votes: one a token, changeable until locked, hidden until then', async () 
   assert.equal(late.status, 409);
   assert.match(late.json.detail, /Votes are locked: the class is in phase locked/);
   await room.set({ phase: 'explain', step: 2 });
-  assert.deepEqual((await room.state()).tally, [0, 1, 1, 0], 'it stays beside the result');
+  assert.deepEqual((await room.state()).tally, [0, 1, 1, 0], 'it stays with the result');
   await room.set({ phase: 'predict', step: 1 });
   assert.equal((await room.state()).votes, 2, 'asked again: votes stay');
   await room.set({ phase: 'predict', step: 3, choices: 2 });
@@ -309,9 +309,9 @@ test('votes: one a token, changeable until locked, hidden until then', async () 
   await remote.close();
 });
 
-// ---- 23, 24: freeze, bring here, let go; copies ----
+// ---- 23, 24: freeze, bring here, release; copies ----
 
-test('freeze pauses the board and copies within a second, also against play; let go resumes what played', async () => {
+test('freeze pauses the board and copies within a second, also against play; its end resumes what played', async () => {
   const room = await open();
   await room.set({ phase: 'free' });
   await c.call('POST', `/api/v1/sessions/${room.board.id}/control`, { key: room.key, body: { op: 'play' } });
@@ -345,7 +345,7 @@ test('freeze pauses the board and copies within a second, also against play; let
   assert.match((await c.call('POST', `${empty.at}/members`, { body: { role: 'copy' } })).json.detail, /no board to copy/);
 });
 
-test('frozen, a phase waits until it is let go', async () => {
+test('frozen, a phase waits for the end of the freeze', async () => {
   const room = await open();
   await room.set({ frozen: true });
   await room.set({ phase: 'run', stop_tick: 0 });
@@ -358,7 +358,7 @@ test('frozen, a phase waits until it is let go', async () => {
 
 // ---- 27, 28: late and lost ----
 
-test('who joins late is told phase and board at once; a lost member gets seat and vote back', async () => {
+test('who joins late gets phase and board at once; a lost member gets seat and vote back', async () => {
   const room = await open();
   await room.set({ phase: 'predict', ...LESSON });
   const a = await room.enter({ role: 'play', player: 0 });
@@ -369,7 +369,7 @@ test('who joins late is told phase and board at once; a lost member gets seat an
   assert.ok(measured.rtt_ms >= 0 && measured.rtt_ms < 200, JSON.stringify(measured));
   assert.deepEqual([measured.name, measured.state, measured.lag_ms], ['A', 'held', 150]);
   first.socket.terminate();
-  await waitFor(async () => (await room.seat(0)).state === 'away', 'the loss to be told', 2000);
+  await waitFor(async () => (await room.seat(0)).state === 'away', 'the loss to be reported', 2000);
   await room.set({ phase: 'locked' });
   const late = await room.stream();
   assert.deepEqual([late.hello.phase, late.hello.board, late.hello.class, late.hello.code], ['locked', room.board.id, room.id, room.code]);
@@ -383,7 +383,7 @@ test('who joins late is told phase and board at once; a lost member gets seat an
   await late.close();
 });
 
-test('after 20 s the script takes the seat and the class is told; it is anybody’s, and its holder’s until then', async () => {
+test('after 20 s the script takes the seat, as the class sees; any member may claim it, and its holder until then', async () => {
   const room = await open();
   await room.set({ phase: 'free' });
   const [a, b] = [await room.enter({ role: 'play', player: 0 }), await room.enter({ role: 'play', player: 1 })];
@@ -470,7 +470,7 @@ test('with a class key: who opens needs it, who joins does not, copies of member
   assert.equal((await s.call('DELETE', room.at, { key: keys.LAGLAB_OPERATOR_KEY })).status, 204);
 });
 
-test('quotas: classes of the daemon, of an address, members; a class that nobody uses ends', async (t) => {
+test('quotas: classes of the daemon, of an address, members; a class without use ends', async (t) => {
   const small = await startDaemon({
     args: ['--max-classes', '3', '--max-client-classes', '2', '--max-class-members', '2', '--class-ttl-s', '2'],
   });
@@ -552,7 +552,7 @@ test('members come and go in every phase', async () => {
     await waitFor(async () => (await room.seat(0)).state === 'free', `the seat in phase ${phase}`);
     await held.close();
   }
-  await waitFor(async () => (await room.state()).n === 0, 'nobody');
+  await waitFor(async () => (await room.state()).n === 0, 'the end');
 });
 
 // ---- 29, 30 ----

@@ -37,7 +37,11 @@ test('thirty members and a teacher at once: every change within a second, 2 Mbit
   const opened = (await c.call('POST', C)).json,
     key = opened.teacher_key,
     at = `${C}/${opened.id}`;
-  const set = (patch) => c.call('PATCH', at, { key, body: patch });
+  const set = async (patch) => {
+    const begun = performance.now();
+    assert.equal((await c.call('PATCH', at, { key, body: patch })).status, 200);
+    return begun;
+  };
   const board = (await c.call('PUT', `${at}/board`, { key, body: { scenario: 'race', set: { duration_s: 600 } } })).json;
   const teacher = await openStream(daemon.url, `classes/${opened.id}`);
   const members = await Promise.all(
@@ -55,8 +59,7 @@ test('thirty members and a teacher at once: every change within a second, 2 Mbit
   const all = [teacher, ...members.map((m) => m.own)];
   const newest = (s) => s.messages.filter((m) => m.serial !== undefined).at(-1);
   /** The time until every one of the 31 has seen it. */
-  const everybody = async (test_, what) => {
-    const begun = performance.now();
+  const everybody = async (test_, what, begun = performance.now()) => {
     await waitFor(() => all.every((s) => test_(newest(s))), `${what} at all ${all.length}`, 5000);
     const ms = performance.now() - begun;
     t.diagnostic(`${what}: ${ms.toFixed(0)} ms to all ${all.length}`);
@@ -71,16 +74,16 @@ test('thirty members and a teacher at once: every change within a second, 2 Mbit
     [0, 1],
   );
 
-  await set({ phase: 'predict', lesson: 'late_answer', step: 1, choices: 4 });
-  assert.ok((await everybody((s) => s.phase === 'predict', 'a phase')) < 1000);
+  const t1 = await set({ phase: 'predict', lesson: 'late_answer', step: 1, choices: 4 });
+  assert.ok((await everybody((s) => s.phase === 'predict', 'a phase', t1)) < 1000);
   const votes = await Promise.all(members.map((m, i) => c.call('PUT', `${at}/vote`, { key: m.token, body: { step: 1, choice: i % 4 } })));
   assert.ok(votes.every(({ status }) => status === 204));
   assert.ok((await everybody((s) => s.votes === MEMBERS && s.tally === null, 'the count of votes')) < 2000);
-  await set({ phase: 'locked' });
-  await everybody((s) => s.tally?.join() === '8,8,7,7', 'the tally');
+  const t2 = await set({ phase: 'locked' });
+  await everybody((s) => s.tally?.join() === '8,8,7,7', 'the tally', t2);
 
-  await set({ phase: 'run' });
-  await everybody((s) => s.status === 'playing', 'the run');
+  const t3 = await set({ phase: 'run' });
+  await everybody((s) => s.status === 'playing', 'the run', t3);
   let driving = true;
   const drive = (async () => {
     for (let i = 0; driving; i++) {
@@ -106,12 +109,12 @@ test('thirty members and a teacher at once: every change within a second, 2 Mbit
   driving = false;
   await drive;
 
-  await set({ frozen: true });
-  assert.ok((await everybody((x) => x.frozen && x.status === 'paused', 'the freeze')) < 1000);
-  await set({ together: true });
-  assert.ok((await everybody((x) => x.together, 'bringing all to the board')) < 2000);
-  await set({ frozen: false, together: false });
-  await everybody((x) => x.status === 'playing' && !x.together, 'letting go');
+  const t4 = await set({ frozen: true });
+  assert.ok((await everybody((x) => x.frozen && x.status === 'paused', 'the freeze', t4)) < 1000);
+  const t5 = await set({ together: true });
+  assert.ok((await everybody((x) => x.together, 'bringing all to the board', t5)) < 2000);
+  const t6 = await set({ frozen: false, together: false });
+  await everybody((x) => x.status === 'playing' && !x.together, 'letting go', t6);
   for (const stream of all) stream.messages.forEach(check);
   await Promise.all(streams.map((stream) => stream.close()));
 });

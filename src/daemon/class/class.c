@@ -170,7 +170,7 @@ bool ll_class_drives(const ll_class *c, int player)
 
 /* ---- members ---- */
 
-/* The place of the member that has been away for longest, and holds no seat; -1: nobody may be dropped. */
+/* The place of the member that has been away for longest, and holds no seat; -1: none may be dropped. */
 static int find_leaver(const ll_class *c, ll_time now)
 {
     int oldest = -1;

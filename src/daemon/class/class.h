@@ -5,7 +5,7 @@
  * has a copy of the board. Nothing else is known of it: no name, no address.
  *
  * A seat stays with its holder for LL_CLASS_SEAT_NS without a sign of life. Then the script takes it, and
- * anyone may claim it; until somebody does, the holder gets it back by connecting again. */
+ * any member may claim it; until one does, the holder gets it back by connecting again. */
 #pragma once
 
 #include <stdbool.h>
@@ -76,7 +76,7 @@ typedef struct ll_class_link {
 
 typedef struct ll_class_member {
     bool used;
-    uint32_t number; /* tells members apart that had the same place one after the other */
+    uint32_t number; /* distinguishes members that had the same place one after the other */
     ll_key_hash token;
     ll_class_role role;
     int player; /* whose seat it holds; -1: none */
@@ -118,8 +118,8 @@ typedef struct ll_class {
     int capacity;
     uint32_t numbers;
     uint32_t serial; /* of the broadcast */
-    bool changed;    /* to be told at once */
-    bool stirred;    /* to be told soon: counts and measurements */
+    bool changed;    /* to be sent at once */
+    bool stirred;    /* to be sent soon: counts and measurements */
 } ll_class;
 
 ll_status ll_class_init(ll_class *c, int capacity, const ll_key_hash *teacher);
@@ -155,11 +155,11 @@ void ll_class_heard(ll_class *c, int place, int64_t round_trip_ns, ll_time now);
 /* Seats whose holders are silent for too long. */
 void ll_class_pass_time(ll_class *c, ll_time now);
 
-/* Whether somebody drives this player: its `control` has to be person. */
+/* Whether a member drives this player: its `control` has to be person. */
 bool ll_class_drives(const ll_class *c, int player);
 int ll_class_holder(const ll_class *c, int player); /* -1: the seat is free */
 bool ll_class_is_away(const ll_class_member *member, ll_time now);
 
 /* The broadcast: {"type","serial","phase",...}. */
 struct cJSON *ll_class_describe(const ll_class *c, ll_time now);
-struct cJSON *ll_class_describe_member(const ll_class *c, int place); /* what only this member is told */
+struct cJSON *ll_class_describe_member(const ll_class *c, int place); /* what only this member receives */

@@ -7,7 +7,7 @@
 #include "base/hash.h"
 #include "daemon/class/internal.h"
 
-#define TICK_NS (100 * LL_MS) /* between two looks at the boards of classes with members */
+#define TICK_NS (100 * LL_MS) /* between two checks of the boards of classes with members */
 
 #define ROW(name_, type_) .name = #name_, .type = type_, .offset = offsetof(ll_classes_config, name_)
 
@@ -28,32 +28,6 @@ const ll_param_table ll_classes_table = {.name = "classes",
                                          .count = sizeof rows / sizeof rows[0],
                                          .size = sizeof(ll_classes_config)};
 
-/* ---- references ---- */
-
-void ll_class_entry_retain(ll_class_entry *entry)
-{
-    atomic_fetch_add(&entry->references, 1);
-}
-
-void ll_class_entry_release(ll_class_entry *entry)
-{
-    if (!entry || atomic_fetch_sub(&entry->references, 1) > 1)
-        return;
-    ll_class_viewers_free(entry);
-    ll_class_end(&entry->values);
-    free(entry);
-}
-
-const char *ll_class_entry_id(const ll_class_entry *entry)
-{
-    return entry->id;
-}
-
-const char *ll_class_entry_code(const ll_class_entry *entry)
-{
-    return entry->code;
-}
-
 /* ---- finding; the list is locked ---- */
 
 static ll_class_entry *find(const ll_classes *classes, const char *name, bool by_code)
@@ -65,7 +39,8 @@ static ll_class_entry *find(const ll_classes *classes, const char *name, bool by
 }
 
 /* Looking up takes a token and finding gives it back, so that only codes that do not exist are counted: a
- * class of thirty joins at once from one address, and whoever has guessed too often learns nothing more. */
+ * class of thirty joins at once from one address, and a client that has guessed too often learns nothing
+ * more. */
 ll_status ll_classes_find(ll_classes *classes, const char *name, const char *peer, ll_class_entry **result)
 {
     char code[LL_CODE_LENGTH + 1];

@@ -48,7 +48,7 @@ const char *ll_class_entry_code(const ll_class_entry *entry);
 
 /* NULL: the class has ended, and is not locked. */
 ll_class *ll_class_entry_lock(ll_class_entry *entry);
-void ll_class_entry_unlock(ll_class_entry *entry); /* what changed is told and done */
+void ll_class_entry_unlock(ll_class_entry *entry); /* what changed is sent and done */
 
 void ll_class_entry_end(ll_class_entry *entry, const char *reason);
 /* No key of a class counts any more on the streams of this session. */

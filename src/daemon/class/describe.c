@@ -1,4 +1,4 @@
-/* What the members of a class are told. */
+/* The broadcast of a class, and what only one member receives. */
 #include "daemon/class/class.h"
 
 #include <cjson/cJSON.h>

@@ -1,5 +1,5 @@
-/* Shared by classes.c (the list), work.c (what is done to sessions) and stream.c (what members are told). Not
- * for other rooms. */
+/* Shared by entry.c (references), work.c (what is done to sessions), stream.c (messages) and classes.c (the
+ * list). Not for other rooms. */
 #pragma once
 
 #include <pthread.h>
@@ -29,10 +29,11 @@ struct ll_class_entry {
     ll_class values;
     class_viewer *viewers;
     ll_ws_stream *stream;
-    const char *ended;                           /* why; NULL: it lasts */
-    ll_time used, sent_at, looked_at, pinged_at; /* last request; broadcast; look at the board; pings */
-    bool working;                                /* a task runs */
-    ll_time retry_at;                            /* of a task that failed */
+    const char *ended; /* why; NULL: it lasts */
+    ll_time used, sent_at, looked_at,
+        pinged_at;    /* times of the last request, broadcast, check of the board, pings */
+    bool working;     /* a task runs */
+    ll_time retry_at; /* of a task that failed */
 };
 
 struct ll_classes {
@@ -50,7 +51,7 @@ struct ll_classes {
     bool stopping, news;
 };
 
-/* ---- classes.c ---- */
+/* ---- entry.c ---- */
 
 void ll_class_entry_retain(ll_class_entry *entry);
 /* The member of this place, unless it has gone; -1. Locked. */
@@ -67,4 +68,3 @@ void ll_class_entry_look(ll_class_entry *entry);
 
 ll_ws_hooks ll_classes_hooks(ll_classes *classes);
 void ll_class_entry_tell(ll_class_entry *entry, ll_time now); /* sends what changed; locked */
-void ll_class_viewers_free(ll_class_entry *entry);

@@ -58,7 +58,8 @@ static bool is_inner(const ll_interface *interface)
     return false;
 }
 
-/* IPv4 before IPv6, whose addresses nobody types; networks of the room before those within the machine. */
+/* IPv4 before IPv6, whose addresses are too long to type; networks of the room before those within the
+ * machine. */
 static void add_interfaces(const ll_origins_request *request, ll_origins *origins)
 {
     bool only4 = begins(request->bound, "0.0.0.0:");

@@ -1,4 +1,4 @@
-/* What members are told: messages on the stream of a class. */
+/* Messages on the stream of a class. */
 #include <cjson/cJSON.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -20,15 +20,7 @@ static void send_json(ll_classes *classes, ll_ws_viewer viewer, cJSON *json) /* 
     free(text);
 }
 
-/* ---- telling; locked ---- */
-
-int ll_class_viewer_place(const ll_class_entry *entry, const class_viewer *viewer)
-{
-    const ll_class *c = &entry->values;
-    bool present = viewer->place >= 0 && c->members[viewer->place].used &&
-                   c->members[viewer->place].number == viewer->number;
-    return present ? viewer->place : -1;
-}
+/* ---- sending; locked ---- */
 
 static void send_hello(ll_class_entry *entry, class_viewer *viewer, ll_time now)
 {
@@ -94,15 +86,6 @@ void ll_class_entry_tell(ll_class_entry *entry, ll_time now)
     if (now - entry->pinged_at >= PING_NS) {
         entry->pinged_at = now;
         measure(entry);
-    }
-}
-
-void ll_class_viewers_free(ll_class_entry *entry)
-{
-    while (entry->viewers) {
-        class_viewer *viewer = entry->viewers;
-        entry->viewers = viewer->next;
-        free(viewer);
     }
 }
 

@@ -72,7 +72,7 @@ static bool pick(ll_class *c, action *a)
     if (pick_link(c, &board->link, a) || pick_copy(c, a))
         return true;
     memcpy(a->session, board->link.session, sizeof a->session);
-    if (board->order != LL_CLASS_NO_ORDER && c->now.frozen) { /* for when it is let go */
+    if (board->order != LL_CLASS_NO_ORDER && c->now.frozen) { /* for the end of the freeze */
         board->link.resume = board->order == LL_CLASS_PLAY_BOARD;
         board->order = LL_CLASS_NO_ORDER;
     }
@@ -176,7 +176,7 @@ static void settle_board(ll_class *c, const action *a)
     if (a->deed == PLAY || a->deed == PAUSE)
         board->order = LL_CLASS_NO_ORDER;
     if (plays)
-        board->status = LL_SESSION_PLAYING; /* it may stop before anybody looks */
+        board->status = LL_SESSION_PLAYING; /* it may stop before the next check */
     if (a->deed == REVOKE)
         board->revoke[a->player] = false;
     if (a->deed == SEAT)

@@ -142,7 +142,7 @@ static void limit_control_frames(ws_viewer *viewer)
     }
 }
 
-/* The time is read anew: the turn's is from before its other sockets were served. */
+/* Reads the time again: the turn's is from before its other sockets were served. */
 static void pong(ws_viewer *viewer)
 {
     limit_control_frames(viewer);

@@ -242,7 +242,7 @@ static void the_script_takes_a_seat_after_20_s_and_its_holder_gets_it_back(void 
     assert_true(cJSON_GetObjectItemCaseSensitive(seat, "lag_ms")->valuedouble == 150);
     f->now += 22 * LL_SECOND;
     ll_class_pass_time(&f->c, f->now);
-    ll_status status = ll_class_claim(&f->c, b, 0, f->now); /* somebody else is faster */
+    ll_status status = ll_class_claim(&f->c, b, 0, f->now); /* another member is faster */
     assert_false(ll_failed(&status));
     assert_int_equal(f->c.members[a].player, -1);
     assert_int_equal(f->c.members[b].player, 0);
