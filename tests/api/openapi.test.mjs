@@ -520,6 +520,7 @@ test('who may', async () => {
       [`${I}/fork`, {}],
       [E, SMALL],
       ['/api/v1/advise', { experiment: SMALL, max_error: 1 }],
+      [K, {}],
     ]))
       await call('post', path, { id }, 401, { body: order }, s);
     await call('get', C, {}, 200, {}, s);
