@@ -10,7 +10,6 @@
 #include "base/assert.h"
 #include "base/hash.h"
 #include "daemon/hosting/session_entry.h"
-#include "daemon/support/access.h"
 #include "daemon/support/log.h"
 
 static const double mebi = 1 << 20;
@@ -85,36 +84,6 @@ const char *ll_session_entry_code(const ll_session_entry *session_entry)
 int ll_session_entry_viewers(const ll_session_entry *session_entry)
 {
     return session_entry->stream ? ll_ws_viewers(session_entry->stream) : 0;
-}
-
-int ll_session_entry_find_role(const ll_session_entry *session_entry, const char *key, size_t length,
-                               bool *guest)
-{
-    int role = LL_ROLE_NONE;
-    const ll_host *host = session_entry->host;
-    *guest = false;
-    for (int i = 0; i < session_entry->key_count; i++) { /* constant time: compares every key */
-        if (ll_key_matches(&session_entry->keys[i], key, length))
-            role = i - 1;
-    }
-    if (ll_access_is_operator(host->config.access, key, length))
-        role = LL_ROLE_OWNER;
-    if (role != LL_ROLE_NONE || !host->guest_role)
-        return role;
-    *guest = true;
-    return host->guest_role(host->guest_context, session_entry->id, key, length);
-}
-
-int ll_session_entry_role(const ll_session_entry *session_entry, const char *key, size_t length)
-{
-    bool guest;
-    return ll_session_entry_find_role(session_entry, key, length, &guest);
-}
-
-void ll_host_set_guests(ll_host *host, ll_host_guest_role *role, void *context)
-{
-    host->guest_role = role;
-    host->guest_context = context;
 }
 
 bool ll_session_entry_glance(ll_session_entry *session_entry, ll_session_glance *glance)

@@ -136,7 +136,7 @@ struct ll_host {
     int64_t memory_max;
 };
 
-/* ---- host.c ---- */
+/* ---- roles.c ---- */
 
 /* As ll_session_entry_role; `guest`: by another's key. */
 int ll_session_entry_find_role(const ll_session_entry *session_entry, const char *key, size_t length,
