@@ -12,6 +12,7 @@ int ll_verb_serve(int argc, char **argv)
     const ll_parameter_object objects[] = {{&ll_web_server_table, config ? &config->web_server : NULL},
                                            {&ll_host_table, config ? &config->host : NULL},
                                            {&ll_access_table, config ? &config->access : NULL},
+                                           {&ll_classes_table, config ? &config->classes : NULL},
                                            {0}};
     ll_option *options = config ? ll_parameter_options(objects) : NULL;
     ll_status status = options ? ll_ok() : ll_error(LL_NO_MEMORY, "out of memory: settings");

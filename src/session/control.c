@@ -7,7 +7,7 @@
 #include "session/internal.h"
 
 typedef struct control_args {
-    int64_t ticks, tick;
+    int64_t ticks, tick, until_tick;
     double time_s, speed;
     bool reset, has_tick, has_time;
 } control_args;
@@ -16,21 +16,21 @@ static ll_status do_pause(ll_session *s, ll_time wall, const control_args *a)
 {
     (void)wall;
     (void)a;
-    if (s->status == LL_SESSION_PLAYING) {
-        s->status = LL_SESSION_PAUSED;
-        ll_session_emit_own(s, "pause");
-        ll_session_record_hash(s);
-    }
+    ll_session_pause(s);
     return ll_ok();
 }
 
 static ll_status do_play(ll_session *s, ll_time wall, const control_args *a)
 {
-    (void)a;
     if (s->status == LL_SESSION_FAILED)
         return ll_error(LL_CONFLICT, "the session has failed: %s", s->error.text);
+    int64_t from = s->tick >= s->end ? 0 : s->tick;
+    if (a->until_tick > 0 && (a->until_tick <= from || a->until_tick > s->end))
+        return ll_field_error(LL_BAD_INPUT, "until_tick", "until_tick: must be %lld to %lld; got %lld",
+                              (long long)from + 1, (long long)s->end, (long long)a->until_tick);
     if (s->tick >= s->end)
         ll_session_move_to(s, 0);
+    s->stop_tick = a->until_tick;
     if (s->status != LL_SESSION_PLAYING) {
         s->status = LL_SESSION_PLAYING;
         ll_session_emit_own(s, "play");
@@ -41,6 +41,7 @@ static ll_status do_play(ll_session *s, ll_time wall, const control_args *a)
 
 static ll_status begin_seek_to(ll_session *s, int64_t tick)
 {
+    s->stop_tick = 0;
     ll_session_begin_seek(s, tick < 0 ? 0 : tick > s->end ? s->end : tick);
     return ll_ok();
 }
@@ -79,6 +80,7 @@ static ll_status do_restart(ll_session *s, ll_time wall, const control_args *a)
         return ll_error(LL_NO_MEMORY, "out of memory: restart");
     ll_param_copy(s->scenario.kind->table, base, a->reset ? s->scenario.config : s->config);
     ll_session_rebase(s, base);
+    s->stop_tick = 0;
     free(base);
     if (a->reset)
         s->speed = 1;
@@ -110,6 +112,12 @@ static const ll_param control_rows[] = {
      .max = 1e12,
      .unit = "ticks",
      .help = "Tick to seek to."},
+    {.name = "until_tick",
+     .type = LL_PARAM_INT,
+     .offset = offsetof(control_args, until_tick),
+     .max = 1e12,
+     .unit = "ticks",
+     .help = "Tick at which it pauses; 0: none."},
     {.name = "time_s",
      .type = LL_PARAM_REAL,
      .offset = offsetof(control_args, time_s),

@@ -53,6 +53,7 @@ struct ll_session {
     int32_t step;    /* index of the first step of the timeline that is not applied yet */
     int32_t skipped; /* steps of the timeline that were invalid for the parameters that commands had set */
     int64_t tick, head, end;
+    int64_t stop_tick; /* it pauses there; 0: none */
     ll_freq freq;
 
     void *block; /* NULL: parked */
@@ -167,7 +168,9 @@ ll_status ll_session_wake(ll_session *s);
 
 /* ---- session.c ---- */
 
-void ll_session_end_if_over(ll_session *s);
+void ll_session_end_if_over(ll_session *s); /* ends a session that plays at its last tick, or pauses it at
+                                               its stop tick */
+void ll_session_pause(ll_session *s);
 
 void ll_session_move_to(ll_session *s, int64_t tick);
 

@@ -88,10 +88,22 @@ void ll_session_destroy(ll_session *s)
 
 /* ---- running ---- */
 
+void ll_session_pause(ll_session *s)
+{
+    s->stop_tick = 0;
+    if (s->status != LL_SESSION_PLAYING)
+        return;
+    s->status = LL_SESSION_PAUSED;
+    ll_session_emit_own(s, "pause");
+    ll_session_record_hash(s);
+}
+
 void ll_session_end_if_over(ll_session *s)
 {
     if (s->tick >= s->end && s->status == LL_SESSION_PLAYING)
         s->status = LL_SESSION_ENDED;
+    if (s->stop_tick > 0 && s->tick >= s->stop_tick && s->status == LL_SESSION_PLAYING)
+        ll_session_pause(s);
 }
 
 int64_t ll_session_due(const ll_session *s, ll_time wall)
@@ -103,6 +115,7 @@ int64_t ll_session_due(const ll_session *s, ll_time wall)
     ll_time due = s->clock_time + (ll_time)((double)(wall - s->clock_wall) * s->speed);
     int64_t target = due > 0 ? ll_tick_at(due, s->freq) : 0;
     target = target > s->end ? s->end : target;
+    target = s->stop_tick > 0 && target > s->stop_tick ? s->stop_tick : target;
     return target > s->tick ? target - s->tick : 0;
 }
 

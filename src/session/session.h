@@ -90,7 +90,8 @@ ll_status ll_session_run_to(ll_session *session, int64_t tick);
  * reached. */
 ll_status ll_session_run_within(ll_session *session, int64_t tick, const ll_interrupt *interrupt);
 
-/* {"op":"pause"} {"op":"play"} {"op":"step","ticks":1} (negative steps back) {"op":"seek","tick":N} or
+/* {"op":"pause"} {"op":"play"} or {"op":"play","until_tick":N} (pauses there) {"op":"step","ticks":1}
+ * (negative steps back) {"op":"seek","tick":N} or
  * {"op":"seek","time_s":X} {"op":"speed","speed":0.25} (0.1 to 10) {"op":"restart","reset":false} (reset:
  * back to the scenario as created). Unknown keys are errors. Step and seek pause. Play at the end starts
  * again from tick 0 with the same log (a replay). */

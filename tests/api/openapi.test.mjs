@@ -385,6 +385,76 @@ test('experiments', async () => {
   await call('delete', X, { id: long.id }, 204, { key: long.owner_key });
 });
 
+const K = '/api/v1/classes',
+  R = '/api/v1/classes/{id}';
+/** Operations of a class: a valid body for each, and whose key it needs. @type {[string, string, any, 'teacher' | 'member' | null][]} */
+const OF_A_CLASS = [
+  ['get', R, undefined, null],
+  ['patch', R, { phase: 'lobby' }, 'teacher'],
+  ['put', `${R}/board`, { scenario: 'race' }, 'teacher'],
+  ['post', `${R}/members`, {}, null],
+  ['get', `${R}/member`, undefined, 'member'],
+  ['patch', `${R}/member`, { role: 'watch' }, 'member'],
+  ['put', `${R}/vote`, { step: 0, choice: 0 }, 'member'],
+  ['delete', `${R}/member`, undefined, 'member'],
+  ['delete', R, undefined, 'teacher'],
+];
+
+test('a class', async () => {
+  const made = await call('post', K, {}, 201, { body: { lesson: 'late_answer' } });
+  const { id, code, teacher_key: teacher } = made.json;
+  assert.equal(made.headers.location, `${K}/${id}`);
+  await call('get', R, { id: code.toLowerCase() }, 200);
+  await call('put', `${R}/board`, { id }, 200, { key: teacher, body: { scenario: 'race' } });
+  await waitFor(async () => (await call('get', R, { id }, 200)).json.state.seats.length === 2, 'the players');
+  const playing = (await call('post', `${R}/members`, { id: code }, 201, { body: { role: 'play' } })).json;
+  const { token } = (await call('post', `${R}/members`, { id }, 201)).json;
+  await call('post', `${R}/members`, { id }, 409, { body: { role: 'play', player: playing.player } });
+  await call('patch', `${R}/member`, { id }, 409, { key: token, body: { role: 'play', player: playing.player } });
+  await call('patch', `${R}/member`, { id }, 200, { key: token, body: { role: 'copy' } });
+  await call('get', `${R}/member`, { id }, 200, { key: token });
+  await call('put', `${R}/vote`, { id }, 409, { key: token, body: { step: 0, choice: 0 } });
+  await call('patch', R, { id }, 200, { key: teacher, type: 'application/merge-patch+json', body: { phase: 'predict', choices: 2 } });
+  await call('put', `${R}/vote`, { id }, 204, { key: token, body: { step: 0, choice: 1 } });
+  await call('patch', R, { id }, 200, { key: teacher, body: { phase: 'locked' } });
+  const keys = { teacher, member: token };
+  for (const [method, path, body, whose] of OF_A_CLASS) {
+    const key = whose ? keys[whose] : undefined;
+    await call(method, path, { id: NOBODY }, 404, { body, key });
+    if (whose) await call(method, path, { id }, 401, { body });
+    if (whose) await call(method, path, { id }, 403, { body, key: WRONG });
+    if (body === undefined) continue;
+    await call(method, path, { id }, 400, { body: { nonsense: 1 }, key });
+    await call(method, path, { id }, 413, { body: `{"x":"${'y'.repeat(1 << 20)}"}`, key });
+    await call(method, path, { id }, 415, { body, key, type: 'text/plain' });
+  }
+  await call('post', K, {}, 400, { body: { nonsense: 1 } });
+  await call('post', K, {}, 413, { body: `{"x":"${'y'.repeat(1 << 20)}"}` });
+  await call('post', K, {}, 415, { body: {}, type: 'text/plain' });
+  await (await c.attend(id)).close();
+  seen.add(`get ${R}/stream 101`);
+  await call('delete', `${R}/member`, { id }, 204, { key: token });
+  await call('delete', R, { id }, 204, { key: teacher });
+});
+
+test('a class: codes that do not exist, and who may open one', async () => {
+  const strict = await startDaemon({ args: ['--max-code-lookups-per-min', '1', '--max-new-sessions-per-min', '3'] });
+  const s = client(strict.url);
+  try {
+    const { code, teacher_key: teacher } = (await call('post', K, {}, 201, {}, s)).json;
+    const { token } = (await call('post', `${R}/members`, { id: code }, 201, {}, s)).json;
+    await call('get', R, { id: code === '2222' ? '3333' : '2222' }, 404, {}, s);
+    for (const [method, path, body, whose] of OF_A_CLASS)
+      await call(method, path, { id: code }, 429, { body, key: whose === 'member' ? token : teacher }, s);
+    await call('post', K, {}, 201, {}, s);
+    await call('post', K, {}, 201, {}, s);
+    await call('post', K, {}, 429, {}, s);
+  } finally {
+    s.close();
+    await strict.stop();
+  }
+});
+
 test('foreign hosts and origins', async () => {
   const session = await c.make({ paused: true });
   const { id, code } = session;
@@ -426,6 +496,12 @@ test('upgrades that are none', async () => {
   await call('get', progress, at, 403, { headers: { ...upgrade, ...FOREIGN } });
   await call('get', progress, { id: NOBODY }, 404, { headers: upgrade });
   await call('get', progress, { id }, 404, { headers: upgrade });
+  const room = `${R}/stream`,
+    open = { id: (await c.call('POST', K)).json.id };
+  await call('get', room, open, 426);
+  await call('get', room, open, 400, { headers: { ...upgrade, 'sec-websocket-protocol': 'laglab.v2.bin' } });
+  await call('get', room, open, 403, { headers: { ...upgrade, ...FOREIGN } });
+  await call('get', room, { id: NOBODY }, 404, { headers: upgrade });
 });
 
 test('who may', async () => {
@@ -444,6 +520,7 @@ test('who may', async () => {
       [`${I}/fork`, {}],
       [E, SMALL],
       ['/api/v1/advise', { experiment: SMALL, max_error: 1 }],
+      [K, {}],
     ]))
       await call('post', path, { id }, 401, { body: order }, s);
     await call('get', C, {}, 200, {}, s);
@@ -511,6 +588,9 @@ test('a store that fails', async () => {
   const { id, owner_key: key } = session;
   const paused = (await call('post', E, {}, 202, { body: { ...SMALL, repeats: 50000 } })).json;
   await call('post', `${X}/control`, { id: paused.id }, 200, { key: paused.owner_key, body: { op: 'pause' } });
+  const room = (await c.call('POST', K)).json;
+  await call('put', `${R}/board`, { id: room.id }, 200, { key: room.teacher_key, body: { session: id, owner_key: key } });
+  const { token } = (await call('post', `${R}/members`, { id: room.id }, 201)).json;
   const limit = (size) => execFileSync('prlimit', ['--pid', String(daemon.pid), `--fsize=${size}:unlimited`]);
   limit(0);
   try {
@@ -519,6 +599,9 @@ test('a store that fails', async () => {
     await call('post', S, {}, 507, { body: { scenario: 'race' } });
     await call('post', `${I}/fork`, { id }, 507);
     await call('delete', I, { id }, 507, { key });
+    await call('put', `${R}/board`, { id: room.id }, 507, { key: room.teacher_key, body: { scenario: 'race' } });
+    await call('post', `${R}/members`, { id: room.id }, 507, { body: { role: 'copy' } });
+    await call('patch', `${R}/member`, { id: room.id }, 507, { key: token, body: { role: 'copy' } });
     await call('post', E, {}, 507, { body: SMALL });
     await call('post', `${X}/control`, { id: paused.id }, 507, { key: paused.owner_key, body: { op: 'resume' } });
     await call('delete', X, { id: paused.id }, 507, { key: paused.owner_key });

@@ -68,6 +68,7 @@ export function client(url) {
     patch: (session, patch) => call('PATCH', `/api/v1/sessions/${session.id}/params`, { key: session.owner_key, body: patch }),
     stream: (session, format, wish) => openStream(url, `sessions/${session.id}`, format, wish),
     progress: (id) => openStream(url, `experiments/${id}`),
+    attend: (id) => openStream(url, `classes/${id}`),
   };
 }
 

@@ -94,6 +94,35 @@ static void advance_is_bounded_and_catches_up(void **state)
     ll_session_destroy(s);
 }
 
+static void play_until_a_tick_pauses_there(void **state)
+{
+    (void)state;
+    ll_session *s = open_session(NULL), *t = open_session(NULL);
+    must(control(s, 0, "{\"op\":\"play\",\"until_tick\":19}"));
+    assert_int_equal(ll_session_advance(s, LL_SECOND / 10, 1000), 0);
+    assert_int_equal(ll_session_get_info(s).status, LL_SESSION_PLAYING);
+    must(control(s, LL_SECOND / 10, "{\"op\":\"speed\",\"speed\":2}")); /* keeps the stop */
+    assert_int_equal(ll_session_advance(s, 10 * LL_SECOND, 5), 8);      /* 6 + 5 of 19 */
+    assert_int_equal(ll_session_advance(s, 10 * LL_SECOND, 1000), 0);
+    assert_int_equal(ll_session_get_info(s).tick, 19);
+    assert_int_equal(ll_session_get_info(s).status, LL_SESSION_PAUSED);
+    must(ll_session_run_to(t, 19));
+    assert_int_equal(ll_session_hash(s), ll_session_hash(t));
+    static const char *const passed[] = {"{\"op\":\"play\",\"until_tick\":19}",
+                                         "{\"op\":\"play\",\"until_tick\":3601}"};
+    for (int i = 0; i < 2; i++) {
+        ll_status status = control(s, 0, passed[i]);
+        assert_int_equal(status.code, LL_BAD_INPUT);
+        assert_string_equal(status.field, "until_tick");
+    }
+    must(control(s, 0, "{\"op\":\"play\",\"until_tick\":30}"));
+    must(control(s, 0, "{\"op\":\"play\"}")); /* without a stop */
+    ll_session_advance(s, LL_SECOND, 1000);
+    assert_true(ll_session_get_info(s).tick > 30);
+    ll_session_destroy(s);
+    ll_session_destroy(t);
+}
+
 static void seeking_gives_the_same_states(void **state)
 {
     (void)state;
@@ -506,6 +535,7 @@ int main(void)
         cmocka_unit_test(same_hash_in_one_go_and_in_pieces),
         cmocka_unit_test(paced_is_unpaced),
         cmocka_unit_test(advance_is_bounded_and_catches_up),
+        cmocka_unit_test(play_until_a_tick_pauses_there),
         cmocka_unit_test(seeking_gives_the_same_states),
         cmocka_unit_test(restored_forked_and_parked_sessions_are_the_same),
         cmocka_unit_test(command_before_the_head_drops_later_ones),

@@ -20,12 +20,14 @@ typedef enum ll_api_phase { LL_API_STARTING, LL_API_READY, LL_API_DRAINING } ll_
 typedef struct ll_api_idempotency ll_api_idempotency;
 typedef struct ll_experiments ll_experiments;
 typedef struct ll_jobs ll_jobs;
+typedef struct ll_classes ll_classes;
 
 typedef struct ll_api {
     ll_host *host;
     ll_store *store;
     ll_experiments *experiments;
     struct ll_tasks *tasks;
+    ll_classes *classes;                 /* set before the phase is LL_API_READY */
     ll_jobs *jobs;                       /* running searches for advice */
     _Atomic(ll_web_server *) web_server; /* set when it is started */
     const char *scenarios, *documents;   /* folders */
@@ -67,6 +69,14 @@ bool ll_api_is_operator(const ll_api *api, const char *key);
 /* The body as a JSON object; NULL: a 400 was answered. Caller deletes. */
 struct cJSON *ll_api_body(const ll_http_request *request, ll_http_response *response);
 
+/* Creates a session; false: the error was answered. The caller releases it. */
+bool ll_api_make_session(ll_api *api, const ll_http_request *request, ll_http_response *response,
+                         const ll_create_request *create, ll_created_session *created);
+/* The same from a body as of POST /sessions. */
+bool ll_api_create_session(ll_api *api, const ll_http_request *request, ll_http_response *response,
+                           const struct cJSON *body, bool paused, ll_created_session *created);
+struct cJSON *ll_api_describe_created(const ll_created_session *created);
+
 /* A problem document with the API's status: LL_IO is 507, LL_LIMIT 429 with Retry-After. On LL_INTERRUPTED a
  * handler that is not a task is called again as a task; the answer of a task says why it was stopped. */
 void ll_api_problem(ll_http_response *response, const ll_http_request *request, const ll_status *error);
@@ -90,4 +100,6 @@ ll_http_handler ll_post_advise, ll_get_advice, ll_delete_advice, ll_get_experime
     ll_get_experiment_results, ll_get_experiment_report, ll_get_experiment_trace, ll_get_experiment_schema,
     ll_get_experiment_library;
 ll_http_handler ll_get_sessions, ll_get_experiments, ll_get_creation, ll_put_creation;
+ll_http_handler ll_post_classes, ll_get_class, ll_patch_class, ll_delete_class, ll_put_board;
+ll_http_handler ll_post_members, ll_get_member, ll_patch_member, ll_delete_member, ll_put_vote;
 ll_http_handler ll_get_healthz, ll_get_readyz, ll_get_prometheus;

@@ -3,6 +3,7 @@
 
 #include "base/version.h"
 #include "daemon/api/api.h"
+#include "daemon/class/classes.h"
 #include "daemon/http/http_problem.h"
 #include "daemon/support/tasks.h"
 
@@ -172,6 +173,8 @@ void ll_get_prometheus(void *context, const ll_http_request *request, ll_http_re
     labelled(response, "build_info", "version", ll_version, 1);
     gauge(response, "uptime_seconds", (double)(ll_host_now() - api->started) / 1e9, "Time since the start.");
     write_sessions(response, &s);
+    if (atomic_load(&api->phase) != LL_API_STARTING)
+        gauge(response, "classes", (double)ll_classes_count(api->classes), "Open classes.");
     write_web_server(response, &d);
     write_requests(response, api);
     write_tasks(response, api, &d);

@@ -84,7 +84,7 @@ static ll_status read_options(const cJSON *body, ll_create_request *create)
 
 /* ---- answer 201 ---- */
 
-static cJSON *describe_created(const ll_created_session *created)
+cJSON *ll_api_describe_created(const ll_created_session *created)
 {
     cJSON *json = cJSON_CreateObject();
     cJSON_AddStringToObject(json, "id", ll_session_entry_id(created->session_entry));
@@ -111,42 +111,45 @@ static void answer_created(ll_http_response *response, const char *text)
     cJSON_Delete(json);
 }
 
-static char *create_session(ll_api *api, const ll_http_request *request, ll_http_response *response,
-                            const ll_create_request *create)
+bool ll_api_make_session(ll_api *api, const ll_http_request *request, ll_http_response *response,
+                         const ll_create_request *create, ll_created_session *created)
 {
     if (atomic_load(&api->phase) == LL_API_DRAINING) {
         ll_status stopping = ll_error(LL_LIMIT, "The daemon is stopping.");
         ll_http_problem_later(response, request, 503, 10, &stopping);
-        return NULL;
+        return false;
     }
     if (!ll_api_started(api, request, response))
-        return NULL;
-    ll_created_session created;
-    ll_status status = ll_host_create_session(api->host, create, &created);
-    if (ll_failed(&status)) {
-        if (created.full) /* the limit of the daemon; that of the client is a rate limit */
-            ll_http_problem_later(response, request, 503, 60, &status);
-        else
-            ll_api_problem(response, request, &status);
-        return NULL;
-    }
-    cJSON *json = describe_created(&created);
+        return false;
+    ll_status status = ll_host_create_session(api->host, create, created);
+    if (!ll_failed(&status))
+        return true;
+    if (created->full) /* the limit of the daemon; that of the client is a rate limit */
+        ll_http_problem_later(response, request, 503, 60, &status);
+    else
+        ll_api_problem(response, request, &status);
+    return false;
+}
+
+/* The answer as text, for a repeated request; NULL: an error was answered. */
+static char *answer_session(ll_http_response *response, const ll_created_session *created)
+{
+    cJSON *json = ll_api_describe_created(created);
     char *text = cJSON_PrintUnformatted(json);
     cJSON_Delete(json);
-    ll_session_entry_release(created.session_entry);
+    ll_session_entry_release(created->session_entry);
     if (text)
         answer_created(response, text);
     return text;
 }
 
-static char *create_new(ll_api *api, const ll_http_request *request, ll_http_response *response)
+bool ll_api_create_session(ll_api *api, const ll_http_request *request, ll_http_response *response,
+                           const cJSON *body, bool paused, ll_created_session *created)
 {
     static const char *const names[] = {"scenario", "set", "seed", "workload", "paused", "speed", NULL};
-    cJSON *body = ll_api_body(request, response), *scenario = NULL;
-    if (!body)
-        return NULL;
+    cJSON *scenario = NULL;
     ll_workload *workload = NULL;
-    ll_create_request create = {.seed = -1, .peer = request->peer, .task = request->task};
+    ll_create_request create = {.seed = -1, .paused = paused, .peer = request->peer, .task = request->task};
     ll_status status = ll_api_only(body, names);
     LL_THEN(status, read_options(body, &create));
     LL_THEN(status, read_scenario(api, body, &scenario));
@@ -154,15 +157,23 @@ static char *create_new(ll_api *api, const ll_http_request *request, ll_http_res
         status = ll_workload_parse(cJSON_GetObjectItemCaseSensitive(body, "workload"), &workload);
     create.scenario = scenario;
     create.workload = workload;
-    char *text = NULL;
+    bool made = false;
     if (ll_failed(&status))
         ll_api_problem(response, request, &status);
     else
-        text = create_session(api, request, response, &create);
+        made = ll_api_make_session(api, request, response, &create, created);
     ll_workload_free(workload);
     cJSON_Delete(scenario);
+    return made;
+}
+
+static char *create_new(ll_api *api, const ll_http_request *request, ll_http_response *response)
+{
+    cJSON *body = ll_api_body(request, response);
+    ll_created_session created;
+    bool made = body && ll_api_create_session(api, request, response, body, false, &created);
     cJSON_Delete(body);
-    return text;
+    return made ? answer_session(response, &created) : NULL;
 }
 
 void ll_post_sessions(void *context, const ll_http_request *request, ll_http_response *response)
@@ -215,12 +226,13 @@ void ll_post_fork(void *context, const ll_http_request *request, ll_http_respons
     if (body) {
         ll_create_request create = {
             .origin = origin, .seed = -1, .paused = true, .peer = request->peer, .task = request->task};
+        ll_created_session created;
         ll_status status = ll_api_only(body, names);
         LL_THEN(status, read_options(body, &create));
         if (ll_failed(&status))
             ll_api_problem(response, request, &status);
-        else
-            free(create_session(api, request, response, &create));
+        else if (ll_api_make_session(api, request, response, &create, &created))
+            free(answer_session(response, &created));
         cJSON_Delete(body);
     }
     ll_session_entry_release(origin);

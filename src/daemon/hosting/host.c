@@ -10,7 +10,6 @@
 #include "base/assert.h"
 #include "base/hash.h"
 #include "daemon/hosting/session_entry.h"
-#include "daemon/support/access.h"
 #include "daemon/support/log.h"
 
 static const double mebi = 1 << 20;
@@ -87,14 +86,17 @@ int ll_session_entry_viewers(const ll_session_entry *session_entry)
     return session_entry->stream ? ll_ws_viewers(session_entry->stream) : 0;
 }
 
-int ll_session_entry_role(const ll_session_entry *session_entry, const char *key, size_t length)
+bool ll_session_entry_glance(ll_session_entry *session_entry, ll_session_glance *glance)
 {
-    int role = LL_ROLE_NONE;
-    for (int i = 0; i < session_entry->key_count; i++) { /* constant time: compares every key */
-        if (ll_key_matches(&session_entry->keys[i], key, length))
-            role = i - 1;
+    if (pthread_mutex_trylock(&session_entry->lock) != 0)
+        return false;
+    bool loaded = session_entry->session && !session_entry->deleted;
+    if (loaded) {
+        ll_session_info info = ll_session_get_info(session_entry->session);
+        *glance = (ll_session_glance){info.status, info.tick, info.params_version};
     }
-    return ll_access_is_operator(session_entry->host->config.access, key, length) ? LL_ROLE_OWNER : role;
+    pthread_mutex_unlock(&session_entry->lock);
+    return loaded;
 }
 
 void ll_session_entry_count_log(ll_session_entry *session_entry, int64_t bytes)

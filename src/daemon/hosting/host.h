@@ -150,6 +150,21 @@ int ll_session_entry_viewers(const ll_session_entry *session_entry);
 enum { LL_ROLE_NONE = -2, LL_ROLE_OWNER = -1 };
 int ll_session_entry_role(const ll_session_entry *session_entry, const char *key, size_t length);
 
+/* Keys of others: `role` is asked about a key that is not the session's. The class that shows a session lets
+ * its teacher and members use it so. Set once, before any request. */
+typedef int ll_host_guest_role(void *context, const char *session, const char *key, size_t length);
+void ll_host_set_guests(ll_host *host, ll_host_guest_role *role, void *context);
+/* Streams that authenticated by such a key lose that role, and have to authenticate again. */
+void ll_session_entry_revoke_guests(ll_session_entry *session_entry, int role);
+
+/* What can be read of a session without waking it or waiting; false: it is busy, or not loaded. */
+typedef struct ll_session_glance {
+    ll_session_status status;
+    int64_t tick;
+    uint32_t params_version;
+} ll_session_glance;
+bool ll_session_entry_glance(ll_session_entry *session_entry, ll_session_glance *glance);
+
 /* Locks the session, wakes it and runs it up to the present. On an error it is not locked. `was_parked` may
  * be NULL. A session that is more than catch_up_ms of computing behind, or seeking, is returned at the tick
  * that it has, so that a request never waits for a session that is slower than real time. Without a task,

@@ -19,6 +19,16 @@ void ll_viewers_close(ll_session_entry *session_entry, const char *reason)
     pthread_mutex_unlock(&session_entry->inbox_lock);
 }
 
+void ll_session_entry_revoke_guests(ll_session_entry *session_entry, int role)
+{
+    pthread_mutex_lock(&session_entry->inbox_lock);
+    for (ll_viewer *v = session_entry->viewers; v; v = v->next) {
+        if (v->guest && v->role == role)
+            v->role = LL_ROLE_NONE;
+    }
+    pthread_mutex_unlock(&session_entry->inbox_lock);
+}
+
 void ll_viewers_free(ll_session_entry *session_entry)
 {
     while (session_entry->viewers) {

@@ -19,7 +19,8 @@ typedef struct ll_viewer {
     struct ll_viewer *next;
     ll_ws_viewer id;
     ll_frame_format format;
-    int role; /* since its {"auth":...} */
+    int role;   /* since its {"auth":...} */
+    bool guest; /* by another's key: ll_host_set_guests */
     bool hello_sent;
 } ll_viewer;
 
@@ -110,6 +111,8 @@ struct ll_host {
     int worker_count;
     ll_tasks *tasks;
     ll_rate_limits *creations, *lookups;
+    ll_host_guest_role *guest_role;
+    void *guest_context;
 
     pthread_t reaper;
     bool reaper_started;
@@ -133,6 +136,12 @@ struct ll_host {
     _Atomic int64_t memory;                        /* maximum that awake sessions may hold */
     int64_t memory_max;
 };
+
+/* ---- roles.c ---- */
+
+/* As ll_session_entry_role; `guest`: by another's key. */
+int ll_session_entry_find_role(const ll_session_entry *session_entry, const char *key, size_t length,
+                               bool *guest);
 
 /* ---- inbox.c ---- */
 

@@ -208,13 +208,17 @@ static ll_status take_auth(message *m, const cJSON *value)
 {
     if (!cJSON_IsString(value))
         return ll_field_error(LL_BAD_INPUT, "auth", "auth: must be a key (text).");
-    int role = ll_session_entry_role(m->session_entry, value->valuestring, strlen(value->valuestring));
+    bool guest;
+    int role =
+        ll_session_entry_find_role(m->session_entry, value->valuestring, strlen(value->valuestring), &guest);
     if (role == LL_ROLE_NONE)
         return ll_field_error(LL_FORBIDDEN, "auth", "Key of another session.");
     pthread_mutex_lock(&m->session_entry->inbox_lock);
     for (ll_viewer *v = m->session_entry->viewers; v; v = v->next) {
-        if (v->id == m->viewer)
+        if (v->id == m->viewer) {
             v->role = role;
+            v->guest = guest;
+        }
     }
     pthread_mutex_unlock(&m->session_entry->inbox_lock);
     cJSON *json = answer("reply", m->reply_id);

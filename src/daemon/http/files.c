@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include "daemon/http/internal.h"
+#include "daemon/support/keys.h"
 
 static const char *type_of(const char *path)
 {
@@ -57,6 +58,22 @@ static bool is_safe(const char *path)
     return true;
 }
 
+/* `/K7QF`, as it stands on the board of a class: to the page, which joins it. Whether there is such a class
+ * is not looked up here, where nothing would limit guessing. */
+static bool answer_code(http_exchange *exchange)
+{
+    char code[LL_CODE_LENGTH + 1], to[32];
+    const char *path = exchange->path;
+    if (strlen(path) != 1 + LL_CODE_LENGTH || !ll_code_read(path + 1, code)) {
+        return false;
+    }
+    snprintf(to, sizeof to, "/#class=%s", code);
+    exchange->response.status = 302;
+    ll_http_set_header(&exchange->response, "Location", to);
+    ll_http_set_header(&exchange->response, "Cache-Control", "no-cache");
+    return true;
+}
+
 void ll_http_file(http_exchange *exchange)
 {
     const char *path = exchange->path;
@@ -72,6 +89,9 @@ void ll_http_file(http_exchange *exchange)
     if (fd < 0 || fstat(fd, &status) != 0 || !S_ISREG(status.st_mode)) {
         if (fd >= 0) {
             close(fd);
+        }
+        if (*www != '\0' && answer_code(exchange)) {
+            return;
         }
         ll_http_refuse(exchange, 404, LL_NOT_FOUND, "", "path not found");
         return;

@@ -206,7 +206,8 @@ static http_exchange *new_exchange(ll_http *http, struct MHD_Connection *connect
     exchange->response.status = 200;
     if (exchange->watched != NULL) {
         memcpy(exchange->request.peer, exchange->watched->peer, sizeof exchange->request.peer);
-        if (exchange->watched->proxied) {
+        exchange->request.proxied = exchange->watched->proxied;
+        if (exchange->request.proxied) {
             name_client(exchange);
         }
     }

@@ -28,6 +28,7 @@ typedef struct ll_http_request {
     size_t body_size;
     char peer[48];        /* address of the client, without port; behind a trusted proxy, the address that it
                              forwards */
+    bool proxied;         /* it came through a trusted proxy, whose X-Forwarded headers are true */
     char id[65];          /* X-Request-Id as received, or generated */
     struct ll_task *task; /* for LL_HTTP_TASK; else NULL */
     const void *impl;

@@ -297,8 +297,9 @@ static bool begins(ll_text text, const char *prefix)
 
 bool ll_stream_path(ll_text target, ll_stream_kind *kind, char id[65])
 {
-    static const char *const before[LL_STREAM_KINDS] = {
-        [LL_STREAM_SESSION] = "/api/v1/sessions/", [LL_STREAM_EXPERIMENT] = "/api/v1/experiments/"};
+    static const char *const before[LL_STREAM_KINDS] = {[LL_STREAM_SESSION] = "/api/v1/sessions/",
+                                                        [LL_STREAM_EXPERIMENT] = "/api/v1/experiments/",
+                                                        [LL_STREAM_CLASS] = "/api/v1/classes/"};
     static const char after[] = "/stream";
     *kind = LL_STREAM_SESSION;
     while (*kind < LL_STREAM_KINDS && !begins(target, before[*kind])) {
@@ -335,7 +336,7 @@ static bool is_key(ll_text key)
     return memchr(key.at, '-', 22) == NULL && memchr(key.at, '_', 22) == NULL;
 }
 
-/* The client's order decides; experiments stream JSON only. */
+/* The client's order decides; only sessions stream anything but JSON. */
 static bool choose_protocol(ll_text list, ll_stream_kind kind, ll_frame_format *format)
 {
     ll_text element;

@@ -50,17 +50,22 @@ bool ll_allow_host(const ll_allow *allow, ll_text host);
  * browsers send one. */
 bool ll_allow_origin(const ll_allow *allow, ll_text origin, ll_text host);
 
-/* Kind of a stream: frames of a session, or the progress of an experiment. */
-typedef enum ll_stream_kind { LL_STREAM_SESSION, LL_STREAM_EXPERIMENT, LL_STREAM_KINDS } ll_stream_kind;
+/* Kind of a stream: frames of a session, the progress of an experiment, or the state of a class. */
+typedef enum ll_stream_kind {
+    LL_STREAM_SESSION,
+    LL_STREAM_EXPERIMENT,
+    LL_STREAM_CLASS,
+    LL_STREAM_KINDS
+} ll_stream_kind;
 
-/* Kind and id of a stream's path, `/api/v1/sessions/ID/stream` or `/api/v1/experiments/ID/stream` (a query
- * may follow); false for any other path. */
+/* Kind and id of a stream's path, `/api/v1/sessions/ID/stream`, or `experiments` or `classes` in place of
+ * `sessions` (a query may follow); false for any other path. */
 bool ll_stream_path(ll_text target, ll_stream_kind *kind, char id[65]);
 
 typedef struct ll_upgrade {
     ll_stream_kind kind;
     char id[65];
-    ll_frame_format format; /* always LL_FRAME_JSON for experiments */
+    ll_frame_format format; /* LL_FRAME_JSON unless it is of a session */
     char key[25];           /* Sec-WebSocket-Key */
 } ll_upgrade;
 

@@ -13,6 +13,7 @@
 #include <unistd.h>
 
 #include "daemon/api/api.h"
+#include "daemon/class/classes.h"
 #include "daemon/hosting/host.h"
 #include "daemon/jobs/experiments.h"
 #include "daemon/listener/web_server.h"
@@ -28,6 +29,7 @@ typedef struct daemon_parts {
     ll_web_server_config web_server_config;
     ll_host_config host_config;
     ll_access_config access_config;
+    ll_classes_config classes_config;
     ll_access access;
     ll_store *store;
     ll_tasks *tasks;
@@ -147,6 +149,9 @@ static ll_status start(daemon_parts *d)
     status = ll_experiments_open_streams(d->experiments, ll_web_server_ws(d->web_server));
     LL_THEN(status, ll_host_start(d->host, ll_web_server_ws(d->web_server)));
     if (!ll_failed(&status))
+        status = ll_classes_start(&d->classes_config, d->host, d->tasks, ll_web_server_ws(d->web_server),
+                                  &d->api.classes);
+    if (!ll_failed(&status))
         atomic_store(&d->api.phase, LL_API_READY);
     return status;
 }
@@ -206,9 +211,11 @@ static ll_status stop(daemon_parts *d)
         ll_web_server_drain(d->web_server);
     if (d->host)
         ll_host_stop(d->host);
+    ll_classes_stop(d->api.classes);
     ll_experiments_stop(d->experiments);
     ll_web_server_close(d->web_server);
     ll_tasks_free(d->tasks);
+    ll_classes_free(d->api.classes);
     ll_experiments_close(d->experiments);
     if (atomic_flag_test_and_set(&d->saving))
         pause(); /* the forced exit came first, and ends the process */
@@ -228,6 +235,7 @@ int ll_serve(const ll_serve_config *config)
     d->web_server_config = config->web_server;
     d->host_config = config->host;
     d->access_config = config->access;
+    d->classes_config = config->classes;
     default_folder(d->web_server_config.www, sizeof d->web_server_config.www, "www");
     default_folder(d->host_config.scenarios, sizeof d->host_config.scenarios, "scenarios");
     default_folder(d->host_config.api, sizeof d->host_config.api, "api");

@@ -26,6 +26,7 @@ typedef enum ws_command_kind {
     WS_COMMAND_HELLO,
     WS_COMMAND_SUBSCRIBE,
     WS_COMMAND_SEND,
+    WS_COMMAND_PING,
     WS_COMMAND_CLOSE,
     WS_COMMAND_CLOSE_STREAM
 } ws_command_kind;
@@ -139,7 +140,8 @@ struct ws_viewer {
     bool close_sent;    /* our close frame was written */
     bool write_closed;  /* and our half of the connection was closed */
     int64_t received_ns, pinged_ns;
-    bool dead; /* freed at the end of the turn */
+    int64_t measured_ns; /* when the ping that measures the round trip was sent; 0: none */
+    bool dead;           /* freed at the end of the turn */
 };
 
 typedef struct ws_counts {
@@ -232,6 +234,7 @@ extern const ws_receiver ll_ws_viewer_receiver;
 void ll_ws_viewer_open(ws_viewer *viewer);
 void ll_ws_viewer_gone(ws_viewer *viewer);
 void ll_ws_viewer_hello(ws_viewer *viewer, ws_command *hello); /* takes ownership */
+void ll_ws_viewer_ping(ws_viewer *viewer);                     /* measures the round trip */
 void ll_ws_viewer_sweep(ws_viewer *viewer);
 void ll_ws_stream_release_if_done(ll_ws_stream *stream);
 

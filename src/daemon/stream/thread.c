@@ -146,6 +146,11 @@ static void run_command(ws_thread *thread, ws_command *command)
             return;
         }
         break;
+    case WS_COMMAND_PING:
+        if (present) {
+            ll_ws_viewer_ping(viewer);
+        }
+        break;
     case WS_COMMAND_SUBSCRIBE:
         if (present) {
             ll_ws_viewer_subscribe(viewer, &command->subscription);

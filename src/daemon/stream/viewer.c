@@ -135,10 +135,25 @@ static void take_message(ws_viewer *viewer, const char *text, size_t size)
     }
 }
 
-static void pong(ws_viewer *viewer)
+static void limit_control_frames(ws_viewer *viewer)
 {
     if (viewer->stream != NULL && viewer->close_code == 0 && !within_rate(viewer, 0)) {
         refuse_rate(viewer);
+    }
+}
+
+/* Reads the time again: the turn's is from before its other sockets were served. */
+static void pong(ws_viewer *viewer)
+{
+    limit_control_frames(viewer);
+    if (viewer->measured_ns == 0 || viewer->stream == NULL || viewer->close_code != 0) {
+        return;
+    }
+    int64_t round_trip = ll_ws_now() - viewer->measured_ns;
+    viewer->measured_ns = 0;
+    if (hooks_of(viewer)->pong != NULL) {
+        hooks_of(viewer)->pong(hooks_of(viewer)->context, viewer->stream->session, viewer->handle,
+                               round_trip);
     }
 }
 
@@ -146,7 +161,7 @@ static void pong(ws_viewer *viewer)
  * take no memory. */
 static void ping(ws_viewer *viewer)
 {
-    pong(viewer);
+    limit_control_frames(viewer);
     if (viewer->close_code == 0) {
         viewer->pong_wanted = true;
         writable(viewer);
@@ -286,6 +301,16 @@ const ws_receiver ll_ws_viewer_receiver = {.piece = receive,
                                            .closed = on_close_frame,
                                            .fault = ll_ws_viewer_close,
                                            .writable = writable};
+
+void ll_ws_viewer_ping(ws_viewer *viewer)
+{
+    unsigned char bytes[LL_FRAMING_HEAD_SPACE];
+    if (viewer->measured_ns != 0 || viewer->close_code != 0 || ll_ws_socket_full(viewer)) {
+        return;
+    }
+    viewer->measured_ns = viewer->pinged_ns = ll_ws_now();
+    ll_ws_socket_write(viewer, bytes + LL_FRAMING_HEAD_SPACE, 0, LL_OPCODE_PING);
+}
 
 static void check_alive(ws_viewer *viewer)
 {

@@ -50,6 +50,11 @@ void ll_ws_send(ll_ws *ws, ll_ws_viewer viewer, const char *text, size_t length)
     post_text(ws, viewer, WS_COMMAND_SEND, 0, text, length);
 }
 
+void ll_ws_ping(ll_ws *ws, ll_ws_viewer viewer)
+{
+    post_text(ws, viewer, WS_COMMAND_PING, 0, NULL, 0);
+}
+
 void ll_ws_close(ll_ws *ws, ll_ws_viewer viewer, int code, const char *reason)
 {
     post_text(ws, viewer, WS_COMMAND_CLOSE, code, reason, strlen(reason));

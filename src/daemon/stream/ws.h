@@ -51,6 +51,9 @@ typedef struct ll_ws_hooks {
      * nothing changed. Called at most once between two publications. May be NULL when hosting polls
      * ll_ws_wants. */
     void (*wanted)(void *context, void *session);
+    /* The answer to ll_ws_ping: the time that it took on the network and in the viewer's browser. May be
+     * NULL. */
+    void (*pong)(void *context, void *session, ll_ws_viewer viewer, int64_t round_trip_ns);
     /* The stream is closed and its last viewer has left: no further hook gets `session`. Exactly once after
      * ll_ws_stream_close. May be NULL. */
     void (*released)(void *context, void *session);
@@ -117,6 +120,9 @@ void ll_ws_subscribe(ll_ws *ws, ll_ws_viewer viewer, const ll_ws_subscription *s
 /* A reliable, ordered text message; copied. A viewer with more than 64 queued messages or 256 kB is closed
  * with 1013. */
 void ll_ws_send(ll_ws *ws, ll_ws_viewer viewer, const char *text, size_t length);
+
+/* Measures the round trip by a WebSocket ping, unless one is on its way; see hook `pong`. */
+void ll_ws_ping(ll_ws *ws, ll_ws_viewer viewer);
 
 /* Sends {"type":"bye","reason":REASON}, then closes. */
 void ll_ws_close(ll_ws *ws, ll_ws_viewer viewer, int code, const char *reason);

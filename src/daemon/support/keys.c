@@ -52,6 +52,15 @@ bool ll_is_code(const char *text)
     return strlen(text) == LL_CODE_LENGTH && strspn(text, code_letters) == LL_CODE_LENGTH;
 }
 
+bool ll_code_read(const char *text, char code[LL_CODE_LENGTH + 1])
+{
+    if (strlen(text) != LL_CODE_LENGTH)
+        return false;
+    for (int i = 0; i <= LL_CODE_LENGTH; i++)
+        code[i] = text[i] >= 'a' && text[i] <= 'z' ? (char)(text[i] - 'a' + 'A') : text[i];
+    return ll_is_code(code);
+}
+
 bool ll_key_hash_make(const char *key, ll_key_hash *hash)
 {
     if (getrandom(hash->bytes, LL_KEY_SALT, 0) != LL_KEY_SALT)

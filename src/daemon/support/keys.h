@@ -24,6 +24,8 @@ bool ll_new_code(char text[LL_CODE_LENGTH + 1]);
 
 bool ll_is_id(const char *text);
 bool ll_is_code(const char *text);
+/* A code as a person types it, in letters of either case. False: it is none. */
+bool ll_code_read(const char *text, char code[LL_CODE_LENGTH + 1]);
 
 bool ll_key_hash_make(const char *key, ll_key_hash *hash);
 bool ll_key_matches(const ll_key_hash *hash, const char *key, size_t length);

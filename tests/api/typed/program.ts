@@ -81,4 +81,17 @@ expect(await call('post', '/api/v1/experiments/{id}/control', { ...at, key: orde
 expect(await call('delete', '/api/v1/experiments/{id}', { ...at, key: order.owner_key }), 204);
 expect(await call('delete', '/api/v1/sessions/{id}', { path: { id }, key }), 204);
 
+const room = expect(await call('post', '/api/v1/classes', { body: { lesson: 'late_answer' } }), 201).body;
+const inRoom = { path: { id: room.id }, key: room.teacher_key };
+assert.equal(expect(await call('get', '/api/v1/classes/{id}', { path: { id: room.code } }), 200).body.state.lesson, 'late_answer');
+expect(await call('put', '/api/v1/classes/{id}/board', { ...inRoom, body: { scenario: 'race' } }), 200);
+const member = expect(await call('post', '/api/v1/classes/{id}/members', { path: { id: room.code }, body: {} }), 201).body;
+const own = { path: { id: room.id }, key: member.token };
+expect(await call('patch', '/api/v1/classes/{id}', { ...inRoom, body: { phase: 'predict', choices: 2 } }), 200);
+expect(await call('put', '/api/v1/classes/{id}/vote', { ...own, body: { step: 0, choice: 1 } }), 204);
+assert.equal(expect(await call('get', '/api/v1/classes/{id}/member', own), 200).body.choice, 1);
+assert.equal(expect(await call('patch', '/api/v1/classes/{id}/member', { ...own, body: { role: 'watch' } }), 200).body.role, 'watch');
+expect(await call('get', '/api/v1/classes/{id}/stream', { path: { id: room.id } }), 426);
+expect(await call('delete', '/api/v1/classes/{id}/member', own), 204);
+expect(await call('delete', '/api/v1/classes/{id}', inRoom), 204);
 console.log([...used].sort().join('\n'));

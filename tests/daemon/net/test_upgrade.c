@@ -120,6 +120,10 @@ static void test_stream_paths(void **state)
     assert_true(ll_stream_path(T("/api/v1/experiments/e1/stream"), &kind, id));
     assert_int_equal(kind, LL_STREAM_EXPERIMENT);
     assert_string_equal(id, "e1");
+    assert_true(ll_stream_path(T("/api/v1/classes/c1/stream"), &kind, id));
+    assert_int_equal(kind, LL_STREAM_CLASS);
+    assert_string_equal(id, "c1");
+    assert_false(ll_stream_path(T("/api/v1/classes/stream"), &kind, id));
     assert_false(ll_stream_path(T("/api/v1/experiments//stream"), &kind, id));
     assert_false(ll_stream_path(T("/api/v1/scenarios/e1/stream"), &kind, id));
     assert_true(ll_stream_path(T("/api/v1/sessions/aZ0_-/stream"), &kind, id));

@@ -46,6 +46,17 @@ static void names_have_their_alphabets(void **state)
                  ll_is_code("ABCDE"));
 }
 
+static void codes_are_read_in_either_case(void **state)
+{
+    (void)state;
+    char code[LL_CODE_LENGTH + 1];
+    assert_true(ll_code_read("k7qf", code));
+    assert_string_equal(code, "K7QF");
+    static const char *const others[] = {"", "K7Q", "K7QFX", "K7Q0", "K7QO", "k7ql", "K7Q ", "K7Q\xc3"};
+    for (size_t i = 0; i < sizeof others / sizeof others[0]; i++)
+        assert_false(ll_code_read(others[i], code));
+}
+
 static void a_key_matches_its_hash_only(void **state)
 {
     (void)state;
@@ -94,11 +105,9 @@ static void rates_are_per_name(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(digests_are_sha256_of_both_parts),
-        cmocka_unit_test(names_have_their_alphabets),
-        cmocka_unit_test(a_key_matches_its_hash_only),
-        cmocka_unit_test(a_bucket_gives_its_rate_and_burst),
-        cmocka_unit_test(rates_are_per_name),
+        cmocka_unit_test(digests_are_sha256_of_both_parts),  cmocka_unit_test(names_have_their_alphabets),
+        cmocka_unit_test(codes_are_read_in_either_case),     cmocka_unit_test(a_key_matches_its_hash_only),
+        cmocka_unit_test(a_bucket_gives_its_rate_and_burst), cmocka_unit_test(rates_are_per_name),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,0 +1,165 @@
+/* A class as values: phase, question, members, seats, votes. No thread, no lock, no session: classes.h has
+ * these. Time is an argument (monotonic ns), and keys come as hashes.
+ *
+ * A member is a token. It watches, holds a seat (a player of the board's netgame, whose inputs it sends) or
+ * has a copy of the board. Nothing else is known of it: no name, no address.
+ *
+ * A seat stays with its holder for LL_CLASS_SEAT_NS without a sign of life. Then the script takes it, and
+ * any member may claim it; until one does, the holder gets it back by connecting again. */
+#pragma once
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "base/status.h"
+#include "base/vtime.h"
+#include "daemon/support/keys.h"
+#include "input/action.h"
+#include "param/param.h"
+
+struct cJSON;
+
+enum {
+    LL_CLASS_CHOICES = 8,    /* at most, of a question */
+    LL_CLASS_LESSON_MAX = 64 /* characters of a lesson's id */
+};
+#define LL_CLASS_SILENT_NS (6 * LL_SECOND) /* without a sign of life: the seat's state is `away` */
+#define LL_CLASS_SEAT_NS (20 * LL_SECOND)  /* then the script takes the seat */
+#define LL_CLASS_EVICT_NS (60 * LL_SECOND) /* then a member without connection makes room for a new one */
+
+typedef enum ll_class_phase {
+    LL_CLASS_LOBBY,
+    LL_CLASS_PREDICT, /* votes are open */
+    LL_CLASS_LOCKED,
+    LL_CLASS_RUN,
+    LL_CLASS_STOPPED,
+    LL_CLASS_EXPLAIN,
+    LL_CLASS_FREE,
+} ll_class_phase;
+
+typedef enum ll_class_role { LL_CLASS_WATCH, LL_CLASS_PLAY, LL_CLASS_COPY } ll_class_role;
+
+extern const char *const ll_class_phases[], *const ll_class_roles[]; /* NULL-terminated */
+
+/* What the teacher sets; rows of ll_class_table. */
+typedef struct ll_class_settings {
+    int32_t phase; /* an ll_class_phase */
+    char lesson[LL_CLASS_LESSON_MAX + 1];
+    int64_t step, choices, stop_tick;
+    bool frozen, together;
+} ll_class_settings;
+
+extern const ll_param_table ll_class_table;
+
+/* What a request to join or to change one's role says; rows of ll_class_join_table. */
+typedef struct ll_class_wish {
+    int32_t role;   /* an ll_class_role */
+    int64_t player; /* -1: any that is free */
+    bool fresh;     /* a new copy in place of the present one */
+} ll_class_wish;
+
+extern const ll_param_table ll_class_join_table;
+
+/* A vote; rows of ll_class_vote_table. */
+typedef struct ll_class_ballot {
+    int64_t step, choice;
+} ll_class_ballot;
+
+extern const ll_param_table ll_class_vote_table;
+
+/* A session that a freeze pauses. */
+typedef struct ll_class_link {
+    char session[LL_ID_LENGTH + 1]; /* empty: none */
+    bool held;                      /* paused by a freeze */
+    bool resume;                    /* it played when it was frozen */
+} ll_class_link;
+
+typedef struct ll_class_member {
+    bool used;
+    uint32_t number; /* distinguishes members that had the same place one after the other */
+    ll_key_hash token;
+    ll_class_role role;
+    int player; /* whose seat it holds; -1: none */
+    int choice; /* its vote; -1: none */
+    ll_class_link copy;
+    int connections;
+    ll_time heard;         /* last sign of life */
+    int64_t round_trip_ns; /* -1: not measured */
+    bool told;             /* it knows its own state */
+} ll_class_member;
+
+/* What the clock of the board is to do next. */
+typedef enum ll_class_order { LL_CLASS_NO_ORDER, LL_CLASS_PLAY_BOARD, LL_CLASS_PAUSE_BOARD } ll_class_order;
+
+typedef struct ll_class_board {
+    ll_class_link link;
+    ll_class_order order;
+    int players; /* of a netgame; else 0 */
+    char names[LL_PLAYERS_MAX][24];
+    double lag_ms[LL_PLAYERS_MAX];
+    bool driven[LL_PLAYERS_MAX]; /* its `control` was set to person, for a seat */
+    bool script[LL_PLAYERS_MAX]; /* the script has taken the seat of a lost holder */
+    bool revoke[LL_PLAYERS_MAX]; /* its last holder may no longer send inputs */
+    bool unread;                 /* players and lags are to be read */
+    uint32_t params_version;     /* when they were read */
+    int64_t tick;
+    int status; /* an ll_session_status; -1: unknown */
+} ll_class_board;
+
+typedef struct ll_class {
+    ll_key_hash teacher;
+    ll_class_settings now;
+    ll_class_board board;
+    struct {
+        char lesson[LL_CLASS_LESSON_MAX + 1];
+        int step, choices; /* choices 0: no question was asked yet */
+    } question;
+    ll_class_member *members; /* `capacity` places */
+    int capacity;
+    uint32_t numbers;
+    uint32_t serial; /* of the broadcast */
+    bool changed;    /* to be sent at once */
+    bool stirred;    /* to be sent soon: counts and measurements */
+} ll_class;
+
+ll_status ll_class_init(ll_class *c, int capacity, const ll_key_hash *teacher);
+void ll_class_end(ll_class *c);
+
+/* The teacher's merge patch of ll_class_table, all or nothing. LL_BAD_INPUT names field and range. */
+ll_status ll_class_change(ll_class *c, const struct cJSON *patch);
+
+/* Another session is on the board (empty: none): all seats are free, votes stay. */
+void ll_class_set_board(ll_class *c, const char *session);
+/* Players as read from the session. A seat that the board does not have becomes a place to watch. */
+void ll_class_set_players(ll_class *c, const struct cJSON *params, uint32_t version);
+/* The board as last seen. A board that has stopped by itself ends phase `run`. */
+void ll_class_see_board(ll_class *c, int status, int64_t tick);
+
+/* A new member that watches. LL_LIMIT: the class is full. */
+ll_status ll_class_join(ll_class *c, const ll_key_hash *token, ll_time now, int *place);
+void ll_class_leave(ll_class *c, int place);
+int ll_class_find(const ll_class *c, const char *token, size_t length); /* -1: no member's */
+
+/* Gives the seat of `player`, or with -1 the first free one. LL_CONFLICT: it is taken. */
+ll_status ll_class_claim(ll_class *c, int place, int player, ll_time now);
+void ll_class_watch(ll_class *c, int place);
+
+/* Idempotent; may change until it is locked. LL_CONFLICT: locked, or another step; LL_BAD_INPUT: no such
+ * choice. */
+ll_status ll_class_vote(ll_class *c, int place, const ll_class_ballot *ballot);
+
+void ll_class_connected(ll_class *c, int place, ll_time now);
+void ll_class_disconnected(ll_class *c, int place, ll_time now);
+void ll_class_heard(ll_class *c, int place, int64_t round_trip_ns, ll_time now); /* a pong */
+
+/* Seats whose holders are silent for too long. */
+void ll_class_pass_time(ll_class *c, ll_time now);
+
+/* Whether a member drives this player: its `control` has to be person. */
+bool ll_class_drives(const ll_class *c, int player);
+int ll_class_holder(const ll_class *c, int player); /* -1: the seat is free */
+bool ll_class_is_away(const ll_class_member *member, ll_time now);
+
+/* The broadcast: {"type","serial","phase",...}. */
+struct cJSON *ll_class_describe(const ll_class *c, ll_time now);
+struct cJSON *ll_class_describe_member(const ll_class *c, int place); /* what only this member receives */

@@ -1,0 +1,55 @@
+/* All classes of the daemon: codes, quotas, their streams, and what they do to sessions.
+ *
+ * A class is found by its code (limited per address) or its id, and held by a counted reference. Its values
+ * (class.h) may be used only between ll_class_entry_lock and ll_class_entry_unlock, for microseconds. A
+ * thread sends what changed to the members: what the teacher does at once, counts and measurements twice a
+ * second at most. Sessions are paused, played and given to persons by a task of each class, which compares
+ * what the class wants with what it did last.
+ *
+ * Classes are kept in memory: they end with the daemon, and the sessions on their boards stay. Any thread. */
+#pragma once
+
+#include "daemon/class/class.h"
+#include "daemon/hosting/host.h"
+#include "daemon/stream/ws.h"
+
+struct ll_tasks;
+
+/* Every setting is a row of ll_classes_table. */
+typedef struct ll_classes_config {
+    int64_t max_classes, max_client_classes, max_class_members;
+    double class_ttl_s; /* time without a connection or a request */
+} ll_classes_config;
+
+extern const ll_param_table ll_classes_table;
+
+typedef struct ll_classes ll_classes;
+typedef struct ll_class_entry ll_class_entry;
+
+/* `host` and `tasks` must outlive it. */
+ll_status ll_classes_start(const ll_classes_config *config, ll_host *host, struct ll_tasks *tasks, ll_ws *ws,
+                           ll_classes **classes);
+void ll_classes_stop(ll_classes *classes); /* joins the thread; NULL: no effect */
+void ll_classes_free(ll_classes *classes); /* after tasks, handlers and hooks have ended; NULL: no effect */
+
+int64_t ll_classes_count(ll_classes *classes);
+
+/* A new class with its teacher's key, which is not kept. LL_LIMIT: too many. */
+ll_status ll_classes_open(ll_classes *classes, const char *peer, char key[LL_KEY_LENGTH + 1],
+                          ll_class_entry **entry);
+
+/* By code, in letters of either case, or by id. LL_NOT_FOUND; LL_LIMIT: this address looked up too many codes
+ * that do not exist. */
+ll_status ll_classes_find(ll_classes *classes, const char *name, const char *peer, ll_class_entry **entry);
+void ll_class_entry_release(ll_class_entry *entry); /* NULL: no effect */
+
+const char *ll_class_entry_id(const ll_class_entry *entry);
+const char *ll_class_entry_code(const ll_class_entry *entry);
+
+/* NULL: the class has ended, and is not locked. */
+ll_class *ll_class_entry_lock(ll_class_entry *entry);
+void ll_class_entry_unlock(ll_class_entry *entry); /* what changed is sent and done */
+
+void ll_class_entry_end(ll_class_entry *entry, const char *reason);
+/* No key of a class counts any more on the streams of this session. */
+void ll_classes_revoke(ll_classes *classes, const char *session);

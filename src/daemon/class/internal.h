@@ -1,0 +1,70 @@
+/* Shared by entry.c (references), work.c (what is done to sessions), stream.c (messages) and classes.c (the
+ * list). Not for other rooms. */
+#pragma once
+
+#include <pthread.h>
+#include <stdatomic.h>
+
+#include "daemon/class/classes.h"
+#include "daemon/support/rate_limits.h"
+#include "daemon/support/tasks.h"
+
+/* A connection to the stream of a class. */
+typedef struct class_viewer {
+    struct class_viewer *next;
+    ll_ws_viewer id;
+    bool hello_sent, teacher;
+    int place; /* of its member; -1: none */
+    uint32_t number;
+} class_viewer;
+
+struct ll_class_entry {
+    ll_class_entry *next;
+    ll_classes *classes;
+    atomic_int references;
+    char id[LL_ID_LENGTH + 1], code[LL_CODE_LENGTH + 1];
+    uint64_t client; /* hash of the address that opened it, for the quota */
+
+    /* guarded by the lock of `classes` */
+    ll_class values;
+    class_viewer *viewers;
+    ll_ws_stream *stream;
+    const char *ended; /* why; NULL: it lasts */
+    ll_time used, sent_at, looked_at,
+        pinged_at;    /* times of the last request, broadcast, check of the board, pings */
+    bool working;     /* a task runs */
+    ll_time retry_at; /* of a task that failed */
+};
+
+struct ll_classes {
+    ll_classes_config config;
+    ll_host *host;
+    ll_tasks *tasks;
+    ll_ws *ws;
+    ll_rate_limits *lookups;
+    pthread_t thread;
+    bool started;
+    pthread_mutex_t lock;
+    pthread_cond_t wake;
+    ll_class_entry *first;
+    int64_t count;
+    bool stopping, news;
+};
+
+/* ---- entry.c ---- */
+
+void ll_class_entry_retain(ll_class_entry *entry);
+/* The member of this place, unless it has gone; -1. Locked. */
+int ll_class_viewer_place(const ll_class_entry *entry, const class_viewer *viewer);
+
+/* ---- work.c ---- */
+
+/* Starts the task if there is something to do. Locked. */
+void ll_class_entry_work(ll_class_entry *entry, ll_time now);
+/* Sees what the board is doing. Locked. */
+void ll_class_entry_look(ll_class_entry *entry);
+
+/* ---- stream.c ---- */
+
+ll_ws_hooks ll_classes_hooks(ll_classes *classes);
+void ll_class_entry_tell(ll_class_entry *entry, ll_time now); /* sends what changed; locked */

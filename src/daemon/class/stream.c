@@ -1,0 +1,237 @@
+/* Messages on the stream of a class. */
+#include <cjson/cJSON.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "daemon/class/internal.h"
+#include "daemon/net/problem_json.h"
+#include "session/scenario.h"
+
+#define GATHER_NS (500 * LL_MS) /* counts and measurements wait for each other this long */
+#define PING_NS (2 * LL_SECOND) /* between two measurements of a round trip */
+
+static void send_json(ll_classes *classes, ll_ws_viewer viewer, cJSON *json) /* takes ownership */
+{
+    char *text = json ? cJSON_PrintUnformatted(json) : NULL;
+    cJSON_Delete(json);
+    if (text)
+        ll_ws_send(classes->ws, viewer, text, strlen(text));
+    free(text);
+}
+
+/* ---- sending; locked ---- */
+
+static void send_hello(ll_class_entry *entry, class_viewer *viewer, ll_time now)
+{
+    cJSON *json = ll_class_describe(&entry->values, now);
+    cJSON_ReplaceItemInObjectCaseSensitive(json, "type", cJSON_CreateString("hello"));
+    cJSON_AddStringToObject(json, "class", entry->id);
+    cJSON_AddStringToObject(json, "code", entry->code);
+    char *text = cJSON_PrintUnformatted(json);
+    cJSON_Delete(json);
+    if (text)
+        ll_ws_hello(entry->classes->ws, viewer->id, text, strlen(text));
+    viewer->hello_sent = true;
+    free(text);
+}
+
+static void send_state(ll_class_entry *entry, ll_time now)
+{
+    ll_class *c = &entry->values;
+    c->serial++;
+    c->changed = c->stirred = false;
+    entry->sent_at = now;
+    cJSON *json = ll_class_describe(c, now);
+    char *text = cJSON_PrintUnformatted(json);
+    cJSON_Delete(json);
+    for (class_viewer *v = entry->viewers; v && text; v = v->next) {
+        if (v->hello_sent)
+            ll_ws_send(entry->classes->ws, v->id, text, strlen(text));
+    }
+    free(text);
+}
+
+static void send_own(ll_class_entry *entry)
+{
+    ll_class *c = &entry->values;
+    for (class_viewer *v = entry->viewers; v; v = v->next) {
+        int place = ll_class_viewer_place(entry, v);
+        if (place >= 0 && !c->members[place].told)
+            send_json(entry->classes, v->id, ll_class_describe_member(c, place));
+    }
+    for (int i = 0; i < c->capacity; i++)
+        c->members[i].told = true;
+}
+
+static void measure(ll_class_entry *entry)
+{
+    for (class_viewer *v = entry->viewers; v; v = v->next) {
+        int place = ll_class_viewer_place(entry, v);
+        if (place >= 0 && entry->values.members[place].player >= 0)
+            ll_ws_ping(entry->classes->ws, v->id);
+    }
+}
+
+void ll_class_entry_tell(ll_class_entry *entry, ll_time now)
+{
+    const ll_class *c = &entry->values;
+    for (class_viewer *v = entry->viewers; v; v = v->next) {
+        if (!v->hello_sent)
+            send_hello(entry, v, now);
+    }
+    if (c->changed || (c->stirred && now - entry->sent_at >= GATHER_NS))
+        send_state(entry, now);
+    send_own(entry);
+    if (now - entry->pinged_at >= PING_NS) {
+        entry->pinged_at = now;
+        measure(entry);
+    }
+}
+
+/* ---- hooks, on the stream's thread ---- */
+
+static class_viewer *find_viewer(const ll_class_entry *entry, ll_ws_viewer id)
+{
+    class_viewer *viewer = entry->viewers;
+    while (viewer && viewer->id != id)
+        viewer = viewer->next;
+    return viewer;
+}
+
+static void on_opened(void *context, void *session, ll_ws_viewer id, ll_frame_format format)
+{
+    ll_classes *classes = context;
+    ll_class_entry *entry = session;
+    class_viewer *viewer = calloc(1, sizeof *viewer);
+    (void)format;
+    if (!viewer) {
+        ll_ws_close(classes->ws, id, LL_WS_TRY_LATER, "no memory");
+        return;
+    }
+    *viewer = (class_viewer){.id = id, .place = -1};
+    pthread_mutex_lock(&classes->lock);
+    viewer->next = entry->viewers;
+    entry->viewers = viewer;
+    classes->news = true;
+    pthread_cond_signal(&classes->wake);
+    pthread_mutex_unlock(&classes->lock);
+}
+
+/* The member of this connection has gone, or the connection becomes another's. */
+static void detach(ll_class_entry *entry, class_viewer *viewer, ll_time now)
+{
+    int place = ll_class_viewer_place(entry, viewer);
+    if (place >= 0)
+        ll_class_disconnected(&entry->values, place, now);
+    viewer->place = -1;
+    viewer->teacher = false;
+}
+
+static ll_status authenticate(ll_class_entry *entry, class_viewer *viewer, const cJSON *key)
+{
+    if (!cJSON_IsString(key))
+        return ll_field_error(LL_BAD_INPUT, "auth", "auth: must be a key or a token (text).");
+    ll_class *c = &entry->values;
+    size_t length = strlen(key->valuestring);
+    int place = ll_class_find(c, key->valuestring, length);
+    bool teacher = place < 0 && ll_key_matches(&c->teacher, key->valuestring, length);
+    if (place < 0 && !teacher)
+        return ll_field_error(LL_FORBIDDEN, "auth", "auth: neither the teacher's key nor a member's token.");
+    ll_time now = ll_host_now();
+    detach(entry, viewer, now);
+    viewer->teacher = teacher;
+    viewer->place = place;
+    if (place >= 0) {
+        viewer->number = c->members[place].number;
+        ll_class_connected(c, place, now);
+    }
+    return ll_ok();
+}
+
+static ll_status read_message(const char *text, size_t length, cJSON **json, const cJSON **key)
+{
+    ll_status status = ll_json_parse(text, length, json);
+    if (ll_failed(&status))
+        return status;
+    *key = cJSON_GetObjectItemCaseSensitive(*json, "auth");
+    if (!cJSON_IsObject(*json) || !*key || cJSON_GetArraySize(*json) != 1)
+        return ll_error(LL_BAD_INPUT, "A message must be {\"auth\":KEY}, with the teacher's key or a "
+                                      "member's token; all else is a request of HTTP.");
+    return status;
+}
+
+static void on_message(void *context, void *session, ll_ws_viewer id, const char *text, size_t length)
+{
+    ll_classes *classes = context;
+    ll_class_entry *entry = session;
+    cJSON *json = NULL, *answer = cJSON_CreateObject();
+    const cJSON *key = NULL;
+    ll_status status = read_message(text, length, &json, &key);
+    pthread_mutex_lock(&classes->lock);
+    class_viewer *viewer = find_viewer(entry, id);
+    if (viewer && !entry->ended && !ll_failed(&status))
+        status = authenticate(entry, viewer, key);
+    if (ll_failed(&status)) {
+        cJSON_AddStringToObject(answer, "type", "error");
+        cJSON_AddItemToObject(answer, "problem",
+                              ll_http_problem_json(ll_http_problem_status(status.code), &status, NULL));
+    } else {
+        cJSON_AddStringToObject(answer, "type", "reply");
+        cJSON_AddTrueToObject(answer, "ok");
+        cJSON_AddStringToObject(answer, "role", viewer && viewer->teacher ? "teacher" : "member");
+    }
+    send_json(classes, id, answer);
+    classes->news = true;
+    pthread_cond_signal(&classes->wake);
+    pthread_mutex_unlock(&classes->lock);
+    cJSON_Delete(json);
+}
+
+static void on_pong(void *context, void *session, ll_ws_viewer id, int64_t round_trip_ns)
+{
+    ll_classes *classes = context;
+    ll_class_entry *entry = session;
+    pthread_mutex_lock(&classes->lock);
+    const class_viewer *viewer = find_viewer(entry, id);
+    int place = viewer ? ll_class_viewer_place(entry, viewer) : -1;
+    if (place >= 0)
+        ll_class_heard(&entry->values, place, round_trip_ns, ll_host_now());
+    pthread_mutex_unlock(&classes->lock);
+}
+
+static void on_closed(void *context, void *session, ll_ws_viewer id)
+{
+    ll_classes *classes = context;
+    ll_class_entry *entry = session;
+    class_viewer *gone = NULL;
+    pthread_mutex_lock(&classes->lock);
+    for (class_viewer **link = &entry->viewers; *link && !gone; link = &(*link)->next) {
+        if ((*link)->id != id)
+            continue;
+        gone = *link;
+        *link = gone->next;
+        detach(entry, gone, ll_host_now());
+        break;
+    }
+    classes->news = true;
+    pthread_cond_signal(&classes->wake);
+    pthread_mutex_unlock(&classes->lock);
+    free(gone);
+}
+
+static void on_released(void *context, void *session)
+{
+    (void)context;
+    ll_class_entry_release(session);
+}
+
+ll_ws_hooks ll_classes_hooks(ll_classes *classes)
+{
+    return (ll_ws_hooks){.context = classes,
+                         .opened = on_opened,
+                         .message = on_message,
+                         .closed = on_closed,
+                         .pong = on_pong,
+                         .released = on_released};
+}

@@ -1,0 +1,330 @@
+/* A class as values: phases, votes, seats, lost connections, and the choice of addresses. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <string.h>
+
+#include <cjson/cJSON.h>
+#include <cmocka.h>
+
+#include "daemon/class/class.h"
+#include "daemon/class/origins.h"
+#include "session/session.h"
+
+enum { MEMBERS = 4 };
+
+typedef struct fixture {
+    ll_class c;
+    char key[LL_KEY_LENGTH + 1], token[MEMBERS + 2][LL_KEY_LENGTH + 1];
+    ll_time now;
+} fixture;
+
+static void set(fixture *f, const char *patch)
+{
+    cJSON *json = cJSON_Parse(patch);
+    ll_status status = ll_class_change(&f->c, json);
+    cJSON_Delete(json);
+    assert_string_equal(status.text, "");
+}
+
+static ll_status refused(fixture *f, const char *patch)
+{
+    cJSON *json = cJSON_Parse(patch);
+    ll_status status = ll_class_change(&f->c, json);
+    cJSON_Delete(json);
+    return status;
+}
+
+/* Two players, `A` and `B`, are on the board. */
+static void show(fixture *f)
+{
+    cJSON *params =
+        cJSON_Parse("{\"players\":[{\"name\":\"A\",\"lag_ms\":150},{\"name\":\"B\",\"lag_ms\":20}]}");
+    ll_class_set_board(&f->c, "abcdefghijklmnopqrstuvwxyz");
+    ll_class_set_players(&f->c, params, 1);
+    cJSON_Delete(params);
+}
+
+static int join(fixture *f, int i)
+{
+    ll_key_hash hash;
+    int place = -1;
+    assert_true(ll_new_key(f->token[i]) && ll_key_hash_make(f->token[i], &hash));
+    ll_status status = ll_class_join(&f->c, &hash, f->now, &place);
+    assert_string_equal(status.text, "");
+    return place;
+}
+
+static int setup(void **state)
+{
+    static fixture f;
+    ll_key_hash hash;
+    memset(&f, 0, sizeof f);
+    f.now = 1000 * LL_SECOND;
+    assert_true(ll_new_key(f.key) && ll_key_hash_make(f.key, &hash));
+    ll_status status = ll_class_init(&f.c, MEMBERS, &hash);
+    assert_false(ll_failed(&status));
+    show(&f);
+    *state = &f;
+    return 0;
+}
+
+static int teardown(void **state)
+{
+    ll_class_end(&((fixture *)*state)->c);
+    return 0;
+}
+
+static const cJSON *described(fixture *f, const char *name)
+{
+    static cJSON *last;
+    cJSON_Delete(last);
+    last = ll_class_describe(&f->c, f->now);
+    return cJSON_GetObjectItemCaseSensitive(last, name);
+}
+
+static const char *seat_state(fixture *f, int player)
+{
+    const cJSON *seat = cJSON_GetArrayItem(described(f, "seats"), player);
+    return cJSON_GetObjectItemCaseSensitive(seat, "state")->valuestring;
+}
+
+/* ---- the teacher ---- */
+
+static void phases_order_the_board(void **state)
+{
+    fixture *f = *state;
+    static const struct {
+        const char *phase;
+        ll_class_order order;
+    } rows[] = {{"lobby", LL_CLASS_NO_ORDER},      {"predict", LL_CLASS_PAUSE_BOARD},
+                {"locked", LL_CLASS_PAUSE_BOARD},  {"run", LL_CLASS_PLAY_BOARD},
+                {"stopped", LL_CLASS_PAUSE_BOARD}, {"explain", LL_CLASS_NO_ORDER},
+                {"free", LL_CLASS_NO_ORDER}};
+    for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
+        char patch[80];
+        f->c.board.order = LL_CLASS_NO_ORDER;
+        snprintf(patch, sizeof patch, "{\"phase\":\"%s\",\"choices\":3}", rows[i].phase);
+        set(f, patch);
+        assert_int_equal(f->c.board.order, rows[i].order);
+        assert_string_equal(described(f, "phase")->valuestring, rows[i].phase);
+    }
+    f->c.board.order = LL_CLASS_NO_ORDER;
+    set(f, "{\"frozen\":true}");
+    assert_int_equal(f->c.board.order, LL_CLASS_NO_ORDER);
+}
+
+static void a_wrong_patch_names_field_and_range_and_changes_nothing(void **state)
+{
+    fixture *f = *state;
+    static const char *const rows[][2] = {{"{\"phase\":\"party\"}", "phase"},
+                                          {"{\"step\":1000}", "999"},
+                                          {"{\"step\":-1}", "step"},
+                                          {"{\"choices\":9}", "8"},
+                                          {"{\"lesson\":\"Anna B\"}", "lesson"},
+                                          {"{\"nonsense\":1}", "nonsense"},
+                                          {"{\"step\":5,\"stop_tick\":-1}", "stop_tick"},
+                                          {"{\"phase\":\"predict\"}", "1 to 8"}};
+    for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
+        ll_status status = refused(f, rows[i][0]);
+        assert_int_equal(status.code, LL_BAD_INPUT);
+        assert_non_null(strstr(status.text, rows[i][1]));
+        assert_int_equal(f->c.now.step, 0);
+        assert_int_equal(f->c.now.phase, LL_CLASS_LOBBY);
+    }
+}
+
+static void a_board_that_stops_by_itself_ends_the_run(void **state)
+{
+    fixture *f = *state;
+    ll_class_see_board(&f->c, LL_SESSION_PAUSED, 0);
+    set(f, "{\"phase\":\"run\",\"stop_tick\":19}");
+    ll_class_see_board(&f->c, LL_SESSION_PAUSED, 0); /* the order has not been carried out */
+    assert_int_equal(f->c.now.phase, LL_CLASS_RUN);
+    f->c.board.order = LL_CLASS_NO_ORDER;
+    ll_class_see_board(&f->c, LL_SESSION_PLAYING, 3);
+    f->c.now.frozen = true;
+    ll_class_see_board(&f->c, LL_SESSION_PAUSED, 7); /* by the freeze */
+    assert_int_equal(f->c.now.phase, LL_CLASS_RUN);
+    f->c.now.frozen = false;
+    ll_class_see_board(&f->c, LL_SESSION_PLAYING, 7);
+    ll_class_see_board(&f->c, LL_SESSION_PAUSED, 19);
+    assert_int_equal(f->c.now.phase, LL_CLASS_STOPPED);
+    assert_int_equal(described(f, "tick")->valueint, 19);
+}
+
+/* ---- votes ---- */
+
+static ll_code vote(fixture *f, int place, int step, int choice)
+{
+    ll_status status = ll_class_vote(&f->c, place, &(ll_class_ballot){step, choice});
+    return status.code;
+}
+
+static void votes_count_once_and_are_hidden_until_locked(void **state)
+{
+    fixture *f = *state;
+    int a = join(f, 0), b = join(f, 1);
+    assert_int_equal(vote(f, a, 0, 0), LL_CONFLICT);
+    set(f, "{\"phase\":\"predict\",\"step\":2,\"choices\":3}");
+    for (int i = 0; i < 3; i++)
+        assert_int_equal(vote(f, a, 2, i), LL_OK);
+    assert_int_equal(vote(f, b, 2, 2), LL_OK);
+    assert_int_equal(vote(f, b, 2, 3), LL_BAD_INPUT);
+    assert_int_equal(vote(f, b, 1, 0), LL_CONFLICT);
+    assert_int_equal(described(f, "votes")->valueint, 2);
+    assert_true(cJSON_IsNull(described(f, "tally")));
+    set(f, "{\"phase\":\"locked\"}");
+    assert_int_equal(vote(f, b, 2, 0), LL_CONFLICT);
+    const cJSON *tally = described(f, "tally");
+    assert_int_equal(cJSON_GetArraySize(tally), 3);
+    assert_int_equal(cJSON_GetArrayItem(tally, 2)->valueint, 2);
+    set(f, "{\"phase\":\"predict\"}"); /* the same question again */
+    assert_int_equal(described(f, "votes")->valueint, 2);
+    set(f, "{\"step\":3}"); /* another one, in the same phase */
+    assert_int_equal(described(f, "votes")->valueint, 0);
+}
+
+/* ---- seats ---- */
+
+static void a_seat_has_one_holder(void **state)
+{
+    fixture *f = *state;
+    int a = join(f, 0), b = join(f, 1), d = join(f, 2);
+    ll_status status = ll_class_claim(&f->c, a, 0, f->now);
+    assert_false(ll_failed(&status));
+    status = ll_class_claim(&f->c, b, 0, f->now);
+    assert_int_equal(status.code, LL_CONFLICT);
+    assert_string_equal(status.text, "player: seat 0 (A) is taken.");
+    status = ll_class_claim(&f->c, b, -1, f->now);
+    assert_int_equal(f->c.members[b].player, 1);
+    status = ll_class_claim(&f->c, d, -1, f->now);
+    assert_int_equal(status.code, LL_CONFLICT);
+    status = ll_class_claim(&f->c, d, 2, f->now);
+    assert_int_equal(status.code, LL_BAD_INPUT);
+    ll_class_watch(&f->c, a);
+    assert_true(f->c.board.revoke[0]);
+    assert_false(ll_class_drives(&f->c, 0));
+    status = ll_class_claim(&f->c, b, 0, f->now); /* moves */
+    assert_int_equal(f->c.members[b].player, 0);
+    assert_false(ll_class_drives(&f->c, 1));
+    ll_class_set_board(&f->c, "");
+    assert_int_equal(f->c.members[b].player, -1);
+    status = ll_class_claim(&f->c, b, -1, f->now);
+    assert_int_equal(status.code, LL_CONFLICT);
+}
+
+static void the_script_takes_a_seat_after_20_s_and_its_holder_gets_it_back(void **state)
+{
+    fixture *f = *state;
+    int a = join(f, 0), b = join(f, 1);
+    ll_class_claim(&f->c, a, 0, f->now);
+    ll_class_connected(&f->c, a, f->now);
+    assert_string_equal(seat_state(f, 0), "held");
+    f->now += 7 * LL_SECOND; /* connected, and silent: Wi-Fi is lost without a word */
+    assert_string_equal(seat_state(f, 0), "away");
+    ll_class_disconnected(&f->c, a, f->now);
+    f->now += 12 * LL_SECOND;
+    ll_class_pass_time(&f->c, f->now);
+    assert_true(ll_class_drives(&f->c, 0));
+    f->now += 2 * LL_SECOND;
+    ll_class_pass_time(&f->c, f->now);
+    assert_string_equal(seat_state(f, 0), "script");
+    assert_false(ll_class_drives(&f->c, 0));
+    ll_class_connected(&f->c, a, f->now);
+    assert_string_equal(seat_state(f, 0), "held");
+    assert_true(ll_class_drives(&f->c, 0));
+    ll_class_heard(&f->c, a, 3 * LL_MS, f->now + LL_SECOND);
+    const cJSON *seat = cJSON_GetArrayItem(described(f, "seats"), 0);
+    assert_true(cJSON_GetObjectItemCaseSensitive(seat, "rtt_ms")->valuedouble == 3);
+    assert_true(cJSON_GetObjectItemCaseSensitive(seat, "lag_ms")->valuedouble == 150);
+    f->now += 22 * LL_SECOND;
+    ll_class_pass_time(&f->c, f->now);
+    ll_status status = ll_class_claim(&f->c, b, 0, f->now); /* another member is faster */
+    assert_false(ll_failed(&status));
+    assert_int_equal(f->c.members[a].player, -1);
+    assert_int_equal(f->c.members[b].player, 0);
+}
+
+static void a_full_class_drops_who_has_been_away_for_longest(void **state)
+{
+    fixture *f = *state;
+    ll_key_hash hash = {{0}};
+    int place = -1, first = join(f, 0);
+    for (int i = 1; i < MEMBERS; i++) {
+        f->now += LL_SECOND;
+        ll_class_connected(&f->c, join(f, i), f->now);
+    }
+    ll_status status = ll_class_join(&f->c, &hash, f->now, &place);
+    assert_int_equal(status.code, LL_LIMIT);
+    f->now += 61 * LL_SECOND;
+    uint32_t number = f->c.members[first].number;
+    assert_int_equal(join(f, MEMBERS), first);
+    assert_int_not_equal(f->c.members[first].number, number);
+    assert_int_equal(ll_class_find(&f->c, f->token[0], LL_KEY_LENGTH), -1);
+    assert_int_equal(ll_class_find(&f->c, f->token[MEMBERS], LL_KEY_LENGTH), first);
+    assert_int_equal(ll_class_find(&f->c, f->key, LL_KEY_LENGTH), -1);
+}
+
+/* ---- addresses ---- */
+
+static void addresses_are_those_that_others_reach(void **state)
+{
+    (void)state;
+    static const ll_interface interfaces[] = {
+        {"docker0", "172.17.0.1"}, {"eth0", "2001:db8::5"}, {"wlan0", "192.168.1.20"}};
+    static const struct {
+        const char *bound, *host, *proto, *forwarded, *first;
+        bool proxied, local;
+        int count;
+    } rows[] = {
+        {"0.0.0.0:8080", "localhost:8080", NULL, NULL, "http://192.168.1.20:8080", false, false, 2},
+        {"[::]:8080", "127.0.0.1:8080", NULL, NULL, "http://192.168.1.20:8080", false, false, 3},
+        {"0.0.0.0:8080", "192.168.1.20:8080", NULL, NULL, "http://192.168.1.20:8080", false, false, 2},
+        {"0.0.0.0:8080", "lab.local:8080", NULL, NULL, "http://lab.local:8080", false, false, 3},
+        {"10.0.0.5:8080", "localhost", NULL, NULL, "http://10.0.0.5:8080", false, false, 1},
+        {"127.0.0.1:8080", "localhost:8080", "https", "evil", "http://127.0.0.1:8080", false, true, 1},
+        {"127.0.0.1:8080", "lab.example", "https", NULL, "https://lab.example", true, false, 1},
+        {"127.0.0.1:8080", "lab.example", "http", "lab.example:81", "http://lab.example:81", true, false, 1},
+        {"127.0.0.1:8080", "lab.example", "HTTPS", "a\"b", "https://lab.example", true, false, 1},
+        {"127.0.0.1:8080", "localhost", "gopher", NULL, "http://localhost", true, true, 1},
+    };
+    for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
+        ll_origins origins;
+        ll_origins_request request = {.bound = rows[i].bound,
+                                      .port = 8080,
+                                      .host = rows[i].host,
+                                      .proxied = rows[i].proxied,
+                                      .forwarded_proto = rows[i].proto,
+                                      .forwarded_host = rows[i].forwarded,
+                                      .interfaces = interfaces,
+                                      .interface_count = 3};
+        ll_origins_choose(&request, &origins);
+        assert_string_equal(origins.text[0], rows[i].first);
+        assert_int_equal(origins.count, rows[i].count);
+        assert_int_equal(origins.local, rows[i].local);
+    }
+    ll_interface own[LL_INTERFACES_MAX];
+    int count = ll_interfaces_list(own);
+    for (int i = 0; i < count; i++)
+        assert_true(strncmp(own[i].address, "127.", 4) != 0 && strcmp(own[i].address, "::1") != 0);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(phases_order_the_board, setup, teardown),
+        cmocka_unit_test_setup_teardown(a_wrong_patch_names_field_and_range_and_changes_nothing, setup,
+                                        teardown),
+        cmocka_unit_test_setup_teardown(a_board_that_stops_by_itself_ends_the_run, setup, teardown),
+        cmocka_unit_test_setup_teardown(votes_count_once_and_are_hidden_until_locked, setup, teardown),
+        cmocka_unit_test_setup_teardown(a_seat_has_one_holder, setup, teardown),
+        cmocka_unit_test_setup_teardown(the_script_takes_a_seat_after_20_s_and_its_holder_gets_it_back, setup,
+                                        teardown),
+        cmocka_unit_test_setup_teardown(a_full_class_drops_who_has_been_away_for_longest, setup, teardown),
+        cmocka_unit_test(addresses_are_those_that_others_reach),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
