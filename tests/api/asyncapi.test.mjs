@@ -1,5 +1,5 @@
 // Holds the stream of the running daemon against api/asyncapi.yaml: texts by their schemas, binary frames read by nothing but what it says of
-// them and compared with the text of the same number. Rates are told by the numbers of frames and the daemon's clock, not by this process's, so
+// them and compared with the text of the same number. Rates are measured by the numbers of frames and the daemon's clock, not by this process's, so
 // that a busy machine changes none of them; what needs time waits until it is there.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
@@ -12,7 +12,7 @@ import { reader } from '../lib/sections.mjs';
 let daemon, c, api, ajv;
 
 before(async () => {
-  daemon = await startDaemon({ args: ['--ack-timeout-s', '600'] }); // viewers that hold acknowledgements back are not what is late
+  daemon = await startDaemon({ args: ['--ack-timeout-s', '600', '--head-timeout-s', '60'] }); // what the tests themselves send late is not closed
   c = client(daemon.url);
   api = YAML.parse((await c.get('/api/v1/asyncapi.yaml')).text);
   ajv = new Ajv({ strict: false, allErrors: true });

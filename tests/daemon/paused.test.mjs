@@ -1,4 +1,4 @@
-// A viewer of a paused session gets its first frame, and all of every channel that it subscribes to later, whatever the machine does meanwhile.
+// A viewer of a paused session gets its first frame, and all of every channel that it subscribes to later, however busy the machine is.
 // Nothing else would send it: a wake that is lost is never repeated. SUBSCRIPTIONS=100000 is a longer run.
 import assert from 'node:assert/strict';
 import { spawn } from 'node:child_process';
