@@ -1,17 +1,18 @@
 // Holds the stream of the running daemon against api/asyncapi.yaml: texts by their schemas, binary frames read by nothing but what it says of
-// them and compared with the text of the same number.
+// them and compared with the text of the same number. Rates are measured by the numbers of frames and the daemon's clock, not by this process's, so
+// that a busy machine changes none of them; what needs time waits until it is there.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import Ajv from 'ajv/dist/2020.js';
 import YAML from 'yaml';
-import { client, pause, waitFor } from '../lib/client.mjs';
+import { client, pause, seqOf, waitFor } from '../lib/client.mjs';
 import { startDaemon } from '../lib/daemon.mjs';
 import { reader } from '../lib/sections.mjs';
 
 let daemon, c, api, ajv;
 
 before(async () => {
-  daemon = await startDaemon();
+  daemon = await startDaemon({ args: ['--ack-timeout-s', '600', '--head-timeout-s', '60'] }); // what the tests themselves send late is not closed
   c = client(daemon.url);
   api = YAML.parse((await c.get('/api/v1/asyncapi.yaml')).text);
   ajv = new Ajv({ strict: false, allErrors: true });
@@ -38,6 +39,46 @@ function checkAll(stream) {
   for (const message of stream.messages) check(message.type, message);
   for (const frame of stream.frames) if (!Buffer.isBuffer(frame)) check('frame', frame);
   framesOf(stream);
+}
+
+let barriers = 0;
+/** Waits until the daemon has taken all that the viewer said, and all that it sent before is here. Gives the count of its frames then. */
+function settled(stream) {
+  const id = `barrier ${++barriers}`;
+  const count = new Promise((resolve) => {
+    stream.socket.on('message', function listen(data, binary) {
+      if (binary || !data.includes(id)) return;
+      stream.socket.off('message', listen);
+      resolve(stream.frames.length);
+    });
+  });
+  stream.say({ ping: 1, id });
+  return count;
+}
+
+/** Repeats `check` until it passes, or fails as it did last. */
+async function eventually(check, ms = 20000) {
+  for (const end = performance.now() + ms; ; await pause(200)) {
+    try {
+      return check();
+    } catch (error) {
+      if (performance.now() > end) throw error;
+    }
+  }
+}
+
+/**
+ * Of every n-th frame that is there a record comes with that one, or with the next that the viewer gets; and with no other.
+ * @param {any[]} frames texts @param {string} name of the record @param {number} n
+ */
+function checkRate(frames, name, n) {
+  for (let i = 1; i < frames.length; i++) {
+    const { seq } = frames[i],
+      due = Math.floor(seq / n) > Math.floor(frames[i - 1].seq / n),
+      what = `${name} at ${60 / n} Hz: frame ${seq} after ${frames[i - 1].seq}`;
+    if (seq % n === 0) assert.ok(frames[i][name], `${what} is without it`);
+    if (!due) assert.ok(!frames[i][name], `${what} has it`);
+  }
 }
 
 const channelsOf = (stream) => stream.hello.channels.map(({ name }) => name);
@@ -186,14 +227,26 @@ test('a de-jitter buffer reports its content', async () => {
 
 // ---- which frames come, and when ----
 
+const DENSE = 25; // frames: how evenly 60 come in a second is for bench/ to say, on a quiet machine
+
+/** The most frames in any second of the daemon's clock. */
+function mostInASecond(frames) {
+  const at = frames.map((frame) => frame.clock[0].wall_us);
+  return Math.max(...at.map((from, i) => at.slice(i).filter((us) => us < from + 1e6).length));
+}
+
 test('the beginning: hello, all whole, then 60 frames a second in order', async () => {
-  const session = await c.make();
+  const session = await c.make({ set: { duration_s: 600 } });
   for (const format of ['json', 'bin']) {
     const stream = await c.stream(session, format, { ack: true });
-    await pause(1000);
+    // On a machine that is busy just now some later second has them.
+    await eventually(() => {
+      const most = mostInASecond(framesOf(stream));
+      assert.ok(most >= DENSE, `${most} frames in a second`);
+    }, 30000);
     const frames = framesOf(stream),
       seqs = frames.map(({ seq }) => seq);
-    assert.ok(seqs.length >= 25 && seqs.length <= 70, `${seqs.length} frames`); // how evenly is for bench/ to say, on a quiet machine
+    assert.ok(mostInASecond(frames) <= 62, `${mostInASecond(frames)} frames in a second`);
     assert.ok(
       seqs.every((seq, i) => i === 0 || seq > seqs[i - 1]),
       'in order',
@@ -210,45 +263,46 @@ test('the beginning: hello, all whole, then 60 frames a second in order', async 
 });
 
 test('rates are those that were asked for, and channels those that were subscribed to', async () => {
-  const session = await c.make({ scenario: 'eight' });
-  const stream = await c.stream(session, 'json', { ack: true, subscribe: {} });
-  await pause(300);
-  assert.equal(stream.frames.length, 0, 'no subscription, no frame');
+  const session = await c.make({ scenario: 'eight', set: { duration_s: 600 } });
+  const stream = await c.stream(session, 'json', { subscribe: {} }),
+    other = await c.stream(session, 'json', { subscribe: { session: 60 } });
+  await waitFor(() => other.frames.length >= 18, 'frames of another viewer', 30000);
+  assert.equal(await settled(stream), 0, 'no subscription, no frame');
   stream.say({ subscribe: { scene: 20, gauges: 7, session: 60 }, id: 5 });
-  const reply = await stream.wait((each) => each.id === 5);
+  const reply = await stream.wait((each) => each.id === 5, 'the reply', 20000);
   assert.deepEqual(reply.subscribed, { session: 60, scene: 20, gauges: 6 });
-  await stream.frame((frame) => frame.views && frame.buffers && frame.session);
-  await pause(1000);
-  const frames = stream.frames.slice(2),
-    off = frames.filter((frame) => (frame.views && frame.seq % 3 !== 0) || (frame.buffers && frame.seq % 10 !== 0));
-  for (const frame of frames) {
-    assert.ok(!frame.input_history && !frame.events, `frame ${frame.seq}: ${Object.keys(frame)}`);
-    assert.ok(frame.views || frame.seq % 3 !== 0, `frame ${frame.seq} without views`);
-    assert.ok(frame.buffers || frame.seq % 10 !== 0, `frame ${frame.seq} without buffers`);
-  }
-  assert.ok(off.length <= frames.length / 5, `${off.length} of ${frames.length} frames bring what is not due`); // what was missed comes with the next
+  const begun = () => stream.frames.findIndex((frame) => frame.views && frame.buffers && frame.session);
+  await waitFor(() => begun() >= 0 && stream.frames.length >= begun() + 60, '60 frames', 60000);
+  const frames = stream.frames.slice(begun());
+  for (const frame of frames) assert.ok(!frame.input_history && !frame.events, `frame ${frame.seq}: ${Object.keys(frame)}`);
+  checkRate(frames, 'session', 1);
+  checkRate(frames, 'views', 3);
+  checkRate(frames, 'buffers', 10);
   stream.say({ subscribe: {}, id: 6 });
-  await stream.wait((each) => each.id === 6);
-  await pause(50);
-  const count = stream.frames.length;
-  await pause(200);
-  assert.equal(stream.frames.length, count);
+  await stream.wait((each) => each.id === 6, 'the reply', 20000);
+  const count = await settled(stream),
+    of_other = other.frames.length;
+  await waitFor(() => other.frames.length >= of_other + 12, 'frames of another viewer', 30000);
+  assert.equal(await settled(stream), count);
   checkAll(stream);
   await stream.close();
+  await other.close();
 });
 
 test('who does not subscribe gets what is drawn, after a second', async () => {
-  const session = await c.make();
+  const session = await c.make({ set: { duration_s: 600 } });
   const begun = performance.now();
   const stream = await c.stream(session, 'json', { subscribe: null });
-  const frame = await stream.frame();
+  const frame = await stream.frame(undefined, 20000);
   assert.ok(performance.now() - begun > 900);
   assert.deepEqual(
     [Boolean(frame.views), Boolean(frame.session), Boolean(frame.events), Boolean(frame.buffers)],
     [true, true, false, false],
   );
-  await pause(1000);
-  assert.ok(stream.frames.length <= 14, `${stream.frames.length} texts`);
+  await waitFor(() => stream.frames.length >= 12, '12 frames', 60000);
+  checkRate(stream.frames, 'views', 6);
+  checkRate(stream.frames, 'session', 6);
+  for (const each of stream.frames) assert.ok(each.views, 'no other frames');
   checkAll(stream);
   await stream.close();
 });
@@ -276,22 +330,26 @@ test('time jumps: the flag, a new generation; the end and the replay', async () 
 });
 
 test('a viewer that acknowledges has at most four frames in flight, then the newest, as a delta to what it has', async () => {
-  const session = await c.make();
-  const stream = await c.stream(session, 'bin');
-  await stream.frame();
-  stream.say({ ack: framesOf(stream).at(-1).seq });
-  await pause(100);
-  const last = framesOf(stream).at(-1).seq,
-    before = stream.frames.length;
-  await pause(400);
-  assert.equal(stream.frames.length, before, 'no frame without an ack');
-  assert.ok(before <= 12);
+  const session = await c.make({ set: { duration_s: 600 } });
+  const other = await c.stream(session, 'bin'), // acknowledges none, and gets all
+    stream = await c.stream(session, 'bin');
+  const passed = (seq, n) => waitFor(() => seqOf(other.frames.at(-1)) > seq + n, `${n} frames of another viewer`, 60000);
+  await other.frame(undefined, 20000);
+  await stream.frame(undefined, 20000);
+  stream.say({ ack: seqOf(stream.frames.at(-1)) });
+  const begun = await settled(stream); // from here on the daemon knows that it acknowledges
+  await passed(seqOf(stream.frames.at(-1)), 24);
+  const before = await settled(stream),
+    last = seqOf(stream.frames.at(-1));
+  assert.ok(before - begun <= 4, `${before - begun} frames in flight`);
+  await passed(seqOf(other.frames.at(-1)), 24);
+  assert.equal(await settled(stream), before, 'no frame without an ack');
   stream.say({ ack: last });
-  await waitFor(() => stream.frames.length > before, 'the next frame');
+  await waitFor(() => stream.frames.length > before, 'the next frame', 20000);
   const frames = framesOf(stream),
     next = frames[before],
     events = frames.flatMap((frame) => frame.events ?? []);
-  assert.ok(next.seq > last + 8, 'the newest');
+  assert.ok(next.seq > last + 24, 'the newest');
   assert.ok(!next.flags.includes('jump') && !next.whole.has('views') && !next.whole.has('events'), 'the gap makes nothing whole');
   assert.ok(next.events.length > 10 && next.lost === 0, `${next.events.length} events`);
   assert.ok(
@@ -300,6 +358,7 @@ test('a viewer that acknowledges has at most four frames in flight, then the new
   );
   checkAll(stream);
   await stream.close();
+  await other.close();
 });
 
 test('a slow viewer gets half of its frames, and a message', async () => {
@@ -363,19 +422,18 @@ for (const scenario of ['eight', 'rigid/tumbler', 'fluid/dam_break']) {
       if (draw(6) === 0) await c.control(session, { op: 'play' });
       if (round === 8) {
         stalled.say({ ack: framesOf(stalled).at(-1).seq }); // from now on at most four in flight: none for the rest of the rounds
-        stalls = stalled.frames.length;
+        stalls = await settled(stalled);
       }
     }
-    assert.ok(stalled.frames.length - stalls <= 16, `${stalled.frames.length - stalls} frames to one that acknowledges none`);
+    const more = (await settled(stalled)) - stalls;
+    assert.ok(more <= 4, `${more} frames to one that acknowledges none`);
     await c.control(session, { op: 'pause' });
-    stalled.say({ ack: framesOf(stalled).at(-1).seq });
-    await pause(300);
     const truth = await c.stream(session),
-      now = await truth.frame();
-    await pause(300);
-    viewers.forEach((viewer, i) => {
+      now = await truth.frame(undefined, 20000);
+    const ends = (viewer, i) => {
       const frames = framesOf(viewer),
         last = frames.at(-1);
+      if (viewer === stalled) stalled.say({ ack: last.seq });
       checkEvents(frames);
       assert.equal(last.tick, now.tick, `viewer ${i}`);
       for (const { name, id } of reader(api).tables.values()) {
@@ -383,7 +441,8 @@ for (const scenario of ['eight', 'rigid/tumbler', 'fluid/dam_break']) {
         if (!wishes[i][channel] || !now[name] || ['session', 'events'].includes(name)) continue;
         assert.deepEqual(last[name], now[name], `viewer ${i}: ${name}`);
       }
-    });
+    };
+    for (const [i, viewer] of viewers.entries()) await eventually(() => ends(viewer, i));
     for (const viewer of [...viewers, truth]) await viewer.close();
   });
 }

@@ -69,7 +69,7 @@ int ll_ws_viewers(const ll_ws_stream *stream)
     return 1;
 }
 
-void ll_ws_wants(const ll_ws_stream *stream, uint32_t seq, uint32_t generation, bool whole,
+void ll_ws_wants(ll_ws_stream *stream, uint32_t seq, uint32_t generation, bool whole,
                  ll_record_request *request)
 {
     (void)stream;

@@ -128,7 +128,7 @@ export async function openStream(url, place, format = 'json', wish = {}) {
   });
   socket.on('error', () => {});
   if (wish.subscribe !== null && place.startsWith('sessions/')) stream.say({ subscribe: wish.subscribe ?? EVERYTHING });
-  await waitFor(() => stream.hello || stream.closed, 'the hello', 5000);
+  await waitFor(() => stream.hello || stream.closed, 'the hello', 25000); // the daemon closes it after --hello-timeout-s, 20
   if (!stream.hello) throw Object.assign(new Error(`closed with ${stream.closed.code}: ${stream.closed.reason}`), stream.closed);
   return stream;
 }

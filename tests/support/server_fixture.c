@@ -141,6 +141,19 @@ static void on_released(void *context, void *session)
     atomic_fetch_add(&f->released, 1);
 }
 
+/* As a publisher that is as fast as can be, but finds nothing to publish: it reads the wants before the hook
+ * returns. While the fixture publishes, its thread reads them. */
+static void on_wanted(void *context, void *session)
+{
+    test_server *f = context;
+    ll_record_request request = {0};
+    if (session == NULL || atomic_load(&f->publishing)) {
+        return;
+    }
+    ll_ws_wants(*(ll_ws_stream **)session, 1, 0, true, &request);
+    atomic_fetch_add(request.channels != 0 ? &f->wanted : &f->wanted_nothing, 1);
+}
+
 typedef struct stamp {
     int64_t published_ns;
 } stamp;
@@ -240,6 +253,7 @@ void test_server_open(test_server *f)
                          .opened = on_opened,
                          .message = on_message,
                          .closed = on_closed,
+                         .wanted = on_wanted,
                          .released = on_released};
     ll_status status = ll_web_server_open(&f->config, &app, &hooks, NULL, NULL, &f->web_server);
     if (ll_failed(&status)) {
@@ -251,7 +265,7 @@ void test_server_open(test_server *f)
     for (int s = 0; s < FRONT_SESSIONS; s++) {
         char id[16];
         snprintf(id, sizeof id, "s%d", s);
-        status = ll_ws_stream_open(f->ws, LL_STREAM_SESSION, id, NULL, &f->stream[s]);
+        status = ll_ws_stream_open(f->ws, LL_STREAM_SESSION, id, &f->stream[s], &f->stream[s]);
         LL_ASSERT(!ll_failed(&status));
     }
     LL_ASSERT(pthread_create(&f->publisher, NULL, publish_all, f) == 0);

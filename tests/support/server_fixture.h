@@ -24,7 +24,9 @@ typedef struct test_server {
     size_t frame_bytes;
     atomic_bool publishing, end;
     atomic_uint generation, opened, closed, released;
-    atomic_int send_hello; /* 0: viewers get no hello */
+    atomic_uint wanted, wanted_nothing; /* calls of hook `wanted` while not publishing, and those in which
+                                           ll_ws_wants had no channel */
+    atomic_int send_hello;              /* 0: viewers get no hello */
     pthread_t publisher;
 } test_server;
 

@@ -5,6 +5,7 @@
 #include "daemon/api/api.h"
 #include "daemon/class/classes.h"
 #include "daemon/http/http_problem.h"
+#include "daemon/support/memory.h"
 #include "daemon/support/tasks.h"
 
 void ll_get_healthz(void *context, const ll_http_request *request, ll_http_response *response)
@@ -172,6 +173,10 @@ void ll_get_prometheus(void *context, const ll_http_request *request, ll_http_re
     family(response, "build_info", "gauge", "Version of the daemon.");
     labelled(response, "build_info", "version", ll_version, 1);
     gauge(response, "uptime_seconds", (double)(ll_host_now() - api->started) / 1e9, "Time since the start.");
+    ll_memory_stats memory = ll_memory_get_stats();
+    gauge(response, "heap_used_bytes", (double)memory.used, "Bytes of allocated blocks of memory.");
+    gauge(response, "heap_kept_bytes", (double)memory.kept,
+          "Bytes that the C library holds for blocks, free ones included.");
     write_sessions(response, &s);
     if (atomic_load(&api->phase) != LL_API_STARTING)
         gauge(response, "classes", (double)ll_classes_count(api->classes), "Open classes.");

@@ -20,6 +20,7 @@
 #include "daemon/store/store.h"
 #include "daemon/support/access.h"
 #include "daemon/support/log.h"
+#include "daemon/support/memory.h"
 #include "daemon/support/tasks.h"
 #include "library/program.h"
 
@@ -99,6 +100,7 @@ static void ending_signals(sigset_t *signals)
 
 static void prepare_process(sigset_t *signals)
 {
+    ll_memory_prepare();
     umask(077); /* a session's id permits reading it, so files are readable by their owner only */
     signal(SIGPIPE, SIG_IGN);
     signal(SIGXFSZ,

@@ -71,14 +71,19 @@ static void publish_wants(ll_ws_stream *stream)
     atomic_store_explicit(&stream->from_event, from_event, memory_order_relaxed);
 }
 
-static void want(ll_ws_stream *stream)
+static bool lacks_channels(const ws_viewer *viewer)
+{
+    return viewer->ready && viewer->close_code == 0 && (viewer->wants & ~viewer->has) != 0;
+}
+
+/* After publish_wants: the publisher may read the wants before the hook returns. When it has not read them
+ * since the last call, its exchange in ll_ws_wants comes later and it sees the new ones. */
+static void ask(ll_ws_stream *stream)
 {
     const ll_ws_hooks *hooks = &stream->ws->hooks[stream->kind];
-    if (!stream->wanted_called && !stream->closing) {
-        stream->wanted_called = true;
-        if (hooks->wanted != NULL) {
-            hooks->wanted(hooks->context, stream->session);
-        }
+    if (!stream->closing && hooks->wanted != NULL &&
+        !atomic_exchange_explicit(&stream->asked, true, memory_order_acq_rel)) {
+        hooks->wanted(hooks->context, stream->session);
     }
 }
 
@@ -299,9 +304,6 @@ static void try_latest(ws_viewer *viewer)
         (latest->seq != viewer->last_sent || viewer->fresh || viewer->wants & ~viewer->has)) {
         send_frame(viewer, latest);
     }
-    if (viewer->ready && viewer->wants & ~viewer->has) {
-        want(viewer->stream);
-    }
 }
 
 void ll_ws_viewer_send_newest(ws_viewer *viewer)
@@ -311,6 +313,9 @@ void ll_ws_viewer_send_newest(ws_viewer *viewer)
     }
     try_latest(viewer);
     publish_wants(viewer->stream);
+    if (lacks_channels(viewer)) {
+        ask(viewer->stream);
+    }
 }
 
 /* ---- slow viewers ---- */
@@ -372,7 +377,6 @@ static void offer_frames(ws_viewer *viewer, ll_frame **frames, int count)
 /* Usually one; more when this thread was late. */
 void ll_ws_stream_distribute(ll_ws_stream *stream, ll_frame **frames, int count)
 {
-    stream->wanted_called = false;
     ll_frame_release(stream->latest);
     stream->latest = frames[count - 1];
     for (ws_viewer *viewer = stream->first; viewer != NULL; viewer = viewer->next) {

@@ -66,6 +66,7 @@ struct ll_ws_stream {
     _Atomic int64_t from_event;
     atomic_uint generation; /* of the last publication */
     atomic_bool published;
+    atomic_bool asked;             /* hook `wanted` was called since the last ll_ws_wants */
     ll_frame *pending[WS_PENDING]; /* guarded by the thread's lock, as the next two members */
     int pending_count;
     ll_ws_stream *next_dirty;
@@ -73,7 +74,7 @@ struct ll_ws_stream {
     size_t kept_bytes; /* size of the sections that viewers have, except those of the latest frame */
     ws_viewer *first;
     int viewer_count; /* viewers, with or without hello */
-    bool wanted_called, closing;
+    bool closing;
 };
 
 /* Callbacks for events in a viewer's bytes; implemented by viewer.c. */

@@ -77,9 +77,10 @@ static bool any_is_due(unsigned long long every, uint32_t seq)
     return false;
 }
 
-void ll_ws_wants(const ll_ws_stream *stream, uint32_t seq, uint32_t generation, bool whole,
+void ll_ws_wants(ll_ws_stream *stream, uint32_t seq, uint32_t generation, bool whole,
                  ll_record_request *request)
 {
+    atomic_exchange_explicit(&stream->asked, false, memory_order_acq_rel); /* before the wants are read */
     bool jump = !atomic_load_explicit(&stream->published, memory_order_relaxed) ||
                 atomic_load_explicit(&stream->generation, memory_order_relaxed) != generation;
     unsigned channels = atomic_load_explicit(&stream->missing, memory_order_relaxed);

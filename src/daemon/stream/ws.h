@@ -48,8 +48,8 @@ typedef struct ll_ws_hooks {
     void (*message)(void *context, void *session, ll_ws_viewer viewer, const char *text, size_t length);
     void (*closed)(void *context, void *session, ll_ws_viewer viewer);
     /* A viewer waits for data that no publication had (the first after it subscribed): publish even when
-     * nothing changed. Called at most once between two publications. May be NULL when hosting polls
-     * ll_ws_wants. */
+     * nothing changed. Called once until ll_ws_wants is called, then again (within 250 ms) while the viewer
+     * still waits. May be NULL when hosting polls ll_ws_wants. */
     void (*wanted)(void *context, void *session);
     /* The answer to ll_ws_ping: the time that it took on the network and in the viewer's browser. May be
      * NULL. */
@@ -94,7 +94,7 @@ int ll_ws_viewers(const ll_ws_stream *stream); /* that got their hello; cheap */
 /* What the next frame, with this `seq` and `generation`, has to contain. `whole`: no frame follows soon, so
  * that no viewer may wait for a later one. Sets channels, `anew`, from_event and viewers; channels 0: no
  * viewers. Cheap (a few atomic loads): call it before each frame. */
-void ll_ws_wants(const ll_ws_stream *stream, uint32_t seq, uint32_t generation, bool whole,
+void ll_ws_wants(ll_ws_stream *stream, uint32_t seq, uint32_t generation, bool whole,
                  ll_record_request *request);
 
 /* Queues the frame and takes its own reference; ll_ws_flush sends. At most 4 wait unsent, then the oldest is
