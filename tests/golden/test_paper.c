@@ -134,8 +134,9 @@ static void figure_11_a_step_takes_533_ms(void **state)
             assert_true(e->begin >= find(&t, LL_EVENT_APPLIED, e->player, e->number - 1)->begin);
     }
     for (int p = 0; p < 2; p++)
-        assert_in_range(ll_netgame_client(s.game, p)->seq, steps, steps + 1);
-    assert_int_equal(inputs[1], ll_netgame_client(s.game, 1)->seq); /* the slowest repeats no request */
+        assert_in_range(ll_netgame_client(s.game, p)->inputs.seq, steps, steps + 1);
+    assert_int_equal(inputs[1],
+                     ll_netgame_client(s.game, 1)->inputs.seq); /* the slowest repeats no request */
     scene_close(&s);
     tape_free(&t);
 }
@@ -191,11 +192,11 @@ static void figure_12_open_inputs_are_applied_again(void **state)
     assert_true(corrections > 10);
     for (int i = 0; i < 2; i++) {
         ll_client *c = ll_netgame_client(s.game, i);
-        assert_true(c->seq - c->acked >= 18); /* 300 ms of round trip at 60 inputs per second */
-        ll_snapshot_entry *state_message = ll_client_state(c, c->fresh - 1);
-        ll_world *world = malloc((size_t)c->world_size);
-        __builtin_memcpy(world, ll_snapshot_entry_world(state_message), (size_t)c->world_size);
-        for (uint32_t seq = c->acked + 1; seq <= c->seq; seq++)
+        assert_true(c->inputs.seq - c->inputs.acked >= 18); /* 300 ms of round trip at 60 inputs per second */
+        ll_snapshot_entry *state_message = ll_client_state(c, c->snapshots.used - 1);
+        ll_world *world = malloc((size_t)c->layout.world_size);
+        __builtin_memcpy(world, ll_snapshot_entry_world(state_message), (size_t)c->layout.world_size);
+        for (uint32_t seq = c->inputs.acked + 1; seq <= c->inputs.seq; seq++)
             ll_netgame_game(s.game)->step_own(world, &s.game->env, i, &ll_client_pending(c, seq)->action);
         assert_true(world->entity[i].x == ll_client_predicted(c)->entity[i].x);
         free(world);

@@ -31,21 +31,21 @@ void ll_client_init(ll_client *c, int self, const ll_world *start)
 {
     memset(c, 0, ll_client_size((ll_extent){start->entities, start->tail}));
     c->self = self;
-    c->world_size = (int64_t)ll_world_size(start);
-    c->latest_offset = (int64_t)round8(sizeof(ll_client));
-    c->predicted_offset = c->latest_offset + c->world_size;
-    c->checked_offset = c->predicted_offset + c->world_size;
-    c->rendered_offset = c->checked_offset + c->world_size;
-    c->draw_infos_offset = c->rendered_offset + c->world_size;
-    c->errors_offset = c->draw_infos_offset + start->entities * (int64_t)sizeof(ll_draw_info);
-    c->states_offset = c->errors_offset + start->entities * (int64_t)sizeof(ll_view_error);
+    c->layout.world_size = (int64_t)ll_world_size(start);
+    c->layout.latest = (int64_t)round8(sizeof(ll_client));
+    c->layout.predicted = c->layout.latest + c->layout.world_size;
+    c->layout.checked = c->layout.predicted + c->layout.world_size;
+    c->layout.rendered = c->layout.checked + c->layout.world_size;
+    c->layout.draw_infos = c->layout.rendered + c->layout.world_size;
+    c->layout.errors = c->layout.draw_infos + start->entities * (int64_t)sizeof(ll_draw_info);
+    c->layout.states = c->layout.errors + start->entities * (int64_t)sizeof(ll_view_error);
     ll_connection_init(&c->connection, -LL_LOBBY);
-    c->tick_due = c->display_due = LL_NEVER;
+    c->ticks.due = c->displays.due = LL_NEVER;
     c->due = -LL_LOBBY;
-    memcpy(ll_client_latest(c), start, (size_t)c->world_size);
-    memcpy(ll_client_predicted(c), start, (size_t)c->world_size);
-    memcpy(ll_client_checked(c), start, (size_t)c->world_size);
-    memcpy(ll_client_rendered(c), start, (size_t)c->world_size);
+    memcpy(ll_client_latest(c), start, (size_t)c->layout.world_size);
+    memcpy(ll_client_predicted(c), start, (size_t)c->layout.world_size);
+    memcpy(ll_client_checked(c), start, (size_t)c->layout.world_size);
+    memcpy(ll_client_rendered(c), start, (size_t)c->layout.world_size);
 }
 
 #define PHASE_STREAM 0x7068617365 /* `phase`; one per player */
@@ -56,7 +56,7 @@ static ll_time phase_of(const ll_client *c, const ll_client_setup *s)
     double phase = s->config->clock_phase;
     if (phase < 0)
         phase = ll_rng_unit(s->seed, PHASE_STREAM + (uint64_t)c->self, 0);
-    return (ll_time)(phase * (double)c->period);
+    return (ll_time)(phase * (double)c->ticks.period);
 }
 
 /* Time of tick `k` of a clock on a machine whose clock drifts. */
@@ -68,15 +68,16 @@ static ll_time machine_time(const ll_client_setup *s, const ll_clock *clock, int
 
 static void start_clocks(ll_client *c, const ll_client_setup *s, ll_freq freq, ll_time now)
 {
-    c->period = ll_tick_time(1, freq);
-    c->clock = (ll_clock){now + phase_of(c, s), 0, freq};
-    c->frame = c->displays = 0;
-    c->framed = c->clock.epoch - c->period;
-    c->tick_due = c->clock.epoch;
-    c->skipped = 0;
-    c->display = (ll_clock){c->clock.epoch, 0, s->display_freq};
-    c->displayed = s->display_freq > 0 ? c->clock.epoch - ll_tick_time(1, s->display_freq) : c->framed;
-    c->display_due = s->display_freq > 0 ? c->clock.epoch : LL_NEVER;
+    c->ticks.period = ll_tick_time(1, freq);
+    c->ticks.clock = (ll_clock){now + phase_of(c, s), 0, freq};
+    c->ticks.number = c->displays.number = 0;
+    c->ticks.last = c->ticks.clock.epoch - c->ticks.period;
+    c->ticks.due = c->ticks.clock.epoch;
+    c->ticks.skipped = 0;
+    c->displays.clock = (ll_clock){c->ticks.clock.epoch, 0, s->display_freq};
+    c->displays.last =
+        s->display_freq > 0 ? c->ticks.clock.epoch - ll_tick_time(1, s->display_freq) : c->ticks.last;
+    c->displays.due = s->display_freq > 0 ? c->ticks.clock.epoch : LL_NEVER;
 }
 
 void ll_client_start(ll_client *c, const ll_client_setup *s, uint16_t epoch, ll_freq freq, int64_t step,
@@ -85,25 +86,25 @@ void ll_client_start(ll_client *c, const ll_client_setup *s, uint16_t epoch, ll_
     ll_connection *n = &c->connection;
     bool in = n->state != LL_CONNECTION_CONNECTING && n->state != LL_CONNECTION_DISCONNECTED;
     start_clocks(c, s, freq, now);
-    c->tick = step;
+    c->inputs.tick = step;
     n->epoch = in ? epoch : n->epoch;
     ll_client_forget_inputs(c, s, n->epoch, now);
-    c->scale = 1;
-    c->newest = c->fresh = 0;
-    c->newest_tick = -1;
-    c->grid_tick = LL_NEVER;
-    c->confirmed = c->game_start_step = step;
-    c->game_start = now;
-    c->latest_time = c->view_time = c->render = now;
-    c->latest_tick = step;
-    c->has_render = c->extrapolated = c->held_now = c->underrun = c->has_view_errors = 0;
-    c->view_state = LL_VIEW_NEWEST;
-    c->drawn_newest = c->depth = 0;
+    c->inputs.scale = 1;
+    c->snapshots.received = c->snapshots.used = 0;
+    c->snapshots.newest_tick = -1;
+    c->snapshots.grid_tick = LL_NEVER;
+    c->snapshots.confirmed = c->snapshots.game_start_step = step;
+    c->snapshots.game_start = now;
+    c->latest.time = c->drawing.view_time = c->view.render = now;
+    c->latest.tick = step;
+    c->view.has_render = c->view.extrapolated = c->view.held = c->view.underrun = c->view.has_errors = 0;
+    c->view.state = LL_VIEW_NEWEST;
+    c->drawing.received = c->drawing.depth = 0;
     c->predicting = 0;
-    memset(c->last_controls, 0, sizeof c->last_controls);
+    memset(c->latest.controls, 0, sizeof c->latest.controls);
     c->view_step = -1;
-    memcpy(ll_client_latest(c), world, (size_t)c->world_size);
-    memcpy(ll_client_rendered(c), world, (size_t)c->world_size);
+    memcpy(ll_client_latest(c), world, (size_t)c->layout.world_size);
+    memcpy(ll_client_rendered(c), world, (size_t)c->layout.world_size);
     for (int i = 0; i < world->entities; i++) {
         ll_client_draw_infos(c)[i] = (ll_draw_info){.time = now};
         ll_client_errors(c)[i] = (ll_view_error){0};
@@ -121,29 +122,30 @@ void ll_client_start(ll_client *c, const ll_client_setup *s, uint16_t epoch, ll_
  * change before the next one. */
 static void follow_slack(ll_client *c, const ll_client_setup *s, const ll_snapshot_message *m, ll_time now)
 {
-    if (m->slack == LL_SLACK_UNKNOWN || m->slack_seq < c->settle)
+    ll_client_inputs *in = &c->inputs;
+    if (m->slack == LL_SLACK_UNKNOWN || m->slack_seq < in->settle)
         return;
     int32_t want = (int32_t)s->config->slack_ticks, change = 0;
-    if (c->least_slack == LL_SLACK_UNKNOWN)
-        c->least_slack_since = now;
-    if (m->slack < c->least_slack)
-        c->least_slack = m->slack;
+    if (in->least_slack == LL_SLACK_UNKNOWN)
+        in->least_slack_since = now;
+    if (m->slack < in->least_slack)
+        in->least_slack = m->slack;
     if (m->slack < want)
         change = want - m->slack;
-    else if (now - c->least_slack_since < SPARE_WINDOW)
+    else if (now - in->least_slack_since < SPARE_WINDOW)
         return;
-    else if (c->least_slack > want + 1)
-        change = want - c->least_slack;
-    c->least_slack = LL_SLACK_UNKNOWN;
+    else if (in->least_slack > want + 1)
+        change = want - in->least_slack;
+    in->least_slack = LL_SLACK_UNKNOWN;
     if (change == 0)
         return;
-    if (change * c->period >= LL_CLOCK_SNAP) {
-        ll_client_snap(c, c->tick + change);
+    if (change * c->ticks.period >= LL_CLOCK_SNAP) {
+        ll_client_snap(c, in->tick + change);
         return;
     }
-    c->extra_inputs += change;
-    c->settle = c->seq + (uint32_t)(change > 0 ? 2 * change : 0) +
-                1; /* first input made after the change is complete */
+    in->extra += change;
+    in->settle = in->seq + (uint32_t)(change > 0 ? 2 * change : 0) +
+                 1; /* first input made after the change is complete */
 }
 
 #define SURPLUS_WINDOW (LL_SECOND / 2)
@@ -154,19 +156,20 @@ static void follow_slack(ll_client *c, const ll_client_setup *s, const ll_snapsh
  * in the server's queue. Skips as many inputs as the least early one of half a second was early. */
 static void drain_surplus(ll_client *c, const ll_snapshot_message *m, ll_time now)
 {
-    if (m->slack == LL_SLACK_UNKNOWN || m->slack_seq < c->settle)
+    ll_client_inputs *in = &c->inputs;
+    if (m->slack == LL_SLACK_UNKNOWN || m->slack_seq < in->settle)
         return;
-    if (c->least_slack == LL_SLACK_UNKNOWN)
-        c->least_slack_since = now;
-    if (m->slack < c->least_slack)
-        c->least_slack = m->slack;
-    if (now - c->least_slack_since < SURPLUS_WINDOW)
+    if (in->least_slack == LL_SLACK_UNKNOWN)
+        in->least_slack_since = now;
+    if (m->slack < in->least_slack)
+        in->least_slack = m->slack;
+    if (now - in->least_slack_since < SURPLUS_WINDOW)
         return;
-    if (c->least_slack > SURPLUS) {
-        c->extra_inputs -= c->least_slack - SURPLUS;
-        c->settle = c->seq + 1;
+    if (in->least_slack > SURPLUS) {
+        in->extra -= in->least_slack - SURPLUS;
+        in->settle = in->seq + 1;
     }
-    c->least_slack = LL_SLACK_UNKNOWN;
+    in->least_slack = LL_SLACK_UNKNOWN;
 }
 
 /* Bytes between the header of a snapshot message and its world; more than `size` if they are missing. */
@@ -189,24 +192,24 @@ static int parts_size(const ll_client *c, const ll_snapshot_message *m, const ch
 static void take_parts(ll_client *c, const ll_snapshot_message *m, const char *at)
 {
     int players = ll_client_latest(c)->players;
-    c->parts = m->head.count;
-    for (int i = 0; i < players && c->parts & LL_PART_AXES; i++) {
+    c->results.parts = m->head.count;
+    for (int i = 0; i < players && c->results.parts & LL_PART_AXES; i++) {
         ll_axes axes;
         if (i == c->self)
             continue;
         memcpy(&axes, at, sizeof axes);
         at += sizeof axes;
-        c->last_controls[i] = (ll_action){.axis = {axes.axis[0], axes.axis[1]}};
+        c->latest.controls[i] = (ll_action){.axis = {axes.axis[0], axes.axis[1]}};
     }
-    if (!(c->parts & LL_PART_APPLIED))
+    if (!(c->results.parts & LL_PART_APPLIED))
         return;
-    memcpy(&c->result, at, sizeof c->result);
-    memcpy(c->results, at + sizeof c->result, c->result.words * sizeof(uint32_t));
+    memcpy(&c->results.head, at, sizeof c->results.head);
+    memcpy(c->results.applied, at + sizeof c->results.head, c->results.head.words * sizeof(uint32_t));
 }
 
 static int unreadable(ll_client *c)
 {
-    c->unreadable++;
+    c->snapshots.unreadable++;
     return LL_OUTCOME_UNDECODABLE;
 }
 
@@ -220,23 +223,23 @@ static int receive_state(ll_client *c, const ll_client_setup *s, const char *pac
     int start = (int)sizeof m + parts_size(c, &m, packet, size);
     if (size < start)
         return unreadable(c);
-    if (s->sync->drops_stale && m.tick <= c->newest_tick) {
-        c->stale++;
+    if (s->sync->drops_stale && m.tick <= c->snapshots.newest_tick) {
+        c->snapshots.stale++;
         return LL_OUTCOME_STALE;
     }
     ll_status status = ll_client_decode(c, &m, packet + start, size - start, (ll_world *)(void *)bytes);
     if (ll_failed(&status))
         return unreadable(c);
-    ll_snapshot_entry *r = ll_client_state(c, c->newest++);
+    ll_snapshot_entry *r = ll_client_state(c, c->snapshots.received++);
     *r = (ll_snapshot_entry){m.tick, m.time, now, m.head.seq, m.applied, ll_codec_at(m.codec)->gridded, 0};
     take_parts(c, &m, packet + sizeof m);
-    memcpy(ll_snapshot_entry_world(r), bytes, (size_t)c->world_size);
-    c->newest_tick = m.tick;
-    c->confirmed = m.tick;
-    c->update_hz = (double)m.update_hz;
+    memcpy(ll_snapshot_entry_world(r), bytes, (size_t)c->layout.world_size);
+    c->snapshots.newest_tick = m.tick;
+    c->snapshots.confirmed = m.tick;
+    c->latest.update_hz = (double)m.update_hz;
     ll_interpolate_heard(c, r);
     if (s->sync->answers)
-        c->tick_due = now;
+        c->ticks.due = now;
     if (s->sync->waits && !s->sync->answers)
         drain_surplus(c, &m, now);
     if (!s->sync->client_runs_ahead || !ll_cheat_minds(s))
@@ -257,20 +260,21 @@ int ll_client_receive(ll_client *c, const ll_client_setup *s, const void *packet
         return LL_OUTCOME_STALE;
     if (head.type == LL_MESSAGE_SNAPSHOT)
         return receive_state(c, s, packet, size, now);
-    c->refused++; /* the server applied another input instead: the next snapshot corrects the prediction */
+    /* the server applied another input instead: the next snapshot corrects the prediction */
+    c->inputs.refused++;
     return LL_OUTCOME_REFUSED;
 }
 
 static void take_newest_state(ll_client *c, const ll_client_setup *s, ll_time now)
 {
-    ll_snapshot_entry *state = ll_client_state(c, c->newest - 1);
-    uint32_t acked = c->acked;
-    c->fresh = c->newest;
+    ll_snapshot_entry *state = ll_client_state(c, c->snapshots.received - 1);
+    uint32_t acked = c->inputs.acked;
+    c->snapshots.used = c->snapshots.received;
     ll_acks[s->config->ack]->take(c, s, state, now);
     bool stands = s->config->prediction && ll_prediction_stands(c, s, state, acked);
-    c->latest_time = state->time;
-    c->latest_tick = state->tick;
-    memcpy(ll_client_latest(c), ll_snapshot_entry_world(state), (size_t)c->world_size);
+    c->latest.time = state->time;
+    c->latest.tick = state->tick;
+    memcpy(ll_client_latest(c), ll_snapshot_entry_world(state), (size_t)c->layout.world_size);
     if (s->config->prediction)
         ll_reconcile(c, s, stands, now);
 }
@@ -281,14 +285,15 @@ static void take_newest_state(ll_client *c, const ll_client_setup *s, ll_time no
  * on the snapshot of an earlier time, with its own entity as it is now. */
 static const ll_world *rendered_view_of(ll_client *c, const ll_client_setup *s, ll_world *old, ll_time *seen)
 {
-    int64_t oldest = c->newest > LL_STATE_RING ? c->newest - LL_STATE_RING : 0, i = c->newest - 1;
-    *seen = c->view_time;
-    if (s->config->cheat != LL_CHEAT_VIEW_TIME || c->newest == 0)
+    int64_t oldest = c->snapshots.received > LL_STATE_RING ? c->snapshots.received - LL_STATE_RING : 0,
+            i = c->snapshots.received - 1;
+    *seen = c->drawing.view_time;
+    if (s->config->cheat != LL_CHEAT_VIEW_TIME || c->snapshots.received == 0)
         return ll_client_rendered(c);
-    while (i > oldest && ll_client_state(c, i)->time > c->view_time - FAKED_VIEW)
+    while (i > oldest && ll_client_state(c, i)->time > c->drawing.view_time - FAKED_VIEW)
         i--;
     *seen = ll_client_state(c, i)->time;
-    memcpy(old, ll_snapshot_entry_world(ll_client_state(c, i)), (size_t)c->world_size);
+    memcpy(old, ll_snapshot_entry_world(ll_client_state(c, i)), (size_t)c->layout.world_size);
     old->entity[c->self] = ll_client_rendered(c)->entity[c->self];
     return old;
 }
@@ -301,7 +306,7 @@ static bool counts_time(const ll_client_setup *s)
 
 static double ticks_pressed(const ll_client *c)
 {
-    return (double)c->tick_elapsed / (double)c->period;
+    return (double)c->ticks.elapsed / (double)c->ticks.period;
 }
 
 static ll_action for_its_time(const ll_client *c, const ll_client_setup *s, ll_action a)
@@ -320,7 +325,8 @@ ll_time ll_client_control_time(const ll_client *c, const ll_client_setup *s, ll_
     const ll_player_config *config = s->config;
     double read_ms = config->input_hz > 0 ? 1e3 / config->input_hz : 0;
     if (read_ms > 0)
-        read_ms *= ll_rng_unit(s->seed, DEVICE_STREAM + (uint64_t)c->self, (uint64_t)c->epoch << 32 | c->seq);
+        read_ms *=
+            ll_rng_unit(s->seed, DEVICE_STREAM + (uint64_t)c->self, (uint64_t)c->epoch << 32 | c->inputs.seq);
     return now - ll_ms(config->input_device_ms + read_ms);
 }
 
@@ -333,7 +339,7 @@ void ll_client_miss(const ll_client *c, const ll_client_setup *s, ll_time now)
 ll_action ll_client_control(const ll_client *c, const ll_client_setup *s, const ll_world *seen, ll_time t)
 {
     const ll_player_config *config = s->config;
-    ll_action a = c->held;
+    ll_action a = c->inputs.held;
     if (config->control == LL_CONTROL_SCRIPT)
         a = s->game->drive(seen, s->env, s->seed, c->self, (ll_script)config->script, t);
     s->client_metrics->controls = a;
@@ -351,15 +357,15 @@ ll_action ll_client_control(const ll_client *c, const ll_client_setup *s, const 
  */
 static int64_t inputs_allowed(const ll_client *c, const ll_client_setup *s, ll_time now)
 {
-    int64_t ahead = c->tick - c->confirmed;
-    ll_time last_arrival = c->last_arrival < 0
-                               ? 0
-                               : c->last_arrival; /* before the first snapshot: the time of step 0, at once */
+    int64_t ahead = c->inputs.tick - c->snapshots.confirmed;
+    ll_time last_arrival =
+        c->arrivals.last < 0 ? 0
+                             : c->arrivals.last; /* before the first snapshot: the time of step 0, at once */
     if (s->sync->answers)
         return ahead == 0;
-    if (now - last_arrival > QUIET * c->period)
-        return ll_clock_sync_round_trip(&c->connection.clock) / c->period + QUIET - ahead;
-    return ll_budget_ticks(c->clock.freq) - 1 - ahead;
+    if (now - last_arrival > QUIET * c->ticks.period)
+        return ll_clock_sync_round_trip(&c->connection.clock) / c->ticks.period + QUIET - ahead;
+    return ll_budget_ticks(c->ticks.clock.freq) - 1 - ahead;
 }
 
 static int inputs_due(ll_client *c, const ll_client_setup *s, const ll_action *action, ll_time now)
@@ -368,22 +374,22 @@ static int inputs_due(ll_client *c, const ll_client_setup *s, const ll_action *a
     bool counts = now >= s->client_metrics->from;
     int n = 1 + ll_cheat_extra(c, s);
     if (!s->sync->applies_on_arrival)
-        n += (int)c->skipped;
+        n += (int)c->ticks.skipped;
     if (!s->sync->sends_idle && action->axis[0] == 0 && action->axis[1] == 0 && action->buttons == 0) {
         ll_changes_idle(&s->client_metrics->changes);
         return 0;
     }
-    if (c->extra_inputs > 0) {
-        c->extra_inputs--;
+    if (c->inputs.extra > 0) {
+        c->inputs.extra--;
         input_history->doubled += counts;
         n++;
-    } else if (c->extra_inputs < 0) {
-        c->extra_inputs++;
+    } else if (c->inputs.extra < 0) {
+        c->inputs.extra++;
         input_history->left_out += counts;
         n--;
     }
     if (counts)
-        ll_running_stats_add(&input_history->scale, c->scale);
+        ll_running_stats_add(&input_history->scale, c->inputs.scale);
     int64_t room = s->sync->waits ? inputs_allowed(c, s, now) : n;
     return (int)(n < room ? n : room > 0 ? room : 0);
 }
@@ -401,22 +407,23 @@ static void note_input(const ll_client *c, const ll_client_setup *s, const ll_ac
         controls.axis[0] = (float)(controls.axis[0] / ticks_pressed(c));
         controls.axis[1] = (float)(controls.axis[1] / ticks_pressed(c));
     }
-    ll_client_metrics_input(s->client_metrics, c->seq, s->sync->applies_on_arrival ? LL_NEVER : c->tick,
-                            &controls, ll_client_control_time(c, s, now), now);
+    ll_client_metrics_input(s->client_metrics, c->inputs.seq,
+                            s->sync->applies_on_arrival ? LL_NEVER : c->inputs.tick, &controls,
+                            ll_client_control_time(c, s, now), now);
 }
 
 static void make_input(ll_client *c, const ll_client_setup *s, const ll_action *action, ll_time seen,
                        ll_time now)
 {
-    ll_pending_input *p = ll_client_pending(c, ++c->seq);
-    c->tick++;
-    if (c->seq - c->acked > LL_PENDING_RING)
-        c->acked = c->seq - LL_PENDING_RING; /* the oldest is dropped */
-    LL_ASSERT(c->acked < c->seq && c->newest_sent < c->seq);
+    ll_pending_input *p = ll_client_pending(c, ++c->inputs.seq);
+    c->inputs.tick++;
+    if (c->inputs.seq - c->inputs.acked > LL_PENDING_RING)
+        c->inputs.acked = c->inputs.seq - LL_PENDING_RING; /* the oldest is dropped */
+    LL_ASSERT(c->inputs.acked < c->inputs.seq && c->inputs.newest_sent < c->inputs.seq);
     note_input(c, s, action, now);
-    *p = (ll_pending_input){.seq = c->seq, .made = now, .action = *action};
+    *p = (ll_pending_input){.seq = c->inputs.seq, .made = now, .action = *action};
     p->action.view_age_ns =
-        age_ns((s->sync->applies_on_arrival ? now : ll_client_step_time(c, c->tick)) - seen);
+        age_ns((s->sync->applies_on_arrival ? now : ll_client_step_time(c, c->inputs.tick)) - seen);
     if (s->weapon_prediction)
         ll_weapon_prediction_input(c, s, p, seen, now);
     if (s->config->prediction)
@@ -426,17 +433,18 @@ static void make_input(ll_client *c, const ll_client_setup *s, const ll_action *
 /* Number of steps from the newest snapshot that the client has to `tick`; 0: it has none. */
 static uint16_t snapshot_age_of(const ll_client *c, const ll_client_setup *s, int64_t tick)
 {
-    int64_t lead = tick - c->newest_tick;
-    return c->newest == 0 || s->sync->applies_on_arrival || lead < 0 || lead > UINT16_MAX ? 0
-                                                                                          : (uint16_t)lead;
+    int64_t lead = tick - c->snapshots.newest_tick;
+    return c->snapshots.received == 0 || s->sync->applies_on_arrival || lead < 0 || lead > UINT16_MAX
+               ? 0
+               : (uint16_t)lead;
 }
 
 static int put_inputs(const ll_client *c, const ll_client_setup *s, uint32_t first, uint32_t count,
                       uint32_t fresh, ll_input_message *m)
 {
-    LL_ASSERT(count <= LL_INPUTS_MAX && first + count <= c->seq + 1);
+    LL_ASSERT(count <= LL_INPUTS_MAX && first + count <= c->inputs.seq + 1);
     m->head = (ll_message_head){LL_MESSAGE_INPUT, (uint8_t)count, c->epoch, first};
-    m->tick = (int32_t)(c->tick - (int64_t)(c->seq - first));
+    m->tick = (int32_t)(c->inputs.tick - (int64_t)(c->inputs.seq - first));
     m->fresh = (uint8_t)(fresh < count ? fresh : count);
     m->wants = (uint8_t)ll_acks[s->config->ack]->wants;
     if (s->config->prediction && ll_scopes[s->config->prediction_scope]->guesses)
@@ -449,12 +457,12 @@ static int put_inputs(const ll_client *c, const ll_client_setup *s, uint32_t fir
 
 int ll_client_held(ll_client *c, const ll_client_setup *s, ll_time now, void *packet)
 {
-    if (c->unsent == 0 || ll_cheat_holds(s, now))
+    if (c->inputs.unsent == 0 || ll_cheat_holds(s, now))
         return 0;
-    uint32_t first = c->unsent, count = c->seq - first + 1;
+    uint32_t first = c->inputs.unsent, count = c->inputs.seq - first + 1;
     if (count > LL_INPUTS_MAX)
         count = LL_INPUTS_MAX;
-    c->unsent = first + count <= c->seq ? first + count : 0;
+    c->inputs.unsent = first + count <= c->inputs.seq ? first + count : 0;
     return put_inputs(c, s, first, count, count, packet);
 }
 
@@ -464,16 +472,16 @@ static bool sends_now(const ll_client *c, const ll_client_setup *s)
     if (s->config->send_hz == 0 || s->sync->waits)
         return true;
     ll_freq freq = ll_freq_from_hz(s->config->send_hz);
-    if (freq >= c->clock.freq)
+    if (freq >= c->ticks.clock.freq)
         return true;
-    return c->frame * freq / c->clock.freq != (c->frame - 1) * freq / c->clock.freq;
+    return c->ticks.number * freq / c->ticks.clock.freq != (c->ticks.number - 1) * freq / c->ticks.clock.freq;
 }
 
 /* Whether the answer to the oldest open input is overdue. */
 static bool overdue(const ll_client *c, ll_time now)
 {
-    const ll_pending_input *oldest = &c->pending[(c->acked + 1) & (LL_PENDING_RING - 1)];
-    return now - oldest->made > ll_clock_sync_round_trip(&c->connection.clock) + QUIET * c->period;
+    const ll_pending_input *oldest = &c->pending[(c->inputs.acked + 1) & (LL_PENDING_RING - 1)];
+    return now - oldest->made > ll_clock_sync_round_trip(&c->connection.clock) + QUIET * c->ticks.period;
 }
 
 /* A packet holds a run of inputs up to the newest. Where the server waits for each input, more are open than
@@ -481,30 +489,30 @@ static bool overdue(const ll_client *c, ll_time now)
  * open one on, in turn. */
 static int compose(ll_client *c, const ll_client_setup *s, ll_time now, ll_input_message *m)
 {
-    uint32_t open = c->seq - c->acked, fresh = c->seq - c->newest_sent;
-    if (ll_cheat_holds(s, now) && c->unsent == 0 && fresh > 0)
-        c->unsent = c->newest_sent + 1;
+    uint32_t open = c->inputs.seq - c->inputs.acked, fresh = c->inputs.seq - c->inputs.newest_sent;
+    if (ll_cheat_holds(s, now) && c->inputs.unsent == 0 && fresh > 0)
+        c->inputs.unsent = c->inputs.newest_sent + 1;
     if (fresh > 0 && sends_now(c, s))
-        c->newest_sent = c->seq;
+        c->inputs.newest_sent = c->inputs.seq;
     else if (!s->sync->waits)
         return 0;
-    if (c->unsent != 0)
+    if (c->inputs.unsent != 0)
         return ll_client_held(c, s, now, m);
     if (open < fresh && !s->sync->waits)
         open = fresh; /* even if too late: the server reports by how much */
-    if (open > c->seq + 1 - c->run)
-        open = c->seq + 1 - c->run;
+    if (open > c->inputs.seq + 1 - c->inputs.run)
+        open = c->inputs.seq + 1 - c->inputs.run;
     if (open == 0)
         return 0;
     uint32_t wanted = s->sync->waits ? LL_INPUTS_MAX : fresh + (uint32_t)s->config->redundancy;
     uint32_t count = wanted < open ? wanted : open;
     if (count > LL_INPUTS_MAX)
         count = LL_INPUTS_MAX;
-    uint32_t first = c->seq - count + 1;
-    if (s->sync->waits && open > count && (c->frame & 1) && overdue(c, now)) {
+    uint32_t first = c->inputs.seq - count + 1;
+    if (s->sync->waits && open > count && (c->ticks.number & 1) && overdue(c, now)) {
         uint32_t turns = (open - 1) / count;
-        first = c->acked + 1 + (uint32_t)(c->frame / 2) % turns * count;
-        c->newest_sent -= fresh; /* the next packet sends them */
+        first = c->inputs.acked + 1 + (uint32_t)(c->ticks.number / 2) % turns * count;
+        c->inputs.newest_sent -= fresh; /* the next packet sends them */
         fresh = 0;
     }
     return put_inputs(c, s, first, count, fresh, m);
@@ -513,7 +521,7 @@ static int compose(ll_client *c, const ll_client_setup *s, ll_time now, ll_input
 /* Whether others are drawn at a render time of their own (true) or as in the newest snapshot. */
 static bool draws_by_time(const ll_client *c, const ll_client_setup *s)
 {
-    return c->newest > 0 &&
+    return c->snapshots.received > 0 &&
            (s->config->interpolation || (s->sync->extrapolates && s->config->extrapolation_ms > 0));
 }
 
@@ -527,30 +535,30 @@ static void draw(ll_client *c, const ll_client_setup *s, ll_time now)
         if (by_time && i != c->self)
             continue;
         shown->entity[i] = latest->entity[i];
-        marks[i] = (ll_draw_info){.time = c->latest_time};
+        marks[i] = (ll_draw_info){.time = c->latest.time};
     }
     memcpy(ll_world_tail(shown), ll_world_tail_const(latest), (size_t)latest->tail);
     if (by_time) {
         s->sync->interpolate(c, s, now);
     } else {
-        c->has_render = c->extrapolated = c->held_now = c->underrun = 0;
-        c->view_state = LL_VIEW_NEWEST;
-        c->drawn_newest = c->newest;
-        c->depth = 0;
-        c->alpha = c->time_scale = 1;
-        c->buffer_ms = 0;
+        c->view.has_render = c->view.extrapolated = c->view.held = c->view.underrun = 0;
+        c->view.state = LL_VIEW_NEWEST;
+        c->drawing.received = c->snapshots.received;
+        c->drawing.depth = 0;
+        c->drawing.alpha = c->drawing.time_scale = 1;
+        c->drawing.buffer_ms = 0;
     }
     if (s->config->prediction)
         ll_draw_predicted(c, now);
     ll_smooth_draw(c, s, now);
     int other = c->self == 0;
-    c->view_time = other < shown->entities ? marks[other].time : now;
+    c->drawing.view_time = other < shown->entities ? marks[other].time : now;
 }
 
 /* Applies the newest snapshot that has arrived, also to the prediction. */
 static void apply_newest_snapshot(ll_client *c, const ll_client_setup *s, ll_time now)
 {
-    if (c->newest > c->fresh)
+    if (c->snapshots.received > c->snapshots.used)
         take_newest_state(c, s, now);
     uint8_t predicting = (uint8_t)(s->config->prediction ? 1 + s->config->prediction_scope : 0);
     if (predicting != 0 && predicting != c->predicting)
@@ -563,7 +571,7 @@ int ll_client_tick(ll_client *c, const ll_client_setup *s, ll_time now, void *pa
     ll_client_begin_tick(c, now);
     apply_newest_snapshot(c, s, now);
     if (!ll_connection_plays(&c->connection)) {
-        c->tick += s->sync->client_runs_ahead; /* the clock continues */
+        c->inputs.tick += s->sync->client_runs_ahead; /* the clock continues */
         ll_client_miss(c, s, now);
         return 0;
     }
@@ -574,7 +582,7 @@ int ll_client_tick(ll_client *c, const ll_client_setup *s, ll_time now, void *pa
     int made = inputs_due(c, s, &action, now);
     for (int i = 0; i < made; i++)
         make_input(c, s, &action, seen, now);
-    ll_measure(s->client_metrics, LL_METRIC_UNACKED, now, (double)(c->seq - c->acked));
+    ll_measure(s->client_metrics, LL_METRIC_UNACKED, now, (double)(c->inputs.seq - c->inputs.acked));
     return compose(c, s, now, packet);
 }
 
@@ -590,8 +598,8 @@ void ll_client_display(ll_client *c, const ll_client_setup *s, ll_time now)
 void ll_client_set_due(ll_client *c, const ll_client_setup *s)
 {
     c->due = ll_connection_due(c, s);
-    c->due = c->tick_due < c->due ? c->tick_due : c->due;
-    c->due = c->display_due < c->due ? c->display_due : c->due;
+    c->due = c->ticks.due < c->due ? c->ticks.due : c->due;
+    c->due = c->displays.due < c->due ? c->displays.due : c->due;
 }
 
 #define TIMER_STREAM 0x74696d6572 /* `timer`; one per player */
@@ -605,20 +613,21 @@ void ll_client_set_timer(ll_client *c, const ll_client_setup *s, ll_time now)
 {
     double late_ms = s->config->timer_jitter_ms;
     ll_dilate_time(c);
-    c->tick_due = machine_time(s, &c->clock, c->frame);
-    c->skipped = 0;
+    c->ticks.due = machine_time(s, &c->ticks.clock, c->ticks.number);
+    c->ticks.skipped = 0;
     if (s->sync->answers)
-        c->tick_due = now + ll_ms(REPEAT_MS) + 2 * ll_clock_sync_round_trip(&c->connection.clock);
+        c->ticks.due = now + ll_ms(REPEAT_MS) + 2 * ll_clock_sync_round_trip(&c->connection.clock);
     if (late_ms == 0 || s->sync->answers)
         return;
-    uint64_t draw = (uint64_t)c->epoch << 32 | (uint64_t)c->frame;
-    c->tick_due =
-        now + c->period + ll_ms(late_ms * ll_rng_unit(s->seed, TIMER_STREAM + (uint64_t)c->self, draw));
-    for (; machine_time(s, &c->clock, c->frame + 1) <= c->tick_due; c->frame++)
-        c->skipped++;
+    uint64_t draw = (uint64_t)c->epoch << 32 | (uint64_t)c->ticks.number;
+    c->ticks.due =
+        now + c->ticks.period + ll_ms(late_ms * ll_rng_unit(s->seed, TIMER_STREAM + (uint64_t)c->self, draw));
+    for (; machine_time(s, &c->ticks.clock, c->ticks.number + 1) <= c->ticks.due; c->ticks.number++)
+        c->ticks.skipped++;
 }
 
 void ll_client_set_display(ll_client *c, const ll_client_setup *s)
 {
-    c->display_due = c->display.freq > 0 ? machine_time(s, &c->display, c->displays) : LL_NEVER;
+    c->displays.due =
+        c->displays.clock.freq > 0 ? machine_time(s, &c->displays.clock, c->displays.number) : LL_NEVER;
 }

@@ -35,7 +35,7 @@ static bool predicts(const ll_client *c, const ll_truth *t)
 /* The tick that the own entity is drawn at. */
 static int64_t own_tick(const ll_client *c, const ll_truth *t)
 {
-    return t->peers ? c->view_step : predicts(c, t) ? c->predicted_tick : c->latest_tick;
+    return t->peers ? c->view_step : predicts(c, t) ? c->prediction.tick : c->latest.tick;
 }
 
 /* Where inputs are applied on arrival, a predicted view belongs to the input that was applied last. The state
@@ -44,10 +44,10 @@ static void measure_own_played(ll_client_metrics *in, const ll_client *c, const 
                                const ll_rendered_view *drawn)
 {
     const ll_entity *real = &t->world->entity[c->self];
-    if (t->acked == c->played)
+    if (t->acked == c->prediction.played)
         ll_rendered_views_compare(&in->rendered_views, &in->histogram[LL_METRIC_OWN_TIMELINE_ERROR], drawn,
                                   real->x, real->y, ll_history_newest(t->history), in->from);
-    else if (c->played > t->acked)
+    else if (c->prediction.played > t->acked)
         ll_rendered_views_keep(&in->rendered_views, drawn, in->from);
 }
 
@@ -57,7 +57,7 @@ static void measure_own_view(ll_client_metrics *in, const ll_client *c, const ll
     ll_rendered_view drawn = {own_tick(c, t), now, own->x, own->y};
     double x, y;
     if (t->applies_on_arrival && predicts(c, t)) {
-        drawn.key = c->played;
+        drawn.key = c->prediction.played;
         measure_own_played(in, c, t, &drawn);
         return;
     }
@@ -80,13 +80,13 @@ static void measure_own_view(ll_client_metrics *in, const ll_client *c, const ll
 /* The newest tick for which the client has all inputs or the server's snapshot. */
 static int64_t sure_tick(const ll_client *c, const ll_truth *t)
 {
-    return t->peers ? ll_client_peer(c)->confirmed : c->latest_tick;
+    return t->peers ? ll_client_peer(c)->confirmed : c->latest.tick;
 }
 
 static void measure_age(ll_client_metrics *in, const ll_client *c, const ll_truth *t, ll_time now,
                         bool counts)
 {
-    ll_time newest = c->latest_time;
+    ll_time newest = c->latest.time;
     if (t->peers) /* a client may have confirmed a tick that the server has not made */
         newest = sure_tick(c, t) < t->history->count ? ll_history_time(t->history, sure_tick(c, t)) : now;
     in->age_of_information = ll_to_ms(now - newest);
@@ -99,9 +99,10 @@ static void measure_changes(ll_client_metrics *in, const ll_client *c, const ll_
 {
     if (!ll_changes_waiting(&in->changes))
         return;
-    int64_t sure = sure_tick(c, t), tick = t->peers ? c->view_step : c->latest_tick;
-    ll_included included = {
-        .seq = predicts(c, t) ? c->played : 0, .tick = tick, .sure_tick = sure < tick ? sure : tick};
+    int64_t sure = sure_tick(c, t), tick = t->peers ? c->view_step : c->latest.tick;
+    ll_included included = {.seq = predicts(c, t) ? c->prediction.played : 0,
+                            .tick = tick,
+                            .sure_tick = sure < tick ? sure : tick};
     ll_changes_shown(&in->changes, in->histogram, &included, now + t->device);
 }
 
@@ -113,14 +114,14 @@ static void measure_visible(ll_client_metrics *in)
 
 static void measure_buffer(ll_client_metrics *in, const ll_client *c, ll_time now)
 {
-    in->held_frames += c->held_now;
-    in->extrapolated_frames += c->extrapolated;
-    if (c->view_state == LL_VIEW_NEWEST)
+    in->held_frames += c->view.held;
+    in->extrapolated_frames += c->view.extrapolated;
+    if (c->view.state == LL_VIEW_NEWEST)
         return;
-    ll_histogram_add(&in->histogram[LL_METRIC_BUFFER], c->buffer_ms > 0 ? c->buffer_ms : 0);
-    ll_running_stats_add(&in->depth, (double)c->depth);
-    ll_running_stats_add(&in->delay_ms, ll_to_ms(now + c->offset - c->render));
-    ll_running_stats_add(&in->time_scale, c->time_scale);
+    ll_histogram_add(&in->histogram[LL_METRIC_BUFFER], c->drawing.buffer_ms > 0 ? c->drawing.buffer_ms : 0);
+    ll_running_stats_add(&in->depth, (double)c->drawing.depth);
+    ll_running_stats_add(&in->delay_ms, ll_to_ms(now + c->view.offset - c->view.render));
+    ll_running_stats_add(&in->time_scale, c->drawing.time_scale);
 }
 
 /* What is drawn belongs to a time. Where a client steps a world of its own it belongs to a step, coded as a
@@ -187,7 +188,7 @@ void ll_client_metrics_frame(ll_client_metrics *in, const ll_client *c, const ll
     measure_own_view(in, c, truth, now);
     measure_age(in, c, truth, now, counts);
     measure_changes(in, c, truth, now);
-    measure_own(in, &shown->entity[c->self], &world->entity[c->self], c->self, c->elapsed, counts);
+    measure_own(in, &shown->entity[c->self], &world->entity[c->self], c->self, c->displays.elapsed, counts);
     in->remote_error = in->view_age = 0;
     for (int i = 0; i < world->entities; i++) {
         if (i == c->self)
@@ -213,13 +214,13 @@ void ll_client_metrics_frame(ll_client_metrics *in, const ll_client *c, const ll
             ll_history_at(history, moment, i, &x, &y);
             ll_histogram_add(&in->histogram[LL_METRIC_TIMELINE_ERROR], distance(e->x, e->y, x, y));
         }
-        ll_inconsistency_add(&in->server, &track->server, error, c->elapsed);
-        measure_motion(in, track, e, t, ll_to_s(c->elapsed));
+        ll_inconsistency_add(&in->server, &track->server, error, c->displays.elapsed);
+        measure_motion(in, track, e, t, ll_to_s(c->displays.elapsed));
     }
     if (counts) {
         measure_visible(in);
         in->frames++;
-        in->measured += c->elapsed;
+        in->measured += c->displays.elapsed;
         measure_buffer(in, c, now);
     }
     in->visible_m = 0;
@@ -237,7 +238,7 @@ void ll_client_metrics_seen(ll_client_metrics *in, int self, const ll_client *by
 {
     if (!ll_changes_waiting(&in->changes))
         return;
-    int64_t received = t->peers ? ll_client_peer(by)->player[self].known : by->latest_tick;
+    int64_t received = t->peers ? ll_client_peer(by)->player[self].known : by->latest.tick;
     int64_t drawn = drawn_tick(by, self, t);
     ll_changes_seen(&in->changes, in->histogram, &in->input_history, by->self,
                     received < drawn ? received : drawn, now + t->device);

@@ -32,7 +32,7 @@ static void step(ll_client *c, const ll_client_setup *s, ll_world *world, int64_
 static void make_tick(ll_client *c, const ll_client_setup *s, int64_t tick)
 {
     ll_world *world = ll_peer_world(c, tick);
-    memcpy(world, ll_peer_world(c, tick - 1), (size_t)c->world_size);
+    memcpy(world, ll_peer_world(c, tick - 1), (size_t)c->layout.world_size);
     guess(ll_client_peer(c), world->players, tick);
     step(c, s, world, tick);
 }
@@ -64,7 +64,7 @@ void ll_peer_roll_back(ll_client *c, const ll_client_setup *s, ll_time now)
     if (first == LL_NEVER)
         return;
     ll_world *before = ll_client_predicted(c);
-    memcpy(before, ll_peer_world(c, peer->tick), (size_t)c->world_size);
+    memcpy(before, ll_peer_world(c, peer->tick), (size_t)c->layout.world_size);
     for (int64_t tick = first; tick <= peer->tick; tick++)
         make_tick(c, s, tick);
     peer->wrong = LL_NEVER;
@@ -107,7 +107,7 @@ void ll_peer_sync_test(ll_client *c, const ll_client_setup *s, ll_time now)
     bool counts = now >= s->client_metrics->from;
     if (back == 0 || first < peer->start)
         return;
-    memcpy(world, ll_peer_world(c, first), (size_t)c->world_size);
+    memcpy(world, ll_peer_world(c, first), (size_t)c->layout.world_size);
     for (int64_t tick = first + 1; tick <= peer->tick; tick++)
         step(c, s, world, tick);
     s->client_metrics->stepping.sync_tests += counts;

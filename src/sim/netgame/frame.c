@@ -69,7 +69,7 @@ static uint8_t flags_of(const ll_netgame *g, int i)
     const ll_player_config *config = &g->config.players[i];
     return (uint8_t)((config->prediction ? PREDICTION : 0) | (config->reconciliation ? RECONCILIATION : 0) |
                      (config->interpolation ? INTERPOLATION : 0) |
-                     (ll_netgame_client(g, i)->held_now ? UNDERRUN : 0) |
+                     (ll_netgame_client(g, i)->view.held ? UNDERRUN : 0) |
                      (ll_netgame_stalled(g, i) ? STALLED : 0) |
                      (config->control == LL_CONTROL_PERSON ? PERSON : 0));
 }
@@ -83,21 +83,21 @@ static view player_view(const ll_netgame *g, int i)
                   .flags = flags_of(g, i),
                   .connection = (uint8_t)c->connection.state,
                   .connected = client_slot->connected,
-                  .input_seq = c->seq,
-                  .acked_seq = c->acked,
-                  .unacked = c->seq - c->acked,
+                  .input_seq = c->inputs.seq,
+                  .acked_seq = c->inputs.acked,
+                  .unacked = c->inputs.seq - c->inputs.acked,
                   .lag_ms = (float)g->config.players[i].lag_ms,
                   .view_age_ms = (float)in->view_age,
                   .own_lead_m = (float)in->own_lead,
                   .remote_error_m = (float)in->remote_error,
-                  .buffer_ms = (float)c->buffer_ms,
+                  .buffer_ms = (float)c->drawing.buffer_ms,
                   .slack_ticks =
                       client_slot->last_slack == LL_SLACK_UNKNOWN ? NAN : (float)client_slot->last_slack,
                   .corrections = (uint32_t)in->corrections,
                   .correction_m = (float)in->last_correction,
                   .refused = (uint32_t)in->input_history.count[LL_INPUT_WAS_REFUSED],
-                  .alpha = (float)c->alpha,
-                  .render_time_s = ll_to_s(c->view_time)};
+                  .alpha = (float)c->drawing.alpha,
+                  .render_time_s = ll_to_s(c->drawing.view_time)};
 }
 
 /* ---- entities: view by view ---- */

@@ -159,7 +159,7 @@ static void begin_game(ll_netgame *g, ll_time now)
                         ll_server_world(server), now);
         ll_desync_start(ll_netgame_desync(g, i), server->step);
         ll_client_metrics_resync(ll_netgame_client_metrics(g, i));
-        ll_twin_resync(&ll_netgame_client_metrics(g, i)->twin, ll_netgame_client(g, i)->tick);
+        ll_twin_resync(&ll_netgame_client_metrics(g, i)->twin, ll_netgame_client(g, i)->inputs.tick);
         if (s.weapon_prediction)
             ll_weapon_prediction_start(ll_netgame_client(g, i), &s);
     }
@@ -336,15 +336,15 @@ static ll_status client_displays(ll_netgame *g, int player, const ll_client_setu
     if (s->shots)
         ll_shots_frame(s->shots, &(ll_sight){ll_client_rendered_const(client), player}, g->now);
     if (player == g->config.player_count - 1)
-        ll_netgame_compare_views(g, client->elapsed);
+        ll_netgame_compare_views(g, client->displays.elapsed);
     return ll_ok();
 }
 
 static ll_status client_acts(ll_netgame *g, int player, const ll_client_setup *s)
 {
     ll_client *client = ll_netgame_client(g, player);
-    bool ticks = client->tick_due <= g->now,
-         displays = s->display_freq == 0 ? ticks : client->display_due <= g->now;
+    bool ticks = client->ticks.due <= g->now,
+         displays = s->display_freq == 0 ? ticks : client->displays.due <= g->now;
     ll_request_message request;
     if (ticks)
         client_ticks(g, player, s);
@@ -566,7 +566,7 @@ static ll_status accepts(const void *config, int player, const ll_action *action
 
 static void input(void *block, int player, const ll_action *action)
 {
-    ll_netgame_client(block, player)->held = *action;
+    ll_netgame_client(block, player)->inputs.held = *action;
 }
 
 static ll_action controls(const void *block, int player)

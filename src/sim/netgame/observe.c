@@ -55,8 +55,8 @@ static uint32_t unsent_from(const ll_netgame *g, int player)
 {
     const ll_client *c = ll_netgame_client(g, player);
     uint32_t again = (uint32_t)g->config.players[player].redundancy;
-    uint32_t from = c->seq > again ? c->seq - again + 1 : 1;
-    return c->unsent != 0 && c->unsent < from ? c->unsent : from;
+    uint32_t from = c->inputs.seq > again ? c->inputs.seq - again + 1 : 1;
+    return c->inputs.unsent != 0 && c->inputs.unsent < from ? c->inputs.unsent : from;
 }
 
 /* The observer sees the results of every player's inputs in the step. */
@@ -92,7 +92,7 @@ void ll_netgame_watch_tick(ll_netgame *g, int player, const ll_client_setup *s)
 {
     ll_time due = g->now + ll_ms(s->config->lag_ms + s->config->link.up.delay_ms);
     (ll_cheat_minds(s) ? ll_twin_frame : ll_twin_frame_once)(&s->client_metrics->twin,
-                                                             ll_netgame_client(g, player)->tick, due);
+                                                             ll_netgame_client(g, player)->inputs.tick, due);
 }
 
 /* A display of `player`: compares its view with the truth, and records which changes of the others' controls

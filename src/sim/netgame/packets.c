@@ -161,7 +161,7 @@ static void client_receives(ll_netgame *g, int player, const ll_client_setup *s,
     const ll_snapshot_message *m = packet;
     if (m->head.type != LL_MESSAGE_SNAPSHOT)
         return;
-    const ll_world *world = ll_snapshot_entry_world(ll_client_state(client, client->newest - 1));
+    const ll_world *world = ll_snapshot_entry_world(ll_client_state(client, client->snapshots.received - 1));
     ll_netgame_record(
         r, (ll_event){.type = LL_EVENT_APPLIED,
                       .player = (uint8_t)player,

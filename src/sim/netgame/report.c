@@ -39,9 +39,9 @@ cJSON *ll_netgame_state(const void *block)
         const ll_client *c = ll_netgame_client(g, i);
         cJSON *p = cJSON_CreateObject(), *shown = cJSON_CreateArray();
         cJSON_AddStringToObject(p, "name", g->config.players[i].name);
-        number(p, "input_seq", c->seq);
-        number(p, "acked_seq", c->acked);
-        number(p, "unacked", c->seq - c->acked);
+        number(p, "input_seq", c->inputs.seq);
+        number(p, "acked_seq", c->inputs.acked);
+        number(p, "unacked", c->inputs.seq - c->inputs.acked);
         for (int k = 0; k < ll_netgame_entities(g); k++) {
             cJSON *e = entity_json(&ll_client_rendered_const(c)->entity[k]);
             number(e, "age_ms", ll_to_ms(g->now - ll_client_draw_infos_const(c)[k].time));
@@ -170,8 +170,8 @@ int ll_netgame_trace_row(const void *block, double *values, int capacity)
         values[n++] = in->remote_error;
         values[n++] = in->view_age;
         values[n++] = in->age_of_information;
-        values[n++] = c->buffer_ms;
-        values[n++] = c->seq - c->acked;
+        values[n++] = c->drawing.buffer_ms;
+        values[n++] = c->inputs.seq - c->inputs.acked;
         values[n++] = (double)in->corrections;
         values[n++] = g->config.players[i].lag_ms;
         values[n++] = (double)ll_netgame_desync(g, i)->compared;

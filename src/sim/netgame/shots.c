@@ -357,8 +357,9 @@ static int list_shells(const ll_netgame *g, shell_row *out)
     for (int v = 0; v < players; v++) {
         const ll_client *c = ll_netgame_client(g, v);
         for (int i = 0; i < players; i++)
-            n += i == v ? own_shells(g, v, out + n)
-                        : known_shells(g, v + 1, ll_client_rendered_const(c), i, c->view_time, out + n);
+            n += i == v
+                     ? own_shells(g, v, out + n)
+                     : known_shells(g, v + 1, ll_client_rendered_const(c), i, c->drawing.view_time, out + n);
     }
     return n;
 }

@@ -71,7 +71,7 @@ static void bandwidth(cJSON *player, const ll_netgame *g, int self)
       "share of full snapshots, which have no baseline", "No snapshot was sent.")                            \
     X(number, bytes_over_full, NULL, ratio((double)in->bytes[LL_MESSAGE_SNAPSHOT], states *(double)full),    \
       "payload of the snapshots divided by the payload with the encoding `full`", "No snapshot was sent.")   \
-    X(count, undecodable, NULL, ll_netgame_client(g, self)->unreadable,                                      \
+    X(count, undecodable, NULL, ll_netgame_client(g, self)->snapshots.unreadable,                            \
       "snapshots that arrived and could not be decoded", NULL)
 
 const ll_metric_table ll_netgame_snapshot_table = {LL_OF_PLAYERS(".snapshot"),

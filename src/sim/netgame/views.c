@@ -88,7 +88,7 @@ static void smoothness(cJSON *player, const ll_client_metrics *in)
       "share of frames that repeat the frame before", "No frame was drawn.")                                 \
     X(number, extrapolated_ratio, NULL, ratio((double)in->extrapolated_frames, (double)in->frames),          \
       "share of frames that draw other entities by extrapolation", "No frame was drawn.")                    \
-    X(count, stale_states, NULL, client->stale,                                                              \
+    X(count, stale_states, NULL, client->snapshots.stale,                                                    \
       "snapshots that the client dropped because it had them or newer ones; counted from time 0 on", NULL)   \
     X(gauge, depth_states, NULL, ll_netgame_gauge(&in->depth, 1),                                            \
       "snapshots in the interpolation buffer that are newer than the drawn one", "No frame was drawn.")      \
@@ -219,19 +219,19 @@ static double dejitter_ms(const ll_netgame *g, int player)
 /* Without interpolation the newest snapshot is drawn. */
 static ll_time drawn_time(const ll_client *c)
 {
-    return c->view_state != LL_VIEW_NEWEST ? c->render : c->latest_time;
+    return c->view.state != LL_VIEW_NEWEST ? c->view.render : c->latest.time;
 }
 
 static buffer_row buffer_of(const ll_netgame *g, int player)
 {
     const ll_client *c = ll_netgame_client(g, player);
     const ll_client_metrics *in = ll_netgame_client_metrics(g, player);
-    bool by_time = c->view_state != LL_VIEW_NEWEST;
+    bool by_time = c->view.state != LL_VIEW_NEWEST;
     return (buffer_row){.player = (uint8_t)player,
-                        .state = c->view_state,
-                        .delay_ms = by_time ? (float)ll_to_ms(c->delay) : 0,
-                        .behind_ms = by_time ? (float)ll_to_ms(g->now + c->offset - c->render) : 0,
-                        .time_scale = by_time ? (float)c->time_scale : 1,
+                        .state = c->view.state,
+                        .delay_ms = by_time ? (float)ll_to_ms(c->view.delay) : 0,
+                        .behind_ms = by_time ? (float)ll_to_ms(g->now + c->view.offset - c->view.render) : 0,
+                        .time_scale = by_time ? (float)c->drawing.time_scale : 1,
                         .dejitter_ms = (float)dejitter_ms(g, player),
                         .underruns = (uint32_t)in->underruns,
                         .overruns = (uint32_t)in->overruns,
@@ -280,7 +280,8 @@ static int list_buffered(const ll_netgame *g, int player, buffered_row *rows)
 {
     ll_client *c = ll_netgame_client(g, player);
     int n = 0;
-    for (int64_t i = c->newest - 1 - c->depth; c->newest > 0 && i < c->newest && n < BUFFERED_MAX; i++) {
+    for (int64_t i = c->snapshots.received - 1 - c->drawing.depth;
+         c->snapshots.received > 0 && i < c->snapshots.received && n < BUFFERED_MAX; i++) {
         const ll_snapshot_entry *state = ll_client_state(c, i);
         rows[n++] = (buffered_row){.player = (uint8_t)player,
                                    .tick = (uint32_t)state->tick,

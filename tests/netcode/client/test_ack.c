@@ -169,7 +169,7 @@ static int receive_bits(lone *l, int64_t tick, uint32_t acked, uint32_t newest, 
 static int receive_bits_in_motion(lone *l, int64_t tick, uint32_t acked, uint64_t bits, double x, ll_time now)
 {
     packet p = state_of(tick, now, acked, 1, &x);
-    p.entity[0].vx = (double)l->client->held.axis[0];
+    p.entity[0].vx = (double)l->client->inputs.held.axis[0];
     return receive_packet(l, p, acked, bits, now);
 }
 
@@ -180,7 +180,7 @@ static lone *new_predictor(const ll_sync_mode *sync, int ack)
     l->config.slack_ticks = 0;
     l->config.ack = ack;
     start_lone(l, 60, 0, 0);
-    l->client->held = push(0.5);
+    l->client->inputs.held = push(0.5);
     return l;
 }
 
@@ -204,7 +204,7 @@ static void skipped_inputs_are_not_taken_as_applied(void **state)
         for (uint32_t seq = 1; seq <= 8; seq++)
             assert_int_equal(ll_client_pending(l->client, seq)->state,
                              ack == 0 && seq <= 6 ? LL_INPUT_APPLIED : expected[seq - 1]);
-        assert_int_equal(l->client->acked, 6);
+        assert_int_equal(l->client->inputs.acked, 6);
         assert_int_equal(l->client_metrics->histogram[LL_METRIC_ACK_RTT].count,
                          4); /* independent of what the client assumes */
         assert_int_equal(l->client_metrics->input_history.skipped, ack == 0 ? 0 : 2);
@@ -230,7 +230,7 @@ static void high_water_skips_decided_inputs_that_were_not_applied(void **state)
         assert_int_equal(ll_client_pending(l->client, seq)->state, seq <= 4   ? LL_INPUT_APPLIED
                                                                    : seq <= 6 ? LL_INPUT_SKIPPED
                                                                               : LL_INPUT_OPEN);
-    assert_int_equal(l->client->acked, 6);
+    assert_int_equal(l->client->inputs.acked, 6);
     assert_int_equal(l->client_metrics->input_history.skipped, 2);
     assert_true(ll_client_rendered(l->client)->entity[0].x == 102); /* and 7 to 10 */
     p = state_of(7, ll_tick_time(10, HZ(60)), 7, 1, (double[]){100.5});
@@ -279,7 +279,7 @@ static void a_newer_snapshot_restores_what_an_old_one_undid(void **state)
     (void)state;
     for (int ack = 0; ack < 2; ack++) {
         lone *l = new_predictor(&ll_sync_gambetta, ack);
-        l->client->held = push(0.25);
+        l->client->inputs.held = push(0.25);
         for (int f = 0; f < 9; f++)
             frame(l, f, NULL);
         receive_bits_in_motion(l, 2, 8, 0xff, 2, 9);
@@ -307,13 +307,13 @@ static void lost_inputs_are_given_up_beyond_the_window(void **state)
     frame(l, 80, NULL);
     assert_int_equal(ll_client_pending(l->client, 1)->state, LL_INPUT_SKIPPED);
     assert_int_equal(ll_client_pending(l->client, 2)->state, LL_INPUT_OPEN);
-    assert_int_equal(l->client->acked, 1);
+    assert_int_equal(l->client->inputs.acked, 1);
     assert_true(ll_client_rendered(l->client)->entity[0].x ==
                 64 * 0.5 - 0.5 + 0.5 + 16 * 0.5); /* and 2, 66 to 81 */
     receive_bits(l, 2, 66, 66, ~UINT64_C(0), 64 * 0.5, 81);
     frame(l, 81, NULL);
     assert_int_equal(ll_client_pending(l->client, 2)->state, LL_INPUT_SKIPPED);
-    assert_int_equal(l->client->acked, 66);
+    assert_int_equal(l->client->inputs.acked, 66);
     assert_true(ll_client_rendered(l->client)->entity[0].x == 64 * 0.5 + 16 * 0.5);
     assert_int_equal(l->client_metrics->input_history.skipped, 2);
     free_lone(l);
@@ -387,8 +387,8 @@ static void lost_inputs_are_known_as_such(void **state)
         for (size_t i = 0; i < t.count; i++)
             if (t.events[i].type == LL_EVENT_INPUT && t.events[i].player == 0 && t.events[i].number < 4096)
                 gone[t.events[i].number] = t.events[i].fate == 1;
-        for (uint32_t seq = 1; seq <= c->acked; seq++) {
-            int64_t tick = c->tick - (int64_t)(c->seq - seq);
+        for (uint32_t seq = 1; seq <= c->inputs.acked; seq++) {
+            int64_t tick = c->inputs.tick - (int64_t)(c->inputs.seq - seq);
             lost += gone[seq];
             hidden += gone[seq] && tick % 2 == 1 && !gone[seq + 1]; /* snapshots are of even ticks */
         }

@@ -287,9 +287,9 @@ static void a_client_joins_again_in_a_new_epoch(void **state)
         tends(j, due(j), &m);
     now = connection(j)->since;
     assert_false(ll_connection_plays(connection(j)));
-    assert_int_equal(j->l->client->seq, j->l->client->acked); /* no input is open any more */
-    assert_int_equal(frame(j->l, now, &input), 0);            /* and no input is made */
-    answers(j, LL_MESSAGE_ACCEPT, 4, &before, now, now);      /* of the attempt before */
+    assert_int_equal(j->l->client->inputs.seq, j->l->client->inputs.acked); /* no input is open any more */
+    assert_int_equal(frame(j->l, now, &input), 0);                          /* and no input is made */
+    answers(j, LL_MESSAGE_ACCEPT, 4, &before, now, now);                    /* of the attempt before */
     assert_int_equal(connection(j)->state, LL_CONNECTION_DISCONNECTED);
     answers(j, LL_MESSAGE_ACCEPT, 7, &m, now, now + LL_MS);
     assert_int_equal(connection(j)->state, LL_CONNECTION_RESYNCHRONISING);

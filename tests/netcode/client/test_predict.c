@@ -79,9 +79,9 @@ static void race_frame(lone *l, race_track *t, int k)
         int size = (int)(sizeof p.head + ll_world_size(world_of(&p.world)));
         assert_int_equal(ll_client_receive(l->client, &l->setup, &p, size, now), LL_OUTCOME_APPLIED);
     }
-    l->client->held = t->actions[k];
+    l->client->inputs.held = t->actions[k];
     frame(l, now, NULL);
-    assert_int_equal(l->client->seq, k);
+    assert_int_equal(l->client->inputs.seq, k);
 }
 
 static const ll_entity *own(const lone *l)
@@ -201,14 +201,14 @@ static void acknowledged_beyond_the_newest_input(void **state)
         l->config.prediction = l->config.reconciliation = true;
         l->config.slack_ticks = 0;
         start_lone(l, 60, 0, 0);
-        l->client->held = push(0.5);
+        l->client->inputs.held = push(0.5);
         for (int f = 0; f < 5; f++)
             frame(l, f, NULL);
         assert_true(ll_client_rendered(l->client)->entity[0].x == 2.5);
         give(l, &p, 5);
         frame(l, 6, NULL);
-        assert_int_equal(l->client->acked, 5);
-        assert_int_equal(l->client->seq, 6);
+        assert_int_equal(l->client->inputs.acked, 5);
+        assert_int_equal(l->client->inputs.seq, 6);
         assert_true(ll_client_rendered(l->client)->entity[0].x ==
                     100.5); /* the snapshot and the one input since */
         frame(l, 7, NULL);
@@ -228,7 +228,7 @@ static void acknowledged_beyond_the_ring(void **state)
         l->config.prediction = l->config.reconciliation = true;
         l->config.slack_ticks = 0;
         start_lone(l, 60, 0, 0);
-        l->client->held = push(0.5);
+        l->client->inputs.held = push(0.5);
         for (int f = 0; f < 5; f++)
             frame(l, f, NULL);
         give(l, &p, 5);
@@ -251,10 +251,10 @@ static void a_state_includes_the_inputs_up_to_its_step(void **state)
             l->config.slack_ticks = 0;
             start_lone(l, 60, 0, 0);
             for (int f = 0; f < 5; f++) {
-                l->client->held = push(1 << f);
+                l->client->inputs.held = push(1 << f);
                 frame(l, f, NULL);
             }
-            l->client->held = push(32);
+            l->client->inputs.held = push(32);
             give(l, &p, 5);
             frame(l, 6, NULL); /* 1 + 2 + ... + 32 by then, without the first `tick` */
             assert_true(ll_client_rendered(l->client)->entity[0].x == 100 + 64 - (1 << tick));

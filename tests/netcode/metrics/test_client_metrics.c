@@ -100,7 +100,7 @@ static void corrections_are_measured_at_the_same_input(void **state)
     l->config.prediction = l->config.reconciliation = true;
     l->config.slack_ticks = 0; /* input n is for step n */
     start_lone(l, 60, 0, 0);
-    l->client->held = push(0.5);
+    l->client->inputs.held = push(0.5);
     for (int f = 0; f < 4; f++)
         frame(l, f * LL_MS, NULL); /* predicted: 0.5, 1, 1.5, 2 */
     packet as_said = state_of(2, 2, 2, 1, (double[]){1}), other = state_of(3, 3, 3, 1, (double[]){4.5}),
@@ -177,9 +177,9 @@ static void views_are_held_against_the_truth(void **state)
 
     shown->entity[1].x = 2; /* now the larger, and to the left */
     marks[1].time = 20 * LL_MS;
-    l->client->buffer_ms = 12.5;
-    l->client->view_state = LL_VIEW_STARVED;
-    l->client->held_now = 1;
+    l->client->drawing.buffer_ms = 12.5;
+    l->client->view.state = LL_VIEW_STARVED;
+    l->client->view.held = 1;
     ll_client_metrics_frame(l->client_metrics, l->client, &real, 100 * LL_MS);
     assert_true(l->client_metrics->remote_error == -8 && l->client_metrics->view_age == 80);
     assert_true(of(l, LL_METRIC_BUFFER).count == 1 && of(l, LL_METRIC_BUFFER).mean == 12.5);
@@ -217,7 +217,7 @@ static void smoothness_is_of_differences(void **state)
     for (int i = 0; i < 8; i++) {
         world->entity[1] = (ll_entity){.x = -0.6 * truth_x[i], .y = 0.8 * truth_x[i]};
         ll_client_rendered(l->client)->entity[1] = (ll_entity){.x = -0.6 * x[i], .y = 0.8 * x[i]};
-        l->client->elapsed = LL_SECOND / 2;
+        l->client->displays.elapsed = LL_SECOND / 2;
         ll_client_metrics_frame(l->client_metrics, l->client, &real, i * LL_SECOND / 2);
     }
     const ll_smoothness *s = &l->client_metrics->track[1].smooth;

@@ -85,7 +85,7 @@ static net *new_net(const ll_sync_mode *sync)
         n->server->client_slots[i].connected = 1;
         n->client[i]->connection.state = LL_CONNECTION_PLAYING;
         ll_client_start(n->client[i], &setup, 1, HZ(60), 0, ll_server_world(n->server), 0);
-        n->client[i]->held = push(0.5);
+        n->client[i]->inputs.held = push(0.5);
         n->up[i] = new_link((uint64_t)(2 * i));
         n->down[i] = new_link((uint64_t)(2 * i + 1));
     }
@@ -125,7 +125,7 @@ static bool is_what_was_sent(const ll_world *got, const sent *s, int way, int se
 
 static void check(net *n, int i)
 {
-    ll_snapshot_entry *r = ll_client_state(n->client[i], n->client[i]->newest - 1);
+    ll_snapshot_entry *r = ll_client_state(n->client[i], n->client[i]->snapshots.received - 1);
     const sent *s = &n->sent[r->tick];
     bool same = false;
     for (int way = 0; way < s->ways; way++)
@@ -332,12 +332,12 @@ static void undecodable_snapshots_change_nothing(void **state)
     second[offsetof(ll_snapshot_message, codec)] = 17; /* no such codec */
     assert_int_equal(ll_client_receive(c, &setup, second, size2, 0), LL_OUTCOME_UNDECODABLE);
     second[offsetof(ll_snapshot_message, codec)] = (char)ll_codec_index(&ll_codec_quantised);
-    assert_int_equal(c->newest, 1);
-    assert_int_equal(c->confirmed, 1);
+    assert_int_equal(c->snapshots.received, 1);
+    assert_int_equal(c->snapshots.confirmed, 1);
     assert_int_equal(ll_client_receive(c, &setup, second, size2, 0), LL_OUTCOME_APPLIED);
     assert_int_equal(ll_client_receive(c, &setup, third, size3, 0), LL_OUTCOME_APPLIED);
-    assert_int_equal(c->unreadable, 5);
-    assert_int_equal(c->confirmed, 3);
+    assert_int_equal(c->snapshots.unreadable, 5);
+    assert_int_equal(c->snapshots.confirmed, 3);
     free_net(n);
     free(server);
 }

@@ -69,7 +69,7 @@ static outcome run(const char *sync, const char *cheat, bool validation)
         o.refused += client_slot->refused[rule];
     o.gain = ll_netgame_client_metrics(s.game, 0)->gain.most;
     o.way = ll_server_world(ll_netgame_server(s.game))->entity[0].x;
-    o.refused_inputs = ll_netgame_client(s.game, 0)->refused;
+    o.refused_inputs = ll_netgame_client(s.game, 0)->inputs.refused;
     assert_int_equal(ll_netgame_client_metrics(s.game, 0)->false_refusals, 0);
     assert_int_equal(ll_netgame_client_metrics(s.game, 1)->false_refusals, 0);
     scene_close(&s);

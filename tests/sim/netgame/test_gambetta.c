@@ -177,7 +177,7 @@ static int phantoms(const char *id, int seed, double *offset)
     ll_client *c = ll_netgame_client(s.game, 0);
     *offset = ll_client_rendered(c)->entity[0].x - ll_server_world(ll_netgame_server(s.game))->entity[0].x;
     int open = 0;
-    for (uint32_t seq = c->acked + 1; seq <= c->seq; seq++)
+    for (uint32_t seq = c->inputs.acked + 1; seq <= c->inputs.seq; seq++)
         open += ll_client_pending(c, seq)->action.axis[0] != 0;
     scene_close(&s);
     return open;

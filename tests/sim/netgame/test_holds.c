@@ -77,7 +77,8 @@ static int play(scene *s, outcome *o)
         for (int p = 0; p < server->players; p++) {
             const ll_peer *peer = ll_client_peer(ll_netgame_client(s->game, p));
             if (peer->hold != 0)
-                assert_true(peer->tick <= peer->hold && ll_netgame_client(s->game, p)->tick <= peer->hold);
+                assert_true(peer->tick <= peer->hold &&
+                            ll_netgame_client(s->game, p)->inputs.tick <= peer->hold);
         }
     }
     return held;

@@ -153,16 +153,16 @@ static void write_up(history_of_ticks *d, const scene *s, int k)
                     *real = &ll_server_world_const(server)->entity[0];
     d->drawn[k][0] = own->x, d->drawn[k][1] = own->y;
     d->real[server->step][0] = real->x, d->real[server->step][1] = real->y;
-    d->of[k] = c->predicting ? c->predicted_tick : c->latest_tick;
+    d->of[k] = c->predicting ? c->prediction.tick : c->latest.tick;
     d->step[k] = server->step;
-    d->latest[k] = c->latest_tick;
+    d->latest[k] = c->latest.tick;
     d->other_shows[k] = ll_to_ms(ll_client_draw_infos(other)[0].time);
-    d->other_heard[k] = other->latest_tick;
-    while (d->count < c->seq) {
+    d->other_heard[k] = other->latest.tick;
+    while (d->count < c->inputs.seq) {
         uint32_t seq = ++d->count;
         assert_true(seq < INPUTS);
         d->made[seq] = ll_client_pending(c, seq)->action;
-        d->meant[seq] = c->tick - (int64_t)(c->seq - seq);
+        d->meant[seq] = c->inputs.tick - (int64_t)(c->inputs.seq - seq);
         d->made_at[seq] = k;
     }
 }
@@ -389,14 +389,14 @@ static void check_player(const scene *s, int player, const result_counter *w)
     const ll_input_history *input_history = &ll_netgame_client_metrics(s->game, player)->input_history;
     const ll_client *c = ll_netgame_client(s->game, player);
     int64_t late = 0, refused = 0, accepted = 0, never = 0;
-    for (uint32_t seq = 1; seq <= c->seq; seq++) {
+    for (uint32_t seq = 1; seq <= c->inputs.seq; seq++) {
         late += (w->outcome[seq] & 5) == 4;
         refused += (w->outcome[seq] & 7) == 2;
         accepted += w->outcome[seq] & 1;
         never += w->outcome[seq] == 0;
     }
     const int64_t *n = input_history->count;
-    assert_int_equal(input_history->made, c->seq);
+    assert_int_equal(input_history->made, c->inputs.seq);
     assert_int_equal(n[LL_INPUT_CAME_LATE], late);
     assert_true(n[LL_INPUT_WAS_APPLIED] <= accepted && n[LL_INPUT_WAS_REFUSED] <= refused);
     assert_int_equal(n[LL_INPUT_WAS_APPLIED] + n[LL_INPUT_WAS_REFUSED] + n[LL_INPUT_WAS_LOST] +

@@ -498,7 +498,7 @@ static void cheats_are_refused_and_answered(void **state)
         scene_run(&s, 30, NULL);
         ll_server *server = ll_netgame_server(s.game);
         assert_true(server->client_slots[0].refused[cheats[i].rule] > 0);
-        assert_true(ll_netgame_client(s.game, 0)->refused > 100);
+        assert_true(ll_netgame_client(s.game, 0)->inputs.refused > 100);
         assert_true(moved(&s, 0) <=
                     moved(&s, 1) + 16 * 0.5); /* no gain beyond the head start of the better link */
         for (int rule = 1; rule < LL_RULES; rule++)

@@ -405,11 +405,11 @@ static void on_input(void *context, const void *record)
     if (fabs((double)axis - (double)w->axis[p]) <= LL_CHANGE_EPSILON)
         return;
     w->axis[p] = axis;
-    ll_time since = event->begin - client->display.epoch;
+    ll_time since = event->begin - client->displays.clock.epoch;
     int64_t next = (since * TICK_HZ + LL_SECOND - 1) / LL_SECOND;
-    if (ll_tick_time(next, client->display.freq) < since)
+    if (ll_tick_time(next, client->displays.clock.freq) < since)
         next++;
-    w->last_ms[p] = ll_to_ms(ll_tick_time(next, client->display.freq) - since);
+    w->last_ms[p] = ll_to_ms(ll_tick_time(next, client->displays.clock.freq) - since);
     w->sum_ms[p] += w->last_ms[p];
     w->count[p]++;
 }

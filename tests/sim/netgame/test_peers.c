@@ -310,7 +310,7 @@ static void a_cheat_leaves_the_common_world_alone(void **state)
         assert_int_equal(ll_netgame_desync(s.game, 1)->tick, 9);
         assert_int_equal(client_slots[1].peer.desync, 9);
         assert_true(client_slots[1].refused[LL_RULE_MAGNITUDE] > 500);
-        assert_true(ll_netgame_client(s.game, 1)->refused > 500);
+        assert_true(ll_netgame_client(s.game, 1)->inputs.refused > 500);
         log_free(&d);
         scene_close(&s);
     }

@@ -75,7 +75,7 @@ static double unevenness(const char *policy, double delay_ms, double jitter_ms, 
         count += now > 5000;
         last = now;
     }
-    *stale = ll_netgame_client(s.game, 0)->stale;
+    *stale = ll_netgame_client(s.game, 0)->snapshots.stale;
     tape_free(&all);
     scene_close(&s);
     return sqrt(sum / count);

@@ -203,9 +203,9 @@ static landing fire_upon(const char *lag, double aim)
     scene s = scene_open("cannon_shell", sets);
     const ll_client *c = ll_netgame_client(s.game, 0);
     int64_t k = 0;
-    while (c->view_time < 4 * LL_SECOND)
+    while (c->drawing.view_time < 4 * LL_SECOND)
         tick(&s, &k);
-    assert_int_equal(c->view_time, 4 * LL_SECOND);
+    assert_int_equal(c->drawing.view_time, 4 * LL_SECOND);
     act(&s, 0, 0, aim, LL_BUTTON_CANNON);
     tick(&s, &k);
     act(&s, 0, 0, aim, 0);

@@ -55,7 +55,7 @@ static void a_codec_changes_only_the_drawn_others(void **state)
         assert_true(same_world(&s[0], &s[i]));
         for (int p = 0; p < 2; p++) {
             assert_int_equal(ll_netgame_client_metrics(s[i].game, p)->corrections, 0);
-            assert_int_equal(ll_netgame_client(s[i].game, p)->unreadable, 0);
+            assert_int_equal(ll_netgame_client(s[i].game, p)->snapshots.unreadable, 0);
             double added = summary(&s[i], p, LL_METRIC_TIMELINE_ERROR).max -
                            summary(&s[0], p, LL_METRIC_TIMELINE_ERROR).max;
             assert_true(added <= step / 2 + 1e-9);
@@ -122,8 +122,8 @@ static void snapshots_over_a_bad_link_are_decoded(void **state)
     scene_run(&s, 60, NULL);
     const ll_link_stats *link = ll_link_get_stats(ll_netgame_down(s.game, 0));
     assert_true(link->lost > 300 && link->reordered > 100 && link->duplicated > 100);
-    assert_int_equal(ll_netgame_client(s.game, 0)->unreadable, 0);
-    assert_true(ll_netgame_client(s.game, 0)->stale > 100);
+    assert_int_equal(ll_netgame_client(s.game, 0)->snapshots.unreadable, 0);
+    assert_true(ll_netgame_client(s.game, 0)->snapshots.stale > 100);
     assert_true((double)cost(&s, 0)->whole <
                 0.01 * (double)ll_netgame_client_metrics(s.game, 0)->messages[LL_MESSAGE_SNAPSHOT]);
     scene_close(&s);
@@ -218,7 +218,7 @@ static void a_codec_may_change_while_it_runs(void **state)
             assert_true(x > last + way && x - seen < 16 * 0.6);
             last = x;
         }
-        assert_int_equal(ll_netgame_client(s.game, 0)->unreadable, 0);
+        assert_int_equal(ll_netgame_client(s.game, 0)->snapshots.unreadable, 0);
         scene_close(&s);
     }
 }

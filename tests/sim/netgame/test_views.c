@@ -110,7 +110,7 @@ static void adaptive_delays_match_the_link(void **state)
         snprintf(b, sizeof b, "players.1.clock_phase=0.%d", tenths);
         const char *const sets[] = {a, b, NULL};
         scene s = run_whole("adaptive_delay", sets);
-        assert_true(fabs(ll_to_ms(ll_netgame_client(s.game, 0)->delay) - (1000.0 / 30 + 10)) < 0.001);
+        assert_true(fabs(ll_to_ms(ll_netgame_client(s.game, 0)->view.delay) - (1000.0 / 30 + 10)) < 0.001);
         assert_true(of(&s, 0)->underruns < of(&s, 1)->underruns);
         assert_true(tenths > 0 || of(&s, 0)->underruns < of(&s, 1)->underruns / 3);
         assert_true(mean(&of(&s, 0)->delay_ms) < mean(&of(&s, 1)->delay_ms));
