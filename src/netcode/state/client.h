@@ -162,7 +162,7 @@ int ll_connection_poll(ll_client *client, const ll_client_setup *setup, ll_time 
 bool ll_connection_receive(ll_client *client, const ll_client_setup *setup, const void *packet, int size,
                            ll_time now);
 
-/* ---- client.c ---- */
+/* ---- receive.c, tick.c, client.c ---- */
 
 /* A packet of the server has arrived. Returns its ll_outcome. */
 int ll_client_receive(ll_client *client, const ll_client_setup *setup, const void *packet, int size,
@@ -188,6 +188,9 @@ void ll_client_set_display(ll_client *client, const ll_client_setup *setup);
 int ll_client_held(ll_client *client, const ll_client_setup *setup, ll_time now, void *packet);
 
 /* ---- shared by the client's files ---- */
+
+/* Applies the newest snapshot that has arrived, also to the prediction. */
+void ll_client_apply_newest(ll_client *client, const ll_client_setup *setup, ll_time now);
 
 /* The next input will be for the step after `tick`; steps in between get none. */
 void ll_client_snap(ll_client *client, int64_t tick);
