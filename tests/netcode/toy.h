@@ -84,7 +84,7 @@ static inline ll_server *new_server(int players, const ll_sync_mode *sync, doubl
     memcpy(ll_server_world(server), world, size);
     ll_server_start(server, ll_freq_from_hz(step_hz), ll_freq_from_hz(30), ll_freq_from_hz(client_hz), 0);
     for (int i = 0; i < players; i++)
-        server->client_slots[i].connected = 1;
+        server->client_slots[i].connection.connected = 1;
     free(world);
     return server;
 }

@@ -83,7 +83,7 @@ static void step_truth(ll_world *truth, const ll_client_setup *s, const ll_serve
 {
     ll_action actions[LL_PLAYERS_MAX];
     for (int i = 0; i < server->players; i++)
-        actions[i] = server->client_slots[i].slots[tick & (LL_INPUT_RING - 1)].action;
+        actions[i] = server->client_slots[i].inputs.ring[tick & (LL_INPUT_RING - 1)].action;
     s->game->step(truth, s->env, actions, ll_clock_time(&server->clock, tick), NULL);
 }
 

@@ -2,7 +2,7 @@
 
 static int64_t newest(const ll_server *server, const ll_client_slot *client_slot)
 {
-    return client_slot->newest < 0 ? server->clock.k0 : client_slot->newest;
+    return client_slot->inputs.newest < 0 ? server->clock.k0 : client_slot->inputs.newest;
 }
 
 static ll_time way_of(const ll_peer_message *m)
@@ -39,7 +39,7 @@ static int64_t newest_possible(const ll_server *server, const ll_sync_mode *sync
     }
     if (known == LL_NEVER)
         return own; /* it plays alone */
-    known += (sync->guesses ? server->rollback : 0) + delay;
+    known += (sync->guesses ? server->holds.rollback : 0) + delay;
     return known > own ? known : own;
 }
 
@@ -54,7 +54,7 @@ static summary summarise(const ll_server *server, const ll_sync_mode *sync, int 
 {
     summary a = {.oldest = LL_NEVER};
     for (int p = 0; p < server->players; p++) {
-        if (!server->client_slots[p].connected)
+        if (!server->client_slots[p].connection.connected)
             continue;
         int64_t far = newest_possible(server, sync, p, newcomer),
                 tick = newest(server, &server->client_slots[p]);
@@ -71,9 +71,9 @@ static bool all_inputs_arrived(const ll_server *server)
 {
     for (int p = 0; p < server->players; p++) {
         const ll_peer_status *peer = &server->client_slots[p].peer;
-        if (!server->client_slots[p].connected)
+        if (!server->client_slots[p].connection.connected)
             continue;
-        if (peer->at < 0 || newest(server, &server->client_slots[p]) != server->hold)
+        if (peer->at < 0 || newest(server, &server->client_slots[p]) != server->holds.tick)
             return false;
     }
     return true;
@@ -89,8 +89,8 @@ static int64_t next_start(const ll_server *server)
     ll_time longest = 0;
     for (int p = 0; p < server->players; p++) {
         const ll_peer_status *peer = &server->client_slots[p].peer;
-        ll_time ready = peer->way + (peer->at < server->hold ? ll_tick_time(1, ticks) : 0);
-        if (server->client_slots[p].connected && ready > longest)
+        ll_time ready = peer->way + (peer->at < server->holds.tick ? ll_tick_time(1, ticks) : 0);
+        if (server->client_slots[p].connection.connected && ready > longest)
             longest = ready;
     }
     ll_time reported = ll_clock_time(&server->updates, server->update) + longest;
@@ -104,9 +104,9 @@ static int64_t next_start(const ll_server *server)
 /* Discards the time sync data received so far. */
 static void set_resume(ll_server *server)
 {
-    server->resume = next_start(server);
-    server->recovery_until =
-        server->clock.epoch + ll_tick_time(server->resume, server->clock.freq) + LL_HOLD_EVERY;
+    server->holds.resume = next_start(server);
+    server->holds.recovery_until =
+        server->clock.epoch + ll_tick_time(server->holds.resume, server->clock.freq) + LL_HOLD_EVERY;
     for (int p = 0; p < server->players; p++) {
         ll_peer_status *peer = &server->client_slots[p].peer;
         peer->at = -1;
@@ -118,26 +118,26 @@ static void set_resume(ll_server *server)
 /* Begins, continues or ends a hold. */
 static void update_hold(ll_server *server, const ll_sync_mode *sync, int newcomer, ll_time now)
 {
-    if (server->hold == 0 && (!server->hold_due || now < server->recovery_until))
+    if (server->holds.tick == 0 && (!server->holds.due || now < server->holds.recovery_until))
         return;
     summary a = summarise(server, sync, newcomer);
-    if (server->resume != 0) {
-        if (a.oldest > server->hold ||
+    if (server->holds.resume != 0) {
+        if (a.oldest > server->holds.tick ||
             newcomer != NO_PLAYER) /* a client that is in step with no other: the next hold begins */
-            server->hold = server->resume = 0;
+            server->holds.tick = server->holds.resume = 0;
         if (newcomer == NO_PLAYER)
             return;
     }
-    server->hold_due = 0;
+    server->holds.due = 0;
     if (a.connected < 2) {
-        server->hold = 0;
+        server->holds.tick = 0;
         return;
     }
-    if (server->hold == 0 || a.newest > server->hold) {
-        server->hold = a.newest_possible;
+    if (server->holds.tick == 0 || a.newest > server->holds.tick) {
+        server->holds.tick = a.newest_possible;
     } else if (newcomer != NO_PLAYER) {
         int64_t far = newest_possible(server, sync, newcomer, newcomer);
-        server->hold = far > server->hold ? far : server->hold;
+        server->holds.tick = far > server->holds.tick ? far : server->holds.tick;
     }
     if (all_inputs_arrived(server))
         set_resume(server);
@@ -148,7 +148,7 @@ void ll_hold_follow(ll_server *server, const ll_sync_mode *sync, int player, con
 {
     ll_peer_status *peer = &server->client_slots[player].peer;
     if (!ll_hold_waits(server, m->tick + m->head.count - 1))
-        server->hold_due |= (m->way & LL_WAY_GAP) != 0 || stopped(server, peer, m, now);
+        server->holds.due |= (m->way & LL_WAY_GAP) != 0 || stopped(server, peer, m, now);
     peer->way = way_of(m);
     peer->came = now;
     update_hold(server, sync, NO_PLAYER, now);
@@ -156,7 +156,7 @@ void ll_hold_follow(ll_server *server, const ll_sync_mode *sync, int player, con
 
 void ll_hold_join(ll_server *server, const ll_sync_mode *sync, int player, ll_time now)
 {
-    server->hold_due = 1;
-    server->recovery_until = now; /* without LL_HOLD_EVERY since the last hold */
+    server->holds.due = 1;
+    server->holds.recovery_until = now; /* without LL_HOLD_EVERY since the last hold */
     update_hold(server, sync, player, now);
 }

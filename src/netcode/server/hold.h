@@ -24,5 +24,5 @@ void ll_hold_join(ll_server *server, const ll_sync_mode *sync, int player, ll_ti
 /* Whether a player whose newest input is for `tick` still waits. */
 static inline bool ll_hold_waits(const ll_server *server, int64_t tick)
 {
-    return server->resume != 0 && tick <= server->hold;
+    return server->holds.resume != 0 && tick <= server->holds.tick;
 }

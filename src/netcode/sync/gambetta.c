@@ -18,14 +18,14 @@ static ll_time due(const ll_server *server)
 static void drain(ll_server *server, int player, const ll_game *game, const ll_game_env *env)
 {
     ll_client_slot *client_slot = &server->client_slots[player];
-    int64_t first = client_slot->newest - LL_INPUT_RING + 1;
-    for (int64_t tick = first < 1 ? 1 : first; tick <= client_slot->newest; tick++) {
-        ll_input_slot *slot = &client_slot->slots[tick & (LL_INPUT_RING - 1)];
+    int64_t first = client_slot->inputs.newest - LL_INPUT_RING + 1;
+    for (int64_t tick = first < 1 ? 1 : first; tick <= client_slot->inputs.newest; tick++) {
+        ll_input_slot *slot = &client_slot->inputs.ring[tick & (LL_INPUT_RING - 1)];
         if (slot->tick != tick || slot->came < 0)
             continue;
         game->step_own(ll_server_world(server), env, player, &slot->action);
         slot->came = -1;
-        client_slot->acked = slot->seq;
+        client_slot->inputs.acked = slot->seq;
         ll_client_slot_done(client_slot, slot->seq, true);
     }
 }

@@ -82,7 +82,7 @@ static view player_view(const ll_netgame *g, int i)
     return (view){.view = (uint8_t)(i + 1),
                   .flags = flags_of(g, i),
                   .connection = (uint8_t)c->connection.state,
-                  .connected = client_slot->connected,
+                  .connected = client_slot->connection.connected,
                   .input_seq = c->inputs.seq,
                   .acked_seq = c->inputs.acked,
                   .unacked = c->inputs.seq - c->inputs.acked,
@@ -91,8 +91,9 @@ static view player_view(const ll_netgame *g, int i)
                   .own_lead_m = (float)in->own_lead,
                   .remote_error_m = (float)in->remote_error,
                   .buffer_ms = (float)c->drawing.buffer_ms,
-                  .slack_ticks =
-                      client_slot->last_slack == LL_SLACK_UNKNOWN ? NAN : (float)client_slot->last_slack,
+                  .slack_ticks = client_slot->snapshots.last_slack == LL_SLACK_UNKNOWN
+                                     ? NAN
+                                     : (float)client_slot->snapshots.last_slack,
                   .corrections = (uint32_t)in->corrections,
                   .correction_m = (float)in->last_correction,
                   .refused = (uint32_t)in->input_history.count[LL_INPUT_WAS_REFUSED],

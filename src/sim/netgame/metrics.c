@@ -55,16 +55,17 @@ static ll_metric_reading distribution_of(const ll_client_metrics *in, ll_metric 
       "There was no visible correction.")
 
 #define INPUTS(X)                                                                                            \
-    X(count, accepted, NULL, client_slot->accepted,                                                          \
+    X(count, accepted, NULL, client_slot->counts.accepted,                                                   \
       "inputs that the server accepted for a step that it had not made yet", NULL)                           \
-    X(count, duplicate, NULL, client_slot->duplicate,                                                        \
+    X(count, duplicate, NULL, client_slot->counts.duplicate,                                                 \
       "repetitions of inputs that the server had received before", NULL)                                     \
-    X(count, starved_steps, NULL, client_slot->starved,                                                      \
+    X(count, starved_steps, NULL, client_slot->counts.starved,                                               \
       "steps of the server without an input of the player; counted from the player's first input on, while " \
       "it is connected",                                                                                     \
       NULL)                                                                                                  \
     X(number, slack_ticks, "ticks",                                                                          \
-      client_slot->last_slack == LL_SLACK_UNKNOWN ? NAN : (double)client_slot->last_slack,                   \
+      client_slot->snapshots.last_slack == LL_SLACK_UNKNOWN ? NAN                                            \
+                                                            : (double)client_slot->snapshots.last_slack,     \
       "input slack of the newest input: ticks from its arrival to its step", "No input has arrived.")        \
     X(by_name, refused, NULL, rules_of(client_slot, counts),                                                 \
       "inputs that the server refused, by the rule that they broke; an input counts each time that it "      \
@@ -100,7 +101,7 @@ static void view(cJSON *o, const ll_client_metrics *in, double seconds)
 static ll_metric_reading rules_of(const ll_client_slot *client_slot, double counts[LL_RULES])
 {
     for (int rule = 1; rule < LL_RULES; rule++)
-        counts[rule] = (double)client_slot->refused[rule];
+        counts[rule] = (double)client_slot->counts.refused[rule];
     return (ll_metric_reading){.number = LL_RULES - 1, .numbers = counts + 1, .names = ll_rule_names + 1};
 }
 

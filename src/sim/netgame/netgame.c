@@ -296,7 +296,8 @@ static bool server_steps(ll_netgame *g, const ll_recorder *r, int *entity)
         return false;
     ll_netgame_watch_players(g, g->now - before);
     for (int i = 0; i < server->players && g->now < ll_netgame_client_metrics(g, i)->from; i++)
-        ll_netgame_client_metrics(g, i)->input_history.starved_before = server->client_slots[i].starved;
+        ll_netgame_client_metrics(g, i)->input_history.starved_before =
+            server->client_slots[i].counts.starved;
     ll_history_add(ll_netgame_history(g), g->now, ll_server_world(server));
     ll_netgame_observe_step(g);
     if (ll_netgame_shots(g))

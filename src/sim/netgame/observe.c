@@ -8,7 +8,7 @@ void ll_netgame_record_shot(void *context, const ll_hit_result *j)
 {
     ll_netgame *g = context;
     ll_server *server = ll_netgame_server(g);
-    int64_t *refused = server->client_slots[j->shooter].refused;
+    int64_t *refused = server->client_slots[j->shooter].counts.refused;
     bool on_player = j->body != LL_NOBODY && j->body < server->players;
     bool rules = !ll_netgame_sync(g)->observe; /* a relay server refuses nothing */
     refused[LL_RULE_FIRE_RATE] += rules && j->kind == LL_HIT_RESULT_VOID;
@@ -67,7 +67,7 @@ void ll_netgame_observe_step(ll_netgame *g)
         ll_stepped stepped = {.world = ll_server_world_const(server),
                               .history = ll_netgame_history(g),
                               .step = server->step,
-                              .acked = server->client_slots[i].acked,
+                              .acked = server->client_slots[i].inputs.acked,
                               .unsent_from = unsent_from(g, i),
                               .applies_on_arrival = ll_netgame_sync(g)->applies_on_arrival};
         ll_client_metrics_stepped(ll_netgame_client_metrics(g, i), i, &stepped, g->now);
@@ -104,7 +104,7 @@ void ll_netgame_observe_display(ll_netgame *g, int player)
     const ll_truth truth = {.world = ll_server_world_const(server),
                             .history = ll_netgame_history(g),
                             .device = ll_ms(g->config.players[player].display_device_ms),
-                            .acked = server->client_slots[player].acked,
+                            .acked = server->client_slots[player].inputs.acked,
                             .applies_on_arrival = ll_netgame_sync(g)->applies_on_arrival,
                             .peers = ll_netgame_sync(g)->observe != NULL};
     ll_client_metrics_frame(ll_netgame_client_metrics(g, player), client, &truth, g->now);

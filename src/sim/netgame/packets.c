@@ -17,7 +17,7 @@ void ll_netgame_send(ll_netgame *g, int player, bool up, const void *packet, int
     if (up)
         ll_netgame_client(g, player)->connection.sent = g->now;
     else
-        ll_netgame_server(g)->client_slots[player].last_sent = g->now;
+        ll_netgame_server(g)->client_slots[player].connection.last_sent = g->now;
     ll_client_metrics *in = ll_netgame_client_metrics(g, player);
     if (g->now >= in->from) {
         int headers = LL_UDP_OVERHEAD + (s.fragments > 1 ? LL_FRAGMENT_HEADER : 0);
@@ -54,8 +54,8 @@ static void update_player(ll_netgame *g, int player, const ll_recorder *r)
     const ll_sync_mode *sync = ll_netgame_sync(g);
     ll_server *server = ll_netgame_server(g);
     _Alignas(8) char packet[LL_NETGAME_PACKET_MAX];
-    server->client_slots[player].repeats = 0;
-    if (server->client_slots[player].connected)
+    server->client_slots[player].inputs.repeats = 0;
+    if (server->client_slots[player].connection.connected)
         ll_netgame_send(g, player, false, packet, sync->compose(server, sync, player, packet), r);
 }
 
@@ -97,11 +97,11 @@ static void server_takes(ll_netgame *g, int player, const void *packet, const ll
             ll_netgame_client_metrics(g, player)->false_refusals++;
         if (results[i].outcome == LL_OUTCOME_REFUSED && sync->reports_refusals) {
             ll_message_head refusal = {LL_MESSAGE_REFUSAL, results[i].rule,
-                                       server->client_slots[player].epoch, results[i].seq};
+                                       server->client_slots[player].connection.epoch, results[i].seq};
             ll_netgame_send(g, player, false, &refusal, (int)sizeof refusal, r);
         }
     }
-    server->client_slots[player].repeats += n == 0;
+    server->client_slots[player].inputs.repeats += n == 0;
 }
 
 static void server_receives(ll_netgame *g, int player, const void *packet, const ll_recorder *r)
@@ -131,7 +131,7 @@ void ll_netgame_check_connections(ll_netgame *g, const ll_recorder *r)
     _Alignas(8) char packet[LL_NETGAME_PACKET_MAX];
     server->next_check += LL_CONNECTION_CHECK_INTERVAL;
     for (int i = 0; i < server->players; i++) {
-        if (sync->waits && server->client_slots[i].repeats > 0)
+        if (sync->waits && server->client_slots[i].inputs.repeats > 0)
             update_player(g, i, r); /* it repeats known inputs, so it lacks the snapshot */
         int bytes = ll_admission_keep_alive(server, i, g->now, packet);
         if (bytes > 0)
@@ -142,7 +142,7 @@ void ll_netgame_check_connections(ll_netgame *g, const ll_recorder *r)
                                         .player = (uint8_t)i,
                                         .begin = g->now,
                                         .end = g->now,
-                                        .number = (uint32_t)server->client_slots[i].drops});
+                                        .number = (uint32_t)server->client_slots[i].connection.drops});
         if (sync->stand_in)
             sync->stand_in(server, g->now);
         else /* a client's own world has no such flag */

@@ -177,7 +177,7 @@ int ll_netgame_trace_row(const void *block, double *values, int capacity)
         values[n++] = (double)ll_netgame_desync(g, i)->compared;
         values[n++] = ll_netgame_desync(g, i)->error;
         values[n++] = c->connection.state;
-        values[n++] = server->client_slots[i].connected;
+        values[n++] = server->client_slots[i].connection.connected;
     }
     return n;
 }

@@ -81,7 +81,7 @@ const ll_metric_table ll_netgame_snapshot_table = {LL_OF_PLAYERS(".snapshot"),
 static void snapshots(cJSON *player, const ll_netgame *g, int self)
 {
     const ll_client_metrics *in = ll_netgame_client_metrics(g, self);
-    const ll_snapshot_cost *sent = &ll_netgame_server(g)->client_slots[self].sent;
+    const ll_snapshot_cost *sent = &ll_netgame_server(g)->client_slots[self].counts.sent;
     double states = (double)in->messages[LL_MESSAGE_SNAPSHOT], entities = (double)sent->entities;
     size_t full = sizeof(ll_snapshot_message) + ll_world_size(ll_server_world_const(ll_netgame_server(g)));
     LL_METRICS_PUT(cJSON_AddObjectToObject(player, "snapshot"), &ll_netgame_snapshot_table, SNAPSHOTS);

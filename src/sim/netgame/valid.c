@@ -13,12 +13,12 @@ static const char *broken_knowledge(const ll_netgame *g, int player)
     const ll_client_slot *slot = &server->client_slots[player];
     if (c->snapshots.confirmed > server->step || c->snapshots.newest_tick > server->step)
         return "a client knows of a step that the server has not made";
-    if (c->epoch != slot->epoch)
+    if (c->epoch != slot->connection.epoch)
         return NULL;
-    if (c->inputs.acked > c->inputs.seq || slot->processed > c->inputs.seq)
+    if (c->inputs.acked > c->inputs.seq || slot->inputs.processed > c->inputs.seq)
         return "an input is applied that was not made";
-    return slot->received > c->snapshots.newest_tick && c->snapshots.received > 0 &&
-                   slot->received > c->snapshots.confirmed
+    return slot->snapshots.received > c->snapshots.newest_tick && c->snapshots.received > 0 &&
+                   slot->snapshots.received > c->snapshots.confirmed
                ? "the server counts on a snapshot that its client does not have"
                : NULL;
 }

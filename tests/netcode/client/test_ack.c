@@ -23,7 +23,7 @@ static void lists_follow_the_table(void **state)
 
 static bool bit(const ll_client_slot *client_slot, uint32_t seq)
 {
-    return client_slot->results[seq / 32 % LL_INPUT_RESULT_WORDS] >> seq % 32 & 1;
+    return client_slot->inputs.results[seq / 32 % LL_INPUT_RESULT_WORDS] >> seq % 32 & 1;
 }
 
 /* In any order, with gaps: the bits of the last 512 inputs are set for those that were applied. */
@@ -31,7 +31,7 @@ static void bits_are_those_of_the_last_512(void **state)
 {
     (void)state;
     for (uint64_t seed = 0; seed < 30; seed++) {
-        ll_client_slot client_slot = {.acked = 0};
+        ll_client_slot client_slot = {.inputs.acked = 0};
         static bool applied[2600];
         memset(applied, 0, sizeof applied);
         uint32_t newest = 0, processed = 0;
@@ -46,8 +46,8 @@ static void bits_are_those_of_the_last_512(void **state)
             processed = yes && seq > processed ? seq : processed;
             applied[seq] = yes;
             ll_client_slot_done(&client_slot, seq, yes);
-            assert_int_equal(client_slot.decided, newest);
-            assert_int_equal(client_slot.processed, processed);
+            assert_int_equal(client_slot.inputs.decided, newest);
+            assert_int_equal(client_slot.inputs.processed, processed);
             for (uint32_t i = 0; i < RESULT_BITS && i < newest; i++)
                 assert_int_equal(bit(&client_slot, newest - i), applied[newest - i]);
         }
@@ -64,7 +64,7 @@ static ll_input_result_part acknowledgement_of(ll_server *s, const ll_sync_mode 
     int size = ll_server_compose(s, sync, 0, bytes);
     memcpy(&m, bytes, sizeof m);
     assert_int_equal(m.head.count, LL_PART_APPLIED);
-    assert_int_equal(m.applied, s->client_slots[0].processed);
+    assert_int_equal(m.applied, s->client_slots[0].inputs.processed);
     memcpy(&part, bytes + sizeof m, sizeof part);
     assert_true(part.words <= LL_INPUT_RESULT_WORDS_MAX);
     memcpy(words, bytes + sizeof m + sizeof part, part.words * sizeof *words);
@@ -88,14 +88,15 @@ static void results_reach_back_to_the_acknowledged_snapshot(void **state)
             applied[seq] = ll_rng_unit(k, 3, seq) < 0.6;
             ll_client_slot_done(&s->client_slots[0], seq, applied[seq]);
         }
-        s->client_slots[0].wants = LL_PART_APPLIED;
+        s->client_slots[0].inputs.wants = LL_PART_APPLIED;
         s->step = decided + lead; /* inputs began at some step */
-        s->client_slots[0].received = s->step > ahead ? s->step - ahead : 0;
+        s->client_slots[0].snapshots.received = s->step > ahead ? s->step - ahead : 0;
         bool drains = k % 3 == 0;
         ll_input_result_part part = acknowledgement_of(s, drains ? &ll_sync_gambetta : &ll_sync_free, words);
         assert_int_equal(part.newest, decided);
-        int64_t needed =
-            drains || s->client_slots[0].received == 0 ? decided : s->step - s->client_slots[0].received;
+        int64_t needed = drains || s->client_slots[0].snapshots.received == 0
+                             ? decided
+                             : s->step - s->client_slots[0].snapshots.received;
         needed = needed > decided ? decided : needed > RESULT_BITS ? RESULT_BITS : needed;
         assert_true(part.words * 32 >= needed && (int64_t)part.words * 32 < needed + 32);
         for (uint32_t i = 0; i < 32 * part.words; i++) {
@@ -125,17 +126,17 @@ static void only_valid_inputs_in_time_are_set(void **state)
         ll_sync_free.step(s, &toy, &env, NULL, ll_sync_free.due(s));
     const ll_client_slot *client_slot = &s->client_slots[0];
     uint32_t words[LL_INPUT_RESULT_WORDS_MAX];
-    s->client_slots[0].wants = LL_PART_APPLIED;
-    assert_int_equal(client_slot->acked, 5);
-    assert_int_equal(client_slot->processed, 5);
-    assert_int_equal(client_slot->decided, 5);
+    s->client_slots[0].inputs.wants = LL_PART_APPLIED;
+    assert_int_equal(client_slot->inputs.acked, 5);
+    assert_int_equal(client_slot->inputs.processed, 5);
+    assert_int_equal(client_slot->inputs.decided, 5);
     ll_input_result_part part = acknowledgement_of(s, &ll_sync_free, words);
     assert_int_equal(part.newest, 5);
     assert_int_equal(part.words, 1);
     assert_int_equal(words[0], 0x11);                            /* 5 and 1 */
     ll_sync_free.step(s, &toy, &env, NULL, ll_sync_free.due(s)); /* 6 never arrives either */
-    assert_int_equal(client_slot->acked, 6);                     /* its step is over, */
-    assert_int_equal(client_slot->processed, 5);                 /* but it was not applied */
+    assert_int_equal(client_slot->inputs.acked, 6);              /* its step is over, */
+    assert_int_equal(client_slot->inputs.processed, 5);          /* but it was not applied */
     part = acknowledgement_of(s, &ll_sync_free, words);
     assert_int_equal(part.newest, 6);
     assert_int_equal(words[0], 0x22);
@@ -469,7 +470,7 @@ static void each_late_input_is_a_correction_by_lateness(void **state)
     scene s = run_wild(sets, 120);
     assert_true(input_history(&s)->skipped > 10);
     must_be_all(&s, LL_CAUSE_LATE, input_history(&s)->skipped);
-    assert_true(ll_netgame_server(s.game)->client_slots[0].late >= input_history(&s)->skipped);
+    assert_true(ll_netgame_server(s.game)->client_slots[0].counts.late >= input_history(&s)->skipped);
     scene_close(&s);
 }
 

@@ -83,7 +83,7 @@ static void slack_is_kept_with_one_input_a_frame(void **state)
             const ll_input_history *input_history = &ll_netgame_client_metrics(s.game, 0)->input_history;
             watch w = run_watching(&s, 5);
             assert_true(w.worst > 0.9999 && w.best < 1.0001 && w.doubled == 0); /* nothing to do */
-            assert_in_range(client_slot->last_slack, want, want + 1);
+            assert_in_range(client_slot->snapshots.last_slack, want, want + 1);
             change_lag(&s, lags[i].after);
             bool rises = lags[i].after > lags[i].before;
             w = run_watching(&s, 5 + 2 * 2 * lags[i].after / 1000 + 3 + 3);
@@ -92,11 +92,12 @@ static void slack_is_kept_with_one_input_a_frame(void **state)
             if (rises)
                 assert_true(w.best > 1.01 && w.worst > 0.9999 && input_history->slack.max < want + 2);
             else
-                assert_true(w.worst < 0.99 && w.best < 1.0001 && client_slot->late == 0);
-            assert_in_range(client_slot->last_slack, want, want + 1);
-            int64_t late = client_slot->late;
+                assert_true(w.worst < 0.99 && w.best < 1.0001 && client_slot->counts.late == 0);
+            assert_in_range(client_slot->snapshots.last_slack, want, want + 1);
+            int64_t late = client_slot->counts.late;
             w = run_watching(&s, s.game->now / 1e9 + 5);
-            assert_true(w.worst > 0.9999 && w.best < 1.0001 && client_slot->late == late); /* and stays */
+            assert_true(w.worst > 0.9999 && w.best < 1.0001 &&
+                        client_slot->counts.late == late); /* and stays */
             assert_int_equal(input_history->doubled + input_history->left_out, 0);
             scene_close(&s);
         }
@@ -114,7 +115,7 @@ static void changes_beyond_ten_ticks_are_made_at_once(void **state)
     scene_run(&s, 15, NULL);
     assert_in_range(input_history->doubled, 18, 22);
     assert_int_equal(input_history->left_out, 0);
-    assert_in_range(ll_netgame_server(s.game)->client_slots[0].last_slack, 1, 2);
+    assert_in_range(ll_netgame_server(s.game)->client_slots[0].snapshots.last_slack, 1, 2);
     scene_close(&s);
 }
 
@@ -165,13 +166,13 @@ static void beyond_100_ms_steps_are_left_out(void **state)
         run_watching(&s, 15);
         assert_true(input_history->made - made >= 598 && input_history->made - made <= 601); /* 10 s */
         assert_int_equal(c->connection.clock.snaps, 1);
-        assert_in_range(client_slot->last_slack, 1, 2);
-        int64_t late = client_slot->late;
+        assert_in_range(client_slot->snapshots.last_slack, 1, 2);
+        int64_t late = client_slot->counts.late;
         change_lag(&s, 50);
         run_watching(&s, 15 + 2 * 2 + 2 * (0.05 + rises[i] / 1000) + rises[i] / 1000 + 1);
-        assert_in_range(client_slot->last_slack, 1, 2);
+        assert_in_range(client_slot->snapshots.last_slack, 1, 2);
         assert_true(fabs((double)input_history->left_out - ticks) <= 1);
-        assert_int_equal(client_slot->late, late);
+        assert_int_equal(client_slot->counts.late, late);
         scene_close(&s);
     }
 }

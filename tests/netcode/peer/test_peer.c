@@ -323,9 +323,9 @@ static void relay_server_steps_and_forwards(void **state)
     ll_relay_part part = part_to(server, 1, &acked, runs);
     assert_int_equal(acked, 2);
     give_relay_server(server, 1, 3, 1, (const double[]){1}, 0, 0, NULL);
-    assert_int_equal(server->client_slots[1].accepted, 3);
+    assert_int_equal(server->client_slots[1].counts.accepted, 3);
     give_relay_server(server, 1, 2, 2, (const double[]){1, 1}, 0, 0, NULL);
-    assert_int_equal(server->client_slots[1].duplicate, 2);
+    assert_int_equal(server->client_slots[1].counts.duplicate, 2);
     assert_int_equal(part.tick, 1); /* client 1 has acknowledged nothing */
     free(server);
 }
@@ -339,7 +339,7 @@ static void a_refused_input_is_replaced_for_all_clients(void **state)
     give_relay_server(server, 0, 1, 3, (const double[]){0.5, 1.5, 0.25}, 0, 0, NULL);
     give_relay_server(server, 1, 1, 3, (const double[]){0, 0, 0}, 0, 0, NULL);
     assert_int_equal(steps_due(server), 3);
-    assert_int_equal(server->client_slots[0].refused[LL_RULE_MAGNITUDE], 1);
+    assert_int_equal(server->client_slots[0].counts.refused[LL_RULE_MAGNITUDE], 1);
     part_to(server, 1, &acked, runs);
     assert_true(runs[0].input.axis[0] == 0.5f && runs[0].count == 1);
     assert_true(runs[1].input.axis[0] == 0 && runs[1].count == 1); /* neutral */

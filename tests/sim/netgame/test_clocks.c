@@ -49,7 +49,7 @@ static int64_t refused(const scene *s, int player)
 {
     int64_t sum = 0;
     for (int rule = 1; rule < LL_RULES; rule++)
-        sum += ll_netgame_server(s->game)->client_slots[player].refused[rule];
+        sum += ll_netgame_server(s->game)->client_slots[player].counts.refused[rule];
     return sum;
 }
 

@@ -134,13 +134,13 @@ static double refused(const char *id, double jitter_ms, double *late)
     scene s = open_with(id, 1, sets);
     scene_run(&s, 120, NULL);
     const ll_client_slot *client_slot = &ll_netgame_server(s.game)->client_slots[0];
-    double all =
-        (double)(client_slot->accepted + client_slot->late + client_slot->refused[LL_RULE_MAGNITUDE]);
-    double share = (double)client_slot->refused[LL_RULE_MAGNITUDE] / all;
-    *late = (double)client_slot->late / all;
+    double all = (double)(client_slot->counts.accepted + client_slot->counts.late +
+                          client_slot->counts.refused[LL_RULE_MAGNITUDE]);
+    double share = (double)client_slot->counts.refused[LL_RULE_MAGNITUDE] / all;
+    *late = (double)client_slot->counts.late / all;
     double every_ms = id == demo ? 20 + jitter_ms / 2 : 20; /* an input per frame, or one for each tick */
     assert_true(fabs(all - 120e3 / every_ms) < 60);
-    assert_true(client_slot->refused[LL_RULE_RATE] + client_slot->refused[LL_RULE_BUDGET] == 0);
+    assert_true(client_slot->counts.refused[LL_RULE_RATE] + client_slot->counts.refused[LL_RULE_BUDGET] == 0);
     scene_close(&s);
     return share;
 }

@@ -38,7 +38,7 @@ static void clean_link_needs_no_correction(void **state)
             assert_int_equal(ll_netgame_client_metrics(s.game, p)->corrections, 0);
             assert_true(summary(&s, p, LL_METRIC_INPUT_LATENCY).max == 0);
             assert_true(summary(&s, p, LL_METRIC_POP).count > 1000);
-            assert_int_equal(ll_netgame_server(s.game)->client_slots[p].late, 0);
+            assert_int_equal(ll_netgame_server(s.game)->client_slots[p].counts.late, 0);
         }
         scene_close(&s);
     }
@@ -197,13 +197,13 @@ static void lag_may_change_while_it_runs(void **state)
         s.scenario.kind->change(s.game, &config, s.game->now);
         scene_run(&s, t += 6, NULL);
         ll_client_slot *client_slot = &ll_netgame_server(s.game)->client_slots[0];
-        int64_t late = client_slot->late, starved = client_slot->starved;
+        int64_t late = client_slot->counts.late, starved = client_slot->counts.starved;
         int64_t corrections = ll_netgame_client_metrics(s.game, 0)->corrections;
         scene_run(&s, t += 2, NULL);
-        assert_int_equal(client_slot->late, late);
-        assert_int_equal(client_slot->starved, starved);
+        assert_int_equal(client_slot->counts.late, late);
+        assert_int_equal(client_slot->counts.starved, starved);
         assert_int_equal(ll_netgame_client_metrics(s.game, 0)->corrections, corrections);
-        assert_true(client_slot->last_slack >= 1 && client_slot->last_slack <= 2);
+        assert_true(client_slot->snapshots.last_slack >= 1 && client_slot->snapshots.last_slack <= 2);
     }
     scene_close(&s);
 }
@@ -219,8 +219,8 @@ static void repeated_inputs_survive_loss(void **state)
     scene a = scene_open("race", with), b = scene_open("race", without);
     scene_run(&a, 60, NULL);
     scene_run(&b, 60, NULL);
-    int64_t starved = ll_netgame_server(a.game)->client_slots[0].starved,
-            bare = ll_netgame_server(b.game)->client_slots[0].starved;
+    int64_t starved = ll_netgame_server(a.game)->client_slots[0].counts.starved,
+            bare = ll_netgame_server(b.game)->client_slots[0].counts.starved;
     assert_true(bare > 250 && bare < 450); /* 10 % of 3600 */
     assert_true(starved < 20);             /* three losses in a row: 0.1 % */
     scene_close(&a);
@@ -291,7 +291,7 @@ static void lockstep_stops_without_a_player_and_continues_with_it(void **state)
         step = ll_netgame_server(s.game)->step;
         scene_run(&s, 28, NULL);
         assert_true(fabs((double)(ll_netgame_server(s.game)->step - step) - steps_in(i % 2, 10)) <= 1);
-        assert_int_equal(ll_netgame_server(s.game)->client_slots[1].drops, 0);
+        assert_int_equal(ll_netgame_server(s.game)->client_slots[1].connection.drops, 0);
         assert_int_equal(ll_netgame_client(s.game, 1)->connection.joins, 1);
         scene_close(&s);
     }
@@ -328,8 +328,8 @@ static void lockstep_recovers_from_any_outage(void **state)
         if (fabs(steps - steps_in(pipelined, 10)) > 1)
             fail_msg("%s, ways %d of players %d for %g s: %g steps in 10 s", sets[0], ways, players, length_s,
                      steps);
-        assert_int_equal(ll_netgame_server(s.game)->client_slots[0].drops +
-                             ll_netgame_server(s.game)->client_slots[1].drops,
+        assert_int_equal(ll_netgame_server(s.game)->client_slots[0].connection.drops +
+                             ll_netgame_server(s.game)->client_slots[1].connection.drops,
                          0);
         scene_close(&s);
     }
@@ -351,7 +351,7 @@ static void lockstep_drops_a_silent_player_and_accepts_it_again(void **state)
         scene_run(&s, 9.4, NULL);
         assert_int_equal(server->step, step); /* received at 5 s, minus the age of its last answer */
         scene_run(&s, 11, NULL);
-        assert_int_equal(server->client_slots[1].connected, 0);
+        assert_int_equal(server->client_slots[1].connection.connected, 0);
         step = server->step;
         scene_run(&s, 21, NULL);
         double alone = i ? 300 : 10 / (0.3 + 1 / 30.0); /* A's round trip and an interval */
@@ -359,7 +359,7 @@ static void lockstep_drops_a_silent_player_and_accepts_it_again(void **state)
         assert_true(ll_server_world(server)->entity[1].flags & LL_ENTITY_AWAY);
         silence(&s, 0);
         scene_run(&s, 24, NULL);
-        assert_int_equal(server->client_slots[1].connected, 1);
+        assert_int_equal(server->client_slots[1].connection.connected, 1);
         assert_int_equal(ll_netgame_client(s.game, 1)->connection.state, LL_CONNECTION_PLAYING);
         assert_false(ll_server_world(server)->entity[1].flags & LL_ENTITY_AWAY);
         step = server->step;
@@ -407,19 +407,19 @@ static void extremes_of_the_ranges_are_served(void **state)
     for (size_t i = 0; i < 3; i++) {
         scene s = scene_open("race", all[i]);
         scene_run(&s, 20, NULL);
-        int64_t late = ll_netgame_server(s.game)->client_slots[0].late;
+        int64_t late = ll_netgame_server(s.game)->client_slots[0].counts.late;
         scene_run(&s, 60, NULL);
         assert_true(moved(&s, 0) > 100);
         for (int p = 0; p < 2; p++) {
             const ll_client_slot *client_slot = &ll_netgame_server(s.game)->client_slots[p];
             for (int rule = 1; rule < LL_RULES; rule++)
-                assert_int_equal(client_slot->refused[rule], 0);
+                assert_int_equal(client_slot->counts.refused[rule], 0);
             assert_int_equal(ll_link_get_stats(ll_netgame_up(s.game, p))->overflowed, 0);
             assert_int_equal(ll_link_get_stats(ll_netgame_down(s.game, p))->overflowed, 0);
             assert_true(summary(&s, p, LL_METRIC_TIMELINE_ERROR).max <
                         16 * 1.1); /* chords of up to a second */
         }
-        assert_true(ll_netgame_server(s.game)->client_slots[0].late - late <=
+        assert_true(ll_netgame_server(s.game)->client_slots[0].counts.late - late <=
                     2560 / 100); /* the client learns the jitter from late inputs */
         scene_close(&s);
     }
@@ -497,12 +497,12 @@ static void cheats_are_refused_and_answered(void **state)
         scene s = scene_open("race", sets);
         scene_run(&s, 30, NULL);
         ll_server *server = ll_netgame_server(s.game);
-        assert_true(server->client_slots[0].refused[cheats[i].rule] > 0);
+        assert_true(server->client_slots[0].counts.refused[cheats[i].rule] > 0);
         assert_true(ll_netgame_client(s.game, 0)->inputs.refused > 100);
         assert_true(moved(&s, 0) <=
                     moved(&s, 1) + 16 * 0.5); /* no gain beyond the head start of the better link */
         for (int rule = 1; rule < LL_RULES; rule++)
-            assert_int_equal(server->client_slots[1].refused[rule], 0);
+            assert_int_equal(server->client_slots[1].counts.refused[rule], 0);
         scene_close(&s);
     }
 }

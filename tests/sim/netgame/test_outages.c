@@ -159,7 +159,7 @@ static int64_t refused_of(const scene *s, int player)
 {
     int64_t refused = 0;
     for (int rule = 1; rule < LL_RULES; rule++)
-        refused += ll_netgame_server(s->game)->client_slots[player].refused[rule];
+        refused += ll_netgame_server(s->game)->client_slots[player].counts.refused[rule];
     return refused;
 }
 
@@ -203,7 +203,7 @@ static void run(const outage *o, window windows[4])
         window *w = &windows[i];
         *w = (window){.applied = over[i].applied - begun[i].applied,
                       .refused = refused_of(&s, i),
-                      .recovers = ll_netgame_server(s.game)->recovery_until != 0};
+                      .recovers = ll_netgame_server(s.game)->holds.recovery_until != 0};
         mean_of(w->mean, &begun[i], &over[i]);
     }
     scene_close(&s);

@@ -184,7 +184,7 @@ static void extremes_of_the_ranges_agree(void **state)
             assert_int_equal(ll_link_get_stats(ll_netgame_up(s.game, p))->overflowed, 0);
             assert_int_equal(ll_link_get_stats(ll_netgame_down(s.game, p))->overflowed, 0);
             for (int rule = 1; rule < LL_RULES; rule++)
-                assert_int_equal(client_slot->refused[rule], 0);
+                assert_int_equal(client_slot->counts.refused[rule], 0);
         }
         log_free(&d);
         scene_close(&s);
@@ -309,7 +309,7 @@ static void a_cheat_leaves_the_common_world_alone(void **state)
         assert_int_equal(first_difference(&d, 1), 9); /* the first tick that it has an input for */
         assert_int_equal(ll_netgame_desync(s.game, 1)->tick, 9);
         assert_int_equal(client_slots[1].peer.desync, 9);
-        assert_true(client_slots[1].refused[LL_RULE_MAGNITUDE] > 500);
+        assert_true(client_slots[1].counts.refused[LL_RULE_MAGNITUDE] > 500);
         assert_true(ll_netgame_client(s.game, 1)->inputs.refused > 500);
         log_free(&d);
         scene_close(&s);
@@ -542,9 +542,9 @@ static void a_silent_client_is_dropped_and_joins_again(void **state)
                   NULL); /* its last packet arrived a ping's interval and a delay before that */
         int64_t step = server->step;
         assert_true(step < 5.5 * 60);
-        assert_int_equal(server->client_slots[1].connected, 1);
+        assert_int_equal(server->client_slots[1].connection.connected, 1);
         scene_run(&s, 5 + timeout_s + 0.8, NULL);
-        assert_int_equal(server->client_slots[1].connected, 0);
+        assert_int_equal(server->client_slots[1].connection.connected, 0);
         assert_int_equal(b->state,
                          LL_CONNECTION_STALLED); /* its link down is good, but no other client sends */
         assert_int_equal(peer_of(&s, 0)->waiting, 0);
@@ -555,13 +555,13 @@ static void a_silent_client_is_dropped_and_joins_again(void **state)
         set_loss(&s, 1, 0);
         scene_run(&s, 13.8, NULL); /* a retry, two round trips, five pings */
         assert_int_equal(b->state, LL_CONNECTION_PLAYING);
-        assert_int_equal(server->client_slots[1].connected, 1);
+        assert_int_equal(server->client_slots[1].connection.connected, 1);
         assert_int_equal(b->joins, 2);
         step = server->step;
-        int64_t applied = server->client_slots[1].acked;
+        int64_t applied = server->client_slots[1].inputs.acked;
         scene_run(&s, 20, NULL);
         assert_true(server->step > step + 6.2 * 60 - 15);
-        assert_true(server->client_slots[1].acked > applied + 6.2 * 60 - 15); /* its own inputs */
+        assert_true(server->client_slots[1].inputs.acked > applied + 6.2 * 60 - 15); /* its own inputs */
         for (int p = 0; p < 2; p++) {
             assert_int_equal(server->client_slots[p].peer.desync, -1);
             assert_true(server->client_slots[p].peer.hashed > server->step - 60);

@@ -29,7 +29,7 @@ static double agreement(const ll_shot_tally *t)
 
 static int64_t refused(const scene *s, int player, ll_rule rule)
 {
-    return ll_netgame_server(s->game)->client_slots[player].refused[rule];
+    return ll_netgame_server(s->game)->client_slots[player].counts.refused[rule];
 }
 
 /* ---- agreement ---- */

@@ -18,7 +18,7 @@ static ll_summary summary(const scene *s, int player, ll_metric metric)
 
 static const ll_snapshot_cost *cost(const scene *s, int player)
 {
-    return &ll_netgame_server(s->game)->client_slots[player].sent;
+    return &ll_netgame_server(s->game)->client_slots[player].counts.sent;
 }
 
 static double per_state(const scene *s, int player)

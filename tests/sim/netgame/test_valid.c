@@ -100,7 +100,7 @@ static void faults_are_found(void **state)
     assert_non_null(ll_netgame_broken(s.game));
     ll_client_state(c, c->snapshots.received - 1)->tick += 5;
     assert_null(ll_netgame_broken(s.game));
-    server->client_slots[1].slots[7].tick = 8;
+    server->client_slots[1].inputs.ring[7].tick = 8;
     assert_string_equal(ll_netgame_broken(s.game), "an input is not in its place of the ring");
     scene_close(&s);
 }
