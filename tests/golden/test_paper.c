@@ -47,7 +47,7 @@ static void figure_8_client_dots_are_the_servers_later(void **state)
         dots++;
     }
     assert_true(dots > 50);
-    assert_true(ll_netgame_client_metrics(s.game, 0)->own_lead <= 0); /* the client is behind */
+    assert_true(ll_netgame_client_metrics(s.game, 0)->last.own_lead <= 0); /* the client is behind */
     double values[LL_GAME_VALUES];
     ll_netgame_game(s.game)->describe(ll_server_world(ll_netgame_server(s.game)), &s.game->env, 0, values);
     assert_true(values[1] >= 1); /* shots were fired */
@@ -166,7 +166,7 @@ static void figure_11_views_follow_in_the_order_of_lag(void **state)
     assert_true(truth->entity[0].x == truth->entity[1].x);
     for (int i = 0; i < 2; i++) {
         const ll_client_metrics *in = ll_netgame_client_metrics(s.game, i);
-        assert_int_equal(in->corrections, 0);
+        assert_int_equal(in->corrections.count, 0);
         /* a snapshot is one lag old when it arrives, and a period older when the next one does; displays are
          * 1/60 s apart */
         ll_summary age = ll_histogram_summary(&in->histogram[LL_METRIC_VIEW_AGE]);
@@ -225,7 +225,7 @@ static void figure_13_own_car_leads_by_the_lag(void **state)
     }
     for (int i = 0; i < 2; i++) {
         const ll_client_metrics *in = ll_netgame_client_metrics(s.game, i);
-        assert_int_equal(in->corrections, 0);
+        assert_int_equal(in->corrections.count, 0);
         assert_true(ll_histogram_summary(&in->histogram[LL_METRIC_VIEW_AGE]).mean >= 150);
         assert_true(ll_histogram_summary(&in->histogram[LL_METRIC_OWN_TIMELINE_ERROR]).max == 0);
     }

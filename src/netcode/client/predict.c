@@ -276,15 +276,15 @@ void ll_note_correction(const ll_client *c, const ll_client_setup *s, ll_cause c
     ll_measure(in, LL_METRIC_CORRECTION, now, size);
     if (now >= in->from)
         ll_input_history_correction(&in->input_history, cause, size);
-    in->corrections += now >= in->from;
-    in->last_correction = moved;
+    in->corrections.count += now >= in->from;
+    in->last.correction = moved;
     if (s->recorder)
         s->recorder->record(s->recorder->context, &(ll_event){.type = LL_EVENT_CORRECTION,
                                                               .player = (uint8_t)c->self,
                                                               .begin = now,
                                                               .end = now,
                                                               .number = (uint32_t)c->latest.tick,
-                                                              .value = (float)in->last_correction});
+                                                              .value = (float)in->last.correction});
 }
 
 /* Reports to the view how far each entity in the old or new scope moved. Returns the distance of the own

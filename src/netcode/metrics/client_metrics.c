@@ -37,9 +37,10 @@ void ll_client_metrics_acknowledged(ll_client_metrics *in, uint32_t seq, int64_t
 
 void ll_client_metrics_moved(ll_client_metrics *in, double moved, double step)
 {
-    double least = VISIBLE_SHARE * step > in->pixel_m ? VISIBLE_SHARE * step : in->pixel_m;
-    if (moved > least && moved > in->visible_m)
-        in->visible_m = moved;
+    double least =
+        VISIBLE_SHARE * step > in->corrections.pixel_m ? VISIBLE_SHARE * step : in->corrections.pixel_m;
+    if (moved > least && moved > in->corrections.visible_m)
+        in->corrections.visible_m = moved;
 }
 
 static void decide_changes(ll_client_metrics *in)

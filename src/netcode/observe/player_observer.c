@@ -20,7 +20,7 @@ static void measure_own(ll_client_metrics *in, const ll_entity *own, const ll_en
                         ll_time elapsed, bool counts)
 {
     double lead = distance(own->x, own->y, real->x, real->y);
-    in->own_lead = own->x < real->x ? -lead : lead;
+    in->last.own_lead = own->x < real->x ? -lead : lead;
     if (!counts)
         return;
     ll_histogram_add(&in->histogram[LL_METRIC_OWN_LEAD], lead);
@@ -89,10 +89,10 @@ static void measure_age(ll_client_metrics *in, const ll_client *c, const ll_trut
     ll_time newest = c->latest.time;
     if (t->peers) /* a client may have confirmed a tick that the server has not made */
         newest = sure_tick(c, t) < t->history->count ? ll_history_time(t->history, sure_tick(c, t)) : now;
-    in->age_of_information = ll_to_ms(now - newest);
+    in->last.age_of_information = ll_to_ms(now - newest);
     if (counts)
         ll_histogram_add(&in->histogram[LL_METRIC_AGE_OF_INFORMATION],
-                         in->age_of_information > 0 ? in->age_of_information : 0);
+                         in->last.age_of_information > 0 ? in->last.age_of_information : 0);
 }
 
 static void measure_changes(ll_client_metrics *in, const ll_client *c, const ll_truth *t, ll_time now)
@@ -108,20 +108,20 @@ static void measure_changes(ll_client_metrics *in, const ll_client *c, const ll_
 
 static void measure_visible(ll_client_metrics *in)
 {
-    if (in->visible_m > 0)
-        ll_running_stats_add(&in->visible_m_all, in->visible_m);
+    if (in->corrections.visible_m > 0)
+        ll_running_stats_add(&in->corrections.visible_m_all, in->corrections.visible_m);
 }
 
 static void measure_buffer(ll_client_metrics *in, const ll_client *c, ll_time now)
 {
-    in->held_frames += c->view.held;
-    in->extrapolated_frames += c->view.extrapolated;
+    in->buffer.held_frames += c->view.held;
+    in->buffer.extrapolated_frames += c->view.extrapolated;
     if (c->view.state == LL_VIEW_NEWEST)
         return;
     ll_histogram_add(&in->histogram[LL_METRIC_BUFFER], c->drawing.buffer_ms > 0 ? c->drawing.buffer_ms : 0);
-    ll_running_stats_add(&in->depth, (double)c->drawing.depth);
-    ll_running_stats_add(&in->delay_ms, ll_to_ms(now + c->view.offset - c->view.render));
-    ll_running_stats_add(&in->time_scale, c->drawing.time_scale);
+    ll_running_stats_add(&in->buffer.depth, (double)c->drawing.depth);
+    ll_running_stats_add(&in->buffer.delay_ms, ll_to_ms(now + c->view.offset - c->view.render));
+    ll_running_stats_add(&in->buffer.time_scale, c->drawing.time_scale);
 }
 
 /* What is drawn belongs to a time. Where a client steps a world of its own it belongs to a step, coded as a
@@ -175,7 +175,8 @@ static void measure_motion(ll_client_metrics *in, ll_track *track, const ll_enti
 {
     double off = ll_smoothness_add(&track->smooth, drawn, real->x, real->y, dt);
     if (off >= 0)
-        ll_histogram_add(&in->animation_error, in->pixel_m > 0 ? off / in->pixel_m : off);
+        ll_histogram_add(&in->animation_error,
+                         in->corrections.pixel_m > 0 ? off / in->corrections.pixel_m : off);
 }
 
 void ll_client_metrics_frame(ll_client_metrics *in, const ll_client *c, const ll_truth *truth, ll_time now)
@@ -189,7 +190,7 @@ void ll_client_metrics_frame(ll_client_metrics *in, const ll_client *c, const ll
     measure_age(in, c, truth, now, counts);
     measure_changes(in, c, truth, now);
     measure_own(in, &shown->entity[c->self], &world->entity[c->self], c->self, c->displays.elapsed, counts);
-    in->remote_error = in->view_age = 0;
+    in->last.remote_error = in->last.view_age = 0;
     for (int i = 0; i < world->entities; i++) {
         if (i == c->self)
             continue;
@@ -198,9 +199,9 @@ void ll_client_metrics_frame(ll_client_metrics *in, const ll_client *c, const ll
         int64_t when = render_key(c, i);
         double error = distance(e->x, e->y, t->x, t->y), x, y;
         double age = ll_to_ms(now - drawn_time(c, i, history, now));
-        if (error >= magnitude(in->remote_error))
-            in->remote_error = e->x < t->x ? -error : error;
-        in->view_age = age > in->view_age ? age : in->view_age;
+        if (error >= magnitude(in->last.remote_error))
+            in->last.remote_error = e->x < t->x ? -error : error;
+        in->last.view_age = age > in->last.view_age ? age : in->last.view_age;
         if (!counts)
             continue;
         ll_histogram_add(&in->histogram[LL_METRIC_VIEW_AGE], age > 0 ? age : 0);
@@ -219,11 +220,11 @@ void ll_client_metrics_frame(ll_client_metrics *in, const ll_client *c, const ll
     }
     if (counts) {
         measure_visible(in);
-        in->frames++;
+        in->buffer.frames++;
         in->measured += c->displays.elapsed;
         measure_buffer(in, c, now);
     }
-    in->visible_m = 0;
+    in->corrections.visible_m = 0;
 }
 
 /* The last tick at or before the time that is drawn. */

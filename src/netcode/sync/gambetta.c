@@ -73,7 +73,7 @@ static void interpolate(ll_client *c, const ll_client_setup *s, ll_time now)
     c->view.delay = now - render;
     c->drawing.depth = c->snapshots.received - 1 - i;
     if (held && !c->view.held && now >= s->client_metrics->from)
-        s->client_metrics->underruns++;
+        s->client_metrics->buffer.underruns++;
     c->view.held = held;
     c->drawing.buffer_ms = ll_to_ms(ll_client_state(c, c->snapshots.received - 1)->arrived - render);
 }

@@ -170,8 +170,8 @@ static void take_stock(ll_client *c, const ll_client_setup *s, ll_view_state mov
                                                  : moved);
     c->drawing.received = c->snapshots.received;
     if (now >= s->client_metrics->from) {
-        s->client_metrics->underruns += view->underrun && !was_dry;
-        s->client_metrics->overruns += jumped && !view->held;
+        s->client_metrics->buffer.underruns += view->underrun && !was_dry;
+        s->client_metrics->buffer.overruns += jumped && !view->held;
     }
 }
 

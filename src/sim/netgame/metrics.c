@@ -31,25 +31,26 @@ static ll_metric_reading distribution_of(const ll_client_metrics *in, ll_metric 
       NULL)
 
 #define CORRECTIONS(X)                                                                                       \
-    X(count, corrections, NULL, in->corrections,                                                             \
+    X(count, corrections, NULL, in->corrections.count,                                                       \
       "snapshots and rollbacks that changed the predicted position of the own entity", NULL)                 \
-    X(number, corrections_per_s, "1/s", ll_netgame_ratio((double)in->corrections, seconds),                  \
+    X(number, corrections_per_s, "1/s", ll_netgame_ratio((double)in->corrections.count, seconds),            \
       "snapshots and rollbacks per second that changed the predicted position of the own entity",            \
       "The run has not reached warmup_s.")                                                                   \
-    X(events, visible_corrections, NULL, in->visible_m_all.count,                                            \
+    X(events, visible_corrections, NULL, in->corrections.visible_m_all.count,                                \
       "frames with a visible correction: it moved a drawn position by more than a pixel, and by more than "  \
       "a tenth of the distance that the entity covers at its drawn speed in that frame",                     \
       NULL)                                                                                                  \
     X(event_rate, visible_corrections_per_s, "1/s",                                                          \
-      ll_netgame_ratio((double)in->visible_m_all.count, seconds),                                            \
+      ll_netgame_ratio((double)in->corrections.visible_m_all.count, seconds),                                \
       "frames with a visible correction per second", "The run has not reached warmup_s.")                    \
-    X(gauge, visible_correction_m, "m", ll_netgame_gauge(&in->visible_m_all, 1),                             \
+    X(gauge, visible_correction_m, "m", ll_netgame_gauge(&in->corrections.visible_m_all, 1),                 \
       "size of a visible correction: the farthest distance that it moved an entity in the frame",            \
       "There was no visible correction.")                                                                    \
-    X(gauge, visible_correction_px, "px", ll_netgame_gauge(&in->visible_m_all, px),                          \
+    X(gauge, visible_correction_px, "px", ll_netgame_gauge(&in->corrections.visible_m_all, px),              \
       "size of a visible correction in pixels; the scene is 1920 pixels wide",                               \
       "There was no visible correction.")                                                                    \
-    X(gauge, visible_correction_arcmin, "arcmin", ll_netgame_gauge(&in->visible_m_all, px *ARCMIN_PER_PX),   \
+    X(gauge, visible_correction_arcmin, "arcmin",                                                            \
+      ll_netgame_gauge(&in->corrections.visible_m_all, px *ARCMIN_PER_PX),                                   \
       "size of a visible correction in minutes of arc: 1.59 per pixel, as on a display of 24 inches with "   \
       "1920 pixels at a distance of 0.6 m",                                                                  \
       "There was no visible correction.")
@@ -91,7 +92,7 @@ static const ll_metric_table input_table = {LL_OF_PLAYERS(".inputs"),
 
 static void view(cJSON *o, const ll_client_metrics *in, double seconds)
 {
-    double px = in->pixel_m > 0 ? 1 / in->pixel_m : NAN;
+    double px = in->corrections.pixel_m > 0 ? 1 / in->corrections.pixel_m : NAN;
     const ll_metric_reading readings[] = {LL_CLIENT_METRICS(DISTRIBUTION_READING)};
     ll_metrics_put(o, &distribution_table, readings);
     LL_METRICS_PUT(o, &picture_table, PICTURES);

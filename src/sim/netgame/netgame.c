@@ -172,7 +172,7 @@ static void see_through_screen(ll_netgame *g, int player)
 {
     ll_client_metrics *in = ll_netgame_client_metrics(g, player);
     ll_game_scene scene = ll_netgame_game(g)->scene(&g->env, g->config.player_count);
-    in->pixel_m = (scene.x_max - scene.x_min) / SCREEN_PX;
+    in->corrections.pixel_m = (scene.x_max - scene.x_min) / SCREEN_PX;
     in->changes.others = ((UINT32_C(1) << g->config.player_count) - 1) & ~(UINT32_C(1) << player);
 }
 

@@ -21,10 +21,10 @@ void ll_netgame_send(ll_netgame *g, int player, bool up, const void *packet, int
     ll_client_metrics *in = ll_netgame_client_metrics(g, player);
     if (g->now >= in->from) {
         int headers = LL_UDP_OVERHEAD + (s.fragments > 1 ? LL_FRAGMENT_HEADER : 0);
-        in->bytes[head.type] += bytes;
-        in->messages[head.type]++;
-        in->packets[head.type] += s.fragments;
-        in->wire_bytes[head.type] += bytes + s.fragments * headers;
+        in->traffic.bytes[head.type] += bytes;
+        in->traffic.messages[head.type]++;
+        in->traffic.packets[head.type] += s.fragments;
+        in->traffic.wire_bytes[head.type] += bytes + s.fragments * headers;
     }
     bool inputs = head.type == LL_MESSAGE_INPUT;
     if (inputs && s.fate == LL_FATE_DELIVERED)

@@ -13,13 +13,13 @@ static double ratio(double a, double b)
 /* ---- bandwidth ---- */
 
 #define MESSAGES(X)                                                                                          \
-    X(number, messages_per_s, "1/s", ratio((double)in->messages[type], seconds),                             \
+    X(number, messages_per_s, "1/s", ratio((double)in->traffic.messages[type], seconds),                     \
       "messages of this type sent per second", "The run has not reached warmup_s.")                          \
-    X(number, packets_per_s, "1/s", ratio((double)in->packets[type], seconds),                               \
+    X(number, packets_per_s, "1/s", ratio((double)in->traffic.packets[type], seconds),                       \
       "packets per second in which messages of this type were sent", "The run has not reached warmup_s.")    \
-    X(number, payload_bytes_per_s, "B/s", ratio((double)in->bytes[type], seconds),                           \
+    X(number, payload_bytes_per_s, "B/s", ratio((double)in->traffic.bytes[type], seconds),                   \
       "payload bytes per second of messages of this type", "The run has not reached warmup_s.")              \
-    X(number, wire_bytes_per_s, "B/s", ratio((double)in->wire_bytes[type], seconds),                         \
+    X(number, wire_bytes_per_s, "B/s", ratio((double)in->traffic.wire_bytes[type], seconds),                 \
       "bytes per second on the wire of messages of this type: each packet with 28 bytes of IPv4 and UDP "    \
       "headers, each fragment with 4 more",                                                                  \
       "The run has not reached warmup_s.")
@@ -51,7 +51,7 @@ static void bandwidth(cJSON *player, const ll_netgame *g, int self)
     cJSON *o = cJSON_AddObjectToObject(player, "bandwidth");
     for (int type = LL_MESSAGE_INPUT; type < LL_MESSAGES; type++) {
         LL_METRICS_PUT(cJSON_AddObjectToObject(o, names[type]), &ll_netgame_message_table, MESSAGES);
-        *(ups[type] ? &up : &down) += (double)in->wire_bytes[type];
+        *(ups[type] ? &up : &down) += (double)in->traffic.wire_bytes[type];
     }
     LL_METRICS_PUT(o, &ll_netgame_bandwidth_table, TOTALS);
 }
@@ -69,7 +69,8 @@ static void bandwidth(cJSON *player, const ll_netgame *g, int self)
       "share of entities that snapshots encode as at rest", "No snapshot was sent.")                         \
     X(number, full_ratio, NULL, ratio((double)sent->whole, states),                                          \
       "share of full snapshots, which have no baseline", "No snapshot was sent.")                            \
-    X(number, bytes_over_full, NULL, ratio((double)in->bytes[LL_MESSAGE_SNAPSHOT], states *(double)full),    \
+    X(number, bytes_over_full, NULL,                                                                         \
+      ratio((double)in->traffic.bytes[LL_MESSAGE_SNAPSHOT], states *(double)full),                           \
       "payload of the snapshots divided by the payload with the encoding `full`", "No snapshot was sent.")   \
     X(count, undecodable, NULL, ll_netgame_client(g, self)->snapshots.unreadable,                            \
       "snapshots that arrived and could not be decoded", NULL)
@@ -82,7 +83,7 @@ static void snapshots(cJSON *player, const ll_netgame *g, int self)
 {
     const ll_client_metrics *in = ll_netgame_client_metrics(g, self);
     const ll_snapshot_cost *sent = &ll_netgame_server(g)->client_slots[self].counts.sent;
-    double states = (double)in->messages[LL_MESSAGE_SNAPSHOT], entities = (double)sent->entities;
+    double states = (double)in->traffic.messages[LL_MESSAGE_SNAPSHOT], entities = (double)sent->entities;
     size_t full = sizeof(ll_snapshot_message) + ll_world_size(ll_server_world_const(ll_netgame_server(g)));
     LL_METRICS_PUT(cJSON_AddObjectToObject(player, "snapshot"), &ll_netgame_snapshot_table, SNAPSHOTS);
 }

@@ -331,7 +331,7 @@ static const ll_input_history *input_history(const scene *s)
 
 static int64_t corrections(const scene *s)
 {
-    return ll_netgame_client_metrics(s->game, 0)->corrections;
+    return ll_netgame_client_metrics(s->game, 0)->corrections.count;
 }
 
 /* Where the server applies inputs on arrival, packets that overtake each other make high water wrong, and

@@ -342,7 +342,7 @@ static tally eight(const char *snapshot, const char *scope, const char *script, 
         ll_client_metrics *in = ll_netgame_client_metrics(s.game, i);
         ll_summary error = ll_histogram_summary(&in->histogram[LL_METRIC_TIMELINE_ERROR]);
         sum.replays += in->input_history.replays;
-        sum.corrections += in->corrections;
+        sum.corrections += in->corrections.count;
         sum.timeline_rms = error.rms > sum.timeline_rms ? error.rms : sum.timeline_rms;
     }
     scene_close(&s);

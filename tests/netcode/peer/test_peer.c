@@ -151,8 +151,8 @@ static void a_right_guess_costs_nothing_and_a_wrong_one_is_made_again(void **sta
     assert_int_equal(peer_of(l)->confirmed, 4);
     assert_true(x_of(l, 0) == 7 && x_of(l, 1) == 15 + 7 + 7 + 7 + 7);
     assert_true(ll_histogram_summary(&l->client_metrics->histogram[LL_METRIC_POP]).max ==
-                2 + 2 + 2);                              /* of tick 6 */
-    assert_int_equal(l->client_metrics->corrections, 0); /* the own entity has not moved */
+                2 + 2 + 2);                                    /* of tick 6 */
+    assert_int_equal(l->client_metrics->corrections.count, 0); /* the own entity has not moved */
 
     relay(l, 0, 2, 4, (const double[]){5, 5, 7, 7}, 5, 0); /* as guessed again */
     frame_at(l, 12);

@@ -33,7 +33,7 @@ static void steady_links_are_drawn_one_delay_back(void **state)
     (void)state;
     view *v = new_view(&ll_sync_free);
     run(v, 10 * LL_SECOND, lag_50, look_steady);
-    assert_int_equal(v->l->client_metrics->underruns, 0);
+    assert_int_equal(v->l->client_metrics->buffer.underruns, 0);
     assert_true(v->taken > 290);
     free_view(v);
 }
@@ -87,7 +87,7 @@ static void empty_buffers_hold(void **state)
     (void)state;
     view *v = new_view(&ll_sync_free);
     run(v, 8 * LL_SECOND, gap, look_dry);
-    assert_int_equal(v->l->client_metrics->underruns, 1); /* one, of any length */
+    assert_int_equal(v->l->client_metrics->buffer.underruns, 1); /* one, of any length */
     assert_true(about(shown_time(v), v->now - 50 * LL_MS - DELAY));
     free_view(v);
 }
@@ -357,7 +357,7 @@ static void demo_interpolates_between_arrivals(void **state)
         last = drawn;
     }
     assert_int_equal(held_frames, 1 + 3 + 21); /* at 190, 290 to 310, 500 to 700 ms */
-    assert_int_equal(l->client_metrics->underruns, 3);
+    assert_int_equal(l->client_metrics->buffer.underruns, 3);
     free_lone(l);
 }
 

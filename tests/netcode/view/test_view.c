@@ -191,7 +191,8 @@ static void extrapolation_ends_at_its_cap(void **state)
         run(v, 5 * LL_SECOND, silent_from_2s, look_silent);
         assert_true(fabs(extrapolated - cap_ms * 0.06) <= 1); /* 60 frames per second */
         assert_true(held > 60);
-        assert_int_equal(v->l->client_metrics->underruns, 1); /* one, whether extrapolation goes on or not */
+        assert_int_equal(v->l->client_metrics->buffer.underruns,
+                         1); /* one, whether extrapolation goes on or not */
         free_view(v);
     }
 }
@@ -211,7 +212,8 @@ static void without_interpolation_others_are_drawn_at_present(void **state)
         run(v, 3 * LL_SECOND, lag_50, NULL);
         assert_true(about(shown_time(v), v->now - late[clock]));
         assert_true(fabs(other(v)->x - 20 * ll_to_s(v->now - late[clock])) < 1e-6);
-        assert_int_equal(v->l->client_metrics->underruns, 0); /* there is no buffer that could run empty */
+        assert_int_equal(v->l->client_metrics->buffer.underruns,
+                         0); /* there is no buffer that could run empty */
         v->l->config.extrapolation_ms = 0;
         run(v, 4 * LL_SECOND, lag_50, NULL);
         assert_true(shown_time(v) == newest_time(v));
@@ -285,7 +287,7 @@ static void adaptive_delay_converges(void **state)
     assert_true(about(before, LL_SECOND / RATE + 10 * LL_MS));
     run(v, 10 * LL_SECOND, lag_50, NULL);
     assert_true(about(shown_time(v), v->now - 50 * LL_MS - LL_SECOND / RATE - 10 * LL_MS));
-    assert_int_equal(v->l->client_metrics->underruns, 0);
+    assert_int_equal(v->l->client_metrics->buffer.underruns, 0);
     free_view(v);
 }
 
@@ -334,7 +336,7 @@ static void adaptive_delay_follows_jitter(void **state)
     assert_true(fabs(late_sum / n - late) < 0.04 * JITTER);
     double mean = delay_sum / (double)delay_frames;
     assert_true(mean < want && mean > want - 2);
-    assert_true(v->l->client_metrics->underruns <
+    assert_true(v->l->client_metrics->buffer.underruns <
                 20); /* the worst case would need an interval + 2 J + margin */
     free_view(v);
 }
@@ -405,7 +407,7 @@ static void catch_up_has_three_speeds(void **state)
     assert_true(slower == 0 && even > 1200);
     ll_time error = v->now - 50 * LL_MS - DELAY - shown_time(v);
     assert_in_range(error, 0, LL_SECOND / RATE);
-    assert_int_equal(v->l->client_metrics->overruns, 0);
+    assert_int_equal(v->l->client_metrics->buffer.overruns, 0);
     free_view(v);
     v = new_view(&ll_sync_free);
     v->l->config.time_scale = 1;
@@ -429,7 +431,7 @@ static void catch_up_jumps_beyond_a_delay(void **state)
     view *v = new_view(&ll_sync_free);
     v->l->config.time_scale = 1;
     run(v, 6 * LL_SECOND, falls_by_120, NULL);
-    assert_int_equal(v->l->client_metrics->overruns, 1);
+    assert_int_equal(v->l->client_metrics->buffer.overruns, 1);
     assert_true(about(shown_time(v), v->now - 50 * LL_MS - DELAY));
     free_view(v);
 }

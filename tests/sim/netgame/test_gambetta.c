@@ -40,7 +40,7 @@ static double frozen(const char *id, const char *rate, int seed, double *step)
     scene s = open_with(id, seed, sets);
     scene_run(&s, 60, NULL);
     const ll_client_metrics *in = ll_netgame_client_metrics(s.game, 0);
-    double share = (double)in->held_frames / (double)in->frames;
+    double share = (double)in->buffer.held_frames / (double)in->buffer.frames;
     *step = in->track[1].smooth.step_max;
     scene_close(&s);
     return share;

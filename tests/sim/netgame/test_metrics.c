@@ -352,9 +352,9 @@ static void age_grows_through_a_blackout(void **state)
         scene s = scene_open(i == 0 ? "race" : "gambetta", all);
         const ll_client_metrics *in = ll_netgame_client_metrics(s.game, 0);
         scene_run(&s, 6, NULL);
-        double before = in->age_of_information;
+        double before = in->last.age_of_information;
         scene_run(&s, 9, NULL);
-        assert_true(before > 1900 && fabs(in->age_of_information - before - 3000) < 17);
+        assert_true(before > 1900 && fabs(in->last.age_of_information - before - 3000) < 17);
         scene_close(&s);
     }
 }

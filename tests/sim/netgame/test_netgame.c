@@ -35,7 +35,7 @@ static void clean_link_needs_no_correction(void **state)
         scene_run(&s, 40, NULL);
         assert_true(moved(&s, 0) > 200);
         for (int p = 0; p < 2; p++) {
-            assert_int_equal(ll_netgame_client_metrics(s.game, p)->corrections, 0);
+            assert_int_equal(ll_netgame_client_metrics(s.game, p)->corrections.count, 0);
             assert_true(summary(&s, p, LL_METRIC_INPUT_LATENCY).max == 0);
             assert_true(summary(&s, p, LL_METRIC_POP).count > 1000);
             assert_int_equal(ll_netgame_server(s.game)->client_slots[p].counts.late, 0);
@@ -66,7 +66,7 @@ static void input_delay_trades_latency_for_corrections(void **state)
         scene_close(&u);
         assert_true(latency.count > 10 && fabs(latency.mean - 1000 * atof(delays[i]) / 60) < 1e-3 &&
                     latency.max - latency.mean < 1e-3);
-        assert_int_equal(ll_netgame_client_metrics(s.game, 0)->corrections, 0);
+        assert_int_equal(ll_netgame_client_metrics(s.game, 0)->corrections.count, 0);
         lead[i] = summary(&s, 0, LL_METRIC_OWN_LEAD).mean;
         wrong[i] = summary(&t, 0, LL_METRIC_CORRECTION).mean;
         scene_close(&s);
@@ -83,8 +83,8 @@ static void contact_is_mispredicted_and_corrected(void **state)
     scene s = scene_open("contact", NULL);
     scene_run(&s, 40, NULL);
     assert_true(moved(&s, 0) > 100);
-    assert_true(ll_netgame_client_metrics(s.game, 0)->corrections > 10);
-    assert_true(ll_netgame_client_metrics(s.game, 1)->corrections > 10);
+    assert_true(ll_netgame_client_metrics(s.game, 0)->corrections.count > 10);
+    assert_true(ll_netgame_client_metrics(s.game, 1)->corrections.count > 10);
     scene_close(&s);
 }
 
@@ -127,11 +127,11 @@ static void prediction_alone_is_thrown_back(void **state)
     scene_run(&a, 20, NULL);
     scene_run(&b, 20, NULL);
     assert_true(summary(&a, 0, LL_METRIC_INPUT_LATENCY).max == 0);
-    assert_true(ll_netgame_client_metrics(a.game, 0)->corrections > 100);
+    assert_true(ll_netgame_client_metrics(a.game, 0)->corrections.count > 100);
     assert_true(summary(&a, 0, LL_METRIC_POP).max > 0.06); /* at least the start: 1/2 * 6 m/s2 * (0.15 s)^2 */
-    assert_true(ll_netgame_client_metrics(a.game, 0)->own_lead < 0);
-    assert_int_equal(ll_netgame_client_metrics(b.game, 0)->corrections, 0);
-    assert_true(ll_netgame_client_metrics(b.game, 0)->own_lead > 0);
+    assert_true(ll_netgame_client_metrics(a.game, 0)->last.own_lead < 0);
+    assert_int_equal(ll_netgame_client_metrics(b.game, 0)->corrections.count, 0);
+    assert_true(ll_netgame_client_metrics(b.game, 0)->last.own_lead > 0);
     scene_close(&a);
     scene_close(&b);
 }
@@ -175,8 +175,8 @@ static void jitter_below_the_margin_does_not_freeze(void **state)
     scene a = scene_open("gambetta_default", ours), b = scene_open("gambetta", demo);
     scene_run(&a, 120, NULL);
     scene_run(&b, 120, NULL);
-    assert_int_equal(ll_netgame_client_metrics(a.game, 0)->underruns, 0);
-    assert_true(ll_netgame_client_metrics(b.game, 0)->underruns > 20);
+    assert_int_equal(ll_netgame_client_metrics(a.game, 0)->buffer.underruns, 0);
+    assert_true(ll_netgame_client_metrics(b.game, 0)->buffer.underruns > 20);
     scene_close(&a);
     scene_close(&b);
 }
@@ -198,11 +198,11 @@ static void lag_may_change_while_it_runs(void **state)
         scene_run(&s, t += 6, NULL);
         ll_client_slot *client_slot = &ll_netgame_server(s.game)->client_slots[0];
         int64_t late = client_slot->counts.late, starved = client_slot->counts.starved;
-        int64_t corrections = ll_netgame_client_metrics(s.game, 0)->corrections;
+        int64_t corrections = ll_netgame_client_metrics(s.game, 0)->corrections.count;
         scene_run(&s, t += 2, NULL);
         assert_int_equal(client_slot->counts.late, late);
         assert_int_equal(client_slot->counts.starved, starved);
-        assert_int_equal(ll_netgame_client_metrics(s.game, 0)->corrections, corrections);
+        assert_int_equal(ll_netgame_client_metrics(s.game, 0)->corrections.count, corrections);
         assert_true(client_slot->snapshots.last_slack >= 1 && client_slot->snapshots.last_slack <= 2);
     }
     scene_close(&s);
@@ -252,7 +252,7 @@ static void lockstep_survives_loss_and_jitter(void **state)
         ll_server *server = ll_netgame_server(s.game);
         assert_in_range(server->step, cases[i].least, cases[i].most);
         assert_true(server->stalled > LL_SECOND / 4);
-        assert_int_equal(ll_netgame_client_metrics(s.game, 0)->corrections, 0);
+        assert_int_equal(ll_netgame_client_metrics(s.game, 0)->corrections.count, 0);
         scene_close(&s);
     }
 }
@@ -469,7 +469,7 @@ static void update_rate_is_kept(void **state)
         const char *const sets[] = {rates[i], NULL};
         scene s = scene_open("race", sets);
         scene_run(&s, 20, NULL);
-        double got = (double)ll_netgame_client_metrics(s.game, 0)->messages[LL_MESSAGE_SNAPSHOT] /
+        double got = (double)ll_netgame_client_metrics(s.game, 0)->traffic.messages[LL_MESSAGE_SNAPSHOT] /
                      18; /* after the warm-up */
         assert_true(fabs(got - wanted[i]) <= 1.0 / 18 + 1e-9);
         scene_close(&s);

@@ -467,9 +467,9 @@ static void deterministic_lockstep_draws_the_newest_confirmed_tick(void **state)
         scene_run(&s, k / 60.0, NULL);
         for (int p = 0; p < 2; p++) {
             const ll_client_metrics *in = ll_netgame_client_metrics(s.game, p);
-            assert_true(in->view_age == in->age_of_information);
+            assert_true(in->last.view_age == in->last.age_of_information);
             ahead += peer_of(&s, p)->tick > ll_netgame_server(s.game)->step;
-            at_start += peer_of(&s, p)->tick == 0 && in->view_age > 0;
+            at_start += peer_of(&s, p)->tick == 0 && in->last.view_age > 0;
         }
     }
     assert_true(ahead > 10 && at_start > 10);

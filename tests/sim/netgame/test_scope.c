@@ -32,7 +32,7 @@ static ll_summary summary(const scene *s, int player, ll_metric metric)
 
 static int64_t corrections(const scene *s, int player)
 {
-    return ll_netgame_client_metrics(s->game, player)->corrections;
+    return ll_netgame_client_metrics(s->game, player)->corrections.count;
 }
 
 /* Every game without contact, from no lag to the longest: nothing is corrected, in any scope. */

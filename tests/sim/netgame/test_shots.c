@@ -540,7 +540,7 @@ static void prediction_is_exact_while_shots_fly(void **state)
         scene s = scene_open(scenes[i], NULL);
         scene_run(&s, 60, NULL);
         for (int p = 0; p < 2; p++)
-            assert_int_equal(ll_netgame_client_metrics(s.game, p)->corrections, 0);
+            assert_int_equal(ll_netgame_client_metrics(s.game, p)->corrections.count, 0);
         scene_close(&s);
     }
 }
