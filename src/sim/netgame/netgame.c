@@ -246,6 +246,12 @@ static void settle(void *config, const void *before)
 
 /* ---- time ---- */
 
+/* Where a position or speed is not finite. */
+typedef struct divergence {
+    int entity;
+    int viewer; /* the player in whose view; -1: in the server's world */
+} divergence;
+
 static bool finite_world(const ll_world *world, int *entity)
 {
     for (int i = 0; i < world->entities; i++) {
@@ -259,15 +265,17 @@ static bool finite_world(const ll_world *world, int *entity)
     return true;
 }
 
-static ll_status not_finite(const ll_netgame *g, int entity)
+static ll_status not_finite(const ll_netgame *g, divergence where)
 {
-    char name[LL_NAME_MAX + 16];
-    if (entity < g->config.player_count)
-        snprintf(name, sizeof name, "player %s", g->config.players[entity].name);
+    char name[LL_NAME_MAX + 16], view[LL_NAME_MAX + 32] = "";
+    if (where.entity < g->config.player_count)
+        snprintf(name, sizeof name, "player %s", g->config.players[where.entity].name);
     else
-        snprintf(name, sizeof name, "entity %d", entity);
-    return ll_error(LL_DIVERGED, "the position or speed of %s is not finite at step %lld (%.6f s)", name,
-                    (long long)ll_netgame_server(g)->step, ll_to_s(g->now));
+        snprintf(name, sizeof name, "entity %d", where.entity);
+    if (where.viewer >= 0)
+        snprintf(view, sizeof view, " in the view of player %s", g->config.players[where.viewer].name);
+    return ll_error(LL_DIVERGED, "the position or speed of %s%s is not finite at step %lld (%.6f s)", name,
+                    view, (long long)ll_netgame_server(g)->step, ll_to_s(g->now));
 }
 
 /* A step in which shots are judged. */
@@ -282,8 +290,8 @@ static void step_armed(ll_netgame *g)
     ll_netgame_sync(g)->step(server, ll_netgame_game(g), &g->env, &past, g->now);
 }
 
-/* False when the world has diverged; `entity` is then the one whose position or speed is not finite. */
-static bool server_steps(ll_netgame *g, const ll_recorder *r, int *entity)
+/* False when the world has diverged, at `where`. */
+static bool server_steps(ll_netgame *g, const ll_recorder *r, divergence *where)
 {
     const ll_sync_mode *sync = ll_netgame_sync(g);
     ll_server *server = ll_netgame_server(g);
@@ -292,7 +300,8 @@ static bool server_steps(ll_netgame *g, const ll_recorder *r, int *entity)
         step_armed(g);
     else
         sync->step(server, ll_netgame_game(g), &g->env, NULL, g->now);
-    if (!finite_world(ll_server_world(server), entity))
+    where->viewer = -1;
+    if (!finite_world(ll_server_world(server), &where->entity))
         return false;
     ll_netgame_watch_players(g, g->now - before);
     for (int i = 0; i < server->players && g->now < ll_netgame_client_metrics(g, i)->from; i++)
@@ -324,24 +333,24 @@ static void client_ticks(ll_netgame *g, int player, const ll_client_setup *s)
         s->sync->observe(ll_netgame_desync(g, player), client, s, ll_netgame_server(g));
 }
 
-/* A client's prediction may diverge before the server does. */
-static ll_status client_displays(ll_netgame *g, int player, const ll_client_setup *s)
+/* A client's prediction may diverge before the server does: false then. */
+static bool client_displays(ll_netgame *g, int player, const ll_client_setup *s, divergence *where)
 {
-    int entity;
     ll_client *client = ll_netgame_client(g, player);
     s->sync->display(client, s, g->now);
     ll_client_set_display(client, s);
-    if (!finite_world(ll_client_rendered_const(client), &entity))
-        return not_finite(g, entity);
+    where->viewer = player;
+    if (!finite_world(ll_client_rendered_const(client), &where->entity))
+        return false;
     ll_netgame_observe_display(g, player);
     if (s->shots)
         ll_shots_frame(s->shots, &(ll_sight){ll_client_rendered_const(client), player}, g->now);
     if (player == g->config.player_count - 1)
         ll_netgame_compare_views(g, client->displays.elapsed);
-    return ll_ok();
+    return true;
 }
 
-static ll_status client_acts(ll_netgame *g, int player, const ll_client_setup *s)
+static bool client_acts(ll_netgame *g, int player, const ll_client_setup *s, divergence *where)
 {
     ll_client *client = ll_netgame_client(g, player);
     bool ticks = client->ticks.due <= g->now,
@@ -349,15 +358,15 @@ static ll_status client_acts(ll_netgame *g, int player, const ll_client_setup *s
     ll_request_message request;
     if (ticks)
         client_ticks(g, player, s);
-    ll_status status = displays ? client_displays(g, player, s) : ll_ok();
+    bool finite = !displays || client_displays(g, player, s, where);
     ll_client_set_due(client, s);
     if (client->due > g->now)
-        return status; /* nothing is due for its connection */
+        return finite; /* nothing is due for its connection */
     int bytes = ll_connection_poll(client, s, g->now, &request);
     if (bytes > 0)
         ll_netgame_send(g, player, true, &request, bytes, s->recorder);
     ll_client_set_due(client, s);
-    return status;
+    return finite;
 }
 
 /* The next actor. At one instant packets come first, then the server's step, its update, and the clients: so
@@ -460,9 +469,9 @@ static int next_turn(const schedule *now, const ll_netgame *g, turn *next)
     return player;
 }
 
-/* False when the world has diverged, by `entity`. */
+/* False when a world has diverged, at `where`. */
 static bool take_turn(ll_netgame *g, actor who, int player, const ll_client_setup *s, const ll_recorder *r,
-                      int *entity)
+                      divergence *where)
 {
     switch (who) {
     case ACTOR_UP:
@@ -475,7 +484,7 @@ static bool take_turn(ll_netgame *g, actor who, int player, const ll_client_setu
         ll_netgame_deliver_held(g, player, s);
         break;
     case ACTOR_STEP:
-        return server_steps(g, r, entity);
+        return server_steps(g, r, where);
     case ACTOR_UPDATE:
         ll_netgame_update(g, r);
         ll_netgame_server(g)->update++;
@@ -484,8 +493,7 @@ static bool take_turn(ll_netgame *g, actor who, int player, const ll_client_setu
         ll_netgame_check_connections(g, r);
         break;
     case ACTOR_CLIENT:
-        client_acts(g, player, s);
-        break;
+        return client_acts(g, player, s, where);
     }
     return true;
 }
@@ -493,7 +501,7 @@ static bool take_turn(ll_netgame *g, actor who, int player, const ll_client_setu
 static ll_status run_until(ll_netgame *g, ll_time until, const ll_recorder *r, ll_pace *pace)
 {
     schedule now;
-    int entity;
+    divergence where = {0, -1};
     for (int i = 0; i < g->config.player_count; i++)
         now.setup[i] = setup(g, i, r);
     renew_all(&now, g);
@@ -506,8 +514,8 @@ static ll_status run_until(ll_netgame *g, ll_time until, const ll_recorder *r, l
             return ll_error(LL_INTERRUPTED, "a tick was interrupted");
         if (time_of(next) > g->now) /* otherwise a live change has brought it forward */
             g->now = time_of(next);
-        if (!take_turn(g, actor_of(next), player, &now.setup[player < 0 ? 0 : player], r, &entity))
-            return not_finite(g, entity);
+        if (!take_turn(g, actor_of(next), player, &now.setup[player < 0 ? 0 : player], r, &where))
+            return not_finite(g, where);
         renew(&now, g, player, actor_of(next));
     }
     g->now = until;

@@ -573,6 +573,25 @@ static void a_value_that_is_not_finite_stops_at_its_tick(void **state)
     scene_close(&s);
 }
 
+/* A prediction may diverge while the server's world is finite: the next snapshot would hide it. */
+static void a_view_that_is_not_finite_stops_at_its_display(void **state)
+{
+    (void)state;
+    const char *const sets[] = {ALL_ON("0"), ALL_ON("1"), NULL};
+    for (int viewer = 0; viewer < 2; viewer++) {
+        scene s = scene_open("race", sets);
+        scene_run(&s, 5, NULL);
+        ll_client_predicted(ll_netgame_client(s.game, viewer))->entity[viewer].x = NAN;
+        ll_status status = s.scenario.kind->advance(s.game, 10 * LL_SECOND, NULL, NULL, NULL);
+        assert_int_equal(status.code, LL_DIVERGED);
+        assert_non_null(strstr(status.text, viewer == 0 ? "player A in the view of player A is not finite"
+                                                        : "player B in the view of player B is not finite"));
+        assert_true(s.game->now <= 5 * LL_SECOND + 17 * LL_MS);
+        assert_true(isfinite(moved(&s, viewer)));
+        scene_close(&s);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -597,6 +616,7 @@ int main(void)
         cmocka_unit_test(block_may_be_moved),
         cmocka_unit_test(recording_changes_nothing),
         cmocka_unit_test(a_value_that_is_not_finite_stops_at_its_tick),
+        cmocka_unit_test(a_view_that_is_not_finite_stops_at_its_display),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
