@@ -28,7 +28,7 @@ static ll_status do_play(ll_session *s, ll_time wall, const control_args *a)
 {
     (void)a;
     if (s->status == LL_SESSION_FAILED)
-        return ll_error(LL_CONFLICT, "the session has failed: %s", s->error.text);
+        return ll_error(LL_CONFLICT, "the session has failed: %s", s->failure.status.text);
     if (s->tick >= s->end)
         ll_session_move_to(s, 0);
     if (s->status != LL_SESSION_PLAYING) {
@@ -65,7 +65,7 @@ static ll_status do_seek(ll_session *s, ll_time wall, const control_args *a)
 
 static ll_status do_speed(ll_session *s, ll_time wall, const control_args *a)
 {
-    s->speed = a->speed;
+    s->clock.speed = a->speed;
     ll_session_set_clock(s, wall);
     if (s->status == LL_SESSION_PLAYING)
         ll_session_emit_own(s, "play");
@@ -81,7 +81,7 @@ static ll_status do_restart(ll_session *s, ll_time wall, const control_args *a)
     ll_session_rebase(s, base);
     free(base);
     if (a->reset)
-        s->speed = 1;
+        s->clock.speed = 1;
     ll_session_set_clock(s, wall);
     ll_session_emit_restart(s);
     return ll_ok();
