@@ -218,8 +218,8 @@ static void place(int64_t *at, int64_t *end, size_t count, size_t size)
 static ll_particles layout_of(const ll_particle_setup *s)
 {
     ll_particles p = {.setup = *s};
-    p.h = s->smoothing * s->spacing;
-    p.support = support_of(s);
+    p.kernel.h = s->smoothing * s->spacing;
+    p.kernel.support = support_of(s);
     filler f = {0};
     fill_fluid(&f, s);
     p.fluid = f.count;
@@ -229,46 +229,46 @@ static ll_particles layout_of(const ll_particle_setup *s)
     p.body_count = f.body;
     p.stride = (f.count + 7) & ~7;
     p.capacity = PAIRS_PER_PARTICLE * p.fluid + 64;
-    ll_particle_cells_size(s, p.support, &p);
+    ll_particle_cells_size(s, p.kernel.support, &p);
 
     size_t total = (size_t)p.stride, cells = (size_t)(p.columns * p.rows), pairs = (size_t)p.capacity;
     int64_t end = 0, ignored;
     place(&ignored, &end, 1, sizeof p);
-    place(&p.at_id, &end, total, sizeof(int32_t));
-    place(&p.at_local, &end, 2 * (size_t)p.body_count, sizeof(double));
-    place(&p.at_wall_start, &end, cells + 1, sizeof(int32_t));
-    place(&p.at_field, &end, total * LL_PARTICLE_STATES, sizeof(double));
-    p.at_state_end = end;
+    place(&p.at.id, &end, total, sizeof(int32_t));
+    place(&p.at.local, &end, 2 * (size_t)p.body_count, sizeof(double));
+    place(&p.at.wall_start, &end, cells + 1, sizeof(int32_t));
+    place(&p.at.field, &end, total * LL_PARTICLE_STATES, sizeof(double));
+    p.at.state_end = end;
     place(&ignored, &end, total * (LL_PARTICLE_FIELDS - LL_PARTICLE_STATES), sizeof(double));
-    place(&p.at_fluid_start, &end, cells + 1, sizeof(int32_t));
-    place(&p.at_cell, &end, total, sizeof(int32_t));
-    place(&p.at_order, &end, total, sizeof(double));
-    place(&p.at_row, &end, 2 * (size_t)p.fluid + 2, sizeof(int32_t));
-    place(&p.at_pair, &end, pairs, sizeof(int32_t));
-    place(&p.at_ex, &end, pairs, sizeof(double));
-    place(&p.at_ey, &end, pairs, sizeof(double));
-    place(&p.at_slope, &end, pairs, sizeof(double));
-    place(&p.at_kernel, &end, pairs, sizeof(double));
-    p.at_end = end;
+    place(&p.at.fluid_start, &end, cells + 1, sizeof(int32_t));
+    place(&p.at.cell, &end, total, sizeof(int32_t));
+    place(&p.at.order, &end, total, sizeof(double));
+    place(&p.at.row, &end, 2 * (size_t)p.fluid + 2, sizeof(int32_t));
+    place(&p.at.pair, &end, pairs, sizeof(int32_t));
+    place(&p.at.ex, &end, pairs, sizeof(double));
+    place(&p.at.ey, &end, pairs, sizeof(double));
+    place(&p.at.slope, &end, pairs, sizeof(double));
+    place(&p.at.kernel, &end, pairs, sizeof(double));
+    p.at.end = end;
     return p;
 }
 
 size_t ll_particles_size(const ll_particle_setup *setup)
 {
-    return (size_t)layout_of(setup).at_end;
+    return (size_t)layout_of(setup).at.end;
 }
 
 size_t ll_particles_state_size(const ll_particles *p)
 {
-    return (size_t)p->at_state_end;
+    return (size_t)p->at.state_end;
 }
 
 /* Scales for which the sums of a square lattice are exact: of the kernel, of the gradient of a linear field,
  * and of viscosity. With the kernel's own derivative pressure would be 4 % too high. */
 static void normalise(ll_particles *p)
 {
-    double d = p->setup.spacing, h = p->h, sum = 0, slope = 0, viscous = 0;
-    int reach = (int)(p->support / d) + 1;
+    double d = p->setup.spacing, h = p->kernel.h, sum = 0, slope = 0, viscous = 0;
+    int reach = (int)(p->kernel.support / d) + 1;
     for (int row = -reach; row <= reach; row++)
         for (int column = -reach; column <= reach; column++) {
             double x = column * d, y = row * d, e2 = x * x + y * y, q = sqrt(e2) / h, s = 1 - q / 2;
@@ -278,17 +278,17 @@ static void normalise(ll_particles *p)
             slope += s * s * s * y * y;
             viscous += s * s * s * e2 / (e2 + 0.01 * h * h) * y * y;
         }
-    p->kernel_scale = 1 / (sum * d * d);
-    p->slope_scale = -1 / (slope * d * d);
-    p->gradient_scale = p->slope_scale * h * h / (-5 * p->kernel_scale);
-    p->viscous_scale = slope / viscous;
+    p->kernel.scale = 1 / (sum * d * d);
+    p->kernel.slope_scale = -1 / (slope * d * d);
+    p->kernel.gradient_scale = p->kernel.slope_scale * h * h / (-5 * p->kernel.scale);
+    p->kernel.viscous_scale = slope / viscous;
 }
 
 ll_particles *ll_particles_init(void *block, const ll_particle_setup *setup, const ll_particle_params *params)
 {
     ll_particles *p = block;
     ll_particles head = layout_of(setup);
-    memset(block, 0, (size_t)head.at_end);
+    memset(block, 0, (size_t)head.at.end);
     *p = head;
     p->params = *params;
     p->mass = params->density * setup->spacing * setup->spacing;
@@ -376,11 +376,11 @@ static double dt_limit(const ll_particles *p, double speed)
     const ll_particle_params *q = &p->params;
     double limit = methods[q->method]->dt_limit(p, speed);
     double gravity = sqrt(q->gravity_x * q->gravity_x + q->gravity_y * q->gravity_y);
-    double viscosity = q->viscosity + q->artificial_viscosity * p->h * q->sound_speed / 8;
+    double viscosity = q->viscosity + q->artificial_viscosity * p->kernel.h * q->sound_speed / 8;
     if (viscosity > 0)
-        limit = fmin(limit, 0.125 * p->h * p->h / viscosity);
+        limit = fmin(limit, 0.125 * p->kernel.h * p->kernel.h / viscosity);
     if (gravity > 0)
-        limit = fmin(limit, 0.25 * sqrt(p->h / gravity));
+        limit = fmin(limit, 0.25 * sqrt(p->kernel.h / gravity));
     return limit;
 }
 
@@ -483,7 +483,7 @@ ll_status ll_particles_step(ll_particles *p, double dt)
 
 uint64_t ll_particles_hash(const ll_particles *p)
 {
-    return ll_hash(0, p, (size_t)p->at_state_end);
+    return ll_hash(0, p, (size_t)p->at.state_end);
 }
 
 bool ll_particles_valid(const ll_particles *p)
