@@ -7,10 +7,10 @@
 static void count_delay(ll_link *l, double delay_ms)
 {
     ll_link_stats *s = &l->stats;
-    s->delay_min_ms = delay_ms < s->delay_min_ms ? delay_ms : s->delay_min_ms;
-    s->delay_max_ms = delay_ms > s->delay_max_ms ? delay_ms : s->delay_max_ms;
-    s->delay_sum_ms += delay_ms;
-    s->delay_sum_squares += delay_ms * delay_ms;
+    s->delay.min_ms = delay_ms < s->delay.min_ms ? delay_ms : s->delay.min_ms;
+    s->delay.max_ms = delay_ms > s->delay.max_ms ? delay_ms : s->delay.max_ms;
+    s->delay.sum_ms += delay_ms;
+    s->delay.sum_squares += delay_ms * delay_ms;
 }
 
 /* Due time of a packet that passed all stages, in the configured order. */
@@ -33,8 +33,8 @@ static void count_pair(ll_link *l, double delay_ms)
 {
     bool follows = l->delay_number == l->packet - 1;
     double step = delay_ms - l->delay_ms;
-    l->stats.delay_step_squares += follows ? step * step : 0;
-    l->stats.delay_pairs += follows;
+    l->stats.delay.step_squares += follows ? step * step : 0;
+    l->stats.delay.pairs += follows;
     l->delay_number = l->packet;
     l->delay_ms = delay_ms;
 }
@@ -146,21 +146,21 @@ static int32_t packets_of(const ll_link_params *params, int32_t size)
 
 static void count_split(ll_link *l, int32_t packets)
 {
-    l->stats.split++;
-    l->stats.fragments += packets;
+    l->stats.fragments.split++;
+    l->stats.fragments.count += packets;
 }
 
 static void count_lost(ll_link *l, int32_t packets)
 {
     l->stats.messages_lost++;
-    l->stats.split_lost += packets > 1;
+    l->stats.fragments.split_lost += packets > 1;
 }
 
 static void gather(ll_link *l, ll_sending *all, const ll_sending *one)
 {
     ll_time when;
     if (!comes(one, &when)) {
-        l->stats.fragments_lost++;
+        l->stats.fragments.lost++;
         if (all->fate == LL_FATE_DELIVERED) {
             all->fate = one->fate;
             all->due = one->due;
@@ -205,7 +205,7 @@ static ll_sending send_impaired(ll_link *l, const ll_link_params *params, double
 static ll_sending refuse(ll_link *l, ll_time now, int32_t packets)
 {
     l->stats.overflowed += packets;
-    l->stats.fragments_lost += packets > 1 ? packets : 0;
+    l->stats.fragments.lost += packets > 1 ? packets : 0;
     count_lost(l, packets);
     return (ll_sending){.fate = LL_FATE_OVERFLOW, .due = now, .fragments = packets};
 }

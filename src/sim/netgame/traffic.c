@@ -111,11 +111,11 @@ static void snapshots(cJSON *player, const ll_netgame *g, int self)
       "messages that did not arrive completely, for any cause", NULL)                                        \
     X(number, message_loss_pct, "%", 100 * ratio((double)s->messages_lost, messages),                        \
       "share of messages that did not arrive completely, for any cause", "No message was sent.")             \
-    X(count, split, NULL, s->split, "messages sent in several fragments", NULL)                              \
-    X(count, split_lost, NULL, s->split_lost,                                                                \
+    X(count, split, NULL, s->fragments.split, "messages sent in several fragments", NULL)                    \
+    X(count, split_lost, NULL, s->fragments.split_lost,                                                      \
       "messages sent in several fragments that did not arrive completely", NULL)                             \
-    X(count, fragments, NULL, s->fragments, "fragments sent of messages that were split", NULL)              \
-    X(count, fragments_lost, NULL, s->fragments_lost, "fragments of which no copy arrived", NULL)            \
+    X(count, fragments, NULL, s->fragments.count, "fragments sent of messages that were split", NULL)        \
+    X(count, fragments_lost, NULL, s->fragments.lost, "fragments of which no copy arrived", NULL)            \
     X(count, duplicated, NULL, s->duplicated, "packets that were duplicated", NULL)                          \
     X(count, corrupted, NULL, s->corrupted, "packets that were corrupted, duplicates included", NULL)        \
     X(count, overflowed, NULL, s->overflowed,                                                                \
@@ -126,17 +126,17 @@ static void snapshots(cJSON *player, const ll_netgame *g, int self)
     X(number, delay_mean_ms, "ms", mean, "mean delay of packets", "No packet was put on its way.")           \
     X(number, delay_sd_ms, "ms", variance > 0 ? ll_sqrt(variance) : 0 * variance,                            \
       "standard deviation of the delay of packets", "No packet was put on its way.")                         \
-    X(number, delay_min_ms, "ms", n > 0 ? s->delay_min_ms : NAN, "shortest delay of a packet",               \
+    X(number, delay_min_ms, "ms", n > 0 ? s->delay.min_ms : NAN, "shortest delay of a packet",               \
       "No packet was put on its way.")                                                                       \
-    X(number, delay_max_ms, "ms", n > 0 ? s->delay_max_ms : NAN, "longest delay of a packet",                \
+    X(number, delay_max_ms, "ms", n > 0 ? s->delay.max_ms : NAN, "longest delay of a packet",                \
       "No packet was put on its way.")                                                                       \
     X(number, delay_corr_pct, "%", 100 * ll_link_delay_correlation(s),                                       \
       "correlation of the delays of successive packets",                                                     \
       "There were too few packets, or all delays are equal.")                                                \
-    X(number, queue_mean_ms, "ms", ratio(s->queue_sum_ms, (double)s->queued),                                \
+    X(number, queue_mean_ms, "ms", ratio(s->queue.sum_ms, (double)s->queue.count),                           \
       "mean time of packets in the queue of the rate limit, waiting and transmission",                       \
       "No packet was queued.")                                                                               \
-    X(number, queue_max_ms, "ms", s->queue_max_ms,                                                           \
+    X(number, queue_max_ms, "ms", s->queue.max_ms,                                                           \
       "longest time of a packet in the queue of the rate limit, waiting and transmission", NULL)             \
     X(count, queue_drops, NULL, s->queue_drops,                                                              \
       "packets dropped because the queue of the rate limit was full", NULL)
@@ -154,7 +154,7 @@ static void link_report(cJSON *o, const ll_metric_table *table, const ll_link *l
 {
     const ll_link_stats *s = ll_link_get_stats(link);
     double messages = (double)ll_link_messages(s), n = (double)ll_link_put_on_way(s);
-    double mean = ratio(s->delay_sum_ms, n), variance = ratio(s->delay_sum_squares, n) - mean * mean;
+    double mean = ratio(s->delay.sum_ms, n), variance = ratio(s->delay.sum_squares, n) - mean * mean;
     LL_METRICS_PUT(o, table, LINK);
 }
 
