@@ -153,7 +153,9 @@ static inline void start_lone(lone *l, double hz, int64_t step, ll_time now)
     ll_world *world = new_world(l->players);
     if (!ll_connection_plays(&l->client->connection))
         measure_clock(l, now);
-    ll_client_start(l->client, &l->setup, 1, ll_freq_from_hz(hz), step, world, now);
+    ll_client_start(l->client, &l->setup,
+                    &(ll_client_begin){.epoch = 1, .freq = ll_freq_from_hz(hz), .step = step, .world = world},
+                    now);
     free(world);
 }
 

@@ -211,22 +211,20 @@ static ll_sending refuse(ll_link *l, ll_time now, int32_t packets)
 }
 
 /* Without draws: all packets of a message arrive at one time. */
-static void send_plain(ll_link *l, const ll_link_params *params, double lag_ms, ll_time now,
-                       const void *bytes, int32_t size, int32_t packets, ll_sending *sending)
+static ll_sending send_plain(ll_link *l, const ll_link_params *params, double lag_ms, ll_time now,
+                             const message *m, int32_t packets)
 {
     l->packet += packets;
     if (packets > 1)
         count_split(l, packets);
-    if (!ll_link_has_room(l, size)) {
-        *sending = refuse(l, now, packets);
-        return;
-    }
+    if (!ll_link_has_room(l, m->size))
+        return refuse(l, now, packets);
     double delay_ms = lag_ms + params->delay_ms;
     ll_time due = arrival(l, (ll_order)params->order, now, delay_ms, 0);
     for (int32_t i = 1; i < packets; i++)
         due = arrival(l, (ll_order)params->order, now, delay_ms, 0);
-    ll_link_put(l, now, due, bytes, size);
-    *sending = (ll_sending){.fate = LL_FATE_DELIVERED, .due = due, .fragments = packets};
+    ll_link_put(l, now, due, m->bytes, m->size);
+    return (ll_sending){.fate = LL_FATE_DELIVERED, .due = due, .fragments = packets};
 }
 
 ll_sending ll_link_send(ll_link *l, const ll_link_params *params, double lag_ms, ll_time now,
@@ -237,10 +235,10 @@ ll_sending ll_link_send(ll_link *l, const ll_link_params *params, double lag_ms,
     l->stats.sent += packets;
     l->stats.bytes += size;
     ll_sending sending;
+    message m = {bytes, size, packets == 1};
     if (!ll_stages_any(params)) {
-        send_plain(l, params, lag_ms, now, bytes, size, packets, &sending);
+        sending = send_plain(l, params, lag_ms, now, &m, packets);
     } else {
-        message m = {bytes, size, packets == 1};
         sending = packets == 1 ? send_impaired(l, params, lag_ms, now, &m)
                                : send_split(l, params, lag_ms, now, &m, packets);
     }

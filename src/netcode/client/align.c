@@ -28,17 +28,16 @@ void ll_client_forget_inputs(ll_client *c, const ll_client_setup *s, uint16_t ep
         c->inputs.tick = 0;
 }
 
-void ll_client_join(ll_client *c, const ll_client_setup *s, uint16_t epoch, int64_t step, int64_t first,
-                    const void *world, ll_time now)
+void ll_client_join(ll_client *c, const ll_client_setup *s, const ll_client_begin *begin, ll_time now)
 {
     ll_client_metrics_resync(s->client_metrics);
-    ll_client_forget_inputs(c, s, epoch, now);
+    ll_client_forget_inputs(c, s, begin->epoch, now);
     if (s->sync->waits) /* its inputs continue at the server's step */
-        c->inputs.tick = c->snapshots.confirmed = step;
+        c->inputs.tick = c->snapshots.confirmed = begin->step;
     if (s->sync->answers && c->ticks.due != LL_NEVER)
         c->ticks.due = now; /* the server waits */
-    if (s->sync->start && world)
-        s->sync->start(c, s, step, first, world);
+    if (s->sync->start && begin->world)
+        s->sync->start(c, s, begin->step, begin->first, begin->world);
 }
 
 void ll_client_leave(ll_client *c, const ll_client_setup *s)

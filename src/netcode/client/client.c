@@ -75,14 +75,15 @@ static void start_clocks(ll_client *c, const ll_client_setup *s, ll_freq freq, l
     c->displays.due = s->display_freq > 0 ? c->ticks.clock.epoch : LL_NEVER;
 }
 
-void ll_client_start(ll_client *c, const ll_client_setup *s, uint16_t epoch, ll_freq freq, int64_t step,
-                     const ll_world *world, ll_time now)
+void ll_client_start(ll_client *c, const ll_client_setup *s, const ll_client_begin *begin, ll_time now)
 {
+    const ll_world *world = begin->world;
+    int64_t step = begin->step;
     ll_connection *n = &c->connection;
     bool in = n->state != LL_CONNECTION_CONNECTING && n->state != LL_CONNECTION_DISCONNECTED;
-    start_clocks(c, s, freq, now);
+    start_clocks(c, s, begin->freq, now);
     c->inputs.tick = step;
-    n->epoch = in ? epoch : n->epoch;
+    n->epoch = in ? begin->epoch : n->epoch;
     ll_client_forget_inputs(c, s, n->epoch, now);
     c->inputs.scale = 1;
     c->snapshots.received = c->snapshots.used = 0;

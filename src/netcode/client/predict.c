@@ -27,8 +27,9 @@ static uint8_t mark_of(const ll_client_setup *s)
 static void step(ll_client *c, const ll_client_setup *s, ll_world *world, const ll_action *own, int64_t tick)
 {
     c->prediction.guessed[c->self] = *own;
-    scope_of(s)->step(s->game, s->env, world, c->prediction.guessed, ll_client_step_time(c, tick), c->self,
-                      &c->prediction.entities);
+    ll_scope_step one = {c->prediction.guessed, ll_client_step_time(c, tick), c->self,
+                         &c->prediction.entities};
+    scope_of(s)->step(s->game, s->env, world, &one);
 }
 
 /* The next step, with input `seq`; without an input where the clock has snapped beyond it. */

@@ -64,8 +64,9 @@ void ll_client_metrics_stepped(ll_client_metrics *in, int self, const ll_stepped
     else
         ll_input_history_stepped(&in->input_history, s->step);
     decide_changes(in);
-    ll_rendered_views_made(&in->rendered_views, &in->histogram[LL_METRIC_OWN_TIMELINE_ERROR], key, real->x,
-                           real->y, now, in->from);
+    const ll_rendered_view truth = {key, now, real->x, real->y};
+    ll_rendered_views_made(&in->rendered_views, &in->histogram[LL_METRIC_OWN_TIMELINE_ERROR], &truth,
+                           in->from);
     if (s->applies_on_arrival)
         ll_rendered_views_skip(&in->rendered_views, key);
 }

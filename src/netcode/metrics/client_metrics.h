@@ -193,7 +193,8 @@ static inline void ll_client_metrics_input(ll_client_metrics *in, uint32_t seq, 
                                            const ll_action *controls, ll_time touched, ll_time now)
 {
     ll_input_history_made(&in->input_history, seq, tick);
-    ll_changes_made(&in->changes, in->histogram, controls, seq, tick, now >= in->from, touched);
+    const ll_made_input input = {controls, seq, now >= in->from, tick, touched};
+    ll_changes_made(&in->changes, in->histogram, &input);
 }
 
 /* The player is not connected: its controls make no input. */

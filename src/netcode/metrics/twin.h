@@ -51,7 +51,14 @@ void ll_twin_frame_once(ll_twin *twin, int64_t tick, ll_time due);
 /* The entity of a player that does not cheat, or before the first step: the twin is there too, at `now`. */
 void ll_twin_watch(ll_twin *twin, const ll_entity *entity, ll_time now);
 
-/* The server has made `step` at `now`, and `player` cheats. `applies_on_arrival`: inputs are applied on
- * arrival. */
-void ll_twin_step(ll_twin *twin, const ll_game *game, const ll_game_env *env, const ll_world *world,
-                  int player, bool drains, int64_t step, ll_time now);
+/* A step that the server has made. */
+typedef struct ll_twin_stepped {
+    const ll_world *world;
+    int64_t step;
+    ll_time now;
+    bool drains; /* inputs are applied on arrival */
+} ll_twin_stepped;
+
+/* After a step, for `player`, who cheats. */
+void ll_twin_step(ll_twin *twin, const ll_game *game, const ll_game_env *env, int player,
+                  const ll_twin_stepped *stepped);

@@ -44,9 +44,10 @@ static void measure_own_played(ll_client_metrics *in, const ll_client *c, const 
                                const ll_rendered_view *drawn)
 {
     const ll_entity *real = &t->world->entity[c->self];
+    const ll_rendered_view truth = {t->acked, ll_history_newest(t->history), real->x, real->y};
     if (t->acked == c->prediction.played)
         ll_rendered_views_compare(&in->rendered_views, &in->histogram[LL_METRIC_OWN_TIMELINE_ERROR], drawn,
-                                  real->x, real->y, ll_history_newest(t->history), in->from);
+                                  &truth, in->from);
     else if (c->prediction.played > t->acked)
         ll_rendered_views_keep(&in->rendered_views, drawn, in->from);
 }
@@ -74,7 +75,7 @@ static void measure_own_view(ll_client_metrics *in, const ll_client *c, const ll
         *truth = (ll_rendered_view){drawn.key, ll_history_time(t->history, drawn.key), x, y};
     }
     ll_rendered_views_compare(&in->rendered_views, &in->histogram[LL_METRIC_OWN_TIMELINE_ERROR], &drawn,
-                              truth->x, truth->y, truth->shown, in->from);
+                              truth, in->from);
 }
 
 /* The newest tick for which the client has all inputs or the server's snapshot. */

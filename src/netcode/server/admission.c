@@ -4,12 +4,18 @@
 
 #include "netcode/protocol/connection.h"
 
-static int answer(const ll_server *server, int player, ll_message type, const ll_request_message *request,
-                  bool with_world, ll_time now, void *reply)
+typedef struct answer_kind {
+    ll_message type;
+    const ll_request_message *request; /* that it answers; NULL: none */
+    bool with_world;
+} answer_kind;
+
+static int answer(const ll_server *server, int player, answer_kind kind, ll_time now, void *reply)
 {
+    const ll_request_message *request = kind.request;
     const ll_client_slot *client_slot = &server->client_slots[player];
     ll_answer_message m = {
-        .head = {.type = (uint8_t)type,
+        .head = {.type = (uint8_t)kind.type,
                  .epoch = client_slot->connection.connected ? client_slot->connection.epoch : 0},
         .received = now,
         .tick = server->step,
@@ -20,7 +26,7 @@ static int answer(const ll_server *server, int player, ll_message type, const ll
         m.head.seq = request->head.seq;
         m.sent = request->sent;
     }
-    if (with_world) {
+    if (kind.with_world) {
         const ll_world *world = ll_server_world_const(server);
         m.head.count |= LL_ANSWER_WORLD;
         memcpy((char *)reply + size, world, ll_world_size(world));
@@ -66,7 +72,8 @@ static ll_admitted take_connect(ll_server *server, bool with_world, int player,
     if (done.joined)
         accept(server, with_world, player, request, now);
     ll_message type = done.joined || again ? LL_MESSAGE_ACCEPT : LL_MESSAGE_PONG;
-    done.reply = answer(server, player, type, request, with_world && type == LL_MESSAGE_ACCEPT, now, reply);
+    done.reply = answer(server, player, (answer_kind){type, request, with_world && type == LL_MESSAGE_ACCEPT},
+                        now, reply);
     return done;
 }
 
@@ -92,8 +99,9 @@ ll_admitted ll_admission_receive(ll_server *server, bool with_world, int player,
     }
     if (!asks && now - connection->last_sent < LL_KEEP_ALIVE)
         return (ll_admitted){.reply = 0}; /* it already knows that it is not connected */
-    return (ll_admitted){
-        .reply = answer(server, player, LL_MESSAGE_PONG, asks ? &request : NULL, false, now, reply)};
+    return (ll_admitted){.reply = answer(server, player,
+                                         (answer_kind){LL_MESSAGE_PONG, asks ? &request : NULL, false}, now,
+                                         reply)};
 }
 
 bool ll_admission_check(ll_server *server, int player, ll_time timeout, ll_time now)
@@ -112,5 +120,5 @@ int ll_admission_keep_alive(ll_server *server, int player, ll_time now, void *pa
     const ll_slot_connection *connection = &server->client_slots[player].connection;
     if (!connection->connected || now - connection->last_sent < LL_KEEP_ALIVE)
         return 0;
-    return answer(server, player, LL_MESSAGE_PONG, NULL, false, now, packet);
+    return answer(server, player, (answer_kind){.type = LL_MESSAGE_PONG}, now, packet);
 }

@@ -154,13 +154,22 @@ static double budget_use(const ll_server *server, const ll_sync_mode *sync, cons
     return ((double)ahead + 1) / (double)ll_budget_ticks(server->client_freq);
 }
 
+/* An input as it arrived. */
+typedef struct arrived_input {
+    const ll_action *action;
+    int64_t ahead; /* steps before its own */
+    double use;    /* of the time budget */
+    ll_time now;
+} arrived_input;
+
 static ll_rule judge(const ll_server *server, const ll_sync_mode *sync, ll_client_slot *client_slot,
-                     const ll_action *input, int64_t ahead, double use, ll_time now)
+                     const arrived_input *input)
 {
-    ll_action relative = normalised(server, sync, input);
+    ll_action relative = normalised(server, sync, input->action);
     if (!server->rules.validates) /* the ring has no slot further ahead */
-        return ahead >= LL_INPUT_RING && !sync->applies_on_arrival ? LL_RULE_BUDGET : LL_RULE_NONE;
-    return ll_validate(&relative, use, &client_slot->limits.allowance, server->client_freq, now);
+        return input->ahead >= LL_INPUT_RING && !sync->applies_on_arrival ? LL_RULE_BUDGET : LL_RULE_NONE;
+    return ll_validate(&relative, input->use, &client_slot->limits.allowance, server->client_freq,
+                       input->now);
 }
 
 /* Records the newest snapshot that the client has. */
@@ -192,7 +201,8 @@ int ll_server_receive(ll_server *server, const ll_sync_mode *sync, int player, c
         ll_input_result *result = &results[count++];
         *result = (ll_input_result){.seq = message->head.seq + (uint32_t)i, .slack = slack_of(ahead)};
         double use = budget_use(server, sync, client_slot, &message->inputs[i], ahead, now);
-        ll_rule rule = judge(server, sync, client_slot, &message->inputs[i], ahead, use, now);
+        ll_rule rule =
+            judge(server, sync, client_slot, &(arrived_input){&message->inputs[i], ahead, use, now});
         if (rule != LL_RULE_NONE) {
             client_slot->counts.refused[rule]++;
             result->outcome = LL_OUTCOME_REFUSED;

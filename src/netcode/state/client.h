@@ -128,15 +128,22 @@ static inline ll_time ll_client_local(const ll_client_setup *s, ll_time now)
     return now + (ll_time)((double)now * (s->config->drift_ppm * 1e-6));
 }
 
-/* Starts, or restarts at `now` in a new epoch with all other clients. `step` is the server's step now and
- * `world` its state. */
-void ll_client_start(ll_client *client, const ll_client_setup *setup, uint16_t epoch, ll_freq freq,
-                     int64_t step, const ll_world *world, ll_time now);
+/* Where a client begins. */
+typedef struct ll_client_begin {
+    uint16_t epoch;
+    ll_freq freq;          /* of its ticks; a client that joins keeps its own */
+    int64_t step;          /* the server's step now */
+    int64_t first;         /* of a client that joins: its inputs count for the steps after this one */
+    const ll_world *world; /* after `step`; NULL, of a client that joins: the next snapshots bring it */
+} ll_client_begin;
 
-/* Joins a game in progress: its inputs count for the steps after `first`. `world` is that after `step`; NULL:
- * the next snapshots bring it. */
-void ll_client_join(ll_client *client, const ll_client_setup *setup, uint16_t epoch, int64_t step,
-                    int64_t first, const void *world, ll_time now);
+/* Starts, or restarts at `now` in a new epoch with all other clients. */
+void ll_client_start(ll_client *client, const ll_client_setup *setup, const ll_client_begin *begin,
+                     ll_time now);
+
+/* Joins a game in progress. */
+void ll_client_join(ll_client *client, const ll_client_setup *setup, const ll_client_begin *begin,
+                    ll_time now);
 
 /* The connection is over: open inputs will never be applied. */
 void ll_client_leave(ll_client *client, const ll_client_setup *setup);

@@ -155,8 +155,11 @@ static void begin_game(ll_netgame *g, ll_time now)
     start_server(g, now);
     for (int i = 0; i < server->players; i++) {
         ll_client_setup s = ll_netgame_client_setup(g, i, NULL);
-        ll_client_start(ll_netgame_client(g, i), &s, server->epoch, server->client_freq, server->step,
-                        ll_server_world(server), now);
+        ll_client_begin begin = {.epoch = server->epoch,
+                                 .freq = server->client_freq,
+                                 .step = server->step,
+                                 .world = ll_server_world(server)};
+        ll_client_start(ll_netgame_client(g, i), &s, &begin, now);
         ll_desync_start(ll_netgame_desync(g, i), server->step);
         ll_client_metrics_resync(ll_netgame_client_metrics(g, i));
         ll_twin_resync(&ll_netgame_client_metrics(g, i)->twin, ll_netgame_client(g, i)->inputs.tick);

@@ -26,14 +26,14 @@ void ll_netgame_watch_players(ll_netgame *g, ll_time since)
 {
     const ll_world *world = ll_server_world(ll_netgame_server(g));
     bool drains = ll_netgame_sync(g)->applies_on_arrival;
+    const ll_twin_stepped stepped = {world, ll_netgame_server(g)->step, g->now, drains};
     double elapsed_s = drains ? ll_to_s(since) : g->env.dt;
     for (int i = 0; i < world->players; i++) {
         if (g->config.players[i].cheat == LL_CHEAT_NONE)
             continue;
         ll_client_metrics *in = ll_netgame_client_metrics(g, i);
         ll_cheat_gain_step(&in->gain, ll_netgame_game(g), &g->env, &world->entity[i], elapsed_s);
-        ll_twin_step(&in->twin, ll_netgame_game(g), &g->env, world, i, drains, ll_netgame_server(g)->step,
-                     g->now);
+        ll_twin_step(&in->twin, ll_netgame_game(g), &g->env, i, &stepped);
     }
 }
 

@@ -59,7 +59,8 @@ static lone *new_racer(const ll_game *game, race_track *t)
     l->config.slack_ticks = 0;
     ll_client_init(l->client, 0, world_of(&t->state[0]));
     measure_clock(l, 0);
-    ll_client_start(l->client, &l->setup, 1, HZ(60), 0, world_of(&t->state[0]), 0);
+    ll_client_start(l->client, &l->setup,
+                    &(ll_client_begin){.epoch = 1, .freq = HZ(60), .world = world_of(&t->state[0])}, 0);
     return l;
 }
 

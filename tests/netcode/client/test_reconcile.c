@@ -195,7 +195,8 @@ static lone *new_driver(course *t, double tolerance_m)
     l->config.reconciliation_tolerance_m = tolerance_m;
     ll_client_init(l->client, 0, at(&t->state[0]));
     measure_clock(l, 0);
-    ll_client_start(l->client, &l->setup, 1, HZ(60), 0, at(&t->state[0]), 0);
+    ll_client_start(l->client, &l->setup,
+                    &(ll_client_begin){.epoch = 1, .freq = HZ(60), .world = at(&t->state[0])}, 0);
     return l;
 }
 
@@ -400,8 +401,8 @@ static void replay(ll_netgame *g, int player, ll_world *world)
         if (!ll_client_is_open(c, seq))
             continue;
         actions[player] = ll_client_pending(c, seq)->action;
-        scope->step(ll_netgame_game(g), &g->env, world, actions, ll_client_step_time(c, ++tick), player,
-                    &c->prediction.entities);
+        ll_scope_step one = {actions, ll_client_step_time(c, ++tick), player, &c->prediction.entities};
+        scope->step(ll_netgame_game(g), &g->env, world, &one);
     }
 }
 

@@ -84,7 +84,9 @@ static net *new_net(const ll_sync_mode *sync)
         ll_client_init(n->client[i], i, ll_server_world(n->server));
         n->server->client_slots[i].connection.connected = 1;
         n->client[i]->connection.state = LL_CONNECTION_PLAYING;
-        ll_client_start(n->client[i], &setup, 1, HZ(60), 0, ll_server_world(n->server), 0);
+        ll_client_start(n->client[i], &setup,
+                        &(ll_client_begin){.epoch = 1, .freq = HZ(60), .world = ll_server_world(n->server)},
+                        0);
         n->client[i]->inputs.held = push(0.5);
         n->up[i] = new_link((uint64_t)(2 * i));
         n->down[i] = new_link((uint64_t)(2 * i + 1));
