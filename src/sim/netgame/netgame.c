@@ -110,41 +110,15 @@ static size_t size(const void *config)
 
 /* ---- start ---- */
 
-static ll_freq rate(const ll_netgame *g, bool at_update_hz)
-{
-    return ll_freq_from_hz(at_update_hz ? g->config.server.update_hz : g->config.tick_hz);
-}
-
-ll_client_setup ll_netgame_client_setup(const ll_netgame *g, int i, const ll_recorder *recorder)
-{
-    const ll_sync_mode *sync = ll_netgame_sync(g);
-    const ll_player_config *player = &g->config.players[i];
-    ll_freq ticks = rate(g, sync->client_steps_at_update_hz), displays = rate(g, false);
-    if (player->display_hz > 0)
-        displays = ll_freq_from_hz(player->display_hz);
-    bool together = player->display_hz == 0 && ticks == displays && !sync->answers;
-    return (ll_client_setup){.game = ll_netgame_game(g),
-                             .env = &g->env,
-                             .sync = sync,
-                             .config = player,
-                             .display_freq = together ? 0 : displays,
-                             .client_metrics = ll_netgame_client_metrics(g, i),
-                             .recorder = recorder,
-                             .rules = &g->config.server,
-                             .weapon_prediction = ll_netgame_weapon_prediction(g, i),
-                             .shots = ll_netgame_shots(g),
-                             .seed = (uint64_t)g->config.head.seed};
-}
-
 static void start_server(ll_netgame *g, ll_time now)
 {
     const ll_sync_mode *sync = ll_netgame_sync(g);
-    ll_freq client_freq = rate(g, sync->client_steps_at_update_hz);
+    ll_freq client_freq = ll_netgame_rate(g, sync->client_steps_at_update_hz);
     g->env.dt = 1000.0 / (double)client_freq;
     g->env.dt_ns = ll_tick_time(1, client_freq);
     ll_netgame_game(g)->prepare(&g->env, g->config.params);
-    ll_server_start(ll_netgame_server(g), rate(g, sync->server_steps_at_update_hz), rate(g, true),
-                    client_freq, now);
+    ll_server_start(ll_netgame_server(g), ll_netgame_rate(g, sync->server_steps_at_update_hz),
+                    ll_netgame_rate(g, true), client_freq, now);
 }
 
 /* All clients resync: the game starts, or restarts in another sync mode. All clocks start, and packets in
@@ -277,7 +251,7 @@ static void change(void *block, const void *config, ll_time now)
         begin_game(g, now);
     } else if (other_rate) {
         ll_server *server = ll_netgame_server(g);
-        server->updates = (ll_clock){now, 0, rate(g, true)};
+        server->updates = (ll_clock){now, 0, ll_netgame_rate(g, true)};
         server->update = 1;
     }
 }

@@ -192,6 +192,39 @@ static int take_off(ll_netgame *g, ll_link *link, void *packet)
     return bytes;
 }
 
+/* ---- the players' de-jitter buffers, between link and client ---- */
+
+/* Only snapshots are played out; packets that the link's receiver holds back stay in the link's store. Holds
+ * back a received packet; false: it goes to the client at once. */
+static bool hold(ll_netgame *g, int player, const void *packet, int bytes)
+{
+    ll_dejitter *buffer = ll_netgame_dejitter(g, player);
+    const ll_player_config *config = &g->config.players[player];
+    ll_snapshot_message m;
+    memcpy(&m, packet, sizeof m.head);
+    if (m.head.type != LL_MESSAGE_SNAPSHOT ||
+        (config->dejitter == LL_DEJITTER_NONE && ll_dejitter_depth(buffer) == 0))
+        return false;
+    memcpy(&m, packet, sizeof m);
+    const ll_dejitter_params params = {.delay_ms = config->dejitter_ms,
+                                       .interval_ms = 1000 / (double)m.update_hz,
+                                       .policy = config->dejitter};
+    if (ll_dejitter_push(buffer, &params, m.tick, m.time, g->now))
+        ll_link_hold(ll_netgame_down(g, player), (uint32_t)m.tick, packet, bytes);
+    return true; /* held, or dropped by a full buffer */
+}
+
+/* Plays out the next due packet and returns its size. */
+static int play_out(ll_netgame *g, int player, void *packet, int capacity)
+{
+    ll_dejitter_packet next;
+    if (!ll_dejitter_pop(ll_netgame_dejitter(g, player), g->now, &next))
+        return 0;
+    return ll_link_take_held(ll_netgame_down(g, player), (uint32_t)next.id, packet, capacity);
+}
+
+/* ---- deliveries ---- */
+
 void ll_netgame_deliver_up(ll_netgame *g, int player, const ll_recorder *r)
 {
     _Alignas(8) char packet[LL_NETGAME_PACKET_MAX];
@@ -203,7 +236,7 @@ void ll_netgame_deliver_down(ll_netgame *g, int player, const ll_client_setup *s
 {
     _Alignas(8) char packet[LL_NETGAME_PACKET_MAX];
     int bytes = take_off(g, ll_netgame_down(g, player), packet);
-    if (!client_connects(g, player, s, packet, bytes) && !ll_netgame_hold(g, player, packet, bytes))
+    if (!client_connects(g, player, s, packet, bytes) && !hold(g, player, packet, bytes))
         client_receives(g, player, s, packet, bytes);
     ll_client_set_due(ll_netgame_client(g, player), s);
 }
@@ -211,7 +244,7 @@ void ll_netgame_deliver_down(ll_netgame *g, int player, const ll_client_setup *s
 void ll_netgame_deliver_held(ll_netgame *g, int player, const ll_client_setup *s)
 {
     _Alignas(8) char packet[LL_NETGAME_PACKET_MAX];
-    int bytes = ll_netgame_play_out(g, player, packet, (int)sizeof packet);
+    int bytes = play_out(g, player, packet, (int)sizeof packet);
     client_receives(g, player, s, packet, bytes);
     ll_client_set_due(ll_netgame_client(g, player), s);
 }

@@ -11,10 +11,15 @@ static inline void ll_netgame_record(const ll_recorder *r, ll_event event)
         r->record(r->context, &event);
 }
 
-/* netgame.c: the set-up of the client of player `i` */
+static inline ll_freq ll_netgame_rate(const ll_netgame *g, bool at_update_hz)
+{
+    return ll_freq_from_hz(at_update_hz ? g->config.server.update_hz : g->config.tick_hz);
+}
+
+/* run.c: the set-up of the client of player `i` */
 ll_client_setup ll_netgame_client_setup(const ll_netgame *g, int i, const ll_recorder *recorder);
 
-/* run.c: every event up to and including `until`; LL_DIVERGED where the server's world, or a client's view,
+/* Every event up to and including `until`; LL_DIVERGED where the server's world, or a client's view,
  * is not finite */
 ll_status ll_netgame_run_until(ll_netgame *g, ll_time until, const ll_recorder *r, ll_pace *pace);
 

@@ -3,6 +3,27 @@
 
 #include "sim/netgame/parts.h"
 
+ll_client_setup ll_netgame_client_setup(const ll_netgame *g, int i, const ll_recorder *recorder)
+{
+    const ll_sync_mode *sync = ll_netgame_sync(g);
+    const ll_player_config *player = &g->config.players[i];
+    ll_freq ticks = ll_netgame_rate(g, sync->client_steps_at_update_hz), displays = ll_netgame_rate(g, false);
+    if (player->display_hz > 0)
+        displays = ll_freq_from_hz(player->display_hz);
+    bool together = player->display_hz == 0 && ticks == displays && !sync->answers;
+    return (ll_client_setup){.game = ll_netgame_game(g),
+                             .env = &g->env,
+                             .sync = sync,
+                             .config = player,
+                             .display_freq = together ? 0 : displays,
+                             .client_metrics = ll_netgame_client_metrics(g, i),
+                             .recorder = recorder,
+                             .rules = &g->config.server,
+                             .weapon_prediction = ll_netgame_weapon_prediction(g, i),
+                             .shots = ll_netgame_shots(g),
+                             .seed = (uint64_t)g->config.head.seed};
+}
+
 /* Where a position or speed is not finite. */
 typedef struct divergence {
     int entity;
