@@ -11,7 +11,7 @@
 #define LL_COVER_MAX 8
 #define LL_WEAPONS 2
 
-typedef enum ll_weapon { LL_RIFLE, LL_CANNON } ll_weapon; /* weapon w is fired by button 1 << w */
+typedef enum ll_weapon { LL_HITSCAN, LL_PROJECTILE } ll_weapon; /* weapon w is fired by button 1 << w */
 
 typedef struct ll_point {
     double x, y;
@@ -26,7 +26,7 @@ typedef struct ll_arena {
     int teams;           /* player i is in team i % teams; shots pass through the shooter's team */
     int covers;
     double player_radius, target_radius;
-    double shell_speed, gravity;
+    double projectile_speed, gravity;
     double interval_s[LL_WEAPONS]; /* between two shots of a player; 0: the weapon does not exist */
     ll_box bounds;                 /* shots end here; the lower edge is the ground; flights may rise above */
     ll_box cover[LL_COVER_MAX];

@@ -1,8 +1,8 @@
 /* Lag compensation: how a server judges shots of players who see a past state (paper, "More Challenges").
  *
  * A hitscan policy selects the positions that a shot is judged against. A projectile family says when the
- * flight began and how its past part is tested. Each is a row of a table and a file of its own (rifle_*.c,
- * shell_*.c).
+ * flight began and how its past part is tested. Each is a row of a table and a file of its own (hitscan_*.c,
+ * projectile_*.c).
  *
  * The rules limit how far the server rewinds: to the client's stated view time, and at most by max_rewind_ms.
  * A client draws its newest snapshot, whose age the server measures, or slightly before it. A stated view age
@@ -16,8 +16,8 @@
 
 typedef struct ll_compensation {
     double max_rewind_ms, rewind_tolerance_ms, projectile_forward_ms;
-    int32_t rifle, shell;     /* indices into ll_rifle_policies and ll_shell_families */
-    int32_t projectile_trace; /* ll_trace */
+    int32_t hitscan, projectile; /* indices into ll_hitscan_policies and ll_projectile_families */
+    int32_t projectile_trace;    /* ll_trace */
     int32_t reserved;
 } ll_compensation;
 
@@ -59,13 +59,13 @@ typedef struct ll_field {
     const ll_past *past;     /* NULL: no history */
 } ll_field;
 
-typedef struct ll_rifle_policy {
+typedef struct ll_hitscan_policy {
     const char *name, *help;
     bool rewinds;                                             /* judges against bodies at the view time */
     int (*judge)(const ll_field *field, const ll_shot *shot); /* body that is hit, or LL_NOBODY */
-} ll_rifle_policy;
+} ll_hitscan_policy;
 
-typedef struct ll_shell_family {
+typedef struct ll_projectile_family {
     const char *name, *help;
     bool looks_back; /* the flight begins at the view time, within the rules, not now */
     bool rewinds;    /* the past part is tested against past bodies, else against present ones */
@@ -73,12 +73,13 @@ typedef struct ll_shell_family {
     /* Sets the start of the flight, at or before shot->now. Returns what it hit until then. */
     ll_flight_hit (*launch)(const ll_field *field, const ll_shot *shot, const ll_flight *flight,
                             ll_time *start);
-} ll_shell_family;
+} ll_projectile_family;
 
-extern const ll_rifle_policy *const ll_rifle_policies[];
-extern const ll_shell_family *const ll_shell_families[]; /* NULL-terminated; in the order of the names */
-extern const char *const ll_rifle_names[];
-extern const char *const ll_shell_names[];
+extern const ll_hitscan_policy *const ll_hitscan_policies[];
+extern const ll_projectile_family
+    *const ll_projectile_families[]; /* NULL-terminated; in the order of the names */
+extern const char *const ll_hitscan_names[];
+extern const char *const ll_projectile_names[];
 
 /* ---- for policies and families, and for their tests ---- */
 

@@ -6,24 +6,24 @@
 
 #include "game/core/compensate.h"
 
-#define LL_SHELLS 3 /* per player in flight; further presses are void */
+#define LL_PROJECTILES 3 /* per player in flight; further presses are void */
 
 #pragma GCC diagnostic push
 #pragma GCC diagnostic error "-Wpadded" /* no padding: the block is hashed */
 
-typedef struct ll_shell {
+typedef struct ll_projectile {
     ll_time start, end;      /* server time; `end` is LL_NEVER while it flies */
     ll_point from, velocity; /* at launch */
     uint32_t number;         /* per owner, from 1; 0: none yet */
     int16_t body;            /* that it has hit, or LL_NOBODY */
     uint16_t tag;            /* names it in a client's claim */
-} ll_shell;
+} ll_projectile;
 
 /* State of one player's weapons in a world. */
 typedef struct ll_weapon_state {
     int32_t shots[LL_WEAPONS], hits[LL_WEAPONS];
-    ll_time ready[LL_WEAPONS];  /* earlier presses are void */
-    ll_shell shells[LL_SHELLS]; /* by number modulo the ring */
+    ll_time ready[LL_WEAPONS];                 /* earlier presses are void */
+    ll_projectile projectiles[LL_PROJECTILES]; /* by number modulo the ring */
 } ll_weapon_state;
 
 #pragma GCC diagnostic pop

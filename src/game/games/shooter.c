@@ -239,11 +239,12 @@ static const ll_weapon_state *arms(const ll_world *world, int player)
 }
 
 #define VALUES(X)                                                                                            \
-    X(count, rifle_shots, NULL, a->shots[LL_RIFLE], "rifle shots (hitscan) of the player so far", NULL)      \
-    X(events, rifle_hits, NULL, a->hits[LL_RIFLE], "hits by the player's rifle (hitscan) so far", NULL)      \
-    X(count, shell_shots, NULL, a->shots[LL_CANNON], "shells (projectiles) that the player fired so far",    \
-      NULL)                                                                                                  \
-    X(events, shell_hits, NULL, a->hits[LL_CANNON], "hits by the player's shells (projectiles) so far", NULL)
+    X(count, rifle_shots, NULL, a->shots[LL_HITSCAN], "rifle shots (hitscan) of the player so far", NULL)    \
+    X(events, rifle_hits, NULL, a->hits[LL_HITSCAN], "hits by the player's rifle (hitscan) so far", NULL)    \
+    X(count, shell_shots, NULL, a->shots[LL_PROJECTILE],                                                     \
+      "shells (projectiles) that the player fired so far", NULL)                                             \
+    X(events, shell_hits, NULL, a->hits[LL_PROJECTILE], "hits by the player's shells (projectiles) so far",  \
+      NULL)
 
 const ll_metric_table ll_shooter_metrics = {LL_GAME_METRICS, .when = "Only in the game shooter.",
                                             .help = "Values of the game for this player, now.",

@@ -19,13 +19,13 @@ void ll_shooter_arena(const ll_game_env *env, int players, ll_arena *arena)
                         .covers = COVERS,
                         .player_radius = p->player_radius,
                         .target_radius = p->target_radius,
-                        .shell_speed = p->shell_speed,
+                        .projectile_speed = p->shell_speed,
                         .gravity = p->gravity,
                         .bounds = {0, LL_SHOOTER_WIDTH, 0, LL_SHOOTER_HEIGHT}};
     if (p->weapons != LL_SHOOTER_CANNON)
-        arena->interval_s[LL_RIFLE] = p->rifle_interval;
+        arena->interval_s[LL_HITSCAN] = p->rifle_interval;
     if (p->weapons != LL_SHOOTER_RIFLE)
-        arena->interval_s[LL_CANNON] = p->cannon_interval;
+        arena->interval_s[LL_PROJECTILE] = p->cannon_interval;
     for (int i = 0; i < COVERS; i++)
         arena->cover[i] = ll_shooter_covers[i];
 }

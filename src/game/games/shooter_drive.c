@@ -129,9 +129,10 @@ static way scatter(way to, double radius, const asked *a)
 static ll_weapon weapon_of(const ll_shooter_params *p, const asked *a)
 {
     if (p->weapons == LL_SHOOTER_BOTH)
-        return draw(a, OWN_WEAPON, slot_of(a, LL_SCRIPT_WEAPON_SLOTS, 250, 150).number) % 4 == 0 ? LL_CANNON
-                                                                                                 : LL_RIFLE;
-    return p->weapons == LL_SHOOTER_CANNON ? LL_CANNON : LL_RIFLE;
+        return draw(a, OWN_WEAPON, slot_of(a, LL_SCRIPT_WEAPON_SLOTS, 250, 150).number) % 4 == 0
+                   ? LL_PROJECTILE
+                   : LL_HITSCAN;
+    return p->weapons == LL_SHOOTER_CANNON ? LL_PROJECTILE : LL_HITSCAN;
 }
 
 ll_action ll_shooter_drive(const ll_world *world, const ll_game_env *env, uint64_t seed, int player,
@@ -155,7 +156,7 @@ ll_action ll_shooter_drive(const ll_world *world, const ll_game_env *env, uint64
     if (script != LL_SCRIPT_STEADY)
         to = scatter(to, p->spread * ll_arena_radius(&arena, body), &who);
     ll_weapon weapon = weapon_of(p, &who);
-    if (weapon == LL_RIFLE)
+    if (weapon == LL_HITSCAN)
         elevation = ll_atan2(to.up, to.forward);
     else if (!lay_cannon(p, to, (way){facing * e->vx, e->vy}, &elevation))
         return a;

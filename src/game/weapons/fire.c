@@ -24,55 +24,55 @@ static void look_back(ll_shot *shot, const ll_past *past, uint32_t view_age_ns, 
     shot->seen = seen < start ? start : seen > shot->now ? shot->now : seen;
 }
 
-static const ll_rifle_policy *policy_of(const ll_field *field)
+static const ll_hitscan_policy *policy_of(const ll_field *field)
 {
-    return ll_rifle_policies[field->past ? field->past->rules->rifle : 0];
+    return ll_hitscan_policies[field->past ? field->past->rules->hitscan : 0];
 }
 
-static const ll_shell_family *family_of(const ll_field *field)
+static const ll_projectile_family *family_of(const ll_field *field)
 {
-    return ll_shell_families[field->past ? field->past->rules->shell : 0];
+    return ll_projectile_families[field->past ? field->past->rules->projectile : 0];
 }
 
 static bool looks_back(const ll_field *field, int weapon)
 {
-    return weapon == LL_RIFLE ? policy_of(field)->rewinds : family_of(field)->looks_back;
+    return weapon == LL_HITSCAN ? policy_of(field)->rewinds : family_of(field)->looks_back;
 }
 
-static void fire_rifle(ll_weapon_state *arms, const ll_field *field, const ll_shot *shot)
+static void fire_hitscan(ll_weapon_state *arms, const ll_field *field, const ll_shot *shot)
 {
-    const ll_rifle_policy *policy = policy_of(field);
+    const ll_hitscan_policy *policy = policy_of(field);
     int body = policy->judge(field, shot);
-    arms->shots[LL_RIFLE]++;
-    arms->hits[LL_RIFLE] += body != LL_NOBODY;
+    arms->shots[LL_HITSCAN]++;
+    arms->hits[LL_HITSCAN] += body != LL_NOBODY;
     tell(field, &(ll_hit_result){.kind = LL_HIT_RESULT_HITSCAN,
                                  .shooter = shot->shooter,
-                                 .number = (uint32_t)arms->shots[LL_RIFLE],
+                                 .number = (uint32_t)arms->shots[LL_HITSCAN],
                                  .body = body,
                                  .shot = shot,
                                  .rewound_to = policy->rewinds ? shot->seen : shot->now});
 }
 
-static ll_flight flight_of(const ll_shell *shell, const ll_arena *arena)
+static ll_flight flight_of(const ll_projectile *projectile, const ll_arena *arena)
 {
-    return (ll_flight){shell->from, shell->velocity, arena->gravity};
+    return (ll_flight){projectile->from, projectile->velocity, arena->gravity};
 }
 
 /* `rewound_to`: time of the bodies that the projectile hit; LL_NEVER: that of its end. */
-static void strike(ll_weapon_state *arms, ll_shell *shell, const ll_field *field, int shooter,
+static void strike(ll_weapon_state *arms, ll_projectile *projectile, const ll_field *field, int shooter,
                    ll_flight_hit m, ll_time rewound_to)
 {
-    ll_flight flight = flight_of(shell, field->arena);
-    shell->end = shell->start + (ll_time)(m.s * 1e9 + 0.5);
-    shell->body = (int16_t)m.body;
-    arms->hits[LL_CANNON] += m.body != LL_NOBODY;
+    ll_flight flight = flight_of(projectile, field->arena);
+    projectile->end = projectile->start + (ll_time)(m.s * 1e9 + 0.5);
+    projectile->body = (int16_t)m.body;
+    arms->hits[LL_PROJECTILE] += m.body != LL_NOBODY;
     tell(field, &(ll_hit_result){.kind = LL_HIT_RESULT_IMPACT,
                                  .shooter = shooter,
-                                 .number = shell->number,
+                                 .number = projectile->number,
                                  .body = m.body,
-                                 .rewound_to = rewound_to == LL_NEVER ? shell->end : rewound_to,
-                                 .start = shell->start,
-                                 .end = shell->end,
+                                 .rewound_to = rewound_to == LL_NEVER ? projectile->end : rewound_to,
+                                 .start = projectile->start,
+                                 .end = projectile->end,
                                  .at = ll_flight_at(&flight, m.s)});
 }
 
@@ -86,43 +86,43 @@ static double trace_error(const ll_field *field, const ll_flight *flight, double
 
 static void fire_cannon(ll_weapon_state *arms, const ll_field *field, const ll_shot *shot)
 {
-    const ll_shell_family *family = family_of(field);
-    uint32_t number = (uint32_t)arms->shots[LL_CANNON] + 1;
-    ll_shell *shell = &arms->shells[number % LL_SHELLS];
-    double speed = field->arena->shell_speed;
-    if (shell->number > 0 && shell->end == LL_NEVER)
+    const ll_projectile_family *family = family_of(field);
+    uint32_t number = (uint32_t)arms->shots[LL_PROJECTILE] + 1;
+    ll_projectile *projectile = &arms->projectiles[number % LL_PROJECTILES];
+    double speed = field->arena->projectile_speed;
+    if (projectile->number > 0 && projectile->end == LL_NEVER)
         return;
-    *shell = (ll_shell){.end = LL_NEVER,
-                        .from = shot->from,
-                        .velocity = {speed * shot->direction.x, speed * shot->direction.y},
-                        .number = number,
-                        .body = LL_NOBODY,
-                        .tag = shot->tag};
-    ll_flight flight = flight_of(shell, field->arena);
-    arms->shots[LL_CANNON]++;
-    ll_flight_hit m = family->launch(field, shot, &flight, &shell->start);
-    tell(field,
-         &(ll_hit_result){.kind = LL_HIT_RESULT_LAUNCH,
-                          .shooter = shot->shooter,
-                          .number = number,
-                          .body = LL_NOBODY,
-                          .shot = shot,
-                          .start = shell->start,
-                          .trace_error_m = trace_error(field, &flight, ll_to_s(shot->now - shell->start))});
+    *projectile = (ll_projectile){.end = LL_NEVER,
+                                  .from = shot->from,
+                                  .velocity = {speed * shot->direction.x, speed * shot->direction.y},
+                                  .number = number,
+                                  .body = LL_NOBODY,
+                                  .tag = shot->tag};
+    ll_flight flight = flight_of(projectile, field->arena);
+    arms->shots[LL_PROJECTILE]++;
+    ll_flight_hit m = family->launch(field, shot, &flight, &projectile->start);
+    tell(field, &(ll_hit_result){.kind = LL_HIT_RESULT_LAUNCH,
+                                 .shooter = shot->shooter,
+                                 .number = number,
+                                 .body = LL_NOBODY,
+                                 .shot = shot,
+                                 .start = projectile->start,
+                                 .trace_error_m =
+                                     trace_error(field, &flight, ll_to_s(shot->now - projectile->start))});
     if (m.met != LL_MET_NOTHING)
-        strike(arms, shell, field, shot->shooter, m, family->rewinds ? LL_NEVER : shot->now);
+        strike(arms, projectile, field, shot->shooter, m, family->rewinds ? LL_NEVER : shot->now);
 }
 
 /* With client authority: the projectile that the client names has hit what it reports. */
 static void take_claim(ll_weapon_state *arms, const ll_field *field, int shooter, const ll_action *action,
                        ll_time now)
 {
-    int body = ll_claim(action, LL_CANNON);
-    for (int i = 0; i < LL_SHELLS && ll_arena_enemies(field->arena, shooter, body); i++) {
-        ll_shell *shell = &arms->shells[i];
-        ll_flight_hit m = {ll_to_s(now - shell->start), LL_MET_BODY, body};
-        if (shell->number > 0 && shell->end == LL_NEVER && shell->tag == ll_tag(action))
-            strike(arms, shell, field, shooter, m, now);
+    int body = ll_claim(action, LL_PROJECTILE);
+    for (int i = 0; i < LL_PROJECTILES && ll_arena_enemies(field->arena, shooter, body); i++) {
+        ll_projectile *projectile = &arms->projectiles[i];
+        ll_flight_hit m = {ll_to_s(now - projectile->start), LL_MET_BODY, body};
+        if (projectile->number > 0 && projectile->end == LL_NEVER && projectile->tag == ll_tag(action))
+            strike(arms, projectile, field, shooter, m, now);
     }
 }
 
@@ -143,7 +143,7 @@ static bool load(ll_weapon_state *arms, const ll_field *field, int shooter, int 
 void ll_weapons_fire(ll_weapon_state *arms, const ll_field *field, int shooter, const ll_action *action,
                      ll_aim aim, ll_time before, ll_time now)
 {
-    static void (*const fire[])(ll_weapon_state *, const ll_field *, const ll_shot *) = {fire_rifle,
+    static void (*const fire[])(ll_weapon_state *, const ll_field *, const ll_shot *) = {fire_hitscan,
                                                                                          fire_cannon};
     if (family_of(field)->claims)
         take_claim(arms, field, shooter, action, before);
@@ -189,18 +189,18 @@ static ll_flight_hit meet(const ll_field *field, int shooter, const ll_flight *f
 void ll_weapons_fly(ll_weapon_state *arms, const ll_field *field, int shooter, const ll_point *after,
                     ll_time before, ll_time now)
 {
-    for (int i = 0; i < LL_SHELLS; i++) {
-        ll_shell *shell = &arms->shells[i];
-        if (shell->number == 0 || shell->end != LL_NEVER)
+    for (int i = 0; i < LL_PROJECTILES; i++) {
+        ll_projectile *projectile = &arms->projectiles[i];
+        if (projectile->number == 0 || projectile->end != LL_NEVER)
             continue;
-        ll_flight flight = flight_of(shell, field->arena);
-        double s0 = ll_to_s(before - shell->start), s1 = ll_to_s(now - shell->start);
+        ll_flight flight = flight_of(projectile, field->arena);
+        double s0 = ll_to_s(before - projectile->start), s1 = ll_to_s(now - projectile->start);
         ll_flight_hit m = {s1, LL_MET_NOTHING, LL_NOBODY};
         if (!family_of(field)->claims)
             m = meet(field, shooter, &flight, s0, s1, after);
         else if (unclaimed(field, &flight, s1))
             m.met = LL_MET_BOUNDS;
         if (m.met != LL_MET_NOTHING)
-            strike(arms, shell, field, shooter, m, LL_NEVER);
+            strike(arms, projectile, field, shooter, m, LL_NEVER);
     }
 }

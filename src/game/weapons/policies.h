@@ -3,12 +3,12 @@
 
 #include "game/core/compensate.h"
 
-extern const ll_rifle_policy ll_rifle_none;
-extern const ll_rifle_policy ll_rifle_rewind;
-extern const ll_rifle_policy ll_rifle_trust;
+extern const ll_hitscan_policy ll_hitscan_none;
+extern const ll_hitscan_policy ll_hitscan_rewind;
+extern const ll_hitscan_policy ll_hitscan_client_authoritative;
 
-extern const ll_shell_family ll_shell_none;
-extern const ll_shell_family ll_shell_fast_forward;
-extern const ll_shell_family ll_shell_rewind;
-extern const ll_shell_family ll_shell_partial;
-extern const ll_shell_family ll_shell_trust;
+extern const ll_projectile_family ll_projectile_none;
+extern const ll_projectile_family ll_projectile_fast_forward;
+extern const ll_projectile_family ll_projectile_rewind;
+extern const ll_projectile_family ll_projectile_partial;
+extern const ll_projectile_family ll_projectile_client_authoritative;

@@ -5,11 +5,13 @@
 const char *const ll_trace_names[] = {"parabola", "straight", NULL};
 
 /* The first row of each is the policy without a history. */
-const ll_rifle_policy *const ll_rifle_policies[] = {&ll_rifle_none, &ll_rifle_rewind, &ll_rifle_trust, NULL};
-const ll_shell_family *const ll_shell_families[] = {
-    &ll_shell_none, &ll_shell_fast_forward, &ll_shell_rewind, &ll_shell_partial, &ll_shell_trust, NULL};
+const ll_hitscan_policy *const ll_hitscan_policies[] = {&ll_hitscan_none, &ll_hitscan_rewind,
+                                                        &ll_hitscan_client_authoritative, NULL};
+const ll_projectile_family *const ll_projectile_families[] = {
+    &ll_projectile_none,    &ll_projectile_fast_forward,         &ll_projectile_rewind,
+    &ll_projectile_partial, &ll_projectile_client_authoritative, NULL};
 
 /* In the order of the tables; a test compares them. */
-const char *const ll_rifle_names[] = {"none", "rewind", "client_authoritative", NULL};
-const char *const ll_shell_names[] = {"none",    "fast_forward",         "rewind",
-                                      "partial", "client_authoritative", NULL};
+const char *const ll_hitscan_names[] = {"none", "rewind", "client_authoritative", NULL};
+const char *const ll_projectile_names[] = {"none",    "fast_forward",         "rewind",
+                                           "partial", "client_authoritative", NULL};

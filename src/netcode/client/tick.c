@@ -74,7 +74,7 @@ ll_action ll_client_control(const ll_client *c, const ll_client_setup *s, const 
         a = s->game->drive(seen, s->env, s->seed, c->self, (ll_script)config->script, t);
     s->client_metrics->controls = a;
     const ll_action honest = for_its_time(c, s, a);
-    ll_twin_controls(&s->client_metrics->twin, &honest);
+    ll_honest_controls(&s->client_metrics->honest, &honest);
     ll_cheat_action(c, s, &a);
     return for_its_time(c, s, a);
 }

@@ -35,26 +35,29 @@ static int claimed_body(const ll_arena *arena, int self)
 static void fire_cannon(ll_weapon_prediction *weapon_prediction, int64_t tick, ll_aim aim)
 {
     const ll_arena *arena = &weapon_prediction->arena;
-    ll_weapon_prediction_shell *shell = &weapon_prediction->shells[++weapon_prediction->fired % LL_SHELLS];
-    double speed = arena->shell_speed;
-    shell->flight = (ll_flight){aim.from, {speed * aim.direction.x, speed * aim.direction.y}, arena->gravity};
-    shell->start = weapon_prediction->drawn_time;
-    shell->tick = tick;
-    shell->state = LL_WEAPON_PREDICTION_FLYING;
-    shell->body = LL_NOBODY;
+    ll_predicted_projectile *projectile =
+        &weapon_prediction->projectiles[++weapon_prediction->fired % LL_PROJECTILES];
+    double speed = arena->projectile_speed;
+    projectile->flight =
+        (ll_flight){aim.from, {speed * aim.direction.x, speed * aim.direction.y}, arena->gravity};
+    projectile->start = weapon_prediction->drawn_time;
+    projectile->tick = tick;
+    projectile->state = LL_WEAPON_PREDICTION_FLYING;
+    projectile->body = LL_NOBODY;
 }
 
 /* Claims the oldest hit of a projectile that was not claimed yet. */
-static void claim_shell(ll_weapon_prediction *weapon_prediction, ll_action *a)
+static void claim_projectile(ll_weapon_prediction *weapon_prediction, ll_action *a)
 {
-    int64_t first = weapon_prediction->fired >= LL_SHELLS ? weapon_prediction->fired - LL_SHELLS + 1 : 1;
+    int64_t first =
+        weapon_prediction->fired >= LL_PROJECTILES ? weapon_prediction->fired - LL_PROJECTILES + 1 : 1;
     for (int64_t number = first; number <= weapon_prediction->fired; number++) {
-        ll_weapon_prediction_shell *shell = &weapon_prediction->shells[number % LL_SHELLS];
-        if (shell->state != LL_WEAPON_PREDICTION_HIT)
+        ll_predicted_projectile *projectile = &weapon_prediction->projectiles[number % LL_PROJECTILES];
+        if (projectile->state != LL_WEAPON_PREDICTION_HIT)
             continue;
-        ll_set_claim(a, LL_CANNON, shell->body);
+        ll_set_claim(a, LL_PROJECTILE, projectile->body);
         ll_set_tag(a, number);
-        shell->state = LL_WEAPON_PREDICTION_ENDED;
+        projectile->state = LL_WEAPON_PREDICTION_ENDED;
         return;
     }
 }
@@ -63,9 +66,9 @@ static void claim_shell(ll_weapon_prediction *weapon_prediction, ll_action *a)
 static bool may_fire(const ll_client_setup *s, int weapon, int64_t tick)
 {
     const ll_weapon_prediction *weapon_prediction = s->weapon_prediction;
-    bool full = weapon_prediction->shells[(weapon_prediction->fired + 1) % LL_SHELLS].state !=
+    bool full = weapon_prediction->projectiles[(weapon_prediction->fired + 1) % LL_PROJECTILES].state !=
                 LL_WEAPON_PREDICTION_ENDED;
-    if (weapon_prediction->arena.interval_s[weapon] == 0 || (weapon == LL_CANNON && full))
+    if (weapon_prediction->arena.interval_s[weapon] == 0 || (weapon == LL_PROJECTILE && full))
         return false;
     return tick >= weapon_prediction->ready[weapon] || s->config->cheat == LL_CHEAT_FIRE_RATE;
 }
@@ -77,13 +80,13 @@ static int fire(const ll_client *c, const ll_client_setup *s, int weapon, ll_aim
     const ll_arena *arena = &weapon_prediction->arena;
     weapon_prediction->ready[weapon] =
         c->inputs.tick + steps_of(arena->interval_s[weapon], c->ticks.clock.freq);
-    if (weapon == LL_CANNON) {
+    if (weapon == LL_PROJECTILE) {
         fire_cannon(weapon_prediction, c->inputs.tick, aim);
         ll_set_tag(a, weapon_prediction->fired);
         return LL_NOBODY;
     }
     int body = ll_arena_ray(arena, c->self, aim.from, aim.direction, weapon_prediction->drawn);
-    ll_set_claim(a, LL_RIFLE, s->config->cheat == LL_CHEAT_CLAIM ? claimed_body(arena, c->self) : body);
+    ll_set_claim(a, LL_HITSCAN, s->config->cheat == LL_CHEAT_CLAIM ? claimed_body(arena, c->self) : body);
     return body;
 }
 
@@ -105,23 +108,23 @@ void ll_weapon_prediction_input(ll_client *c, const ll_client_setup *s, ll_pendi
         ll_shots_press(s->shots, c->self, (ll_weapon)w, &press, s->weapon_prediction->drawn);
     }
     if (!(a->buttons & LL_BUTTON_CANNON))
-        claim_shell(s->weapon_prediction, a);
+        claim_projectile(s->weapon_prediction, a);
 }
 
 /* Moves a projectile from the last rendered view to this one, `drawn`. */
-static void move_shell(ll_weapon_prediction_shell *shell, const ll_client *c, const ll_client_setup *s,
-                       const ll_point *drawn)
+static void move_projectile(ll_predicted_projectile *projectile, const ll_client *c, const ll_client_setup *s,
+                            const ll_point *drawn)
 {
     const ll_weapon_prediction *weapon_prediction = s->weapon_prediction;
-    double from = ll_to_s(weapon_prediction->drawn_time - shell->start),
-           to = ll_to_s(c->drawing.view_time - shell->start);
-    ll_flight_hit m = ll_arena_flight(&weapon_prediction->arena, c->self, &shell->flight, from, to,
+    double from = ll_to_s(weapon_prediction->drawn_time - projectile->start),
+           to = ll_to_s(c->drawing.view_time - projectile->start);
+    ll_flight_hit m = ll_arena_flight(&weapon_prediction->arena, c->self, &projectile->flight, from, to,
                                       weapon_prediction->drawn, drawn);
     if (m.met == LL_MET_NOTHING)
         return;
-    shell->body = m.body;
-    shell->state = m.body == LL_NOBODY ? LL_WEAPON_PREDICTION_ENDED : LL_WEAPON_PREDICTION_HIT;
-    ll_shots_seen(s->shots, c->self, shell->tick, m.body);
+    projectile->body = m.body;
+    projectile->state = m.body == LL_NOBODY ? LL_WEAPON_PREDICTION_ENDED : LL_WEAPON_PREDICTION_HIT;
+    ll_shots_seen(s->shots, c->self, projectile->tick, m.body);
 }
 
 void ll_weapon_prediction_frame(const ll_client *c, const ll_client_setup *s)
@@ -129,10 +132,10 @@ void ll_weapon_prediction_frame(const ll_client *c, const ll_client_setup *s)
     ll_weapon_prediction *weapon_prediction = s->weapon_prediction;
     ll_point drawn[LL_BODIES_MAX];
     ll_bodies_now(&weapon_prediction->arena, ll_client_rendered_const(c), drawn);
-    for (int i = 0; i < LL_SHELLS; i++)
-        if (weapon_prediction->shells[i].state == LL_WEAPON_PREDICTION_FLYING &&
+    for (int i = 0; i < LL_PROJECTILES; i++)
+        if (weapon_prediction->projectiles[i].state == LL_WEAPON_PREDICTION_FLYING &&
             c->drawing.view_time > weapon_prediction->drawn_time)
-            move_shell(&weapon_prediction->shells[i], c, s, drawn);
+            move_projectile(&weapon_prediction->projectiles[i], c, s, drawn);
     memcpy(weapon_prediction->drawn, drawn, (size_t)weapon_prediction->arena.bodies * sizeof drawn[0]);
     weapon_prediction->drawn_time = c->drawing.view_time;
 }

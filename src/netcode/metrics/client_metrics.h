@@ -13,11 +13,11 @@
 #include "game/core/history.h"
 #include "netcode/metrics/changes.h"
 #include "netcode/metrics/cheat_gain.h"
+#include "netcode/metrics/honest_reference.h"
 #include "netcode/metrics/inconsistency.h"
 #include "netcode/metrics/input_history.h"
 #include "netcode/metrics/rendered_views.h"
 #include "netcode/metrics/smoothness.h"
-#include "netcode/metrics/twin.h"
 #include "netcode/protocol/running_stats.h"
 #include "netcode/protocol/wire.h"
 
@@ -169,7 +169,7 @@ typedef struct ll_client_metrics {
     ll_changes changes;
     ll_rendered_views rendered_views; /* of the own entity */
     ll_cheat_gain gain;
-    ll_twin twin;
+    ll_honest_reference honest;
     int64_t false_refusals; /* of a client that does not cheat */
     ll_action controls;     /* of the player in its last frame, before any cheat */
     ll_track track[];       /* per entity */

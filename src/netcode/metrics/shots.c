@@ -108,13 +108,13 @@ void ll_shots_press(ll_shots *shots, int player, ll_weapon weapon, const ll_pres
         seen[i][0] = (float)bodies[i].x;
         seen[i][1] = (float)bodies[i].y;
     }
-    if (weapon == LL_RIFLE)
+    if (weapon == LL_HITSCAN)
         speak(shots, player, r, LL_JUDGE_VIEW, p->body);
 }
 
 void ll_shots_seen(ll_shots *shots, int player, int64_t tick, int body)
 {
-    ll_shot_record *r = find(&shots->shot_stats[player], LL_CANNON, tick);
+    ll_shot_record *r = find(&shots->shot_stats[player], LL_PROJECTILE, tick);
     if (r)
         speak(shots, player, r, LL_JUDGE_VIEW, body);
 }
@@ -147,8 +147,8 @@ static bool behind_cover(const ll_shots *shots, const ll_sight *victim, int shoo
     return !ll_arena_sees(&shots->arena, (ll_point){own->x, own->y}, (ll_point){other->x, other->y});
 }
 
-static void judge_rifle(ll_shots *shots, const ll_hit_result *j, ll_shot_record *r, const ll_history *history,
-                        const ll_point *present, const ll_sight *victim)
+static void judge_hitscan(ll_shots *shots, const ll_hit_result *j, ll_shot_record *r,
+                          const ll_history *history, const ll_point *present, const ll_sight *victim)
 {
     ll_shot_stats *m = &shots->shot_stats[j->shooter];
     const ll_arena *arena = &shots->arena;
@@ -180,11 +180,11 @@ static void judge_launch(const ll_shots *shots, ll_shot_stats *m, const ll_hit_r
     ll_histogram_add(&m->trace_error, j->trace_error_m);
 }
 
-static ll_shot_record *find_shell(ll_shot_stats *m, uint32_t number)
+static ll_shot_record *find_projectile(ll_shot_stats *m, uint32_t number)
 {
     for (int i = 0; i < LL_SHOTS_KEPT; i++) {
         ll_shot_record *r = &m->records[i];
-        if (r->weapon == LL_CANNON && r->number == number && r->flags & LL_SHOT_TAKEN)
+        if (r->weapon == LL_PROJECTILE && r->number == number && r->flags & LL_SHOT_TAKEN)
             return r;
     }
     return NULL;
@@ -194,7 +194,7 @@ static void judge_impact(ll_shots *shots, const ll_hit_result *j, const ll_histo
                          const ll_point *present)
 {
     ll_shot_stats *m = &shots->shot_stats[j->shooter];
-    ll_shot_record *r = find_shell(m, j->number);
+    ll_shot_record *r = find_projectile(m, j->number);
     if (!r)
         return;
     if (j->end < r->evaluated_at) { /* evaluated at a past time */
@@ -214,9 +214,9 @@ void ll_shots_judge(ll_shots *shots, const ll_hit_result *j, int64_t tick, const
         judge_impact(shots, j, history, present);
         return;
     }
-    ll_shot_record *r = find(m, j->kind == LL_HIT_RESULT_HITSCAN ? LL_RIFLE : LL_CANNON, tick);
+    ll_shot_record *r = find(m, j->kind == LL_HIT_RESULT_HITSCAN ? LL_HITSCAN : LL_PROJECTILE, tick);
     if (r && j->kind == LL_HIT_RESULT_HITSCAN)
-        judge_rifle(shots, j, r, history, present, victim);
+        judge_hitscan(shots, j, r, history, present, victim);
     else if (r && j->kind == LL_HIT_RESULT_LAUNCH)
         judge_launch(shots, m, j, r);
 }
@@ -236,7 +236,7 @@ static void shadow(ll_shots *shots, int player, ll_shot_record *r, ll_judge judg
                    ll_time start, const slice *step)
 {
     const ll_arena *arena = &shots->arena;
-    double speed = arena->shell_speed;
+    double speed = arena->projectile_speed;
     ll_flight flight = {from, {speed * r->aim.direction.x, speed * r->aim.direction.y}, arena->gravity};
     ll_flight_hit m;
     if (r->decided >> judge & 1 || start >= step->end)
@@ -264,7 +264,7 @@ static void step_record(ll_shots *shots, int player, ll_shot_record *r, const sl
         shots->shot_stats[player].tally[r->weapon].lost += r->pressed >= shots->from;
         return;
     }
-    if (r->weapon != LL_CANNON)
+    if (r->weapon != LL_PROJECTILE)
         return;
     shadow(shots, player, r, LL_JUDGE_PERFECT, r->aim.from, r->pressed, step);
     if (r->flags & LL_SHOT_TAKEN)

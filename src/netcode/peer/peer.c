@@ -90,29 +90,30 @@ static const char *take_part(ll_peer *peer, const char *at)
     return (const char *)(runs + part->runs);
 }
 
-/* Whether the hold is over. */
+/* Whether the barrier is over. */
 static bool is_over(const ll_client *c, const ll_client_setup *s, ll_time now)
 {
     const ll_peer *peer = ll_client_peer(c);
     ll_time until = c->snapshots.game_start + ll_tick_time(peer->resume, c->ticks.clock.freq);
-    return peer->resume != 0 && ll_client_local(s, now) + c->connection.clock.offset >= until - LL_HOLD_BLUR;
+    return peer->resume != 0 &&
+           ll_client_local(s, now) + c->connection.clock.offset >= until - LL_BARRIER_BLUR;
 }
 
 /* The first relay arrives when the game has begun, one update later plus the delay down. */
-static void take_hold(ll_client *c, const ll_client_setup *s, const ll_relay_message *m, ll_time now)
+static void take_barrier(ll_client *c, const ll_client_setup *s, const ll_relay_message *m, ll_time now)
 {
     ll_peer *peer = ll_client_peer(c);
     ll_time update = (ll_time)(1e9 / s->rules->update_hz);
     ll_time since =
-        peer->relayed != 0 ? peer->relayed : c->snapshots.game_start + ll_hold_way(&c->connection.clock);
-    ll_time slack = update > LL_HOLD_GAP ? update : LL_HOLD_GAP; /* a single lost relay is no outage */
+        peer->relayed != 0 ? peer->relayed : c->snapshots.game_start + ll_barrier_way(&c->connection.clock);
+    ll_time slack = update > LL_BARRIER_GAP ? update : LL_BARRIER_GAP; /* a single lost relay is no outage */
     peer->gap |= now - since > update + c->ticks.period + slack;
     peer->relayed = now;
-    if (m->hold == 0)
+    if (m->barrier == 0)
         return;
-    bool news = m->hold > peer->hold || (m->hold == peer->hold && m->resume > peer->resume);
-    if (m->hold >= c->inputs.tick && news) {
-        peer->hold = m->hold;
+    bool news = m->barrier > peer->barrier || (m->barrier == peer->barrier && m->resume > peer->resume);
+    if (m->barrier >= c->inputs.tick && news) {
+        peer->barrier = m->barrier;
         peer->resume = m->resume;
         peer->gap = is_over(c, s, now);
     }
@@ -136,7 +137,7 @@ int ll_peer_receive(ll_client *c, const ll_client_setup *s, const void *packet, 
         c->latest.tick = c->snapshots.confirmed = m->tick;
         c->latest.time = m->time;
     }
-    take_hold(c, s, m, now);
+    take_barrier(c, s, m, now);
     const char *at = (const char *)(m + 1);
     for (int i = 0; i < m->head.count; i++)
         at = take_part(peer, at);
@@ -165,7 +166,7 @@ static ll_action control(ll_client *c, const ll_client_setup *s, int64_t tick)
 static void make_inputs(ll_client *c, const ll_client_setup *s, int64_t newest, ll_time now)
 {
     ll_peer *peer = ll_client_peer(c);
-    newest = peer->hold != 0 && newest > peer->hold ? peer->hold : newest;
+    newest = peer->barrier != 0 && newest > peer->barrier ? peer->barrier : newest;
     while (c->inputs.tick < newest) {
         bool early = c->inputs.tick < peer->start + s->config->input_delay_ticks;
         ll_action a = early ? (ll_action){0} : control(c, s, c->inputs.tick + 1);
@@ -240,13 +241,13 @@ static void begin_round(ll_peer *peer)
     peer->spread = 0;
 }
 
-/* A hold ends as the game begins: no packet in flight, and no time sync data. */
-static void end_hold(ll_client *c, const ll_client_setup *s, ll_time now)
+/* A barrier ends as the game begins: no packet in flight, and no time sync data. */
+static void end_barrier(ll_client *c, const ll_client_setup *s, ll_time now)
 {
     ll_peer *peer = ll_client_peer(c);
     if (!is_over(c, s, now))
         return;
-    peer->hold = peer->resume = 0;
+    peer->barrier = peer->resume = 0;
     peer->time_sync_from = c->ticks.number - 1;
     peer->frames_to_wait = 0;
     begin_round(peer);
@@ -278,18 +279,18 @@ static void time_round(ll_client *c, const ll_client_setup *s, ll_time now)
     peer->spread_until = peer->began + 2 * round_ticks;
 }
 
-/* Whether the next tick is to be delayed. Ticks missing at a hold are made at once. */
+/* Whether the next tick is to be delayed. Ticks missing at a barrier are made at once. */
 static bool spreads(const ll_client *c, ll_time now)
 {
     const ll_peer *peer = ll_client_peer(c);
-    return peer->hold == 0 && peer->tick <= peer->spread_until &&
+    return peer->barrier == 0 && peer->tick <= peer->spread_until &&
            now < peer->stepped + peer->spread - c->ticks.period / 2;
 }
 
 static bool may_step(ll_client *c, const ll_client_setup *s, ll_time now)
 {
     ll_peer *peer = ll_client_peer(c);
-    if (peer->hold != 0 && peer->tick >= peer->hold) {
+    if (peer->barrier != 0 && peer->tick >= peer->barrier) {
         stall(c, s, 0, now);
         s->client_metrics->stepping.time_sync_frames += now >= s->client_metrics->from;
         return false;
@@ -301,9 +302,9 @@ static bool may_step(ll_client *c, const ll_client_setup *s, ll_time now)
         s->client_metrics->stepping.time_sync_frames += now >= s->client_metrics->from;
         return false;
     }
-    if (peer->hold == 0)
+    if (peer->barrier == 0)
         update_time_sync(c);
-    if (peer->frames_to_wait == 0 || peer->hold != 0) {
+    if (peer->frames_to_wait == 0 || peer->barrier != 0) {
         peer->stepped = now;
         return true;
     }
@@ -314,13 +315,13 @@ static bool may_step(ll_client *c, const ll_client_setup *s, ll_time now)
     return false;
 }
 
-/* All peers wait for one that has not reached the hold yet: it makes the ticks up to the hold as early as
- * possible, so that their inputs are sent together. */
-static void step_to_hold(ll_client *c, const ll_client_setup *s, ll_time now)
+/* All peers wait for one that has not reached the barrier yet: it makes the ticks up to the barrier as early
+ * as possible, so that their inputs are sent together. */
+static void step_to_barrier(ll_client *c, const ll_client_setup *s, ll_time now)
 {
     ll_peer *peer = ll_client_peer(c);
     int players = ll_client_rendered(c)->players;
-    while (peer->tick < peer->hold && missing(peer, players, guesses_max(s)) == 0) {
+    while (peer->tick < peer->barrier && missing(peer, players, guesses_max(s)) == 0) {
         ll_peer_step(c, s);
         ll_peer_confirm(c); /* worlds that are not hashed are not kept for long */
         make_inputs(c, s, peer->tick + 1 + s->config->input_delay_ticks, now);
@@ -367,7 +368,7 @@ static int compose(const ll_client *c, void *packet)
         hash[hashes++] = peer->hashes[k & (LL_PEER_RING - 1)];
     *m = (ll_peer_message){.head = {LL_MESSAGE_INPUT, (uint8_t)(tick - first), c->epoch, c->inputs.acked + 1},
                            .tick = (int32_t)first,
-                           .way = (uint32_t)(ll_hold_way(&c->connection.clock) / 1000 + 1) |
+                           .way = (uint32_t)(ll_barrier_way(&c->connection.clock) / 1000 + 1) |
                                   (peer->gap ? LL_WAY_GAP : 0),
                            .at = (int32_t)peer->tick,
                            .hashed = (int32_t)hashed,
@@ -386,16 +387,16 @@ int ll_peer_tick(ll_client *c, const ll_client_setup *s, ll_time now, void *pack
         return 0;
     }
     ll_peer_roll_back(c, s, now);
-    end_hold(c, s, now);
+    end_barrier(c, s, now);
     make_inputs(c, s, peer->tick + 1 + delay, now);
     time_round(c, s, now);
     if (may_step(c, s, now)) {
         ll_peer_step(c, s);
         if (guesses_max(s) == 0) /* no step without the others' inputs, which may wait for this one */
             make_inputs(c, s, peer->tick + 1 + delay, now);
-        if (peer->hold != 0) {
+        if (peer->barrier != 0) {
             make_inputs(c, s, peer->tick + 1 + delay, now);
-            step_to_hold(c, s, now);
+            step_to_barrier(c, s, now);
         }
     }
     ll_peer_confirm(c);

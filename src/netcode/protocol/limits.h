@@ -11,14 +11,15 @@ static inline int64_t ll_budget_ticks(ll_freq client_freq)
     return client_freq > 1000 * LL_BUDGET_HZ ? 2 * LL_BUDGET_TICKS : LL_BUDGET_TICKS;
 }
 
-/* ---- a hold: netcode/server/hold.h ---- */
+/* ---- a barrier: netcode/server/barrier.h ---- */
 
-#define LL_HOLD_GAP (60 * LL_MS)
-#define LL_HOLD_EVERY (5 * LL_SECOND) /* shortest time between holds: links may lose packets all the time */
-#define LL_HOLD_BLUR 1000             /* ns, rounding of clocks */
+#define LL_BARRIER_GAP (60 * LL_MS)
+#define LL_BARRIER_EVERY                                                                                     \
+    (5 * LL_SECOND)          /* shortest time between holds: links may lose packets all the time */
+#define LL_BARRIER_BLUR 1000 /* ns, rounding of clocks */
 
 /* One-way delay of a packet: half the measured round trip. */
-static inline ll_time ll_hold_way(const ll_clock_sync *clock)
+static inline ll_time ll_barrier_way(const ll_clock_sync *clock)
 {
     return (ll_clock_sync_round_trip(clock) + 1) / 2;
 }

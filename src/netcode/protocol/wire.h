@@ -142,11 +142,12 @@ typedef struct ll_peer_message {
 typedef struct ll_relay_message {
     ll_message_head head; /* count: parts */
     int32_t tick;         /* steps that the server has made */
-    int32_t hold; /* no player makes inputs for a tick beyond this one (netcode/server/hold.h); 0: no hold */
-    ll_time time; /* of the last step, by the server's clock */
-    int32_t hashed; /* the client's hashes up to this tick have arrived */
+    int32_t barrier; /* no player makes inputs for a tick beyond this one (netcode/server/barrier.h); 0: no
+                        barrier */
+    ll_time time;    /* of the last step, by the server's clock */
+    int32_t hashed;  /* the client's hashes up to this tick have arrived */
     int32_t
-        resume; /* the hold ends when this many ticks have passed since the game began; 0: not known yet */
+        resume; /* the barrier ends when this many ticks have passed since the game began; 0: not known yet */
 } ll_relay_message;
 
 /* The runs follow. */

@@ -88,7 +88,7 @@ ll_time ll_lockstep_due(const ll_server *server)
 ll_time ll_lockstep_due_in_rhythm(const ll_server *server)
 {
     ll_time due = earliest_due(server);
-    if (due > server->stepped && due < server->holds.recovery_until)
+    if (due > server->stepped && due < server->barriers.recovery_until)
         due = align_to_farthest(server, due);
     return limit_rate(server, due);
 }
@@ -153,7 +153,7 @@ void ll_lockstep_step_in_rhythm(ll_server *server, const ll_game *game, const ll
     for (int i = 0; i < server->players && waited; i++) {
         const ll_client_slot *client_slot = &server->client_slots[i];
         if (client_slot->connection.connected && came_late(server, client_slot, server->step + 1))
-            server->holds.recovery_until = now + RHYTHM_KEPT;
+            server->barriers.recovery_until = now + RHYTHM_KEPT;
     }
     ll_lockstep_step(server, game, env, past, now);
 }

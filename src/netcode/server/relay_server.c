@@ -1,7 +1,7 @@
 #include "netcode/server/relay_server.h"
 
 #include "netcode/protocol/world_hash.h"
-#include "netcode/server/hold.h"
+#include "netcode/server/barrier.h"
 
 static const ll_input_slot *slot_of(const ll_client_slot *client_slot, int64_t tick)
 {
@@ -62,7 +62,7 @@ void ll_relay_server_step(ll_server *server, const ll_game *game, const ll_game_
 static void take_acks(const ll_server *server, ll_peer_status *peer, const ll_peer_message *m,
                       const ll_peer_ack *acks)
 {
-    bool counts_for_time_sync = !ll_hold_waits(server, m->tick + m->head.count - 1);
+    bool counts_for_time_sync = !ll_barrier_waits(server, m->tick + m->head.count - 1);
     for (int p = 0; p < server->players; p++) {
         if (acks[p].known > peer->acks[p].known)
             peer->acks[p].known = acks[p].known;
@@ -124,7 +124,7 @@ int ll_relay_server_take(ll_server *server, const ll_sync_mode *sync, int player
     client_slot->limits.allowance = (ll_rate_limiter){ll_rate_burst(server->client_freq), now};
     int result_count = ll_server_receive(server, sync, player, &inputs, now, results);
     ll_relay_server_fill(server, now);
-    ll_hold_follow(server, sync, player, m, now);
+    ll_barrier_follow(server, sync, player, m, now);
     return result_count;
 }
 
@@ -176,10 +176,10 @@ int ll_relay_server_compose(ll_server *server, const ll_sync_mode *sync, int pla
                  .epoch = client_slot->connection.epoch,
                  .seq = (uint32_t)(known(server, client_slot) - client_slot->connection.first)},
         .tick = (int32_t)server->step,
-        .hold = (int32_t)server->holds.tick,
+        .barrier = (int32_t)server->barriers.tick,
         .time = server->stepped,
         .hashed = (int32_t)client_slot->peer.hashed,
-        .resume = (int32_t)server->holds.resume};
+        .resume = (int32_t)server->barriers.resume};
     char *at = (char *)(m + 1);
     for (int other = 0; other < server->players; other++)
         if (other != player)

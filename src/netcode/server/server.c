@@ -32,7 +32,7 @@ void ll_server_configure(ll_server *server, const ll_server_config *config)
     server->rules.refused = config->refused;
     server->rules.starved = config->starved;
     server->rules.starved_ticks = (int32_t)config->starved_ticks;
-    server->holds.rollback = (int32_t)config->max_rollback_ticks;
+    server->barriers.rollback = (int32_t)config->max_rollback_ticks;
     server->rules.starved_tau_ms = config->starved_tau_ms;
     server->grid = (ll_quantization){(float)config->quantum_m, (float)config->quantum_mps,
                                      (float)config->quantum_rad, (float)config->quantum_radps};
@@ -74,9 +74,9 @@ void ll_server_start(ll_server *server, ll_freq step_freq, ll_freq update_freq, 
     server->update = 1;
     server->stepped = now;
     server->next_check = now + LL_CONNECTION_CHECK_INTERVAL;
-    server->holds.tick = server->holds.resume = 0;
-    server->holds.recovery_until = now;
-    server->holds.due = 0;
+    server->barriers.tick = server->barriers.resume = 0;
+    server->barriers.recovery_until = now;
+    server->barriers.due = 0;
     server->client_freq = client_freq;
     ll_baseline_history_clear(ll_server_baseline_history(server));
     for (int i = 0; i < server->players; i++) {

@@ -121,14 +121,14 @@ typedef struct ll_server_rules {
     double starved_tau_ms; /* duration of decay */
 } ll_server_rules;
 
-/* Holds of the peer-to-peer syncs (netcode/server/hold.h). */
-typedef struct ll_server_holds {
+/* Barriers of the peer-to-peer syncs (netcode/server/barrier.h). */
+typedef struct ll_server_barriers {
     int32_t rollback;       /* rollback: prediction window of the clients, ticks */
-    uint32_t due;           /* deterministic and rollback: a hold is to follow */
+    uint32_t due;           /* deterministic and rollback: a barrier is to follow */
     int64_t tick, resume;   /* as sent in relays */
     ll_time recovery_until; /* lockstep_pipelined: until then steps follow the inputs of one player;
-                               deterministic and rollback: no hold before then */
-} ll_server_holds;
+                               deterministic and rollback: no barrier before then */
+} ll_server_barriers;
 
 typedef struct ll_server {
     ll_clock clock; /* of steps */
@@ -145,7 +145,7 @@ typedef struct ll_server {
     ll_server_rules rules;
     ll_quantization grid; /* that the codec rounds to */
     ll_time from;         /* snapshot costs count from then on */
-    ll_server_holds holds;
+    ll_server_barriers barriers;
     uint32_t hashes[LL_HASH_RING]; /* deterministic and rollback: of the world after a step */
     ll_client_slot client_slots[]; /* one per player; then the world; then the baselines */
 } ll_server;

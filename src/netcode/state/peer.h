@@ -41,11 +41,11 @@ typedef struct ll_peer {
     int64_t hashed;    /* the relay server has the hashes up to this tick */
     ll_time stalled_since;
     ll_time relayed; /* when the last relay arrived; 0: none has */
-    int64_t hold;    /* makes no inputs for ticks beyond this one (netcode/server/hold.h); 0: no hold */
+    int64_t barrier; /* makes no inputs for ticks beyond this one (netcode/server/barrier.h); 0: no barrier */
     int64_t
-        resume; /* the hold ends when this many ticks have passed since the game began; 0: not known yet */
+        resume; /* the barrier ends when this many ticks have passed since the game began; 0: not known yet */
     int64_t time_sync_from; /* the frame before the one from which time sync checks are counted */
-    int64_t began;          /* the tick that it started from, or of the last hold */
+    int64_t began;          /* the tick that it started from, or of the last barrier */
     ll_time since;          /* when it continued from there; LL_NEVER: not yet */
     ll_time spread;         /* interval of ticks up to `spread_until`; 0: not known yet */
     int64_t spread_until;

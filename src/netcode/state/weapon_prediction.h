@@ -22,21 +22,21 @@ typedef enum ll_weapon_prediction_state {
 #pragma GCC diagnostic push
 #pragma GCC diagnostic error "-Wpadded" /* no padding: the block is hashed */
 
-typedef struct ll_weapon_prediction_shell {
+typedef struct ll_predicted_projectile {
     ll_flight flight;
     ll_time start; /* render time, by the server's clock */
     int64_t tick;  /* the step that its input was meant for */
     int32_t state; /* ll_weapon_prediction_state */
     int32_t body;
-} ll_weapon_prediction_shell;
+} ll_predicted_projectile;
 
 typedef struct ll_weapon_prediction {
-    ll_arena arena;                               /* the game's */
-    ll_time drawn_time;                           /* of the view below */
-    int64_t ready[LL_WEAPONS];                    /* the first step in which it may fire again */
-    int64_t fired;                                /* projectiles */
-    ll_weapon_prediction_shell shells[LL_SHELLS]; /* by number modulo the ring */
-    ll_point drawn[LL_BODIES_MAX];                /* bodies in the last rendered view */
+    ll_arena arena;                                      /* the game's */
+    ll_time drawn_time;                                  /* of the view below */
+    int64_t ready[LL_WEAPONS];                           /* the first step in which it may fire again */
+    int64_t fired;                                       /* projectiles */
+    ll_predicted_projectile projectiles[LL_PROJECTILES]; /* by number modulo the ring */
+    ll_point drawn[LL_BODIES_MAX];                       /* bodies in the last rendered view */
 } ll_weapon_prediction;
 
 #pragma GCC diagnostic pop

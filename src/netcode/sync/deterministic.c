@@ -2,7 +2,7 @@
  * makes tick k when it has all inputs for k. Nothing is guessed and nothing corrected. The price: two lags
  * between an input and its effect, and equal arithmetic on every machine. */
 #include "netcode/observe/desync.h"
-#include "netcode/server/hold.h"
+#include "netcode/server/barrier.h"
 #include "netcode/server/relay_server.h"
 #include "netcode/state/peer.h"
 
@@ -16,7 +16,7 @@ const ll_sync_mode ll_sync_deterministic = {
     .step = ll_relay_server_step,
     .take = ll_relay_server_take,
     .stand_in = ll_relay_server_fill,
-    .join = ll_hold_join,
+    .join = ll_barrier_join,
     .compose = ll_relay_server_compose,
     .start = ll_peer_start,
     .receive = ll_peer_receive,

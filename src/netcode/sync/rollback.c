@@ -1,7 +1,7 @@
 /* Rollback (GGPO, GGRS): deterministic lockstep that does not wait. A client guesses the inputs that have not
  * arrived, and resimulates the ticks with a wrong guess. */
 #include "netcode/observe/desync.h"
-#include "netcode/server/hold.h"
+#include "netcode/server/barrier.h"
 #include "netcode/server/relay_server.h"
 #include "netcode/state/peer.h"
 
@@ -16,7 +16,7 @@ const ll_sync_mode ll_sync_rollback = {
     .step = ll_relay_server_step,
     .take = ll_relay_server_take,
     .stand_in = ll_relay_server_fill,
-    .join = ll_hold_join,
+    .join = ll_barrier_join,
     .compose = ll_relay_server_compose,
     .start = ll_peer_start,
     .receive = ll_peer_receive,

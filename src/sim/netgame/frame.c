@@ -271,7 +271,7 @@ static void fill_measures(const ll_netgame *g, ll_row_set *rows)
 const ll_record *const ll_netgame_records[] = {&view_record,
                                                &entity_record,
                                                &game_record,
-                                               &ll_netgame_shell_record,
+                                               &ll_netgame_projectile_record,
                                                &ll_netgame_buffer_record,
                                                &measure_record,
                                                &ll_netgame_peer_record,
@@ -288,7 +288,7 @@ void ll_netgame_fill(const void *block, ll_row_set *rows)
         fill_views(g, rows);
         fill_entities(g, rows);
         fill_game(g, rows);
-        ll_netgame_fill_shells(g, rows);
+        ll_netgame_fill_projectiles(g, rows);
     }
     if (ll_row_set_wants(rows, &ll_netgame_buffer_record)) {
         ll_netgame_fill_buffers(g, rows);

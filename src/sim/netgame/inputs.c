@@ -65,7 +65,7 @@ static double per_second(int64_t count, double seconds)
     X(number, gain_m, "m", has_farthest ? in->gain.most : NAN,                                               \
       "distance that a cheat gained beyond the farthest that the game permits",                              \
       "The game does not define the farthest permitted distance.")                                           \
-    X(number, twin_gain_m, "m", has_farthest ? in->twin.most : NAN,                                          \
+    X(number, gain_over_honest_m, "m", has_farthest ? in->honest.most : NAN,                                 \
       "distance that a cheat gained beyond the honest twin",                                                 \
       "The game does not define the farthest permitted distance.")
 

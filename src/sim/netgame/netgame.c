@@ -136,7 +136,7 @@ static void begin_game(ll_netgame *g, ll_time now)
         ll_client_start(ll_netgame_client(g, i), &s, &begin, now);
         ll_desync_start(ll_netgame_desync(g, i), server->step);
         ll_client_metrics_resync(ll_netgame_client_metrics(g, i));
-        ll_twin_resync(&ll_netgame_client_metrics(g, i)->twin, ll_netgame_client(g, i)->inputs.tick);
+        ll_honest_resync(&ll_netgame_client_metrics(g, i)->honest, ll_netgame_client(g, i)->inputs.tick);
         if (s.weapon_prediction)
             ll_weapon_prediction_start(ll_netgame_client(g, i), &s);
     }
@@ -188,7 +188,7 @@ static ll_status init(void *block, const void *config)
                                (ll_time)(c->warmup_s * 1e9));
         ll_cheat_gain_watch(&ll_netgame_client_metrics(g, i)->gain, &world->entity[i]);
         see_through_screen(g, i);
-        ll_twin_watch(&ll_netgame_client_metrics(g, i)->twin, &world->entity[i], 0);
+        ll_honest_watch(&ll_netgame_client_metrics(g, i)->honest, &world->entity[i], 0);
     }
     ll_arena arena;
     if (arena_of(c, &arena))

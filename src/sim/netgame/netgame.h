@@ -198,9 +198,9 @@ extern const ll_metric_table ll_netgame_tally_table, ll_netgame_projectile_table
     ll_netgame_peek_table;
 #define LL_NETGAME_SHOT_TABLES                                                                               \
     &ll_netgame_tally_table, &ll_netgame_projectile_table, &ll_netgame_shot_table, &ll_netgame_peek_table
-extern const ll_record ll_netgame_shot_record, ll_netgame_shot_body_record, ll_netgame_shell_record;
+extern const ll_record ll_netgame_shot_record, ll_netgame_shot_body_record, ll_netgame_projectile_record;
 void ll_netgame_fill_shots(const ll_netgame *game, ll_row_set *rows);
-void ll_netgame_fill_shells(const ll_netgame *game, ll_row_set *rows);
+void ll_netgame_fill_projectiles(const ll_netgame *game, ll_row_set *rows);
 
 /* frame.c: streamed rows of a block */
 extern const ll_record *const ll_netgame_records[];

@@ -26,14 +26,14 @@ void ll_netgame_watch_players(ll_netgame *g, ll_time since)
 {
     const ll_world *world = ll_server_world(ll_netgame_server(g));
     bool drains = ll_netgame_sync(g)->applies_on_arrival;
-    const ll_twin_stepped stepped = {world, ll_netgame_server(g)->step, g->now, drains};
+    const ll_honest_stepped stepped = {world, ll_netgame_server(g)->step, g->now, drains};
     double elapsed_s = drains ? ll_to_s(since) : g->env.dt;
     for (int i = 0; i < world->players; i++) {
         if (g->config.players[i].cheat == LL_CHEAT_NONE)
             continue;
         ll_client_metrics *in = ll_netgame_client_metrics(g, i);
         ll_cheat_gain_step(&in->gain, ll_netgame_game(g), &g->env, &world->entity[i], elapsed_s);
-        ll_twin_step(&in->twin, ll_netgame_game(g), &g->env, i, &stepped);
+        ll_honest_step(&in->honest, ll_netgame_game(g), &g->env, i, &stepped);
     }
 }
 
@@ -45,7 +45,7 @@ void ll_netgame_watch_cheats_begin(ll_netgame *g, const ll_netgame_config *next)
         if (g->config.players[i].cheat != LL_CHEAT_NONE || next->players[i].cheat == LL_CHEAT_NONE)
             continue;
         ll_cheat_gain_watch(&in->gain, &ll_server_world_const(server)->entity[i]);
-        ll_twin_watch(&in->twin, &ll_server_world_const(server)->entity[i], server->stepped);
+        ll_honest_watch(&in->honest, &ll_server_world_const(server)->entity[i], server->stepped);
     }
 }
 
@@ -91,8 +91,8 @@ void ll_netgame_compare_views(ll_netgame *g, ll_time elapsed)
 void ll_netgame_watch_tick(ll_netgame *g, int player, const ll_client_setup *s)
 {
     ll_time due = g->now + ll_ms(s->config->lag_ms + s->config->link.up.delay_ms);
-    (ll_cheat_minds(s) ? ll_twin_frame : ll_twin_frame_once)(&s->client_metrics->twin,
-                                                             ll_netgame_client(g, player)->inputs.tick, due);
+    (ll_cheat_minds(s) ? ll_honest_frame : ll_honest_frame_once)(
+        &s->client_metrics->honest, ll_netgame_client(g, player)->inputs.tick, due);
 }
 
 /* A display of `player`: compares its view with the truth, and records which changes of the others' controls

@@ -118,8 +118,8 @@ void ll_netgame_shots_metrics(const ll_netgame *g, int player, cJSON *metrics)
     const ll_shot_stats *m = &ll_netgame_shots(g)->shot_stats[player];
     ll_summary s = ll_shots_peeks(m);
     cJSON *o = cJSON_AddObjectToObject(metrics, "shots");
-    tally(cJSON_AddObjectToObject(o, "hitscan"), &ll_netgame_tally_table, &m->tally[LL_RIFLE]);
-    tally(cJSON_AddObjectToObject(o, "projectile"), &ll_netgame_projectile_table, &m->tally[LL_CANNON]);
+    tally(cJSON_AddObjectToObject(o, "hitscan"), &ll_netgame_tally_table, &m->tally[LL_HITSCAN]);
+    tally(cJSON_AddObjectToObject(o, "projectile"), &ll_netgame_projectile_table, &m->tally[LL_PROJECTILE]);
     int64_t shots = 0, hits = 0;
     for (int w = 0; w < LL_WEAPONS; w++) {
         shots += m->tally[w].shots;
@@ -269,104 +269,104 @@ void ll_netgame_fill_shots(const ll_netgame *g, ll_row_set *rows)
 
 /* ---- projectiles in flight, in every view ---- */
 
-typedef struct shell_row {
+typedef struct projectile_row {
     uint8_t view, player;
     uint16_t number;
     float flown_s, x, y, vx, vy, from_x, from_y, from_vx, from_vy;
-} shell_row;
+} projectile_row;
 
-static const ll_record_field shell_fields[] = {
-    LL_INT(shell_row, view, NULL, "index of the view"),
-    LL_INT(shell_row, player, NULL, "whose"),
-    LL_INT(shell_row, number, NULL, "running number of the player's projectiles"),
-    LL_STEP(shell_row, flown_s, LL_BITS_S, "s", "since the start of its flight"),
-    LL_STEP(shell_row, x, LL_BITS_M, "m", "position"),
-    LL_STEP(shell_row, y, LL_BITS_M, "m", "position"),
-    LL_STEP(shell_row, vx, LL_BITS_MPS, "m/s", "velocity"),
-    LL_STEP(shell_row, vy, LL_BITS_MPS, "m/s", "velocity"),
-    LL_STEP(shell_row, from_x, LL_BITS_M, "m", "position at the start"),
-    LL_STEP(shell_row, from_y, LL_BITS_M, "m", "position at the start"),
-    LL_STEP(shell_row, from_vx, LL_BITS_MPS, "m/s", "velocity at the start"),
-    LL_STEP(shell_row, from_vy, LL_BITS_MPS, "m/s", "velocity at the start"),
+static const ll_record_field projectile_fields[] = {
+    LL_INT(projectile_row, view, NULL, "index of the view"),
+    LL_INT(projectile_row, player, NULL, "whose"),
+    LL_INT(projectile_row, number, NULL, "running number of the player's projectiles"),
+    LL_STEP(projectile_row, flown_s, LL_BITS_S, "s", "since the start of its flight"),
+    LL_STEP(projectile_row, x, LL_BITS_M, "m", "position"),
+    LL_STEP(projectile_row, y, LL_BITS_M, "m", "position"),
+    LL_STEP(projectile_row, vx, LL_BITS_MPS, "m/s", "velocity"),
+    LL_STEP(projectile_row, vy, LL_BITS_MPS, "m/s", "velocity"),
+    LL_STEP(projectile_row, from_x, LL_BITS_M, "m", "position at the start"),
+    LL_STEP(projectile_row, from_y, LL_BITS_M, "m", "position at the start"),
+    LL_STEP(projectile_row, from_vx, LL_BITS_MPS, "m/s", "velocity at the start"),
+    LL_STEP(projectile_row, from_vy, LL_BITS_MPS, "m/s", "velocity at the start"),
 };
 
-const ll_record ll_netgame_shell_record = {.id = 5,
-                                           .name = "shells",
-                                           .channel = LL_CHANNEL_SCENE,
-                                           .help = "Projectiles in flight, in a game with weapons.",
-                                           .form = LL_FORM_KEYED,
-                                           .keys = 3,
-                                           LL_ROWS_OF(shell_row, shell_fields)};
+const ll_record ll_netgame_projectile_record = {.id = 5,
+                                                .name = "shells",
+                                                .channel = LL_CHANNEL_SCENE,
+                                                .help = "Projectiles in flight, in a game with weapons.",
+                                                .form = LL_FORM_KEYED,
+                                                .keys = 3,
+                                                LL_ROWS_OF(projectile_row, projectile_fields)};
 
-enum { SHELLS_MAX = (LL_PLAYERS_MAX + 1) * LL_PLAYERS_MAX * LL_SHELLS };
+enum { SHELLS_MAX = (LL_PLAYERS_MAX + 1) * LL_PLAYERS_MAX * LL_PROJECTILES };
 
-static shell_row shell_at(int view, int player, uint32_t number, const ll_flight *f, double s)
+static projectile_row projectile_at(int view, int player, uint32_t number, const ll_flight *f, double s)
 {
     ll_point at = ll_flight_at(f, s);
-    return (shell_row){.view = (uint8_t)view,
-                       .player = (uint8_t)player,
-                       .number = (uint16_t)number,
-                       .flown_s = (float)s,
-                       .x = (float)at.x,
-                       .y = (float)at.y,
-                       .vx = (float)f->velocity.x,
-                       .vy = (float)(f->velocity.y - f->gravity * s),
-                       .from_x = (float)f->from.x,
-                       .from_y = (float)f->from.y,
-                       .from_vx = (float)f->velocity.x,
-                       .from_vy = (float)f->velocity.y};
+    return (projectile_row){.view = (uint8_t)view,
+                            .player = (uint8_t)player,
+                            .number = (uint16_t)number,
+                            .flown_s = (float)s,
+                            .x = (float)at.x,
+                            .y = (float)at.y,
+                            .vx = (float)f->velocity.x,
+                            .vy = (float)(f->velocity.y - f->gravity * s),
+                            .from_x = (float)f->from.x,
+                            .from_y = (float)f->from.y,
+                            .from_vx = (float)f->velocity.x,
+                            .from_vy = (float)f->velocity.y};
 }
 
 /* Projectiles of `player` that a world contains, at the world's render time. */
-static int known_shells(const ll_netgame *g, int view, const ll_world *world, int player, ll_time time,
-                        shell_row *out)
+static int known_projectiles(const ll_netgame *g, int view, const ll_world *world, int player, ll_time time,
+                             projectile_row *out)
 {
     const ll_weapon_state *arms = ll_netgame_game(g)->weapons->arms(world, player);
     int n = 0;
-    for (int i = 0; i < LL_SHELLS; i++) {
-        const ll_shell *shell = &arms->shells[i];
-        ll_flight f = {shell->from, shell->velocity, ll_netgame_shots(g)->arena.gravity};
-        if (shell->number > 0 && time >= shell->start && time < shell->end)
-            out[n++] = shell_at(view, player, shell->number, &f, ll_to_s(time - shell->start));
+    for (int i = 0; i < LL_PROJECTILES; i++) {
+        const ll_projectile *projectile = &arms->projectiles[i];
+        ll_flight f = {projectile->from, projectile->velocity, ll_netgame_shots(g)->arena.gravity};
+        if (projectile->number > 0 && time >= projectile->start && time < projectile->end)
+            out[n++] = projectile_at(view, player, projectile->number, &f, ll_to_s(time - projectile->start));
     }
     return n;
 }
 
 /* Own projectiles are where the client has moved them. */
-static int own_shells(const ll_netgame *g, int player, shell_row *out)
+static int own_projectiles(const ll_netgame *g, int player, projectile_row *out)
 {
     const ll_weapon_prediction *weapon_prediction = ll_netgame_weapon_prediction(g, player);
     int n = 0;
-    for (int64_t number = weapon_prediction->fired - LL_SHELLS + 1; number <= weapon_prediction->fired;
+    for (int64_t number = weapon_prediction->fired - LL_PROJECTILES + 1; number <= weapon_prediction->fired;
          number++) {
-        const ll_weapon_prediction_shell *shell =
-            &weapon_prediction->shells[(number + LL_SHELLS) % LL_SHELLS];
-        if (number > 0 && shell->state == LL_WEAPON_PREDICTION_FLYING)
-            out[n++] = shell_at(player + 1, player, (uint32_t)number, &shell->flight,
-                                ll_to_s(weapon_prediction->drawn_time - shell->start));
+        const ll_predicted_projectile *projectile =
+            &weapon_prediction->projectiles[(number + LL_PROJECTILES) % LL_PROJECTILES];
+        if (number > 0 && projectile->state == LL_WEAPON_PREDICTION_FLYING)
+            out[n++] = projectile_at(player + 1, player, (uint32_t)number, &projectile->flight,
+                                     ll_to_s(weapon_prediction->drawn_time - projectile->start));
     }
     return n;
 }
 
-static int list_shells(const ll_netgame *g, shell_row *out)
+static int list_projectiles(const ll_netgame *g, projectile_row *out)
 {
     const ll_server *server = ll_netgame_server(g);
     int players = g->config.player_count, n = 0;
     for (int i = 0; i < players; i++)
-        n += known_shells(g, 0, ll_server_world_const(server), i, server->stepped, out + n);
+        n += known_projectiles(g, 0, ll_server_world_const(server), i, server->stepped, out + n);
     for (int v = 0; v < players; v++) {
         const ll_client *c = ll_netgame_client(g, v);
         for (int i = 0; i < players; i++)
-            n += i == v
-                     ? own_shells(g, v, out + n)
-                     : known_shells(g, v + 1, ll_client_rendered_const(c), i, c->drawing.view_time, out + n);
+            n += i == v ? own_projectiles(g, v, out + n)
+                        : known_projectiles(g, v + 1, ll_client_rendered_const(c), i, c->drawing.view_time,
+                                            out + n);
     }
     return n;
 }
 
-void ll_netgame_fill_shells(const ll_netgame *g, ll_row_set *rows)
+void ll_netgame_fill_projectiles(const ll_netgame *g, ll_row_set *rows)
 {
-    shell_row shells[SHELLS_MAX];
+    projectile_row projectiles[SHELLS_MAX];
     if (ll_netgame_shots(g))
-        ll_row_set_put(rows, &ll_netgame_shell_record, shells, list_shells(g, shells));
+        ll_row_set_put(rows, &ll_netgame_projectile_record, projectiles, list_projectiles(g, projectiles));
 }

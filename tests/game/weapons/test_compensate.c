@@ -62,7 +62,7 @@ static void place(range *r)
     ll_bodies_now(&r->arena, r->world, r->after);
 }
 
-static range *new_range(way *target, int rifle, int shell)
+static range *new_range(way *target, int hitscan, int projectile)
 {
     range *r = calloc(1, sizeof *r);
     r->arena = (ll_arena){.players = 1,
@@ -70,15 +70,15 @@ static range *new_range(way *target, int rifle, int shell)
                           .teams = 2,
                           .player_radius = 0.5,
                           .target_radius = RADIUS,
-                          .shell_speed = 35,
+                          .projectile_speed = 35,
                           .gravity = 9.81,
                           .interval_s = {0.1, 0.5},
                           .bounds = {-10, 100, -50, 50}};
     r->rules = (ll_compensation){.max_rewind_ms = 1000,
                                  .rewind_tolerance_ms = 200,
                                  .projectile_forward_ms = 100,
-                                 .rifle = rifle,
-                                 .shell = shell};
+                                 .hitscan = hitscan,
+                                 .projectile = projectile};
     r->world = calloc(1, ll_extent_size((ll_extent){BODIES, 0}));
     r->world->players = 1;
     r->world->entities = BODIES;
@@ -134,43 +134,43 @@ static ll_action press(range *r, ll_weapon weapon, int64_t k, ll_time seen)
 
 /* ---- hitscan ---- */
 
-static int rifle_at(int policy, double view_time_s, int claim)
+static int hitscan_at(int policy, double view_time_s, int claim)
 {
     range *r = new_range(crossing, policy, 0);
-    ll_action a = press(r, LL_RIFLE, 140, (ll_time)(view_time_s * 1e9));
-    ll_set_claim(&a, LL_RIFLE, claim);
+    ll_action a = press(r, LL_HITSCAN, 140, (ll_time)(view_time_s * 1e9));
+    ll_set_claim(&a, LL_HITSCAN, claim);
     step_to(r, 140, &a, level());
     int body = r->results[0].body;
     assert_int_equal(r->count, 1);
-    assert_int_equal(r->arms.shots[LL_RIFLE], 1);
-    assert_int_equal(r->arms.hits[LL_RIFLE], body != LL_NOBODY);
+    assert_int_equal(r->arms.shots[LL_HITSCAN], 1);
+    assert_int_equal(r->arms.hits[LL_HITSCAN], body != LL_NOBODY);
     free_range(r);
     return body;
 }
 
 /* The target crosses the line of fire at 2 s, and is on it for 0.1 s before and after; the shot is taken at
  * step 140, 2.33 s. */
-static void rifle_hits_what_the_shooter_saw(void **state)
+static void hitscan_hits_what_the_shooter_saw(void **state)
 {
     (void)state;
     for (int ms = 1840; ms <= 2160; ms += 10) {
         int seen = ms > 1900 && ms < 2100 ? 1 : LL_NOBODY;
         if (ms == 1900 || ms == 2100)
             continue; /* the very edge */
-        assert_int_equal(rifle_at(1, ms / 1000.0, LL_NOBODY), seen);
-        assert_int_equal(rifle_at(0, ms / 1000.0, LL_NOBODY), LL_NOBODY); /* it is 2 m away by then */
+        assert_int_equal(hitscan_at(1, ms / 1000.0, LL_NOBODY), seen);
+        assert_int_equal(hitscan_at(0, ms / 1000.0, LL_NOBODY), LL_NOBODY); /* it is 2 m away by then */
     }
 }
 
 static void trust_accepts_a_lie_and_rewind_does_not(void **state)
 {
     (void)state;
-    assert_int_equal(rifle_at(2, 2.3, 1), 1);
-    assert_int_equal(rifle_at(1, 2.3, 1), LL_NOBODY);
-    assert_int_equal(rifle_at(0, 2.3, 1), LL_NOBODY);
-    assert_int_equal(rifle_at(2, 2.0, LL_NOBODY), LL_NOBODY); /* the claim counts, not the shot */
-    assert_int_equal(rifle_at(2, 2.3, 0), LL_NOBODY);         /* no player hits itself, */
-    assert_int_equal(rifle_at(2, 2.3, 77), LL_NOBODY);        /* nor a body that does not exist */
+    assert_int_equal(hitscan_at(2, 2.3, 1), 1);
+    assert_int_equal(hitscan_at(1, 2.3, 1), LL_NOBODY);
+    assert_int_equal(hitscan_at(0, 2.3, 1), LL_NOBODY);
+    assert_int_equal(hitscan_at(2, 2.0, LL_NOBODY), LL_NOBODY); /* the claim counts, not the shot */
+    assert_int_equal(hitscan_at(2, 2.3, 0), LL_NOBODY);         /* no player hits itself, */
+    assert_int_equal(hitscan_at(2, 2.3, 77), LL_NOBODY);        /* nor a body that does not exist */
 }
 
 static void view_is_clamped_and_cross_checked(void **state)
@@ -196,7 +196,7 @@ static void view_is_clamped_and_cross_checked(void **state)
         range *r = new_range(crossing, 1, 0);
         r->rules.max_rewind_ms = 250;
         ll_time now = ll_tick_time(140, HZ);
-        ll_action a = press(r, LL_RIFLE, 140, now - ll_ms(cases[i].stated_ms));
+        ll_action a = press(r, LL_HITSCAN, 140, now - ll_ms(cases[i].stated_ms));
         r->past.measured[0] = ll_ms(cases[i].measured_ms);
         step_to(r, 140, &a, level());
         ll_time present = ll_tick_time(139, HZ);
@@ -218,18 +218,18 @@ typedef struct impact {
     double at_s, x, y, start_s, trace_error_m;
 } impact;
 
-static impact shell(way *target, int family, int trace, ll_aim aim, int64_t seen, int64_t k)
+static impact projectile(way *target, int family, int trace, ll_aim aim, int64_t seen, int64_t k)
 {
     range *r = new_range(target, 0, family);
     r->rules.projectile_trace = trace;
-    ll_action a = press(r, LL_CANNON, k, ll_tick_time(seen, HZ));
+    ll_action a = press(r, LL_PROJECTILE, k, ll_tick_time(seen, HZ));
     step_to(r, k, &a, aim);
     step_to(r, k + 400, NULL, aim);
     assert_int_equal(r->count, 2);
     assert_int_equal(r->results[0].kind, LL_HIT_RESULT_LAUNCH);
     assert_int_equal(r->results[1].kind, LL_HIT_RESULT_IMPACT);
-    assert_int_equal(r->arms.shots[LL_CANNON], 1);
-    assert_int_equal(r->arms.hits[LL_CANNON], r->results[1].body != LL_NOBODY);
+    assert_int_equal(r->arms.shots[LL_PROJECTILE], 1);
+    assert_int_equal(r->arms.hits[LL_PROJECTILE], r->results[1].body != LL_NOBODY);
     impact i = {r->results[1].body, ll_to_s(r->results[1].end),   r->results[1].at.x,
                 r->results[1].at.y, ll_to_s(r->results[0].start), r->results[0].trace_error_m};
     free_range(r);
@@ -281,20 +281,20 @@ static double touch(way *target, ll_aim aim, double start)
 }
 
 /* Family C: at any lag the impact is that of a server without lag, and of the closed form. */
-static void rewound_shell_lands_where_it_would_without_lag(void **state)
+static void rewound_projectile_lands_where_it_would_without_lag(void **state)
 {
     (void)state;
     way *const ways[] = {crossing, turning};
     for (int w = 0; w < 2; w++) {
         ll_aim aim = at_target(ways[w]);
-        impact none = shell(ways[w], 2, LL_TRACE_PARABOLA, aim, 60, 61);
+        impact none = projectile(ways[w], 2, LL_TRACE_PARABOLA, aim, 60, 61);
         double start = ll_to_s(ll_tick_time(60, HZ)), s = touch(ways[w], aim, start);
         assert_int_equal(none.body, 1);
         assert_true(fabs(none.at_s - (start + s)) <= 2e-9); /* whole ns */
         assert_true(fabs(none.x - 35 * aim.direction.x * s) <= 1e-9);
         assert_true(fabs(none.y - (35 * aim.direction.y - 9.81 / 2 * s) * s) <= 1e-9);
         for (int64_t k = 62; k <= 120; k++) { /* up to a second late */
-            impact late = shell(ways[w], 2, LL_TRACE_PARABOLA, aim, 60, k);
+            impact late = projectile(ways[w], 2, LL_TRACE_PARABOLA, aim, 60, k);
             assert_int_equal(late.body, 1);
             assert_true(fabs(late.x - none.x) <= 1e-9 && fabs(late.y - none.y) <= 1e-9);
             assert_true(fabs(late.at_s - none.at_s) <= 1e-9);
@@ -304,12 +304,12 @@ static void rewound_shell_lands_where_it_would_without_lag(void **state)
 }
 
 /* Family A is late by the age of the view: the target has gone on. */
-static void shell_that_starts_at_the_server_is_late(void **state)
+static void projectile_that_starts_at_the_server_is_late(void **state)
 {
     (void)state;
     ll_aim aim = at_target(crossing);
-    assert_int_equal(shell(crossing, 0, LL_TRACE_PARABOLA, aim, 60, 61).body, 1);
-    impact late = shell(crossing, 0, LL_TRACE_PARABOLA, aim, 60, 79);
+    assert_int_equal(projectile(crossing, 0, LL_TRACE_PARABOLA, aim, 60, 61).body, 1);
+    impact late = projectile(crossing, 0, LL_TRACE_PARABOLA, aim, 60, 79);
     assert_int_equal(late.body, LL_NOBODY);
     assert_true(late.start_s == ll_to_s(ll_tick_time(78, HZ)));
 }
@@ -328,23 +328,23 @@ static void fast_forward_leaves_the_first_part_uncompensated(void **state)
     ll_aim flat = raised(0.0);
     /* seen at step 60 (1 s), at 8 m after 0.23 s: the target is 0.18 m beyond the line; taken at step 90,
      * 0.48 s after the view, it is 1.75 m beyond */
-    assert_int_equal(shell(close_by, 2, LL_TRACE_PARABOLA, flat, 60, 90).body, 1);
-    assert_int_equal(shell(close_by, 1, LL_TRACE_PARABOLA, flat, 60, 90).body, LL_NOBODY);
+    assert_int_equal(projectile(close_by, 2, LL_TRACE_PARABOLA, flat, 60, 90).body, 1);
+    assert_int_equal(projectile(close_by, 1, LL_TRACE_PARABOLA, flat, 60, 90).body, LL_NOBODY);
     /* seen at step 42 (0.7 s): then the target was 1.6 m below the line; taken at step 72 it is on it */
-    assert_int_equal(shell(close_by, 2, LL_TRACE_PARABOLA, flat, 42, 72).body, LL_NOBODY);
-    assert_int_equal(shell(close_by, 1, LL_TRACE_PARABOLA, flat, 42, 72).body, 1);
+    assert_int_equal(projectile(close_by, 2, LL_TRACE_PARABOLA, flat, 42, 72).body, LL_NOBODY);
+    assert_int_equal(projectile(close_by, 1, LL_TRACE_PARABOLA, flat, 42, 72).body, 1);
     /* a target beyond the first part is hit by both, at the same place */
     ll_aim aim = at_target(crossing);
-    impact b = shell(crossing, 1, LL_TRACE_PARABOLA, aim, 60, 90),
-           c = shell(crossing, 2, LL_TRACE_PARABOLA, aim, 60, 90);
+    impact b = projectile(crossing, 1, LL_TRACE_PARABOLA, aim, 60, 90),
+           c = projectile(crossing, 2, LL_TRACE_PARABOLA, aim, 60, 90);
     assert_true(b.body == 1 && c.body == 1 && fabs(b.x - c.x) <= 1e-9 && fabs(b.y - c.y) <= 1e-9);
 }
 
 static void partial_forwards_no_more_than_configured(void **state)
 {
     (void)state;
-    impact far = shell(crossing, 3, LL_TRACE_PARABOLA, level(), 60, 91),
-           close = shell(crossing, 3, LL_TRACE_PARABOLA, level(), 60, 64);
+    impact far = projectile(crossing, 3, LL_TRACE_PARABOLA, level(), 60, 91),
+           close = projectile(crossing, 3, LL_TRACE_PARABOLA, level(), 60, 64);
     assert_true(fabs(far.start_s - (ll_to_s(ll_tick_time(90, HZ)) - 0.1)) < 1e-12);
     assert_true(close.start_s == ll_to_s(ll_tick_time(60, HZ)));
 }
@@ -354,7 +354,7 @@ static void straight_trace_is_off_by_its_closed_form(void **state)
 {
     (void)state;
     for (int64_t k = 62; k <= 120; k++) {
-        impact i = shell(crossing, 2, LL_TRACE_STRAIGHT, raised(0.5), 60, k);
+        impact i = projectile(crossing, 2, LL_TRACE_STRAIGHT, raised(0.5), 60, k);
         double t = ll_to_s(ll_tick_time(k - 1, HZ) - ll_tick_time(60, HZ));
         assert_true(fabs(i.trace_error_m - 9.81 * t * t / 8) < 1e-12);
     }
@@ -371,26 +371,26 @@ static ll_point above_the_chord(double t)
 static void straight_trace_misses_what_the_parabola_meets(void **state)
 {
     (void)state;
-    assert_int_equal(shell(above_the_chord, 2, LL_TRACE_PARABOLA, raised(0.5), 60, 118).body, 1);
-    assert_int_equal(shell(above_the_chord, 2, LL_TRACE_STRAIGHT, raised(0.5), 60, 118).body, LL_NOBODY);
-    assert_int_equal(shell(above_the_chord, 2, LL_TRACE_STRAIGHT, raised(0.5), 60, 62).body,
+    assert_int_equal(projectile(above_the_chord, 2, LL_TRACE_PARABOLA, raised(0.5), 60, 118).body, 1);
+    assert_int_equal(projectile(above_the_chord, 2, LL_TRACE_STRAIGHT, raised(0.5), 60, 118).body, LL_NOBODY);
+    assert_int_equal(projectile(above_the_chord, 2, LL_TRACE_STRAIGHT, raised(0.5), 60, 62).body,
                      1); /* step by step */
 }
 
-static void claimed_shells_hit_what_the_client_says(void **state)
+static void claimed_projectiles_hit_what_the_client_says(void **state)
 {
     (void)state;
     range *r = new_range(crossing, 0, 4);
-    ll_action fire = press(r, LL_CANNON, 60, ll_tick_time(50, HZ)), claim = {0};
+    ll_action fire = press(r, LL_PROJECTILE, 60, ll_tick_time(50, HZ)), claim = {0};
     step_to(r, 60, &fire, level());
     step_to(r, 100, NULL, level());
     assert_int_equal(r->count, 1);
-    ll_set_claim(&claim, LL_CANNON, 1);
+    ll_set_claim(&claim, LL_PROJECTILE, 1);
     step_to(r, 101, &claim, level());
     assert_true(r->count == 2 && r->results[1].kind == LL_HIT_RESULT_IMPACT && r->results[1].body == 1);
     step_to(r, 102, &claim, level()); /* no projectile is left to claim for */
-    assert_true(r->count == 2 && r->arms.hits[LL_CANNON] == 1);
-    fire = press(r, LL_CANNON, 110, ll_tick_time(100, HZ));
+    assert_true(r->count == 2 && r->arms.hits[LL_PROJECTILE] == 1);
+    fire = press(r, LL_PROJECTILE, 110, ll_tick_time(100, HZ));
     step_to(r, 110, &fire, raised(-1)); /* unclaimed: it passes the target and ends a second after it left */
     step_to(r, 400, NULL, level());
     assert_true(r->count == 4 && r->results[3].body == LL_NOBODY);
@@ -404,12 +404,12 @@ static void a_press_beyond_the_ring_is_void(void **state)
 {
     (void)state;
     range *r = new_range(crossing, 0, 0);
-    for (int64_t k = 1; k <= LL_SHELLS + 2; k++) {
-        ll_action a = press(r, LL_CANNON, 30 * k, ll_tick_time(30 * k - 1, HZ));
+    for (int64_t k = 1; k <= LL_PROJECTILES + 2; k++) {
+        ll_action a = press(r, LL_PROJECTILE, 30 * k, ll_tick_time(30 * k - 1, HZ));
         step_to(r, 30 * k, &a, raised(1));
     }
-    assert_int_equal(r->arms.shots[LL_CANNON], LL_SHELLS);
-    assert_int_equal(r->count, LL_SHELLS);
+    assert_int_equal(r->arms.shots[LL_PROJECTILE], LL_PROJECTILES);
+    assert_int_equal(r->count, LL_PROJECTILES);
     free_range(r);
 }
 
@@ -418,10 +418,10 @@ static void a_press_before_the_weapon_is_ready_is_void(void **state)
     (void)state;
     range *r = new_range(crossing, 0, 0);
     for (int64_t k = 1; k <= 120; k++) { /* every step: a weapon of 0.1 s fires in every sixth */
-        ll_action a = press(r, LL_RIFLE, k, ll_tick_time(k - 1, HZ));
+        ll_action a = press(r, LL_HITSCAN, k, ll_tick_time(k - 1, HZ));
         step_to(r, k, &a, level());
         assert_int_equal(r->results[0].kind, k % 6 == 1 ? LL_HIT_RESULT_HITSCAN : LL_HIT_RESULT_VOID);
-        assert_int_equal(r->arms.shots[LL_RIFLE], (k + 5) / 6);
+        assert_int_equal(r->arms.shots[LL_HITSCAN], (k + 5) / 6);
         r->count = 0;
     }
     free_range(r);
@@ -433,11 +433,11 @@ static void nothing_is_compensated_without_a_past(void **state)
     (void)state;
     range *r = new_range(crossing, 1, 2);
     const ll_field field = {&r->arena, r->after, NULL};
-    ll_action a = press(r, LL_CANNON, 1, 0);
-    a.buttons |= 1u << LL_RIFLE;
+    ll_action a = press(r, LL_PROJECTILE, 1, 0);
+    a.buttons |= 1u << LL_HITSCAN;
     r->after[1].y = 0;
     ll_weapons_fire(&r->arms, &field, 0, &a, level(), 0, ll_tick_time(1, HZ));
-    assert_true(r->arms.hits[LL_RIFLE] == 1 && r->arms.shells[1].start == 0 && r->count == 0);
+    assert_true(r->arms.hits[LL_HITSCAN] == 1 && r->arms.projectiles[1].start == 0 && r->count == 0);
     free_range(r);
 }
 
@@ -445,27 +445,27 @@ static void names_follow_the_tables(void **state)
 {
     (void)state;
     int n = 0;
-    for (; ll_rifle_policies[n]; n++)
-        assert_string_equal(ll_rifle_policies[n]->name, ll_rifle_names[n]);
-    assert_null(ll_rifle_names[n]);
-    for (n = 0; ll_shell_families[n]; n++)
-        assert_string_equal(ll_shell_families[n]->name, ll_shell_names[n]);
-    assert_null(ll_shell_names[n]);
+    for (; ll_hitscan_policies[n]; n++)
+        assert_string_equal(ll_hitscan_policies[n]->name, ll_hitscan_names[n]);
+    assert_null(ll_hitscan_names[n]);
+    for (n = 0; ll_projectile_families[n]; n++)
+        assert_string_equal(ll_projectile_families[n]->name, ll_projectile_names[n]);
+    assert_null(ll_projectile_names[n]);
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(rifle_hits_what_the_shooter_saw),
+        cmocka_unit_test(hitscan_hits_what_the_shooter_saw),
         cmocka_unit_test(trust_accepts_a_lie_and_rewind_does_not),
         cmocka_unit_test(view_is_clamped_and_cross_checked),
-        cmocka_unit_test(rewound_shell_lands_where_it_would_without_lag),
-        cmocka_unit_test(shell_that_starts_at_the_server_is_late),
+        cmocka_unit_test(rewound_projectile_lands_where_it_would_without_lag),
+        cmocka_unit_test(projectile_that_starts_at_the_server_is_late),
         cmocka_unit_test(fast_forward_leaves_the_first_part_uncompensated),
         cmocka_unit_test(partial_forwards_no_more_than_configured),
         cmocka_unit_test(straight_trace_is_off_by_its_closed_form),
         cmocka_unit_test(straight_trace_misses_what_the_parabola_meets),
-        cmocka_unit_test(claimed_shells_hit_what_the_client_says),
+        cmocka_unit_test(claimed_projectiles_hit_what_the_client_says),
         cmocka_unit_test(a_press_beyond_the_ring_is_void),
         cmocka_unit_test(a_press_before_the_weapon_is_ready_is_void),
         cmocka_unit_test(nothing_is_compensated_without_a_past),

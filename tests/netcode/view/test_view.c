@@ -240,7 +240,7 @@ static void demo_does_not_extrapolate(void **state)
 
 /* A projectile continues under gravity and drag as the game itself moves it, for any step, and stays above
  * ground. */
-static void shells_coast_as_they_fly(void **state)
+static void projectiles_coast_as_they_fly(void **state)
 {
     (void)state;
     double params[16];
@@ -447,7 +447,7 @@ int main(void)
         cmocka_unit_test(extrapolation_ends_at_its_cap),
         cmocka_unit_test(without_interpolation_others_are_drawn_at_present),
         cmocka_unit_test(demo_does_not_extrapolate),
-        cmocka_unit_test(shells_coast_as_they_fly),
+        cmocka_unit_test(projectiles_coast_as_they_fly),
         cmocka_unit_test(adaptive_delay_converges),
         cmocka_unit_test(adaptive_delay_follows_jitter),
         cmocka_unit_test(adaptive_delay_is_capped),

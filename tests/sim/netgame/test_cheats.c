@@ -166,14 +166,14 @@ static void honest_players_gain_nothing(void **state)
     }
 }
 
-/* ---- against the honest twin ---- */
+/* ---- against the honest reference ---- */
 
 #define TWIN_S 30
 #define TWIN_STEPS (TWIN_S * 60)
 
 typedef struct course {
     double covered[TWIN_STEPS]; /* m, after each tick */
-    double gain, twin_gain;
+    double gain, gain_over_honest;
     int64_t refused;
 } course;
 
@@ -195,7 +195,7 @@ static void drive(const char *const *sets, const char *cheat, double from_s, cou
             s.scenario.kind->change(s.game, &config, s.game->now);
     }
     c->gain = ll_netgame_client_metrics(s.game, 0)->gain.most;
-    c->twin_gain = ll_netgame_client_metrics(s.game, 0)->twin.most;
+    c->gain_over_honest = ll_netgame_client_metrics(s.game, 0)->honest.most;
     c->refused = 0;
     for (int rule = 1; rule < LL_RULES; rule++)
         c->refused += ll_netgame_server(s.game)->client_slots[0].counts.refused[rule];
@@ -215,9 +215,9 @@ static double most_ahead(const course *cheat, const course *honest)
 static const char *const by_place[] = {"magnitude", "rate",  "budget",   "view_time",
                                        "fire_rate", "claim", "teleport", "lag_switch"};
 
-/* The twin matches a separate run without cheats: in every sync mode, from the start or later on, validated
- * or not, with any refusals. */
-static void the_twin_is_the_honest_run(void **state)
+/* The reference matches a separate run without cheats: in every sync mode, from the start or later on,
+ * validated or not, with any refusals. */
+static void the_honest_is_the_honest_run(void **state)
 {
     (void)state;
     static const char *const syncs[] = {"server.sync=free", "server.sync=lockstep", "server.sync=gambetta"};
@@ -237,13 +237,14 @@ static void the_twin_is_the_honest_run(void **state)
                                     NULL};
         const double from_s = k % 4 * 2.5;
         drive(sets, "none", from_s, honest);
-        assert_true(honest->twin_gain == 0 && honest->gain == 0);
+        assert_true(honest->gain_over_honest == 0 && honest->gain == 0);
         for (int i = 0; i < 8; i++) {
             drive(sets, by_place[i], from_s, cheat);
-            bool waits = k % 3 == 1 && strcmp(by_place[i], "lag_switch") == 0; /* and makes the twin wait */
+            bool waits =
+                k % 3 == 1 && strcmp(by_place[i], "lag_switch") == 0; /* and makes the reference wait */
             if (!waits)
-                assert_float_equal(cheat->twin_gain, most_ahead(cheat, honest), 1e-6);
-            gained += cheat->twin_gain > 1;
+                assert_float_equal(cheat->gain_over_honest, most_ahead(cheat, honest), 1e-6);
+            gained += cheat->gain_over_honest > 1;
         }
     }
     assert_true(gained > 40); /* of 216 */
@@ -254,7 +255,7 @@ static void the_twin_is_the_honest_run(void **state)
 /* Gains that the server permits with sync free: inputs made up to 127 ticks before their step, so that a
  * pedal may be down for that much longer. No other cheat gains, and none gains where the pedal is down
  * anyway. */
-static void no_cheat_passes_its_honest_twin(void **state)
+static void no_cheat_passes_its_honest_honest(void **state)
 {
     (void)state;
     static const char *const lags[] = {"players.0.lag_ms=50", "players.0.lag_ms=130", "players.0.lag_ms=8"};
@@ -270,7 +271,7 @@ static void no_cheat_passes_its_honest_twin(void **state)
             double allowed = ahead && k < 3 ? LL_BUDGET_TICKS * 16.0 / 60 : 0;
             drive(sets, by_place[i], 0, cheat);
             assert_true(most_ahead(cheat, honest) <= allowed + 1e-6);
-            assert_true(cheat->twin_gain <= allowed + 1e-6 && cheat->gain < 1e-6);
+            assert_true(cheat->gain_over_honest <= allowed + 1e-6 && cheat->gain < 1e-6);
             assert_true(cheat->covered[TWIN_STEPS - 1] <= honest->covered[TWIN_STEPS - 1] + 1e-6);
         }
     }
@@ -293,7 +294,7 @@ static void a_latched_throttle_is_a_gain(void **state)
                                         seeds[k], NULL};
             drive(sets, cheats[i], 0, cheat);
             assert_true(cheat->gain < 1e-6);
-            most = cheat->twin_gain > most ? cheat->twin_gain : most;
+            most = cheat->gain_over_honest > most ? cheat->gain_over_honest : most;
         }
         assert_true(most > 2 * LL_BUDGET_TICKS * 16.0 / 60);
     }
@@ -312,7 +313,8 @@ static void the_demo_permits_a_burst(void **state)
         for (int i = 0; i < 8; i++) {
             const char *const sets[] = {"server.sync=gambetta", scripts[k], "params.laps=10000", NULL};
             drive(sets, by_place[i], 0, cheat);
-            assert_true(cheat->gain <= way + 1e-6 && cheat->twin_gain <= way + (k == 0 ? coast : 0) + 1e-6);
+            assert_true(cheat->gain <= way + 1e-6 &&
+                        cheat->gain_over_honest <= way + (k == 0 ? coast : 0) + 1e-6);
         }
     free(cheat);
 }
@@ -325,8 +327,8 @@ int main(void)
         cmocka_unit_test(inputs_of_future_time_gain_a_burst_at_most),
         cmocka_unit_test(inputs_by_step_are_proof_against_too_many),
         cmocka_unit_test(honest_players_gain_nothing),
-        cmocka_unit_test(the_twin_is_the_honest_run),
-        cmocka_unit_test(no_cheat_passes_its_honest_twin),
+        cmocka_unit_test(the_honest_is_the_honest_run),
+        cmocka_unit_test(no_cheat_passes_its_honest_honest),
         cmocka_unit_test(a_latched_throttle_is_a_gain),
         cmocka_unit_test(the_demo_permits_a_burst),
     };

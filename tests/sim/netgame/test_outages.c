@@ -1,6 +1,6 @@
 /* Networks that fail and heal: two seconds plus twice the round trip after an outage its effect is gone. In
- * the 20 s from then on each mean is within a tenth of that of an undisturbed twin at the same time. Random
- * outages, in every sync mode. Means with a tolerance other than a tenth have it in `unit_ms`. */
+ * the 20 s from then on each mean is within a tenth of that of an undisturbed reference at the same time.
+ * Random outages, in every sync mode. Means with a tolerance other than a tenth have it in `unit_ms`. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -213,49 +213,49 @@ static void run(const outage *o, window windows[4])
 
 typedef struct row {
     int outages, players, unplayed, refused, off;
-    int beyond[VALUES];               /* players that are more than a tenth off */
-    int shifted;                      /* in stop and wait: as many in a game of another phase */
-    double worst[VALUES];             /* relative */
-    double sum[VALUES], twin[VALUES]; /* over all players */
+    int beyond[VALUES];                 /* players that are more than a tenth off */
+    int shifted;                        /* in stop and wait: as many in a game of another phase */
+    double worst[VALUES];               /* relative */
+    double sum[VALUES], honest[VALUES]; /* over all players */
 } row;
 
 /* In stop-and-wait lockstep a predicted input is felt at the next display, and at no other (below). Inputs
  * are a round trip and an interval apart, so their waits depend on the time of the first one: where that
  * interval is near a multiple of a display's period, all waits are equal. After an outage the game continues
- * when the network heals, at another phase. So the twin has another wait, as has a game without an outage
- * whose first second took longer: in both cases the same number of players is more than a tenth off. The
- * tolerance is one display for a wait, and a tenth for the mean of all outages. */
+ * when the network heals, at another phase. So the reference has another wait, as has a game without an
+ * outage whose first second took longer: in both cases the same number of players is more than a tenth off.
+ * The tolerance is one display for a wait, and a tenth for the mean of all outages. */
 static double unit_ms(const outage *o, int value)
 {
     return value == FELT && o->sync->answers ? 1e3 / TICK_HZ : 0;
 }
 
-static bool near(const outage *o, int value, double got, double twin)
+static bool near(const outage *o, int value, double got, double honest)
 {
-    double off = fabs(got - twin);
-    return isnan(got) || isnan(twin) || off <= fmax(0.1 * twin, unit_ms(o, value)) + 1e-6;
+    double off = fabs(got - honest);
+    return isnan(got) || isnan(honest) || off <= fmax(0.1 * honest, unit_ms(o, value)) + 1e-6;
 }
 
 /* Records both in the table. */
-static void note(row *r, int value, double got, double twin)
+static void note(row *r, int value, double got, double honest)
 {
-    double off = fabs(got - twin);
+    double off = fabs(got - honest);
     if (isnan(off))
         return;
     r->sum[value] += got;
-    r->twin[value] += twin;
-    r->beyond[value] += off > 0.1 * twin + 1e-6;
-    if (off > 1e-6 && twin > 0)
-        r->worst[value] = fmax(r->worst[value], off / twin);
+    r->honest[value] += honest;
+    r->beyond[value] += off > 0.1 * honest + 1e-6;
+    if (off > 1e-6 && honest > 0)
+        r->worst[value] = fmax(r->worst[value], off / honest);
 }
 
-/* Whether the player's metrics agree with its twin's. */
-static bool compare(row *r, const outage *o, const window *got, const window *twin)
+/* Whether the player's metrics agree with its reference's. */
+static bool compare(row *r, const outage *o, const window *got, const window *honest)
 {
-    bool same = true, unplayed = got->applied < 0.9 * (double)twin->applied - 1;
+    bool same = true, unplayed = got->applied < 0.9 * (double)honest->applied - 1;
     for (int v = 0; v < VALUES; v++) {
-        note(r, v, got->mean[v], twin->mean[v]);
-        same = same && near(o, v, got->mean[v], twin->mean[v]);
+        note(r, v, got->mean[v], honest->mean[v]);
+        same = same && near(o, v, got->mean[v], honest->mean[v]);
     }
     r->players++;
     r->unplayed += unplayed;
@@ -265,7 +265,7 @@ static bool compare(row *r, const outage *o, const window *got, const window *tw
 }
 
 /* The same at another phase, without losses. */
-static void note_shifted(row *r, const outage *o, uint64_t n, const window *twin)
+static void note_shifted(row *r, const outage *o, uint64_t n, const window *honest)
 {
     outage other = *o;
     window got[4];
@@ -273,26 +273,26 @@ static void note_shifted(row *r, const outage *o, uint64_t n, const window *twin
     write_scenario(&other, n, false);
     run(&other, got);
     for (int p = 0; p < o->players; p++)
-        r->shifted += fabs(got[p].mean[FELT] - twin[p].mean[FELT]) > 0.1 * twin[p].mean[FELT] + 1e-6;
+        r->shifted += fabs(got[p].mean[FELT] - honest[p].mean[FELT]) > 0.1 * honest[p].mean[FELT] + 1e-6;
 }
 
 static bool try(row *r, const ll_sync_mode *sync, uint64_t n)
 {
-    window got[4], twin[4];
+    window got[4], honest[4];
     bool same = true;
     outage o = draw_outage(sync, n);
     write_scenario(&o, n, false);
-    run(&o, twin);
+    run(&o, honest);
     write_scenario(&o, n, true);
     run(&o, got);
     r->outages++;
     if (sync->answers)
-        note_shifted(r, &o, n, twin);
+        note_shifted(r, &o, n, honest);
     for (int p = 0; p < o.players; p++) {
-        bool one = compare(r, &o, &got[p], &twin[p]) && !twin[p].recovers;
+        bool one = compare(r, &o, &got[p], &honest[p]) && !honest[p].recovers;
         for (int v = 0; v < VALUES && !one; v++)
             printf("  outage %d, player %d, %s: %.2f, twin %.2f\n", (int)n, p, names[v], got[p].mean[v],
-                   twin[p].mean[v]);
+                   honest[p].mean[v]);
         same = same && one;
     }
     if (!same)
@@ -303,7 +303,7 @@ static bool try(row *r, const ll_sync_mode *sync, uint64_t n)
 /* Difference of the mean over all outages from the twins'. */
 static double apart(const row *r, int value)
 {
-    return r->twin[value] > 0 ? fabs(r->sum[value] / r->twin[value] - 1) : 0;
+    return r->honest[value] > 0 ? fabs(r->sum[value] / r->honest[value] - 1) : 0;
 }
 
 static bool alike(const row *r)

@@ -46,7 +46,7 @@ static void only_rewind_agrees_with_the_view(void **state)
         scene a = scene_open("rifle", with), b = scene_open("rifle", without);
         scene_run(&a, 120, NULL);
         scene_run(&b, 120, NULL);
-        const ll_shot_tally *rewound = tally(&a, 0, LL_RIFLE), *judged = tally(&b, 0, LL_RIFLE);
+        const ll_shot_tally *rewound = tally(&a, 0, LL_HITSCAN), *judged = tally(&b, 0, LL_HITSCAN);
         assert_true(rewound->shots > 400 && rewound->hits[LL_JUDGE_VIEW] > 250);
         assert_true(rewound->hits[LL_JUDGE_VIEW] < 0.9 * (double)rewound->shots);
         assert_int_equal(rewound->within, rewound->shots);
@@ -69,7 +69,7 @@ static void rewinding_ends_at_its_limit(void **state)
         const char *const sets[] = {set, "server.max_rewind_ms=250", NULL};
         scene s = scene_open("rifle", sets);
         scene_run(&s, 60, NULL);
-        const ll_shot_tally *t = tally(&s, 0, LL_RIFLE);
+        const ll_shot_tally *t = tally(&s, 0, LL_HITSCAN);
         double age = 2 * lag + 2000.0 / 30 + 10; /* the round trip, the interpolation delay, and some ticks */
         double most = ll_histogram_summary(&shot_stats(&s, 0)->rewind).max;
         assert_int_equal(t->clamped, age > 250 ? t->shots : 0);
@@ -101,10 +101,10 @@ static void honest_shooters_on_bad_links_are_believed(void **state)
     for (int p = 0; p < 2; p++) {
         for (int rule = 1; rule < LL_RULES; rule++)
             assert_int_equal(refused(&s, p, (ll_rule)rule), 0);
-        assert_true(tally(&s, p, LL_RIFLE)->shots > 200);
-        assert_int_equal(tally(&s, p, LL_RIFLE)->view_time_rejected, 0);
+        assert_true(tally(&s, p, LL_HITSCAN)->shots > 200);
+        assert_int_equal(tally(&s, p, LL_HITSCAN)->view_time_rejected, 0);
     }
-    assert_true(agreement(tally(&s, 1, LL_RIFLE)) >= 0.99);
+    assert_true(agreement(tally(&s, 1, LL_HITSCAN)) >= 0.99);
     scene_close(&s);
 }
 
@@ -116,7 +116,7 @@ static void predicted_targets_need_no_rewinding(void **state)
     const char *const sets[] = {"players.0.prediction_scope=all", "players.0.lag_ms=150", NULL};
     scene s = scene_open("rifle", sets);
     scene_run(&s, 60, NULL);
-    const ll_shot_tally *t = tally(&s, 0, LL_RIFLE);
+    const ll_shot_tally *t = tally(&s, 0, LL_HITSCAN);
     assert_true(t->shots > 200 && t->hits[LL_JUDGE_VIEW] > 100);
     assert_int_equal(t->view_time_rejected, 0);
     assert_int_equal(shot_stats(&s, 0)->rewind.count, 0);
@@ -124,14 +124,14 @@ static void predicted_targets_need_no_rewinding(void **state)
     scene_close(&s);
 }
 
-static double shell_agreement(const char *id, const char *family, int64_t *hits)
+static double projectile_agreement(const char *id, const char *family, int64_t *hits)
 {
     char set[64];
     snprintf(set, sizeof set, "server.projectile=%s", family);
     const char *const sets[] = {set, NULL};
     scene s = scene_open(id, sets);
     scene_run(&s, 120, NULL);
-    const ll_shot_tally *t = tally(&s, 0, LL_CANNON);
+    const ll_shot_tally *t = tally(&s, 0, LL_PROJECTILE);
     double share = agreement(t);
     assert_true(t->shots > 100 && t->hits[LL_JUDGE_VIEW] > 50);
     assert_true(strcmp(family, "none") != 0 || t->hits[LL_JUDGE_SERVER] == t->hits[LL_JUDGE_NOW]);
@@ -141,15 +141,15 @@ static double shell_agreement(const char *id, const char *family, int64_t *hits)
 }
 
 /* With fast projectiles and 300 ms of round trip, only C (and client_authoritative) agrees with the view. */
-static void only_rewound_shells_agree_with_the_view(void **state)
+static void only_rewound_projectiles_agree_with_the_view(void **state)
 {
     (void)state;
     int64_t hits;
-    assert_true(shell_agreement("cannon_families", "rewind", &hits) >= 0.98);
-    assert_true(shell_agreement("cannon_families", "client_authoritative", &hits) >= 0.98);
-    assert_true(shell_agreement("cannon_families", "none", &hits) < 0.7);
-    assert_true(shell_agreement("cannon_families", "partial", &hits) < 0.8);
-    assert_true(shell_agreement("cannon_families", "fast_forward", &hits) < 0.8);
+    assert_true(projectile_agreement("cannon_families", "rewind", &hits) >= 0.98);
+    assert_true(projectile_agreement("cannon_families", "client_authoritative", &hits) >= 0.98);
+    assert_true(projectile_agreement("cannon_families", "none", &hits) < 0.7);
+    assert_true(projectile_agreement("cannon_families", "partial", &hits) < 0.8);
+    assert_true(projectile_agreement("cannon_families", "fast_forward", &hits) < 0.8);
 }
 
 /* The error of the straight trace is that of its closed form for the fast-forwarded time. */
@@ -162,7 +162,7 @@ static void straight_traces_are_off_as_computed(void **state)
     ll_summary back = ll_histogram_summary(&shot_stats(&s, 0)->rewind);
     assert_true(error.count > 40);
     assert_true(fabs(error.max - 25 * back.max * back.max / 8e6) < 1e-9);
-    assert_true(agreement(tally(&s, 0, LL_CANNON)) < 0.8);
+    assert_true(agreement(tally(&s, 0, LL_PROJECTILE)) < 0.8);
     scene_close(&s);
 }
 
@@ -211,18 +211,19 @@ static landing fire_upon(const char *lag, double aim)
     act(&s, 0, 0, aim, 0);
     while (k < 60 * 8)
         tick(&s, &k);
-    const ll_shell *shell = &arms_of(&s, 0)->shells[1 % LL_SHELLS];
-    assert_int_equal(arms_of(&s, 0)->shots[LL_CANNON], 1);
-    assert_int_equal(shell->start, 4 * LL_SECOND);
-    assert_true(shell->end != LL_NEVER);
-    ll_flight f = {shell->from, shell->velocity, 9.81};
-    landing l = {shell->start, shell->end, ll_flight_at(&f, ll_to_s(shell->end - shell->start)), shell->body};
+    const ll_projectile *projectile = &arms_of(&s, 0)->projectiles[1 % LL_PROJECTILES];
+    assert_int_equal(arms_of(&s, 0)->shots[LL_PROJECTILE], 1);
+    assert_int_equal(projectile->start, 4 * LL_SECOND);
+    assert_true(projectile->end != LL_NEVER);
+    ll_flight f = {projectile->from, projectile->velocity, 9.81};
+    landing l = {projectile->start, projectile->end,
+                 ll_flight_at(&f, ll_to_s(projectile->end - projectile->start)), projectile->body};
     scene_close(&s);
     return l;
 }
 
 /* Family C: the impact is that of a run without lag, found in the past or in the present. */
-static void a_rewound_shell_lands_as_without_lag(void **state)
+static void a_rewound_projectile_lands_as_without_lag(void **state)
 {
     (void)state;
     const char *const lags[] = {"players.0.lag_ms=40", "players.0.lag_ms=150", "players.0.lag_ms=400"};
@@ -274,7 +275,7 @@ static void a_hit_on_a_hidden_player_is_shot_behind_cover(void **state)
                                     NULL};
         scene s = scene_open("behind_cover", sets);
         shoot_at_where_it_was(&s);
-        const ll_shot_tally *t = tally(&s, 0, LL_RIFLE);
+        const ll_shot_tally *t = tally(&s, 0, LL_HITSCAN);
         assert_int_equal(t->shots, 1);
         assert_int_equal(t->hits[LL_JUDGE_VIEW], 1);
         assert_int_equal(t->hits[LL_JUDGE_NOW], 0);
@@ -306,7 +307,7 @@ static void judges_agree_on_standing_targets(void **state)
             while (k < 180)
                 tick(&s, &k);
             /* level for the hitscan weapon; for the projectile 35 m/s by sin 2 a = g x / v^2 */
-            double aim = w == LL_RIFLE ? 0 : asin(9.81 * 52 / (35 * 35)) / 2 / (M_PI / 2);
+            double aim = w == LL_HITSCAN ? 0 : asin(9.81 * 52 / (35 * 35)) / 2 / (M_PI / 2);
             act(&s, 0, 0, hits ? aim : aim + 0.05, UINT32_C(1) << w);
             tick(&s, &k);
             act(&s, 0, 0, 0, 0);
@@ -341,7 +342,7 @@ static void the_peeker_sees_first(void **state)
         assert_true(peek.count >= 20);
         assert_true(peek.mean >= ways && peek.max <= ways + 5 * 1000.0 / 60);
         assert_int_equal(ll_shots_peeks(shot_stats(&s, 1)).count, 0);
-        assert_true(tally(&s, 1, LL_RIFLE)->behind_cover >= (i > 0 ? 5 : 0));
+        assert_true(tally(&s, 1, LL_HITSCAN)->behind_cover >= (i > 0 ? 5 : 0));
         scene_close(&s);
     }
 }
@@ -413,14 +414,14 @@ static void limits_count_where_the_server_rewinds(void **state)
         const char *id, *policy;
         ll_weapon weapon;
         bool looks_back;
-    } rows[] = {{"rifle", "server.hitscan=none", LL_RIFLE, false},
-                {"rifle", "server.hitscan=client_authoritative", LL_RIFLE, false},
-                {"rifle", "server.hitscan=rewind", LL_RIFLE, true},
-                {"cannon_families", "server.projectile=none", LL_CANNON, false},
-                {"cannon_families", "server.projectile=client_authoritative", LL_CANNON, false},
-                {"cannon_families", "server.projectile=fast_forward", LL_CANNON, true},
-                {"cannon_families", "server.projectile=partial", LL_CANNON, true},
-                {"cannon_families", "server.projectile=rewind", LL_CANNON, true}};
+    } rows[] = {{"rifle", "server.hitscan=none", LL_HITSCAN, false},
+                {"rifle", "server.hitscan=client_authoritative", LL_HITSCAN, false},
+                {"rifle", "server.hitscan=rewind", LL_HITSCAN, true},
+                {"cannon_families", "server.projectile=none", LL_PROJECTILE, false},
+                {"cannon_families", "server.projectile=client_authoritative", LL_PROJECTILE, false},
+                {"cannon_families", "server.projectile=fast_forward", LL_PROJECTILE, true},
+                {"cannon_families", "server.projectile=partial", LL_PROJECTILE, true},
+                {"cannon_families", "server.projectile=rewind", LL_PROJECTILE, true}};
     for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
         const char *const sets[] = {rows[i].policy, "server.max_rewind_ms=40", "players.0.lag_ms=90", NULL};
         scene s = scene_open(rows[i].id, sets);
@@ -429,7 +430,7 @@ static void limits_count_where_the_server_rewinds(void **state)
         cJSON *m = ll_netgame_metrics(s.game);
         const cJSON *o =
             cJSON_GetObjectItem(cJSON_GetArrayItem(cJSON_GetObjectItem(m, "players"), 0), "shots");
-        o = cJSON_GetObjectItem(o, rows[i].weapon == LL_RIFLE ? "hitscan" : "projectile");
+        o = cJSON_GetObjectItem(o, rows[i].weapon == LL_HITSCAN ? "hitscan" : "projectile");
         assert_true(t->shots > 10);
         assert_int_equal(t->clamped, rows[i].looks_back ? t->shots : 0);
         assert_int_equal(t->within, 0);
@@ -465,7 +466,7 @@ static void weapons_fire_as_often_as_they_may(void **state)
     scene s = scene_open("rifle_no_rewind", sets);
     scene_run(&s, 60, NULL);
     for (int p = 0; p < 2; p++) {
-        int32_t shots = arms_of(&s, p)->shots[LL_RIFLE];
+        int32_t shots = arms_of(&s, p)->shots[LL_HITSCAN];
         assert_true(shots >= 234 && shots <= 240); /* four per second, whenever something is in sight */
         assert_int_equal(refused(&s, p, LL_RULE_FIRE_RATE), 0);
     }
@@ -480,7 +481,7 @@ static void pressing_faster_gains_nothing(void **state)
     scene_run(&honest, 60, NULL);
     scene_run(&s, 60, NULL);
     assert_true(refused(&s, 0, LL_RULE_FIRE_RATE) > 1000);
-    assert_int_equal(arms_of(&s, 0)->shots[LL_RIFLE], arms_of(&honest, 0)->shots[LL_RIFLE]);
+    assert_int_equal(arms_of(&s, 0)->shots[LL_HITSCAN], arms_of(&honest, 0)->shots[LL_HITSCAN]);
     scene_close(&honest);
     scene_close(&s);
 }
@@ -492,7 +493,7 @@ static int64_t gain_of_faking(const char *tolerance, int64_t *view_time_rejected
     const char *const sets[] = {tolerance, "players.0.cheat=view_time", "server.max_rewind_ms=1000", NULL};
     scene s = scene_open("rifle", sets);
     scene_run(&s, 120, NULL);
-    const ll_shot_tally *t = tally(&s, 0, LL_RIFLE);
+    const ll_shot_tally *t = tally(&s, 0, LL_HITSCAN);
     int64_t gain = t->hits[LL_JUDGE_SERVER] - t->hits[LL_JUDGE_VIEW];
     assert_true(t->shots > 400);
     assert_int_equal(refused(&s, 1, LL_RULE_REWIND), 0);
@@ -521,7 +522,7 @@ static void a_claim_counts_only_if_client_authoritative(void **state)
     scene trusts = scene_open("rifle_trust", NULL), looks = scene_open("rifle_trust", sets);
     scene_run(&trusts, 60, NULL);
     scene_run(&looks, 60, NULL);
-    const ll_shot_tally *lie = tally(&trusts, 0, LL_RIFLE), *truth = tally(&looks, 0, LL_RIFLE);
+    const ll_shot_tally *lie = tally(&trusts, 0, LL_HITSCAN), *truth = tally(&looks, 0, LL_HITSCAN);
     assert_int_equal(lie->hits[LL_JUDGE_SERVER], lie->shots);
     assert_true(lie->behind_cover > 50);
     assert_true(agreement(truth) >= 0.99);
@@ -593,9 +594,9 @@ int main(void)
         cmocka_unit_test(rewinding_ends_at_its_limit),
         cmocka_unit_test(honest_shooters_on_bad_links_are_believed),
         cmocka_unit_test(predicted_targets_need_no_rewinding),
-        cmocka_unit_test(only_rewound_shells_agree_with_the_view),
+        cmocka_unit_test(only_rewound_projectiles_agree_with_the_view),
         cmocka_unit_test(straight_traces_are_off_as_computed),
-        cmocka_unit_test(a_rewound_shell_lands_as_without_lag),
+        cmocka_unit_test(a_rewound_projectile_lands_as_without_lag),
         cmocka_unit_test(a_hit_on_a_hidden_player_is_shot_behind_cover),
         cmocka_unit_test(judges_agree_on_standing_targets),
         cmocka_unit_test(the_peeker_sees_first),

@@ -10,5 +10,5 @@ static ll_flight_hit launch(const ll_field *field, const ll_shot *shot, const ll
     return (ll_flight_hit){0, LL_MET_NOTHING, LL_NOBODY};
 }
 
-const ll_shell_family ll_shell_none = {
+const ll_projectile_family ll_projectile_none = {
     .name = "none", .help = "A: the flight begins at the server, in the present.", .launch = launch};

@@ -7,5 +7,5 @@ static int judge(const ll_field *field, const ll_shot *shot)
     return ll_arena_ray(field->arena, shot->shooter, shot->from, shot->direction, field->present);
 }
 
-const ll_rifle_policy ll_rifle_none = {
+const ll_hitscan_policy ll_hitscan_none = {
     .name = "none", .help = "Judged against the targets of the server's present.", .judge = judge};

@@ -10,7 +10,7 @@ static int judge(const ll_field *field, const ll_shot *shot)
     return ll_arena_ray(field->arena, shot->shooter, shot->from, shot->direction, bodies);
 }
 
-const ll_rifle_policy ll_rifle_rewind = {.name = "rewind",
-                                         .help = "Judged against the targets at the shooter's view time.",
-                                         .rewinds = true,
-                                         .judge = judge};
+const ll_hitscan_policy ll_hitscan_rewind = {.name = "rewind",
+                                             .help = "Judged against the targets at the shooter's view time.",
+                                             .rewinds = true,
+                                             .judge = judge};

@@ -1,4 +1,4 @@
-#include "netcode/server/hold.h"
+#include "netcode/server/barrier.h"
 
 static int64_t newest(const ll_server *server, const ll_client_slot *client_slot)
 {
@@ -16,15 +16,15 @@ static bool stopped(const ll_server *server, const ll_peer_status *peer, const l
                     ll_time now)
 {
     ll_time since = now - peer->came - (peer->way == 0 ? way_of(m) : 0);
-    return since > 2 * ll_tick_time(1, server->client_freq) + LL_HOLD_GAP;
+    return since > 2 * ll_tick_time(1, server->client_freq) + LL_BARRIER_GAP;
 }
 
 #define NO_PLAYER (-1)
 
-/* The newest tick that a client may have made an input for before it learns of a hold. It knows the others'
- * inputs as far as relays have reported them, guesses as far as it may, and its inputs are ahead of its tick
- * by its input delay. A client that has just been accepted knows what it started with; the next relay also
- * reports the hold to it. */
+/* The newest tick that a client may have made an input for before it learns of a barrier. It knows the
+ * others' inputs as far as relays have reported them, guesses as far as it may, and its inputs are ahead of
+ * its tick by its input delay. A client that has just been accepted knows what it started with; the next
+ * relay also reports the barrier to it. */
 static int64_t newest_possible(const ll_server *server, const ll_sync_mode *sync, int player, int newcomer)
 {
     const ll_client_slot *client_slot = &server->client_slots[player];
@@ -39,7 +39,7 @@ static int64_t newest_possible(const ll_server *server, const ll_sync_mode *sync
     }
     if (known == LL_NEVER)
         return own; /* it plays alone */
-    known += (sync->guesses ? server->holds.rollback : 0) + delay;
+    known += (sync->guesses ? server->barriers.rollback : 0) + delay;
     return known > own ? known : own;
 }
 
@@ -66,14 +66,14 @@ static summary summarise(const ll_server *server, const ll_sync_mode *sync, int 
     return a;
 }
 
-/* Whether all inputs up to the hold's tick have arrived: the next relays bring them to all clients. */
+/* Whether all inputs up to the barrier's tick have arrived: the next relays bring them to all clients. */
 static bool all_inputs_arrived(const ll_server *server)
 {
     for (int p = 0; p < server->players; p++) {
         const ll_peer_status *peer = &server->client_slots[p].peer;
         if (!server->client_slots[p].connection.connected)
             continue;
-        if (peer->at < 0 || newest(server, &server->client_slots[p]) != server->holds.tick)
+        if (peer->at < 0 || newest(server, &server->client_slots[p]) != server->barriers.tick)
             return false;
     }
     return true;
@@ -82,14 +82,14 @@ static bool all_inputs_arrived(const ll_server *server)
 #define TICKS_MAX 1024 /* at usual rates a tick coincides with an update within this many ticks */
 
 /* The next tick that coincides with an update, counted since the game began, and by which all clients have
- * made the hold's tick with the inputs of the next update's relays. */
+ * made the barrier's tick with the inputs of the next update's relays. */
 static int64_t next_start(const ll_server *server)
 {
     ll_freq ticks = server->clock.freq, updates = server->updates.freq;
     ll_time longest = 0;
     for (int p = 0; p < server->players; p++) {
         const ll_peer_status *peer = &server->client_slots[p].peer;
-        ll_time ready = peer->way + (peer->at < server->holds.tick ? ll_tick_time(1, ticks) : 0);
+        ll_time ready = peer->way + (peer->at < server->barriers.tick ? ll_tick_time(1, ticks) : 0);
         if (server->client_slots[p].connection.connected && ready > longest)
             longest = ready;
     }
@@ -104,9 +104,9 @@ static int64_t next_start(const ll_server *server)
 /* Discards the time sync data received so far. */
 static void set_resume(ll_server *server)
 {
-    server->holds.resume = next_start(server);
-    server->holds.recovery_until =
-        server->clock.epoch + ll_tick_time(server->holds.resume, server->clock.freq) + LL_HOLD_EVERY;
+    server->barriers.resume = next_start(server);
+    server->barriers.recovery_until =
+        server->clock.epoch + ll_tick_time(server->barriers.resume, server->clock.freq) + LL_BARRIER_EVERY;
     for (int p = 0; p < server->players; p++) {
         ll_peer_status *peer = &server->client_slots[p].peer;
         peer->at = -1;
@@ -115,48 +115,48 @@ static void set_resume(ll_server *server)
     }
 }
 
-/* Begins, continues or ends a hold. */
-static void update_hold(ll_server *server, const ll_sync_mode *sync, int newcomer, ll_time now)
+/* Begins, continues or ends a barrier. */
+static void update_barrier(ll_server *server, const ll_sync_mode *sync, int newcomer, ll_time now)
 {
-    if (server->holds.tick == 0 && (!server->holds.due || now < server->holds.recovery_until))
+    if (server->barriers.tick == 0 && (!server->barriers.due || now < server->barriers.recovery_until))
         return;
     summary a = summarise(server, sync, newcomer);
-    if (server->holds.resume != 0) {
-        if (a.oldest > server->holds.tick ||
-            newcomer != NO_PLAYER) /* a client that is in step with no other: the next hold begins */
-            server->holds.tick = server->holds.resume = 0;
+    if (server->barriers.resume != 0) {
+        if (a.oldest > server->barriers.tick ||
+            newcomer != NO_PLAYER) /* a client that is in step with no other: the next barrier begins */
+            server->barriers.tick = server->barriers.resume = 0;
         if (newcomer == NO_PLAYER)
             return;
     }
-    server->holds.due = 0;
+    server->barriers.due = 0;
     if (a.connected < 2) {
-        server->holds.tick = 0;
+        server->barriers.tick = 0;
         return;
     }
-    if (server->holds.tick == 0 || a.newest > server->holds.tick) {
-        server->holds.tick = a.newest_possible;
+    if (server->barriers.tick == 0 || a.newest > server->barriers.tick) {
+        server->barriers.tick = a.newest_possible;
     } else if (newcomer != NO_PLAYER) {
         int64_t far = newest_possible(server, sync, newcomer, newcomer);
-        server->holds.tick = far > server->holds.tick ? far : server->holds.tick;
+        server->barriers.tick = far > server->barriers.tick ? far : server->barriers.tick;
     }
     if (all_inputs_arrived(server))
         set_resume(server);
 }
 
-void ll_hold_follow(ll_server *server, const ll_sync_mode *sync, int player, const ll_peer_message *m,
-                    ll_time now)
+void ll_barrier_follow(ll_server *server, const ll_sync_mode *sync, int player, const ll_peer_message *m,
+                       ll_time now)
 {
     ll_peer_status *peer = &server->client_slots[player].peer;
-    if (!ll_hold_waits(server, m->tick + m->head.count - 1))
-        server->holds.due |= (m->way & LL_WAY_GAP) != 0 || stopped(server, peer, m, now);
+    if (!ll_barrier_waits(server, m->tick + m->head.count - 1))
+        server->barriers.due |= (m->way & LL_WAY_GAP) != 0 || stopped(server, peer, m, now);
     peer->way = way_of(m);
     peer->came = now;
-    update_hold(server, sync, NO_PLAYER, now);
+    update_barrier(server, sync, NO_PLAYER, now);
 }
 
-void ll_hold_join(ll_server *server, const ll_sync_mode *sync, int player, ll_time now)
+void ll_barrier_join(ll_server *server, const ll_sync_mode *sync, int player, ll_time now)
 {
-    server->holds.due = 1;
-    server->holds.recovery_until = now; /* without LL_HOLD_EVERY since the last hold */
-    update_hold(server, sync, player, now);
+    server->barriers.due = 1;
+    server->barriers.recovery_until = now; /* without LL_BARRIER_EVERY since the last barrier */
+    update_barrier(server, sync, player, now);
 }

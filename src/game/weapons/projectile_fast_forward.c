@@ -13,7 +13,7 @@ static ll_flight_hit launch(const ll_field *field, const ll_shot *shot, const ll
     return ll_arena_flight(field->arena, shot->shooter, &traced, 0, s, field->present, field->present);
 }
 
-const ll_shell_family ll_shell_fast_forward = {
+const ll_projectile_family ll_projectile_fast_forward = {
     .name = "fast_forward",
     .help = "B: forwarded by the age of the shooter's view, among present targets.",
     .looks_back = true,

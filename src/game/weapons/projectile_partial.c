@@ -8,10 +8,10 @@ static ll_flight_hit launch(const ll_field *field, const ll_shot *shot, const ll
     ll_time furthest = shot->now - ll_ms(field->past->rules->projectile_forward_ms);
     ll_shot near = *shot;
     near.seen = shot->seen > furthest ? shot->seen : furthest;
-    return ll_shell_fast_forward.launch(field, &near, flight, start);
+    return ll_projectile_fast_forward.launch(field, &near, flight, start);
 }
 
-const ll_shell_family ll_shell_partial = {.name = "partial",
-                                          .help = "D: forwarded by at most projectile_forward_ms.",
-                                          .looks_back = true,
-                                          .launch = launch};
+const ll_projectile_family ll_projectile_partial = {.name = "partial",
+                                                    .help = "D: forwarded by at most projectile_forward_ms.",
+                                                    .looks_back = true,
+                                                    .launch = launch};

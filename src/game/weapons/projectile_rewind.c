@@ -12,7 +12,7 @@ static ll_flight_hit launch(const ll_field *field, const ll_shot *shot, const ll
                              shot->seen, shot->now);
 }
 
-const ll_shell_family ll_shell_rewind = {
+const ll_projectile_family ll_projectile_rewind = {
     .name = "rewind",
     .help =
         "C: projectile and targets move together from the shooter's view time to now, then in the present.",

@@ -1,5 +1,5 @@
-/* Holds of deterministic lockstep and rollback: no client passes one, all continue, no input is lost, and the
- * result is that of a game without holds. */
+/* Barriers of deterministic lockstep and rollback: no client passes one, all continue, no input is lost, and
+ * the result is that of a game without barriers. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -65,7 +65,7 @@ static scene game(uint64_t n, bool fails)
     return scene_make(text, NULL);
 }
 
-/* Continues, and counts the holds that it saw. */
+/* Continues, and counts the barriers that it saw. */
 static int play(scene *s, outcome *o)
 {
     ll_recorder r = {on_event, o};
@@ -73,18 +73,18 @@ static int play(scene *s, outcome *o)
     int held = 0;
     for (int64_t k = 1; k <= SECONDS * 100; k++) {
         scene_run(s, (double)k / 100, &r);
-        held += server->holds.tick != 0;
+        held += server->barriers.tick != 0;
         for (int p = 0; p < server->players; p++) {
             const ll_peer *peer = ll_client_peer(ll_netgame_client(s->game, p));
-            if (peer->hold != 0)
-                assert_true(peer->tick <= peer->hold &&
-                            ll_netgame_client(s->game, p)->inputs.tick <= peer->hold);
+            if (peer->barrier != 0)
+                assert_true(peer->tick <= peer->barrier &&
+                            ll_netgame_client(s->game, p)->inputs.tick <= peer->barrier);
         }
     }
     return held;
 }
 
-static void a_hold_does_not_change_the_result(void **state)
+static void a_barrier_does_not_change_the_result(void **state)
 {
     (void)state;
     int games_held = 0;
@@ -95,7 +95,7 @@ static void a_hold_does_not_change_the_result(void **state)
         held->s = &b;
         assert_int_equal(play(&a, whole), 0); /* nothing failed */
         games_held += play(&b, held) > 0;
-        assert_int_equal(ll_netgame_server(b.game)->holds.tick, 0);
+        assert_int_equal(ll_netgame_server(b.game)->barriers.tick, 0);
         assert_true(held->ticks > 50 && held->ticks <= whole->ticks);
         for (int64_t tick = 1; tick <= held->ticks; tick++)
             assert_true(held->hash[tick] == whole->hash[tick]);
@@ -113,7 +113,7 @@ static void a_hold_does_not_change_the_result(void **state)
 }
 
 /* Where relays are rare one of them is soon lost: that is no outage. Two in a row are. */
-static void a_single_lost_relay_causes_no_hold(void **state)
+static void a_single_lost_relay_causes_no_barrier(void **state)
 {
     (void)state;
     for (int k = 0; k < 24; k++) {
@@ -129,7 +129,7 @@ static void a_single_lost_relay_causes_no_hold(void **state)
         bool held = false;
         for (int64_t t = 1; t <= 1200; t++) {
             scene_run(&s, (double)t / 100, NULL);
-            held |= ll_netgame_server(s.game)->holds.tick != 0;
+            held |= ll_netgame_server(s.game)->barriers.tick != 0;
         }
         assert_int_equal(held, lost == 2);
         scene_close(&s);
@@ -139,8 +139,8 @@ static void a_single_lost_relay_causes_no_hold(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_hold_does_not_change_the_result),
-        cmocka_unit_test(a_single_lost_relay_causes_no_hold),
+        cmocka_unit_test(a_barrier_does_not_change_the_result),
+        cmocka_unit_test(a_single_lost_relay_causes_no_barrier),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
