@@ -40,7 +40,7 @@ ll_status ll_session_begin_background_tick(ll_session *s, ll_time wall, ll_backg
     *tick = NULL;
     if (!s->block || ll_session_due(s, wall) == 0)
         return ll_ok();
-    if (!s->stale && s->tick == s->target_tick && s->transition != LL_TRANSITION_NONE)
+    if (!s->stale && s->tick == s->transition.target_tick && s->transition.kind != LL_TRANSITION_NONE)
         return ll_ok();
     ll_background_tick *a = calloc(1, sizeof *a);
     if (a)
@@ -57,9 +57,10 @@ ll_status ll_session_begin_background_tick(ll_session *s, ll_time wall, ll_backg
     a->refreshes = s->stale;
     a->to = s->tick + !s->stale;
     a->until = ll_tick_time(a->to, s->freq);
-    a->epoch = s->epoch;
-    a->records = !s->stale && (s->transition == LL_TRANSITION_NONE || s->tick >= s->record_from);
-    a->step_profiler.now_ns = s->step_profiler.now_ns;
+    a->epoch = s->interruption.epoch;
+    a->records =
+        !s->stale && (s->transition.kind == LL_TRANSITION_NONE || s->tick >= s->transition.record_from);
+    a->step_profiler.now_ns = s->meter.step_profiler.now_ns;
     *tick = a;
     return ll_ok();
 }
@@ -74,8 +75,8 @@ void ll_background_tick_run(ll_background_tick *a, const ll_interrupt *interrupt
 static void add_cost(ll_session *s, const ll_background_tick *a)
 {
     for (int i = 0; i < LL_STEP_PROFILER_PARTS; i++)
-        s->step_profiler.ns[i] += a->step_profiler.ns[i];
-    s->step_profiler.metered += ll_tick_time(a->to, s->freq) - ll_tick_time(s->tick, s->freq);
+        s->meter.step_profiler.ns[i] += a->step_profiler.ns[i];
+    s->meter.step_profiler.metered += ll_tick_time(a->to, s->freq) - ll_tick_time(s->tick, s->freq);
 }
 
 /* Does what ll_session_run does after a tick. */
@@ -84,7 +85,7 @@ static void install_result(ll_session *s, ll_background_tick *a)
     void *old = s->block;
     s->block = a->block;
     a->block = old;
-    s->epoch++;
+    s->interruption.epoch++;
     if (a->refreshes) {
         s->stale = false;
         return;
@@ -108,13 +109,13 @@ static void install_result(ll_session *s, ll_background_tick *a)
 
 int64_t ll_session_end_background_tick(ll_session *s, ll_background_tick *a, ll_time wall)
 {
-    bool wanted =
-        s->block && a->epoch == s->epoch && a->status.code != LL_INTERRUPTED && ll_session_due(s, wall) > 0;
+    bool wanted = s->block && a->epoch == s->interruption.epoch && a->status.code != LL_INTERRUPTED &&
+                  ll_session_due(s, wall) > 0;
     if (wanted)
         install_result(s, a);
     ll_background_tick_free(a);
-    if (s->transition != LL_TRANSITION_NONE && s->block && !s->stale &&
-        (s->tick == s->target_tick || s->status == LL_SESSION_FAILED))
+    if (s->transition.kind != LL_TRANSITION_NONE && s->block && !s->stale &&
+        (s->tick == s->transition.target_tick || s->status == LL_SESSION_FAILED))
         ll_session_continue(s, 0);
     ll_session_end_if_over(s);
     return ll_session_due(s, wall);
@@ -128,9 +129,7 @@ static bool save_copy(const ll_session *s, ll_checkpoint *copy)
     *copy = (ll_checkpoint){.block = malloc(s->block_size),
                             .config = calloc(1, table->size),
                             .tick = s->tick,
-                            .next = s->next,
-                            .step = s->step,
-                            .skipped = s->skipped};
+                            .position = s->position};
     if (!copy->block || !copy->config)
         return false;
     memcpy(copy->block, s->block, s->block_size);
@@ -143,26 +142,24 @@ static void restore_copy(ll_session *s, const ll_checkpoint *copy)
     memcpy(s->block, copy->block, s->block_size);
     ll_param_copy(s->scenario.kind->table, s->config, copy->config);
     s->tick = copy->tick;
-    s->next = copy->next;
-    s->step = copy->step;
-    s->skipped = copy->skipped;
-    s->epoch++;
+    s->position = copy->position;
+    s->interruption.epoch++;
 }
 
 int64_t ll_session_advance_or_restore(ll_session *s, ll_time wall, int64_t max_ticks, bool *interrupted)
 {
     ll_checkpoint copy = {0};
-    uint32_t events = s->event_count;
-    s->restorable =
-        s->block && s->interrupt && !s->stale && ll_session_due(s, wall) > 0 && save_copy(s, &copy);
+    uint32_t events = s->events.count;
+    s->interruption.restorable =
+        s->block && s->interruption.by && !s->stale && ll_session_due(s, wall) > 0 && save_copy(s, &copy);
     int64_t due = ll_session_advance(s, wall, max_ticks);
-    if (s->interrupted && s->restorable) {
+    if (s->interruption.happened && s->interruption.restorable) {
         restore_copy(s, &copy);
-        s->event_count = events;
+        s->events.count = events;
         due = ll_session_due(s, wall);
     }
-    *interrupted = s->interrupted || s->stale;
-    s->restorable = false;
+    *interrupted = s->interruption.happened || s->stale;
+    s->interruption.restorable = false;
     free(copy.block);
     free(copy.config);
     return due;

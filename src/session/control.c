@@ -23,7 +23,7 @@ static ll_status do_pause(ll_session *s, ll_time wall, const control_args *a)
 static ll_status do_play(ll_session *s, ll_time wall, const control_args *a)
 {
     if (s->status == LL_SESSION_FAILED)
-        return ll_error(LL_CONFLICT, "the session has failed: %s", s->error.text);
+        return ll_error(LL_CONFLICT, "the session has failed: %s", s->failure.status.text);
     int64_t from = s->tick >= s->end ? 0 : s->tick;
     if (a->until_tick > 0 && (a->until_tick <= from || a->until_tick > s->end))
         return ll_field_error(LL_BAD_INPUT, "until_tick", "until_tick: must be %lld to %lld; got %lld",
@@ -66,7 +66,7 @@ static ll_status do_seek(ll_session *s, ll_time wall, const control_args *a)
 
 static ll_status do_speed(ll_session *s, ll_time wall, const control_args *a)
 {
-    s->speed = a->speed;
+    s->clock.speed = a->speed;
     ll_session_set_clock(s, wall);
     if (s->status == LL_SESSION_PLAYING)
         ll_session_emit_own(s, "play");
@@ -83,7 +83,7 @@ static ll_status do_restart(ll_session *s, ll_time wall, const control_args *a)
     s->stop_tick = 0;
     free(base);
     if (a->reset)
-        s->speed = 1;
+        s->clock.speed = 1;
     ll_session_set_clock(s, wall);
     ll_session_emit_restart(s);
     return ll_ok();

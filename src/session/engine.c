@@ -15,8 +15,8 @@ static size_t config_size(const ll_session *s)
 
 void ll_session_emit_own(const ll_session *s, const char *op)
 {
-    if (s->on_line)
-        ll_session_emit_op(s, op, s->on_line, s->line_context);
+    if (s->listener.on_line)
+        ll_session_emit_op(s, op, s->listener.on_line, s->listener.context);
 }
 
 void ll_session_drop_checkpoints(ll_session *s, int64_t from)
@@ -37,8 +37,8 @@ void ll_session_keep_event(void *context, const void *row)
 {
     ll_session *s = context;
     const volatile ll_event *event = row;
-    ll_event *slot = &s->events[s->event_count % LL_EVENT_RING];
-    slot->id = s->event_count++;
+    ll_event *slot = &s->events.ring[s->events.count % LL_EVENT_RING];
+    slot->id = s->events.count++;
     slot->type = event->type;
     slot->begin = event->begin;
     slot->player = event->player;
@@ -54,7 +54,7 @@ static ll_status change_parameters(ll_session *s, const char *values)
     LL_TRY(ll_apply_values(s->scenario.kind, s->config, values));
     s->scenario.kind->change(s->block, s->config, ll_tick_time(s->tick, s->freq));
     s->stale = s->stale || (s->scenario.kind->begins_anew && s->tick > 0);
-    s->epoch++;
+    s->interruption.epoch++;
     s->params_version++;
     return ll_ok();
 }
@@ -72,29 +72,29 @@ static void apply_entry(ll_session *s, const ll_log_entry *e)
     ll_status status = kind->accepts(s->config, e->player, &e->action);
     if (!ll_failed(&status)) /* a log from elsewhere may hold an input for a player that takes none */
         kind->input(s->block, e->player, &e->action);
-    s->epoch++;
+    s->interruption.epoch++;
 }
 
 void ll_session_apply_due(ll_session *s)
 {
     const ll_scenario_head *head = ll_session_head(s);
-    while (ll_timeline_tick(head, s->step, s->freq) <= s->tick) {
-        ll_status status = change_parameters(s, head->timeline[s->step++].set);
-        s->skipped += ll_failed(&status);
+    while (ll_timeline_tick(head, s->position.step, s->freq) <= s->tick) {
+        ll_status status = change_parameters(s, head->timeline[s->position.step++].set);
+        s->position.skipped += ll_failed(&status);
     }
-    while (s->next < s->log.count && s->log.entries[s->next].tick <= s->tick)
-        apply_entry(s, &s->log.entries[s->next++]);
+    while (s->position.next < s->log.count && s->log.entries[s->position.next].tick <= s->tick)
+        apply_entry(s, &s->log.entries[s->position.next++]);
     ll_session_refresh(s);
 }
 
 /* Starts to wake the session again, at its tick; nothing if it is already waking or seeking. */
 static void begin_rewake(ll_session *s)
 {
-    if (s->transition != LL_TRANSITION_NONE)
+    if (s->transition.kind != LL_TRANSITION_NONE)
         return;
-    s->status_parked = s->status;
-    s->transition = LL_TRANSITION_WAKE;
-    s->target_tick = s->tick;
+    s->transition.status_parked = s->status;
+    s->transition.kind = LL_TRANSITION_WAKE;
+    s->transition.target_tick = s->tick;
 }
 
 bool ll_session_refresh(ll_session *s)
@@ -103,7 +103,7 @@ bool ll_session_refresh(ll_session *s)
     ll_time now = ll_tick_time(s->tick, s->freq);
     if (!s->stale || s->status == LL_SESSION_FAILED)
         return true;
-    ll_status status = kind->advance(s->block, now, NULL, NULL, s->interrupt);
+    ll_status status = kind->advance(s->block, now, NULL, NULL, s->interruption.by);
     if (status.code == LL_INTERRUPTED) {
         kind->change(s->block, s->config, now);
         begin_rewake(s);
@@ -118,7 +118,7 @@ bool ll_session_refresh(ll_session *s)
 void ll_session_invalidate(ll_session *s)
 {
     begin_rewake(s);
-    ll_session_begin_rebuild(s, s->target_tick);
+    ll_session_begin_rebuild(s, s->transition.target_tick);
 }
 
 /* Takes a checkpoint if one is due. It is taken when the session leaves the tick, so that it includes all
@@ -144,22 +144,20 @@ void ll_session_take_checkpoint(ll_session *s)
     memcpy(checkpoint->block, s->block, s->block_size);
     ll_param_copy(s->scenario.kind->table, checkpoint->config, s->config);
     checkpoint->tick = s->tick;
-    checkpoint->next = s->next;
-    checkpoint->step = s->step;
-    checkpoint->skipped = s->skipped;
+    checkpoint->position = s->position;
 }
 
 /* The block keeps the state of the failure, between this tick and the next. The failure is logged once. */
 void ll_session_fail(ll_session *s, const ll_status *why)
 {
-    bool logged = s->failed_at == s->tick;
+    bool logged = s->failure.tick == s->tick;
     s->status = LL_SESSION_FAILED;
-    s->error = *why;
-    s->failed_at = s->tick;
-    if (!logged || !s->failed_hash) /* the hash that the log has is kept */
-        s->failed_hash = s->scenario.kind->hash(s->block);
-    if (s->on_line && !logged)
-        ll_session_emit_failure(s, s->on_line, s->line_context);
+    s->failure.status = *why;
+    s->failure.tick = s->tick;
+    if (!logged || !s->failure.hash) /* the hash that the log has is kept */
+        s->failure.hash = s->scenario.kind->hash(s->block);
+    if (s->listener.on_line && !logged)
+        ll_session_emit_failure(s, s->listener.on_line, s->listener.context);
 }
 
 /* The tick up to which the kind can run without interruption: then a checkpoint, a step of the timeline or a
@@ -170,8 +168,8 @@ static int64_t end_of_run(const ll_session *s, int64_t to)
         return s->tick + 1;
     int64_t every = s->end / (LL_CHECKPOINTS + 1);
     int64_t snapshot = every > 0 ? (s->tick / every + 1) * every : to;
-    int64_t change = ll_timeline_tick(ll_session_head(s), s->step, s->freq);
-    int64_t command = s->next < s->log.count ? s->log.entries[s->next].tick : to;
+    int64_t change = ll_timeline_tick(ll_session_head(s), s->position.step, s->freq);
+    int64_t command = s->position.next < s->log.count ? s->log.entries[s->position.next].tick : to;
     int64_t end = snapshot < to ? snapshot : to;
     end = change < end ? change : end;
     end = command < end ? command : end;
@@ -184,7 +182,7 @@ void ll_session_run(ll_session *s, int64_t to, bool record)
 {
     const ll_sim_kind *kind = s->scenario.kind;
     ll_recorder recorder = {ll_session_keep_event, s};
-    ll_step_profiler *step_profiler = s->step_profiler.now_ns ? &s->step_profiler : NULL;
+    ll_step_profiler *step_profiler = s->meter.step_profiler.now_ns ? &s->meter.step_profiler : NULL;
     if (!ll_session_refresh(s))
         return;
     while (s->tick < to && s->status != LL_SESSION_FAILED && !s->stale) {
@@ -192,11 +190,11 @@ void ll_session_run(ll_session *s, int64_t to, bool record)
         int64_t end = end_of_run(s, to);
         ll_time until = ll_tick_time(end, s->freq);
         ll_status status =
-            kind->advance(s->block, until, record ? &recorder : NULL, step_profiler, s->interrupt);
-        s->epoch++;
+            kind->advance(s->block, until, record ? &recorder : NULL, step_profiler, s->interruption.by);
+        s->interruption.epoch++;
         if (status.code == LL_INTERRUPTED) {
-            s->interrupted = true;
-            if (!s->restorable)
+            s->interruption.happened = true;
+            if (!s->interruption.restorable)
                 ll_session_invalidate(s);
             return;
         }
@@ -219,7 +217,7 @@ void ll_session_run(ll_session *s, int64_t to, bool record)
 static ll_status run_tick_zero(ll_session *s, bool record)
 {
     ll_recorder recorder = {ll_session_keep_event, s};
-    ll_step_profiler *step_profiler = s->step_profiler.now_ns ? &s->step_profiler : NULL;
+    ll_step_profiler *step_profiler = s->meter.step_profiler.now_ns ? &s->meter.step_profiler : NULL;
     return s->scenario.kind->advance(s->block, 0, record ? &recorder : NULL, step_profiler, NULL);
 }
 
@@ -229,25 +227,23 @@ void ll_session_start_from(ll_session *s, const ll_checkpoint *checkpoint, bool 
     ll_status made = ll_ok();
     ll_param_copy(s->scenario.kind->table, s->config, config);
     s->stale = false;
-    s->epoch++;
+    s->interruption.epoch++;
     if (checkpoint)
         memcpy(s->block, checkpoint->block, s->block_size);
     else
         made = s->scenario.kind->init(s->block, s->base);
     if (!checkpoint && !ll_failed(&made))
         made = run_tick_zero(s, record);
-    LL_ASSERT(!checkpoint || (checkpoint->tick > 0 && checkpoint->next <= s->log.count));
+    LL_ASSERT(!checkpoint || (checkpoint->tick > 0 && checkpoint->position.next <= s->log.count));
     s->tick = checkpoint ? checkpoint->tick : 0;
-    s->next = checkpoint ? checkpoint->next : 0;
-    s->step = checkpoint ? checkpoint->step : 0;
-    s->skipped = checkpoint ? checkpoint->skipped : 0;
+    s->position = checkpoint ? checkpoint->position : (ll_log_position){0};
     if (s->status == LL_SESSION_FAILED) {
         s->status = LL_SESSION_PAUSED;
-        s->error = ll_ok();
+        s->failure.status = ll_ok();
     }
     if (ll_failed(&made)) {
         s->status = LL_SESSION_FAILED;
-        s->error = made;
+        s->failure.status = made;
     }
     ll_session_apply_due(s);
 }
@@ -269,12 +265,12 @@ void ll_session_begin_rebuild(ll_session *s, int64_t tick)
             best = &s->checkpoints[i];
     ll_session_start_from(s, best, record_from <= 0);
     s->generation++;
-    s->event_base = s->event_count;
-    s->record_from = record_from;
+    s->events.base = s->events.count;
+    s->transition.record_from = record_from;
 }
 
 void ll_session_set_clock(ll_session *s, ll_time wall)
 {
-    s->clock_wall = wall;
-    s->clock_time = ll_tick_time(s->tick, s->freq);
+    s->clock.wall = wall;
+    s->clock.time = ll_tick_time(s->tick, s->freq);
 }

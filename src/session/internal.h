@@ -35,60 +35,98 @@ typedef struct ll_tick_hash {
 /* A transition that is in progress; ll_session_continue runs it in pieces. */
 typedef enum ll_transition { LL_TRANSITION_NONE, LL_TRANSITION_WAKE, LL_TRANSITION_SEEK } ll_transition;
 
+/* How far the log and the timeline are applied. */
+typedef struct ll_log_position {
+    size_t next;     /* index of the first log entry that is not applied yet */
+    int32_t step;    /* index of the first step of the timeline that is not applied yet */
+    int32_t skipped; /* steps of the timeline that were invalid for the parameters that commands had set */
+} ll_log_position;
+
 typedef struct ll_checkpoint {
     void *block;
     void *config;
     int64_t tick; /* -1: none */
-    size_t next;  /* index of the next log entry */
-    int32_t step; /* index of the next step of the timeline */
-    int32_t skipped;
+    ll_log_position position;
 } ll_checkpoint;
+
+/* How the advance of a block ends before its time. */
+typedef struct ll_session_interruption {
+    const ll_interrupt *by; /* of the owner, during a call; NULL: no limit */
+    uint64_t epoch;         /* counts changes of the block: see background_tick.c */
+    bool happened;          /* the last advance was interrupted within a tick */
+    bool restorable;        /* then the caller restores the state */
+} ll_session_interruption;
+
+/* Events for viewers. */
+typedef struct ll_session_events {
+    ll_event *ring; /* NULL: parked */
+    uint32_t count;
+    uint32_t base; /* first event since time last jumped: earlier ones belong to another run */
+} ll_session_events;
+
+typedef struct ll_session_transition {
+    ll_transition kind;
+    int64_t target_tick;
+    int64_t record_from;             /* events are kept from this tick on */
+    ll_session_status status_parked; /* while it wakes: its status when it was parked */
+} ll_session_transition;
+
+typedef struct ll_session_failure {
+    ll_status status;
+    int64_t tick;  /* the tick after which the present log ends in a failure; -1: none */
+    uint64_t hash; /* hash of the state of the failure; 0: unknown */
+} ll_session_failure;
+
+typedef struct ll_session_hashes {
+    ll_tick_hash marks[LL_TICK_HASHES]; /* ascending ticks */
+    int count;
+} ll_session_hashes;
+
+/* Virtual time against wall time. */
+typedef struct ll_session_clock {
+    double speed;
+    ll_time wall; /* wall time at which ... */
+    ll_time time; /* ... this virtual time was due */
+} ll_session_clock;
+
+/* What it took to run. */
+typedef struct ll_session_meter {
+    int64_t cpu_ns, cpu_ticks;
+    ll_step_profiler step_profiler; /* without a clock: off */
+} ll_session_meter;
+
+/* Gets each new line of the log. */
+typedef struct ll_session_listener {
+    ll_log_line *on_line;
+    void *context;
+} ll_session_listener;
 
 struct ll_session {
     ll_scenario scenario; /* as created; a reset restores it */
     void *base;           /* configuration at tick 0 of the present log */
     void *config;         /* configuration at the present tick */
     ll_log log;
-    size_t next;     /* index of the first log entry that is not applied yet */
-    int32_t step;    /* index of the first step of the timeline that is not applied yet */
-    int32_t skipped; /* steps of the timeline that were invalid for the parameters that commands had set */
+    ll_log_position position;
     int64_t tick, head, end;
     int64_t stop_tick; /* it pauses there; 0: none */
     ll_freq freq;
 
     void *block; /* NULL: parked */
-    bool stale;  /* a change restarted the block: it is at an earlier time than the present tick */
-    const ll_interrupt *interrupt; /* of the owner, during a call; NULL: no limit */
-    uint64_t epoch;                /* counts changes of the block: see background_tick.c */
-    bool interrupted;              /* the last advance was interrupted within a tick */
-    bool restorable;               /* then the caller restores the state */
     size_t block_size;
+    bool stale; /* a change restarted the block: it is at an earlier time than the present tick */
+    ll_session_interruption interruption;
     ll_checkpoint checkpoints[LL_CHECKPOINTS];
-    ll_event *events; /* ring; NULL: parked */
-    uint32_t event_count;
-    uint32_t event_base; /* first event since time last jumped: earlier ones belong to another run */
-
-    ll_transition transition;
-    int64_t target_tick;             /* of the transition */
-    int64_t record_from;             /* during a transition, events are kept from this tick on */
-    ll_session_status status_parked; /* while it wakes: its status when it was parked */
+    ll_session_events events;
+    ll_session_hashes hashes;
 
     ll_session_status status;
-    ll_status error;
-    int64_t failed_at;    /* the tick after which the present log ends in a failure; -1: none */
-    uint64_t failed_hash; /* hash of the state of the failure; 0: unknown */
-    ll_tick_hash tick_hashes[LL_TICK_HASHES]; /* ascending ticks */
-    int hash_count;
+    ll_session_transition transition;
+    ll_session_failure failure;
+    ll_session_clock clock;
+    ll_session_meter meter;
+    ll_session_listener listener;
     char version[LL_VERSION_MAX + 1]; /* version of laglab that made it */
-    double speed;
-    ll_time clock_wall; /* wall time at which ... */
-    ll_time clock_time; /* ... this virtual time was due */
     uint32_t params_version, generation;
-    int64_t cpu_ns, cpu_ticks;
-    ll_step_profiler step_profiler; /* without a clock: off */
-
-    ll_log_line *on_line;
-    void *line_context;
 };
 
 static inline ll_scenario_head *ll_session_head(const ll_session *s)

@@ -83,12 +83,12 @@ void ll_session_emit_create(const ll_session *s, ll_log_line *line, void *contex
 
 void ll_session_emit_restart(const ll_session *s)
 {
-    if (!s->on_line)
+    if (!s->listener.on_line)
         return;
     cJSON *o = cJSON_CreateObject();
     cJSON_AddStringToObject(o, "op", "restart");
     cJSON_AddItemToObject(o, "scenario", ll_param_write(s->scenario.kind->table, s->base));
-    emit(o, s->on_line, s->line_context);
+    emit(o, s->listener.on_line, s->listener.context);
 }
 
 static void add_input(cJSON *o, const ll_log_entry *entry)
@@ -126,7 +126,7 @@ void ll_session_emit_op(const ll_session *s, const char *op, ll_log_line *line, 
     cJSON_AddStringToObject(o, "op", op);
     cJSON_AddNumberToObject(o, "tick", (double)s->tick);
     if (strcmp(op, "play") == 0)
-        cJSON_AddNumberToObject(o, "speed", s->speed);
+        cJSON_AddNumberToObject(o, "speed", s->clock.speed);
     emit(o, line, context);
 }
 
@@ -151,24 +151,25 @@ void ll_session_emit_failure(const ll_session *s, ll_log_line *line, void *conte
 {
     cJSON *o = cJSON_CreateObject();
     cJSON_AddStringToObject(o, "op", "fail");
-    cJSON_AddNumberToObject(o, "tick", (double)s->failed_at);
-    cJSON_AddStringToObject(o, "detail", s->error.text);
-    if (s->failed_hash)
-        add_hash(o, s->failed_hash);
+    cJSON_AddNumberToObject(o, "tick", (double)s->failure.tick);
+    cJSON_AddStringToObject(o, "detail", s->failure.status.text);
+    if (s->failure.hash)
+        add_hash(o, s->failure.hash);
     emit(o, line, context);
 }
 
 static void emit_hashes(const ll_session *s, int *next, int64_t before, ll_log_line *line, void *context)
 {
-    while (*next < s->hash_count && s->tick_hashes[*next].tick < before)
-        ll_session_emit_hash(&s->tick_hashes[(*next)++], line, context);
+    while (*next < s->hashes.count && s->hashes.marks[*next].tick < before)
+        ll_session_emit_hash(&s->hashes.marks[(*next)++], line, context);
 }
 
 /* The present state's hash, for a session with a listener: a caller that writes the log itself has its own
  * hashes. */
 static void emit_present(const ll_session *s, ll_log_line *line, void *context)
 {
-    if (s->on_line && s->block && s->transition == LL_TRANSITION_NONE && s->status != LL_SESSION_FAILED)
+    if (s->listener.on_line && s->block && s->transition.kind == LL_TRANSITION_NONE &&
+        s->status != LL_SESSION_FAILED)
         ll_session_emit_hash(&(ll_tick_hash){s->tick, s->scenario.kind->hash(s->block)}, line, context);
 }
 
@@ -186,6 +187,6 @@ void ll_session_log(const ll_session *s, ll_log_line *line, void *context)
     cJSON_AddStringToObject(o, "op", "head");
     cJSON_AddNumberToObject(o, "tick", (double)s->head);
     emit(o, line, context);
-    if (s->failed_at >= 0)
+    if (s->failure.tick >= 0)
         ll_session_emit_failure(s, line, context);
 }

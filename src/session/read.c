@@ -20,7 +20,7 @@ static size_t checkpoint_bytes(const ll_session *s)
 
 static size_t event_bytes(const ll_session *s)
 {
-    return s->events ? LL_EVENT_RING * sizeof *s->events : 0;
+    return s->events.ring ? LL_EVENT_RING * sizeof *s->events.ring : 0;
 }
 
 static size_t log_bytes(const ll_session *s)
@@ -47,18 +47,18 @@ static size_t all_bytes(const ll_session *s)
 static size_t awake_bytes(const ll_session *s)
 {
     size_t state = s->block_size + ll_param_used(s->scenario.kind->table, s->config);
-    return parked_bytes(s) + s->block_size + LL_CHECKPOINTS * state + LL_EVENT_RING * sizeof *s->events;
+    return parked_bytes(s) + s->block_size + LL_CHECKPOINTS * state + LL_EVENT_RING * sizeof *s->events.ring;
 }
 
 ll_session_info ll_session_get_info(const ll_session *s)
 {
     const ll_scenario_head *head = ll_session_head(s);
-    bool waking = s->transition == LL_TRANSITION_WAKE;
-    int64_t tick = waking ? s->target_tick : s->tick;
+    bool waking = s->transition.kind == LL_TRANSITION_WAKE;
+    int64_t tick = waking ? s->transition.target_tick : s->tick;
     return (ll_session_info){
-        .status = waking ? s->status_parked : s->status,
+        .status = waking ? s->transition.status_parked : s->status,
         .parked = s->block == NULL || waking,
-        .seeking = s->transition == LL_TRANSITION_SEEK,
+        .seeking = s->transition.kind == LL_TRANSITION_SEEK,
         .tick = tick,
         .at_tick = s->tick,
         .head_tick = s->head,
@@ -67,14 +67,14 @@ ll_session_info ll_session_get_info(const ll_session *s)
         .head = ll_tick_time(s->head, s->freq),
         .duration = ll_tick_time(s->end, s->freq),
         .tick_freq = s->freq,
-        .speed = s->speed,
+        .speed = s->clock.speed,
         .seed = head->seed,
         .params_version = s->params_version,
         .generation = s->generation,
         .bytes = all_bytes(s),
         .awake_bytes = awake_bytes(s),
         .log_entries = s->log.count,
-        .timeline_skipped = s->skipped,
+        .timeline_skipped = s->position.skipped,
         .title = head->title,
         .kind = s->scenario.kind->name,
     };
@@ -82,17 +82,17 @@ ll_session_info ll_session_get_info(const ll_session *s)
 
 int64_t ll_session_failed_at(const ll_session *s)
 {
-    return s->failed_at;
+    return s->failure.tick;
 }
 
 uint64_t ll_session_failed_hash(const ll_session *s)
 {
-    return s->failed_hash;
+    return s->failure.hash;
 }
 
 const ll_status *ll_session_error(const ll_session *s)
 {
-    return &s->error;
+    return &s->failure.status;
 }
 
 uint64_t ll_session_hash(ll_session *s)
@@ -175,18 +175,18 @@ void ll_session_time_parts(const ll_session *s, cJSON *metrics, int64_t (*now_ns
 cJSON *ll_session_cost(const ll_session *s)
 {
     cJSON *o = cJSON_CreateObject();
-    double simulated = ll_to_s(ll_tick_time(s->cpu_ticks, s->freq));
+    double simulated = ll_to_s(ll_tick_time(s->meter.cpu_ticks, s->freq));
     cJSON_AddNumberToObject(o, "ns_per_sim_s",
-                            simulated > 0 ? (double)(int64_t)((double)s->cpu_ns / simulated) : 0);
+                            simulated > 0 ? (double)(int64_t)((double)s->meter.cpu_ns / simulated) : 0);
     cJSON_AddNumberToObject(o, "bytes", (double)all_bytes(s));
     cJSON_AddNumberToObject(o, "block_bytes", (double)block_bytes(s));
     cJSON_AddNumberToObject(o, "checkpoint_bytes", (double)checkpoint_bytes(s));
     cJSON_AddNumberToObject(o, "event_bytes", (double)event_bytes(s));
     cJSON_AddNumberToObject(o, "log_bytes", (double)log_bytes(s));
     cJSON_AddNumberToObject(o, "parked_bytes", (double)parked_bytes(s));
-    if (s->scenario.kind->costs && s->step_profiler.metered > 0) {
-        cJSON_AddNumberToObject(o, "metered_s", ll_to_s(s->step_profiler.metered));
-        s->scenario.kind->costs(s->config, &s->step_profiler, o);
+    if (s->scenario.kind->costs && s->meter.step_profiler.metered > 0) {
+        cJSON_AddNumberToObject(o, "metered_s", ll_to_s(s->meter.step_profiler.metered));
+        s->scenario.kind->costs(s->config, &s->meter.step_profiler, o);
     }
     return o;
 }
@@ -228,17 +228,16 @@ ll_status ll_session_copy(const ll_session *s, int64_t tick, ll_session **out)
 static ll_status copy_state(const ll_session *s, ll_session *c)
 {
     c->block = malloc(s->block_size);
-    c->events = malloc(LL_EVENT_RING * sizeof *c->events);
-    if (!c->block || !c->events)
+    c->events.ring = malloc(LL_EVENT_RING * sizeof *c->events.ring);
+    if (!c->block || !c->events.ring)
         return ll_error(LL_NO_MEMORY, "out of memory: state of a session (%zu bytes)", s->block_size);
     memcpy(c->block, s->block, s->block_size);
-    memcpy(c->events, s->events, LL_EVENT_RING * sizeof *c->events);
+    memcpy(c->events.ring, s->events.ring, LL_EVENT_RING * sizeof *c->events.ring);
     ll_param_copy(s->scenario.kind->table, c->config, s->config);
-    c->event_count = s->event_count;
-    c->event_base = s->event_base;
-    c->next = c->log.count;
-    c->step = s->step;
-    c->skipped = s->skipped;
+    c->events.count = s->events.count;
+    c->events.base = s->events.base;
+    c->position = s->position;
+    c->position.next = c->log.count;
     return ll_ok();
 }
 
@@ -248,12 +247,12 @@ ll_status ll_session_fork(ll_session *s, ll_log_line *on_line, void *context, ll
     ll_session *c = *out;
     ll_session_info info = ll_session_get_info(s);
     c->tick = c->head = info.tick;
-    c->speed = s->speed;
+    c->clock.speed = s->clock.speed;
     if (info.status == LL_SESSION_FAILED) {
         c->status = LL_SESSION_FAILED;
-        c->failed_at = s->failed_at;
-        c->failed_hash = s->failed_hash;
-        c->error = s->error;
+        c->failure.tick = s->failure.tick;
+        c->failure.hash = s->failure.hash;
+        c->failure.status = s->failure.status;
     }
     ll_status status = info.parked ? ll_session_wake(c) : copy_state(s, c);
     if (ll_failed(&status)) {
@@ -261,7 +260,7 @@ ll_status ll_session_fork(ll_session *s, ll_log_line *on_line, void *context, ll
         *out = NULL;
         return status;
     }
-    if (on_line && c->failed_at >= 0)
+    if (on_line && c->failure.tick >= 0)
         ll_session_emit_failure(c, on_line, context);
     else if (on_line)
         ll_session_emit_op(c, "pause", on_line, context);

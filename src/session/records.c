@@ -35,7 +35,7 @@ static const ll_record session_record = {.id = 0,
 
 static session_row session_of(const ll_session *s, const ll_record_request *request)
 {
-    return (session_row){.speed = s->speed,
+    return (session_row){.speed = s->clock.speed,
                          .duration_s = ll_to_s(ll_tick_time(s->end, s->freq)),
                          .behind_ticks = s->head - s->tick,
                          .params_version = s->params_version,
@@ -137,15 +137,15 @@ static event_row event_of(const ll_event *e)
 static uint32_t first_recent(const ll_session *s, uint32_t oldest)
 {
     ll_time from = ll_tick_time(s->tick, s->freq) - (ll_time)(LL_EVENTS_NEW_S * 1e9);
-    uint32_t i = s->event_count;
-    while (i > oldest && s->events[(i - 1) % LL_EVENT_RING].begin >= from)
+    uint32_t i = s->events.count;
+    while (i > oldest && s->events.ring[(i - 1) % LL_EVENT_RING].begin >= from)
         i--;
     return i;
 }
 
 static uint32_t first_wanted(const ll_session *s, const ll_record_request *request)
 {
-    uint32_t end = s->event_count, oldest = s->event_base, first = end;
+    uint32_t end = s->events.count, oldest = s->events.base, first = end;
     if (end - oldest > LL_EVENT_RING)
         oldest = end - LL_EVENT_RING;
     if (request->from_event < end)
@@ -161,8 +161,8 @@ static void fill_events(const ll_session *s, const ll_record_request *request, l
         return;
     uint32_t first = first_wanted(s, request);
     rows->first = first;
-    for (uint32_t i = first; i < s->event_count; i++) {
-        event_row row = event_of(&s->events[i % LL_EVENT_RING]);
+    for (uint32_t i = first; i < s->events.count; i++) {
+        event_row row = event_of(&s->events.ring[i % LL_EVENT_RING]);
         ll_row_set_put(set, &event_record, &row, 1);
     }
 }

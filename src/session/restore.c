@@ -128,7 +128,7 @@ static void rewind_to(ll_session *s, int64_t tick)
         keep--;
     ll_log_truncate(&s->log, keep);
     s->head = tick;
-    s->failed_at = -1;
+    s->failure.tick = -1;
     ll_session_drop_hashes(s, tick + 1);
 }
 
@@ -136,8 +136,8 @@ static void rewind_to(ll_session *s, int64_t tick)
 static void read_command(ll_session *s, int64_t tick)
 {
     ll_session_drop_hashes(s, tick);
-    if (s->failed_at >= tick)
-        s->failed_at = -1;
+    if (s->failure.tick >= tick)
+        s->failure.tick = -1;
 }
 
 static bool read_hash(const cJSON *o, uint64_t *hash)
@@ -159,9 +159,10 @@ static void read_tick_hash(ll_session *s, const cJSON *o, int64_t tick)
 static void read_failure(ll_session *s, const cJSON *o, int64_t tick)
 {
     const cJSON *detail = cJSON_GetObjectItemCaseSensitive(o, "detail");
-    s->failed_at = tick;
-    read_hash(o, &s->failed_hash);
-    s->error = ll_error(LL_DIVERGED, "%s", cJSON_IsString(detail) ? detail->valuestring : "unknown failure");
+    s->failure.tick = tick;
+    read_hash(o, &s->failure.hash);
+    s->failure.status =
+        ll_error(LL_DIVERGED, "%s", cJSON_IsString(detail) ? detail->valuestring : "unknown failure");
 }
 
 static ll_status read_line(ll_session **session, const cJSON *o, size_t number, ll_log_line *on_line,
@@ -248,8 +249,8 @@ ll_status ll_session_restore(const char *log, size_t length, ll_log_line *on_lin
         *session = NULL;
     } else {
         ll_session *s = *session;
-        bool failed = s->failed_at >= 0 && s->failed_at <= s->head;
-        s->tick = failed ? s->failed_at : s->head;
+        bool failed = s->failure.tick >= 0 && s->failure.tick <= s->head;
+        s->tick = failed ? s->failure.tick : s->head;
         s->status = failed ? LL_SESSION_FAILED : LL_SESSION_PAUSED;
     }
     return status;

@@ -35,13 +35,13 @@ ll_status ll_session_new(const ll_scenario *scenario, const void *base, ll_log_l
     s->freq = scenario->kind->tick_freq(base);
     s->end = ll_tick_at((ll_time)llround(ll_session_head(s)->duration_s * 1e9), s->freq);
     s->block_size = scenario->kind->size(base);
-    s->speed = 1;
-    s->failed_at = -1;
+    s->clock.speed = 1;
+    s->failure.tick = -1;
     snprintf(s->version, sizeof s->version, "%s", ll_version);
     for (int i = 0; i < LL_CHECKPOINTS; i++)
         s->checkpoints[i].tick = -1;
-    s->on_line = on_line;
-    s->line_context = context;
+    s->listener.on_line = on_line;
+    s->listener.context = context;
     *session = s;
     if (on_line)
         ll_session_emit_create(s, on_line, context);
@@ -54,7 +54,7 @@ ll_status ll_session_open(ll_scenario *scenario, ll_log_line *on_line, void *con
     LL_THEN(status, ll_session_wake(*session));
     if (!ll_failed(&status) &&
         (*session)->status == LL_SESSION_FAILED) /* the initial state could not be made */
-        status = (*session)->error;
+        status = (*session)->failure.status;
     if (ll_failed(&status)) {
         ll_session_destroy(*session);
         *session = NULL;
@@ -108,11 +108,11 @@ void ll_session_end_if_over(ll_session *s)
 
 int64_t ll_session_due(const ll_session *s, ll_time wall)
 {
-    if (s->transition != LL_TRANSITION_NONE)
-        return s->target_tick - s->tick + s->stale;
+    if (s->transition.kind != LL_TRANSITION_NONE)
+        return s->transition.target_tick - s->tick + s->stale;
     if (s->status != LL_SESSION_PLAYING)
         return 0;
-    ll_time due = s->clock_time + (ll_time)((double)(wall - s->clock_wall) * s->speed);
+    ll_time due = s->clock.time + (ll_time)((double)(wall - s->clock.wall) * s->clock.speed);
     int64_t target = due > 0 ? ll_tick_at(due, s->freq) : 0;
     target = target > s->end ? s->end : target;
     target = s->stop_tick > 0 && target > s->stop_tick ? s->stop_tick : target;
@@ -121,16 +121,16 @@ int64_t ll_session_due(const ll_session *s, ll_time wall)
 
 void ll_session_set_interrupt(ll_session *s, const ll_interrupt *interrupt)
 {
-    s->interrupt = interrupt;
+    s->interruption.by = interrupt;
 }
 
 int64_t ll_session_advance(ll_session *s, ll_time wall, int64_t max_ticks)
 {
-    s->interrupted = false;
+    s->interruption.happened = false;
     ll_status status = ll_session_begin_wake(s);
     if (ll_failed(&status))
         return 0;
-    if (s->transition != LL_TRANSITION_NONE) {
+    if (s->transition.kind != LL_TRANSITION_NONE) {
         int64_t left = ll_session_continue(s, max_ticks);
         return left > 0 ? left : ll_session_due(s, wall);
     }
@@ -150,7 +150,7 @@ void ll_session_move_to(ll_session *s, int64_t tick)
         ll_session_rebuild(s, tick);
     } else {
         ll_session_run(s, ll_session_first_recorded(s, tick), false);
-        if (!s->interrupted)
+        if (!s->interruption.happened)
             ll_session_run(s, tick, true);
     }
     s->params_version++;
@@ -158,19 +158,19 @@ void ll_session_move_to(ll_session *s, int64_t tick)
 
 ll_status ll_session_run_to(ll_session *s, int64_t tick)
 {
-    s->interrupted = false;
+    s->interruption.happened = false;
     LL_TRY(ll_session_wake(s));
     if (tick < 0 || tick > s->end)
         return ll_field_error(LL_BAD_INPUT, "tick", "tick: must be 0 to %lld; got %lld", (long long)s->end,
                               (long long)tick);
-    if (s->interrupted || s->stale)
+    if (s->interruption.happened || s->stale)
         return ll_error(LL_INTERRUPTED, "interrupted while the session was waking");
     ll_session_stop_seek(s);
     if (tick != s->tick || s->status == LL_SESSION_FAILED)
         ll_session_move_to(s, tick);
-    if (s->interrupted || s->stale)
+    if (s->interruption.happened || s->stale)
         return ll_error(LL_INTERRUPTED, "interrupted before tick %lld", (long long)tick);
-    return s->status == LL_SESSION_FAILED ? s->error : ll_ok();
+    return s->status == LL_SESSION_FAILED ? s->failure.status : ll_ok();
 }
 
 ll_status ll_session_run_within(ll_session *s, int64_t tick, const ll_interrupt *interrupt)
@@ -182,11 +182,11 @@ ll_status ll_session_run_within(ll_session *s, int64_t tick, const ll_interrupt 
         if (!ll_next_piece(&piece, interrupt))
             return ll_error(LL_INTERRUPTED, "interrupted at tick %lld of %lld", (long long)at,
                             (long long)tick);
-        s->interrupt = interrupt;
+        s->interruption.by = interrupt;
         int64_t from = at;
         at = tick - at > piece.size ? at + piece.size : tick;
         status = ll_session_run_to(s, at);
-        s->interrupt = NULL;
+        s->interruption.by = NULL;
         if (status.code == LL_INTERRUPTED)
             return ll_error(LL_INTERRUPTED, "interrupted at tick %lld of %lld", (long long)from,
                             (long long)tick);
@@ -200,10 +200,10 @@ static void drop_later_commands(ll_session *s)
     ll_session_stop_seek(s);
     ll_session_drop_checkpoints(s, s->tick);
     ll_session_drop_hashes(s, s->tick);
-    s->failed_at = -1;
+    s->failure.tick = -1;
     if (s->head == s->tick)
         return;
-    ll_log_truncate(&s->log, s->next);
+    ll_log_truncate(&s->log, s->position.next);
     s->head = s->tick;
     ll_session_emit_own(s, "rewind");
 }
@@ -213,8 +213,8 @@ static ll_status append(ll_session *s, const ll_log_entry *entry)
     drop_later_commands(s);
     LL_TRY(ll_log_append(&s->log, entry));
     ll_session_apply_due(s);
-    if (s->on_line)
-        ll_session_emit_entry(entry, s->on_line, s->line_context);
+    if (s->listener.on_line)
+        ll_session_emit_entry(entry, s->listener.on_line, s->listener.context);
     return ll_ok();
 }
 
@@ -234,7 +234,7 @@ ll_status ll_session_patch(ll_session *s, ll_time wall, const cJSON *patch)
     if (ll_failed(&status))
         return status;
     if (s->status == LL_SESSION_FAILED)
-        return ll_error(LL_CONFLICT, "the session has failed: %s", s->error.text);
+        return ll_error(LL_CONFLICT, "the session has failed: %s", s->failure.status.text);
     void *probe = calloc(1, s->scenario.kind->table->size);
     cJSON *values = cJSON_CreateObject();
     char *text = NULL;
@@ -257,7 +257,7 @@ cleanup:
 
 static const ll_log_entry *last_input(const ll_session *s, int player)
 {
-    for (size_t i = s->next; i-- > 0;)
+    for (size_t i = s->position.next; i-- > 0;)
         if (s->log.entries[i].op == LL_OP_INPUT && s->log.entries[i].player == player)
             return &s->log.entries[i];
     return NULL;
@@ -282,16 +282,16 @@ ll_status ll_session_input(ll_session *s, ll_time wall, int player, const ll_act
 
 void ll_session_rebase(ll_session *s, const void *base)
 {
-    s->transition = LL_TRANSITION_NONE;
-    s->failed_at = -1;
-    s->hash_count = 0;
+    s->transition.kind = LL_TRANSITION_NONE;
+    s->failure.tick = -1;
+    s->hashes.count = 0;
     ll_session_drop_checkpoints(s, -1);
     ll_log_truncate(&s->log, 0);
     ll_param_copy(s->scenario.kind->table, s->base, base);
     ll_param_copy(s->scenario.kind->table, s->config, base);
-    s->next = 0;
+    s->position.next = 0;
     s->tick = s->head = 0;
-    s->error = ll_ok();
+    s->failure.status = ll_ok();
     if (s->status == LL_SESSION_FAILED || s->status == LL_SESSION_ENDED)
         s->status = LL_SESSION_PAUSED;
     s->params_version++;
@@ -301,11 +301,11 @@ void ll_session_rebase(ll_session *s, const void *base)
 
 void ll_session_step_profiler(ll_session *s, int64_t (*now_ns)(void))
 {
-    s->step_profiler.now_ns = now_ns;
+    s->meter.step_profiler.now_ns = now_ns;
 }
 
 void ll_session_account(ll_session *s, int64_t cpu_ns, int64_t ticks)
 {
-    s->cpu_ns += cpu_ns;
-    s->cpu_ticks += ticks;
+    s->meter.cpu_ns += cpu_ns;
+    s->meter.cpu_ticks += ticks;
 }

@@ -10,15 +10,16 @@ static void end_wake(ll_session *s)
 {
     if (s->status == LL_SESSION_FAILED)
         return;
-    s->status = s->status_parked == LL_SESSION_FAILED ? LL_SESSION_PAUSED : s->status_parked;
-    if (s->status_parked == LL_SESSION_FAILED)
+    s->status =
+        s->transition.status_parked == LL_SESSION_FAILED ? LL_SESSION_PAUSED : s->transition.status_parked;
+    if (s->transition.status_parked == LL_SESSION_FAILED)
         ll_session_run(s, s->tick + 1, true);
 }
 
 static void end_transition(ll_session *s)
 {
-    ll_transition transition = s->transition;
-    s->transition = LL_TRANSITION_NONE;
+    ll_transition transition = s->transition.kind;
+    s->transition.kind = LL_TRANSITION_NONE;
     if (transition == LL_TRANSITION_WAKE) {
         end_wake(s);
     } else {
@@ -30,29 +31,31 @@ static void end_transition(ll_session *s)
 
 int64_t ll_session_continue(ll_session *s, int64_t max_ticks)
 {
-    s->interrupted = false;
-    while (s->transition != LL_TRANSITION_NONE) {
-        bool record = s->tick >= s->record_from;
-        int64_t to = record || s->record_from > s->target_tick ? s->target_tick : s->record_from;
+    s->interruption.happened = false;
+    while (s->transition.kind != LL_TRANSITION_NONE) {
+        bool record = s->tick >= s->transition.record_from;
+        int64_t to = record || s->transition.record_from > s->transition.target_tick
+                         ? s->transition.target_tick
+                         : s->transition.record_from;
         if (to - s->tick > max_ticks)
             to = s->tick + max_ticks;
         max_ticks -= to - s->tick;
         ll_session_run(s, to, record);
-        if (s->interrupted || (s->stale && s->status != LL_SESSION_FAILED))
-            return s->target_tick - s->tick + 1;
-        if (s->tick == s->target_tick || s->status == LL_SESSION_FAILED)
+        if (s->interruption.happened || (s->stale && s->status != LL_SESSION_FAILED))
+            return s->transition.target_tick - s->tick + 1;
+        if (s->tick == s->transition.target_tick || s->status == LL_SESSION_FAILED)
             end_transition(s);
         else if (max_ticks <= 0)
-            return s->target_tick - s->tick;
+            return s->transition.target_tick - s->tick;
     }
     return 0;
 }
 
 void ll_session_stop_seek(ll_session *s)
 {
-    if (s->transition != LL_TRANSITION_SEEK)
+    if (s->transition.kind != LL_TRANSITION_SEEK)
         return;
-    s->target_tick = s->tick;
+    s->transition.target_tick = s->tick;
     ll_session_continue(s, 1);
 }
 
@@ -64,36 +67,36 @@ void ll_session_begin_seek(ll_session *s, int64_t tick)
     if (back)
         ll_session_begin_rebuild(s, tick);
     else
-        s->record_from = 0;
-    s->transition = LL_TRANSITION_SEEK;
-    s->target_tick = tick;
+        s->transition.record_from = 0;
+    s->transition.kind = LL_TRANSITION_SEEK;
+    s->transition.target_tick = tick;
     ll_session_continue(s, 0); /* the session may be at the tick already */
 }
 
 void ll_session_rebuild(ll_session *s, int64_t tick)
 {
     ll_session_begin_rebuild(s, tick);
-    if (s->record_from > s->tick)
-        ll_session_run(s, s->record_from, false);
-    if (!s->interrupted)
+    if (s->transition.record_from > s->tick)
+        ll_session_run(s, s->transition.record_from, false);
+    if (!s->interruption.happened)
         ll_session_run(s, tick, true);
 }
 
 void ll_session_park(ll_session *s)
 {
-    if (s->transition == LL_TRANSITION_WAKE) { /* not awake yet: restore what it was while parked */
-        s->tick = s->target_tick;
-        s->status = s->status_parked;
-        s->transition = LL_TRANSITION_NONE;
+    if (s->transition.kind == LL_TRANSITION_WAKE) { /* not awake yet: restore what it was while parked */
+        s->tick = s->transition.target_tick;
+        s->status = s->transition.status_parked;
+        s->transition.kind = LL_TRANSITION_NONE;
     }
     ll_session_stop_seek(s);
     ll_session_drop_checkpoints(s, -1);
     free(s->block);
-    free(s->events);
+    free(s->events.ring);
     s->block = NULL;
-    s->events = NULL;
+    s->events.ring = NULL;
     s->stale = false;
-    s->epoch++;
+    s->interruption.epoch++;
 }
 
 ll_status ll_session_begin_wake(ll_session *s)
@@ -102,22 +105,22 @@ ll_status ll_session_begin_wake(ll_session *s)
         return ll_ok();
     int64_t tick = s->tick;
     s->block = malloc(s->block_size);
-    s->events = calloc(LL_EVENT_RING, sizeof *s->events);
-    if (!s->block || !s->events) {
+    s->events.ring = calloc(LL_EVENT_RING, sizeof *s->events.ring);
+    if (!s->block || !s->events.ring) {
         ll_session_park(s);
         return ll_error(LL_NO_MEMORY, "out of memory: state of a session (%zu bytes)", s->block_size);
     }
-    s->status_parked = s->status;
+    s->transition.status_parked = s->status;
     ll_session_begin_rebuild(s, tick);
-    s->transition = LL_TRANSITION_WAKE;
-    s->target_tick = tick;
+    s->transition.kind = LL_TRANSITION_WAKE;
+    s->transition.target_tick = tick;
     return ll_ok();
 }
 
 ll_status ll_session_wake(ll_session *s)
 {
     ll_status status = ll_session_begin_wake(s);
-    if (!ll_failed(&status) && s->transition == LL_TRANSITION_WAKE)
+    if (!ll_failed(&status) && s->transition.kind == LL_TRANSITION_WAKE)
         ll_session_continue(s, INT64_MAX);
     return status;
 }
@@ -130,8 +133,8 @@ void ll_session_set_position(ll_session *s, ll_time wall, const ll_session_posit
     if (at->tick >= 0 && at->tick <= s->head)
         s->tick = at->tick;
     if (at->speed > 0)
-        s->speed = at->speed;
-    bool failed = s->failed_at >= 0 && s->tick == s->failed_at;
+        s->clock.speed = at->speed;
+    bool failed = s->failure.tick >= 0 && s->tick == s->failure.tick;
     s->status = failed ? LL_SESSION_FAILED : at->playing ? LL_SESSION_PLAYING : LL_SESSION_PAUSED;
     ll_session_set_clock(s, wall);
 }

@@ -187,8 +187,8 @@ ll_status ll_session_load(ll_session *s, const ll_workload *w)
         status = ll_log_append(&s->log, &e);
         if (ll_failed(&status))
             return status;
-        if (s->on_line)
-            ll_session_emit_entry(&e, s->on_line, s->line_context);
+        if (s->listener.on_line)
+            ll_session_emit_entry(&e, s->listener.on_line, s->listener.context);
         s->head = e.tick;
     }
     if (s->block)

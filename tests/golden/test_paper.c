@@ -47,7 +47,7 @@ static void figure_8_client_dots_are_the_servers_later(void **state)
         dots++;
     }
     assert_true(dots > 50);
-    assert_true(ll_netgame_client_metrics(s.game, 0)->own_lead <= 0); /* the client is behind */
+    assert_true(ll_netgame_client_metrics(s.game, 0)->last.own_lead <= 0); /* the client is behind */
     double values[LL_GAME_VALUES];
     ll_netgame_game(s.game)->describe(ll_server_world(ll_netgame_server(s.game)), &s.game->env, 0, values);
     assert_true(values[1] >= 1); /* shots were fired */
@@ -134,8 +134,9 @@ static void figure_11_a_step_takes_533_ms(void **state)
             assert_true(e->begin >= find(&t, LL_EVENT_APPLIED, e->player, e->number - 1)->begin);
     }
     for (int p = 0; p < 2; p++)
-        assert_in_range(ll_netgame_client(s.game, p)->seq, steps, steps + 1);
-    assert_int_equal(inputs[1], ll_netgame_client(s.game, 1)->seq); /* the slowest repeats no request */
+        assert_in_range(ll_netgame_client(s.game, p)->inputs.seq, steps, steps + 1);
+    assert_int_equal(inputs[1],
+                     ll_netgame_client(s.game, 1)->inputs.seq); /* the slowest repeats no request */
     scene_close(&s);
     tape_free(&t);
 }
@@ -165,7 +166,7 @@ static void figure_11_views_follow_in_the_order_of_lag(void **state)
     assert_true(truth->entity[0].x == truth->entity[1].x);
     for (int i = 0; i < 2; i++) {
         const ll_client_metrics *in = ll_netgame_client_metrics(s.game, i);
-        assert_int_equal(in->corrections, 0);
+        assert_int_equal(in->corrections.count, 0);
         /* a snapshot is one lag old when it arrives, and a period older when the next one does; displays are
          * 1/60 s apart */
         ll_summary age = ll_histogram_summary(&in->histogram[LL_METRIC_VIEW_AGE]);
@@ -191,11 +192,11 @@ static void figure_12_open_inputs_are_applied_again(void **state)
     assert_true(corrections > 10);
     for (int i = 0; i < 2; i++) {
         ll_client *c = ll_netgame_client(s.game, i);
-        assert_true(c->seq - c->acked >= 18); /* 300 ms of round trip at 60 inputs per second */
-        ll_snapshot_entry *state_message = ll_client_state(c, c->fresh - 1);
-        ll_world *world = malloc((size_t)c->world_size);
-        __builtin_memcpy(world, ll_snapshot_entry_world(state_message), (size_t)c->world_size);
-        for (uint32_t seq = c->acked + 1; seq <= c->seq; seq++)
+        assert_true(c->inputs.seq - c->inputs.acked >= 18); /* 300 ms of round trip at 60 inputs per second */
+        ll_snapshot_entry *state_message = ll_client_state(c, c->snapshots.used - 1);
+        ll_world *world = malloc((size_t)c->layout.world_size);
+        __builtin_memcpy(world, ll_snapshot_entry_world(state_message), (size_t)c->layout.world_size);
+        for (uint32_t seq = c->inputs.acked + 1; seq <= c->inputs.seq; seq++)
             ll_netgame_game(s.game)->step_own(world, &s.game->env, i, &ll_client_pending(c, seq)->action);
         assert_true(world->entity[i].x == ll_client_predicted(c)->entity[i].x);
         free(world);
@@ -224,7 +225,7 @@ static void figure_13_own_car_leads_by_the_lag(void **state)
     }
     for (int i = 0; i < 2; i++) {
         const ll_client_metrics *in = ll_netgame_client_metrics(s.game, i);
-        assert_int_equal(in->corrections, 0);
+        assert_int_equal(in->corrections.count, 0);
         assert_true(ll_histogram_summary(&in->histogram[LL_METRIC_VIEW_AGE]).mean >= 150);
         assert_true(ll_histogram_summary(&in->histogram[LL_METRIC_OWN_TIMELINE_ERROR]).max == 0);
     }

@@ -84,7 +84,7 @@ static inline ll_server *new_server(int players, const ll_sync_mode *sync, doubl
     memcpy(ll_server_world(server), world, size);
     ll_server_start(server, ll_freq_from_hz(step_hz), ll_freq_from_hz(30), ll_freq_from_hz(client_hz), 0);
     for (int i = 0; i < players; i++)
-        server->client_slots[i].connected = 1;
+        server->client_slots[i].connection.connected = 1;
     free(world);
     return server;
 }
@@ -153,7 +153,9 @@ static inline void start_lone(lone *l, double hz, int64_t step, ll_time now)
     ll_world *world = new_world(l->players);
     if (!ll_connection_plays(&l->client->connection))
         measure_clock(l, now);
-    ll_client_start(l->client, &l->setup, 1, ll_freq_from_hz(hz), step, world, now);
+    ll_client_start(l->client, &l->setup,
+                    &(ll_client_begin){.epoch = 1, .freq = ll_freq_from_hz(hz), .step = step, .world = world},
+                    now);
     free(world);
 }
 

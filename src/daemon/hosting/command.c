@@ -9,17 +9,17 @@ static ll_status take(ll_session_entry *session_entry, const ll_command_request 
     ll_time now = ll_host_now();
     double rate = session_entry->host->config.max_commands_per_s;
     if (!ll_bucket_take(&session_entry->commands, rate, rate * 2, now)) {
-        atomic_fetch_add(&session_entry->host->refused_commands, 1);
+        atomic_fetch_add(&session_entry->host->refused.commands, 1);
         return ll_error(LL_LIMIT, "commands: must be at most %g/s for one session", rate);
     }
     LL_TRY(ll_quota_check_line(session_entry, request->clock));
     if (now > session_entry->wall)
         session_entry->wall = now;
-    int64_t lines = session_entry->lines;
+    int64_t lines = session_entry->stored.lines;
     ll_status status = ll_session_entry_change(session_entry, request, session);
     if (!ll_failed(&status))
         session_entry->command_count++;
-    if (!ll_failed(&status) || lines != session_entry->lines)
+    if (!ll_failed(&status) || lines != session_entry->stored.lines)
         ll_session_entry_save(session_entry);
     return status;
 }
@@ -51,7 +51,7 @@ static ll_status finish_seek(ll_session_entry *session_entry, ll_task *task)
         goal = info.tick + ll_session_due(session_entry->session, session_entry->wall);
         ll_session_entry_work(session_entry, task, 0);
         pthread_mutex_unlock(&session_entry->lock);
-        atomic_store(&session_entry->last_used, ll_host_now());
+        atomic_store(&session_entry->shared.last_used, ll_host_now());
         ll_session_entry_notify(session_entry); /* viewers see the seek advance */
         bool more = ll_task_yield(task);
         pthread_mutex_lock(&session_entry->lock);
@@ -84,7 +84,7 @@ static ll_status apply(ll_session_entry *session_entry, const ll_command_request
     }
     if (!ll_failed(&status) && request->report)
         request->report(request->context, session);
-    *ticket = session_entry->ticket;
+    *ticket = session_entry->stored.ticket;
     ll_session_entry_leave(session_entry);
     return status;
 }
@@ -94,10 +94,10 @@ ll_status ll_host_command(ll_host *host, ll_session_entry *session_entry, const 
     LL_TRY(ll_host_check_store(host));
     uint64_t ticket = 0;
     LL_TRY(apply(session_entry, request, &ticket));
-    atomic_fetch_add(&host->commands, 1);
+    atomic_fetch_add(&host->counts.commands, 1);
     ll_status status = ll_store_wait(host->store, ticket);
     if (ll_failed(&status)) {
-        atomic_fetch_add(&host->refused_store, 1);
+        atomic_fetch_add(&host->refused.store, 1);
         return ll_error(LL_IO, "Command not stored; a restart may lose it: %.170s", status.text);
     }
     return ll_ok();
@@ -110,16 +110,16 @@ bool ll_host_discard(ll_host *host, ll_session_entry *session_entry, uint64_t *t
     pthread_mutex_lock(&session_entry->lock);
     bool first = !session_entry->deleted;
     session_entry->deleted = true;
-    atomic_fetch_add(&session_entry->cancels, 1);
+    atomic_fetch_add(&session_entry->shared.cancels, 1);
     /* Not with the last reference: a sleeping worker may hold one for long. */
-    ll_session_entry_count_log(session_entry, -atomic_load(&session_entry->log_bytes));
+    ll_session_entry_count_log(session_entry, -atomic_load(&session_entry->shared.log_bytes));
     if (first) {
         if (session_entry->session)
             ll_session_destroy(session_entry->session);
         session_entry->session = NULL;
         ll_session_entry_count_memory(session_entry, 0);
-        atomic_store(&session_entry->status, -1);
-        *ticket = ll_store_delete(host->store, session_entry->stored.number);
+        atomic_store(&session_entry->shared.status, -1);
+        *ticket = ll_store_delete(host->store, session_entry->stored.row.number);
         ll_ws_stream_close(session_entry->stream, LL_WS_NO_SESSION, "the session was deleted");
     }
     pthread_mutex_unlock(&session_entry->lock);
@@ -139,6 +139,6 @@ ll_status ll_host_delete(ll_host *host, ll_session_entry *session_entry, ll_task
     uint64_t ticket = 0;
     if (!ll_host_discard(host, session_entry, &ticket))
         return ll_error(LL_NOT_FOUND, "Session not found.");
-    atomic_fetch_add(&host->deleted, 1);
+    atomic_fetch_add(&host->counts.deleted, 1);
     return ll_store_wait(host->store, ticket);
 }

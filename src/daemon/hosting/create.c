@@ -22,14 +22,15 @@ static int count_players(ll_session *session)
 static bool make_keys(ll_session_entry *session_entry, ll_created_session *created)
 {
     created->players = count_players(session_entry->session);
-    if (!ll_new_key(created->owner_key) || !ll_key_hash_make(created->owner_key, &session_entry->keys[0]))
+    if (!ll_new_key(created->owner_key) ||
+        !ll_key_hash_make(created->owner_key, &session_entry->identity.keys[0]))
         return false;
     for (int i = 0; i < created->players; i++) {
         if (!ll_new_key(created->player_keys[i]) ||
-            !ll_key_hash_make(created->player_keys[i], &session_entry->keys[1 + i]))
+            !ll_key_hash_make(created->player_keys[i], &session_entry->identity.keys[1 + i]))
             return false;
     }
-    session_entry->key_count = 1 + created->players;
+    session_entry->identity.key_count = 1 + created->players;
     return true;
 }
 
@@ -80,7 +81,7 @@ bool ll_host_allows_creation(ll_host *host, const char *peer)
 {
     if (ll_rate_limits_take(host->creations, peer, ll_host_now()))
         return true;
-    atomic_fetch_add(&host->refused_creations, 1);
+    atomic_fetch_add(&host->refused.creations, 1);
     return false;
 }
 
@@ -88,7 +89,7 @@ static ll_status check_limits(ll_host *host, const ll_create_request *request)
 {
     LL_TRY(ll_host_check_store(host));
     return ll_quota_check_session(host, request->peer,
-                                  request->origin ? atomic_load(&request->origin->log_bytes) : 0);
+                                  request->origin ? atomic_load(&request->origin->shared.log_bytes) : 0);
 }
 
 /* Parses the scenario of a new session. Without a task, a large one is refused, since making its state takes
@@ -115,12 +116,12 @@ static ll_status register_created(ll_host *host, ll_session_entry *session_entry
 {
     if (!ll_host_register(host, session_entry)) {
         created->full = true;
-        atomic_fetch_add(&host->refused_sessions, 1);
+        atomic_fetch_add(&host->refused.sessions, 1);
         return ll_error(LL_LIMIT, "Session limit of %lld reached.", (long long)host->config.max_sessions);
     }
     ll_session_entry_retain(session_entry); /* for the stream */
-    ll_status status = ll_ws_stream_open(host->ws, LL_STREAM_SESSION, session_entry->id, session_entry,
-                                         &session_entry->stream);
+    ll_status status = ll_ws_stream_open(host->ws, LL_STREAM_SESSION, session_entry->identity.id,
+                                         session_entry, &session_entry->stream);
     if (ll_failed(&status)) {
         ll_session_entry_release(session_entry);
         ll_host_unregister(host, session_entry);
@@ -140,19 +141,19 @@ ll_status ll_host_create_session(ll_host *host, const ll_create_request *request
         ll_scenario_free(&scenario);
         return status;
     }
-    if (!session_entry || !ll_new_id(session_entry->id)) {
+    if (!session_entry || !ll_new_id(session_entry->identity.id)) {
         ll_scenario_free(&scenario);
         ll_session_entry_release(session_entry);
         return ll_error(LL_NO_MEMORY, "out of memory: session");
     }
-    session_entry->stored.number = ll_store_new_number(host->store);
-    session_entry->client_bytes = ll_quota_client_bytes(host, request->peer);
+    session_entry->stored.row.number = ll_store_new_number(host->store);
+    session_entry->shared.client_bytes = ll_quota_client_bytes(host, request->peer);
     pthread_mutex_lock(&session_entry->lock);
     status = make_session(session_entry, request, &scenario, created);
     LL_THEN(status, ll_session_entry_fits(session_entry));
     LL_THEN(status, register_created(host, session_entry, created));
-    if (ll_failed(&status) && session_entry->lines > 0)
-        ll_store_delete(host->store, session_entry->stored.number);
+    if (ll_failed(&status) && session_entry->stored.lines > 0)
+        ll_store_delete(host->store, session_entry->stored.row.number);
     if (!ll_failed(&status))
         ll_session_entry_save(session_entry);
     session_entry->deleted = ll_failed(&status);
@@ -162,13 +163,13 @@ ll_status ll_host_create_session(ll_host *host, const ll_create_request *request
         created->tick = info.tick;
         ll_session_entry_update_stats(session_entry);
     }
-    uint64_t ticket = session_entry->ticket;
+    uint64_t ticket = session_entry->stored.ticket;
     pthread_mutex_unlock(&session_entry->lock);
     if (ll_failed(&status)) {
         ll_session_entry_release(session_entry);
         return status;
     }
-    atomic_fetch_add(&host->created, 1);
+    atomic_fetch_add(&host->counts.created, 1);
     status = ll_store_wait(host->store, ticket);
     if (ll_failed(&status)) { /* no client has its key: delete it when the store works again */
         ll_host_discard(host, session_entry, &ticket);

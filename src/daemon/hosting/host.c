@@ -43,42 +43,42 @@ ll_session_entry *ll_session_entry_new(ll_host *host)
     if (!session_entry)
         return NULL;
     session_entry->host = host;
-    session_entry->created_ms = unix_ms();
-    session_entry->published_tick = -1;
-    session_entry->inputs_end = &session_entry->inputs;
-    atomic_init(&session_entry->references, 1);
-    atomic_init(&session_entry->last_used, ll_host_now());
-    atomic_init(&session_entry->status, -1);
+    session_entry->identity.created_ms = unix_ms();
+    session_entry->published.tick = -1;
+    session_entry->inbox.inputs_end = &session_entry->inbox.inputs;
+    atomic_init(&session_entry->shared.references, 1);
+    atomic_init(&session_entry->shared.last_used, ll_host_now());
+    atomic_init(&session_entry->shared.status, -1);
     pthread_mutex_init(&session_entry->lock, NULL);
-    pthread_mutex_init(&session_entry->inbox_lock, NULL);
-    pthread_cond_init(&session_entry->background_tick_done, NULL);
+    pthread_mutex_init(&session_entry->inbox.lock, NULL);
+    pthread_cond_init(&session_entry->work.background_tick_done, NULL);
     return session_entry;
 }
 
 void ll_session_entry_release(ll_session_entry *session_entry)
 {
-    if (!session_entry || atomic_fetch_sub(&session_entry->references, 1) > 1)
+    if (!session_entry || atomic_fetch_sub(&session_entry->shared.references, 1) > 1)
         return;
     ll_viewers_free(session_entry);
-    ll_frame_state_clear(&session_entry->last);
+    ll_frame_state_clear(&session_entry->published.last);
     if (session_entry->session)
         ll_session_destroy(session_entry->session);
-    atomic_fetch_sub(&session_entry->host->memory, session_entry->memory);
-    ll_session_entry_count_log(session_entry, -atomic_load(&session_entry->log_bytes));
+    atomic_fetch_sub(&session_entry->host->usage.memory, session_entry->memory);
+    ll_session_entry_count_log(session_entry, -atomic_load(&session_entry->shared.log_bytes));
     pthread_mutex_destroy(&session_entry->lock);
-    pthread_mutex_destroy(&session_entry->inbox_lock);
-    pthread_cond_destroy(&session_entry->background_tick_done);
+    pthread_mutex_destroy(&session_entry->inbox.lock);
+    pthread_cond_destroy(&session_entry->work.background_tick_done);
     free(session_entry);
 }
 
 const char *ll_session_entry_id(const ll_session_entry *session_entry)
 {
-    return session_entry->id;
+    return session_entry->identity.id;
 }
 
 const char *ll_session_entry_code(const ll_session_entry *session_entry)
 {
-    return session_entry->code;
+    return session_entry->identity.code;
 }
 
 int ll_session_entry_viewers(const ll_session_entry *session_entry)
@@ -101,10 +101,10 @@ bool ll_session_entry_glance(ll_session_entry *session_entry, ll_session_glance 
 
 void ll_session_entry_count_log(ll_session_entry *session_entry, int64_t bytes)
 {
-    atomic_fetch_add(&session_entry->log_bytes, bytes);
-    atomic_fetch_add(&session_entry->host->log_bytes, bytes);
-    if (session_entry->client_bytes)
-        atomic_fetch_add(session_entry->client_bytes, bytes);
+    atomic_fetch_add(&session_entry->shared.log_bytes, bytes);
+    atomic_fetch_add(&session_entry->host->usage.log_bytes, bytes);
+    if (session_entry->shared.client_bytes)
+        atomic_fetch_add(session_entry->shared.client_bytes, bytes);
 }
 
 void ll_session_entry_on_line(void *context, const char *line, size_t length)
@@ -113,39 +113,40 @@ void ll_session_entry_on_line(void *context, const char *line, size_t length)
     if (session_entry->restoring)
         return;
     /* After `rewind` and `restart` the head of the stored row is wrong, see ll_viewers_apply. */
-    session_entry->rewound = session_entry->rewound || (length > 9 && memcmp(line, "{\"op\":\"re", 9) == 0);
+    session_entry->stored.rewound =
+        session_entry->stored.rewound || (length > 9 && memcmp(line, "{\"op\":\"re", 9) == 0);
     ll_session_entry_count_log(session_entry, (int64_t)length + 1);
-    session_entry->ticket = ll_store_line(session_entry->host->store, session_entry->stored.number,
-                                          session_entry->lines++, line, length);
+    session_entry->stored.ticket = ll_store_line(session_entry->host->store, session_entry->stored.row.number,
+                                                 session_entry->stored.lines++, line, length);
 }
 
 void ll_session_entry_count_memory(ll_session_entry *session_entry, int64_t bytes)
 {
     LL_ASSERT(bytes >= 0);
-    atomic_fetch_add(&session_entry->host->memory, bytes - session_entry->memory);
+    atomic_fetch_add(&session_entry->host->usage.memory, bytes - session_entry->memory);
     session_entry->memory = bytes;
 }
 
 void ll_session_entry_update_stats(ll_session_entry *session_entry)
 {
     ll_session_info info = ll_session_get_info(session_entry->session);
-    atomic_store(&session_entry->status, (int)info.status);
-    atomic_store(&session_entry->parked, info.parked);
+    atomic_store(&session_entry->shared.status, (int)info.status);
+    atomic_store(&session_entry->shared.parked, info.parked);
     ll_session_entry_count_memory(session_entry, (int64_t)(info.parked ? info.bytes : info.awake_bytes));
 }
 
 ll_status ll_session_entry_fits(ll_session_entry *session_entry)
 {
     ll_host *host = session_entry->host;
-    int64_t others = atomic_load(&host->memory) - session_entry->memory;
+    int64_t others = atomic_load(&host->usage.memory) - session_entry->memory;
     int64_t wanted = (int64_t)ll_session_get_info(session_entry->session).awake_bytes;
-    if (others + wanted <= host->memory_max) {
+    if (others + wanted <= host->usage.memory_max) {
         ll_session_entry_count_memory(session_entry, wanted); /* before catching up, which may take long */
         return ll_ok();
     }
-    atomic_fetch_add(&host->refused_memory, 1);
+    atomic_fetch_add(&host->refused.memory, 1);
     return ll_error(LL_NO_MEMORY, "This session needs up to %.1f MiB; awake sessions use %.1f of %.1f MiB.",
-                    (double)wanted / mebi, (double)others / mebi, (double)host->memory_max / mebi);
+                    (double)wanted / mebi, (double)others / mebi, (double)host->usage.memory_max / mebi);
 }
 
 void ll_session_entry_save(ll_session_entry *session_entry)
@@ -153,21 +154,21 @@ void ll_session_entry_save(ll_session_entry *session_entry)
     if (!session_entry->session || session_entry->deleted)
         return;
     ll_session_info info = ll_session_get_info(session_entry->session);
-    ll_stored *row = &session_entry->stored;
-    memcpy(row->id, session_entry->id, sizeof row->id);
-    memcpy(row->code, session_entry->code, sizeof row->code);
-    memcpy(row->keys, session_entry->keys, sizeof row->keys);
-    row->key_count = session_entry->key_count;
-    row->created_ms = session_entry->created_ms;
+    ll_stored *row = &session_entry->stored.row;
+    memcpy(row->id, session_entry->identity.id, sizeof row->id);
+    memcpy(row->code, session_entry->identity.code, sizeof row->code);
+    memcpy(row->keys, session_entry->identity.keys, sizeof row->keys);
+    row->key_count = session_entry->identity.key_count;
+    row->created_ms = session_entry->identity.created_ms;
     row->seen_ms = unix_ms();
     row->playing = info.status == LL_SESSION_PLAYING;
     row->speed = info.speed;
     row->tick = info.tick;
     row->head_tick = info.head_tick;
-    row->lines = session_entry->lines;
-    session_entry->saved_wall = session_entry->wall;
-    session_entry->rewound = false;
-    session_entry->ticket = ll_store_put(session_entry->host->store, row);
+    row->lines = session_entry->stored.lines;
+    session_entry->stored.saved_wall = session_entry->wall;
+    session_entry->stored.rewound = false;
+    session_entry->stored.ticket = ll_store_put(session_entry->host->store, row);
 }
 
 /* ---- loading ---- */
@@ -176,7 +177,7 @@ void ll_session_entry_save(ll_session_entry *session_entry)
  * from the daemon's start. */
 static void resume(ll_session_entry *session_entry)
 {
-    const ll_stored *row = &session_entry->stored;
+    const ll_stored *row = &session_entry->stored.row;
     bool older = row->head_tick < ll_session_get_info(session_entry->session).head_tick;
     ll_session_set_position(session_entry->session, session_entry->host->started,
                             &(ll_session_position){.tick = older ? -1 : row->tick,
@@ -192,7 +193,7 @@ ll_status ll_session_entry_load(ll_session_entry *session_entry)
         return ll_ok();
     char *text = NULL;
     size_t length = 0;
-    LL_TRY(ll_store_read_log(session_entry->host->store, session_entry->stored.number, &text, &length));
+    LL_TRY(ll_store_read_log(session_entry->host->store, session_entry->stored.row.number, &text, &length));
     LL_ASSERT(!session_entry->restoring); /* one thread loads it */
     session_entry->restoring = true;
     ll_status status =
@@ -202,7 +203,7 @@ ll_status ll_session_entry_load(ll_session_entry *session_entry)
     if (ll_failed(&status)) {
         session_entry->session = NULL;
         ll_log_write("error", "session not restored", "Stored session %lld: %s",
-                     (long long)session_entry->stored.number, status.text);
+                     (long long)session_entry->stored.row.number, status.text);
         return ll_error(LL_IO, "Stored log of this session cannot be replayed: %.180s", status.text);
     }
     resume(session_entry);
@@ -221,19 +222,19 @@ static int64_t cpu_now_ns(void)
 
 bool ll_session_entry_is_heavy(const ll_session_entry *session_entry)
 {
-    return session_entry->tick_ns == 0 ||
-           session_entry->tick_ns > worker_tick_limit_ms * 1e6; /* 0: unknown, so it may be long */
+    return session_entry->work.tick_ns == 0 ||
+           session_entry->work.tick_ns > worker_tick_limit_ms * 1e6; /* 0: unknown, so it may be long */
 }
 
 static void update_mean_cost(ll_session_entry *session_entry, int64_t ns, int64_t ticks)
 {
     LL_ASSERT(ticks > 0 && ns >= 0);
-    double each = (double)ns / (double)ticks, weight = session_entry->tick_ns == 0 ? 1
-                                                       : ticks > 16                ? 0.5
-                                                                                   : 0.1;
-    session_entry->tick_ns += (each - session_entry->tick_ns) * weight;
-    if (session_entry->tick_ns < 10)
-        session_entry->tick_ns = 10;
+    double each = (double)ns / (double)ticks, weight = session_entry->work.tick_ns == 0 ? 1
+                                                       : ticks > 16                     ? 0.5
+                                                                                        : 0.1;
+    session_entry->work.tick_ns += (each - session_entry->work.tick_ns) * weight;
+    if (session_entry->work.tick_ns < 10)
+        session_entry->work.tick_ns = 10;
 }
 
 /* Uses this thread's processor time, so that the machine's load does not count as the tick's time. */
@@ -250,7 +251,7 @@ static void account(ll_session_entry *session_entry, const ll_session_info *befo
     update_mean_cost(session_entry, ns, ticks);
     if (!before->parked)
         ll_session_account(session_entry->session, ns, ticks);
-    atomic_fetch_add(&session_entry->host->ticks, (uint64_t)ticks);
+    atomic_fetch_add(&session_entry->host->counts.ticks, (uint64_t)ticks);
 }
 
 static int64_t advance(ll_session_entry *session_entry, ll_time wall, double max_ms, bool restorable)
@@ -258,7 +259,7 @@ static int64_t advance(ll_session_entry *session_entry, ll_time wall, double max
     if (wall < session_entry->wall)
         wall = session_entry->wall;
     session_entry->wall = wall;
-    double chunk = session_entry->tick_ns > 0 ? max_ms * 1e6 / session_entry->tick_ns : 1;
+    double chunk = session_entry->work.tick_ns > 0 ? max_ms * 1e6 / session_entry->work.tick_ns : 1;
     int64_t most = chunk < 1 ? 1 : chunk > 100000 ? 100000 : (int64_t)chunk, due;
     ll_session_info before = ll_session_get_info(session_entry->session);
     bool interrupted = false;
@@ -273,11 +274,11 @@ static int64_t advance(ll_session_entry *session_entry, ll_time wall, double max
         due = ll_session_advance(session_entry->session, wall, most);
     ll_session_set_interrupt(session_entry->session, NULL);
     interrupted = interrupted || (!before.parked && ll_session_get_info(session_entry->session).parked);
-    if (interrupted && session_entry->tick_ns < tick_limit_ms * 1e6)
-        session_entry->tick_ns = tick_limit_ms * 1e6;
+    if (interrupted && session_entry->work.tick_ns < tick_limit_ms * 1e6)
+        session_entry->work.tick_ns = tick_limit_ms * 1e6;
     else if (!interrupted)
         account(session_entry, &before, cpu_now_ns() - from);
-    session_entry->behind = due > 0;
+    session_entry->work.behind = due > 0;
     return due;
 }
 
@@ -296,7 +297,7 @@ typedef struct background_run {
 static bool is_still_wanted(void *context)
 {
     const background_run *m = context;
-    return atomic_load(&m->session_entry->cancels) == m->cancels &&
+    return atomic_load(&m->session_entry->shared.cancels) == m->cancels &&
            (m->until == 0 || ll_host_now() < m->until) && ll_task_yield(m->task);
 }
 
@@ -305,16 +306,16 @@ static int64_t run_background_tick(ll_session_entry *session_entry, ll_task *tas
                                    ll_background_tick *background_tick, double most_ms)
 {
     ll_time until = most_ms > 0 ? ll_host_now() + (ll_time)(most_ms * 1e6) : 0;
-    background_run m = {session_entry, task, until, atomic_load(&session_entry->cancels)};
+    background_run m = {session_entry, task, until, atomic_load(&session_entry->shared.cancels)};
     ll_interrupt interrupt = {is_still_wanted, cpu_now_ns, &m};
-    session_entry->background_tick = true;
+    session_entry->work.background_tick = true;
     pthread_mutex_unlock(&session_entry->lock);
     int64_t from = cpu_now_ns();
     ll_background_tick_run(background_tick, &interrupt);
     int64_t ns = cpu_now_ns() - from;
     pthread_mutex_lock(&session_entry->lock);
-    session_entry->background_tick = false;
-    pthread_cond_broadcast(&session_entry->background_tick_done);
+    session_entry->work.background_tick = false;
+    pthread_cond_broadcast(&session_entry->work.background_tick_done);
     if (session_entry->deleted || !session_entry->session) {
         ll_background_tick_free(background_tick);
         return -1;
@@ -324,9 +325,9 @@ static int64_t run_background_tick(ll_session_entry *session_entry, ll_task *tas
         ll_session_end_background_tick(session_entry->session, background_tick, session_entry->wall);
     account(session_entry, &before, ns);
     if (ll_session_get_info(session_entry->session).at_tick == before.at_tick &&
-        session_entry->tick_ns < (double)ns)
-        session_entry->tick_ns = (double)ns; /* a lower bound: the tick was interrupted */
-    session_entry->behind = due > 0;
+        session_entry->work.tick_ns < (double)ns)
+        session_entry->work.tick_ns = (double)ns; /* a lower bound: the tick was interrupted */
+    session_entry->work.behind = due > 0;
     return due;
 }
 
@@ -338,8 +339,9 @@ static void await_background_tick(ll_session_entry *session_entry, double ms)
     int64_t ns = until.tv_nsec + (int64_t)(ms * 1e6);
     until.tv_sec += ns / LL_SECOND;
     until.tv_nsec = ns % LL_SECOND;
-    while (session_entry->background_tick &&
-           pthread_cond_timedwait(&session_entry->background_tick_done, &session_entry->lock, &until) == 0)
+    while (session_entry->work.background_tick &&
+           pthread_cond_timedwait(&session_entry->work.background_tick_done, &session_entry->lock, &until) ==
+               0)
         ;
 }
 
@@ -347,7 +349,7 @@ int64_t ll_session_entry_work(ll_session_entry *session_entry, ll_task *task, do
 {
     ll_background_tick *background_tick = NULL;
     ll_time now = ll_host_now();
-    if (session_entry->background_tick) {
+    if (session_entry->work.background_tick) {
         await_background_tick(session_entry, lock_timeout_ms);
         return session_entry->deleted || !session_entry->session
                    ? -1
@@ -374,15 +376,15 @@ ll_status ll_session_entry_change(ll_session_entry *session_entry, const ll_comm
     ll_status status = request->change(request->context, session, session_entry->wall);
     ll_session_set_interrupt(session, NULL);
     if (ll_session_get_info(session).parked)
-        session_entry->tick_ns = 0;
+        session_entry->work.tick_ns = 0;
     return status;
 }
 
 void ll_session_entry_stop_work(ll_session_entry *session_entry)
 {
     await_background_tick(session_entry, change_wait_ms);
-    if (session_entry->background_tick)
-        atomic_fetch_add(&session_entry->cancels, 1);
+    if (session_entry->work.background_tick)
+        atomic_fetch_add(&session_entry->shared.cancels, 1);
 }
 
 /* ---- entering ---- */
@@ -430,7 +432,7 @@ static ll_status begin_wake(ll_session_entry *session_entry)
 static ll_status yield(ll_session_entry *session_entry, ll_task *task)
 {
     pthread_mutex_unlock(&session_entry->lock);
-    atomic_store(&session_entry->last_used, ll_host_now());
+    atomic_store(&session_entry->shared.last_used, ll_host_now());
     if (!ll_task_yield(task))
         return ll_error(LL_INTERRUPTED, "the session was not awake yet");
     return ll_session_entry_lock(session_entry, task);
@@ -463,7 +465,7 @@ static double behind_ms(ll_session_entry *session_entry)
 {
     bool seeking = ll_session_get_info(session_entry->session).seeking;
     int64_t due = seeking ? 0 : ll_session_due(session_entry->session, ll_host_now());
-    double tick_ns = session_entry->tick_ns > 0 ? session_entry->tick_ns : 1000;
+    double tick_ns = session_entry->work.tick_ns > 0 ? session_entry->work.tick_ns : 1000;
     return (double)due * tick_ns * 1e-6;
 }
 
@@ -473,8 +475,9 @@ static ll_status catch_up(ll_session_entry *session_entry, ll_task *task)
     ll_status status = ll_ok();
     ll_time until = ll_host_now() + (ll_time)(2 * catch_up_ms * 1e6);
     double behind = behind_ms(session_entry);
-    while (behind > 0 && behind < catch_up_ms && ll_host_now() < until && !session_entry->background_tick) {
-        if (!task && (behind > piece_ms || session_entry->tick_ns == 0)) {
+    while (behind > 0 && behind < catch_up_ms && ll_host_now() < until &&
+           !session_entry->work.background_tick) {
+        if (!task && (behind > piece_ms || session_entry->work.tick_ns == 0)) {
             pthread_mutex_unlock(&session_entry->lock);
             return ll_error(LL_INTERRUPTED, "the session was not up to date");
         }
@@ -497,7 +500,7 @@ static ll_status catch_up(ll_session_entry *session_entry, ll_task *task)
 ll_status ll_session_entry_enter(ll_session_entry *session_entry, ll_task *task, ll_session **session,
                                  bool *was_parked)
 {
-    atomic_store(&session_entry->last_used, ll_host_now());
+    atomic_store(&session_entry->shared.last_used, ll_host_now());
     LL_TRY(ll_session_entry_lock(session_entry, task));
     bool parked = session_entry->session && ll_session_get_info(session_entry->session).parked;
     if (was_parked)
@@ -523,17 +526,17 @@ void ll_session_entry_leave(ll_session_entry *session_entry)
 
 ll_status ll_host_reserve_memory(ll_host *host, int64_t bytes)
 {
-    if (atomic_fetch_add(&host->memory, bytes) + bytes <= host->memory_max)
+    if (atomic_fetch_add(&host->usage.memory, bytes) + bytes <= host->usage.memory_max)
         return ll_ok();
-    atomic_fetch_sub(&host->memory, bytes);
-    atomic_fetch_add(&host->refused_memory, 1);
+    atomic_fetch_sub(&host->usage.memory, bytes);
+    atomic_fetch_add(&host->refused.memory, 1);
     return ll_error(LL_NO_MEMORY, "This needs %.1f MiB in addition to the session; not available at present.",
                     (double)bytes / mebi);
 }
 
 void ll_host_release_memory(ll_host *host, int64_t bytes)
 {
-    atomic_fetch_sub(&host->memory, bytes);
+    atomic_fetch_sub(&host->usage.memory, bytes);
 }
 
 ll_status ll_host_check_store(ll_host *host)
@@ -541,6 +544,6 @@ ll_status ll_host_check_store(ll_host *host)
     ll_status why;
     if (!ll_store_failing(host->store, &why))
         return ll_ok();
-    atomic_fetch_add(&host->refused_store, 1);
+    atomic_fetch_add(&host->refused.store, 1);
     return ll_error(LL_IO, "Storage unavailable; change rejected: %.180s", why.text);
 }

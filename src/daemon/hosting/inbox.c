@@ -5,41 +5,41 @@
 
 bool ll_viewers_any(ll_session_entry *session_entry)
 {
-    pthread_mutex_lock(&session_entry->inbox_lock);
-    bool any = session_entry->viewers != NULL;
-    pthread_mutex_unlock(&session_entry->inbox_lock);
+    pthread_mutex_lock(&session_entry->inbox.lock);
+    bool any = session_entry->inbox.viewers != NULL;
+    pthread_mutex_unlock(&session_entry->inbox.lock);
     return any;
 }
 
 void ll_viewers_close(ll_session_entry *session_entry, const char *reason)
 {
-    pthread_mutex_lock(&session_entry->inbox_lock);
-    for (ll_viewer *v = session_entry->viewers; v; v = v->next)
+    pthread_mutex_lock(&session_entry->inbox.lock);
+    for (ll_viewer *v = session_entry->inbox.viewers; v; v = v->next)
         ll_ws_close(session_entry->host->ws, v->id, LL_WS_TRY_LATER, reason);
-    pthread_mutex_unlock(&session_entry->inbox_lock);
+    pthread_mutex_unlock(&session_entry->inbox.lock);
 }
 
 void ll_session_entry_revoke_guests(ll_session_entry *session_entry, int role)
 {
-    pthread_mutex_lock(&session_entry->inbox_lock);
-    for (ll_viewer *v = session_entry->viewers; v; v = v->next) {
+    pthread_mutex_lock(&session_entry->inbox.lock);
+    for (ll_viewer *v = session_entry->inbox.viewers; v; v = v->next) {
         if (v->guest && v->role == role)
             v->role = LL_ROLE_NONE;
     }
-    pthread_mutex_unlock(&session_entry->inbox_lock);
+    pthread_mutex_unlock(&session_entry->inbox.lock);
 }
 
 void ll_viewers_free(ll_session_entry *session_entry)
 {
-    while (session_entry->viewers) {
-        ll_viewer *viewer = session_entry->viewers;
-        session_entry->viewers = viewer->next;
+    while (session_entry->inbox.viewers) {
+        ll_viewer *viewer = session_entry->inbox.viewers;
+        session_entry->inbox.viewers = viewer->next;
         free(viewer);
     }
-    while (session_entry->inputs) {
-        ll_stream_input *input = session_entry->inputs;
-        session_entry->inputs = input->next;
+    while (session_entry->inbox.inputs) {
+        ll_stream_input *input = session_entry->inbox.inputs;
+        session_entry->inbox.inputs = input->next;
         free(input);
     }
-    session_entry->inputs_end = &session_entry->inputs;
+    session_entry->inbox.inputs_end = &session_entry->inbox.inputs;
 }

@@ -13,9 +13,9 @@ static ll_session_entry *expired(ll_host *host, ll_time before)
 {
     ll_session_entry *old = NULL;
     for (int i = 0; i < LL_HOST_BUCKETS && !old; i++) {
-        for (ll_session_entry *session_entry = host->by_id[i]; session_entry && !old;
+        for (ll_session_entry *session_entry = host->registry.by_id[i]; session_entry && !old;
              session_entry = session_entry->next_by_id) {
-            if (atomic_load(&session_entry->last_used) < before &&
+            if (atomic_load(&session_entry->shared.last_used) < before &&
                 ll_session_entry_viewers(session_entry) == 0)
                 old = session_entry;
         }
@@ -29,16 +29,16 @@ static void expire(ll_host *host)
 {
     ll_time before = ll_host_now() - (ll_time)(host->config.session_ttl_s * 1e9);
     for (;;) {
-        pthread_mutex_lock(&host->lock);
-        ll_session_entry *old = host->stopping ? NULL : expired(host, before);
-        pthread_mutex_unlock(&host->lock);
+        pthread_mutex_lock(&host->registry.lock);
+        ll_session_entry *old = host->registry.stopping ? NULL : expired(host, before);
+        pthread_mutex_unlock(&host->registry.lock);
         if (!old)
             return;
         ll_status status = ll_host_delete(host, old, NULL);
         ll_session_entry_release(old);
         if (ll_failed(&status))
             return; /* the store fails: try again later */
-        atomic_fetch_add(&host->expired, 1);
+        atomic_fetch_add(&host->counts.expired, 1);
     }
 }
 
@@ -49,17 +49,18 @@ static void *reap_expired(void *argument)
     double period = host->config.session_ttl_s / 4;
     if (period > 30)
         period = 30;
-    pthread_mutex_lock(&host->lock);
-    while (!host->stopping) {
+    pthread_mutex_lock(&host->registry.lock);
+    while (!host->registry.stopping) {
         ll_time until = ll_host_now() + (ll_time)(period * 1e9);
         struct timespec deadline = {.tv_sec = until / LL_SECOND, .tv_nsec = until % LL_SECOND};
-        while (!host->stopping && pthread_cond_timedwait(&host->stop, &host->lock, &deadline) == 0)
+        while (!host->registry.stopping &&
+               pthread_cond_timedwait(&host->registry.stop, &host->registry.lock, &deadline) == 0)
             ;
-        pthread_mutex_unlock(&host->lock);
+        pthread_mutex_unlock(&host->registry.lock);
         expire(host);
-        pthread_mutex_lock(&host->lock);
+        pthread_mutex_lock(&host->registry.lock);
     }
-    pthread_mutex_unlock(&host->lock);
+    pthread_mutex_unlock(&host->registry.lock);
     return NULL;
 }
 
@@ -74,18 +75,18 @@ static void add_stored(void *context, const ll_stored *stored)
     ll_session_entry *session_entry = ll_session_entry_new(host);
     if (!session_entry)
         return;
-    session_entry->stored = *stored;
-    session_entry->lines = stored->lines;
+    session_entry->stored.row = *stored;
+    session_entry->stored.lines = stored->lines;
     ll_session_entry_count_log(session_entry, stored->log_bytes);
-    session_entry->created_ms = stored->created_ms;
-    session_entry->key_count = stored->key_count;
-    memcpy(session_entry->keys, stored->keys, sizeof session_entry->keys);
-    memcpy(session_entry->id, stored->id, sizeof session_entry->id);
-    memcpy(session_entry->code, stored->code, sizeof session_entry->code);
+    session_entry->identity.created_ms = stored->created_ms;
+    session_entry->identity.key_count = stored->key_count;
+    memcpy(session_entry->identity.keys, stored->keys, sizeof session_entry->identity.keys);
+    memcpy(session_entry->identity.id, stored->id, sizeof session_entry->identity.id);
+    memcpy(session_entry->identity.code, stored->code, sizeof session_entry->identity.code);
     struct timespec now;
     clock_gettime(CLOCK_REALTIME, &now);
     int64_t idle_ms = (int64_t)now.tv_sec * 1000 - stored->seen_ms;
-    atomic_store(&session_entry->last_used, host->started - (idle_ms > 0 ? idle_ms : 0) * LL_MS);
+    atomic_store(&session_entry->shared.last_used, host->started - (idle_ms > 0 ? idle_ms : 0) * LL_MS);
     if (!ll_host_register(host, session_entry))
         ll_log_write("warn", "stored session left out", "There are more than --max-sessions.");
     ll_session_entry_release(session_entry);
@@ -117,17 +118,18 @@ ll_status ll_host_create(const ll_host_config *config, ll_store *store, ll_tasks
     host->store = store;
     host->tasks = tasks;
     host->started = ll_host_now();
-    host->replies_end = &host->replies;
-    pthread_mutex_init(&host->lock, NULL);
-    pthread_mutex_init(&host->replies_lock, NULL);
+    host->replies.end = &host->replies.first;
+    pthread_mutex_init(&host->registry.lock, NULL);
+    pthread_mutex_init(&host->replies.lock, NULL);
     pthread_condattr_t monotonic;
     pthread_condattr_init(&monotonic);
     pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
-    pthread_cond_init(&host->stop, &monotonic);
+    pthread_cond_init(&host->registry.stop, &monotonic);
     pthread_condattr_destroy(&monotonic);
     long cores = sysconf(_SC_NPROCESSORS_ONLN);
     host->worker_count = config->threads > 0 ? (int)config->threads : cores > 0 ? (int)cores : 1;
-    host->memory_max = config->max_memory_mib > 0 ? config->max_memory_mib << 20 : available_memory() / 4 * 3;
+    host->usage.memory_max =
+        config->max_memory_mib > 0 ? config->max_memory_mib << 20 : available_memory() / 4 * 3;
     host->workers = calloc((size_t)host->worker_count, sizeof *host->workers);
     for (int i = 0; host->workers && i < host->worker_count; i++)
         ll_worker_init(host, &host->workers[i], i);
@@ -151,10 +153,10 @@ ll_status ll_host_start(ll_host *host, ll_ws *ws)
 {
     host->ws = ws;
     for (int i = 0; i < LL_HOST_BUCKETS; i++) {
-        for (ll_session_entry *session_entry = host->by_id[i]; session_entry;
+        for (ll_session_entry *session_entry = host->registry.by_id[i]; session_entry;
              session_entry = session_entry->next_by_id) {
             ll_session_entry_retain(session_entry); /* for the stream */
-            LL_TRY(ll_ws_stream_open(ws, LL_STREAM_SESSION, session_entry->id, session_entry,
+            LL_TRY(ll_ws_stream_open(ws, LL_STREAM_SESSION, session_entry->identity.id, session_entry,
                                      &session_entry->stream));
         }
     }
@@ -167,10 +169,10 @@ ll_status ll_host_start(ll_host *host, ll_ws *ws)
 
 void ll_host_stop(ll_host *host)
 {
-    pthread_mutex_lock(&host->lock);
-    host->stopping = true;
-    pthread_cond_broadcast(&host->stop);
-    pthread_mutex_unlock(&host->lock);
+    pthread_mutex_lock(&host->registry.lock);
+    host->registry.stopping = true;
+    pthread_cond_broadcast(&host->registry.stop);
+    pthread_mutex_unlock(&host->registry.lock);
     if (host->reaper_started)
         pthread_join(host->reaper, NULL);
     host->reaper_started = false;
@@ -182,21 +184,21 @@ uint64_t ll_host_save(ll_host *host, bool wait)
 {
     uint64_t last = 0;
     if (!wait)
-        pthread_mutex_lock(&host->lock); /* other threads may still use the registry */
+        pthread_mutex_lock(&host->registry.lock); /* other threads may still use the registry */
     for (int i = 0; i < LL_HOST_BUCKETS; i++) {
-        for (ll_session_entry *session_entry = host->by_id[i]; session_entry;
+        for (ll_session_entry *session_entry = host->registry.by_id[i]; session_entry;
              session_entry = session_entry->next_by_id) {
             if (wait)
                 pthread_mutex_lock(&session_entry->lock);
             else if (pthread_mutex_trylock(&session_entry->lock) != 0)
                 continue;
             ll_session_entry_save(session_entry);
-            last = session_entry->ticket > last ? session_entry->ticket : last;
+            last = session_entry->stored.ticket > last ? session_entry->stored.ticket : last;
             pthread_mutex_unlock(&session_entry->lock);
         }
     }
     if (!wait)
-        pthread_mutex_unlock(&host->lock);
+        pthread_mutex_unlock(&host->registry.lock);
     return last;
 }
 
@@ -205,9 +207,9 @@ void ll_host_free(ll_host *host)
     if (!host)
         return;
     for (int i = 0; i < LL_HOST_BUCKETS; i++) {
-        while (host->by_id[i]) {
-            ll_session_entry *session_entry = host->by_id[i];
-            host->by_id[i] = session_entry->next_by_id;
+        while (host->registry.by_id[i]) {
+            ll_session_entry *session_entry = host->registry.by_id[i];
+            host->registry.by_id[i] = session_entry->next_by_id;
             bool streamed = session_entry->stream !=
                             NULL; /* its reference was released: the web server was closed with all streams */
             ll_session_entry_release(session_entry);
@@ -215,18 +217,18 @@ void ll_host_free(ll_host *host)
                 ll_session_entry_release(session_entry);
         }
     }
-    while (host->replies) {
-        ll_reply *reply = host->replies;
-        host->replies = reply->next;
+    while (host->replies.first) {
+        ll_reply *reply = host->replies.first;
+        host->replies.first = reply->next;
         free(reply->good);
         free(reply);
     }
     ll_rate_limits_free(host->creations);
     ll_rate_limits_free(host->lookups);
     free(host->workers);
-    pthread_mutex_destroy(&host->lock);
-    pthread_mutex_destroy(&host->replies_lock);
-    pthread_cond_destroy(&host->stop);
+    pthread_mutex_destroy(&host->registry.lock);
+    pthread_mutex_destroy(&host->replies.lock);
+    pthread_cond_destroy(&host->registry.stop);
     free(host);
 }
 
@@ -239,13 +241,13 @@ bool ll_host_allows_lookup(ll_host *host, const char *peer)
 {
     bool allowed = ll_rate_limits_take(host->lookups, peer, ll_host_now());
     if (!allowed)
-        atomic_fetch_add(&host->refused_lookups, 1);
+        atomic_fetch_add(&host->refused.lookups, 1);
     return allowed;
 }
 
 static void count(ll_host_stats *stats, ll_session_entry *session_entry)
 {
-    int status = atomic_load(&session_entry->status);
+    int status = atomic_load(&session_entry->shared.status);
     int64_t *const by_status[] = {[LL_SESSION_PAUSED] = &stats->paused,
                                   [LL_SESSION_PLAYING] = &stats->playing,
                                   [LL_SESSION_ENDED] = &stats->ended,
@@ -254,38 +256,38 @@ static void count(ll_host_stats *stats, ll_session_entry *session_entry)
         stats->unloaded++;
     else
         (*by_status[status])++;
-    if (status >= 0 && atomic_load(&session_entry->parked))
+    if (status >= 0 && atomic_load(&session_entry->shared.parked))
         stats->parked++;
 }
 
 ll_host_stats ll_host_get_stats(ll_host *host)
 {
     ll_host_stats stats = {
-        .created = atomic_load(&host->created),
-        .deleted = atomic_load(&host->deleted),
-        .expired = atomic_load(&host->expired),
-        .ticks = atomic_load(&host->ticks),
-        .frames = atomic_load(&host->frames),
-        .commands = atomic_load(&host->commands),
-        .inputs = atomic_load(&host->inputs),
-        .refused_sessions = atomic_load(&host->refused_sessions),
-        .refused_creations = atomic_load(&host->refused_creations),
-        .refused_lookups = atomic_load(&host->refused_lookups),
-        .refused_commands = atomic_load(&host->refused_commands),
-        .refused_store = atomic_load(&host->refused_store),
-        .refused_memory = atomic_load(&host->refused_memory),
-        .refused_logs = atomic_load(&host->refused_logs),
-        .log_bytes = atomic_load(&host->log_bytes),
-        .memory = atomic_load(&host->memory),
-        .memory_max = host->memory_max,
+        .created = atomic_load(&host->counts.created),
+        .deleted = atomic_load(&host->counts.deleted),
+        .expired = atomic_load(&host->counts.expired),
+        .ticks = atomic_load(&host->counts.ticks),
+        .frames = atomic_load(&host->counts.frames),
+        .commands = atomic_load(&host->counts.commands),
+        .inputs = atomic_load(&host->counts.inputs),
+        .refused_sessions = atomic_load(&host->refused.sessions),
+        .refused_creations = atomic_load(&host->refused.creations),
+        .refused_lookups = atomic_load(&host->refused.lookups),
+        .refused_commands = atomic_load(&host->refused.commands),
+        .refused_store = atomic_load(&host->refused.store),
+        .refused_memory = atomic_load(&host->refused.memory),
+        .refused_logs = atomic_load(&host->refused.logs),
+        .log_bytes = atomic_load(&host->usage.log_bytes),
+        .memory = atomic_load(&host->usage.memory),
+        .memory_max = host->usage.memory_max,
     };
-    pthread_mutex_lock(&host->lock);
-    stats.sessions = host->sessions;
+    pthread_mutex_lock(&host->registry.lock);
+    stats.sessions = host->registry.sessions;
     for (int i = 0; i < LL_HOST_BUCKETS; i++) {
-        for (ll_session_entry *session_entry = host->by_id[i]; session_entry;
+        for (ll_session_entry *session_entry = host->registry.by_id[i]; session_entry;
              session_entry = session_entry->next_by_id)
             count(&stats, session_entry);
     }
-    pthread_mutex_unlock(&host->lock);
+    pthread_mutex_unlock(&host->registry.lock);
     return stats;
 }

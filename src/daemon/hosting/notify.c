@@ -5,13 +5,13 @@
 
 void ll_session_entry_retain(ll_session_entry *session_entry)
 {
-    atomic_fetch_add(&session_entry->references, 1);
+    atomic_fetch_add(&session_entry->shared.references, 1);
 }
 
 void ll_session_entry_notify(ll_session_entry *session_entry)
 {
-    ll_worker *worker = &session_entry->host->workers[session_entry->worker];
-    atomic_store(&session_entry->pending, true);
+    ll_worker *worker = &session_entry->host->workers[session_entry->identity.worker];
+    atomic_store(&session_entry->shared.pending, true);
     pthread_mutex_lock(&worker->lock);
     if (!session_entry->active && !worker->stopping) {
         if (worker->count == worker->capacity) {

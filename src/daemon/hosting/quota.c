@@ -18,10 +18,10 @@ static int64_t bytes_of(int64_t mib)
 
 static ll_status total_full(ll_host *host, int64_t more)
 {
-    int64_t most = bytes_of(host->config.max_logs_mib), now = atomic_load(&host->log_bytes);
+    int64_t most = bytes_of(host->config.max_logs_mib), now = atomic_load(&host->usage.log_bytes);
     if (now < most && more <= most - now)
         return ll_ok();
-    atomic_fetch_add(&host->refused_logs, 1);
+    atomic_fetch_add(&host->refused.logs, 1);
     return ll_error(LL_IO, "Session logs use %.1f of %.1f MiB (max_logs_mib); delete sessions first.",
                     (double)now / mebi, (double)most / mebi);
 }
@@ -38,7 +38,7 @@ ll_status ll_quota_check_state(const ll_host_config *config, const ll_scenario *
 
 _Atomic int64_t *ll_quota_client_bytes(ll_host *host, const char *client)
 {
-    return &host->client_bytes[ll_hash(0, client, strlen(client)) % LL_HOST_BUCKETS];
+    return &host->usage.client_bytes[ll_hash(0, client, strlen(client)) % LL_HOST_BUCKETS];
 }
 
 /* Limit per client, so that one client cannot fill the disk. */
@@ -48,7 +48,7 @@ static ll_status client_full(ll_host *host, _Atomic int64_t *client_bytes, int64
             now = client_bytes ? atomic_load(client_bytes) : 0;
     if (now < most && more <= most - now)
         return ll_ok();
-    atomic_fetch_add(&host->refused_logs, 1);
+    atomic_fetch_add(&host->refused.logs, 1);
     return ll_error(LL_IO,
                     "Session logs of this address use %.1f of %.1f MiB (max_client_logs_mib); delete some of "
                     "its sessions first.",
@@ -58,13 +58,13 @@ static ll_status client_full(ll_host *host, _Atomic int64_t *client_bytes, int64
 ll_status ll_quota_check_line(ll_session_entry *session_entry, bool clock)
 {
     ll_host *host = session_entry->host;
-    int64_t most = bytes_of(host->config.max_log_mib), now = atomic_load(&session_entry->log_bytes);
+    int64_t most = bytes_of(host->config.max_log_mib), now = atomic_load(&session_entry->shared.log_bytes);
     if (now >= most + (clock ? CLOCK_BYTES : 0)) {
-        atomic_fetch_add(&host->refused_logs, 1);
+        atomic_fetch_add(&host->refused.logs, 1);
         return ll_error(LL_IO, "Log of this session has %.1f MiB; the limit is reached (max_log_mib).",
                         (double)now / mebi);
     }
-    ll_status status = clock ? ll_ok() : client_full(host, session_entry->client_bytes, 0);
+    ll_status status = clock ? ll_ok() : client_full(host, session_entry->shared.client_bytes, 0);
     return clock || ll_failed(&status) ? status : total_full(host, 0);
 }
 
@@ -77,7 +77,7 @@ ll_status ll_quota_check_session(ll_host *host, const char *client, int64_t byte
     double sessions = 1 + (double)(bytes / LL_QUOTA_FORK_BYTES), most = host->config.max_new_sessions_per_min;
     if (ll_rate_limits_take_many(host->creations, client, sessions, ll_host_now()))
         return status;
-    atomic_fetch_add(&host->refused_creations, 1);
+    atomic_fetch_add(&host->refused.creations, 1);
     return sessions > 1 ? ll_error(LL_LIMIT,
                                    "sessions: must be at most %g/min for one address; this fork of a log of "
                                    "%.1f MiB counts as %g",

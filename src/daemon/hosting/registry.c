@@ -18,8 +18,8 @@ static unsigned bucket_of(const char *text)
 
 static ll_session_entry *find_code(ll_host *host, const char *code)
 {
-    ll_session_entry *session_entry = host->by_code[bucket_of(code)];
-    while (session_entry && strcmp(session_entry->code, code) != 0)
+    ll_session_entry *session_entry = host->registry.by_code[bucket_of(code)];
+    while (session_entry && strcmp(session_entry->identity.code, code) != 0)
         session_entry = session_entry->next_by_code;
     return session_entry;
 }
@@ -28,13 +28,13 @@ ll_session_entry *ll_host_find(ll_host *host, const char *id)
 {
     if (!ll_is_id(id))
         return NULL;
-    pthread_mutex_lock(&host->lock);
-    ll_session_entry *session_entry = host->by_id[bucket_of(id)];
-    while (session_entry && strcmp(session_entry->id, id) != 0)
+    pthread_mutex_lock(&host->registry.lock);
+    ll_session_entry *session_entry = host->registry.by_id[bucket_of(id)];
+    while (session_entry && strcmp(session_entry->identity.id, id) != 0)
         session_entry = session_entry->next_by_id;
     if (session_entry)
         ll_session_entry_retain(session_entry);
-    pthread_mutex_unlock(&host->lock);
+    pthread_mutex_unlock(&host->registry.lock);
     return session_entry;
 }
 
@@ -42,20 +42,20 @@ ll_session_entry *ll_host_find_code(ll_host *host, const char *code)
 {
     if (!ll_is_code(code))
         return NULL;
-    pthread_mutex_lock(&host->lock);
+    pthread_mutex_lock(&host->registry.lock);
     ll_session_entry *session_entry = find_code(host, code);
     if (session_entry)
         ll_session_entry_retain(session_entry);
-    pthread_mutex_unlock(&host->lock);
+    pthread_mutex_unlock(&host->registry.lock);
     return session_entry;
 }
 
 static bool choose_code(ll_host *host, ll_session_entry *session_entry)
 {
     for (int attempt = 0; attempt < 1000; attempt++) {
-        if (!ll_new_code(session_entry->code))
+        if (!ll_new_code(session_entry->identity.code))
             return false;
-        if (!find_code(host, session_entry->code))
+        if (!find_code(host, session_entry->identity.code))
             return true;
     }
     return false;
@@ -63,46 +63,46 @@ static bool choose_code(ll_host *host, ll_session_entry *session_entry)
 
 bool ll_host_register(ll_host *host, ll_session_entry *session_entry)
 {
-    pthread_mutex_lock(&host->lock);
-    bool room = host->sessions < host->config.max_sessions &&
-                (session_entry->code[0] || choose_code(host, session_entry));
+    pthread_mutex_lock(&host->registry.lock);
+    bool room = host->registry.sessions < host->config.max_sessions &&
+                (session_entry->identity.code[0] || choose_code(host, session_entry));
     if (room) {
         ll_session_entry_retain(session_entry);
-        ll_session_entry **by_id = &host->by_id[bucket_of(session_entry->id)],
-                         **by_code = &host->by_code[bucket_of(session_entry->code)];
+        ll_session_entry **by_id = &host->registry.by_id[bucket_of(session_entry->identity.id)],
+                         **by_code = &host->registry.by_code[bucket_of(session_entry->identity.code)];
         session_entry->next_by_id = *by_id;
         *by_id = session_entry;
         session_entry->next_by_code = *by_code;
         *by_code = session_entry;
-        LL_ASSERT(session_entry->code[0] != '\0' && host->worker_count > 0);
-        unsigned place = host->next_place++;
-        session_entry->worker = (int)(place % (unsigned)host->worker_count);
-        session_entry->slot = (int)(place / (unsigned)host->worker_count % LL_SLOTS);
-        host->sessions++;
-        session_entry->serial = ++host->serials;
+        LL_ASSERT(session_entry->identity.code[0] != '\0' && host->worker_count > 0);
+        unsigned place = host->registry.next_place++;
+        session_entry->identity.worker = (int)(place % (unsigned)host->worker_count);
+        session_entry->identity.slot = (int)(place / (unsigned)host->worker_count % LL_SLOTS);
+        host->registry.sessions++;
+        session_entry->identity.serial = ++host->registry.serials;
     }
-    pthread_mutex_unlock(&host->lock);
+    pthread_mutex_unlock(&host->registry.lock);
     return room;
 }
 
 void ll_host_unregister(ll_host *host, ll_session_entry *session_entry)
 {
     bool found = false;
-    pthread_mutex_lock(&host->lock);
-    ll_session_entry **link = &host->by_id[bucket_of(session_entry->id)];
+    pthread_mutex_lock(&host->registry.lock);
+    ll_session_entry **link = &host->registry.by_id[bucket_of(session_entry->identity.id)];
     while (*link && *link != session_entry)
         link = &(*link)->next_by_id;
     if (*link) {
         *link = session_entry->next_by_id;
-        link = &host->by_code[bucket_of(session_entry->code)];
+        link = &host->registry.by_code[bucket_of(session_entry->identity.code)];
         while (*link && *link != session_entry)
             link = &(*link)->next_by_code;
-        LL_ASSERT(*link != NULL && host->sessions > 0); /* in both tables or in none */
+        LL_ASSERT(*link != NULL && host->registry.sessions > 0); /* in both tables or in none */
         *link = session_entry->next_by_code;
-        host->sessions--;
+        host->registry.sessions--;
         found = true;
     }
-    pthread_mutex_unlock(&host->lock);
+    pthread_mutex_unlock(&host->registry.lock);
     if (found)
         ll_session_entry_release(session_entry);
 }

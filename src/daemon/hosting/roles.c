@@ -8,8 +8,8 @@ int ll_session_entry_find_role(const ll_session_entry *session_entry, const char
     int role = LL_ROLE_NONE;
     const ll_host *host = session_entry->host;
     *guest = false;
-    for (int i = 0; i < session_entry->key_count; i++) { /* constant time: compares every key */
-        if (ll_key_matches(&session_entry->keys[i], key, length))
+    for (int i = 0; i < session_entry->identity.key_count; i++) { /* constant time: compares every key */
+        if (ll_key_matches(&session_entry->identity.keys[i], key, length))
             role = i - 1;
     }
     if (ll_access_is_operator(host->config.access, key, length))
@@ -17,7 +17,7 @@ int ll_session_entry_find_role(const ll_session_entry *session_entry, const char
     if (role != LL_ROLE_NONE || !host->guest_role)
         return role;
     *guest = true;
-    return host->guest_role(host->guest_context, session_entry->id, key, length);
+    return host->guest_role(host->guest_context, session_entry->identity.id, key, length);
 }
 
 int ll_session_entry_role(const ll_session_entry *session_entry, const char *key, size_t length)

@@ -1,7 +1,7 @@
 /* Internals of hosting; no other room includes it.
  *
- * Lock order: session_entry.lock first, then one of session_entry.inbox_lock, worker.lock, host.lock,
- * host.replies_lock. The locks inside of store, streams and tasks come last. */
+ * Lock order: session_entry.lock first, then one of session_entry.inbox.lock, worker.lock,
+ * host.registry.lock, host.replies.lock. The locks inside of store, streams and tasks come last. */
 #pragma once
 
 #include <pthread.h>
@@ -40,51 +40,83 @@ typedef struct ll_reply {
     char id[40]; /* id for the error message when the store fails */
 } ll_reply;
 
-struct ll_session_entry {
-    ll_host *host;
+/* Who a session is: fixed from its registration on. */
+typedef struct ll_entry_identity {
     char id[LL_ID_LENGTH + 1], code[LL_CODE_LENGTH + 1];
     int64_t created_ms, serial;
     int key_count;
     ll_key_hash keys[LL_STORE_KEYS];
     int worker, slot;
-    ll_ws_stream *stream;
+} ll_entry_identity;
+
+/* What any thread reads and writes without a lock. */
+typedef struct ll_entry_shared {
     atomic_int references;
     _Atomic ll_time last_used; /* time of the last request or viewer */
     _Atomic int status;        /* last seen ll_session_status, or -1: not in memory; for the statistics */
     atomic_bool parked;
-    _Atomic int64_t log_bytes;                   /* of its stored lines */
-    _Atomic int64_t *client_bytes;               /* log bytes of its creator; NULL: unknown since a restart */
-    atomic_bool pending;                         /* the worker has something to do */
-    ll_session_entry *next_by_id, *next_by_code; /* guarded by host.lock */
-    bool active;                                 /* worker.lock: in the worker's list */
-    _Atomic ll_time next_visit; /* time of the worker's next visit, unless something is pending */
-    atomic_bool has_task;       /* a task of the daemon runs it */
-    _Atomic uint32_t cancels;   /* counts events that make a background tick useless */
+    _Atomic int64_t log_bytes;     /* of its stored lines */
+    _Atomic int64_t *client_bytes; /* log bytes of its creator; NULL: unknown since a restart */
+    atomic_bool pending;           /* the worker has something to do */
+    _Atomic ll_time next_visit;    /* time of the worker's next visit, unless something is pending */
+    atomic_bool has_task;          /* a task of the daemon runs it */
+    _Atomic uint32_t cancels;      /* counts events that make a background tick useless */
+} ll_entry_shared;
 
-    pthread_mutex_t lock; /* guards all members below, and the publishing calls */
-    ll_session *session;  /* NULL while unloaded */
-    ll_stored stored;     /* the row as last queued */
-    bool deleted, restoring;
-    bool rewound; /* the log was truncated or restarted since the row was queued */
+/* What the store has of a session. */
+typedef struct ll_entry_stored {
+    ll_stored row; /* as last queued */
+    bool rewound;  /* the log was truncated or restarted since the row was queued */
     int64_t lines;
-    int64_t memory;  /* its part of the host's `memory` */
     uint64_t ticket; /* of the last queued line or row */
-    ll_time wall, saved_wall, published_wall;
-    double tick_ns;         /* running mean of the time of a tick; 0: unknown */
-    uint32_t command_count; /* counts commands */
+    ll_time saved_wall;
+} ll_entry_stored;
+
+/* Ticks in the background, and how long one takes. */
+typedef struct ll_entry_work {
+    double tick_ns; /* running mean of the time of a tick; 0: unknown */
     bool behind;
     bool background_tick; /* a task runs a background tick, unlocked */
     pthread_cond_t background_tick_done;
-    uint32_t seq, published_params, published_generation;
-    int64_t published_tick;
-    ll_frame_state last; /* last published section of each record */
-    ll_session_status published_status;
-    int published_viewers;
-    ll_bucket commands;
+} ll_entry_work;
 
-    pthread_mutex_t inbox_lock; /* guards what the stream's thread left for the worker */
+/* What viewers were sent last. */
+typedef struct ll_entry_published {
+    ll_time wall;
+    uint32_t seq, params, generation;
+    int64_t tick;
+    ll_frame_state last; /* section of each record */
+    ll_session_status status;
+    int viewers;
+} ll_entry_published;
+
+/* What the stream's thread left for the worker; guarded by `lock`. */
+typedef struct ll_entry_inbox {
+    pthread_mutex_t lock;
     ll_viewer *viewers;
     ll_stream_input *inputs, **inputs_end;
+} ll_entry_inbox;
+
+struct ll_session_entry {
+    ll_host *host;
+    ll_ws_stream *stream;
+    ll_entry_identity identity;
+    ll_entry_shared shared;
+    ll_session_entry *next_by_id, *next_by_code; /* guarded by host.registry.lock */
+    bool active;                                 /* worker.lock: in the worker's list */
+
+    pthread_mutex_t lock; /* guards all members below but the inbox, and the publishing calls */
+    ll_session *session;  /* NULL while unloaded */
+    bool deleted, restoring;
+    int64_t memory; /* its part of the host's `memory` */
+    ll_time wall;
+    ll_entry_stored stored;
+    ll_entry_work work;
+    ll_entry_published published;
+    uint32_t command_count; /* counts commands */
+    ll_bucket commands;
+
+    ll_entry_inbox inbox;
 };
 
 typedef struct ll_worker {
@@ -102,6 +134,41 @@ typedef struct ll_worker {
 
 enum { LL_HOST_BUCKETS = 4096 };
 
+/* All sessions, by id and by code. */
+typedef struct ll_host_registry {
+    pthread_mutex_t lock; /* guards all of it */
+    pthread_cond_t stop;
+    bool stopping;
+    ll_session_entry *by_id[LL_HOST_BUCKETS], *by_code[LL_HOST_BUCKETS];
+    int64_t sessions, serials;
+    unsigned next_place; /* distributes sessions over workers and slots */
+} ll_host_registry;
+
+/* Replies that wait until the store has what they confirm. */
+typedef struct ll_host_replies {
+    pthread_mutex_t lock;
+    ll_reply *first, **end;
+} ll_host_replies;
+
+/* For the statistics. */
+typedef struct ll_host_counts {
+    _Atomic uint64_t created, deleted, expired, ticks, frames, commands, inputs;
+} ll_host_counts;
+
+/* What was refused, by the limit that it met. */
+typedef struct ll_host_refusals {
+    _Atomic uint64_t sessions, creations, lookups, commands, store, memory, logs;
+} ll_host_refusals;
+
+/* What the sessions hold, bytes. */
+typedef struct ll_host_usage {
+    _Atomic int64_t log_bytes;                     /* of all sessions */
+    _Atomic int64_t client_bytes[LL_HOST_BUCKETS]; /* of each creator's sessions, by hash of its address;
+                                                addresses may collide */
+    _Atomic int64_t memory;                        /* maximum that awake sessions may hold */
+    int64_t memory_max;
+} ll_host_usage;
+
 struct ll_host {
     ll_host_config config;
     ll_store *store;
@@ -117,24 +184,11 @@ struct ll_host {
     pthread_t reaper;
     bool reaper_started;
 
-    pthread_mutex_t lock; /* guards the registry */
-    pthread_cond_t stop;
-    bool stopping;
-    ll_session_entry *by_id[LL_HOST_BUCKETS], *by_code[LL_HOST_BUCKETS];
-    int64_t sessions, serials;
-    unsigned next_place; /* distributes sessions over workers and slots */
-
-    pthread_mutex_t replies_lock;
-    ll_reply *replies, **replies_end;
-
-    _Atomic uint64_t created, deleted, expired, ticks, frames, commands, inputs;
-    _Atomic uint64_t refused_sessions, refused_creations, refused_lookups, refused_commands, refused_store;
-    _Atomic uint64_t refused_memory, refused_logs;
-    _Atomic int64_t log_bytes;                     /* of all sessions */
-    _Atomic int64_t client_bytes[LL_HOST_BUCKETS]; /* of each creator's sessions, by hash of its address;
-                                                addresses may collide */
-    _Atomic int64_t memory;                        /* maximum that awake sessions may hold */
-    int64_t memory_max;
+    ll_host_registry registry;
+    ll_host_replies replies;
+    ll_host_counts counts;
+    ll_host_refusals refused;
+    ll_host_usage usage;
 };
 
 /* ---- roles.c ---- */

@@ -37,14 +37,14 @@ static void run_task(void *context, ll_task *task)
     ll_status status = ll_session_entry_enter(session_entry, task, &session, NULL);
     if (!ll_failed(&status)) {
         run_while_heavy(session_entry, task);
-        atomic_store(&session_entry->has_task,
+        atomic_store(&session_entry->shared.has_task,
                      false); /* before the notification: the worker may start another task at once */
         if (session_entry->session && !session_entry->deleted)
             ll_session_entry_update_stats(session_entry);
         pthread_mutex_unlock(&session_entry->lock);
         ll_session_entry_notify(session_entry);
     } else {
-        atomic_store(&session_entry->has_task, false);
+        atomic_store(&session_entry->shared.has_task, false);
         if (status.code != LL_INTERRUPTED)
             ll_viewers_close(session_entry, status.text);
     }
@@ -54,13 +54,13 @@ static void run_task(void *context, ll_task *task)
 void ll_session_entry_start_task(ll_session_entry *session_entry)
 {
     ll_task_spec spec = {.client = "the daemon", .own = true, .run = run_task, .context = session_entry};
-    if (atomic_exchange(&session_entry->has_task, true))
+    if (atomic_exchange(&session_entry->shared.has_task, true))
         return;
-    memcpy(spec.session, session_entry->id, sizeof session_entry->id);
+    memcpy(spec.session, session_entry->identity.id, sizeof session_entry->identity.id);
     ll_session_entry_retain(session_entry);
     ll_status status = ll_tasks_add(session_entry->host->tasks, &spec, NULL);
     if (!ll_failed(&status))
         return;
-    atomic_store(&session_entry->has_task, false);
+    atomic_store(&session_entry->shared.has_task, false);
     ll_session_entry_release(session_entry);
 }

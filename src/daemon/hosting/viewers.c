@@ -66,8 +66,8 @@ void ll_host_send_replies(void *context)
     bool failing = ll_store_failing(host->store, &why);
     uint64_t durable = ll_store_durable(host->store);
     ll_reply *ready = NULL, **end = &ready;
-    pthread_mutex_lock(&host->replies_lock);
-    ll_reply **link = &host->replies;
+    pthread_mutex_lock(&host->replies.lock);
+    ll_reply **link = &host->replies.first;
     while (*link) {
         ll_reply *reply = *link;
         if (reply->ticket <= durable || failing) {
@@ -79,8 +79,8 @@ void ll_host_send_replies(void *context)
             link = &reply->next;
         }
     }
-    host->replies_end = link;
-    pthread_mutex_unlock(&host->replies_lock);
+    host->replies.end = link;
+    pthread_mutex_unlock(&host->replies.lock);
     while (ready) {
         ll_reply *next = ready->next;
         send_durable(host, ready, ready->ticket <= durable ? NULL : &why);
@@ -100,12 +100,12 @@ static void reply_when_stored(ll_session_entry *session_entry, ll_ws_viewer view
         free(text);
         return;
     }
-    *reply = (ll_reply){.ticket = session_entry->ticket, .viewer = viewer, .good = text};
+    *reply = (ll_reply){.ticket = session_entry->stored.ticket, .viewer = viewer, .good = text};
     snprintf(reply->id, sizeof reply->id, "%s", reply_id);
-    pthread_mutex_lock(&host->replies_lock);
-    *host->replies_end = reply;
-    host->replies_end = &reply->next;
-    pthread_mutex_unlock(&host->replies_lock);
+    pthread_mutex_lock(&host->replies.lock);
+    *host->replies.end = reply;
+    host->replies.end = &reply->next;
+    pthread_mutex_unlock(&host->replies.lock);
     ll_host_send_replies(host); /* the store may have committed already */
 }
 
@@ -113,7 +113,7 @@ static void reply_when_stored(ll_session_entry *session_entry, ll_ws_viewer view
 
 static void send_hello(ll_session_entry *session_entry, ll_ws_viewer viewer, ll_frame_format format)
 {
-    char *hello = ll_frame_hello(session_entry->session, session_entry->id, format);
+    char *hello = ll_frame_hello(session_entry->session, session_entry->identity.id, format);
     if (hello)
         ll_ws_hello(session_entry->host->ws, viewer, hello, strlen(hello));
     else
@@ -126,15 +126,15 @@ void ll_viewers_send_hellos(ll_session_entry *session_entry)
     for (;;) {
         ll_ws_viewer id = 0;
         ll_frame_format format = LL_FRAME_JSON;
-        pthread_mutex_lock(&session_entry->inbox_lock);
-        for (ll_viewer *v = session_entry->viewers; v && !id; v = v->next) {
+        pthread_mutex_lock(&session_entry->inbox.lock);
+        for (ll_viewer *v = session_entry->inbox.viewers; v && !id; v = v->next) {
             if (v->hello_sent)
                 continue;
             v->hello_sent = true;
             id = v->id;
             format = v->format;
         }
-        pthread_mutex_unlock(&session_entry->inbox_lock);
+        pthread_mutex_unlock(&session_entry->inbox.lock);
         if (!id)
             return;
         send_hello(session_entry, id, format);
@@ -147,7 +147,7 @@ static ll_status apply_input(ll_session_entry *session_entry, ll_time wall, cons
     LL_TRY(ll_host_check_store(host));
     double rate = host->config.max_commands_per_s;
     if (!ll_bucket_take(&session_entry->commands, rate, rate * 2, wall)) {
-        atomic_fetch_add(&host->refused_commands, 1);
+        atomic_fetch_add(&host->refused.commands, 1);
         return ll_error(LL_LIMIT, "commands: must be at most %g/s for one session", rate);
     }
     LL_TRY(ll_quota_check_line(session_entry, false));
@@ -156,19 +156,19 @@ static ll_status apply_input(ll_session_entry *session_entry, ll_time wall, cons
 
 void ll_viewers_apply(ll_session_entry *session_entry, ll_time wall)
 {
-    pthread_mutex_lock(&session_entry->inbox_lock);
-    ll_stream_input *input = session_entry->inputs;
-    session_entry->inputs = NULL;
-    session_entry->inputs_end = &session_entry->inputs;
-    pthread_mutex_unlock(&session_entry->inbox_lock);
+    pthread_mutex_lock(&session_entry->inbox.lock);
+    ll_stream_input *input = session_entry->inbox.inputs;
+    session_entry->inbox.inputs = NULL;
+    session_entry->inbox.inputs_end = &session_entry->inbox.inputs;
+    pthread_mutex_unlock(&session_entry->inbox.lock);
     while (input) {
         ll_stream_input *next = input->next;
         ll_status status = apply_input(session_entry, wall, input);
         if (ll_failed(&status)) {
             send_error(session_entry->host, input->viewer, input->reply_id, &status);
         } else {
-            atomic_fetch_add(&session_entry->host->inputs, 1);
-            if (session_entry->rewound)
+            atomic_fetch_add(&session_entry->host->counts.inputs, 1);
+            if (session_entry->stored.rewound)
                 ll_session_entry_save(session_entry);
             if (input->reply_id[0]) {
                 cJSON *json = answer("reply", input->reply_id);
@@ -195,12 +195,12 @@ typedef struct message {
 static int role_of(ll_session_entry *session_entry, ll_ws_viewer id)
 {
     int role = LL_ROLE_NONE;
-    pthread_mutex_lock(&session_entry->inbox_lock);
-    for (ll_viewer *v = session_entry->viewers; v; v = v->next) {
+    pthread_mutex_lock(&session_entry->inbox.lock);
+    for (ll_viewer *v = session_entry->inbox.viewers; v; v = v->next) {
         if (v->id == id)
             role = v->role;
     }
-    pthread_mutex_unlock(&session_entry->inbox_lock);
+    pthread_mutex_unlock(&session_entry->inbox.lock);
     return role;
 }
 
@@ -213,14 +213,14 @@ static ll_status take_auth(message *m, const cJSON *value)
         ll_session_entry_find_role(m->session_entry, value->valuestring, strlen(value->valuestring), &guest);
     if (role == LL_ROLE_NONE)
         return ll_field_error(LL_FORBIDDEN, "auth", "Key of another session.");
-    pthread_mutex_lock(&m->session_entry->inbox_lock);
-    for (ll_viewer *v = m->session_entry->viewers; v; v = v->next) {
+    pthread_mutex_lock(&m->session_entry->inbox.lock);
+    for (ll_viewer *v = m->session_entry->inbox.viewers; v; v = v->next) {
         if (v->id == m->viewer) {
             v->role = role;
             v->guest = guest;
         }
     }
-    pthread_mutex_unlock(&m->session_entry->inbox_lock);
+    pthread_mutex_unlock(&m->session_entry->inbox.lock);
     cJSON *json = answer("reply", m->reply_id);
     cJSON_AddTrueToObject(json, "ok");
     cJSON_AddStringToObject(json, "role", role == LL_ROLE_OWNER ? "owner" : "player");
@@ -244,10 +244,10 @@ static ll_status take_input(message *m, const cJSON *value)
         return ll_error(LL_NO_MEMORY, "Out of memory.");
     *input = (ll_stream_input){.viewer = m->viewer, .player = player, .action = action};
     memcpy(input->reply_id, m->reply_id, sizeof input->reply_id);
-    pthread_mutex_lock(&m->session_entry->inbox_lock);
-    *m->session_entry->inputs_end = input;
-    m->session_entry->inputs_end = &input->next;
-    pthread_mutex_unlock(&m->session_entry->inbox_lock);
+    pthread_mutex_lock(&m->session_entry->inbox.lock);
+    *m->session_entry->inbox.inputs_end = input;
+    m->session_entry->inbox.inputs_end = &input->next;
+    pthread_mutex_unlock(&m->session_entry->inbox.lock);
     ll_session_entry_notify(m->session_entry);
     return ll_ok();
 }
@@ -387,11 +387,11 @@ static void on_opened(void *context, void *session, ll_ws_viewer id, ll_frame_fo
         return;
     }
     *viewer = (ll_viewer){.id = id, .format = format, .role = LL_ROLE_NONE};
-    pthread_mutex_lock(&session_entry->inbox_lock);
-    viewer->next = session_entry->viewers;
-    session_entry->viewers = viewer;
-    pthread_mutex_unlock(&session_entry->inbox_lock);
-    atomic_store(&session_entry->last_used, ll_host_now());
+    pthread_mutex_lock(&session_entry->inbox.lock);
+    viewer->next = session_entry->inbox.viewers;
+    session_entry->inbox.viewers = viewer;
+    pthread_mutex_unlock(&session_entry->inbox.lock);
+    atomic_store(&session_entry->shared.last_used, ll_host_now());
     ll_session_entry_notify(session_entry);
 }
 
@@ -400,17 +400,17 @@ static void on_closed(void *context, void *session, ll_ws_viewer id)
     (void)context;
     ll_session_entry *session_entry = session;
     ll_viewer *gone = NULL;
-    pthread_mutex_lock(&session_entry->inbox_lock);
-    for (ll_viewer **link = &session_entry->viewers; *link; link = &(*link)->next) {
+    pthread_mutex_lock(&session_entry->inbox.lock);
+    for (ll_viewer **link = &session_entry->inbox.viewers; *link; link = &(*link)->next) {
         if ((*link)->id == id) {
             gone = *link;
             *link = gone->next;
             break;
         }
     }
-    pthread_mutex_unlock(&session_entry->inbox_lock);
+    pthread_mutex_unlock(&session_entry->inbox.lock);
     free(gone);
-    atomic_store(&session_entry->last_used, ll_host_now());
+    atomic_store(&session_entry->shared.last_used, ll_host_now());
     ll_session_entry_notify(session_entry);
 }
 

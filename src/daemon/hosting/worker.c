@@ -35,17 +35,17 @@ static int64_t slot_at(ll_time t)
 static bool take_frame(ll_session_entry *session_entry, uint32_t generation, ll_record_request *request)
 {
     ll_frame *frame;
-    ll_row_set *space = &session_entry->host->workers[session_entry->worker].space;
-    if (generation != session_entry->published_generation)
-        ll_frame_state_clear(&session_entry->last);
+    ll_row_set *space = &session_entry->host->workers[session_entry->identity.worker].space;
+    if (generation != session_entry->published.generation)
+        ll_frame_state_clear(&session_entry->published.last);
     request->wall_ns = (uint64_t)ll_host_now();
-    ll_status status = ll_frame_take(session_entry->session, request, session_entry->seq + 1,
-                                     &session_entry->last, space, &frame);
+    ll_status status = ll_frame_take(session_entry->session, request, session_entry->published.seq + 1,
+                                     &session_entry->published.last, space, &frame);
     if (ll_failed(&status))
         return false;
     ll_ws_publish(session_entry->stream, frame);
     ll_frame_release(frame);
-    session_entry->seq++;
+    session_entry->published.seq++;
     return true;
 }
 
@@ -55,30 +55,30 @@ static bool publish(ll_session_entry *session_entry, bool requested)
     ll_session_info info = ll_session_get_info(session_entry->session);
     bool playing = info.status == LL_SESSION_PLAYING;
     ll_record_request request = {0};
-    ll_ws_wants(session_entry->stream, session_entry->seq + 1, info.generation, !playing, &request);
+    ll_ws_wants(session_entry->stream, session_entry->published.seq + 1, info.generation, !playing, &request);
     int viewers = (int)request.viewers;
-    bool news = playing || info.tick != session_entry->published_tick ||
-                info.status != session_entry->published_status ||
-                info.params_version != session_entry->published_params ||
-                info.generation != session_entry->published_generation ||
-                viewers != session_entry->published_viewers;
-    bool wait = session_entry->behind && session_entry->tick_ns < chunk_ms * 1e6 &&
-                session_entry->wall - session_entry->published_wall < behind_frame_ns;
+    bool news = playing || info.tick != session_entry->published.tick ||
+                info.status != session_entry->published.status ||
+                info.params_version != session_entry->published.params ||
+                info.generation != session_entry->published.generation ||
+                viewers != session_entry->published.viewers;
+    bool wait = session_entry->work.behind && session_entry->work.tick_ns < chunk_ms * 1e6 &&
+                session_entry->wall - session_entry->published.wall < behind_frame_ns;
     if (!(requested || news) || wait || viewers == 0)
         return false;
     if (request.channels == 0) {
-        session_entry->seq++; /* no viewer is due: their rates are lower */
+        session_entry->published.seq++; /* no viewer is due: their rates are lower */
         return false;
     }
     if (!take_frame(session_entry, info.generation, &request))
         return false;
-    session_entry->published_tick = info.tick;
-    session_entry->published_status = info.status;
-    session_entry->published_params = info.params_version;
-    session_entry->published_generation = info.generation;
-    session_entry->published_viewers = viewers;
-    session_entry->published_wall = session_entry->wall;
-    atomic_fetch_add_explicit(&session_entry->host->frames, 1, memory_order_relaxed);
+    session_entry->published.tick = info.tick;
+    session_entry->published.status = info.status;
+    session_entry->published.params = info.params_version;
+    session_entry->published.generation = info.generation;
+    session_entry->published.viewers = viewers;
+    session_entry->published.wall = session_entry->wall;
+    atomic_fetch_add_explicit(&session_entry->host->counts.frames, 1, memory_order_relaxed);
     return true;
 }
 
@@ -90,7 +90,7 @@ typedef enum slot_result { ACTIVE, ACTIVE_SENT, INACTIVE } slot_result;
  * quarters, so that one client's sessions cannot exclude others'. */
 static ll_time park_after(ll_host *host)
 {
-    double used = (double)atomic_load(&host->memory) / (double)host->memory_max;
+    double used = (double)atomic_load(&host->usage.memory) / (double)host->usage.memory_max;
     double factor = used < 0.5 ? 1 : used < 0.75 ? 4 * (0.75 - used) : 0;
     return (ll_time)(host->config.park_after_s * 1e9 * factor);
 }
@@ -101,14 +101,15 @@ static slot_result serve_unwatched(ll_session_entry *session_entry)
     if (!session_entry->session || ll_session_get_info(session_entry->session).parked)
         return INACTIVE;
     ll_time now = ll_host_now();
-    if (now - atomic_load(&session_entry->last_used) < park_after(session_entry->host)) {
-        atomic_store(&session_entry->next_visit, session_entry->behind ? now : now + unwatched_check_ns);
+    if (now - atomic_load(&session_entry->shared.last_used) < park_after(session_entry->host)) {
+        atomic_store(&session_entry->shared.next_visit,
+                     session_entry->work.behind ? now : now + unwatched_check_ns);
         return ACTIVE;
     }
     if (ll_session_get_info(session_entry->session).seeking)
         return ACTIVE; /* the request that began it continues it */
     ll_session_entry_save(session_entry);
-    ll_frame_state_clear(&session_entry->last);
+    ll_frame_state_clear(&session_entry->published.last);
     ll_session_park(session_entry->session);
     ll_session_entry_update_stats(session_entry);
     return INACTIVE;
@@ -117,9 +118,9 @@ static slot_result serve_unwatched(ll_session_entry *session_entry)
 static slot_result serve_locked(ll_session_entry *session_entry, ll_time deadline)
 {
     bool requested =
-        atomic_exchange(&session_entry->pending,
+        atomic_exchange(&session_entry->shared.pending,
                         false); /* also of a deleted one, which would otherwise stay active without limit */
-    atomic_store(&session_entry->next_visit, 0);
+    atomic_store(&session_entry->shared.next_visit, 0);
     if (session_entry->deleted)
         return INACTIVE;
     if (!ll_viewers_any(session_entry))
@@ -128,11 +129,11 @@ static slot_result serve_locked(ll_session_entry *session_entry, ll_time deadlin
         ll_session_entry_start_task(session_entry);
         return INACTIVE;
     }
-    atomic_store(&session_entry->last_used, ll_host_now());
+    atomic_store(&session_entry->shared.last_used, ll_host_now());
     ll_viewers_send_hellos(session_entry);
-    if (!session_entry->background_tick) /* otherwise the task applies them after its tick */
+    if (!session_entry->work.background_tick) /* otherwise the task applies them after its tick */
         ll_viewers_apply(session_entry, deadline > session_entry->wall ? deadline : session_entry->wall);
-    if (!ll_session_entry_is_heavy(session_entry) && !session_entry->background_tick)
+    if (!ll_session_entry_is_heavy(session_entry) && !session_entry->work.background_tick)
         ll_session_entry_advance(session_entry, deadline, chunk_ms);
     else if (ll_session_due(session_entry->session, deadline) > 0)
         ll_session_entry_start_task(session_entry);
@@ -142,12 +143,12 @@ static slot_result serve_locked(ll_session_entry *session_entry, ll_time deadlin
     }
     bool sent = publish(session_entry, requested);
     ll_session_status status = ll_session_get_info(session_entry->session).status;
-    if (session_entry->wall - session_entry->saved_wall >
+    if (session_entry->wall - session_entry->stored.saved_wall >
             (ll_time)(session_entry->host->config.save_every_s * 1e9) &&
         status == LL_SESSION_PLAYING)
         ll_session_entry_save(session_entry);
     ll_session_entry_update_stats(session_entry);
-    if (status != LL_SESSION_PLAYING && !session_entry->behind)
+    if (status != LL_SESSION_PLAYING && !session_entry->work.behind)
         return INACTIVE; /* until something changes */
     return sent ? ACTIVE_SENT : ACTIVE;
 }
@@ -159,7 +160,7 @@ static void deactivate(ll_worker *worker, ll_session_entry *session_entry)
 {
     bool gone = false;
     pthread_mutex_lock(&worker->lock);
-    if (session_entry->active && !atomic_load(&session_entry->pending)) {
+    if (session_entry->active && !atomic_load(&session_entry->shared.pending)) {
         for (int i = 0; i < worker->count; i++) {
             if (worker->active[i] == session_entry) {
                 worker->active[i] = worker->active[--worker->count];
@@ -194,8 +195,9 @@ static void copy_members(ll_worker *worker, slot_members *r, int slot)
     }
     for (int i = 0; i < worker->count && r->count < r->capacity; i++) {
         ll_session_entry *session_entry = worker->active[i];
-        bool rests = atomic_load(&session_entry->next_visit) > now && !atomic_load(&session_entry->pending);
-        if (rests || (slot >= 0 && session_entry->slot != slot))
+        bool rests = atomic_load(&session_entry->shared.next_visit) > now &&
+                     !atomic_load(&session_entry->shared.pending);
+        if (rests || (slot >= 0 && session_entry->identity.slot != slot))
             continue;
         ll_session_entry_retain(session_entry);
         r->members[r->count++] = session_entry;
@@ -236,8 +238,8 @@ static void catch_up(ll_worker *worker, slot_members *r, ll_time end)
         for (int i = 0; i < r->count; i++) {
             ll_session_entry *session_entry = r->members[i];
             if (ll_host_now() + LL_MS < end && pthread_mutex_trylock(&session_entry->lock) == 0) {
-                if (session_entry->behind && session_entry->session && !session_entry->deleted &&
-                    !session_entry->background_tick && !ll_session_entry_is_heavy(session_entry) &&
+                if (session_entry->work.behind && session_entry->session && !session_entry->deleted &&
+                    !session_entry->work.background_tick && !ll_session_entry_is_heavy(session_entry) &&
                     !ll_session_get_info(session_entry->session).parked)
                     more = ll_session_entry_advance(session_entry, session_entry->wall, chunk_ms) > 0 || more;
                 pthread_mutex_unlock(&session_entry->lock);

@@ -36,7 +36,7 @@ enum { SLOW_PART = 5, SLOWEST = 16 };
 
 static int64_t next_event(const ws_viewer *viewer)
 {
-    const ll_section *events = viewer->state.section[LL_RECORD_EVENTS];
+    const ll_section *events = viewer->frames.state.section[LL_RECORD_EVENTS];
     return events->rows->first + events->rows->count;
 }
 
@@ -47,17 +47,17 @@ static void publish_wants(ll_ws_stream *stream)
     bool anew = false;
     int64_t from_event = LL_NO_EVENT;
     for (const ws_viewer *v = stream->first; v != NULL; v = v->next) {
-        if (!v->ready || v->close_code != 0) {
+        if (!v->frames.ready || v->closing.code != 0) {
             continue;
         }
         for (int c = 0; c < LL_CHANNELS; c++) {
-            every[c] |= v->wants >> c & 1 ? 1ULL << v->subscription.every[c] : 0;
+            every[c] |= v->frames.wants >> c & 1 ? 1ULL << v->frames.subscription.every[c] : 0;
         }
-        missing |= (unsigned)(v->wants & ~v->has);
-        if (!(v->wants >> LL_CHANNEL_LANES & 1)) {
+        missing |= (unsigned)(v->frames.wants & ~v->frames.has);
+        if (!(v->frames.wants >> LL_CHANNEL_LANES & 1)) {
             continue;
         }
-        if (v->state.section[LL_RECORD_EVENTS] == NULL) {
+        if (v->frames.state.section[LL_RECORD_EVENTS] == NULL) {
             anew = true;
         } else if (next_event(v) < from_event) {
             from_event = next_event(v);
@@ -73,7 +73,8 @@ static void publish_wants(ll_ws_stream *stream)
 
 static bool lacks_channels(const ws_viewer *viewer)
 {
-    return viewer->ready && viewer->close_code == 0 && (viewer->wants & ~viewer->has) != 0;
+    return viewer->frames.ready && viewer->closing.code == 0 &&
+           (viewer->frames.wants & ~viewer->frames.has) != 0;
 }
 
 /* After publish_wants: the publisher may read the wants before the hook returns. When it has not read them
@@ -90,14 +91,14 @@ static void ask(ll_ws_stream *stream)
 void ll_ws_viewer_subscribe(ws_viewer *viewer, const ll_ws_subscription *subscription)
 {
     _Static_assert(LL_CHANNELS <= 16, "channels are bits of 16");
-    viewer->subscription = *subscription;
-    viewer->subscribed = true;
-    viewer->wants = 0;
+    viewer->frames.subscription = *subscription;
+    viewer->frames.subscribed = true;
+    viewer->frames.wants = 0;
     for (int c = 0; c < LL_CHANNELS; c++) {
-        viewer->wants |= (uint16_t)((subscription->every[c] > 0) << c);
+        viewer->frames.wants |= (uint16_t)((subscription->every[c] > 0) << c);
     }
-    viewer->has &= viewer->wants;
-    viewer->overdue &= viewer->wants;
+    viewer->frames.has &= viewer->frames.wants;
+    viewer->frames.overdue &= viewer->frames.wants;
     ll_ws_viewer_send_newest(viewer);
 }
 
@@ -149,7 +150,7 @@ static const ll_section *oldest_kept(const ll_ws_stream *stream)
     const ll_section *oldest = NULL;
     for (const ws_viewer *v = stream->first; v != NULL; v = v->next) {
         for (int i = 0; i < LL_RECORDS_MAX; i++) {
-            const ll_section *one = v->state.section[i];
+            const ll_section *one = v->frames.state.section[i];
             if (one != NULL && !is_newest(stream, i, one) && (oldest == NULL || one->seq < oldest->seq)) {
                 oldest = one;
             }
@@ -164,8 +165,8 @@ static void limit_kept_sections(ll_ws_stream *stream)
     while (stream->kept_bytes > KEPT_BYTES && (oldest = oldest_kept(stream)) != NULL) {
         for (ws_viewer *v = stream->first; v != NULL; v = v->next) {
             for (int i = 0; i < LL_RECORDS_MAX; i++) {
-                if (v->state.section[i] == oldest) {
-                    drop(stream, &v->state.section[i]);
+                if (v->frames.state.section[i] == oldest) {
+                    drop(stream, &v->frames.state.section[i]);
                 }
             }
         }
@@ -175,15 +176,15 @@ static void limit_kept_sections(ll_ws_stream *stream)
 static void release_all_sections(ws_viewer *viewer)
 {
     for (int i = 0; i < LL_RECORDS_MAX; i++) {
-        drop(viewer->stream, &viewer->state.section[i]);
+        drop(viewer->stream, &viewer->frames.state.section[i]);
     }
-    viewer->has = 0;
+    viewer->frames.has = 0;
 }
 
 void ll_ws_viewer_release_sections(ws_viewer *viewer)
 {
     release_all_sections(viewer);
-    viewer->wants = 0;
+    viewer->frames.wants = 0;
     publish_wants(viewer->stream);
     if (viewer->stream->viewer_count ==
         1) { /* the last viewer leaves: no later frame would replace this one */
@@ -198,28 +199,31 @@ void ll_ws_viewer_release_sections(ws_viewer *viewer)
  * it had time to acknowledge: otherwise a slow reader's first frames would queue. */
 static int credit(const ws_viewer *viewer)
 {
-    bool limited = viewer->acked_once || viewer->thread->now_ns - viewer->first_sent_ns < GRACE_NS;
-    bool mute = !viewer->ready || viewer->dead || viewer->close_code != 0 || viewer->first_message != NULL;
+    bool limited =
+        viewer->frames.acked_once || viewer->thread->now_ns - viewer->frames.first_sent_ns < GRACE_NS;
+    bool mute =
+        !viewer->frames.ready || viewer->dead || viewer->closing.code != 0 || viewer->messages.first != NULL;
     if (mute || ll_ws_socket_full(viewer)) {
         return 0;
     }
-    return limited && !viewer->fresh ? viewer->window - viewer->outstanding_count : WS_PENDING;
+    return limited && !viewer->frames.fresh ? viewer->flow.window - viewer->flow.outstanding_count
+                                            : WS_PENDING;
 }
 
 /* Channels of this frame that are due for the viewer. */
 static uint16_t due(const ws_viewer *viewer, const ll_frame *frame)
 {
-    bool last = (frame->flags & LL_FRAME_PLAYING) == 0 || frame->generation != viewer->generation;
-    uint16_t channels = (uint16_t)(viewer->overdue | (viewer->wants & ~viewer->has));
+    bool last = (frame->flags & LL_FRAME_PLAYING) == 0 || frame->generation != viewer->frames.generation;
+    uint16_t channels = (uint16_t)(viewer->frames.overdue | (viewer->frames.wants & ~viewer->frames.has));
     for (int c = 0; c < LL_CHANNELS; c++) {
-        uint32_t every =
-            viewer->subscription.every[c] * (uint32_t)(viewer->slowdown > 0 ? viewer->slowdown : 1);
-        if (viewer->wants >> c & 1 && (last || frame->seq % every == 0)) {
+        uint32_t every = viewer->frames.subscription.every[c] *
+                         (uint32_t)(viewer->flow.slowdown > 0 ? viewer->flow.slowdown : 1);
+        if (viewer->frames.wants >> c & 1 && (last || frame->seq % every == 0)) {
             channels |= (uint16_t)(1U << c);
         }
     }
-    channels &= viewer->wants & frame->channels;
-    if (viewer->state.section[LL_RECORD_EVENTS] == NULL && !frame->anew) {
+    channels &= viewer->frames.wants & frame->channels;
+    if (viewer->frames.state.section[LL_RECORD_EVENTS] == NULL && !frame->anew) {
         channels &=
             (uint16_t) ~(1U << LL_CHANNEL_LANES); /* it has to start with the events of the last seconds */
     }
@@ -228,39 +232,39 @@ static uint16_t due(const ws_viewer *viewer, const ll_frame *frame)
 
 static void note_sent(ws_viewer *viewer, const ll_frame *frame, uint16_t channels)
 {
-    if (viewer->fresh) {
-        viewer->first_sent_ns = viewer->thread->now_ns;
-        viewer->window = BEGIN_WINDOW;
+    if (viewer->frames.fresh) {
+        viewer->frames.first_sent_ns = viewer->thread->now_ns;
+        viewer->flow.window = BEGIN_WINDOW;
     }
-    viewer->fresh = false;
-    viewer->has |= channels;
-    viewer->overdue &= (uint16_t)~channels;
-    viewer->last_sent = frame->seq;
-    viewer->last_tick = frame->tick;
-    viewer->last_flags = frame->flags;
-    viewer->generation = frame->generation;
+    viewer->frames.fresh = false;
+    viewer->frames.has |= channels;
+    viewer->frames.overdue &= (uint16_t)~channels;
+    viewer->frames.last_sent = frame->seq;
+    viewer->frames.last_tick = frame->tick;
+    viewer->frames.last_flags = frame->flags;
+    viewer->frames.generation = frame->generation;
     for (int i = 0; i < frame->count; i++) {
         if (frame->section[i] != NULL && channels >> frame->record[i]->channel & 1) {
-            have(viewer->stream, &viewer->state.section[i], frame->section[i]);
+            have(viewer->stream, &viewer->frames.state.section[i], frame->section[i]);
         }
     }
-    if (viewer->outstanding_count == WS_OUTSTANDING) {
-        memmove(viewer->outstanding, viewer->outstanding + 1,
-                (WS_OUTSTANDING - 1) * sizeof *viewer->outstanding);
-        viewer->outstanding_count--;
+    if (viewer->flow.outstanding_count == WS_OUTSTANDING) {
+        memmove(viewer->flow.outstanding, viewer->flow.outstanding + 1,
+                (WS_OUTSTANDING - 1) * sizeof *viewer->flow.outstanding);
+        viewer->flow.outstanding_count--;
     }
-    int i = viewer->outstanding_count++;
-    viewer->outstanding[i].seq = frame->seq;
-    viewer->outstanding[i].sent_ns = viewer->thread->now_ns;
+    int i = viewer->flow.outstanding_count++;
+    viewer->flow.outstanding[i].seq = frame->seq;
+    viewer->flow.outstanding[i].sent_ns = viewer->thread->now_ns;
 }
 
 /* Whether the frame has anything for the viewer: a due channel with a change. */
 static bool has_changes(const ws_viewer *viewer, const ll_frame *frame, uint16_t channels)
 {
     return channels != 0 &&
-           (viewer->fresh || frame->tick != viewer->last_tick || frame->flags != viewer->last_flags ||
-            frame->generation != viewer->generation || (channels & ~viewer->has) != 0 ||
-            ll_frame_news(frame, &viewer->state, channels));
+           (viewer->frames.fresh || frame->tick != viewer->frames.last_tick ||
+            frame->flags != viewer->frames.last_flags || frame->generation != viewer->frames.generation ||
+            (channels & ~viewer->frames.has) != 0 || ll_frame_news(frame, &viewer->frames.state, channels));
 }
 
 static void send_frame(ws_viewer *viewer, ll_frame *frame)
@@ -269,14 +273,14 @@ static void send_frame(ws_viewer *viewer, ll_frame *frame)
     if (!has_changes(viewer, frame, channels)) {
         return;
     }
-    bool jump = viewer->fresh || frame->generation != viewer->generation;
+    bool jump = viewer->frames.fresh || frame->generation != viewer->frames.generation;
     if (jump) {
         release_all_sections(viewer);
     }
     ll_buffer *message = &viewer->thread->message;
     message->size = 0;
     message->failed = ll_buffer_grow(message, LL_FRAMING_HEAD_SPACE) == NULL;
-    ll_frame_delivery to = {.state = &viewer->state,
+    ll_frame_delivery to = {.state = &viewer->frames.state,
                             .channels = channels,
                             .jump = jump,
                             .shared = viewer->stream->viewer_count > 1,
@@ -301,7 +305,8 @@ static void try_latest(ws_viewer *viewer)
 {
     ll_frame *latest = viewer->stream->latest;
     if (credit(viewer) > 0 && latest != NULL &&
-        (latest->seq != viewer->last_sent || viewer->fresh || viewer->wants & ~viewer->has)) {
+        (latest->seq != viewer->frames.last_sent || viewer->frames.fresh ||
+         viewer->frames.wants & ~viewer->frames.has)) {
         send_frame(viewer, latest);
     }
 }
@@ -323,7 +328,7 @@ void ll_ws_viewer_send_newest(ws_viewer *viewer)
 static void set_slowdown(ws_viewer *viewer, int slowdown, const char *reason)
 {
     cJSON *o = cJSON_CreateObject();
-    viewer->slowdown = slowdown;
+    viewer->flow.slowdown = slowdown;
     cJSON_AddStringToObject(o, "type", "rate");
     cJSON_AddStringToObject(o, "reason", reason);
     cJSON_AddNumberToObject(o, "divisor", slowdown);
@@ -333,24 +338,24 @@ static void set_slowdown(ws_viewer *viewer, int slowdown, const char *reason)
 static void count_due(ws_viewer *viewer, bool missed)
 {
     int64_t now = viewer->thread->now_ns;
-    int slowdown = viewer->slowdown > 0 ? viewer->slowdown : 1;
-    viewer->due_count++;
+    int slowdown = viewer->flow.slowdown > 0 ? viewer->flow.slowdown : 1;
+    viewer->flow.due_count++;
     if (missed) {
-        viewer->missed_count++;
-        viewer->missed_ns = now;
+        viewer->flow.missed_count++;
+        viewer->flow.missed_ns = now;
         ll_ws_count(&viewer->thread->counts.skipped, 1);
     }
-    if (now - viewer->counted_ns < SLOW_NS) {
+    if (now - viewer->flow.counted_ns < SLOW_NS) {
         return;
     }
-    if (viewer->counted_ns != 0 && viewer->missed_count * SLOW_PART > viewer->due_count &&
+    if (viewer->flow.counted_ns != 0 && viewer->flow.missed_count * SLOW_PART > viewer->flow.due_count &&
         slowdown < SLOWEST) {
         set_slowdown(viewer, 2 * slowdown, "slow viewer");
-    } else if (slowdown > 1 && now - viewer->missed_ns > RECOVER_NS) {
+    } else if (slowdown > 1 && now - viewer->flow.missed_ns > RECOVER_NS) {
         set_slowdown(viewer, slowdown / 2, "viewer keeps up again");
     }
-    viewer->counted_ns = now;
-    viewer->due_count = viewer->missed_count = 0;
+    viewer->flow.counted_ns = now;
+    viewer->flow.due_count = viewer->flow.missed_count = 0;
 }
 
 /* ---- distribution ---- */
@@ -362,11 +367,11 @@ static void offer_frames(ws_viewer *viewer, ll_frame **frames, int count)
     for (int i = 0; i < count; i++) {
         uint16_t channels = due(viewer, frames[i]);
         bool misses = i < count - may || credit(viewer) <= 0;
-        if (channels == 0 || !viewer->ready) {
+        if (channels == 0 || !viewer->frames.ready) {
             continue;
         }
         if (misses) {
-            viewer->overdue |= channels;
+            viewer->frames.overdue |= channels;
         } else {
             send_frame(viewer, frames[i]);
         }
@@ -393,41 +398,42 @@ void ll_ws_stream_distribute(ll_ws_stream *stream, ll_frame **frames, int count)
 
 static void adapt_window(ws_viewer *viewer, int64_t delay)
 {
-    if (viewer->delay_ns == 0 || delay < viewer->delay_ns) {
-        viewer->delay_ns = delay;
+    if (viewer->flow.delay_ns == 0 || delay < viewer->flow.delay_ns) {
+        viewer->flow.delay_ns = delay;
     } else {
-        viewer->delay_ns += (delay - viewer->delay_ns) / 512;
+        viewer->flow.delay_ns += (delay - viewer->flow.delay_ns) / 512;
     }
-    if (delay > viewer->delay_ns + QUEUEING_NS) {
-        viewer->window -= viewer->window > 1 ? 1 : 0;
+    if (delay > viewer->flow.delay_ns + QUEUEING_NS) {
+        viewer->flow.window -= viewer->flow.window > 1 ? 1 : 0;
     } else {
-        viewer->window += viewer->window < LL_FRAME_WINDOW ? 1 : 0;
+        viewer->flow.window += viewer->flow.window < LL_FRAME_WINDOW ? 1 : 0;
     }
 }
 
 void ll_ws_viewer_acknowledge(ws_viewer *viewer, uint32_t seq)
 {
-    if (viewer->fresh || (int32_t)(seq - viewer->last_sent) > 0) {
+    if (viewer->frames.fresh || (int32_t)(seq - viewer->frames.last_sent) > 0) {
         return; /* was never sent; ignore */
     }
     int gone = 0;
-    while (gone < viewer->outstanding_count && (int32_t)(seq - viewer->outstanding[gone].seq) >= 0) {
+    while (gone < viewer->flow.outstanding_count &&
+           (int32_t)(seq - viewer->flow.outstanding[gone].seq) >= 0) {
         gone++;
     }
-    if (gone > 0 && viewer->outstanding[gone - 1].seq == seq) {
-        adapt_window(viewer, viewer->thread->now_ns - viewer->outstanding[gone - 1].sent_ns);
+    if (gone > 0 && viewer->flow.outstanding[gone - 1].seq == seq) {
+        adapt_window(viewer, viewer->thread->now_ns - viewer->flow.outstanding[gone - 1].sent_ns);
     }
-    viewer->acked_once = true;
-    viewer->outstanding_count -= gone;
-    memmove(viewer->outstanding, viewer->outstanding + gone,
-            (size_t)viewer->outstanding_count * sizeof *viewer->outstanding);
+    viewer->frames.acked_once = true;
+    viewer->flow.outstanding_count -= gone;
+    memmove(viewer->flow.outstanding, viewer->flow.outstanding + gone,
+            (size_t)viewer->flow.outstanding_count * sizeof *viewer->flow.outstanding);
     ll_ws_viewer_send_newest(viewer);
 }
 
 void ll_ws_viewer_sweep_frames(ws_viewer *viewer)
 {
-    int64_t waited = viewer->thread->now_ns - viewer->hello_ns;
-    if (viewer->ready && !viewer->subscribed && waited > SUBSCRIBE_NS) {
+    int64_t waited = viewer->thread->now_ns - viewer->frames.hello_ns;
+    if (viewer->frames.ready && !viewer->frames.subscribed && waited > SUBSCRIBE_NS) {
         subscribe_default(viewer);
     } else {
         ll_ws_viewer_send_newest(viewer); /* of a paused session, after GRACE_NS */

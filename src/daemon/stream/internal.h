@@ -87,6 +87,61 @@ typedef struct ws_receiver {
     void (*writable)(ws_viewer *viewer);
 } ws_receiver;
 
+/* Which frames a viewer gets, and when. */
+typedef struct ws_viewer_frames {
+    bool ready, fresh, subscribed, acked_once;
+    ll_ws_subscription subscription;
+    uint16_t wants, has, overdue; /* channels: subscribed; received since; due when it was not ready */
+    ll_frame_state state;         /* sections sent last */
+    uint32_t last_sent, generation;
+    int64_t last_tick;
+    uint8_t last_flags;
+    int64_t hello_ns, first_sent_ns;
+} ws_viewer_frames;
+
+/* Flow control of frames, by acknowledgements. */
+typedef struct ws_viewer_flow {
+    struct {
+        uint32_t seq;
+        int64_t sent_ns;
+    } outstanding[WS_OUTSTANDING]; /* oldest first */
+    int outstanding_count, window;
+    int64_t delay_ns; /* delay of acknowledgements without queueing: a slowly rising minimum */
+    int slowdown;     /* n: a slow viewer gets every n-th of its frames */
+    int due_count, missed_count;
+    int64_t counted_ns, missed_ns; /* start of that count; time of the last missed frame */
+} ws_viewer_flow;
+
+/* Text messages, both ways. */
+typedef struct ws_viewer_messages {
+    ws_command *first, *last; /* queued to be sent */
+    int count;
+    size_t bytes;
+    char *received; /* a fragmented message */
+    size_t received_size, received_capacity;
+    double tokens; /* of the rate limit */
+    int64_t tokens_ns;
+    bool rate_said;
+} ws_viewer_messages;
+
+/* The end of the connection. */
+typedef struct ws_viewer_closing {
+    int code; /* not 0: closing, since `since_ns` */
+    int64_t since_ns;
+    char reason[120];
+    bool sent;         /* our close frame was written */
+    bool write_closed; /* and our half of the connection was closed */
+} ws_viewer_closing;
+
+/* Bytes out. */
+typedef struct ws_viewer_output {
+    unsigned char *unsent; /* the socket was full */
+    size_t at, end, capacity;
+    unsigned char pong[LL_FRAMING_CONTROL_MAX]; /* payload of the last ping, to be sent back */
+    int pong_size;
+    bool pong_wanted;
+} ws_viewer_output;
+
 struct ws_viewer {
     ws_thread *thread;
     const ws_receiver *receiver;
@@ -99,47 +154,13 @@ struct ws_viewer {
     ws_viewer *next, *previous; /* in the stream's list */
     ll_ws_viewer handle;
     int64_t opened_ns;
-    /* frames */
-    bool ready, fresh, subscribed, acked_once;
-    ll_ws_subscription subscription;
-    uint16_t wants, has, overdue; /* channels: subscribed; received since; due when it was not ready */
-    ll_frame_state state;         /* sections sent last */
-    uint32_t last_sent, generation;
-    int64_t last_tick;
-    uint8_t last_flags;
-    int64_t hello_ns, first_sent_ns;
-    struct {
-        uint32_t seq;
-        int64_t sent_ns;
-    } outstanding[WS_OUTSTANDING]; /* oldest first */
-    int outstanding_count, window;
-    int64_t delay_ns; /* delay of acknowledgements without queueing: a slowly rising minimum */
-    /* n: a slow viewer gets every n-th of its frames */
-    int slowdown;
-    int due_count, missed_count;
-    int64_t counted_ns, missed_ns; /* start of that count; time of the last missed frame */
-    /* messages */
-    ws_command *first_message, *last_message;
-    int message_count;
-    size_t message_bytes;
-    char *received; /* a fragmented message */
-    size_t received_size, received_capacity;
-    double tokens; /* of the rate limit */
-    int64_t tokens_ns;
-    bool rate_said;
-    int close_code; /* not 0: closing, since `close_ns` */
-    int64_t close_ns;
-    char close_reason[120];
-    /* the socket */
+    ws_viewer_frames frames;
+    ws_viewer_flow flow;
+    ws_viewer_messages messages;
     ll_framing framing;
-    unsigned char *unsent; /* unsent bytes: the socket was full */
-    size_t unsent_at, unsent_end, unsent_capacity;
-    unsigned char pong[LL_FRAMING_CONTROL_MAX]; /* payload of the last ping, to be sent back */
-    int pong_size;
-    bool pong_wanted;
+    ws_viewer_output output;
+    ws_viewer_closing closing;
     bool ignores_input; /* after a fault or its close frame: input is read and discarded */
-    bool close_sent;    /* our close frame was written */
-    bool write_closed;  /* and our half of the connection was closed */
     int64_t received_ns, pinged_ns;
     int64_t measured_ns; /* when the ping that measures the round trip was sent; 0: none */
     bool dead;           /* freed at the end of the turn */

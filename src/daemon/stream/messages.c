@@ -8,25 +8,25 @@
 
 void ll_ws_messages_drop(ws_viewer *viewer)
 {
-    while (viewer->first_message != NULL) {
-        ws_command *message = viewer->first_message;
-        viewer->first_message = message->next;
+    while (viewer->messages.first != NULL) {
+        ws_command *message = viewer->messages.first;
+        viewer->messages.first = message->next;
         free(message);
     }
-    viewer->last_message = NULL;
-    viewer->message_count = 0;
-    viewer->message_bytes = 0;
+    viewer->messages.last = NULL;
+    viewer->messages.count = 0;
+    viewer->messages.bytes = 0;
 }
 
 void ll_ws_messages_flush(ws_viewer *viewer)
 {
-    while (viewer->first_message != NULL && !viewer->dead && !ll_ws_socket_full(viewer)) {
-        ws_command *message = viewer->first_message;
+    while (viewer->messages.first != NULL && !viewer->dead && !ll_ws_socket_full(viewer)) {
+        ws_command *message = viewer->messages.first;
         ll_ws_socket_write(viewer, message->text, message->size, LL_OPCODE_TEXT);
-        viewer->first_message = message->next;
-        viewer->last_message = message->next != NULL ? viewer->last_message : NULL;
-        viewer->message_count--;
-        viewer->message_bytes -= message->size;
+        viewer->messages.first = message->next;
+        viewer->messages.last = message->next != NULL ? viewer->messages.last : NULL;
+        viewer->messages.count--;
+        viewer->messages.bytes -= message->size;
         free(message);
     }
 }
@@ -34,14 +34,14 @@ void ll_ws_messages_flush(ws_viewer *viewer)
 static void enqueue(ws_viewer *viewer, ws_command *message)
 {
     message->next = NULL;
-    if (viewer->last_message != NULL) {
-        viewer->last_message->next = message;
+    if (viewer->messages.last != NULL) {
+        viewer->messages.last->next = message;
     } else {
-        viewer->first_message = message;
+        viewer->messages.first = message;
     }
-    viewer->last_message = message;
-    viewer->message_count++;
-    viewer->message_bytes += message->size;
+    viewer->messages.last = message;
+    viewer->messages.count++;
+    viewer->messages.bytes += message->size;
 }
 
 static ws_command *message_of(cJSON *json) /* takes ownership */
@@ -60,32 +60,32 @@ static ws_command *message_of(cJSON *json) /* takes ownership */
 
 void ll_ws_viewer_close(ws_viewer *viewer, int code, const char *reason)
 {
-    if (viewer->close_code != 0 || viewer->dead) {
+    if (viewer->closing.code != 0 || viewer->dead) {
         return;
     }
-    viewer->close_code = code;
-    snprintf(viewer->close_reason, sizeof viewer->close_reason, "%s", reason);
+    viewer->closing.code = code;
+    snprintf(viewer->closing.reason, sizeof viewer->closing.reason, "%s", reason);
     cJSON *bye = cJSON_CreateObject();
     cJSON_AddStringToObject(bye, "type", "bye");
-    cJSON_AddStringToObject(bye, "reason", viewer->close_reason);
+    cJSON_AddStringToObject(bye, "reason", viewer->closing.reason);
     ws_command *message = message_of(bye);
     if (message != NULL) {
         enqueue(viewer, message);
     }
     /* The close frame is sent after the messages. A viewer that does not read is cut off
      * (ll_ws_viewer_sweep). */
-    viewer->close_ns = viewer->thread->now_ns;
+    viewer->closing.since_ns = viewer->thread->now_ns;
     ll_ws_socket_request_writable(viewer);
 }
 
 void ll_ws_viewer_send(ws_viewer *viewer, ws_command *message)
 {
-    if (viewer->close_code != 0 || viewer->dead) {
+    if (viewer->closing.code != 0 || viewer->dead) {
         free(message);
         return;
     }
-    if (viewer->message_count >= WS_MAX_MESSAGES ||
-        viewer->message_bytes + message->size > WS_MAX_MESSAGE_BYTES) {
+    if (viewer->messages.count >= WS_MAX_MESSAGES ||
+        viewer->messages.bytes + message->size > WS_MAX_MESSAGE_BYTES) {
         free(message);
         ll_ws_messages_drop(viewer);
         ll_ws_count(&viewer->thread->counts.closed_slow, 1);

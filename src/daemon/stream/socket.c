@@ -38,23 +38,23 @@ void ll_ws_socket_request_writable(ws_viewer *viewer)
 
 bool ll_ws_socket_full(const ws_viewer *viewer)
 {
-    return viewer->unsent_at < viewer->unsent_end;
+    return viewer->output.at < viewer->output.end;
 }
 
 /* ---- output ---- */
 
 static bool keep(ws_viewer *viewer, const unsigned char *bytes, size_t size)
 {
-    if (viewer->unsent_end + size > viewer->unsent_capacity) {
-        unsigned char *grown = realloc(viewer->unsent, viewer->unsent_end + size);
+    if (viewer->output.end + size > viewer->output.capacity) {
+        unsigned char *grown = realloc(viewer->output.unsent, viewer->output.end + size);
         if (grown == NULL) {
             return false;
         }
-        viewer->unsent = grown;
-        viewer->unsent_capacity = viewer->unsent_end + size;
+        viewer->output.unsent = grown;
+        viewer->output.capacity = viewer->output.end + size;
     }
-    memcpy(viewer->unsent + viewer->unsent_end, bytes, size);
-    viewer->unsent_end += size;
+    memcpy(viewer->output.unsent + viewer->output.end, bytes, size);
+    viewer->output.end += size;
     return true;
 }
 
@@ -80,7 +80,7 @@ static void write_bytes(ws_viewer *viewer, const unsigned char *bytes, size_t si
 
 void ll_ws_socket_write(ws_viewer *viewer, unsigned char *payload, size_t size, ll_opcode opcode)
 {
-    if (!viewer->dead && !viewer->close_sent) {
+    if (!viewer->dead && !viewer->closing.sent) {
         size_t head = ll_framing_put_head(payload, size, opcode);
         write_bytes(viewer, payload - head, head + size);
     }
@@ -92,16 +92,16 @@ static void flush(ws_viewer *viewer)
         return;
     }
     ssize_t sent =
-        send_some(viewer, viewer->unsent + viewer->unsent_at, viewer->unsent_end - viewer->unsent_at);
+        send_some(viewer, viewer->output.unsent + viewer->output.at, viewer->output.end - viewer->output.at);
     if (sent < 0) {
         ll_ws_socket_fail(viewer);
         return;
     }
-    viewer->unsent_at += (size_t)sent;
+    viewer->output.at += (size_t)sent;
     if (!ll_ws_socket_full(viewer)) { /* frees the space of large frames, which few viewers need */
-        free(viewer->unsent);
-        viewer->unsent = NULL;
-        viewer->unsent_at = viewer->unsent_end = viewer->unsent_capacity = 0;
+        free(viewer->output.unsent);
+        viewer->output.unsent = NULL;
+        viewer->output.at = viewer->output.end = viewer->output.capacity = 0;
     }
 }
 
@@ -110,8 +110,9 @@ static void flush(ws_viewer *viewer)
  * close frame. */
 static void shut_when_done(ws_viewer *viewer)
 {
-    if (viewer->close_sent && viewer->ignores_input && !viewer->write_closed && !ll_ws_socket_full(viewer)) {
-        viewer->write_closed = true;
+    if (viewer->closing.sent && viewer->ignores_input && !viewer->closing.write_closed &&
+        !ll_ws_socket_full(viewer)) {
+        viewer->closing.write_closed = true;
         shutdown(viewer->socket.fd, SHUT_WR);
     }
 }
@@ -129,7 +130,7 @@ void ll_ws_socket_send_close(ws_viewer *viewer, int code, const char *reason)
         size += 2;
     }
     ll_ws_socket_write(viewer, payload, size, LL_OPCODE_CLOSE);
-    viewer->close_sent = true;
+    viewer->closing.sent = true;
     shut_when_done(viewer);
 }
 
@@ -143,8 +144,8 @@ static void take_event(ws_viewer *viewer, ll_framing_event event)
         viewer->receiver->piece(viewer, framing);
         break;
     case LL_FRAMING_PING:
-        memcpy(viewer->pong, framing->bytes, framing->size);
-        viewer->pong_size = (int)framing->size;
+        memcpy(viewer->output.pong, framing->bytes, framing->size);
+        viewer->output.pong_size = (int)framing->size;
         viewer->receiver->ping(viewer);
         break;
     case LL_FRAMING_PONG:
@@ -157,7 +158,7 @@ static void take_event(ws_viewer *viewer, ll_framing_event event)
         break;
     case LL_FRAMING_FAULT:
         viewer->ignores_input = true;
-        if (viewer->close_code == 0) {
+        if (viewer->closing.code == 0) {
             ll_ws_count(&viewer->thread->counts.closed_policy, 1);
         }
         viewer->receiver->fault(viewer, framing->code, framing->fault);
@@ -230,5 +231,5 @@ void ll_ws_socket_free(ws_viewer *viewer)
         epoll_ctl(viewer->thread->epoll, EPOLL_CTL_DEL, viewer->socket.fd, NULL);
     }
     ll_ws_release(&viewer->socket);
-    free(viewer->unsent);
+    free(viewer->output.unsent);
 }

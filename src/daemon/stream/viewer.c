@@ -20,11 +20,11 @@ static const ll_ws_hooks *hooks_of(const ws_viewer *viewer)
 
 void ll_ws_viewer_hello(ws_viewer *viewer, ws_command *hello)
 {
-    bool first = !viewer->ready && viewer->close_code == 0 && !viewer->dead;
+    bool first = !viewer->frames.ready && viewer->closing.code == 0 && !viewer->dead;
     ll_ws_viewer_send(viewer, hello);
-    if (first && viewer->close_code == 0) {
-        viewer->ready = true;
-        viewer->hello_ns = viewer->thread->now_ns;
+    if (first && viewer->closing.code == 0) {
+        viewer->frames.ready = true;
+        viewer->frames.hello_ns = viewer->thread->now_ns;
         atomic_fetch_add(&viewer->stream->viewers, 1);
         ll_ws_viewer_send_newest(viewer);
     }
@@ -33,18 +33,19 @@ void ll_ws_viewer_hello(ws_viewer *viewer, ws_command *hello)
 static void writable(ws_viewer *viewer)
 {
     ll_ws_messages_flush(viewer);
-    if (viewer->first_message != NULL || ll_ws_socket_full(viewer) || viewer->dead || viewer->close_sent) {
+    if (viewer->messages.first != NULL || ll_ws_socket_full(viewer) || viewer->dead || viewer->closing.sent) {
         return;
     }
-    if (viewer->close_code != 0) {
-        ll_ws_socket_send_close(viewer, viewer->close_code, viewer->close_reason);
+    if (viewer->closing.code != 0) {
+        ll_ws_socket_send_close(viewer, viewer->closing.code, viewer->closing.reason);
         return;
     }
-    if (viewer->pong_wanted) {
+    if (viewer->output.pong_wanted) {
         unsigned char bytes[LL_FRAMING_HEAD_SPACE + LL_FRAMING_CONTROL_MAX];
-        memcpy(bytes + LL_FRAMING_HEAD_SPACE, viewer->pong, (size_t)viewer->pong_size);
-        viewer->pong_wanted = false;
-        ll_ws_socket_write(viewer, bytes + LL_FRAMING_HEAD_SPACE, (size_t)viewer->pong_size, LL_OPCODE_PONG);
+        memcpy(bytes + LL_FRAMING_HEAD_SPACE, viewer->output.pong, (size_t)viewer->output.pong_size);
+        viewer->output.pong_wanted = false;
+        ll_ws_socket_write(viewer, bytes + LL_FRAMING_HEAD_SPACE, (size_t)viewer->output.pong_size,
+                           LL_OPCODE_PONG);
     }
     ll_ws_viewer_send_newest(viewer);
 }
@@ -91,11 +92,11 @@ static bool within_rate(ws_viewer *viewer, size_t size)
 {
     double rate = viewer->thread->ws->config.max_messages_per_s;
     int64_t now = viewer->thread->now_ns;
-    viewer->tokens += (double)(now - viewer->tokens_ns) * 1e-9 * rate;
-    viewer->tokens = viewer->tokens > 2 * rate ? 2 * rate : viewer->tokens;
-    viewer->tokens_ns = now;
-    viewer->tokens -= 1 + (double)size / 4096;
-    return viewer->tokens >= 0;
+    viewer->messages.tokens += (double)(now - viewer->messages.tokens_ns) * 1e-9 * rate;
+    viewer->messages.tokens = viewer->messages.tokens > 2 * rate ? 2 * rate : viewer->messages.tokens;
+    viewer->messages.tokens_ns = now;
+    viewer->messages.tokens -= 1 + (double)size / 4096;
+    return viewer->messages.tokens >= 0;
 }
 
 /* Does not wait for what it still sends. */
@@ -137,7 +138,7 @@ static void take_message(ws_viewer *viewer, const char *text, size_t size)
 
 static void limit_control_frames(ws_viewer *viewer)
 {
-    if (viewer->stream != NULL && viewer->close_code == 0 && !within_rate(viewer, 0)) {
+    if (viewer->stream != NULL && viewer->closing.code == 0 && !within_rate(viewer, 0)) {
         refuse_rate(viewer);
     }
 }
@@ -146,7 +147,7 @@ static void limit_control_frames(ws_viewer *viewer)
 static void pong(ws_viewer *viewer)
 {
     limit_control_frames(viewer);
-    if (viewer->measured_ns == 0 || viewer->stream == NULL || viewer->close_code != 0) {
+    if (viewer->measured_ns == 0 || viewer->stream == NULL || viewer->closing.code != 0) {
         return;
     }
     int64_t round_trip = ll_ws_now() - viewer->measured_ns;
@@ -162,27 +163,27 @@ static void pong(ws_viewer *viewer)
 static void ping(ws_viewer *viewer)
 {
     limit_control_frames(viewer);
-    if (viewer->close_code == 0) {
-        viewer->pong_wanted = true;
+    if (viewer->closing.code == 0) {
+        viewer->output.pong_wanted = true;
         writable(viewer);
     }
 }
 
 static bool keep_piece(ws_viewer *viewer, const ll_framing *piece)
 {
-    size_t size = viewer->received_size + piece->size;
-    if (size + 1 > viewer->received_capacity) {
+    size_t size = viewer->messages.received_size + piece->size;
+    if (size + 1 > viewer->messages.received_capacity) {
         size_t capacity = size < 256 ? 256 : 2 * size;
-        char *grown = realloc(viewer->received, capacity);
+        char *grown = realloc(viewer->messages.received, capacity);
         if (grown == NULL) {
             return false;
         }
-        viewer->received = grown;
-        viewer->received_capacity = capacity;
+        viewer->messages.received = grown;
+        viewer->messages.received_capacity = capacity;
     }
-    LL_ASSERT(size < viewer->received_capacity); /* and a terminator */
-    memcpy(viewer->received + viewer->received_size, piece->bytes, piece->size);
-    viewer->received_size = size;
+    LL_ASSERT(size < viewer->messages.received_capacity); /* and a terminator */
+    memcpy(viewer->messages.received + viewer->messages.received_size, piece->bytes, piece->size);
+    viewer->messages.received_size = size;
     return true;
 }
 
@@ -190,15 +191,15 @@ static void receive(ws_viewer *viewer, const ll_framing *piece)
 {
     size_t limit = (size_t)viewer->thread->ws->config.max_message_bytes;
     char text[100];
-    if (viewer->stream == NULL || viewer->close_code != 0) {
+    if (viewer->stream == NULL || viewer->closing.code != 0) {
         return; /* it is closing: ignore its messages */
     }
     if (piece->first) {
-        viewer->received_size = 0;
+        viewer->messages.received_size = 0;
     }
     if (piece->binary) {
         refuse_message(viewer, LL_WS_UNSUPPORTED, "messages: must be text");
-    } else if (viewer->received_size + piece->size > limit) {
+    } else if (viewer->messages.received_size + piece->size > limit) {
         snprintf(text, sizeof text, "message: must have at most %zu bytes (max_message_bytes)", limit);
         refuse_message(viewer, LL_WS_TOO_BIG, text);
     } else if (!piece->last && !within_rate(viewer, piece->size)) {
@@ -206,9 +207,9 @@ static void receive(ws_viewer *viewer, const ll_framing *piece)
     } else if (!keep_piece(viewer, piece)) {
         ll_ws_viewer_close(viewer, 1011, "out of memory: message");
     } else if (piece->last) {
-        viewer->received[viewer->received_size] = '\0';
-        take_message(viewer, viewer->received, viewer->received_size);
-        viewer->received_size = 0;
+        viewer->messages.received[viewer->messages.received_size] = '\0';
+        take_message(viewer, viewer->messages.received, viewer->messages.received_size);
+        viewer->messages.received_size = 0;
     }
 }
 
@@ -219,8 +220,8 @@ void ll_ws_viewer_open(ws_viewer *viewer)
     ws_thread *thread = viewer->thread;
     ll_ws *ws = thread->ws;
     ll_ws_stream *stream = ll_ws_find_stream(ws, viewer->upgrade.kind, viewer->upgrade.id);
-    viewer->opened_ns = viewer->tokens_ns = thread->now_ns;
-    viewer->tokens = 2 * ws->config.max_messages_per_s;
+    viewer->opened_ns = viewer->messages.tokens_ns = thread->now_ns;
+    viewer->messages.tokens = 2 * ws->config.max_messages_per_s;
     if (stream == NULL) {
         ll_ws_viewer_close(viewer, LL_WS_NO_SESSION, "deleted");
         return;
@@ -234,7 +235,7 @@ void ll_ws_viewer_open(ws_viewer *viewer)
         return;
     }
     viewer->stream = stream;
-    viewer->fresh = true;
+    viewer->frames.fresh = true;
     viewer->next = stream->first;
     if (stream->first != NULL) {
         stream->first->previous = viewer;
@@ -258,14 +259,14 @@ void ll_ws_viewer_gone(ws_viewer *viewer)
 {
     ll_ws_stream *stream = viewer->stream;
     ll_ws_messages_drop(viewer);
-    free(viewer->received);
-    viewer->received = NULL;
-    viewer->received_capacity = 0;
+    free(viewer->messages.received);
+    viewer->messages.received = NULL;
+    viewer->messages.received_capacity = 0;
     if (stream == NULL) {
         return;
     }
     ll_ws_viewer_release_sections(viewer);
-    if (viewer->ready) {
+    if (viewer->frames.ready) {
         atomic_fetch_sub(&stream->viewers, 1);
     }
     if (viewer->next != NULL) {
@@ -285,12 +286,12 @@ void ll_ws_viewer_gone(ws_viewer *viewer)
 /* Sends nothing after our close frame, which answers the viewer's. */
 static void on_close_frame(ws_viewer *viewer, int code)
 {
-    if (viewer->close_sent) {
+    if (viewer->closing.sent) {
         return;
     }
     ll_ws_messages_drop(viewer);
-    viewer->close_code = code;
-    viewer->close_ns = viewer->thread->now_ns;
+    viewer->closing.code = code;
+    viewer->closing.since_ns = viewer->thread->now_ns;
     ll_ws_viewer_gone(viewer);
     ll_ws_socket_send_close(viewer, code, "");
 }
@@ -305,7 +306,7 @@ const ws_receiver ll_ws_viewer_receiver = {.piece = receive,
 void ll_ws_viewer_ping(ws_viewer *viewer)
 {
     unsigned char bytes[LL_FRAMING_HEAD_SPACE];
-    if (viewer->measured_ns != 0 || viewer->close_code != 0 || ll_ws_socket_full(viewer)) {
+    if (viewer->measured_ns != 0 || viewer->closing.code != 0 || ll_ws_socket_full(viewer)) {
         return;
     }
     viewer->measured_ns = viewer->pinged_ns = ll_ws_now();
@@ -331,8 +332,8 @@ void ll_ws_viewer_sweep(ws_viewer *viewer)
     if (viewer->dead) {
         return;
     }
-    if (viewer->close_code != 0) {
-        if (now - viewer->close_ns > CLOSE_TIMEOUT_NS) {
+    if (viewer->closing.code != 0) {
+        if (now - viewer->closing.since_ns > CLOSE_TIMEOUT_NS) {
             ll_ws_socket_fail(viewer);
         }
         return;
@@ -341,10 +342,10 @@ void ll_ws_viewer_sweep(ws_viewer *viewer)
     if (viewer->stream == NULL || viewer->dead) {
         return;
     }
-    if (!viewer->ready && (double)(now - viewer->opened_ns) > config->hello_timeout_s * 1e9) {
+    if (!viewer->frames.ready && (double)(now - viewer->opened_ns) > config->hello_timeout_s * 1e9) {
         ll_ws_viewer_close(viewer, LL_WS_TRY_LATER, "session busy; try again later");
-    } else if (viewer->acked_once && viewer->outstanding_count > 0 &&
-               (double)(now - viewer->outstanding[0].sent_ns) > config->ack_timeout_s * 1e9) {
+    } else if (viewer->frames.acked_once && viewer->flow.outstanding_count > 0 &&
+               (double)(now - viewer->flow.outstanding[0].sent_ns) > config->ack_timeout_s * 1e9) {
         ll_ws_count(&viewer->thread->counts.closed_slow, 1);
         ll_ws_viewer_close(viewer, LL_WS_TRY_LATER, "no acknowledgement for too long (ack_timeout_s)");
     } else {

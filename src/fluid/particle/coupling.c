@@ -77,10 +77,10 @@ void ll_particle_body_move(ll_particles *p, double dt)
          setup->walls & LL_WALL_LEFT, setup->walls & LL_WALL_RIGHT);
     hold(&body->y, &body->v, __builtin_fabs(s) * w + __builtin_fabs(c) * h, setup->height,
          setup->walls & LL_WALL_BOTTOM, setup->walls & LL_WALL_TOP);
-    p->body_ax = (body->u - p->body_u0) / dt;
-    p->body_ay = (body->v - p->body_v0) / dt;
-    p->body_u0 = body->u;
-    p->body_v0 = body->v;
+    p->motion.ax = (body->u - p->motion.u0) / dt;
+    p->motion.ay = (body->v - p->motion.v0) / dt;
+    p->motion.u0 = body->u;
+    p->motion.v0 = body->v;
     ll_particle_body_place(p);
     ll_particle_sort_walls(p);
 }

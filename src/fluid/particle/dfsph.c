@@ -77,7 +77,7 @@ static ll_particle_fault substep(ll_particles *p, double dt, ll_pace *pace)
 {
     const ll_particle_params *q = &p->params;
     ll_particle_sort_fluid(p);
-    ll_particle_fault fault = ll_particle_pairs(p, p->support);
+    ll_particle_fault fault = ll_particle_pairs(p, p->kernel.support);
     if (fault.reason != NULL)
         return fault;
     double *u = ll_particle_values(p, LL_PARTICLE_U), *v = ll_particle_values(p, LL_PARTICLE_V);
@@ -96,7 +96,7 @@ static ll_particle_fault substep(ll_particles *p, double dt, ll_pace *pace)
         u[a] += dt * (ax[a] + q->gravity_x);
         v[a] += dt * (ay[a] + q->gravity_y);
     }
-    double share = dt * q->sound_speed / (RETURN * p->h);
+    double share = dt * q->sound_speed / (RETURN * p->kernel.h);
     iterate(
         p,
         &(solve){.pressure_factor = pressure_factor, .return_share = share < 1 ? share : 1, .density = true},

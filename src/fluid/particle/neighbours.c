@@ -11,15 +11,15 @@ void ll_particle_cells_size(const ll_particle_setup *setup, double support, ll_p
 {
     double side = CELL_PER_SUPPORT * support;
     double margin = 4 * setup->spacing; /* room for walls */
-    p->origin_x = setup->periodic ? 0 : -margin;
-    p->origin_y = -margin;
+    p->cells.origin_x = setup->periodic ? 0 : -margin;
+    p->cells.origin_y = -margin;
     double width = setup->periodic ? setup->width : setup->width + 2 * margin;
     p->columns = (int32_t)(width / side);
     p->rows = (int32_t)((setup->height + 2 * margin) / side) + 1;
     if (!setup->periodic)
         p->columns++;
-    p->per_cell_x = setup->periodic ? p->columns / width : 1 / side;
-    p->per_cell_y = 1 / side;
+    p->cells.per_m_x = setup->periodic ? p->columns / width : 1 / side;
+    p->cells.per_m_y = 1 / side;
     p->wrap = setup->periodic ? width : 1e300;
 }
 
@@ -39,8 +39,8 @@ static void sort(ll_particles *p, int32_t begin, int32_t end, int32_t *start, ll
     int32_t *place = ll_part_cell(p), cells = p->columns * p->rows;
     memset(start, 0, (size_t)(cells + 1) * sizeof *start);
     for (int32_t i = begin; i < end; i++) {
-        place[i] = slot(y[i], p->origin_y, p->per_cell_y, p->rows) * p->columns +
-                   slot(x[i], p->origin_x, p->per_cell_x, p->columns);
+        place[i] = slot(y[i], p->cells.origin_y, p->cells.per_m_y, p->rows) * p->columns +
+                   slot(x[i], p->cells.origin_x, p->cells.per_m_x, p->columns);
         start[place[i]]++;
     }
     for (int32_t c = 0, sum = begin; c <= cells; c++) {

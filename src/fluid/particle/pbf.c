@@ -134,7 +134,7 @@ static ll_particle_fault substep(ll_particles *p, double dt, ll_pace *pace)
 {
     predict(p, dt);
     ll_particle_sort_fluid(p);
-    ll_particle_fault fault = ll_particle_pairs(p, 1.1 * p->support);
+    ll_particle_fault fault = ll_particle_pairs(p, 1.1 * p->kernel.support);
     if (fault.reason != NULL)
         return fault;
     warm_start(p, dt);

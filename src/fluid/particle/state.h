@@ -10,7 +10,7 @@ typedef enum ll_particle_field {
     LL_PARTICLE_U,
     LL_PARTICLE_V,
     LL_PARTICLE_DENSITY,
-    LL_PARTICLE_PRESSURE,        /* Pa */ 
+    LL_PARTICLE_PRESSURE,        /* Pa */
     LL_PARTICLE_PRESSURE_FACTOR, /* p / density^2 of the solvers, and their initial guess */
     LL_PARTICLE_DIVERGENCE,      /* the same of dfsph's divergence solver */
     LL_PARTICLE_STATES,
@@ -31,6 +31,32 @@ typedef enum ll_particle_field {
 #pragma GCC diagnostic push
 #pragma GCC diagnostic error "-Wpadded" /* no padding: the block is hashed */
 
+/* The smoothing kernel. */
+typedef struct ll_particle_kernel {
+    double h, support;
+    double scale, slope_scale; /* of the kernel and of its gradient */
+    double gradient_scale;     /* of the gradient relative to the kernel's own derivative */
+    double viscous_scale;      /* makes the viscous sum of a lattice exact */
+} ll_particle_kernel;
+
+/* The grid of cells that finds neighbours. */
+typedef struct ll_particle_cells {
+    double origin_x, origin_y;
+    double per_m_x, per_m_y; /* cells per metre */
+} ll_particle_cells;
+
+/* Of the body in the tank. */
+typedef struct ll_particle_body_motion {
+    double u0, v0; /* velocity before the substep */
+    double ax, ay; /* last acceleration */
+} ll_particle_body_motion;
+
+/* Where the arrays lie, from the start of the block. */
+typedef struct ll_particle_layout {
+    int64_t field, id, state_end, local, cell, order, fluid_start, wall_start;
+    int64_t row, pair, ex, ey, slope, kernel, end;
+} ll_particle_layout;
+
 struct ll_particles {
     ll_particle_setup setup;
     ll_particle_params params;
@@ -38,50 +64,44 @@ struct ll_particles {
     ll_drag_force drag_force;
     double time;
     double mass; /* of one particle */
-    double h, support;
-    double kernel_scale, slope_scale; /* of the kernel and of its gradient */
-    double gradient_scale;            /* of the gradient relative to the kernel's own derivative */
-    double viscous_scale;             /* makes the viscous sum of a lattice exact */
-    double origin_x, origin_y;        /* of the cells */
-    double per_cell_x, per_cell_y;    /* 1/m */
-    double wrap;                      /* width of a periodic tank, or infinity */
-    double body_u0, body_v0;          /* velocity of the body before the substep */
-    double body_ax, body_ay;          /* its last acceleration */
+    ll_particle_kernel kernel;
+    ll_particle_cells cells;
+    double wrap; /* width of a periodic tank, or infinity */
+    ll_particle_body_motion motion;
     int64_t tick, substeps, iterations;
     int32_t fluid, wall, body_count;
     int32_t stride; /* doubles per field */
     int32_t columns, rows;
     int32_t capacity; /* of pairs */
     int32_t pairs;
-    int64_t at_field, at_id, at_state_end, at_local, at_cell, at_order, at_fluid_start, at_wall_start;
-    int64_t at_row, at_pair, at_ex, at_ey, at_slope, at_kernel, at_end;
+    ll_particle_layout at;
 };
 
 #pragma GCC diagnostic pop
 
-#define LL_PART(name, type, offset)                                                                          \
+#define LL_PART(name, type)                                                                                  \
     static inline type *ll_part_##name(const ll_particles *p)                                                \
     {                                                                                                        \
-        return (type *)((char *)(uintptr_t)p + p->offset);                                                   \
+        return (type *)((char *)(uintptr_t)p + p->at.name);                                                  \
     }
-LL_PART(id, int32_t, at_id)      /* fluid: from 0; tank: -1; body: -2 - k */
-LL_PART(local, double, at_local) /* x, y of the body's particle k in the body frame */
-LL_PART(cell, int32_t, at_cell)  /* for sorting: cell, index and one field */
-LL_PART(order, double, at_order)
-LL_PART(fluid_start, int32_t, at_fluid_start) /* first particle of a cell; one more at the end */
-LL_PART(wall_start, int32_t, at_wall_start)
+LL_PART(id, int32_t)   /* fluid: from 0; tank: -1; body: -2 - k */
+LL_PART(local, double) /* x, y of the body's particle k in the body frame */
+LL_PART(cell, int32_t) /* for sorting: cell, index and one field */
+LL_PART(order, double)
+LL_PART(fluid_start, int32_t) /* first particle of a cell; one more at the end */
+LL_PART(wall_start, int32_t)
 /* Pairs of fluid particle a: from row[2 a] with fluid of a higher index, from row[2 a + 1] with walls, to
  * row[2 a + 2]. */
-LL_PART(row, int32_t, at_row)
-LL_PART(pair, int32_t, at_pair) /* the other particle */
-LL_PART(ex, double, at_ex)      /* x of a minus x of the other */
-LL_PART(ey, double, at_ey)
-LL_PART(slope, double, at_slope) /* the kernel's gradient is slope * (ex, ey); negative */
-LL_PART(kernel, double, at_kernel)
+LL_PART(row, int32_t)
+LL_PART(pair, int32_t) /* the other particle */
+LL_PART(ex, double)    /* x of a minus x of the other */
+LL_PART(ey, double)
+LL_PART(slope, double) /* the kernel's gradient is slope * (ex, ey); negative */
+LL_PART(kernel, double)
 
 static inline double *ll_particle_values(const ll_particles *p, ll_particle_field field)
 {
-    return (double *)((char *)(uintptr_t)p + p->at_field) + (size_t)field * (size_t)p->stride;
+    return (double *)((char *)(uintptr_t)p + p->at.field) + (size_t)field * (size_t)p->stride;
 }
 
 static inline int32_t ll_particle_total(const ll_particles *p)

@@ -63,9 +63,9 @@ void ll_particle_add_viscosity(ll_particles *p)
     double *ax = ll_particle_values(p, LL_PARTICLE_AX), *ay = ll_particle_values(p, LL_PARTICLE_AY);
     double *mu = ll_particle_values(p, LL_PARTICLE_GX), *mv = ll_particle_values(p, LL_PARTICLE_GY);
     double volume = p->setup.spacing * p->setup.spacing;
-    viscous c = {.along = volume * q->artificial_viscosity * p->h * q->sound_speed,
-                 .across = volume * 2 * q->viscosity * p->viscous_scale,
-                 .soft = 0.01 * p->h * p->h};
+    viscous c = {.along = volume * q->artificial_viscosity * p->kernel.h * q->sound_speed,
+                 .across = volume * 2 * q->viscosity * p->kernel.viscous_scale,
+                 .soft = 0.01 * p->kernel.h * p->kernel.h};
     if (q->no_slip)
         mirror_velocity(p, mu, mv);
     for (int32_t a = 0; a < p->fluid; a++) {
@@ -125,9 +125,9 @@ static void add_densities(ll_particles *p, density_sums *sums, int32_t from, int
     const double *kernel = ll_part_kernel(p);
     double *density = ll_particle_values(p, LL_PARTICLE_DENSITY),
            *factor = ll_particle_values(p, LL_PARTICLE_FACTOR);
-    double steep = p->slope_scale * p->h, soft = SOFT * steep * steep, mass = p->mass;
+    double steep = p->kernel.slope_scale * p->kernel.h, soft = SOFT * steep * steep, mass = p->mass;
     for (int32_t a = from; a < to; a++) {
-        two sum = sums[a].kernel_squares + (two){p->kernel_scale, 0}, gradient = sums[a].gradient;
+        two sum = sums[a].kernel_squares + (two){p->kernel.scale, 0}, gradient = sums[a].gradient;
         for (int32_t k = row[2 * a]; k < row[2 * a + 1]; k++) {
             density_sums *other = &sums[pair[k]];
             two g = slope[k] * (two){ex[k], ey[k]}, squares = g * g;
@@ -171,8 +171,8 @@ void ll_particle_mirror(ll_particles *p, double *pressure_factor, double volume)
     for (int32_t a = 0; a < p->fluid; a++)
         for (int32_t k = row[2 * a + 1]; k < row[2 * a + 2]; k++) {
             int32_t b = pair[k];
-            double gx = p->params.gravity_x - (id[b] < -1 ? p->body_ax : 0);
-            double gy = p->params.gravity_y - (id[b] < -1 ? p->body_ay : 0);
+            double gx = p->params.gravity_x - (id[b] < -1 ? p->motion.ax : 0);
+            double gy = p->params.gravity_y - (id[b] < -1 ? p->motion.ay : 0);
             double between = pressure_factor[a] > 0 ? volume * (gx * ex[k] + gy * ey[k]) : 0;
             pressure_factor[b] += (pressure_factor[a] - between) * kernel[k];
             sum[b] += kernel[k];
@@ -191,10 +191,10 @@ void ll_particle_field_pressure(ll_particles *p, const double *pressure_factor)
     const int32_t *row = ll_part_row(p), *pair = ll_part_pair(p);
     const double *kernel = ll_part_kernel(p);
     double *pressure = ll_particle_values(p, LL_PARTICLE_PRESSURE);
-    double scale = p->params.density * p->mass * p->gradient_scale;
+    double scale = p->params.density * p->mass * p->kernel.gradient_scale;
     clear(p, LL_PARTICLE_PRESSURE);
     for (int32_t a = 0; a < p->fluid; a++) {
-        double sum = pressure[a] + pressure_factor[a] * p->kernel_scale;
+        double sum = pressure[a] + pressure_factor[a] * p->kernel.scale;
         for (int32_t k = row[2 * a]; k < row[2 * a + 2]; k++) {
             sum += pressure_factor[pair[k]] * kernel[k];
             pressure[pair[k]] += pressure_factor[a] * kernel[k];

@@ -10,7 +10,7 @@
 
 static double dt_limit(const ll_particles *p, double speed)
 {
-    return 0.25 * p->h / (p->params.sound_speed + speed);
+    return 0.25 * p->kernel.h / (p->params.sound_speed + speed);
 }
 
 static void pressure_of_fluid(ll_particles *p)
@@ -38,8 +38,8 @@ static void pressure_of_walls(ll_particles *p)
     for (int32_t a = 0; a < p->fluid; a++)
         for (int32_t k = row[2 * a + 1]; k < row[2 * a + 2]; k++) {
             int32_t b = pair[k];
-            double gx = p->params.gravity_x - (id[b] < -1 ? p->body_ax : 0);
-            double gy = p->params.gravity_y - (id[b] < -1 ? p->body_ay : 0);
+            double gx = p->params.gravity_x - (id[b] < -1 ? p->motion.ax : 0);
+            double gy = p->params.gravity_y - (id[b] < -1 ? p->motion.ay : 0);
             pressure[b] += (pressure[a] - density[a] * (gx * ex[k] + gy * ey[k])) * kernel[k];
             weight[b] += kernel[k];
         }
@@ -85,7 +85,7 @@ static void diffuse(ll_particles *p)
     const double *ex = ll_part_ex(p), *ey = ll_part_ey(p), *slope = ll_part_slope(p);
     const double *density = ll_particle_values(p, LL_PARTICLE_DENSITY);
     double *rate = ll_particle_values(p, LL_PARTICLE_RATE), *steep = ll_particle_values(p, LL_PARTICLE_SUM);
-    double scale = 2 * q->diffusion * p->h * q->sound_speed * p->setup.spacing * p->setup.spacing;
+    double scale = 2 * q->diffusion * p->kernel.h * q->sound_speed * p->setup.spacing * p->setup.spacing;
     double half = q->density / (2 * q->sound_speed * q->sound_speed);
     for (int32_t a = 0; a < p->fluid; a++) {
         double r = q->density / density[a], r2 = r * r;
@@ -106,7 +106,7 @@ static ll_particle_fault substep(ll_particles *p, double dt, ll_pace *pace)
     (void)pace; /* nothing is iterated */
     const ll_particle_params *q = &p->params;
     ll_particle_sort_fluid(p);
-    ll_particle_fault fault = ll_particle_pairs(p, p->support);
+    ll_particle_fault fault = ll_particle_pairs(p, p->kernel.support);
     if (fault.reason != NULL)
         return fault;
     double *density = ll_particle_values(p, LL_PARTICLE_DENSITY),

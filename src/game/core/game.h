@@ -87,7 +87,7 @@ typedef struct ll_game_scene {
 
 /* How an entity is drawn; or a fixed part of the scene, which also has a position. */
 typedef struct ll_game_shape {
-    const char *kind;     /* `player`, `target`, `crate`, `water`, `shell`, `cover` */
+    const char *kind;     /* `player`, `target`, `crate`, `water`, `projectile`, `cover` */
     double width, height; /* m */
     bool round;           /* an ellipse, else a box */
     double x, y;          /* m, of the centre */

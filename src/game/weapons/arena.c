@@ -222,17 +222,23 @@ static bool inside(const ll_box *box, ll_point p)
     return p.x >= box->x_min && p.x <= box->x_max && p.y >= box->y_min && p.y <= box->y_max;
 }
 
-/* First of `times` from s0 to s1 at which the flight is between two edges along the other axis. */
+/* Two edges of a box. */
+typedef struct edges {
+    bool in_y; /* of y; false: of x */
+    double low, high;
+} edges;
+
+/* First of `times` from s0 to s1 at which the flight is between the edges. */
 static double first_between(const ll_flight *f, const double *times, int count, double s0, double s1,
-                            bool seen_in_y, double low, double high)
+                            edges between)
 {
     double first = NEVER;
     for (int i = 0; i < count; i++) {
         if (!(times[i] >= s0 && times[i] <= s1 && times[i] < first))
             continue;
         ll_point p = ll_flight_at(f, times[i]);
-        double other = seen_in_y ? p.y : p.x;
-        if (other >= low && other <= high)
+        double other = between.in_y ? p.y : p.x;
+        if (other >= between.low && other <= between.high)
             first = times[i];
     }
     return first;
@@ -251,8 +257,8 @@ static double meets_box(const ll_flight *f, double s0, double s1, const ll_box *
     n += at_width(f, box->x_max, sides + n);
     int m = at_height(f, box->y_min, levels);
     m += at_height(f, box->y_max, levels + m);
-    double by_side = first_between(f, sides, n, s0, s1, true, box->y_min, box->y_max);
-    double by_level = first_between(f, levels, m, s0, s1, false, box->x_min, box->x_max);
+    double by_side = first_between(f, sides, n, s0, s1, (edges){true, box->y_min, box->y_max});
+    double by_level = first_between(f, levels, m, s0, s1, (edges){false, box->x_min, box->x_max});
     return by_side < by_level ? by_side : by_level;
 }
 

@@ -122,7 +122,7 @@ void ll_link_init(ll_link *l, int slots, int arena_bytes, uint64_t seed, uint64_
                             .reordered = LL_NO_NUMBER,
                             .corrupted = LL_NO_NUMBER,
                             .deviate_number = LL_NO_NUMBER};
-    l->stats.delay_min_ms = 1e9;
+    l->stats.delay.min_ms = 1e9;
     l->latest = l->memory.entrance = l->memory.exit = LL_LONG_AGO;
 }
 
@@ -300,7 +300,7 @@ int ll_link_in_flight(const ll_link *l)
 
 void ll_link_restart_stats(ll_link *l)
 {
-    l->stats = (ll_link_stats){.carried = ll_link_in_flight(l), .delay_min_ms = 1e9};
+    l->stats = (ll_link_stats){.carried = ll_link_in_flight(l), .delay.min_ms = 1e9};
 }
 
 const ll_link_stats *ll_link_get_stats(const ll_link *l)
@@ -315,7 +315,7 @@ int64_t ll_link_put_on_way(const ll_link_stats *s)
 
 int64_t ll_link_messages(const ll_link_stats *s)
 {
-    return s->sent - s->fragments + s->split;
+    return s->sent - s->fragments.count + s->fragments.split;
 }
 
 double ll_link_loss_pct(const ll_link_stats *s)
@@ -327,11 +327,11 @@ double ll_link_loss_pct(const ll_link_stats *s)
 /* By differences, which need no mean: the mean of all packets differs slightly from that of the pairs. */
 double ll_link_delay_correlation(const ll_link_stats *s)
 {
-    double n = (double)ll_link_put_on_way(s), mean = s->delay_sum_ms / n;
-    double variance = s->delay_sum_squares / n - mean * mean;
-    if (s->delay_pairs == 0 || s->delay_step_squares <= 0 || variance <= 0)
+    double n = (double)ll_link_put_on_way(s), mean = s->delay.sum_ms / n;
+    double variance = s->delay.sum_squares / n - mean * mean;
+    if (s->delay.pairs == 0 || s->delay.step_squares <= 0 || variance <= 0)
         return 0;
-    return 1 - s->delay_step_squares / (double)s->delay_pairs / (2 * variance);
+    return 1 - s->delay.step_squares / (double)s->delay.pairs / (2 * variance);
 }
 
 /* ---- validation ---- */

@@ -7,10 +7,10 @@
 static void count_delay(ll_link *l, double delay_ms)
 {
     ll_link_stats *s = &l->stats;
-    s->delay_min_ms = delay_ms < s->delay_min_ms ? delay_ms : s->delay_min_ms;
-    s->delay_max_ms = delay_ms > s->delay_max_ms ? delay_ms : s->delay_max_ms;
-    s->delay_sum_ms += delay_ms;
-    s->delay_sum_squares += delay_ms * delay_ms;
+    s->delay.min_ms = delay_ms < s->delay.min_ms ? delay_ms : s->delay.min_ms;
+    s->delay.max_ms = delay_ms > s->delay.max_ms ? delay_ms : s->delay.max_ms;
+    s->delay.sum_ms += delay_ms;
+    s->delay.sum_squares += delay_ms * delay_ms;
 }
 
 /* Due time of a packet that passed all stages, in the configured order. */
@@ -33,8 +33,8 @@ static void count_pair(ll_link *l, double delay_ms)
 {
     bool follows = l->delay_number == l->packet - 1;
     double step = delay_ms - l->delay_ms;
-    l->stats.delay_step_squares += follows ? step * step : 0;
-    l->stats.delay_pairs += follows;
+    l->stats.delay.step_squares += follows ? step * step : 0;
+    l->stats.delay.pairs += follows;
     l->delay_number = l->packet;
     l->delay_ms = delay_ms;
 }
@@ -146,21 +146,21 @@ static int32_t packets_of(const ll_link_params *params, int32_t size)
 
 static void count_split(ll_link *l, int32_t packets)
 {
-    l->stats.split++;
-    l->stats.fragments += packets;
+    l->stats.fragments.split++;
+    l->stats.fragments.count += packets;
 }
 
 static void count_lost(ll_link *l, int32_t packets)
 {
     l->stats.messages_lost++;
-    l->stats.split_lost += packets > 1;
+    l->stats.fragments.split_lost += packets > 1;
 }
 
 static void gather(ll_link *l, ll_sending *all, const ll_sending *one)
 {
     ll_time when;
     if (!comes(one, &when)) {
-        l->stats.fragments_lost++;
+        l->stats.fragments.lost++;
         if (all->fate == LL_FATE_DELIVERED) {
             all->fate = one->fate;
             all->due = one->due;
@@ -205,28 +205,26 @@ static ll_sending send_impaired(ll_link *l, const ll_link_params *params, double
 static ll_sending refuse(ll_link *l, ll_time now, int32_t packets)
 {
     l->stats.overflowed += packets;
-    l->stats.fragments_lost += packets > 1 ? packets : 0;
+    l->stats.fragments.lost += packets > 1 ? packets : 0;
     count_lost(l, packets);
     return (ll_sending){.fate = LL_FATE_OVERFLOW, .due = now, .fragments = packets};
 }
 
 /* Without draws: all packets of a message arrive at one time. */
-static void send_plain(ll_link *l, const ll_link_params *params, double lag_ms, ll_time now,
-                       const void *bytes, int32_t size, int32_t packets, ll_sending *sending)
+static ll_sending send_plain(ll_link *l, const ll_link_params *params, double lag_ms, ll_time now,
+                             const message *m, int32_t packets)
 {
     l->packet += packets;
     if (packets > 1)
         count_split(l, packets);
-    if (!ll_link_has_room(l, size)) {
-        *sending = refuse(l, now, packets);
-        return;
-    }
+    if (!ll_link_has_room(l, m->size))
+        return refuse(l, now, packets);
     double delay_ms = lag_ms + params->delay_ms;
     ll_time due = arrival(l, (ll_order)params->order, now, delay_ms, 0);
     for (int32_t i = 1; i < packets; i++)
         due = arrival(l, (ll_order)params->order, now, delay_ms, 0);
-    ll_link_put(l, now, due, bytes, size);
-    *sending = (ll_sending){.fate = LL_FATE_DELIVERED, .due = due, .fragments = packets};
+    ll_link_put(l, now, due, m->bytes, m->size);
+    return (ll_sending){.fate = LL_FATE_DELIVERED, .due = due, .fragments = packets};
 }
 
 ll_sending ll_link_send(ll_link *l, const ll_link_params *params, double lag_ms, ll_time now,
@@ -237,10 +235,10 @@ ll_sending ll_link_send(ll_link *l, const ll_link_params *params, double lag_ms,
     l->stats.sent += packets;
     l->stats.bytes += size;
     ll_sending sending;
+    message m = {bytes, size, packets == 1};
     if (!ll_stages_any(params)) {
-        send_plain(l, params, lag_ms, now, bytes, size, packets, &sending);
+        sending = send_plain(l, params, lag_ms, now, &m, packets);
     } else {
-        message m = {bytes, size, packets == 1};
         sending = packets == 1 ? send_impaired(l, params, lag_ms, now, &m)
                                : send_split(l, params, lag_ms, now, &m, packets);
     }

@@ -103,8 +103,29 @@ typedef struct ll_sending {
     ll_time copy_due;  /* like `due` */
 } ll_sending;
 
-/* Measured statistics, to compare with the configured ones; of packets unless they say messages. Delays are
- * those of packets that were stored, copies included: as drawn or, in fifo order, as they became. */
+/* Fragments of long messages. */
+typedef struct ll_fragment_stats {
+    int64_t split;      /* messages of more than one packet */
+    int64_t split_lost; /* of these */
+    int64_t count;      /* their packets */
+    int64_t lost;       /* neither they nor their copies arrived */
+} ll_fragment_stats;
+
+/* Delays of packets that were stored, copies included: as drawn or, in fifo order, as they became. */
+typedef struct ll_delay_stats {
+    double sum_ms, sum_squares;
+    double min_ms, max_ms; /* the minimum is 1e9 before the first */
+    double step_squares;   /* of the differences of the delays of successive packets */
+    int64_t pairs;         /* their number, on a link with impairments */
+} ll_delay_stats;
+
+/* Packets and copies that passed the rate's queue. */
+typedef struct ll_queue_stats {
+    int64_t count;
+    double sum_ms, max_ms; /* waiting and transmission */
+} ll_queue_stats;
+
+/* Measured statistics, to compare with the configured ones; of packets unless they say messages. */
 typedef struct ll_link_stats {
     int64_t carried;    /* messages in flight when counting began */
     int64_t sent, lost; /* lost: includes copies */
@@ -121,14 +142,7 @@ typedef struct ll_link_stats {
     int64_t reordered_ahead; /* by the stage `reorder`; includes copies */
     int64_t bytes;           /* of all messages, without copies and headers */
     int64_t messages_lost;   /* not received, or not completely, for any reason */
-    int64_t split;           /* messages of more than one packet */
-    int64_t split_lost;      /* of these */
-    int64_t fragments;       /* their packets */
-    int64_t fragments_lost;  /* neither they nor their copies arrived */
-    double delay_sum_ms, delay_sum_squares;
-    double delay_min_ms, delay_max_ms; /* the minimum is 1e9 before the first */
-    double delay_step_squares;         /* of the differences of the delays of successive packets */
-    int64_t delay_pairs;               /* their number, on a link with impairments */
-    int64_t queued;                    /* packets and copies that passed the rate's queue */
-    double queue_sum_ms, queue_max_ms; /* waiting and transmission */
+    ll_fragment_stats fragments;
+    ll_delay_stats delay;
+    ll_queue_stats queue;
 } ll_link_stats;

@@ -58,7 +58,7 @@ void ll_stage_rate(ll_passage *p, ll_memory *m, ll_link_stats *stats)
     m->queue_count++;
     p->queued = m->exit - arrives;
     double queued_ms = ll_to_ms(p->queued);
-    stats->queued++;
-    stats->queue_sum_ms += queued_ms;
-    stats->queue_max_ms = queued_ms > stats->queue_max_ms ? queued_ms : stats->queue_max_ms;
+    stats->queue.count++;
+    stats->queue.sum_ms += queued_ms;
+    stats->queue.max_ms = queued_ms > stats->queue.max_ms ? queued_ms : stats->queue.max_ms;
 }

@@ -12,8 +12,8 @@ typedef struct ll_ack {
     const char *help;
     uint32_t wants; /* ll_part */
 
-    /* Closes the inputs that `state`, the newest snapshot, decides, and moves client->acked: all inputs up to
-     * it are closed. */
+    /* Closes the inputs that `state`, the newest snapshot, decides, and moves `inputs.acked`: all inputs up
+     * to it are closed. */
     void (*take)(struct ll_client *client, const struct ll_client_setup *setup,
                  const struct ll_snapshot_entry *state, ll_time now);
 } ll_ack;

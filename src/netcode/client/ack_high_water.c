@@ -7,11 +7,11 @@
 
 static void take(ll_client *c, const ll_client_setup *s, const ll_snapshot_entry *state, ll_time now)
 {
-    uint32_t upto = state->acked < c->seq ? state->acked : c->seq;
-    for (uint32_t seq = c->acked + 1; seq <= upto; seq++)
+    uint32_t upto = state->acked < c->inputs.seq ? state->acked : c->inputs.seq;
+    for (uint32_t seq = c->inputs.acked + 1; seq <= upto; seq++)
         ll_client_close(c, s, seq, seq <= state->applied ? LL_INPUT_APPLIED : LL_INPUT_SKIPPED, state, now);
-    if (upto > c->acked || !s->sync->drops_stale)
-        c->acked = upto;
+    if (upto > c->inputs.acked || !s->sync->drops_stale)
+        c->inputs.acked = upto;
 }
 
 const ll_ack ll_ack_high_water = {

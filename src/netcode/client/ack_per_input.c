@@ -12,18 +12,19 @@
 
 static bool applied(const ll_client *c, uint32_t seq)
 {
-    uint32_t i = c->result.newest - seq;
-    return seq <= c->result.newest && i / 32 < c->result.words && c->results[i / 32] >> (i & 31) & 1;
+    uint32_t i = c->results.head.newest - seq;
+    return seq <= c->results.head.newest && i / 32 < c->results.head.words &&
+           c->results.applied[i / 32] >> (i & 31) & 1;
 }
 
 /* By step: all inputs up to the acknowledged one are decided. */
 static void take_decided(ll_client *c, const ll_client_setup *s, const ll_snapshot_entry *state, ll_time now)
 {
-    uint32_t upto = state->acked < c->seq ? state->acked : c->seq;
-    for (uint32_t seq = c->acked + 1; seq <= upto; seq++)
+    uint32_t upto = state->acked < c->inputs.seq ? state->acked : c->inputs.seq;
+    for (uint32_t seq = c->inputs.acked + 1; seq <= upto; seq++)
         ll_client_close(c, s, seq, applied(c, seq) ? LL_INPUT_APPLIED : LL_INPUT_SKIPPED, state, now);
-    if (upto > c->acked)
-        c->acked = upto;
+    if (upto > c->inputs.acked)
+        c->inputs.acked = upto;
 }
 
 #define OVERTAKEN 64 /* number of later applied inputs after which an input is given up */
@@ -32,13 +33,13 @@ static void take_decided(ll_client *c, const ll_client_setup *s, const ll_snapsh
 static void take_as_they_came(ll_client *c, const ll_client_setup *s, const ll_snapshot_entry *state,
                               ll_time now)
 {
-    uint32_t newest = c->result.newest < c->seq ? c->result.newest : c->seq;
+    uint32_t newest = c->results.head.newest < c->inputs.seq ? c->results.head.newest : c->inputs.seq;
     uint32_t first = newest >= OVERTAKEN ? newest - OVERTAKEN + 1 : 1;
-    for (uint32_t seq = c->acked + 1; seq < first; seq++)
+    for (uint32_t seq = c->inputs.acked + 1; seq < first; seq++)
         if (ll_client_is_open(c, seq))
             ll_client_close(c, s, seq, applied(c, seq) ? LL_INPUT_APPLIED : LL_INPUT_SKIPPED, state, now);
-    c->acked = first - 1;
-    for (uint32_t seq = first; seq <= c->seq; seq++) {
+    c->inputs.acked = first - 1;
+    for (uint32_t seq = first; seq <= c->inputs.seq; seq++) {
         ll_pending_input *p = ll_client_pending(c, seq);
         if (p->seq != seq)
             continue; /* too old for the ring */
@@ -47,16 +48,16 @@ static void take_as_they_came(ll_client *c, const ll_client_setup *s, const ll_s
         else if (p->state == LL_INPUT_APPLIED)
             p->state = LL_INPUT_OPEN; /* this snapshot is older than the one that included it */
     }
-    while (c->acked < c->seq && !ll_client_is_open(c, c->acked + 1))
-        c->acked++;
+    while (c->inputs.acked < c->inputs.seq && !ll_client_is_open(c, c->inputs.acked + 1))
+        c->inputs.acked++;
 }
 
 static void take(ll_client *c, const ll_client_setup *s, const ll_snapshot_entry *state, ll_time now)
 {
-    if (!(c->parts &
+    if (!(c->results.parts &
           LL_PART_APPLIED)) { /* the server does not know yet that the client wants more than a number */
-        c->result = (ll_input_result_part){state->applied, LL_INPUT_RESULT_WORDS_MAX};
-        memset(c->results, 0xff, sizeof c->results);
+        c->results.head = (ll_input_result_part){state->applied, LL_INPUT_RESULT_WORDS_MAX};
+        memset(c->results.applied, 0xff, sizeof c->results.applied);
     }
     if (s->sync->applies_on_arrival)
         take_as_they_came(c, s, state, now);

@@ -42,13 +42,13 @@ static const cheat *cheat_of(const ll_client_setup *s)
 void ll_cheat_action(const ll_client *c, const ll_client_setup *s, ll_action *action)
 {
     if (cheat_of(s)->tamper)
-        cheat_of(s)->tamper(action, c->frame, (c->clock.freq + 500) / 1000);
+        cheat_of(s)->tamper(action, c->ticks.number, (c->ticks.clock.freq + 500) / 1000);
 }
 
 int ll_cheat_extra(const ll_client *c, const ll_client_setup *s)
 {
     int every = cheat_of(s)->every;
-    return every > 0 && c->frame % every == 0;
+    return every > 0 && c->ticks.number % every == 0;
 }
 
 bool ll_cheat_minds(const ll_client_setup *s)

@@ -144,7 +144,8 @@ static void take_accept(ll_client *c, const ll_client_setup *s, const ll_answer_
     n->epoch = m->head.epoch;
     n->joins++;
     enter(c, s, n->joined ? LL_CONNECTION_RESYNCHRONISING : LL_CONNECTION_SYNCHRONISING, now);
-    ll_client_join(c, s, m->head.epoch, m->tick, m->first, world, now);
+    ll_client_begin begin = {.epoch = m->head.epoch, .step = m->tick, .first = m->first, .world = world};
+    ll_client_join(c, s, &begin, now);
 }
 
 /* The player is not connected, or not in this epoch: the server dropped it, or its request was too old to be

@@ -7,10 +7,10 @@
 /* The received world of `tick`, if it lies on the present grid. */
 static const ll_world *baseline_of(ll_client *c, int64_t tick)
 {
-    int64_t oldest = c->newest > LL_STATE_RING ? c->newest - LL_STATE_RING : 0;
-    if (tick < c->grid_tick)
+    int64_t oldest = c->snapshots.received > LL_STATE_RING ? c->snapshots.received - LL_STATE_RING : 0;
+    if (tick < c->snapshots.grid_tick)
         return NULL;
-    for (int64_t i = c->newest - 1; i >= oldest; i--)
+    for (int64_t i = c->snapshots.received - 1; i >= oldest; i--)
         if (ll_client_state(c, i)->tick == tick)
             return ll_snapshot_entry_world(ll_client_state(c, i));
     return NULL;
@@ -20,18 +20,18 @@ static const ll_world *baseline_of(ll_client *c, int64_t tick)
  * nothing. */
 static void take_grid(ll_client *c, const ll_quantization *grid, int64_t tick)
 {
-    bool other = memcmp(grid, &c->grid, sizeof *grid) != 0;
-    if (c->grid_tick != LL_NEVER && (!other || tick < c->grid_tick))
+    bool other = memcmp(grid, &c->snapshots.grid, sizeof *grid) != 0;
+    if (c->snapshots.grid_tick != LL_NEVER && (!other || tick < c->snapshots.grid_tick))
         return;
-    c->grid = *grid;
-    c->grid_tick = tick;
+    c->snapshots.grid = *grid;
+    c->snapshots.grid_tick = tick;
 }
 
 ll_status ll_client_decode(ll_client *c, const ll_snapshot_message *m, const void *bytes, int size,
                            ll_world *world)
 {
     const ll_codec *codec = ll_codec_at(m->codec);
-    ll_quantization grid = c->grid;
+    ll_quantization grid = c->snapshots.grid;
     ll_incoming in = {.world = world, .self = c->self, .grid = &grid};
     ll_bit_reader r = {.bytes = bytes, .size = 8 * (int64_t)size};
     if (!codec)

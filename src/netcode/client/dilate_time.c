@@ -14,51 +14,52 @@
 /* Time from making an input to the end of its step, by a clock at the server's rate. */
 static ll_time time_to_step(const ll_client *c, const ll_pending_input *p)
 {
-    int64_t tick = c->tick - (int64_t)(c->seq - p->seq);
-    return ll_tick_time(tick, c->clock.freq) - p->made;
+    int64_t tick = c->inputs.tick - (int64_t)(c->inputs.seq - p->seq);
+    return ll_tick_time(tick, c->ticks.clock.freq) - p->made;
 }
 
 void ll_dilate_time_follow(ll_client *c, const ll_client_setup *s, const ll_snapshot_message *m, ll_time now)
 {
     const ll_pending_input *reported = ll_client_pending(c, m->slack_seq),
-                           *newest = ll_client_pending(c, c->seq);
-    if (m->slack == LL_SLACK_UNKNOWN || reported->seq != m->slack_seq || newest->seq != c->seq)
+                           *newest = ll_client_pending(c, c->inputs.seq);
+    if (m->slack == LL_SLACK_UNKNOWN || reported->seq != m->slack_seq || newest->seq != c->inputs.seq)
         return;
-    ll_time want = s->config->slack_ticks * c->period, change = 0;
-    ll_time shifted = time_to_step(c, newest) - time_to_step(c, reported) + c->clock_correction +
-                      c->extra_inputs * c->period;
-    ll_time slack = m->slack * c->period + shifted;
-    if (c->least_slack_ns == LL_NEVER)
-        c->least_slack_since = now;
-    if (slack < c->least_slack_ns)
-        c->least_slack_ns = slack;
-    if (slack + c->period < want + c->period / REST) /* slack may be up to a tick more */
+    ll_time want = s->config->slack_ticks * c->ticks.period, change = 0;
+    ll_time shifted = time_to_step(c, newest) - time_to_step(c, reported) + c->inputs.correction +
+                      c->inputs.extra * c->ticks.period;
+    ll_time slack = m->slack * c->ticks.period + shifted;
+    if (c->inputs.least_slack_ns == LL_NEVER)
+        c->inputs.least_slack_since = now;
+    if (slack < c->inputs.least_slack_ns)
+        c->inputs.least_slack_ns = slack;
+    if (slack + c->ticks.period < want + c->ticks.period / REST) /* slack may be up to a tick more */
         change = want - slack;
-    else if (now - c->least_slack_since < WINDOW)
+    else if (now - c->inputs.least_slack_since < WINDOW)
         return;
-    else if (c->least_slack_ns > want + c->period)
-        change = want - c->least_slack_ns;
-    c->least_slack_ns = LL_NEVER;
-    c->clock_correction += change;
-    ll_time most = TICKS_MAX * c->period, excess = c->clock_correction > most    ? c->clock_correction - most
-                                                   : c->clock_correction < -most ? c->clock_correction + most
-                                                                                 : 0;
-    c->extra_inputs += (int32_t)(excess / c->period);
-    c->clock_correction -= excess / c->period * c->period;
+    else if (c->inputs.least_slack_ns > want + c->ticks.period)
+        change = want - c->inputs.least_slack_ns;
+    c->inputs.least_slack_ns = LL_NEVER;
+    c->inputs.correction += change;
+    ll_time most = TICKS_MAX * c->ticks.period,
+            excess = c->inputs.correction > most    ? c->inputs.correction - most
+                     : c->inputs.correction < -most ? c->inputs.correction + most
+                                                    : 0;
+    c->inputs.extra += (int32_t)(excess / c->ticks.period);
+    c->inputs.correction -= excess / c->ticks.period * c->ticks.period;
 }
 
 void ll_dilate_time(ll_client *c)
 {
-    if (c->clock_correction == 0) {
-        c->scale = 1;
+    if (c->inputs.correction == 0) {
+        c->inputs.scale = 1;
         return;
     }
-    ll_time fastest = c->period / 11, slowest = c->period / 9, rest = c->period / REST,
-            by = c->clock_correction;
+    ll_time fastest = c->ticks.period / 11, slowest = c->ticks.period / 9, rest = c->ticks.period / REST,
+            by = c->inputs.correction;
     if (by > rest || by < -rest)
         by /= 10;
     by = by > fastest ? fastest : by < -slowest ? -slowest : by;
-    c->clock_correction -= by;
-    c->clock.epoch -= by;
-    c->scale = (double)c->period / (double)(c->period - by);
+    c->inputs.correction -= by;
+    c->ticks.clock.epoch -= by;
+    c->inputs.scale = (double)c->ticks.period / (double)(c->ticks.period - by);
 }

@@ -26,9 +26,10 @@ static uint8_t mark_of(const ll_client_setup *s)
 
 static void step(ll_client *c, const ll_client_setup *s, ll_world *world, const ll_action *own, int64_t tick)
 {
-    c->guessed[c->self] = *own;
-    scope_of(s)->step(s->game, s->env, world, c->guessed, ll_client_step_time(c, tick), c->self,
-                      &c->predicted);
+    c->prediction.guessed[c->self] = *own;
+    ll_scope_step one = {c->prediction.guessed, ll_client_step_time(c, tick), c->self,
+                         &c->prediction.entities};
+    scope_of(s)->step(s->game, s->env, world, &one);
 }
 
 /* The next step, with input `seq`; without an input where the clock has snapped beyond it. */
@@ -37,7 +38,7 @@ static ll_pending_input *predict_input(ll_client *c, const ll_client_setup *s, u
     const ll_action none = {0};
     ll_pending_input *input = ll_client_pending(c, seq);
     bool made = input->seq == seq;
-    step(c, s, ll_client_predicted(c), made ? &input->action : &none, ++c->predicted_tick);
+    step(c, s, ll_client_predicted(c), made ? &input->action : &none, ++c->prediction.tick);
     if (made)
         input->x = ll_client_predicted(c)->entity[c->self].x;
     return made ? input : NULL;
@@ -47,9 +48,10 @@ static ll_pending_input *predict_input(ll_client *c, const ll_client_setup *s, u
  * are applied on arrival they have no ticks: the number of open inputs counts. */
 static double horizon_from(const ll_client *c, const ll_client_setup *s, int64_t tick)
 {
-    int64_t ahead = s->sync->applies_on_arrival ? (int64_t)c->seq - c->acked : c->tick - tick;
+    int64_t ahead =
+        s->sync->applies_on_arrival ? (int64_t)c->inputs.seq - c->inputs.acked : c->inputs.tick - tick;
     double horizon_s = (double)(ahead + 1) * s->env->dt;
-    return c->update_hz > 0 ? horizon_s + 1 / c->update_hz : horizon_s;
+    return c->latest.update_hz > 0 ? horizon_s + 1 / c->latest.update_hz : horizon_s;
 }
 
 /* The entities in scope for that time. */
@@ -64,28 +66,29 @@ static ll_entity_set entities_in_scope(const ll_client *c, const ll_client_setup
 /* Records that the prediction agreed with a snapshot of `tick` on `grid`. */
 static void record_agreement(ll_client *c, int64_t tick, const ll_quantization *grid)
 {
-    c->begun_tick = tick;
-    c->begun_acked = c->acked;
-    c->begun_grid = *grid;
-    c->touched = 0;
+    c->prediction.begun_tick = tick;
+    c->prediction.begun_acked = c->inputs.acked;
+    c->prediction.begun_grid = *grid;
+    c->prediction.touched = 0;
 }
 
 static ll_quantization grid_of(const ll_client *c, const ll_snapshot_entry *state)
 {
-    return state->gridded ? c->grid : (ll_quantization){0};
+    return state->gridded ? c->snapshots.grid : (ll_quantization){0};
 }
 
 /* The predicted world becomes the latest snapshot. */
 static void reset_to_snapshot(ll_client *c, const ll_client_setup *s)
 {
-    ll_quantization grid =
-        c->newest > 0 ? grid_of(c, ll_client_state(c, c->newest - 1)) : (ll_quantization){0};
-    memcpy(ll_client_predicted(c), ll_client_latest(c), (size_t)c->world_size);
-    memcpy(ll_client_checked(c), ll_client_latest(c), (size_t)c->world_size);
-    memcpy(c->guessed, c->last_controls, sizeof c->guessed);
-    c->predicted = entities_in_scope(c, s, ll_client_latest(c), c->latest_tick);
-    c->predicted_tick = c->latest_tick;
-    record_agreement(c, c->latest_tick, &grid);
+    ll_quantization grid = c->snapshots.received > 0
+                               ? grid_of(c, ll_client_state(c, c->snapshots.received - 1))
+                               : (ll_quantization){0};
+    memcpy(ll_client_predicted(c), ll_client_latest(c), (size_t)c->layout.world_size);
+    memcpy(ll_client_checked(c), ll_client_latest(c), (size_t)c->layout.world_size);
+    memcpy(c->prediction.guessed, c->latest.controls, sizeof c->prediction.guessed);
+    c->prediction.entities = entities_in_scope(c, s, ll_client_latest(c), c->latest.tick);
+    c->prediction.tick = c->latest.tick;
+    record_agreement(c, c->latest.tick, &grid);
 }
 
 /* The newest input whose step has come: the client's present is `input_delay_ticks` before the tick of its
@@ -93,15 +96,15 @@ static void reset_to_snapshot(ll_client *c, const ll_client_setup *s)
 static uint32_t newest_due(const ll_client *c, const ll_client_setup *s)
 {
     uint32_t delay = s->sync->applies_on_arrival ? 0 : (uint32_t)s->config->input_delay_ticks;
-    uint32_t due = c->seq > delay ? c->seq - delay : 0;
-    return due > c->acked ? due : c->acked;
+    uint32_t due = c->inputs.seq > delay ? c->inputs.seq - delay : 0;
+    return due > c->inputs.acked ? due : c->inputs.acked;
 }
 
 void ll_predict_pending_inputs(ll_client *c, const ll_client_setup *s)
 {
-    for (uint32_t due = newest_due(c, s); c->played < due;) {
-        c->played++;
-        predict_input(c, s, c->played);
+    for (uint32_t due = newest_due(c, s); c->prediction.played < due;) {
+        c->prediction.played++;
+        predict_input(c, s, c->prediction.played);
     }
 }
 
@@ -109,10 +112,10 @@ void ll_predict_pending_inputs(ll_client *c, const ll_client_setup *s)
 static void apply_by_step(ll_client *c, const ll_client_setup *s)
 {
     const ll_action none = {0};
-    int64_t newest = c->tick - (int64_t)(c->seq - c->played);
-    while (c->predicted_tick < newest) {
-        ll_pending_input *input = ll_client_input_at(c, c->predicted_tick + 1);
-        step(c, s, ll_client_predicted(c), input ? &input->action : &none, ++c->predicted_tick);
+    int64_t newest = c->inputs.tick - (int64_t)(c->inputs.seq - c->prediction.played);
+    while (c->prediction.tick < newest) {
+        ll_pending_input *input = ll_client_input_at(c, c->prediction.tick + 1);
+        step(c, s, ll_client_predicted(c), input ? &input->action : &none, ++c->prediction.tick);
         if (input)
             input->x = ll_client_predicted(c)->entity[c->self].x;
     }
@@ -124,7 +127,8 @@ static void apply_by_step(ll_client *c, const ll_client_setup *s)
  * world does not know. */
 static bool all_are_open(ll_client *c, const ll_client_setup *s)
 {
-    for (uint32_t seq = c->acked + 1; s->sync->applies_on_arrival && seq <= c->played; seq++)
+    for (uint32_t seq = c->inputs.acked + 1; s->sync->applies_on_arrival && seq <= c->prediction.played;
+         seq++)
         if (!ll_client_is_open(c, seq))
             return false;
     return true;
@@ -133,11 +137,12 @@ static bool all_are_open(ll_client *c, const ll_client_setup *s)
 void ll_resimulate(ll_client *c, const ll_client_setup *s)
 {
     reset_to_snapshot(c, s);
-    c->played = newest_due(c, s);
-    c->gaps = !all_are_open(c, s);
+    c->prediction.played = newest_due(c, s);
+    c->prediction.gaps = !all_are_open(c, s);
     if (!s->sync->applies_on_arrival)
         apply_by_step(c, s);
-    for (uint32_t seq = c->acked + 1; s->sync->applies_on_arrival && seq <= c->played; seq++)
+    for (uint32_t seq = c->inputs.acked + 1; s->sync->applies_on_arrival && seq <= c->prediction.played;
+         seq++)
         if (ll_client_is_open(c, seq))
             predict_input(c, s, seq);
 }
@@ -145,8 +150,8 @@ void ll_resimulate(ll_client *c, const ll_client_setup *s)
 static void forget(ll_client *c, const ll_client_setup *s)
 {
     reset_to_snapshot(c, s);
-    c->played = newest_due(c, s);
-    c->gaps = c->played > c->acked;
+    c->prediction.played = newest_due(c, s);
+    c->prediction.gaps = c->prediction.played > c->inputs.acked;
 }
 
 static void replay(ll_client *c, const ll_client_setup *s, ll_time now)
@@ -156,13 +161,14 @@ static void replay(ll_client *c, const ll_client_setup *s, ll_time now)
     if (now < s->client_metrics->from)
         return;
     input_history->replays++;
-    input_history->replayed += c->played - c->acked;
+    input_history->replayed += c->prediction.played - c->inputs.acked;
 }
 
 static bool guessed_right(const ll_client *c, const ll_client_setup *s, int players)
 {
     for (int i = 0; i < players && scope_of(s)->guesses; i++)
-        if (i != c->self && memcmp(&c->guessed[i], &c->last_controls[i], sizeof c->last_controls[i]) != 0)
+        if (i != c->self &&
+            memcmp(&c->prediction.guessed[i], &c->latest.controls[i], sizeof c->latest.controls[i]) != 0)
             return false;
     return true;
 }
@@ -172,14 +178,15 @@ static bool guessed_right(const ll_client *c, const ll_client_setup *s, int play
 static bool check_upto(ll_client *c, const ll_client_setup *s, const ll_snapshot_entry *state, uint32_t acked)
 {
     const ll_action none = {0};
-    int64_t steps = s->sync->applies_on_arrival ? (int64_t)c->acked - acked : state->tick - c->latest_tick;
+    int64_t steps =
+        s->sync->applies_on_arrival ? (int64_t)c->inputs.acked - acked : state->tick - c->latest.tick;
     if (steps < 0 || steps > LL_PENDING_RING)
         return false;
     for (int64_t k = 1; k <= steps; k++) {
         const ll_pending_input *input = s->sync->applies_on_arrival
                                             ? ll_client_pending(c, acked + (uint32_t)k)
-                                            : ll_client_input_at(c, c->latest_tick + k);
-        step(c, s, ll_client_checked(c), input ? &input->action : &none, c->latest_tick + k);
+                                            : ll_client_input_at(c, c->latest.tick + k);
+        step(c, s, ll_client_checked(c), input ? &input->action : &none, c->latest.tick + k);
     }
     return true;
 }
@@ -199,18 +206,18 @@ static bool may_be_touched(const ll_client *c, const ll_client_setup *s, const l
 static bool agrees(ll_client *c, const ll_client_setup *s, const ll_world *checked,
                    const ll_snapshot_entry *state)
 {
-    int64_t ticks =
-        s->sync->applies_on_arrival ? (int64_t)c->acked - c->begun_acked : state->tick - c->begun_tick;
-    if (scope_of(s)->guesses && (c->begun_grid.m > 0 || state->gridded))
-        c->touched |=
-            may_be_touched(c, s, checked, s->sync->applies_on_arrival ? ticks : state->tick - c->latest_tick);
+    int64_t ticks = s->sync->applies_on_arrival ? (int64_t)c->inputs.acked - c->prediction.begun_acked
+                                                : state->tick - c->prediction.begun_tick;
+    if (scope_of(s)->guesses && (c->prediction.begun_grid.m > 0 || state->gridded))
+        c->prediction.touched |=
+            may_be_touched(c, s, checked, s->sync->applies_on_arrival ? ticks : state->tick - c->latest.tick);
     ll_agreement agreement = {.tolerance_m = s->config->reconciliation_tolerance_m,
                               .horizon_s = horizon_from(c, s, state->tick),
                               .drift_s = (double)ticks * s->env->dt,
-                              .begun = c->begun_grid,
+                              .begun = c->prediction.begun_grid,
                               .state = grid_of(c, state),
-                              .exact = c->touched ? -1 : c->self};
-    return ll_agrees_in(&agreement, checked, (const ll_world *)(state + 1), &c->predicted);
+                              .exact = c->prediction.touched ? -1 : c->self};
+    return ll_agrees_in(&agreement, checked, (const ll_world *)(state + 1), &c->prediction.entities);
 }
 
 /* Whether the prediction agrees with `state`, which is about to become the latest snapshot. `acked` is the
@@ -222,15 +229,15 @@ bool ll_prediction_stands(ll_client *c, const ll_client_setup *s, const ll_snaps
     ll_world *checked = ll_client_checked(c);
     ll_quantization grid = grid_of(c, state);
     if (c->predicting != mark_of(s) || !s->config->reconciliation || !scope_of(s)->closed(s->game) ||
-        !guessed_right(c, s, truth->players) || c->gaps || !all_are_open(c, s) ||
+        !guessed_right(c, s, truth->players) || c->prediction.gaps || !all_are_open(c, s) ||
         !check_upto(c, s, state, acked))
         return false;
     ll_entity_set set = entities_in_scope(c, s, truth, state->tick);
-    if (memcmp(&set, &c->predicted, sizeof set) != 0)
+    if (memcmp(&set, &c->prediction.entities, sizeof set) != 0)
         return false;
     if (!ll_same_in(checked, truth, &set))
         return agrees(c, s, checked, state);
-    memcpy(checked, truth, (size_t)c->world_size); /* entities out of scope come from the snapshot */
+    memcpy(checked, truth, (size_t)c->layout.world_size); /* entities out of scope come from the snapshot */
     record_agreement(c, state->tick, &grid);
     return true;
 }
@@ -239,8 +246,9 @@ bool ll_prediction_stands(ll_client *c, const ll_client_setup *s, const ll_snaps
  * none; where inputs belong to steps the client still knows it. */
 static uint32_t newest_decided(const ll_client *c, const ll_client_setup *s)
 {
-    int64_t seq = s->sync->applies_on_arrival ? 0 : (int64_t)c->seq - (c->tick - c->latest_tick);
-    return seq > (int64_t)c->acked && seq <= (int64_t)c->seq ? (uint32_t)seq : c->acked;
+    int64_t seq =
+        s->sync->applies_on_arrival ? 0 : (int64_t)c->inputs.seq - (c->inputs.tick - c->latest.tick);
+    return seq > (int64_t)c->inputs.acked && seq <= (int64_t)c->inputs.seq ? (uint32_t)seq : c->inputs.acked;
 }
 
 /* Why the latest snapshot differs from the prediction made from the snapshot at `tick` with the inputs after
@@ -248,7 +256,7 @@ static uint32_t newest_decided(const ll_client *c, const ll_client_setup *s)
 static ll_cause cause_of(ll_client *c, const ll_client_setup *s, uint32_t acked, int64_t tick)
 {
     uint32_t last = newest_decided(c, s);
-    int64_t inputs = (int64_t)last - acked, steps = c->latest_tick - tick;
+    int64_t inputs = (int64_t)last - acked, steps = c->latest.tick - tick;
     if (!s->config->reconciliation)
         return LL_CAUSE_OTHER;
     ll_cause cause = ll_input_history_blame(&s->client_metrics->input_history, acked + 1, last);
@@ -269,15 +277,15 @@ void ll_note_correction(const ll_client *c, const ll_client_setup *s, ll_cause c
     ll_measure(in, LL_METRIC_CORRECTION, now, size);
     if (now >= in->from)
         ll_input_history_correction(&in->input_history, cause, size);
-    in->corrections += now >= in->from;
-    in->last_correction = moved;
+    in->corrections.count += now >= in->from;
+    in->last.correction = moved;
     if (s->recorder)
         s->recorder->record(s->recorder->context, &(ll_event){.type = LL_EVENT_CORRECTION,
                                                               .player = (uint8_t)c->self,
                                                               .begin = now,
                                                               .end = now,
-                                                              .number = (uint32_t)c->latest_tick,
-                                                              .value = (float)in->last_correction});
+                                                              .number = (uint32_t)c->latest.tick,
+                                                              .value = (float)in->last.correction});
 }
 
 /* Reports to the view how far each entity in the old or new scope moved. Returns the distance of the own
@@ -289,7 +297,7 @@ static double correct(ll_client *c, const ll_entity_set *set, const ll_entity *b
     for (int i = 0; i < world->entities; i++) {
         const ll_entity *after = &world->entity[i];
         double dx = after->x - before[i].x, dy = after->y - before[i].y, size = ll_sqrt(dx * dx + dy * dy);
-        if (size == 0 || !ll_entity_set_has(set, i) || !ll_entity_set_has(&c->predicted, i))
+        if (size == 0 || !ll_entity_set_has(set, i) || !ll_entity_set_has(&c->prediction.entities, i))
             continue;
         ll_smooth_correct(c, i, &before[i], after);
         if (i == c->self)
@@ -303,21 +311,21 @@ static double correct(ll_client *c, const ll_entity_set *set, const ll_entity *b
 static void reach_state(ll_client *c, const ll_client_setup *s)
 {
     const ll_action none = {0};
-    while (!s->sync->applies_on_arrival && c->predicted_tick < c->latest_tick) {
-        const ll_pending_input *input = ll_client_input_at(c, c->predicted_tick + 1);
-        step(c, s, ll_client_predicted(c), input ? &input->action : &none, ++c->predicted_tick);
+    while (!s->sync->applies_on_arrival && c->prediction.tick < c->latest.tick) {
+        const ll_pending_input *input = ll_client_input_at(c, c->prediction.tick + 1);
+        step(c, s, ll_client_predicted(c), input ? &input->action : &none, ++c->prediction.tick);
     }
-    if (c->played < c->acked)
-        c->played = c->acked;
+    if (c->prediction.played < c->inputs.acked)
+        c->prediction.played = c->inputs.acked;
 }
 
 void ll_reconcile(ll_client *c, const ll_client_setup *s, bool stands, ll_time now)
 {
     const ll_world *world = ll_client_predicted(c);
     ll_entity before[LL_ENTITIES_MAX];
-    ll_entity_set set = c->predicted;
-    uint32_t acked = c->begun_acked;
-    int64_t tick = c->begun_tick;
+    ll_entity_set set = c->prediction.entities;
+    uint32_t acked = c->prediction.begun_acked;
+    int64_t tick = c->prediction.begun_tick;
     if (c->predicting != mark_of(s))
         return; /* it is about to start, from the same snapshot */
     if (s->config->input_delay_ticks > 0 && s->config->reconciliation)
@@ -337,9 +345,9 @@ void ll_reconcile(ll_client *c, const ll_client_setup *s, bool stands, ll_time n
 void ll_draw_predicted(ll_client *c, ll_time now)
 {
     const ll_world *world = ll_client_predicted(c);
-    ll_time present = ll_client_step_time(c, c->predicted_tick);
+    ll_time present = ll_client_step_time(c, c->prediction.tick);
     for (int i = 0; i < world->entities; i++) {
-        if (!ll_entity_set_has(&c->predicted, i))
+        if (!ll_entity_set_has(&c->prediction.entities, i))
             continue;
         ll_client_rendered(c)->entity[i] = world->entity[i];
         ll_client_draw_infos(c)[i] =

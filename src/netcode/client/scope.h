@@ -6,6 +6,14 @@
 
 #include "game/core/game.h"
 
+/* A step to `now` that `self` predicts. */
+typedef struct ll_scope_step {
+    const ll_action *actions; /* one per player */
+    ll_time now;
+    int self;
+    const ll_entity_set *set; /* the entities to step */
+} ll_scope_step;
+
 typedef struct ll_prediction_scope {
     const char *name;
     const char *help;
@@ -18,9 +26,8 @@ typedef struct ll_prediction_scope {
     /* Whether a step of the chosen entities depends on no other entity of the world. */
     bool (*closed)(const ll_game *game);
 
-    /* One step of the chosen entities, to `now`. `actions` has one element per player. */
-    void (*step)(const ll_game *game, const ll_game_env *env, ll_world *world, const ll_action *actions,
-                 ll_time now, int self, const ll_entity_set *set);
+    /* One step of the chosen entities. */
+    void (*step)(const ll_game *game, const ll_game_env *env, ll_world *world, const ll_scope_step *step);
 } ll_prediction_scope;
 
 extern const ll_prediction_scope ll_prediction_scope_own;

@@ -20,12 +20,10 @@ static bool closed(const ll_game *game)
     return true;
 }
 
-static void step(const ll_game *game, const ll_game_env *env, ll_world *world, const ll_action *actions,
-                 ll_time now, int self, const ll_entity_set *set)
+static void step_scope(const ll_game *game, const ll_game_env *env, ll_world *world,
+                       const ll_scope_step *step)
 {
-    (void)self;
-    (void)set;
-    game->step(world, env, actions, now, NULL);
+    game->step(world, env, step->actions, step->now, NULL);
 }
 
 const ll_prediction_scope ll_prediction_scope_all = {
@@ -34,5 +32,5 @@ const ll_prediction_scope ll_prediction_scope_all = {
     .guesses = true,
     .choose = choose,
     .closed = closed,
-    .step = step,
+    .step = step_scope,
 };

@@ -16,13 +16,13 @@ static bool closed(const ll_game *game)
     return game->step_some || !game->own_reads_world;
 }
 
-static void step(const ll_game *game, const ll_game_env *env, ll_world *world, const ll_action *actions,
-                 ll_time now, int self, const ll_entity_set *set)
+static void step_scope(const ll_game *game, const ll_game_env *env, ll_world *world,
+                       const ll_scope_step *step)
 {
     if (game->step_some)
-        game->step_some(world, env, actions, now, set);
+        game->step_some(world, env, step->actions, step->now, step->set);
     else
-        game->step_own(world, env, self, &actions[self]);
+        game->step_own(world, env, step->self, &step->actions[step->self]);
 }
 
 const ll_prediction_scope ll_prediction_scope_contacts = {
@@ -31,5 +31,5 @@ const ll_prediction_scope ll_prediction_scope_contacts = {
     .guesses = true,
     .choose = choose,
     .closed = closed,
-    .step = step,
+    .step = step_scope,
 };

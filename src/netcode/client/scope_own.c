@@ -17,12 +17,10 @@ static bool closed(const ll_game *game)
     return !game->own_reads_world;
 }
 
-static void step(const ll_game *game, const ll_game_env *env, ll_world *world, const ll_action *actions,
-                 ll_time now, int self, const ll_entity_set *set)
+static void step_scope(const ll_game *game, const ll_game_env *env, ll_world *world,
+                       const ll_scope_step *step)
 {
-    (void)now;
-    (void)set;
-    game->step_own(world, env, self, &actions[self]);
+    game->step_own(world, env, step->self, &step->actions[step->self]);
 }
 
 const ll_prediction_scope ll_prediction_scope_own = {
@@ -30,5 +28,5 @@ const ll_prediction_scope ll_prediction_scope_own = {
     .help = "The own entity alone.",
     .choose = choose,
     .closed = closed,
-    .step = step,
+    .step = step_scope,
 };

@@ -4,26 +4,28 @@
 
 static const char *broken_inputs(const ll_client *c)
 {
-    if (c->acked > c->seq || c->newest_sent > c->seq)
+    if (c->inputs.acked > c->inputs.seq || c->inputs.newest_sent > c->inputs.seq)
         return "an input is acknowledged or sent that was not made";
-    uint32_t open = c->seq - c->acked < LL_PENDING_RING ? c->seq - c->acked : LL_PENDING_RING;
+    uint32_t open =
+        c->inputs.seq - c->inputs.acked < LL_PENDING_RING ? c->inputs.seq - c->inputs.acked : LL_PENDING_RING;
     for (uint32_t i = 0; i < open; i++) {
-        const ll_pending_input *p = &c->pending[(c->seq - i) & (LL_PENDING_RING - 1)];
-        if (p->seq != 0 && p->seq != c->seq - i)
+        const ll_pending_input *p = &c->pending[(c->inputs.seq - i) & (LL_PENDING_RING - 1)];
+        if (p->seq != 0 && p->seq != c->inputs.seq - i)
             return "an open input is not in its place of the ring";
     }
     for (int i = 0; i < LL_PENDING_RING; i++)
-        if (c->pending[i].seq > c->seq || c->pending[i].state > LL_INPUT_SKIPPED)
+        if (c->pending[i].seq > c->inputs.seq || c->pending[i].state > LL_INPUT_SKIPPED)
             return "the ring has an input that was not made, or an unknown state of one";
-    return c->refused < 0 || c->skipped < 0 ? "a count is negative" : NULL;
+    return c->inputs.refused < 0 || c->ticks.skipped < 0 ? "a count is negative" : NULL;
 }
 
 static const char *broken_snapshots(const ll_client *c, bool in_order)
 {
-    if (c->fresh < 0 || c->fresh > c->newest || c->drawn_newest > c->newest)
+    if (c->snapshots.used < 0 || c->snapshots.used > c->snapshots.received ||
+        c->drawing.received > c->snapshots.received)
         return "more snapshots are used than were received";
-    int64_t at = c->newest > LL_STATE_RING ? c->newest - LL_STATE_RING : 0;
-    for (int64_t i = at + 1; i < c->newest; i++) {
+    int64_t at = c->snapshots.received > LL_STATE_RING ? c->snapshots.received - LL_STATE_RING : 0;
+    for (int64_t i = at + 1; i < c->snapshots.received; i++) {
         const ll_snapshot_entry *before = ll_client_state((ll_client *)(uintptr_t)c, i - 1);
         const ll_snapshot_entry *entry = ll_client_state((ll_client *)(uintptr_t)c, i);
         if (in_order && entry->tick <= before->tick)
@@ -31,17 +33,17 @@ static const char *broken_snapshots(const ll_client *c, bool in_order)
         if (entry->arrived < before->arrived)
             return "snapshots are not in the order of their arrival";
     }
-    return c->stale < 0 || c->unreadable < 0 ? "a count is negative" : NULL;
+    return c->snapshots.stale < 0 || c->snapshots.unreadable < 0 ? "a count is negative" : NULL;
 }
 
 static const char *broken_layout(const ll_client *c)
 {
-    const int64_t at[] = {sizeof *c,          c->latest_offset,     c->predicted_offset, c->checked_offset,
-                          c->rendered_offset, c->draw_infos_offset, c->errors_offset,    c->states_offset};
+    const int64_t at[] = {sizeof *c,          c->layout.latest,     c->layout.predicted, c->layout.checked,
+                          c->layout.rendered, c->layout.draw_infos, c->layout.errors,    c->layout.states};
     for (size_t i = 1; i < sizeof at / sizeof at[0]; i++)
         if (at[i] < at[i - 1] || at[i] % 8 != 0)
             return "the parts of the block overlap, or are not aligned";
-    return (int64_t)ll_world_size(ll_client_rendered_const(c)) != c->world_size
+    return (int64_t)ll_world_size(ll_client_rendered_const(c)) != c->layout.world_size
                ? "the rendered world has another size than the game's"
                : NULL;
 }
@@ -51,7 +53,8 @@ const char *ll_client_broken(const ll_client *c, bool in_order)
     const char *broken = broken_layout(c);
     if (c->self < 0 || c->self >= LL_PLAYERS_MAX)
         return "the client is no player's";
-    if (c->view_state > LL_VIEW_EXTRAPOLATING || c->has_render > 1 || c->underrun > 1 || c->held_now > 1)
+    if (c->view.state > LL_VIEW_EXTRAPOLATING || c->view.has_render > 1 || c->view.underrun > 1 ||
+        c->view.held > 1)
         return "a state of the view is unknown";
     if (broken == NULL)
         broken = broken_inputs(c);

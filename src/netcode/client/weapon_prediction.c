@@ -12,7 +12,7 @@ void ll_weapon_prediction_start(const ll_client *c, const ll_client_setup *s)
     memset(weapon_prediction, 0, sizeof *weapon_prediction);
     s->game->weapons->arena(s->env, shown->players, &weapon_prediction->arena);
     ll_bodies_now(&weapon_prediction->arena, shown, weapon_prediction->drawn);
-    weapon_prediction->drawn_time = c->view_time;
+    weapon_prediction->drawn_time = c->drawing.view_time;
 }
 
 /* Smallest number of steps that is at least an interval. */
@@ -78,9 +78,10 @@ static int fire(const ll_client *c, const ll_client_setup *s, int weapon, ll_aim
 {
     ll_weapon_prediction *weapon_prediction = s->weapon_prediction;
     const ll_arena *arena = &weapon_prediction->arena;
-    weapon_prediction->ready[weapon] = c->tick + steps_of(arena->interval_s[weapon], c->clock.freq);
+    weapon_prediction->ready[weapon] =
+        c->inputs.tick + steps_of(arena->interval_s[weapon], c->ticks.clock.freq);
     if (weapon == LL_PROJECTILE) {
-        fire_cannon(weapon_prediction, c->tick, aim);
+        fire_cannon(weapon_prediction, c->inputs.tick, aim);
         ll_set_tag(a, weapon_prediction->fired);
         return LL_NOBODY;
     }
@@ -98,12 +99,12 @@ void ll_weapon_prediction_input(ll_client *c, const ll_client_setup *s, ll_pendi
         uint32_t button = UINT32_C(1) << w;
         if (!(a->buttons & button))
             continue;
-        if (!may_fire(s, w, c->tick)) {
+        if (!may_fire(s, w, c->inputs.tick)) {
             a->buttons &= ~button;
             continue;
         }
         ll_aim aim = s->game->weapons->aim(ll_client_rendered(c), s->env, c->self, a);
-        ll_press press = {c->tick, now, seen, aim, fire(c, s, w, aim, a)};
+        ll_press press = {c->inputs.tick, now, seen, aim, fire(c, s, w, aim, a)};
         ll_shots_press(s->shots, c->self, (ll_weapon)w, &press, s->weapon_prediction->drawn);
     }
     if (!(a->buttons & LL_BUTTON_CANNON))
@@ -116,7 +117,7 @@ static void move_projectile(ll_predicted_projectile *projectile, const ll_client
 {
     const ll_weapon_prediction *weapon_prediction = s->weapon_prediction;
     double from = ll_to_s(weapon_prediction->drawn_time - projectile->start),
-           to = ll_to_s(c->view_time - projectile->start);
+           to = ll_to_s(c->drawing.view_time - projectile->start);
     ll_flight_hit m = ll_arena_flight(&weapon_prediction->arena, c->self, &projectile->flight, from, to,
                                       weapon_prediction->drawn, drawn);
     if (m.met == LL_MET_NOTHING)
@@ -133,8 +134,8 @@ void ll_weapon_prediction_frame(const ll_client *c, const ll_client_setup *s)
     ll_bodies_now(&weapon_prediction->arena, ll_client_rendered_const(c), drawn);
     for (int i = 0; i < LL_PROJECTILES; i++)
         if (weapon_prediction->projectiles[i].state == LL_WEAPON_PREDICTION_FLYING &&
-            c->view_time > weapon_prediction->drawn_time)
+            c->drawing.view_time > weapon_prediction->drawn_time)
             move_projectile(&weapon_prediction->projectiles[i], c, s, drawn);
     memcpy(weapon_prediction->drawn, drawn, (size_t)weapon_prediction->arena.bodies * sizeof drawn[0]);
-    weapon_prediction->drawn_time = c->view_time;
+    weapon_prediction->drawn_time = c->drawing.view_time;
 }

@@ -73,10 +73,9 @@ void ll_changes_missed(ll_changes *c, ll_histogram *latency, const ll_action *a,
         add_never(c, &missed, latency, true);
 }
 
-void ll_changes_made(ll_changes *c, ll_histogram *latency, const ll_action *a, uint32_t seq, int64_t tick,
-                     bool counts, ll_time now)
+void ll_changes_made(ll_changes *c, ll_histogram *latency, const ll_made_input *input)
 {
-    if (!take_controls(c, a) || !counts)
+    if (!take_controls(c, input->controls) || !input->counts)
         return;
     ll_change *change = change_at(c, c->made);
     if (c->made - c->first == LL_CHANGES_RING) {
@@ -84,7 +83,8 @@ void ll_changes_made(ll_changes *c, ll_histogram *latency, const ll_action *a, u
             add_never(c, change, latency, false);
         c->first++;
     }
-    *change = (ll_change){.made = now, .at = {LL_NEVER, LL_NEVER}, .tick = tick, .seq = seq};
+    *change = (ll_change){
+        .made = input->touched, .at = {LL_NEVER, LL_NEVER}, .tick = input->tick, .seq = input->seq};
     c->made++;
 }
 

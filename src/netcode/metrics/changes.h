@@ -60,9 +60,16 @@ typedef struct ll_included {
     int64_t tick, sure_tick;
 } ll_included;
 
-/* An input was made with these controls. `tick`: LL_NEVER where inputs are applied on arrival. */
-void ll_changes_made(ll_changes *changes, ll_histogram *latency, const ll_action *controls, uint32_t seq,
-                     int64_t tick, bool counts, ll_time now);
+/* An input was made with these controls. */
+typedef struct ll_made_input {
+    const ll_action *controls;
+    uint32_t seq;
+    bool counts;     /* in the latencies */
+    int64_t tick;    /* LL_NEVER where inputs are applied on arrival */
+    ll_time touched; /* when the controls were moved */
+} ll_made_input;
+
+void ll_changes_made(ll_changes *changes, ll_histogram *latency, const ll_made_input *input);
 
 /* The controls changed, and no input is made since the player is not connected: a change has no effect. */
 void ll_changes_missed(ll_changes *changes, ll_histogram *latency, const ll_action *controls, bool counts);

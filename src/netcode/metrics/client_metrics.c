@@ -37,9 +37,10 @@ void ll_client_metrics_acknowledged(ll_client_metrics *in, uint32_t seq, int64_t
 
 void ll_client_metrics_moved(ll_client_metrics *in, double moved, double step)
 {
-    double least = VISIBLE_SHARE * step > in->pixel_m ? VISIBLE_SHARE * step : in->pixel_m;
-    if (moved > least && moved > in->visible_m)
-        in->visible_m = moved;
+    double least =
+        VISIBLE_SHARE * step > in->corrections.pixel_m ? VISIBLE_SHARE * step : in->corrections.pixel_m;
+    if (moved > least && moved > in->corrections.visible_m)
+        in->corrections.visible_m = moved;
 }
 
 static void decide_changes(ll_client_metrics *in)
@@ -63,8 +64,9 @@ void ll_client_metrics_stepped(ll_client_metrics *in, int self, const ll_stepped
     else
         ll_input_history_stepped(&in->input_history, s->step);
     decide_changes(in);
-    ll_rendered_views_made(&in->rendered_views, &in->histogram[LL_METRIC_OWN_TIMELINE_ERROR], key, real->x,
-                           real->y, now, in->from);
+    const ll_rendered_view truth = {key, now, real->x, real->y};
+    ll_rendered_views_made(&in->rendered_views, &in->histogram[LL_METRIC_OWN_TIMELINE_ERROR], &truth,
+                           in->from);
     if (s->applies_on_arrival)
         ll_rendered_views_skip(&in->rendered_views, key);
 }

@@ -123,28 +123,48 @@ typedef struct ll_stepping {
     int64_t sync_tests, sync_test_mismatches;
 } ll_stepping;
 
+/* The frames and the interpolation buffer. */
+typedef struct ll_buffer_metrics {
+    int64_t frames, held_frames, extrapolated_frames;
+    int64_t underruns;           /* times that the buffer ran empty */
+    int64_t overruns;            /* times that it was so full that render time jumped */
+    ll_running_stats depth;      /* snapshots newer than what is drawn */
+    ll_running_stats delay_ms;   /* interpolation delay: newest time that could be known - render time */
+    ll_running_stats time_scale; /* render time per time */
+} ll_buffer_metrics;
+
+/* Bandwidth, by ll_message. */
+typedef struct ll_traffic {
+    int64_t bytes[LL_MESSAGES], messages[LL_MESSAGES];     /* of payloads */
+    int64_t packets[LL_MESSAGES], wire_bytes[LL_MESSAGES]; /* with all headers */
+} ll_traffic;
+
+/* The last values, signed, for views. */
+typedef struct ll_last_values {
+    double own_lead, remote_error, view_age, age_of_information;
+    double correction;
+} ll_last_values;
+
+/* Corrections, and those that are visible. */
+typedef struct ll_correction_metrics {
+    int64_t count;
+    double pixel_m;   /* of the screen for which visible corrections are counted */
+    double visible_m; /* farthest that a correction moved an entity since the last display; 0: none did */
+    ll_running_stats visible_m_all; /* displays with a visible correction */
+} ll_correction_metrics;
+
 typedef struct ll_client_metrics {
     ll_time from;
     ll_time measured; /* length of all frames from `from` on */
     ll_histogram histogram[LL_METRICS];
     int32_t entities, reserved;
-    int64_t frames, held_frames, extrapolated_frames;
-    int64_t underruns;                /* times that the interpolation buffer ran empty */
-    int64_t overruns;                 /* times that the buffer was so full that render time jumped */
-    ll_running_stats depth;           /* snapshots newer than what is drawn */
-    ll_running_stats delay_ms;        /* interpolation delay: newest time that could be known - render time */
-    ll_running_stats time_scale;      /* render time per time */
+    ll_buffer_metrics buffer;
     ll_inconsistency server, clients; /* inconsistency, over all entities */
-    /* bandwidth, by ll_message: payload bytes; messages; packets; bytes with all headers */
-    int64_t bytes[LL_MESSAGES], messages[LL_MESSAGES], packets[LL_MESSAGES], wire_bytes[LL_MESSAGES];
+    ll_traffic traffic;
     ll_stepping stepping;
-    double own_lead, remote_error, view_age, age_of_information; /* last values, signed, for views */
-    double last_correction;
-    int64_t corrections;
-    double pixel_m;   /* of the screen for which visible corrections are counted */
-    double visible_m; /* farthest that a correction moved an entity since the last display; 0: none did */
-    ll_running_stats visible_m_all; /* displays with a visible correction */
-    ll_histogram animation_error;   /* smoothness: pixels, or m where `pixel_m` is 0 */
+    ll_last_values last;
+    ll_correction_metrics corrections;
+    ll_histogram animation_error; /* smoothness: pixels, or m where `pixel_m` is 0 */
     ll_input_history input_history;
     ll_changes changes;
     ll_rendered_views rendered_views; /* of the own entity */
@@ -173,7 +193,8 @@ static inline void ll_client_metrics_input(ll_client_metrics *in, uint32_t seq, 
                                            const ll_action *controls, ll_time touched, ll_time now)
 {
     ll_input_history_made(&in->input_history, seq, tick);
-    ll_changes_made(&in->changes, in->histogram, controls, seq, tick, now >= in->from, touched);
+    const ll_made_input input = {controls, seq, now >= in->from, tick, touched};
+    ll_changes_made(&in->changes, in->histogram, &input);
 }
 
 /* The player is not connected: its controls make no input. */

@@ -7,7 +7,6 @@
 
 static ll_honest_input *input_at(ll_honest_reference *t, int64_t number)
 {
-    _Static_assert((LL_HONEST_RING & (LL_HONEST_RING - 1)) == 0, "a mask finds the place");
     return &t->inputs[number & (LL_HONEST_RING - 1)];
 }
 
@@ -92,18 +91,19 @@ static void step_by_time(ll_honest_reference *t, const ll_game *game, const ll_g
         move(t, game, env, world, player, input_at(t, ++t->taken));
 }
 
-void ll_honest_step(ll_honest_reference *t, const ll_game *game, const ll_game_env *env,
-                    const ll_world *world, int player, bool drains, int64_t step, ll_time now)
+void ll_honest_step(ll_honest_reference *t, const ll_game *game, const ll_game_env *env, int player,
+                    const ll_honest_stepped *stepped)
 {
+    const ll_world *world = stepped->world;
     const ll_entity *e = &world->entity[player];
     if (!game->farthest)
         return;
     t->ahead += distance(e->x - t->x, e->y - t->y);
     t->x = e->x;
     t->y = e->y;
-    if (drains)
-        step_by_time(t, game, env, world, player, now);
+    if (stepped->drains)
+        step_by_time(t, game, env, world, player, stepped->now);
     else
-        step_by_number(t, game, env, world, player, step);
+        step_by_number(t, game, env, world, player, stepped->step);
     t->most = t->ahead > t->most ? t->ahead : t->most;
 }

@@ -53,7 +53,14 @@ void ll_honest_frame_once(ll_honest_reference *honest, int64_t tick, ll_time due
  */
 void ll_honest_watch(ll_honest_reference *honest, const ll_entity *entity, ll_time now);
 
-/* The server has made `step` at `now`, and `player` cheats. `applies_on_arrival`: inputs are applied on
- * arrival. */
-void ll_honest_step(ll_honest_reference *honest, const ll_game *game, const ll_game_env *env,
-                    const ll_world *world, int player, bool drains, int64_t step, ll_time now);
+/* A step that the server has made. */
+typedef struct ll_honest_stepped {
+    const ll_world *world;
+    int64_t step;
+    ll_time now;
+    bool drains; /* inputs are applied on arrival */
+} ll_honest_stepped;
+
+/* After a step, for `player`, who cheats. */
+void ll_honest_step(ll_honest_reference *honest, const ll_game *game, const ll_game_env *env, int player,
+                    const ll_honest_stepped *stepped);

@@ -23,25 +23,25 @@ void ll_rendered_views_keep(ll_rendered_views *p, const ll_rendered_view *view, 
 }
 
 void ll_rendered_views_compare(ll_rendered_views *p, ll_histogram *errors, const ll_rendered_view *view,
-                               double x, double y, ll_time made, ll_time from)
+                               const ll_rendered_view *truth, ll_time from)
 {
-    double dx = view->x - x, dy = view->y - y;
+    double dx = view->x - truth->x, dy = view->y - truth->y;
     p->error_m = dx == 0 && dy == 0 ? 0 : ll_sqrt(dx * dx + dy * dy);
-    p->lead_ms = ll_to_ms(made - view->shown);
+    p->lead_ms = ll_to_ms(truth->shown - view->shown);
     if (view->shown < from)
         return;
     ll_histogram_add(errors, p->error_m);
     ll_running_stats_add(&p->leads_ms, p->lead_ms);
 }
 
-void ll_rendered_views_made(ll_rendered_views *p, ll_histogram *errors, int64_t key, double x, double y,
-                            ll_time made, ll_time from)
+void ll_rendered_views_made(ll_rendered_views *p, ll_histogram *errors, const ll_rendered_view *truth,
+                            ll_time from)
 {
-    ll_rendered_view *view = kept(p, key);
-    if (key == 0 || view->key != key)
+    ll_rendered_view *view = kept(p, truth->key);
+    if (truth->key == 0 || view->key != truth->key)
         return;
     view->key = 0;
-    ll_rendered_views_compare(p, errors, view, x, y, made, from);
+    ll_rendered_views_compare(p, errors, view, truth, from);
 }
 
 void ll_rendered_views_skip(ll_rendered_views *p, int64_t key)

@@ -39,13 +39,13 @@ typedef struct ll_rendered_views {
 void ll_rendered_views_keep(ll_rendered_views *rendered_views, const ll_rendered_view *view,
                             ll_time from); /* ahead of the server */
 
-/* The truth was at (x, y) at the server's time `made`. */
+/* Compares with the truth of the same key; its `shown` is when the server was there. */
 void ll_rendered_views_compare(ll_rendered_views *rendered_views, ll_histogram *errors,
-                               const ll_rendered_view *view, double x, double y, ll_time made, ll_time from);
+                               const ll_rendered_view *view, const ll_rendered_view *truth, ll_time from);
 
-/* The same for the view kept of `key`, if there is one. */
-void ll_rendered_views_made(ll_rendered_views *rendered_views, ll_histogram *errors, int64_t key, double x,
-                            double y, ll_time made, ll_time from);
+/* The same for the view kept of the truth's key, if there is one. */
+void ll_rendered_views_made(ll_rendered_views *rendered_views, ll_histogram *errors,
+                            const ll_rendered_view *truth, ll_time from);
 
 /* Views of keys before `key` cannot be compared: no state was of exactly that input. */
 void ll_rendered_views_skip(ll_rendered_views *rendered_views, int64_t key);

@@ -83,7 +83,7 @@ static void step_truth(ll_world *truth, const ll_client_setup *s, const ll_serve
 {
     ll_action actions[LL_PLAYERS_MAX];
     for (int i = 0; i < server->players; i++)
-        actions[i] = server->client_slots[i].slots[tick & (LL_INPUT_RING - 1)].action;
+        actions[i] = server->client_slots[i].inputs.ring[tick & (LL_INPUT_RING - 1)].action;
     s->game->step(truth, s->env, actions, ll_clock_time(&server->clock, tick), NULL);
 }
 
@@ -94,14 +94,14 @@ static void record_first_difference(ll_desync *d, const ll_client *c, const ll_c
     ll_world *truth = (ll_world *)(d + 1);
     const ll_world *world = ll_peer_world(c, d->compared);
     d->tick = d->compared;
-    memcpy(truth, ll_peer_world(c, d->tick - 1), (size_t)c->world_size);
+    memcpy(truth, ll_peer_world(c, d->tick - 1), (size_t)c->layout.world_size);
     step_truth(truth, s, server, d->tick);
     find_field(d, truth, world);
     if (s->recorder)
         s->recorder->record(s->recorder->context, &(ll_event){.type = LL_EVENT_DESYNC,
                                                               .player = (uint8_t)c->self,
-                                                              .begin = c->framed,
-                                                              .end = c->framed,
+                                                              .begin = c->ticks.last,
+                                                              .end = c->ticks.last,
                                                               .number = (uint32_t)d->tick,
                                                               .value = (float)field_ulps(d, truth, world)});
 }

@@ -20,7 +20,7 @@ static void measure_own(ll_client_metrics *in, const ll_entity *own, const ll_en
                         ll_time elapsed, bool counts)
 {
     double lead = distance(own->x, own->y, real->x, real->y);
-    in->own_lead = own->x < real->x ? -lead : lead;
+    in->last.own_lead = own->x < real->x ? -lead : lead;
     if (!counts)
         return;
     ll_histogram_add(&in->histogram[LL_METRIC_OWN_LEAD], lead);
@@ -35,7 +35,7 @@ static bool predicts(const ll_client *c, const ll_truth *t)
 /* The tick that the own entity is drawn at. */
 static int64_t own_tick(const ll_client *c, const ll_truth *t)
 {
-    return t->peers ? c->view_step : predicts(c, t) ? c->predicted_tick : c->latest_tick;
+    return t->peers ? c->view_step : predicts(c, t) ? c->prediction.tick : c->latest.tick;
 }
 
 /* Where inputs are applied on arrival, a predicted view belongs to the input that was applied last. The state
@@ -44,10 +44,11 @@ static void measure_own_played(ll_client_metrics *in, const ll_client *c, const 
                                const ll_rendered_view *drawn)
 {
     const ll_entity *real = &t->world->entity[c->self];
-    if (t->acked == c->played)
+    const ll_rendered_view truth = {t->acked, ll_history_newest(t->history), real->x, real->y};
+    if (t->acked == c->prediction.played)
         ll_rendered_views_compare(&in->rendered_views, &in->histogram[LL_METRIC_OWN_TIMELINE_ERROR], drawn,
-                                  real->x, real->y, ll_history_newest(t->history), in->from);
-    else if (c->played > t->acked)
+                                  &truth, in->from);
+    else if (c->prediction.played > t->acked)
         ll_rendered_views_keep(&in->rendered_views, drawn, in->from);
 }
 
@@ -57,7 +58,7 @@ static void measure_own_view(ll_client_metrics *in, const ll_client *c, const ll
     ll_rendered_view drawn = {own_tick(c, t), now, own->x, own->y};
     double x, y;
     if (t->applies_on_arrival && predicts(c, t)) {
-        drawn.key = c->played;
+        drawn.key = c->prediction.played;
         measure_own_played(in, c, t, &drawn);
         return;
     }
@@ -74,53 +75,54 @@ static void measure_own_view(ll_client_metrics *in, const ll_client *c, const ll
         *truth = (ll_rendered_view){drawn.key, ll_history_time(t->history, drawn.key), x, y};
     }
     ll_rendered_views_compare(&in->rendered_views, &in->histogram[LL_METRIC_OWN_TIMELINE_ERROR], &drawn,
-                              truth->x, truth->y, truth->shown, in->from);
+                              truth, in->from);
 }
 
 /* The newest tick for which the client has all inputs or the server's snapshot. */
 static int64_t sure_tick(const ll_client *c, const ll_truth *t)
 {
-    return t->peers ? ll_client_peer(c)->confirmed : c->latest_tick;
+    return t->peers ? ll_client_peer(c)->confirmed : c->latest.tick;
 }
 
 static void measure_age(ll_client_metrics *in, const ll_client *c, const ll_truth *t, ll_time now,
                         bool counts)
 {
-    ll_time newest = c->latest_time;
+    ll_time newest = c->latest.time;
     if (t->peers) /* a client may have confirmed a tick that the server has not made */
         newest = sure_tick(c, t) < t->history->count ? ll_history_time(t->history, sure_tick(c, t)) : now;
-    in->age_of_information = ll_to_ms(now - newest);
+    in->last.age_of_information = ll_to_ms(now - newest);
     if (counts)
         ll_histogram_add(&in->histogram[LL_METRIC_AGE_OF_INFORMATION],
-                         in->age_of_information > 0 ? in->age_of_information : 0);
+                         in->last.age_of_information > 0 ? in->last.age_of_information : 0);
 }
 
 static void measure_changes(ll_client_metrics *in, const ll_client *c, const ll_truth *t, ll_time now)
 {
     if (!ll_changes_waiting(&in->changes))
         return;
-    int64_t sure = sure_tick(c, t), tick = t->peers ? c->view_step : c->latest_tick;
-    ll_included included = {
-        .seq = predicts(c, t) ? c->played : 0, .tick = tick, .sure_tick = sure < tick ? sure : tick};
+    int64_t sure = sure_tick(c, t), tick = t->peers ? c->view_step : c->latest.tick;
+    ll_included included = {.seq = predicts(c, t) ? c->prediction.played : 0,
+                            .tick = tick,
+                            .sure_tick = sure < tick ? sure : tick};
     ll_changes_shown(&in->changes, in->histogram, &included, now + t->device);
 }
 
 static void measure_visible(ll_client_metrics *in)
 {
-    if (in->visible_m > 0)
-        ll_running_stats_add(&in->visible_m_all, in->visible_m);
+    if (in->corrections.visible_m > 0)
+        ll_running_stats_add(&in->corrections.visible_m_all, in->corrections.visible_m);
 }
 
 static void measure_buffer(ll_client_metrics *in, const ll_client *c, ll_time now)
 {
-    in->held_frames += c->held_now;
-    in->extrapolated_frames += c->extrapolated;
-    if (c->view_state == LL_VIEW_NEWEST)
+    in->buffer.held_frames += c->view.held;
+    in->buffer.extrapolated_frames += c->view.extrapolated;
+    if (c->view.state == LL_VIEW_NEWEST)
         return;
-    ll_histogram_add(&in->histogram[LL_METRIC_BUFFER], c->buffer_ms > 0 ? c->buffer_ms : 0);
-    ll_running_stats_add(&in->depth, (double)c->depth);
-    ll_running_stats_add(&in->delay_ms, ll_to_ms(now + c->offset - c->render));
-    ll_running_stats_add(&in->time_scale, c->time_scale);
+    ll_histogram_add(&in->histogram[LL_METRIC_BUFFER], c->drawing.buffer_ms > 0 ? c->drawing.buffer_ms : 0);
+    ll_running_stats_add(&in->buffer.depth, (double)c->drawing.depth);
+    ll_running_stats_add(&in->buffer.delay_ms, ll_to_ms(now + c->view.offset - c->view.render));
+    ll_running_stats_add(&in->buffer.time_scale, c->drawing.time_scale);
 }
 
 /* What is drawn belongs to a time. Where a client steps a world of its own it belongs to a step, coded as a
@@ -174,7 +176,8 @@ static void measure_motion(ll_client_metrics *in, ll_track *track, const ll_enti
 {
     double off = ll_smoothness_add(&track->smooth, drawn, real->x, real->y, dt);
     if (off >= 0)
-        ll_histogram_add(&in->animation_error, in->pixel_m > 0 ? off / in->pixel_m : off);
+        ll_histogram_add(&in->animation_error,
+                         in->corrections.pixel_m > 0 ? off / in->corrections.pixel_m : off);
 }
 
 void ll_client_metrics_frame(ll_client_metrics *in, const ll_client *c, const ll_truth *truth, ll_time now)
@@ -187,8 +190,8 @@ void ll_client_metrics_frame(ll_client_metrics *in, const ll_client *c, const ll
     measure_own_view(in, c, truth, now);
     measure_age(in, c, truth, now, counts);
     measure_changes(in, c, truth, now);
-    measure_own(in, &shown->entity[c->self], &world->entity[c->self], c->self, c->elapsed, counts);
-    in->remote_error = in->view_age = 0;
+    measure_own(in, &shown->entity[c->self], &world->entity[c->self], c->self, c->displays.elapsed, counts);
+    in->last.remote_error = in->last.view_age = 0;
     for (int i = 0; i < world->entities; i++) {
         if (i == c->self)
             continue;
@@ -197,9 +200,9 @@ void ll_client_metrics_frame(ll_client_metrics *in, const ll_client *c, const ll
         int64_t when = render_key(c, i);
         double error = distance(e->x, e->y, t->x, t->y), x, y;
         double age = ll_to_ms(now - drawn_time(c, i, history, now));
-        if (error >= magnitude(in->remote_error))
-            in->remote_error = e->x < t->x ? -error : error;
-        in->view_age = age > in->view_age ? age : in->view_age;
+        if (error >= magnitude(in->last.remote_error))
+            in->last.remote_error = e->x < t->x ? -error : error;
+        in->last.view_age = age > in->last.view_age ? age : in->last.view_age;
         if (!counts)
             continue;
         ll_histogram_add(&in->histogram[LL_METRIC_VIEW_AGE], age > 0 ? age : 0);
@@ -213,16 +216,16 @@ void ll_client_metrics_frame(ll_client_metrics *in, const ll_client *c, const ll
             ll_history_at(history, moment, i, &x, &y);
             ll_histogram_add(&in->histogram[LL_METRIC_TIMELINE_ERROR], distance(e->x, e->y, x, y));
         }
-        ll_inconsistency_add(&in->server, &track->server, error, c->elapsed);
-        measure_motion(in, track, e, t, ll_to_s(c->elapsed));
+        ll_inconsistency_add(&in->server, &track->server, error, c->displays.elapsed);
+        measure_motion(in, track, e, t, ll_to_s(c->displays.elapsed));
     }
     if (counts) {
         measure_visible(in);
-        in->frames++;
-        in->measured += c->elapsed;
+        in->buffer.frames++;
+        in->measured += c->displays.elapsed;
         measure_buffer(in, c, now);
     }
-    in->visible_m = 0;
+    in->corrections.visible_m = 0;
 }
 
 /* The last tick at or before the time that is drawn. */
@@ -237,7 +240,7 @@ void ll_client_metrics_seen(ll_client_metrics *in, int self, const ll_client *by
 {
     if (!ll_changes_waiting(&in->changes))
         return;
-    int64_t received = t->peers ? ll_client_peer(by)->player[self].known : by->latest_tick;
+    int64_t received = t->peers ? ll_client_peer(by)->player[self].known : by->latest.tick;
     int64_t drawn = drawn_tick(by, self, t);
     ll_changes_seen(&in->changes, in->histogram, &in->input_history, by->self,
                     received < drawn ? received : drawn, now + t->device);

@@ -23,8 +23,8 @@ void ll_peer_start(ll_client *c, const ll_client_setup *s, int64_t step, int64_t
     (void)s;
     LL_ASSERT(first >= step && first - step < LL_PEER_RING - LL_SYNC_TEST_MAX);
     memset(peer, 0, ll_peer_size(world->players, 0));
-    peer->ticks = (ll_clock){c->game_start, c->game_start_step,
-                             c->clock.freq}; /* that of all peers, even after a late join */
+    peer->ticks = (ll_clock){c->snapshots.game_start, c->snapshots.game_start_step,
+                             c->ticks.clock.freq}; /* that of all peers, even after a late join */
     peer->start = peer->tick = peer->confirmed = peer->hashed = step;
     peer->first = first;
     peer->began = step;
@@ -34,8 +34,8 @@ void ll_peer_start(ll_client *c, const ll_client_setup *s, int64_t step, int64_t
         peer->player[p].known = p == c->self ? first : step;
         peer->player[p].at = -1;
     }
-    memcpy(ll_peer_world(c, step), world, (size_t)c->world_size);
-    c->tick = first;
+    memcpy(ll_peer_world(c, step), world, (size_t)c->layout.world_size);
+    c->inputs.tick = first;
     c->view_step = step;
 }
 
@@ -44,7 +44,7 @@ void ll_peer_start(ll_client *c, const ll_client_setup *s, int64_t step, int64_t
 /* The server has made the steps up to `tick`: own inputs for them were applied. */
 static void take_steps(ll_client *c, const ll_client_setup *s, int64_t tick, ll_time now)
 {
-    for (int64_t k = c->latest_tick + 1; k <= tick; k++) {
+    for (int64_t k = c->latest.tick + 1; k <= tick; k++) {
         const ll_pending_input *p = ll_client_input_at(c, k);
         if (p)
             ll_client_metrics_acknowledged(s->client_metrics, p->seq, k, p->made, now, now);
@@ -95,7 +95,7 @@ static const char *take_part(ll_peer *peer, const char *at)
 static bool is_over(const ll_client *c, const ll_client_setup *s, ll_time now)
 {
     const ll_peer *peer = ll_client_peer(c);
-    ll_time until = c->game_start + ll_tick_time(peer->resume, c->clock.freq);
+    ll_time until = c->snapshots.game_start + ll_tick_time(peer->resume, c->ticks.clock.freq);
     return peer->resume != 0 &&
            ll_client_local(s, now) + c->connection.clock.offset >= until - LL_BARRIER_BLUR;
 }
@@ -105,14 +105,15 @@ static void take_barrier(ll_client *c, const ll_client_setup *s, const ll_relay_
 {
     ll_peer *peer = ll_client_peer(c);
     ll_time update = (ll_time)(1e9 / s->rules->update_hz);
-    ll_time since = peer->relayed != 0 ? peer->relayed : c->game_start + ll_barrier_way(&c->connection.clock);
+    ll_time since =
+        peer->relayed != 0 ? peer->relayed : c->snapshots.game_start + ll_barrier_way(&c->connection.clock);
     ll_time slack = update > LL_BARRIER_GAP ? update : LL_BARRIER_GAP; /* a single lost relay is no outage */
-    peer->gap |= now - since > update + c->period + slack;
+    peer->gap |= now - since > update + c->ticks.period + slack;
     peer->relayed = now;
     if (m->barrier == 0)
         return;
     bool news = m->barrier > peer->barrier || (m->barrier == peer->barrier && m->resume > peer->resume);
-    if (m->barrier >= c->tick && news) {
+    if (m->barrier >= c->inputs.tick && news) {
         peer->barrier = m->barrier;
         peer->resume = m->resume;
         peer->gap = is_over(c, s, now);
@@ -127,15 +128,15 @@ int ll_peer_receive(ll_client *c, const ll_client_setup *s, const void *packet, 
     if (m->head.epoch != c->epoch)
         return LL_OUTCOME_STALE;
     if (m->head.type != LL_MESSAGE_RELAY) {
-        c->refused++; /* the others apply another input: from here on this world differs from theirs */
+        c->inputs.refused++; /* the others apply another input: from here on this world differs from theirs */
         return LL_OUTCOME_REFUSED;
     }
-    c->acked = m->head.seq > c->acked ? m->head.seq : c->acked;
+    c->inputs.acked = m->head.seq > c->inputs.acked ? m->head.seq : c->inputs.acked;
     peer->hashed = m->hashed > peer->hashed ? m->hashed : peer->hashed;
-    if (m->tick > c->latest_tick) {
+    if (m->tick > c->latest.tick) {
         take_steps(c, s, m->tick, now);
-        c->latest_tick = c->confirmed = m->tick;
-        c->latest_time = m->time;
+        c->latest.tick = c->snapshots.confirmed = m->tick;
+        c->latest.time = m->time;
     }
     take_barrier(c, s, m, now);
     const char *at = (const char *)(m + 1);
@@ -167,19 +168,20 @@ static void make_inputs(ll_client *c, const ll_client_setup *s, int64_t newest, 
 {
     ll_peer *peer = ll_client_peer(c);
     newest = peer->barrier != 0 && newest > peer->barrier ? peer->barrier : newest;
-    while (c->tick < newest) {
-        bool early = c->tick < peer->start + s->config->input_delay_ticks;
-        ll_action a = early ? (ll_action){0} : control(c, s, c->tick + 1);
-        ll_pending_input *p = ll_client_pending(c, ++c->seq);
-        *p = (ll_pending_input){.seq = c->seq, .made = now, .action = a};
-        ll_client_metrics_input(s->client_metrics, c->seq, c->tick + 1, &a, ll_client_control_time(c, s, now),
-                                now);
-        peer->player[c->self].known = ++c->tick;
+    while (c->inputs.tick < newest) {
+        bool early = c->inputs.tick < peer->start + s->config->input_delay_ticks;
+        ll_action a = early ? (ll_action){0} : control(c, s, c->inputs.tick + 1);
+        ll_pending_input *p = ll_client_pending(c, ++c->inputs.seq);
+        *p = (ll_pending_input){.seq = c->inputs.seq, .made = now, .action = a};
+        ll_client_metrics_input(s->client_metrics, c->inputs.seq, c->inputs.tick + 1, &a,
+                                ll_client_control_time(c, s, now), now);
+        peer->player[c->self].known = ++c->inputs.tick;
         if (s->weapon_prediction)
-            ll_weapon_prediction_input(c, s, p, c->view_time, now);
+            ll_weapon_prediction_input(c, s, p, c->drawing.view_time, now);
         p->action.buttons &=
             LL_BUTTONS; /* the relay server rejects claims, and a claim would depend on what is drawn */
-        *ll_peer_input(peer, c->self, c->tick) = (ll_controls){{a.axis[0], a.axis[1]}, p->action.buttons};
+        *ll_peer_input(peer, c->self, c->inputs.tick) =
+            (ll_controls){{a.axis[0], a.axis[1]}, p->action.buttons};
     }
 }
 
@@ -222,7 +224,7 @@ static void update_time_sync(ll_client *c)
 {
     ll_peer *peer = ll_client_peer(c);
     double most = 0;
-    if ((c->frame - peer->time_sync_from) % TIME_SYNC_EVERY != 0)
+    if ((c->ticks.number - peer->time_sync_from) % TIME_SYNC_EVERY != 0)
         return;
     for (int p = 0; p < ll_client_rendered(c)->players; p++) {
         double lead = (peer->player[p].ahead - peer->player[p].behind) / 2;
@@ -247,7 +249,7 @@ static void end_barrier(ll_client *c, const ll_client_setup *s, ll_time now)
     if (!is_over(c, s, now))
         return;
     peer->barrier = peer->resume = 0;
-    peer->time_sync_from = c->frame - 1;
+    peer->time_sync_from = c->ticks.number - 1;
     peer->frames_to_wait = 0;
     begin_round(peer);
     for (int p = 0; p < ll_client_rendered(c)->players; p++) {
@@ -273,7 +275,7 @@ static void time_round(ll_client *c, const ll_client_setup *s, ll_time now)
             known = peer->player[p].known;
     if (known == LL_NEVER || known <= peer->began)
         return; /* it plays alone; or the round is not over */
-    ll_time round = now - peer->since + (guesses > 0 ? c->period : 0);
+    ll_time round = now - peer->since + (guesses > 0 ? c->ticks.period : 0);
     peer->spread = (round < ROUND_MAX ? round : ROUND_MAX) / round_ticks;
     peer->spread_until = peer->began + 2 * round_ticks;
 }
@@ -283,7 +285,7 @@ static bool spreads(const ll_client *c, ll_time now)
 {
     const ll_peer *peer = ll_client_peer(c);
     return peer->barrier == 0 && peer->tick <= peer->spread_until &&
-           now < peer->stepped + peer->spread - c->period / 2;
+           now < peer->stepped + peer->spread - c->ticks.period / 2;
 }
 
 static bool may_step(ll_client *c, const ll_client_setup *s, ll_time now)
@@ -333,22 +335,22 @@ static void draw(ll_client *c, ll_time now)
     const ll_peer *peer = ll_client_peer(c);
     ll_draw_info *marks = ll_client_draw_infos(c);
     bool certain = peer->tick == peer->confirmed;
-    ll_time time = c->latest_time + (peer->tick - c->latest_tick) * c->period;
+    ll_time time = c->latest.time + (peer->tick - c->latest.tick) * c->ticks.period;
     ll_draw_info mark = {certain && time < now ? time : now, certain ? 0 : LL_RENDERED_PREDICTED, 0};
-    memcpy(ll_client_rendered(c), ll_peer_world(c, peer->tick), (size_t)c->world_size);
+    memcpy(ll_client_rendered(c), ll_peer_world(c, peer->tick), (size_t)c->layout.world_size);
     for (int i = 0; i < ll_client_rendered(c)->entities; i++)
         marks[i] = mark;
     c->view_step = peer->tick;
-    c->view_time = mark.time;
-    c->alpha = 1;
-    c->buffer_ms = 0;
+    c->drawing.view_time = mark.time;
+    c->drawing.alpha = 1;
+    c->drawing.buffer_ms = 0;
 }
 
 static int compose(const ll_client *c, void *packet)
 {
     const ll_peer *peer = ll_client_peer(c);
     int players = ll_client_rendered_const(c)->players, runs = 0;
-    int64_t first = peer->first + c->acked + 1, tick = first;
+    int64_t first = peer->first + c->inputs.acked + 1, tick = first;
     ll_peer_message *m = packet;
     ll_peer_ack *acks = (ll_peer_ack *)(m + 1);
     ll_input_run *run = (ll_input_run *)(acks + players);
@@ -356,7 +358,7 @@ static int compose(const ll_client *c, void *packet)
         const ll_peer_player *from = &peer->player[p];
         acks[p] = (ll_peer_ack){(int32_t)from->known, from->at < 0 ? 0 : (int32_t)(peer->tick - from->at)};
     }
-    for (; tick <= c->tick; tick++) { /* the pending inputs reach further back than the ring */
+    for (; tick <= c->inputs.tick; tick++) { /* the pending inputs reach further back than the ring */
         const ll_action *a = &c->pending[(tick - peer->first) & (LL_PENDING_RING - 1)].action;
         if (!ll_run_add(run, &runs, &(ll_controls){{a->axis[0], a->axis[1]}, a->buttons}))
             break;
@@ -364,9 +366,9 @@ static int compose(const ll_client *c, void *packet)
     uint32_t *hash = (uint32_t *)(run + runs), hashes = 0;
     int64_t hashed = peer->confirmed - peer->hashed < LL_HASHES_MAX ? peer->hashed + 1
                                                                     : peer->confirmed - LL_HASHES_MAX + 1;
-    for (int64_t k = hashed; k <= peer->confirmed && c->frame % HASHES_EVERY == 0; k++)
+    for (int64_t k = hashed; k <= peer->confirmed && c->ticks.number % HASHES_EVERY == 0; k++)
         hash[hashes++] = peer->hashes[k & (LL_PEER_RING - 1)];
-    *m = (ll_peer_message){.head = {LL_MESSAGE_INPUT, (uint8_t)(tick - first), c->epoch, c->acked + 1},
+    *m = (ll_peer_message){.head = {LL_MESSAGE_INPUT, (uint8_t)(tick - first), c->epoch, c->inputs.acked + 1},
                            .tick = (int32_t)first,
                            .way = (uint32_t)(ll_barrier_way(&c->connection.clock) / 1000 + 1) |
                                   (peer->gap ? LL_WAY_GAP : 0),
@@ -401,7 +403,7 @@ int ll_peer_tick(ll_client *c, const ll_client_setup *s, ll_time now, void *pack
     }
     ll_peer_confirm(c);
     ll_peer_sync_test(c, s, now);
-    ll_measure(s->client_metrics, LL_METRIC_UNACKED, now, (double)(c->seq - c->acked));
+    ll_measure(s->client_metrics, LL_METRIC_UNACKED, now, (double)(c->inputs.seq - c->inputs.acked));
     return compose(c, packet);
 }
 

@@ -34,7 +34,7 @@ static void make_tick(ll_client *c, const ll_client_setup *s, int64_t tick)
 {
     ll_world *world = ll_peer_world(c, tick);
     LL_ASSERT(tick - ll_client_peer(c)->confirmed < LL_PEER_RING); /* confirmed worlds are kept */
-    memcpy(world, ll_peer_world(c, tick - 1), (size_t)c->world_size);
+    memcpy(world, ll_peer_world(c, tick - 1), (size_t)c->layout.world_size);
     guess(ll_client_peer(c), world->players, tick);
     step(c, s, world, tick);
 }
@@ -67,7 +67,7 @@ void ll_peer_roll_back(ll_client *c, const ll_client_setup *s, ll_time now)
         return;
     LL_ASSERT(first > peer->confirmed && first <= peer->tick); /* only guessed ticks are resimulated */
     ll_world *before = ll_client_predicted(c);
-    memcpy(before, ll_peer_world(c, peer->tick), (size_t)c->world_size);
+    memcpy(before, ll_peer_world(c, peer->tick), (size_t)c->layout.world_size);
     for (int64_t tick = first; tick <= peer->tick; tick++)
         make_tick(c, s, tick);
     peer->wrong = LL_NEVER;
@@ -110,7 +110,7 @@ void ll_peer_sync_test(ll_client *c, const ll_client_setup *s, ll_time now)
     bool counts = now >= s->client_metrics->from;
     if (back == 0 || first < peer->start)
         return;
-    memcpy(world, ll_peer_world(c, first), (size_t)c->world_size);
+    memcpy(world, ll_peer_world(c, first), (size_t)c->layout.world_size);
     for (int64_t tick = first + 1; tick <= peer->tick; tick++)
         step(c, s, world, tick);
     s->client_metrics->stepping.sync_tests += counts;

@@ -4,7 +4,7 @@
 
 static int64_t newest(const ll_server *server, const ll_client_slot *client_slot)
 {
-    return client_slot->newest < 0 ? server->clock.k0 : client_slot->newest;
+    return client_slot->inputs.newest < 0 ? server->clock.k0 : client_slot->inputs.newest;
 }
 
 static ll_time way_of(const ll_peer_message *m)
@@ -41,7 +41,7 @@ static int64_t newest_possible(const ll_server *server, const ll_sync_mode *sync
     }
     if (known == LL_NEVER)
         return own; /* it plays alone */
-    known += (sync->guesses ? server->rollback : 0) + delay;
+    known += (sync->guesses ? server->barriers.rollback : 0) + delay;
     return known > own ? known : own;
 }
 
@@ -56,7 +56,7 @@ static summary summarise(const ll_server *server, const ll_sync_mode *sync, int 
 {
     summary a = {.oldest = LL_NEVER};
     for (int p = 0; p < server->players; p++) {
-        if (!server->client_slots[p].connected)
+        if (!server->client_slots[p].connection.connected)
             continue;
         int64_t far = newest_possible(server, sync, p, newcomer),
                 tick = newest(server, &server->client_slots[p]);
@@ -73,9 +73,9 @@ static bool all_inputs_arrived(const ll_server *server)
 {
     for (int p = 0; p < server->players; p++) {
         const ll_peer_status *peer = &server->client_slots[p].peer;
-        if (!server->client_slots[p].connected)
+        if (!server->client_slots[p].connection.connected)
             continue;
-        if (peer->at < 0 || newest(server, &server->client_slots[p]) != server->barrier)
+        if (peer->at < 0 || newest(server, &server->client_slots[p]) != server->barriers.tick)
             return false;
     }
     return true;
@@ -91,8 +91,8 @@ static int64_t next_start(const ll_server *server)
     ll_time longest = 0;
     for (int p = 0; p < server->players; p++) {
         const ll_peer_status *peer = &server->client_slots[p].peer;
-        ll_time ready = peer->way + (peer->at < server->barrier ? ll_tick_time(1, ticks) : 0);
-        if (server->client_slots[p].connected && ready > longest)
+        ll_time ready = peer->way + (peer->at < server->barriers.tick ? ll_tick_time(1, ticks) : 0);
+        if (server->client_slots[p].connection.connected && ready > longest)
             longest = ready;
     }
     ll_time reported = ll_clock_time(&server->updates, server->update) + longest;
@@ -106,10 +106,10 @@ static int64_t next_start(const ll_server *server)
 /* Discards the time sync data received so far. */
 static void set_resume(ll_server *server)
 {
-    server->resume = next_start(server);
-    LL_ASSERT(server->resume > 0); /* 0 is: not decided */
-    server->recovery_until =
-        server->clock.epoch + ll_tick_time(server->resume, server->clock.freq) + LL_BARRIER_EVERY;
+    server->barriers.resume = next_start(server);
+    LL_ASSERT(server->barriers.resume > 0); /* 0 is: not decided */
+    server->barriers.recovery_until =
+        server->clock.epoch + ll_tick_time(server->barriers.resume, server->clock.freq) + LL_BARRIER_EVERY;
     for (int p = 0; p < server->players; p++) {
         ll_peer_status *peer = &server->client_slots[p].peer;
         peer->at = -1;
@@ -121,27 +121,27 @@ static void set_resume(ll_server *server)
 /* Begins, continues or ends a barrier. */
 static void update_barrier(ll_server *server, const ll_sync_mode *sync, int newcomer, ll_time now)
 {
-    if (server->barrier == 0 && (!server->barrier_due || now < server->recovery_until))
+    if (server->barriers.tick == 0 && (!server->barriers.due || now < server->barriers.recovery_until))
         return;
     summary a = summarise(server, sync, newcomer);
-    if (server->resume != 0) {
-        if (a.oldest > server->barrier ||
+    if (server->barriers.resume != 0) {
+        if (a.oldest > server->barriers.tick ||
             newcomer != NO_PLAYER) /* a client that is in step with no other: the next barrier begins */
-            server->barrier = server->resume = 0;
+            server->barriers.tick = server->barriers.resume = 0;
         if (newcomer == NO_PLAYER)
             return;
     }
-    server->barrier_due = 0;
+    server->barriers.due = 0;
     if (a.connected < 2) {
-        server->barrier = 0;
+        server->barriers.tick = 0;
         return;
     }
-    if (server->barrier == 0 || a.newest > server->barrier) {
-        server->barrier = a.newest_possible;
-        LL_ASSERT(server->barrier >= a.newest); /* no client has passed it */
+    if (server->barriers.tick == 0 || a.newest > server->barriers.tick) {
+        server->barriers.tick = a.newest_possible;
+        LL_ASSERT(server->barriers.tick >= a.newest); /* no client has passed it */
     } else if (newcomer != NO_PLAYER) {
         int64_t far = newest_possible(server, sync, newcomer, newcomer);
-        server->barrier = far > server->barrier ? far : server->barrier;
+        server->barriers.tick = far > server->barriers.tick ? far : server->barriers.tick;
     }
     if (all_inputs_arrived(server))
         set_resume(server);
@@ -152,7 +152,7 @@ void ll_barrier_follow(ll_server *server, const ll_sync_mode *sync, int player, 
 {
     ll_peer_status *peer = &server->client_slots[player].peer;
     if (!ll_barrier_waits(server, m->tick + m->head.count - 1))
-        server->barrier_due |= (m->way & LL_WAY_GAP) != 0 || stopped(server, peer, m, now);
+        server->barriers.due |= (m->way & LL_WAY_GAP) != 0 || stopped(server, peer, m, now);
     peer->way = way_of(m);
     peer->came = now;
     update_barrier(server, sync, NO_PLAYER, now);
@@ -160,7 +160,7 @@ void ll_barrier_follow(ll_server *server, const ll_sync_mode *sync, int player, 
 
 void ll_barrier_join(ll_server *server, const ll_sync_mode *sync, int player, ll_time now)
 {
-    server->barrier_due = 1;
-    server->recovery_until = now; /* without LL_BARRIER_EVERY since the last barrier */
+    server->barriers.due = 1;
+    server->barriers.recovery_until = now; /* without LL_BARRIER_EVERY since the last barrier */
     update_barrier(server, sync, player, now);
 }

@@ -24,5 +24,5 @@ void ll_barrier_join(ll_server *server, const ll_sync_mode *sync, int player, ll
 /* Whether a player whose newest input is for `tick` still waits. */
 static inline bool ll_barrier_waits(const ll_server *server, int64_t tick)
 {
-    return server->resume != 0 && tick <= server->barrier;
+    return server->barriers.resume != 0 && tick <= server->barriers.tick;
 }

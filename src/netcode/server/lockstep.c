@@ -9,17 +9,17 @@
 
 static const ll_input_slot *slot_of(const ll_client_slot *client_slot, int64_t k)
 {
-    return &client_slot->slots[k & (LL_INPUT_RING - 1)];
+    return &client_slot->inputs.ring[k & (LL_INPUT_RING - 1)];
 }
 
 /* Time at which the player's inputs arrive, relative to the ticks of the clock that the game began with. The
  * server measures the part within an interval; the client reports the number of whole intervals. */
 static ll_time offset_of(const ll_server *server, const ll_client_slot *client_slot)
 {
-    ll_time came = slot_of(client_slot, client_slot->newest)->came - server->clock.epoch;
+    ll_time came = slot_of(client_slot, client_slot->inputs.newest)->came - server->clock.epoch;
     int64_t whole = ll_tick_at(came > 0 ? came : 0, server->clock.freq);
     return came - ll_tick_time(whole, server->clock.freq) +
-           ll_tick_time(client_slot->offset, server->clock.freq);
+           ll_tick_time(client_slot->connection.offset, server->clock.freq);
 }
 
 /* The player whose inputs arrived last at the start: the farthest one, its clock's phase included. */
@@ -29,7 +29,7 @@ static const ll_client_slot *farthest(const ll_server *server)
     ll_time most = -1;
     for (int i = 0; i < server->players; i++) {
         const ll_client_slot *client_slot = &server->client_slots[i];
-        if (!client_slot->connected || client_slot->newest < 0)
+        if (!client_slot->connection.connected || client_slot->inputs.newest < 0)
             continue;
         ll_time offset = offset_of(server, client_slot);
         if (offset > most) {
@@ -49,7 +49,7 @@ static ll_time align_to_farthest(const ll_server *server, ll_time due)
     const ll_client_slot *last = farthest(server);
     if (last == NULL || slot_of(last, server->step + 1)->came + interval == due)
         return due;
-    ll_time beyond = (due - slot_of(last, last->newest)->came) % interval, behind = blur / 2;
+    ll_time beyond = (due - slot_of(last, last->inputs.newest)->came) % interval, behind = blur / 2;
     beyond += beyond < 0 ? interval : 0;
     if (beyond > blur)
         beyond -= interval;
@@ -65,7 +65,7 @@ static ll_time earliest_due(const ll_server *server)
     for (int i = 0; i < server->players; i++) {
         const ll_client_slot *client_slot = &server->client_slots[i];
         const ll_input_slot *slot = slot_of(client_slot, k);
-        if (!client_slot->connected)
+        if (!client_slot->connection.connected)
             continue;
         if (slot->tick != k)
             return LL_NEVER;
@@ -90,7 +90,7 @@ ll_time ll_lockstep_due(const ll_server *server)
 ll_time ll_lockstep_due_in_rhythm(const ll_server *server)
 {
     ll_time due = earliest_due(server);
-    if (due > server->stepped && due < server->recovery_until)
+    if (due > server->stepped && due < server->barriers.recovery_until)
         due = align_to_farthest(server, due);
     return limit_rate(server, due);
 }
@@ -117,11 +117,12 @@ static void stall(ll_server *server, int64_t k, ll_time waited)
     server->stalled += waited;
     for (int i = 0; i < server->players; i++) {
         ll_client_slot *client_slot = &server->client_slots[i];
-        if (client_slot->connected && (!last || slot_of(client_slot, k)->came > slot_of(last, k)->came))
+        if (client_slot->connection.connected &&
+            (!last || slot_of(client_slot, k)->came > slot_of(last, k)->came))
             last = client_slot;
     }
     if (last)
-        last->waited += waited;
+        last->counts.waited += waited;
 }
 
 void ll_lockstep_step(ll_server *server, const ll_game *game, const ll_game_env *env, ll_past *past,
@@ -136,11 +137,11 @@ void ll_lockstep_step(ll_server *server, const ll_game *game, const ll_game_env 
     for (int i = 0; i < server->players; i++) {
         ll_client_slot *client_slot = &server->client_slots[i];
         const ll_input_slot *slot = slot_of(client_slot, k);
-        actions[i] = client_slot->connected ? ll_server_action(server, i, k) : (ll_action){0};
-        if (!client_slot->connected)
+        actions[i] = client_slot->connection.connected ? ll_server_action(server, i, k) : (ll_action){0};
+        if (!client_slot->connection.connected)
             continue;
         LL_ASSERT(slot->tick == k && slot->came <= now); /* no step without all inputs */
-        client_slot->acked = slot->seq;
+        client_slot->inputs.acked = slot->seq;
         ll_server_measure(past, i, slot, now);
         ll_client_slot_done(client_slot, slot->seq, !ll_client_slot_replaced(client_slot, k));
     }
@@ -155,8 +156,8 @@ void ll_lockstep_step_in_rhythm(ll_server *server, const ll_game *game, const ll
     bool waited = now - server->stepped > interval + interval / RHYTHM_BLUR;
     for (int i = 0; i < server->players && waited; i++) {
         const ll_client_slot *client_slot = &server->client_slots[i];
-        if (client_slot->connected && came_late(server, client_slot, server->step + 1))
-            server->recovery_until = now + RHYTHM_KEPT;
+        if (client_slot->connection.connected && came_late(server, client_slot, server->step + 1))
+            server->barriers.recovery_until = now + RHYTHM_KEPT;
     }
     ll_lockstep_step(server, game, env, past, now);
 }

@@ -6,13 +6,13 @@
 
 static const ll_input_slot *slot_of(const ll_client_slot *client_slot, int64_t tick)
 {
-    return &client_slot->slots[tick & (LL_INPUT_RING - 1)];
+    return &client_slot->inputs.ring[tick & (LL_INPUT_RING - 1)];
 }
 
 /* A player's inputs arrive without gaps; up to this tick they have arrived. */
 static int64_t known(const ll_server *server, const ll_client_slot *client_slot)
 {
-    return client_slot->newest < 0 ? server->clock.k0 : client_slot->newest;
+    return client_slot->inputs.newest < 0 ? server->clock.k0 : client_slot->inputs.newest;
 }
 
 /* ---- steps ---- */
@@ -46,11 +46,11 @@ void ll_relay_server_step(ll_server *server, const ll_game *game, const ll_game_
     for (int i = 0; i < server->players; i++) {
         ll_client_slot *client_slot = &server->client_slots[i];
         LL_ASSERT(slot_of(client_slot, k)->tick == k); /* no step without all inputs */
-        actions[i] = client_slot->held = slot_of(client_slot, k)->action;
-        if (k <= client_slot->first)
+        actions[i] = client_slot->inputs.held = slot_of(client_slot, k)->action;
+        if (k <= client_slot->connection.first)
             continue; /* not the player's own */
-        client_slot->acked = (uint32_t)(k - client_slot->first);
-        ll_client_slot_done(client_slot, client_slot->acked, !ll_client_slot_replaced(client_slot, k));
+        client_slot->inputs.acked = (uint32_t)(k - client_slot->connection.first);
+        ll_client_slot_done(client_slot, client_slot->inputs.acked, !ll_client_slot_replaced(client_slot, k));
     }
     if (past)
         past->rules = &no_compensation;
@@ -100,13 +100,13 @@ static void take_new_inputs(ll_server *server, ll_client_slot *client_slot, cons
         for (uint32_t i = 0; i < runs[r].count; i++, tick++) {
             const ll_controls *input = &runs[r].input;
             if (tick < next)
-                client_slot->duplicate++;
+                client_slot->counts.duplicate++;
             else if (tick == next + count && count < LL_INPUTS_MAX)
                 inputs->inputs[count++] = (ll_action){{input->axis[0], input->axis[1]}, input->buttons, 0};
         }
-    LL_ASSERT(next > client_slot->first);
+    LL_ASSERT(next > client_slot->connection.first);
     inputs->head = (ll_message_head){LL_MESSAGE_INPUT, (uint8_t)count, m->head.epoch,
-                                     (uint32_t)(next - client_slot->first)};
+                                     (uint32_t)(next - client_slot->connection.first)};
     inputs->tick = (int32_t)next;
     inputs->fresh = (uint8_t)count;
 }
@@ -115,7 +115,7 @@ int ll_relay_server_take(ll_server *server, const ll_sync_mode *sync, int player
                          ll_time now, ll_input_result results[LL_INPUTS_MAX])
 {
     const ll_peer_message *m = packet;
-    if (m->head.epoch != server->client_slots[player].epoch)
+    if (m->head.epoch != server->client_slots[player].connection.epoch)
         return 0;
     const ll_peer_ack *acks = (const ll_peer_ack *)(m + 1);
     const ll_input_run *runs = (const ll_input_run *)(acks + server->players);
@@ -125,7 +125,7 @@ int ll_relay_server_take(ll_server *server, const ll_sync_mode *sync, int player
     compare(server, &client_slot->peer, m->hashed, (const uint32_t *)(runs + m->runs), m->hashes);
     take_new_inputs(server, client_slot, m, runs, &inputs);
     /* An input is for its own tick alone, however many arrive at once: after an outage all open inputs do. */
-    client_slot->allowance = (ll_rate_limiter){ll_rate_burst(server->client_freq), now};
+    client_slot->limits.allowance = (ll_rate_limiter){ll_rate_burst(server->client_freq), now};
     int result_count = ll_server_receive(server, sync, player, &inputs, now, results);
     ll_relay_server_fill(server, now);
     ll_barrier_follow(server, sync, player, m, now);
@@ -136,13 +136,13 @@ void ll_relay_server_fill(ll_server *server, ll_time now)
 {
     int64_t upto = server->step;
     for (int i = 0; i < server->players; i++)
-        if (server->client_slots[i].connected && server->client_slots[i].newest > upto)
-            upto = server->client_slots[i].newest;
+        if (server->client_slots[i].connection.connected && server->client_slots[i].inputs.newest > upto)
+            upto = server->client_slots[i].inputs.newest;
     for (int i = 0; i < server->players; i++) {
         ll_client_slot *client_slot = &server->client_slots[i];
         int64_t tick = known(server, client_slot);
-        for (; !client_slot->connected && tick < upto; client_slot->newest = ++tick)
-            client_slot->slots[(tick + 1) & (LL_INPUT_RING - 1)] =
+        for (; !client_slot->connection.connected && tick < upto; client_slot->inputs.newest = ++tick)
+            client_slot->inputs.ring[(tick + 1) & (LL_INPUT_RING - 1)] =
                 (ll_input_slot){.tick = tick + 1, .came = now};
     }
 }
@@ -174,15 +174,16 @@ int ll_relay_server_compose(ll_server *server, const ll_sync_mode *sync, int pla
     (void)sync;
     const ll_client_slot *client_slot = &server->client_slots[player];
     ll_relay_message *m = packet;
-    *m = (ll_relay_message){.head = {.type = LL_MESSAGE_RELAY,
-                                     .count = (uint8_t)(server->players - 1),
-                                     .epoch = client_slot->epoch,
-                                     .seq = (uint32_t)(known(server, client_slot) - client_slot->first)},
-                            .tick = (int32_t)server->step,
-                            .barrier = (int32_t)server->barrier,
-                            .time = server->stepped,
-                            .hashed = (int32_t)client_slot->peer.hashed,
-                            .resume = (int32_t)server->resume};
+    *m = (ll_relay_message){
+        .head = {.type = LL_MESSAGE_RELAY,
+                 .count = (uint8_t)(server->players - 1),
+                 .epoch = client_slot->connection.epoch,
+                 .seq = (uint32_t)(known(server, client_slot) - client_slot->connection.first)},
+        .tick = (int32_t)server->step,
+        .barrier = (int32_t)server->barriers.tick,
+        .time = server->stepped,
+        .hashed = (int32_t)client_slot->peer.hashed,
+        .resume = (int32_t)server->barriers.resume};
     char *at = (char *)(m + 1);
     for (int other = 0; other < server->players; other++)
         if (other != player)

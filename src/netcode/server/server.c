@@ -14,7 +14,7 @@ void ll_server_init(ll_server *server, int players, ll_extent extent)
 {
     memset(server, 0, ll_server_size(players, extent));
     server->players = players;
-    server->validates = 1;
+    server->rules.validates = 1;
     ll_world *world = ll_server_world(server);
     world->players = players;
     world->entities = extent.entities;
@@ -28,12 +28,12 @@ void ll_server_configure(ll_server *server, const ll_server_config *config)
         ll_baseline_history_clear(
             ll_server_baseline_history(server)); /* baselines sent with another codec or grid may be gone */
     server->codec = (uint16_t)config->snapshot;
-    server->validates = config->validation;
-    server->refused = config->refused;
-    server->starved = config->starved;
-    server->starved_ticks = (int32_t)config->starved_ticks;
-    server->rollback = (int32_t)config->max_rollback_ticks;
-    server->starved_tau_ms = config->starved_tau_ms;
+    server->rules.validates = config->validation;
+    server->rules.refused = config->refused;
+    server->rules.starved = config->starved;
+    server->rules.starved_ticks = (int32_t)config->starved_ticks;
+    server->barriers.rollback = (int32_t)config->max_rollback_ticks;
+    server->rules.starved_tau_ms = config->starved_tau_ms;
     server->grid = (ll_quantization){(float)config->quantum_m, (float)config->quantum_mps,
                                      (float)config->quantum_rad, (float)config->quantum_radps};
 }
@@ -41,23 +41,24 @@ void ll_server_configure(ll_server *server, const ll_server_config *config)
 void ll_client_slot_clear(ll_client_slot *client_slot)
 {
     for (int i = 0; i < LL_INPUT_RING; i++)
-        client_slot->slots[i].tick = -1;
-    client_slot->newest = -1;
+        client_slot->inputs.ring[i].tick = -1;
+    client_slot->inputs.newest = -1;
 }
 
 void ll_client_slot_open(ll_client_slot *client_slot, ll_freq client_freq, int64_t step, ll_time now)
 {
-    client_slot->held = (ll_action){0};
-    client_slot->held_step = step;
-    client_slot->used = (ll_axes){{0}};
-    client_slot->acked = client_slot->processed = client_slot->decided = 0;
-    client_slot->wants = 0;
-    memset(client_slot->results, 0, sizeof client_slot->results);
-    client_slot->received = client_slot->full = 0;
-    client_slot->slack = client_slot->last_slack = LL_SLACK_UNKNOWN;
-    client_slot->allowance = (ll_rate_limiter){ll_rate_burst(client_freq), now};
-    client_slot->account = (ll_time_budget){0, now};
-    client_slot->first = step;
+    ll_slot_inputs *inputs = &client_slot->inputs;
+    inputs->held = (ll_action){0};
+    inputs->held_step = step;
+    inputs->used = (ll_axes){{0}};
+    inputs->acked = inputs->processed = inputs->decided = 0;
+    inputs->wants = 0;
+    memset(inputs->results, 0, sizeof inputs->results);
+    client_slot->snapshots.received = client_slot->snapshots.full = 0;
+    client_slot->snapshots.slack = client_slot->snapshots.last_slack = LL_SLACK_UNKNOWN;
+    client_slot->limits.allowance = (ll_rate_limiter){ll_rate_burst(client_freq), now};
+    client_slot->limits.account = (ll_time_budget){0, now};
+    client_slot->connection.first = step;
     client_slot->peer =
         (ll_peer_status){.at = -1, .came = now, .relayed = step, .hashed = step, .desync = -1};
     for (int i = 0; i < LL_PLAYERS_MAX; i++)
@@ -75,31 +76,31 @@ void ll_server_start(ll_server *server, ll_freq step_freq, ll_freq update_freq, 
     server->update = 1;
     server->stepped = now;
     server->next_check = now + LL_CONNECTION_CHECK_INTERVAL;
-    server->barrier = server->resume = 0;
-    server->recovery_until = now;
-    server->barrier_due = 0;
+    server->barriers.tick = server->barriers.resume = 0;
+    server->barriers.recovery_until = now;
+    server->barriers.due = 0;
     server->client_freq = client_freq;
     ll_baseline_history_clear(ll_server_baseline_history(server));
     for (int i = 0; i < server->players; i++) {
         ll_client_slot_clear(&server->client_slots[i]);
         ll_client_slot_open(&server->client_slots[i], client_freq, server->step, now);
-        server->client_slots[i].epoch = server->epoch;
+        server->client_slots[i].connection.epoch = server->epoch;
     }
 }
 
 /* Whether an input is new: `false` if it arrived before. */
-static bool is_new(const ll_client_slot *client_slot, int64_t tick)
+static bool is_new(const ll_slot_inputs *inputs, int64_t tick)
 {
-    if (tick <= client_slot->newest - LL_INPUT_RING)
+    if (tick <= inputs->newest - LL_INPUT_RING)
         return false; /* so old that a later input has its slot */
-    return client_slot->slots[tick & (LL_INPUT_RING - 1)].tick != tick;
+    return inputs->ring[tick & (LL_INPUT_RING - 1)].tick != tick;
 }
 
 /* The step up to which the server has decided all inputs; where inputs are applied on arrival, the input. */
 static int64_t decided_upto(const ll_server *server, const ll_sync_mode *sync,
                             const ll_client_slot *client_slot)
 {
-    return sync->applies_on_arrival ? (int64_t)client_slot->acked : server->step;
+    return sync->applies_on_arrival ? (int64_t)client_slot->inputs.acked : server->step;
 }
 
 static int16_t slack_of(int64_t ahead)
@@ -109,26 +110,26 @@ static int16_t slack_of(int64_t ahead)
 
 static void measure_slack(ll_client_slot *client_slot, int64_t ahead, uint32_t seq)
 {
-    client_slot->last_slack = (int32_t)(ahead - 1);
-    if (client_slot->slack == LL_SLACK_UNKNOWN || client_slot->last_slack < client_slot->slack) {
-        client_slot->slack = client_slot->last_slack;
-        client_slot->slack_seq = seq;
+    ll_slot_snapshots *snapshots = &client_slot->snapshots;
+    snapshots->last_slack = (int32_t)(ahead - 1);
+    if (snapshots->slack == LL_SLACK_UNKNOWN || snapshots->last_slack < snapshots->slack) {
+        snapshots->slack = snapshots->last_slack;
+        client_slot->inputs.slack_seq = seq;
     }
 }
 
 /* The replacement of a refused input. */
 static ll_action replacement(const ll_server *server, const ll_client_slot *client_slot, int64_t tick)
 {
-    if (server->refused == LL_REFUSED_NEUTRAL)
+    if (server->rules.refused == LL_REFUSED_NEUTRAL)
         return (ll_action){0};
-    const ll_input_slot *before = &client_slot->slots[(tick - 1) & (LL_INPUT_RING - 1)];
-    return ll_held(before->tick == tick - 1 ? &before->action : &client_slot->held);
+    const ll_input_slot *before = &client_slot->inputs.ring[(tick - 1) & (LL_INPUT_RING - 1)];
+    return ll_held(before->tick == tick - 1 ? &before->action : &client_slot->inputs.held);
 }
 
-static void mark_replaced(ll_client_slot *client_slot, int64_t tick, bool replaced)
+static void mark_replaced(ll_slot_inputs *inputs, int64_t tick, bool replaced)
 {
-    uint64_t *word = &client_slot->replaced[(tick & (LL_INPUT_RING - 1)) >> 6], bit = UINT64_C(1)
-                                                                                      << (tick & 63);
+    uint64_t *word = &inputs->replaced[(tick & (LL_INPUT_RING - 1)) >> 6], bit = UINT64_C(1) << (tick & 63);
     *word = replaced ? *word | bit : *word & ~bit;
 }
 
@@ -151,25 +152,34 @@ static double budget_use(const ll_server *server, const ll_sync_mode *sync, cons
                          const ll_action *input, int64_t ahead, ll_time now)
 {
     if (sync->applies_on_arrival)
-        return ll_time_use(&client_slot->account, input, server->client_freq, now);
+        return ll_time_use(&client_slot->limits.account, input, server->client_freq, now);
     return ((double)ahead + 1) / (double)ll_budget_ticks(server->client_freq);
 }
 
+/* An input as it arrived. */
+typedef struct arrived_input {
+    const ll_action *action;
+    int64_t ahead; /* steps before its own */
+    double use;    /* of the time budget */
+    ll_time now;
+} arrived_input;
+
 static ll_rule judge(const ll_server *server, const ll_sync_mode *sync, ll_client_slot *client_slot,
-                     const ll_action *input, int64_t ahead, double use, ll_time now)
+                     const arrived_input *input)
 {
-    ll_action relative = normalised(server, sync, input);
-    if (!server->validates) /* the ring has no slot further ahead */
-        return ahead >= LL_INPUT_RING && !sync->applies_on_arrival ? LL_RULE_BUDGET : LL_RULE_NONE;
-    return ll_validate(&relative, use, &client_slot->allowance, server->client_freq, now);
+    ll_action relative = normalised(server, sync, input->action);
+    if (!server->rules.validates) /* the ring has no slot further ahead */
+        return input->ahead >= LL_INPUT_RING && !sync->applies_on_arrival ? LL_RULE_BUDGET : LL_RULE_NONE;
+    return ll_validate(&relative, input->use, &client_slot->limits.allowance, server->client_freq,
+                       input->now);
 }
 
 /* Records the newest snapshot that the client has. */
 static void take_received(ll_client_slot *client_slot, const ll_input_message *message)
 {
     int64_t tick = message->lead > 0 ? message->tick - message->lead : 0;
-    if (tick > client_slot->received)
-        client_slot->received = tick;
+    if (tick > client_slot->snapshots.received)
+        client_slot->snapshots.received = tick;
 }
 
 int ll_server_receive(ll_server *server, const ll_sync_mode *sync, int player, const void *packet,
@@ -177,48 +187,51 @@ int ll_server_receive(ll_server *server, const ll_sync_mode *sync, int player, c
 {
     const ll_input_message *message = packet;
     ll_client_slot *client_slot = &server->client_slots[player];
+    ll_slot_inputs *inputs = &client_slot->inputs;
     int count = 0;
     LL_ASSERT(message->head.count <= LL_INPUTS_MAX); /* one result each */
-    if (message->head.epoch != client_slot->epoch)
+    if (message->head.epoch != client_slot->connection.epoch)
         return 0;
-    client_slot->wants = message->wants;
+    inputs->wants = message->wants;
     take_received(client_slot, message);
     for (int i = 0; i < message->head.count; i++) {
         int64_t tick = message->tick + i;
-        if (tick < 1 || !is_new(client_slot, tick)) {
-            client_slot->duplicate++;
+        if (tick < 1 || !is_new(inputs, tick)) {
+            client_slot->counts.duplicate++;
             continue;
         }
         int64_t ahead = tick - decided_upto(server, sync, client_slot);
         ll_input_result *result = &results[count++];
         *result = (ll_input_result){.seq = message->head.seq + (uint32_t)i, .slack = slack_of(ahead)};
         double use = budget_use(server, sync, client_slot, &message->inputs[i], ahead, now);
-        ll_rule rule = judge(server, sync, client_slot, &message->inputs[i], ahead, use, now);
+        ll_rule rule =
+            judge(server, sync, client_slot, &(arrived_input){&message->inputs[i], ahead, use, now});
         if (rule != LL_RULE_NONE) {
-            client_slot->refused[rule]++;
+            client_slot->counts.refused[rule]++;
             result->outcome = LL_OUTCOME_REFUSED;
             result->rule = (uint8_t)rule;
             if (rule == LL_RULE_BUDGET || !sync->reports_refusals)
                 continue; /* no slot that far ahead, or dropped without an answer */
         } else if (ahead <= 0 && !sync->applies_on_arrival) {
-            client_slot->late++;
+            client_slot->counts.late++;
             result->outcome = LL_OUTCOME_LATE;
         } else {
-            client_slot->accepted++;
+            client_slot->counts.accepted++;
         }
         if (rule == LL_RULE_NONE) {
-            client_slot->budget_used = use > client_slot->budget_used ? use : client_slot->budget_used;
+            client_slot->limits.budget_used =
+                use > client_slot->limits.budget_used ? use : client_slot->limits.budget_used;
             if (sync->applies_on_arrival)
-                ll_time_spend(&client_slot->account, &message->inputs[i], server->client_freq, now);
+                ll_time_spend(&client_slot->limits.account, &message->inputs[i], server->client_freq, now);
         }
         ll_action action = rule == LL_RULE_NONE ? message->inputs[i] : replacement(server, client_slot, tick);
-        LL_ASSERT(tick > client_slot->newest - LL_INPUT_RING); /* overwrites no later input */
-        client_slot->slots[tick & (LL_INPUT_RING - 1)] = (ll_input_slot){
+        LL_ASSERT(tick > client_slot->inputs.newest - LL_INPUT_RING); /* overwrites no later input */
+        client_slot->inputs.ring[tick & (LL_INPUT_RING - 1)] = (ll_input_slot){
             tick, now, action, result->seq, message->lead > 0 ? message->tick - message->lead : 0};
-        mark_replaced(client_slot, tick, rule != LL_RULE_NONE);
-        client_slot->seq_minus_tick = (int64_t)result->seq - tick;
-        if (tick > client_slot->newest)
-            client_slot->newest = tick;
+        mark_replaced(inputs, tick, rule != LL_RULE_NONE);
+        inputs->seq_minus_tick = (int64_t)result->seq - tick;
+        if (tick > inputs->newest)
+            inputs->newest = tick;
         if (i >=
             message->head.count - message->fresh) /* a repeated input says nothing about the link's delay */
             measure_slack(client_slot, ahead, result->seq);
@@ -235,39 +248,40 @@ void ll_server_measure(ll_past *past, int player, const ll_input_slot *slot, ll_
 ll_action ll_server_action(ll_server *server, int player, int64_t step)
 {
     LL_ASSERT(player >= 0 && player < server->players && step >= 0);
-    ll_client_slot *client_slot = &server->client_slots[player];
-    const ll_input_slot *slot = &client_slot->slots[step & (LL_INPUT_RING - 1)];
+    const ll_client_slot *client_slot = &server->client_slots[player];
+    ll_slot_inputs *inputs = &server->client_slots[player].inputs;
+    const ll_input_slot *slot = &inputs->ring[step & (LL_INPUT_RING - 1)];
     ll_action action;
     if (slot->tick == step) {
         action = slot->action;
-        client_slot->held = client_slot->connected
-                                ? action
-                                : (ll_action){0}; /* the controls of a disconnected player have no effect */
-        client_slot->held_step = step;
+        /* the controls of a disconnected player have no effect */
+        inputs->held = client_slot->connection.connected ? action : (ll_action){0};
+        inputs->held_step = step;
     } else {
         double steps_per_ms = (double)server->clock.freq / 1e6;
-        ll_starve_config config = {server->starved_tau_ms * steps_per_ms, server->starved_ticks};
-        action = ll_starves[server->starved]->act(&client_slot->held, step - client_slot->held_step, &config);
+        ll_starve_config config = {server->rules.starved_tau_ms * steps_per_ms, server->rules.starved_ticks};
+        action = ll_starves[server->rules.starved]->act(&inputs->held, step - inputs->held_step, &config);
     }
-    client_slot->used = (ll_axes){{action.axis[0], action.axis[1]}};
+    inputs->used = (ll_axes){{action.axis[0], action.axis[1]}};
     return action;
 }
 
-static void set_input_result(ll_client_slot *client_slot, uint32_t seq, bool applied)
+static void set_input_result(ll_slot_inputs *inputs, uint32_t seq, bool applied)
 {
-    uint32_t *word = &client_slot->results[seq / 32 % LL_INPUT_RESULT_WORDS], bit = UINT32_C(1) << (seq & 31);
+    uint32_t *word = &inputs->results[seq / 32 % LL_INPUT_RESULT_WORDS], bit = UINT32_C(1) << (seq & 31);
     *word = applied ? *word | bit : *word & ~bit;
 }
 
 void ll_client_slot_done(ll_client_slot *client_slot, uint32_t seq, bool applied)
 {
-    for (; client_slot->decided < seq;
-         client_slot->decided++) /* an input that was overtaken, or never arrived, is not applied yet */
-        set_input_result(client_slot, client_slot->decided + 1, false);
-    set_input_result(client_slot, seq, applied);
-    if (applied && seq > client_slot->processed)
-        client_slot->processed = seq;
-    LL_ASSERT(client_slot->processed <= client_slot->decided);
+    ll_slot_inputs *inputs = &client_slot->inputs;
+    /* an input that was overtaken, or never arrived, is not applied yet */
+    for (; inputs->decided < seq; inputs->decided++)
+        set_input_result(inputs, inputs->decided + 1, false);
+    set_input_result(inputs, seq, applied);
+    if (applied && seq > inputs->processed)
+        inputs->processed = seq;
+    LL_ASSERT(inputs->processed <= inputs->decided);
 }
 
 int ll_server_message_max(ll_extent extent, int players)
@@ -283,15 +297,15 @@ static char *put_axes(const ll_server *server, int player, char *at)
     for (int i = 0; i < server->players; i++) {
         if (i == player)
             continue;
-        memcpy(at, &server->client_slots[i].used, sizeof(ll_axes));
+        memcpy(at, &server->client_slots[i].inputs.used, sizeof(ll_axes));
         at += sizeof(ll_axes);
     }
     return at;
 }
 
-static bool was_applied(const ll_client_slot *client_slot, uint32_t seq)
+static bool was_applied(const ll_slot_inputs *inputs, uint32_t seq)
 {
-    return client_slot->results[seq / 32 % LL_INPUT_RESULT_WORDS] >> (seq & 31) & 1;
+    return inputs->results[seq / 32 % LL_INPUT_RESULT_WORDS] >> (seq & 31) & 1;
 }
 
 /* Words for the inputs decided since the snapshot that the client is known to have; where inputs belong to no
@@ -299,10 +313,10 @@ static bool was_applied(const ll_client_slot *client_slot, uint32_t seq)
 static uint32_t result_words(const ll_server *server, const ll_client_slot *client_slot,
                              const ll_sync_mode *sync)
 {
-    int64_t since = sync->applies_on_arrival || client_slot->received == 0
+    int64_t since = sync->applies_on_arrival || client_slot->snapshots.received == 0
                         ? LL_INPUT_RESULT_WORDS_MAX * 32
-                        : server->step - client_slot->received;
-    int64_t most = client_slot->decided < since ? client_slot->decided : since;
+                        : server->step - client_slot->snapshots.received;
+    int64_t most = client_slot->inputs.decided < since ? client_slot->inputs.decided : since;
     int64_t words = (most + 31) / 32;
     return (uint32_t)(words < LL_INPUT_RESULT_WORDS_MAX ? words : LL_INPUT_RESULT_WORDS_MAX);
 }
@@ -311,13 +325,13 @@ static uint32_t result_words(const ll_server *server, const ll_client_slot *clie
 static char *put_results(const ll_server *server, const ll_client_slot *client_slot, const ll_sync_mode *sync,
                          char *at)
 {
-    ll_input_result_part part = {client_slot->decided, result_words(server, client_slot, sync)};
+    ll_input_result_part part = {client_slot->inputs.decided, result_words(server, client_slot, sync)};
     memcpy(at, &part, sizeof part);
     at += sizeof part;
     for (uint32_t w = 0; w < part.words; w++, at += sizeof(uint32_t)) {
         uint32_t word = 0;
         for (uint32_t i = 0; i < 32 && 32 * w + i < part.newest; i++)
-            word |= (uint32_t)was_applied(client_slot, part.newest - 32 * w - i) << i;
+            word |= (uint32_t)was_applied(&client_slot->inputs, part.newest - 32 * w - i) << i;
         memcpy(at, &word, sizeof word);
     }
     return at;
@@ -355,8 +369,8 @@ static int put_world(ll_server *server, int player, uint8_t *bytes, ll_snapshot_
         ll_baseline_history *all = ll_server_baseline_history(server);
         const ll_baseline *now =
             ll_baseline_history_take(all, out.world, server->step, &server->grid, counts);
-        if (codec->compares && client_slot->received > client_slot->full)
-            from = ll_baseline_history_find(all, client_slot->received);
+        if (codec->compares && client_slot->snapshots.received > client_slot->snapshots.full)
+            from = ll_baseline_history_find(all, client_slot->snapshots.received);
         out.cells = now->cell;
         out.baseline = from ? from->cell : NULL;
         out.same_tail = from && from->tail_version == now->tail_version;
@@ -367,27 +381,28 @@ static int put_world(ll_server *server, int player, uint8_t *bytes, ll_snapshot_
     if (bits > 8 * (int64_t)ll_world_size(out.world)) {
         codec = &ll_codec_full;
         bits = encode(codec, &out, bytes, &cost);
-        client_slot->full = server->step;
+        client_slot->snapshots.full = server->step;
     }
     m->codec = (uint16_t)ll_codec_index(codec);
     m->baseline = codec->compares ? (uint16_t)(server->step - from->tick) : 0;
     if (counts)
-        add_cost(&client_slot->sent, &cost);
+        add_cost(&client_slot->counts.sent, &cost);
     return (int)((bits + 7) / 8);
 }
 
 int ll_server_compose(ll_server *server, const ll_sync_mode *sync, int player, void *packet)
 {
     ll_client_slot *client_slot = &server->client_slots[player];
-    uint8_t parts = client_slot->wants & (LL_PART_AXES | LL_PART_APPLIED);
-    ll_snapshot_message m = {.head = {LL_MESSAGE_SNAPSHOT, parts, client_slot->epoch, client_slot->acked},
-                             .tick = server->step,
-                             .time = server->stepped,
-                             .update_hz = (float)server->updates.freq / 1000.0f,
-                             .applied = client_slot->processed,
-                             .slack = client_slot->slack,
-                             .slack_seq = client_slot->slack_seq};
-    client_slot->slack = LL_SLACK_UNKNOWN;
+    uint8_t parts = client_slot->inputs.wants & (LL_PART_AXES | LL_PART_APPLIED);
+    ll_snapshot_message m = {
+        .head = {LL_MESSAGE_SNAPSHOT, parts, client_slot->connection.epoch, client_slot->inputs.acked},
+        .tick = server->step,
+        .time = server->stepped,
+        .update_hz = (float)server->updates.freq / 1000.0f,
+        .applied = client_slot->inputs.processed,
+        .slack = client_slot->snapshots.slack,
+        .slack_seq = client_slot->inputs.slack_seq};
+    client_slot->snapshots.slack = LL_SLACK_UNKNOWN;
     char *at = (char *)packet + sizeof m;
     if (parts & LL_PART_AXES)
         at = put_axes(server, player, at);

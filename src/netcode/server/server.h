@@ -45,9 +45,9 @@ typedef struct ll_peer_status {
     int64_t desync;  /* the first that differed; -1: none */
 } ll_peer_status;
 
-/* What the server knows of one player. */
-typedef struct ll_client_slot {
-    ll_input_slot slots[LL_INPUT_RING]; /* indexed by tick modulo the ring */
+/* The inputs of one player, and what became of them. */
+typedef struct ll_slot_inputs {
+    ll_input_slot ring[LL_INPUT_RING]; /* indexed by tick modulo the ring */
     ll_action held;     /* the last input applied on arrival, or the replacement of a refused one */
     ll_axes used;       /* in the last step, including replacements */
     int64_t held_step;  /* step of `held` */
@@ -61,31 +61,74 @@ typedef struct ll_client_slot {
     uint64_t
         replaced[LL_INPUT_RING / 64]; /* a bit for each slot: it holds the replacement of a refused input */
     int64_t seq_minus_tick;
-    int64_t newest;   /* tick; -1: no input yet */
+    int64_t newest; /* tick; -1: no input yet */
+} ll_slot_inputs;
+
+/* What snapshots to one player start from and report. */
+typedef struct ll_slot_snapshots {
     int64_t received; /* tick of the newest snapshot that the client has; 0: none */
     int64_t
         full; /* tick of the last snapshot that was too long for a grid: no snapshot up to it is a baseline */
     int32_t slack; /* smallest since the last update */
     int32_t last_slack;
+} ll_slot_snapshots;
+
+/* How many inputs one player may still send: against cheats. */
+typedef struct ll_slot_limits {
     ll_rate_limiter allowance;
     ll_time_budget account;
     double budget_used; /* largest used share of the time budget; above 1 it was exceeded */
-    ll_time seen;       /* the newest of the server's answers that the player is known to have */
-    ll_time last_ack;   /* when that became known */
-    ll_time last_sent;  /* when anything was last sent to the player */
-    int64_t first;      /* its inputs count for the steps after this one */
-    uint32_t attempt;   /* of the client, with which it was accepted */
+} ll_slot_limits;
+
+/* The connection to one player's client. */
+typedef struct ll_slot_connection {
+    ll_time seen;      /* the newest of the server's answers that the player is known to have */
+    ll_time last_ack;  /* when that became known */
+    ll_time last_sent; /* when anything was last sent to the player */
+    int64_t first;     /* its inputs count for the steps after this one */
+    uint32_t attempt;  /* of the client, with which it was accepted */
     uint16_t epoch;
     uint8_t connected;
     uint8_t offset; /* lockstep_pipelined: delay of its inputs in whole intervals, as measured by its pings */
     int64_t joins, drops;
+} ll_slot_connection;
+
+/* Counts for metrics. */
+typedef struct ll_slot_counts {
     ll_time
         waited; /* both lockstep modes: time that all waited for this player's inputs, the last to arrive */
     int64_t accepted, duplicate, late, starved;
     int64_t refused[LL_RULES];
     ll_snapshot_cost sent;
+} ll_slot_counts;
+
+/* What the server knows of one player. */
+typedef struct ll_client_slot {
+    ll_slot_inputs inputs;
+    ll_slot_snapshots snapshots;
+    ll_slot_limits limits;
+    ll_slot_connection connection;
+    ll_slot_counts counts;
     ll_peer_status peer;
 } ll_client_slot;
+
+/* What it does with inputs that break a rule, and instead of inputs that are missing. */
+typedef struct ll_server_rules {
+    uint32_t validates;
+    int32_t refused;       /* ll_refused */
+    int32_t starved;       /* index into ll_starves */
+    int32_t starved_ticks; /* number of ticks that repeat_n repeats for */
+    double starved_tau_ms; /* duration of decay */
+} ll_server_rules;
+
+/* Barriers of the peer-to-peer syncs (netcode/server/barrier.h). */
+typedef struct ll_server_barriers {
+    int32_t rollback;       /* rollback: prediction window of the clients, ticks */
+    uint32_t due;           /* deterministic and rollback: a barrier is to follow */
+    int64_t tick, resume;   /* as sent in relays */
+    ll_time recovery_until; /* lockstep_pipelined: until then steps follow the inputs of one player;
+                               deterministic and rollback: no barrier before then */
+} ll_server_barriers;
 
 typedef struct ll_server {
     ll_clock clock; /* of steps */
@@ -99,18 +142,10 @@ typedef struct ll_server {
     int32_t players;
     uint16_t epoch; /* the last that was assigned */
     uint16_t codec; /* index into ll_codecs */
-    uint32_t validates;
-    int32_t refused;               /* ll_refused */
-    int32_t starved;               /* index into ll_starves */
-    int32_t starved_ticks;         /* number of ticks that repeat_n repeats for */
-    double starved_tau_ms;         /* duration of decay */
-    ll_quantization grid;          /* that the codec rounds to */
-    ll_time from;                  /* snapshot costs count from then on */
-    int32_t rollback;              /* rollback: prediction window of the clients, ticks */
-    uint32_t barrier_due;          /* deterministic and rollback: a barrier is to follow */
-    int64_t barrier, resume;       /* see netcode/server/barrier.h; as sent in relays */
-    ll_time recovery_until;        /* lockstep_pipelined: until then steps follow the inputs of one player;
-                            deterministic and        rollback: no barrier before then */
+    ll_server_rules rules;
+    ll_quantization grid; /* that the codec rounds to */
+    ll_time from;         /* snapshot costs count from then on */
+    ll_server_barriers barriers;
     uint32_t hashes[LL_HASH_RING]; /* deterministic and rollback: of the world after a step */
     ll_client_slot client_slots[]; /* one per player; then the world; then the baselines */
 } ll_server;
@@ -169,7 +204,7 @@ void ll_client_slot_done(ll_client_slot *client_slot, uint32_t seq, bool applied
 
 static inline bool ll_client_slot_replaced(const ll_client_slot *client_slot, int64_t tick)
 {
-    return client_slot->replaced[(tick & (LL_INPUT_RING - 1)) >> 6] >> (tick & 63) & 1;
+    return client_slot->inputs.replaced[(tick & (LL_INPUT_RING - 1)) >> 6] >> (tick & 63) & 1;
 }
 
 /* Result of one input. */

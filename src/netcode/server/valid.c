@@ -4,21 +4,22 @@
 
 static const char *broken_counts(const ll_server *server, const ll_client_slot *slot)
 {
-    if (slot->accepted < 0 || slot->duplicate < 0 || slot->late < 0 || slot->starved < 0 || slot->joins < 0)
+    if (slot->counts.accepted < 0 || slot->counts.duplicate < 0 || slot->counts.late < 0 ||
+        slot->counts.starved < 0 || slot->connection.joins < 0)
         return "a count of inputs is negative";
-    if (slot->drops > slot->joins)
+    if (slot->connection.drops > slot->connection.joins)
         return "a player left more often than it joined";
-    return slot->received > server->step ? "a client has a snapshot that was not made" : NULL;
+    return slot->snapshots.received > server->step ? "a client has a snapshot that was not made" : NULL;
 }
 
 static const char *broken_slot(const ll_server *server, const ll_client_slot *slot)
 {
-    if (slot->connected > 1 || (slot->connected && slot->epoch == 0))
+    if (slot->connection.connected > 1 || (slot->connection.connected && slot->connection.epoch == 0))
         return "a connected player has no epoch";
-    if (slot->processed > slot->decided)
+    if (slot->inputs.processed > slot->inputs.decided)
         return "an input is applied that has no result";
     for (int i = 0; i < LL_INPUT_RING; i++) {
-        int64_t tick = slot->slots[i].tick;
+        int64_t tick = slot->inputs.ring[i].tick;
         if (tick < -1 || (tick >= 0 && (tick & (LL_INPUT_RING - 1)) != i))
             return "an input is not in its place of the ring";
     }

@@ -13,6 +13,7 @@
 #include "netcode/protocol/quantization.h"
 #include "netcode/protocol/sync.h"
 #include "netcode/protocol/wire.h"
+#include "netcode/state/client_parts.h"
 #include "netcode/state/weapon_prediction.h"
 
 #define LL_PENDING_RING 512 /* unacknowledged inputs: a new one overwrites the oldest */
@@ -20,8 +21,6 @@
 
 #pragma GCC diagnostic push
 #pragma GCC diagnostic error "-Wpadded" /* no padding: the block is hashed */
-
-#define LL_OFFSET_WINDOW 8 /* quarters of a second over which the fastest packet counts */
 
 /* What a client knows of an input. */
 typedef enum ll_input_state {
@@ -86,96 +85,20 @@ typedef struct ll_client {
     uint16_t epoch;
     uint8_t predicting; /* 0, or 1 + the scope of the predicted world */
     uint8_t reserved;
-    ll_clock clock;               /* of ticks, on a machine without drift */
-    int64_t frame;                /* number of the next tick */
-    ll_time period;               /* of a tick */
-    ll_time framed, tick_elapsed; /* when the last tick was, and the time from the tick before it */
-    ll_time tick_due;             /* the next tick */
-    int64_t skipped;              /* ticks left out because the timer was late */
-    ll_clock display;             /* of displays; freq 0: one with each tick */
-    int64_t displays;             /* number of the next display */
-    ll_time display_due;          /* LL_NEVER: with the next tick */
-    ll_time displayed, elapsed;   /* when the last display was, and the time from the display before it */
+    ll_client_ticks ticks;
+    ll_client_displays displays;
     ll_time due; /* when the client acts next, or earlier: a tick, a display, its connection */
     ll_connection connection;
-
-    /* inputs */
-    int64_t tick;        /* the server's step that the newest input is meant for */
-    uint32_t seq, acked; /* newest made; all up to there are closed */
-    uint32_t run; /* from this input on numbers and steps correspond: a snap of the clock leaves out some */
-    uint32_t newest_sent; /* the newest that was sent */
-    int32_t extra_inputs; /* inputs to make beyond one per frame; negative: to skip */
-    uint32_t settle;      /* slack is read again from this input on */
-    int32_t least_slack;  /* smallest slack since `least_slack_since` */
-    uint32_t unsent;      /* the first input that a lag switch holds back; 0: none */
-    ll_time least_slack_since;
-    ll_time least_slack_ns; /* the same with time dilation; LL_NEVER: none */
-    ll_time
-        clock_correction; /* remaining clock correction, spread over frames: positive makes them earlier */
-    double scale;         /* of the last frame: nominal length over actual length */
-    ll_action held;       /* the player's controls */
-    int64_t refused;
-
-    /* snapshots */
-    int64_t newest;          /* number received: the newest is at newest - 1 modulo the ring */
-    int64_t fresh;           /* of these, the number that frames have applied */
-    int64_t newest_tick;     /* -1: none in this epoch */
-    int64_t confirmed;       /* the server's last known step */
-    int64_t game_start_step; /* the server's step when the game began, or after the last resync */
-    ll_time game_start;      /* time of that step */
-    int64_t stale, unreadable;
-    ll_quantization grid; /* of the snapshots from `grid_tick` on */
-    int64_t grid_tick;    /* LL_NEVER: none yet */
-    ll_time latest_time;  /* server's clock, of the snapshot applied last */
-    int64_t latest_tick;
-    double update_hz;
-    ll_action last_controls[LL_PLAYERS_MAX]; /* others' controls in the newest snapshot; zero until one
-                                                contains them */
+    ll_client_inputs inputs;
+    ll_client_snapshots snapshots;
+    ll_client_latest_snapshot latest;
     int64_t view_step; /* the step whose world is drawn; -1: the draw infos contain the times */
-    uint32_t results[LL_INPUT_RESULT_WORDS_MAX]; /* of the newest snapshot that contains them */
-    ll_input_result_part result;
-    uint32_t parts, reserved4; /* ll_part of the newest snapshot */
-    int64_t world_size;
-    /* from the start of this struct: worlds, and an ll_draw_info and an ll_view_error per entity for the
-     * rendered one */
-    int64_t states_offset, latest_offset, predicted_offset, checked_offset, rendered_offset,
-        draw_infos_offset, errors_offset;
-
-    /* prediction */
-    int64_t predicted_tick;            /* of the predicted world */
-    uint32_t played;                   /* newest input in it */
-    uint32_t gaps;                     /* it lacks inputs after those of the snapshot that it started from */
-    ll_entity_set predicted;           /* entities of it that are stepped */
-    ll_action guessed[LL_PLAYERS_MAX]; /* others' controls that it is stepped with */
-    int64_t begun_tick;         /* of the last snapshot that it started from, or was bitwise equal to */
-    ll_quantization begun_grid; /* of the others in that snapshot; all 0: none */
-    uint32_t begun_acked;       /* the newest input in that snapshot */
-    uint32_t touched;           /* others may have acted on the own entity since */
-
-    /* interpolation */
-    ll_time offset; /* server's clock - client's clock when the fastest recent packet arrived */
-    ll_time render; /* render time, server's clock; only increases */
-    ll_time delay;  /* interpolation delay in use */
-    double drift;   /* averaged distance from the target, ns (time_scale catch_up) */
-    uint8_t has_render, extrapolated, held_now;
-    uint8_t underrun;        /* under-run: nothing newer than what is drawn has arrived */
-    uint8_t view_state;      /* ll_view_state */
-    uint8_t has_view_errors; /* an error is not zero */
-    uint8_t reserved2[2];
-    ll_time offset_window[LL_OFFSET_WINDOW]; /* largest per quarter of a second */
-    int64_t offset_quarter;
-    ll_time last_arrival;      /* when the newest snapshot arrived; -1 */
-    double gap, gap_deviation; /* between arrivals of snapshots, averages in ns; -1: none yet */
-    double late;               /* of snapshots relative to the fastest, average in ns */
-
-    /* drawing */
-    ll_time view_time;    /* render time of the others, server's clock */
-    double alpha;         /* between the two interpolated snapshots */
-    double buffer_ms;     /* time of the newest snapshot - render time */
-    double time_scale;    /* render time per time in the last frame */
-    int64_t depth;        /* snapshots newer than what is drawn */
-    int64_t drawn_newest; /* number of snapshots received when it was drawn */
-
+    ll_client_results results;
+    ll_client_layout layout;
+    ll_client_prediction prediction;
+    ll_client_view view;
+    ll_client_arrivals arrivals;
+    ll_client_drawing drawing;
     ll_pending_input pending[LL_PENDING_RING];
 } ll_client;
 
@@ -205,15 +128,22 @@ static inline ll_time ll_client_local(const ll_client_setup *s, ll_time now)
     return now + (ll_time)((double)now * (s->config->drift_ppm * 1e-6));
 }
 
-/* Starts, or restarts at `now` in a new epoch with all other clients. `step` is the server's step now and
- * `world` its state. */
-void ll_client_start(ll_client *client, const ll_client_setup *setup, uint16_t epoch, ll_freq freq,
-                     int64_t step, const ll_world *world, ll_time now);
+/* Where a client begins. */
+typedef struct ll_client_begin {
+    uint16_t epoch;
+    ll_freq freq;          /* of its ticks; a client that joins keeps its own */
+    int64_t step;          /* the server's step now */
+    int64_t first;         /* of a client that joins: its inputs count for the steps after this one */
+    const ll_world *world; /* after `step`; NULL, of a client that joins: the next snapshots bring it */
+} ll_client_begin;
 
-/* Joins a game in progress: its inputs count for the steps after `first`. `world` is that after `step`; NULL:
- * the next snapshots bring it. */
-void ll_client_join(ll_client *client, const ll_client_setup *setup, uint16_t epoch, int64_t step,
-                    int64_t first, const void *world, ll_time now);
+/* Starts, or restarts at `now` in a new epoch with all other clients. */
+void ll_client_start(ll_client *client, const ll_client_setup *setup, const ll_client_begin *begin,
+                     ll_time now);
+
+/* Joins a game in progress. */
+void ll_client_join(ll_client *client, const ll_client_setup *setup, const ll_client_begin *begin,
+                    ll_time now);
 
 /* The connection is over: open inputs will never be applied. */
 void ll_client_leave(ll_client *client, const ll_client_setup *setup);
@@ -239,7 +169,7 @@ int ll_connection_poll(ll_client *client, const ll_client_setup *setup, ll_time 
 bool ll_connection_receive(ll_client *client, const ll_client_setup *setup, const void *packet, int size,
                            ll_time now);
 
-/* ---- client.c ---- */
+/* ---- receive.c, tick.c, client.c ---- */
 
 /* A packet of the server has arrived. Returns its ll_outcome. */
 int ll_client_receive(ll_client *client, const ll_client_setup *setup, const void *packet, int size,
@@ -255,7 +185,7 @@ void ll_client_display(ll_client *client, const ll_client_setup *setup, ll_time 
 /* Recomputes client->due, after it acted or a packet arrived. */
 void ll_client_set_due(ll_client *client, const ll_client_setup *setup);
 
-/* After a tick: sets `client->tick_due`, late according to `timer_jitter_ms`. After a display: the time of
+/* After a tick: sets the time of the next, late according to `timer_jitter_ms`. After a display: the time of
  * the next one. */
 void ll_client_set_timer(ll_client *client, const ll_client_setup *setup, ll_time now);
 void ll_client_set_display(ll_client *client, const ll_client_setup *setup);
@@ -265,6 +195,9 @@ void ll_client_set_display(ll_client *client, const ll_client_setup *setup);
 int ll_client_held(ll_client *client, const ll_client_setup *setup, ll_time now, void *packet);
 
 /* ---- shared by the client's files ---- */
+
+/* Applies the newest snapshot that has arrived, also to the prediction. */
+void ll_client_apply_newest(ll_client *client, const ll_client_setup *setup, ll_time now);
 
 /* The next input will be for the step after `tick`; steps in between get none. */
 void ll_client_snap(ll_client *client, int64_t tick);
@@ -285,9 +218,9 @@ void ll_client_miss(const ll_client *client, const ll_client_setup *setup, ll_ti
 
 static inline ll_snapshot_entry *ll_client_state(ll_client *c, int64_t index)
 {
-    return (ll_snapshot_entry *)((char *)c + c->states_offset +
+    return (ll_snapshot_entry *)((char *)c + c->layout.states +
                                  (index & (LL_STATE_RING - 1)) *
-                                     (int64_t)(sizeof(ll_snapshot_entry) + (size_t)c->world_size));
+                                     (int64_t)(sizeof(ll_snapshot_entry) + (size_t)c->layout.world_size));
 }
 
 static inline ll_world *ll_snapshot_entry_world(ll_snapshot_entry *r)
@@ -297,69 +230,69 @@ static inline ll_world *ll_snapshot_entry_world(ll_snapshot_entry *r)
 
 static inline ll_world *ll_client_latest(ll_client *c)
 {
-    return (ll_world *)((char *)c + c->latest_offset);
+    return (ll_world *)((char *)c + c->layout.latest);
 }
 
 static inline ll_world *ll_client_predicted(ll_client *c)
 {
-    return (ll_world *)((char *)c + c->predicted_offset);
+    return (ll_world *)((char *)c + c->layout.predicted);
 }
 
 /* The part of the prediction that has been compared with snapshots: the world from which the inputs that the
  * latest snapshot does not include give the predicted one. */
 static inline ll_world *ll_client_checked(ll_client *c)
 {
-    return (ll_world *)((char *)c + c->checked_offset);
+    return (ll_world *)((char *)c + c->layout.checked);
 }
 
 /* The world that the client draws. */
 static inline ll_world *ll_client_rendered(ll_client *c)
 {
-    return (ll_world *)((char *)c + c->rendered_offset);
+    return (ll_world *)((char *)c + c->layout.rendered);
 }
 
 static inline const ll_world *ll_client_rendered_const(const ll_client *c)
 {
-    return (const ll_world *)((const char *)c + c->rendered_offset);
+    return (const ll_world *)((const char *)c + c->layout.rendered);
 }
 
 static inline ll_draw_info *ll_client_draw_infos(ll_client *c)
 {
-    return (ll_draw_info *)((char *)c + c->draw_infos_offset);
+    return (ll_draw_info *)((char *)c + c->layout.draw_infos);
 }
 
 static inline const ll_draw_info *ll_client_draw_infos_const(const ll_client *c)
 {
-    return (const ll_draw_info *)((const char *)c + c->draw_infos_offset);
+    return (const ll_draw_info *)((const char *)c + c->layout.draw_infos);
 }
 
 /* Start of a tick, in every sync mode. */
 static inline void ll_client_begin_tick(ll_client *c, ll_time now)
 {
-    c->frame++;
-    c->tick_elapsed = now - c->framed;
-    c->framed = now;
+    c->ticks.number++;
+    c->ticks.elapsed = now - c->ticks.last;
+    c->ticks.last = now;
 }
 
 /* Start of a display, in every sync mode. */
 static inline void ll_client_begin_display(ll_client *c, ll_time now)
 {
-    c->displays++;
-    c->elapsed = now - c->displayed;
-    c->displayed = now;
+    c->displays.number++;
+    c->displays.elapsed = now - c->displays.last;
+    c->displays.last = now;
 }
 
 static inline ll_view_error *ll_client_errors(ll_client *c)
 {
-    return (ll_view_error *)((char *)c + c->errors_offset);
+    return (ll_view_error *)((char *)c + c->layout.errors);
 }
 
 /* Time at which the server makes step `tick`, by its clock. Ticks are computed, not accumulated: the fraction
  * of a nanosecond of the period adds no error. */
 static inline ll_time ll_client_step_time(const ll_client *c, int64_t tick)
 {
-    return c->latest_time + ll_tick_time(tick - c->game_start_step, c->clock.freq) -
-           ll_tick_time(c->latest_tick - c->game_start_step, c->clock.freq);
+    return c->latest.time + ll_tick_time(tick - c->snapshots.game_start_step, c->ticks.clock.freq) -
+           ll_tick_time(c->latest.tick - c->snapshots.game_start_step, c->ticks.clock.freq);
 }
 
 static inline ll_pending_input *ll_client_pending(ll_client *c, uint32_t seq)
@@ -376,8 +309,8 @@ static inline bool ll_client_is_open(ll_client *c, uint32_t seq)
  * overwritten. */
 static inline ll_pending_input *ll_client_input_at(ll_client *c, int64_t tick)
 {
-    int64_t seq = tick - (c->tick - (int64_t)c->seq);
-    bool kept = seq >= 1 && seq <= (int64_t)c->seq && ll_client_pending(c, (uint32_t)seq)->seq == seq;
+    int64_t seq = tick - (c->inputs.tick - (int64_t)c->inputs.seq);
+    bool kept = seq >= 1 && seq <= (int64_t)c->inputs.seq && ll_client_pending(c, (uint32_t)seq)->seq == seq;
     return kept ? ll_client_pending(c, (uint32_t)seq) : NULL;
 }
 

@@ -75,14 +75,14 @@ void ll_peer_display(ll_client *client, const ll_client_setup *setup, ll_time no
 /* The peer is stored where a client of an authoritative server has its snapshots. */
 static inline ll_peer *ll_client_peer(const ll_client *c)
 {
-    return (ll_peer *)((char *)c + c->states_offset);
+    return (ll_peer *)((char *)c + c->layout.states);
 }
 
 static inline ll_world *ll_peer_world(const ll_client *c, int64_t tick)
 {
     const ll_peer *peer = ll_client_peer(c);
     return (ll_world *)((char *)&peer->player[ll_client_rendered_const(c)->players] +
-                        (tick & (LL_PEER_RING - 1)) * c->world_size);
+                        (tick & (LL_PEER_RING - 1)) * c->layout.world_size);
 }
 
 static inline ll_controls *ll_peer_input(ll_peer *peer, int player, int64_t tick)

@@ -15,17 +15,17 @@ static void step(ll_server *server, const ll_game *game, const ll_game_env *env,
     int64_t k = ++server->step;
     for (int i = 0; i < server->players; i++) {
         ll_client_slot *client_slot = &server->client_slots[i];
-        const ll_input_slot *slot = &client_slot->slots[k & (LL_INPUT_RING - 1)];
-        bool begun =
-            client_slot->connected && client_slot->newest >= 0 && k + client_slot->seq_minus_tick > 0;
+        const ll_input_slot *slot = &client_slot->inputs.ring[k & (LL_INPUT_RING - 1)];
+        bool begun = client_slot->connection.connected && client_slot->inputs.newest >= 0 &&
+                     k + client_slot->inputs.seq_minus_tick > 0;
         actions[i] = ll_server_action(server, i, k);
         if (slot->tick != k && begun)
-            client_slot->starved++;
+            client_slot->counts.starved++;
         ll_server_measure(past, i, slot, now);
         if (!begun)
             continue;
-        client_slot->acked = (uint32_t)(k + client_slot->seq_minus_tick);
-        ll_client_slot_done(client_slot, client_slot->acked,
+        client_slot->inputs.acked = (uint32_t)(k + client_slot->inputs.seq_minus_tick);
+        ll_client_slot_done(client_slot, client_slot->inputs.acked,
                             slot->tick == k && !ll_client_slot_replaced(client_slot, k));
     }
     game->step(ll_server_world(server), env, actions, now, past);

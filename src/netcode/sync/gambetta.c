@@ -18,14 +18,14 @@ static ll_time due(const ll_server *server)
 static void drain(ll_server *server, int player, const ll_game *game, const ll_game_env *env)
 {
     ll_client_slot *client_slot = &server->client_slots[player];
-    int64_t first = client_slot->newest - LL_INPUT_RING + 1;
-    for (int64_t tick = first < 1 ? 1 : first; tick <= client_slot->newest; tick++) {
-        ll_input_slot *slot = &client_slot->slots[tick & (LL_INPUT_RING - 1)];
+    int64_t first = client_slot->inputs.newest - LL_INPUT_RING + 1;
+    for (int64_t tick = first < 1 ? 1 : first; tick <= client_slot->inputs.newest; tick++) {
+        ll_input_slot *slot = &client_slot->inputs.ring[tick & (LL_INPUT_RING - 1)];
         if (slot->tick != tick || slot->came < 0)
             continue;
         game->step_own(ll_server_world(server), env, player, &slot->action);
         slot->came = -1;
-        client_slot->acked = slot->seq;
+        client_slot->inputs.acked = slot->seq;
         ll_client_slot_done(client_slot, slot->seq, true);
     }
 }
@@ -41,15 +41,15 @@ static void step(ll_server *server, const ll_game *game, const ll_game_env *env,
 
 static void interpolate(ll_client *c, const ll_client_setup *s, ll_time now)
 {
-    for (; c->drawn_newest < c->newest; c->drawn_newest++)
-        ll_client_state(c, c->drawn_newest)->arrived = now;
-    ll_time render = now - (ll_time)(1e9 / c->update_hz);
-    int64_t oldest = c->newest > LL_STATE_RING ? c->newest - LL_STATE_RING : 0;
-    int64_t i = c->newest - 1;
+    for (; c->drawing.received < c->snapshots.received; c->drawing.received++)
+        ll_client_state(c, c->drawing.received)->arrived = now;
+    ll_time render = now - (ll_time)(1e9 / c->latest.update_hz);
+    int64_t oldest = c->snapshots.received > LL_STATE_RING ? c->snapshots.received - LL_STATE_RING : 0;
+    int64_t i = c->snapshots.received - 1;
     while (i > oldest && ll_client_state(c, i)->arrived > render)
         i--;
     const ll_snapshot_entry *a = ll_client_state(c, i),
-                            *b = i + 1 < c->newest ? ll_client_state(c, i + 1) : NULL;
+                            *b = i + 1 < c->snapshots.received ? ll_client_state(c, i + 1) : NULL;
     bool held =
         b == NULL ||
         a->arrived > render; /* no two snapshots bracket the time: the demo leaves the entity where it is */
@@ -59,23 +59,23 @@ static void interpolate(ll_client *c, const ll_client_setup *s, ll_time now)
         ll_time span = b->arrived - a->arrived;
         double alpha = span > 0 ? (double)(render - a->arrived) / (double)span : 1;
         ll_blend(c, a, b, alpha);
-        c->render = a->time + (ll_time)(alpha * (double)(b->time - a->time));
+        c->view.render = a->time + (ll_time)(alpha * (double)(b->time - a->time));
         for (int p = 0; p < entities; p++)
             if (p != c->self)
-                marks[p].time = c->render;
+                marks[p].time = c->view.render;
     } else {
         for (int p = 0; p < entities; p++)
             if (p != c->self)
                 marks[p].flags = LL_RENDERED_HELD;
     }
-    c->view_state = held ? LL_VIEW_STARVED : LL_VIEW_NORMAL;
-    c->time_scale = held ? 0 : 1;
-    c->delay = now - render;
-    c->depth = c->newest - 1 - i;
-    if (held && !c->held_now && now >= s->client_metrics->from)
-        s->client_metrics->underruns++;
-    c->held_now = held;
-    c->buffer_ms = ll_to_ms(ll_client_state(c, c->newest - 1)->arrived - render);
+    c->view.state = held ? LL_VIEW_STARVED : LL_VIEW_NORMAL;
+    c->drawing.time_scale = held ? 0 : 1;
+    c->view.delay = now - render;
+    c->drawing.depth = c->snapshots.received - 1 - i;
+    if (held && !c->view.held && now >= s->client_metrics->from)
+        s->client_metrics->buffer.underruns++;
+    c->view.held = held;
+    c->drawing.buffer_ms = ll_to_ms(ll_client_state(c, c->snapshots.received - 1)->arrived - render);
 }
 
 const ll_sync_mode ll_sync_gambetta = {

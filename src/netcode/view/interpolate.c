@@ -8,40 +8,41 @@
 
 #define GAIN 0.25 /* of the averages of gaps and lateness, as in Netcode for Entities */
 
-static void average_gaps(ll_client *c, const ll_snapshot_entry *state, ll_time sample)
+static void average_gaps(ll_client_arrivals *arrivals, ll_time arrived, ll_time late)
 {
-    c->late += GAIN * ((double)(c->offset - sample) - c->late);
-    if (c->last_arrival >= 0) {
-        double gap = (double)(state->arrived - c->last_arrival);
-        if (c->gap < 0)
-            c->gap = gap;
-        double off = gap > c->gap ? gap - c->gap : c->gap - gap;
-        c->gap_deviation += GAIN * (off - c->gap_deviation);
-        c->gap += GAIN * (gap - c->gap);
+    arrivals->late += GAIN * ((double)late - arrivals->late);
+    if (arrivals->last >= 0) {
+        double gap = (double)(arrived - arrivals->last);
+        if (arrivals->gap < 0)
+            arrivals->gap = gap;
+        double off = gap > arrivals->gap ? gap - arrivals->gap : arrivals->gap - gap;
+        arrivals->gap_deviation += GAIN * (off - arrivals->gap_deviation);
+        arrivals->gap += GAIN * (gap - arrivals->gap);
     }
-    c->last_arrival = state->arrived;
+    arrivals->last = arrived;
 }
 
 void ll_interpolate_heard(ll_client *c, const ll_snapshot_entry *state)
 {
+    ll_client_arrivals *arrivals = &c->arrivals;
     ll_time sample = state->time - state->arrived;
     int64_t quarter = state->arrived / (LL_SECOND / 4);
-    if (c->offset_quarter < 0 || quarter - c->offset_quarter >= LL_OFFSET_WINDOW) {
+    if (arrivals->quarter < 0 || quarter - arrivals->quarter >= LL_OFFSET_WINDOW) {
         for (int i = 0; i < LL_OFFSET_WINDOW; i++)
-            c->offset_window[i] = sample;
+            arrivals->offsets[i] = sample;
     } else {
-        for (int64_t q = c->offset_quarter + 1; q <= quarter; q++)
-            c->offset_window[q % LL_OFFSET_WINDOW] = sample;
+        for (int64_t q = arrivals->quarter + 1; q <= quarter; q++)
+            arrivals->offsets[q % LL_OFFSET_WINDOW] = sample;
     }
-    c->offset_quarter = quarter;
-    ll_time *now = &c->offset_window[quarter % LL_OFFSET_WINDOW];
+    arrivals->quarter = quarter;
+    ll_time *now = &arrivals->offsets[quarter % LL_OFFSET_WINDOW];
     if (sample > *now)
         *now = sample;
-    c->offset = sample;
+    c->view.offset = sample;
     for (int i = 0; i < LL_OFFSET_WINDOW; i++)
-        if (c->offset_window[i] > c->offset)
-            c->offset = c->offset_window[i];
-    average_gaps(c, state, sample);
+        if (arrivals->offsets[i] > c->view.offset)
+            c->view.offset = arrivals->offsets[i];
+    average_gaps(arrivals, state->arrived, c->view.offset - sample);
 }
 
 /* ---- a position in the buffer ---- */
@@ -57,11 +58,12 @@ typedef struct place {
 
 static place find(ll_client *c, ll_time time)
 {
-    int64_t oldest = c->newest > LL_STATE_RING ? c->newest - LL_STATE_RING : 0, i = c->newest - 1;
+    int64_t oldest = c->snapshots.received > LL_STATE_RING ? c->snapshots.received - LL_STATE_RING : 0,
+            i = c->snapshots.received - 1;
     while (i > oldest && ll_client_state(c, i)->time > time)
         i--;
     place p = {.index = i, .a = ll_client_state(c, i)};
-    p.b = i + 1 < c->newest ? ll_client_state(c, i + 1) : p.a;
+    p.b = i + 1 < c->snapshots.received ? ll_client_state(c, i + 1) : p.a;
     if (p.b->time > p.a->time && time > p.a->time) {
         p.alpha = (double)(time - p.a->time) / (double)(p.b->time - p.a->time);
         p.span_s = ll_to_s(p.b->time - p.a->time);
@@ -96,7 +98,7 @@ static void pose(const ll_client_setup *s, const place *p, int i, ll_entity *out
 void ll_blend(ll_client *c, const ll_snapshot_entry *a, const ll_snapshot_entry *b, double alpha)
 {
     const place p = {.a = a, .b = b, .alpha = alpha};
-    c->alpha = alpha;
+    c->drawing.alpha = alpha;
     for (int i = 0; i < ll_client_rendered(c)->entities; i++) {
         if (i == c->self)
             continue;
@@ -110,9 +112,9 @@ void ll_blend(ll_client *c, const ll_snapshot_entry *a, const ll_snapshot_entry 
 /* New snapshots show where the others were when the last frame extrapolated them. */
 static void correct_extrapolation(ll_client *c, const ll_client_setup *s)
 {
-    if (c->drawn_newest == c->newest || !c->has_render || !c->extrapolated)
+    if (c->drawing.received == c->snapshots.received || !c->view.has_render || !c->view.extrapolated)
         return;
-    const place p = find(c, c->render);
+    const place p = find(c, c->view.render);
     for (int i = 0; i < ll_client_rendered(c)->entities; i++) {
         const ll_view_error *e = &ll_client_errors(c)[i];
         ll_entity drawn = ll_client_rendered(c)->entity[i], right;
@@ -129,55 +131,58 @@ static void correct_extrapolation(ll_client *c, const ll_client_setup *s)
 /* Moves render time towards `target` and returns how; `jumped`: it was too far behind. */
 static ll_view_state move(ll_client *c, const ll_client_setup *s, ll_time target, bool *jumped)
 {
+    ll_client_view *view = &c->view;
     const ll_time_scale *rule = ll_time_scales[s->config->time_scale];
-    ll_time error = target - (c->render + c->elapsed), limit = rule->limit(c);
-    if (!c->has_render || error > limit) {
-        *jumped = c->has_render;
-        c->render = target;
-        c->time_scale = 1;
-        c->drift = 0;
+    ll_time error = target - (view->render + c->displays.elapsed), limit = rule->limit(c);
+    if (!view->has_render || error > limit) {
+        *jumped = view->has_render;
+        view->render = target;
+        c->drawing.time_scale = 1;
+        view->drift = 0;
         return LL_VIEW_NORMAL;
     }
-    ll_time step = error > -limit ? c->elapsed + rule->extra(c, error) : 0;
-    c->render += step;
-    c->time_scale = c->elapsed > 0 ? (double)step / (double)c->elapsed : 1;
-    return c->time_scale > 1.005   ? LL_VIEW_CATCHING_UP
-           : c->time_scale < 0.995 ? LL_VIEW_SLOWING
-                                   : LL_VIEW_NORMAL;
+    ll_time step = error > -limit ? c->displays.elapsed + rule->extra(c, error) : 0;
+    view->render += step;
+    c->drawing.time_scale = c->displays.elapsed > 0 ? (double)step / (double)c->displays.elapsed : 1;
+    return c->drawing.time_scale > 1.005   ? LL_VIEW_CATCHING_UP
+           : c->drawing.time_scale < 0.995 ? LL_VIEW_SLOWING
+                                           : LL_VIEW_NORMAL;
 }
 
 /* Stops render time where nothing newer is known, and counts under-runs and overruns. */
 static void take_stock(ll_client *c, const ll_client_setup *s, ll_view_state moved, bool jumped, ll_time now)
 {
-    ll_time newest = ll_client_state(c, c->newest - 1)->time,
+    ll_client_view *view = &c->view;
+    ll_time newest = ll_client_state(c, c->snapshots.received - 1)->time,
             reach = newest + ll_ms(s->config->extrapolation_ms);
-    bool was_dry = c->underrun;
-    c->held_now = c->render > reach;
-    if (c->held_now) {
-        c->render = reach;
-        c->time_scale = 0;
+    bool was_dry = view->underrun;
+    view->held = view->render > reach;
+    if (view->held) {
+        view->render = reach;
+        c->drawing.time_scale = 0;
     }
-    c->has_render = 1;
-    c->extrapolated = c->render > newest;
-    c->underrun =
-        c->held_now || (c->extrapolated && s->config->interpolation); /* without a delay there is no buffer */
-    c->view_state = (uint8_t)(c->held_now       ? LL_VIEW_STARVED
-                              : c->extrapolated ? LL_VIEW_EXTRAPOLATING
-                                                : moved);
-    c->drawn_newest = c->newest;
+    view->has_render = 1;
+    view->extrapolated = view->render > newest;
+    view->underrun = view->held || (view->extrapolated &&
+                                    s->config->interpolation); /* without a delay there is no buffer */
+    view->state = (uint8_t)(view->held           ? LL_VIEW_STARVED
+                            : view->extrapolated ? LL_VIEW_EXTRAPOLATING
+                                                 : moved);
+    c->drawing.received = c->snapshots.received;
     if (now >= s->client_metrics->from) {
-        s->client_metrics->underruns += c->underrun && !was_dry;
-        s->client_metrics->overruns += jumped && !c->held_now;
+        s->client_metrics->buffer.underruns += view->underrun && !was_dry;
+        s->client_metrics->buffer.overruns += jumped && !view->held;
     }
 }
 
 static void draw_others(ll_client *c, const ll_client_setup *s)
 {
-    const place p = find(c, c->render);
+    ll_client_view *view = &c->view;
+    const place p = find(c, view->render);
     ll_world *shown = ll_client_rendered(c);
-    ll_draw_info mark = {.time = p.a->time > c->render ? p.a->time : c->render,
-                         .flags = c->extrapolated ? LL_RENDERED_EXTRAPOLATED : LL_RENDERED_INTERPOLATED};
-    if (c->held_now)
+    ll_draw_info mark = {.time = p.a->time > view->render ? p.a->time : view->render,
+                         .flags = view->extrapolated ? LL_RENDERED_EXTRAPOLATED : LL_RENDERED_INTERPOLATED};
+    if (view->held)
         mark.flags |= LL_RENDERED_HELD;
     for (int i = 0; i < shown->entities; i++) {
         if (i == c->self)
@@ -185,9 +190,9 @@ static void draw_others(ll_client *c, const ll_client_setup *s)
         pose(s, &p, i, &shown->entity[i]);
         ll_client_draw_infos(c)[i] = mark;
     }
-    c->alpha = p.alpha;
-    c->depth = c->newest - 1 - p.index;
-    c->buffer_ms = ll_to_ms(ll_client_state(c, c->newest - 1)->time - mark.time);
+    c->drawing.alpha = p.alpha;
+    c->drawing.depth = c->snapshots.received - 1 - p.index;
+    c->drawing.buffer_ms = ll_to_ms(ll_client_state(c, c->snapshots.received - 1)->time - mark.time);
 }
 
 /* The newest server time that could be known. With interpolation: that of a snapshot as fast as the fastest.
@@ -195,7 +200,7 @@ static void draw_others(ll_client *c, const ll_client_setup *s)
 static ll_time reference(const ll_client *c, const ll_client_setup *s, ll_time now)
 {
     if (s->config->interpolation || s->config->extrapolation_clock == LL_CLOCK_ARRIVAL)
-        return now + c->offset;
+        return now + c->view.offset;
     return ll_client_local(s, now) + c->connection.clock.offset;
 }
 
@@ -204,9 +209,9 @@ void ll_interpolate_server_time(ll_client *c, const ll_client_setup *s, ll_time 
     const ll_player_config *config = s->config;
     bool jumped = false;
     correct_extrapolation(c, s);
-    c->delay =
+    c->view.delay =
         config->interpolation ? ll_interpolation_delays[config->interpolation_delay]->delay(c, config) : 0;
-    ll_view_state moved = move(c, s, reference(c, s, now) - c->delay, &jumped);
+    ll_view_state moved = move(c, s, reference(c, s, now) - c->view.delay, &jumped);
     take_stock(c, s, moved, jumped, now);
     draw_others(c, s);
 }

@@ -3,12 +3,13 @@
 
 static ll_time interval(const ll_client *c)
 {
-    return (ll_time)(1e9 / c->update_hz);
+    return (ll_time)(1e9 / c->latest.update_hz);
 }
 
 static ll_time ratio(const ll_client *c, const ll_player_config *config)
 {
-    return (ll_time)(config->interpolation_ratio / c->update_hz * 1e9) + ll_ms(config->jitter_margin_ms);
+    return (ll_time)(config->interpolation_ratio / c->latest.update_hz * 1e9) +
+           ll_ms(config->jitter_margin_ms);
 }
 
 const ll_interpolation_delay ll_interpolation_delay_ratio = {
@@ -28,12 +29,14 @@ const ll_interpolation_delay ll_interpolation_delay_ratio = {
  * relative to it is added. */
 static ll_time adaptive(const ll_client *c, const ll_player_config *config)
 {
-    ll_time want = (ll_time)(c->gap + 1.25 * c->gap_deviation + c->late), most = INTERVALS_MAX * interval(c),
-            step = c->elapsed / STEPS_PER_FRAME;
+    ll_time want = (ll_time)(c->arrivals.gap + 1.25 * c->arrivals.gap_deviation + c->arrivals.late),
+            most = INTERVALS_MAX * interval(c), step = c->displays.elapsed / STEPS_PER_FRAME;
     want = (want < most ? want : most) + ll_ms(config->jitter_margin_ms);
-    if (!c->has_render)
+    if (!c->view.has_render)
         return ratio(c, config); /* no gap is known yet */
-    return want > c->delay + step ? c->delay + step : want < c->delay - step ? c->delay - step : want;
+    return want > c->view.delay + step   ? c->view.delay + step
+           : want < c->view.delay - step ? c->view.delay - step
+                                         : want;
 }
 
 const ll_interpolation_delay ll_interpolation_delay_adaptive = {

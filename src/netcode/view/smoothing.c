@@ -10,7 +10,7 @@
 void ll_smooth_correct(ll_client *c, int entity, const ll_entity *drawn, const ll_entity *right)
 {
     ll_view_error *e = &ll_client_errors(c)[entity];
-    c->has_view_errors = 1;
+    c->view.has_errors = 1;
     if ((drawn->flags ^ right->flags) & LL_ENTITY_ACTIVE) {
         *e = (ll_view_error){0}; /* a flight began or ended: another object is drawn */
         return;
@@ -35,15 +35,15 @@ void ll_smooth_draw(ll_client *c, const ll_client_setup *s, ll_time now)
 {
     double worst = 0, keep = 0;
     ll_world *shown = ll_client_rendered(c);
-    if (c->has_view_errors && s->config->correction == LL_CORRECTION_SMOOTH)
-        keep = ll_exp(-ll_to_ms(c->elapsed) / s->config->correction_half_life_ms * LN2);
+    if (c->view.has_errors && s->config->correction == LL_CORRECTION_SMOOTH)
+        keep = ll_exp(-ll_to_ms(c->displays.elapsed) / s->config->correction_half_life_ms * LN2);
     bool has_view_errors = false;
-    for (int i = 0; c->has_view_errors && i < shown->entities; i++) {
+    for (int i = 0; c->view.has_errors && i < shown->entities; i++) {
         ll_view_error *e = &ll_client_errors(c)[i];
         double size = ll_sqrt(e->x * e->x + e->y * e->y), left = size > LL_SMOOTH_MAX_M ? 0 : keep;
         worst = size * (1 - left) > worst ? size * (1 - left) : worst;
         ll_client_metrics_moved(s->client_metrics, size * (1 - left),
-                                speed_of(&shown->entity[i]) * ll_to_s(c->elapsed));
+                                speed_of(&shown->entity[i]) * ll_to_s(c->displays.elapsed));
         *e = (ll_view_error){e->x * left, e->y * left, e->angle * left};
         if (!seen(e)) {
             *e = (ll_view_error){0};
@@ -54,6 +54,6 @@ void ll_smooth_draw(ll_client *c, const ll_client_setup *s, ll_time now)
         shown->entity[i].angle += e->angle;
         has_view_errors = true;
     }
-    c->has_view_errors = has_view_errors;
+    c->view.has_errors = has_view_errors;
     ll_measure(s->client_metrics, LL_METRIC_POP, now, worst);
 }

@@ -5,7 +5,7 @@
 
 static ll_time proportional(ll_client *c, ll_time error)
 {
-    ll_time most = c->elapsed / 10;
+    ll_time most = c->displays.elapsed / 10;
     return error > most ? most : error < -most ? -most : error;
 }
 
@@ -30,16 +30,16 @@ const ll_time_scale ll_time_scale_proportional = {
  * % slower; slower by more, so that the buffer does not run empty. */
 static ll_time by_states(ll_client *c, ll_time error)
 {
-    double share = ll_to_s(c->elapsed) / DRIFT_S, interval = 1e9 / c->update_hz;
-    c->drift += ((double)error - c->drift) * (share < 1 ? share : 1);
-    double extra = c->drift > interval ? 0.02 : c->drift < -interval ? -0.04 : 0;
-    return (ll_time)(extra * (double)c->elapsed);
+    double share = ll_to_s(c->displays.elapsed) / DRIFT_S, interval = 1e9 / c->latest.update_hz;
+    c->view.drift += ((double)error - c->view.drift) * (share < 1 ? share : 1);
+    double extra = c->view.drift > interval ? 0.02 : c->view.drift < -interval ? -0.04 : 0;
+    return (ll_time)(extra * (double)c->displays.elapsed);
 }
 
 static ll_time one_delay(const ll_client *c)
 {
-    ll_time interval = (ll_time)(1e9 / c->update_hz);
-    return c->delay > interval ? c->delay : interval;
+    ll_time interval = (ll_time)(1e9 / c->latest.update_hz);
+    return c->view.delay > interval ? c->view.delay : interval;
 }
 
 const ll_time_scale ll_time_scale_catch_up = {

@@ -20,10 +20,11 @@ static double clock_error_ms(const ll_netgame *g, int player)
 #define CONNECTION(X)                                                                                        \
     X(text, state, NULL, ll_connection_state_names[n->state],                                                \
       "state of the connection, as the client has it", NULL)                                                 \
-    X(flag, connected, NULL, client_slot->connected, "whether the server has the player as connected", NULL) \
+    X(flag, connected, NULL, client_slot->connection.connected,                                              \
+      "whether the server has the player as connected", NULL)                                                \
     X(count, joins, NULL, n->joins, "times that the client joined the game", NULL)                           \
     X(events, time_outs, NULL, n->time_outs, "connections that the client gave up after a time-out", NULL)   \
-    X(events, drops, NULL, client_slot->drops, "times that the server dropped the player", NULL)             \
+    X(events, drops, NULL, client_slot->connection.drops, "times that the server dropped the player", NULL)  \
     X(by_name, seconds, "s",                                                                                 \
       ((ll_metric_reading){                                                                                  \
           .number = LL_CONNECTION_STATES, .numbers = seconds, .names = ll_connection_state_names}),          \

@@ -25,7 +25,7 @@ static const struct {
 static double mean_delay_ms(const ll_link *link)
 {
     const ll_link_stats *s = ll_link_get_stats(link);
-    return ll_netgame_ratio(s->delay_sum_ms, (double)ll_link_put_on_way(s));
+    return ll_netgame_ratio(s->delay.sum_ms, (double)ll_link_put_on_way(s));
 }
 
 static double round_trip_ms(const ll_netgame *g, int i)

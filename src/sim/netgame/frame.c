@@ -69,7 +69,7 @@ static uint8_t flags_of(const ll_netgame *g, int i)
     const ll_player_config *config = &g->config.players[i];
     return (uint8_t)((config->prediction ? PREDICTION : 0) | (config->reconciliation ? RECONCILIATION : 0) |
                      (config->interpolation ? INTERPOLATION : 0) |
-                     (ll_netgame_client(g, i)->held_now ? UNDERRUN : 0) |
+                     (ll_netgame_client(g, i)->view.held ? UNDERRUN : 0) |
                      (ll_netgame_stalled(g, i) ? STALLED : 0) |
                      (config->control == LL_CONTROL_PERSON ? PERSON : 0));
 }
@@ -82,22 +82,23 @@ static view player_view(const ll_netgame *g, int i)
     return (view){.view = (uint8_t)(i + 1),
                   .flags = flags_of(g, i),
                   .connection = (uint8_t)c->connection.state,
-                  .connected = client_slot->connected,
-                  .input_seq = c->seq,
-                  .acked_seq = c->acked,
-                  .unacked = c->seq - c->acked,
+                  .connected = client_slot->connection.connected,
+                  .input_seq = c->inputs.seq,
+                  .acked_seq = c->inputs.acked,
+                  .unacked = c->inputs.seq - c->inputs.acked,
                   .lag_ms = (float)g->config.players[i].lag_ms,
-                  .view_age_ms = (float)in->view_age,
-                  .own_lead_m = (float)in->own_lead,
-                  .remote_error_m = (float)in->remote_error,
-                  .buffer_ms = (float)c->buffer_ms,
-                  .slack_ticks =
-                      client_slot->last_slack == LL_SLACK_UNKNOWN ? NAN : (float)client_slot->last_slack,
-                  .corrections = (uint32_t)in->corrections,
-                  .correction_m = (float)in->last_correction,
+                  .view_age_ms = (float)in->last.view_age,
+                  .own_lead_m = (float)in->last.own_lead,
+                  .remote_error_m = (float)in->last.remote_error,
+                  .buffer_ms = (float)c->drawing.buffer_ms,
+                  .slack_ticks = client_slot->snapshots.last_slack == LL_SLACK_UNKNOWN
+                                     ? NAN
+                                     : (float)client_slot->snapshots.last_slack,
+                  .corrections = (uint32_t)in->corrections.count,
+                  .correction_m = (float)in->last.correction,
                   .refused = (uint32_t)in->input_history.count[LL_INPUT_WAS_REFUSED],
-                  .alpha = (float)c->alpha,
-                  .render_time_s = ll_to_s(c->view_time)};
+                  .alpha = (float)c->drawing.alpha,
+                  .render_time_s = ll_to_s(c->drawing.view_time)};
 }
 
 /* ---- entities: view by view ---- */
@@ -247,14 +248,14 @@ static measure measure_of(const ll_netgame *g, int i)
     const ll_histogram *error = &in->histogram[LL_METRIC_OWN_TIMELINE_ERROR],
                        *latency = &in->histogram[LL_METRIC_INPUT_LATENCY];
     return (measure){.player = (uint8_t)i,
-                     .age_of_information_ms = (float)in->age_of_information,
+                     .age_of_information_ms = (float)in->last.age_of_information,
                      .own_timeline_error_sum_m = error->sum,
                      .input_latency_sum_ms = latency->sum,
                      .own_timeline_errors = (uint32_t)error->count,
                      .input_latencies = (uint32_t)latency->count,
                      .input_changes = (uint32_t)(latency->count + latency->never),
                      .input_changes_lost = (uint32_t)in->changes.lost[LL_LATENCY_FELT],
-                     .visible_corrections = (uint32_t)in->visible_m_all.count};
+                     .visible_corrections = (uint32_t)in->corrections.visible_m_all.count};
 }
 
 static void fill_measures(const ll_netgame *g, ll_row_set *rows)

@@ -43,7 +43,7 @@ static uint8_t state_of(const ll_netgame *g, int player, uint32_t seq)
 {
     ll_client *c = ll_netgame_client(g, player);
     uint8_t fate = ll_input_history_flags(&ll_netgame_client_metrics(g, player)->input_history, seq);
-    if (seq > c->acked && ll_client_is_open(c, seq))
+    if (seq > c->inputs.acked && ll_client_is_open(c, seq))
         return STATE_OPEN;
     if (fate & LL_INPUT_HISTORY_REFUSED)
         return STATE_REFUSED;
@@ -56,8 +56,8 @@ static uint8_t state_of(const ll_netgame *g, int player, uint32_t seq)
  * acknowledge. */
 static void confirm(ll_client *c, input_row *inputs, int count)
 {
-    int64_t oldest = c->newest > LL_STATE_RING ? c->newest - LL_STATE_RING : 0;
-    for (int64_t i = oldest; count > 0 && i < c->newest; i++) {
+    int64_t oldest = c->snapshots.received > LL_STATE_RING ? c->snapshots.received - LL_STATE_RING : 0;
+    for (int64_t i = oldest; count > 0 && i < c->snapshots.received; i++) {
         ll_snapshot_entry *state = ll_client_state(c, i);
         uint32_t at = state->acked - inputs[0].seq;
         if (state->acked < inputs[0].seq || at >= (uint32_t)count || inputs[at].state == STATE_OPEN)
@@ -73,13 +73,13 @@ static void confirm(ll_client *c, input_row *inputs, int count)
 static int list(const ll_netgame *g, int player, input_row *inputs)
 {
     ll_client *c = ll_netgame_client(g, player);
-    int count = c->seq < INPUTS_MAX ? (int)c->seq : INPUTS_MAX;
+    int count = c->inputs.seq < INPUTS_MAX ? (int)c->inputs.seq : INPUTS_MAX;
     if (c->predicting == 0 || !g->config.players[player].reconciliation)
         return 0;
     for (int i = 0; i < count; i++) {
-        uint32_t seq = c->seq - (uint32_t)(count - 1 - i);
+        uint32_t seq = c->inputs.seq - (uint32_t)(count - 1 - i);
         const ll_pending_input *p = ll_client_pending(c, seq);
-        bool played = seq <= c->played;
+        bool played = seq <= c->prediction.played;
         inputs[i] = (input_row){.player = (uint8_t)player,
                                 .state = state_of(g, player, seq),
                                 .seq = seq,

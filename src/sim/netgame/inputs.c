@@ -27,7 +27,7 @@ static double per_second(int64_t count, double seconds)
     X(number, late_per_s, "1/s", per_second(input_history->late, seconds),                                   \
       "inputs per second that arrived after their step", "The run has not reached warmup_s.")                \
     X(number, starved_per_s, "1/s",                                                                          \
-      per_second(client_slot->starved - input_history->starved_before, seconds),                             \
+      per_second(client_slot->counts.starved - input_history->starved_before, seconds),                      \
       "steps of the server per second without an input of the player", "The run has not reached warmup_s.")  \
     X(count, extra_inputs, NULL, input_history->doubled, "inputs that the client made beyond one per frame", \
       NULL)                                                                                                  \
@@ -60,7 +60,7 @@ static double per_second(int64_t count, double seconds)
 #define VALIDATION(X)                                                                                        \
     X(events, false_refusals, NULL, in->false_refusals, "refused inputs of a client that does not cheat",    \
       NULL)                                                                                                  \
-    X(number, budget_used, NULL, ll_netgame_server(g)->client_slots[player].budget_used,                     \
+    X(number, budget_used, NULL, ll_netgame_server(g)->client_slots[player].limits.budget_used,              \
       "largest share of the time budget in use; above 1 only without validation", NULL)                      \
     X(number, gain_m, "m", has_farthest ? in->gain.most : NAN,                                               \
       "distance that a cheat gained beyond the farthest that the game permits",                              \

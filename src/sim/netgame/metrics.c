@@ -31,41 +31,42 @@ static ll_metric_reading distribution_of(const ll_client_metrics *in, ll_metric 
       NULL)
 
 #define CORRECTIONS(X)                                                                                       \
-    X(count, corrections, NULL, in->corrections,                                                             \
+    X(count, corrections, NULL, in->corrections.count,                                                       \
       "snapshots and rollbacks that changed the predicted position of the own entity", NULL)                 \
-    X(number, corrections_per_s, "1/s", ll_netgame_ratio((double)in->corrections, seconds),                  \
+    X(number, corrections_per_s, "1/s", ll_netgame_ratio((double)in->corrections.count, seconds),            \
       "snapshots and rollbacks per second that changed the predicted position of the own entity",            \
       "The run has not reached warmup_s.")                                                                   \
-    X(events, visible_corrections, NULL, in->visible_m_all.count,                                            \
+    X(events, visible_corrections, NULL, in->corrections.visible_m_all.count,                                \
       "frames with a visible correction: it moved a drawn position by more than a pixel, and by more than "  \
       "a tenth of the distance that the entity covers at its drawn speed in that frame",                     \
       NULL)                                                                                                  \
     X(event_rate, visible_corrections_per_s, "1/s",                                                          \
-      ll_netgame_ratio((double)in->visible_m_all.count, seconds),                                            \
+      ll_netgame_ratio((double)in->corrections.visible_m_all.count, seconds),                                \
       "frames with a visible correction per second", "The run has not reached warmup_s.")                    \
-    X(extreme_gauge, visible_correction_m, "m", ll_netgame_gauge(&in->visible_m_all, 1),                     \
+    X(extreme_gauge, visible_correction_m, "m", ll_netgame_gauge(&in->corrections.visible_m_all, 1),         \
       "size of a visible correction: the farthest distance that it moved an entity in the frame",            \
       "There was no visible correction.")                                                                    \
-    X(extreme_gauge, visible_correction_px, "px", ll_netgame_gauge(&in->visible_m_all, px),                  \
+    X(extreme_gauge, visible_correction_px, "px", ll_netgame_gauge(&in->corrections.visible_m_all, px),      \
       "size of a visible correction in pixels; the scene is 1920 pixels wide",                               \
       "There was no visible correction.")                                                                    \
     X(extreme_gauge, visible_correction_arcmin, "arcmin",                                                    \
-      ll_netgame_gauge(&in->visible_m_all, px *ARCMIN_PER_PX),                                               \
+      ll_netgame_gauge(&in->corrections.visible_m_all, px *ARCMIN_PER_PX),                                   \
       "size of a visible correction in minutes of arc: 1.59 per pixel, as on a display of 24 inches with "   \
       "1920 pixels at a distance of 0.6 m",                                                                  \
       "There was no visible correction.")
 
 #define INPUTS(X)                                                                                            \
-    X(count, accepted, NULL, client_slot->accepted,                                                          \
+    X(count, accepted, NULL, client_slot->counts.accepted,                                                   \
       "inputs that the server accepted for a step that it had not made yet", NULL)                           \
-    X(count, duplicate, NULL, client_slot->duplicate,                                                        \
+    X(count, duplicate, NULL, client_slot->counts.duplicate,                                                 \
       "repetitions of inputs that the server had received before", NULL)                                     \
-    X(count, starved_steps, NULL, client_slot->starved,                                                      \
+    X(count, starved_steps, NULL, client_slot->counts.starved,                                               \
       "steps of the server without an input of the player; counted from the player's first input on, while " \
       "it is connected",                                                                                     \
       NULL)                                                                                                  \
     X(number, slack_ticks, "ticks",                                                                          \
-      client_slot->last_slack == LL_SLACK_UNKNOWN ? NAN : (double)client_slot->last_slack,                   \
+      client_slot->snapshots.last_slack == LL_SLACK_UNKNOWN ? NAN                                            \
+                                                            : (double)client_slot->snapshots.last_slack,     \
       "input slack of the newest input: ticks from its arrival to its step", "No input has arrived.")        \
     X(by_name, refused, NULL, rules_of(client_slot, counts),                                                 \
       "inputs that the server refused, by the rule that they broke; an input counts each time that it "      \
@@ -91,7 +92,7 @@ static const ll_metric_table input_table = {LL_OF_PLAYERS(".inputs"),
 
 static void view(cJSON *o, const ll_client_metrics *in, double seconds)
 {
-    double px = in->pixel_m > 0 ? 1 / in->pixel_m : NAN;
+    double px = in->corrections.pixel_m > 0 ? 1 / in->corrections.pixel_m : NAN;
     const ll_metric_reading readings[] = {LL_CLIENT_METRICS(DISTRIBUTION_READING)};
     ll_metrics_put(o, &distribution_table, readings);
     LL_METRICS_PUT(o, &picture_table, PICTURES);
@@ -101,7 +102,7 @@ static void view(cJSON *o, const ll_client_metrics *in, double seconds)
 static ll_metric_reading rules_of(const ll_client_slot *client_slot, double counts[LL_RULES])
 {
     for (int rule = 1; rule < LL_RULES; rule++)
-        counts[rule] = (double)client_slot->refused[rule];
+        counts[rule] = (double)client_slot->counts.refused[rule];
     return (ll_metric_reading){.number = LL_RULES - 1, .numbers = counts + 1, .names = ll_rule_names + 1};
 }
 

@@ -110,41 +110,15 @@ static size_t size(const void *config)
 
 /* ---- start ---- */
 
-static ll_freq rate(const ll_netgame *g, bool at_update_hz)
-{
-    return ll_freq_from_hz(at_update_hz ? g->config.server.update_hz : g->config.tick_hz);
-}
-
-static ll_client_setup setup(const ll_netgame *g, int i, const ll_recorder *recorder)
-{
-    const ll_sync_mode *sync = ll_netgame_sync(g);
-    const ll_player_config *player = &g->config.players[i];
-    ll_freq ticks = rate(g, sync->client_steps_at_update_hz), displays = rate(g, false);
-    if (player->display_hz > 0)
-        displays = ll_freq_from_hz(player->display_hz);
-    bool together = player->display_hz == 0 && ticks == displays && !sync->answers;
-    return (ll_client_setup){.game = ll_netgame_game(g),
-                             .env = &g->env,
-                             .sync = sync,
-                             .config = player,
-                             .display_freq = together ? 0 : displays,
-                             .client_metrics = ll_netgame_client_metrics(g, i),
-                             .recorder = recorder,
-                             .rules = &g->config.server,
-                             .weapon_prediction = ll_netgame_weapon_prediction(g, i),
-                             .shots = ll_netgame_shots(g),
-                             .seed = (uint64_t)g->config.head.seed};
-}
-
 static void start_server(ll_netgame *g, ll_time now)
 {
     const ll_sync_mode *sync = ll_netgame_sync(g);
-    ll_freq client_freq = rate(g, sync->client_steps_at_update_hz);
+    ll_freq client_freq = ll_netgame_rate(g, sync->client_steps_at_update_hz);
     g->env.dt = 1000.0 / (double)client_freq;
     g->env.dt_ns = ll_tick_time(1, client_freq);
     ll_netgame_game(g)->prepare(&g->env, g->config.params);
-    ll_server_start(ll_netgame_server(g), rate(g, sync->server_steps_at_update_hz), rate(g, true),
-                    client_freq, now);
+    ll_server_start(ll_netgame_server(g), ll_netgame_rate(g, sync->server_steps_at_update_hz),
+                    ll_netgame_rate(g, true), client_freq, now);
 }
 
 /* All clients resync: the game starts, or restarts in another sync mode. All clocks start, and packets in
@@ -154,25 +128,27 @@ static void begin_game(ll_netgame *g, ll_time now)
     ll_server *server = ll_netgame_server(g);
     start_server(g, now);
     for (int i = 0; i < server->players; i++) {
-        ll_client_setup s = setup(g, i, NULL);
-        ll_client_start(ll_netgame_client(g, i), &s, server->epoch, server->client_freq, server->step,
-                        ll_server_world(server), now);
+        ll_client_setup s = ll_netgame_client_setup(g, i, NULL);
+        ll_client_begin begin = {.epoch = server->epoch,
+                                 .freq = server->client_freq,
+                                 .step = server->step,
+                                 .world = ll_server_world(server)};
+        ll_client_start(ll_netgame_client(g, i), &s, &begin, now);
         ll_desync_start(ll_netgame_desync(g, i), server->step);
         ll_client_metrics_resync(ll_netgame_client_metrics(g, i));
-        ll_honest_resync(&ll_netgame_client_metrics(g, i)->honest, ll_netgame_client(g, i)->tick);
+        ll_honest_resync(&ll_netgame_client_metrics(g, i)->honest, ll_netgame_client(g, i)->inputs.tick);
         if (s.weapon_prediction)
             ll_weapon_prediction_start(ll_netgame_client(g, i), &s);
     }
 }
 
-static ll_status run_until(ll_netgame *g, ll_time until, const ll_recorder *r, ll_pace *pace);
 #define SCREEN_PX 1920 /* as wide as the scene */
 
 static void see_through_screen(ll_netgame *g, int player)
 {
     ll_client_metrics *in = ll_netgame_client_metrics(g, player);
     ll_game_scene scene = ll_netgame_game(g)->scene(&g->env, g->config.player_count);
-    in->pixel_m = (scene.x_max - scene.x_min) / SCREEN_PX;
+    in->corrections.pixel_m = (scene.x_max - scene.x_min) / SCREEN_PX;
     in->changes.others = ((UINT32_C(1) << g->config.player_count) - 1) & ~(UINT32_C(1) << player);
 }
 
@@ -219,7 +195,7 @@ static ll_status init(void *block, const void *config)
         ll_shots_init(ll_netgame_shots(g), &arena, (ll_time)(c->warmup_s * 1e9));
     start_server(g, 0);
     server->next_check = g->now = -LL_LOBBY;
-    ll_status status = run_until(g, -1, NULL, NULL);
+    ll_status status = ll_netgame_run_until(g, -1, NULL, NULL);
     for (int i = 0; i < n; i++) {
         ll_link_restart_stats(ll_netgame_up(g, i));
         ll_link_restart_stats(ll_netgame_down(g, i));
@@ -246,273 +222,6 @@ static void settle(void *config, const void *before)
 
 /* ---- time ---- */
 
-static bool finite_world(const ll_world *world, int *entity)
-{
-    for (int i = 0; i < world->entities; i++) {
-        const ll_entity *e = &world->entity[i];
-        double sum = e->x + e->y + e->vx + e->vy + e->angle + e->angular_velocity;
-        if (sum - sum != 0) { /* true for infinity and NaN */
-            *entity = i;
-            return false;
-        }
-    }
-    return true;
-}
-
-static ll_status not_finite(const ll_netgame *g, int entity)
-{
-    char name[LL_NAME_MAX + 16];
-    if (entity < g->config.player_count)
-        snprintf(name, sizeof name, "player %s", g->config.players[entity].name);
-    else
-        snprintf(name, sizeof name, "entity %d", entity);
-    return ll_error(LL_DIVERGED, "the position or speed of %s is not finite at step %lld (%.6f s)", name,
-                    (long long)ll_netgame_server(g)->step, ll_to_s(g->now));
-}
-
-/* A step in which shots are judged. */
-static void step_armed(ll_netgame *g)
-{
-    ll_server *server = ll_netgame_server(g);
-    ll_past past = {.history = ll_netgame_history(g),
-                    .rules = &g->config.server.compensation,
-                    .buffer = 2 * ll_tick_time(1, server->updates.freq),
-                    .witness = ll_netgame_record_shot,
-                    .context = g};
-    ll_netgame_sync(g)->step(server, ll_netgame_game(g), &g->env, &past, g->now);
-}
-
-/* False when the world has diverged; `entity` is then the one whose position or speed is not finite. */
-static bool server_steps(ll_netgame *g, const ll_recorder *r, int *entity)
-{
-    const ll_sync_mode *sync = ll_netgame_sync(g);
-    ll_server *server = ll_netgame_server(g);
-    ll_time before = server->stepped;
-    if (ll_netgame_shots(g))
-        step_armed(g);
-    else
-        sync->step(server, ll_netgame_game(g), &g->env, NULL, g->now);
-    if (!finite_world(ll_server_world(server), entity))
-        return false;
-    ll_netgame_watch_players(g, g->now - before);
-    for (int i = 0; i < server->players && g->now < ll_netgame_client_metrics(g, i)->from; i++)
-        ll_netgame_client_metrics(g, i)->input_history.starved_before = server->client_slots[i].starved;
-    ll_history_add(ll_netgame_history(g), g->now, ll_server_world(server));
-    ll_netgame_observe_step(g);
-    if (ll_netgame_shots(g))
-        ll_shots_step(ll_netgame_shots(g), server->step, ll_netgame_history(g));
-    if (r)
-        ll_netgame_record(
-            r, (ll_event){
-                   .type = LL_EVENT_STEP, .begin = g->now, .end = g->now, .number = (uint32_t)server->step});
-    if (sync->server_steps_at_update_hz)
-        ll_netgame_update(g, r);
-    return true;
-}
-
-static void client_ticks(ll_netgame *g, int player, const ll_client_setup *s)
-{
-    ll_client *client = ll_netgame_client(g, player);
-    _Alignas(8) char packet[LL_NETGAME_PACKET_MAX];
-    int bytes = s->sync->tick(client, s, g->now, packet);
-    ll_netgame_watch_tick(g, player, s);
-    ll_client_set_timer(client, s, g->now);
-    for (; bytes > 0; bytes = ll_client_held(client, s, g->now, packet))
-        ll_netgame_send(g, player, true, packet, bytes, s->recorder);
-    if (s->sync->observe)
-        s->sync->observe(ll_netgame_desync(g, player), client, s, ll_netgame_server(g));
-}
-
-/* A client's prediction may diverge before the server does. */
-static ll_status client_displays(ll_netgame *g, int player, const ll_client_setup *s)
-{
-    int entity;
-    ll_client *client = ll_netgame_client(g, player);
-    s->sync->display(client, s, g->now);
-    ll_client_set_display(client, s);
-    if (!finite_world(ll_client_rendered_const(client), &entity))
-        return not_finite(g, entity);
-    ll_netgame_observe_display(g, player);
-    if (s->shots)
-        ll_shots_frame(s->shots, &(ll_sight){ll_client_rendered_const(client), player}, g->now);
-    if (player == g->config.player_count - 1)
-        ll_netgame_compare_views(g, client->elapsed);
-    return ll_ok();
-}
-
-static ll_status client_acts(ll_netgame *g, int player, const ll_client_setup *s)
-{
-    ll_client *client = ll_netgame_client(g, player);
-    bool ticks = client->tick_due <= g->now,
-         displays = s->display_freq == 0 ? ticks : client->display_due <= g->now;
-    ll_request_message request;
-    if (ticks)
-        client_ticks(g, player, s);
-    ll_status status = displays ? client_displays(g, player, s) : ll_ok();
-    ll_client_set_due(client, s);
-    if (client->due > g->now)
-        return status; /* nothing is due for its connection */
-    int bytes = ll_connection_poll(client, s, g->now, &request);
-    if (bytes > 0)
-        ll_netgame_send(g, player, true, &request, bytes, s->recorder);
-    ll_client_set_due(client, s);
-    return status;
-}
-
-/* The next actor. At one instant packets come first, then the server's step, its update, and the clients: so
- * a packet that arrives at a tick counts for that tick. */
-typedef enum actor {
-    ACTOR_UP,
-    ACTOR_DOWN,
-    ACTOR_PLAYOUT,
-    ACTOR_STEP,
-    ACTOR_UPDATE,
-    ACTOR_TEND,
-    ACTOR_CLIENT
-} actor;
-
-/* Time and actor in one number: of two turns the smaller comes first. */
-typedef int64_t turn;
-
-enum { ACTORS_MAX = 8 };
-
-static turn turn_of(ll_time time, actor who)
-{
-    ll_time latest = INT64_MAX / ACTORS_MAX - 1; /* stands for LL_NEVER */
-    return (time < latest ? time : latest) * ACTORS_MAX + (turn)who;
-}
-
-static actor actor_of(turn t)
-{
-    return (actor)(t & (ACTORS_MAX - 1));
-}
-
-static ll_time time_of(turn t)
-{
-    return (t - (turn)actor_of(t)) / ACTORS_MAX;
-}
-
-static turn earlier(turn a, turn b)
-{
-    return a < b ? a : b;
-}
-
-static turn server_turn(const ll_netgame *g)
-{
-    const ll_sync_mode *sync = ll_netgame_sync(g);
-    const ll_server *server = ll_netgame_server(g);
-    turn next = earlier(turn_of(sync->due(server), ACTOR_STEP), turn_of(server->next_check, ACTOR_TEND));
-    if (sync->server_steps_at_update_hz)
-        return next;
-    return earlier(next, turn_of(ll_clock_time(&server->updates, server->update), ACTOR_UPDATE));
-}
-
-static turn player_turn(const ll_netgame *g, int i)
-{
-    ll_time due = ll_netgame_client(g, i)->due; /* a received packet may have made something due */
-    turn up = turn_of(ll_link_next_due(ll_netgame_up(g, i)), ACTOR_UP);
-    turn down = turn_of(ll_link_next_due(ll_netgame_down(g, i)), ACTOR_DOWN);
-    turn held = turn_of(ll_dejitter_next_due(ll_netgame_dejitter(g, i)), ACTOR_PLAYOUT);
-    turn client = turn_of(due > g->now ? due : g->now, ACTOR_CLIENT);
-    return earlier(earlier(up, down), earlier(held, client));
-}
-
-/* A run without changes from outside: the set-ups of the clients stay the same, and the next turn of the
- * server and of a player is computed again only if the last event may have changed it. */
-typedef struct schedule {
-    turn server, player[LL_PLAYERS_MAX];
-    ll_client_setup setup[LL_PLAYERS_MAX];
-} schedule;
-
-static void renew_all(schedule *now, const ll_netgame *g)
-{
-    now->server = server_turn(g);
-    for (int i = 0; i < g->config.player_count; i++)
-        now->player[i] = player_turn(g, i);
-}
-
-/* After a turn of `player`; -1: of the server. */
-static void renew(schedule *now, const ll_netgame *g, int player, actor done)
-{
-    const ll_sync_mode *sync = ll_netgame_sync(g);
-    if (player >= 0) {
-        now->player[player] = player_turn(g, player);
-        if (done == ACTOR_UP && sync->steps_by_inputs)
-            now->server = server_turn(g);
-    } else if (done == ACTOR_STEP && !sync->server_steps_at_update_hz) {
-        now->server = server_turn(g);
-    } else {
-        renew_all(now, g); /* it has sent to all players */
-    }
-}
-
-/* -1: the server is next. Of players with equal turns, the first. */
-static int next_turn(const schedule *now, const ll_netgame *g, turn *next)
-{
-    int player = -1;
-    *next = now->server;
-    for (int i = 0; i < g->config.player_count; i++)
-        if (now->player[i] < *next) {
-            *next = now->player[i];
-            player = i;
-        }
-    return player;
-}
-
-/* False when the world has diverged, by `entity`. */
-static bool take_turn(ll_netgame *g, actor who, int player, const ll_client_setup *s, const ll_recorder *r,
-                      int *entity)
-{
-    switch (who) {
-    case ACTOR_UP:
-        ll_netgame_deliver_up(g, player, r);
-        break;
-    case ACTOR_DOWN:
-        ll_netgame_deliver_down(g, player, s);
-        break;
-    case ACTOR_PLAYOUT:
-        ll_netgame_deliver_held(g, player, s);
-        break;
-    case ACTOR_STEP:
-        return server_steps(g, r, entity);
-    case ACTOR_UPDATE:
-        ll_netgame_update(g, r);
-        ll_netgame_server(g)->update++;
-        break;
-    case ACTOR_TEND:
-        ll_netgame_check_connections(g, r);
-        break;
-    case ACTOR_CLIENT:
-        client_acts(g, player, s);
-        break;
-    }
-    return true;
-}
-
-static ll_status run_until(ll_netgame *g, ll_time until, const ll_recorder *r, ll_pace *pace)
-{
-    schedule now;
-    int entity;
-    for (int i = 0; i < g->config.player_count; i++)
-        now.setup[i] = setup(g, i, r);
-    renew_all(&now, g);
-    for (;;) {
-        turn next;
-        int player = next_turn(&now, g, &next);
-        if (time_of(next) > until)
-            break;
-        if (!ll_goes_on(pace))
-            return ll_error(LL_INTERRUPTED, "a tick was interrupted");
-        if (time_of(next) > g->now) /* otherwise a live change has brought it forward */
-            g->now = time_of(next);
-        if (!take_turn(g, actor_of(next), player, &now.setup[player < 0 ? 0 : player], r, &entity))
-            return not_finite(g, entity);
-        renew(&now, g, player, actor_of(next));
-    }
-    g->now = until;
-    return ll_ok();
-}
-
 enum { SHORT_ROUNDS = 32 }; /* more than the events of a tick of few players, each some microseconds */
 
 static ll_status advance(void *block, ll_time until, const ll_recorder *r, ll_step_profiler *step_profiler,
@@ -520,7 +229,7 @@ static ll_status advance(void *block, ll_time until, const ll_recorder *r, ll_st
 {
     ll_pace pace = ll_pace_by(interrupt, SHORT_ROUNDS);
     (void)step_profiler;
-    return run_until(block, until, r, &pace);
+    return ll_netgame_run_until(block, until, r, &pace);
 }
 
 static ll_time stands_at(const void *block)
@@ -544,7 +253,7 @@ static void change(void *block, const void *config, ll_time now)
         begin_game(g, now);
     } else if (other_rate) {
         ll_server *server = ll_netgame_server(g);
-        server->updates = (ll_clock){now, 0, rate(g, true)};
+        server->updates = (ll_clock){now, 0, ll_netgame_rate(g, true)};
         server->update = 1;
     }
 }
@@ -568,7 +277,7 @@ static ll_status accepts(const void *config, int player, const ll_action *action
 
 static void input(void *block, int player, const ll_action *action)
 {
-    ll_netgame_client(block, player)->held = *action;
+    ll_netgame_client(block, player)->inputs.held = *action;
 }
 
 static ll_action controls(const void *block, int player)

@@ -141,11 +141,6 @@ ll_metric_reading ll_netgame_gauge(const ll_running_stats *gauge, double scale);
 extern const ll_metric_table *const ll_netgame_metric_tables[];
 struct cJSON *ll_netgame_metrics(const void *block);
 
-/* playout.c: the players' de-jitter buffers. Holds back a received packet; false: it goes to the client at
- * once. Plays out the next due packet and returns its size. */
-bool ll_netgame_hold(ll_netgame *game, int player, const void *packet, int bytes);
-int ll_netgame_play_out(ll_netgame *game, int player, void *packet, int capacity);
-
 /* views.c: inconsistency, smoothness and buffers of a player's view, added to its metrics; its buffers,
  * streamed */
 void ll_netgame_view_metrics(const ll_netgame *game, int player, struct cJSON *object);

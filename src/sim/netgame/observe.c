@@ -8,7 +8,7 @@ void ll_netgame_record_shot(void *context, const ll_hit_result *j)
 {
     ll_netgame *g = context;
     ll_server *server = ll_netgame_server(g);
-    int64_t *refused = server->client_slots[j->shooter].refused;
+    int64_t *refused = server->client_slots[j->shooter].counts.refused;
     bool on_player = j->body != LL_NOBODY && j->body < server->players;
     bool rules = !ll_netgame_sync(g)->observe; /* a relay server refuses nothing */
     refused[LL_RULE_FIRE_RATE] += rules && j->kind == LL_HIT_RESULT_VOID;
@@ -26,14 +26,14 @@ void ll_netgame_watch_players(ll_netgame *g, ll_time since)
 {
     const ll_world *world = ll_server_world(ll_netgame_server(g));
     bool drains = ll_netgame_sync(g)->applies_on_arrival;
+    const ll_honest_stepped stepped = {world, ll_netgame_server(g)->step, g->now, drains};
     double elapsed_s = drains ? ll_to_s(since) : g->env.dt;
     for (int i = 0; i < world->players; i++) {
         if (g->config.players[i].cheat == LL_CHEAT_NONE)
             continue;
         ll_client_metrics *in = ll_netgame_client_metrics(g, i);
         ll_cheat_gain_step(&in->gain, ll_netgame_game(g), &g->env, &world->entity[i], elapsed_s);
-        ll_honest_step(&in->honest, ll_netgame_game(g), &g->env, world, i, drains, ll_netgame_server(g)->step,
-                       g->now);
+        ll_honest_step(&in->honest, ll_netgame_game(g), &g->env, i, &stepped);
     }
 }
 
@@ -55,8 +55,8 @@ static uint32_t unsent_from(const ll_netgame *g, int player)
 {
     const ll_client *c = ll_netgame_client(g, player);
     uint32_t again = (uint32_t)g->config.players[player].redundancy;
-    uint32_t from = c->seq > again ? c->seq - again + 1 : 1;
-    return c->unsent != 0 && c->unsent < from ? c->unsent : from;
+    uint32_t from = c->inputs.seq > again ? c->inputs.seq - again + 1 : 1;
+    return c->inputs.unsent != 0 && c->inputs.unsent < from ? c->inputs.unsent : from;
 }
 
 /* The observer sees the results of every player's inputs in the step. */
@@ -67,7 +67,7 @@ void ll_netgame_observe_step(ll_netgame *g)
         ll_stepped stepped = {.world = ll_server_world_const(server),
                               .history = ll_netgame_history(g),
                               .step = server->step,
-                              .acked = server->client_slots[i].acked,
+                              .acked = server->client_slots[i].inputs.acked,
                               .unsent_from = unsent_from(g, i),
                               .applies_on_arrival = ll_netgame_sync(g)->applies_on_arrival};
         ll_client_metrics_stepped(ll_netgame_client_metrics(g, i), i, &stepped, g->now);
@@ -91,8 +91,8 @@ void ll_netgame_compare_views(ll_netgame *g, ll_time elapsed)
 void ll_netgame_watch_tick(ll_netgame *g, int player, const ll_client_setup *s)
 {
     ll_time due = g->now + ll_ms(s->config->lag_ms + s->config->link.up.delay_ms);
-    (ll_cheat_minds(s) ? ll_honest_frame : ll_honest_frame_once)(&s->client_metrics->honest,
-                                                                 ll_netgame_client(g, player)->tick, due);
+    (ll_cheat_minds(s) ? ll_honest_frame : ll_honest_frame_once)(
+        &s->client_metrics->honest, ll_netgame_client(g, player)->inputs.tick, due);
 }
 
 /* A display of `player`: compares its view with the truth, and records which changes of the others' controls
@@ -104,7 +104,7 @@ void ll_netgame_observe_display(ll_netgame *g, int player)
     const ll_truth truth = {.world = ll_server_world_const(server),
                             .history = ll_netgame_history(g),
                             .device = ll_ms(g->config.players[player].display_device_ms),
-                            .acked = server->client_slots[player].acked,
+                            .acked = server->client_slots[player].inputs.acked,
                             .applies_on_arrival = ll_netgame_sync(g)->applies_on_arrival,
                             .peers = ll_netgame_sync(g)->observe != NULL};
     ll_client_metrics_frame(ll_netgame_client_metrics(g, player), client, &truth, g->now);

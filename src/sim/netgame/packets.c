@@ -17,14 +17,14 @@ void ll_netgame_send(ll_netgame *g, int player, bool up, const void *packet, int
     if (up)
         ll_netgame_client(g, player)->connection.sent = g->now;
     else
-        ll_netgame_server(g)->client_slots[player].last_sent = g->now;
+        ll_netgame_server(g)->client_slots[player].connection.last_sent = g->now;
     ll_client_metrics *in = ll_netgame_client_metrics(g, player);
     if (g->now >= in->from) {
         int headers = LL_UDP_OVERHEAD + (s.fragments > 1 ? LL_FRAGMENT_HEADER : 0);
-        in->bytes[head.type] += bytes;
-        in->messages[head.type]++;
-        in->packets[head.type] += s.fragments;
-        in->wire_bytes[head.type] += bytes + s.fragments * headers;
+        in->traffic.bytes[head.type] += bytes;
+        in->traffic.messages[head.type]++;
+        in->traffic.packets[head.type] += s.fragments;
+        in->traffic.wire_bytes[head.type] += bytes + s.fragments * headers;
     }
     bool inputs = head.type == LL_MESSAGE_INPUT;
     if (inputs && s.fate == LL_FATE_DELIVERED)
@@ -54,8 +54,8 @@ static void update_player(ll_netgame *g, int player, const ll_recorder *r)
     const ll_sync_mode *sync = ll_netgame_sync(g);
     ll_server *server = ll_netgame_server(g);
     _Alignas(8) char packet[LL_NETGAME_PACKET_MAX];
-    server->client_slots[player].repeats = 0;
-    if (server->client_slots[player].connected)
+    server->client_slots[player].inputs.repeats = 0;
+    if (server->client_slots[player].connection.connected)
         ll_netgame_send(g, player, false, packet, sync->compose(server, sync, player, packet), r);
 }
 
@@ -97,11 +97,11 @@ static void server_takes(ll_netgame *g, int player, const void *packet, const ll
             ll_netgame_client_metrics(g, player)->false_refusals++;
         if (results[i].outcome == LL_OUTCOME_REFUSED && sync->reports_refusals) {
             ll_message_head refusal = {LL_MESSAGE_REFUSAL, results[i].rule,
-                                       server->client_slots[player].epoch, results[i].seq};
+                                       server->client_slots[player].connection.epoch, results[i].seq};
             ll_netgame_send(g, player, false, &refusal, (int)sizeof refusal, r);
         }
     }
-    server->client_slots[player].repeats += n == 0;
+    server->client_slots[player].inputs.repeats += n == 0;
 }
 
 static void server_receives(ll_netgame *g, int player, const void *packet, const ll_recorder *r)
@@ -131,7 +131,7 @@ void ll_netgame_check_connections(ll_netgame *g, const ll_recorder *r)
     _Alignas(8) char packet[LL_NETGAME_PACKET_MAX];
     server->next_check += LL_CONNECTION_CHECK_INTERVAL;
     for (int i = 0; i < server->players; i++) {
-        if (sync->waits && server->client_slots[i].repeats > 0)
+        if (sync->waits && server->client_slots[i].inputs.repeats > 0)
             update_player(g, i, r); /* it repeats known inputs, so it lacks the snapshot */
         int bytes = ll_admission_keep_alive(server, i, g->now, packet);
         if (bytes > 0)
@@ -142,7 +142,7 @@ void ll_netgame_check_connections(ll_netgame *g, const ll_recorder *r)
                                         .player = (uint8_t)i,
                                         .begin = g->now,
                                         .end = g->now,
-                                        .number = (uint32_t)server->client_slots[i].drops});
+                                        .number = (uint32_t)server->client_slots[i].connection.drops});
         if (sync->stand_in)
             sync->stand_in(server, g->now);
         else /* a client's own world has no such flag */
@@ -161,7 +161,7 @@ static void client_receives(ll_netgame *g, int player, const ll_client_setup *s,
     const ll_snapshot_message *m = packet;
     if (m->head.type != LL_MESSAGE_SNAPSHOT)
         return;
-    const ll_world *world = ll_snapshot_entry_world(ll_client_state(client, client->newest - 1));
+    const ll_world *world = ll_snapshot_entry_world(ll_client_state(client, client->snapshots.received - 1));
     ll_netgame_record(
         r, (ll_event){.type = LL_EVENT_APPLIED,
                       .player = (uint8_t)player,
@@ -192,6 +192,39 @@ static int take_off(ll_netgame *g, ll_link *link, void *packet)
     return bytes;
 }
 
+/* ---- the players' de-jitter buffers, between link and client ---- */
+
+/* Only snapshots are played out; packets that the link's receiver holds back stay in the link's store. Holds
+ * back a received packet; false: it goes to the client at once. */
+static bool hold(ll_netgame *g, int player, const void *packet, int bytes)
+{
+    ll_dejitter *buffer = ll_netgame_dejitter(g, player);
+    const ll_player_config *config = &g->config.players[player];
+    ll_snapshot_message m;
+    memcpy(&m, packet, sizeof m.head);
+    if (m.head.type != LL_MESSAGE_SNAPSHOT ||
+        (config->dejitter == LL_DEJITTER_NONE && ll_dejitter_depth(buffer) == 0))
+        return false;
+    memcpy(&m, packet, sizeof m);
+    const ll_dejitter_params params = {.delay_ms = config->dejitter_ms,
+                                       .interval_ms = 1000 / (double)m.update_hz,
+                                       .policy = config->dejitter};
+    if (ll_dejitter_push(buffer, &params, m.tick, m.time, g->now))
+        ll_link_hold(ll_netgame_down(g, player), (uint32_t)m.tick, packet, bytes);
+    return true; /* held, or dropped by a full buffer */
+}
+
+/* Plays out the next due packet and returns its size. */
+static int play_out(ll_netgame *g, int player, void *packet, int capacity)
+{
+    ll_dejitter_packet next;
+    if (!ll_dejitter_pop(ll_netgame_dejitter(g, player), g->now, &next))
+        return 0;
+    return ll_link_take_held(ll_netgame_down(g, player), (uint32_t)next.id, packet, capacity);
+}
+
+/* ---- deliveries ---- */
+
 void ll_netgame_deliver_up(ll_netgame *g, int player, const ll_recorder *r)
 {
     _Alignas(8) char packet[LL_NETGAME_PACKET_MAX];
@@ -203,7 +236,7 @@ void ll_netgame_deliver_down(ll_netgame *g, int player, const ll_client_setup *s
 {
     _Alignas(8) char packet[LL_NETGAME_PACKET_MAX];
     int bytes = take_off(g, ll_netgame_down(g, player), packet);
-    if (!client_connects(g, player, s, packet, bytes) && !ll_netgame_hold(g, player, packet, bytes))
+    if (!client_connects(g, player, s, packet, bytes) && !hold(g, player, packet, bytes))
         client_receives(g, player, s, packet, bytes);
     ll_client_set_due(ll_netgame_client(g, player), s);
 }
@@ -211,7 +244,7 @@ void ll_netgame_deliver_down(ll_netgame *g, int player, const ll_client_setup *s
 void ll_netgame_deliver_held(ll_netgame *g, int player, const ll_client_setup *s)
 {
     _Alignas(8) char packet[LL_NETGAME_PACKET_MAX];
-    int bytes = ll_netgame_play_out(g, player, packet, (int)sizeof packet);
+    int bytes = play_out(g, player, packet, (int)sizeof packet);
     client_receives(g, player, s, packet, bytes);
     ll_client_set_due(ll_netgame_client(g, player), s);
 }

@@ -11,6 +11,18 @@ static inline void ll_netgame_record(const ll_recorder *r, ll_event event)
         r->record(r->context, &event);
 }
 
+static inline ll_freq ll_netgame_rate(const ll_netgame *g, bool at_update_hz)
+{
+    return ll_freq_from_hz(at_update_hz ? g->config.server.update_hz : g->config.tick_hz);
+}
+
+/* run.c: the set-up of the client of player `i` */
+ll_client_setup ll_netgame_client_setup(const ll_netgame *g, int i, const ll_recorder *recorder);
+
+/* Every event up to and including `until`; LL_DIVERGED where the server's world, or a client's view,
+ * is not finite */
+ll_status ll_netgame_run_until(ll_netgame *g, ll_time until, const ll_recorder *r, ll_pace *pace);
+
 /* packets.c: sends and receives packets, and applies their effects on both sides */
 void ll_netgame_send(ll_netgame *g, int player, bool up, const void *packet, int bytes, const ll_recorder *r);
 void ll_netgame_update(ll_netgame *g, const ll_recorder *r); /* to all connected players */

@@ -124,7 +124,8 @@ int ll_netgame_slowest(const ll_netgame *g, double *waited_s)
         int64_t frames = 0; /* integers, so that equal sums are equal */
         for (int i = 0; i < g->config.player_count; i++)
             frames += waited_frames(g, i, p);
-        double sum = ll_to_s(ll_netgame_server(g)->client_slots[p].waited) + (double)frames * g->env.dt;
+        double sum =
+            ll_to_s(ll_netgame_server(g)->client_slots[p].counts.waited) + (double)frames * g->env.dt;
         if (sum > most) {
             most = sum;
             slowest = p;

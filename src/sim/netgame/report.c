@@ -41,9 +41,9 @@ cJSON *ll_netgame_state(const void *block)
         const ll_client *c = ll_netgame_client(g, i);
         cJSON *p = cJSON_CreateObject(), *shown = cJSON_CreateArray();
         cJSON_AddStringToObject(p, "name", g->config.players[i].name);
-        number(p, "input_seq", c->seq);
-        number(p, "acked_seq", c->acked);
-        number(p, "unacked", c->seq - c->acked);
+        number(p, "input_seq", c->inputs.seq);
+        number(p, "acked_seq", c->inputs.acked);
+        number(p, "unacked", c->inputs.seq - c->inputs.acked);
         for (int k = 0; k < ll_netgame_entities(g); k++) {
             cJSON *e = entity_json(&ll_client_rendered_const(c)->entity[k]);
             number(e, "age_ms", ll_to_ms(g->now - ll_client_draw_infos_const(c)[k].time));
@@ -136,23 +136,24 @@ cJSON *ll_netgame_layout(const void *config)
       "distance between the own entity as drawn and at the server at the drawn tick, of the last compared "  \
       "display",                                                                                             \
       NULL)                                                                                                  \
-    X(signed_number, own_lead_m, "m", in->own_lead,                                                          \
+    X(signed_number, own_lead_m, "m", in->last.own_lead,                                                     \
       "distance between the own entity as drawn and at the server now, with the sign of the difference in "  \
       "x",                                                                                                   \
       NULL)                                                                                                  \
     X(signed_number, own_lead_ms, "ms", in->rendered_views.lead_ms,                                          \
       "time by which the own entity is drawn ahead of the server, of the last compared display", NULL)       \
-    X(signed_number, remote_error_m, "m", in->remote_error,                                                  \
+    X(signed_number, remote_error_m, "m", in->last.remote_error,                                             \
       "largest distance between another entity as drawn and at the server now, with the sign of the "        \
       "difference in x; of equal ones that of the last player",                                              \
       NULL)                                                                                                  \
-    X(number, view_age_ms, "ms", in->view_age, "age of another entity as drawn: the oldest", NULL)           \
-    X(number, age_of_information_ms, "ms", in->age_of_information,                                           \
+    X(number, view_age_ms, "ms", in->last.view_age, "age of another entity as drawn: the oldest", NULL)      \
+    X(number, age_of_information_ms, "ms", in->last.age_of_information,                                      \
       "virtual time now less the server time of the client's newest snapshot", NULL)                         \
-    X(number, buffer_ms, "ms", c->buffer_ms,                                                                 \
+    X(number, buffer_ms, "ms", c->drawing.buffer_ms,                                                         \
       "server time of the newest snapshot less the render time; 0 while the client extrapolates", NULL)      \
-    X(count, unacked, NULL, c->seq - c->acked, "unacknowledged inputs, as the client believes", NULL)        \
-    X(count, corrections, NULL, in->corrections, "corrections of the own entity so far", NULL)               \
+    X(count, unacked, NULL, c->inputs.seq - c->inputs.acked,                                                 \
+      "unacknowledged inputs, as the client believes", NULL)                                                 \
+    X(count, corrections, NULL, in->corrections.count, "corrections of the own entity so far", NULL)         \
     X(number, lag_ms, "ms", g->config.players[i].lag_ms, "parameter lag_ms", NULL)                           \
     X(count, compared_step, NULL, ll_netgame_desync(g, i)->compared,                                         \
       "tick up to which the player's confirmed worlds were compared with the server's, at its last tick "    \
@@ -164,7 +165,7 @@ cJSON *ll_netgame_layout(const void *config)
       "state of the connection: 0 connecting, 1 synchronising, 2 playing, 3 stalled, 4 resynchronising, "    \
       "5 disconnected",                                                                                      \
       NULL)                                                                                                  \
-    X(flag, connected, NULL, server->client_slots[i].connected,                                              \
+    X(flag, connected, NULL, server->client_slots[i].connection.connected,                                   \
       "1: the server takes the player for "                                                                  \
       "connected",                                                                                           \
       NULL)

@@ -358,7 +358,8 @@ static int list_projectiles(const ll_netgame *g, projectile_row *out)
         const ll_client *c = ll_netgame_client(g, v);
         for (int i = 0; i < players; i++)
             n += i == v ? own_projectiles(g, v, out + n)
-                        : known_projectiles(g, v + 1, ll_client_rendered_const(c), i, c->view_time, out + n);
+                        : known_projectiles(g, v + 1, ll_client_rendered_const(c), i, c->drawing.view_time,
+                                            out + n);
     }
     return n;
 }

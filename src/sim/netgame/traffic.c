@@ -13,13 +13,13 @@ static double ratio(double a, double b)
 /* ---- bandwidth ---- */
 
 #define MESSAGES(X)                                                                                          \
-    X(number, messages_per_s, "1/s", ratio((double)in->messages[type], seconds),                             \
+    X(number, messages_per_s, "1/s", ratio((double)in->traffic.messages[type], seconds),                     \
       "messages of this type sent per second", "The run has not reached warmup_s.")                          \
-    X(number, packets_per_s, "1/s", ratio((double)in->packets[type], seconds),                               \
+    X(number, packets_per_s, "1/s", ratio((double)in->traffic.packets[type], seconds),                       \
       "packets per second in which messages of this type were sent", "The run has not reached warmup_s.")    \
-    X(number, payload_bytes_per_s, "B/s", ratio((double)in->bytes[type], seconds),                           \
+    X(number, payload_bytes_per_s, "B/s", ratio((double)in->traffic.bytes[type], seconds),                   \
       "payload bytes per second of messages of this type", "The run has not reached warmup_s.")              \
-    X(number, wire_bytes_per_s, "B/s", ratio((double)in->wire_bytes[type], seconds),                         \
+    X(number, wire_bytes_per_s, "B/s", ratio((double)in->traffic.wire_bytes[type], seconds),                 \
       "bytes per second on the wire of messages of this type: each packet with 28 bytes of IPv4 and UDP "    \
       "headers, each fragment with 4 more",                                                                  \
       "The run has not reached warmup_s.")
@@ -51,7 +51,7 @@ static void bandwidth(cJSON *player, const ll_netgame *g, int self)
     cJSON *o = cJSON_AddObjectToObject(player, "bandwidth");
     for (int type = LL_MESSAGE_INPUT; type < LL_MESSAGES; type++) {
         LL_METRICS_PUT(cJSON_AddObjectToObject(o, names[type]), &ll_netgame_message_table, MESSAGES);
-        *(ups[type] ? &up : &down) += (double)in->wire_bytes[type];
+        *(ups[type] ? &up : &down) += (double)in->traffic.wire_bytes[type];
     }
     LL_METRICS_PUT(o, &ll_netgame_bandwidth_table, TOTALS);
 }
@@ -69,9 +69,10 @@ static void bandwidth(cJSON *player, const ll_netgame *g, int self)
       "share of entities that snapshots encode as at rest", "No snapshot was sent.")                         \
     X(number, full_ratio, NULL, ratio((double)sent->whole, states),                                          \
       "share of full snapshots, which have no baseline", "No snapshot was sent.")                            \
-    X(number, bytes_over_full, NULL, ratio((double)in->bytes[LL_MESSAGE_SNAPSHOT], states *(double)full),    \
+    X(number, bytes_over_full, NULL,                                                                         \
+      ratio((double)in->traffic.bytes[LL_MESSAGE_SNAPSHOT], states *(double)full),                           \
       "payload of the snapshots divided by the payload with the encoding `full`", "No snapshot was sent.")   \
-    X(count, undecodable, NULL, ll_netgame_client(g, self)->unreadable,                                      \
+    X(count, undecodable, NULL, ll_netgame_client(g, self)->snapshots.unreadable,                            \
       "snapshots that arrived and could not be decoded", NULL)
 
 const ll_metric_table ll_netgame_snapshot_table = {LL_OF_PLAYERS(".snapshot"),
@@ -81,8 +82,8 @@ const ll_metric_table ll_netgame_snapshot_table = {LL_OF_PLAYERS(".snapshot"),
 static void snapshots(cJSON *player, const ll_netgame *g, int self)
 {
     const ll_client_metrics *in = ll_netgame_client_metrics(g, self);
-    const ll_snapshot_cost *sent = &ll_netgame_server(g)->client_slots[self].sent;
-    double states = (double)in->messages[LL_MESSAGE_SNAPSHOT], entities = (double)sent->entities;
+    const ll_snapshot_cost *sent = &ll_netgame_server(g)->client_slots[self].counts.sent;
+    double states = (double)in->traffic.messages[LL_MESSAGE_SNAPSHOT], entities = (double)sent->entities;
     size_t full = sizeof(ll_snapshot_message) + ll_world_size(ll_server_world_const(ll_netgame_server(g)));
     LL_METRICS_PUT(cJSON_AddObjectToObject(player, "snapshot"), &ll_netgame_snapshot_table, SNAPSHOTS);
 }
@@ -110,11 +111,11 @@ static void snapshots(cJSON *player, const ll_netgame *g, int self)
       "messages that did not arrive completely, for any cause", NULL)                                        \
     X(number, message_loss_pct, "%", 100 * ratio((double)s->messages_lost, messages),                        \
       "share of messages that did not arrive completely, for any cause", "No message was sent.")             \
-    X(count, split, NULL, s->split, "messages sent in several fragments", NULL)                              \
-    X(count, split_lost, NULL, s->split_lost,                                                                \
+    X(count, split, NULL, s->fragments.split, "messages sent in several fragments", NULL)                    \
+    X(count, split_lost, NULL, s->fragments.split_lost,                                                      \
       "messages sent in several fragments that did not arrive completely", NULL)                             \
-    X(count, fragments, NULL, s->fragments, "fragments sent of messages that were split", NULL)              \
-    X(count, fragments_lost, NULL, s->fragments_lost, "fragments of which no copy arrived", NULL)            \
+    X(count, fragments, NULL, s->fragments.count, "fragments sent of messages that were split", NULL)        \
+    X(count, fragments_lost, NULL, s->fragments.lost, "fragments of which no copy arrived", NULL)            \
     X(count, duplicated, NULL, s->duplicated, "packets that were duplicated", NULL)                          \
     X(count, corrupted, NULL, s->corrupted, "packets that were corrupted, duplicates included", NULL)        \
     X(count, overflowed, NULL, s->overflowed,                                                                \
@@ -125,17 +126,17 @@ static void snapshots(cJSON *player, const ll_netgame *g, int self)
     X(number, delay_mean_ms, "ms", mean, "mean delay of packets", "No packet was put on its way.")           \
     X(number, delay_sd_ms, "ms", variance > 0 ? ll_sqrt(variance) : 0 * variance,                            \
       "standard deviation of the delay of packets", "No packet was put on its way.")                         \
-    X(number, delay_min_ms, "ms", n > 0 ? s->delay_min_ms : NAN, "shortest delay of a packet",               \
+    X(number, delay_min_ms, "ms", n > 0 ? s->delay.min_ms : NAN, "shortest delay of a packet",               \
       "No packet was put on its way.")                                                                       \
-    X(number, delay_max_ms, "ms", n > 0 ? s->delay_max_ms : NAN, "longest delay of a packet",                \
+    X(number, delay_max_ms, "ms", n > 0 ? s->delay.max_ms : NAN, "longest delay of a packet",                \
       "No packet was put on its way.")                                                                       \
     X(number, delay_corr_pct, "%", 100 * ll_link_delay_correlation(s),                                       \
       "correlation of the delays of successive packets",                                                     \
       "There were too few packets, or all delays are equal.")                                                \
-    X(number, queue_mean_ms, "ms", ratio(s->queue_sum_ms, (double)s->queued),                                \
+    X(number, queue_mean_ms, "ms", ratio(s->queue.sum_ms, (double)s->queue.count),                           \
       "mean time of packets in the queue of the rate limit, waiting and transmission",                       \
       "No packet was queued.")                                                                               \
-    X(number, queue_max_ms, "ms", s->queue_max_ms,                                                           \
+    X(number, queue_max_ms, "ms", s->queue.max_ms,                                                           \
       "longest time of a packet in the queue of the rate limit, waiting and transmission", NULL)             \
     X(count, queue_drops, NULL, s->queue_drops,                                                              \
       "packets dropped because the queue of the rate limit was full", NULL)
@@ -153,7 +154,7 @@ static void link_report(cJSON *o, const ll_metric_table *table, const ll_link *l
 {
     const ll_link_stats *s = ll_link_get_stats(link);
     double messages = (double)ll_link_messages(s), n = (double)ll_link_put_on_way(s);
-    double mean = ratio(s->delay_sum_ms, n), variance = ratio(s->delay_sum_squares, n) - mean * mean;
+    double mean = ratio(s->delay.sum_ms, n), variance = ratio(s->delay.sum_squares, n) - mean * mean;
     LL_METRICS_PUT(o, table, LINK);
 }
 

@@ -11,13 +11,14 @@ static const char *broken_knowledge(const ll_netgame *g, int player)
     const ll_client *c = ll_netgame_client(g, player);
     const ll_server *server = ll_netgame_server(g);
     const ll_client_slot *slot = &server->client_slots[player];
-    if (c->confirmed > server->step || c->newest_tick > server->step)
+    if (c->snapshots.confirmed > server->step || c->snapshots.newest_tick > server->step)
         return "a client knows of a step that the server has not made";
-    if (c->epoch != slot->epoch)
+    if (c->epoch != slot->connection.epoch)
         return NULL;
-    if (c->acked > c->seq || slot->processed > c->seq)
+    if (c->inputs.acked > c->inputs.seq || slot->inputs.processed > c->inputs.seq)
         return "an input is applied that was not made";
-    return slot->received > c->newest_tick && c->newest > 0 && slot->received > c->confirmed
+    return slot->snapshots.received > c->snapshots.newest_tick && c->snapshots.received > 0 &&
+                   slot->snapshots.received > c->snapshots.confirmed
                ? "the server counts on a snapshot that its client does not have"
                : NULL;
 }

@@ -36,10 +36,10 @@ static double ratio(double a, double b)
       "No frame in which the ground truth moves was counted.")
 
 #define ANIMATION(X)                                                                                         \
-    X(number, rms, "px", in->pixel_m > 0 ? animation.rms : NAN, "root mean square of the animation error",   \
-      "The scene has no width, or no frame was counted.")                                                    \
-    X(number, p99, "px", in->pixel_m > 0 ? animation.p99 : NAN, "99th percentile of the animation error",    \
-      "The scene has no width, or no frame was counted.")                                                    \
+    X(number, rms, "px", in->corrections.pixel_m > 0 ? animation.rms : NAN,                                  \
+      "root mean square of the animation error", "The scene has no width, or no frame was counted.")         \
+    X(number, p99, "px", in->corrections.pixel_m > 0 ? animation.p99 : NAN,                                  \
+      "99th percentile of the animation error", "The scene has no width, or no frame was counted.")          \
     X(count, count, NULL, animation.count,                                                                   \
       "values of the animation error: one per frame and other entity, from the entity's second frame on",    \
       NULL)
@@ -81,21 +81,23 @@ static void smoothness(cJSON *player, const ll_client_metrics *in)
 }
 
 #define BUFFER(X)                                                                                            \
-    X(events, underruns, NULL, in->underruns, "times that the interpolation buffer became empty", NULL)      \
-    X(events, overruns, NULL, in->overruns,                                                                  \
+    X(events, underruns, NULL, in->buffer.underruns, "times that the interpolation buffer became empty",     \
+      NULL)                                                                                                  \
+    X(events, overruns, NULL, in->buffer.overruns,                                                           \
       "times that the interpolation buffer was so full that the render time jumped", NULL)                   \
-    X(number, held_ratio, NULL, ratio((double)in->held_frames, (double)in->frames),                          \
+    X(number, held_ratio, NULL, ratio((double)in->buffer.held_frames, (double)in->buffer.frames),            \
       "share of frames that repeat the frame before", "No frame was drawn.")                                 \
-    X(number, extrapolated_ratio, NULL, ratio((double)in->extrapolated_frames, (double)in->frames),          \
+    X(number, extrapolated_ratio, NULL,                                                                      \
+      ratio((double)in->buffer.extrapolated_frames, (double)in->buffer.frames),                              \
       "share of frames that draw other entities by extrapolation", "No frame was drawn.")                    \
-    X(count, stale_states, NULL, client->stale,                                                              \
+    X(count, stale_states, NULL, client->snapshots.stale,                                                    \
       "snapshots that the client dropped because it had them or newer ones; counted from time 0 on", NULL)   \
-    X(gauge, depth_states, NULL, ll_netgame_gauge(&in->depth, 1),                                            \
+    X(gauge, depth_states, NULL, ll_netgame_gauge(&in->buffer.depth, 1),                                     \
       "snapshots in the interpolation buffer that are newer than the drawn one", "No frame was drawn.")      \
-    X(gauge, delay_ms, "ms", ll_netgame_gauge(&in->delay_ms, 1),                                             \
+    X(gauge, delay_ms, "ms", ll_netgame_gauge(&in->buffer.delay_ms, 1),                                      \
       "interpolation delay: newest server time that the client could know less the render time",             \
       "No frame was drawn.")                                                                                 \
-    X(gauge, time_scale, NULL, ll_netgame_gauge(&in->time_scale, 1),                                         \
+    X(gauge, time_scale, NULL, ll_netgame_gauge(&in->buffer.time_scale, 1),                                  \
       "rate of the render time: seconds of it per second of virtual time; 0 while it is held, 1 where it "   \
       "jumps",                                                                                               \
       "No frame was drawn.")
@@ -219,22 +221,22 @@ static double dejitter_ms(const ll_netgame *g, int player)
 /* Without interpolation the newest snapshot is drawn. */
 static ll_time drawn_time(const ll_client *c)
 {
-    return c->view_state != LL_VIEW_NEWEST ? c->render : c->latest_time;
+    return c->view.state != LL_VIEW_NEWEST ? c->view.render : c->latest.time;
 }
 
 static buffer_row buffer_of(const ll_netgame *g, int player)
 {
     const ll_client *c = ll_netgame_client(g, player);
     const ll_client_metrics *in = ll_netgame_client_metrics(g, player);
-    bool by_time = c->view_state != LL_VIEW_NEWEST;
+    bool by_time = c->view.state != LL_VIEW_NEWEST;
     return (buffer_row){.player = (uint8_t)player,
-                        .state = c->view_state,
-                        .delay_ms = by_time ? (float)ll_to_ms(c->delay) : 0,
-                        .behind_ms = by_time ? (float)ll_to_ms(g->now + c->offset - c->render) : 0,
-                        .time_scale = by_time ? (float)c->time_scale : 1,
+                        .state = c->view.state,
+                        .delay_ms = by_time ? (float)ll_to_ms(c->view.delay) : 0,
+                        .behind_ms = by_time ? (float)ll_to_ms(g->now + c->view.offset - c->view.render) : 0,
+                        .time_scale = by_time ? (float)c->drawing.time_scale : 1,
                         .dejitter_ms = (float)dejitter_ms(g, player),
-                        .underruns = (uint32_t)in->underruns,
-                        .overruns = (uint32_t)in->overruns,
+                        .underruns = (uint32_t)in->buffer.underruns,
+                        .overruns = (uint32_t)in->buffer.overruns,
                         .late = (uint32_t)ll_dejitter_get_stats(ll_netgame_dejitter(g, player))->late,
                         .drawn_s = ll_to_s(drawn_time(c))};
 }
@@ -280,7 +282,8 @@ static int list_buffered(const ll_netgame *g, int player, buffered_row *rows)
 {
     ll_client *c = ll_netgame_client(g, player);
     int n = 0;
-    for (int64_t i = c->newest - 1 - c->depth; c->newest > 0 && i < c->newest && n < BUFFERED_MAX; i++) {
+    for (int64_t i = c->snapshots.received - 1 - c->drawing.depth;
+         c->snapshots.received > 0 && i < c->snapshots.received && n < BUFFERED_MAX; i++) {
         const ll_snapshot_entry *state = ll_client_state(c, i);
         rows[n++] = (buffered_row){.player = (uint8_t)player,
                                    .tick = (uint32_t)state->tick,

@@ -422,7 +422,7 @@ static void geometry_is_the_same_by_every_instruction_set(void **state)
         lab l = lab_of(scenes[i], LL_PARTICLE_PBF, 16);
         lab_open(&l);
         lab_run(&l, 0.3);
-        const int64_t at[] = {l.fluid->at_ex, l.fluid->at_ey, l.fluid->at_slope, l.fluid->at_kernel};
+        const int64_t at[] = {l.fluid->at.ex, l.fluid->at.ey, l.fluid->at.slope, l.fluid->at.kernel};
         size_t bytes = (size_t)l.fluid->pairs * sizeof(double);
         char *base = malloc(4 * bytes), *block = (char *)l.fluid;
         assert_true(l.fluid->pairs > 1000 && base != NULL);

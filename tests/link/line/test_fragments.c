@@ -55,12 +55,12 @@ static void so_many_as_it_takes(void **state)
             int split = cases[i][2] > 1;
             assert_int_equal(s->sent, 3 * cases[i][2]);
             assert_int_equal(ll_link_messages(s), 3);
-            assert_int_equal(s->split, 3 * split);
-            assert_int_equal(s->fragments, split ? 3 * cases[i][2] : 0);
+            assert_int_equal(s->fragments.split, 3 * split);
+            assert_int_equal(s->fragments.count, split ? 3 * cases[i][2] : 0);
             assert_int_equal(s->bytes, 3 * cases[i][0]);
             assert_int_equal(ll_link_put_on_way(s), s->sent);
             assert_int_equal(s->delivered + ll_link_in_flight(link), 3);
-            assert_true(s->messages_lost == 0 && s->split_lost == 0 && s->fragments_lost == 0);
+            assert_true(s->messages_lost == 0 && s->fragments.split_lost == 0 && s->fragments.lost == 0);
             free(link);
         }
 }
@@ -87,9 +87,9 @@ static void lost_with_any_of_them(void **state)
         double p = cases[i].loss / 100 * (1 - cases[i].duplicate / 100);
         const ll_link_stats *s = ll_link_get_stats(link);
         assert_share(lost, COUNT, 1 - pow(1 - p, cases[i].packets));
-        assert_share(s->fragments_lost, s->fragments, p);
+        assert_share(s->fragments.lost, s->fragments.count, p);
         assert_int_equal(s->messages_lost, lost);
-        assert_int_equal(s->split_lost, lost);
+        assert_int_equal(s->fragments.split_lost, lost);
         drain(link);
         assert_int_equal(s->delivered, COUNT - lost); /* once, with any duplicates */
         free(link);
@@ -115,7 +115,7 @@ static void due_with_the_last_of_them(void **state)
         double variance = 4.0 * n / ((n + 1) * (n + 1) * (n + 2)) * 1600;
         assert_within(sum / COUNT, 40.0 * (n - 1) / (n + 1), 4 * sqrt(variance / COUNT));
         const ll_link_stats *s = ll_link_get_stats(link);
-        assert_within(s->delay_sum_ms / (double)s->sent, LAG, 4 * sqrt(1600.0 / 3 / (double)s->sent));
+        assert_within(s->delay.sum_ms / (double)s->sent, LAG, 4 * sqrt(1600.0 / 3 / (double)s->sent));
         free(link);
     }
 }
@@ -167,7 +167,7 @@ static void fragments_queue_one_by_one(void **state)
     ll_sending s = send(link, &params, 0, 2000);
     assert_true(s.fate == LL_FATE_OVERFLOW && s.due == 0 && s.fragments == 4);
     const ll_link_stats *stats = ll_link_get_stats(link);
-    assert_true(stats->queue_drops == 1 && stats->queued == 3 && stats->fragments_lost == 1);
+    assert_true(stats->queue_drops == 1 && stats->queue.count == 3 && stats->fragments.lost == 1);
     assert_int_equal(send(link, &params, 0, 10).due, ll_ms(LAG + 3 * 53.2 + 3.8));
     free(link);
 }
@@ -187,7 +187,7 @@ static void a_message_takes_one_place(void **state)
                              i < 3 ? LL_FATE_DELIVERED : LL_FATE_OVERFLOW);
         assert_int_equal(ll_link_in_flight(link), 3);
         const ll_link_stats *s = ll_link_get_stats(link);
-        assert_true(s->overflowed == 3 && s->fragments_lost == 3 && s->split_lost == 1);
+        assert_true(s->overflowed == 3 && s->fragments.lost == 3 && s->fragments.split_lost == 1);
         assert_int_equal(ll_link_put_on_way(s), 9);
         for (int i = 0; i < 3; i++)
             assert_int_equal(ll_link_receive(link, LL_SECOND, received, 3000, &sent, &due), 3000);
@@ -227,7 +227,7 @@ static void the_bytes_are_put_together(void **state)
         }
     }
     assert_true(got > 3000 && lost > 300 && ll_link_get_stats(link)->reordered > 1000);
-    assert_int_equal(ll_link_get_stats(link)->split_lost, lost);
+    assert_int_equal(ll_link_get_stats(link)->fragments.split_lost, lost);
     free(link);
 }
 

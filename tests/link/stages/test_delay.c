@@ -113,7 +113,7 @@ static double *delays_of(const ll_link_params *params)
         delays[i] = ll_to_ms(sendings[i].due - i * STEP);
     const ll_link_stats *stats = ll_link_get_stats(link);
     assert_int_equal(stats->overflowed, 0);
-    assert_int_equal(stats->delay_pairs, COUNT - 1);
+    assert_int_equal(stats->delay.pairs, COUNT - 1);
     free(sendings);
     free(link);
     return delays;
@@ -245,7 +245,7 @@ static void the_statistics_report_the_correlation(void **state)
         }
     }
     double mean = sum / (double)n, variance = squares / (double)n - mean * mean;
-    assert_int_equal(ll_link_get_stats(link)->delay_pairs, pairs);
+    assert_int_equal(ll_link_get_stats(link)->delay.pairs, pairs);
     double told = ll_link_delay_correlation(ll_link_get_stats(link));
     assert_within(told, 1 - steps / (double)pairs / (2 * variance), 1e-6);
     assert_within(told, 0.7, 0.003);

@@ -53,9 +53,9 @@ static tally run(const ll_link_params *params, double lag_ms, uint64_t seed)
     assert_int_equal(stats->duplicated, t.duplicated);
     assert_int_equal(stats->delivered + ll_link_in_flight(link), COUNT - t.lost + t.duplicated);
     if (t.duplicated == 0) {
-        assert_true(fabs(stats->delay_sum_ms - sum) < 1e-9 * sum + 1e-3);
-        assert_true(fabs(stats->delay_sum_squares - squares) < 1e-9 * squares + 1e-3);
-        assert_true(fabs(stats->delay_min_ms - t.least) < 1e-6 && fabs(stats->delay_max_ms - t.most) < 1e-6);
+        assert_true(fabs(stats->delay.sum_ms - sum) < 1e-9 * sum + 1e-3);
+        assert_true(fabs(stats->delay.sum_squares - squares) < 1e-9 * squares + 1e-3);
+        assert_true(fabs(stats->delay.min_ms - t.least) < 1e-6 && fabs(stats->delay.max_ms - t.most) < 1e-6);
     }
     t.mean = sum / t.n;
     t.variance = squares / t.n - t.mean * t.mean;

@@ -37,7 +37,7 @@ static void without_a_rate_nothing_queues(void **state)
     ll_link *link = link_open(200, 40000, 1, 1);
     for (int i = 0; i < 100; i++)
         assert_int_equal(send(link, &params, 0).due, ll_ms(LAG));
-    assert_int_equal(ll_link_get_stats(link)->queued, 0);
+    assert_int_equal(ll_link_get_stats(link)->queue.count, 0);
     assert_true(ll_link_delay_max_ms(&params, LAG) == LAG);
     free(link);
 }
@@ -55,8 +55,8 @@ static void below_the_rate_packets_take_their_transmission(void **state)
         assert_int_equal(s.due, now + ll_ms(LAG) + 10 * LL_MS);
     }
     const ll_link_stats *stats = ll_link_get_stats(link);
-    assert_int_equal(stats->queued, 1000);
-    assert_true(stats->queue_max_ms == 10 && stats->queue_sum_ms == 10000);
+    assert_int_equal(stats->queue.count, 1000);
+    assert_true(stats->queue.max_ms == 10 && stats->queue.sum_ms == 10000);
     free(link);
 }
 
@@ -72,7 +72,7 @@ static void a_queue_fills_and_empties_as_a_fluid(void **state)
     assert_int_equal(send(link, &params, 700 * LL_MS).queued, (1000 - 700 + 10) * LL_MS);
     assert_int_equal(send(link, &params, 1010 * LL_MS).queued, 10 * LL_MS); /* as it runs empty */
     assert_int_equal(send(link, &params, 5000 * LL_MS).queued, 10 * LL_MS);
-    assert_true(ll_link_get_stats(link)->queue_max_ms == 604);
+    assert_true(ll_link_get_stats(link)->queue.max_ms == 604);
     free(link);
 }
 
@@ -100,7 +100,7 @@ static void a_full_queue_drops_what_exceeds_the_rate(void **state)
     assert_int_equal(stats->overflowed, 0);
     /* of 100000 the queue held 400 ms over when it filled; one packet is 33.3 ms of it */
     assert_within((double)dropped, 50000 - 400 / (100.0 / 3), 1);
-    assert_true(waits / (double)late > 400 - 100.0 / 3 && stats->queue_max_ms <= 400);
+    assert_true(waits / (double)late > 400 - 100.0 / 3 && stats->queue.max_ms <= 400);
     assert_true(ll_link_delay_max_ms(&params, LAG) == LAG + 400);
     free(link);
 }
@@ -220,7 +220,7 @@ static void jitter_fills_no_queue(void **state)
     for (int64_t i = 0; i < 10000; i++)
         assert_int_equal(send(link, &params, i * STEP).fate, LL_FATE_DELIVERED);
     const ll_link_stats *stats = ll_link_get_stats(link);
-    assert_true(stats->queue_drops == 0 && stats->queue_max_ms > 100 && stats->delay_max_ms < LAG + 90 + 1);
+    assert_true(stats->queue_drops == 0 && stats->queue.max_ms > 100 && stats->delay.max_ms < LAG + 90 + 1);
     free(link);
 }
 

@@ -23,7 +23,7 @@ static void lists_follow_the_table(void **state)
 
 static bool bit(const ll_client_slot *client_slot, uint32_t seq)
 {
-    return client_slot->results[seq / 32 % LL_INPUT_RESULT_WORDS] >> seq % 32 & 1;
+    return client_slot->inputs.results[seq / 32 % LL_INPUT_RESULT_WORDS] >> seq % 32 & 1;
 }
 
 /* In any order, with gaps: the bits of the last 512 inputs are set for those that were applied. */
@@ -31,7 +31,7 @@ static void bits_are_those_of_the_last_512(void **state)
 {
     (void)state;
     for (uint64_t seed = 0; seed < 30; seed++) {
-        ll_client_slot client_slot = {.acked = 0};
+        ll_client_slot client_slot = {.inputs.acked = 0};
         static bool applied[2600];
         memset(applied, 0, sizeof applied);
         uint32_t newest = 0, processed = 0;
@@ -46,8 +46,8 @@ static void bits_are_those_of_the_last_512(void **state)
             processed = yes && seq > processed ? seq : processed;
             applied[seq] = yes;
             ll_client_slot_done(&client_slot, seq, yes);
-            assert_int_equal(client_slot.decided, newest);
-            assert_int_equal(client_slot.processed, processed);
+            assert_int_equal(client_slot.inputs.decided, newest);
+            assert_int_equal(client_slot.inputs.processed, processed);
             for (uint32_t i = 0; i < RESULT_BITS && i < newest; i++)
                 assert_int_equal(bit(&client_slot, newest - i), applied[newest - i]);
         }
@@ -64,7 +64,7 @@ static ll_input_result_part acknowledgement_of(ll_server *s, const ll_sync_mode 
     int size = ll_server_compose(s, sync, 0, bytes);
     memcpy(&m, bytes, sizeof m);
     assert_int_equal(m.head.count, LL_PART_APPLIED);
-    assert_int_equal(m.applied, s->client_slots[0].processed);
+    assert_int_equal(m.applied, s->client_slots[0].inputs.processed);
     memcpy(&part, bytes + sizeof m, sizeof part);
     assert_true(part.words <= LL_INPUT_RESULT_WORDS_MAX);
     memcpy(words, bytes + sizeof m + sizeof part, part.words * sizeof *words);
@@ -88,14 +88,15 @@ static void results_reach_back_to_the_acknowledged_snapshot(void **state)
             applied[seq] = ll_rng_unit(k, 3, seq) < 0.6;
             ll_client_slot_done(&s->client_slots[0], seq, applied[seq]);
         }
-        s->client_slots[0].wants = LL_PART_APPLIED;
+        s->client_slots[0].inputs.wants = LL_PART_APPLIED;
         s->step = decided + lead; /* inputs began at some step */
-        s->client_slots[0].received = s->step > ahead ? s->step - ahead : 0;
+        s->client_slots[0].snapshots.received = s->step > ahead ? s->step - ahead : 0;
         bool drains = k % 3 == 0;
         ll_input_result_part part = acknowledgement_of(s, drains ? &ll_sync_gambetta : &ll_sync_free, words);
         assert_int_equal(part.newest, decided);
-        int64_t needed =
-            drains || s->client_slots[0].received == 0 ? decided : s->step - s->client_slots[0].received;
+        int64_t needed = drains || s->client_slots[0].snapshots.received == 0
+                             ? decided
+                             : s->step - s->client_slots[0].snapshots.received;
         needed = needed > decided ? decided : needed > RESULT_BITS ? RESULT_BITS : needed;
         assert_true(part.words * 32 >= needed && (int64_t)part.words * 32 < needed + 32);
         for (uint32_t i = 0; i < 32 * part.words; i++) {
@@ -125,17 +126,17 @@ static void only_valid_inputs_in_time_are_set(void **state)
         ll_sync_free.step(s, &toy, &env, NULL, ll_sync_free.due(s));
     const ll_client_slot *client_slot = &s->client_slots[0];
     uint32_t words[LL_INPUT_RESULT_WORDS_MAX];
-    s->client_slots[0].wants = LL_PART_APPLIED;
-    assert_int_equal(client_slot->acked, 5);
-    assert_int_equal(client_slot->processed, 5);
-    assert_int_equal(client_slot->decided, 5);
+    s->client_slots[0].inputs.wants = LL_PART_APPLIED;
+    assert_int_equal(client_slot->inputs.acked, 5);
+    assert_int_equal(client_slot->inputs.processed, 5);
+    assert_int_equal(client_slot->inputs.decided, 5);
     ll_input_result_part part = acknowledgement_of(s, &ll_sync_free, words);
     assert_int_equal(part.newest, 5);
     assert_int_equal(part.words, 1);
     assert_int_equal(words[0], 0x11);                            /* 5 and 1 */
     ll_sync_free.step(s, &toy, &env, NULL, ll_sync_free.due(s)); /* 6 never arrives either */
-    assert_int_equal(client_slot->acked, 6);                     /* its step is over, */
-    assert_int_equal(client_slot->processed, 5);                 /* but it was not applied */
+    assert_int_equal(client_slot->inputs.acked, 6);              /* its step is over, */
+    assert_int_equal(client_slot->inputs.processed, 5);          /* but it was not applied */
     part = acknowledgement_of(s, &ll_sync_free, words);
     assert_int_equal(part.newest, 6);
     assert_int_equal(words[0], 0x22);
@@ -169,7 +170,7 @@ static int receive_bits(lone *l, int64_t tick, uint32_t acked, uint32_t newest, 
 static int receive_bits_in_motion(lone *l, int64_t tick, uint32_t acked, uint64_t bits, double x, ll_time now)
 {
     packet p = state_of(tick, now, acked, 1, &x);
-    p.entity[0].vx = (double)l->client->held.axis[0];
+    p.entity[0].vx = (double)l->client->inputs.held.axis[0];
     return receive_packet(l, p, acked, bits, now);
 }
 
@@ -180,7 +181,7 @@ static lone *new_predictor(const ll_sync_mode *sync, int ack)
     l->config.slack_ticks = 0;
     l->config.ack = ack;
     start_lone(l, 60, 0, 0);
-    l->client->held = push(0.5);
+    l->client->inputs.held = push(0.5);
     return l;
 }
 
@@ -204,7 +205,7 @@ static void skipped_inputs_are_not_taken_as_applied(void **state)
         for (uint32_t seq = 1; seq <= 8; seq++)
             assert_int_equal(ll_client_pending(l->client, seq)->state,
                              ack == 0 && seq <= 6 ? LL_INPUT_APPLIED : expected[seq - 1]);
-        assert_int_equal(l->client->acked, 6);
+        assert_int_equal(l->client->inputs.acked, 6);
         assert_int_equal(l->client_metrics->histogram[LL_METRIC_ACK_RTT].count,
                          4); /* independent of what the client assumes */
         assert_int_equal(l->client_metrics->input_history.skipped, ack == 0 ? 0 : 2);
@@ -230,7 +231,7 @@ static void high_water_skips_decided_inputs_that_were_not_applied(void **state)
         assert_int_equal(ll_client_pending(l->client, seq)->state, seq <= 4   ? LL_INPUT_APPLIED
                                                                    : seq <= 6 ? LL_INPUT_SKIPPED
                                                                               : LL_INPUT_OPEN);
-    assert_int_equal(l->client->acked, 6);
+    assert_int_equal(l->client->inputs.acked, 6);
     assert_int_equal(l->client_metrics->input_history.skipped, 2);
     assert_true(ll_client_rendered(l->client)->entity[0].x == 102); /* and 7 to 10 */
     p = state_of(7, ll_tick_time(10, HZ(60)), 7, 1, (double[]){100.5});
@@ -279,7 +280,7 @@ static void a_newer_snapshot_restores_what_an_old_one_undid(void **state)
     (void)state;
     for (int ack = 0; ack < 2; ack++) {
         lone *l = new_predictor(&ll_sync_gambetta, ack);
-        l->client->held = push(0.25);
+        l->client->inputs.held = push(0.25);
         for (int f = 0; f < 9; f++)
             frame(l, f, NULL);
         receive_bits_in_motion(l, 2, 8, 0xff, 2, 9);
@@ -307,13 +308,13 @@ static void lost_inputs_are_given_up_beyond_the_window(void **state)
     frame(l, 80, NULL);
     assert_int_equal(ll_client_pending(l->client, 1)->state, LL_INPUT_SKIPPED);
     assert_int_equal(ll_client_pending(l->client, 2)->state, LL_INPUT_OPEN);
-    assert_int_equal(l->client->acked, 1);
+    assert_int_equal(l->client->inputs.acked, 1);
     assert_true(ll_client_rendered(l->client)->entity[0].x ==
                 64 * 0.5 - 0.5 + 0.5 + 16 * 0.5); /* and 2, 66 to 81 */
     receive_bits(l, 2, 66, 66, ~UINT64_C(0), 64 * 0.5, 81);
     frame(l, 81, NULL);
     assert_int_equal(ll_client_pending(l->client, 2)->state, LL_INPUT_SKIPPED);
-    assert_int_equal(l->client->acked, 66);
+    assert_int_equal(l->client->inputs.acked, 66);
     assert_true(ll_client_rendered(l->client)->entity[0].x == 64 * 0.5 + 16 * 0.5);
     assert_int_equal(l->client_metrics->input_history.skipped, 2);
     free_lone(l);
@@ -330,7 +331,7 @@ static const ll_input_history *input_history(const scene *s)
 
 static int64_t corrections(const scene *s)
 {
-    return ll_netgame_client_metrics(s->game, 0)->corrections;
+    return ll_netgame_client_metrics(s->game, 0)->corrections.count;
 }
 
 /* Where the server applies inputs on arrival, packets that overtake each other make high water wrong, and
@@ -387,8 +388,8 @@ static void lost_inputs_are_known_as_such(void **state)
         for (size_t i = 0; i < t.count; i++)
             if (t.events[i].type == LL_EVENT_INPUT && t.events[i].player == 0 && t.events[i].number < 4096)
                 gone[t.events[i].number] = t.events[i].fate == 1;
-        for (uint32_t seq = 1; seq <= c->acked; seq++) {
-            int64_t tick = c->tick - (int64_t)(c->seq - seq);
+        for (uint32_t seq = 1; seq <= c->inputs.acked; seq++) {
+            int64_t tick = c->inputs.tick - (int64_t)(c->inputs.seq - seq);
             lost += gone[seq];
             hidden += gone[seq] && tick % 2 == 1 && !gone[seq + 1]; /* snapshots are of even ticks */
         }
@@ -469,7 +470,7 @@ static void each_late_input_is_a_correction_by_lateness(void **state)
     scene s = run_wild(sets, 120);
     assert_true(input_history(&s)->skipped > 10);
     must_be_all(&s, LL_CAUSE_LATE, input_history(&s)->skipped);
-    assert_true(ll_netgame_server(s.game)->client_slots[0].late >= input_history(&s)->skipped);
+    assert_true(ll_netgame_server(s.game)->client_slots[0].counts.late >= input_history(&s)->skipped);
     scene_close(&s);
 }
 

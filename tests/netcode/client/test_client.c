@@ -47,7 +47,7 @@ static void others_do_not_lead(void **state)
     assert_int_equal(m.tick, 71); /* the next step */
     free_lone(l);
     l = new_lone(1, &toy, &ll_sync_gambetta);
-    l->client->held = push(1);
+    l->client->inputs.held = push(1);
     start_lone(l, 50, 70, 0);
     assert_true(frame(l, 0, &m) > 0);
     assert_int_equal(m.tick, 1); /* inputs have numbers, not steps */
@@ -223,7 +223,7 @@ static void must_hold(const ll_input_message *m, uint32_t first, int count, int6
 
 static int numbered_frame(lone *l, int f, ll_input_message *m)
 {
-    l->client->held = numbered(l->client->seq + 1);
+    l->client->inputs.held = numbered(l->client->inputs.seq + 1);
     return frame(l, ll_tick_time(f, HZ(60)), m);
 }
 
@@ -264,15 +264,15 @@ static void idle_clients_are_silent_where_the_rules_say_so(void **state)
     lone *l = new_lone(1, &toy, &ll_sync_gambetta);
     start_lone(l, 60, 0, 0);
     assert_int_equal(frame(l, 0, &m), 0);
-    l->client->held = push(1);
+    l->client->inputs.held = push(1);
     assert_true(frame(l, LL_SECOND / 60, &m) > 0);
-    l->client->held = push(0);
+    l->client->inputs.held = push(0);
     assert_int_equal(frame(l, 2 * LL_SECOND / 60, &m), 0); /* nothing new: nothing is repeated either */
-    l->client->held = (ll_action){.buttons = LL_BUTTON_FIRE};
+    l->client->inputs.held = (ll_action){.buttons = LL_BUTTON_FIRE};
     assert_true(frame(l, 3 * LL_SECOND / 60, &m) > 0);
-    l->client->held = (ll_action){.axis = {0, -1}};
+    l->client->inputs.held = (ll_action){.axis = {0, -1}};
     assert_true(frame(l, 4 * LL_SECOND / 60, &m) > 0);
-    assert_int_equal(l->client->seq, 3);
+    assert_int_equal(l->client->inputs.seq, 3);
     free_lone(l);
     l = new_lone(1, &toy, &ll_sync_free);
     start_lone(l, 60, 0, 0);
@@ -291,25 +291,25 @@ static void a_full_window_gives_up_its_oldest(void **state)
     start_lone(l, 60, 0, 0);
     for (int f = 0; f < 700; f++) {
         assert_true(numbered_frame(l, f, &m) > 0);
-        assert_int_equal(l->client->seq, f + 1);
-        assert_int_equal(l->client->acked, f + 1 > LL_PENDING_RING ? f + 1 - LL_PENDING_RING : 0);
+        assert_int_equal(l->client->inputs.seq, f + 1);
+        assert_int_equal(l->client->inputs.acked, f + 1 > LL_PENDING_RING ? f + 1 - LL_PENDING_RING : 0);
         if (f == 0)
-            lead = l->client->tick;
+            lead = l->client->inputs.tick;
         int count = f + 1 < 3 ? f + 1 : 3;
         must_hold(&m, (uint32_t)(f + 2 - count), count, lead + f - count + 1);
     }
     acknowledge(l, 1, 50, 12 * LL_SECOND); /* dropped long ago */
     assert_true(numbered_frame(l, 720, &m) > 0);
-    assert_int_equal(l->client->acked, 701 - LL_PENDING_RING);
-    must_hold(&m, 699, 3, l->client->tick - 2);
+    assert_int_equal(l->client->inputs.acked, 701 - LL_PENDING_RING);
+    must_hold(&m, 699, 3, l->client->inputs.tick - 2);
     acknowledge(l, 2, 400, 13 * LL_SECOND);
     assert_true(numbered_frame(l, 780, &m) > 0);
-    assert_int_equal(l->client->acked, 400);
+    assert_int_equal(l->client->inputs.acked, 400);
     for (uint32_t seq = 401; seq <= 702; seq++)
         assert_true(ll_client_is_open(l->client, seq));
     acknowledge(l, 3, 702, 14 * LL_SECOND);
     assert_true(numbered_frame(l, 840, &m) > 0);
-    must_hold(&m, 703, 1, l->client->tick);
+    must_hold(&m, 703, 1, l->client->inputs.tick);
     free_lone(l);
 }
 
@@ -351,7 +351,7 @@ static void pipelined_lockstep_repeats_the_oldest(void **state)
         from_oldest += m.head.seq == 201;
     }
     assert_true(from_oldest >= 1);
-    uint32_t all = l->client->seq;
+    uint32_t all = l->client->inputs.seq;
     acknowledge(l, all, all, 8 * LL_SECOND); /* only inputs made in this frame are open */
     assert_true(numbered_frame(l, 480, &m) > 0);
     must_hold(&m, all + 1, 1, all + 1);
@@ -372,19 +372,19 @@ static void pipelined_lockstep_makes_nothing_in_a_stall(void **state)
         start_lone(l, 60, 0, 0);
         for (; f < 100; f++) { /* the snapshot after step k arrives after frame k + 6 */
             assert_true(numbered_frame(l, f, &m) > 0);
-            assert_int_equal(l->client->seq, f + 1);
+            assert_int_equal(l->client->inputs.seq, f + 1);
             if (f > 6)
                 acknowledge(l, f - 6, (uint32_t)(f - 6), ll_tick_time(f, HZ(60)) + LL_MS);
         }
         for (; f < 100 + stalls[i];
              f++) { /* the last arrived after frame 99: those within four intervals of it */
             assert_true(numbered_frame(l, f, &m) > 0);
-            assert_int_equal(l->client->seq, f < 104 ? f + 1 : 104);
+            assert_int_equal(l->client->inputs.seq, f < 104 ? f + 1 : 104);
         }
-        uint32_t open = l->client->seq;
+        uint32_t open = l->client->inputs.seq;
         acknowledge(l, 94, 94, ll_tick_time(f, HZ(60)));
         assert_true(numbered_frame(l, f, &m) > 0);
-        assert_int_equal(l->client->seq, open + 1); /* one per frame, none for skipped frames */
+        assert_int_equal(l->client->inputs.seq, open + 1); /* one per frame, none for skipped frames */
         free_lone(l);
     }
 }
@@ -403,11 +403,12 @@ static void pipelined_lockstep_waits_for_the_first_state_too(void **state)
         for (int f = 60; f < 400; f++)
             assert_true(numbered_frame(l, f, &m) > 0); /* open inputs are still sent */
         double intervals = 4 + 2 * lags_ms[i] * 60 / 1000.0;
-        assert_true(l->client->seq >= floor(intervals) && l->client->seq <= floor(intervals) + 1);
+        assert_true(l->client->inputs.seq >= floor(intervals) &&
+                    l->client->inputs.seq <= floor(intervals) + 1);
         acknowledge(l, 1, 1, ll_tick_time(400, HZ(60)));
-        uint32_t before = l->client->seq;
+        uint32_t before = l->client->inputs.seq;
         numbered_frame(l, 400, &m);
-        assert_int_equal(l->client->seq, before + 1);
+        assert_int_equal(l->client->inputs.seq, before + 1);
         free_lone(l);
     }
 }
@@ -422,7 +423,7 @@ static void pipelined_lockstep_waits_four_intervals_whole(void **state)
     start_lone(l, 40, 0, 0); /* an interval is 25 ms to the ns */
     for (int f = 0; f < 8; f++) {
         assert_true(frame(l, f * 25 * LL_MS, &m) > 0);
-        assert_int_equal(l->client->seq, f < 4 ? f + 1 : 5);
+        assert_int_equal(l->client->inputs.seq, f < 4 ? f + 1 : 5);
     }
     free_lone(l);
 }
@@ -439,20 +440,20 @@ static void lockstep_makes_one_input_a_state(void **state)
     for (uint32_t n = 1; n < 50; n++) {
         for (uint32_t again = 0; again <= n % 4; again++) {
             now += (7 + 90 * again) * LL_MS;
-            l->client->held = numbered(n);
+            l->client->inputs.held = numbered(n);
             assert_true(frame(l, now, &m) > 0);
-            assert_int_equal(l->client->seq, n);
+            assert_int_equal(l->client->inputs.seq, n);
             must_hold(&m, n, 1, n);
         }
         if (n > 1) {
             packet old = state_of(n - 1, now, n - 1, 1, (double[]){0});
             assert_int_equal(give(l, &old, now), LL_OUTCOME_STALE);
             assert_true(frame(l, now, &m) > 0);
-            assert_int_equal(l->client->seq, n);
+            assert_int_equal(l->client->inputs.seq, n);
         }
-        l->client->tick_due = LL_NEVER;
+        l->client->ticks.due = LL_NEVER;
         acknowledge(l, n, n, now + 3 * LL_MS);
-        assert_int_equal(l->client->tick_due, now + 3 * LL_MS); /* and it is made at once */
+        assert_int_equal(l->client->ticks.due, now + 3 * LL_MS); /* and it is made at once */
     }
     free_lone(l);
 }
@@ -463,18 +464,18 @@ static void cheats_send_inputs_as_defined(void **state)
     ll_input_message m;
     lone *l = new_lone(1, &toy, &ll_sync_free);
     l->config.slack_ticks = 0;
-    l->client->held = push(0.5);
+    l->client->inputs.held = push(0.5);
     start_lone(l, 60, 0, 0);
     l->config.cheat = LL_CHEAT_MAGNITUDE;
     frame(l, 0, &m);
     assert_true(m.inputs[0].axis[0] == 0.75f);
     l->config.cheat = LL_CHEAT_RATE;
     frame(l, 1, &m);
-    assert_int_equal(l->client->seq, 3);
+    assert_int_equal(l->client->inputs.seq, 3);
     l->config.cheat = LL_CHEAT_BUDGET;
     for (int f = 2; f < 52; f++)
         frame(l, f, &m);
-    assert_int_equal(l->client->seq, 3 + 60);
+    assert_int_equal(l->client->inputs.seq, 3 + 60);
     free_lone(l);
 }
 
@@ -485,11 +486,11 @@ static void a_leap_is_one_huge_input_now_and_then(void **state)
     int leaps = 0;
     l->config.cheat = LL_CHEAT_TELEPORT;
     l->config.redundancy = 0;
-    l->client->held = push(0.5);
+    l->client->inputs.held = push(0.5);
     start_lone(l, 60, 0, 0);
     for (int f = 0; f < 600; f++) {
         ll_input_message m;
-        acknowledge(l, f + 1, l->client->seq, ll_tick_time(f, HZ(60)));
+        acknowledge(l, f + 1, l->client->inputs.seq, ll_tick_time(f, HZ(60)));
         frame(l, ll_tick_time(f, HZ(60)), &m);
         assert_true(m.inputs[0].axis[0] == 0.5f || m.inputs[0].axis[0] == 1000);
         leaps += m.inputs[0].axis[0] == 1000;
@@ -512,14 +513,14 @@ static void a_lag_switch_holds_back_and_releases(void **state)
         ll_input_message m;
         ll_time now = ll_tick_time(f, HZ(60));
         int packets = 0;
-        acknowledge(l, f + 1, f < 180 || f > 362 ? l->client->seq : 180, now);
+        acknowledge(l, f + 1, f < 180 || f > 362 ? l->client->inputs.seq : 180, now);
         for (int bytes = numbered_frame(l, f, &m); bytes > 0; packets++) {
             must_hold(&m, sent + 1, m.head.count, sent + 1);
             sent += m.head.count;
             bytes = ll_client_held(l->client, &l->setup, now, &m);
         }
         assert_int_equal(packets, f < 180 || f > 360 ? 1 : f == 360 ? 12 : 0); /* 181 inputs by 16 */
-        assert_true(sent == l->client->seq || (f >= 180 && f < 360));
+        assert_true(sent == l->client->inputs.seq || (f >= 180 && f < 360));
     }
     assert_int_equal(sent, 500);
     free_lone(l);
@@ -537,7 +538,7 @@ static void stale_states_are_dropped(void **state)
     assert_int_equal(give(l, &ten, LL_MS), LL_OUTCOME_APPLIED);
     assert_int_equal(give(l, &ten, LL_MS), LL_OUTCOME_STALE); /* a copy */
     assert_int_equal(give(l, &nine, 2 * LL_MS), LL_OUTCOME_STALE);
-    assert_int_equal(l->client->stale, 2);
+    assert_int_equal(l->client->snapshots.stale, 2);
     frame(l, 3 * LL_MS, NULL);
     assert_true(ll_client_rendered(l->client)->entity[0].x == 1 &&
                 ll_client_rendered(l->client)->entity[1].x == 2);
@@ -568,12 +569,12 @@ static void packets_of_another_epoch_are_discarded(void **state)
     assert_int_equal(give(l, &p, LL_MS), LL_OUTCOME_STALE);
     assert_int_equal(ll_client_receive(l->client, &l->setup, &refusal, sizeof refusal, LL_MS),
                      LL_OUTCOME_STALE);
-    assert_int_equal(l->client->newest, 0);
-    assert_int_equal(l->client->refused, 0);
+    assert_int_equal(l->client->snapshots.received, 0);
+    assert_int_equal(l->client->inputs.refused, 0);
     refusal.epoch = 1;
     assert_int_equal(ll_client_receive(l->client, &l->setup, &refusal, sizeof refusal, LL_MS),
                      LL_OUTCOME_REFUSED);
-    assert_int_equal(l->client->refused, 1);
+    assert_int_equal(l->client->inputs.refused, 1);
     free_lone(l);
 }
 
@@ -592,7 +593,7 @@ static void newest_state_is_drawn(void **state)
     assert_true(ll_client_rendered(l->client)->entity[0].x == 0);
     numbered_frame(l, 60, NULL);
     assert_true(ll_client_rendered(l->client)->entity[0].x == 2.5);
-    assert_int_equal(l->client->acked, 5);
+    assert_int_equal(l->client->inputs.acked, 5);
     free_lone(l);
 }
 

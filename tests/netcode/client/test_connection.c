@@ -287,9 +287,9 @@ static void a_client_joins_again_in_a_new_epoch(void **state)
         tends(j, due(j), &m);
     now = connection(j)->since;
     assert_false(ll_connection_plays(connection(j)));
-    assert_int_equal(j->l->client->seq, j->l->client->acked); /* no input is open any more */
-    assert_int_equal(frame(j->l, now, &input), 0);            /* and no input is made */
-    answers(j, LL_MESSAGE_ACCEPT, 4, &before, now, now);      /* of the attempt before */
+    assert_int_equal(j->l->client->inputs.seq, j->l->client->inputs.acked); /* no input is open any more */
+    assert_int_equal(frame(j->l, now, &input), 0);                          /* and no input is made */
+    answers(j, LL_MESSAGE_ACCEPT, 4, &before, now, now);                    /* of the attempt before */
     assert_int_equal(connection(j)->state, LL_CONNECTION_DISCONNECTED);
     answers(j, LL_MESSAGE_ACCEPT, 7, &m, now, now + LL_MS);
     assert_int_equal(connection(j)->state, LL_CONNECTION_RESYNCHRONISING);
@@ -340,7 +340,7 @@ static void a_dropped_client_asks_again(void **state)
 static ll_server *new_admission_server(void)
 {
     ll_server *server = new_server(2, &ll_sync_free, 60, 60);
-    server->client_slots[0].connected = server->client_slots[1].connected = 0;
+    server->client_slots[0].connection.connected = server->client_slots[1].connection.connected = 0;
     return server;
 }
 
@@ -356,7 +356,7 @@ static ll_admitted asks(ll_server *server, ll_message type, uint32_t attempt, ll
         .head = {.type = (uint8_t)type, .seq = attempt}, .sent = now - LL_MS, .seen = seen};
     ll_admitted done = ll_admission_receive(server, false, 0, &m, now, r);
     if (done.reply > 0) {
-        server->client_slots[0].last_sent = now; /* the sender records this */
+        server->client_slots[0].connection.last_sent = now; /* the sender records this */
         assert_int_equal(done.reply, sizeof r->m);
         assert_int_equal(r->m.received, now);
         assert_int_equal(r->m.tick, server->step);
@@ -379,11 +379,11 @@ static void only_clients_that_receive_are_accepted(void **state)
         ll_admitted done = asks(server, LL_MESSAGE_CONNECT, 1, seen, now, &r);
         bool in = ages[i] <= 3 * LL_SECOND;
         assert_int_equal(done.joined, in);
-        assert_int_equal(server->client_slots[0].connected, in);
-        assert_int_equal(server->client_slots[1].connected, 0);
+        assert_int_equal(server->client_slots[0].connection.connected, in);
+        assert_int_equal(server->client_slots[1].connection.connected, 0);
         assert_int_equal(r.m.head.type, in ? LL_MESSAGE_ACCEPT : LL_MESSAGE_PONG);
         assert_int_equal(r.m.head.epoch, in ? server->epoch : 0);
-        assert_int_equal(server->client_slots[0].joins, in);
+        assert_int_equal(server->client_slots[0].connection.joins, in);
         assert_true(done.reply > 0 && !done.game);
         done = asks(server, LL_MESSAGE_PING, 1, LL_NEVER, now,
                     &r); /* a ping is answered, and accepts no client */
@@ -418,13 +418,13 @@ static void each_attempt_joins_once(void **state)
     server->step = 41;
     assert_true(asks(server, LL_MESSAGE_CONNECT, 5, 2 * LL_SECOND, 2 * LL_SECOND, &r).joined);
     assert_int_equal(r.m.head.epoch, before + 2);
-    assert_int_equal(server->client_slots[0].newest, -1);
-    assert_int_equal(server->client_slots[0].acked, 0);
+    assert_int_equal(server->client_slots[0].inputs.newest, -1);
+    assert_int_equal(server->client_slots[0].inputs.acked, 0);
     assert_false(ll_admission_receive(server, false, 0, &m, 2 * LL_SECOND, &r).game); /* of the old epoch */
     assert_false(asks(server, LL_MESSAGE_CONNECT, 4, 2 * LL_SECOND, 2 * LL_SECOND + LL_MS, &r).joined);
-    assert_int_equal(server->client_slots[0].epoch, before + 2);
-    assert_int_equal(server->client_slots[0].joins, 2);
-    assert_int_equal(server->client_slots[1].joins, 0);
+    assert_int_equal(server->client_slots[0].connection.epoch, before + 2);
+    assert_int_equal(server->client_slots[0].connection.joins, 2);
+    assert_int_equal(server->client_slots[1].connection.joins, 0);
     free(server);
 }
 
@@ -438,7 +438,7 @@ static void an_accepted_client_gets_the_world(void **state)
     size_t size = ll_world_size(ll_server_world(server));
     ll_request_message m = {.head = {.type = LL_MESSAGE_CONNECT, .seq = 1}, .seen = 0};
     server->step = 40;
-    server->client_slots[0].newest = 47;
+    server->client_slots[0].inputs.newest = 47;
     ll_server_world(server)->entity[1].x = 0.1;
     assert_int_equal(ll_admission_receive(server, true, 0, &m, LL_MS, &r).reply, sizeof r.m + size);
     assert_int_equal(r.m.head.count, LL_ANSWER_ECHO | LL_ANSWER_WORLD);
@@ -467,13 +467,14 @@ static void a_client_that_does_not_receive_is_dropped(void **state)
         }
         now += 2 * LL_SECOND - LL_SECOND / 4;
         ll_time last = now;
-        for (; server->client_slots[0].connected; now += LL_SECOND / 4) { /* its link down is dead */
+        for (; server->client_slots[0].connection.connected;
+             now += LL_SECOND / 4) { /* its link down is dead */
             asks(server, LL_MESSAGE_PING, 0, last_packet, now, &r);
             assert_int_equal(r.m.head.epoch, server->epoch);
             assert_false(ll_admission_check(server, 0, LL_NEVER, now));
             assert_int_equal(ll_admission_check(server, 0, timeout, now), now - last > timeout);
         }
-        assert_int_equal(server->client_slots[0].drops, 1);
+        assert_int_equal(server->client_slots[0].connection.drops, 1);
         asks(server, LL_MESSAGE_PING, 0, last_packet, now, &r);
         assert_int_equal(r.m.head.epoch, 0);                                   /* it is informed */
         assert_false(ll_admission_check(server, 0, timeout, now + LL_SECOND)); /* once */
@@ -498,7 +499,7 @@ static void silence_is_filled(void **state)
         if (done.reply == 0)
             continue;
         refused_out++;
-        server->client_slots[0].last_sent = now;
+        server->client_slots[0].connection.last_sent = now;
         assert_int_equal(r.m.head.type, LL_MESSAGE_PONG);
         assert_int_equal(r.m.head.epoch, 0);
         assert_int_equal(r.m.head.count & LL_ANSWER_ECHO, 0); /* it asked for no time */
@@ -512,9 +513,9 @@ static void silence_is_filled(void **state)
         if (size == 0)
             continue;
         assert_int_equal(r.m.head.type, LL_MESSAGE_PONG);
-        assert_int_equal(r.m.head.epoch, server->client_slots[0].epoch);
+        assert_int_equal(r.m.head.epoch, server->client_slots[0].connection.epoch);
         assert_int_equal(r.m.head.count, 0);
-        server->client_slots[0].last_sent = sent = now;
+        server->client_slots[0].connection.last_sent = sent = now;
     }
     free(server);
 }
@@ -550,7 +551,7 @@ static void sends(world_of_two *w, bool up, const void *bytes, int size, ll_time
     if (up)
         w->j->l->client->connection.sent = now;
     else
-        w->server->client_slots[0].last_sent = now;
+        w->server->client_slots[0].connection.last_sent = now;
     for (int copies = chance(w) < w->copies ? 2 : 1; copies > 0; copies--) {
         flight *f = w->flights;
         if (chance(w) < w->loss)
@@ -630,11 +631,12 @@ static void the_handshake_always_ends(void **state)
         for (ll_time after = 3 * LL_SECOND; after <= 13 * LL_SECOND; after += LL_SECOND) {
             const ll_connection *c = connection(w->j);
             runs(w, &next_check, well + after);
-            if (c->state != LL_CONNECTION_PLAYING || !w->server->client_slots[0].connected ||
-                c->epoch != w->server->client_slots[0].epoch)
+            if (c->state != LL_CONNECTION_PLAYING || !w->server->client_slots[0].connection.connected ||
+                c->epoch != w->server->client_slots[0].connection.epoch)
                 fail_msg("seed %d, %g s after: %s in epoch %d, the server has %d in %d", (int)seed,
                          ll_to_s(after), ll_connection_state_names[c->state], c->epoch,
-                         w->server->client_slots[0].connected, w->server->client_slots[0].epoch);
+                         w->server->client_slots[0].connection.connected,
+                         w->server->client_slots[0].connection.epoch);
         }
         joins += (int)connection(w->j)->joins;
         free(w->server);

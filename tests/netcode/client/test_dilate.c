@@ -14,17 +14,18 @@ static void time_is_shifted_exactly_and_within_a_tenth(void **state)
     (void)state;
     for (int n = -1000; n <= 1000; n += 7) {
         ll_time clock_correction = n * PERIOD / 100 + n;
-        ll_client c = {.period = PERIOD, .clock = {0, 0, HZ(60)}, .clock_correction = clock_correction};
+        ll_client c = {
+            .ticks.period = PERIOD, .ticks.clock = {0, 0, HZ(60)}, .inputs.correction = clock_correction};
         int frames = 0;
-        for (; c.clock_correction != 0; frames++) {
-            ll_time before = c.clock.epoch;
+        for (; c.inputs.correction != 0; frames++) {
+            ll_time before = c.ticks.clock.epoch;
             ll_dilate_time(&c);
-            ll_time frame = PERIOD + c.clock.epoch - before;
-            assert_true(c.scale >= 0.9 - 1e-7 && c.scale <= 1.1 + 1e-7);
-            assert_true(fabs(c.scale - (double)PERIOD / (double)frame) < 1e-12);
-            assert_true((c.scale >= 1) == (clock_correction >= 0));
+            ll_time frame = PERIOD + c.ticks.clock.epoch - before;
+            assert_true(c.inputs.scale >= 0.9 - 1e-7 && c.inputs.scale <= 1.1 + 1e-7);
+            assert_true(fabs(c.inputs.scale - (double)PERIOD / (double)frame) < 1e-12);
+            assert_true((c.inputs.scale >= 1) == (clock_correction >= 0));
         }
-        assert_int_equal(c.clock.epoch, -clock_correction);
+        assert_int_equal(c.ticks.clock.epoch, -clock_correction);
         double ticks = fabs(n / 100.0), whole = n > 0 ? 11 * (ticks - 10.0 / 11) : 9 * (ticks - 10.0 / 9);
         double tail = log(ticks < 1 ? ticks * 100 : 112) / log(10.0 / 9) + 3;
         assert_true(frames <= (whole > 0 ? whole : 0) + (tail > 1 ? tail : 1));
@@ -43,15 +44,15 @@ static watch run_watching(scene *s, double until_s)
     watch w = {1, 1, 0};
     ll_client *c = ll_netgame_client(s->game, 0);
     ll_time last = 0;
-    uint32_t seq = c->seq;
-    while (c->tick_due <= (ll_time)(until_s * 1e9)) {
-        scene_run(s, ll_to_s(c->tick_due), NULL);
-        double scale = last > 0 ? (double)c->period / (double)(c->framed - last) : 1;
+    uint32_t seq = c->inputs.seq;
+    while (c->ticks.due <= (ll_time)(until_s * 1e9)) {
+        scene_run(s, ll_to_s(c->ticks.due), NULL);
+        double scale = last > 0 ? (double)c->ticks.period / (double)(c->ticks.last - last) : 1;
         w.worst = scale < w.worst ? scale : w.worst;
         w.best = scale > w.best ? scale : w.best;
-        w.doubled += last > 0 && c->seq != seq + 1;
-        last = c->framed;
-        seq = c->seq;
+        w.doubled += last > 0 && c->inputs.seq != seq + 1;
+        last = c->ticks.last;
+        seq = c->inputs.seq;
     }
     return w;
 }
@@ -82,7 +83,7 @@ static void slack_is_kept_with_one_input_a_frame(void **state)
             const ll_input_history *input_history = &ll_netgame_client_metrics(s.game, 0)->input_history;
             watch w = run_watching(&s, 5);
             assert_true(w.worst > 0.9999 && w.best < 1.0001 && w.doubled == 0); /* nothing to do */
-            assert_in_range(client_slot->last_slack, want, want + 1);
+            assert_in_range(client_slot->snapshots.last_slack, want, want + 1);
             change_lag(&s, lags[i].after);
             bool rises = lags[i].after > lags[i].before;
             w = run_watching(&s, 5 + 2 * 2 * lags[i].after / 1000 + 3 + 3);
@@ -91,11 +92,12 @@ static void slack_is_kept_with_one_input_a_frame(void **state)
             if (rises)
                 assert_true(w.best > 1.01 && w.worst > 0.9999 && input_history->slack.max < want + 2);
             else
-                assert_true(w.worst < 0.99 && w.best < 1.0001 && client_slot->late == 0);
-            assert_in_range(client_slot->last_slack, want, want + 1);
-            int64_t late = client_slot->late;
+                assert_true(w.worst < 0.99 && w.best < 1.0001 && client_slot->counts.late == 0);
+            assert_in_range(client_slot->snapshots.last_slack, want, want + 1);
+            int64_t late = client_slot->counts.late;
             w = run_watching(&s, s.game->now / 1e9 + 5);
-            assert_true(w.worst > 0.9999 && w.best < 1.0001 && client_slot->late == late); /* and stays */
+            assert_true(w.worst > 0.9999 && w.best < 1.0001 &&
+                        client_slot->counts.late == late); /* and stays */
             assert_int_equal(input_history->doubled + input_history->left_out, 0);
             scene_close(&s);
         }
@@ -113,7 +115,7 @@ static void changes_beyond_ten_ticks_are_made_at_once(void **state)
     scene_run(&s, 15, NULL);
     assert_in_range(input_history->doubled, 18, 22);
     assert_int_equal(input_history->left_out, 0);
-    assert_in_range(ll_netgame_server(s.game)->client_slots[0].last_slack, 1, 2);
+    assert_in_range(ll_netgame_server(s.game)->client_slots[0].snapshots.last_slack, 1, 2);
     scene_close(&s);
 }
 
@@ -151,24 +153,26 @@ static void beyond_100_ms_steps_are_left_out(void **state)
         const ll_client *c = ll_netgame_client(s.game, 0);
         const ll_client_slot *client_slot = &ll_netgame_server(s.game)->client_slots[0];
         run_watching(&s, 5);
-        int64_t ahead = c->tick - c->frame, numbers = (int64_t)c->seq - c->frame, made = input_history->made;
+        int64_t ahead = c->inputs.tick - c->ticks.number, numbers = (int64_t)c->inputs.seq - c->ticks.number,
+                made = input_history->made;
         change_lag(&s, 50 + rises[i]);
         run_watching(&s, 5 + 2 * (0.05 + rises[i] / 1000) + 0.2); /* a round trip, and an update */
         double ticks = rises[i] * 60 / 1000;
         assert_int_equal(input_history->doubled, 0);
         assert_true(c->connection.clock.snaps >= 1);
-        assert_true(fabs((double)(c->tick - c->frame - ahead) - ticks) <= 1);
-        assert_int_equal((int64_t)c->seq - c->frame - numbers, c->tick - c->frame - ahead); /* together */
+        assert_true(fabs((double)(c->inputs.tick - c->ticks.number - ahead) - ticks) <= 1);
+        assert_int_equal((int64_t)c->inputs.seq - c->ticks.number - numbers,
+                         c->inputs.tick - c->ticks.number - ahead); /* together */
         run_watching(&s, 15);
         assert_true(input_history->made - made >= 598 && input_history->made - made <= 601); /* 10 s */
         assert_int_equal(c->connection.clock.snaps, 1);
-        assert_in_range(client_slot->last_slack, 1, 2);
-        int64_t late = client_slot->late;
+        assert_in_range(client_slot->snapshots.last_slack, 1, 2);
+        int64_t late = client_slot->counts.late;
         change_lag(&s, 50);
         run_watching(&s, 15 + 2 * 2 + 2 * (0.05 + rises[i] / 1000) + rises[i] / 1000 + 1);
-        assert_in_range(client_slot->last_slack, 1, 2);
+        assert_in_range(client_slot->snapshots.last_slack, 1, 2);
         assert_true(fabs((double)input_history->left_out - ticks) <= 1);
-        assert_int_equal(client_slot->late, late);
+        assert_int_equal(client_slot->counts.late, late);
         scene_close(&s);
     }
 }

@@ -195,7 +195,8 @@ static lone *new_driver(course *t, double tolerance_m)
     l->config.reconciliation_tolerance_m = tolerance_m;
     ll_client_init(l->client, 0, at(&t->state[0]));
     measure_clock(l, 0);
-    ll_client_start(l->client, &l->setup, 1, HZ(60), 0, at(&t->state[0]), 0);
+    ll_client_start(l->client, &l->setup,
+                    &(ll_client_begin){.epoch = 1, .freq = HZ(60), .world = at(&t->state[0])}, 0);
     return l;
 }
 
@@ -216,9 +217,9 @@ static int drive(lone *l, course *t, int k, int delay, int third)
         int size = (int)(sizeof p.head + ll_world_size(at(&p.world)));
         assert_int_equal(ll_client_receive(l->client, &l->setup, &p, size, now), LL_OUTCOME_APPLIED);
     }
-    l->client->held = t->actions[k];
+    l->client->inputs.held = t->actions[k];
     frame(l, now, NULL);
-    assert_int_equal(l->client->seq, k);
+    assert_int_equal(l->client->inputs.seq, k);
     return old > 0 ? old / third * third : 0;
 }
 
@@ -226,8 +227,8 @@ static int drive(lone *l, course *t, int k, int delay, int third)
 static void predicted_is_checked_and_open_inputs(lone *l, course *t)
 {
     world_bytes world;
-    memcpy(world.bytes, ll_client_checked(l->client), (size_t)l->client->world_size);
-    for (uint32_t seq = l->client->acked + 1; seq <= l->client->seq; seq++)
+    memcpy(world.bytes, ll_client_checked(l->client), (size_t)l->client->layout.world_size);
+    for (uint32_t seq = l->client->inputs.acked + 1; seq <= l->client->inputs.seq; seq++)
         ll_game_race.step_own(at(&world), &t->env, 0, &t->actions[seq]);
     assert_memory_equal(&at(&world)->entity[0], &ll_client_predicted(l->client)->entity[0],
                         sizeof(ll_entity));
@@ -342,7 +343,7 @@ static tally eight(const char *snapshot, const char *scope, const char *script, 
         ll_client_metrics *in = ll_netgame_client_metrics(s.game, i);
         ll_summary error = ll_histogram_summary(&in->histogram[LL_METRIC_TIMELINE_ERROR]);
         sum.replays += in->input_history.replays;
-        sum.corrections += in->corrections;
+        sum.corrections += in->corrections.count;
         sum.timeline_rms = error.rms > sum.timeline_rms ? error.rms : sum.timeline_rms;
     }
     scene_close(&s);
@@ -393,15 +394,15 @@ static void replay(ll_netgame *g, int player, ll_world *world)
     ll_client *c = ll_netgame_client(g, player);
     const ll_prediction_scope *scope = ll_scopes[g->config.players[player].prediction_scope];
     ll_action actions[LL_PLAYERS_MAX];
-    int64_t tick = c->latest_tick;
-    memcpy(world, ll_client_latest(c), (size_t)c->world_size);
-    memcpy(actions, c->guessed, sizeof actions);
-    for (uint32_t seq = c->acked + 1; seq <= c->played; seq++) {
+    int64_t tick = c->latest.tick;
+    memcpy(world, ll_client_latest(c), (size_t)c->layout.world_size);
+    memcpy(actions, c->prediction.guessed, sizeof actions);
+    for (uint32_t seq = c->inputs.acked + 1; seq <= c->prediction.played; seq++) {
         if (!ll_client_is_open(c, seq))
             continue;
         actions[player] = ll_client_pending(c, seq)->action;
-        scope->step(ll_netgame_game(g), &g->env, world, actions, ll_client_step_time(c, ++tick), player,
-                    &c->predicted);
+        ll_scope_step one = {actions, ll_client_step_time(c, ++tick), player, &c->prediction.entities};
+        scope->step(ll_netgame_game(g), &g->env, world, &one);
     }
 }
 
@@ -431,9 +432,10 @@ static void a_standing_prediction_equals_a_replay(void **state)
                 ll_client *c = ll_netgame_client(s.game, 0);
                 scene_run(&s, frame / 60.0, NULL);
                 replay(s.game, 0, world);
-                assert_true(c->acked == 0 || ll_same_in(world, ll_client_predicted(c), &c->predicted));
+                assert_true(c->inputs.acked == 0 ||
+                            ll_same_in(world, ll_client_predicted(c), &c->prediction.entities));
             }
-            states += ll_netgame_client(s.game, 0)->newest;
+            states += ll_netgame_client(s.game, 0)->snapshots.received;
             replays += ll_netgame_client_metrics(s.game, 0)->input_history.replays;
             scene_close(&s);
         }
@@ -461,7 +463,7 @@ static void reconciliation_may_be_switched_on(void **state)
         scene_run(&s, 2, NULL);
         replay(s.game, 0, world);
         assert_false(ll_same_in(world, ll_client_predicted(ll_netgame_client(s.game, 0)),
-                                &ll_netgame_client(s.game, 0)->predicted));
+                                &ll_netgame_client(s.game, 0)->prediction.entities));
         ll_netgame_config config = s.game->config;
         config.players[0].reconciliation = true;
         s.scenario.kind->change(s.game, &config, s.game->now);
@@ -469,7 +471,7 @@ static void reconciliation_may_be_switched_on(void **state)
             ll_client *c = ll_netgame_client(s.game, 0);
             scene_run(&s, frame / 60.0, NULL);
             replay(s.game, 0, world);
-            assert_true(ll_same_in(world, ll_client_predicted(c), &c->predicted));
+            assert_true(ll_same_in(world, ll_client_predicted(c), &c->prediction.entities));
         }
         scene_close(&s);
     }
@@ -505,7 +507,8 @@ static void a_standing_prediction_is_within_the_tolerance_of_a_replay(void **sta
             ll_client *c = ll_netgame_client(s.game, 0);
             scene_run(&s, frame / 60.0, NULL);
             replay(s.game, 0, world);
-            double off = c->acked == 0 ? 0 : fabs(world->entity[0].x - ll_client_predicted(c)->entity[0].x);
+            double off =
+                c->inputs.acked == 0 ? 0 : fabs(world->entity[0].x - ll_client_predicted(c)->entity[0].x);
             assert_true(off <= tolerances[k / 6] + 1e-9);
             most = off > most ? off : most;
         }

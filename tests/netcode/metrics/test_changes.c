@@ -30,7 +30,7 @@ static void make(desk *d, uint32_t seq, int64_t tick, double x, uint32_t buttons
 {
     ll_action a = {.axis = {(float)x, 0}, .buttons = buttons};
     ll_input_history_made(&d->input_history, seq, tick);
-    ll_changes_made(&d->changes, d->latency, &a, seq, tick, true, ms * LL_MS);
+    ll_changes_made(&d->changes, d->latency, &(ll_made_input){&a, seq, true, tick, ms * LL_MS});
 }
 
 static void come(desk *d, uint32_t seq, ll_input_history_flag mark)

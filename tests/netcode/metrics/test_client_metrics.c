@@ -100,7 +100,7 @@ static void corrections_are_measured_at_the_same_input(void **state)
     l->config.prediction = l->config.reconciliation = true;
     l->config.slack_ticks = 0; /* input n is for step n */
     start_lone(l, 60, 0, 0);
-    l->client->held = push(0.5);
+    l->client->inputs.held = push(0.5);
     for (int f = 0; f < 4; f++)
         frame(l, f * LL_MS, NULL); /* predicted: 0.5, 1, 1.5, 2 */
     packet as_said = state_of(2, 2, 2, 1, (double[]){1}), other = state_of(3, 3, 3, 1, (double[]){4.5}),
@@ -117,7 +117,7 @@ static void corrections_are_measured_at_the_same_input(void **state)
     frame(l, 5 * LL_MS, NULL);
     assert_true(of(l, LL_METRIC_CORRECTION).count == 1 && of(l, LL_METRIC_CORRECTION).max == 5);
     assert_true(of(l, LL_METRIC_POP).count == 6 && of(l, LL_METRIC_POP).max == 5);
-    assert_true(l->client_metrics->last_correction == 5 && l->client_metrics->corrections == 1);
+    assert_true(l->client_metrics->last.correction == 5 && l->client_metrics->corrections.count == 1);
     assert_int_equal(last.count, 1);
     assert_int_equal(last.event.type, LL_EVENT_CORRECTION);
     assert_int_equal(last.event.number, 3);
@@ -127,7 +127,7 @@ static void corrections_are_measured_at_the_same_input(void **state)
     back.entity[0].y = -4; /* 5 was predicted for input 4; it is 2: 3 to the left */
     give(l, &back, 6 * LL_MS);
     frame(l, 6 * LL_MS, NULL);
-    assert_true(l->client_metrics->last_correction == -3 && l->client_metrics->corrections == 2);
+    assert_true(l->client_metrics->last.correction == -3 && l->client_metrics->corrections.count == 2);
     assert_true(near(of(l, LL_METRIC_CORRECTION).mean, 4));
     assert_true(last.count == 2 && last.event.value == -3);
     free_lone(l);
@@ -164,32 +164,32 @@ static void views_are_held_against_the_truth(void **state)
     marks[0].time = 100 * LL_MS;
     marks[1].time = marks[2].time = 50 * LL_MS;
     ll_client_metrics_frame(l->client_metrics, l->client, &real, 100 * LL_MS);
-    assert_true(l->client_metrics->own_lead == -5);
+    assert_true(l->client_metrics->last.own_lead == -5);
     assert_true(of(l, LL_METRIC_OWN_LEAD).count == 1 && of(l, LL_METRIC_OWN_LEAD).max == 5);
     assert_true(of(l, LL_METRIC_REMOTE_ERROR).count == 2 && of(l, LL_METRIC_REMOTE_ERROR).max == 5);
     assert_true(near(of(l, LL_METRIC_REMOTE_ERROR).mean, (3 + 5) / 2.0));
-    assert_true(l->client_metrics->remote_error == 5); /* the larger: -4 is to the right of -8 */
+    assert_true(l->client_metrics->last.remote_error == 5); /* the larger: -4 is to the right of -8 */
     assert_true(of(l, LL_METRIC_VIEW_AGE).count == 2 && of(l, LL_METRIC_VIEW_AGE).mean == 50);
-    assert_true(l->client_metrics->view_age == 50);
+    assert_true(l->client_metrics->last.view_age == 50);
     assert_true(of(l, LL_METRIC_TIMELINE_ERROR).count == 2 && near(of(l, LL_METRIC_TIMELINE_ERROR).max, 2));
     assert_true(near(of(l, LL_METRIC_TIMELINE_ERROR).mean, 1));
     assert_int_equal(of(l, LL_METRIC_BUFFER).count, 0); /* nothing is interpolated */
 
     shown->entity[1].x = 2; /* now the larger, and to the left */
     marks[1].time = 20 * LL_MS;
-    l->client->buffer_ms = 12.5;
-    l->client->view_state = LL_VIEW_STARVED;
-    l->client->held_now = 1;
+    l->client->drawing.buffer_ms = 12.5;
+    l->client->view.state = LL_VIEW_STARVED;
+    l->client->view.held = 1;
     ll_client_metrics_frame(l->client_metrics, l->client, &real, 100 * LL_MS);
-    assert_true(l->client_metrics->remote_error == -8 && l->client_metrics->view_age == 80);
+    assert_true(l->client_metrics->last.remote_error == -8 && l->client_metrics->last.view_age == 80);
     assert_true(of(l, LL_METRIC_BUFFER).count == 1 && of(l, LL_METRIC_BUFFER).mean == 12.5);
-    assert_true(l->client_metrics->frames == 2 && l->client_metrics->held_frames == 1);
+    assert_true(l->client_metrics->buffer.frames == 2 && l->client_metrics->buffer.held_frames == 1);
 
     ll_client_metrics_init(l->client_metrics, 3,
                            200 * LL_MS); /* before its time nothing counts, but views are updated */
     ll_client_metrics_frame(l->client_metrics, l->client, &real, 199 * LL_MS);
-    assert_true(l->client_metrics->frames == 0 && of(l, LL_METRIC_VIEW_AGE).count == 0);
-    assert_true(l->client_metrics->own_lead == -5 && l->client_metrics->remote_error == -8);
+    assert_true(l->client_metrics->buffer.frames == 0 && of(l, LL_METRIC_VIEW_AGE).count == 0);
+    assert_true(l->client_metrics->last.own_lead == -5 && l->client_metrics->last.remote_error == -8);
     free(truth);
     free(world);
     free_lone(l);
@@ -217,7 +217,7 @@ static void smoothness_is_of_differences(void **state)
     for (int i = 0; i < 8; i++) {
         world->entity[1] = (ll_entity){.x = -0.6 * truth_x[i], .y = 0.8 * truth_x[i]};
         ll_client_rendered(l->client)->entity[1] = (ll_entity){.x = -0.6 * x[i], .y = 0.8 * x[i]};
-        l->client->elapsed = LL_SECOND / 2;
+        l->client->displays.elapsed = LL_SECOND / 2;
         ll_client_metrics_frame(l->client_metrics, l->client, &real, i * LL_SECOND / 2);
     }
     const ll_smoothness *s = &l->client_metrics->track[1].smooth;
@@ -287,15 +287,15 @@ static void corrections_below_a_pixel_or_a_tenth_of_the_way_are_not_seen(void **
     const int count[] = {0, 1, 1, 2, 2};
     start_lone(l, 60, 0, 0);
     ll_history_add(truth, 0, world);
-    l->client_metrics->pixel_m = 0.2;
+    l->client_metrics->corrections.pixel_m = 0.2;
     for (int i = 0; i < 5; i++) {
         ll_client_metrics_moved(l->client_metrics, moved[i], step[i]);
         ll_client_metrics_frame(l->client_metrics, l->client, &real, i * LL_MS);
-        assert_int_equal(l->client_metrics->visible_m_all.count, count[i]);
+        assert_int_equal(l->client_metrics->corrections.visible_m_all.count, count[i]);
     }
-    assert_true(near(l->client_metrics->visible_m_all.sum, 0.21 + 0.31));
+    assert_true(near(l->client_metrics->corrections.visible_m_all.sum, 0.21 + 0.31));
     ll_client_metrics_frame(l->client_metrics, l->client, &real, 5 * LL_MS); /* nothing moved since */
-    assert_int_equal(l->client_metrics->visible_m_all.count, 2);
+    assert_int_equal(l->client_metrics->corrections.visible_m_all.count, 2);
     free(truth);
     free(world);
     free_lone(l);

@@ -86,7 +86,7 @@ static void views_are_compared_with_the_truth(void **state)
     ll_history_add(truth, 0, world);
     ll_client_rendered(l->client)->entity[0].x = 0.3;
     ll_client_rendered(l->client)->entity[1].y = -2;
-    l->client->elapsed = STEP;
+    l->client->displays.elapsed = STEP;
     for (int f = 0; f < 8; f++) {
         if (f == 6)
             ll_client_rendered(l->client)->entity[1].y = 0;

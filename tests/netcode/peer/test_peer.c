@@ -52,7 +52,7 @@ static void relay(lone *l, uint32_t acked, int64_t tick, int count, const double
     for (int i = 0; i < count; i++)
         assert_true(ll_run_add(m.runs, &runs, &(ll_controls){.axis = {(float)pushes[i], 0}}));
     m.part.runs = (uint16_t)runs;
-    assert_int_equal(ll_peer_receive(l->client, &l->setup, &m, (int)sizeof m, l->client->frame * TICK),
+    assert_int_equal(ll_peer_receive(l->client, &l->setup, &m, (int)sizeof m, l->client->ticks.number * TICK),
                      LL_OUTCOME_APPLIED);
 }
 
@@ -79,7 +79,7 @@ static void inputs_are_repeated_until_acknowledged(void **state)
     (void)state;
     lone *l = new_peer(&ll_sync_rollback, 8);
     for (int k = 0; k < 6; k++) {
-        l->client->held = push(k / 2);
+        l->client->inputs.held = push(k / 2);
         sent m = frame_at(l, k);
         assert_int_equal(m.head.tick, 1);
         assert_int_equal(m.head.head.seq, 1);
@@ -100,12 +100,12 @@ static void deterministic_waits_for_each_input(void **state)
 {
     (void)state;
     lone *l = new_peer(&ll_sync_deterministic, 8); /* the parameter of rollback has no effect */
-    l->client->held = push(1);
+    l->client->inputs.held = push(1);
     for (int k = 0; k < 5; k++)
         frame_at(l, k);
     assert_int_equal(peer_of(l)->tick, 0);
     assert_int_equal(peer_of(l)->waiting, 1 << 1);
-    assert_int_equal(l->client->seq, 1);
+    assert_int_equal(l->client->inputs.seq, 1);
     relay(l, 1, 1, 2, (const double[]){10, 20}, 2, 0);
     sent m = frame_at(l, 5);
     assert_int_equal(peer_of(l)->tick, 1);
@@ -129,7 +129,7 @@ static void a_right_guess_costs_nothing_and_a_wrong_one_is_made_again(void **sta
 {
     (void)state;
     lone *l = new_peer(&ll_sync_rollback, 4);
-    l->client->held = push(1);
+    l->client->inputs.held = push(1);
     relay(l, 0, 1, 1, (const double[]){5}, 1, 0);
     for (int k = 0; k < 10; k++)
         frame_at(l, k);
@@ -151,8 +151,8 @@ static void a_right_guess_costs_nothing_and_a_wrong_one_is_made_again(void **sta
     assert_int_equal(peer_of(l)->confirmed, 4);
     assert_true(x_of(l, 0) == 7 && x_of(l, 1) == 15 + 7 + 7 + 7 + 7);
     assert_true(ll_histogram_summary(&l->client_metrics->histogram[LL_METRIC_POP]).max ==
-                2 + 2 + 2);                              /* of tick 6 */
-    assert_int_equal(l->client_metrics->corrections, 0); /* the own entity has not moved */
+                2 + 2 + 2);                                    /* of tick 6 */
+    assert_int_equal(l->client_metrics->corrections.count, 0); /* the own entity has not moved */
 
     relay(l, 0, 2, 4, (const double[]){5, 5, 7, 7}, 5, 0); /* as guessed again */
     frame_at(l, 12);
@@ -186,12 +186,12 @@ static void input_delay_begins_with_nothing_and_may_change(void **state)
     lone *l = new_peer(&ll_sync_rollback, 16);
     l->config.input_delay_ticks = 3;
     for (int k = 0; k < 10; k++) {
-        l->client->held = push(k + 1);
+        l->client->inputs.held = push(k + 1);
         assert_int_equal(frame_at(l, k).inputs, k + 4);
     }
     assert_true(x_of(l, 0) == 1 + 2 + 3 + 4 + 5 + 6 + 7); /* ticks 4 to 10 */
     l->config.input_delay_ticks = 5;                      /* two more at once */
-    l->client->held = push(100);
+    l->client->inputs.held = push(100);
     assert_int_equal(frame_at(l, 10).inputs, 16);
     l->config.input_delay_ticks = 0; /* none until the made ones are applied */
     for (int k = 11; k < 16; k++)
@@ -323,9 +323,9 @@ static void relay_server_steps_and_forwards(void **state)
     ll_relay_part part = part_to(server, 1, &acked, runs);
     assert_int_equal(acked, 2);
     give_relay_server(server, 1, 3, 1, (const double[]){1}, 0, 0, NULL);
-    assert_int_equal(server->client_slots[1].accepted, 3);
+    assert_int_equal(server->client_slots[1].counts.accepted, 3);
     give_relay_server(server, 1, 2, 2, (const double[]){1, 1}, 0, 0, NULL);
-    assert_int_equal(server->client_slots[1].duplicate, 2);
+    assert_int_equal(server->client_slots[1].counts.duplicate, 2);
     assert_int_equal(part.tick, 1); /* client 1 has acknowledged nothing */
     free(server);
 }
@@ -339,7 +339,7 @@ static void a_refused_input_is_replaced_for_all_clients(void **state)
     give_relay_server(server, 0, 1, 3, (const double[]){0.5, 1.5, 0.25}, 0, 0, NULL);
     give_relay_server(server, 1, 1, 3, (const double[]){0, 0, 0}, 0, 0, NULL);
     assert_int_equal(steps_due(server), 3);
-    assert_int_equal(server->client_slots[0].refused[LL_RULE_MAGNITUDE], 1);
+    assert_int_equal(server->client_slots[0].counts.refused[LL_RULE_MAGNITUDE], 1);
     part_to(server, 1, &acked, runs);
     assert_true(runs[0].input.axis[0] == 0.5f && runs[0].count == 1);
     assert_true(runs[1].input.axis[0] == 0 && runs[1].count == 1); /* neutral */

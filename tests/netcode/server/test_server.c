@@ -66,10 +66,10 @@ static void inputs_apply_at_their_step(void **state)
         assert_true(at(s, 1) == 0);
         assert_int_equal(s->step, k + 1);
     }
-    assert_int_equal(s->client_slots[0].accepted, 3);
-    assert_int_equal(s->client_slots[0].starved,
+    assert_int_equal(s->client_slots[0].counts.accepted, 3);
+    assert_int_equal(s->client_slots[0].counts.starved,
                      3); /* step 1, whose input was made but never arrived, 5 and 6 */
-    assert_int_equal(s->client_slots[1].starved, 0); /* never played */
+    assert_int_equal(s->client_slots[1].counts.starved, 0); /* never played */
     free(s);
 }
 
@@ -86,7 +86,8 @@ static void disconnected_players_are_neutral_after_their_last_input(void **state
         assert_int_equal(take(s, &ll_sync_free, &m, NULL), 4);
         step(s, &ll_sync_free);
         step(s, &ll_sync_free);
-        assert_true(ll_admission_check(s, 0, LL_SECOND, s->client_slots[0].last_ack + 1001 * LL_MS));
+        assert_true(
+            ll_admission_check(s, 0, LL_SECOND, s->client_slots[0].connection.last_ack + 1001 * LL_MS));
         const double expected[] = {0.75, 1.5, 1.5, 1.5, 1.5};
         for (int k = 0; k < 5; k++) {
             step(s, &ll_sync_free);
@@ -106,12 +107,12 @@ static void repetitions_are_no_news(void **state)
     assert_int_equal(take(s, &ll_sync_free, &m, v), 0);
     assert_int_equal(take(s, &ll_sync_free, &other, v), 1); /* the first one counts */
     assert_int_equal(v[0].seq, 3);
-    assert_int_equal(s->client_slots[0].duplicate, 4);
+    assert_int_equal(s->client_slots[0].counts.duplicate, 4);
     for (int k = 0; k < 3; k++)
         step(s, &ll_sync_free);
     assert_true(at(s, 0) == 0.5 + 0.25 + 1);
     assert_int_equal(take(s, &ll_sync_free, &m, v), 0); /* also when it is decided */
-    assert_int_equal(s->client_slots[0].late, 0);
+    assert_int_equal(s->client_slots[0].counts.late, 0);
     free(s);
 }
 
@@ -131,8 +132,8 @@ static void late_inputs_are_reported_and_not_applied(void **state)
     for (int i = 0; i < 3; i++)
         assert_int_equal(v[i].outcome, LL_OUTCOME_LATE);
     assert_int_equal(v[3].outcome, LL_OUTCOME_APPLIED);
-    assert_int_equal(s->client_slots[0].late, 3);
-    assert_int_equal(s->client_slots[0].accepted, 2);
+    assert_int_equal(s->client_slots[0].counts.late, 3);
+    assert_int_equal(s->client_slots[0].counts.accepted, 2);
     step(s, &ll_sync_free);
     assert_true(at(s, 0) == 4 * 0.5 + 1);
     assert_int_equal(acked(s), 5);
@@ -164,8 +165,8 @@ static void refused_inputs_are_replaced(const char *refused, const double x[5])
         take(s, syncs[i], &again, v); /* the one before was applied already */
         step(s, syncs[i]);
         assert_true(at(s, 0) == x[4]);
-        assert_int_equal(s->client_slots[0].refused[LL_RULE_MAGNITUDE], 3);
-        assert_int_equal(s->client_slots[0].accepted, 2);
+        assert_int_equal(s->client_slots[0].counts.refused[LL_RULE_MAGNITUDE], 3);
+        assert_int_equal(s->client_slots[0].counts.accepted, 2);
         free(s);
     }
 }
@@ -237,23 +238,23 @@ static void ring_goes_round(void **state)
             ll_input_message b = patterned(sent + 3, 2), a = patterned(sent + 1, 4);
             take(s, &ll_sync_free, &b, NULL);
             take(s, &ll_sync_free, &a, NULL);
-            s->client_slots[0].allowance.tokens = 80; /* the rate limit is not tested here */
+            s->client_slots[0].limits.allowance.tokens = 80; /* the rate limit is not tested here */
         }
         step(s, &ll_sync_free);
         x += pattern(tick);
         assert_true(at(s, 0) == x);
         assert_int_equal(acked(s), tick);
     }
-    assert_int_equal(s->client_slots[0].starved, 0);
-    assert_int_equal(s->client_slots[0].late, 0);
-    assert_int_equal(s->client_slots[0].accepted, sent);
-    assert_int_equal(s->client_slots[0].duplicate, sent / 2);
+    assert_int_equal(s->client_slots[0].counts.starved, 0);
+    assert_int_equal(s->client_slots[0].counts.late, 0);
+    assert_int_equal(s->client_slots[0].counts.accepted, sent);
+    assert_int_equal(s->client_slots[0].counts.duplicate, sent / 2);
     /* An input whose slot a later one has is not mistaken for new. */
-    int64_t duplicate = s->client_slots[0].duplicate, newest = s->client_slots[0].newest;
+    int64_t duplicate = s->client_slots[0].counts.duplicate, newest = s->client_slots[0].inputs.newest;
     ll_input_message old = patterned(newest - LL_INPUT_RING - 1, 2);
     assert_int_equal(take(s, &ll_sync_free, &old, NULL), 0);
-    assert_int_equal(s->client_slots[0].duplicate, duplicate + 2);
-    assert_int_equal(s->client_slots[0].slots[newest % LL_INPUT_RING].tick, newest);
+    assert_int_equal(s->client_slots[0].counts.duplicate, duplicate + 2);
+    assert_int_equal(s->client_slots[0].inputs.ring[newest % LL_INPUT_RING].tick, newest);
     free(s);
 }
 
@@ -443,9 +444,9 @@ static void lockstep_restores_its_rhythm(void **state)
     (void)state;
     const ll_sync_mode *sync = &ll_sync_lockstep_pipelined;
     ll_server *s = new_server(2, sync, 10, 10);
-    s->client_slots[0].offset =
+    s->client_slots[0].connection.offset =
         1; /* as measured by their pings: the first of A would arrive after 120 ms, of B after 250 */
-    s->client_slots[1].offset = 2;
+    s->client_slots[1].connection.offset = 2;
     ll_time slowest = 0;
     for (int64_t k = 1; k <= 60; k++) {
         ll_time outage = k > 20 ? 3 * 100 * LL_MS : 0; /* of A's, who was early by a step before */
@@ -499,12 +500,12 @@ static void lockstep_does_not_wait_for_disconnected_players(void **state)
     take_at(s, sync, 1, &one, 0, NULL);
     take_at(s, sync, 1, &two, 0, NULL);
     step(s, sync);
-    s->client_slots[1].connected = 0;
+    s->client_slots[1].connection.connected = 0;
     take_at(s, sync, 0, &two, 230 * LL_MS, NULL);
     assert_int_equal(sync->due(s), 330 * LL_MS);
     step(s, sync);
     assert_true(at(s, 0) == 1.5 && at(s, 1) == 1);
-    s->client_slots[0].connected = 0;
+    s->client_slots[0].connection.connected = 0;
     assert_int_equal(sync->due(s), LL_NEVER);
     free(s);
 }

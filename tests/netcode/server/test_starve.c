@@ -61,7 +61,7 @@ static void server_starves_by_its_policy(const char *const *sets, double (*share
     _Alignas(8) char state_packet[1024];
     double x = 0;
     configure(s, sets);
-    s->client_slots[1].wants = LL_PART_AXES;
+    s->client_slots[1].inputs.wants = LL_PART_AXES;
     ll_server_receive(s, &ll_sync_free, 0, &m, 0, v);
     for (int k = 1; k <= 42; k++) {
         ll_axes axes;
@@ -75,7 +75,7 @@ static void server_starves_by_its_policy(const char *const *sets, double (*share
         memcpy(&axes, state_packet + sizeof(ll_snapshot_message), sizeof axes);
         assert_float_equal(axes.axis[0], axis, 1e-6);
     }
-    assert_int_equal(s->client_slots[0].starved, 37);
+    assert_int_equal(s->client_slots[0].counts.starved, 37);
     free(s);
 }
 

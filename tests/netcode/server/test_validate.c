@@ -39,7 +39,7 @@ static void budget_ends_before_its_number(void **state)
         ll_input_result v[LL_INPUTS_MAX];
         assert_int_equal(ll_server_receive(server, &ll_sync_free, 0, &m, 0, v), 1);
         assert_int_equal(v[0].rule, i < 3 ? LL_RULE_NONE : LL_RULE_BUDGET);
-        assert_true(server->client_slots[0].budget_used <= 1);
+        assert_true(server->client_slots[0].limits.budget_used <= 1);
         free(server);
     }
     assert_int_equal(judge(1, 0, 1), LL_RULE_NONE);
@@ -167,7 +167,7 @@ static void late_and_bunched_inputs_are_honest(void **state)
     for (size_t r = 0; r < sizeof rates / sizeof rates[0]; r++) {
         ll_freq freq = ll_freq_from_hz(rates[r]);
         ll_server *server = new_server(1, &ll_sync_free, rates[r], rates[r]);
-        ll_rate_limiter bucket = server->client_slots[0].allowance;
+        ll_rate_limiter bucket = server->client_slots[0].limits.allowance;
         ll_time held_until = 0;
         for (int64_t k = 0; k < (int64_t)(rates[r] * 300); k++) {
             ll_time sent = ll_tick_time(k, freq);
@@ -191,7 +191,7 @@ static void catching_up_is_honest(void **state)
     for (size_t r = 0; r < sizeof rates / sizeof rates[0]; r++) {
         ll_freq freq = ll_freq_from_hz(rates[r]);
         ll_server *server = new_server(1, &ll_sync_free, rates[r], rates[r]);
-        ll_rate_limiter bucket = server->client_slots[0].allowance;
+        ll_rate_limiter bucket = server->client_slots[0].limits.allowance;
         for (int64_t k = 0; k < (int64_t)(rates[r] * 60); k++)
             for (int i = 0; i < 2; i++)
                 assert_int_equal(ll_validate(&a, 1, &bucket, freq, ll_tick_time(k, freq)), LL_RULE_NONE);
@@ -246,11 +246,11 @@ static void honest_clients_are_never_refused(void **state)
             ll_client_slot *client_slot = &ll_netgame_server(s.game)->client_slots[0];
             bool waits =
                 strcmp(links[i][0], "server.sync=lockstep") == 0; /* for up to 1.5 s a step, and for losses */
-            assert_true(client_slot->accepted > (waits ? 10 : 20));
+            assert_true(client_slot->counts.accepted > (waits ? 10 : 20));
             for (int rule = 0; rule < LL_RULES; rule++)
-                if (client_slot->refused[rule] != 0)
+                if (client_slot->counts.refused[rule] != 0)
                     fail_msg("%s %s: %d refused for %s", rates[r], links[i][0],
-                             (int)client_slot->refused[rule], ll_rule_names[rule]);
+                             (int)client_slot->counts.refused[rule], ll_rule_names[rule]);
             scene_close(&s);
         }
 }
@@ -270,7 +270,7 @@ static void honest_clients_survive_a_change_of_lag(void **state)
         s.scenario.kind->change(s.game, &config, s.game->now);
         scene_run(&s, 20, NULL);
         for (int rule = 0; rule < LL_RULES; rule++)
-            assert_int_equal(ll_netgame_server(s.game)->client_slots[0].refused[rule], 0);
+            assert_int_equal(ll_netgame_server(s.game)->client_slots[0].counts.refused[rule], 0);
         scene_close(&s);
     }
 }
@@ -305,13 +305,14 @@ static void honest_clients_on_a_bad_link_are_never_refused(void **state)
                 scene_run(&s, 60, NULL);
                 for (int p = 0; p < 2; p++) {
                     const ll_client_slot *client_slot = &ll_netgame_server(s.game)->client_slots[p];
-                    assert_true(client_slot->accepted >
+                    assert_true(client_slot->counts.accepted >
                                 (k == 3 ? 60 : 1000)); /* stop and wait: a second each at most */
                     assert_int_equal(ll_netgame_client_metrics(s.game, p)->false_refusals, 0);
                     for (int rule = 0; rule < LL_RULES; rule++)
-                        assert_int_equal(client_slot->refused[rule], 0);
-                    assert_true(client_slot->budget_used > 0 && client_slot->budget_used < 0.5); /* by far */
-                    assert_true(k < 3 || client_slot->budget_used ==
+                        assert_int_equal(client_slot->counts.refused[rule], 0);
+                    assert_true(client_slot->limits.budget_used > 0 &&
+                                client_slot->limits.budget_used < 0.5); /* by far */
+                    assert_true(k < 3 || client_slot->limits.budget_used ==
                                              1.0 * 2 / LL_BUDGET_TICKS); /* one ahead, always */
                 }
                 scene_close(&s);
@@ -336,8 +337,8 @@ static void cheats_are_refused_by_their_rule(void **state)
         scene_run(&s, 60, NULL); /* a fifth more than time has passed is 256 ticks after 21 s */
         const ll_client_slot *client_slot = &ll_netgame_server(s.game)->client_slots[0];
         for (int rule = 0; rule < LL_RULES; rule++)
-            assert_true((client_slot->refused[rule] > 0) == cheats[i].by[rule]);
-        assert_true(client_slot->accepted < 60 * 60 * 2 / 3); /* the rest was refused */
+            assert_true((client_slot->counts.refused[rule] > 0) == cheats[i].by[rule]);
+        assert_true(client_slot->counts.accepted < 60 * 60 * 2 / 3); /* the rest was refused */
         scene_close(&s);
     }
 }

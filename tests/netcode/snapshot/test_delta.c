@@ -82,10 +82,12 @@ static net *new_net(const ll_sync_mode *sync)
     for (int i = 0; i < CLIENTS; i++) {
         n->client[i] = malloc(ll_client_size(extent));
         ll_client_init(n->client[i], i, ll_server_world(n->server));
-        n->server->client_slots[i].connected = 1;
+        n->server->client_slots[i].connection.connected = 1;
         n->client[i]->connection.state = LL_CONNECTION_PLAYING;
-        ll_client_start(n->client[i], &setup, 1, HZ(60), 0, ll_server_world(n->server), 0);
-        n->client[i]->held = push(0.5);
+        ll_client_start(n->client[i], &setup,
+                        &(ll_client_begin){.epoch = 1, .freq = HZ(60), .world = ll_server_world(n->server)},
+                        0);
+        n->client[i]->inputs.held = push(0.5);
         n->up[i] = new_link((uint64_t)(2 * i));
         n->down[i] = new_link((uint64_t)(2 * i + 1));
     }
@@ -125,7 +127,7 @@ static bool is_what_was_sent(const ll_world *got, const sent *s, int way, int se
 
 static void check(net *n, int i)
 {
-    ll_snapshot_entry *r = ll_client_state(n->client[i], n->client[i]->newest - 1);
+    ll_snapshot_entry *r = ll_client_state(n->client[i], n->client[i]->snapshots.received - 1);
     const sent *s = &n->sent[r->tick];
     bool same = false;
     for (int way = 0; way < s->ways; way++)
@@ -163,8 +165,10 @@ static void update(net *n, const ll_sync_mode *sync, const ll_link_params *link,
     s->grid[s->ways++] = n->server->grid;
     for (int i = 0; i < CLIENTS; i++) {
         ll_client_slot *client_slot = &n->server->client_slots[i];
-        client_slot->acked =
-            client_slot->newest < 0 ? 0 : (uint32_t)(client_slot->newest + client_slot->seq_minus_tick);
+        client_slot->inputs.acked =
+            client_slot->inputs.newest < 0
+                ? 0
+                : (uint32_t)(client_slot->inputs.newest + client_slot->inputs.seq_minus_tick);
         int size = ll_server_compose(n->server, sync, i, bytes);
         ll_link_send(n->down[i], link, 80, now, bytes, size);
     }
@@ -242,7 +246,7 @@ static void every_decoded_world_is_the_one_sent(void **state)
     assert_true(n->applied > 2 * 1500); /* of 2 * 3000, 20 % lost and others overtaken */
     assert_int_equal(n->unreadable, 0);
     for (int i = 0; i < CLIENTS; i++) {
-        const ll_snapshot_cost *c = &n->server->client_slots[i].sent;
+        const ll_snapshot_cost *c = &n->server->client_slots[i].counts.sent;
         assert_true(share(c->whole, c->entities / ENTITIES) < 0.01);
         assert_true(share(c->unchanged, c->entities) > 0.3); /* those at rest */
         assert_true(ll_link_get_stats(n->down[i])->reordered > 100);
@@ -265,7 +269,7 @@ static void changes_under_way_mix_nothing_up(void **state)
         assert_true(strict->applied > 1000 && loose->applied > 2 * 1500);
         assert_int_equal(strict->unreadable, 0);
         assert_true(share(loose->unreadable, loose->applied) < 0.1); /* on an earlier grid */
-        const ll_snapshot_cost *c = &strict->server->client_slots[0].sent;
+        const ll_snapshot_cost *c = &strict->server->client_slots[0].counts.sent;
         assert_true(share(c->whole, c->entities / ENTITIES) < 0.5); /* a fifth is full */
         free_net(strict);
         free_net(loose);
@@ -280,7 +284,7 @@ static void without_a_baseline_snapshots_are_full(void **state)
     const ll_link_params *const links[] = {&late, &deaf};
     for (size_t i = 0; i < 2; i++) {
         net *n = run(&ll_sync_free, links[i], always_delta);
-        const ll_snapshot_cost *c = &n->server->client_slots[0].sent;
+        const ll_snapshot_cost *c = &n->server->client_slots[0].counts.sent;
         assert_int_equal(c->whole, c->entities / ENTITIES);
         assert_int_equal(n->unreadable, 0);
         assert_true(i == 1 || n->applied > 2 * 2900);
@@ -316,7 +320,7 @@ static void undecodable_snapshots_change_nothing(void **state)
     ll_client_setup setup = setup_of(n, &ll_sync_free);
     ll_client *c = n->client[0];
     int size1 = compose(server, 1, first), size2 = compose(server, 2, second);
-    server->client_slots[0].received = 2;
+    server->client_slots[0].snapshots.received = 2;
     int size3 = compose(server, 3, third);
     ll_snapshot_message m;
     memcpy(&m, third, sizeof m);
@@ -332,12 +336,12 @@ static void undecodable_snapshots_change_nothing(void **state)
     second[offsetof(ll_snapshot_message, codec)] = 17; /* no such codec */
     assert_int_equal(ll_client_receive(c, &setup, second, size2, 0), LL_OUTCOME_UNDECODABLE);
     second[offsetof(ll_snapshot_message, codec)] = (char)ll_codec_index(&ll_codec_quantised);
-    assert_int_equal(c->newest, 1);
-    assert_int_equal(c->confirmed, 1);
+    assert_int_equal(c->snapshots.received, 1);
+    assert_int_equal(c->snapshots.confirmed, 1);
     assert_int_equal(ll_client_receive(c, &setup, second, size2, 0), LL_OUTCOME_APPLIED);
     assert_int_equal(ll_client_receive(c, &setup, third, size3, 0), LL_OUTCOME_APPLIED);
-    assert_int_equal(c->unreadable, 5);
-    assert_int_equal(c->confirmed, 3);
+    assert_int_equal(c->snapshots.unreadable, 5);
+    assert_int_equal(c->snapshots.confirmed, 3);
     free_net(n);
     free(server);
 }
@@ -353,7 +357,7 @@ static void a_false_acknowledgement_is_no_baseline(void **state)
         compose(server, step, bytes);
     const int64_t claims[] = {0, 1, 68, 69, 70, 99, 101, UINT32_MAX};
     for (size_t i = 0; i < sizeof claims / sizeof claims[0]; i++) {
-        server->client_slots[0].received = claims[i];
+        server->client_slots[0].snapshots.received = claims[i];
         ll_server_compose(server, &ll_sync_free, 0, bytes);
         memcpy(&m, bytes, sizeof m);
         bool kept = claims[i] >= 69 && claims[i] <= 100; /* the last 32 */
@@ -388,7 +392,7 @@ static void longer_encodings_become_full(void **state)
     } then[] = {{2, &ll_codec_quantised}, {3, &ll_codec_quantised}, {4, &ll_codec_delta}};
     memset(ll_server_world(server)->entity, 0, ENTITIES * sizeof(ll_entity));
     for (int i = 0; i < 3; i++) {
-        server->client_slots[0].received = then[i].received;
+        server->client_slots[0].snapshots.received = then[i].received;
         compose(server, 4 + i, bytes);
         memcpy(&m, bytes, sizeof m);
         assert_int_equal(m.codec, ll_codec_index(then[i].codec));

@@ -13,8 +13,8 @@ static void is_between_its_states(const view *v)
     assert_true(v->time[a] <= t && (a == b || v->time[b] > t));
     double alpha = a == b ? 0 : (double)(t - v->time[a]) / (double)(v->time[b] - v->time[a]);
     assert_true(fabs(other(v)->x - (v->x[a] + alpha * (v->x[b] - v->x[a]))) < 1e-9);
-    assert_true(fabs(v->l->client->alpha - alpha) < 1e-12);
-    assert_true(fabs(v->l->client->buffer_ms - ll_to_ms(newest_time(v) - t)) < 1e-9);
+    assert_true(fabs(v->l->client->drawing.alpha - alpha) < 1e-12);
+    assert_true(fabs(v->l->client->drawing.buffer_ms - ll_to_ms(newest_time(v) - t)) < 1e-9);
 }
 
 /* ---- a steady link ---- */
@@ -33,7 +33,7 @@ static void steady_links_are_drawn_one_delay_back(void **state)
     (void)state;
     view *v = new_view(&ll_sync_free);
     run(v, 10 * LL_SECOND, lag_50, look_steady);
-    assert_int_equal(v->l->client_metrics->underruns, 0);
+    assert_int_equal(v->l->client_metrics->buffer.underruns, 0);
     assert_true(v->taken > 290);
     free_view(v);
 }
@@ -77,7 +77,7 @@ static void look_dry(view *v)
     if (held) {
         assert_true(about(shown_time(v), last));
         assert_true(other(v)->x == path(59));
-        assert_true(v->l->client->buffer_ms == 0);
+        assert_true(v->l->client->drawing.buffer_ms == 0);
     }
     is_between_its_states(v);
 }
@@ -87,7 +87,7 @@ static void empty_buffers_hold(void **state)
     (void)state;
     view *v = new_view(&ll_sync_free);
     run(v, 8 * LL_SECOND, gap, look_dry);
-    assert_int_equal(v->l->client_metrics->underruns, 1); /* one, of any length */
+    assert_int_equal(v->l->client_metrics->buffer.underruns, 1); /* one, of any length */
     assert_true(about(shown_time(v), v->now - 50 * LL_MS - DELAY));
     free_view(v);
 }
@@ -296,7 +296,7 @@ static void flights_are_not_blended_across_their_ends(void **state)
         const ll_entity *e = &ll_client_rendered(l->client)->entity[1];
         bool blended = flags == 0 || flags == 3;
         assert_int_equal(ll_client_draw_infos(l->client)[1].time, 1250 * LL_MS);
-        assert_true(l->client->alpha == 0.25);
+        assert_true(l->client->drawing.alpha == 0.25);
         assert_true(e->x == (blended ? 15 : 10) && e->y == (blended ? 2 : 1));
         assert_true(e->vx == (blended ? 125 : 100) && e->vy == (blended ? 3 : 2));
         assert_int_equal(e->flags, a.entity[1].flags);
@@ -357,7 +357,7 @@ static void demo_interpolates_between_arrivals(void **state)
         last = drawn;
     }
     assert_int_equal(held_frames, 1 + 3 + 21); /* at 190, 290 to 310, 500 to 700 ms */
-    assert_int_equal(l->client_metrics->underruns, 3);
+    assert_int_equal(l->client_metrics->buffer.underruns, 3);
     free_lone(l);
 }
 

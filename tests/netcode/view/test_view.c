@@ -173,8 +173,8 @@ static void look_silent(view *v)
                 fabs(other(v)->y + 3 * ll_to_s(want)) < 1e-6);
     assert_true(fabs(other(v)->angle - ll_to_s(want)) < 1e-7);
     assert_int_equal(shown_flags(v), flags);
-    extrapolated += v->l->client->view_state == LL_VIEW_EXTRAPOLATING;
-    held += v->l->client->view_state == LL_VIEW_STARVED;
+    extrapolated += v->l->client->view.state == LL_VIEW_EXTRAPOLATING;
+    held += v->l->client->view.state == LL_VIEW_STARVED;
 }
 
 /* The server falls silent: others continue at their velocity up to the limit, exact to the frame, and are
@@ -191,7 +191,8 @@ static void extrapolation_ends_at_its_cap(void **state)
         run(v, 5 * LL_SECOND, silent_from_2s, look_silent);
         assert_true(fabs(extrapolated - cap_ms * 0.06) <= 1); /* 60 frames per second */
         assert_true(held > 60);
-        assert_int_equal(v->l->client_metrics->underruns, 1); /* one, whether extrapolation goes on or not */
+        assert_int_equal(v->l->client_metrics->buffer.underruns,
+                         1); /* one, whether extrapolation goes on or not */
         free_view(v);
     }
 }
@@ -211,11 +212,12 @@ static void without_interpolation_others_are_drawn_at_present(void **state)
         run(v, 3 * LL_SECOND, lag_50, NULL);
         assert_true(about(shown_time(v), v->now - late[clock]));
         assert_true(fabs(other(v)->x - 20 * ll_to_s(v->now - late[clock])) < 1e-6);
-        assert_int_equal(v->l->client_metrics->underruns, 0); /* there is no buffer that could run empty */
+        assert_int_equal(v->l->client_metrics->buffer.underruns,
+                         0); /* there is no buffer that could run empty */
         v->l->config.extrapolation_ms = 0;
         run(v, 4 * LL_SECOND, lag_50, NULL);
         assert_true(shown_time(v) == newest_time(v));
-        assert_int_equal(v->l->client->view_state, LL_VIEW_NEWEST);
+        assert_int_equal(v->l->client->view.state, LL_VIEW_NEWEST);
         free_view(v);
     }
 }
@@ -278,14 +280,14 @@ static void adaptive_delay_converges(void **state)
     ll_time before = DELAY;
     for (int f = 0; f < 60; f++) {
         run(v, ll_tick_time(v->frames + 1, HZ(60)), lag_50, NULL);
-        ll_time fall = before - v->l->client->delay;
+        ll_time fall = before - v->l->client->view.delay;
         assert_true(fall >= -1 && fall <= LL_SECOND / 600 + 1);
-        before = v->l->client->delay;
+        before = v->l->client->view.delay;
     }
     assert_true(about(before, LL_SECOND / RATE + 10 * LL_MS));
     run(v, 10 * LL_SECOND, lag_50, NULL);
     assert_true(about(shown_time(v), v->now - 50 * LL_MS - LL_SECOND / RATE - 10 * LL_MS));
-    assert_int_equal(v->l->client_metrics->underruns, 0);
+    assert_int_equal(v->l->client_metrics->buffer.underruns, 0);
     free_view(v);
 }
 
@@ -303,15 +305,15 @@ static void look_delay(view *v)
 {
     if (v->now < 5 * LL_SECOND)
         return;
-    delay_sum += ll_to_ms(v->l->client->delay);
+    delay_sum += ll_to_ms(v->l->client->view.delay);
     delay_frames++;
     if (v->taken == delay_taken)
         return;
     delay_taken = v->taken;
     delay_states++;
-    gap_sum += v->l->client->gap / 1e6;
-    deviation_sum += v->l->client->gap_deviation / 1e6;
-    late_sum += v->l->client->late / 1e6;
+    gap_sum += v->l->client->arrivals.gap / 1e6;
+    deviation_sum += v->l->client->arrivals.gap_deviation / 1e6;
+    late_sum += v->l->client->arrivals.late / 1e6;
 }
 
 /* Uniform jitter of +-J. A gap is an interval on average. It is compared with an average of gain g = 1/4 that
@@ -334,7 +336,7 @@ static void adaptive_delay_follows_jitter(void **state)
     assert_true(fabs(late_sum / n - late) < 0.04 * JITTER);
     double mean = delay_sum / (double)delay_frames;
     assert_true(mean < want && mean > want - 2);
-    assert_true(v->l->client_metrics->underruns <
+    assert_true(v->l->client_metrics->buffer.underruns <
                 20); /* the worst case would need an interval + 2 J + margin */
     free_view(v);
 }
@@ -350,7 +352,7 @@ static void adaptive_delay_is_capped(void **state)
     view *v = new_view(&ll_sync_free);
     v->l->config.interpolation_delay = 1;
     run(v, 60 * LL_SECOND, mostly_lost, NULL);
-    assert_true(about(v->l->client->delay, 6 * LL_SECOND / RATE + 10 * LL_MS));
+    assert_true(about(v->l->client->view.delay, 6 * LL_SECOND / RATE + 10 * LL_MS));
     free_view(v);
 }
 
@@ -370,14 +372,14 @@ static int faster, slower, even;
 
 static void look_scale(view *v)
 {
-    double scale = v->l->client->time_scale;
+    double scale = v->l->client->drawing.time_scale;
     if (v->now < LL_SECOND || shown_flags(v) & LL_RENDERED_HELD)
         return;
     assert_true(fabs(scale - 1) < 1e-6 || fabs(scale - 1.02) < 1e-6 || fabs(scale - 0.96) < 1e-6);
     faster += scale > 1.01;
     slower += scale < 0.99;
     even += scale > 0.99 && scale < 1.01;
-    assert_int_equal(v->l->client->view_state, scale > 1.01   ? LL_VIEW_CATCHING_UP
+    assert_int_equal(v->l->client->view.state, scale > 1.01   ? LL_VIEW_CATCHING_UP
                                                : scale < 0.99 ? LL_VIEW_SLOWING
                                                               : LL_VIEW_NORMAL);
 }
@@ -405,7 +407,7 @@ static void catch_up_has_three_speeds(void **state)
     assert_true(slower == 0 && even > 1200);
     ll_time error = v->now - 50 * LL_MS - DELAY - shown_time(v);
     assert_in_range(error, 0, LL_SECOND / RATE);
-    assert_int_equal(v->l->client_metrics->overruns, 0);
+    assert_int_equal(v->l->client_metrics->buffer.overruns, 0);
     free_view(v);
     v = new_view(&ll_sync_free);
     v->l->config.time_scale = 1;
@@ -429,7 +431,7 @@ static void catch_up_jumps_beyond_a_delay(void **state)
     view *v = new_view(&ll_sync_free);
     v->l->config.time_scale = 1;
     run(v, 6 * LL_SECOND, falls_by_120, NULL);
-    assert_int_equal(v->l->client_metrics->overruns, 1);
+    assert_int_equal(v->l->client_metrics->buffer.overruns, 1);
     assert_true(about(shown_time(v), v->now - 50 * LL_MS - DELAY));
     free_view(v);
 }

@@ -73,12 +73,12 @@ static int play(scene *s, outcome *o)
     int held = 0;
     for (int64_t k = 1; k <= SECONDS * 100; k++) {
         scene_run(s, (double)k / 100, &r);
-        held += server->barrier != 0;
+        held += server->barriers.tick != 0;
         for (int p = 0; p < server->players; p++) {
             const ll_peer *peer = ll_client_peer(ll_netgame_client(s->game, p));
             if (peer->barrier != 0)
                 assert_true(peer->tick <= peer->barrier &&
-                            ll_netgame_client(s->game, p)->tick <= peer->barrier);
+                            ll_netgame_client(s->game, p)->inputs.tick <= peer->barrier);
         }
     }
     return held;
@@ -95,7 +95,7 @@ static void a_barrier_does_not_change_the_result(void **state)
         held->s = &b;
         assert_int_equal(play(&a, whole), 0); /* nothing failed */
         games_held += play(&b, held) > 0;
-        assert_int_equal(ll_netgame_server(b.game)->barrier, 0);
+        assert_int_equal(ll_netgame_server(b.game)->barriers.tick, 0);
         assert_true(held->ticks > 50 && held->ticks <= whole->ticks);
         for (int64_t tick = 1; tick <= held->ticks; tick++)
             assert_true(held->hash[tick] == whole->hash[tick]);
@@ -129,7 +129,7 @@ static void a_single_lost_relay_causes_no_barrier(void **state)
         bool held = false;
         for (int64_t t = 1; t <= 1200; t++) {
             scene_run(&s, (double)t / 100, NULL);
-            held |= ll_netgame_server(s.game)->barrier != 0;
+            held |= ll_netgame_server(s.game)->barriers.tick != 0;
         }
         assert_int_equal(held, lost == 2);
         scene_close(&s);

@@ -66,10 +66,10 @@ static outcome run(const char *sync, const char *cheat, bool validation)
     scene_run(&s, RUN_S, NULL);
     const ll_client_slot *client_slot = &ll_netgame_server(s.game)->client_slots[0];
     for (int rule = 1; rule < LL_RULES; rule++)
-        o.refused += client_slot->refused[rule];
+        o.refused += client_slot->counts.refused[rule];
     o.gain = ll_netgame_client_metrics(s.game, 0)->gain.most;
     o.way = ll_server_world(ll_netgame_server(s.game))->entity[0].x;
-    o.refused_inputs = ll_netgame_client(s.game, 0)->refused;
+    o.refused_inputs = ll_netgame_client(s.game, 0)->inputs.refused;
     assert_int_equal(ll_netgame_client_metrics(s.game, 0)->false_refusals, 0);
     assert_int_equal(ll_netgame_client_metrics(s.game, 1)->false_refusals, 0);
     scene_close(&s);
@@ -198,7 +198,7 @@ static void drive(const char *const *sets, const char *cheat, double from_s, cou
     c->gain_over_honest = ll_netgame_client_metrics(s.game, 0)->honest.most;
     c->refused = 0;
     for (int rule = 1; rule < LL_RULES; rule++)
-        c->refused += ll_netgame_server(s.game)->client_slots[0].refused[rule];
+        c->refused += ll_netgame_server(s.game)->client_slots[0].counts.refused[rule];
     scene_close(&s);
 }
 

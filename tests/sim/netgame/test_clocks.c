@@ -49,7 +49,7 @@ static int64_t refused(const scene *s, int player)
 {
     int64_t sum = 0;
     for (int rule = 1; rule < LL_RULES; rule++)
-        sum += ll_netgame_server(s->game)->client_slots[player].refused[rule];
+        sum += ll_netgame_server(s->game)->client_slots[player].counts.refused[rule];
     return sum;
 }
 
@@ -219,7 +219,7 @@ static void slow_senders_are_as_much_later(void **state)
     scene_run(&s, 30, NULL);
     for (int p = 0; p < 2; p++) {
         const ll_client_metrics *in = ll_netgame_client_metrics(s.game, p);
-        double packets = (double)in->messages[LL_MESSAGE_INPUT] / 28;
+        double packets = (double)in->traffic.messages[LL_MESSAGE_INPUT] / 28;
         assert_true(fabs(packets - (p == 0 ? 20 : 60)) < 0.5);
         assert_true(in->input_history.count[LL_INPUT_CAME_LATE] + in->input_history.count[LL_INPUT_WAS_LOST] <
                     12);

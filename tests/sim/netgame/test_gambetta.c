@@ -40,7 +40,7 @@ static double frozen(const char *id, const char *rate, int seed, double *step)
     scene s = open_with(id, seed, sets);
     scene_run(&s, 60, NULL);
     const ll_client_metrics *in = ll_netgame_client_metrics(s.game, 0);
-    double share = (double)in->held_frames / (double)in->frames;
+    double share = (double)in->buffer.held_frames / (double)in->buffer.frames;
     *step = in->track[1].smooth.step_max;
     scene_close(&s);
     return share;
@@ -134,13 +134,13 @@ static double refused(const char *id, double jitter_ms, double *late)
     scene s = open_with(id, 1, sets);
     scene_run(&s, 120, NULL);
     const ll_client_slot *client_slot = &ll_netgame_server(s.game)->client_slots[0];
-    double all =
-        (double)(client_slot->accepted + client_slot->late + client_slot->refused[LL_RULE_MAGNITUDE]);
-    double share = (double)client_slot->refused[LL_RULE_MAGNITUDE] / all;
-    *late = (double)client_slot->late / all;
+    double all = (double)(client_slot->counts.accepted + client_slot->counts.late +
+                          client_slot->counts.refused[LL_RULE_MAGNITUDE]);
+    double share = (double)client_slot->counts.refused[LL_RULE_MAGNITUDE] / all;
+    *late = (double)client_slot->counts.late / all;
     double every_ms = id == demo ? 20 + jitter_ms / 2 : 20; /* an input per frame, or one for each tick */
     assert_true(fabs(all - 120e3 / every_ms) < 60);
-    assert_true(client_slot->refused[LL_RULE_RATE] + client_slot->refused[LL_RULE_BUDGET] == 0);
+    assert_true(client_slot->counts.refused[LL_RULE_RATE] + client_slot->counts.refused[LL_RULE_BUDGET] == 0);
     scene_close(&s);
     return share;
 }
@@ -177,7 +177,7 @@ static int phantoms(const char *id, int seed, double *offset)
     ll_client *c = ll_netgame_client(s.game, 0);
     *offset = ll_client_rendered(c)->entity[0].x - ll_server_world(ll_netgame_server(s.game))->entity[0].x;
     int open = 0;
-    for (uint32_t seq = c->acked + 1; seq <= c->seq; seq++)
+    for (uint32_t seq = c->inputs.acked + 1; seq <= c->inputs.seq; seq++)
         open += ll_client_pending(c, seq)->action.axis[0] != 0;
     scene_close(&s);
     return open;

@@ -89,11 +89,11 @@ static void clean_link(void **state)
         for (int i = 0; i < l.count; i++) {
             const refinement_level *r = &l.refinement_levels[i];
             assert_int_equal(r->player, 0);
-            assert_int_equal(r->seq, c->seq - 31 + (uint32_t)i);
+            assert_int_equal(r->seq, c->inputs.seq - 31 + (uint32_t)i);
             assert_true(r->made_s <= now_s + 1e-6 && r->made_s > now_s - 0.6);
             assert_true(i == 0 || fabs(r->made_s - l.refinement_levels[i - 1].made_s - 1.0 / 60) < 1e-6);
             assert_true(predicted(r));
-            assert_true((r->state == OPEN) == (r->seq > c->acked));
+            assert_true((r->state == OPEN) == (r->seq > c->inputs.acked));
             assert_true(r->state == OPEN || r->state == ACKNOWLEDGED);
             assert_true(r->state == ACKNOWLEDGED || isnan(r->server_x));
             open += r->state == OPEN;

@@ -159,7 +159,7 @@ static int64_t refused_of(const scene *s, int player)
 {
     int64_t refused = 0;
     for (int rule = 1; rule < LL_RULES; rule++)
-        refused += ll_netgame_server(s->game)->client_slots[player].refused[rule];
+        refused += ll_netgame_server(s->game)->client_slots[player].counts.refused[rule];
     return refused;
 }
 
@@ -203,7 +203,7 @@ static void run(const outage *o, window windows[4])
         window *w = &windows[i];
         *w = (window){.applied = over[i].applied - begun[i].applied,
                       .refused = refused_of(&s, i),
-                      .recovers = ll_netgame_server(s.game)->recovery_until != 0};
+                      .recovers = ll_netgame_server(s.game)->barriers.recovery_until != 0};
         mean_of(w->mean, &begun[i], &over[i]);
     }
     scene_close(&s);
@@ -405,11 +405,11 @@ static void on_input(void *context, const void *record)
     if (fabs((double)axis - (double)w->axis[p]) <= LL_CHANGE_EPSILON)
         return;
     w->axis[p] = axis;
-    ll_time since = event->begin - client->display.epoch;
+    ll_time since = event->begin - client->displays.clock.epoch;
     int64_t next = (since * TICK_HZ + LL_SECOND - 1) / LL_SECOND;
-    if (ll_tick_time(next, client->display.freq) < since)
+    if (ll_tick_time(next, client->displays.clock.freq) < since)
         next++;
-    w->last_ms[p] = ll_to_ms(ll_tick_time(next, client->display.freq) - since);
+    w->last_ms[p] = ll_to_ms(ll_tick_time(next, client->displays.clock.freq) - since);
     w->sum_ms[p] += w->last_ms[p];
     w->count[p]++;
 }

@@ -75,7 +75,7 @@ static double unevenness(const char *policy, double delay_ms, double jitter_ms, 
         count += now > 5000;
         last = now;
     }
-    *stale = ll_netgame_client(s.game, 0)->stale;
+    *stale = ll_netgame_client(s.game, 0)->snapshots.stale;
     tape_free(&all);
     scene_close(&s);
     return sqrt(sum / count);
@@ -120,8 +120,8 @@ static void interpolation_behind_a_buffer_needs_less_delay(void **state)
     scene a = scene_open("dejitter", bare), b = scene_open("dejitter", behind);
     scene_run(&a, 60, NULL);
     scene_run(&b, 60, NULL);
-    assert_true(ll_netgame_client_metrics(a.game, 0)->underruns > 100);
-    assert_int_equal(ll_netgame_client_metrics(b.game, 0)->underruns, 0);
+    assert_true(ll_netgame_client_metrics(a.game, 0)->buffer.underruns > 100);
+    assert_int_equal(ll_netgame_client_metrics(b.game, 0)->buffer.underruns, 0);
     scene_close(&a);
     scene_close(&b);
 }

@@ -32,7 +32,7 @@ static ll_summary summary(const scene *s, int player, ll_metric metric)
 
 static int64_t corrections(const scene *s, int player)
 {
-    return ll_netgame_client_metrics(s->game, player)->corrections;
+    return ll_netgame_client_metrics(s->game, player)->corrections.count;
 }
 
 /* Every game without contact, from no lag to the longest: nothing is corrected, in any scope. */
@@ -135,21 +135,21 @@ static void a_skipped_replay_would_change_nothing(void **state)
                                          .sync = ll_netgame_sync(copy),
                                          .config = &copy->config.players[p],
                                          .client_metrics = ll_netgame_client_metrics(copy, p)};
-                if (c->newest > c->fresh)
+                if (c->snapshots.received > c->snapshots.used)
                     continue; /* a snapshot brings the others' controls and counts from the next frame on */
                 compared++;
                 ll_resimulate(d, &setup);
-                assert_int_equal(c->predicted_tick, d->predicted_tick);
-                assert_int_equal(c->predicted_tick, c->tick);
+                assert_int_equal(c->prediction.tick, d->prediction.tick);
+                assert_int_equal(c->prediction.tick, c->inputs.tick);
                 for (int e = 0; e < 8; e++)
-                    if (ll_entity_set_has(&c->predicted, e))
+                    if (ll_entity_set_has(&c->prediction.entities, e))
                         assert_memory_equal(&ll_client_predicted(c)->entity[e],
                                             &ll_client_predicted(d)->entity[e], offsetof(ll_entity, flags));
             }
             free(copy);
         }
         for (int p = 0; p < 8; p++) {
-            states += ll_netgame_client(s.game, p)->newest;
+            states += ll_netgame_client(s.game, p)->snapshots.received;
             replays += ll_netgame_client_metrics(s.game, p)->input_history.replays;
         }
         assert_true(compared > 1000);
@@ -167,11 +167,11 @@ static void a_guess_follows_also_when_nothing_moves(void **state)
     scene s = scene_open("race", sets);
     const ll_client *c = ll_netgame_client(s.game, 0);
     scene_run(&s, 3, NULL);
-    assert_true(c->guessed[1].axis[0] == 0);
+    assert_true(c->prediction.guessed[1].axis[0] == 0);
     s.scenario.kind->input(s.game, 1, &(ll_action){.axis = {-1, 0}});
     scene_run(&s, 5, NULL);
     assert_true(ll_server_world(ll_netgame_server(s.game))->entity[1].x == 0);
-    assert_true(c->guessed[1].axis[0] == -1);
+    assert_true(c->prediction.guessed[1].axis[0] == -1);
     scene_close(&s);
 }
 

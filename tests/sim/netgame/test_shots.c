@@ -29,7 +29,7 @@ static double agreement(const ll_shot_tally *t)
 
 static int64_t refused(const scene *s, int player, ll_rule rule)
 {
-    return ll_netgame_server(s->game)->client_slots[player].refused[rule];
+    return ll_netgame_server(s->game)->client_slots[player].counts.refused[rule];
 }
 
 /* ---- agreement ---- */
@@ -203,9 +203,9 @@ static landing fire_upon(const char *lag, double aim)
     scene s = scene_open("cannon_shell", sets);
     const ll_client *c = ll_netgame_client(s.game, 0);
     int64_t k = 0;
-    while (c->view_time < 4 * LL_SECOND)
+    while (c->drawing.view_time < 4 * LL_SECOND)
         tick(&s, &k);
-    assert_int_equal(c->view_time, 4 * LL_SECOND);
+    assert_int_equal(c->drawing.view_time, 4 * LL_SECOND);
     act(&s, 0, 0, aim, LL_BUTTON_CANNON);
     tick(&s, &k);
     act(&s, 0, 0, aim, 0);
@@ -541,7 +541,7 @@ static void prediction_is_exact_while_shots_fly(void **state)
         scene s = scene_open(scenes[i], NULL);
         scene_run(&s, 60, NULL);
         for (int p = 0; p < 2; p++)
-            assert_int_equal(ll_netgame_client_metrics(s.game, p)->corrections, 0);
+            assert_int_equal(ll_netgame_client_metrics(s.game, p)->corrections.count, 0);
         scene_close(&s);
     }
 }

@@ -18,13 +18,13 @@ static ll_summary summary(const scene *s, int player, ll_metric metric)
 
 static const ll_snapshot_cost *cost(const scene *s, int player)
 {
-    return &ll_netgame_server(s->game)->client_slots[player].sent;
+    return &ll_netgame_server(s->game)->client_slots[player].counts.sent;
 }
 
 static double per_state(const scene *s, int player)
 {
     const ll_client_metrics *in = ll_netgame_client_metrics(s->game, player);
-    return (double)in->bytes[LL_MESSAGE_SNAPSHOT] / (double)in->messages[LL_MESSAGE_SNAPSHOT];
+    return (double)in->traffic.bytes[LL_MESSAGE_SNAPSHOT] / (double)in->traffic.messages[LL_MESSAGE_SNAPSHOT];
 }
 
 static bool same_world(const scene *a, const scene *b)
@@ -54,8 +54,8 @@ static void a_codec_changes_only_the_drawn_others(void **state)
         scene_run(&s[i], 40, NULL);
         assert_true(same_world(&s[0], &s[i]));
         for (int p = 0; p < 2; p++) {
-            assert_int_equal(ll_netgame_client_metrics(s[i].game, p)->corrections, 0);
-            assert_int_equal(ll_netgame_client(s[i].game, p)->unreadable, 0);
+            assert_int_equal(ll_netgame_client_metrics(s[i].game, p)->corrections.count, 0);
+            assert_int_equal(ll_netgame_client(s[i].game, p)->snapshots.unreadable, 0);
             double added = summary(&s[i], p, LL_METRIC_TIMELINE_ERROR).max -
                            summary(&s[0], p, LL_METRIC_TIMELINE_ERROR).max;
             assert_true(added <= step / 2 + 1e-9);
@@ -81,7 +81,7 @@ static void delta_equals_quantised(void **state)
         assert_memory_equal(w, ll_client_rendered(ll_netgame_client(b.game, p)), ll_world_size(w));
         ll_client_metrics *x = ll_netgame_client_metrics(a.game, p),
                           *y = ll_netgame_client_metrics(b.game, p);
-        assert_int_equal(x->corrections, y->corrections);
+        assert_int_equal(x->corrections.count, y->corrections.count);
         assert_memory_equal(x->histogram, y->histogram, sizeof x->histogram);
         assert_true(cost(&a, p)->unchanged * 10 > cost(&a, p)->entities * 7);
         assert_int_equal(cost(&a, p)->resting, cost(&b, p)->resting);
@@ -122,10 +122,10 @@ static void snapshots_over_a_bad_link_are_decoded(void **state)
     scene_run(&s, 60, NULL);
     const ll_link_stats *link = ll_link_get_stats(ll_netgame_down(s.game, 0));
     assert_true(link->lost > 300 && link->reordered > 100 && link->duplicated > 100);
-    assert_int_equal(ll_netgame_client(s.game, 0)->unreadable, 0);
-    assert_true(ll_netgame_client(s.game, 0)->stale > 100);
+    assert_int_equal(ll_netgame_client(s.game, 0)->snapshots.unreadable, 0);
+    assert_true(ll_netgame_client(s.game, 0)->snapshots.stale > 100);
     assert_true((double)cost(&s, 0)->whole <
-                0.01 * (double)ll_netgame_client_metrics(s.game, 0)->messages[LL_MESSAGE_SNAPSHOT]);
+                0.01 * (double)ll_netgame_client_metrics(s.game, 0)->traffic.messages[LL_MESSAGE_SNAPSHOT]);
     scene_close(&s);
 }
 
@@ -150,9 +150,10 @@ static void long_states_travel_as_fragments(void **state)
         int bytes = (int)per_state(&s, 0), n = mtus[i] ? (bytes + mtus[i] - 1) / mtus[i] : 1;
         int headers = 28 + (n > 1 ? 4 : 0);
         assert_true(bytes > 10000);
-        assert_int_equal(in->packets[LL_MESSAGE_SNAPSHOT], n * in->messages[LL_MESSAGE_SNAPSHOT]);
-        assert_int_equal(in->wire_bytes[LL_MESSAGE_SNAPSHOT] - in->bytes[LL_MESSAGE_SNAPSHOT],
-                         headers * in->packets[LL_MESSAGE_SNAPSHOT]);
+        assert_int_equal(in->traffic.packets[LL_MESSAGE_SNAPSHOT],
+                         n * in->traffic.messages[LL_MESSAGE_SNAPSHOT]);
+        assert_int_equal(in->traffic.wire_bytes[LL_MESSAGE_SNAPSHOT] - in->traffic.bytes[LL_MESSAGE_SNAPSHOT],
+                         headers * in->traffic.packets[LL_MESSAGE_SNAPSHOT]);
         double lost = 1 - pow(1 - p, n), messages = 0,
                gone = 0; /* of snapshots: answers to pings are short */
         for (size_t k = 0; k < t.count; k++) {
@@ -218,7 +219,7 @@ static void a_codec_may_change_while_it_runs(void **state)
             assert_true(x > last + way && x - seen < 16 * 0.6);
             last = x;
         }
-        assert_int_equal(ll_netgame_client(s.game, 0)->unreadable, 0);
+        assert_int_equal(ll_netgame_client(s.game, 0)->snapshots.unreadable, 0);
         scene_close(&s);
     }
 }

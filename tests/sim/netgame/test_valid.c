@@ -90,17 +90,17 @@ static void faults_are_found(void **state)
     assert_null(ll_netgame_broken(s.game));
     ll_client *c = ll_netgame_client(s.game, 0);
     ll_server *server = ll_netgame_server(s.game);
-    c->acked += 1000;
+    c->inputs.acked += 1000;
     assert_non_null(ll_netgame_broken(s.game));
-    c->acked -= 1000;
-    c->confirmed = server->step + 1;
+    c->inputs.acked -= 1000;
+    c->snapshots.confirmed = server->step + 1;
     assert_non_null(ll_netgame_broken(s.game));
-    c->confirmed = server->step - 10;
-    ll_client_state(c, c->newest - 1)->tick -= 5;
+    c->snapshots.confirmed = server->step - 10;
+    ll_client_state(c, c->snapshots.received - 1)->tick -= 5;
     assert_non_null(ll_netgame_broken(s.game));
-    ll_client_state(c, c->newest - 1)->tick += 5;
+    ll_client_state(c, c->snapshots.received - 1)->tick += 5;
     assert_null(ll_netgame_broken(s.game));
-    server->client_slots[1].slots[7].tick = 8;
+    server->client_slots[1].inputs.ring[7].tick = 8;
     assert_string_equal(ll_netgame_broken(s.game), "an input is not in its place of the ring");
     scene_close(&s);
 }

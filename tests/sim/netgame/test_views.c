@@ -39,9 +39,9 @@ static void two_intervals_ride_out_jitter(void **state)
 {
     (void)state;
     scene s = run_whole("interpolation_jitter", NULL);
-    assert_true(of(&s, 0)->underruns == 0 && of(&s, 0)->held_frames == 0);
+    assert_true(of(&s, 0)->buffer.underruns == 0 && of(&s, 0)->buffer.held_frames == 0);
     assert_true(of(&s, 0)->track[1].smooth.frozen == 0);
-    assert_true(of(&s, 1)->underruns > 100);
+    assert_true(of(&s, 1)->buffer.underruns > 100);
     scene_close(&s);
 }
 
@@ -66,14 +66,14 @@ static void silences_are_bridged_up_to_the_cap(void **state)
     (void)state;
     scene s = run_whole("extrapolation_silence", NULL);
     const ll_client_metrics *a = of(&s, 0), *b = of(&s, 1);
-    double bridged = (double)a->extrapolated_frames / 60, waited = (double)a->held_frames / 60,
-           alone = (double)b->held_frames / 60;
+    double bridged = (double)a->buffer.extrapolated_frames / 60, waited = (double)a->buffer.held_frames / 60,
+           alone = (double)b->buffer.held_frames / 60;
     /* A's wait at the limit counts as extrapolated too: it stands where extrapolation has put it. */
     assert_true(fabs(bridged - alone) < 3 * 0.05);
     assert_true(fabs(bridged - waited - (0.175 + 0.4 + 0.4)) < 0.06);
-    assert_true(a->underruns == 3 && b->underruns == 3);
+    assert_true(a->buffer.underruns == 3 && b->buffer.underruns == 3);
     /* More than 250 ms behind: also after 0.5 s, where nothing was bridged. */
-    assert_true(a->overruns == 1 && b->overruns == 2);
+    assert_true(a->buffer.overruns == 1 && b->buffer.overruns == 2);
     assert_true(summary(&s, 0, LL_METRIC_POP).max > 0.01 && summary(&s, 1, LL_METRIC_POP).max == 0);
     scene_close(&s);
 }
@@ -110,12 +110,12 @@ static void adaptive_delays_match_the_link(void **state)
         snprintf(b, sizeof b, "players.1.clock_phase=0.%d", tenths);
         const char *const sets[] = {a, b, NULL};
         scene s = run_whole("adaptive_delay", sets);
-        assert_true(fabs(ll_to_ms(ll_netgame_client(s.game, 0)->delay) - (1000.0 / 30 + 10)) < 0.001);
-        assert_true(of(&s, 0)->underruns < of(&s, 1)->underruns);
-        assert_true(tenths > 0 || of(&s, 0)->underruns < of(&s, 1)->underruns / 3);
-        assert_true(mean(&of(&s, 0)->delay_ms) < mean(&of(&s, 1)->delay_ms));
-        adaptive += of(&s, 0)->underruns;
-        fixed += of(&s, 1)->underruns;
+        assert_true(fabs(ll_to_ms(ll_netgame_client(s.game, 0)->view.delay) - (1000.0 / 30 + 10)) < 0.001);
+        assert_true(of(&s, 0)->buffer.underruns < of(&s, 1)->buffer.underruns);
+        assert_true(tenths > 0 || of(&s, 0)->buffer.underruns < of(&s, 1)->buffer.underruns / 3);
+        assert_true(mean(&of(&s, 0)->buffer.delay_ms) < mean(&of(&s, 1)->buffer.delay_ms));
+        adaptive += of(&s, 0)->buffer.underruns;
+        fixed += of(&s, 1)->buffer.underruns;
         scene_close(&s);
     }
     assert_true(adaptive < fixed / 3);
@@ -127,9 +127,9 @@ static void catching_up_calmly_leaves_something_in_stock(void **state)
 {
     (void)state;
     scene s = run_whole("time_scale", NULL);
-    assert_true(fabs(of(&s, 0)->time_scale.max - 1.1) < 1e-6 &&
-                fabs(of(&s, 1)->time_scale.max - 1.02) < 1e-6);
-    assert_true(of(&s, 0)->underruns > 60 && of(&s, 1)->underruns <= 2);
+    assert_true(fabs(of(&s, 0)->buffer.time_scale.max - 1.1) < 1e-6 &&
+                fabs(of(&s, 1)->buffer.time_scale.max - 1.02) < 1e-6);
+    assert_true(of(&s, 0)->buffer.underruns > 60 && of(&s, 1)->buffer.underruns <= 2);
     assert_true(of(&s, 1)->track[0].smooth.acceleration < of(&s, 0)->track[1].smooth.acceleration);
     scene_close(&s);
 }
@@ -149,7 +149,8 @@ static void smoothing_leaves_the_state_alone(void **state)
     for (int p = 0; p < 2; p++)
         assert_memory_equal(ll_client_predicted(ll_netgame_client(a.game, p)),
                             ll_client_predicted(ll_netgame_client(b.game, p)), ll_world_size(wa));
-    assert_true(of(&a, 1)->corrections == of(&b, 1)->corrections && of(&a, 1)->corrections > 50);
+    assert_true(of(&a, 1)->corrections.count == of(&b, 1)->corrections.count &&
+                of(&a, 1)->corrections.count > 50);
     /* A frame shows 1 - 2^(-(16.7 / 100)) = 0.109 of the present error, to which several snapshots'
      * corrections add. */
     assert_true(summary(&a, 1, LL_METRIC_POP).max < summary(&b, 1, LL_METRIC_POP).max / 5);

@@ -1,0 +1,269 @@
+/* A tick of a client: it reads the controls, makes inputs of them, and composes the packet to send. */
+#include <string.h>
+
+#include "base/assert.h"
+#include "base/rng.h"
+#include "netcode/client/ack.h"
+#include "netcode/client/cheat.h"
+#include "netcode/client/scope.h"
+#include "netcode/protocol/limits.h"
+#include "netcode/state/client.h"
+
+#define FAKED_VIEW (500 * LL_MS)
+
+/* The world that the player acts on, and its time: the rendered view. A client that fakes its view time acts
+ * on the snapshot of an earlier time, with its own entity as it is now. */
+static const ll_world *rendered_view_of(ll_client *c, const ll_client_setup *s, ll_world *old, ll_time *seen)
+{
+    int64_t oldest = c->snapshots.received > LL_STATE_RING ? c->snapshots.received - LL_STATE_RING : 0,
+            i = c->snapshots.received - 1;
+    *seen = c->drawing.view_time;
+    if (s->config->cheat != LL_CHEAT_VIEW_TIME || c->snapshots.received == 0)
+        return ll_client_rendered(c);
+    while (i > oldest && ll_client_state(c, i)->time > c->drawing.view_time - FAKED_VIEW)
+        i--;
+    *seen = ll_client_state(c, i)->time;
+    memcpy(old, ll_snapshot_entry_world(ll_client_state(c, i)), (size_t)c->layout.world_size);
+    old->entity[c->self] = ll_client_rendered(c)->entity[c->self];
+    return old;
+}
+
+/* Whether the duration of a key press counts. */
+static bool counts_time(const ll_client_setup *s)
+{
+    return s->sync->press_s > 0 && s->config->timer_jitter_ms > 0;
+}
+
+static double ticks_pressed(const ll_client *c)
+{
+    return (double)c->ticks.elapsed / (double)c->ticks.period;
+}
+
+static ll_action for_its_time(const ll_client *c, const ll_client_setup *s, ll_action a)
+{
+    if (counts_time(s)) {
+        a.axis[0] = (float)(a.axis[0] * ticks_pressed(c));
+        a.axis[1] = (float)(a.axis[1] * ticks_pressed(c));
+    }
+    return a;
+}
+
+#define DEVICE_STREAM 0x646576696365 /* `device`; one per player */
+
+ll_time ll_client_control_time(const ll_client *c, const ll_client_setup *s, ll_time now)
+{
+    const ll_player_config *config = s->config;
+    double read_ms = config->input_hz > 0 ? 1e3 / config->input_hz : 0;
+    if (read_ms > 0)
+        read_ms *=
+            ll_rng_unit(s->seed, DEVICE_STREAM + (uint64_t)c->self, (uint64_t)c->epoch << 32 | c->inputs.seq);
+    return now - ll_ms(config->input_device_ms + read_ms);
+}
+
+void ll_client_miss(const ll_client *c, const ll_client_setup *s, ll_time now)
+{
+    ll_client_control(c, s, ll_client_rendered_const(c), now);
+    ll_client_metrics_missed(s->client_metrics, &s->client_metrics->controls, now);
+}
+
+ll_action ll_client_control(const ll_client *c, const ll_client_setup *s, const ll_world *seen, ll_time t)
+{
+    const ll_player_config *config = s->config;
+    ll_action a = c->inputs.held;
+    if (config->control == LL_CONTROL_SCRIPT)
+        a = s->game->drive(seen, s->env, s->seed, c->self, (ll_script)config->script, t);
+    s->client_metrics->controls = a;
+    const ll_action honest = for_its_time(c, s, a);
+    ll_honest_controls(&s->client_metrics->honest, &honest);
+    ll_cheat_action(c, s, &a);
+    return for_its_time(c, s, a);
+}
+
+#define QUIET 4 /* intervals without a step: some player's inputs are missing */
+
+/* Number of inputs that a client may make while the server waits for inputs. Inputs that the server would
+ * refuse as too far ahead are not sent. While no step is made, it is the number that fits into the round
+ * trip: enough to continue at the full rate, and no more, because inputs made beyond that stay late for good.
+ */
+static int64_t inputs_allowed(const ll_client *c, const ll_client_setup *s, ll_time now)
+{
+    int64_t ahead = c->inputs.tick - c->snapshots.confirmed;
+    ll_time last_arrival =
+        c->arrivals.last < 0 ? 0
+                             : c->arrivals.last; /* before the first snapshot: the time of step 0, at once */
+    if (s->sync->answers)
+        return ahead == 0;
+    if (now - last_arrival > QUIET * c->ticks.period)
+        return ll_clock_sync_round_trip(&c->connection.clock) / c->ticks.period + QUIET - ahead;
+    return ll_budget_ticks(c->ticks.clock.freq) - 1 - ahead;
+}
+
+static int inputs_due(ll_client *c, const ll_client_setup *s, const ll_action *action, ll_time now)
+{
+    ll_input_history *input_history = &s->client_metrics->input_history;
+    bool counts = now >= s->client_metrics->from;
+    int n = 1 + ll_cheat_extra(c, s);
+    if (!s->sync->applies_on_arrival)
+        n += (int)c->ticks.skipped;
+    if (!s->sync->sends_idle && action->axis[0] == 0 && action->axis[1] == 0 && action->buttons == 0) {
+        ll_changes_idle(&s->client_metrics->changes);
+        return 0;
+    }
+    if (c->inputs.extra > 0) {
+        c->inputs.extra--;
+        input_history->doubled += counts;
+        n++;
+    } else if (c->inputs.extra < 0) {
+        c->inputs.extra++;
+        input_history->left_out += counts;
+        n--;
+    }
+    if (counts)
+        ll_running_stats_add(&input_history->scale, c->inputs.scale);
+    int64_t room = s->sync->waits ? inputs_allowed(c, s, now) : n;
+    return (int)(n < room ? n : room > 0 ? room : 0);
+}
+
+static uint32_t age_ns(ll_time age)
+{
+    return age < 0 ? 0 : age > UINT32_MAX ? UINT32_MAX : (uint32_t)age;
+}
+
+/* Records the player's controls, without the duration of the key press. */
+static void note_input(const ll_client *c, const ll_client_setup *s, const ll_action *action, ll_time now)
+{
+    ll_action controls = *action;
+    if (counts_time(s)) {
+        controls.axis[0] = (float)(controls.axis[0] / ticks_pressed(c));
+        controls.axis[1] = (float)(controls.axis[1] / ticks_pressed(c));
+    }
+    ll_client_metrics_input(s->client_metrics, c->inputs.seq,
+                            s->sync->applies_on_arrival ? LL_NEVER : c->inputs.tick, &controls,
+                            ll_client_control_time(c, s, now), now);
+}
+
+static void make_input(ll_client *c, const ll_client_setup *s, const ll_action *action, ll_time seen,
+                       ll_time now)
+{
+    ll_pending_input *p = ll_client_pending(c, ++c->inputs.seq);
+    c->inputs.tick++;
+    if (c->inputs.seq - c->inputs.acked > LL_PENDING_RING)
+        c->inputs.acked = c->inputs.seq - LL_PENDING_RING; /* the oldest is dropped */
+    LL_ASSERT(c->inputs.acked < c->inputs.seq && c->inputs.newest_sent < c->inputs.seq);
+    note_input(c, s, action, now);
+    *p = (ll_pending_input){.seq = c->inputs.seq, .made = now, .action = *action};
+    p->action.view_age_ns =
+        age_ns((s->sync->applies_on_arrival ? now : ll_client_step_time(c, c->inputs.tick)) - seen);
+    if (s->weapon_prediction)
+        ll_weapon_prediction_input(c, s, p, seen, now);
+    if (s->config->prediction)
+        ll_predict_pending_inputs(c, s);
+}
+
+/* Number of steps from the newest snapshot that the client has to `tick`; 0: it has none. */
+static uint16_t snapshot_age_of(const ll_client *c, const ll_client_setup *s, int64_t tick)
+{
+    int64_t lead = tick - c->snapshots.newest_tick;
+    return c->snapshots.received == 0 || s->sync->applies_on_arrival || lead < 0 || lead > UINT16_MAX
+               ? 0
+               : (uint16_t)lead;
+}
+
+static int put_inputs(const ll_client *c, const ll_client_setup *s, uint32_t first, uint32_t count,
+                      uint32_t fresh, ll_input_message *m)
+{
+    LL_ASSERT(count <= LL_INPUTS_MAX && first + count <= c->inputs.seq + 1);
+    m->head = (ll_message_head){LL_MESSAGE_INPUT, (uint8_t)count, c->epoch, first};
+    m->tick = (int32_t)(c->inputs.tick - (int64_t)(c->inputs.seq - first));
+    m->fresh = (uint8_t)(fresh < count ? fresh : count);
+    m->wants = (uint8_t)ll_acks[s->config->ack]->wants;
+    if (s->config->prediction && ll_scopes[s->config->prediction_scope]->guesses)
+        m->wants |= LL_PART_AXES;
+    m->lead = snapshot_age_of(c, s, m->tick);
+    for (uint32_t i = 0; i < count; i++)
+        m->inputs[i] = c->pending[(first + i) & (LL_PENDING_RING - 1)].action;
+    return ll_input_message_size((int)count);
+}
+
+int ll_client_held(ll_client *c, const ll_client_setup *s, ll_time now, void *packet)
+{
+    if (c->inputs.unsent == 0 || ll_cheat_holds(s, now))
+        return 0;
+    uint32_t first = c->inputs.unsent, count = c->inputs.seq - first + 1;
+    if (count > LL_INPUTS_MAX)
+        count = LL_INPUTS_MAX;
+    c->inputs.unsent = first + count <= c->inputs.seq ? first + count : 0;
+    return put_inputs(c, s, first, count, count, packet);
+}
+
+/* Whether a packet is to be sent with this tick. */
+static bool sends_now(const ll_client *c, const ll_client_setup *s)
+{
+    if (s->config->send_hz == 0 || s->sync->waits)
+        return true;
+    ll_freq freq = ll_freq_from_hz(s->config->send_hz);
+    if (freq >= c->ticks.clock.freq)
+        return true;
+    return c->ticks.number * freq / c->ticks.clock.freq != (c->ticks.number - 1) * freq / c->ticks.clock.freq;
+}
+
+/* Whether the answer to the oldest open input is overdue. */
+static bool overdue(const ll_client *c, ll_time now)
+{
+    const ll_pending_input *oldest = &c->pending[(c->inputs.acked + 1) & (LL_PENDING_RING - 1)];
+    return now - oldest->made > ll_clock_sync_round_trip(&c->connection.clock) + QUIET * c->ticks.period;
+}
+
+/* A packet holds a run of inputs up to the newest. Where the server waits for each input, more are open than
+ * a packet holds, and the oldest is overdue, every other packet instead holds older inputs, from the oldest
+ * open one on, in turn. */
+static int compose(ll_client *c, const ll_client_setup *s, ll_time now, ll_input_message *m)
+{
+    uint32_t open = c->inputs.seq - c->inputs.acked, fresh = c->inputs.seq - c->inputs.newest_sent;
+    if (ll_cheat_holds(s, now) && c->inputs.unsent == 0 && fresh > 0)
+        c->inputs.unsent = c->inputs.newest_sent + 1;
+    if (fresh > 0 && sends_now(c, s))
+        c->inputs.newest_sent = c->inputs.seq;
+    else if (!s->sync->waits)
+        return 0;
+    if (c->inputs.unsent != 0)
+        return ll_client_held(c, s, now, m);
+    if (open < fresh && !s->sync->waits)
+        open = fresh; /* even if too late: the server reports by how much */
+    if (open > c->inputs.seq + 1 - c->inputs.run)
+        open = c->inputs.seq + 1 - c->inputs.run;
+    if (open == 0)
+        return 0;
+    uint32_t wanted = s->sync->waits ? LL_INPUTS_MAX : fresh + (uint32_t)s->config->redundancy;
+    uint32_t count = wanted < open ? wanted : open;
+    if (count > LL_INPUTS_MAX)
+        count = LL_INPUTS_MAX;
+    uint32_t first = c->inputs.seq - count + 1;
+    if (s->sync->waits && open > count && (c->ticks.number & 1) && overdue(c, now)) {
+        uint32_t turns = (open - 1) / count;
+        first = c->inputs.acked + 1 + (uint32_t)(c->ticks.number / 2) % turns * count;
+        c->inputs.newest_sent -= fresh; /* the next packet sends them */
+        fresh = 0;
+    }
+    return put_inputs(c, s, first, count, fresh, m);
+}
+
+int ll_client_tick(ll_client *c, const ll_client_setup *s, ll_time now, void *packet)
+{
+    ll_client_begin_tick(c, now);
+    ll_client_apply_newest(c, s, now);
+    if (!ll_connection_plays(&c->connection)) {
+        c->inputs.tick += s->sync->client_runs_ahead; /* the clock continues */
+        ll_client_miss(c, s, now);
+        return 0;
+    }
+    _Alignas(8) char old[LL_GAME_WORLD_MAX];
+    ll_time seen;
+    const ll_world *view = rendered_view_of(c, s, (ll_world *)old, &seen);
+    ll_action action = ll_client_control(c, s, view, now);
+    int made = inputs_due(c, s, &action, now);
+    for (int i = 0; i < made; i++)
+        make_input(c, s, &action, seen, now);
+    ll_measure(s->client_metrics, LL_METRIC_UNACKED, now, (double)(c->inputs.seq - c->inputs.acked));
+    return compose(c, s, now, packet);
+}

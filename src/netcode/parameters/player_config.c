@@ -1,0 +1,379 @@
+#include "netcode/protocol/config.h"
+
+#include <stdio.h>
+
+#include "link/line/presets.h"
+#include "netcode/client/ack.h"
+#include "netcode/client/scope.h"
+#include "netcode/peer/float_mode.h"
+#include "netcode/protocol/clock_sync.h"
+#include "netcode/view/view.h"
+
+static const char *const controls[] = {"script", "person", NULL};
+static const char *const corrections[] = {"snap", "smooth", NULL};
+static const char *const extrapolation_clocks[] = {"measured", "arrival", NULL};
+static const char *const cheats[] = {"none",      "magnitude", "rate",     "budget",     "view_time",
+                                     "fire_rate", "claim",     "teleport", "lag_switch", NULL};
+
+static void choose_preset(void *object, int preset)
+{
+    ll_link_pair *pair = object;
+    ll_link_preset_apply(preset, &pair->up, &pair->down);
+}
+
+static const ll_param link_rows[] = {
+    {.name = "preset",
+     .type = LL_PARAM_CHOICE,
+     .offset = offsetof(ll_link_pair, preset),
+     .choices = ll_link_preset_names,
+     .live = true,
+     .chosen = choose_preset,
+     .help = "Named link: sets every parameter of both directions before the parameters given next to it "
+             "apply. custom sets none."},
+    {.name = "up",
+     .type = LL_PARAM_OBJECT,
+     .offset = offsetof(ll_link_pair, up),
+     .child = &ll_link_table,
+     .live = true,
+     .help = "From the client to the server."},
+    {.name = "down",
+     .type = LL_PARAM_OBJECT,
+     .offset = offsetof(ll_link_pair, down),
+     .child = &ll_link_table,
+     .live = true,
+     .help = "From the server to the client."},
+};
+
+static const ll_param_table link_table = {.name = "link_pair",
+                                          .help = "A player's link, per direction.",
+                                          .rows = link_rows,
+                                          .count = sizeof link_rows / sizeof link_rows[0],
+                                          .size = sizeof(ll_link_pair)};
+
+static const ll_param player_rows[] = {
+    {.name = "name",
+     .type = LL_PARAM_TEXT,
+     .offset = offsetof(ll_player_config, name),
+     .max = LL_NAME_MAX,
+     .help = "Name in the views; A, B, ... if empty."},
+    {.name = "lag_ms",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_player_config, lag_ms),
+     .max = 1000,
+     .unit = "ms",
+     .live = true,
+     .help = "One-way delay in each direction: the round trip takes twice as long."},
+    {.name = "link",
+     .type = LL_PARAM_OBJECT,
+     .offset = offsetof(ll_player_config, link),
+     .child = &link_table,
+     .live = true,
+     .help = "Impairments of each direction."},
+    {.name = "prediction",
+     .type = LL_PARAM_BOOL,
+     .offset = offsetof(ll_player_config, prediction),
+     .live = true,
+     .help = "Client-side prediction: the client applies its own inputs to its own entity at once."},
+    {.name = "prediction_scope",
+     .type = LL_PARAM_CHOICE,
+     .offset = offsetof(ll_player_config, prediction_scope),
+     .choices = ll_prediction_scope_names,
+     .live = true,
+     .help = "Entities that the client predicts: its own, also those that may touch it, or the whole world. "
+             "Others are predicted with their last received controls."},
+    {.name = "reconciliation",
+     .type = LL_PARAM_BOOL,
+     .offset = offsetof(ll_player_config, reconciliation),
+     .live = true,
+     .help = "Server reconciliation: the client takes the server's state and replays its unacknowledged "
+             "inputs. Needs prediction."},
+    {.name = "reconciliation_tolerance_m",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_player_config, reconciliation_tolerance_m),
+     .max = 10,
+     .unit = "m",
+     .live = true,
+     .help = "The prediction stands while every predicted entity is within this distance of the server's "
+             "snapshot, now and extrapolated by velocity until the next snapshot. 0 demands bitwise "
+             "equality, except for what rounding of other entities explains."},
+    {.name = "ack",
+     .type = LL_PARAM_CHOICE,
+     .offset = offsetof(ll_player_config, ack),
+     .choices = ll_ack_names,
+     .live = true,
+     .help = "How the client learns which inputs were applied. high_water: all inputs up to a number count "
+             "as applied. per_input: one bit per input, so that lost, late and refused inputs are known to "
+             "be skipped."},
+    {.name = "interpolation",
+     .type = LL_PARAM_BOOL,
+     .offset = offsetof(ll_player_config, interpolation),
+     .live = true,
+     .help = "Entity interpolation: other entities are drawn in the past, between two snapshots."},
+    {.name = "interpolation_ratio",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_player_config, interpolation_ratio),
+     .min = 1,
+     .max = 4,
+     .default_value = 2,
+     .live = true,
+     .help = "Interpolation delay in update intervals; 2 covers one lost update."},
+    {.name = "jitter_margin_ms",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_player_config, jitter_margin_ms),
+     .max = 500,
+     .default_value = 10,
+     .unit = "ms",
+     .live = true,
+     .help = "Added to the interpolation delay."},
+    {.name = "dejitter",
+     .type = LL_PARAM_CHOICE,
+     .offset = offsetof(ll_player_config, dejitter),
+     .choices = ll_dejitter_names,
+     .live = true,
+     .help = "When the client applies a received snapshot. none: at once. arrival: dejitter_ms later. "
+             "send_time: dejitter_ms after the time at which it would have arrived if it were as fast as the "
+             "fastest recent one. mirror and nfe: after a delay that follows the jitter."},
+    {.name = "dejitter_ms",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_player_config, dejitter_ms),
+     .max = 500,
+     .default_value = 100,
+     .unit = "ms",
+     .live = true,
+     .help = "Delay of the de-jitter buffer; with nfe the minimum."},
+    {.name = "interpolation_method",
+     .type = LL_PARAM_CHOICE,
+     .offset = offsetof(ll_player_config, interpolation_method),
+     .choices = ll_interpolation_names,
+     .live = true,
+     .help = "Curve between two snapshots. linear: the straight line. hermite: the cubic that also has their "
+             "velocities."},
+    {.name = "interpolation_delay",
+     .type = LL_PARAM_CHOICE,
+     .offset = offsetof(ll_player_config, interpolation_delay),
+     .choices = ll_interpolation_delay_names,
+     .live = true,
+     .help = "ratio: interpolation_ratio / update_hz. adaptive: the average gap between snapshots, plus 1.25 "
+             "times its deviation, plus the average lateness. jitter_margin_ms is added to both."},
+    {.name = "time_scale",
+     .type = LL_PARAM_CHOICE,
+     .offset = offsetof(ll_player_config, time_scale),
+     .choices = ll_time_scale_names,
+     .live = true,
+     .help = "How render time follows the link. proportional: up to a tenth faster or slower. catch_up: 2 % "
+             "faster or 4 % slower while it is more than one update interval off."},
+    {.name = "extrapolation_ms",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_player_config, extrapolation_ms),
+     .max = 1000,
+     .unit = "ms",
+     .live = true,
+     .help = "How long others are extrapolated by their velocity when no newer snapshot has arrived; then "
+             "they are held. Without interpolation they are extrapolated to the server's present."},
+    {.name = "extrapolation_clock",
+     .type = LL_PARAM_CHOICE,
+     .offset = offsetof(ll_player_config, extrapolation_clock),
+     .choices = extrapolation_clocks,
+     .live = true,
+     .help = "Clock for extrapolation without interpolation. measured: the server's present by the clock "
+             "that the pings measured. arrival: the server time of the fastest snapshot."},
+    {.name = "correction",
+     .type = LL_PARAM_CHOICE,
+     .offset = offsetof(ll_player_config, correction),
+     .choices = corrections,
+     .live = true,
+     .help = "Correction of a wrongly drawn position. snap: it jumps. smooth: the error decays in the view, "
+             "never in the state. Errors above 4 m always jump."},
+    {.name = "correction_half_life_ms",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_player_config, correction_half_life_ms),
+     .min = 1,
+     .max = 5000,
+     .default_value = 200,
+     .unit = "ms",
+     .live = true,
+     .help = "Half-life of a smoothed error."},
+    {.name = "timer_jitter_ms",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_player_config, timer_jitter_ms),
+     .max = 50,
+     .unit = "ms",
+     .live = true,
+     .help = "Maximum lateness of the client's timer, uniform; a late timer sets the next one from its own "
+             "time, as a busy browser does."},
+    {.name = "clock_phase",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_player_config, clock_phase),
+     .min = -1,
+     .max = 1,
+     .default_value = -1,
+     .help = "Delay of this machine's ticks and displays relative to the server's clock, in ticks. Negative: "
+             "random from 0 to 1, by the seed."},
+    {.name = "drift_ppm",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_player_config, drift_ppm),
+     .min = -500,
+     .max = 500,
+     .unit = "ppm",
+     .help = "Rate of this machine's clock above the server's, in parts per million."},
+    {.name = "clock_filter",
+     .type = LL_PARAM_CHOICE,
+     .offset = offsetof(ll_player_config, clock_filter),
+     .choices = ll_clock_filter_names,
+     .live = true,
+     .help = "How the client estimates the server's clock from its last eight pings: the median, the ping of "
+             "the shortest round trip, or the mean."},
+    {.name = "send_hz",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_player_config, send_hz),
+     .max = 128,
+     .unit = "Hz",
+     .live = true,
+     .help = "How often the client sends its new inputs; 0, and in lockstep: with every tick."},
+    {.name = "display_hz",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_player_config, display_hz),
+     .max = 240,
+     .unit = "Hz",
+     .help = "How often the client draws; 0: tick_hz. At the rate of the ticks it draws with them."},
+    {.name = "input_hz",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_player_config, input_hz),
+     .max = 8000,
+     .unit = "Hz",
+     .live = true,
+     .help = "How often the input device is read; a change waits for the next reading. 0: at once."},
+    {.name = "input_device_ms",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_player_config, input_device_ms),
+     .max = 200,
+     .unit = "ms",
+     .live = true,
+     .help = "Delay from the hand to the game, in addition to the wait for input_hz."},
+    {.name = "display_device_ms",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_player_config, display_device_ms),
+     .max = 200,
+     .unit = "ms",
+     .live = true,
+     .help = "Delay from the drawn frame to the light on the screen."},
+    {.name = "slack_ticks",
+     .type = LL_PARAM_INT,
+     .offset = offsetof(ll_player_config, slack_ticks),
+     .max = 10,
+     .default_value = 1,
+     .unit = "ticks",
+     .live = true,
+     .help = "Wanted input slack: the client runs ahead of the server by its lag plus this."},
+    {.name = "input_delay_ticks",
+     .type = LL_PARAM_INT,
+     .offset = offsetof(ll_player_config, input_delay_ticks),
+     .max = LL_INPUT_DELAY_MAX,
+     .unit = "ticks",
+     .live = true,
+     .help = "Input delay: an input takes effect this many ticks later. The player feels it later, and the "
+             "others receive it earlier relative to its effect."},
+    {.name = "time_dilation",
+     .type = LL_PARAM_BOOL,
+     .offset = offsetof(ll_player_config, time_dilation),
+     .live = true,
+     .help = "With sync free the client keeps its slack by running its frames up to a tenth faster or "
+             "slower, instead of doubling or skipping inputs."},
+    {.name = "redundancy",
+     .type = LL_PARAM_INT,
+     .offset = offsetof(ll_player_config, redundancy),
+     .max = 15,
+     .default_value = 2,
+     .live = true,
+     .help = "Number of earlier unacknowledged inputs that each input packet repeats."},
+    {.name = "lane",
+     .type = LL_PARAM_INT,
+     .offset = offsetof(ll_player_config, lane),
+     .min = -1,
+     .max = LL_PLAYERS_MAX - 1,
+     .default_value = -1,
+     .help = "Lane of the race; -1: a lane of the player's own."},
+    {.name = "control",
+     .type = LL_PARAM_CHOICE,
+     .offset = offsetof(ll_player_config, control),
+     .choices = controls,
+     .live = true,
+     .help = "Controlled by a script or a person."},
+    {.name = "script",
+     .type = LL_PARAM_CHOICE,
+     .offset = offsetof(ll_player_config, script),
+     .choices = ll_script_names,
+     .live = true,
+     .help = "The script."},
+    {.name = "cheat",
+     .type = LL_PARAM_CHOICE,
+     .offset = offsetof(ll_player_config, cheat),
+     .choices = cheats,
+     .live = true,
+     .help = "A client that cheats, to test the server's rules. Inputs: half as large again, twice as many, "
+             "a fifth more than time has passed, a huge one at intervals, or packets held back for 3 s of "
+             "every 6 and released at once. With weapons: a view of half a second before, presses without "
+             "pause, or a claim that every hitscan shot hits."},
+    {.name = "float_mode",
+     .type = LL_PARAM_CHOICE,
+     .offset = offsetof(ll_player_config, float_mode),
+     .choices = ll_float_mode_names,
+     .live = true,
+     .help = "Deterministic and rollback: floating-point arithmetic of the player's machine: exact as the "
+             "server's, stored as floats, with fused multiply-add, or with occasional errors of one ulp."},
+};
+
+/* Client rings are sized for this: 512 inputs cover a round trip of 2.5 s, one update per second and 128
+ * ticks per second. */
+static bool holds_for_long(const ll_player_config *player)
+{
+    return player->dejitter != LL_DEJITTER_NONE && player->dejitter != LL_DEJITTER_MIRROR;
+}
+
+static ll_status check_way(const ll_player_config *player, const ll_link_params *link, const char *path,
+                           const char *way)
+{
+    char field[64];
+    double longest = ll_link_delay_max_ms(link, player->lag_ms);
+    if (longest <= LL_ONE_WAY_MAX_MS)
+        return ll_ok();
+    snprintf(field, sizeof field, "%slink.%s", path, way);
+    return ll_field_error(LL_BAD_INPUT, field,
+                          "%s must delay a packet by at most %d ms: lag_ms, delay_ms, the largest jitter, "
+                          "spike_add_ms and, with a rate_kbps, limit_ms together; got %g",
+                          field, LL_ONE_WAY_MAX_MS, longest);
+}
+
+static ll_status check_player(const void *object, const char *path)
+{
+    const ll_player_config *player = object;
+    ll_status status = check_way(player, &player->link.up, path, "up");
+    if (!ll_failed(&status))
+        status = check_way(player, &player->link.down, path, "down");
+    double longest = ll_link_delay_max_ms(&player->link.down, player->lag_ms) + player->dejitter_ms;
+    if (ll_failed(&status) || !holds_for_long(player) || longest <= LL_ONE_WAY_MAX_MS)
+        return status;
+    char field[64];
+    snprintf(field, sizeof field, "%sdejitter_ms", path);
+    return ll_field_error(
+        LL_BAD_INPUT, field,
+        "%s and the longest delay of the player's link down must be at most %d ms together; got %g", field,
+        LL_ONE_WAY_MAX_MS, longest);
+}
+
+const ll_param_table ll_player_table = {.name = "player",
+                                        .help = "A player, its link and its techniques.",
+                                        .rows = player_rows,
+                                        .count = sizeof player_rows / sizeof player_rows[0],
+                                        .size = sizeof(ll_player_config),
+                                        .check = check_player};
+
+void ll_player_apply_dependencies(ll_player_config *now, const ll_player_config *before)
+{
+    if (!now->reconciliation || now->prediction)
+        return;
+    if (before->prediction)
+        now->reconciliation = false; /* prediction was switched off */
+    else
+        now->prediction = true; /* reconciliation was switched on */
+}
