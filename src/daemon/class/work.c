@@ -306,7 +306,7 @@ void ll_class_entry_look(ll_class_entry *entry)
             board->unread || (c->now.phase == LL_CLASS_RUN && glance.status == LL_SESSION_PLAYING &&
                               ll_session_entry_viewers(session_entry) == 0);
         board->link.held = board->link.held && (glance.status != LL_SESSION_PLAYING || !c->now.frozen);
-        ll_class_see_board(c, glance.status, glance.tick);
+        ll_class_see_board(c, (int)glance.status, glance.tick);
     }
     ll_session_entry_release(session_entry);
 }

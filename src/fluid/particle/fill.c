@@ -38,9 +38,7 @@ static ll_status check_ranges(const ll_particle_setup *s)
         {"body.density", s->body.density, 0, 1e6},
     };
     for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
-        ll_status status = check_range(rows[i].field, rows[i].value, rows[i].least, rows[i].most);
-        if (ll_failed(&status))
-            return status;
+        LL_TRY(check_range(rows[i].field, rows[i].value, rows[i].least, rows[i].most));
     }
     if (s->periodic && s->width < 4.4 * support_of(s)) /* at least three cells */
         return ll_field_error(LL_BAD_INPUT, "width",
@@ -268,6 +266,7 @@ static void normalise(ll_particles *p)
             slope += s * s * s * y * y;
             viscous += s * s * s * e2 / (e2 + 0.01 * h * h) * y * y;
         }
+    LL_ASSERT(sum > 0 && slope > 0 && viscous > 0); /* the support reaches neighbours */
     p->kernel.scale = 1 / (sum * d * d);
     p->kernel.slope_scale = -1 / (slope * d * d);
     p->kernel.gradient_scale = p->kernel.slope_scale * h * h / (-5 * p->kernel.scale);

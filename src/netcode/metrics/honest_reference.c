@@ -7,6 +7,7 @@
 
 static ll_honest_input *input_at(ll_honest_reference *t, int64_t number)
 {
+    _Static_assert((LL_HONEST_RING & (LL_HONEST_RING - 1)) == 0, "a mask finds the place");
     return &t->inputs[number & (LL_HONEST_RING - 1)];
 }
 

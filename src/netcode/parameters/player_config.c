@@ -348,8 +348,7 @@ static ll_status check_player(const void *object, const char *path)
 {
     const ll_player_config *player = object;
     ll_status status = check_way(player, &player->link.up, path, "up");
-    if (!ll_failed(&status))
-        status = check_way(player, &player->link.down, path, "down");
+    LL_THEN(status, check_way(player, &player->link.down, path, "down"));
     double longest = ll_link_delay_max_ms(&player->link.down, player->lag_ms) + player->dejitter_ms;
     if (ll_failed(&status) || !holds_for_long(player) || longest <= LL_ONE_WAY_MAX_MS)
         return status;

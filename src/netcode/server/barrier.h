@@ -3,7 +3,7 @@
  * Clients that wait for each other keep the distances in time between their ticks. After an outage, or when a
  * player joins again, the ticks stay bunched differently than at the start. A gap is a pause of a client's
  * packets, or of the relays to it, of LL_BARRIER_GAP beyond their interval (two relays, where they are
- * rarer). When packets arrive again after a gap, the server sends all clients a tick, `hold`, beyond which
+ * rarer). When packets arrive again after a gap, the server sends all clients a tick, `barrier`, beyond which
  * they make no inputs; no client can have passed it. When the server has all inputs up to that tick, the next
  * relays bring them to all clients, with the time to continue. That instant has the same phase to ticks and
  * updates as the start of the game, and all clients will have made the barrier's tick by then. So nothing is

@@ -145,7 +145,8 @@ static void bad_rules_are_reported(void **state)
                  {"\"relative\":0.1,\"least\":4", "until.least", "4"},
                  {"\"relative\":0.1,\"least\":50", "until.least", "at most repeats, which is 40"},
                  {"\"relative\":0.1,\"metric\":\"tick\"", "until.metric", "one of the metrics"},
-                 {"\"relative\":0.1,\"metric\":\"players.0.remote_error_m.max\"", "until.metric", "depends on rare runs"}};
+                 {"\"relative\":0.1,\"metric\":\"players.0.remote_error_m.max\"", "until.metric",
+                  "depends on rare runs"}};
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         ll_experiment *e = NULL;
         ll_status status = parse(cases[i].until, 40, &e);

@@ -168,11 +168,11 @@ static void honest_players_gain_nothing(void **state)
 
 /* ---- against the honest reference ---- */
 
-#define TWIN_S 30
-#define TWIN_STEPS (TWIN_S * 60)
+#define REFERENCE_S 30
+#define REFERENCE_STEPS (REFERENCE_S * 60)
 
 typedef struct course {
-    double covered[TWIN_STEPS]; /* m, after each tick */
+    double covered[REFERENCE_STEPS]; /* m, after each tick */
     double gain, gain_over_honest;
     int64_t refused;
 } course;
@@ -186,7 +186,7 @@ static void drive(const char *const *sets, const char *cheat, double from_s, cou
     double x = car->x;
     ll_status status = ll_param_set(s.scenario.kind->table, &config, "players.0.cheat", cheat, false);
     assert_false(ll_failed(&status));
-    for (int i = 0; i < TWIN_STEPS; i++) {
+    for (int i = 0; i < REFERENCE_STEPS; i++) {
         if (i > 0)
             scene_run(&s, i / 60.0, NULL);
         c->covered[i] = i > 0 ? c->covered[i - 1] + fabs(car->x - x) : 0;
@@ -205,7 +205,7 @@ static void drive(const char *const *sets, const char *cheat, double from_s, cou
 static double most_ahead(const course *cheat, const course *honest)
 {
     double most = 0;
-    for (int i = 0; i < TWIN_STEPS; i++) {
+    for (int i = 0; i < REFERENCE_STEPS; i++) {
         double ahead = cheat->covered[i] - honest->covered[i];
         most = ahead > most ? ahead : most;
     }
@@ -265,14 +265,14 @@ static void no_cheat_passes_its_honest_honest(void **state)
         const char *const sets[] = {lags[k % 3], scripts[k / 3], "params.laps=10000", NULL};
         drive(sets, "none", 0, honest);
         assert_int_equal(honest->refused, 0);
-        assert_true(honest->covered[TWIN_STEPS - 1] > 250);
+        assert_true(honest->covered[REFERENCE_STEPS - 1] > 250);
         for (int i = 0; i < 8; i++) {
             bool ahead = strcmp(by_place[i], "rate") == 0 || strcmp(by_place[i], "budget") == 0;
             double allowed = ahead && k < 3 ? LL_BUDGET_TICKS * 16.0 / 60 : 0;
             drive(sets, by_place[i], 0, cheat);
             assert_true(most_ahead(cheat, honest) <= allowed + 1e-6);
             assert_true(cheat->gain_over_honest <= allowed + 1e-6 && cheat->gain < 1e-6);
-            assert_true(cheat->covered[TWIN_STEPS - 1] <= honest->covered[TWIN_STEPS - 1] + 1e-6);
+            assert_true(cheat->covered[REFERENCE_STEPS - 1] <= honest->covered[REFERENCE_STEPS - 1] + 1e-6);
         }
     }
     free(honest);
