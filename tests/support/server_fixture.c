@@ -201,6 +201,8 @@ static ll_frame *frame_of(const test_server *f, uint32_t seq, uint32_t generatio
                         .count = 2,
                         .record = {&stamp_record, &noise_record},
                         .section = {ll_section_new(stamps, seq), ll_section_new(noises, seq)}};
+    ll_rows_free(stamps);
+    ll_rows_free(noises);
     atomic_init(&frame->references, 1);
     return frame;
 }
