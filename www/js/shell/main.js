@@ -28,6 +28,7 @@ async function showFirst({ opened, line }) {
   if (notes.length > 0) notify(notes.join('. '), link.problems.length > 0);
 }
 if (begun) showFirst(begun).catch(failed);
+else if (lesson.value !== null && link.problems.length > 0) notify(link.problems.join('. '), true);
 
 const WAIT_MS = 400;
 if (begun) {
