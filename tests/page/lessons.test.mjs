@@ -151,13 +151,13 @@ test('Play is locked until a choice is made; then it stops on the tick, and the 
   await current(page, 'Explain');
   assert.match(await page.locator('.pair dd').first().innerText(), /^150 ms$/);
   assert.equal(await page.locator('.why').innerText(), LATE.choices[1].why.en);
-  const told = Number.parseFloat(await page.locator('#answer').innerText());
+  const claimed = Number.parseFloat(await page.locator('#answer').innerText());
   await api(daemon.url, `sessions/${id}/control`, { op: 'seek', time_s: 20 }, key);
   const measured = await until(async () => {
     const { body } = await api(daemon.url, `sessions/${id}/metrics`);
     return body.time_s >= 20 && body.metrics.players[0].input_latency_ms.mean;
   }, 'the end of the run');
-  assert.ok(Math.abs(told - measured) < 1, `told ${told}, measured ${measured}`);
+  assert.ok(Math.abs(claimed - measured) < 1, `claimed ${claimed}, measured ${measured}`);
   assert.deepEqual(complaints, []);
   await close();
 });

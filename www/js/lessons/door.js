@@ -5,7 +5,7 @@ import { insist } from '../base/api.js';
 import { writeLesson } from '../base/link.js';
 import { labs } from '../session/labs.js';
 import { lesson, scenarios, theme } from '../session/state.js';
-import { pictureOf } from './pictures.js';
+import { drawingOf } from './drawings.js';
 import { file, language, ready, word } from './words.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
@@ -37,7 +37,7 @@ const hrefOf = (row) => writeLesson({ id: row.id, step: 1, lang: lesson.value?.l
 
 /** @param {Row} row @returns {Template} */
 function card(row) {
-  return html`<li><a class="card" href=${hrefOf(row)}>${pictureOf(row.id)}<span class="line"><span class="number">${row.order}</span>
+  return html`<li><a class="card" href=${hrefOf(row)}>${drawingOf(row.id)}<span class="line"><span class="number">${row.order}</span>
     <b>${row.title[language.value]}</b></span><small>${word('door.minutes', { n: row.minutes })}</small></a></li>`;
 }
 

@@ -1,4 +1,4 @@
-// The lessons: a list of questions, and each with its steps beside a lab. What the rest of the page uses of them.
+// The lessons: a list of questions, and each with its steps next to a lab. What the rest of the page uses of them.
 import { html } from '../../vendor/lit-html.js';
 import { effect } from '../../vendor/signals-core.js';
 import { showAddress } from '../session/params.js';

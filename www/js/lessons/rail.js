@@ -1,4 +1,4 @@
-// A lesson: its steps beside the lab's views.
+// A lesson: its steps next to the lab's views.
 import { html, nothing } from '../../vendor/lit-html.js';
 import { openLesson, toSandbox } from '../session/session.js';
 import { lesson, status } from '../session/state.js';
@@ -60,7 +60,7 @@ function explain(of) {
   const right = of.choices.find((one) => one.right),
     mine = of.choices[choice.value ?? SKIPPED] ?? right;
   return html`<dl class="pair"><div><dt>${word('explain.said')}</dt><dd>${said(of)}</dd></div>
-      <div class="tell"><dt>${word('explain.was')}</dt><dd id="answer">${right?.label ? `${right.label[language.value]} ` : nothing}${amount(
+      <div class="result"><dt>${word('explain.was')}</dt><dd id="answer">${right?.label ? `${right.label[language.value]} ` : nothing}${amount(
         of.answer.value,
         of.answer.unit,
       )}</dd></div></dl>
@@ -73,7 +73,7 @@ function explain(of) {
 function change(of) {
   return html`<p>${textOf(of, 5)}</p>
     <dl class="pair"><div><dt>${word('change.before')}</dt><dd>${amount(of.answer.value, of.answer.unit)}</dd></div>
-      <div class="tell"><dt>${word('change.after')}</dt><dd id="changed">${amount(of.change.answer.value, of.change.answer.unit)}</dd></div></dl>
+      <div class="result"><dt>${word('change.after')}</dt><dd id="changed">${amount(of.change.answer.value, of.change.answer.unit)}</dd></div></dl>
     <p class="faint">${word('change.seed', { seed: of.seed })}</p>
     ${status.value === 'playing' ? nothing : html`<button type="button" class="main" @click=${() => run()}>${word('change.go')}</button>`}
     <div class="links"><button type="button" class="link" @click=${() => toSandbox()}>${word('free')}</button>

@@ -29,7 +29,7 @@ const boxes = (list, name) =>
 const column = (x, count, lean) => Array.from({ length: count }, (_, i) => [x + lean * i * i, 103 - 18 * i, lean * i * 5]);
 
 /** @type {Record<string, import('lit-html').TemplateResult | import('lit-html').TemplateResult[]>} */
-const PICTURES = {
+const DRAWINGS = {
   late_answer: svg`${ROAD}${car(60, 90, 'a')}<path class="way" d="M60 52Q120 -6 198 30"/><path class="way" d="M198 42Q170 78 112 88"/>
     <path class="solid" d="M205 20l15 15-15 15-15-15z"/><rect class="letter" x="14" y="36" width="40" height="28" rx="5"/><path class="ink" d="M24 50h20m-7 -6l7 6-7 6"/>`,
   jump_back: svg`${ROAD}${car(174, 71, 'ghost')}${car(76, 71, 'a')}<path class="back" d="M180 40Q130 6 86 38m2 -14l-3 15 15 1"/>`,
@@ -69,8 +69,8 @@ const PICTURES = {
 };
 
 /** @param {string} id of a lesson @returns {Template} */
-export function pictureOf(id) {
-  return html`<svg class="picture" viewBox="0 0 250 128" aria-hidden="true" preserveAspectRatio="xMidYMid slice">${
-    PICTURES[id] ?? svg`<path class="plane" d="M0 0h250v128H0z"/>`
+export function drawingOf(id) {
+  return html`<svg class="drawing" viewBox="0 0 250 128" aria-hidden="true" preserveAspectRatio="xMidYMid slice">${
+    DRAWINGS[id] ?? svg`<path class="plane" d="M0 0h250v128H0z"/>`
   }</svg>`;
 }
