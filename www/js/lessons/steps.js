@@ -40,6 +40,7 @@ let variant = '';
 /** The step that the session stands at, by lesson. */
 let settled = '';
 let plainHz = 60; /* ticks a second without the change */
+let returning = false;
 let first = true; /* the lesson that the page was opened with keeps its answer */
 
 /** @param {string} id */
@@ -104,6 +105,23 @@ function settle(step) {
   if (inside) document.getElementById('lesson-step')?.focus();
 }
 
+const ARRIVAL_MS = 2000;
+
+/** Until a frame of the tick is drawn: what follows from a tick must not follow from an older frame. @param {number} tick */
+function drawn(tick) {
+  return new Promise((done) => {
+    const timer = setTimeout(done, ARRIVAL_MS);
+    const stop = effect(() => {
+      if (frame.value?.tick !== tick) return;
+      clearTimeout(timer);
+      queueMicrotask(() => {
+        stop();
+        done(null);
+      });
+    });
+  });
+}
+
 /** Brings the session to where a step begins. @param {Lesson} of @param {number} step @returns {Promise<boolean>} whether it is there */
 async function place(of, step) {
   const wanted = step === CHANGE ? 'changed' : 'plain',
@@ -117,7 +135,10 @@ async function place(of, step) {
     tick = 0;
   } else if (status.value === 'playing') await control({ op: 'pause' });
   if (opened.value?.id !== of.id) return false;
-  return tick === goal || (await control({ op: 'seek', tick: goal })) !== null;
+  if (tick === goal) return true;
+  if ((await control({ op: 'seek', tick: goal })) === null) return false;
+  await drawn(goal);
+  return opened.value?.id === of.id;
 }
 
 /** Another step, asked for by a person. @param {number} step */
@@ -144,6 +165,7 @@ export async function run() {
   await play();
 }
 
+/** Goes to the stop without playing. */
 export async function jump() {
   const now = opened.value,
     step = lesson.value?.step ?? 1;
@@ -217,7 +239,17 @@ export function listen() {
       tick = frame.value?.tick ?? -1;
     if (at === null || now === null || !ready.value || variant !== 'plain') return;
     const playing = status.value === 'playing';
+    const past = tick >= now.stop_tick;
     if (at.step === 1 && playing && choice.value !== null) untracked(() => settle(RUN));
-    else if (at.step === RUN && !playing && tick >= now.stop_tick) untracked(() => settle(OBSERVE));
+    else if (at.step <= RUN && !playing && past && choice.value !== null) untracked(() => settle(OBSERVE));
+    else if (at.step === RUN && playing && tick > now.stop_tick && !returning) {
+      /* it was restarted or moved meanwhile, which ends the order to stop */
+      returning = true;
+      untracked(() =>
+        jump().finally(() => {
+          returning = false;
+        }),
+      );
+    }
   });
 }
