@@ -70,7 +70,7 @@ const DRAWINGS = {
 
 /** @param {string} id of a lesson @returns {Template} */
 export function drawingOf(id) {
-  return html`<svg class="drawing" viewBox="0 0 250 128" aria-hidden="true" preserveAspectRatio="xMidYMid slice">${
+  return html`<svg class="sketch" viewBox="0 0 250 128" aria-hidden="true" preserveAspectRatio="xMidYMid slice">${
     DRAWINGS[id] ?? svg`<path class="plane" d="M0 0h250v128H0z"/>`
   }</svg>`;
 }

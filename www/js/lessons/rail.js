@@ -76,7 +76,7 @@ function change(of) {
       <div class="result"><dt>${word('change.after')}</dt><dd id="changed">${amount(of.change.answer.value, of.change.answer.unit)}</dd></div></dl>
     <p class="faint">${word('change.seed', { seed: of.seed })}</p>
     ${status.value === 'playing' ? nothing : html`<button type="button" class="main" @click=${() => run()}>${word('change.go')}</button>`}
-    <div class="links"><button type="button" class="link" @click=${() => toSandbox()}>${word('free')}</button>
+    <div class="after"><button type="button" class="link" @click=${() => toSandbox()}>${word('free')}</button>
       <button type="button" class="link" @click=${() => restart()}>${word('again')}</button>
       <button type="button" class="link" @click=${() => openLesson({ id: '', step: 1, lang: lesson.value?.lang ?? '' }, true)}>${word(
         'all',
