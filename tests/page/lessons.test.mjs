@@ -86,9 +86,14 @@ test('the first page is there within a second, and within 2.5 s on a processor s
     for (let i = 0; i < 3; i++) {
       const { page, context, close } = await visit(browser, 'about:blank', { wait: false });
       await (await context.newCDPSession(page)).send('Emulation.setCPUThrottlingRate', { rate });
+      await page.addInitScript(() => {
+        new MutationObserver(() => {
+          if (document.querySelector('.card')) globalThis.carded ??= performance.now();
+        }).observe(document, { childList: true, subtree: true });
+      });
       await page.goto(daemon.url);
-      await page.locator('.card').first().waitFor();
-      times.push(await page.evaluate(() => performance.now()));
+      await page.waitForFunction(() => globalThis.carded);
+      times.push(await page.evaluate(() => globalThis.carded));
       await close();
     }
     times.sort((a, b) => a - b);
@@ -234,7 +239,7 @@ test('a step outlives a reload, with the answer that was given', async () => {
 
 test('German: the switch, the address, numbers and the language of the text', async () => {
   const { page, close } = await door();
-  await page.getByRole('button', { name: 'Deutsch' }).click();
+  await page.getByRole('button', { name: 'DE, Deutsch' }).click();
   await page.getByRole('heading', { name: WORDS.de['door.title'] }).waitFor();
   assert.equal(await page.locator('main').getAttribute('lang'), 'de');
   assert.deepEqual((await page.locator('.card b').allTextContents())[0], LATE.title.de);
@@ -248,7 +253,7 @@ test('German: the switch, the address, numbers and the language of the text', as
   await page.locator('#lock-in').click();
   await current(page, WORDS.de['steps.observe']);
   assert.match(await page.locator('#rail > p').first().textContent(), /0,3 cm/);
-  await page.getByRole('button', { name: 'English' }).click();
+  await page.getByRole('button', { name: 'EN, English' }).click();
   await current(page, 'Observe');
   assert.equal(await tickOf(page), LATE.stop_tick, 'the session stays');
   await close();

@@ -23,7 +23,7 @@ export function languages() {
   return html`<div class="units languages" role="group" aria-label="Language · Sprache">${LANGUAGES.map(
     (
       name,
-    ) => html`<button type="button" lang=${name} aria-pressed=${name === language.value} aria-label=${name === 'de' ? 'Deutsch' : 'English'}
+    ) => html`<button type="button" lang=${name} aria-pressed=${name === language.value} aria-label=${name === 'de' ? 'DE, Deutsch' : 'EN, English'}
       @click=${() => {
         if (lesson.value === null) return;
         lesson.value = { ...lesson.value, lang: name };

@@ -30,8 +30,8 @@ effect(() => {
   const name = language.value;
   if (lesson.value === null || asked.has(name)) return;
   asked.add(name);
-  insist(() => file(`words/${name}.json`)).then((words) => {
-    read.value = { ...read.peek(), [name]: words.lesson };
+  insist(() => file(`lessons/words/${name}.json`)).then((words) => {
+    read.value = { ...read.peek(), [name]: words };
   });
 });
 
