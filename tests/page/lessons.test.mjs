@@ -289,7 +289,11 @@ test('every lesson opens, in both languages, without a complaint', async () => {
       );
       assert.equal(await page.locator('.option').count(), lesson.choices.length);
     }
-    await until(async () => (await sessionOf(page)) !== null, `a session of ${id}`);
+    await until(
+      async () => (await sessionOf(page)) !== null && (await page.evaluate(() => globalThis.laglab().frame !== null)),
+      `${id} is drawn`,
+      15000,
+    );
   }
   assert.deepEqual(complaints, []);
   await close();
