@@ -79,7 +79,7 @@ for (const size of SIZES) {
   });
 
   test(`targets are large enough at ${size.name}`, async () => {
-    const { page, close } = await visit(browser, daemon.url + size.query, size);
+    const { page, close } = await visit(browser, `${daemon.url}${size.query}#race`, size);
     const boxes = await page
       .locator('button, select, input[type="range"], label:has(input[type="checkbox"]), input[type="number"]')
       .evaluateAll((all) =>
@@ -129,7 +129,7 @@ for (const size of SIZES) {
 
 test('three views are seen without scrolling on a phone, and four rows on a desktop', async () => {
   for (const size of SIZES) {
-    const { page, close } = await visit(browser, daemon.url + size.query, size);
+    const { page, close } = await visit(browser, `${daemon.url}${size.query}#race`, size);
     const bar = (await page.locator('.bar').boundingBox()).y;
     const canvases = page.locator('canvas[data-view], #lane');
     assert.equal(await canvases.count(), 4);
@@ -142,13 +142,13 @@ test('three views are seen without scrolling on a phone, and four rows on a desk
 });
 
 test('no sideways scroll at 320 px', async () => {
-  const { page, close } = await visit(browser, daemon.url, { width: 320, height: 640 });
+  const { page, close } = await visit(browser, `${daemon.url}#race`, { width: 320, height: 640 });
   assert.equal(await page.evaluate(() => document.documentElement.scrollWidth > innerWidth), false);
   await close();
 });
 
 test('Tab reaches everything, in the order A, server, B, messages, charts, time; the focus is never covered', async () => {
-  const { page, close } = await visit(browser, daemon.url);
+  const { page, close } = await visit(browser, `${daemon.url}#race`);
   await page.keyboard.press('Alt+k');
   await page.getByRole('button', { name: 'Play', exact: true }).waitFor();
   const order = [];
@@ -198,7 +198,7 @@ test('the layout is stable: little shift from loading, a note and a theme', asyn
 });
 
 test('announcements come at most once in two seconds', async () => {
-  const { page, close } = await visit(browser, daemon.url);
+  const { page, close } = await visit(browser, `${daemon.url}#race`);
   await page.evaluate(() => {
     globalThis.spoken = [];
     new MutationObserver(() => globalThis.spoken.push(performance.now())).observe(document.getElementById('live'), {
@@ -243,7 +243,7 @@ test('every character of the page is in DejaVu Sans', () => {
 });
 
 test('colours of the palette are the agreed ones', async () => {
-  const { page, close } = await visit(browser, `${daemon.url}?theme=light`);
+  const { page, close } = await visit(browser, `${daemon.url}?theme=light#race`);
   const read = (names) =>
     page.evaluate(
       (list) => list.map((name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim().toUpperCase()),
@@ -257,7 +257,7 @@ test('colours of the palette are the agreed ones', async () => {
 });
 
 test('canvases are not drawn finer than twice', async () => {
-  const { page, close } = await visit(browser, daemon.url, { width: 390, height: 844, deviceScaleFactor: 3 });
+  const { page, close } = await visit(browser, `${daemon.url}#race`, { width: 390, height: 844, deviceScaleFactor: 3 });
   const ratios = await page.locator('canvas[data-view]').evaluateAll((all) => all.map((/** @type {any} */ c) => c.width / c.clientWidth));
   assert.ok(
     ratios.every((r) => Math.abs(r - 2) < 0.02),
@@ -267,7 +267,7 @@ test('canvases are not drawn finer than twice', async () => {
 });
 
 test('text spacing and 200 % zoom cut nothing off sideways', async () => {
-  const { page, close } = await visit(browser, daemon.url, { width: 683, height: 384 }); /* 1366x768 at 200 % */
+  const { page, close } = await visit(browser, `${daemon.url}#race`, { width: 683, height: 384 }); /* 1366x768 at 200 % */
   assert.equal(await page.evaluate(() => document.documentElement.scrollWidth > innerWidth), false);
   await page.addStyleTag({ content: 'x{}' }).catch(() => {}); /* the policy forbids it: spacing is set by script */
   await page.evaluate(() => {

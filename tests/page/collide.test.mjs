@@ -61,7 +61,7 @@ test('/#collide opens the lab, and it moves', async () => {
 });
 
 test('the race does not read the lab', async () => {
-  const { requests, close } = await open('');
+  const { requests, close } = await open('#race');
   assert.ok(!requests.some((r) => r.url().includes('/collide/')));
   await close();
 });

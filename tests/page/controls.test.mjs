@@ -15,7 +15,7 @@ after(async () => {
   await daemon?.stop();
 });
 beforeEach(async () => {
-  view = await visit(browser, daemon.url);
+  view = await visit(browser, `${daemon.url}#race`);
 });
 afterEach(async () => {
   const complaints = view.complaints;
@@ -229,7 +229,7 @@ test('seed and parameters of the address are used; bad ones are named and the de
     ['?set=players.0.nonsense:1', /nonsense=1 ignored/],
     ['?scenario=nonsense', /scenario=nonsense ignored/],
     ['?seed=abc', /seed=abc ignored/],
-    ['?theme=pink', /theme=pink ignored/],
+    ['?theme=pink#race', /theme=pink ignored/],
   ])) {
     const bad = await visit(browser, daemon.url + query);
     assert.match(await bad.page.locator('.note').innerText(), words);

@@ -87,7 +87,7 @@ test('D drives B; both at once; releasing stops', async () => {
 });
 
 test('a key in the focused view takes control; Esc returns it to the script', async () => {
-  const { page, close } = await visit(browser, daemon.url);
+  const { page, close } = await visit(browser, `${daemon.url}#race`);
   assert.equal((await paramsOf(page)).players[0].control, 'script');
   await page.keyboard.press('ArrowRight'); /* no view has the focus: nothing is driven */
   await page.waitForTimeout(200);

@@ -148,7 +148,7 @@ test('interpolation draws the other between two snapshots and shows α', async (
 });
 
 test('charts have a table of the same numbers', async () => {
-  const { page, close } = await visit(browser, daemon.url);
+  const { page, close } = await visit(browser, `${daemon.url}#race`);
   await page.waitForTimeout(2500);
   await page.getByRole('group', { name: 'Unit of the distance' }).getByRole('button', { name: 'm', exact: true }).click();
   await page.getByRole('button', { name: 'Table of the distance' }).click();
@@ -165,7 +165,7 @@ test('charts have a table of the same numbers', async () => {
 });
 
 test('unit, ghosts, labels and dots change what is drawn', async () => {
-  const { page, close } = await visit(browser, daemon.url);
+  const { page, close } = await visit(browser, `${daemon.url}#race`);
   await page.waitForTimeout(1500);
   await page.keyboard.press('Alt+k');
   await page.getByRole('button', { name: 'Play', exact: true }).waitFor();

@@ -74,7 +74,7 @@ test('/#fluid opens the lab, and it flows', async () => {
 });
 
 test('the race reads nothing of the lab', async () => {
-  const { requests, close } = await visit(browser, daemon.url);
+  const { requests, close } = await visit(browser, `${daemon.url}#race`);
   assert.deepEqual(
     requests.map((r) => r.url()).filter((url) => url.includes('fluid') && !url.endsWith('/about.js')),
     [],

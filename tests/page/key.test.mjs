@@ -28,7 +28,7 @@ const give = async (/** @type {import('playwright-core').Page} */ page, /** @typ
 
 for (const size of SIZES) {
   test(`the page asks for the key, reports a wrong one, and keeps the right one: ${size.name}`, async () => {
-    const { page, complaints, close } = await visit(browser, daemon.url + size.query, { ...size, wait: false });
+    const { page, complaints, close } = await visit(browser, `${daemon.url}${size.query}#race`, { ...size, wait: false });
     const dialog = page.getByRole('dialog', { name: 'Class key' });
     await dialog.waitFor();
     assert.equal(await page.locator('#class-key').evaluate((e) => e === document.activeElement), true, 'it has the focus');
@@ -55,12 +55,12 @@ for (const size of SIZES) {
 }
 
 test('a person who gives no key gets a message and is not asked again; a link needs no key', async () => {
-  const other = await visit(browser, daemon.url, { wait: false });
+  const other = await visit(browser, `${daemon.url}#race`, { wait: false });
   await other.page.getByRole('dialog', { name: 'Class key' }).waitFor();
   await give(other.page, KEY);
   await shown(other.page);
   const id = await other.page.evaluate(() => globalThis.laglab().session.id);
-  const { page, close } = await visit(browser, daemon.url, { wait: false });
+  const { page, close } = await visit(browser, `${daemon.url}#race`, { wait: false });
   await page.getByRole('dialog', { name: 'Class key' }).waitFor();
   await page.getByRole('button', { name: 'Cancel' }).click();
   await page.getByText('creating one needs the class key').waitFor();

@@ -158,7 +158,7 @@ for (const lab of LABS) {
 }
 
 test('the help has the keys and views of the lab that is shown: driving only with a netgame', async () => {
-  const { page, close } = await visit(browser, daemon.url);
+  const { page, close } = await visit(browser, `${daemon.url}#race`);
   const captions = async () => {
     await button(page, 'Help').click();
     await page.getByRole('heading', { name: 'Help' }).waitFor();

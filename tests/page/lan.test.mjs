@@ -44,7 +44,7 @@ after(async () => {
 
 test('the page works in full on a network address without a secure context', async () => {
   assert.ok(daemon.url.startsWith(`http://${NET}.2:`), daemon.url);
-  const { page, requests, complaints, close } = await visit(browser, daemon.url);
+  const { page, requests, complaints, close } = await visit(browser, `${daemon.url}#race`);
   assert.equal(await page.evaluate(() => isSecureContext), false);
   assert.equal(await page.evaluate(() => 'clipboard' in navigator && navigator.clipboard !== undefined), false);
   await until(async () => (await frameOf(page)).tick > 60, 'it moves');

@@ -25,7 +25,7 @@ const own = (complaints) =>
 
 test('the daemon dies and comes back with its data: the same session goes on', async () => {
   let daemon = await startDaemon({ data });
-  const { page, complaints, close } = await visit(browser, daemon.url);
+  const { page, complaints, close } = await visit(browser, `${daemon.url}#race`);
   await whole(page);
   await control(page, 'players.0.lag_ms', 'number').fill('234');
   await control(page, 'players.0.lag_ms', 'number').press('Enter');
@@ -90,8 +90,8 @@ const whole = (page) =>
   );
 
 for (const [what, pattern, query] of [
-  ['what follows the first frame', '**/js/shell/later.js', ''],
-  ['what follows the first frame of a lab', '**/js/labs/netgame/lab/later.js', ''],
+  ['what follows the first frame', '**/js/shell/later.js', '#race'],
+  ['what follows the first frame of a lab', '**/js/labs/netgame/lab/later.js', '#race'],
   ['a lab', '**/js/labs/rigid/lab.js', '?scenario=rigid/column'],
 ]) {
   test(`${what} that could not be read is read again`, async (t) => {
@@ -112,7 +112,7 @@ for (const [what, pattern, query] of [
 
 test('a page that is loaded again shows the session it had', async () => {
   const daemon = await startDaemon();
-  const { page, close } = await visit(browser, daemon.url);
+  const { page, close } = await visit(browser, `${daemon.url}#race`);
   const { id } = await sessionOf(page);
   await control(page, 'players.0.lag_ms', 'number').fill('77');
   await control(page, 'players.0.lag_ms', 'number').press('Enter');
@@ -130,7 +130,7 @@ test('opened before the daemon is there: it waits and begins', async () => {
   const { page, close } = await visit(browser, 'about:blank', { wait: false });
   let refuse = true;
   await page.route('**/api/v1/sessions', (route) => (refuse ? route.abort() : route.continue()));
-  await page.goto(daemon.url);
+  await page.goto(`${daemon.url}#race`);
   await page.waitForFunction(() => /No session/.test(document.querySelector('.note')?.textContent ?? ''));
   refuse = false;
   await page.waitForFunction(() => globalThis.laglab().frame?.tick > 3, null, { timeout: 5000 });
@@ -167,7 +167,7 @@ test('a frame that a closed stream decodes late is not drawn in the next session
     await released;
     await route.continue();
   });
-  await page.goto(daemon.url);
+  await page.goto(`${daemon.url}#race`);
   await until(async () => frames > 0, 'a frame waits');
   const counts = () => page.evaluate(() => globalThis.laglab().counts);
   await page.getByRole('button', { name: 'Step', exact: true }).click();

@@ -17,7 +17,7 @@ after(async () => {
 const keyOf = (page) => page.evaluate(() => JSON.parse(sessionStorage.getItem('laglab')).keys);
 
 test('a reader sees the same session with every control disabled, and why', async () => {
-  const owner = await visit(browser, daemon.url);
+  const owner = await visit(browser, `${daemon.url}#race`);
   const { id } = await sessionOf(owner.page);
   const reader = await visit(browser, `${daemon.url}#s=${id}`);
   const { page } = reader;
@@ -81,7 +81,7 @@ test('a key in the fragment is taken and leaves the address bar; it is never sen
 });
 
 test('what is shared has no key in it', async () => {
-  const { page, close } = await visit(browser, daemon.url);
+  const { page, close } = await visit(browser, `${daemon.url}#race`);
   const keys = Object.values(await keyOf(page));
   assert.equal(keys.length, 1);
   await page.getByRole('button', { name: 'Share' }).click();

@@ -13,7 +13,7 @@ const WWW = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../../ww
 /** @type {import('playwright-core').Browser} */ let browser;
 before(async () => {
   [daemon, browser] = await Promise.all([startDaemon(), launch()]);
-  await (await visit(browser, daemon.url)).close(); /* the browser's own start is not the page's */
+  await (await visit(browser, `${daemon.url}#race`)).close(); /* the browser's own start is not the page's */
 });
 after(async () => {
   await browser?.close();
@@ -25,7 +25,7 @@ const firstFrame = (page) => page.evaluate(() => performance.getEntriesByName('l
 test('draws its first frame within a second of opening', async () => {
   const times = [];
   for (let i = 0; i < 5; i++) {
-    const { page, close } = await visit(browser, daemon.url);
+    const { page, close } = await visit(browser, `${daemon.url}#race`);
     times.push(await firstFrame(page));
     await close();
   }
@@ -43,7 +43,7 @@ test('draws its first frame within 2.5 s on a processor six times slower', async
     const { page, context, close } = await visit(browser, 'about:blank', { wait: false });
     const devtools = await context.newCDPSession(page);
     await devtools.send('Emulation.setCPUThrottlingRate', { rate: 6 });
-    await page.goto(daemon.url);
+    await page.goto(`${daemon.url}#race`);
     await shown(page);
     times.push(await firstFrame(page));
     await close();
@@ -57,7 +57,7 @@ test('draws its first frame within 2.5 s on a processor six times slower', async
 });
 
 test('moves without a click, with a session of its own', async () => {
-  const { page, complaints, close } = await visit(browser, daemon.url);
+  const { page, complaints, close } = await visit(browser, `${daemon.url}#race`);
   const one = await pictures(page),
     tick = (await frameOf(page)).tick;
   await page.waitForTimeout(500);
@@ -71,7 +71,7 @@ test('moves without a click, with a session of its own', async () => {
 });
 
 test('requests go to the daemon only, and are few', async () => {
-  const { page, requests, close } = await visit(browser, daemon.url);
+  const { page, requests, close } = await visit(browser, `${daemon.url}#race`);
   await page.waitForTimeout(500);
   assert.deepEqual(
     requests.filter((r) => new URL(r.url()).origin !== new URL(daemon.url).origin).map((r) => r.url()),
@@ -113,7 +113,7 @@ test('all modules of the first frame are requested at once, and no others', () =
 });
 
 test('modules after the first frame load by themselves: curves, dialogs, inspectors', async () => {
-  const { page, complaints, close } = await visit(browser, daemon.url);
+  const { page, complaints, close } = await visit(browser, `${daemon.url}#race`);
   await page.waitForSelector('#error-chart canvas');
   await page.getByRole('button', { name: 'Help' }).click();
   await page.getByRole('heading', { name: 'Help' }).waitFor();
@@ -138,7 +138,7 @@ for (const size of SIZES) {
 }
 
 test('with reduced motion it waits at the start for Play, which has the focus', async () => {
-  const { page, close } = await visit(browser, daemon.url, { reducedMotion: 'reduce' });
+  const { page, close } = await visit(browser, `${daemon.url}#race`, { reducedMotion: 'reduce' });
   await page.waitForTimeout(400);
   assert.equal((await frameOf(page)).tick, 0);
   assert.equal(await page.evaluate(() => document.activeElement?.id), 'play');
@@ -148,7 +148,7 @@ test('with reduced motion it waits at the start for Play, which has the focus', 
 });
 
 test('without JavaScript it says how to go on', async () => {
-  const { page, close } = await visit(browser, daemon.url, { javaScriptEnabled: false, wait: false });
+  const { page, close } = await visit(browser, `${daemon.url}#race`, { javaScriptEnabled: false, wait: false });
   assert.match(await page.locator('body').innerText(), /curl -X POST/);
   await close();
 });
@@ -168,7 +168,7 @@ test('a page that is not shown draws nothing, is sent next to nothing, and is at
       list.forEach((callback) => real(callback));
     };
   });
-  await page.goto(daemon.url);
+  await page.goto(`${daemon.url}#race`);
   await shown(page);
   await page.evaluate(() => {
     globalThis.hold = true;
@@ -188,7 +188,7 @@ test('a page that is not shown draws nothing, is sent next to nothing, and is at
 });
 
 test('frames are acknowledged as they are drawn, no more', async () => {
-  const { page, close } = await visit(browser, daemon.url);
+  const { page, close } = await visit(browser, `${daemon.url}#race`);
   await page.waitForTimeout(1000);
   const { counts, frame } = await page.evaluate(() => {
     const l = globalThis.laglab();
@@ -200,7 +200,7 @@ test('frames are acknowledged as they are drawn, no more', async () => {
 });
 
 test('drawing a frame costs little', async () => {
-  const { page, close } = await visit(browser, daemon.url);
+  const { page, close } = await visit(browser, `${daemon.url}#race`);
   await page.waitForTimeout(2500);
   const costs = await page.evaluate(() => [...globalThis.laglab.costs].sort((a, b) => a - b));
   assert.ok(costs.length > 50);
@@ -209,7 +209,7 @@ test('drawing a frame costs little', async () => {
 });
 
 test('every scenario belongs to the lab that shows it', async () => {
-  const { page, close } = await visit(browser, daemon.url);
+  const { page, close } = await visit(browser, `${daemon.url}#race`);
   const current = () => page.locator('.lab[aria-current="page"]').allTextContents();
   assert.deepEqual(await current(), ['Race']);
   for (const [scenario, lab] of [

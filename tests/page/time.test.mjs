@@ -15,7 +15,7 @@ after(async () => {
   await daemon?.stop();
 });
 beforeEach(async () => {
-  view = await visit(browser, daemon.url);
+  view = await visit(browser, `${daemon.url}#race`);
 });
 afterEach(async () => {
   const complaints = view.complaints;
@@ -191,7 +191,7 @@ test('reset restores parameters, speed and time', async () => {
   await until(async () => JSON.stringify(await paramsOf(page)) === JSON.stringify(preset), 'the preset');
   await until(async () => (await frameOf(page)).session.speed === 1, 'speed');
   await until(async () => (await tickOf(page)) < 200, 'the start');
-  assert.equal(new URL(page.url()).search, '');
+  assert.equal(new URL(page.url()).search, '?scenario=race');
 });
 
 test('driving and switching never start a paused session', async () => {

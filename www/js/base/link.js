@@ -1,4 +1,4 @@
-// What the address says: scenario, changed parameters, seed, theme, and the session to join.
+// What the address says: scenario, changed parameters, seed, theme, the session to join, or a lesson.
 
 /** @typedef {string | number | boolean | object} Value */
 
@@ -12,9 +12,14 @@
  * @property {string} session     of the fragment; empty when the page makes its own
  * @property {string} key         of the fragment; removed from the address bar at once
  * @property {string | null} experiment  of `#experiments=ID`; empty for the view alone; null when a lab is wanted
+ * @property {LessonAt | null} lesson  the list of questions, or one of them; null when a lab is wanted
  * @property {string[]} problems  what was ignored, in words
  */
 
+/** A place among the lessons: id is empty for the list of questions; step 1 to 5; lang is empty where the address has none.
+ * @typedef {{id: string, step: number, lang: string}} LessonAt */
+
+export const LESSON_STEPS = 5;
 export const THEMES = ['auto', 'light', 'dark', 'projector'];
 /** A short address such as `/#step`, and the scenario that it opens. @typedef {{id: string, scenario: string}} Short */
 
@@ -38,6 +43,29 @@ export function readExperiment(hash) {
   return found ? (found[1] ?? '') : null;
 }
 
+/** `#questions` and `#lesson=ID&step=N&lang=de`. An address that asks for nothing has the list of questions.
+ * @param {string} search @param {string} hash @returns {LessonAt | null} */
+export function readLesson(search, hash) {
+  const fragment = new URLSearchParams(hash.replace(/^#/, '')),
+    query = new URLSearchParams(search);
+  const id = fragment.get('lesson') ?? '',
+    step = Number(fragment.get('step')),
+    lang = fragment.get('lang') ?? '';
+  const bare = hash.replace(/^#/, '') === '' && !['scenario', 'set', 'seed'].some((name) => query.has(name));
+  if (!/^[a-z0-9_]{1,64}$/.test(id) && !fragment.has('questions') && !bare) return null;
+  return {
+    id: /^[a-z0-9_]{1,64}$/.test(id) ? id : '',
+    step: Number.isInteger(step) && step >= 1 && step <= LESSON_STEPS ? step : 1,
+    lang: /^[a-z]{2}$/.test(lang) ? lang : '',
+  };
+}
+
+/** @param {LessonAt} at @returns {string} the fragment */
+export function writeLesson({ id, step, lang }) {
+  const language = lang === '' ? '' : `&lang=${lang}`;
+  return id === '' ? `#questions${language}` : `#lesson=${id}&step=${step}${language}`;
+}
+
 /** @param {string} search @param {string} hash @returns {Link} */
 export function readLink(search, hash) {
   const query = new URLSearchParams(search);
@@ -52,6 +80,7 @@ export function readLink(search, hash) {
     session: '',
     key: '',
     experiment: readExperiment(hash),
+    lesson: readLesson(search, hash),
     problems: [],
   };
 
@@ -93,13 +122,12 @@ export function readScenario(link, search, hash, shorts) {
 }
 
 /** The query that gives the same set-up elsewhere: only what differs from the scenario.
- * @param {Pick<Link, 'scenario' | 'first' | 'set' | 'seed' | 'theme'>} link @returns {string} */
+ * @param {Pick<Link, 'scenario' | 'set' | 'seed' | 'theme'>} link @returns {string} */
 export function writeQuery(link) {
-  const parts = [];
-  if (link.scenario !== link.first || Object.keys(link.set).length > 0) parts.push(`scenario=${link.scenario}`);
+  const parts = [`scenario=${link.scenario}`];
   for (const [path, value] of Object.entries(link.set))
     parts.push(`set=${path}:${encodeURIComponent(typeof value === 'object' ? JSON.stringify(value) : String(value))}`);
   if (link.seed !== null) parts.push(`seed=${link.seed}`);
   if (link.theme !== 'auto') parts.push(`theme=${link.theme}`);
-  return parts.length > 0 ? `?${parts.join('&')}` : '';
+  return `?${parts.join('&')}`;
 }

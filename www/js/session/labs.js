@@ -1,7 +1,7 @@
 // The labs: each shows the sessions of one kind of scenario, and is read when it is first shown.
 import { computed, effect, signal } from '../../vendor/signals-core.js';
 import { part } from '../base/api.js';
-import { experiment, layout } from './state.js';
+import { experiment, layout, lesson } from './state.js';
 
 /** @typedef {import('./lab.js').About} About */
 /** @typedef {import('./lab.js').Lab} Lab */
@@ -14,10 +14,11 @@ const read = signal(new Map());
 const reading = new Map();
 const completed = new Set();
 
-/** The kind that is shown. */
+/** The kind that is shown; none next to the list of questions. */
 const kind = computed(() => {
   const now = layout.value?.kind,
     list = labs.value;
+  if (lesson.value?.id === '') return undefined;
   if (experiment.value !== null) return list.find((one) => one.sessionless)?.kind;
   return list.some((one) => one.kind === now) ? now : list[0]?.kind;
 });

@@ -67,10 +67,9 @@ function dropRefused(problem) {
 }
 
 /** A new session of what the link says; values that the daemon refuses are dropped and listed in `link.problems`.
- * @returns {Promise<Opened>} */
-export async function create() {
-  /** @type {Record<string, unknown>} */
-  const more = matchMedia('(prefers-reduced-motion: reduce)').matches ? { paused: true } : {};
+ * @param {Record<string, unknown>} [how] paused, speed @returns {Promise<Opened>} */
+export async function create(how = {}) {
+  const more = matchMedia('(prefers-reduced-motion: reduce)').matches ? { ...how, paused: true } : how;
   for (;;) {
     const seed = link.seed === null ? {} : { seed: link.seed };
     const set = Object.keys(link.set).length === 0 ? {} : { set: link.set };
@@ -122,13 +121,13 @@ function listen({ id }) {
 }
 
 /** Opens what the address says. @param {import('../base/link.js').Short[]} shorts
- * @returns {{opened: Promise<Opened>, line: Promise<Line>} | null} null while the Experiments view is shown: a lab makes a session when it
- *  is wanted */
+ * @returns {{opened: Promise<Opened>, line: Promise<Line>} | null} null while the Experiments view or the lessons are shown: a
+ *  lab makes a session when it is wanted */
 export function begin(shorts) {
   readScenario(link, location.search, location.hash, shorts);
   document.documentElement.dataset.theme = link.theme;
   if (link.key) history.replaceState(null, '', `${location.pathname}${location.search}#s=${link.session}`);
-  if (link.experiment !== null) return null;
+  if (link.experiment !== null || link.lesson !== null) return null;
   const opened = open(),
     line = opened.then(listen);
   line.catch(() => {}); /* the code that awaits the session reports it */

@@ -2,8 +2,8 @@
 import { call, Problem } from '../base/api.js';
 import { lab } from './labs.js';
 import { keep, link } from './opening.js';
-import { writeQuery } from '../base/link.js';
-import { experiment, locked, params, session, notify, theme } from './state.js';
+import { writeLesson, writeQuery } from '../base/link.js';
+import { experiment, lesson, locked, notify, params, session, theme } from './state.js';
 
 /** @typedef {import('../base/link.js').Value} Value */
 
@@ -66,16 +66,14 @@ export function showAddress() {
   const now = session.value,
     shown = experiment.value;
   link.theme = theme.value;
-  if (shown !== null) {
-    history.replaceState(
-      null,
-      '',
-      `${location.pathname}${link.theme === 'auto' ? '' : `?theme=${link.theme}`}#experiments${shown === '' ? '' : `=${shown}`}`,
-    );
+  const colours = link.theme === 'auto' ? '' : `?theme=${link.theme}`;
+  if (shown !== null || lesson.value !== null) {
+    const hash = lesson.value !== null ? writeLesson(lesson.value) : `#experiments${shown === '' ? '' : `=${shown}`}`;
+    history.replaceState(null, '', location.pathname + colours + hash);
     return;
   }
   if (now === null) return;
-  const query = now.own ? writeQuery(link) : link.theme === 'auto' ? '' : `?theme=${link.theme}`;
+  const query = now.own ? writeQuery(link) : colours;
   const hash = now.own ? '' : `#s=${now.id}`;
   history.replaceState(null, '', location.pathname + query + hash);
   if (now.own) keep(now.id, now.key, true);

@@ -6,7 +6,23 @@ import { FAILED } from '../stream/frame.js';
 import { lab, labs } from './labs.js';
 import { create, keep, link } from './opening.js';
 import { seen, showAddress } from './params.js';
-import { FRAME_HZ, connection, divisor, experiment, failure, frame, layout, locked, notify, params, scenarios, session } from './state.js';
+import {
+  FRAME_HZ,
+  connection,
+  divisor,
+  experiment,
+  failure,
+  frame,
+  held,
+  layout,
+  lesson,
+  locked,
+  notify,
+  params,
+  scenarios,
+  session,
+  stopTick,
+} from './state.js';
 
 /** @typedef {import('../stream/frame.js').Frame} Frame */
 /** @typedef {import('./lab.js').Lab} Lab */
@@ -53,11 +69,72 @@ effect(() => {
   stream?.subscribe(wish);
 });
 
-/** Leaves the session for the Experiments view. @param {string} id of the experiment; empty for none */
-export function openExperiments(id) {
+/** Closes the stream: no session is shown. */
+function close() {
   stream?.close();
   stream = null;
+  newest = null;
   session.value = null;
+}
+
+/** Deletes the session that the page made for itself. @param {import('./state.js').Session | null} which */
+function drop(which) {
+  if (which?.own && which.key) call('DELETE', `sessions/${which.id}`, { key: which.key }).catch(() => {});
+}
+
+/** From the lessons to a lab: a step of the browser's history, so that Back returns. */
+function leaveLesson() {
+  if (lesson.value === null) return;
+  history.pushState(null, '', location.href);
+  batch(() => {
+    lesson.value = null;
+    held.value = '';
+    stopTick.value = 0;
+  });
+}
+
+/** The lesson's session goes on in its lab, with every setting. */
+export function toSandbox() {
+  leaveLesson();
+  showAddress();
+}
+
+/** Shows a place among the lessons. What it needs of sessions is the lesson's. @param {import('../base/link.js').LessonAt} at
+ * @param {boolean} [step] whether it is a step of the browser's history */
+export function openLesson(at, step = false) {
+  if (step) history.pushState(null, '', location.href);
+  if (at.id === '' || at.id !== lesson.value?.id) {
+    const before = session.value;
+    close();
+    drop(before);
+  }
+  batch(() => {
+    if (session.value === null) frame.value = null;
+    experiment.value = null;
+    lesson.value = at;
+    held.value = '';
+    stopTick.value = 0;
+  });
+  if (step) showAddress();
+}
+
+/** A session of the lesson's own, paused at its start. @param {string} scenario @param {Record<string, import('../base/link.js').Value>} set
+ * @param {number} seed @param {number} speed @param {() => boolean} wanted asked when it is made: whether it is still to be shown */
+export async function showForLesson(scenario, set, seed, speed, wanted) {
+  Object.assign(link, { scenario, set: { ...set }, seed, session: '', problems: [] });
+  const made = await create({ paused: true, speed }),
+    next = { id: made.id, key: made.key, own: true };
+  if (!wanted()) return drop(next);
+  const before = session.value;
+  show(made.id, made.key, true);
+  drop(before);
+  if (link.problems.length > 0) notify(link.problems.join('. '), true);
+}
+
+/** Leaves the session for the Experiments view. @param {string} id of the experiment; empty for none */
+export function openExperiments(id) {
+  leaveLesson();
+  close();
   experiment.value = id;
   document.title = 'Experiments – laglab';
   showAddress();
@@ -93,7 +170,7 @@ export function show(id, key, own, line) {
           if (hello.params) params.value = hello.params;
           follow(frame.value === null);
         });
-        document.title = `${hello.params?.title || next.game} – laglab`;
+        if (lesson.value === null) document.title = `${hello.params?.title || next.game} – laglab`;
       },
       frame(next) {
         counts.received++;
@@ -158,7 +235,7 @@ export async function again() {
   try {
     link.session = '';
     link.problems = [];
-    const made = await create();
+    const made = await create(lesson.value === null ? {} : { paused: true });
     show(made.id, made.key, true);
     if (link.problems.length > 0) notify(link.problems.join('. '), true);
   } catch (error) {
@@ -178,12 +255,13 @@ export function failed(error) {
 
 /** Another scenario, with nothing changed. @param {string} id */
 export async function choose(id) {
+  leaveLesson();
   const before = session.value;
   link.scenario = id;
   link.set = {};
   link.seed = null;
   await again();
-  if (before?.own && before.key) call('DELETE', `sessions/${before.id}`, { key: before.key }).catch(() => {});
+  drop(before);
 }
 
 /** A copy of the session at this moment, under a key of one's own. */

@@ -37,6 +37,12 @@ export const notice = signal('');
 /** The experiment that the Experiments view shows: empty for none; null while a session is shown.
  * @type {import('@preact/signals-core').Signal<string | null>} */
 export const experiment = signal(link.experiment);
+/** Where among the lessons the page is; null while a lab is shown. @type {import('@preact/signals-core').Signal<import('../base/link.js').LessonAt | null>} */
+export const lesson = signal(link.lesson);
+/** Why a lesson holds time and settings; empty when it does not. */
+export const held = signal('');
+/** The tick at which Play stops, when it lies ahead; 0: none. */
+export const stopTick = signal(0);
 export const theme = signal(link.theme);
 /** @typedef {'waiting' | 'playing' | 'paused' | 'ended' | 'failed'} Status */
 
@@ -58,7 +64,7 @@ export const readOnly = computed(() => session.value !== null && session.value.k
 export const locked = computed(() => {
   if (session.value === null) return 'No session yet';
   if (connection.value.state === 'lost') return 'Connection lost: controls are off until it is back';
-  return readOnly.value ? 'Read-only: only the owner of this session can change it' : '';
+  return readOnly.value ? 'Read-only: only the owner of this session can change it' : held.value;
 });
 
 const NOTICE_MS = 15000;

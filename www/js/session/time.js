@@ -3,7 +3,7 @@ import { headOf } from '../stream/frame.js';
 import { call, Problem } from '../base/api.js';
 import { link } from './opening.js';
 import { reread, showAddress } from './params.js';
-import { behind, frame, locked, session, speed, status, notify } from './state.js';
+import { behind, frame, locked, notify, session, speed, status, stopTick } from './state.js';
 
 export const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10];
 
@@ -19,8 +19,13 @@ export async function control(op) {
   }
 }
 
+/** Plays on, as far as the next stop of a lesson. */
+export function play() {
+  return control({ op: 'play', ...(stopTick.value > (frame.value?.tick ?? 0) ? { until_tick: stopTick.value } : {}) });
+}
+
 export function playOrPause() {
-  return control({ op: status.value === 'playing' ? 'pause' : 'play' });
+  return status.value === 'playing' ? control({ op: 'pause' }) : play();
 }
 
 /** @type {Promise<any> | null} */

@@ -4,7 +4,7 @@ import { html, nothing } from '../../vendor/lit-html.js';
 import { fixed } from '../base/format.js';
 import { icons } from '../workbench/icons.js';
 import { fullScreen } from './keys.js';
-import { locked, speed, status } from '../session/state.js';
+import { held, locked, speed, status } from '../session/state.js';
 import { SPEEDS, playOrPause, reset, restart, seek, setSpeed, step } from '../session/time.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
@@ -47,7 +47,7 @@ export function timeBar() {
   const label = playing ? 'Pause' : status.value === 'ended' ? 'Replay' : 'Play';
   const now = speed.value;
   const speeds = SPEEDS.includes(now) ? SPEEDS : [...SPEEDS, now].sort((a, b) => a - b);
-  return html`<footer class="bar" title=${locked.value || nothing}>
+  return html`<footer class="bar" title=${locked.value || nothing}>${held.value === '' ? nothing : html`<p class="held">${held.value}</p>`}
     <fieldset ?disabled=${off}><legend class="unseen">Time</legend>
     <button type="button" class="big" aria-label="One tick back" title="One tick back ( , )" @click=${back.click} @pointerdown=${back.down}
       @pointerup=${back.stop} @pointerleave=${back.stop}>${icons.back}</button>

@@ -37,7 +37,7 @@ function share() {
   const id = session.value?.id ?? '';
   const local = /^(localhost|127\.|\[::1\])/.test(location.hostname);
   return html`${local ? html`<p class="reason">This address works on this computer only: others need its network address.</p>` : nothing}
-    ${address_('The same settings, in a new session', base + (writeQuery(link) || `?scenario=${link.first}`))}
+    ${address_('The same settings, in a new session', base + writeQuery(link))}
     ${address_('This session, read-only', `${base}#s=${id}`)}
     <p><a href=${address(`sessions/${id}/trace`).href} download="laglab.csv">Trace of this run as CSV</a></p>
     <p>API: <code>curl ${address(`sessions/${id}`).href}</code></p>`;

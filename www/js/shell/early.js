@@ -1,5 +1,9 @@
-// The first thing that runs: a session is asked for while the rest of the page is read.
-import { begin } from '../session/opening.js';
+// The first thing that runs: a session, or what lessons need, is asked for while the rest of the page is read.
+import { begin, link } from '../session/opening.js';
 import { LABS } from './labs.js';
+
+if (link.lesson !== null) {
+  import('../lessons/lessons.js').catch(() => {}); /* read again where it is wanted */
+}
 
 export const begun = begin(LABS.flatMap(({ tabs }) => tabs));

@@ -4,10 +4,23 @@ import { effect } from '../../vendor/signals-core.js';
 import { fixed } from '../base/format.js';
 import { headOf } from '../stream/frame.js';
 import { labs, tabOf } from '../session/labs.js';
-import { choose, fork, openExperiments, shownScenario } from '../session/session.js';
-import { FRAME_HZ, behind, connection, divisor, experiment, failure, layout, readOnly, scenarios, status } from '../session/state.js';
+import { choose, fork, openExperiments, openLesson, shownScenario } from '../session/session.js';
+import {
+  FRAME_HZ,
+  behind,
+  connection,
+  divisor,
+  experiment,
+  failure,
+  layout,
+  lesson,
+  readOnly,
+  scenarios,
+  status,
+} from '../session/state.js';
 import { backToLive } from '../session/time.js';
 import { open } from '../workbench/dialog.js';
+import { lessons } from './lessons.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 
@@ -45,17 +58,21 @@ effect(() => {
 
 /** @returns {Template} */
 function tabs() {
-  const shown = experiment.value === null ? tabOf(layout.value?.game ?? '') : null;
+  const asked = lesson.value;
+  const shown = experiment.value === null && asked === null ? tabOf(layout.value?.game ?? '') : null;
   const tab = (/** @type {string} */ name, /** @type {boolean} */ current, /** @type {() => void} */ go) =>
     html`<button type="button" class="lab" aria-current=${current ? 'page' : 'false'} @click=${go}>${name}</button>`;
-  return html`<nav aria-label="Labs">${labs.value
+  const questions = tab('Questions', asked !== null, () => {
+    if (asked?.id !== '') openLesson({ id: '', step: 1, lang: asked?.lang ?? '' }, true);
+  });
+  return html`<nav aria-label="Labs">${questions}${labs.value
     .flatMap((lab) => lab.tabs)
     .map(({ id, name, scenario }) =>
       tab(name, shown === id, () => {
         if (shown === null || shownScenario() !== scenario) choose(scenario);
       }),
-    )}${tab('Experiments', shown === null, () => {
-    if (shown !== null) openExperiments(lastExperiment);
+    )}${tab('Experiments', experiment.value !== null, () => {
+    if (experiment.value === null) openExperiments(lastExperiment);
   })}</nav>`;
 }
 
@@ -63,6 +80,7 @@ function tabs() {
 effect(() => {
   layout.value?.game;
   experiment.value;
+  lesson.value;
   (globalThis.requestIdleCallback ?? setTimeout)(() => {
     const current = document.querySelector('.lab[aria-current="page"]'),
       row = current?.parentElement;
@@ -104,6 +122,9 @@ function pace() {
 export function header() {
   const help = html`<button type="button" class="help" aria-label="Help" title="Help ( ? )"
     @click=${() => open({ kind: 'help' })}>?</button>`;
+  if (lesson.value !== null) {
+    return html`<header class="top brief"><h1>laglab</h1>${tabs()}${lessons.value?.languages() ?? nothing}${help}</header>`;
+  }
   if (experiment.value !== null) return html`<header class="top brief"><h1>laglab</h1>${tabs()}${help}</header>`;
   const kind = connection.value.state === 'lost' || status.value === 'failed' ? 'bad' : behind.value ? 'past' : status.value;
   return html`<header class="top"><h1>laglab</h1>${tabs()}${chooser()}

@@ -5,6 +5,7 @@ import { showAddress } from '../session/params.js';
 import { experiment, theme } from '../session/state.js';
 import { nextSpeed, playOrPause, reset, restart, step } from '../session/time.js';
 import { open } from '../workbench/dialog.js';
+import { lessons } from './lessons.js';
 
 /** @typedef {import('../session/lab.js').Key} Key */
 
@@ -82,7 +83,9 @@ function belongsTo(target, code) {
 
 /** @param {KeyboardEvent} event */
 function onDown(event) {
-  if (event.defaultPrevented || belongsTo(event.target, event.code)) return;
+  if (event.defaultPrevented) return;
+  if (singleKeys.value && lessons.value?.press(event)) return event.preventDefault();
+  if (belongsTo(event.target, event.code)) return;
   if ((singleKeys.value || event.code === 'Escape') && lab.value?.press?.(event)) return;
   if (event.ctrlKey || event.metaKey) return;
   const key = keys().find((row) => row.code === event.code && !!row.alt === event.altKey && !!row.shift === event.shiftKey);

@@ -1,12 +1,12 @@
 // Wires the page together.
 import { effect } from '../../vendor/signals-core.js';
 import { call, insist, part } from '../base/api.js';
-import { readExperiment } from '../base/link.js';
+import { readExperiment, readLesson } from '../base/link.js';
 import * as announce from '../session/announce.js';
 import { load, register } from '../session/labs.js';
 import { link } from '../session/opening.js';
-import { failed, hook, openExperiments, show } from '../session/session.js';
-import { experiment, frame, layout, locked, notify, params, scenarios, schemas, session } from '../session/state.js';
+import { failed, hook, openExperiments, openLesson, show } from '../session/session.js';
+import { experiment, frame, layout, lesson, locked, notify, params, scenarios, schemas, session } from '../session/state.js';
 import * as controls from '../workbench/controls.js';
 import { begun } from './early.js';
 import * as keys from './keys.js';
@@ -28,6 +28,7 @@ async function showFirst({ opened, line }) {
   if (notes.length > 0) notify(notes.join('. '), link.problems.length > 0);
 }
 if (begun) showFirst(begun).catch(failed);
+else if (lesson.value !== null && link.problems.length > 0) notify(link.problems.join('. '), true);
 
 const WAIT_MS = 400;
 if (begun) {
@@ -64,7 +65,7 @@ function readMore() {
 }
 const waiting = effect(() => {
   /* a request before the first frame delays that frame */
-  if (frame.value === null && experiment.value === null) return;
+  if (frame.value === null && experiment.value === null && lesson.value?.id !== '') return;
   setTimeout(() => {
     waiting();
     readMore();
@@ -74,7 +75,7 @@ const waiting = effect(() => {
 if (matchMedia('(prefers-reduced-motion: reduce)').matches) {
   /* then the session waits: Play is what comes next */
   const stop = effect(() => {
-    if (locked.value !== '') return;
+    if (locked.value !== '' || lesson.value !== null) return;
     queueMicrotask(() => {
       document.getElementById('play')?.focus();
       stop();
@@ -82,12 +83,23 @@ if (matchMedia('(prefers-reduced-motion: reduce)').matches) {
   });
 }
 
+/** A place among the lessons that Back, a link or a typed address wants. @returns {boolean} whether it is one */
+function follow() {
+  const wanted = readLesson(location.search, location.hash),
+    now = lesson.value;
+  if (wanted === null) return false;
+  if (now === null || wanted.id !== now.id || wanted.step !== now.step || (wanted.lang || now.lang) !== now.lang)
+    openLesson({ ...wanted, lang: wanted.lang || (now?.lang ?? '') });
+  return true;
+}
 addEventListener('hashchange', () => {
+  if (follow()) return;
   /* Back from a point that was opened, or an address that was typed */
   const wanted = readExperiment(location.hash);
   if (wanted !== null) openExperiments(wanted);
   else if (location.hash.startsWith('#s=') && !location.hash.startsWith(`#s=${session.value?.id}`)) location.reload();
 });
 addEventListener('popstate', () => {
-  if (experiment.value !== null && readExperiment(location.hash) === null) location.reload();
+  if (follow()) return;
+  if ((experiment.value !== null || lesson.value !== null) && readExperiment(location.hash) === null) location.reload();
 });

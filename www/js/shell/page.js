@@ -2,11 +2,12 @@
 import { html, render } from '../../vendor/lit-html.js';
 import { effect } from '../../vendor/signals-core.js';
 import { lab } from '../session/labs.js';
-import { experiment, notice } from '../session/state.js';
+import { experiment, lesson, notice } from '../session/state.js';
 import { touch } from '../draw/redraw.js';
 import { sync } from '../workbench/controls.js';
 import { timeBar } from './bar.js';
 import { header } from './header.js';
+import { lessons } from './lessons.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 
@@ -20,7 +21,10 @@ function notes() {
 
 /** @returns {Template} */
 function page() {
-  const content = lab.value?.template() ?? html`<main id="views" tabindex="-1"></main>`;
+  const empty = html`<main id="views" tabindex="-1"></main>`;
+  if (lesson.value?.id === '') return html`${header()}${lessons.value?.door() ?? empty}${notes()}`;
+  const content = lab.value?.template() ?? empty;
+  if (lesson.value !== null) return html`${header()}${lessons.value?.page(content) ?? content}${notes()}${timeBar()}`;
   if (experiment.value !== null) return html`<a class="skip" href="#views">To the experiment</a>${header()}${content}${notes()}`;
   return html`<a class="skip" href="#views">To the views</a>${header()}${content}${notes()}${timeBar()}`;
 }
@@ -31,7 +35,7 @@ export function listen() {
   effect(() => {
     render(page(), root);
     sync(root);
-    lab.value?.rendered?.();
+    if (lesson.value?.id !== '') lab.value?.rendered?.();
     touch();
   });
 }

@@ -1,0 +1,388 @@
+// Questions and lessons: the first page, the steps of a lesson, both languages.
+import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
+import path from 'node:path';
+import { after, before, test } from 'node:test';
+import { fileURLToPath } from 'node:url';
+import { filled } from '../../docs/lessons.mjs';
+import { startDaemon } from '../lib/daemon.mjs';
+import { api, axe, launch, paramsOf, sessionOf, shown, tickOf, until, visit } from './lib.mjs';
+
+const WWW = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../../www');
+const lessonOf = (id) => JSON.parse(readFileSync(path.join(WWW, `lessons/${id}.json`), 'utf8'));
+const WORDS = Object.fromEntries(
+  ['en', 'de'].map((name) => [name, JSON.parse(readFileSync(path.join(WWW, `words/${name}.json`), 'utf8')).lesson]),
+);
+const SIZES = [
+  { name: '1366x768', width: 1366, height: 768 },
+  { name: '768x1024', width: 768, height: 1024 },
+  { name: '390x844', width: 390, height: 844 },
+];
+const LATE = lessonOf('late_answer');
+
+/** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
+/** @type {import('playwright-core').Browser} */ let browser;
+before(async () => {
+  [daemon, browser] = await Promise.all([startDaemon(), launch()]);
+});
+after(async () => {
+  await browser?.close();
+  await daemon?.stop();
+});
+
+/** The first page, with its cards. @param {string} [at] @param {any} [wish] */
+async function door(at = '', wish = {}) {
+  const visited = await visit(browser, daemon.url + at, { ...wish, wait: false });
+  await visited.page.locator('.card').first().waitFor();
+  return visited;
+}
+
+/** A lesson at a step, with its session drawn. @param {string} id @param {number} [step] @param {string} [lang] @param {any} [wish] */
+async function open(id, step = 1, lang = 'en', wish = {}) {
+  const visited = await visit(browser, `${daemon.url}${wish.query ?? ''}#lesson=${id}&step=${step}&lang=${lang}`, { ...wish, wait: false });
+  await ready(visited.page);
+  return visited;
+}
+/** @param {import('playwright-core').Page} page */
+async function ready(page) {
+  await page.locator('#rail .steps').waitFor();
+  await shown(page);
+}
+/** @param {import('playwright-core').Page} page @param {string} name */
+const current = (page, name) => page.locator('.steps [aria-current="step"]', { hasText: name }).waitFor();
+/** @param {import('playwright-core').Page} page */
+const stepped = (page) => new URLSearchParams(new URL(page.url()).hash.slice(1)).get('step');
+const play = (page) => page.locator('#play');
+const sideways = (page) => page.evaluate(() => document.documentElement.scrollWidth > innerWidth);
+
+test('the first page has ten questions, the other lessons and all scenarios; it asks the daemon only, and for little', async () => {
+  const { page, requests, complaints, close } = await door();
+  assert.equal(await page.locator('.card').count(), 10);
+  assert.deepEqual(
+    (await page.locator('.card b').allTextContents()).slice(0, 3),
+    ['late_answer', 'jump_back', 'in_the_past'].map((id) => lessonOf(id).title.en),
+  );
+  assert.equal(await page.locator('section[aria-labelledby="topic-paper"] li').count(), 13);
+  assert.ok((await page.locator('section[aria-labelledby="topic-techniques"] li').count()) >= 8);
+  const { scenarios } = (await api(daemon.url, 'scenarios?brief=true')).body;
+  await page.locator('.library summary').click();
+  await until(async () => (await page.locator('.library li').count()) === scenarios.length, 'every scenario');
+  assert.equal(await page.evaluate(() => globalThis.laglab().session), null, 'no session is made');
+  assert.match(await page.title(), /^Questions – laglab$/);
+  assert.ok(requests.every((request) => request.url().startsWith(daemon.url)));
+  const sizes = await Promise.all(requests.map(async (r) => (await (await r.response())?.body().catch(() => null))?.length ?? 0));
+  const total = sizes.reduce((a, b) => a + b, 0);
+  assert.ok(total > 100000 && total < 450000, `${total} bytes in ${requests.length} requests`);
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
+test('the first page is there within a second, and within 2.5 s on a processor six times slower', async () => {
+  for (const [rate, most] of [
+    [1, 1000],
+    [6, 2500],
+  ]) {
+    const times = [];
+    for (let i = 0; i < 3; i++) {
+      const { page, context, close } = await visit(browser, 'about:blank', { wait: false });
+      await (await context.newCDPSession(page)).send('Emulation.setCPUThrottlingRate', { rate });
+      await page.addInitScript(() => {
+        new MutationObserver(() => {
+          if (document.querySelector('.card')) globalThis.carded ??= performance.now();
+        }).observe(document, { childList: true, subtree: true });
+      });
+      await page.goto(daemon.url);
+      await page.waitForFunction(() => globalThis.carded);
+      times.push(await page.evaluate(() => globalThis.carded));
+      await close();
+    }
+    times.sort((a, b) => a - b);
+    assert.ok(times[1] < most, `cards after ${times} ms at rate ${rate}`);
+  }
+});
+
+test('one click opens a question, paused at its start; Back returns to the questions, Forward to it, without loading the page', async () => {
+  const { page, complaints, close } = await door();
+  await page.evaluate(() => {
+    globalThis.same = true;
+  });
+  await page.locator('.card').first().click();
+  await ready(page);
+  assert.match(page.url(), /#lesson=late_answer&step=1/);
+  assert.equal(await page.locator('#lesson-step').textContent(), LATE.title.en);
+  assert.equal(await tickOf(page), 0);
+  const now = await paramsOf(page);
+  assert.equal(now.players[0].prediction, false);
+  assert.equal(now.duration_s, 20);
+  const { id } = await sessionOf(page);
+  await page.goBack();
+  await page.locator('.card').nth(9).waitFor();
+  assert.equal(await page.evaluate(() => globalThis.same), true);
+  await until(async () => (await api(daemon.url, `sessions/${id}`)).status === 404, 'its session is deleted');
+  await page.goForward();
+  await ready(page);
+  assert.equal(await page.evaluate(() => globalThis.same), true);
+  await page.locator('.lab', { hasText: 'Questions' }).click();
+  await page.locator('.card').nth(9).waitFor();
+  assert.deepEqual(
+    complaints.filter((text) => !/404/.test(text)),
+    [],
+  );
+  await close();
+});
+
+test('Play is locked until a choice is made; then it stops on the tick, and the answer is the engine’s', async () => {
+  const { page, complaints, close } = await open('late_answer');
+  assert.equal(await play(page).isDisabled(), true);
+  assert.equal(await page.locator('#lock-in').isDisabled(), true);
+  assert.match(await page.locator('.bar .held').innerText(), /Answer first/);
+  await page.keyboard.press('Space');
+  await page.waitForTimeout(300);
+  assert.equal(await tickOf(page), 0, 'no key plays');
+  await page.keyboard.press('2');
+  assert.equal(await page.locator('.option input').nth(1).isChecked(), true);
+  assert.equal(await play(page).isDisabled(), false);
+  await page.locator('#lock-in').click();
+  await current(page, 'Observe');
+  assert.equal(await tickOf(page), LATE.stop_tick);
+  await page.waitForTimeout(300);
+  assert.equal(await tickOf(page), LATE.stop_tick, 'it stays there');
+  assert.equal(await page.locator('#rail > p').first().textContent(), filled(LATE, LATE.steps.observe.en, 'en'));
+  const { id, key } = await page.evaluate(() => {
+    const { session } = globalThis.laglab();
+    return { id: session.id, key: JSON.parse(sessionStorage.getItem('laglab')).keys[session.id] };
+  });
+  await page.locator('#rail .main').click();
+  await current(page, 'Explain');
+  assert.match(await page.locator('.pair dd').first().innerText(), /^150 ms$/);
+  assert.equal(await page.locator('.why').innerText(), LATE.choices[1].why.en);
+  const claimed = Number.parseFloat(await page.locator('#answer').innerText());
+  await api(daemon.url, `sessions/${id}/control`, { op: 'seek', time_s: 20 }, key);
+  const measured = await until(async () => {
+    const { body } = await api(daemon.url, `sessions/${id}/metrics`);
+    return body.time_s >= 20 && body.metrics.players[0].input_latency_ms.mean;
+  }, 'the end of the run');
+  assert.ok(Math.abs(claimed - measured) < 1, `claimed ${claimed}, measured ${measured}`);
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
+test('Skip goes on without a choice; Play of the bar stops, too', async () => {
+  const skipped = await open('jump_back');
+  await skipped.page.getByRole('button', { name: WORDS.en['predict.skip'] }).click();
+  await current(skipped.page, 'Observe');
+  assert.equal(await tickOf(skipped.page), lessonOf('jump_back').stop_tick);
+  await skipped.page.locator('#rail .main').click();
+  assert.match(await skipped.page.locator('.pair dd').first().innerText(), /nothing/);
+  await skipped.close();
+  const { page, close } = await open('bullet_through');
+  await page.locator('.option').first().click();
+  await play(page).click();
+  await current(page, 'Observe');
+  assert.equal(await tickOf(page), 4);
+  await close();
+});
+
+test('the change is a session of the same seed with one thing set, and its answer is the engine’s', async () => {
+  const lesson = lessonOf('in_the_past');
+  const { page, complaints, close } = await open('in_the_past', 4);
+  const seedOf = async () => (await api(daemon.url, `sessions/${(await sessionOf(page)).id}`)).body.seed;
+  const before = await sessionOf(page);
+  assert.equal(await seedOf(), lesson.seed);
+  const plain = await paramsOf(page);
+  await page.locator('#rail .main').click();
+  await current(page, 'Change');
+  await until(async () => (await sessionOf(page))?.id !== before.id && (await paramsOf(page)).server.update_hz === 5, 'the change');
+  assert.equal(await seedOf(), lesson.seed);
+  const changed = await paramsOf(page);
+  changed.server.update_hz = plain.server.update_hz;
+  assert.deepEqual(changed, plain);
+  assert.match(await page.locator('#changed').innerText(), /^560 ms$/);
+  await page.locator('#rail .main').click();
+  await until(async () => (await tickOf(page)) === lesson.stop_tick, 'the same tick', 15000);
+  const { id, key } = await page.evaluate(() => {
+    const { session } = globalThis.laglab();
+    return { id: session.id, key: JSON.parse(sessionStorage.getItem('laglab')).keys[session.id] };
+  });
+  await api(daemon.url, `sessions/${id}/control`, { op: 'seek', time_s: 20 }, key);
+  const measured = await until(async () => {
+    const { body } = await api(daemon.url, `sessions/${id}/metrics`);
+    return body.time_s >= 20 && body.metrics.players[0].view_age_ms.mean;
+  }, 'the end of the run');
+  assert.ok(Math.abs(560 - measured) < 17, String(measured));
+  await page.getByRole('button', { name: WORDS.en.free }).click();
+  await page.waitForFunction(() => document.querySelector('#rail') === null);
+  assert.match(page.url(), /\?scenario=race&.*server\.update_hz:5/);
+  assert.equal((await sessionOf(page)).id, id);
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
+test('a step outlives a reload, with the answer that was given', async () => {
+  const { page, close } = await open('late_answer');
+  await page.locator('.option').nth(3).click();
+  await page.locator('#lock-in').click();
+  await current(page, 'Observe');
+  await page.locator('#rail .main').click();
+  await current(page, 'Explain');
+  assert.equal(stepped(page), '4');
+  await page.reload();
+  await ready(page);
+  await current(page, 'Explain');
+  assert.match(await page.locator('.pair dd').first().innerText(), /^500 ms$/);
+  await until(async () => (await tickOf(page)) === LATE.stop_tick, 'the tick');
+  await page.locator('.steps button').first().click();
+  await current(page, 'Predict');
+  await until(async () => (await tickOf(page)) === 0, 'the start');
+  await close();
+});
+
+test('German: the switch, the address, numbers and the language of the text', async () => {
+  const { page, close } = await door();
+  await page.getByRole('button', { name: 'DE, Deutsch' }).click();
+  await page.getByRole('heading', { name: WORDS.de['door.title'] }).waitFor();
+  assert.equal(await page.locator('main').getAttribute('lang'), 'de');
+  assert.deepEqual((await page.locator('.card b').allTextContents())[0], LATE.title.de);
+  await page.locator('.card').first().click();
+  await ready(page);
+  assert.match(page.url(), /lang=de/);
+  assert.equal(await page.locator('#rail').getAttribute('lang'), 'de');
+  assert.equal(await page.locator('#rail > p').first().textContent(), filled(LATE, LATE.steps.predict.de, 'de'));
+  assert.match(await page.locator('.bar .held').innerText(), /Erst antworten/);
+  await page.locator('.option').first().click();
+  await page.locator('#lock-in').click();
+  await current(page, WORDS.de['steps.observe']);
+  assert.match(await page.locator('#rail > p').first().textContent(), /0,3 cm/);
+  await page.getByRole('button', { name: 'EN, English' }).click();
+  await current(page, 'Observe');
+  assert.equal(await tickOf(page), LATE.stop_tick, 'the session stays');
+  await close();
+});
+
+test('search finds questions in both languages, and scenarios', async () => {
+  const { page, close } = await door();
+  await page.getByRole('searchbox').fill('Kugel');
+  await until(async () => (await page.locator('.card').count()) === 1, 'one question');
+  await page.getByRole('searchbox').fill('cavity');
+  await page.locator('.library a[href="?scenario=fluid/cavity"]').waitFor();
+  await page.getByRole('searchbox').fill('qqqq');
+  await page.getByText(WORDS.en['door.none']).waitFor();
+  await close();
+});
+
+test('every lesson opens, in both languages, without a complaint', async () => {
+  const { page, complaints, close } = await door();
+  const ids = await page
+    .locator('a[href^="#lesson="]')
+    .evaluateAll((all) => all.map((a) => /lesson=(\w+)/.exec(a.getAttribute('href'))[1]));
+  assert.equal(ids.length, 31);
+  for (const id of ids) {
+    const lesson = lessonOf(id);
+    for (const lang of ['en', 'de']) {
+      await page.evaluate((hash) => {
+        location.hash = hash;
+      }, `lesson=${id}&step=1&lang=${lang}`);
+      await page.waitForFunction((title) => document.querySelector('#lesson-step')?.textContent === title, lesson.title[lang]);
+      assert.equal(
+        await page.locator('#rail > p').first().textContent(),
+        filled(lesson, lesson.steps.predict[lang], lang).replace(/-(?=\d)/g, '−'),
+      );
+      assert.equal(await page.locator('.option').count(), lesson.choices.length);
+    }
+    await until(
+      async () => (await sessionOf(page)) !== null && (await page.evaluate(() => globalThis.laglab().frame !== null)),
+      `${id} is drawn`,
+      15000,
+    );
+  }
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
+test('by keyboard alone: card, choice, run, explain, change', async () => {
+  const { page, close } = await door();
+  await page.locator('.card').first().focus();
+  await page.keyboard.press('Enter');
+  await ready(page);
+  await page.keyboard.press('3');
+  assert.equal(await page.evaluate(() => document.activeElement?.getAttribute('value')), '2');
+  await page.keyboard.press('ArrowDown');
+  assert.equal(await page.locator('.option input').nth(3).isChecked(), true);
+  await page.keyboard.press('Tab');
+  assert.equal(await page.evaluate(() => document.activeElement?.id), 'lock-in');
+  await page.keyboard.press('Enter');
+  await current(page, 'Observe');
+  assert.equal(await page.evaluate(() => document.activeElement?.id), 'lesson-step');
+  for (const name of ['Explain', 'Change']) {
+    await page.locator('#rail .main').focus();
+    await page.keyboard.press('Enter');
+    await current(page, name);
+  }
+  await close();
+});
+
+test('the stop is announced once, with what it shows', async () => {
+  const { page, close } = await open('late_answer');
+  await page.waitForTimeout(2500);
+  await page.evaluate(() => {
+    globalThis.spoken = [];
+    new MutationObserver(() => globalThis.spoken.push(document.getElementById('live')?.textContent)).observe(
+      /** @type {HTMLElement} */ (document.getElementById('live')),
+      { childList: true, characterData: true, subtree: true },
+    );
+  });
+  await page.keyboard.press('1');
+  await page.locator('#lock-in').click();
+  await current(page, 'Observe');
+  await page.waitForTimeout(4500);
+  const spoken = (await page.evaluate(() => globalThis.spoken)).filter((text) => text.includes(filled(LATE, LATE.steps.observe.en, 'en')));
+  assert.equal(spoken.length, 1, String(spoken));
+  assert.match(spoken[0], /^Step 3 of 5: Observe\./);
+  await close();
+});
+
+test('with reduced motion the run is at its stop at once', async () => {
+  const { page, close } = await open('in_the_past', 1, 'en', { reducedMotion: 'reduce' });
+  await page.keyboard.press('1');
+  const from = Date.now();
+  await page.locator('#lock-in').click();
+  await current(page, 'Observe');
+  assert.ok(Date.now() - from < 2500, 'not after six seconds');
+  await until(async () => (await tickOf(page)) === 180, 'the tick');
+  await close();
+});
+
+for (const size of SIZES)
+  for (const colorScheme of /** @type {('light' | 'dark')[]} */ (['light', 'dark']))
+    test(`axe finds nothing, nothing goes sideways: ${size.name}, ${colorScheme}`, async () => {
+      const wish = { width: size.width, height: size.height, colorScheme };
+      const first = await door('#questions&lang=de', wish);
+      assert.deepEqual(await axe(first.page), []);
+      assert.equal(await sideways(first.page), false);
+      await first.close();
+      for (const [id, step] of /** @type {[string, number][]} */ ([
+        ['late_answer', 1],
+        ['late_answer', 4],
+        ['falling_stack', 1],
+        ['keeps_energy', 5],
+      ])) {
+        const { page, complaints, close } = await open(id, step, 'de', wish);
+        await page.waitForTimeout(300);
+        assert.deepEqual(await axe(page), [], `${id} ${step}`);
+        assert.equal(await sideways(page), false, `${id} ${step}`);
+        assert.deepEqual(complaints, []);
+        await close();
+      }
+    });
+
+test('on a phone question, choices and a view are seen without scrolling; answers are 44 px high', async () => {
+  const { page, close } = await open('late_answer', 1, 'de', { width: 390, height: 844, hasTouch: true, isMobile: true });
+  const bar = (await page.locator('.bar').boundingBox()).y;
+  for (const option of await page.locator('.option').all()) {
+    const box = await option.boundingBox();
+    assert.ok(box.height >= 44 && box.y + box.height <= bar, JSON.stringify(box));
+  }
+  const view = await page.locator('canvas[data-view="1"]').boundingBox();
+  assert.ok(view.y + view.height <= bar + 1 && view.height > 80, JSON.stringify({ view, bar }));
+  await close();
+});

@@ -1,0 +1,54 @@
+// The lessons: a list of questions, and each with its steps next to a lab. What the rest of the page uses of them.
+import { html } from '../../vendor/lit-html.js';
+import { effect } from '../../vendor/signals-core.js';
+import { showAddress } from '../session/params.js';
+import { lesson } from '../session/state.js';
+import { choice, choose, listen, opened } from './steps.js';
+import { LANGUAGES, language, word } from './words.js';
+
+export { door } from './door.js';
+export { page } from './rail.js';
+
+const sheet = document.createElement('link');
+sheet.rel = 'stylesheet';
+sheet.href = new URL('../../lessons.css', import.meta.url).href;
+/** The style is there: importers wait for it. */
+export const ready = new Promise((done) => {
+  sheet.onload = sheet.onerror = done;
+});
+document.head.append(sheet);
+
+/** The choice of the language. @returns {import('lit-html').TemplateResult} */
+export function languages() {
+  return html`<div class="units languages" role="group" aria-label="Language · Sprache">${LANGUAGES.map(
+    (
+      name,
+    ) => html`<button type="button" lang=${name} aria-pressed=${name === language.value} aria-label=${name === 'de' ? 'DE, Deutsch' : 'EN, English'}
+      @click=${() => {
+        if (lesson.value === null) return;
+        lesson.value = { ...lesson.value, lang: name };
+        showAddress();
+      }}>${name.toUpperCase()}</button>`,
+  )}</div>`;
+}
+
+/** Keys 1 to 5 choose an answer. @param {KeyboardEvent} event @returns {boolean} whether it was one */
+export function press(event) {
+  const now = opened.value,
+    number = /^(?:Digit|Numpad)([1-5])$/.exec(event.code)?.[1];
+  if (now === null || number === undefined || lesson.value?.step !== 1) return false;
+  if (event.altKey || event.ctrlKey || event.metaKey || event.shiftKey) return false;
+  const at = event.target instanceof HTMLElement ? event.target : null;
+  if (at?.closest('dialog, select, textarea, input:not([type="radio"])')) return false;
+  const index = Number(number) - 1;
+  if (index >= now.choices.length) return false;
+  choose(index);
+  /** @type {HTMLElement | null} */ (document.querySelector(`.option input[value="${index}"]`))?.focus();
+  return choice.value === index;
+}
+
+effect(() => {
+  if (lesson.value === null) return;
+  document.title = `${opened.value?.title[language.value] ?? (word('door.name') || 'Questions')} – laglab`;
+});
+listen();

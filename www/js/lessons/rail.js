@@ -1,0 +1,100 @@
+// A lesson: its steps next to the lab's views.
+import { html, nothing } from '../../vendor/lit-html.js';
+import { openLesson, toSandbox } from '../session/session.js';
+import { lesson, status } from '../session/state.js';
+import { SKIPPED, STEPS, choice, choose, go, jump, missing, opened, reached, restart, run, textOf } from './steps.js';
+import { amount, filled, language, ready, word } from './words.js';
+
+/** @typedef {import('lit-html').TemplateResult} Template */
+/** @typedef {import('./steps.js').Lesson} Lesson */
+
+/** @param {Lesson} of @param {import('./steps.js').Choice} one @returns {string} */
+const labelOf = (of, one) => one.label?.[language.value] ?? amount(one.value, of.answer.unit);
+
+/** @param {number} step @returns {Template} */
+function bars(step) {
+  return html`<ol class="steps">${STEPS.map(
+    (name, i) => html`<li><button type="button" aria-current=${step === i + 1 ? 'step' : nothing} data-done=${i < step ? 'yes' : 'no'}
+      ?disabled=${i + 1 > reached.value} @click=${() => go(i + 1)}>${word(`steps.${name}`)}</button></li>`,
+  )}</ol>`;
+}
+
+/** @param {Lesson} of @returns {Template} */
+function predict(of) {
+  return html`<p>${textOf(of, 1)}</p>
+    <div class="options" role="radiogroup" aria-label=${word('predict.group')}>${of.choices.map(
+      (one, i) => html`<label class="option"><input type="radio" name="answer" value=${i} .checked=${choice.value === i}
+        @change=${() => choose(i)}><b>${labelOf(of, one)}</b><kbd aria-hidden="true">${i + 1}</kbd></label>`,
+    )}</div>
+    <button type="button" class="main" id="lock-in" ?disabled=${choice.value === null} @click=${() => run()}>${
+      choice.value === null ? word('predict.first') : word('predict.go')
+    }</button>
+    <button type="button" class="link" @click=${() => {
+      choose(SKIPPED);
+      run();
+    }}>${word('predict.skip')}</button>`;
+}
+
+/** What was predicted. @param {Lesson} of @returns {string} */
+function said(of) {
+  const one = of.choices[choice.value ?? SKIPPED];
+  return one ? labelOf(of, one) : word('explain.none');
+}
+
+/** @param {Lesson} of @returns {Template} */
+function running(of) {
+  return html`<p>${textOf(of, 2)}</p>
+    <dl class="pair"><div><dt>${word('explain.said')}</dt><dd>${said(of)}</dd></div></dl>
+    ${status.value === 'playing' ? nothing : html`<button type="button" class="main" @click=${() => run()}>${word('run.go')}</button>`}
+    <button type="button" class="link" @click=${() => jump()}>${word('run.jump')}</button>`;
+}
+
+/** @param {Lesson} of @returns {Template} */
+function observe(of) {
+  return html`<p>${textOf(of, 3)}</p>
+    <button type="button" class="main" @click=${() => go(4)}>${word('steps.explain')}</button>`;
+}
+
+/** @param {Lesson} of @returns {Template} */
+function explain(of) {
+  const right = of.choices.find((one) => one.right),
+    mine = of.choices[choice.value ?? SKIPPED] ?? right;
+  return html`<dl class="pair"><div><dt>${word('explain.said')}</dt><dd>${said(of)}</dd></div>
+      <div class="result"><dt>${word('explain.was')}</dt><dd id="answer">${right?.label ? `${right.label[language.value]} ` : nothing}${amount(
+        of.answer.value,
+        of.answer.unit,
+      )}</dd></div></dl>
+    ${mine ? html`<p class="why">${filled(mine.why, of.numbers)}</p>` : nothing}
+    <p>${textOf(of, 4)}</p>
+    <button type="button" class="main" @click=${() => go(5)}>${word('steps.change')}</button>`;
+}
+
+/** @param {Lesson} of @returns {Template} */
+function change(of) {
+  return html`<p>${textOf(of, 5)}</p>
+    <dl class="pair"><div><dt>${word('change.before')}</dt><dd>${amount(of.answer.value, of.answer.unit)}</dd></div>
+      <div class="result"><dt>${word('change.after')}</dt><dd id="changed">${amount(of.change.answer.value, of.change.answer.unit)}</dd></div></dl>
+    <p class="faint">${word('change.seed', { seed: of.seed })}</p>
+    ${status.value === 'playing' ? nothing : html`<button type="button" class="main" @click=${() => run()}>${word('change.go')}</button>`}
+    <div class="after"><button type="button" class="link" @click=${() => toSandbox()}>${word('free')}</button>
+      <button type="button" class="link" @click=${() => restart()}>${word('again')}</button>
+      <button type="button" class="link" @click=${() => openLesson({ id: '', step: 1, lang: lesson.value?.lang ?? '' }, true)}>${word(
+        'all',
+      )}</button></div>`;
+}
+
+const BODIES = [predict, running, observe, explain, change];
+
+/** @param {Template} views of the lab @returns {Template} */
+export function page(views) {
+  const now = opened.value,
+    step = lesson.value?.step ?? 1,
+    body = BODIES[step - 1];
+  return html`<div class="teach" data-step=${step} data-at=${now?.look.at ?? ''} data-look=${now?.look.player ?? ''}>
+    <section class="rail" id="rail" aria-labelledby="lesson-step" lang=${language.value}>
+    ${
+      now === null || !ready.value || !body
+        ? html`<h2 id="lesson-step">${missing.value ? word('failed') || 'This lesson could not be read.' : word('loading') || '…'}</h2>`
+        : html`${bars(step)}<h2 id="lesson-step" tabindex="-1">${now.title[language.value]}</h2>${body(now)}`
+    }</section>${views}</div>`;
+}

@@ -1,0 +1,255 @@
+// The steps of a lesson, and the session that each needs.
+import { batch, effect, signal, untracked } from '../../vendor/signals-core.js';
+import { LESSON_STEPS } from '../base/link.js';
+import { speak } from '../session/announce.js';
+import { showAddress } from '../session/params.js';
+import { showForLesson } from '../session/session.js';
+import { frame, held, lesson, notify, params, status, stopTick } from '../session/state.js';
+import { control, play } from '../session/time.js';
+import { file, filled, ready, word } from './words.js';
+
+/** @typedef {import('./words.js').Text} Text */
+/** @typedef {import('../base/link.js').Value} Value */
+/** @typedef {{value: number, label?: Text, right?: true, why: Text}} Choice */
+/** @typedef {{value: number, unit: Text}} Answer */
+/**
+ * A file of www/lessons; docs/lessons.md explains its members.
+ * @typedef {{id: string, title: Text, order: number, scenario: string, set: Record<string, Value>, seed: number, stop_tick: number,
+ *   speed: number, look: {at: string, player?: number}, steps: Record<'predict' | 'observe' | 'explain' | 'change', Text>,
+ *   choices: Choice[], answer: Answer, change: {set: Record<string, Value>, answer: Answer},
+ *   numbers: Record<string, {value: number, digits: number}>}} Lesson
+ */
+
+export const STEPS = ['predict', 'run', 'observe', 'explain', 'change'];
+const RUN = 2,
+  OBSERVE = 3,
+  CHANGE = 5;
+export const SKIPPED = -1;
+
+/** @type {import('@preact/signals-core').Signal<Lesson | null>} */
+export const opened = signal(null);
+/** The lesson of the address could not be read. */
+export const missing = signal(false);
+/** Index of the chosen answer; SKIPPED; null while there is none. @type {import('@preact/signals-core').Signal<number | null>} */
+export const choice = signal(null);
+/** The farthest step so far. */
+export const reached = signal(1);
+
+/** Which session is shown: of the lesson, or of its change; empty for none. @type {'' | 'plain' | 'changed'} */
+let variant = '';
+/** The step that the session stands at, by lesson. */
+let settled = '';
+let plainHz = 60; /* ticks a second without the change */
+let returning = false;
+let first = true; /* the lesson that the page was opened with keeps its answer */
+
+/** @param {string} id */
+const keyOf = (id) => `laglab.lesson.${id}`;
+
+/** @param {string} id @returns {number | null} */
+function kept(id) {
+  try {
+    const text = sessionStorage.getItem(keyOf(id));
+    return text === null ? null : Number(text);
+  } catch {
+    return null;
+  }
+}
+
+/** Chooses an answer, or skips the question. @param {number | null} next */
+export function choose(next) {
+  const now = opened.value;
+  if (now === null) return;
+  choice.value = next;
+  try {
+    if (next === null) sessionStorage.removeItem(keyOf(now.id));
+    else sessionStorage.setItem(keyOf(now.id), String(next));
+  } catch {
+    /* the answer then lasts as long as the page */
+  }
+}
+
+/** Where the session of a step stops. @param {Lesson} of @param {number} step */
+function stopOf(of, step) {
+  const hz = Number(of.change.set.hz ?? 0);
+  return step === CHANGE && hz > 0 ? Math.round((of.stop_tick * hz) / plainHz) : of.stop_tick;
+}
+
+/** What a step says. @param {Lesson} of @param {number} step @returns {string} */
+export function textOf(of, step) {
+  const name = STEPS[step - 1] ?? '';
+  if (step === RUN) return word('run.text', { tick: of.stop_tick });
+  return filled(of.steps[/** @type {'predict'} */ (name)], of.numbers);
+}
+
+/** @param {number} step */
+function say(step) {
+  const now = opened.value;
+  if (now === null) return;
+  const name = `${word('step', { n: step, of: LESSON_STEPS })}: ${word(`steps.${STEPS[step - 1]}`)}.`;
+  queueMicrotask(() => speak(`${name} ${textOf(now, step)}`)); /* after what the session's state says */
+}
+
+/** The step is shown, its session stands. @param {number} step */
+function settle(step) {
+  const at = lesson.value;
+  if (at === null) return;
+  const inside = document.getElementById('rail')?.contains(document.activeElement) ?? false;
+  settled = `${at.id} ${step}`;
+  batch(() => {
+    reached.value = Math.max(reached.value, step);
+    lesson.value = { ...at, step };
+  });
+  showAddress();
+  say(step);
+  if (inside) document.getElementById('lesson-step')?.focus();
+}
+
+const ARRIVAL_MS = 2000;
+
+/** Until a frame of the tick is drawn: what follows from a tick must not follow from an older frame. @param {number} tick */
+function drawn(tick) {
+  return new Promise((done) => {
+    const timer = setTimeout(done, ARRIVAL_MS);
+    const stop = effect(() => {
+      if (frame.value?.tick !== tick) return;
+      clearTimeout(timer);
+      queueMicrotask(() => {
+        stop();
+        done(null);
+      });
+    });
+  });
+}
+
+/** Brings the session to where a step begins. @param {Lesson} of @param {number} step @returns {Promise<boolean>} whether it is there */
+async function place(of, step) {
+  const wanted = step === CHANGE ? 'changed' : 'plain',
+    goal = step === OBSERVE || step === OBSERVE + 1 ? of.stop_tick : 0;
+  let tick = frame.value?.tick ?? 0;
+  if (variant !== wanted) {
+    if (variant === 'plain') plainHz = Number(params.value?.hz ?? plainHz);
+    variant = wanted;
+    const set = wanted === 'changed' ? { ...of.set, ...of.change.set } : of.set;
+    await showForLesson(of.scenario, set, of.seed, of.speed, () => opened.value?.id === of.id && variant === wanted);
+    tick = 0;
+  } else if (status.value === 'playing') await control({ op: 'pause' });
+  if (opened.value?.id !== of.id) return false;
+  if (tick === goal) return true;
+  if ((await control({ op: 'seek', tick: goal })) === null) return false;
+  await drawn(goal);
+  return opened.value?.id === of.id;
+}
+
+/** Another step, asked for by a person. @param {number} step */
+export async function go(step) {
+  const now = opened.value;
+  if (now === null || !(await prepared(now, step))) return;
+  settle(step);
+}
+
+/** @param {Lesson} of @param {number} step @returns {Promise<boolean>} */
+async function prepared(of, step) {
+  try {
+    return await place(of, step);
+  } catch (error) {
+    variant = '';
+    notify(error instanceof Error ? error.message : String(error), true);
+    return false;
+  }
+}
+
+/** Runs to the stop; where motion is not wanted, it is there at once. */
+export async function run() {
+  if (matchMedia('(prefers-reduced-motion: reduce)').matches) return jump();
+  await play();
+}
+
+/** Goes to the stop without playing. */
+export async function jump() {
+  const now = opened.value,
+    step = lesson.value?.step ?? 1;
+  if (now === null) return;
+  if (status.value === 'playing') await control({ op: 'pause' });
+  if ((await control({ op: 'seek', tick: stopOf(now, step) })) !== null && step <= RUN) settle(OBSERVE);
+}
+
+/** From the first step, with the question open again. */
+export async function restart() {
+  await go(1);
+  choose(null);
+  reached.value = 1;
+}
+
+/** The address names a lesson, or another step of it. @param {import('../base/link.js').LessonAt | null} at */
+async function arrive(at) {
+  if (at === null || at.id === '') {
+    opened.value = null;
+    variant = settled = '';
+    first = false;
+    return;
+  }
+  if (opened.value?.id !== at.id) {
+    batch(() => {
+      opened.value = null;
+      missing.value = false;
+    });
+    variant = '';
+    try {
+      const read = await file(`lessons/${at.id}.json`);
+      if (lesson.value?.id !== at.id) return;
+      const before = first || at.step > 1 ? kept(at.id) : null;
+      batch(() => {
+        choice.value = before ?? (at.step > 1 ? SKIPPED : null);
+        reached.value = at.step;
+        opened.value = { ...read, id: at.id };
+      });
+      first = false;
+    } catch {
+      missing.value = true;
+      return;
+    }
+  } else if (settled === `${at.id} ${at.step}`) return;
+  const now = opened.value;
+  settled = `${at.id} ${at.step}`;
+  if (now !== null && (await prepared(now, at.step))) say(at.step);
+}
+
+export function listen() {
+  effect(() => {
+    const at = lesson.value;
+    untracked(() => void arrive(at));
+  });
+  effect(() => {
+    /* what the question holds */
+    const at = lesson.value,
+      now = opened.value;
+    const open = at !== null && at.id !== '' && (now === null || (at.step === 1 && choice.value === null));
+    const stop = at === null || now === null ? 0 : stopOf(now, at.step);
+    const reason = open ? word('predict.first') || '…' : '';
+    untracked(() => {
+      held.value = reason;
+      stopTick.value = stop;
+    });
+  });
+  effect(() => {
+    /* from question to run when it plays, and on when it has stopped */
+    const at = lesson.value,
+      now = opened.value,
+      tick = frame.value?.tick ?? -1;
+    if (at === null || now === null || !ready.value || variant !== 'plain') return;
+    const playing = status.value === 'playing';
+    const past = tick >= now.stop_tick;
+    if (at.step === 1 && playing && choice.value !== null) untracked(() => settle(RUN));
+    else if (at.step <= RUN && !playing && past && choice.value !== null) untracked(() => settle(OBSERVE));
+    else if (at.step === RUN && playing && tick > now.stop_tick && !returning) {
+      /* it was restarted or moved meanwhile, which ends the order to stop */
+      returning = true;
+      untracked(() =>
+        jump().finally(() => {
+          returning = false;
+        }),
+      );
+    }
+  });
+}
