@@ -3,7 +3,7 @@ import { call, Problem } from '../base/api.js';
 import { lab } from './labs.js';
 import { keep, link } from './opening.js';
 import { writeQuery } from '../base/link.js';
-import { experiment, locked, params, session, notify, theme } from './state.js';
+import { experiment, locked, params, place, session, notify, theme } from './state.js';
 
 /** @typedef {import('../base/link.js').Value} Value */
 
@@ -76,7 +76,7 @@ export function showAddress() {
   }
   if (now === null) return;
   const query = now.own ? writeQuery(link) : link.theme === 'auto' ? '' : `?theme=${link.theme}`;
-  const hash = now.own ? '' : `#s=${now.id}`;
+  const hash = place.value.at || (now.own ? '' : `#s=${now.id}`);
   history.replaceState(null, '', location.pathname + query + hash);
   if (now.own) keep(now.id, now.key, true);
 }

@@ -6,7 +6,21 @@ import { FAILED } from '../stream/frame.js';
 import { lab, labs } from './labs.js';
 import { create, keep, link } from './opening.js';
 import { seen, showAddress } from './params.js';
-import { FRAME_HZ, connection, divisor, experiment, failure, frame, layout, locked, notify, params, scenarios, session } from './state.js';
+import {
+  FRAME_HZ,
+  connection,
+  divisor,
+  experiment,
+  failure,
+  frame,
+  layout,
+  locked,
+  notify,
+  params,
+  place,
+  scenarios,
+  session,
+} from './state.js';
 
 /** @typedef {import('../stream/frame.js').Frame} Frame */
 /** @typedef {import('./lab.js').Lab} Lab */
@@ -42,7 +56,12 @@ effect(() => {
  * those channels. @returns {Record<string, number>} */
 function wishOf() {
   const wish = Object.assign({ session: FRAME_HZ }, ...labs.value.map(({ rates }) => rates), lab.value?.rates?.());
-  return Object.fromEntries(Object.entries(wish).filter(([, hz]) => hz > 0));
+  const most = place.value.hz || FRAME_HZ;
+  return Object.fromEntries(
+    Object.entries(wish)
+      .filter(([, hz]) => hz > 0)
+      .map(([channel, hz]) => [channel, Math.min(hz, most)]),
+  );
 }
 let wished = '';
 effect(() => {
@@ -64,9 +83,9 @@ export function openExperiments(id) {
 }
 
 /** Shows a session from now on. @param {string} id @param {string} key @param {boolean} own
- * @param {import('../stream/connection.js').Line} [line] its stream,
- * when it is open */
-export function show(id, key, own, line) {
+ * @param {import('../stream/connection.js').Line} [line] its stream, when it is open
+ * @param {() => void} [gone] of a class: what to do without the session; its many pages also wait longer between their attempts */
+export function show(id, key, own, line, gone) {
   stream?.close();
   newest = null;
   batch(() => {
@@ -110,6 +129,10 @@ export function show(id, key, own, line) {
         divisor.value = next;
       },
       gone() {
+        if (gone) {
+          gone();
+          return;
+        }
         notify('Session expired – created again from the address');
         again();
       },
@@ -119,6 +142,7 @@ export function show(id, key, own, line) {
     },
     line,
     wishOf(),
+    gone !== undefined,
   );
   showAddress();
 }

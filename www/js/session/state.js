@@ -54,12 +54,27 @@ export const behind = computed(() => frame.value !== null && (frame.value.flags 
 export const speed = computed(() => Number((frame.value?.session?.speed ?? 1).toPrecision(7)));
 export const readOnly = computed(() => session.value !== null && session.value.key === '');
 
+/** What a class says of this page. at: what its address has behind #; empty for what the session says; hz: the most frames a second that are
+ * asked for, 0 for as many as a lab wants; seat: the only player that may be driven, -1 for none, null for all whose session may be changed;
+ * reason: why nothing else may be changed; empty where it may; frozen: not even driven.
+ * @typedef {{at: string, hz: number, seat: number | null, reason: string, frozen: boolean}} Place */
+/** @type {import('@preact/signals-core').Signal<Place>} */
+export const place = signal({ at: '', hz: 0, seat: null, reason: '', frozen: false });
+
 /** Why nothing can be changed now; empty when it can. */
 export const locked = computed(() => {
   if (session.value === null) return 'No session yet';
   if (connection.value.state === 'lost') return 'Connection lost: controls are off until it is back';
+  if (place.value.reason !== '') return place.value.reason;
   return readOnly.value ? 'Read-only: only the owner of this session can change it' : '';
 });
+
+/** Whether a person at this page may drive a player. @param {number} player */
+export function mayDrive(player) {
+  const { seat, frozen } = place.value;
+  if (seat === null) return locked.value === '';
+  return seat === player && !frozen && session.value !== null && connection.value.state !== 'lost';
+}
 
 const NOTICE_MS = 15000;
 /** @type {ReturnType<typeof setTimeout> | undefined} */
