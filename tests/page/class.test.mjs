@@ -37,7 +37,7 @@ async function open(address, size = WIDE) {
 
 /** The teacher's page, with a class whose board is a race. */
 async function teach(size = WIDE, url = daemon.url) {
-  const teacher = await open(`${url}?scenario=race&set=duration_s:600`, size);
+  const teacher = await open(`${url}?scenario=race&set=duration_s:600&set=players.0.script:idle&set=players.1.script:idle`, size);
   await shown(teacher.page);
   await button(teacher.page, 'Class').click();
   await button(teacher.page, 'Show the board').waitFor();
@@ -159,6 +159,7 @@ test('votes: by button and key, hidden until locked; a reload keeps seat and vot
   const bottom = await a.page.locator('#class').boundingBox();
   assert.ok(bottom && bottom.y + bottom.height < 844 - 150, `room for a view below ${bottom?.height} px`);
   await a.page.getByRole('radio').nth(1).check();
+  await watcher.page.getByRole('radio').nth(4).waitFor();
   await watcher.page.keyboard.press('3');
   await until(async () => (await teacher.page.locator('.how .counts').innerText()).includes('2 voted'), 'two votes');
   await a.page.getByText('Sent: Choice 2').waitFor();
@@ -225,8 +226,8 @@ test('freeze reaches all pages within a second, bringing all to the board within
   await button(copy.page, 'Pause').waitFor();
 
   const frozen = ({ page }) => page.getByText('The teacher has stopped all pages').first().waitFor({ timeout: 5000 });
-  await button(teacher.page, 'Freeze all').click();
   let begun = performance.now();
+  await button(teacher.page, 'Freeze all').click();
   await Promise.all([a, b, copy].map(frozen));
   const freeze = performance.now() - begun;
   await until(async () => (await api(daemon.url, `sessions/${own.id}`)).body.status === 'paused', 'the copy is paused', 1000);
@@ -236,8 +237,8 @@ test('freeze reaches all pages within a second, bringing all to the board within
   await button(teacher.page, 'Unfreeze').click();
   await button(copy.page, 'Pause').waitFor();
 
-  await button(teacher.page, 'Bring all here').click();
   begun = performance.now();
+  await button(teacher.page, 'Bring all here').click();
   await until(async () => (await sessionOf(copy.page)).id === board && (await frameOf(copy.page)) !== null, 'at the board');
   const bring = performance.now() - begun;
   t.diagnostic(`frozen after ${freeze.toFixed(0)} ms, at the board after ${bring.toFixed(0)} ms`);
