@@ -97,7 +97,7 @@ test('a class is opened, joined by code in either case; two devices drive; a sea
   const b = await open(`${daemon.url}#class`);
   await b.page.getByLabel('Code on the board').fill('2222');
   await button(b.page, 'Join').click();
-  await b.page.getByText('No class has the code 2222').waitFor();
+  await b.page.locator('#class').getByText('No class has the code 2222').waitFor();
   await b.page.getByLabel('Code on the board').fill(` ${teacher.code.toLowerCase()} `);
   await button(b.page, 'Join').click();
   await button(b.page, 'Play B').waitFor();
@@ -107,7 +107,7 @@ test('a class is opened, joined by code in either case; two devices drive; a sea
     element.disabled = false;
     element.click();
   });
-  await b.page.getByText('seat 0 (A) is taken').waitFor();
+  await b.page.locator('#class').getByText('seat 0 (A) is taken').waitFor();
   await button(b.page, 'Play B').click();
   await shown(b.page);
   const watcher = await student(teacher.code, 'Watch', PHONE);
@@ -141,7 +141,7 @@ test('a class is opened, joined by code in either case; two devices drive; a sea
   assert.ok(await watcher.page.locator('#app fieldset :is(input, select)').first().isDisabled());
 
   await silent([teacher, a, b, watcher]);
-  await button(a.page, 'Give the seat back').click();
+  await button(a.page, 'Give seat back').click();
   await until(async () => (await teacher.state()).seats[0].state === 'free', 'the seat is free');
   quiet([teacher, a, watcher]);
   quiet([b], /status of 40[49]/);
@@ -260,13 +260,14 @@ test('a lost connection: the last frame greyed, and seat and vote back by themse
   const teacher = await teach();
   const a = await student(teacher.code, 'Play A');
   await button(teacher.page, 'Predict').click();
+  await a.page.getByRole('radio').nth(1).waitFor();
   await a.page.keyboard.press('2');
   await a.page.getByText('Sent: Choice 2').waitFor();
   await a.page.evaluate(() => globalThis.sockets.forEach((socket) => socket.close()));
   await a.page.getByText('Connection lost. Trying again').waitFor();
   assert.match(await a.page.locator('#app main').evaluate((e) => getComputedStyle(e).filter), /grayscale/);
   await until(async () => (await teacher.state()).seats[0].state === 'away', 'the class sees it');
-  await a.page.getByText('Connection lost').waitFor({ state: 'detached', timeout: 8000 });
+  await a.page.locator('#class').getByText('Connection lost').waitFor({ state: 'detached', timeout: 8000 });
   await until(async () => (await teacher.state()).seats[0].state === 'held', 'the seat');
   assert.ok(await a.page.getByRole('radio').nth(1).isChecked(), 'the vote');
   assert.match(await chip(a.page), /You play A/);
@@ -299,7 +300,7 @@ test('the teacher: a reload, another scenario, a second device, the end', async 
   await silent([teacher, phone]);
   await button(phone.page, 'End the class').click();
   await button(phone.page, 'End it for all').click();
-  await watcher.page.getByText('Another class has another code').waitFor();
+  await watcher.page.locator('#class').getByText('Another class has another code').waitFor();
   await watcher.page.getByLabel('Code on the board').waitFor();
   await button(teacher.page, 'Class').waitFor();
   assert.equal((await sessionOf(teacher.page)).owner, true, 'the session stays');

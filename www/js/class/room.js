@@ -4,7 +4,7 @@ import { html, nothing, render } from '../../vendor/lit-html.js';
 import { Problem, call, make } from '../base/api.js';
 import { keyOf } from '../session/opening.js';
 import { showAddress } from '../session/params.js';
-import { show } from '../session/session.js';
+import { again, show } from '../session/session.js';
 import { connection, notify, place, session } from '../session/state.js';
 import { patience } from '../stream/connection.js';
 import { isOpen } from './ask.js';
@@ -145,6 +145,7 @@ async function resume(id, key) {
   const old = kept(id);
   if (key !== '' || old?.teacher) {
     lead(key || (old?.secret ?? ''), old?.shows === 'board' ? 'board' : 'lobby');
+    if (now.peek()?.board === null) again(); /* what was shown is gone: another one, from the address */
     return;
   }
   if (!old) return;

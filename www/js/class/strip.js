@@ -29,7 +29,7 @@ function ways() {
   if (shows.value === 'copy') return html`<button type="button" @click=${go('board')}>To the board</button>`;
   return html`${
     mine?.role === 'play'
-      ? html`<button type="button" @click=${() => join('watch')}>Give the seat back</button>`
+      ? html`<button type="button" @click=${() => join('watch')}>Give seat back</button>`
       : html`<button type="button" @click=${go('choose')}>Play or watch</button>`
   }
   ${

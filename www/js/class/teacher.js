@@ -2,7 +2,7 @@
 import { effect, signal, untracked } from '../../vendor/signals-core.js';
 import { call } from '../base/api.js';
 import { keep, keyOf } from '../session/opening.js';
-import { again, show } from '../session/session.js';
+import { show } from '../session/session.js';
 import { place, session } from '../session/state.js';
 import { control } from '../session/time.js';
 import { keepClass } from './kept.js';
@@ -83,7 +83,6 @@ export function begin(key, first) {
   part.value = 'teacher';
   shows.value = first;
   readLessons();
-  if (now.peek()?.board === null) again(); /* what was shown is gone: another one, from the address */
 }
 
 effect(() => {
