@@ -158,6 +158,12 @@ test('votes: by button and key, hidden until locked; a reload keeps seat and vot
   for (const row of await a.page.locator('.answer').all()) assert.ok(((await row.boundingBox())?.height ?? 0) >= 44);
   const bottom = await a.page.locator('#class').boundingBox();
   assert.ok(bottom && bottom.y + bottom.height < 844 - 150, `room for a view below ${bottom?.height} px`);
+  const drawn = () =>
+    a.page.locator('canvas[data-view="1"]').evaluate((/** @type {any} */ canvas) => {
+      const scale = devicePixelRatio;
+      return Math.abs(canvas.width - scale * canvas.clientWidth) <= 1 && Math.abs(canvas.height - scale * canvas.clientHeight) <= 1;
+    });
+  await until(drawn, 'the view is drawn again at its new height');
   await a.page.getByRole('radio').nth(1).check();
   await watcher.page.getByRole('radio').nth(4).waitFor();
   await watcher.page.keyboard.press('3');

@@ -2,6 +2,7 @@
 import { effect } from '../../vendor/signals-core.js';
 import { html, nothing, render } from '../../vendor/lit-html.js';
 import { Problem, call, make } from '../base/api.js';
+import { touch } from '../draw/redraw.js';
 import { keyOf } from '../session/opening.js';
 import { showAddress } from '../session/params.js';
 import { again, show } from '../session/session.js';
@@ -54,6 +55,7 @@ function mark() {
   put('seat', name === 'member' && shows.value === 'board' && mine?.role === 'play' && String(mine.player));
   put('copy', name === 'member' && shows.value === 'copy' && 'yes');
   put('vote', name === 'member' && isOpen() && 'yes');
+  touch(); /* other rows may be shown now */
   put('lost', part.value !== '' && (attempt.value > 0 || connection.value.state === 'lost') && 'yes');
 }
 
@@ -66,6 +68,7 @@ async function begin() {
     document.head.append(sheet);
   });
   document.body.prepend(root);
+  new ResizeObserver(touch).observe(root); /* what stands below has another height then */
   effect(() => {
     render(html`${template()}`, root);
   });
