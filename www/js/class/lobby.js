@@ -119,7 +119,7 @@ export function lobby() {
       <button type="button" class="main" @click=${() => {
         shows.value = 'board';
       }}>Show the board</button></header>
-    <div class="how"><div>${addresses()}<p class="step">${local ? 'Code' : '2 Add the code: in the address, or by “Class” on the page'}</p>
+    <div class="how"><div>${addresses()}<p class="step">${local ? 'Code' : '2 Add the code to the address'}</p>
       <p class="letters" aria-label=${`Code ${[...code].join(' ')}`} role="img">${[...code].map((sign) => html`<span>${sign}</span>`)}</p>
       ${seatList(now.value?.seats ?? [])}</div>
       <div>${local ? nothing : qr(urls[0] ?? '')}${counts()}</div></div>
