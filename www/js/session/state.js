@@ -54,11 +54,7 @@ export const behind = computed(() => frame.value !== null && (frame.value.flags 
 export const speed = computed(() => Number((frame.value?.session?.speed ?? 1).toPrecision(7)));
 export const readOnly = computed(() => session.value !== null && session.value.key === '');
 
-/** What a class says of this page. at: what its address has behind #; empty for what the session says; hz: the most frames a second that are
- * asked for, 0 for as many as a lab wants; seat: the only player that may be driven, -1 for none, null for all whose session may be changed;
- * reason: why nothing else may be changed; empty where it may; frozen: not even driven.
- * @typedef {{at: string, hz: number, seat: number | null, reason: string, frozen: boolean}} Place */
-/** @type {import('@preact/signals-core').Signal<Place>} */
+/** @type {import('@preact/signals-core').Signal<import('./lab.js').Place>} */
 export const place = signal({ at: '', hz: 0, seat: null, reason: '', frozen: false });
 
 /** Why nothing can be changed now; empty when it can. */

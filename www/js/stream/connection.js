@@ -8,8 +8,8 @@ const DEAD_MS = 5000;
 const BACKOFF_MS = 200,
   BACKOFF_MAX_MS = 2000;
 
-/** How long a page of a class waits before it tries again: 1, 2, 4, 8 s and up to one more, so that thirty do not come at once.
- * @param {number} attempt from 1 @returns {number} ms */
+/** ms until a page of a class tries again: 1, 2, 4, 8 s and up to one more, so that thirty do not come at once.
+ * @param {number} attempt from 1 */
 export const patience = (attempt) => 1000 * (Math.min(8, 2 ** (attempt - 1)) + Math.random());
 
 /** @typedef {'connecting' | 'open' | 'lost'} State */
