@@ -62,12 +62,13 @@ endfunction()
 
 vendor_file(lit-html/lit-html.js lit-html.js)
 vendor_file(@preact/signals-core/dist/signals-core.mjs signals-core.js)
+vendor_file(lean-qr/index.mjs lean-qr.js)
 vendor_file(uplot/dist/uPlot.iife.min.js uplot.js)
 file(APPEND ${vendor}/uplot.js "\nexport default uPlot;\n") # the package's modules are not minified
 vendor_file(uplot/dist/uPlot.min.css uplot.css)
 
 file(WRITE ${vendor}/LICENSES.txt "The libraries in this folder and their licences.\n")
-foreach(package IN ITEMS lit-html @preact/signals-core uplot)
+foreach(package IN ITEMS lit-html @preact/signals-core lean-qr uplot)
     file(READ ${modules}/${package}/package.json manifest)
     string(JSON version GET "${manifest}" version)
     file(READ ${modules}/${package}/LICENSE licence)

@@ -121,7 +121,7 @@ test("its bill of materials has every package of the image, and the page's libra
       there.some((one) => one.startsWith(`${name} `)),
       name,
     );
-  for (const name of ['lit-html', 'uplot', '@preact/signals-core'])
+  for (const name of ['lean-qr', 'lit-html', 'uplot', '@preact/signals-core'])
     assert.ok(
       bill.packages.some((/** @type {any} */ one) => one.name === name && one.checksums[0].algorithm === 'SHA512'),
       name,

@@ -11,6 +11,8 @@
  * @property {string} theme       auto, light, dark or projector
  * @property {string} session     of the fragment; empty when the page makes its own
  * @property {string} key         of the fragment; removed from the address bar at once
+ * @property {string | null} room  code of a class, of `#class=CODE`; empty where it is to be typed; null when none is wanted
+ * @property {string} roomKey     the teacher's, of `&k=`; removed from the address bar at once
  * @property {string | null} experiment  of `#experiments=ID`; empty for the view alone; null when a lab is wanted
  * @property {LessonAt | null} lesson  the list of questions, or one of them; null when a lab is wanted
  * @property {string[]} problems  what was ignored, in words
@@ -79,6 +81,8 @@ export function readLink(search, hash) {
     theme: 'auto',
     session: '',
     key: '',
+    room: fragment.get('class'),
+    roomKey: fragment.has('class') ? (fragment.get('k') ?? '') : '',
     experiment: readExperiment(hash),
     lesson: readLesson(search, hash),
     problems: [],

@@ -34,6 +34,9 @@ export function keep(id, key, own) {
   }
 }
 
+/** The key of a session, as far as this tab has it. @param {string} id */
+export const keyOf = (id) => kept().keys[id] ?? '';
+
 /** Takes what the daemon refused out of the link. Returns false when nothing was found to take out.
  * @param {Problem} problem @returns {boolean} */
 function dropRefused(problem) {
@@ -121,13 +124,17 @@ function listen({ id }) {
 }
 
 /** Opens what the address says. @param {import('../base/link.js').Short[]} shorts
- * @returns {{opened: Promise<Opened>, line: Promise<Line>} | null} null while the Experiments view or the lessons are shown: a
- *  lab makes a session when it is wanted */
+ * @returns {{opened: Promise<Opened>, line: Promise<Line>} | null} null while the Experiments view or the lessons are shown, where a
+ *  lab makes a session when it is wanted, and in a class, which has one */
 export function begin(shorts) {
   readScenario(link, location.search, location.hash, shorts);
   document.documentElement.dataset.theme = link.theme;
   if (link.key) history.replaceState(null, '', `${location.pathname}${location.search}#s=${link.session}`);
-  if (link.experiment !== null || link.lesson !== null) return null;
+  if (link.room !== null) {
+    document.documentElement.dataset.class = 'join'; /* the rest is hidden until the class says what to show */
+    if (link.roomKey) history.replaceState(null, '', `${location.pathname}${location.search}#class=${link.room}`);
+  }
+  if (link.experiment !== null || link.lesson !== null || link.room !== null) return null;
   const opened = open(),
     line = opened.then(listen);
   line.catch(() => {}); /* the code that awaits the session reports it */

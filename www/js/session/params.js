@@ -3,7 +3,7 @@ import { call, Problem } from '../base/api.js';
 import { lab } from './labs.js';
 import { keep, link } from './opening.js';
 import { writeLesson, writeQuery } from '../base/link.js';
-import { experiment, lesson, locked, notify, params, session, theme } from './state.js';
+import { experiment, lesson, locked, notify, params, place, session, theme } from './state.js';
 
 /** @typedef {import('../base/link.js').Value} Value */
 
@@ -74,7 +74,7 @@ export function showAddress() {
   }
   if (now === null) return;
   const query = now.own ? writeQuery(link) : colours;
-  const hash = now.own ? '' : `#s=${now.id}`;
+  const hash = place.value.at || (now.own ? '' : `#s=${now.id}`);
   history.replaceState(null, '', location.pathname + query + hash);
   if (now.own) keep(now.id, now.key, true);
 }

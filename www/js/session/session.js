@@ -19,6 +19,7 @@ import {
   locked,
   notify,
   params,
+  place,
   scenarios,
   session,
   stopTick,
@@ -58,7 +59,12 @@ effect(() => {
  * those channels. @returns {Record<string, number>} */
 function wishOf() {
   const wish = Object.assign({ session: FRAME_HZ }, ...labs.value.map(({ rates }) => rates), lab.value?.rates?.());
-  return Object.fromEntries(Object.entries(wish).filter(([, hz]) => hz > 0));
+  const most = place.value.hz || FRAME_HZ;
+  return Object.fromEntries(
+    Object.entries(wish)
+      .filter(([, hz]) => hz > 0)
+      .map(([channel, hz]) => [channel, Math.min(hz, most)]),
+  );
 }
 let wished = '';
 effect(() => {
@@ -141,9 +147,9 @@ export function openExperiments(id) {
 }
 
 /** Shows a session from now on. @param {string} id @param {string} key @param {boolean} own
- * @param {import('../stream/connection.js').Line} [line] its stream,
- * when it is open */
-export function show(id, key, own, line) {
+ * @param {import('../stream/connection.js').Line} [line] its stream, when it is open
+ * @param {() => void} [gone] of a class: what to do without the session; its many pages also wait longer between their attempts */
+export function show(id, key, own, line, gone) {
   stream?.close();
   newest = null;
   batch(() => {
@@ -187,6 +193,10 @@ export function show(id, key, own, line) {
         divisor.value = next;
       },
       gone() {
+        if (gone) {
+          gone();
+          return;
+        }
         notify('Session expired – created again from the address');
         again();
       },
@@ -196,6 +206,7 @@ export function show(id, key, own, line) {
     },
     line,
     wishOf(),
+    gone !== undefined,
   );
   showAddress();
 }

@@ -60,12 +60,23 @@ export const behind = computed(() => frame.value !== null && (frame.value.flags 
 export const speed = computed(() => Number((frame.value?.session?.speed ?? 1).toPrecision(7)));
 export const readOnly = computed(() => session.value !== null && session.value.key === '');
 
+/** @type {import('@preact/signals-core').Signal<import('./lab.js').Place>} */
+export const place = signal({ at: '', hz: 0, seat: null, reason: '', frozen: false });
+
 /** Why nothing can be changed now; empty when it can. */
 export const locked = computed(() => {
   if (session.value === null) return 'No session yet';
   if (connection.value.state === 'lost') return 'Connection lost: controls are off until it is back';
+  if (place.value.reason !== '') return place.value.reason;
   return readOnly.value ? 'Read-only: only the owner of this session can change it' : held.value;
 });
+
+/** Whether a person at this page may drive a player. @param {number} player */
+export function mayDrive(player) {
+  const { seat, frozen } = place.value;
+  if (seat === null) return locked.value === '';
+  return seat === player && !frozen && session.value !== null && connection.value.state !== 'lost';
+}
 
 const NOTICE_MS = 15000;
 /** @type {ReturnType<typeof setTimeout> | undefined} */

@@ -1,6 +1,7 @@
 // The head of the page: labs, scenario, the state chip.
 import { html, nothing } from '../../vendor/lit-html.js';
 import { effect } from '../../vendor/signals-core.js';
+import { part } from '../base/api.js';
 import { fixed } from '../base/format.js';
 import { headOf } from '../stream/frame.js';
 import { labs, tabOf } from '../session/labs.js';
@@ -14,6 +15,7 @@ import {
   failure,
   layout,
   lesson,
+  place,
   readOnly,
   scenarios,
   status,
@@ -118,6 +120,8 @@ function pace() {
     title="This device or its connection does not keep up with ${FRAME_HZ} frames a second">Slow connection: ${fixed(FRAME_HZ / divisor.value, 0)} Hz</span>`;
 }
 
+const openClass = () => part(() => import('../class/room.js')).then((room) => room.teach());
+
 /** @returns {Template} */
 export function header() {
   const help = html`<button type="button" class="help" aria-label="Help" title="Help ( ? )"
@@ -135,6 +139,7 @@ export function header() {
       @click=${() => fork()}>Make my copy</button></div>`
         : nothing
     }
+    ${place.value.at === '' ? html`<button type="button" class="share" title="Open a class" @click=${openClass}>Class</button>` : nothing}
     <button type="button" class="share" @click=${() => open({ kind: 'share' })}>Share</button>
     ${help}</header>`;
 }

@@ -6,7 +6,7 @@ import * as announce from '../session/announce.js';
 import { load, register } from '../session/labs.js';
 import { link } from '../session/opening.js';
 import { failed, hook, openExperiments, openLesson, show } from '../session/session.js';
-import { experiment, frame, layout, lesson, locked, notify, params, scenarios, schemas, session } from '../session/state.js';
+import { experiment, frame, layout, lesson, locked, notify, params, place, scenarios, schemas, session } from '../session/state.js';
 import * as controls from '../workbench/controls.js';
 import { begun } from './early.js';
 import * as keys from './keys.js';
@@ -41,6 +41,7 @@ if (begun) {
   });
 }
 
+if (link.room !== null) part(() => import('../class/room.js')).then((room) => room.enter(link.room ?? '', link.roomKey));
 page.listen();
 controls.listen();
 keys.listen();
@@ -97,6 +98,7 @@ addEventListener('hashchange', () => {
   /* Back from a point that was opened, or an address that was typed */
   const wanted = readExperiment(location.hash);
   if (wanted !== null) openExperiments(wanted);
+  else if (location.hash.startsWith('#class') && location.hash !== place.value.at) location.reload();
   else if (location.hash.startsWith('#s=') && !location.hash.startsWith(`#s=${session.value?.id}`)) location.reload();
 });
 addEventListener('popstate', () => {

@@ -8,6 +8,10 @@ const DEAD_MS = 5000;
 const BACKOFF_MS = 200,
   BACKOFF_MAX_MS = 2000;
 
+/** ms until a page of a class tries again: 1, 2, 4, 8 s and up to one more, so that thirty do not come at once.
+ * @param {number} attempt from 1 */
+export const patience = (attempt) => 1000 * (Math.min(8, 2 ** (attempt - 1)) + Math.random());
+
 /** @typedef {'connecting' | 'open' | 'lost'} State */
 /** A stream without a listener so far, and its messages. @typedef {{socket: WebSocket, said: MessageEvent[]}} Line */
 
@@ -22,10 +26,12 @@ const BACKOFF_MS = 200,
  */
 
 export class Stream {
-  /** @param {string} id @param {string} key @param {Handlers} on @param {Line | undefined} line @param {Record<string, number>} wish */
-  constructor(id, key, on, line, wish) {
+  /** @param {string} id @param {string} key @param {Handlers} on @param {Line | undefined} line @param {Record<string, number>} wish
+   * @param {boolean} [patient] whether many pages may lose their streams at once, as in a class */
+  constructor(id, key, on, line, wish, patient = false) {
     this.id = id;
     this.key = key;
+    this.patient = patient;
     this.on = on;
     this.attempt = 0;
     this.closed = false;
@@ -135,7 +141,7 @@ export class Stream {
     this.on.state('lost', this.attempt);
     const backoff = Math.min(BACKOFF_MAX_MS, BACKOFF_MS * 2 ** (this.attempt - 1));
     clearTimeout(this.timer);
-    this.timer = setTimeout(() => this.retry(), backoff * (0.5 + Math.random() / 2));
+    this.timer = setTimeout(() => this.retry(), this.patient ? patience(this.attempt) : backoff * (0.5 + Math.random() / 2));
   }
 
   async retry() {

@@ -2,7 +2,7 @@
 import { effect, signal } from '../../../../vendor/signals-core.js';
 import { send } from '../../../session/session.js';
 import { change } from '../../../session/params.js';
-import { locked, params, session } from '../../../session/state.js';
+import { locked, mayDrive, params, session } from '../../../session/state.js';
 import { layout } from '../core/layout.js';
 
 /** @typedef {'ahead' | 'back' | 'up' | 'down' | 'fire'} Push */
@@ -44,7 +44,7 @@ function action(player) {
 
 /** @param {number} player */
 function submit(player) {
-  if (!byPerson(player) || locked.value !== '') return;
+  if (!byPerson(player) || !mayDrive(player)) return;
   const input = { player, ...action(player) };
   const text = JSON.stringify(input);
   if (sent.get(player) === text) return;

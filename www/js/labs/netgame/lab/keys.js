@@ -1,6 +1,6 @@
 // The keys of a netgame: techniques, overlays, and those that drive.
 import { change } from '../../../session/params.js';
-import { params } from '../../../session/state.js';
+import { params, place } from '../../../session/state.js';
 import { layout } from '../core/layout.js';
 import { toggleOverlay } from '../core/state.js';
 import { byPerson, drive, fire, push } from './drive.js';
@@ -65,9 +65,11 @@ const down = new Map();
 /** @param {KeyboardEvent} event @returns {boolean} */
 function driving(event) {
   if (event.altKey || event.ctrlKey || event.metaKey || event.shiftKey) return false;
-  const row = DRIVING.find((key) => key.code === event.code);
+  const { seat } = place.value;
+  const found = DRIVING.find((key) => key.code === event.code);
+  const row = found && seat !== null ? { ...found, player: seat } : found; /* with a seat, both sets of keys are its own */
   const players = layout.value?.players.length ?? 0;
-  if (!row || row.player >= players) return false;
+  if (!row || row.player < 0 || row.player >= players) return false;
   const focused = focusedPlayer(event.target);
   const lane = event.target instanceof HTMLElement && event.target.closest('[data-arrows]') !== null;
   if (lane || (focused !== row.player && !byPerson(row.player))) return false;

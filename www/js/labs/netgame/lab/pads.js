@@ -3,7 +3,7 @@ import { html, nothing } from '../../../../vendor/lit-html.js';
 import { byPerson, push } from './drive.js';
 import { icons } from '../../../workbench/icons.js';
 import { aiming, nameOf, trigger } from './panels.js';
-import { locked } from '../../../session/state.js';
+import { mayDrive, place } from '../../../session/state.js';
 import { layout } from '../core/layout.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
@@ -15,15 +15,16 @@ function pad(player, way, label, icon) {
     push(player, way, true);
   };
   const up = () => push(player, way, false);
-  return html`<button type="button" class="pad" aria-label=${label} ?disabled=${locked.value !== ''} @pointerdown=${down} @pointerup=${up}
+  return html`<button type="button" class="pad" aria-label=${label} ?disabled=${!mayDrive(player)} @pointerdown=${down} @pointerup=${up}
     @pointercancel=${up} @lostpointercapture=${up}>${icon}</button>`;
 }
 
 /** @param {number} player @returns {Template | typeof nothing} */
 export function pads(player) {
-  if (!byPerson(player)) return nothing;
+  const { seat } = place.value;
+  if (!byPerson(player) || (seat !== null && seat !== player)) return nothing;
   if (layout.value?.controls === 'aim') {
-    return html`<fieldset class="pads" data-player=${player % 8} ?disabled=${locked.value !== ''}>
+    return html`<fieldset class="pads" data-player=${player % 8} ?disabled=${!mayDrive(player)}>
       <legend class="unseen">Cannon of ${nameOf(player)}</legend>${aiming(player)}${trigger(player)}</fieldset>`;
   }
   if (layout.value?.controls === 'plane') {

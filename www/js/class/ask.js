@@ -1,0 +1,52 @@
+// The question of a class: choices to vote, and after the lock how many chose what.
+import { html, nothing, svg } from '../../vendor/lit-html.js';
+import { LANGUAGE, choiceOf, lessonOf, questionOf } from './lesson.js';
+import { me, now } from './state.js';
+
+/** @typedef {import('lit-html').TemplateResult} Template */
+
+/** Votes are open. */
+export const isOpen = () => now.value?.phase === 'predict' && now.value.question !== null;
+
+/** @param {(choice: number) => void} vote @returns {Template | typeof nothing} */
+export function ballot(vote) {
+  const question = now.value?.question ?? null;
+  if (!isOpen() || question === null) return nothing;
+  const lesson = lessonOf(question.lesson),
+    mine = me.value?.choice ?? -1;
+  return html`<section class="ask" aria-label="Question"><fieldset class="answers"><legend lang=${lesson ? LANGUAGE : 'en'}>${questionOf(lesson)}</legend>
+    ${Array.from(
+      { length: question.choices },
+      (_, i) => html`<label class="answer"><input type="radio" name="class-answer" .checked=${mine === i}
+      @change=${() => vote(i)}><span lang=${lesson ? LANGUAGE : 'en'}>${choiceOf(lesson, i)}</span><kbd aria-hidden="true">${i + 1}</kbd></label>`,
+    )}</fieldset>
+    <p role="status">${mine < 0 ? 'Choose one.' : `Sent: ${choiceOf(lesson, mine)}.`} You can change it until the teacher locks.</p></section>`;
+}
+
+/** In one sentence, for who does not see the bars. @param {number[]} tally @param {(choice: number) => string} name */
+function sentence(tally, name) {
+  const all = tally.reduce((a, b) => a + b, 0),
+    most = Math.max(...tally);
+  if (all === 0) return 'No votes.';
+  const first = tally.flatMap((votes, i) => (votes === most ? [name(i)] : []));
+  return `${most} of ${all} chose ${first.join(' and as many ')}.`;
+}
+
+/** Bars of the votes; the right choice is marked only when it is explained. @returns {Template | typeof nothing} */
+export function results() {
+  const state = now.value;
+  if (!state?.question || state.tally === null || state.phase === 'lobby') return nothing;
+  const { tally, question } = state,
+    lesson = lessonOf(question.lesson),
+    all = Math.max(
+      1,
+      tally.reduce((a, b) => a + b, 0),
+    ),
+    explained = state.phase === 'explain';
+  return html`<section class="tally" aria-label="Votes"><p role="status">${sentence(tally, (i) => choiceOf(lesson, i))}</p>
+    <ol>${tally.map(
+      (votes, i) => html`<li><span lang=${lesson ? LANGUAGE : 'en'}>${choiceOf(lesson, i)}</span>
+      <svg viewBox="0 0 100 10" preserveAspectRatio="none" aria-hidden="true">${svg`<rect width=${(100 * votes) / all} height="10"></rect>`}</svg>
+      <b>${votes}</b><span class="why">${me.value?.choice === i ? 'yours' : ''}${explained && lesson?.choices[i]?.right ? ' right' : ''}</span></li>`,
+    )}</ol></section>`;
+}

@@ -1,0 +1,69 @@
+// Questions of the library of lessons: their text and choices, in the language of the browser.
+import { signal } from '../../vendor/signals-core.js';
+import { fixed } from '../base/format.js';
+
+/** @typedef {{en: string, de: string}} Text */
+/** As api/lesson.schema.json has it. @typedef {{title: Text, scenario: string, set: Record<string, unknown>, seed: number, stop_tick: number, speed: number,
+ *   steps: {predict: Text}, choices: {value: number, label?: Text, right?: true}[], answer: {unit: Text},
+ *   numbers: Record<string, {value: number, digits: number}>}} Lesson */
+
+/** @type {'en' | 'de'} */
+export const LANGUAGE = /^de\b/.test(navigator.language) ? 'de' : 'en';
+
+/** @type {import('@preact/signals-core').Signal<{id: string, title: Text, order: number}[]>} */
+export const lessons = signal([]);
+/** @type {import('@preact/signals-core').Signal<Map<string, Lesson>>} */
+const read = signal(new Map());
+/** @type {Map<string, Promise<Lesson | null>>} */
+const reading = new Map();
+
+/** @param {string} name below www/lessons */
+async function file(name) {
+  const answer = await fetch(new URL(`../../lessons/${name}.json`, import.meta.url));
+  return answer.ok ? answer.json() : null;
+}
+
+/** The list of lessons, for the teacher to choose from. */
+export async function readLessons() {
+  const list = (await file('index').catch(() => null)) ?? [];
+  lessons.value = list.sort((/** @type {any} */ a, /** @type {any} */ b) => a.order - b.order);
+}
+
+/** @param {string} id @returns {Promise<Lesson | null>} null where there is none of that name */
+export function readLesson(id) {
+  const known =
+    reading.get(id) ??
+    file(id).then(
+      (found) => {
+        if (found) read.value = new Map(read.peek()).set(id, found);
+        return found;
+      },
+      () => (reading.delete(id), null),
+    );
+  reading.set(id, known);
+  return known;
+}
+
+/** A lesson as far as it is read; asks for it. @param {string} id @returns {Lesson | null} */
+export function lessonOf(id) {
+  if (!/^[a-z0-9_]{1,64}$/.test(id)) return null;
+  const found = read.value.get(id) ?? null;
+  if (found === null) readLesson(id);
+  return found;
+}
+
+/** What is asked. @param {Lesson | null} lesson @returns {string} */
+export function questionOf(lesson) {
+  if (lesson === null) return 'What do you expect?';
+  return lesson.steps.predict[LANGUAGE].replace(/\{(\w+)\}/g, (whole, name) => {
+    const number = lesson.numbers[name];
+    return number ? fixed(number.value, number.digits) : whole;
+  });
+}
+
+/** @param {Lesson | null} lesson @param {number} choice from 0 @returns {string} */
+export function choiceOf(lesson, choice) {
+  const found = lesson?.choices[choice];
+  if (!lesson || !found) return `Choice ${choice + 1}`;
+  return found.label?.[LANGUAGE] ?? `${String(found.value).replace('-', '−')} ${lesson.answer.unit[LANGUAGE]}`;
+}

@@ -1,0 +1,127 @@
+// What a member of a class does: takes a part, votes, and shows the board or a copy of it.
+import { effect, untracked } from '../../vendor/signals-core.js';
+import { Problem, call } from '../base/api.js';
+import { speak } from '../session/announce.js';
+import { keep } from '../session/opening.js';
+import { send, show } from '../session/session.js';
+import { place, session } from '../session/state.js';
+import { isOpen } from './ask.js';
+import { keepClass } from './kept.js';
+import { me, now, part, reason, room, say, secret, shows } from './state.js';
+
+const VIEWER_HZ = 10 /* thirty of them are to fit in 2 Mbit/s */,
+  PLAYER_HZ = 30;
+export const FROZEN = 'The teacher has stopped all pages';
+
+/** @param {unknown} wish @returns {Promise<any>} */
+async function ask(wish) {
+  const at = `classes/${room.peek()?.id}`,
+    token = secret.peek();
+  if (token !== '') {
+    try {
+      return await call('PATCH', `${at}/member`, { body: wish, key: token });
+    } catch (error) {
+      if (!(error instanceof Problem) || error.status !== 403) throw error;
+      secret.value = ''; /* the class does not know it any more */
+    }
+  }
+  return call('POST', `${at}/members`, { body: wish });
+}
+
+/** @param {'watch' | 'play' | 'copy'} role @param {number} [player] whose seat */
+export async function join(role, player) {
+  try {
+    const answer = await ask(role === 'play' ? { role, player } : { role });
+    say('');
+    if (answer.copy_key) keep(answer.copy, answer.copy_key, false);
+    begin(answer.token ?? secret.peek(), answer, role === 'copy' ? 'copy' : 'board');
+  } catch (error) {
+    say(reason(error));
+  }
+}
+
+/** From now on this page is a member's. @param {string} token @param {import('./state.js').Member} member @param {'board' | 'copy'} first */
+export function begin(token, { role, player, choice, copy }, first) {
+  secret.value = token;
+  me.value = { role, player, choice, copy };
+  shows.value = first;
+  part.value = 'member';
+}
+
+/** What the class says of this member. @param {import('./state.js').Member} member */
+export function take({ role, player, choice, copy }) {
+  const before = me.peek();
+  me.value = { role, player, choice, copy };
+  if (role === 'play') send({ auth: secret.peek(), id: 0 }); /* the board may have refused it while the class did not know it */
+  else if (before?.role === 'play' && role === 'watch') say('Your seat is free again.');
+}
+
+/** @param {number} choice from 0 */
+export async function vote(choice) {
+  const question = now.peek()?.question,
+    mine = me.peek();
+  if (!question || mine === null) return;
+  try {
+    await call('PUT', `classes/${room.peek()?.id}/vote`, { body: { step: question.step, choice }, key: secret.peek() });
+    me.value = { .../** @type {import('./state.js').Member} */ (me.peek()), choice };
+  } catch (error) {
+    say(`Your vote does not count: ${reason(error)}`);
+    me.value = { ...mine }; /* the buttons go back to what holds */
+  }
+}
+
+/** The keys 1 to 8 vote. */
+document.addEventListener(
+  'keydown',
+  (event) => {
+    if (part.peek() !== 'member' || shows.peek() === 'choose' || !isOpen()) return;
+    if (event.altKey || event.ctrlKey || event.metaKey || event.repeat) return;
+    const choice = Number(/^(?:Digit|Numpad)([1-8])$/.exec(event.code)?.[1] ?? 0) - 1;
+    if (choice < 0 || choice >= (now.peek()?.question?.choices ?? 0)) return;
+    if (event.target instanceof HTMLElement && event.target.matches('select, textarea, input:not([type="radio"])')) return;
+    event.preventDefault();
+    event.stopPropagation();
+    vote(choice);
+  },
+  true,
+);
+
+/** Which session this member sees, and what it may do there.
+ * @returns {{id: string, key: string, seat: number | null, hz: number} | null} */
+function wanted() {
+  const state = now.value,
+    mine = me.value;
+  if (part.value !== 'member' || state === null || mine === null) return null;
+  if (shows.value === 'copy' && mine.copy !== null) return { id: mine.copy, key: secret.value, seat: null, hz: VIEWER_HZ };
+  if (state.board === null) return null;
+  if (mine.role === 'play' && mine.player !== null) return { id: state.board, key: secret.value, seat: mine.player, hz: PLAYER_HZ };
+  return { id: state.board, key: '', seat: -1, hz: VIEWER_HZ };
+}
+
+effect(() => {
+  const want = wanted();
+  if (want === null) return;
+  const frozen = now.value?.frozen === true;
+  const why = frozen ? FROZEN : want.seat === null ? '' : 'The board of the class: the teacher sets it';
+  untracked(() => {
+    const next = { at: `#class=${room.peek()?.code}`, hz: want.hz, seat: want.seat, reason: why, frozen };
+    if (JSON.stringify(next) !== JSON.stringify(place.peek())) place.value = next; /* the state comes twice a second */
+    const shown = session.peek();
+    if (shown?.id !== want.id || shown.key !== want.key) show(want.id, want.key, false, undefined, () => {});
+  });
+});
+effect(() => {
+  if (now.value?.together && part.value === 'member' && shows.value === 'copy') shows.value = 'board';
+});
+effect(() => {
+  const at = room.value,
+    token = secret.value;
+  if (part.value === 'member' && at !== null && shows.value !== 'choose')
+    keepClass({ id: at.id, secret: token, teacher: false, shows: shows.value });
+});
+let frozenBefore = false;
+effect(() => {
+  const frozen = now.value?.frozen === true;
+  if (part.value === 'member' && frozen !== frozenBefore) speak(frozen ? FROZEN : 'The teacher lets the pages go on');
+  frozenBefore = frozen;
+});

@@ -1,0 +1,189 @@
+// A class on the page: the teacher opens one, a student joins one. Read when it is wanted.
+import { effect } from '../../vendor/signals-core.js';
+import { html, nothing, render } from '../../vendor/lit-html.js';
+import { Problem, call, make } from '../base/api.js';
+import { touch } from '../draw/redraw.js';
+import { keyOf } from '../session/opening.js';
+import { showAddress } from '../session/params.js';
+import { again, show } from '../session/session.js';
+import { connection, notify, place, session } from '../session/state.js';
+import { patience } from '../stream/connection.js';
+import { isOpen } from './ask.js';
+import { joinView, tidy } from './join.js';
+import { keepClass, kept } from './kept.js';
+import { Line } from './line.js';
+import { lobby, teacherStrip } from './lobby.js';
+import { begin as attend, take } from './member.js';
+import { attempt, me, now, part, reason, room, say, secret, shows, told } from './state.js';
+import { memberStrip } from './strip.js';
+import { begin as lead } from './teacher.js';
+
+const root = document.createElement('div');
+root.id = 'class';
+const sheet = document.createElement('link');
+sheet.rel = 'stylesheet';
+sheet.href = new URL('../../class.css', import.meta.url).href;
+
+/** @type {Line | null} */
+let line = null;
+
+/** Which of the views is shown; empty: no class. */
+function view() {
+  if (part.value === 'teacher') return shows.value === 'lobby' ? 'lobby' : 'teach';
+  if (part.value === 'member' && shows.value !== 'choose') return 'member';
+  return place.value.at === '' ? '' : 'join';
+}
+
+function template() {
+  const name = view();
+  if (name === 'lobby') return lobby();
+  if (name === 'teach') return teacherStrip();
+  if (name === 'member') return memberStrip();
+  return name === 'join' ? joinView(find) : nothing;
+}
+
+/** What the style sheet has to know. */
+function mark() {
+  const { dataset } = document.documentElement,
+    name = view(),
+    mine = me.value;
+  const put = (/** @type {string} */ key, /** @type {string | false} */ value) => {
+    if (value === false) delete dataset[key];
+    else dataset[key] = value;
+  };
+  put('class', name !== '' && name);
+  put('seat', name === 'member' && shows.value === 'board' && mine?.role === 'play' && String(mine.player));
+  put('copy', name === 'member' && shows.value === 'copy' && 'yes');
+  put('vote', name === 'member' && isOpen() && 'yes');
+  touch(); /* other rows may be shown now */
+  put('lost', part.value !== '' && (attempt.value > 0 || connection.value.state === 'lost') && 'yes');
+}
+
+let begun = false;
+async function begin() {
+  if (begun) return;
+  begun = true;
+  await new Promise((done) => {
+    sheet.onload = sheet.onerror = done;
+    document.head.append(sheet);
+  });
+  document.body.prepend(root);
+  new ResizeObserver(touch).observe(root); /* what stands below has another height then */
+  effect(() => {
+    render(html`${template()}`, root);
+  });
+  effect(mark);
+  effect(() => {
+    const key = secret.value;
+    line?.auth(key);
+  });
+}
+
+/** The class has ended. @param {string} why */
+function gone(why) {
+  const taught = part.peek() === 'teacher';
+  keepClass(null);
+  line = null;
+  part.value = '';
+  secret.value = '';
+  me.value = room.value = now.value = null;
+  attempt.value = 0;
+  shows.value = 'choose';
+  place.value = { at: taught ? '' : '#class', hz: 0, seat: null, reason: '', frozen: false };
+  const text = why === '' ? 'The class has ended' : why.charAt(0).toUpperCase() + why.slice(1);
+  if (taught) {
+    const shown = session.peek(),
+      own = keyOf(shown?.id ?? '');
+    if (shown !== null && own !== '' && own !== shown.key) show(shown.id, own, false); /* the class's key opens nothing any more */
+    notify(text);
+    told.value = '';
+    showAddress();
+  } else {
+    say(`${text}. Another class has another code.`);
+  }
+}
+
+/** @param {any} found a class as the daemon describes it @param {string} key */
+function listen({ id, code, join, state }, key) {
+  room.value = { id, code, urls: join.urls, local: join.local };
+  now.value = state;
+  line?.close();
+  line = new Line(id, key, {
+    state(next) {
+      if (next.serial >= (now.peek()?.serial ?? 0)) now.value = next;
+    },
+    member: take,
+    lost(tries) {
+      attempt.value = tries;
+    },
+    gone,
+    refused: (detail) => say(detail),
+  });
+}
+
+/** Opens a class whose board is the session that is shown. */
+export async function teach() {
+  const shown = session.peek();
+  if (shown === null || shown.key === '') {
+    notify('A class shows a session of your own: make your copy first');
+    return;
+  }
+  try {
+    const made = await make('classes', {});
+    await call('PUT', `classes/${made.id}/board`, { body: { session: shown.id, owner_key: shown.key }, key: made.teacher_key });
+    await call('POST', `sessions/${shown.id}/control`, { body: { op: 'pause' }, key: shown.key }).catch(
+      () => {},
+    ); /* it waits for the class */
+    await begin();
+    listen(made, made.teacher_key);
+    lead(made.teacher_key, 'lobby');
+    showAddress();
+  } catch (error) {
+    notify(`No class: ${reason(error)}`);
+  }
+}
+
+/** Goes on as what this tab was, if it was in that class. @param {string} id @param {string} key the teacher's, of the address */
+async function resume(id, key) {
+  const old = kept(id);
+  if (key !== '' || old?.teacher) {
+    lead(key || (old?.secret ?? ''), old?.shows === 'board' ? 'board' : 'lobby');
+    if (now.peek()?.board === null) again(); /* what was shown is gone: another one, from the address */
+    return;
+  }
+  if (!old) return;
+  try {
+    const member = await call('GET', `classes/${id}/member`, { key: old.secret });
+    attend(old.secret, member, old.shows === 'copy' ? 'copy' : 'board');
+  } catch (error) {
+    if (!(error instanceof Problem)) throw error; /* the class does not know it any more: join again */
+  }
+}
+
+/** @param {string} code @param {string} [key] @param {number} [tries] */
+async function find(code, key = '', tries = 1) {
+  place.value = { ...place.peek(), at: `#class=${code}` };
+  say('');
+  try {
+    const found = await call('GET', `classes/${encodeURIComponent(code)}`);
+    history.replaceState(null, '', `${location.pathname}${location.search}#class=${found.code}`);
+    place.value = { ...place.peek(), at: `#class=${found.code}` };
+    listen(found, '');
+    await resume(found.id, key);
+  } catch (error) {
+    if (error instanceof Problem) {
+      room.value = null;
+      say(error.status === 404 ? `No class has the code ${code}. It may have ended; check the board.` : error.message);
+      return;
+    }
+    say(`The daemon does not answer. Trying again (${tries}).`);
+    setTimeout(() => find(code, key, tries + 1), patience(tries));
+  }
+}
+
+/** Joins by the address. @param {string} code empty where it is to be typed @param {string} key the teacher's, if the address has it */
+export async function enter(code, key) {
+  place.value = { ...place.peek(), at: '#class' };
+  await begin();
+  if (tidy(code) !== '') await find(tidy(code), key);
+}

@@ -1,0 +1,62 @@
+// What a member sees above the board or its copy: its part, what the class does, the question.
+import { html, nothing } from '../../vendor/lit-html.js';
+import { letter } from '../base/format.js';
+import { connection } from '../session/state.js';
+import { mark } from '../workbench/player_mark.js';
+import { ballot, results } from './ask.js';
+import { FROZEN, join, vote } from './member.js';
+import { networkOf } from './seats.js';
+import { attempt, me, now, room, shows } from './state.js';
+
+/** @typedef {import('lit-html').TemplateResult} Template */
+
+/** @returns {Template} */
+function who() {
+  const mine = me.value;
+  if (shows.value === 'copy') return html`<p class="chip">Your copy</p>`;
+  if (mine?.role !== 'play' || mine.player === null) return html`<p class="chip">You watch</p>`;
+  const seat = now.value?.seats.find(({ player }) => player === mine.player);
+  return html`<p class="chip" title=${seat ? networkOf(seat) : nothing}>${mark(mine.player)}You play ${letter(mine.player)}</p>`;
+}
+
+/** @returns {Template} */
+function ways() {
+  const mine = me.value,
+    away = now.value?.together === true;
+  const go = (/** @type {'choose' | 'board' | 'copy'} */ where) => () => {
+    shows.value = where;
+  };
+  if (shows.value === 'copy') return html`<button type="button" @click=${go('board')}>To the board</button>`;
+  return html`${
+    mine?.role === 'play'
+      ? html`<button type="button" @click=${() => join('watch')}>Give seat back</button>`
+      : html`<button type="button" @click=${go('choose')}>Play or watch</button>`
+  }
+  ${
+    mine?.copy
+      ? html`<button type="button" ?disabled=${away} title=${away ? 'The teacher shows the board to all' : nothing}
+      @click=${go('copy')}>My copy</button>`
+      : nothing
+  }`;
+}
+
+/** What the page must say before anything else. @returns {Template | typeof nothing} */
+function state() {
+  const tries = Math.max(attempt.value, connection.value.state === 'lost' ? connection.value.attempt : 0);
+  if (tries > 0)
+    return html`<p class="state" data-kind="lost">Connection lost. Trying again (${tries}). What you see is the last frame.</p>`;
+  if (now.value?.frozen) return html`<p class="state" data-kind="frozen">${FROZEN}</p>`;
+  if (now.value?.board === null) return html`<p class="state">Nothing is on the board yet</p>`;
+  return now.value?.together && me.value?.copy
+    ? html`<p class="state">The teacher shows the board to all. Your copy is kept.</p>`
+    : nothing;
+}
+
+/** @returns {Template} */
+export function memberStrip() {
+  const mine = me.value,
+    seat = mine?.role === 'play' ? now.value?.seats.find(({ player }) => player === mine.player) : undefined;
+  return html`<header class="strip"><h1><span class="unseen">Class </span><span class="letters">${room.value?.code}</span></h1>${who()}
+    <span class="network">${seat && shows.value === 'board' ? networkOf(seat) : nothing}</span>${ways()}</header>
+    <div role="status">${state()}</div>${ballot(vote)}${results()}`;
+}
