@@ -25,8 +25,8 @@ async function open(address, size = WIDE) {
     const Real = globalThis.WebSocket;
     globalThis.sockets = [];
     globalThis.WebSocket = class extends Real {
-      constructor(...words) {
-        super(...words);
+      constructor(/** @type {string} */ url, /** @type {string | string[] | undefined} */ protocols) {
+        super(url, protocols);
         globalThis.sockets.push(this);
       }
     };
