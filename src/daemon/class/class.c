@@ -40,7 +40,7 @@ static void ask(ll_class *c)
     c->question.step = (int)s->step;
     c->question.choices = (int)s->choices;
     for (int i = 0; i < c->capacity; i++) {
-        c->members[i].told = c->members[i].told && c->members[i].choice < 0;
+        c->members[i].notified = c->members[i].notified && c->members[i].choice < 0;
         c->members[i].choice = -1;
     }
 }
@@ -99,7 +99,7 @@ static void free_seat(ll_class *c, int place)
     c->board.revoke[m->player] = true;
     m->player = -1;
     m->role = LL_CLASS_WATCH;
-    m->told = false;
+    m->notified = false;
     c->changed = true;
 }
 
@@ -271,7 +271,7 @@ ll_status ll_class_claim(ll_class *c, int place, int player, ll_time now)
     m->player = player;
     m->role = LL_CLASS_PLAY;
     m->heard = now;
-    m->told = false;
+    m->notified = false;
     c->changed = true;
     return ll_ok();
 }
@@ -280,7 +280,7 @@ void ll_class_watch(ll_class *c, int place)
 {
     free_seat(c, place);
     c->members[place].role = LL_CLASS_WATCH;
-    c->members[place].told = false;
+    c->members[place].notified = false;
     c->stirred = true;
 }
 
@@ -297,7 +297,7 @@ ll_status ll_class_vote(ll_class *c, int place, const ll_class_ballot *ballot)
         return ll_field_error(LL_BAD_INPUT, "choice", "choice: must be 0 to %d; got %d.",
                               c->question.choices - 1, (int)ballot->choice);
     c->stirred = c->stirred || m->choice < 0;
-    m->told = m->told && m->choice == ballot->choice;
+    m->notified = m->notified && m->choice == ballot->choice;
     m->choice = (int)ballot->choice;
     return ll_ok();
 }
@@ -314,7 +314,7 @@ static void come_back(ll_class *c, ll_class_member *m, ll_time now)
     m->heard = now;
     if (m->player < 0)
         return;
-    m->told = m->told && !c->board.script[m->player]; /* so that it authenticates again */
+    m->notified = m->notified && !c->board.script[m->player]; /* so that it authenticates again */
     c->board.script[m->player] = false;
     c->changed = true;
 }
@@ -323,7 +323,7 @@ void ll_class_connected(ll_class *c, int place, ll_time now)
 {
     ll_class_member *m = &c->members[place];
     m->connections++;
-    m->told = false;
+    m->notified = false;
     c->stirred = true;
     come_back(c, m, now);
 }

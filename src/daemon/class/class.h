@@ -85,7 +85,7 @@ typedef struct ll_class_member {
     int connections;
     ll_time heard;         /* last sign of life */
     int64_t round_trip_ns; /* -1: not measured */
-    bool told;             /* it knows its own state */
+    bool notified;         /* it knows its own state */
 } ll_class_member;
 
 /* What the clock of the board is to do next. */

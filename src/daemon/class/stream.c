@@ -57,11 +57,11 @@ static void send_own(ll_class_entry *entry)
     ll_class *c = &entry->values;
     for (class_viewer *v = entry->viewers; v; v = v->next) {
         int place = ll_class_viewer_place(entry, v);
-        if (place >= 0 && !c->members[place].told)
+        if (place >= 0 && !c->members[place].notified)
             send_json(entry->classes, v->id, ll_class_describe_member(c, place));
     }
     for (int i = 0; i < c->capacity; i++)
-        c->members[i].told = true;
+        c->members[i].notified = true;
 }
 
 static void measure(ll_class_entry *entry)

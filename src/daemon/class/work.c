@@ -202,7 +202,7 @@ static void settle(ll_class *c, const action *a, bool gone)
         return;
     if (gone) {
         m->copy = (ll_class_link){.session = ""};
-        m->told = false;
+        m->notified = false;
         c->stirred = true;
     } else {
         settle_link(&m->copy, a);
