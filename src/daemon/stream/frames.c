@@ -200,7 +200,7 @@ void ll_ws_viewer_release_sections(ws_viewer *viewer)
 static int credit(const ws_viewer *viewer)
 {
     bool limited =
-        viewer->frames.acked_once || viewer->thread->now_ns - viewer->frames.first_sent_ns < GRACE_NS;
+        viewer->flow.acked_ns != 0 || viewer->thread->now_ns - viewer->frames.first_sent_ns < GRACE_NS;
     bool mute =
         !viewer->frames.ready || viewer->dead || viewer->closing.code != 0 || viewer->messages.first != NULL;
     if (mute || ll_ws_socket_full(viewer)) {
@@ -423,7 +423,9 @@ void ll_ws_viewer_acknowledge(ws_viewer *viewer, uint32_t seq)
     if (gone > 0 && viewer->flow.outstanding[gone - 1].seq == seq) {
         adapt_window(viewer, viewer->thread->now_ns - viewer->flow.outstanding[gone - 1].sent_ns);
     }
-    viewer->frames.acked_once = true;
+    if (gone > 0 || viewer->flow.acked_ns == 0) { /* the same one again is no progress */
+        viewer->flow.acked_ns = viewer->thread->now_ns;
+    }
     viewer->flow.outstanding_count -= gone;
     memmove(viewer->flow.outstanding, viewer->flow.outstanding + gone,
             (size_t)viewer->flow.outstanding_count * sizeof *viewer->flow.outstanding);

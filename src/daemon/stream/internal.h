@@ -89,7 +89,7 @@ typedef struct ws_receiver {
 
 /* Which frames a viewer gets, and when. */
 typedef struct ws_viewer_frames {
-    bool ready, fresh, subscribed, acked_once;
+    bool ready, fresh, subscribed;
     ll_ws_subscription subscription;
     uint16_t wants, has, overdue; /* channels: subscribed; received since; due when it was not ready */
     ll_frame_state state;         /* sections sent last */
@@ -106,6 +106,7 @@ typedef struct ws_viewer_flow {
         int64_t sent_ns;
     } outstanding[WS_OUTSTANDING]; /* oldest first */
     int outstanding_count, window;
+    int64_t acked_ns; /* time of the last acknowledgement of a frame in flight; 0: none */
     int64_t delay_ns; /* delay of acknowledgements without queueing: a slowly rising minimum */
     int slowdown;     /* n: a slow viewer gets every n-th of its frames */
     int due_count, missed_count;

@@ -325,6 +325,18 @@ static void check_alive(ws_viewer *viewer)
     }
 }
 
+/* Since the oldest frame in flight was sent or, later, the last acknowledgement: who acknowledges one after
+ * the other over a slow line is only slow. */
+static double unacknowledged_s(const ws_viewer *viewer)
+{
+    const ws_viewer_flow *flow = &viewer->flow;
+    if (flow->acked_ns == 0 || flow->outstanding_count == 0) {
+        return 0;
+    }
+    int64_t sent_ns = flow->outstanding[0].sent_ns;
+    return (double)(viewer->thread->now_ns - (sent_ns > flow->acked_ns ? sent_ns : flow->acked_ns)) * 1e-9;
+}
+
 void ll_ws_viewer_sweep(ws_viewer *viewer)
 {
     const ll_web_server_config *config = &viewer->thread->ws->config;
@@ -344,8 +356,7 @@ void ll_ws_viewer_sweep(ws_viewer *viewer)
     }
     if (!viewer->frames.ready && (double)(now - viewer->opened_ns) > config->hello_timeout_s * 1e9) {
         ll_ws_viewer_close(viewer, LL_WS_TRY_LATER, "session busy; try again later");
-    } else if (viewer->frames.acked_once && viewer->flow.outstanding_count > 0 &&
-               (double)(now - viewer->flow.outstanding[0].sent_ns) > config->ack_timeout_s * 1e9) {
+    } else if (unacknowledged_s(viewer) > config->ack_timeout_s) {
         ll_ws_count(&viewer->thread->counts.closed_slow, 1);
         ll_ws_viewer_close(viewer, LL_WS_TRY_LATER, "no acknowledgement for too long (ack_timeout_s)");
     } else {

@@ -161,6 +161,35 @@ static void test_credit(void **state)
     close(fd);
 }
 
+/* Each acknowledgement begins the time of ack_timeout_s (0.7 s) anew, however long ago the others in flight
+ * were sent: a slow line takes long for the whole first frames. */
+static void test_late_acknowledgements(void **state)
+{
+    (void)state;
+    int fd = open_with_hello("s2", BIN), count = 0;
+    uint32_t seq[LL_FRAME_WINDOW];
+    for (int i = 0; i < 10; i++) {
+        assert_true(viewer_read(fd, &frame, 2));
+        viewer_ack(fd, viewer_seq(&frame));
+    }
+    test_sleep(0.3);
+    while (count < LL_FRAME_WINDOW && viewer_read(fd, &frame, 0.05)) {
+        seq[count++] = viewer_seq(&frame);
+    }
+    assert_true(count >= 2);
+    for (int i = 0; i < count; i++) {
+        test_sleep(0.4);
+        viewer_ack(fd, seq[i]);
+    }
+    int newest = 0;
+    while (viewer_read(fd, &frame, 0.05)) { /* one for each acknowledgement */
+        assert_int_not_equal(frame.opcode, 8);
+        newest++;
+    }
+    assert_true(newest >= 1);
+    close(fd);
+}
+
 /* Reads a fifth of the data, and acknowledges what it has read. */
 static void test_slow_reader(void **state)
 {
@@ -466,21 +495,14 @@ static void test_drain(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_handshake),
-        cmocka_unit_test(test_frames),
-        cmocka_unit_test(test_credit),
-        cmocka_unit_test(test_slow_reader),
-        cmocka_unit_test(test_messages),
-        cmocka_unit_test(test_bad_messages),
-        cmocka_unit_test(test_crowd),
-        cmocka_unit_test(test_deaf),
-        cmocka_unit_test(test_delete),
-        cmocka_unit_test(test_kept),
-        cmocka_unit_test(test_kept_refusals),
-        cmocka_unit_test(test_all_at_once),
-        cmocka_unit_test(test_slow_reader_bridged),
-        cmocka_unit_test(test_slower_rate),
-        cmocka_unit_test(test_drain),
+        cmocka_unit_test(test_handshake),    cmocka_unit_test(test_frames),
+        cmocka_unit_test(test_credit),       cmocka_unit_test(test_late_acknowledgements),
+        cmocka_unit_test(test_slow_reader),  cmocka_unit_test(test_messages),
+        cmocka_unit_test(test_bad_messages), cmocka_unit_test(test_crowd),
+        cmocka_unit_test(test_deaf),         cmocka_unit_test(test_delete),
+        cmocka_unit_test(test_kept),         cmocka_unit_test(test_kept_refusals),
+        cmocka_unit_test(test_all_at_once),  cmocka_unit_test(test_slow_reader_bridged),
+        cmocka_unit_test(test_slower_rate),  cmocka_unit_test(test_drain),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }
