@@ -1,5 +1,6 @@
 # tests/<room>/**/test_*.c -> one cmocka program each, ctest name <room>.<name>, label <room>
 # tests/fuzz/fuzz_*.c    -> a replay of tests/fuzz/corpus/<name>/, or a libFuzzer with LAGLAB_FUZZ
+# tests/cost/frames.c     -> a program whose instructions tests/cost/cost.test.mjs counts
 # tests/structure/       -> what the sources may include and call, what guides name, and what the version is a fingerprint of
 # The target tests_<room> builds the tests of one room. Every test runs in the source folder.
 
@@ -80,6 +81,9 @@ if(POSTGRES_FOUND AND TARGET test_experiment_result_store)
     laglab_test(experiment.result_store_postgres experiment test_experiment_result_store postgres)
     set_tests_properties(experiment.result_store_postgres PROPERTIES SKIP_RETURN_CODE 77)
 endif()
+
+# ---- what a frame costs ----
+laglab_test_program(cost_frames ${tests_dir}/cost/frames.c cost)
 
 # ---- fuzzing ----
 file(GLOB fuzz_sources CONFIGURE_DEPENDS ${tests_dir}/fuzz/fuzz_*.c)
