@@ -7,6 +7,7 @@ import { icons } from '../../../workbench/icons.js';
 import { mark } from '../../../workbench/player_mark.js';
 import { layout } from '../core/layout.js';
 import { overlays, tab } from '../core/state.js';
+import { compareButton } from './beside.js';
 import { pads } from './pads.js';
 import { messagesPanel, nameOf, playerPanel, serverPanel } from './panels.js';
 import { side } from './side.js';
@@ -74,7 +75,7 @@ function tabs() {
     }}>${label}</button>`;
   return html`<nav class="tabs" aria-label="Shown">${item('all', 'All')}
     ${order().map((view) => item(`view${view}`, view === 0 ? 'Server' : letter(view - 1)))}
-    ${item('messages', 'Messages')}${item('charts', 'Charts')}</nav>`;
+    ${item('messages', 'Messages')}${item('charts', 'Charts')}${compareButton()}</nav>`;
 }
 
 /** @returns {Template} */

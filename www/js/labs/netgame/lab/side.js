@@ -3,6 +3,7 @@ import { html, nothing } from '../../../../vendor/lit-html.js';
 import { INTERPOLATION } from '../core/frame.js';
 import { fixed, letter, signed } from '../../../base/format.js';
 import { LATELY_S } from '../core/memory.js';
+import { compareButton } from './beside.js';
 import { params } from '../../../session/state.js';
 import { open } from '../../../workbench/dialog.js';
 import { layout } from '../core/layout.js';
@@ -107,7 +108,7 @@ export function side() {
     <div class="about"><h2>${p?.paper ? `${p.paper}: ` : ''}${p?.title ?? ''}</h2>${p?.text ? html`<p>${p.text}</p>` : nothing}
       ${(layout.value?.notices ?? []).map((text) => html`<p role="note"><strong>Nothing is measured.</strong> ${text}</p>`)}</div>
     ${connectionList()}
-    ${workPrecisionButton()}
+    ${compareButton()}${workPrecisionButton()}
     <section class="chart"><div class="head"><h3>Drawn − server now</h3>${units()}</div>
       <div class="plot" id="error-chart" role="img"
         aria-label="Curve of the distances from the server’s present over time; the table has the numbers"></div>
