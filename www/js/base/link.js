@@ -15,7 +15,7 @@
  * @property {string} roomKey     the teacher's, of `&k=`; removed from the address bar at once
  * @property {string | null} experiment  of `#experiments=ID`; empty for the view alone; null when a lab is wanted
  * @property {LessonAt | null} lesson  the list of questions, or one of them; null when a lab is wanted
- * @property {string} beside     of the fragment, for the lab: `compare...`, a second run next to the first; empty for none
+ * @property {string} second     of the fragment: `compare...`, a second run next to the first; empty for none
  * @property {string[]} problems  what was ignored, in words
  */
 
@@ -86,7 +86,7 @@ export function readLink(search, hash) {
     roomKey: fragment.has('class') ? (fragment.get('k') ?? '') : '',
     experiment: readExperiment(hash),
     lesson: readLesson(search, hash),
-    beside: /[#&](compare\b.*)/.exec(hash)?.[1] ?? '',
+    second: /[#&](compare\b.*)/.exec(hash)?.[1] ?? '',
     problems: [],
   };
 

@@ -74,7 +74,7 @@ export function showAddress() {
   }
   if (now === null) return;
   const query = now.own ? writeQuery(link) : colours;
-  const at = [now.own ? '' : `s=${now.id}`, link.beside].filter((text) => text !== '').join('&');
+  const at = [now.own ? '' : `s=${now.id}`, link.second].filter((text) => text !== '').join('&');
   const hash = place.value.at || (at && `#${at}`);
   history.replaceState(null, '', location.pathname + query + hash);
   if (now.own) keep(now.id, now.key, true);

@@ -20,7 +20,7 @@ import { drawChart, spanOf } from './chart.js';
 import { apart, curvesOf } from './curves.js';
 import * as runs from './runs.js';
 import { differing, settings } from './settings.js';
-import { amount, choiceOf, language, nameOf, ready, say, settingOf, tipOf, valueOf, words } from './words.js';
+import { amount, choiceOf, language, nameOf, ready, say, settingOf, tipOf, tipOfCurve, valueOf, words } from './words.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 /** @typedef {import('../core/frame.js').Frame} Frame */
@@ -64,12 +64,12 @@ function valuesOf(name) {
 function remember() {
   const list = differing().map(({ path, values }) => `${path}:${encodeURIComponent(String(values[1]))}`);
   const more = `${column.value === '' ? '' : `&curve=${column.value}`}${view.value === 1 ? '' : `&view=${view.value}`}`;
-  link.beside = `compare${list.length > 0 ? `=${list.join(',')}` : ''}${more}`;
+  link.second = `compare${list.length > 0 ? `=${list.join(',')}` : ''}${more}`;
   showAddress();
 }
 
 function recall() {
-  const given = new URLSearchParams(link.beside);
+  const given = new URLSearchParams(link.second);
   const values = (given.get('compare') ?? '').split(',').flatMap((item) => {
     const cut = item.indexOf(':');
     return cut > 0 ? [[item.slice(0, cut), toValue(item.slice(cut + 1))]] : [];
@@ -225,7 +225,8 @@ function point(event) {
 
 /** @returns {Template} */
 export function template() {
-  const now = curve();
+  const now = curve(),
+    tip = now && tipOfCurve(now);
   return html`<main class="compare" id="views" tabindex="-1" lang=${language} data-fields=${layout.value?.entities.length ? 'yes' : 'no'}
     aria-busy=${runs.working.value ? 'true' : 'false'}>
     <div class="comparehead"><h2>${say('title')}</h2><p>${say('lead', { seed: String(params.value?.seed ?? 0) })}</p>
@@ -233,7 +234,7 @@ export function template() {
     <div class="settings">${controls()}${differences()}</div>
     <div class="runs">${sideView(0)}${sideView(1)}</div>
     <section class="difference" aria-label=${say('difference')}>
-      <div class="head">${viewChoice()}${curveChoice()}<p class="hint">${now ? `${words.value?.metrics[now.words]?.tip ?? ''}. `.replace(/^\. $/, '') : nothing}${say('hint')}</p></div>
+      <div class="head">${viewChoice()}${curveChoice()}<p class="hint">${tip ? `${tip}. ` : nothing}${say('hint')}</p></div>
       <div class="view" id="compare-time" @pointerdown=${point} @pointermove=${point}><canvas id="compare-chart" role="img"
         aria-label=${`${say('difference')}${now ? `: ${nameOf(now, true)}` : ''}`}></canvas></div>
       <p id="compare-sentence"></p>
@@ -336,6 +337,7 @@ export function facts() {
   return {
     active: active.value,
     working: runs.working.value,
+    second: runs.idOf(),
     ticks: now?.frames.map(({ tick }) => tick) ?? [],
     params: structuredClone(runs.secondParams.value),
     traces: runs.traces.value.map((trace) => trace?.ticks ?? 0),

@@ -17,7 +17,7 @@ import { Pair } from './pair.js';
 /** @typedef {import('../../../base/link.js').Value} Value */
 /** @typedef {{id: string, key: string}} Run */
 
-const LONGEST_S = 60; /* of a curve */
+const LONGEST_S = 30; /* of a curve: a change computes it again */
 const WISH = { session: 60, scene: 60, lanes: 60 };
 const ATTEMPTS = 8; /* of a request that the daemon ends for its processor time, and which goes on from there */
 
@@ -41,6 +41,8 @@ let other = new Memory(false, -1);
 /** @type {[Frame, Frame] | null} */
 let shown = null;
 let met = 0; /* ms, when both last had a tick in common */
+/** Of the second run; empty while there is none. */
+export const idOf = () => second?.id ?? '';
 /** The parameters of the first run that its curves were made with. */
 let made = '';
 let about = { hz: 60, end: 0 };
@@ -77,8 +79,7 @@ async function read(side, run) {
   }
   const answer = await fetch(address(`sessions/${run.id}/trace?to_s=${about.end / about.hz}`), { cache: 'no-store' });
   if (!answer.ok) throw new Problem(answer.status, null);
-  const wanted = new Set(curvesOf(layout.value?.players.length ?? 0).map(({ column }) => column));
-  const trace = readTrace(await answer.text(), about.hz, wanted);
+  const trace = readTrace(await answer.text(), about.hz, curvesOf(layout.value?.players.length ?? 0));
   if (side === 0) made = JSON.stringify(params.value);
   traces.value = side === 0 ? [trace, traces.value[1]] : [traces.value[0], trace];
 }
@@ -89,7 +90,7 @@ function now() {
   return { tick: Math.min(frame?.tick ?? 0, about.end), playing: frame !== null && (frame.flags & PLAYING) !== 0 };
 }
 
-/** Until frames of both show that tick; not for ever, since a page that is hidden gets none. @param {number} tick */
+/** Until frames of both show that tick; at most 0.4 s, since a page that is hidden gets none. @param {number} tick */
 async function arrived(tick) {
   for (let tries = 0; tries < 20 && [0, 1].some((side) => pair.newest(/** @type {0 | 1} */ (side))?.tick !== tick); tries++)
     await new Promise((done) => setTimeout(done, 20));
@@ -102,10 +103,12 @@ async function anew(sides, job, to) {
   await Promise.all(runs.map((run) => control(run, { op: 'pause' })));
   try {
     await job();
-    for (const side of sides) {
-      await control(runs[side], { op: 'restart', reset: false });
-      await read(side, runs[side]);
-    }
+    await Promise.all(
+      sides.map(async (side) => {
+        await control(runs[side], { op: 'restart', reset: false });
+        await read(side, runs[side]);
+      }),
+    );
   } finally {
     await Promise.all(runs.map((run) => control(run, { op: 'seek', tick: to.tick })));
     await arrived(to.tick);
@@ -169,7 +172,7 @@ export function close(leaving = false) {
     fetch(address(`sessions/${run.id}`), how).catch(() => {});
   }
   if (leaving) return;
-  link.beside = '';
+  link.second = '';
   batch(() => {
     active.value = false;
     traces.value = [null, null];
@@ -245,7 +248,7 @@ function follow() {
     });
 }
 
-/** The frames to draw: of one tick. What they remember stands beside them.
+/** The frames to draw: of one tick. With what is remembered of each.
  * @returns {{frames: [Frame, Frame], memories: [Memory, Memory]} | null} */
 export function newest() {
   follow();

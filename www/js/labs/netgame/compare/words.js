@@ -63,3 +63,6 @@ export function nameOf(curve, whole) {
   const name = words.value?.metrics[curve.words]?.label ?? say(curve.words);
   return whole ? `${letter(curve.player)}: ${name}` : name;
 }
+
+/** What a curve shows. @param {import('./curves.js').Curve} curve @returns {string} */
+export const tipOfCurve = (curve) => words.value?.metrics[curve.words]?.tip ?? say(`${curve.words}.tip`);

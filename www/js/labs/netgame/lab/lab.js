@@ -28,7 +28,7 @@ function begin(fresh) {
   if (fresh) inspector.value = inspectorOf(now);
   if (fresh || first) overlays.value = { ...overlays.value, dots: flights };
   first = false;
-  if (link.beside !== '' && lesson.value === null) compare();
+  if (link.second !== '' && lesson.value === null) compare();
 }
 
 function rates() {
