@@ -5,7 +5,7 @@ import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
 import { api, axe, button, control, frameOf, launch, paramsOf, pause, scrub, sessionOf, until, visit } from './lib.mjs';
 
-const SHOTS = process.env.LAGLAB_SHOTS ?? ''; // a folder for pictures of the page
+const SHOTS = process.env.LAGLAB_SHOTS ?? ''; // a folder for images of the page
 if (SHOTS) mkdirSync(SHOTS, { recursive: true });
 
 /** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
@@ -60,14 +60,15 @@ async function change(page, run, value) {
   await computed(page);
 }
 
-/** A column of the trace of a session that begins with these settings. @param {Record<string, unknown>} set @param {string} column */
+/** A column of the trace of a session that begins with these settings, and its hash at tick 360. @param {Record<string, unknown>} set @param {string} column */
 async function reference(set, column) {
   const { body } = await api(daemon.url, 'sessions', { scenario: 'race', set, paused: true });
   await api(daemon.url, `sessions/${body.id}/control`, { op: 'seek', time_s: 30 }, body.owner_key);
   const [head, ...lines] = (await (await fetch(`${daemon.url}api/v1/sessions/${body.id}/trace`)).text()).trim().split(/\r?\n/);
   const place = head.split(',').indexOf(column);
   assert.ok(place > 0);
-  return lines.map((line) => Math.abs(Number(line.split(',')[place]))); // a distance
+  const { hash } = (await api(daemon.url, `sessions/${body.id}/state?tick=360`)).body;
+  return { values: lines.map((line) => Math.abs(Number(line.split(',')[place]))), hash }; // a distance
 }
 
 test('nothing of it is read before it is wanted', async () => {
@@ -88,10 +89,15 @@ test('the difference in words and numbers is that of two sessions made with the 
   await change(page, 1, '300');
   await scrub(page, 6);
   await both(page, 360);
-  const [one, other] = await Promise.all([
+  const [expected, changed] = await Promise.all([
     reference({}, 'player_0_remote_error_m'),
     reference({ 'players.0.lag_ms': 300 }, 'player_0_remote_error_m'),
   ]);
+  const hashOf = async (/** @type {string} */ id) => (await api(daemon.url, `sessions/${id}/metrics`)).body.hash;
+  assert.equal(await hashOf((await sessionOf(page)).id), expected.hash);
+  assert.equal(await hashOf((await facts(page)).second), changed.hash);
+  const one = expected.values,
+    other = changed.values;
   const metres = (/** @type {number} */ value) => `${value.toFixed(2)} m`;
   const gaps = one.map((value, tick) => Math.abs(other[tick] - value)),
     most = Math.max(...gaps);

@@ -2,22 +2,7 @@
 
 /** @typedef {string | number | boolean | object} Value */
 
-/**
- * @typedef {object} Link
- * @property {string} scenario  empty until `readScenario`
- * @property {string} first       the scenario where the address names none
- * @property {Record<string, Value>} set    changed parameters by dotted path
- * @property {number | null} seed
- * @property {string} theme       auto, light, dark or projector
- * @property {string} session     of the fragment; empty when the page makes its own
- * @property {string} key         of the fragment; removed from the address bar at once
- * @property {string | null} room  code of a class, of `#class=CODE`; empty where it is to be typed; null when none is wanted
- * @property {string} roomKey     the teacher's, of `&k=`; removed from the address bar at once
- * @property {string | null} experiment  of `#experiments=ID`; empty for the view alone; null when a lab is wanted
- * @property {LessonAt | null} lesson  the list of questions, or one of them; null when a lab is wanted
- * @property {string} second     of the fragment: `compare...`, a second run next to the first; empty for none
- * @property {string[]} problems  what was ignored, in words
- */
+/** @typedef {import('./address.js').Link} Link */
 
 /** A place among the lessons: id is empty for the list of questions; step 1 to 5; lang is empty where the address has none.
  * @typedef {{id: string, step: number, lang: string}} LessonAt */

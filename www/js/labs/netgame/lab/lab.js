@@ -6,10 +6,10 @@ import { lesson, params } from '../../../session/state.js';
 import { inspector } from '../core/inspector.js';
 import { layout } from '../core/layout.js';
 import { forget, memory, overlays, take } from '../core/state.js';
-import { beside, compare } from './beside.js';
 import { draw, listen } from './drawing.js';
 import { KEYS, press, release } from './keys.js';
 import * as page from './page.js';
+import { compare, compared } from './side.js';
 
 /** What is worth a closer look from the start. @param {import('../core/layout.js').Layout} of */
 function inspectorOf(of) {
@@ -53,7 +53,7 @@ const facts = () => ({
   gaps: { get: () => structuredClone(memory.gaps) },
   messages: { get: () => [...memory.events.values()] },
   corrections: { get: () => memory.corrections.map((list) => list.length) },
-  compare: { get: () => beside()?.facts() ?? null },
+  compare: { get: () => compared()?.facts() ?? null },
   dots: { get: () => memory.dots.map((list) => list.map((dot) => dot.t)) },
 });
 
@@ -61,14 +61,14 @@ listen();
 
 /** @type {import('../../../session/lab.js').Lab} */
 export const lab = {
-  template: () => (beside() ?? page).template(),
+  template: () => (compared() ?? page).template(),
   begin,
   take(frame) {
     take(frame);
-    beside()?.take(frame);
+    compared()?.take(frame);
   },
   draw(frame, settled, name) {
-    const both = beside();
+    const both = compared();
     if (both) both.draw(settled);
     else draw(frame, settled, name);
   },
@@ -76,7 +76,7 @@ export const lab = {
   followed,
   facts,
   keys: KEYS,
-  press: (event) => beside() === null && press(event),
+  press: (event) => compared() === null && press(event),
   release,
   later: () => import('./later.js').then(({ rest }) => rest),
 };

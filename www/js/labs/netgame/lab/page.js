@@ -7,10 +7,9 @@ import { icons } from '../../../workbench/icons.js';
 import { mark } from '../../../workbench/player_mark.js';
 import { layout } from '../core/layout.js';
 import { overlays, tab } from '../core/state.js';
-import { compareButton } from './beside.js';
 import { pads } from './pads.js';
 import { messagesPanel, nameOf, playerPanel, serverPanel } from './panels.js';
-import { side } from './side.js';
+import { compareButton, side } from './side.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 /** @typedef {import('../core/state.js').Tab} Tab */

@@ -1,10 +1,11 @@
 // The side column: the scenario's text, the charts, and the current values.
 import { html, nothing } from '../../../../vendor/lit-html.js';
+import { signal } from '../../../../vendor/signals-core.js';
 import { INTERPOLATION } from '../core/frame.js';
+import { part } from '../../../base/api.js';
 import { fixed, letter, signed } from '../../../base/format.js';
 import { LATELY_S } from '../core/memory.js';
-import { compareButton } from './beside.js';
-import { params } from '../../../session/state.js';
+import { lesson, locked, params } from '../../../session/state.js';
 import { open } from '../../../workbench/dialog.js';
 import { layout } from '../core/layout.js';
 import { connectionEvents, memory, scale, unit } from '../core/state.js';
@@ -99,6 +100,23 @@ function connectionList() {
     <b>${letter(one.player)}</b> ${one.what}</li>`,
   )}</ol></section>`;
 }
+
+/** @type {import('@preact/signals-core').Signal<typeof import('../compare/compare.js') | null>} */
+const comparison = signal(null);
+
+/** Two runs in place of the views, while they are compared. */
+export const compared = () => (comparison.value?.active.value ? comparison.value : null);
+
+export async function compare() {
+  comparison.value = await part(() => import('../compare/compare.js'));
+  comparison.value.begin();
+}
+
+export const compareButton = () =>
+  lesson.value === null
+    ? html`<button type="button" class="compare" ?disabled=${locked.value !== ''} title=${locked.value || nothing}
+    @click=${compare}>Compare</button>`
+    : nothing;
 
 /** @returns {Template} */
 export function side() {
