@@ -1,4 +1,4 @@
-// What an inspector is, a closer look at one technique. Types alone; no page loads this.
+// What an inspector is: one technique in detail. Types alone; no page loads this.
 
 /** @typedef {{pen: CanvasRenderingContext2D, width: number, height: number, colours: import('../../../draw/palette.js').Palette,
  *   frame: import('../../../stream/frame.js').Frame, memory: import('./memory.js').Memory, layout: import('./layout.js').Layout,
