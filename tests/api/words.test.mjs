@@ -18,7 +18,7 @@ const GAMES = ['race', 'cannon', 'gambetta', 'shooter', 'crates', 'sea', 'dam', 
 
 /** @typedef {{label: string, tip: string}} Entry */
 /** @typedef {{language: string, name: string, units: Record<string, string>, params: Record<string, Entry>, metrics: Record<string, Entry>, records: Record<string, Entry>, choices: Record<string, string>,
- *   labs: Record<string, Record<string, Entry>>, lesson: Record<string, string>}} Words */
+ *   labs: Record<string, Record<string, Entry>>, lesson: Record<string, string>, compare: Record<string, string>}} Words */
 
 /** @type {Record<string, Words>} */
 const words = Object.fromEntries(
@@ -106,6 +106,14 @@ test('what the schema of lessons has to be chosen has a name', () => {
   ];
   for (const language of LANGUAGES) for (const key of wanted) assert.ok(words[language].lesson[key], `${language} ${key}`);
   assert.deepEqual(Object.keys(words.de.lesson), Object.keys(words.en.lesson));
+});
+
+test('what the comparison of two runs says is there in both languages, with the same numbers', () => {
+  const { en, de } = words;
+  assert.ok(Object.keys(en.compare).length > 20);
+  assert.deepEqual(Object.keys(de.compare), Object.keys(en.compare));
+  const places = (/** @type {string} */ text) => [...text.matchAll(/\{\w+\}/g)].map(String).sort();
+  for (const [key, text] of Object.entries(en.compare)) assert.deepEqual(places(de.compare[key]), places(text), key);
 });
 
 test('every value of a choice has a name in both languages', () => {

@@ -2,21 +2,7 @@
 
 /** @typedef {string | number | boolean | object} Value */
 
-/**
- * @typedef {object} Link
- * @property {string} scenario  empty until `readScenario`
- * @property {string} first       the scenario where the address names none
- * @property {Record<string, Value>} set    changed parameters by dotted path
- * @property {number | null} seed
- * @property {string} theme       auto, light, dark or projector
- * @property {string} session     of the fragment; empty when the page makes its own
- * @property {string} key         of the fragment; removed from the address bar at once
- * @property {string | null} room  code of a class, of `#class=CODE`; empty where it is to be typed; null when none is wanted
- * @property {string} roomKey     the teacher's, of `&k=`; removed from the address bar at once
- * @property {string | null} experiment  of `#experiments=ID`; empty for the view alone; null when a lab is wanted
- * @property {LessonAt | null} lesson  the list of questions, or one of them; null when a lab is wanted
- * @property {string[]} problems  what was ignored, in words
- */
+/** @typedef {import('./address.js').Link} Link */
 
 /** A place among the lessons: id is empty for the list of questions; step 1 to 5; lang is empty where the address has none.
  * @typedef {{id: string, step: number, lang: string}} LessonAt */
@@ -26,7 +12,7 @@ export const THEMES = ['auto', 'light', 'dark', 'projector'];
 /** A short address such as `/#step`, and the scenario that it opens. @typedef {{id: string, scenario: string}} Short */
 
 /** @param {string} text @returns {Value} */
-function toValue(text) {
+export function toValue(text) {
   if (text === 'true' || text === 'false') return text === 'true';
   if (/^[[{]/.test(text)) {
     try {
@@ -85,6 +71,7 @@ export function readLink(search, hash) {
     roomKey: fragment.has('class') ? (fragment.get('k') ?? '') : '',
     experiment: readExperiment(hash),
     lesson: readLesson(search, hash),
+    second: /[#&](compare\b.*)/.exec(hash)?.[1] ?? '',
     problems: [],
   };
 

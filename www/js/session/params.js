@@ -74,7 +74,8 @@ export function showAddress() {
   }
   if (now === null) return;
   const query = now.own ? writeQuery(link) : colours;
-  const hash = place.value.at || (now.own ? '' : `#s=${now.id}`);
+  const at = [now.own ? '' : `s=${now.id}`, link.second].filter((text) => text !== '').join('&');
+  const hash = place.value.at || (at && `#${at}`);
   history.replaceState(null, '', location.pathname + query + hash);
   if (now.own) keep(now.id, now.key, true);
 }

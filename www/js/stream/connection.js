@@ -15,15 +15,7 @@ export const patience = (attempt) => 1000 * (Math.min(8, 2 ** (attempt - 1)) + M
 /** @typedef {'connecting' | 'open' | 'lost'} State */
 /** A stream without a listener so far, and its messages. @typedef {{socket: WebSocket, said: MessageEvent[]}} Line */
 
-/**
- * @typedef {object} Handlers
- * @property {(hello: any) => void} hello
- * @property {(frame: import('./decode.js').Frame) => void} frame
- * @property {(state: State, attempt: number) => void} state
- * @property {() => void} gone       the daemon does not know the session any more
- * @property {(divisor: number) => void} pace     by which all rates are divided, as this end is slow
- * @property {(detail: string) => void} refused  an input was refused
- */
+/** @typedef {import('./handlers.js').Handlers} Handlers */
 
 export class Stream {
   /** @param {string} id @param {string} key @param {Handlers} on @param {Line | undefined} line @param {Record<string, number>} wish

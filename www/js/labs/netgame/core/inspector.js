@@ -2,19 +2,8 @@
 import { computed, signal } from '../../../../vendor/signals-core.js';
 import { frame, params } from '../../../session/state.js';
 
-/** @typedef {{pen: CanvasRenderingContext2D, width: number, height: number, colours: import('../../../draw/palette.js').Palette,
- *   frame: import('../../../stream/frame.js').Frame, memory: import('./memory.js').Memory, layout: import('./layout.js').Layout,
- *   player: number}} InspectorContext */
-
-/**
- * @typedef {object} Inspector
- * @property {string} id
- * @property {string} label
- * @property {boolean} players  shows one player, who can be chosen
- * @property {(frame: import('../../../stream/frame.js').Frame, params: any) => boolean} fits  whether the frame has data for it
- * @property {(at: InspectorContext) => void} draw
- * @property {(at: InspectorContext) => string} words  the same in words
- */
+/** @typedef {import('./closer.js').InspectorContext} InspectorContext */
+/** @typedef {import('./closer.js').Inspector} Inspector */
 
 /** Content of the lower panel: `messages`, or the id of an inspector. */
 export const inspector = signal('messages');

@@ -1,13 +1,15 @@
 // The lab of netgames: what each player sees, what the server knows, and the messages between them.
 import { letter } from '../../../base/format.js';
 import { labelOf, valueAt } from '../../../base/schema.js';
-import { params } from '../../../session/state.js';
+import { link } from '../../../session/opening.js';
+import { lesson, params } from '../../../session/state.js';
 import { inspector } from '../core/inspector.js';
 import { layout } from '../core/layout.js';
 import { forget, memory, overlays, take } from '../core/state.js';
 import { draw, listen } from './drawing.js';
 import { KEYS, press, release } from './keys.js';
-import { template } from './page.js';
+import * as page from './page.js';
+import { compare, compared } from './side.js';
 
 /** What is worth a closer look from the start. @param {import('../core/layout.js').Layout} of */
 function inspectorOf(of) {
@@ -26,6 +28,7 @@ function begin(fresh) {
   if (fresh) inspector.value = inspectorOf(now);
   if (fresh || first) overlays.value = { ...overlays.value, dots: flights };
   first = false;
+  if (link.second !== '' && lesson.value === null) compare();
 }
 
 function rates() {
@@ -50,6 +53,7 @@ const facts = () => ({
   gaps: { get: () => structuredClone(memory.gaps) },
   messages: { get: () => [...memory.events.values()] },
   corrections: { get: () => memory.corrections.map((list) => list.length) },
+  compare: { get: () => compared()?.facts() ?? null },
   dots: { get: () => memory.dots.map((list) => list.map((dot) => dot.t)) },
 });
 
@@ -57,15 +61,22 @@ listen();
 
 /** @type {import('../../../session/lab.js').Lab} */
 export const lab = {
-  template,
+  template: () => (compared() ?? page).template(),
   begin,
-  take,
-  draw,
+  take(frame) {
+    take(frame);
+    compared()?.take(frame);
+  },
+  draw(frame, settled, name) {
+    const both = compared();
+    if (both) both.draw(settled);
+    else draw(frame, settled, name);
+  },
   rates,
   followed,
   facts,
   keys: KEYS,
-  press,
+  press: (event) => compared() === null && press(event),
   release,
   later: () => import('./later.js').then(({ rest }) => rest),
 };

@@ -9,7 +9,7 @@ import { layout } from '../core/layout.js';
 import { overlays, tab } from '../core/state.js';
 import { pads } from './pads.js';
 import { messagesPanel, nameOf, playerPanel, serverPanel } from './panels.js';
-import { side } from './side.js';
+import { compareButton, side } from './side.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 /** @typedef {import('../core/state.js').Tab} Tab */
@@ -74,7 +74,7 @@ function tabs() {
     }}>${label}</button>`;
   return html`<nav class="tabs" aria-label="Shown">${item('all', 'All')}
     ${order().map((view) => item(`view${view}`, view === 0 ? 'Server' : letter(view - 1)))}
-    ${item('messages', 'Messages')}${item('charts', 'Charts')}</nav>`;
+    ${item('messages', 'Messages')}${item('charts', 'Charts')}${compareButton()}</nav>`;
 }
 
 /** @returns {Template} */

@@ -1,9 +1,11 @@
 // The side column: the scenario's text, the charts, and the current values.
 import { html, nothing } from '../../../../vendor/lit-html.js';
+import { signal } from '../../../../vendor/signals-core.js';
 import { INTERPOLATION } from '../core/frame.js';
+import { part } from '../../../base/api.js';
 import { fixed, letter, signed } from '../../../base/format.js';
 import { LATELY_S } from '../core/memory.js';
-import { params } from '../../../session/state.js';
+import { lesson, locked, params } from '../../../session/state.js';
 import { open } from '../../../workbench/dialog.js';
 import { layout } from '../core/layout.js';
 import { connectionEvents, memory, scale, unit } from '../core/state.js';
@@ -99,6 +101,23 @@ function connectionList() {
   )}</ol></section>`;
 }
 
+/** @type {import('@preact/signals-core').Signal<typeof import('../compare/compare.js') | null>} */
+const comparison = signal(null);
+
+/** Two runs in place of the views, while they are compared. */
+export const compared = () => (comparison.value?.active.value ? comparison.value : null);
+
+export async function compare() {
+  comparison.value = await part(() => import('../compare/compare.js'));
+  comparison.value.begin();
+}
+
+export const compareButton = () =>
+  lesson.value === null
+    ? html`<button type="button" class="compare" ?disabled=${locked.value !== ''} title=${locked.value || nothing}
+    @click=${compare}>Compare</button>`
+    : nothing;
+
 /** @returns {Template} */
 export function side() {
   const players = layout.value?.players ?? [];
@@ -107,7 +126,7 @@ export function side() {
     <div class="about"><h2>${p?.paper ? `${p.paper}: ` : ''}${p?.title ?? ''}</h2>${p?.text ? html`<p>${p.text}</p>` : nothing}
       ${(layout.value?.notices ?? []).map((text) => html`<p role="note"><strong>Nothing is measured.</strong> ${text}</p>`)}</div>
     ${connectionList()}
-    ${workPrecisionButton()}
+    ${compareButton()}${workPrecisionButton()}
     <section class="chart"><div class="head"><h3>Drawn − server now</h3>${units()}</div>
       <div class="plot" id="error-chart" role="img"
         aria-label="Curve of the distances from the server’s present over time; the table has the numbers"></div>

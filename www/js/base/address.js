@@ -1,0 +1,20 @@
+// What an address says. Types alone; no page loads this.
+
+/**
+ * @typedef {object} Link
+ * @property {string} scenario  empty until `readScenario`
+ * @property {string} first       the scenario where the address names none
+ * @property {Record<string, string | number | boolean | object>} set    changed parameters by dotted path
+ * @property {number | null} seed
+ * @property {string} theme       auto, light, dark or projector
+ * @property {string} session     of the fragment; empty when the page makes its own
+ * @property {string} key         of the fragment; removed from the address bar at once
+ * @property {string | null} room  code of a class, of `#class=CODE`; empty where it is to be typed; null when none is wanted
+ * @property {string} roomKey     the teacher's, of `&k=`; removed from the address bar at once
+ * @property {string | null} experiment  of `#experiments=ID`; empty for the view alone; null when a lab is wanted
+ * @property {{id: string, step: number, lang: string} | null} lesson  the list of questions, or one of them; null when a lab is wanted
+ * @property {string} second     of the fragment: `compare...`, a second run next to the first; empty for none
+ * @property {string[]} problems  what was ignored, in words
+ */
+
+export {};
