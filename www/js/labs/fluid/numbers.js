@@ -1,4 +1,5 @@
 // The metrics of a fluid as text: errors first, then conserved quantities, then the rest.
+import { decimalPoint, nameOf } from '../../base/words.js';
 
 const UNITS = /** @type {[RegExp, string][]} */ ([
   [/_m2ps$/, 'm²/s'],
@@ -18,9 +19,10 @@ const UNITS = /** @type {[RegExp, string][]} */ ([
 
 /** @param {string} name @returns {{label: string, unit: string}} */
 export function wordsOf(name) {
+  const known = nameOf('fluid', 'metrics', name);
   const found = UNITS.find(([end]) => end.test(name));
   const label = (found ? name.replace(found[0], '') : name).replaceAll('_', ' ');
-  return { label, unit: found?.[1] ?? (/^divergence/.test(name) ? '1/s' : '') };
+  return { label: known?.label ?? label, unit: found?.[1] ?? (/^divergence/.test(name) ? '1/s' : '') };
 }
 
 const WRONG = /error|numerical|divergence|density|residual|overshoot|beyond/,
@@ -38,7 +40,7 @@ export function formatNumber(name, value) {
   if (name === 'bytes') return `${(value / 1e6).toPrecision(3)} MB`;
   const size = Math.abs(value);
   const text = value === 0 ? '0' : size < 1e-3 || size >= 1e6 ? value.toExponential(1) : String(Number(value.toPrecision(4)));
-  return text.replaceAll('-', '−').replace('e+', 'e');
+  return text.replaceAll('-', '−').replace('e+', 'e').replace('.', decimalPoint.value);
 }
 
 /** Index of the metric that a plot shows first. @param {string[]} names @param {RegExp[]} wanted in order */

@@ -3,6 +3,7 @@ import { drawMark, drawText } from '../../draw/marks.js';
 import { gridStep } from '../../draw/axis.js';
 import { paintOf } from '../../draw/palette.js';
 import { fixed } from '../../base/format.js';
+import { t } from '../../base/words.js';
 
 /** @typedef {import('./record.js').Record} Record */
 /** @typedef {import('./record.js').Motion} Motion */
@@ -133,13 +134,13 @@ function strip(surface, colours, record, motion, names, unit) {
       value = one.state[0] ?? 0;
     drawText(pen, colours, names[i - 1] ?? '', 8, y, { colour: paintOf(colours, i - 1).text, bold: true });
     if (one.status === 2) {
-      drawText(pen, colours, 'off', left, y, { colour: colours.faint });
+      drawText(pen, colours, t('motion.off'), left, y, { colour: colours.faint });
       return;
     }
     ring(pen, colours, toX(truth), y);
     const x = toX(value);
     if (one.status === 1 || one.status === 3) {
-      drawText(pen, colours, `${one.status === 1 ? 'diverged' : 'failed'} at ${fixed(one.t_s, 2)} s`, left, y, {
+      drawText(pen, colours, t(one.status === 1 ? 'motion.diverged_at' : 'motion.failed_at', { s: fixed(one.t_s, 2) }), left, y, {
         colour: colours.snap,
         bold: true,
       });

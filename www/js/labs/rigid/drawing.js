@@ -2,6 +2,7 @@
 import { drawText } from '../../draw/marks.js';
 import { gridStep } from '../../draw/axis.js';
 import { paintOf } from '../../draw/palette.js';
+import { t } from '../../base/words.js';
 
 /** @typedef {import('./decode.js').Shape} Shape */
 /** @typedef {import('./decode.js').Scene} Scene */
@@ -266,7 +267,7 @@ function plane(pen, colours, at, x) {
   pen.moveTo(toX(at, x), 0);
   pen.lineTo(toX(at, x), at.height);
   pen.stroke();
-  drawText(pen, colours, 'passed', toX(at, x) + 4, at.height - colours.text * 2.2, { colour: colours.snap });
+  drawText(pen, colours, t('rigid.passed'), toX(at, x) + 4, at.height - colours.text * 2.2, { colour: colours.snap });
 }
 
 /** Where the keys point. @param {Pen} pen @param {Palette} colours @param {Camera} at
