@@ -49,7 +49,7 @@ foreach(language IN LISTS languages)
         file(WRITE ${BINARY}/www/words/${name}/${part}.json "{\"words\": ${words}}\n")
     endforeach()
     string(JSON units GET "${text}" units)
-    foreach(part IN ITEMS motion rigid fluid experiments)
+    foreach(part IN ITEMS motion rigid fluid)
         string(JSON words GET "${text}" ${part})
         set(members "")
         string(JSON params ERROR_VARIABLE missing GET "${text}" inputs ${part})
@@ -59,6 +59,16 @@ foreach(language IN LISTS languages)
         endif()
         file(WRITE ${BINARY}/www/words/${name}/${part}.json "{\"words\": ${words}${members}}\n")
     endforeach()
+endforeach()
+
+# Modules go without their lines of comment, which have the types too: a quarter of a first load, which is measured in bytes.
+file(GLOB_RECURSE own ${BINARY}/www/js/*.js)
+foreach(module IN LISTS own)
+    file(READ ${module} text)
+    string(REGEX REPLACE "\n[\t ]*/[*][*][^*]*[*]+([^/*][^*]*[*]+)*/\n" "\n" text "\n${text}")
+    string(REGEX REPLACE "\n[\t ]*/[*][*][^*]*[*]+([^/*][^*]*[*]+)*/\n" "\n" text "${text}") # of two in succession the second
+    string(REGEX REPLACE "\n[\t ]*//[^\n]*" "" text "${text}")
+    file(WRITE ${module} "${text}")
 endforeach()
 
 # Indents, empty lines and lines of comment go: a first load is measured in bytes. So does the comment that names the source map, which is

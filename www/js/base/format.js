@@ -9,6 +9,9 @@ export function fixed(value, digits) {
   return value < 0 && Number(text) !== 0 ? `−${shown}` : shown;
 }
 
+/** A number that is written already: with the language's point and a true minus sign. @param {string} text @returns {string} */
+export const localized = (text) => text.replaceAll('-', '−').replace('e+', 'e').replace('.', decimalPoint.value);
+
 /** Three significant digits. @param {number} value @returns {string} */
 export function short(value) {
   const size = Math.abs(value);

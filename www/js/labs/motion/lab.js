@@ -2,7 +2,7 @@
 import { html, nothing } from '../../../vendor/lit-html.js';
 import { signal } from '../../../vendor/signals-core.js';
 import { call, make } from '../../base/api.js';
-import { fixed } from '../../base/format.js';
+import { fixed, localized } from '../../base/format.js';
 import { find } from '../../base/schema.js';
 import { MOTION_STATUS } from '../../stream/names.js';
 import { link } from '../../session/opening.js';
@@ -155,14 +155,12 @@ async function measure() {
 function errata() {
   const list = [
     ...(ERRATA[params.value?.paper ?? ''] ?? []),
-    ...(params.value?.methods ?? []).flatMap((/** @type {any} */ m) =>
-      m.shown && METHOD_ERRATA[m.method] ? [METHOD_ERRATA[m.method]] : [],
-    ),
+    ...(params.value?.methods ?? []).flatMap((/** @type {any} */ m) => (m.shown && METHOD_ERRATA.includes(m.method) ? [m.method] : [])),
   ];
   if (list.length === 0) return nothing;
   return html`<table class="data errata"><caption>${t('motion.errata')}</caption><thead><tr><th scope="col">${t('motion.paper')}</th><th
     scope="col">${t('motion.lab')}</th></tr></thead>
-    <tbody>${list.map((one) => html`<tr><td lang="en">${one.says}</td><td lang="en">${one.shows}</td></tr>`)}</tbody></table>`;
+    <tbody>${list.map((one) => html`<tr><td>${t(`motion.paper_says.${one}`)}</td><td>${t(`motion.lab_shows.${one}`)}</td></tr>`)}</tbody></table>`;
 }
 
 /** @returns {Template} */
@@ -215,7 +213,7 @@ const exact = (value) =>
   value === 0
     ? '0'
     : Math.abs(value) < 1e-3 || Math.abs(value) >= 1e6
-      ? value.toExponential(1).replace('-', '−')
+      ? localized(value.toExponential(1))
       : fixed(value, Math.abs(value) < 1 ? 4 : 3);
 
 /** @param {Frame} frame */

@@ -2,6 +2,7 @@
 import { drawText } from '../../draw/marks.js';
 import { gridStep } from '../../draw/axis.js';
 import { paintOf } from '../../draw/palette.js';
+import { localized } from '../../base/format.js';
 import { t } from '../../base/words.js';
 
 /** @typedef {import('./decode.js').Shape} Shape */
@@ -93,14 +94,9 @@ function grid(pen, colours, at) {
 function metres(pen, colours, at) {
   const step = gridStep(at.scale, 90);
   for (let i = Math.ceil(at.left / step); toX(at, i * step) < at.width - colours.text * 3; i++) {
-    drawText(
-      pen,
-      colours,
-      `${Number((i * step).toPrecision(6))} m`.replace('-', '−'),
-      toX(at, i * step) + 3,
-      at.height - colours.text * 0.7,
-      { colour: colours.faint },
-    );
+    drawText(pen, colours, localized(`${Number((i * step).toPrecision(6))} m`), toX(at, i * step) + 3, at.height - colours.text * 0.7, {
+      colour: colours.faint,
+    });
   }
 }
 

@@ -1,7 +1,7 @@
 // The collide lab: rigid bodies, what the phases of a step make of them, and solvers side by side from the same start.
 import { html, nothing } from '../../../vendor/lit-html.js';
 import { effect, signal } from '../../../vendor/signals-core.js';
-import { fixed, signed } from '../../base/format.js';
+import { fixed, localized, signed } from '../../base/format.js';
 import { find } from '../../base/schema.js';
 import { change } from '../../session/params.js';
 import { choose } from '../../session/session.js';
@@ -216,7 +216,7 @@ const NUMBERS = /** @type {[string, (w: World) => string][]} */ ([
 ]);
 
 /** @param {number} value */
-const joules = (value) => (Math.abs(value) >= 1e5 ? value.toExponential(1).replace('-', '−') : signed(value, Math.abs(value) < 10 ? 3 : 1));
+const joules = (value) => (Math.abs(value) >= 1e5 ? localized(value.toExponential(1)) : signed(value, Math.abs(value) < 10 ? 3 : 1));
 
 /** @returns {Template} */
 function numbers() {
