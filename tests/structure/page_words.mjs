@@ -71,7 +71,8 @@ function read(name, source, keys, prefixes) {
     if (ts.isTemplateExpression(node)) {
       prefixes.add(node.head.text);
       const text = node.head.text + node.templateSpans.map((span) => HOLE + span.literal.text).join('');
-      if (text.split(HOLE).some((part) => /\p{L}{2,}[,:;.]? \p{L}{2,}|^\s\p{L}{2,}\s$/u.test(part))) put(node, text.replaceAll(HOLE, '…'));
+      if (/^\p{Lu}\p{Ll}+[ :,]/u.test(text) || text.split(HOLE).some((part) => /\p{L}{2,}[,:;.]? \p{L}{2,}|^\s\p{L}{2,}\s$/u.test(part)))
+        put(node, text.replaceAll(HOLE, '…'));
       for (const span of node.templateSpans) visit(span.expression);
       return;
     }

@@ -295,7 +295,7 @@ function drawOne(frame, now, i, colours) {
 /** @param {FluidLayout} of @param {import('./decode.js').State} state @param {number} time */
 function describe(of, { numbers: values, status }, time) {
   const wrong = of.numbers.flatMap((one, k) => (rankOf(one) === 0 ? [`${wordsOf(one).label} ${formatNumber(one, values[k] ?? NaN)}`] : []));
-  return t('fluid.told', {
+  return t('fluid.summary', {
     title: of.title,
     s: fixed(time, 2),
     list: [...(status === 1 ? [t('fluid.diverged')] : []), ...wrong].join(', '),

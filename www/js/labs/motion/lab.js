@@ -288,9 +288,9 @@ function draw(frame, settled, name) {
   if (name) {
     const list = frame.motion
       .slice(1)
-      .map((one, i) => t('motion.told', { name: words(nameOf(i)), error: exact(one.error) }))
+      .map((one, i) => t('motion.summary', { name: words(nameOf(i)), error: exact(one.error) }))
       .join('; ');
-    document.getElementById('motion')?.setAttribute('aria-label', t('motion.told_at', { s: fixed(frame.time_s, 2), list }));
+    document.getElementById('motion')?.setAttribute('aria-label', t('motion.summary_at', { s: fixed(frame.time_s, 2), list }));
   }
 }
 

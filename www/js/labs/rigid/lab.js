@@ -324,8 +324,8 @@ function showNumbers(scene) {
 /** What a world shows, in words. @param {World} w @param {number} i */
 const describe = (w, i) =>
   w.status === 1
-    ? t('rigid.told_diverged', { name: nameOf(i) })
-    : t('rigid.told', {
+    ? t('rigid.summary_diverged', { name: nameOf(i) })
+    : t('rigid.summary', {
         name: nameOf(i),
         bodies: w.bodies,
         awake: w.awake,
