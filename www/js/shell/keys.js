@@ -67,7 +67,7 @@ const OF_PAGE = [
   { code: 'Slash', shift: true, everywhere: true, shown: '?', help: 'shell.this_help', run: () => open({ kind: 'help' }) },
 ];
 
-const told = (/** @type {Key} */ key) => ({ ...key, help: t(key.help) });
+const told = (/** @type {Key} */ key) => ({ ...key, shown: key.code === 'Space' ? t('shell.space') : key.shown, help: t(key.help) });
 /** Those that do something now. */
 export const keys = () =>
   [...OF_TIME.map(told), ...(lab.value?.keys ?? []), ...OF_PAGE.map(told)].filter((key) => experiment.value === null || key.everywhere);
