@@ -38,13 +38,37 @@ if(count GREATER 0)
     file(WRITE ${BINARY}/www/lessons/index.json "${index}\n")
 endif()
 
-# What the lessons' part of the page has of each language: the rest is six times as much.
+# The words of each language in the parts that a page reads: those of the page itself, of the lessons, of a class, of each lab. The names of
+# parameters, metrics and units come with the lab that shows them.
 file(GLOB languages ${BINARY}/www/words/*.json)
 foreach(language IN LISTS languages)
-    get_filename_component(name ${language} NAME)
+    get_filename_component(name ${language} NAME_WE)
     file(READ ${language} text)
-    string(JSON words GET "${text}" lesson)
-    file(WRITE ${BINARY}/www/lessons/words/${name} "${words}\n")
+    foreach(part IN ITEMS page lesson class)
+        string(JSON words GET "${text}" ${part})
+        file(WRITE ${BINARY}/www/words/${name}/${part}.json "{\"words\": ${words}}\n")
+    endforeach()
+    string(JSON units GET "${text}" units)
+    foreach(part IN ITEMS motion rigid fluid)
+        string(JSON words GET "${text}" ${part})
+        set(members "")
+        string(JSON params ERROR_VARIABLE missing GET "${text}" inputs ${part})
+        if(NOT missing)
+            string(JSON metrics GET "${text}" labs ${part})
+            set(members ", \"params\": ${params}, \"metrics\": ${metrics}, \"units\": ${units}")
+        endif()
+        file(WRITE ${BINARY}/www/words/${name}/${part}.json "{\"words\": ${words}${members}}\n")
+    endforeach()
+endforeach()
+
+# Modules go without their lines of comment, which have the types too: a quarter of a first load, which is measured in bytes.
+file(GLOB_RECURSE own ${BINARY}/www/js/*.js)
+foreach(module IN LISTS own)
+    file(READ ${module} text)
+    string(REGEX REPLACE "\n[\t ]*/[*][*][^*]*[*]+([^/*][^*]*[*]+)*/\n" "\n" text "\n${text}")
+    string(REGEX REPLACE "\n[\t ]*/[*][*][^*]*[*]+([^/*][^*]*[*]+)*/\n" "\n" text "${text}") # of two in succession the second
+    string(REGEX REPLACE "\n[\t ]*//[^\n]*" "" text "${text}")
+    file(WRITE ${module} "${text}")
 endforeach()
 
 # Indents, empty lines and lines of comment go: a first load is measured in bytes. So does the comment that names the source map, which is

@@ -1,4 +1,5 @@
-// The page's words: each language names every parameter, choice and stream field of a netgame, and every metric, and each name is short enough.
+// The page's words: each language names every parameter of every kind, every choice and stream field of a netgame, and every metric, and each name
+// is short enough.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import { readFileSync } from 'node:fs';
@@ -18,7 +19,7 @@ const GAMES = ['race', 'cannon', 'gambetta', 'shooter', 'crates', 'sea', 'dam', 
 
 /** @typedef {{label: string, tip: string}} Entry */
 /** @typedef {{language: string, name: string, units: Record<string, string>, params: Record<string, Entry>, metrics: Record<string, Entry>, records: Record<string, Entry>, choices: Record<string, string>,
- *   labs: Record<string, Record<string, Entry>>, lesson: Record<string, string>, compare: Record<string, string>}} Words */
+ *   labs: Record<string, Record<string, Entry>>, inputs: Record<string, Record<string, Entry>>, lesson: Record<string, string>, compare: Record<string, string>}} Words */
 
 /** @type {Record<string, Words>} */
 const words = Object.fromEntries(
@@ -55,6 +56,25 @@ function params() {
   return { found, choices };
 }
 
+/** Every parameter of another kind with its unit; those side by side are as the first. @param {string} wanted */
+function inputs(wanted) {
+  const found = new Map();
+  const visit = (node, at) => {
+    for (const [name, row] of Object.entries(node.properties)) {
+      const here = at ? `${at}.${name}` : name;
+      if (['timeline', 'expect', 'side_by_side'].includes(here)) continue;
+      const refs = [row.$ref, row.items?.$ref, ...(row.anyOf ?? []).map((any) => any.$ref)].filter(Boolean);
+      for (const ref of refs) visit(schema.$defs[ref.split('/').pop()], row.items ? `${here}.*` : here);
+      if (refs.length === 0) found.set(here, row['x-unit'] ?? '');
+    }
+  };
+  visit(
+    schema.oneOf.find(({ title }) => title === wanted),
+    '',
+  );
+  return found;
+}
+
 /** @param {string} wanted */
 function metrics(wanted) {
   const found = new Map();
@@ -73,6 +93,7 @@ const records = () =>
 const { found, choices } = params();
 const parts = { params: found, metrics: metrics('netgame'), records: records() };
 const labs = Object.fromEntries(LABS.map((kind) => [kind, metrics(kind)]));
+const given = Object.fromEntries(LABS.map((kind) => [kind, inputs(kind)]));
 
 for (const [part, rows] of Object.entries(parts))
   for (const language of LANGUAGES)
@@ -95,6 +116,12 @@ for (const [kind, rows] of Object.entries(labs))
   test(`every metric of ${kind} has a name in both languages, and no other has`, () => {
     assert.ok(rows.size > 30);
     for (const language of LANGUAGES) assert.deepEqual(Object.keys(words[language].labs[kind]).sort(), [...rows.keys()].sort(), language);
+  });
+
+for (const [kind, rows] of Object.entries(given))
+  test(`every parameter of ${kind} has a name in both languages, and no other has`, () => {
+    assert.ok(rows.size > 40, `${rows.size}`);
+    for (const language of LANGUAGES) assert.deepEqual(Object.keys(words[language].inputs[kind]).sort(), [...rows.keys()].sort(), language);
   });
 
 test('what the schema of lessons has to be chosen has a name', () => {
@@ -128,7 +155,7 @@ test('every value of a choice has a name in both languages', () => {
 });
 
 test('every unit has a name in both languages', () => {
-  const units = new Set([...Object.values(parts), ...Object.values(labs)].flatMap((rows) => [...rows.values()]));
+  const units = new Set([...Object.values(parts), ...Object.values(labs), ...Object.values(given)].flatMap((rows) => [...rows.values()]));
   units.delete('');
   for (const language of LANGUAGES) for (const unit of units) assert.ok(words[language].units[unit], `${language}: ${unit}`);
   assert.deepEqual(Object.keys(words.de.units), Object.keys(words.en.units));
@@ -142,6 +169,9 @@ const each = (visit) => {
   for (const language of LANGUAGES)
     for (const [kind, entries] of Object.entries(words[language].labs))
       for (const [key, entry] of Object.entries(entries)) visit(`${language} ${kind} ${key}`, entry, language);
+  for (const language of LANGUAGES)
+    for (const [kind, entries] of Object.entries(words[language].inputs))
+      for (const [key, entry] of Object.entries(entries)) visit(`${language} inputs ${kind} ${key}`, entry, language);
 };
 
 test('labels and tips fit, and are text', () => {
@@ -163,4 +193,7 @@ test('English has no banned words, German is German', () => {
   for (const part of /** @type {const} */ (['params', 'metrics', 'records']))
     for (const [key, { tip }] of Object.entries(words.en[part]))
       assert.notEqual(words.de[part][key].tip, tip, `${part} ${key}: is not translated`);
+  for (const [kind, entries] of Object.entries(words.en.inputs))
+    for (const [key, { tip }] of Object.entries(entries))
+      assert.notEqual(words.de.inputs[kind][key].tip, tip, `${kind} ${key}: is not translated`);
 });

@@ -7,6 +7,7 @@
  * @property {Record<string, string | number | boolean | object>} set    changed parameters by dotted path
  * @property {number | null} seed
  * @property {string} theme       auto, light, dark or projector
+ * @property {string} lang        en, de; empty where the address has none
  * @property {string} session     of the fragment; empty when the page makes its own
  * @property {string} key         of the fragment; removed from the address bar at once
  * @property {string | null} room  code of a class, of `#class=CODE`; empty where it is to be typed; null when none is wanted
@@ -14,7 +15,7 @@
  * @property {string | null} experiment  of `#experiments=ID`; empty for the view alone; null when a lab is wanted
  * @property {{id: string, step: number, lang: string} | null} lesson  the list of questions, or one of them; null when a lab is wanted
  * @property {string} second     of the fragment: `compare...`, a second run next to the first; empty for none
- * @property {string[]} problems  what was ignored, in words
+ * @property {[string, Record<string, string>][]} problems  what was ignored: keys of the page's words, and their values
  */
 
 export {};

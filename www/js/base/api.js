@@ -1,11 +1,15 @@
 // REST calls of the daemon; a refused one throws a Problem (RFC 9457).
+import { insist } from './insist.js';
+import { t } from './words.js';
+
+export { insist };
 
 /** @typedef {{field: string, detail: string}} FieldError */
 
 export class Problem extends Error {
   /** @param {number} status @param {any} body */
   constructor(status, body) {
-    super(String(body?.detail ?? body?.title ?? `The daemon answered ${status}`));
+    super(String(body?.detail ?? body?.title ?? t('base.answered', { status: String(status) })));
     this.status = status;
     /** @type {FieldError[]} */
     this.errors = Array.isArray(body?.errors) ? body.errors : [];
@@ -71,7 +75,7 @@ export async function make(path, body, ask = true) {
       },
       wantsKey,
       kept !== '',
-      new Problem(401, { detail: 'Creating sessions here needs the class key.', declined: true }),
+      new Problem(401, { detail: t('base.key_needed'), declined: true }),
     );
   }
 }
@@ -95,22 +99,10 @@ export async function call(method, path, more = {}) {
   try {
     body = text === '' ? null : JSON.parse(text);
   } catch {
-    if (answer.ok) throw new Problem(answer.status, { detail: 'The daemon did not answer with JSON' });
+    if (answer.ok) throw new Problem(answer.status, { detail: t('base.no_json') });
   }
   if (!answer.ok) throw new Problem(answer.status, body);
   return body;
-}
-
-/** Asks until it is answered: a page without its controls would be of no use.
- * @template T @param {() => Promise<T>} ask @returns {Promise<T>} */
-export async function insist(ask) {
-  for (let wait = 500; ; wait = Math.min(4000, 2 * wait)) {
-    try {
-      return await ask();
-    } catch {
-      await new Promise((done) => setTimeout(done, wait));
-    }
-  }
 }
 
 /** A module that is read when it is wanted. When the daemon was away it is read once the daemon answers; browsers that

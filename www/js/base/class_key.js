@@ -1,4 +1,5 @@
 // Asks for the class key, which some daemons require for creating sessions. Loaded when required.
+import { t } from './words.js';
 
 /** @param {string} tag @param {Record<string, string>} [attributes] @param {(string | Node)[]} [inside] @returns {HTMLElement} */
 function element(tag, attributes = {}, inside = []) {
@@ -21,17 +22,17 @@ function ask(wrong) {
       ...(wrong ? { 'aria-invalid': 'true', 'aria-describedby': 'class-key-told' } : {}),
     })
   );
-  const text = wrong ? 'Wrong key. Ask your teacher.' : 'Your teacher has it. This browser stores it.';
-  const cancel = element('button', { type: 'button' }, ['Cancel']);
+  const text = wrong ? t('base.key_wrong') : t('base.key_where');
+  const cancel = element('button', { type: 'button' }, [t('base.cancel')]);
   const form = element('form', { method: 'dialog', class: 'body' }, [
-    element('p', {}, ['Creating sessions here needs the class key. Sessions of others can be watched without it, by link or join code.']),
-    element('label', { class: 'address', for: 'class-key' }, [element('span', {}, ['Class key']), input]),
+    element('p', {}, [t('base.key_why')]),
+    element('label', { class: 'address', for: 'class-key' }, [element('span', {}, [t('base.key')]), input]),
     element('p', { id: 'class-key-told', role: 'status', ...(wrong ? { class: 'reason' } : {}) }, [text]),
-    element('div', { class: 'choices' }, [cancel, element('button', { class: 'main' }, ['Continue'])]),
+    element('div', { class: 'choices' }, [cancel, element('button', { class: 'main' }, [t('base.continue')])]),
   ]);
   const dialog = /** @type {HTMLDialogElement} */ (
     element('dialog', { class: 'small', 'aria-labelledby': 'class-key-title' }, [
-      element('header', {}, [element('h2', { id: 'class-key-title' }, ['Class key'])]),
+      element('header', {}, [element('h2', { id: 'class-key-title' }, [t('base.key')])]),
       form,
     ])
   );

@@ -1,11 +1,16 @@
 // Numbers as people read them: three significant digits, a true minus sign, always a unit.
+import { decimalPoint } from './words.js';
 
 /** @param {number} value @param {number} digits after the point @returns {string} */
 export function fixed(value, digits) {
   if (!Number.isFinite(value)) return '–';
-  const text = Math.abs(value).toFixed(digits);
-  return value < 0 && Number(text) !== 0 ? `−${text}` : text;
+  const text = Math.abs(value).toFixed(digits),
+    shown = decimalPoint.value === '.' ? text : text.replace('.', decimalPoint.value);
+  return value < 0 && Number(text) !== 0 ? `−${shown}` : shown;
 }
+
+/** A number that is written already: with the language's point and a true minus sign. @param {string} text @returns {string} */
+export const localized = (text) => text.replaceAll('-', '−').replace('e+', 'e').replace('.', decimalPoint.value);
 
 /** Three significant digits. @param {number} value @returns {string} */
 export function short(value) {
@@ -16,7 +21,7 @@ export function short(value) {
 /** With a sign on both sides of zero. @param {number} value @param {number} digits @returns {string} */
 export function signed(value, digits) {
   const text = fixed(value, digits);
-  return value > 0 && Number(text) !== 0 ? `+${text}` : text;
+  return value > 0 && Number(value.toFixed(digits)) !== 0 ? `+${text}` : text;
 }
 
 /** A number of a text field, without noise of binary fractions. @param {number} value @returns {string} */

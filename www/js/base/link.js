@@ -1,8 +1,10 @@
-// What the address says: scenario, changed parameters, seed, theme, the session to join, or a lesson.
+// What the address says: scenario, changed parameters, seed, theme, language, the session to join, or a lesson.
 
 /** @typedef {string | number | boolean | object} Value */
 
 /** @typedef {import('./address.js').Link} Link */
+
+/** Their key and its values. @typedef {[string, Record<string, string>]} Ignored */
 
 /** A place among the lessons: id is empty for the list of questions; step 1 to 5; lang is empty where the address has none.
  * @typedef {{id: string, step: number, lang: string}} LessonAt */
@@ -65,6 +67,7 @@ export function readLink(search, hash) {
     set: {},
     seed: null,
     theme: 'auto',
+    lang: query.get('lang') ?? '',
     session: '',
     key: '',
     room: fragment.get('class'),
@@ -79,23 +82,23 @@ export function readLink(search, hash) {
     const cut = item.indexOf(':');
     const path = item.slice(0, cut);
     if (cut > 0 && /^[a-z0-9_.]{1,96}$/.test(path)) link.set[path] = toValue(item.slice(cut + 1));
-    else link.problems.push(`set=${item} ignored: write set=path:value`);
+    else link.problems.push(['base.bad_set', { item }]);
   }
 
   const seed = query.get('seed');
   if (seed !== null && /^[0-9]{1,15}$/.test(seed)) link.seed = Number(seed);
-  else if (seed !== null) link.problems.push(`seed=${seed} ignored: a seed is a whole number, using the scenario's`);
+  else if (seed !== null) link.problems.push(['base.bad_seed', { seed }]);
 
   const theme = query.get('theme');
   if (theme !== null && THEMES.includes(theme)) link.theme = theme;
-  else if (theme !== null) link.problems.push(`theme=${theme} ignored: it is one of ${THEMES.join(', ')}`);
+  else if (theme !== null) link.problems.push(['base.bad_theme', { theme, themes: THEMES.join(', ') }]);
 
   const session = fragment.get('s') ?? '';
   if (/^[A-Za-z0-9_-]{1,64}$/.test(session)) {
     link.session = session;
     link.key = fragment.get('k') ?? '';
   } else if (session !== '') {
-    link.problems.push('The session in the address is not an id; a new one was created');
+    link.problems.push(['base.bad_session', {}]);
   }
   return link;
 }
@@ -108,17 +111,18 @@ export function readScenario(link, search, hash, shorts) {
   link.first = first;
   link.scenario = asked ?? shorts.find(({ id }) => id === hash.slice(1))?.scenario ?? first;
   if (/^[a-z0-9_/-]{1,64}$/.test(link.scenario)) return;
-  link.problems.unshift(`scenario=${asked} ignored, using ${first}`);
+  link.problems.unshift(['base.bad_scenario', { scenario: String(asked), first }]);
   link.scenario = first;
 }
 
 /** The query that gives the same set-up elsewhere: only what differs from the scenario.
- * @param {Pick<Link, 'scenario' | 'set' | 'seed' | 'theme'>} link @returns {string} */
+ * @param {Pick<Link, 'scenario' | 'set' | 'seed' | 'theme' | 'lang'>} link @returns {string} */
 export function writeQuery(link) {
   const parts = [`scenario=${link.scenario}`];
   for (const [path, value] of Object.entries(link.set))
     parts.push(`set=${path}:${encodeURIComponent(typeof value === 'object' ? JSON.stringify(value) : String(value))}`);
   if (link.seed !== null) parts.push(`seed=${link.seed}`);
   if (link.theme !== 'auto') parts.push(`theme=${link.theme}`);
+  if (link.lang !== '') parts.push(`lang=${link.lang}`);
   return `?${parts.join('&')}`;
 }

@@ -1,4 +1,5 @@
 // Finds the row of a parameter in the daemon's JSON Schema: its type, range, unit and help.
+import { t } from './words.js';
 
 /**
  * @typedef {object} Row
@@ -93,55 +94,33 @@ export function livePaths(root, path, all = false) {
   return paths;
 }
 
-const LABELS = /** @type {Record<string, string>} */ ({
-  lag_ms: 'One-way lag',
-  update_hz: 'Updates per second',
-  sync: 'Synchronisation',
-  control: 'Controlled by',
-  timeout_s: 'Time-out',
-  send_hz: 'Input packets per second',
-  display_hz: 'Displays per second',
-  input_hz: 'Input device reads per second',
-  drift_ppm: 'Clock drift',
-  input_device_ms: 'Input device latency',
-  display_device_ms: 'Display latency',
-  mtu_bytes: 'MTU',
-  jitter_ms: 'Jitter',
-  loss_pct: 'Loss',
-  delay_ms: 'Extra delay',
-  duplicate_pct: 'Duplicates',
-});
-
 /** The visible name of a parameter. @param {string} path @returns {string} */
 export function labelOf(path) {
   const name = path.slice(path.lastIndexOf('.') + 1);
-  const words = LABELS[name] ?? name.replace(/_(ms|s|hz|pct|m|mps|mps2|per_s)$/, '').replaceAll('_', ' ');
-  const direction = path.includes('.link.up.') ? ' up' : path.includes('.link.down.') ? ' down' : '';
+  const words = t(`base.name.${name}`) || name.replace(/_(ms|s|hz|pct|m|mps|mps2|per_s)$/, '').replaceAll('_', ' ');
+  const direction = path.includes('.link.up.') ? ` ${t('base.up')}` : path.includes('.link.down.') ? ` ${t('base.down')}` : '';
   return words.charAt(0).toUpperCase() + words.slice(1) + direction;
 }
 
-/** Visible name of a choice, if it differs from the choice itself. @type {Record<string, string>} */
-const CHOICES = { 'sync.lockstep': 'lockstep (stop and wait)', 'sync.lockstep_pipelined': 'lockstep, pipelined' };
-
-/** @param {string} name of the row @param {string} choice @returns {string} */
-export const choiceOf = (name, choice) => CHOICES[`${name}.${choice}`] ?? choice;
+/** Visible name of a choice, if it differs from the choice itself. @param {string} name of the row @param {string} choice @returns {string} */
+export const choiceOf = (name, choice) => t(`base.choice.${name}.${choice}`) || choice;
 
 /** Groups of rows, by table; rows without a group come last.
  * @type {Record<string, [string, RegExp][]>} */
 const GROUPS = {
   player: [
-    ['Link', /^(lag_ms|link\.preset)$/],
-    ['Prediction and view', /^(prediction|reconciliation|ack$|interpolation|extrapolation|time_scale|correction|jitter_margin|dejitter)/],
-    ['Control and inputs', /^(control|script|cheat|lane|slack_ticks|input_delay_ticks|time_dilation|redundancy)$/],
-    ['Clock and devices', /^(timer_|clock_|drift_|send_hz|display_|input_hz|input_device|float_mode)/],
-    ['Link up', /^link\.up\./],
-    ['Link down', /^link\.down\./],
+    ['link', /^(lag_ms|link\.preset)$/],
+    ['prediction', /^(prediction|reconciliation|ack$|interpolation|extrapolation|time_scale|correction|jitter_margin|dejitter)/],
+    ['control', /^(control|script|cheat|lane|slack_ticks|input_delay_ticks|time_dilation|redundancy)$/],
+    ['clock', /^(timer_|clock_|drift_|send_hz|display_|input_hz|input_device|float_mode)/],
+    ['link_up', /^link\.up\./],
+    ['link_down', /^link\.down\./],
   ],
   server: [
-    ['Rate and connections', /^(update_hz|sync|timeout_s|max_rollback)/],
-    ['Inputs', /^(validation|refused|starved)/],
-    ['Shots', /^(hitscan|projectile|max_rewind|rewind_)/],
-    ['Snapshots', /^(snapshot|quantum_)/],
+    ['rate', /^(update_hz|sync|timeout_s|max_rollback)/],
+    ['inputs', /^(validation|refused|starved)/],
+    ['shots', /^(hitscan|projectile|max_rewind|rewind_)/],
+    ['snapshots', /^(snapshot|quantum_)/],
   ],
 };
 
@@ -150,8 +129,8 @@ export function grouped(at, paths) {
   const table = GROUPS[at.startsWith('players.') ? 'player' : at] ?? [];
   const place = (/** @type {string} */ path) =>
     (table.findIndex(([, names]) => names.test(path.slice(at.length + 1))) + table.length + 1) % (table.length + 1);
-  return [...table.map(([title]) => title), table.length > 0 ? 'More' : 'Game']
-    .map((title, i) => ({ title, paths: paths.filter((path) => place(path) === i) }))
+  return [...table.map(([title]) => title), table.length > 0 ? 'more' : 'game']
+    .map((title, i) => ({ title: t(`base.group.${title}`), paths: paths.filter((path) => place(path) === i) }))
     .filter((group) => group.paths.length > 0);
 }
 

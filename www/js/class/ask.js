@@ -1,7 +1,8 @@
 // The question of a class: choices to vote, and after the lock how many chose what.
 import { html, nothing, svg } from '../../vendor/lit-html.js';
-import { LANGUAGE, choiceOf, lessonOf, questionOf } from './lesson.js';
+import { choiceOf, lessonOf, questionOf } from './lesson.js';
 import { me, now } from './state.js';
+import { t } from '../base/words.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 
@@ -14,22 +15,22 @@ export function ballot(vote) {
   if (!isOpen() || question === null) return nothing;
   const lesson = lessonOf(question.lesson),
     mine = me.value?.choice ?? -1;
-  return html`<section class="ask" aria-label="Question"><fieldset class="answers"><legend lang=${lesson ? LANGUAGE : 'en'}>${questionOf(lesson)}</legend>
+  return html`<section class="ask" aria-label=${t('class.question')}><fieldset class="answers"><legend>${questionOf(lesson)}</legend>
     ${Array.from(
       { length: question.choices },
       (_, i) => html`<label class="answer"><input type="radio" name="class-answer" .checked=${mine === i}
-      @change=${() => vote(i)}><span lang=${lesson ? LANGUAGE : 'en'}>${choiceOf(lesson, i)}</span><kbd aria-hidden="true">${i + 1}</kbd></label>`,
+      @change=${() => vote(i)}><span>${choiceOf(lesson, i)}</span><kbd aria-hidden="true">${i + 1}</kbd></label>`,
     )}</fieldset>
-    <p role="status">${mine < 0 ? 'Choose one.' : `Sent: ${choiceOf(lesson, mine)}.`} You can change it until the teacher locks.</p></section>`;
+    <p role="status">${mine < 0 ? t('class.choose_one') : t('class.sent', { choice: choiceOf(lesson, mine) })} ${t('class.may_change')}</p></section>`;
 }
 
 /** In one sentence, for who does not see the bars. @param {number[]} tally @param {(choice: number) => string} name */
 function sentence(tally, name) {
   const all = tally.reduce((a, b) => a + b, 0),
     most = Math.max(...tally);
-  if (all === 0) return 'No votes.';
+  if (all === 0) return t('class.no_votes');
   const first = tally.flatMap((votes, i) => (votes === most ? [name(i)] : []));
-  return `${most} of ${all} chose ${first.join(' and as many ')}.`;
+  return t('class.tally', { most, all, choices: first.join(t('class.as_many')) });
 }
 
 /** Bars of the votes; the right choice is marked only when it is explained. @returns {Template | typeof nothing} */
@@ -43,10 +44,10 @@ export function results() {
       tally.reduce((a, b) => a + b, 0),
     ),
     explained = state.phase === 'explain';
-  return html`<section class="tally" aria-label="Votes"><p role="status">${sentence(tally, (i) => choiceOf(lesson, i))}</p>
+  return html`<section class="tally" aria-label=${t('class.votes')}><p role="status">${sentence(tally, (i) => choiceOf(lesson, i))}</p>
     <ol>${tally.map(
-      (votes, i) => html`<li><span lang=${lesson ? LANGUAGE : 'en'}>${choiceOf(lesson, i)}</span>
+      (votes, i) => html`<li><span>${choiceOf(lesson, i)}</span>
       <svg viewBox="0 0 100 10" preserveAspectRatio="none" aria-hidden="true">${svg`<rect width=${(100 * votes) / all} height="10"></rect>`}</svg>
-      <b>${votes}</b><span class="why">${me.value?.choice === i ? 'yours' : ''}${explained && lesson?.choices[i]?.right ? ' right' : ''}</span></li>`,
+      <b>${votes}</b><span class="why">${me.value?.choice === i ? t('class.yours') : ''}${explained && lesson?.choices[i]?.right ? ` ${t('class.right')}` : ''}</span></li>`,
     )}</ol></section>`;
 }

@@ -1,14 +1,12 @@
-// Questions of the library of lessons: their text and choices, in the language of the browser.
+// Questions of the library of lessons: their text and choices, in the language of the page.
 import { signal } from '../../vendor/signals-core.js';
 import { fixed } from '../base/format.js';
+import { digits, language, t } from '../base/words.js';
 
 /** @typedef {{en: string, de: string}} Text */
 /** As api/lesson.schema.json has it. @typedef {{title: Text, scenario: string, set: Record<string, unknown>, seed: number, stop_tick: number, speed: number,
  *   steps: {predict: Text}, choices: {value: number, label?: Text, right?: true}[], answer: {unit: Text},
  *   numbers: Record<string, {value: number, digits: number}>}} Lesson */
-
-/** @type {'en' | 'de'} */
-export const LANGUAGE = /^de\b/.test(navigator.language) ? 'de' : 'en';
 
 /** @type {import('@preact/signals-core').Signal<{id: string, title: Text, order: number}[]>} */
 export const lessons = signal([]);
@@ -54,8 +52,8 @@ export function lessonOf(id) {
 
 /** What is asked. @param {Lesson | null} lesson @returns {string} */
 export function questionOf(lesson) {
-  if (lesson === null) return 'What do you expect?';
-  return lesson.steps.predict[LANGUAGE].replace(/\{(\w+)\}/g, (whole, name) => {
+  if (lesson === null) return t('class.expect');
+  return lesson.steps.predict[language.value].replace(/\{(\w+)\}/g, (whole, name) => {
     const number = lesson.numbers[name];
     return number ? fixed(number.value, number.digits) : whole;
   });
@@ -64,6 +62,6 @@ export function questionOf(lesson) {
 /** @param {Lesson | null} lesson @param {number} choice from 0 @returns {string} */
 export function choiceOf(lesson, choice) {
   const found = lesson?.choices[choice];
-  if (!lesson || !found) return `Choice ${choice + 1}`;
-  return found.label?.[LANGUAGE] ?? `${String(found.value).replace('-', '−')} ${lesson.answer.unit[LANGUAGE]}`;
+  if (!lesson || !found) return t('class.choice', { n: choice + 1 });
+  return found.label?.[language.value] ?? `${digits(found.value, 0, 20)} ${lesson.answer.unit[language.value]}`;
 }

@@ -2,32 +2,17 @@
 import { signal } from '../../vendor/signals-core.js';
 import { html, nothing } from '../../vendor/lit-html.js';
 import { results } from './ask.js';
-import { LANGUAGE, lessons } from './lesson.js';
+import { lessons } from './lesson.js';
 import { qr } from './qr.js';
 import { seatList } from './seats.js';
 import { now, room, secret, shows, told } from './state.js';
 import { choices, choose, end, phase, set } from './teacher.js';
+import { language, rich, t } from '../base/words.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 
-/** In the order of a lesson; the last is the name of its button. @type {[string, string][]} */
-const PHASES = [
-  ['predict', 'Predict'],
-  ['locked', 'Lock'],
-  ['run', 'Run'],
-  ['stopped', 'Stop'],
-  ['explain', 'Explain'],
-  ['free', 'Free'],
-];
-const WORDS = /** @type {Record<string, string>} */ ({
-  lobby: 'Waiting for the first question',
-  predict: 'Votes are open',
-  locked: 'Votes are locked',
-  run: 'The board runs',
-  stopped: 'The board is stopped',
-  explain: 'Explaining',
-  free: 'Free to try',
-});
+/** In the order of a lesson. */
+const PHASES = ['predict', 'locked', 'run', 'stopped', 'explain', 'free'];
 const ending = signal(false);
 
 /** @param {Event} event */
@@ -35,22 +20,24 @@ const valueOf = (event) => /** @type {HTMLSelectElement} */ (event.target).value
 
 /** @returns {Template} */
 function phases() {
-  const at = PHASES.findIndex(([name]) => name === now.value?.phase);
-  return html`<div class="phases-row" role="group" aria-label="Phase">${PHASES.map(
-    ([name, label], i) => html`<button type="button" class=${i === at + 1 ? 'main' : ''} aria-pressed=${i === at}
-      @click=${() => phase(name)}>${label}</button>`,
+  const at = PHASES.indexOf(now.value?.phase ?? '');
+  return html`<div class="phases-row" role="group" aria-label=${t('class.phase')}>${PHASES.map(
+    (name, i) => html`<button type="button" class=${i === at + 1 ? 'main' : ''} aria-pressed=${i === at}
+      @click=${() => phase(name)}>${t(`class.do.${name}`)}</button>`,
   )}</div>`;
 }
 
 /** @returns {Template} */
 function question() {
   const lesson = now.value?.lesson ?? '';
-  return html`<label class="field"><span>Question</span><select aria-label="Question" @change=${(/** @type {Event} */ event) => choose(valueOf(event))}>
-      <option value="" .selected=${lesson === ''}>asked aloud</option>
-      ${lessons.value.map(({ id, title }) => html`<option value=${id} lang=${LANGUAGE} .selected=${id === lesson}>${title[LANGUAGE]}</option>`)}</select></label>
+  return html`<label class="field"><span>${t('class.question')}</span><select aria-label=${t('class.question')} @change=${(/** @type {Event} */ event) => choose(valueOf(event))}>
+      <option value="" .selected=${lesson === ''}>${t('class.aloud')}</option>
+      ${lessons.value.map(({ id, title }) => html`<option value=${id} .selected=${id === lesson}>${title[language.value]}</option>`)}</select></label>
     ${
       lesson === ''
-        ? html`<label class="field"><span>Choices</span><select aria-label="Choices" @change=${(/** @type {Event} */ event) => {
+        ? html`<label class="field"><span>${t('class.choices')}</span><select aria-label=${t('class.choices')} @change=${(
+            /** @type {Event} */ event,
+          ) => {
             choices.value = Number(valueOf(event));
           }}>${[2, 3, 4, 5, 6, 7, 8].map((n) => html`<option value=${n} .selected=${n === choices.value}>${n}</option>`)}</select></label>`
         : nothing
@@ -61,8 +48,8 @@ function question() {
 function everyone() {
   const frozen = now.value?.frozen === true,
     together = now.value?.together === true;
-  return html`<button type="button" aria-pressed=${frozen} @click=${() => set({ frozen: !frozen })}>${frozen ? 'Unfreeze' : 'Freeze all'}</button>
-    <button type="button" aria-pressed=${together} @click=${() => set({ together: !together })}>${together ? 'Release from the board' : 'Bring all here'}</button>`;
+  return html`<button type="button" aria-pressed=${frozen} @click=${() => set({ frozen: !frozen })}>${frozen ? t('class.unfreeze') : t('class.freeze')}</button>
+    <button type="button" aria-pressed=${together} @click=${() => set({ together: !together })}>${together ? t('class.release') : t('class.gather')}</button>`;
 }
 
 /** @returns {Template} */
@@ -70,28 +57,28 @@ function ender() {
   if (!ending.value)
     return html`<button type="button" @click=${() => {
       ending.value = true;
-    }}>End the class</button>`;
+    }}>${t('class.end')}</button>`;
   return html`<button type="button" class="bad" @click=${() => {
     ending.value = false;
     end();
-  }}>End it for all</button><button type="button" @click=${() => {
+  }}>${t('class.end_all')}</button><button type="button" @click=${() => {
     ending.value = false;
-  }}>Keep it</button>`;
+  }}>${t('class.keep')}</button>`;
 }
 
 /** @returns {Template} */
 const counts = () => {
   const { n = 0, votes = 0, copies = 0, question: asked = null } = now.value ?? {};
-  return html`<p class="counts"><span><b>${n}</b> joined</span>${asked ? html`<span><b>${votes}</b> voted</span>` : nothing}
-    ${copies > 0 ? html`<span><b>${copies}</b> ${copies === 1 ? 'copy' : 'copies'}</span>` : nothing}</p>`;
+  return html`<p class="counts"><span>${rich('class.joined', { n: html`<b>${n}</b>` })}</span>${asked ? html`<span>${rich('class.voted', { n: html`<b>${votes}</b>` })}</span>` : nothing}
+    ${copies > 0 ? html`<span>${rich('class.copies', { n: copies, count: html`<b>${copies}</b>` })}</span>` : nothing}</p>`;
 };
 
 /** @returns {Template} */
 function remote() {
   const at = room.value,
     base = new URL('./', at?.urls[0] ?? location.href);
-  return html`<details><summary>Steer from another device</summary>
-    <label class="address"><span>Open this address there. It holds your key: do not show it to the class.</span><input readonly
+  return html`<details><summary>${t('class.remote')}</summary>
+    <label class="address"><span>${t('class.remote_tip')}</span><input readonly
       .value=${`${base.href}#class=${at?.code}&k=${secret.value}`}></label></details>`;
 }
 
@@ -104,10 +91,8 @@ const hostOf = (url) => {
 /** @returns {Template} */
 function addresses() {
   const { urls = [], local = true } = room.value ?? {};
-  if (local)
-    return html`<p class="reason">Only this computer reaches laglab, so no other device can join. Start it with <code>laglab serve --listen
-      0.0.0.0:8080</code>.</p>`;
-  return html`<p class="step">1 Open on your phone or laptop</p><ul class="addresses">${urls
+  if (local) return html`<p class="reason">${rich('class.local', { command: html`<code>laglab serve --listen 0.0.0.0:8080</code>` })}</p>`;
+  return html`<p class="step">${t('class.step_open')}</p><ul class="addresses">${urls
     .slice(0, 3)
     .map((url) => html`<li>${hostOf(url)}/</li>`)}</ul>`;
 }
@@ -115,15 +100,15 @@ function addresses() {
 /** @returns {Template} */
 export function lobby() {
   const { code = '', urls = [], local = true } = room.value ?? {};
-  return html`<main class="lobby"><header><h1>Class</h1><p>Same network as this computer. No name, no account.</p>
+  return html`<main class="lobby"><header><h1>${t('shell.class')}</h1><p>${t('class.lead')}</p>
       <button type="button" class="main" @click=${() => {
         shows.value = 'board';
-      }}>Show the board</button></header>
-    <div class="how"><div>${addresses()}<p class="step">${local ? 'Code' : '2 Add the code to the address'}</p>
-      <p class="letters" aria-label=${`Code ${[...code].join(' ')}`} role="img">${[...code].map((sign) => html`<span>${sign}</span>`)}</p>
+      }}>${t('class.show_board')}</button></header>
+    <div class="how"><div>${addresses()}<p class="step">${local ? t('class.code') : t('class.step_code')}</p>
+      <p class="letters" aria-label=${`${t('class.code')} ${[...code].join(' ')}`} role="img">${[...code].map((sign) => html`<span>${sign}</span>`)}</p>
       ${seatList(now.value?.seats ?? [])}</div>
       <div>${local ? nothing : qr(urls[0] ?? '')}${counts()}</div></div>
-    <section class="steer" aria-label="Controls of the class">${phases()}${question()}${everyone()}${ender()}<span class="phase">${WORDS[now.value?.phase ?? ''] ?? ''}</span></section>
+    <section class="steer" aria-label=${t('class.controls')}>${phases()}${question()}${everyone()}${ender()}<span class="phase">${t(`class.at.${now.value?.phase ?? ''}`)}</span></section>
     ${results()}${remote()}
     <p role="status" class="reason">${told.value}</p></main>`;
 }
@@ -133,6 +118,6 @@ export function teacherStrip() {
   const toLobby = () => {
     shows.value = 'lobby';
   };
-  return html`<section class="strip" aria-label="Class"><h2>Class <span class="letters">${room.value?.code}</span></h2>${counts()}
-    ${phases()}${everyone()}<button type="button" @click=${toLobby}>Lobby</button></section>${results()}`;
+  return html`<section class="strip" aria-label=${t('shell.class')}><h2>${rich('class.named', { code: html`<span class="letters">${room.value?.code}</span>` })}</h2>${counts()}
+    ${phases()}${everyone()}<button type="button" @click=${toLobby}>${t('class.lobby')}</button></section>${results()}`;
 }

@@ -8,10 +8,10 @@ import { place, session } from '../session/state.js';
 import { isOpen } from './ask.js';
 import { keepClass } from './kept.js';
 import { me, now, part, reason, room, say, secret, shows } from './state.js';
+import { t } from '../base/words.js';
 
 const VIEWER_HZ = 10 /* thirty of them are to fit in 2 Mbit/s */,
   PLAYER_HZ = 30;
-export const FROZEN = 'The teacher has stopped all pages';
 
 /** @param {unknown} wish @returns {Promise<any>} */
 async function ask(wish) {
@@ -53,7 +53,7 @@ export function take({ role, player, choice, copy }) {
   const before = me.peek();
   me.value = { role, player, choice, copy };
   if (role === 'play') send({ auth: secret.peek(), id: 0 }); /* the board may have refused it while the class did not know it */
-  else if (before?.role === 'play' && role === 'watch') say('Your seat is free again.');
+  else if (before?.role === 'play' && role === 'watch') say(t('class.seat_free'));
 }
 
 /** @param {number} choice from 0 */
@@ -65,7 +65,7 @@ export async function vote(choice) {
     await call('PUT', `classes/${room.peek()?.id}/vote`, { body: { step: question.step, choice }, key: secret.peek() });
     me.value = { .../** @type {import('./state.js').Member} */ (me.peek()), choice };
   } catch (error) {
-    say(`Your vote does not count: ${reason(error)}`);
+    say(t('class.no_vote', { why: reason(error) }));
     me.value = { ...mine }; /* the buttons go back to what holds */
   }
 }
@@ -102,7 +102,7 @@ effect(() => {
   const want = wanted();
   if (want === null) return;
   const frozen = now.value?.frozen === true;
-  const why = frozen ? FROZEN : want.seat === null ? '' : 'The board of the class: the teacher sets it';
+  const why = frozen ? t('class.frozen') : want.seat === null ? '' : t('class.board_tip');
   untracked(() => {
     const next = { at: `#class=${room.peek()?.code}`, hz: want.hz, seat: want.seat, reason: why, frozen };
     if (JSON.stringify(next) !== JSON.stringify(place.peek())) place.value = next; /* the state comes twice a second */
@@ -122,6 +122,6 @@ effect(() => {
 let frozenBefore = false;
 effect(() => {
   const frozen = now.value?.frozen === true;
-  if (part.value === 'member' && frozen !== frozenBefore) speak(frozen ? FROZEN : 'The teacher lets the pages go on');
+  if (part.value === 'member' && frozen !== frozenBefore) speak(frozen ? t('class.frozen') : t('class.unfrozen'));
   frozenBefore = frozen;
 });

@@ -1,6 +1,7 @@
 // An address as a QR code: dark on white in every theme, with the quiet zone of four modules that readers need.
 import { html, nothing } from '../../vendor/lit-html.js';
 import { generate } from '../../vendor/lean-qr.js';
+import { t } from '../base/words.js';
 
 const QUIET = 4;
 
@@ -16,6 +17,6 @@ export function modules(text) {
 export function qr(text) {
   if (text === '') return nothing;
   const side = generate(text).size + 2 * QUIET;
-  return html`<svg class="qr" viewBox=${`0 0 ${side} ${side}`} role="img" aria-label=${`QR code of ${text}`} shape-rendering="crispEdges"><path
+  return html`<svg class="qr" viewBox=${`0 0 ${side} ${side}`} role="img" aria-label=${t('class.qr', { address: text })} shape-rendering="crispEdges"><path
     fill="#fff" d=${`M0 0h${side}v${side}H0z`}></path><path fill="#101418" d=${modules(text)}></path></svg>`;
 }

@@ -17,6 +17,7 @@ import { begin as attend, take } from './member.js';
 import { attempt, me, now, part, reason, room, say, secret, shows, told } from './state.js';
 import { memberStrip } from './strip.js';
 import { begin as lead } from './teacher.js';
+import { need, t } from '../base/words.js';
 
 const root = document.createElement('div');
 root.id = 'class';
@@ -63,10 +64,12 @@ let begun = false;
 async function begin() {
   if (begun) return;
   begun = true;
+  const words = need('class');
   await new Promise((done) => {
     sheet.onload = sheet.onerror = done;
     document.head.append(sheet);
   });
+  await words;
   document.body.prepend(root);
   new ResizeObserver(touch).observe(root); /* what stands below has another height then */
   effect(() => {
@@ -90,7 +93,7 @@ function gone(why) {
   attempt.value = 0;
   shows.value = 'choose';
   place.value = { at: taught ? '' : '#class', hz: 0, seat: null, reason: '', frozen: false };
-  const text = why === '' ? 'The class has ended' : why.charAt(0).toUpperCase() + why.slice(1);
+  const text = why === '' ? t('class.ended') : why.charAt(0).toUpperCase() + why.slice(1);
   if (taught) {
     const shown = session.peek(),
       own = keyOf(shown?.id ?? '');
@@ -99,7 +102,7 @@ function gone(why) {
     told.value = '';
     showAddress();
   } else {
-    say(`${text}. Another class has another code.`);
+    say(t('class.ended_code', { why: text }));
   }
 }
 
@@ -125,7 +128,7 @@ function listen({ id, code, join, state }, key) {
 export async function teach() {
   const shown = session.peek();
   if (shown === null || shown.key === '') {
-    notify('A class shows a session of your own: make your copy first');
+    notify(t('class.needs_own'));
     return;
   }
   try {
@@ -139,7 +142,7 @@ export async function teach() {
     lead(made.teacher_key, 'lobby');
     showAddress();
   } catch (error) {
-    notify(`No class: ${reason(error)}`);
+    notify(t('class.none', { why: reason(error) }));
   }
 }
 
@@ -173,10 +176,10 @@ async function find(code, key = '', tries = 1) {
   } catch (error) {
     if (error instanceof Problem) {
       room.value = null;
-      say(error.status === 404 ? `No class has the code ${code}. It may have ended; check the board.` : error.message);
+      say(error.status === 404 ? t('class.no_code', { code }) : error.message);
       return;
     }
-    say(`The daemon does not answer. Trying again (${tries}).`);
+    say(t('class.no_answer', { tries }));
     setTimeout(() => find(code, key, tries + 1), patience(tries));
   }
 }

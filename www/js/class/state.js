@@ -1,6 +1,7 @@
 // What the page knows of its class, as signals.
 import { signal } from '../../vendor/signals-core.js';
 import { notify } from '../session/state.js';
+import { t } from '../base/words.js';
 
 /** @typedef {{player: number, name: string, state: 'free' | 'held' | 'away' | 'script', rtt_ms: number | null, lag_ms: number}} Seat */
 /** The state of a class, as its stream broadcasts it.
@@ -35,4 +36,4 @@ export function say(text) {
 }
 
 /** @param {unknown} error */
-export const reason = (error) => (error instanceof Error && error.name !== 'TypeError' ? error.message : 'the daemon does not answer');
+export const reason = (error) => (error instanceof Error && error.name !== 'TypeError' ? error.message : t('session.no_answer_now'));

@@ -4,19 +4,20 @@ import { letter } from '../base/format.js';
 import { connection } from '../session/state.js';
 import { mark } from '../workbench/player_mark.js';
 import { ballot, results } from './ask.js';
-import { FROZEN, join, vote } from './member.js';
+import { join, vote } from './member.js';
 import { networkOf } from './seats.js';
 import { attempt, me, now, room, shows } from './state.js';
+import { t } from '../base/words.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 
 /** @returns {Template} */
 function who() {
   const mine = me.value;
-  if (shows.value === 'copy') return html`<p class="chip">Your copy</p>`;
-  if (mine?.role !== 'play' || mine.player === null) return html`<p class="chip">You watch</p>`;
+  if (shows.value === 'copy') return html`<p class="chip">${t('class.your_copy')}</p>`;
+  if (mine?.role !== 'play' || mine.player === null) return html`<p class="chip">${t('class.you_watch')}</p>`;
   const seat = now.value?.seats.find(({ player }) => player === mine.player);
-  return html`<p class="chip" title=${seat ? networkOf(seat) : nothing}>${mark(mine.player)}You play ${letter(mine.player)}</p>`;
+  return html`<p class="chip" title=${seat ? networkOf(seat) : nothing}>${mark(mine.player)}${t('class.you_play', { player: letter(mine.player) })}</p>`;
 }
 
 /** @returns {Template} */
@@ -26,16 +27,16 @@ function ways() {
   const go = (/** @type {'choose' | 'board' | 'copy'} */ where) => () => {
     shows.value = where;
   };
-  if (shows.value === 'copy') return html`<button type="button" @click=${go('board')}>To the board</button>`;
+  if (shows.value === 'copy') return html`<button type="button" @click=${go('board')}>${t('class.to_board')}</button>`;
   return html`${
     mine?.role === 'play'
-      ? html`<button type="button" @click=${() => join('watch')}>Give seat back</button>`
-      : html`<button type="button" @click=${go('choose')}>Play or watch</button>`
+      ? html`<button type="button" @click=${() => join('watch')}>${t('class.give_back')}</button>`
+      : html`<button type="button" @click=${go('choose')}>${t('class.play_or_watch')}</button>`
   }
   ${
     mine?.copy
-      ? html`<button type="button" ?disabled=${away} title=${away ? 'The teacher shows the board to all' : nothing}
-      @click=${go('copy')}>My copy</button>`
+      ? html`<button type="button" ?disabled=${away} title=${away ? t('class.together_tip') : nothing}
+      @click=${go('copy')}>${t('class.my_copy')}</button>`
       : nothing
   }`;
 }
@@ -43,20 +44,17 @@ function ways() {
 /** What the page must say before anything else. @returns {Template | typeof nothing} */
 function state() {
   const tries = Math.max(attempt.value, connection.value.state === 'lost' ? connection.value.attempt : 0);
-  if (tries > 0)
-    return html`<p class="state" data-kind="lost">Connection lost. Trying again (${tries}). What you see is the last frame.</p>`;
-  if (now.value?.frozen) return html`<p class="state" data-kind="frozen">${FROZEN}</p>`;
-  if (now.value?.board === null) return html`<p class="state">Nothing is on the board yet</p>`;
-  return now.value?.together && me.value?.copy
-    ? html`<p class="state">The teacher shows the board to all. Your copy is kept.</p>`
-    : nothing;
+  if (tries > 0) return html`<p class="state" data-kind="lost">${t('class.lost', { tries })}</p>`;
+  if (now.value?.frozen) return html`<p class="state" data-kind="frozen">${t('class.frozen')}</p>`;
+  if (now.value?.board === null) return html`<p class="state">${t('class.no_board')}</p>`;
+  return now.value?.together && me.value?.copy ? html`<p class="state">${t('class.together')}</p>` : nothing;
 }
 
 /** @returns {Template} */
 export function memberStrip() {
   const mine = me.value,
     seat = mine?.role === 'play' ? now.value?.seats.find(({ player }) => player === mine.player) : undefined;
-  return html`<header class="strip"><h1><span class="unseen">Class </span><span class="letters">${room.value?.code}</span></h1>${who()}
+  return html`<header class="strip"><h1><span class="unseen">${t('shell.class')} </span><span class="letters">${room.value?.code}</span></h1>${who()}
     <span class="network">${seat && shows.value === 'board' ? networkOf(seat) : nothing}</span>${ways()}</header>
     <div role="status">${state()}</div>${ballot(vote)}${results()}`;
 }

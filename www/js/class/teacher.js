@@ -8,6 +8,7 @@ import { control } from '../session/time.js';
 import { keepClass } from './kept.js';
 import { readLesson, readLessons } from './lesson.js';
 import { now, part, reason, room, say, secret, shows } from './state.js';
+import { t } from '../base/words.js';
 
 /** Of the next question that is not one of a lesson. */
 export const choices = signal(4);
@@ -17,7 +18,7 @@ async function ask(method, path, body) {
   try {
     return (await call(method, `classes/${room.peek()?.id}${path}`, { body, key: secret.peek() })) ?? {};
   } catch (error) {
-    say(`Not done: ${reason(error)}`);
+    say(t('session.not_done', { detail: reason(error) }));
     return null;
   }
 }
@@ -100,7 +101,7 @@ effect(() => {
 });
 effect(() => {
   if (part.value !== 'teacher') return;
-  const why = now.value?.frozen ? 'All pages are stopped: unfreeze them first' : '';
+  const why = now.value?.frozen ? t('class.frozen_teacher') : '';
   if (place.peek().reason !== why) place.value = { ...place.peek(), reason: why };
 });
 effect(() => {

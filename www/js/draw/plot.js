@@ -1,4 +1,5 @@
 // A plot with linear or logarithmic axes, drawn as a whole: lines, points, guides.
+import { localized } from '../base/format.js';
 import { drawText } from './marks.js';
 
 /** @typedef {{xs: number[], ys: number[], colour: string, dash?: number[], width?: number, points?: boolean}} Line */
@@ -35,7 +36,7 @@ const SUPER = '⁰¹²³⁴⁵⁶⁷⁸⁹';
 
 /** @param {number} value @param {boolean} log @returns {string} */
 function label(value, log) {
-  if (!log) return String(Number(value.toPrecision(5))).replace('-', '−');
+  if (!log) return localized(String(Number(value.toPrecision(5))));
   return `10${value < 0 ? '⁻' : ''}${[...String(Math.abs(Math.round(value)))].map((digit) => SUPER[Number(digit)]).join('')}`;
 }
 

@@ -61,8 +61,8 @@ function library() {
     ${labs.value.map(({ group, kind }) => {
       const list = found.filter((row) => row.kind === kind);
       if (list.length === 0) return nothing;
-      return html`<section aria-labelledby=${`kind-${kind}`} lang="en"><h3 id=${`kind-${kind}`}>${group}</h3>
-        <ul class="list">${list.map(
+      return html`<section aria-labelledby=${`kind-${kind}`}><h3 id=${`kind-${kind}`}>${word(group)}</h3>
+        <ul class="list" lang="en">${list.map(
           ({ id, title, paper }) =>
             html`<li><a href=${`?scenario=${id}${colours}`}>${title}</a>${paper ? html` <small>${paper}</small>` : nothing}</li>`,
         )}</ul></section>`;

@@ -1,6 +1,7 @@
 // The lessons: a list of questions, and each with its steps next to a lab. What the rest of the page uses of them.
 import { html } from '../../vendor/lit-html.js';
 import { effect } from '../../vendor/signals-core.js';
+import { speakIn } from '../base/words.js';
 import { showAddress } from '../session/params.js';
 import { lesson } from '../session/state.js';
 import { choice, choose, listen, opened } from './steps.js';
@@ -20,14 +21,15 @@ document.head.append(sheet);
 
 /** The choice of the language. @returns {import('lit-html').TemplateResult} */
 export function languages() {
-  return html`<div class="units languages" role="group" aria-label="Language · Sprache">${LANGUAGES.map(
+  return html`<div class="units languages" role="group" aria-label=${word('language')}>${LANGUAGES.map(
     (
       name,
-    ) => html`<button type="button" lang=${name} aria-pressed=${name === language.value} aria-label=${name === 'de' ? 'DE, Deutsch' : 'EN, English'}
+    ) => html`<button type="button" lang=${name} aria-pressed=${name === language.value} aria-label=${`${name.toUpperCase()}, ${word(`shell.language.${name}`)}`}
       @click=${() => {
         if (lesson.value === null) return;
         lesson.value = { ...lesson.value, lang: name };
         showAddress();
+        speakIn(name, true);
       }}>${name.toUpperCase()}</button>`,
   )}</div>`;
 }
@@ -49,6 +51,6 @@ export function press(event) {
 
 effect(() => {
   if (lesson.value === null) return;
-  document.title = `${opened.value?.title[language.value] ?? (word('door.name') || 'Questions')} – laglab`;
+  document.title = word('session.title', { name: opened.value?.title[language.value] ?? word('shell.questions') });
 });
 listen();

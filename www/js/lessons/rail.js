@@ -94,7 +94,7 @@ export function page(views) {
     <section class="rail" id="rail" aria-labelledby="lesson-step" lang=${language.value}>
     ${
       now === null || !ready.value || !body
-        ? html`<h2 id="lesson-step">${missing.value ? word('failed') || 'This lesson could not be read.' : word('loading') || '…'}</h2>`
+        ? html`<h2 id="lesson-step">${missing.value ? word('failed') : word('loading') || '…'}</h2>`
         : html`${bars(step)}<h2 id="lesson-step" tabindex="-1">${now.title[language.value]}</h2>${body(now)}`
     }</section>${views}</div>`;
 }

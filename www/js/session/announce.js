@@ -1,14 +1,10 @@
 // Speaks what changed, at most once in two seconds, and never per frame.
 import { effect } from '../../vendor/signals-core.js';
 import { FRAME_HZ, behind, connection, divisor, notice, status } from './state.js';
+import { t } from '../base/words.js';
 
 const REST_MS = 2000;
-const WORDS = /** @type {Record<string, string>} */ ({
-  playing: 'Playing',
-  paused: 'Paused',
-  ended: 'Ended',
-  failed: 'Stopped by an error',
-});
+const SPOKEN = ['playing', 'paused', 'ended', 'failed'];
 
 let spoken = 0;
 let waiting = '';
@@ -34,13 +30,13 @@ export function listen() {
     if (notice.value !== '') speak(notice.value);
   });
   effect(() => {
-    if (connection.value.state === 'lost' && connection.value.attempt === 1) speak('Connection lost, retrying');
+    if (connection.value.state === 'lost' && connection.value.attempt === 1) speak(t('session.lost_spoken'));
   });
   effect(() => {
-    if (divisor.value > 1) speak(`Slow connection, ${Math.round(FRAME_HZ / divisor.value)} frames a second`);
+    if (divisor.value > 1) speak(t('session.slow_spoken', { hz: Math.round(FRAME_HZ / divisor.value) }));
   });
   effect(() => {
-    const word = WORDS[status.value];
-    if (word) speak(behind.value && status.value === 'playing' ? 'Replaying' : word);
+    const now = behind.value && status.value === 'playing' ? 'replaying' : status.value;
+    if (SPOKEN.includes(status.value)) speak(t(`session.${now}`));
   });
 }

@@ -7,7 +7,7 @@
  *   run: () => void}} Key */
 /** What a dialog is about: `kind` says who shows it. @typedef {{kind: string, of?: any}} Dialog */
 
-/** A button in the head of the page: `/#ID` opens the same scenario. Scenarios of the games or kinds that it shows belong to it.
+/** A button in the head of the page, `name` is the key of its words: `/#ID` opens the same scenario. Scenarios of the games or kinds that it shows belong to it.
  * @typedef {{id: string, name: string, scenario: string, shows: string[]}} Tab */
 
 /** Experiments of a kind. A work-precision diagram has groups of axes, each with values that go together: a path and its values, all
@@ -20,7 +20,7 @@
  * @typedef {object} About
  * @property {string} kind   of the scenarios that it shows
  * @property {boolean} [sessionless]  the Experiments view: it shows no session
- * @property {string} group  their heading in the list of scenarios
+ * @property {string} group  their heading in the list of scenarios: key of its words
  * @property {Tab[]} tabs
  * @property {Record<string, string[]>} [elsewhere]  by the id of another lab's tab: what belongs to it all the same
  * @property {Record<string, number>} rates  of the channels to subscribe to, Hz

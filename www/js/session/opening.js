@@ -2,11 +2,18 @@
 // read.
 import { Problem, call, make, socketOf } from '../base/api.js';
 import { readLink, readScenario } from '../base/link.js';
+import { t } from '../base/words.js';
 
-/** @typedef {{id: string, key: string, own: boolean, note: string}} Opened  own: made from the query, not from #s= */
+/** own: made from the query, not from #s=; note: key of the words of its message. @typedef {{id: string, key: string, own: boolean, note: string}} Opened */
 /** @typedef {import('../stream/connection.js').Line} Line */
 
 export const link = readLink(location.search, location.hash);
+
+/** What was ignored of the address, in words; empty where nothing was. */
+export const problems = () => link.problems.map(([key, values]) => t(key, values)).join('. ');
+
+/** @param {string} key @param {Record<string, string>} values */
+const ignored = (key, values) => link.problems.push([key, values]);
 
 const KEPT = 'laglab';
 
@@ -44,23 +51,23 @@ function dropRefused(problem) {
   for (const { field, detail } of problem.errors) {
     const path = field.replace(/^set\./, '');
     if (path in link.set) {
-      link.problems.push(`${path}=${link.set[path]} ignored, using the default (${detail})`);
+      ignored('session.bad_value', { path, value: String(link.set[path]), detail });
       delete link.set[path];
     } else if (path === 'seed' && link.seed !== null) {
-      link.problems.push(`seed=${link.seed} ignored (${detail})`);
+      ignored('session.bad_seed', { seed: String(link.seed), detail });
       link.seed = null;
     }
   }
   if (link.problems.length > before) return true;
   const named = Object.keys(link.set).find((path) => problem.message.includes(path));
   if (named !== undefined) {
-    link.problems.push(`${named}=${link.set[named]} ignored, using the default (${problem.message})`);
+    ignored('session.bad_value', { path: named, value: String(link.set[named]), detail: problem.message });
     delete link.set[named];
   } else if (Object.keys(link.set).length > 0 && problem.status !== 404) {
-    link.problems.push(`Changes in the address ignored: ${problem.message}`);
+    ignored('session.bad_changes', { detail: problem.message });
     link.set = {};
   } else if (link.scenario !== link.first) {
-    link.problems.push(`scenario=${link.scenario} ignored, using ${link.first} (${problem.message})`);
+    ignored('session.bad_scenario', { scenario: link.scenario, first: link.first, detail: problem.message });
     link.scenario = link.first;
     link.set = {};
   } else {
@@ -100,7 +107,7 @@ async function open() {
       if (!(error instanceof Problem) || error.status !== 404) throw error;
       history.replaceState(null, '', location.pathname + location.search);
       link.session = '';
-      return { ...(await create()), note: 'That session has expired – a new one was created' };
+      return { ...(await create()), note: 'session.expired' };
     }
   }
   if (own && own.query === location.search && keys[own.id]) {

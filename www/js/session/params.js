@@ -4,6 +4,7 @@ import { lab } from './labs.js';
 import { keep, link } from './opening.js';
 import { writeLesson, writeQuery } from '../base/link.js';
 import { experiment, lesson, locked, notify, params, place, session, theme } from './state.js';
+import { t } from '../base/words.js';
 
 /** @typedef {import('../base/link.js').Value} Value */
 
@@ -37,8 +38,8 @@ async function send() {
       accept(answer.params, body);
       remember(body);
     } catch (error) {
-      const detail = error instanceof Problem ? (error.errors[0]?.detail ?? error.message) : 'the daemon did not answer';
-      notify(`Not changed: ${detail}`);
+      const detail = error instanceof Problem ? (error.errors[0]?.detail ?? error.message) : t('session.no_answer');
+      notify(t('session.not_changed', { detail }));
       params.value = { ...params.value }; /* controls go back to what holds */
     }
   }
@@ -66,7 +67,10 @@ export function showAddress() {
   const now = session.value,
     shown = experiment.value;
   link.theme = theme.value;
-  const colours = link.theme === 'auto' ? '' : `?theme=${link.theme}`;
+  const kept = [link.theme === 'auto' ? '' : `theme=${link.theme}`, link.lang === '' ? '' : `lang=${link.lang}`].filter(
+      (part) => part !== '',
+    ),
+    colours = kept.length > 0 ? `?${kept.join('&')}` : '';
   if (shown !== null || lesson.value !== null) {
     const hash = lesson.value !== null ? writeLesson(lesson.value) : `#experiments${shown === '' ? '' : `=${shown}`}`;
     history.replaceState(null, '', location.pathname + colours + hash);

@@ -4,7 +4,7 @@ import { Problem, call, make } from '../base/api.js';
 import { Stream } from '../stream/connection.js';
 import { FAILED } from '../stream/frame.js';
 import { lab, labs } from './labs.js';
-import { create, keep, link } from './opening.js';
+import { create, keep, link, problems } from './opening.js';
 import { seen, showAddress } from './params.js';
 import {
   FRAME_HZ,
@@ -24,6 +24,7 @@ import {
   session,
   stopTick,
 } from './state.js';
+import { t } from '../base/words.js';
 
 /** @typedef {import('../stream/frame.js').Frame} Frame */
 /** @typedef {import('./lab.js').Lab} Lab */
@@ -134,7 +135,7 @@ export async function showForLesson(scenario, set, seed, speed, wanted) {
   const before = session.value;
   show(made.id, made.key, true);
   drop(before);
-  if (link.problems.length > 0) notify(link.problems.join('. '), true);
+  if (link.problems.length > 0) notify(problems(), true);
 }
 
 /** Leaves the session for the Experiments view. @param {string} id of the experiment; empty for none */
@@ -142,7 +143,7 @@ export function openExperiments(id) {
   leaveLesson();
   close();
   experiment.value = id;
-  document.title = 'Experiments – laglab';
+  document.title = t('session.title', { name: t('session.experiments') });
   showAddress();
 }
 
@@ -176,7 +177,7 @@ export function show(id, key, own, line, gone) {
           if (hello.params) params.value = hello.params;
           follow(frame.value === null);
         });
-        if (lesson.value === null) document.title = `${hello.params?.title || next.game} – laglab`;
+        if (lesson.value === null) document.title = t('session.title', { name: hello.params?.title || next.game });
       },
       frame(next) {
         counts.received++;
@@ -186,7 +187,7 @@ export function show(id, key, own, line, gone) {
       },
       state(state, attempt) {
         connection.value = { state, attempt };
-        if (state === 'open' && wasLost) notify('Reconnected');
+        if (state === 'open' && wasLost) notify(t('session.reconnected'));
         wasLost = state === 'lost';
       },
       pace(next) {
@@ -197,11 +198,11 @@ export function show(id, key, own, line, gone) {
           gone();
           return;
         }
-        notify('Session expired – created again from the address');
+        notify(t('session.expired_again'));
         again();
       },
       refused(detail) {
-        notify(`Refused: ${detail}`);
+        notify(t('session.refused', { detail }));
       },
     },
     line,
@@ -213,7 +214,7 @@ export function show(id, key, own, line, gone) {
 
 /** @param {string} id */
 async function why(id) {
-  failure.value = 'The simulation stopped';
+  failure.value = t('session.stopped');
   try {
     const now = await call('GET', `sessions/${id}`);
     failure.value = String(now.error?.detail ?? now.error?.title ?? failure.value);
@@ -248,7 +249,7 @@ export async function again() {
     link.problems = [];
     const made = await create(lesson.value === null ? {} : { paused: true });
     show(made.id, made.key, true);
-    if (link.problems.length > 0) notify(link.problems.join('. '), true);
+    if (link.problems.length > 0) notify(problems(), true);
   } catch (error) {
     failed(error);
   }
@@ -257,10 +258,10 @@ export async function again() {
 /** A person who has just declined to give the key is not asked again. @param {unknown} error */
 export function failed(error) {
   if (error instanceof Problem && error.declined) {
-    notify('No session: creating one needs the class key. Reload the page to enter it, or open a shared link.', true);
+    notify(t('session.needs_key'), true);
     return;
   }
-  notify(`No session: ${error instanceof Error ? error.message : 'the daemon does not answer'} – retrying`);
+  notify(t('session.no_session', { detail: error instanceof Error ? error.message : t('session.no_answer_now') }));
   setTimeout(again, 1000 + Math.random() * 1000);
 }
 
@@ -283,9 +284,9 @@ export async function fork() {
     const copy = await make(`sessions/${now.id}/fork`);
     keep(copy.id, copy.owner_key, false);
     show(copy.id, copy.owner_key, false);
-    notify('This is now your copy');
+    notify(t('session.copied'));
   } catch (error) {
-    notify(`No copy: ${error instanceof Error ? error.message : 'the daemon does not answer'}`);
+    notify(t('session.no_copy', { detail: error instanceof Error ? error.message : t('session.no_answer_now') }));
   }
 }
 

@@ -3,6 +3,7 @@ import { computed, signal } from '../../vendor/signals-core.js';
 import { schemaOf } from '../base/schema.js';
 import { BEHIND, ENDED, FAILED, PLAYING } from '../stream/frame.js';
 import { link } from './opening.js';
+import { t } from '../base/words.js';
 
 /** @typedef {import('../stream/frame.js').Frame} Frame */
 /** What the hello says of the simulation. `given` is the layout of its kind.
@@ -65,10 +66,10 @@ export const place = signal({ at: '', hz: 0, seat: null, reason: '', frozen: fal
 
 /** Why nothing can be changed now; empty when it can. */
 export const locked = computed(() => {
-  if (session.value === null) return 'No session yet';
-  if (connection.value.state === 'lost') return 'Connection lost: controls are off until it is back';
+  if (session.value === null) return t('session.none_yet');
+  if (connection.value.state === 'lost') return t('session.lost_controls');
   if (place.value.reason !== '') return place.value.reason;
-  return readOnly.value ? 'Read-only: only the owner of this session can change it' : held.value;
+  return readOnly.value ? t('session.read_only') : held.value;
 });
 
 /** Whether a person at this page may drive a player. @param {number} player */

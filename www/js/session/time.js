@@ -4,6 +4,7 @@ import { call, Problem } from '../base/api.js';
 import { link } from './opening.js';
 import { reread, showAddress } from './params.js';
 import { behind, frame, locked, notify, session, speed, status, stopTick } from './state.js';
+import { t } from '../base/words.js';
 
 export const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10];
 
@@ -14,7 +15,7 @@ export async function control(op) {
   try {
     return await call('POST', `sessions/${now.id}/control`, { body: op, key: now.key });
   } catch (error) {
-    notify(error instanceof Problem ? `Not done: ${error.message}` : 'Not done: the daemon did not answer');
+    notify(t('session.not_done', { detail: error instanceof Problem ? error.message : t('session.no_answer') }));
     return null;
   }
 }

@@ -6,6 +6,7 @@ import { icons } from '../workbench/icons.js';
 import { fullScreen } from './keys.js';
 import { held, locked, speed, status } from '../session/state.js';
 import { SPEEDS, playOrPause, reset, restart, seek, setSpeed, step } from '../session/time.js';
+import { digits, t } from '../base/words.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 
@@ -44,29 +45,30 @@ function onScrub(event) {
 export function timeBar() {
   const off = locked.value !== '';
   const playing = status.value === 'playing';
-  const label = playing ? 'Pause' : status.value === 'ended' ? 'Replay' : 'Play';
+  const replay = status.value === 'ended',
+    label = playing ? t('shell.pause') : replay ? t('shell.replay') : t('shell.play');
   const now = speed.value;
   const speeds = SPEEDS.includes(now) ? SPEEDS : [...SPEEDS, now].sort((a, b) => a - b);
   return html`<footer class="bar" title=${locked.value || nothing}>${held.value === '' ? nothing : html`<p class="held">${held.value}</p>`}
-    <fieldset ?disabled=${off}><legend class="unseen">Time</legend>
-    <button type="button" class="big" aria-label="One tick back" title="One tick back ( , )" @click=${back.click} @pointerdown=${back.down}
+    <fieldset ?disabled=${off}><legend class="unseen">${t('shell.time')}</legend>
+    <button type="button" class="big" aria-label=${t('shell.tick_back')} title=${`${t('shell.tick_back')} ( , )`} @click=${back.click} @pointerdown=${back.down}
       @pointerup=${back.stop} @pointerleave=${back.stop}>${icons.back}</button>
-    <button type="button" class="big play" id="play" aria-label=${label} title=${`${label} (Space)`} @click=${() => playOrPause()}>
-      ${playing ? icons.pause : icons.play}${label === 'Replay' ? html`<span>Replay</span>` : nothing}</button>
-    <button type="button" class="big" aria-label="One tick forward" title="One tick forward ( . )" @click=${forward.click}
+    <button type="button" class="big play" id="play" aria-label=${label} title=${`${label} (${t('shell.space')})`} @click=${() => playOrPause()}>
+      ${playing ? icons.pause : icons.play}${replay ? html`<span>${label}</span>` : nothing}</button>
+    <button type="button" class="big" aria-label=${t('shell.tick_forward')} title=${`${t('shell.tick_forward')} ( . )`} @click=${forward.click}
       @pointerdown=${forward.down} @pointerup=${forward.stop} @pointerleave=${forward.stop}>${icons.forward}</button>
-    <label class="field choice speed"><span>Speed</span><select aria-label="Speed"
+    <label class="field choice speed"><span>${t('shell.speed')}</span><select aria-label=${t('shell.speed')}
       @change=${(/** @type {Event} */ event) => setSpeed(Number(/** @type {HTMLSelectElement} */ (event.target).value))}>
-      ${speeds.map((s) => html`<option value=${s} .selected=${s === now}>${s}×</option>`)}</select></label>
-    <input type="range" class="scrub" id="scrub" aria-label="Time in seconds" min="0" max="1" step="any" value="0" @input=${onScrub}
+      ${speeds.map((s) => html`<option value=${s} .selected=${s === now}>${digits(s, 0, 7)}×</option>`)}</select></label>
+    <input type="range" class="scrub" id="scrub" aria-label=${t('shell.time_s')} min="0" max="1" step="any" value="0" @input=${onScrub}
       @change=${() => {
         scrubbing = false;
       }}>
     <output class="clock" aria-live="off"><span id="clock"></span><span id="ticks"></span></output>
-    <button type="button" class="restart" title="Start again with the same seed (R)" @click=${() => restart()}>Restart</button>
-    <button type="button" title="Restore the scenario (Alt + R)" @click=${() => reset()}>Reset</button>
+    <button type="button" class="restart" title=${`${t('shell.restart_tip')} (R)`} @click=${() => restart()}>${t('shell.restart')}</button>
+    <button type="button" title=${`${t('shell.reset_tip')} (Alt + R)`} @click=${() => reset()}>${t('shell.reset')}</button>
     </fieldset>
-    <button type="button" class="wide quiet big" aria-label="Full screen" title="Full screen (F)"
+    <button type="button" class="wide quiet big" aria-label=${t('shell.full')} title=${`${t('shell.full')} (F)`}
       @click=${fullScreen}>${icons.full}</button>
   </footer>`;
 }
@@ -75,8 +77,8 @@ export function timeBar() {
 function showClock(time, tick) {
   const clock = document.getElementById('clock'),
     ticks = document.getElementById('ticks');
-  if (clock) clock.textContent = `${fixed(time, 2)} s`;
-  if (ticks && tick !== null) ticks.textContent = ` · tick ${tick}`;
+  if (clock) clock.textContent = t('shell.seconds', { s: fixed(time, 2) });
+  if (ticks && tick !== null) ticks.textContent = ` · ${t('shell.tick', { n: tick })}`;
 }
 
 /** @param {import('../stream/frame.js').Frame} frame */
@@ -88,6 +90,6 @@ export function showTime(frame) {
   const end = frame.session.duration_s > 0 && frame.session.duration_s <= LONG_S ? frame.session.duration_s : Math.max(headOf(frame), 1);
   if (Number(scrub.max) !== end) scrub.max = String(end);
   scrub.valueAsNumber = frame.time_s;
-  const text = `${fixed(frame.time_s, 1)} of ${fixed(end, 1)} seconds`;
+  const text = t('shell.scrubbed', { s: fixed(frame.time_s, 1), end: fixed(end, 1) });
   if (frame.tick % 30 === 0 || scrub.getAttribute('aria-valuetext') === null) scrub.setAttribute('aria-valuetext', text);
 }

@@ -5,23 +5,41 @@ import { address } from '../base/api.js';
 import { THEMES, writeQuery } from '../base/link.js';
 import { lab } from '../session/labs.js';
 import { link } from '../session/opening.js';
-import { session, theme } from '../session/state.js';
+import { showAddress } from '../session/params.js';
+import { lesson, session, theme } from '../session/state.js';
 import { sync } from '../workbench/controls.js';
 import { dialog as open } from '../workbench/dialog.js';
 import { keyRow } from '../workbench/key_row.js';
 import { keys, setSingleKeys, setTheme, singleKeys } from './keys.js';
+import { LANGUAGES, language, speakIn, t } from '../base/words.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
+
+/** A person's choice: kept, and put into the address where that has one. @param {string} name */
+function choose(name) {
+  if (link.lang !== '') link.lang = name;
+  if (lesson.value !== null && lesson.value.lang !== '') lesson.value = { ...lesson.value, lang: name };
+  showAddress();
+  speakIn(name, true);
+}
+
+/** @returns {Template} */
+function languageChoice() {
+  return html`<label class="field choice"><span>${t('shell.language')}</span><select id="language"
+    @change=${(/** @type {Event} */ event) => choose(/** @type {HTMLSelectElement} */ (event.target).value)}>${LANGUAGES.map(
+      (name) => html`<option value=${name} lang=${name} ?selected=${name === language.value}>${t(`shell.language.${name}`)}</option>`,
+    )}</select></label>`;
+}
 
 /** @returns {Template} */
 function help() {
   return html`<label class="toggle"><input type="checkbox" .checked=${singleKeys.value}
-      @change=${(/** @type {Event} */ event) => setSingleKeys(/** @type {HTMLInputElement} */ (event.target).checked)}><span>Single-key
-      shortcuts</span></label>
-    <label class="field choice"><span>Colours</span><select .value=${theme.value}
+      @change=${(/** @type {Event} */ event) => setSingleKeys(/** @type {HTMLInputElement} */ (event.target).checked)}><span>${t('shell.single_keys')}</span></label>
+    ${languageChoice()}
+    <label class="field choice"><span>${t('shell.colours')}</span><select .value=${theme.value}
       @change=${(/** @type {Event} */ event) => setTheme(/** @type {HTMLSelectElement} */ (event.target).value)}>
-      ${THEMES.map((name) => html`<option value=${name} ?selected=${name === theme.value}>${name}</option>`)}</select></label>
-    <div class="columns"><table class="keys"><caption>Keys</caption><tbody>${keys().map(keyRow)}</tbody></table>
+      ${THEMES.map((name) => html`<option value=${name} ?selected=${name === theme.value}>${t(`shell.theme.${name}`)}</option>`)}</select></label>
+    <div class="columns"><table class="keys"><caption>${t('shell.keys')}</caption><tbody>${keys().map(keyRow)}</tbody></table>
     <div>${lab.value?.help?.() ?? nothing}</div></div>`;
 }
 
@@ -36,17 +54,17 @@ function share() {
   const base = `${location.origin}${location.pathname}`;
   const id = session.value?.id ?? '';
   const local = /^(localhost|127\.|\[::1\])/.test(location.hostname);
-  return html`${local ? html`<p class="reason">This address works on this computer only: others need its network address.</p>` : nothing}
-    ${address_('The same settings, in a new session', base + writeQuery(link))}
-    ${address_('This session, read-only', `${base}#s=${id}`)}
-    <p><a href=${address(`sessions/${id}/trace`).href} download="laglab.csv">Trace of this run as CSV</a></p>
-    <p>API: <code>curl ${address(`sessions/${id}`).href}</code></p>`;
+  return html`${local ? html`<p class="reason">${t('shell.local')}</p>` : nothing}
+    ${address_(t('shell.share_settings'), base + writeQuery(link))}
+    ${address_(t('shell.share_session'), `${base}#s=${id}`)}
+    <p><a href=${address(`sessions/${id}/trace`).href} download="laglab.csv">${t('shell.trace')}</a></p>
+    <p>${t('shell.api')} <code>curl ${address(`sessions/${id}`).href}</code></p>`;
 }
 
 /** @param {import('../session/lab.js').Dialog} at @returns {[string, Template] | undefined} title and content */
 function content({ kind, of }) {
-  if (kind === 'help') return ['Help', help()];
-  if (kind === 'share') return ['Share', share()];
+  if (kind === 'help') return [t('shell.help'), help()];
+  if (kind === 'share') return [t('shell.share'), share()];
   return lab.value?.dialogs?.[kind]?.(of);
 }
 
@@ -61,7 +79,7 @@ function draw() {
   if (title === undefined) return false; /* its lab is not read yet */
   render(
     html`<header><h2 id="dialog-title">${title}</h2><button type="button" class="close"
-      @click=${() => dialog.close()}>Close</button></header>
+      @click=${() => dialog.close()}>${t('shell.close')}</button></header>
     <div class="body">${body}</div>`,
     dialog,
   );

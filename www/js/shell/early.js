@@ -1,4 +1,5 @@
 // The first thing that runs: a session, or what lessons need, is asked for while the rest of the page is read.
+import '../base/words.js';
 import { begin, link } from '../session/opening.js';
 import { LABS } from './labs.js';
 

@@ -23,6 +23,7 @@ import {
 import { backToLive } from '../session/time.js';
 import { open } from '../workbench/dialog.js';
 import { lessons } from './lessons.js';
+import { t } from '../base/words.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 
@@ -40,15 +41,15 @@ function chooser() {
     list.length === 0
       ? nothing
       : html`<optgroup label=${label}>${list.map(
-          (row) => html`<option value=${row.id}
+          (row) => html`<option value=${row.id} lang="en"
         .selected=${row.id === now}>${titleOf(row)}</option>`,
         )}</optgroup>`;
-  return html`<label class="field choice scenario"><span>Scenario</span><select id="scenario" aria-label="Scenario"
+  return html`<label class="field choice scenario"><span>${t('shell.scenario')}</span><select id="scenario" aria-label=${t('shell.scenario')}
     @change=${(/** @type {Event} */ event) => choose(/** @type {HTMLSelectElement} */ (event.target).value)}>
-    ${now === '' ? html`<option value="" selected disabled>${rows.length > 0 ? 'not from the library' : 'loading'}</option>` : nothing}
-    ${labs.value.map((lab) => group(lab.group, kind(lab.kind)))}
+    ${now === '' ? html`<option value="" selected disabled>${rows.length > 0 ? t('shell.not_library') : t('shell.loading')}</option>` : nothing}
+    ${labs.value.map((lab) => group(t(lab.group), kind(lab.kind)))}
     ${group(
-      'Figures of the paper',
+      t('shell.figures'),
       rows.filter((row) => row.id.startsWith('paper/')),
     )}</select></label>`;
 }
@@ -64,16 +65,16 @@ function tabs() {
   const shown = experiment.value === null && asked === null ? tabOf(layout.value?.game ?? '') : null;
   const tab = (/** @type {string} */ name, /** @type {boolean} */ current, /** @type {() => void} */ go) =>
     html`<button type="button" class="lab" aria-current=${current ? 'page' : 'false'} @click=${go}>${name}</button>`;
-  const questions = tab('Questions', asked !== null, () => {
+  const questions = tab(t('shell.questions'), asked !== null, () => {
     if (asked?.id !== '') openLesson({ id: '', step: 1, lang: asked?.lang ?? '' }, true);
   });
-  return html`<nav aria-label="Labs">${questions}${labs.value
+  return html`<nav aria-label=${t('shell.labs')}>${questions}${labs.value
     .flatMap((lab) => lab.tabs)
     .map(({ id, name, scenario }) =>
-      tab(name, shown === id, () => {
+      tab(t(name), shown === id, () => {
         if (shown === null || shownScenario() !== scenario) choose(scenario);
       }),
-    )}${tab('Experiments', experiment.value !== null, () => {
+    )}${tab(t('session.experiments'), experiment.value !== null, () => {
     if (experiment.value === null) openExperiments(lastExperiment);
   })}</nav>`;
 }
@@ -102,29 +103,31 @@ const SYMBOLS = {
 /** @returns {Template} */
 function state() {
   const { state: way, attempt } = connection.value;
-  if (way === 'lost') return html`${SYMBOLS.lost}<span>Connection lost – retrying (${attempt})</span>`;
-  if (status.value === 'waiting') return html`<span>Connecting</span>`;
-  if (status.value === 'failed') return html`${SYMBOLS.lost}<span>Stopped: ${failure.value}</span>`;
-  if (status.value === 'ended') return html`${SYMBOLS.ended}<span>Ended</span>`;
+  if (way === 'lost') return html`${SYMBOLS.lost}<span>${t('shell.lost', { attempt })}</span>`;
+  if (status.value === 'waiting') return html`<span>${t('shell.connecting')}</span>`;
+  if (status.value === 'failed') return html`${SYMBOLS.lost}<span>${t('shell.stopped', { why: failure.value })}</span>`;
+  if (status.value === 'ended') return html`${SYMBOLS.ended}<span>${t('session.ended')}</span>`;
   if (behind.value) {
-    return html`${SYMBOLS.replay}<span>${status.value === 'paused' ? 'Paused at' : 'Replaying'} <span id="replayed"></span></span>
-      ${readOnly.value ? nothing : html`<button type="button" class="small" @click=${() => backToLive()}>Back to live</button>`}`;
+    return html`${SYMBOLS.replay}<span>${status.value === 'paused' ? t('shell.paused_at') : t('session.replaying')} <span id="replayed"></span></span>
+      ${readOnly.value ? nothing : html`<button type="button" class="small" @click=${() => backToLive()}>${t('shell.to_live')}</button>`}`;
   }
-  return status.value === 'paused' ? html`${SYMBOLS.paused}<span>Paused</span>` : html`${SYMBOLS.live}<span>Live</span>`;
+  return status.value === 'paused'
+    ? html`${SYMBOLS.paused}<span>${t('session.paused')}</span>`
+    : html`${SYMBOLS.live}<span>${t('shell.live')}</span>`;
 }
 
 /** How often a frame comes, when that is less than it should be. @returns {Template | typeof nothing} */
 function pace() {
   if (divisor.value === 1 || connection.value.state === 'lost') return nothing;
   return html`<span id="pace"
-    title="This device or its connection does not keep up with ${FRAME_HZ} frames a second">Slow connection: ${fixed(FRAME_HZ / divisor.value, 0)} Hz</span>`;
+    title=${t('shell.slow_tip', { hz: FRAME_HZ })}>${t('shell.slow', { hz: fixed(FRAME_HZ / divisor.value, 0) })}</span>`;
 }
 
 const openClass = () => part(() => import('../class/room.js')).then((room) => room.teach());
 
 /** @returns {Template} */
 export function header() {
-  const help = html`<button type="button" class="help" aria-label="Help" title="Help ( ? )"
+  const help = html`<button type="button" class="help" aria-label=${t('shell.help')} title=${`${t('shell.help')} ( ? )`}
     @click=${() => open({ kind: 'help' })}>?</button>`;
   if (lesson.value !== null) {
     return html`<header class="top brief"><h1>laglab</h1>${tabs()}${lessons.value?.languages() ?? nothing}${help}</header>`;
@@ -135,17 +138,17 @@ export function header() {
     <div class="chip" id="chip" data-kind=${kind}>${state()}${pace()}</div>
     ${
       readOnly.value
-        ? html`<div class="chip" id="reader"><span>Read-only</span><button type="button" class="small"
-      @click=${() => fork()}>Make my copy</button></div>`
+        ? html`<div class="chip" id="reader"><span>${t('shell.read_only')}</span><button type="button" class="small"
+      @click=${() => fork()}>${t('shell.copy')}</button></div>`
         : nothing
     }
-    ${place.value.at === '' ? html`<button type="button" class="share" title="Open a class" @click=${openClass}>Class</button>` : nothing}
-    <button type="button" class="share" @click=${() => open({ kind: 'share' })}>Share</button>
+    ${place.value.at === '' ? html`<button type="button" class="share" title=${t('shell.class_tip')} @click=${openClass}>${t('shell.class')}</button>` : nothing}
+    <button type="button" class="share" @click=${() => open({ kind: 'share' })}>${t('shell.share')}</button>
     ${help}</header>`;
 }
 
 /** @param {import('../stream/frame.js').Frame} now */
 export function showReplay(now) {
   const place = document.getElementById('replayed');
-  if (place) place.textContent = `${fixed(now.time_s, 1)} s of ${fixed(headOf(now), 1)} s`;
+  if (place) place.textContent = t('shell.replayed', { s: fixed(now.time_s, 1), end: fixed(headOf(now), 1) });
 }

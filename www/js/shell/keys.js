@@ -4,6 +4,7 @@ import { lab } from '../session/labs.js';
 import { showAddress } from '../session/params.js';
 import { experiment, theme } from '../session/state.js';
 import { nextSpeed, playOrPause, reset, restart, step } from '../session/time.js';
+import { t } from '../base/words.js';
 import { open } from '../workbench/dialog.js';
 import { lessons } from './lessons.js';
 
@@ -41,33 +42,35 @@ export function fullScreen() {
   else document.documentElement.requestFullscreen?.().catch(() => {});
 }
 
-/** @type {Key[]} */
+/** help: key of its words. @type {Key[]} */
 const OF_TIME = [
-  { code: 'Space', shown: 'Space', help: 'Play or pause', run: playOrPause },
-  { code: 'KeyK', alt: true, shown: 'Alt + K', help: 'Play or pause, also with single keys off', run: playOrPause },
-  { code: 'Period', repeat: true, shown: '.', help: 'One tick forward', run: () => void step(1) },
-  { code: 'Comma', repeat: true, shown: ',', help: 'One tick back', run: () => void step(-1) },
-  { code: 'BracketLeft', shown: '[', help: 'Slower', run: () => void nextSpeed(-1) },
-  { code: 'BracketRight', shown: ']', help: 'Faster', run: () => void nextSpeed(1) },
-  { code: 'KeyR', shown: 'R', help: 'Restart with the same seed', run: () => void restart() },
-  { code: 'KeyR', alt: true, shown: 'Alt + R', help: 'Reset everything', run: () => void reset() },
+  { code: 'Space', shown: 'Space', help: 'shell.play_pause', run: playOrPause },
+  { code: 'KeyK', alt: true, shown: 'Alt + K', help: 'shell.play_pause_always', run: playOrPause },
+  { code: 'Period', repeat: true, shown: '.', help: 'shell.tick_forward', run: () => void step(1) },
+  { code: 'Comma', repeat: true, shown: ',', help: 'shell.tick_back', run: () => void step(-1) },
+  { code: 'BracketLeft', shown: '[', help: 'shell.slower', run: () => void nextSpeed(-1) },
+  { code: 'BracketRight', shown: ']', help: 'shell.faster', run: () => void nextSpeed(1) },
+  { code: 'KeyR', shown: 'R', help: 'shell.restart_key', run: () => void restart() },
+  { code: 'KeyR', alt: true, shown: 'Alt + R', help: 'shell.reset_key', run: () => void reset() },
 ];
 
-/** @type {Key[]} */
+/** As above. @type {Key[]} */
 const OF_PAGE = [
-  { code: 'KeyF', everywhere: true, shown: 'F', help: 'Full screen', run: fullScreen },
+  { code: 'KeyF', everywhere: true, shown: 'F', help: 'shell.full', run: fullScreen },
   {
     code: 'KeyP',
     everywhere: true,
     shown: 'P',
-    help: 'Projector colours',
+    help: 'shell.projector',
     run: () => setTheme(theme.value === 'projector' ? 'auto' : 'projector'),
   },
-  { code: 'Slash', shift: true, everywhere: true, shown: '?', help: 'This help', run: () => open({ kind: 'help' }) },
+  { code: 'Slash', shift: true, everywhere: true, shown: '?', help: 'shell.this_help', run: () => open({ kind: 'help' }) },
 ];
 
+const told = (/** @type {Key} */ key) => ({ ...key, shown: key.code === 'Space' ? t('shell.space') : key.shown, help: t(key.help) });
 /** Those that do something now. */
-export const keys = () => [...OF_TIME, ...(lab.value?.keys ?? []), ...OF_PAGE].filter((key) => experiment.value === null || key.everywhere);
+export const keys = () =>
+  [...OF_TIME.map(told), ...(lab.value?.keys ?? []), ...OF_PAGE.map(told)].filter((key) => experiment.value === null || key.everywhere);
 
 /** Where letters are text, or keys have a meaning of their own. @param {EventTarget | null} target @param {string} code */
 function belongsTo(target, code) {

@@ -2,9 +2,10 @@
 import { effect } from '../../vendor/signals-core.js';
 import { call, insist, part } from '../base/api.js';
 import { readExperiment, readLesson } from '../base/link.js';
+import { ready, t } from '../base/words.js';
 import * as announce from '../session/announce.js';
 import { load, register } from '../session/labs.js';
-import { link } from '../session/opening.js';
+import { link, problems } from '../session/opening.js';
 import { failed, hook, openExperiments, openLesson, show } from '../session/session.js';
 import { experiment, frame, layout, lesson, locked, notify, params, place, scenarios, schemas, session } from '../session/state.js';
 import * as controls from '../workbench/controls.js';
@@ -24,12 +25,14 @@ async function showFirst({ opened, line }) {
   const made = await opened;
   const [open] = await Promise.all([line, load(LABS[0])]);
   show(made.id, made.key, made.own, open);
-  const notes = [made.note, ...link.problems].filter((text) => text !== '');
+  await ready;
+  const notes = [made.note === '' ? '' : t(made.note), problems()].filter((text) => text !== '');
   if (notes.length > 0) notify(notes.join('. '), link.problems.length > 0);
 }
 if (begun) showFirst(begun).catch(failed);
-else if (lesson.value !== null && link.problems.length > 0) notify(link.problems.join('. '), true);
+else if (lesson.value !== null && link.problems.length > 0) ready.then(() => notify(problems(), true));
 
+await ready; /* asked for before anything else */
 const WAIT_MS = 400;
 if (begun) {
   /* the page is laid out once, not twice, when the session's layout arrives soon */

@@ -8,15 +8,16 @@ import { sync } from '../workbench/controls.js';
 import { timeBar } from './bar.js';
 import { header } from './header.js';
 import { lessons } from './lessons.js';
+import { t } from '../base/words.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 
 /** @returns {Template} */
 function notes() {
-  return html`<aside class="note" aria-label="Note" ?hidden=${notice.value === ''}><span>${notice.value}</span>
+  return html`<aside class="note" aria-label=${t('shell.note')} ?hidden=${notice.value === ''}><span>${notice.value}</span>
     <button type="button" class="small" @click=${() => {
       notice.value = '';
-    }}>Close</button></aside>`;
+    }}>${t('shell.close')}</button></aside>`;
 }
 
 /** @returns {Template} */
@@ -25,8 +26,8 @@ function page() {
   if (lesson.value?.id === '') return html`${header()}${lessons.value?.door() ?? empty}${notes()}`;
   const content = lab.value?.template() ?? empty;
   if (lesson.value !== null) return html`${header()}${lessons.value?.page(content) ?? content}${notes()}${timeBar()}`;
-  if (experiment.value !== null) return html`<a class="skip" href="#views">To the experiment</a>${header()}${content}${notes()}`;
-  return html`<a class="skip" href="#views">To the views</a>${header()}${content}${notes()}${timeBar()}`;
+  if (experiment.value !== null) return html`<a class="skip" href="#views">${t('shell.to_experiment')}</a>${header()}${content}${notes()}`;
+  return html`<a class="skip" href="#views">${t('shell.to_views')}</a>${header()}${content}${notes()}${timeBar()}`;
 }
 
 export function listen() {

@@ -4,6 +4,7 @@ import { choiceOf, find, labelOf, valueAt } from '../base/schema.js';
 import { change } from '../session/params.js';
 import { params, schema, notify } from '../session/state.js';
 import { plain } from '../base/format.js';
+import { inputOf, t, unitName } from '../base/words.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 /** @typedef {{also?: string, slider?: boolean, label?: string}} Wish  also: a second path that gets the same value */
@@ -12,21 +13,23 @@ import { plain } from '../base/format.js';
 export function control(path, wish = {}) {
   const row = find(schema.value, path);
   if (!row || valueAt(params.value, path) === undefined) return nothing;
-  const label = wish.label ?? labelOf(path);
+  const name = inputOf(params.value.kind, path),
+    label = wish.label ?? name?.label ?? labelOf(path),
+    tip = name?.tip ?? row.help;
   const also = wish.also ?? '';
   if (row.type === 'boolean') {
-    return html`<label class="toggle" title=${row.help}><input type="checkbox" data-path=${path}><span>${label}</span></label>`;
+    return html`<label class="toggle" title=${tip}><input type="checkbox" data-path=${path}><span>${label}</span></label>`;
   }
   if (row.type === 'choice') {
-    return html`<label class="field choice" title=${row.help}><span>${label}</span><select data-path=${path}>
+    return html`<label class="field choice" title=${tip}><span>${label}</span><select data-path=${path}>
       ${row.choices.map((choice) => html`<option value=${choice}>${choiceOf(row.name, choice)}</option>`)}</select></label>`;
   }
   if (row.type === 'text') return nothing;
-  const number = html`<label class="field" title=${row.help}><span>${label}</span><input type="number" inputmode="decimal"
+  const number = html`<label class="field" title=${tip}><span>${label}</span><input type="number" inputmode="decimal"
     data-path=${path} data-also=${also} min=${row.min} max=${row.max} step=${row.type === 'integer' ? 1 : 'any'}><span
-    class="unit">${row.unit}</span></label>`;
+    class="unit">${unitName(row.unit)}</span></label>`;
   if (!wish.slider) return number;
-  return html`<div class="slider">${number}<input type="range" aria-label=${`${label}, slider`} data-path=${path} data-also=${also}
+  return html`<div class="slider">${number}<input type="range" aria-label=${t('workbench.slider', { name: label })} data-path=${path} data-also=${also}
     min=${row.min} max=${row.max} step=${row.type === 'integer' || row.max >= 100 ? 1 : 'any'}></div>`;
 }
 
@@ -84,9 +87,16 @@ function onNumber(element) {
     submit(element, row.type === 'integer' ? Math.round(value) : value);
     return;
   }
-  const range = row ? `a number from ${plain(row.min)} to ${plain(row.max)}${row.unit ? ` ${row.unit}` : ''}` : 'a number';
+  const unit = row?.unit ? ` ${unitName(row.unit)}` : '',
+    range = row ? t('workbench.number_from', { min: plain(row.min), max: plain(row.max), unit }) : t('workbench.any_number');
   const now = Number(valueAt(params.value, element.dataset.path ?? ''));
-  notify(`${labelOf(element.dataset.path ?? '')}: give ${range}; it stays ${plain(now)}`);
+  notify(
+    t('workbench.not_a_number', {
+      name: inputOf(params.value.kind, element.dataset.path ?? '')?.label ?? labelOf(element.dataset.path ?? ''),
+      range,
+      value: plain(now),
+    }),
+  );
   element.value = plain(now);
 }
 

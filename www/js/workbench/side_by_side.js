@@ -3,6 +3,7 @@ import { html } from '../../vendor/lit-html.js';
 import { link } from '../session/opening.js';
 import { again } from '../session/session.js';
 import { params } from '../session/state.js';
+import { t } from '../base/words.js';
 
 /** @typedef {import('../base/link.js').Value} Value */
 
@@ -35,14 +36,14 @@ export function renew(set, list) {
   again();
 }
 
-const COUNTS = ['one', 'two', 'three'];
+const COUNTS_MAX = 3;
 
-/** @param {number} count now @param {string} what `fluid` @param {(wanted: number) => void} set
+/** @param {number} count now @param {string} what beginning of the keys of its words @param {(wanted: number) => void} set
  * @returns {import('lit-html').TemplateResult} */
 export function countChoice(count, what, set) {
-  return html`<label class="field choice"><span>Side by side</span><select id="count"
-    @change=${(/** @type {Event} */ event) => set(Number(/** @type {HTMLSelectElement} */ (event.target).value))}>${COUNTS.map(
-      (text, i) => html`<option
-      value=${i + 1} .selected=${i + 1 === count}>${text} ${what}${i > 0 ? 's' : ''}</option>`,
+  return html`<label class="field choice"><span>${t('workbench.side_by_side')}</span><select id="count"
+    @change=${(/** @type {Event} */ event) => set(Number(/** @type {HTMLSelectElement} */ (event.target).value))}>${Array.from(
+      { length: COUNTS_MAX },
+      (_, i) => html`<option value=${i + 1} .selected=${i + 1 === count}>${t(`${what}.${i + 1}`)}</option>`,
     )}</select></label>`;
 }

@@ -3,6 +3,7 @@ import { html } from '../../vendor/lit-html.js';
 import { signal } from '../../vendor/signals-core.js';
 import { openExperiments } from '../session/session.js';
 import { params } from '../session/state.js';
+import { t } from '../base/words.js';
 
 /** The scenario of which it is wanted; null: none. @type {import('@preact/signals-core').Signal<any>} */
 export const workPrecisionOf = signal(null);
@@ -17,4 +18,4 @@ function writeExperiment() {
 
 /** @returns {import('lit-html').TemplateResult} */
 export const workPrecisionButton = () => html`<button type="button" id="speed-against-error"
-  title="Writes an experiment: error and processor time of every method, over its settings" @click=${writeExperiment}>Work-precision diagram</button>`;
+  title=${t('workbench.diagram_tip')} @click=${writeExperiment}>${t('workbench.diagram')}</button>`;

@@ -63,7 +63,7 @@ function scenarioPanel() {
     <label class="field choice"><span>Scenario</span><select id="of" aria-invalid=${bad.is} aria-describedby=${bad.by}
       @change=${(/** @type {Event} */ event) => choose(valueOf(event))}>
       ${now === '' ? html`<option value="" selected disabled>${scenario.value?.title || 'as the experiment has it'}</option>` : nothing}
-      ${labs.value.map((lab) => group(lab.group, lab.kind))}</select></label>
+      ${labs.value.map((lab) => group(t(lab.group), lab.kind))}</select></label>
     <button type="button" id="trade"
       title="Error and processor time of every method of the scenario, over its settings"
       ?disabled=${scenario.value === null}

@@ -1,10 +1,11 @@
 // What the page knows of the fluid lab before it is read.
+import { need } from '../../base/words.js';
 
 /** @type {import('../../session/lab.js').About} */
 export const about = {
   kind: 'fluid',
-  group: 'Fluids',
-  tabs: [{ id: 'fluid', name: 'Fluid', scenario: 'fluid/cylinder', shows: ['fluid'] }],
+  group: 'shell.group.fluid',
+  tabs: [{ id: 'fluid', name: 'shell.tab.fluid', scenario: 'fluid/cylinder', shows: ['fluid'] }],
   rates: { field: 60, points: 60 },
   study: {
     axes: [[['solver.method', '']], [['solver.advection', '']], [['params.n', '16, 24, 32, 48']], [['params.size', '12, 16, 24, 32']]],
@@ -13,5 +14,8 @@ export const about = {
     repeats: '1',
     brief_s: 1,
   },
-  load: () => import('./lab.js').then(({ lab }) => lab),
+  load: async () => {
+    const [{ lab }] = await Promise.all([import('./lab.js'), need('fluid')]);
+    return lab;
+  },
 };

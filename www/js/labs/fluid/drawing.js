@@ -1,4 +1,5 @@
 // Draws a fluid: its field as an image of cells, its points, and the legend of the colours.
+import { localized } from '../../base/format.js';
 import { drawText } from '../../draw/marks.js';
 import { css, isDark, mapsOf } from './colours.js';
 import { drawRelief } from './relief.js';
@@ -196,9 +197,9 @@ function fromAbove(on, at, { of, columns }, colours) {
 
 /** @param {number} value */
 export const brief = (value) =>
-  (value === 0 ? '0' : Math.abs(value) < 1e-2 || Math.abs(value) >= 1e4 ? value.toExponential(0) : String(Number(value.toPrecision(3))))
-    .replaceAll('-', '−')
-    .replace('e+', 'e');
+  localized(
+    value === 0 ? '0' : Math.abs(value) < 1e-2 || Math.abs(value) >= 1e4 ? value.toExponential(0) : String(Number(value.toPrecision(3))),
+  );
 
 /** The legend of the colours, along the lower edge. @param {CanvasRenderingContext2D} on @param {Palette} colours
  * @param {Uint32Array} map @param {Shown} of @param {{left: number, right: number, bottom: number}} box */

@@ -2,6 +2,7 @@
 import { signal } from '../../../vendor/signals-core.js';
 import { layout, params } from '../../session/state.js';
 import { difference, paramsOf, renew as renewSideBySide } from '../../workbench/side_by_side.js';
+import { t } from '../../base/words.js';
 
 /** @typedef {import('../../base/link.js').Value} Value */
 /** @typedef {{name: string, help: string, shape: 'field' | 'points', columns: string[]}} Layer */
@@ -48,7 +49,7 @@ export function nameOf(i) {
     value === true
       ? words(name)
       : value === false
-        ? `no ${words(name)}`
+        ? t('fluid.without', { name: words(name) })
         : name === 'n' || name === 'size'
           ? `${name} = ${value}`
           : /^(advection|pressure|splitting)$/.test(name)

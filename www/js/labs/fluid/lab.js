@@ -18,6 +18,7 @@ import { isSize, pick, rankOf, formatNumber, wordsOf } from './numbers.js';
 import { fluidPanel, scenePanel } from './panels.js';
 import { Record } from './record.js';
 import { Scale } from './scale.js';
+import { t } from '../../base/words.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 /** @typedef {import('../../stream/frame.js').Frame} Frame */
@@ -89,14 +90,14 @@ function numbers() {
     fluids().map((_, i) => html`<td id=${i === 0 ? id : `${id}${i}`}>${text(i)}</td>`);
   const step = (/** @type {number} */ i) => costs.value[i]?.all;
   const pace = fluid()?.hz ?? 60;
-  return html`${table('Cost', [
-    html`<tr><th scope="row">step (ms)</th>${each((i) => (step(i) === undefined ? '–' : short(Number(step(i)))), 'step-ms')}</tr>`,
+  return html`${table(t('fluid.cost'), [
+    html`<tr><th scope="row">${t('fluid.step_ms')}</th>${each((i) => (step(i) === undefined ? '–' : short(Number(step(i)))), 'step-ms')}</tr>`,
     html`<tr><th
-      scope="row">processor per second (ms)</th>${each((i) => (step(i) === undefined ? '–' : short(Number(step(i)) * pace)), 'second-ms')}</tr>`,
-    html`<tr><th scope="row">frames per second</th><td id="fps" colspan=${fluids().length}>–</td></tr>`,
+      scope="row">${t('fluid.second_ms')}</th>${each((i) => (step(i) === undefined ? '–' : short(Number(step(i)) * pace)), 'second-ms')}</tr>`,
+    html`<tr><th scope="row">${t('fluid.fps')}</th><td id="fps" colspan=${fluids().length}>–</td></tr>`,
   ])}
-    ${table('Errors', of(0))}${table('Conserved and measured', of(1))}
-    ${of(2).length > 0 ? html`<details><summary>More values</summary>${table('', of(2))}</details>` : nothing}`;
+    ${table(t('fluid.errors'), of(0))}${table(t('fluid.conserved'), of(1))}
+    ${of(2).length > 0 ? html`<details><summary>${t('fluid.more_values')}</summary>${table('', of(2))}</details>` : nothing}`;
 }
 
 // ---- the page ----
@@ -111,12 +112,12 @@ function plottedName(i) {
 
 /** @param {number} i @returns {Template} */
 function plot(i) {
-  const name = `${wordsOf(plottedName(i)).label} over time`;
+  const name = t('fluid.over_time', { name: wordsOf(plottedName(i)).label });
   const set = (/** @type {Event} */ event) => {
     plotted.value = plotted.value.map((one, k) => (k === i ? /** @type {HTMLSelectElement} */ (event.target).value : one));
   };
   return html`<section class="plotbox" aria-label=${name}><div class="view"><canvas id=${`plot${i}`} role="img" aria-label=${name}></canvas>
-    <select class="plotted" aria-label=${`Plot ${i + 1} shows`} @change=${set}>${names().map(
+    <select class="plotted" aria-label=${t('fluid.plot_shows', { n: i + 1 })} @change=${set}>${names().map(
       (one) => html`<option value=${one}
       .selected=${one === plottedName(i)}>${wordsOf(one).label}</option>`,
     )}</select></div></section>`;
@@ -133,34 +134,34 @@ const errorOf = (i) => {
 /** @param {number} i @returns {Template} */
 function drawingOf(i) {
   const step = costs.value[i]?.all;
-  const name = `${fluids()[i]?.title ?? 'Fluid'}${fluids().length > 1 ? `, ${nameOf(i)}` : ''}`;
-  const label = `${name}. Drag the fluid with the mouse or a finger. Arrow keys move a pointer, Enter presses and releases.`;
+  const name = `${fluids()[i]?.title ?? t('shell.tab.fluid')}${fluids().length > 1 ? `, ${nameOf(i)}` : ''}`;
+  const label = `${name}. ${t('fluid.drag')}`;
   return html`<figure class="drawing"><figcaption>${fluids().length > 1 ? html`${mark(i)} <b>${nameOf(i)}</b>` : nothing}
       <span>${wordsOf(errorOf(i)).label} <output
-        data-error=${i}>–</output></span><span>${step === undefined ? '–' : short(step)} ms/step</span></figcaption>
-    ${drag.box(i, 'stir', label, html`<canvas id=${idOf(i)} role="img" aria-label="Fluid"></canvas>`)}</figure>`;
+        data-error=${i}>–</output></span><span>${t('fluid.per_step', { ms: step === undefined ? '–' : short(step) })}</span></figcaption>
+    ${drag.box(i, 'stir', label, html`<canvas id=${idOf(i)} role="img" aria-label=${t('shell.tab.fluid')}></canvas>`)}</figure>`;
 }
 
 /** @returns {Template} */
 function template() {
   const at = fluid();
   return html`<main class="step fluid" id="views" tabindex="-1">
-    <div class="methods" aria-label="Scene and solvers" role="group">${scenePanel()}${fluids().map((_, i) => fluidPanel(i))}</div>
-    <div class="drawings" tabindex="0" role="region" aria-label="Views">
-      <section class="stage" aria-label="Fluids" data-count=${fluids().length}>${fluids().map((_, i) => drawingOf(i))}</section>
+    <div class="methods" aria-label=${t('workbench.scene_and_solvers')} role="group">${scenePanel()}${fluids().map((_, i) => fluidPanel(i))}</div>
+    <div class="drawings" tabindex="0" role="region" aria-label=${t('workbench.views')}>
+      <section class="stage" aria-label=${t('shell.group.fluid')} data-count=${fluids().length}>${fluids().map((_, i) => drawingOf(i))}</section>
       <div class="plots">${plot(0)}${plot(1)}${
         hasProfiles()
-          ? html`<section class="plotbox" aria-label="Profiles"><div class="view">
-        <canvas id="profiles" role="img" aria-label="Profiles"></canvas></div></section>`
+          ? html`<section class="plotbox" aria-label=${t('fluid.profiles')}><div class="view">
+        <canvas id="profiles" role="img" aria-label=${t('fluid.profiles')}></canvas></div></section>`
           : nothing
       }</div>
     </div>
-    <aside class="side" aria-label="Numbers">
-      <div class="about"><h2>${params.value?.paper ? `${params.value.paper}: ` : ''}${params.value?.title ?? ''}</h2>
-        ${params.value?.text ? html`<p>${params.value.text}</p>` : nothing}</div>
+    <aside class="side" aria-label=${t('workbench.numbers')}>
+      <div class="about"><h2 lang="en">${params.value?.paper ? `${params.value.paper}: ` : ''}${params.value?.title ?? ''}</h2>
+        ${params.value?.text ? html`<p lang="en">${params.value.text}</p>` : nothing}</div>
       ${workPrecisionButton()}${numbers()}
-      <div class="about"><p>${at?.help ?? ''}</p>${at?.source ? html`<p>Reference: ${at.source}</p>` : nothing}
-        ${(at?.notices ?? []).map((/** @type {string} */ text) => html`<p role="note"><strong>Warning.</strong> ${text}</p>`)}</div>
+      <div class="about"><p lang="en">${at?.help ?? ''}</p>${at?.source ? html`<p>${t('fluid.reference')} <span lang="en">${at.source}</span></p>` : nothing}
+        ${(at?.notices ?? []).map((/** @type {string} */ text) => html`<p role="note"><strong>${t('fluid.warning')}</strong> <span lang="en">${text}</span></p>`)}</div>
     </aside></main>`;
 }
 
@@ -232,7 +233,7 @@ function drawPlots(colours) {
         ? [{ xs: records[i]?.t ?? [], ys: size ? ys.map(Math.abs) : ys, colour: own.text, ...(several ? { dash: own.dash } : {}) }]
         : [];
     });
-    const empty = lines.some(({ ys }) => ys.length < 2 || ys.some((v) => v !== 0)) ? 'Play to draw' : 'all is 0';
+    const empty = lines.some(({ ys }) => ys.length < 2 || ys.some((v) => v !== 0)) ? t('workbench.play_to_draw') : t('fluid.all_zero');
     onto(`plot${p}`, (s) => drawPlot(s, colours, { lines, x: 't (s)', y: unit, logY: size, least: 1e-9, empty }));
   }
   if (!hasProfiles()) return;
@@ -247,8 +248,8 @@ function drawPlots(colours) {
     colour: paintOf(colours, several ? i : Math.max(0, own.indexOf(name.replace('_reference', '')))).text,
     ...(known ? { points: true, width: 1, dash: [2, 3] } : several ? { dash: paintOf(colours, i).dash } : {}),
   }));
-  const known = shown.some((one) => one.known) ? '; dots: known' : '';
-  onto('profiles', (s) => drawPlot(s, colours, { lines, x: 'place', y: `${own.join(', ')}${known}`, least: 1e-9, empty: '' }));
+  const known = shown.some((one) => one.known) ? t('fluid.dots_known') : '';
+  onto('profiles', (s) => drawPlot(s, colours, { lines, x: t('fluid.place'), y: `${own.join(', ')}${known}`, least: 1e-9, empty: '' }));
 }
 
 let numbered = 0,
@@ -285,7 +286,7 @@ function drawOne(frame, now, i, colours) {
         cells: drawing.value.cells,
         relief: relief(i),
         hand: drag.pointerIn(i),
-        note: now.state.status === 1 ? 'Diverged and stopped' : '',
+        note: now.state.status === 1 ? t('fluid.diverged') : '',
       }),
     );
   });
@@ -294,7 +295,11 @@ function drawOne(frame, now, i, colours) {
 /** @param {FluidLayout} of @param {import('./decode.js').State} state @param {number} time */
 function describe(of, { numbers: values, status }, time) {
   const wrong = of.numbers.flatMap((one, k) => (rankOf(one) === 0 ? [`${wordsOf(one).label} ${formatNumber(one, values[k] ?? NaN)}`] : []));
-  return `${of.title} at ${fixed(time, 2)} s. ${[...(status === 1 ? ['Diverged and stopped'] : []), ...wrong].join(', ')}`;
+  return t('fluid.summary', {
+    title: of.title,
+    s: fixed(time, 2),
+    list: [...(status === 1 ? [t('fluid.diverged')] : []), ...wrong].join(', '),
+  });
 }
 
 /** @param {Frame} frame @param {boolean} settled @param {boolean} name the drawings get their descriptions */

@@ -1,4 +1,6 @@
 // The metrics of a fluid as text: errors first, then conserved quantities, then the rest.
+import { localized } from '../../base/format.js';
+import { nameOf } from '../../base/words.js';
 
 const UNITS = /** @type {[RegExp, string][]} */ ([
   [/_m2ps$/, 'm²/s'],
@@ -18,9 +20,10 @@ const UNITS = /** @type {[RegExp, string][]} */ ([
 
 /** @param {string} name @returns {{label: string, unit: string}} */
 export function wordsOf(name) {
+  const known = nameOf('fluid', 'metrics', name);
   const found = UNITS.find(([end]) => end.test(name));
   const label = (found ? name.replace(found[0], '') : name).replaceAll('_', ' ');
-  return { label, unit: found?.[1] ?? (/^divergence/.test(name) ? '1/s' : '') };
+  return { label: known?.label ?? label, unit: found?.[1] ?? (/^divergence/.test(name) ? '1/s' : '') };
 }
 
 const WRONG = /error|numerical|divergence|density|residual|overshoot|beyond/,
@@ -35,10 +38,10 @@ export const isSize = (name) => WRONG.test(name);
 /** @param {string} name @param {number} value @returns {string} */
 export function formatNumber(name, value) {
   if (!Number.isFinite(value)) return '–';
-  if (name === 'bytes') return `${(value / 1e6).toPrecision(3)} MB`;
+  if (name === 'bytes') return localized(`${(value / 1e6).toPrecision(3)} MB`);
   const size = Math.abs(value);
   const text = value === 0 ? '0' : size < 1e-3 || size >= 1e6 ? value.toExponential(1) : String(Number(value.toPrecision(4)));
-  return text.replaceAll('-', '−').replace('e+', 'e');
+  return localized(text);
 }
 
 /** Index of the metric that a plot shows first. @param {string[]} names @param {RegExp[]} wanted in order */

@@ -1,6 +1,6 @@
 // The controls of the fluid lab: the scene, and each fluid with its solver.
 import { html, nothing } from '../../../vendor/lit-html.js';
-import { find, labelOf, livePaths } from '../../base/schema.js';
+import { find, livePaths } from '../../base/schema.js';
 import { change } from '../../session/params.js';
 import { choose } from '../../session/session.js';
 import { locked, params, scenarios, schema } from '../../session/state.js';
@@ -9,6 +9,7 @@ import { control } from '../../workbench/controls.js';
 import { mark } from '../../workbench/player_mark.js';
 import { countChoice, paramsOf, pathOf } from '../../workbench/side_by_side.js';
 import { drawing, fieldsOf, fluids, nameOf, others, relief, renew, shownField, words } from './fluids.js';
+import { inputOf, t, unitName } from '../../base/words.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 /** @typedef {import('../../base/link.js').Value} Value */
@@ -18,7 +19,8 @@ import { drawing, fieldsOf, fluids, nameOf, others, relief, renew, shownField, w
 function sceneParameter(i, name) {
   const path = `${pathOf(i)}params.${name}`,
     row = find(schema.value, path),
-    value = paramsOf(i).params?.[name];
+    value = paramsOf(i).params?.[name],
+    named = inputOf('fluid', path);
   if (!row || value === undefined) return nothing;
   const set = (/** @type {Value} */ given) => {
     const list = others();
@@ -31,18 +33,18 @@ function sceneParameter(i, name) {
   };
   const id = i === 0 ? name : `${i}/${name}`;
   if (row.type === 'choice') {
-    return html`<label class="field choice" title=${row.help}><span>${labelOf(path)}</span><select data-scene=${id}
+    return html`<label class="field choice" title=${named?.tip ?? row.help}><span>${named?.label ?? words(name)}</span><select data-scene=${id}
       @change=${(/** @type {Event} */ event) => set(/** @type {HTMLSelectElement} */ (event.target).value)}>
       ${row.choices.map((one) => html`<option value=${one} .selected=${one === value}>${words(one)}</option>`)}</select></label>`;
   }
   return html`<label class="field"
-    title=${row.help}><span>${name === 'n' ? 'Cells along a side' : name === 're' ? 'Reynolds number' : labelOf(path)}</span><input
+    title=${named?.tip ?? row.help}><span>${named?.label ?? words(name)}</span><input
       type="number"
     data-scene=${id} min=${row.min} max=${row.max} step=${row.type === 'integer' ? 1 : 'any'} .value=${String(value)}
     @change=${(/** @type {Event} */ event) => {
       const given = /** @type {HTMLInputElement} */ (event.target);
       if (given.value !== '' && given.reportValidity()) set(Number(given.value));
-    }}><span class="unit">${row.unit}</span></label>`;
+    }}><span class="unit">${unitName(row.unit)}</span></label>`;
 }
 
 /** @returns {Template} */
@@ -54,18 +56,18 @@ export function scenePanel() {
     while (list.length < wanted - 1) list.push({ scene: params.value.scene, params: params.value.params, solver: params.value.solver });
     renew({}, list.slice(0, wanted - 1));
   };
-  return html`<fieldset class="panel server" ?disabled=${locked.value !== ''}><legend class="unseen">Scene</legend>
-    <label class="field choice"><span>Scene</span><select id="scene"
+  return html`<fieldset class="panel server" ?disabled=${locked.value !== ''}><legend class="unseen">${t('workbench.scene')}</legend>
+    <label class="field choice"><span>${t('workbench.scene')}</span><select id="scene"
       @change=${(/** @type {Event} */ event) => choose(/** @type {HTMLSelectElement} */ (event.target).value)}>
       ${rows.map(
         (row) => html`<option value=${row.id}
         .selected=${row.title === params.value?.title}>${row.title}</option>`,
       )}</select></label>
-    ${countChoice(count, 'fluid', set)}
+    ${countChoice(count, 'fluid.count', set)}
     ${
       shownFields().length > 0
         ? html`<div
-      class="toggles">${toggle('cells', 'No smoothing', drawing.value.cells)}${toggle('relief', 'Relief', relief(0))}</div>`
+      class="toggles">${toggle('cells', t('fluid.cells'), drawing.value.cells)}${toggle('relief', t('fluid.relief'), relief(0))}</div>`
         : nothing
     }
   </fieldset>`;
@@ -87,11 +89,6 @@ const FIRST = [
   'vorticity_confinement',
   'limiter',
 ];
-const SOLVER_LABELS = /** @type {{[name: string]: string}} */ ({
-  backtrace: 'Order of back-trace',
-  cfl: 'CFL number',
-  viscosity_scale: 'Viscosity ×',
-});
 
 /** The scene of a further fluid. @param {number} i @returns {Template} */
 function sceneChoice(i) {
@@ -104,7 +101,7 @@ function sceneChoice(i) {
       others().map((one, k) => (k === i - 1 ? { scene } : one)),
     );
   };
-  return html`<label class="field choice"><span>Scene</span><select data-scene=${`${i}/scene`} @change=${set}>
+  return html`<label class="field choice"><span>${t('workbench.scene')}</span><select data-scene=${`${i}/scene`} @change=${set}>
     ${(row?.choices ?? []).map((one) => html`<option value=${one} .selected=${one === now}>${words(one)}</option>`)}</select></label>`;
 }
 
@@ -113,18 +110,16 @@ export function fluidPanel(i) {
   const at = pathOf(i),
     paths = livePaths(schema.value, `${at}solver`),
     ending = (/** @type {string} */ path) => path.slice(path.lastIndexOf('.') + 1);
-  const one = (/** @type {string} */ path) =>
-    SOLVER_LABELS[ending(path)] ? control(path, { label: SOLVER_LABELS[ending(path)] }) : control(path);
   const first = paths.filter((path) => FIRST.includes(ending(path))),
     rest = paths.filter((path) => !FIRST.includes(ending(path)));
   const several = fluids().length > 1;
   return html`<fieldset class="panel method" data-player=${several ? i : nothing} ?disabled=${locked.value !== ''}
     title=${locked.value || nothing}>
-    <legend class="unseen">${several ? `Fluid ${i + 1}` : 'Fluid'}</legend>
+    <legend class="unseen">${several ? t('fluid.fluid_n', { n: i + 1 }) : t('shell.tab.fluid')}</legend>
     <div
-      class="head"><h2>${several ? html`${mark(i)} <span>${nameOf(i)}</span>` : 'Solver'}</h2><small>${words(fluids()[i]?.method ?? '')}</small></div>
+      class="head"><h2>${several ? html`${mark(i)} <span>${nameOf(i)}</span>` : t('fluid.solver')}</h2><small>${words(fluids()[i]?.method ?? '')}</small></div>
     ${i > 0 ? sceneChoice(i) : nothing}${Object.keys(paramsOf(i).params ?? {}).map((name) => sceneParameter(i, name))}${fieldChoice(i)}
-    ${first.map(one)}${rest.length > 0 ? html`<details><summary>More</summary>${rest.map(one)}</details>` : nothing}</fieldset>`;
+    ${first.map((path) => control(path))}${rest.length > 0 ? html`<details><summary>${t('workbench.more')}</summary>${rest.map((path) => control(path))}</details>` : nothing}</fieldset>`;
 }
 
 /** @param {'cells' | 'relief'} name @param {string} label @param {boolean} on @returns {Template} */
@@ -141,10 +136,10 @@ function fieldChoice(i) {
   if (!now) return nothing;
   const show = (/** @type {Event} */ event) =>
     change({ [`${pathOf(i)}shown`]: Number(/** @type {HTMLSelectElement} */ (event.target).value) });
-  return html`<label class="field choice" title=${now.help}><span>Field</span><select id=${i === 0 ? 'field' : `field${i}`} @change=${show}>
+  return html`<label class="field choice" title=${now.help}><span>${t('fluid.field')}</span><select id=${i === 0 ? 'field' : `field${i}`} @change=${show}>
       ${fieldsOf(fluids()[i]).map(
         (layer, k) => html`<option value=${k}
         .selected=${layer === now}>${words(layer.name)}</option>`,
       )}</select></label>
-    ${fluids().length === 1 ? html`<p class="facts">${now.help}</p>` : nothing}`;
+    ${fluids().length === 1 ? html`<p class="facts" lang="en">${now.help}</p>` : nothing}`;
 }

@@ -1,10 +1,11 @@
 // What the page knows of the motion lab before it is read.
+import { need } from '../../base/words.js';
 
 /** @type {import('../../session/lab.js').About} */
 export const about = {
   kind: 'motion',
-  group: 'Motion',
-  tabs: [{ id: 'step', name: 'Step', scenario: 'motion/free_fall', shows: ['motion'] }],
+  group: 'shell.group.motion',
+  tabs: [{ id: 'step', name: 'shell.tab.step', scenario: 'motion/free_fall', shows: ['motion'] }],
   rates: { motion: 60 },
   study: {
     axes: [
@@ -15,5 +16,8 @@ export const about = {
     more: ['methods.0.evaluations'],
     repeats: '1',
   },
-  load: () => import('./lab.js').then(({ lab }) => lab),
+  load: async () => {
+    const [{ lab }] = await Promise.all([import('./lab.js'), need('motion')]);
+    return lab;
+  },
 };

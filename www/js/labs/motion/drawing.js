@@ -2,7 +2,8 @@
 import { drawMark, drawText } from '../../draw/marks.js';
 import { gridStep } from '../../draw/axis.js';
 import { paintOf } from '../../draw/palette.js';
-import { fixed } from '../../base/format.js';
+import { fixed, localized } from '../../base/format.js';
+import { t } from '../../base/words.js';
 
 /** @typedef {import('./record.js').Record} Record */
 /** @typedef {import('./record.js').Motion} Motion */
@@ -64,14 +65,9 @@ function plane(surface, colours, record, motion) {
   const step = gridStep(scale, 90);
   for (let i = Math.ceil((x.low - margin / scale) / step); toX(i * step) < surface.width; i++) {
     upright(pen, colours, toX(i * step), surface.height);
-    drawText(
-      pen,
-      colours,
-      `${Number((i * step).toPrecision(4))} m`.replace('-', '−'),
-      toX(i * step) + 3,
-      surface.height - colours.text * 0.7,
-      { colour: colours.faint },
-    );
+    drawText(pen, colours, localized(`${Number((i * step).toPrecision(4))} m`), toX(i * step) + 3, surface.height - colours.text * 0.7, {
+      colour: colours.faint,
+    });
   }
   record.tracks.forEach((track, i) => {
     pen.strokeStyle = i === 0 ? colours.truth : paintOf(colours, i - 1).text;
@@ -116,14 +112,10 @@ function strip(surface, colours, record, motion, names, unit) {
   const step = gridStep((right - left) / span, 90);
   for (let i = Math.ceil(range.low / step); i * step <= range.high + 1e-12; i++) {
     upright(pen, colours, toX(i * step), surface.height - colours.text * 1.4);
-    drawText(
-      pen,
-      colours,
-      `${Number((i * step).toPrecision(4))}${unit}`.replace('-', '−'),
-      toX(i * step),
-      surface.height - colours.text * 0.7,
-      { colour: colours.faint, align: 'center' },
-    );
+    drawText(pen, colours, localized(`${Number((i * step).toPrecision(4))}${unit}`), toX(i * step), surface.height - colours.text * 0.7, {
+      colour: colours.faint,
+      align: 'center',
+    });
   }
   const truth = motion[0]?.state[0] ?? 0;
   const high = (surface.height - colours.text * 1.6) / Math.max(1, motion.length - 1);
@@ -133,13 +125,13 @@ function strip(surface, colours, record, motion, names, unit) {
       value = one.state[0] ?? 0;
     drawText(pen, colours, names[i - 1] ?? '', 8, y, { colour: paintOf(colours, i - 1).text, bold: true });
     if (one.status === 2) {
-      drawText(pen, colours, 'off', left, y, { colour: colours.faint });
+      drawText(pen, colours, t('motion.off'), left, y, { colour: colours.faint });
       return;
     }
     ring(pen, colours, toX(truth), y);
     const x = toX(value);
     if (one.status === 1 || one.status === 3) {
-      drawText(pen, colours, `${one.status === 1 ? 'diverged' : 'failed'} at ${fixed(one.t_s, 2)} s`, left, y, {
+      drawText(pen, colours, t(one.status === 1 ? 'motion.diverged_at' : 'motion.failed_at', { s: fixed(one.t_s, 2) }), left, y, {
         colour: colours.snap,
         bold: true,
       });

@@ -2,7 +2,7 @@
 import { html, nothing } from '../../../vendor/lit-html.js';
 import { signal } from '../../../vendor/signals-core.js';
 import { call, make } from '../../base/api.js';
-import { fixed } from '../../base/format.js';
+import { fixed, localized } from '../../base/format.js';
 import { find } from '../../base/schema.js';
 import { MOTION_STATUS } from '../../stream/names.js';
 import { link } from '../../session/opening.js';
@@ -17,6 +17,7 @@ import { mark } from '../../workbench/player_mark.js';
 import { drawScene, isPlane } from './drawing.js';
 import { ERRATA, METHOD_ERRATA } from './paper.js';
 import { Record, motionsOf } from './record.js';
+import { t } from '../../base/words.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 /** @typedef {import('../../stream/frame.js').Frame} Frame */
@@ -62,18 +63,18 @@ function scaleStep(i, factor) {
 function methodPanel(i) {
   const at = `methods.${i}`,
     adaptive = isAdaptive(i);
-  const word = adaptive ? 'tolerance' : 'step';
+  const scale = (/** @type {number} */ factor, /** @type {string} */ sign) =>
+    html`<button type="button" aria-label=${`${sign} ${t(adaptive ? 'motion.tolerance_of' : 'motion.step_of', { n: i + 1 })}`}
+        @click=${() => scaleStep(i, factor)}>${sign}</button>`;
   return html`<fieldset class="panel method" data-player=${i % 8} ?disabled=${locked.value !== ''} title=${locked.value || nothing}>
-    <legend class="unseen">Method ${i + 1}</legend>
-    <div class="head"><h2>${mark(i)} ${words(nameOf(i))}</h2>${control(`${at}.shown`, { label: 'Shown' })}</div>
-    ${control(`${at}.method`, { label: 'Method' })}
-    <p class="facts" data-order=${i}>${orderOf(i) === undefined ? nothing : `Of order ${orderOf(i)} on this problem.`}</p>
-    <div class="pair">${control(adaptive ? `${at}.tolerance` : `${at}.dt_s`, { label: adaptive ? 'Tolerance' : 'Step' })}
-      <span class="units"><button type="button" aria-label=${`${adaptive ? '÷10' : '½'} ${word} of method ${i + 1}`}
-        @click=${() => scaleStep(i, 0.5)}>${adaptive ? '÷10' : '½'}</button><button
-      type="button" aria-label=${`${adaptive ? '×10' : '×2'} ${word} of method ${i + 1}`} @click=${() => scaleStep(i, 2)}>${adaptive ? '×10' : '×2'}</button></span></div>
-    <details><summary>Time stepping</summary>${control(`${at}.steps`, { label: 'Steps' })}${control(`${at}.clock`, { label: 'Clock' })}
-      ${control(`${at}.precision`, { label: 'Precision' })}${control(`${at}.origin_offset_m`, { label: 'Origin offset' })}</details>
+    <legend class="unseen">${t('motion.method', { n: i + 1 })}</legend>
+    <div class="head"><h2>${mark(i)} ${words(nameOf(i))}</h2>${control(`${at}.shown`)}</div>
+    ${control(`${at}.method`)}
+    <p class="facts" data-order=${i}>${orderOf(i) === undefined ? nothing : t('motion.order', { order: String(orderOf(i)) })}</p>
+    <div class="pair">${control(adaptive ? `${at}.tolerance` : `${at}.dt_s`)}
+      <span class="units">${scale(0.5, adaptive ? '÷10' : '½')}${scale(2, adaptive ? '×10' : '×2')}</span></div>
+    <details><summary>${t('motion.stepping')}</summary>${control(`${at}.steps`)}${control(`${at}.clock`)}
+      ${control(`${at}.precision`)}${control(`${at}.origin_offset_m`)}</details>
   </fieldset>`;
 }
 
@@ -90,14 +91,14 @@ function problemPanel() {
   const at = motion(),
     choices = find(schema.value, 'problem')?.choices ?? [];
   const names = Object.keys(params.value?.params ?? {});
-  return html`<fieldset class="panel server" ?disabled=${locked.value !== ''}><legend class="unseen">Problem</legend>
-    <label class="field choice"><span>Problem</span><select id="problem" @change=${chooseProblem}>
+  return html`<fieldset class="panel server" ?disabled=${locked.value !== ''}><legend class="unseen">${t('motion.problem')}</legend>
+    <label class="field choice"><span>${t('motion.problem')}</span><select id="problem" @change=${chooseProblem}>
       ${choices.map((name) => html`<option value=${name} .selected=${name === at?.problem}>${words(name)}</option>`)}</select></label>
-    <p class="facts">${at?.help ?? ''}</p>
-    ${names.map((name) => control(`params.${name}`, { label: words(name) }))}
-    ${control('reverse', { label: 'Time reversal' })}
-    <details><summary>Frames</summary>${control('frames', { label: 'Lengths' })}
-      ${control('frame_s', { label: 'Mean' })}${control('frame_jitter', { label: 'Jitter' })}</details></fieldset>`;
+    <p class="facts" lang="en">${at?.help ?? ''}</p>
+    ${names.map((name) => control(`params.${name}`))}
+    ${control('reverse')}
+    <details><summary>${t('motion.frames')}</summary>${control('frames')}
+      ${control('frame_s')}${control('frame_jitter')}</details></fieldset>`;
 }
 
 // ---- error against step ----
@@ -143,7 +144,7 @@ async function measure() {
       levels.value = new Map(levels.value).set(i, found);
     }
   } catch (error) {
-    notify(`Not measured: ${error instanceof Error ? error.message : 'the daemon does not answer'}`);
+    notify(t('motion.not_measured', { why: error instanceof Error ? error.message : t('session.no_answer_now') }));
   }
   measuring.value = false;
 }
@@ -154,34 +155,32 @@ async function measure() {
 function errata() {
   const list = [
     ...(ERRATA[params.value?.paper ?? ''] ?? []),
-    ...(params.value?.methods ?? []).flatMap((/** @type {any} */ m) =>
-      m.shown && METHOD_ERRATA[m.method] ? [METHOD_ERRATA[m.method]] : [],
-    ),
+    ...(params.value?.methods ?? []).flatMap((/** @type {any} */ m) => (m.shown && METHOD_ERRATA.includes(m.method) ? [m.method] : [])),
   ];
   if (list.length === 0) return nothing;
-  return html`<table class="data errata"><caption>Paper says / lab shows</caption><thead><tr><th scope="col">The paper</th><th
-    scope="col">The lab</th></tr></thead>
-    <tbody>${list.map((one) => html`<tr><td>${one.says}</td><td>${one.shows}</td></tr>`)}</tbody></table>`;
+  return html`<table class="data errata"><caption>${t('motion.errata')}</caption><thead><tr><th scope="col">${t('motion.paper')}</th><th
+    scope="col">${t('motion.lab')}</th></tr></thead>
+    <tbody>${list.map((one) => html`<tr><td>${t(`motion.paper_says.${one}`)}</td><td>${t(`motion.lab_shows.${one}`)}</td></tr>`)}</tbody></table>`;
 }
 
 /** @returns {Template} */
 function template() {
   const at = motion();
   return html`<main class="step" id="views" tabindex="-1">
-    <div class="methods" aria-label="Problem and methods" role="group">${problemPanel()}${places().map(methodPanel)}</div>
-    <div class="drawings" tabindex="0" role="region" aria-label="Views">
-      <section class="row motion" aria-label="Motion"><div class="view"><canvas id="motion" role="img"
-        aria-label="Motion"></canvas></div></section>
+    <div class="methods" aria-label=${t('motion.problem_and_methods')} role="group">${problemPanel()}${places().map(methodPanel)}</div>
+    <div class="drawings" tabindex="0" role="region" aria-label=${t('workbench.views')}>
+      <section class="row motion" aria-label=${t('shell.group.motion')}><div class="view"><canvas id="motion" role="img"
+        aria-label=${t('shell.group.motion')}></canvas></div></section>
       <div class="plots">
-        ${plotBox('plot-value', 'Position over time')}${plotBox('plot-error', 'Error over time')}
-        ${at?.energy ? plotBox('plot-energy', 'Energy over time') : nothing}
-        ${at?.mechanical ? plotBox('plot-phase', 'Speed over position') : nothing}
-        ${plotBox('plot-step', 'Error against step')}${plotBox('plot-work', 'Error against cost')}</div>
+        ${plotBox('plot-value', t('motion.position_t'))}${plotBox('plot-error', t('motion.error_t'))}
+        ${at?.energy ? plotBox('plot-energy', t('workbench.energy_t')) : nothing}
+        ${at?.mechanical ? plotBox('plot-phase', t('motion.phase')) : nothing}
+        ${plotBox('plot-step', t('motion.error_step'))}${plotBox('plot-work', t('motion.error_cost'))}</div>
     </div>
-    <aside class="side" aria-label="Numbers">
-      <div class="about"><h2>${params.value?.paper ? `${params.value.paper}: ` : ''}${params.value?.title ?? ''}</h2>
-        ${params.value?.text ? html`<p>${params.value.text}</p>` : nothing}</div>
-      <label class="field choice"><span>Plotted</span><select @change=${(/** @type {Event} */ event) => {
+    <aside class="side" aria-label=${t('workbench.numbers')}>
+      <div class="about"><h2 lang="en">${params.value?.paper ? `${params.value.paper}: ` : ''}${params.value?.title ?? ''}</h2>
+        ${params.value?.text ? html`<p lang="en">${params.value.text}</p>` : nothing}</div>
+      <label class="field choice"><span>${t('motion.plotted')}</span><select @change=${(/** @type {Event} */ event) => {
         component.value = Number(/** @type {HTMLSelectElement} */ (event.target).value);
         record = new Record(-1);
       }}>${(at?.components ?? []).map(
@@ -189,14 +188,14 @@ function template() {
         .selected=${k === component.value}>${name}</option>`,
       )}</select></label>
       <button type="button" ?disabled=${measuring.value || locked.value !== ''}
-        @click=${() => measure()}>${measuring.value ? 'Measuring' : 'Measure error against step and cost'}</button>
-      <div class="wide-table" tabindex="0" role="region" aria-label="Current values"><table
-        class="data now"><caption>Now</caption><thead><tr><td></td>
-        <th scope="col">t (s)</th><th scope="col">${at?.components[component.value] ?? ''}</th><th scope="col">error</th><th
-          scope="col">largest</th>
+        @click=${() => measure()}>${measuring.value ? t('motion.measuring') : t('motion.measure')}</button>
+      <div class="wide-table" tabindex="0" role="region" aria-label=${t('workbench.current')}><table
+        class="data now"><caption>${t('workbench.now')}</caption><thead><tr><td></td>
+        <th scope="col">t (s)</th><th scope="col">${at?.components[component.value] ?? ''}</th><th scope="col">${t('motion.error')}</th><th
+          scope="col">${t('motion.largest')}</th>
         <th scope="col"><abbr
-          title="The largest error of the worst component, over its scale in the solution">weighted</abbr></th></tr></thead>
-        <tbody><tr><th scope="row">solution</th>${cells(0)}</tr>
+          title=${t('motion.weighted_tip')}>${t('motion.weighted')}</abbr></th></tr></thead>
+        <tbody><tr><th scope="row">${t('motion.solution')}</th>${cells(0)}</tr>
         ${places().map((i) => html`<tr><th scope="row">${mark(i)} ${words(nameOf(i))}</th>${cells(i + 1)}</tr>`)}</tbody></table></div>
       ${errata()}
     </aside></main>`;
@@ -214,7 +213,7 @@ const exact = (value) =>
   value === 0
     ? '0'
     : Math.abs(value) < 1e-3 || Math.abs(value) >= 1e6
-      ? value.toExponential(1).replace('-', '−')
+      ? localized(value.toExponential(1))
       : fixed(value, Math.abs(value) < 1 ? 4 : 3);
 
 /** @param {Frame} frame */
@@ -230,7 +229,8 @@ function showNumbers(frame) {
     };
     for (const [name, text] of Object.entries(values)) {
       const cell = document.querySelector(`[data-motion="${row}/${name}"]`);
-      const failed = one.status === MOTION_STATUS.diverged ? 'diverged' : one.status === MOTION_STATUS.failed ? 'failed' : '';
+      const failed =
+        one.status === MOTION_STATUS.diverged ? t('workbench.diverged') : one.status === MOTION_STATUS.failed ? t('motion.failed') : '';
       if (cell)
         cell.textContent = off
           ? '–'
@@ -266,19 +266,21 @@ function draw(frame, settled, name) {
   if (settled || time - numbered > 120) {
     numbered = time;
     showNumbers(frame);
-    onto('plot-value', (s) => drawPlot(s, colours, { lines: lines('t', 'value', 0), x: 't (s)', y: shown, empty: 'Play to draw' }));
+    onto('plot-value', (s) =>
+      drawPlot(s, colours, { lines: lines('t', 'value', 0), x: 't (s)', y: shown, empty: t('workbench.play_to_draw') }),
+    );
     onto('plot-error', (s) =>
-      drawPlot(s, colours, { lines: lines('t', 'error', 1), x: 't (s)', y: 'error', logY: true, empty: 'no error so far' }),
+      drawPlot(s, colours, { lines: lines('t', 'error', 1), x: 't (s)', y: t('motion.error'), logY: true, empty: t('motion.no_error') }),
     );
     onto('plot-energy', (s) =>
-      drawPlot(s, colours, { lines: lines('t', 'drift', 1), x: 't (s)', y: 'energy, relative drift', empty: 'Play to draw' }),
+      drawPlot(s, colours, { lines: lines('t', 'drift', 1), x: 't (s)', y: t('motion.energy_drift'), empty: t('workbench.play_to_draw') }),
     );
     onto('plot-phase', (s) =>
       drawPlot(s, colours, {
         lines: lines('value', 'speed', 0),
         x: shown,
         y: at.components[component.value + at.components.length / 2] ?? '',
-        empty: 'Play to draw',
+        empty: t('workbench.play_to_draw'),
       }),
     );
     drawRefinementSeries(colours);
@@ -286,9 +288,9 @@ function draw(frame, settled, name) {
   if (name) {
     const list = frame.motion
       .slice(1)
-      .map((one, i) => `${words(nameOf(i))}: error ${exact(one.error)}`)
+      .map((one, i) => t('motion.summary', { name: words(nameOf(i)), error: exact(one.error) }))
       .join('; ');
-    document.getElementById('motion')?.setAttribute('aria-label', `Motion at ${fixed(frame.time_s, 2)} s. ${list}`);
+    document.getElementById('motion')?.setAttribute('aria-label', t('motion.summary_at', { s: fixed(frame.time_s, 2), list }));
   }
 }
 
@@ -316,19 +318,19 @@ function drawRefinementSeries(colours) {
       points: true,
     }));
   const floor = of.flatMap(({ list }) => list).filter((one) => one.error > 1e-14);
-  const empty = measuring.value ? 'measuring' : 'press Measure';
+  const empty = measuring.value ? t('motion.measuring_plot') : t('motion.press');
   onto('plot-step', (s) =>
     drawPlot(s, colours, {
       lines: [...guides(colours, floor), ...line('dt')],
-      x: 'step (s); guides: order 1, 2, 4',
-      y: 'largest error',
+      x: t('motion.step_axis'),
+      y: t('motion.largest_error'),
       logX: true,
       logY: true,
       empty,
     }),
   );
   onto('plot-work', (s) =>
-    drawPlot(s, colours, { lines: line('work'), x: 'evaluations', y: 'largest error', logX: true, logY: true, empty }),
+    drawPlot(s, colours, { lines: line('work'), x: t('motion.evaluations'), y: t('motion.largest_error'), logX: true, logY: true, empty }),
   );
 }
 

@@ -1,10 +1,11 @@
 // What the page knows of the lab of rigid bodies before it is read.
+import { need } from '../../base/words.js';
 
 /** @type {import('../../session/lab.js').About} */
 export const about = {
   kind: 'rigid',
-  group: 'Rigid bodies',
-  tabs: [{ id: 'collide', name: 'Collide', scenario: 'rigid/pyramid', shows: ['rigid'] }],
+  group: 'shell.group.rigid',
+  tabs: [{ id: 'collide', name: 'shell.tab.collide', scenario: 'rigid/pyramid', shows: ['rigid'] }],
   rates: { bodies: 60, contacts: 60, joints: 60 },
   study: {
     axes: [
@@ -18,5 +19,8 @@ export const about = {
     more: ['passes_per_s'],
     repeats: '1',
   },
-  load: () => import('./lab.js').then(({ lab }) => lab),
+  load: async () => {
+    const [{ lab }] = await Promise.all([import('./lab.js'), need('rigid')]);
+    return lab;
+  },
 };

@@ -2,6 +2,8 @@
 import { drawText } from '../../draw/marks.js';
 import { gridStep } from '../../draw/axis.js';
 import { paintOf } from '../../draw/palette.js';
+import { localized } from '../../base/format.js';
+import { t } from '../../base/words.js';
 
 /** @typedef {import('./decode.js').Shape} Shape */
 /** @typedef {import('./decode.js').Scene} Scene */
@@ -92,14 +94,9 @@ function grid(pen, colours, at) {
 function metres(pen, colours, at) {
   const step = gridStep(at.scale, 90);
   for (let i = Math.ceil(at.left / step); toX(at, i * step) < at.width - colours.text * 3; i++) {
-    drawText(
-      pen,
-      colours,
-      `${Number((i * step).toPrecision(6))} m`.replace('-', '−'),
-      toX(at, i * step) + 3,
-      at.height - colours.text * 0.7,
-      { colour: colours.faint },
-    );
+    drawText(pen, colours, localized(`${Number((i * step).toPrecision(6))} m`), toX(at, i * step) + 3, at.height - colours.text * 0.7, {
+      colour: colours.faint,
+    });
   }
 }
 
@@ -266,7 +263,7 @@ function plane(pen, colours, at, x) {
   pen.moveTo(toX(at, x), 0);
   pen.lineTo(toX(at, x), at.height);
   pen.stroke();
-  drawText(pen, colours, 'passed', toX(at, x) + 4, at.height - colours.text * 2.2, { colour: colours.snap });
+  drawText(pen, colours, t('rigid.passed'), toX(at, x) + 4, at.height - colours.text * 2.2, { colour: colours.snap });
 }
 
 /** Where the keys point. @param {Pen} pen @param {Palette} colours @param {Camera} at

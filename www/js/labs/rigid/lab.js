@@ -1,7 +1,7 @@
 // The collide lab: rigid bodies, what the phases of a step make of them, and solvers side by side from the same start.
 import { html, nothing } from '../../../vendor/lit-html.js';
 import { effect, signal } from '../../../vendor/signals-core.js';
-import { fixed, signed } from '../../base/format.js';
+import { fixed, localized, signed } from '../../base/format.js';
 import { find } from '../../base/schema.js';
 import { change } from '../../session/params.js';
 import { choose } from '../../session/session.js';
@@ -19,6 +19,7 @@ import { workPrecisionButton } from '../../workbench/work_precision.js';
 import { VOLUMES, sceneOf } from './decode.js';
 import { drawWorld } from './drawing.js';
 import { Record } from './record.js';
+import { inputOf, language, t } from '../../base/words.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 /** @typedef {import('../../stream/frame.js').Frame} Frame */
@@ -38,6 +39,8 @@ const overlaid = signal(0);
 const rigid = () => layout.value?.given.rigid ?? null;
 export const drag = new PointerDrag(() => rigid()?.view ?? []);
 const words = (/** @type {string} */ name) => name.replaceAll('_', ' ');
+/** A setting's name within a sentence, where English has no capitals. @param {string} name */
+const settingOf = (name) => (language.value === 'en' ? words(name) : (inputOf('rigid', `solver.${name}`)?.label ?? words(name)));
 const worlds = () => Array.from({ length: rigid()?.worlds ?? 0 }, (_, i) => i);
 /** @param {number} world */
 const solverOf = (world) => paramsOf(world).solver ?? {};
@@ -56,7 +59,11 @@ function nameOf(world) {
     method,
     ...differ
       .slice(0, 2)
-      .map((name) => `${words(name)} ${one[name] === true ? 'on' : one[name] === false ? 'off' : words(String(one[name]))}`),
+      .map((name) =>
+        one[name] === true || one[name] === false
+          ? t(one[name] ? 'rigid.on' : 'rigid.off', { name: settingOf(name) })
+          : `${settingOf(name)} ${words(String(one[name]))}`,
+      ),
   ].join(', ');
 }
 
@@ -77,17 +84,16 @@ const PASSES = /** @type {{[name: string]: string[]}} */ ({
 function solverPanel(world) {
   const at = `${pathOf(world)}solver`,
     own = PASSES[methodOf(world)] ?? [];
-  const label = (/** @type {string} */ name) => ({ label: words(name).replace(/^./, (c) => c.toUpperCase()) });
   return html`<fieldset class="panel method" data-player=${world} ?disabled=${locked.value !== ''} title=${locked.value || nothing}>
-    <legend class="unseen">${worlds().length > 1 ? `Solver ${world + 1}` : 'Solver'}</legend>
+    <legend class="unseen">${worlds().length > 1 ? t('rigid.solver_n', { n: world + 1 }) : t('rigid.solver')}</legend>
     <div class="head"><h2>${mark(world)} ${nameOf(world)}</h2></div>
-    ${control(`${at}.method`, { label: 'Solver' })}
-    ${own.map((name) => control(`${at}.${name}`, label(name)))}
-    ${control(`${at}.continuous`, { label: 'Continuous collision' })}
-    ${control(`${at}.bounding_volume`, { label: 'Bounding volume' })}
-    <div class="toggles">${control(`${at}.warm_start`, { label: 'Warm start' })}${control(`${at}.recycle`, { label: 'Contact recycling' })}
-      ${control(`${at}.sleep`, { label: 'Sleeping' })}</div>
-    <details><summary>More</summary>${[
+    ${control(`${at}.method`)}
+    ${own.map((name) => control(`${at}.${name}`))}
+    ${control(`${at}.continuous`)}
+    ${control(`${at}.bounding_volume`)}
+    <div class="toggles">${control(`${at}.warm_start`)}${control(`${at}.recycle`)}
+      ${control(`${at}.sleep`)}</div>
+    <details><summary>${t('workbench.more')}</summary>${[
       'contact_push_speed',
       'restitution_threshold',
       'joint_hertz',
@@ -95,7 +101,7 @@ function solverPanel(world) {
       'recycle_distance',
       'sleep_threshold',
       'simd',
-    ].map((name) => control(`${at}.${name}`, label(name)))}</details>
+    ].map((name) => control(`${at}.${name}`))}</details>
   </fieldset>`;
 }
 
@@ -108,22 +114,22 @@ function renew(set, count = worlds().length) {
 }
 
 const GRAVITIES = [
-  [0, -10, 'as on earth'],
-  [0, -1.6, 'as on the moon'],
-  [0, -22, '2.2 times'],
+  [0, -10, 'earth'],
+  [0, -1.6, 'moon'],
+  [0, -22, 'strong'],
   [0, 0, 'none'],
-  [10, 0, 'to the right'],
+  [10, 0, 'right'],
 ];
 
 /** @returns {Template} */
 function gravity() {
   const now = params.value?.gravity ?? [0, 0];
   const known = GRAVITIES.findIndex(([x, y]) => x === now[0] && y === now[1]);
-  return html`<label class="field choice"><span>Gravity</span><select id="gravity" @change=${(/** @type {Event} */ event) => {
+  return html`<label class="field choice"><span>${t('rigid.gravity')}</span><select id="gravity" @change=${(/** @type {Event} */ event) => {
     const one = GRAVITIES[Number(/** @type {HTMLSelectElement} */ (event.target).value)];
     if (one) change({ gravity: /** @type {any} */ ([one[0], one[1]]) });
   }}>${known < 0 ? html`<option value="-1" selected>${now.join(', ')} m/s²</option>` : nothing}
-    ${GRAVITIES.map((one, i) => html`<option value=${i} .selected=${i === known}>${one[2]}</option>`)}</select></label>`;
+    ${GRAVITIES.map((one, i) => html`<option value=${i} .selected=${i === known}>${t(`rigid.gravity.${one[2]}`)}</option>`)}</select></label>`;
 }
 
 /** Parameter of a scene: a change creates another session. @param {string} name @returns {Template | typeof nothing} */
@@ -131,9 +137,9 @@ function sceneParameter(name) {
   const row = find(schema.value, `params.${name}`),
     value = params.value?.params?.[name];
   if (!row || value === undefined) return nothing;
-  return html`<label class="field" title=${row.help}><span>${words(name)}</span><input type="number" data-scene=${name} min=${row.min}
+  return html`<label class="field" title=${inputOf('rigid', `params.${name}`)?.tip ?? row.help}><span>${inputOf('rigid', `params.${name}`)?.label ?? words(name)}</span><input type="number" data-scene=${name} min=${row.min}
     max=${row.max}
-    step=${row.type === 'integer' ? 1 : 'any'} .value=${value === 0 ? '' : String(value)} placeholder="default"
+    step=${row.type === 'integer' ? 1 : 'any'} .value=${value === 0 ? '' : String(value)} placeholder=${t('rigid.default')}
     @change=${(/** @type {Event} */ event) => {
       const given = /** @type {HTMLInputElement} */ (event.target);
       if (given.value === '' || given.checkValidity()) renew({ [`params.${name}`]: given.value === '' ? 0 : Number(given.value) });
@@ -143,45 +149,47 @@ function sceneParameter(name) {
 /** @returns {Template} */
 function scenePanel() {
   const rows = scenarios.value.filter((row) => row.kind === 'rigid');
-  return html`<fieldset class="panel server" ?disabled=${locked.value !== ''}><legend class="unseen">Scene</legend>
-    <label class="field choice"><span>Scene</span><select id="scene"
+  return html`<fieldset class="panel server" ?disabled=${locked.value !== ''}><legend class="unseen">${t('workbench.scene')}</legend>
+    <label class="field choice"><span>${t('workbench.scene')}</span><select id="scene"
       @change=${(/** @type {Event} */ event) => choose(/** @type {HTMLSelectElement} */ (event.target).value)}>
       ${rows.map(
         (row) => html`<option value=${row.id}
         .selected=${row.title === params.value?.title}>${row.title}</option>`,
       )}</select></label>
-    ${countChoice(worlds().length, 'solver', (wanted) => renew({}, wanted))}
+    ${countChoice(worlds().length, 'rigid.count', (wanted) => renew({}, wanted))}
     ${gravity()}
-    ${control('broad_phase', { label: 'Broad phase' })}
-    ${control('compare_volumes', { label: 'Count false hits' })}
+    ${control('broad_phase')}
+    ${control('compare_volumes')}
     ${
       rigid()?.scene === 'none'
         ? nothing
-        : html`<details><summary>Rebuild with</summary>
+        : html`<details><summary>${t('rigid.rebuild')}</summary>
       ${['size', 'ratio', 'offset', 'speed', 'friction'].map(sceneParameter)}</details>`
     }
   </fieldset>`;
 }
 
-/** @param {keyof import('./drawing.js').Shown} name @param {string} label @returns {Template} */
-function overlay(name, label) {
+/** @param {keyof import('./drawing.js').Shown} name @returns {Template} */
+function overlay(name) {
   return html`<label class="toggle"><input type="checkbox" data-overlay=${name} .checked=${shown.value[name]} @change=${() => {
     shown.value = { ...shown.value, [name]: !shown.value[name] };
     touch();
-  }}><span>${label}</span></label>`;
+  }}><span>${t(`rigid.overlay.${name}`)}</span></label>`;
 }
 
 /** @returns {Template} */
 function overlayPanel() {
-  return html`<fieldset class="panel plainpanel"><legend class="unseen">Overlays</legend><div class="head"><h2>Overlays</h2></div>
-    <div class="toggles">${overlay('contacts', 'Contacts')}${overlay('islands', 'Islands')}${overlay('pairs', 'Pairs')}
-      ${overlay('boxes', 'Boxes')}${overlay('paths', 'Paths')}${overlay('volumes', 'Volumes')}</div>
+  return html`<fieldset class="panel plainpanel"><legend class="unseen">${t('rigid.overlays')}</legend><div class="head"><h2>${t('rigid.overlays')}</h2></div>
+    <div class="toggles">${overlay('contacts')}${overlay('islands')}${overlay('pairs')}
+      ${overlay('boxes')}${overlay('paths')}${overlay('volumes')}</div>
     ${
       shown.value.volumes
-        ? html`<label class="field choice"><span>Volume</span><select id="overlaid" @change=${(/** @type {Event} */ event) => {
+        ? html`<label class="field choice"><span>${t('rigid.volume')}</span><select id="overlaid" @change=${(
+            /** @type {Event} */ event,
+          ) => {
             overlaid.value = Number(/** @type {HTMLSelectElement} */ (event.target).value);
             touch();
-          }}>${['all three', ...VOLUMES.slice(1)].map(
+          }}>${[t('rigid.all_volumes'), ...VOLUMES.slice(1)].map(
             (name, i) => html`<option value=${i}
             .selected=${i === overlaid.value}>${name}</option>`,
           )}</select></label>`
@@ -192,30 +200,30 @@ function overlayPanel() {
 
 // ---- numbers ----
 
-const NUMBERS = /** @type {[string, string, (w: World) => string][]} */ ([
-  ['energy', 'energy (J)', (w) => joules(w.energy - w.energy_start)],
-  ['penetration', 'overlap (mm)', (w) => fixed(1000 * w.penetration, 2)],
-  ['worst', 'worst (mm)', (w) => fixed(1000 * w.penetration_worst, 1)],
-  ['sag', 'sag (cm)', (w) => fixed(100 * w.sag, 1)],
-  ['drift', 'drift (cm)', (w) => fixed(100 * w.drift, 1)],
-  ['tilt', 'tilt (°)', (w) => fixed((180 / Math.PI) * w.tilt, 1)],
-  ['joints', 'joints off (mm)', (w) => (w.joints > 0 ? fixed(1000 * w.joint_error, 1) : '–')],
-  ['pairs', 'pairs', (w) => String(w.pairs)],
-  ['contacts', 'contacts', (w) => String(w.touching)],
-  ['recycled', 'recycled', (w) => String(w.recycled)],
-  ['awake', 'awake', (w) => `${w.awake} of ${w.bodies}`],
-  ['stopped', 'stopped by CCD', (w) => String(w.stopped)],
+const NUMBERS = /** @type {[string, (w: World) => string][]} */ ([
+  ['energy', (w) => joules(w.energy - w.energy_start)],
+  ['penetration', (w) => fixed(1000 * w.penetration, 2)],
+  ['worst', (w) => fixed(1000 * w.penetration_worst, 1)],
+  ['sag', (w) => fixed(100 * w.sag, 1)],
+  ['drift', (w) => fixed(100 * w.drift, 1)],
+  ['tilt', (w) => fixed((180 / Math.PI) * w.tilt, 1)],
+  ['joints', (w) => (w.joints > 0 ? fixed(1000 * w.joint_error, 1) : '–')],
+  ['pairs', (w) => String(w.pairs)],
+  ['contacts', (w) => String(w.touching)],
+  ['recycled', (w) => String(w.recycled)],
+  ['awake', (w) => t('rigid.of', { n: w.awake, all: w.bodies })],
+  ['stopped', (w) => String(w.stopped)],
 ]);
 
 /** @param {number} value */
-const joules = (value) => (Math.abs(value) >= 1e5 ? value.toExponential(1).replace('-', '−') : signed(value, Math.abs(value) < 10 ? 3 : 1));
+const joules = (value) => (Math.abs(value) >= 1e5 ? localized(value.toExponential(1)) : signed(value, Math.abs(value) < 10 ? 3 : 1));
 
 /** @returns {Template} */
 function numbers() {
-  return html`<div class="wide-table" tabindex="0" role="region" aria-label="Current values"><table class="data now"><caption>Now</caption>
+  return html`<div class="wide-table" tabindex="0" role="region" aria-label=${t('workbench.current')}><table class="data now"><caption>${t('workbench.now')}</caption>
     <thead><tr><td></td>${worlds().map((i) => html`<th scope="col">${mark(i)} ${nameOf(i)}</th>`)}</tr></thead>
     <tbody>${NUMBERS.map(
-      ([name, label]) => html`<tr><th scope="row">${label}</th>
+      ([name]) => html`<tr><th scope="row">${t(`rigid.number.${name}`)}</th>
       ${worlds().map((i) => html`<td data-rigid=${`${i}/${name}`}>–</td>`)}</tr>`,
     )}</tbody></table></div>`;
 }
@@ -223,7 +231,7 @@ function numbers() {
 /** How many bodies tunnelled, of all that fly. @returns {Template | typeof nothing} */
 function tunnellingMeter() {
   if (!(Math.abs(params.value?.tunnel_x ?? 1e9) < 1e8)) return nothing;
-  return html`<section class="meter" aria-label="Tunnelling"><h3>Tunnelled</h3>
+  return html`<section class="meter" aria-label=${t('rigid.tunnelling')}><h3>${t('rigid.tunnelled')}</h3>
     ${worlds().map(
       (i) => html`<div class="passed">${mark(i)}<div class="track"><div class="fill" data-player=${i} data-fill=${i}></div></div>
       <span data-rigid=${`${i}/tunnelled`}>–</span></div>`,
@@ -236,32 +244,23 @@ const perStep = (ms) => (ms === undefined ? '–' : fixed(1000 * ms, 2));
 /** @returns {Template | typeof nothing} */
 function volumeTable() {
   if (!params.value?.compare_volumes) return nothing;
-  return html`<table class="data judged"><caption>Bounding volumes</caption><thead><tr><td></td><th scope="col">hits</th><th
-    scope="col">false</th><th scope="col">missed</th>
-    <th scope="col">at (cm)</th><th scope="col">µs per step</th></tr></thead><tbody>${VOLUMES.map(
-      (name, v) => html`<tr><th scope="row">${name}</th>
+  return html`<table class="data judged"><caption>${t('rigid.bounding')}</caption><thead><tr><td></td>${['hits', 'false', 'missed', 'at', 'cost'].map((what) => html`<th scope="col">${t(`rigid.judged.${what}`)}</th>`)}</tr></thead><tbody>${VOLUMES.map(
+    (name, v) => html`<tr><th scope="row">${name}</th>
       ${['hits', 'false', 'missed', 'gap'].map((what) => html`<td data-rigid=${`volume${v}/${what}`}>–</td>`)}<td
         data-volume=${name}>${perStep(costs.value[0]?.[`volume_${name}`])}</td></tr>`,
-    )}</tbody></table>`;
+  )}</tbody></table>`;
 }
 
-const PHASES = /** @type {[string, string][]} */ ([
-  ['broad', 'broad'],
-  ['narrow', 'narrow'],
-  ['solve', 'solve'],
-  ['continuous', 'continuous'],
-  ['finish', 'finish'],
-  ['all', 'step'],
-]);
+const PHASES = ['broad', 'narrow', 'solve', 'continuous', 'finish', 'all'];
 
 /** What the daemon's processor spends on a step, phase by phase. @returns {Template} */
 function phases() {
   const most = Math.max(1e-9, ...costs.value.map((part) => part.all ?? 0));
-  return html`<section class="plotbox" aria-label="Cost of a step"><div class="view phases" tabindex="0" role="group"
-    aria-label="Cost of a step"><table class="data"><caption>ms per step</caption>
+  return html`<section class="plotbox" aria-label=${t('rigid.cost')}><div class="view phases" tabindex="0" role="group"
+    aria-label=${t('rigid.cost')}><table class="data"><caption>${t('rigid.ms_per_step')}</caption>
     <tbody>${PHASES.map(
-      ([name, label]) =>
-        html`<tr><th scope="row">${label}</th>${worlds().map((i) => {
+      (name) =>
+        html`<tr><th scope="row">${t(`rigid.phase.${name}`)}</th>${worlds().map((i) => {
           const ms = costs.value[i]?.[name];
           return html`<td data-phase=${`${i}/${name}`}><span>${ms === undefined ? '–' : fixed(ms, 3)}</span><svg data-player=${i}
             viewBox="0 0 100 1" preserveAspectRatio="none" aria-hidden="true"><rect
@@ -274,9 +273,8 @@ function phases() {
 
 /** @param {number} world @returns {Template} */
 function drawing(world) {
-  const keys = 'Drag a body with the mouse or a finger. Arrow keys move a pointer, Enter grabs and releases a body.';
-  const label = `World of ${nameOf(world)}. ${keys}`;
-  const canvas = html`<canvas id=${`world${world}`} role="img" aria-label=${`World of ${nameOf(world)}`}></canvas>`;
+  const label = `${t('rigid.world', { name: nameOf(world) })}. ${t('rigid.drag')}`;
+  const canvas = html`<canvas id=${`world${world}`} role="img" aria-label=${t('rigid.world', { name: nameOf(world) })}></canvas>`;
   return drag.box(world, 'drag', label, canvas);
 }
 
@@ -284,16 +282,16 @@ function drawing(world) {
 function template() {
   const used = rigid()?.solvers.filter((one) => worlds().some((i) => methodOf(i) === one.name)) ?? [];
   return html`<main class="step collide" id="views" tabindex="-1">
-    <div class="methods" aria-label="Scene and solvers" role="group">${scenePanel()}${worlds().map(solverPanel)}${overlayPanel()}</div>
-    <div class="drawings" tabindex="0" role="region" aria-label="Views">
-      <section class="worlds" aria-label="Worlds" data-worlds=${worlds().length}>${worlds().map(drawing)}</section>
-      <div class="plots">${plotBox('plot-energy', 'Energy over time')}${plotBox('plot-overlap', 'Overlap over time')}${phases()}</div>
+    <div class="methods" aria-label=${t('workbench.scene_and_solvers')} role="group">${scenePanel()}${worlds().map(solverPanel)}${overlayPanel()}</div>
+    <div class="drawings" tabindex="0" role="region" aria-label=${t('workbench.views')}>
+      <section class="worlds" aria-label=${t('rigid.worlds')} data-worlds=${worlds().length}>${worlds().map(drawing)}</section>
+      <div class="plots">${plotBox('plot-energy', t('workbench.energy_t'))}${plotBox('plot-overlap', t('rigid.overlap_t'))}${phases()}</div>
     </div>
-    <aside class="side" aria-label="Numbers">
-      <div class="about"><h2>${params.value?.paper ? `${params.value.paper}: ` : ''}${params.value?.title ?? ''}</h2>
-        ${params.value?.text ? html`<p>${params.value.text}</p>` : nothing}</div>
+    <aside class="side" aria-label=${t('workbench.numbers')}>
+      <div class="about"><h2 lang="en">${params.value?.paper ? `${params.value.paper}: ` : ''}${params.value?.title ?? ''}</h2>
+        ${params.value?.text ? html`<p lang="en">${params.value.text}</p>` : nothing}</div>
       ${workPrecisionButton()}${tunnellingMeter()}${numbers()}${volumeTable()}
-      ${used.map((one) => html`<div class="about"><h3>${words(one.name)}</h3><p>${one.help}</p></div>`)}
+      ${used.map((one) => html`<div class="about"><h3>${words(one.name)}</h3><p lang="en">${one.help}</p></div>`)}
     </aside></main>`;
 }
 
@@ -308,9 +306,9 @@ function put(name, text) {
 /** @param {Scene} scene */
 function showNumbers(scene) {
   scene.worlds.forEach((one, i) => {
-    for (const [name, , text] of NUMBERS) put(`${i}/${name}`, one.status === 1 && name === 'energy' ? 'diverged' : text(one));
+    for (const [name, text] of NUMBERS) put(`${i}/${name}`, one.status === 1 && name === 'energy' ? t('workbench.diverged') : text(one));
     const flying = params.value?.scene === 'bullets_loose' ? one.dynamic / 2 : one.dynamic; /* there the walls can move too */
-    put(`${i}/tunnelled`, `${one.tunnelled} of ${flying}`);
+    put(`${i}/tunnelled`, t('rigid.of', { n: one.tunnelled, all: flying }));
     const fill = document.querySelector(`[data-fill="${i}"]`);
     if (fill instanceof HTMLElement) fill.style.width = `${flying > 0 ? (100 * one.tunnelled) / flying : 0}%`;
   });
@@ -326,9 +324,15 @@ function showNumbers(scene) {
 /** What a world shows, in words. @param {World} w @param {number} i */
 const describe = (w, i) =>
   w.status === 1
-    ? `${nameOf(i)} diverged`
-    : `${nameOf(i)}: ${w.bodies} bodies, ${w.awake} awake, ${w.touching} contacts, ` +
-      `overlap ${fixed(1000 * w.penetration, 1)} mm, energy ${joules(w.energy - w.energy_start)} J`;
+    ? t('rigid.summary_diverged', { name: nameOf(i) })
+    : t('rigid.summary', {
+        name: nameOf(i),
+        bodies: w.bodies,
+        awake: w.awake,
+        contacts: w.touching,
+        overlap: fixed(1000 * w.penetration, 1),
+        energy: joules(w.energy - w.energy_start),
+      });
 
 let numbered = 0;
 
@@ -349,7 +353,7 @@ function draw(frame, settled, name) {
       volume: overlaid.value,
       dt: 1 / at.hz,
       beyond: params.value?.tunnel_x ?? 1e9,
-      name: `${nameOf(i)}${scene.worlds[i]?.status === 1 ? ': diverged' : ''}`,
+      name: scene.worlds[i]?.status === 1 ? `${nameOf(i)}: ${t('workbench.diverged')}` : nameOf(i),
       pointer: drag.pointer.value,
     };
     onto(`world${i}`, (surface) => drag.cameras.set(i, drawWorld(surface, colours, scene, of)));
@@ -366,15 +370,21 @@ function draw(frame, settled, name) {
         dash: paintOf(colours, i).dash,
       }));
     onto('plot-energy', (s) =>
-      drawPlot(s, colours, { lines: lines('energy', 1), x: 't (s)', y: 'energy since the start (J)', least: 0.01, empty: 'Play to draw' }),
+      drawPlot(s, colours, {
+        lines: lines('energy', 1),
+        x: 't (s)',
+        y: t('rigid.energy_axis'),
+        least: 0.01,
+        empty: t('workbench.play_to_draw'),
+      }),
     );
     onto('plot-overlap', (s) =>
       drawPlot(s, colours, {
         lines: lines('penetration', 1000),
         x: 't (s)',
-        y: 'deepest overlap (mm)',
+        y: t('rigid.overlap_axis'),
         least: 0.01,
-        empty: 'Play to draw',
+        empty: t('workbench.play_to_draw'),
       }),
     );
   }

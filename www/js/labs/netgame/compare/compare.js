@@ -20,7 +20,7 @@ import { drawChart, spanOf } from './chart.js';
 import { apart, curvesOf } from './curves.js';
 import * as runs from './runs.js';
 import { differing, settings } from './settings.js';
-import { amount, choiceOf, language, nameOf, ready, say, settingOf, tipOf, tipOfCurve, valueOf, words } from './words.js';
+import { amount, choiceOf, nameOf, ready, say, settingOf, tipOf, tipOfCurve, valueOf, words } from './words.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 /** @typedef {import('../core/frame.js').Frame} Frame */
@@ -82,7 +82,7 @@ function recall() {
 
 /** From the button, or from an address that says so. */
 export async function begin() {
-  await Promise.all([ready, styled]);
+  await Promise.all([ready(), styled]);
   if (active.value) return;
   runs.begin(recall());
 }
@@ -227,7 +227,7 @@ function point(event) {
 export function template() {
   const now = curve(),
     tip = now && tipOfCurve(now);
-  return html`<main class="compare" id="views" tabindex="-1" lang=${language} data-fields=${layout.value?.entities.length ? 'yes' : 'no'}
+  return html`<main class="compare" id="views" tabindex="-1" data-fields=${layout.value?.entities.length ? 'yes' : 'no'}
     aria-busy=${runs.working.value ? 'true' : 'false'}>
     <div class="comparehead"><h2>${say('title')}</h2><p>${say('lead', { seed: String(params.value?.seed ?? 0) })}</p>
       <button type="button" id="compare-close" @click=${() => runs.close()}>${say('close')}</button></div>

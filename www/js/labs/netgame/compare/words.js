@@ -1,22 +1,30 @@
 // Words of the comparison in the browser's language: www/words has them, with the names of settings and curves.
-import { signal } from '../../../../vendor/signals-core.js';
-import { insist } from '../../../base/api.js';
+import { computed, effect, signal } from '../../../../vendor/signals-core.js';
 import { letter } from '../../../base/format.js';
+import { insist } from '../../../base/insist.js';
+import { language as spoken } from '../../../base/words.js';
 
 /** @typedef {{label: string, tip: string}} Entry */
 /** @typedef {{params: Record<string, Entry>, metrics: Record<string, Entry>, choices: Record<string, string>, units: Record<string, string>,
  *   compare: Record<string, string>}} Words */
 
-export const language = navigator.language.startsWith('de') ? 'de' : 'en';
-
 /** @type {import('@preact/signals-core').Signal<Words | null>} null until they are read */
 export const words = signal(null);
 
-export const ready = insist(async () => {
-  const answer = await fetch(new URL(`../../../../words/${language}.json`, import.meta.url));
-  if (!answer.ok) throw new Error(`words: ${answer.status}`);
-  words.value = await answer.json();
-});
+/** @param {string} language @returns {Promise<void>} */
+async function read(language) {
+  const file = await insist(async () => {
+    const answer = await fetch(new URL(`../../../../words/${language}.json`, import.meta.url));
+    if (!answer.ok) throw new Error(`words: ${answer.status}`);
+    return answer.json();
+  });
+  if (language === spoken.peek()) words.value = file;
+}
+
+const reading = computed(() => read(spoken.value));
+effect(() => void reading.value); // again in each language that is shown
+/** @returns {Promise<void>} when the words are there */
+export const ready = () => reading.value;
 
 /** @param {string} key @param {Record<string, string>} [values] @returns {string} */
 export const say = (key, values = {}) => (words.value?.compare[key] ?? '').replace(/\{(\w+)\}/g, (all, name) => values[name] ?? all);
@@ -24,7 +32,7 @@ export const say = (key, values = {}) => (words.value?.compare[key] ?? '').repla
 /** @param {number} value @param {number} digits after the point @param {string} [unit] @returns {string} */
 export function amount(value, digits, unit = '') {
   if (!Number.isFinite(value)) return '–';
-  const size = Math.abs(value).toLocaleString(language, {
+  const size = Math.abs(value).toLocaleString(spoken.value, {
     minimumFractionDigits: digits,
     maximumFractionDigits: digits,
     useGrouping: false,
@@ -54,7 +62,7 @@ export const choiceOf = (path, choice) => words.value?.choices[`${keyOf(path)}.$
 export function valueOf(path, value, unit) {
   if (typeof value === 'boolean') return say(value ? 'on' : 'off');
   if (typeof value !== 'number') return choiceOf(path, String(value));
-  const text = value.toLocaleString(language, { maximumSignificantDigits: 6, useGrouping: false }).replace('-', '−');
+  const text = value.toLocaleString(spoken.value, { maximumSignificantDigits: 6, useGrouping: false }).replace('-', '−');
   return unit === '' ? text : `${text} ${words.value?.units[unit] ?? unit}`;
 }
 

@@ -3,12 +3,12 @@
 /** @type {import('../../../session/lab.js').About} */
 export const about = {
   kind: 'netgame',
-  group: 'Games',
+  group: 'shell.group.netgame',
   tabs: [
-    { id: 'race', name: 'Race', scenario: 'race', shows: ['race', 'gambetta'] },
-    { id: 'cannon', name: 'Cannon', scenario: 'cannon', shows: ['cannon'] },
-    { id: 'shoot', name: 'Shoot', scenario: 'rifle', shows: ['shooter'] },
-    { id: 'crates', name: 'Crates', scenario: 'crates', shows: ['crates'] },
+    { id: 'race', name: 'shell.tab.race', scenario: 'race', shows: ['race', 'gambetta'] },
+    { id: 'cannon', name: 'shell.tab.cannon', scenario: 'cannon', shows: ['cannon'] },
+    { id: 'shoot', name: 'shell.tab.shoot', scenario: 'rifle', shows: ['shooter'] },
+    { id: 'crates', name: 'shell.tab.crates', scenario: 'crates', shows: ['crates'] },
   ],
   elsewhere: { fluid: ['sea', 'dam'] },
   rates: { scene: 60, lanes: 60, gauges: 10, shots: 5 },

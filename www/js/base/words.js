@@ -1,0 +1,141 @@
+// The page's words in one language: that of the address, of an earlier choice, or of the browser; else English. cmake/page.cmake divides
+// www/words/LANGUAGE.json into parts: `page` is read at once, a part of a lab, of the lessons or of a class with what shows it.
+import { computed, signal } from '../../vendor/signals-core.js';
+import { insist } from './insist.js';
+
+/** @typedef {'en' | 'de'} Language */
+/** A text with {name} for its values; with a number `n` also one text for each form of the plural. @typedef {string | {[form: string]: string}} Text */
+/** @typedef {{label: string, tip: string}} Name  of a parameter or a metric; the tip is one line */
+/** What www/words has for a part: names by the parameter's path. @typedef {{words: Record<string, Text>, params?: Record<string, Name>,
+ *   metrics?: Record<string, Name>, units?: Record<string, string>}} Part */
+
+/** @type {Language[]} */
+export const LANGUAGES = ['en', 'de'];
+const KEPT = 'laglab.language';
+const PLACEHOLDER = /\{([^{}]*)\}/;
+
+/** @param {string | null | undefined} name such as de-AT @returns {Language | undefined} */
+const known = (name) => LANGUAGES.find((one) => one === name?.slice(0, 2).toLowerCase());
+
+function kept() {
+  try {
+    return localStorage.getItem(KEPT);
+  } catch {
+    return null; // a browser that keeps nothing
+  }
+}
+
+/** What the page opens with. @returns {Language} */
+function first() {
+  const asked = [location.hash.slice(1), location.search].map((text) => new URLSearchParams(text).get('lang'));
+  return [...asked, kept(), ...navigator.languages].map(known).find((one) => one !== undefined) ?? 'en';
+}
+
+let wish = first();
+/** @type {Set<string>} */
+const wanted = new Set();
+/** @type {Map<string, Promise<Part>>} */
+const asked = new Map();
+/** What is shown. @type {import('@preact/signals-core').Signal<{language: Language, words: Record<string, Text>, parts: Record<string, Part>}>} */
+const now = signal({ language: wish, words: {}, parts: {} });
+
+export const language = computed(() => now.value.language);
+/** Between whole number and fraction. */
+export const decimalPoint = computed(() => (language.value === 'en' ? '.' : (1.5).toLocaleString(language.value).charAt(1)));
+const plural = computed(() => new Intl.PluralRules(language.value));
+
+/** @param {Language} name @param {string} part @returns {Promise<Part>} */
+function read(name, part) {
+  const path = `words/${name}/${part}.json`;
+  const answer =
+    asked.get(path) ??
+    insist(async () => {
+      const file = await fetch(new URL(`../../${path}`, import.meta.url));
+      if (!file.ok) throw new Error(`${path}: ${file.status}`);
+      return file.json();
+    });
+  asked.set(path, answer);
+  return answer;
+}
+
+/** Shows the wanted language once all wanted parts of it are read. @returns {Promise<void>} */
+async function settle() {
+  const name = wish,
+    parts = await Promise.all([...wanted].map(async (part) => /** @type {const} */ ([part, await read(name, part)])));
+  if (name !== wish) return settle();
+  document.documentElement.lang = name;
+  now.value = {
+    language: name,
+    words: Object.assign({}, now.peek().language === name ? now.peek().words : {}, ...parts.map(([, { words }]) => words)),
+    parts: { ...(now.peek().language === name ? now.peek().parts : {}), ...Object.fromEntries(parts) },
+  };
+}
+
+/** Reads a part, in every language that is shown from now on. @param {string} part @returns {Promise<void>} when its words are there */
+export function need(part) {
+  wanted.add(part);
+  return settle();
+}
+
+/** Another language, at once for all that is shown. @param {string} name @param {boolean} keep as a person's choice, in this browser */
+export function speakIn(name, keep) {
+  wish = known(name) ?? wish;
+  if (keep) {
+    try {
+      localStorage.setItem(KEPT, wish);
+    } catch {
+      /* the choice then lasts as long as the page */
+    }
+  }
+  return settle();
+}
+
+/** A number in a sentence. @param {number} value @param {number} least @param {number} most digits after the point @returns {string} */
+export function digits(value, least, most) {
+  const text = value.toLocaleString(language.value, { minimumFractionDigits: least, maximumFractionDigits: most, useGrouping: false });
+  return text.replace('-', '−');
+}
+
+/** @typedef {Record<string, unknown>} Values */
+
+/** @param {string} key @param {Values} values @returns {string} */
+function textOf(key, values) {
+  const found = now.value.words[key] ?? '';
+  return typeof found === 'string' ? found : (found[plural.value.select(Number(values.n))] ?? found.other ?? '');
+}
+
+/** Words by their key, with values in their places; empty while they are not read. With a number `n` in the right form of the plural.
+ * @param {string} key @param {Values} [values] @returns {string} */
+export function t(key, values = {}) {
+  return rich(key, values).join('');
+}
+
+/** The same with templates among the values: a list to render. @param {string} key @param {Values} values @returns {unknown[]} */
+export function rich(key, values) {
+  return textOf(key, values)
+    .split(PLACEHOLDER)
+    .map((piece, i) => {
+      if (i % 2 === 0) return piece;
+      const value = values[piece];
+      return typeof value === 'number' ? digits(value, 0, 3) : (value ?? '');
+    });
+}
+
+/** Whether there are words for a key. @param {string} key */
+export const has = (key) => now.value.words[key] !== undefined;
+
+/** The name of a parameter or a metric of a part. @param {string} part @param {'params' | 'metrics'} table @param {string} path
+ * @returns {Name | undefined} */
+export const nameOf = (part, table, path) => now.value.parts[part]?.[table]?.[path];
+
+/** The name of a scenario's value. @param {string} kind of the scenario @param {string} path such as methods.0.dt_s */
+export const inputOf = (kind, path) => nameOf(kind, 'params', path.replace(/^side_by_side\.\d+\./, '').replace(/\.\d+(?=\.|$)/g, '.*'));
+
+/** The name of a unit of the tables. @param {string} unit @returns {string} */
+export function unitName(unit) {
+  for (const { units } of Object.values(now.value.parts)) if (units?.[unit]) return units[unit];
+  return unit;
+}
+
+/** When the words of the page itself are there. */
+export const ready = need('page');
