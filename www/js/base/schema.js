@@ -10,6 +10,7 @@
  * @property {string} unit
  * @property {string} help
  * @property {boolean} live
+ * @property {any} standard  value where none is given; undefined where there is none
  */
 
 /** Follows references and picks the branch of a union that has the key wanted.
@@ -69,6 +70,7 @@ export function rowOf(name, node, type) {
     unit: node['x-unit'] ?? type['x-unit'] ?? '',
     help: node.description ?? type.description ?? '',
     live: (node['x-live'] ?? type['x-live'] ?? false) === true,
+    standard: node.default ?? type.default,
   };
 }
 

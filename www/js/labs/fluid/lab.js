@@ -115,7 +115,7 @@ function plot(i) {
   const set = (/** @type {Event} */ event) => {
     plotted.value = plotted.value.map((one, k) => (k === i ? /** @type {HTMLSelectElement} */ (event.target).value : one));
   };
-  return html`<section class="plotbox" aria-label=${name}><div class="view"><canvas id=${`plot${i}`} role="img" aria-label=${name}></canvas>
+  return html`<section class="plotbox" aria-label=${name}><div class="view"><canvas id=${`plot${i}`} role="img" aria-label=${name}></canvas><take-away data name=${name}></take-away>
     <select class="plotted" aria-label=${`Plot ${i + 1} shows`} @change=${set}>${names().map(
       (one) => html`<option value=${one}
       .selected=${one === plottedName(i)}>${wordsOf(one).label}</option>`,
@@ -138,7 +138,13 @@ function drawingOf(i) {
   return html`<figure class="drawing"><figcaption>${fluids().length > 1 ? html`${mark(i)} <b>${nameOf(i)}</b>` : nothing}
       <span>${wordsOf(errorOf(i)).label} <output
         data-error=${i}>–</output></span><span>${step === undefined ? '–' : short(step)} ms/step</span></figcaption>
-    ${drag.box(i, 'stir', label, html`<canvas id=${idOf(i)} role="img" aria-label="Fluid"></canvas>`)}</figure>`;
+    ${drag.box(
+      i,
+      'stir',
+      label,
+      html`<canvas id=${idOf(i)} role="img" aria-label="Fluid"></canvas><take-away
+      name=${name}></take-away>`,
+    )}</figure>`;
 }
 
 /** @returns {Template} */
@@ -151,7 +157,7 @@ function template() {
       <div class="plots">${plot(0)}${plot(1)}${
         hasProfiles()
           ? html`<section class="plotbox" aria-label="Profiles"><div class="view">
-        <canvas id="profiles" role="img" aria-label="Profiles"></canvas></div></section>`
+        <canvas id="profiles" role="img" aria-label="Profiles"></canvas><take-away data name="Profiles"></take-away></div></section>`
           : nothing
       }</div>
     </div>
@@ -229,7 +235,15 @@ function drawPlots(colours) {
       const ys = records[i]?.numbers[one.numbers.indexOf(name)],
         own = paintOf(colours, several ? i : p);
       return ys
-        ? [{ xs: records[i]?.t ?? [], ys: size ? ys.map(Math.abs) : ys, colour: own.text, ...(several ? { dash: own.dash } : {}) }]
+        ? [
+            {
+              xs: records[i]?.t ?? [],
+              ys: size ? ys.map(Math.abs) : ys,
+              name: several ? nameOf(i) : wordsOf(name).label,
+              colour: own.text,
+              ...(several ? { dash: own.dash } : {}),
+            },
+          ]
         : [];
     });
     const empty = lines.some(({ ys }) => ys.length < 2 || ys.some((v) => v !== 0)) ? 'Play to draw' : 'all is 0';
@@ -244,6 +258,7 @@ function drawPlots(colours) {
   const lines = shown.map(({ name, i, pairs, known }) => ({
     xs: pairs.map(([x = 0]) => x),
     ys: pairs.map(([, y = 0]) => y),
+    name: several && !known ? `${name}, ${nameOf(i)}` : name,
     colour: paintOf(colours, several ? i : Math.max(0, own.indexOf(name.replace('_reference', '')))).text,
     ...(known ? { points: true, width: 1, dash: [2, 3] } : several ? { dash: paintOf(colours, i).dash } : {}),
   }));

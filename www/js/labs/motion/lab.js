@@ -171,7 +171,7 @@ function template() {
     <div class="methods" aria-label="Problem and methods" role="group">${problemPanel()}${places().map(methodPanel)}</div>
     <div class="drawings" tabindex="0" role="region" aria-label="Views">
       <section class="row motion" aria-label="Motion"><div class="view"><canvas id="motion" role="img"
-        aria-label="Motion"></canvas></div></section>
+        aria-label="Motion"></canvas><take-away name="Motion"></take-away></div></section>
       <div class="plots">
         ${plotBox('plot-value', 'Position over time')}${plotBox('plot-error', 'Error over time')}
         ${at?.energy ? plotBox('plot-energy', 'Energy over time') : nothing}
@@ -257,8 +257,11 @@ function draw(frame, settled, name) {
   const unit = unitOf(at.components[0] ?? '');
   const colourOf = (/** @type {number} */ i) => (i === 0 ? colours.truth : paintOf(colours, i - 1).text);
   const dashOf = (/** @type {number} */ i) => (i === 0 ? [5, 4] : paintOf(colours, i - 1).dash);
+  const trackName = (/** @type {number} */ i) => (i === 0 ? 'solution' : words(nameOf(i - 1)));
   const lines = (/** @type {'t' | 'value'} */ x, /** @type {'value' | 'speed' | 'error' | 'drift'} */ y, /** @type {number} */ from) =>
-    record.tracks.slice(from).map((track, k) => ({ xs: track[x], ys: track[y], colour: colourOf(k + from), dash: dashOf(k + from) }));
+    record.tracks
+      .slice(from)
+      .map((track, k) => ({ xs: track[x], ys: track[y], name: trackName(k + from), colour: colourOf(k + from), dash: dashOf(k + from) }));
   onto('motion', (surface) =>
     drawScene(surface, colours, record, motions, { problem: at.problem, names: places().map((i) => words(nameOf(i))), unit }),
   );
@@ -311,6 +314,7 @@ function drawRefinementSeries(colours) {
     of.map(({ i, list }) => ({
       xs: list.map((one) => one[x]),
       ys: list.map((one) => one.error),
+      name: words(nameOf(i)),
       colour: paintOf(colours, i).text,
       dash: paintOf(colours, i).dash,
       points: true,

@@ -258,7 +258,7 @@ const PHASES = /** @type {[string, string][]} */ ([
 function phases() {
   const most = Math.max(1e-9, ...costs.value.map((part) => part.all ?? 0));
   return html`<section class="plotbox" aria-label="Cost of a step"><div class="view phases" tabindex="0" role="group"
-    aria-label="Cost of a step"><table class="data"><caption>ms per step</caption>
+    aria-label="Cost of a step"><take-away data="phases" name="Cost of a step"></take-away><table class="data"><caption>ms per step</caption>
     <tbody>${PHASES.map(
       ([name, label]) =>
         html`<tr><th scope="row">${label}</th>${worlds().map((i) => {
@@ -276,7 +276,8 @@ function phases() {
 function drawing(world) {
   const keys = 'Drag a body with the mouse or a finger. Arrow keys move a pointer, Enter grabs and releases a body.';
   const label = `World of ${nameOf(world)}. ${keys}`;
-  const canvas = html`<canvas id=${`world${world}`} role="img" aria-label=${`World of ${nameOf(world)}`}></canvas>`;
+  const canvas = html`<canvas id=${`world${world}`} role="img" aria-label=${`World of ${nameOf(world)}`}></canvas><take-away
+    name=${`World of ${nameOf(world)}`}></take-away>`;
   return drag.box(world, 'drag', label, canvas);
 }
 
@@ -362,6 +363,7 @@ function draw(frame, settled, name) {
       record.tracks.map((track, i) => ({
         xs: track.t,
         ys: track[what].map((v) => v * scale),
+        name: nameOf(i),
         colour: paintOf(colours, i).text,
         dash: paintOf(colours, i).dash,
       }));
@@ -390,4 +392,14 @@ effect(() => {
 const rates = () => ({ contacts: shown.value.contacts || shown.value.pairs ? 60 : 0 });
 
 /** @type {import('../../session/lab.js').Lab} */
-export const lab = { template, draw, rates };
+export const lab = {
+  template,
+  draw,
+  rates,
+  tables: async () => ({
+    phases: () => ({
+      columns: [{ name: 'part', unit: '' }, ...worlds().map((i) => ({ name: nameOf(i), unit: 'ms' }))],
+      rows: PHASES.map(([name, label]) => [label, ...worlds().map((i) => costs.value[i]?.[name] ?? null)]),
+    }),
+  }),
+};
