@@ -5,6 +5,7 @@ import { palette } from '../draw/palette.js';
 import { lab } from '../session/labs.js';
 import { experiment, frame, notify, params, session } from '../session/state.js';
 import { SCHEMA } from '../stream/records.js';
+import { versionOf } from '../workbench/version.js';
 import { withTexts } from './png.js';
 import { changedSettings, languageOf, wordsOf } from './settings.js';
 import { tableOfPlot } from './table.js';
@@ -13,21 +14,6 @@ import { tableOfPlot } from './table.js';
 /** name: of the view or chart; table: of its data, empty for that of the canvas, null for none
  * @typedef {{name: string, canvas: HTMLCanvasElement | null, table: string | null}} Taken */
 /** Of what is shown, at that time. @typedef {{title: string, settings: string, moment: string, version: string, source: string}} Facts */
-
-/** The version that the session's log names in its first line. @param {string} id */
-async function versionOf(id) {
-  const answer = await fetch(address(`sessions/${id}/log`));
-  const reader = answer.body?.getReader();
-  if (!answer.ok || !reader) return '';
-  let text = '';
-  for (;;) {
-    const { value, done } = await reader.read();
-    text += new TextDecoder().decode(value);
-    if (done || text.length > 200) break;
-  }
-  reader.cancel().catch(() => {});
-  return /"version":"([^"]*)"/.exec(text)?.[1] ?? '';
-}
 
 /** The address that shows the same; of a read-only session that of the session. */
 const sourceOf = () => location.href.replace(/([#&])k=[^&]*/, '$1').replace(/&$/, '');
