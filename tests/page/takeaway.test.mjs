@@ -1,8 +1,10 @@
 // What one takes away: pictures and data with the settings that made them.
 import assert from 'node:assert/strict';
-import { readFileSync } from 'node:fs';
+import { readFileSync, readdirSync } from 'node:fs';
+import { createServer } from 'node:http';
 import { after, before, test } from 'node:test';
 import * as zlib from 'node:zlib';
+import { chromium } from 'playwright-core';
 import { startDaemon } from '../lib/daemon.mjs';
 import { api, axe, frameOf, launch, pause, until, visit } from './lib.mjs';
 
@@ -218,4 +220,209 @@ test('the buttons can be reached and read, and are no new fault of a page', asyn
     assert.match(download.suggestedFilename(), /\.png$/, at);
     await close();
   }
+});
+
+// ---- paper ----
+
+const LESSONS = readdirSync(new URL('../../www/lessons/', import.meta.url))
+  .filter((name) => name.endsWith('.json'))
+  .map((name) => name.slice(0, -5));
+
+/** Pages of a PDF, each its size in points. @param {Buffer} pdf */
+function pagesOf(pdf) {
+  const text = pdf.toString('latin1');
+  const boxes = [...text.matchAll(/\/MediaBox\s*\[([^\]]*)\]/g)].map(([, box]) => box.trim().split(/\s+/).map(Number).slice(2));
+  return { count: [...text.matchAll(/\/Type\s*\/Page\b(?!s)/g)].length, boxes };
+}
+
+/** Prints the lesson that is shown. @param {import('playwright-core').Page} page */
+async function printed(page) {
+  await page.evaluate(() => {
+    globalThis.printed = false;
+    window.print = () => {
+      globalThis.printed = true;
+    };
+  });
+  await page.locator('#print').click();
+  await page.waitForFunction(() => globalThis.printed, null, { timeout: 30000 });
+  return page.pdf({ preferCSSPageSize: true, printBackground: true });
+}
+
+test('each lesson is printed on two pages of A4 in both languages, with nothing cut off', async () => {
+  assert.ok(LESSONS.length >= 31);
+  const { page, complaints, close } = await visit(browser, `${daemon.url}#lesson=${LESSONS[0]}&step=1&lang=en`, { wait: false });
+  for (const id of LESSONS) {
+    const lesson = JSON.parse(readFileSync(new URL(`../../www/lessons/${id}.json`, import.meta.url), 'utf8'));
+    for (const lang of ['en', 'de']) {
+      await page.evaluate((hash) => {
+        location.hash = hash;
+      }, `lesson=${id}&step=1&lang=${lang}`);
+      await page.locator('#lesson-step', { hasText: lesson.title[lang] }).waitFor();
+      await page.waitForFunction(() => globalThis.laglab().frame?.tick === 0 && document.querySelector('#print'), null, { timeout: 20000 });
+      const { count, boxes } = pagesOf(await printed(page));
+      assert.equal(count, 2, `${id} ${lang}`);
+      for (const [width, height] of boxes)
+        assert.ok(Math.abs(width - 595.3) < 1 && Math.abs(height - 841.9) < 1, `${id}: ${width} x ${height}`);
+      await page.emulateMedia({ media: 'print' });
+      const sheets = await page.locator('.a4').evaluateAll((list) =>
+        list.map((sheet) => {
+          const foot = sheet.querySelector('footer').getBoundingClientRect().top;
+          const images = [...sheet.querySelectorAll('img')].map(
+            (image) => image.naturalWidth > 100 && image.getBoundingClientRect().height > 30,
+          );
+          return {
+            text: sheet.innerText,
+            free:
+              foot -
+              Math.max(...[...sheet.children].filter((one) => one.tagName !== 'FOOTER').map((one) => one.getBoundingClientRect().bottom)),
+            sideways: sheet.scrollWidth - sheet.clientWidth,
+            images,
+          };
+        }),
+      );
+      await page.emulateMedia({ media: null });
+      for (const { free, sideways, images } of sheets) {
+        assert.ok(free >= 0 && sideways <= 0, `${id} ${lang}: ${free} px above the foot, ${sideways} px too wide`);
+        assert.ok(images.length > 0 && images.every(Boolean), `${id} ${lang}: pictures`);
+      }
+      assert.ok(
+        sheets[0].text.includes(lesson.title[lang]) && sheets[1].text.includes(lesson.misconceptions[0]?.[lang] ?? ''),
+        `${id} ${lang}`,
+      );
+      assert.doesNotMatch(sheets.map(({ text }) => text).join(), /\{\w+\}|undefined|NaN/, id);
+    }
+  }
+  assert.equal(await page.evaluate(() => new URLSearchParams(location.hash.slice(1)).get('step')), '1', 'the lesson is where it was');
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
+test('the sheet has a QR code of the lesson where others reach the address, and none of a loopback address', async () => {
+  const outside = await startDaemon({ args: ['--allow-host', 'lab.example'] }),
+    port = new URL(outside.url).port;
+  const other = await chromium.launch({
+    executablePath: '/usr/bin/chromium',
+    args: ['--no-sandbox', '--disable-gpu', '--host-resolver-rules=MAP lab.example 127.0.0.1'],
+  });
+  for (const [host, count] of [
+    ['lab.example', 1],
+    ['127.0.0.1', 0],
+  ]) {
+    const { page, close } = await visit(other, `http://${host}:${port}/#lesson=jump_back&step=1&lang=de`, { wait: false });
+    await page.locator('#print').waitFor({ timeout: 15000 });
+    await page.waitForFunction(() => globalThis.laglab().frame !== null);
+    await printed(page);
+    assert.equal(await page.locator('.a4 .qr').count(), count, String(host));
+    if (count) {
+      const label = await page.locator('.a4 .qr').getAttribute('aria-label');
+      assert.ok(label?.endsWith(`http://${host}:${port}/#lesson=jump_back&step=1&lang=de`), String(label));
+    }
+    await close();
+  }
+  await other.close();
+  await outside.stop();
+});
+
+// ---- in a frame ----
+
+test('a course page that is named shows ?embed=1 in a frame: views, caption, play and scrub; nobody else shows anything', async () => {
+  const server = createServer((request, response) => {
+    const url = new URL(request.url ?? '/', 'http://course').searchParams.get('of') ?? '';
+    response.setHeader('Content-Type', 'text/html');
+    response.end(
+      `<!doctype html><html lang="en"><title>Course</title><h1>Course</h1><iframe title="laglab" width="800" height="480" src="${url}"></iframe>`,
+    );
+  });
+  await new Promise((done) => {
+    server.listen(0, '127.0.0.1', () => done(null));
+  });
+  const course = `http://127.0.0.1:${/** @type {import('node:net').AddressInfo} */ (server.address()).port}`;
+  const framing = await startDaemon({ args: ['--allow-embed', `https://other.example,${course}`] });
+  const policyOf = async (base, at) => (await fetch(base + at)).headers.get('content-security-policy');
+  assert.match(await policyOf(framing.url, '?embed=1'), new RegExp(`frame-ancestors https://other\\.example ${course};`));
+  for (const at of ['', '?embed=0', 'api/v1/scenarios?brief=true', 'js/shell/main.js'])
+    assert.match(await policyOf(framing.url, at), /frame-ancestors 'none'/, at);
+  assert.match(await policyOf(daemon.url, '?embed=1'), /frame-ancestors 'none'/, 'without the option');
+  const framed = async (base, query) => {
+    const { page, complaints, close } = await visit(browser, `${course}/?of=${encodeURIComponent(base + query)}`, {
+      wait: false,
+      width: 900,
+      height: 640,
+    });
+    return { page, complaints, close, frame: page.frameLocator('iframe') };
+  };
+  const one = await framed(framing.url, '?scenario=race&set=players.0.lag_ms:222&embed=1');
+  await one.frame.locator('#play').waitFor({ timeout: 15000 });
+  await until(async () => /tick [1-9]/.test((await one.frame.locator('#ticks').textContent()) ?? ''), 'it runs', 10000);
+  assert.equal(await one.frame.locator('header.top').count(), 0);
+  assert.equal(await one.frame.locator('canvas[data-view]:visible').count(), 3);
+  assert.equal(await one.frame.locator('.gutter:visible, .side:visible').count(), 0);
+  assert.match((await one.frame.locator('#embed-caption').textContent()) ?? '', /A race in three views/);
+  assert.ok(await one.frame.locator('#scrub').isVisible());
+  const href = await one.frame.locator('#whole').getAttribute('href');
+  assert.match(href ?? '', /^\/\?scenario=race&set=players\.0\.lag_ms:222$/);
+  await one.frame.locator('#play').click();
+  await one.frame.getByRole('button', { name: 'Play', exact: true }).waitFor();
+  assert.deepEqual(one.complaints, []);
+  assert.deepEqual(await axe(one.page), []);
+  await one.close();
+  for (const [base, query] of [
+    [framing.url, '?scenario=race'],
+    [daemon.url, '?scenario=race&embed=1'],
+  ]) {
+    const refused = await framed(base, query);
+    await refused.page.waitForTimeout(1500);
+    assert.equal(await refused.frame.locator('#play').count(), 0, query);
+    assert.match(refused.complaints.join(), /frame-ancestors/, query);
+    await refused.close();
+  }
+  await framing.stop();
+  await new Promise((done) => {
+    server.close(done);
+  });
+});
+
+// ---- nothing set is lost ----
+
+const lagOf = (page) => page.evaluate(() => globalThis.laglab().params?.players?.[0]?.lag_ms ?? null);
+const kindOf = (page) => page.evaluate(() => globalThis.laglab().params?.kind ?? '');
+const note = (page) => page.locator('aside.note').textContent();
+
+test('another lab keeps what was changed: it says so, Back, Forward and the tab return with it', async () => {
+  const { page, complaints, close } = await visit(browser, `${daemon.url}?scenario=race&set=players.0.lag_ms:222&seed=9`);
+  await page.evaluate(() => {
+    globalThis.same = true;
+  });
+  const tab = (name) => page.getByRole('navigation', { name: 'Labs' }).getByRole('button', { name, exact: true });
+  await tab('Step').click();
+  await until(async () => (await kindOf(page)) === 'motion', 'the step lab', 10000);
+  await until(async () => /2 changed settings kept: Back returns to them/.test((await note(page)) ?? ''), 'it says so');
+  await page.goBack();
+  await until(async () => (await lagOf(page)) === 222, 'Back: the race with its lag', 10000);
+  assert.equal(await page.evaluate(() => globalThis.laglab().params.seed), 9);
+  assert.match(page.url(), /set=players\.0\.lag_ms:222&seed=9/);
+  await page.goForward();
+  await until(async () => (await kindOf(page)) === 'motion', 'Forward', 10000);
+  await tab('Race').click();
+  await until(async () => (await lagOf(page)) === 222, 'the tab', 10000);
+  await until(async () => /2 changed settings as you left them/.test((await note(page)) ?? ''), 'it says so');
+  await page.getByRole('button', { name: 'Reset', exact: true }).click();
+  await until(async () => (await lagOf(page)) === 150, 'Reset: the scenario', 5000);
+  await page.evaluate(() => {
+    location.hash = '#collide';
+  });
+  await until(async () => (await kindOf(page)) === 'rigid', 'a short address that is typed', 10000);
+  assert.equal(await page.evaluate(() => globalThis.same), true, 'all on one page');
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
+test('another problem of the step lab keeps what was changed, and no measured curve of the one before', async () => {
+  const { page, close } = await visit(browser, `${daemon.url}?scenario=motion/spring&set=methods.0.dt_s:0.25`);
+  await page.locator('#problem').selectOption('pendulum');
+  await until(async () => (await page.evaluate(() => globalThis.laglab().params?.problem)) === 'pendulum', 'the pendulum', 10000);
+  await until(async () => /One changed setting kept: Back returns to it/.test((await note(page)) ?? ''), 'it says so');
+  await page.goBack();
+  await until(async () => (await page.evaluate(() => globalThis.laglab().params?.methods?.[0]?.dt_s)) === 0.25, 'Back', 10000);
+  await close();
 });

@@ -15,6 +15,7 @@
  * @property {string} roomKey     the teacher's, of `&k=`; removed from the address bar at once
  * @property {string | null} experiment  of `#experiments=ID`; empty for the view alone; null when a lab is wanted
  * @property {LessonAt | null} lesson  the list of questions, or one of them; null when a lab is wanted
+ * @property {boolean} embed   in a frame of a course page: the view alone
  * @property {string[]} problems  what was ignored, in words
  */
 
@@ -85,6 +86,7 @@ export function readLink(search, hash) {
     roomKey: fragment.has('class') ? (fragment.get('k') ?? '') : '',
     experiment: readExperiment(hash),
     lesson: readLesson(search, hash),
+    embed: query.get('embed') === '1',
     problems: [],
   };
 
@@ -126,12 +128,13 @@ export function readScenario(link, search, hash, shorts) {
 }
 
 /** The query that gives the same set-up elsewhere: only what differs from the scenario.
- * @param {Pick<Link, 'scenario' | 'set' | 'seed' | 'theme'>} link @returns {string} */
+ * @param {Pick<Link, 'scenario' | 'set' | 'seed' | 'theme' | 'embed'>} link @returns {string} */
 export function writeQuery(link) {
   const parts = [`scenario=${link.scenario}`];
   for (const [path, value] of Object.entries(link.set))
     parts.push(`set=${path}:${encodeURIComponent(typeof value === 'object' ? JSON.stringify(value) : String(value))}`);
   if (link.seed !== null) parts.push(`seed=${link.seed}`);
   if (link.theme !== 'auto') parts.push(`theme=${link.theme}`);
+  if (link.embed) parts.push('embed=1');
   return `?${parts.join('&')}`;
 }

@@ -27,7 +27,12 @@ function picturesNow() {
   const all = [...document.querySelectorAll('.teach > main canvas[role="img"]')].filter(
     (canvas) => canvas instanceof HTMLCanvasElement && canvas.clientWidth > 40 && canvas.clientHeight > 20,
   );
-  const views = all.filter((canvas) => canvas.closest('.plotbox') === null);
+  const shown = ['0', String((opened.value?.look.player ?? 0) + 1)]; /* of a netgame's views: the server's and the one that is looked at */
+  const views = all.filter(
+    (canvas) =>
+      canvas.closest('.plotbox') === null &&
+      (!(canvas instanceof HTMLCanvasElement) || canvas.dataset.view === undefined || shown.includes(canvas.dataset.view)),
+  );
   return /** @type {HTMLCanvasElement[]} */ (views.length > 0 ? views : all).map((canvas) => ({
     text: canvas.toDataURL(),
     ratio: canvas.width / canvas.height,
@@ -88,7 +93,7 @@ function pupils(of, pictures, version) {
 function teachers(of, pictures, version) {
   const right = of.choices.find((one) => one.right),
     answer = `${right?.label ? `${right.label[language.value]}: ` : ''}${amount(of.answer.value, of.answer.unit)}`;
-  return html`<section class="a4 key"><header><div><p class="name">laglab · ${word('paper.teacher')}</p><h1>${of.title[language.value]}</h1>
+  return html`<section class="a4 teacher"><header><div><p class="name">laglab · ${word('paper.teacher')}</p><h1>${of.title[language.value]}</h1>
       <p>${word('minutes')}: ${of.minutes} · ${word('age')}: ${of.age} · ${of.hooks.map((hook) => word(`hooks.${hook}`)).join(', ')}</p></div></header>
     <p class="answer">${word('paper.answer')} <b>${answer}</b></p>
     ${figure(pictures, word('paper.stop', { tick: of.stop_tick }))}

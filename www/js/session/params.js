@@ -66,7 +66,8 @@ export function showAddress() {
   const now = session.value,
     shown = experiment.value;
   link.theme = theme.value;
-  const colours = link.theme === 'auto' ? '' : `?theme=${link.theme}`;
+  const parts = [...(link.theme === 'auto' ? [] : [`theme=${link.theme}`]), ...(link.embed ? ['embed=1'] : [])],
+    colours = parts.length === 0 ? '' : `?${parts.join('&')}`;
   if (shown !== null || lesson.value !== null) {
     const hash = lesson.value !== null ? writeLesson(lesson.value) : `#experiments${shown === '' ? '' : `=${shown}`}`;
     history.replaceState(null, '', location.pathname + colours + hash);

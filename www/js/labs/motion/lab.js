@@ -5,9 +5,8 @@ import { call, make } from '../../base/api.js';
 import { fixed } from '../../base/format.js';
 import { find } from '../../base/schema.js';
 import { MOTION_STATUS } from '../../stream/names.js';
-import { link } from '../../session/opening.js';
 import { change } from '../../session/params.js';
-import { again } from '../../session/session.js';
+import { choose } from '../../session/session.js';
 import { layout, locked, notify, params, schema } from '../../session/state.js';
 import { palette, paintOf } from '../../draw/palette.js';
 import { drawPlot } from '../../draw/plot.js';
@@ -79,10 +78,8 @@ function methodPanel(i) {
 
 /** @param {Event} event */
 function chooseProblem(event) {
-  link.scenario = 'motion/general';
-  link.set = { problem: /** @type {HTMLSelectElement} */ (event.target).value };
-  link.seed = null;
-  again();
+  levels.value = new Map(); /* measured of another problem */
+  choose('motion/general', { problem: /** @type {HTMLSelectElement} */ (event.target).value });
 }
 
 /** @returns {Template} */

@@ -1,0 +1,32 @@
+// The page in a frame of a course's page: the views, what they show, play and scrub, and the way to all of it.
+import { html, nothing } from '../../vendor/lit-html.js';
+import { writeLesson, writeQuery } from '../base/link.js';
+import { link } from '../session/opening.js';
+import { experiment, lesson, notice, params } from '../session/state.js';
+import { timeBar } from './bar.js';
+
+/** @typedef {import('../../vendor/lit-html.js').TemplateResult} Template */
+
+const sheet = document.createElement('link');
+sheet.rel = 'stylesheet';
+sheet.href = new URL('../../embed.css', import.meta.url).href;
+export const styled = new Promise((done) => {
+  sheet.onload = sheet.onerror = done;
+});
+document.head.append(sheet);
+document.documentElement.dataset.embed = 'yes';
+
+/** The same without the frame. */
+const whole = () =>
+  location.pathname + (lesson.value === null ? writeQuery({ ...link, embed: false }) + location.hash : writeLesson(lesson.value));
+
+/** @param {Template} content @returns {Template} */
+export function page(content) {
+  const now = params.value;
+  return html`${content}
+    <div class="embedfoot">${
+      lesson.value === null && now !== null ? html`<p id="embed-caption"><b>${now.title}</b> ${now.text ?? nothing}</p>` : html`<p></p>`
+    }<a id="whole" href=${whole()} target="_blank" rel="noopener">Open in laglab</a></div>
+    ${notice.value === '' ? nothing : html`<aside class="note" aria-label="Note"><span>${notice.value}</span></aside>`}
+    ${experiment.value === null ? timeBar() : nothing}`;
+}
