@@ -288,7 +288,7 @@ export async function choose(id, set, step = true) {
   await again();
   drop(before);
   if (link.problems.length > 0) return;
-  if (known) notify(`${many(changes())} as you left them: Reset restores the scenario`);
+  if (known) notify(`${many(changes())} as you left ${changes() === 1 ? 'it' : 'them'}`);
   else if (count > 0) notify(`${many(count)} kept: Back returns to ${count === 1 ? 'it' : 'them'}`);
 }
 
