@@ -1,4 +1,4 @@
-// What one takes away: pictures and data with the settings that made them.
+// What one takes away: images and data with the settings that made them.
 import assert from 'node:assert/strict';
 import { readFileSync, readdirSync } from 'node:fs';
 import { createServer } from 'node:http';
@@ -18,7 +18,7 @@ after(async () => {
   await daemon?.stop();
 });
 
-/** Presses a button that saves, and gives the file. @param {import('playwright-core').Page} page @param {'picture' | 'data'} what @param {string} name */
+/** Presses a button that saves, and gives the file. @param {import('playwright-core').Page} page @param {'image' | 'data'} what @param {string} name */
 async function save(page, what, name) {
   const [download] = await Promise.all([
     page.waitForEvent('download', { timeout: 15000 }),
@@ -78,7 +78,7 @@ const version = async () => {
 };
 const ready = (page) => page.locator('take-away button').first().waitFor({ timeout: 15000 });
 
-test('a view is saved as a picture with what differs from the scenario, seed, tick and version', async () => {
+test('a view is saved as a image with what differs from the scenario, seed, tick and version', async () => {
   const { page, complaints, close } = await visit(
     browser,
     `${daemon.url}?scenario=race&set=players.0.lag_ms:222&set=players.1.link.up.jitter_ms:30&seed=7`,
@@ -86,7 +86,7 @@ test('a view is saved as a picture with what differs from the scenario, seed, ti
   await ready(page);
   await pause(page);
   const { tick } = await frameOf(page);
-  const { bytes, file } = await save(page, 'picture', 'View of Player A');
+  const { bytes, file } = await save(page, 'image', 'View of Player A');
   const texts = textsOf(bytes);
   assert.match(file, /^laglab-a-race-in-three-views-view-of-player-a\.png$/);
   assert.equal(texts.Title, 'A race in three views – View of Player A');
@@ -107,8 +107,8 @@ test('a scenario with nothing changed says so', async () => {
     const { page, close } = await visit(browser, `${daemon.url}?scenario=${scenario}`);
     await ready(page);
     await page.waitForFunction(() => globalThis.laglab().params !== null);
-    const name = await page.locator('take-away button[data-take="picture"]').first().getAttribute('aria-label');
-    const texts = textsOf((await save(page, 'picture', name.replace('Save picture: ', ''))).bytes);
+    const name = await page.locator('take-away button[data-take="image"]').first().getAttribute('aria-label');
+    const texts = textsOf((await save(page, 'image', name.replace('Save image: ', ''))).bytes);
     assert.match(texts.Description, /^All settings are the scenario’s\.\nSeed \d+ · tick \d+/, `${scenario}: ${texts.Description}`);
     await close();
   }
@@ -149,7 +149,7 @@ const CHARTS = [
   { at: 'fluid/cylinder', names: null, view: null },
 ];
 for (const { at, names, view } of CHARTS) {
-  test(`${at}: each chart has its picture and its data`, async () => {
+  test(`${at}: each chart has its image and its data`, async () => {
     const { page, complaints, close } = await visit(browser, `${daemon.url}?scenario=${at}`);
     await ready(page);
     await until(async () => (await frameOf(page)).tick > 30, 'half a second', 20000);
@@ -166,18 +166,18 @@ for (const { at, names, view } of CHARTS) {
       assert.ok(rows.every((row) => row.length === header.length));
       if (name.endsWith('over time')) assert.equal(header[0], 't (s)');
       if (name === 'Cost of a step') continue;
-      assert.match(textsOf((await save(page, 'picture', name)).bytes).Title, new RegExp(`${name}$`));
+      assert.match(textsOf((await save(page, 'image', name)).bytes).Title, new RegExp(`${name}$`));
     }
-    if (view) assert.match(textsOf((await save(page, 'picture', view)).bytes).Title, /Motion$/);
+    if (view) assert.match(textsOf((await save(page, 'image', view)).bytes).Title, /Motion$/);
     const drawings = await page.locator('canvas[role="img"]').count(),
-      pictures = await page.locator('take-away button[data-take="picture"]').count();
-    assert.equal(pictures, drawings, 'every drawing');
+      images = await page.locator('take-away button[data-take="image"]').count();
+    assert.equal(images, drawings, 'every drawing');
     assert.deepEqual(complaints, []);
     await close();
   });
 }
 
-test('an experiment: the points as picture and data, with what is varied', async () => {
+test('an experiment: the points as image and data, with what is varied', async () => {
   const made = await api(daemon.url, 'experiments', {
     title: 'Lag and age',
     scenario: 'race',
@@ -199,7 +199,7 @@ test('an experiment: the points as picture and data, with what is varied', async
     `${header}`,
   );
   assert.equal(rows.length, 3);
-  assert.match(textsOf((await save(page, 'picture', 'Points')).bytes).Title, /Lag and age – Points/);
+  assert.match(textsOf((await save(page, 'image', 'Points')).bytes).Title, /Lag and age – Points/);
   await close();
 });
 
@@ -283,7 +283,7 @@ test('each lesson is printed on two pages of A4 in both languages, with nothing 
       await page.emulateMedia({ media: null });
       for (const { free, sideways, images } of sheets) {
         assert.ok(free >= 0 && sideways <= 0, `${id} ${lang}: ${free} px above the foot, ${sideways} px too wide`);
-        assert.ok(images.length > 0 && images.every(Boolean), `${id} ${lang}: pictures`);
+        assert.ok(images.length > 0 && images.every(Boolean), `${id} ${lang}: images`);
       }
       assert.ok(
         sheets[0].text.includes(lesson.title[lang]) && sheets[1].text.includes(lesson.misconceptions[0]?.[lang] ?? ''),

@@ -10,7 +10,7 @@ import { amount, filled, language, word } from './words.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 /** @typedef {import('./steps.js').Lesson} Lesson */
-/** @typedef {{text: string, ratio: number}} Picture  text: as an address of data; ratio: width over height */
+/** @typedef {{text: string, ratio: number}} Image  text: as an address of data; ratio: width over height */
 
 const sheet = document.createElement('link');
 sheet.rel = 'stylesheet';
@@ -22,8 +22,8 @@ document.head.append(sheet);
 
 const CHANGE = STEPS.length;
 
-/** What the lab's views show; the plots where it has no other. @returns {Picture[]} */
-function picturesNow() {
+/** What the lab's views show; the plots where it has no other. @returns {Image[]} */
+function imagesNow() {
   const all = [...document.querySelectorAll('.teach > main canvas[role="img"]')].filter(
     (canvas) => canvas instanceof HTMLCanvasElement && canvas.clientWidth > 40 && canvas.clientHeight > 20,
   );
@@ -39,8 +39,8 @@ function picturesNow() {
   }));
 }
 
-/** Goes to a tick, whatever holds time, and gives the pictures of it. @param {number} tick @returns {Promise<Picture[]>} */
-async function picturesAt(tick) {
+/** Goes to a tick, whatever holds time, and gives the images of it. @param {number} tick @returns {Promise<Image[]>} */
+async function imagesAt(tick) {
   const now = session.value;
   if (now === null) return [];
   if (frame.value?.tick !== tick) {
@@ -49,10 +49,10 @@ async function picturesAt(tick) {
   }
   touch();
   await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
-  return picturesNow();
+  return imagesNow();
 }
 
-/** @param {Picture[]} list @param {string} caption @returns {Template | typeof nothing} */
+/** @param {Image[]} list @param {string} caption @returns {Template | typeof nothing} */
 function figure(list, caption) {
   if (list.length === 0) return nothing;
   const below = layout.value?.kind === 'netgame';
@@ -73,15 +73,15 @@ const foot = (of, page, version) =>
 /** @param {Lesson} of @param {import('./steps.js').Choice} one @returns {string} */
 const labelOf = (of, one) => one.label?.[language.value] ?? amount(one.value, of.answer.unit);
 
-/** @param {Lesson} of @param {Picture[]} pictures @param {string} version @returns {Template} */
-function pupils(of, pictures, version) {
+/** @param {Lesson} of @param {Image[]} images @param {string} version @returns {Template} */
+function pupils(of, images, version) {
   const at = addressOf(of),
     blank = html`<tr><td></td><td></td><td></td></tr>`;
   return html`<section class="a4"><header><div><p class="name">laglab · ${word('paper.name')} <i></i> ${word('paper.date')} <i></i></p>
       <h1>${of.title[language.value]}</h1><p class="ask">${textOf(of, 1)}</p></div>${at === '' ? nothing : qr(at)}</header>
     <h2>${word('steps.predict')}</h2><ul class="boxes">${of.choices.map((one) => html`<li><b></b>${labelOf(of, one)}</li>`)}</ul>
     <p class="because">${word('paper.because')}</p><hr><hr>
-    ${figure(pictures, word('paper.start'))}
+    ${figure(images, word('paper.start'))}
     <h2>${word('steps.observe')}</h2><hr><hr>
     <table><thead><tr><th>${word('paper.setting')}</th><th>${word('paper.predicted')}</th><th>${word('paper.seen')}</th></tr></thead>
       <tbody><tr><td>${word('paper.first')}</td><td></td><td></td></tr><tr><td>${word('steps.change')}</td><td></td><td></td></tr>${blank}${blank}</tbody></table>
@@ -89,14 +89,14 @@ function pupils(of, pictures, version) {
     ${foot(of, 1, version)}</section>`;
 }
 
-/** @param {Lesson} of @param {Picture[]} pictures @param {string} version @returns {Template} */
-function teachers(of, pictures, version) {
+/** @param {Lesson} of @param {Image[]} images @param {string} version @returns {Template} */
+function teachers(of, images, version) {
   const right = of.choices.find((one) => one.right),
     answer = `${right?.label ? `${right.label[language.value]}: ` : ''}${amount(of.answer.value, of.answer.unit)}`;
   return html`<section class="a4 teacher"><header><div><p class="name">laglab · ${word('paper.teacher')}</p><h1>${of.title[language.value]}</h1>
       <p>${word('minutes')}: ${of.minutes} · ${word('age')}: ${of.age} · ${of.hooks.map((hook) => word(`hooks.${hook}`)).join(', ')}</p></div></header>
     <p class="answer">${word('paper.answer')} <b>${answer}</b></p>
-    ${figure(pictures, word('paper.stop', { tick: of.stop_tick }))}
+    ${figure(images, word('paper.stop', { tick: of.stop_tick }))}
     <h2>${word('steps.observe')}</h2><p>${textOf(of, 3)}</p>
     <h2>${word('steps.explain')}</h2><p>${textOf(of, 4)}</p>
     <h2>${word('paper.choices')}</h2><table><tbody>${of.choices.map(
@@ -129,12 +129,12 @@ export async function print() {
   const colours = theme.value;
   printing.value = true;
   try {
-    if (lesson.value?.step === CHANGE) await go(CHANGE - 1); /* the pictures are of the run without the change */
+    if (lesson.value?.step === CHANGE) await go(CHANGE - 1); /* the images are of the run without the change */
     const tick = frame.value?.tick ?? 0;
     theme.value = 'light';
     const version = versionNow();
-    const [before, told] = [await picturesAt(0), await picturesAt(of.stop_tick)];
-    await Promise.all([styled, picturesAt(tick)]);
+    const [before, told] = [await imagesAt(0), await imagesAt(of.stop_tick)];
+    await Promise.all([styled, imagesAt(tick)]);
     box.lang = language.value;
     render(html`${pupils(of, before, await version)}${teachers(of, told, await version)}`, box);
     document.body.append(box);

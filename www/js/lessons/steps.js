@@ -32,7 +32,7 @@ export const opened = signal(null);
 export const missing = signal(false);
 /** Index of the chosen answer; SKIPPED; null while there is none. @type {import('@preact/signals-core').Signal<number | null>} */
 export const choice = signal(null);
-/** While the session is taken to other ticks for their pictures, no step follows. */
+/** While the session is taken to other ticks for their images, no step follows. */
 export const printing = signal(false);
 /** The farthest step so far. */
 export const reached = signal(1);

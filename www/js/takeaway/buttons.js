@@ -1,4 +1,4 @@
-// The buttons beside a view or a chart: save its picture, save its data. What they do is read when the first is pressed.
+// The buttons beside a view or a chart: save its image, save its data. What they do is read when the first is pressed.
 import { html, nothing, render } from '../../vendor/lit-html.js';
 import { part } from '../base/api.js';
 
@@ -8,7 +8,7 @@ sheet.href = new URL('../../takeaway.css', import.meta.url).href;
 document.head.append(sheet);
 
 const ICONS = {
-  picture: 'M3 4h18v16H3zM5 6v9l4-4 4 4 2-2 4 4V6zM15 8h2v2h-2z',
+  image: 'M3 4h18v16H3zM5 6v9l4-4 4 4 2-2 4 4V6zM15 8h2v2h-2z',
   data: 'M3 4h18v16H3zM5 9v3h4V9zM11 9v3h8V9zM5 14v4h4v-4zM11 14v4h8v-4z',
 };
 
@@ -42,25 +42,25 @@ class TakeAway extends HTMLElement {
 
   show() {
     const name = this.getAttribute('name') ?? '';
-    const button = (/** @type {'picture' | 'data'} */ what, /** @type {string} */ text) => html`<button type="button" class="take"
+    const button = (/** @type {'image' | 'data'} */ what, /** @type {string} */ text) => html`<button type="button" class="take"
       data-take=${what} aria-label=${text} title=${text} @click=${() => this.save(what)}><svg class="icon" viewBox="0 0 24 24"
       aria-hidden="true" focusable="false"><path fill-rule="evenodd" d=${ICONS[what]}></path></svg></button>`;
     const drawn = this.hasAttribute('of') || this.canvas;
     render(
-      html`${drawn ? button('picture', `Save picture: ${name}`) : nothing}${this.hasAttribute('data') ? button('data', `Save data: ${name}`) : nothing}`,
+      html`${drawn ? button('image', `Save image: ${name}`) : nothing}${this.hasAttribute('data') ? button('data', `Save data: ${name}`) : nothing}`,
       this,
     );
   }
 
-  /** @param {'picture' | 'data'} what */
+  /** @param {'image' | 'data'} what */
   async save(what) {
     const of = {
       name: this.getAttribute('name') ?? '',
       canvas: this.canvas,
       table: this.getAttribute('data'),
     };
-    const { saveData, savePicture } = await part(() => import('./save.js'));
-    await (what === 'picture' ? savePicture(of) : saveData(of));
+    const { saveData, saveImage } = await part(() => import('./save.js'));
+    await (what === 'image' ? saveImage(of) : saveData(of));
   }
 }
 

@@ -1,4 +1,4 @@
-// Saves the picture of a view or chart, and its data, each with what it takes to make it again: settings, seed, time, version, address.
+// Saves the image of a view or chart, and its data, each with what it takes to make it again: settings, seed, time, version, address.
 import { address } from '../base/api.js';
 import { plots } from '../draw/plot.js';
 import { palette } from '../draw/palette.js';
@@ -59,7 +59,7 @@ function download(blob, name) {
   setTimeout(() => URL.revokeObjectURL(at), 10000);
 }
 
-// ---- pictures ----
+// ---- images ----
 
 /** @param {CanvasRenderingContext2D} pen @param {string} text @param {number} width @returns {string[]} lines; a long word is cut */
 function wrapped(pen, text, width) {
@@ -85,15 +85,15 @@ function wrapped(pen, text, width) {
   return line === '' ? lines : [...lines, line];
 }
 
-const LEAST_PX = 640; /* CSS px: a narrower picture would have a caption longer than itself */
+const LEAST_PX = 640; /* CSS px: a narrower image would have a caption longer than itself */
 
-/** The picture above its caption. @param {ImageBitmap} picture @param {number} ratio device pixels per CSS px @param {string} name
+/** The image above its caption. @param {ImageBitmap} image @param {number} ratio device pixels per CSS px @param {string} name
  * @param {Facts} facts @param {NonNullable<Table['lines']>} keys @returns {HTMLCanvasElement} */
-function composed(picture, ratio, name, facts, keys) {
+function composed(image, ratio, name, facts, keys) {
   const colours = palette(),
     size = 13 * ratio,
     gap = 10 * ratio,
-    width = Math.max(picture.width, LEAST_PX * ratio) + 2 * gap;
+    width = Math.max(image.width, LEAST_PX * ratio) + 2 * gap;
   const made = document.createElement('canvas'),
     pen = /** @type {CanvasRenderingContext2D} */ (made.getContext('2d'));
   const fontOf = (/** @type {boolean} */ bold) => `${bold ? 'bold ' : ''}${bold ? 1.25 * size : size}px ${colours.font}`;
@@ -118,20 +118,20 @@ function composed(picture, ratio, name, facts, keys) {
     line = 1.45 * size,
     top = gap + head.length * 1.25 * line;
   made.width = Math.round(width);
-  made.height = Math.round(top + picture.height + keyRows * line + gap + strip.length * line + gap);
+  made.height = Math.round(top + image.height + keyRows * line + gap + strip.length * line + gap);
   pen.fillStyle = colours.paper;
   pen.fillRect(0, 0, made.width, made.height);
   pen.textBaseline = 'middle';
   pen.fillStyle = colours.ink;
   pen.font = fontOf(true);
   head.forEach((text, i) => pen.fillText(text, gap, gap + (i + 0.5) * 1.25 * line));
-  pen.drawImage(picture, gap, top);
+  pen.drawImage(image, gap, top);
   pen.strokeStyle = colours.grid;
   pen.lineWidth = ratio;
-  pen.strokeRect(gap, top, picture.width, picture.height);
+  pen.strokeRect(gap, top, image.width, image.height);
   pen.font = fontOf(false);
   for (const { at: x, row: r, key } of places) {
-    const y = top + picture.height + (r + 0.7) * line;
+    const y = top + image.height + (r + 0.7) * line;
     pen.strokeStyle = key.colour;
     pen.lineWidth = colours.line * ratio;
     pen.setLineDash((key.dash ?? []).map((part) => part * ratio));
@@ -142,7 +142,7 @@ function composed(picture, ratio, name, facts, keys) {
     pen.fillStyle = colours.ink;
     pen.fillText(key.name, x + 3 * size, y);
   }
-  const from = top + picture.height + keyRows * line + gap;
+  const from = top + image.height + keyRows * line + gap;
   strip.forEach((text, i) => pen.fillText(text, gap, from + (i + 0.5) * line));
   return made;
 }
@@ -156,7 +156,7 @@ async function tableOf({ canvas, table }) {
 }
 
 /** @param {Taken} of */
-export async function savePicture(of) {
+export async function saveImage(of) {
   const { canvas, name } = of;
   if (canvas === null || canvas.width < 2) {
     notify('Nothing is drawn yet');
@@ -164,9 +164,9 @@ export async function savePicture(of) {
   }
   const ratio = canvas.width / Math.max(1, canvas.clientWidth);
   try {
-    const [picture, facts, table] = await Promise.all([createImageBitmap(canvas), factsNow(), tableOf(of)]);
+    const [image, facts, table] = await Promise.all([createImageBitmap(canvas), factsNow(), tableOf(of)]);
     const keys = (table?.lines ?? []).filter((line) => line.name !== '');
-    const made = composed(picture, ratio, name, facts, keys);
+    const made = composed(image, ratio, name, facts, keys);
     const blob = await new Promise((done) => made.toBlob(done, 'image/png'));
     const texts = {
       Title: `${facts.title} – ${name}`,
