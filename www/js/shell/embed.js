@@ -24,9 +24,9 @@ const whole = () =>
 export function page(content) {
   const now = params.value;
   return html`${content}
-    <div class="embedfoot">${
-      lesson.value === null && now !== null ? html`<p id="embed-caption"><b>${now.title}</b> ${now.text ?? nothing}</p>` : html`<p></p>`
-    }<a id="whole" href=${whole()} target="_blank" rel="noopener">Open in laglab</a></div>
+    <section class="embedfoot" aria-label="About">${
+      lesson.value === null && now !== null ? html`<div id="embed-caption"><h1>${now.title}</h1><p>${now.text ?? nothing}</p></div>` : html`<h1>laglab</h1>`
+    }<a id="whole" href=${whole()} target="_blank" rel="noopener">Open in laglab</a></section>
     ${notice.value === '' ? nothing : html`<aside class="note" aria-label="Note"><span>${notice.value}</span></aside>`}
     ${experiment.value === null ? timeBar() : nothing}`;
 }
