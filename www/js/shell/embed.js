@@ -25,7 +25,9 @@ export function page(content) {
   const now = params.value;
   return html`${content}
     <section class="embedfoot" aria-label="About">${
-      lesson.value === null && now !== null ? html`<div id="embed-caption"><h1>${now.title}</h1><p>${now.text ?? nothing}</p></div>` : html`<h1>laglab</h1>`
+      lesson.value === null && now !== null
+        ? html`<div id="embed-caption"><h1>${now.title}</h1><p>${now.text ?? nothing}</p></div>`
+        : html`<h1>laglab</h1>`
     }<a id="whole" href=${whole()} target="_blank" rel="noopener">Open in laglab</a></section>
     ${notice.value === '' ? nothing : html`<aside class="note" aria-label="Note"><span>${notice.value}</span></aside>`}
     ${experiment.value === null ? timeBar() : nothing}`;
