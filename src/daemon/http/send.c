@@ -13,11 +13,12 @@
 #define LEAST_COMPRESSED 1024
 #define POOL_COMPRESS_MAX (1 << 20) /* bytes; compressing takes a few milliseconds */
 
-/* No inline script, no foreign origin, no frames: the page needs none of them. */
-static const char policy[] =
-    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; "
-    "connect-src 'self'; font-src 'self'; manifest-src 'self'; frame-ancestors 'none'; "
-    "base-uri 'none'; form-action 'self'";
+/* No inline script, no foreign origin, and in the frames of nobody but those it names: the page needs none of
+ * them. */
+#define POLICY                                                                                               \
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; "                        \
+    "connect-src 'self'; font-src 'self'; manifest-src 'self'; frame-ancestors %s; "                         \
+    "base-uri 'none'; form-action 'self'"
 
 void ll_http_refuse(http_exchange *exchange, int status, ll_code code, const char *field, const char *format,
                     ...)
@@ -135,6 +136,21 @@ static struct MHD_Response *make(http_exchange *exchange)
     return made;
 }
 
+/* The page of `?embed=1` has nothing to be tricked into: no key is typed there, nothing of others is changed.
+ * All else is shown in no frame. */
+static void add_policy(const http_exchange *exchange, struct MHD_Response *made)
+{
+    char origins[sizeof exchange->http->config.allow_embed], policy[sizeof POLICY + sizeof origins];
+    const char *embed = ll_http_query(&exchange->request, "embed");
+    snprintf(origins, sizeof origins, "%s", exchange->http->config.allow_embed);
+    for (char *at = origins; (at = strpbrk(at, ",;\r\n")) != NULL;) {
+        *at = ' '; /* each would begin another policy, directive or header */
+    }
+    bool framed = exchange->route == NULL && *origins != '\0' && embed != NULL && strcmp(embed, "1") == 0;
+    snprintf(policy, sizeof policy, POLICY, framed ? origins : "'none'");
+    MHD_add_response_header(made, "Content-Security-Policy", policy);
+}
+
 static void add_headers(const http_exchange *exchange, struct MHD_Response *made)
 {
     const ll_http_response *response = &exchange->response;
@@ -154,7 +170,7 @@ static void add_headers(const http_exchange *exchange, struct MHD_Response *made
     MHD_add_response_header(made, "X-Content-Type-Options", "nosniff");
     MHD_add_response_header(made, "Referrer-Policy", "no-referrer");
     if (!policy_said) {
-        MHD_add_response_header(made, "Content-Security-Policy", policy);
+        add_policy(exchange, made);
     }
     MHD_add_response_header(made, "Cross-Origin-Resource-Policy",
                             exchange->cross_origin ? "cross-origin" : "same-origin");

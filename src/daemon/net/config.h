@@ -9,6 +9,7 @@ typedef struct ll_web_server_config {
     char listen[128];         /* ADDR:PORT, [ADDR6]:PORT; port 0: any free port */
     char www[512];            /* folder of the page; empty: no page */
     char allow_origin[1024];  /* comma separated: https://lab.example */
+    char allow_embed[1024];   /* comma separated: https://course.example */
     char allow_host[1024];    /* comma separated: lab.example */
     char trusted_proxy[1024]; /* comma separated: 10.0.0.0/8 */
     int64_t http_threads;     /* that read requests and run fast handlers */

@@ -15,6 +15,7 @@
  * @property {string | null} experiment  of `#experiments=ID`; empty for the view alone; null when a lab is wanted
  * @property {{id: string, step: number, lang: string} | null} lesson  the list of questions, or one of them; null when a lab is wanted
  * @property {string} second     of the fragment: `compare...`, a second run next to the first; empty for none
+ * @property {boolean} embed   in a frame of a course page: the view alone
  * @property {[string, Record<string, string>][]} problems  what was ignored: keys of the page's words, and their values
  */
 

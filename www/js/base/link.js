@@ -75,6 +75,7 @@ export function readLink(search, hash) {
     experiment: readExperiment(hash),
     lesson: readLesson(search, hash),
     second: /[#&](compare\b.*)/.exec(hash)?.[1] ?? '',
+    embed: query.get('embed') === '1',
     problems: [],
   };
 
@@ -116,7 +117,7 @@ export function readScenario(link, search, hash, shorts) {
 }
 
 /** The query that gives the same set-up elsewhere: only what differs from the scenario.
- * @param {Pick<Link, 'scenario' | 'set' | 'seed' | 'theme' | 'lang'>} link @returns {string} */
+ * @param {Pick<Link, 'scenario' | 'set' | 'seed' | 'theme' | 'lang' | 'embed'>} link @returns {string} */
 export function writeQuery(link) {
   const parts = [`scenario=${link.scenario}`];
   for (const [path, value] of Object.entries(link.set))
@@ -124,5 +125,6 @@ export function writeQuery(link) {
   if (link.seed !== null) parts.push(`seed=${link.seed}`);
   if (link.theme !== 'auto') parts.push(`theme=${link.theme}`);
   if (link.lang !== '') parts.push(`lang=${link.lang}`);
+  if (link.embed) parts.push('embed=1');
   return `?${parts.join('&')}`;
 }

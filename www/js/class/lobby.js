@@ -3,7 +3,7 @@ import { signal } from '../../vendor/signals-core.js';
 import { html, nothing } from '../../vendor/lit-html.js';
 import { results } from './ask.js';
 import { lessons } from './lesson.js';
-import { qr } from './qr.js';
+import { qr } from '../workbench/qr.js';
 import { seatList } from './seats.js';
 import { now, room, secret, shows, told } from './state.js';
 import { choices, choose, end, phase, set } from './teacher.js';

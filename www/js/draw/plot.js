@@ -2,7 +2,8 @@
 import { localized } from '../base/format.js';
 import { drawText } from './marks.js';
 
-/** @typedef {{xs: number[], ys: number[], colour: string, dash?: number[], width?: number, points?: boolean}} Line */
+/** name: in a file of the plot's numbers; guides have none
+ * @typedef {{xs: number[], ys: number[], colour: string, name?: string, dash?: number[], width?: number, points?: boolean}} Line */
 /**
  * @typedef {{lines: Line[], x: string, y: string, logX?: boolean, logY?: boolean, equal?: boolean, least?: number, empty: string}} Plot
  *  least: the smallest span of y */
@@ -32,6 +33,9 @@ function ticksOf(low, high, wanted, log) {
   return ticks;
 }
 
+/** What each canvas shows. @type {WeakMap<HTMLCanvasElement, Plot>} */
+export const plots = new WeakMap();
+
 const SUPER = '⁰¹²³⁴⁵⁶⁷⁸⁹';
 
 /** @param {number} value @param {boolean} log @returns {string} */
@@ -44,6 +48,7 @@ function label(value, log) {
  * @param {Plot} plot
  * @returns {{toX: (v: number) => number, toY: (v: number) => number} | null} where values are; null when there are none */
 export function drawPlot(surface, colours, plot) {
+  plots.set(surface.pen.canvas, plot);
   const { pen } = surface,
     text = colours.text;
   const logX = plot.logX === true,

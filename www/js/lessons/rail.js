@@ -1,12 +1,15 @@
 // A lesson: its steps next to the lab's views.
 import { html, nothing } from '../../vendor/lit-html.js';
+import { part } from '../base/api.js';
 import { openLesson, toSandbox } from '../session/session.js';
 import { lesson, status } from '../session/state.js';
-import { SKIPPED, STEPS, choice, choose, go, jump, missing, opened, reached, restart, run, textOf } from './steps.js';
+import { SKIPPED, STEPS, choice, choose, go, jump, missing, opened, printing, reached, restart, run, textOf } from './steps.js';
 import { amount, filled, language, ready, word } from './words.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 /** @typedef {import('./steps.js').Lesson} Lesson */
+
+const print = () => part(() => import('./paper.js')).then((paper) => paper.print());
 
 /** @param {Lesson} of @param {import('./steps.js').Choice} one @returns {string} */
 const labelOf = (of, one) => one.label?.[language.value] ?? amount(one.value, of.answer.unit);
@@ -95,6 +98,7 @@ export function page(views) {
     ${
       now === null || !ready.value || !body
         ? html`<h2 id="lesson-step">${missing.value ? word('failed') : word('loading') || '…'}</h2>`
-        : html`${bars(step)}<h2 id="lesson-step" tabindex="-1">${now.title[language.value]}</h2>${body(now)}`
+        : html`${bars(step)}<h2 id="lesson-step" tabindex="-1">${now.title[language.value]}</h2>${body(now)}
+          <button type="button" class="link" id="print" ?disabled=${printing.value} @click=${print}>${word('paper.print')}</button>`
     }</section>${views}</div>`;
 }

@@ -17,7 +17,7 @@ import { file, filled, ready, word } from './words.js';
  * @typedef {{id: string, title: Text, order: number, scenario: string, set: Record<string, Value>, seed: number, stop_tick: number,
  *   speed: number, look: {at: string, player?: number}, steps: Record<'predict' | 'observe' | 'explain' | 'change', Text>,
  *   choices: Choice[], answer: Answer, change: {set: Record<string, Value>, answer: Answer},
- *   numbers: Record<string, {value: number, digits: number}>}} Lesson
+ *   numbers: Record<string, {value: number, digits: number}>, minutes: number, age: number, hooks: string[], misconceptions: Text[]}} Lesson
  */
 
 export const STEPS = ['predict', 'run', 'observe', 'explain', 'change'];
@@ -32,6 +32,8 @@ export const opened = signal(null);
 export const missing = signal(false);
 /** Index of the chosen answer; SKIPPED; null while there is none. @type {import('@preact/signals-core').Signal<number | null>} */
 export const choice = signal(null);
+/** While the session is taken to other ticks for their images, no step follows. */
+export const printing = signal(false);
 /** The farthest step so far. */
 export const reached = signal(1);
 
@@ -108,7 +110,7 @@ function settle(step) {
 const ARRIVAL_MS = 2000;
 
 /** Until a frame of the tick is drawn: what follows from a tick must not follow from an older frame. @param {number} tick */
-function drawn(tick) {
+export function drawn(tick) {
   return new Promise((done) => {
     const timer = setTimeout(done, ARRIVAL_MS);
     const stop = effect(() => {
@@ -237,7 +239,7 @@ export function listen() {
     const at = lesson.value,
       now = opened.value,
       tick = frame.value?.tick ?? -1;
-    if (at === null || now === null || !ready.value || variant !== 'plain') return;
+    if (at === null || now === null || !ready.value || variant !== 'plain' || printing.value) return;
     const playing = status.value === 'playing';
     const past = tick >= now.stop_tick;
     if (at.step === 1 && playing && choice.value !== null) untracked(() => settle(RUN));

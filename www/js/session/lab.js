@@ -46,8 +46,15 @@
  * @property {(event: KeyboardEvent) => void} [release]
  * @property {() => Template} [help]  of the keys and views
  * @property {Record<string, (of: any) => [string, Template]>} [dialogs]  title and content, by kind
+ * @property {() => Promise<Tables>} [tables]  what charts show, by the ids of their boxes, where `drawPlot` does not know it
+ * @property {() => {title: string, settings: string, moment: string, version: string}} [about]  of what is shown, where that is no session
  * @property {() => Promise<Partial<Lab>>} [later]  reads what can wait until the first frame is drawn
  */
+
+/** What a chart shows. lines: how its columns are drawn
+ * @typedef {{columns: {name: string, unit: string}[], rows: (number | string | boolean | null)[][], lines?: {name: string, colour: string, dash?: number[]}[]}} Table */
+
+/** @typedef {Record<string, () => Table | null>} Tables */
 
 /** What a class says of this page. at: what its address has behind #; empty for what the session says; hz: the most frames a second that are
  * asked for, 0 for as many as a lab wants; seat: the only player that may be driven, -1 for none, null for all whose session may be changed;

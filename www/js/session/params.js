@@ -67,10 +67,12 @@ export function showAddress() {
   const now = session.value,
     shown = experiment.value;
   link.theme = theme.value;
-  const kept = [link.theme === 'auto' ? '' : `theme=${link.theme}`, link.lang === '' ? '' : `lang=${link.lang}`].filter(
-      (part) => part !== '',
-    ),
-    colours = kept.length > 0 ? `?${kept.join('&')}` : '';
+  const parts = [
+      ...(link.theme === 'auto' ? [] : [`theme=${link.theme}`]),
+      ...(link.lang === '' ? [] : [`lang=${link.lang}`]),
+      ...(link.embed ? ['embed=1'] : []),
+    ],
+    colours = parts.length === 0 ? '' : `?${parts.join('&')}`;
   if (shown !== null || lesson.value !== null) {
     const hash = lesson.value !== null ? writeLesson(lesson.value) : `#experiments${shown === '' ? '' : `=${shown}`}`;
     history.replaceState(null, '', location.pathname + colours + hash);

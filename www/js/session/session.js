@@ -3,6 +3,7 @@ import { batch, effect, untracked } from '../../vendor/signals-core.js';
 import { Problem, call, make } from '../base/api.js';
 import { Stream } from '../stream/connection.js';
 import { FAILED } from '../stream/frame.js';
+import { readLink, readScenario } from '../base/link.js';
 import { lab, labs } from './labs.js';
 import { create, keep, link, problems } from './opening.js';
 import { seen, showAddress } from './params.js';
@@ -265,13 +266,44 @@ export function failed(error) {
   setTimeout(again, 1000 + Math.random() * 1000);
 }
 
-/** Another scenario, with nothing changed. @param {string} id */
-export async function choose(id) {
-  leaveLesson();
-  const before = session.value;
+/** What was changed of each scenario that was left. @type {Map<string, Pick<typeof link, 'set' | 'seed'>>} */
+const left = new Map();
+const changes = () => Object.keys(link.set).length + (link.seed === null ? 0 : 1);
+const many = (/** @type {number} */ count) => (count === 1 ? 'One changed setting' : `${count} changed settings`);
+
+/** Another scenario, as it was left; what is changed of the present one stays in the browser's history and until it is chosen again.
+ * @param {string} id @param {Record<string, import('../base/link.js').Value>} [set] in place of what was left of it
+ * @param {boolean} [step] whether it is a step of the browser's history */
+export async function choose(id, set, step = true) {
+  const before = session.value,
+    own = lesson.value === null && before?.own === true,
+    count = own ? changes() : 0;
+  if (count > 0) left.set(link.scenario, { set: link.set, seed: link.seed });
+  else if (own) left.delete(link.scenario);
+  if (lesson.value !== null) leaveLesson();
+  else if (step && before !== null) history.pushState(null, '', location.href);
+  const known = set === undefined ? left.get(id) : undefined;
   link.scenario = id;
-  link.set = {};
-  link.seed = null;
+  link.set = { ...(known?.set ?? set) };
+  link.seed = known?.seed ?? null;
+  await again();
+  drop(before);
+  if (link.problems.length > 0) return;
+  if (known) notify(`${many(changes())} as you left ${changes() === 1 ? 'it' : 'them'}`);
+  else if (count > 0) notify(`${many(count)} kept: Back returns to ${count === 1 ? 'it' : 'them'}`);
+}
+
+/** What the address says, after Back or Forward. */
+export async function reopen() {
+  const before = session.value,
+    asked = readLink(location.search, location.hash);
+  readScenario(
+    asked,
+    location.search,
+    location.hash,
+    labs.value.flatMap(({ tabs }) => tabs),
+  );
+  Object.assign(link, { scenario: asked.scenario, set: asked.set, seed: asked.seed });
   await again();
   drop(before);
 }

@@ -1,6 +1,21 @@
-// What loads after the first frame: the dialogs, and the rest of the lab.
+// What loads after the first frame: the rest of the lab; and when that is done, or a dialog is asked for, what is used later.
+import { effect } from '../../vendor/signals-core.js';
+import { part } from '../base/api.js';
 import { complete } from '../session/labs.js';
-import * as dialogs from './dialogs.js';
+import { dialog } from '../workbench/dialog.js';
 
-dialogs.listen();
+const REST_MS = 1500;
+
 complete();
+let asked = false;
+const stop = effect(() => {
+  if (dialog.value !== null) read();
+});
+setTimeout(read, REST_MS);
+
+function read() {
+  if (asked) return;
+  asked = true;
+  queueMicrotask(() => stop());
+  part(() => import('./last.js'));
+}

@@ -1,12 +1,12 @@
 // Wires the page together.
 import { effect } from '../../vendor/signals-core.js';
 import { call, insist, part } from '../base/api.js';
-import { readExperiment, readLesson } from '../base/link.js';
+import { readExperiment, readLesson, writeQuery } from '../base/link.js';
 import { ready, t } from '../base/words.js';
 import * as announce from '../session/announce.js';
 import { load, register } from '../session/labs.js';
 import { link, problems } from '../session/opening.js';
-import { failed, hook, openExperiments, openLesson, show } from '../session/session.js';
+import { choose, failed, hook, openExperiments, openLesson, reopen, show } from '../session/session.js';
 import { experiment, frame, layout, lesson, locked, notify, params, place, scenarios, schemas, session } from '../session/state.js';
 import * as controls from '../workbench/controls.js';
 import { begun } from './early.js';
@@ -99,12 +99,15 @@ function follow() {
 addEventListener('hashchange', () => {
   if (follow()) return;
   /* Back from a point that was opened, or an address that was typed */
-  const wanted = readExperiment(location.hash);
+  const wanted = readExperiment(location.hash),
+    tab = LABS.flatMap(({ tabs }) => tabs).find(({ id }) => `#${id}` === location.hash);
   if (wanted !== null) openExperiments(wanted);
+  else if (tab) choose(tab.scenario, undefined, false);
   else if (location.hash.startsWith('#class') && location.hash !== place.value.at) location.reload();
   else if (location.hash.startsWith('#s=') && !location.hash.startsWith(`#s=${session.value?.id}`)) location.reload();
 });
 addEventListener('popstate', () => {
   if (follow()) return;
   if ((experiment.value !== null || lesson.value !== null) && readExperiment(location.hash) === null) location.reload();
+  else if (session.value?.own && location.search.includes('scenario=') && location.search !== writeQuery(link)) reopen();
 });

@@ -1,7 +1,9 @@
 // The page as a template: everything that changes seldom. What changes per frame is drawn by loop.js.
 import { html, render } from '../../vendor/lit-html.js';
-import { effect } from '../../vendor/signals-core.js';
+import { effect, signal } from '../../vendor/signals-core.js';
+import { part } from '../base/api.js';
 import { lab } from '../session/labs.js';
+import { link } from '../session/opening.js';
 import { experiment, lesson, notice } from '../session/state.js';
 import { touch } from '../draw/redraw.js';
 import { sync } from '../workbench/controls.js';
@@ -20,11 +22,20 @@ function notes() {
     }}>${t('shell.close')}</button></aside>`;
 }
 
+/** Of a page in a frame of another. @type {import('@preact/signals-core').Signal<((content: Template) => Template) | null>} */
+const embedded = signal(null);
+if (link.embed)
+  part(() => import('./embed.js')).then(async ({ page, styled }) => {
+    await styled;
+    embedded.value = page;
+  });
+
 /** @returns {Template} */
 function page() {
   const empty = html`<main id="views" tabindex="-1"></main>`;
   if (lesson.value?.id === '') return html`${header()}${lessons.value?.door() ?? empty}${notes()}`;
   const content = lab.value?.template() ?? empty;
+  if (link.embed) return embedded.value?.((lesson.value && lessons.value?.page(content)) || content) ?? empty;
   if (lesson.value !== null) return html`${header()}${lessons.value?.page(content) ?? content}${notes()}${timeBar()}`;
   if (experiment.value !== null) return html`<a class="skip" href="#views">${t('shell.to_experiment')}</a>${header()}${content}${notes()}`;
   return html`<a class="skip" href="#views">${t('shell.to_views')}</a>${header()}${content}${notes()}${timeBar()}`;

@@ -23,5 +23,5 @@ export function onto(id, draw) {
 /** A box with a canvas for a plot. @param {string} id @param {string} name @returns {import('lit-html').TemplateResult} */
 export function plotBox(id, name) {
   return html`<section class="plotbox" aria-label=${name}><div class="view"><canvas id=${id} role="img"
-    aria-label=${name}></canvas></div></section>`;
+    aria-label=${name}></canvas><take-away data name=${name}></take-away></div></section>`;
 }

@@ -4,6 +4,7 @@ import { signal } from '../../../vendor/signals-core.js';
 import { Problem, call } from '../../base/api.js';
 import { plain } from '../../base/format.js';
 import { labelOf } from '../../base/schema.js';
+import { t } from '../../base/words.js';
 import { labs } from '../../session/labs.js';
 import { scenarios } from '../../session/state.js';
 import { axesPanel } from './axes.js';

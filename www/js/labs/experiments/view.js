@@ -9,7 +9,7 @@ import { experiment, notify, theme } from '../../session/state.js';
 import { palette } from '../../draw/palette.js';
 import { onto } from '../../workbench/canvas.js';
 import { workPrecisionOf } from '../../workbench/work_precision.js';
-import { formatValue, meanOf, notesOf, numberOf, spreadOf } from './columns.js';
+import { boundsOf, formatValue, meanOf, notesOf, numberOf, spreadOf } from './columns.js';
 import { choose, draft, measure, scenario, specification, start, watch } from './draft.js';
 import { form, library } from './form.js';
 import { isOver } from './progress.js';
@@ -197,7 +197,7 @@ function scatter() {
       @pointerdown=${press} @pointermove=${hover} @keydown=${key}><canvas id="scatter" role="img"
         aria-label=${`Scatter of ${points.value.length} points: ${plotted.value.y} over ${plotted.value.x}${
           plotsErrorAndCost.value ? `, ${front.value.size} on the front` : ''
-        }`}></canvas></div>
+        }`}></canvas><take-away data name="Points"></take-away></div>
     ${legend()}
     <div class="looked"><output id="point"
       aria-live="polite">${row ? words() : 'Select a point to read it; select it again, or press Enter, to open it as a live session.'}</output>
@@ -382,5 +382,50 @@ export function begin() {
   );
 }
 
+/** What is shown, for files that are saved of it. @returns {ReturnType<NonNullable<import('../../session/lab.js').Lab['about']>>} */
+function about() {
+  const r = record.value,
+    of = r?.experiment ?? {};
+  const varied = (of.axes ?? [])
+    .flatMap((/** @type {any} */ axis) => axis.zip ?? [axis])
+    .map((/** @type {any} */ axis) =>
+      axis.values ? `${axis.path} = ${axis.values.join(', ')}` : `${axis.path} = ${axis.from} to ${axis.to}, ${axis.count} values`,
+    );
+  const fixedAt = Object.entries(of.set ?? {}).map(
+    ([path, value]) => `${path} = ${typeof value === 'object' ? JSON.stringify(value) : value}`,
+  );
+  return {
+    title: r?.title || of.scenario?.title || 'Experiment',
+    settings: [
+      `Scenario ${of.scenario_id ?? (typeof of.scenario === 'string' ? of.scenario : (of.scenario?.title ?? ''))}`,
+      ...fixedAt,
+      ...varied,
+    ].join('; '),
+    moment: `Seed ${of.seed ?? of.scenario?.seed ?? 1} · ${r?.done ?? 0} of ${r?.runs ?? 0} runs`,
+    version: r?.version ?? '',
+  };
+}
+
 /** @type {import('../../session/lab.js').Lab} */
-export const lab = { template, rendered: redraw };
+export const lab = {
+  template,
+  rendered: redraw,
+  about,
+  tables: async () => ({
+    scatter: () => ({
+      columns: [
+        'point',
+        ...columns.value.flatMap(({ label, kind }) => (kind === 'axis' ? [label] : [label, `${label}, 95 % from`, `${label}, 95 % to`])),
+      ].map((name) => ({ name, unit: '' })),
+      rows: points.value.map((row) => [
+        row.point ?? null,
+        ...columns.value.flatMap(({ name, kind }) => {
+          const { low, high } = boundsOf(row, name);
+          return kind === 'axis'
+            ? [row[name] ?? null]
+            : [numberOf(row, name), low, high].map((value) => (Number.isFinite(value) ? value : null));
+        }),
+      ]),
+    }),
+  }),
+};

@@ -139,7 +139,8 @@ function drawingOf(i) {
   return html`<figure class="drawing"><figcaption>${fluids().length > 1 ? html`${mark(i)} <b>${nameOf(i)}</b>` : nothing}
       <span>${wordsOf(errorOf(i)).label} <output
         data-error=${i}>–</output></span><span>${t('fluid.per_step', { ms: step === undefined ? '–' : short(step) })}</span></figcaption>
-    ${drag.box(i, 'stir', label, html`<canvas id=${idOf(i)} role="img" aria-label=${t('shell.tab.fluid')}></canvas>`)}</figure>`;
+    ${drag.box(i, 'stir', label, html`<canvas id=${idOf(i)} role="img" aria-label=${t('shell.tab.fluid')}></canvas><take-away
+      name=${name}></take-away>`)}</figure>`;
 }
 
 /** @returns {Template} */
@@ -152,7 +153,7 @@ function template() {
       <div class="plots">${plot(0)}${plot(1)}${
         hasProfiles()
           ? html`<section class="plotbox" aria-label=${t('fluid.profiles')}><div class="view">
-        <canvas id="profiles" role="img" aria-label=${t('fluid.profiles')}></canvas></div></section>`
+        <canvas id="profiles" role="img" aria-label=${t('fluid.profiles')}></canvas><take-away data name=${t('fluid.profiles')}></take-away></div></section>`
           : nothing
       }</div>
     </div>
@@ -230,7 +231,15 @@ function drawPlots(colours) {
       const ys = records[i]?.numbers[one.numbers.indexOf(name)],
         own = paintOf(colours, several ? i : p);
       return ys
-        ? [{ xs: records[i]?.t ?? [], ys: size ? ys.map(Math.abs) : ys, colour: own.text, ...(several ? { dash: own.dash } : {}) }]
+        ? [
+            {
+              xs: records[i]?.t ?? [],
+              ys: size ? ys.map(Math.abs) : ys,
+              name: several ? nameOf(i) : wordsOf(name).label,
+              colour: own.text,
+              ...(several ? { dash: own.dash } : {}),
+            },
+          ]
         : [];
     });
     const empty = lines.some(({ ys }) => ys.length < 2 || ys.some((v) => v !== 0)) ? t('workbench.play_to_draw') : t('fluid.all_zero');
@@ -245,6 +254,7 @@ function drawPlots(colours) {
   const lines = shown.map(({ name, i, pairs, known }) => ({
     xs: pairs.map(([x = 0]) => x),
     ys: pairs.map(([, y = 0]) => y),
+    name: several && !known ? `${name}, ${nameOf(i)}` : name,
     colour: paintOf(colours, several ? i : Math.max(0, own.indexOf(name.replace('_reference', '')))).text,
     ...(known ? { points: true, width: 1, dash: [2, 3] } : several ? { dash: paintOf(colours, i).dash } : {}),
   }));

@@ -5,9 +5,8 @@ import { call, make } from '../../base/api.js';
 import { fixed, localized } from '../../base/format.js';
 import { find } from '../../base/schema.js';
 import { MOTION_STATUS } from '../../stream/names.js';
-import { link } from '../../session/opening.js';
 import { change } from '../../session/params.js';
-import { again } from '../../session/session.js';
+import { choose } from '../../session/session.js';
 import { layout, locked, notify, params, schema } from '../../session/state.js';
 import { palette, paintOf } from '../../draw/palette.js';
 import { drawPlot } from '../../draw/plot.js';
@@ -80,10 +79,8 @@ function methodPanel(i) {
 
 /** @param {Event} event */
 function chooseProblem(event) {
-  link.scenario = 'motion/general';
-  link.set = { problem: /** @type {HTMLSelectElement} */ (event.target).value };
-  link.seed = null;
-  again();
+  levels.value = new Map(); /* measured of another problem */
+  choose('motion/general', { problem: /** @type {HTMLSelectElement} */ (event.target).value });
 }
 
 /** @returns {Template} */
@@ -170,7 +167,7 @@ function template() {
     <div class="methods" aria-label=${t('motion.problem_and_methods')} role="group">${problemPanel()}${places().map(methodPanel)}</div>
     <div class="drawings" tabindex="0" role="region" aria-label=${t('workbench.views')}>
       <section class="row motion" aria-label=${t('shell.group.motion')}><div class="view"><canvas id="motion" role="img"
-        aria-label=${t('shell.group.motion')}></canvas></div></section>
+        aria-label=${t('shell.group.motion')}></canvas><take-away name=${t('shell.group.motion')}></take-away></div></section>
       <div class="plots">
         ${plotBox('plot-value', t('motion.position_t'))}${plotBox('plot-error', t('motion.error_t'))}
         ${at?.energy ? plotBox('plot-energy', t('workbench.energy_t')) : nothing}
@@ -257,8 +254,11 @@ function draw(frame, settled, name) {
   const unit = unitOf(at.components[0] ?? '');
   const colourOf = (/** @type {number} */ i) => (i === 0 ? colours.truth : paintOf(colours, i - 1).text);
   const dashOf = (/** @type {number} */ i) => (i === 0 ? [5, 4] : paintOf(colours, i - 1).dash);
+  const trackName = (/** @type {number} */ i) => (i === 0 ? 'solution' : words(nameOf(i - 1)));
   const lines = (/** @type {'t' | 'value'} */ x, /** @type {'value' | 'speed' | 'error' | 'drift'} */ y, /** @type {number} */ from) =>
-    record.tracks.slice(from).map((track, k) => ({ xs: track[x], ys: track[y], colour: colourOf(k + from), dash: dashOf(k + from) }));
+    record.tracks
+      .slice(from)
+      .map((track, k) => ({ xs: track[x], ys: track[y], name: trackName(k + from), colour: colourOf(k + from), dash: dashOf(k + from) }));
   onto('motion', (surface) =>
     drawScene(surface, colours, record, motions, { problem: at.problem, names: places().map((i) => words(nameOf(i))), unit }),
   );
@@ -313,6 +313,7 @@ function drawRefinementSeries(colours) {
     of.map(({ i, list }) => ({
       xs: list.map((one) => one[x]),
       ys: list.map((one) => one.error),
+      name: words(nameOf(i)),
       colour: paintOf(colours, i).text,
       dash: paintOf(colours, i).dash,
       points: true,

@@ -257,7 +257,7 @@ const PHASES = ['broad', 'narrow', 'solve', 'continuous', 'finish', 'all'];
 function phases() {
   const most = Math.max(1e-9, ...costs.value.map((part) => part.all ?? 0));
   return html`<section class="plotbox" aria-label=${t('rigid.cost')}><div class="view phases" tabindex="0" role="group"
-    aria-label=${t('rigid.cost')}><table class="data"><caption>${t('rigid.ms_per_step')}</caption>
+    aria-label=${t('rigid.cost')}><take-away data="phases" name=${t('rigid.cost')}></take-away><table class="data"><caption>${t('rigid.ms_per_step')}</caption>
     <tbody>${PHASES.map(
       (name) =>
         html`<tr><th scope="row">${t(`rigid.phase.${name}`)}</th>${worlds().map((i) => {
@@ -274,7 +274,8 @@ function phases() {
 /** @param {number} world @returns {Template} */
 function drawing(world) {
   const label = `${t('rigid.world', { name: nameOf(world) })}. ${t('rigid.drag')}`;
-  const canvas = html`<canvas id=${`world${world}`} role="img" aria-label=${t('rigid.world', { name: nameOf(world) })}></canvas>`;
+  const canvas = html`<canvas id=${`world${world}`} role="img" aria-label=${t('rigid.world', { name: nameOf(world) })}></canvas><take-away
+    name=${t('rigid.world', { name: nameOf(world) })}></take-away>`;
   return drag.box(world, 'drag', label, canvas);
 }
 
@@ -366,6 +367,7 @@ function draw(frame, settled, name) {
       record.tracks.map((track, i) => ({
         xs: track.t,
         ys: track[what].map((v) => v * scale),
+        name: nameOf(i),
         colour: paintOf(colours, i).text,
         dash: paintOf(colours, i).dash,
       }));
@@ -400,4 +402,14 @@ effect(() => {
 const rates = () => ({ contacts: shown.value.contacts || shown.value.pairs ? 60 : 0 });
 
 /** @type {import('../../session/lab.js').Lab} */
-export const lab = { template, draw, rates };
+export const lab = {
+  template,
+  draw,
+  rates,
+  tables: async () => ({
+    phases: () => ({
+      columns: [{ name: 'part', unit: '' }, ...worlds().map((i) => ({ name: nameOf(i), unit: 'ms' }))],
+      rows: PHASES.map(([name, label]) => [label, ...worlds().map((i) => costs.value[i]?.[name] ?? null)]),
+    }),
+  }),
+};

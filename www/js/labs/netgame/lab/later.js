@@ -14,4 +14,4 @@ plotBy(Chart);
 inspectors.value = INSPECTORS;
 
 /** @type {Partial<import('../../../session/lab.js').Lab>} */
-export const rest = { dialogs, help };
+export const rest = { dialogs, help, tables: () => import('./tables.js').then(({ tables }) => tables) };

@@ -52,7 +52,7 @@ function row(view) {
     ${caption(view)}
     <div class="view" role="group" tabindex=${view > 0 ? '0' : nothing} data-drive=${view > 0 ? player : nothing}
       aria-label=${`${label}.${keys}`}>
-      <canvas data-view=${view} role="img" aria-label=${label}></canvas></div>
+      <canvas data-view=${view} role="img" aria-label=${label}></canvas><take-away name=${label}></take-away></div>
     ${view > 0 ? pads(player) : nothing}
   </section>`;
 }

@@ -104,7 +104,7 @@ export function messagesPanel() {
     class="toggle"><input type="checkbox" .checked=${now[name]} @change=${() => toggleOverlay(name)}><span>${label}</span></label>`;
   const ids = offered.value.split(' ');
   const chosen = inspectors.value.find((one) => one.id === inspector.value);
-  return html`<div class="panel plainpanel"><div class="head"><h2>Messages and marks</h2></div>
+  return html`<div class="panel plainpanel"><div class="head"><h2>Messages and marks</h2><take-away of="lane" data name="Messages"></take-away></div>
     <div class="lookrow"><label class="field choice"><span>Lower panel</span><select aria-label="Content of the lower panel" @change=${(
       /** @type {Event} */ event,
     ) => {

@@ -36,7 +36,9 @@ function units() {
 
 /** @param {'error' | 'buffer'} which @returns {Template} */
 function tableButton(which) {
-  return html`<button type="button" class="small" aria-label=${`Table of the ${which === 'error' ? 'distance' : which}`}
+  const name = which === 'error' ? 'distance' : which,
+    id = `${which}-chart`;
+  return html`<take-away of=${id} data=${id} name=${name}></take-away><button type="button" class="small" aria-label=${`Table of the ${name}`}
     @click=${() => open({ kind: 'table', of: which })}>Table</button>`;
 }
 

@@ -1,0 +1,34 @@
+// The page in a frame of a course's page: the views, what they show, play and scrub, and the way to all of it.
+import { html, nothing } from '../../vendor/lit-html.js';
+import { writeLesson, writeQuery } from '../base/link.js';
+import { link } from '../session/opening.js';
+import { experiment, lesson, notice, params } from '../session/state.js';
+import { timeBar } from './bar.js';
+
+/** @typedef {import('../../vendor/lit-html.js').TemplateResult} Template */
+
+const sheet = document.createElement('link');
+sheet.rel = 'stylesheet';
+sheet.href = new URL('../../embed.css', import.meta.url).href;
+export const styled = new Promise((done) => {
+  sheet.onload = sheet.onerror = done;
+});
+document.head.append(sheet);
+document.documentElement.dataset.embed = 'yes';
+
+/** The same without the frame. */
+const whole = () =>
+  location.pathname + (lesson.value === null ? writeQuery({ ...link, embed: false }) + location.hash : writeLesson(lesson.value));
+
+/** @param {Template} content @returns {Template} */
+export function page(content) {
+  const now = params.value;
+  return html`${content}
+    <section class="embedfoot" aria-label="About">${
+      lesson.value === null && now !== null
+        ? html`<div id="embed-caption"><h1>${now.title}</h1><p>${now.text ?? nothing}</p></div>`
+        : html`<h1>laglab</h1>`
+    }<a id="whole" href=${whole()} target="_blank" rel="noopener">Open in laglab</a></section>
+    ${notice.value === '' ? nothing : html`<aside class="note" aria-label="Note"><span>${notice.value}</span></aside>`}
+    ${experiment.value === null ? timeBar() : nothing}`;
+}
