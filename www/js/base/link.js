@@ -1,4 +1,4 @@
-// What the address says: scenario, changed parameters, seed, theme, the session to join, or a lesson.
+// What the address says: scenario, changed parameters, seed, theme, whether it is presented, the session to join, or a lesson.
 
 /** @typedef {string | number | boolean | object} Value */
 
@@ -9,6 +9,7 @@
  * @property {Record<string, Value>} set    changed parameters by dotted path
  * @property {number | null} seed
  * @property {string} theme       auto, light, dark or projector
+ * @property {boolean} present      views and caption alone
  * @property {string} session     of the fragment; empty when the page makes its own
  * @property {string} key         of the fragment; removed from the address bar at once
  * @property {string | null} room  code of a class, of `#class=CODE`; empty where it is to be typed; null when none is wanted
@@ -79,6 +80,7 @@ export function readLink(search, hash) {
     set: {},
     seed: null,
     theme: 'auto',
+    present: query.get('present') === 'yes',
     session: '',
     key: '',
     room: fragment.get('class'),
@@ -103,6 +105,9 @@ export function readLink(search, hash) {
   if (theme !== null && THEMES.includes(theme)) link.theme = theme;
   else if (theme !== null) link.problems.push(`theme=${theme} ignored: it is one of ${THEMES.join(', ')}`);
 
+  const present = query.get('present');
+  if (present !== null && !link.present) link.problems.push(`present=${present} ignored: it is yes, or not there`);
+
   const session = fragment.get('s') ?? '';
   if (/^[A-Za-z0-9_-]{1,64}$/.test(session)) {
     link.session = session;
@@ -125,13 +130,18 @@ export function readScenario(link, search, hash, shorts) {
   link.scenario = first;
 }
 
+/** How the page looks, as items of a query. @param {Pick<Link, 'theme' | 'present'>} link @returns {string[]} */
+export function lookOf({ theme, present }) {
+  return [...(theme === 'auto' ? [] : [`theme=${theme}`]), ...(present ? ['present=yes'] : [])];
+}
+
 /** The query that gives the same set-up elsewhere: only what differs from the scenario.
- * @param {Pick<Link, 'scenario' | 'set' | 'seed' | 'theme'>} link @returns {string} */
+ * @param {Pick<Link, 'scenario' | 'set' | 'seed' | 'theme' | 'present'>} link @returns {string} */
 export function writeQuery(link) {
   const parts = [`scenario=${link.scenario}`];
   for (const [path, value] of Object.entries(link.set))
     parts.push(`set=${path}:${encodeURIComponent(typeof value === 'object' ? JSON.stringify(value) : String(value))}`);
   if (link.seed !== null) parts.push(`seed=${link.seed}`);
-  if (link.theme !== 'auto') parts.push(`theme=${link.theme}`);
+  parts.push(...lookOf(link));
   return `?${parts.join('&')}`;
 }

@@ -2,8 +2,8 @@
 import { call, Problem } from '../base/api.js';
 import { lab } from './labs.js';
 import { keep, link } from './opening.js';
-import { writeLesson, writeQuery } from '../base/link.js';
-import { experiment, lesson, locked, notify, params, place, session, theme } from './state.js';
+import { lookOf, writeLesson, writeQuery } from '../base/link.js';
+import { experiment, lesson, locked, notify, params, place, presenting, session, theme } from './state.js';
 
 /** @typedef {import('../base/link.js').Value} Value */
 
@@ -66,7 +66,9 @@ export function showAddress() {
   const now = session.value,
     shown = experiment.value;
   link.theme = theme.value;
-  const colours = link.theme === 'auto' ? '' : `?theme=${link.theme}`;
+  link.present = presenting.value;
+  const look = lookOf(link).join('&'),
+    colours = look === '' ? '' : `?${look}`;
   if (shown !== null || lesson.value !== null) {
     const hash = lesson.value !== null ? writeLesson(lesson.value) : `#experiments${shown === '' ? '' : `=${shown}`}`;
     history.replaceState(null, '', location.pathname + colours + hash);

@@ -4,6 +4,7 @@ import { html, nothing } from '../../vendor/lit-html.js';
 import { fixed } from '../base/format.js';
 import { icons } from '../workbench/icons.js';
 import { fullScreen } from './keys.js';
+import { toggle } from './presenting.js';
 import { held, locked, speed, status } from '../session/state.js';
 import { SPEEDS, playOrPause, reset, restart, seek, setSpeed, step } from '../session/time.js';
 
@@ -66,6 +67,8 @@ export function timeBar() {
     <button type="button" class="restart" title="Start again with the same seed (R)" @click=${() => restart()}>Restart</button>
     <button type="button" title="Restore the scenario (Alt + R)" @click=${() => reset()}>Reset</button>
     </fieldset>
+    <button type="button" class="wide quiet big" id="present" aria-label="Present" title="Present: views and caption alone (V)"
+      @click=${() => void toggle()}>${icons.present}</button>
     <button type="button" class="wide quiet big" aria-label="Full screen" title="Full screen (F)"
       @click=${fullScreen}>${icons.full}</button>
   </footer>`;

@@ -6,6 +6,7 @@ import { experiment, theme } from '../session/state.js';
 import { nextSpeed, playOrPause, reset, restart, step } from '../session/time.js';
 import { open } from '../workbench/dialog.js';
 import { lessons } from './lessons.js';
+import { toggle } from './presenting.js';
 
 /** @typedef {import('../session/lab.js').Key} Key */
 
@@ -55,6 +56,7 @@ const OF_TIME = [
 
 /** @type {Key[]} */
 const OF_PAGE = [
+  { code: 'KeyV', everywhere: true, shown: 'V', help: 'Present: views and caption alone', run: () => void toggle() },
   { code: 'KeyF', everywhere: true, shown: 'F', help: 'Full screen', run: fullScreen },
   {
     code: 'KeyP',

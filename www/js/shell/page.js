@@ -2,12 +2,13 @@
 import { html, render } from '../../vendor/lit-html.js';
 import { effect } from '../../vendor/signals-core.js';
 import { lab } from '../session/labs.js';
-import { experiment, lesson, notice } from '../session/state.js';
+import { experiment, lesson, notice, presented } from '../session/state.js';
 import { touch } from '../draw/redraw.js';
 import { sync } from '../workbench/controls.js';
 import { timeBar } from './bar.js';
 import { header } from './header.js';
 import { lessons } from './lessons.js';
+import { shown as presentation } from './presenting.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 
@@ -24,6 +25,8 @@ function page() {
   const empty = html`<main id="views" tabindex="-1"></main>`;
   if (lesson.value?.id === '') return html`${header()}${lessons.value?.door() ?? empty}${notes()}`;
   const content = lab.value?.template() ?? empty;
+  const caption = presented.value ? presentation.value?.caption() : undefined;
+  if (caption) return html`${lesson.value === null ? content : (lessons.value?.page(content) ?? content)}${notes()}${caption}`;
   if (lesson.value !== null) return html`${header()}${lessons.value?.page(content) ?? content}${notes()}${timeBar()}`;
   if (experiment.value !== null) return html`<a class="skip" href="#views">To the experiment</a>${header()}${content}${notes()}`;
   return html`<a class="skip" href="#views">To the views</a>${header()}${content}${notes()}${timeBar()}`;

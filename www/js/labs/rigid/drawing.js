@@ -97,8 +97,8 @@ function metres(pen, colours, at) {
       colours,
       `${Number((i * step).toPrecision(6))} m`.replace('-', '−'),
       toX(at, i * step) + 3,
-      at.height - colours.text * 0.7,
-      { colour: colours.faint },
+      at.height - colours.axis * 0.7,
+      { size: colours.axis, colour: colours.faint },
     );
   }
 }

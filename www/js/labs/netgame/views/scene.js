@@ -48,7 +48,7 @@ export function toX(at, x) {
 /** The common x axis: lines and metres. @param {DrawContext} at */
 export function drawGrid(at) {
   const { pen, colours, layout, height } = at;
-  const step = gridStep(scaleX(at), 90);
+  const step = gridStep(scaleX(at), Math.max(90, colours.axis * 5));
   const first = Math.ceil(layout.scene.x_min / step - 1e-9),
     last = Math.floor(layout.scene.x_max / step + 1e-9);
   for (let i = first; i <= last; i++) {
@@ -60,9 +60,10 @@ export function drawGrid(at) {
     pen.moveTo(x, 0);
     pen.lineTo(x, height);
     pen.stroke();
-    if (i === last - 1 && scaleX(at) * step < colours.text * 5.4) continue; /* the last label needs the room */
+    if (i === last - 1 && scaleX(at) * step < colours.axis * 5.4) continue; /* the last label needs the room */
     const metres = String(Number((i * step).toPrecision(6))).replace('-', '−');
-    drawText(pen, colours, `${metres}${i === first || i === last ? ' m' : ''}`, i === last ? x - 3 : x + 3, colours.text * 0.7, {
+    drawText(pen, colours, `${metres}${i === first || i === last ? ' m' : ''}`, i === last ? x - 3 : x + 3, colours.axis * 0.7, {
+      size: colours.axis,
       colour: colours.faint,
       align: i === last ? 'right' : 'left',
     });
