@@ -89,6 +89,7 @@ function follow() {
   const wanted = readLesson(location.search, location.hash),
     now = lesson.value;
   if (wanted === null) return false;
+  if (place.value.at !== '') location.reload(); /* Back from a class */
   if (now === null || wanted.id !== now.id || wanted.step !== now.step || (wanted.lang || now.lang) !== now.lang)
     openLesson({ ...wanted, lang: wanted.lang || (now?.lang ?? '') });
   return true;
