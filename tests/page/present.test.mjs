@@ -143,3 +143,24 @@ test('an experiment is presented by its scatter plot, or says that there is none
   assert.deepEqual(complaints, []);
   await close();
 });
+
+test('next to the charts each player has three sentences, whose numbers are the stream’s; who drives reads “your”', async () => {
+  const { page, complaints, close } = await visit(browser, `${daemon.url}?scenario=gambetta_default&set=players.0.prediction:true`, WIDE);
+  const says = (/** @type {string} */ at) => page.locator(`[data-sentence="${at}"]`).innerText();
+  await until(async () => (await tickOf(page)) > 300, 'five seconds', 15000);
+  await page.keyboard.press('Space');
+  await button(page, 'Play').waitFor();
+  await page.waitForTimeout(300);
+  const { views } = await page.evaluate(() => globalThis.laglab().frame.plain());
+  assert.deepEqual(await page.locator('[data-term^="0/"]').allInnerTexts(), ['Input latency', 'View age', 'Corrections']);
+  assert.match(await says('0/0'), new RegExp(`^A’s key shows after \\d+ ms \\(without prediction at least ${2 * views[1].lag_ms}\\)$`));
+  assert.equal(await says('1/1'), `B sees A as it was ${views[2].view_age_ms.toFixed(0)} ms ago`);
+  assert.ok(views[1].corrections > 0, 'something to tell');
+  assert.match(await says('0/2'), new RegExp(`^A was pulled back ${views[1].corrections} times?, at most \\d\\.\\d\\d m`));
+  await page.keyboard.press('Space');
+  await page.evaluate(() => /** @type {HTMLSelectElement} */ (document.querySelector('[data-path="players.0.control"]')).focus());
+  await page.locator('[data-path="players.0.control"]').first().selectOption('person');
+  await until(async () => /^You see B/.test(await says('0/1')), 'you');
+  assert.deepEqual(complaints, []);
+  await close();
+});

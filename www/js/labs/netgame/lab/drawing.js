@@ -19,7 +19,7 @@ import { inputNextTo, drawLanes, nearestInput, windowOf } from '../views/lanes.j
 import { drawRace } from '../views/race.js';
 import { drawRibbon } from '../views/ribbon.js';
 import { scaleX } from '../views/scene.js';
-import { mainSentence } from '../views/sentences.js';
+import { mainSentence, tell } from '../views/sentences.js';
 import { followed } from '../views/camera.js';
 import { showSide } from './side.js';
 
@@ -175,12 +175,7 @@ function showTold(now) {
       view === 0
         ? { before: 'The truth,', value: `${params.value?.server?.update_hz ?? ''} updates a second`, after: '' }
         : mainSentence(row, view - 1, players, memory);
-    const text = `${one.before}\n${one.value}\n${one.after}`;
-    if (place.getAttribute('data-text') === text) continue;
-    place.setAttribute('data-text', text);
-    const number = document.createElement('b');
-    number.textContent = one.value === '' ? '–' : one.value;
-    place.replaceChildren(`${one.before} `, number, one.after === '' ? '' : ` ${one.after}`);
+    tell(place, one);
   }
 }
 

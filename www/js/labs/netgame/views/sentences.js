@@ -52,6 +52,20 @@ function corrections(view, player, memory) {
   };
 }
 
+/** Puts a sentence into its place, the number bold. @param {Element} place @param {Pick<Sentence, 'before' | 'value' | 'after'>} one */
+export function tell(place, one) {
+  const text = `${one.before}\n${one.value}\n${one.after}`;
+  if (place.getAttribute('data-text') === text) return;
+  place.setAttribute('data-text', text);
+  const number = document.createElement('b');
+  number.textContent = one.value === '' ? '–' : one.value;
+  const close = one.after === '' || one.after.startsWith(',') ? one.after : ` ${one.after}`;
+  place.replaceChildren(`${one.before} `, number, close);
+}
+
+/** How many sentences a player has. @param {number} players */
+export const countOf = (players) => (players > 1 ? 3 : 2);
+
 /** All of a player. @param {View} view @param {number} player @param {number} players @param {Memory} memory @returns {Sentence[]} */
 export function sentences(view, player, players, memory) {
   return [latency(view, player, memory), ...(players > 1 ? [age(view, player, players)] : []), corrections(view, player, memory)];
