@@ -5,6 +5,7 @@ import { fixed } from '../base/format.js';
 import { icons } from '../workbench/icons.js';
 import { fullScreen } from './keys.js';
 import { toggle } from './presenting.js';
+import { slower } from './slow.js';
 import { held, locked, speed, status } from '../session/state.js';
 import { SPEEDS, playOrPause, reset, restart, seek, setSpeed, step } from '../session/time.js';
 
@@ -59,6 +60,7 @@ export function timeBar() {
     <label class="field choice speed"><span>Speed</span><select aria-label="Speed"
       @change=${(/** @type {Event} */ event) => setSpeed(Number(/** @type {HTMLSelectElement} */ (event.target).value))}>
       ${speeds.map((s) => html`<option value=${s} .selected=${s === now}>${s}×</option>`)}</select></label>
+    <output class="slower" id="slower">${slower(now)}</output>
     <input type="range" class="scrub" id="scrub" aria-label="Time in seconds" min="0" max="1" step="any" value="0" @input=${onScrub}
       @change=${() => {
         scrubbing = false;

@@ -13,6 +13,7 @@ import * as keys from './keys.js';
 import { LABS } from './labs.js';
 import * as loop from './loop.js';
 import * as page from './page.js';
+import * as slow from './slow.js';
 
 /* Read-only, for tests and for the curious: frame, params, connection, counts, messages. */
 Object.defineProperty(window, 'laglab', { value: Object.assign(() => hook(), { costs: loop.costs }) });
@@ -46,6 +47,7 @@ page.listen();
 controls.listen();
 keys.listen();
 announce.listen();
+slow.listen();
 loop.listen();
 
 /** @type {Set<string>} */

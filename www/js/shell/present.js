@@ -4,10 +4,11 @@ import { effect } from '../../vendor/signals-core.js';
 import { fixed } from '../base/format.js';
 import { renew } from '../draw/palette.js';
 import { touch } from '../draw/redraw.js';
-import { experiment, frame, lesson, params, place, presented, presenting, status } from '../session/state.js';
+import { experiment, frame, lesson, params, place, presented, presenting, speed, status } from '../session/state.js';
 import { showAddress } from '../session/params.js';
 import { playOrPause } from '../session/time.js';
 import { icons } from '../workbench/icons.js';
+import { slower } from './slow.js';
 import { lessons } from './lessons.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
@@ -60,7 +61,7 @@ function said() {
 /** @returns {Template} */
 function playButton() {
   const playing = status.value === 'playing';
-  return html`<output class="time" id="present-time" aria-live="off"></output>
+  return html`<output class="slower">${slower(speed.value)}</output><output class="time" id="present-time" aria-live="off"></output>
     <button type="button" aria-label=${playing ? 'Pause' : 'Play'} @click=${() => playOrPause()}>${playing ? icons.pause : icons.play}</button>`;
 }
 

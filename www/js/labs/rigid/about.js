@@ -4,7 +4,12 @@
 export const about = {
   kind: 'rigid',
   group: 'Rigid bodies',
-  tabs: [{ id: 'collide', name: 'Collide', scenario: 'rigid/pyramid', shows: ['rigid'] }],
+  tabs: [{ id: 'collide', name: 'Collide', scenario: 'rigid/collapsing_stack', shows: ['rigid'] }],
+  slow: {
+    'rigid/three_bullets': { speed: 0.1, from_s: 0, until_s: 0.15 },
+    'rigid/bullets': { speed: 0.1, from_s: 0, until_s: 0.2 },
+    'rigid/bullets_moving': { speed: 0.1, from_s: 0, until_s: 0.2 },
+  },
   rates: { bodies: 60, contacts: 60, joints: 60 },
   study: {
     axes: [
