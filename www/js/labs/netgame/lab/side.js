@@ -116,7 +116,7 @@ function meets() {
 function showMeets(frame) {
   const players = frame.views.length - 1;
   for (const place of document.querySelectorAll('[data-sentence]')) {
-    const [p = 0, i = 0] = /** @type {HTMLElement} */ ((place).dataset.sentence ?? '').split('/').map(Number);
+    const [p = 0, i = 0] = (place.getAttribute('data-sentence') ?? '').split('/').map(Number);
     const view = frame.views[1 + p],
       one = view && sentences(view, p, players, memory)[i];
     if (!one) continue;

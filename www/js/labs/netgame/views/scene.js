@@ -3,6 +3,7 @@ import { gridStep } from '../../../draw/axis.js';
 import { E_PREDICTED } from '../core/frame.js';
 import { fixed, signed } from '../../../base/format.js';
 import { paintOf } from '../../../draw/palette.js';
+import { drawCarGhost, hasCar } from '../../../draw/cars.js';
 import { cross, drawGhost, drawText, spring } from '../../../draw/marks.js';
 
 /** @typedef {import('../core/frame.js').Frame} Frame */
@@ -88,6 +89,10 @@ export function gapLabel(at, drawn, real) {
  * @param {number} y px @param {number} gx px, of the ghost @param {number} gy @param {number} size */
 export function ghost(at, player, x, y, gx, gy, size) {
   const { pen, colours } = at;
+  if (hasCar(player) && at.layout.controls !== 'aim') {
+    drawCarGhost(pen, colours, player, gx, gy, size);
+    return;
+  }
   drawGhost(pen, colours, player, gx, gy, size);
   if (Math.hypot(gx - x, gy - y) <= 2) return;
   pen.lineWidth = 1.5;
