@@ -34,7 +34,7 @@ test('the code of a class, typed on the first page in letters of either case, jo
   await close();
 });
 
-test('a code that no class has is told, and can be typed again; German has its words', async () => {
+test('a code that no class has is named, and can be typed again; German has its words', async () => {
   const { page, close } = await door('#questions&lang=de', { width: 390, height: 844 });
   await page.getByLabel('Code einer Klasse').fill('QQQQ');
   await page.keyboard.press('Enter');

@@ -16,7 +16,7 @@ after(async () => {
 
 const speedOf = async (page) => Number((await frameOf(page)).session.speed.toPrecision(6));
 
-test('three bullets fly ten times slower, the page says so, and lets go after the walls; again after Restart', async () => {
+test('three bullets fly ten times slower, the page says so, and ends it after the walls; again after Restart', async () => {
   const { page, complaints, close } = await visit(browser, `${daemon.url}?scenario=rigid/three_bullets&set=duration_s:4`);
   await until(async () => (await speedOf(page)) === 1, 'the normal speed, behind the walls', 15000);
   assert.equal(await page.locator('#slower').isVisible(), false);
@@ -33,7 +33,7 @@ test('three bullets fly ten times slower, the page says so, and lets go after th
   await until(async () => (await page.evaluate(() => globalThis.seen.filter(([t, s]) => t < 0.14 && s < 0.11).length)) > 10, 'slow again');
   await page.locator('#slower', { hasText: '10 times slower' }).waitFor();
   assert.deepEqual(await axe(page), []);
-  await until(async () => (await frameOf(page)).time_s > 0.5 && (await speedOf(page)) === 1, 'let go', 15000);
+  await until(async () => (await frameOf(page)).time_s > 0.5 && (await speedOf(page)) === 1, 'ended', 15000);
   assert.deepEqual(complaints, []);
   await close();
 });

@@ -1,11 +1,10 @@
 // The time bar: play, step, speed, scrub, clock.
 import { headOf } from '../stream/frame.js';
 import { html, nothing } from '../../vendor/lit-html.js';
-import { fixed } from '../base/format.js';
+import { fixed, slower } from '../base/format.js';
 import { icons } from '../workbench/icons.js';
 import { fullScreen } from './keys.js';
 import { toggle } from './presenting.js';
-import { slower } from './slow.js';
 import { held, locked, speed, status } from '../session/state.js';
 import { SPEEDS, playOrPause, reset, restart, seek, setSpeed, step } from '../session/time.js';
 

@@ -8,12 +8,12 @@ import { link } from '../session/opening.js';
 import { failed, hook, openExperiments, openLesson, show } from '../session/session.js';
 import { experiment, frame, layout, lesson, locked, notify, params, place, scenarios, schemas, session } from '../session/state.js';
 import * as controls from '../workbench/controls.js';
+import { slowing } from '../session/time.js';
 import { begun } from './early.js';
 import * as keys from './keys.js';
 import { LABS } from './labs.js';
 import * as loop from './loop.js';
 import * as page from './page.js';
-import * as slow from './slow.js';
 
 /* Read-only, for tests and for the curious: frame, params, connection, counts, messages. */
 Object.defineProperty(window, 'laglab', { value: Object.assign(() => hook(), { costs: loop.costs }) });
@@ -47,7 +47,11 @@ page.listen();
 controls.listen();
 keys.listen();
 announce.listen();
-slow.listen();
+const slowed = effect(() => {
+  if (session.value === null || !slowing()) return;
+  queueMicrotask(() => slowed());
+  part(() => import('./slow.js')).then((slow) => slow.listen());
+});
 loop.listen();
 
 /** @type {Set<string>} */

@@ -1,14 +1,13 @@
 // Views and caption alone, for the back row of a room: sizes follow the screen's height. Read when it is first wanted.
 import { html, nothing } from '../../vendor/lit-html.js';
 import { effect } from '../../vendor/signals-core.js';
-import { fixed } from '../base/format.js';
+import { fixed, slower } from '../base/format.js';
 import { renew } from '../draw/palette.js';
 import { touch } from '../draw/redraw.js';
 import { experiment, frame, lesson, params, place, presented, presenting, speed, status } from '../session/state.js';
 import { showAddress } from '../session/params.js';
 import { playOrPause } from '../session/time.js';
 import { icons } from '../workbench/icons.js';
-import { slower } from './slow.js';
 import { lessons } from './lessons.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */

@@ -3,12 +3,6 @@ import { effect, untracked } from '../../vendor/signals-core.js';
 import { frame, locked, speed, status } from '../session/state.js';
 import { setSpeed, slowing } from '../session/time.js';
 
-/** In words; empty at the normal speed and above it. @param {number} now @returns {string} */
-export function slower(now) {
-  const times = 1 / now;
-  return times > 1.01 ? `${Number(times.toPrecision(2))} times slower` : '';
-}
-
 let generation = -1; /* the stretch of time that was slowed or left alone */
 let ours = false; /* whether the present speed was set here */
 let asked = 0; /* the speed that is on its way */

@@ -164,11 +164,11 @@ function showFacts(now) {
   if (facts.textContent !== caption) facts.textContent = caption;
 }
 
-/** Next to the name of each view: what it tells. @param {Frame} now */
-function showTold(now) {
+/** Next to the name of each view: what it shows. @param {Frame} now */
+function showMain(now) {
   const players = now.views.length - 1;
-  for (const place of document.querySelectorAll('[data-told]')) {
-    const view = Number(/** @type {HTMLElement} */ (place).dataset.told),
+  for (const place of document.querySelectorAll('[data-main]')) {
+    const view = Number(/** @type {HTMLElement} */ (place).dataset.main),
       row = now.views[view];
     if (!row || !presented.value) continue;
     const one =
@@ -192,7 +192,7 @@ export function draw(now, settled, name) {
   for (const canvas of document.querySelectorAll('canvas[data-view]')) drawView(/** @type {HTMLCanvasElement} */ (canvas), now, name);
   drawMessages(now, name);
   showFacts(now);
-  showTold(now);
+  showMain(now);
   showConnectionEvents(now);
   showSide(now, settled);
 }
