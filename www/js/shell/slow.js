@@ -3,33 +3,18 @@ import { effect, untracked } from '../../vendor/signals-core.js';
 import { frame, locked, speed, status } from '../session/state.js';
 import { setSpeed, slowing } from '../session/time.js';
 
-let generation = -1; /* the stretch of time that was slowed or left alone */
-let ours = false; /* whether the present speed was set here */
-let asked = 0; /* the speed that is on its way */
+/* The stretches of time that were slowed and released. */
+let slowed = -1,
+  released = -1;
 
-/** @param {number} to */
-function go(to) {
-  asked = to;
-  setSpeed(to);
-}
-
-/** @param {import('../stream/frame.js').Frame} now @param {import('../session/lab.js').Slow} slow @param {number} pace */
-function follow(now, slow, pace) {
-  if (now.session.generation !== generation && now.time_s < slow.until_s) {
-    generation = now.session.generation;
-    ours = pace === slow.speed;
-    asked = 0;
-  }
-  if (asked !== 0 && pace !== asked) return;
-  asked = 0;
-  if (ours && pace !== slow.speed) ours = false;
-  if (now.time_s >= slow.until_s) {
-    if (ours) go(1);
-    ours = false;
-  } else if (!ours && pace === 1 && now.time_s >= slow.from_s && generation === now.session.generation) {
-    ours = true;
-    generation = now.session.generation;
-    go(slow.speed);
+/** @param {import('../session/lab.js').Slow} slow @param {import('../stream/frame.js').Frame} now @param {number} pace */
+function follow(slow, { time_s: time, session: { generation } }, pace) {
+  if (time >= slow.until_s) {
+    if (released !== generation && pace === slow.speed) setSpeed(1);
+    released = generation;
+  } else if (time >= slow.from_s && slowed !== generation) {
+    slowed = generation;
+    if (pace === 1) setSpeed(slow.speed);
   }
 }
 
@@ -40,7 +25,7 @@ export function listen() {
     if (now === null || status.value !== 'playing' || locked.value !== '') return;
     untracked(() => {
       const slow = slowing();
-      if (slow) follow(now, slow, pace);
+      if (slow) follow(slow, now, pace);
     });
   });
 }
