@@ -7,6 +7,7 @@
  * @property {Record<string, string | number | boolean | object>} set    changed parameters by dotted path
  * @property {number | null} seed
  * @property {string} theme       auto, light, dark or projector
+ * @property {boolean} present  views and caption alone
  * @property {string} lang        en, de; empty where the address has none
  * @property {string} session     of the fragment; empty when the page makes its own
  * @property {string} key         of the fragment; removed from the address bar at once

@@ -33,3 +33,9 @@ export function plain(value) {
 export function letter(player) {
   return String.fromCharCode(65 + player);
 }
+
+/** A speed in words; empty at the normal speed and above it. @param {number} now @returns {string} */
+export function slower(now) {
+  const times = 1 / now;
+  return times > 1.01 ? `${Number(times.toPrecision(2))} times slower` : '';
+}

@@ -1,4 +1,4 @@
-// What the address says: scenario, changed parameters, seed, theme, language, the session to join, or a lesson.
+// What the address says: scenario, changed parameters, seed, theme, language, whether it is presented, the session to join, or a lesson.
 
 /** @typedef {string | number | boolean | object} Value */
 
@@ -68,6 +68,7 @@ export function readLink(search, hash) {
     seed: null,
     theme: 'auto',
     lang: query.get('lang') ?? '',
+    present: query.get('present') === 'yes',
     session: '',
     key: '',
     room: fragment.get('class'),
@@ -94,6 +95,9 @@ export function readLink(search, hash) {
   if (theme !== null && THEMES.includes(theme)) link.theme = theme;
   else if (theme !== null) link.problems.push(['base.bad_theme', { theme, themes: THEMES.join(', ') }]);
 
+  const present = query.get('present');
+  if (present !== null && !link.present) link.problems.push(['base.bad_present', { present }]);
+
   const session = fragment.get('s') ?? '';
   if (/^[A-Za-z0-9_-]{1,64}$/.test(session)) {
     link.session = session;
@@ -116,15 +120,23 @@ export function readScenario(link, search, hash, shorts) {
   link.scenario = first;
 }
 
+/** How the page looks, as items of a query. @param {Pick<Link, 'theme' | 'lang' | 'present' | 'embed'>} link @returns {string[]} */
+export function lookOf({ theme, lang, present, embed }) {
+  return [
+    ...(theme === 'auto' ? [] : [`theme=${theme}`]),
+    ...(lang === '' ? [] : [`lang=${lang}`]),
+    ...(present ? ['present=yes'] : []),
+    ...(embed ? ['embed=1'] : []),
+  ];
+}
+
 /** The query that gives the same set-up elsewhere: only what differs from the scenario.
- * @param {Pick<Link, 'scenario' | 'set' | 'seed' | 'theme' | 'lang' | 'embed'>} link @returns {string} */
+ * @param {Pick<Link, 'scenario' | 'set' | 'seed' | 'theme' | 'lang' | 'embed' | 'present'>} link @returns {string} */
 export function writeQuery(link) {
   const parts = [`scenario=${link.scenario}`];
   for (const [path, value] of Object.entries(link.set))
     parts.push(`set=${path}:${encodeURIComponent(typeof value === 'object' ? JSON.stringify(value) : String(value))}`);
   if (link.seed !== null) parts.push(`seed=${link.seed}`);
-  if (link.theme !== 'auto') parts.push(`theme=${link.theme}`);
-  if (link.lang !== '') parts.push(`lang=${link.lang}`);
-  if (link.embed) parts.push('embed=1');
+  parts.push(...lookOf(link));
   return `?${parts.join('&')}`;
 }

@@ -78,13 +78,14 @@ export function drawGhost(pen, colours, player, x, y, size) {
 }
 
 /** @param {Pen} pen @param {Palette} colours @param {string} text @param {number} x @param {number} y
- * @param {{align?: CanvasTextAlign, colour?: string, bold?: boolean, baseline?: CanvasTextBaseline}} [more] */
+ * @param {{align?: CanvasTextAlign, colour?: string, bold?: boolean, baseline?: CanvasTextBaseline, size?: number}} [more] */
 export function drawText(pen, colours, text, x, y, more = {}) {
-  pen.font = `${more.bold ? '700 ' : ''}${colours.text}px ${colours.font}`;
+  const size = more.size ?? colours.text;
+  pen.font = `${more.bold ? '700 ' : ''}${size}px ${colours.font}`;
   pen.textAlign = more.align ?? 'left';
   pen.textBaseline = more.baseline ?? 'middle';
   pen.setLineDash([]);
-  pen.lineWidth = 4;
+  pen.lineWidth = Math.max(4, size / 5);
   pen.lineJoin = 'round';
   pen.strokeStyle = colours.paper;
   pen.strokeText(text, x, y);

@@ -21,6 +21,7 @@ import { theme } from '../session/state.js';
  * @property {number} line     px
  * @property {number} marker   px, least diameter
  * @property {number} text     px, of labels
+ * @property {number} axis     px, of the numbers at an axis
  * @property {string} font
  */
 
@@ -51,6 +52,7 @@ export function palette() {
     line: Number(read('--draw-line')),
     marker: Number(read('--draw-marker')),
     text: Number(read('--draw-text')),
+    axis: Number(read('--draw-axis') || read('--draw-text')),
     font: read('--font'),
   };
   return cached;
@@ -66,7 +68,8 @@ export function paletteVersion() {
   return version;
 }
 
-function renew() {
+/** Colours or sizes have changed. */
+export function renew() {
   cached = null;
   version++;
 }

@@ -50,7 +50,7 @@ function label(value, log) {
 export function drawPlot(surface, colours, plot) {
   plots.set(surface.pen.canvas, plot);
   const { pen } = surface,
-    text = colours.text;
+    text = colours.axis;
   const logX = plot.logX === true,
     logY = plot.logY === true;
   let xr = rangeOf(
@@ -93,18 +93,18 @@ export function drawPlot(surface, colours, plot) {
     pen.lineTo(bx, by);
     pen.stroke();
   };
-  for (const tick of ticksOf(x0, x1, (right - left) / 70, logX)) {
+  for (const tick of ticksOf(x0, x1, (right - left) / Math.max(70, text * 4), logX)) {
     const x = Math.round(left + ((tick - x0) / (x1 - x0)) * (right - left)) + 0.5;
     rule(x, top, x, bottom);
-    drawText(pen, colours, label(tick, logX), x, bottom + text * 0.8, { align: 'center', colour: colours.faint });
+    drawText(pen, colours, label(tick, logX), x, bottom + text * 0.8, { size: text, align: 'center', colour: colours.faint });
   }
-  for (const tick of ticksOf(y0, y1, (bottom - top) / 34, logY)) {
+  for (const tick of ticksOf(y0, y1, (bottom - top) / Math.max(34, text * 2), logY)) {
     const y = Math.round(bottom - ((tick - y0) / (y1 - y0)) * (bottom - top)) + 0.5;
     rule(left, y, right, y);
-    drawText(pen, colours, label(tick, logY), left - 5, y, { align: 'right', colour: colours.faint });
+    drawText(pen, colours, label(tick, logY), left - 5, y, { size: text, align: 'right', colour: colours.faint });
   }
-  drawText(pen, colours, plot.x, right, surface.height - text * 0.7, { align: 'right', colour: colours.ink });
-  drawText(pen, colours, plot.y, left + 4, top + text * 0.4, { colour: colours.ink, bold: true });
+  drawText(pen, colours, plot.x, right, surface.height - text * 0.7, { size: text, align: 'right', colour: colours.ink });
+  drawText(pen, colours, plot.y, left + 4, top + text * 0.4, { size: text, colour: colours.ink, bold: true });
   pen.save();
   pen.beginPath();
   pen.rect(left, top, right - left, bottom - top);

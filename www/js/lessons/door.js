@@ -69,6 +69,20 @@ function library() {
     })}</details>`;
 }
 
+/** To the class of the code that was typed: its part of the page is read there. @param {SubmitEvent} event */
+function join(event) {
+  event.preventDefault();
+  const field = /** @type {HTMLInputElement} */ (/** @type {HTMLFormElement} */ (event.target).elements.namedItem('code'));
+  location.hash = `#class=${encodeURIComponent(field.value.replace(/\s/g, '').toUpperCase())}`;
+}
+
+/** @returns {Template} */
+function joining() {
+  return html`<form class="joining" @submit=${join}><label for="door-code">${word('door.join')}</label>
+    <input id="door-code" name="code" autocomplete="off" autocapitalize="characters" spellcheck="false" maxlength="8" required>
+    <button>${word('door.go')}</button></form>`;
+}
+
 /** @returns {Template} */
 export function door() {
   if (!ready.value) return html`<main class="door" id="views" tabindex="-1"></main>`;
@@ -76,6 +90,7 @@ export function door() {
     none = rows.value.length > 0 && !rows.value.some(fitting) && !scenarios.value.some(({ id, title, paper }) => fits(id, title, paper));
   return html`<main class="door" id="views" tabindex="-1" lang=${language.value}>
     <div class="doorhead"><div><h2>${word('door.title')}</h2><p>${word('door.lead')}</p></div>
+      ${joining()}
       <label class="seek"><span>${word('door.search')}</span><input type="search" autocomplete="off" .value=${sought.value}
         @input=${(/** @type {Event} */ event) => {
           sought.value = /** @type {HTMLInputElement} */ (event.target).value.trim();

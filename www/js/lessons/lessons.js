@@ -8,7 +8,7 @@ import { choice, choose, listen, opened } from './steps.js';
 import { LANGUAGES, language, word } from './words.js';
 
 export { door } from './door.js';
-export { page } from './rail.js';
+export { caption, page } from './rail.js';
 
 const sheet = document.createElement('link');
 sheet.rel = 'stylesheet';

@@ -88,6 +88,13 @@ function change(of) {
 
 const BODIES = [predict, running, observe, explain, change];
 
+/** What is said below the views where they are shown alone. @returns {{title: string, text: string, lang: string}} */
+export function caption() {
+  const now = opened.value,
+    step = lesson.value?.step ?? 1;
+  return { title: now?.title[language.value] ?? '', text: now === null || !ready.value ? '' : textOf(now, step), lang: language.value };
+}
+
 /** @param {Template} views of the lab @returns {Template} */
 export function page(views) {
   const now = opened.value,

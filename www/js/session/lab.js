@@ -10,6 +10,8 @@
 /** A button in the head of the page, `name` is the key of its words: `/#ID` opens the same scenario. Scenarios of the games or kinds that it shows belong to it.
  * @typedef {{id: string, name: string, scenario: string, shows: string[]}} Tab */
 
+/** What happens too fast to be seen is shown slowly: between these times, s. @typedef {{speed: number, from_s: number, until_s: number}} Slow */
+
 /** Experiments of a kind. A work-precision diagram has groups of axes, each with values that go together: a path and its values, all
  * choices where there are none; paths that a scenario lacks are left out. errors: metrics of the error, the best first; brief_s: what makes
  * a first experiment last seconds.
@@ -24,6 +26,7 @@
  * @property {Tab[]} tabs
  * @property {Record<string, string[]>} [elsewhere]  by the id of another lab's tab: what belongs to it all the same
  * @property {Record<string, number>} rates  of the channels to subscribe to, Hz
+ * @property {Record<string, Slow>} [slow]  by scenario
  * @property {Study} [study]
  * @property {() => Promise<Lab>} load
  */

@@ -15,6 +15,11 @@ export const problems = () => link.problems.map(([key, values]) => t(key, values
 /** @param {string} key @param {Record<string, string>} values */
 const ignored = (key, values) => link.problems.push([key, values]);
 
+/** @type {Record<string, import('./lab.js').Slow>} by scenario */
+let slows = {};
+/** How the scenario of the link is slowed; undefined where it is not. */
+export const slowOf = () => slows[link.scenario];
+
 const KEPT = 'laglab';
 
 /** Keys stay in this tab, by session, with the query that made the tab's own session.
@@ -79,8 +84,10 @@ function dropRefused(problem) {
 /** A new session of what the link says; values that the daemon refuses are dropped and listed in `link.problems`.
  * @param {Record<string, unknown>} [how] paused, speed @returns {Promise<Opened>} */
 export async function create(how = {}) {
-  const more = matchMedia('(prefers-reduced-motion: reduce)').matches ? { ...how, paused: true } : how;
   for (;;) {
+    const slow = slowOf(),
+      first = slow?.from_s === 0 ? { speed: slow.speed, ...how } : how;
+    const more = matchMedia('(prefers-reduced-motion: reduce)').matches ? { ...first, paused: true } : first;
     const seed = link.seed === null ? {} : { seed: link.seed };
     const set = Object.keys(link.set).length === 0 ? {} : { set: link.set };
     try {
@@ -130,10 +137,11 @@ function listen({ id }) {
   return line;
 }
 
-/** Opens what the address says. @param {import('../base/link.js').Short[]} shorts
+/** Opens what the address says. @param {import('../base/link.js').Short[]} shorts @param {Record<string, import('./lab.js').Slow>} slow
  * @returns {{opened: Promise<Opened>, line: Promise<Line>} | null} null while the Experiments view or the lessons are shown, where a
  *  lab makes a session when it is wanted, and in a class, which has one */
-export function begin(shorts) {
+export function begin(shorts, slow) {
+  slows = slow;
   readScenario(link, location.search, location.hash, shorts);
   document.documentElement.dataset.theme = link.theme;
   if (link.key) history.replaceState(null, '', `${location.pathname}${location.search}#s=${link.session}`);

@@ -2,8 +2,8 @@
 import { call, Problem } from '../base/api.js';
 import { lab } from './labs.js';
 import { keep, link } from './opening.js';
-import { writeLesson, writeQuery } from '../base/link.js';
-import { experiment, lesson, locked, notify, params, place, session, theme } from './state.js';
+import { lookOf, writeLesson, writeQuery } from '../base/link.js';
+import { experiment, lesson, locked, notify, params, place, presenting, session, theme } from './state.js';
 import { t } from '../base/words.js';
 
 /** @typedef {import('../base/link.js').Value} Value */
@@ -67,12 +67,9 @@ export function showAddress() {
   const now = session.value,
     shown = experiment.value;
   link.theme = theme.value;
-  const parts = [
-      ...(link.theme === 'auto' ? [] : [`theme=${link.theme}`]),
-      ...(link.lang === '' ? [] : [`lang=${link.lang}`]),
-      ...(link.embed ? ['embed=1'] : []),
-    ],
-    colours = parts.length === 0 ? '' : `?${parts.join('&')}`;
+  link.present = presenting.value;
+  const look = lookOf(link).join('&'),
+    colours = look === '' ? '' : `?${look}`;
   if (shown !== null || lesson.value !== null) {
     const hash = lesson.value !== null ? writeLesson(lesson.value) : `#experiments${shown === '' ? '' : `=${shown}`}`;
     history.replaceState(null, '', location.pathname + colours + hash);

@@ -45,6 +45,10 @@ export const held = signal('');
 /** The tick at which Play stops, when it lies ahead; 0: none. */
 export const stopTick = signal(0);
 export const theme = signal(link.theme);
+/** Views and caption alone, for the back row of a room. */
+export const presenting = signal(link.present);
+/** The list of questions has no views. */
+export const presented = computed(() => presenting.value && lesson.value?.id !== '');
 /** @typedef {'waiting' | 'playing' | 'paused' | 'ended' | 'failed'} Status */
 
 export const status = computed(() => {

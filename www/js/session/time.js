@@ -1,9 +1,9 @@
 // Operations on a session's time. One seek at a time: while dragging, the last place wins.
 import { headOf } from '../stream/frame.js';
 import { call, Problem } from '../base/api.js';
-import { link } from './opening.js';
+import { link, slowOf } from './opening.js';
 import { reread, showAddress } from './params.js';
-import { behind, frame, locked, notify, session, speed, status, stopTick } from './state.js';
+import { behind, frame, lesson, locked, notify, session, speed, status, stopTick } from './state.js';
 import { t } from '../base/words.js';
 
 export const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10];
@@ -61,8 +61,13 @@ export function nextSpeed(direction) {
   return setSpeed(value);
 }
 
+/** What slows the session that is shown. */
+export const slowing = () => (session.value?.own && lesson.value === null ? slowOf() : undefined);
+
 /** From the start: the same seed, scenario and inputs. */
-export function restart() {
+export async function restart() {
+  const slow = slowing();
+  if (slow?.from_s === 0) await setSpeed(slow.speed);
   return control({ op: 'restart', reset: false });
 }
 
@@ -70,7 +75,8 @@ export function restart() {
 export async function reset() {
   if ((await control({ op: 'restart', reset: true })) === null) return;
   link.set = {};
-  await setSpeed(1);
+  const slow = slowing();
+  await setSpeed(slow?.from_s === 0 ? slow.speed : 1);
   if (frame.value) await reread(-2); /* the parameters differ now, for every version */
   showAddress();
 }

@@ -1,9 +1,10 @@
 // The time bar: play, step, speed, scrub, clock.
 import { headOf } from '../stream/frame.js';
 import { html, nothing } from '../../vendor/lit-html.js';
-import { fixed } from '../base/format.js';
+import { fixed, slower } from '../base/format.js';
 import { icons } from '../workbench/icons.js';
 import { fullScreen } from './keys.js';
+import { toggle } from './presenting.js';
 import { held, locked, speed, status } from '../session/state.js';
 import { SPEEDS, playOrPause, reset, restart, seek, setSpeed, step } from '../session/time.js';
 import { digits, t } from '../base/words.js';
@@ -60,6 +61,7 @@ export function timeBar() {
     <label class="field choice speed"><span>${t('shell.speed')}</span><select aria-label=${t('shell.speed')}
       @change=${(/** @type {Event} */ event) => setSpeed(Number(/** @type {HTMLSelectElement} */ (event.target).value))}>
       ${speeds.map((s) => html`<option value=${s} .selected=${s === now}>${digits(s, 0, 7)}×</option>`)}</select></label>
+    <output class="slower" id="slower">${slower(now)}</output>
     <input type="range" class="scrub" id="scrub" aria-label=${t('shell.time_s')} min="0" max="1" step="any" value="0" @input=${onScrub}
       @change=${() => {
         scrubbing = false;
@@ -68,6 +70,8 @@ export function timeBar() {
     <button type="button" class="restart" title=${`${t('shell.restart_tip')} (R)`} @click=${() => restart()}>${t('shell.restart')}</button>
     <button type="button" title=${`${t('shell.reset_tip')} (Alt + R)`} @click=${() => reset()}>${t('shell.reset')}</button>
     </fieldset>
+    <button type="button" class="wide quiet big" id="present" aria-label=${t('shell.present')} title=${`${t('shell.present_tip')} (V)`}
+      @click=${() => void toggle()}>${icons.present}</button>
     <button type="button" class="wide quiet big" aria-label=${t('shell.full')} title=${`${t('shell.full')} (F)`}
       @click=${fullScreen}>${icons.full}</button>
   </footer>`;

@@ -7,4 +7,7 @@ if (link.lesson !== null) {
   import('../lessons/lessons.js').catch(() => {}); /* read again where it is wanted */
 }
 
-export const begun = begin(LABS.flatMap(({ tabs }) => tabs));
+export const begun = begin(
+  LABS.flatMap(({ tabs }) => tabs),
+  Object.assign({}, ...LABS.map(({ slow }) => slow)),
+);

@@ -7,6 +7,7 @@ import { nextSpeed, playOrPause, reset, restart, step } from '../session/time.js
 import { t } from '../base/words.js';
 import { open } from '../workbench/dialog.js';
 import { lessons } from './lessons.js';
+import { toggle } from './presenting.js';
 
 /** @typedef {import('../session/lab.js').Key} Key */
 
@@ -56,6 +57,7 @@ const OF_TIME = [
 
 /** As above. @type {Key[]} */
 const OF_PAGE = [
+  { code: 'KeyV', everywhere: true, shown: 'V', help: 'shell.present_tip', run: () => void toggle() },
   { code: 'KeyF', everywhere: true, shown: 'F', help: 'shell.full', run: fullScreen },
   {
     code: 'KeyP',

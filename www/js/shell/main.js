@@ -9,6 +9,7 @@ import { link, problems } from '../session/opening.js';
 import { choose, failed, hook, openExperiments, openLesson, reopen, show } from '../session/session.js';
 import { experiment, frame, layout, lesson, locked, notify, params, place, scenarios, schemas, session } from '../session/state.js';
 import * as controls from '../workbench/controls.js';
+import { slowing } from '../session/time.js';
 import { begun } from './early.js';
 import * as keys from './keys.js';
 import { LABS } from './labs.js';
@@ -49,6 +50,11 @@ page.listen();
 controls.listen();
 keys.listen();
 announce.listen();
+const slowed = effect(() => {
+  if (session.value === null || !slowing()) return;
+  queueMicrotask(() => slowed());
+  part(() => import('./slow.js')).then((slow) => slow.listen());
+});
 loop.listen();
 
 /** @type {Set<string>} */
@@ -92,6 +98,7 @@ function follow() {
   const wanted = readLesson(location.search, location.hash),
     now = lesson.value;
   if (wanted === null) return false;
+  if (place.value.at !== '') location.reload(); /* Back from a class */
   if (now === null || wanted.id !== now.id || wanted.step !== now.step || (wanted.lang || now.lang) !== now.lang)
     openLesson({ ...wanted, lang: wanted.lang || (now?.lang ?? '') });
   return true;

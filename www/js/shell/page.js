@@ -4,12 +4,13 @@ import { effect, signal } from '../../vendor/signals-core.js';
 import { part } from '../base/api.js';
 import { lab } from '../session/labs.js';
 import { link } from '../session/opening.js';
-import { experiment, lesson, notice } from '../session/state.js';
+import { experiment, lesson, notice, presented } from '../session/state.js';
 import { touch } from '../draw/redraw.js';
 import { sync } from '../workbench/controls.js';
 import { timeBar } from './bar.js';
 import { header } from './header.js';
 import { lessons } from './lessons.js';
+import { shown as presentation } from './presenting.js';
 import { t } from '../base/words.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
@@ -36,6 +37,8 @@ function page() {
   if (lesson.value?.id === '') return html`${header()}${lessons.value?.door() ?? empty}${notes()}`;
   const content = lab.value?.template() ?? empty;
   if (link.embed) return embedded.value?.((lesson.value && lessons.value?.page(content)) || content) ?? empty;
+  const caption = presented.value ? presentation.value?.caption() : undefined;
+  if (caption) return html`${lesson.value === null ? content : (lessons.value?.page(content) ?? content)}${notes()}${caption}`;
   if (lesson.value !== null) return html`${header()}${lessons.value?.page(content) ?? content}${notes()}${timeBar()}`;
   if (experiment.value !== null) return html`<a class="skip" href="#views">${t('shell.to_experiment')}</a>${header()}${content}${notes()}`;
   return html`<a class="skip" href="#views">${t('shell.to_views')}</a>${header()}${content}${notes()}${timeBar()}`;

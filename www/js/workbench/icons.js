@@ -11,6 +11,7 @@ export const icons = {
   forward: icon('M16 4h3v16h-3zM4 4l11 8-11 8z'),
   settings: icon('M3 6h10v2H3zM17 6h4v2h-4zM13 4h3v6h-3zM3 15h4v2H3zM11 15h10v2H11zM7 13h3v6H7z'),
   full: icon('M4 4h6v2H6v4H4zM14 4h6v6h-2V6h-4zM4 14h2v4h4v2H4zM18 14h2v6h-6v-2h4z'),
+  present: icon('M2 3h20v13H2zM4 5v9h16V5zM8 20l3-4h2l3 4z'),
   left: icon('M15 4v16L5 12z'),
   right: icon('M9 4l10 8-10 8z'),
   up: icon('M4 15h16L12 5z'),

@@ -62,7 +62,7 @@ function plane(surface, colours, record, motion) {
   );
   const toX = (/** @type {number} */ v) => surface.width / 2 + (v - (x.low + x.high) / 2) * scale;
   const toY = (/** @type {number} */ v) => surface.height / 2 - (v - (y.low + y.high) / 2) * scale;
-  const step = gridStep(scale, 90);
+  const step = gridStep(scale, Math.max(90, colours.axis * 6));
   for (let i = Math.ceil((x.low - margin / scale) / step); toX(i * step) < surface.width; i++) {
     upright(pen, colours, toX(i * step), surface.height);
     drawText(pen, colours, localized(`${Number((i * step).toPrecision(4))} m`), toX(i * step) + 3, surface.height - colours.text * 0.7, {
@@ -109,7 +109,7 @@ function strip(surface, colours, record, motion, names, unit) {
     right = surface.width - colours.marker;
   const span = Math.max(range.high - range.low, 1e-9);
   const toX = (/** @type {number} */ v) => left + ((v - range.low) / span) * (right - left);
-  const step = gridStep((right - left) / span, 90);
+  const step = gridStep((right - left) / span, Math.max(90, colours.axis * 6));
   for (let i = Math.ceil(range.low / step); i * step <= range.high + 1e-12; i++) {
     upright(pen, colours, toX(i * step), surface.height - colours.text * 1.4);
     drawText(pen, colours, localized(`${Number((i * step).toPrecision(4))}${unit}`), toX(i * step), surface.height - colours.text * 0.7, {

@@ -5,7 +5,12 @@ import { need } from '../../base/words.js';
 export const about = {
   kind: 'rigid',
   group: 'shell.group.rigid',
-  tabs: [{ id: 'collide', name: 'shell.tab.collide', scenario: 'rigid/pyramid', shows: ['rigid'] }],
+  tabs: [{ id: 'collide', name: 'shell.tab.collide', scenario: 'rigid/collapsing_stack', shows: ['rigid'] }],
+  slow: {
+    'rigid/three_bullets': { speed: 0.1, from_s: 0, until_s: 0.15 },
+    'rigid/bullets': { speed: 0.1, from_s: 0, until_s: 0.2 },
+    'rigid/bullets_moving': { speed: 0.1, from_s: 0, until_s: 0.2 },
+  },
   rates: { bodies: 60, contacts: 60, joints: 60 },
   study: {
     axes: [

@@ -94,7 +94,8 @@ function grid(pen, colours, at) {
 function metres(pen, colours, at) {
   const step = gridStep(at.scale, 90);
   for (let i = Math.ceil(at.left / step); toX(at, i * step) < at.width - colours.text * 3; i++) {
-    drawText(pen, colours, localized(`${Number((i * step).toPrecision(6))} m`), toX(at, i * step) + 3, at.height - colours.text * 0.7, {
+    drawText(pen, colours, localized(`${Number((i * step).toPrecision(6))} m`), toX(at, i * step) + 3, at.height - colours.axis * 0.7, {
+      size: colours.axis,
       colour: colours.faint,
     });
   }
@@ -180,6 +181,24 @@ function paths(pen, colours, at, shapes, dt) {
     pen.lineTo(toX(at, s.x + s.vx * dt), toY(at, s.y + s.vy * dt));
   }
   pen.stroke();
+}
+
+/** Where a body was at each of the last ticks, and the way between: a wall there was passed. @param {Pen} pen @param {Palette} colours
+ * @param {Camera} at @param {Shape[]} places */
+function swept(pen, colours, at, places) {
+  pen.strokeStyle = colours.truth;
+  pen.lineWidth = 1;
+  pen.setLineDash([2, 4]);
+  pen.beginPath();
+  places.forEach((s, i) => (i === 0 ? pen.moveTo(toX(at, s.x), toY(at, s.y)) : pen.lineTo(toX(at, s.x), toY(at, s.y))));
+  pen.stroke();
+  pen.lineWidth = Math.min(colours.line, 2);
+  for (const s of places) {
+    pen.setLineDash((s.right - s.left) * at.scale < 16 ? [] : [4, 3]); /* dashes of a small one would fill it */
+    outline(pen, at, s);
+    pen.stroke();
+  }
+  pen.setLineDash([]);
 }
 
 /** @param {Pen} pen @param {Palette} colours @param {Camera} at @param {Scene} scene @param {number} world */
@@ -285,7 +304,7 @@ function cross(pen, colours, at, pointer) {
 
 /** @param {Surface} surface @param {Palette} colours @param {Scene} scene
  * @param {{world: number, view: number[], shown: Shown, volume: number, dt: number, beyond: number, name: string,
- *   pointer: {x: number, y: number, held: boolean} | null}} of @returns {Camera} */
+ *   places: Shape[][], pointer: {x: number, y: number, held: boolean} | null}} of @returns {Camera} */
 export function drawWorld(surface, colours, scene, of) {
   const { pen } = surface;
   const at = cameraOf(of.view, surface.width, surface.height);
@@ -297,7 +316,10 @@ export function drawWorld(surface, colours, scene, of) {
   if (of.shown.boxes) boxes(pen, colours, at, shapes);
   if (of.shown.volumes) volumes(pen, colours, at, shapes, of.volume);
   if (of.shown.pairs) pairs(pen, colours, at, scene, of.world);
-  if (of.shown.paths) paths(pen, colours, at, shapes, of.dt);
+  if (of.shown.paths) {
+    paths(pen, colours, at, shapes, of.dt);
+    for (const places of of.places) swept(pen, colours, at, places);
+  }
   if (of.shown.contacts) contacts(pen, colours, at, scene, of.world);
   plane(pen, colours, at, of.beyond);
   if (of.pointer) cross(pen, colours, at, of.pointer);

@@ -345,6 +345,7 @@ function draw(frame, settled, name) {
     colours = palette();
   if (record.generation !== frame.session.generation || record.time > frame.time_s) record = new Record(frame.session.generation);
   record.take(frame.time_s, scene.worlds);
+  record.sweep(frame.tick, scene.shapes, 1 / at.hz);
   measure(frame, false);
   for (const i of worlds()) {
     const of = {
@@ -355,6 +356,7 @@ function draw(frame, settled, name) {
       dt: 1 / at.hz,
       beyond: params.value?.tunnel_x ?? 1e9,
       name: scene.worlds[i]?.status === 1 ? `${nameOf(i)}: ${t('workbench.diverged')}` : nameOf(i),
+      places: [...record.places.values()].filter((places) => places[0]?.world === i),
       pointer: drag.pointer.value,
     };
     onto(`world${i}`, (surface) => drag.cameras.set(i, drawWorld(surface, colours, scene, of)));
@@ -398,18 +400,24 @@ effect(() => {
   forgetMeasured();
 });
 
+/** Where bodies may pass a wall, their ways are drawn. @param {boolean} fresh */
+function begin(fresh) {
+  if (fresh) shown.value = { ...shown.value, paths: Math.abs(layout.value?.params.tunnel_x ?? 1e9) < 1e8 };
+}
+
 /** Contacts are most of what bodies are streamed with. */
 const rates = () => ({ contacts: shown.value.contacts || shown.value.pairs ? 60 : 0 });
 
 /** @type {import('../../session/lab.js').Lab} */
 export const lab = {
   template,
+  begin,
   draw,
   rates,
   tables: async () => ({
     phases: () => ({
       columns: [{ name: 'part', unit: '' }, ...worlds().map((i) => ({ name: nameOf(i), unit: 'ms' }))],
-      rows: PHASES.map(([name, label]) => [label, ...worlds().map((i) => costs.value[i]?.[name] ?? null)]),
+      rows: PHASES.map((name) => [t(`rigid.phase.${name}`), ...worlds().map((i) => costs.value[i]?.[name] ?? null)]),
     }),
   }),
 };

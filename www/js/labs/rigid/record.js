@@ -3,6 +3,8 @@
 /** @typedef {{t: number[], energy: number[], penetration: number[], tunnelled: number[]}} Track */
 
 const POINTS = 4000;
+const GHOSTS = 32 /* places of a body that are kept */,
+  BODIES = 60; /* more of them would hide each other */
 
 /** One stretch of time; a track for each world. */
 export class Record {
@@ -12,6 +14,24 @@ export class Record {
     /** @type {Track[]} */
     this.tracks = [];
     this.time = -1;
+    /** Where fast bodies were at former ticks, by shape. @type {Map<number, import('./decode.js').Shape[]>} */
+    this.places = new Map();
+    this.tick = -1;
+  }
+
+  /** Keeps where bodies are that move by more than their size in a step: what lies between is swept. @param {number} tick
+   * @param {import('./decode.js').Shape[]} shapes @param {number} dt s, of a step */
+  sweep(tick, shapes, dt) {
+    if (tick === this.tick) return;
+    this.tick = tick;
+    if (shapes.filter((s) => s.dynamic).length > BODIES) return;
+    shapes.forEach((s, i) => {
+      const list = this.places.get(i) ?? [],
+        last = list.at(-1);
+      const fast = Math.hypot(s.vx, s.vy) * dt > s.right - s.left;
+      if (!s.dynamic || (!fast && (!last || Math.hypot(last.x - s.x, last.y - s.y) < s.right - s.left))) return;
+      this.places.set(i, [...list.slice(1 - GHOSTS), s]);
+    });
   }
 
   /** @param {number} time @param {import('./decode.js').World[]} worlds */

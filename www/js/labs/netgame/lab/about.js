@@ -11,6 +11,7 @@ export const about = {
     { id: 'crates', name: 'shell.tab.crates', scenario: 'crates', shows: ['crates'] },
   ],
   elsewhere: { fluid: ['sea', 'dam'] },
+  slow: { behind_cover: { speed: 0.25, from_s: 2.2, until_s: 3.2 } },
   rates: { scene: 60, lanes: 60, gauges: 10, shots: 5 },
   study: {
     axes: [[['server.snapshot_encoding', '']], [['server.update_hz', '5, 10, 20, 30, 60']]],

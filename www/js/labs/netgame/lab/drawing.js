@@ -2,7 +2,7 @@
 import { fixed, letter } from '../../../base/format.js';
 import { PLAYING } from '../../../stream/frame.js';
 import { speak } from '../../../session/announce.js';
-import { frame, params } from '../../../session/state.js';
+import { frame, params, presented } from '../../../session/state.js';
 import { drawText } from '../../../draw/marks.js';
 import { palette } from '../../../draw/palette.js';
 import { touch } from '../../../draw/redraw.js';
@@ -19,6 +19,8 @@ import { inputNextTo, drawLanes, nearestInput, windowOf } from '../views/lanes.j
 import { drawRace } from '../views/race.js';
 import { drawRibbon } from '../views/ribbon.js';
 import { scaleX } from '../views/scene.js';
+import { mainSentence, tell } from '../views/sentences.js';
+import { followed } from '../views/camera.js';
 import { showSide } from './side.js';
 
 /** @typedef {import('../../../draw/surface.js').Surface} Surface */
@@ -60,7 +62,7 @@ function drawView(canvas, now, name) {
   if (!shape || !now.views[view] || !surface.begin()) return;
   const colours = palette();
   const shapes = shape.entities.length > 0; /* all views to one scale: the server's has a strip too */
-  const strip = view > 0 || shapes ? Math.round(colours.text * 1.7) : 0;
+  const strip = !presented.value && (view > 0 || shapes) ? Math.round(colours.text * 1.7) : 0;
   /** @type {DrawContext} */
   const at = {
     pen: surface.pen,
@@ -69,10 +71,10 @@ function drawView(canvas, now, name) {
     colours,
     frame: now,
     memory,
-    layout: shape,
+    layout: presented.value ? followed(shape, now) : shape,
     view,
     overlays: overlays.value,
-    unit: unit.value,
+    unit: presented.value && unit.value === 'px' ? 'm' : unit.value /* pixels of a projector mean nothing */,
     picked,
   };
   drawnDots[view] = shapes ? drawField(at) : shape.controls === 'aim' ? drawCannon(at) : drawRace(at);
@@ -83,8 +85,8 @@ function drawView(canvas, now, name) {
     surface.pen.fillStyle = colours.grid;
     surface.pen.fillRect(0, at.height, at.width, 1);
   }
-  if (view === 0 && shapes) drawStandings(at, at.height + strip / 2);
-  if (view > 0 && v) {
+  if (view === 0 && shapes && strip > 0) drawStandings(at, at.height + strip / 2);
+  if (view > 0 && v && strip > 0) {
     const { pen } = surface;
     const gauge = (v.flags & INTERPOLATION) !== 0;
     const ribbon = gauge ? at.width * 0.56 : at.width;
@@ -162,6 +164,21 @@ function showFacts(now) {
   if (facts.textContent !== caption) facts.textContent = caption;
 }
 
+/** Next to the name of each view: what it shows. @param {Frame} now */
+function showMain(now) {
+  const players = now.views.length - 1;
+  for (const place of document.querySelectorAll('[data-main]')) {
+    const view = Number(/** @type {HTMLElement} */ (place).dataset.main),
+      row = now.views[view];
+    if (!row || !presented.value) continue;
+    const one =
+      view === 0
+        ? { before: 'The truth,', value: `${params.value?.server?.update_hz ?? ''} updates a second`, after: '' }
+        : mainSentence(row, view - 1, players, memory);
+    tell(place, one);
+  }
+}
+
 /** The list of connection events; new ones are announced. @param {Frame} now */
 function showConnectionEvents(now) {
   if (connectionEvents.value === memory.connectionEvents) return;
@@ -175,6 +192,7 @@ export function draw(now, settled, name) {
   for (const canvas of document.querySelectorAll('canvas[data-view]')) drawView(/** @type {HTMLCanvasElement} */ (canvas), now, name);
   drawMessages(now, name);
   showFacts(now);
+  showMain(now);
   showConnectionEvents(now);
   showSide(now, settled);
 }

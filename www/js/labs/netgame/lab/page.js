@@ -36,10 +36,10 @@ function caption(view) {
     const server = params.value?.server;
     return html`<button type="button" class="caption" @click=${() => open({ kind: 'server' })}>
       <svg class="mark" data-player="server" viewBox="0 0 18 18" aria-hidden="true"><path d="M9 1l8 8-8 8-8-8z"></path></svg>
-      <b>Server</b> <span>${server ? `${server.update_hz}/s · ${server.sync}` : ''}</span>${icons.settings}</button>`;
+      <b>Server</b> <span class="techniques">${server ? `${server.update_hz}/s · ${server.sync}` : ''}</span><span class="sentence" data-main="0"></span>${icons.settings}</button>`;
   }
   return html`<button type="button" class="caption" data-player=${(view - 1) % 8} @click=${() => open({ kind: 'player', of: view - 1 })}>
-    ${mark(view - 1)} <b>${nameOf(view - 1)}</b> <span>${techniques(view - 1)}</span>${icons.settings}</button>`;
+    ${mark(view - 1)} <b>${nameOf(view - 1)}</b> <span class="techniques">${techniques(view - 1)}</span><span class="sentence" data-main=${view}></span>${icons.settings}</button>`;
 }
 
 /** @param {number} view @returns {Template} */
@@ -80,7 +80,7 @@ function tabs() {
 /** @returns {Template} */
 export function template() {
   return html`${tabs()}
-    <main data-tab=${tab.value} data-rows=${order().length}>
+    <main data-tab=${tab.value} data-rows=${order().length} data-shape=${(layout.value?.entities.length ?? 0) > 0 ? 'field' : 'track'}>
       <div class="rows" id="views" tabindex="-1">${order().map(row)}${messages()}
         ${overlays.value.messages ? nothing : html`<div class="gutter lone">${messagesPanel()}</div>`}</div>
       ${side()}</main>`;

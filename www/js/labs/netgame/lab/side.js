@@ -9,6 +9,7 @@ import { lesson, locked, params } from '../../../session/state.js';
 import { open } from '../../../workbench/dialog.js';
 import { layout } from '../core/layout.js';
 import { connectionEvents, memory, scale, unit } from '../core/state.js';
+import { countOf, sentences, tell } from '../views/sentences.js';
 import { FEW, bufferCurves, errorCurves } from '../views/curves.js';
 import { workPrecisionButton } from '../../../workbench/work_precision.js';
 
@@ -120,6 +121,32 @@ export const compareButton = () =>
     @click=${compare}>Compare</button>`
     : nothing;
 
+/** What each player meets, in words. @returns {Template | typeof nothing} */
+function meets() {
+  const players = layout.value?.players.length ?? 0;
+  if (players === 0 || players > FEW) return nothing;
+  return html`<section class="meets" aria-label="In words"><dl>${Array.from({ length: players }, (_, p) =>
+    Array.from(
+      { length: countOf(players) },
+      (_, i) => html`<div data-player=${p}><dt data-term=${`${p}/${i}`}>–</dt><dd data-sentence=${`${p}/${i}`}>–</dd></div>`,
+    ),
+  )}</dl></section>`;
+}
+
+/** @param {Frame} frame */
+function showMeets(frame) {
+  const players = frame.views.length - 1;
+  for (const place of document.querySelectorAll('[data-sentence]')) {
+    const [p = 0, i = 0] = (place.getAttribute('data-sentence') ?? '').split('/').map(Number);
+    const view = frame.views[1 + p],
+      one = view && sentences(view, p, players, memory)[i];
+    if (!one) continue;
+    tell(place, one);
+    const term = document.querySelector(`[data-term="${p}/${i}"]`);
+    if (term && term.textContent !== one.term) term.textContent = one.term;
+  }
+}
+
 /** @returns {Template} */
 export function side() {
   const players = layout.value?.players ?? [];
@@ -128,6 +155,7 @@ export function side() {
     <div class="about"><h2>${p?.paper ? `${p.paper}: ` : ''}${p?.title ?? ''}</h2>${p?.text ? html`<p>${p.text}</p>` : nothing}
       ${(layout.value?.notices ?? []).map((text) => html`<p role="note"><strong>Nothing is measured.</strong> ${text}</p>`)}</div>
     ${connectionList()}
+    ${meets()}
     ${compareButton()}${workPrecisionButton()}
     <section class="chart"><div class="head"><h3>Drawn − server now</h3>${units()}</div>
       <div class="plot" id="error-chart" role="img"
@@ -187,6 +215,7 @@ export function showSide(frame, settled) {
   const time = performance.now();
   if (!settled && time - shown < NOW_MS) return;
   shown = time;
+  showMeets(frame);
   const lately = Array.from({ length: players }, (_, p) => memory.lately(p));
   for (const row of rows()) {
     for (let p = 0; p < players; p++) {

@@ -73,7 +73,7 @@ function ground(at) {
   pen.stroke();
   pen.strokeStyle = colours.edge;
   pen.strokeRect(Math.round(left) - 0.5, Math.round(top) - 0.5, Math.round(right - left) + 1, Math.round(bottom - top) + 1);
-  drawText(pen, colours, `${step} m`, left + 4, top + colours.text * 0.8, { colour: colours.faint });
+  drawText(pen, colours, `${step} m`, left + 4, top + colours.axis * 0.8, { size: colours.axis, colour: colours.faint });
   for (const shape of at.layout.fixed) {
     outline(at, shape, toX(at, shape.x), toY(at, shape.y), 0, 1);
     pen.fillStyle = colours.edge;

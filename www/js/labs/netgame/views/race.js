@@ -5,6 +5,7 @@ import { fixed } from '../../../base/format.js';
 import { FADED, isAway } from './connection.js';
 import { corrections, correctionWords, dots, drawGrid, gapLabel, ghost, scaleX, tellDot, toX } from './scene.js';
 import { Labels } from './labels.js';
+import { HIGH, LONG, drawCar, hasCar } from '../../../draw/cars.js';
 import { drawMark, drawText } from '../../../draw/marks.js';
 
 /** @typedef {import('./scene.js').DrawContext} DrawContext */
@@ -111,7 +112,8 @@ export function drawRace(at) {
   entitiesOf(at.frame, at.view).forEach((car, i) => {
     const { x, y } = place(car.x, car.y);
     const real = entitiesOf(at.frame, 0)[i];
-    labels.block(x, y, size * 1.2, size);
+    const half = hasCar(i) ? (size * LONG) / HIGH / 2 : size * 0.6;
+    labels.block(x, y, 2 * half, size);
     if (at.view > 0 && real) {
       const gx = x + (real.x - car.x) * scaleX(at),
         gy = toY(at, real.y);
@@ -120,9 +122,9 @@ export function drawRace(at) {
         const turn = at.layout.scene.wraps ? lap * scaleX(at) : 0;
         if (turn > 0 && gx > at.width) ghost(at, i, gx - turn, gy, gx - turn, gy, size);
         if (turn > 0 && gx < 0) ghost(at, i, gx + turn, gy, gx + turn, gy, size);
-        labels.block(gx, gy, size, size * 0.6);
+        labels.block(gx, gy, 2 * half, size * 0.6);
         const put = () =>
-          labels.put(gapLabel(at, car, real), Math.min(x, gx) - size / 2, Math.max(x, gx) + size * 0.65, y, size, {
+          labels.put(gapLabel(at, car, real), Math.min(x, gx) - half, Math.max(x, gx) + half, y, size, {
             colour: colours.faint,
           });
         if (at.view === 1 + i) later.unshift(put);
@@ -131,12 +133,13 @@ export function drawRace(at) {
       if (at.view === 1 + i) corrections(at, i, (cx, cy) => ({ x: x + (cx - car.x) * scaleX(at), y: toY(at, cy) }), size);
     }
     pen.globalAlpha = isAway(car) ? FADED : 1;
-    drawMark(pen, colours, i, x, y, size);
+    if (hasCar(i)) drawCar(pen, colours, i, x, y, size);
+    else drawMark(pen, colours, i, x, y, size);
     pen.globalAlpha = 1;
-    if (isAway(car)) labels.put('away', x - size / 2, x + size * 0.65, y, size, { colour: colours.snap, bold: true });
+    if (isAway(car)) labels.put('away', x - half, x + half, y, size, { colour: colours.snap, bold: true });
     if (at.view === 0) {
       later.push(() =>
-        labels.put(standing(at, i), x - size / 2, x + size * 0.65, y, size, {
+        labels.put(standing(at, i), x - half, x + half, y, size, {
           colour: paintOf(colours, i).text,
           bold: (car.flags & E_FINISHED) !== 0,
         }),

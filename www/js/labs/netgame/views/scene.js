@@ -3,6 +3,7 @@ import { gridStep } from '../../../draw/axis.js';
 import { E_PREDICTED } from '../core/frame.js';
 import { fixed, signed } from '../../../base/format.js';
 import { paintOf } from '../../../draw/palette.js';
+import { drawCarGhost, hasCar } from '../../../draw/cars.js';
 import { cross, drawGhost, drawText, spring } from '../../../draw/marks.js';
 
 /** @typedef {import('../core/frame.js').Frame} Frame */
@@ -48,7 +49,7 @@ export function toX(at, x) {
 /** The common x axis: lines and metres. @param {DrawContext} at */
 export function drawGrid(at) {
   const { pen, colours, layout, height } = at;
-  const step = gridStep(scaleX(at), 90);
+  const step = gridStep(scaleX(at), Math.max(90, colours.axis * 5));
   const first = Math.ceil(layout.scene.x_min / step - 1e-9),
     last = Math.floor(layout.scene.x_max / step + 1e-9);
   for (let i = first; i <= last; i++) {
@@ -60,9 +61,10 @@ export function drawGrid(at) {
     pen.moveTo(x, 0);
     pen.lineTo(x, height);
     pen.stroke();
-    if (i === last - 1 && scaleX(at) * step < colours.text * 5.4) continue; /* the last label needs the room */
+    if (i === last - 1 && scaleX(at) * step < colours.axis * 5.4) continue; /* the last label needs the room */
     const metres = String(Number((i * step).toPrecision(6))).replace('-', '−');
-    drawText(pen, colours, `${metres}${i === first || i === last ? ' m' : ''}`, i === last ? x - 3 : x + 3, colours.text * 0.7, {
+    drawText(pen, colours, `${metres}${i === first || i === last ? ' m' : ''}`, i === last ? x - 3 : x + 3, colours.axis * 0.7, {
+      size: colours.axis,
       colour: colours.faint,
       align: i === last ? 'right' : 'left',
     });
@@ -87,6 +89,10 @@ export function gapLabel(at, drawn, real) {
  * @param {number} y px @param {number} gx px, of the ghost @param {number} gy @param {number} size */
 export function ghost(at, player, x, y, gx, gy, size) {
   const { pen, colours } = at;
+  if (hasCar(player) && at.layout.controls !== 'aim') {
+    drawCarGhost(pen, colours, player, gx, gy, size);
+    return;
+  }
   drawGhost(pen, colours, player, gx, gy, size);
   if (Math.hypot(gx - x, gy - y) <= 2) return;
   pen.lineWidth = 1.5;

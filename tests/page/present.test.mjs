@@ -1,0 +1,166 @@
+// Views and caption alone, for the back row: sizes, the way in and out, every lab, the address.
+import assert from 'node:assert/strict';
+import { after, before, test } from 'node:test';
+import { startDaemon } from '../lib/daemon.mjs';
+import { axe, button, launch, pictures, shown, tickOf, until, visit } from './lib.mjs';
+
+/** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
+/** @type {import('playwright-core').Browser} */ let browser;
+before(async () => {
+  [daemon, browser] = await Promise.all([startDaemon(), launch()]);
+});
+after(async () => {
+  await browser?.close();
+  await daemon?.stop();
+});
+
+const on = (page) => page.locator('#leave').waitFor();
+const off = (page) => page.waitForFunction(() => document.documentElement.dataset.present === undefined);
+/** Size of the type of what matches first, px. @param {import('playwright-core').Page} page @param {string} selector */
+const type = (page, selector) =>
+  page
+    .locator(selector)
+    .first()
+    .evaluate((one) => Number.parseFloat(getComputedStyle(one).fontSize));
+/** A number of the style sheet that the canvases take. @param {import('playwright-core').Page} page @param {string} name */
+const drawn = (page, name) => page.evaluate((one) => Number(getComputedStyle(document.documentElement).getPropertyValue(one)), name);
+const WIDE = { width: 1920, height: 1080 };
+
+test('the key V shows views and caption alone, in type of the screen’s height; Esc leaves; the address keeps it', async () => {
+  const { page, complaints, close } = await visit(browser, `${daemon.url}#race`, WIDE);
+  await page.keyboard.press('v');
+  await on(page);
+  assert.match(page.url(), /present=yes/);
+  for (const gone of ['.top', '.gutter', '.side', '.lane', '.bar']) assert.equal(await page.locator(gone).first().isVisible(), false, gone);
+  assert.equal(await page.locator('canvas[data-view]').count(), 3);
+  for (const box of await page.locator('canvas[data-view]').all()) {
+    const { width, height } = await box.boundingBox();
+    assert.ok(width > 1900 && height > 220, `${width} x ${height}`);
+  }
+  assert.equal(await type(page, '.caption b'), 40);
+  assert.ok((await type(page, '.foot h1')) >= 34);
+  assert.deepEqual(await Promise.all(['--draw-text', '--draw-axis', '--draw-line'].map((name) => drawn(page, name))), [36, 26, 4.2]);
+  assert.match(await page.locator('.foot .said').innerText(), /A race in three views.*B none/s, 'the explanation is there');
+  const before = [await pictures(page), await tickOf(page)];
+  await until(async () => (await pictures(page)) !== before[0] && (await tickOf(page)) > before[1], 'it moves');
+  await page.keyboard.press('Space');
+  await button(page, 'Play').waitFor();
+  await page.reload();
+  await on(page);
+  await page.keyboard.press('Escape');
+  await off(page);
+  assert.doesNotMatch(page.url(), /present/);
+  assert.equal(await page.locator('.gutter').first().isVisible(), true);
+  assert.equal(await drawn(page, '--draw-text'), 12);
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
+test('the button of the time bar presents, and Leave returns to it', async () => {
+  const { page, close } = await visit(browser, `${daemon.url}#race`);
+  await button(page, 'Present').click();
+  await on(page);
+  assert.equal(await page.evaluate(() => document.activeElement?.id), 'views', 'so that Space plays');
+  await button(page, 'Leave').click();
+  await off(page);
+  assert.equal(await page.evaluate(() => document.activeElement?.id), 'present');
+  await close();
+});
+
+test('each view says one sentence with a number of the stream', async () => {
+  const { page, close } = await visit(browser, `${daemon.url}?scenario=race&present=yes`, WIDE);
+  await on(page);
+  await until(async () => (await tickOf(page)) > 240, 'four seconds', 15000);
+  await page.keyboard.press('Space');
+  await button(page, 'Play').waitFor();
+  const { views } = await page.evaluate(() => globalThis.laglab().frame.plain());
+  const said = await page.locator('.sentence').allInnerTexts();
+  assert.equal(said[0], `A sees B as it was ${views[1].view_age_ms.toFixed(0)} ms ago`);
+  assert.equal(said[1], 'The truth, 30 updates a second');
+  const [, late] = /^B’s key shows after (\d+) ms$/.exec(said[2]) ?? [];
+  assert.ok(Number(late) > 500 && Number(late) < 620, said[2]);
+  await close();
+});
+
+for (const [name, scenario, canvas] of [
+  ['shooter', 'rifle', 'canvas[data-view="1"]'],
+  ['rigid bodies', 'rigid/collapsing_stack', '#world0'],
+  ['integrators', 'motion/spring', '#motion'],
+  ['fluid', 'fluid/cylinder', 'figure canvas'],
+])
+  for (const size of [
+    { width: 1920, height: 1080 },
+    { width: 1366, height: 768 },
+    { width: 768, height: 1024 },
+    { width: 390, height: 844 },
+  ])
+    test(`${name}, ${size.width} x ${size.height}: the views fill the screen, nothing goes sideways, axe finds nothing`, async () => {
+      const { page, complaints, close } = await visit(browser, `${daemon.url}?scenario=${scenario}&present=yes`, size);
+      await on(page);
+      await until(async () => (await tickOf(page)) > 5, 'it plays');
+      const box = await page.locator(canvas).first().boundingBox(),
+        foot = await page.locator('.foot').boundingBox();
+      assert.ok(box.height > 80 && box.width >= size.width / 2 - 4, JSON.stringify(box));
+      assert.ok(foot.y + foot.height <= size.height + 1, JSON.stringify(foot));
+      assert.equal(
+        await page.evaluate(() => document.documentElement.scrollWidth > innerWidth || document.body.scrollHeight > innerHeight),
+        false,
+      );
+      assert.deepEqual(await axe(page), []);
+      assert.deepEqual(complaints, []);
+      await close();
+    });
+
+test('a lesson: its question and step stand below the views', async () => {
+  const { page, complaints, close } = await visit(browser, `${daemon.url}?present=yes#lesson=in_the_past&step=3`, { ...WIDE, wait: false });
+  await on(page);
+  await shown(page);
+  await until(async () => (await tickOf(page)) === 180, 'the stop');
+  assert.equal(await page.locator('.rail').isVisible(), false);
+  assert.match(await page.locator('.foot .said').innerText(), /Why is everyone else in the past\?.*2\.10 m/s);
+  assert.deepEqual(await axe(page), []);
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
+test('the projector’s colours hide no explanation and shrink no panel', async () => {
+  const { page, close } = await visit(browser, `${daemon.url}?scenario=race&theme=projector`, WIDE);
+  assert.equal(await page.locator('.about p').first().isVisible(), true);
+  assert.equal(await page.locator('.minor').first().isVisible(), true);
+  assert.ok((await type(page, '.panel')) >= 16.5);
+  await close();
+});
+
+test('an experiment is presented by its scatter plot, or says that there is none', async () => {
+  const { page, complaints, close } = await visit(browser, `${daemon.url}?present=yes#experiments`, { wait: false });
+  await on(page);
+  assert.equal(await page.locator('.fields').isVisible(), false);
+  assert.match(await page.locator('.drawings').innerText(), /No runs yet/);
+  assert.deepEqual(await axe(page), []);
+  await page.keyboard.press('Escape');
+  await off(page);
+  assert.match(page.url(), /#experiments$/);
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
+test('next to the charts each player has three sentences, whose numbers are the stream’s; who drives reads “your”', async () => {
+  const { page, complaints, close } = await visit(browser, `${daemon.url}?scenario=gambetta_default&set=players.0.prediction:true`, WIDE);
+  const says = (/** @type {string} */ at) => page.locator(`[data-sentence="${at}"]`).innerText();
+  await until(async () => (await tickOf(page)) > 300, 'five seconds', 15000);
+  await page.keyboard.press('Space');
+  await button(page, 'Play').waitFor();
+  await page.waitForTimeout(300);
+  const { views } = await page.evaluate(() => globalThis.laglab().frame.plain());
+  assert.deepEqual(await page.locator('[data-term^="0/"]').allInnerTexts(), ['Input latency', 'View age', 'Corrections']);
+  assert.match(await says('0/0'), new RegExp(`^A’s key shows after \\d+ ms \\(without prediction at least ${2 * views[1].lag_ms}\\)$`));
+  assert.equal(await says('1/1'), `B sees A as it was ${views[2].view_age_ms.toFixed(0)} ms ago`);
+  assert.ok(views[1].corrections > 0, 'there were some');
+  assert.match(await says('0/2'), new RegExp(`^A was pulled back ${views[1].corrections} times?, at most \\d\\.\\d\\d m`));
+  await page.keyboard.press('Space');
+  await page.evaluate(() => /** @type {HTMLSelectElement} */ (document.querySelector('[data-path="players.0.control"]')).focus());
+  await page.locator('[data-path="players.0.control"]').first().selectOption('person');
+  await until(async () => /^You see B/.test(await says('0/1')), 'you');
+  assert.deepEqual(complaints, []);
+  await close();
+});

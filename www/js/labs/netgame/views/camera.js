@@ -1,0 +1,24 @@
+// What of a long track is shown where it is shown large: the cars, and room before and behind them.
+import { entitiesOf } from '../core/frame.js';
+
+/** @typedef {import('../core/layout.js').Layout} Layout */
+
+const LEAST_M = 30; /* long enough for a car, its ghost and their label */
+const STEP = 1.25; /* the part shown grows by this factor: its scale changes seldom */
+const AHEAD = 0.55; /* where the foremost car is, from the left */
+
+/** The layout with another part of its track: the same for all views of a frame, so that columns of metres can be compared.
+ * @param {Layout} layout @param {import('../core/frame.js').Frame} frame @returns {Layout} */
+export function followed(layout, frame) {
+  const { scene } = layout;
+  const whole = scene.x_max - scene.x_min;
+  if (layout.entities.length > 0 || layout.controls === 'aim' || whole <= LEAST_M) return layout;
+  const xs = entitiesOf(frame, 0).map((e) => e.x);
+  if (xs.length === 0) return layout;
+  const front = Math.max(...xs),
+    needed = (front - Math.min(...xs)) / (AHEAD - 0.2);
+  const wide = Math.max(LEAST_M, LEAST_M * STEP ** Math.ceil(Math.log(Math.max(needed, LEAST_M) / LEAST_M) / Math.log(STEP)));
+  if (wide >= whole) return layout;
+  const left = Math.max(scene.x_min, front - wide * AHEAD);
+  return { ...layout, scene: { ...scene, x_min: left, x_max: left + wide, wraps: false } };
+}
