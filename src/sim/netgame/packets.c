@@ -4,6 +4,26 @@
 #include "base/assert.h"
 #include "sim/netgame/parts.h"
 
+/* What only an input packet has: the step of its newest input, and how long that took to be sent. */
+static void describe_input(const ll_netgame *g, int player, const void *packet, ll_event *e)
+{
+    const ll_sync_mode *sync = ll_netgame_sync(g);
+    ll_client *c = ll_netgame_client(g, player);
+    if (sync->take != ll_server_receive)
+        return; /* peers have packets of their own */
+    ll_input_message m;
+    memcpy(&m, packet, offsetof(ll_input_message, inputs));
+    const ll_pending_input *input = ll_client_pending(c, e->number);
+    if (!sync->applies_on_arrival)
+        e->tick = (uint32_t)(m.tick + m.head.count - 1);
+    if (input->seq != e->number)
+        return;
+    const ll_client_setup s = {.config = &g->config.players[player], .seed = (uint64_t)g->config.head.seed};
+    e->held_ms = (float)ll_to_ms(g->now - input->made);
+    if (e->number == c->inputs.seq)
+        e->device_ms = (float)ll_to_ms(input->made - ll_client_control_time(c, &s, input->made));
+}
+
 void ll_netgame_send(ll_netgame *g, int player, bool up, const void *packet, int bytes, const ll_recorder *r)
 {
     const ll_player_config *config = &g->config.players[player];
@@ -38,8 +58,10 @@ void ll_netgame_send(ll_netgame *g, int player, bool up, const void *packet, int
     e.number = head.seq;
     if (head.type == LL_MESSAGE_SNAPSHOT || head.type == LL_MESSAGE_RELAY)
         e.number = (uint32_t)ll_netgame_server(g)->step;
-    else if (inputs)
+    if (inputs) {
         e.number += head.count - 1u; /* its newest */
+        describe_input(g, player, packet, &e);
+    }
     ll_netgame_record(r, e);
     if (s.duplicated) {
         e.fate = (uint8_t)s.copy_fate;
@@ -79,6 +101,16 @@ static void record_result(ll_client_metrics *in, const ll_input_result *result, 
         ll_running_stats_add(&input_history->slack, result->slack);
 }
 
+/* The step that input `seq` of a packet is meant for; 0: none. */
+static uint32_t step_of(const ll_sync_mode *sync, const void *packet, uint32_t seq)
+{
+    ll_input_message m;
+    if (sync->take != ll_server_receive || sync->applies_on_arrival)
+        return 0;
+    memcpy(&m, packet, offsetof(ll_input_message, inputs));
+    return (uint32_t)m.tick + (seq - m.head.seq);
+}
+
 static void server_takes(ll_netgame *g, int player, const void *packet, const ll_recorder *r)
 {
     ll_input_result results[LL_INPUTS_MAX];
@@ -92,7 +124,8 @@ static void server_takes(ll_netgame *g, int player, const void *packet, const ll
                                         .outcome = results[i].outcome,
                                         .begin = g->now,
                                         .end = g->now,
-                                        .number = results[i].seq});
+                                        .number = results[i].seq,
+                                        .tick = step_of(sync, packet, results[i].seq)});
         if (results[i].outcome == LL_OUTCOME_REFUSED && g->config.players[player].cheat == LL_CHEAT_NONE)
             ll_netgame_client_metrics(g, player)->false_refusals++;
         if (results[i].outcome == LL_OUTCOME_REFUSED && sync->reports_refusals) {
