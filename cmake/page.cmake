@@ -38,13 +38,15 @@ if(count GREATER 0)
     file(WRITE ${BINARY}/www/lessons/index.json "${index}\n")
 endif()
 
-# What the lessons' part of the page has of each language: the rest is six times as much.
+# What the lessons and the packet view have of each language: the rest is six times as much.
 file(GLOB languages ${BINARY}/www/words/*.json)
 foreach(language IN LISTS languages)
     get_filename_component(name ${language} NAME)
     file(READ ${language} text)
     string(JSON words GET "${text}" lesson)
     file(WRITE ${BINARY}/www/lessons/words/${name} "${words}\n")
+    string(JSON words GET "${text}" packet)
+    file(WRITE ${BINARY}/www/words/packet/${name} "${words}\n")
 endforeach()
 
 # Indents, empty lines and lines of comment go: a first load is measured in bytes. So does the comment that names the source map, which is

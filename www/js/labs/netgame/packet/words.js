@@ -1,0 +1,37 @@
+// Words of the packet view: English in the sandbox, as the rest of it; in a lesson, the lesson's language.
+import { computed, effect, signal } from '../../../../vendor/signals-core.js';
+import { insist } from '../../../base/api.js';
+import { lesson } from '../../../session/state.js';
+
+export const language = computed(() =>
+  lesson.value === null ? 'en' : (lesson.value.lang || navigator.language.slice(0, 2)) === 'de' ? 'de' : 'en',
+);
+
+/** @type {import('@preact/signals-core').Signal<Record<string, Record<string, string>>>} */
+const read = signal({});
+const asked = new Set();
+effect(() => {
+  const name = language.value;
+  if (asked.has(name)) return;
+  asked.add(name);
+  insist(async () => {
+    const answer = await fetch(new URL(`../../../../words/packet/${name}.json`, import.meta.url));
+    if (!answer.ok) throw new Error(`words: ${answer.status}`);
+    return answer.json();
+  }).then((words) => {
+    read.value = { ...read.peek(), [name]: words };
+  });
+});
+
+/** Whether the words of the language are there. */
+export const ready = computed(() => read.value[language.value] !== undefined);
+
+/** @param {number} value @param {number} digits @returns {string} */
+export function number(value, digits) {
+  const text = value.toLocaleString(language.value, { minimumFractionDigits: digits, maximumFractionDigits: digits, useGrouping: false });
+  return text.replace('-', '−');
+}
+
+/** A word by its key, with what stands for {names}. @param {string} key @param {Record<string, string | number>} [given] @returns {string} */
+export const word = (key, given = {}) =>
+  (read.value[language.value]?.[key] ?? '').replace(/\{([^{}]*)\}/g, (_, name) => String(given[name] ?? ''));
