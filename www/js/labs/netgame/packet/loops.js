@@ -20,6 +20,7 @@ import { paintOf } from '../../../draw/palette.js';
  * @property {number} expected  s, that the whole way takes about
  * @property {string} name      of the player
  * @property {string} serverName
+ * @property {string} shared     what the shared buffer is called
  * @property {[string, string, string, string]} rows  game loop, buffer, network loop, link
  */
 
@@ -175,6 +176,44 @@ function drawOthers(at, places) {
   pen.globalAlpha = 1;
 }
 
+/** Inputs of a player that have been sent and not been taken yet: what the paper's shared buffer holds.
+ * @param {import('../core/memory.js').Memory} memory @param {number} player @param {number} now s
+ * @returns {{arrived: number, until: number}[]} s; of each on its way or in the server's buffer, and of those that were */
+export function waitsOf(memory, player, now) {
+  const steps = new Map(),
+    packets = [];
+  for (const one of memory.events.values()) {
+    if (one.type === STEP && one.begin_s <= now) steps.set(one.number, one.begin_s);
+    if (one.type === INPUT && one.player === player && one.fate === 0 && one.begin_s <= now && one.tick > 0) packets.push(one);
+  }
+  return packets.map((one) => ({ arrived: one.end_s, until: steps.get(one.tick) ?? Number.POSITIVE_INFINITY }));
+}
+
+/** The inputs that wait at the server, thin; a frame around what Figures 6 and 7 call the shared buffer. @param {Loops} at @param {Places} places */
+function drawShared(at, places) {
+  const { pen, colours, memory, way, now } = at;
+  const { x, y, left, right, unit } = places;
+  const list = waitsOf(memory, way.player, now);
+  pen.strokeStyle = colours.edge;
+  pen.lineWidth = 1.2;
+  list.forEach(({ arrived, until }, i) => {
+    const end = Math.min(until, now),
+      level = y.serverBuffer + ((i % 5) - 2) * unit * 0.25;
+    if (arrived > end || end < places.begin) return;
+    line(at, [
+      [Math.max(left, x(arrived)), level],
+      [Math.max(left, x(end)), level],
+    ]);
+  });
+  pen.strokeStyle = colours.buffer;
+  pen.lineWidth = 2;
+  pen.setLineDash([6, 4]);
+  pen.strokeRect(left, y.net + unit * 0.45, right - left, y.serverBuffer + unit * 0.75 - y.net - unit * 0.45);
+  pen.setLineDash([]);
+  const inside = list.filter(({ until }) => until > now).length;
+  drawText(pen, colours, `${at.shared}: ${inside}`, right - 5, y.serverNet - unit * 0.62, { align: 'right', colour: colours.bufferText });
+}
+
 /** Each waiting time as a number where it is spent. @param {Loops} at @param {Places} places @param {{from: string, to: string, ms: number}[]} parts */
 function drawNumbers(at, places, parts) {
   const { pen, colours, way } = at;
@@ -187,7 +226,7 @@ function drawNumbers(at, places, parts) {
     left: y.serverGame + unit * 0.9,
     came: between,
     released: y.buffer,
-    shown: y.game - unit * 0.9,
+    shown: y.buffer,
   });
   parts.forEach(({ to, ms }, i) => {
     const a = way.stations[i],
@@ -196,9 +235,12 @@ function drawNumbers(at, places, parts) {
     if (!a || !b || level === undefined || ms < 0.05) return;
     const text = `${fixed(ms, 1)} ms`;
     pen.font = `700 ${colours.text}px ${colours.font}`;
-    const half = pen.measureText(text).width / 2;
-    const middle = Math.max(left + half, Math.min(right - half, (x(a.t) + x(b.t)) / 2));
-    drawText(pen, colours, text, middle, level, { align: 'center', bold: true });
+    const wide = pen.measureText(text).width,
+      [from, until] = [x(a.t), x(b.t)];
+    /* beside its stretch where that is too short for it */
+    if (until - from > wide + 10) drawText(pen, colours, text, (from + until) / 2, level, { align: 'center', bold: true });
+    else if (from - wide - 8 > left) drawText(pen, colours, text, from - 7, level, { align: 'right', bold: true });
+    else drawText(pen, colours, text, Math.min(until + 7, right - wide), level, { bold: true });
   });
 }
 
@@ -214,6 +256,7 @@ export function drawLoops(at, parts) {
   pen.rect(left - 2, 0, right - left + 4, at.height);
   pen.clip();
   drawOthers(at, places);
+  drawShared(at, places);
   pen.restore();
   const mark = markOf(at, places);
   pen.strokeStyle = paint.text;

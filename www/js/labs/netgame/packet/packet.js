@@ -7,7 +7,6 @@ import { touch } from '../../../draw/redraw.js';
 import { speak } from '../../../session/announce.js';
 import { frame, params, status } from '../../../session/state.js';
 import { onto, surfaceOf } from '../../../workbench/canvas.js';
-import { icons } from '../../../workbench/icons.js';
 import { layout } from '../core/layout.js';
 import { followed, memory } from '../core/state.js';
 import { drawLoops, inputAt } from './loops.js';
@@ -177,6 +176,7 @@ function loopsOf(canvas, now, way) {
     expected,
     name: nameOf(way.player),
     serverName: word('server'),
+    shared: word(`shared${short}`),
     rows,
   };
 }
@@ -197,12 +197,11 @@ function stationRow(way, i, ms) {
   const key = station.id === 'shown' && way.predicted !== null ? 'shown.predicted' : station.id;
   const does = word(key, { name: nameOf(way.player), n: way.number, tick: way.tick, snapshot: way.snapshot });
   const why = word(`for.${station.id}`);
-  const lag = frame.value?.views[1 + way.player]?.lag_ms ?? 0;
   const detail =
-    ms === undefined || why === ''
+    ms === undefined || ms < 0.05 || why === ''
       ? ''
       : station.id === 'arrived' || station.id === 'came'
-        ? word('link', { name: why, lag: number(lag, 1), rest: number(ms - lag, 1) })
+        ? word('link', { name: why, lag: number(station.lag_ms ?? 0, 1), rest: number(ms - (station.lag_ms ?? 0), 1) })
         : why;
   return html`<tr data-station=${station.id}><th scope="row">${does}${detail === '' ? nothing : html` <small>${detail}</small>`}</th>
     <td>${number(station.t, 4)} s</td><td data-ms=${ms ?? nothing}>${ms === undefined ? '' : `${number(ms, 1)} ms`}</td></tr>`;
@@ -214,7 +213,7 @@ function table(way) {
   return html`<table class="data stations"><caption class="unseen">${word('table')}</caption>
     <thead><tr><th scope="col">${word('station')}</th><th scope="col">${word('at')}</th><th scope="col">${word('wait')}</th></tr></thead>
     <tbody>${way.stations.map((_, i) => stationRow(way, i, parts[i - 1]?.ms))}</tbody>
-    <tfoot><tr><th scope="row">${word('total')}</th><td></td><td data-total=${total}>${number(total, 1)} ms</td></tr></tfoot></table>
+    <tfoot><tr><th scope="row">${word(way.fate === 'shown' ? 'total' : 'sofar')}</th><td></td><td data-total=${total}>${number(total, 1)} ms</td></tr></tfoot></table>
     ${way.repeats > 0 ? html`<p class="facts">${word('note.repeats', { count: way.repeats })}</p>` : nothing}
     ${way.snapshotsLost > 0 ? html`<p class="facts">${word('note.snapshots', { count: way.snapshotsLost })}</p>` : nothing}`;
 }
@@ -232,8 +231,8 @@ export function template() {
     <div class="head"><h2 id="packet-title" tabindex="-1">${word('title')}</h2>
       <button type="button" class="small" id="unfollow" @click=${close}>${word('close')}</button></div>
     <p class="says" id="packet-says">${text}</p>
-    <div class="packetbar"><button type="button" @click=${() => move(-1)} aria-label=${word('previous')}>${icons.back ?? '‹'}</button>
-      <button type="button" @click=${() => move(1)} aria-label=${word('next')}>${icons.forward ?? '›'}</button>
+    <div class="packetbar"><button type="button" @click=${() => move(-1)} aria-label=${word('previous')}>‹</button>
+      <button type="button" @click=${() => move(1)} aria-label=${word('next')}>›</button>
       <button type="button" @click=${newest}>${word('newest')}</button>
       ${
         names.length > 1

@@ -1,10 +1,10 @@
 // The way of one input: from the hand through both loops and both buffers to the server, and back to the display. Times are of the events.
 import { APPLIED, DISPLAY, INPUT, INPUT_RESULT, LATE, REFUSED, STATE, STEP } from '../core/frame.js';
 
-/** @typedef {import('../core/frame.js').Event} Event */
+/** @typedef {import('../core/memory.js').Met} Event */
 /** @typedef {import('../core/memory.js').Memory} Memory */
 /** @typedef {'touched' | 'made' | 'sent' | 'arrived' | 'taken' | 'left' | 'came' | 'released' | 'shown'} StationId */
-/** t: s. @typedef {{id: StationId, t: number}} Station */
+/** t: s; lag_ms: configured when the packet was sent. @typedef {{id: StationId, t: number, lag_ms?: number}} Station */
 /** How it ended, or that it has not: `open`. @typedef {'open' | 'shown' | 'lost' | 'late' | 'refused'} Fate */
 
 /**
@@ -53,7 +53,7 @@ function back(of, step, way, now) {
   way.arrives = answer.end_s;
   way.stations.push({ id: 'left', t: answer.begin_s });
   if (answer.end_s > now) return;
-  way.stations.push({ id: 'came', t: answer.end_s });
+  way.stations.push({ id: 'came', t: answer.end_s, lag_ms: answer.lag_ms });
   if (!used) return;
   way.stations.push({ id: 'released', t: used.begin_s });
   const display = of(DISPLAY).find((one) => one.begin_s >= used.begin_s && one.number >= used.number);
@@ -101,7 +101,7 @@ export function wayOf(memory, { player, number, now, predicts, apart }) {
     return way;
   }
   if (!result || result.begin_s > now) return way;
-  way.stations.push({ id: 'arrived', t: result.begin_s });
+  way.stations.push({ id: 'arrived', t: result.begin_s, lag_ms: carrier.lag_ms });
   if (result.outcome === REFUSED) way.fate = 'refused';
   else if (result.outcome === LATE) way.fate = 'late';
   if (way.fate !== 'open') return way;
@@ -121,7 +121,7 @@ export function partsOf({ stations }) {
   const parts = stations.slice(1).map((to, i) => ({
     from: /** @type {Station} */ (stations[i]).id,
     to: to.id,
-    ms: /** @type {number} */ ((tenths[i + 1]) - /** @type {number} */ (tenths[i])) / 10,
+    ms: /** @type {number} */ (tenths[i + 1] - /** @type {number} */ (tenths[i])) / 10,
   }));
   return { parts, total: (tenths.at(-1) ?? 0) / 10 };
 }
