@@ -99,7 +99,7 @@ function changeOf(csv, column) {
 for (const [name, set] of /** @type {[string, Record<string, any>][]} */ ([
   ['a constant delay', {}],
   ['jitter in both directions', { 'players.0.link.up.jitter_ms': 25, 'players.0.link.down.jitter_ms': 25 }],
-  ['a de-jitter buffer', { 'players.0.dejitter': 'fixed', 'players.0.dejitter_ms': 60, 'players.0.link.down.jitter_ms': 10 }],
+  ['a de-jitter buffer', { 'players.0.dejitter': 'arrival', 'players.0.dejitter_ms': 60, 'players.0.link.down.jitter_ms': 10 }],
   ['a slow input device', { 'players.0.input_device_ms': 30 }],
   ['rare updates', { 'server.update_hz': 7 }],
 ]))

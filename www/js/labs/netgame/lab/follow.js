@@ -14,11 +14,20 @@ export function pick(player, number) {
   picked = { player, number };
 }
 
+const ENTER_FRAMES = 300; /* until it is given up: the view has to be read first */
+
+/** The keyboard goes into the view, once that is there. @param {number} left frames */
+function enter(left) {
+  const title = document.getElementById('packet-title');
+  if (title) title.focus();
+  else if (left > 0 && followed.value !== null) requestAnimationFrame(() => enter(left - 1));
+}
+
 /** Opens the view: of the input that was chosen among the messages; where none was, the page chooses. */
 export function follow() {
   const { player, number } = picked;
   followed.value = number > 0 ? { player, number, auto: false } : { player: lanes.value[0], number: 0, auto: true };
-  requestAnimationFrame(() => document.getElementById('packet-title')?.focus());
+  enter(ENTER_FRAMES);
 }
 
 export const toggle = () => (followed.value === null ? follow() : void (followed.value = null));
