@@ -203,7 +203,7 @@ test('it moves on with time, stands still with it, and goes back with a step bac
   await close();
 });
 
-test('a lost packet is told as lost, and a repeated input as repeated', async () => {
+test('a lost packet is called lost, and a repeated input repeated', async () => {
   const { page, close } = await visit(
     browser,
     `${daemon.url}?scenario=race&${PLAIN}&seed=4&set=players.0.link.up.loss_pct:40&set=players.0.redundancy:0`,

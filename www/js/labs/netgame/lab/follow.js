@@ -1,4 +1,4 @@
-// The packet view is read when it is first opened: by a button, a key, or a lesson that looks at a packet.
+// The packet view is read when it is first opened: by a button, a key, or a lesson about a packet.
 import { effect, signal, untracked } from '../../../../vendor/signals-core.js';
 import { insist } from '../../../base/api.js';
 import { look } from '../../../session/state.js';

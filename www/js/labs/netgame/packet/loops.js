@@ -20,6 +20,7 @@ import { paintOf } from '../../../draw/palette.js';
  * @property {number} expected  s, that the whole way takes about
  * @property {string} name      of the player
  * @property {string} serverName
+ * @property {(ms: number) => string} ms  as text
  * @property {string} shared     what the shared buffer is called
  * @property {[string, string, string, string]} rows  game loop, buffer, network loop, link
  */
@@ -233,11 +234,11 @@ function drawNumbers(at, places, parts) {
       b = way.stations[i + 1],
       level = levels[to];
     if (!a || !b || level === undefined || ms < 0.05) return;
-    const text = `${fixed(ms, 1)} ms`;
+    const text = at.ms(ms);
     pen.font = `700 ${colours.text}px ${colours.font}`;
     const wide = pen.measureText(text).width,
       [from, until] = [x(a.t), x(b.t)];
-    /* beside its stretch where that is too short for it */
+    /* next to its stretch where that is too short for it */
     if (until - from > wide + 10) drawText(pen, colours, text, (from + until) / 2, level, { align: 'center', bold: true });
     else if (from - wide - 8 > left) drawText(pen, colours, text, from - 7, level, { align: 'right', bold: true });
     else drawText(pen, colours, text, Math.min(until + 7, right - wide), level, { bold: true });

@@ -48,16 +48,20 @@ function expectedOf(now, player) {
   return (2 * lag) / 1000 + 1.5 / hz + 0.03;
 }
 
-/** Without a choice by a person: while it plays, the newest, and the next when that has arrived; else the newest that has arrived.
+/** Without a choice by a person: while it plays, the newest, and the next when that has arrived; else, of those that the last snapshot
+ * answers, the middle one, which has waited for it as long as most.
  * @param {Frame} now @param {number} player @returns {Way | null} */
 function choose(now, player) {
   const list = numbersOf(memory, player, now.time_s);
   if (status.value === 'playing' || list.length === 0) return read(player, list.at(-1) ?? 0, now.time_s);
-  for (const n of list.reverse()) {
+  /** @type {Way[]} */
+  const answered = [];
+  for (const n of [...list].reverse()) {
     const way = read(player, n, now.time_s);
-    if (way?.fate === 'shown') return way;
+    if (way?.fate === 'shown' && way.snapshot === (answered[0]?.snapshot ?? way.snapshot)) answered.push(way);
+    else if (answered.length > 0) break;
   }
-  return read(player, list.at(-1) ?? 0, now.time_s);
+  return answered[Math.floor(answered.length / 2)] ?? read(player, list.at(-1) ?? 0, now.time_s);
 }
 
 /** The way to show. @param {Frame} now @returns {Way | null} */
@@ -176,6 +180,7 @@ function loopsOf(canvas, now, way) {
     expected,
     name: nameOf(way.player),
     serverName: word('server'),
+    ms: (ms) => `${number(ms, 1)} ms`,
     shared: word(`shared${short}`),
     rows,
   };
