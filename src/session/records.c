@@ -91,9 +91,10 @@ static const ll_record_field event_fields[] = {
            "input: its sequence number; state, display: the server's tick of the snapshot"),
     LL_STEP(event_row, value, LL_BITS_M, NULL,
             "correction: signed distance in m; input: first axis; applied state: x of the own entity"),
-    LL_INT(event_row, tick, NULL,
-           "input, its result: the server's step that the input is meant for; 0: applied with the step after "
-           "its arrival, or not answered by snapshots"),
+    LL_INT(
+        event_row, tick, NULL,
+        "input: the server's step that it is meant for; 0: applied with the step after its arrival, or not "
+        "answered by snapshots"),
     LL_STEP(event_row, device_ms, LL_BITS_MS, "ms", "input: from moving the controls to making it"),
     LL_STEP(event_row, held_ms, LL_BITS_MS, "ms", "input: from making it to sending it"),
 };

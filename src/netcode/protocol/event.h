@@ -16,8 +16,8 @@ typedef struct ll_event {
     ll_time end;     /* time due; equal to `begin` when lost */
     uint32_t
         number; /* input: sequence number; snapshot: server tick; input's result: sequence number or tick */
-    uint32_t tick; /* input, its result: the server's step that the input is meant for; 0: it is applied with
-                      the step after its arrival, or the packet has no snapshot for an answer */
+    uint32_t tick;   /* input: the server's step that the input is meant for; 0: it is applied with
+                        the step after its arrival, or the packet has no snapshot for an answer */
     float device_ms; /* input: from moving the controls to its newest input */
     float held_ms;   /* input: from making its newest input to sending the packet */
     float value; /* correction: signed distance in m; input: first axis; applied snapshot: x of the own entity

@@ -101,16 +101,6 @@ static void record_result(ll_client_metrics *in, const ll_input_result *result, 
         ll_running_stats_add(&input_history->slack, result->slack);
 }
 
-/* The step that input `seq` of a packet is meant for; 0: none. */
-static uint32_t step_of(const ll_sync_mode *sync, const void *packet, uint32_t seq)
-{
-    ll_input_message m;
-    if (sync->take != ll_server_receive || sync->applies_on_arrival)
-        return 0;
-    memcpy(&m, packet, offsetof(ll_input_message, inputs));
-    return (uint32_t)m.tick + (seq - m.head.seq);
-}
-
 static void server_takes(ll_netgame *g, int player, const void *packet, const ll_recorder *r)
 {
     ll_input_result results[LL_INPUTS_MAX];
@@ -124,8 +114,7 @@ static void server_takes(ll_netgame *g, int player, const void *packet, const ll
                                         .outcome = results[i].outcome,
                                         .begin = g->now,
                                         .end = g->now,
-                                        .number = results[i].seq,
-                                        .tick = step_of(sync, packet, results[i].seq)});
+                                        .number = results[i].seq});
         if (results[i].outcome == LL_OUTCOME_REFUSED && g->config.players[player].cheat == LL_CHEAT_NONE)
             ll_netgame_client_metrics(g, player)->false_refusals++;
         if (results[i].outcome == LL_OUTCOME_REFUSED && sync->reports_refusals) {

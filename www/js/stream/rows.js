@@ -29,7 +29,7 @@
  * @property {number} end_s  s; when it arrives; begin_s for a lost packet
  * @property {number} number  input: its sequence number; state, display: the server's tick of the snapshot
  * @property {number} value  correction: signed distance in m; input: first axis; applied state: x of the own entity
- * @property {number} tick  input, its result: the server's step that the input is meant for; 0: applied with the step after its arrival, or not answered by snapshots
+ * @property {number} tick  input: the server's step that it is meant for; 0: applied with the step after its arrival, or not answered by snapshots
  * @property {number} device_ms  ms; input: from moving the controls to making it
  * @property {number} held_ms  ms; input: from making it to sending it
  */
