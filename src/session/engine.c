@@ -47,6 +47,9 @@ void ll_session_keep_event(void *context, const void *row)
     slot->number = event->number;
     slot->outcome = event->outcome;
     slot->value = event->value;
+    slot->tick = event->tick;
+    slot->device_ms = event->device_ms;
+    slot->held_ms = event->held_ms;
 }
 
 static ll_status change_parameters(ll_session *s, const char *values)

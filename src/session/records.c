@@ -64,38 +64,16 @@ static const ll_record clock_record = {.id = 60,
 
 typedef struct event_row {
     uint8_t type, player, fate, outcome;
-    uint32_t number;
+    uint32_t number, tick;
     double begin_s, end_s;
-    float value;
+    float value, device_ms, held_ms;
 } event_row;
 
 /* By ll_event_type and ll_fate. */
-static const char *const event_types[] = {"",
-                                          "input",
-                                          "state",
-                                          "refusal",
-                                          "relay",
-                                          "connect",
-                                          "accept",
-                                          "ping",
-                                          "pong",
-                                          "",
-                                          "",
-                                          "",
-                                          "",
-                                          "",
-                                          "",
-                                          "",
-                                          "input_result",
-                                          "applied",
-                                          "correction",
-                                          "step",
-                                          "stall",
-                                          "rollback",
-                                          "desync",
-                                          "connection",
-                                          "dropped",
-                                          NULL};
+static const char *const event_types[] = {
+    "",           "input", "state", "refusal",  "relay",  "connect",    "accept",  "ping",         "pong",
+    "",           "",      "",      "",         "",       "",           "",        "input_result", "applied",
+    "correction", "step",  "stall", "rollback", "desync", "connection", "dropped", "display",      NULL};
 static const char *const fates[] = {"delivered", "lost", "overflow", "corrupted", NULL};
 
 static const ll_record_field event_fields[] = {
@@ -109,9 +87,16 @@ static const ll_record_field event_fields[] = {
     LL_STEP(event_row, begin_s, LL_BITS_S, "s",
             "when it was sent or happened; negative: in the lobby before the game"),
     LL_STEP(event_row, end_s, LL_BITS_S, "s", "when it arrives; begin_s for a lost packet"),
-    LL_INT(event_row, number, NULL, "input: its sequence number; state: the server's tick"),
+    LL_INT(event_row, number, NULL,
+           "input: its sequence number; state, display: the server's tick of the snapshot"),
     LL_STEP(event_row, value, LL_BITS_M, NULL,
             "correction: signed distance in m; input: first axis; applied state: x of the own entity"),
+    LL_INT(
+        event_row, tick, NULL,
+        "input: the server's step that it is meant for; 0: applied with the step after its arrival, or not "
+        "answered by snapshots"),
+    LL_STEP(event_row, device_ms, LL_BITS_MS, "ms", "input: from moving the controls to making it"),
+    LL_STEP(event_row, held_ms, LL_BITS_MS, "ms", "input: from making it to sending it"),
 };
 
 static const ll_record event_record = {.id = 1,
@@ -130,7 +115,10 @@ static event_row event_of(const ll_event *e)
                        .number = e->number,
                        .begin_s = ll_to_s(e->begin),
                        .end_s = ll_to_s(e->end),
-                       .value = e->value};
+                       .value = e->value,
+                       .tick = e->tick,
+                       .device_ms = e->device_ms,
+                       .held_ms = e->held_ms};
 }
 
 /* First event of the last seconds. */

@@ -15,7 +15,11 @@ typedef struct ll_event {
     ll_time begin;   /* time sent; of other events: time */
     ll_time end;     /* time due; equal to `begin` when lost */
     uint32_t
-        number;  /* input: sequence number; snapshot: server tick; input's result: sequence number or tick */
+        number; /* input: sequence number; snapshot: server tick; input's result: sequence number or tick */
+    uint32_t tick;   /* input: the server's step that the input is meant for; 0: it is applied with
+                        the step after its arrival, or the packet has no snapshot for an answer */
+    float device_ms; /* input: from moving the controls to its newest input */
+    float held_ms;   /* input: from making its newest input to sending the packet */
     float value; /* correction: signed distance in m; input: first axis; applied snapshot: x of the own entity
                   */
 } ll_event;
@@ -48,4 +52,6 @@ typedef enum ll_event_type {
     LL_EVENT_CONNECTION =
         23,                /* `player`'s connection has the state `outcome`, in its `number`-th connection */
     LL_EVENT_DROPPED = 24, /* the server continues without `player`, for the `number`-th time */
+    LL_EVENT_DISPLAY = 25, /* `player`'s display shows for the first time snapshot `number`, or, where
+                              displays are apart from ticks, a predicted input */
 } ll_event_type;

@@ -4,6 +4,26 @@
 #include "base/assert.h"
 #include "sim/netgame/parts.h"
 
+/* What only an input packet has: the step of its newest input, and how long that took to be sent. */
+static void describe_input(const ll_netgame *g, int player, const void *packet, ll_event *e)
+{
+    const ll_sync_mode *sync = ll_netgame_sync(g);
+    ll_client *c = ll_netgame_client(g, player);
+    if (sync->take != ll_server_receive)
+        return; /* peers have packets of their own */
+    ll_input_message m;
+    memcpy(&m, packet, offsetof(ll_input_message, inputs));
+    const ll_pending_input *input = ll_client_pending(c, e->number);
+    if (!sync->applies_on_arrival)
+        e->tick = (uint32_t)(m.tick + m.head.count - 1);
+    if (input->seq != e->number)
+        return;
+    const ll_client_setup s = {.config = &g->config.players[player], .seed = (uint64_t)g->config.head.seed};
+    e->held_ms = (float)ll_to_ms(g->now - input->made);
+    if (e->number == c->inputs.seq)
+        e->device_ms = (float)ll_to_ms(input->made - ll_client_control_time(c, &s, input->made));
+}
+
 void ll_netgame_send(ll_netgame *g, int player, bool up, const void *packet, int bytes, const ll_recorder *r)
 {
     const ll_player_config *config = &g->config.players[player];
@@ -38,8 +58,10 @@ void ll_netgame_send(ll_netgame *g, int player, bool up, const void *packet, int
     e.number = head.seq;
     if (head.type == LL_MESSAGE_SNAPSHOT || head.type == LL_MESSAGE_RELAY)
         e.number = (uint32_t)ll_netgame_server(g)->step;
-    else if (inputs)
+    if (inputs) {
         e.number += head.count - 1u; /* its newest */
+        describe_input(g, player, packet, &e);
+    }
     ll_netgame_record(r, e);
     if (s.duplicated) {
         e.fate = (uint8_t)s.copy_fate;

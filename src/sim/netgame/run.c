@@ -111,12 +111,31 @@ static void client_ticks(ll_netgame *g, int player, const ll_client_setup *s)
         s->sync->observe(ll_netgame_desync(g, player), client, s, ll_netgame_server(g));
 }
 
+/* Whether the display that was just made shows a snapshot for the first time, or, where displays are apart
+ * from ticks, a predicted input. */
+static bool shows_news(const ll_client *client, const ll_client_setup *s, ll_time now)
+{
+    ll_time before = now - client->displays.elapsed;
+    if (s->sync->observe || client->snapshots.received == 0)
+        return false; /* a peer draws its own world */
+    const ll_pending_input *input = &client->pending[client->inputs.seq & (LL_PENDING_RING - 1)];
+    bool predicted = s->config->prediction && s->display_freq != 0 && input->made > before;
+    return predicted ||
+           ll_client_state((ll_client *)client, client->snapshots.received - 1)->arrived > before;
+}
+
 /* A client's prediction may diverge before the server does: false then. */
 static bool client_displays(ll_netgame *g, int player, const ll_client_setup *s, divergence *where)
 {
     ll_client *client = ll_netgame_client(g, player);
     s->sync->display(client, s, g->now);
     ll_client_set_display(client, s);
+    if (s->recorder && shows_news(client, s, g->now))
+        ll_netgame_record(s->recorder, (ll_event){.type = LL_EVENT_DISPLAY,
+                                                  .player = (uint8_t)player,
+                                                  .begin = g->now,
+                                                  .end = g->now,
+                                                  .number = (uint32_t)client->latest.tick});
     where->viewer = player;
     if (!finite_world(ll_client_rendered_const(client), &where->entity))
         return false;

@@ -4,7 +4,7 @@ import { LESSON_STEPS } from '../base/link.js';
 import { speak } from '../session/announce.js';
 import { showAddress } from '../session/params.js';
 import { showForLesson } from '../session/session.js';
-import { frame, held, lesson, notify, params, status, stopTick } from '../session/state.js';
+import { frame, held, lesson, look, notify, params, status, stopTick } from '../session/state.js';
 import { control, play } from '../session/time.js';
 import { file, filled, ready, word } from './words.js';
 
@@ -232,6 +232,7 @@ export function listen() {
     untracked(() => {
       held.value = reason;
       stopTick.value = stop;
+      look.value = at === null || now === null || at.step === 1 ? null : now.look;
     });
   });
   effect(() => {

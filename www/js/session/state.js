@@ -40,6 +40,8 @@ export const notice = signal('');
 export const experiment = signal(link.experiment);
 /** Where among the lessons the page is; null while a lab is shown. @type {import('@preact/signals-core').Signal<import('../base/link.js').LessonAt | null>} */
 export const lesson = signal(link.lesson);
+/** What the lesson that is shown is about, from its second step on. @type {import('@preact/signals-core').Signal<{at: string, player?: number} | null>} */
+export const look = signal(null);
 /** Why a lesson holds time and settings; empty when it does not. */
 export const held = signal('');
 /** The tick at which Play stops, when it lies ahead; 0: none. */

@@ -1,6 +1,6 @@
 // Written by docs/generate.mjs from `laglab schema stream`: the tables are in C, and changed there.
 
-export const EVENTS_TYPE = Object.freeze({ input: 1, state: 2, refusal: 3, relay: 4, connect: 5, accept: 6, ping: 7, pong: 8, input_result: 16, applied: 17, correction: 18, step: 19, stall: 20, rollback: 21, desync: 22, connection: 23, dropped: 24 });
+export const EVENTS_TYPE = Object.freeze({ input: 1, state: 2, refusal: 3, relay: 4, connect: 5, accept: 6, ping: 7, pong: 8, input_result: 16, applied: 17, correction: 18, step: 19, stall: 20, rollback: 21, desync: 22, connection: 23, dropped: 24, display: 25 });
 export const EVENTS_FATE = Object.freeze({ delivered: 0, lost: 1, overflow: 2, corrupted: 3 });
 export const VIEWS_FLAGS = Object.freeze({ prediction: 1, reconciliation: 2, interpolation: 4, underrun: 8, stalled: 16, person: 32 });
 export const VIEWS_CONNECTION = Object.freeze({ connecting: 0, synchronising: 1, playing: 2, stalled: 3, resynchronising: 4, disconnected: 5 });

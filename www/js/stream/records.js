@@ -1,7 +1,7 @@
 // Written by docs/generate.mjs from `laglab schema stream`: the tables are in C, and changed there.
 
 /** Of these tables: a daemon whose hello has another gives its own at stream/schema.json. */
-export const SCHEMA = 'ebab425204e42649';
+export const SCHEMA = '658723afbc188293';
 
 /** @typedef {{name: string, coding: string, boolean?: boolean, bits?: number, unit?: string, names?: string[], flags?: string[]}} Field */
 /** @typedef {{id: number, name: string, channel: string, form: string, keys?: number, fields: Field[]}} Layout */
@@ -20,7 +20,7 @@ export const RECORDS = Object.freeze([
     {"name":"wall_us","coding":"int","unit":"us"},
   ]},
   {"id":1,"name":"events","channel":"lanes","form":"log","fields":[
-    {"name":"type","coding":"int","names":["","input","state","refusal","relay","connect","accept","ping","pong","","","","","","","","input_result","applied","correction","step","stall","rollback","desync","connection","dropped"]},
+    {"name":"type","coding":"int","names":["","input","state","refusal","relay","connect","accept","ping","pong","","","","","","","","input_result","applied","correction","step","stall","rollback","desync","connection","dropped","display"]},
     {"name":"player","coding":"int"},
     {"name":"fate","coding":"int","names":["delivered","lost","overflow","corrupted"]},
     {"name":"outcome","coding":"int"},
@@ -28,6 +28,9 @@ export const RECORDS = Object.freeze([
     {"name":"end_s","coding":"step","bits":20,"unit":"s"},
     {"name":"number","coding":"int"},
     {"name":"value","coding":"step","bits":13},
+    {"name":"tick","coding":"int"},
+    {"name":"device_ms","coding":"step","bits":7,"unit":"ms"},
+    {"name":"held_ms","coding":"step","bits":7,"unit":"ms"},
   ]},
   {"id":2,"name":"views","channel":"scene","form":"by_index","fields":[
     {"name":"view","coding":"int"},

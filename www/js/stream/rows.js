@@ -27,8 +27,11 @@
  * @property {number} outcome  input result and applied state: 0 applied, 1 refused, 2 stale, 3 late, 4 undecodable; connection: its state
  * @property {number} begin_s  s; when it was sent or happened; negative: in the lobby before the game
  * @property {number} end_s  s; when it arrives; begin_s for a lost packet
- * @property {number} number  input: its sequence number; state: the server's tick
+ * @property {number} number  input: its sequence number; state, display: the server's tick of the snapshot
  * @property {number} value  correction: signed distance in m; input: first axis; applied state: x of the own entity
+ * @property {number} tick  input: the server's step that it is meant for; 0: applied with the step after its arrival, or not answered by snapshots
+ * @property {number} device_ms  ms; input: from moving the controls to making it
+ * @property {number} held_ms  ms; input: from making it to sending it
  */
 
 /**

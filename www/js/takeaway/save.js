@@ -7,7 +7,8 @@ import { experiment, frame, notify, params, session } from '../session/state.js'
 import { SCHEMA } from '../stream/records.js';
 import { versionOf } from '../workbench/version.js';
 import { withTexts } from './png.js';
-import { changedSettings, languageOf, wordsOf } from './settings.js';
+import { language as spoken } from '../base/words.js';
+import { changedSettings, wordsOf } from './settings.js';
 import { tableOfPlot } from './table.js';
 
 /** @typedef {import('../session/lab.js').Table} Table */
@@ -20,7 +21,7 @@ const sourceOf = () => location.href.replace(/([#&])k=[^&]*/, '$1').replace(/&$/
 
 /** @returns {Promise<Facts>} of this moment: what may change meanwhile is read before anything is waited for */
 async function factsNow() {
-  const language = languageOf(),
+  const language = spoken.peek(),
     now = frame.value,
     known = experiment.value === null ? undefined : lab.value?.about?.(),
     id = session.value?.id ?? '',

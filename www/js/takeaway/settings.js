@@ -4,19 +4,13 @@ import { letter } from '../base/format.js';
 import { find, labelOf, valueAt } from '../base/schema.js';
 import { link } from '../session/opening.js';
 import { shownScenario } from '../session/session.js';
-import { layout, lesson, params, schema } from '../session/state.js';
+import { layout, params, schema } from '../session/state.js';
 
 /** Of www/words. @typedef {{units: Record<string, string>, params: Record<string, {label: string}>, choices: Record<string, string>,
  *   labs: Record<string, Record<string, {label: string}>>, takeaway: Record<string, string>}} Words */
 
 /** Of a scenario, but no setting of it. */
 const NOT_SHOWN = new Set(['kind', 'title', 'paper', 'text', 'seed', 'timeline', 'expect', 'game']);
-
-/** That of the lesson; labs have no other language than English. */
-export const languageOf = () => {
-  const asked = lesson.value === null ? 'en' : lesson.value.lang || navigator.language.slice(0, 2);
-  return asked === 'de' ? 'de' : 'en';
-};
 
 /** @type {Map<string, Promise<Words>>} */
 const reading = new Map();

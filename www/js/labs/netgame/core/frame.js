@@ -54,6 +54,7 @@ export const {
   desync: DESYNC,
   connection: CONNECTION,
   dropped: DROPPED,
+  display: DISPLAY,
 } = EVENTS_TYPE;
 export const {
   newest: V_NEWEST,
@@ -67,7 +68,8 @@ export const { open: R_OPEN, acknowledged: R_ACKNOWLEDGED, refused: R_REFUSED, l
 export const { hitscan: HITSCAN, projectile: PROJECTILE } = SHOTS_WEAPON;
 export const { clamped: S_CLAMPED, view_time_rejected: S_DISTRUSTED, behind_cover: S_BEHIND_COVER } = SHOTS_FLAGS;
 export const APPLIED_OK = 0,
-  REFUSED = 1; /* results of an input */
+  REFUSED = 1,
+  LATE = 3; /* results of an input */
 export const NOBODY = -1,
   NOT_YET = -2; /* what a shot hits, instead of a body */
 

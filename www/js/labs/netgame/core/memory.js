@@ -18,6 +18,7 @@ import { fixed } from '../../../base/format.js';
 
 /** @typedef {import('./frame.js').Frame} Frame */
 /** @typedef {import('./frame.js').Event} Event */
+/** index: among those of its type and player; lag_ms: of the player when it was met. @typedef {Event & {index: number, lag_ms: number}} Met */
 /** @typedef {{t: number, entity: number, n: number, x: number, y: number, type: number, player: number, number: number}} Dot
  *   n counts them; type, player and number are those of the event */
 /** @typedef {{t: number, x: number, y: number, dx: number, replayed: boolean}} Correction */
@@ -54,7 +55,7 @@ export class Memory {
     this.generation = generation;
     /** @type {Frame | null} */
     this.last = null;
-    /** @type {Map<number, Event & {index: number}>} */
+    /** @type {Map<number, Met>} */
     this.events = new Map();
     /** @type {Map<number, number>} messages so far by type and player: thinning draws every k-th of them */
     this.counts = new Map();
@@ -120,7 +121,7 @@ export class Memory {
     const slot = event.type * 256 + event.player;
     const index = this.counts.get(slot) ?? 0;
     this.counts.set(slot, index + 1);
-    this.events.set(event.id, { ...event, index });
+    this.events.set(event.id, { ...event, index, lag_ms: frame.views[1 + event.player]?.lag_ms ?? 0 });
     const fresh = this.last !== null && event.begin_s > this.last.time_s - 0.001; /* else it is not known where it was drawn */
     if (event.type === APPLIED && fresh) this.dot(frame, 1 + event.player, event, index);
     if (event.type === INPUT_RESULT && fresh) this.dot(frame, 0, event, index);

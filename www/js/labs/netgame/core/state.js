@@ -21,6 +21,10 @@ export function toggleOverlay(name) {
   overlays.value = { ...overlays.value, [name]: !overlays.value[name] };
 }
 
+/** What the packet view follows; null while it is closed. auto: the page chooses the input; number: 0 where none is chosen yet.
+ * @type {import('@preact/signals-core').Signal<{player: number, number: number, auto: boolean} | null>} */
+export const followed = signal(null);
+
 export const scale = { pxPerMetre: 1 }; /* of the views, kept by the drawings */
 
 /** What became of connections in this stretch of time, oldest first.

@@ -1,8 +1,7 @@
-// The panels that can replace the messages below the views.
+// The panels that can replace the messages below the views. That of shots is read with the first shot.
 import { buffers } from './buffers.js';
 import { inputs } from './inputs.js';
-import { shots } from './shots.js';
 import { waits } from './waits.js';
 
 /** @type {import('../core/inspector.js').Inspector[]} */
-export const INSPECTORS = [buffers, inputs, waits, shots];
+export const INSPECTORS = [buffers, inputs, waits];

@@ -21,6 +21,7 @@ import { drawRibbon } from '../views/ribbon.js';
 import { scaleX } from '../views/scene.js';
 import { mainSentence, tell } from '../views/sentences.js';
 import { followed } from '../views/camera.js';
+import { follow, pick, view as packetView } from './follow.js';
 import { showSide } from './side.js';
 
 /** @typedef {import('../../../draw/surface.js').Surface} Surface */
@@ -191,6 +192,7 @@ function showConnectionEvents(now) {
 export function draw(now, settled, name) {
   for (const canvas of document.querySelectorAll('canvas[data-view]')) drawView(/** @type {HTMLCanvasElement} */ (canvas), now, name);
   drawMessages(now, name);
+  packetView.value?.draw(now);
   showFacts(now);
   showMain(now);
   showConnectionEvents(now);
@@ -200,6 +202,8 @@ export function draw(now, settled, name) {
 /** @param {number | null} id */
 function select(id) {
   selected = id;
+  const { player = 0, number = 0 } = memory.events.get(id ?? -1) ?? {};
+  pick(player, number);
   touch();
 }
 
@@ -250,7 +254,8 @@ export function listen() {
   document.addEventListener('keydown', (event) => {
     const box = event.target instanceof HTMLElement ? event.target.closest('[data-arrows]') : null;
     const canvas = box?.querySelector('canvas');
-    if (!canvas || frame.value === null) return;
+    if (canvas?.id !== 'lane' || frame.value === null) return;
+    if (event.code === 'Enter') follow();
     if (event.code === 'Escape') select(null);
     const step = event.code === 'ArrowRight' ? 1 : event.code === 'ArrowLeft' ? -1 : 0;
     if (step === 0) return;

@@ -4,6 +4,7 @@ import { params, place } from '../../../session/state.js';
 import { layout } from '../core/layout.js';
 import { toggleOverlay } from '../core/state.js';
 import { byPerson, drive, fire, push } from './drive.js';
+import { toggle as togglePacket } from './follow.js';
 
 /** @param {number} player @param {string} name */
 function toggle(player, name) {
@@ -27,6 +28,7 @@ export const KEYS = [
   ...technique(1),
   { code: 'KeyG', shown: 'G', help: 'Ghosts of the ground truth', run: () => toggleOverlay('ghosts') },
   { code: 'KeyM', shown: 'M', help: 'Messages', run: () => toggleOverlay('messages') },
+  { code: 'KeyN', shown: 'N', help: 'Packet view: one input through both loops', run: togglePacket },
 ];
 
 /** Driving keys: while a view has the focus, or the player is driven by a person.

@@ -6,7 +6,8 @@ import { open } from '../../../workbench/dialog.js';
 import { icons } from '../../../workbench/icons.js';
 import { mark } from '../../../workbench/player_mark.js';
 import { layout } from '../core/layout.js';
-import { overlays, tab } from '../core/state.js';
+import { followed, overlays, tab } from '../core/state.js';
+import { follow, view } from './follow.js';
 import { pads } from './pads.js';
 import { messagesPanel, nameOf, playerPanel, serverPanel } from './panels.js';
 import { compareButton, side } from './side.js';
@@ -68,17 +69,24 @@ function messages() {
 
 /** On a phone: what the one column shows. @returns {Template} */
 function tabs() {
-  const item = (/** @type {Tab} */ name, /** @type {string} */ label) => html`<button type="button" aria-pressed=${tab.value === name}
+  const item = (
+    /** @type {Tab} */ name,
+    /** @type {string} */ label,
+  ) => html`<button type="button" aria-pressed=${followed.value === null && tab.value === name}
     @click=${() => {
+      followed.value = null;
       tab.value = name;
     }}>${label}</button>`;
   return html`<nav class="tabs" aria-label="Shown">${item('all', 'All')}
     ${order().map((view) => item(`view${view}`, view === 0 ? 'Server' : letter(view - 1)))}
-    ${item('messages', 'Messages')}${item('charts', 'Charts')}${compareButton()}</nav>`;
+    ${item('messages', 'Messages')}<button type="button" aria-pressed=${followed.value !== null} @click=${() => follow()}>Packet</button>
+    ${item('charts', 'Charts')}${compareButton()}</nav>`;
 }
 
 /** @returns {Template} */
 export function template() {
+  if (followed.value !== null)
+    return html`${tabs()}<main data-tab="packet"><div class="rows" id="views" tabindex="-1">${view.value?.template() ?? nothing}</div>${side()}</main>`;
   return html`${tabs()}
     <main data-tab=${tab.value} data-rows=${order().length} data-shape=${(layout.value?.entities.length ?? 0) > 0 ? 'field' : 'track'}>
       <div class="rows" id="views" tabindex="-1">${order().map(row)}${messages()}

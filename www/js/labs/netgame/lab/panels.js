@@ -2,6 +2,7 @@
 import { html, nothing } from '../../../../vendor/lit-html.js';
 import { control } from '../../../workbench/controls.js';
 import { aim, byPerson, fire, setAim } from './drive.js';
+import { follow } from './follow.js';
 import { fixed, letter } from '../../../base/format.js';
 import { icons } from '../../../workbench/icons.js';
 import { locked, params } from '../../../session/state.js';
@@ -115,7 +116,8 @@ export function messagesPanel() {
         .map(
           (one) => html`<option value=${one.id}
         .selected=${one.id === inspector.value}>${one.label}</option>`,
-        )}</select></label>${box('pings', 'Pings')}</div>
+        )}</select></label>${box('pings', 'Pings')}<button type="button"
+      class="small" id="follow" @click=${() => follow()}>Packet</button></div>
     <div
       class="toggles">${box('ghosts', 'Ghosts')}${box('dots', 'Arrival dots')}${box('labels', 'Labels')}${box('messages', 'Messages')}</div>
     ${
