@@ -1,5 +1,5 @@
 // Numbers as people read them: three significant digits, a true minus sign, always a unit.
-import { decimalPoint } from './words.js';
+import { decimalPoint, t } from './words.js';
 
 /** @param {number} value @param {number} digits after the point @returns {string} */
 export function fixed(value, digits) {
@@ -37,5 +37,5 @@ export function letter(player) {
 /** A speed in words; empty at the normal speed and above it. @param {number} now @returns {string} */
 export function slower(now) {
   const times = 1 / now;
-  return times > 1.01 ? `${Number(times.toPrecision(2))} times slower` : '';
+  return times > 1.01 ? t('base.slower', { times: Number(times.toPrecision(2)) }) : '';
 }

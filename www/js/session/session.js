@@ -269,7 +269,6 @@ export function failed(error) {
 /** What was changed of each scenario that was left. @type {Map<string, Pick<typeof link, 'set' | 'seed'>>} */
 const left = new Map();
 const changes = () => Object.keys(link.set).length + (link.seed === null ? 0 : 1);
-const many = (/** @type {number} */ count) => (count === 1 ? 'One changed setting' : `${count} changed settings`);
 
 /** Another scenario, as it was left; what is changed of the present one stays in the browser's history and until it is chosen again.
  * @param {string} id @param {Record<string, import('../base/link.js').Value>} [set] in place of what was left of it
@@ -289,8 +288,8 @@ export async function choose(id, set, step = true) {
   await again();
   drop(before);
   if (link.problems.length > 0) return;
-  if (known) notify(`${many(changes())} as you left ${changes() === 1 ? 'it' : 'them'}`);
-  else if (count > 0) notify(`${many(count)} kept: Back returns to ${count === 1 ? 'it' : 'them'}`);
+  if (known) notify(t('session.changed_left', { n: changes() }));
+  else if (count > 0) notify(t('session.changed_kept', { n: count }));
 }
 
 /** What the address says, after Back or Forward. */

@@ -1,6 +1,7 @@
 // The page in a frame of a course's page: the views, what they show, play and scrub, and the way to all of it.
 import { html, nothing } from '../../vendor/lit-html.js';
 import { writeLesson, writeQuery } from '../base/link.js';
+import { t } from '../base/words.js';
 import { link } from '../session/opening.js';
 import { experiment, lesson, notice, params } from '../session/state.js';
 import { timeBar } from './bar.js';
@@ -24,11 +25,11 @@ const whole = () =>
 export function page(content) {
   const now = params.value;
   return html`${content}
-    <section class="embedfoot" aria-label="About">${
+    <section class="embedfoot" aria-label=${t('shell.about')}>${
       lesson.value === null && now !== null
         ? html`<div id="embed-caption"><h1>${now.title}</h1><p>${now.text ?? nothing}</p></div>`
         : html`<h1>laglab</h1>`
-    }<a id="whole" href=${whole()} target="_blank" rel="noopener">Open in laglab</a></section>
-    ${notice.value === '' ? nothing : html`<aside class="note" aria-label="Note"><span>${notice.value}</span></aside>`}
+    }<a id="whole" href=${whole()} target="_blank" rel="noopener">${t('shell.open_whole')}</a></section>
+    ${notice.value === '' ? nothing : html`<aside class="note" aria-label=${t('shell.note')}><span>${notice.value}</span></aside>`}
     ${experiment.value === null ? timeBar() : nothing}`;
 }

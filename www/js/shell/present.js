@@ -2,6 +2,7 @@
 import { html, nothing } from '../../vendor/lit-html.js';
 import { effect } from '../../vendor/signals-core.js';
 import { fixed, slower } from '../base/format.js';
+import { language, t } from '../base/words.js';
 import { renew } from '../draw/palette.js';
 import { touch } from '../draw/redraw.js';
 import { experiment, frame, lesson, params, place, presented, presenting, speed, status } from '../session/state.js';
@@ -52,7 +53,7 @@ export function present(on) {
 
 /** What the caption says. @returns {{title: string, text: string, lang: string}} */
 function said() {
-  if (experiment.value !== null) return { title: 'Experiments', text: '', lang: 'en' };
+  if (experiment.value !== null) return { title: t('session.experiments'), text: '', lang: language.value };
   if (lesson.value === null) return { title: params.value?.title ?? '', text: params.value?.text ?? '', lang: 'en' };
   return lessons.value?.caption() ?? { title: '', text: '', lang: 'en' };
 }
@@ -61,16 +62,16 @@ function said() {
 function playButton() {
   const playing = status.value === 'playing';
   return html`<output class="slower">${slower(speed.value)}</output><output class="time" id="present-time" aria-live="off"></output>
-    <button type="button" aria-label=${playing ? 'Pause' : 'Play'} @click=${() => playOrPause()}>${playing ? icons.pause : icons.play}</button>`;
+    <button type="button" aria-label=${t(playing ? 'shell.pause' : 'shell.play')} @click=${() => playOrPause()}>${playing ? icons.pause : icons.play}</button>`;
 }
 
 /** What stands below the views. @returns {Template} */
 export function caption() {
   const { title, text, lang } = said(),
     code = /^#class=(.+)$/.exec(place.value.at)?.[1] ?? '';
-  return html`<footer class="foot" aria-label="Caption"><div class="said" lang=${lang}><h1>${title}</h1><p>${text}</p></div>
+  return html`<footer class="foot" aria-label=${t('shell.caption')}><div class="said" lang=${lang}><h1>${title}</h1><p>${text}</p></div>
     ${code === '' ? nothing : html`<span class="letters">${code}</span>`}${experiment.value === null ? playButton() : nothing}
-    <button type="button" id="leave" title="Esc" @click=${() => present(false)}>Leave</button></footer>`;
+    <button type="button" id="leave" title="Esc" @click=${() => present(false)}>${t('shell.leave')}</button></footer>`;
 }
 
 document.addEventListener('keydown', (event) => {

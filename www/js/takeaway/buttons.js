@@ -1,6 +1,7 @@
 // The buttons beside a view or a chart: save its image, save its data. What they do is read when the first is pressed.
 import { html, nothing, render } from '../../vendor/lit-html.js';
 import { part } from '../base/api.js';
+import { t } from '../base/words.js';
 
 const sheet = document.createElement('link');
 sheet.rel = 'stylesheet';
@@ -47,7 +48,7 @@ class TakeAway extends HTMLElement {
       aria-hidden="true" focusable="false"><path fill-rule="evenodd" d=${ICONS[what]}></path></svg></button>`;
     const drawn = this.hasAttribute('of') || this.canvas;
     render(
-      html`${drawn ? button('image', `Save image: ${name}`) : nothing}${this.hasAttribute('data') ? button('data', `Save data: ${name}`) : nothing}`,
+      html`${drawn ? button('image', t('takeaway.save_image', { name })) : nothing}${this.hasAttribute('data') ? button('data', t('takeaway.save_data', { name })) : nothing}`,
       this,
     );
   }

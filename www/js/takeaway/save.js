@@ -7,7 +7,7 @@ import { experiment, frame, notify, params, session } from '../session/state.js'
 import { SCHEMA } from '../stream/records.js';
 import { versionOf } from '../workbench/version.js';
 import { withTexts } from './png.js';
-import { language as spoken } from '../base/words.js';
+import { language as spoken, t } from '../base/words.js';
 import { changedSettings, wordsOf } from './settings.js';
 import { tableOfPlot } from './table.js';
 
@@ -160,7 +160,7 @@ async function tableOf({ canvas, table }) {
 export async function saveImage(of) {
   const { canvas, name } = of;
   if (canvas === null || canvas.width < 2) {
-    notify('Nothing is drawn yet');
+    notify(t('takeaway.nothing'));
     return;
   }
   const ratio = canvas.width / Math.max(1, canvas.clientWidth);
@@ -177,7 +177,7 @@ export async function saveImage(of) {
     };
     download(await withTexts(/** @type {Blob} */ (blob), texts), fileOf(facts.title, name, 'png'));
   } catch (error) {
-    notify(`Not saved: ${error instanceof Error ? error.message : 'the daemon does not answer'}`);
+    notify(t('takeaway.not_saved', { why: error instanceof Error ? error.message : t('takeaway.no_answer') }));
   }
 }
 
@@ -192,7 +192,7 @@ const cell = (value) => {
 /** Where the page has no table of what is shown: the daemon's trace of the run. */
 async function trace() {
   const answer = await fetch(address(`sessions/${session.value?.id ?? ''}/trace`));
-  if (!answer.ok) throw new Error(`the daemon answered ${answer.status}`);
+  if (!answer.ok) throw new Error(t('takeaway.answered', { status: String(answer.status) }));
   return answer.text();
 }
 
@@ -213,6 +213,6 @@ export async function saveData(of) {
     const text = `${head.map((line) => `# ${line.replace(/[\r\n]+/g, ' ')}\r\n`).join('')}${body}`;
     download(new Blob([text], { type: 'text/csv;charset=utf-8' }), fileOf(facts.title, of.name, 'csv'));
   } catch (error) {
-    notify(`Not saved: ${error instanceof Error ? error.message : 'the daemon does not answer'}`);
+    notify(t('takeaway.not_saved', { why: error instanceof Error ? error.message : t('takeaway.no_answer') }));
   }
 }

@@ -139,8 +139,13 @@ function drawingOf(i) {
   return html`<figure class="drawing"><figcaption>${fluids().length > 1 ? html`${mark(i)} <b>${nameOf(i)}</b>` : nothing}
       <span>${wordsOf(errorOf(i)).label} <output
         data-error=${i}>–</output></span><span>${t('fluid.per_step', { ms: step === undefined ? '–' : short(step) })}</span></figcaption>
-    ${drag.box(i, 'stir', label, html`<canvas id=${idOf(i)} role="img" aria-label=${t('shell.tab.fluid')}></canvas><take-away
-      name=${name}></take-away>`)}</figure>`;
+    ${drag.box(
+      i,
+      'stir',
+      label,
+      html`<canvas id=${idOf(i)} role="img" aria-label=${t('shell.tab.fluid')}></canvas><take-away
+      name=${name}></take-away>`,
+    )}</figure>`;
 }
 
 /** @returns {Template} */

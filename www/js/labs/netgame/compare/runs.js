@@ -12,6 +12,7 @@ import { layout } from '../core/layout.js';
 import { memory } from '../core/state.js';
 import { curvesOf, readTrace } from './curves.js';
 import { Pair } from './pair.js';
+import { say } from './words.js';
 
 /** @typedef {import('../core/frame.js').Frame} Frame */
 /** @typedef {import('../../../base/link.js').Value} Value */
@@ -58,7 +59,7 @@ function inTurn(job) {
   waiting++;
   working.value = true;
   last = last.then(job).catch((error) => {
-    if (active.value) notify(`Not done: ${error instanceof Error ? error.message : 'the daemon did not answer'}`);
+    if (active.value) notify(say('not_done', { why: error instanceof Error ? error.message : say('no_answer') }));
   });
   return last.then(() => {
     waiting--;
@@ -150,7 +151,7 @@ function listen(run) {
       state() {},
       pace() {},
       gone() {
-        notify('The second run has expired');
+        notify(say('expired'));
         close();
       },
       refused() {},
