@@ -3,6 +3,7 @@
  * finds a fault or stops; output must be whole, unmasked frames, the last a close with a valid code. */
 #include "check.h"
 
+#include <errno.h>
 #include <semaphore.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -210,9 +211,10 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     shutdown(ends[0], SHUT_WR);
     size_t got = 0;
     ssize_t n;
-    while ((n = read(ends[0], answer + got, sizeof answer - got)) > 0)
-        got += (size_t)n;
-    sem_wait(&side.gone);
+    while ((n = read(ends[0], answer + got, sizeof answer - got)) > 0 || (n < 0 && errno == EINTR))
+        got += n > 0 ? (size_t)n : 0;
+    while (sem_wait(&side.gone) != 0) /* libFuzzer's timer interrupts waits */
+        FUZZ_CHECK(errno == EINTR);
     close(ends[0]);
     compare(data, size);
     if (n == 0) /* closing a socket with unread bytes resets it, and loses what was sent */
