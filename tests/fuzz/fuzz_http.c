@@ -166,7 +166,7 @@ static long number(const char *at, const char *end, int base)
     if (end - at < 1 || end - at > 6)
         return -1;
     memcpy(digits, at, (size_t)(end - at));
-    for (const char *d = digits; *d; d++)
+    for (const char *d = digits; d < digits + (end - at); d++) /* a NUL is no digit */
         if (base == 10 ? !isdigit((unsigned char)*d) : !isxdigit((unsigned char)*d))
             return -1;
     return strtol(digits, NULL, base);
@@ -327,7 +327,12 @@ static size_t read_all(int fd, char *answer, size_t room, bool *cut)
     int64_t late = now_ns() + LATE_NS;
     for (;;) {
         struct pollfd p = {.fd = fd, .events = POLLIN};
-        if (poll(&p, 1, 5) == 0) {
+        int ready = poll(&p, 1, 5);
+        if (ready < 0) { /* libFuzzer's timer interrupts waits */
+            FUZZ_CHECK(errno == EINTR);
+            continue;
+        }
+        if (ready == 0) {
             FUZZ_CHECK(now_ns() < late);
             *cut = true; /* possibly, on a slow machine */
             ll_http_watch(side.http, now_ns());

@@ -1,13 +1,19 @@
 /* Commands to a running session, one per line: `p` and a merge patch, `c` and a control, `i` and an input (as
  * from a stream), `r` runs two ticks, `a` advances wall time by 40 ms. Each is either refused without effect,
- * or logged: at the end the log gives the same state. */
+ * or logged: at the end the log gives the same state.
+ *
+ * Most of the time of an input would be spent on what it does not change: so the scenario is parsed and its
+ * first state made once, and a log that an earlier input has left is not restored again, except for one input
+ * of sixteen. */
 #include "check.h"
 
+#include "base/hash.h"
 #include "input/action_json.h"
 #include "session/scenario.h"
 #include "session/session.h"
 
 #define COMMANDS 40
+#define KNOWN_LOGS 4096
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
@@ -84,29 +90,98 @@ static void command(ll_session *s, const lines *log, char kind, ll_time *wall, s
     cJSON_Delete(json);
 }
 
-static void same_from_log(ll_session *s, const lines *log)
+/* ---- restoring ---- */
+
+static uint64_t hash_from_log(const char *text, size_t size, int64_t tick)
 {
     ll_session *again;
-    if (ll_session_get_info(s).status == LL_SESSION_FAILED)
-        return;
-    ll_status status = ll_session_restore(log->text, log->size, NULL, NULL, &again);
+    ll_status status = ll_session_restore(text, size, NULL, NULL, &again);
     FUZZ_CHECK(!fuzz_failed(&status));
-    status = ll_session_run_to(again, ll_session_get_info(s).tick);
+    status = ll_session_run_to(again, tick);
     FUZZ_CHECK(!fuzz_failed(&status));
-    FUZZ_CHECK(ll_session_hash(again) == ll_session_hash(s));
+    uint64_t hash = ll_session_hash(again);
     ll_session_destroy(again);
+    return hash;
+}
+
+/* A log that was restored: its whole text, and the hash that it gave at the tick. */
+typedef struct known_log {
+    char *text;
+    size_t size;
+    int64_t tick;
+    uint64_t hash;
+} known_log;
+
+static void same_from_log(ll_session *s, lines *log, const state_hash *present, bool anew)
+{
+    static known_log known[KNOWN_LOGS];
+    ll_session_info info = ll_session_get_info(s);
+    if (info.status == LL_SESSION_FAILED)
+        return;
+    known_log *k = &known[ll_hash((uint64_t)info.tick, log->text, log->size) % KNOWN_LOGS];
+    bool same = k->tick == info.tick && k->size == log->size && memcmp(k->text, log->text, log->size) == 0;
+    uint64_t hash = same && !anew ? k->hash : hash_from_log(log->text, log->size, info.tick);
+    FUZZ_CHECK(hash == (present->known ? present->value : ll_session_hash(s)));
+    if (same)
+        return;
+    free(k->text);
+    *k = (known_log){log->text, log->size, info.tick, hash};
+    *log = (lines){0};
+}
+
+/* ---- the session ---- */
+
+static struct {
+    ll_scenario parsed;
+    ll_sim_kind kind; /* the scenario's own, but for `init` */
+    void *block;      /* what its `init` makes of the scenario */
+} first;
+
+/* `init` is a pure function. The restored session has the scenario's own, so that their hashes compare. */
+static ll_status init(void *block, const void *config)
+{
+    const ll_sim_kind *own = first.parsed.kind;
+    if (memcmp(config, first.parsed.config, own->table->size) != 0)
+        return own->init(block, config);
+    memcpy(block, first.block, own->size(config));
+    return ll_ok();
+}
+
+static void start(void)
+{
+    cJSON *json = cJSON_Parse(scenario);
+    ll_status status = ll_scenario_parse(json, &first.parsed);
+    FUZZ_CHECK(!fuzz_failed(&status));
+    cJSON_Delete(json);
+    const ll_sim_kind *own = first.parsed.kind;
+    first.block = malloc(own->size(first.parsed.config));
+    FUZZ_CHECK(first.block != NULL);
+    status = own->init(first.block, first.parsed.config);
+    FUZZ_CHECK(!fuzz_failed(&status));
+    first.kind = *own;
+    first.kind.init = init;
+}
+
+static ll_session *open_session(lines *log)
+{
+    ll_session *s;
+    size_t size = first.kind.table->size;
+    ll_scenario copy = {&first.kind, malloc(size)};
+    FUZZ_CHECK(copy.config != NULL);
+    memcpy(copy.config, first.parsed.config, size);
+    ll_status status = ll_session_open(&copy, keep_line, log, &s);
+    FUZZ_CHECK(!fuzz_failed(&status));
+    return s;
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
-    cJSON *json = cJSON_Parse(scenario);
-    ll_session *s;
     lines log = {0};
     ll_time wall = LL_SECOND;
     state_hash hash = {0};
-    ll_status status = ll_session_create(json, -1, keep_line, &log, &s);
-    FUZZ_CHECK(!fuzz_failed(&status));
-    cJSON_Delete(json);
+    if (first.block == NULL)
+        start();
+    ll_session *s = open_session(&log);
     const char *at = (const char *)data, *end = at + size;
     for (int i = 0; i < COMMANDS && at < end; i++) {
         const char *newline = memchr(at, '\n', (size_t)(end - at));
@@ -115,7 +190,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
             command(s, &log, at[0], &wall, &hash, at + 1, length - 1);
         at += length + 1;
     }
-    same_from_log(s, &log);
+    same_from_log(s, &log, &hash, ll_hash(0, data, size) % 16 == 0);
     ll_session_destroy(s);
     free(log.text);
     return 0;
