@@ -54,7 +54,7 @@ async function instructions(program, args) {
     { cwd: ROOT, maxBuffer: 64 << 20 },
   );
   const refs = /I +refs: +([\d,]+)/.exec(stderr);
-  if (!refs) throw new Error(`${program} ${args.join(' ')}: valgrind told no count: ${stderr.slice(-400)}`);
+  if (!refs) throw new Error(`${program} ${args.join(' ')}: valgrind has no count: ${stderr.slice(-400)}`);
   return Number(refs[1].replaceAll(',', ''));
 }
 

@@ -325,7 +325,7 @@ test('the sheet has a QR code of the lesson where others reach the address, and 
 
 // ---- in a frame ----
 
-test('a course page that is named shows ?embed=1 in a frame: views, caption, play and scrub; nobody else shows anything', async () => {
+test('a course page that is named shows ?embed=1 in a frame: views, caption, play and scrub; no other page shows anything', async () => {
   const server = createServer((request, response) => {
     const url = new URL(request.url ?? '/', 'http://course').searchParams.get('of') ?? '';
     response.setHeader('Content-Type', 'text/html');

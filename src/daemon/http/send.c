@@ -13,8 +13,8 @@
 #define LEAST_COMPRESSED 1024
 #define POOL_COMPRESS_MAX (1 << 20) /* bytes; compressing takes a few milliseconds */
 
-/* No inline script, no foreign origin, and in the frames of nobody but those it names: the page needs none of
- * them. */
+/* No inline script, no foreign origin, and only in the frames of the pages that it names: the page needs none
+ * of them. */
 #define POLICY                                                                                               \
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; "                        \
     "connect-src 'self'; font-src 'self'; manifest-src 'self'; frame-ancestors %s; "                         \

@@ -161,7 +161,7 @@ static void test_credit(void **state)
     close(fd);
 }
 
-/* Each acknowledgement begins the time of ack_timeout_s (0.7 s) anew, however long ago the others in flight
+/* Each acknowledgement starts the time of ack_timeout_s (0.7 s) again, however long ago the others in flight
  * were sent: a slow line takes long for the whole first frames. */
 static void test_late_acknowledgements(void **state)
 {

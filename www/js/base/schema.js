@@ -11,7 +11,7 @@ import { t } from './words.js';
  * @property {string} unit
  * @property {string} help
  * @property {boolean} live
- * @property {any} standard  value where none is given; undefined where there is none
+ * @property {any} byDefault  value where none is given; undefined where there is none
  */
 
 /** Follows references and picks the branch of a union that has the key wanted.
@@ -71,7 +71,7 @@ export function rowOf(name, node, type) {
     unit: node['x-unit'] ?? type['x-unit'] ?? '',
     help: node.description ?? type.description ?? '',
     live: (node['x-live'] ?? type['x-live'] ?? false) === true,
-    standard: node.default ?? type.default,
+    byDefault: node.default ?? type.default,
   };
 }
 

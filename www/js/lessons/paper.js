@@ -27,7 +27,7 @@ function imagesNow() {
   const all = [...document.querySelectorAll('.teach > main canvas[role="img"]')].filter(
     (canvas) => canvas instanceof HTMLCanvasElement && canvas.clientWidth > 40 && canvas.clientHeight > 20,
   );
-  const shown = ['0', String((opened.value?.look.player ?? 0) + 1)]; /* of a netgame's views: the server's and the one that is looked at */
+  const shown = ['0', String((opened.value?.look.player ?? 0) + 1)]; /* of a netgame's views: the server's and the one that is shown */
   const views = all.filter(
     (canvas) =>
       canvas.closest('.plotbox') === null &&
@@ -39,7 +39,7 @@ function imagesNow() {
   }));
 }
 
-/** Goes to a tick, whatever holds time, and gives the images of it. @param {number} tick @returns {Promise<Image[]>} */
+/** Goes to a tick, also while time is held, and gives the images of it. @param {number} tick @returns {Promise<Image[]>} */
 async function imagesAt(tick) {
   const now = session.value;
   if (now === null) return [];

@@ -1,4 +1,4 @@
-// What is used later: the dialogs, and the buttons that save pictures and data.
+// What is used later: the dialogs, and the buttons that save images and data.
 import * as buttons from '../takeaway/buttons.js';
 import * as dialogs from './dialogs.js';
 

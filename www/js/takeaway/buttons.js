@@ -1,4 +1,4 @@
-// The buttons beside a view or a chart: save its image, save its data. What they do is read when the first is pressed.
+// The buttons next to a view or a chart: save its image, save its data. What they do is read when the first is pressed.
 import { html, nothing, render } from '../../vendor/lit-html.js';
 import { part } from '../base/api.js';
 import { t } from '../base/words.js';

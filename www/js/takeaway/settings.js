@@ -41,7 +41,7 @@ function leaves(at, path = '') {
 /** As the scenario has it: its own value, else (of one side by side) that of the first, else that of the table.
  * @param {any} scenario @param {string} path */
 const originOf = (scenario, path) =>
-  valueAt(scenario, path) ?? valueAt(scenario, path.replace(/^side_by_side\.\d+\./, '')) ?? find(schema.value, path)?.standard;
+  valueAt(scenario, path) ?? valueAt(scenario, path.replace(/^side_by_side\.\d+\./, '')) ?? find(schema.value, path)?.byDefault;
 
 /** Whether a value is another than the scenario's. A preset of a link decides its parameters. @param {any} scenario @param {string} path
  * @param {unknown} value */
