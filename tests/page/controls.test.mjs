@@ -159,6 +159,7 @@ test('ranges and help of every control are those of the schema', async () => {
   const help = await page.locator('label:has([data-path="players.0.lag_ms"])').first().getAttribute('title');
   assert.ok(JSON.stringify(schema).includes(JSON.stringify(help)), help);
   await page.getByRole('button', { name: 'All settings of Player A' }).click();
+  await page.locator('dialog [data-path]').first().waitFor(); /* dialogs are read when the first one opens */
   const shown = await page.locator('dialog [data-path]').evaluateAll((all) => [...new Set(all.map((e) => e.dataset.path))]);
   for (const name of [
     'lag_ms',

@@ -245,7 +245,7 @@ test('numbers are plotted over time, and which one can be chosen; a cavity has i
   );
   assert.deepEqual(curves.u_reference[8], [0.5, -0.209149]); /* the middle, by Richardson's extrapolation */
   const error = await drawn(page, 'plot0');
-  await page.locator('select.plotted').first().selectOption({ label: 'energy' });
+  await page.locator('select.plotted').first().selectOption({ value: 'energy' });
   await until(async () => (await drawn(page, 'plot0')) !== error, 'energy is plotted');
   await close();
 });

@@ -55,6 +55,7 @@ test('the page works in full on a network address without a secure context', asy
   await page.keyboard.press('ArrowRight');
   await until(async () => (await paramsOf(page)).players[0].control === 'person', 'driving');
   await page.getByRole('button', { name: 'Share' }).click();
+  await page.locator('dialog input').nth(1).waitFor(); /* dialogs are read when the first one opens */
   const links = await page.locator('dialog input').evaluateAll((all) => all.map((/** @type {any} */ input) => input.value));
   assert.ok(
     links.every((text) => text.startsWith(daemon.url)),

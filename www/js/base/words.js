@@ -79,6 +79,7 @@ export function need(part) {
 
 /** Another language, at once for all that is shown. @param {string} name @param {boolean} keep as a person's choice, in this browser */
 export function speakIn(name, keep) {
+  const before = wish;
   wish = known(name) ?? wish;
   if (keep) {
     try {
@@ -87,7 +88,7 @@ export function speakIn(name, keep) {
       /* the choice then lasts as long as the page */
     }
   }
-  return settle();
+  return wish === before ? Promise.resolve() : settle();
 }
 
 /** A number in a sentence. @param {number} value @param {number} least @param {number} most digits after the point @returns {string} */

@@ -1,5 +1,5 @@
 // Speaks what changed, at most once in two seconds, and never per frame.
-import { effect } from '../../vendor/signals-core.js';
+import { effect, untracked } from '../../vendor/signals-core.js';
 import { FRAME_HZ, behind, connection, divisor, notice, status } from './state.js';
 import { t } from '../base/words.js';
 
@@ -25,18 +25,20 @@ export function speak(text) {
   );
 }
 
+/** In the words of the moment: other words alone are nothing to speak of. */
 export function listen() {
   effect(() => {
     if (notice.value !== '') speak(notice.value);
   });
   effect(() => {
-    if (connection.value.state === 'lost' && connection.value.attempt === 1) speak(t('session.lost_spoken'));
+    if (connection.value.state === 'lost' && connection.value.attempt === 1) speak(untracked(() => t('session.lost_spoken')));
   });
   effect(() => {
-    if (divisor.value > 1) speak(t('session.slow_spoken', { hz: Math.round(FRAME_HZ / divisor.value) }));
+    const hz = Math.round(FRAME_HZ / divisor.value);
+    if (divisor.value > 1) speak(untracked(() => t('session.slow_spoken', { hz })));
   });
   effect(() => {
     const now = behind.value && status.value === 'playing' ? 'replaying' : status.value;
-    if (SPOKEN.includes(status.value)) speak(t(`session.${now}`));
+    if (SPOKEN.includes(status.value)) speak(untracked(() => t(`session.${now}`)));
   });
 }
