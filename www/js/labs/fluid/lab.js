@@ -116,7 +116,7 @@ function plot(i) {
   const set = (/** @type {Event} */ event) => {
     plotted.value = plotted.value.map((one, k) => (k === i ? /** @type {HTMLSelectElement} */ (event.target).value : one));
   };
-  return html`<section class="plotbox" aria-label=${name}><div class="view"><canvas id=${`plot${i}`} role="img" aria-label=${name}></canvas>
+  return html`<section class="plotbox" aria-label=${name}><div class="view"><canvas id=${`plot${i}`} role="img" aria-label=${name}></canvas><take-away data name=${name}></take-away>
     <select class="plotted" aria-label=${t('fluid.plot_shows', { n: i + 1 })} @change=${set}>${names().map(
       (one) => html`<option value=${one}
       .selected=${one === plottedName(i)}>${wordsOf(one).label}</option>`,
