@@ -297,12 +297,16 @@ test('each lesson is printed on two pages of A4 in both languages, with nothing 
   await close();
 });
 
-test('the sheet has a QR code of the lesson where others reach the address, and none of a loopback address', async () => {
+test('the sheet has a QR code of the lesson where others reach the address, and none of a loopback address', async (t) => {
   const outside = await startDaemon({ args: ['--allow-host', 'lab.example'] }),
     port = new URL(outside.url).port;
   const other = await chromium.launch({
     executablePath: '/usr/bin/chromium',
     args: ['--no-sandbox', '--disable-gpu', '--host-resolver-rules=MAP lab.example 127.0.0.1'],
+  });
+  t.after(async () => {
+    await other.close();
+    await outside.stop();
   });
   for (const [host, count] of [
     ['lab.example', 1],
@@ -319,13 +323,11 @@ test('the sheet has a QR code of the lesson where others reach the address, and 
     }
     await close();
   }
-  await other.close();
-  await outside.stop();
 });
 
 // ---- in a frame ----
 
-test('a course page that is named shows ?embed=1 in a frame: views, caption, play and scrub; no other page shows anything', async () => {
+test('a course page that is named shows ?embed=1 in a frame: views, caption, play and scrub; no other page shows anything', async (t) => {
   const server = createServer((request, response) => {
     const url = new URL(request.url ?? '/', 'http://course').searchParams.get('of') ?? '';
     response.setHeader('Content-Type', 'text/html');
@@ -338,6 +340,13 @@ test('a course page that is named shows ?embed=1 in a frame: views, caption, pla
   });
   const course = `http://127.0.0.1:${/** @type {import('node:net').AddressInfo} */ (server.address()).port}`;
   const framing = await startDaemon({ args: ['--allow-embed', `https://other.example,${course}`] });
+  t.after(async () => {
+    await framing.stop();
+    server.closeAllConnections();
+    await new Promise((done) => {
+      server.close(done);
+    });
+  });
   const policyOf = async (base, at) => (await fetch(base + at)).headers.get('content-security-policy');
   assert.match(await policyOf(framing.url, '?embed=1'), new RegExp(`frame-ancestors https://other\\.example ${course};`));
   for (const at of ['', '?embed=0', 'api/v1/scenarios?brief=true', 'js/shell/main.js'])
@@ -380,10 +389,6 @@ test('a course page that is named shows ?embed=1 in a frame: views, caption, pla
     assert.match(refused.complaints.join(), /frame-ancestors/, query);
     await refused.close();
   }
-  await framing.stop();
-  await new Promise((done) => {
-    server.close(done);
-  });
 });
 
 // ---- nothing set is lost ----
