@@ -13,7 +13,7 @@
 #define QUEUEING_NS INT64_C(60000000)
 
 /* A new viewer gets BEGIN_WINDOW frames, until it acknowledges or this time is over. */
-#define GRACE_NS INT64_C(150000000)
+#define GRACE_NS INT64_C(500000000) /* the round trip of a bad mobile network */
 #define BEGIN_WINDOW 3
 
 /* A viewer that has not subscribed by then is subscribed to the channels that the page draws. */
@@ -423,8 +423,10 @@ void ll_ws_viewer_acknowledge(ws_viewer *viewer, uint32_t seq)
     if (gone > 0 && viewer->flow.outstanding[gone - 1].seq == seq) {
         adapt_window(viewer, viewer->thread->now_ns - viewer->flow.outstanding[gone - 1].sent_ns);
     }
-    if (gone > 0 || viewer->flow.acked_ns == 0) { /* the same one again is no progress */
+    /* The same one again is no progress; one that is older than those remembered may be. */
+    if (viewer->flow.acked_ns == 0 || (int32_t)(seq - viewer->flow.acked_seq) > 0) {
         viewer->flow.acked_ns = viewer->thread->now_ns;
+        viewer->flow.acked_seq = seq;
     }
     viewer->flow.outstanding_count -= gone;
     memmove(viewer->flow.outstanding, viewer->flow.outstanding + gone,

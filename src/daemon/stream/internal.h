@@ -106,9 +106,10 @@ typedef struct ws_viewer_flow {
         int64_t sent_ns;
     } outstanding[WS_OUTSTANDING]; /* oldest first */
     int outstanding_count, window;
-    int64_t acked_ns; /* time of the last acknowledgement of a frame in flight; 0: none */
-    int64_t delay_ns; /* delay of acknowledgements without queueing: a slowly rising minimum */
-    int slowdown;     /* n: a slow viewer gets every n-th of its frames */
+    int64_t acked_ns;   /* time of the newest acknowledgement; 0: none */
+    uint32_t acked_seq; /* the frame that it was for */
+    int64_t delay_ns;   /* delay of acknowledgements without queueing: a slowly rising minimum */
+    int slowdown;       /* n: a slow viewer gets every n-th of its frames */
     int due_count, missed_count;
     int64_t counted_ns, missed_ns; /* start of that count; time of the last missed frame */
 } ws_viewer_flow;

@@ -190,6 +190,35 @@ static void test_late_acknowledgements(void **state)
     close(fd);
 }
 
+/* Who has more frames in flight than the server remembers (the first ones, before it acknowledged) is alive
+ * as long as it acknowledges one after the other, old as they are. */
+static void test_old_acknowledgements(void **state)
+{
+    (void)state;
+    enum { READ = 40, ACKNOWLEDGED = 6 };
+    int fd = open_with_hello("s2", BIN);
+    uint32_t seq[READ];
+    for (int i = 0; i < READ; i++) {
+        assert_true(viewer_read(fd, &frame, 3));
+        seq[i] = viewer_seq(&frame);
+    }
+    for (int i = 0; i < ACKNOWLEDGED; i++) {
+        viewer_ack(fd, seq[i]);
+        test_sleep(0.3); /* together longer than ack_timeout_s */
+        while (viewer_read(fd, &frame, 0.01)) {
+            assert_int_not_equal(frame.opcode, 8);
+        }
+    }
+    while (viewer_read(fd, &frame, 1)) { /* the last one again is no progress */
+        viewer_ack(fd, seq[ACKNOWLEDGED - 1]);
+        if (frame.opcode == 8) {
+            close(fd);
+            return;
+        }
+    }
+    fail_msg("a viewer that acknowledges nothing new is not closed");
+}
+
 /* Reads a fifth of the data, and acknowledges what it has read. */
 static void test_slow_reader(void **state)
 {
@@ -495,14 +524,23 @@ static void test_drain(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_handshake),    cmocka_unit_test(test_frames),
-        cmocka_unit_test(test_credit),       cmocka_unit_test(test_late_acknowledgements),
-        cmocka_unit_test(test_slow_reader),  cmocka_unit_test(test_messages),
-        cmocka_unit_test(test_bad_messages), cmocka_unit_test(test_crowd),
-        cmocka_unit_test(test_deaf),         cmocka_unit_test(test_delete),
-        cmocka_unit_test(test_kept),         cmocka_unit_test(test_kept_refusals),
-        cmocka_unit_test(test_all_at_once),  cmocka_unit_test(test_slow_reader_bridged),
-        cmocka_unit_test(test_slower_rate),  cmocka_unit_test(test_drain),
+        cmocka_unit_test(test_handshake),
+        cmocka_unit_test(test_frames),
+        cmocka_unit_test(test_credit),
+        cmocka_unit_test(test_late_acknowledgements),
+        cmocka_unit_test(test_old_acknowledgements),
+        cmocka_unit_test(test_slow_reader),
+        cmocka_unit_test(test_messages),
+        cmocka_unit_test(test_bad_messages),
+        cmocka_unit_test(test_crowd),
+        cmocka_unit_test(test_deaf),
+        cmocka_unit_test(test_delete),
+        cmocka_unit_test(test_kept),
+        cmocka_unit_test(test_kept_refusals),
+        cmocka_unit_test(test_all_at_once),
+        cmocka_unit_test(test_slow_reader_bridged),
+        cmocka_unit_test(test_slower_rate),
+        cmocka_unit_test(test_drain),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }
