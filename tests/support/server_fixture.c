@@ -498,28 +498,36 @@ static bool read_all(int fd, void *bytes, size_t size, int64_t until)
     return true;
 }
 
-bool viewer_read(int fd, viewer_frame *frame, double seconds)
+bool viewer_piece(int fd, viewer_frame *frame, double seconds)
 {
     int64_t until = test_now() + (int64_t)(seconds * 1e9);
     unsigned char head[10];
+    if (!read_all(fd, head, 2, until)) {
+        return false;
+    }
+    until = test_now() + INT64_C(10000000000); /* a frame that has begun is read to its end */
+    frame->opcode = head[0] & 15;
+    frame->size = head[1] & 127;
+    size_t more = frame->size == 126 ? 2 : frame->size == 127 ? 8 : 0;
+    if (head[1] & 128 || !read_all(fd, head + 2, more, until)) {
+        return false;
+    }
+    for (size_t i = 0; i < more; i++) {
+        frame->size = (i == 0 ? 0 : frame->size << 8) | head[2 + i];
+    }
+    if (frame->size >= sizeof frame->bytes || !read_all(fd, frame->bytes, frame->size, until)) {
+        return false;
+    }
+    frame->bytes[frame->size] = '\0';
+    return true;
+}
+
+bool viewer_read(int fd, viewer_frame *frame, double seconds)
+{
     do {
-        if (!read_all(fd, head, 2, until)) {
+        if (!viewer_piece(fd, frame, seconds)) {
             return false;
         }
-        until = test_now() + INT64_C(10000000000); /* a frame that has begun is read to its end */
-        frame->opcode = head[0] & 15;
-        frame->size = head[1] & 127;
-        size_t more = frame->size == 126 ? 2 : frame->size == 127 ? 8 : 0;
-        if (head[1] & 128 || !read_all(fd, head + 2, more, until)) {
-            return false;
-        }
-        for (size_t i = 0; i < more; i++) {
-            frame->size = (i == 0 ? 0 : frame->size << 8) | head[2 + i];
-        }
-        if (frame->size >= sizeof frame->bytes || !read_all(fd, frame->bytes, frame->size, until)) {
-            return false;
-        }
-        frame->bytes[frame->size] = '\0';
         if (frame->opcode == 9) {
             viewer_send(fd, 0x8a, frame->bytes, frame->size);
         }

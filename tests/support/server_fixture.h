@@ -70,7 +70,8 @@ int viewer_open(uint16_t port, const char *session,
 bool viewer_send(int fd, int opcode, const void *bytes, size_t size);
 bool viewer_say(int fd, const char *text);
 bool viewer_ack(int fd, uint32_t seq);
-bool viewer_read(int fd, viewer_frame *frame, double seconds); /* one frame; answers pings */
+bool viewer_piece(int fd, viewer_frame *frame, double seconds); /* one frame, also a ping */
+bool viewer_read(int fd, viewer_frame *frame, double seconds);  /* one frame; answers pings */
 uint32_t viewer_seq(const viewer_frame *frame);
 bool viewer_is_whole(const viewer_frame *frame); /* all sections whole */
 double viewer_age(const viewer_frame *frame);    /* s since it was published */

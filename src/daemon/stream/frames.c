@@ -12,9 +12,16 @@
  */
 #define QUEUEING_NS INT64_C(60000000)
 
-/* A new viewer gets BEGIN_WINDOW frames, until it acknowledges or this time is over. */
-#define GRACE_NS INT64_C(500000000) /* the round trip of a bad mobile network */
+/* A new viewer gets BEGIN_WINDOW frames, until it acknowledges, or answers the ping that follows the first of
+ * them, or this time is over: RFC 6455 demands the answer also of who never acknowledges, and on a slow line
+ * it takes as long as the frames before it. */
+#define GRACE_NS INT64_C(5000000000)
 #define BEGIN_WINDOW 3
+
+/* A viewer that has been behind for so long loses the events of that time: all of them at once would keep its
+ * line busy for as long again. Of a slow viewer's line it is known (see slowdown). */
+#define BEHIND_NS INT64_C(4000000000)
+#define BEHIND_SLOW_NS INT64_C(50000000)
 
 /* A viewer that has not subscribed by then is subscribed to the channels that the page draws. */
 #define SUBSCRIBE_NS INT64_C(1000000000)
@@ -40,6 +47,13 @@ static int64_t next_event(const ws_viewer *viewer)
     return events->rows->first + events->rows->count;
 }
 
+static bool loses_events(const ws_viewer *viewer)
+{
+    int64_t limit = viewer->flow.slowdown > 1 ? BEHIND_SLOW_NS : BEHIND_NS;
+    return viewer->frames.overdue >> LL_CHANNEL_LANES & 1 &&
+           viewer->thread->now_ns - viewer->frames.overdue_ns > limit;
+}
+
 static void publish_wants(ll_ws_stream *stream)
 {
     unsigned long long every[LL_CHANNELS] = {0};
@@ -59,7 +73,7 @@ static void publish_wants(ll_ws_stream *stream)
         }
         if (v->frames.state.section[LL_RECORD_EVENTS] == NULL) {
             anew = true;
-        } else if (next_event(v) < from_event) {
+        } else if (next_event(v) < from_event && !loses_events(v)) {
             from_event = next_event(v);
         }
     }
@@ -195,12 +209,13 @@ void ll_ws_viewer_release_sections(ws_viewer *viewer)
 
 /* ---- sending ---- */
 
-/* Frames that may be sent now. A viewer that never acknowledged is limited only by its socket, but not before
- * it had time to acknowledge: otherwise a slow reader's first frames would queue. */
+/* Frames that may be sent now. A viewer that never acknowledges is limited only by its socket, but not before
+ * it could have acknowledged: otherwise a slow reader's first frames would queue. */
 static int credit(const ws_viewer *viewer)
 {
     bool limited =
-        viewer->flow.acked_ns != 0 || viewer->thread->now_ns - viewer->frames.first_sent_ns < GRACE_NS;
+        viewer->flow.acked_ns != 0 ||
+        (!viewer->flow.answered && viewer->thread->now_ns - viewer->frames.first_sent_ns < GRACE_NS);
     bool mute =
         !viewer->frames.ready || viewer->dead || viewer->closing.code != 0 || viewer->messages.first != NULL;
     if (mute || ll_ws_socket_full(viewer)) {
@@ -235,6 +250,7 @@ static void note_sent(ws_viewer *viewer, const ll_frame *frame, uint16_t channel
     if (viewer->frames.fresh) {
         viewer->frames.first_sent_ns = viewer->thread->now_ns;
         viewer->flow.window = BEGIN_WINDOW;
+        ll_ws_viewer_ping(viewer);
     }
     viewer->frames.fresh = false;
     viewer->frames.has |= channels;
@@ -360,6 +376,14 @@ static void count_due(ws_viewer *viewer, bool missed)
 
 /* ---- distribution ---- */
 
+static void note_missed(ws_viewer *viewer, uint16_t channels)
+{
+    if (channels & ~viewer->frames.overdue & 1U << LL_CHANNEL_LANES) {
+        viewer->frames.overdue_ns = viewer->thread->now_ns;
+    }
+    viewer->frames.overdue |= channels;
+}
+
 /* Of several frames a viewer with enough credit gets all, in order; others the newest ones. */
 static void offer_frames(ws_viewer *viewer, ll_frame **frames, int count)
 {
@@ -371,7 +395,7 @@ static void offer_frames(ws_viewer *viewer, ll_frame **frames, int count)
             continue;
         }
         if (misses) {
-            viewer->frames.overdue |= channels;
+            note_missed(viewer, channels);
         } else {
             send_frame(viewer, frames[i]);
         }
@@ -440,6 +464,6 @@ void ll_ws_viewer_sweep_frames(ws_viewer *viewer)
     if (viewer->frames.ready && !viewer->frames.subscribed && waited > SUBSCRIBE_NS) {
         subscribe_default(viewer);
     } else {
-        ll_ws_viewer_send_newest(viewer); /* of a paused session, after GRACE_NS */
+        ll_ws_viewer_send_newest(viewer); /* of a paused session, when the grace is over */
     }
 }

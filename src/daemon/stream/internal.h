@@ -96,6 +96,7 @@ typedef struct ws_viewer_frames {
     uint32_t last_sent, generation;
     int64_t last_tick;
     uint8_t last_flags;
+    int64_t overdue_ns; /* since when the events are overdue */
     int64_t hello_ns, first_sent_ns;
 } ws_viewer_frames;
 
@@ -106,6 +107,7 @@ typedef struct ws_viewer_flow {
         int64_t sent_ns;
     } outstanding[WS_OUTSTANDING]; /* oldest first */
     int outstanding_count, window;
+    bool answered;      /* the ping behind the first frame, or another */
     int64_t acked_ns;   /* time of the newest acknowledgement; 0: none */
     uint32_t acked_seq; /* the frame that it was for */
     int64_t delay_ns;   /* delay of acknowledgements without queueing: a slowly rising minimum */

@@ -147,6 +147,7 @@ static void limit_control_frames(ws_viewer *viewer)
 static void pong(ws_viewer *viewer)
 {
     limit_control_frames(viewer);
+    viewer->flow.answered = true;
     if (viewer->measured_ns == 0 || viewer->stream == NULL || viewer->closing.code != 0) {
         return;
     }

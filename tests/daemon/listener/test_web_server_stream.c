@@ -219,6 +219,27 @@ static void test_old_acknowledgements(void **state)
     fail_msg("a viewer that acknowledges nothing new is not closed");
 }
 
+/* Before its first acknowledgement a viewer has three frames, however long it takes, until it answers the
+ * ping behind the first one: then it is one that never acknowledges, and its socket paces it. */
+static void test_first_ping(void **state)
+{
+    (void)state;
+    int fd = open_with_hello("s2", BIN), frames = 0, pings = 0;
+    test_sleep(1); /* reads nothing, as on a slow line */
+    while (viewer_piece(fd, &frame, 0.3)) {
+        pings += frame.opcode == 9;
+        frames += frame.opcode == 2;
+    }
+    assert_int_equal(frames, 3);
+    assert_int_equal(pings, 1);
+    viewer_send(fd, 0x8a, NULL, 0);
+    for (int i = 0; i < 30; i++) {
+        assert_true(viewer_read(fd, &frame, 1));
+        assert_int_equal(frame.opcode, 2);
+    }
+    close(fd);
+}
+
 /* Reads a fifth of the data, and acknowledges what it has read. */
 static void test_slow_reader(void **state)
 {
@@ -529,6 +550,7 @@ int main(void)
         cmocka_unit_test(test_credit),
         cmocka_unit_test(test_late_acknowledgements),
         cmocka_unit_test(test_old_acknowledgements),
+        cmocka_unit_test(test_first_ping),
         cmocka_unit_test(test_slow_reader),
         cmocka_unit_test(test_messages),
         cmocka_unit_test(test_bad_messages),
