@@ -3,337 +3,331 @@
 #include "base/detmath.h"
 #include "netcode/state/peer.h"
 
-static double distance(double ax, double ay, double bx, double by) {
-  double dx = ax - bx, dy = ay - by;
-  if (dy == 0)
-    return dx < 0 ? -dx : dx;
-  return ll_sqrt(dx * dx + dy * dy);
+static double distance(double ax, double ay, double bx, double by)
+{
+    double dx = ax - bx, dy = ay - by;
+    if (dy == 0)
+        return dx < 0 ? -dx : dx;
+    return ll_sqrt(dx * dx + dy * dy);
 }
 
-static double magnitude(double x) { return x < 0 ? -x : x; }
-
-static void measure_own(ll_client_metrics *in, const ll_entity *own,
-                        const ll_entity *real, int self, ll_time elapsed,
-                        bool counts) {
-  double lead = distance(own->x, own->y, real->x, real->y);
-  in->last.own_lead = own->x < real->x ? -lead : lead;
-  if (!counts)
-    return;
-  ll_histogram_add(&in->histogram[LL_METRIC_OWN_LEAD], lead);
-  ll_inconsistency_add(&in->server, &in->track[self].server, lead, elapsed);
+static double magnitude(double x)
+{
+    return x < 0 ? -x : x;
 }
 
-static bool predicts(const ll_client *c, const ll_truth *t) {
-  return c->predicting != 0 && !t->peers;
+static void measure_own(ll_client_metrics *in, const ll_entity *own, const ll_entity *real, int self,
+                        ll_time elapsed, bool counts)
+{
+    double lead = distance(own->x, own->y, real->x, real->y);
+    in->last.own_lead = own->x < real->x ? -lead : lead;
+    if (!counts)
+        return;
+    ll_histogram_add(&in->histogram[LL_METRIC_OWN_LEAD], lead);
+    ll_inconsistency_add(&in->server, &in->track[self].server, lead, elapsed);
+}
+
+static bool predicts(const ll_client *c, const ll_truth *t)
+{
+    return c->predicting != 0 && !t->peers;
 }
 
 /* The tick that the own entity is drawn at. */
-static int64_t own_tick(const ll_client *c, const ll_truth *t) {
-  return t->peers         ? c->view_step
-         : predicts(c, t) ? c->prediction.tick
-                          : c->latest.tick;
+static int64_t own_tick(const ll_client *c, const ll_truth *t)
+{
+    return t->peers ? c->view_step : predicts(c, t) ? c->prediction.tick : c->latest.tick;
 }
 
-/* Where inputs are applied on arrival, a predicted view belongs to the input
- * that was applied last. The state after that input is the server's newest, or
- * the server has not made it yet. */
-static void measure_own_played(ll_client_metrics *in, const ll_client *c,
-                               const ll_truth *t,
-                               const ll_rendered_view *drawn) {
-  const ll_entity *real = &t->world->entity[c->self];
-  const ll_rendered_view truth = {t->acked, ll_history_newest(t->history),
-                                  real->x, real->y};
-  if (t->acked == c->prediction.played)
-    ll_rendered_views_compare(&in->rendered_views,
-                              &in->histogram[LL_METRIC_OWN_TIMELINE_ERROR],
-                              drawn, &truth, in->from);
-  else if (c->prediction.played > t->acked)
-    ll_rendered_views_keep(&in->rendered_views, drawn, in->from);
+/* Where inputs are applied on arrival, a predicted view belongs to the input that was applied last. The state
+ * after that input is the server's newest, or the server has not made it yet. */
+static void measure_own_played(ll_client_metrics *in, const ll_client *c, const ll_truth *t,
+                               const ll_rendered_view *drawn)
+{
+    const ll_entity *real = &t->world->entity[c->self];
+    const ll_rendered_view truth = {t->acked, ll_history_newest(t->history), real->x, real->y};
+    if (t->acked == c->prediction.played)
+        ll_rendered_views_compare(&in->rendered_views, &in->histogram[LL_METRIC_OWN_TIMELINE_ERROR], drawn,
+                                  &truth, in->from);
+    else if (c->prediction.played > t->acked)
+        ll_rendered_views_keep(&in->rendered_views, drawn, in->from);
 }
 
-static void measure_own_view(ll_client_metrics *in, const ll_client *c,
-                             const ll_truth *t, ll_time now) {
-  const ll_entity *own = &ll_client_rendered_const(c)->entity[c->self];
-  ll_rendered_view drawn = {own_tick(c, t), now, own->x, own->y};
-  double x, y;
-  if (t->applies_on_arrival && predicts(c, t)) {
-    drawn.key = c->prediction.played;
-    measure_own_played(in, c, t, &drawn);
-    return;
-  }
-  if (drawn.key >= t->history->count) {
-    ll_rendered_views_keep(&in->rendered_views, &drawn, in->from);
-    return;
-  }
-  ll_rendered_view *truth = &in->rendered_views.truth;
-  bool known = drawn.key > t->history->count - LL_HISTORY_STEPS;
-  if (!known && drawn.key != truth->key)
-    return; /* the truth of that tick is no longer kept */
-  if (known) {
-    ll_history_at(t->history, ll_history_step(drawn.key), c->self, &x, &y);
-    *truth = (ll_rendered_view){drawn.key,
-                                ll_history_time(t->history, drawn.key), x, y};
-  }
-  ll_rendered_views_compare(&in->rendered_views,
-                            &in->histogram[LL_METRIC_OWN_TIMELINE_ERROR],
-                            &drawn, truth, in->from);
+static void measure_own_view(ll_client_metrics *in, const ll_client *c, const ll_truth *t, ll_time now)
+{
+    const ll_entity *own = &ll_client_rendered_const(c)->entity[c->self];
+    ll_rendered_view drawn = {own_tick(c, t), now, own->x, own->y};
+    double x, y;
+    if (t->applies_on_arrival && predicts(c, t)) {
+        drawn.key = c->prediction.played;
+        measure_own_played(in, c, t, &drawn);
+        return;
+    }
+    if (drawn.key >= t->history->count) {
+        ll_rendered_views_keep(&in->rendered_views, &drawn, in->from);
+        return;
+    }
+    ll_rendered_view *truth = &in->rendered_views.truth;
+    bool known = drawn.key > t->history->count - LL_HISTORY_STEPS;
+    if (!known && drawn.key != truth->key)
+        return; /* the truth of that tick is no longer kept */
+    if (known) {
+        ll_history_at(t->history, ll_history_step(drawn.key), c->self, &x, &y);
+        *truth = (ll_rendered_view){drawn.key, ll_history_time(t->history, drawn.key), x, y};
+    }
+    ll_rendered_views_compare(&in->rendered_views, &in->histogram[LL_METRIC_OWN_TIMELINE_ERROR], &drawn,
+                              truth, in->from);
 }
 
-/* The newest tick for which the client has all inputs or the server's snapshot.
- */
-static int64_t sure_tick(const ll_client *c, const ll_truth *t) {
-  return t->peers ? ll_client_peer(c)->confirmed : c->latest.tick;
+/* The newest tick for which the client has all inputs or the server's snapshot. */
+static int64_t sure_tick(const ll_client *c, const ll_truth *t)
+{
+    return t->peers ? ll_client_peer(c)->confirmed : c->latest.tick;
 }
 
-static void measure_age(ll_client_metrics *in, const ll_client *c,
-                        const ll_truth *t, ll_time now, bool counts) {
-  ll_time newest = c->latest.time;
-  if (t->peers) /* a client may have confirmed a tick that the server has not
-                   made */
-    newest = sure_tick(c, t) < t->history->count
-                 ? ll_history_time(t->history, sure_tick(c, t))
-                 : now;
-  in->last.age_of_information = ll_to_ms(now - newest);
-  if (counts)
-    ll_histogram_add(
-        &in->histogram[LL_METRIC_AGE_OF_INFORMATION],
-        in->last.age_of_information > 0 ? in->last.age_of_information : 0);
+static void measure_age(ll_client_metrics *in, const ll_client *c, const ll_truth *t, ll_time now,
+                        bool counts)
+{
+    ll_time newest = c->latest.time;
+    if (t->peers) /* a client may have confirmed a tick that the server has not made */
+        newest = sure_tick(c, t) < t->history->count ? ll_history_time(t->history, sure_tick(c, t)) : now;
+    in->last.age_of_information = ll_to_ms(now - newest);
+    if (counts)
+        ll_histogram_add(&in->histogram[LL_METRIC_AGE_OF_INFORMATION],
+                         in->last.age_of_information > 0 ? in->last.age_of_information : 0);
 }
 
-static void measure_changes(ll_client_metrics *in, const ll_client *c,
-                            const ll_truth *t, ll_time now) {
-  if (!ll_changes_waiting(&in->changes))
-    return;
-  int64_t sure = sure_tick(c, t),
-          tick = t->peers ? c->view_step : c->latest.tick;
-  ll_included included = {.seq = predicts(c, t) ? c->prediction.played : 0,
-                          .tick = tick,
-                          .sure_tick = sure < tick ? sure : tick};
-  ll_changes_shown(&in->changes, in->histogram, &included, now + t->device);
+static void measure_changes(ll_client_metrics *in, const ll_client *c, const ll_truth *t, ll_time now)
+{
+    if (!ll_changes_waiting(&in->changes))
+        return;
+    int64_t sure = sure_tick(c, t), tick = t->peers ? c->view_step : c->latest.tick;
+    ll_included included = {.seq = predicts(c, t) ? c->prediction.played : 0,
+                            .tick = tick,
+                            .sure_tick = sure < tick ? sure : tick};
+    ll_changes_shown(&in->changes, in->histogram, &included, now + t->device);
 }
 
-static void measure_visible(ll_client_metrics *in) {
-  if (in->corrections.visible_m > 0)
-    ll_running_stats_add(&in->corrections.visible_m_all,
-                         in->corrections.visible_m);
+static void measure_visible(ll_client_metrics *in)
+{
+    if (in->corrections.visible_m > 0)
+        ll_running_stats_add(&in->corrections.visible_m_all, in->corrections.visible_m);
 }
 
-static void measure_buffer(ll_client_metrics *in, const ll_client *c,
-                           ll_time now) {
-  in->buffer.held_frames += c->view.held;
-  in->buffer.extrapolated_frames += c->view.extrapolated;
-  if (c->view.state == LL_VIEW_NEWEST)
-    return;
-  ll_histogram_add(&in->histogram[LL_METRIC_BUFFER],
-                   c->drawing.buffer_ms > 0 ? c->drawing.buffer_ms : 0);
-  ll_running_stats_add(&in->buffer.depth, (double)c->drawing.depth);
-  ll_running_stats_add(&in->buffer.delay_ms,
-                       ll_to_ms(now + c->view.offset - c->view.render));
-  ll_running_stats_add(&in->buffer.time_scale, c->drawing.time_scale);
+static void measure_buffer(ll_client_metrics *in, const ll_client *c, ll_time now)
+{
+    in->buffer.held_frames += c->view.held;
+    in->buffer.extrapolated_frames += c->view.extrapolated;
+    if (c->view.state == LL_VIEW_NEWEST)
+        return;
+    ll_histogram_add(&in->histogram[LL_METRIC_BUFFER], c->drawing.buffer_ms > 0 ? c->drawing.buffer_ms : 0);
+    ll_running_stats_add(&in->buffer.depth, (double)c->drawing.depth);
+    ll_running_stats_add(&in->buffer.delay_ms, ll_to_ms(now + c->view.offset - c->view.render));
+    ll_running_stats_add(&in->buffer.time_scale, c->drawing.time_scale);
 }
 
-/* What is drawn belongs to a time. Where a client steps a world of its own it
- * belongs to a step, coded as a negative number: step 0 is -1. */
-static int64_t render_key(const ll_client *c, int entity) {
-  return c->view_step >= 0 ? -1 - c->view_step
-                           : ll_client_draw_infos_const(c)[entity].time;
+/* What is drawn belongs to a time. Where a client steps a world of its own it belongs to a step, coded as a
+ * negative number: step 0 is -1. */
+static int64_t render_key(const ll_client *c, int entity)
+{
+    return c->view_step >= 0 ? -1 - c->view_step : ll_client_draw_infos_const(c)[entity].time;
 }
 
-static int64_t step_of(int64_t when) { return -1 - when; }
-
-static bool is_past(const ll_history *history, int64_t when, ll_time now) {
-  return when < 0 ? step_of(when) < history->count : when <= now;
+static int64_t step_of(int64_t when)
+{
+    return -1 - when;
 }
 
-static ll_moment moment_of(const ll_history *history, int64_t when) {
-  return when < 0 ? ll_history_step(step_of(when))
-                  : ll_history_find(history, when);
+static bool is_past(const ll_history *history, int64_t when, ll_time now)
+{
+    return when < 0 ? step_of(when) < history->count : when <= now;
+}
+
+static ll_moment moment_of(const ll_history *history, int64_t when)
+{
+    return when < 0 ? ll_history_step(step_of(when)) : ll_history_find(history, when);
 }
 
 /* A step that the server has not made has no time yet: the present counts. */
-static ll_time drawn_time(const ll_client *c, int entity,
-                          const ll_history *history, ll_time now) {
-  int64_t when = render_key(c, entity);
-  if (when >= 0)
-    return ll_client_draw_infos_const(c)[entity].time;
-  return is_past(history, when, now) ? ll_history_time(history, step_of(when))
-                                     : now;
+static ll_time drawn_time(const ll_client *c, int entity, const ll_history *history, ll_time now)
+{
+    int64_t when = render_key(c, entity);
+    if (when >= 0)
+        return ll_client_draw_infos_const(c)[entity].time;
+    return is_past(history, when, now) ? ll_history_time(history, step_of(when)) : now;
 }
 
 /* Timeline error of entities drawn ahead of the server. */
-static void measure_ahead(ll_client_metrics *in, int entity,
-                          const ll_entity *drawn, int64_t when,
-                          const ll_history *history, ll_time now) {
-  ll_awaited *a = &in->track[entity].awaited;
-  double x, y;
-  if (a->when != 0 && is_past(history, a->when, now)) {
-    ll_history_at(history, moment_of(history, a->when), entity, &x, &y);
-    ll_histogram_add(&in->histogram[LL_METRIC_TIMELINE_ERROR],
-                     distance(a->x, a->y, x, y));
-    a->when = 0;
-  }
-  if (a->when == 0 && !is_past(history, when, now))
-    *a = (ll_awaited){when, drawn->x, drawn->y};
-}
-
-static void measure_motion(ll_client_metrics *in, ll_track *track,
-                           const ll_entity *drawn, const ll_entity *real,
-                           double dt) {
-  double off = ll_smoothness_add(&track->smooth, drawn, real->x, real->y, dt);
-  if (off >= 0)
-    ll_histogram_add(&in->animation_error, in->corrections.pixel_m > 0
-                                               ? off / in->corrections.pixel_m
-                                               : off);
-}
-
-void ll_client_metrics_frame(ll_client_metrics *in, const ll_client *c,
-                             const ll_truth *truth, ll_time now) {
-  const ll_world *shown = ll_client_rendered_const(c), *world = truth->world;
-  const ll_history *history = truth->history;
-  bool counts = now >= in->from;
-  ll_moment moment = {0};
-  int64_t found = LL_NEVER;
-  measure_own_view(in, c, truth, now);
-  measure_age(in, c, truth, now, counts);
-  measure_changes(in, c, truth, now);
-  measure_own(in, &shown->entity[c->self], &world->entity[c->self], c->self,
-              c->displays.elapsed, counts);
-  in->last.remote_error = in->last.view_age = 0;
-  for (int i = 0; i < world->entities; i++) {
-    if (i == c->self)
-      continue;
-    const ll_entity *e = &shown->entity[i], *t = &world->entity[i];
-    ll_track *track = &in->track[i];
-    int64_t when = render_key(c, i);
-    double error = distance(e->x, e->y, t->x, t->y), x, y;
-    double age = ll_to_ms(now - drawn_time(c, i, history, now));
-    if (error >= magnitude(in->last.remote_error))
-      in->last.remote_error = e->x < t->x ? -error : error;
-    in->last.view_age = age > in->last.view_age ? age : in->last.view_age;
-    if (!counts)
-      continue;
-    ll_histogram_add(&in->histogram[LL_METRIC_VIEW_AGE], age > 0 ? age : 0);
-    ll_histogram_add(&in->histogram[LL_METRIC_REMOTE_ERROR], error);
-    measure_ahead(in, i, e, when, history, now);
-    if (is_past(history, when, now)) {
-      if (when != found) {
-        found = when;
-        moment = moment_of(history, found);
-      }
-      ll_history_at(history, moment, i, &x, &y);
-      ll_histogram_add(&in->histogram[LL_METRIC_TIMELINE_ERROR],
-                       distance(e->x, e->y, x, y));
+static void measure_ahead(ll_client_metrics *in, int entity, const ll_entity *drawn, int64_t when,
+                          const ll_history *history, ll_time now)
+{
+    ll_awaited *a = &in->track[entity].awaited;
+    double x, y;
+    if (a->when != 0 && is_past(history, a->when, now)) {
+        ll_history_at(history, moment_of(history, a->when), entity, &x, &y);
+        ll_histogram_add(&in->histogram[LL_METRIC_TIMELINE_ERROR], distance(a->x, a->y, x, y));
+        a->when = 0;
     }
-    ll_inconsistency_add(&in->server, &track->server, error,
-                         c->displays.elapsed);
-    measure_motion(in, track, e, t, ll_to_s(c->displays.elapsed));
-  }
-  if (counts) {
-    measure_visible(in);
-    in->buffer.frames++;
-    in->measured += c->displays.elapsed;
-    measure_buffer(in, c, now);
-  }
-  in->corrections.visible_m = 0;
+    if (a->when == 0 && !is_past(history, when, now))
+        *a = (ll_awaited){when, drawn->x, drawn->y};
+}
+
+static void measure_motion(ll_client_metrics *in, ll_track *track, const ll_entity *drawn,
+                           const ll_entity *real, double dt)
+{
+    double off = ll_smoothness_add(&track->smooth, drawn, real->x, real->y, dt);
+    if (off >= 0)
+        ll_histogram_add(&in->animation_error,
+                         in->corrections.pixel_m > 0 ? off / in->corrections.pixel_m : off);
+}
+
+void ll_client_metrics_frame(ll_client_metrics *in, const ll_client *c, const ll_truth *truth, ll_time now)
+{
+    const ll_world *shown = ll_client_rendered_const(c), *world = truth->world;
+    const ll_history *history = truth->history;
+    bool counts = now >= in->from;
+    ll_moment moment = {0};
+    int64_t found = LL_NEVER;
+    measure_own_view(in, c, truth, now);
+    measure_age(in, c, truth, now, counts);
+    measure_changes(in, c, truth, now);
+    measure_own(in, &shown->entity[c->self], &world->entity[c->self], c->self, c->displays.elapsed, counts);
+    in->last.remote_error = in->last.view_age = 0;
+    for (int i = 0; i < world->entities; i++) {
+        if (i == c->self)
+            continue;
+        const ll_entity *e = &shown->entity[i], *t = &world->entity[i];
+        ll_track *track = &in->track[i];
+        int64_t when = render_key(c, i);
+        double error = distance(e->x, e->y, t->x, t->y), x, y;
+        double age = ll_to_ms(now - drawn_time(c, i, history, now));
+        if (error >= magnitude(in->last.remote_error))
+            in->last.remote_error = e->x < t->x ? -error : error;
+        in->last.view_age = age > in->last.view_age ? age : in->last.view_age;
+        if (!counts)
+            continue;
+        ll_histogram_add(&in->histogram[LL_METRIC_VIEW_AGE], age > 0 ? age : 0);
+        ll_histogram_add(&in->histogram[LL_METRIC_REMOTE_ERROR], error);
+        measure_ahead(in, i, e, when, history, now);
+        if (is_past(history, when, now)) {
+            if (when != found) {
+                found = when;
+                moment = moment_of(history, found);
+            }
+            ll_history_at(history, moment, i, &x, &y);
+            ll_histogram_add(&in->histogram[LL_METRIC_TIMELINE_ERROR], distance(e->x, e->y, x, y));
+        }
+        ll_inconsistency_add(&in->server, &track->server, error, c->displays.elapsed);
+        measure_motion(in, track, e, t, ll_to_s(c->displays.elapsed));
+    }
+    if (counts) {
+        measure_visible(in);
+        in->buffer.frames++;
+        in->measured += c->displays.elapsed;
+        measure_buffer(in, c, now);
+    }
+    in->corrections.visible_m = 0;
 }
 
 /* The last tick at or before the time that is drawn. */
-static int64_t drawn_tick(const ll_client *by, int entity, const ll_truth *t) {
-  return t->peers ? by->view_step
-                  : ll_history_find(t->history,
-                                    ll_client_draw_infos_const(by)[entity].time)
-                        .before;
+static int64_t drawn_tick(const ll_client *by, int entity, const ll_truth *t, ll_drawn_tick *last)
+{
+    if (t->peers)
+        return by->view_step;
+    ll_time time = ll_client_draw_infos_const(by)[entity].time;
+    if (time != last->time)
+        *last = (ll_drawn_tick){time, ll_history_find(t->history, time).before};
+    return last->tick;
 }
 
-void ll_client_metrics_seen(ll_client_metrics *in, int self,
-                            const ll_client *by, const ll_truth *t,
-                            ll_time now) {
-  if (!ll_changes_waiting(&in->changes))
-    return;
-  int64_t received =
-      t->peers ? ll_client_peer(by)->player[self].known : by->latest.tick;
-  int64_t drawn = drawn_tick(by, self, t);
-  ll_changes_seen(&in->changes, in->histogram, &in->input_history, by->self,
-                  received < drawn ? received : drawn, now + t->device);
+void ll_client_metrics_seen(ll_client_metrics *in, int self, const ll_client *by, const ll_truth *t,
+                            ll_drawn_tick *last, ll_time now)
+{
+    if (!ll_changes_waiting(&in->changes))
+        return;
+    int64_t received = t->peers ? ll_client_peer(by)->player[self].known : by->latest.tick;
+    int64_t drawn = drawn_tick(by, self, t, last);
+    ll_changes_seen(&in->changes, in->histogram, &in->input_history, by->self,
+                    received < drawn ? received : drawn, now + t->device);
 }
 
 /* The drawn positions of one entity, a view each, and the box around them. */
 typedef struct drawn_positions {
-  int count;
-  double x[LL_PLAYERS_MAX], y[LL_PLAYERS_MAX];
-  double x0, x1, y0, y1;
+    int count;
+    double x[LL_PLAYERS_MAX], y[LL_PLAYERS_MAX];
+    double x0, x1, y0, y1;
 } drawn_positions;
 
-static void find_drawn(drawn_positions *d, const ll_entity *const *shown,
-                       int count, int e) {
-  d->count = count;
-  double x0 = shown[0][e].x, x1 = x0, y0 = shown[0][e].y, y1 = y0;
-  for (int i = 0; i < count; i++) {
-    double x = shown[i][e].x, y = shown[i][e].y;
-    x0 = x < x0 ? x : x0;
-    x1 = x > x1 ? x : x1;
-    y0 = y < y0 ? y : y0;
-    y1 = y > y1 ? y : y1;
-    d->x[i] = x;
-    d->y[i] = y;
-  }
-  d->x0 = x0;
-  d->x1 = x1;
-  d->y0 = y0;
-  d->y1 = y1;
+static void find_drawn(drawn_positions *d, const ll_entity *const *shown, int count, int e)
+{
+    d->count = count;
+    double x0 = shown[0][e].x, x1 = x0, y0 = shown[0][e].y, y1 = y0;
+    for (int i = 0; i < count; i++) {
+        double x = shown[i][e].x, y = shown[i][e].y;
+        x0 = x < x0 ? x : x0;
+        x1 = x > x1 ? x : x1;
+        y0 = y < y0 ? y : y0;
+        y1 = y > y1 ? y : y1;
+        d->x[i] = x;
+        d->y[i] = y;
+    }
+    d->x0 = x0;
+    d->x1 = x1;
+    d->y0 = y0;
+    d->y1 = y1;
 }
 
-static double square_of(double dx, double dy) { return dx * dx + dy * dy; }
+static double square_of(double dx, double dy)
+{
+    return dx * dx + dy * dy;
+}
 
-/* Whether all lie within the distance that counts as no inconsistency: the
- * usual case for an entity at rest.
+/* Whether all lie within the distance that counts as no inconsistency: the usual case for an entity at rest.
  */
-static bool agree(const drawn_positions *d) {
-  return square_of(d->x1 - d->x0, d->y1 - d->y0) <=
-         LL_DIVERGENCE_EPISODE_M * LL_DIVERGENCE_EPISODE_M;
+static bool agree(const drawn_positions *d)
+{
+    return square_of(d->x1 - d->x0, d->y1 - d->y0) <= LL_DIVERGENCE_EPISODE_M * LL_DIVERGENCE_EPISODE_M;
 }
 
 /* Of positions on a line, the farthest from any is one of the ends. */
-static void farthest_on_line(const drawn_positions *d, double *squares) {
-  for (int i = 0; i < d->count; i++) {
-    double left = square_of(d->x[i] - d->x0, 0),
-           right = square_of(d->x1 - d->x[i], 0);
-    squares[i] = left > right ? left : right;
-  }
+static void farthest_on_line(const drawn_positions *d, double *squares)
+{
+    for (int i = 0; i < d->count; i++) {
+        double left = square_of(d->x[i] - d->x0, 0), right = square_of(d->x1 - d->x[i], 0);
+        squares[i] = left > right ? left : right;
+    }
 }
 
-static void farthest_others(const drawn_positions *d, double *squares) {
-  for (int j = 0; j < d->count; j++) {
-    squares[j] = 0;
-    for (int i = 0; i < j; i++) {
-      double square = square_of(d->x[i] - d->x[j], d->y[i] - d->y[j]);
-      squares[i] = square > squares[i] ? square : squares[i];
-      squares[j] = square > squares[j] ? square : squares[j];
+static void farthest_others(const drawn_positions *d, double *squares)
+{
+    for (int j = 0; j < d->count; j++) {
+        squares[j] = 0;
+        for (int i = 0; i < j; i++) {
+            double square = square_of(d->x[i] - d->x[j], d->y[i] - d->y[j]);
+            squares[i] = square > squares[i] ? square : squares[i];
+            squares[j] = square > squares[j] ? square : squares[j];
+        }
     }
-  }
 }
 
-void ll_client_metrics_between(ll_client_metrics *const *in,
-                               const ll_client *const *clients, int count,
-                               ll_time now, ll_time elapsed) {
-  const ll_entity *shown[LL_PLAYERS_MAX];
-  if (now < in[0]->from)
-    return;
-  for (int i = 0; i < count; i++)
-    shown[i] = ll_client_rendered_const(clients[i])->entity;
-  for (int e = 0; e < in[0]->entities; e++) {
-    double squares[LL_PLAYERS_MAX];
-    drawn_positions drawn;
-    find_drawn(&drawn, shown, count, e);
-    if (agree(&drawn)) {
-      for (int i = 0; i < count; i++)
-        in[i]->track[e].clients = (ll_divergence_episode){0};
-      continue;
-    }
-    (drawn.y0 == drawn.y1 ? farthest_on_line : farthest_others)(&drawn,
-                                                                squares);
+void ll_client_metrics_between(ll_client_metrics *const *in, const ll_client *const *clients, int count,
+                               ll_time now, ll_time elapsed)
+{
+    const ll_entity *shown[LL_PLAYERS_MAX];
+    if (now < in[0]->from)
+        return;
     for (int i = 0; i < count; i++)
-      ll_inconsistency_add(&in[i]->clients, &in[i]->track[e].clients,
-                           ll_sqrt(squares[i]), elapsed);
-  }
+        shown[i] = ll_client_rendered_const(clients[i])->entity;
+    for (int e = 0; e < in[0]->entities; e++) {
+        double squares[LL_PLAYERS_MAX];
+        drawn_positions drawn;
+        find_drawn(&drawn, shown, count, e);
+        if (agree(&drawn)) {
+            for (int i = 0; i < count; i++)
+                in[i]->track[e].clients = (ll_divergence_episode){0};
+            continue;
+        }
+        (drawn.y0 == drawn.y1 ? farthest_on_line : farthest_others)(&drawn, squares);
+        for (int i = 0; i < count; i++)
+            ll_inconsistency_add(&in[i]->clients, &in[i]->track[e].clients, ll_sqrt(squares[i]), elapsed);
+    }
 }
