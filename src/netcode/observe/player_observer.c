@@ -148,11 +148,10 @@ static ll_moment moment_of(const ll_history *history, int64_t when)
 }
 
 /* A step that the server has not made has no time yet: the present counts. */
-static ll_time drawn_time(const ll_client *c, int entity, const ll_history *history, ll_time now)
+static ll_time drawn_time(int64_t when, const ll_history *history, ll_time now)
 {
-    int64_t when = render_key(c, entity);
     if (when >= 0)
-        return ll_client_draw_infos_const(c)[entity].time;
+        return when;
     return is_past(history, when, now) ? ll_history_time(history, step_of(when)) : now;
 }
 
@@ -199,7 +198,7 @@ void ll_client_metrics_frame(ll_client_metrics *in, const ll_client *c, const ll
         ll_track *track = &in->track[i];
         int64_t when = render_key(c, i);
         double error = distance(e->x, e->y, t->x, t->y), x, y;
-        double age = ll_to_ms(now - drawn_time(c, i, history, now));
+        double age = ll_to_ms(now - drawn_time(when, history, now));
         if (error >= magnitude(in->last.remote_error))
             in->last.remote_error = e->x < t->x ? -error : error;
         in->last.view_age = age > in->last.view_age ? age : in->last.view_age;
