@@ -54,9 +54,9 @@ static inline int ll_histogram_bucket(double v)
 /* value >= 0. Inline, since a frame adds about ten values per player. */
 static inline void ll_histogram_add(ll_histogram *h, double value)
 {
-    LL_ASSERT(value >= 0); /* fails for NaN too */
     h->count++;
-    if (value == 0) { /* most errors and corrections of a clean link */
+    if (!(value > 0)) {        /* most errors and corrections of a clean link */
+        LL_ASSERT(value == 0); /* fails for NaN too */
         h->min = 0;
         h->bucket[0]++;
         return;

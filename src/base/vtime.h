@@ -33,7 +33,7 @@ static inline ll_time ll_clock_time(const ll_clock *c, int64_t k)
 
 static inline ll_time ll_ms(double ms) /* to the nearest ns */
 {
-    return (ll_time)(ms * 1e6 + (ms < 0 ? -0.5 : 0.5));
+    return (ll_time)(ms * 1e6 + __builtin_copysign(0.5, ms));
 }
 
 static inline double ll_to_ms(ll_time t)

@@ -151,18 +151,19 @@ static inline int32_t place_of(const entry *queue, int32_t first, int32_t end, l
 static inline void enqueue(ll_link *l, entry e)
 {
     entry *queue = queue_of(l);
-    if (l->end == queue_capacity(l->slots)) {
+    const int32_t capacity = queue_capacity(l->slots);
+    if (l->end == capacity) {
         memmove(queue, queue + l->first, (size_t)(l->end - l->first) * sizeof *queue);
         l->end -= l->first;
         l->first = 0;
     }
-    LL_ASSERT(l->end < queue_capacity(l->slots)); /* sliding has made room */
-    int32_t place = place_of(queue, l->first, l->end, e.due);
-    LL_ASSERT(place >= l->first && (place == l->end || queue[place].due > e.due));
-    if (place < l->end)
-        memmove(queue + place + 1, queue + place, (size_t)(l->end - place) * sizeof *queue);
+    int32_t end = l->end, place = place_of(queue, l->first, end, e.due);
+    LL_ASSERT(end < capacity); /* sliding has made room */
+    LL_VALIDATE(place >= l->first && (place == end || queue[place].due > e.due));
+    if (place < end)
+        memmove(queue + place + 1, queue + place, (size_t)(end - place) * sizeof *queue);
     queue[place] = e;
-    l->end++;
+    l->end = end + 1;
 }
 
 /* ---- store ---- */
@@ -196,15 +197,16 @@ static void pack(ll_link *l)
 /* The limits were checked: after packing there is room. */
 static inline int32_t store(ll_link *l, int64_t number, const void *bytes, int32_t size)
 {
-    int32_t stride = stride_of(size);
-    if (l->top + stride > store_capacity(l->slots, l->arena))
+    const int32_t stride = stride_of(size), capacity = store_capacity(l->slots, l->arena);
+    if (l->top + stride > capacity)
         pack(l);
     int32_t at = l->top;
-    LL_ASSERT(at + stride <= store_capacity(l->slots, l->arena));
-    *parcel_at(l, at) = (parcel){.size = size, .number = (uint32_t)number};
+    parcel *p = parcel_at(l, at);
+    LL_ASSERT(at + stride <= capacity);
+    *p = (parcel){.size = size, .number = (uint32_t)number};
     if (size > 0)
-        memcpy(parcel_at(l, at) + 1, bytes, (size_t)size);
-    l->top += stride;
+        memcpy(p + 1, bytes, (size_t)size);
+    l->top = at + stride;
     l->bytes += size;
     return at;
 }
@@ -212,7 +214,7 @@ static inline int32_t store(ll_link *l, int64_t number, const void *bytes, int32
 void ll_link_put(ll_link *l, ll_time now, ll_time due, const void *bytes, int32_t size)
 {
     LL_ASSERT(due >= now && due - now <= UINT32_MAX); /* no packet arrives before it is sent */
-    LL_ASSERT(ll_link_has_room(l, size));
+    LL_VALIDATE(ll_link_has_room(l, size));
     enqueue(l, (entry){.due = due, .at = store(l, l->number, bytes, size), .took = (uint32_t)(due - now)});
 }
 
@@ -237,9 +239,8 @@ static void count_delivery(ll_link *l, uint32_t number)
 }
 
 /* Copies out the packet of a removed entry. */
-static int hand_over(ll_link *l, int32_t at, void *bytes, int capacity)
+static int hand_over(ll_link *l, parcel *p, void *bytes, int capacity)
 {
-    parcel *p = parcel_at(l, at);
     int32_t size = p->size;
     LL_ASSERT(size >= 0 && size <= capacity);
     if (size > 0)
@@ -260,8 +261,9 @@ int ll_link_receive(ll_link *l, ll_time now, void *bytes, int capacity, ll_time 
     entry e = queue_of(l)[l->first++];
     *sent = e.due - e.took;
     *due = e.due;
-    count_delivery(l, parcel_at(l, e.at)->number);
-    return hand_over(l, e.at, bytes, capacity);
+    parcel *p = parcel_at(l, e.at);
+    count_delivery(l, p->number);
+    return hand_over(l, p, bytes, capacity);
 }
 
 void ll_link_hold(ll_link *l, uint32_t id, const void *bytes, int size)
@@ -279,11 +281,11 @@ int ll_link_take_held(ll_link *l, uint32_t id, void *bytes, int capacity)
     while (i < l->end && queue[i].took != id)
         i++;
     LL_ASSERT(i < l->end && queue[i].due == LL_NEVER);
-    int32_t at = queue[i].at;
+    parcel *p = parcel_at(l, queue[i].at);
     memmove(queue + i, queue + i + 1, (size_t)(l->end - i - 1) * sizeof *queue);
     l->end--;
     l->held--;
-    return hand_over(l, at, bytes, capacity);
+    return hand_over(l, p, bytes, capacity);
 }
 
 void ll_link_clear(ll_link *l)

@@ -9,6 +9,7 @@
  * between two snapshots, and one for each open input after a misprediction. */
 #include <string.h>
 
+#include "base/assert.h"
 #include "base/detmath.h"
 #include "netcode/client/agree.h"
 #include "netcode/client/scope.h"
@@ -26,10 +27,12 @@ static uint8_t mark_of(const ll_client_setup *s)
 
 static void step(ll_client *c, const ll_client_setup *s, ll_world *world, const ll_action *own, int64_t tick)
 {
+    const ll_prediction_scope *scope = scope_of(s);
     c->prediction.guessed[c->self] = *own;
-    ll_scope_step one = {c->prediction.guessed, ll_client_step_time(c, tick), c->self,
-                         &c->prediction.entities};
-    scope_of(s)->step(s->game, s->env, world, &one);
+    ll_scope_step one = {.actions = c->prediction.guessed, .self = c->self, .set = &c->prediction.entities};
+    if (scope->guesses)
+        one.now = ll_client_step_time(c, tick);
+    scope->step(s->game, s->env, world, &one);
 }
 
 /* The next step, with input `seq`; without an input where the clock has snapped beyond it. */
@@ -295,9 +298,11 @@ static double correct(ll_client *c, const ll_entity_set *set, const ll_entity *b
     const ll_world *world = ll_client_predicted(c);
     double own = 0;
     for (int i = 0; i < world->entities; i++) {
+        if (!ll_entity_set_has(set, i) || !ll_entity_set_has(&c->prediction.entities, i))
+            continue;
         const ll_entity *after = &world->entity[i];
         double dx = after->x - before[i].x, dy = after->y - before[i].y, size = ll_sqrt(dx * dx + dy * dy);
-        if (size == 0 || !ll_entity_set_has(set, i) || !ll_entity_set_has(&c->prediction.entities, i))
+        if (size == 0)
             continue;
         ll_smooth_correct(c, i, &before[i], after);
         if (i == c->self)
@@ -345,7 +350,10 @@ void ll_reconcile(ll_client *c, const ll_client_setup *s, bool stands, ll_time n
 void ll_draw_predicted(ll_client *c, ll_time now)
 {
     const ll_world *world = ll_client_predicted(c);
-    ll_time present = ll_client_step_time(c, c->prediction.tick);
+    ll_time present = now;
+    LL_VALIDATE(c->predicting > 0);
+    if (ll_scopes[c->predicting - 1]->guesses)
+        present = ll_client_step_time(c, c->prediction.tick);
     for (int i = 0; i < world->entities; i++) {
         if (!ll_entity_set_has(&c->prediction.entities, i))
             continue;

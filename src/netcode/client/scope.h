@@ -9,7 +9,7 @@
 /* A step to `now` that `self` predicts. */
 typedef struct ll_scope_step {
     const ll_action *actions; /* one per player */
-    ll_time now;
+    ll_time now;              /* only where others are stepped too: a player's own step needs no time */
     int self;
     const ll_entity_set *set; /* the entities to step */
 } ll_scope_step;

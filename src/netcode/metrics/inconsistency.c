@@ -5,13 +5,16 @@
 void ll_inconsistency_lasts(ll_inconsistency *total, ll_divergence_episode *open, double distance,
                             ll_time elapsed)
 {
-    bool counts = open->time >= LL_DIVERGENCE_EPISODE;
     double part = distance * ll_to_s(elapsed);
+    bool counts = open->time >= LL_DIVERGENCE_EPISODE;
     open->sum += part;
     open->time += elapsed;
-    if (open->time < LL_DIVERGENCE_EPISODE)
-        return;
-    total->sum += counts ? part : open->sum;
-    total->time += counts ? elapsed : open->time;
-    total->episodes += !counts;
+    if (counts) {
+        total->sum += part;
+        total->time += elapsed;
+    } else if (open->time >= LL_DIVERGENCE_EPISODE) {
+        total->sum += open->sum;
+        total->time += open->time;
+        total->episodes++;
+    }
 }

@@ -148,11 +148,10 @@ static ll_moment moment_of(const ll_history *history, int64_t when)
 }
 
 /* A step that the server has not made has no time yet: the present counts. */
-static ll_time drawn_time(const ll_client *c, int entity, const ll_history *history, ll_time now)
+static ll_time drawn_time(int64_t when, const ll_history *history, ll_time now)
 {
-    int64_t when = render_key(c, entity);
     if (when >= 0)
-        return ll_client_draw_infos_const(c)[entity].time;
+        return when;
     return is_past(history, when, now) ? ll_history_time(history, step_of(when)) : now;
 }
 
@@ -199,7 +198,7 @@ void ll_client_metrics_frame(ll_client_metrics *in, const ll_client *c, const ll
         ll_track *track = &in->track[i];
         int64_t when = render_key(c, i);
         double error = distance(e->x, e->y, t->x, t->y), x, y;
-        double age = ll_to_ms(now - drawn_time(c, i, history, now));
+        double age = ll_to_ms(now - drawn_time(when, history, now));
         if (error >= magnitude(in->last.remote_error))
             in->last.remote_error = e->x < t->x ? -error : error;
         in->last.view_age = age > in->last.view_age ? age : in->last.view_age;
@@ -229,46 +228,80 @@ void ll_client_metrics_frame(ll_client_metrics *in, const ll_client *c, const ll
 }
 
 /* The last tick at or before the time that is drawn. */
-static int64_t drawn_tick(const ll_client *by, int entity, const ll_truth *t)
+static int64_t drawn_tick(const ll_client *by, int entity, const ll_truth *t, ll_drawn_tick *last)
 {
-    return t->peers ? by->view_step
-                    : ll_history_find(t->history, ll_client_draw_infos_const(by)[entity].time).before;
+    if (t->peers)
+        return by->view_step;
+    ll_time time = ll_client_draw_infos_const(by)[entity].time;
+    if (time != last->time)
+        *last = (ll_drawn_tick){time, ll_history_find(t->history, time).before};
+    return last->tick;
 }
 
 void ll_client_metrics_seen(ll_client_metrics *in, int self, const ll_client *by, const ll_truth *t,
-                            ll_time now)
+                            ll_drawn_tick *last, ll_time now)
 {
     if (!ll_changes_waiting(&in->changes))
         return;
     int64_t received = t->peers ? ll_client_peer(by)->player[self].known : by->latest.tick;
-    int64_t drawn = drawn_tick(by, self, t);
+    int64_t drawn = drawn_tick(by, self, t, last);
     ll_changes_seen(&in->changes, in->histogram, &in->input_history, by->self,
                     received < drawn ? received : drawn, now + t->device);
 }
 
-/* Whether all drawn positions of entity `e` lie within the distance that counts as no inconsistency: the
- * usual case for an entity at rest. */
-static bool agree(const ll_entity *const *shown, int count, int e)
+/* The drawn positions of one entity, a view each, and the box around them. */
+typedef struct drawn_positions {
+    int count;
+    double x[LL_PLAYERS_MAX], y[LL_PLAYERS_MAX];
+    double x0, x1, y0, y1;
+} drawn_positions;
+
+static void find_drawn(drawn_positions *d, const ll_entity *const *shown, int count, int e)
 {
-    const ll_entity *first = &shown[0][e];
-    double x0 = first->x, x1 = x0, y0 = first->y, y1 = y0;
-    for (int i = 1; i < count; i++) {
-        const ll_entity *other = &shown[i][e];
-        x0 = other->x < x0 ? other->x : x0;
-        x1 = other->x > x1 ? other->x : x1;
-        y0 = other->y < y0 ? other->y : y0;
-        y1 = other->y > y1 ? other->y : y1;
+    d->count = count;
+    double x0 = shown[0][e].x, x1 = x0, y0 = shown[0][e].y, y1 = y0;
+    for (int i = 0; i < count; i++) {
+        double x = shown[i][e].x, y = shown[i][e].y;
+        x0 = x < x0 ? x : x0;
+        x1 = x > x1 ? x : x1;
+        y0 = y < y0 ? y : y0;
+        y1 = y > y1 ? y : y1;
+        d->x[i] = x;
+        d->y[i] = y;
     }
-    return (x1 - x0) * (x1 - x0) + (y1 - y0) * (y1 - y0) <= LL_DIVERGENCE_EPISODE_M * LL_DIVERGENCE_EPISODE_M;
+    d->x0 = x0;
+    d->x1 = x1;
+    d->y0 = y0;
+    d->y1 = y1;
 }
 
-static void farthest_others(const ll_entity *const *shown, int count, int e, double *squares)
+static double square_of(double dx, double dy)
 {
-    for (int j = 0; j < count; j++) {
+    return dx * dx + dy * dy;
+}
+
+/* Whether all lie within the distance that counts as no inconsistency: the usual case for an entity at rest.
+ */
+static bool agree(const drawn_positions *d)
+{
+    return square_of(d->x1 - d->x0, d->y1 - d->y0) <= LL_DIVERGENCE_EPISODE_M * LL_DIVERGENCE_EPISODE_M;
+}
+
+/* Of positions on a line, the farthest from any is one of the ends. */
+static void farthest_on_line(const drawn_positions *d, double *squares)
+{
+    for (int i = 0; i < d->count; i++) {
+        double left = square_of(d->x[i] - d->x0, 0), right = square_of(d->x1 - d->x[i], 0);
+        squares[i] = left > right ? left : right;
+    }
+}
+
+static void farthest_others(const drawn_positions *d, double *squares)
+{
+    for (int j = 0; j < d->count; j++) {
         squares[j] = 0;
         for (int i = 0; i < j; i++) {
-            const ll_entity *a = &shown[i][e], *b = &shown[j][e];
-            double square = (a->x - b->x) * (a->x - b->x) + (a->y - b->y) * (a->y - b->y);
+            double square = square_of(d->x[i] - d->x[j], d->y[i] - d->y[j]);
             squares[i] = square > squares[i] ? square : squares[i];
             squares[j] = square > squares[j] ? square : squares[j];
         }
@@ -285,12 +318,14 @@ void ll_client_metrics_between(ll_client_metrics *const *in, const ll_client *co
         shown[i] = ll_client_rendered_const(clients[i])->entity;
     for (int e = 0; e < in[0]->entities; e++) {
         double squares[LL_PLAYERS_MAX];
-        if (agree(shown, count, e)) {
+        drawn_positions drawn;
+        find_drawn(&drawn, shown, count, e);
+        if (agree(&drawn)) {
             for (int i = 0; i < count; i++)
                 in[i]->track[e].clients = (ll_divergence_episode){0};
             continue;
         }
-        farthest_others(shown, count, e, squares);
+        (drawn.y0 == drawn.y1 ? farthest_on_line : farthest_others)(&drawn, squares);
         for (int i = 0; i < count; i++)
             ll_inconsistency_add(&in[i]->clients, &in[i]->track[e].clients, ll_sqrt(squares[i]), elapsed);
     }

@@ -17,9 +17,16 @@ typedef struct ll_truth {
 void ll_client_metrics_frame(ll_client_metrics *in, const ll_client *client, const ll_truth *truth,
                              ll_time now);
 
-/* At the same display: what it shows of `self`, the player that these metrics belong to. */
+/* The tick of a drawn time. Most entities of a display are drawn at one time. */
+typedef struct ll_drawn_tick {
+    ll_time time; /* LL_NEVER: none yet */
+    int64_t tick;
+} ll_drawn_tick;
+
+/* At the same display: what it shows of `self`, the player that these metrics belong to. `last`: the tick
+ * looked up last in this display. */
 void ll_client_metrics_seen(ll_client_metrics *in, int self, const ll_client *by, const ll_truth *truth,
-                            ll_time now);
+                            ll_drawn_tick *last, ll_time now);
 
 /* After the last frame of an instant: inconsistency between the clients' views. The distance of an entity in
  * one view is that to the farthest of the other views. `elapsed`: time since the last such instant. */

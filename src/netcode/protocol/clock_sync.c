@@ -26,16 +26,14 @@ static ll_time mean(const ll_clock_sample *samples, int count)
 /* Of an even number the lower one. */
 static ll_time median(const ll_clock_sample *samples, int count)
 {
+    ll_time sorted[LL_CLOCK_SAMPLES];
     for (int i = 0; i < count; i++) {
-        int below = 0, equal = 0;
-        for (int j = 0; j < count; j++) {
-            below += samples[j].offset < samples[i].offset;
-            equal += samples[j].offset == samples[i].offset;
-        }
-        if (below <= (count - 1) / 2 && (count - 1) / 2 < below + equal)
-            return samples[i].offset;
+        int place = i;
+        for (; place > 0 && sorted[place - 1] > samples[i].offset; place--)
+            sorted[place] = sorted[place - 1];
+        sorted[place] = samples[i].offset;
     }
-    return samples[0].offset; /* not reached: some sample is the median */
+    return sorted[(count - 1) / 2];
 }
 
 static const ll_clock_filter filter_median = {

@@ -108,7 +108,8 @@ void ll_netgame_observe_display(ll_netgame *g, int player)
                             .applies_on_arrival = ll_netgame_sync(g)->applies_on_arrival,
                             .peers = ll_netgame_sync(g)->observe != NULL};
     ll_client_metrics_frame(ll_netgame_client_metrics(g, player), client, &truth, g->now);
+    ll_drawn_tick last = {LL_NEVER, 0};
     for (int i = 0; i < g->config.player_count; i++)
         if (i != player)
-            ll_client_metrics_seen(ll_netgame_client_metrics(g, i), i, client, &truth, g->now);
+            ll_client_metrics_seen(ll_netgame_client_metrics(g, i), i, client, &truth, &last, g->now);
 }

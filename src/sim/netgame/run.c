@@ -30,17 +30,29 @@ typedef struct divergence {
     int viewer; /* the player in whose view; -1: in the server's world */
 } divergence;
 
+static double sum_of(const ll_entity *e)
+{
+    return e->x + e->y + e->vx + e->vy + e->angle + e->angular_velocity;
+}
+
+static bool is_finite(double x)
+{
+    return x - x == 0; /* false for infinity and NaN */
+}
+
 static bool finite_world(const ll_world *world, int *entity)
 {
-    for (int i = 0; i < world->entities; i++) {
-        const ll_entity *e = &world->entity[i];
-        double sum = e->x + e->y + e->vx + e->vy + e->angle + e->angular_velocity;
-        if (sum - sum != 0) { /* true for infinity and NaN */
+    double all = 0;
+    for (int i = 0; i < world->entities; i++)
+        all += sum_of(&world->entity[i]);
+    if (is_finite(all))
+        return true;
+    for (int i = 0; i < world->entities; i++)
+        if (!is_finite(sum_of(&world->entity[i]))) {
             *entity = i;
             return false;
         }
-    }
-    return true;
+    return true; /* each is, their sum is not */
 }
 
 static ll_status not_finite(const ll_netgame *g, divergence where)
@@ -204,61 +216,91 @@ static turn earlier(turn a, turn b)
     return a < b ? a : b;
 }
 
-static turn server_turn(const ll_netgame *g)
+/* Whose packets and frames come next: what a player's turn depends on. */
+typedef struct seat {
+    const ll_client *client;
+    const ll_link *up, *down;
+    const ll_dejitter *dejitter;
+} seat;
+
+/* A run without changes from outside: places and set-ups of the clients stay the same, and the next turn of
+ * the server and of a player is computed again only if the last event may have changed it. */
+typedef struct schedule {
+    const ll_sync_mode *sync;
+    const ll_server *at_server;
+    turn server, player[LL_PLAYERS_MAX];
+    int players;
+    seat seat[LL_PLAYERS_MAX];
+    ll_client_setup setup[LL_PLAYERS_MAX];
+} schedule;
+
+static turn server_turn(const schedule *now)
 {
-    const ll_sync_mode *sync = ll_netgame_sync(g);
-    const ll_server *server = ll_netgame_server(g);
-    turn next = earlier(turn_of(sync->due(server), ACTOR_STEP), turn_of(server->next_check, ACTOR_TEND));
-    if (sync->server_steps_at_update_hz)
+    const ll_server *server = now->at_server;
+    turn next = earlier(turn_of(now->sync->due(server), ACTOR_STEP), turn_of(server->next_check, ACTOR_TEND));
+    if (now->sync->server_steps_at_update_hz)
         return next;
     return earlier(next, turn_of(ll_clock_time(&server->updates, server->update), ACTOR_UPDATE));
 }
 
-static turn player_turn(const ll_netgame *g, int i)
+static void put_earlier(ll_time *first, actor *who, ll_time time, actor other)
 {
-    ll_time due = ll_netgame_client(g, i)->due; /* a received packet may have made something due */
-    turn up = turn_of(ll_link_next_due(ll_netgame_up(g, i)), ACTOR_UP);
-    turn down = turn_of(ll_link_next_due(ll_netgame_down(g, i)), ACTOR_DOWN);
-    turn held = turn_of(ll_dejitter_next_due(ll_netgame_dejitter(g, i)), ACTOR_PLAYOUT);
-    turn client = turn_of(due > g->now ? due : g->now, ACTOR_CLIENT);
-    return earlier(earlier(up, down), earlier(held, client));
+    *who = time < *first ? other : *who;
+    *first = time < *first ? time : *first;
 }
 
-/* A run without changes from outside: the set-ups of the clients stay the same, and the next turn of the
- * server and of a player is computed again only if the last event may have changed it. */
-typedef struct schedule {
-    turn server, player[LL_PLAYERS_MAX];
-    ll_client_setup setup[LL_PLAYERS_MAX];
-} schedule;
-
-static void renew_all(schedule *now, const ll_netgame *g)
+/* Of equal times the first in the order of actors. */
+static turn player_turn(const seat *p, ll_time now)
 {
-    now->server = server_turn(g);
-    for (int i = 0; i < g->config.player_count; i++)
-        now->player[i] = player_turn(g, i);
+    ll_time due = p->client->due, first = ll_link_next_due(p->up);
+    actor who = ACTOR_UP;
+    put_earlier(&first, &who, ll_link_next_due(p->down), ACTOR_DOWN);
+    put_earlier(&first, &who, ll_dejitter_next_due(p->dejitter), ACTOR_PLAYOUT);
+    /* a received packet may have made something due */
+    put_earlier(&first, &who, due > now ? due : now, ACTOR_CLIENT);
+    return turn_of(first, who);
 }
 
-/* After a turn of `player`; -1: of the server. */
-static void renew(schedule *now, const ll_netgame *g, int player, actor done)
+static void renew_all(schedule *now, ll_time time)
 {
-    const ll_sync_mode *sync = ll_netgame_sync(g);
+    now->server = server_turn(now);
+    for (int i = 0; i < now->players; i++)
+        now->player[i] = player_turn(&now->seat[i], time);
+}
+
+static void begin_schedule(schedule *now, const ll_netgame *g, const ll_recorder *r)
+{
+    now->sync = ll_netgame_sync(g);
+    now->at_server = ll_netgame_server(g);
+    now->players = g->config.player_count;
+    for (int i = 0; i < now->players; i++) {
+        now->seat[i] = (seat){ll_netgame_client(g, i), ll_netgame_up(g, i), ll_netgame_down(g, i),
+                              ll_netgame_dejitter(g, i)};
+        now->setup[i] = ll_netgame_client_setup(g, i, r);
+    }
+    renew_all(now, g->now);
+}
+
+/* After a turn of `player` at `time`; -1: of the server. */
+static void renew(schedule *now, ll_time time, int player, actor done)
+{
     if (player >= 0) {
-        now->player[player] = player_turn(g, player);
-        if (done == ACTOR_UP && sync->steps_by_inputs)
-            now->server = server_turn(g);
-    } else if (done == ACTOR_STEP && !sync->server_steps_at_update_hz) {
-        now->server = server_turn(g);
+        now->player[player] = player_turn(&now->seat[player], time);
+        if (done == ACTOR_UP && now->sync->steps_by_inputs)
+            now->server = server_turn(now);
+    } else if (done == ACTOR_STEP && !now->sync->server_steps_at_update_hz) {
+        now->server = server_turn(now);
     } else {
-        renew_all(now, g); /* it has sent to all players */
+        renew_all(now, time); /* it has sent to all players */
     }
 }
 
 /* -1: the server is next. Of players with equal turns, the first. */
-static int next_turn(const schedule *now, const ll_netgame *g, turn *next)
+static int next_turn(const schedule *now, turn *next)
 {
     int player = -1;
     *next = now->server;
-    for (int i = 0; i < g->config.player_count; i++)
+    for (int i = 0; i < now->players; i++)
         if (now->player[i] < *next) {
             *next = now->player[i];
             player = i;
@@ -299,12 +341,10 @@ ll_status ll_netgame_run_until(ll_netgame *g, ll_time until, const ll_recorder *
 {
     schedule now;
     divergence where = {0, -1};
-    for (int i = 0; i < g->config.player_count; i++)
-        now.setup[i] = ll_netgame_client_setup(g, i, r);
-    renew_all(&now, g);
+    begin_schedule(&now, g, r);
     for (;;) {
         turn next;
-        int player = next_turn(&now, g, &next);
+        int player = next_turn(&now, &next);
         if (time_of(next) > until)
             break;
         if (!ll_goes_on(pace))
@@ -313,7 +353,7 @@ ll_status ll_netgame_run_until(ll_netgame *g, ll_time until, const ll_recorder *
             g->now = time_of(next);
         if (!take_turn(g, actor_of(next), player, &now.setup[player < 0 ? 0 : player], r, &where))
             return not_finite(g, where);
-        renew(&now, g, player, actor_of(next));
+        renew(&now, g->now, player, actor_of(next));
     }
     g->now = until;
     return ll_ok();
