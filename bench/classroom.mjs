@@ -254,7 +254,7 @@ try {
     '.state[data-kind="frozen"]',
     0,
   );
-  await everybody('bring all to the board', () => button(teacher.page, 'Bring all here').click(), students, 'board', board, BRING_MS);
+  await everybody('bring all to the board', () => button(teacher.page, 'Bring all here').click(), free, 'board', board, BRING_MS);
   await button(teacher.page, 'Release from the board').click();
   await inGroups(free, async ({ page }) => {
     await until(() => button(page, 'My copy').isEnabled(), 'released', LONG_MS);
