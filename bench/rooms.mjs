@@ -19,6 +19,7 @@ export const ROOMS = {
   hostile: [...DAEMON, 'experiment'],
   kills: [...DAEMON, 'experiment'],
   soak: [...DAEMON, 'experiment'],
+  classroom: DAEMON,
   integrators: ['base', 'ode'],
   ensemble: ['base', 'ode'],
   rigid: ['base', 'rigid'],

@@ -6,7 +6,7 @@ import path from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
-import { SIZES, axe, launch, visit } from './lib.mjs';
+import { SIZES, axe, dialogOf, launch, settles, visit } from './lib.mjs';
 
 const WWW = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../../www');
 
@@ -42,12 +42,14 @@ for (const size of SIZES) {
     };
     for (const name of ['Help', 'Share']) {
       await page.getByRole('button', { name, exact: true }).click();
+      await dialogOf(page);
       assert.deepEqual(await axe(page), [], name);
       await leave();
     }
-    for (const name of phone ? [/^Player A/, /^Server/] : ['All settings of Player A', 'All settings of the server and the game']) {
-      await page.getByRole('button', { name }).first().click();
-      assert.deepEqual(await axe(page), [], String(name));
+    for (const name of phone ? ['Player A', 'Server'] : ['All settings of Player A', 'All settings of the server and the game']) {
+      await (phone ? page.locator('button.caption', { hasText: name }) : page.getByRole('button', { name })).first().click();
+      await (await dialogOf(page)).locator('[data-path]').first().waitFor();
+      assert.deepEqual(await axe(page), [], name);
       await leave();
     }
     if (phone) {
@@ -58,7 +60,7 @@ for (const size of SIZES) {
     }
     for (const name of ['Table of the distance', 'Table of the buffer']) {
       await page.getByRole('button', { name }).click();
-      assert.ok((await page.locator('dialog tbody tr').count()) > 0);
+      await (await dialogOf(page)).locator('tbody tr').first().waitFor();
       assert.deepEqual(await axe(page), [], name);
       await leave();
     }
@@ -132,7 +134,7 @@ test('three views are seen without scrolling on a phone, and four rows on a desk
     const { page, close } = await visit(browser, `${daemon.url}${size.query}#race`, size);
     const bar = (await page.locator('.bar').boundingBox()).y;
     const canvases = page.locator('canvas[data-view], #lane');
-    assert.equal(await canvases.count(), 4);
+    await settles(() => canvases.count(), 4);
     for (let i = 0; i < 4; i++) {
       const box = await canvases.nth(i).boundingBox();
       assert.ok(box.y + box.height <= bar + 1 && box.height > 80, `${size.name}: view ${i} at ${JSON.stringify(box)}, bar at ${bar}`);

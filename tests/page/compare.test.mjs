@@ -3,7 +3,7 @@ import assert from 'node:assert/strict';
 import { mkdirSync } from 'node:fs';
 import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
-import { api, axe, button, control, frameOf, launch, paramsOf, pause, scrub, sessionOf, until, visit } from './lib.mjs';
+import { api, axe, button, control, frameOf, launch, paramsOf, pause, reads, scrub, sessionOf, settles, until, visit } from './lib.mjs';
 
 const SHOTS = process.env.LAGLAB_SHOTS ?? ''; // a folder for images of the page
 if (SHOTS) mkdirSync(SHOTS, { recursive: true });
@@ -84,8 +84,8 @@ test('nothing of it is read before it is wanted', async () => {
 
 test('the difference in words and numbers is that of two sessions made with the settings', async () => {
   const { page, complaints, close } = await open();
-  assert.match((await page.locator('#compare-sentence').textContent()) ?? '', /^Both runs are the same within 30 s/);
-  assert.match((await page.locator('#compare-differ').textContent()) ?? '', /No setting differs yet/);
+  await reads(() => page.locator('#compare-sentence').textContent(), /^Both runs are the same within 30 s/);
+  await reads(() => page.locator('#compare-differ').textContent(), /No setting differs yet/);
   await change(page, 1, '300');
   await scrub(page, 6);
   await both(page, 360);
@@ -111,11 +111,11 @@ test('the difference in words and numbers is that of two sessions made with the 
         `at ${(gaps.indexOf(most) / 60).toFixed(2)} s.`,
     'the sentence',
   );
-  assert.deepEqual(
-    await page.locator('#compare-differ tbody tr').evaluateAll((rows) => rows.map((row) => /** @type {any} */ (row).innerText)),
+  await settles(
+    () => page.locator('#compare-differ tbody tr').evaluateAll((rows) => rows.map((row) => /** @type {any} */ (row).innerText)),
     ['A: One-way lag\t150 ms\t300 ms\tMake equal'],
   );
-  assert.match((await page.locator('#compare-value-1').textContent()) ?? '', new RegExp(`${metres(other[360])}$`));
+  await reads(() => page.locator('#compare-value-1').textContent(), new RegExp(`${metres(other[360])}$`));
 
   await page.locator('#compare-curve').selectOption('player_1_buffer_ms');
   await until(
@@ -125,7 +125,7 @@ test('the difference in words and numbers is that of two sessions made with the 
   await button(page, 'Make equal: A: One-way lag').click();
   await until(async () => (await facts(page)).params.players[0].lag_ms === 150, 'they are equal again');
   await computed(page);
-  assert.match((await page.locator('#compare-differ').textContent()) ?? '', /No setting differs yet/);
+  await reads(() => page.locator('#compare-differ').textContent(), /No setting differs yet/);
   assert.deepEqual(complaints, []);
   await close();
 });
@@ -137,12 +137,14 @@ test('a technique is changed in either run; the address has both', async () => {
   assert.equal((await paramsOf(page)).players[0].prediction, false);
   assert.equal((await facts(page)).params.players[0].prediction, true);
   assert.equal((await paramsOf(page)).players[0].reconciliation, false, 'it needs prediction');
-  assert.match(await page.locator('#compare-differ').innerText(), /A: Prediction\s+off\s+on/);
+  await reads(page.locator('#compare-differ'), /A: Prediction\s+off\s+on/);
   await page.locator('#compare-curve').selectOption('player_0_own_lead_m');
   await until(async () => /“A: Own lead”/.test((await page.locator('#compare-sentence').textContent()) ?? ''), 'the curve of the own lead');
-  const address = new URL(page.url());
-  assert.ok(address.searchParams.getAll('set').includes('players.0.prediction:false'), address.href);
-  assert.match(address.hash, /^#compare=players\.0\.prediction:true.*&curve=player_0_own_lead_m$/);
+  await until(
+    async () => new URL(page.url()).searchParams.getAll('set').includes('players.0.prediction:false'),
+    'the setting of the first run is in the address',
+  );
+  await reads(async () => new URL(page.url()).hash, /^#compare=players\.0\.prediction:true.*&curve=player_0_own_lead_m$/);
   assert.deepEqual(complaints, []);
   await close();
 });
@@ -158,9 +160,10 @@ test('one time steers both: scrub, step, play, pause, the curves', async () => {
   await button(page, 'One tick forward').click();
   await both(page, 181);
   await button(page, 'Play').click();
-  await page.waitForTimeout(1200);
-  const running = (await facts(page)).ticks;
-  assert.ok(running[0] > 190, `${running}`);
+  const running = await until(async () => {
+    const { ticks } = await facts(page);
+    return ticks[0] > 190 && ticks;
+  }, 'both go on');
   assert.ok(Math.abs(running[0] - running[1]) <= 8, `${running}: where frames are skipped, neighbours`);
   await pause(page);
   const { tick } = await frameOf(page);
@@ -227,7 +230,7 @@ test('a link opens it elsewhere; another scenario ends it', async () => {
   await computed(page);
   const { second, params } = await facts(page);
   assert.deepEqual([(await paramsOf(page)).server.update_hz, params.server.update_hz], [20, 5]);
-  assert.equal(await page.locator('#compare-view').inputValue(), '0');
+  await settles(() => page.locator('#compare-view').inputValue(), '0');
   await button(page, 'Cannon').click();
   await page.waitForSelector('canvas[data-view="2"]');
   await until(async () => (await api(daemon.url, `sessions/${second}`)).status === 404, 'the second session is deleted');
@@ -263,21 +266,21 @@ test('what a person drives becomes a script; Reset is followed', async () => {
 test('who may not change the session may not compare', async () => {
   const { body } = await api(daemon.url, 'sessions', { scenario: 'race' });
   const { page, close } = await visit(browser, `${daemon.url}#s=${body.id}`);
-  assert.equal(await page.locator('.side .compare').isDisabled(), true);
-  assert.match((await page.locator('.side .compare').getAttribute('title')) ?? '', /^Read-only/);
+  await settles(() => page.locator('.side .compare').isDisabled(), true);
+  await reads(() => page.locator('.side .compare').getAttribute('title'), /^Read-only/);
   await close();
 });
 
 test('German where the browser is', async () => {
   const { page, close } = await open('?scenario=race', { locale: 'de-DE' });
   await change(page, 1, '300');
-  assert.equal(await page.locator('main.compare h2').textContent(), 'Vergleichen');
+  await settles(() => page.locator('main.compare h2').textContent(), 'Vergleichen');
   await until(
     async () =>
       /^Bei \d+,\d\d s .* „A: Abstand der anderen“ im ersten Lauf /.test((await page.locator('#compare-sentence').textContent()) ?? ''),
     'the sentence in German',
   );
-  assert.match(await page.locator('#compare-differ').innerText(), /A: Lag je Weg\s+150 ms\s+300 ms\s+Angleichen/);
+  await reads(page.locator('#compare-differ'), /A: Lag je Weg\s+150 ms\s+300 ms\s+Angleichen/);
   await close();
 });
 

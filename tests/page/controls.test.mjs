@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { after, before, beforeEach, afterEach, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
-import { api, control, frameOf, launch, paramsOf, sessionOf, until, visit } from './lib.mjs';
+import { api, control, dialogOf, frameOf, launch, paramsOf, reads, sessionOf, settles, until, visit } from './lib.mjs';
 
 /** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
 /** @type {import('playwright-core').Browser} */ let browser;
@@ -59,7 +59,7 @@ test('moving the lag changes the slope of the messages within 250 ms, without a 
   const later = await frameOf(page);
   assert.equal(later.session.generation, before.session.generation);
   assert.ok(later.tick >= before.tick);
-  assert.equal(await control(page, 'players.0.lag_ms', 'number').inputValue(), '700');
+  await settles(() => control(page, 'players.0.lag_ms', 'number').inputValue(), '700');
   await page.waitForFunction(() => document.body.innerText.includes('RTT 1400 ms'));
   await until(async () => (await frameOf(page)).views[1].lag_ms === 700, 'the frame has the lag');
 });
@@ -74,7 +74,7 @@ test('the lane itself is drawn with another slope', async () => {
   const steep = await lane();
   await slide(page, 'players.0.lag_ms', 600);
   await until(async () => (await facts()).startsWith('Last 1.80 s'), 'the window of 600 ms lag', 1000);
-  assert.notEqual(await lane(), steep);
+  await until(async () => (await lane()) !== steep, 'another slope');
 });
 
 test('a dragged slider sends only what is needed, and its last value wins', async () => {
@@ -108,8 +108,7 @@ test('reconciliation turns prediction on; prediction off turns reconciliation of
   await set('prediction', false);
   await until(async () => !(await box('reconciliation').isChecked()), 'reconciliation follows');
   await until(async () => /Reconciliation of A turned off/.test(await live.innerText()), 'it is said', 6000);
-  const flags = (await frameOf(page)).views[1].flags & 3;
-  assert.equal(flags, 0);
+  await settles(async () => (await frameOf(page)).views[1].flags & 3, 0);
 });
 
 test('every technique of every player reaches the simulation', async () => {
@@ -142,7 +141,7 @@ test('updates per second take 1 to 128; 0 and nothing are refused in words', asy
     await page.waitForFunction(() =>
       /Updates per second: give a number from 1 to 128/.test(/** @type {any} */ (document.querySelector('.note')).innerText),
     );
-    assert.equal(await field.inputValue(), '30');
+    await settles(() => field.inputValue(), '30');
     await page.locator('.note button').click();
   }
   assert.equal((await paramsOf(page)).server.update_hz, 30);
@@ -159,7 +158,7 @@ test('ranges and help of every control are those of the schema', async () => {
   const help = await page.locator('label:has([data-path="players.0.lag_ms"])').first().getAttribute('title');
   assert.ok(JSON.stringify(schema).includes(JSON.stringify(help)), help);
   await page.getByRole('button', { name: 'All settings of Player A' }).click();
-  await page.locator('dialog [data-path]').first().waitFor(); /* dialogs are read when the first one opens */
+  await (await dialogOf(page)).locator('[data-path]').first().waitFor();
   const shown = await page.locator('dialog [data-path]').evaluateAll((all) => [...new Set(all.map((e) => e.dataset.path))]);
   for (const name of [
     'lag_ms',
@@ -233,7 +232,7 @@ test('seed and parameters of the address are used; bad ones are named and the de
     ['?theme=pink#race', /theme=pink ignored/],
   ])) {
     const bad = await visit(browser, daemon.url + query);
-    assert.match(await bad.page.locator('.note').innerText(), words);
+    await reads(bad.page.locator('.note'), words);
     const lag = (await paramsOf(bad.page)).players[0].lag_ms;
     assert.ok(lag >= 0 && lag <= 1000);
     await bad.close();
@@ -243,21 +242,21 @@ test('seed and parameters of the address are used; bad ones are named and the de
 test('another scenario is chosen from the list of the daemon', async () => {
   const { page } = view;
   const list = (await api(daemon.url, 'scenarios')).body.scenarios;
-  assert.equal(await page.locator('#scenario option:not([disabled])').count(), list.length);
+  await settles(() => page.locator('#scenario option:not([disabled])').count(), list.length);
   for (const id of ['paper/fig11', 'cannon', 'gambetta']) {
     await page.locator('#scenario').selectOption(id);
     const wanted = list.find((s) => s.id === id);
-    await until(async () => (await paramsOf(page)).title === wanted.title, wanted.title);
+    await until(async () => (await paramsOf(page))?.title === wanted.title, wanted.title);
     await until(async () => (await frameOf(page))?.tick > 5, 'it runs');
-    assert.ok(page.url().includes(`scenario=${id}`));
-    assert.match(await page.title(), new RegExp(wanted.title.slice(0, 8).replace(/[^\w ]/g, '.')));
+    await until(async () => page.url().includes(`scenario=${id}`), 'the address');
+    await reads(() => page.title(), new RegExp(wanted.title.slice(0, 8).replace(/[^\w ]/g, '.')));
   }
 });
 
 test('eight players are shown, and all can be reached', async () => {
   const eight = await visit(browser, `${daemon.url}?scenario=eight`);
-  const count = await eight.page.locator('canvas[data-view]').count();
-  assert.equal(count, (await paramsOf(eight.page)).players.length + 1);
+  const count = (await paramsOf(eight.page)).players.length + 1;
+  await settles(() => eight.page.locator('canvas[data-view]').count(), count);
   const last = eight.page.locator('canvas[data-view]').nth(count - 1);
   await last.scrollIntoViewIfNeeded();
   assert.ok((await last.boundingBox()).height > 80);

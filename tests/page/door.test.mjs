@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
-import { api, axe, launch, visit } from './lib.mjs';
+import { api, axe, launch, settles, visit } from './lib.mjs';
 
 /** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
 /** @type {import('playwright-core').Browser} */ let browser;
@@ -39,7 +39,7 @@ test('a code that no class has is named, and can be typed again; German has its 
   await page.getByLabel('Code einer Klasse').fill('QQQQ');
   await page.keyboard.press('Enter');
   await page.locator('#class-answer', { hasText: 'No class has the code QQQQ' }).waitFor();
-  assert.equal(await page.locator('#class-code').isVisible(), true);
+  await settles(() => page.locator('#class-code').isVisible(), true);
   await page.goBack();
   await page.locator('.card').first().waitFor();
   assert.deepEqual(await axe(page), []);

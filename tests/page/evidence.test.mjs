@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
-import { control, frameOf, launch, until, visit } from './lib.mjs';
+import { control, dialogOf, frameOf, launch, settles, until, visit } from './lib.mjs';
 
 /** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
 /** @type {import('playwright-core').Browser} */ let browser;
@@ -20,7 +20,7 @@ const spread = (list) => Math.max(...list) - Math.min(...list);
 
 test("Figure 8: the dots of client and server are evenly spaced, the client's 250 ms later", async () => {
   const { page, close } = await visit(browser, `${daemon.url}?scenario=paper/fig08`);
-  assert.ok(await page.getByRole('checkbox', { name: 'Arrival dots' }).isChecked());
+  await settles(() => page.getByRole('checkbox', { name: 'Arrival dots' }).isChecked(), true);
   const dots = await until(
     async () => {
       const d = await dotsOf(page);
@@ -152,11 +152,15 @@ test('charts have a table of the same numbers', async () => {
   await page.waitForTimeout(2500);
   await page.getByRole('group', { name: 'Unit of the distance' }).getByRole('button', { name: 'm', exact: true }).click();
   await page.getByRole('button', { name: 'Table of the distance' }).click();
-  const heads = await page.locator('dialog thead th').allInnerTexts();
-  assert.deepEqual(heads, ['Time (s)', 'A own lead (m)', 'A others (m)', 'B own lead (m)', 'B others (m)']);
-  const rows = await page.locator('dialog tbody tr').count();
-  assert.ok(rows >= 3 && rows <= 25, `${rows} rows`);
-  const cells = await page.locator('dialog tbody td').allInnerTexts();
+  const dialog = await dialogOf(page);
+  await settles(
+    () => dialog.locator('thead th').allInnerTexts(),
+    ['Time (s)', 'A own lead (m)', 'A others (m)', 'B own lead (m)', 'B others (m)'],
+  );
+  await dialog.locator('tbody tr').nth(2).waitFor();
+  const rows = await dialog.locator('tbody tr').count();
+  assert.ok(rows <= 25, `${rows} rows`);
+  const cells = await dialog.locator('tbody td').allInnerTexts();
   assert.ok(
     cells.every((text) => /^−?\d+\.\d{3}$/.test(text)),
     cells.join(),

@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
-import { SIZES, api, axe, launch, sessionOf, until } from './lib.mjs';
+import { SIZES, api, axe, launch, reads, sessionOf, settles, until } from './lib.mjs';
 
 /** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
 /** @type {import('playwright-core').Browser} */ let browser;
@@ -42,7 +42,7 @@ async function counted(page) {
   await page.locator('#run:not([disabled])').waitFor();
 }
 /** @param {import('playwright-core').Page} page */
-const estimate = (page) => page.locator('#estimate').innerText();
+const estimate = (page) => page.locator('#estimate');
 /** @param {import('playwright-core').Page} page */
 const specification = async (page) =>
   JSON.parse(/-d '(.*)' -H/.exec((await page.locator('textarea').inputValue()).replaceAll("'\\''", "'"))[1]);
@@ -80,8 +80,9 @@ test('notes above the results: runs too short, a metric that no run has, a rule 
     const { page, complaints, close } = await open({ hash: `#experiments=${id}` });
     await done(page);
     await page.locator('.points tbody tr').nth(1).waitFor();
-    const notes = (await page.locator('.progress [role="note"]').allInnerTexts()).map((text) => text.replace(/\s+/g, ' '));
-    assert.equal(notes.length, wanted.length, notes.join('; '));
+    const note = page.locator('.progress [role="note"]');
+    await settles(() => note.count(), wanted.length);
+    const notes = (await note.allInnerTexts()).map((text) => text.replace(/\s+/g, ' '));
     for (const [i, words] of wanted.entries()) assert.match(notes[i], words);
     assert.deepEqual(complaints, []);
     await close();
@@ -90,7 +91,7 @@ test('notes above the results: runs too short, a metric that no run has, a rule 
 
 test('a first experiment is there for a scenario of each kind, and counted by the daemon', async () => {
   const { page, complaints, close } = await open();
-  assert.match(await estimate(page), /^5 runs of 5 points, about/);
+  await reads(estimate(page), /^5 runs of 5 points, about/);
   for (const [id, path] of [
     ['motion/pendulum', 'methods.0.dt_s'],
     ['rigid/pyramid', 'solver.iterations'],
@@ -104,10 +105,10 @@ test('a first experiment is there for a scenario of each kind, and counted by th
     await counted(page);
     const written = await specification(page);
     assert.ok(written.axes.length === 1 && (path === '' || written.axes[0].path === path), JSON.stringify(written));
-    assert.match(await estimate(page), /runs? of \d+ points?/);
+    await reads(estimate(page), /runs? of \d+ points?/);
     const dry = await api(daemon.url, 'experiments?dry_run=true', written);
     assert.equal(dry.status, 200, JSON.stringify(dry.body));
-    assert.match(await estimate(page), new RegExp(`^${dry.body.runs} runs`));
+    await reads(estimate(page), new RegExp(`^${dry.body.runs} runs`));
   }
   assert.deepEqual(complaints, []);
   await close();
@@ -125,42 +126,45 @@ test('axes of every sort become the specification: range, log, list, choices, to
   await page.getByLabel('Parameter of axis 3').selectOption('players.0.prediction');
   await page.locator('#repeats').fill('2');
   await counted(page);
-  assert.match(await estimate(page), /^60 runs of 30 points/);
-  assert.match(await page.locator('.axis').nth(1).innerText(), /10, 30, 90/);
-  assert.deepEqual((await specification(page)).axes, [
-    { path: 'players.0.lag_ms', values: [0, 50, 100, 200, 400] },
-    { path: 'server.update_hz', from: 10, to: 90, count: 3, scale: 'log' },
-    { path: 'players.0.prediction', values: [false, true] },
-  ]);
+  await reads(estimate(page), /^60 runs of 30 points/);
+  await reads(page.locator('.axis').nth(1), /10, 30, 90/);
+  await settles(
+    async () => (await specification(page)).axes,
+    [
+      { path: 'players.0.lag_ms', values: [0, 50, 100, 200, 400] },
+      { path: 'server.update_hz', from: 10, to: 90, count: 3, scale: 'log' },
+      { path: 'players.0.prediction', values: [false, true] },
+    ],
+  );
   await page.getByLabel('Values of axis 3').getByLabel('off').uncheck();
   await page.getByLabel('Together with the axis above').nth(0).check();
   await page.locator('[data-axis="1.count"]').fill('5');
   await counted(page);
-  assert.match(await estimate(page), /^10 runs of 5 points/);
+  await reads(estimate(page), /^10 runs of 5 points/);
   await page.getByLabel('Together with the axis above').nth(0).uncheck();
   await page.selectOption('#sampling', 'sobol');
   await page.getByLabel('Number of points').fill('16');
   await counted(page);
-  assert.match(await estimate(page), /^32 runs of 16 points/);
-  assert.deepEqual((await specification(page)).sample, { method: 'sobol', count: 16 });
+  await reads(estimate(page), /^32 runs of 16 points/);
+  await settles(async () => (await specification(page)).sample, { method: 'sobol', count: 16 });
   await close();
 });
 
 test('the until rule: written, estimated, refused at its fields, run, and edited again', async () => {
   const { page, complaints, close } = await open();
-  assert.equal((await specification(page)).until, undefined);
+  await settles(async () => (await specification(page)).until, undefined);
   await page.locator('#until').check();
-  assert.deepEqual((await specification(page)).until, { relative: 0.05, least: 10 });
-  assert.equal((await specification(page)).repeats, 100, 'one run alone has no mean');
+  await settles(async () => (await specification(page)).until, { relative: 0.05, least: 10 });
+  await settles(async () => (await specification(page)).repeats, 100, 'one run alone has no mean');
   await page.locator('#repeats').fill('40');
   await page.selectOption('#until-metric', 'players.0.remote_error_m.mean');
   await page.locator('#until-relative').fill('');
   await page.locator('#until-half').fill('0.4');
   await page.locator('#until-least').fill('12');
   const until = { metric: 'players.0.remote_error_m.mean', half_width: 0.4, least: 12 };
-  assert.deepEqual((await specification(page)).until, until);
+  await settles(async () => (await specification(page)).until, until);
   await counted(page);
-  assert.match(await estimate(page), /^200 runs of 5 points/);
+  await reads(estimate(page), /^200 runs of 5 points/);
   for (const [field, value, words] of [
     ['least', '3', /least: must be a whole number from 10 to 100000; got 3/],
     ['least', '50', /at most repeats, which is 40; got 50/],
@@ -171,16 +175,16 @@ test('the until rule: written, estimated, refused at its fields, run, and edited
       before = await box.inputValue();
     await box.fill(String(value));
     await page.locator('#wrong-until').filter({ hasText: words }).waitFor({ timeout: 5000 });
-    assert.equal(await box.getAttribute('aria-invalid'), 'true', String(field));
-    assert.equal(await box.getAttribute('aria-describedby'), 'wrong-until');
-    assert.equal(await page.locator('#run').isDisabled(), true);
+    await settles(() => box.getAttribute('aria-invalid'), 'true', String(field));
+    await settles(() => box.getAttribute('aria-describedby'), 'wrong-until');
+    await settles(() => page.locator('#run').isDisabled(), true);
     await box.fill(before);
     await page.locator('#wrong-until').waitFor({ state: 'detached' });
   }
   // Help and range are the schema's.
   const rules = (await api(daemon.url, 'experiments/schema')).body,
     least = Object.values(rules.$defs).find((one) => one.properties?.least).properties.least;
-  assert.equal(await page.locator('label:has(#until-least)').getAttribute('title'), least.description);
+  await settles(() => page.locator('label:has(#until-least)').getAttribute('title'), least.description);
   assert.ok(
     (await page.locator('.until').innerText()).includes(`${least.minimum} to ${least.maximum.toLocaleString('en')}`) ||
       (await page.locator('.until').innerText()).includes(`${least.minimum} to ${least.maximum}`),
@@ -191,8 +195,8 @@ test('the until rule: written, estimated, refused at its fields, run, and edited
   await done(page);
   await page.locator('tr[data-point="4"]').waitFor();
   const rows = (await api(daemon.url, `experiments/${await shownId(page)}/results?points=true&format=json`)).body;
-  assert.deepEqual(
-    (await column(page, 'Runs')).map(Number),
+  await settles(
+    async () => (await column(page, 'Runs')).map(Number),
     rows.map((row) => row.runs),
   );
   assert.ok(
@@ -201,9 +205,9 @@ test('the until rule: written, estimated, refused at its fields, run, and edited
   );
   await page.locator('#again').click();
   await page.locator('#new').click();
-  assert.deepEqual((await specification(page)).until, until, 'what was run is the form again');
+  await settles(async () => (await specification(page)).until, until, 'what was run is the form again');
   await page.locator('#until').uncheck();
-  assert.equal((await specification(page)).until, undefined);
+  await settles(async () => (await specification(page)).until, undefined);
   await page.locator('#until').check();
   await counted(page);
   assert.deepEqual(complaints, []);
@@ -220,8 +224,8 @@ test('a front of several metrics is chosen, marked in the table as a search with
   await page.locator('#wrong-front').filter({ hasText: 'front: must be an array of 2' }).waitFor({ timeout: 5000 });
   for (const path of wanted) await page.locator(`[data-front="${path}"]`).check();
   await counted(page);
-  assert.deepEqual(
-    (await specification(page)).front,
+  await settles(
+    async () => (await specification(page)).front,
     metrics.filter((/** @type {string} */ path) => wanted.includes(path)),
   );
   await page.locator('#run').click();
@@ -230,15 +234,12 @@ test('a front of several metrics is chosen, marked in the table as a search with
   const rows = (await api(daemon.url, `experiments/${await shownId(page)}/results?points=true&format=json`)).body;
   const sizes = rows.map((row) => wanted.map((path) => Math.abs(row[path])));
   const on = sizes.map((a) => !sizes.some((b) => b.every((v, k) => v <= a[k]) && b.some((v, k) => v < a[k])));
-  assert.deepEqual(
-    (await column(page, 'Front')).map((text) => text === 'front'),
-    on,
-  );
+  await settles(async () => (await column(page, 'Front')).map((text) => text === 'front'), on);
   assert.ok(on.includes(true) && on.includes(false));
   // A metric that is not kept any more is on no front.
   await page.locator(`.chosen [data-metric="${wanted[0]}"]`).click();
-  assert.deepEqual(
-    await page.locator('[data-front]:checked').evaluateAll((all) => all.map((e) => e.getAttribute('data-front'))),
+  await settles(
+    () => page.locator('[data-front]:checked').evaluateAll((all) => all.map((e) => e.getAttribute('data-front'))),
     metrics.filter((/** @type {string} */ path) => wanted.includes(path) && path !== wanted[0]),
   );
   assert.deepEqual(complaints, []);
@@ -257,7 +258,7 @@ test('designs of points: a Latin hypercube, base samples for sensitivity, values
   await page.locator('#sample-seed').fill('7');
   await page.locator('[data-axis="0.levels"]').fill('4');
   await counted(page);
-  assert.match(await estimate(page), /^24 runs of 24 points/);
+  await reads(estimate(page), /^24 runs of 24 points/);
   const lhs = await specification(page);
   assert.deepEqual(lhs.sample, { method: 'lhs', count: 24, seed: 7 });
   assert.equal(lhs.axes[0].count, 4);
@@ -273,17 +274,17 @@ test('designs of points: a Latin hypercube, base samples for sensitivity, values
   );
   await page.selectOption('#sampling', 'saltelli');
   await page.getByLabel('Base samples').fill('16');
-  assert.match(await page.locator('#sample-facts').innerText(), /16 base samples × \(2 axes \+ 2\) = 64 points\./);
+  await reads(page.locator('#sample-facts'), /16 base samples × \(2 axes \+ 2\) = 64 points\./);
   await counted(page);
-  assert.match(await estimate(page), /^64 runs of 64 points/);
+  await reads(estimate(page), /^64 runs of 64 points/);
   await page.getByLabel('Together with the axis above').check();
   await page.locator('[data-axis="1.levels"]').fill('4');
-  assert.match(await page.locator('#sample-facts').innerText(), /\(1 axis \+ 2\) = 48 points/);
+  await reads(page.locator('#sample-facts'), /\(1 axis \+ 2\) = 48 points/);
   await counted(page);
-  assert.match(await estimate(page), /^48 runs of 48 points/);
+  await reads(estimate(page), /^48 runs of 48 points/);
   await page.getByLabel('Base samples').fill('0');
   await page.locator('#wrong-sample').filter({ hasText: 'count: must be a whole number from 1' }).waitFor({ timeout: 5000 });
-  assert.equal(await page.locator('#points').getAttribute('aria-invalid'), 'true');
+  await settles(() => page.locator('#points').getAttribute('aria-invalid'), 'true');
   await close();
 });
 
@@ -296,15 +297,15 @@ test('of many points those under others are not drawn, and it says how many; the
   const { id } = (await api(daemon.url, 'experiments', { scenario, axes, metrics: ['methods.0.e_max', 'methods.0.evaluations'] })).body;
   await until(async () => (await api(daemon.url, `experiments/${id}`)).body.state === 'done', 'the runs', 60000);
   const { page, complaints, close } = await open({ hash: `#experiments=${id}` });
-  const text = await page.locator('#covered').innerText();
+  const text = await reads(page.locator('#covered'), /points lie under others/);
   const said = Number(/^([\d,]+) of 3,000 points lie under others/.exec(text)?.[1]?.replace(',', ''));
   assert.ok(said > 100 && said < 2950, text);
-  assert.match(await page.locator('.outcome').innerText(), /2,900 more points/);
+  await reads(page.locator('.outcome'), /2,900 more points/);
   await page.locator('tr[data-point="7"] th').click();
-  assert.match(await page.locator('#point').innerText(), /^Point 7\b/, 'one that is picked in the table is drawn');
+  await reads(page.locator('#point'), /^Point 7\b/);
   await page.focus('#scatter-box');
   await page.keyboard.press('ArrowRight');
-  assert.match(await page.locator('#point').innerText(), /^Point \d+/);
+  await reads(page.locator('#point'), /^Point \d+/);
   assert.deepEqual(complaints, []);
   await close();
 });
@@ -348,20 +349,20 @@ test('an error of the daemon is shown at the field that it names', async () => {
   const wrong = async (/** @type {string} */ field, /** @type {RegExp} */ words) => {
     const text = page.locator(`#wrong-${field.replaceAll('.', '-')}`);
     await text.filter({ hasText: words }).waitFor({ timeout: 5000 });
-    assert.equal(await page.locator('#run').isDisabled(), true);
+    await settles(() => page.locator('#run').isDisabled(), true);
   };
   await page.locator('[data-axis="0.values"]').fill('0, 5000');
   await wrong('axes.0', /5000/);
-  assert.equal(
-    await page.locator('[data-axis="0.values"]').getAttribute('aria-describedby'),
+  await settles(
+    () => page.locator('[data-axis="0.values"]').getAttribute('aria-describedby'),
     null,
     'the daemon names the axis, not its values',
   );
   await page.getByRole('button', { name: 'Range' }).click();
   await page.locator('[data-axis="0.count"]').fill('many');
   await wrong('axes.0', /count/);
-  assert.equal(await page.locator('[data-axis="0.count"]').getAttribute('aria-invalid'), 'true');
-  assert.equal(await page.locator('[data-axis="0.count"]').getAttribute('aria-describedby'), 'wrong-axes-0');
+  await settles(() => page.locator('[data-axis="0.count"]').getAttribute('aria-invalid'), 'true');
+  await settles(() => page.locator('[data-axis="0.count"]').getAttribute('aria-describedby'), 'wrong-axes-0');
   await page.locator('[data-axis="0.count"]').fill('3');
   await page.locator('#repeats').fill('0');
   await wrong('repeats', /repeats/);
@@ -370,7 +371,7 @@ test('an error of the daemon is shown at the field that it names', async () => {
   await wrong('metrics', /metrics: must be/);
   await page.locator('#find-metric').fill('players.1.remote_error mean');
   await page.locator('.offered input').first().click();
-  assert.equal(await page.locator('.chosen').innerText(), 'players.1.remote_error_m.mean');
+  await settles(() => page.locator('.chosen').innerText(), 'players.1.remote_error_m.mean');
   await page.locator('#run:not([disabled])').waitFor();
   await close();
 });
@@ -381,61 +382,61 @@ test('run, watched by the stream, read as scatter and table, opened live; the wa
   assert.equal((await specification(page)).axes[0].zip.length, 3, 'what goes together stays so');
   await page.getByLabel(/^Value of Duration/).fill('6');
   await counted(page);
-  assert.match(await estimate(page), /^20 runs of 20 points/);
+  await reads(estimate(page), /^20 runs of 20 points/);
   const order = await specification(page);
   await page.locator('#run').click();
   await done(page);
   const id = await shownId(page);
-  assert.equal(await page.locator('[data-way]').getAttribute('data-way'), 'stream');
+  await settles(() => page.locator('[data-way]').getAttribute('data-way'), 'stream');
   await page.locator('tr[data-point="19"]').waitFor();
 
   // The table is the API's, and so are files and report; the curl line makes the same again.
   const rows = (await api(daemon.url, `experiments/${id}/results?points=true&format=json`)).body;
-  assert.deepEqual(
-    (await column(page, 'players.0.lag_ms')).map(Number),
+  await settles(
+    async () => (await column(page, 'players.0.lag_ms')).map(Number),
     rows.map((row) => row['players.0.lag_ms']),
   );
   const same = (await api(daemon.url, 'experiments', order)).body;
   await until(async () => (await api(daemon.url, `experiments/${same.id}`)).body.state === 'done', 'the same by the line');
   assert.deepEqual((await api(daemon.url, `experiments/${same.id}/results?points=true&format=json`)).body, rows);
+  await settles(() => page.locator('.files a').count(), 11);
   const links = await page.locator('.files a').evaluateAll((all) => all.map((a) => /** @type {HTMLAnchorElement} */ (a).href));
-  assert.equal(links.length, 11);
   for (const link of links) assert.equal((await fetch(link)).status, 200, link);
 
   // The front is that of the two sides of the trade, found without the page.
   const { error, cost } = { error: order.metrics[0], cost: order.metrics[1] };
   const beaten = (a) => rows.some((b) => b[cost] <= a[cost] && b[error] <= a[error] && (b[cost] < a[cost] || b[error] < a[error]));
-  assert.deepEqual(
-    (await column(page, 'Front')).map((text) => text === 'front'),
+  await settles(
+    async () => (await column(page, 'Front')).map((text) => text === 'front'),
     rows.map((row) => !beaten(row)),
   );
 
   // By keyboard from point to point, and into one.
   await page.focus('#scatter-box');
   await page.keyboard.press('ArrowRight');
-  const first = await page.locator('#point').innerText();
+  const first = await reads(page.locator('#point'), /^Point \d+.*players\.0\.lag_ms/);
   await page.keyboard.press('ArrowRight');
-  const second = await page.locator('#point').innerText();
-  assert.match(first, /^Point \d+.*players\.0\.lag_ms/);
-  assert.notEqual(first, second);
+  const second = await until(async () => {
+    const text = await page.locator('#point').innerText();
+    return text !== first && text;
+  }, 'another point');
   const point = Number(/^Point (\d+)/.exec(second)[1]);
   await page.keyboard.press('Enter');
   await page.waitForFunction(() => globalThis.laglab().frame !== null);
   assert.equal((await sessionOf(page)).owner, true);
   assert.equal((await page.evaluate(() => globalThis.laglab().params)).players[0].lag_ms, rows[point]['players.0.lag_ms']);
-  assert.match(page.url(), /#s=/);
+  await reads(async () => page.url(), /#s=/);
   await page.goBack();
   await page.locator('tr[data-point="19"]').waitFor();
-  assert.equal(await shownId(page), id);
+  await settles(() => shownId(page), id);
 
   // Sorting, and a row's own button.
   await page.locator('.points thead button', { hasText: 'lag_ms' }).click();
   await page.locator('.points thead button', { hasText: 'lag_ms' }).click();
-  const lags = (await column(page, 'players.0.lag_ms')).map(Number);
-  assert.deepEqual(
-    lags,
-    [...lags].sort((a, b) => b - a),
-  );
+  await until(async () => {
+    const lags = (await column(page, 'players.0.lag_ms')).map(Number);
+    return lags.every((lag, i) => i === 0 || lag <= lags[i - 1]);
+  }, 'the largest first');
   await page.locator('tr[data-point="3"] button').focus();
   await page.keyboard.press('Enter');
   await page.waitForFunction(() => globalThis.laglab().frame !== null);
@@ -445,7 +446,7 @@ test('run, watched by the stream, read as scatter and table, opened live; the wa
   // A reload, and another tab of the same browser.
   await page.reload();
   await page.locator('tr[data-point="19"]').waitFor();
-  assert.equal(await page.locator('.mine li').count(), 1);
+  await settles(() => page.locator('.mine li').count(), 1);
   const other = await open({ context });
   await other.page.locator('.mine li', { hasText: 'Done' }).waitFor();
   await other.page.locator(`[data-id="${id}"]`).click();
@@ -463,7 +464,7 @@ test('pause, resume and cancel, and what a reader may not; without a stream it a
   await counted(page);
   await page.locator('#run').click();
   await page.waitForFunction(() => /** @type {HTMLProgressElement} */ (document.querySelector('progress'))?.value > 0);
-  assert.match(await page.locator('#progress-text').innerText(), /Running · [\d,]+ of 15,000 runs/);
+  await reads(page.locator('#progress-text'), /Running · [\d,]+ of 15,000 runs/);
   await page.waitForFunction(() => /runs\/s · \d+ (s|min) left/.test(document.getElementById('progress-text')?.textContent ?? ''));
   const id = await shownId(page);
   const reader = await browser.newContext({ viewport: { width: 1366, height: 768 } });
@@ -481,8 +482,8 @@ test('pause, resume and cancel, and what a reader may not; without a stream it a
   });
   await away.goto(`${daemon.url}#experiments=${id}`);
   await away.locator('[data-way="asking"]').waitFor();
-  assert.equal(await away.locator('#pause').isDisabled(), true);
-  assert.match(await away.locator('.progress').innerText(), /Read-only/);
+  await settles(() => away.locator('#pause').isDisabled(), true);
+  await reads(away.locator('.progress'), /Read-only/);
   await page.locator('#pause').click();
   await page.locator('[data-state="paused"]').waitFor();
   await away.locator('[data-state="paused"]').waitFor();
@@ -504,7 +505,6 @@ test('a pointer picks a point, and opens it when it picks it again', async () =>
   await page.locator('tr[data-point="4"]').waitFor();
   await page.focus('#scatter-box');
   await page.keyboard.press('ArrowRight');
-  const box = await page.locator('#scatter-box').boundingBox();
   const find = async () => {
     /* the picked point's ring, by its colour */
     const at = await page.evaluate(() => {
@@ -526,9 +526,10 @@ test('a pointer picks a point, and opens it when it picks it again', async () =>
   };
   const at = await until(find, 'the ring');
   await page.locator('tr[data-point="2"] th').click();
-  assert.match(await page.locator('#point').innerText(), /^Point 2\b/);
+  await reads(page.locator('#point'), /^Point 2\b/);
+  const box = await page.locator('#scatter-box').boundingBox(); /* the row that was clicked may have moved it */
   await page.mouse.click(box.x + 1 + at.x, box.y + 1 + at.y);
-  assert.doesNotMatch(await page.locator('#point').innerText(), /^Point 2\b/);
+  await until(async () => !/^Point 2\b/.test(await page.locator('#point').innerText()), 'another point');
   await page.mouse.click(box.x + 1 + at.x, box.y + 1 + at.y);
   await page.waitForFunction(() => globalThis.laglab().frame !== null);
   await close();

@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
-import { SIZES, axe, frameOf, launch, until, visit } from './lib.mjs';
+import { SIZES, axe, frameOf, launch, reads, until, visit } from './lib.mjs';
 
 /** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
 /** @type {import('playwright-core').Browser} */ let browser;
@@ -49,7 +49,7 @@ for (const { name, width, height, query } of SIZES) {
         assert.ok((await painted(page, view, colour)) > 20, `${colour} in view ${view}`);
       }
     }
-    assert.match(await page.locator('canvas[data-view="1"]').getAttribute('aria-label'), /A at [\d.]+, [\d.]+ m, B at .* and 40 things/);
+    await reads(() => page.locator('canvas[data-view="1"]').getAttribute('aria-label'), /A at [\d.]+, [\d.]+ m, B at .* and 40 things/);
     assert.deepEqual(complaints, []);
     if (name === SIZES[0].name) assert.deepEqual(await axe(page), []);
     await close();

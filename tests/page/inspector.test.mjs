@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
-import { launch, visit } from './lib.mjs';
+import { launch, settles, visit } from './lib.mjs';
 
 /** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
 /** @type {import('playwright-core').Browser} */ let browser;
@@ -50,7 +50,7 @@ test('inputs from client to server, with their results', async () => {
 test('a shot: hits by three rules, and the rewind', async () => {
   const { page, complaints, close } = await visit(browser, `${daemon.url}?scenario=rifle`);
   await words(page, /^Shots: A, rifle: (hits|miss).*rewound by \d+ ms/);
-  assert.equal(await page.locator(CHOICE).inputValue(), 'shots');
+  await settles(() => page.locator(CHOICE).inputValue(), 'shots');
   assert.deepEqual(complaints, []);
   await close();
 });

@@ -2,7 +2,23 @@
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
-import { api, button, frameOf, launch, paramsOf, pause, scrub, sessionOf, shown, tickOf, until, visit } from './lib.mjs';
+import {
+  api,
+  button,
+  dialogOf,
+  frameOf,
+  launch,
+  paramsOf,
+  pause,
+  reads,
+  scrub,
+  sessionOf,
+  settles,
+  shown,
+  tickOf,
+  until,
+  visit,
+} from './lib.mjs';
 
 /** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
 /** @type {import('playwright-core').Browser} */ let browser;
@@ -39,8 +55,9 @@ for (const lab of LABS) {
     await past(page, 30);
     await pause(page);
     await page.waitForTimeout(150);
-    const start = await stateOf(page),
-      picture = await drawn(page, lab.canvas);
+    const start = await stateOf(page);
+    await at(page, start.tick);
+    const picture = await drawn(page, lab.canvas);
     await page.waitForTimeout(300);
     assert.equal(await tickOf(page), start.tick);
     assert.equal(await drawn(page, lab.canvas), picture, 'a pause stands still');
@@ -56,9 +73,9 @@ for (const lab of LABS) {
       const tick = await tickOf(page);
       return tick > 0 && tick < start.tick;
     }, 'an earlier place');
-    assert.match(await page.locator('#chip').innerText(), /Paused at/);
-    assert.match(await page.locator('#clock').innerText(), new RegExp(`^${(await frameOf(page)).time_s.toFixed(2)} s`));
-    assert.notEqual(await drawn(page, lab.canvas), picture);
+    await reads(page.locator('#chip'), /Paused at/);
+    await reads(page.locator('#clock'), new RegExp(`^${(await frameOf(page)).time_s.toFixed(2)} s`));
+    await until(async () => (await drawn(page, lab.canvas)) !== picture, 'it is drawn');
     await scrub(page, time);
     await at(page, start.tick);
     assert.equal((await stateOf(page)).hash, start.hash);
@@ -72,10 +89,10 @@ for (const lab of LABS) {
     await shown(page);
     await page.waitForSelector(`#${lab.canvas}`);
     assert.deepEqual(await sessionOf(page), { id, owner: true });
-    assert.equal(await tickOf(page), tick);
+    await at(page, tick);
     assert.equal((await frameOf(page)).session.speed, 0.5);
-    assert.equal(valueOf(await paramsOf(page), lab.path), lab.value);
-    assert.equal(await page.locator(`[data-path="${lab.path}"]`).inputValue(), lab.value);
+    await settles(async () => valueOf(await paramsOf(page), lab.path), lab.value);
+    await settles(() => page.locator(`[data-path="${lab.path}"]`).inputValue(), lab.value);
     await button(page, 'Play').click();
     await past(page, tick + 5);
     assert.deepEqual(complaints, []);
@@ -88,12 +105,12 @@ for (const lab of LABS) {
     const reader = await open(lab, {}, `#s=${id}`),
       { page } = reader;
     assert.deepEqual(await sessionOf(page), { id, owner: false });
-    assert.ok(await page.locator(`[data-path="${lab.path}"]`).isDisabled());
+    await settles(() => page.locator(`[data-path="${lab.path}"]`).isDisabled(), true);
     await past(page, 20);
     await pause(owner.page);
     const { tick, hash } = await stateOf(owner.page);
     await at(page, tick);
-    assert.match(await page.locator('#chip').innerText(), /Paused/);
+    await reads(page.locator('#chip'), /Paused/);
     await owner.page.locator(`[data-path="${lab.path}"]`).selectOption(lab.value);
     await until(async () => (await page.locator(`[data-path="${lab.path}"]`).inputValue()) === lab.value, 'the reader follows a setting');
     await button(owner.page, 'One tick back').click();
@@ -161,10 +178,11 @@ test('the help has the keys and views of the lab that is shown: driving only wit
   const { page, close } = await visit(browser, `${daemon.url}#race`);
   const captions = async () => {
     await button(page, 'Help').click();
-    await page.getByRole('heading', { name: 'Help' }).waitFor();
+    await dialogOf(page);
     const found = await page.locator('dialog caption').allTextContents(),
       keys = await page.locator('dialog kbd').allTextContents();
     await page.keyboard.press('Escape');
+    await page.locator('dialog').waitFor({ state: 'hidden' });
     return { found, keys };
   };
   await page.waitForSelector('#error-chart canvas');

@@ -5,7 +5,7 @@ import path from 'node:path';
 import { after, before, test } from 'node:test';
 import { fileURLToPath } from 'node:url';
 import { startDaemon } from '../lib/daemon.mjs';
-import { axe, button, launch, shown, visit } from './lib.mjs';
+import { axe, button, dialogOf, launch, reads, settles, shown, visit } from './lib.mjs';
 
 const WWW = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../../www');
 /** @type {Record<string, any>} */
@@ -85,7 +85,7 @@ test('the language is that of the address, else the chosen one, else the browser
 
 test('one language is read, and of a lab only what it shows', async () => {
   const { page, requests, close } = await visit(browser, `${daemon.url}?lang=de#race`);
-  await page.waitForTimeout(500);
+  await page.waitForSelector('#error-chart canvas');
   const read = requests.map((request) => new URL(request.url()).pathname).filter((at) => at.startsWith('/words/'));
   assert.deepEqual(read, ['/words/de/page.json']);
   await page.goto(`${daemon.url}?lang=de#step`);
@@ -123,15 +123,15 @@ test('parameters have their names, units and one line of help from the words', a
     const { inputs, units } = words[language];
     const row = page.locator('label.field', { has: page.locator('[data-path="methods.0.dt_s"]') }).first();
     await row.waitFor();
-    assert.match(await row.innerText(), new RegExp(`${inputs.motion['methods.*.dt_s'].label}\\s*${units.s}`));
-    assert.equal(await row.getAttribute('title'), inputs.motion['methods.*.dt_s'].tip);
+    await reads(row, new RegExp(`${inputs.motion['methods.*.dt_s'].label}\\s*${units.s}`));
+    await settles(() => row.getAttribute('title'), inputs.motion['methods.*.dt_s'].tip);
     await close();
   }
 });
 
 test('numbers have the language’s decimal point', async () => {
   const { page, close } = await visit(browser, `${daemon.url}?lang=de#race`);
-  assert.match(await page.locator('#clock').innerText(), /^\d+,\d\d s$/);
+  await reads(page.locator('#clock'), /^\d+,\d\d s$/);
   await close();
 });
 
@@ -144,9 +144,10 @@ for (const { width, height } of SIZES)
       assert.deepEqual(await clipped(page), []);
       for (const kind of ['shell.help', 'shell.share']) {
         await button(page, words.de.page[kind]).first().click();
-        await page.locator('dialog[open] h2').waitFor();
+        await dialogOf(page);
         assert.deepEqual(await clipped(page, 'dialog[open]'), [], kind);
         await page.keyboard.press('Escape');
+        await page.locator('dialog').waitFor({ state: 'hidden' });
       }
       assert.deepEqual(complaints, []);
       await close();
@@ -169,7 +170,7 @@ test('the class in German: the lobby, joining, a vote', async () => {
   await button(page, own['class.do.predict']).waitFor();
   assert.deepEqual(await clipped(page, '.lobby'), []);
   assert.deepEqual(await axe(page), []);
-  const code = (await page.locator('.lobby .letters').innerText()).replace(/\s/g, '');
+  const code = (await reads(page.locator('.lobby .letters'), /\w/)).replace(/\s/g, '');
   const member = await visit(browser, `${daemon.url}?lang=de#class=${code}`, { width: 390, height: 844, wait: false });
   await button(member.page, new RegExp(own['class.watch'])).click();
   await button(page, own['class.do.predict']).click();

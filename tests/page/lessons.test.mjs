@@ -6,7 +6,7 @@ import { after, before, test } from 'node:test';
 import { fileURLToPath } from 'node:url';
 import { filled } from '../../docs/lessons.mjs';
 import { startDaemon } from '../lib/daemon.mjs';
-import { api, axe, launch, paramsOf, sessionOf, shown, tickOf, until, visit } from './lib.mjs';
+import { api, axe, launch, paramsOf, reads, sessionOf, settles, shown, tickOf, until, visit } from './lib.mjs';
 
 const WWW = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../../www');
 const lessonOf = (id) => JSON.parse(readFileSync(path.join(WWW, `lessons/${id}.json`), 'utf8'));
@@ -57,18 +57,18 @@ const sideways = (page) => page.evaluate(() => document.documentElement.scrollWi
 
 test('the first page has ten questions, the other lessons and all scenarios; it asks the daemon only, and for little', async () => {
   const { page, requests, complaints, close } = await door();
-  assert.equal(await page.locator('.card').count(), 10);
-  assert.deepEqual(
-    (await page.locator('.card b').allTextContents()).slice(0, 3),
+  await settles(() => page.locator('.card').count(), 10);
+  await settles(
+    async () => (await page.locator('.card b').allTextContents()).slice(0, 3),
     ['late_answer', 'jump_back', 'in_the_past'].map((id) => lessonOf(id).title.en),
   );
-  assert.equal(await page.locator('section[aria-labelledby="topic-paper"] li').count(), 13);
-  assert.ok((await page.locator('section[aria-labelledby="topic-techniques"] li').count()) >= 8);
+  await settles(() => page.locator('section[aria-labelledby="topic-paper"] li').count(), 13);
+  await page.locator('section[aria-labelledby="topic-techniques"] li').nth(7).waitFor();
   const { scenarios } = (await api(daemon.url, 'scenarios?brief=true')).body;
   await page.locator('.library summary').click();
   await until(async () => (await page.locator('.library li').count()) === scenarios.length, 'every scenario');
   assert.equal(await page.evaluate(() => globalThis.laglab().session), null, 'no session is made');
-  assert.match(await page.title(), /^Questions – laglab$/);
+  await reads(() => page.title(), /^Questions – laglab$/);
   assert.ok(requests.every((request) => request.url().startsWith(daemon.url)));
   const sizes = await Promise.all(requests.map(async (r) => (await (await r.response())?.body().catch(() => null))?.length ?? 0));
   const total = sizes.reduce((a, b) => a + b, 0);
@@ -108,9 +108,9 @@ test('one click opens a question, paused at its start; Back returns to the quest
   });
   await page.locator('.card').first().click();
   await ready(page);
-  assert.match(page.url(), /#lesson=late_answer&step=1/);
-  assert.equal(await page.locator('#lesson-step').textContent(), LATE.title.en);
-  assert.equal(await tickOf(page), 0);
+  await reads(async () => page.url(), /#lesson=late_answer&step=1/);
+  await settles(() => page.locator('#lesson-step').textContent(), LATE.title.en);
+  await settles(() => tickOf(page), 0);
   const now = await paramsOf(page);
   assert.equal(now.players[0].prediction, false);
   assert.equal(now.duration_s, 20);
@@ -133,30 +133,30 @@ test('one click opens a question, paused at its start; Back returns to the quest
 
 test('Play is locked until a choice is made; then it stops on the tick, and the answer is the engine’s', async () => {
   const { page, complaints, close } = await open('late_answer');
-  assert.equal(await play(page).isDisabled(), true);
-  assert.equal(await page.locator('#lock-in').isDisabled(), true);
-  assert.match(await page.locator('.bar .held').innerText(), /Answer first/);
+  await settles(() => play(page).isDisabled(), true);
+  await settles(() => page.locator('#lock-in').isDisabled(), true);
+  await reads(page.locator('.bar .held'), /Answer first/);
   await page.keyboard.press('Space');
   await page.waitForTimeout(300);
   assert.equal(await tickOf(page), 0, 'no key plays');
   await page.keyboard.press('2');
-  assert.equal(await page.locator('.option input').nth(1).isChecked(), true);
-  assert.equal(await play(page).isDisabled(), false);
+  await settles(() => page.locator('.option input').nth(1).isChecked(), true);
+  await settles(() => play(page).isDisabled(), false);
   await page.locator('#lock-in').click();
   await current(page, 'Observe');
-  assert.equal(await tickOf(page), LATE.stop_tick);
+  await settles(() => tickOf(page), LATE.stop_tick);
   await page.waitForTimeout(300);
   assert.equal(await tickOf(page), LATE.stop_tick, 'it stays there');
-  assert.equal(await page.locator('#rail > p').first().textContent(), filled(LATE, LATE.steps.observe.en, 'en'));
+  await settles(() => page.locator('#rail > p').first().textContent(), filled(LATE, LATE.steps.observe.en, 'en'));
   const { id, key } = await page.evaluate(() => {
     const { session } = globalThis.laglab();
     return { id: session.id, key: JSON.parse(sessionStorage.getItem('laglab')).keys[session.id] };
   });
   await page.locator('#rail .main').click();
   await current(page, 'Explain');
-  assert.match(await page.locator('.pair dd').first().innerText(), /^150 ms$/);
-  assert.equal(await page.locator('.why').innerText(), LATE.choices[1].why.en);
-  const claimed = Number.parseFloat(await page.locator('#answer').innerText());
+  await reads(page.locator('.pair dd').first(), /^150 ms$/);
+  await settles(() => page.locator('.why').innerText(), LATE.choices[1].why.en);
+  const claimed = Number.parseFloat(await reads(page.locator('#answer'), /\d/));
   await api(daemon.url, `sessions/${id}/control`, { op: 'seek', time_s: 20 }, key);
   const measured = await until(async () => {
     const { body } = await api(daemon.url, `sessions/${id}/metrics`);
@@ -171,15 +171,15 @@ test('Skip goes on without a choice; Play of the bar stops, too', async () => {
   const skipped = await open('jump_back');
   await skipped.page.getByRole('button', { name: WORDS.en['predict.skip'] }).click();
   await current(skipped.page, 'Observe');
-  assert.equal(await tickOf(skipped.page), lessonOf('jump_back').stop_tick);
+  await settles(() => tickOf(skipped.page), lessonOf('jump_back').stop_tick);
   await skipped.page.locator('#rail .main').click();
-  assert.match(await skipped.page.locator('.pair dd').first().innerText(), /nothing/);
+  await reads(skipped.page.locator('.pair dd').first(), /nothing/);
   await skipped.close();
   const { page, close } = await open('bullet_through');
   await page.locator('.option').first().click();
   await play(page).click();
   await current(page, 'Observe');
-  assert.equal(await tickOf(page), 4);
+  await settles(() => tickOf(page), 4);
   await close();
 });
 
@@ -197,7 +197,7 @@ test('the change is a session of the same seed with one thing set, and its answe
   const changed = await paramsOf(page);
   changed.server.update_hz = plain.server.update_hz;
   assert.deepEqual(changed, plain);
-  assert.match(await page.locator('#changed').innerText(), /^560 ms$/);
+  await reads(page.locator('#changed'), /^560 ms$/);
   await page.locator('#rail .main').click();
   await until(async () => (await tickOf(page)) === lesson.stop_tick, 'the same tick', 15000);
   const { id, key } = await page.evaluate(() => {
@@ -212,8 +212,8 @@ test('the change is a session of the same seed with one thing set, and its answe
   assert.ok(Math.abs(560 - measured) < 17, String(measured));
   await page.getByRole('button', { name: WORDS.en.free }).click();
   await page.waitForFunction(() => document.querySelector('#rail') === null);
-  assert.match(page.url(), /\?scenario=race&.*server\.update_hz:5/);
-  assert.equal((await sessionOf(page)).id, id);
+  await reads(async () => page.url(), /\?scenario=race&.*server\.update_hz:5/);
+  await settles(async () => (await sessionOf(page))?.id, id);
   assert.deepEqual(complaints, []);
   await close();
 });
@@ -225,11 +225,11 @@ test('a step outlives a reload, with the answer that was given', async () => {
   await current(page, 'Observe');
   await page.locator('#rail .main').click();
   await current(page, 'Explain');
-  assert.equal(stepped(page), '4');
+  await settles(async () => stepped(page), '4');
   await page.reload();
   await ready(page);
   await current(page, 'Explain');
-  assert.match(await page.locator('.pair dd').first().innerText(), /^500 ms$/);
+  await reads(page.locator('.pair dd').first(), /^500 ms$/);
   await until(async () => (await tickOf(page)) === LATE.stop_tick, 'the tick');
   await page.locator('.steps button').first().click();
   await current(page, 'Predict');
@@ -241,21 +241,21 @@ test('German: the switch, the address, numbers and the language of the text', as
   const { page, close } = await door();
   await page.getByRole('button', { name: 'DE, Deutsch' }).click();
   await page.getByRole('heading', { name: WORDS.de['door.title'] }).waitFor();
-  assert.equal(await page.locator('main').getAttribute('lang'), 'de');
-  assert.deepEqual((await page.locator('.card b').allTextContents())[0], LATE.title.de);
+  await settles(() => page.locator('main').getAttribute('lang'), 'de');
+  await settles(async () => (await page.locator('.card b').allTextContents())[0], LATE.title.de);
   await page.locator('.card').first().click();
   await ready(page);
-  assert.match(page.url(), /lang=de/);
-  assert.equal(await page.locator('#rail').getAttribute('lang'), 'de');
-  assert.equal(await page.locator('#rail > p').first().textContent(), filled(LATE, LATE.steps.predict.de, 'de'));
-  assert.match(await page.locator('.bar .held').innerText(), /Erst antworten/);
+  await reads(async () => page.url(), /lang=de/);
+  await settles(() => page.locator('#rail').getAttribute('lang'), 'de');
+  await settles(() => page.locator('#rail > p').first().textContent(), filled(LATE, LATE.steps.predict.de, 'de'));
+  await reads(page.locator('.bar .held'), /Erst antworten/);
   await page.locator('.option').first().click();
   await page.locator('#lock-in').click();
   await current(page, WORDS.de['steps.observe']);
-  assert.match(await page.locator('#rail > p').first().textContent(), /0,3 cm/);
+  await reads(() => page.locator('#rail > p').first().textContent(), /0,3 cm/);
   await page.getByRole('button', { name: 'EN, English' }).click();
   await current(page, 'Observe');
-  assert.equal(await tickOf(page), LATE.stop_tick, 'the session stays');
+  await settles(() => tickOf(page), LATE.stop_tick, 'the session stays');
   await close();
 });
 
@@ -272,10 +272,12 @@ test('search finds questions in both languages, and scenarios', async () => {
 
 test('every lesson opens, in both languages, without a complaint', async () => {
   const { page, complaints, close } = await door();
-  const ids = await page
-    .locator('a[href^="#lesson="]')
-    .evaluateAll((all) => all.map((a) => /lesson=(\w+)/.exec(a.getAttribute('href'))[1]));
-  assert.equal(ids.length, 31);
+  const ids = await until(async () => {
+    const found = await page
+      .locator('a[href^="#lesson="]')
+      .evaluateAll((all) => all.map((a) => /lesson=(\w+)/.exec(a.getAttribute('href') ?? '')?.[1]));
+    return found.length === 31 && found;
+  }, '31 lessons');
   for (const id of ids) {
     const lesson = lessonOf(id);
     for (const lang of ['en', 'de']) {
@@ -283,11 +285,11 @@ test('every lesson opens, in both languages, without a complaint', async () => {
         location.hash = hash;
       }, `lesson=${id}&step=1&lang=${lang}`);
       await page.waitForFunction((title) => document.querySelector('#lesson-step')?.textContent === title, lesson.title[lang]);
-      assert.equal(
-        await page.locator('#rail > p').first().textContent(),
+      await settles(
+        () => page.locator('#rail > p').first().textContent(),
         filled(lesson, lesson.steps.predict[lang], lang).replace(/-(?=\d)/g, '−'),
       );
-      assert.equal(await page.locator('.option').count(), lesson.choices.length);
+      await settles(() => page.locator('.option').count(), lesson.choices.length);
     }
     await until(
       async () => (await sessionOf(page)) !== null && (await page.evaluate(() => globalThis.laglab().frame !== null)),
@@ -305,14 +307,14 @@ test('by keyboard alone: card, choice, run, explain, change', async () => {
   await page.keyboard.press('Enter');
   await ready(page);
   await page.keyboard.press('3');
-  assert.equal(await page.evaluate(() => document.activeElement?.getAttribute('value')), '2');
+  await settles(() => page.evaluate(() => document.activeElement?.getAttribute('value')), '2');
   await page.keyboard.press('ArrowDown');
-  assert.equal(await page.locator('.option input').nth(3).isChecked(), true);
+  await settles(() => page.locator('.option input').nth(3).isChecked(), true);
   await page.keyboard.press('Tab');
-  assert.equal(await page.evaluate(() => document.activeElement?.id), 'lock-in');
+  await settles(() => page.evaluate(() => document.activeElement?.id), 'lock-in');
   await page.keyboard.press('Enter');
   await current(page, 'Observe');
-  assert.equal(await page.evaluate(() => document.activeElement?.id), 'lesson-step');
+  await settles(() => page.evaluate(() => document.activeElement?.id), 'lesson-step');
   for (const name of ['Explain', 'Change']) {
     await page.locator('#rail .main').focus();
     await page.keyboard.press('Enter');

@@ -2,8 +2,11 @@
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
+import { setTimeout as wait } from 'node:timers/promises';
+import { isDeepStrictEqual } from 'node:util';
 import { chromium } from 'playwright-core';
 
+const SETTLE_MS = 5000;
 const AXE = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
 
 export const SIZES = [
@@ -12,8 +15,28 @@ export const SIZES = [
   { name: '390x844', width: 390, height: 844, query: '' },
 ];
 
-export function launch() {
-  return chromium.launch({
+/** Makes races show: each part of the page that is asked for after it has loaded comes that many ms late. A test that fails by it alone reads what is
+ * not there yet, and would fail on a busy machine now and then. Budgets of time do not hold with it. */
+const SLOW_MS = Number(process.env.LAGLAB_PAGE_SLOW_MS ?? 0);
+
+/** @param {import('playwright-core').BrowserContext} context */
+async function slowed(context) {
+  /** @type {WeakSet<import('playwright-core').Page>} */
+  const loaded = new WeakSet();
+  context.on('page', (page) => {
+    page.on('load', () => loaded.add(page));
+    page.on('request', (request) => {
+      if (request.isNavigationRequest() && request.frame() === page.mainFrame()) loaded.delete(page);
+    });
+  });
+  await context.route(/\/(js|vendor|words|lessons|css)\/[^?]*$|\.css$/, async (route) => {
+    if (loaded.has(route.request().frame().page())) await wait(SLOW_MS);
+    await route.fallback().catch(() => {}); /* the page has been closed */
+  });
+}
+
+export async function launch() {
+  const browser = await chromium.launch({
     executablePath: '/usr/bin/chromium',
     args: [
       '--no-sandbox',
@@ -25,6 +48,15 @@ export function launch() {
       '--disable-sync',
     ],
   });
+  if (SLOW_MS > 0) {
+    const open = browser.newContext.bind(browser);
+    browser.newContext = async (wish) => {
+      const context = await open(wish);
+      await slowed(context);
+      return context;
+    };
+  }
+  return browser;
 }
 
 /** Opens the page in a context of its own; `complaints` gathers errors of console, page and requests.
@@ -101,8 +133,43 @@ export async function until(test, what, ms = 5000) {
     const value = await test();
     if (value) return value;
     if (Date.now() > end) assert.fail(`not within ${ms} ms: ${what}`);
-    await new Promise((resolve) => setTimeout(resolve, 20));
+    await wait(20);
   }
+}
+
+/** Reads until the value is the expected one; else fails as `assert.deepEqual` does. For all that a page shows after an action: it may load or compute it
+ * first. @param {() => Promise<any>} read @param {any} expected @param {string} [what] */
+export async function settles(read, expected, what) {
+  let last;
+  const end = Date.now() + SETTLE_MS;
+  do {
+    last = await read();
+    if (isDeepStrictEqual(last, expected)) return;
+    await wait(20);
+  } while (Date.now() < end);
+  assert.deepEqual(last, expected, what);
+}
+
+/** Reads a text until it matches, and gives it; else fails as `assert.match` does.
+ * @param {import('playwright-core').Locator | (() => Promise<string | null>)} from @param {RegExp} pattern */
+export async function reads(from, pattern) {
+  let last = '';
+  const end = Date.now() + SETTLE_MS;
+  do {
+    last = (await (typeof from === 'function' ? from() : from.innerText())) ?? '';
+    if (pattern.test(last)) return last;
+    await wait(20);
+  } while (Date.now() < end);
+  assert.match(last, pattern);
+  return last;
+}
+
+/** The dialog that has just been asked for, once it is there with its content: dialogs are read when the first one opens.
+ * @param {import('playwright-core').Page} page */
+export async function dialogOf(page) {
+  const dialog = page.locator('dialog[open]');
+  await dialog.locator('h2').waitFor();
+  return dialog;
 }
 
 /** A control of the page by its parameter, in its panel. @param {import('playwright-core').Page} page @param {string} path @param {string} [type] */

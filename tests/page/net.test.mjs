@@ -5,7 +5,7 @@ import { tmpdir } from 'node:os';
 import path from 'node:path';
 import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
-import { control, frameOf, launch, paramsOf, sessionOf, shown, until, visit } from './lib.mjs';
+import { control, frameOf, launch, paramsOf, reads, sessionOf, settles, shown, until, visit } from './lib.mjs';
 
 /** @type {import('playwright-core').Browser} */ let browser;
 /** @type {string} */ let data;
@@ -34,9 +34,9 @@ test('the daemon dies and comes back with its data: the same session goes on', a
   const listen = `127.0.0.1:${daemon.port}`;
   await daemon.kill();
   await until(async () => /Connection lost – retrying \(\d+\)/.test(await chip(page)), 'it says so', 2000);
-  assert.ok(await control(page, 'players.0.lag_ms', 'number').isDisabled());
-  assert.match(await page.locator('fieldset.panel').first().getAttribute('title'), /Connection lost/);
-  assert.ok(await page.getByRole('button', { name: 'Reset' }).isDisabled());
+  await settles(() => control(page, 'players.0.lag_ms', 'number').isDisabled(), true);
+  await reads(() => page.locator('fieldset.panel').first().getAttribute('title'), /Connection lost/);
+  await settles(() => page.getByRole('button', { name: 'Reset' }).isDisabled(), true);
   await new Promise((resolve) => setTimeout(resolve, 1500));
   daemon = await startDaemon({ data, listen });
   const ready = Date.now();
@@ -45,7 +45,7 @@ test('the daemon dies and comes back with its data: the same session goes on', a
   await until(async () => /Reconnected/.test(await page.locator('.note').innerText()), 'it says so');
   assert.equal((await sessionOf(page)).id, id);
   assert.equal((await paramsOf(page)).players[0].lag_ms, 234);
-  assert.ok(await control(page, 'players.0.lag_ms', 'number').isEnabled());
+  await settles(() => control(page, 'players.0.lag_ms', 'number').isEnabled(), true);
   await control(page, 'players.0.lag_ms', 'number').fill('345');
   await control(page, 'players.0.lag_ms', 'number').press('Enter');
   await until(async () => (await paramsOf(page)).players[0].lag_ms === 345, 'the key still holds');
@@ -74,7 +74,7 @@ test('the daemon comes back without its data: the session is created again from 
     'a new session runs',
     6000,
   );
-  assert.match(await page.locator('.note').innerText(), /Session expired . created again from the address/);
+  await reads(page.locator('.note'), /Session expired . created again from the address/);
   assert.equal((await paramsOf(page)).players[1].lag_ms, 123);
   assert.deepEqual(own(complaints), []);
   await close();

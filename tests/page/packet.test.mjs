@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
-import { api, axe, button, frameOf, launch, pause, until, visit } from './lib.mjs';
+import { api, axe, button, frameOf, launch, pause, reads, settles, until, visit } from './lib.mjs';
 
 /** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
 /** @type {import('playwright-core').Browser} */ let browser;
@@ -121,7 +121,7 @@ for (const [name, set] of /** @type {[string, Record<string, any>][]} */ ([
     await page.keyboard.press('n');
     await opened(page);
     await page.locator('.packetview .view').focus();
-    let now = await shownOf(page);
+    let now = await says(page, /Input \d+/);
     for (let i = 0; i < 60 && inputOf(now) !== first; i++) {
       const before = inputOf(now);
       await page.keyboard.press(before > first ? 'ArrowLeft' : 'ArrowRight');
@@ -253,7 +253,7 @@ test('a lost packet is called lost, and a repeated input repeated', async () => 
     await again.page.keyboard.press('ArrowLeft');
     await again.page.waitForFunction((old) => document.getElementById('packet-says')?.textContent !== old, text);
   }
-  assert.match(await again.page.locator('.packetview').innerText(), /lost before: [1-9]/);
+  await reads(again.page.locator('.packetview'), /lost before: [1-9]/);
   await again.close();
 });
 
@@ -268,7 +268,7 @@ for (const size of SIZES)
       const chosen = /Input (\d+)/.exec((await page.locator('#lane-facts').textContent()) ?? '')?.[1];
       await page.keyboard.press('Enter');
       await opened(page);
-      assert.equal(String(inputOf(await shownOf(page))), chosen, 'the input that was chosen among the messages');
+      await settles(async () => String(inputOf(await shownOf(page))), chosen, 'the input that was chosen among the messages');
     } else {
       await button(page, 'Packet').focus();
       await page.keyboard.press('Enter');
@@ -281,7 +281,7 @@ for (const size of SIZES)
     assert.deepEqual(await axe(page), []);
     assert.ok(!(await page.evaluate(() => document.documentElement.scrollWidth > innerWidth)), 'no sideways scrolling');
     await page.locator('.packetview .view').focus();
-    const before = inputOf(await shownOf(page));
+    const before = inputOf(await says(page, /Input \d+/));
     await page.keyboard.press('ArrowLeft');
     await until(async () => inputOf(await shownOf(page)) === before - 1, 'the input before');
     await page.locator('#packet-player').focus();
@@ -290,7 +290,7 @@ for (const size of SIZES)
     await page.locator('.packetview .view').focus();
     await page.keyboard.press('Escape');
     await page.locator('#lane').waitFor({ state: size.width > 700 ? 'visible' : 'attached' });
-    assert.equal(await page.locator('.packetview').count(), 0);
+    await page.locator('.packetview').waitFor({ state: 'detached' });
     assert.deepEqual(complaints, []);
     await close();
   });
@@ -301,7 +301,7 @@ test('a click in the drawing follows the packet that is there', async () => {
   await pause(page);
   await page.keyboard.press('n');
   await opened(page);
-  const before = inputOf(await shownOf(page));
+  const before = inputOf(await says(page, /Input \d+/));
   const box = await page.locator('#loops').boundingBox();
   assert.ok(box);
   await page.mouse.click(box.x + box.width * 0.4, box.y + box.height * 0.5);
@@ -320,7 +320,7 @@ for (const id of ['figure_6', 'figure_7'])
     await page.locator('.option input').first().check();
     await page.getByRole('button', { name: 'Lock in and run' }).click();
     await opened(page);
-    assert.equal(await page.locator('#packet-title').textContent(), 'The way of a packet');
+    await settles(() => page.locator('#packet-title').textContent(), 'The way of a packet');
     await button(page, 'DE, Deutsch').click();
     await page.waitForFunction(() => document.getElementById('packet-title')?.textContent === 'Der Weg eines Pakets');
     assert.doesNotMatch(await page.locator('.packetview').innerText(), /\b(loop|input|buffer)\b/);

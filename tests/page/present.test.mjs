@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
-import { axe, button, launch, pictures, shown, tickOf, until, visit } from './lib.mjs';
+import { axe, button, launch, pictures, reads, settles, shown, tickOf, until, visit } from './lib.mjs';
 
 /** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
 /** @type {import('playwright-core').Browser} */ let browser;
@@ -30,17 +30,20 @@ test('the key V shows views and caption alone, in type of the screen’s height;
   const { page, complaints, close } = await visit(browser, `${daemon.url}#race`, WIDE);
   await page.keyboard.press('v');
   await on(page);
-  assert.match(page.url(), /present=yes/);
-  for (const gone of ['.top', '.gutter', '.side', '.lane', '.bar']) assert.equal(await page.locator(gone).first().isVisible(), false, gone);
-  assert.equal(await page.locator('canvas[data-view]').count(), 3);
+  await reads(async () => page.url(), /present=yes/);
+  for (const gone of ['.top', '.gutter', '.side', '.lane', '.bar'])
+    await settles(() => page.locator(gone).first().isVisible(), false, gone);
+  await settles(() => page.locator('canvas[data-view]').count(), 3);
   for (const box of await page.locator('canvas[data-view]').all()) {
-    const { width, height } = await box.boundingBox();
-    assert.ok(width > 1900 && height > 220, `${width} x ${height}`);
+    await until(async () => {
+      const { width = 0, height = 0 } = (await box.boundingBox()) ?? {};
+      return width > 1900 && height > 220;
+    }, 'large views');
   }
-  assert.equal(await type(page, '.caption b'), 40);
-  assert.ok((await type(page, '.foot h1')) >= 34);
+  await settles(() => type(page, '.caption b'), 40);
+  await until(async () => (await type(page, '.foot h1')) >= 34, 'a large title');
   assert.deepEqual(await Promise.all(['--draw-text', '--draw-axis', '--draw-line'].map((name) => drawn(page, name))), [36, 26, 4.2]);
-  assert.match(await page.locator('.foot .said').innerText(), /A race in three views.*B none/s, 'the explanation is there');
+  await reads(page.locator('.foot .said'), /A race in three views.*B none/s);
   const before = [await pictures(page), await tickOf(page)];
   await until(async () => (await pictures(page)) !== before[0] && (await tickOf(page)) > before[1], 'it moves');
   await page.keyboard.press('Space');
@@ -49,9 +52,9 @@ test('the key V shows views and caption alone, in type of the screen’s height;
   await on(page);
   await page.keyboard.press('Escape');
   await off(page);
-  assert.doesNotMatch(page.url(), /present/);
-  assert.equal(await page.locator('.gutter').first().isVisible(), true);
-  assert.equal(await drawn(page, '--draw-text'), 12);
+  await until(async () => !/present/.test(page.url()), 'the address');
+  await settles(() => page.locator('.gutter').first().isVisible(), true);
+  await settles(() => drawn(page, '--draw-text'), 12);
   assert.deepEqual(complaints, []);
   await close();
 });
@@ -60,10 +63,10 @@ test('the button of the time bar presents, and Leave returns to it', async () =>
   const { page, close } = await visit(browser, `${daemon.url}#race`);
   await button(page, 'Present').click();
   await on(page);
-  assert.equal(await page.evaluate(() => document.activeElement?.id), 'views', 'so that Space plays');
+  await settles(() => page.evaluate(() => document.activeElement?.id), 'views', 'so that Space plays');
   await button(page, 'Leave').click();
   await off(page);
-  assert.equal(await page.evaluate(() => document.activeElement?.id), 'present');
+  await settles(() => page.evaluate(() => document.activeElement?.id), 'present');
   await close();
 });
 
@@ -74,8 +77,9 @@ test('each view says one sentence with a number of the stream', async () => {
   await page.keyboard.press('Space');
   await button(page, 'Play').waitFor();
   const { views } = await page.evaluate(() => globalThis.laglab().frame.plain());
+  const first = `A sees B as it was ${views[1].view_age_ms.toFixed(0)} ms ago`;
+  await settles(async () => (await page.locator('.sentence').allInnerTexts())[0], first);
   const said = await page.locator('.sentence').allInnerTexts();
-  assert.equal(said[0], `A sees B as it was ${views[1].view_age_ms.toFixed(0)} ms ago`);
   assert.equal(said[1], 'The truth, 30 updates a second');
   const [, late] = /^B’s key shows after (\d+) ms$/.exec(said[2]) ?? [];
   assert.ok(Number(late) > 500 && Number(late) < 620, said[2]);
@@ -98,12 +102,13 @@ for (const [name, scenario, canvas] of [
       const { page, complaints, close } = await visit(browser, `${daemon.url}?scenario=${scenario}&present=yes`, size);
       await on(page);
       await until(async () => (await tickOf(page)) > 5, 'it plays');
-      const box = await page.locator(canvas).first().boundingBox(),
-        foot = await page.locator('.foot').boundingBox();
-      assert.ok(box.height > 80 && box.width >= size.width / 2 - 4, JSON.stringify(box));
-      assert.ok(foot.y + foot.height <= size.height + 1, JSON.stringify(foot));
-      assert.equal(
-        await page.evaluate(() => document.documentElement.scrollWidth > innerWidth || document.body.scrollHeight > innerHeight),
+      await until(async () => {
+        const box = await page.locator(canvas).first().boundingBox(),
+          foot = await page.locator('.foot').boundingBox();
+        return box && foot && box.height > 80 && box.width >= size.width / 2 - 4 && foot.y + foot.height <= size.height + 1;
+      }, 'the views fill the screen, and the caption is on it');
+      await settles(
+        () => page.evaluate(() => document.documentElement.scrollWidth > innerWidth || document.body.scrollHeight > innerHeight),
         false,
       );
       assert.deepEqual(await axe(page), []);
@@ -116,8 +121,8 @@ test('a lesson: its question and step stand below the views', async () => {
   await on(page);
   await shown(page);
   await until(async () => (await tickOf(page)) === 180, 'the stop');
-  assert.equal(await page.locator('.rail').isVisible(), false);
-  assert.match(await page.locator('.foot .said').innerText(), /Why is everyone else in the past\?.*2\.10 m/s);
+  await settles(() => page.locator('.rail').isVisible(), false);
+  await reads(page.locator('.foot .said'), /Why is everyone else in the past\?.*2\.10 m/s);
   assert.deepEqual(await axe(page), []);
   assert.deepEqual(complaints, []);
   await close();
@@ -125,8 +130,8 @@ test('a lesson: its question and step stand below the views', async () => {
 
 test('the projector’s colours hide no explanation and shrink no panel', async () => {
   const { page, close } = await visit(browser, `${daemon.url}?scenario=race&theme=projector`, WIDE);
-  assert.equal(await page.locator('.about p').first().isVisible(), true);
-  assert.equal(await page.locator('.minor').first().isVisible(), true);
+  await settles(() => page.locator('.about p').first().isVisible(), true);
+  await settles(() => page.locator('.minor').first().isVisible(), true);
   assert.ok((await type(page, '.panel')) >= 16.5);
   await close();
 });
@@ -134,12 +139,12 @@ test('the projector’s colours hide no explanation and shrink no panel', async 
 test('an experiment is presented by its scatter plot, or says that there is none', async () => {
   const { page, complaints, close } = await visit(browser, `${daemon.url}?present=yes#experiments`, { wait: false });
   await on(page);
-  assert.equal(await page.locator('.fields').isVisible(), false);
-  assert.match(await page.locator('.drawings').innerText(), /No runs yet/);
+  await settles(() => page.locator('.fields').isVisible(), false);
+  await reads(page.locator('.drawings'), /No runs yet/);
   assert.deepEqual(await axe(page), []);
   await page.keyboard.press('Escape');
   await off(page);
-  assert.match(page.url(), /#experiments$/);
+  await reads(async () => page.url(), /#experiments$/);
   assert.deepEqual(complaints, []);
   await close();
 });
@@ -150,13 +155,12 @@ test('next to the charts each player has three sentences, whose numbers are the 
   await until(async () => (await tickOf(page)) > 300, 'five seconds', 15000);
   await page.keyboard.press('Space');
   await button(page, 'Play').waitFor();
-  await page.waitForTimeout(300);
   const { views } = await page.evaluate(() => globalThis.laglab().frame.plain());
-  assert.deepEqual(await page.locator('[data-term^="0/"]').allInnerTexts(), ['Input latency', 'View age', 'Corrections']);
-  assert.match(await says('0/0'), new RegExp(`^A’s key shows after \\d+ ms \\(without prediction at least ${2 * views[1].lag_ms}\\)$`));
-  assert.equal(await says('1/1'), `B sees A as it was ${views[2].view_age_ms.toFixed(0)} ms ago`);
+  await settles(() => page.locator('[data-term^="0/"]').allInnerTexts(), ['Input latency', 'View age', 'Corrections']);
+  await reads(() => says('0/0'), new RegExp(`^A’s key shows after \\d+ ms \\(without prediction at least ${2 * views[1].lag_ms}\\)$`));
+  await settles(() => says('1/1'), `B sees A as it was ${views[2].view_age_ms.toFixed(0)} ms ago`);
   assert.ok(views[1].corrections > 0, 'there were some');
-  assert.match(await says('0/2'), new RegExp(`^A was pulled back ${views[1].corrections} times?, at most \\d\\.\\d\\d m`));
+  await reads(() => says('0/2'), new RegExp(`^A was pulled back ${views[1].corrections} times?, at most \\d\\.\\d\\d m`));
   await page.keyboard.press('Space');
   await page.evaluate(() => /** @type {HTMLSelectElement} */ (document.querySelector('[data-path="players.0.control"]')).focus());
   await page.locator('[data-path="players.0.control"]').first().selectOption('person');

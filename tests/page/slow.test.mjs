@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
-import { axe, button, frameOf, launch, until, visit } from './lib.mjs';
+import { axe, button, frameOf, launch, settles, until, visit } from './lib.mjs';
 
 /** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
 /** @type {import('playwright-core').Browser} */ let browser;
@@ -19,7 +19,7 @@ const speedOf = async (page) => Number((await frameOf(page)).session.speed.toPre
 test('three bullets fly ten times slower, the page says so, and ends it after the walls; again after Restart', async () => {
   const { page, complaints, close } = await visit(browser, `${daemon.url}?scenario=rigid/three_bullets&set=duration_s:4`);
   await until(async () => (await speedOf(page)) === 1, 'the normal speed, behind the walls', 15000);
-  assert.equal(await page.locator('#slower').isVisible(), false);
+  await settles(() => page.locator('#slower').isVisible(), false);
   await page.evaluate(() => {
     globalThis.seen = [];
     const note = () => {
@@ -51,7 +51,7 @@ test('a speed that a person sets stays', async () => {
 test('the places of fast bodies are drawn, and can be switched off', async () => {
   const { page, close } = await visit(browser, `${daemon.url}?scenario=rigid/three_bullets`);
   const box = page.locator('[data-overlay="paths"]');
-  assert.equal(await box.isChecked(), true);
+  await settles(() => box.isChecked(), true);
   await until(async () => (await frameOf(page)).time_s >= 0.5, 'the end', 15000);
   const picture = () => page.evaluate(() => /** @type {HTMLCanvasElement} */ (document.getElementById('world1')).toDataURL());
   const swept = await picture();

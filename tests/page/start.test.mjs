@@ -5,7 +5,7 @@ import path from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
-import { SIZES, frameOf, launch, pictures, sessionOf, shown, visit } from './lib.mjs';
+import { SIZES, dialogOf, frameOf, launch, pictures, reads, sessionOf, settles, shown, until, visit } from './lib.mjs';
 
 const WWW = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../../www');
 
@@ -60,12 +60,11 @@ test('moves without a click, with a session of its own', async () => {
   const { page, complaints, close } = await visit(browser, `${daemon.url}#race`);
   const one = await pictures(page),
     tick = (await frameOf(page)).tick;
-  await page.waitForTimeout(500);
-  assert.notEqual(await pictures(page), one);
-  assert.ok((await frameOf(page)).tick > tick + 10);
+  await until(async () => (await frameOf(page)).tick > tick + 10, 'it goes on');
+  await until(async () => (await pictures(page)) !== one, 'it is drawn');
   assert.equal((await sessionOf(page)).owner, true);
-  assert.equal(await page.locator('canvas[data-view]').count(), 3);
-  assert.match(await page.title(), /laglab$/);
+  await settles(() => page.locator('canvas[data-view]').count(), 3);
+  await reads(() => page.title(), /laglab$/);
   assert.deepEqual(complaints, []);
   await close();
 });
@@ -116,7 +115,7 @@ test('modules after the first frame load by themselves: curves, dialogs, inspect
   const { page, complaints, close } = await visit(browser, `${daemon.url}#race`);
   await page.waitForSelector('#error-chart canvas');
   await page.getByRole('button', { name: 'Help' }).click();
-  await page.getByRole('heading', { name: 'Help' }).waitFor();
+  await dialogOf(page);
   await page.keyboard.press('Escape');
   await page.waitForFunction(() => document.querySelectorAll('[aria-label="Content of the lower panel"] option').length > 1);
   assert.deepEqual(complaints, []);
@@ -129,7 +128,7 @@ for (const size of SIZES) {
       const query = `${size.query === '' ? '?' : `${size.query}&`}scenario=${scenario}`;
       const { page, complaints, close } = await visit(browser, daemon.url + query, { width: size.width, height: size.height });
       await page.waitForTimeout(700);
-      assert.ok((await frameOf(page)).tick > 10);
+      await until(async () => (await frameOf(page)).tick > 10, 'it plays');
       assert.equal(await page.evaluate(() => document.documentElement.scrollWidth > innerWidth), false);
       assert.deepEqual(complaints, []);
       await close();
@@ -141,7 +140,7 @@ test('with reduced motion it waits at the start for Play, which has the focus', 
   const { page, close } = await visit(browser, `${daemon.url}#race`, { reducedMotion: 'reduce' });
   await page.waitForTimeout(400);
   assert.equal((await frameOf(page)).tick, 0);
-  assert.equal(await page.evaluate(() => document.activeElement?.id), 'play');
+  await settles(() => page.evaluate(() => document.activeElement?.id), 'play');
   await page.keyboard.press('Enter');
   await page.waitForFunction(() => globalThis.laglab().frame.tick > 20);
   await close();
@@ -149,7 +148,7 @@ test('with reduced motion it waits at the start for Play, which has the focus', 
 
 test('without JavaScript it says how to go on', async () => {
   const { page, close } = await visit(browser, `${daemon.url}#race`, { javaScriptEnabled: false, wait: false });
-  assert.match(await page.locator('body').innerText(), /curl -X POST/);
+  await reads(page.locator('body'), /curl -X POST/);
   await close();
 });
 
@@ -211,7 +210,7 @@ test('drawing a frame costs little', async () => {
 test('every scenario belongs to the lab that shows it', async () => {
   const { page, close } = await visit(browser, `${daemon.url}#race`);
   const current = () => page.locator('.lab[aria-current="page"]').allTextContents();
-  assert.deepEqual(await current(), ['Race']);
+  await settles(current, ['Race']);
   for (const [scenario, lab] of [
     ['rifle', 'Shoot'],
     ['crates', 'Crates'],
@@ -224,7 +223,7 @@ test('every scenario belongs to the lab that shows it', async () => {
   ]) {
     await page.locator('#scenario').selectOption(scenario);
     await page.waitForFunction((name) => document.querySelector('.lab[aria-current="page"]')?.textContent === name, lab);
-    assert.deepEqual(await current(), [lab], scenario);
+    await settles(current, [lab], scenario);
   }
   await page.getByRole('button', { name: 'Shoot', exact: true }).click();
   await page.waitForFunction(() => globalThis.laglab().params?.game === 'shooter');

@@ -6,7 +6,7 @@ import { after, before, test } from 'node:test';
 import * as zlib from 'node:zlib';
 import { chromium } from 'playwright-core';
 import { startDaemon } from '../lib/daemon.mjs';
-import { api, axe, frameOf, launch, pause, until, visit } from './lib.mjs';
+import { api, axe, frameOf, launch, pause, reads, settles, until, visit } from './lib.mjs';
 
 /** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
 /** @type {import('playwright-core').Browser} */ let browser;
@@ -154,9 +154,15 @@ for (const { at, names, view } of CHARTS) {
     await ready(page);
     await until(async () => (await frameOf(page)).tick > 30, 'half a second', 20000);
     await pause(page).catch(() => {}); /* it may have ended */
+    const drawings = page.locator('canvas[role="img"]'),
+      images = page.locator('take-away button[data-take="image"]');
+    await until(
+      async () => (await drawings.count()) > 0 && (await images.count()) === (await drawings.count()),
+      'an image of every drawing',
+    );
     const data = await page
       .locator('take-away button[data-take="data"]')
-      .evaluateAll((all) => all.map((one) => one.getAttribute('aria-label')));
+      .evaluateAll((all) => all.map((one) => one.getAttribute('aria-label') ?? ''));
     const known = names ?? data.map((label) => label.replace('Save data: ', ''));
     assert.ok(known.length >= 2, `${data}`);
     for (const name of known) {
@@ -169,9 +175,6 @@ for (const { at, names, view } of CHARTS) {
       assert.match(textsOf((await save(page, 'image', name)).bytes).Title, new RegExp(`${name}$`));
     }
     if (view) assert.match(textsOf((await save(page, 'image', view)).bytes).Title, /Motion$/);
-    const drawings = await page.locator('canvas[role="img"]').count(),
-      images = await page.locator('take-away button[data-take="image"]').count();
-    assert.equal(images, drawings, 'every drawing');
     assert.deepEqual(complaints, []);
     await close();
   });
@@ -316,7 +319,7 @@ test('the sheet has a QR code of the lesson where others reach the address, and 
     await page.locator('#print').waitFor({ timeout: 15000 });
     await page.waitForFunction(() => globalThis.laglab().frame !== null);
     await printed(page);
-    assert.equal(await page.locator('.a4 .qr').count(), count, String(host));
+    await settles(() => page.locator('.a4 .qr').count(), count, String(host));
     if (count) {
       const label = await page.locator('.a4 .qr').getAttribute('aria-label');
       assert.ok(label?.endsWith(`http://${host}:${port}/#lesson=jump_back&step=1&lang=de`), String(label));
@@ -364,10 +367,10 @@ test('a course page that is named shows ?embed=1 in a frame: views, caption, pla
   await one.frame.locator('#play').waitFor({ timeout: 15000 });
   await until(async () => /tick [1-9]/.test((await one.frame.locator('#ticks').textContent()) ?? ''), 'it runs', 10000);
   assert.equal(await one.frame.locator('header.top').count(), 0);
-  assert.equal(await one.frame.locator('canvas[data-view]:visible').count(), 3);
+  await settles(() => one.frame.locator('canvas[data-view]:visible').count(), 3);
   assert.equal(await one.frame.locator('.gutter:visible, .side:visible').count(), 0);
-  assert.match((await one.frame.locator('#embed-caption').textContent()) ?? '', /A race in three views/);
-  assert.ok(await one.frame.locator('#scrub').isVisible());
+  await reads(() => one.frame.locator('#embed-caption').textContent(), /A race in three views/);
+  await settles(() => one.frame.locator('#scrub').isVisible(), true);
   const href = await one.frame.locator('#whole').getAttribute('href');
   assert.match(href ?? '', /^\/\?scenario=race&set=players\.0\.lag_ms:222$/);
   await one.frame.locator('#play').click();

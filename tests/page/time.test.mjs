@@ -2,7 +2,24 @@
 import assert from 'node:assert/strict';
 import { after, afterEach, before, beforeEach, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
-import { api, button, control, frameOf, launch, paramsOf, pause, pictures, scrub, sessionOf, tickOf, until, visit } from './lib.mjs';
+import {
+  api,
+  button,
+  control,
+  dialogOf,
+  frameOf,
+  launch,
+  paramsOf,
+  pause,
+  pictures,
+  reads,
+  scrub,
+  sessionOf,
+  settles,
+  tickOf,
+  until,
+  visit,
+} from './lib.mjs';
 
 /** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
 /** @type {import('playwright-core').Browser} */ let browser;
@@ -33,10 +50,10 @@ test('pause stands still, play goes on', async () => {
   await page.waitForTimeout(1000);
   assert.equal(await tickOf(page), tick);
   assert.equal(await pictures(page), picture);
-  assert.match(await page.locator('#chip').innerText(), /Paused/);
+  await reads(page.locator('#chip'), /Paused/);
   await button(page, 'Play').click();
   await until(async () => (await tickOf(page)) > tick + 10, 'it plays');
-  assert.match(await page.locator('#chip').innerText(), /Live/);
+  await reads(page.locator('#chip'), /Live/);
 });
 
 /** As the stream rounds it. @param {number} a @param {number} b */
@@ -57,7 +74,7 @@ test('a step is one tick at every speed, forward and back, and comes to the same
       values,
       'no speed is added',
     );
-    assert.equal(await speed.inputValue(), value);
+    await settles(() => speed.inputValue(), value);
     const start = await stateOf(page);
     await button(page, 'One tick forward').click();
     await until(async () => (await tickOf(page)) === start.tick + 1, 'one more');
@@ -109,13 +126,13 @@ test('scrubbing back shows one tick everywhere, and back to live goes on at the 
   await scrub(page, 1);
   await until(async () => (await tickOf(page)) === 60, 'tick 60');
   await page.waitForTimeout(200);
-  assert.equal(await page.locator('#clock').innerText(), '1.00 s');
-  assert.equal(await page.locator('#ticks').textContent(), ' · tick 60');
-  assert.equal(Number(await page.locator('#scrub').inputValue()), 1);
+  await settles(() => page.locator('#clock').innerText(), '1.00 s');
+  await settles(() => page.locator('#ticks').textContent(), ' · tick 60');
+  await settles(async () => Number(await page.locator('#scrub').inputValue()), 1);
   const newest = await page.evaluate(() => Math.max(...globalThis.laglab().messages.map((m) => m.begin_s)));
   assert.ok(newest <= 1.0001, `messages to ${newest}`);
-  assert.match(await page.locator('#facts').innerText(), /^tick 60 /);
-  assert.match(await page.locator('#chip').innerText(), /Paused at 1\.0 s of/);
+  await reads(page.locator('#facts'), /^tick 60 /);
+  await reads(page.locator('#chip'), /Paused at 1\.0 s of/);
   await button(page, 'Play').click();
   await page.waitForFunction(() => /Replaying/.test(document.getElementById('chip').innerText));
   await button(page, 'Back to live').click();
@@ -168,7 +185,7 @@ test('at the end Play is Replay, and works', async () => {
   await until(async () => (await frameOf(page)).time_s > duration - 1, 'near the end', 15000);
   await button(page, 'Play').click();
   await button(page, 'Replay').waitFor({ timeout: 10000 });
-  assert.match(await page.locator('#chip').innerText(), /Ended/);
+  await reads(page.locator('#chip'), /Ended/);
   await button(page, 'Replay').click();
   await until(async () => {
     const tick = await tickOf(page);
@@ -191,7 +208,7 @@ test('reset restores parameters, speed and time', async () => {
   await until(async () => JSON.stringify(await paramsOf(page)) === JSON.stringify(preset), 'the preset');
   await until(async () => (await frameOf(page)).session.speed === 1, 'speed');
   await until(async () => (await tickOf(page)) < 200, 'the start');
-  assert.equal(new URL(page.url()).search, '?scenario=race');
+  await settles(async () => new URL(page.url()).search, '?scenario=race');
 });
 
 test('driving and switching never start a paused session', async () => {
@@ -203,7 +220,7 @@ test('driving and switching never start a paused session', async () => {
   await control(page, 'players.1.prediction').setChecked(true);
   await page.waitForTimeout(500);
   assert.equal(await tickOf(page), tick);
-  assert.equal((await paramsOf(page)).players[0].control, 'person');
+  await settles(async () => (await paramsOf(page)).players[0].control, 'person');
 });
 
 test('numbers on the page are those of the daemon at that tick', async () => {
@@ -218,8 +235,8 @@ test('numbers on the page are those of the daemon at that tick', async () => {
   const frame = await frameOf(page);
   const text = JSON.stringify(body.state);
   for (const entity of frame.views[0].entities) assert.ok(near(body.state, entity.x), `x ${entity.x} in ${text.slice(0, 300)}`);
-  assert.equal(await page.locator('[data-now="Unacknowledged inputs/0"]').innerText(), String(frame.views[1].unacked));
-  assert.equal(await page.locator('#clock').innerText(), `${frame.time_s.toFixed(2)} s`);
+  await settles(() => page.locator('[data-now="Unacknowledged inputs/0"]').innerText(), String(frame.views[1].unacked));
+  await settles(() => page.locator('#clock').innerText(), `${frame.time_s.toFixed(2)} s`);
 });
 
 /** Whether a number stands anywhere in a value, to the precision of a frame. */
@@ -249,15 +266,14 @@ test('the keys of the table do what the help says', async () => {
   await press('Shift+1');
   await until(async () => (await paramsOf(page)).players[1].prediction !== before[1].prediction, 'prediction of B');
   await press('m');
-  assert.equal(await page.locator('#lane').isVisible(), false);
+  await settles(() => page.locator('#lane').isVisible(), false);
   await press('m');
-  assert.equal(await page.locator('#lane').isVisible(), true);
+  await settles(() => page.locator('#lane').isVisible(), true);
   await press('p');
-  assert.equal(await page.evaluate(() => document.documentElement.dataset.theme), 'projector');
-  assert.ok(page.url().includes('theme=projector'));
+  await settles(() => page.evaluate(() => document.documentElement.dataset.theme), 'projector');
+  await until(async () => page.url().includes('theme=projector'), 'the address');
   await press('Shift+?');
-  await page.getByRole('heading', { name: 'Help' }).waitFor();
-  assert.ok((await page.locator('dialog kbd').count()) > 20);
+  await (await dialogOf(page)).locator('kbd').nth(20).waitFor();
   await press('Escape');
   await page.locator('dialog').waitFor({ state: 'hidden' });
   await press('r');
@@ -281,7 +297,7 @@ test('single keys can be switched off and stay silent in fields', async () => {
   await page.keyboard.press('g');
   await page.waitForTimeout(200);
   assert.ok(await playing());
-  assert.ok(await page.getByRole('checkbox', { name: 'Ghosts' }).isChecked());
+  await settles(() => page.getByRole('checkbox', { name: 'Ghosts' }).isChecked(), true);
   await page.keyboard.press('Alt+k');
   await until(async () => !(await playing()), 'Alt+K still works');
 });

@@ -25,7 +25,7 @@ import {
   session,
   stopTick,
 } from './state.js';
-import { t } from '../base/words.js';
+import { ready, t } from '../base/words.js';
 
 /** @typedef {import('../stream/frame.js').Frame} Frame */
 /** @typedef {import('./lab.js').Lab} Lab */
@@ -178,7 +178,9 @@ export function show(id, key, own, line, gone) {
           if (hello.params) params.value = hello.params;
           follow(frame.value === null);
         });
-        if (lesson.value === null) document.title = t('session.title', { name: hello.params?.title || next.game });
+        ready.then(() => {
+          if (lesson.value === null) document.title = t('session.title', { name: hello.params?.title || next.game });
+        });
       },
       frame(next) {
         counts.received++;

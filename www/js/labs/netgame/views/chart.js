@@ -1,4 +1,5 @@
 // Curves over time by uPlot.
+import './language_tag.js';
 import uPlot from '../../../../vendor/uplot.js';
 import { palette, paletteVersion, paintOf } from '../../../draw/palette.js';
 

@@ -1,0 +1,54 @@
+// Firefox and WebKit behind one face, so that both make the same journeys.
+import { existsSync } from 'node:fs';
+import { firefox } from 'playwright-core';
+
+export { launchWebKit, missing as missingWebKit } from './webdriver.mjs';
+
+/**
+ * A page of its own in a browser: functions run in the page, clicks and keys are a person's.
+ * @typedef {{complaints: () => Promise<string[]>, go: (url: string) => Promise<unknown>, evaluate: (what: Function | string, arg?: any) => Promise<any>,
+ *  click: (find: Function, arg?: any) => Promise<void>, press: (key: string) => Promise<unknown>, down: (key: string) => Promise<unknown>,
+ *  up: (key: string) => Promise<unknown>, screenshot: () => Promise<Buffer>, close: () => Promise<void>}} Visitor
+ * @typedef {{name: string, visit: (url: string, size: {width: number, height: number}) => Promise<Visitor>, close: () => Promise<void>}} Browser
+ */
+
+const FIREFOX = '/usr/bin/firefox-esr';
+
+/** What is not installed; empty where all is there. @returns {string} */
+export const missingFirefox = () => (existsSync(FIREFOX) ? '' : FIREFOX);
+
+/** Debian's Firefox, by WebDriver BiDi. @returns {Promise<Browser>} */
+export async function launchFirefox() {
+  const browser = await firefox.launch({ channel: 'moz-firefox', executablePath: FIREFOX });
+  return {
+    name: 'Firefox',
+    visit: async (url, size) => {
+      const context = await browser.newContext({ viewport: size });
+      const page = await context.newPage();
+      /** @type {string[]} */
+      const complaints = [];
+      page.on('console', (message) => {
+        if (['error', 'warning'].includes(message.type())) complaints.push(`console: ${message.text()}`);
+      });
+      page.on('pageerror', (error) => complaints.push(`error: ${error.message}`));
+      await page.goto(url);
+      return {
+        complaints: async () => complaints,
+        go: (to) => page.goto(to),
+        evaluate: (what, arg) => page.evaluate(`(${what})(${JSON.stringify(arg ?? null)})`),
+        click: async (find, arg) => {
+          const handle = await page.evaluateHandle(/** @type {any} */ (find), arg ?? null);
+          const element = handle.asElement();
+          if (!element) throw new Error(`nothing to click: ${find} ${arg ?? ''}`);
+          await element.click();
+        },
+        press: (key) => page.keyboard.press(key),
+        down: (key) => page.keyboard.down(key),
+        up: (key) => page.keyboard.up(key),
+        screenshot: () => page.screenshot({ caret: 'initial' }) /* without a style that the page's policy would refuse */,
+        close: () => context.close(),
+      };
+    },
+    close: () => browser.close(),
+  };
+}

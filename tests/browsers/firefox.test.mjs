@@ -1,0 +1,5 @@
+// The page in Debian's Firefox.
+import { launchFirefox, missingFirefox } from './browsers.mjs';
+import { journeys } from './journeys.mjs';
+
+journeys(launchFirefox, missingFirefox());

@@ -1,0 +1,5 @@
+// The page in WebKit, which is the only engine of tablets and phones of one maker.
+import { launchWebKit, missingWebKit } from './browsers.mjs';
+import { journeys } from './journeys.mjs';
+
+journeys(launchWebKit, missingWebKit());
