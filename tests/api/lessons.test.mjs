@@ -48,6 +48,18 @@ test('ten questions, every figure of the paper, and techniques; each lesson has 
     for (const before of prerequisites) assert.ok(order.get(before) < order.get(id), `${id}: ${before} comes before it`);
 });
 
+test('each lesson says what each step leaves to be used: time, and what the change is about', () => {
+  for (const id of ids) {
+    const { controls, change } = read(id);
+    assert.deepEqual(Object.keys(controls), ['predict', 'run', 'observe', 'explain', 'change'], id);
+    const settings = controls.change.filter((name) => !name.startsWith('time.'));
+    assert.ok(settings.length > 0, id);
+    for (const name of settings) assert.ok(name in change.set, `${id}: the change sets ${name}`);
+    for (const step of ['predict', 'run', 'observe', 'explain'])
+      assert.ok(controls[step].length > 0 && controls[step].every((name) => name.startsWith('time.')), `${id} ${step}`);
+  }
+});
+
 test('texts have no banned words, and German has its own letters and quotes', () => {
   const list = readList(readFileSync(path.join(ROOT, 'tests/structure/words.txt'), 'utf8'));
   for (const id of ids)
@@ -102,6 +114,17 @@ const BROKEN = [
   ['a number that no text has', (l) => (l.numbers.unused = { ...l.numbers.round }), /^numbers\.unused: no text has it$/],
   ['an unknown member', (l) => (l.subtitle = ''), /^the lesson: subtitle is unknown$/],
   ['an unknown highlight', (l) => (l.look.at = 'sky'), /^look\.at: must be one of own_entity/],
+  [
+    'a setting that its scenario lacks among controls',
+    (l) => l.controls.change.push('methods.0.dt_s'),
+    /^controls\.change: there is no control methods\.0\.dt_s$/,
+  ],
+  ['a control of time that is not there', (l) => l.controls.run.push('time.warp'), /^controls\.run\./],
+  [
+    'a control that is a group of settings',
+    (l) => l.controls.change.push('players.0'),
+    /^controls\.change: there is no control players\.0$/,
+  ],
   ['a measure of two kinds', (l) => (l.answer.setting = 'duration_s'), /^answer: must name one of metric, trace with tick, setting$/],
 ];
 

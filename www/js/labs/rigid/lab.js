@@ -220,7 +220,7 @@ const joules = (value) => (Math.abs(value) >= 1e5 ? localized(value.toExponentia
 
 /** @returns {Template} */
 function numbers() {
-  return html`<div class="wide-table" tabindex="0" role="region" aria-label=${t('workbench.current')}><table class="data now"><caption>${t('workbench.now')}</caption>
+  return html`<div class="wide-table" tabindex="0" role="region" aria-label=${t('workbench.current')}><table class="data now" data-shows="table"><caption>${t('workbench.now')}</caption>
     <thead><tr><td></td>${worlds().map((i) => html`<th scope="col">${mark(i)} ${nameOf(i)}</th>`)}</tr></thead>
     <tbody>${NUMBERS.map(
       ([name]) => html`<tr><th scope="row">${t(`rigid.number.${name}`)}</th>
@@ -285,8 +285,8 @@ function template() {
   return html`<main class="step collide" id="views" tabindex="-1">
     <div class="methods" aria-label=${t('workbench.scene_and_solvers')} role="group">${scenePanel()}${worlds().map(solverPanel)}${overlayPanel()}</div>
     <div class="drawings" tabindex="0" role="region" aria-label=${t('workbench.views')}>
-      <section class="worlds" aria-label=${t('rigid.worlds')} data-worlds=${worlds().length}>${worlds().map(drawing)}</section>
-      <div class="plots">${plotBox('plot-energy', t('workbench.energy_t'))}${plotBox('plot-overlap', t('rigid.overlap_t'))}${phases()}</div>
+      <section class="worlds" data-shows="positions walls tilt volumes path" aria-label=${t('rigid.worlds')} data-worlds=${worlds().length}>${worlds().map(drawing)}</section>
+      <div class="plots">${plotBox('plot-energy', t('workbench.energy_t'), 'energy')}${plotBox('plot-overlap', t('rigid.overlap_t'), 'overlap')}${phases()}</div>
     </div>
     <aside class="side" aria-label=${t('workbench.numbers')}>
       <div class="about"><h2 lang="en">${params.value?.paper ? `${params.value.paper}: ` : ''}${params.value?.title ?? ''}</h2>
