@@ -63,11 +63,21 @@ const place = (page, x, y) =>
 test('/#fluid opens the lab, and it flows', async () => {
   const { page, complaints, requests, close } = await open('#fluid');
   assert.equal(await page.locator('.lab[aria-current="page"]').textContent(), 'Fluid');
-  assert.equal((await paramsOf(page)).kind, 'fluid');
+  const now = await paramsOf(page);
+  assert.deepEqual(
+    [now.solver.advection, now.side_by_side[0].solver.advection],
+    ['semi_lagrangian', 'bfecc'],
+    'one fails next to one that holds',
+  );
+  assert.match(await page.locator('.see').innerText(), /^The same disc turns twice: /);
   const one = await drawn(page);
   await reached(page, 1);
   assert.notEqual(await drawn(page), one);
-  assert.ok((await shownValue(page, 'mass')) > 0);
+  await until(
+    async () => (await shownValue(page, 'error_l1')) > 2 * (await shownValue(page, '1/error_l1')),
+    'the disc is smeared, and next to it is not',
+    20000,
+  );
   assert.ok(requests.some((r) => r.url().endsWith('js/labs/fluid/lab.js')) && requests.some((r) => r.url().endsWith('fluid.css')));
   assert.deepEqual(complaints, []);
   await close();

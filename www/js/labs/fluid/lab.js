@@ -8,6 +8,7 @@ import { drawPlot } from '../../draw/plot.js';
 import { touch } from '../../draw/redraw.js';
 import { onto } from '../../workbench/canvas.js';
 import { costs, forget as forgetMeasured, measure, profiles } from '../../workbench/measure.js';
+import { opening } from '../../workbench/opening.js';
 import { mark } from '../../workbench/player_mark.js';
 import { PointerDrag } from '../../workbench/pointer_drag.js';
 import { workPrecisionButton } from '../../workbench/work_precision.js';
@@ -154,6 +155,7 @@ function template() {
   return html`<main class="step fluid" id="views" tabindex="-1">
     <div class="methods" aria-label=${t('workbench.scene_and_solvers')} role="group">${scenePanel()}${fluids().map((_, i) => fluidPanel(i))}</div>
     <div class="drawings" tabindex="0" role="region" aria-label=${t('workbench.views')}>
+      ${opening(t('fluid.see'))}
       <section class="stage" data-shows="smoke positions volumes" aria-label=${t('shell.group.fluid')} data-count=${fluids().length}>${fluids().map((_, i) => drawingOf(i))}</section>
       <div class="plots">${plot(0)}${plot(1)}${
         hasProfiles()

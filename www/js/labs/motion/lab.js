@@ -12,6 +12,7 @@ import { palette, paintOf } from '../../draw/palette.js';
 import { drawPlot } from '../../draw/plot.js';
 import { onto, plotBox } from '../../workbench/canvas.js';
 import { control } from '../../workbench/controls.js';
+import { opening } from '../../workbench/opening.js';
 import { mark } from '../../workbench/player_mark.js';
 import { drawScene, isPlane } from './drawing.js';
 import { ERRATA, METHOD_ERRATA } from './paper.js';
@@ -166,6 +167,7 @@ function template() {
   return html`<main class="step" id="views" tabindex="-1">
     <div class="methods" aria-label=${t('motion.problem_and_methods')} role="group">${problemPanel()}${places().map(methodPanel)}</div>
     <div class="drawings" tabindex="0" role="region" aria-label=${t('workbench.views')}>
+      ${opening(t('motion.see'))}
       <section class="row motion" aria-label=${t('shell.group.motion')}><div class="view" data-shows="positions path"><canvas id="motion" role="img"
         aria-label=${t('shell.group.motion')}></canvas><take-away name=${t('shell.group.motion')}></take-away></div></section>
       <div class="plots">

@@ -12,6 +12,7 @@ import { touch } from '../../draw/redraw.js';
 import { onto, plotBox } from '../../workbench/canvas.js';
 import { control } from '../../workbench/controls.js';
 import { costs, forget as forgetMeasured, measure } from '../../workbench/measure.js';
+import { opening } from '../../workbench/opening.js';
 import { mark } from '../../workbench/player_mark.js';
 import { PointerDrag } from '../../workbench/pointer_drag.js';
 import { countChoice, difference, paramsOf, pathOf, renew as renewSideBySide } from '../../workbench/side_by_side.js';
@@ -285,6 +286,7 @@ function template() {
   return html`<main class="step collide" id="views" tabindex="-1">
     <div class="methods" aria-label=${t('workbench.scene_and_solvers')} role="group">${scenePanel()}${worlds().map(solverPanel)}${overlayPanel()}</div>
     <div class="drawings" tabindex="0" role="region" aria-label=${t('workbench.views')}>
+      ${opening(t('rigid.see'))}
       <section class="worlds" data-shows="positions walls tilt volumes path" aria-label=${t('rigid.worlds')} data-worlds=${worlds().length}>${worlds().map(drawing)}</section>
       <div class="plots">${plotBox('plot-energy', t('workbench.energy_t'), 'energy')}${plotBox('plot-overlap', t('rigid.overlap_t'), 'overlap')}${phases()}</div>
     </div>
