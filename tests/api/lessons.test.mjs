@@ -19,6 +19,7 @@ import {
   textsOf,
   withNumbers,
 } from '../../docs/lessons.mjs';
+import { CARDS, cards, layout as layoutCards } from '../../docs/cards.mjs';
 import { client } from '../lib/client.mjs';
 import { BINARY, startDaemon } from '../lib/daemon.mjs';
 import { findings, readList } from '../structure/words.mjs';
@@ -58,6 +59,10 @@ test('each lesson says what each step leaves to be used: time, and what the chan
     for (const step of ['predict', 'run', 'observe', 'explain'])
       assert.ok(controls[step].length > 0 && controls[step].every((name) => name.startsWith('time.')), `${id} ${step}`);
   }
+});
+
+test('what the cards play is what the engine gives', () => {
+  assert.equal(readFileSync(CARDS, 'utf8'), layoutCards(cards(asked)), 'node docs/cards.mjs writes it');
 });
 
 test('texts have no banned words, and German has its own letters and quotes', () => {

@@ -131,6 +131,36 @@ test('one click opens a question, paused at its start; Back returns to the quest
   await close();
 });
 
+const moving = (page) => page.evaluate(() => document.getAnimations().filter((one) => one.playState === 'running').length);
+
+test('cards play their recorded run once when they come into view, again under the pointer, and stand still else', async () => {
+  const { page, complaints, close } = await door();
+  await until(async () => (await moving(page)) > 10, 'they move', 15000);
+  const box = page.locator('[data-card="in_the_past"] [data-part="b"]');
+  const at = () => box.evaluate((part) => getComputedStyle(part).transform);
+  const before = await at();
+  await until(async () => (await at()) !== before, 'B moves');
+  await until(async () => (await moving(page)) === 0, 'each once', 15000);
+  assert.equal(await at(), 'matrix(1, 0, 0, 1, 96, 90)', 'at rest the drawing is as it was');
+  await page.locator('[data-card="falling_stack"]').hover();
+  await until(async () => (await moving(page)) === 6, 'six boxes fall');
+  await page.locator('.library').scrollIntoViewIfNeeded();
+  await page.mouse.move(5, 5);
+  await until(async () => (await moving(page)) === 0, 'out of view nothing moves');
+  await page.locator('[data-card="keeps_energy"]').focus();
+  await until(async () => (await moving(page)) >= 2, 'under the focus');
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
+test('with reduced motion the cards are still, and their runs are not read', async () => {
+  const { page, requests, close } = await door('', { reducedMotion: 'reduce' });
+  await page.waitForTimeout(1500);
+  assert.equal(await moving(page), 0);
+  assert.ok(requests.every((request) => !/cards\.json|moving\.js/.test(request.url())));
+  await close();
+});
+
 test('Play is locked until a choice is made; then it stops on the tick, and the answer is the engine’s', async () => {
   const { page, complaints, close } = await open('late_answer');
   assert.equal(await play(page).isDisabled(), true);

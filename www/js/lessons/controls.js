@@ -71,10 +71,24 @@ function isLit(element) {
   return of === undefined || of === String(player ?? 'server');
 }
 
+/** @type {Promise<typeof import('./moving.js')> | null} */
+let moving = null;
+
+/** The list of questions moves once it is drawn and there is time. @param {ParentNode} root */
+export function liven(root) {
+  if (matchMedia('(prefers-reduced-motion: reduce)').matches || root.querySelector('.card') === null) return;
+  moving ??= new Promise((done) => (globalThis.requestIdleCallback ?? setTimeout)(done)).then(() => import('./moving.js'));
+  moving.then(
+    ({ watch }) => watch(root),
+    () => {} /* the cards then stand still */,
+  );
+}
+
 let shown = '';
 
 /** After the page has been rendered: marks what the step highlights, in every lab by the same names. @param {ParentNode} root */
 export function light(root) {
+  if (lesson.value?.id === '') return liven(root);
   const all = [...root.querySelectorAll('[data-shows], [data-path]')],
     lit = all.filter(isLit);
   for (const element of all) element.toggleAttribute('data-lit', lit.includes(element));
