@@ -233,11 +233,36 @@ function numberProblems(lesson, asked) {
   return found;
 }
 
+/** Controls that are no settings of a scenario: those of api/lesson.schema.json. @type {() => string[]} */
+const otherControls = () => JSON.parse(readFileSync(path.join(ROOT, 'api/lesson.schema.json'), 'utf8')).$defs.controls.items.anyOf[0].enum;
+
+/** Each setting that a step names is one of the scenario that it shows. @param {any} lesson @param {ReturnType<typeof engine>} asked @returns {string[]} */
+function controlProblems(lesson, asked) {
+  const found = [],
+    others = otherControls();
+  for (const [step, names] of Object.entries(lesson.controls ?? {})) {
+    const set = step === 'change' ? { ...lesson.set, ...lesson.change.set } : lesson.set;
+    for (const name of /** @type {string[]} */ (names).filter((one) => !others.includes(one)))
+      try {
+        if (!['number', 'boolean', 'string'].includes(typeof at(asked.run(lesson.scenario, set, lesson.seed).scenario, name)))
+          found.push(`controls.${step}: there is no control ${name}`);
+      } catch (error) {
+        found.push(`controls.${step}: ${reason(error)}`);
+      }
+  }
+  return found;
+}
+
 /** Everything that is wrong with a lesson, a sentence each. @param {any} lesson @param {ReturnType<typeof engine>} asked @returns {string[]} */
 export function problems(lesson, asked) {
   const shape = schemaProblems(lesson);
   if (shape.length > 0) return shape;
-  const found = [...textProblems(lesson), ...answerProblems(lesson, asked), ...numberProblems(lesson, asked)];
+  const found = [
+    ...textProblems(lesson),
+    ...answerProblems(lesson, asked),
+    ...numberProblems(lesson, asked),
+    ...controlProblems(lesson, asked),
+  ];
   try {
     const { ticks } = asked.run(lesson.scenario, lesson.set, lesson.seed).trace();
     if (!ticks.has(lesson.stop_tick)) found.push(`stop_tick: the run has no tick ${lesson.stop_tick}`);

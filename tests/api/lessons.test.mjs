@@ -19,6 +19,7 @@ import {
   textsOf,
   withNumbers,
 } from '../../docs/lessons.mjs';
+import { CARDS, cards, layout as layoutCards } from '../../docs/cards.mjs';
 import { client } from '../lib/client.mjs';
 import { BINARY, startDaemon } from '../lib/daemon.mjs';
 import { findings, readList } from '../structure/words.mjs';
@@ -46,6 +47,22 @@ test('ten questions, every figure of the paper, and techniques; each lesson has 
   const order = new Map(lessons.map((lesson) => [lesson.id, lesson.order]));
   for (const { id, prerequisites } of lessons)
     for (const before of prerequisites) assert.ok(order.get(before) < order.get(id), `${id}: ${before} comes before it`);
+});
+
+test('each lesson says what each step leaves to be used: time, and what the change is about', () => {
+  for (const id of ids) {
+    const { controls, change } = read(id);
+    assert.deepEqual(Object.keys(controls), ['predict', 'run', 'observe', 'explain', 'change'], id);
+    const settings = controls.change.filter((name) => !name.startsWith('time.'));
+    assert.ok(settings.length > 0, id);
+    for (const name of settings) assert.ok(name in change.set, `${id}: the change sets ${name}`);
+    for (const step of ['predict', 'run', 'observe', 'explain'])
+      assert.ok(controls[step].length > 0 && controls[step].every((name) => name.startsWith('time.')), `${id} ${step}`);
+  }
+});
+
+test('what the cards play is what the engine gives', () => {
+  assert.equal(readFileSync(CARDS, 'utf8'), layoutCards(cards(asked)), 'node docs/cards.mjs writes it');
 });
 
 test('texts have no banned words, and German has its own letters and quotes', () => {
@@ -102,6 +119,17 @@ const BROKEN = [
   ['a number that no text has', (l) => (l.numbers.unused = { ...l.numbers.round }), /^numbers\.unused: no text has it$/],
   ['an unknown member', (l) => (l.subtitle = ''), /^the lesson: subtitle is unknown$/],
   ['an unknown highlight', (l) => (l.look.at = 'sky'), /^look\.at: must be one of own_entity/],
+  [
+    'a setting that its scenario lacks among controls',
+    (l) => l.controls.change.push('methods.0.dt_s'),
+    /^controls\.change: there is no control methods\.0\.dt_s$/,
+  ],
+  ['a control of time that is not there', (l) => l.controls.run.push('time.warp'), /^controls\.run\./],
+  [
+    'a control that is a group of settings',
+    (l) => l.controls.change.push('players.0'),
+    /^controls\.change: there is no control players\.0$/,
+  ],
   ['a measure of two kinds', (l) => (l.answer.setting = 'duration_s'), /^answer: must name one of metric, trace with tick, setting$/],
 ];
 

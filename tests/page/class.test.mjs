@@ -1,6 +1,8 @@
 // A class on the page: a teacher, two players and a watcher, each in a browser context of its own.
 import assert from 'node:assert/strict';
-import { networkInterfaces } from 'node:os';
+import { mkdtempSync, rmSync } from 'node:fs';
+import { networkInterfaces, tmpdir } from 'node:os';
+import path from 'node:path';
 import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
 import { api, axe, button, frameOf, launch, paramsOf, reads, sessionOf, settles, shown, until, visit } from './lib.mjs';
@@ -84,6 +86,40 @@ async function silent(visitors) {
     }
   }
 }
+
+test('teacher and student go on after kill -9 of the daemon: same code, seat, phase and board', async (t) => {
+  const data = mkdtempSync(path.join(tmpdir(), 'laglab-test-'));
+  t.after(() => rmSync(data, { recursive: true, force: true }));
+  let own = await startDaemon({ data });
+  t.after(() => own.kill());
+  const teacher = await teach(WIDE, own.url);
+  const a = await open(`${own.url}${teacher.code}`, PHONE);
+  await button(a.page, 'Play A').click();
+  await shown(a.page);
+  await button(teacher.page, 'Explain').click();
+  await until(async () => (await teacher.state()).phase === 'explain', 'the phase');
+  const before = await teacher.state();
+  await until(async () => (await teacher.state()).seats[0].state === 'held', 'the seat');
+  await a.page.waitForTimeout(300); /* until the change is on disk */
+  await own.kill();
+  await a.page.locator('#class').getByText('Connection lost').waitFor({ timeout: 15000 });
+  own = await startDaemon({ data, listen: `127.0.0.1:${own.port}` });
+  await until(
+    async () => {
+      const now = await teacher.state().catch(() => null);
+      return now?.seats[0]?.state === 'held' && now.phase === 'explain' && now.board === before.board;
+    },
+    'the student holds the seat again',
+    25000,
+  );
+  await until(async () => /You play A/.test(await chip(a.page)), 'the student’s page says so');
+  await until(async () => (await frameOf(a.page)) !== null, 'the board is drawn');
+  await button(teacher.page, 'Run').click();
+  await until(async () => (await teacher.state()).status === 'playing', 'the teacher’s key works');
+  const { tick } = await frameOf(a.page);
+  await until(async () => (await frameOf(a.page)).tick > tick, 'the board moves on the student’s page');
+  await close(teacher, a);
+});
 
 test('a class is opened, joined by code in either case; two devices drive; a seat is taken once', async () => {
   const teacher = await teach();

@@ -65,11 +65,21 @@ const place = (page, x, y) =>
 test('/#fluid opens the lab, and it flows', async () => {
   const { page, complaints, requests, close } = await open('#fluid');
   await settles(() => page.locator('.lab[aria-current="page"]').textContent(), 'Fluid');
-  assert.equal((await paramsOf(page)).kind, 'fluid');
+  const now = await paramsOf(page);
+  assert.deepEqual(
+    [now.solver.advection, now.side_by_side[0].solver.advection],
+    ['semi_lagrangian', 'bfecc'],
+    'one fails next to one that holds',
+  );
+  assert.match(await page.locator('.see').innerText(), /^The same disc turns twice: /);
   const one = await drawn(page);
   await reached(page, 1);
   await until(async () => (await drawn(page)) !== one, 'it moves');
-  await until(async () => (await shownValue(page, 'mass')) > 0, 'the mass is shown');
+  await until(
+    async () => (await shownValue(page, 'error_l1')) > 2 * (await shownValue(page, '1/error_l1')),
+    'the disc is smeared, and next to it is not',
+    20000,
+  );
   assert.ok(requests.some((r) => r.url().endsWith('js/labs/fluid/lab.js')) && requests.some((r) => r.url().endsWith('fluid.css')));
   assert.deepEqual(complaints, []);
   await close();

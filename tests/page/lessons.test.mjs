@@ -131,6 +131,36 @@ test('one click opens a question, paused at its start; Back returns to the quest
   await close();
 });
 
+const moving = (page) => page.evaluate(() => document.getAnimations().filter((one) => one.playState === 'running').length);
+
+test('cards play their recorded run once when they come into view, again under the pointer, and stand still else', async () => {
+  const { page, complaints, close } = await door();
+  await until(async () => (await moving(page)) > 10, 'they move', 15000);
+  const box = page.locator('[data-card="in_the_past"] [data-part="b"]');
+  const at = () => box.evaluate((part) => getComputedStyle(part).transform);
+  const before = await at();
+  await until(async () => (await at()) !== before, 'B moves');
+  await until(async () => (await moving(page)) === 0, 'each once', 15000);
+  assert.equal(await at(), 'matrix(1, 0, 0, 1, 96, 90)', 'at rest the drawing is as it was');
+  await page.locator('[data-card="falling_stack"]').hover();
+  await until(async () => (await moving(page)) === 6, 'six boxes fall');
+  await page.locator('.library').scrollIntoViewIfNeeded();
+  await page.mouse.move(5, 5);
+  await until(async () => (await moving(page)) === 0, 'out of view nothing moves');
+  await page.locator('[data-card="keeps_energy"]').focus();
+  await until(async () => (await moving(page)) >= 2, 'under the focus');
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
+test('with reduced motion the cards are still, and their runs are not read', async () => {
+  const { page, requests, close } = await door('', { reducedMotion: 'reduce' });
+  await page.waitForTimeout(1500);
+  assert.equal(await moving(page), 0);
+  assert.ok(requests.every((request) => !/cards\.json|moving\.js/.test(request.url())));
+  await close();
+});
+
 test('Play is locked until a choice is made; then it stops on the tick, and the answer is the engine’s', async () => {
   const { page, complaints, close } = await open('late_answer');
   await settles(() => play(page).isDisabled(), true);
@@ -215,6 +245,128 @@ test('the change is a session of the same seed with one thing set, and its answe
   await reads(async () => page.url(), /\?scenario=race&.*server\.update_hz:5/);
   await settles(async () => (await sessionOf(page))?.id, id);
   assert.deepEqual(complaints, []);
+  await close();
+});
+
+/** What can be used of the time bar. @param {import('playwright-core').Page} page */
+const usable = (page) =>
+  page.locator('.bar fieldset :is(button, select, input)').evaluateAll((all) => all.filter((one) => !one.matches(':disabled')).length);
+
+test('a step locks what it does not name: time bar, keys, settings, dialogs, driving; one button unlocks all', async () => {
+  const { page, complaints, close } = await open('late_answer', 3);
+  await until(async () => (await tickOf(page)) === LATE.stop_tick, 'the stop');
+  assert.equal(await play(page).isDisabled(), true);
+  assert.equal(await page.locator('#scrub').isDisabled(), false);
+  assert.equal(await usable(page), 3, 'a tick back, a tick forward, the scrubber');
+  const plain = await paramsOf(page);
+  for (const key of ['1', 'Shift+1', 'Space', 'r', 'Alt+r', ']', 'g', 'm', 'n']) await page.keyboard.press(key);
+  await page.locator('.note', { hasText: WORDS.en['use.blocked'] }).waitFor();
+  await page.locator('.view[data-drive="0"]').focus();
+  await page.keyboard.press('ArrowRight');
+  await page.waitForTimeout(500);
+  assert.deepEqual(await paramsOf(page), plain, 'no key changes a setting');
+  assert.equal(await tickOf(page), LATE.stop_tick, 'no key plays');
+  assert.equal(await page.locator('#packet-title').count(), 0);
+  assert.equal(await page.locator('section.row.lane').isHidden(), false, 'messages are shown as before');
+  assert.equal(await page.locator('.caption').first().isDisabled(), true, 'no dialog of settings');
+  assert.equal(await page.locator('main [data-path]:visible').count(), 0);
+  await page.keyboard.press('.');
+  await until(async () => (await tickOf(page)) === LATE.stop_tick + 1, 'a step is left');
+  await page.locator('#unlock').click();
+  await page.getByText(WORDS.en['use.free']).waitFor();
+  assert.equal(await play(page).isDisabled(), false);
+  assert.ok((await page.locator('main [data-path]:visible').count()) > 10, 'the lab’s settings');
+  await page.locator('#views').focus();
+  await page.keyboard.press('1');
+  await until(async () => (await paramsOf(page)).players[0].prediction === true, 'the key works');
+  await page.locator('#unlock').click();
+  await page.getByText(WORDS.en['use.locked']).waitFor();
+  assert.equal(await play(page).isDisabled(), true);
+  await page.locator('#rail .main').click();
+  await current(page, 'Explain');
+  await until(async () => (await paramsOf(page)).players[0].prediction === false, 'the next step has the lesson’s own settings');
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
+test('unlocking frees a question, too, and holds until another lesson', async () => {
+  const { page, close } = await open('late_answer');
+  assert.equal(await play(page).isDisabled(), true);
+  await page.locator('#unlock').click();
+  await until(() => play(page).isEnabled(), 'Play is free');
+  assert.equal(await page.locator('.bar .held').count(), 0);
+  await page.locator('.option').first().click();
+  await page.locator('#lock-in').click();
+  await current(page, 'Observe');
+  assert.equal(await play(page).isDisabled(), false);
+  await page.evaluate(() => {
+    location.hash = '#lesson=jump_back&step=1&lang=en';
+  });
+  await page.waitForFunction((title) => document.querySelector('#lesson-step')?.textContent === title, lessonOf('jump_back').title.en);
+  await until(() => play(page).isDisabled(), 'locked again');
+  await close();
+});
+
+test('the settings of the change stand in the rail: one of a run, and one that makes another run', async () => {
+  const { page, complaints, close } = await open('late_answer', 5);
+  const box = page.locator('#rail [data-path="players.0.prediction"]');
+  await box.waitFor();
+  assert.equal(await box.isChecked(), true);
+  assert.notEqual(await box.getAttribute('data-lit'), null, 'it is highlighted');
+  const first = await sessionOf(page);
+  await box.uncheck();
+  await until(async () => (await paramsOf(page)).players[0].prediction === false, 'without prediction');
+  assert.equal((await sessionOf(page)).id, first.id);
+  await close();
+  const other = await open('bullet_through', 5);
+  const hz = other.page.locator('#rail [data-path="hz"]');
+  await hz.waitFor();
+  await until(async () => (await hz.inputValue()) === '480', 'the change');
+  const before = await sessionOf(other.page);
+  await hz.fill('960');
+  await hz.press('Enter');
+  await until(async () => (await paramsOf(other.page)).hz === 960 && (await sessionOf(other.page)).id !== before.id, 'another run');
+  assert.equal((await api(daemon.url, `sessions/${(await sessionOf(other.page)).id}`)).body.seed, lessonOf('bullet_through').seed);
+  assert.deepEqual([...complaints, ...other.complaints], []);
+  await other.close();
+});
+
+test('in every lesson the settings that steps name are there, and the stop highlights one thing, in every lab', async () => {
+  const { page, complaints, close } = await door();
+  const ids = await page
+    .locator('a[href^="#lesson="]')
+    .evaluateAll((all) => all.map((a) => /lesson=(\w+)/.exec(a.getAttribute('href'))[1]));
+  for (const id of ids) {
+    const lesson = lessonOf(id);
+    await page.evaluate((hash) => {
+      location.hash = hash;
+    }, `lesson=${id}&step=3&lang=en`);
+    await page.waitForFunction((title) => document.querySelector('#lesson-step')?.textContent === title, lesson.title.en);
+    await until(
+      async () => (await page.evaluate(() => globalThis.laglab().frame?.tick)) === lesson.stop_tick,
+      `${id} stands at its stop`,
+      15000,
+    );
+    if (lesson.look.at === 'packet') await page.locator('#packet-title').waitFor();
+    else {
+      await until(async () => (await page.locator('.teach > main [data-lit]').count()) === 1, `${id} highlights one thing`, 15000);
+      await until(async () => /^Highlighted: .+/.test(await page.locator('#highlighted').innerText()), `${id} names it`);
+      assert.equal(await page.locator('.teach > main [data-lit]').isVisible(), true, `${id}: it is seen`);
+    }
+    await page.evaluate((hash) => {
+      location.hash = hash;
+    }, `lesson=${id}&step=5&lang=en`);
+    await current(page, 'Change');
+    await until(async () => (await page.evaluate(() => globalThis.laglab().frame?.tick)) === 0, `${id} begins again`, 15000);
+    for (const name of lesson.controls.change.filter((one) => !one.startsWith('time.'))) {
+      await page.locator(`#rail [data-path="${name}"]`).first().waitFor();
+      assert.equal(await page.locator(`#rail [data-path="${name}"]`).first().isEnabled(), true, `${id} ${name}`);
+    }
+  }
+  assert.deepEqual(
+    complaints.filter((text) => !/404/.test(text)) /* what was asked of a session that the next lesson ended */,
+    [],
+  );
   await close();
 });
 

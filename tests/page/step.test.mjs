@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
-import { SIZES, axe, launch, paramsOf, reads, settles, visit } from './lib.mjs';
+import { SIZES, axe, launch, paramsOf, reads, settles, tickOf, until, visit } from './lib.mjs';
 
 /** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
 /** @type {import('playwright-core').Browser} */ let browser;
@@ -21,10 +21,22 @@ const cell = (page, row, name) => page.locator(`[data-motion="${row}/${name}"]`)
 test('/#step opens the lab, and it moves', async () => {
   const { page, complaints, close } = await visit(browser, `${daemon.url}#step`);
   await page.waitForSelector('#motion');
-  assert.equal((await paramsOf(page)).problem, 'free_fall');
+  assert.equal((await paramsOf(page)).problem, 'kepler');
   await settles(() => page.locator('.lab[aria-current="page"]').textContent(), 'Step');
-  await page.waitForFunction(() => Number(document.querySelector('[data-motion="0/value"]')?.textContent) > 5);
+  assert.match(await page.locator('.see').innerText(), /^Same orbit, same step: /);
+  const errorOf = async (row) => Number(await cell(page, row, 'error'));
+  await page.waitForFunction(() => globalThis.laglab().frame?.time_s > 8, null, { timeout: 20000 });
+  await until(async () => (await errorOf(1)) > 3 * (await errorOf(2)), 'explicit Euler is off, next to a method that is not');
+  await page.locator('[data-path="methods.0.method"]').selectOption('rk4');
+  await page.locator('.see').waitFor({ state: 'detached' });
   assert.deepEqual(complaints, []);
+  await close();
+});
+
+test('with reduced motion the lab waits for Play', async () => {
+  const { page, close } = await visit(browser, `${daemon.url}#step`, { reducedMotion: 'reduce' });
+  await page.locator('.see').waitFor();
+  assert.equal(await tickOf(page), 0);
   await close();
 });
 

@@ -154,6 +154,10 @@ void ll_class_see_board(ll_class *c, int status, int64_t tick)
     bool playing = status == LL_SESSION_PLAYING;
     bool waits = board->order != LL_CLASS_NO_ORDER || c->now.frozen || board->link.held;
     bool stopped = board->status >= 0 && status != board->status && !playing;
+    if (board->resumed && playing && c->now.phase == LL_CLASS_RUN)
+        board->order = LL_CLASS_PLAY_BOARD; /* again as far as its stop */
+    stopped = stopped || (board->resumed && !playing);
+    board->resumed = false;
     if (stopped && c->now.phase == LL_CLASS_RUN && !waits) {
         c->now.phase = LL_CLASS_STOPPED;
         c->changed = true;

@@ -101,6 +101,7 @@ typedef struct ll_class_board {
     bool script[LL_PLAYERS_MAX]; /* the script has taken the seat of a lost holder */
     bool revoke[LL_PLAYERS_MAX]; /* its last holder may no longer send inputs */
     bool unread;                 /* players and lags are to be read */
+    bool resumed;                /* of a stored class, and not seen yet */
     uint32_t params_version;     /* when they were read */
     int64_t tick;
     int status; /* an ll_session_status; -1: unknown */
@@ -159,6 +160,13 @@ void ll_class_pass_time(ll_class *c, ll_time now);
 bool ll_class_drives(const ll_class *c, int player);
 int ll_class_holder(const ll_class *c, int player); /* -1: the seat is free */
 bool ll_class_is_away(const ll_class_member *member, ll_time now);
+
+/* The class as it outlives the daemon: hashes of keys and tokens, what the teacher set, question, votes,
+ * seats, copies. No connections. Caller deletes it. */
+struct cJSON *ll_class_save(const ll_class *c);
+/* In place of ll_class_init, from what was saved: every member is away, and has LL_CLASS_SEAT_NS from `now`
+ * on to come back to its seat. On error nothing is to be freed. */
+ll_status ll_class_load(ll_class *c, int capacity, const struct cJSON *json, ll_time now);
 
 /* The broadcast: {"type","serial","phase",...}. */
 struct cJSON *ll_class_describe(const ll_class *c, ll_time now);

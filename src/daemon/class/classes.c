@@ -57,7 +57,8 @@ ll_status ll_classes_find(ll_classes *classes, const char *name, const char *pee
     }
     pthread_mutex_unlock(&classes->lock);
     if (!entry)
-        return ll_error(LL_NOT_FOUND, "Class not found. It has ended, or the daemon was restarted.");
+        return ll_error(LL_NOT_FOUND,
+                        "Class not found. It has ended, or its daemon kept nothing over a restart.");
     if (by_code)
         ll_rate_limits_take_many(classes->lookups, peer, -1, now);
     *result = entry;
@@ -95,21 +96,13 @@ static bool choose_names(const ll_classes *classes, ll_class_entry *entry)
 
 static ll_status add(ll_classes *classes, ll_class_entry *entry)
 {
-    ll_status status = check_quota(classes, entry->client);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(check_quota(classes, entry->client));
     if (classes->stopping || !choose_names(classes, entry))
         return ll_error(LL_UNAVAILABLE, "No class can be opened now.");
-    ll_class_entry_retain(entry); /* for the stream */
-    status = ll_ws_stream_open(classes->ws, LL_STREAM_CLASS, entry->id, entry, &entry->stream);
-    if (ll_failed(&status)) {
-        atomic_fetch_sub(&entry->references, 1);
-        return status;
-    }
-    ll_class_entry_retain(entry); /* for the list */
-    entry->next = classes->first;
-    classes->first = entry;
-    classes->count++;
+    entry->touched = true;
+    ll_status status = ll_class_entry_list(entry);
+    if (!ll_failed(&status))
+        ll_class_entry_store(entry, ll_host_now());
     return status;
 }
 
@@ -152,6 +145,7 @@ static void close_ended(ll_classes *classes)
         }
         *link = entry->next;
         classes->count--;
+        ll_store_delete_class(classes->store, entry->id);
         pthread_mutex_unlock(&classes->lock);
         ll_classes_revoke(classes, entry->values.board.link.session);
         ll_ws_stream_close(entry->stream, LL_WS_NO_SESSION, entry->ended);
@@ -193,6 +187,9 @@ ll_class *ll_class_entry_lock(ll_class_entry *entry)
 
 void ll_class_entry_unlock(ll_class_entry *entry)
 {
+    entry->touched = true;
+    if (!entry->ended)
+        ll_class_entry_store(entry, ll_host_now());
     entry->classes->news = true;
     pthread_cond_signal(&entry->classes->wake);
     pthread_mutex_unlock(&entry->classes->lock);
@@ -259,6 +256,7 @@ static bool visit(ll_class_entry *entry, ll_time now)
         ll_class_entry_look(entry);
     }
     ll_class_entry_work(entry, now);
+    ll_class_entry_store(entry, now);
     ll_class_entry_tell(entry, now);
     return active || entry->working || now < entry->retry_at;
 }
@@ -294,14 +292,14 @@ static void *serve(void *context)
 
 /* ---- start and stop ---- */
 
-ll_status ll_classes_start(const ll_classes_config *config, ll_host *host, ll_tasks *tasks, ll_ws *ws,
-                           ll_classes **result)
+ll_status ll_classes_start(const ll_classes_config *config, ll_host *host, ll_store *store, ll_tasks *tasks,
+                           ll_ws *ws, ll_classes **result)
 {
     double lookups = ll_host_get_config(host)->max_code_lookups_per_min;
     ll_classes *classes = *result = calloc(1, sizeof *classes);
     if (!classes)
         return ll_error(LL_NO_MEMORY, "out of memory: classes");
-    *classes = (ll_classes){.config = *config, .host = host, .tasks = tasks, .ws = ws};
+    *classes = (ll_classes){.config = *config, .host = host, .tasks = tasks, .ws = ws, .store = store};
     pthread_mutex_init(&classes->lock, NULL);
     pthread_condattr_t monotonic; /* not affected by changes of the date */
     pthread_condattr_init(&monotonic);
@@ -312,6 +310,7 @@ ll_status ll_classes_start(const ll_classes_config *config, ll_host *host, ll_ta
     ll_ws_hooks hooks = ll_classes_hooks(classes);
     ll_ws_set_hooks(ws, LL_STREAM_CLASS, &hooks);
     ll_host_set_guests(host, guest_role, classes);
+    LL_TRY(ll_classes_restore(classes));
     classes->started = classes->lookups && pthread_create(&classes->thread, NULL, serve, classes) == 0;
     return classes->started ? ll_ok() : ll_error(LL_NO_MEMORY, "cannot start the thread of classes");
 }

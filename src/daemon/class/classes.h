@@ -6,11 +6,13 @@
  * second at most. Sessions are paused, played and given to persons by a task of each class, which compares
  * what the class wants with what it did last.
  *
- * Classes are kept in memory: they end with the daemon, and the sessions on their boards stay. Any thread. */
+ * With a store a class outlives the daemon: code, keys, seats, votes, phase and board are there again, and
+ * its connections are lost ones. Without one it ends with the daemon. Any thread. */
 #pragma once
 
 #include "daemon/class/class.h"
 #include "daemon/hosting/host.h"
+#include "daemon/store/store.h"
 #include "daemon/stream/ws.h"
 
 struct ll_tasks;
@@ -26,9 +28,9 @@ extern const ll_param_table ll_classes_table;
 typedef struct ll_classes ll_classes;
 typedef struct ll_class_entry ll_class_entry;
 
-/* `host` and `tasks` must outlive it. */
-ll_status ll_classes_start(const ll_classes_config *config, ll_host *host, struct ll_tasks *tasks, ll_ws *ws,
-                           ll_classes **classes);
+/* `host`, `tasks` and `store` must outlive it. `store` may be NULL: in memory only. */
+ll_status ll_classes_start(const ll_classes_config *config, ll_host *host, ll_store *store,
+                           struct ll_tasks *tasks, ll_ws *ws, ll_classes **classes);
 void ll_classes_stop(ll_classes *classes); /* joins the thread; NULL: no effect */
 void ll_classes_free(ll_classes *classes); /* after tasks, handlers and hooks have ended; NULL: no effect */
 

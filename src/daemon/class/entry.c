@@ -1,4 +1,4 @@
-/* An entry of the list: its references and its connections. */
+/* An entry of the list: its references, its connections and its place there. */
 #include <stdlib.h>
 
 #include "daemon/class/internal.h"
@@ -32,6 +32,22 @@ void ll_class_entry_release(ll_class_entry *entry)
     free_viewers(entry);
     ll_class_end(&entry->values);
     free(entry);
+}
+
+ll_status ll_class_entry_list(ll_class_entry *entry)
+{
+    ll_classes *classes = entry->classes;
+    ll_class_entry_retain(entry); /* for the stream */
+    ll_status status = ll_ws_stream_open(classes->ws, LL_STREAM_CLASS, entry->id, entry, &entry->stream);
+    if (ll_failed(&status)) {
+        atomic_fetch_sub(&entry->references, 1);
+        return status;
+    }
+    ll_class_entry_retain(entry); /* for the list */
+    entry->next = classes->first;
+    classes->first = entry;
+    classes->count++;
+    return status;
 }
 
 const char *ll_class_entry_id(const ll_class_entry *entry)

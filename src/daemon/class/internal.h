@@ -34,6 +34,9 @@ struct ll_class_entry {
         pinged_at;    /* times of the last request, broadcast, check of the board, pings */
     bool working;     /* a task runs */
     ll_time retry_at; /* of a task that failed */
+    bool touched;     /* by a request, since it was stored */
+    uint64_t stored;  /* hash of the text that was stored last; 0: none was */
+    ll_time stored_at;
 };
 
 struct ll_classes {
@@ -41,6 +44,7 @@ struct ll_classes {
     ll_host *host;
     ll_tasks *tasks;
     ll_ws *ws;
+    ll_store *store; /* NULL: in memory only */
     ll_rate_limits *lookups;
     pthread_t thread;
     bool started;
@@ -54,8 +58,17 @@ struct ll_classes {
 /* ---- entry.c ---- */
 
 void ll_class_entry_retain(ll_class_entry *entry);
+/* Adds an entry that has its names to the list, with a stream. Locked. */
+ll_status ll_class_entry_list(ll_class_entry *entry);
 /* The member of this place, unless it has gone; -1. Locked. */
 int ll_class_viewer_place(const ll_class_entry *entry, const class_viewer *viewer);
+
+/* ---- keep.c ---- */
+
+/* Queues what has changed for the store, and the time of the last use once a minute. Locked. */
+void ll_class_entry_store(ll_class_entry *entry, ll_time now);
+/* The stored classes, each with its stream; those that are too old are deleted. Before the thread starts. */
+ll_status ll_classes_restore(ll_classes *classes);
 
 /* ---- work.c ---- */
 

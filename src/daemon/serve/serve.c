@@ -151,8 +151,8 @@ static ll_status start(daemon_parts *d)
     status = ll_experiments_open_streams(d->experiments, ll_web_server_ws(d->web_server));
     LL_THEN(status, ll_host_start(d->host, ll_web_server_ws(d->web_server)));
     if (!ll_failed(&status))
-        status = ll_classes_start(&d->classes_config, d->host, d->tasks, ll_web_server_ws(d->web_server),
-                                  &d->api.classes);
+        status = ll_classes_start(&d->classes_config, d->host, d->store, d->tasks,
+                                  ll_web_server_ws(d->web_server), &d->api.classes);
     if (!ll_failed(&status))
         atomic_store(&d->api.phase, LL_API_READY);
     return status;

@@ -1,9 +1,7 @@
-#include "daemon/store/store.h"
+#include "daemon/store/internal.h"
 
 #include <errno.h>
 #include <fcntl.h>
-#include <pthread.h>
-#include <sqlite3.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -26,50 +24,23 @@ static const char schema[] =
     " PRIMARY KEY(session, line_index)) WITHOUT ROWID;"
     "PRAGMA user_version=1;";
 
-typedef enum record_type { RECORD_ROW, RECORD_LINE, RECORD_DELETE } record_type;
-
-typedef struct record {
-    struct record *next;
-    record_type type;
-    int64_t number, index;
-    size_t size;
-    char bytes[]; /* an ll_stored or a line */
-} record;
-
-typedef enum statement { PUT_ROW, PUT_LINE, DELETE_ROW, DELETE_LOG, STATEMENTS } statement;
+/* Databases that were made before classes were stored get their table when they are opened; an older laglab
+ * does not read it. */
+static const char class_table[] = "CREATE TABLE IF NOT EXISTS classes(id TEXT PRIMARY KEY,"
+                                  " seen_ms INTEGER NOT NULL, state TEXT NOT NULL) WITHOUT ROWID;";
 
 static const char *const statement_sql[STATEMENTS] = {
     [PUT_ROW] = "INSERT OR REPLACE INTO sessions VALUES(?1,?2,?3,?4,?5,?6,?7,?8,?9,?10)",
     [PUT_LINE] = "INSERT OR REPLACE INTO log VALUES(?1,?2,?3)",
     [DELETE_ROW] = "DELETE FROM sessions WHERE number=?1",
     [DELETE_LOG] = "DELETE FROM log WHERE session=?1",
-};
-
-struct ll_store {
-    char *directory;
-    int lock_file;
-    sqlite3 *writer_db; /* of the writer thread */
-    sqlite3_stmt *prepared[STATEMENTS];
-    sqlite3 *reader_db;
-    pthread_mutex_t reader_lock;
-    pthread_t thread;
-    bool started;
-
-    pthread_mutex_t lock; /* guards all members below */
-    pthread_cond_t queued, done;
-    record *first, *last;
-    uint64_t ticket, durable;
-    int64_t next_number;
-    int64_t commits, failures, waiting;
-    bool closing, failing;
-    ll_status why;
-    void (*notify)(void *context);
-    void *notify_context;
+    [PUT_CLASS] = "INSERT OR REPLACE INTO classes VALUES(?1,?2,?3)",
+    [DELETE_CLASS] = "DELETE FROM classes WHERE id=?1",
 };
 
 /* ---- errors ---- */
 
-static ll_status database_error(const ll_store *store, sqlite3 *db, const char *doing)
+ll_status ll_store_error(const ll_store *store, sqlite3 *db, const char *doing)
 {
     int code = db ? sqlite3_errcode(db) : SQLITE_NOMEM;
     switch (code & 0xff) {
@@ -123,8 +94,22 @@ static bool delete_session(ll_store *store, int64_t number)
     return run(store->prepared[DELETE_ROW]) && run(store->prepared[DELETE_LOG]);
 }
 
+static bool write_class(ll_store *store, const record *r)
+{
+    sqlite3_stmt *s = store->prepared[r->type == RECORD_CLASS ? PUT_CLASS : DELETE_CLASS];
+    sqlite3_bind_text(s, 1, r->bytes, LL_ID_LENGTH, SQLITE_STATIC);
+    if (r->type == RECORD_CLASS) {
+        const size_t skipped = LL_ID_LENGTH + 1;
+        sqlite3_bind_int64(s, 2, r->index);
+        sqlite3_bind_text64(s, 3, r->bytes + skipped, r->size - skipped, SQLITE_STATIC, SQLITE_UTF8);
+    }
+    return run(s);
+}
+
 static bool write_record(ll_store *store, const record *r)
 {
+    if (r->type == RECORD_CLASS || r->type == RECORD_DELETE_CLASS)
+        return write_class(store, r);
     if (r->type == RECORD_DELETE)
         return delete_session(store, r->number);
     if (r->type == RECORD_ROW) {
@@ -149,7 +134,7 @@ static ll_status commit(ll_store *store, const record *batch)
         good = write_record(store, r);
     if (good && sqlite3_exec(db, "COMMIT", NULL, NULL, NULL) == SQLITE_OK)
         return ll_ok();
-    ll_status failed = database_error(store, db, "Writing");
+    ll_status failed = ll_store_error(store, db, "Writing");
     if (!sqlite3_get_autocommit(db))
         sqlite3_exec(db, "ROLLBACK", NULL, NULL, NULL);
     return failed;
@@ -277,7 +262,7 @@ static ll_status prepare_schema(ll_store *store)
     sqlite3 *db = store->writer_db;
     int64_t version = 0;
     if (!read_number(db, "PRAGMA user_version", &version))
-        return database_error(store, db, "Opening the database");
+        return ll_store_error(store, db, "Opening the database");
     if (version > SCHEMA_VERSION)
         return ll_error(LL_IO,
                         "Database in %s has schema %lld, of a newer laglab; this one supports up to %d.",
@@ -287,14 +272,15 @@ static ll_status prepare_schema(ll_store *store)
         int result = sqlite3_exec(db, made, NULL, NULL, NULL);
         sqlite3_free(made);
         if (result != SQLITE_OK)
-            return database_error(store, db, "Creating the database");
+            return ll_store_error(store, db, "Creating the database");
     }
     /* Takes the write lock once, so that a read-only disk is an error now and not at the first command. */
-    if (sqlite3_exec(db, "BEGIN IMMEDIATE; PRAGMA user_version=1; COMMIT;", NULL, NULL, NULL) != SQLITE_OK)
-        return database_error(store, db, "Writing");
+    if (sqlite3_exec(db, "BEGIN IMMEDIATE; PRAGMA user_version=1; COMMIT;", NULL, NULL, NULL) != SQLITE_OK ||
+        sqlite3_exec(db, class_table, NULL, NULL, NULL) != SQLITE_OK)
+        return ll_store_error(store, db, "Writing");
     int64_t highest = 0;
     if (!read_number(db, "SELECT coalesce(max(number), 0) FROM sessions", &highest))
-        return database_error(store, db, "Reading");
+        return ll_store_error(store, db, "Reading");
     store->next_number = highest + 1;
     return ll_ok();
 }
@@ -305,22 +291,22 @@ static ll_status open_database(ll_store *store)
     snprintf(path, sizeof path, "%s/laglab.db", store->directory);
     int flags = SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOMUTEX;
     if (sqlite3_open_v2(path, &store->writer_db, flags, NULL) != SQLITE_OK)
-        return database_error(store, store->writer_db, "Opening the database");
+        return ll_store_error(store, store->writer_db, "Opening the database");
     sqlite3_busy_timeout(store->writer_db, BUSY_MS);
     if (sqlite3_exec(store->writer_db, "PRAGMA journal_mode=WAL; PRAGMA synchronous=NORMAL;", NULL, NULL,
                      NULL) != SQLITE_OK)
-        return database_error(store, store->writer_db, "Opening the database");
+        return ll_store_error(store, store->writer_db, "Opening the database");
     ll_status status = prepare_schema(store);
     for (int i = 0; i < STATEMENTS && !ll_failed(&status); i++) {
         if (sqlite3_prepare_v3(store->writer_db, statement_sql[i], -1, SQLITE_PREPARE_PERSISTENT,
                                &store->prepared[i], NULL) != SQLITE_OK)
-            status = database_error(store, store->writer_db, "Opening the database");
+            status = ll_store_error(store, store->writer_db, "Opening the database");
     }
     if (ll_failed(&status))
         return status;
     if (sqlite3_open_v2(path, &store->reader_db, SQLITE_OPEN_READWRITE | SQLITE_OPEN_NOMUTEX, NULL) !=
         SQLITE_OK)
-        return database_error(store, store->reader_db, "Opening the database");
+        return ll_store_error(store, store->reader_db, "Opening the database");
     sqlite3_busy_timeout(store->reader_db, BUSY_MS);
     return ll_ok();
 }
@@ -398,113 +384,6 @@ ll_status ll_store_close(ll_store *store)
     return status;
 }
 
-/* ---- reading ---- */
-
-static void read_text(sqlite3_stmt *s, int column, char *text, size_t size)
-{
-    const unsigned char *value = sqlite3_column_text(s, column);
-    snprintf(text, size, "%s", value ? (const char *)value : "");
-}
-
-static void read_row(sqlite3_stmt *s, ll_stored *row)
-{
-    memset(row, 0, sizeof *row);
-    row->number = sqlite3_column_int64(s, 0);
-    read_text(s, 1, row->id, sizeof row->id);
-    read_text(s, 2, row->code, sizeof row->code);
-    row->created_ms = sqlite3_column_int64(s, 3);
-    row->seen_ms = sqlite3_column_int64(s, 4);
-    const void *keys = sqlite3_column_blob(s, 5);
-    int bytes = sqlite3_column_bytes(s, 5);
-    row->key_count = bytes / (int)sizeof row->keys[0];
-    if (row->key_count > LL_STORE_KEYS)
-        row->key_count = LL_STORE_KEYS;
-    if (row->key_count > 0)
-        memcpy(row->keys, keys, (size_t)row->key_count * sizeof row->keys[0]);
-    row->playing = sqlite3_column_int(s, 6) != 0;
-    row->speed = sqlite3_column_double(s, 7);
-    row->tick = sqlite3_column_int64(s, 8);
-    row->head_tick = sqlite3_column_int64(s, 9);
-    row->lines = sqlite3_column_int64(s, 10);
-    row->log_bytes = sqlite3_column_int64(s, 11);
-}
-
-ll_status ll_store_list(ll_store *store, void (*each)(void *context, const ll_stored *stored), void *context)
-{
-    if (!store)
-        return ll_ok();
-    static const char sql[] =
-        "SELECT *, (SELECT coalesce(max(line_index) + 1, 0) FROM log WHERE session = number),"
-        " (SELECT coalesce(sum(length(CAST(line AS BLOB)) + 1), 0) FROM log WHERE session = number)"
-        " FROM sessions ORDER BY number";
-    sqlite3_stmt *s = NULL;
-    pthread_mutex_lock(&store->reader_lock);
-    int result = sqlite3_prepare_v2(store->reader_db, sql, -1, &s, NULL);
-    while (result == SQLITE_OK || result == SQLITE_ROW) {
-        result = sqlite3_step(s);
-        if (result != SQLITE_ROW)
-            break;
-        ll_stored row;
-        read_row(s, &row);
-        each(context, &row);
-    }
-    ll_status status = result == SQLITE_DONE ? ll_ok() : database_error(store, store->reader_db, "Reading");
-    sqlite3_finalize(s);
-    pthread_mutex_unlock(&store->reader_lock);
-    return status;
-}
-
-static bool add_line(char **text, size_t *length, size_t *capacity, const void *line, size_t size)
-{
-    if (*length + size + 2 > *capacity) {
-        size_t wanted = (*length + size + 2) * 2;
-        char *bigger = realloc(*text, wanted);
-        if (!bigger)
-            return false;
-        *text = bigger;
-        *capacity = wanted;
-    }
-    memcpy(*text + *length, line, size);
-    *length += size;
-    (*text)[(*length)++] = '\n';
-    (*text)[*length] = '\0';
-    return true;
-}
-
-ll_status ll_store_read_log(ll_store *store, int64_t number, char **text, size_t *length)
-{
-    LL_ASSERT(store);
-    *text = NULL;
-    *length = 0;
-    size_t capacity = 0;
-    sqlite3_stmt *s = NULL;
-    pthread_mutex_lock(&store->reader_lock);
-    ll_status status = ll_ok();
-    int result = sqlite3_prepare_v2(
-        store->reader_db, "SELECT line FROM log WHERE session=?1 ORDER BY line_index", -1, &s, NULL);
-    if (result == SQLITE_OK)
-        sqlite3_bind_int64(s, 1, number);
-    while ((result == SQLITE_OK || result == SQLITE_ROW) && !ll_failed(&status)) {
-        result = sqlite3_step(s);
-        if (result != SQLITE_ROW)
-            break;
-        const void *line = sqlite3_column_text(s, 0);
-        if (!add_line(text, length, &capacity, line, (size_t)sqlite3_column_bytes(s, 0)))
-            status = ll_error(LL_NO_MEMORY, "out of memory: log of a stored session");
-    }
-    if (!ll_failed(&status) && result != SQLITE_DONE)
-        status = database_error(store, store->reader_db, "Reading");
-    sqlite3_finalize(s);
-    pthread_mutex_unlock(&store->reader_lock);
-    if (!ll_failed(&status) && !*text)
-        status = ll_error(LL_IO, "Log of a stored session in %s is empty.", store->directory);
-    if (ll_failed(&status)) {
-        free(*text);
-        *text = NULL;
-    }
-    return status;
-}
-
 /* ---- queueing ---- */
 
 int64_t ll_store_new_number(ll_store *store)
@@ -553,6 +432,24 @@ uint64_t ll_store_line(ll_store *store, int64_t number, int64_t index, const cha
 uint64_t ll_store_delete(ll_store *store, int64_t number)
 {
     return enqueue(store, RECORD_DELETE, number, 0, NULL, 0);
+}
+
+uint64_t ll_store_put_class(ll_store *store, const char *id, int64_t seen_ms, const char *text)
+{
+    size_t length = strlen(text);
+    char *bytes = store ? malloc(LL_ID_LENGTH + 1 + length) : NULL;
+    if (!bytes)
+        return 0;
+    snprintf(bytes, LL_ID_LENGTH + 1, "%s", id);
+    memcpy(bytes + LL_ID_LENGTH + 1, text, length);
+    uint64_t ticket = enqueue(store, RECORD_CLASS, 0, seen_ms, bytes, LL_ID_LENGTH + 1 + length);
+    free(bytes);
+    return ticket;
+}
+
+uint64_t ll_store_delete_class(ll_store *store, const char *id)
+{
+    return enqueue(store, RECORD_DELETE_CLASS, 0, 0, id, LL_ID_LENGTH + 1);
 }
 
 ll_status ll_store_wait(ll_store *store, uint64_t ticket)

@@ -1,4 +1,4 @@
-/* Sessions on disk: their rows and all lines of their logs, in one SQLite database.
+/* Sessions on disk: their rows and all lines of their logs, in one SQLite database; and classes, a text each.
  *
  * One writer thread commits everything that is queued at once. Queueing returns a ticket. A caller that must
  * not answer before its line is durable waits for the ticket; others can use ll_store_on_commit. After `kill
@@ -54,6 +54,12 @@ ll_status ll_store_list(ll_store *store, void (*each)(void *context, const ll_st
 /* The lines of a session's log separated by newlines; caller frees `*text`. */
 ll_status ll_store_read_log(ll_store *store, int64_t number, char **text, size_t *length);
 
+/* All stored classes: what ll_store_put_class was given. Call before anything is queued. */
+ll_status ll_store_list_classes(ll_store *store,
+                                void (*each)(void *context, const char *id, int64_t seen_ms,
+                                             const char *text),
+                                void *context);
+
 int64_t ll_store_new_number(ll_store *store);
 
 /* ---- queueing; returns a ticket ---- */
@@ -62,6 +68,9 @@ uint64_t ll_store_put(ll_store *store,
                       const ll_stored *stored); /* a new row, or a new clock of a stored one */
 uint64_t ll_store_line(ll_store *store, int64_t number, int64_t index, const char *line, size_t length);
 uint64_t ll_store_delete(ll_store *store, int64_t number);
+/* A class, in place of what was stored of it. `id`: LL_ID_LENGTH characters; `seen_ms`: Unix time. */
+uint64_t ll_store_put_class(ll_store *store, const char *id, int64_t seen_ms, const char *text);
+uint64_t ll_store_delete_class(ll_store *store, const char *id);
 
 /* Waits until the ticket is durable; LL_IO when the store fails. */
 ll_status ll_store_wait(ll_store *store, uint64_t ticket);

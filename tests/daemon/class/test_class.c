@@ -4,6 +4,7 @@
 #include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include <cjson/cJSON.h>
@@ -312,6 +313,86 @@ static void addresses_are_those_that_others_reach(void **state)
         assert_true(strncmp(own[i].address, "127.", 4) != 0 && strcmp(own[i].address, "::1") != 0);
 }
 
+/* What is saved and loaded, as a restart of the daemon does. */
+static void saved_and_loaded_a_class_is_the_same_without_its_connections(void **state)
+{
+    fixture *f = *state;
+    int a = join(f, 0), b = join(f, 1);
+    ll_class_claim(&f->c, a, 1, f->now);
+    ll_class_connected(&f->c, a, f->now);
+    set(f, "{\"phase\":\"predict\",\"lesson\":\"late_answer\",\"step\":2,\"choices\":3,\"stop_tick\":70}");
+    ll_status status = ll_class_vote(&f->c, b, &(ll_class_ballot){.step = 2, .choice = 1});
+    assert_false(ll_failed(&status));
+    f->c.board.driven[1] = true;
+    memcpy(f->c.members[b].copy.session, "bbcdefghijklmnopqrstuvwxyz", LL_ID_LENGTH + 1);
+    cJSON *json = ll_class_save(&f->c);
+    char *text = cJSON_PrintUnformatted(json);
+    assert_null(strstr(text, f->token[0]));
+    assert_null(strstr(text, f->key));
+    ll_class_end(&f->c);
+    memset(&f->c, 0x55, sizeof f->c);
+    f->now += 3600 * LL_SECOND;
+    status = ll_class_load(&f->c, MEMBERS, json, f->now);
+    assert_string_equal(status.text, "");
+    assert_true(ll_key_matches(&f->c.teacher, f->key, strlen(f->key)));
+    a = ll_class_find(&f->c, f->token[0], strlen(f->token[0]));
+    b = ll_class_find(&f->c, f->token[1], strlen(f->token[1]));
+    assert_true(a >= 0 && b >= 0 && a != b);
+    assert_int_equal(f->c.members[a].player, 1);
+    assert_int_equal(f->c.members[a].role, LL_CLASS_PLAY);
+    assert_int_equal(f->c.members[a].connections, 0);
+    assert_int_equal(f->c.members[b].choice, 1);
+    assert_string_equal(f->c.members[b].copy.session, "bbcdefghijklmnopqrstuvwxyz");
+    assert_int_equal(f->c.now.phase, LL_CLASS_PREDICT);
+    assert_int_equal(f->c.now.stop_tick, 70);
+    assert_true(f->c.board.driven[1] && f->c.board.unread);
+    cJSON *again = ll_class_save(&f->c);
+    char *second = cJSON_PrintUnformatted(again);
+    assert_string_equal(second, text);
+    free(second);
+    cJSON_Delete(again);
+    free(text);
+    cJSON_Delete(json);
+    ll_class_pass_time(&f->c, f->now + 19 * LL_SECOND); /* of its own time, not of that before */
+    assert_true(ll_class_drives(&f->c, 1));
+    ll_class_pass_time(&f->c, f->now + 21 * LL_SECOND);
+    assert_false(ll_class_drives(&f->c, 1));
+}
+
+static void a_run_that_was_interrupted_goes_on_to_its_stop_or_has_stopped(void **state)
+{
+    fixture *f = *state;
+    set(f, "{\"phase\":\"run\"}");
+    f->c.board.resumed = true;
+    f->c.board.status = -1;
+    f->c.board.order = LL_CLASS_NO_ORDER;
+    ll_class_see_board(&f->c, LL_SESSION_PLAYING, 3);
+    assert_int_equal(f->c.board.order, LL_CLASS_PLAY_BOARD);
+    assert_int_equal(f->c.now.phase, LL_CLASS_RUN);
+    f->c.board.resumed = true;
+    f->c.board.status = -1;
+    f->c.board.order = LL_CLASS_NO_ORDER;
+    ll_class_see_board(&f->c, LL_SESSION_PAUSED, 9);
+    assert_int_equal(f->c.board.order, LL_CLASS_NO_ORDER);
+    assert_int_equal(f->c.now.phase, LL_CLASS_STOPPED);
+}
+
+static void what_is_no_saved_class_is_refused(void **state)
+{
+    fixture *f = *state;
+    cJSON *json = ll_class_save(&f->c);
+    static const char *const without[] = {"settings", "teacher"};
+    for (int i = 0; i < 2; i++) {
+        ll_class other;
+        cJSON_DeleteItemFromObjectCaseSensitive(json, without[i]);
+        ll_status status = ll_class_load(&other, MEMBERS, json, f->now);
+        assert_int_equal(status.code, LL_BAD_INPUT);
+        status = ll_class_load(&other, MEMBERS, NULL, f->now);
+        assert_int_equal(status.code, LL_BAD_INPUT);
+    }
+    cJSON_Delete(json);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -324,6 +405,11 @@ int main(void)
         cmocka_unit_test_setup_teardown(the_script_takes_a_seat_after_20_s_and_its_holder_gets_it_back, setup,
                                         teardown),
         cmocka_unit_test_setup_teardown(a_full_class_drops_who_has_been_away_for_longest, setup, teardown),
+        cmocka_unit_test_setup_teardown(saved_and_loaded_a_class_is_the_same_without_its_connections, setup,
+                                        teardown),
+        cmocka_unit_test_setup_teardown(a_run_that_was_interrupted_goes_on_to_its_stop_or_has_stopped, setup,
+                                        teardown),
+        cmocka_unit_test_setup_teardown(what_is_no_saved_class_is_refused, setup, teardown),
         cmocka_unit_test(addresses_are_those_that_others_reach),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -37,7 +37,7 @@ const hrefOf = (row) => writeLesson({ id: row.id, step: 1, lang: lesson.value?.l
 
 /** @param {Row} row @returns {Template} */
 function card(row) {
-  return html`<li><a class="card" href=${hrefOf(row)}>${drawingOf(row.id)}<span class="line"><span class="number">${row.order}</span>
+  return html`<li><a class="card" data-card=${row.id} href=${hrefOf(row)}>${drawingOf(row.id)}<span class="line"><span class="number">${row.order}</span>
     <b>${row.title[language.value]}</b></span><small>${word('door.minutes', { n: row.minutes })}</small></a></li>`;
 }
 

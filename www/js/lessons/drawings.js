@@ -1,18 +1,18 @@
-// The drawing of each question's card. None shows the answer.
+// The drawing of each question's card. None shows the answer. What has a `data-part` moves: www/cards.json has the places.
 import { html, nothing, svg } from '../../vendor/lit-html.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 
 const ROAD = svg`<path class="verge" d="M0 0h250v128H0z"/><path class="road" d="M0 34h250v74H0z"/>
-  <path class="marks" d="M0 34h250M0 108h250"/><path class="marks dashes" d="M0 71h250"/>`;
+  <path class="marks" d="M0 34h250M0 108h250"/><path class="marks dashes" data-part="road" d="M0 71h3000"/>`;
 const GROUND = svg`<path class="ground" d="M0 112h250v16H0z"/><path class="ink" d="M0 112h250"/>`;
 const BODY = 'M-42 -12Q-42 -18 -34 -18L10 -18Q44 -16 44 0Q44 16 10 18L-34 18Q-42 18 -42 12Z';
 const WEDGE = 'M-42 -16L-34 -18L-2 -17L42 -4Q46 0 42 4L-2 17L-34 18L-42 16L-40 0Z';
 
-/** A car. @param {number} x @param {number} y @param {'a' | 'b' | 'ghost'} who */
-function car(x, y, who) {
+/** A car. @param {number} x @param {number} y @param {'a' | 'b' | 'ghost'} who @param {string} [part] */
+function car(x, y, who, part = who) {
   const path = who === 'b' ? WEDGE : BODY;
-  return svg`<g transform=${`translate(${x} ${y})`}>${
+  return svg`<g data-part=${part} transform=${`translate(${x} ${y})`}>${
     who === 'ghost' ? nothing : svg`<path class="solid" d="M-30 -22h16v6h-16zM-30 16h16v6h-16zM14 -21h14v6h-14zM14 15h14v6h-14z"/>`
   }<path class=${who} d=${path}/>${
     who === 'ghost' ? nothing : svg`<circle class="badge" cx="-10" cy="0" r="12"/><text x="-10" y="5">${who.toUpperCase()}</text>`
@@ -22,7 +22,8 @@ function car(x, y, who) {
 /** Boxes, one path each: left, top, angle. @param {number[][]} list @param {string} name */
 const boxes = (list, name) =>
   list.map(
-    ([x, y, angle]) => svg`<rect class=${name} x="-9" y="-9" width="18" height="18" transform=${`translate(${x} ${y}) rotate(${angle})`}/>`,
+    ([x, y, angle], i) =>
+      svg`<rect class=${name} data-part=${name === 'c' ? `box${i}` : nothing} x="-9" y="-9" width="18" height="18" transform=${`translate(${x} ${y}) rotate(${angle})`}/>`,
   );
 
 /** A column that stands on the ground. @param {number} x @param {number} count @param {number} lean */
@@ -30,9 +31,9 @@ const column = (x, count, lean) => Array.from({ length: count }, (_, i) => [x + 
 
 /** @type {Record<string, import('lit-html').TemplateResult | import('lit-html').TemplateResult[]>} */
 const DRAWINGS = {
-  late_answer: svg`${ROAD}${car(60, 90, 'a')}<path class="way" d="M60 52Q120 -6 198 30"/><path class="way" d="M198 42Q170 78 112 88"/>
+  late_answer: svg`${ROAD}${car(60, 90, 'ghost')}${car(60, 90, 'a')}<path class="way" d="M60 52Q120 -6 198 30"/><path class="way" d="M198 42Q170 78 112 88"/>
     <path class="solid" d="M205 20l15 15-15 15-15-15z"/><rect class="letter" x="14" y="36" width="40" height="28" rx="5"/><path class="ink" d="M24 50h20m-7 -6l7 6-7 6"/>`,
-  jump_back: svg`${ROAD}${car(174, 71, 'ghost')}${car(76, 71, 'a')}<path class="back" d="M180 40Q130 6 86 38m2 -14l-3 15 15 1"/>`,
+  jump_back: svg`${ROAD}${car(174, 71, 'ghost', 'rest')}${car(76, 71, 'a')}<path class="back" d="M180 40Q130 6 86 38m2 -14l-3 15 15 1"/>`,
   in_the_past: svg`${ROAD}${car(160, 53, 'a')}${car(176, 90, 'ghost')}${car(96, 90, 'b')}`,
   who_waits: svg`<path class="plane" d="M0 0h250v128H0z"/>${[0, 1, 2].map(
     (row) =>
@@ -40,13 +41,14 @@ const DRAWINGS = {
         (i) =>
           svg`<rect class=${row === 2 && i > 2 ? 'ghost' : ['a', 'b', 'c'][row]} x=${44 + i * 31} y=${16 + row * 36} width="23" height="23" rx="4"/>`,
       )}`,
-  )}<path class="back" d="M133 8v112"/>`,
-  behind_wall: svg`<path class="plane" d="M0 0h250v128H0z"/><rect class="wall" x="92" y="58" width="18" height="64"/><circle class="ghost" cx="62" cy="52" r="15"/>
-    <circle class="a" cx="62" cy="98" r="15"/><text x="62" y="103">A</text><path class="back shot" d="M80 50L188 34"/><path class="b" d="M190 26l38 -8 -4 34z"/>`,
+  )}<path class="back" data-part="step" transform="translate(133 8)" d="M0 0v112"/>`,
+  behind_wall: svg`<path class="plane" d="M0 0h250v128H0z"/><rect class="wall" x="92" y="58" width="18" height="64"/><circle class="ghost" data-part="seen" transform="translate(62 52)" r="15"/>
+    <g data-part="a" transform="translate(62 98)"><circle class="a" r="15"/><text y="5">A</text></g><path class="back shot" d="M80 50L188 34"/><path class="b" d="M190 26l38 -8 -4 34z"/>`,
   keeps_energy: svg`<path class="plane" d="M0 0h250v128H0z"/><ellipse class="curve" cx="100" cy="64" rx="44" ry="36"/>
+    <circle class="d" data-part="euler" transform="translate(144 64)" r="6"/><circle class="c" data-part="verlet" transform="translate(144 64)" r="6"/>
     <path class="back" d="M100 64m0 -36c70 -2 72 76 0 80c-90 2 -92 -92 0 -94c108 0 108 106 4 108"/><path class="ink" d="M196 116h44"/><path class="left" d="M201 82h14v34h-14z"/><path class="right" d="M221 40h14v76h-14z"/>`,
   bullet_through: svg`<path class="plane" d="M0 0h250v128H0z"/><path class="marks" d="M0 64h250"/><rect class="wall" x="118" y="14" width="12" height="100"/>
-    <circle class="ghost" cx="24" cy="64" r="11"/><circle class="ghost" cx="86" cy="64" r="11"/><circle class="ghost" cx="150" cy="64" r="11"/><circle class="c" cx="212" cy="64" r="13"/>
+    <circle class="ghost" cx="24" cy="64" r="11"/><circle class="ghost" cx="86" cy="64" r="11"/><circle class="ghost" cx="150" cy="64" r="11"/><circle class="c" data-part="ball" transform="translate(212 64)" r="13"/>
     <path class="back" d="M88 44Q120 20 150 44m1 -13l0 14 -14 -3"/>`,
   falling_stack: svg`<path class="plane" d="M0 0h250v128H0z"/>${GROUND}${boxes(
     [
@@ -62,7 +64,9 @@ const DRAWINGS = {
     'c',
   )}${boxes(column(186, 6, 0), 'd')}`,
   how_many_sweeps: svg`<path class="plane" d="M0 0h250v128H0z"/>${GROUND}${boxes(column(66, 6, 1.1), 'c')}${boxes(column(186, 6, 0), 'd')}<path class="way" d="M120 24Q146 60 122 98"/><text x="150" y="66">×?</text>`,
-  what_a_cheat_gains: svg`${ROAD}${car(66, 71, 'a')}<path class="solid" d="M206 10l14 14-14 14-14-14zM203 34h6v88h-6z"/>${[136, 164].map(
+  what_a_cheat_gains: svg`${ROAD}${car(66, 71, 'ghost')}${car(66, 71, 'a')}<path class="solid" d="M206 10l14 14-14 14-14-14zM203 34h6v88h-6z"/>${[
+    136, 164,
+  ].map(
     (x) => svg`<path class="letter" d=${`M${x} 44h22v15h-22zl11 8 11 -8`}/><path class="letter" d=${`M${x} 82h22v15h-22zl11 8 11 -8`}/>`,
   )}<rect class="letter" x="30" y="8" width="26" height="22" rx="4"/><rect class="letter" x="60" y="8" width="26" height="22" rx="4"/>
     <path class="ink" d="M37 19h12m-4 -4l4 4-4 4M67 19h12m-4 -4l4 4-4 4"/>`,

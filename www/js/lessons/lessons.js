@@ -7,6 +7,7 @@ import { lesson } from '../session/state.js';
 import { choice, choose, listen, opened } from './steps.js';
 import { LANGUAGES, language, word } from './words.js';
 
+export { light } from './controls.js';
 export { door } from './door.js';
 export { caption, page } from './rail.js';
 

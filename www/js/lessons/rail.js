@@ -3,7 +3,24 @@ import { html, nothing } from '../../vendor/lit-html.js';
 import { part } from '../base/api.js';
 import { openLesson, toSandbox } from '../session/session.js';
 import { lesson, status } from '../session/state.js';
-import { SKIPPED, STEPS, choice, choose, go, jump, missing, opened, printing, reached, restart, run, textOf } from './steps.js';
+import { highlighted, lock, settings } from './controls.js';
+import {
+  CHANGE,
+  SKIPPED,
+  STEPS,
+  choice,
+  choose,
+  go,
+  jump,
+  missing,
+  opened,
+  printing,
+  reached,
+  restart,
+  run,
+  textOf,
+  unlocked,
+} from './steps.js';
 import { amount, filled, language, ready, word } from './words.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
@@ -54,7 +71,7 @@ function running(of) {
 
 /** @param {Lesson} of @returns {Template} */
 function observe(of) {
-  return html`<p>${textOf(of, 3)}</p>
+  return html`<p>${textOf(of, 3)}</p>${highlighted()}
     <button type="button" class="main" @click=${() => go(4)}>${word('steps.explain')}</button>`;
 }
 
@@ -68,7 +85,7 @@ function explain(of) {
         of.answer.unit,
       )}</dd></div></dl>
     ${mine ? html`<p class="why">${filled(mine.why, of.numbers)}</p>` : nothing}
-    <p>${textOf(of, 4)}</p>
+    <p>${textOf(of, 4)}</p>${highlighted()}
     <button type="button" class="main" @click=${() => go(5)}>${word('steps.change')}</button>`;
 }
 
@@ -77,6 +94,7 @@ function change(of) {
   return html`<p>${textOf(of, 5)}</p>
     <dl class="pair"><div><dt>${word('change.before')}</dt><dd>${amount(of.answer.value, of.answer.unit)}</dd></div>
       <div class="result"><dt>${word('change.after')}</dt><dd id="changed">${amount(of.change.answer.value, of.change.answer.unit)}</dd></div></dl>
+    ${settings(of)}
     <p class="faint">${word('change.seed', { seed: of.seed })}</p>
     ${status.value === 'playing' ? nothing : html`<button type="button" class="main" @click=${() => run()}>${word('change.go')}</button>`}
     <div class="after"><button type="button" class="link" @click=${() => toSandbox()}>${word('free')}</button>
@@ -100,12 +118,15 @@ export function page(views) {
   const now = opened.value,
     step = lesson.value?.step ?? 1,
     body = BODIES[step - 1];
-  return html`<div class="teach" data-step=${step} data-at=${now?.look.at ?? ''} data-look=${now?.look.player ?? ''}>
+  return html`<div class="teach" data-step=${step} data-at=${now?.look.at ?? ''} data-look=${now?.look.player ?? ''}
+    data-locked=${unlocked.value ? 'no' : 'yes'}>
     <section class="rail" id="rail" aria-labelledby="lesson-step" lang=${language.value}>
     ${
       now === null || !ready.value || !body
         ? html`<h2 id="lesson-step">${missing.value ? word('failed') : word('loading') || '…'}</h2>`
-        : html`${bars(step)}<h2 id="lesson-step" tabindex="-1">${now.title[language.value]}</h2>${body(now)}
-          <button type="button" class="link" id="print" ?disabled=${printing.value} @click=${print}>${word('paper.print')}</button>`
+        : html`${bars(step)}<h2 id="lesson-step" tabindex="-1">${now.title[language.value]}</h2>${body(now)}${step === CHANGE ? nothing : settings(now)}
+          ${lock(
+            html`<button type="button" class="link" id="print" ?disabled=${printing.value} @click=${print}>${word('paper.print')}</button>`,
+          )}`
     }</section>${views}</div>`;
 }

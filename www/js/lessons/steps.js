@@ -2,9 +2,9 @@
 import { batch, effect, signal, untracked } from '../../vendor/signals-core.js';
 import { LESSON_STEPS } from '../base/link.js';
 import { speak } from '../session/announce.js';
-import { showAddress } from '../session/params.js';
+import { seen, showAddress } from '../session/params.js';
 import { showForLesson } from '../session/session.js';
-import { frame, held, lesson, look, notify, params, status, stopTick } from '../session/state.js';
+import { allowed, frame, held, lesson, look, may, notify, params, status, stopTick } from '../session/state.js';
 import { control, play } from '../session/time.js';
 import { file, filled, ready, word } from './words.js';
 
@@ -17,13 +17,23 @@ import { file, filled, ready, word } from './words.js';
  * @typedef {{id: string, title: Text, order: number, scenario: string, set: Record<string, Value>, seed: number, stop_tick: number,
  *   speed: number, look: {at: string, player?: number}, steps: Record<'predict' | 'observe' | 'explain' | 'change', Text>,
  *   choices: Choice[], answer: Answer, change: {set: Record<string, Value>, answer: Answer},
- *   numbers: Record<string, {value: number, digits: number}>, minutes: number, age: number, hooks: string[], misconceptions: Text[]}} Lesson
+ *   controls?: Partial<Record<StepName, string[]>>, numbers: Record<string, {value: number, digits: number}>, minutes: number, age: number, hooks: string[], misconceptions: Text[]}} Lesson
  */
 
+/** @typedef {'predict' | 'run' | 'observe' | 'explain' | 'change'} StepName */
+/** @type {StepName[]} */
 export const STEPS = ['predict', 'run', 'observe', 'explain', 'change'];
 const RUN = 2,
-  OBSERVE = 3,
-  CHANGE = 5;
+  OBSERVE = 3;
+export const CHANGE = 5;
+/** Controls of a step that does not name its own; `change` has the settings of the change, too. @type {Record<StepName, string[]>} */
+const CONTROLS = {
+  predict: ['time.play'],
+  run: ['time.play', 'time.speed'],
+  observe: ['time.step', 'time.seek'],
+  explain: ['time.step', 'time.seek'],
+  change: ['time.play', 'time.step', 'time.seek', 'time.speed', 'time.restart'],
+};
 export const SKIPPED = -1;
 
 /** @type {import('@preact/signals-core').Signal<Lesson | null>} */
@@ -34,6 +44,8 @@ export const missing = signal(false);
 export const choice = signal(null);
 /** While the session is taken to other ticks for their images, no step follows. */
 export const printing = signal(false);
+/** A person has unlocked every control, until another lesson. */
+export const unlocked = signal(false);
 /** The farthest step so far. */
 export const reached = signal(1);
 
@@ -41,6 +53,9 @@ export const reached = signal(1);
 let variant = '';
 /** The step that the session stands at, by lesson. */
 let settled = '';
+/** Settings that a person gave the shown session when it was made. @type {Record<string, Value>} */
+let given = {};
+let patched = 0; /* of `seen.patches`, when it was made */
 let plainHz = 60; /* ticks a second without the change */
 let returning = false;
 let first = true; /* the lesson that the page was opened with keeps its answer */
@@ -75,6 +90,12 @@ export function choose(next) {
 function stopOf(of, step) {
   const hz = Number(of.change.set.hz ?? 0);
   return step === CHANGE && hz > 0 ? Math.round((of.stop_tick * hz) / plainHz) : of.stop_tick;
+}
+
+/** What a step leaves to be used. @param {Lesson} of @param {number} step @returns {string[]} */
+export function controlsOf(of, step) {
+  const name = STEPS[step - 1] ?? 'predict';
+  return of.controls?.[name] ?? [...CONTROLS[name], ...(step === CHANGE ? Object.keys(of.change.set) : [])];
 }
 
 /** What a step says. @param {Lesson} of @param {number} step @returns {string} */
@@ -124,16 +145,37 @@ export function drawn(tick) {
   });
 }
 
+/** A new session. @param {Lesson} of @param {Record<string, Value>} own */
+function begin(of, own) {
+  const wanted = variant,
+    set = { ...of.set, ...(wanted === 'changed' ? of.change.set : {}), ...own };
+  given = own;
+  patched = seen.patches;
+  return showForLesson(of.scenario, set, of.seed, of.speed, () => opened.value?.id === of.id && variant === wanted);
+}
+
+/** A setting that a session takes only when it is made: another one, of the same seed. @param {string} path @param {Value} value */
+export async function remake(path, value) {
+  const now = opened.value;
+  if (now === null || variant === '' || !may(path)) return;
+  try {
+    await begin(now, { ...given, [path]: value });
+  } catch (error) {
+    notify(error instanceof Error ? error.message : String(error), true);
+  }
+}
+
 /** Brings the session to where a step begins. @param {Lesson} of @param {number} step @returns {Promise<boolean>} whether it is there */
 async function place(of, step) {
   const wanted = step === CHANGE ? 'changed' : 'plain',
     goal = step === OBSERVE || step === OBSERVE + 1 ? of.stop_tick : 0;
   let tick = frame.value?.tick ?? 0;
-  if (variant !== wanted) {
+  const touched = Object.keys(given).length > 0 || seen.patches !== patched;
+  if (variant !== wanted || touched) {
     if (variant === 'plain') plainHz = Number(params.value?.hz ?? plainHz);
     variant = wanted;
-    const set = wanted === 'changed' ? { ...of.set, ...of.change.set } : of.set;
-    await showForLesson(of.scenario, set, of.seed, of.speed, () => opened.value?.id === of.id && variant === wanted);
+    await begin(of, {});
+    if (variant !== wanted) return false; /* another step was opened meanwhile */
     tick = 0;
   } else if (status.value === 'playing') await control({ op: 'pause' });
   if (opened.value?.id !== of.id) return false;
@@ -194,7 +236,7 @@ async function arrive(at) {
   if (opened.value?.id !== at.id) {
     batch(() => {
       opened.value = null;
-      missing.value = false;
+      missing.value = unlocked.value = false;
     });
     variant = '';
     try {
@@ -226,11 +268,13 @@ export function listen() {
     /* what the question holds */
     const at = lesson.value,
       now = opened.value;
-    const open = at !== null && at.id !== '' && (now === null || (at.step === 1 && choice.value === null));
+    const free = unlocked.value;
+    const open = at !== null && at.id !== '' && !free && (now === null || (at.step === 1 && choice.value === null));
     const stop = at === null || now === null ? 0 : stopOf(now, at.step);
     const reason = open ? word('predict.first') || '…' : '';
     untracked(() => {
       held.value = reason;
+      allowed.value = at === null || at.id === '' || free ? null : new Set(now === null ? [] : controlsOf(now, at.step));
       stopTick.value = stop;
       look.value = at === null || now === null || at.step === 1 ? null : now.look;
     });

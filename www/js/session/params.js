@@ -3,7 +3,7 @@ import { call, Problem } from '../base/api.js';
 import { lab } from './labs.js';
 import { keep, link } from './opening.js';
 import { lookOf, writeLesson, writeQuery } from '../base/link.js';
-import { experiment, lesson, locked, notify, params, place, presenting, session, theme } from './state.js';
+import { experiment, lesson, locked, notify, params, place, presenting, session, theme, usable } from './state.js';
 import { t } from '../base/words.js';
 
 /** @typedef {import('../base/link.js').Value} Value */
@@ -17,7 +17,7 @@ export const seen = { version: -1, patches: 0 };
 
 /** @param {Record<string, Value>} change values by dotted path @returns {Promise<void>} when the daemon has them */
 export function change(change) {
-  if (locked.value !== '') return Promise.resolve();
+  if (locked.value !== '' || !Object.keys(change).every(usable)) return Promise.resolve();
   for (const [path, value] of Object.entries(change)) pending.set(path, value);
   sending ??= send().finally(() => {
     sending = null;

@@ -42,6 +42,8 @@ export const experiment = signal(link.experiment);
 export const lesson = signal(link.lesson);
 /** What the lesson that is shown is about, from its second step on. @type {import('@preact/signals-core').Signal<{at: string, player?: number} | null>} */
 export const look = signal(null);
+/** What a lesson's step leaves to be used, settings by path; null: everything. @type {import('@preact/signals-core').Signal<Set<string> | null>} */
+export const allowed = signal(null);
 /** Why a lesson holds time and settings; empty when it does not. */
 export const held = signal('');
 /** The tick at which Play stops, when it lies ahead; 0: none. */
@@ -78,9 +80,19 @@ export const locked = computed(() => {
   return readOnly.value ? t('session.read_only') : held.value;
 });
 
+/** Whether a step leaves a control to be used. @param {string} name */
+export const may = (name) => allowed.value?.has(name) ?? true;
+
+/** The same for what a person has just done: if not, that is said. @param {string} name */
+export function usable(name) {
+  if (!may(name)) notify(t('use.blocked'));
+  return may(name);
+}
+
 /** Whether a person at this page may drive a player. @param {number} player */
 export function mayDrive(player) {
   const { seat, frozen } = place.value;
+  if (!may(`players.${player}.control`)) return false;
   if (seat === null) return locked.value === '';
   return seat === player && !frozen && session.value !== null && connection.value.state !== 'lost';
 }

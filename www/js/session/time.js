@@ -3,7 +3,7 @@ import { headOf } from '../stream/frame.js';
 import { call, Problem } from '../base/api.js';
 import { link, slowOf } from './opening.js';
 import { reread, showAddress } from './params.js';
-import { behind, frame, lesson, locked, notify, session, speed, status, stopTick } from './state.js';
+import { behind, frame, lesson, locked, notify, session, speed, status, stopTick, usable } from './state.js';
 import { t } from '../base/words.js';
 
 export const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10];
@@ -26,6 +26,7 @@ export function play() {
 }
 
 export function playOrPause() {
+  if (!usable('time.play')) return null;
   return status.value === 'playing' ? control({ op: 'pause' }) : play();
 }
 
@@ -36,6 +37,7 @@ let waiting = 0;
 
 /** @param {number} ticks */
 export function step(ticks) {
+  if (!usable('time.step')) return null;
   if (stepping) waiting = ticks;
   stepping ??= control({ op: 'step', ticks }).finally(() => {
     const next = waiting;
@@ -48,7 +50,7 @@ export function step(ticks) {
 
 /** @param {number} value */
 export function setSpeed(value) {
-  return control({ op: 'speed', speed: value });
+  return usable('time.speed') ? control({ op: 'speed', speed: value }) : null;
 }
 
 /** @param {number} direction */
@@ -66,6 +68,7 @@ export const slowing = () => (session.value?.own && lesson.value === null ? slow
 
 /** From the start: the same seed, scenario and inputs. */
 export async function restart() {
+  if (!usable('time.restart')) return null;
   const slow = slowing();
   if (slow?.from_s === 0) await setSpeed(slow.speed);
   return control({ op: 'restart', reset: false });
@@ -73,7 +76,7 @@ export async function restart() {
 
 /** Everything as the scenario has it, speed too. */
 export async function reset() {
-  if ((await control({ op: 'restart', reset: true })) === null) return;
+  if (!usable('time.reset') || (await control({ op: 'restart', reset: true })) === null) return;
   link.set = {};
   const slow = slowing();
   await setSpeed(slow?.from_s === 0 ? slow.speed : 1);
@@ -93,6 +96,7 @@ let seeking = false;
 
 /** @param {number} time s */
 export async function seek(time) {
+  if (!usable('time.seek')) return;
   goal = time;
   if (seeking) return;
   seeking = true;

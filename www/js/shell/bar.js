@@ -5,7 +5,7 @@ import { fixed, slower } from '../base/format.js';
 import { icons } from '../workbench/icons.js';
 import { fullScreen } from './keys.js';
 import { toggle } from './presenting.js';
-import { held, locked, speed, status } from '../session/state.js';
+import { held, locked, may, speed, status } from '../session/state.js';
 import { SPEEDS, playOrPause, reset, restart, seek, setSpeed, step } from '../session/time.js';
 import { digits, t } from '../base/words.js';
 
@@ -52,23 +52,23 @@ export function timeBar() {
   const speeds = SPEEDS.includes(now) ? SPEEDS : [...SPEEDS, now].sort((a, b) => a - b);
   return html`<footer class="bar" title=${locked.value || nothing}>${held.value === '' ? nothing : html`<p class="held">${held.value}</p>`}
     <fieldset ?disabled=${off}><legend class="unseen">${t('shell.time')}</legend>
-    <button type="button" class="big" aria-label=${t('shell.tick_back')} title=${`${t('shell.tick_back')} ( , )`} @click=${back.click} @pointerdown=${back.down}
+    <button type="button" class="big" aria-label=${t('shell.tick_back')} ?disabled=${!may('time.step')} title=${`${t('shell.tick_back')} ( , )`} @click=${back.click} @pointerdown=${back.down}
       @pointerup=${back.stop} @pointerleave=${back.stop}>${icons.back}</button>
-    <button type="button" class="big play" id="play" aria-label=${label} title=${`${label} (${t('shell.space')})`} @click=${() => playOrPause()}>
+    <button type="button" class="big play" id="play" ?disabled=${!may('time.play')} aria-label=${label} title=${`${label} (${t('shell.space')})`} @click=${() => playOrPause()}>
       ${playing ? icons.pause : icons.play}${replay ? html`<span>${label}</span>` : nothing}</button>
-    <button type="button" class="big" aria-label=${t('shell.tick_forward')} title=${`${t('shell.tick_forward')} ( . )`} @click=${forward.click}
+    <button type="button" class="big" aria-label=${t('shell.tick_forward')} ?disabled=${!may('time.step')} title=${`${t('shell.tick_forward')} ( . )`} @click=${forward.click}
       @pointerdown=${forward.down} @pointerup=${forward.stop} @pointerleave=${forward.stop}>${icons.forward}</button>
-    <label class="field choice speed"><span>${t('shell.speed')}</span><select aria-label=${t('shell.speed')}
+    <label class="field choice speed"><span>${t('shell.speed')}</span><select aria-label=${t('shell.speed')} ?disabled=${!may('time.speed')}
       @change=${(/** @type {Event} */ event) => setSpeed(Number(/** @type {HTMLSelectElement} */ (event.target).value))}>
       ${speeds.map((s) => html`<option value=${s} .selected=${s === now}>${digits(s, 0, 7)}×</option>`)}</select></label>
     <output class="slower" id="slower">${slower(now)}</output>
-    <input type="range" class="scrub" id="scrub" aria-label=${t('shell.time_s')} min="0" max="1" step="any" value="0" @input=${onScrub}
+    <input type="range" class="scrub" id="scrub" ?disabled=${!may('time.seek')} aria-label=${t('shell.time_s')} min="0" max="1" step="any" value="0" @input=${onScrub}
       @change=${() => {
         scrubbing = false;
       }}>
     <output class="clock" aria-live="off"><span id="clock"></span><span id="ticks"></span></output>
-    <button type="button" class="restart" title=${`${t('shell.restart_tip')} (R)`} @click=${() => restart()}>${t('shell.restart')}</button>
-    <button type="button" title=${`${t('shell.reset_tip')} (Alt + R)`} @click=${() => reset()}>${t('shell.reset')}</button>
+    <button type="button" class="restart" ?disabled=${!may('time.restart')} title=${`${t('shell.restart_tip')} (R)`} @click=${() => restart()}>${t('shell.restart')}</button>
+    <button type="button" title=${`${t('shell.reset_tip')} (Alt + R)`} ?disabled=${!may('time.reset')} @click=${() => reset()}>${t('shell.reset')}</button>
     </fieldset>
     <button type="button" class="wide quiet big" id="present" aria-label=${t('shell.present')} title=${`${t('shell.present_tip')} (V)`}
       @click=${() => void toggle()}>${icons.present}</button>

@@ -51,6 +51,7 @@ export function listen() {
     render(page(), root);
     sync(root);
     if (lesson.value?.id !== '') lab.value?.rendered?.();
+    if (lesson.value) lessons.value?.light(root);
     touch();
   });
 }

@@ -20,8 +20,9 @@ export function onto(id, draw) {
   if (surface.begin()) draw(surface);
 }
 
-/** A box with a canvas for a plot. @param {string} id @param {string} name @returns {import('lit-html').TemplateResult} */
-export function plotBox(id, name) {
-  return html`<section class="plotbox" aria-label=${name}><div class="view"><canvas id=${id} role="img"
+/** A box with a canvas for a plot. @param {string} id @param {string} name @param {string} [shows] what a lesson highlights there
+ * @returns {import('lit-html').TemplateResult} */
+export function plotBox(id, name, shows = '') {
+  return html`<section class="plotbox" aria-label=${name} data-shows=${shows}><div class="view"><canvas id=${id} role="img"
     aria-label=${name}></canvas><take-away data name=${name}></take-away></div></section>`;
 }

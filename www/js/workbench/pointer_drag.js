@@ -3,7 +3,7 @@ import { html } from '../../vendor/lit-html.js';
 import { effect, signal } from '../../vendor/signals-core.js';
 import { touch } from '../draw/redraw.js';
 import { send } from '../session/session.js';
-import { locked, session } from '../session/state.js';
+import { locked, may, session, usable } from '../session/state.js';
 
 /** @typedef {{x: number, y: number, held: boolean}} Pointer  m */
 /** @typedef {{left: number, top: number, scale: number}} Camera */
@@ -50,7 +50,7 @@ export class PointerDrag {
     const input = { player: 0, axes: [axis(x, left, right), axis(y, bottom, top)], buttons: hold ? 1 : 0 };
     const text = JSON.stringify(input);
     this.held = hold;
-    if (locked.value !== '' || text === this.sent) return;
+    if (locked.value !== '' || !may('pointer') || text === this.sent) return;
     this.sent = text;
     send({ input, id: ++requests });
   }
@@ -66,7 +66,7 @@ export class PointerDrag {
 
   press = (/** @type {PointerEvent} */ event) => {
     const point = this.pointAt(event);
-    if (point === null || event.button !== 0) return;
+    if (point === null || event.button !== 0 || !usable('pointer')) return;
     /** @type {HTMLElement} */ (event.currentTarget).setPointerCapture(event.pointerId);
     this.pointer.value = null;
     this.send(point.x, point.y, true, point.world);

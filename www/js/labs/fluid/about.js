@@ -5,7 +5,7 @@ import { need } from '../../base/words.js';
 export const about = {
   kind: 'fluid',
   group: 'shell.group.fluid',
-  tabs: [{ id: 'fluid', name: 'shell.tab.fluid', scenario: 'fluid/cylinder', shows: ['fluid'] }],
+  tabs: [{ id: 'fluid', name: 'shell.tab.fluid', scenario: 'fluid/two_discs', shows: ['fluid'] }],
   rates: { field: 60, points: 60 },
   study: {
     axes: [[['solver.method', '']], [['solver.advection', '']], [['params.n', '16, 24, 32, 48']], [['params.size', '12, 16, 24, 32']]],

@@ -8,6 +8,7 @@ import { drawPlot } from '../../draw/plot.js';
 import { touch } from '../../draw/redraw.js';
 import { onto } from '../../workbench/canvas.js';
 import { costs, forget as forgetMeasured, measure, profiles } from '../../workbench/measure.js';
+import { opening } from '../../workbench/opening.js';
 import { mark } from '../../workbench/player_mark.js';
 import { PointerDrag } from '../../workbench/pointer_drag.js';
 import { workPrecisionButton } from '../../workbench/work_precision.js';
@@ -116,7 +117,7 @@ function plot(i) {
   const set = (/** @type {Event} */ event) => {
     plotted.value = plotted.value.map((one, k) => (k === i ? /** @type {HTMLSelectElement} */ (event.target).value : one));
   };
-  return html`<section class="plotbox" aria-label=${name}><div class="view"><canvas id=${`plot${i}`} role="img" aria-label=${name}></canvas><take-away data name=${name}></take-away>
+  return html`<section class="plotbox" aria-label=${name} data-shows=${/energy|error|divergence/.exec(plottedName(i))?.[0] ?? ''}><div class="view"><canvas id=${`plot${i}`} role="img" aria-label=${name}></canvas><take-away data name=${name}></take-away>
     <select class="plotted" aria-label=${t('fluid.plot_shows', { n: i + 1 })} @change=${set}>${names().map(
       (one) => html`<option value=${one}
       .selected=${one === plottedName(i)}>${wordsOf(one).label}</option>`,
@@ -154,7 +155,8 @@ function template() {
   return html`<main class="step fluid" id="views" tabindex="-1">
     <div class="methods" aria-label=${t('workbench.scene_and_solvers')} role="group">${scenePanel()}${fluids().map((_, i) => fluidPanel(i))}</div>
     <div class="drawings" tabindex="0" role="region" aria-label=${t('workbench.views')}>
-      <section class="stage" aria-label=${t('shell.group.fluid')} data-count=${fluids().length}>${fluids().map((_, i) => drawingOf(i))}</section>
+      ${opening(t('fluid.see'))}
+      <section class="stage" data-shows="smoke positions volumes" aria-label=${t('shell.group.fluid')} data-count=${fluids().length}>${fluids().map((_, i) => drawingOf(i))}</section>
       <div class="plots">${plot(0)}${plot(1)}${
         hasProfiles()
           ? html`<section class="plotbox" aria-label=${t('fluid.profiles')}><div class="view">

@@ -5,7 +5,7 @@ import { need } from '../../base/words.js';
 export const about = {
   kind: 'motion',
   group: 'shell.group.motion',
-  tabs: [{ id: 'step', name: 'shell.tab.step', scenario: 'motion/free_fall', shows: ['motion'] }],
+  tabs: [{ id: 'step', name: 'shell.tab.step', scenario: 'motion/two_orbits', shows: ['motion'] }],
   rates: { motion: 60 },
   study: {
     axes: [

@@ -7,11 +7,12 @@ import { find } from '../../base/schema.js';
 import { MOTION_STATUS } from '../../stream/names.js';
 import { change } from '../../session/params.js';
 import { choose } from '../../session/session.js';
-import { layout, locked, notify, params, schema } from '../../session/state.js';
+import { layout, locked, may, notify, params, schema } from '../../session/state.js';
 import { palette, paintOf } from '../../draw/palette.js';
 import { drawPlot } from '../../draw/plot.js';
 import { onto, plotBox } from '../../workbench/canvas.js';
 import { control } from '../../workbench/controls.js';
+import { opening } from '../../workbench/opening.js';
 import { mark } from '../../workbench/player_mark.js';
 import { drawScene, isPlane } from './drawing.js';
 import { ERRATA, METHOD_ERRATA } from './paper.js';
@@ -166,11 +167,12 @@ function template() {
   return html`<main class="step" id="views" tabindex="-1">
     <div class="methods" aria-label=${t('motion.problem_and_methods')} role="group">${problemPanel()}${places().map(methodPanel)}</div>
     <div class="drawings" tabindex="0" role="region" aria-label=${t('workbench.views')}>
-      <section class="row motion" aria-label=${t('shell.group.motion')}><div class="view"><canvas id="motion" role="img"
+      ${opening(t('motion.see'))}
+      <section class="row motion" aria-label=${t('shell.group.motion')}><div class="view" data-shows="positions path"><canvas id="motion" role="img"
         aria-label=${t('shell.group.motion')}></canvas><take-away name=${t('shell.group.motion')}></take-away></div></section>
       <div class="plots">
-        ${plotBox('plot-value', t('motion.position_t'))}${plotBox('plot-error', t('motion.error_t'))}
-        ${at?.energy ? plotBox('plot-energy', t('workbench.energy_t')) : nothing}
+        ${plotBox('plot-value', t('motion.position_t'))}${plotBox('plot-error', t('motion.error_t'), 'error')}
+        ${at?.energy ? plotBox('plot-energy', t('workbench.energy_t'), 'energy') : nothing}
         ${at?.mechanical ? plotBox('plot-phase', t('motion.phase')) : nothing}
         ${plotBox('plot-step', t('motion.error_step'))}${plotBox('plot-work', t('motion.error_cost'))}</div>
     </div>
@@ -184,10 +186,10 @@ function template() {
         (name, k) => html`<option value=${k}
         .selected=${k === component.value}>${name}</option>`,
       )}</select></label>
-      <button type="button" ?disabled=${measuring.value || locked.value !== ''}
+      <button type="button" ?disabled=${measuring.value || locked.value !== '' || !may('measure')}
         @click=${() => measure()}>${measuring.value ? t('motion.measuring') : t('motion.measure')}</button>
       <div class="wide-table" tabindex="0" role="region" aria-label=${t('workbench.current')}><table
-        class="data now"><caption>${t('workbench.now')}</caption><thead><tr><td></td>
+        class="data now" data-shows="table"><caption>${t('workbench.now')}</caption><thead><tr><td></td>
         <th scope="col">t (s)</th><th scope="col">${at?.components[component.value] ?? ''}</th><th scope="col">${t('motion.error')}</th><th
           scope="col">${t('motion.largest')}</th>
         <th scope="col"><abbr

@@ -12,6 +12,7 @@ import { touch } from '../../draw/redraw.js';
 import { onto, plotBox } from '../../workbench/canvas.js';
 import { control } from '../../workbench/controls.js';
 import { costs, forget as forgetMeasured, measure } from '../../workbench/measure.js';
+import { opening } from '../../workbench/opening.js';
 import { mark } from '../../workbench/player_mark.js';
 import { PointerDrag } from '../../workbench/pointer_drag.js';
 import { countChoice, difference, paramsOf, pathOf, renew as renewSideBySide } from '../../workbench/side_by_side.js';
@@ -220,7 +221,7 @@ const joules = (value) => (Math.abs(value) >= 1e5 ? localized(value.toExponentia
 
 /** @returns {Template} */
 function numbers() {
-  return html`<div class="wide-table" tabindex="0" role="region" aria-label=${t('workbench.current')}><table class="data now"><caption>${t('workbench.now')}</caption>
+  return html`<div class="wide-table" tabindex="0" role="region" aria-label=${t('workbench.current')}><table class="data now" data-shows="table"><caption>${t('workbench.now')}</caption>
     <thead><tr><td></td>${worlds().map((i) => html`<th scope="col">${mark(i)} ${nameOf(i)}</th>`)}</tr></thead>
     <tbody>${NUMBERS.map(
       ([name]) => html`<tr><th scope="row">${t(`rigid.number.${name}`)}</th>
@@ -285,8 +286,9 @@ function template() {
   return html`<main class="step collide" id="views" tabindex="-1">
     <div class="methods" aria-label=${t('workbench.scene_and_solvers')} role="group">${scenePanel()}${worlds().map(solverPanel)}${overlayPanel()}</div>
     <div class="drawings" tabindex="0" role="region" aria-label=${t('workbench.views')}>
-      <section class="worlds" aria-label=${t('rigid.worlds')} data-worlds=${worlds().length}>${worlds().map(drawing)}</section>
-      <div class="plots">${plotBox('plot-energy', t('workbench.energy_t'))}${plotBox('plot-overlap', t('rigid.overlap_t'))}${phases()}</div>
+      ${opening(t('rigid.see'))}
+      <section class="worlds" data-shows="positions walls tilt volumes path" aria-label=${t('rigid.worlds')} data-worlds=${worlds().length}>${worlds().map(drawing)}</section>
+      <div class="plots">${plotBox('plot-energy', t('workbench.energy_t'), 'energy')}${plotBox('plot-overlap', t('rigid.overlap_t'), 'overlap')}${phases()}</div>
     </div>
     <aside class="side" aria-label=${t('workbench.numbers')}>
       <div class="about"><h2 lang="en">${params.value?.paper ? `${params.value.paper}: ` : ''}${params.value?.title ?? ''}</h2>

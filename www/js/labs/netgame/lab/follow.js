@@ -1,7 +1,7 @@
 // The packet view is read when it is first opened: by a button, a key, or a lesson about a packet.
 import { effect, signal, untracked } from '../../../../vendor/signals-core.js';
 import { insist } from '../../../base/api.js';
-import { look } from '../../../session/state.js';
+import { look, usable } from '../../../session/state.js';
 import { followed, lanes } from '../core/state.js';
 
 /** @type {import('@preact/signals-core').Signal<typeof import('../packet/packet.js') | null>} */
@@ -25,12 +25,13 @@ function enter(left) {
 
 /** Opens the view: of the input that was chosen among the messages; where none was, the page chooses. */
 export function follow() {
+  if (!usable('view.packet')) return;
   const { player, number } = picked;
   followed.value = number > 0 ? { player, number, auto: false } : { player: lanes.value[0], number: 0, auto: true };
   enter(ENTER_FRAMES);
 }
 
-export const toggle = () => (followed.value === null ? follow() : void (followed.value = null));
+export const toggle = () => (followed.value === null ? follow() : void (usable('view.packet') && (followed.value = null)));
 
 let asked = false;
 effect(() => {

@@ -1,6 +1,6 @@
 // The keys of a netgame: techniques, overlays, and those that drive.
 import { change } from '../../../session/params.js';
-import { params, place } from '../../../session/state.js';
+import { params, place, usable } from '../../../session/state.js';
 import { layout } from '../core/layout.js';
 import { toggleOverlay } from '../core/state.js';
 import { byPerson, drive, fire, push } from './drive.js';
@@ -26,8 +26,8 @@ const technique = (/** @type {number} */ player) =>
 export const KEYS = [
   ...technique(0),
   ...technique(1),
-  { code: 'KeyG', shown: 'G', help: 'Ghosts of the ground truth', run: () => toggleOverlay('ghosts') },
-  { code: 'KeyM', shown: 'M', help: 'Messages', run: () => toggleOverlay('messages') },
+  { code: 'KeyG', shown: 'G', help: 'Ghosts of the ground truth', run: () => void (usable('view.ghosts') && toggleOverlay('ghosts')) },
+  { code: 'KeyM', shown: 'M', help: 'Messages', run: () => void (usable('view.messages') && toggleOverlay('messages')) },
   { code: 'KeyN', shown: 'N', help: 'Packet view: one input through both loops', run: togglePacket },
 ];
 

@@ -1,7 +1,7 @@
 // The views of server and players, each with its controls, above their messages; the side column.
 import { html, nothing } from '../../../../vendor/lit-html.js';
 import { fixed, letter } from '../../../base/format.js';
-import { params } from '../../../session/state.js';
+import { allowed, params } from '../../../session/state.js';
 import { open } from '../../../workbench/dialog.js';
 import { icons } from '../../../workbench/icons.js';
 import { mark } from '../../../workbench/player_mark.js';
@@ -35,13 +35,17 @@ function techniques(player) {
 function caption(view) {
   if (view === 0) {
     const server = params.value?.server;
-    return html`<button type="button" class="caption" @click=${() => open({ kind: 'server' })}>
+    return html`<button type="button" class="caption" ?disabled=${allowed.value !== null} @click=${() => open({ kind: 'server' })}>
       <svg class="mark" data-player="server" viewBox="0 0 18 18" aria-hidden="true"><path d="M9 1l8 8-8 8-8-8z"></path></svg>
       <b>Server</b> <span class="techniques">${server ? `${server.update_hz}/s · ${server.sync}` : ''}</span><span class="sentence" data-main="0"></span>${icons.settings}</button>`;
   }
-  return html`<button type="button" class="caption" data-player=${(view - 1) % 8} @click=${() => open({ kind: 'player', of: view - 1 })}>
+  return html`<button type="button" class="caption" data-player=${(view - 1) % 8} ?disabled=${allowed.value !== null} @click=${() => open({ kind: 'player', of: view - 1 })}>
     ${mark(view - 1)} <b>${nameOf(view - 1)}</b> <span class="techniques">${techniques(view - 1)}</span><span class="sentence" data-main=${view}></span>${icons.settings}</button>`;
 }
+
+/** What a lesson highlights in a view: `at` of api/lesson.schema.json. */
+const SHOWS =
+  'own_entity other_entity server_entity correction waiting shot cover arrivals inputs buffer refusals desync path size gap positions';
 
 /** @param {number} view @returns {Template} */
 function row(view) {
@@ -51,7 +55,8 @@ function row(view) {
   return html`<section class="row" data-tab=${`view${view}`} aria-label=${view === 0 ? 'Server' : nameOf(player)}>
     <div class="gutter">${view === 0 ? serverPanel() : playerPanel(player)}</div>
     ${caption(view)}
-    <div class="view" role="group" tabindex=${view > 0 ? '0' : nothing} data-drive=${view > 0 ? player : nothing}
+    <div class="view" role="group" tabindex=${view > 0 ? '0' : nothing} data-drive=${view > 0 ? player : nothing} data-shows=${SHOWS}
+      data-of=${view > 0 ? player : 'server'}
       aria-label=${`${label}.${keys}`}>
       <canvas data-view=${view} role="img" aria-label=${label}></canvas><take-away name=${label}></take-away></div>
     ${view > 0 ? pads(player) : nothing}
@@ -62,7 +67,7 @@ function row(view) {
 function messages() {
   return html`<section class="row lane" data-tab="messages" aria-label="Messages" ?hidden=${!overlays.value.messages}>
     <div class="gutter">${messagesPanel()}</div>
-    <div class="view" role="group" tabindex="0" data-arrows="yes"
+    <div class="view" role="group" tabindex="0" data-arrows="yes" data-shows="message"
       aria-label="Messages between players and server. Left and right arrow keys select an input and show its path.">
       <canvas id="lane" role="img" aria-label="Messages over time"></canvas></div></section>`;
 }

@@ -1,0 +1,112 @@
+// Records what the cards of the first page play: a few places of each run, from the engine's trace, in the units of the card's drawing.
+//
+//   node docs/cards.mjs               # writes www/cards.json; uses build/laglab, or the binary that LAGLAB_BIN names
+//
+// A card plays the scenario of its lesson, with the lesson's parameters and seed.
+import { readFileSync, writeFileSync } from 'node:fs';
+import path from 'node:path';
+import { fileURLToPath } from 'node:url';
+import { FOLDER, engine } from './lessons.mjs';
+
+const ROOT = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '..');
+export const CARDS = path.join(ROOT, 'www/cards.json');
+const PLACES = 25; /* of a part, over the whole card */
+
+/** The columns of a trace at a tick, by name. @typedef {(name: string) => number} Row */
+/** from, to: ticks; parts: where each part of the drawing is, [x, y] or [x, y, degrees], for a row, the row at `from`, and the row some ticks ago
+ * @typedef {{from: number, to: number, parts: Record<string, (now: Row, start: Row, ago: (ticks: number) => Row) => number[]>}} Card */
+
+const degrees = (/** @type {number} */ radians) => (-180 / Math.PI) * radians;
+/** The lower boxes of a stack, drawn 18 units high. @param {number} x of the stack @param {number} side m */
+const stack = (x, side) =>
+  Object.fromEntries(
+    Array.from({ length: 6 }, (_, i) => [
+      `box${i}`,
+      (/** @type {Row} */ now, /** @type {Row} */ start) => [
+        x + (18 / side) * (now(`${i + 1}_x_m`) - start(`${i + 1}_x_m`)),
+        103 - 18 * i - (18 / side) * (now(`${i + 1}_y_m`) - start(`${i + 1}_y_m`)),
+        degrees(now(`${i + 1}_angle_rad`)),
+      ],
+    ]),
+  );
+/** A car along the road. @param {string} column m @param {number} x where it is at `from` @param {number} y @param {number} scale units per m */
+const along = (column, x, y, scale) => (/** @type {Row} */ now, /** @type {Row} */ start) => [x + scale * (now(column) - start(column)), y];
+
+/** @type {Record<string, Card>} */
+const SHOWN = {
+  late_answer: {
+    from: 0,
+    to: 60,
+    parts: { a: along('player_0_own_x_m', 60, 90, 40), ghost: along('server_0_x_m', 60, 90, 40) },
+  },
+  jump_back: { from: 0, to: 60, parts: { a: along('player_0_own_x_m', 76, 71, 80) } },
+  in_the_past: {
+    from: 60,
+    to: 120,
+    parts: {
+      b: (now) => [176 + 32 * now('player_0_remote_error_m'), 90],
+      a: (now) => [176 + 32 * (now('player_0_own_x_m') - now('server_1_x_m')), 53],
+      road: (now, start) => [-32 * (now('server_1_x_m') - start('server_1_x_m')), 0],
+    },
+  },
+  who_waits: { from: 120, to: 180, parts: { step: (now, start) => [40 + 31 * (now('server_step') - start('server_step')), 8] } },
+  behind_wall: {
+    from: 60,
+    to: 240,
+    parts: {
+      a: (now) => [62, 52 + 11.5 * (now('server_0_y_m') - 3.5)],
+      seen: (now, _, ago) => [62, 52 + 11.5 * (ago((60 * now('player_1_view_age_ms')) / 1000)('server_0_y_m') - 3.5)],
+    },
+  },
+  keeps_energy: {
+    from: 0,
+    to: 360,
+    parts: {
+      euler: (now, start) => [100 + (44 * now('0_x_m')) / start('0_x_m'), 64 - (36 * now('0_v_mps')) / start('0_x_m')],
+      verlet: (now, start) => [100 + (44 * now('3_x_m')) / start('0_x_m'), 64 - (36 * now('3_v_mps')) / start('0_x_m')],
+    },
+  },
+  bullet_through: { from: 0, to: 6, parts: { ball: (now) => [124 + 37.5 * now('side_by_side0_3_x_m'), 64] } },
+  falling_stack: { from: 0, to: 150, parts: stack(62, 1) },
+  how_many_sweeps: { from: 0, to: 390, parts: stack(66, 1) },
+  what_a_cheat_gains: {
+    from: 0,
+    to: 300,
+    parts: {
+      a: along('server_0_x_m', 66, 71, 2.4),
+      ghost: along('server_1_x_m', 66, 71, 2.4),
+    },
+  },
+};
+
+/** @param {number} value */
+const rounded = (value) => Math.round(value * 10) / 10 + 0;
+
+/** What all cards play, by their ids. @param {ReturnType<typeof engine>} asked */
+export function cards(asked) {
+  return Object.fromEntries(
+    Object.entries(SHOWN).map(([id, { from, to, parts }]) => {
+      const lesson = JSON.parse(readFileSync(path.join(FOLDER, `${id}.json`), 'utf8'));
+      const { columns, ticks } = asked.run(lesson.scenario, lesson.set, lesson.seed).trace();
+      const rowAt = (/** @type {number} */ tick) => (/** @type {string} */ name) => Number(ticks.get(tick)?.[columns.indexOf(name)]);
+      const places = Array.from({ length: PLACES }, (_, i) => from + Math.round((i * (to - from)) / (PLACES - 1)));
+      const moved = Object.entries(parts).map(([name, placeOf]) => [
+        name,
+        places.map((tick) => placeOf(rowAt(tick), rowAt(from), (ago) => rowAt(Math.max(0, Math.round(tick - ago)))).map(rounded)),
+      ]);
+      return [id, Object.fromEntries(moved)];
+    }),
+  );
+}
+
+/** A line for each part. @param {ReturnType<typeof cards>} all */
+export const layout = (all) =>
+  `{\n${Object.entries(all)
+    .map(([id, parts]) => {
+      const lines = Object.entries(parts).map(([name, places]) => `    "${name}": ${JSON.stringify(places)}`);
+      return `  "${id}": {\n${lines.join(',\n')}\n  }`;
+    })
+    .join(',\n')}\n}\n`;
+
+if (process.argv[1] === fileURLToPath(import.meta.url))
+  writeFileSync(CARDS, layout(cards(engine(process.env.LAGLAB_BIN ?? path.join(ROOT, 'build/laglab')))));
