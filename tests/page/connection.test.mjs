@@ -119,12 +119,12 @@ test('a value without a sample is a dash; one with samples is a number', async (
   const { page, close } = await visit(browser, `${daemon.url}?scenario=race&set=warmup_s:4`);
   const cell = (name) => page.locator(`[data-now="${name}"]`).innerText();
   await until(async () => (await frameOf(page)).time_s > 2, 'two seconds');
-  for (const name of ['Input latency', 'Changes lost', 'Own, error']) assert.equal(await cell(`${name}/1`), '–', name);
-  await until(async () => (await cell('Input latency/1')) !== '–', 'a change of B', 20000);
-  const latency = Number(await cell('Input latency/1'));
+  for (const name of ['latency', 'lost', 'error']) assert.equal(await cell(`${name}/1`), '–', name);
+  await until(async () => (await cell('latency/1')) !== '–', 'a change of B', 20000);
+  const latency = Number(await cell('latency/1'));
   assert.ok(latency > 500 && latency < 600, `${latency}: a round trip of 500 ms, and the waits`);
-  assert.equal(await cell('Changes lost/1'), '0');
-  assert.equal(await cell('Own, error/1'), '0.0');
+  assert.equal(await cell('lost/1'), '0');
+  assert.equal(await cell('error/1'), '0.0');
   await close();
 });
 

@@ -52,7 +52,9 @@ const shownId = (page) => page.evaluate(() => /experiments=(.+)$/.exec(location.
 const done = (page) => page.locator('[data-state="done"]').waitFor({ timeout: 20000 });
 /** @param {import('playwright-core').Page} page @param {string} name */
 const column = async (page, name) => {
-  const place = await page.locator('.points thead th').evaluateAll((all, wanted) => all.findIndex((e) => e.textContent === wanted), name);
+  const place = await page
+    .locator('.points thead th')
+    .evaluateAll((all, wanted) => all.findIndex((e) => e.dataset.column === wanted), name);
   return page.locator('.points tbody tr').evaluateAll((all, at) => all.map((row) => row.children[at].textContent), place);
 };
 
@@ -63,11 +65,11 @@ test('notes above the results: runs too short, a metric that no run has, a rule 
   const cases = [
     [
       { ...base, set: { duration_s: 1.25 } },
-      [/duration_s, 1\.25 s, is not longer than warmup_s, 2 s/, /^No run has players\.0\.remote_error_m\.mean: it is null in all 22/],
+      [/duration_s, 1\.25 s, is not longer than warmup_s, 2 s/, /^No run has Player A: Others, error, mean \(m\): it is null in all 22/],
     ],
     [
       { ...base, set: { duration_s: 3, 'players.1.control': 'person' }, metrics: [error, latency] },
-      [/^No run has players\.1\.input_latency_ms\.mean/],
+      [/^No run has Player B: Input latency, mean \(ms\)/],
     ],
     [
       { ...base, set: { duration_s: 3, 'players.0.link.down.jitter_ms': 20 }, until: { half_width: 1e-9 } },
@@ -192,7 +194,7 @@ test('the until rule: written, estimated, refused at its fields, run, and edited
   await page.locator('tr[data-point="4"]').waitFor();
   const rows = (await api(daemon.url, `experiments/${await shownId(page)}/results?points=true&format=json`)).body;
   assert.deepEqual(
-    (await column(page, 'Runs')).map(Number),
+    (await column(page, 'runs')).map(Number),
     rows.map((row) => row.runs),
   );
   assert.ok(
@@ -231,7 +233,7 @@ test('a front of several metrics is chosen, marked in the table as a search with
   const sizes = rows.map((row) => wanted.map((path) => Math.abs(row[path])));
   const on = sizes.map((a) => !sizes.some((b) => b.every((v, k) => v <= a[k]) && b.some((v, k) => v < a[k])));
   assert.deepEqual(
-    (await column(page, 'Front')).map((text) => text === 'front'),
+    (await column(page, 'front')).map((text) => text === 'front'),
     on,
   );
   assert.ok(on.includes(true) && on.includes(false));
@@ -370,7 +372,8 @@ test('an error of the daemon is shown at the field that it names', async () => {
   await wrong('metrics', /metrics: must be/);
   await page.locator('#find-metric').fill('players.1.remote_error mean');
   await page.locator('.offered input').first().click();
-  assert.equal(await page.locator('.chosen').innerText(), 'players.1.remote_error_m.mean');
+  assert.equal(await page.locator('.chosen').innerText(), 'Player B: Others, error, mean (m)');
+  assert.match((await page.locator('.chosen label').getAttribute('title')) ?? '', /players\.1\.remote_error_m\.mean$/, 'the path');
   await page.locator('#run:not([disabled])').waitFor();
   await close();
 });
@@ -406,7 +409,7 @@ test('run, watched by the stream, read as scatter and table, opened live; the wa
   const { error, cost } = { error: order.metrics[0], cost: order.metrics[1] };
   const beaten = (a) => rows.some((b) => b[cost] <= a[cost] && b[error] <= a[error] && (b[cost] < a[cost] || b[error] < a[error]));
   assert.deepEqual(
-    (await column(page, 'Front')).map((text) => text === 'front'),
+    (await column(page, 'front')).map((text) => text === 'front'),
     rows.map((row) => !beaten(row)),
   );
 
@@ -416,7 +419,7 @@ test('run, watched by the stream, read as scatter and table, opened live; the wa
   const first = await page.locator('#point').innerText();
   await page.keyboard.press('ArrowRight');
   const second = await page.locator('#point').innerText();
-  assert.match(first, /^Point \d+.*players\.0\.lag_ms/);
+  assert.match(first, /^Point \d+.*Player A: One-way lag \(ms\)/);
   assert.notEqual(first, second);
   const point = Number(/^Point (\d+)/.exec(second)[1]);
   await page.keyboard.press('Enter');
@@ -429,8 +432,8 @@ test('run, watched by the stream, read as scatter and table, opened live; the wa
   assert.equal(await shownId(page), id);
 
   // Sorting, and a row's own button.
-  await page.locator('.points thead button', { hasText: 'lag_ms' }).click();
-  await page.locator('.points thead button', { hasText: 'lag_ms' }).click();
+  await page.locator('[data-column="players.0.lag_ms"] button').click();
+  await page.locator('[data-column="players.0.lag_ms"] button').click();
   const lags = (await column(page, 'players.0.lag_ms')).map(Number);
   assert.deepEqual(
     lags,

@@ -7,6 +7,7 @@ import { corrections, correctionWords, dots, gapLabel, scaleX, tellDot, toX } fr
 import { FADED, isAway } from './connection.js';
 import { Labels } from './labels.js';
 import { drawText } from '../../../draw/marks.js';
+import { t } from '../../../base/words.js';
 
 /** @typedef {import('./scene.js').DrawContext} DrawContext */
 /** @typedef {import('../core/layout.js').Shape} Shape */
@@ -153,13 +154,13 @@ function standing(at, player) {
     ['mps', ' m/s'],
     ['s', ' s'],
     ['ms', ' ms'],
+    ['rad', ' rad'],
   ]);
   const values = gameOf(at.frame, player);
   const parts = at.layout.game_values.map((name, k) => {
-    const words = name.split('_'),
-      unit = units.get(words[words.length - 1] ?? '');
-    const value = values[k] ?? 0;
-    return `${(unit ? words.slice(0, -1) : words).join(' ')} ${fixed(value, unit ? 1 : 0)}${unit ?? ''}`;
+    const unit = units.get(name.slice(name.lastIndexOf('_') + 1)),
+      value = values[k] ?? 0;
+    return `${t(`netgame.value.${name}`) || name} ${fixed(value, unit ? 1 : 0)}${unit ?? ''}`;
   });
   return `${at.layout.players[player]?.name ?? letter(player)}: ${parts.join(' · ')}`;
 }
@@ -216,7 +217,7 @@ export function drawField(at) {
     if (i >= players.length || !isAway(e)) continue;
     const { x, y } = place(e.x, e.y),
       half = (shape.width_m * scaleX(at)) / 2;
-    labels.put('away', x - half, x + half, y, 2 * half, { colour: colours.snap, bold: true });
+    labels.put(t('netgame.away'), x - half, x + half, y, 2 * half, { colour: colours.snap, bold: true });
   }
   const own = entitiesOf(at.frame, at.view)[at.view - 1];
   if (own) corrections(at, at.view - 1, (x, y) => place(x, y), colours.marker);
