@@ -105,7 +105,9 @@ foreach(language IN LISTS languages)
         string(JSON words GET "${text}" ${part})
         string(JSON inputs GET "${text}" inputs ${part})
         string(JSON measured GET "${text}" labs ${part})
-        write_words(${name}/${part} "{\"words\": ${words}, \"params\": ${inputs}, \"metrics\": ${measured}, \"units\": ${units}}")
+        string(JSON choices GET "${text}" names ${part})
+        write_words(${name}/${part}
+            "{\"words\": ${words}, \"params\": ${inputs}, \"metrics\": ${measured}, \"choices\": ${choices}, \"units\": ${units}}")
     endforeach()
 endforeach()
 

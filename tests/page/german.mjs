@@ -26,7 +26,7 @@ const plain = (/** @type {string} */ text) =>
     .replace(/\s+/g, ' ')
     .trim();
 /** With any value in its places. @param {string} text */
-const pattern = (text) => new RegExp(`^${plain(text).split(HOLE).map(quoted).join('.+?')}$`);
+const pattern = (text) => new RegExp(`^${plain(text).split(HOLE).map(quoted).join('[^·]+?')}$`);
 
 const same = new Set([...german.values()].map(plain));
 const exact = new Map(
@@ -77,7 +77,7 @@ export const textsOn = (page) =>
     for (const text of drawn ?? []) found.add(text);
     drawn?.clear();
     for (const element of document.body.querySelectorAll('*')) {
-      if (element.closest('code, pre, textarea, script, style, [lang="en"], #scenario, #of, #library')) continue;
+      if (element.closest('code, pre, textarea, script, style, [lang="en"]:not(html), #scenario, #of, #library')) continue;
       const option = element instanceof HTMLOptionElement || element instanceof HTMLOptGroupElement;
       if (!option && !element.checkVisibility()) continue;
       for (const name of ['aria-label', 'aria-description', 'title', 'placeholder', 'alt', 'label']) {

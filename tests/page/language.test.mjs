@@ -293,7 +293,7 @@ test('German: a race, its inspectors, dialogs and keys', () =>
 test('German: two runs compared, and presenting', () =>
   walk('#race', WIDE, async (page, look) => {
     await shown(page);
-    await page.locator('button.compare').first().click();
+    await page.locator('.side button.compare').click();
     await page.locator('#compare-sentence').filter({ hasText: /\S/ }).waitFor();
     await look('compare');
     await page.locator('#compare-close').click();

@@ -144,8 +144,11 @@ const keyOf = (path) =>
 /** The name of a scenario's value. @param {string} kind of the scenario @param {string} path such as methods.0.dt_s */
 export const inputOf = (kind, path) => nameOf(kind, 'params', keyOf(path));
 
+/** The name of what a kind has by a key: a method, a scene, a field. @param {string} kind @param {string} key @returns {string} */
+export const called = (kind, key) => nameOf(kind, 'choices', key) ?? key.replaceAll('_', ' ');
+
 /** The name of a choice of a scenario's value. @param {string} kind @param {string} path @param {string} choice @returns {string} */
-export const choiceOf = (kind, path, choice) => nameOf(kind, 'choices', `${keyOf(path)}.${choice}`) ?? choice;
+export const choiceOf = (kind, path, choice) => nameOf(kind, 'choices', `${keyOf(path)}.${choice}`) ?? called(kind, choice);
 
 /** The name of a unit of the tables. @param {string} unit @returns {string} */
 export function unitName(unit) {

@@ -46,8 +46,7 @@ export function chosenName(path, value, scenario) {
   if (typeof value === 'boolean' || value === 'true' || value === 'false')
     return t(String(value) === 'true' ? 'experiments.on' : 'experiments.off');
   if (typeof value !== 'string') return undefined;
-  const name = choiceOf(scenario?.kind ?? '', path, value);
-  return name === value ? value.replaceAll('_', ' ') : name;
+  return choiceOf(scenario?.kind ?? '', path, value);
 }
 
 /** A row of the table of metrics that a path leads into: its name, what stands for a name in it, and which part of its value is meant.

@@ -77,7 +77,7 @@ function progressPanel(r) {
             }
         <button type="button" id="cancel" ?disabled=${!mine} title=${why} @click=${() => control('cancel')}>${t('base.cancel')}</button></span>`
       }</div>
-    ${r.experiment.text ? html`<p class="facts">${r.experiment.text}</p>` : nothing}
+    ${r.experiment.text ? html`<p class="facts" lang="en">${r.experiment.text}</p>` : nothing}
     <progress max=${r.runs} .value=${r.done} aria-label=${t('experiments.runs_done')}></progress>
     <p id="progress-text"><b>${stateOf(r.state)}</b> · ${t('experiments.done', { n: many(r.done), all: many(r.runs) })}${
       r.state === 'running' && r.rate_per_s > 0

@@ -133,8 +133,8 @@ export function side() {
   const players = layout.value?.players ?? [];
   const p = params.value;
   return html`<aside class="side" aria-label=${t('netgame.side')}>
-    <div class="about"><h2>${p?.paper ? `${p.paper}: ` : ''}${p?.title ?? ''}</h2>${p?.text ? html`<p>${p.text}</p>` : nothing}
-      ${(layout.value?.notices ?? []).map((text) => html`<p role="note"><strong>${t('netgame.nothing_measured')}</strong> ${text}</p>`)}</div>
+    <div class="about"><h2 lang="en">${p?.paper ? `${p.paper}: ` : ''}${p?.title ?? ''}</h2>${p?.text ? html`<p lang="en">${p.text}</p>` : nothing}
+      ${(layout.value?.notices ?? []).map((text) => html`<p role="note"><strong>${t('netgame.nothing_measured')}</strong> <span lang="en">${text}</span></p>`)}</div>
     ${connectionList()}
     ${meets()}
     ${compareButton()}${workPrecisionButton()}
