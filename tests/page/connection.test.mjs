@@ -147,12 +147,12 @@ test('both locksteps can be chosen, each by its name', async () => {
   const { page, complaints, close } = await visit(browser, `${daemon.url}?scenario=race`);
   const choice = page.locator('#app select[data-path="server.sync"]');
   assert.deepEqual(await choice.locator('option').allInnerTexts(), [
-    'free',
-    'lockstep (stop and wait)',
-    'gambetta',
-    'deterministic',
-    'rollback',
-    'lockstep, pipelined',
+    'Free-running server',
+    'Lockstep (stop and wait)',
+    'Inputs as they come',
+    'Deterministic lockstep',
+    'Rollback',
+    'Lockstep, pipelined',
   ]);
   for (const [sync, low, high] of /** @type {[string, number, number][]} */ ([
     ['lockstep', 1, 4],
@@ -174,6 +174,7 @@ test('both locksteps can be chosen, each by its name', async () => {
 test('settings are grouped; those fixed during a run are shown and disabled', async () => {
   const { page, close } = await visit(browser, `${daemon.url}?scenario=race&set=players.0.drift_ppm:40`);
   await button(page, 'All settings of Player A').click();
+  await page.locator('dialog h3').first().waitFor(); /* dialogs are read when the first one opens */
   assert.deepEqual(await page.locator('dialog h3').allInnerTexts(), [
     'Link',
     'Prediction and view',
@@ -192,6 +193,7 @@ test('settings are grouped; those fixed during a run are shown and disabled', as
   assert.deepEqual(await axe(page), []);
   await button(page, 'Close').click();
   await button(page, 'All settings of the server and the game').click();
+  await page.locator('dialog h3', { hasText: 'Snapshots' }).waitFor();
   assert.deepEqual(await page.locator('dialog h3').allInnerTexts(), ['Rate and connections', 'Inputs', 'Shots', 'Snapshots', 'Game']);
   await close();
 });

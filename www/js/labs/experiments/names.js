@@ -28,8 +28,8 @@ export function placeOf(path, scenario) {
   return [owner, ...rest].filter((text) => text !== '').join(' › ');
 }
 
-/** With its unit. @param {string} name @param {string | undefined} unit */
-const inUnit = (name, unit) => (unit ? `${name} (${unitName(unit)})` : name);
+/** With its unit, where the name does not have it already. @param {string} name @param {string | undefined} unit */
+const inUnit = (name, unit) => (!unit || (unit === '1/s' && name.endsWith(unitName(unit))) ? name : `${name} (${unitName(unit)})`);
 
 /** @param {string} path @param {string | undefined} unit @param {any} scenario */
 export const inputName = (path, unit, scenario) => inUnit(labelOf(scenario?.kind ?? '', path), unit);

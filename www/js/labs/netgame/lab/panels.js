@@ -60,7 +60,9 @@ export function playerPanel(player) {
         @click=${() => open({ kind: 'player', of: player })}>${icons.settings}</button></div>
     <div class="lag">${control(`${at}.lag_ms`, { slider: true })}<span
       class="rtt">${t('netgame.rtt', { ms: lag === undefined ? '–' : fixed(2 * lag, 0) })}</span></div>
-    <div class="toggles">${control(`${at}.prediction`)}${control(`${at}.interpolation`)}${control(`${at}.reconciliation`)}
+    <div class="toggles">${control(`${at}.prediction`)}${control(`${at}.interpolation`)}${control(`${at}.reconciliation`, {
+      label: t('netgame.reconciliation'),
+    })}
       ${control(`${at}.control`, { label: t('netgame.input') })}</div>
     ${
       shooting

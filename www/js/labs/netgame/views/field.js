@@ -147,8 +147,8 @@ function ghost(at, shape, drawn, real) {
   return true;
 }
 
-/** The game's own numbers of a player. @param {DrawContext} at @param {number} player @returns {string} */
-function standing(at, player) {
+/** The game's own numbers of a player. @param {DrawContext} at @param {number} player @param {number} most of them @returns {string} */
+function standing(at, player, most) {
   const units = new Map([
     ['m', ' m'],
     ['mps', ' m/s'],
@@ -157,7 +157,7 @@ function standing(at, player) {
     ['rad', ' rad'],
   ]);
   const values = gameOf(at.frame, player);
-  const parts = at.layout.game_values.map((name, k) => {
+  const parts = at.layout.game_values.slice(0, most).map((name, k) => {
     const unit = units.get(name.slice(name.lastIndexOf('_') + 1)),
       value = values[k] ?? 0;
     return `${t(`netgame.value.${name}`) || name} ${fixed(value, unit ? 1 : 0)}${unit ?? ''}`;
@@ -170,8 +170,10 @@ export function drawStandings(at, y) {
   const { pen, colours } = at;
   let x = 8;
   for (let p = 0; p < at.layout.players.length; p++) {
-    const text = standing(at, p);
     pen.font = `${colours.text}px ${colours.font}`;
+    let most = at.layout.game_values.length,
+      text = standing(at, p, most);
+    while (p === 0 && most > 1 && x + pen.measureText(text).width > at.width - 8) text = standing(at, p, --most);
     const width = pen.measureText(text).width;
     if (p > 0 && x + width > at.width - 8) break;
     drawText(pen, colours, text, x, y, { colour: paintOf(colours, p).text });
