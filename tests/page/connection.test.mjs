@@ -115,12 +115,12 @@ test('a value without a sample is a dash; one with samples is a number', async (
   const { page, close } = await visit(browser, `${daemon.url}?scenario=race&set=warmup_s:4`);
   const cell = (name) => page.locator(`[data-now="${name}"]`).innerText();
   await until(async () => (await frameOf(page)).time_s > 2, 'two seconds');
-  for (const name of ['Input latency', 'Changes lost', 'Own, error']) assert.equal(await cell(`${name}/1`), '–', name);
-  await until(async () => (await cell('Input latency/1')) !== '–', 'a change of B', 20000);
-  const latency = Number(await cell('Input latency/1'));
+  for (const name of ['latency', 'lost', 'error']) assert.equal(await cell(`${name}/1`), '–', name);
+  await until(async () => (await cell('latency/1')) !== '–', 'a change of B', 20000);
+  const latency = Number(await cell('latency/1'));
   assert.ok(latency > 500 && latency < 600, `${latency}: a round trip of 500 ms, and the waits`);
-  await settles(() => cell('Changes lost/1'), '0');
-  await settles(() => cell('Own, error/1'), '0.0');
+  await settles(() => cell('lost/1'), '0');
+  await settles(() => cell('error/1'), '0.0');
   await close();
 });
 
@@ -144,7 +144,14 @@ test('both locksteps can be chosen, each by its name', async () => {
   const choice = page.locator('#app select[data-path="server.sync"]');
   await settles(
     () => choice.locator('option').allInnerTexts(),
-    ['free', 'lockstep (stop and wait)', 'gambetta', 'deterministic', 'rollback', 'lockstep, pipelined'],
+    [
+      'Free-running server',
+      'Lockstep (stop and wait)',
+      'Inputs as they come',
+      'Deterministic lockstep',
+      'Rollback',
+      'Lockstep, pipelined',
+    ],
   );
   for (const [sync, low, high] of /** @type {[string, number, number][]} */ ([
     ['lockstep', 1, 4],

@@ -108,7 +108,7 @@ test('prediction without reconciliation snaps; with it, in a separate lane, noth
     `${daemon.url}?scenario=race&set=players.0.reconciliation:false&set=players.0.prediction:true&set=players.0.lag_ms:250`,
   );
   await until(async () => (await frameOf(page)).views[1].corrections > 3, 'snaps', 10000);
-  await until(async () => Number(await page.locator('[data-now="Corrections/0"]').innerText()) > 0, 'the number of corrections');
+  await until(async () => Number(await page.locator('[data-now="corrections/0"]').innerText()) > 0, 'the number of corrections');
   await control(page, 'players.0.reconciliation').setChecked(true);
   await page.waitForTimeout(1500);
   const count = (await frameOf(page)).views[1].corrections;

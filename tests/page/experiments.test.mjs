@@ -52,7 +52,9 @@ const shownId = (page) => page.evaluate(() => /experiments=(.+)$/.exec(location.
 const done = (page) => page.locator('[data-state="done"]').waitFor({ timeout: 20000 });
 /** @param {import('playwright-core').Page} page @param {string} name */
 const column = async (page, name) => {
-  const place = await page.locator('.points thead th').evaluateAll((all, wanted) => all.findIndex((e) => e.textContent === wanted), name);
+  const place = await page
+    .locator('.points thead th')
+    .evaluateAll((all, wanted) => all.findIndex((e) => e.dataset.column === wanted), name);
   return page.locator('.points tbody tr').evaluateAll((all, at) => all.map((row) => row.children[at].textContent), place);
 };
 
@@ -63,11 +65,11 @@ test('notes above the results: runs too short, a metric that no run has, a rule 
   const cases = [
     [
       { ...base, set: { duration_s: 1.25 } },
-      [/duration_s, 1\.25 s, is not longer than warmup_s, 2 s/, /^No run has players\.0\.remote_error_m\.mean: it is null in all 22/],
+      [/duration_s, 1\.25 s, is not longer than warmup_s, 2 s/, /^No run has Player A: Others, error, mean \(m\): it is null in all 22/],
     ],
     [
       { ...base, set: { duration_s: 3, 'players.1.control': 'person' }, metrics: [error, latency] },
-      [/^No run has players\.1\.input_latency_ms\.mean/],
+      [/^No run has Player B: Input latency, mean \(ms\)/],
     ],
     [
       { ...base, set: { duration_s: 3, 'players.0.link.down.jitter_ms': 20 }, until: { half_width: 1e-9 } },
@@ -196,7 +198,7 @@ test('the until rule: written, estimated, refused at its fields, run, and edited
   await page.locator('tr[data-point="4"]').waitFor();
   const rows = (await api(daemon.url, `experiments/${await shownId(page)}/results?points=true&format=json`)).body;
   await settles(
-    async () => (await column(page, 'Runs')).map(Number),
+    async () => (await column(page, 'runs')).map(Number),
     rows.map((row) => row.runs),
   );
   assert.ok(
@@ -234,7 +236,7 @@ test('a front of several metrics is chosen, marked in the table as a search with
   const rows = (await api(daemon.url, `experiments/${await shownId(page)}/results?points=true&format=json`)).body;
   const sizes = rows.map((row) => wanted.map((path) => Math.abs(row[path])));
   const on = sizes.map((a) => !sizes.some((b) => b.every((v, k) => v <= a[k]) && b.some((v, k) => v < a[k])));
-  await settles(async () => (await column(page, 'Front')).map((text) => text === 'front'), on);
+  await settles(async () => (await column(page, 'front')).map((text) => text === 'front'), on);
   assert.ok(on.includes(true) && on.includes(false));
   // A metric that is not kept any more is on no front.
   await page.locator(`.chosen [data-metric="${wanted[0]}"]`).click();
@@ -371,7 +373,8 @@ test('an error of the daemon is shown at the field that it names', async () => {
   await wrong('metrics', /metrics: must be/);
   await page.locator('#find-metric').fill('players.1.remote_error mean');
   await page.locator('.offered input').first().click();
-  await settles(() => page.locator('.chosen').innerText(), 'players.1.remote_error_m.mean');
+  await settles(() => page.locator('.chosen').innerText(), 'Player B: Others, error, mean (m)');
+  assert.match((await page.locator('.chosen label').getAttribute('title')) ?? '', /players\.1\.remote_error_m\.mean$/, 'the path');
   await page.locator('#run:not([disabled])').waitFor();
   await close();
 });
@@ -407,14 +410,14 @@ test('run, watched by the stream, read as scatter and table, opened live; the wa
   const { error, cost } = { error: order.metrics[0], cost: order.metrics[1] };
   const beaten = (a) => rows.some((b) => b[cost] <= a[cost] && b[error] <= a[error] && (b[cost] < a[cost] || b[error] < a[error]));
   await settles(
-    async () => (await column(page, 'Front')).map((text) => text === 'front'),
+    async () => (await column(page, 'front')).map((text) => text === 'front'),
     rows.map((row) => !beaten(row)),
   );
 
   // By keyboard from point to point, and into one.
   await page.focus('#scatter-box');
   await page.keyboard.press('ArrowRight');
-  const first = await reads(page.locator('#point'), /^Point \d+.*players\.0\.lag_ms/);
+  const first = await reads(page.locator('#point'), /^Point \d+.*Player A: One-way lag \(ms\)/);
   await page.keyboard.press('ArrowRight');
   const second = await until(async () => {
     const text = await page.locator('#point').innerText();
@@ -431,8 +434,8 @@ test('run, watched by the stream, read as scatter and table, opened live; the wa
   await settles(() => shownId(page), id);
 
   // Sorting, and a row's own button.
-  await page.locator('.points thead button', { hasText: 'lag_ms' }).click();
-  await page.locator('.points thead button', { hasText: 'lag_ms' }).click();
+  await page.locator('[data-column="players.0.lag_ms"] button').click();
+  await page.locator('[data-column="players.0.lag_ms"] button').click();
   await until(async () => {
     const lags = (await column(page, 'players.0.lag_ms')).map(Number);
     return lags.every((lag, i) => i === 0 || lag <= lags[i - 1]);
@@ -527,7 +530,8 @@ test('a pointer picks a point, and opens it when it picks it again', async () =>
   const at = await until(find, 'the ring');
   await page.locator('tr[data-point="2"] th').click();
   await reads(page.locator('#point'), /^Point 2\b/);
-  const box = await page.locator('#scatter-box').boundingBox(); /* the row that was clicked may have moved it */
+  await page.locator('#scatter-box').scrollIntoViewIfNeeded(); /* a click in the table can have moved it */
+  const box = await page.locator('#scatter-box').boundingBox();
   await page.mouse.click(box.x + 1 + at.x, box.y + 1 + at.y);
   await until(async () => !/^Point 2\b/.test(await page.locator('#point').innerText()), 'another point');
   await page.mouse.click(box.x + 1 + at.x, box.y + 1 + at.y);

@@ -1,17 +1,10 @@
 // The page in another language: how it is chosen, that its texts fit, and that what is read aloud says in which language it is.
 import assert from 'node:assert/strict';
-import { readFileSync } from 'node:fs';
-import path from 'node:path';
 import { after, before, test } from 'node:test';
-import { fileURLToPath } from 'node:url';
 import { startDaemon } from '../lib/daemon.mjs';
-import { axe, button, dialogOf, launch, reads, settles, shown, visit } from './lib.mjs';
+import { englishIn, hearCanvases, isGerman, textsOn, words } from './german.mjs';
+import { api, axe, button, dialogOf, launch, reads, settles, shown, until, visit } from './lib.mjs';
 
-const WWW = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../../www');
-/** @type {Record<string, any>} */
-const words = Object.fromEntries(
-  ['en', 'de'].map((name) => [name, JSON.parse(readFileSync(path.join(WWW, `words/${name}.json`), 'utf8'))]),
-);
 const SIZES = [
   { width: 1366, height: 768 },
   { width: 390, height: 844 },
@@ -84,16 +77,20 @@ test('the language is that of the address, else the chosen one, else the browser
 });
 
 test('one language is read, and of a lab only what it shows', async () => {
-  const { page, requests, close } = await visit(browser, `${daemon.url}?lang=de#race`);
-  await page.waitForSelector('#error-chart canvas');
-  const read = requests.map((request) => new URL(request.url()).pathname).filter((at) => at.startsWith('/words/'));
-  assert.deepEqual(read, ['/words/de/page.json']);
-  await page.goto(`${daemon.url}?lang=de#step`);
-  await page.reload();
-  await shown(page);
-  const more = requests.map((request) => new URL(request.url()).pathname).filter((at) => at.startsWith('/words/'));
-  assert.deepEqual([...new Set(more)].sort(), ['/words/de/motion.json', '/words/de/page.json']);
-  await close();
+  for (const [at, parts] of /** @type {[string, string[]][]} */ ([
+    ['#race', ['netgame', 'page']],
+    ['#step', ['motion', 'netgame', 'page']] /* the first lab is read before it is known which is shown */,
+  ])) {
+    const { page, requests, close } = await visit(browser, `${daemon.url}?lang=de${at}`);
+    const read = () => requests.map((request) => new URL(request.url()).pathname).filter((name) => name.startsWith('/words/'));
+    await settles(
+      async () => [...new Set(read())].sort(),
+      parts.map((part) => `/words/de/${part}.json`),
+    );
+    await page.waitForTimeout(500); /* and nothing more */
+    assert.equal(new Set(read()).size, parts.length);
+    await close();
+  }
 });
 
 test('a choice in the help is shown at once, stays in the browser, and moves an address that names a language', async () => {
@@ -189,3 +186,192 @@ for (const { name, at } of LABS)
     assert.deepEqual(await axe(page), []);
     await close();
   });
+
+// ---- nothing is left in English ----
+
+/** Texts that have one language: of the library, and notes of the daemon. @type {Set<string>} */
+const given = new Set();
+/** @param {any} node */
+function take(node) {
+  if (typeof node === 'string') given.add(node.replace(/\s+/g, ' ').trim());
+  else if (node && typeof node === 'object') for (const one of Object.values(node)) take(one);
+}
+
+/** All that a page shows is looked through at each step. @param {string} at @param {{width: number, height: number}} size
+ * @param {(page: import('playwright-core').Page, look: (what: string) => Promise<void>) => Promise<void>} steps */
+async function walk(at, size, steps) {
+  if (given.size === 0) {
+    take((await api(daemon.url, 'scenarios')).body);
+    take((await api(daemon.url, 'experiments/library')).body);
+  }
+  const context = await browser.newContext({ viewport: size });
+  await hearCanvases(context);
+  const page = await context.newPage();
+  /** @type {string[]} */
+  const findings = [];
+  let texts = 0;
+  const look = async (/** @type {string} */ what) => {
+    await page.waitForTimeout(300);
+    const now = await page.evaluate(() => {
+      const { params, layout } = globalThis.laglab();
+      return { params, layout };
+    });
+    for (const text of [
+      now.params?.title,
+      now.params?.text,
+      now.params?.paper,
+      ...(await page.locator('.about [role="note"]').allInnerTexts()),
+    ])
+      if (text) take(text);
+    for (const text of await textsOn(page)) {
+      if (isGerman(text)) texts++;
+      const found = englishIn(text, given);
+      if (found !== '') findings.push(`${what}: ${found}`);
+    }
+  };
+  await page.goto(`${daemon.url}?lang=de${at}`);
+  await steps(page, look);
+  assert.ok(texts > 20, `${texts} texts in German`);
+  assert.deepEqual([...new Set(findings)], []);
+  await context.close();
+}
+
+const WIDE = { width: 1366, height: 768 },
+  PHONE = { width: 390, height: 844 };
+const CLOSER = '.lookrow select';
+/** @param {import('playwright-core').Page} page @param {string} selector */
+async function dialogBy(page, selector) {
+  await page.locator(selector).first().click();
+  await page.locator('dialog[open] .body > *').first().waitFor();
+}
+
+test('the search for English finds it', async () => {
+  for (const at of ['#race', '#step', '#collide', '#fluid', '#experiments']) {
+    const { page, close } = await visit(browser, `${daemon.url}?lang=en${at}`, { wait: at !== '#experiments' });
+    await page.locator('main *').first().waitFor();
+    if (at === '#experiments') await page.locator('#run:not([disabled])').waitFor();
+    const found = (await textsOn(page)).filter((text) => englishIn(text, new Set()) !== '');
+    assert.ok(found.length > 25, `${at}: ${found}`);
+    await close();
+  }
+  assert.equal(englishIn('Puffer', new Set()), '');
+  assert.match(englishIn('Input 12 of A', new Set()), /English/);
+  assert.match(englishIn('a key of the page', new Set()), /has “of”/);
+});
+
+test('German: a race, its inspectors, dialogs and keys', () =>
+  walk('#race', WIDE, async (page, look) => {
+    await shown(page);
+    await look('race');
+    await page.waitForSelector(`${CLOSER} option[value="inputs"]`, { state: 'attached' });
+    for (const name of ['buffers', 'inputs', 'messages']) {
+      await page.locator(CLOSER).selectOption(name);
+      await look(name);
+    }
+    await page.focus('[data-arrows]');
+    await page.keyboard.press('ArrowLeft');
+    await look('an input');
+    for (const [what, selector] of [
+      ['player', '.gutter fieldset[data-player="0"] button.quiet'],
+      ['server', '.gutter fieldset.server button.quiet'],
+      ['table', '#error-chart ~ .key button.small:not(take-away *)'],
+      ['buffers', '#buffer-chart ~ .key button.small:not(take-away *)'],
+    ]) {
+      await dialogBy(page, selector ?? '');
+      await look(`dialog ${what}`);
+      await page.keyboard.press('Escape');
+    }
+    for (const key of ['shell.help', 'shell.share']) {
+      await button(page, words.de.page[key]).first().click();
+      await page.locator('dialog[open] .body > *').first().waitFor();
+      await look(key);
+      await page.keyboard.press('Escape');
+    }
+    await page.locator('#follow').click();
+    await page.locator('#packet-title').waitFor();
+    await look('packet');
+  }));
+
+test('German: two runs compared, and presenting', () =>
+  walk('#race', WIDE, async (page, look) => {
+    await shown(page);
+    await page.locator('.side button.compare').click();
+    await page.locator('#compare-sentence').filter({ hasText: /\S/ }).waitFor();
+    await look('compare');
+    await page.locator('#compare-close').click();
+    await page.locator('#present').click();
+    await page.locator('.foot').waitFor();
+    await look('present');
+  }));
+
+for (const [name, query] of [
+  ['cannons driven by a person', '&scenario=cannon&set=players.0.control:person'],
+  ['a shooter', '&scenario=rifle'],
+  ['crates driven by a person', '&scenario=crates&set=players.0.control:person'],
+  ['eight players', '&scenario=eight'],
+  ['desync', '&scenario=desync_float'],
+  ['lockstep', '&scenario=paper/fig11'],
+  ['a boat', '&scenario=sea_watched'],
+])
+  test(`German: ${name}`, () =>
+    walk(query ?? '', WIDE, async (page, look) => {
+      await shown(page);
+      await page.waitForTimeout(1500);
+      await page.waitForSelector(`${CLOSER} option:nth-child(2)`, { state: 'attached' });
+      await look('views');
+      for (const value of await page.locator(`${CLOSER} option`).evaluateAll((all) => all.map((one) => /** @type {any} */ (one).value))) {
+        await page.locator(CLOSER).selectOption(value);
+        await look(value);
+      }
+    }));
+
+test('German: a race on a phone', () =>
+  walk('#race', PHONE, async (page, look) => {
+    await shown(page);
+    const tabs = page.locator('nav.tabs button');
+    for (let i = 0; i < (await tabs.count()); i++) {
+      await tabs.nth(i).click();
+      await look(`tab ${i}`);
+    }
+  }));
+
+for (const at of ['#step', '#collide', '#fluid'])
+  test(`German: ${at}`, () =>
+    walk(at, WIDE, async (page, look) => {
+      await shown(page);
+      await page.locator('details').evaluateAll((all) => {
+        for (const one of all) /** @type {HTMLDetailsElement} */ (one).open = true;
+      });
+      await page.waitForTimeout(1500);
+      await look(at);
+    }));
+
+test('German: experiments, from the form to the results', () =>
+  walk('#experiments', WIDE, async (page, look) => {
+    await page.locator('#run:not([disabled])').waitFor();
+    await look('form');
+    await page.locator('#until').check();
+    await page.selectOption('#sampling', 'saltelli');
+    await page.locator('#add-axis').click();
+    await look('all of the form');
+    await page.locator('#until').uncheck();
+    await page.locator('#repeats').fill('2');
+    await page.selectOption('#sampling', 'none');
+    await page.locator('[data-axis-field] button.small').nth(1).click();
+    await page.waitForTimeout(500);
+    await page.locator('#run:not([disabled])').click();
+    await page.locator('[data-state="done"]').waitFor({ timeout: 20000 });
+    await page.locator('tr[data-point="2"] th').click();
+    await look('results');
+    for (const id of ['motion/pendulum', 'rigid/pyramid', 'fluid/taylor_green']) {
+      await page.selectOption('#of', id);
+      const heard = async () => JSON.stringify(await page.locator('.curl, textarea').first().inputValue()).includes(id);
+      await page
+        .locator('#new')
+        .click({ timeout: 1000 })
+        .catch(() => {});
+      await until(heard, `a form of ${id}`);
+      await page.waitForTimeout(600);
+      await look(id);
+    }
+  }));

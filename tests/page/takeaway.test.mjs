@@ -135,7 +135,7 @@ test('data of the distances: names and units, settings above them, the numbers o
   assert.ok(Math.abs(Number(rows.at(-1)[0]) - tick / 60) < 0.02, 'up to now');
   const messages = csvOf((await save(page, 'data', 'Messages')).bytes);
   assert.deepEqual(messages.header.slice(0, 4), ['event', 'player', 'number', 'begin (s)']);
-  assert.ok(messages.rows.some(([event]) => event === 'state'));
+  assert.ok(messages.rows.some(([event]) => event === 'snapshot'));
   await page.getByLabel('Content of the lower panel').selectOption('inputs');
   const trace = csvOf((await save(page, 'data', 'Messages')).bytes);
   assert.equal(trace.comments.length, 4, 'where the page has no table: the trace of the daemon, under the same head');
@@ -195,7 +195,7 @@ test('an experiment: the points as image and data, with what is varied', async (
   await page.getByRole('button', { name: 'Save data: Points', exact: true }).waitFor({ timeout: 15000 });
   const { comments, header, rows } = csvOf((await save(page, 'data', 'Points')).bytes);
   assert.match(comments[0], /Lag and age/);
-  assert.match(comments[1], /players\.0\.lag_ms = 0, 100, 200/);
+  assert.match(comments[1], /Player A: One-way lag = 0, 100, 200/);
   assert.match(comments[2], new RegExp(`laglab ${(await version()).replace(/[+.]/g, '\\$&')}`));
   assert.ok(
     header.some((name) => name.startsWith('players.0.view_age_ms.mean')),

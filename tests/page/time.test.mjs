@@ -235,7 +235,7 @@ test('numbers on the page are those of the daemon at that tick', async () => {
   const frame = await frameOf(page);
   const text = JSON.stringify(body.state);
   for (const entity of frame.views[0].entities) assert.ok(near(body.state, entity.x), `x ${entity.x} in ${text.slice(0, 300)}`);
-  await settles(() => page.locator('[data-now="Unacknowledged inputs/0"]').innerText(), String(frame.views[1].unacked));
+  await settles(() => page.locator('[data-now="unacked/0"]').innerText(), String(frame.views[1].unacked));
   await settles(() => page.locator('#clock').innerText(), `${frame.time_s.toFixed(2)} s`);
 });
 

@@ -10,7 +10,7 @@ import { argv, exit } from 'node:process';
 import { fileURLToPath } from 'node:url';
 import ts from 'typescript';
 
-const PARTS = ['page', 'class', 'lesson', 'motion', 'rigid', 'fluid', 'experiments'];
+const PARTS = ['page', 'class', 'lesson', 'motion', 'rigid', 'fluid', 'netgame', 'netgame_more', 'experiments'];
 /** Attributes whose value a person reads or hears. */
 const ATTRIBUTE = /\s(aria-label|aria-description|aria-valuetext|title|placeholder|alt|label)\s*=\s*("[^"]*"|'[^']*')/g;
 const HOLE = '\ue000'; /* an expression in a template */
@@ -52,12 +52,16 @@ const reads = (text) => /\p{L}{2,}[,:;]? \p{L}{2,}/u.test(text) || /^\p{Lu}\p{Ll
 const QUIET_CALLS =
   /^(?:querySelector(?:All)?|closest|matches|matchMedia|getContext|setAttribute|addEventListener|register|createElement|execCommand|getEntriesByType|getEntriesByName|mark|get|has|split|join|test|startsWith|endsWith|includes|replace|replaceAll|requestAnimationFrame|element)$/;
 
+/** Errors that no person meets: the stream is opened again. */
+const QUIET_ERRORS = new Set(['StreamError']);
+
 /** @param {string} name @param {string} source @returns {{line: number, text: string}[]} texts, and @param {Set<string>} keys the literals */
 function read(name, source, keys, prefixes) {
   const file = ts.createSourceFile(name, source, ts.ScriptTarget.Latest, true, ts.ScriptKind.JS),
     found = [];
   const put = (node, text) => found.push({ line: file.getLineAndCharacterOfPosition(node.getStart()).line + 1, text });
   const visit = (node) => {
+    if (ts.isNewExpression(node) && ts.isIdentifier(node.expression) && QUIET_ERRORS.has(node.expression.text)) return;
     if (ts.isImportDeclaration(node) || ts.isExportDeclaration(node)) return;
     if (ts.isTaggedTemplateExpression(node)) {
       const { template } = node;
@@ -138,7 +142,11 @@ export function checkWords(root) {
   }
   const parts = new Set([...all].filter((key) => key.includes('.')).map((key) => key.slice(0, key.indexOf('.'))));
   for (const text of literals)
-    if (/^[a-z]+(\.\w+)+$/.test(text) && ['base', 'session', 'shell', 'workbench', ...PARTS].includes(text.split('.')[0]) && !all.has(text))
+    if (
+      /^[a-z_]+(\.\w+)+$/.test(text) &&
+      ['base', 'session', 'shell', 'workbench', ...PARTS].includes(text.split('.')[0]) &&
+      !all.has(text)
+    )
       if (parts.has(text.split('.')[0]) && ![...all].some((key) => key.startsWith(`${text}.`)))
         findings.push(`www/js: no language has ${text}`);
   return { findings, modules: names.length, keys: all.size };

@@ -16,6 +16,8 @@ notify('It did not work');
 notify(\`Not \${done} because\`);
 const key = event.key === 'Escape' ? t('page.gone') : t(\`page.state.\${now}\`);
 document.querySelector('main table');
+throw new StreamError('the bytes end too early');
+throw new Error('the page ends');
 `;
 const files = {
   'tests/structure/page_words.txt': '# a list\nunconverted: old\ntexts: /^Escape$/\n',
@@ -30,6 +32,7 @@ for (const [name, text] of Object.entries(files)) {
   writeFileSync(join(root, name), text);
 }
 assert.deepEqual(checkWords(root).findings.sort(), [
+  'www/js/shell/main.js:10: a text: "the page ends"',
   'www/js/shell/main.js:4: a text: "Read aloud"',
   'www/js/shell/main.js:4: a text: "Shown"',
   'www/js/shell/main.js:5: a text: "It did not work"',

@@ -1,5 +1,5 @@
 // Finds the row of a parameter in the daemon's JSON Schema: its type, range, unit and help.
-import { t } from './words.js';
+import { inputOf, t } from './words.js';
 
 /**
  * @typedef {object} Row
@@ -96,16 +96,13 @@ export function livePaths(root, path, all = false) {
   return paths;
 }
 
-/** The visible name of a parameter. @param {string} path @returns {string} */
-export function labelOf(path) {
+/** The visible name of a parameter. @param {string} kind of the scenario @param {string} path @returns {string} */
+export function labelOf(kind, path) {
   const name = path.slice(path.lastIndexOf('.') + 1);
-  const words = t(`base.name.${name}`) || name.replace(/_(ms|s|hz|pct|m|mps|mps2|per_s)$/, '').replaceAll('_', ' ');
+  const words = inputOf(kind, path)?.label ?? name.replace(/_(ms|s|hz|pct|m|mps|mps2|per_s)$/, '').replaceAll('_', ' ');
   const direction = path.includes('.link.up.') ? ` ${t('base.up')}` : path.includes('.link.down.') ? ` ${t('base.down')}` : '';
   return words.charAt(0).toUpperCase() + words.slice(1) + direction;
 }
-
-/** Visible name of a choice, if it differs from the choice itself. @param {string} name of the row @param {string} choice @returns {string} */
-export const choiceOf = (name, choice) => t(`base.choice.${name}.${choice}`) || choice;
 
 /** Groups of rows, by table; rows without a group come last.
  * @type {Record<string, [string, RegExp][]>} */

@@ -6,8 +6,9 @@ import { insist } from './insist.js';
 /** @typedef {'en' | 'de'} Language */
 /** A text with {name} for its values; with a number `n` also one text for each form of the plural. @typedef {string | {[form: string]: string}} Text */
 /** @typedef {{label: string, tip: string}} Name  of a parameter or a metric; the tip is one line */
-/** What www/words has for a part: names by the parameter's path. @typedef {{words: Record<string, Text>, params?: Record<string, Name>,
- *   metrics?: Record<string, Name>, units?: Record<string, string>}} Part */
+/** What www/words has for a part: names by the parameter's path; of choices by that and the choice.
+ * @typedef {{words: Record<string, Text>, params?: Record<string, Name>, metrics?: Record<string, Name>, choices?: Record<string, string>,
+ *   units?: Record<string, string>}} Part */
 
 /** @type {Language[]} */
 export const LANGUAGES = ['en', 'de'];
@@ -125,12 +126,29 @@ export function rich(key, values) {
 /** Whether there are words for a key. @param {string} key */
 export const has = (key) => now.value.words[key] !== undefined;
 
-/** The name of a parameter or a metric of a part. @param {string} part @param {'params' | 'metrics'} table @param {string} path
- * @returns {Name | undefined} */
-export const nameOf = (part, table, path) => now.value.parts[part]?.[table]?.[path];
+/** What a table of the parts of a kind has: of netgames there are several. @template {'params' | 'metrics' | 'choices'} T @param {string} kind
+ * @param {T} table @param {string} path @returns {NonNullable<Part[T]>[string] | undefined} */
+export function nameOf(kind, table, path) {
+  for (const [name, part] of Object.entries(now.value.parts))
+    if ((name === kind || name.startsWith(`${kind}_`)) && part[table]?.[path]) return /** @type {any} */ (part[table][path]);
+  return undefined;
+}
+
+/** @param {string} path such as players.0.link.up.delay_ms @returns {string} players.*.link.*.delay_ms */
+const keyOf = (path) =>
+  path
+    .replace(/^side_by_side\.\d+\./, '')
+    .replace(/\.\d+(?=\.|$)/g, '.*')
+    .replace(/\.link\.(?:up|down)\./, '.link.*.');
 
 /** The name of a scenario's value. @param {string} kind of the scenario @param {string} path such as methods.0.dt_s */
-export const inputOf = (kind, path) => nameOf(kind, 'params', path.replace(/^side_by_side\.\d+\./, '').replace(/\.\d+(?=\.|$)/g, '.*'));
+export const inputOf = (kind, path) => nameOf(kind, 'params', keyOf(path));
+
+/** The name of what a kind has by a key: a method, a scene, a field. @param {string} kind @param {string} key @returns {string} */
+export const called = (kind, key) => nameOf(kind, 'choices', key) ?? key.replaceAll('_', ' ');
+
+/** The name of a choice of a scenario's value. @param {string} kind @param {string} path @param {string} choice @returns {string} */
+export const choiceOf = (kind, path, choice) => nameOf(kind, 'choices', `${keyOf(path)}.${choice}`) ?? called(kind, choice);
 
 /** The name of a unit of the tables. @param {string} unit @returns {string} */
 export function unitName(unit) {

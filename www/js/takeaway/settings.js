@@ -69,7 +69,7 @@ function ownerOf(path, words) {
 function nameOf(path, words) {
   const key = path.replace(/\.\d+(?=\.|$)/g, '.*').replace(/\.link\.(?:up|down)\./, '.link.*.'),
     kind = String(params.value?.kind ?? '');
-  const label = words.params[key]?.label ?? words.labs[kind]?.[key]?.label ?? labelOf(path);
+  const label = words.params[key]?.label ?? words.labs[kind]?.[key]?.label ?? labelOf(kind, path);
   const way = /\.link\.(up|down)\./.exec(path)?.[1] ?? '';
   const owner = ownerOf(path, words);
   return `${owner}${owner && ': '}${label}${way && ` (${words.takeaway[way]})`}`;

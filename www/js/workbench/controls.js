@@ -1,10 +1,10 @@
 // Controls made from the schema's rows: range, unit and help come from there, the value from the session.
 import { html, nothing } from '../../vendor/lit-html.js';
-import { choiceOf, find, labelOf, valueAt } from '../base/schema.js';
+import { find, labelOf, valueAt } from '../base/schema.js';
 import { change } from '../session/params.js';
 import { params, schema, notify } from '../session/state.js';
 import { plain } from '../base/format.js';
-import { inputOf, t, unitName } from '../base/words.js';
+import { choiceOf, inputOf, t, unitName } from '../base/words.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 /** @typedef {{also?: string, slider?: boolean, label?: string}} Wish  also: a second path that gets the same value */
@@ -13,16 +13,16 @@ import { inputOf, t, unitName } from '../base/words.js';
 export function control(path, wish = {}) {
   const row = find(schema.value, path);
   if (!row || valueAt(params.value, path) === undefined) return nothing;
-  const name = inputOf(params.value.kind, path),
-    label = wish.label ?? name?.label ?? labelOf(path),
-    tip = name?.tip ?? row.help;
+  const { kind } = params.value,
+    label = wish.label ?? labelOf(kind, path),
+    tip = inputOf(kind, path)?.tip ?? row.help;
   const also = wish.also ?? '';
   if (row.type === 'boolean') {
     return html`<label class="toggle" title=${tip}><input type="checkbox" data-path=${path}><span>${label}</span></label>`;
   }
   if (row.type === 'choice') {
     return html`<label class="field choice" title=${tip}><span>${label}</span><select data-path=${path}>
-      ${row.choices.map((choice) => html`<option value=${choice}>${choiceOf(row.name, choice)}</option>`)}</select></label>`;
+      ${row.choices.map((choice) => html`<option value=${choice}>${choiceOf(kind, path, choice)}</option>`)}</select></label>`;
   }
   if (row.type === 'text') return nothing;
   const number = html`<label class="field" title=${tip}><span>${label}</span><input type="number" inputmode="decimal"
@@ -92,7 +92,7 @@ function onNumber(element) {
   const now = Number(valueAt(params.value, element.dataset.path ?? ''));
   notify(
     t('workbench.not_a_number', {
-      name: inputOf(params.value.kind, element.dataset.path ?? '')?.label ?? labelOf(element.dataset.path ?? ''),
+      name: labelOf(params.value.kind, element.dataset.path ?? ''),
       range,
       value: plain(now),
     }),

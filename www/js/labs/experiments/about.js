@@ -1,4 +1,5 @@
 // What the page knows of the Experiments view before it is read.
+import { need } from '../../base/words.js';
 
 /** @type {import('../../session/lab.js').About} */
 export const about = {
@@ -8,7 +9,7 @@ export const about = {
   tabs: [],
   rates: {},
   load: async () => {
-    const { begin, lab, ready } = await import('./view.js');
+    const [{ begin, lab, ready }] = await Promise.all([import('./view.js'), need('experiments')]);
     await ready;
     begin();
     return lab;

@@ -1,8 +1,10 @@
 // The varied parameters of an experiment, and the sample of their values.
 import { html, nothing } from '../../../vendor/lit-html.js';
-import { plain } from '../../base/format.js';
-import { axisAround, draft, fieldOf, listed, ruleOf, variable, variables, write } from './draft.js';
-import { valueOf, sentence, number, invalid, parameter } from './fields.js';
+import { localized, plain } from '../../base/format.js';
+import { language, t, unitName } from '../../base/words.js';
+import { axisAround, draft, fieldOf, listed, scenario, variable, variables, write } from './draft.js';
+import { helpOf, valueOf, sentence, number, invalid, parameter } from './fields.js';
+import { chosenName, wholeName } from './names.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 /** @typedef {import('./draft.js').Axis} Axis */
@@ -15,8 +17,8 @@ const setAxis = (index, change) => write({ axes: draft.value.axes.map((axis, i) 
 /** The values of a range, as far as they fit in a line. @param {Axis} axis */
 function preview(axis) {
   const unit = variable(axis.path)?.row.unit ?? '',
-    inUnit = unit === '' ? '' : ` ${unit}`;
-  if (axis.list) return `${listed(axis.values).length} values${unit === '' ? '' : ` in ${unit}`}`;
+    inUnit = unit === '' ? '' : ` ${unitName(unit)}`;
+  if (axis.list) return t('experiments.values', { n: listed(axis.values).length });
   const from = Number(axis.from),
     to = Number(axis.to),
     count = draft.value.sampling === 'none' ? Number(axis.count) : 0;
@@ -25,10 +27,11 @@ function preview(axis) {
   const at = (/** @type {number} */ k) => {
     const share = count > 1 ? k / (count - 1) : 0,
       value = axis.log ? from * (to / from) ** share : from + (to - from) * share;
-    return plain(whole ? Math.floor(value + 0.5) : Number(value.toPrecision(4)));
+    return localized(plain(whole ? Math.floor(value + 0.5) : Number(value.toPrecision(4))));
   };
   const shown = Array.from({ length: Math.min(count, 4) }, (_, k) => at(k));
-  return `${shown.join(', ')}${count > 5 ? ', …' : ''}${count > 4 ? `, ${at(count - 1)}` : ''}${inUnit}`;
+  const all = [...shown, ...(count > 5 ? ['…'] : []), ...(count > 4 ? [at(count - 1)] : [])];
+  return all.join(language.value === 'en' ? ', ' : '; ') + inUnit;
 }
 
 /** Those of a few values that are tried. @param {Axis} axis @param {number} i @param {string[]} choices @returns {Template} */
@@ -41,12 +44,11 @@ function choicesOf(axis, i, choices) {
         ', ',
       ),
     });
-  const words = (/** @type {string} */ choice) => (choice === 'true' ? 'on' : choice === 'false' ? 'off' : choice.replaceAll('_', ' '));
   return html`<div class="tried" role="group"
-    aria-label=${`Values of axis ${i + 1}`}>${choices.map(
+    aria-label=${t('experiments.axis.values', { n: i + 1 })}>${choices.map(
       (choice) => html`<label class="toggle"><input type="checkbox"
       data-choice=${`${i}.${choice}`} .checked=${on.includes(choice)}
-    @change=${() => toggle(choice)}><span>${words(choice)}</span></label>`,
+    @change=${() => toggle(choice)}><span>${chosenName(axis.path, choice, scenario.value)}</span></label>`,
     )}</div>`;
 }
 
@@ -55,7 +57,7 @@ function axisPanel(axis, i) {
   const field = fieldOf(i),
     row = variable(axis.path)?.row,
     sampled = draft.value.sampling !== 'none',
-    name = `axis ${i + 1}`;
+    n = i + 1;
   const numeric = row?.type === 'number' || row?.type === 'integer' || row === undefined;
   const choices =
     axis.joined || draft.value.axes[i + 1]?.joined
@@ -63,65 +65,56 @@ function axisPanel(axis, i) {
       : row?.type === 'boolean'
         ? ['false', 'true']
         : (row?.choices ?? []); /* what goes together may be named twice */
-  const input = (
-    /** @type {'from' | 'to' | 'count' | 'levels' | 'values'} */ key,
-    /** @type {string} */ label,
-    /** @type {string} */ width,
-  ) => {
+  const input = (/** @type {'from' | 'to' | 'count' | 'levels' | 'values'} */ key, /** @type {string} */ width) => {
+    const label = t(key === 'levels' ? 'experiments.axis.of.values' : `experiments.axis.of.${key}`);
     const bad = invalid(`${field}.${key === 'levels' ? 'count' : key}`, field);
     return html`<label class="field ${width}"><span>${label}</span><input data-axis=${`${i}.${key}`}
-      inputmode=${key === 'values' ? 'text' : 'decimal'} autocomplete="off" placeholder=${key === 'levels' ? 'any' : ''} .value=${axis[key]}
-      aria-label=${`${label} of ${name}`} aria-invalid=${bad.is} aria-describedby=${bad.by}
+      inputmode=${key === 'values' ? 'text' : 'decimal'} autocomplete="off" placeholder=${key === 'levels' ? t('experiments.any') : ''} .value=${axis[key]}
+      aria-label=${t('experiments.axis.field', { name: label, n })} aria-invalid=${bad.is} aria-describedby=${bad.by}
         @input=${(/** @type {Event} */ event) => setAxis(i, { [key]: valueOf(event) })}></label>`;
   };
-  return html`<fieldset class="axis" data-axis-field=${field}><legend class="unseen">Axis ${i + 1}</legend>
+  return html`<fieldset class="axis" data-axis-field=${field}><legend class="unseen">${t('experiments.axis', { n })}</legend>
     <div class="head">${parameter(
       axis.path,
-      `Parameter of ${name}`,
+      t('experiments.axis.parameter', { n }),
       (path) => setAxis(i, { ...axisAround(path), joined: axis.joined }),
       invalid(`${field}.path`, field),
     )}
-      <button type="button" class="small" aria-label=${`Remove ${name}`}
-        @click=${() => write({ axes: draft.value.axes.filter((_, k) => k !== i) })}>Remove</button></div>
+      <button type="button" class="small" aria-label=${t('experiments.axis.remove', { n })}
+        @click=${() => write({ axes: draft.value.axes.filter((_, k) => k !== i) })}>${t('experiments.remove')}</button></div>
     ${
       numeric
-        ? html`<div class="units" role="group" aria-label=${`Values of ${name}`}>
-      <button type="button" aria-pressed=${String(!axis.list)} @click=${() => setAxis(i, { list: false })}>Range</button><button
+        ? html`<div class="units" role="group" aria-label=${t('experiments.axis.values', { n })}>
+      <button type="button" aria-pressed=${String(!axis.list)} @click=${() => setAxis(i, { list: false })}>${t('experiments.range')}</button><button
         type="button" aria-pressed=${String(axis.list)}
-          @click=${() => setAxis(i, { list: true, values: axis.values || `${axis.from}, ${axis.to}` })}>List</button></div>`
+          @click=${() => setAxis(i, { list: true, values: axis.values || `${axis.from}, ${axis.to}` })}>${t('experiments.list')}</button></div>`
         : nothing
     }
     ${
       choices.length > 0
         ? choicesOf(axis, i, choices)
         : axis.list || !numeric
-          ? input('values', 'Values', 'whole')
-          : html`<div class="range">${input('from', 'From', '')}${input('to', 'To', '')}${
-              sampled ? input('levels', 'Values', '') : input('count', 'Count', '')
-            }
-      <label class="toggle"><input type="checkbox" .checked=${axis.log} aria-label=${`Logarithmic steps of ${name}`}
+          ? input('values', 'whole')
+          : html`<div class="range">${input('from', '')}${input('to', '')}${sampled ? input('levels', '') : input('count', '')}
+      <label class="toggle"><input type="checkbox" .checked=${axis.log} aria-label=${t('experiments.axis.logarithmic', { n })}
         @change=${() => setAxis(i, { log: !axis.log })}><span>log</span></label></div>`
     }
     ${
       i > 0
         ? html`<label class="toggle"><input type="checkbox" .checked=${axis.joined}
-      @change=${() => setAxis(i, { joined: !axis.joined })}><span>Together with the axis above</span></label>`
+      @change=${() => setAxis(i, { joined: !axis.joined })}><span>${t('experiments.axis.together')}</span></label>`
         : nothing
     }
-    <p class="facts">${axis.path}: ${preview(axis)}${
-      row && (row.type === 'number' || row.type === 'integer') ? html` <small>${plain(row.min)} to ${plain(row.max)}</small>` : nothing
+    <p class="facts" title=${axis.path}>${wholeName(axis.path, row?.unit, scenario.value)}: ${preview(axis)}${
+      row && (row.type === 'number' || row.type === 'integer')
+        ? html` <small>${t('experiments.from_to', { from: localized(plain(row.min)), to: localized(plain(row.max)) })}</small>`
+        : nothing
     }</p>
     ${sentence(field)}</fieldset>`;
 }
 
 /** How points are drawn, in the order of the list. */
-const SAMPLINGS = /** @type {[string, string][]} */ ([
-  ['none', 'all combinations'],
-  ['sobol', 'Sobol sequence'],
-  ['lhs', 'Latin hypercube'],
-  ['random', 'at random'],
-  ['saltelli', 'for sensitivity indices (Saltelli)'],
-]);
+const SAMPLINGS = ['none', 'sobol', 'lhs', 'random', 'saltelli'];
 
 /** Axes that go together are one. */
 const dimensions = () => draft.value.axes.filter((axis, i) => i === 0 || !axis.joined).length;
@@ -132,23 +125,22 @@ function sampleFacts() {
     n = Number(points),
     d = dimensions();
   if (!Number.isInteger(n) || n < 1) return '';
-  const two = Number.isInteger(Math.log2(n)) ? '' : '; a power of two is more even';
-  if (sampling === 'saltelli') {
-    return `${n} base samples × (${d} ${d === 1 ? 'axis' : 'axes'} + 2) = ${(n * (d + 2)).toLocaleString('en')} points${two}`;
-  }
-  if (sampling === 'lhs') return `each ${n === 1 ? 'axis' : `${n.toLocaleString('en')}th of each axis`} has one point`;
-  return sampling === 'sobol' ? `${n.toLocaleString('en')} points${two}` : `${n.toLocaleString('en')} independent points`;
+  const two = Number.isInteger(Math.log2(n)) ? '' : t('experiments.sample.two');
+  const count = (/** @type {number} */ one) => one.toLocaleString(language.value);
+  if (sampling === 'saltelli') return t('experiments.sample.saltelli', { n: d, base: count(n), points: count(n * (d + 2)) }) + two;
+  if (sampling === 'lhs') return t('experiments.sample.lhs', { n, part: count(n) });
+  return sampling === 'sobol' ? t('experiments.sample.sobol', { n: count(n) }) + two : t('experiments.sample.random', { n: count(n) });
 }
 
 /** @returns {Template} */
 function samplePanel() {
   const d = draft.value,
     bad = invalid('sample', 'sample');
-  const choice = html`<label class="field choice"><span>Points</span><select id="sampling" aria-invalid=${bad.is} aria-describedby=${bad.by}
-    title=${ruleOf('sample.method')?.help ?? nothing} @change=${(/** @type {Event} */ event) => write({ sampling: valueOf(event) })}>
+  const choice = html`<label class="field choice"><span>${t('experiments.points')}</span><select id="sampling" aria-invalid=${bad.is} aria-describedby=${bad.by}
+    title=${helpOf('sample.method')} @change=${(/** @type {Event} */ event) => write({ sampling: valueOf(event) })}>
     ${SAMPLINGS.map(
-      ([value, label]) => html`<option value=${value}
-      .selected=${value === d.sampling}>${label}</option>`,
+      (value) => html`<option value=${value}
+      .selected=${value === d.sampling}>${t(`experiments.sampling.${value}`)}</option>`,
     )}</select></label>`;
   if (d.sampling === 'none') return html`${choice}${sentence('sample')}`;
   return html`${choice}<div class="numbers">
@@ -156,7 +148,7 @@ function samplePanel() {
         id: 'points',
         field: 'sample.count',
         messageOf: 'sample',
-        label: d.sampling === 'saltelli' ? 'Base samples' : 'Number of points',
+        label: t(d.sampling === 'saltelli' ? 'experiments.base_samples' : 'experiments.number_of_points'),
         value: d.points,
         take: (points) => write({ points }),
       })}
@@ -164,12 +156,12 @@ function samplePanel() {
         id: 'sample-seed',
         field: 'sample.seed',
         messageOf: 'sample',
-        label: 'Seed',
+        label: t('experiments.seed'),
         value: d.seed,
         hint: '1',
         take: (seed) => write({ seed }),
       })}</div>
-    <p class="facts" id="sample-facts">${sampleFacts()}. A range with a number of values has these alone, each as often.</p>
+    <p class="facts" id="sample-facts">${sampleFacts()}. ${t('experiments.sample.range')}</p>
     ${sentence('sample')}`;
 }
 
@@ -177,11 +169,11 @@ function samplePanel() {
 export function axesPanel() {
   const d = draft.value,
     free = variables.value.find((one) => one.row.type === 'number' && !d.axes.some((axis) => axis.path === one.path));
-  return html`<fieldset class="panel server"><legend class="unseen">Axes</legend><div class="head"><h2>Varied</h2>
+  return html`<fieldset class="panel server"><legend class="unseen">${t('experiments.axes')}</legend><div class="head"><h2>${t('experiments.varied')}</h2>
       <button type="button" class="small" id="add-axis" ?disabled=${!free || d.axes.length >= AXES_MAX}
         @click=${() => {
           if (free) write({ axes: [...d.axes, axisAround(free.path)] });
-        }}>Add an axis</button></div>
-    ${d.axes.length === 0 ? html`<p class="facts">No axes: one point.</p>` : d.axes.map(axisPanel)}
+        }}>${t('experiments.axis.add')}</button></div>
+    ${d.axes.length === 0 ? html`<p class="facts">${t('experiments.axes.none')}</p>` : d.axes.map(axisPanel)}
     ${samplePanel()}</fieldset>`;
 }

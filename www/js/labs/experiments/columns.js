@@ -1,9 +1,11 @@
 // What a table of points holds: which column is which, and which points are on the front.
-import { fixed } from '../../base/format.js';
+import { fixed, localized } from '../../base/format.js';
+import { t } from '../../base/words.js';
+import { chosenName, metricName, wholeName } from './names.js';
 
 /** @typedef {import('./shown.js').Cells} Cells */
-/** @typedef {{name: string, label: string, kind: 'axis' | 'metric', numbers: boolean}} Column
- *   name: of the cell; label: the path, and the unit if the name has one */
+/** @typedef {{name: string, path: string, label: string, kind: 'axis' | 'metric', numbers: boolean}} Column  name: of the cell */
+/** Of a path: empty where there is none, or it is not known yet. @typedef {(path: string) => string | undefined} UnitOf */
 
 /** The parameters that are varied, by path. @param {any} experiment @returns {string[]} */
 const pathsOf = (experiment) =>
@@ -19,18 +21,26 @@ function columnOf(row, path) {
   );
 }
 
-/** @param {any} experiment @param {Cells[]} rows @returns {Column[]} */
-export function columnsOf(experiment, rows) {
+/** @param {any} experiment @param {Cells[]} rows @param {any} scenario of the experiment @param {UnitOf} inputUnit @param {UnitOf} metricUnit
+ * @returns {Column[]} */
+export function columnsOf(experiment, rows, scenario, inputUnit, metricUnit) {
   const [first] = rows;
   if (!first) return [];
   const numbers = (/** @type {string} */ name) => rows.some((row) => typeof row[name] === 'number');
   return [
     ...pathsOf(experiment)
-      .map((path) => columnOf(first, path))
-      .map((name) => ({ name, label: name, kind: /** @type {const} */ ('axis'), numbers: numbers(name) })),
+      .map((path) => ({ path, name: columnOf(first, path) }))
+      .map(({ path, name }) => ({
+        name,
+        path,
+        label: wholeName(path, inputUnit(path), scenario),
+        kind: /** @type {const} */ ('axis'),
+        numbers: numbers(name),
+      })),
     ...experiment.metrics.map((/** @type {string} */ name) => ({
       name,
-      label: name,
+      path: name,
+      label: metricName(name, metricUnit(name), scenario),
       kind: /** @type {const} */ ('metric'),
       numbers: true,
     })),
@@ -102,26 +112,24 @@ export function exact(value) {
   if (!Number.isFinite(value)) return '–';
   const size = Math.abs(value);
   if (value === 0) return '0';
-  if (size < 1e-3 || size >= 1e6) return value.toExponential(2).replace('-', '−').replace('e−', 'e−');
+  if (size < 1e-3 || size >= 1e6) return localized(value.toExponential(2));
   return fixed(value, size >= 1000 || Number.isInteger(value) ? 0 : size >= 100 ? 1 : size >= 1 ? 2 : 4);
 }
 
-/** A parameter as it was set. @param {string | number | boolean | null | undefined} value */
-export const formatValue = (value) =>
+/** A parameter as it was set. @param {string | number | boolean | null | undefined} value @param {string} [path] @param {any} [scenario] */
+export const formatValue = (value, path = '', scenario = null) =>
   typeof value === 'number'
-    ? String(Number(value.toPrecision(6))).replace('-', '−')
+    ? localized(String(Number(value.toPrecision(6))))
     : value === null || value === undefined
       ? '–'
-      : String(value);
+      : (chosenName(path, value, scenario) ?? String(value));
 
 /** How many points' repeats all gave the same: nothing random reaches their metrics, and there is no interval. @param {Cells[]} rows */
 export const identicalOf = (rows) => rows.filter((row) => row.identical === true).length;
 
 /** Notes on the points: metrics that no run has, and points that made all replicates before `until` was reached.
- * @param {any} experiment
- * @param {Cells[]} rows
- * @returns {string[]} */
-export function notesOf(experiment, rows) {
+ * @param {any} experiment @param {Cells[]} rows @param {(metric: string) => string} named @returns {string[]} */
+export function notesOf(experiment, rows, named) {
   const made = rows.reduce((sum, row) => sum + numberOf(row, 'runs') + numberOf(row, 'failed'), 0);
   const missing =
     made === 0 ? [] : experiment.metrics.filter((/** @type {string} */ name) => !rows.some((row) => Number.isFinite(numberOf(row, name))));
@@ -131,12 +139,9 @@ export function notesOf(experiment, rows) {
   const all = (/** @type {Cells} */ row) => numberOf(row, 'runs') + numberOf(row, 'failed') >= (experiment.repeats ?? 1);
   const short = half > 0 || relative > 0 ? rows.filter((row) => all(row) && wide(row)).length : 0;
   return [
-    ...missing.map((/** @type {string} */ path) => `No run has ${path}: it is null in all ${made}.`),
+    ...missing.map((/** @type {string} */ path) => t('experiments.note.missing', { metric: named(path), n: made })),
     ...(short > 0
-      ? [
-          `At ${short} of ${rows.length} points all ${experiment.repeats ?? 1} repeats were made, and the interval of ${name} is still wider than
-      the rule wants, or there is none.`,
-        ]
+      ? [t('experiments.note.short', { n: short, points: rows.length, repeats: experiment.repeats ?? 1, metric: named(name) })]
       : []),
   ];
 }
@@ -157,9 +162,9 @@ export function meanOf(row, metric) {
   const mean = numberOf(row, metric),
     { low, high } = boundsOf(row, metric);
   if (!Number.isFinite(mean) || (!Number.isFinite(low) && !Number.isFinite(high))) return exact(mean);
-  if (!Number.isFinite(high)) return `${exact(mean)} (from ${exact(low)})`;
-  if (!Number.isFinite(low)) return `${exact(mean)} (to ${exact(high)})`;
-  return `${exact(mean)} (${exact(low)} to ${exact(high)})`;
+  if (!Number.isFinite(high)) return t('experiments.mean.from', { mean: exact(mean), low: exact(low) });
+  if (!Number.isFinite(low)) return t('experiments.mean.to', { mean: exact(mean), high: exact(high) });
+  return t('experiments.mean.from_to', { mean: exact(mean), low: exact(low), high: exact(high) });
 }
 
 /** Tooltip of a mean: the method of its interval, and the spread of the runs. @param {Cells} row @param {string} metric */
@@ -167,8 +172,9 @@ export function spreadOf(row, metric) {
   const value = (/** @type {string} */ end) => exact(numberOf(row, `${metric}.${end}`)),
     method = methodOf(row, metric);
   const spread = Number.isFinite(numberOf(row, `${metric}.sd`))
-    ? `SD ${value('sd')}, quartiles ${value('p25')}, ${value('p50')}, ${value('p75')}`
+    ? t('experiments.spread', { sd: value('sd'), p25: value('p25'), p50: value('p50'), p75: value('p75') })
     : '';
   const covers = row[`${metric}.ci95_covers`];
-  return [method && `95 % interval: ${method}${covers ? `, which covers: ${covers}` : ''}`, spread].filter(Boolean).join('; ');
+  const interval = covers ? t('experiments.interval.covers', { method, covers: String(covers) }) : t('experiments.interval', { method });
+  return [method && interval, spread].filter(Boolean).join('; ');
 }

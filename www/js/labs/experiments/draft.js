@@ -3,9 +3,11 @@ import { batch, computed, effect, signal } from '../../../vendor/signals-core.js
 import { Problem, call, make } from '../../base/api.js';
 import { metricHelp, metricRow } from '../../base/metrics.js';
 import { find, open, rowOf, schemaOf, valueAt } from '../../base/schema.js';
+import { t } from '../../base/words.js';
 import { labs } from '../../session/labs.js';
 import { link } from '../../session/opening.js';
 import { schemas } from '../../session/state.js';
+import { needKind } from './names.js';
 
 /** @typedef {import('../../base/schema.js').Row} Row */
 /** @typedef {{path: string, row: Row, value: unknown}} Variable  value: the scenario's */
@@ -56,9 +58,11 @@ export const metrics = signal([]);
 /** What they are, of every kind; null until it is read.
  * @type {import('@preact/signals-core').Signal<import('../../base/metrics.js').MetricTables | null>} */
 const tables = signal(null);
-/** What the metric at a path of the scenario is. @param {string} path */
+/** What the metric at a path is. @param {string} kind of the scenario @param {string} path */
+export const metricAt = (kind, path) => (tables.value ? metricRow(tables.value, kind, path) : undefined);
+/** In the daemon's words. @param {string} path of the scenario */
 export function helpOf(path) {
-  const row = tables.value && scenario.value ? metricRow(tables.value, scenario.value.kind, path) : undefined;
+  const row = scenario.value ? metricAt(scenario.value.kind, path) : undefined;
   return row ? metricHelp(row) : '';
 }
 /** Why the scenario could not be read. */
@@ -92,10 +96,12 @@ function variablesOf(root, whole) {
   return found;
 }
 
-export const variables = computed(() => {
-  const root = scenario.value && schemaOf(schemas.value.get(scenario.value.kind), scenario.value);
-  return root ? variablesOf(root, scenario.value) : [];
-});
+/** @param {any} whole a scenario @returns {Variable[]} none until its schema is read */
+export function variablesIn(whole) {
+  const root = whole && schemaOf(schemas.value.get(whole.kind), whole);
+  return root ? variablesOf(root, whole) : [];
+}
+export const variables = computed(() => variablesIn(scenario.value));
 /** @param {string} path */
 export const variable = (path) => variables.value.find((one) => one.path === path);
 
@@ -298,6 +304,13 @@ async function metricsOf(of) {
   return numbersIn(answer.metrics, '');
 }
 
+/** @param {string} kind */
+export async function readSchema(kind) {
+  if (schemas.value.has(kind)) return;
+  const answer = await call('GET', `schema?kind=${kind}`);
+  schemas.value = new Map(schemas.value).set(kind, answer);
+}
+
 let reading = 0;
 
 /** @param {string | object} of @param {((whole: any, paths: string[]) => void) | null} fresh gives it axes and metrics that suit it */
@@ -307,11 +320,8 @@ async function read(of, fresh) {
     const whole = typeof of === 'string' ? await call('GET', `scenarios/${of}`) : of;
     if (rules.value === null) rules.value = await call('GET', 'experiments/schema');
     if (tables.value === null) tables.value = await call('GET', 'metrics');
-    if (!schemas.value.has(whole.kind)) {
-      const answer = await call('GET', `schema?kind=${whole.kind}`);
-      schemas.value = new Map(schemas.value).set(whole.kind, answer);
-    }
-    const paths = await metricsOf(of);
+    await readSchema(whole.kind);
+    const [paths] = await Promise.all([metricsOf(of), needKind(whole.kind)]);
     if (turn !== reading) return;
     batch(() => {
       unread.value = '';
@@ -320,7 +330,7 @@ async function read(of, fresh) {
       fresh?.(whole, paths);
     });
   } catch (error) {
-    if (turn === reading) unread.value = error instanceof Problem ? error.message : 'The daemon does not answer';
+    if (turn === reading) unread.value = error instanceof Problem ? error.message : t('experiments.no_answer');
   }
 }
 
@@ -360,7 +370,7 @@ function beginWorkPrecision(whole, paths) {
     cost: measured,
     repeats: trade.repeats,
     fixed: shortened(brief),
-    title: `Work-precision diagram: ${whole.title ?? whole.kind}`,
+    title: `${t('workbench.diagram')}: ${whole.title ?? whole.kind}`,
   });
 }
 
@@ -398,7 +408,7 @@ export const checking = signal(false);
 export function refuse(error) {
   const list = error instanceof Problem ? error.errors : [];
   const found = new Map(list.map(({ field, detail }) => [field, detail]));
-  if (found.size === 0) found.set('', error instanceof Problem ? error.message : 'The daemon does not answer');
+  if (found.size === 0) found.set('', error instanceof Problem ? error.message : t('experiments.no_answer'));
   refused.value = found;
 }
 

@@ -1,7 +1,8 @@
 // Fields of the form of an experiment: a value, a choice of parameters, and what is wrong with them.
 import { html, nothing } from '../../../vendor/lit-html.js';
-import { plain } from '../../base/format.js';
-import { labelOf } from '../../base/schema.js';
+import { localized, plain } from '../../base/format.js';
+import { language, t } from '../../base/words.js';
+import { inputName, placeOf } from './names.js';
 import { draft, fieldOf, refused, ruleOf, scenario, variable, variables } from './draft.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
@@ -43,15 +44,17 @@ export function elsewhere() {
     .map(([, detail]) => detail);
 }
 
+/** The daemon's words for a field of the specification, which are English. @param {string} field */
+export const helpOf = (field) => (language.value === 'en' ? (ruleOf(field)?.help ?? nothing) : nothing);
+
 /** One line of text whose range and help are the schema's.
  * @param {{id: string, field: string, label: string, value: string, messageOf?: string,
  *   hint?: string, take: (text: string) => void}} of  field: as the daemon names it;
  * messageOf: the field whose message is shown; hint: where empty
  * @returns {Template} */
 export function number({ id, field, label, value, messageOf = field, hint = '', take }) {
-  const bad = invalid(field, messageOf),
-    row = ruleOf(field);
-  return html`<label class="field" title=${row?.help ?? nothing}><span>${label}</span><input id=${id} class="narrow" inputmode="decimal"
+  const bad = invalid(field, messageOf);
+  return html`<label class="field" title=${helpOf(field)}><span>${label}</span><input id=${id} class="narrow" inputmode="decimal"
     autocomplete="off" placeholder=${hint} .value=${value} aria-invalid=${bad.is} aria-describedby=${bad.by}
     @input=${(/** @type {Event} */ event) => take(valueOf(event))}></label>`;
 }
@@ -59,7 +62,8 @@ export function number({ id, field, label, value, messageOf = field, hint = '', 
 /** Allowed values of a field of the specification, from the schema. @param {string} field @returns {string} */
 export function rangeOf(field) {
   const row = ruleOf(field);
-  return row ? `${plain(row.min)} to ${row.max >= 1e6 ? 'any' : plain(row.max)}` : '';
+  const to = row && (row.max >= 1e6 ? t('experiments.any') : localized(plain(row.max)));
+  return row && to ? t('experiments.from_to', { from: localized(plain(row.min)), to }) : '';
 }
 
 /** Marks a control as wrong. @param {string} field @param {string} [messageOf] the field whose message is shown */
@@ -70,17 +74,6 @@ export const invalid = (field, messageOf = field) =>
 
 /** @param {string} path @returns {string} */
 const ownerOf = (path) => path.slice(0, Math.max(0, path.lastIndexOf('.')));
-
-/** @param {string} owner @returns {string} */
-export function placeOf(owner) {
-  if (owner === '') return 'Scenario';
-  const words = owner
-    .replace(/players\.(\d+)/, (_, p) => `player ${scenario.value?.players?.[p]?.name ?? String.fromCharCode(65 + Number(p))}`)
-    .replace(/methods\.(\d+)/, (_, m) => `method ${Number(m) + 1}`)
-    .replaceAll('.', ' › ')
-    .replaceAll('_', ' ');
-  return words.charAt(0).toUpperCase() + words.slice(1);
-}
 
 /** A choice of parameters.
  * @param {string} now
@@ -93,12 +86,11 @@ export function parameter(now, name, take, bad) {
   for (const one of variables.value) groups.set(ownerOf(one.path), [...(groups.get(ownerOf(one.path)) ?? []), one]);
   return html`<select class="parameter" aria-label=${name} aria-invalid=${bad.is} aria-describedby=${bad.by}
     @change=${(/** @type {Event} */ event) => take(valueOf(event))}>
-    ${variable(now) ? nothing : html`<option value=${now} selected>${now === '' ? 'choose' : now}</option>`}
+    ${variable(now) ? nothing : html`<option value=${now} selected>${now === '' ? t('experiments.choose') : now}</option>`}
     ${[...groups].map(
       ([owner, list]) => html`<optgroup
-      label=${placeOf(owner)}>${list.map(
-        ({ path, row }) =>
-          html`<option value=${path} .selected=${path === now}>${labelOf(path)}${row.unit ? ` (${row.unit})` : ''}</option>`,
+      label=${placeOf(`${owner}${owner && '.'}x`, scenario.value)}>${list.map(
+        ({ path, row }) => html`<option value=${path} .selected=${path === now}>${inputName(path, row.unit, scenario.value)}</option>`,
       )}</optgroup>`,
     )}</select>`;
 }

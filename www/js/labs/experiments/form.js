@@ -2,9 +2,8 @@
 import { html, nothing } from '../../../vendor/lit-html.js';
 import { signal } from '../../../vendor/signals-core.js';
 import { Problem, call } from '../../base/api.js';
-import { plain } from '../../base/format.js';
-import { labelOf } from '../../base/schema.js';
-import { t } from '../../base/words.js';
+import { localized, plain } from '../../base/format.js';
+import { language, rich, t } from '../../base/words.js';
 import { labs } from '../../session/labs.js';
 import { scenarios } from '../../session/state.js';
 import { axesPanel } from './axes.js';
@@ -14,12 +13,12 @@ import {
   draft,
   estimate,
   helpOf,
+  metricAt,
   measure,
   metrics,
   own,
   refuse,
   refused,
-  ruleOf,
   scenario,
   specification,
   start,
@@ -28,7 +27,8 @@ import {
   variables,
   write,
 } from './draft.js';
-import { valueOf, sentence, elsewhere, number, rangeOf, invalid, parameter } from './fields.js';
+import { helpOf as ruleHelp, valueOf, sentence, elsewhere, number, rangeOf, invalid, parameter } from './fields.js';
+import { metricName, metricTip, wholeName } from './names.js';
 import { run } from './shown.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
@@ -37,6 +37,16 @@ import { run } from './shown.js';
 export const library = signal([]);
 const sought = signal('');
 const beginning = signal(false);
+
+// ---- names ----
+
+/** @param {string} path of a metric; empty: none */
+const named = (path) =>
+  path === '' ? t('experiments.none') : metricName(path, metricAt(scenario.value?.kind, path)?.unit, scenario.value);
+/** @param {string} path */
+const tipOf = (path) => metricTip(path, helpOf(path), scenario.value);
+/** @param {string} path of a parameter */
+const inputOf = (path) => wholeName(path, variable(path)?.row.unit, scenario.value);
 
 // ---- the scenario ----
 
@@ -53,23 +63,25 @@ function scenarioPanel() {
           (row) => html`<option value=${row.id} .selected=${row.id === now}>${row.paper ? `${row.paper}: ` : ''}${row.title}</option>`,
         )}</optgroup>`;
   };
-  return html`<fieldset class="panel server"><legend class="unseen">Scenario</legend><div class="head"><h2>Scenario</h2></div>
-    <label class="field choice"><span>Start from</span><select id="library" @change=${async (/** @type {Event} */ event) => {
+  return html`<fieldset class="panel server"><legend class="unseen">${t('experiments.scenario')}</legend><div class="head"><h2>${t('experiments.scenario')}</h2></div>
+    <label class="field choice"><span>${t('experiments.start_from')}</span><select id="library" @change=${async (
+      /** @type {Event} */ event,
+    ) => {
       const id = valueOf(event);
       if (id !== '') start(await call('GET', `scenarios/${id}`));
-    }}><option value="">an experiment of the library</option>${library.value.map(
+    }}><option value="">${t('experiments.of_library')}</option>${library.value.map(
       (one) => html`<option
       value=${one.id}>${one.title}</option>`,
     )}</select></label>
-    <label class="field choice"><span>Scenario</span><select id="of" aria-invalid=${bad.is} aria-describedby=${bad.by}
+    <label class="field choice"><span>${t('experiments.scenario')}</span><select id="of" aria-invalid=${bad.is} aria-describedby=${bad.by}
       @change=${(/** @type {Event} */ event) => choose(valueOf(event))}>
-      ${now === '' ? html`<option value="" selected disabled>${scenario.value?.title || 'as the experiment has it'}</option>` : nothing}
+      ${now === '' ? html`<option value="" selected disabled>${scenario.value?.title || t('experiments.as_it_has')}</option>` : nothing}
       ${labs.value.map((lab) => group(t(lab.group), lab.kind))}</select></label>
     <button type="button" id="trade"
-      title="Error and processor time of every method of the scenario, over its settings"
+      title=${t('experiments.diagram_tip')}
       ?disabled=${scenario.value === null}
         @click=${() =>
-          measure(typeof d.scenario === 'string' && d.scenario !== '' ? d.scenario : scenario.value)}>Work-precision diagram</button>
+          measure(typeof d.scenario === 'string' && d.scenario !== '' ? d.scenario : scenario.value)}>${t('workbench.diagram')}</button>
     ${sentence('scenario')}${unread.value === '' ? nothing : html`<p class="wrong">${unread.value}</p>`}
     ${d.title === '' ? nothing : html`<p class="facts">${d.title}</p>`}</fieldset>`;
 }
@@ -90,42 +102,42 @@ function untilPanel() {
     { until } = d,
     set = (/** @type {Partial<import('./draft.js').Until>} */ change) => write({ until: { ...until, ...change } });
   const bad = invalid('until.metric', 'until');
-  const toggle = html`<label class="toggle" title=${ruleOf('until')?.help ?? nothing}><input type="checkbox" id="until" .checked=${until.on}
-    @change=${toggleUntil}><span>Stop when the mean is known</span></label>`;
+  const toggle = html`<label class="toggle" title=${ruleHelp('until')}><input type="checkbox" id="until" .checked=${until.on}
+    @change=${toggleUntil}><span>${t('experiments.until')}</span></label>`;
   if (!until.on) return html`${toggle}${sentence('until')}`;
-  return html`${toggle}<div class="until" role="group" aria-label="When a point has enough runs">
-    <label class="field choice"><span>Mean of</span><select id="until-metric" aria-invalid=${bad.is} aria-describedby=${bad.by}
+  return html`${toggle}<div class="until" role="group" aria-label=${t('experiments.until.when')}>
+    <label class="field choice"><span>${t('experiments.until.mean')}</span><select id="until-metric" aria-invalid=${bad.is} aria-describedby=${bad.by}
       @change=${(/** @type {Event} */ event) => set({ metric: valueOf(event) })}><option
-        value="">the error: ${d.error || (d.metrics[0] ?? 'none')}</option>
-      ${d.metrics.map((path) => html`<option value=${path} .selected=${path === until.metric}>${path}</option>`)}</select></label>
+        value="">${t('experiments.until.error', { metric: named(d.error || (d.metrics[0] ?? '')) })}</option>
+      ${d.metrics.map((path) => html`<option value=${path} .selected=${path === until.metric}>${named(path)}</option>`)}</select></label>
     ${number({
       id: 'until-relative',
       field: 'until.relative',
       messageOf: 'until',
-      label: 'Half width of the 95 % interval, over the mean',
+      label: t('experiments.until.relative'),
       value: until.relative,
-      hint: 'no rule',
+      hint: t('experiments.until.no_rule'),
       take: (relative) => set({ relative }),
     })}
     ${number({
       id: 'until-half',
       field: 'until.half_width',
       messageOf: 'until',
-      label: 'or in its own unit',
+      label: t('experiments.until.half'),
       value: until.half,
-      hint: 'no rule',
+      hint: t('experiments.until.no_rule'),
       take: (half) => set({ half }),
     })}
     ${number({
       id: 'until-least',
       field: 'until.least',
       messageOf: 'until',
-      label: 'Minimum of runs',
+      label: t('experiments.until.least'),
       value: until.least,
       take: (least) => set({ least }),
     })}
-    <p class="facts">Checked after the minimum of runs, and after each doubling.
-      <small>over the mean ${rangeOf('until.relative')}; runs ${rangeOf('until.least')}</small></p></div>${sentence('until')}`;
+    <p class="facts">${t('experiments.until.checked')}
+      <small>${t('experiments.until.ranges', { relative: rangeOf('until.relative'), least: rangeOf('until.least') })}</small></p></div>${sentence('until')}`;
 }
 
 /** @returns {Template} */
@@ -137,27 +149,27 @@ function fixedPanel() {
   const free = () =>
     ['duration_s', ...variables.value.map((one) => one.path)].find((path) => variable(path) && !d.fixed.some((one) => one.path === path)) ??
     '';
-  return html`<fieldset class="panel server"><legend class="unseen">Fixed</legend><div class="head"><h2>Fixed</h2>
+  return html`<fieldset class="panel server"><legend class="unseen">${t('experiments.fixed')}</legend><div class="head"><h2>${t('experiments.fixed')}</h2>
       <button type="button" class="small"
         @click=${() => {
           const path = free();
           write({ fixed: [...d.fixed, { path, value: String(own(path) ?? '') }] });
-        }}>Add a value</button></div>
+        }}>${t('experiments.fixed.add')}</button></div>
     ${d.fixed.map((one, i) => {
       const wrongHere = invalid(`set.${one.path}`);
       return html`<div class="fixed">${parameter(
         one.path,
-        `Fixed parameter ${i + 1}`,
+        t('experiments.fixed.parameter', { n: i + 1 }),
         (path) => set(i, { path, value: String(own(path) ?? '') }),
         wrongHere,
       )}
-        <input class="narrow" autocomplete="off" aria-label=${`Value of ${labelOf(one.path)}`} aria-invalid=${wrongHere.is}
+        <input class="narrow" autocomplete="off" aria-label=${t('experiments.fixed.value', { name: inputOf(one.path) })} aria-invalid=${wrongHere.is}
           aria-describedby=${wrongHere.by} .value=${one.value}
           @input=${(/** @type {Event} */ event) => set(i, { value: valueOf(event) })}>
-        <button type="button" class="small" aria-label=${`Remove ${labelOf(one.path)}`}
-          @click=${() => write({ fixed: d.fixed.filter((_, k) => k !== i) })}>Remove</button></div>${sentence(`set.${one.path}`)}`;
+        <button type="button" class="small" aria-label=${t('experiments.fixed.remove', { name: inputOf(one.path) })}
+          @click=${() => write({ fixed: d.fixed.filter((_, k) => k !== i) })}>${t('experiments.remove')}</button></div>${sentence(`set.${one.path}`)}`;
     })}
-    <label class="field"><span>${d.until.on ? 'Maximum of replicates' : 'Replicates per point'}</span><input id="repeats"
+    <label class="field"><span>${t(d.until.on ? 'experiments.repeats.most' : 'experiments.repeats')}</span><input id="repeats"
       class="narrow" inputmode="numeric" autocomplete="off" .value=${d.repeats} aria-invalid=${bad.is} aria-describedby=${bad.by}
       @input=${(/** @type {Event} */ event) => write({ repeats: valueOf(event) })}></label>
     ${sentence('repeats')}${untilPanel()}</fieldset>`;
@@ -166,7 +178,6 @@ function fixedPanel() {
 // ---- metrics ----
 
 const SHOWN_METRICS = 40;
-const FRONT = 'Two metrics or more, by magnitude; the report and the table mark their front';
 
 /** @param {string} path */
 function toggleMetric(path) {
@@ -193,20 +204,15 @@ function toggleFront(path) {
 /** @returns {Template} */
 function frontPanel() {
   const d = draft.value;
-  return html`<div class="frontof" role="group" aria-label="Front of"><p
-    title=${FRONT}>Front of ${
+  return html`<div class="frontof" role="group" aria-label=${t('experiments.front.of')}><p
+    title=${t('experiments.front.tip')}>${t('experiments.front.of')} ${
       d.front.length === 0
-        ? html`<small>error and cost, unless
-      others are ticked</small>`
-        : html`<small>${
-            d.front.length === 1
-              ? 'one metric: tick another'
-              : `${d.front.length} metrics: no other point is as good in all and better in one`
-          }</small>`
+        ? html`<small>${t('experiments.front.usual')}</small>`
+        : html`<small>${t('experiments.front.count', { n: d.front.length })}</small>`
     }</p>
     ${d.metrics.map(
       (path) => html`<label class="toggle"><input type="checkbox" data-front=${path} .checked=${d.front.includes(path)}
-      @change=${() => toggleFront(path)}><span>${path}</span></label>`,
+      @change=${() => toggleFront(path)}><span title=${path}>${named(path)}</span></label>`,
     )}${sentence('front')}</div>`;
 }
 
@@ -218,34 +224,33 @@ function metricsPanel() {
       .split(/\s+/)
       .filter((word) => word !== '');
   const found = metrics.value.filter(
-    (path) => !d.metrics.includes(path) && words.every((word) => `${path} ${helpOf(path)}`.toLowerCase().includes(word)),
+    (path) => !d.metrics.includes(path) && words.every((word) => `${path} ${named(path)} ${tipOf(path)}`.toLowerCase().includes(word)),
   );
   const item = (
     /** @type {string} */ path,
     /** @type {number} */ i,
-  ) => html`<label class="toggle" title=${helpOf(path) || nothing}><input type="checkbox"
+  ) => html`<label class="toggle" title=${[tipOf(path), path].filter(Boolean).join(' · ')}><input type="checkbox"
     data-metric=${path} .checked=${d.metrics.includes(path)}
-    aria-invalid=${invalid(`metrics.${i}`).is} @change=${() => toggleMetric(path)}><span>${path}</span></label>`;
+    aria-invalid=${invalid(`metrics.${i}`).is} @change=${() => toggleMetric(path)}><span>${named(path)}</span></label>`;
   const trade = (
     /** @type {'error' | 'cost'} */ side,
-    /** @type {string} */ label,
-  ) => html`<label class="field choice"><span>${label}</span><select id=${side}
+  ) => html`<label class="field choice"><span>${t(`experiments.side.${side}`)}</span><select id=${side}
       @change=${(/** @type {Event} */ event) => write({ [side]: valueOf(event) })}>
-    <option value="">${d.metrics[side === 'error' ? 0 : 1] ?? 'none'}</option>${d.metrics.slice(0).map(
+    <option value="">${named(d.metrics[side === 'error' ? 0 : 1] ?? '')}</option>${d.metrics.slice(0).map(
       (path) => html`<option value=${path}
-        .selected=${path === d[side]}>${path}</option>`,
+        .selected=${path === d[side]}>${named(path)}</option>`,
     )}</select></label>`;
-  return html`<fieldset class="panel server metrics"><legend class="unseen">Metrics</legend><div
-    class="head"><h2>Metrics</h2><small>${d.metrics.length} of ${metrics.value.length}</small></div>
+  return html`<fieldset class="panel server metrics"><legend class="unseen">${t('experiments.metrics')}</legend><div
+    class="head"><h2>${t('experiments.metrics')}</h2><small>${t('experiments.of', { n: d.metrics.length, all: metrics.value.length })}</small></div>
     <div class="chosen">${d.metrics.map(item)}</div>${sentence('metrics')}
-    <label class="field"><span>Find</span><input id="find-metric" type="search" autocomplete="off" .value=${sought.value}
+    <label class="field"><span>${t('experiments.find')}</span><input id="find-metric" type="search" autocomplete="off" .value=${sought.value}
       @input=${(/** @type {Event} */ event) => {
         sought.value = valueOf(event);
       }}></label>
     <div class="offered" tabindex="0" role="group"
-      aria-label="Metrics of the scenario">${found.slice(0, SHOWN_METRICS).map((path) => item(path, -1))}
-      ${found.length > SHOWN_METRICS ? html`<p class="facts">and ${found.length - SHOWN_METRICS} more: search by name</p>` : nothing}</div>
-    ${trade('error', 'Error')}${sentence('error')}${trade('cost', 'Cost')}${sentence('cost')}
+      aria-label=${t('experiments.metrics.offered')}>${found.slice(0, SHOWN_METRICS).map((path) => item(path, -1))}
+      ${found.length > SHOWN_METRICS ? html`<p class="facts">${t('experiments.metrics.more', { n: found.length - SHOWN_METRICS })}</p>` : nothing}</div>
+    ${trade('error')}${sentence('error')}${trade('cost')}${sentence('cost')}
     ${d.metrics.length > 1 ? frontPanel() : nothing}</fieldset>`;
 }
 
@@ -253,16 +258,16 @@ function metricsPanel() {
 
 /** @param {number} seconds */
 function duration(seconds) {
-  if (seconds < 1) return 'less than a second';
+  if (seconds < 1) return t('experiments.less_than_second');
   if (seconds < 120) return `${Math.round(seconds)} s`;
-  return seconds < 7200 ? `${Math.round(seconds / 60)} min` : `${plain(Number((seconds / 3600).toPrecision(3)))} h`;
+  return seconds < 7200 ? `${Math.round(seconds / 60)} min` : `${localized(plain(Number((seconds / 3600).toPrecision(3))))} h`;
 }
 
 async function order() {
   beginning.value = true;
   try {
     const d = draft.value;
-    await run(specification(d), d.title || scenario.value?.title || 'Experiment');
+    await run(specification(d), d.title || scenario.value?.title || t('experiments.experiment'));
     document.querySelector('.sweeps .drawings')?.scrollIntoView({ block: 'nearest' });
   } catch (error) {
     refuse(error);
@@ -274,25 +279,25 @@ async function order() {
 
 /** @returns {Template} */
 function orderPanel() {
-  const e = estimate.value,
-    many = (/** @type {number} */ n, /** @type {string} */ word) => `${n.toLocaleString('en')} ${word}${n === 1 ? '' : 's'}`;
+  const e = estimate.value;
+  const many = (/** @type {string} */ key, /** @type {number} */ n) => t(key, { n, count: n.toLocaleString(language.value) });
   return html`<div class="order"><div
     id="estimate">${
       e
-        ? html`<b>${many(e.runs, 'run')}</b> of ${many(e.points, 'point')}, about ${duration(e.estimated_cpu_s)} of one core`
-        : checking.value
-          ? 'counting'
-          : refused.value.size > 0
-            ? 'not yet complete'
-            : 'counting'
+        ? rich('experiments.estimate', {
+            runs: html`<b>${many('experiments.runs', e.runs)}</b>`,
+            points: many('experiments.of_points', e.points),
+            time: duration(e.estimated_cpu_s),
+          })
+        : t(!checking.value && refused.value.size > 0 ? 'experiments.incomplete' : 'experiments.counting')
     }</div>
     ${elsewhere().map((detail) => html`<p class="wrong">${detail}</p>`)}
-    <button type="button" id="run" class="primary" ?disabled=${beginning.value || e === null} @click=${order}>Run</button></div>`;
+    <button type="button" id="run" class="primary" ?disabled=${beginning.value || e === null} @click=${order}>${t('experiments.run')}</button></div>`;
 }
 
 /** @returns {Template} */
 export function form() {
-  return html`<form class="methods" aria-label="Runs" @submit=${(/** @type {Event} */ event) => event.preventDefault()}>
+  return html`<form class="methods" aria-label=${t('experiments.form')} @submit=${(/** @type {Event} */ event) => event.preventDefault()}>
     <div class="fields" tabindex="0" role="group"
-      aria-label="Specification">${scenarioPanel()}${axesPanel()}${fixedPanel()}${metricsPanel()}</div>${orderPanel()}</form>`;
+      aria-label=${t('experiments.specification')}>${scenarioPanel()}${axesPanel()}${fixedPanel()}${metricsPanel()}</div>${orderPanel()}</form>`;
 }

@@ -1,13 +1,23 @@
 // What is plotted of an experiment: the axes, the series, the front.
 import { computed, signal } from '../../../vendor/signals-core.js';
 import { columnsOf, errorAndCostOf, frontMetricsOf, frontOfAll, numberOf } from './columns.js';
+import { metricAt, variablesIn } from './draft.js';
+import { metricName } from './names.js';
 import { SERIES_MAX, seriesOf } from './scatter.js';
-import { points, record, selected } from './shown.js';
+import { points, record, scenario, selected } from './shown.js';
 
 /** Choices of a person; empty ones follow from the experiment.
  * @type {import('@preact/signals-core').Signal<{x: string, y: string, by: string | null, logX: boolean | null, logY: boolean | null}>} */
 export const chosen = signal({ x: '', y: '', by: null, logX: null, logY: null });
-export const columns = computed(() => (record.value ? columnsOf(record.value.experiment, points.value) : []));
+const units = computed(() => new Map(variablesIn(scenario.value).map(({ path, row }) => [path, row.unit])));
+const unitOf = (/** @type {string} */ path) => metricAt(scenario.value?.kind, path)?.unit;
+export const columns = computed(() =>
+  record.value ? columnsOf(record.value.experiment, points.value, scenario.value, (path) => units.value.get(path), unitOf) : [],
+);
+/** What a column is called. @param {string} name */
+export const labelOf = (name) => columns.value.find((column) => column.name === name)?.label ?? name;
+/** The same of a metric, also before there are points. @param {string} path */
+export const named = (path) => metricName(path, unitOf(path), scenario.value);
 export const trade = computed(() => (record.value ? errorAndCostOf(record.value.experiment) : { error: '', cost: '' }));
 
 /** @param {string} name */

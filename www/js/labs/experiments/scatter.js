@@ -29,9 +29,10 @@ function linesOf(rows, of) {
 }
 
 /** @param {{pen: CanvasRenderingContext2D, width: number, height: number}} surface @param {import('../../draw/palette.js').Palette} colours
- * @param {Cells[]} rows @param {Choice} of @param {Set<number>} front @param {number} selected @param {string} empty
+ * @param {Cells[]} rows @param {Choice} of @param {Set<number>} front @param {number} selected @param {{x: string, y: string, empty: string}} named what axes are called, and what stands
+ * where nothing is drawn
  * @returns {{spots: Spot[], covered: number}} covered: points that are not drawn, since they lie under others */
-export function drawScatter(surface, colours, rows, of, front, selected, empty) {
+export function drawScatter(surface, colours, rows, of, front, selected, named) {
   const { pen } = surface,
     lines = linesOf(rows, of),
     size = Math.max(9, colours.marker * 0.48);
@@ -53,11 +54,11 @@ export function drawScatter(surface, colours, rows, of, front, selected, empty) 
         ? [{ xs: frontLine.map((p) => p.x), ys: frontLine.map((p) => p.y), colour: colours.ink, width: colours.line }]
         : []),
     ],
-    x: of.x,
-    y: of.y,
+    x: named.x,
+    y: named.y,
     logX: of.logX,
     logY: of.logY,
-    empty,
+    empty: named.empty,
   });
   if (!plot) return { spots: [], covered: 0 };
   /** @type {Spot[]} */

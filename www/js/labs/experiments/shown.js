@@ -1,11 +1,14 @@
 // The experiment that is shown: its record, its points, and what one does with them. And the list of one's own.
 import { batch, effect, signal } from '../../../vendor/signals-core.js';
+import { t } from '../../base/words.js';
 import { speak } from '../../session/announce.js';
 import { Problem, call, make } from '../../base/api.js';
 import { keep } from '../../session/opening.js';
 import { show } from '../../session/session.js';
 import { showAddress } from '../../session/params.js';
 import { experiment, notify } from '../../session/state.js';
+import { readSchema } from './draft.js';
+import { needKind } from './names.js';
 import { Progress, isOver } from './progress.js';
 
 /** @typedef {{id: string, key: string, title: string, state: string, done: number, runs: number}} Kept  key is empty for a reader */
@@ -13,11 +16,13 @@ import { Progress, isOver } from './progress.js';
 
 /** As GET gives it; null before. @type {import('@preact/signals-core').Signal<any>} */
 export const record = signal(null);
+/** Of the record, whole; null until it is read. @type {import('@preact/signals-core').Signal<any>} */
+export const scenario = signal(null);
 /** A row of means per point. @type {import('@preact/signals-core').Signal<Cells[]>} */
 export const points = signal([]);
 /** The selected point, by its index in `points`; -1: none. */
 export const selected = signal(-1);
-/** Why there is nothing to show. */
+/** Why there is nothing to show: end of the key of its words. */
 export const missing = signal('');
 /** How the progress comes, for tests and for the curious. */
 export const way = signal('');
@@ -108,7 +113,7 @@ function follow(id, report) {
   record.value = { ...record.value, state: report.state, done: report.done, rate_per_s: report.rate_per_s, left_s: report.left_s };
   way.value = progress?.way ?? '';
   note(id, { state: report.state, done: report.done });
-  if (report.state !== before) speak(`Experiment ${report.state}: ${report.done} of ${record.value.runs} runs`);
+  if (report.state !== before) speak(t(`experiments.spoken.${report.state}`, { done: report.done, n: record.value.runs }));
   readPoints(id, isOver(report.state));
 }
 
@@ -116,15 +121,20 @@ function follow(id, report) {
 async function load(id) {
   try {
     const now = await call('GET', `experiments/${id}`);
+    const { scenario_id: of = '', scenario: given } = now.experiment;
+    const whole = typeof given === 'object' && given !== null ? given : await call('GET', `scenarios/${of || given}`);
+    await Promise.all([readSchema(whole.kind), needKind(whole.kind)]);
     if (experiment.value !== id) return;
+    scenario.value = whole;
     record.value = now;
     note(id, { state: now.state, done: now.done, runs: now.runs });
     progress = new Progress(id, (report) => follow(id, report));
     readPoints(id, true);
   } catch (error) {
     if (experiment.value !== id) return;
-    missing.value = error instanceof Problem && error.status === 404 ? 'This experiment no longer exists' : 'The daemon does not answer';
-    if (missing.value.startsWith('This')) writeKept(kept.value.filter((one) => one.id !== id));
+    const gone = error instanceof Problem && error.status === 404;
+    missing.value = gone ? 'gone' : 'no_answer';
+    if (gone) writeKept(kept.value.filter((one) => one.id !== id));
   }
 }
 
@@ -135,6 +145,7 @@ effect(() => {
   read = { at: -Infinity, done: -1 };
   batch(() => {
     record.value = null;
+    scenario.value = null;
     points.value = [];
     selected.value = -1;
     missing.value = '';
@@ -150,12 +161,15 @@ export function look(id) {
 
 // ---- what one does ----
 
+/** @param {unknown} error */
+const detailOf = (error) => (error instanceof Error ? error.message : t('session.no_answer_now'));
+
 /** @param {object} specification @param {string} title */
 export async function run(specification, title) {
   const made = await make('experiments', specification);
   writeKept([{ id: made.id, key: made.owner_key, title, state: 'running', done: 0, runs: made.runs }, ...kept.value]);
   look(made.id);
-  speak(`Experiment started: ${made.runs} runs`);
+  speak(t('experiments.spoken.started', { n: made.runs }));
 }
 
 /** @param {'pause' | 'resume' | 'cancel'} op */
@@ -166,7 +180,7 @@ export async function control(op) {
     if (op === 'resume') progress ??= new Progress(id, (report) => follow(id, report));
     follow(id, now);
   } catch (error) {
-    notify(`Not done: ${error instanceof Error ? error.message : 'the daemon does not answer'}`);
+    notify(t('session.not_done', { detail: detailOf(error) }));
   }
 }
 
@@ -176,7 +190,7 @@ export async function remove(id) {
     await call('DELETE', `experiments/${id}`, { key: keyOf(id) });
   } catch (error) {
     if (!(error instanceof Problem) || error.status !== 404) {
-      notify(`Not deleted: ${error instanceof Error ? error.message : 'the daemon does not answer'}`);
+      notify(t('experiments.not_deleted', { detail: detailOf(error) }));
       return;
     }
   }
@@ -198,8 +212,8 @@ export async function live(row) {
     history.pushState(null, '', location.pathname + location.search);
     experiment.value = null;
     show(made.id, made.owner_key, false);
-    notify(`Point ${row.point} as a live session. Experiments returns to the results`);
+    notify(t('experiments.opened', { n: String(row.point) }));
   } catch (error) {
-    notify(`Not opened: ${error instanceof Error ? error.message : 'the daemon does not answer'}`);
+    notify(t('experiments.not_opened', { detail: detailOf(error) }));
   }
 }

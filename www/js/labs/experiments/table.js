@@ -2,13 +2,14 @@
 import { html, nothing } from '../../../vendor/lit-html.js';
 import { signal } from '../../../vendor/signals-core.js';
 import { formatValue, identicalOf, meanOf, spreadOf } from './columns.js';
+import { language, t } from '../../base/words.js';
 import { columns, front, fronted, select } from './plotted.js';
-import { live, points, selected } from './shown.js';
+import { live, points, scenario, selected } from './shown.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 /** @typedef {import('./shown.js').Cells} Cells */
 
-export const many = (/** @type {number} */ n) => n.toLocaleString('en');
+export const many = (/** @type {number} */ n) => n.toLocaleString(language.value);
 const PAGE = 100;
 const rowsShown = signal(PAGE);
 /** @type {import('@preact/signals-core').Signal<{by: string, down: boolean}>} */
@@ -30,14 +31,14 @@ function sorted() {
   return order;
 }
 
-/** @param {string} name @param {string} label @returns {Template} */
-function sortable(name, label) {
+/** @param {string} name @param {string} label @param {string} [path] @returns {Template} */
+function sortable(name, label, path) {
   const { by, down } = sorting.value,
     now = by === name;
-  return html`<th scope="col" aria-sort=${now ? (down ? 'descending' : 'ascending') : 'none'}><button type="button" class="quiet"
+  return html`<th scope="col" data-column=${name} title=${path ?? nothing} aria-sort=${now ? (down ? 'descending' : 'ascending') : 'none'}><button type="button" class="quiet"
     @click=${() => {
       sorting.value = { by: name, down: now && !down };
-    }}><span>${label.split(/(?<=[._])/).map((part) => html`${part}<wbr>`)}</span>${
+    }}><span>${label}</span>${
       now
         ? html`<svg class="sign" viewBox="0 0 12 12" aria-hidden="true"><path d=${down ? 'M1 3h10L6 10z' : 'M1 9h10L6 2z'}></path></svg>`
         : nothing
@@ -48,31 +49,30 @@ function sortable(name, label) {
 export function table() {
   const order = sorted(),
     list = columns.value;
-  return html`<div class="wide-table" tabindex="0" role="region" aria-label="Points"><table
-    class="data points"><caption>Points: mean and its 95 % interval</caption>
-    <thead><tr>${sortable('point', 'Point')}${list.map((column) => sortable(column.name, column.label))}<th
-      scope="col">Runs</th>${fronted.value.length === 0 ? nothing : html`<th scope="col">Front</th>`}<td></td></tr></thead>
+  return html`<div class="wide-table" tabindex="0" role="region" aria-label=${t('experiments.points')}><table
+    class="data points"><caption>${t('experiments.table')}</caption>
+    <thead><tr>${sortable('point', t('experiments.point'))}${list.map((column) => sortable(column.name, column.label, column.path))}<th
+      scope="col" data-column="runs">${t('experiments.form')}</th>${fronted.value.length === 0 ? nothing : html`<th scope="col" data-column="front">${t('experiments.front')}</th>`}<td></td></tr></thead>
     <tbody>${order.slice(0, rowsShown.value).map((i) => {
       const row = /** @type {Cells} */ (points.value[i]);
       return html`<tr data-point=${row.point} aria-current=${i === selected.value ? 'true' : 'false'} @click=${() => select(i)}><th
         scope="row">${row.point}</th>
         ${list.map((column) =>
           column.kind === 'axis'
-            ? html`<td>${formatValue(row[column.name])}</td>`
+            ? html`<td>${formatValue(row[column.name], column.path, scenario.value)}</td>`
             : html`<td title=${spreadOf(row, column.name)}>${meanOf(row, column.name)}</td>`,
         )}<td>${row.runs}</td>
-        ${fronted.value.length === 0 ? nothing : html`<td>${front.value.has(i) ? 'front' : ''}</td>`}
-        <td><button type="button" class="small" aria-label=${`Open point ${row.point} as session`}
+        ${fronted.value.length === 0 ? nothing : html`<td>${front.value.has(i) ? t('experiments.on_front') : ''}</td>`}
+        <td><button type="button" class="small" aria-label=${t('experiments.open_point', { n: String(row.point) })}
           @click=${(/** @type {Event} */ event) => {
             event.stopPropagation();
             live(row);
-          }}>Open</button></td></tr>`;
+          }}>${t('experiments.open')}</button></td></tr>`;
     })}</tbody></table></div>
     ${
       identicalOf(points.value) > 0
         ? html`<p class="facts"
-        id="identical">At ${identicalOf(points.value)} of ${points.value.length} points all repeats gave identical metrics:
-      nothing random in this scenario reaches them, or what does is rare.</p>`
+        id="identical">${t('experiments.identical', { n: identicalOf(points.value), points: points.value.length })}</p>`
         : nothing
     }
     ${
@@ -80,7 +80,7 @@ export function table() {
         ? html`<button type="button"
         @click=${() => {
           rowsShown.value += PAGE;
-        }}>${many(order.length - rowsShown.value)} more points</button>`
+        }}>${t('experiments.points.more', { n: many(order.length - rowsShown.value) })}</button>`
         : nothing
     }`;
 }

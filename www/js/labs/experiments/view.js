@@ -3,6 +3,7 @@ import { html, nothing } from '../../../vendor/lit-html.js';
 import { effect, signal, untracked } from '../../../vendor/signals-core.js';
 import { address, call } from '../../base/api.js';
 import { fixed } from '../../base/format.js';
+import { t } from '../../base/words.js';
 import { mark } from '../../workbench/player_mark.js';
 import { link } from '../../session/opening.js';
 import { experiment, notify, theme } from '../../session/state.js';
@@ -13,9 +14,26 @@ import { boundsOf, formatValue, meanOf, notesOf, numberOf, spreadOf } from './co
 import { choose, draft, measure, scenario, specification, start, watch } from './draft.js';
 import { form, library } from './form.js';
 import { isOver } from './progress.js';
-import { chosen, columns, front, plotsErrorAndCost, plotted, positive, select } from './plotted.js';
+import { wholeName } from './names.js';
+import { chosen, columns, front, labelOf, named, plotsErrorAndCost, plotted, positive, select } from './plotted.js';
 import { SERIES_MAX, drawScatter, nearest, seriesOf } from './scatter.js';
-import { POINTS_MAX, control, kept, keyOf, live, look, missing, points, record, remove, renewKept, runOf, selected, way } from './shown.js';
+import {
+  POINTS_MAX,
+  control,
+  kept,
+  keyOf,
+  live,
+  look,
+  missing,
+  points,
+  record,
+  remove,
+  renewKept,
+  runOf,
+  scenario as whole,
+  selected,
+  way,
+} from './shown.js';
 import { many, renewTable, table } from './table.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
@@ -35,13 +53,8 @@ const valueOf = (/** @type {Event} */ event) => /** @type {HTMLSelectElement} */
 
 // ---- the head of the results ----
 
-const STATES = /** @type {Record<string, string>} */ ({
-  running: 'Running',
-  paused: 'Paused',
-  cancelled: 'Cancelled',
-  done: 'Done',
-  failed: 'Failed',
-});
+/** @param {string} state */
+const stateOf = (state) => t(`experiments.state.${state}`) || state;
 
 /** @param {number} seconds */
 const left = (seconds) =>
@@ -51,39 +64,35 @@ const left = (seconds) =>
 function progressPanel(r) {
   const mine = keyOf(r.id) !== '',
     over = isOver(r.state);
-  const why = mine ? nothing : 'Read-only: only the owner of this experiment can control it';
-  return html`<section class="progress" aria-label="Progress" data-state=${r.state} data-way=${way.value}>
-    <div class="head"><h2 id="shown-title">${r.title || r.experiment.scenario?.title || 'Experiment'}</h2>
+  const why = mine ? nothing : t('experiments.read_only');
+  return html`<section class="progress" aria-label=${t('experiments.progress')} data-state=${r.state} data-way=${way.value}>
+    <div class="head"><h2 id="shown-title">${r.title || r.experiment.scenario?.title || t('experiments.experiment')}</h2>
       ${
         over
           ? nothing
           : html`<span class="acts">${
               r.state === 'paused'
-                ? html`<button type="button" id="resume" ?disabled=${!mine} title=${why} @click=${() => control('resume')}>Resume</button>`
-                : html`<button type="button" id="pause" ?disabled=${!mine} title=${why} @click=${() => control('pause')}>Pause</button>`
+                ? html`<button type="button" id="resume" ?disabled=${!mine} title=${why} @click=${() => control('resume')}>${t('experiments.resume')}</button>`
+                : html`<button type="button" id="pause" ?disabled=${!mine} title=${why} @click=${() => control('pause')}>${t('experiments.pause')}</button>`
             }
-        <button type="button" id="cancel" ?disabled=${!mine} title=${why} @click=${() => control('cancel')}>Cancel</button></span>`
+        <button type="button" id="cancel" ?disabled=${!mine} title=${why} @click=${() => control('cancel')}>${t('base.cancel')}</button></span>`
       }</div>
-    ${r.experiment.text ? html`<p class="facts">${r.experiment.text}</p>` : nothing}
-    <progress max=${r.runs} .value=${r.done} aria-label="Runs done"></progress>
-    <p id="progress-text"><b>${STATES[r.state] ?? r.state}</b> · ${many(r.done)} of ${many(r.runs)} runs${
+    ${r.experiment.text ? html`<p class="facts" lang="en">${r.experiment.text}</p>` : nothing}
+    <progress max=${r.runs} .value=${r.done} aria-label=${t('experiments.runs_done')}></progress>
+    <p id="progress-text"><b>${stateOf(r.state)}</b> · ${t('experiments.done', { n: many(r.done), all: many(r.runs) })}${
       r.state === 'running' && r.rate_per_s > 0
-        ? ` · ${r.rate_per_s >= 10 ? many(Math.round(r.rate_per_s)) : fixed(r.rate_per_s, 1)} runs/s${
-            r.left_s === null ? '' : ` · ${left(r.left_s)} left`
+        ? ` · ${t('experiments.rate', { rate: r.rate_per_s >= 10 ? many(Math.round(r.rate_per_s)) : fixed(r.rate_per_s, 1) })}${
+            r.left_s === null ? '' : ` · ${t('experiments.left', { time: left(r.left_s) })}`
           }`
         : ''
     }</p>
     ${r.held_back ? html`<p class="facts" id="held-back">${r.held_back}</p>` : nothing}
     ${!mine && !over ? html`<p class="facts">${why}</p>` : nothing}
-    ${[...(r.notices ?? []), ...notesOf(r.experiment, points.value)].map(
+    ${[...(r.notices ?? []), ...notesOf(r.experiment, points.value, named)].map(
       (/** @type {string} */ text) => html`<p class="facts"
       role="note">${text}</p>`,
     )}
-    ${
-      r.points > POINTS_MAX
-        ? html`<p class="facts">${many(r.points)} points are too many to draw here: the report and the files have them.</p>`
-        : nothing
-    }</section>`;
+    ${r.points > POINTS_MAX ? html`<p class="facts">${t('experiments.too_many', { n: many(r.points) })}</p>` : nothing}</section>`;
 }
 
 // ---- scatter ----
@@ -125,16 +134,17 @@ function key(event) {
   select(spots[at < 0 ? 0 : Math.max(0, Math.min(spots.length - 1, at + way_))]?.index ?? -1);
 }
 
-/** @param {'x' | 'y'} which @param {string} label @param {import('./columns.js').Column[]} list @returns {Template} */
-function axisChoice(which, label, list) {
+/** @param {'x' | 'y'} which @param {import('./columns.js').Column[]} list @returns {Template} */
+function axisChoice(which, list) {
   const log = which === 'x' ? 'logX' : 'logY',
-    name = plotted.value[which];
+    name = plotted.value[which],
+    label = t(`experiments.plot.${which}`);
   return html`<span class="axischoice"><label class="field choice"><span>${label}</span><select id=${`plot-${which}`}
     @change=${(/** @type {Event} */ event) => {
       chosen.value = { ...chosen.value, [which]: valueOf(event), [log]: null };
     }}>
     ${list.map((column) => html`<option value=${column.name} .selected=${column.name === name}>${column.label}</option>`)}</select></label>
-    <label class="toggle"><input type="checkbox" id=${`log-${which}`} aria-label=${`${label}: logarithmic`} .checked=${plotted.value[log]}
+    <label class="toggle"><input type="checkbox" id=${`log-${which}`} aria-label=${t('experiments.plot.logarithmic', { axis: label })} .checked=${plotted.value[log]}
       ?disabled=${!positive(name)}
       @change=${() => {
         chosen.value = { ...chosen.value, [log]: !plotted.value[log] };
@@ -145,11 +155,16 @@ function axisChoice(which, label, list) {
 function words() {
   const row = points.value[selected.value];
   if (!row) return '';
-  const axes = columns.value.filter((column) => column.kind === 'axis').map((column) => `${column.label} ${formatValue(row[column.name])}`);
+  const axes = columns.value
+    .filter((column) => column.kind === 'axis')
+    .map((column) => `${column.label} ${formatValue(row[column.name], column.path, whole.value)}`);
   const values = record.value.experiment.metrics.map(
-    (/** @type {string} */ name) => `${name} ${meanOf(row, name)}${numberOf(row, 'runs') > 1 ? `, ${spreadOf(row, name)}` : ''}`,
+    (/** @type {string} */ name) => `${named(name)} ${meanOf(row, name)}${numberOf(row, 'runs') > 1 ? `, ${spreadOf(row, name)}` : ''}`,
   );
-  return `Point ${row.point}${front.value.has(selected.value) ? ', on the front' : ''}: ${[...axes, ...values].join('; ')}`;
+  return t(front.value.has(selected.value) ? 'experiments.says.front' : 'experiments.says', {
+    n: String(row.point),
+    values: [...axes, ...values].join('; '),
+  });
 }
 
 /** @returns {Template} */
@@ -160,19 +175,19 @@ function legend() {
     by === '' || names.length > SERIES_MAX
       ? nothing
       : names.map(
-          (name, s) => html`<span class="sample">${mark(s)} ${formatValue(Number.isNaN(Number(name)) ? name : Number(name))}</span>`,
+          (name, s) =>
+            html`<span class="sample">${mark(s)} ${formatValue(Number.isNaN(Number(name)) ? name : Number(name), columns.value.find((column) => column.name === by)?.path, whole.value)}</span>`,
         )
   }
     ${
       plotsErrorAndCost.value
         ? html`<span class="sample"><svg class="mark frontmark" viewBox="0 0 18 18" aria-hidden="true"><circle cx="9" cy="9"
-      r="7"></circle></svg>thick edge, joined: Pareto front of cost and error</span>`
+      r="7"></circle></svg>${t('experiments.plot.front')}</span>`
         : nothing
     }
     ${
       covered.value > 0
-        ? html`<span class="sample" id="covered">${many(covered.value)} of ${many(points.value.length)} points
-      lie under others and are not drawn</span>`
+        ? html`<span class="sample" id="covered">${t('experiments.plot.covered', { n: many(covered.value), points: many(points.value.length) })}</span>`
         : nothing
     }</div>`;
 }
@@ -182,30 +197,31 @@ function scatter() {
   const row = points.value[selected.value],
     numbers = columns.value.filter((column) => column.numbers);
   const splits = columns.value.filter((column) => column.kind === 'axis' && seriesOf(points.value, column.name).length <= SERIES_MAX);
-  return html`<section class="scatter" aria-label="Scatter"><div
-    class="choices">${axisChoice('y', 'Up', numbers)}${axisChoice('x', 'Across', numbers)}
-      <label class="field choice"><span>Series</span><select id="plot-by"
+  return html`<section class="scatter" aria-label=${t('experiments.scatter')}><div
+    class="choices">${axisChoice('y', numbers)}${axisChoice('x', numbers)}
+      <label class="field choice"><span>${t('experiments.plot.series')}</span><select id="plot-by"
         @change=${(/** @type {Event} */ event) => {
           chosen.value = { ...chosen.value, by: valueOf(event) };
         }}>
-        <option value="">none</option>${splits.map(
+        <option value="">${t('experiments.none')}</option>${splits.map(
           (column) => html`<option value=${column.name}
           .selected=${column.name === plotted.value.by}>${column.label}</option>`,
         )}</select></label></div>
     <div class="view" role="group" tabindex="0" id="scatter-box"
-      aria-label="Points. Left and right arrow keys pick one, Enter opens it as a live session."
+      aria-label=${t('experiments.plot.keys')}
       @pointerdown=${press} @pointermove=${hover} @keydown=${key}><canvas id="scatter" role="img"
-        aria-label=${`Scatter of ${points.value.length} points: ${plotted.value.y} over ${plotted.value.x}${
-          plotsErrorAndCost.value ? `, ${front.value.size} on the front` : ''
-        }`}></canvas><take-away data name="Points"></take-away></div>
+        aria-label=${
+          t('experiments.plot.says', { n: points.value.length, y: labelOf(plotted.value.y), x: labelOf(plotted.value.x) }) +
+          (plotsErrorAndCost.value ? t('experiments.plot.says.front', { n: front.value.size }) : '')
+        }></canvas><take-away data name=${t('experiments.points')}></take-away></div>
     ${legend()}
     <div class="looked"><output id="point"
-      aria-live="polite">${row ? words() : 'Select a point to read it; select it again, or press Enter, to open it as a live session.'}</output>
+      aria-live="polite">${row ? words() : t('experiments.plot.select')}</output>
       ${
         row
-          ? html`<span class="acts"><button type="button" id="open-live" @click=${() => live(row)}>Open as session</button>
+          ? html`<span class="acts"><button type="button" id="open-live" @click=${() => live(row)}>${t('experiments.open_live')}</button>
         <a class="button" href=${address(`experiments/${record.value.id}/runs/${runOf(row)}/trace`).href}
-          download=${`run${runOf(row)}.csv`}>Trace</a></span>`
+          download=${`run${runOf(row)}.csv`}>${t('experiments.trace')}</a></span>`
           : nothing
       }</div></section>`;
 }
@@ -227,10 +243,10 @@ function files(r) {
         ([format, label]) => html`<a href=${address(`experiments/${r.id}/results?format=${format}${more}`).href}
     download=${`${name}.${format}`}>${label}</a>`,
       )}</p>`;
-  return html`<section class="about files" aria-label="Results"><h2>Results</h2>
+  return html`<section class="about files" aria-label=${t('experiments.results')}><h2>${t('experiments.results')}</h2>
     <p class="links"><a id="report" href=${address(`experiments/${r.id}/report`).href} target="_blank"
-      rel="noopener">Standalone report</a></p>
-    <h3>One row per run</h3>${links('', 'runs')}<h3>One row per point</h3>${links('&points=true', 'points')}</section>`;
+      rel="noopener">${t('experiments.report')}</a></p>
+    <h3>${t('experiments.row_per_run')}</h3>${links('', 'runs')}<h3>${t('experiments.row_per_point')}</h3>${links('&points=true', 'points')}</section>`;
 }
 
 /** As a shell takes it. @param {string} text */
@@ -266,24 +282,24 @@ async function copy(event) {
         () => false,
       )
     : document.execCommand('copy');
-  notify(done ? 'Copied' : 'Not copied: select the text and copy it');
+  notify(t(done ? 'experiments.copied' : 'experiments.not_copied'));
 }
 
 /** @returns {Template} */
 function list() {
-  return html`<section class="about" aria-label="My experiments"><div class="head"><h2>My experiments</h2>
-      ${experiment.value ? html`<button type="button" class="small" id="new" @click=${() => look('')}>None</button>` : nothing}</div>
+  return html`<section class="about" aria-label=${t('experiments.mine')}><div class="head"><h2>${t('experiments.mine')}</h2>
+      ${experiment.value ? html`<button type="button" class="small" id="new" @click=${() => look('')}>${t('experiments.mine.none')}</button>` : nothing}</div>
     ${
       kept.value.length === 0
-        ? html`<p>None yet. Experiments of this browser are listed here.</p>`
+        ? html`<p>${t('experiments.mine.empty')}</p>`
         : html`<ul class="mine">${kept.value.map(
             (one) => html`<li aria-current=${one.id === experiment.value ? 'true' : 'false'}>
       <button type="button" class="quiet" data-id=${one.id}
-        @click=${() => look(one.id)}><span>${one.title}</span><small>${
-          STATES[one.state] ?? one.state
-        } · ${many(one.done)} of ${many(one.runs)}</small></button>
-      <button type="button" class="small" aria-label=${`Delete ${one.title}`}
-        @click=${() => remove(one.id)}>Delete</button></li>`,
+        @click=${() => look(one.id)}><span>${one.title}</span><small>${stateOf(
+          one.state,
+        )} · ${t('experiments.of', { n: many(one.done), all: many(one.runs) })}</small></button>
+      <button type="button" class="small" aria-label=${t('experiments.delete_one', { name: one.title })}
+        @click=${() => remove(one.id)}>${t('experiments.delete')}</button></li>`,
           )}</ul>`
     }</section>`;
 }
@@ -291,16 +307,15 @@ function list() {
 /** @returns {Template} */
 function results() {
   const r = record.value;
-  if (missing.value !== '') return html`<p class="empty">${missing.value}</p>`;
-  if (experiment.value && !r) return html`<p class="empty">Loading</p>`;
+  if (missing.value !== '') return html`<p class="empty">${t(`experiments.${missing.value}`)}</p>`;
+  if (experiment.value && !r) return html`<p class="empty">${t('experiments.loading')}</p>`;
   if (!r) {
-    return html`<div class="empty"><h2>No runs yet</h2><p>Choose the parameters to vary and the metrics to keep; the runs are counted as
-      you write. Run makes every combination and shows the points here as they come.</p></div>`;
+    return html`<div class="empty"><h2>${t('experiments.empty')}</h2><p>${t('experiments.empty.text')}</p></div>`;
   }
   return html`${progressPanel(r)}${
     points.value.length > 0
       ? html`${scatter()}${table()}`
-      : html`<p class="empty">${r.points > POINTS_MAX ? '' : isOver(r.state) ? 'No run has ended' : 'No points yet'}</p>`
+      : html`<p class="empty">${r.points > POINTS_MAX ? '' : t(isOver(r.state) ? 'experiments.no_run_ended' : 'experiments.no_points')}</p>`
   }`;
 }
 
@@ -308,13 +323,13 @@ function results() {
 function template() {
   const r = record.value;
   return html`<main class="step sweeps" id="views" tabindex="-1">${form()}
-    <div class="outcome"><div class="drawings" tabindex="0" role="region" aria-label="Experiment">${results()}</div>
-    <aside class="side" aria-label="Results and list">${
-      r ? html`${files(r)}<button type="button" id="again" @click=${() => start(r.experiment)}>Change and run again</button>` : nothing
+    <div class="outcome"><div class="drawings" tabindex="0" role="region" aria-label=${t('experiments.experiment')}>${results()}</div>
+    <aside class="side" aria-label=${t('experiments.side')}>${
+      r ? html`${files(r)}<button type="button" id="again" @click=${() => start(r.experiment)}>${t('experiments.again')}</button>` : nothing
     }${list()}
-      <section class="about" aria-label="API request"><div class="head"><h2>API request</h2><button type="button" class="small" id="copy"
-        @click=${copy}>Copy</button></div>
-        <textarea readonly rows="7" aria-label="The same with curl" .value=${curl(r)}></textarea></section></aside></div></main>`;
+      <section class="about" aria-label=${t('experiments.api')}><div class="head"><h2>${t('experiments.api')}</h2><button type="button" class="small" id="copy"
+        @click=${copy}>${t('experiments.copy')}</button></div>
+        <textarea readonly rows="7" aria-label=${t('experiments.curl')} .value=${curl(r)}></textarea></section></aside></div></main>`;
 }
 
 // ---- drawing ----
@@ -328,7 +343,7 @@ function draw() {
       plotted.value,
       plotsErrorAndCost.value ? front.value : new Set(),
       selected.value,
-      'nothing to draw on these axes',
+      { x: labelOf(plotted.value.x), y: labelOf(plotted.value.y), empty: t('experiments.plot.empty') },
     );
     spots = drawn.spots;
     covered.value = drawn.covered;
@@ -386,22 +401,25 @@ export function begin() {
 function about() {
   const r = record.value,
     of = r?.experiment ?? {};
+  const nameOf = (/** @type {string} */ path) => wholeName(path, '', whole.value);
   const varied = (of.axes ?? [])
     .flatMap((/** @type {any} */ axis) => axis.zip ?? [axis])
     .map((/** @type {any} */ axis) =>
-      axis.values ? `${axis.path} = ${axis.values.join(', ')}` : `${axis.path} = ${axis.from} to ${axis.to}, ${axis.count} values`,
+      axis.values
+        ? `${nameOf(axis.path)} = ${axis.values.join(', ')}`
+        : t('experiments.about.axis', { name: nameOf(axis.path), from: axis.from, to: axis.to, n: axis.count ?? 0 }),
     );
   const fixedAt = Object.entries(of.set ?? {}).map(
-    ([path, value]) => `${path} = ${typeof value === 'object' ? JSON.stringify(value) : value}`,
+    ([path, value]) => `${nameOf(path)} = ${typeof value === 'object' ? JSON.stringify(value) : value}`,
   );
   return {
-    title: r?.title || of.scenario?.title || 'Experiment',
+    title: r?.title || of.scenario?.title || t('experiments.experiment'),
     settings: [
-      `Scenario ${of.scenario_id ?? (typeof of.scenario === 'string' ? of.scenario : (of.scenario?.title ?? ''))}`,
+      `${t('experiments.scenario')} ${of.scenario_id ?? (typeof of.scenario === 'string' ? of.scenario : (of.scenario?.title ?? ''))}`,
       ...fixedAt,
       ...varied,
     ].join('; '),
-    moment: `Seed ${of.seed ?? of.scenario?.seed ?? 1} · ${r?.done ?? 0} of ${r?.runs ?? 0} runs`,
+    moment: t('experiments.about.moment', { seed: of.seed ?? of.scenario?.seed ?? 1, n: r?.done ?? 0, all: r?.runs ?? 0 }),
     version: r?.version ?? '',
   };
 }
@@ -414,8 +432,10 @@ export const lab = {
   tables: async () => ({
     scatter: () => ({
       columns: [
-        'point',
-        ...columns.value.flatMap(({ label, kind }) => (kind === 'axis' ? [label] : [label, `${label}, 95 % from`, `${label}, 95 % to`])),
+        t('experiments.column.point'),
+        ...columns.value.flatMap(({ name, kind }) =>
+          kind === 'axis' ? [name] : [name, t('experiments.column.from', { name }), t('experiments.column.to', { name })],
+        ),
       ].map((name) => ({ name, unit: '' })),
       rows: points.value.map((row) => [
         row.point ?? null,

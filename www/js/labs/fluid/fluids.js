@@ -2,7 +2,7 @@
 import { signal } from '../../../vendor/signals-core.js';
 import { layout, params } from '../../session/state.js';
 import { difference, paramsOf, renew as renewSideBySide } from '../../workbench/side_by_side.js';
-import { t } from '../../base/words.js';
+import { called, inputOf, language, t } from '../../base/words.js';
 
 /** @typedef {import('../../base/link.js').Value} Value */
 /** @typedef {{name: string, help: string, shape: 'field' | 'points', columns: string[]}} Layer */
@@ -14,7 +14,9 @@ export const drawing = signal({ cells: false, relief: null });
 export const fluid = () => /** @type {FluidLayout | null} */ (layout.value?.given.fluid ?? null);
 /** Those side by side. @returns {FluidLayout[]} */
 export const fluids = () => (fluid() ? [/** @type {FluidLayout} */ (fluid()), ...(fluid()?.side_by_side ?? [])] : []);
-export const words = (/** @type {string} */ name) => name.replaceAll('_', ' ');
+export const words = (/** @type {string} */ name) => called('fluid', name);
+/** A setting's name within a sentence, where English has no capitals. @param {string} name @param {string} at */
+const settingOf = (name, at) => (language.value === 'en' ? words(name) : (inputOf('fluid', `${at}.${name}`)?.label ?? words(name)));
 /** @param {FluidLayout | undefined} of */
 export const fieldsOf = (of) => of?.layers.filter((layer) => layer.shape === 'field') ?? [];
 /** @param {Layer} layer */
@@ -45,16 +47,17 @@ export function nameOf(i) {
   const differ = Object.entries({ ...solver, ...sizes })
     .filter(([name]) => name !== 'method')
     .slice(0, 2);
+  const setting = (/** @type {string} */ name) => settingOf(name, name in solver ? 'solver' : 'params');
   const parts = differ.map(([name, value]) =>
     value === true
-      ? words(name)
+      ? setting(name)
       : value === false
-        ? t('fluid.without', { name: words(name) })
+        ? t('fluid.without', { name: setting(name) })
         : name === 'n' || name === 'size'
           ? `${name} = ${value}`
           : /^(advection|pressure|splitting)$/.test(name)
             ? words(String(value))
-            : `${words(name)} ${words(String(value))}`,
+            : `${setting(name)} ${words(String(value))}`,
   );
   return solver.method || parts.length === 0 ? [words(first), ...parts].join(', ') : parts.join(', ');
 }

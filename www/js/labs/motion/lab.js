@@ -17,7 +17,7 @@ import { mark } from '../../workbench/player_mark.js';
 import { drawScene, isPlane } from './drawing.js';
 import { ERRATA, METHOD_ERRATA } from './paper.js';
 import { Record, motionsOf } from './record.js';
-import { t } from '../../base/words.js';
+import { called, t } from '../../base/words.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 /** @typedef {import('../../stream/frame.js').Frame} Frame */
@@ -36,7 +36,7 @@ const measuring = signal(false);
 const motion = () => (layout.value?.given.problem ? layout.value.given : null);
 /** @param {number} i */
 const nameOf = (i) => String(params.value?.methods?.[i]?.method ?? '');
-const words = (/** @type {string} */ name) => name.replaceAll('_', ' ');
+const words = (/** @type {string} */ name) => called('motion', name);
 /** @param {number} i */
 const isAdaptive = (i) => motion()?.methods.some((one) => one.method === nameOf(i) && one.adaptive) === true;
 /** The order of method `i` on this problem: forces that depend on velocities lower that of some. @param {number} i */
@@ -45,6 +45,13 @@ const places = () => Array.from({ length: params.value?.methods?.length ?? 0 }, 
 const unitOf = (/** @type {string} */ name) => {
   const unit = /_(m|mps|rad|radps)$/.exec(name)?.[1] ?? '';
   return unit === '' ? '' : ` ${unit.replace('mps', 'm/s').replace('radps', 'rad/s')}`;
+};
+
+/** A component of the state with its unit: of vx_mps, vx (m/s). @param {string} name */
+const componentName = (name) => {
+  const unit = unitOf(name),
+    letter = (unit === '' ? name : name.slice(0, name.lastIndexOf('_'))).replace('omega', 'ω').replace('theta', 'θ');
+  return unit === '' ? letter : `${letter} (${unit.trim()})`;
 };
 
 // ---- controls ----
@@ -184,13 +191,13 @@ function template() {
         record = new Record(-1);
       }}>${(at?.components ?? []).map(
         (name, k) => html`<option value=${k}
-        .selected=${k === component.value}>${name}</option>`,
+        .selected=${k === component.value}>${componentName(name)}</option>`,
       )}</select></label>
       <button type="button" ?disabled=${measuring.value || locked.value !== '' || !may('measure')}
         @click=${() => measure()}>${measuring.value ? t('motion.measuring') : t('motion.measure')}</button>
       <div class="wide-table" tabindex="0" role="region" aria-label=${t('workbench.current')}><table
         class="data now" data-shows="table"><caption>${t('workbench.now')}</caption><thead><tr><td></td>
-        <th scope="col">t (s)</th><th scope="col">${at?.components[component.value] ?? ''}</th><th scope="col">${t('motion.error')}</th><th
+        <th scope="col">t (s)</th><th scope="col">${componentName(at?.components[component.value] ?? '')}</th><th scope="col">${t('motion.error')}</th><th
           scope="col">${t('motion.largest')}</th>
         <th scope="col"><abbr
           title=${t('motion.weighted_tip')}>${t('motion.weighted')}</abbr></th></tr></thead>
@@ -252,11 +259,11 @@ function draw(frame, settled, name) {
   if (record.generation !== frame.session.generation || record.time > frame.time_s) record = new Record(frame.session.generation);
   record.take(frame.time_s, motions, component.value, isPlane(at.problem));
   const colours = palette(),
-    shown = at.components[component.value] ?? '';
+    shown = componentName(at.components[component.value] ?? '');
   const unit = unitOf(at.components[0] ?? '');
   const colourOf = (/** @type {number} */ i) => (i === 0 ? colours.truth : paintOf(colours, i - 1).text);
   const dashOf = (/** @type {number} */ i) => (i === 0 ? [5, 4] : paintOf(colours, i - 1).dash);
-  const trackName = (/** @type {number} */ i) => (i === 0 ? 'solution' : words(nameOf(i - 1)));
+  const trackName = (/** @type {number} */ i) => (i === 0 ? t('motion.solution') : words(nameOf(i - 1)));
   const lines = (/** @type {'t' | 'value'} */ x, /** @type {'value' | 'speed' | 'error' | 'drift'} */ y, /** @type {number} */ from) =>
     record.tracks
       .slice(from)
@@ -281,7 +288,7 @@ function draw(frame, settled, name) {
       drawPlot(s, colours, {
         lines: lines('value', 'speed', 0),
         x: shown,
-        y: at.components[component.value + at.components.length / 2] ?? '',
+        y: componentName(at.components[component.value + at.components.length / 2] ?? ''),
         empty: t('workbench.play_to_draw'),
       }),
     );

@@ -20,7 +20,7 @@ import { workPrecisionButton } from '../../workbench/work_precision.js';
 import { VOLUMES, sceneOf } from './decode.js';
 import { drawWorld } from './drawing.js';
 import { Record } from './record.js';
-import { inputOf, language, t } from '../../base/words.js';
+import { called, inputOf, language, t } from '../../base/words.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 /** @typedef {import('../../stream/frame.js').Frame} Frame */
@@ -39,7 +39,7 @@ const overlaid = signal(0);
 /** @returns {RigidLayout | null} */
 const rigid = () => layout.value?.given.rigid ?? null;
 export const drag = new PointerDrag(() => rigid()?.view ?? []);
-const words = (/** @type {string} */ name) => name.replaceAll('_', ' ');
+const words = (/** @type {string} */ name) => called('rigid', name);
 /** A setting's name within a sentence, where English has no capitals. @param {string} name */
 const settingOf = (name) => (language.value === 'en' ? words(name) : (inputOf('rigid', `solver.${name}`)?.label ?? words(name)));
 const worlds = () => Array.from({ length: rigid()?.worlds ?? 0 }, (_, i) => i);

@@ -6,8 +6,7 @@
 
 /**
  * @typedef {object} Inspector
- * @property {string} id
- * @property {string} label
+ * @property {string} id       end of the key of its words, too
  * @property {boolean} players  shows one player, who can be chosen
  * @property {(frame: import('../../../stream/frame.js').Frame, params: any) => boolean} fits  whether the frame has data for it
  * @property {(at: InspectorContext) => void} draw

@@ -15,6 +15,7 @@ import {
   entitiesOf,
 } from './frame.js';
 import { fixed } from '../../../base/format.js';
+import { t } from '../../../base/words.js';
 
 /** @typedef {import('./frame.js').Frame} Frame */
 /** @typedef {import('./frame.js').Event} Event */
@@ -24,7 +25,7 @@ import { fixed } from '../../../base/format.js';
 /** @typedef {{t: number, x: number, y: number, dx: number, replayed: boolean}} Correction */
 /** @typedef {{x: number, y: number}[]} Trail */
 /** Events that never came: there were too many while frames were skipped. @typedef {{from: number, to: number, count: number}} Gap */
-/** What became of a player's connection. @typedef {{t: number, player: number, what: string}} Happening */
+/** What became of a player's connection; `what` is the end of a key of its words. @typedef {{t: number, player: number, what: string}} Happening */
 /** Means of the last moments; null where nothing was counted.
  * @typedef {{error: number | null, latency: number | null, lost: number | null}} Lately  m, ms, share of the changes of controls */
 
@@ -145,13 +146,13 @@ export class Memory {
 
   /** @param {Event} event */
   happen(event) {
-    let what = event.type === DROPPED ? 'dropped by the server' : '';
+    let what = event.type === DROPPED ? 'dropped' : '';
     if (event.type === CONNECTION) {
       if (event.outcome === IS_STALLED) what = 'stalled';
       if (event.outcome === DISCONNECTED) what = 'disconnected';
       if (event.outcome === IS_PLAYING && event.begin_s > 0) {
         const last = this.connectionEvents.filter((one) => one.player === event.player).at(-1)?.what;
-        what = last === 'stalled' ? 'playing again' : event.number <= 1 ? 'joined' : 'joined again';
+        what = last === 'stalled' ? 'playing' : event.number <= 1 ? 'joined' : 'joined_again';
       }
     }
     if (what === '') return;
@@ -173,13 +174,11 @@ export class Memory {
 
   /** Description of a dot. @param {Dot} dot @returns {string} */
   describe(dot) {
-    const [type, word] = dot.type === APPLIED ? [STATE, 'Snapshot of tick'] : [INPUT, 'Input'];
-    let text = `${word} ${dot.number} · arrived ${fixed(dot.t, 2)} s`;
+    const type = dot.type === APPLIED ? STATE : INPUT;
+    const text = t(type === STATE ? 'netgame.dot.snapshot' : 'netgame.dot.input', { n: String(dot.number), time: fixed(dot.t, 2) });
     for (const event of this.events.values()) {
-      if (event.type === type && event.player === dot.player && event.number === dot.number) {
-        text += ` · sent ${fixed(event.begin_s, 2)} s · ${fixed((dot.t - event.begin_s) * 1000, 0)} ms old`;
-        break;
-      }
+      if (event.type === type && event.player === dot.player && event.number === dot.number)
+        return text + t('netgame.dot.sent', { time: fixed(event.begin_s, 2), age: fixed((dot.t - event.begin_s) * 1000, 0) });
     }
     return text;
   }

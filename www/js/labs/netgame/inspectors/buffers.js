@@ -1,19 +1,20 @@
 // A player's buffers: the snapshots around the render time, with the times of arrival and play-out.
 import { V_CATCHING_UP, V_EXTRAPOLATING, V_NEWEST, V_NORMAL, V_SLOWING, V_STARVED } from '../core/frame.js';
 import { fixed, signed } from '../../../base/format.js';
+import { t } from '../../../base/words.js';
 import { BUFFERED_PLACE } from '../../../stream/names.js';
 import { paintOf } from '../../../draw/palette.js';
 import { cross, drawText } from '../../../draw/marks.js';
 
 /** @typedef {import('../core/inspector.js').InspectorContext} InspectorContext */
 
-/** @type {Record<number, string>} */
+/** Ends of the keys of their words. @type {Record<number, string>} */
 const STATES = {
-  [V_NEWEST]: 'draws the newest snapshot',
+  [V_NEWEST]: 'newest',
   [V_NORMAL]: 'normal',
-  [V_CATCHING_UP]: 'catching up',
+  [V_CATCHING_UP]: 'catching_up',
   [V_SLOWING]: 'slowing',
-  [V_STARVED]: 'starved: holds',
+  [V_STARVED]: 'starved',
   [V_EXTRAPOLATING]: 'extrapolating',
 };
 
@@ -43,7 +44,7 @@ function gauge(at, list, state, top, height) {
     right = width - 12,
     x = (/** @type {number} */ ms) => left + ((ms + reach) / (2 * reach)) * (right - left);
   const middle = top + height / 2;
-  drawText(pen, colours, 'server time', 8, middle - colours.text * 0.7, { colour: colours.faint });
+  drawText(pen, colours, t('netgame_more.buffers.server_time'), 8, middle - colours.text * 0.7, { colour: colours.faint });
   drawText(pen, colours, `±${fixed(reach, 0)} ms`, 8, middle + colours.text * 0.7, { colour: colours.faint });
   pen.setLineDash([]);
   pen.lineWidth = 1;
@@ -87,7 +88,7 @@ function gauge(at, list, state, top, height) {
   pen.moveTo(x(0), middle - height * 0.42);
   pen.lineTo(x(0), middle + height * 0.42);
   pen.stroke();
-  drawText(pen, colours, 'drawn', x(0), top + height - colours.text * 0.6, { align: 'center', bold: true });
+  drawText(pen, colours, t('netgame_more.buffers.drawn'), x(0), top + height - colours.text * 0.6, { align: 'center', bold: true });
 }
 
 /** Two rows of dots, joined: the arrival of each snapshot, and its play-out.
@@ -102,8 +103,8 @@ function dejitter(at, list, top, height) {
     x = (/** @type {number} */ ms) => left + ((ms - low) / (high - low)) * (right - left);
   const up = top + height * 0.3,
     down = top + height * 0.78;
-  drawText(pen, colours, 'arrived', 8, up, { colour: colours.faint });
-  drawText(pen, colours, 'played out', 8, down, { colour: colours.faint });
+  drawText(pen, colours, t('netgame_more.buffers.arrived'), 8, up, { colour: colours.faint });
+  drawText(pen, colours, t('netgame_more.buffers.played_out'), 8, down, { colour: colours.faint });
   pen.lineWidth = 1;
   pen.setLineDash([]);
   pen.strokeStyle = colours.edge;
@@ -133,7 +134,6 @@ function dejitter(at, list, top, height) {
 /** @type {import('../core/inspector.js').Inspector} */
 export const buffers = {
   id: 'buffers',
-  label: 'Buffers',
   players: true,
   fits: (frame) => frame.buffers.length > 0,
   draw(at) {
@@ -155,11 +155,14 @@ export const buffers = {
   },
   words(at) {
     const { buffer } = of(at);
-    if (!buffer) return 'no buffer';
-    const late = buffer.dejitter_ms > 0 ? ` · de-jitter ${fixed(buffer.dejitter_ms, 0)} ms, ${buffer.late} late` : '';
-    return (
-      `${STATES[buffer.state] ?? ''} · delay ${fixed(buffer.delay_ms, 0)} ms · time × ${fixed(buffer.time_scale, 2)} · ` +
-      `under-runs ${buffer.underruns}${late} · drawn ${signed(-buffer.behind_ms, 0)} ms`
-    );
+    if (!buffer) return t('netgame_more.buffers.none');
+    return [
+      t(`netgame_more.buffers.${STATES[buffer.state] ?? 'normal'}`),
+      t('netgame_more.buffers.says', { delay: fixed(buffer.delay_ms, 0), scale: fixed(buffer.time_scale, 2), n: buffer.underruns }),
+      buffer.dejitter_ms > 0 ? t('netgame_more.buffers.dejitter', { ms: fixed(buffer.dejitter_ms, 0), n: buffer.late }) : '',
+      t('netgame_more.buffers.behind', { ms: signed(-buffer.behind_ms, 0) }),
+    ]
+      .filter((part) => part !== '')
+      .join(' · ');
   },
 };

@@ -1,6 +1,7 @@
 // The input history: the last inputs on the client's line and on the server's, with the result of each.
 import { CORRECTION, INPUT, INPUT_RESULT } from '../core/frame.js';
 import { fixed } from '../../../base/format.js';
+import { t } from '../../../base/words.js';
 import { paintOf } from '../../../draw/palette.js';
 import { cross, drawText } from '../../../draw/marks.js';
 
@@ -44,7 +45,6 @@ function correctionOf({ frame, memory, player }) {
 /** @type {import('../core/inspector.js').Inspector} */
 export const inputs = {
   id: 'inputs',
-  label: 'Inputs',
   players: true,
   fits: (frame) => frame.views.length > 1 && frame.peers.length === 0,
   draw(at) {
@@ -57,8 +57,8 @@ export const inputs = {
     const up = colours.text * 2.6,
       down = height - colours.text * 2.2;
     drawText(pen, colours, inputs.words(at), 8, colours.text * 0.8);
-    drawText(pen, colours, 'client', 8, up, { colour: colours.faint });
-    drawText(pen, colours, 'server', 8, down, { colour: colours.faint });
+    drawText(pen, colours, t('netgame_more.inputs.client'), 8, up, { colour: colours.faint });
+    drawText(pen, colours, t('netgame_more.inputs.server'), 8, down, { colour: colours.faint });
     pen.setLineDash([]);
     pen.lineWidth = 1;
     pen.strokeStyle = colours.edge;
@@ -99,7 +99,7 @@ export const inputs = {
       drawText(
         pen,
         colours,
-        `corrected by ${fixed(Math.abs(correction.value), 3)} m: the server’s position, ${again} inputs replayed`,
+        t('netgame_more.inputs.corrected', { size: fixed(Math.abs(correction.value), 3), n: again }),
         width - 10,
         (up + down) / 2,
         { align: 'right', bold: true, colour: colours.snap },
@@ -109,11 +109,17 @@ export const inputs = {
   words(at) {
     const view = at.frame.views[1 + at.player],
       rows = historyOf(at);
-    if (!view) return 'no inputs';
+    if (!view) return t('netgame_more.inputs.none');
     const count = (/** @type {Fate} */ fate) => rows.filter((row) => row.fate === fate).length;
-    return (
-      `input ${view.input_seq}, acknowledged up to ${view.acked_seq}: ${view.unacked} open · of the last ${rows.length}: ` +
-      `${count('late')} late, ${count('refused')} refused, ${count('lost')} lost · corrections ${view.corrections}`
-    );
+    return t('netgame_more.inputs.says', {
+      input: String(view.input_seq),
+      acked: String(view.acked_seq),
+      open: view.unacked,
+      rows: rows.length,
+      late: count('late'),
+      refused: count('refused'),
+      lost: count('lost'),
+      corrections: view.corrections,
+    });
   },
 };

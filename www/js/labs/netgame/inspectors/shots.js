@@ -1,6 +1,7 @@
 // A shot three times over: what the shooter saw, what the server has now, and what the server looked back at.
 import { bodiesOf, NOBODY, NOT_YET, PROJECTILE, S_BEHIND_COVER, S_CLAMPED, S_DISTRUSTED } from '../core/frame.js';
 import { fixed, letter } from '../../../base/format.js';
+import { t } from '../../../base/words.js';
 import { paintOf } from '../../../draw/palette.js';
 import { drawText } from '../../../draw/marks.js';
 
@@ -13,12 +14,15 @@ const lastOf = ({ frame, player }) =>
   frame.shots.filter((shot) => shot.player === player).sort((a, b) => b.evaluated_at_s - a.evaluated_at_s)[0];
 
 /** @param {number} hit @param {InspectorContext} at @returns {string} */
-const bodyOf = (hit, at) =>
-  hit === NOBODY
-    ? 'miss'
-    : hit === NOT_YET
-      ? 'in flight'
-      : `hits ${hit < at.layout.players.length ? letter(hit) : `target ${hit - at.layout.players.length + 1}`}`;
+const bodyOf = (hit, at) => {
+  if (hit === NOBODY) return t('netgame_more.shots.miss');
+  if (hit === NOT_YET) return t('netgame_more.shots.in_flight');
+  const players = at.layout.players.length;
+  return t('netgame_more.shots.hits', { body: hit < players ? letter(hit) : t('netgame_more.shots.target', { n: hit - players + 1 }) });
+};
+
+/** @param {Shot} shot */
+const weaponOf = (shot) => t(shot.weapon === PROJECTILE ? 'netgame_more.shots.cannon' : 'netgame_more.shots.rifle');
 
 /** Fixed scenery of the layout, if the game has any. @param {InspectorContext} at
  * @returns {{x: number, y: number, width_m: number, height_m: number}[]} */
@@ -77,9 +81,9 @@ function panel(at, shot, when, left, width, title, hit) {
 /** @param {Shot} shot */
 const notesOf = (shot) =>
   [
-    shot.flags & S_CLAMPED ? 'limited to the maximum rewind' : '',
-    shot.flags & S_DISTRUSTED ? 'reported view time rejected' : '',
-    shot.flags & S_BEHIND_COVER ? 'shot behind cover' : '',
+    shot.flags & S_CLAMPED ? t('netgame_more.shots.clamped') : '',
+    shot.flags & S_DISTRUSTED ? t('netgame_more.shots.distrusted') : '',
+    shot.flags & S_BEHIND_COVER ? t('netgame_more.shots.behind_cover') : '',
   ].filter((note) => note !== '');
 
 /** The farthest that a body has moved since the view that the shooter saw. @param {import('../core/frame.js').Frame} frame
@@ -94,27 +98,28 @@ const movedOf = (frame, shot) =>
 
 /** @param {InspectorContext} at @param {Shot} shot @returns {string} */
 function resultText(at, shot) {
-  const back = (shot.evaluated_at_s - shot.rewound_to_s) * 1000,
-    age = (shot.evaluated_at_s - shot.view_time_s) * 1000,
-    notes = notesOf(shot);
-  return (
-    `${letter(shot.player)}, ${shot.weapon === PROJECTILE ? 'cannon' : 'rifle'}: ${bodyOf(shot.compensated_hit, at)} by the server’s rule, ` +
-    `${bodyOf(shot.server_now_hit, at)} in the present; ` +
-    `view ${fixed(age, 0)} ms old, rewound by ${fixed(back, 0)} ms; bodies moved up to ${fixed(movedOf(at.frame, shot), 2)} m${notes.length > 0 ? ` · ${notes.join(' · ')}` : ''}`
-  );
+  const says = t('netgame_more.shots.says', {
+    name: letter(shot.player),
+    weapon: weaponOf(shot),
+    rule: bodyOf(shot.compensated_hit, at),
+    present: bodyOf(shot.server_now_hit, at),
+    age: fixed((shot.evaluated_at_s - shot.view_time_s) * 1000, 0),
+    back: fixed((shot.evaluated_at_s - shot.rewound_to_s) * 1000, 0),
+    moved: fixed(movedOf(at.frame, shot), 2),
+  });
+  return [says, ...notesOf(shot)].join(' · ');
 }
 
 /** @type {import('../core/inspector.js').Inspector} */
 export const shots = {
   id: 'shots',
-  label: 'Shots',
   players: true,
   fits: (frame) => frame.shots.length > 0,
   draw(at) {
     const shot = lastOf(at),
       { pen, colours, width } = at;
     if (!shot) {
-      drawText(pen, colours, `no shot of ${letter(at.player)} in the last seconds`, 8, at.height / 2, { colour: colours.faint });
+      drawText(pen, colours, t('netgame_more.shots.none', { name: letter(at.player) }), 8, at.height / 2, { colour: colours.faint });
       return;
     }
     const line = colours.text * 1.5,
@@ -126,31 +131,30 @@ export const shots = {
       'seen',
       0,
       third,
-      `Shooter saw (${fixed((shot.evaluated_at_s - shot.view_time_s) * 1000, 0)} ms ago)`,
+      t('netgame_more.shots.saw', { ms: fixed((shot.evaluated_at_s - shot.view_time_s) * 1000, 0) }),
       shot.client_view_hit,
     );
-    panel(inner, shot, 'now', third, third, 'Server now', shot.server_now_hit);
+    panel(inner, shot, 'now', third, third, t('netgame_more.shots.now'), shot.server_now_hit);
     panel(
       inner,
       shot,
       'looked',
       2 * third,
       third,
-      `Server rewound by ${fixed((shot.evaluated_at_s - shot.rewound_to_s) * 1000, 0)} ms`,
+      t('netgame_more.shots.rewound', { ms: fixed((shot.evaluated_at_s - shot.rewound_to_s) * 1000, 0) }),
       shot.compensated_hit,
     );
-    const notes = notesOf(shot);
-    drawText(
-      pen,
-      colours,
-      `${letter(shot.player)}, ${shot.weapon === PROJECTILE ? 'cannon' : 'rifle'} · rule: ${bodyOf(shot.compensated_hit, at)} · present: ${bodyOf(shot.server_now_hit, at)} · ` +
-        `bodies moved ${fixed(movedOf(at.frame, shot), 2)} m${notes.length > 0 ? ` · ${notes.join(' · ')}` : ''}`,
-      6,
-      at.height - line / 2,
-    );
+    const facts = t('netgame_more.shots.line', {
+      name: letter(shot.player),
+      weapon: weaponOf(shot),
+      rule: bodyOf(shot.compensated_hit, at),
+      present: bodyOf(shot.server_now_hit, at),
+      moved: fixed(movedOf(at.frame, shot), 2),
+    });
+    drawText(pen, colours, [facts, ...notesOf(shot)].join(' · '), 6, at.height - line / 2);
   },
   words(at) {
     const shot = lastOf(at);
-    return shot ? resultText(at, shot) : `no shot of ${letter(at.player)} in the last seconds`;
+    return shot ? resultText(at, shot) : t('netgame_more.shots.none', { name: letter(at.player) });
   },
 };

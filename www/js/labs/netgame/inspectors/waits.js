@@ -1,6 +1,7 @@
 // Lockstep and rollback: which player waits for which, resimulated ticks, and desyncs.
 import { DESYNC, FIELDS, ROLLBACK, STALL, STALLED } from '../core/frame.js';
 import { fixed, letter } from '../../../base/format.js';
+import { t } from '../../../base/words.js';
 import { paintOf } from '../../../draw/palette.js';
 import { drawText } from '../../../draw/marks.js';
 
@@ -18,19 +19,33 @@ const lettersOf = (bits) =>
 
 /** @param {Peer} peer @param {number} p @returns {string} */
 function wordsOf(peer, p) {
-  const waits = peer.waiting ? `waits for ${lettersOf(peer.waiting)}` : `tick ${peer.tick}, confirmed ${peer.confirmed}`;
-  const parted =
-    peer.desync_tick < 0
-      ? ''
-      : ` · desync at tick ${peer.desync_tick}: ${peer.desync_entity < 0 ? 'game' : letter(peer.desync_entity)} ` +
-        `${FIELDS[peer.desync_field] ?? ''} by ${fixed(peer.desync_ulps, 0)} ulp, now ${fixed(peer.desync_m, 3)} m`;
-  return `${letter(p)}: ${waits} · stalled ${fixed(peer.stalled_s, 1)} s · resimulated ${peer.rollback_ticks}${parted}`;
+  const says = [
+    peer.waiting
+      ? t('netgame_more.waits.for', { names: lettersOf(peer.waiting) })
+      : t('netgame_more.waits.tick', { tick: String(peer.tick), confirmed: String(peer.confirmed) }),
+    t('netgame_more.waits.stalled', { s: fixed(peer.stalled_s, 1) }),
+    t('netgame_more.waits.resimulated', { n: peer.rollback_ticks }),
+  ];
+  if (peer.desync_tick >= 0)
+    says.push(
+      t('netgame_more.waits.desync', {
+        tick: String(peer.desync_tick),
+        where: peer.desync_entity < 0 ? t('netgame_more.waits.game') : letter(peer.desync_entity),
+        field: t(`netgame_more.field.${FIELDS[peer.desync_field] ?? ''}`),
+        ulps: fixed(peer.desync_ulps, 0),
+        m: fixed(peer.desync_m, 3),
+      }),
+    );
+  return `${letter(p)}: ${says.join(' · ')}`;
 }
+
+/** What the server does. @param {import('../core/frame.js').Frame} frame */
+const serverOf = (frame) =>
+  t(frame.views[0] && frame.views[0].flags & STALLED ? 'netgame_more.waits.server_waits' : 'netgame_more.waits.server_steps');
 
 /** @type {import('../core/inspector.js').Inspector} */
 export const waits = {
   id: 'waits',
-  label: 'Waits and desyncs',
   players: false,
   fits: (frame, params) => frame.peers.length > 0 || String(params?.server?.sync).startsWith('lockstep'),
   draw(at) {
@@ -43,11 +58,7 @@ export const waits = {
     drawText(
       pen,
       colours,
-      frame.peers.length > 0
-        ? `last ${SPAN_S} s: filled: stalls · bars: resimulated ticks · cross: desync`
-        : frame.views[0] && frame.views[0].flags & STALLED
-          ? 'lockstep: the server waits for inputs'
-          : 'lockstep: the server steps',
+      frame.peers.length > 0 ? t('netgame_more.waits.legend', { s: SPAN_S }) : t('netgame_more.waits.lockstep', { says: serverOf(frame) }),
       left,
       colours.text * 0.7,
       { colour: colours.faint },
@@ -73,7 +84,7 @@ export const waits = {
           pen.fillRect(x(from), top + 2, Math.max(2, x(event.end_s) - x(from)), high - 5);
           pen.globalAlpha = 1;
           if (x(event.end_s) - x(from) > colours.text * 5)
-            drawText(pen, colours, `waits for ${lettersOf(event.number)}`, x(from) + 3, top + high * 0.3);
+            drawText(pen, colours, t('netgame_more.waits.for', { names: lettersOf(event.number) }), x(from) + 3, top + high * 0.3);
         } else if (event.type === ROLLBACK) {
           pen.fillStyle = paint.text;
           const tall = Math.min(high - 6, 3 + event.value * 2);
@@ -91,9 +102,6 @@ export const waits = {
     }
   },
   words({ frame }) {
-    return (
-      frame.peers.map(wordsOf).join('; ') ||
-      (frame.views[0] && frame.views[0].flags & STALLED ? 'The server waits for inputs' : 'The server steps')
-    );
+    return frame.peers.map(wordsOf).join('; ') || serverOf(frame);
   },
 };

@@ -1,4 +1,5 @@
 // What the page knows of the lab of netgames before it is read.
+import { need } from '../../../base/words.js';
 
 /** @type {import('../../../session/lab.js').About} */
 export const about = {
@@ -20,5 +21,8 @@ export const about = {
     repeats: '5',
     brief_s: 10,
   },
-  load: () => import('./lab.js').then(({ lab }) => lab),
+  load: async () => {
+    const [{ lab }] = await Promise.all([import('./lab.js'), need('netgame')]);
+    return lab;
+  },
 };

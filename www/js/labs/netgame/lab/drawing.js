@@ -1,5 +1,6 @@
 // Draws the views, the messages or the inspector, and the side column; a person can point at what is drawn.
 import { fixed, letter } from '../../../base/format.js';
+import { t } from '../../../base/words.js';
 import { PLAYING } from '../../../stream/frame.js';
 import { speak } from '../../../session/announce.js';
 import { frame, params, presented } from '../../../session/state.js';
@@ -22,7 +23,7 @@ import { scaleX } from '../views/scene.js';
 import { mainSentence, tell } from '../views/sentences.js';
 import { followed } from '../views/camera.js';
 import { follow, pick, view as packetView } from './follow.js';
-import { showSide } from './side.js';
+import { happened, showSide } from './side.js';
 
 /** @typedef {import('../../../draw/surface.js').Surface} Surface */
 /** @typedef {import('../core/frame.js').Frame} Frame */
@@ -42,16 +43,17 @@ function words(now, view) {
     players = layout.value?.players.length ?? 0;
   const where = (/** @type {import('../core/frame.js').Entity} */ e) =>
     shapes.length > 0 ? `${fixed(e.x, 1)}, ${fixed(e.y, 1)} m` : `${fixed(e.x, 1)} m`;
-  const others = entitiesOf(now, view).length > players ? `, and ${entitiesOf(now, view).length - players} things` : '';
+  const things = entitiesOf(now, view).length - players,
+    others = things > 0 ? t('netgame.view.things', { n: things }) : '';
   const list =
     entitiesOf(now, view)
       .slice(0, players)
-      .map((e, i) => `${letter(i)} at ${where(e)}`)
+      .map((e, i) => t('netgame.view.at', { name: letter(i), place: where(e) }))
       .join(', ') + others;
-  const error = view > 0 ? `; own entity ${fixed(v.own_lead_m, 2)} m from the server's now, others ${fixed(v.view_age_ms, 0)} ms old` : '';
+  const error = view > 0 ? t('netgame.view.error', { lead: fixed(v.own_lead_m, 2), age: fixed(v.view_age_ms, 0) }) : '';
   const away = view > 0 ? connectionWords(v) : '';
   const state = away === '' ? '' : `${away.charAt(0).toUpperCase()}${away.slice(1)}. `;
-  const whose = view === 0 ? 'View of the server' : `View of player ${letter(view - 1)}`;
+  const whose = view === 0 ? t('netgame.view.server') : t('netgame.view.player', { name: letter(view - 1) });
   return `${state}${whose}: ${list}${error}`;
 }
 
@@ -94,7 +96,7 @@ function drawView(canvas, now, name) {
     drawRibbon(at, 8, ribbon - 12, at.height + 1, strip - 2);
     if (gauge) drawGauge(at, ribbon + 4, at.width - ribbon - 8, at.height + 1, strip - 2);
     if (v.flags & STALLED) {
-      drawText(pen, colours, 'waits for inputs of others', 8, at.height - colours.text * 0.8, { colour: colours.snap, bold: true });
+      drawText(pen, colours, t('netgame.waits'), 8, at.height - colours.text * 0.8, { colour: colours.snap, bold: true });
     }
   }
   if (name) canvas.setAttribute('aria-label', words(now, view));
@@ -136,8 +138,9 @@ function drawInspector(surface, now, canvas, name) {
   };
   chosen.draw(at);
   const facts = document.getElementById('lane-facts');
-  if (facts && facts.textContent !== chosen.label) facts.textContent = chosen.label;
-  if (name) canvas.setAttribute('aria-label', `${chosen.label}: ${chosen.words(at)}`);
+  const label = t(`netgame_more.inspector.${chosen.id}`);
+  if (facts && facts.textContent !== label) facts.textContent = label;
+  if (name) canvas.setAttribute('aria-label', `${label}: ${chosen.words(at)}`);
   return true;
 }
 
@@ -149,19 +152,19 @@ function drawMessages(now, name) {
   if (!surface.begin() || now.views.length < 2) return;
   if (drawInspector(surface, now, canvas, name)) return;
   const { inputs, states, lost, text } = drawLanes(laneOf(surface, now));
-  const missing = lost > 0 ? `. ${lost} events missing: frames are skipped` : '';
+  const missing = lost > 0 ? t('netgame.lane.missing', { n: lost }) : '',
+    span = fixed(windowOf(now), 2);
   const facts = document.getElementById('lane-facts');
-  const caption =
-    text !== '' ? text : `Last ${fixed(windowOf(now), 2)} s. Drawn: inputs 1 of ${inputs}, snapshots 1 of ${states}${missing}`;
+  const caption = text !== '' ? text : t('netgame.lane.drawn', { span, inputs, states }) + missing;
   if (facts && facts.textContent !== caption) facts.textContent = caption;
-  if (name) canvas.setAttribute('aria-label', `Messages of the last ${fixed(windowOf(now), 2)} s. ${text}`);
+  if (name) canvas.setAttribute('aria-label', t('netgame.lane.last', { span, text }));
 }
 
 /** @param {Frame} now */
 function showFacts(now) {
   const facts = document.getElementById('facts');
   if (!facts) return;
-  const caption = `tick ${now.tick} · ${now.session.viewers} watching`;
+  const caption = t('netgame.watching', { tick: now.tick, n: now.session.viewers });
   if (facts.textContent !== caption) facts.textContent = caption;
 }
 
@@ -174,7 +177,11 @@ function showMain(now) {
     if (!row || !presented.value) continue;
     const one =
       view === 0
-        ? { before: 'The truth,', value: `${params.value?.server?.update_hz ?? ''} updates a second`, after: '' }
+        ? {
+            before: t('netgame.says.server'),
+            value: t('netgame.says.server.updates', { hz: params.value?.server?.update_hz ?? '' }),
+            after: '',
+          }
         : mainSentence(row, view - 1, players, memory);
     tell(place, one);
   }
@@ -184,7 +191,7 @@ function showMain(now) {
 function showConnectionEvents(now) {
   if (connectionEvents.value === memory.connectionEvents) return;
   const newest = memory.connectionEvents.at(-1);
-  if (newest && now.flags & PLAYING && !connectionEvents.value.includes(newest)) speak(`${letter(newest.player)} ${newest.what}`);
+  if (newest && now.flags & PLAYING && !connectionEvents.value.includes(newest)) speak(happened(newest));
   connectionEvents.value = memory.connectionEvents;
 }
 

@@ -1,6 +1,7 @@
 // The keys of a netgame: techniques, overlays, and those that drive.
 import { change } from '../../../session/params.js';
 import { params, place, usable } from '../../../session/state.js';
+import { t } from '../../../base/words.js';
 import { layout } from '../core/layout.js';
 import { toggleOverlay } from '../core/state.js';
 import { byPerson, drive, fire, push } from './drive.js';
@@ -17,18 +18,32 @@ const technique = (/** @type {number} */ player) =>
   TECHNIQUES.map((name, i) => ({
     code: `Digit${i + 1}`,
     shift: player === 1,
-    shown: `${player === 1 ? 'Shift + ' : ''}${i + 1}`,
-    help: `${name.charAt(0).toUpperCase()}${name.slice(1)} of ${player === 0 ? 'A' : 'B'}`,
+    get shown() {
+      return player === 1 ? t('netgame.key.shift', { key: i + 1 }) : String(i + 1);
+    },
+    get help() {
+      return t('netgame.key.technique', { name: t(`netgame.${name}`), player: player === 0 ? 'A' : 'B' });
+    },
     run: () => toggle(player, name),
   }));
+
+/** A key by its letter. @param {string} code @param {string} name @param {() => void} run */
+const key = (code, name, run) => ({
+  code,
+  shown: code.slice(3),
+  run,
+  get help() {
+    return t(`netgame.key.${name}`);
+  },
+});
 
 /** @type {import('../../../session/lab.js').Key[]} */
 export const KEYS = [
   ...technique(0),
   ...technique(1),
-  { code: 'KeyG', shown: 'G', help: 'Ghosts of the ground truth', run: () => void (usable('view.ghosts') && toggleOverlay('ghosts')) },
-  { code: 'KeyM', shown: 'M', help: 'Messages', run: () => void (usable('view.messages') && toggleOverlay('messages')) },
-  { code: 'KeyN', shown: 'N', help: 'Packet view: one input through both loops', run: togglePacket },
+  key('KeyG', 'ghosts', () => void (usable('view.ghosts') && toggleOverlay('ghosts'))),
+  key('KeyM', 'messages', () => void (usable('view.messages') && toggleOverlay('messages'))),
+  key('KeyN', 'packet', togglePacket),
 ];
 
 /** Driving keys: while a view has the focus, or the player is driven by a person.
@@ -45,16 +60,6 @@ const DRIVING = [
   { code: 'KeyS', player: 1, push: 'down' },
   { code: 'KeyE', player: 1, push: 'fire' },
 ];
-export const DRIVING_HELP = [
-  { shown: 'Left, Right', help: 'Drive A: brake, throttle (cannon: speed). In its view, or if a person controls it' },
-  { shown: 'A, D', help: 'Drive B in the same way' },
-  { shown: 'Up, Down and W, S', help: 'Cannon: angle of A and of B' },
-  { shown: 'Enter and E', help: 'Cannon: fire for A and for B' },
-  { shown: 'Arrows and W, A, S, D', help: 'Crates: direction of A and of B' },
-  { shown: 'Shift + Left, Right', help: 'In a view: describe the previous or next arrival dot' },
-  { shown: 'Esc', help: 'Stop driving: the script takes over; close a dialog' },
-];
-
 /** The player whose view has the focus; -1 when none has. @param {EventTarget | null} target */
 function focusedPlayer(target) {
   const view = target instanceof HTMLElement ? target.closest('[data-drive]') : null;

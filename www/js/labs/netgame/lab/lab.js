@@ -1,6 +1,7 @@
 // The lab of netgames: what each player sees, what the server knows, and the messages between them.
 import { letter } from '../../../base/format.js';
-import { labelOf, valueAt } from '../../../base/schema.js';
+import { valueAt } from '../../../base/schema.js';
+import { t } from '../../../base/words.js';
 import { link } from '../../../session/opening.js';
 import { lesson, params } from '../../../session/state.js';
 import { inspector } from '../core/inspector.js';
@@ -43,7 +44,7 @@ function followed(now, before, asked) {
     ['prediction', 'reconciliation'].flatMap((name) => {
       const path = `players.${p}.${name}`;
       if (path in asked || valueAt(before, path) === player[name]) return [];
-      return [`${labelOf(path)} of ${letter(p)} turned ${player[name] ? 'on' : 'off'} with it`];
+      return [t(player[name] ? 'netgame.turned_on' : 'netgame.turned_off', { name: t(`netgame.${name}`), player: letter(p) })];
     }),
   );
 }
@@ -78,5 +79,5 @@ export const lab = {
   keys: KEYS,
   press: (event) => compared() === null && press(event),
   release,
-  later: () => import('./later.js').then(({ rest }) => rest),
+  later: () => import('./later.js').then(({ rest }) => rest()),
 };

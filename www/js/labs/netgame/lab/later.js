@@ -1,12 +1,14 @@
-// What loads after the first frame: dialogs, inspectors, the library of the curves.
+// What loads after the first frame: the library of the curves; and when a dialog or an inspector is wanted, or soon after, these.
 import { effect } from '../../../../vendor/signals-core.js';
 import { insist } from '../../../base/api.js';
+import { need } from '../../../base/words.js';
 import { frame } from '../../../session/state.js';
-import { inspectors } from '../core/inspector.js';
-import { INSPECTORS } from '../inspectors/inspectors.js';
+import { dialog } from '../../../workbench/dialog.js';
+import { inspector, inspectors } from '../core/inspector.js';
 import { Chart } from '../views/chart.js';
-import { dialogs, help } from './dialogs.js';
 import { plotBy } from './side.js';
+
+const REST_MS = 1500;
 
 const sheet = document.createElement('link');
 sheet.rel = 'stylesheet';
@@ -14,16 +16,31 @@ sheet.href = new URL('../../../../vendor/uplot.css', import.meta.url).href;
 document.head.append(sheet);
 
 plotBy(Chart);
-inspectors.value = INSPECTORS;
 
 let shot = false;
 effect(() => {
   if (shot || (frame.value?.shots?.length ?? 0) === 0) return;
   shot = true;
-  insist(() => import('../inspectors/shots.js')).then(({ shots }) => {
+  Promise.all([insist(() => import('../inspectors/shots.js')), need('netgame_more')]).then(([{ shots }]) => {
     inspectors.value = [...inspectors.value, shots];
   });
 });
 
-/** @type {Partial<import('../../../session/lab.js').Lab>} */
-export const rest = { dialogs, help, tables: () => import('./tables.js').then(({ tables }) => tables) };
+const wanted = new Promise((done) => {
+  setTimeout(done, REST_MS, null);
+  effect(() => {
+    if (dialog.value !== null || inspector.value !== 'messages') done(null);
+  });
+});
+
+/** @returns {Promise<Partial<import('../../../session/lab.js').Lab>>} */
+export async function rest() {
+  await wanted;
+  const [{ dialogs, help }, { INSPECTORS }] = await Promise.all([
+    import('./dialogs.js'),
+    import('../inspectors/inspectors.js'),
+    need('netgame_more'),
+  ]);
+  inspectors.value = [...INSPECTORS, ...inspectors.value];
+  return { dialogs, help, tables: () => import('./tables.js').then(({ tables }) => tables) };
+}

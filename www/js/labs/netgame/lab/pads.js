@@ -1,5 +1,6 @@
 // Touch pads: held with a finger, they push like keys.
 import { html, nothing } from '../../../../vendor/lit-html.js';
+import { t } from '../../../base/words.js';
 import { byPerson, push } from './drive.js';
 import { icons } from '../../../workbench/icons.js';
 import { aiming, nameOf, trigger } from './panels.js';
@@ -8,14 +9,14 @@ import { layout } from '../core/layout.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 
-/** @param {number} player @param {import('./drive.js').Push} way @param {string} label @param {Template} icon @returns {Template} */
-function pad(player, way, label, icon) {
+/** @param {number} player @param {import('./drive.js').Push} way @param {string} key of its words @param {Template} icon @returns {Template} */
+function pad(player, way, key, icon) {
   const down = (/** @type {PointerEvent} */ event) => {
     /** @type {Element} */ (event.currentTarget).setPointerCapture(event.pointerId);
     push(player, way, true);
   };
   const up = () => push(player, way, false);
-  return html`<button type="button" class="pad" aria-label=${label} ?disabled=${!mayDrive(player)} @pointerdown=${down} @pointerup=${up}
+  return html`<button type="button" class="pad" aria-label=${t(key, { name: nameOf(player) })} ?disabled=${!mayDrive(player)} @pointerdown=${down} @pointerup=${up}
     @pointercancel=${up} @lostpointercapture=${up}>${icon}</button>`;
 }
 
@@ -25,14 +26,14 @@ export function pads(player) {
   if (!byPerson(player) || (seat !== null && seat !== player)) return nothing;
   if (layout.value?.controls === 'aim') {
     return html`<fieldset class="pads" data-player=${player % 8} ?disabled=${!mayDrive(player)}>
-      <legend class="unseen">Cannon of ${nameOf(player)}</legend>${aiming(player)}${trigger(player)}</fieldset>`;
+      <legend class="unseen">${t('netgame.pad.cannon', { name: nameOf(player) })}</legend>${aiming(player)}${trigger(player)}</fieldset>`;
   }
   if (layout.value?.controls === 'plane') {
     return html`<div class="pads" data-player=${player % 8}>
-      ${pad(player, 'back', `Left, ${nameOf(player)}`, icons.left)}${pad(player, 'up', `Up, ${nameOf(player)}`, icons.up)}
-      ${pad(player, 'down', `Down, ${nameOf(player)}`, icons.down)}${pad(player, 'ahead', `Right, ${nameOf(player)}`, icons.right)}</div>`;
+      ${pad(player, 'back', 'netgame.pad.left', icons.left)}${pad(player, 'up', 'netgame.pad.up', icons.up)}
+      ${pad(player, 'down', 'netgame.pad.down', icons.down)}${pad(player, 'ahead', 'netgame.pad.right', icons.right)}</div>`;
   }
   return html`<div class="pads" data-player=${player % 8}>
-    ${pad(player, 'back', `Brake, ${nameOf(player)}`, icons.left)}
-    ${pad(player, 'ahead', `Throttle, ${nameOf(player)}`, icons.right)}</div>`;
+    ${pad(player, 'back', 'netgame.pad.brake', icons.left)}
+    ${pad(player, 'ahead', 'netgame.pad.throttle', icons.right)}</div>`;
 }

@@ -1,6 +1,7 @@
 // The views of server and players, each with its controls, above their messages; the side column.
 import { html, nothing } from '../../../../vendor/lit-html.js';
 import { fixed, letter } from '../../../base/format.js';
+import { choiceOf, t } from '../../../base/words.js';
 import { allowed, params } from '../../../session/state.js';
 import { open } from '../../../workbench/dialog.js';
 import { icons } from '../../../workbench/icons.js';
@@ -25,10 +26,8 @@ function order() {
 function techniques(player) {
   const p = params.value?.players?.[player];
   if (!p) return '';
-  const on = ['prediction', 'reconciliation', 'interpolation']
-    .filter((name) => p[name])
-    .map((name) => name.slice(0, name === 'prediction' ? 4 : name === 'reconciliation' ? 5 : 6));
-  return `${fixed(p.lag_ms, 0)} ms${on.length > 0 ? ` · ${on.join(', ')}` : ' · plain'}`;
+  const on = ['prediction', 'reconciliation', 'interpolation'].filter((name) => p[name]).map((name) => t(`netgame.short.${name}`));
+  return `${fixed(p.lag_ms, 0)} ms · ${on.length > 0 ? on.join(', ') : t('netgame.short.none')}`;
 }
 
 /** The line above a view on a phone: opens its settings. @param {number} view @returns {Template} */
@@ -37,7 +36,7 @@ function caption(view) {
     const server = params.value?.server;
     return html`<button type="button" class="caption" ?disabled=${allowed.value !== null} @click=${() => open({ kind: 'server' })}>
       <svg class="mark" data-player="server" viewBox="0 0 18 18" aria-hidden="true"><path d="M9 1l8 8-8 8-8-8z"></path></svg>
-      <b>Server</b> <span class="techniques">${server ? `${server.update_hz}/s · ${server.sync}` : ''}</span><span class="sentence" data-main="0"></span>${icons.settings}</button>`;
+      <b>${t('netgame.server')}</b> <span class="techniques">${server ? `${server.update_hz}/s · ${choiceOf('netgame', 'server.sync', server.sync)}` : ''}</span><span class="sentence" data-main="0"></span>${icons.settings}</button>`;
   }
   return html`<button type="button" class="caption" data-player=${(view - 1) % 8} ?disabled=${allowed.value !== null} @click=${() => open({ kind: 'player', of: view - 1 })}>
     ${mark(view - 1)} <b>${nameOf(view - 1)}</b> <span class="techniques">${techniques(view - 1)}</span><span class="sentence" data-main=${view}></span>${icons.settings}</button>`;
@@ -50,9 +49,9 @@ const SHOWS =
 /** @param {number} view @returns {Template} */
 function row(view) {
   const player = view - 1;
-  const label = view === 0 ? 'View of the server' : `View of ${nameOf(player)}`;
-  const keys = view === 0 ? '' : player === 0 ? ' Left and right arrow keys drive.' : player === 1 ? ' Keys A and D drive.' : '';
-  return html`<section class="row" data-tab=${`view${view}`} aria-label=${view === 0 ? 'Server' : nameOf(player)}>
+  const label = view === 0 ? t('netgame.view.server') : t('netgame.view.of', { name: nameOf(player) });
+  const keys = player === 0 ? ` ${t('netgame.view.arrows')}` : player === 1 ? ` ${t('netgame.view.letters')}` : '';
+  return html`<section class="row" data-tab=${`view${view}`} aria-label=${view === 0 ? t('netgame.server') : nameOf(player)}>
     <div class="gutter">${view === 0 ? serverPanel() : playerPanel(player)}</div>
     ${caption(view)}
     <div class="view" role="group" tabindex=${view > 0 ? '0' : nothing} data-drive=${view > 0 ? player : nothing} data-shows=${SHOWS}
@@ -65,11 +64,11 @@ function row(view) {
 
 /** @returns {Template} */
 function messages() {
-  return html`<section class="row lane" data-tab="messages" aria-label="Messages" ?hidden=${!overlays.value.messages}>
+  return html`<section class="row lane" data-tab="messages" aria-label=${t('netgame.messages')} ?hidden=${!overlays.value.messages}>
     <div class="gutter">${messagesPanel()}</div>
     <div class="view" role="group" tabindex="0" data-arrows="yes" data-shows="message"
-      aria-label="Messages between players and server. Left and right arrow keys select an input and show its path.">
-      <canvas id="lane" role="img" aria-label="Messages over time"></canvas></div></section>`;
+      aria-label=${t('netgame.lane.keys')}>
+      <canvas id="lane" role="img" aria-label=${t('netgame.lane.over_time')}></canvas></div></section>`;
 }
 
 /** On a phone: what the one column shows. @returns {Template} */
@@ -82,10 +81,10 @@ function tabs() {
       followed.value = null;
       tab.value = name;
     }}>${label}</button>`;
-  return html`<nav class="tabs" aria-label="Shown">${item('all', 'All')}
-    ${order().map((view) => item(`view${view}`, view === 0 ? 'Server' : letter(view - 1)))}
-    ${item('messages', 'Messages')}<button type="button" aria-pressed=${followed.value !== null} @click=${() => follow()}>Packet</button>
-    ${item('charts', 'Charts')}${compareButton()}</nav>`;
+  return html`<nav class="tabs" aria-label=${t('netgame.shown')}>${item('all', t('netgame.all'))}
+    ${order().map((view) => item(`view${view}`, view === 0 ? t('netgame.server') : letter(view - 1)))}
+    ${item('messages', t('netgame.messages'))}<button type="button" aria-pressed=${followed.value !== null} @click=${() => follow()}>${t('netgame.packet')}</button>
+    ${item('charts', t('netgame.charts'))}${compareButton()}</nav>`;
 }
 
 /** @returns {Template} */

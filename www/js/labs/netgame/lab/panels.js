@@ -4,6 +4,7 @@ import { control } from '../../../workbench/controls.js';
 import { aim, byPerson, fire, setAim } from './drive.js';
 import { follow } from './follow.js';
 import { fixed, letter } from '../../../base/format.js';
+import { t } from '../../../base/words.js';
 import { icons } from '../../../workbench/icons.js';
 import { locked, params } from '../../../session/state.js';
 import { open } from '../../../workbench/dialog.js';
@@ -19,7 +20,7 @@ const COLOURS = ['green', 'red', 'sky', 'pink', 'orange', 'yellow', 'blue', 'gre
 /** @param {number} player @returns {string} */
 export function nameOf(player) {
   const name = layout.value?.players[player]?.name ?? letter(player);
-  return name.length === 1 ? `Player ${name}` : name;
+  return name.length === 1 ? t('netgame.player_n', { name }) : name;
 }
 
 /** Angle and speed of the aim. @param {number} player @returns {Template} */
@@ -33,9 +34,9 @@ export function aiming(player) {
     else setAim(player, angle, value / top);
   };
   return html`<div class="pair aim">
-    <label class="field"><span>Angle</span><input type="number" min="0" max="90" step="1" .value=${fixed(angle * 90, 0)}
+    <label class="field"><span>${t('netgame.angle')}</span><input type="number" min="0" max="90" step="1" .value=${fixed(angle * 90, 0)}
       @change=${set('angle')}><span class="unit">°</span></label>
-    <label class="field"><span>Speed</span><input type="number" min="0" max=${top} step="any"
+    <label class="field"><span>${t('netgame.speed')}</span><input type="number" min="0" max=${top} step="any"
       .value=${String(Number((speed * top).toFixed(1)))}
       @change=${set('speed')}><span class="unit">m/s</span></label>
     </div>`;
@@ -43,7 +44,7 @@ export function aiming(player) {
 
 /** @param {number} player @returns {Template} */
 export function trigger(player) {
-  return html`<button type="button" class="fire" @click=${() => fire(player)}>${icons.fire}<span>Fire</span></button>`;
+  return html`<button type="button" class="fire" @click=${() => fire(player)}>${icons.fire}<span>${t('netgame.fire')}</span></button>`;
 }
 
 /** @param {number} player @returns {Template} */
@@ -53,20 +54,22 @@ export function playerPanel(player) {
   const shooting = layout.value?.controls === 'aim' && byPerson(player);
   return html`<fieldset class="panel" data-player=${player % 8} ?disabled=${locked.value !== ''} title=${locked.value || nothing}>
     <legend class="unseen">${nameOf(player)}</legend>
-    <div class="head"><h2>${mark(player)} ${nameOf(player)} ${shooting ? nothing : html`<small>(${COLOURS[player % 8]})</small>`}</h2>
+    <div class="head"><h2>${mark(player)} ${nameOf(player)} ${shooting ? nothing : html`<small>(${t(`netgame.colour.${COLOURS[player % 8]}`)})</small>`}</h2>
       ${shooting ? trigger(player) : nothing}
-      <button type="button" class="quiet" aria-label=${`All settings of ${nameOf(player)}`} title="All settings"
+      <button type="button" class="quiet" aria-label=${t('netgame.settings_of', { name: nameOf(player) })} title=${t('netgame.settings')}
         @click=${() => open({ kind: 'player', of: player })}>${icons.settings}</button></div>
     <div class="lag">${control(`${at}.lag_ms`, { slider: true })}<span
-      class="rtt">RTT ${lag === undefined ? '–' : fixed(2 * lag, 0)} ms</span></div>
-    <div class="toggles">${control(`${at}.prediction`)}${control(`${at}.interpolation`)}${control(`${at}.reconciliation`)}
-      ${control(`${at}.control`, { label: 'Input' })}</div>
+      class="rtt">${t('netgame.rtt', { ms: lag === undefined ? '–' : fixed(2 * lag, 0) })}</span></div>
+    <div class="toggles">${control(`${at}.prediction`)}${control(`${at}.interpolation`)}${control(`${at}.reconciliation`, {
+      label: t('netgame.reconciliation'),
+    })}
+      ${control(`${at}.control`, { label: t('netgame.input') })}</div>
     ${
       shooting
         ? aiming(player)
         : html`<div class="pair minor">
-      ${control(`${at}.link.up.jitter_ms`, { also: `${at}.link.down.jitter_ms`, label: 'Jitter' })}
-      ${control(`${at}.link.up.loss_pct`, { also: `${at}.link.down.loss_pct`, label: 'Loss' })}</div>`
+      ${control(`${at}.link.up.jitter_ms`, { also: `${at}.link.down.jitter_ms`, label: t('netgame.jitter') })}
+      ${control(`${at}.link.up.loss_pct`, { also: `${at}.link.down.loss_pct`, label: t('netgame.loss') })}</div>`
     }
   </fieldset>`;
 }
@@ -74,11 +77,11 @@ export function playerPanel(player) {
 /** @returns {Template} */
 export function serverPanel() {
   return html`<fieldset class="panel server" ?disabled=${locked.value !== ''} title=${locked.value || nothing}>
-    <legend class="unseen">Server</legend>
+    <legend class="unseen">${t('netgame.server')}</legend>
     <div class="head"><h2><svg class="mark" data-player="server" viewBox="0 0 18 18" aria-hidden="true"><path
       d="M9 1l8 8-8 8-8-8z"></path></svg>
-      Server (truth)</h2>
-      <button type="button" class="quiet" aria-label="All settings of the server and the game" title="All settings"
+      ${t('netgame.server_truth')}</h2>
+      <button type="button" class="quiet" aria-label=${t('netgame.settings_server')} title=${t('netgame.settings')}
         @click=${() => open({ kind: 'server' })}>${icons.settings}</button></div>
     <div class="lag">${control('server.update_hz', { slider: true })}</div>
     ${control('server.sync')}
@@ -101,31 +104,31 @@ function which(place, label) {
 /** @returns {Template} */
 export function messagesPanel() {
   const now = overlays.value;
-  const box = (/** @type {import('../core/state.js').Overlay} */ name, /** @type {string} */ label) => html`<label
-    class="toggle"><input type="checkbox" .checked=${now[name]} @change=${() => toggleOverlay(name)}><span>${label}</span></label>`;
+  const box = (/** @type {import('../core/state.js').Overlay} */ name) => html`<label
+    class="toggle"><input type="checkbox" .checked=${now[name]} @change=${() => toggleOverlay(name)}><span>${t(`netgame.overlay.${name}`)}</span></label>`;
   const ids = offered.value.split(' ');
   const chosen = inspectors.value.find((one) => one.id === inspector.value);
-  return html`<div class="panel plainpanel"><div class="head"><h2>Messages and marks</h2><take-away of="lane" data name="Messages"></take-away></div>
-    <div class="lookrow"><label class="field choice"><span>Lower panel</span><select aria-label="Content of the lower panel" @change=${(
+  return html`<div class="panel plainpanel"><div class="head"><h2>${t('netgame.marks')}</h2><take-away of="lane" data name=${t('netgame.messages')}></take-away></div>
+    <div class="lookrow"><label class="field choice"><span>${t('netgame.lower')}</span><select aria-label=${t('netgame.lower_content')} @change=${(
       /** @type {Event} */ event,
     ) => {
       inspector.value = /** @type {HTMLSelectElement} */ (event.target).value;
-    }}><option value="messages" .selected=${inspector.value === 'messages'}>Messages</option>
+    }}><option value="messages" .selected=${inspector.value === 'messages'}>${t('netgame.messages')}</option>
       ${inspectors.value
         .filter((one) => ids.includes(one.id))
         .map(
           (one) => html`<option value=${one.id}
-        .selected=${one.id === inspector.value}>${one.label}</option>`,
-        )}</select></label>${box('pings', 'Pings')}<button type="button"
-      class="small" id="follow" @click=${() => follow()}>Packet</button></div>
+        .selected=${one.id === inspector.value}>${t(`netgame_more.inspector.${one.id}`)}</option>`,
+        )}</select></label>${box('pings')}<button type="button"
+      class="small" id="follow" @click=${() => follow()}>${t('netgame.packet')}</button></div>
     <div
-      class="toggles">${box('ghosts', 'Ghosts')}${box('dots', 'Arrival dots')}${box('labels', 'Labels')}${box('messages', 'Messages')}</div>
+      class="toggles">${box('ghosts')}${box('dots')}${box('labels')}${box('messages')}</div>
     ${
       chosen?.players
-        ? which(0, 'Player')
+        ? which(0, t('netgame.player'))
         : (layout.value?.players.length ?? 0) > 2
           ? html`<div
-      class="pair">${which(0, 'Above')}${which(1, 'Below')}</div>`
+      class="pair">${which(0, t('netgame.above'))}${which(1, t('netgame.below'))}</div>`
           : nothing
     }
     <p class="facts" id="lane-facts"></p></div>`;

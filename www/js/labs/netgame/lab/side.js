@@ -4,6 +4,7 @@ import { signal } from '../../../../vendor/signals-core.js';
 import { INTERPOLATION } from '../core/frame.js';
 import { part } from '../../../base/api.js';
 import { fixed, letter, signed } from '../../../base/format.js';
+import { rich, t } from '../../../base/words.js';
 import { LATELY_S } from '../core/memory.js';
 import { lesson, locked, params } from '../../../session/state.js';
 import { open } from '../../../workbench/dialog.js';
@@ -27,7 +28,7 @@ function sample(player, dotted, text) {
 
 /** @returns {Template} */
 function units() {
-  return html`<span class="units" role="group" aria-label="Unit of the distance">${(/** @type {const} */ (['px', 'm', 'ms'])).map(
+  return html`<span class="units" role="group" aria-label=${t('netgame.unit')}>${(/** @type {const} */ (['px', 'm', 'ms'])).map(
     (name) => html`<button
     type="button" aria-pressed=${unit.value === name} @click=${() => {
       unit.value = name;
@@ -37,19 +38,16 @@ function units() {
 
 /** @param {'error' | 'buffer'} which @returns {Template} */
 function tableButton(which) {
-  const name = which === 'error' ? 'distance' : which,
-    id = `${which}-chart`;
-  return html`<take-away of=${id} data=${id} name=${name}></take-away><button type="button" class="small" aria-label=${`Table of the ${name}`}
-    @click=${() => open({ kind: 'table', of: which })}>Table</button>`;
+  const id = `${which}-chart`;
+  return html`<take-away of=${id} data=${id} name=${t(`netgame.chart.${which}`)}></take-away><button type="button" class="small"
+    aria-label=${t(`netgame.chart.${which}.table`)} @click=${() => open({ kind: 'table', of: which })}>${t('netgame.table')}</button>`;
 }
 
-/**
- *
- * @typedef
- *  {{name: string, unit: string, help?: string, of: (view: View, player: number, lately: import('../core/memory.js').Lately) => string}}
- *  Row */
+/** id: the end of the key of its words.
+ * @typedef {{id: string, unit: string, of: (view: View, player: number, lately: import('../core/memory.js').Lately) => string}} Row */
 
-const MEAN = `mean of the last ${LATELY_S} s; a dash: nothing was counted`;
+/** Rows with a tooltip. */
+const TOLD = ['latency', 'lost', 'error', 'lead'];
 const LISTED = 6; /* events of connections */
 
 /** @returns {Row[]} */
@@ -58,49 +56,32 @@ function rows() {
   const size = way === 'm' ? 1 : scale.pxPerMetre;
   const apart = (/** @type {number} */ metres) => signed(metres * size, way === 'm' ? 2 : 0);
   return [
-    {
-      name: 'Input latency',
-      unit: 'ms',
-      help: `From a change of the controls to the first display that includes it: ${MEAN}`,
-      of: (_, __, lately) => fixed(lately.latency ?? NaN, 0),
-    },
-    {
-      name: 'Changes lost',
-      unit: '%',
-      help: `Changes of the controls that the server never applied: share of the last ${LATELY_S} s; a dash: there was none`,
-      of: (_, __, lately) => fixed(100 * (lately.lost ?? NaN), 0),
-    },
-    {
-      name: 'Own, error',
-      unit: way,
-      help: `Distance of the drawn own entity from the ground truth at the drawn tick: ${MEAN}`,
-      of: (_, __, lately) => fixed((lately.error ?? NaN) * size, way === 'm' ? 2 : 1),
-    },
-    {
-      name: 'Own, lead',
-      unit: way,
-      help: 'Drawn own entity minus the server’s present one: ahead with prediction, behind without. Not an error',
-      of: (view) => apart(view.own_lead_m),
-    },
-    { name: 'Others, error', unit: way, of: (view) => apart(view.remote_error_m) },
-    { name: 'Others, age', unit: 'ms', of: (view) => fixed(view.view_age_ms, 0) },
-    { name: 'Buffer', unit: 'ms', of: (view) => (view.flags & INTERPOLATION ? fixed(view.buffer_ms, 0) : 'off') },
-    { name: 'Unacknowledged inputs', unit: '', of: (view) => String(view.unacked) },
-    { name: 'Corrections', unit: '', of: (view) => String(view.corrections) },
-    { name: 'Refused inputs', unit: '', of: (view) => String(view.refused) },
-    { name: 'Input lead', unit: 'ticks', of: (view) => signed(view.slack_ticks, 1) },
+    { id: 'latency', unit: 'ms', of: (_, __, lately) => fixed(lately.latency ?? NaN, 0) },
+    { id: 'lost', unit: '%', of: (_, __, lately) => fixed(100 * (lately.lost ?? NaN), 0) },
+    { id: 'error', unit: way, of: (_, __, lately) => fixed((lately.error ?? NaN) * size, way === 'm' ? 2 : 1) },
+    { id: 'lead', unit: way, of: (view) => apart(view.own_lead_m) },
+    { id: 'others', unit: way, of: (view) => apart(view.remote_error_m) },
+    { id: 'age', unit: 'ms', of: (view) => fixed(view.view_age_ms, 0) },
+    { id: 'buffer', unit: 'ms', of: (view) => (view.flags & INTERPOLATION ? fixed(view.buffer_ms, 0) : t('netgame.off')) },
+    { id: 'unacked', unit: '', of: (view) => String(view.unacked) },
+    { id: 'corrections', unit: '', of: (view) => String(view.corrections) },
+    { id: 'refused', unit: '', of: (view) => String(view.refused) },
+    { id: 'slack', unit: t('netgame.ticks'), of: (view) => signed(view.slack_ticks, 1) },
   ];
 }
 
 const NOTHING = { error: null, latency: null, lost: null };
 
+/** @param {import('../core/memory.js').Happening} one */
+export const happened = (one) => t(`netgame.happened.${one.what}`, { name: letter(one.player) });
+
 /** Events of connections; hidden while all clients are playing. @returns {Template | typeof nothing} */
 function connectionList() {
   const list = connectionEvents.value.slice(-LISTED);
   if (list.length === 0) return nothing;
-  return html`<section class="happened" aria-label="Connections"><h3>Connections</h3><ol>${list.map(
+  return html`<section class="happened" aria-label=${t('netgame.connections')}><h3>${t('netgame.connections')}</h3><ol>${list.map(
     (one) => html`<li><span>${fixed(one.t, 1)} s</span>
-    <b>${letter(one.player)}</b> ${one.what}</li>`,
+    ${rich(`netgame.happened.${one.what}`, { name: html`<b>${letter(one.player)}</b>` })}</li>`,
   )}</ol></section>`;
 }
 
@@ -118,14 +99,14 @@ export async function compare() {
 export const compareButton = () =>
   lesson.value === null
     ? html`<button type="button" class="compare" ?disabled=${locked.value !== ''} title=${locked.value || nothing}
-    @click=${compare}>Compare</button>`
+    @click=${compare}>${t('netgame.compare')}</button>`
     : nothing;
 
 /** What each player meets, in words. @returns {Template | typeof nothing} */
 function meets() {
   const players = layout.value?.players.length ?? 0;
   if (players === 0 || players > FEW) return nothing;
-  return html`<section class="meets" aria-label="In words"><dl>${Array.from({ length: players }, (_, p) =>
+  return html`<section class="meets" aria-label=${t('netgame.in_words')}><dl>${Array.from({ length: players }, (_, p) =>
     Array.from(
       { length: countOf(players) },
       (_, i) => html`<div data-player=${p}><dt data-term=${`${p}/${i}`}>–</dt><dd data-sentence=${`${p}/${i}`}>–</dd></div>`,
@@ -151,30 +132,32 @@ function showMeets(frame) {
 export function side() {
   const players = layout.value?.players ?? [];
   const p = params.value;
-  return html`<aside class="side" aria-label="Charts and numbers">
-    <div class="about"><h2>${p?.paper ? `${p.paper}: ` : ''}${p?.title ?? ''}</h2>${p?.text ? html`<p>${p.text}</p>` : nothing}
-      ${(layout.value?.notices ?? []).map((text) => html`<p role="note"><strong>Nothing is measured.</strong> ${text}</p>`)}</div>
+  return html`<aside class="side" aria-label=${t('netgame.side')}>
+    <div class="about"><h2 lang="en">${p?.paper ? `${p.paper}: ` : ''}${p?.title ?? ''}</h2>${p?.text ? html`<p lang="en">${p.text}</p>` : nothing}
+      ${(layout.value?.notices ?? []).map((text) => html`<p role="note"><strong>${t('netgame.nothing_measured')}</strong> <span lang="en">${text}</span></p>`)}</div>
     ${connectionList()}
     ${meets()}
     ${compareButton()}${workPrecisionButton()}
-    <section class="chart"><div class="head"><h3>Drawn − server now</h3>${units()}</div>
+    <section class="chart"><div class="head"><h3>${t('netgame.chart.drawn')}</h3>${units()}</div>
       <div class="plot" id="error-chart" role="img"
-        aria-label="Curve of the distances from the server’s present over time; the table has the numbers"></div>
-      <div class="key">${players.map((_, i) => sample(i, false, letter(i)))}<span>own lead</span>
-        ${players.length <= FEW ? sample(7, true, 'others') : nothing}${tableButton('error')}</div></section>
-    <section class="chart"><div class="head"><h3>Interpolation buffer (ms)</h3></div>
-      <div class="plot" id="buffer-chart" role="img" aria-label="Curve of the buffers over time; the table has the numbers"></div>
+        aria-label=${t('netgame.chart.error.says')}></div>
+      <div class="key">${players.map((_, i) => sample(i, false, letter(i)))}<span>${t('netgame.chart.own')}</span>
+        ${players.length <= FEW ? sample(7, true, t('netgame.chart.others')) : nothing}${tableButton('error')}</div></section>
+    <section class="chart"><div class="head"><h3>${t('netgame.chart.buffer_ms')}</h3></div>
+      <div class="plot" id="buffer-chart" role="img" aria-label=${t('netgame.chart.buffer.says')}></div>
       <div class="key">${players.map((_, i) => sample(i, false, letter(i)))}${tableButton('buffer')}</div></section>
     <div class="wide-table" tabindex=${players.length > FEW ? '0' : nothing} role=${players.length > FEW ? 'region' : nothing}
-      aria-label=${players.length > FEW ? 'Current values' : nothing}>
-    <table class="data now"><caption>Now</caption><thead><tr><td></td>${players.map(
+      aria-label=${players.length > FEW ? t('workbench.current') : nothing}>
+    <table class="data now"><caption>${t('workbench.now')}</caption><thead><tr><td></td>${players.map(
       (_, i) => html`<th
       scope="col">${letter(i)}</th>`,
     )}<td></td></tr></thead>
       <tbody>${rows().map(
-        (row) => html`<tr><th scope="row" title=${row.help ?? nothing}>${row.name}</th>${players.map(
+        (
+          row,
+        ) => html`<tr><th scope="row" title=${TOLD.includes(row.id) ? t(`netgame.now.${row.id}.tip`, { s: LATELY_S }) : nothing}>${t(`netgame.now.${row.id}`)}</th>${players.map(
           (_, i) => html`<td
-          data-now=${`${row.name}/${i}`}>–</td>`,
+          data-now=${`${row.id}/${i}`}>–</td>`,
         )}
         <td class="unit">${row.unit}</td></tr>`,
       )}</tbody></table></div>
@@ -219,7 +202,7 @@ export function showSide(frame, settled) {
   const lately = Array.from({ length: players }, (_, p) => memory.lately(p));
   for (const row of rows()) {
     for (let p = 0; p < players; p++) {
-      const cell = document.querySelector(`[data-now="${row.name}/${p}"]`);
+      const cell = document.querySelector(`[data-now="${row.id}/${p}"]`);
       const view = frame.views[1 + p];
       if (cell && view) cell.textContent = row.of(view, p, lately[p] ?? NOTHING);
     }

@@ -1,5 +1,6 @@
 // What the charts of a netgame show, as numbers: all that the page remembers.
 import { letter } from '../../../base/format.js';
+import { t } from '../../../base/words.js';
 import { palette, paintOf } from '../../../draw/palette.js';
 import { EVENTS_TYPE } from '../../../stream/names.js';
 import { inspector } from '../core/inspector.js';
@@ -13,40 +14,36 @@ import { bufferCurves, errorCurves } from '../views/curves.js';
 function tableOf(curves) {
   const colours = palette(),
     lists = curves.map((curve) => ({ scale: curve.scale, values: curve.values(memory) ?? [] }));
-  const split = curves.map(({ label }) => /^(.*) \((.*)\)$/.exec(label));
   return {
-    columns: [
-      { name: 'time', unit: 's' },
-      ...split.map((found, i) => ({ name: found?.[1] ?? curves[i]?.label ?? '', unit: found?.[2] ?? '' })),
-    ],
+    columns: [{ name: t('netgame_more.column.time'), unit: 's' }, ...curves.map(({ name, unit: of }) => ({ name, unit: of }))],
     rows: memory.times.map((t, i) => [
       t,
       ...lists.map(({ scale: by, values }) => (values[i] === null || values[i] === undefined ? null : values[i] * by)),
     ]),
     lines: curves.map((curve) => ({
-      name: curve.label,
+      name: `${curve.name} (${curve.unit})`,
       colour: paintOf(colours, curve.player).text,
       dash: curve.dotted ? [1.5, 3] : paintOf(colours, curve.player).dash,
     })),
   };
 }
 
-const EVENT_NAMES = Object.fromEntries(Object.entries(EVENTS_TYPE).map(([name, type]) => [type, name.replaceAll('_', ' ')]));
+const EVENT_NAMES = Object.fromEntries(Object.entries(EVENTS_TYPE).map(([name, type]) => [type, name]));
 
 /** The messages and other events of the last seconds; null while the panel shows something else. @returns {Table | null} */
 function events() {
   if (inspector.value !== 'messages') return null;
   return {
     columns: [
-      { name: 'event', unit: '' },
-      { name: 'player', unit: '' },
-      { name: 'number', unit: '' },
-      { name: 'begin', unit: 's' },
-      { name: 'end', unit: 's' },
-      { name: 'outcome', unit: '' },
+      { name: t('netgame_more.event.event'), unit: '' },
+      { name: t('netgame_more.event.player'), unit: '' },
+      { name: t('netgame_more.event.number'), unit: '' },
+      { name: t('netgame_more.event.begin'), unit: 's' },
+      { name: t('netgame_more.event.end'), unit: 's' },
+      { name: t('netgame_more.event.outcome'), unit: '' },
     ],
     rows: [...memory.events.values()].map((one) => [
-      EVENT_NAMES[one.type] ?? one.type,
+      EVENT_NAMES[one.type] === undefined ? one.type : t(`netgame_more.event.of.${EVENT_NAMES[one.type]}`),
       letter(one.player),
       one.number,
       one.begin_s,

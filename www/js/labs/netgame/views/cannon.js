@@ -6,6 +6,7 @@ import { dots, drawGrid, gapLabel, ghost, tellDot, toX } from './scene.js';
 import { FADED, isAway } from './connection.js';
 import { Labels } from './labels.js';
 import { drawMark, drawText } from '../../../draw/marks.js';
+import { t } from '../../../base/words.js';
 
 /** @typedef {import('./scene.js').DrawContext} DrawContext */
 
@@ -51,7 +52,7 @@ function target(at) {
     pen.fillStyle = colour;
     pen.fill();
   }
-  drawText(pen, colours, 'target', toX(at, x), toY(at, y) - r - colours.text * 0.8, { align: 'center', colour: colours.faint });
+  drawText(pen, colours, t('netgame.target'), toX(at, x), toY(at, y) - r - colours.text * 0.8, { align: 'center', colour: colours.faint });
 }
 
 /** @param {DrawContext} at @param {number} player */
@@ -76,8 +77,15 @@ function score(at) {
     const values = gameOf(at.frame, p);
     const value = (/** @type {string} */ name) => values[names.indexOf(name)] ?? 0;
     const shots = value('shots');
-    const miss = shots > 0 ? ` · last ${signed(value('miss_m'), 1)} m` : '';
-    const text = `${at.layout.players[p]?.name ?? ''}: ${fixed(value('hits'), 0)} of ${fixed(shots, 0)} hit${miss}${value('turn') ? ' · in turn' : ''}${away(p) ? ' · away' : ''}`;
+    const name = at.layout.players[p]?.name ?? '';
+    const text = [
+      t('netgame.cannon.hits', { name, hits: fixed(value('hits'), 0), shots: fixed(shots, 0) }),
+      shots > 0 ? t('netgame.cannon.last', { miss: signed(value('miss_m'), 1) }) : '',
+      value('turn') ? t('netgame.cannon.turn') : '',
+      away(p) ? t('netgame.away') : '',
+    ]
+      .filter((part) => part !== '')
+      .join(' · ');
     drawText(at.pen, at.colours, text, at.width - 8, at.colours.text * (2.2 + 1.4 * p), {
       align: 'right',
       colour: paintOf(at.colours, p).text,
@@ -119,7 +127,10 @@ export function drawCannon(at) {
     if (flying || (at.memory.trails[at.view]?.[i]?.length ?? 0) > 0) drawMark(pen, colours, i, x, y, size);
     pen.globalAlpha = 1;
     if (at.view > 0 && at.view !== 1 + i && isAway(shell)) {
-      drawText(pen, colours, `${letter(i)} is away`, 8, colours.text * (2.2 + 1.4 * i), { colour: colours.snap, bold: true });
+      drawText(pen, colours, t('netgame.is_away', { name: letter(i) }), 8, colours.text * (2.2 + 1.4 * i), {
+        colour: colours.snap,
+        bold: true,
+      });
     }
   });
   if (at.view === 0 && overlays.labels) score(at);

@@ -1,6 +1,8 @@
 // Curves over time by uPlot.
 import './language_tag.js';
 import uPlot from '../../../../vendor/uplot.js';
+import { localized } from '../../../base/format.js';
+import { t } from '../../../base/words.js';
 import { palette, paletteVersion, paintOf } from '../../../draw/palette.js';
 
 /** @typedef {import('../core/memory.js').Memory} Memory */
@@ -45,14 +47,14 @@ export class Chart {
           y: { range: (_, min, max) => padded(min, max, this.empty) },
         },
         axes: [
-          { ...axis, size: colours.text + 12, space: 50, values: (_, ticks) => ticks.map((tick) => `${tick} s`) },
-          { ...axis, size: colours.text * 3.4, space: 26, values: (_, ticks) => ticks.map((tick) => String(tick).replace('-', '−')) },
+          { ...axis, size: colours.text + 12, space: 50, values: (_, ticks) => ticks.map((tick) => `${localized(String(tick))} s`) },
+          { ...axis, size: colours.text * 3.4, space: 26, values: (_, ticks) => ticks.map((tick) => localized(String(tick))) },
         ],
         hooks: { draw: [(plot) => this.threshold(plot)] },
         series: [
           {},
           ...curves.map((curve) => ({
-            label: curve.label,
+            label: `${curve.name} (${curve.unit})`,
             stroke: () => paintOf(palette(), curve.player).text,
             width: curve.dotted || this.empty[0] === 0 ? Math.max(1, colours.line - 1) : colours.line - 0.5,
             dash: curve.dotted ? [1.5, 3] : paintOf(colours, curve.player).dash,
@@ -82,7 +84,7 @@ export class Chart {
     ctx.lineTo(left + width, y);
     ctx.stroke();
     ctx.textAlign = 'right';
-    ctx.fillText('noticed from here', left + width, y - 4 * devicePixelRatio);
+    ctx.fillText(t('netgame.chart.noticed'), left + width, y - 4 * devicePixelRatio);
     ctx.restore();
   }
 
@@ -94,7 +96,7 @@ export class Chart {
     if (width < 40 || height < 40 || (!now && time - this.drawn < REDRAW_MS)) return;
     this.drawn = time;
     const curves = this.curves();
-    const key = `${curves.map((c) => c.label).join()}|${paletteVersion()}`;
+    const key = `${curves.map((c) => `${c.name} (${c.unit})`).join()}|${paletteVersion()}`;
     if (key !== this.made) {
       this.make(curves, width, height);
       this.made = key;

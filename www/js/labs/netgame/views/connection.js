@@ -1,6 +1,7 @@
 // State of a player's connection over its view: nothing while it plays; a disconnected view is faded.
 import { CONNECTING, CONNECTIONS, DISCONNECTED, E_AWAY, IS_PLAYING } from '../core/frame.js';
 import { drawText } from '../../../draw/marks.js';
+import { t } from '../../../base/words.js';
 
 /** @typedef {import('./scene.js').DrawContext} DrawContext */
 
@@ -11,9 +12,9 @@ export const isAway = (entity) => (entity.flags & E_AWAY) !== 0;
 
 /** Connection state in words; empty while it plays. @param {import('../core/frame.js').View} view @returns {string} */
 export function connectionWords(view) {
-  const state = view.connection === IS_PLAYING ? '' : (CONNECTIONS[view.connection] ?? '');
+  const state = view.connection === IS_PLAYING ? '' : t(`netgame.connection.${CONNECTIONS[view.connection] ?? ''}`);
   if (view.connected || view.connection === DISCONNECTED || view.connection === CONNECTING) return state;
-  return state === '' ? 'dropped by the server' : `${state} · dropped by the server`;
+  return [state, t('netgame.connection.dropped')].filter((text) => text !== '').join(' · ');
 }
 
 /** @param {DrawContext} at */

@@ -1,10 +1,11 @@
 // What is plotted over time: distances from the server's present (the own lead, which is no error, and the others' error), and the depth
 // of the buffers.
 import { letter } from '../../../base/format.js';
+import { t } from '../../../base/words.js';
 
 /** @typedef {import('../core/memory.js').Memory} Memory */
 /**
- * @typedef {{label: string, player: number, dotted: boolean, values: (memory: Memory) => (number | null)[] | undefined, scale: number}}
+ * @typedef {{name: string, unit: string, player: number, dotted: boolean, values: (memory: Memory) => (number | null)[] | undefined, scale: number}}
  *  Curve */
 
 export const FEW = 3; /* players whose curves of others are drawn too */
@@ -18,14 +19,16 @@ export function errorCurves(players, unit, pxPerMetre) {
   for (let p = 0; p < players; p++) {
     list.push(
       {
-        label: `${letter(p)} own lead (${unit})`,
+        name: t('netgame.curve.own', { name: letter(p) }),
+        unit,
         player: p,
         dotted: false,
         scale,
         values: (memory) => (unit === 'ms' ? memory.curves[p]?.ownAge : memory.curves[p]?.own),
       },
       {
-        label: `${letter(p)} others (${unit})`,
+        name: t('netgame.curve.others', { name: letter(p) }),
+        unit,
         player: p,
         dotted: true,
         scale,
@@ -39,7 +42,8 @@ export function errorCurves(players, unit, pxPerMetre) {
 /** @param {number} players @returns {Curve[]} */
 export function bufferCurves(players) {
   return Array.from({ length: players }, (_, p) => ({
-    label: `${letter(p)} buffer (ms)`,
+    name: t('netgame.curve.buffer', { name: letter(p) }),
+    unit: 'ms',
     player: p,
     dotted: false,
     scale: 1,

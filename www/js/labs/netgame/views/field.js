@@ -7,6 +7,7 @@ import { corrections, correctionWords, dots, gapLabel, scaleX, tellDot, toX } fr
 import { FADED, isAway } from './connection.js';
 import { Labels } from './labels.js';
 import { drawText } from '../../../draw/marks.js';
+import { t } from '../../../base/words.js';
 
 /** @typedef {import('./scene.js').DrawContext} DrawContext */
 /** @typedef {import('../core/layout.js').Shape} Shape */
@@ -146,20 +147,20 @@ function ghost(at, shape, drawn, real) {
   return true;
 }
 
-/** The game's own numbers of a player. @param {DrawContext} at @param {number} player @returns {string} */
-function standing(at, player) {
+/** The game's own numbers of a player. @param {DrawContext} at @param {number} player @param {number} most of them @returns {string} */
+function standing(at, player, most) {
   const units = new Map([
     ['m', ' m'],
     ['mps', ' m/s'],
     ['s', ' s'],
     ['ms', ' ms'],
+    ['rad', ' rad'],
   ]);
   const values = gameOf(at.frame, player);
-  const parts = at.layout.game_values.map((name, k) => {
-    const words = name.split('_'),
-      unit = units.get(words[words.length - 1] ?? '');
-    const value = values[k] ?? 0;
-    return `${(unit ? words.slice(0, -1) : words).join(' ')} ${fixed(value, unit ? 1 : 0)}${unit ?? ''}`;
+  const parts = at.layout.game_values.slice(0, most).map((name, k) => {
+    const unit = units.get(name.slice(name.lastIndexOf('_') + 1)),
+      value = values[k] ?? 0;
+    return `${t(`netgame.value.${name}`) || name} ${fixed(value, unit ? 1 : 0)}${unit ?? ''}`;
   });
   return `${at.layout.players[player]?.name ?? letter(player)}: ${parts.join(' · ')}`;
 }
@@ -169,8 +170,10 @@ export function drawStandings(at, y) {
   const { pen, colours } = at;
   let x = 8;
   for (let p = 0; p < at.layout.players.length; p++) {
-    const text = standing(at, p);
     pen.font = `${colours.text}px ${colours.font}`;
+    let most = at.layout.game_values.length,
+      text = standing(at, p, most);
+    while (p === 0 && most > 1 && x + pen.measureText(text).width > at.width - 8) text = standing(at, p, --most);
     const width = pen.measureText(text).width;
     if (p > 0 && x + width > at.width - 8) break;
     drawText(pen, colours, text, x, y, { colour: paintOf(colours, p).text });
@@ -216,7 +219,7 @@ export function drawField(at) {
     if (i >= players.length || !isAway(e)) continue;
     const { x, y } = place(e.x, e.y),
       half = (shape.width_m * scaleX(at)) / 2;
-    labels.put('away', x - half, x + half, y, 2 * half, { colour: colours.snap, bold: true });
+    labels.put(t('netgame.away'), x - half, x + half, y, 2 * half, { colour: colours.snap, bold: true });
   }
   const own = entitiesOf(at.frame, at.view)[at.view - 1];
   if (own) corrections(at, at.view - 1, (x, y) => place(x, y), colours.marker);

@@ -2,6 +2,7 @@
 import { STATE, UNDERRUN } from '../core/frame.js';
 import { fixed } from '../../../base/format.js';
 import { drawText } from '../../../draw/marks.js';
+import { t } from '../../../base/words.js';
 import { paintOf } from '../../../draw/palette.js';
 
 /** @typedef {import('./scene.js').DrawContext} DrawContext */
@@ -13,7 +14,7 @@ export function drawGauge(at, left, width, top, height) {
   const { pen, colours, frame } = at;
   const player = at.view - 1;
   const dry = (view.flags & UNDERRUN) !== 0;
-  const words = dry ? 'under-run: held' : `α = ${fixed(view.alpha, 2)} · ${fixed(view.buffer_ms, 0)} ms`;
+  const words = dry ? t('netgame.underrun') : `α = ${fixed(view.alpha, 2)} · ${fixed(view.buffer_ms, 0)} ms`;
   pen.font = `${colours.text}px ${colours.font}`;
   const room = width - pen.measureText('α = 0.00 · 0000 ms').width - 12;
   if (room < 40) {

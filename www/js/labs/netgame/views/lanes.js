@@ -3,6 +3,7 @@ import { ACCEPT, APPLIED, CONNECT, INPUT, PING, PONG, REFUSAL, STATE, STEP, INPU
 import { fixed, letter } from '../../../base/format.js';
 import { paintOf } from '../../../draw/palette.js';
 import { cross, drawText } from '../../../draw/marks.js';
+import { t } from '../../../base/words.js';
 
 /** @typedef {import('../core/frame.js').Event & {index: number}} Message */
 /** @typedef {import('../core/memory.js').Memory} Memory */
@@ -119,7 +120,7 @@ function drawQuiet(at, message, yOwn, yServer) {
   pen.beginPath();
   pen.arc(hx, hy, 2, 0, 2 * Math.PI);
   pen.fill();
-  const word = message.type === CONNECT ? 'connect' : message.type === ACCEPT ? 'accept' : '';
+  const word = message.type === CONNECT ? t('netgame.lane.connect') : message.type === ACCEPT ? t('netgame.lane.accept') : '';
   if (word !== '' && at.labels) drawText(pen, colours, word, (x(message.begin_s) + hx) / 2 + 5, (from + hy) / 2, { colour: colours.faint });
 }
 
@@ -175,11 +176,14 @@ function drawLife(at, input, yOwn, yServer) {
   if (result && state && state.begin_s > result.begin_s)
     half(result.begin_s, state.begin_s, yServer - colours.text * 0.9, ms(state.begin_s - result.begin_s));
   if (state) half(state.begin_s, state.end_s, between, ms(state.end_s - state.begin_s));
-  const parts = [`Input ${input.number} of ${letter(input.player)}`];
-  if (input.fate !== 0) parts.push('lost');
-  else if (result) parts.push(`${ms(result.begin_s - input.begin_s)} to the server's tick`);
-  if (result && state) parts.push(`${ms(state.begin_s - result.begin_s)} to the next snapshot`);
-  if (state && applied) parts.push(`${ms(applied.begin_s - state.begin_s)} to its use`, `total ${ms(applied.begin_s - input.begin_s)}`);
+  const parts = [t('netgame.life', { n: String(input.number), name: letter(input.player) })];
+  if (input.fate !== 0) parts.push(t('netgame.life.lost'));
+  else if (result) parts.push(t('netgame.life.tick', { ms: ms(result.begin_s - input.begin_s) }));
+  if (result && state) parts.push(t('netgame.life.snapshot', { ms: ms(state.begin_s - result.begin_s) }));
+  if (state && applied) {
+    parts.push(t('netgame.life.use', { ms: ms(applied.begin_s - state.begin_s) }));
+    parts.push(t('netgame.life.total', { ms: ms(applied.begin_s - input.begin_s) }));
+  }
   return parts.join(' · ');
 }
 
@@ -195,7 +199,7 @@ function drawGaps(at) {
       right = x(Math.min(gap.to, now));
     pen.fillStyle = colours.grid;
     pen.fillRect(left, top, Math.max(2, right - left), bottom - top);
-    drawText(pen, colours, `${gap.count} events missing`, (left + right) / 2, (top + middle) / 2, {
+    drawText(pen, colours, t('netgame.lane.gap', { n: gap.count }), (left + right) / 2, (top + middle) / 2, {
       align: 'center',
       colour: colours.snap,
     });
@@ -259,7 +263,7 @@ export function drawLanes(at) {
 
   for (const { y, name, colour } of [
     ...lines.map((line) => ({ y: line.y, name: at.names[line.p] ?? letter(line.p), colour: paintOf(colours, line.p).text })),
-    { y: middle, name: 'Server', colour: colours.truth },
+    { y: middle, name: t('netgame.server'), colour: colours.truth },
   ]) {
     pen.strokeStyle = colour;
     pen.lineWidth = colours.line;
@@ -282,7 +286,7 @@ export function drawLanes(at) {
     for (let back = step; back < span - step / 3; back += step) {
       drawText(pen, colours, `−${Math.round(back * 1000)} ms`, x(now - back), y, { align: 'center', colour: colours.faint });
     }
-    drawText(pen, colours, 'now', at.width - 2, y, { align: 'right', colour: colours.accent });
+    drawText(pen, colours, t('netgame.now'), at.width - 2, y, { align: 'right', colour: colours.accent });
     for (const { p, y: line } of lines) {
       const lag = frame.views[1 + p]?.lag_ms ?? 0;
       drawText(pen, colours, `${fixed(lag, 0)} ms`, LEFT + 4, (line + middle) / 2, { colour: paintOf(colours, p).text });

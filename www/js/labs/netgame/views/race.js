@@ -7,6 +7,7 @@ import { corrections, correctionWords, dots, drawGrid, gapLabel, ghost, scaleX, 
 import { Labels } from './labels.js';
 import { HIGH, LONG, drawCar, hasCar } from '../../../draw/cars.js';
 import { drawMark, drawText } from '../../../draw/marks.js';
+import { t } from '../../../base/words.js';
 
 /** @typedef {import('./scene.js').DrawContext} DrawContext */
 
@@ -78,8 +79,8 @@ function standing(at, player) {
     laps = value('laps'),
     speed = value('speed_mps');
   const parts = [];
-  if (place !== undefined) parts.push(finish ? `finished ${place} in ${fixed(finish, 2)} s` : `place ${place}`);
-  if (laps !== undefined && !finish) parts.push(`lap ${laps + 1}`);
+  if (place !== undefined) parts.push(finish ? t('netgame.finished', { place, time: fixed(finish, 2) }) : t('netgame.place', { place }));
+  if (laps !== undefined && !finish) parts.push(t('netgame.lap', { n: laps + 1 }));
   if (speed !== undefined) parts.push(`${fixed(speed, 1)} m/s`);
   return parts.join(' · ');
 }
@@ -136,7 +137,7 @@ export function drawRace(at) {
     if (hasCar(i)) drawCar(pen, colours, i, x, y, size);
     else drawMark(pen, colours, i, x, y, size);
     pen.globalAlpha = 1;
-    if (isAway(car)) labels.put('away', x - half, x + half, y, size, { colour: colours.snap, bold: true });
+    if (isAway(car)) labels.put(t('netgame.away'), x - half, x + half, y, size, { colour: colours.snap, bold: true });
     if (at.view === 0) {
       later.push(() =>
         labels.put(standing(at, i), x - half, x + half, y, size, {

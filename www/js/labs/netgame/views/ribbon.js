@@ -2,6 +2,7 @@
 import { cross, drawText } from '../../../draw/marks.js';
 import { fixed } from '../../../base/format.js';
 import { paintOf } from '../../../draw/palette.js';
+import { t } from '../../../base/words.js';
 
 /** @typedef {import('./scene.js').DrawContext} DrawContext */
 
@@ -35,11 +36,11 @@ export function drawRibbon(at, left, width, top, height) {
   const rate = inputRate(at, player);
   const rtt = (2 * view.lag_ms) / 1000;
   const steady = rate > 0 && Math.abs(view.unacked - rtt * rate) <= view.unacked / 2 + 3; /* not while packets are missing */
-  const long = `unacknowledged ${view.unacked} ≈ RTT × input rate (${fixed(rtt, 2)} s × ${fixed(rate, 0)}/s)`;
-  const middle = `unacknowledged ${view.unacked} ≈ ${fixed(rtt, 2)} s × ${fixed(rate, 0)}/s`;
+  const values = { n: view.unacked, rtt: fixed(rtt, 2), rate: fixed(rate, 0) };
+  const long = t('netgame.unacked.long', values),
+    middle = t('netgame.unacked.middle', values);
   pen.font = `${colours.text}px ${colours.font}`;
-  const text =
-    (steady ? [long, middle] : []).find((words) => pen.measureText(words).width < width * 0.6) ?? `unacknowledged ${view.unacked}`;
+  const text = (steady ? [long, middle] : []).find((words) => pen.measureText(words).width < width * 0.6) ?? t('netgame.unacked', values);
   const room = width - pen.measureText(text).width - 20;
   const shown = Math.max(CELLS / 2, Math.min(CELLS, view.unacked + 8));
   const count = Math.max(8, Math.min(shown, Math.floor(room / 5)));

@@ -1,10 +1,11 @@
 // Shared by all views of a game: the drawing context, the scale, ghosts, corrections.
 import { gridStep } from '../../../draw/axis.js';
 import { E_PREDICTED } from '../core/frame.js';
-import { fixed, signed } from '../../../base/format.js';
+import { fixed, localized, signed } from '../../../base/format.js';
 import { paintOf } from '../../../draw/palette.js';
 import { drawCarGhost, hasCar } from '../../../draw/cars.js';
 import { cross, drawGhost, drawText, spring } from '../../../draw/marks.js';
+import { t } from '../../../base/words.js';
 
 /** @typedef {import('../core/frame.js').Frame} Frame */
 /** @typedef {import('../core/frame.js').Entity} Entity */
@@ -62,7 +63,7 @@ export function drawGrid(at) {
     pen.lineTo(x, height);
     pen.stroke();
     if (i === last - 1 && scaleX(at) * step < colours.axis * 5.4) continue; /* the last label needs the room */
-    const metres = String(Number((i * step).toPrecision(6))).replace('-', '−');
+    const metres = localized(String(Number((i * step).toPrecision(6))));
     drawText(pen, colours, `${metres}${i === first || i === last ? ' m' : ''}`, i === last ? x - 3 : x + 3, colours.axis * 0.7, {
       size: colours.axis,
       colour: colours.faint,
@@ -81,7 +82,7 @@ export function gapLabel(at, drawn, real) {
   const about = predicted ? '≈ ' : '';
   const way = at.unit === 'm' ? `${signed(dx, 2)} m` : `${signed(dx * scaleX(at), 0)} px`;
   const late = Math.round(age);
-  const time = late === 0 ? '' : late > 0 ? `${about}${fixed(late, 0)} ms behind` : `${about}${fixed(-late, 0)} ms ahead`;
+  const time = late === 0 ? '' : t(late > 0 ? 'netgame.behind' : 'netgame.ahead', { ms: `${about}${fixed(Math.abs(late), 0)}` });
   return time === '' ? way : `${way} · ${time}`;
 }
 
@@ -137,7 +138,7 @@ export function corrections(at, player, place, size) {
     pen.lineWidth = colours.line + 1;
     cross(pen, before, now.y, Math.min(9, 4 + Math.abs(before - now.x) / 12));
     if (c.replayed && c === marked[marked.length - 1])
-      drawText(pen, colours, 'replayed', before, now.y - 14, { align: 'center', colour: colours.snap });
+      drawText(pen, colours, t('netgame.replayed'), before, now.y - 14, { align: 'center', colour: colours.snap });
     pen.globalAlpha = 1;
   }
 }
@@ -150,9 +151,9 @@ export function correctionWords(at, player) {
   const rate = list.filter((c) => at.frame.time_s - c.t < 1).length;
   const largest = at.memory.largest[player] ?? 0;
   const size = at.unit === 'm' ? `${fixed(largest, 2)} m` : `${fixed(largest * scaleX(at), 0)} px`;
-  const word = (view.flags & 2) !== 0 ? 'corrections' : 'snaps';
+  const count = t((view.flags & 2) !== 0 ? 'netgame.corrections' : 'netgame.snaps', { n: view.corrections });
   const pace = rate >= CROWD ? ` · ${rate}/s` : '';
-  return `${word} ${view.corrections}${pace} · max ${size}`;
+  return `${count}${pace} · ${t('netgame.largest', { size })}`;
 }
 
 /** One dot per arrived packet; where they would run together, one of k. @param {DrawContext} at
@@ -185,7 +186,7 @@ export function dots(at, place, wanted) {
       pen.fill();
     }
   }
-  if (most > 1) drawText(pen, colours, `dots: 1 of ${most} packets`, 8, colours.text * 2.1, { colour: colours.faint });
+  if (most > 1) drawText(pen, colours, t('netgame.dots', { n: most }), 8, colours.text * 2.1, { colour: colours.faint });
   return drawn;
 }
 

@@ -1,54 +1,49 @@
 // What a player meets, as one sentence and one number each, next to the field's term.
 import { fixed, letter } from '../../../base/format.js';
+import { t } from '../../../base/words.js';
 import { PERSON, PREDICTION, RECONCILIATION } from '../core/frame.js';
 
 /** @typedef {import('../core/frame.js').View} View */
 /** @typedef {import('../core/memory.js').Memory} Memory */
 /** value: empty while nothing was counted. @typedef {{term: string, before: string, value: string, after: string}} Sentence */
 
-/** @param {View} view @param {number} player */
-const subject = (view, player) => {
-  const you = (view.flags & PERSON) !== 0;
-  return {
-    whose: you ? 'Your' : `${letter(player)}’s`,
-    sees: you ? 'You see' : `${letter(player)} sees`,
-    is: you ? 'You were' : `${letter(player)} was`,
-  };
-};
+/** Of a person at this player, or of its letter. @param {View} view @param {string} key @param {number} player @param {import('../../../base/words.js').Values} [values] */
+const of = (view, key, player, values) =>
+  t(`netgame.says.${key}.${(view.flags & PERSON) !== 0 ? 'you' : 'one'}`, { name: letter(player), ...values });
 
 /** @param {View} view @param {number} player @param {Memory} memory @returns {Sentence} */
 function latency(view, player, memory) {
   const { latency: ms } = memory.lately(player);
-  const predicts = (view.flags & PREDICTION) !== 0,
-    trip = fixed(2 * view.lag_ms, 0);
+  const predicts = (view.flags & PREDICTION) !== 0;
   return {
-    term: 'Input latency',
-    before: `${subject(view, player).whose} key shows after`,
+    term: t('netgame.says.latency'),
+    before: of(view, 'latency', player),
     value: ms === null ? '' : `${fixed(ms, 0)} ms`,
-    after: predicts ? `(without prediction at least ${trip})` : `(round trip ${trip})`,
+    after: `${t('netgame.says.latency.after')} ${t(predicts ? 'netgame.says.latency.predicts' : 'netgame.says.latency.trip', {
+      ms: fixed(2 * view.lag_ms, 0),
+    })}`.trimStart(),
   };
 }
 
 /** @param {View} view @param {number} player @param {number} players @returns {Sentence} */
 function age(view, player, players) {
-  const other = players === 2 ? letter(1 - player) : 'the others';
   return {
-    term: 'View age',
-    before: `${subject(view, player).sees} ${other} as ${players === 2 ? 'it was' : 'they were'}`,
+    term: t('netgame.says.age'),
+    before: players === 2 ? of(view, 'age', player, { other: letter(1 - player) }) : of(view, 'ages', player),
     value: `${fixed(view.view_age_ms, 0)} ms`,
-    after: 'ago',
+    after: t(players === 2 ? 'netgame.says.age.after' : 'netgame.says.ages.after'),
   };
 }
 
 /** @param {View} view @param {number} player @param {Memory} memory @returns {Sentence} */
 function corrections(view, player, memory) {
-  const times = view.corrections === 1 ? '1 time' : `${view.corrections} times`,
-    most = view.corrections === 0 ? '' : `, at most ${fixed(memory.largest[player] ?? 0, 2)} m`;
+  const most = view.corrections === 0 ? '' : t('netgame.says.corrections.most', { size: fixed(memory.largest[player] ?? 0, 2) }),
+    without = view.corrections > 0 && (view.flags & RECONCILIATION) === 0;
   return {
-    term: 'Corrections',
-    before: `${subject(view, player).is} pulled back`,
-    value: times,
-    after: `${most}${view.corrections > 0 && (view.flags & RECONCILIATION) === 0 ? ', without reconciliation' : ''}`,
+    term: t('netgame.says.corrections'),
+    before: of(view, 'corrections', player),
+    value: t('netgame.says.corrections.times', { n: view.corrections }),
+    after: `${t('netgame.says.corrections.after')}${most}${without ? t('netgame.says.corrections.without') : ''}`,
   };
 }
 
@@ -75,5 +70,5 @@ export function sentences(view, player, players, memory) {
  * @param {View} view @param {number} player @param {number} players @param {Memory} memory @returns {Sentence} */
 export function mainSentence(view, player, players, memory) {
   const late = (view.flags & PREDICTION) === 0 && memory.lately(player).latency !== null;
-  return late || players < 2 ? { ...latency(view, player, memory), after: '' } : age(view, player, players);
+  return late || players < 2 ? { ...latency(view, player, memory), after: t('netgame.says.latency.after') } : age(view, player, players);
 }
