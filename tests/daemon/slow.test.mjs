@@ -55,7 +55,7 @@ test('a viewer on a line slower than the events is not closed, and its frames ar
     `GET /api/v1/sessions/${session.id}/stream HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n` +
       'Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Protocol: laglab.v2.bin\r\n\r\n',
   );
-  let bytes = Buffer.alloc(0),
+  let bytes = /** @type {Buffer} */ (Buffer.alloc(0)),
     upgraded = false,
     frames = 0,
     oldest = 0;

@@ -144,14 +144,7 @@ test('both locksteps can be chosen, each by its name', async () => {
   const choice = page.locator('#app select[data-path="server.sync"]');
   await settles(
     () => choice.locator('option').allInnerTexts(),
-    [
-      'Free-running server',
-      'Lockstep (stop and wait)',
-      'Inputs as they come',
-      'Deterministic lockstep',
-      'Rollback',
-      'Lockstep, pipelined',
-    ],
+    ['Free-running server', 'Lockstep (stop and wait)', 'Inputs as they come', 'Deterministic lockstep', 'Rollback', 'Lockstep, pipelined'],
   );
   for (const [sync, low, high] of /** @type {[string, number, number][]} */ ([
     ['lockstep', 1, 4],

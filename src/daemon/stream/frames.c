@@ -250,7 +250,7 @@ static void note_sent(ws_viewer *viewer, const ll_frame *frame, uint16_t channel
     if (viewer->frames.fresh) {
         viewer->frames.first_sent_ns = viewer->thread->now_ns;
         viewer->flow.window = BEGIN_WINDOW;
-        ll_ws_viewer_ping(viewer);
+        ll_ws_socket_ping(viewer);
     }
     viewer->frames.fresh = false;
     viewer->frames.has |= channels;

@@ -235,6 +235,7 @@ void ll_ws_socket_take(ws_viewer *viewer, unsigned char *bytes, size_t size); /*
 void ll_ws_socket_write(ws_viewer *viewer, unsigned char *payload, size_t size, ll_opcode opcode);
 bool ll_ws_socket_full(const ws_viewer *viewer);       /* bytes are kept: do not write */
 void ll_ws_socket_request_writable(ws_viewer *viewer); /* calls its receiver's `writable` soon */
+void ll_ws_socket_ping(ws_viewer *viewer);             /* measures the round trip */
 void ll_ws_socket_send_close(ws_viewer *viewer, int code, const char *reason); /* at the end, once */
 void ll_ws_socket_fail(ws_viewer *viewer);
 void ll_ws_socket_free(ws_viewer *viewer); /* the socket and its kept bytes */
@@ -260,7 +261,6 @@ extern const ws_receiver ll_ws_viewer_receiver;
 void ll_ws_viewer_open(ws_viewer *viewer);
 void ll_ws_viewer_gone(ws_viewer *viewer);
 void ll_ws_viewer_hello(ws_viewer *viewer, ws_command *hello); /* takes ownership */
-void ll_ws_viewer_ping(ws_viewer *viewer);                     /* measures the round trip */
 void ll_ws_viewer_sweep(ws_viewer *viewer);
 void ll_ws_stream_release_if_done(ll_ws_stream *stream);
 

@@ -117,6 +117,16 @@ static void shut_when_done(ws_viewer *viewer)
     }
 }
 
+void ll_ws_socket_ping(ws_viewer *viewer)
+{
+    unsigned char bytes[LL_FRAMING_HEAD_SPACE];
+    if (viewer->measured_ns != 0 || viewer->closing.code != 0 || ll_ws_socket_full(viewer)) {
+        return;
+    }
+    viewer->measured_ns = viewer->pinged_ns = ll_ws_now();
+    ll_ws_socket_write(viewer, bytes + LL_FRAMING_HEAD_SPACE, 0, LL_OPCODE_PING);
+}
+
 void ll_ws_socket_send_close(ws_viewer *viewer, int code, const char *reason)
 {
     unsigned char bytes[LL_FRAMING_HEAD_SPACE + LL_FRAMING_CONTROL_MAX],

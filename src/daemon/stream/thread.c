@@ -148,7 +148,7 @@ static void run_command(ws_thread *thread, ws_command *command)
         break;
     case WS_COMMAND_PING:
         if (present) {
-            ll_ws_viewer_ping(viewer);
+            ll_ws_socket_ping(viewer);
         }
         break;
     case WS_COMMAND_SUBSCRIBE:

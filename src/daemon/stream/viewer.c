@@ -304,16 +304,6 @@ const ws_receiver ll_ws_viewer_receiver = {.piece = receive,
                                            .fault = ll_ws_viewer_close,
                                            .writable = writable};
 
-void ll_ws_viewer_ping(ws_viewer *viewer)
-{
-    unsigned char bytes[LL_FRAMING_HEAD_SPACE];
-    if (viewer->measured_ns != 0 || viewer->closing.code != 0 || ll_ws_socket_full(viewer)) {
-        return;
-    }
-    viewer->measured_ns = viewer->pinged_ns = ll_ws_now();
-    ll_ws_socket_write(viewer, bytes + LL_FRAMING_HEAD_SPACE, 0, LL_OPCODE_PING);
-}
-
 static void check_alive(ws_viewer *viewer)
 {
     unsigned char bytes[LL_FRAMING_HEAD_SPACE];

@@ -43,8 +43,24 @@ function caption(view) {
 }
 
 /** What a lesson highlights in a view: `at` of api/lesson.schema.json. */
-const SHOWS =
-  'own_entity other_entity server_entity correction waiting shot cover arrivals inputs buffer refusals desync path size gap positions';
+const SHOWS = [
+  'own_entity',
+  'other_entity',
+  'server_entity',
+  'correction',
+  'waiting',
+  'shot',
+  'cover',
+  'arrivals',
+  'inputs',
+  'buffer',
+  'refusals',
+  'desync',
+  'path',
+  'size',
+  'gap',
+  'positions',
+].join(' ');
 
 /** @param {number} view @returns {Template} */
 function row(view) {
