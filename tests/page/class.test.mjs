@@ -112,7 +112,7 @@ test('teacher and student go on after kill -9 of the daemon: same code, seat, ph
     'the student holds the seat again',
     25000,
   );
-  await until(async () => /You play A/.test(await chip(a.page)), 'the student’s page says so');
+  await reads(chip(a.page), /You play A/);
   await until(async () => (await frameOf(a.page)) !== null, 'the board is drawn');
   await button(teacher.page, 'Run').click();
   await until(async () => (await teacher.state()).status === 'playing', 'the teacher’s key works');
