@@ -35,8 +35,8 @@ async function send() {
       const answer = await call('PATCH', `sessions/${target.id}/params`, { body, key: target.key });
       if (target !== session.value) return;
       seen.version = answer.params_version;
+      remember(body); /* first: what is drawn for the new values reads the link */
       accept(answer.params, body);
-      remember(body);
     } catch (error) {
       const detail = error instanceof Problem ? (error.errors[0]?.detail ?? error.message) : t('session.no_answer');
       notify(t('session.not_changed', { detail }));
