@@ -109,7 +109,7 @@ export function messagesPanel() {
   const ids = offered.value.split(' ');
   const chosen = inspectors.value.find((one) => one.id === inspector.value);
   return html`<div class="panel plainpanel"><div class="head"><h2>${t('netgame.marks')}</h2><take-away of="lane" data name=${t('netgame.messages')}></take-away></div>
-    <div class="lookrow"><label class="field choice"><span>${t('netgame.lower')}</span><select aria-label=${t('netgame.lower_content')} @change=${(
+    <div class="lookrow"><label class="field choice" title=${t('netgame.lower')}><select aria-label=${t('netgame.lower_content')} @change=${(
       /** @type {Event} */ event,
     ) => {
       inspector.value = /** @type {HTMLSelectElement} */ (event.target).value;
