@@ -4,10 +4,12 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 #include "rigid/body/world_state.h"
 #include "rigid/laglab.h"
 #include "rigid/scenes/scene.h"
+#include "threads/team.h"
 
 static void check(ll_status status)
 {
@@ -149,30 +151,45 @@ static bool print_event(const ll_rigid *w, numbers *n, int step, bool comma)
     return true;
 }
 
-static int print_scene(const char *name, int steps, int settings, char **setting)
+/* A world of the scene, with its own parameters and the settings `name=value`. */
+static ll_rigid *make_scene(const ll_scene *scene, ll_scene_args *args, int settings, char **setting)
 {
-    const ll_scene *scene = ll_scene_named(name);
-    static numbers n;
-    ll_scene_args args = {0};
     ll_rigid_params p;
     ll_rigid_limits limits = {.broad = LL_BROAD_GRID};
-    if (scene == NULL)
-        check(ll_error(LL_BAD_INPUT, "there is no scene %s", name));
+    ll_param_defaults(&ll_rigid_table, &p);
     for (int i = 0; i < settings; i++) {
         char path[32] = "";
         const char *value = strchr(setting[i], '=');
         if (value != NULL)
             snprintf(path, sizeof path, "%.*s", (int)(value - setting[i]), setting[i]);
-        check(ll_param_set(&ll_scene_args_table, &args, path, value != NULL ? value + 1 : "", false));
+        check(ll_param_set(&ll_scene_args_table, args, path, value != NULL ? value + 1 : "", false));
     }
-    args = ll_scene_args_of(scene, &args);
-    ll_param_defaults(&ll_rigid_table, &p);
+    *args = ll_scene_args_of(scene, args);
     if (scene->params != NULL)
-        scene->params(&args, &p);
-    scene->limits(&args, &limits);
+        scene->params(args, &p);
+    scene->limits(args, &limits);
     check(ll_rigid_check(&limits));
     ll_rigid *w = ll_rigid_init(aligned_alloc(64, (ll_rigid_size(&limits) + 63) & ~(size_t)63), &limits, &p);
-    check(scene->build(w, &args));
+    check(scene->build(w, args));
+    return w;
+}
+
+static const ll_scene *scene_named(const char *name)
+{
+    const ll_scene *scene = ll_scene_named(name);
+    if (scene == NULL)
+        check(ll_error(LL_BAD_INPUT, "there is no scene %s", name));
+    return scene;
+}
+
+static int print_scene(const char *name, int steps, int settings, char **setting)
+{
+    const ll_scene *scene = scene_named(name);
+    static numbers n;
+    ll_scene_args args = {0};
+    ll_rigid *w = make_scene(scene, &args, settings, setting);
+    ll_rigid_params p = w->params;
+    ll_rigid_limits limits = w->limits;
     printf(
         "{\"gravity_x\":%.17g,\"gravity_y\":%.17g,\"dt\":%.17g,\"continuous\":%d,\"bodies\":%d,\"shapes\":%d,"
         "\"contacts\":%d,\"joints\":%d,\"events\":[\n",
@@ -295,6 +312,69 @@ static void measure_growth(int32_t count, int steps)
     free(w);
 }
 
+/* ---- threads ---- */
+
+static double wall_now(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+typedef struct wall_phases {
+    double at, sum[LL_PHASES];
+} wall_phases;
+
+static void wall_phase_ended(void *context, ll_rigid_phase phase)
+{
+    wall_phases *p = context;
+    double now = wall_now();
+    p->sum[phase] += now - p->at;
+    p->at = now;
+}
+
+/* Wall time of the steps by 1 and by `threads` threads, in turn within each step so that both see the same
+ * machine. */
+static int measure_threads(const char *name, int steps, int threads, int settings, char **setting)
+{
+    const ll_scene *scene = scene_named(name);
+    ll_scene_args args[2] = {0};
+    ll_rigid *w[2];
+    ll_team *team[2] = {NULL, NULL};
+    wall_phases spans[2] = {0};
+    double *spent[2];
+    check(ll_team_make(threads, &team[1]));
+    for (int k = 0; k < 2; k++) {
+        w[k] = make_scene(scene, &args[k], settings, setting);
+        ll_rigid_params params = w[k]->params; /* as the engines of the other tables */
+        params.sleep = false;
+        params.substeps = 4;
+        check(ll_rigid_set_params(w[k], &params));
+        spent[k] = calloc((size_t)steps, sizeof(double));
+    }
+    for (int i = 0; i < steps; i++)
+        for (int k = 0; k < 2; k++) {
+            ll_rigid_probe probe = {wall_phase_ended, &spans[k]};
+            double begin = wall_now();
+            if (scene->drive != NULL)
+                check(scene->drive(w[k], &args[k], i));
+            spans[k].at = wall_now();
+            check(ll_rigid_step_by_team(w[k], 1.0 / 60, &probe, team[k]));
+            spent[k][i] = wall_now() - begin;
+        }
+    double one = median(spent[0], steps), more = median(spent[1], steps);
+    printf("{\"scene\":\"%s\",\"bodies\":%d,\"threads\":%d,\"one_ms\":%.6g,\"more_ms\":%.6g,\"ratio\":%.4g,"
+           "\"same\":%s",
+           name, ll_rigid_get_stats(w[0]).bodies, threads, 1e3 * one, 1e3 * more, one / more,
+           ll_rigid_hash(w[0]) == ll_rigid_hash(w[1]) ? "true" : "false");
+    for (int i = 0; i < LL_PHASES; i++)
+        printf(",\"%s\":[%.4g,%.4g]", ll_rigid_phase_names[i], 1e3 * spans[0].sum[i] / steps,
+               1e3 * spans[1].sum[i] / steps);
+    printf("}\n");
+    ll_team_free(team[1]);
+    return 0;
+}
+
 int main(int argc, char **argv)
 {
     static const int32_t sizes[] = {100, 300, 1000, 3000, 10000, 30000, 100000};
@@ -306,5 +386,7 @@ int main(int argc, char **argv)
     }
     if (argc > 3 && strcmp(argv[1], "scene") == 0)
         return print_scene(argv[2], atoi(argv[3]), argc - 4, argv + 4);
+    if (argc > 4 && strcmp(argv[1], "threads") == 0)
+        return measure_threads(argv[2], atoi(argv[3]), atoi(argv[4]), argc - 5, argv + 5);
     return run_engine(&laglab_engine, argc, argv);
 }

@@ -52,6 +52,7 @@ endfunction()
 
 # ---- unit tests, mirroring src ----
 file(GLOB_RECURSE test_sources CONFIGURE_DEPENDS ${tests_dir}/test_*.c)
+add_custom_target(tests_of_threads)
 foreach(source IN LISTS test_sources)
     file(RELATIVE_PATH room ${tests_dir} ${source})
     string(REGEX REPLACE "/.*" "" room ${room})
@@ -59,8 +60,9 @@ foreach(source IN LISTS test_sources)
     string(REGEX REPLACE "^test_" "" name ${name})
     laglab_test_program(test_${room}_${name} ${source} ${room})
     set(labels ${room})
-    if(room STREQUAL "daemon")
-        list(APPEND labels threads) # what the thread sanitizer runs
+    if(room STREQUAL "daemon" OR room STREQUAL "threads" OR name STREQUAL "team") # what the thread sanitizer runs
+        list(APPEND labels threads)
+        add_dependencies(tests_of_threads test_${room}_${name})
     endif()
     if(room STREQUAL "golden" AND name STREQUAL "golden") # two cores share it
         laglab_test(golden.golden_1 golden test_golden_golden 1/2)

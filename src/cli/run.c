@@ -11,12 +11,13 @@
 #include "cli/verbs.h"
 #include "session/session.h"
 #include "session/workload.h"
+#include "threads/team.h"
 
 typedef struct run_options {
     const char *scenario;
     ll_option_list sets;
     bool text;
-    const char *seed, *duration, *trace, *log, *workload, *record, *scenarios;
+    const char *seed, *duration, *trace, *log, *workload, *record, *scenarios, *threads;
 } run_options;
 
 static void write_text(void *context, const char *text, size_t length)
@@ -220,6 +221,12 @@ static ll_status parse(int argc, char **argv, run_options *a)
          .takes = "FILE",
          .help = "Writes the players' inputs as a workload.",
          .value = &a->record},
+        {.name = "--threads",
+         .takes = "N",
+         .help = "Threads of a step of kind rigid, 1 to 16, with the same results; default 1. More than one "
+                 "helps worlds of "
+                 "some thousand bodies.",
+         .value = &a->threads},
         {.name = "--text",
          .help = "Prints the lines that the paper has for the scenario, without a run; kind motion only.",
          .flag = &a->text},
@@ -233,11 +240,21 @@ static ll_status parse(int argc, char **argv, run_options *a)
                             argc, argv, options, &a->scenario);
 }
 
+/* NULL for one thread. */
+static ll_status make_team(const char *threads, ll_team **team)
+{
+    int64_t count = 1;
+    if (threads)
+        LL_TRY(ll_argument_whole("--threads", threads, 1, LL_TEAM_PARTS_MAX, &count));
+    return count > 1 ? ll_team_make((int)count, team) : ll_ok();
+}
+
 int ll_verb_run(int argc, char **argv)
 {
     run_options a = {0};
     cJSON *json = NULL;
     ll_session *session = NULL;
+    ll_team *team = NULL;
     double wall_s = 0;
     ll_status status = parse(argc, argv, &a);
     LL_THEN(status, ll_scenario_argument(a.scenario, a.scenarios, &json));
@@ -250,10 +267,15 @@ int ll_verb_run(int argc, char **argv)
     LL_THEN(status, ll_session_create(json, -1, NULL, NULL, &session));
     if (!ll_failed(&status) && a.workload)
         status = load_workload(a.workload, session);
-    LL_THEN(status, run_session(&a, session, &wall_s));
+    LL_THEN(status, make_team(a.threads, &team));
+    if (!ll_failed(&status)) {
+        ll_session_set_team(session, team);
+        status = run_session(&a, session, &wall_s);
+    }
     if (!ll_failed(&status))
         print_result(&a, session, wall_s);
     ll_session_destroy(session);
+    ll_team_free(team);
     cJSON_Delete(json);
     return ll_failed(&status) ? ll_argument_fail(&status) : 0;
 }

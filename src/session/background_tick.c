@@ -69,7 +69,7 @@ void ll_background_tick_run(ll_background_tick *a, const ll_interrupt *interrupt
 {
     ll_recorder recorder = {keep_event, a};
     a->status = a->kind->advance(a->block, a->until, a->records ? &recorder : NULL,
-                                 a->step_profiler.now_ns ? &a->step_profiler : NULL, interrupt);
+                                 a->step_profiler.now_ns ? &a->step_profiler : NULL, interrupt, NULL);
 }
 
 static void add_cost(ll_session *s, const ll_background_tick *a)

@@ -106,7 +106,7 @@ bool ll_session_refresh(ll_session *s)
     ll_time now = ll_tick_time(s->tick, s->freq);
     if (!s->stale || s->status == LL_SESSION_FAILED)
         return true;
-    ll_status status = kind->advance(s->block, now, NULL, NULL, s->interruption.by);
+    ll_status status = kind->advance(s->block, now, NULL, NULL, s->interruption.by, s->team);
     if (status.code == LL_INTERRUPTED) {
         kind->change(s->block, s->config, now);
         begin_rewake(s);
@@ -192,8 +192,8 @@ void ll_session_run(ll_session *s, int64_t to, bool record)
         ll_session_take_checkpoint(s);
         int64_t end = end_of_run(s, to);
         ll_time until = ll_tick_time(end, s->freq);
-        ll_status status =
-            kind->advance(s->block, until, record ? &recorder : NULL, step_profiler, s->interruption.by);
+        ll_status status = kind->advance(s->block, until, record ? &recorder : NULL, step_profiler,
+                                         s->interruption.by, s->team);
         s->interruption.epoch++;
         if (status.code == LL_INTERRUPTED) {
             s->interruption.happened = true;
@@ -221,7 +221,7 @@ static ll_status run_tick_zero(ll_session *s, bool record)
 {
     ll_recorder recorder = {ll_session_keep_event, s};
     ll_step_profiler *step_profiler = s->meter.step_profiler.now_ns ? &s->meter.step_profiler : NULL;
-    return s->scenario.kind->advance(s->block, 0, record ? &recorder : NULL, step_profiler, NULL);
+    return s->scenario.kind->advance(s->block, 0, record ? &recorder : NULL, step_profiler, NULL, s->team);
 }
 
 void ll_session_start_from(ll_session *s, const ll_checkpoint *checkpoint, bool record)

@@ -115,6 +115,7 @@ struct ll_session {
     size_t block_size;
     bool stale; /* a change restarted the block: it is at an earlier time than the present tick */
     ll_session_interruption interruption;
+    ll_team *team; /* of the caller: threads for a tick; NULL: its own alone */
     ll_checkpoint checkpoints[LL_CHECKPOINTS];
     ll_session_events events;
     ll_session_hashes hashes;

@@ -119,6 +119,11 @@ int64_t ll_session_due(const ll_session *s, ll_time wall)
     return target > s->tick ? target - s->tick : 0;
 }
 
+void ll_session_set_team(ll_session *s, ll_team *team)
+{
+    s->team = team;
+}
+
 void ll_session_set_interrupt(ll_session *s, const ll_interrupt *interrupt)
 {
     s->interruption.by = interrupt;

@@ -63,6 +63,10 @@ ll_status ll_session_fork(ll_session *session, ll_log_line *on_line, void *conte
  * date). */
 int64_t ll_session_advance(ll_session *session, ll_time wall, int64_t max_ticks);
 
+/* Sets the threads that ticks of the calls that follow may use, with the same results; NULL: the caller's
+ * alone. */
+void ll_session_set_team(ll_session *session, ll_team *team);
+
 /* Sets the interrupt for the calls that follow; NULL: none. It stops a tick that takes too long, and a change
  * that recomputes the run. The session then has to wake again at its tick; as its ticks are long, the caller
  * should use ll_session_begin_background_tick. ll_session_advance_or_restore copies the state at each call (a

@@ -52,7 +52,7 @@ scene scene_make(const char *text, const char *const *sets)
 
 void scene_run(scene *s, double until_s, const ll_recorder *recorder)
 {
-    must(s->scenario.kind->advance(s->game, (ll_time)(until_s * 1e9 + 0.5), recorder, NULL, NULL));
+    must(s->scenario.kind->advance(s->game, (ll_time)(until_s * 1e9 + 0.5), recorder, NULL, NULL, NULL));
 }
 
 void scene_run_whole(scene *s)

@@ -10,6 +10,7 @@
 
 #include <stddef.h>
 
+#include "base/team.h"
 #include "param/param.h"
 #include "rigid/broad/broad.h"
 #include "rigid/shape/bound.h"
@@ -212,6 +213,11 @@ typedef struct ll_rigid_probe {
  * beyond LL_WORLD_MAX; the world cannot be used any more. LL_LIMIT: more contacts than the limit; the step
  * was made without the excess ones. */
 ll_status ll_rigid_step(ll_rigid *world, double dt, const ll_rigid_probe *probe);
+
+/* The same by the threads of a team, with the same bits for every number of threads. The soft step solver,
+ * the narrow phase and the end of the step are done in parts; other solvers, joints, bounces and the broad
+ * phase use one thread. Worlds of a few hundred bodies gain nothing. NULL: one thread. */
+ll_status ll_rigid_step_by_team(ll_rigid *world, double dt, const ll_rigid_probe *probe, ll_team *team);
 
 /* Equal for equal histories, for every SIMD width and broad phase. */
 uint64_t ll_rigid_hash(const ll_rigid *world);

@@ -16,7 +16,7 @@ void ll_give_colour(ll_rigid *w, ll_contact *c);
 
 /* ---- update.c ---- */
 
-void ll_update_contacts(ll_rigid *w);
+void ll_update_contacts(ll_rigid *w, ll_team *team);
 /* For these poses of the bodies; in a's frame. */
 ll_manifold ll_manifold_of(const ll_rigid *w, const ll_contact *c, ll_pose a, ll_pose b, double margin);
 

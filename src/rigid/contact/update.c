@@ -96,13 +96,25 @@ static void begin_or_end(ll_rigid *w, int32_t contact)
             ll_wake(w, c->body[side]);
 }
 
-void ll_update_contacts(ll_rigid *w)
+/* The awake contacts, in parts. A part writes what has changed into its own part of `changed`. */
+typedef struct narrow_phase {
+    ll_rigid *w;
+    int32_t *changed; /* indices; ~index: its boxes no longer overlap */
+    struct {
+        int32_t begin, changes, recycled, pad;
+    } part[LL_TEAM_PARTS_MAX];
+} narrow_phase;
+
+static void update_part(void *context, int part, int parts)
 {
+    narrow_phase *n = context;
+    ll_rigid *w = n->w;
     const uint8_t *moved = ll_moved_flags(w);
     const ll_aabb *boxes = ll_boxes(w);
     const ll_pose *poses = ll_poses(w);
-    int32_t *changed = ll_scratch(w), changes = 0, recycled = 0;
-    for (int32_t i = 0; i < w->awake_contacts; i++) {
+    ll_share of = ll_share_of(w->awake_contacts, part, parts);
+    int32_t *changed = n->changed + of.begin, changes = 0, recycled = 0;
+    for (int32_t i = of.begin; i < of.end; i++) {
         int32_t index = ll_awake_contacts(w)[i];
         if (i + 6 < w->awake_contacts)
             ll_prefetch_contact(&ll_contacts(w)[ll_awake_contacts(w)[i + 6]]);
@@ -122,14 +134,33 @@ void ll_update_contacts(ll_rigid *w)
         if ((c->count > 0) != (c->colour != LL_NONE))
             changed[changes++] = index;
     }
-    w->stats.recycled = recycled;
-    w->stats.tested = w->awake_contacts - recycled;
+    n->part[part].begin = of.begin;
+    n->part[part].changes = changes;
+    n->part[part].recycled = recycled;
+}
+
+static void apply_changes(ll_rigid *w, const int32_t *changed, int32_t changes)
+{
     for (int32_t i = 0; i < changes; i++) {
         if (changed[i] < 0)
             ll_remove_contact(w, ~changed[i]);
         else
             begin_or_end(w, changed[i]);
     }
+}
+
+void ll_update_contacts(ll_rigid *w, ll_team *team)
+{
+    enum { least = 256 }; /* a contact takes 20 to 200 ns */
+    narrow_phase n = {.w = w, .changed = ll_scratch(w)};
+    int32_t recycled = 0, tested = w->awake_contacts;
+    ll_team_run(team, w->awake_contacts, least, update_part, &n);
+    for (int i = 0; i < LL_TEAM_PARTS_MAX; i++) {
+        recycled += n.part[i].recycled;
+        apply_changes(w, n.changed + n.part[i].begin, n.part[i].changes);
+    }
+    w->stats.recycled = recycled;
+    w->stats.tested = tested - recycled;
     for (int32_t i = 0; i < w->moved; i++)
         ll_moved_flags(w)[ll_moved_lists(w)[i]] = 0;
     w->moved = 0;

@@ -82,7 +82,7 @@ static void begin_touches(ll_rigid *w, memory *m)
 {
     int32_t start[LL_COLOUR_SLOTS + 1];
     bool warm = w->params.warm_start;
-    m->count = ll_order_contacts(w, ll_whole(w).contacts, start);
+    m->count = ll_order_contacts(w, NULL, ll_whole(w).contacts, start);
     for (int32_t i = 0; i < m->count; i++) {
         int32_t index = ll_orders(w)[i];
         const ll_contact *c = &ll_contacts(w)[index];
@@ -363,8 +363,9 @@ static void descend_all(ll_rigid *w, const memory *m)
         descend(w, m, ll_awake_bodies(w)[i]);
 }
 
-static void solve(ll_rigid *w)
+static void solve(ll_rigid *w, ll_team *team)
 {
+    (void)team;
     memory m = memory_of(w);
     ll_group all = ll_whole(w);
     begin_touches(w, &m);

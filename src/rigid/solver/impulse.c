@@ -30,8 +30,9 @@ static void push_out(ll_rigid *w, const ll_contact_constraint *r)
     b->d = ll_madd(b->d, r->mb * share, r->n);
 }
 
-static void solve(ll_rigid *w)
+static void solve(ll_rigid *w, ll_team *team)
 {
+    (void)team;
     ll_group all = ll_whole(w);
     ll_contact_constraints rows = ll_prepare_contacts(w);
     ll_prepare_body_steps(w, all.bodies, w->dt);

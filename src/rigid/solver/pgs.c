@@ -97,8 +97,9 @@ ll_contact_constraints ll_pgs_velocities(ll_rigid *w, double baumgarte)
     return rows;
 }
 
-static void solve(ll_rigid *w)
+static void solve(ll_rigid *w, ll_team *team)
 {
+    (void)team;
     ll_contact_constraints rows = ll_pgs_velocities(w, w->params.baumgarte);
     ll_integrate_positions(w, ll_whole(w).bodies, w->dt);
     ll_store_contacts(w, rows);

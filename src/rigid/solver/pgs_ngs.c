@@ -64,8 +64,9 @@ static bool correct_all(ll_rigid *w, ll_contact_constraints rows)
     return corrected;
 }
 
-static void solve(ll_rigid *w)
+static void solve(ll_rigid *w, ll_team *team)
 {
+    (void)team;
     ll_contact_constraints rows = ll_pgs_velocities(w, 0);
     ll_integrate_positions(w, ll_whole(w).bodies, w->dt);
     for (int64_t n = 0; n < w->params.position_iterations && correct_all(w, rows); n++)

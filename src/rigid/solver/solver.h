@@ -5,6 +5,7 @@
  * one row of the table. */
 #pragma once
 
+#include "base/team.h"
 #include "rigid/joint/joint.h"
 
 enum { LL_PER_STEP, LL_PER_SUBSTEP, LL_PER_ITERATION, LL_PER_POSITION_ITERATION, LL_PASSES };
@@ -14,7 +15,7 @@ typedef struct ll_solver {
     const char *help;         /* method, cost in passes over contacts, source */
     double passes[LL_PASSES]; /* passes as numbers: per step, and per unit of each count */
     size_t (*size)(const ll_rigid_limits *limits); /* bytes of solver memory, a multiple of 64 */
-    void (*solve)(ll_rigid *world);
+    void (*solve)(ll_rigid *world, ll_team *team); /* NULL, or threads that a solver may use */
 } ll_solver;
 
 #define LL_SOLVER_DECLARE(KIND, NAME) extern const ll_solver ll_solver_##NAME;
@@ -67,7 +68,8 @@ void ll_integrate_positions(ll_rigid *w, ll_index_list bodies, double h);
 
 /* Sorts touching contacts by colour into `order`; colour c is from start[c] to start[c + 1]. Returns their
  * count, and adds to the step's statistics. */
-int32_t ll_order_contacts(ll_rigid *w, ll_index_list contacts, int32_t start[LL_COLOUR_SLOTS + 1]);
+int32_t ll_order_contacts(ll_rigid *w, ll_team *team, ll_index_list contacts,
+                          int32_t start[LL_COLOUR_SLOTS + 1]);
 
 typedef struct ll_contact_constraint_point { /* contact point; normal and anchors rotate with their bodies */
     ll_vec2 ra, rb; /* anchors from the centres of mass, at the beginning of the step */

@@ -91,8 +91,9 @@ static void pass(ll_rigid *w, ll_contact_constraints rows, double rate, bool bia
     }
 }
 
-static void solve(ll_rigid *w)
+static void solve(ll_rigid *w, ll_team *team)
 {
+    (void)team;
     double h = w->dt / (double)w->params.substeps, rate = 1 / h;
     ll_softness stiff = ll_soft(ll_min(w->params.joint_hertz, 0.25 * rate), w->params.joint_damping_ratio, h);
     ll_group all = ll_whole(w);

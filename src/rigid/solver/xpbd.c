@@ -307,7 +307,7 @@ static ll_contact_constraint row_of(const ll_rigid *w, int32_t contact)
 static ll_contact_constraints prepare(ll_rigid *w, ll_index_list contacts)
 {
     int32_t start[LL_COLOUR_SLOTS + 1];
-    ll_contact_constraints rows = {ll_solver_memory(w), ll_order_contacts(w, contacts, start)};
+    ll_contact_constraints rows = {ll_solver_memory(w), ll_order_contacts(w, NULL, contacts, start)};
     for (int32_t i = 0; i < rows.count; i++)
         rows.at[i] = row_of(w, ll_orders(w)[i]);
     for (int32_t i = 0; i < contacts.count; i++) {
@@ -359,8 +359,9 @@ static void store(ll_rigid *w, ll_contact_constraints rows)
     }
 }
 
-static void solve(ll_rigid *w)
+static void solve(ll_rigid *w, ll_team *team)
 {
+    (void)team;
     double h = w->dt / (double)w->params.substeps;
     ll_group all = ll_whole(w);
     ll_contact_constraints rows = prepare(w, all.contacts);

@@ -179,33 +179,70 @@ static void count_rest(ll_rigid *w, ll_body *b, const ll_solver_body *m)
         b->sleep_time += w->dt;
 }
 
-/* Writes the poses. Returns the first body that is not finite or out of the world, or LL_NONE. */
-static int32_t finish(ll_rigid *w)
+/* The end of a step, in parts. A part lists the bodies whose boxes must be renewed in its own part of `left`.
+ */
+typedef struct finishing {
+    ll_rigid *w;
+    int32_t *left;
+    struct {
+        int32_t bad, begin, count, pad; /* bad: its first unsound body in the order of slots, or LL_NONE */
+    } part[LL_TEAM_PARTS_MAX];
+} finishing;
+
+static int32_t first_of(int32_t bad, int32_t body)
 {
+    return body != LL_NONE && (bad == LL_NONE || body < bad) ? body : bad;
+}
+
+static void write_pose(ll_rigid *w, int32_t k)
+{
+    ll_body *b = &ll_bodies(w)[k];
+    ll_solver_body *m = &ll_solver_bodies(w)[k];
+    ll_pose *pose = &ll_poses(w)[k];
+    double moved = fabs(m->d.x) + fabs(m->d.y) + fabs(m->turn) * b->extent;
+    pose->p = ll_add(pose->p, m->d);
+    pose->q = ll_rot_normalised(ll_rot_mul(pose->q, m->q));
+    b->angle += m->turn;
+    b->force = ll_vec(0, 0);
+    b->torque = 0;
+    b->drift += moved;
+    m->d = ll_vec(0, 0);
+    m->q = (ll_rot){1, 0};
+    m->turn = 0;
+    count_rest(w, b, m);
+}
+
+static void finish_part(void *context, int part, int parts)
+{
+    finishing *f = context;
+    ll_share of = ll_share_of(f->w->awake, part, parts);
+    int32_t bad = LL_NONE, count = 0;
+    for (int32_t i = of.begin; i < of.end; i++) {
+        int32_t k = ll_awake_bodies(f->w)[i];
+        write_pose(f->w, k);
+        if (!sound(f->w, k))
+            bad = first_of(bad, k);
+        else if (ll_bodies(f->w)[k].drift > ll_bodies(f->w)[k].slack)
+            f->left[of.begin + count++] = k;
+    }
+    f->part[part].bad = bad;
+    f->part[part].begin = of.begin;
+    f->part[part].count = count;
+}
+
+/* Writes the poses. Returns the first body that is not finite or out of the world, or LL_NONE. */
+static int32_t finish(ll_rigid *w, ll_team *team)
+{
+    enum { least = 512 }; /* a body takes about 20 ns */
+    finishing f = {.w = w, .left = ll_scratch(w)};
     int32_t bad = LL_NONE;
-    for (int32_t i = 0; i < w->awake; i++) {
-        int32_t k = ll_awake_bodies(w)[i];
-        ll_body *b = &ll_bodies(w)[k];
-        ll_solver_body *m = &ll_solver_bodies(w)[k];
-        ll_pose *pose = &ll_poses(w)[k];
-        double moved = fabs(m->d.x) + fabs(m->d.y) + fabs(m->turn) * b->extent;
-        pose->p = ll_add(pose->p, m->d);
-        pose->q = ll_rot_normalised(ll_rot_mul(pose->q, m->q));
-        b->angle += m->turn;
-        b->force = ll_vec(0, 0);
-        b->torque = 0;
-        b->drift += moved;
-        m->d = ll_vec(0, 0);
-        m->q = (ll_rot){1, 0};
-        m->turn = 0;
-        count_rest(w, b, m);
-        if (!sound(w, k)) {
-            if (bad == LL_NONE || k < bad)
-                bad = k;
-            continue;
-        }
-        if (b->drift > b->slack)
-            ll_refresh_boxes(w, k);
+    for (int i = 0; i < LL_TEAM_PARTS_MAX; i++)
+        f.part[i].bad = LL_NONE;
+    ll_team_run(team, w->awake, least, finish_part, &f);
+    for (int i = 0; i < LL_TEAM_PARTS_MAX; i++) {
+        bad = first_of(bad, f.part[i].bad);
+        for (int32_t k = 0; k < f.part[i].count; k++)
+            ll_refresh_boxes(w, f.left[f.part[i].begin + k]);
     }
     return bad;
 }
@@ -237,6 +274,11 @@ static ll_status diverged(const ll_rigid *w, int32_t body)
 
 ll_status ll_rigid_step(ll_rigid *w, double dt, const ll_rigid_probe *probe)
 {
+    return ll_rigid_step_by_team(w, dt, probe, NULL);
+}
+
+ll_status ll_rigid_step_by_team(ll_rigid *w, double dt, const ll_rigid_probe *probe, ll_team *team)
+{
     if (!(dt >= 1e-5 && dt <= 1))
         return ll_field_error(LL_BAD_INPUT, "dt", "dt: must be 1e-5 to 1 s; got %g.", dt);
     w->stats.step++;
@@ -246,15 +288,15 @@ ll_status ll_rigid_step(ll_rigid *w, double dt, const ll_rigid_probe *probe)
     take_dt(w, dt);
     ll_find_pairs(w, &overflowed);
     ended(probe, LL_PHASE_BROAD);
-    ll_update_contacts(w);
+    ll_update_contacts(w, team);
     ended(probe, LL_PHASE_NARROW);
     w->stats.touching = w->stats.points = w->stats.overflow = 0;
     w->colours = 0;
-    ll_solvers[w->params.solver]->solve(w);
+    ll_solvers[w->params.solver]->solve(w, team);
     ended(probe, LL_PHASE_SOLVE);
     ll_solve_continuous(w);
     ended(probe, LL_PHASE_CONTINUOUS);
-    int32_t bad = finish(w);
+    int32_t bad = finish(w, team);
     if (bad != LL_NONE)
         return diverged(w, bad);
     ll_put_to_sleep(w);

@@ -10,6 +10,7 @@
 #include "base/interrupt.h"
 #include "base/recorder.h"
 #include "base/status.h"
+#include "base/team.h"
 #include "base/vtime.h"
 #include "game/core/game.h"
 #include "param/param.h"
@@ -107,9 +108,9 @@ typedef struct ll_sim_kind {
     /* Runs every event up to and including `until`; `step_profiler` may be NULL. LL_DIVERGED names the tick
      * and the entity of the first value that is not finite; the block then stays at that tick. During a long
      * tick the function `interrupt` is called; NULL never interrupts. After LL_INTERRUPTED the block is
-     * invalid. */
+     * invalid. A kind may do parts of a tick by `team`, with the same bits; NULL: one thread. */
     ll_status (*advance)(void *block, ll_time until, const ll_recorder *recorder,
-                         ll_step_profiler *step_profiler, const ll_interrupt *interrupt);
+                         ll_step_profiler *step_profiler, const ll_interrupt *interrupt, ll_team *team);
     /* The time of a block, also of one that has failed. NULL: the caller advances it by one tick at a time,
      * so that the tick of a failure is known; other kinds are advanced by many ticks. */
     ll_time (*stands_at)(const void *block);

@@ -111,8 +111,9 @@ static ll_status advance_one(ll_fluid_sim *s, ll_time until, ll_pace *pace)
 
 /* A failure of the first fluid stops its session; a failure of another stops only that fluid. */
 static ll_status advance(void *block, ll_time until, const ll_recorder *recorder,
-                         ll_step_profiler *step_profiler, const ll_interrupt *interrupt)
+                         ll_step_profiler *step_profiler, const ll_interrupt *interrupt, ll_team *team)
 {
+    (void)team;
     ll_status first = ll_ok();
     ll_pace pace = ll_pace_by(interrupt, 1);
     int i = 0;

@@ -127,8 +127,9 @@ static void advance_one(ll_motion *m, const ll_ode *ode, int i, double t, bool l
 }
 
 static ll_status advance(void *block, ll_time until, const ll_recorder *recorder,
-                         ll_step_profiler *step_profiler, const ll_interrupt *interrupt)
+                         ll_step_profiler *step_profiler, const ll_interrupt *interrupt, ll_team *team)
 {
+    (void)team;
     ll_motion *m = block;
     ll_pace pace = ll_pace_by(interrupt, 1);
     ll_freq freq = tick_freq(&m->config);

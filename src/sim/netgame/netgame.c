@@ -225,8 +225,9 @@ static void settle(void *config, const void *before)
 enum { SHORT_ROUNDS = 32 }; /* more than the events of a tick of few players, each some microseconds */
 
 static ll_status advance(void *block, ll_time until, const ll_recorder *r, ll_step_profiler *step_profiler,
-                         const ll_interrupt *interrupt)
+                         const ll_interrupt *interrupt, ll_team *team)
 {
+    (void)team;
     ll_pace pace = ll_pace_by(interrupt, SHORT_ROUNDS);
     (void)step_profiler;
     return ll_netgame_run_until(block, until, r, &pace);

@@ -93,7 +93,7 @@ static void input(void *block, int player, const ll_action *action)
 
 /* ---- time ---- */
 
-ll_status ll_rigid_sim_step(ll_rigid_sim *s, int i, const ll_rigid_probe *probe)
+ll_status ll_rigid_sim_step(ll_rigid_sim *s, int i, const ll_rigid_probe *probe, ll_team *team)
 {
     ll_rigid *w = ll_rigid_sim_world(s, i);
     ll_rigid_record *r = &s->record[i];
@@ -104,7 +104,7 @@ ll_status ll_rigid_sim_step(ll_rigid_sim *s, int i, const ll_rigid_probe *probe)
         ll_scene_args args = ll_scene_args_of(scene, &s->setup.params);
         status = scene->drive(w, &args, ll_rigid_get_stats(w).step);
     }
-    LL_THEN(status, ll_rigid_step(w, 1 / s->setup.hz, probe));
+    LL_THEN(status, ll_rigid_step_by_team(w, 1 / s->setup.hz, probe, team));
     if (status.code == LL_LIMIT) { /* the step was made without them */
         r->over_limit++;
         return ll_ok();
@@ -130,18 +130,18 @@ static void ended(void *context, ll_rigid_phase phase)
     watch->last = ll_step_profiler_start(watch->step_profiler);
 }
 
-static ll_status step_metered(ll_rigid_sim *s, int i, ll_step_profiler *step_profiler)
+static ll_status step_metered(ll_rigid_sim *s, int i, ll_step_profiler *step_profiler, ll_team *team)
 {
     int64_t from = ll_step_profiler_start(step_profiler);
     stopwatch watch = {.step_profiler = step_profiler, .last = from, .first = i * LL_RIGID_PARTS};
     ll_rigid_probe probe = {ended, &watch};
-    ll_status status = ll_rigid_sim_step(s, i, step_profiler ? &probe : NULL);
+    ll_status status = ll_rigid_sim_step(s, i, step_profiler ? &probe : NULL, team);
     ll_step_profiler_add(step_profiler, i * LL_RIGID_PARTS + LL_PHASES, from);
     return status;
 }
 
 /* A failure of the first world stops its session; a failure of another stops only that world. */
-static ll_status step_all(ll_rigid_sim *s, ll_step_profiler *step_profiler, ll_pace *pace)
+static ll_status step_all(ll_rigid_sim *s, ll_step_profiler *step_profiler, ll_pace *pace, ll_team *team)
 {
     for (int i = 0; i < ll_rigid_sim_worlds(&s->setup); i++) {
         if (!ll_goes_on(pace))
@@ -151,7 +151,7 @@ static ll_status step_all(ll_rigid_sim *s, ll_step_profiler *step_profiler, ll_p
                 return ll_error(LL_DIVERGED, "%s", s->record[0].reason);
             continue;
         }
-        ll_status status = step_metered(s, i, step_profiler);
+        ll_status status = step_metered(s, i, step_profiler, team);
         LL_THEN(status, ll_rigid_sim_measure(s, i, step_profiler));
         if (ll_failed(&status) && i == 0)
             return ll_error(LL_DIVERGED, "%s", status.text);
@@ -161,14 +161,14 @@ static ll_status step_all(ll_rigid_sim *s, ll_step_profiler *step_profiler, ll_p
 }
 
 static ll_status advance(void *block, ll_time until, const ll_recorder *recorder,
-                         ll_step_profiler *step_profiler, const ll_interrupt *interrupt)
+                         ll_step_profiler *step_profiler, const ll_interrupt *interrupt, ll_team *team)
 {
     ll_rigid_sim *s = block;
     ll_pace pace = ll_pace_by(interrupt, 1);
     ll_freq freq = ll_freq_from_hz(s->setup.hz);
     (void)recorder;
     for (int64_t tick = ll_tick_at(s->now, freq) + 1; ll_tick_time(tick, freq) <= until; tick++) {
-        LL_TRY(step_all(s, step_profiler, &pace));
+        LL_TRY(step_all(s, step_profiler, &pace, team));
         s->now = ll_tick_time(tick, freq);
     }
     s->now = until;

@@ -159,7 +159,7 @@ ll_status ll_rigid_sim_init(void *block, const void *config);
 /* ---- rigid.c ---- */
 
 /* One step of a world, without measures. A failure is stored in its record. */
-ll_status ll_rigid_sim_step(ll_rigid_sim *s, int world, const ll_rigid_probe *probe);
+ll_status ll_rigid_sim_step(ll_rigid_sim *s, int world, const ll_rigid_probe *probe, ll_team *team);
 
 /* ---- build.c ---- */
 

@@ -139,7 +139,8 @@ static void count_again(const char *scenario, const char *const *sets)
     const ll_recorder recorder = {note_input_result, d};
     const ll_client_metrics *in = ll_netgame_client_metrics(s.game, 0);
     for (int k = 0; k < TICKS; k++) {
-        ll_status status = ll_sim_netgame.advance(s.game, ll_tick_time(k, 60000), &recorder, NULL, NULL);
+        ll_status status =
+            ll_sim_netgame.advance(s.game, ll_tick_time(k, 60000), &recorder, NULL, NULL, NULL);
         assert_false(ll_failed(&status));
         write_up(d, &s, k);
     }

@@ -566,7 +566,7 @@ static void a_value_that_is_not_finite_stops_at_its_tick(void **state)
     scene s = scene_open("race", NULL);
     scene_run(&s, 5, NULL);
     ll_server_world(ll_netgame_server(s.game))->entity[1].vx = NAN;
-    ll_status status = s.scenario.kind->advance(s.game, 10 * LL_SECOND, NULL, NULL, NULL);
+    ll_status status = s.scenario.kind->advance(s.game, 10 * LL_SECOND, NULL, NULL, NULL, NULL);
     assert_int_equal(status.code, LL_DIVERGED);
     assert_non_null(strstr(status.text, "player B"));
     assert_true(s.game->now <= 5 * LL_SECOND + 17 * LL_MS);
@@ -582,7 +582,7 @@ static void a_view_that_is_not_finite_stops_at_its_display(void **state)
         scene s = scene_open("race", sets);
         scene_run(&s, 5, NULL);
         ll_client_predicted(ll_netgame_client(s.game, viewer))->entity[viewer].x = NAN;
-        ll_status status = s.scenario.kind->advance(s.game, 10 * LL_SECOND, NULL, NULL, NULL);
+        ll_status status = s.scenario.kind->advance(s.game, 10 * LL_SECOND, NULL, NULL, NULL, NULL);
         assert_int_equal(status.code, LL_DIVERGED);
         assert_non_null(strstr(status.text, viewer == 0 ? "player A in the view of player A is not finite"
                                                         : "player B in the view of player B is not finite"));

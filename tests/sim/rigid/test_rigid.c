@@ -330,12 +330,12 @@ static void a_copy_of_the_block_goes_on_as_the_block(void **state)
     size_t size = kind->size(scenario.config);
     char *block = malloc(size), *copy = malloc(size);
     ok(kind->init(block, scenario.config));
-    ok(kind->advance(block, LL_SECOND, NULL, NULL, NULL));
+    ok(kind->advance(block, LL_SECOND, NULL, NULL, NULL, NULL));
     memcpy(copy, block, size);
     uint64_t then = kind->hash(block);
-    ok(kind->advance(block, 2 * LL_SECOND, NULL, NULL, NULL));
+    ok(kind->advance(block, 2 * LL_SECOND, NULL, NULL, NULL, NULL));
     assert_true(kind->hash(copy) == then);
-    ok(kind->advance(copy, 2 * LL_SECOND, NULL, NULL, NULL));
+    ok(kind->advance(copy, 2 * LL_SECOND, NULL, NULL, NULL, NULL));
     assert_true(kind->hash(copy) == kind->hash(block) && kind->hash(copy) != then);
     free(block);
     free(copy);
@@ -359,7 +359,7 @@ static void a_block_stays_within_its_announced_size(void **state)
         memset(block + size, 0xa5, BEYOND);
         memset(wanted, 0xa5, BEYOND);
         ok(scenario.kind->init(block, scenario.config));
-        ok(scenario.kind->advance(block, LL_SECOND, NULL, NULL, NULL));
+        ok(scenario.kind->advance(block, LL_SECOND, NULL, NULL, NULL, NULL));
         assert_memory_equal(block + size, wanted, BEYOND);
         free(block);
         free(wanted);

@@ -21,7 +21,7 @@ static void run(const ll_sim_kind *kind, void *block, ll_rigid_config *config)
         config->setup.solver.solver = k % LL_SOLVERS;
         kind->change(block, config, ll_ms(125.0 * k));
         kind->input(block, 0, k % 2 == 0 ? &press : &leave);
-        ll_status status = kind->advance(block, ll_ms(125.0 * (k + 1)), NULL, NULL, NULL);
+        ll_status status = kind->advance(block, ll_ms(125.0 * (k + 1)), NULL, NULL, NULL, NULL);
         assert_false(ll_failed(&status));
     }
 }

@@ -1,0 +1,47 @@
+/* A team of threads that do a job in parts at the same time, and meet at its end.
+ *
+ * The pure rooms know this interface only; src/threads/team.h makes a team. A result must not depend on the
+ * number of parts: the parts of a job write to different memory, and what depends on an order is done after
+ * the job. */
+#pragma once
+
+#include <stddef.h>
+#include <stdint.h>
+
+enum { LL_TEAM_PARTS_MAX = 16 };
+
+typedef void ll_team_job(void *context, int part, int parts);
+
+typedef struct ll_team ll_team;
+struct ll_team {
+    int parts; /* threads, the caller's included: 1 to LL_TEAM_PARTS_MAX */
+    /* Calls the job once for each part, one of them on the caller's thread, and returns when all have
+     * returned. */
+    void (*run)(ll_team *team, ll_team_job *job, void *context);
+};
+
+/* The indices that a part of a job does: from `begin`, and before `end`. */
+typedef struct ll_share {
+    int32_t begin, end;
+} ll_share;
+
+static inline ll_share ll_share_of(int32_t count, int part, int parts)
+{
+    return (ll_share){(int32_t)((int64_t)count * part / parts),
+                     (int32_t)((int64_t)count * (part + 1) / parts)};
+}
+
+static inline int ll_team_parts(const ll_team *team)
+{
+    return team == NULL ? 1 : team->parts;
+}
+
+/* Runs a job over `count` elements; alone without a team, and when there are fewer than `least`, which the
+ * caller chooses so that a part takes longer than the threads need to meet, about a microsecond. */
+static inline void ll_team_run(ll_team *team, int32_t count, int32_t least, ll_team_job *job, void *context)
+{
+    if (team == NULL || team->parts == 1 || count < least)
+        job(context, 0, 1);
+    else
+        team->run(team, job, context);
+}

@@ -1,0 +1,112 @@
+/* A world stepped by several threads has the bits of one stepped alone, for any number of threads. */
+#include "rigid/harness.h"
+
+#include <inttypes.h>
+
+#include "threads/team.h"
+
+typedef struct trial {
+    const char *scene;
+    ll_scene_args args;
+    int steps;
+} trial;
+
+/* Large enough that the parts are done by different threads: a pile; islands that one thread solves in
+ * groups; impacts; a rod with a motor; chains; bodies that overlap at first, with restitution and CCD. */
+static const trial trials[] = {
+    {"pyramid", {.size = 45}, 40}, {"many_pyramids", {.size = 60}, 20}, {"smash", {0}, 30},
+    {"washer", {0}, 20},           {"spinner", {.size = 1500}, 20},     {"rain", {.size = 60}, 60},
+    {"tumbler", {0}, 60},          {"joint_grid", {.size = 30}, 30},
+};
+
+static void step_both(lab *alone, lab *shared, ll_team *team)
+{
+    lab_run(alone, 1);
+    if (shared->scene->drive != NULL)
+        ok(shared->scene->drive(shared->world, &shared->args, ll_rigid_get_stats(shared->world).step));
+    ok(ll_rigid_step_by_team(shared->world, 1.0 / 60, NULL, team));
+}
+
+static void compare(const trial *t, int threads)
+{
+    lab alone = lab_standard(t->scene, t->args), shared = lab_standard(t->scene, t->args);
+    ll_team *team;
+    ok(ll_team_make(threads, &team));
+    for (int i = 0; i < t->steps; i++) {
+        step_both(&alone, &shared, team);
+        uint64_t expected = ll_rigid_hash(alone.world), hash = ll_rigid_hash(shared.world);
+        ll_rigid_stats a = ll_rigid_get_stats(alone.world), b = ll_rigid_get_stats(shared.world);
+        if (hash != expected || memcmp(&a, &b, sizeof a) != 0)
+            fail_msg("%s, step %d by %d threads: %016" PRIx64 " instead of %016" PRIx64, t->scene, i, threads,
+                     hash, expected);
+    }
+    ll_team_free(team);
+    lab_close(&alone);
+    lab_close(&shared);
+}
+
+static void the_same_bits_by_two_threads(void **state)
+{
+    (void)state;
+    for (size_t i = 0; i < sizeof trials / sizeof *trials; i++)
+        compare(&trials[i], 2);
+}
+
+static void the_same_bits_by_an_odd_number(void **state)
+{
+    (void)state;
+    for (size_t i = 0; i < sizeof trials / sizeof *trials; i += 2)
+        compare(&trials[i], 5);
+}
+
+/* Sleep changes the lists of awake bodies and contacts between the steps. */
+static void the_same_bits_while_bodies_fall_asleep(void **state)
+{
+    (void)state;
+    ll_scene_args args = {.size = 45};
+    ll_rigid_params p = scene_params("pyramid", args);
+    p.sleep = true;
+    lab alone = lab_open("pyramid", args, &p, LL_BROAD_GRID),
+        shared = lab_open("pyramid", args, &p, LL_BROAD_GRID);
+    ll_team *team;
+    ok(ll_team_make(3, &team));
+    for (int i = 0; i < 900 && ll_rigid_get_stats(alone.world).awake > 0; i++)
+        step_both(&alone, &shared, team);
+    assert_int_equal(ll_rigid_get_stats(alone.world).awake, 0);
+    assert_true(ll_rigid_hash(alone.world) == ll_rigid_hash(shared.world));
+    ll_team_free(team);
+    lab_close(&alone);
+    lab_close(&shared);
+}
+
+/* The named body does not depend on which thread finds it. */
+static void a_world_that_diverges_says_the_same(void **state)
+{
+    (void)state;
+    ll_scene_args args = {.size = 45};
+    lab alone = lab_standard("pyramid", args), shared = lab_standard("pyramid", args);
+    ll_team *team;
+    ok(ll_team_make(4, &team));
+    lab *const both[] = {&alone, &shared};
+    for (int k = 0; k < 2; k++)
+        for (int i = 900; i > 600; i -= 100)
+            ok(ll_rigid_apply_force(both[k]->world, ll_rigid_body_at(both[k]->world, i), ll_vec(1e12, 0), 0));
+    ll_status first = ll_rigid_step(alone.world, 1.0 / 60, NULL);
+    ll_status second = ll_rigid_step_by_team(shared.world, 1.0 / 60, NULL, team);
+    assert_int_equal(first.code, LL_DIVERGED);
+    assert_string_equal(second.text, first.text);
+    ll_team_free(team);
+    lab_close(&alone);
+    lab_close(&shared);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(the_same_bits_by_two_threads),
+        cmocka_unit_test(the_same_bits_by_an_odd_number),
+        cmocka_unit_test(the_same_bits_while_bodies_fall_asleep),
+        cmocka_unit_test(a_world_that_diverges_says_the_same),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
