@@ -23,6 +23,7 @@ export const ROOMS = {
   integrators: ['base', 'ode'],
   ensemble: ['base', 'ode'],
   rigid: ['base', 'rigid'],
+  threads: ['base', 'threads', 'rigid'],
   fluid: ['base', 'fluid'],
   fluid_accuracy: ['base', 'fluid'],
   fluid_grid: ['base', 'fluid'],

@@ -528,6 +528,17 @@ const RESULTS = [
     ),
   },
   {
+    name: 'threads',
+    title: 'Rigid bodies: a step by two threads, with the same bits',
+    by: ['scene'],
+    columns: [
+      ['Bodies', 'bodies', median],
+      ['One thread, ms', 'one_ms', median],
+      ['Two threads, ms', 'two_ms', median],
+      ['Ratio, median (range)', 'ratio', spread],
+    ],
+  },
+  {
     name: 'rigid/growth',
     title: 'Rigid bodies: cost over the number of balls',
     by: ['bodies'],

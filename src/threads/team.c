@@ -12,6 +12,7 @@
 enum { POLLS = 4096 };
 
 typedef struct helper {
+    _Alignas(64) atomic_uint done; /* turns that it has finished: a cache line that the caller polls */
     struct crew *crew;
     pthread_t thread;
     int part;
@@ -19,14 +20,15 @@ typedef struct helper {
 
 typedef struct crew {
     ll_team team; /* the first member */
+    /* A job goes to another core as one cache line, and comes back as one: each costs 0.1 to 0.2 us, a job
+     * some. */
+    _Alignas(64) atomic_uint turn; /* counts the jobs; the last one ends the threads */
+    bool ended;
     ll_team_job *job;
     void *context;
-    _Alignas(64) atomic_uint turn; /* counts the jobs; the last one ends the threads */
-    _Alignas(64) atomic_int busy;  /* helpers that have not finished the job */
     _Alignas(64) atomic_int asleep;
     pthread_mutex_t lock; /* of sleeping only */
     pthread_cond_t wake;
-    bool ended;
     int helpers; /* threads that were started */
     helper helper[LL_TEAM_PARTS_MAX];
 } crew;
@@ -72,24 +74,31 @@ static void *help(void *argument)
         if (c->ended)
             return NULL;
         c->job(c->context, h->part, c->team.parts);
-        atomic_fetch_sub_explicit(&c->busy, 1, memory_order_release);
+        atomic_store_explicit(&h->done, seen + 1, memory_order_release);
     }
+}
+
+static void wait_for(helper *h, unsigned turn)
+{
+    for (int i = 0; atomic_load_explicit(&h->done, memory_order_acquire) != turn; i++)
+        if (i < POLLS)
+            pause_briefly();
+        else
+            sched_yield(); /* the helper has lost its processor */
 }
 
 static void run(ll_team *team, ll_team_job *job, void *context)
 {
     crew *c = (crew *)team;
-    LL_ASSERT(atomic_load(&c->busy) == 0); /* one job at a time, from one thread */
     c->job = job;
     c->context = context;
-    atomic_store_explicit(&c->busy, c->helpers, memory_order_relaxed);
     next_turn(c);
+    unsigned turn = atomic_load_explicit(&c->turn, memory_order_relaxed);
     job(context, 0, team->parts);
-    for (int i = 0; atomic_load_explicit(&c->busy, memory_order_acquire) > 0; i++)
-        if (i < POLLS)
-            pause_briefly();
-        else
-            sched_yield(); /* a helper has lost its processor */
+    for (int k = 0; k < c->helpers; k++)
+        wait_for(&c->helper[k], turn);
+    LL_ASSERT(atomic_load_explicit(&c->turn, memory_order_relaxed) ==
+              turn); /* one job at a time, from one thread */
 }
 
 ll_status ll_team_make(int parts, ll_team **out)
@@ -106,7 +115,8 @@ ll_status ll_team_make(int parts, ll_team **out)
     pthread_cond_init(&c->wake, NULL);
     for (; c->helpers < parts - 1; c->helpers++) {
         helper *h = &c->helper[c->helpers];
-        *h = (helper){.crew = c, .part = c->helpers + 1};
+        h->crew = c;
+        h->part = c->helpers + 1;
         if (pthread_create(&h->thread, NULL, help, h) != 0) {
             ll_team_free(&c->team);
             return ll_error(LL_NO_MEMORY, "threads: cannot start %d.", parts);
