@@ -44,8 +44,8 @@ export function elsewhere() {
     .map(([, detail]) => detail);
 }
 
-/** The daemon's words for a field of the specification, which are English. @param {string} field */
-export const helpOf = (field) => (language.value === 'en' ? (ruleOf(field)?.help ?? nothing) : nothing);
+/** What a field of the specification is. @param {string} field */
+export const helpOf = (field) => t(`experiments.field.${field}`);
 
 /** One line of text whose range and help are the schema's.
  * @param {{id: string, field: string, label: string, value: string, messageOf?: string,
