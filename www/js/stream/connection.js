@@ -17,7 +17,7 @@ export const patience = (attempt) => 1000 * (Math.min(8, 2 ** (attempt - 1)) + M
 
 /** @typedef {import('./handlers.js').Handlers} Handlers */
 
-/** Closes a socket that nobody listens to any more. While it is connecting a browser would complain: then after that.
+/** Closes a socket that is no longer used. A browser complains of one that is still connecting: that is closed once it is open.
  * @param {WebSocket} socket */
 export function leave(socket) {
   socket.onclose = socket.onmessage = null;
