@@ -156,7 +156,11 @@ function common() {
   const can = settings().flatMap(({ paths }) => paths),
     predicts = can.filter((path) => path.endsWith('.prediction') && valueAt(params.value, path) === true);
   return [
-    { name: 'lockstep', values: { 'server.sync': 'lockstep' }, fits: can.includes('server.sync') && valueAt(params.value, 'server.sync') === 'free' },
+    {
+      name: 'lockstep',
+      values: { 'server.sync': 'lockstep' },
+      fits: can.includes('server.sync') && valueAt(params.value, 'server.sync') === 'free',
+    },
     { name: 'no_prediction', values: Object.fromEntries(predicts.map((path) => [path, false])), fits: predicts.length > 0 },
   ].filter(({ fits }) => fits);
 }
