@@ -133,7 +133,7 @@ test('axes of every sort become the specification: range, log, list, choices, to
   await settles(
     async () => (await specification(page)).axes,
     [
-      { path: 'players.0.lag_ms', values: [0, 50, 100, 200, 400] },
+      { path: 'players.0.lag_ms', values: [0, 50, 100, 200, 500] },
       { path: 'server.update_hz', from: 10, to: 90, count: 3, scale: 'log' },
       { path: 'players.0.prediction', values: [false, true] },
     ],

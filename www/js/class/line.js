@@ -1,6 +1,6 @@
 // The stream of a class: its whole state after each change; reconnects by itself until it is closed or the class has ended.
 import { Problem, address, call } from '../base/api.js';
-import { patience } from '../stream/connection.js';
+import { leave, patience } from '../stream/connection.js';
 
 const GONE = 4404; /* close code: no such class */
 
@@ -100,6 +100,6 @@ export class Line {
     clearTimeout(this.timer);
     const socket = this.socket;
     this.socket = null;
-    socket?.close();
+    if (socket) leave(socket);
   }
 }

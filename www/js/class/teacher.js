@@ -79,7 +79,7 @@ function put(shown) {
 export function begin(key, first) {
   const at = `#class=${room.peek()?.code}`;
   board = session.peek()?.id ?? '';
-  place.value = { at, hz: 0, seat: null, reason: '', frozen: false };
+  place.value = { at, hz: 0, seat: null, reason: '', frozen: false, board: true };
   secret.value = key;
   part.value = 'teacher';
   shows.value = first;

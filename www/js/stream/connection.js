@@ -17,6 +17,14 @@ export const patience = (attempt) => 1000 * (Math.min(8, 2 ** (attempt - 1)) + M
 
 /** @typedef {import('./handlers.js').Handlers} Handlers */
 
+/** Closes a socket that is no longer used. A browser complains of one that is still connecting: that is closed once it is open.
+ * @param {WebSocket} socket */
+export function leave(socket) {
+  socket.onclose = socket.onmessage = null;
+  if (socket.readyState === WebSocket.CONNECTING) socket.onopen = () => socket.close();
+  else socket.close();
+}
+
 export class Stream {
   /** @param {string} id @param {string} key @param {Handlers} on @param {Line | undefined} line @param {Record<string, number>} wish
    * @param {boolean} [patient] whether many pages may lose their streams at once, as in a class */
@@ -124,10 +132,7 @@ export class Stream {
   lost() {
     const socket = this.socket;
     this.socket = null;
-    if (socket) {
-      socket.onclose = socket.onmessage = null;
-      socket.close();
-    }
+    if (socket) leave(socket);
     if (this.closed) return;
     this.attempt++;
     this.on.state('lost', this.attempt);
@@ -164,6 +169,6 @@ export class Stream {
     document.removeEventListener('visibilitychange', this.seen);
     const socket = this.socket;
     this.socket = null;
-    socket?.close();
+    if (socket) leave(socket);
   }
 }

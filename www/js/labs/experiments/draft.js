@@ -339,7 +339,7 @@ function begin(whole, paths) {
   const usual = USUAL_METRICS.filter((path) => paths.includes(path)).slice(0, 2);
   const path = USUAL_AXES.find((one) => variable(one)) ?? variables.value.find((one) => one.row.type === 'number')?.path ?? '';
   const axis = axisAround(path);
-  if (path === 'players.0.lag_ms') Object.assign(axis, { list: true, values: '0, 50, 100, 200, 400' });
+  if (path === 'players.0.lag_ms') Object.assign(axis, { list: true, values: '0, 50, 100, 200, 500' });
   if (path === 'methods.0.dt_s') Object.assign(axis, { from: '0.001', to: '0.1', count: '8', log: true });
   write({
     axes: path === '' ? [] : [axis],

@@ -1,7 +1,7 @@
 // Fields of the form of an experiment: a value, a choice of parameters, and what is wrong with them.
 import { html, nothing } from '../../../vendor/lit-html.js';
 import { localized, plain } from '../../base/format.js';
-import { language, t } from '../../base/words.js';
+import { t } from '../../base/words.js';
 import { inputName, placeOf } from './names.js';
 import { draft, fieldOf, refused, ruleOf, scenario, variable, variables } from './draft.js';
 
@@ -44,8 +44,8 @@ export function elsewhere() {
     .map(([, detail]) => detail);
 }
 
-/** The daemon's words for a field of the specification, which are English. @param {string} field */
-export const helpOf = (field) => (language.value === 'en' ? (ruleOf(field)?.help ?? nothing) : nothing);
+/** What a field of the specification is. @param {string} field */
+export const helpOf = (field) => t(`experiments.field.${field}`);
 
 /** One line of text whose range and help are the schema's.
  * @param {{id: string, field: string, label: string, value: string, messageOf?: string,

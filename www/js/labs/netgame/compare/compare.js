@@ -151,10 +151,28 @@ function controls() {
   </fieldset>`;
 }
 
+/** What is compared most, in one click: changes of the second run. @returns {{name: string, values: Record<string, import('../../../base/link.js').Value>}[]} */
+function common() {
+  const can = settings().flatMap(({ paths }) => paths),
+    predicts = can.filter((path) => path.endsWith('.prediction') && valueAt(params.value, path) === true);
+  return [
+    {
+      name: 'lockstep',
+      values: { 'server.sync': 'lockstep' },
+      fits: can.includes('server.sync') && valueAt(params.value, 'server.sync') === 'free',
+    },
+    { name: 'no_prediction', values: Object.fromEntries(predicts.map((path) => [path, false])), fits: predicts.length > 0 },
+  ].filter(({ fits }) => fits);
+}
+
 /** @returns {Template} */
 function differences() {
   const list = differing();
-  if (list.length === 0) return html`<p class="differ" id="compare-differ">${say('differ.none')}</p>`;
+  if (list.length === 0)
+    return html`<div class="differ" id="compare-differ"><p>${say('differ.none')}</p>${common().map(
+      ({ name, values }) =>
+        html`<button type="button" class="small" data-ready=${name} ?disabled=${locked.value !== ''} @click=${() => runs.set(1, values)}>${say(`ready.${name}`)}</button>`,
+    )}</div>`;
   return html`<div class="differ" id="compare-differ" tabindex="0" role="region" aria-label=${say('differ')}><table class="data"><caption>${say('differ')}</caption>
     <thead><tr><td></td>${SIDES.map((name, side) => html`<th scope="col">${sample(side)} ${say(name)}</th>`)}<td></td></tr></thead>
     <tbody>${list.map(({ path, values }) => {

@@ -170,7 +170,7 @@ function showFacts(now) {
 
 /** Next to the name of each view: what it shows. @param {Frame} now */
 function showMain(now) {
-  const players = now.views.length - 1;
+  const views = now.views.slice(1);
   for (const place of document.querySelectorAll('[data-main]')) {
     const view = Number(/** @type {HTMLElement} */ (place).dataset.main),
       row = now.views[view];
@@ -182,7 +182,7 @@ function showMain(now) {
             value: t('netgame.says.server.updates', { hz: params.value?.server?.update_hz ?? '' }),
             after: '',
           }
-        : mainSentence(row, view - 1, players, memory);
+        : mainSentence({ view: row, player: view - 1, views }, memory);
     tell(place, one);
   }
 }

@@ -116,11 +116,11 @@ function meets() {
 
 /** @param {Frame} frame */
 function showMeets(frame) {
-  const players = frame.views.length - 1;
+  const views = frame.views.slice(1);
   for (const place of document.querySelectorAll('[data-sentence]')) {
     const [p = 0, i = 0] = (place.getAttribute('data-sentence') ?? '').split('/').map(Number);
-    const view = frame.views[1 + p],
-      one = view && sentences(view, p, players, memory)[i];
+    const view = views[p],
+      one = view && sentences({ view, player: p, views }, memory)[i];
     if (!one) continue;
     tell(place, one);
     const term = document.querySelector(`[data-term="${p}/${i}"]`);

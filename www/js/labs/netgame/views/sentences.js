@@ -1,23 +1,34 @@
 // What a player meets, as one sentence and one number each, next to the field's term.
 import { fixed, letter } from '../../../base/format.js';
 import { t } from '../../../base/words.js';
+import { place } from '../../../session/state.js';
 import { PERSON, PREDICTION, RECONCILIATION } from '../core/frame.js';
 
 /** @typedef {import('../core/frame.js').View} View */
 /** @typedef {import('../core/memory.js').Memory} Memory */
 /** value: empty while nothing was counted. @typedef {{term: string, before: string, value: string, after: string}} Sentence */
 
-/** Of a person at this player, or of its letter. @param {View} view @param {string} key @param {number} player @param {import('../../../base/words.js').Values} [values] */
-const of = (view, key, player, values) =>
-  t(`netgame.says.${key}.${(view.flags & PERSON) !== 0 ? 'you' : 'one'}`, { name: letter(player), ...values });
+/** Who a sentence is about. views: of all players; player: from 0 @typedef {{view: View, player: number, views: View[]}} Who */
 
-/** @param {View} view @param {number} player @param {Memory} memory @returns {Sentence} */
-function latency(view, player, memory) {
+/** Whether the person at this page is this player: a player's own device has its seat; the board of a class is of no player; any other page belongs to
+ * the only person. @param {Who} who */
+export function isYou({ view, player, views }) {
+  const { seat, board } = place.value;
+  if (seat !== null) return seat === player;
+  return !board && (view.flags & PERSON) !== 0 && views.filter(({ flags }) => (flags & PERSON) !== 0).length === 1;
+}
+
+/** Of the person at this page, or of a player's letter. @param {Who} who @param {string} key @param {import('../../../base/words.js').Values} [values] */
+const of = (who, key, values) => t(`netgame.says.${key}.${isYou(who) ? 'you' : 'one'}`, { name: letter(who.player), ...values });
+
+/** @param {Who} who @param {Memory} memory @returns {Sentence} */
+function latency(who, memory) {
+  const { view, player } = who;
   const { latency: ms } = memory.lately(player);
   const predicts = (view.flags & PREDICTION) !== 0;
   return {
     term: t('netgame.says.latency'),
-    before: of(view, 'latency', player),
+    before: of(who, 'latency'),
     value: ms === null ? '' : `${fixed(ms, 0)} ms`,
     after: `${t('netgame.says.latency.after')} ${t(predicts ? 'netgame.says.latency.predicts' : 'netgame.says.latency.trip', {
       ms: fixed(2 * view.lag_ms, 0),
@@ -25,23 +36,26 @@ function latency(view, player, memory) {
   };
 }
 
-/** @param {View} view @param {number} player @param {number} players @returns {Sentence} */
-function age(view, player, players) {
+/** @param {Who} who @returns {Sentence} */
+function age(who) {
+  const { view, player, views } = who,
+    players = views.length;
   return {
     term: t('netgame.says.age'),
-    before: players === 2 ? of(view, 'age', player, { other: letter(1 - player) }) : of(view, 'ages', player),
+    before: players === 2 ? of(who, 'age', { other: letter(1 - player) }) : of(who, 'ages'),
     value: `${fixed(view.view_age_ms, 0)} ms`,
     after: t(players === 2 ? 'netgame.says.age.after' : 'netgame.says.ages.after'),
   };
 }
 
-/** @param {View} view @param {number} player @param {Memory} memory @returns {Sentence} */
-function corrections(view, player, memory) {
+/** @param {Who} who @param {Memory} memory @returns {Sentence} */
+function corrections(who, memory) {
+  const { view, player } = who;
   const most = view.corrections === 0 ? '' : t('netgame.says.corrections.most', { size: fixed(memory.largest[player] ?? 0, 2) }),
     without = view.corrections > 0 && (view.flags & RECONCILIATION) === 0;
   return {
     term: t('netgame.says.corrections'),
-    before: of(view, 'corrections', player),
+    before: of(who, 'corrections'),
     value: t('netgame.says.corrections.times', { n: view.corrections }),
     after: `${t('netgame.says.corrections.after')}${most}${without ? t('netgame.says.corrections.without') : ''}`,
   };
@@ -61,14 +75,13 @@ export function tell(place, one) {
 /** How many sentences a player has. @param {number} players */
 export const countOf = (players) => (players > 1 ? 3 : 2);
 
-/** All of a player. @param {View} view @param {number} player @param {number} players @param {Memory} memory @returns {Sentence[]} */
-export function sentences(view, player, players, memory) {
-  return [latency(view, player, memory), ...(players > 1 ? [age(view, player, players)] : []), corrections(view, player, memory)];
+/** All of a player. @param {Who} who @param {Memory} memory @returns {Sentence[]} */
+export function sentences(who, memory) {
+  return [latency(who, memory), ...(who.views.length > 1 ? [age(who)] : []), corrections(who, memory)];
 }
 
-/** The one that matters most: a late own key, else the age of the others.
- * @param {View} view @param {number} player @param {number} players @param {Memory} memory @returns {Sentence} */
-export function mainSentence(view, player, players, memory) {
-  const late = (view.flags & PREDICTION) === 0 && memory.lately(player).latency !== null;
-  return late || players < 2 ? { ...latency(view, player, memory), after: t('netgame.says.latency.after') } : age(view, player, players);
+/** The one that matters most: a late own key, else the age of the others. @param {Who} who @param {Memory} memory @returns {Sentence} */
+export function mainSentence(who, memory) {
+  const late = (who.view.flags & PREDICTION) === 0 && memory.lately(who.player).latency !== null;
+  return late || who.views.length < 2 ? { ...latency(who, memory), after: t('netgame.says.latency.after') } : age(who);
 }
