@@ -183,10 +183,10 @@ test('the until rule: written, estimated, refused at its fields, run, and edited
     await box.fill(before);
     await page.locator('#wrong-until').waitFor({ state: 'detached' });
   }
-  // Help and range are the schema's.
+  // Help and range are the schema's; a tooltip has no full stop.
   const rules = (await api(daemon.url, 'experiments/schema')).body,
     least = Object.values(rules.$defs).find((one) => one.properties?.least).properties.least;
-  await settles(() => page.locator('label:has(#until-least)').getAttribute('title'), least.description);
+  await settles(() => page.locator('label:has(#until-least)').getAttribute('title'), least.description.replace(/\.$/, ''));
   assert.ok(
     (await page.locator('.until').innerText()).includes(`${least.minimum} to ${least.maximum.toLocaleString('en')}`) ||
       (await page.locator('.until').innerText()).includes(`${least.minimum} to ${least.maximum}`),
