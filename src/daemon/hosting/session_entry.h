@@ -75,6 +75,7 @@ typedef struct ll_entry_stored {
 /* Ticks in the background, and how long one takes. */
 typedef struct ll_entry_work {
     double tick_ns; /* running mean of the time of a tick; 0: unknown */
+    bool doubtful;  /* the last ticks took longer than short ones do: the next are timed exactly */
     bool behind;
     bool background_tick; /* a task runs a background tick, unlocked */
     pthread_cond_t background_tick_done;
