@@ -243,7 +243,7 @@ static bool any_behind(const ll_worker *worker)
 /* Spends the time until `end` on sessions that are behind, in turn. */
 static void catch_up(ll_worker *worker, slot_members *r, ll_time end)
 {
-    bool more = any_behind(worker); /* else no session is looked at: locking each would cost more than this */
+    bool more = any_behind(worker); /* else locking each session would be for nothing */
     while (more && ll_host_now() + LL_MS < end) {
         more = false;
         copy_members(worker, r, -1);

@@ -54,7 +54,7 @@ static bool loses_events(const ws_viewer *viewer)
            viewer->thread->now_ns - viewer->frames.overdue_ns > limit;
 }
 
-/* Looks at all viewers: called once for each frame, and when a viewer's part has changed in between, not for
+/* Goes through all viewers: once for each frame, and when a viewer's part has changed in between, not for
  * every acknowledgement. */
 static void publish_wants(ll_ws_stream *stream)
 {
