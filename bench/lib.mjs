@@ -2,7 +2,7 @@
 import { execFileSync, spawn } from 'node:child_process';
 import { mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { cpus, loadavg, release, tmpdir, totalmem } from 'node:os';
-import { dirname, join } from 'node:path';
+import { dirname, join, relative } from 'node:path';
 import { createInterface } from 'node:readline';
 import { fileURLToPath } from 'node:url';
 import { fingerprint } from './rooms.mjs';
@@ -75,7 +75,7 @@ export function writeCsv(name, command, columns, rows) {
   const lines = [
     ...Object.entries(machine()).map(([key, value]) => `# ${key}: ${value}`),
     `# rooms: ${fingerprint(name)}`,
-    `# command: ${command}`,
+    `# command: ${process.env.BENCH_BUILD ? `BENCH_BUILD=${relative(root, build)} ` : ''}${command}`,
     ...Object.entries(columns).map(([column, meaning]) => `# ${column}: ${meaning}`),
     Object.keys(columns).join(','),
     ...rows.map((row) =>

@@ -47,14 +47,15 @@ static double power_of_2(int exponent)
     return value;
 }
 
+/* Most fields of a frame are steps: without a branch on the sign, which no processor can predict. */
 static int64_t step_of(double value, int bits)
 {
     double scaled = value * power_of_2(bits);
-    if (scaled >= (double)LL_INTEGER_MAX)
-        return LL_INTEGER_MAX;
-    if (scaled <= (double)-LL_INTEGER_MAX)
-        return -LL_INTEGER_MAX;
-    return (int64_t)(scaled + (scaled < 0 ? -0.5 : 0.5));
+    if (fabs(scaled) < (double)LL_INTEGER_MAX)
+        return (int64_t)(scaled + copysign(0.5, scaled));
+    if (value != value)
+        return LL_INTEGER_NONE;
+    return value < 0 ? -LL_INTEGER_MAX : LL_INTEGER_MAX;
 }
 
 /* The bits of a positive double ascend with its value, exponent before mantissa: rounding to the highest bits
@@ -75,11 +76,13 @@ int64_t ll_field_integer(const ll_record_field *f, const void *row)
     if (f->coding == LL_CODE_INT)
         return within(whole_of(f, at));
     double value = real_of(f, at);
+    if (f->coding == LL_CODE_STEP)
+        return step_of(value, f->bits);
     if (value != value)
         return LL_INTEGER_NONE;
     if (value - value != 0)
         return value < 0 ? -LL_INTEGER_MAX : LL_INTEGER_MAX;
-    return f->coding == LL_CODE_STEP ? step_of(value, f->bits) : real_step_of(value, f->bits);
+    return real_step_of(value, f->bits);
 }
 
 double ll_field_value(const ll_record_field *f, int64_t integer)

@@ -20,24 +20,28 @@ ll_rows *ll_rows_new(const ll_record *record, int capacity)
     return rows;
 }
 
+/* A copy is one block: itself, values, planes. Frames copy many small ones. */
+static int64_t *values_of_copy(const ll_rows *rows)
+{
+    return (int64_t *)(rows + 1);
+}
+
 ll_rows *ll_rows_copy(const ll_rows *from)
 {
-    ll_rows *rows = ll_rows_new(from->record, from->count);
+    size_t value_bytes = (size_t)from->count * (size_t)from->record->count * sizeof *from->values;
+    ll_rows *rows = malloc(sizeof *rows + value_bytes + from->plane_bytes);
     if (rows == NULL)
         return NULL;
-    memcpy(rows->values, from->values,
-           (size_t)from->count * (size_t)from->record->count * sizeof *rows->values);
-    rows->count = from->count;
-    rows->first = from->first;
-    if (from->plane_bytes == 0)
-        return rows;
-    rows->planes = malloc(from->plane_bytes);
-    if (rows->planes == NULL) {
-        ll_rows_free(rows);
-        return NULL;
-    }
-    memcpy(rows->planes, from->planes, from->plane_bytes);
-    rows->plane_bytes = from->plane_bytes;
+    *rows = (ll_rows){.record = from->record,
+                      .count = from->count,
+                      .capacity = from->count,
+                      .first = from->first,
+                      .plane_bytes = from->plane_bytes};
+    rows->values = values_of_copy(rows);
+    rows->planes = (uint8_t *)rows->values + value_bytes;
+    memcpy(rows->values, from->values, value_bytes);
+    if (from->plane_bytes > 0)
+        memcpy(rows->planes, from->planes, from->plane_bytes);
     return rows;
 }
 
@@ -54,8 +58,10 @@ void ll_rows_free(ll_rows *rows)
 {
     if (rows == NULL)
         return;
-    free(rows->values);
-    free(rows->planes);
+    if (rows->values != values_of_copy(rows)) {
+        free(rows->values);
+        free(rows->planes);
+    }
     free(rows);
 }
 
@@ -69,6 +75,7 @@ static bool reserve(ll_rows *rows, int count)
 {
     if (rows->count + count <= rows->capacity)
         return true;
+    LL_ASSERT(rows->values != values_of_copy(rows));
     size_t capacity = 2 * ((size_t)rows->count + (size_t)count);
     int64_t *values = realloc(rows->values, capacity * (size_t)rows->record->count * sizeof *values);
     if (values == NULL)

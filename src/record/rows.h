@@ -16,7 +16,7 @@ typedef struct ll_rows {
 
 /* NULL without memory. */
 ll_rows *ll_rows_new(const ll_record *record, int capacity);
-ll_rows *ll_rows_copy(const ll_rows *rows); /* with memory for these rows only */
+ll_rows *ll_rows_copy(const ll_rows *rows); /* with memory for these rows only: nothing can be added */
 void ll_rows_free(ll_rows *rows);           /* NULL: no effect */
 /* Removes all rows, for rows of another record in the same memory. */
 void ll_rows_clear(ll_rows *rows, const ll_record *record);

@@ -39,12 +39,12 @@ static size_t parked_bytes(const ll_session *s)
     return sizeof *s + 3 * ll_param_used(s->scenario.kind->table, s->config) + log_bytes(s);
 }
 
-static size_t all_bytes(const ll_session *s)
+size_t ll_session_bytes(const ll_session *s)
 {
     return parked_bytes(s) + block_bytes(s) + checkpoint_bytes(s) + event_bytes(s);
 }
 
-static size_t awake_bytes(const ll_session *s)
+size_t ll_session_awake_bytes(const ll_session *s)
 {
     size_t state = s->block_size + ll_param_used(s->scenario.kind->table, s->config);
     return parked_bytes(s) + s->block_size + LL_CHECKPOINTS * state + LL_EVENT_RING * sizeof *s->events.ring;
@@ -71,8 +71,6 @@ ll_session_info ll_session_get_info(const ll_session *s)
         .seed = head->seed,
         .params_version = s->params_version,
         .generation = s->generation,
-        .bytes = all_bytes(s),
-        .awake_bytes = awake_bytes(s),
         .log_entries = s->log.count,
         .timeline_skipped = s->position.skipped,
         .title = head->title,
@@ -178,7 +176,7 @@ cJSON *ll_session_cost(const ll_session *s)
     double simulated = ll_to_s(ll_tick_time(s->meter.cpu_ticks, s->freq));
     cJSON_AddNumberToObject(o, "ns_per_sim_s",
                             simulated > 0 ? (double)(int64_t)((double)s->meter.cpu_ns / simulated) : 0);
-    cJSON_AddNumberToObject(o, "bytes", (double)all_bytes(s));
+    cJSON_AddNumberToObject(o, "bytes", (double)ll_session_bytes(s));
     cJSON_AddNumberToObject(o, "block_bytes", (double)block_bytes(s));
     cJSON_AddNumberToObject(o, "checkpoint_bytes", (double)checkpoint_bytes(s));
     cJSON_AddNumberToObject(o, "event_bytes", (double)event_bytes(s));

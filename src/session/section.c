@@ -19,12 +19,11 @@ enum { DEFLATE_FROM = 1024, DEFLATE_LEVEL = 1 };
 
 ll_section *ll_section_new(const ll_rows *rows, uint32_t seq)
 {
-    ll_section *section = calloc(1, sizeof *section);
+    ll_section *section = malloc(sizeof *section);
     if (section == NULL)
         return NULL;
+    *section = (ll_section){.seq = seq, .rows = ll_rows_copy(rows)};
     atomic_init(&section->references, 1);
-    section->seq = seq;
-    section->rows = ll_rows_copy(rows);
     if (section->rows == NULL) {
         free(section);
         return NULL;

@@ -132,8 +132,6 @@ typedef struct ll_session_info {
                                 parameters when it differs */
     uint32_t generation; /* counts jumps of time (seek, step, restart): viewers discard what they drew when it
                             differs */
-    size_t bytes;        /* memory held at present */
-    size_t awake_bytes;  /* memory when awake, with all checkpoints */
     size_t log_entries;
     int timeline_skipped; /* steps of the timeline that were invalid for the parameters that commands had set
                            */
@@ -141,6 +139,11 @@ typedef struct ll_session_info {
 } ll_session_info;
 
 ll_session_info ll_session_get_info(const ll_session *session);
+
+/* Memory held, in bytes: at present, and when it is awake with all checkpoints. */
+size_t ll_session_bytes(const ll_session *session);
+size_t ll_session_awake_bytes(const ll_session *session);
+
 const ll_status *ll_session_error(const ll_session *session); /* reason of the failure; code LL_OK: none */
 
 uint64_t ll_session_hash(ll_session *session);        /* of the present tick; wakes a parked session */

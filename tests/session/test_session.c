@@ -198,14 +198,14 @@ static void restored_forked_and_parked_sessions_are_the_same(void **state)
     assert_true(ll_session_hash(fork) != ll_session_hash(s));
 
     hash = ll_session_hash(s);
-    assert_true(ll_session_get_info(s).bytes <= 1024 * 1024); /* with more than 15 s of history */
+    assert_true(ll_session_bytes(s) <= 1024 * 1024); /* with more than 15 s of history */
     cJSON *cost = ll_session_cost(s);
     double announced = cJSON_GetObjectItem(cost, "parked_bytes")->valuedouble;
     cJSON_Delete(cost);
     ll_session_park(s);
     assert_true(ll_session_get_info(s).parked);
-    assert_true(ll_session_get_info(s).bytes <= 64 * 1024);
-    assert_true((double)ll_session_get_info(s).bytes == announced);
+    assert_true(ll_session_bytes(s) <= 64 * 1024);
+    assert_true((double)ll_session_bytes(s) == announced);
     assert_int_equal(ll_session_hash(s), hash);
     assert_false(ll_session_get_info(s).parked);
     ll_session_destroy(s);

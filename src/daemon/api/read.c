@@ -34,7 +34,7 @@ static ll_status describe_advice(ll_session_entry *session_entry, const ll_http_
     ll_status status = ll_session_entry_enter(session_entry, request->task, &session, NULL);
     if (ll_failed(&status))
         return status;
-    if (!request->task && ll_session_get_info(session).awake_bytes > LIGHT_BYTES)
+    if (!request->task && ll_session_awake_bytes(session) > LIGHT_BYTES)
         status = ll_error(LL_INTERRUPTED, "the session is large");
     else
         status = write(session, request, response, r);
@@ -54,7 +54,7 @@ static void reading(ll_api *api, const ll_http_request *request, ll_http_respons
         ll_http_no_body(response, end == finish_trace ? trace_type : "application/json");
         ll_session_destroy(r.copy);
     } else if (r.copy) {
-        r.reserved = (int64_t)ll_session_get_info(r.copy).awake_bytes;
+        r.reserved = (int64_t)ll_session_awake_bytes(r.copy);
         status = ll_host_reserve_memory(api->host, r.reserved);
         if (!ll_failed(&status)) {
             status = end(&r, request->task, response);

@@ -19,6 +19,9 @@ static const double lock_timeout_ms = 20;     /* longest wait for a session's lo
 static const double catch_up_ms = 50;         /* longest time that a request spends on catching up */
 static const double tick_limit_ms =
     20; /* longest time of a tick while the lock is held, then it is interrupted */
+static const double short_tick_ns = 20000;      /* shorter ticks are timed by the wall clock, ... */
+static const int64_t short_stretch_ns = 200000; /* ... but not where they took longer than this together */
+static const int64_t unknown_time = -1;
 static const double change_wait_ms = 20; /* longest wait of a change for a background tick */
 
 ll_time ll_host_now(void)
@@ -132,14 +135,16 @@ void ll_session_entry_update_stats(ll_session_entry *session_entry)
     ll_session_info info = ll_session_get_info(session_entry->session);
     atomic_store(&session_entry->shared.status, (int)info.status);
     atomic_store(&session_entry->shared.parked, info.parked);
-    ll_session_entry_count_memory(session_entry, (int64_t)(info.parked ? info.bytes : info.awake_bytes));
+    ll_session_entry_count_memory(session_entry,
+                                  (int64_t)(info.parked ? ll_session_bytes(session_entry->session)
+                                                        : ll_session_awake_bytes(session_entry->session)));
 }
 
 ll_status ll_session_entry_fits(ll_session_entry *session_entry)
 {
     ll_host *host = session_entry->host;
     int64_t others = atomic_load(&host->usage.memory) - session_entry->memory;
-    int64_t wanted = (int64_t)ll_session_get_info(session_entry->session).awake_bytes;
+    int64_t wanted = (int64_t)ll_session_awake_bytes(session_entry->session);
     if (others + wanted <= host->usage.memory_max) {
         ll_session_entry_count_memory(session_entry, wanted); /* before catching up, which may take long */
         return ll_ok();
@@ -237,10 +242,42 @@ static void update_mean_cost(ll_session_entry *session_entry, int64_t ns, int64_
         session_entry->work.tick_ns = 10;
 }
 
-/* Uses this thread's processor time, so that the machine's load does not count as the tick's time. */
-static bool before_deadline(void *until_ns)
+/* Times ticks by this thread's processor time, so that the machine's load does not count as theirs. Reading
+ * it is a system call, which costs as much as a short tick: where ticks are short the wall clock does. */
+typedef struct stopwatch {
+    bool exact; /* by the processor time */
+    int64_t from;
+} stopwatch;
+
+static stopwatch start_stopwatch(const ll_session_entry *session_entry)
 {
-    return cpu_now_ns() < *(const int64_t *)until_ns;
+    const ll_entry_work *work = &session_entry->work;
+    bool exact = work->tick_ns == 0 || work->tick_ns > short_tick_ns || work->doubtful;
+    return (stopwatch){exact, exact ? cpu_now_ns() : ll_host_now()};
+}
+
+/* The time since its start, or `unknown_time`: a stretch that was long by the wall clock had long ticks, or
+ * other threads ran meanwhile; the next one is timed exactly. */
+static int64_t read_stopwatch(ll_session_entry *session_entry, const stopwatch *watch)
+{
+    int64_t ns = (watch->exact ? cpu_now_ns() : ll_host_now()) - watch->from;
+    session_entry->work.doubtful = !watch->exact && ns > short_stretch_ns;
+    return session_entry->work.doubtful ? unknown_time : ns;
+}
+
+/* A limit of this thread's processor time. */
+typedef struct time_limit {
+    int64_t ns;
+    int64_t until; /* 0: it begins when it is asked for first */
+} time_limit;
+
+static bool before_deadline(void *context)
+{
+    time_limit *limit = context;
+    int64_t now = cpu_now_ns();
+    if (limit->until == 0)
+        limit->until = now + limit->ns;
+    return now < limit->until;
 }
 
 static void account(ll_session_entry *session_entry, const ll_session_info *before, int64_t ns)
@@ -248,6 +285,8 @@ static void account(ll_session_entry *session_entry, const ll_session_info *befo
     int64_t ticks = ll_session_get_info(session_entry->session).at_tick - before->at_tick;
     if (ticks <= 0)
         return;
+    if (ns == unknown_time)
+        ns = (int64_t)((double)ticks * session_entry->work.tick_ns);
     update_mean_cost(session_entry, ns, ticks);
     if (!before->parked)
         ll_session_account(session_entry->session, ns, ticks);
@@ -263,8 +302,10 @@ static int64_t advance(ll_session_entry *session_entry, ll_time wall, double max
     int64_t most = chunk < 1 ? 1 : chunk > 100000 ? 100000 : (int64_t)chunk, due;
     ll_session_info before = ll_session_get_info(session_entry->session);
     bool interrupted = false;
-    int64_t from = cpu_now_ns(), until = from + (int64_t)((max_ms + tick_limit_ms) * 1e6);
-    ll_interrupt interrupt = {before_deadline, cpu_now_ns, &until};
+    stopwatch watch = start_stopwatch(session_entry);
+    time_limit limit = {.ns = (int64_t)((max_ms + tick_limit_ms) * 1e6)};
+    limit.until = watch.exact ? watch.from + limit.ns : 0;
+    ll_interrupt interrupt = {before_deadline, cpu_now_ns, &limit};
     ll_session_step_profiler(session_entry->session,
                              ll_viewers_any(session_entry) ? cpu_now_ns : NULL); /* the page shows it */
     ll_session_set_interrupt(session_entry->session, &interrupt);
@@ -277,7 +318,7 @@ static int64_t advance(ll_session_entry *session_entry, ll_time wall, double max
     if (interrupted && session_entry->work.tick_ns < tick_limit_ms * 1e6)
         session_entry->work.tick_ns = tick_limit_ms * 1e6;
     else if (!interrupted)
-        account(session_entry, &before, cpu_now_ns() - from);
+        account(session_entry, &before, read_stopwatch(session_entry, &watch));
     session_entry->work.behind = due > 0;
     return due;
 }
@@ -370,8 +411,9 @@ int64_t ll_session_entry_work(ll_session_entry *session_entry, ll_task *task, do
 ll_status ll_session_entry_change(ll_session_entry *session_entry, const ll_command_request *request,
                                   ll_session *session)
 {
-    int64_t until = cpu_now_ns() + (int64_t)(tick_limit_ms * 1e6);
-    ll_interrupt interrupt = {before_deadline, cpu_now_ns, &until};
+    int64_t limit_ns = (int64_t)(tick_limit_ms * 1e6);
+    time_limit limit = {.ns = limit_ns, .until = cpu_now_ns() + limit_ns};
+    ll_interrupt interrupt = {before_deadline, cpu_now_ns, &limit};
     ll_session_set_interrupt(session, &interrupt);
     ll_status status = request->change(request->context, session, session_entry->wall);
     ll_session_set_interrupt(session, NULL);

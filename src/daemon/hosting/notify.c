@@ -16,7 +16,7 @@ void ll_session_entry_notify(ll_session_entry *session_entry)
     if (!session_entry->active && !worker->stopping) {
         if (worker->count == worker->capacity) {
             int capacity = worker->capacity ? worker->capacity * 2 : 64;
-            ll_session_entry **bigger = realloc(worker->active, (size_t)capacity * sizeof *bigger);
+            ll_active *bigger = realloc(worker->active, (size_t)capacity * sizeof *bigger);
             if (bigger) {
                 worker->active = bigger;
                 worker->capacity = capacity;
@@ -25,7 +25,7 @@ void ll_session_entry_notify(ll_session_entry *session_entry)
         if (worker->count < worker->capacity) {
             ll_session_entry_retain(session_entry);
             session_entry->active = true;
-            worker->active[worker->count++] = session_entry;
+            worker->active[worker->count++] = (ll_active){session_entry, session_entry->identity.slot};
             if (worker->count == 1)
                 pthread_cond_signal(&worker->wake);
         }

@@ -75,6 +75,7 @@ typedef struct ll_entry_stored {
 /* Ticks in the background, and how long one takes. */
 typedef struct ll_entry_work {
     double tick_ns; /* running mean of the time of a tick; 0: unknown */
+    bool doubtful;  /* the last ticks took longer than short ones do: the next are timed exactly */
     bool behind;
     bool background_tick; /* a task runs a background tick, unlocked */
     pthread_cond_t background_tick_done;
@@ -119,6 +120,13 @@ struct ll_session_entry {
     ll_entry_inbox inbox;
 };
 
+/* A session of a worker's list. Its slot stands here so that a look through the list reads no session's
+ * memory. */
+typedef struct ll_active {
+    ll_session_entry *session_entry; /* with a reference */
+    int slot;
+} ll_active;
+
 typedef struct ll_worker {
     ll_host *host;
     int index;
@@ -126,10 +134,12 @@ typedef struct ll_worker {
     bool started;
     pthread_mutex_t lock;
     pthread_cond_t wake;
-    ll_session_entry **active; /* each with a reference */
+    ll_active *active;
     int count, capacity;
     bool stopping;
-    ll_row_set space; /* for taking frames; of its thread only */
+    bool behind[LL_SLOTS]; /* of each slot: a session was behind when it was served last; of its thread only,
+                              as `space` */
+    ll_row_set space;      /* for taking frames */
 } ll_worker;
 
 enum { LL_HOST_BUCKETS = 4096 };

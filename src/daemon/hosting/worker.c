@@ -162,7 +162,7 @@ static void deactivate(ll_worker *worker, ll_session_entry *session_entry)
     pthread_mutex_lock(&worker->lock);
     if (session_entry->active && !atomic_load(&session_entry->shared.pending)) {
         for (int i = 0; i < worker->count; i++) {
-            if (worker->active[i] == session_entry) {
+            if (worker->active[i].session_entry == session_entry) {
                 worker->active[i] = worker->active[--worker->count];
                 break;
             }
@@ -194,10 +194,12 @@ static void copy_members(ll_worker *worker, slot_members *r, int slot)
         }
     }
     for (int i = 0; i < worker->count && r->count < r->capacity; i++) {
-        ll_session_entry *session_entry = worker->active[i];
+        ll_session_entry *session_entry = worker->active[i].session_entry;
+        if (slot >= 0 && worker->active[i].slot != slot)
+            continue;
         bool rests = atomic_load(&session_entry->shared.next_visit) > now &&
                      !atomic_load(&session_entry->shared.pending);
-        if (rests || (slot >= 0 && session_entry->identity.slot != slot))
+        if (rests)
             continue;
         ll_session_entry_retain(session_entry);
         r->members[r->count++] = session_entry;
@@ -207,7 +209,7 @@ static void copy_members(ll_worker *worker, slot_members *r, int slot)
 
 static void serve_slot(ll_worker *worker, slot_members *r, int slot, ll_time deadline)
 {
-    bool sent = false;
+    bool sent = false, behind = false;
     copy_members(worker, r, slot);
     for (int i = 0; i < r->count; i++) {
         ll_session_entry *session_entry = r->members[i];
@@ -215,6 +217,7 @@ static void serve_slot(ll_worker *worker, slot_members *r, int slot, ll_time dea
          * waits. */
         if (pthread_mutex_trylock(&session_entry->lock) == 0) {
             slot_result v = serve_locked(session_entry, deadline);
+            behind = behind || session_entry->work.behind;
             pthread_mutex_unlock(&session_entry->lock);
             sent = sent || v == ACTIVE_SENT;
             if (v == INACTIVE) {
@@ -224,14 +227,23 @@ static void serve_slot(ll_worker *worker, slot_members *r, int slot, ll_time dea
         }
         ll_session_entry_release(session_entry);
     }
+    worker->behind[slot] = behind;
     if (sent)
         ll_ws_flush(worker->host->ws);
+}
+
+static bool any_behind(const ll_worker *worker)
+{
+    for (int slot = 0; slot < LL_SLOTS; slot++)
+        if (worker->behind[slot])
+            return true;
+    return false;
 }
 
 /* Spends the time until `end` on sessions that are behind, in turn. */
 static void catch_up(ll_worker *worker, slot_members *r, ll_time end)
 {
-    bool more = true;
+    bool more = any_behind(worker); /* else locking each session would be for nothing */
     while (more && ll_host_now() + LL_MS < end) {
         more = false;
         copy_members(worker, r, -1);
@@ -314,10 +326,10 @@ void ll_worker_stop(ll_worker *worker)
     worker->started = false;
     pthread_mutex_lock(&worker->lock); /* requests may still notify, without effect */
     for (int i = 0; i < worker->count; i++)
-        worker->active[i]->active = false;
+        worker->active[i].session_entry->active = false;
     pthread_mutex_unlock(&worker->lock);
     for (int i = 0; i < worker->count; i++)
-        ll_session_entry_release(worker->active[i]);
+        ll_session_entry_release(worker->active[i].session_entry);
     worker->count = worker->capacity = 0;
     free(worker->active);
     ll_row_set_free(&worker->space);

@@ -54,6 +54,8 @@ static bool loses_events(const ws_viewer *viewer)
            viewer->thread->now_ns - viewer->frames.overdue_ns > limit;
 }
 
+/* Goes through all viewers: once for each frame, and when a viewer's part has changed in between, not for
+ * every acknowledgement. */
 static void publish_wants(ll_ws_stream *stream)
 {
     unsigned long long every[LL_CHANNELS] = {0};
@@ -83,6 +85,7 @@ static void publish_wants(ll_ws_stream *stream)
     atomic_store_explicit(&stream->missing, missing, memory_order_relaxed);
     atomic_store_explicit(&stream->anew, anew, memory_order_relaxed);
     atomic_store_explicit(&stream->from_event, from_event, memory_order_relaxed);
+    stream->wants_changed = false;
 }
 
 static bool lacks_channels(const ws_viewer *viewer)
@@ -113,6 +116,7 @@ void ll_ws_viewer_subscribe(ws_viewer *viewer, const ll_ws_subscription *subscri
     }
     viewer->frames.has &= viewer->frames.wants;
     viewer->frames.overdue &= viewer->frames.wants;
+    viewer->stream->wants_changed = true;
     ll_ws_viewer_send_newest(viewer);
 }
 
@@ -252,6 +256,7 @@ static void note_sent(ws_viewer *viewer, const ll_frame *frame, uint16_t channel
         viewer->flow.window = BEGIN_WINDOW;
         ll_ws_socket_ping(viewer);
     }
+    viewer->stream->wants_changed = true;
     viewer->frames.fresh = false;
     viewer->frames.has |= channels;
     viewer->frames.overdue &= (uint16_t)~channels;
@@ -333,7 +338,9 @@ void ll_ws_viewer_send_newest(ws_viewer *viewer)
         return;
     }
     try_latest(viewer);
-    publish_wants(viewer->stream);
+    if (viewer->stream->wants_changed) {
+        publish_wants(viewer->stream);
+    }
     if (lacks_channels(viewer)) {
         ask(viewer->stream);
     }

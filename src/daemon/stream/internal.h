@@ -73,7 +73,8 @@ struct ll_ws_stream {
     ll_frame *latest;  /* used by the thread only, as all following members */
     size_t kept_bytes; /* size of the sections that viewers have, except those of the latest frame */
     ws_viewer *first;
-    int viewer_count; /* viewers, with or without hello */
+    int viewer_count;   /* viewers, with or without hello */
+    bool wants_changed; /* since what viewers want was published last */
     bool closing;
 };
 

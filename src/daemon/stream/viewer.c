@@ -24,6 +24,7 @@ void ll_ws_viewer_hello(ws_viewer *viewer, ws_command *hello)
     ll_ws_viewer_send(viewer, hello);
     if (first && viewer->closing.code == 0) {
         viewer->frames.ready = true;
+        viewer->stream->wants_changed = true;
         viewer->frames.hello_ns = viewer->thread->now_ns;
         atomic_fetch_add(&viewer->stream->viewers, 1);
         ll_ws_viewer_send_newest(viewer);
