@@ -159,6 +159,21 @@ test('twenty persons drive and patch one session at once; its log replays to the
   await daemon.stop();
 });
 
+test('a large session is parked by a task, not by the worker that publishes frames', async (t) => {
+  const daemon = await start(t, { args: ['--park-after-s', '1.5'] });
+  const c = client(daemon.url);
+  const large = await c.make({ scenario: 'fluid/cavity', paused: true, set: { 'params.n': 256 } });
+  await c.make({ paused: true });
+  const state = (await c.get(large.links.state)).text;
+  await waitFor(async () => (await gauge(c, 'tasks_running')) === 0, 'the tasks of creation to end');
+  const tasks = await gauge(c, 'tasks_total');
+  assert.equal(await gauge(c, 'sessions_parked'), 0);
+  await waitFor(async () => (await gauge(c, 'sessions_parked')) === 2, 'both to be parked');
+  await waitFor(async () => (await gauge(c, 'tasks_total')) === tasks + 1, 'one task more');
+  assert.equal((await c.get(large.links.state)).text, state);
+  c.close();
+});
+
 test('sessions that would exceed the memory limit are refused, and harm no others', async (t) => {
   const daemon = await start(t, { args: ['--park-after-s', '0.3', '--max-memory-mib', '48'] });
   const c = client(daemon.url);

@@ -273,6 +273,12 @@ void ll_worker_stop(ll_worker *worker);
 /* Starts a task that wakes the session and runs it up to the present, then as long as it is heavy and has
  * viewers. The task notifies the worker after each piece. Any thread. */
 void ll_session_entry_start_task(ll_session_entry *session_entry);
+ll_time ll_host_park_after(ll_host *host); /* how long a session without viewers stays awake */
+/* Whether no client has used or watched it for so long that it is to be parked; locked. */
+bool ll_session_entry_may_park(ll_session_entry *session_entry);
+void ll_session_entry_park(ll_session_entry *session_entry); /* stores it first; locked */
+/* Starts a task that parks it, if it may still be parked by then. */
+void ll_session_entry_start_park(ll_session_entry *session_entry);
 
 /* ---- viewers.c ---- */
 

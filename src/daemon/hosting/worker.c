@@ -17,6 +17,7 @@ static const double chunk_ms = 1.0; /* of one session at a time */
 static const ll_time behind_frame_ns = 100 * LL_MS;
 /* Interval of checks of a session without viewers, until it is parked. */
 static const ll_time unwatched_check_ns = 250 * LL_MS;
+static const size_t large_bytes = 4 << 20; /* a worker parks no larger session */
 
 static ll_time slot_time(int64_t n)
 {
@@ -86,32 +87,26 @@ static bool publish(ll_session_entry *session_entry, bool requested)
 
 typedef enum slot_result { ACTIVE, ACTIVE_SENT, INACTIVE } slot_result;
 
-/* How long a session without viewers stays awake: less with more memory in use, and not at all above three
- * quarters, so that one client's sessions cannot exclude others'. */
-static ll_time park_after(ll_host *host)
-{
-    double used = (double)atomic_load(&host->usage.memory) / (double)host->usage.memory_max;
-    double factor = used < 0.5 ? 1 : used < 0.75 ? 4 * (0.75 - used) : 0;
-    return (ll_time)(host->config.park_after_s * 1e9 * factor);
-}
-
-/* A parked session needs no visits: the thread that wakes it notifies the worker. */
+/* A parked session needs no visits: the thread that wakes it notifies the worker. The system takes
+ * milliseconds to get the pages of a large state back: a task does that. */
 static slot_result serve_unwatched(ll_session_entry *session_entry)
 {
     if (!session_entry->session || ll_session_get_info(session_entry->session).parked)
         return INACTIVE;
     ll_time now = ll_host_now();
-    if (now - atomic_load(&session_entry->shared.last_used) < park_after(session_entry->host)) {
+    if (now - atomic_load(&session_entry->shared.last_used) < ll_host_park_after(session_entry->host)) {
         atomic_store(&session_entry->shared.next_visit,
                      session_entry->work.behind ? now : now + unwatched_check_ns);
         return ACTIVE;
     }
-    if (ll_session_get_info(session_entry->session).seeking)
-        return ACTIVE; /* the request that began it continues it */
-    ll_session_entry_save(session_entry);
-    ll_frame_state_clear(&session_entry->published.last);
-    ll_session_park(session_entry->session);
-    ll_session_entry_update_stats(session_entry);
+    if (!ll_session_entry_may_park(session_entry))
+        return ACTIVE;
+    if (ll_session_get_info(session_entry->session).awake_bytes > large_bytes) {
+        atomic_store(&session_entry->shared.next_visit, now + unwatched_check_ns);
+        ll_session_entry_start_park(session_entry);
+        return ACTIVE;
+    }
+    ll_session_entry_park(session_entry);
     return INACTIVE;
 }
 
