@@ -1,7 +1,6 @@
 /* Runs sessions that are too slow for a worker in a task of the daemon: those that are parked, which may take
- * seconds to wake, and those with long ticks. A worker has to publish other sessions' frames every few
- * milliseconds. It also parks large ones, since unmapping their states takes
- * milliseconds. */
+ * seconds to wake, and those with long ticks. It also parks large ones: unmapping their states takes
+ * milliseconds, and a worker has to publish other sessions' frames every few. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

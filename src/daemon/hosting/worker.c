@@ -101,7 +101,7 @@ static slot_result serve_unwatched(ll_session_entry *session_entry)
     }
     if (!ll_session_entry_may_park(session_entry))
         return ACTIVE;
-    if (ll_session_get_info(session_entry->session).awake_bytes > large_bytes) {
+    if (ll_session_awake_bytes(session_entry->session) > large_bytes) {
         atomic_store(&session_entry->shared.next_visit, now + unwatched_check_ns);
         ll_session_entry_start_park(session_entry);
         return ACTIVE;
