@@ -28,7 +28,7 @@ typedef struct ll_share {
 static inline ll_share ll_share_of(int32_t count, int part, int parts)
 {
     return (ll_share){(int32_t)((int64_t)count * part / parts),
-                     (int32_t)((int64_t)count * (part + 1) / parts)};
+                      (int32_t)((int64_t)count * (part + 1) / parts)};
 }
 
 static inline int ll_team_parts(const ll_team *team)
