@@ -2,6 +2,7 @@
 import http from 'node:http';
 import net from 'node:net';
 import WebSocket from 'ws';
+import './inflate_raw.mjs';
 import { Decoder } from '../../www/js/stream/decode.js';
 import { RECORDS } from '../../www/js/stream/records.js';
 
