@@ -1,5 +1,6 @@
 // The page in another language: how it is chosen, that its texts fit, and that what is read aloud says in which language it is.
 import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
 import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
 import { englishIn, hearCanvases, isGerman, textsOn, words } from './german.mjs';
@@ -124,6 +125,29 @@ test('parameters have their names, units and one line of help from the words', a
     await settles(() => row.getAttribute('title'), inputs.motion['methods.*.dt_s'].tip);
     await close();
   }
+});
+
+test('scenarios of the library have their titles and texts in German, and the search finds both', async () => {
+  const own = JSON.parse(readFileSync(new URL('../../www/words/scenarios/de.json', import.meta.url), 'utf8')),
+    { scenarios } = (await api(daemon.url, 'scenarios')).body;
+  assert.deepEqual(Object.keys(own).sort(), scenarios.map((/** @type {{id: string}} */ row) => row.id).sort());
+  for (const { id, title } of scenarios) {
+    const given = JSON.parse(readFileSync(new URL(`../../scenarios/${id}.json`, import.meta.url), 'utf8'));
+    assert.ok(own[id].title, id);
+    assert.equal(typeof own[id].text, typeof given.text, `${id}: text`);
+    const numbers = (/** @type {string} */ text) => (text.match(/\d+/g) ?? []).sort().join(' ');
+    assert.equal(numbers(own[id].text ?? ''), numbers(given.text ?? ''), `${id}: numbers of the text of “${title}”`);
+  }
+  const { page, close } = await visit(browser, `${daemon.url}?lang=de&scenario=rigid/pyramid`);
+  await settles(() => page.locator('.about h2').first().innerText(), own['rigid/pyramid'].title);
+  await settles(() => page.locator('.about p').first().innerText(), own['rigid/pyramid'].text);
+  await settles(() => page.locator('#scenario option:checked').innerText(), own['rigid/pyramid'].title);
+  await page.goto(`${daemon.url}?lang=de`);
+  for (const words of [own['rigid/pyramid'].title, scenarios.find((/** @type {{id: string}} */ row) => row.id === 'rigid/pyramid').title]) {
+    await page.locator('.seek input').fill(words);
+    await page.locator('.library a').filter({ hasText: own['rigid/pyramid'].title }).first().waitFor();
+  }
+  await close();
 });
 
 test('numbers have the language’s decimal point', async () => {

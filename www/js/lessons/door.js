@@ -4,6 +4,7 @@ import { signal } from '../../vendor/signals-core.js';
 import { insist } from '../base/api.js';
 import { writeLesson } from '../base/link.js';
 import { labs } from '../session/labs.js';
+import { titleOf } from '../session/scenario_words.js';
 import { lesson, scenarios, theme } from '../session/state.js';
 import { drawingOf } from './drawings.js';
 import { file, language, ready, word } from './words.js';
@@ -54,7 +55,7 @@ function others(topic) {
 
 /** All scenarios, each in its lab. @returns {Template | typeof nothing} */
 function library() {
-  const found = scenarios.value.filter(({ id, title, paper }) => fits(id, title, paper)),
+  const found = scenarios.value.filter((row) => fits(row.id, row.title, titleOf(row), row.paper)),
     colours = theme.value === 'auto' ? '' : `&theme=${theme.value}`;
   if (found.length === 0) return nothing;
   return html`<details class="library" ?open=${sought.value !== ''}><summary>${word('door.library')} (${found.length})</summary>
@@ -62,9 +63,9 @@ function library() {
       const list = found.filter((row) => row.kind === kind);
       if (list.length === 0) return nothing;
       return html`<section aria-labelledby=${`kind-${kind}`}><h3 id=${`kind-${kind}`}>${word(group)}</h3>
-        <ul class="list" lang="en">${list.map(
-          ({ id, title, paper }) =>
-            html`<li><a href=${`?scenario=${id}${colours}`}>${title}</a>${paper ? html` <small>${paper}</small>` : nothing}</li>`,
+        <ul class="list">${list.map(
+          (row) =>
+            html`<li><a href=${`?scenario=${row.id}${colours}`}>${titleOf(row)}</a>${row.paper ? html` <small>${row.paper}</small>` : nothing}</li>`,
         )}</ul></section>`;
     })}</details>`;
 }
@@ -87,7 +88,10 @@ function joining() {
 export function door() {
   if (!ready.value) return html`<main class="door" id="views" tabindex="-1"></main>`;
   const questions = rows.value.filter((row) => row.topic === 'questions' && fitting(row)),
-    none = rows.value.length > 0 && !rows.value.some(fitting) && !scenarios.value.some(({ id, title, paper }) => fits(id, title, paper));
+    none =
+      rows.value.length > 0 &&
+      !rows.value.some(fitting) &&
+      !scenarios.value.some((row) => fits(row.id, row.title, titleOf(row), row.paper));
   return html`<main class="door" id="views" tabindex="-1" lang=${language.value}>
     <div class="doorhead"><div><h2>${word('door.title')}</h2><p>${word('door.lead')}</p></div>
       ${joining()}

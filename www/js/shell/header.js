@@ -20,17 +20,13 @@ import {
   scenarios,
   status,
 } from '../session/state.js';
+import { fullTitleOf } from '../session/scenario_words.js';
 import { backToLive } from '../session/time.js';
 import { open } from '../workbench/dialog.js';
 import { lessons } from './lessons.js';
 import { t } from '../base/words.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
-
-/** @param {import('../session/state.js').ScenarioRow} row @returns {string} */
-function titleOf(row) {
-  return row.paper ? `${row.paper}: ${row.title}` : row.title;
-}
 
 /** @returns {Template} */
 function chooser() {
@@ -41,8 +37,8 @@ function chooser() {
     list.length === 0
       ? nothing
       : html`<optgroup label=${label}>${list.map(
-          (row) => html`<option value=${row.id} lang="en"
-        .selected=${row.id === now}>${titleOf(row)}</option>`,
+          (row) => html`<option value=${row.id}
+        .selected=${row.id === now}>${fullTitleOf(row)}</option>`,
         )}</optgroup>`;
   return html`<label class="field choice scenario"><span>${t('shell.scenario')}</span><select id="scenario" aria-label=${t('shell.scenario')}
     @change=${(/** @type {Event} */ event) => choose(/** @type {HTMLSelectElement} */ (event.target).value)}>

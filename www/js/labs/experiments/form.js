@@ -5,6 +5,7 @@ import { Problem, call } from '../../base/api.js';
 import { localized, plain } from '../../base/format.js';
 import { language, rich, t } from '../../base/words.js';
 import { labs } from '../../session/labs.js';
+import { fullTitleOf } from '../../session/scenario_words.js';
 import { scenarios } from '../../session/state.js';
 import { axesPanel } from './axes.js';
 import {
@@ -60,7 +61,7 @@ function scenarioPanel() {
     return rows.length === 0
       ? nothing
       : html`<optgroup label=${label}>${rows.map(
-          (row) => html`<option value=${row.id} .selected=${row.id === now}>${row.paper ? `${row.paper}: ` : ''}${row.title}</option>`,
+          (row) => html`<option value=${row.id} .selected=${row.id === now}>${fullTitleOf(row)}</option>`,
         )}</optgroup>`;
   };
   return html`<fieldset class="panel server"><legend class="unseen">${t('experiments.scenario')}</legend><div class="head"><h2>${t('experiments.scenario')}</h2></div>

@@ -2,10 +2,11 @@
 import { html, nothing } from '../../../vendor/lit-html.js';
 import { effect, signal } from '../../../vendor/signals-core.js';
 import { fixed, short } from '../../base/format.js';
-import { params, session } from '../../session/state.js';
+import { session } from '../../session/state.js';
 import { palette, paintOf } from '../../draw/palette.js';
 import { drawPlot } from '../../draw/plot.js';
 import { touch } from '../../draw/redraw.js';
+import { aboutScenario } from '../../workbench/about.js';
 import { onto } from '../../workbench/canvas.js';
 import { costs, forget as forgetMeasured, measure, profiles } from '../../workbench/measure.js';
 import { opening } from '../../workbench/opening.js';
@@ -165,8 +166,7 @@ function template() {
       }</div>
     </div>
     <aside class="side" aria-label=${t('workbench.numbers')}>
-      <div class="about"><h2 lang="en">${params.value?.paper ? `${params.value.paper}: ` : ''}${params.value?.title ?? ''}</h2>
-        ${params.value?.text ? html`<p lang="en">${params.value.text}</p>` : nothing}</div>
+      <div class="about">${aboutScenario()}</div>
       ${workPrecisionButton()}${numbers()}
       <div class="about"><p lang="en">${at?.help ?? ''}</p>${at?.source ? html`<p>${t('fluid.reference')} <span lang="en">${at.source}</span></p>` : nothing}
         ${(at?.notices ?? []).map((/** @type {string} */ text) => html`<p role="note"><strong>${t('fluid.warning')}</strong> <span lang="en">${text}</span></p>`)}</div>

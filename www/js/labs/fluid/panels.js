@@ -3,6 +3,7 @@ import { html, nothing } from '../../../vendor/lit-html.js';
 import { find, livePaths } from '../../base/schema.js';
 import { change } from '../../session/params.js';
 import { choose } from '../../session/session.js';
+import { titleOf } from '../../session/scenario_words.js';
 import { locked, params, scenarios, schema } from '../../session/state.js';
 import { touch } from '../../draw/redraw.js';
 import { control } from '../../workbench/controls.js';
@@ -61,7 +62,7 @@ export function scenePanel() {
       @change=${(/** @type {Event} */ event) => choose(/** @type {HTMLSelectElement} */ (event.target).value)}>
       ${rows.map(
         (row) => html`<option value=${row.id}
-        .selected=${row.title === params.value?.title}>${row.title}</option>`,
+        .selected=${row.title === params.value?.title}>${titleOf(row)}</option>`,
       )}</select></label>
     ${countChoice(count, 'fluid.count', set)}
     ${

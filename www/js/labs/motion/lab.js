@@ -10,6 +10,7 @@ import { choose } from '../../session/session.js';
 import { layout, locked, may, notify, params, schema } from '../../session/state.js';
 import { palette, paintOf } from '../../draw/palette.js';
 import { drawPlot } from '../../draw/plot.js';
+import { aboutScenario } from '../../workbench/about.js';
 import { onto, plotBox } from '../../workbench/canvas.js';
 import { control } from '../../workbench/controls.js';
 import { opening } from '../../workbench/opening.js';
@@ -184,8 +185,7 @@ function template() {
         ${plotBox('plot-step', t('motion.error_step'))}${plotBox('plot-work', t('motion.error_cost'))}</div>
     </div>
     <aside class="side" aria-label=${t('workbench.numbers')}>
-      <div class="about"><h2 lang="en">${params.value?.paper ? `${params.value.paper}: ` : ''}${params.value?.title ?? ''}</h2>
-        ${params.value?.text ? html`<p lang="en">${params.value.text}</p>` : nothing}</div>
+      <div class="about">${aboutScenario()}</div>
       <label class="field choice"><span>${t('motion.plotted')}</span><select @change=${(/** @type {Event} */ event) => {
         component.value = Number(/** @type {HTMLSelectElement} */ (event.target).value);
         record = new Record(-1);

@@ -5,10 +5,12 @@ import { fixed, localized, signed } from '../../base/format.js';
 import { find } from '../../base/schema.js';
 import { change } from '../../session/params.js';
 import { choose } from '../../session/session.js';
+import { titleOf } from '../../session/scenario_words.js';
 import { layout, locked, params, scenarios, schema, session } from '../../session/state.js';
 import { palette, paintOf } from '../../draw/palette.js';
 import { drawPlot } from '../../draw/plot.js';
 import { touch } from '../../draw/redraw.js';
+import { aboutScenario } from '../../workbench/about.js';
 import { onto, plotBox } from '../../workbench/canvas.js';
 import { control } from '../../workbench/controls.js';
 import { costs, forget as forgetMeasured, measure } from '../../workbench/measure.js';
@@ -155,7 +157,7 @@ function scenePanel() {
       @change=${(/** @type {Event} */ event) => choose(/** @type {HTMLSelectElement} */ (event.target).value)}>
       ${rows.map(
         (row) => html`<option value=${row.id}
-        .selected=${row.title === params.value?.title}>${row.title}</option>`,
+        .selected=${row.title === params.value?.title}>${titleOf(row)}</option>`,
       )}</select></label>
     ${countChoice(worlds().length, 'rigid.count', (wanted) => renew({}, wanted))}
     ${gravity()}
@@ -291,8 +293,7 @@ function template() {
       <div class="plots">${plotBox('plot-energy', t('workbench.energy_t'), 'energy')}${plotBox('plot-overlap', t('rigid.overlap_t'), 'overlap')}${phases()}</div>
     </div>
     <aside class="side" aria-label=${t('workbench.numbers')}>
-      <div class="about"><h2 lang="en">${params.value?.paper ? `${params.value.paper}: ` : ''}${params.value?.title ?? ''}</h2>
-        ${params.value?.text ? html`<p lang="en">${params.value.text}</p>` : nothing}</div>
+      <div class="about">${aboutScenario()}</div>
       ${workPrecisionButton()}${tunnellingMeter()}${numbers()}${volumeTable()}
       ${used.map((one) => html`<div class="about"><h3>${words(one.name)}</h3><p lang="en">${one.help}</p></div>`)}
     </aside></main>`;

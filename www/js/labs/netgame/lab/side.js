@@ -6,7 +6,8 @@ import { part } from '../../../base/api.js';
 import { fixed, letter, signed } from '../../../base/format.js';
 import { rich, t } from '../../../base/words.js';
 import { LATELY_S } from '../core/memory.js';
-import { lesson, locked, params } from '../../../session/state.js';
+import { lesson, locked } from '../../../session/state.js';
+import { aboutScenario } from '../../../workbench/about.js';
 import { open } from '../../../workbench/dialog.js';
 import { layout } from '../core/layout.js';
 import { connectionEvents, memory, scale, unit } from '../core/state.js';
@@ -131,9 +132,8 @@ function showMeets(frame) {
 /** @returns {Template} */
 export function side() {
   const players = layout.value?.players ?? [];
-  const p = params.value;
   return html`<aside class="side" aria-label=${t('netgame.side')}>
-    <div class="about"><h2 lang="en">${p?.paper ? `${p.paper}: ` : ''}${p?.title ?? ''}</h2>${p?.text ? html`<p lang="en">${p.text}</p>` : nothing}
+    <div class="about">${aboutScenario()}
       ${(layout.value?.notices ?? []).map((text) => html`<p role="note"><strong>${t('netgame.nothing_measured')}</strong> <span lang="en">${text}</span></p>`)}</div>
     ${connectionList()}
     ${meets()}
