@@ -114,10 +114,9 @@ export function checkWords(root) {
   }
   for (const room of rooms) if (!names.some((name) => posix.dirname(name) === room)) findings.push(`page_words.txt: no room ${room}`);
 
-  const languages = readdirSync(join(root, 'www/words')).map((file) => ({
-    file,
-    words: JSON.parse(readFileSync(join(root, 'www/words', file), 'utf8')),
-  }));
+  const languages = readdirSync(join(root, 'www/words'))
+    .filter((file) => file.endsWith('.json')) // scenarios/ has those of the library
+    .map((file) => ({ file, words: JSON.parse(readFileSync(join(root, 'www/words', file), 'utf8')) }));
   const keysOf = (words) => PARTS.flatMap((part) => Object.entries(words[part] ?? {}));
   const all = new Set(languages.flatMap(({ words }) => keysOf(words).map(([key]) => key)));
   const counted = [...literals].filter((text) => text.endsWith('.count')); /* handed to countChoice */
