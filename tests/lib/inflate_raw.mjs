@@ -10,7 +10,9 @@ try {
     class {
       /** @param {CompressionFormat} format */
       constructor(format) {
-        return format === 'deflate-raw' ? /** @type {any} */ (Duplex).toWeb(createInflateRaw()) : new Built(format);
+        const pair = format === 'deflate-raw' ? /** @type {any} */ (Duplex).toWeb(createInflateRaw()) : new Built(format);
+        this.readable = pair.readable;
+        this.writable = pair.writable;
       }
     }
   );
