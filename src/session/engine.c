@@ -214,6 +214,10 @@ void ll_session_run(ll_session *s, int64_t to, bool record)
     }
     if (s->tick > s->head)
         s->head = s->tick;
+    if (s->failure.tick >= 0 && s->tick > s->failure.tick) { /* the failure that the log has did not come */
+        s->failure.tick = -1;
+        ll_session_emit_own(s, "head");
+    }
 }
 
 /* The state of a tick includes everything that happens at its time; this holds for tick 0 too. */

@@ -108,6 +108,8 @@ ll_status ll_input_read(const cJSON *o, ll_log_entry *entry)
     for (int i = 0; i < 2 && !ll_failed(&status); i++)
         status = read_axis(axes, i, &entry->action.axis[i]);
     LL_THEN(status, read_whole(o, "buttons", UINT32_MAX, 0, &buttons));
+    if (ll_failed(&status))
+        return status; /* a value out of range has no conversion */
     entry->tick = (int64_t)tick;
     entry->player = (int32_t)player;
     entry->action.buttons = (uint32_t)buttons;
@@ -186,6 +188,8 @@ static ll_status read_line(ll_session **session, const cJSON *o, size_t number, 
         return bad_line(number, "tick is before that of the previous line");
     if (tick > s->head && strcmp(op, "rewind") != 0)
         s->head = tick;
+    if (tick > s->failure.tick) /* it ran on */
+        s->failure.tick = -1;
     if (command)
         read_command(s, tick);
     if (strcmp(op, "set") == 0)

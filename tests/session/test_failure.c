@@ -130,6 +130,39 @@ static void test_failure_is_logged_once(void **state)
     ll_session_destroy(s);
 }
 
+/* The log of another version, or an edited one: its failure does not come again. */
+static void test_a_failure_that_does_not_come_is_dropped(void **state)
+{
+    (void)state;
+    static const char edited[] = "{\"op\":\"create\",\"laglab_log\":1,\"scenario\":{\"kind\":\"netgame\","
+                                 "\"duration_s\":4,\"players\":[{}]}}\n"
+                                 "{\"op\":\"fail\",\"tick\":33,\"detail\":\"no number\"}";
+    lines log = {.size = 0}, heard = {.size = 0}, all = {.size = 0};
+    keep_line(&log, edited, sizeof edited - 1);
+    ll_session *s, *restored, *again;
+    must(ll_session_restore(log.text, log.size, keep_line, &heard, &s));
+    assert_int_equal(ll_session_get_info(s).status, LL_SESSION_FAILED);
+    assert_int_equal(ll_session_get_info(s).tick, 33);
+    must(ll_session_run_to(s, 33)); /* it does not fail before its tick ... */
+    must(ll_session_run_to(s, 57)); /* ... nor after it */
+    assert_int_equal(ll_session_failed_at(s), -1);
+    ll_session_log(s, keep_line, &all);
+    assert_null(strstr(all.text, "fail"));
+    must(ll_session_restore(all.text, all.size, NULL, NULL, &restored));
+    assert_int_equal(ll_session_get_info(restored).tick, 57);
+    const char *later = strchr(heard.text, '\n') + 1; /* a stored log: what was there, then what was heard */
+    keep_line(&log, later, strlen(later) - 1);
+    must(ll_session_restore(log.text, log.size, NULL, NULL, &again));
+    ll_session *both[] = {restored, again};
+    for (int i = 0; i < 2; i++) {
+        assert_int_equal(ll_session_get_info(both[i]).status, LL_SESSION_PAUSED);
+        must(ll_session_run_to(both[i], 57));
+        assert_true(ll_session_hash(both[i]) == ll_session_hash(s));
+        ll_session_destroy(both[i]);
+    }
+    ll_session_destroy(s);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -137,6 +170,7 @@ int main(void)
         cmocka_unit_test(test_log_fork_and_sleep_keep_it),
         cmocka_unit_test(test_a_change_before_it_takes_it_back),
         cmocka_unit_test(test_failure_is_logged_once),
+        cmocka_unit_test(test_a_failure_that_does_not_come_is_dropped),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

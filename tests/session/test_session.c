@@ -354,6 +354,9 @@ static void bad_logs_are_refused(void **state)
         "{\"op\":\"input\",\"tick\":5,\"player\":0,\"axes\":[0],\"buttons\":0}",
         "{\"op\":\"input\",\"tick\":5,\"player\":0,\"axes\":[0,-1e999],\"buttons\":0}",
         "{\"op\":\"input\",\"tick\":5,\"player\":0,\"axes\":[1.1,0],\"buttons\":0}",
+        "{\"op\":\"input\",\"tick\":5,\"player\":0,\"axes\":[1,0],\"buttons\":7e12}",
+        "{\"op\":\"input\",\"tick\":1e30,\"player\":0,\"axes\":[1,0],\"buttons\":0}",
+        "{\"op\":\"input\",\"tick\":5,\"player\":-1e12,\"axes\":[1,0],\"buttons\":0}",
         ("{\"op\":\"head\",\"tick\":9}\n{\"op\":\"input\",\"tick\":8,\"player\":0,\"axes\":[0,0],\"buttons\":"
          "0}\n{\"op\":\"set\",\"tick\":5,\"values\":{\"players.0.lag_ms\":4}}"),
     };

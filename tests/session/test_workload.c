@@ -289,6 +289,8 @@ static void a_wrong_workload_is_a_sentence(void **state)
         {"{\"inputs\":[{\"tick\":6,\"player\":1,\"axes\":[0,-1.25]}]}", "workload.inputs.0", "got -1.25"},
         {"{\"inputs\":[{\"tick\":6,\"player\":1,\"axes\":[0,0],\"buttons\":-1}]}", "workload.inputs.0",
          "buttons: must be a whole number from 0 to 4294967295; got -1"},
+        {"{\"inputs\":[{\"tick\":6,\"player\":1,\"axes\":[0,0],\"buttons\":8589934592}]}",
+         "workload.inputs.0", "buttons: must be a whole number from 0 to 4294967295; got 8589934592"},
         {"{\"inputs\":[{\"tick\":6,\"player\":1,\"axes\":[0,0],\"button\":1}]}", "workload.inputs.0",
          "button is unknown"},
         {"\"no log\"", "workload", "line 1 of the log"},
