@@ -436,3 +436,24 @@ test('another problem of the step lab keeps what was changed, and no measured cu
   await until(async () => (await page.evaluate(() => globalThis.laglab().params?.methods?.[0]?.dt_s)) === 0.25, 'Back', 10000);
   await close();
 });
+
+test('on a phone no button lies over a view of a race, in either language', async () => {
+  for (const language of ['en', 'de']) {
+    const { page, complaints, close } = await visit(browser, `${daemon.url}?lang=${language}#race`, {
+      viewport: { width: 390, height: 844 },
+    });
+    await ready(page);
+    const rows = await page.evaluate(() =>
+      [...document.querySelectorAll('.row:has(> .view > take-away)')].map((row) => {
+        const box = (/** @type {string} */ what) => row.querySelector(what)?.getBoundingClientRect();
+        const button = box('take-away button'),
+          words = box('.caption .techniques');
+        return [button.bottom <= box('canvas').top + 1, button.left >= words.right - 1, button.right <= box('.caption .icon').left + 1];
+      }),
+    );
+    assert.deepEqual(rows, Array(3).fill([true, true, true]));
+    assert.deepEqual(await axe(page), []);
+    assert.deepEqual(complaints, []);
+    await close();
+  }
+});

@@ -28,12 +28,24 @@ const weaponOf = (shot) => t(shot.weapon === PROJECTILE ? 'netgame_more.shots.ca
  * @returns {{x: number, y: number, width_m: number, height_m: number}[]} */
 const coverOf = (at) => /** @type {any} */ (at.layout).fixed ?? [];
 
-/** One panel. @param {InspectorContext} at @param {Shot} shot @param {When} when @param {number} left @param {number} width
- * @param {string} title @param {number} hit */
+/** Lines of a title that are no wider than `width`. @param {InspectorContext} at @param {string} title @param {number} width */
+function linesOf({ pen, colours }, title, width) {
+  pen.font = `700 ${colours.text}px ${colours.font}`;
+  /** @type {string[]} */ const lines = [];
+  for (const word of title.split(' ')) {
+    const longer = `${lines.at(-1)} ${word}`;
+    if (lines.length > 0 && pen.measureText(longer).width <= width) lines[lines.length - 1] = longer;
+    else lines.push(word);
+  }
+  return lines;
+}
+
+/** One panel; `rows`: lines that are kept free for titles. @param {InspectorContext & {rows: number}} at @param {Shot} shot @param {When} when
+ * @param {number} left @param {number} width @param {string[]} title @param {number} hit */
 function panel(at, shot, when, left, width, title, hit) {
   const { pen, colours, height, layout } = at;
   const { x_min: x0, x_max: x1, y_min: y0, y_max: y1 } = layout.scene;
-  const head = colours.text * 2.7,
+  const head = colours.text * (1.5 + 1.2 * at.rows),
     scale = Math.min((width - 12) / Math.max(1e-6, x1 - x0), (height - head - 6) / Math.max(1e-6, y1 - y0));
   const x = (/** @type {number} */ m) => left + width / 2 + (m - (x0 + x1) / 2) * scale;
   const y = (/** @type {number} */ m) => head + (height - head) / 2 - (m - (y0 + y1) / 2) * scale;
@@ -41,8 +53,11 @@ function panel(at, shot, when, left, width, title, hit) {
   pen.strokeStyle = colours.grid;
   pen.lineWidth = 1;
   pen.strokeRect(left + 0.5, 0.5, width - 1, height - 1);
-  drawText(pen, colours, title, left + 6, colours.text * 0.8, { bold: true });
-  drawText(pen, colours, bodyOf(hit, at), left + 6, colours.text * 2, { colour: hit >= 0 ? colours.snap : colours.faint, bold: hit >= 0 });
+  title.forEach((line, i) => drawText(pen, colours, line, left + 6, colours.text * (0.8 + 1.2 * i), { bold: true }));
+  drawText(pen, colours, bodyOf(hit, at), left + 6, head - colours.text * 0.7, {
+    colour: hit >= 0 ? colours.snap : colours.faint,
+    bold: hit >= 0,
+  });
   pen.save();
   pen.beginPath();
   pen.rect(left + 1, head, width - 2, height - head - 1);
@@ -124,26 +139,17 @@ export const shots = {
     }
     const line = colours.text * 1.5,
       third = width / 3;
-    const inner = { ...at, height: at.height - line };
-    panel(
-      inner,
-      shot,
-      'seen',
-      0,
-      third,
-      t('netgame_more.shots.saw', { ms: fixed((shot.evaluated_at_s - shot.view_time_s) * 1000, 0) }),
-      shot.client_view_hit,
-    );
-    panel(inner, shot, 'now', third, third, t('netgame_more.shots.now'), shot.server_now_hit);
-    panel(
-      inner,
-      shot,
-      'looked',
-      2 * third,
-      third,
-      t('netgame_more.shots.rewound', { ms: fixed((shot.evaluated_at_s - shot.rewound_to_s) * 1000, 0) }),
-      shot.compensated_hit,
-    );
+    const saw = fixed((shot.evaluated_at_s - shot.view_time_s) * 1000, 0),
+      back = fixed((shot.evaluated_at_s - shot.rewound_to_s) * 1000, 0);
+    const titles = [
+      t('netgame_more.shots.saw', { ms: saw }),
+      t('netgame_more.shots.now'),
+      t('netgame_more.shots.rewound', { ms: back }),
+    ].map((title) => linesOf(at, title, third - 12));
+    const inner = { ...at, height: at.height - line, rows: Math.max(...titles.map((lines) => lines.length)) };
+    panel(inner, shot, 'seen', 0, third, titles[0], shot.client_view_hit);
+    panel(inner, shot, 'now', third, third, titles[1], shot.server_now_hit);
+    panel(inner, shot, 'looked', 2 * third, third, titles[2], shot.compensated_hit);
     const facts = t('netgame_more.shots.line', {
       name: letter(shot.player),
       weapon: weaponOf(shot),
