@@ -3,6 +3,7 @@ import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
 import {
+  axe,
   api,
   button,
   dialogOf,
@@ -169,6 +170,24 @@ for (const lab of LABS) {
     await button(page, 'Play').waitFor();
     await page.setViewportSize({ width: 390, height: 844 });
     await fits('upright and paused');
+    assert.deepEqual(complaints, []);
+    await close();
+  });
+
+  test(`${lab.name}: on a phone settings and numbers are one tap away`, async () => {
+    const { page, complaints, close } = await open(lab, { width: 390, height: 844, hasTouch: true, isMobile: true });
+    for (const [part, what] of [
+      ['Settings', '.methods :is(select, input)'],
+      ['Numbers', '.side table'],
+      ['Views', `#${lab.canvas}`],
+    ]) {
+      await page.getByRole('navigation', { name: 'Part shown' }).getByRole('button', { name: part, exact: true }).tap();
+      const first = page.locator(`main ${what}`).filter({ visible: true }).first();
+      await first.waitFor();
+      const box = /** @type {{y: number}} */ (await first.boundingBox());
+      assert.ok(box.y < 844 / 2, `${part}: ${box.y} px down`);
+      assert.deepEqual(await axe(page), [], part);
+    }
     assert.deepEqual(complaints, []);
     await close();
   });

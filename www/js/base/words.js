@@ -92,11 +92,21 @@ export function speakIn(name, keep) {
   return wish === before ? Promise.resolve() : settle();
 }
 
-/** A number in a sentence. @param {number} value @param {number} least @param {number} most digits after the point @returns {string} */
-export function digits(value, least, most) {
-  const text = value.toLocaleString(language.value, { minimumFractionDigits: least, maximumFractionDigits: most, useGrouping: false });
-  return text.replace('-', '−');
+/** By language and digits: to make one takes as long as to draw a view. @type {Map<string, Intl.NumberFormat>} */
+const formats = new Map();
+
+/** @param {number} least @param {number} most digits after the point */
+function formatOf(least, most) {
+  const key = `${language.value} ${least} ${most}`;
+  const format =
+    formats.get(key) ??
+    new Intl.NumberFormat(language.value, { minimumFractionDigits: least, maximumFractionDigits: most, useGrouping: false });
+  formats.set(key, format);
+  return format;
 }
+
+/** A number in a sentence. @param {number} value @param {number} least @param {number} most digits after the point @returns {string} */
+export const digits = (value, least, most) => formatOf(least, most).format(value).replace('-', '−');
 
 /** @typedef {Record<string, unknown>} Values */
 

@@ -4,11 +4,13 @@ import { lab } from '../session/labs.js';
 import { reread } from '../session/params.js';
 import { counts, drawn, takeNewest } from '../session/session.js';
 import { frame } from '../session/state.js';
-import { redraw, touch } from '../draw/redraw.js';
+import { paced, redraw, touch } from '../draw/redraw.js';
 import { showTime } from './bar.js';
 import { showReplay } from './header.js';
 
 const LABEL_MS = 2000; /* names of the drawings are updated at this rate */
+
+const clock = paced(50); /* laying the time bar out takes as long as drawing a view */
 
 let asked = false;
 let named = 0;
@@ -27,7 +29,7 @@ function draw() {
   const name = settled || from - named > LABEL_MS;
   if (name) named = from;
   lab.value?.draw?.(now, settled, name);
-  showTime(now);
+  if (clock(settled)) showTime(now);
   showReplay(now);
   if (next) {
     if (counts.drawn === 0) performance.mark('laglab-first-frame');

@@ -6,6 +6,7 @@ import { session } from '../../session/state.js';
 import { palette, paintOf } from '../../draw/palette.js';
 import { drawPlot } from '../../draw/plot.js';
 import { touch } from '../../draw/redraw.js';
+import { partTabs, shownPart } from '../../workbench/phone_parts.js';
 import { aboutScenario } from '../../workbench/about.js';
 import { onto } from '../../workbench/canvas.js';
 import { costs, forget as forgetMeasured, measure, profiles } from '../../workbench/measure.js';
@@ -153,7 +154,7 @@ function drawingOf(i) {
 /** @returns {Template} */
 function template() {
   const at = fluid();
-  return html`<main class="step fluid" id="views" tabindex="-1">
+  return html`${partTabs()}<main class="step fluid" id="views" tabindex="-1" data-part=${shownPart.value}>
     <div class="methods" aria-label=${t('workbench.scene_and_solvers')} role="group">${scenePanel()}${fluids().map((_, i) => fluidPanel(i))}</div>
     <div class="drawings" tabindex="0" role="region" aria-label=${t('workbench.views')}>
       ${opening(t('fluid.see'))}

@@ -10,6 +10,7 @@ import { choose } from '../../session/session.js';
 import { layout, locked, may, notify, params, schema } from '../../session/state.js';
 import { palette, paintOf } from '../../draw/palette.js';
 import { drawPlot } from '../../draw/plot.js';
+import { partTabs, shownPart } from '../../workbench/phone_parts.js';
 import { aboutScenario } from '../../workbench/about.js';
 import { onto, plotBox } from '../../workbench/canvas.js';
 import { control } from '../../workbench/controls.js';
@@ -172,7 +173,7 @@ function errata() {
 /** @returns {Template} */
 function template() {
   const at = motion();
-  return html`<main class="step" id="views" tabindex="-1">
+  return html`${partTabs()}<main class="step" id="views" tabindex="-1" data-part=${shownPart.value}>
     <div class="methods" aria-label=${t('motion.problem_and_methods')} role="group">${problemPanel()}${places().map(methodPanel)}</div>
     <div class="drawings" tabindex="0" role="region" aria-label=${t('workbench.views')}>
       ${opening(t('motion.see'))}

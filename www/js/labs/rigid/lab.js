@@ -10,6 +10,7 @@ import { layout, locked, params, scenarios, schema, session } from '../../sessio
 import { palette, paintOf } from '../../draw/palette.js';
 import { drawPlot } from '../../draw/plot.js';
 import { touch } from '../../draw/redraw.js';
+import { partTabs, shownPart } from '../../workbench/phone_parts.js';
 import { aboutScenario } from '../../workbench/about.js';
 import { onto, plotBox } from '../../workbench/canvas.js';
 import { control } from '../../workbench/controls.js';
@@ -285,7 +286,7 @@ function drawing(world) {
 /** @returns {Template} */
 function template() {
   const used = rigid()?.solvers.filter((one) => worlds().some((i) => methodOf(i) === one.name)) ?? [];
-  return html`<main class="step collide" id="views" tabindex="-1">
+  return html`${partTabs()}<main class="step collide" id="views" tabindex="-1" data-part=${shownPart.value}>
     <div class="methods" aria-label=${t('workbench.scene_and_solvers')} role="group">${scenePanel()}${worlds().map(solverPanel)}${overlayPanel()}</div>
     <div class="drawings" tabindex="0" role="region" aria-label=${t('workbench.views')}>
       ${opening(t('rigid.see'))}

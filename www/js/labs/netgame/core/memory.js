@@ -48,6 +48,8 @@ export class Curves {
   }
 }
 
+const slotOf = (/** @type {number} */ type, /** @type {number} */ player) => type * 256 + player;
+
 /** Of one stretch of time: where time jumps, a new one begins. */
 export class Memory {
   /** @param {boolean} flights whether what flies is followed, and not the players @param {number} generation */
@@ -58,6 +60,8 @@ export class Memory {
     this.last = null;
     /** @type {Map<number, Met>} */
     this.events = new Map();
+    /** @type {Map<number, Met[]>} the same by type and player, in the order of time */
+    this.lists = new Map();
     /** @type {Map<number, number>} messages so far by type and player: thinning draws every k-th of them */
     this.counts = new Map();
     /** @type {Dot[][]} by view */
@@ -117,12 +121,21 @@ export class Memory {
     this.heard = frame.time_s;
   }
 
+  /** Events of one type and player, the oldest first. @param {number} type @param {number} player @returns {Met[]} */
+  of(type, player) {
+    return this.lists.get(slotOf(type, player)) ?? [];
+  }
+
   /** @param {Frame} frame @param {Event} event */
   meet(frame, event) {
-    const slot = event.type * 256 + event.player;
+    const slot = slotOf(event.type, event.player);
     const index = this.counts.get(slot) ?? 0;
     this.counts.set(slot, index + 1);
-    this.events.set(event.id, { ...event, index, lag_ms: frame.views[1 + event.player]?.lag_ms ?? 0 });
+    const met = { ...event, index, lag_ms: frame.views[1 + event.player]?.lag_ms ?? 0 };
+    this.events.set(event.id, met);
+    const list = this.lists.get(slot);
+    if (list) list.push(met);
+    else this.lists.set(slot, [met]);
     const fresh = this.last !== null && event.begin_s > this.last.time_s - 0.001; /* else it is not known where it was drawn */
     if (event.type === APPLIED && fresh) this.dot(frame, 1 + event.player, event, index);
     if (event.type === INPUT_RESULT && fresh) this.dot(frame, 0, event, index);
@@ -248,6 +261,7 @@ export class Memory {
     for (const [id, event] of this.events) {
       if (Math.max(event.begin_s, event.end_s) >= now - EVENTS_S) break; /* ids are in the order of time */
       this.events.delete(id);
+      this.lists.get(slotOf(event.type, event.player))?.shift();
     }
     while ((this.gaps[0]?.to ?? now) < now - EVENTS_S) this.gaps.shift();
     for (const list of this.corrections) {

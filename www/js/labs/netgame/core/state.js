@@ -8,7 +8,7 @@ import { Memory } from './memory.js';
 /** @type {import('@preact/signals-core').Signal<Tab>} of a phone */
 export const tab = signal('all');
 /** @type {import('@preact/signals-core').Signal<'px' | 'm' | 'ms'>} */
-export const unit = signal('px');
+export const unit = signal('m'); /* pixels differ from screen to screen */
 
 /** Players above and below the server's line among the messages. @type {import('@preact/signals-core').Signal<[number, number]>} */
 export const lanes = signal([0, 1]);

@@ -6,7 +6,7 @@ import { speak } from '../../../session/announce.js';
 import { frame, params, presented } from '../../../session/state.js';
 import { drawText } from '../../../draw/marks.js';
 import { palette } from '../../../draw/palette.js';
-import { touch } from '../../../draw/redraw.js';
+import { paced, touch } from '../../../draw/redraw.js';
 import { surfaceOf } from '../../../workbench/canvas.js';
 import { INTERPOLATION, STALLED, entitiesOf } from '../core/frame.js';
 import { inspector, inspectors } from '../core/inspector.js';
@@ -144,20 +144,21 @@ function drawInspector(surface, now, canvas, name) {
   return true;
 }
 
-/** @param {Frame} now @param {boolean} name */
-function drawMessages(now, name) {
+/** @param {Frame} now @param {boolean} name @param {boolean} texts whether the texts next to it are written, too */
+function drawMessages(now, name, texts) {
   const canvas = document.getElementById('lane');
   if (!(canvas instanceof HTMLCanvasElement)) return;
   const surface = surfaceOf(canvas);
   if (!surface.begin() || now.views.length < 2) return;
   if (drawInspector(surface, now, canvas, name)) return;
   const { inputs, states, lost, text } = drawLanes(laneOf(surface, now));
+  if (name) canvas.setAttribute('aria-label', t('netgame.lane.last', { span: fixed(windowOf(now), 2), text }));
+  if (!texts) return;
   const missing = lost > 0 ? t('netgame.lane.missing', { n: lost }) : '',
     span = fixed(windowOf(now), 2);
   const facts = document.getElementById('lane-facts');
   const caption = text !== '' ? text : t('netgame.lane.drawn', { span, inputs, states }) + missing;
   if (facts && facts.textContent !== caption) facts.textContent = caption;
-  if (name) canvas.setAttribute('aria-label', t('netgame.lane.last', { span, text }));
 }
 
 /** @param {Frame} now */
@@ -195,12 +196,15 @@ function showConnectionEvents(now) {
   connectionEvents.value = memory.connectionEvents;
 }
 
+const facts = paced(100); /* words that change with every frame */
+
 /** @param {Frame} now @param {boolean} settled @param {boolean} name */
 export function draw(now, settled, name) {
   for (const canvas of document.querySelectorAll('canvas[data-view]')) drawView(/** @type {HTMLCanvasElement} */ (canvas), now, name);
-  drawMessages(now, name);
+  const texts = facts(settled);
+  drawMessages(now, name, texts);
   packetView.value?.draw(now);
-  showFacts(now);
+  if (texts) showFacts(now);
   showMain(now);
   showConnectionEvents(now);
   showSide(now, settled);

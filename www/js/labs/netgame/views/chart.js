@@ -91,9 +91,10 @@ export class Chart {
   /** @param {Memory} memory @param {boolean} now draw even if the last drawing is young */
   draw(memory, now) {
     const time = performance.now();
+    if (!now && time - this.drawn < REDRAW_MS) return; /* before the sizes are read, which makes the browser lay the page out */
     const width = this.box.clientWidth,
       height = this.box.clientHeight;
-    if (width < 40 || height < 40 || (!now && time - this.drawn < REDRAW_MS)) return;
+    if (width < 40 || height < 40) return;
     this.drawn = time;
     const curves = this.curves();
     const key = `${curves.map((c) => `${c.name} (${c.unit})`).join()}|${paletteVersion()}`;

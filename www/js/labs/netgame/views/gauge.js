@@ -21,11 +21,11 @@ export function drawGauge(at, left, width, top, height) {
     drawText(pen, colours, words, left, top + height / 2, { colour: colours.faint });
     return;
   }
-  const arrived = [];
-  for (const event of at.memory.events.values()) {
-    if (event.type === STATE && event.player === player && event.fate === 0 && event.end_s <= frame.time_s) arrived.push(event.begin_s);
-  }
-  arrived.sort((a, b) => a - b);
+  const arrived = at.memory
+    .of(STATE, player)
+    .filter((event) => event.fate === 0 && event.end_s <= frame.time_s)
+    .map((event) => event.begin_s)
+    .sort((a, b) => a - b);
   const newest = arrived[arrived.length - 1] ?? view.render_time_s;
   const span = Math.max(0.2, (frame.time_s - view.render_time_s) * 1.4, (newest - view.render_time_s) * 2);
   const start = frame.time_s - span;

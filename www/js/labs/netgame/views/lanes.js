@@ -27,6 +27,7 @@ import { t } from '../../../base/words.js';
 const LEFT = 54,
   RIGHT = 12;
 const CROWD = 6; /* messages of one kind in a lane: twelve with both directions */
+const SERVER = 0; /* player of the events of the server's steps */
 const LOST_AT = 0.6; /* of its way */
 const UP = new Set(/** @type {number[]} */ ([INPUT, CONNECT, PING]));
 
@@ -39,13 +40,8 @@ export function windowOf(frame) {
 /** Messages of one kind within the window. @param {Lanes} at @param {number} type @param {number} player @returns {Message[]} */
 function messages(at, type, player) {
   const from = at.frame.time_s - windowOf(at.frame);
-  const list = [];
-  for (const event of at.memory.events.values()) {
-    if (event.type !== type || event.player !== player || event.begin_s > at.frame.time_s) continue;
-    const end = event.fate === 0 ? event.end_s : event.begin_s + lagOf(at, player);
-    if (end >= from) list.push(event);
-  }
-  return list;
+  const endOf = (/** @type {Message} */ event) => (event.fate === 0 ? event.end_s : event.begin_s + lagOf(at, player));
+  return at.memory.of(type, player).filter((event) => event.begin_s <= at.frame.time_s && endOf(event) >= from);
 }
 
 /** @param {Lanes} at @param {number} player @returns {number} s */
@@ -225,7 +221,7 @@ export function drawLanes(at) {
   pen.setLineDash([]); /* the server's ticks */
   pen.lineWidth = 1;
   pen.strokeStyle = colours.grid;
-  const steps = [...at.memory.events.values()].filter((e) => e.type === STEP && e.begin_s >= now - span && e.begin_s <= now);
+  const steps = at.memory.of(STEP, SERVER).filter((e) => e.begin_s >= now - span && e.begin_s <= now);
   const every = Math.max(1, Math.ceil(steps.length / 80));
   for (const step of steps) {
     if (step.number % every !== 0) continue;

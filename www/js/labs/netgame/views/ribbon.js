@@ -1,4 +1,5 @@
 // Under a player's view: one cell per input, filled until the server has acknowledged it.
+import { INPUT } from '../core/frame.js';
 import { cross, drawText } from '../../../draw/marks.js';
 import { fixed } from '../../../base/format.js';
 import { paintOf } from '../../../draw/palette.js';
@@ -11,20 +12,10 @@ const CELLS = 48;
 /** Inputs per second over the last moments. @param {DrawContext} at @param {number} player @returns {number} */
 function inputRate(at, player) {
   const now = at.frame.time_s;
-  let newest = -1,
-    oldest = -1,
-    first = now,
-    last = now;
-  for (const event of at.memory.events.values()) {
-    if (event.type !== 1 || event.player !== player || event.begin_s > now || event.begin_s < now - 1) continue;
-    if (oldest < 0) {
-      oldest = event.number;
-      first = event.begin_s;
-    }
-    newest = event.number;
-    last = event.begin_s;
-  }
-  return last > first ? (newest - oldest) / (last - first) : 0;
+  const sent = at.memory.of(INPUT, player).filter((event) => event.begin_s <= now && event.begin_s >= now - 1),
+    oldest = sent[0],
+    newest = sent.at(-1);
+  return newest && oldest && newest.begin_s > oldest.begin_s ? (newest.number - oldest.number) / (newest.begin_s - oldest.begin_s) : 0;
 }
 
 /** @param {DrawContext} at @param {number} left @param {number} width @param {number} top @param {number} height */
