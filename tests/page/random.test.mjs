@@ -1,4 +1,4 @@
-// Whatever is pressed, in any order, nothing breaks: controls of every lab and of the class, chosen at random by a seed.
+// Controls of every lab, pressed in an order that a seed chooses: nothing breaks.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
