@@ -5,7 +5,7 @@ import { startDaemon } from '../lib/daemon.mjs';
 import { axe, launch, until, visit } from './lib.mjs';
 
 const SEED = 20261124;
-const ACTIONS = 120;
+const ACTIONS = 80;
 
 /** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
 /** @type {import('playwright-core').Browser} */ let browser;
