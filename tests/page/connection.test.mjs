@@ -120,7 +120,7 @@ test('a value without a sample is a dash; one with samples is a number', async (
   const latency = Number(await cell('latency/1'));
   assert.ok(latency > 500 && latency < 600, `${latency}: a round trip of 500 ms, and the waits`);
   await settles(() => cell('lost/1'), '0');
-  await settles(() => cell('error/1'), '0.0');
+  await settles(() => cell('error/1'), '0.00');
   await close();
 });
 

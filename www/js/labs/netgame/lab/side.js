@@ -146,8 +146,7 @@ export function side() {
     <section class="chart"><div class="head"><h3>${t('netgame.chart.buffer_ms')}</h3></div>
       <div class="plot" id="buffer-chart" role="img" aria-label=${t('netgame.chart.buffer.says')}></div>
       <div class="key">${players.map((_, i) => sample(i, false, letter(i)))}${tableButton('buffer')}</div></section>
-    <div class="wide-table" tabindex=${players.length > FEW ? '0' : nothing} role=${players.length > FEW ? 'region' : nothing}
-      aria-label=${players.length > FEW ? t('workbench.current') : nothing}>
+    <div class="wide-table" tabindex="0" role="region" aria-label=${t('workbench.current')}>
     <table class="data now"><caption>${t('workbench.now')}</caption><thead><tr><td></td>${players.map(
       (_, i) => html`<th
       scope="col">${letter(i)}</th>`,
