@@ -3,8 +3,8 @@ import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
 import {
-  axe,
   api,
+  axe,
   button,
   dialogOf,
   frameOf,

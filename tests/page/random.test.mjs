@@ -35,7 +35,6 @@ function act([which, value]) {
       one.checkVisibility() &&
       !(/** @type {HTMLButtonElement} */ (one).disabled) &&
       !one.closest('take-away') &&
-      one.id !== 'full' &&
       (document.querySelector('dialog[open]')?.contains(one) ?? true),
   );
   const one = /** @type {HTMLElement} */ (seen[Math.floor(which * seen.length)]);

@@ -440,7 +440,8 @@ test('another problem of the step lab keeps what was changed, and no measured cu
 test('on a phone no button lies over a view of a race, in either language', async () => {
   for (const language of ['en', 'de']) {
     const { page, complaints, close } = await visit(browser, `${daemon.url}?lang=${language}#race`, {
-      viewport: { width: 390, height: 844 },
+      width: 390,
+      height: 844,
     });
     await ready(page);
     const rows = await page.evaluate(() =>

@@ -10,10 +10,10 @@ import { showReplay } from './header.js';
 
 const LABEL_MS = 2000; /* names of the drawings are updated at this rate */
 
+const labels = paced(LABEL_MS);
 const clock = paced(50); /* laying the time bar out takes as long as drawing a view */
 
 let asked = false;
-let named = 0;
 /** Script time of the last drawings, ms. */
 export const costs = /** @type {number[]} */ ([]);
 
@@ -26,8 +26,7 @@ function draw() {
   redraw.wanted = false;
   if (next) frame.value = next;
   const settled = (now.flags & PLAYING) === 0 || counts.drawn < 3;
-  const name = settled || from - named > LABEL_MS;
-  if (name) named = from;
+  const name = labels(settled);
   lab.value?.draw?.(now, settled, name);
   if (clock(settled)) showTime(now);
   showReplay(now);

@@ -12,7 +12,7 @@ export const shownPart = signal('views');
 const tab = (part) =>
   html`<button type="button" aria-pressed=${shownPart.value === part} @click=${() => {
     shownPart.value = part;
-  }}>${t(`workbench.part.${part}`)}</button>`;
+  }}>${t(`workbench.${part}`)}</button>`;
 
 /** @returns {import('lit-html').TemplateResult} */
 export const partTabs = () =>
