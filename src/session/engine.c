@@ -239,6 +239,8 @@ void ll_session_start_from(ll_session *s, const ll_checkpoint *checkpoint, bool 
         memcpy(s->block, checkpoint->block, s->block_size);
     else
         made = s->scenario.kind->init(s->block, s->base);
+    if (!checkpoint && !s->observes_all)
+        s->scenario.kind->observe(s->block, s->observes);
     if (!checkpoint && !ll_failed(&made))
         made = run_tick_zero(s, record);
     LL_ASSERT(!checkpoint || (checkpoint->tick > 0 && checkpoint->position.next <= s->log.count));

@@ -113,7 +113,9 @@ struct ll_session {
 
     void *block; /* NULL: parked */
     size_t block_size;
-    bool stale; /* a change restarted the block: it is at an earlier time than the present tick */
+    bool observes_all;
+    uint32_t observes; /* otherwise, as bits of the kind's own */
+    bool stale;        /* a change restarted the block: it is at an earlier time than the present tick */
     ll_session_interruption interruption;
     ll_team *team; /* of the caller: threads for a tick; NULL: its own alone */
     ll_checkpoint checkpoints[LL_CHECKPOINTS];

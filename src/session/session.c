@@ -35,6 +35,7 @@ ll_status ll_session_new(const ll_scenario *scenario, const void *base, ll_log_l
     s->freq = scenario->kind->tick_freq(base);
     s->end = ll_tick_at((ll_time)llround(ll_session_head(s)->duration_s * 1e9), s->freq);
     s->block_size = scenario->kind->size(base);
+    s->observes_all = true;
     s->clock.speed = 1;
     s->failure.tick = -1;
     snprintf(s->version, sizeof s->version, "%s", ll_version);
@@ -61,6 +62,19 @@ ll_status ll_session_open(ll_scenario *scenario, ll_log_line *on_line, void *con
     }
     *scenario = (ll_scenario){0};
     return status;
+}
+
+void ll_session_observe_only(ll_session *s, const char *const *paths, int count)
+{
+    const ll_sim_kind *kind = s->scenario.kind;
+    LL_ASSERT(s->tick == 0 && s->block);
+    if (!kind->observe)
+        return;
+    s->observes_all = false;
+    s->observes = 0;
+    for (int i = 0; i < count; i++)
+        s->observes |= kind->observed_for(paths[i]);
+    kind->observe(s->block, s->observes);
 }
 
 ll_status ll_session_create(const cJSON *json, int64_t seed, ll_log_line *on_line, void *context,

@@ -57,6 +57,11 @@ ll_status ll_session_restore(const char *log, size_t length, ll_log_line *on_lin
  * tick. */
 ll_status ll_session_fork(ll_session *session, ll_log_line *on_line, void *context, ll_session **copy);
 
+/* Before the first tick: only the metrics at these paths will be read, so that the run observes no more than
+ * these need. Its hash stays the same. Not for a session with viewers; copies and forks observe everything.
+ */
+void ll_session_observe_only(ll_session *session, const char *const *paths, int count);
+
 /* ---- running ---- */
 
 /* Runs the ticks that are due at `wall`, at most `max_ticks`. Returns how many are still due (0: up to

@@ -77,6 +77,18 @@ static void read_row(const ll_experiment *e, ll_session *session, ll_row *row)
     cJSON_Delete(report);
 }
 
+/* A run observes no more than the metrics of its row need. */
+static void observe_only_what_is_read(const ll_experiment *e, ll_session *session)
+{
+    const char *paths[LL_EXPERIMENT_METRICS_MAX + 1];
+    int count = 0;
+    for (; count < e->metric_count; count++)
+        paths[count] = e->metrics[count];
+    if (e->head.stop.metric[0])
+        paths[count++] = e->head.stop.metric;
+    ll_session_observe_only(session, paths, count);
+}
+
 /* Before the first tick. */
 static ll_status open_session(const ll_experiment *e, int64_t run, ll_session **session)
 {
@@ -84,6 +96,8 @@ static ll_status open_session(const ll_experiment *e, int64_t run, ll_session **
     *session = NULL;
     ll_status status = ll_experiment_open(e, run, &scenario);
     LL_THEN(status, ll_session_open(&scenario, NULL, NULL, session));
+    if (!ll_failed(&status))
+        observe_only_what_is_read(e, *session);
     if (!ll_failed(&status) && e->workload) {
         status = ll_session_load(*session, e->workload);
         if (status.code == LL_CONFLICT) /* at this point scripts control all players */

@@ -260,7 +260,7 @@ static ll_cause cause_of(ll_client *c, const ll_client_setup *s, uint32_t acked,
 {
     uint32_t last = newest_decided(c, s);
     int64_t inputs = (int64_t)last - acked, steps = c->latest.tick - tick;
-    if (!s->config->reconciliation)
+    if (!s->config->reconciliation || !(s->client_metrics->observes & LL_OBSERVE_INPUTS))
         return LL_CAUSE_OTHER;
     ll_cause cause = ll_input_history_blame(&s->client_metrics->input_history, acked + 1, last);
     if (cause != LL_CAUSE_OTHER)

@@ -16,6 +16,7 @@ size_t ll_client_metrics_size(int entities)
 void ll_client_metrics_init(ll_client_metrics *in, int entities, ll_time from)
 {
     memset(in, 0, ll_client_metrics_size(entities));
+    in->observes = LL_OBSERVE_ALL;
     in->entities = entities;
     in->from = from;
     for (int i = 0; i < LL_METRICS; i++)
@@ -29,7 +30,7 @@ void ll_client_metrics_init(ll_client_metrics *in, int entities, ll_time from)
 void ll_client_metrics_acknowledged(ll_client_metrics *in, uint32_t seq, int64_t tick, ll_time made,
                                     ll_time acknowledged, ll_time now)
 {
-    if (ll_input_history_includes(&in->input_history, seq, tick))
+    if ((in->observes & LL_OBSERVE_INPUTS) && ll_input_history_includes(&in->input_history, seq, tick))
         ll_measure(in, LL_METRIC_ACK_RTT, now, ll_to_ms(acknowledged - made));
 }
 
@@ -55,15 +56,23 @@ void ll_client_metrics_never(ll_client_metrics *in, uint32_t first, uint32_t las
     decide_changes(in);
 }
 
-void ll_client_metrics_stepped(ll_client_metrics *in, int self, const ll_stepped *s, ll_time now)
+static void step_inputs(ll_client_metrics *in, const ll_stepped *s, ll_time now)
 {
-    const ll_entity *real = &s->world->entity[self];
-    int64_t key = s->applies_on_arrival ? s->acked : s->step;
     if (s->applies_on_arrival)
         ll_input_history_applied(&in->input_history, s->step, s->unsent_from, now);
     else
         ll_input_history_stepped(&in->input_history, s->step);
     decide_changes(in);
+}
+
+void ll_client_metrics_stepped(ll_client_metrics *in, int self, const ll_stepped *s, ll_time now)
+{
+    const ll_entity *real = &s->world->entity[self];
+    int64_t key = s->applies_on_arrival ? s->acked : s->step;
+    if (in->observes & LL_OBSERVE_INPUTS)
+        step_inputs(in, s, now);
+    if (!(in->observes & LL_OBSERVE_VIEWS))
+        return;
     const ll_rendered_view truth = {key, now, real->x, real->y};
     ll_rendered_views_made(&in->rendered_views, &in->histogram[LL_METRIC_OWN_TIMELINE_ERROR], &truth,
                            in->from);

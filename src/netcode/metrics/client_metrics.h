@@ -81,6 +81,15 @@
     X(UNACKED, distribution, unacked, NULL, 1,                                                               \
       "unacknowledged inputs in each frame, as the client believes", "No frame was drawn.")
 
+/* What is observed, as bits; what a client counts itself always is. Metrics that need more than that have no
+ * meaning. */
+typedef enum ll_observation {
+    LL_OBSERVE_VIEWS = 1,   /* each display against the truth */
+    LL_OBSERVE_INPUTS = 2,  /* the result of each input, and when a display shows it */
+    LL_OBSERVE_CLIENTS = 4, /* the displays of the clients against each other */
+    LL_OBSERVE_ALL = 7
+} ll_observation;
+
 #define LL_CLIENT_METRIC_ID(id, type, name, unit, bucket, help, null) LL_METRIC_##id,
 typedef enum ll_metric { LL_CLIENT_METRICS(LL_CLIENT_METRIC_ID) LL_METRICS } ll_metric;
 #undef LL_CLIENT_METRIC_ID
@@ -157,7 +166,8 @@ typedef struct ll_client_metrics {
     ll_time from;
     ll_time measured; /* length of all frames from `from` on */
     ll_histogram histogram[LL_METRICS];
-    int32_t entities, reserved;
+    int32_t entities;
+    uint32_t observes; /* bits of ll_observation */
     ll_buffer_metrics buffer;
     ll_inconsistency server, clients; /* inconsistency, over all entities */
     ll_traffic traffic;
@@ -192,6 +202,8 @@ static inline void ll_measure(ll_client_metrics *in, ll_metric metric, ll_time n
 static inline void ll_client_metrics_input(ll_client_metrics *in, uint32_t seq, int64_t tick,
                                            const ll_action *controls, ll_time touched, ll_time now)
 {
+    if (!(in->observes & LL_OBSERVE_INPUTS))
+        return;
     ll_input_history_made(&in->input_history, seq, tick);
     const ll_made_input input = {controls, seq, now >= in->from, tick, touched};
     ll_changes_made(&in->changes, in->histogram, &input);
@@ -200,7 +212,8 @@ static inline void ll_client_metrics_input(ll_client_metrics *in, uint32_t seq, 
 /* The player is not connected: its controls make no input. */
 static inline void ll_client_metrics_missed(ll_client_metrics *in, const ll_action *controls, ll_time now)
 {
-    ll_changes_missed(&in->changes, in->histogram, controls, now >= in->from);
+    if (in->observes & LL_OBSERVE_INPUTS)
+        ll_changes_missed(&in->changes, in->histogram, controls, now >= in->from);
 }
 
 /* At `acknowledged` a client learns from the snapshot after step `tick`, or from a relay of that step, that

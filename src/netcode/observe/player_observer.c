@@ -179,7 +179,8 @@ static void measure_motion(ll_client_metrics *in, ll_track *track, const ll_enti
                          in->corrections.pixel_m > 0 ? off / in->corrections.pixel_m : off);
 }
 
-void ll_client_metrics_frame(ll_client_metrics *in, const ll_client *c, const ll_truth *truth, ll_time now)
+/* The display against the truth. */
+static void measure_view(ll_client_metrics *in, const ll_client *c, const ll_truth *truth, ll_time now)
 {
     const ll_world *shown = ll_client_rendered_const(c), *world = truth->world;
     const ll_history *history = truth->history;
@@ -188,7 +189,6 @@ void ll_client_metrics_frame(ll_client_metrics *in, const ll_client *c, const ll
     int64_t found = LL_NEVER;
     measure_own_view(in, c, truth, now);
     measure_age(in, c, truth, now, counts);
-    measure_changes(in, c, truth, now);
     measure_own(in, &shown->entity[c->self], &world->entity[c->self], c->self, c->displays.elapsed, counts);
     in->last.remote_error = in->last.view_age = 0;
     for (int i = 0; i < world->entities; i++) {
@@ -218,11 +218,20 @@ void ll_client_metrics_frame(ll_client_metrics *in, const ll_client *c, const ll
         ll_inconsistency_add(&in->server, &track->server, error, c->displays.elapsed);
         measure_motion(in, track, e, t, ll_to_s(c->displays.elapsed));
     }
-    if (counts) {
+    if (counts)
+        measure_buffer(in, c, now);
+}
+
+void ll_client_metrics_frame(ll_client_metrics *in, const ll_client *c, const ll_truth *truth, ll_time now)
+{
+    if (in->observes & LL_OBSERVE_VIEWS)
+        measure_view(in, c, truth, now);
+    if (in->observes & LL_OBSERVE_INPUTS)
+        measure_changes(in, c, truth, now);
+    if (now >= in->from) {
         measure_visible(in);
         in->buffer.frames++;
         in->measured += c->displays.elapsed;
-        measure_buffer(in, c, now);
     }
     in->corrections.visible_m = 0;
 }

@@ -136,6 +136,12 @@ typedef struct ll_sim_kind {
     struct cJSON *(*notices)(const void *config);
     const ll_metric_table *const *metric_tables; /* of these metrics, NULL-terminated */
 
+    /* What must be observed for the metric at `path`, as bits of the kind's own; and what a block observes
+     * from now on: everything after `init`. Metrics that need more are then without meaning; all else stays
+     * the same, with the same hash. NULL: the kind always observes everything. */
+    uint32_t (*observed_for)(const char *path);
+    void (*observe)(void *block, uint32_t what);
+
     /* Adds the profiler's cost of each part of `advance` to `cost`. NULL: the kind does not measure cost. */
     void (*costs)(const void *config, const ll_step_profiler *step_profiler, struct cJSON *cost);
 

@@ -93,12 +93,15 @@ static int64_t lay_out(ll_netgame *g, const ll_netgame_config *c)
         end += (int64_t)ll_link_size(down_slots(c), down_arena(c));
         at->at[i].dejitter = end;
         end += (int64_t)ll_dejitter_size(DEJITTER_PACKETS);
+        at->at[i].weapon_prediction = armed ? end : 0;
+        end += armed ? (int64_t)sizeof(ll_weapon_prediction) : 0;
+    }
+    at->observed = end;
+    for (int i = 0; i < n; i++) {
         at->at[i].client_metrics = end;
         end += (int64_t)ll_client_metrics_size(world.entities);
         at->at[i].desync = end;
         end += (int64_t)ll_desync_size(ll_extent_size(world));
-        at->at[i].weapon_prediction = armed ? end : 0;
-        end += armed ? (int64_t)sizeof(ll_weapon_prediction) : 0;
     }
     return end;
 }
@@ -286,9 +289,17 @@ static ll_action controls(const void *block, int player)
     return ll_netgame_client_metrics(block, player)->controls;
 }
 
+/* Of what is simulated. What is observed of it follows from that, and depends on what is asked for. */
 static uint64_t hash(const void *block)
 {
-    return ll_hash(0, block, (size_t)((const ll_netgame *)block)->size);
+    return ll_hash(0, block, (size_t)((const ll_netgame *)block)->observed);
+}
+
+static void observe(void *block, uint32_t what)
+{
+    const ll_netgame *g = block;
+    for (int i = 0; i < g->config.player_count; i++)
+        ll_netgame_client_metrics(g, i)->observes = what;
 }
 
 const ll_sim_kind ll_sim_netgame = {
@@ -306,6 +317,8 @@ const ll_sim_kind ll_sim_netgame = {
     .input = input,
     .controls = controls,
     .hash = hash,
+    .observed_for = ll_netgame_observed_for,
+    .observe = observe,
     .state = ll_netgame_state,
     .metrics = ll_netgame_metrics,
     .metric_tables = ll_netgame_metric_tables,

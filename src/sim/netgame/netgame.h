@@ -32,7 +32,8 @@ typedef struct ll_netgame {
     ll_game_env env;
     ll_time now;
     int64_t server, history;
-    int64_t shots; /* 0 in a game without weapons */
+    int64_t shots;    /* 0 in a game without weapons */
+    int64_t observed; /* from here on the observer's, which no actor reads: not part of the hash */
     struct {
         int64_t client, up, down, dejitter, client_metrics, desync, weapon_prediction;
     } at[LL_PLAYERS_MAX];
@@ -140,6 +141,8 @@ ll_metric_reading ll_netgame_gauge(const ll_running_stats *gauge, double scale);
  * object. */
 extern const ll_metric_table *const ll_netgame_metric_tables[];
 struct cJSON *ll_netgame_metrics(const void *block);
+/* observe.c: what must be observed for the metric at `path`: bits of ll_observation */
+uint32_t ll_netgame_observed_for(const char *path);
 
 /* views.c: inconsistency, smoothness and buffers of a player's view, added to its metrics; its buffers,
  * streamed */

@@ -1,4 +1,7 @@
 /* The observer of a netgame: it sees the server and every client, and compares them. */
+#include <ctype.h>
+#include <string.h>
+
 #include "netcode/client/cheat.h"
 #include "netcode/observe/player_observer.h"
 #include "sim/netgame/parts.h"
@@ -80,6 +83,8 @@ void ll_netgame_compare_views(ll_netgame *g, ll_time elapsed)
     ll_client_metrics *client_metrics[LL_PLAYERS_MAX];
     const ll_client *clients[LL_PLAYERS_MAX];
     int n = g->config.player_count;
+    if (!(ll_netgame_client_metrics(g, 0)->observes & LL_OBSERVE_CLIENTS))
+        return;
     for (int i = 0; i < n; i++) {
         client_metrics[i] = ll_netgame_client_metrics(g, i);
         clients[i] = ll_netgame_client(g, i);
@@ -108,8 +113,77 @@ void ll_netgame_observe_display(ll_netgame *g, int player)
                             .applies_on_arrival = ll_netgame_sync(g)->applies_on_arrival,
                             .peers = ll_netgame_sync(g)->observe != NULL};
     ll_client_metrics_frame(ll_netgame_client_metrics(g, player), client, &truth, g->now);
+    if (!(ll_netgame_client_metrics(g, player)->observes & LL_OBSERVE_INPUTS))
+        return;
     ll_drawn_tick last = {LL_NEVER, 0};
     for (int i = 0; i < g->config.player_count; i++)
         if (i != player)
             ll_client_metrics_seen(ll_netgame_client_metrics(g, i), i, client, &truth, &last, g->now);
+}
+
+/* ---- what must be observed for a metric ---- */
+
+typedef struct need {
+    const char *begins; /* the path, or the part of it after `players.N.` */
+    uint32_t observes;
+} need;
+
+/* The first row counts; for a path without a row everything is observed. */
+static const need of_run[] = {
+    {"server.fairness", LL_OBSERVE_ALL}, {"server.", 0}, {"cost.", 0}, {NULL, LL_OBSERVE_ALL}};
+
+static const need of_player[] = {
+    {"own_", LL_OBSERVE_VIEWS},
+    {"remote_error_m", LL_OBSERVE_VIEWS},
+    {"timeline_error_m", LL_OBSERVE_VIEWS},
+    {"view_age_ms", LL_OBSERVE_VIEWS},
+    {"age_of_information_ms", LL_OBSERVE_VIEWS},
+    {"inconsistency.server", LL_OBSERVE_VIEWS},
+    {"smoothness", LL_OBSERVE_VIEWS},
+    {"buffer", LL_OBSERVE_VIEWS},
+    {"inconsistency.clients", LL_OBSERVE_CLIENTS},
+    {"input_latency_ms", LL_OBSERVE_INPUTS},
+    {"confirmed_latency_ms", LL_OBSERVE_INPUTS},
+    {"seen_latency_ms", LL_OBSERVE_INPUTS},
+    {"ack_rtt_ms", LL_OBSERVE_INPUTS},
+    {"inputs", LL_OBSERVE_INPUTS},
+    {"acks", LL_OBSERVE_INPUTS},
+    {"corrections_by_cause", LL_OBSERVE_INPUTS},
+    {"correction", 0},
+    {"visible_correction", 0},
+    {"pop_m", 0},
+    {"unacked", 0},
+    {"replay", 0},
+    {"bandwidth", 0},
+    {"snapshot", 0},
+    {"link_up", 0},
+    {"link_down", 0},
+    {"dejitter", 0},
+    {"connection", 0},
+    {"validation", 0},
+    {"stalls", 0},
+    {"rollback", 0},
+    {"sync_test", 0},
+    {"desync", 0},
+    {"shots", 0},
+    {"game", 0},
+    {NULL, LL_OBSERVE_ALL},
+};
+
+static uint32_t look_up(const need *rows, const char *path)
+{
+    while (rows->begins && strncmp(path, rows->begins, strlen(rows->begins)) != 0)
+        rows++;
+    return rows->observes;
+}
+
+uint32_t ll_netgame_observed_for(const char *path)
+{
+    static const char players[] = "players.";
+    if (strncmp(path, players, strlen(players)) != 0)
+        return look_up(of_run, path);
+    path += strlen(players);
+    while (isdigit((unsigned char)*path))
+        path++;
+    return look_up(of_player, *path == '.' ? path + 1 : path);
 }
