@@ -145,6 +145,9 @@ static ll_status read_asked(const char *list, ll_session *s, asked_metrics *aske
             status = ll_error(LL_BAD_INPUT, "--metrics: must be at most %d paths", ASKED_MAX);
         else
             status = ll_metric_check(cJSON_GetObjectItem(report, "metrics"), "--metrics", path);
+        for (int i = 0; i < asked->count && !ll_failed(&status); i++)
+            if (strcmp(asked->path[i], path) == 0)
+                status = ll_error(LL_BAD_INPUT, "--metrics: duplicate %s", path);
         if (!ll_failed(&status))
             asked->path[asked->count++] = path;
     }
@@ -162,7 +165,7 @@ static cJSON *metrics_of(ll_session *s, cJSON *report, const asked_metrics *aske
     }
     cJSON *some = cJSON_CreateObject();
     for (int i = 0; i < asked->count; i++)
-        cJSON_AddItemToObject(some, asked->path[i], ll_param_number(ll_metric_value(all, asked->path[i])));
+        cJSON_AddItemToObject(some, asked->path[i], cJSON_Duplicate(ll_metric_at(all, asked->path[i]), true));
     cJSON_Delete(all);
     return some;
 }

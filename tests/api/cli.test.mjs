@@ -128,6 +128,25 @@ test('run prints one object with the members that are promised', () => {
   for (const name of ['ns_per_sim_s', 'bytes']) assert.ok(out.cost[name] > 0, name);
 });
 
+test('--metrics prints those metrics alone, with the values and the hash of a run that prints all', () => {
+  const paths = [
+    'players.1.remote_error_m.p95',
+    'players.0.input_latency_ms.mean',
+    'players.1.bandwidth.state.packets_per_s',
+    'server.steps',
+  ];
+  const all = JSON.parse(good(['run', 'eight', '--duration', '7'])),
+    at = (/** @type {string} */ path) => path.split('.').reduce((value, name) => value[name], all.metrics);
+  for (const asked of [paths, ...paths.map((path) => [path])]) {
+    const some = JSON.parse(good(['run', 'eight', '--duration', '7', '--metrics', asked.join(',')]));
+    assert.deepEqual(some.metrics, Object.fromEntries(asked.map((path) => [path, at(path)])));
+    assert.equal(some.hash, all.hash);
+  }
+  refused(['run', 'race', '--metrics', 'server.steps,players.0.remote_error_m.mode'], ['--metrics', 'remote_error_m.mode', 'p95']);
+  refused(['run', 'race', '--metrics', ''], ['--metrics']);
+  refused(['run', 'race', '--metrics', 'server.steps,server.steps'], ['--metrics', 'duplicate server.steps']);
+});
+
 test('seed, duration and settings change what they say', () => {
   const plain = run(['eight', '--duration', '4']);
   const seeded = run(['eight', '--duration', '4', '--seed', '77', '--set', 'players.0.link.up.loss_pct=20']);

@@ -80,11 +80,16 @@ ll_status ll_metric_check(const cJSON *metrics, const char *field, const char *p
     return found && (is_number(found) || cJSON_IsNull(found)) ? ll_ok() : no_metric(metrics, field, path);
 }
 
-double ll_metric_value(const cJSON *metrics, const char *path)
+const cJSON *ll_metric_at(const cJSON *metrics, const char *path)
 {
     char reached[160];
     const char *missing;
-    const cJSON *item = metric_at(metrics, path, reached, sizeof reached, &missing);
+    return metric_at(metrics, path, reached, sizeof reached, &missing);
+}
+
+double ll_metric_value(const cJSON *metrics, const char *path)
+{
+    const cJSON *item = ll_metric_at(metrics, path);
     return cJSON_IsBool(item) ? cJSON_IsTrue(item) : is_number(item) ? item->valuedouble : NAN;
 }
 

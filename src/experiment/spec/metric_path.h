@@ -9,6 +9,8 @@ struct cJSON;
 /* LL_BAD_INPUT for `field` if the path has no number; the message lists what exists. */
 ll_status ll_metric_check(const struct cJSON *metrics, const char *field, const char *path);
 
+const struct cJSON *ll_metric_at(const struct cJSON *metrics, const char *path); /* NULL: none */
+
 double ll_metric_value(const struct cJSON *metrics, const char *path); /* NaN: no such number */
 
 /* The part of the metrics on the way to `path` whose `status` is not `ok` (base/run_status.h): then the value
