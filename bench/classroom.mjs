@@ -28,7 +28,7 @@ if (shots) mkdirSync(shots, { recursive: true });
 
 const lan = openLan(),
   daemon = await startDaemon(lan),
-  browser = await launch();
+  browser = await launch({ whole: true });
 
 /** CPU time of all processors that was not idle, and the number of processors. */
 function machine_s() {

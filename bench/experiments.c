@@ -31,12 +31,14 @@ int main(int argc, char **argv)
     int64_t runs = argc > 1 ? atoll(argv[1]) : 1;
     check(ll_experiment_load("-", argc > 2 ? argv[2] : NULL, &experiment));
     double wall = now(CLOCK_MONOTONIC), cpu = now(CLOCK_PROCESS_CPUTIME_ID);
+    ll_kept_block kept = {0};
     for (int64_t run = 0; run < runs; run++) {
         ll_row row;
-        check(ll_experiment_run(experiment, run % experiment->runs, NULL, &row));
+        check(ll_experiment_run(experiment, run % experiment->runs, NULL, &kept, &row));
     }
     printf("{\"wall_s\":%.6f,\"cpu_s\":%.6f}\n", now(CLOCK_MONOTONIC) - wall,
            now(CLOCK_PROCESS_CPUTIME_ID) - cpu);
+    free(kept.block);
     ll_experiment_free(experiment);
     return 0;
 }

@@ -1,4 +1,5 @@
-/* Work against precision of laglab's adaptive methods, GSL's odeiv2 and SUNDIALS on one problem:
+/* Work against precision of laglab's adaptive methods, GSL's odeiv2, SUNDIALS and Boost.Odeint on one
+ * problem:
  * integrators PROBLEM DURATION ROUNDS PER_DECADE [name=value]...
  *
  * Prints CSV, a line per method and tolerance. All call the same f and the same Jacobian. Preparation is
@@ -184,6 +185,9 @@ int main(int argc, char **argv)
     int count = laglab_solvers(solvers, 0);
     count = gsl_solvers(solvers, count);
     count = sundials_solvers(solvers, count);
+#ifdef HAVE_ODEINT
+    count = odeint_solvers(solvers, count);
+#endif
     int failures[SOLVERS_MAX];
     for (int i = 0; i < count; i++)
         failures[i] = solvers[i].newton && t.ode.jacobian == NULL ? FAILURES_MAX : 0;

@@ -1,4 +1,4 @@
-// Work against precision: laglab's adaptive methods compared with GSL's and SUNDIALS' on the reference problems.
+// Work against precision: laglab's adaptive methods compared with those of GSL, SUNDIALS and Boost.Odeint on the reference problems.
 import { existsSync, mkdirSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { workPrecision } from './integrators/plot.mjs';
@@ -7,9 +7,11 @@ import { build, digits, laglab, median, printTable, results, run, say, writeCsv 
 const quick = process.argv.includes('--quick');
 const program = join(build, 'bench', 'integrators'),
   ensemble = join(build, 'bench', 'ensemble');
-if (!existsSync(program)) throw new Error('GSL or SUNDIALS is missing: apt-get install libgsl-dev libsundials-dev, or ./dev bench');
+if (!existsSync(program))
+  throw new Error('GSL or SUNDIALS is missing: apt-get install libgsl-dev libsundials-dev libboost-dev, or ./dev bench');
 
-const libraries = ['laglab', 'GSL', 'SUNDIALS'];
+const libraries = ['laglab', 'GSL', 'SUNDIALS', 'Odeint'],
+  others = libraries.slice(1);
 const levels = [1e-4, 1e-6, 1e-8, 1e-10];
 
 // ---- what is solved ----
@@ -78,22 +80,30 @@ const ratio = (own, peer) => (peer ? (own?.time ?? Infinity) / peer.time : undef
 
 function compare(name, all) {
   return levels.map((error) => {
-    const [own, gsl, sundials] = libraries.map((library) => best(all, library, error));
+    const [own, ...peers] = libraries.map((library) => best(all, library, error));
+    const exact = best(
+      all.filter((of) => of.method !== 'taylor'),
+      'laglab',
+      error,
+    );
     const micro = (of) => of && Number((1e6 * of.time).toPrecision(4));
-    const peers = [ratio(own, gsl), ratio(own, sundials)];
-    const both = peers.filter((value) => value !== undefined);
+    const ratios = peers.map((peer) => ratio(own, peer));
+    const reached = ratios.filter((value) => value !== undefined);
     return {
       problem: name,
       error,
       laglab_method: own?.method,
       laglab_us: micro(own),
-      gsl_method: gsl?.method,
-      gsl_us: micro(gsl),
-      sundials_method: sundials?.method,
-      sundials_us: micro(sundials),
-      of_gsl: peers[0]?.toPrecision(3),
-      of_sundials: peers[1]?.toPrecision(3),
-      of_best: both.length ? Math.max(...both).toPrecision(3) : undefined,
+      laglab_f_method: exact?.method,
+      laglab_f_us: micro(exact),
+      ...Object.fromEntries(
+        others.flatMap((library, i) => [
+          [`${library.toLowerCase()}_method`, peers[i]?.method],
+          [`${library.toLowerCase()}_us`, micro(peers[i])],
+        ]),
+      ),
+      ...Object.fromEntries(others.map((library, i) => [`of_${library.toLowerCase()}`, ratios[i]?.toPrecision(3)])),
+      of_best: reached.length ? Math.max(...reached).toPrecision(3) : undefined,
     };
   });
 }
@@ -145,25 +155,19 @@ printTable(
     const methods = (column) => [...new Set(of.map((row) => row[column]).filter(Boolean))].join(', ') || '-';
     return {
       problem: name,
-      'over GSL': shown('of_gsl', of),
-      'over SUNDIALS': shown('of_sundials', of),
-      'over the faster': shown('of_best', of),
-      laglab: methods('laglab_method'),
-      GSL: methods('gsl_method'),
-      SUNDIALS: methods('sundials_method'),
+      ...Object.fromEntries(others.map((library) => [`over ${library}`, shown(`of_${library.toLowerCase()}`, of)])),
+      'over the fastest': shown('of_best', of),
+      ...Object.fromEntries(libraries.map((library) => [library, methods(`${library.toLowerCase()}_method`)])),
     };
   }),
 );
 
 const verdict = (met) => (met ? 'met' : 'MISSED');
 say('');
-for (const [peer, column] of [
-  ['GSL', 'of_gsl'],
-  ['SUNDIALS', 'of_sundials'],
-  ['the faster of both', 'of_best'],
-]) {
-  const all = values(column),
-    worst = Math.max(...all),
+for (const [peer, column] of [...others.map((library) => [library, `of_${library.toLowerCase()}`]), ['the fastest of them', 'of_best']]) {
+  const all = values(column);
+  if (!all.length) continue; // it is not there
+  const worst = Math.max(...all),
     slower = rows.filter((row) => Number(row[column]) > 1);
   const where = rows.find((row) => Number(row[column]) === worst);
   say(
@@ -186,13 +190,18 @@ writeCsv(
     error: 'relative, Euclidean, at the end; times are interpolated to it between logarithms',
     laglab_method: "the fastest of laglab's",
     laglab_us: 'its CPU time',
+    laglab_f_method: 'the fastest of those that know a problem by f alone: without taylor',
+    laglab_f_us: 'its CPU time',
     gsl_method: "the fastest of GSL's",
     gsl_us: 'its CPU time',
     sundials_method: "the fastest of SUNDIALS'",
     sundials_us: 'its CPU time',
+    odeint_method: "the fastest of Odeint's",
+    odeint_us: 'its CPU time',
     of_gsl: 'laglab_us / gsl_us; empty where GSL does not get there',
     of_sundials: 'laglab_us / sundials_us',
-    of_best: 'the larger of both',
+    of_odeint: 'laglab_us / odeint_us',
+    of_best: 'the largest of them',
   },
   rows,
 );
@@ -201,7 +210,7 @@ writeCsv(
   command,
   {
     problem: 'reference problem',
-    library: 'laglab, GSL or SUNDIALS',
+    library: 'laglab, GSL, SUNDIALS or Odeint',
     method: 'its method',
     tolerance: 'relative; absolute the same, of stiff problems a thousandth of it',
     status: 'failed: not to the end within 100,000 steps',

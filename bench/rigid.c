@@ -72,7 +72,8 @@ static void print_body(const ll_rigid *w, int32_t body, int32_t first_shape)
 {
     const ll_solver_body *m = &ll_solver_bodies(w)[body];
     ll_pose p = ll_poses(w)[body];
-    printf("{\"type\":%d,\"x\":%.17g,\"y\":%.17g,\"angle\":%.17g,\"vx\":%.17g,\"vy\":%.17g,\"spin\":%.17g,"
+    printf("{\"type\":%d,\"x\":%.17g,\"y\":%.17g,\"angle\":%.17g,\"vx\":%.17g,\"vy\":%.17g,\"angular_"
+           "velocity\":%.17g,"
            "\"shapes\":[",
            ll_bodies(w)[body].type, p.p.x, p.p.y, ll_bodies(w)[body].angle, m->v.x, m->v.y, m->w);
     for (int32_t i = first_shape, n = 0; i < w->shape_end;)

@@ -1,4 +1,4 @@
-// Of which code a result speaks: the rooms of src/ that it measures. Their fingerprint is written into the result when it is measured;
+// Of which code a result speaks: the rooms of src/ that it measures, and of the page www/. Their fingerprint is written into the result when it is measured;
 // docs/performance.md uses it to say whether they have changed since.
 import { createHash } from 'node:crypto';
 import { readFileSync, readdirSync } from 'node:fs';
@@ -20,6 +20,7 @@ export const ROOMS = {
   kills: [...DAEMON, 'experiment'],
   soak: [...DAEMON, 'experiment'],
   classroom: DAEMON,
+  page: [...DAEMON, 'www'],
   integrators: ['base', 'ode'],
   ensemble: ['base', 'ode'],
   rigid: ['base', 'rigid'],
@@ -27,6 +28,7 @@ export const ROOMS = {
   fluid: ['base', 'fluid'],
   fluid_accuracy: ['base', 'fluid'],
   fluid_grid: ['base', 'fluid'],
+  fluid_threads: ['base', 'threads', 'fluid'],
   experiments: [...GAME, 'library', 'experiment'],
   advise: [...GAME, 'ode', 'rigid', 'fluid', 'library', 'experiment'],
 };
@@ -38,14 +40,17 @@ export function roomsOf(name) {
   return rooms;
 }
 
+/** @param {string} room @returns {string} */
+export const folderOf = (room) => (room === 'www' ? room : `src/${room}`);
+
 /** Twelve digits that any change of a source of the rooms changes. @param {string} name of a result @param {string} [root] */
 export function fingerprint(name, root = ROOT) {
   const all = createHash('sha256');
   for (const room of [...roomsOf(name)].sort()) {
-    const folder = join(root, 'src', room);
+    const folder = join(root, folderOf(room));
     const files = readdirSync(folder, { recursive: true })
       .map(String)
-      .filter((file) => /\.(c|h|inc)$/.test(file))
+      .filter((file) => (room === 'www' ? /\.(js|css|html)$/ : /\.(c|h|inc)$/).test(file))
       .sort();
     for (const file of files)
       all.update(

@@ -66,6 +66,39 @@ const spread = (values) => {
   return `${digits(r.min)}-${digits(r.max)}`;
 };
 
+// ---- bare loops ----
+
+async function againstBareLoops() {
+  const cases = JSON.parse(await run(join(build, 'bench', 'bare'), [String(rounds)]));
+  printTable(
+    'A step next to a bare C loop of the same physics, least CPU time of the rounds',
+    cases.map((c) => ({
+      case: c.case,
+      'loop ns': digits(c.bare_ns),
+      'laglab ns': digits(c.laglab_ns),
+      ratio: digits(c.laglab_ns / c.bare_ns),
+      'loop bytes': c.bare_bytes,
+      'laglab bytes': c.laglab_bytes,
+    })),
+  );
+  writeCsv(
+    'speed/bare',
+    `bench/run speed${quick ? ' --quick' : ''}`,
+    {
+      case: 'what both compute; laglab also compares it with its reference, and a race has a server, links and a client',
+      steps: 'of one run',
+      bare_ns: 'CPU time of a step of the loop, the least of the rounds',
+      laglab_ns: 'the same of a step of laglab',
+      ratio: 'laglab_ns / bare_ns',
+      bare_bytes: 'state of the loop',
+      laglab_bytes: "the simulation's block (`cost.block_bytes`)",
+    },
+    cases.map((c) => ({ ...c, ratio: c.laglab_ns / c.bare_ns })),
+  );
+}
+await againstBareLoops();
+if (process.argv.includes('--bare')) process.exit();
+
 // ---- comparison with the model ----
 
 const beside = [

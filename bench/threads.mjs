@@ -1,4 +1,6 @@
-// Large worlds of rigid bodies stepped by one thread and by two: wall time, and whether the bits are the same.
+// Large worlds of rigid bodies stepped by one thread and by two: wall time, whether the bits are the same, and Box2D 3 in the same run:
+// laglab where bench/run --box2d DIR has built it.
+import { existsSync, mkdirSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { build, digits, median, printTable, run, say, writeCsv } from './lib.mjs';
 
@@ -16,11 +18,34 @@ const scenes = [
   { name: 'washer', scene: 'washer', args: [] },
 ];
 
-const rows = [];
+const engines = [
+  { engine: 'laglab', command: program, settings: ['substeps=4'] },
+  { engine: 'Box2D 3 AVX2', command: join(build, 'bench', 'peers', 'box2d_3_avx2'), settings: [] },
+].filter(({ command }) => existsSync(command));
+const beside = engines.length > 1;
+
+const folder = join(build, 'bench', 'scenes');
+const file = (name) => join(folder, `threads_${name.replaceAll(/\W+/g, '_')}.json`);
+if (beside) {
+  mkdirSync(folder, { recursive: true });
+  for (const { name, scene, args } of scenes) writeFileSync(file(name), await run(program, ['scene', scene, String(STEPS), ...args]));
+}
+
+/** Median wall time of a step, ms, of the scene as numbers. */
+async function wall({ command, settings }, name, threads) {
+  const text = await run(command, [file(name), String(STEPS), '60', 'wall=1', `threads=${threads}`, ...settings]);
+  return JSON.parse(text.trim().split('\n').at(-1)).median_ms;
+}
+
+const rows = [],
+  besides = [];
 for (let round = 0; round < ROUNDS; round++)
   for (const { name, scene, args } of scenes) {
     const { bodies, one_ms, more_ms, ratio, same } = JSON.parse(await run(program, ['threads', scene, String(STEPS), '2', ...args]));
     rows.push({ scene: name, round, bodies, one_ms, two_ms: more_ms, ratio, same });
+    for (const engine of beside ? engines : [])
+      for (const threads of [1, 2])
+        besides.push({ scene: name, round, engine: engine.engine, threads, step_ms: await wall(engine, name, threads) });
   }
 
 const of = (name, column) => rows.filter((row) => row.scene === name).map((row) => row[column]);
@@ -36,15 +61,45 @@ printTable(
     'same bits': String(same),
   })),
 );
+
+// ---- compared with Box2D 3 ----
+
+const steps = (name, engine, threads) =>
+  besides.filter((row) => row.scene === name && row.engine === engine && row.threads === threads).map((row) => row.step_ms);
+const perRound = (above, below) => median(above.map((ms, round) => ms / below[round]));
+const peer = engines[1]?.engine;
+const pairs = (beside ? scenes : []).map(({ name }) => ({
+  name,
+  one: perRound(steps(name, 'laglab', 1), steps(name, peer, 1)),
+  two: perRound(steps(name, 'laglab', 2), steps(name, peer, 2)),
+  gain: perRound(steps(name, peer, 1), steps(name, peer, 2)),
+}));
+if (beside)
+  printTable(
+    `The same compared with ${peer}: wall time, ms; ratios are medians of the rounds`,
+    pairs.map(({ name, one, two, gain }) => ({
+      scene: name,
+      'laglab 1': digits(median(steps(name, 'laglab', 1))),
+      'Box2D 1': digits(median(steps(name, peer, 1))),
+      'ratio 1': digits(one),
+      'laglab 2': digits(median(steps(name, 'laglab', 2))),
+      'Box2D 2': digits(median(steps(name, peer, 2))),
+      'ratio 2': digits(two),
+      'Box2D one over two': digits(gain),
+    })),
+  );
 say('');
 for (const { name, ratio, same } of ratios)
   say(
     `${name}: two threads at least ${LEAST} times one, same bits: ${digits(ratio)}, ${same}: ${ratio >= LEAST && same ? 'met' : 'MISSED'}`,
   );
+for (const { name, two } of pairs)
+  say(`${name}: two threads of laglab never slower than two of ${peer}: ${digits(two)}: ${two <= 1 ? 'met' : 'MISSED'}`);
 
+const command = `bench/run threads${quick ? ' --quick' : ''}${beside ? ' --box2d DIR' : ''}`;
 writeCsv(
   'threads',
-  `bench/run threads${quick ? ' --quick' : ''}`,
+  command,
   {
     scene: "laglab's",
     round: 'from 0',
@@ -56,3 +111,16 @@ writeCsv(
   },
   rows,
 );
+if (beside)
+  writeCsv(
+    'threads/peer',
+    command,
+    {
+      scene: "laglab's, as numbers",
+      round: 'from 0',
+      engine: 'laglab or a peer',
+      threads: 'of the step',
+      step_ms: 'median wall time of a step',
+    },
+    besides,
+  );

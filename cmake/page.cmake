@@ -111,6 +111,9 @@ foreach(language IN LISTS languages)
     endforeach()
 endforeach()
 
+# The clients that a daemon serves, for a room without Internet.
+execute_process(COMMAND python3 ${SOURCE}/clients/python/wheel.py ${BINARY}/www/clients COMMAND_ERROR_IS_FATAL ANY OUTPUT_QUIET)
+
 # Modules go without their lines of comment, which have the types too: a quarter of a first load, which is measured in bytes.
 file(GLOB_RECURSE own ${BINARY}/www/js/*.js)
 foreach(module IN LISTS own)
@@ -156,3 +159,8 @@ foreach(package IN ITEMS lit-html @preact/signals-core lean-qr uplot)
     file(READ ${modules}/${package}/LICENSE licence)
     file(APPEND ${vendor}/LICENSES.txt "\n==== ${package} ${version} ====\n\n${licence}")
 endforeach()
+
+# The daemon sends what is compressed here to who takes it: a first load is measured in bytes.
+find_program(GZIP gzip REQUIRED)
+file(GLOB_RECURSE texts ${BINARY}/www/*.html ${BINARY}/www/*.css ${BINARY}/www/*.js ${BINARY}/www/*.json ${BINARY}/www/*.svg ${BINARY}/www/*.txt)
+execute_process(COMMAND ${GZIP} -9 -n -k -f ${texts} COMMAND_ERROR_IS_FATAL ANY)

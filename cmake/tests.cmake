@@ -73,8 +73,8 @@ foreach(source IN LISTS test_sources)
 endforeach()
 
 # The longest begin first, so that no core is idle at the end.
-foreach(name IN ITEMS sim.peers golden.golden_1 golden.golden_2 fluid.particle experiment.advise rigid.scenes
-        daemon.web_server_stream)
+foreach(name IN ITEMS experiment.advise experiment.interval sim.outages experiment.work golden.golden_1 golden.golden_2
+        daemon.web_server_stream sim.peers experiment.until rigid.team fluid.particle rigid.scenes)
     set_tests_properties(${name} PROPERTIES COST 100)
 endforeach()
 
@@ -108,7 +108,7 @@ endforeach()
 if(PROJECT_IS_TOP_LEVEL AND CMAKE_BUILD_TYPE STREQUAL "RelWithDebInfo" AND NOT LAGLAB_SANITIZE AND CMAKE_C_COMPILER_ID STREQUAL "GNU")
     foreach(cpu IN ITEMS aarch64 riscv64)
         laglab_test(golden.${cpu} golden ${tests_dir}/golden/cross.sh ${cpu} sample)
-        set_tests_properties(golden.${cpu} PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 900)
+        set_tests_properties(golden.${cpu} PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 900 COST 200)
     endforeach()
 endif()
 
@@ -134,6 +134,7 @@ endif()
 find_program(PYTHON_PROGRAM NAMES python3)
 if(PYTHON_PROGRAM AND TARGET laglab)
     laglab_test(oracle.netgame oracle ${PYTHON_PROGRAM} tests/oracle/run.py --count 150 --seed 1)
+    laglab_test(oracle.more oracle ${PYTHON_PROGRAM} tests/oracle/run.py --more --count 25 --seed 1)
     file(GLOB FOUND RELATIVE ${CMAKE_SOURCE_DIR}/tests/oracle/found CONFIGURE_DEPENDS tests/oracle/found/*.json)
     foreach(name IN LISTS FOUND) # scenarios in which both once differed
         string(REPLACE ".json" "" name ${name})

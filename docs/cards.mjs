@@ -13,24 +13,39 @@ export const CARDS = path.join(ROOT, 'www/cards.json');
 const PLACES = 25; /* of a part, over the whole card */
 
 /** The columns of a trace at a tick, by name. @typedef {(name: string) => number} Row */
-/** from, to: ticks; parts: where each part of the drawing is, [x, y] or [x, y, degrees], for a row, the row at `from`, and the row some ticks ago
- * @typedef {{from: number, to: number, parts: Record<string, (now: Row, start: Row, ago: (ticks: number) => Row) => number[]>}} Card */
+/** from, to: ticks; bodies: rows are the bodies at the end of a run of that length, since a trace has no more than eight;
+ * places: how many, where the usual number is too coarse; parts: where each part of the drawing is, [x, y] or [x, y, degrees], for a row, the row at `from`, and the row some ticks ago
+ * @typedef {{from: number, to: number, bodies?: boolean, places?: number, parts: Record<string, (now: Row, start: Row, ago: (ticks: number) => Row) => number[]>}} Card */
 
 const degrees = (/** @type {number} */ radians) => (-180 / Math.PI) * radians;
-/** The lower boxes of a stack, drawn 18 units high. @param {number} x of the stack @param {number} side m */
-const stack = (x, side) =>
+/** Of a stack of boxes of 1 m, from the ground up. @param {number} x of the stack @param {number} count @param {number} side of a drawn box, units
+ * @param {number} [each] how many boxes one part draws: it has the place of the lowest of them */
+const stack = (x, count, side, each = 1) =>
   Object.fromEntries(
-    Array.from({ length: 6 }, (_, i) => [
-      `box${i}`,
-      (/** @type {Row} */ now, /** @type {Row} */ start) => [
-        x + (18 / side) * (now(`${i + 1}_x_m`) - start(`${i + 1}_x_m`)),
-        103 - 18 * i - (18 / side) * (now(`${i + 1}_y_m`) - start(`${i + 1}_y_m`)),
-        degrees(now(`${i + 1}_angle_rad`)),
-      ],
-    ]),
+    Array.from({ length: count / each }, (_, i) => {
+      const box = each * i + 1;
+      const placeOf = (/** @type {Row} */ now) => [
+        x + side * now(`${box}_x_m`),
+        112 - side * now(`${box}_y_m`),
+        degrees(now(`${box}_angle_rad`)),
+      ];
+      return [`box${i}`, placeOf];
+    }),
   );
 /** A car along the road. @param {string} column m @param {number} x where it is at `from` @param {number} y @param {number} scale units per m */
 const along = (column, x, y, scale) => (/** @type {Row} */ now, /** @type {Row} */ start) => [x + scale * (now(column) - start(column)), y];
+
+/** The place of the inputs that the server's next step needs. @param {Row} now @param {Row} start */
+const slotOf = (now, start) => 44 + 31 * (now('server_step') - start('server_step'));
+/** How much of the wait for the next step is over, 0 to 1: the input of the slowest player ends it. @param {Row} now @param {(ticks: number) => Row} ago */
+function waited(now, ago) {
+  const step = now('server_step');
+  let since = 0,
+    until = 1;
+  while (ago(since + 1)('server_step') === step) since++;
+  while (ago(-until)('server_step') === step) until++;
+  return since / (since + until - 1);
+}
 
 /** @type {Record<string, Card>} */
 const SHOWN = {
@@ -49,7 +64,17 @@ const SHOWN = {
       road: (now, start) => [-32 * (now('server_1_x_m') - start('server_1_x_m')), 0],
     },
   },
-  who_waits: { from: 120, to: 180, parts: { step: (now, start) => [40 + 31 * (now('server_step') - start('server_step')), 8] } },
+  who_waits: {
+    from: 126,
+    to: 180,
+    places: 55,
+    parts: {
+      step: (now, start) => [slotOf(now, start) - 4, 8],
+      a: (now, start) => [slotOf(now, start), 16],
+      b: (now, start) => [slotOf(now, start), 52],
+      c: (now, start, ago) => [slotOf(now, start) + (218 - slotOf(now, start)) * (1 - waited(now, ago)), 88],
+    },
+  },
   behind_wall: {
     from: 60,
     to: 240,
@@ -67,8 +92,8 @@ const SHOWN = {
     },
   },
   bullet_through: { from: 0, to: 6, parts: { ball: (now) => [124 + 37.5 * now('side_by_side0_3_x_m'), 64] } },
-  falling_stack: { from: 0, to: 150, parts: stack(62, 1) },
-  how_many_sweeps: { from: 0, to: 390, parts: stack(66, 1) },
+  falling_stack: { from: 0, to: 150, parts: stack(62, 6, 18) },
+  how_many_sweeps: { from: 480, to: 720, bodies: true, parts: stack(76, 40, 3.6, 2) },
   what_a_cheat_gains: {
     from: 0,
     to: 300,
@@ -82,14 +107,32 @@ const SHOWN = {
 /** @param {number} value */
 const rounded = (value) => Math.round(value * 10) / 10 + 0;
 
+/** @param {ReturnType<typeof engine>} asked @param {any} lesson @returns {(tick: number) => Row} */
+function traceOf(asked, lesson) {
+  const { columns, ticks } = asked.run(lesson.scenario, lesson.set, lesson.seed).trace();
+  return (tick) => (name) => Number(ticks.get(tick)?.[columns.indexOf(name)]);
+}
+
+/** The same of the bodies at the end of a run that ends at the tick. @param {ReturnType<typeof engine>} asked @param {any} lesson @returns {(tick: number) => Row} */
+function bodiesOf(asked, lesson) {
+  const { hz } = asked.run(lesson.scenario, lesson.set, lesson.seed).scenario;
+  return (tick) => {
+    const { bodies } = asked.run(lesson.scenario, { ...lesson.set, duration_s: tick / hz }, lesson.seed).metrics;
+    return (name) => {
+      const [, number, quantity] = /** @type {RegExpExecArray} */ (/^(\d+)_(x_m|y_m|angle_rad)$/.exec(name));
+      const { position, angle } = bodies[Number(number)];
+      return quantity === 'angle_rad' ? angle : position[quantity === 'x_m' ? 0 : 1];
+    };
+  };
+}
+
 /** What all cards play, by their ids. @param {ReturnType<typeof engine>} asked */
 export function cards(asked) {
   return Object.fromEntries(
-    Object.entries(SHOWN).map(([id, { from, to, parts }]) => {
+    Object.entries(SHOWN).map(([id, { from, to, bodies = false, places: count = PLACES, parts }]) => {
       const lesson = JSON.parse(readFileSync(path.join(FOLDER, `${id}.json`), 'utf8'));
-      const { columns, ticks } = asked.run(lesson.scenario, lesson.set, lesson.seed).trace();
-      const rowAt = (/** @type {number} */ tick) => (/** @type {string} */ name) => Number(ticks.get(tick)?.[columns.indexOf(name)]);
-      const places = Array.from({ length: PLACES }, (_, i) => from + Math.round((i * (to - from)) / (PLACES - 1)));
+      const rowAt = (bodies ? bodiesOf : traceOf)(asked, lesson);
+      const places = Array.from({ length: count }, (_, i) => from + Math.round((i * (to - from)) / (count - 1)));
       const moved = Object.entries(parts).map(([name, placeOf]) => [
         name,
         places.map((tick) => placeOf(rowAt(tick), rowAt(from), (ago) => rowAt(Math.max(0, Math.round(tick - ago)))).map(rounded)),

@@ -11,8 +11,9 @@ import { tmpdir } from 'node:os';
 import path from 'node:path';
 import { fileURLToPath } from 'node:url';
 import YAML from 'yaml';
-import { fingerprint, roomsOf } from '../bench/rooms.mjs';
+import { fingerprint, folderOf, roomsOf } from '../bench/rooms.mjs';
 import { columnsDoc, metricsDoc } from './metrics.mjs';
+import { paperDoc } from './paper.mjs';
 import { asyncSchemas, namesModule, recordsModule, rowsModule } from './records.mjs';
 
 const ROOT = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '..');
@@ -437,6 +438,11 @@ const spread = (group, column) => {
     high = digits(all[all.length - 1]);
   return low === high ? low : `${median(group, column)} (${low} to ${high})`;
 };
+/** A mean and half its 95 % interval. */
+const withInterval = (group, column) => {
+  const half = median(group, `${column}_ci95`);
+  return half === '' ? median(group, column) : `${median(group, column)} ± ${half}`;
+};
 const worst = (group, column) => {
   const all = numbers(group, column);
   return all.length === 0 ? '' : digits(all[all.length - 1]);
@@ -499,6 +505,18 @@ const RESULTS = [
     ],
   },
   {
+    name: 'speed/bare',
+    title: 'A step next to a bare C loop of the same physics',
+    by: ['case'],
+    columns: [
+      ['Loop, ns', 'bare_ns', median],
+      ['laglab, ns', 'laglab_ns', median],
+      ['Ratio', 'ratio', median],
+      ['Loop, bytes', 'bare_bytes', median],
+      ['laglab, bytes', 'laglab_bytes', median],
+    ],
+  },
+  {
     name: 'integrators',
     title: 'Integrators and other libraries: CPU time at equal error (1e-4 to 1e-10)',
     by: ['problem'],
@@ -506,9 +524,11 @@ const RESULTS = [
       ['laglab', 'laglab_method', words],
       ['GSL', 'gsl_method', words],
       ['SUNDIALS', 'sundials_method', words],
+      ['Odeint', 'odeint_method', words],
       ['Over GSL, median (range)', 'of_gsl', spread],
       ['Over SUNDIALS, median (range)', 'of_sundials', spread],
-      ['Over the faster, worst', 'of_best', worst],
+      ['Over Odeint, median (range)', 'of_odeint', spread],
+      ['Over the fastest, worst', 'of_best', worst],
     ],
   },
   {
@@ -539,6 +559,22 @@ const RESULTS = [
     ],
   },
   {
+    name: 'threads/peer',
+    title: 'The same scenes compared with Box2D 3: wall time of a step, ms',
+    by: ['scene'],
+    columns: ['laglab', 'Box2D 3 AVX2'].flatMap((engine) =>
+      ['1', '2'].map((threads) => [
+        `${engine}, ${threads} thread${threads === '1' ? '' : 's'}`,
+        'step_ms',
+        (group, column) =>
+          median(
+            group.filter((row) => row.engine === engine && row.threads === threads),
+            column,
+          ),
+      ]),
+    ),
+  },
+  {
     name: 'rigid/growth',
     title: 'Rigid bodies: cost over the number of balls',
     by: ['bodies'],
@@ -556,6 +592,17 @@ const RESULTS = [
     columns: [
       ['Frames/s, median (range)', 'frames_per_s', spread],
       ['Size, and the price of the speed', 'note', last],
+    ],
+  },
+  {
+    name: 'fluid_threads',
+    title: 'Large fluids: a step by two threads, with the same bits',
+    by: ['case'],
+    columns: [
+      ['Block, MiB', 'mib', median],
+      ['One thread, ms', 'one_ms', median],
+      ['Two threads, ms', 'two_ms', median],
+      ['Ratio, median (range)', 'ratio', spread],
     ],
   },
   {
@@ -613,15 +660,28 @@ const RESULTS = [
     title: 'Techniques of netcode: cost and effect',
     by: ['group', 'technique'],
     columns: [
-      ['Input latency, ms', 'input_latency_ms', median],
-      ['Own error at its tick, m', 'own_timeline_error_m', median],
-      ['Others now, m', 'remote_error_m', median],
-      ['Others on their timeline, m', 'timeline_error_m', median],
+      ['Input latency, ms', 'input_latency_ms', withInterval],
+      ['Own error at its tick, m', 'own_timeline_error_m', withInterval],
+      ['Others now, m', 'remote_error_m', withInterval],
+      ['Others on their timeline, m', 'timeline_error_m', withInterval],
+      ['Age of the view, ms', 'view_age_ms', withInterval],
       ['Corrections/s', 'corrections_per_s', median],
       ['Correction, m', 'correction_m', median],
       ['Bytes/s up', 'up_bytes_per_s', median],
       ['Bytes/s down', 'down_bytes_per_s', median],
       ['us per simulated s', 'us_per_sim_s', median],
+    ],
+  },
+  {
+    name: 'page',
+    title: 'The page in Chromium on a processor slowed by six',
+    by: ['lab'],
+    columns: [
+      ['Frames/s', 'fps', median],
+      ['Script of a frame, ms', 'script_ms', median],
+      ['First frame, ms', 'first_ms', median],
+      ['Bytes until then', 'first_bytes', median],
+      ['Requests until then', 'first_requests', median],
     ],
   },
   {
@@ -663,12 +723,26 @@ const RESULTS = [
       ['Max, ms', 'max_ms', worst],
     ],
   },
+  {
+    name: 'page',
+    title: 'The page on a processor six times slower',
+    by: ['lab'],
+    columns: [
+      ['Frames/s', 'fps', median],
+      ['Script, ms', 'script_ms', median],
+      ['First frame, ms', 'first_ms', spread],
+      ['Bytes until then', 'first_bytes', median],
+      ['Requests', 'first_requests', median],
+      ['Bytes in all', 'bytes', median],
+      ['Requests in all', 'requests', median],
+    ],
+  },
 ];
 
 /** Whether the code that a result speaks of is that which was measured. @param {string} name @param {Map<string, string>} head */
 export function ageDoc(name, head, root = ROOT) {
   const rooms = roomsOf(name)
-    .map((room) => code(`src/${room}`))
+    .map((room) => code(folderOf(room)))
     .join(', ');
   const told = head.get('rooms'),
     now = fingerprint(name, root);
@@ -681,7 +755,7 @@ export function ageDoc(name, head, root = ROOT) {
 
 function resultDoc({ name, title, by, columns }) {
   const file = `bench/results/${name}.csv`;
-  if (!existsSync(path.join(ROOT, file))) return `### ${title}\n\nNo figures yet: \`./dev bench ${name}\` measures them.\n`;
+  if (!existsSync(path.join(ROOT, file))) return `### ${title}\n\nNo figures yet: \`./dev bench ${name.split('/')[0]}\` measures them.\n`;
   const { comments, rows } = parseCsv(read(file));
   const split = comments.findIndex(([key]) => key === 'command');
   const groups = new Map();
@@ -945,6 +1019,7 @@ export function generate(binary) {
         .trimEnd() + '\n',
     ],
     ['docs/metrics.md', metricsDoc(JSON.parse(laglab('schema', 'metrics')))],
+    ['docs/paper.md', paperDoc()],
     ['docs/columns.md', columnsDoc(JSON.parse(laglab('schema', 'traces')), JSON.parse(laglab('schema', 'results')))],
     ['docs/api.md', apiDoc(YAML.parse(read('api/openapi.yaml')), YAML.parse(asyncapi))],
     ['docs/accuracy.md', filled('docs/accuracy.md', { 'closed forms': closedFormsDoc() })],

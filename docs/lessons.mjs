@@ -136,6 +136,7 @@ export function textsOf(lesson) {
       { where: `choices.${i}.why`, text: choice.why },
       ...(choice.label ? [{ where: `choices.${i}.label`, text: choice.label }] : []),
     ]),
+    ...(lesson.erratum ? [{ where: 'erratum', text: lesson.erratum }] : []),
     ...lesson.misconceptions.map((/** @type {any} */ text, /** @type {number} */ i) => ({ where: `misconceptions.${i}`, text })),
   ];
 }

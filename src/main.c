@@ -16,7 +16,7 @@ static const struct {
      ll_verb_serve},
     {"run",
      "SCENARIO [--set path=value]... [--seed N] [--duration S] [--trace FILE.csv] [--log FILE] "
-     "[--workload LOG] [--record-inputs FILE] [--text]",
+     "[--workload LOG] [--record-inputs FILE] [--link-trace PATH=FILE]... [--text]",
      "run a scenario as fast as it goes and print its metrics", ll_verb_run},
     {"sweep",
      "EXPERIMENT [--jobs N] [--out FILE] [--format csv|ndjson|json|parquet|sqlite] [--points] [--store URL] "
@@ -33,6 +33,8 @@ static const struct {
     {"store", "list|show ID|delete ID... [--store URL] [--force]",
      "look at the experiments of a store, and delete them with their results", ll_verb_store},
     {"merge", "EXPERIMENT SHARD.csv... [--out FILE]", "put the rows of shards together", ll_verb_merge},
+    {"link-trace", "FILE", "print a measured link's trace, Mahimahi or CSV, as a profile of a scenario",
+     ll_verb_link_trace},
     {"replay", "LOG", "run a log again; exit 1 at the first tick whose hash differs", ll_verb_replay},
     {"scenarios", "", "list the scenarios", ll_verb_scenarios},
     {"schema", "[KIND|experiment|stream]",

@@ -21,7 +21,7 @@ function scale(values, from, to) {
 }
 
 /** @param {{title: string, across?: string, what?: string, lines: {group: string, name: string, points: {x: number, y: number}[]}[]}} plot
- * y in seconds; groups at most three, of which the names of laglab and of the peers are left out */
+ * y in seconds; groups at most four, of which the names of laglab and of the peers are left out */
 export function workPrecision({ title, across = 'relative error at the end', what = 'CPU time against relative error', lines }) {
   const groups = [...new Set(lines.map((line) => line.group))];
   const points = lines.flatMap((line) => line.points);
@@ -67,10 +67,12 @@ export function workPrecision({ title, across = 'relative error at the end', wha
 <style>
 text { font: 11px sans-serif; fill: #222 } .grid { stroke: #8884 } path { fill: none; stroke-width: 1.6 }
 .g0 { stroke: #0060b0; fill: #0060b0 } .g1 { stroke: #b85000; fill: #b85000 } .g2 { stroke: #007a55; fill: #007a55 }
+.g3 { stroke: #8a3fb0; fill: #8a3fb0 }
 svg { background: #fff }
 @media (prefers-color-scheme: dark) {
 svg { background: #101418 } text { fill: #ddd }
-.g0 { stroke: #6bb6ff; fill: #6bb6ff } .g1 { stroke: #f0a050; fill: #f0a050 } .g2 { stroke: #3ccb9a; fill: #3ccb9a } }
+.g0 { stroke: #6bb6ff; fill: #6bb6ff } .g1 { stroke: #f0a050; fill: #f0a050 } .g2 { stroke: #3ccb9a; fill: #3ccb9a }
+.g3 { stroke: #cf9cf0; fill: #cf9cf0 } }
 </style>
 <text x="${LEFT}" y="18" style="font-weight: bold">${escaped(title)}</text>
 ${out.join('\n')}

@@ -38,3 +38,4 @@ enum { SOLVERS_MAX = 64 };
 int laglab_solvers(solver *list, int count);
 int gsl_solvers(solver *list, int count);
 int sundials_solvers(solver *list, int count);
+int odeint_solvers(solver *list, int count);

@@ -73,7 +73,8 @@ typedef struct engine {
 } engine;
 
 /* SCENE.json STEPS SECONDS [setting=value]...: makes as many steps, or fewer when they take longer, and
- * prints one JSON object. The exit status. */
+ * prints one JSON object. Settings of every engine: `wall=1` for wall time in place of CPU time. The exit
+ * status. */
 int run_engine(const engine *e, int argc, char **argv);
 
 const bench_scene *read_scene(const char *file); /* ends the program when it cannot be read */

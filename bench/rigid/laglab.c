@@ -4,9 +4,11 @@
 #include <stdlib.h>
 
 #include "rigid/body/rigid.h"
+#include "threads/team.h"
 
 typedef struct lab {
     ll_rigid *world;
+    ll_team *team; /* of the setting `threads`; NULL: one thread */
     ll_body_id *ids;
     int made;
 } lab;
@@ -39,6 +41,8 @@ static void *open_lab(const bench_world *of, double (*set)(const char *name, dou
     p.contact_hertz = set("hertz", p.contact_hertz);
     p.simd = (int32_t)set("simd", p.simd);
     lab *l = calloc(1, sizeof *l);
+    if (set("threads", 1) > 1)
+        check(ll_team_make((int)set("threads", 1), &l->team));
     check(ll_rigid_check(&limits));
     l->ids = calloc((size_t)of->made + 1, sizeof *l->ids);
     l->world = ll_rigid_init(aligned_alloc(64, (ll_rigid_size(&limits) + 63) & ~(size_t)63), &limits, &p);
@@ -110,7 +114,8 @@ static void remove_body(void *state, int body)
 
 static void step(void *state, double dt)
 {
-    check(ll_rigid_step(((lab *)state)->world, dt, NULL));
+    lab *l = state;
+    check(ll_rigid_step_by_team(l->world, dt, NULL, l->team));
 }
 
 static void get(void *state, int body, double pose[3])

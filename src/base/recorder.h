@@ -6,4 +6,5 @@
 typedef struct ll_recorder {
     void (*record)(void *context, const void *row);
     void *context;
+    void (*packet)(void *context, const void *row); /* rows of packets, of a kind that has them; NULL: none */
 } ll_recorder;

@@ -8,6 +8,8 @@
 
 #include "cli/arguments.h"
 #include "cli/input.h"
+#include "cli/link_trace.h"
+#include "cli/paper.h"
 #include "cli/verbs.h"
 #include "experiment/spec/metric_path.h"
 #include "session/session.h"
@@ -18,10 +20,11 @@ enum { ASKED_MAX = 64 }; /* paths of --metrics */
 
 typedef struct run_options {
     const char *scenario;
-    ll_option_list sets;
+    ll_option_list sets, traces;
     bool text;
     const char *metrics; /* paths, separated by commas; NULL: all */
-    const char *seed, *duration, *trace, *log, *workload, *record, *scenarios, *threads;
+    const char *seed, *duration, *trace, *packets, *packets_at, *log, *workload, *record, *scenarios,
+        *threads;
 } run_options;
 
 static void write_text(void *context, const char *text, size_t length)
@@ -77,12 +80,11 @@ static ll_status override(const run_options *a, cJSON **json)
     ll_scenario scenario = {0};
     LL_TRY(ll_scenario_parse(*json, &scenario));
     const ll_param_table *table = scenario.kind->table;
-    void *before = malloc(table->size);
+    void *before = ll_param_clone(table, scenario.config, NULL);
     if (!before) {
         ll_scenario_free(&scenario);
         return ll_error(LL_NO_MEMORY, "out of memory: scenario");
     }
-    memcpy(before, scenario.config, table->size);
     ll_status status = ll_param_put(table, scenario.config, a->sets.items, a->sets.count);
     LL_THEN(status, put_option(table, scenario.config, "seed", a->seed));
     LL_THEN(status, put_option(table, scenario.config, "duration_s", a->duration));
@@ -110,11 +112,29 @@ static ll_status run_logged(ll_session *s, int64_t end, FILE *log)
     return status;
 }
 
-static ll_status write_trace(ll_session *s, const char *path)
+/* Something of all ticks, computed on a copy. */
+typedef ll_status write_ticks(ll_session *s, const run_options *a, FILE *f);
+
+static ll_status write_trace(ll_session *s, const run_options *a, FILE *f)
+{
+    (void)a;
+    return ll_session_trace(s, 0, ll_session_get_info(s).tick, write_text, f);
+}
+
+static ll_status write_packets(ll_session *s, const run_options *a, FILE *f)
+{
+    ll_capture_range range = {.to = ll_session_get_info(s).tick};
+    LL_TRY(ll_session_interface(s, a->packets_at, &range.interface));
+    return ll_session_capture(s, &range, write_text, f);
+}
+
+static ll_status write_file(ll_session *s, const run_options *a, const char *path, write_ticks *what)
 {
     FILE *f;
+    if (!path)
+        return ll_ok();
     LL_TRY(to_file(path, &f));
-    ll_status status = ll_session_trace(s, 0, ll_session_get_info(s).tick, write_text, f);
+    ll_status status = what(s, a, f);
     ll_status closed = close_file(f, path);
     return ll_failed(&status) ? status : closed;
 }
@@ -205,6 +225,18 @@ static ll_status load_workload(const char *path, ll_session *s)
     return status;
 }
 
+/* Before the run, which may take long. */
+static ll_status check_packets(const run_options *a, const ll_session *s)
+{
+    int interface;
+    if (a->packets_at && !a->packets)
+        return ll_error(LL_BAD_INPUT, "--pcap-at: needs --pcap");
+    if (a->packets && ll_session_players(s) == 0)
+        return ll_error(LL_CONFLICT, "packets: the kind must be netgame; got %s",
+                        ll_session_get_info(s).kind);
+    return ll_session_interface(s, a->packets_at, &interface);
+}
+
 static ll_status run_session(const run_options *a, ll_session *s, double *wall_s)
 {
     int64_t end = ll_session_get_info(s).end_tick;
@@ -213,6 +245,7 @@ static ll_status run_session(const run_options *a, ll_session *s, double *wall_s
     ll_session_step_profiler(s, cpu_now_ns);
     if (a->log && a->record)
         return ll_error(LL_BAD_INPUT, "--log, --record-inputs: must not be given together");
+    LL_TRY(check_packets(a, s));
     const char *path = a->log ? a->log : a->record;
     if (path) {
         FILE *log;
@@ -228,12 +261,12 @@ static ll_status run_session(const run_options *a, ll_session *s, double *wall_s
     *wall_s = seconds_now(CLOCK_MONOTONIC) - wall;
     ll_session_account(s, (int64_t)((seconds_now(CLOCK_PROCESS_CPUTIME_ID) - cpu) * 1e9),
                        ll_session_get_info(s).tick);
-    if (a->trace && !ll_failed(&status))
-        status = write_trace(s, a->trace);
+    LL_THEN(status, write_file(s, a, a->trace, write_trace));
+    LL_THEN(status, write_file(s, a, a->packets, write_packets));
     return status;
 }
 
-/* Prints the lines that the paper has for the scenario, without a run. */
+/* Prints what the paper prints for the scenario. */
 static ll_status print_text(const cJSON *json)
 {
     ll_scenario scenario = {0};
@@ -242,8 +275,11 @@ static ll_status print_text(const cJSON *json)
         return status;
     if (scenario.kind->text)
         status = scenario.kind->text(scenario.config, write_text, stdout);
+    else if (scenario.kind->player_name)
+        status = ll_paper_netgame(&scenario, stdout);
     else
-        status = ll_error(LL_BAD_INPUT, "--text: kind must be motion; got %s", scenario.kind->name);
+        status =
+            ll_error(LL_BAD_INPUT, "--text: kind must be motion or netgame; got %s", scenario.kind->name);
     ll_scenario_free(&scenario);
     return status;
 }
@@ -261,9 +297,23 @@ static ll_status parse(int argc, char **argv, run_options *a)
              "Prints only these metrics, such as players.0.remote_error_m.mean, and measures no more than "
              "they need, which is faster.",
          .value = &a->metrics},
+        {.name = "--link-trace",
+         .takes = "PATH=FILE",
+         .help =
+             "A trace of Mahimahi, or CSV with the header t_ms,delay_ms,lost, for one direction of a link, "
+             "such as players.0.link.down; it becomes a profile of the scenario.",
+         .list = &a->traces},
         {.name = "--seed", .takes = "N", .help = "Random seed.", .value = &a->seed},
         {.name = "--duration", .takes = "S", .help = "Duration in virtual seconds.", .value = &a->duration},
         {.name = "--trace", .takes = "FILE.csv", .help = "Writes a table of every tick.", .value = &a->trace},
+        {.name = "--pcap",
+         .takes = "FILE.pcapng",
+         .help = "Writes the packets of a netgame for Wireshark, as sent and as received.",
+         .value = &a->packets},
+        {.name = "--pcap-at",
+         .takes = "NAME",
+         .help = "Only the packets that `server` or this player sends and receives; default: of all.",
+         .value = &a->packets_at},
         {.name = "--log",
          .takes = "FILE",
          .help = "Writes the log with the hash of every tick, for `laglab replay`.",
@@ -278,12 +328,13 @@ static ll_status parse(int argc, char **argv, run_options *a)
          .value = &a->record},
         {.name = "--threads",
          .takes = "N",
-         .help = "Threads of a step of kind rigid, 1 to 16, with the same results; default 1. More than one "
-                 "helps worlds of "
-                 "some thousand bodies.",
+         .help =
+             "Threads of a step of kinds rigid and fluid, 1 to 16, with the same results; default 1. More "
+             "than one helps worlds of some thousand bodies, cells or particles.",
          .value = &a->threads},
         {.name = "--text",
-         .help = "Prints the lines that the paper has for the scenario, without a run; kind motion only.",
+         .help =
+             "Prints what the paper prints for the scenario, in place of metrics; kinds motion and netgame.",
          .flag = &a->text},
         {.name = "--scenarios",
          .takes = "DIR",
@@ -314,6 +365,7 @@ int ll_verb_run(int argc, char **argv)
     double wall_s = 0;
     ll_status status = parse(argc, argv, &a);
     LL_THEN(status, ll_scenario_argument(a.scenario, a.scenarios, &json));
+    LL_THEN(status, ll_link_traces_add(&a.traces, json));
     LL_THEN(status, override(&a, &json));
     if (a.text && !ll_failed(&status)) {
         status = print_text(json);

@@ -4,6 +4,7 @@
 
 int ll_verb_serve(int argc, char **argv);
 int ll_verb_run(int argc, char **argv);
+int ll_verb_link_trace(int argc, char **argv);
 int ll_verb_replay(int argc, char **argv);
 int ll_verb_sweep(int argc, char **argv);
 int ll_verb_worker(int argc, char **argv);

@@ -3,7 +3,8 @@
 
 #include <stdint.h>
 
-#define LL_PLAYERS_MAX 16
+#define LL_PLAYERS_MAX 64
+#define LL_PEERS_MAX 16 /* of a game that is not `many`, and where clients step others' entities */
 
 /* Controls of one player, by a person or a script. Axes in [-1, 1]; the game defines their meaning. */
 typedef struct ll_action {

@@ -35,6 +35,7 @@ static void set_value(const ll_param *row, char *member)
         memcpy(member, row->vector, sizeof row->vector);
         break;
     case LL_PARAM_POINTS:
+    case LL_PARAM_NUMBERS:
     case LL_PARAM_JSON:
     case LL_PARAM_OBJECT:
     case LL_PARAM_VARIANT:
@@ -63,6 +64,11 @@ static void set_rows(const ll_param_table *table, char *object)
 void ll_param_defaults(const ll_param_table *table, void *object)
 {
     memset(object, 0, table->size);
+    set_rows(table, object);
+}
+
+void ll_param_defaults_in_zeros(const ll_param_table *table, void *object)
+{
     set_rows(table, object);
 }
 

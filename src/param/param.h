@@ -32,6 +32,8 @@ typedef enum ll_param_type {
     LL_PARAM_POINTS,  /* double[max][2], written [[x, y], ...]: at most `max` points, coordinates of at most
                          `default_value` in size; an int32_t at `count_offset` holds their number. Default:
                          none. */
+    LL_PARAM_NUMBERS, /* double[max], written [x, y, ...]: at most `max` numbers from vector[0] to vector[1];
+                         an int32_t at `count_offset` holds how many. Default: none. */
     LL_PARAM_ARRAY, /* `max` nested structs in a row; an int32_t at `count_offset` holds how many are used */
 } ll_param_type;
 
@@ -44,12 +46,12 @@ typedef struct ll_param {
     double min, max;            /* of a number; of a text's length; of an array's count */
     double default_value;       /* default of REAL, INT, BOOL, CHOICE */
     const char *text;           /* default of TEXT (NULL is empty) */
-    double vector[2];           /* default of VECTOR */
+    double vector[2];           /* default of VECTOR; range of NUMBERS */
     const char *unit;           /* `ms`, `Hz`, `%`, `m/s`; NULL: none */
     const char *const *choices; /* NULL-terminated */
     const ll_param_table *child;
     const ll_param_table *const *variants;
-    size_t count_offset; /* of an ARRAY's or POINTS' count, of a VARIANT's choice */
+    size_t count_offset; /* of the count of an ARRAY, POINTS or NUMBERS, of a VARIANT's choice */
     bool live;           /* can change while a session runs */
     bool required;       /* must be given */
     const char *help;    /* one sentence */
@@ -72,15 +74,29 @@ struct ll_param_table {
     /* Rules between values; called after all rows, inner tables first. NULL: none. `path`: prefix of field
      * names: `players.1.`, or empty at the root. */
     ll_status (*check)(const void *object, const char *path);
+    /* Set where the last row is an array that the struct ends with, and the struct is never copied by
+     * assignment: a clone has no elements of that array beyond its count. */
+    bool is_cut;
 };
 
 /* Sets every row to its default and every other byte to zero; arrays become empty. */
 void ll_param_defaults(const ll_param_table *table, void *object);
+/* The same for memory that is all zero; of that it writes the rows only, so that long lists cost memory only
+ * if given. */
+void ll_param_defaults_in_zeros(const ll_param_table *table, void *object);
 
 /* Copies used bytes: elements of the outer arrays beyond their counts do not change in `to`, so that long
  * lists cost memory only if given. `to` must be zeros or a configuration. */
 void ll_param_copy(const ll_param_table *table, void *to, const void *from);
+/* A copy in memory of its own, which the caller frees. NULL: no memory. Where the table `is_cut` the last
+ * array of the copy cannot grow; `patch`, unless NULL, is what will be parsed or merged into the copy: where
+ * it names that array, all elements are there. */
+void *ll_param_clone(const ll_param_table *table, const void *object, const struct cJSON *patch);
+size_t ll_param_clone_size(const ll_param_table *table, const void *object, const struct cJSON *patch);
 size_t ll_param_used(const ll_param_table *table, const void *object); /* bytes that ll_param_copy copies */
+/* Calls `range` for each range of these bytes, in ascending order; the last ends with the struct. */
+void ll_param_each_range(const ll_param_table *table, const void *object,
+                         void (*range)(void *context, size_t from, size_t bytes), void *context);
 
 /* Reads `json` over `object`. Unknown keys, wrong types, values out of range (NaN and infinities too),
  * missing required rows and arrays that are too long are errors that name the path, the range and the value;

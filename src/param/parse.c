@@ -75,7 +75,9 @@ ll_status ll_parse_array(const ll_json_location *place, const cJSON *json, ll_pa
     int32_t count = cJSON_GetArraySize(json);
     if (count < row->min || count > row->max)
         return wrong_count(row, path, count);
-    memset(place->member, 0, (size_t)row->max * row->child->size);
+    int32_t had = ll_count_of(row, place->home); /* those after it are zero already */
+    if (had > count)
+        memset(place->member + (size_t)count * row->child->size, 0, (size_t)(had - count) * row->child->size);
     memcpy(place->home + row->count_offset, &count, sizeof count);
 
     ll_status status = ll_ok();
@@ -92,18 +94,32 @@ ll_status ll_parse_array(const ll_json_location *place, const cJSON *json, ll_pa
     return status;
 }
 
+/* Elements that `to` has no longer are cleared, so that equal configurations are equal bytes. */
+static void replace(const ll_param_table *table, void *to, const void *from)
+{
+    for (int i = 0; i < table->count; i++) {
+        const ll_param *row = &table->rows[i];
+        if (row->type != LL_PARAM_ARRAY)
+            continue;
+        int32_t had = ll_count_of(row, to), has = ll_count_of(row, from);
+        if (had > has)
+            memset((char *)to + row->offset + (size_t)has * row->child->size, 0,
+                   (size_t)(had - has) * row->child->size);
+    }
+    ll_param_copy(table, to, from);
+}
+
 ll_status ll_param_parse(const ll_param_table *table, const cJSON *json, void *object)
 {
-    char *copy = malloc(table->size);
+    void *copy = ll_param_clone(table, object, json);
     if (copy == NULL)
         return ll_error(LL_NO_MEMORY, "out of memory");
-    memcpy(copy, object, table->size);
     ll_path path = ll_path_root(table);
     ll_json_location root = ll_json_location_root(table, copy);
     ll_status status = ll_parse_object(&root, json, &path);
     LL_THEN(status, ll_run_checks(table, copy));
     if (!ll_failed(&status))
-        memcpy(object, copy, table->size);
+        replace(table, object, copy);
     free(copy);
     return status;
 }

@@ -283,13 +283,13 @@ static ll_status run(walk *w, const ll_param_table *table, const cJSON *patch)
 ll_status ll_patch_apply(const ll_param_table *table, const cJSON *patch, void *object,
                          const ll_patch_options *options)
 {
+    size_t size = ll_param_clone_size(table, object, patch);
     walk w = {.options = options,
-              .object = calloc(1, table->size),
-              .touched = calloc(table->size, 1),
-              .fresh = calloc(table->size, 1)};
+              .object = ll_param_clone(table, object, patch),
+              .touched = calloc(size, 1),
+              .fresh = calloc(size, 1)};
     ll_status status = ll_error(LL_NO_MEMORY, "out of memory");
     if (w.object != NULL && w.touched != NULL && w.fresh != NULL) {
-        ll_param_copy(table, w.object, object);
         status = run(&w, table, patch);
         if (!ll_failed(&status))
             ll_param_copy(table, object, w.object);

@@ -164,6 +164,17 @@ static void describe_points(schema *s, cJSON *node, const ll_param *row)
     describe_pair(s, add(s, node, "items", cJSON_CreateObject()), -row->default_value, row->default_value);
 }
 
+static void describe_numbers(schema *s, cJSON *node, const ll_param *row)
+{
+    add_string(s, node, "type", "array");
+    add_number(s, node, "minItems", 0);
+    add_number(s, node, "maxItems", row->max);
+    cJSON *items = add(s, node, "items", cJSON_CreateObject());
+    add_string(s, items, "type", "number");
+    add_number(s, items, "minimum", row->vector[0]);
+    add_number(s, items, "maximum", row->vector[1]);
+}
+
 static const ll_param *choice_of(const ll_param_table *table, const ll_param *variant)
 {
     for (int i = 0; i < table->count; i++)
@@ -232,6 +243,9 @@ static void describe_row(schema *s, cJSON *node, const ll_param_table *table, co
         break;
     case LL_PARAM_POINTS:
         describe_points(s, node, row);
+        break;
+    case LL_PARAM_NUMBERS:
+        describe_numbers(s, node, row);
         break;
     case LL_PARAM_OBJECT:
         refer(s, node, row->child);

@@ -60,6 +60,8 @@ static size_t size_of(const ll_param_table *table, int i)
         return 2 * sizeof(double);
     case LL_PARAM_POINTS:
         return (size_t)row->max * 2 * sizeof(double);
+    case LL_PARAM_NUMBERS:
+        return (size_t)row->max * sizeof(double);
     case LL_PARAM_OBJECT:
         return row->child == NULL ? 0 : row->child->size;
     case LL_PARAM_VARIANT: {
@@ -111,6 +113,8 @@ static const char *fault_of_value(const ll_param *row)
         return row->max < 1 || row->max > LL_POINTS_MAX || !(row->default_value > 0)
                    ? "has no room or no range"
                    : NULL;
+    case LL_PARAM_NUMBERS:
+        return row->max < 1 || !(row->vector[0] < row->vector[1]) ? "has no room or no range" : NULL;
     default:
         return NULL;
     }
@@ -134,7 +138,7 @@ static bool same_governing(const ll_param_table *table, const char *a, const cha
  * rules. */
 static bool reads_back(const ll_param_table *table, const char *object)
 {
-    char *again = malloc(table->size);
+    char *again = calloc(1, table->size);
     cJSON *json = ll_param_write(table, object);
     bool same = false;
     if (again != NULL && json != NULL) {
@@ -172,7 +176,7 @@ static const char *fault_of_chosen(const ll_param_table *table, int i)
         return NULL;
     if (row->type != LL_PARAM_CHOICE)
         return "is no choice that could be chosen";
-    char *structs = malloc(2 * table->size);
+    char *structs = calloc(2, table->size);
     if (structs == NULL)
         return "could not be tried: out of memory";
     for (int choice = 0; row->choices[choice] != NULL && fault == NULL; choice++)
@@ -196,8 +200,8 @@ static const char *fault_of(const ll_param_table *table, int i)
     size_t size = size_of(table, i);
     if (size == 0)
         return "lacks a table, or the choice before it";
-    bool counted =
-        row->type == LL_PARAM_ARRAY || row->type == LL_PARAM_VARIANT || row->type == LL_PARAM_POINTS;
+    bool counted = row->type == LL_PARAM_ARRAY || row->type == LL_PARAM_VARIANT ||
+                   row->type == LL_PARAM_POINTS || row->type == LL_PARAM_NUMBERS;
     if (row->offset + size > table->size || (counted && row->count_offset + sizeof(int32_t) > table->size))
         return "lies beyond its struct";
     return NULL;

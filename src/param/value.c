@@ -168,6 +168,33 @@ static ll_status set_points(const ll_json_location *place, const cJSON *json, co
     return ll_ok();
 }
 
+static ll_status set_numbers(const ll_json_location *place, const cJSON *json, const ll_path *path)
+{
+    const ll_param *row = place->row;
+    int32_t count = cJSON_GetArraySize(json);
+    if (!cJSON_IsArray(json))
+        return ll_wrong_type(path, "an array of numbers", json);
+    if (count > row->max)
+        return ll_field_error(LL_BAD_INPUT, path->text, "%s: must have at most %.0f numbers; got %d",
+                              ll_path_subject(path), row->max, count);
+    double *numbers = (double *)(void *)place->member;
+    const ll_param range = {
+        .type = LL_PARAM_REAL, .min = row->vector[0], .max = row->vector[1], .unit = row->unit};
+    int32_t i = 0;
+    for (const cJSON *item = json->child; item != NULL; item = item->next, i++) {
+        ll_path element = *path;
+        ll_path_push_index(&element, i);
+        if (!number_of(item, &numbers[i]))
+            return ll_wrong_type(&element, "a number", item);
+        if (!within(numbers[i], range.min, range.max))
+            return ll_out_of_range(&element, &range, item);
+    }
+    memset(numbers + count, 0,
+           (size_t)(row->max - count) * sizeof *numbers); /* equal lists are equal bytes */
+    memcpy(place->home + row->count_offset, &count, sizeof count);
+    return ll_ok();
+}
+
 ll_status ll_value_set(const ll_json_location *place, const cJSON *json, const ll_path *path)
 {
     switch (place->row->type) {
@@ -185,6 +212,8 @@ ll_status ll_value_set(const ll_json_location *place, const cJSON *json, const l
         return set_vector(place, json, path);
     case LL_PARAM_POINTS:
         return set_points(place, json, path);
+    case LL_PARAM_NUMBERS:
+        return set_numbers(place, json, path);
     default:
         return set_text(place, json, path);
     }

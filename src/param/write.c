@@ -25,6 +25,18 @@ static cJSON *write_points(const ll_param *row, const char *member)
     return points;
 }
 
+static cJSON *write_numbers(const ll_param *row, const char *member)
+{
+    cJSON *numbers = cJSON_CreateArray();
+    int32_t count = ll_count_of(row, member - row->offset);
+    for (int32_t i = 0; i < count; i++) {
+        double value;
+        memcpy(&value, member + (size_t)i * sizeof value, sizeof value);
+        cJSON_AddItemToArray(numbers, ll_param_number(value));
+    }
+    return numbers;
+}
+
 cJSON *ll_write_value(const ll_param *row, const char *member)
 {
     switch (row->type) {
@@ -54,6 +66,8 @@ cJSON *ll_write_value(const ll_param *row, const char *member)
         return write_pair(member);
     case LL_PARAM_POINTS:
         return write_points(row, member);
+    case LL_PARAM_NUMBERS:
+        return write_numbers(row, member);
     default:
         return cJSON_CreateString(member);
     }

@@ -56,3 +56,13 @@ void ll_buffer_insert_varint(ll_buffer *b, size_t at, uint64_t value)
     memmove(b->bytes + at + size, b->bytes + at, behind);
     memcpy(b->bytes + at, bytes, size);
 }
+
+void ll_buffer_set_varint(ll_buffer *b, size_t at, uint64_t value)
+{
+    if (b->failed)
+        return;
+    LL_ASSERT(at < b->size && b->bytes[at] == 0);
+    b->bytes[at] = (char)((value & 127) | (value >= 128 ? 128 : 0));
+    if (value >= 128)
+        ll_buffer_insert_varint(b, at + 1, value >> 7);
+}

@@ -25,6 +25,8 @@ void ll_buffer_text(ll_buffer *buffer, const char *text);
 void ll_buffer_varint(ll_buffer *buffer, uint64_t value);
 /* The same before the bytes from `at` on: a count or a size that is known only after them. */
 void ll_buffer_insert_varint(ll_buffer *buffer, size_t at, uint64_t value);
+/* The same instead of the varint 0 at `at`, which stands for it: nothing moves while one byte suffices. */
+void ll_buffer_set_varint(ll_buffer *buffer, size_t at, uint64_t value);
 
 enum { LL_VARINT_BYTES_MAX = 8 };
 

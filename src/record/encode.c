@@ -54,25 +54,41 @@ static void put_runs(const ll_rows *rows, const ll_rows *base, ll_buffer *out)
 
 /* ---- changed fields ---- */
 
-static uint64_t changes(const ll_record *record, const int64_t *from, const int64_t *to)
+/* From the last field on: compilers would make vectors of a loop that sets each bit at its place, which has
+ * several times the instructions for the few fields of a record. */
+static inline uint64_t changes(const ll_record *record, const int64_t *from, const int64_t *to)
 {
     uint64_t mask = 0;
-    for (int k = 0; k < record->count; k++)
-        mask |= (uint64_t)(from[k] != to[k]) << k;
+#pragma GCC unroll 4
+    for (int k = record->count - 1; k >= 0; k--)
+        mask = 2 * mask + (from[k] != to[k]);
     return mask;
 }
 
-static void put_changes(uint64_t mask, const int64_t *from, const int64_t *to, ll_buffer *out)
+static char *write_changes(char *at, uint64_t mask, const int64_t *from, const int64_t *to)
 {
-    char *at = ll_buffer_reserve(out, (LL_FIELDS_MAX + 1) * LL_VARINT_BYTES_MAX), *begin = at;
-    if (at == NULL)
-        return;
     at = ll_varint_write(at, mask);
     for (; mask != 0; mask &= mask - 1) {
         int k = __builtin_ctzll(mask);
         at = ll_varint_write(at, ll_zigzag(to[k] - from[k]));
     }
-    out->size += (size_t)(at - begin);
+    return at;
+}
+
+enum { ROW_BYTES_MAX = (LL_FIELDS_MAX + 2) * LL_VARINT_BYTES_MAX }; /* skipped rows, mask, values */
+
+static void put_changes(uint64_t mask, const int64_t *from, const int64_t *to, ll_buffer *out)
+{
+    char *at = ll_buffer_reserve(out, ROW_BYTES_MAX);
+    if (at != NULL)
+        out->size += (size_t)(write_changes(at, mask, from, to) - at);
+}
+
+static void put_row(uint64_t skipped, uint64_t mask, const int64_t *from, const int64_t *to, ll_buffer *out)
+{
+    char *at = ll_buffer_reserve(out, ROW_BYTES_MAX);
+    if (at != NULL)
+        out->size += (size_t)(write_changes(ll_varint_write(at, skipped), mask, from, to) - at);
 }
 
 /* The values that a row's differences refer to. */
@@ -86,6 +102,7 @@ static void put_rows(const ll_rows *rows, const ll_rows *base, ll_buffer *out)
     size_t begin = out->size;
     uint64_t changed = 0, skipped = 0;
     op what;
+    ll_buffer_varint(out, 0);
     for (merge m = {rows, base, 0, 0}; (what = next(&m)) != END; pass(&m, what)) {
         if (what == DROP)
             continue;
@@ -95,12 +112,11 @@ static void put_rows(const ll_rows *rows, const ll_rows *base, ll_buffer *out)
             skipped++;
             continue;
         }
-        ll_buffer_varint(out, skipped);
-        put_changes(mask, from, to, out);
+        put_row(skipped, mask, from, to, out);
         skipped = 0;
         changed++;
     }
-    ll_buffer_insert_varint(out, begin, changed);
+    ll_buffer_set_varint(out, begin, changed);
 }
 
 /* ---- planes ---- */

@@ -1,88 +1,14 @@
-#include "record/record.h"
+#include "record/integers.h"
 
 #include <ctype.h>
 #include <math.h>
 #include <string.h>
 
-#include "base/assert.h"
-
 /* ---- values and integers ---- */
-
-static int64_t whole_of(const ll_record_field *f, const char *at)
-{
-    switch (f->type) {
-    case LL_TYPE_BOOL:
-        return *(const bool *)at;
-    case LL_TYPE_U8:
-        return *(const uint8_t *)at;
-    case LL_TYPE_U16:
-        return *(const uint16_t *)(const void *)at;
-    case LL_TYPE_U32:
-        return *(const uint32_t *)(const void *)at;
-    case LL_TYPE_I32:
-        return *(const int32_t *)(const void *)at;
-    default:
-        LL_ASSERT(f->type == LL_TYPE_I64);
-        return *(const int64_t *)(const void *)at;
-    }
-}
-
-static double real_of(const ll_record_field *f, const char *at)
-{
-    LL_ASSERT(f->type == LL_TYPE_F32 || f->type == LL_TYPE_F64);
-    return f->type == LL_TYPE_F32 ? (double)*(const float *)(const void *)at
-                                  : *(const double *)(const void *)at;
-}
-
-static int64_t within(int64_t integer)
-{
-    return integer > LL_INTEGER_MAX ? LL_INTEGER_MAX : integer < -LL_INTEGER_MAX ? -LL_INTEGER_MAX : integer;
-}
-
-static double power_of_2(int exponent)
-{
-    uint64_t bits = (uint64_t)(1023 + exponent) << 52;
-    double value;
-    memcpy(&value, &bits, sizeof value);
-    return value;
-}
-
-/* Most fields of a frame are steps: without a branch on the sign, which no processor can predict. */
-static int64_t step_of(double value, int bits)
-{
-    double scaled = value * power_of_2(bits);
-    if (fabs(scaled) < (double)LL_INTEGER_MAX)
-        return (int64_t)(scaled + copysign(0.5, scaled));
-    if (value != value)
-        return LL_INTEGER_NONE;
-    return value < 0 ? -LL_INTEGER_MAX : LL_INTEGER_MAX;
-}
-
-/* The bits of a positive double ascend with its value, exponent before mantissa: rounding to the highest bits
- * rounds to equal relative steps. */
-static int64_t real_step_of(double value, int bits)
-{
-    uint64_t pattern;
-    memcpy(&pattern, &value, sizeof pattern);
-    pattern &= INT64_MAX; /* clears the sign */
-    int drop = 52 - bits;
-    int64_t integer = (int64_t)((pattern + (UINT64_C(1) << (drop - 1))) >> drop);
-    return value < 0 ? -integer : integer;
-}
 
 int64_t ll_field_integer(const ll_record_field *f, const void *row)
 {
-    const char *at = (const char *)row + f->offset;
-    if (f->coding == LL_CODE_INT)
-        return within(whole_of(f, at));
-    double value = real_of(f, at);
-    if (f->coding == LL_CODE_STEP)
-        return step_of(value, f->bits);
-    if (value != value)
-        return LL_INTEGER_NONE;
-    if (value - value != 0)
-        return value < 0 ? -LL_INTEGER_MAX : LL_INTEGER_MAX;
-    return real_step_of(value, f->bits);
+    return ll_integer_of(f, row);
 }
 
 double ll_field_value(const ll_record_field *f, int64_t integer)
@@ -94,7 +20,7 @@ double ll_field_value(const ll_record_field *f, int64_t integer)
     if (integer == LL_INTEGER_MAX || integer == -LL_INTEGER_MAX)
         return integer < 0 ? -INFINITY : INFINITY;
     if (f->coding == LL_CODE_STEP)
-        return (double)integer * power_of_2(-f->bits);
+        return (double)integer * ll_power_of_2(-f->bits);
     uint64_t pattern = (uint64_t)(integer < 0 ? -integer : integer) << (52 - f->bits);
     double size;
     memcpy(&size, &pattern, sizeof size);

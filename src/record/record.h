@@ -79,6 +79,8 @@ typedef struct ll_record {
     size_t size; /* of the struct */
     const ll_record_field *fields;
     int count;
+    void (*integers)(const void *structs, int count, int64_t *to); /* of `count` structs; NULL: by the table
+                                                                      (integers.h) */
 } ll_record;
 
 /* Type and offset are taken from the struct, so that the table always agrees with it. */

@@ -26,12 +26,19 @@ static int64_t *values_of_copy(const ll_rows *rows)
     return (int64_t *)(rows + 1);
 }
 
-ll_rows *ll_rows_copy(const ll_rows *from)
+static size_t value_bytes_of(const ll_rows *rows)
 {
-    size_t value_bytes = (size_t)from->count * (size_t)from->record->count * sizeof *from->values;
-    ll_rows *rows = malloc(sizeof *rows + value_bytes + from->plane_bytes);
-    if (rows == NULL)
-        return NULL;
+    return (size_t)rows->count * (size_t)rows->record->count * sizeof *rows->values;
+}
+
+size_t ll_rows_copy_bytes(const ll_rows *from)
+{
+    return sizeof *from + value_bytes_of(from) + from->plane_bytes;
+}
+
+void ll_rows_copy_to(ll_rows *rows, const ll_rows *from)
+{
+    size_t value_bytes = value_bytes_of(from);
     *rows = (ll_rows){.record = from->record,
                       .count = from->count,
                       .capacity = from->count,
@@ -42,7 +49,6 @@ ll_rows *ll_rows_copy(const ll_rows *from)
     memcpy(rows->values, from->values, value_bytes);
     if (from->plane_bytes > 0)
         memcpy(rows->planes, from->planes, from->plane_bytes);
-    return rows;
 }
 
 void ll_rows_clear(ll_rows *rows, const ll_record *record)
@@ -58,10 +64,9 @@ void ll_rows_free(ll_rows *rows)
 {
     if (rows == NULL)
         return;
-    if (rows->values != values_of_copy(rows)) {
-        free(rows->values);
-        free(rows->planes);
-    }
+    LL_ASSERT(rows->values != values_of_copy(rows));
+    free(rows->values);
+    free(rows->planes);
     free(rows);
 }
 
@@ -91,7 +96,9 @@ bool ll_rows_add(ll_rows *rows, const void *structs, int count)
     if (!reserve(rows, count))
         return false;
     int64_t *to = ll_rows_at(rows, rows->count);
-    for (int i = 0; i < count; i++) {
+    if (record->integers != NULL)
+        record->integers(structs, count, to);
+    for (int i = 0; i < count && record->integers == NULL; i++) {
         const char *from = (const char *)structs + (size_t)i * record->size;
         for (int k = 0; k < record->count; k++)
             *to++ = ll_field_integer(&record->fields[k], from);

@@ -16,8 +16,11 @@ typedef struct ll_rows {
 
 /* NULL without memory. */
 ll_rows *ll_rows_new(const ll_record *record, int capacity);
-ll_rows *ll_rows_copy(const ll_rows *rows); /* with memory for these rows only: nothing can be added */
-void ll_rows_free(ll_rows *rows);           /* NULL: no effect */
+void ll_rows_free(ll_rows *rows); /* NULL: no effect */
+/* A copy in memory of the caller, aligned for ll_rows, of ll_rows_copy_bytes bytes: it has no memory of its
+ * own, nothing can be added, and ll_rows_free must not be called. */
+size_t ll_rows_copy_bytes(const ll_rows *rows);
+void ll_rows_copy_to(ll_rows *copy, const ll_rows *rows);
 /* Removes all rows, for rows of another record in the same memory. */
 void ll_rows_clear(ll_rows *rows, const ll_record *record);
 size_t ll_rows_bytes(const ll_rows *rows);

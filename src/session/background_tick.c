@@ -6,6 +6,31 @@
 #include "base/assert.h"
 #include "session/internal.h"
 
+/* A block for a copy of the state. Its pages cost more than the copy, so that one is kept from tick to tick.
+ */
+static void *take_spare(ll_session *s)
+{
+    void *spare = s->spare ? s->spare : malloc(s->block_size);
+    s->spare = NULL;
+    return spare;
+}
+
+static void keep_spare(ll_session *s, void *block)
+{
+    if (s->spare || !s->block)
+        free(block);
+    else
+        s->spare = block;
+}
+
+static void drop_unused_spare(ll_session *s, int64_t due)
+{
+    if (due > 0 || s->status == LL_SESSION_PLAYING)
+        return;
+    free(s->spare);
+    s->spare = NULL;
+}
+
 struct ll_background_tick {
     const ll_sim_kind *kind;
     void *block;
@@ -44,7 +69,7 @@ ll_status ll_session_begin_background_tick(ll_session *s, ll_time wall, ll_backg
         return ll_ok();
     ll_background_tick *a = calloc(1, sizeof *a);
     if (a)
-        a->block = malloc(s->block_size);
+        a->block = take_spare(s);
     if (!a || !a->block) {
         ll_background_tick_free(a);
         return ll_error(LL_NO_MEMORY, "out of memory: copy of the state of a session (%zu bytes)",
@@ -67,7 +92,7 @@ ll_status ll_session_begin_background_tick(ll_session *s, ll_time wall, ll_backg
 
 void ll_background_tick_run(ll_background_tick *a, const ll_interrupt *interrupt)
 {
-    ll_recorder recorder = {keep_event, a};
+    ll_recorder recorder = {.record = keep_event, .context = a};
     a->status = a->kind->advance(a->block, a->until, a->records ? &recorder : NULL,
                                  a->step_profiler.now_ns ? &a->step_profiler : NULL, interrupt, NULL);
 }
@@ -113,27 +138,30 @@ int64_t ll_session_end_background_tick(ll_session *s, ll_background_tick *a, ll_
                   ll_session_due(s, wall) > 0;
     if (wanted)
         install_result(s, a);
+    keep_spare(s, a->block);
+    a->block = NULL;
     ll_background_tick_free(a);
     if (s->transition.kind != LL_TRANSITION_NONE && s->block && !s->stale &&
         (s->tick == s->transition.target_tick || s->status == LL_SESSION_FAILED))
         ll_session_continue(s, 0);
     ll_session_end_if_over(s);
-    return ll_session_due(s, wall);
+    int64_t due = ll_session_due(s, wall);
+    drop_unused_spare(s, due);
+    return due;
 }
 
 /* ---- in place ---- */
 
-static bool save_copy(const ll_session *s, ll_checkpoint *copy)
+static bool save_copy(ll_session *s, ll_checkpoint *copy)
 {
     const ll_param_table *table = s->scenario.kind->table;
-    *copy = (ll_checkpoint){.block = malloc(s->block_size),
-                            .config = calloc(1, table->size),
+    *copy = (ll_checkpoint){.block = take_spare(s),
+                            .config = ll_param_clone(table, s->config, NULL),
                             .tick = s->tick,
                             .position = s->position};
     if (!copy->block || !copy->config)
         return false;
     memcpy(copy->block, s->block, s->block_size);
-    ll_param_copy(table, copy->config, s->config);
     return true;
 }
 
@@ -160,7 +188,8 @@ int64_t ll_session_advance_or_restore(ll_session *s, ll_time wall, int64_t max_t
     }
     *interrupted = s->interruption.happened || s->stale;
     s->interruption.restorable = false;
-    free(copy.block);
+    keep_spare(s, copy.block);
     free(copy.config);
+    drop_unused_spare(s, due);
     return due;
 }

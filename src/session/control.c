@@ -75,10 +75,10 @@ static ll_status do_speed(ll_session *s, ll_time wall, const control_args *a)
 
 static ll_status do_restart(ll_session *s, ll_time wall, const control_args *a)
 {
-    void *base = calloc(1, s->scenario.kind->table->size);
+    const void *from = a->reset ? s->scenario.config : s->config;
+    void *base = ll_param_clone(s->scenario.kind->table, from, NULL);
     if (!base)
         return ll_error(LL_NO_MEMORY, "out of memory: restart");
-    ll_param_copy(s->scenario.kind->table, base, a->reset ? s->scenario.config : s->config);
     ll_session_rebase(s, base);
     s->stop_tick = 0;
     free(base);

@@ -8,11 +8,6 @@
 
 #define EVENT_WINDOW (4 * LL_SECOND)
 
-static size_t config_size(const ll_session *s)
-{
-    return s->scenario.kind->table->size;
-}
-
 void ll_session_emit_own(const ll_session *s, const char *op)
 {
     if (s->listener.on_line)
@@ -129,7 +124,8 @@ void ll_session_invalidate(ll_session *s)
 void ll_session_take_checkpoint(ll_session *s)
 {
     int64_t every = s->end / (LL_CHECKPOINTS + 1);
-    if (every == 0 || s->tick == 0 || s->tick % every != 0 || s->tick / every > LL_CHECKPOINTS)
+    if (s->runs_forward || every == 0 || s->tick == 0 || s->tick % every != 0 ||
+        s->tick / every > LL_CHECKPOINTS || s->block_size > LL_CHECKPOINT_BYTES_MAX)
         return;
     LL_ASSERT(s->tick / every >= 1); /* tick 0 needs no checkpoint */
     ll_checkpoint *checkpoint = &s->checkpoints[s->tick / every - 1];
@@ -137,7 +133,7 @@ void ll_session_take_checkpoint(ll_session *s)
         return;
     if (!checkpoint->block) {
         checkpoint->block = malloc(s->block_size);
-        checkpoint->config = calloc(1, config_size(s));
+        checkpoint->config = calloc(1, s->config_size);
     }
     if (!checkpoint->block ||
         !checkpoint->config) { /* checkpoints are optional: without them seeking takes longer */
@@ -180,11 +176,16 @@ static int64_t end_of_run(const ll_session *s, int64_t to)
     return end;
 }
 
+static ll_recorder recorder_of(ll_session *s)
+{
+    return (ll_recorder){.record = ll_session_keep_event, .context = s, .packet = s->on_packet};
+}
+
 /* A failure comes after the same tick, whether the session is paced, replayed or seeks. */
 void ll_session_run(ll_session *s, int64_t to, bool record)
 {
     const ll_sim_kind *kind = s->scenario.kind;
-    ll_recorder recorder = {ll_session_keep_event, s};
+    const ll_recorder recorder = recorder_of(s);
     ll_step_profiler *step_profiler = s->meter.step_profiler.now_ns ? &s->meter.step_profiler : NULL;
     if (!ll_session_refresh(s))
         return;
@@ -192,8 +193,8 @@ void ll_session_run(ll_session *s, int64_t to, bool record)
         ll_session_take_checkpoint(s);
         int64_t end = end_of_run(s, to);
         ll_time until = ll_tick_time(end, s->freq);
-        ll_status status = kind->advance(s->block, until, record ? &recorder : NULL, step_profiler,
-                                         s->interruption.by, s->team);
+        ll_status status = kind->advance(s->block, until, record || s->on_packet ? &recorder : NULL,
+                                         step_profiler, s->interruption.by, s->team);
         s->interruption.epoch++;
         if (status.code == LL_INTERRUPTED) {
             s->interruption.happened = true;
@@ -223,9 +224,10 @@ void ll_session_run(ll_session *s, int64_t to, bool record)
 /* The state of a tick includes everything that happens at its time; this holds for tick 0 too. */
 static ll_status run_tick_zero(ll_session *s, bool record)
 {
-    ll_recorder recorder = {ll_session_keep_event, s};
+    const ll_recorder recorder = recorder_of(s);
     ll_step_profiler *step_profiler = s->meter.step_profiler.now_ns ? &s->meter.step_profiler : NULL;
-    return s->scenario.kind->advance(s->block, 0, record ? &recorder : NULL, step_profiler, NULL, s->team);
+    return s->scenario.kind->advance(s->block, 0, record || s->on_packet ? &recorder : NULL, step_profiler,
+                                     NULL, s->team);
 }
 
 void ll_session_start_from(ll_session *s, const ll_checkpoint *checkpoint, bool record)

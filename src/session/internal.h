@@ -9,6 +9,8 @@
 #define LL_EVENT_RING 2048 /* events kept for viewers: 4 s of two players */
 #define LL_TICK_HASHES 64  /* hashes kept of the present log: the newest */
 #define LL_CHECKPOINTS 2   /* checkpoints of a run: at a third and two thirds of its duration */
+/* A larger block is not copied: seeking back replays it from its start. */
+#define LL_CHECKPOINT_BYTES_MAX (256 << 20)
 
 typedef enum ll_op { LL_OP_SET, LL_OP_INPUT } ll_op;
 
@@ -59,7 +61,7 @@ typedef struct ll_session_interruption {
 
 /* Events for viewers. */
 typedef struct ll_session_events {
-    ll_event *ring; /* NULL: parked */
+    ll_event *ring; /* in the session's `memory`; NULL: parked */
     uint32_t count;
     uint32_t base; /* first event since time last jumped: earlier ones belong to another run */
 } ll_session_events;
@@ -78,9 +80,11 @@ typedef struct ll_session_failure {
 } ll_session_failure;
 
 typedef struct ll_session_hashes {
-    ll_tick_hash marks[LL_TICK_HASHES]; /* ascending ticks */
-    int count;
+    ll_tick_hash *marks; /* ascending ticks; at most LL_TICK_HASHES */
+    int count, capacity;
 } ll_session_hashes;
+
+typedef struct ll_packed ll_packed;
 
 /* Virtual time against wall time. */
 typedef struct ll_session_clock {
@@ -102,24 +106,32 @@ typedef struct ll_session_listener {
 } ll_session_listener;
 
 struct ll_session {
+    void *memory;         /* of the next three, and the events; NULL while they are packed */
     ll_scenario scenario; /* as created; a reset restores it */
     void *base;           /* configuration at tick 0 of the present log */
     void *config;         /* configuration at the present tick */
+    ll_packed *packed;    /* parked: what these configurations differ in; else NULL */
     ll_log log;
     ll_log_position position;
     int64_t tick, head, end;
     int64_t stop_tick; /* it pauses there; 0: none */
     ll_freq freq;
 
-    void *block; /* NULL: parked */
+    size_t config_size; /* that each of the three has: with their last array, which does not grow */
+    void *block;        /* NULL: parked */
     size_t block_size;
+    void *spare; /* of that size, for copies, while it plays or more ticks are due; else NULL */
     bool observes_all;
-    uint32_t observes; /* otherwise, as bits of the kind's own */
-    bool stale;        /* a change restarted the block: it is at an earlier time than the present tick */
+    bool runs_forward;   /* takes no checkpoints */
+    ll_kept_block *kept; /* of the caller: has the block before and after; NULL: none */
+    uint32_t observes;   /* otherwise, as bits of the kind's own */
+    bool stale;          /* a change restarted the block: it is at an earlier time than the present tick */
     ll_session_interruption interruption;
     ll_team *team; /* of the caller: threads for a tick; NULL: its own alone */
     ll_checkpoint checkpoints[LL_CHECKPOINTS];
     ll_session_events events;
+    void (*on_packet)(void *context, const void *row); /* of an ll_recorder, while a capture is written */
+    struct ll_capture *capture;                        /* not owned */
     ll_session_hashes hashes;
 
     ll_session_status status;
@@ -136,6 +148,19 @@ static inline ll_scenario_head *ll_session_head(const ll_session *s)
 {
     return (ll_scenario_head *)s->config;
 }
+
+/* ---- packed.c ---- */
+
+bool ll_session_allocate(ll_session *s); /* the configurations' memory, all zero; false without memory */
+ll_event *ll_session_event_space(const ll_session *s); /* LL_EVENT_RING of them */
+/* Keeps of the configurations only what they differ in; no effect without memory. Until they are unpacked
+ * only the functions below may be called. */
+void ll_session_pack(ll_session *s);
+ll_status ll_session_unpack(ll_session *s); /* LL_NO_MEMORY */
+int64_t ll_session_seed(const ll_session *s);
+const char *ll_session_title(const ll_session *s);
+size_t ll_session_config_used(const ll_session *s);  /* bytes of the present configuration */
+size_t ll_session_packed_bytes(const ll_session *s); /* that the configurations take, or would, packed */
 
 /* ---- log.c ---- */
 
@@ -206,6 +231,7 @@ void ll_session_begin_seek(ll_session *s, int64_t tick);
 void ll_session_rebuild(ll_session *s,
                         int64_t tick); /* does not return before `tick` is reached or it is interrupted */
 ll_status ll_session_wake(ll_session *s);
+void ll_session_drop_state(ll_session *s); /* the block, the checkpoints and the events */
 
 /* ---- session.c ---- */
 

@@ -176,6 +176,9 @@ static void emit_present(const ll_session *s, ll_log_line *line, void *context)
 void ll_session_log(const ll_session *s, ll_log_line *line, void *context)
 {
     int mark = 0;
+    ll_status readable = ll_session_unpack((ll_session *)(uintptr_t)s); /* the same session, packed or not */
+    if (ll_failed(&readable))
+        return;
     ll_session_emit_create(s, line, context);
     for (size_t i = 0; i < s->log.count; i++) {
         emit_hashes(s, &mark, s->log.entries[i].tick, line, context);

@@ -33,26 +33,33 @@ static size_t block_bytes(const ll_session *s)
     return s->block ? s->block_size : 0;
 }
 
+static size_t fixed_bytes(const ll_session *s)
+{
+    return sizeof *s + log_bytes(s) + (size_t)s->hashes.capacity * sizeof *s->hashes.marks;
+}
+
 /* What remains while the session is parked. */
 static size_t parked_bytes(const ll_session *s)
 {
-    return sizeof *s + 3 * ll_param_used(s->scenario.kind->table, s->config) + log_bytes(s);
+    return fixed_bytes(s) + ll_session_packed_bytes(s);
 }
 
 size_t ll_session_bytes(const ll_session *s)
 {
-    return parked_bytes(s) + block_bytes(s) + checkpoint_bytes(s) + event_bytes(s);
+    size_t configs = s->packed ? ll_session_packed_bytes(s) : 3 * ll_session_config_used(s);
+    size_t spare = s->spare ? s->block_size : 0;
+    return fixed_bytes(s) + configs + block_bytes(s) + spare + checkpoint_bytes(s) + event_bytes(s);
 }
 
 size_t ll_session_awake_bytes(const ll_session *s)
 {
-    size_t state = s->block_size + ll_param_used(s->scenario.kind->table, s->config);
-    return parked_bytes(s) + s->block_size + LL_CHECKPOINTS * state + LL_EVENT_RING * sizeof *s->events.ring;
+    size_t config = ll_session_config_used(s), state = s->block_size + config;
+    return fixed_bytes(s) + 3 * config + s->block_size + LL_CHECKPOINTS * state +
+           LL_EVENT_RING * sizeof *s->events.ring;
 }
 
 ll_session_info ll_session_get_info(const ll_session *s)
 {
-    const ll_scenario_head *head = ll_session_head(s);
     bool waking = s->transition.kind == LL_TRANSITION_WAKE;
     int64_t tick = waking ? s->transition.target_tick : s->tick;
     return (ll_session_info){
@@ -68,12 +75,12 @@ ll_session_info ll_session_get_info(const ll_session *s)
         .duration = ll_tick_time(s->end, s->freq),
         .tick_freq = s->freq,
         .speed = s->clock.speed,
-        .seed = head->seed,
+        .seed = ll_session_seed(s),
         .params_version = s->params_version,
         .generation = s->generation,
         .log_entries = s->log.count,
         .timeline_skipped = s->position.skipped,
-        .title = head->title,
+        .title = ll_session_title(s),
         .kind = s->scenario.kind->name,
     };
 }
@@ -99,8 +106,17 @@ uint64_t ll_session_hash(ll_session *s)
     return ll_failed(&status) ? 0 : s->scenario.kind->hash(s->block);
 }
 
+/* For readers of a session that may be parked: it is the same session packed or not. */
+static bool is_readable(const ll_session *s)
+{
+    ll_status status = ll_session_unpack((ll_session *)(uintptr_t)s);
+    return !ll_failed(&status);
+}
+
 cJSON *ll_session_params(ll_session *s)
 {
+    if (!is_readable(s))
+        return NULL;
     return ll_param_write(s->scenario.kind->table, s->config);
 }
 
@@ -125,7 +141,7 @@ cJSON *ll_session_state(ll_session *s)
 cJSON *ll_session_notices(const ll_session *s)
 {
     const ll_sim_kind *kind = s->scenario.kind;
-    return kind->notices ? kind->notices(s->config) : cJSON_CreateArray();
+    return kind->notices && is_readable(s) ? kind->notices(s->config) : cJSON_CreateArray();
 }
 
 #define EXPECTATIONS(X)                                                                                      \
@@ -166,7 +182,7 @@ cJSON *ll_session_metrics(ll_session *s)
 
 void ll_session_time_parts(const ll_session *s, cJSON *metrics, int64_t (*now_ns)(void))
 {
-    if (s->scenario.kind->time_parts)
+    if (s->scenario.kind->time_parts && is_readable(s))
         s->scenario.kind->time_parts(s->scenario.config, metrics, now_ns);
 }
 
@@ -182,7 +198,7 @@ cJSON *ll_session_cost(const ll_session *s)
     cJSON_AddNumberToObject(o, "event_bytes", (double)event_bytes(s));
     cJSON_AddNumberToObject(o, "log_bytes", (double)log_bytes(s));
     cJSON_AddNumberToObject(o, "parked_bytes", (double)parked_bytes(s));
-    if (s->scenario.kind->costs && s->meter.step_profiler.metered > 0) {
+    if (s->scenario.kind->costs && s->meter.step_profiler.metered > 0 && is_readable(s)) {
         cJSON_AddNumberToObject(o, "metered_s", ll_to_s(s->meter.step_profiler.metered));
         s->scenario.kind->costs(s->config, &s->meter.step_profiler, o);
     }
@@ -195,6 +211,8 @@ cJSON *ll_session_cost(const ll_session *s)
 static ll_status copy(const ll_session *s, int64_t tick, ll_log_line *on_line, void *context,
                       ll_session **out)
 {
+    if (!is_readable(s))
+        return ll_error(LL_NO_MEMORY, "out of memory: configuration of a session");
     cJSON *json = ll_param_write(s->scenario.kind->table, s->scenario.config);
     ll_scenario scenario = {0};
     ll_status status = ll_scenario_parse(json, &scenario);
@@ -226,10 +244,10 @@ ll_status ll_session_copy(const ll_session *s, int64_t tick, ll_session **out)
 static ll_status copy_state(const ll_session *s, ll_session *c)
 {
     c->block = malloc(s->block_size);
-    c->events.ring = malloc(LL_EVENT_RING * sizeof *c->events.ring);
-    if (!c->block || !c->events.ring)
+    if (!c->block)
         return ll_error(LL_NO_MEMORY, "out of memory: state of a session (%zu bytes)", s->block_size);
     memcpy(c->block, s->block, s->block_size);
+    c->events.ring = ll_session_event_space(c);
     memcpy(c->events.ring, s->events.ring, LL_EVENT_RING * sizeof *c->events.ring);
     ll_param_copy(s->scenario.kind->table, c->config, s->config);
     c->events.count = s->events.count;

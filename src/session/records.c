@@ -5,6 +5,7 @@
 #include <stdio.h>
 
 #include "base/assert.h"
+#include "record/integers.h"
 #include "record/schema.h"
 #include "session/internal.h"
 #include "sim/core/scenario_rows.h"
@@ -26,12 +27,15 @@ static const ll_record_field session_fields[] = {
     LL_INT(session_row, viewers, NULL, "connected viewers"),
 };
 
+LL_INTEGERS(session_integers, session_row, session_fields)
+
 static const ll_record session_record = {.id = 0,
                                          .name = "session",
                                          .channel = LL_CHANNEL_SESSION,
                                          .help = "Status and clock of the session.",
                                          .form = LL_FORM_ONE,
-                                         LL_ROWS_OF(session_row, session_fields)};
+                                         LL_ROWS_OF(session_row, session_fields),
+                                         .integers = session_integers};
 
 static session_row session_of(const ll_session *s, const ll_record_request *request)
 {
@@ -53,12 +57,15 @@ static const ll_record_field clock_fields[] = {
     LL_INT(clock_row, wall_us, "us", "the daemon's monotonic clock when the frame was taken"),
 };
 
+LL_INTEGERS(clock_integers, clock_row, clock_fields)
+
 static const ll_record clock_record = {.id = 60,
                                        .name = "clock",
                                        .channel = LL_CHANNEL_CLOCK,
                                        .help = "Time at which the frame was taken.",
                                        .form = LL_FORM_ONE,
-                                       LL_ROWS_OF(clock_row, clock_fields)};
+                                       LL_ROWS_OF(clock_row, clock_fields),
+                                       .integers = clock_integers};
 
 /* ---- events ---- */
 
@@ -73,7 +80,8 @@ typedef struct event_row {
 static const char *const event_types[] = {
     "",           "input", "state", "refusal",  "relay",  "connect",    "accept",  "ping",         "pong",
     "",           "",      "",      "",         "",       "",           "",        "input_result", "applied",
-    "correction", "step",  "stall", "rollback", "desync", "connection", "dropped", "display",      NULL};
+    "correction", "step",  "stall", "rollback", "desync", "connection", "dropped", "display",      "segment",
+    "blocked",    NULL};
 static const char *const fates[] = {"delivered", "lost", "overflow", "corrupted", NULL};
 
 static const ll_record_field event_fields[] = {
@@ -83,10 +91,12 @@ static const ll_record_field event_fields[] = {
     LL_ENUM(event_row, fate, fates, "fate of a packet"),
     LL_INT(event_row, outcome, NULL,
            "input result and applied state: 0 applied, 1 refused, 2 stale, 3 late, 4 undecodable; "
-           "connection: its state"),
+           "connection: its state; segment: 1 sent again, and segment, blocked: 2 to the server"),
     LL_STEP(event_row, begin_s, LL_BITS_S, "s",
-            "when it was sent or happened; negative: in the lobby before the game"),
-    LL_STEP(event_row, end_s, LL_BITS_S, "s", "when it arrives; begin_s for a lost packet"),
+            "when it was sent or happened; blocked: when it was complete; negative: in the lobby before the "
+            "game"),
+    LL_STEP(event_row, end_s, LL_BITS_S, "s",
+            "when it arrives; begin_s for a lost packet; blocked: when it was handed over"),
     LL_INT(event_row, number, NULL,
            "input: its sequence number; state, display: the server's tick of the snapshot"),
     LL_STEP(event_row, value, LL_BITS_M, NULL,
@@ -99,12 +109,15 @@ static const ll_record_field event_fields[] = {
     LL_STEP(event_row, held_ms, LL_BITS_MS, "ms", "input: from making it to sending it"),
 };
 
+LL_INTEGERS(event_integers, event_row, event_fields)
+
 static const ll_record event_record = {.id = 1,
                                        .name = "events",
                                        .channel = LL_CHANNEL_LANES,
                                        .help = "Packets, results of inputs, corrections, steps.",
                                        .form = LL_FORM_LOG,
-                                       LL_ROWS_OF(event_row, event_fields)};
+                                       LL_ROWS_OF(event_row, event_fields),
+                                       .integers = event_integers};
 
 static event_row event_of(const ll_event *e)
 {
@@ -149,9 +162,14 @@ static void fill_events(const ll_session *s, const ll_record_request *request, l
         return;
     uint32_t first = first_wanted(s, request);
     rows->first = first;
+    event_row some[32];
+    int n = 0;
     for (uint32_t i = first; i < s->events.count; i++) {
-        event_row row = event_of(&s->events.ring[i % LL_EVENT_RING]);
-        ll_row_set_put(set, &event_record, &row, 1);
+        some[n++] = event_of(&s->events.ring[i % LL_EVENT_RING]);
+        if (n == sizeof some / sizeof *some || i + 1 == s->events.count) {
+            ll_row_set_put(set, &event_record, some, n);
+            n = 0;
+        }
     }
 }
 

@@ -112,26 +112,21 @@ ll_status ll_scenario_parse(const cJSON *json, ll_scenario *scenario)
     ll_status status = kind_of(json, &kind);
     if (ll_failed(&status))
         return status;
-    void *config = calloc(1, kind->table->size), *before = calloc(1, kind->table->size);
-    if (!config || !before) {
-        status = ll_error(LL_NO_MEMORY, "out of memory: scenario");
-        goto cleanup;
-    }
-    ll_param_defaults(kind->table, config);
+    void *config = calloc(1, kind->table->size);
+    if (!config)
+        return ll_error(LL_NO_MEMORY, "out of memory: scenario");
+    ll_param_defaults_in_zeros(kind->table, config);
     status = ll_param_parse(kind->table, json, config);
     if (ll_failed(&status))
         goto cleanup;
-    kind->settle(config, before);
+    kind->settle(config, NULL);
     status = ll_timeline_check(kind, config);
     if (ll_failed(&status))
         goto cleanup;
-    memset(before, 0, kind->table->size);
-    ll_param_copy(kind->table, before, config); /* copies members, not bytes: padding may be uninitialised */
-    *scenario = (ll_scenario){kind, before};
-    before = NULL;
+    *scenario = (ll_scenario){kind, config};
+    config = NULL;
 cleanup:
     free(config);
-    free(before);
     return status;
 }
 

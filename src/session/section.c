@@ -19,15 +19,13 @@ enum { DEFLATE_FROM = 1024, DEFLATE_LEVEL = 1 };
 
 ll_section *ll_section_new(const ll_rows *rows, uint32_t seq)
 {
-    ll_section *section = malloc(sizeof *section);
+    ll_section *section = malloc(sizeof *section + ll_rows_copy_bytes(rows)); /* one block: many are small */
     if (section == NULL)
         return NULL;
-    *section = (ll_section){.seq = seq, .rows = ll_rows_copy(rows)};
+    *section = (ll_section){.seq = seq, .rows = (ll_rows *)(section + 1)};
+    _Static_assert(sizeof *section % _Alignof(ll_rows) == 0, "the rows follow the section");
+    ll_rows_copy_to(section->rows, rows);
     atomic_init(&section->references, 1);
-    if (section->rows == NULL) {
-        free(section);
-        return NULL;
-    }
     return section;
 }
 
@@ -45,7 +43,6 @@ void ll_section_release(ll_section *section)
         free(e->bytes.bytes);
         free(e);
     }
-    ll_rows_free(section->rows);
     free(section);
 }
 

@@ -17,24 +17,26 @@ ll_status ll_session_new(const ll_scenario *scenario, const void *base, ll_log_l
                          ll_session **session)
 {
     ll_session *s = calloc(1, sizeof *s);
-    size_t size = scenario->kind->table->size;
+    ll_scenario mine = *scenario;
     *session = NULL;
     if (s) {
-        s->base = calloc(1, size);
-        s->config = calloc(1, size);
+        size_t first = ll_param_clone_size(mine.kind->table, mine.config, NULL);
+        size_t other = ll_param_clone_size(mine.kind->table, base, NULL);
+        s->scenario.kind = mine.kind;
+        s->config_size = (first > other ? first : other) / 8 * 8 + 8;
     }
-    if (!s || !s->base || !s->config) {
-        ll_scenario mine = *scenario;
+    if (!s || !ll_session_allocate(s)) {
         ll_scenario_free(&mine);
-        ll_session_destroy(s);
+        free(s);
         return ll_error(LL_NO_MEMORY, "out of memory: session");
     }
-    ll_param_copy(scenario->kind->table, s->base, base);
-    ll_param_copy(scenario->kind->table, s->config, base);
-    s->scenario = *scenario;
+    ll_param_copy(mine.kind->table, s->base, base);
+    ll_param_copy(mine.kind->table, s->config, base);
+    ll_param_copy(mine.kind->table, s->scenario.config, mine.config);
     s->freq = scenario->kind->tick_freq(base);
-    s->end = ll_tick_at((ll_time)llround(ll_session_head(s)->duration_s * 1e9), s->freq);
     s->block_size = scenario->kind->size(base);
+    s->end = ll_tick_at((ll_time)llround(ll_session_head(s)->duration_s * 1e9), s->freq);
+    ll_scenario_free(&mine); /* `base` may be its */
     s->observes_all = true;
     s->clock.speed = 1;
     s->failure.tick = -1;
@@ -49,16 +51,35 @@ ll_status ll_session_new(const ll_scenario *scenario, const void *base, ll_log_l
     return ll_ok();
 }
 
-ll_status ll_session_open(ll_scenario *scenario, ll_log_line *on_line, void *context, ll_session **session)
+/* Makes the initial state of a new session. Destroys the session when that fails. */
+static ll_status begin(ll_session **session)
 {
-    ll_status status = ll_session_new(scenario, scenario->config, on_line, context, session);
-    LL_THEN(status, ll_session_wake(*session));
+    ll_status status = ll_session_wake(*session);
     if (!ll_failed(&status) &&
         (*session)->status == LL_SESSION_FAILED) /* the initial state could not be made */
         status = (*session)->failure.status;
     if (ll_failed(&status)) {
         ll_session_destroy(*session);
         *session = NULL;
+    }
+    return status;
+}
+
+ll_status ll_session_open(ll_scenario *scenario, ll_log_line *on_line, void *context, ll_session **session)
+{
+    ll_status status = ll_session_new(scenario, scenario->config, on_line, context, session);
+    LL_THEN(status, begin(session));
+    *scenario = (ll_scenario){0};
+    return status;
+}
+
+ll_status ll_session_open_forward(ll_scenario *scenario, ll_kept_block *kept, ll_session **session)
+{
+    ll_status status = ll_session_new(scenario, scenario->config, NULL, NULL, session);
+    if (!ll_failed(&status)) {
+        (*session)->runs_forward = true;
+        (*session)->kept = kept;
+        status = begin(session);
     }
     *scenario = (ll_scenario){0};
     return status;
@@ -92,11 +113,11 @@ void ll_session_destroy(ll_session *s)
 {
     if (!s)
         return;
-    ll_session_park(s);
+    ll_session_drop_state(s);
     ll_log_free(&s->log);
-    ll_scenario_free(&s->scenario);
-    free(s->base);
-    free(s->config);
+    free(s->hashes.marks);
+    free(s->packed);
+    free(s->memory);
     free(s);
 }
 
@@ -254,14 +275,13 @@ ll_status ll_session_patch(ll_session *s, ll_time wall, const cJSON *patch)
         return status;
     if (s->status == LL_SESSION_FAILED)
         return ll_error(LL_CONFLICT, "the session has failed: %s", s->failure.status.text);
-    void *probe = calloc(1, s->scenario.kind->table->size);
+    void *probe = ll_param_clone(s->scenario.kind->table, s->config, NULL);
     cJSON *values = cJSON_CreateObject();
     char *text = NULL;
     if (!probe || !values) {
         status = ll_error(LL_NO_MEMORY, "out of memory: patch");
         goto cleanup;
     }
-    ll_param_copy(s->scenario.kind->table, probe, s->config);
     status = ll_param_patch(s->scenario.kind->table, patch, probe, collect, values);
     if (ll_failed(&status) || cJSON_GetArraySize(values) == 0)
         goto cleanup;

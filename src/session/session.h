@@ -46,6 +46,18 @@ ll_status ll_session_create(const struct cJSON *scenario, int64_t seed, ll_log_l
 /* The same for a parsed scenario. Takes its configuration, also on an error. */
 ll_status ll_session_open(struct ll_scenario *scenario, ll_log_line *on_line, void *context,
                           ll_session **session);
+
+/* Memory that a thread keeps from one short run to the next, since the pages of a new block cost more than
+ * the run. {0}: none yet. The owner frees `block`. */
+typedef struct ll_kept_block {
+    void *block; /* NULL: none, or a session has it */
+    size_t size;
+} ll_kept_block;
+
+/* Opens a session that will not be sought back: it takes no checkpoints, and seeking back replays from the
+ * start. Its state is in `kept`, unless that is NULL, until it is destroyed; one session at a time has it. */
+ll_status ll_session_open_forward(struct ll_scenario *scenario, ll_kept_block *kept, ll_session **session);
+
 void ll_session_destroy(ll_session *session);
 
 /* Restores a session from the lines of a log (as emitted, separated by newlines). It is parked, and paused at
@@ -181,6 +193,31 @@ ll_status ll_session_trace(ll_session *session, int64_t from, int64_t to,
 ll_status ll_session_write_trace(ll_session *copy, int64_t from, int64_t to, const ll_interrupt *interrupt,
                                  void (*write)(void *context, const char *text, size_t length),
                                  void *context);
+
+/* Number of players whose packets a capture has; 0: the kind sends none. */
+int ll_session_players(const ll_session *session);
+
+/* What a capture contains: the packets of ticks from..to, as they pass one interface or all of them. */
+typedef struct ll_capture_range {
+    int64_t from, to;
+    int interface; /* of a player, from 0; the server's is the next; LL_ALL_INTERFACES */
+} ll_capture_range;
+
+#define LL_ALL_INTERFACES (-1)
+
+/* The interface of that name: `server`, or that of a player; NULL or empty: all. */
+ll_status ll_session_interface(const ll_session *session, const char *name, int *interface);
+
+/* The packets as a capture file for Wireshark (capture/format/pcapng.h), computed on a copy: as sent, and as
+ * received. The players have connected before time 0. LL_CONFLICT: the kind sends no packets, or a link
+ * splits segments of TCP. `write` gets pieces. */
+ll_status ll_session_capture(ll_session *session, const ll_capture_range *range,
+                             void (*write)(void *context, const char *bytes, size_t length), void *context);
+/* The same on the caller's copy. */
+ll_status ll_session_write_capture(ll_session *copy, const ll_capture_range *range,
+                                   const ll_interrupt *interrupt,
+                                   void (*write)(void *context, const char *bytes, size_t length),
+                                   void *context);
 
 /* All lines of the log; for a session with `on_line` also state hashes, the present tick's among them. */
 void ll_session_log(const ll_session *session, ll_log_line *line, void *context);

@@ -30,11 +30,9 @@ ll_status ll_timeline_check(const ll_sim_kind *kind, const void *config)
 {
     const ll_scenario_head *head = config;
     ll_status status = ll_ok();
-    void *probe = head->timeline_count > 0 ? calloc(1, kind->table->size) : NULL;
+    void *probe = head->timeline_count > 0 ? ll_param_clone(kind->table, config, NULL) : NULL;
     if (head->timeline_count > 0 && !probe)
         return ll_error(LL_NO_MEMORY, "out of memory: scenario");
-    if (probe)
-        ll_param_copy(kind->table, probe, config);
     for (int i = 0; i < head->timeline_count && !ll_failed(&status); i++) {
         if (i > 0 && head->timeline[i].at_s < head->timeline[i - 1].at_s) {
             char field[48];

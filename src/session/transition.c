@@ -82,6 +82,41 @@ void ll_session_rebuild(ll_session *s, int64_t tick)
         ll_session_run(s, tick, true);
 }
 
+/* The block of a state, not initialised; NULL without memory. */
+static void *take_block(ll_session *s)
+{
+    ll_kept_block *kept = s->kept;
+    if (!kept || !kept->block)
+        return malloc(s->block_size);
+    void *block = kept->block;
+    kept->block = NULL;
+    if (kept->size >= s->block_size)
+        return block;
+    free(block);
+    return malloc(s->block_size);
+}
+
+static void return_block(ll_session *s)
+{
+    if (!s->kept || !s->block) {
+        free(s->block);
+        return;
+    }
+    LL_ASSERT(!s->kept->block);
+    *s->kept = (ll_kept_block){s->block, s->block_size};
+}
+
+void ll_session_drop_state(ll_session *s)
+{
+    ll_session_drop_checkpoints(s, -1);
+    return_block(s);
+    free(s->spare);
+    s->block = s->spare = NULL;
+    s->events.ring = NULL;
+    s->stale = false;
+    s->interruption.epoch++;
+}
+
 void ll_session_park(ll_session *s)
 {
     if (s->transition.kind == LL_TRANSITION_WAKE) { /* not awake yet: restore what it was while parked */
@@ -90,13 +125,8 @@ void ll_session_park(ll_session *s)
         s->transition.kind = LL_TRANSITION_NONE;
     }
     ll_session_stop_seek(s);
-    ll_session_drop_checkpoints(s, -1);
-    free(s->block);
-    free(s->events.ring);
-    s->block = NULL;
-    s->events.ring = NULL;
-    s->stale = false;
-    s->interruption.epoch++;
+    ll_session_drop_state(s);
+    ll_session_pack(s);
 }
 
 ll_status ll_session_begin_wake(ll_session *s)
@@ -104,12 +134,13 @@ ll_status ll_session_begin_wake(ll_session *s)
     if (s->block)
         return ll_ok();
     int64_t tick = s->tick;
-    s->block = malloc(s->block_size);
-    s->events.ring = calloc(LL_EVENT_RING, sizeof *s->events.ring);
-    if (!s->block || !s->events.ring) {
+    LL_TRY(ll_session_unpack(s));
+    s->block = take_block(s);
+    if (!s->block) {
         ll_session_park(s);
         return ll_error(LL_NO_MEMORY, "out of memory: state of a session (%zu bytes)", s->block_size);
     }
+    s->events.ring = ll_session_event_space(s);
     s->transition.status_parked = s->status;
     ll_session_begin_rebuild(s, tick);
     s->transition.kind = LL_TRANSITION_WAKE;

@@ -173,6 +173,37 @@ test('binary frames say what texts say, in every library scenario, and every rec
   );
 });
 
+test('traffic is what the metrics count', async () => {
+  const session = await c.make({ scenario: 'link_coasts', paused: true });
+  await c.control(session, { op: 'seek', time_s: 20 });
+  const stream = await c.stream(session, 'bin');
+  await stream.frame();
+  const [{ traffic, links }] = framesOf(stream);
+  const { players } = (await c.get(`/api/v1/sessions/${session.id}/metrics`)).json.metrics;
+  assert.deepEqual([...new Set(traffic.map(({ message }) => message))].sort(), ['input', 'ping', 'pong', 'state']);
+  for (const { player, message, messages, packets, bytes, wire_bytes } of traffic) {
+    const rates = players[player].bandwidth[message],
+      s = messages / rates.messages_per_s;
+    assert.ok(Math.abs(s - 19.5) < 0.1, `${s} s since the warm-up`);
+    for (const [count, rate] of [
+      [packets, rates.packets_per_s],
+      [bytes, rates.payload_bytes_per_s],
+      [wire_bytes, rates.wire_bytes_per_s],
+    ])
+      assert.ok(Math.abs(count - rate * s) < 1e-6 * count, `${message}: ${count}, ${rate}`);
+  }
+  for (const link of links) {
+    const { link_up: up, link_down: down } = players[link.player];
+    assert.deepEqual(
+      [link.up_sent, link.up_lost, link.down_sent, link.down_lost],
+      [up.messages, up.messages_lost, down.messages, down.messages_lost],
+    );
+  }
+  assert.ok(Math.abs(links[0].ping_ms - 2 * (4130 / 299792.458) * 1.5 * 1000) < 0.5, `${links[0].ping_ms} ms`); // light in fibre, there and back
+  assert.ok(links[1].down_lost > 0 && links[0].down_lost === 0);
+  await stream.close();
+});
+
 test('the input history', async () => {
   const session = await c.make({ scenario: 'contact', paused: true });
   await c.control(session, { op: 'seek', time_s: 20 });

@@ -35,10 +35,13 @@ after(async () => {
 
 const follow = (node) => (node.$ref ? { ...schema.$defs[node.$ref.split('/').at(-1)], ...node, $ref: undefined } : node);
 
-/** All leaves of both kinds: path, schema, and the scenario and choice that they need. */
+/** All leaves of both kinds: path, schema, the scenario and choice that they need, and how a value is set: a list of numbers as a whole. What an array has that may be empty needs an element. */
 function* allLeaves() {
   const [netgame, motion] = schema.oneOf;
-  for (const leaf of leaves(netgame, [])) yield { ...leaf, scenario: 'race', choice: leaf.variant && `"game":"${leaf.variant}",` };
+  for (const leaf of leaves(netgame, [])) {
+    const choice = leaf.variant ? `"game":"${leaf.variant}",` : leaf.path.startsWith('profiles.') ? '"profiles":[{}],' : undefined;
+    yield { ...leaf, scenario: 'race', choice };
+  }
   for (const leaf of leaves(motion, [])) {
     const choice = leaf.variant && `"methods":[{"method":"rk4"}],"problem":"${leaf.variant}",`; // it can do every problem
     yield { ...leaf, scenario: 'motion/orbit', choice };
@@ -51,12 +54,16 @@ function* leaves(node, path, variant) {
     for (const [name, child] of Object.entries(full.properties)) {
       if (name !== 'timeline') yield* leaves(child, [...path, name], variant); // the scenarios here have none
     }
+  } else if (full.items && full.minItems === 0 && follow(full.items).type === 'number') {
+    const at = path.join('.');
+    yield { path: at, field: `${at}.0`, leaf: follow(full.items), variant, whole: (value) => `[${value}]` };
   } else if (full.items) {
     yield* leaves(full.items, [...path, '0'], variant);
   } else if (full.anyOf?.[0].$ref) {
     for (const any of full.anyOf) yield* leaves(any, path, any.$ref.split('/').at(-1));
   } else {
-    yield { path: path.join('.'), leaf: full, variant };
+    const at = path.join('.');
+    yield { path: at, field: at, leaf: full, variant, whole: (value) => value };
   }
 }
 
@@ -102,12 +109,12 @@ const parses = (text) => {
 };
 
 /** 400, a problem that names field, range and value. */
-function refused(answer, path, leaf, value) {
-  const what = `${path} = ${value.slice(0, 40)}: ${answer.status} ${answer.text.slice(0, 300)}`;
+function refused(answer, field, leaf, value) {
+  const what = `${field} = ${value.slice(0, 40)}: ${answer.status} ${answer.text.slice(0, 300)}`;
   assert.equal(answer.status, 400, what);
   assert.equal(answer.headers['content-type'], 'application/problem+json', what);
   if (!parses(value)) return; // no JSON, or beyond its numbers: there may be no field yet
-  assert.equal(answer.json.errors?.[0].field, path, what);
+  assert.equal(answer.json.errors?.[0].field, field, what);
   const { detail } = answer.json;
   if (['number', 'integer'].includes(leaf.type) && /^-?[0-9]/.test(value)) {
     const numbers = (detail.match(/-?\d[\d.]*(e[+-]?\d+)?/g) ?? []).map(Number);
@@ -123,10 +130,10 @@ const count = async () => /^laglab_sessions (\d+)$/m.exec((await c.get('/metrics
 test('every parameter refuses what it must, on creation', async () => {
   const sessions = await count();
   let tried = 0;
-  for (const { path, leaf, scenario, choice } of allLeaves()) {
+  for (const { path, field, leaf, scenario, choice, whole } of allLeaves()) {
     for (const value of wrongValues(leaf)) {
-      const body = `{"scenario":"${scenario}","paused":true,"set":{${choice ?? ''}"${path}":${value}}}`;
-      refused(await c.call('POST', '/api/v1/sessions', { body }), path, leaf, value);
+      const body = `{"scenario":"${scenario}","paused":true,"set":{${choice ?? ''}"${path}":${whole(value)}}}`;
+      refused(await c.call('POST', '/api/v1/sessions', { body }), field, leaf, value);
       tried++;
     }
   }
@@ -136,8 +143,8 @@ test('every parameter refuses what it must, on creation', async () => {
 
 test('every parameter refuses what it must, while a session runs', async () => {
   const made = new Map();
-  for (const { path, leaf, scenario, choice, variant } of allLeaves()) {
-    const key = `${scenario} ${variant}`;
+  for (const { path, field, leaf, scenario, choice, whole } of allLeaves()) {
+    const key = `${scenario} ${choice}`;
     if (!made.has(key)) {
       const session = await c.make({ scenario, paused: true, set: JSON.parse(`{${(choice ?? '').replace(/,$/, '')}}`) });
       made.set(key, { session, params: (await c.get(session.links.self)).json.params, log: (await c.get(session.links.log)).text });
@@ -149,12 +156,12 @@ test('every parameter refuses what it must, while a session runs', async () => {
       const nested = path
         .split('.')
         .reverse()
-        .reduce((inner, name) => `{"${name}":${inner}}`, value);
-      for (const body of [`{"${path}":${value}}`, nested]) {
+        .reduce((inner, name) => `{"${name}":${inner}}`, whole(value));
+      for (const body of [`{"${path}":${whole(value)}}`, nested]) {
         const answer = await c.call('PATCH', session.links.params, { key: session.owner_key, body });
         if (leaf['x-live']) assert.equal(answer.status, 400, `${body} ${answer.text}`);
         else assert.ok([400, 409].includes(answer.status), `${body} ${answer.status} ${answer.text}`); // 409: not while it runs
-        if (leaf['x-live'] && value !== '{}') refused(answer, path, leaf, value);
+        if (leaf['x-live'] && value !== '{}') refused(answer, field, leaf, value);
       }
     }
   }

@@ -65,6 +65,20 @@ test('what the cards play is what the engine gives', () => {
   assert.equal(readFileSync(CARDS, 'utf8'), layoutCards(cards(asked)), 'node docs/cards.mjs writes it');
 });
 
+test('every question has a card whose trouble moves far enough to be seen: an eighth of its width', () => {
+  const all = JSON.parse(readFileSync(CARDS, 'utf8')),
+    questions = lessonIds().filter((id) => JSON.parse(readFileSync(path.join(FOLDER, `${id}.json`), 'utf8')).topic === 'questions');
+  assert.deepEqual(Object.keys(all).sort(), questions.sort());
+  for (const [id, parts] of Object.entries(all)) {
+    const farthest = Math.max(
+      ...Object.values(parts).map((places) =>
+        Math.hypot(...[0, 1].map((axis) => Math.max(...places.map((at) => at[axis])) - Math.min(...places.map((at) => at[axis])))),
+      ),
+    );
+    assert.ok(farthest >= 250 / 8, `${id}: ${farthest} of 250 units`);
+  }
+});
+
 test('texts have no banned words, and German has its own letters and quotes', () => {
   const list = readList(readFileSync(path.join(ROOT, 'tests/structure/words.txt'), 'utf8'));
   for (const id of ids)

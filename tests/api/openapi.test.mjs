@@ -22,6 +22,7 @@ const UNPROVOKED = new Map([
   ['get /api/v1/sessions/{id}/state 507', 'as above'],
   ['get /api/v1/sessions/{id}/metrics 507', 'as above'],
   ['get /api/v1/sessions/{id}/trace 507', 'as above'],
+  ['get /api/v1/sessions/{id}/packets 507', 'as above'],
   ['get /api/v1/sessions/{id}/log 507', 'as above'],
   ['post /api/v1/sessions/{id}/fork 409', 'no state of a session forbids a fork today'],
   ['post /api/v1/sessions/{id}/control 409', 'needs a session that diverged'],
@@ -203,6 +204,7 @@ test('the life of a session', async () => {
   const rows = trace.text.trimEnd().split('\r\n');
   assert.match(rows[0], /^time_s,tick,/);
   assert.equal(rows.length, 1 + 25);
+  await call('get', `${I}/packets`, { id }, 200, { query: '?from_s=0.5&to_s=0.9' });
   const log = (await call('get', `${I}/log`, { id }, 200)).text
     .trimEnd()
     .split('\n')
@@ -246,7 +248,7 @@ test('sessions that are not there', async () => {
     ['delete', I, undefined],
     ['get', I, undefined],
     ['post', `${I}/fork`, undefined],
-    ...['state', 'metrics', 'trace', 'log'].map((part) => ['get', `${I}/${part}`, undefined]),
+    ...['state', 'metrics', 'trace', 'packets', 'log'].map((part) => ['get', `${I}/${part}`, undefined]),
   ]) {
     for (const id of [NOBODY, 'x', 'A'.repeat(26), '%20', 'a'.repeat(2000)]) await call(method, path, { id }, 404, { body, key: WRONG });
   }
@@ -267,12 +269,14 @@ test('bodies: too large, of another type, malformed', async () => {
   }
   await call('get', `${I}/state`, { id: session.id }, 400, { query: '?tick=99999999' });
   await call('get', `${I}/trace`, { id: session.id }, 400, { query: '?from_s=2&to_s=1' });
+  await call('get', `${I}/packets`, { id: session.id }, 400, { query: '?from_s=2&to_s=1' });
 });
 
 test('conflicts', async () => {
   const session = await c.make({ paused: true });
   await call('post', `${I}/input`, { id: session.id }, 409, { key: session.owner_key, body: { player: 0, axes: [1] } });
   await call('patch', `${I}/params`, { id: session.id }, 409, { key: session.owner_key, body: { seed: 8 } });
+  await call('get', `${I}/packets`, { id: (await c.make({ scenario: 'rigid/pyramid', paused: true })).id }, 409);
   const headers = { 'idempotency-key': 'one' };
   const first = await call('post', S, {}, 201, { body: { scenario: 'race', paused: true }, headers });
   const again = await call('post', S, {}, 201, { body: { scenario: 'race', paused: true }, headers });

@@ -15,7 +15,7 @@ const LABEL_MAX = 36, // a line of the narrowest panel
   TIP_MAX = 72; // one line of a tooltip
 const RECORDS = ['views', 'buffers', 'measures', 'peers']; // of the page of a netgame
 const LABS = ['motion', 'rigid', 'fluid'];
-const GAMES = ['race', 'cannon', 'gambetta', 'shooter', 'crates', 'sea', 'dam', 'stack'];
+const GAMES = ['race', 'cannon', 'gambetta', 'shooter', 'crates', 'sea', 'dam', 'stack', 'swarm'];
 
 /** @typedef {{label: string, tip: string}} Entry */
 /** @typedef {{language: string, name: string, units: Record<string, string>, params: Record<string, Entry>, metrics: Record<string, Entry>, records: Record<string, Entry>, choices: Record<string, string>,

@@ -1,6 +1,7 @@
-// Firefox and WebKit behind one face, so that both make the same journeys.
+// Chromium, Firefox and WebKit behind one face, so that all make the same journeys.
 import { existsSync } from 'node:fs';
 import { firefox } from 'playwright-core';
+import { launch } from '../page/lib.mjs';
 
 export { launchWebKit, missing as missingWebKit } from './webdriver.mjs';
 
@@ -17,11 +18,15 @@ const FIREFOX = '/usr/bin/firefox-esr';
 /** What is not installed; empty where all is there. @returns {string} */
 export const missingFirefox = () => (existsSync(FIREFOX) ? '' : FIREFOX);
 
-/** Debian's Firefox, by WebDriver BiDi. @returns {Promise<Browser>} */
-export async function launchFirefox() {
-  const browser = await firefox.launch({ channel: 'moz-firefox', executablePath: FIREFOX });
+/** Debian's Firefox, by WebDriver BiDi. */
+export const launchFirefox = async () => steered('Firefox', await firefox.launch({ channel: 'moz-firefox', executablePath: FIREFOX }));
+/** Debian's Chromium as people have it: the tests of the page take its engine alone. */
+export const launchChromium = async () => steered('Chromium', await launch({ whole: true }));
+
+/** @param {string} name @param {import('playwright-core').Browser} browser @returns {Browser} */
+function steered(name, browser) {
   return {
-    name: 'Firefox',
+    name,
     visit: async (url, size) => {
       const context = await browser.newContext({ viewport: size });
       const page = await context.newPage();

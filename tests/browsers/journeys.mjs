@@ -1,4 +1,4 @@
-// What a class does, in a browser that is not Chromium: every lab opens and plays, a lesson, a class with a teacher and two students.
+// What a class does, in a browser as people have it: every lab opens and plays, a lesson, a class with a teacher and two students.
 import assert from 'node:assert/strict';
 import { mkdirSync, writeFileSync } from 'node:fs';
 import { after, before, test } from 'node:test';
@@ -104,7 +104,7 @@ async function quiet(...visitors) {
 }
 
 /** @param {() => Promise<import('./browsers.mjs').Browser>} launch @param {string} missing what is not installed; empty: nothing */
-export function journeys(launch, missing) {
+export function journeys(launch, missing = '') {
   const skip = missing === '' ? false : `not installed: ${missing}`;
   /** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
   /** @type {import('./browsers.mjs').Browser} */ let browser;

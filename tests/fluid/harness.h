@@ -85,7 +85,7 @@ static inline void tank_run(tank *t, int steps, double dt)
 
 static inline uint64_t tank_hash(const tank *t)
 {
-    return ll_hash(0, t->block, t->size);
+    return t->scene->method->hash ? t->scene->method->hash(t->block) : ll_hash(0, t->block, t->size);
 }
 
 static inline double tank_number(const tank *t, const char *name)

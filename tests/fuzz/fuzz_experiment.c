@@ -47,7 +47,7 @@ static void run_one(const ll_experiment *experiment)
     ll_scenario_free(&scenario);
     if (!(duration_s <= SHORT_S))
         return;
-    status = ll_experiment_run(experiment, experiment->runs - 1, NULL, &row);
+    status = ll_experiment_run(experiment, experiment->runs - 1, NULL, NULL, &row);
     FUZZ_CHECK(!fuzz_failed(&status));
     FUZZ_CHECK(row.run == experiment->runs - 1 && fuzz_is_text(row.error));
 }

@@ -141,7 +141,9 @@ static struct {
 static ll_status init(void *block, const void *config)
 {
     const ll_sim_kind *own = first.parsed.kind;
-    if (memcmp(config, first.parsed.config, own->table->size) != 0)
+    size_t size = ll_param_clone_size(own->table, config, NULL);
+    if (size != ll_param_clone_size(own->table, first.parsed.config, NULL) ||
+        memcmp(config, first.parsed.config, size) != 0)
         return own->init(block, config);
     memcpy(block, first.block, own->size(config));
     return ll_ok();

@@ -19,6 +19,15 @@ static inline void oscillator_a(const void *params, double t, const double *q, c
     a[0] = -q[0];
 }
 
+static inline void oscillator_series(const void *params, double t, int order, double *row)
+{
+    (void)params, (void)t;
+    for (int k = 1; k <= order; k++, row += 2) {
+        row[2] = row[1] / k;
+        row[3] = -row[0] / k;
+    }
+}
+
 /* x'' = -x - 2 zeta x'; params: zeta. */
 static inline void damped_a(const void *params, double t, const double *q, const double *v, double *a)
 {

@@ -1,12 +1,15 @@
 """A client: its machine, its inputs, what it takes in and what it draws."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from connection import AGAIN, ANSWERS, PLAYS, Connection
-from draws import SECOND, first_tick_from, last_tick_at, millihertz, ns, single, tick_time, trunc, unit
+from draws import SECOND, distance, first_tick_from, last_tick_at, millihertz, ns, single, tick_time, trunc, unit
+from reckoning import Others
+from selection import Held
 from interpolation import KEPT, DrawnTime, Reference, between, delay_ns
 
 SNAP = 100 * 10**6
+INPUTS = 512  # that a client keeps
 WINDOW = 2 * SECOND
 CONNECT_BYTES, PING_BYTES, INPUTS_HEADER, INPUT_BYTES = 24, 24, 16, 16
 
@@ -61,6 +64,7 @@ class Client:
         self.unsent = 0
         self.run = 1  # inputs from this one on have a number for every step
         self.acked = 0
+        self.snapped = 0  # steps that the clock has left out since the last frame
         self.begins = False  # the prediction begins anew with the next look
         self.unacked = []  # of every frame that counts
         self.pending = 0
@@ -68,6 +72,8 @@ class Client:
         self.window_at = None
         self.least = None
         self.kept = []
+        self.others = Others(sim) if sim.reckons else None
+        self.held = Held(sim, index) if sim.selects else None
         self.reference = Reference()
         self.drawn_time = DrawnTime()
         self.world = [list(c) for c in self.newest.world]  # the prediction
@@ -79,11 +85,15 @@ class Client:
         self.correction_sizes = []
         self.stale_states = 0
         self.joins = self.time_outs = 0
-        self.seen_finish = False  # what the script has seen
+        self.seen = self.newest.world[index]  # the own entity as the script sees it
 
     @property
     def player(self):
         return self.sim.players[self.index]
+
+    def server_time(self, now):
+        """The server's present as far as it knows."""
+        return self.connection.shown(now) + self.connection.offset
 
     @property
     def plays(self):
@@ -162,7 +172,11 @@ class Client:
     def send(self, now, kind, body, size):
         self.connection.sent = now
         if kind == "inputs":
-            body |= {"wants": self.player["ack"] == "per_input", "known": self.arrived.step if self.kept else 0, "wants_axes": self.predicts_others}
+            body |= {"wants": self.player["ack"] == "per_input", "known": self.arrived.step if self.kept else 0,
+                     "has": self.held.has(self.arrived.step) if self.held else (),
+                     "named": bool(self.kept) and self.arrived.step < body["inputs"][0].step, "wants_axes": self.predicts_others}
+        if self.held and body.get("named"):
+                size += 4
         self.sim.send_up(self.index, now, kind, {"epoch": self.connection.epoch, **body}, size)
 
     # ---- what comes ----
@@ -224,6 +238,11 @@ class Client:
         if self.kept and state.step <= self.arrived.step:
             self.stale_states += 1
             return
+        if self.held:
+            world, missing = self.held.take(self.arrived, state)
+            state = replace(state, world=world, missing=missing)
+        if self.others:
+            state = replace(state, world=self.others.take(self.server_time(now), state))
         self.arrived = state
         self.taken_at = now
         self.read_slack(now, state)
@@ -299,14 +318,16 @@ class Client:
 
     def begin(self):
         self.begun = True
-        if self.sim.lockstep:
-            self.next_step = 1
+        if self.sim.by_updates:
+            self.next_step, self.begins = 1, self.sim.buckets
             return
         self.next_step = self.first_step()
         self.begins = True
 
     def tick(self, now):
         self.begin_if_playing(now)
+        if self.sim.buckets and self.begun and self.connection.state in PLAYS:
+            self.into_bucket(now)
         self.take(now)
         player, plays = self.player, self.connection.state in PLAYS
         self.ticks += 1
@@ -317,7 +338,7 @@ class Client:
                 self.answer_state(now)
             return
         if not plays:
-            self.next_step += 1
+            self.next_step += not self.sim.buckets
             return
         if self.sync == "lockstep_pipelined":
             self.pipelined(now)
@@ -335,6 +356,14 @@ class Client:
         if hz == 0 or self.ticks * hz // rate != (self.ticks - 1) * hz // rate:
             self.send_inputs(now)
 
+    def into_bucket(self, now):
+        """The next input is for the step of the present bucket, or there is none."""
+        hz, delay = self.sim.step_hz, ns(self.sim.scenario["bucket_delay_ms"])
+        by = last_tick_at(hz, max(0, self.connection.shown(now))) + 1 + last_tick_at(hz, delay) - self.next_step
+        if by > 0:
+            self.snap(by)
+        self.pending = min(0, by)
+
     def compare_begin(self):
         """It has been away: is the step of its next input still the one to begin with?"""
         if self.sync != "free":
@@ -350,6 +379,7 @@ class Client:
     def snap(self, by):
         if self.number:
             self.number += by
+            self.snapped += by
         self.next_step += by
         self.settle = self.run = self.number + 1
         self.unsent = self.pending = 0
@@ -359,9 +389,12 @@ class Client:
         self.inputs.append(Input(self.number, self.next_step, self.script(now), now))
         self.next_step += 1
         self.unsent += 1
+        if self.number - self.acked > INPUTS:
+            self.acked = self.number - INPUTS
+            self.inputs = [i for i in self.inputs if i.number > self.acked]
 
     def script(self, now):
-        return single(self.sim.game.SCRIPTS[self.player["script"]](self.sim.seed, self.index, now, self.seen_finish))
+        return single(self.sim.game.SCRIPTS[self.player["script"]](self.sim.seed, self.index, now, self.seen, self.sim.params))
 
     def count_unacked(self):
         if self.sim.counts:
@@ -405,7 +438,7 @@ class Client:
         if self.player["time_dilation"] or state.slack is None or state.slack_number < self.settle:
             return
         s, want, window = state.slack, self.player["slack_ticks"], WINDOW
-        if self.sync == "lockstep":
+        if self.sync in ("lockstep", "bucket"):
             return
         if self.sync == "lockstep_pipelined":
             want, window = 0, WINDOW // 4  # it has no slack to keep: nothing is ever made beyond one a tick
@@ -413,8 +446,9 @@ class Client:
         if self.window_at is None:
             self.window_at, self.least = now, s
         self.least = min(self.least, s)
-        if s < want:
-            self.change(want - s)
+        most = (128 if self.sim.scenario["tick_hz"] <= 64 else 256) - 8 - want  # the server refuses what is earlier
+        if s < want or (self.sync == "free" and s >= most):
+            self.change(min(want - s, most))
         elif now - self.window_at >= window:
             if self.least > want + 1:
                 self.change(want + self.sim.lockstep - self.least)
@@ -468,6 +502,7 @@ class Client:
         return max(self.number - self.input_delay(), self.acked)
 
     def predict_on(self):
+        self.snapped = 0
         if not self.player["prediction"]:
             return
         if not self.player["reconciliation"]:
@@ -490,7 +525,12 @@ class Client:
         if not self.player["prediction"]:
             self.world, self.world_step = [list(c) for c in state.world], state.step
             return
-        before, before_step = self.world[self.index][0], self.world_step
+        if self.player["reconciliation"]:
+            for _ in range(self.snapped):  # to the step before that of the next input
+                self.world_step += 1
+                self.world = self.step_world(self.world, self.own_input(self.world_step), self.world_step)
+            self.snapped = 0
+        before, before_step = self.world[self.index], self.world_step
         world, step = [list(c) for c in state.world], state.step
         self.choose(state)
         if self.player["reconciliation"]:
@@ -498,13 +538,19 @@ class Client:
                 step += 1
                 world = self.step_world(world, self.own_input(step), step)
         self.world, self.world_step, self.felt = world, step, self.newest_felt()
-        moved = abs(world[self.index][0] - before)
+        moved = distance(world[self.index], before)
         if moved > 0 and (before_step >= state.step or not self.player["reconciliation"]):
             if self.sim.counts:
                 self.corrections += 1
                 self.correction_sizes.append(moved)
 
     # ---- pictures ----
+
+    def absent(self, t):
+        """Whom the client does not have at the drawn time."""
+        if not self.held or not self.kept:
+            return ()
+        return ([s for s in self.kept if s.time <= t] or self.kept[:1])[-1].missing
 
     def draw_predicted(self, picture):
         """Others that are predicted, at the tick of the own entity."""
@@ -526,21 +572,24 @@ class Client:
             picture.own, picture.own_step = tuple(self.newest.world[me][:2]), self.newest.step
         t, places = self.newest.time, [(c[0], c[1]) for c in self.newest.world]
         extrapolation = ns(player["extrapolation_ms"])
-        if player["interpolation"] and self.reference.quarters:
+        if self.others:
+            t = self.server_time(now) if self.kept else t
+            places = self.others.places(self.newest.world, t)
+        elif player["interpolation"] and self.reference.quarters:
             target = now + self.reference.value() - delay_ns(player, self.sim.update_hz)
             t = self.drawn_time.advance(now, target, self.newest.time, extrapolation)
-            places = between(self.kept, t)
-            if t < self.kept[0].time:
-                t = self.kept[0].time
+            places, t = between(self.kept, t), max(t, self.kept[0].time)
         elif extrapolation > 0 and self.reference.quarters:
             c = self.connection
-            present = c.shown(now) + c.offset if player["extrapolation_clock"] == "measured" else now + self.reference.value()
+            present = self.server_time(now) if player["extrapolation_clock"] == "measured" else now + self.reference.value()
             t = self.drawn_time.advance(now, present, self.newest.time, extrapolation)
-            places = between(self.kept, t)
-        picture.buffer = self.newest.time - t
-        picture.interpolated = bool(player["interpolation"] and self.reference.quarters)
-        picture.others = {i: p for i, p in enumerate(places) if i != me}
+            places, t = between(self.kept, t), max(t, self.kept[0].time)
+        picture.buffer = 0 if self.others else self.newest.time - t
+        picture.interpolated = bool(not self.others and player["interpolation"] and self.reference.quarters)
+        absent = self.absent(t)
+        picture.others = {i: p for i, p in enumerate(places) if i != me and i not in absent}
         picture.others_time = t
         self.draw_predicted(picture)
-        self.seen_finish = (self.world if self.predicts_others else self.newest.world)[me][3] > 0
+        self.seen = list(self.world[me] if player["prediction"] else self.newest.world[me])
+        self.seen[3] = (self.world if self.predicts_others else self.newest.world)[me][3]
         self.sim.observe(self.index, picture)

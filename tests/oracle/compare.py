@@ -8,7 +8,7 @@ import tempfile
 from pathlib import Path
 
 from gambetta import DemoSimulation
-from metrics import distributions, numbers, server_numbers
+from metrics import at_path, distributions, numbers, server_numbers
 from peers import PeerSimulation
 from simulation import Simulation
 
@@ -42,12 +42,6 @@ def laglab_says(laglab, scenario):
         return json.loads(run.stdout), list(csv.DictReader(trace.open()))
 
 
-def at_path(node, path):
-    for part in path.split("."):
-        node = node[int(part)] if isinstance(node, list) else node[part]
-    return node
-
-
 def differences(laglab, filler, scenario):
     """(columns compared, numbers compared, list of differences), the first tick first."""
     told, rows = laglab_says(laglab, scenario)
@@ -66,7 +60,7 @@ def differences(laglab, filler, scenario):
         for name, distribution in {**distributions(sim, i), **sim.more_distributions(i)}.items():
             for fact, value, off in distribution.facts():
                 count += 1
-                theirs = node[name][fact]
+                theirs = at_path(node, name)[fact]
                 same = close(theirs, value) if off is None or value is None else abs(theirs - value) <= off * (1 + 1e-9) + 1e-9
                 if not same:
                     out.append(f"player {i}: {name}.{fact} {theirs}, oracle {value}")

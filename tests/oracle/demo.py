@@ -30,10 +30,14 @@ def step(params, world, inputs, h, at_s):
     return world
 
 
+def speed(one):
+    return one[2]
+
+
 # ---- scripts (docs/concepts.md, "Scripts") ----
 
 
-def varied(seed, player, t, _finished):
+def varied(seed, player, t, _own, _params):
     k, since = slot_of(seed, player, 0, t, SLOT, SPREAD)
     side = 1.0 if purpose(seed, player, 3, k) % 2 else -1.0
     out = 1200 * 10**6 + purpose(seed, player, 4, k) % (400 * 10**6)
@@ -43,7 +47,7 @@ def varied(seed, player, t, _finished):
     return -side if out + there <= since < 2 * out + there else 0.0
 
 
-def steady(_seed, player, t, _finished):
+def steady(_seed, player, t, _own, _params):
     return 1.0 if (t + player * 700 * 10**6) % (4 * 10**9) < 2 * 10**9 else -1.0
 
 

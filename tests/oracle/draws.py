@@ -82,6 +82,12 @@ def trunc_div(a, b):
     return -((-a) // b) if a < 0 else a // b
 
 
+def distance(a, b):
+    return math.hypot(a[0] - b[0], a[1] - b[1])
+
+
 def single(x):
-    """As it travels: in single precision."""
+    """As it travels: in single precision; two axes are a complex number."""
+    if isinstance(x, complex):
+        return complex(single(x.real), single(x.imag))
     return struct.unpack("f", struct.pack("f", x))[0]

@@ -2,7 +2,7 @@
 
 import peer_scenarios as peers
 
-SYNCS = ("free", "lockstep", "lockstep_pipelined", "gambetta", "deterministic", "rollback")
+SYNCS = ("free", "lockstep", "lockstep_pipelined", "gambetta", "deterministic", "rollback", "bucket")
 
 
 def maybe(r, share, values, otherwise=None):
@@ -66,6 +66,9 @@ def player(r, sync, rough, tick_hz):
         row["reconciliation"] = row["prediction"] and r.random() < 0.7
         if r.random() < 0.2:
             row.update(input_delay_ticks=1, slack_ticks=r.choice([1, 2]))
+    if sync == "bucket":
+        row.update(redundancy=maybe(r, 0.7, [0, 0, 1, 5]), prediction=r.random() < 0.5, interpolation=r.random() < 0.6)
+        row["reconciliation"] = row["prediction"] and r.random() < 0.7
     if sync == "gambetta":
         row.update(
             send_hz=maybe(r, 0.4, [10, 20, 25, 30] if tick_hz <= 64 else [30, 60]), redundancy=maybe(r, 0.7, [0, 0, 1, 5]),
@@ -81,7 +84,23 @@ PARAMS = {
 }
 
 
-def scenario(r, sync):
+def scenario(r, kind):
+    """Of a sync, or of one of the kinds of `free`."""
+    given = common(r, "free" if kind in MORE else kind)
+    if kind in MORE:
+        MORE[kind](r, given)
+    return given
+
+
+def kind_of(given):
+    if "reckoning" in given:
+        return "reckoning"
+    if "transport" in given["server"]:
+        return given["server"]["transport"]
+    return "partial" if "snapshot_encoding" in given["server"] else given["server"]["sync"]
+
+
+def common(r, sync):
     tick_hz = r.choice([60, 60, 60, 50, 30, 20, 64, 33.3, 128])
     update_hz = r.choice([5, 10, 20, 25, 30, 30, 47.5, 60])
     rough = r.random() < 0.7
@@ -90,12 +109,14 @@ def scenario(r, sync):
         "kind": "netgame", "game": game, "duration_s": r.choice([2, 3, 4, 6]), "seed": r.randrange(10**6), "tick_hz": tick_hz,
         "warmup_s": r.choice([0, 1, 2]),
         "params": PARAMS[game](r),
-        "server": {"sync": sync, "update_hz": min(update_hz, tick_hz) if sync.startswith("lockstep") else update_hz,
+        "server": {"sync": sync, "update_hz": min(update_hz, tick_hz) if sync.startswith("lockstep") or sync == "bucket" else update_hz,
                    "starved": r.choice(["decay", "decay", "repeat", "repeat_n", "neutral"])},
         "players": [player(r, sync, rough, tick_hz) for _ in range(r.choice([1, 2, 2, 3, 4]))],
     }
     if sync in peers.SYNCS:
         return peers.enrich(r, given)
+    if sync == "bucket":
+        given["bucket_delay_ms"] = r.choice([0, 40, 100, 133.7, 250])
     if r.random() < 0.3:
         outages(r, given, sync)
     for one in given["players"]:
@@ -104,6 +125,58 @@ def scenario(r, sync):
         if sync == "free" and one["prediction"] and r.random() < 0.4:
             one["prediction_scope"] = r.choice(["contacts", "all"])
     return given
+
+
+def reckoning(r, given):
+    """Dead reckoning, of a race or of a few bodies."""
+    if r.random() < 0.5:
+        swarm(r, given, [0, 1, 3, 6])
+    given["reckoning"] = {
+        "model": r.choice(["static", "velocity", "velocity_spin", "acceleration"]), "threshold_m": r.choice([0, 0.05, 0.3, 1]),
+        "heartbeat_s": r.choice([0, 0.25, 1, 5]), "convergence": r.choice(["snap", "linear", "cubic", "projective"]), "tau_s": r.choice([0.01, 0.1, 0.3, 1])}
+
+
+def swarm(r, given, bodies):
+    """Players among bodies, of whom none touches another."""
+    given["game"] = "swarm"
+    given["params"] = {"bodies": r.choice(bodies), "field_m": r.choice([10, 40]), "speed_mps": r.choice([2, 8]), "body_speed_mps": r.choice([0, 2, 8]),
+                       "turn_radps": r.choice([0.5, 3])}
+    for one in given["players"]:
+        one.pop("prediction_scope", None)
+
+
+def partial(r, given):
+    """Snapshots of some of the entities."""
+    sizes = [0, 45, 60]
+    if r.random() < 0.8:
+        sizes = [0, 60, 100, 150]
+        swarm(r, given, [3, 8, 20])
+    for one in given["players"]:
+        one.pop("prediction_scope", None)  # others on a grid
+    given["server"].update(
+        snapshot_encoding=r.choice(["partial", "partial_delta", "interest", "interest"]), snapshot_bytes=r.choice(sizes),
+        interest_radius_m=r.choice([0, 5, 12, 30]), interest_margin_m=r.choice([0, 2]), quantum_m=r.choice([0.002, 0.05, 0.5]), quantum_mps=r.choice([0.02, 0.5]))
+
+
+def transport(kind):
+    def enrich(r, given):
+        given["server"].update(transport=kind, congestion=r.choice(["reno", "reno", "cubic"]), timeout_s=0,
+                               validation=False)  # a stream that was down brings more at once than it lets
+        if kind == "tcp":
+            given["server"]["nagle"] = r.random() < 0.2
+        else:
+            given["server"]["delivery"] = r.choice(["usual", "unreliable", "sequenced", "reliable_unordered", "reliable_ordered_by_type", "reliable_ordered"])
+        if r.random() < 0.3:
+            swarm(r, given, [3, 25])
+        for row in (way for one in given["players"] for way in one.get("link", {}).values()):
+            if row.get("loss_pct", 0) > 5:
+                row["loss_pct"] = 5  # in 10 s of lobby all connect
+
+    return enrich
+
+
+MORE = {"reckoning": reckoning, "partial": partial, "tcp": transport("tcp"), "quic": transport("quic"), "webrtc": transport("webrtc")}
+KINDS = (*SYNCS, *MORE)
 
 
 def outages(r, given, sync):

@@ -72,4 +72,4 @@ def between(states, t):
             return [(p[0] + (q[0] - p[0]) * f, p[1] + (q[1] - p[1]) * f) for p, q in zip(a.world, b.world)]
     last = states[-1]
     ahead = (t - last.time) / 1e9
-    return [(c[0] + c[2] * ahead, c[1]) for c in last.world]
+    return [(c[0] + c[2] * ahead, c[1] + (c[4] * ahead if len(c) > 4 else 0)) for c in last.world]

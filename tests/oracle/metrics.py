@@ -4,6 +4,7 @@ import math
 
 from views import fairness
 
+LAST_BUCKET = 2**18 - 2**12  # in units: from there on all values are alike
 UNITS = {"ms": 0.1, "m": 0.001, "1": 1.0}
 
 
@@ -27,7 +28,16 @@ class Distribution:
         yield "max", v[-1], None
         for name, q in (("p50", 0.5), ("p95", 0.95), ("p99", 0.99)):
             x = self.quantile(q)
+            if x > LAST_BUCKET * self.unit:
+                yield name, x, math.inf
+                continue
             yield name, x, max(self.unit / 2, abs(x) / 63 if x > 32 * self.unit else 0)
+
+
+def at_path(tree, path):
+    for part in path.split("."):
+        tree = tree[int(part)] if isinstance(tree, list) else tree[part]
+    return tree
 
 
 def distributions(sim, i):
@@ -42,7 +52,7 @@ def distributions(sim, i):
         "unacked": Distribution(client.unacked, "1"),
         "correction_m": Distribution(client.correction_sizes, "m"),
     }
-    if player["interpolation"] and sim.sync in ("free", "gambetta") and client.kept and len(sim.players) > 1:
+    if player["interpolation"] and not sim.reckons and sim.sync in ("free", "gambetta") and client.kept and len(sim.players) > 1:
         out["buffer_ms"] = Distribution([max(0, p.buffer) / 1e6 for p in pictures if p.interpolated], "ms")
     out.update(sim.more_distributions(i))
     return out
@@ -79,7 +89,7 @@ def numbers(sim, i):
             sent = [sim.sent.get((i, way, part), (0, 0)) for way, part in parts]
             yield f"bandwidth.{kind}.messages_per_s", sum(c for c, _ in sent) / span
             yield f"bandwidth.{kind}.payload_bytes_per_s", sum(b for _, b in sent) / span
-    yield "game.speed_mps", sim.server.world[i][2]
+    yield "game.speed_mps", sim.game.speed(sim.server.world[i])
     if sim.scenario["game"] == "race":
         yield "game.finish_s", sim.server.world[i][3]
     yield from sim.screens[i].numbers()

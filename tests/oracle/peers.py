@@ -283,7 +283,7 @@ class PeerClient(Client):
         self.set_timer(now)
 
     def script(self, at, world):
-        return single(self.sim.game.SCRIPTS[self.player["script"]](self.sim.seed, self.index, at, world[self.index][3] > 0))
+        return single(self.sim.game.SCRIPTS[self.player["script"]](self.sim.seed, self.index, at, world[self.index], self.sim.params))
 
     def note_controls(self, now, axis, tick):
         """A change is noted; `tick` is None where no input is made."""

@@ -55,7 +55,7 @@ def drive(params, x, v, axis, h):
     if v1 > top:
         return x + h * (v + top) / 2, top
     if v1 < 0:
-        return x + v * v / (2 * -a), 0.0
+        return x + v * v / (2 * -a) if v > 0 else x, 0.0
     return x1, v1
 
 
@@ -120,6 +120,30 @@ def touch(params, cars):
                 front[2] += change
 
 
+def motion(car):
+    """Pose and its rates."""
+    return (car[0], car[1], 0.0), (car[2], 0.0, 0.0)
+
+
+def moved(car, pose, rate):
+    """The car at another place, at another speed."""
+    return [*pose[:2], rate[0], car[3]]
+
+
+def flags(car):
+    return int(car[3] > 0)
+
+
+def tail(cars):
+    """Of a state, in words."""
+    finishes = [car[3] for car in cars]
+    return [sum(at > 0 for at in finishes), *finishes]
+
+
+def speed(car):
+    return car[2]
+
+
 # ---- scripts (docs/concepts.md, "Scripts") ----
 
 
@@ -140,18 +164,18 @@ def slot_of(seed, player, q, t, mean, spread):
     return k, at - begin(k)
 
 
-def varied(seed, player, t, _finished):
+def varied(seed, player, t, _own, _params):
     if t < 2 * 10**9:
         return 1.0
     k, _ = slot_of(seed, player, 0, t, 750 * 10**6, 500 * 10**6)
     return (1.0, 1.0, 0.8, 0.6, 0.3, -0.4)[purpose(seed, player, 3, k) % 6]
 
 
-def steady(_seed, _player, _t, finished):
-    return -1.0 if finished else 1.0
+def steady(_seed, _player, _t, own, _params):
+    return -1.0 if own[3] > 0 else 1.0
 
 
-def idle(_seed, _player, _t, _finished):
+def idle(_seed, _player, _t, _own, _params):
     return 0.0
 
 

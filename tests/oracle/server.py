@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass, replace
 
+from reckoning import Sender
+from selection import Selection
 from draws import SECOND, last_tick_at, single, tick_time
 
 PONG_BYTES, STATE_HEADER = 40, 48
@@ -23,6 +25,8 @@ class State:
     slack_number: int = 0
     done: frozenset = None  # with `per_input`: the numbers that were applied; None: it does not tell
     decided: int = 0
+    told: dict = None  # of some of the entities: the others that are in it
+    missing: set = None  # and whom the client does not have
     axes: tuple = None  # of all in the last step, where the client asks for it
 
 
@@ -68,6 +72,8 @@ class Server:
         self.times = {0: 0}
         self.stepped_at = 0
         self.rhythm_until = 0
+        self.reckoning = Sender(sim) if sim.reckons else None
+        self.selection = Selection(sim) if sim.selects else None
 
     # ---- connections ----
 
@@ -92,8 +98,9 @@ class Server:
         elif kind == "inputs" and body["epoch"] == seat.epoch:
             before = seat.accepted
             seat.wants, seat.wants_axes = body["wants"], body["wants_axes"]
-            if body["inputs"][0].step > body["known"]:
+            if body["named"]:
                 seat.known = max(seat.known, body["known"])
+                self.acknowledged(index, body)
             for one in body["inputs"]:
                 self.input_comes(now, seat, one, one.number > body["fresh"])
             if seat.accepted == before:
@@ -111,6 +118,25 @@ class Server:
         seat.slack = None
         seat.ahead, seat.last, seat.applied, seat.decided = None, 0, 0, 0
         seat.wants, seat.wants_axes, seat.known, seat.done = False, False, 0, set()
+        self.begins_epoch(self.seats.index(seat))
+
+    def begins_epoch(self, index):
+        if self.reckoning:
+            self.reckoning.begins(index)
+        if self.selection:
+            self.selection.begins(index)
+
+    def acknowledged(self, index, body):
+        """A packet names a snapshot."""
+        if self.selection and body["known"] > 0:
+            self.selection.acknowledged(index, body["known"], body["has"])
+        if self.reckoning:
+            self.reckoning.heard(index, body["known"])
+
+    def flags(self, i):
+        """Of an entity: 128 is a player who is not connected."""
+        away = i < len(self.seats) and not self.seats[i].connected
+        return self.sim.game.flags(self.world[i]) + 128 * away
 
     def begin(self):
         """The game begins, in a new epoch for all."""
@@ -231,6 +257,8 @@ class Server:
 
     def update(self, now):
         self.updates += 1
+        if self.reckoning:
+            self.reckoning.update()
         for index, seat in enumerate(self.seats):
             if not seat.connected:
                 continue
@@ -239,8 +267,14 @@ class Server:
                 state.done, state.decided = frozenset(seat.done), self.decided(seat)
             if seat.wants_axes:
                 state.axes = tuple(self.axes)
+            size = self.sim.state_bytes
+            if self.reckoning:
+                state.told = self.reckoning.select(index)
+                size = self.reckoning.size(index, state.told)
+            if self.selection:
+                state.told, size = self.selection.select(index)
             seat.slack, seat.idle, seat.last_state = None, False, state
-            self.send(now, index, "state", {"state": state}, self.sim.state_bytes + self.parts_bytes(seat))
+            self.send(now, index, "state", {"state": state}, size + self.parts_bytes(seat))
 
     def decided(self, seat):
         return seat.last
@@ -258,7 +292,10 @@ class Server:
 
 
 def decay(row, axis, n, h):
-    return axis * max(0.0, 1 - n * h / (row["starved_tau_ms"] / 1000))
+    left = max(0.0, 1 - n * h / (row["starved_tau_ms"] / 1000))
+    if isinstance(axis, complex):  # by parts, which keeps the sign of 0
+        return complex(axis.real * left, axis.imag * left)
+    return axis * left
 
 
 STARVED = {

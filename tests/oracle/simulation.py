@@ -1,18 +1,30 @@
 """All of it: links, server, clients and the order of events (docs/netgame.md)."""
 
 import heapq
+import math
 
 import demo
 import race
+import reckoning
+import selection
+import swarm
+import transports
 from client import Client
-from draws import SECOND, millihertz, tick_time
+from draws import SECOND, distance, last_tick_at, millihertz, ns, tick_time
 from links import Link
 from scenario import change
 from server import Server, State
 from views import Screen
 
 LOBBY = 10 * SECOND
-GAMES = {"race": race, "gambetta": demo}
+PLACES = 256  # for pictures of steps to come, by step
+GAMES = {"race": race, "gambetta": demo, "swarm": swarm}
+
+
+
+def signed(a, b):
+    """How far apart two places are, with the sign of their difference in x."""
+    return math.copysign(distance(a, b), a[0] - b[0])
 
 
 class Simulation:
@@ -24,19 +36,24 @@ class Simulation:
         self.seed = scenario["seed"]
         self.game, self.params = GAMES[scenario["game"]], scenario["params"]
         self.sync = scenario["server"]["sync"]
+        self.reckons = scenario["reckoning"]["model"] != "none"
+        self.selects = scenario["server"]["snapshot_encoding"] in selection.ENCODINGS
         self.lockstep = self.sync in ("lockstep", "lockstep_pipelined")
-        self.step_hz = scenario["server"]["update_hz"] if self.lockstep else scenario["tick_hz"]
+        self.buckets = self.sync == "bucket"
+        self.by_updates = self.lockstep or self.buckets
+        self.step_hz = scenario["server"]["update_hz"] if self.by_updates else scenario["tick_hz"]
         self.h = 1000.0 / millihertz(self.step_hz)
         self.now = -LOBBY
         self.first_state = State(0, 0, self.game.start(self.params, self.players))
         once, each = self.game.BODY_BYTES
-        self.state_bytes = 48 + once + each * len(self.players)
+        self.state_bytes = 48 + once + each * len(self.first_state.world)
         places = [int(1.3 * scenario["tick_hz"]) + 32, 156]
         self.ups = [Link(self.seed, i, 0, places[0]) for i in range(len(self.players))]
         self.downs = [Link(self.seed, i, 1, places[1]) for i in range(len(self.players))]
         self.flying = [[[] for _ in self.players], [[] for _ in self.players]]
         self.sends = 0
         self.sent = {}
+        self.ends = transports.pairs(self) if scenario["server"]["transport"] != "udp" else ()
         self.clients = [self.client_type(self, i) for i in range(len(self.players))]
         self.server = self.server_type(self)
         self.rows = []
@@ -44,7 +61,8 @@ class Simulation:
         self.waiting = [[] for _ in self.players]  # pictures whose step the server has not made
         self.drawn = [[] for _ in self.players]  # every picture that counts
         self.comparisons = [[] for _ in self.players]
-        self.screens = [Screen(len(self.players), i) for i in range(len(self.players))]
+        self.screens = [Screen(len(self.first_state.world), i) for i in range(len(self.players))]
+        self.errors = [([], []) for _ in self.players]  # as drawn, of the near and of the far
         self.displayed = [c.phase - tick_time(c.display_hz, 1) for c in self.clients]  # when each drew last
         self.compared = [(0.0, 0.0)] * len(self.players)  # own timeline error and lead, as last known
 
@@ -64,27 +82,50 @@ class Simulation:
     # ---- packets ----
 
     def send_up(self, index, now, kind, body, size):
-        self.sends_on(0, self.ups[index], "up", index, now, kind, body, size)
+        self.sends_on(0, "up", index, now, kind, body, size)
 
     def send_down(self, index, now, kind, body, size):
-        self.sends_on(1, self.downs[index], "down", index, now, kind, body, size)
+        self.sends_on(1, "down", index, now, kind, body, size)
 
-    def sends_on(self, way, link, name, index, now, kind, body, size):
-        player = self.players[index]
+    def sends_on(self, way, name, index, now, kind, body, size):
         key = (index, name, kind)
         if self.counts:
             count, total = self.sent.get(key, (0, 0))
             self.sent[key] = (count + 1, total + size)
+        if self.ends:
+            self.ends[way][index].send(now, kind, body, size)
+        else:
+            self.put_on_link(way, index, now, kind, body, size)
+
+    def put_on_link(self, way, index, now, kind, body, size):
+        player, link, name = self.players[index], (self.ups, self.downs)[way][index], ("up", "down")[way]
         for due in link.send(player["link"][name], player["lag_ms"], now, size):
             self.sends += 1
             heapq.heappush(self.flying[way][index], (due, self.sends, kind, body))
+
+    def comes(self, way, index, now):
+        """What the link brings."""
+        _, _, kind, body = heapq.heappop(self.flying[way][index])
+        if self.ends:
+            self.ends[1 - way][index].receive(now, body)
+        else:
+            self.deliver(way, index, now, kind, body)
+
+    def deliver(self, way, index, now, kind, body):
+        if way == 0:
+            self.server.receive(now, index, kind, body)
+        else:
+            self.clients[index].receive(now, kind, body)
 
     # ---- events ----
 
     def server_events(self):
         """(time, rank) of what the server does next."""
         yield self.server.look_at, 5
-        if not self.lockstep:
+        if self.buckets:
+            delay = ns(self.scenario["bucket_delay_ms"])
+            yield tick_time(self.step_hz, self.server.step + 1) + delay - tick_time(self.step_hz, last_tick_at(self.step_hz, delay)), 3
+        elif not self.lockstep:
             yield tick_time(self.step_hz, self.server.step + 1), 3
             yield tick_time(self.update_hz, self.server.updates + 1), 4
         elif self.server.lockstep_due() is not None:
@@ -97,21 +138,24 @@ class Simulation:
             for way in (0, 1):
                 if self.flying[way][i]:
                     best = min(best, (self.flying[way][i][0][0], way, i))
+            for ends in self.ends:
+                if ends[i].next_time() is not None:
+                    best = min(best, (ends[i].next_time(), 2, i))
             best = min(best, (client.next_time(), 6, i))
         return best
 
     def handle(self, event):
         now, rank, i = event
         self.now = now
-        if rank == 0:
-            _, _, kind, body = heapq.heappop(self.flying[0][i])
-            self.server.receive(now, i, kind, body)
-        elif rank == 1:
-            _, _, kind, body = heapq.heappop(self.flying[1][i])
-            self.clients[i].receive(now, kind, body)
+        if rank <= 1:
+            self.comes(rank, i, now)
+        elif rank == 2:
+            for ends in self.ends:
+                ends[i].wake(now)
+                ends[i].settle(now)
         elif rank == 3:
             self.server.make_step(now)
-            if self.lockstep:
+            if self.by_updates:
                 self.server.update(now)
         elif rank == 4:
             self.server.update(now)
@@ -145,11 +189,17 @@ class Simulation:
 
     # ---- what one sync tells beside the common metrics ----
 
-    def more_distributions(self, _index):
-        return {}
+    def more_distributions(self, index):
+        if self.ends:
+            return transports.distributions(self, index)
+        return reckoning.distributions(self, index) if self.reckons else {}
 
-    def more_numbers(self, _index):
-        return ()
+    def more_numbers(self, index):
+        if self.ends:
+            return transports.numbers(self, index)
+        if self.selects:
+            return selection.numbers(self, index)
+        return reckoning.numbers(self, index) if self.reckons else ()
 
     def server_numbers(self):
         return ()
@@ -165,17 +215,20 @@ class Simulation:
         self.pictures[index] = picture
         truth = self.server.world
         picture.times = picture.times or dict.fromkeys(picture.others, picture.others_time)
-        picture.lead = picture.own[0] - truth[index][0]
-        picture.remote = {i: p[0] - truth[i][0] for i, p in picture.others.items()}
+        picture.lead = signed(picture.own, truth[index])
+        picture.remote = {i: signed(p, truth[i]) for i, p in picture.others.items()}
         elapsed, self.displayed[index] = picture.at - self.displayed[index], picture.at
         if self.counts:
             self.drawn[index].append(picture)
             self.screens[index].add(picture, truth, elapsed)
+            for i, error in picture.remote.items() if self.selects else ():
+                far = distance(truth[i], truth[index]) > self.scenario["server"]["interest_radius_m"] / 4
+                self.errors[index][far].append(abs(error))
         self.observed(index, picture)
 
     def observed(self, index, picture):
         """The own entity against the truth at the picture's step, as soon as that is known."""
-        self.waiting[index] = [p for p in self.waiting[index] if p.own_step != picture.own_step] + [picture]
+        self.waiting[index] = [p for p in self.waiting[index] if (p.own_step - picture.own_step) % PLACES] + [picture]
         self.compare(index)
 
     def joined(self, index):
@@ -193,7 +246,7 @@ class Simulation:
                 left.append(p)
                 continue
             at = self.server.times[p.own_step]
-            error, lead = (abs(p.own[0] - self.server.history[p.own_step][index][0]), (at - p.at) / 1e6)
+            error, lead = (distance(p.own, self.server.history[p.own_step][index]), (at - p.at) / 1e6)
             self.compared[index] = (error, lead)
             if p.at >= self.scenario["warmup_s"] * SECOND:
                 self.comparisons[index].append((error, lead))
@@ -201,7 +254,7 @@ class Simulation:
 
     def row(self, k, t):
         row = {"time_s": t / 1e9, "tick": k, "server_step": self.server.step}
-        for i, car in enumerate(self.server.world):
+        for i, car in enumerate(self.server.world[:len(self.players)]):
             row[f"server_{i}_x_m"], row[f"server_{i}_y_m"], row[f"server_{i}_vx_mps"] = car[0], car[1], car[2]
         for i, p in enumerate(self.pictures):
             name = f"player_{i}_"

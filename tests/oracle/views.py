@@ -101,7 +101,9 @@ class Screen:
     def add(self, picture, truth, elapsed):
         self.measured += elapsed
         for i, true in enumerate(truth):
-            drawn = picture.own if i == self.me else picture.others[i]
+            drawn = picture.own if i == self.me else picture.others.get(i)
+            if drawn is None:
+                continue
             self.episodes[i].add(math.hypot(drawn[0] - true[0], drawn[1] - true[1]), elapsed)
             if i != self.me:
                 self.tracks[i].add(tuple(drawn), (true[0], true[1]), elapsed / 1e9)

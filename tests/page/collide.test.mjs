@@ -67,7 +67,7 @@ test('the race does not read the lab', async () => {
 });
 
 test('contacts are asked for only while they are drawn', async () => {
-  const { page, complaints, close } = await open('?scenario=rigid/tumbler');
+  const { page, complaints, close } = await open('?scenario=rigid/tumbler&set=duration_s:60');
   await page.waitForSelector('#world0');
   await page.waitForFunction(() => globalThis.laglab().frame.time_s > 0.5);
   const overlay = (name) => page.locator(`[data-overlay="${name}"]`),
@@ -86,8 +86,7 @@ test('contacts are asked for only while they are drawn', async () => {
   };
   assert.ok(await moves(), 'drawn from the start');
   await overlay('contacts').uncheck();
-  await page.waitForTimeout(300);
-  assert.ok(!(await moves()), 'not drawn, not sent');
+  await until(async () => !(await moves()), 'not drawn, not sent', 15000); /* frames that are on their way still have them */
   await overlay('pairs').check();
   await page.waitForTimeout(300);
   assert.ok(await moves(), 'pairs are drawn from them');
@@ -206,8 +205,9 @@ test('the cost of each phase of a step is shown, in both worlds', async () => {
   await close();
 });
 
-test('false hits of the volumes are counted', async () => {
+test('false hits of the volumes are counted, and the volumes are drawn from the start', async () => {
   const { page, close } = await open('?scenario=paper/fig05');
+  await settles(() => page.getByLabel('Volumes', { exact: true }).isChecked(), true);
   await page.waitForFunction(() => Number(document.querySelector('[data-rigid="volume2/false"]')?.textContent) > 20);
   await settles(() => cell(page, 'volume3/missed'), '0');
   await close();

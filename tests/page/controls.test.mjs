@@ -112,6 +112,32 @@ test('reconciliation turns prediction on; prediction off turns reconciliation of
   await settles(async () => (await frameOf(page)).views[1].flags & 3, 0);
 });
 
+test('the answer to a change does not undo a later one of the same control', async () => {
+  const { page } = view;
+  await page.route('**/params', async (route) => {
+    await new Promise((resolve) => setTimeout(resolve, 400));
+    await route.continue();
+  });
+  const box = control(page, 'players.1.interpolation');
+  await box.setChecked(true);
+  await until(async () => (await paramsOf(page)).players[1].interpolation, 'it is on');
+  await box.setChecked(false);
+  await page.waitForTimeout(100);
+  await box.evaluate((/** @type {any} */ element) => {
+    element.click();
+    globalThis.undone = 0;
+    const look = () => {
+      if (!element.checked) globalThis.undone++;
+      requestAnimationFrame(look);
+    };
+    look();
+  });
+  const sent = await page.evaluate(() => globalThis.laglab().counts.patches);
+  await until(async () => (await page.evaluate(() => globalThis.laglab().counts.patches)) > sent, 'the second is sent');
+  await until(async () => (await paramsOf(page)).players[1].interpolation, 'it is on again');
+  assert.equal(await page.evaluate(() => globalThis.undone), 0, 'frames in which the control showed the older value');
+});
+
 test('every technique of every player reaches the simulation', async () => {
   const { page } = view;
   for (const player of [0, 1]) {

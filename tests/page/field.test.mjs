@@ -94,3 +94,14 @@ test('arrows drive in both directions', async () => {
   await until(async () => Math.hypot((await place()).vx, (await place()).vy) === 0, 'it stops');
   await close();
 });
+
+test('a view shows only what the player’s snapshots contain', async () => {
+  const { page, close } = await visit(browser, `${daemon.url}?scenario=swarm_interest`);
+  await until(async () => ((await frameOf(page))?.tick ?? 0) > 60, 'the first snapshots', 20000);
+  /* 200 bodies on the server, in an area of a player some 30; lines to bodies without a place would darken the view */
+  await until(async () => {
+    const all = await painted(page, 0, '--truth');
+    return all > 0 && (await painted(page, 1, '--truth')) < all;
+  }, 'fewer bodies than on the server');
+  await close();
+});

@@ -37,6 +37,22 @@ const LABS = [
   { name: 'Collide', scenario: 'rigid/column', canvas: 'world0', path: 'solver.method', value: 'avbd' },
   { name: 'Fluid', scenario: 'fluid/pool', canvas: 'fluid', path: 'solver.method', value: 'dfsph' },
 ];
+
+test('a dialog of settings goes with the lab that it is of', async () => {
+  const { page, complaints, close } = await visit(browser, `${daemon.url}#crates`);
+  const settings = page.getByRole('button', { name: 'All settings of Player A' });
+  await settings.click();
+  await (await dialogOf(page)).locator('[data-path]').first().waitFor();
+  await page.keyboard.press('Escape');
+  // The other lab is on its way when the dialog opens.
+  await page.getByRole('button', { name: 'Fluid', exact: true }).evaluate((/** @type {any} */ tab) => tab.click());
+  await settings.evaluate((/** @type {any} */ element) => element.click());
+  await page.locator('#fluid').waitFor();
+  await page.locator('dialog').waitFor({ state: 'hidden' });
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
 const valueOf = (params, path) => path.split('.').reduce((at, part) => at[part], params);
 const open = async (lab, wish = {}, hash = '') => {
   const visited = await visit(browser, `${daemon.url}${hash || `?scenario=${lab.scenario}&set=duration_s:120`}`, wish);
@@ -107,6 +123,7 @@ for (const lab of LABS) {
       { page } = reader;
     assert.deepEqual(await sessionOf(page), { id, owner: false });
     await settles(() => page.locator(`[data-path="${lab.path}"]`).isDisabled(), true);
+    assert.deepEqual(await axe(page), [], 'what a reader may not change can be scrolled by keys');
     await past(page, 20);
     await pause(owner.page);
     const { tick, hash } = await stateOf(owner.page);

@@ -84,9 +84,12 @@ test('one language is read, and of a lab only what it shows', async () => {
   ])) {
     const { page, requests, close } = await visit(browser, `${daemon.url}?lang=de${at}`);
     const read = () => requests.map((request) => new URL(request.url()).pathname).filter((name) => name.startsWith('/words/'));
-    await settles(async () => [...new Set(read())].sort(), [...parts.map((part) => `/words/de/${part}.json`), '/words/scenarios/de.json']);
+    await settles(
+      async () => [...new Set(read())].sort(),
+      [...parts.map((part) => `/words/de/${part}.json`), '/words/messages/de.json', '/words/scenarios/de.json'],
+    );
     await page.waitForTimeout(500); /* and nothing more */
-    assert.equal(new Set(read()).size, parts.length + 1);
+    assert.equal(new Set(read()).size, parts.length + 2);
     await close();
   }
 });
@@ -396,3 +399,28 @@ test('German: experiments, from the form to the results', () =>
       await look(id);
     }
   }));
+
+test('what the daemon says is German: a refused value of an address and of a field, texts of its tables', async () => {
+  const german = { locale: 'de-DE' };
+  const race = await visit(browser, `${daemon.url}?scenario=race&set=players.0.lag_ms:5000`, german);
+  await reads(race.page.locator('.note').first(), /A: Lag je Weg: muss 0 bis 1000 ms .*; angegeben .* 5000/);
+  await race.close();
+  const step = await visit(browser, `${daemon.url}?scenario=motion/pendulum`, german);
+  await reads(step.page.locator('.facts').first(), /^Ein Pendel mit großem Ausschlag\.$/);
+  await step.close();
+  const reversed = await visit(browser, `${daemon.url}?scenario=motion/accumulator`, german);
+  await reversed.page.locator('[data-path="reverse"]').click();
+  await reads(reversed.page.locator('.note').first(), /können nicht rückwärts laufen: Zeitumkehr braucht feste Schritte/);
+  await reversed.close();
+  for (const [at, text] of [
+    ['?scenario=rigid/pyramid', /Teilschritte mit weichen Kontakten/],
+    ['?scenario=fluid/cylinder', /Ein Tunnel mit einem Zylinder/],
+  ]) {
+    const { page, close } = await visit(browser, daemon.url + at, german);
+    await reads(() => page.locator('.side').textContent(), /** @type {RegExp} */ (text));
+    await close();
+  }
+  const paper = await visit(browser, `${daemon.url}?scenario=paper/fig12`, german);
+  await reads(paper.page.locator('.about h2'), /^Abbildung 12: /);
+  await paper.close();
+});

@@ -77,30 +77,6 @@ test('the first page has ten questions, the other lessons and all scenarios; it 
   await close();
 });
 
-test('the first page is there within a second, and within 2.5 s on a processor six times slower', async () => {
-  for (const [rate, most] of [
-    [1, 1000],
-    [6, 2500],
-  ]) {
-    const times = [];
-    for (let i = 0; i < 3; i++) {
-      const { page, context, close } = await visit(browser, 'about:blank', { wait: false });
-      await (await context.newCDPSession(page)).send('Emulation.setCPUThrottlingRate', { rate });
-      await page.addInitScript(() => {
-        new MutationObserver(() => {
-          if (document.querySelector('.card')) globalThis.carded ??= performance.now();
-        }).observe(document, { childList: true, subtree: true });
-      });
-      await page.goto(daemon.url);
-      await page.waitForFunction(() => globalThis.carded);
-      times.push(await page.evaluate(() => globalThis.carded));
-      await close();
-    }
-    times.sort((a, b) => a - b);
-    assert.ok(times[1] < most, `cards after ${times} ms at rate ${rate}`);
-  }
-});
-
 test('one click opens a question, paused at its start; Back returns to the questions, Forward to it, without loading the page', async () => {
   const { page, complaints, close } = await door();
   await page.evaluate(() => {
@@ -420,6 +396,14 @@ test('search finds questions in both languages, and scenarios', async () => {
   await page.getByRole('searchbox').fill('qqqq');
   await page.getByText(WORDS.en['door.none']).waitFor();
   await close();
+});
+
+test('the explanation says what the paper says otherwise', async () => {
+  for (const lang of ['en', 'de']) {
+    const { page, close } = await open('figure_11', 4, lang);
+    await reads(page.locator('#erratum'), new RegExp(lessonOf('figure_11').erratum[lang].slice(0, 40)));
+    await close();
+  }
 });
 
 test('every lesson opens, in both languages, without a complaint', async () => {

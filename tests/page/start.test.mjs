@@ -22,38 +22,10 @@ after(async () => {
 
 const firstFrame = (page) => page.evaluate(() => performance.getEntriesByName('laglab-first-frame')[0]?.startTime);
 
-test('draws its first frame within a second of opening', async () => {
-  const times = [];
-  for (let i = 0; i < 5; i++) {
-    const { page, close } = await visit(browser, `${daemon.url}#race`);
-    times.push(await firstFrame(page));
-    await close();
-  }
-  times.sort((a, b) => a - b);
-  assert.ok(
-    times.every((t) => t > 0),
-    'the first frame is marked',
-  );
-  assert.ok(times[2] < 1000, `median first frame after ${times} ms`);
-});
-
-test('draws its first frame within 2.5 s on a processor six times slower', async () => {
-  const times = [];
-  for (let i = 0; i < 5; i++) {
-    const { page, context, close } = await visit(browser, 'about:blank', { wait: false });
-    const devtools = await context.newCDPSession(page);
-    await devtools.send('Emulation.setCPUThrottlingRate', { rate: 6 });
-    await page.goto(`${daemon.url}#race`);
-    await shown(page);
-    times.push(await firstFrame(page));
-    await close();
-  }
-  times.sort((a, b) => a - b);
-  assert.ok(
-    times.every((t) => t > 0),
-    'the first frame is marked',
-  );
-  assert.ok(times[2] < 2500, `median first frame after ${times} ms`);
+test('marks its first frame, whose time bench/run page measures', async () => {
+  const { page, close } = await visit(browser, `${daemon.url}#race`);
+  assert.ok((await firstFrame(page)) > 0);
+  await close();
 });
 
 test('moves without a click, with a session of its own', async () => {
@@ -69,24 +41,101 @@ test('moves without a click, with a session of its own', async () => {
   await close();
 });
 
-test('requests go to the daemon only, and are few', async () => {
+test('requests go to the daemon only', async () => {
   const { page, requests, close } = await visit(browser, `${daemon.url}#race`);
-  await page.waitForTimeout(500);
+  await page.waitForSelector('#error-chart canvas');
+  assert.ok(requests.length > 20);
   assert.deepEqual(
     requests.filter((r) => new URL(r.url()).origin !== new URL(daemon.url).origin).map((r) => r.url()),
     [],
   );
-  const sizes = await Promise.all(
-    requests.map(
-      async (r) =>
-        (await r.response())
-          ?.body()
-          .then((b) => b.length)
-          .catch(() => 0) ?? 0,
-    ),
+  await close();
+});
+
+/** What crosses the wire for an address that nothing is kept of, until something is shown and after it; heads included.
+ * @param {string} at @param {string} shows a selector, or the name of a mark @returns {Promise<{early: number, requests: number, all: number}>} */
+async function wire(at, shows) {
+  const { page, context, close } = await visit(browser, 'about:blank', { wait: false });
+  const devtools = await context.newCDPSession(page);
+  /** @type {Map<string, {from: number, bytes: number}>} */
+  const seen = new Map();
+  devtools.on('Network.requestWillBeSent', ({ requestId, wallTime }) => seen.set(requestId, { from: 1000 * wallTime, bytes: 0 }));
+  devtools.on('Network.loadingFinished', ({ requestId, encodedDataLength }) => {
+    const one = seen.get(requestId);
+    if (one) one.bytes = encodedDataLength;
+  });
+  await devtools.send('Network.enable');
+  await page.goto(daemon.url + at);
+  const shown_at = await page
+    .waitForFunction((what) => {
+      const mark = performance.getEntriesByName(what)[0];
+      if (mark) return performance.timeOrigin + mark.startTime;
+      return what.startsWith('.') && document.querySelector(what) !== null ? Date.now() : null;
+    }, shows)
+    .then((handle) => handle.jsonValue());
+  let last = -1;
+  await until(
+    async () => {
+      const now = [...seen.values()].reduce((sum, { bytes }) => sum + bytes, 0);
+      const still = now === last;
+      last = now;
+      await page.waitForTimeout(400);
+      return still;
+    },
+    'all is read',
+    15000,
   );
-  const total = sizes.reduce((a, b) => a + b, 0);
-  assert.ok(total > 100000 && total < 450000, `${total} bytes in ${requests.length} requests`);
+  await close();
+  const sum = (/** @type {{bytes: number}[]} */ list) => list.reduce((total, { bytes }) => total + bytes, 0),
+    early = [...seen.values()].filter(({ from }) => from <= Number(shown_at));
+  return { early: sum(early), requests: early.length, all: sum([...seen.values()]) };
+}
+
+test('the first lab is there after 150 KiB, the first page after 165, heads included', async () => {
+  const race = await wire('#race', 'laglab-first-frame');
+  assert.ok(race.early > 80 * 1024 && race.early <= 150 * 1024, JSON.stringify(race));
+  assert.ok(race.requests <= 92 && race.all <= 250 * 1024, JSON.stringify(race));
+  const door = await wire('', '.card');
+  assert.ok(door.early > 80 * 1024 && door.early <= 165 * 1024, JSON.stringify(door));
+  assert.ok(door.requests <= 98 && door.all <= 190 * 1024, JSON.stringify(door));
+});
+
+test('a frame lays the page out once in several, and draws what is on the screen', async () => {
+  const { page, context, close } = await visit(browser, `${daemon.url}?scenario=eight`);
+  await page.waitForSelector('#error-chart canvas');
+  const devtools = await context.newCDPSession(page);
+  await devtools.send('Performance.enable');
+  const layouts = async () =>
+    (await devtools.send('Performance.getMetrics')).metrics.find(({ name }) => name === 'LayoutCount')?.value ?? 0;
+  const cleared = () =>
+    page.evaluate(() => {
+      const own = CanvasRenderingContext2D.prototype.clearRect,
+        ids = new Set();
+      CanvasRenderingContext2D.prototype.clearRect = function (x, y, w, h) {
+        if (this.canvas.dataset.view !== undefined) ids.add(this.canvas.dataset.view);
+        own.call(this, x, y, w, h);
+      };
+      globalThis.cleared = ids;
+    });
+  await page.waitForTimeout(1000);
+  await cleared();
+  const from = { drawn: (await page.evaluate(() => globalThis.laglab().counts)).drawn, layouts: await layouts() };
+  await until(async () => (await page.evaluate(() => globalThis.laglab().counts)).drawn >= from.drawn + 60, 'sixty frames', 60000);
+  const drawn = (await page.evaluate(() => globalThis.laglab().counts)).drawn - from.drawn,
+    counted = (await layouts()) - from.layouts;
+  assert.ok(counted > 0 && counted <= drawn / 2, `${counted} layouts in ${drawn} frames`);
+  const seen = await page.evaluate(() => [...globalThis.cleared].sort()),
+    onScreen = await page.evaluate(() =>
+      [...document.querySelectorAll('canvas[data-view]')]
+        .filter((canvas) => canvas.getBoundingClientRect().top < innerHeight)
+        .map((canvas) => /** @type {HTMLElement} */ (canvas).dataset.view),
+    );
+  assert.ok(onScreen.length >= 3 && onScreen.length < 9, `${onScreen}`);
+  for (const view of onScreen) assert.ok(seen.includes(view ?? ''), `${view} is drawn`);
+  assert.ok(seen.length <= onScreen.length + 1, `${seen} drawn, ${onScreen} on the screen`);
+  const lowest = page.locator('canvas[data-view="8"]');
+  await lowest.scrollIntoViewIfNeeded();
+  await until(() => page.evaluate(() => globalThis.cleared.has('8')), 'a view that is scrolled to is drawn', 15000);
   await close();
 });
 

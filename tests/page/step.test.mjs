@@ -109,17 +109,66 @@ test('another problem creates a new session', async () => {
   await close();
 });
 
-test('error against step is measured by the daemon, and drawn', async () => {
-  const { page, complaints, close } = await visit(browser, `${daemon.url}?scenario=motion/spring`);
-  const button = page.getByRole('button', { name: /^Measur/ });
-  const before = await page.locator('#plot-work').evaluate((c) => /** @type {HTMLCanvasElement} */ (c).toDataURL());
-  await button.click();
-  await page.waitForFunction(
-    () => [...document.querySelectorAll('.side button')].some((b) => b.textContent?.startsWith('Measure ')),
-    null,
-    { timeout: 60000 },
+/** What is measured of each method: steps and errors. @param {import('playwright-core').Page} page @returns {Promise<Record<string, any[]>>} */
+const measured = (page) => page.evaluate(() => globalThis.laglab().refinement);
+/** The order that the two finest steps of a series have. @param {{dt: number, error: number}[]} list */
+function orderOf(list) {
+  const [fine, coarse] = [...list].sort((a, b) => a.dt - b.dt);
+  return Math.log(coarse.error / fine.error) / Math.log(coarse.dt / fine.dt);
+}
+
+test('the first scene shows measured curves without a press, of the order that theory has; a press adds the finest steps', async () => {
+  const { page, complaints, close } = await visit(browser, `${daemon.url}#step`);
+  const both = await until(
+    async () => {
+      const now = await measured(page);
+      return now['0']?.length >= 4 && now['1']?.length >= 4 && now;
+    },
+    'both are measured',
+    15000,
   );
+  const before = await page.locator('#plot-work').evaluate((c) => /** @type {HTMLCanvasElement} */ (c).toDataURL());
+  assert.ok(
+    both['0'].every(({ error }, i) => error > 3 * (both['1'].find(({ dt }) => dt === both['0'][i].dt)?.error ?? 0)),
+    'one fails, one holds',
+  );
+  await page.getByRole('button', { name: /^Measure / }).click();
+  const all = await until(
+    async () => {
+      const now = await measured(page);
+      return now['0'].length > 8 && now['1'].length > 12 && now;
+    },
+    'all steps are measured',
+    60000,
+  );
+  assert.ok(Math.abs(orderOf(all['1']) - 1) < 0.05, `order ${orderOf(all['1'])}`);
   await page.waitForFunction((was) => /** @type {HTMLCanvasElement} */ (document.getElementById('plot-work')).toDataURL() !== was, before);
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
+test('a method or a parameter that changes drops its curve and gets its own; a step does not; nothing is measured out of view', async () => {
+  const { page, requests, complaints, close } = await visit(browser, `${daemon.url}?scenario=motion/spring`, { width: 390, height: 844 });
+  await page.waitForTimeout(1500);
+  const asked = () => requests.filter((one) => one.method() === 'DELETE').length;
+  assert.equal(asked(), 0, 'the plots are not in view');
+  await page.setViewportSize({ width: 1366, height: 768 });
+  await page.locator('#plot-step').scrollIntoViewIfNeeded();
+  const before = await until(async () => {
+    const now = await measured(page);
+    return now['0'] && now['4'] && now;
+  }, 'five methods are measured');
+  const count = asked();
+  await page.locator('[data-path="methods.0.dt_s"]').fill('0.05');
+  await page.locator('[data-path="methods.0.dt_s"]').blur();
+  await page.waitForFunction(() => globalThis.laglab().params.methods[0].dt_s === 0.05);
+  await page.locator('[data-path="methods.1.method"]').selectOption('rk4');
+  const after = await until(async () => {
+    const now = await measured(page);
+    return now['1'] && JSON.stringify(now['1']) !== JSON.stringify(before['1']) && now;
+  }, 'the other method is measured');
+  assert.deepEqual(after['0'], before['0']);
+  await until(async () => asked() === count + 1, 'one more session is enough');
   assert.deepEqual(complaints, []);
   await close();
 });

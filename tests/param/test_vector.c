@@ -1,4 +1,4 @@
-/* Pairs and lists of points: read, written, refused, described. */
+/* Pairs, lists of points and of numbers: read, written, refused, described. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -13,7 +13,8 @@
 typedef struct body {
     double place[2];
     double corners[4][2];
-    int32_t count, pad;
+    int32_t count, numbers;
+    double list[3];
 } body;
 
 static const ll_param rows[] = {
@@ -33,10 +34,18 @@ static const ll_param rows[] = {
      .default_value = 10,
      .count_offset = offsetof(body, count),
      .help = "What."},
+    {.name = "list",
+     .type = LL_PARAM_NUMBERS,
+     .offset = offsetof(body, list),
+     .max = 3,
+     .vector = {-1, 100},
+     .count_offset = offsetof(body, numbers),
+     .unit = "ms",
+     .help = "How many."},
 };
 
 static const ll_param_table table = {
-    .name = "body", .help = "A body.", .rows = rows, .count = 2, .size = sizeof(body)};
+    .name = "body", .help = "A body.", .rows = rows, .count = 3, .size = sizeof(body)};
 
 static ll_status parse(const char *text, body *b)
 {
@@ -62,9 +71,28 @@ static void defaults_and_values_are_read_and_written(void **state)
     assert_true(b.count == 3 && b.corners[1][0] == 10 && b.corners[1][1] == 0.25 && b.corners[2][1] == -10);
     cJSON *json = ll_param_write(&table, &b);
     char *text = cJSON_PrintUnformatted(json);
-    assert_string_equal(text, "{\"place\":[0.1,5],\"corners\":[[0,0],[10,0.25],[0,-10]]}");
+    assert_string_equal(text, "{\"place\":[0.1,5],\"corners\":[[0,0],[10,0.25],[0,-10]],\"list\":[]}");
     cJSON_free(text);
     cJSON_Delete(json);
+}
+
+static void numbers_are_read_and_written(void **state)
+{
+    (void)state;
+    body b, once;
+    ll_status status = parse("{\"list\":[1,-1,0.1]}", &b);
+    assert_false(ll_failed(&status));
+    assert_true(b.numbers == 3 && b.list[0] == 1 && b.list[1] == -1 && b.list[2] == 0.1);
+    cJSON *json = ll_param_write(&table, &b);
+    char *text = cJSON_PrintUnformatted(json);
+    assert_string_equal(text, "{\"place\":[1,-2],\"corners\":[],\"list\":[1,-1,0.1]}");
+    cJSON_free(text);
+    cJSON_Delete(json);
+    status = ll_param_set(&table, &b, "list", "[7]", false); /* the same bytes as if read at once */
+    assert_false(ll_failed(&status));
+    status = parse("{\"list\":[7]}", &once);
+    assert_false(ll_failed(&status));
+    assert_memory_equal(&b, &once, sizeof b);
 }
 
 static void what_does_not_fit_is_refused(void **state)
@@ -73,6 +101,11 @@ static void what_does_not_fit_is_refused(void **state)
     static const char *const wrong[][2] = {
         {"{\"place\":[1]}", "place: must be a pair [x, y] of numbers from -5 to 5 m; got an array"},
         {"{\"place\":[6, 1e30]}", "place: must be a pair [x, y] of numbers from -5 to 5 m; got [6, 1e+30]"},
+        {"{\"list\":[1,2,3,4]}", "list: must have at most 3 numbers; got 4"},
+        {"{\"list\":[1,101]}", "list.1: must be -1 to 100 ms; got 101"},
+        {"{\"list\":[1,1e999]}", "list.1: must be"},
+        {"{\"list\":[\"1\"]}", "list.0: must be a number; got \"1\""},
+        {"{\"list\":7}", "list: must be an array of numbers; got 7"},
         {"{\"place\":[1,2,3]}", "place: must be a pair"},
         {"{\"place\":[1,6]}", "place: must be a pair"},
         {"{\"place\":[1,1e999]}", "place: must be a pair"},
@@ -131,6 +164,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(defaults_and_values_are_read_and_written),
+        cmocka_unit_test(numbers_are_read_and_written),
         cmocka_unit_test(what_does_not_fit_is_refused),
         cmocka_unit_test(a_pair_is_set_and_patched_as_one_value),
         cmocka_unit_test(the_schema_tells_their_form),

@@ -5,6 +5,7 @@
 #include <math.h>
 #include <zlib.h>
 
+#include "base/rng.h"
 #include "library/library.h"
 #include "session/frame.h"
 
@@ -332,12 +333,67 @@ static void frames_are_within_their_budgets(void **state)
     }
 }
 
+/* ---- conversions that the compiler makes of a table ---- */
+
+static const double odd[] = {0, -0.0, INFINITY, -INFINITY, NAN, 1e300, -1e300, 0.5, -0.5, 1e-300};
+
+static double some_real(uint64_t *n)
+{
+    uint64_t draw = ll_rng_u64(7, 3, (*n)++);
+    return draw % 4 == 0 ? odd[draw / 4 % (sizeof odd / sizeof odd[0])]
+                         : ((double)(draw >> 11) - 0x1p52) * 0x1p-40;
+}
+
+/* A valid value of any size of the field's type. */
+static void fill_field(const ll_record_field *f, char *at, uint64_t *n)
+{
+    uint64_t draw = ll_rng_u64(7, 4, (*n)++);
+    static const size_t sizes[] = {[LL_TYPE_U8] = 1,  [LL_TYPE_U16] = 2, [LL_TYPE_U32] = 4,
+                                   [LL_TYPE_I32] = 4, [LL_TYPE_I64] = 8, [LL_TYPE_BOOL] = 1};
+    if (f->type == LL_TYPE_F32)
+        *(float *)(void *)at = (float)(some_real(n) * 0x1p-8);
+    else if (f->type == LL_TYPE_F64)
+        *(double *)(void *)at = some_real(n);
+    else if (f->type == LL_TYPE_BOOL)
+        *(bool *)at = draw & 1;
+    else
+        memcpy(at, &draw, sizes[f->type]);
+}
+
+static void integers_follow_the_table(void **state)
+{
+    (void)state;
+    const ll_record *all[LL_ALL_RECORDS_MAX + 1];
+    enum { ROWS = 200 };
+    uint64_t n = 0;
+    int own = 0;
+    ll_all_records(all);
+    for (int i = 0; all[i]; i++) {
+        const ll_record *r = all[i];
+        char *structs = calloc(ROWS, r->size);
+        int64_t *to = malloc(ROWS * (size_t)r->count * sizeof *to);
+        for (int row = 0; row < ROWS; row++)
+            for (int k = 0; k < r->count; k++)
+                fill_field(&r->fields[k], structs + (size_t)row * r->size + r->fields[k].offset, &n);
+        if (r->integers != NULL) {
+            own++;
+            r->integers(structs, ROWS, to);
+        }
+        for (int row = 0; row < ROWS && r->integers != NULL; row++)
+            for (int k = 0; k < r->count; k++)
+                assert_int_equal(to[row * r->count + k],
+                                 ll_field_integer(&r->fields[k], structs + (size_t)row * r->size));
+        free(to);
+        free(structs);
+    }
+    assert_true(own > 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(records_are_sound),
-        cmocka_unit_test(viewers_decode_the_sessions_rows),
-        cmocka_unit_test(a_session_at_rest_costs_a_head),
+        cmocka_unit_test(integers_follow_the_table),        cmocka_unit_test(records_are_sound),
+        cmocka_unit_test(viewers_decode_the_sessions_rows), cmocka_unit_test(a_session_at_rest_costs_a_head),
         cmocka_unit_test(frames_are_within_their_budgets),
     };
     return cmocka_run_group_tests_name("frame", tests, NULL, NULL);

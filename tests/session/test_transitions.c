@@ -1,11 +1,13 @@
 /* Transitions: seeking and waking run in pieces, can be stopped in between, and end in the same state as when
  * they run at once. */
+#include <malloc.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
 
 #include <cjson/cJSON.h>
 #include <cmocka.h>
@@ -182,6 +184,70 @@ static void test_a_fork_is_as_its_log(void **state)
     }
 }
 
+static int64_t page_faults(void)
+{
+    struct rusage usage;
+    assert_int_equal(getrusage(RUSAGE_SELF, &usage), 0);
+    return usage.ru_minflt;
+}
+
+static bool always(void *context)
+{
+    (void)context;
+    return true;
+}
+
+static int64_t no_time(void)
+{
+    return 0;
+}
+
+static int64_t tick_on_a_copy(ll_session *s)
+{
+    ll_interrupt interrupt = {always, no_time, NULL};
+    ll_background_tick *tick;
+    must(ll_session_begin_background_tick(s, 0, &tick));
+    assert_non_null(tick);
+    ll_background_tick_run(tick, &interrupt);
+    return ll_session_end_background_tick(s, tick, 0);
+}
+
+static int64_t tick_or_restore(ll_session *s)
+{
+    ll_interrupt interrupt = {always, no_time, NULL};
+    bool interrupted;
+    ll_session_set_interrupt(s, &interrupt);
+    int64_t due = ll_session_advance_or_restore(s, 0, 1, &interrupted);
+    ll_session_set_interrupt(s, NULL);
+    assert_false(interrupted);
+    return due;
+}
+
+/* Ticks on a copy of a large state: the pages of the copy are not requested again for each. */
+static void test_a_copy_keeps_its_pages(void **state)
+{
+    (void)state;
+    int64_t (*const ways[])(ll_session *) = {tick_on_a_copy, tick_or_restore};
+    uint64_t wanted = hash_at("crates", 140);
+    mallopt(M_MMAP_THRESHOLD, 128 << 10); /* as in the daemon */
+    for (size_t i = 0; i < 2; i++) {
+        ll_session *s = open_session("crates");
+        must(ll_session_run_to(s, 20));
+        begin(s, "{\"op\":\"seek\",\"tick\":140}");
+        ways[i](s);
+        int64_t before = page_faults(), pages = (int64_t)ll_session_bytes(s) / 4096;
+        while (ways[i](s) > 0)
+            ;
+        int64_t faults = page_faults() - before;
+        printf("%lld faults in 119 ticks of a session of %lld pages\n", (long long)faults, (long long)pages);
+#ifndef __SANITIZE_ADDRESS__ /* which keeps what is freed */
+        assert_true(faults < pages);
+#endif
+        assert_true(ll_session_hash(s) == wanted);
+        ll_session_destroy(s);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -191,6 +257,7 @@ int main(void)
         cmocka_unit_test(test_waking_in_pieces),
         cmocka_unit_test(test_an_interrupt_reports_progress),
         cmocka_unit_test(test_a_fork_is_as_its_log),
+        cmocka_unit_test(test_a_copy_keeps_its_pages),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

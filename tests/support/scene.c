@@ -91,7 +91,7 @@ static void keep(void *context, const void *row)
 
 ll_recorder tape_recorder(tape *t)
 {
-    return (ll_recorder){keep, t};
+    return (ll_recorder){.record = keep, .context = t};
 }
 
 void tape_free(tape *t)

@@ -1,8 +1,18 @@
 /* A scenario of the library, ready to be stepped by a test. Tests run in the root of the repository. */
 #pragma once
 
+#include <string.h>
+
 #include "session/scenario.h"
 #include "sim/netgame/netgame.h"
+
+/* The configuration that a block contains; what a block has by itself, or by default, is all zero. */
+static inline ll_netgame_config scene_config(const ll_netgame *game)
+{
+    ll_netgame_config config = {0};
+    memcpy(&config, &game->config, ll_netgame_config_size(&game->config));
+    return config;
+}
 
 typedef struct scene {
     ll_scenario scenario;

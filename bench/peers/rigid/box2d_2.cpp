@@ -80,7 +80,7 @@ void add_body(void *state, const bench_body *b)
     def.position.Set(float(b->x), float(b->y));
     def.angle = float(b->angle);
     def.linearVelocity.Set(float(b->vx), float(b->vy));
-    def.angularVelocity = float(b->spin);
+    def.angularVelocity = float(b->angular_velocity);
     b2Body *body = p->world.CreateBody(&def);
     for (int i = 0; i < b->shape_count; i++)
         add_shape(body, &b->shapes[i]);

@@ -18,6 +18,7 @@ static void *open_world(const bench_world *of, double (*set)(const char *name, d
     def.enableSleep = set("sleep", 0) != 0;
     def.enableContinuous = of->continuous;
     def.contactHertz = (float)set("hertz", def.contactHertz);
+    def.workerCount = (int)set("threads", 1); /* by its own scheduler */
     p->world = b2CreateWorld(&def);
     p->bodies = calloc((size_t)of->made + 1, sizeof *p->bodies);
     p->substeps = (int)set("substeps", 4);

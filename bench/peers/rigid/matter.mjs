@@ -43,7 +43,7 @@ function add(b) {
   if (b.type !== 2) Body.setStatic(body, true);
   else {
     Body.setVelocity(body, { x: b.vx * PER_STEP, y: b.vy * PER_STEP });
-    Body.setAngularVelocity(body, b.spin * scene.dt);
+    Body.setAngularVelocity(body, b.angular_velocity * scene.dt);
   }
   if (b.type === 1) driven.push({ body, ...b });
   Composite.add(engine.world, body);
@@ -65,9 +65,9 @@ const join = (j) =>
 
 /** The fourth argument gives those that it turns a velocity, for friction. */
 function drive() {
-  for (const { body, vx, vy, spin } of driven) {
+  for (const { body, vx, vy, angular_velocity } of driven) {
     Body.setPosition(body, { x: body.position.x + vx * PER_STEP, y: body.position.y + vy * PER_STEP }, true);
-    Body.setAngle(body, body.angle + spin * scene.dt, true);
+    Body.setAngle(body, body.angle + angular_velocity * scene.dt, true);
   }
 }
 

@@ -19,7 +19,7 @@ function add(b) {
     position: Vec2(b.x, b.y),
     angle: b.angle,
     linearVelocity: Vec2(b.vx, b.vy),
-    angularVelocity: b.spin,
+    angularVelocity: b.angular_velocity,
   });
   for (const s of b.shapes)
     body.createFixture({

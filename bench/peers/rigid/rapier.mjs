@@ -51,7 +51,7 @@ function groups({ category, mask, group }) {
 
 function add(b) {
   const body = world.createRigidBody(
-    makers[b.type]().setTranslation(b.x, b.y).setRotation(b.angle).setLinvel(b.vx, b.vy).setAngvel(b.spin).setCanSleep(false),
+    makers[b.type]().setTranslation(b.x, b.y).setRotation(b.angle).setLinvel(b.vx, b.vy).setAngvel(b.angular_velocity).setCanSleep(false),
   );
   for (const s of b.shapes)
     world.createCollider(

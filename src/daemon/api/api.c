@@ -119,7 +119,7 @@ void ll_api_hash_text(uint64_t hash, char text[17])
 void ll_api_links(cJSON *json, const char *id)
 {
     static const char *const parts[] = {"stream",  "params", "control", "input", "state",
-                                        "metrics", "trace",  "log",     "fork"};
+                                        "metrics", "trace",  "packets", "log",   "fork"};
     char path[160];
     cJSON *links = cJSON_AddObjectToObject(json, "links");
     snprintf(path, sizeof path, "/api/v1/sessions/%s", id);

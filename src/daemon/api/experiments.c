@@ -68,7 +68,7 @@ static ll_status answer_dry_run(const ll_api *api, const ll_experiment *e, ll_ta
     ll_interrupt interrupt = ll_task_interrupt(task);
     LL_TRY(check_size(api, e, 0));
     double from = thread_seconds();
-    ll_status status = ll_experiment_run(e, 0, &interrupt, &row);
+    ll_status status = ll_experiment_run(e, 0, &interrupt, NULL, &row);
     double run_s = thread_seconds() - from;
     if (ll_failed(&status))
         return status;

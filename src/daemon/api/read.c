@@ -1,6 +1,7 @@
-/* Reading of a session: state, metrics, trace, log. */
+/* Reading of a session: state, metrics, trace, packets, log. */
 #include <errno.h>
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -10,25 +11,26 @@
 #include "daemon/http/http_problem.h"
 #include "daemon/support/tasks.h"
 
-enum { TRACE_ROWS = 100000 }; /* rows of one answer, which is held in memory */
+/* An answer is held in memory. */
+enum { TRACE_ROWS = 100000 };  /* rows of one answer */
+enum { PACKET_TICKS = 50000 }; /* ticks times players whose packets are in one answer: about 40 MB */
 
 enum { LIGHT_BYTES = 6 << 20 }; /* a session of this size is read within about a millisecond */
 
 /* `fill` writes the answer while the session is locked, or makes a copy and sets how to finish from it. */
 typedef struct reader {
     ll_session *copy; /* NULL: the answer is complete */
+    const char *type; /* of what is finished from the copy; NULL: JSON */
     int64_t from, to, reserved;
+    int interface; /* of packets */
 } reader;
 typedef ll_status fill(ll_session *session, const ll_http_request *request, ll_http_response *response,
                        reader *r);
 typedef ll_status finish(reader *r, ll_task *task,
                          ll_http_response *response); /* reads the copy; the session is not locked */
 
-static finish finish_trace;
-static const char trace_type[] = "text/csv; charset=utf-8";
-
-static ll_status describe_advice(ll_session_entry *session_entry, const ll_http_request *request,
-                                 ll_http_response *response, fill *write, reader *r)
+static ll_status read_or_copy(ll_session_entry *session_entry, const ll_http_request *request,
+                              ll_http_response *response, fill *write, reader *r)
 {
     ll_session *session;
     ll_status status = ll_session_entry_enter(session_entry, request->task, &session, NULL);
@@ -49,9 +51,9 @@ static void reading(ll_api *api, const ll_http_request *request, ll_http_respons
     ll_session_entry *session_entry = ll_api_session(api, request, response);
     if (!session_entry)
         return;
-    ll_status status = describe_advice(session_entry, request, response, write, &r);
+    ll_status status = read_or_copy(session_entry, request, response, write, &r);
     if (r.copy && request->head) {
-        ll_http_no_body(response, end == finish_trace ? trace_type : "application/json");
+        ll_http_no_body(response, r.type ? r.type : "application/json");
         ll_session_destroy(r.copy);
     } else if (r.copy) {
         r.reserved = (int64_t)ll_session_awake_bytes(r.copy);
@@ -134,12 +136,11 @@ static void append(void *context, const char *text, size_t length)
     ll_http_append(context, text, length);
 }
 
-static ll_status fill_trace(ll_session *session, const ll_http_request *request, ll_http_response *response,
-                            reader *r)
+/* The ticks from from_s to to_s; without these, all of the log. */
+static ll_status query_ticks(const ll_http_request *request, const ll_session_info *info, int64_t *from,
+                             int64_t *to)
 {
-    (void)response;
-    ll_session_info info = ll_session_get_info(session);
-    double log_end_s = (double)info.head / 1e9, from_s = 0, to_s = log_end_s;
+    double log_end_s = (double)info->head / 1e9, from_s = 0, to_s = log_end_s;
     ll_status status = query_number(request, "from_s", 0, 1e9, &from_s);
     LL_THEN(status, query_number(request, "to_s", 0, 1e9, &to_s));
     if (!ll_failed(&status) && from_s > to_s)
@@ -147,23 +148,64 @@ static ll_status fill_trace(ll_session *session, const ll_http_request *request,
                                 to_s);
     if (ll_failed(&status))
         return status;
-    int64_t from = ll_tick_at((ll_time)(fmin(from_s, log_end_s) * 1e9 + 0.5), info.tick_freq);
-    int64_t to = ll_tick_at((ll_time)(fmin(to_s, log_end_s) * 1e9 + 0.5), info.tick_freq);
-    if (to > info.head_tick)
-        to = info.head_tick;
-    if (to - from >= TRACE_ROWS)
-        return ll_field_error(LL_BAD_INPUT, "to_s", "from_s to %g has %lld ticks; must be at most %d", to_s,
-                              (long long)(to - from + 1), TRACE_ROWS);
-    r->from = from;
-    r->to = to;
-    return ll_session_copy(session, to, &r->copy);
+    *from = ll_tick_at((ll_time)(fmin(from_s, log_end_s) * 1e9 + 0.5), info->tick_freq);
+    *to = ll_tick_at((ll_time)(fmin(to_s, log_end_s) * 1e9 + 0.5), info->tick_freq);
+    if (*to > info->head_tick)
+        *to = info->head_tick;
+    return ll_ok();
+}
+
+/* Of a table or file of every tick. */
+static ll_status at_most(const reader *r, int64_t ticks, const char *of)
+{
+    if (r->to - r->from < ticks)
+        return ll_ok();
+    return ll_field_error(LL_BAD_INPUT, "to_s",
+                          "from_s to to_s: must be at most %lld ticks%s in one answer; got %lld",
+                          (long long)ticks, of, (long long)(r->to - r->from + 1));
+}
+
+static ll_status fill_trace(ll_session *session, const ll_http_request *request, ll_http_response *response,
+                            reader *r)
+{
+    (void)response;
+    ll_session_info info = ll_session_get_info(session);
+    LL_TRY(query_ticks(request, &info, &r->from, &r->to));
+    LL_TRY(at_most(r, TRACE_ROWS, ""));
+    r->type = "text/csv; charset=utf-8";
+    return ll_session_copy(session, r->to, &r->copy);
 }
 
 static ll_status finish_trace(reader *r, ll_task *task, ll_http_response *response)
 {
     ll_interrupt interrupt = ll_task_interrupt(task);
-    memcpy(response->type, trace_type, sizeof trace_type);
+    snprintf(response->type, sizeof response->type, "%s", r->type);
     return ll_session_write_trace(r->copy, r->from, r->to, &interrupt, append, response);
+}
+
+static ll_status fill_packets(ll_session *session, const ll_http_request *request, ll_http_response *response,
+                              reader *r)
+{
+    (void)response;
+    ll_session_info info = ll_session_get_info(session);
+    LL_TRY(query_ticks(request, &info, &r->from, &r->to));
+    int64_t players = ll_session_players(session);
+    char of[40];
+    if (players == 0)
+        return ll_error(LL_CONFLICT, "packets: the kind must be netgame; got %s", info.kind);
+    snprintf(of, sizeof of, " of %lld players", (long long)players);
+    LL_TRY(at_most(r, PACKET_TICKS / players, of));
+    LL_TRY(ll_session_interface(session, ll_http_query(request, "at"), &r->interface));
+    r->type = "application/x-pcapng";
+    return ll_session_copy(session, r->to, &r->copy);
+}
+
+static ll_status finish_packets(reader *r, ll_task *task, ll_http_response *response)
+{
+    ll_interrupt interrupt = ll_task_interrupt(task);
+    snprintf(response->type, sizeof response->type, "%s", r->type);
+    ll_capture_range range = {r->from, r->to, r->interface};
+    return ll_session_write_capture(r->copy, &range, &interrupt, append, response);
 }
 
 static void append_line(void *context, const char *line, size_t length)
@@ -194,6 +236,11 @@ void ll_get_metrics(void *context, const ll_http_request *request, ll_http_respo
 void ll_get_trace(void *context, const ll_http_request *request, ll_http_response *response)
 {
     reading(context, request, response, fill_trace, finish_trace);
+}
+
+void ll_get_packets(void *context, const ll_http_request *request, ll_http_response *response)
+{
+    reading(context, request, response, fill_packets, finish_packets);
 }
 
 void ll_get_log(void *context, const ll_http_request *request, ll_http_response *response)

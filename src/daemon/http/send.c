@@ -151,6 +151,13 @@ static void add_policy(const http_exchange *exchange, struct MHD_Response *made)
     MHD_add_response_header(made, "Content-Security-Policy", policy);
 }
 
+/* Modules and styles are parts of a document, whose policy holds: a policy of their own would say nothing,
+ * and be an eighth of a first load. */
+static bool is_part(const char *type)
+{
+    return strncmp(type, "text/javascript", 15) == 0 || strncmp(type, "text/css", 8) == 0;
+}
+
 static void add_headers(const http_exchange *exchange, struct MHD_Response *made)
 {
     const ll_http_response *response = &exchange->response;
@@ -169,7 +176,7 @@ static void add_headers(const http_exchange *exchange, struct MHD_Response *made
     MHD_add_response_header(made, "X-Request-Id", exchange->request.id);
     MHD_add_response_header(made, "X-Content-Type-Options", "nosniff");
     MHD_add_response_header(made, "Referrer-Policy", "no-referrer");
-    if (!policy_said) {
+    if (!policy_said && !is_part(response->type)) {
         add_policy(exchange, made);
     }
     MHD_add_response_header(made, "Cross-Origin-Resource-Policy",

@@ -19,9 +19,11 @@
 #define BEGIN_WINDOW 3
 
 /* A viewer that has been behind for so long loses the events of that time: all of them at once would keep its
- * line busy for as long again. Of a slow viewer's line it is known (see slowdown). */
+ * line busy for as long again. A slow viewer loses them earlier, by the square of its slowdown: the line of
+ * one that gets every second frame may be idle while its page is busy, that of one that gets every eighth is
+ * not. */
 #define BEHIND_NS INT64_C(4000000000)
-#define BEHIND_SLOW_NS INT64_C(50000000)
+#define BEHIND_LEAST_NS INT64_C(50000000)
 
 /* A viewer that has not subscribed by then is subscribed to the channels that the page draws. */
 #define SUBSCRIBE_NS INT64_C(1000000000)
@@ -49,7 +51,8 @@ static int64_t next_event(const ws_viewer *viewer)
 
 static bool loses_events(const ws_viewer *viewer)
 {
-    int64_t limit = viewer->flow.slowdown > 1 ? BEHIND_SLOW_NS : BEHIND_NS;
+    int64_t slowdown = viewer->flow.slowdown > 0 ? viewer->flow.slowdown : 1;
+    int64_t part = BEHIND_NS / (slowdown * slowdown), limit = part > BEHIND_LEAST_NS ? part : BEHIND_LEAST_NS;
     return viewer->frames.overdue >> LL_CHANNEL_LANES & 1 &&
            viewer->thread->now_ns - viewer->frames.overdue_ns > limit;
 }
@@ -215,7 +218,7 @@ void ll_ws_viewer_release_sections(ws_viewer *viewer)
 
 /* Frames that may be sent now. A viewer that never acknowledges is limited only by its socket, but not before
  * it could have acknowledged: otherwise a slow reader's first frames would queue. */
-static int credit(const ws_viewer *viewer)
+static int credit(ws_viewer *viewer)
 {
     bool limited =
         viewer->flow.acked_ns != 0 ||
@@ -288,6 +291,57 @@ static bool has_changes(const ws_viewer *viewer, const ll_frame *frame, uint16_t
             (channels & ~viewer->frames.has) != 0 || ll_frame_news(frame, &viewer->frames.state, channels));
 }
 
+/* Whether the bytes that were queued last for this frame are those that the viewer gets; queues them again.
+ * The last entry of a queue that is full is sent with it, so that there is nothing to repeat then. */
+static bool repeat(ws_viewer *viewer, const ll_frame *frame, const ll_frame_delivery *to)
+{
+    const ws_thread *thread = viewer->thread;
+    const ws_repeated *last = &thread->repeated;
+    bool same = last->frame == frame && last->sent == thread->queue.sent && last->channels == to->channels &&
+                last->jump == to->jump && last->format == to->format &&
+                thread->queue.count < LL_SOCKET_CALLS_MAX && !viewer->output.queued &&
+                memcmp(&last->state, to->state, sizeof last->state) == 0;
+    if (same) {
+        ll_ws_socket_repeat(viewer, last->entry);
+    }
+    return same;
+}
+
+static void note_queued(ws_viewer *viewer, const ll_frame *frame, const ll_frame_delivery *to, size_t size)
+{
+    ws_thread *thread = viewer->thread;
+    thread->repeated = (ws_repeated){.frame = viewer->output.queued ? frame : NULL,
+                                     .state = *to->state,
+                                     .channels = to->channels,
+                                     .jump = to->jump,
+                                     .format = to->format,
+                                     .sent = thread->queue.sent,
+                                     .entry = thread->queue.count - 1,
+                                     .size = size};
+}
+
+/* Writes the frame, or queues the same bytes as for the viewer before. Returns their number; 0: failed. */
+static size_t write_frame(ws_viewer *viewer, const ll_frame *frame, const ll_frame_delivery *to)
+{
+    ll_buffer *message = &viewer->thread->message;
+    if (to->shared && repeat(viewer, frame, to)) {
+        return viewer->thread->repeated.size;
+    }
+    message->size = 0;
+    message->failed = ll_buffer_grow(message, LL_FRAMING_HEAD_SPACE) == NULL;
+    ll_frame_write(frame, to, message);
+    if (message->failed) {
+        return 0;
+    }
+    size_t size = message->size - LL_FRAMING_HEAD_SPACE;
+    ll_ws_socket_write(viewer, (unsigned char *)message->bytes + LL_FRAMING_HEAD_SPACE, size,
+                       to->format == LL_FRAME_JSON ? LL_OPCODE_TEXT : LL_OPCODE_BINARY);
+    if (to->shared) {
+        note_queued(viewer, frame, to, size);
+    }
+    return viewer->dead ? 0 : size;
+}
+
 static void send_frame(ws_viewer *viewer, ll_frame *frame)
 {
     uint16_t channels = due(viewer, frame);
@@ -298,28 +352,17 @@ static void send_frame(ws_viewer *viewer, ll_frame *frame)
     if (jump) {
         release_all_sections(viewer);
     }
-    ll_buffer *message = &viewer->thread->message;
-    message->size = 0;
-    message->failed = ll_buffer_grow(message, LL_FRAMING_HEAD_SPACE) == NULL;
     ll_frame_delivery to = {.state = &viewer->frames.state,
                             .channels = channels,
                             .jump = jump,
                             .shared = viewer->stream->viewer_count > 1,
                             .format = viewer->upgrade.format};
-    ll_frame_write(frame, &to, message);
-    if (message->failed) {
-        return;
+    size_t size = write_frame(viewer, frame, &to);
+    if (size > 0) {
+        note_sent(viewer, frame, channels);
+        ll_ws_count(&viewer->thread->counts.frames, 1);
+        ll_ws_count(&viewer->thread->counts.bytes, size);
     }
-    size_t size = message->size - LL_FRAMING_HEAD_SPACE;
-    bool text = viewer->upgrade.format == LL_FRAME_JSON;
-    ll_ws_socket_write(viewer, (unsigned char *)message->bytes + LL_FRAMING_HEAD_SPACE, size,
-                       text ? LL_OPCODE_TEXT : LL_OPCODE_BINARY);
-    if (viewer->dead) {
-        return;
-    }
-    note_sent(viewer, frame, channels);
-    ll_ws_count(&viewer->thread->counts.frames, 1);
-    ll_ws_count(&viewer->thread->counts.bytes, size);
 }
 
 static void try_latest(ws_viewer *viewer)
@@ -415,9 +458,11 @@ void ll_ws_stream_distribute(ll_ws_stream *stream, ll_frame **frames, int count)
 {
     ll_frame_release(stream->latest);
     stream->latest = frames[count - 1];
+    stream->thread->repeated.frame = NULL; /* its bytes may have gone, and its sections' addresses too */
     for (ws_viewer *viewer = stream->first; viewer != NULL; viewer = viewer->next) {
         offer_frames(viewer, frames, count);
     }
+    stream->thread->repeated.frame = NULL;
     for (int i = 0; i < count - 1; i++) {
         ll_frame_release(frames[i]);
     }

@@ -1,6 +1,7 @@
-/* Shared by the files of this room, lower ones first: command_queue.c, registry.c (any thread), socket.c
- * (bytes of a viewer, in and out), messages.c (messages to a viewer), frames.c (frames for a viewer),
- * viewer.c (life of a viewer), thread.c (the loop) and ws.c (any thread). Not for other rooms. */
+/* Shared by the files of this room, lower ones first: socket_calls.c (many sends or receives at once),
+ * command_queue.c, registry.c (any thread), output.c and socket.c (bytes of a viewer, out and in), messages.c
+ * (messages to a viewer), frames.c (frames for a viewer), viewer.c (life of a viewer), thread.c (the loop)
+ * and ws.c (any thread). Not for other rooms. */
 #pragma once
 
 #include <pthread.h>
@@ -10,14 +11,16 @@
 #include "daemon/net/connection_limiter.h"
 #include "daemon/net/framing.h"
 #include "daemon/net/upgrade.h"
+#include "daemon/stream/socket_calls.h"
 #include "daemon/stream/ws.h"
 
 #define WS_PENDING 4       /* publications that wait for a stream's thread */
 #define WS_OUTSTANDING 8   /* frames whose sending time is remembered */
 #define WS_MAX_MESSAGES 64 /* queued for one viewer */
 #define WS_MAX_MESSAGE_BYTES (256 * 1024)
-#define WS_BUCKETS 4096      /* of the registry */
-#define WS_INPUT (16 * 1024) /* bytes read at once */
+#define WS_BUCKETS 4096 /* of the registry */
+#define WS_INPUT 1024   /* bytes read of one viewer among others; then those of a longer message */
+#define WS_QUEUED_BYTES (256 * 1024) /* of a thread's queued output; a longer frame is sent at once */
 
 /* A command to a stream's thread, or a text message to a viewer: everything that other threads hand over
  * except publications. */
@@ -142,6 +145,7 @@ typedef struct ws_viewer_closing {
 typedef struct ws_viewer_output {
     unsigned char *unsent; /* the socket was full */
     size_t at, end, capacity;
+    bool queued;                                /* in its thread's queue */
     unsigned char pong[LL_FRAMING_CONTROL_MAX]; /* payload of the last ping, to be sent back */
     int pong_size;
     bool pong_wanted;
@@ -171,6 +175,28 @@ struct ws_viewer {
     bool dead;           /* freed at the end of the turn */
 };
 
+/* Output of one turn: sent together (output.c). */
+typedef struct ws_queue {
+    ll_socket_calls *calls;
+    ws_viewer *viewer[LL_SOCKET_CALLS_MAX];
+    size_t at[LL_SOCKET_CALLS_MAX], size[LL_SOCKET_CALLS_MAX]; /* of `bytes` */
+    int count;
+    ll_buffer bytes;
+    uint64_t sent; /* counts the times that it was sent */
+} ws_queue;
+
+/* The frame that was queued last, for viewers that get the same bytes; during a distribution only. */
+typedef struct ws_repeated {
+    const ll_frame *frame; /* NULL: none */
+    ll_frame_state state;  /* what the viewer had: compared, not owned */
+    uint16_t channels;
+    bool jump;
+    ll_frame_format format;
+    uint64_t sent; /* as the queue's when it was queued */
+    int entry;     /* of the queue */
+    size_t size;
+} ws_repeated;
+
 typedef struct ws_counts {
     atomic_ullong viewers, opened, frames, bytes, skipped, messages, closed_slow, closed_policy, dropped;
 } ws_counts;
@@ -194,9 +220,11 @@ struct ws_thread {
     uint64_t serial;
     int sockets;
     ws_viewer *first_dead;
-    unsigned char *input; /* WS_INPUT bytes */
-    int64_t now_ns;       /* read once per turn */
-    ll_buffer message;    /* being written */
+    unsigned char *input; /* LL_SOCKET_CALLS_MAX times WS_INPUT bytes */
+    ws_queue queue;
+    ws_repeated repeated;
+    int64_t now_ns;    /* read once per turn */
+    ll_buffer message; /* being written */
     ws_counts counts;
 };
 
@@ -227,18 +255,29 @@ ll_ws_stream *ll_ws_find_stream(ll_ws *ws, ll_stream_kind kind, const char *id);
 void ll_ws_stream_free(ll_ws_stream *stream);
 void ll_ws_stream_destroy(ll_ws_stream *stream); /* without references; calls `released` */
 
-/* socket.c: all on the viewer's thread. A failing socket marks its viewer as dead. */
-bool ll_ws_socket_open(ws_viewer *viewer); /* registers it with epoll; writes the 101 if that is not done */
-void ll_ws_socket_event(ws_viewer *viewer, uint32_t events);
-void ll_ws_socket_take(ws_viewer *viewer, unsigned char *bytes, size_t size); /* handles received bytes */
-/* LL_FRAMING_HEAD_SPACE bytes before `payload` are writable. Bytes that the socket does not accept are kept.
- */
-void ll_ws_socket_write(ws_viewer *viewer, unsigned char *payload, size_t size, ll_opcode opcode);
-bool ll_ws_socket_full(const ws_viewer *viewer);       /* bytes are kept: do not write */
+/* output.c: all on the viewer's thread. A failing socket marks its viewer as dead.
+ *
+ * What is written is queued until the end of the turn, or until one of these functions needs to know how its
+ * socket took it. Bytes that the socket does not accept are kept. */
+void ll_ws_socket_write(ws_viewer *viewer, unsigned char *payload, size_t size,
+                        ll_opcode opcode); /* LL_FRAMING_HEAD_SPACE bytes before `payload` are writable */
+void ll_ws_socket_repeat(ws_viewer *viewer, int entry); /* queues the bytes of that entry for it too */
+void ll_ws_queue_send(ws_thread *thread);
+bool ll_ws_socket_full(ws_viewer *viewer);             /* bytes are kept: do not write */
 void ll_ws_socket_request_writable(ws_viewer *viewer); /* calls its receiver's `writable` soon */
-void ll_ws_socket_ping(ws_viewer *viewer);             /* measures the round trip */
-void ll_ws_socket_send_close(ws_viewer *viewer, int code, const char *reason); /* at the end, once */
+void ll_ws_socket_send_raw(ws_viewer *viewer, const unsigned char *bytes, size_t size); /* without a head */
+void ll_ws_socket_flush(ws_viewer *viewer);                                             /* sends kept bytes */
+void ll_ws_socket_set_epoll(ws_viewer *viewer, uint32_t events);
 void ll_ws_socket_fail(ws_viewer *viewer);
+
+/* socket.c: all on the viewer's thread. */
+bool ll_ws_socket_open(ws_viewer *viewer); /* registers it with epoll; writes the 101 if that is not done */
+/* `received`: bytes in `bytes`, at most WS_INPUT; 0: the end; negative: -errno. Without EPOLLIN unused. */
+void ll_ws_socket_event(ws_viewer *viewer, uint32_t events, unsigned char *bytes, long received);
+void ll_ws_socket_read_more(ws_viewer *viewer); /* after WS_INPUT bytes: into the thread's whole input */
+void ll_ws_socket_take(ws_viewer *viewer, unsigned char *bytes, size_t size);  /* handles received bytes */
+void ll_ws_socket_ping(ws_viewer *viewer);                                     /* measures the round trip */
+void ll_ws_socket_send_close(ws_viewer *viewer, int code, const char *reason); /* at the end, once */
 void ll_ws_socket_free(ws_viewer *viewer); /* the socket and its kept bytes */
 
 /* messages.c: all on the viewer's thread. */

@@ -1,4 +1,4 @@
-/* The socket of a viewer: bytes in and out, and the closing handshake. */
+/* The socket of a viewer: bytes in, and the closing handshake. */
 #include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -7,103 +7,6 @@
 #include <sys/socket.h>
 
 #include "daemon/stream/internal.h"
-
-/* The caller may continue with the viewer: it is freed at the end of the turn. */
-void ll_ws_socket_fail(ws_viewer *viewer)
-{
-    if (!viewer->dead) {
-        viewer->dead = true;
-        viewer->next_dead = viewer->thread->first_dead;
-        viewer->thread->first_dead = viewer;
-    }
-}
-
-static void set_epoll_events(ws_viewer *viewer, uint32_t events)
-{
-    struct epoll_event interest = {.events = events, .data.ptr = viewer};
-    if (viewer->events == events || viewer->dead) {
-        return;
-    }
-    int op = viewer->events == 0 ? EPOLL_CTL_ADD : EPOLL_CTL_MOD;
-    viewer->events = events;
-    if (epoll_ctl(viewer->thread->epoll, op, viewer->socket.fd, &interest) != 0) {
-        ll_ws_socket_fail(viewer);
-    }
-}
-
-void ll_ws_socket_request_writable(ws_viewer *viewer)
-{
-    set_epoll_events(viewer, EPOLLIN | EPOLLOUT);
-}
-
-bool ll_ws_socket_full(const ws_viewer *viewer)
-{
-    return viewer->output.at < viewer->output.end;
-}
-
-/* ---- output ---- */
-
-static bool keep(ws_viewer *viewer, const unsigned char *bytes, size_t size)
-{
-    if (viewer->output.end + size > viewer->output.capacity) {
-        unsigned char *grown = realloc(viewer->output.unsent, viewer->output.end + size);
-        if (grown == NULL) {
-            return false;
-        }
-        viewer->output.unsent = grown;
-        viewer->output.capacity = viewer->output.end + size;
-    }
-    memcpy(viewer->output.unsent + viewer->output.end, bytes, size);
-    viewer->output.end += size;
-    return true;
-}
-
-/* Bytes that the socket accepted; -1 when it failed. */
-static ssize_t send_some(ws_viewer *viewer, const unsigned char *bytes, size_t size)
-{
-    ssize_t sent;
-    do {
-        sent = send(viewer->socket.fd, bytes, size, MSG_DONTWAIT | MSG_NOSIGNAL);
-    } while (sent < 0 && errno == EINTR);
-    return sent < 0 && (errno == EAGAIN || errno == EWOULDBLOCK) ? 0 : sent;
-}
-
-static void write_bytes(ws_viewer *viewer, const unsigned char *bytes, size_t size)
-{
-    ssize_t sent = ll_ws_socket_full(viewer) ? 0 : send_some(viewer, bytes, size);
-    if (sent < 0 || ((size_t)sent < size && !keep(viewer, bytes + sent, size - (size_t)sent))) {
-        ll_ws_socket_fail(viewer);
-    } else if ((size_t)sent < size) {
-        ll_ws_socket_request_writable(viewer);
-    }
-}
-
-void ll_ws_socket_write(ws_viewer *viewer, unsigned char *payload, size_t size, ll_opcode opcode)
-{
-    if (!viewer->dead && !viewer->closing.sent) {
-        size_t head = ll_framing_put_head(payload, size, opcode);
-        write_bytes(viewer, payload - head, head + size);
-    }
-}
-
-static void flush(ws_viewer *viewer)
-{
-    if (!ll_ws_socket_full(viewer)) {
-        return;
-    }
-    ssize_t sent =
-        send_some(viewer, viewer->output.unsent + viewer->output.at, viewer->output.end - viewer->output.at);
-    if (sent < 0) {
-        ll_ws_socket_fail(viewer);
-        return;
-    }
-    viewer->output.at += (size_t)sent;
-    if (!ll_ws_socket_full(viewer)) { /* frees the space of large frames, which few viewers need */
-        free(viewer->output.unsent);
-        viewer->output.unsent = NULL;
-        viewer->output.at = viewer->output.end = viewer->output.capacity = 0;
-    }
-}
 
 /* After both close frames, or a protocol error: shutting down our half makes the peer close. Its bytes are
  * read until it does, since closing a socket with unread bytes resets it, and the reset would overtake the
@@ -188,27 +91,33 @@ void ll_ws_socket_take(ws_viewer *viewer, unsigned char *bytes, size_t size)
     }
 }
 
-static void read_some(ws_viewer *viewer)
+static void take_result(ws_viewer *viewer, unsigned char *bytes, long received)
 {
-    unsigned char *input = viewer->thread->input;
-    ssize_t size = recv(viewer->socket.fd, input, WS_INPUT, MSG_DONTWAIT);
-    if (size > 0) {
-        viewer->thread->now_ns = ll_ws_now(); /* the wait may have been long, and acks are timed by it */
-        ll_ws_socket_take(viewer, input, (size_t)size);
-    } else if (size == 0 || (errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR)) {
+    if (received > 0) {
+        ll_ws_socket_take(viewer, bytes, (size_t)received);
+    } else if (received == 0 || (received != -EAGAIN && received != -EWOULDBLOCK && received != -EINTR)) {
         ll_ws_socket_fail(viewer);
     }
 }
 
-void ll_ws_socket_event(ws_viewer *viewer, uint32_t events)
+void ll_ws_socket_read_more(ws_viewer *viewer)
+{
+    unsigned char *input = viewer->thread->input;
+    if (!viewer->dead) {
+        ssize_t size = recv(viewer->socket.fd, input, LL_SOCKET_CALLS_MAX * WS_INPUT, MSG_DONTWAIT);
+        take_result(viewer, input, size < 0 ? -(long)errno : (long)size);
+    }
+}
+
+void ll_ws_socket_event(ws_viewer *viewer, uint32_t events, unsigned char *bytes, long received)
 {
     if (!viewer->dead && (events & ~(uint32_t)EPOLLOUT) != 0) {
-        read_some(viewer);
+        take_result(viewer, bytes, received);
     }
     if (!viewer->dead && (events & EPOLLOUT) != 0) {
-        flush(viewer);
+        ll_ws_socket_flush(viewer);
         if (!ll_ws_socket_full(viewer)) {
-            set_epoll_events(viewer, EPOLLIN);
+            ll_ws_socket_set_epoll(viewer, EPOLLIN);
             shut_when_done(viewer);
             viewer->receiver->writable(viewer);
         }
@@ -220,7 +129,7 @@ void ll_ws_socket_event(ws_viewer *viewer, uint32_t events)
 bool ll_ws_socket_open(ws_viewer *viewer)
 {
     char accept[29], head[400];
-    set_epoll_events(viewer, EPOLLIN);
+    ll_ws_socket_set_epoll(viewer, EPOLLIN);
     if (viewer->dead || viewer->socket.answered) {
         return !viewer->dead;
     }
@@ -231,7 +140,7 @@ bool ll_ws_socket_open(ws_viewer *viewer)
                         "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
                         "Sec-WebSocket-Accept: %s\r\nSec-WebSocket-Protocol: %s\r\n\r\n",
                         accept, ll_stream_protocols[viewer->upgrade.format]);
-    write_bytes(viewer, (unsigned char *)head, (size_t)size);
+    ll_ws_socket_send_raw(viewer, (unsigned char *)head, (size_t)size);
     return !viewer->dead;
 }
 

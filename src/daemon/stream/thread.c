@@ -51,6 +51,7 @@ static bool give_handle(ws_thread *thread, ws_viewer *viewer)
 static void destroy_viewer(ws_viewer *viewer)
 {
     ws_thread *thread = viewer->thread;
+    LL_ASSERT(!viewer->output.queued);
     ll_ws_viewer_gone(viewer);
     if (viewer->handle != 0) {
         thread->slot[viewer->handle & 0xffff] = NULL;
@@ -61,10 +62,11 @@ static void destroy_viewer(ws_viewer *viewer)
     free(viewer);
 }
 
-/* Frees dead viewers at the end of a turn: before that, an event or a loop over a stream may still refer to
- * them. */
-static void free_dead_viewers(ws_thread *thread)
+/* Sends what the turn has written, and frees dead viewers: before that, an event, a loop over a stream or the
+ * queue may still refer to them. */
+static void end_turn(ws_thread *thread)
 {
+    ll_ws_queue_send(thread);
     while (thread->first_dead != NULL) {
         ws_viewer *viewer = thread->first_dead;
         thread->first_dead = viewer->next_dead;
@@ -99,8 +101,9 @@ bool ll_ws_thread_prepare(ws_thread *thread)
 {
     struct epoll_event interest = {.events = EPOLLIN, .data.ptr = NULL};
     thread->epoll = epoll_create1(EPOLL_CLOEXEC);
-    thread->input = malloc(WS_INPUT);
-    return thread->epoll >= 0 && thread->input != NULL &&
+    thread->input = malloc(LL_SOCKET_CALLS_MAX * WS_INPUT);
+    thread->queue.calls = ll_socket_calls_new(thread->ws->config.io_uring == 1);
+    return thread->epoll >= 0 && thread->input != NULL && thread->queue.calls != NULL &&
            epoll_ctl(thread->epoll, EPOLL_CTL_ADD, thread->event_fd, &interest) == 0;
 }
 
@@ -214,6 +217,44 @@ static void wait_until(ws_thread *thread, int64_t until_ns)
     clear_wake(thread);
 }
 
+/* Reads from all sockets that have something, then handles it. Of a viewer that sends more than others the
+ * rest is read last. */
+static void serve_some(ws_thread *thread, const struct epoll_event *events, int count)
+{
+    ll_socket_call call[LL_SOCKET_CALLS_MAX];
+    int reads = 0, next = 0;
+    for (int i = 0; i < count; i++) {
+        const ws_viewer *viewer = events[i].data.ptr;
+        if (viewer != NULL && (events[i].events & ~(uint32_t)EPOLLOUT) != 0) {
+            call[reads] = (ll_socket_call){.fd = viewer->socket.fd,
+                                           .receives = true,
+                                           .bytes = thread->input + (size_t)reads * WS_INPUT,
+                                           .size = WS_INPUT};
+            reads++;
+        }
+    }
+    ll_socket_calls_make(thread->queue.calls, call, reads);
+    thread->now_ns = ll_ws_now(); /* the wait may have been long, and acks are timed by it */
+    for (int i = 0; i < count; i++) {
+        ws_viewer *viewer = events[i].data.ptr;
+        bool reading = viewer != NULL && (events[i].events & ~(uint32_t)EPOLLOUT) != 0;
+        if (viewer != NULL) {
+            ll_ws_socket_event(viewer, events[i].events, reading ? call[next].bytes : NULL,
+                               reading ? call[next].result : 0);
+        } else {
+            clear_wake(thread);
+        }
+        next += reading;
+    }
+    for (int i = next = 0; i < count; i++) {
+        ws_viewer *viewer = events[i].data.ptr;
+        if (viewer != NULL && (events[i].events & ~(uint32_t)EPOLLOUT) != 0 &&
+            call[next++].result == WS_INPUT) {
+            ll_ws_socket_read_more(viewer);
+        }
+    }
+}
+
 /* Handles socket events. `wait_ns`: longest wait for the first. */
 static void serve_sockets(ws_thread *thread, int64_t wait_ns)
 {
@@ -221,12 +262,8 @@ static void serve_sockets(ws_thread *thread, int64_t wait_ns)
     int wait_ms = wait_ns < 0 ? -1 : (int)((wait_ns + 999999) / 1000000);
     int count = epoll_wait(thread->epoll, events, EVENTS, wait_ms);
     thread->now_ns = ll_ws_now();
-    for (int i = 0; i < count; i++) {
-        if (events[i].data.ptr != NULL) {
-            ll_ws_socket_event(events[i].data.ptr, events[i].events);
-        } else {
-            clear_wake(thread);
-        }
+    for (int i = 0; i < count; i += LL_SOCKET_CALLS_MAX) {
+        serve_some(thread, events + i, count - i < LL_SOCKET_CALLS_MAX ? count - i : LL_SOCKET_CALLS_MAX);
     }
 }
 
@@ -263,7 +300,7 @@ static void finish(ws_thread *thread)
             ll_ws_socket_fail(thread->slot[i]);
         }
     }
-    free_dead_viewers(thread);
+    end_turn(thread);
     free(thread->slot);
     thread->slot = NULL;
     thread->slots = 0;
@@ -287,7 +324,7 @@ void *ll_ws_thread_main(void *argument)
             swept_ns = thread->now_ns;
             sweep(thread);
         }
-        free_dead_viewers(thread);
+        end_turn(thread);
         if (end_ns != 0 && (thread->sockets == 0 || thread->now_ns >= end_ns)) {
             break;
         }
@@ -297,7 +334,7 @@ void *ll_ws_thread_main(void *argument)
         }
         served_ns = thread->now_ns;
         serve_sockets(thread, thread->sockets == 0 ? -1 : swept_ns + SWEEP_NS - thread->now_ns);
-        free_dead_viewers(thread);
+        end_turn(thread);
     }
     finish(thread);
     return NULL;

@@ -115,10 +115,8 @@ static ll_status open_refinement_level(const ll_refinement_request *request,
     if (ll_failed(&status))
         return status;
     *kind = scenario.kind;
-    size_t size = scenario.kind->table->size;
-    void *before = malloc(size);
+    void *before = ll_param_clone(scenario.kind->table, scenario.config, NULL);
     if (before) {
-        memcpy(before, scenario.config, size);
         status = set_all(request, refinement_level, &scenario);
     } else {
         status = ll_error(LL_NO_MEMORY, "no memory for a scenario");

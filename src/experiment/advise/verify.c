@@ -118,7 +118,7 @@ ll_status ll_advise_run(ll_advise_search *s, int point, bool fresh)
     ll_sums *sums = fresh ? t->fresh : t->own;
     int64_t repeat = fresh ? s->experiment->head.repeats + sums[ERROR].n : t->runs + t->failed;
     ll_row row;
-    LL_TRY(ll_experiment_run(e, point * e->head.repeats + repeat, s->request->interrupt, &row));
+    LL_TRY(ll_experiment_run(e, point * e->head.repeats + repeat, s->request->interrupt, NULL, &row));
     s->runs++;
     if (s->request->runs)
         atomic_store(s->request->runs, s->runs);

@@ -90,12 +90,12 @@ static void observe_only_what_is_read(const ll_experiment *e, ll_session *sessio
 }
 
 /* Before the first tick. */
-static ll_status open_session(const ll_experiment *e, int64_t run, ll_session **session)
+static ll_status open_session(const ll_experiment *e, int64_t run, ll_kept_block *kept, ll_session **session)
 {
     ll_scenario scenario;
     *session = NULL;
     ll_status status = ll_experiment_open(e, run, &scenario);
-    LL_THEN(status, ll_session_open(&scenario, NULL, NULL, session));
+    LL_THEN(status, ll_session_open_forward(&scenario, kept, session));
     if (!ll_failed(&status))
         observe_only_what_is_read(e, *session);
     if (!ll_failed(&status) && e->workload) {
@@ -134,7 +134,7 @@ static int cost_metric_of(const ll_experiment *e)
 /* Repeats the run and takes the minimum, which other processes disturb least. `first_ns` is the time of the
  * run itself. */
 static ll_status measure_cost(const ll_experiment *e, int metric, double first_ns,
-                              const ll_interrupt *interrupt, ll_row *row)
+                              const ll_interrupt *interrupt, ll_kept_block *kept, ll_row *row)
 {
     double least = first_ns, all = first_ns;
     ll_status status = ll_ok();
@@ -142,7 +142,7 @@ static ll_status measure_cost(const ll_experiment *e, int metric, double first_n
          n++) {
         ll_session *session = NULL;
         bool stopped = false;
-        status = open_session(e, row->run, &session);
+        status = open_session(e, row->run, kept, &session);
         double from = thread_ns();
         LL_THEN(status, advance(e, session, interrupt, &stopped));
         double took = thread_ns() - from;
@@ -154,13 +154,14 @@ static ll_status measure_cost(const ll_experiment *e, int metric, double first_n
     return status;
 }
 
-ll_status ll_experiment_run(const ll_experiment *e, int64_t run, const ll_interrupt *interrupt, ll_row *row)
+ll_status ll_experiment_run(const ll_experiment *e, int64_t run, const ll_interrupt *interrupt,
+                            ll_kept_block *kept, ll_row *row)
 {
     ll_session *session = NULL;
     bool stopped = false;
     ll_row_clear(row);
     row->run = run;
-    ll_status status = open_session(e, run, &session);
+    ll_status status = open_session(e, run, kept, &session);
     if (status.code == LL_NO_MEMORY)
         return status;
     if (ll_failed(&status)) {
@@ -182,7 +183,7 @@ ll_status ll_experiment_run(const ll_experiment *e, int64_t run, const ll_interr
     ll_session_destroy(session);
     int cost = cost_metric_of(e);
     if (cost >= 0 && ll_row_good(row))
-        status = measure_cost(e, cost, took, interrupt, row);
+        status = measure_cost(e, cost, took, interrupt, kept, row);
     return status.code == LL_INTERRUPTED || status.code == LL_NO_MEMORY ? status : ll_ok();
 }
 
@@ -191,7 +192,7 @@ ll_status ll_experiment_trace(const ll_experiment *e, int64_t run, const ll_inte
 {
     ll_session *session = NULL;
     bool stopped = false;
-    LL_TRY(open_session(e, run, &session));
+    LL_TRY(open_session(e, run, NULL, &session));
     ll_status ended = advance(e, session, interrupt, &stopped);
     int64_t tick = ll_session_get_info(session).tick;
     ll_session *copy = NULL;

@@ -28,7 +28,8 @@ typedef struct worker_thread {
     ll_row *rows;
     int64_t capacity;
     ll_resampler resampler;
-    atomic_bool drop; /* stop the present run: the lease was lost, or the workers stop */
+    ll_kept_block kept; /* of one run after another */
+    atomic_bool drop;   /* stop the present run: the lease was lost, or the workers stop */
     /* Guarded by the workers' lock: */
     ll_lease lease; /* chunk < 0: none */
     double renew_at;
@@ -94,7 +95,7 @@ ll_status ll_experiment_time(const ll_experiment *experiment, int64_t run, doubl
 {
     ll_row row;
     double from = thread_seconds();
-    ll_status status = ll_experiment_run(experiment, run, NULL, &row);
+    ll_status status = ll_experiment_run(experiment, run, NULL, NULL, &row);
     *run_s = thread_seconds() - from;
     return status;
 }
@@ -331,7 +332,7 @@ static ll_status run_or_skip(worker_thread *b, const ll_lease *lease, int64_t ru
         ll_until_skip(run, row);
         return ll_ok();
     }
-    ll_status status = ll_experiment_run(b->experiment, run, interrupt, row);
+    ll_status status = ll_experiment_run(b->experiment, run, interrupt, &b->kept, row);
     if (!ll_failed(&status) && run - repeat >= lease->from)
         *enough = ll_until_reached(b->experiment, row - repeat, repeat + 1, &b->resampler);
     return status;
@@ -432,6 +433,13 @@ static ll_status work_once(worker_thread *b, bool *found)
     return status;
 }
 
+/* While a thread rests, its state may be memory that others want. */
+static void drop_kept(worker_thread *b)
+{
+    free(b->kept.block);
+    b->kept = (ll_kept_block){0};
+}
+
 static void *work(void *context)
 {
     worker_thread *b = context;
@@ -452,9 +460,12 @@ static void *work(void *context)
         }
         if (!found && !more_to_come(w))
             break;
-        if (!found)
+        if (!found) {
+            drop_kept(b);
             rest(w, calls, LOOK_EVERY_S);
+        }
     }
+    drop_kept(b);
     ll_experiment_free(b->experiment);
     ll_resampler_free(&b->resampler);
     free(b->rows);

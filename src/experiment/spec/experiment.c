@@ -55,10 +55,9 @@ uint64_t ll_experiment_key(const ll_experiment *e)
 
 ll_status ll_experiment_apply(const ll_sim_kind *kind, const cJSON *values, void *config)
 {
-    void *before = malloc(kind->table->size);
+    void *before = ll_param_clone(kind->table, config, NULL);
     if (!before)
         return ll_error(LL_NO_MEMORY, "out of memory: scenario");
-    memcpy(before, config, kind->table->size);
     ll_status status = ll_param_merge(kind->table, values, config);
     if (!ll_failed(&status))
         kind->settle(config, before);
@@ -68,13 +67,13 @@ ll_status ll_experiment_apply(const ll_sim_kind *kind, const cJSON *values, void
 
 ll_status ll_experiment_open(const ll_experiment *e, int64_t run, ll_scenario *scenario)
 {
-    size_t size = e->base.kind->table->size;
     LL_ASSERT(run >= 0 && run < e->points * e->head.repeats);
-    *scenario = (ll_scenario){e->base.kind, malloc(size)};
-    if (!scenario->config)
-        return ll_error(LL_NO_MEMORY, "out of memory: scenario");
-    memcpy(scenario->config, e->base.config, size);
     cJSON *values = ll_experiment_point(e, run / e->head.repeats);
+    *scenario = (ll_scenario){e->base.kind, ll_param_clone(e->base.kind->table, e->base.config, values)};
+    if (!scenario->config) {
+        cJSON_Delete(values);
+        return ll_error(LL_NO_MEMORY, "out of memory: scenario");
+    }
     ll_status status = ll_experiment_apply(scenario->kind, values, scenario->config);
     cJSON_Delete(values);
     ((ll_scenario_head *)scenario->config)->seed = ll_experiment_seed(e, run);

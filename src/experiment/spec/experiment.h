@@ -16,6 +16,7 @@
 #include "experiment/statistics/interval.h"
 #include "experiment/statistics/sample.h"
 #include "session/scenario.h"
+#include "session/session.h"
 #include "session/workload.h"
 
 enum {
@@ -126,9 +127,10 @@ static inline bool ll_row_good(const ll_row *row)
 
 void ll_row_clear(ll_row *row); /* all bytes 0, no metrics; rows are compared and stored as bytes */
 
-/* Fails without memory, and with LL_INTERRUPTED (`interrupt` may be NULL). */
+/* Fails without memory, and with LL_INTERRUPTED. `interrupt` and `kept` may be NULL; a thread that makes many
+ * runs passes them the same `kept`. */
 ll_status ll_experiment_run(const ll_experiment *experiment, int64_t run, const ll_interrupt *interrupt,
-                            ll_row *row);
+                            ll_kept_block *kept, ll_row *row);
 
 /* The scenario of a run, with the workload, to open it live. */
 ll_status ll_experiment_open(const ll_experiment *experiment, int64_t run, ll_scenario *scenario);

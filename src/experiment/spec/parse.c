@@ -287,10 +287,9 @@ static ll_status check_with_metrics(ll_experiment *e)
     ll_session *session = NULL;
     ll_status status = ll_experiment_open(e, 0, &scenario);
     if (status.code == LL_BAD_INPUT) {
-        scenario = (ll_scenario){e->base.kind, malloc(e->base.kind->table->size)};
+        scenario = (ll_scenario){e->base.kind, ll_param_clone(e->base.kind->table, e->base.config, NULL)};
         if (!scenario.config)
             return ll_error(LL_NO_MEMORY, "out of memory: scenario");
-        memcpy(scenario.config, e->base.config, e->base.kind->table->size);
         status = ll_ok();
     }
     LL_THEN(status, ll_session_open(&scenario, NULL, NULL, &session));

@@ -4,6 +4,7 @@
 
 #include "base/assert.h"
 #include "base/detmath.h"
+#include "fluid/core/rows.h"
 
 #define PI 3.14159265358979323846
 
@@ -95,6 +96,8 @@ typedef struct stage {
     int64_t m, s;
     int64_t step; /* stride of this stage's factors in the table */
     double sign;
+    int64_t begin, end; /* of the s sequences */
+    void (*run)(const struct stage *);
 } stage;
 
 static ll_complex factor(const stage *g, int64_t k)
@@ -110,7 +113,7 @@ static void radix2(const stage *g)
         const ll_complex *x = g->x + g->s * p;
         ll_complex *y = g->y + g->s * 2 * p;
         int64_t s = g->s, far = g->s * g->m;
-        for (int64_t q = 0; q < s; q++) {
+        for (int64_t q = g->begin; q < g->end; q++) {
             ll_complex a = x[q], b = x[q + far];
             y[q] = add(a, b);
             y[q + s] = mul(w, sub(a, b));
@@ -126,7 +129,7 @@ static void radix3(const stage *g)
         const ll_complex *x = g->x + g->s * p;
         ll_complex *y = g->y + g->s * 3 * p;
         int64_t s = g->s, far = g->s * g->m;
-        for (int64_t q = 0; q < s; q++) {
+        for (int64_t q = g->begin; q < g->end; q++) {
             ll_complex a = x[q], sum = add(x[q + far], x[q + 2 * far]);
             ll_complex side = turned(scaled(sine, sub(x[q + far], x[q + 2 * far])), 1);
             ll_complex mid = sub(a, scaled(0.5, sum));
@@ -145,7 +148,7 @@ static void radix4(const stage *g)
         const ll_complex *x = g->x + g->s * p;
         ll_complex *y = g->y + g->s * 4 * p;
         int64_t s = g->s, far = g->s * g->m;
-        for (int64_t q = 0; q < s; q++) {
+        for (int64_t q = g->begin; q < g->end; q++) {
             ll_complex a = x[q], b = x[q + far], c = x[q + 2 * far], d = x[q + 3 * far];
             ll_complex even = add(a, c), odd = add(b, d), rest = sub(a, c), side = turned(sub(b, d), sign);
             y[q] = add(even, odd);
@@ -165,7 +168,7 @@ static void radix5(const stage *g)
         const ll_complex *x = g->x + g->s * p;
         ll_complex *y = g->y + g->s * 5 * p;
         int64_t s = g->s, far = g->s * g->m;
-        for (int64_t q = 0; q < s; q++) {
+        for (int64_t q = g->begin; q < g->end; q++) {
             ll_complex a = x[q], sum1 = add(x[q + far], x[q + 4 * far]);
             ll_complex sum2 = add(x[q + 2 * far], x[q + 3 * far]), gap1 = sub(x[q + far], x[q + 4 * far]);
             ll_complex gap2 = sub(x[q + 2 * far], x[q + 3 * far]);
@@ -186,14 +189,28 @@ static void (*const stages_of[])(const stage *) = {[2] = radix2, [3] = radix3, [
 
 /* ---- complex transforms ---- */
 
-void ll_fft_run(const ll_fft *plan, ll_complex *data, ll_complex *work, int32_t count,
-                ll_fft_direction direction)
+/* What a part has of `count` sequences. */
+static void stage_part(void *context, ll_share of, int part)
+{
+    stage mine = *(const stage *)context;
+    (void)part;
+    mine.begin = of.begin;
+    mine.end = of.end;
+    mine.run(&mine);
+}
+
+static void run_stages(const ll_fft *plan, ll_complex *data, ll_complex *work, int32_t count,
+                       ll_fft_direction direction, ll_team *team)
 {
     ll_complex *from = data, *to = work;
     int64_t rest = plan->n, s = count;
     for (int32_t i = 0; i < plan->stages; i++) {
-        stage g = {plan->twiddle, from, to, rest / plan->radix[i], s, plan->n / rest, (double)direction};
-        stages_of[plan->radix[i]](&g);
+        stage g = {plan->twiddle,     from, to, rest / plan->radix[i],    s, plan->n / rest,
+                   (double)direction, 0,    s,  stages_of[plan->radix[i]]};
+        if (team == NULL)
+            g.run(&g);
+        else
+            ll_rows_run(team, (int32_t)s, rest, stage_part, &g);
         rest /= plan->radix[i];
         s *= plan->radix[i];
         ll_complex *swap = from;
@@ -204,12 +221,34 @@ void ll_fft_run(const ll_fft *plan, ll_complex *data, ll_complex *work, int32_t 
         memcpy(data, from, (size_t)plan->n * (size_t)count * sizeof *data);
 }
 
-void ll_fft_run_2d(const ll_fft *x, const ll_fft *y, ll_complex *data, ll_complex *work,
-                   ll_fft_direction direction)
+void ll_fft_run(const ll_fft *plan, ll_complex *data, ll_complex *work, int32_t count,
+                ll_fft_direction direction)
 {
-    for (int32_t j = 0; j < y->n; j++)
-        ll_fft_run(x, data + (size_t)j * (size_t)x->n, work, 1, direction);
-    ll_fft_run(y, data, work, x->n, direction);
+    run_stages(plan, data, work, count, direction, NULL);
+}
+
+/* Rows, or pairs of them, of a transform in two dimensions. */
+typedef struct row_transforms {
+    const ll_fft *x;
+    void *data, *work; /* each part takes as much of `work` as its rows have */
+    ll_fft_direction direction;
+} row_transforms;
+
+static void complex_rows(void *context, ll_share rows, int part)
+{
+    const row_transforms *t = context;
+    int64_t n = t->x->n;
+    ll_complex *data = t->data, *work = (ll_complex *)t->work + rows.begin * n;
+    (void)part;
+    for (int32_t j = rows.begin; j < rows.end; j++)
+        ll_fft_run(t->x, data + j * n, work, 1, t->direction);
+}
+
+void ll_fft_run_2d(const ll_fft *x, const ll_fft *y, ll_complex *data, ll_complex *work,
+                   ll_fft_direction direction, ll_team *team)
+{
+    ll_rows_run(team, y->n, x->n, complex_rows, &(row_transforms){x, data, work, direction});
+    run_stages(y, data, work, x->n, direction, team);
 }
 
 /* ---- cosine transforms ---- */
@@ -237,22 +276,35 @@ static void join(ll_complex *near, ll_complex *far, ll_complex w)
     *far = (ll_complex){y.re, -y.im};
 }
 
-/* Processes row k of the bins with row n - k; row 0 and the middle one alone. */
-static void each_bin(const ll_fft *plan, ll_complex *data, int32_t pairs, bool forward)
+/* The cosine transforms of `pairs` pairs of sequences. */
+typedef struct cosines {
+    const ll_fft *plan;
+    const double *from;
+    double *to;
+    int32_t pairs;
+    bool forward;
+} cosines;
+
+/* Row k of the bins with row n - k; row 0 and the middle one alone. */
+static void split_rows(void *context, ll_share rows, int part)
 {
-    int32_t n = plan->n;
-    double first = forward ? 2 : 0.5, middle = forward ? 2 * 0.70710678118654752440 : 0.70710678118654752440;
-    for (int32_t q = 0; q < pairs; q++)
-        data[q] = scaled(first, data[q]);
-    for (int32_t k = 1; 2 * k < n; k++) {
-        ll_complex w = quarters(plan)[k], *near = data + (int64_t)k * pairs,
+    const cosines *t = context;
+    ll_complex *data = (ll_complex *)t->to;
+    int32_t n = t->plan->n, pairs = t->pairs;
+    double half = 0.70710678118654752440;
+    (void)part;
+    for (int32_t k = rows.begin; k < rows.end; k++) {
+        ll_complex w = quarters(t->plan)[k], *near = data + (int64_t)k * pairs,
                    *far = data + (int64_t)(n - k) * pairs;
+        if (k == 0 || 2 * k == n) {
+            double scale = (k == 0 ? 1 : half) * (t->forward ? 2 : k == 0 ? 0.5 : 1);
+            for (int32_t q = 0; q < pairs; q++)
+                near[q] = scaled(scale, near[q]);
+            continue;
+        }
         for (int32_t q = 0; q < pairs; q++)
-            forward ? split(near + q, far + q, w) : join(near + q, far + q, w);
+            t->forward ? split(near + q, far + q, w) : join(near + q, far + q, w);
     }
-    if (n % 2 == 0)
-        for (int32_t q = 0; q < pairs; q++)
-            data[(int64_t)(n / 2) * pairs + q] = scaled(middle, data[(int64_t)(n / 2) * pairs + q]);
 }
 
 /* Makhoul's order: even elements ascending, odd ones descending. */
@@ -261,24 +313,46 @@ static int64_t shuffled(int64_t j, int64_t n)
     return j % 2 == 0 ? j / 2 : n - 1 - j / 2;
 }
 
-void ll_dct_run(const ll_fft *plan, double *data, double *work, int32_t pairs, ll_fft_direction direction)
+static void shuffle_rows(void *context, ll_share rows, int part)
 {
-    int64_t n = plan->n, row = 2 * (int64_t)pairs;
-    size_t bytes = (size_t)row * sizeof *data;
-    if (direction == LL_FFT_FORWARD) {
-        for (int64_t j = 0; j < n; j++)
-            memcpy(work + shuffled(j, n) * row, data + j * row, bytes);
-        ll_fft_run(plan, (ll_complex *)work, (ll_complex *)data, pairs, direction);
-        each_bin(plan, (ll_complex *)work, pairs, true);
-        memcpy(data, work, (size_t)n * bytes);
+    const cosines *t = context;
+    int64_t n = t->plan->n, row = 2 * (int64_t)t->pairs;
+    (void)part;
+    for (int64_t j = rows.begin; j < rows.end; j++) {
+        const double *from = t->from + (t->forward ? j : shuffled(j, n)) * row;
+        double *to = t->to + (t->forward ? shuffled(j, n) : j) * row;
+        if (t->forward)
+            memcpy(to, from, (size_t)row * sizeof *to);
+        else
+            for (int64_t q = 0; q < row; q++)
+                to[q] = from[q] / (double)n;
+    }
+}
+
+static void run_cosines(const ll_fft *plan, double *data, double *work, int32_t pairs,
+                        ll_fft_direction direction, ll_team *team)
+{
+    int32_t n = plan->n, bins = n / 2 + 1;
+    size_t bytes = 2 * (size_t)pairs * (size_t)n * sizeof *data;
+    cosines t = {plan, data, work, pairs, direction == LL_FFT_FORWARD};
+    if (t.forward) {
+        ll_rows_run(team, n, 2 * (int64_t)pairs, shuffle_rows, &t);
+        run_stages(plan, (ll_complex *)work, (ll_complex *)data, pairs, direction, team);
+        ll_rows_run(team, bins, 4 * (int64_t)pairs, split_rows, &t);
+        memcpy(data, work, bytes);
         return;
     }
-    each_bin(plan, (ll_complex *)data, pairs, false);
-    ll_fft_run(plan, (ll_complex *)data, (ll_complex *)work, pairs, direction);
-    memcpy(work, data, (size_t)n * bytes);
-    for (int64_t j = 0; j < n; j++)
-        for (int64_t q = 0; q < row; q++)
-            data[j * row + q] = work[shuffled(j, n) * row + q] / (double)n;
+    t.to = data;
+    ll_rows_run(team, bins, 4 * (int64_t)pairs, split_rows, &t);
+    run_stages(plan, (ll_complex *)data, (ll_complex *)work, pairs, direction, team);
+    memcpy(work, data, bytes);
+    t.from = work;
+    ll_rows_run(team, n, 2 * (int64_t)pairs, shuffle_rows, &t);
+}
+
+void ll_dct_run(const ll_fft *plan, double *data, double *work, int32_t pairs, ll_fft_direction direction)
+{
+    run_cosines(plan, data, work, pairs, direction, NULL);
 }
 
 /* Two rows, interleaved in `pair`. */
@@ -296,10 +370,20 @@ static void rows_of(const ll_fft *x, double *two, double *pair, ll_fft_direction
     }
 }
 
-void ll_dct_run_2d(const ll_fft *x, const ll_fft *y, double *data, double *work, ll_fft_direction direction)
+static void cosine_rows(void *context, ll_share rows, int part)
+{
+    const row_transforms *t = context;
+    int64_t two = 2 * (int64_t)t->x->n;
+    double *data = t->data, *work = (double *)t->work + rows.begin * two;
+    (void)part;
+    for (int32_t j = rows.begin; j < rows.end; j++)
+        rows_of(t->x, data + j * two, work, t->direction);
+}
+
+void ll_dct_run_2d(const ll_fft *x, const ll_fft *y, double *data, double *work, ll_fft_direction direction,
+                   ll_team *team)
 {
     LL_ASSERT(x->n % 2 == 0 && y->n % 2 == 0);
-    for (int32_t j = 0; j < y->n; j += 2)
-        rows_of(x, data + (size_t)j * (size_t)x->n, work, direction);
-    ll_dct_run(y, data, work, x->n / 2, direction);
+    ll_rows_run(team, y->n / 2, 2 * (int64_t)x->n, cosine_rows, &(row_transforms){x, data, work, direction});
+    run_cosines(y, data, work, x->n / 2, direction, team);
 }

@@ -9,6 +9,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "base/team.h"
+
 #define LL_FFT_MAX (1 << 20)
 #define LL_FFT_STAGES_MAX 20
 
@@ -35,8 +37,9 @@ void ll_fft_init(ll_fft *, int32_t n); /* n must be allowed; memory aligned to 8
 /* `count` transforms of interleaved sequences in place: element j of sequence q is data[j * count + q]. */
 void ll_fft_run(const ll_fft *, ll_complex *data, ll_complex *work, int32_t count, ll_fft_direction);
 
-/* `data` has y->n rows of x->n. */
-void ll_fft_run_2d(const ll_fft *x, const ll_fft *y, ll_complex *data, ll_complex *work, ll_fft_direction);
+/* `data` has y->n rows of x->n; `team` may be NULL, and changes no bit. */
+void ll_fft_run_2d(const ll_fft *x, const ll_fft *y, ll_complex *data, ll_complex *work, ll_fft_direction,
+                   ll_team *team);
 
 /* DCT-II, X[k] = 2 sum over j of x[j] cos(pi k (2 j + 1) / (2 n)), and its exact inverse (DCT-III over 2 n):
  * the modes of cell centres between closed walls. Two sequences share one complex transform (Makhoul 1980).
@@ -44,5 +47,6 @@ void ll_fft_run_2d(const ll_fft *x, const ll_fft *y, ll_complex *data, ll_comple
  * `work` has as many doubles. */
 void ll_dct_run(const ll_fft *, double *data, double *work, int32_t pairs, ll_fft_direction);
 
-/* `data` has y->n rows of x->n, both even. */
-void ll_dct_run_2d(const ll_fft *x, const ll_fft *y, double *data, double *work, ll_fft_direction);
+/* `data` has y->n rows of x->n, both even; `team` as above. */
+void ll_dct_run_2d(const ll_fft *x, const ll_fft *y, double *data, double *work, ll_fft_direction,
+                   ll_team *team);

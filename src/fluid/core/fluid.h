@@ -11,6 +11,7 @@
 #pragma once
 
 #include "base/interrupt.h"
+#include "fluid/core/rows.h"
 #include "param/param.h"
 #include "record/metric.h"
 
@@ -21,7 +22,8 @@ enum {
     LL_FLUID_NOTICES_MAX = 4,
 };
 
-#define LL_FLUID_BYTES_MAX (INT64_C(256) << 20) /* per block; a session holds three */
+/* Per block: 2048 x 2048 cells, or a million particles. The daemon refuses much smaller ones. */
+#define LL_FLUID_BYTES_MAX (INT64_C(2) << 30)
 
 /* A reported number of a fluid: a row of a table of metrics, with the unit in the name if it has one. */
 typedef struct ll_fluid_number {
@@ -76,9 +78,12 @@ typedef struct ll_fluid_method {
 
     /* Advances by `dt` seconds in as many substeps as needed. LL_DIVERGED names the step, the cell or the
      * particle, and the reason (CFL limit, a value that is not finite); the fluid cannot be used any more.
-     * The same holds after `pace` (may be NULL) was broken off, with any status. */
-    ll_status (*step)(void *block, double dt, ll_pace *pace);
+     * The same holds after the pace of `run` was broken off, with any status. NULL: no pace, one thread. */
+    ll_status (*step)(void *block, double dt, const ll_fluid_run *run);
     void (*set_solver)(void *block, const void *solver);
+    /* Of the state: what a step starts from. What it recomputes does not count. NULL: of the whole block.
+     */
+    uint64_t (*hash)(const void *block);
     void (*drag_force)(void *block, const ll_drag_force *drag_force); /* NULL: not supported */
 
     /* The same numbers in the same order for every scene and time, the rows of `metrics`; returns their

@@ -14,14 +14,27 @@ const ll_advection ll_advection_central = {
     .source = "Harlow and Welch 1965; Shu and Osher 1988; van Leer 1974",
 };
 
+/* What the rows of a stage need. */
+typedef struct stage {
+    const ll_grid *g;
+    double nu, share, dt;
+    ll_grid_place place;
+    double *value, *change;
+    const double *start;
+} stage;
+
 /* change = -div(u u) + nu lap u at the left faces. */
-static void change_u(const ll_grid *g, double nu, double *change)
+static void change_u(void *context, ll_share rows, int part)
 {
+    const stage *t = context;
+    const ll_grid *g = t->g;
+    double nu = t->nu, *change = t->change;
+    (void)part;
     const double *u = ll_grid_field(g, LL_FIELD_U), *v = ll_grid_field(g, LL_FIELD_V);
     ll_grid_span span = ll_grid_span_of(g, LL_PLACE_U);
     int64_t s = g->stride;
     double per_h = 1 / g->config.h, per_h2 = nu * per_h * per_h;
-    for (int32_t j = span.j0; j < span.j1; j++)
+    for (int32_t j = span.j0 + rows.begin; j < span.j0 + rows.end; j++)
         for (int64_t k = ll_grid_k(g, span.i0, j), end = ll_grid_k(g, span.i1, j); k < end; k++) {
             double right = u[k] + u[k + 1], left = u[k - 1] + u[k];
             double above = (u[k] + u[k + s]) * (v[k - 1 + s] + v[k + s]);
@@ -32,13 +45,17 @@ static void change_u(const ll_grid *g, double nu, double *change)
         }
 }
 
-static void change_v(const ll_grid *g, double nu, double *change)
+static void change_v(void *context, ll_share rows, int part)
 {
+    const stage *t = context;
+    const ll_grid *g = t->g;
+    double nu = t->nu, *change = t->change;
+    (void)part;
     const double *u = ll_grid_field(g, LL_FIELD_U), *v = ll_grid_field(g, LL_FIELD_V);
     ll_grid_span span = ll_grid_span_of(g, LL_PLACE_V);
     int64_t s = g->stride;
     double per_h = 1 / g->config.h, per_h2 = nu * per_h * per_h;
-    for (int32_t j = span.j0; j < span.j1; j++)
+    for (int32_t j = span.j0 + rows.begin; j < span.j0 + rows.end; j++)
         for (int64_t k = ll_grid_k(g, span.i0, j), end = ll_grid_k(g, span.i1, j); k < end; k++) {
             double above = v[k] + v[k + s], below = v[k - s] + v[k];
             double right = (v[k] + v[k + 1]) * (u[k + 1 - s] + u[k + 1]);
@@ -67,13 +84,17 @@ static double flux(const double *f, int64_t step, double speed, bool edge)
     return speed * (f[0] - half_slope(f[step] - f[0], across));
 }
 
-static void change_dye(const ll_grid *g, double *change)
+static void change_dye(void *context, ll_share rows, int part)
 {
+    const stage *t = context;
+    const ll_grid *g = t->g;
+    double *change = t->change;
+    (void)part;
     const double *u = ll_grid_field(g, LL_FIELD_U), *v = ll_grid_field(g, LL_FIELD_V);
     const double *dye = ll_grid_field(g, LL_FIELD_DYE);
     int64_t s = g->stride;
     int32_t nx = g->config.nx, ny = g->config.ny;
-    for (int32_t j = 0; j < ny; j++)
+    for (int32_t j = rows.begin; j < rows.end; j++)
         for (int32_t i = 0; i < nx; i++) {
             int64_t k = ll_grid_k(g, i, j);
             double left = flux(dye + k, 1, u[k], i == 0);
@@ -85,42 +106,59 @@ static void change_dye(const ll_grid *g, double *change)
 }
 
 /* value = start + share (value + dt change - start). */
-static void combine(const ll_grid *g, ll_grid_place place, double *value, const double *start,
-                    const double *change, double share, double dt)
+static void combine(void *context, ll_share rows, int part)
 {
-    ll_grid_span span = ll_grid_span_of(g, place);
-    for (int32_t j = span.j0; j < span.j1; j++)
+    const stage *t = context;
+    const ll_grid *g = t->g;
+    ll_grid_span span = ll_grid_span_of(g, t->place);
+    double *value = t->value, share = t->share, dt = t->dt;
+    const double *start = t->start, *change = t->change;
+    (void)part;
+    for (int32_t j = span.j0 + rows.begin; j < span.j0 + rows.end; j++)
         for (int64_t k = ll_grid_k(g, span.i0, j), end = ll_grid_k(g, span.i1, j); k < end; k++)
             value[k] = start[k] + share * (value[k] + dt * change[k] - start[k]);
-    ll_grid_bounds(g, place, value);
 }
 
-void ll_grid_step_central(ll_grid *g, double dt, ll_pace *pace)
+static void run_rows(ll_team *team, stage *t, ll_rows_job *job)
+{
+    ll_grid_span span = ll_grid_span_of(t->g, t->place);
+    ll_rows_run(team, span.j1 - span.j0, t->g->config.nx, job, t);
+}
+
+void ll_grid_step_central(ll_grid *g, double dt, const ll_fluid_run *run)
 {
     static const double shares[3] = {1, 0.25, 2.0 / 3};
     static const struct {
         ll_grid_place place;
         ll_grid_field_kind value, start, change;
-    } all[] = {{LL_PLACE_U, LL_FIELD_U, LL_FIELD_A, LL_FIELD_D},
-               {LL_PLACE_V, LL_FIELD_V, LL_FIELD_B, LL_FIELD_E},
-               {LL_PLACE_CELL, LL_FIELD_DYE, LL_FIELD_C, LL_FIELD_F}};
-    double nu = g->config.viscosity * g->solver.viscosity_scale;
+        ll_rows_job *job;
+    } all[] = {{LL_PLACE_U, LL_FIELD_U, LL_FIELD_A, LL_FIELD_D, change_u},
+               {LL_PLACE_V, LL_FIELD_V, LL_FIELD_B, LL_FIELD_E, change_v},
+               {LL_PLACE_CELL, LL_FIELD_DYE, LL_FIELD_C, LL_FIELD_F, change_dye}};
+    stage t[3];
     size_t bytes = (size_t)g->stride * (size_t)g->rows * sizeof(double);
     int from = g->config.frozen ? 2 : 0, end = g->config.dyed ? 3 : 2;
-    for (int f = from; f < end; f++)
-        memcpy(ll_grid_field(g, all[f].start), ll_grid_field(g, all[f].value), bytes);
-    for (int stage = 0; stage < 3; stage++) {
-        if (!g->config.frozen) {
-            change_u(g, nu, ll_grid_field(g, LL_FIELD_D));
-            change_v(g, nu, ll_grid_field(g, LL_FIELD_E));
-            ll_grid_add_forces(g, ll_grid_field(g, LL_FIELD_D), ll_grid_field(g, LL_FIELD_E), 1);
-        }
-        if (g->config.dyed)
-            change_dye(g, ll_grid_field(g, LL_FIELD_F));
+    for (int f = from; f < end; f++) {
+        t[f] = (stage){.g = g,
+                       .nu = g->config.viscosity * g->solver.viscosity_scale,
+                       .dt = dt,
+                       .place = all[f].place,
+                       .value = ll_grid_field(g, all[f].value),
+                       .change = ll_grid_field(g, all[f].change),
+                       .start = ll_grid_field(g, all[f].start)};
+        memcpy(ll_grid_field(g, all[f].start), t[f].value, bytes);
+    }
+    for (int n = 0; n < 3; n++) {
         for (int f = from; f < end; f++)
-            combine(g, all[f].place, ll_grid_field(g, all[f].value), ll_grid_field(g, all[f].start),
-                    ll_grid_field(g, all[f].change), shares[stage], dt);
+            run_rows(run->team, &t[f], all[f].job);
         if (!g->config.frozen)
-            ll_grid_project(g, pace);
+            ll_grid_add_forces(g, ll_grid_field(g, LL_FIELD_D), ll_grid_field(g, LL_FIELD_E), 1);
+        for (int f = from; f < end; f++) {
+            t[f].share = shares[n];
+            run_rows(run->team, &t[f], combine);
+            ll_grid_bounds(g, t[f].place, t[f].value);
+        }
+        if (!g->config.frozen)
+            ll_grid_project(g, run);
     }
 }

@@ -7,24 +7,46 @@
 
 /* ---- viscosity ---- */
 
-/* One red-black Gauss-Seidel sweep on (1 - a lap) f = wanted. */
-static void diffuse_sweep(const ll_grid *g, ll_grid_place place, double *f, const double *wanted, double a)
+/* (1 - a lap) f = wanted, for the cells of one colour. */
+typedef struct diffusion {
+    const ll_grid *g;
+    double *f;
+    const double *wanted;
+    double a;
+    ll_grid_span span;
+    int32_t colour;
+} diffusion;
+
+static void diffuse_rows(void *context, ll_share rows, int part)
+{
+    const diffusion *d = context;
+    const ll_grid *g = d->g;
+    const double *wanted = d->wanted;
+    double *f = d->f, a = d->a, share = 1 / (1 + 4 * a);
+    int64_t s = g->stride;
+    (void)part;
+    for (int32_t j = d->span.j0 + rows.begin; j < d->span.j0 + rows.end; j++)
+        for (int64_t k = ll_grid_k(g, d->span.i0 + ((j + d->colour) & 1), j),
+                     end = ll_grid_k(g, d->span.i1, j);
+             k < end; k += 2)
+            f[k] = share * (wanted[k] + a * ((f[k - 1] + f[k + 1]) + (f[k - s] + f[k + s])));
+}
+
+/* One red-black Gauss-Seidel sweep. */
+static void diffuse_sweep(const ll_grid *g, ll_grid_place place, double *f, const double *wanted, double a,
+                          ll_team *team)
 {
     ll_grid_span span = ll_grid_span_of(g, place);
-    int64_t s = g->stride;
-    double share = 1 / (1 + 4 * a);
     for (int32_t colour = 0; colour < 2; colour++) {
         ll_grid_bounds(g, place, f);
-        for (int32_t j = span.j0; j < span.j1; j++)
-            for (int64_t k = ll_grid_k(g, span.i0 + ((j + colour) & 1), j), end = ll_grid_k(g, span.i1, j);
-                 k < end; k += 2)
-                f[k] = share * (wanted[k] + a * ((f[k - 1] + f[k + 1]) + (f[k - s] + f[k + s])));
+        ll_rows_run(team, span.j1 - span.j0, g->config.nx, diffuse_rows,
+                    &(diffusion){g, f, wanted, a, span, colour});
     }
 }
 
 /* Implicit Euler: no step is too long. 20 sweeps as in Stam's method, or as many as reduce the error by
  * 1e-6. */
-void ll_grid_diffuse(ll_grid *g, double dt)
+void ll_grid_diffuse(ll_grid *g, double dt, ll_team *team)
 {
     double a = g->config.viscosity * g->solver.viscosity_scale * dt / (g->config.h * g->config.h);
     double shrink = 4 * a / (1 + 4 * a), left = 1;
@@ -36,8 +58,8 @@ void ll_grid_diffuse(ll_grid *g, double dt)
     memcpy(wanted_u, u, bytes);
     memcpy(wanted_v, v, bytes);
     for (int sweep = 0; sweep < 20 && left > 1e-6; sweep++, left *= shrink * shrink) {
-        diffuse_sweep(g, LL_PLACE_U, u, wanted_u, a);
-        diffuse_sweep(g, LL_PLACE_V, v, wanted_v, a);
+        diffuse_sweep(g, LL_PLACE_U, u, wanted_u, a, team);
+        diffuse_sweep(g, LL_PLACE_V, v, wanted_v, a, team);
         ll_grid_close(g, u, v);
     }
     ll_grid_bounds(g, LL_PLACE_U, u);

@@ -100,14 +100,19 @@ typedef struct fastest {
     bool finite;
 } fastest;
 
-/* The fastest cell, or the first that is not finite. */
-static fastest find_fastest(const ll_grid *g)
+typedef struct fastest_search {
+    const ll_grid *g;
+    fastest of[LL_TEAM_PARTS_MAX];
+} fastest_search;
+
+/* The fastest cell of some rows, or the first that is not finite. */
+static fastest fastest_of(const ll_grid *g, ll_share rows)
 {
     const double *u = ll_grid_field(g, LL_FIELD_U), *v = ll_grid_field(g, LL_FIELD_V);
     const double *dye = ll_grid_field(g, LL_FIELD_DYE);
     int64_t s = g->stride;
     fastest f = {.finite = true};
-    for (int32_t j = 0; j < g->config.ny; j++)
+    for (int32_t j = rows.begin; j < rows.end; j++)
         for (int32_t i = 0; i < g->config.nx; i++) {
             int64_t k = ll_grid_k(g, i, j);
             double a = fabs(u[k]), b = fabs(u[k + 1]), c = fabs(v[k]), d = fabs(v[k + s]);
@@ -117,6 +122,24 @@ static fastest find_fastest(const ll_grid *g)
             if (speed > f.speed)
                 f = (fastest){speed, i, j, true};
         }
+    return f;
+}
+
+static void fastest_rows(void *context, ll_share rows, int part)
+{
+    fastest_search *s = context;
+    s->of[part] = fastest_of(s->g, rows);
+}
+
+/* Parts hold rows in their order: the first of equal cells, as by one thread. */
+static fastest find_fastest(const ll_grid *g, ll_team *team)
+{
+    fastest_search s = {.g = g};
+    int parts = ll_rows_run(team, g->config.ny, g->config.nx, fastest_rows, &s);
+    fastest f = s.of[0];
+    for (int i = 1; i < parts && f.finite; i++)
+        if (!s.of[i].finite || s.of[i].speed > f.speed)
+            f = s.of[i];
     return f;
 }
 
@@ -165,7 +188,8 @@ static ll_status divide(ll_grid *g, double dt, const fastest *f, int64_t *count)
 
 /* ---- steps ---- */
 
-static void carry(ll_grid *g, ll_grid_place place, ll_grid_field_kind in, ll_grid_field_kind out, double dt)
+static void carry(ll_grid *g, ll_grid_place place, ll_grid_field_kind in, ll_grid_field_kind out, double dt,
+                  ll_team *team)
 {
     ll_grid_advect a = {.g = g,
                         .place = place,
@@ -173,46 +197,61 @@ static void carry(ll_grid *g, ll_grid_place place, ll_grid_field_kind in, ll_gri
                         .out = ll_grid_field(g, out),
                         .spare = {ll_grid_field(g, LL_FIELD_E), ll_grid_field(g, LL_FIELD_F)},
                         .donors = ll_grid_first_donors(g),
-                        .dt = dt};
+                        .dt = dt,
+                        .team = team};
     ll_advections[g->solver.advection]->advect(&a);
     if (place == LL_PLACE_CELL && g->solver.conserve_mass)
         ll_grid_keep_mass(&a);
     ll_grid_bounds(g, place, a.out);
 }
 
-static void copy(ll_grid *g, ll_grid_field_kind to, ll_grid_field_kind from)
+typedef struct copying {
+    double *to;
+    const double *from;
+    int64_t stride;
+} copying;
+
+static void copy_rows(void *context, ll_share rows, int part)
 {
-    memcpy(ll_grid_field(g, to), ll_grid_field(g, from),
-           (size_t)g->stride * (size_t)g->rows * sizeof(double));
+    const copying *c = context;
+    (void)part;
+    memcpy(c->to + rows.begin * c->stride, c->from + rows.begin * c->stride,
+           (size_t)(rows.end - rows.begin) * (size_t)c->stride * sizeof(double));
+}
+
+static void copy(ll_grid *g, ll_grid_field_kind to, ll_grid_field_kind from, ll_team *team)
+{
+    ll_rows_run(team, g->rows, g->stride, copy_rows,
+                &(copying){ll_grid_field(g, to), ll_grid_field(g, from), g->stride});
 }
 
 /* Advects (u, v) of two fields and the dye by the current velocities, and replaces these. */
-static void advect(ll_grid *g, ll_grid_field_kind u, ll_grid_field_kind v, double dt)
+static void advect(ll_grid *g, ll_grid_field_kind u, ll_grid_field_kind v, double dt, ll_team *team)
 {
     if (!g->config.frozen) {
-        carry(g, LL_PLACE_U, u, LL_FIELD_A, dt);
-        carry(g, LL_PLACE_V, v, LL_FIELD_B, dt);
+        carry(g, LL_PLACE_U, u, LL_FIELD_A, dt, team);
+        carry(g, LL_PLACE_V, v, LL_FIELD_B, dt, team);
     }
     if (g->config.dyed) {
-        carry(g, LL_PLACE_CELL, LL_FIELD_DYE, LL_FIELD_C, dt);
-        copy(g, LL_FIELD_DYE, LL_FIELD_C);
+        carry(g, LL_PLACE_CELL, LL_FIELD_DYE, LL_FIELD_C, dt, team);
+        copy(g, LL_FIELD_DYE, LL_FIELD_C, team);
     }
     if (g->config.frozen)
         return;
-    copy(g, LL_FIELD_U, LL_FIELD_A);
-    copy(g, LL_FIELD_V, LL_FIELD_B);
+    copy(g, LL_FIELD_U, LL_FIELD_A, team);
+    copy(g, LL_FIELD_V, LL_FIELD_B, team);
     ll_grid_add_forces(g, ll_grid_u(g), ll_grid_v(g), dt);
-    ll_grid_diffuse(g, dt);
+    ll_grid_diffuse(g, dt, team);
 }
 
 /* After half a step, adds the part that the projection removed a second time, with the opposite sign: the
  * next projection removes it again, and its error cancels (Zehnder, Narain and Thomaszewski 2018). */
-static void reflect(ll_grid *g, ll_pace *pace)
+static void reflect(ll_grid *g, const ll_fluid_run *run)
 {
     static const ll_grid_field_kind before[2] = {LL_FIELD_C, LL_FIELD_D}, now[2] = {LL_FIELD_U, LL_FIELD_V};
-    copy(g, LL_FIELD_C, LL_FIELD_U);
-    copy(g, LL_FIELD_D, LL_FIELD_V);
-    ll_grid_project(g, pace);
+    copy(g, LL_FIELD_C, LL_FIELD_U, run->team);
+    copy(g, LL_FIELD_D, LL_FIELD_V, run->team);
+    ll_grid_project(g, run);
     for (int f = 0; f < 2; f++) {
         double *old = ll_grid_field(g, before[f]), *projected = ll_grid_field(g, now[f]);
         for (int64_t k = 0; k < (int64_t)g->stride * g->rows; k++)
@@ -220,37 +259,38 @@ static void reflect(ll_grid *g, ll_pace *pace)
     }
 }
 
-static void substep(ll_grid *g, double dt, ll_pace *pace)
+static void substep(ll_grid *g, double dt, const ll_fluid_run *run)
 {
     ll_grid_drive(g);
     if (!g->config.frozen)
         ll_grid_outflow(g, dt);
     if (central(g)) {
-        ll_grid_step_central(g, dt, pace);
+        ll_grid_step_central(g, dt, run);
         return;
     }
     bool reflected = g->solver.splitting == LL_SPLITTING_REFLECTION && !g->config.frozen;
-    advect(g, LL_FIELD_U, LL_FIELD_V, reflected ? 0.5 * dt : dt);
+    advect(g, LL_FIELD_U, LL_FIELD_V, reflected ? 0.5 * dt : dt, run->team);
     if (reflected) {
-        reflect(g, pace);
-        advect(g, LL_FIELD_C, LL_FIELD_D, 0.5 * dt);
+        reflect(g, run);
+        advect(g, LL_FIELD_C, LL_FIELD_D, 0.5 * dt, run->team);
     }
     if (!g->config.frozen)
-        ll_grid_project(g, pace);
+        ll_grid_project(g, run);
 }
 
-ll_status ll_grid_step(ll_grid *g, double dt, ll_pace *pace)
+ll_status ll_grid_step(ll_grid *g, double dt, const ll_fluid_run *given)
 {
+    ll_fluid_run run = given ? *given : (ll_fluid_run){0};
     int64_t count = 0;
-    fastest f = find_fastest(g);
+    fastest f = find_fastest(g, run.team);
     if (!f.finite)
         return not_finite(g, &f);
     LL_TRY(divide(g, dt, &f, &count));
-    for (int64_t i = 0; i < count && ll_goes_on(pace); i++)
-        substep(g, dt / (double)count, pace);
+    for (int64_t i = 0; i < count && ll_goes_on(run.pace); i++)
+        substep(g, dt / (double)count, &run);
     g->last_substeps = count;
     g->steps++;
     g->time += dt;
-    f = find_fastest(g);
+    f = find_fastest(g, run.team);
     return f.finite ? ll_ok() : not_finite(g, &f);
 }

@@ -73,7 +73,7 @@ ll_status ll_grid_check(const ll_grid_config *, const ll_grid_solver *, bool emp
 /* At rest and without dye. Then the scene fills fluid, velocities and dye, and calls ll_grid_start. */
 void ll_grid_init(void *block, const ll_grid_config *, const ll_grid_solver *);
 void ll_grid_start(ll_grid *);
-ll_status ll_grid_step(ll_grid *, double dt, ll_pace *pace); /* as ll_fluid_method's */
+ll_status ll_grid_step(ll_grid *, double dt, const ll_fluid_run *run); /* as ll_fluid_method's */
 void ll_grid_set_solver(ll_grid *, const ll_grid_solver *);
 
 const ll_grid_config *ll_grid_get_config(const ll_grid *);

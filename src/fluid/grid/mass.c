@@ -5,6 +5,7 @@
 #include "fluid/grid/state.h"
 
 #include "base/assert.h"
+#include "fluid/grid/trace.h"
 
 /* Largest share of its room that a value uses: keeps rounding within the bounds. */
 #define WHOLE (1 - 1e-15)
@@ -40,44 +41,65 @@ static double outflow(const ll_grid_advect *a)
     return sum;
 }
 
-/* Room of each value, upwards and downwards, and the sums of both. Obstacles do not change. */
-static void find_room(const ll_grid_advect *a, ll_grid_span span, double all[2])
+static void room_rows(void *context, ll_share rows, int part)
 {
-    const uint8_t *fluid = ll_grid_fluid(a->g);
-    double *up = a->spare[0], *down = a->spare[1];
-    all[0] = all[1] = 0;
-    for (int32_t j = span.j0; j < span.j1; j++)
-        for (int64_t k = ll_grid_k(a->g, span.i0, j), end = ll_grid_k(a->g, span.i1, j); k < end; k++) {
-            ll_grid_range r = ll_grid_donors(a, k);
-            double above = fluid[k] ? r.high - a->out[k] : 0, below = fluid[k] ? a->out[k] - r.low : 0;
-            all[0] += up[k] = above > 0 ? above : 0;
-            all[1] += down[k] = below > 0 ? below : 0;
-        }
+    const ll_grid_advect *a = context;
+    const ll_grid_tracing *by = ll_grid_tracing_here();
+    int32_t first = ll_grid_span_of(a->g, a->place).j0;
+    (void)part;
+    for (int32_t j = rows.begin; j < rows.end; j++)
+        by->room(a, first + j, a->spare[0], a->spare[1]);
 }
 
-/* Missing mass relative to the sum before. */
-static double find_lack(const ll_grid_advect *a, ll_grid_span span)
+/* Sums over all values, in the order of the cells: by one thread. */
+typedef struct balance {
+    double lack;    /* missing mass relative to the sum before */
+    double room[2]; /* upwards and downwards */
+} balance;
+
+static balance weigh(const ll_grid_advect *a, ll_grid_span span)
 {
-    double lack = -outflow(a);
+    const double *up = a->spare[0], *down = a->spare[1];
+    balance b = {.lack = -outflow(a)};
     for (int32_t j = span.j0; j < span.j1; j++)
-        for (int64_t k = ll_grid_k(a->g, span.i0, j), end = ll_grid_k(a->g, span.i1, j); k < end; k++)
-            lack += a->in[k] - a->out[k];
-    return lack;
+        for (int64_t k = ll_grid_k(a->g, span.i0, j), end = ll_grid_k(a->g, span.i1, j); k < end; k++) {
+            b.lack += a->in[k] - a->out[k];
+            b.room[0] += up[k];
+            b.room[1] += down[k];
+        }
+    return b;
+}
+
+typedef struct spreading {
+    const ll_grid_advect *a;
+    ll_grid_span span;
+    const double *room;
+    double share;
+} spreading;
+
+static void spread_rows(void *context, ll_share rows, int part)
+{
+    const spreading *s = context;
+    const ll_grid *g = s->a->g;
+    double *out = s->a->out;
+    (void)part;
+    for (int32_t j = s->span.j0 + rows.begin; j < s->span.j0 + rows.end; j++)
+        for (int64_t k = ll_grid_k(g, s->span.i0, j), end = ll_grid_k(g, s->span.i1, j); k < end; k++)
+            out[k] += s->share * s->room[k];
 }
 
 void ll_grid_keep_mass(const ll_grid_advect *a)
 {
     ll_grid_span span = ll_grid_span_of(a->g, a->place);
-    double all[2], lack = find_lack(a, span);
-    find_room(a, span, all);
-    int way = lack < 0; /* 0: upwards */
-    const double *room = a->spare[way];
-    if (!(all[way] > 0))
+    ll_grid_advect same = *a;
+    ll_rows_run(a->team, span.j1 - span.j0, a->g->config.nx, room_rows, &same);
+    balance b = weigh(a, span);
+    int way = b.lack < 0; /* 0: upwards */
+    if (!(b.room[way] > 0))
         return;
-    double share = lack / all[way];
-    LL_VALIDATE(!(share * lack < 0)); /* towards the missing mass */
+    double share = b.lack / b.room[way];
+    LL_VALIDATE(!(share * b.lack < 0)); /* towards the missing mass */
     share = share > WHOLE ? WHOLE : share < -WHOLE ? -WHOLE : share;
-    for (int32_t j = span.j0; j < span.j1; j++)
-        for (int64_t k = ll_grid_k(a->g, span.i0, j), end = ll_grid_k(a->g, span.i1, j); k < end; k++)
-            a->out[k] += share * room[k];
+    spreading s = {a, span, a->spare[way], share};
+    ll_rows_run(a->team, span.j1 - span.j0, a->g->config.nx, spread_rows, &s);
 }

@@ -85,9 +85,9 @@ static void layer_values(const void *block, int layer, float *out)
 
 /* ---- the rest ---- */
 
-static ll_status step(void *block, double dt, ll_pace *pace)
+static ll_status step(void *block, double dt, const ll_fluid_run *run)
 {
-    return ll_grid_step(block, dt, pace);
+    return ll_grid_step(block, dt, run);
 }
 
 static void set_solver(void *block, const void *solver)

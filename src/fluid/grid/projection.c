@@ -29,36 +29,60 @@ void ll_grid_poisson(const ll_grid *g, ll_poisson *p)
     p->work = work_of(g);
 }
 
-static void take_slope(const ll_grid *g, const ll_poisson *p, double *u, double *v)
+/* Rows of a field and the pressure equation of its divergence. */
+typedef struct projected {
+    const ll_grid *g;
+    const ll_poisson *p;
+    double *u, *v;
+} projected;
+
+static void divergence_rows(void *context, ll_share rows, int part)
 {
-    ll_grid_span a = ll_grid_span_of(g, LL_PLACE_U), b = ll_grid_span_of(g, LL_PLACE_V);
-    const double *x = p->x;
+    const projected *q = context;
+    const ll_grid *g = q->g;
+    const double *u = q->u, *v = q->v;
+    double *b = q->p->b;
     int64_t s = g->stride;
-    ll_poisson_wrap(p, p->x);
-    for (int32_t j = a.j0; j < a.j1; j++)
-        for (int64_t k = ll_grid_k(g, a.i0, j), end = ll_grid_k(g, a.i1, j); k < end; k++)
-            u[k] -= p->open_x[k] * (x[k] - x[k - 1]);
-    for (int32_t j = b.j0; j < b.j1; j++)
-        for (int64_t k = ll_grid_k(g, b.i0, j), end = ll_grid_k(g, b.i1, j); k < end; k++)
-            v[k] -= p->open_y[k] * (x[k] - x[k - s]);
+    (void)part;
+    for (int32_t j = rows.begin; j < rows.end; j++)
+        for (int64_t k = ll_grid_k(g, 0, j), end = ll_grid_k(g, q->p->nx, j); k < end; k++)
+            b[k] = -((u[k + 1] - u[k]) + (v[k + s] - v[k]));
 }
 
-void ll_grid_project(ll_grid *g, ll_pace *pace)
+static void slope_rows(void *context, ll_share rows, int part)
+{
+    const projected *q = context;
+    const ll_grid *g = q->g;
+    const ll_poisson *p = q->p;
+    ll_grid_span a = ll_grid_span_of(g, LL_PLACE_U), b = ll_grid_span_of(g, LL_PLACE_V);
+    const double *x = p->x;
+    double *u = q->u, *v = q->v;
+    int64_t s = g->stride;
+    (void)part;
+    for (int32_t j = rows.begin; j < rows.end; j++) {
+        for (int64_t k = ll_grid_k(g, a.i0, j), end = ll_grid_k(g, a.i1, j); k < end; k++)
+            u[k] -= p->open_x[k] * (x[k] - x[k - 1]);
+        for (int64_t k = ll_grid_k(g, b.i0, j), end = ll_grid_k(g, b.i1, j); j >= b.j0 && k < end; k++)
+            v[k] -= p->open_y[k] * (x[k] - x[k - s]);
+    }
+}
+
+void ll_grid_project(ll_grid *g, const ll_fluid_run *run)
 {
     ll_poisson p;
     double *u = ll_grid_field(g, LL_FIELD_U), *v = ll_grid_field(g, LL_FIELD_V);
-    int64_t s = g->stride;
     ll_grid_poisson(g, &p);
     p.tolerance = g->solver.tolerance;
     p.relaxation = g->solver.relaxation;
     p.sweeps_max = g->solver.sweeps;
-    p.pace = pace;
+    p.pace = run->pace;
+    p.team = run->team;
+    projected q = {g, &p, u, v};
     ll_grid_close(g, u, v);
-    for (int32_t j = 0; j < p.ny; j++)
-        for (int64_t k = ll_grid_k(g, 0, j), end = ll_grid_k(g, p.nx, j); k < end; k++)
-            p.b[k] = -((u[k + 1] - u[k]) + (v[k + s] - v[k]));
+    ll_rows_run(p.team, p.ny, p.nx, divergence_rows, &q);
     ll_pressure_solve((ll_pressure_kind)g->solver.pressure, &p);
-    take_slope(g, &p, u, v);
+    ll_poisson_wrap(&p, p.x);
+    ll_rows_run(p.team, p.ny, p.nx, slope_rows, &q);
     ll_grid_bounds(g, LL_PLACE_U, u);
     ll_grid_bounds(g, LL_PLACE_V, v);
     LL_ASSERT(p.sweeps >= 0 && p.sweeps <= p.sweeps_max);

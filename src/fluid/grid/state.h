@@ -87,6 +87,7 @@ typedef struct ll_grid_advect {
     double *spare[2];
     int32_t *donors;
     double dt;
+    ll_team *team; /* may be NULL */
 } ll_grid_advect;
 
 typedef struct ll_advection {
@@ -103,21 +104,9 @@ extern const ll_advection ll_advection_semi_lagrangian, ll_advection_maccormack,
 /* out = in at the point where the flow was `dt` ago, interpolated between four values. `donors`: the first of
  * the four for each value, or NULL. */
 void ll_grid_trace(const ll_grid_advect *, const double *in, double *out, double dt, int32_t *donors);
-/* Range of the four values of `in` that out[k] comes from. */
-typedef struct ll_grid_range {
-    double low, high;
-} ll_grid_range;
-
-static inline ll_grid_range ll_grid_donors(const ll_grid_advect *a, int64_t k)
-{
-    const double *f = a->in + a->donors[k];
-    int64_t s = a->g->stride;
-    double low = f[0] < f[1] ? f[0] : f[1], low2 = f[s] < f[s + 1] ? f[s] : f[s + 1];
-    double high = f[0] > f[1] ? f[0] : f[1], high2 = f[s] > f[s + 1] ? f[s] : f[s + 1];
-    return (ll_grid_range){low < low2 ? low : low2, high > high2 ? high : high2};
-}
-
 void ll_grid_clamp(const ll_grid_advect *); /* clamps out to the range of its donors */
+/* out = base + (in - back) / 2; `out` may be one of the others. */
+void ll_grid_add_half(const ll_grid_advect *, double *out, const double *base, const double *back);
 
 /* ---- mass.c ---- */
 
@@ -126,15 +115,15 @@ void ll_grid_keep_mass(const ll_grid_advect *);
 
 /* ---- forces, projection ---- */
 
-void ll_grid_diffuse(ll_grid *, double dt);
+void ll_grid_diffuse(ll_grid *, double dt, ll_team *);
 void ll_grid_add_forces(const ll_grid *, double *du, double *dv, double dt);
 void ll_grid_drive(ll_grid *); /* sources and pointer drag */
-void ll_grid_project(ll_grid *, ll_pace *pace);
+void ll_grid_project(ll_grid *, const ll_fluid_run *);
 void ll_grid_poisson(const ll_grid *, ll_poisson *); /* all but `b` and settings */
 void ll_grid_outflow(ll_grid *, double dt);
 
 /* One Runge-Kutta step. */
-void ll_grid_step_central(ll_grid *, double dt, ll_pace *pace);
+void ll_grid_step_central(ll_grid *, double dt, const ll_fluid_run *);
 #define LL_CENTRAL_CFL 1.5       /* of 1.73, the method's limit on the imaginary axis */
 #define LL_CENTRAL_DYE_CFL 0.5   /* limit up to which limited fluxes make no new extremes */
 #define LL_CENTRAL_DIFFUSION 0.3 /* nu dt / h^2, of 0.314 */

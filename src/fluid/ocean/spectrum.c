@@ -95,8 +95,8 @@ static void evaluate(ll_ocean *o, ll_time t)
             p.first[at] = (ll_complex){h.re - x * h.re, h.im - x * h.im};
             p.second[at] = (ll_complex){-z * h.im, z * h.re};
         }
-    ll_fft_run_2d(p.plan, p.plan, p.first, p.work, LL_FFT_INVERSE);
-    ll_fft_run_2d(p.plan, p.plan, p.second, p.work, LL_FFT_INVERSE);
+    ll_fft_run_2d(p.plan, p.plan, p.first, p.work, LL_FFT_INVERSE, NULL);
+    ll_fft_run_2d(p.plan, p.plan, p.second, p.work, LL_FFT_INVERSE, NULL);
     double *height = ll_ocean_part(o, o->at_height), *dx = ll_ocean_part(o, o->at_dx);
     double *dz = ll_ocean_part(o, o->at_dz);
     for (int64_t at = 0; at < n * n; at++) {

@@ -3,8 +3,6 @@
  * Two solves per substep, each a relaxed Jacobi iteration over the stiffness k = p / density^2 that starts
  * from the last substep: one removes the divergence of the velocity, the other corrects the predicted density
  * to its rest value. k is never negative, so there is no tension at the surface. */
-#include <string.h>
-
 #include "fluid/particle/state.h"
 
 /* Time in which excess density is removed, in h over the speed of sound. Removing it at once would need
@@ -24,11 +22,11 @@ typedef struct solve {
     uint8_t reserved[7];
 } solve;
 
-static void push(ll_particles *p, const double *pressure_factor, double dt)
+static void push(ll_particles *p, const double *pressure_factor, double dt, ll_team *team)
 {
     double *u = ll_particle_values(p, LL_PARTICLE_U), *v = ll_particle_values(p, LL_PARTICLE_V);
     const double *ax = ll_particle_values(p, LL_PARTICLE_AX), *ay = ll_particle_values(p, LL_PARTICLE_AY);
-    ll_particle_push(p, pressure_factor);
+    ll_particle_push(p, pressure_factor, team);
     ll_particle_body_push(p, dt);
     for (int32_t a = 0; a < p->fluid; a++) {
         u[a] += dt * ax[a];
@@ -36,61 +34,80 @@ static void push(ll_particles *p, const double *pressure_factor, double dt)
     }
 }
 
-/* One iteration; returns the mean relative density error before it: excess density, and particles pushed too
- * far apart. */
-static double relax(ll_particles *p, const solve *s, double dt)
+typedef struct relaxation {
+    ll_particles *p;
+    const solve *s;
+    double *step, *error; /* of each particle */
+    double dt;
+} relaxation;
+
+static void relax_part(void *context, int part, int parts)
 {
+    const relaxation *r = context;
+    const ll_particles *p = r->p;
+    const solve *s = r->s;
     const double *density = ll_particle_values(p, LL_PARTICLE_DENSITY),
                  *rate = ll_particle_values(p, LL_PARTICLE_RATE);
     const double *factor = ll_particle_values(p, LL_PARTICLE_FACTOR);
-    double *step = ll_particle_values(p, LL_PARTICLE_SUM), rest = p->params.density, error = 0;
-    ll_particle_sum_rate(p);
-    for (int32_t a = 0; a < p->fluid; a++) {
+    double *step = r->step, *error = r->error, rest = p->params.density, dt = r->dt;
+    ll_share of = ll_share_of(p->fluid, part, parts);
+    for (int32_t a = of.begin; a < of.end; a++) {
         double over = dt * rate[a], *pressure_factor = &s->pressure_factor[a];
         if (s->density)
             over += (density[a] > rest ? s->return_share : 1) * (density[a] - rest);
         double wanted = p->params.relaxation * over / (dt * dt * factor[a]);
+        error[a] = 0;
         if (!s->density && density[a] < (1 - s->slack) * rest)
             wanted = -*pressure_factor; /* the surface may separate, and has no pressure */
         else
-            error += *pressure_factor > 0 || over > 0 ? __builtin_fabs(over) : 0;
+            error[a] = *pressure_factor > 0 || over > 0 ? __builtin_fabs(over) : 0;
         step[a] = wanted > -*pressure_factor ? wanted : -*pressure_factor;
         *pressure_factor += step[a];
     }
-    ll_particle_mirror(p, step, 0);
-    push(p, step, dt);
-    return error / (rest * p->fluid);
 }
 
-static void iterate(ll_particles *p, const solve *s, double dt, ll_pace *pace)
+/* One iteration; returns the mean relative density error before it: excess density, and particles pushed too
+ * far apart. */
+static double relax(ll_particles *p, const solve *s, double dt, ll_team *team)
+{
+    relaxation r = {p, s, ll_particle_values(p, LL_PARTICLE_SUM), ll_particle_values(p, LL_PARTICLE_GX), dt};
+    double error = 0;
+    ll_particle_sum_rate(p, team);
+    ll_team_run(team, p->fluid, LL_PARTICLE_TEAM, relax_part, &r);
+    for (int32_t a = 0; a < p->fluid; a++) /* in the order of the particles */
+        error += r.error[a];
+    ll_particle_mirror(p, r.step, 0);
+    push(p, r.step, dt, team);
+    return error / (p->params.density * p->fluid);
+}
+
+static void iterate(ll_particles *p, const solve *s, double dt, const ll_fluid_run *run)
 {
     ll_particle_mirror(p, s->pressure_factor, s->density ? 1 / p->params.density : 0);
-    push(p, s->pressure_factor, dt);
-    for (int64_t i = 0; i < p->params.iterations && ll_goes_on(pace); i++) {
+    push(p, s->pressure_factor, dt, run->team);
+    for (int64_t i = 0; i < p->params.iterations && ll_goes_on(run->pace); i++) {
         p->iterations++;
-        if (relax(p, s, dt) <= p->params.tolerance && i > 0)
+        if (relax(p, s, dt, run->team) <= p->params.tolerance && i > 0)
             return;
     }
 }
 
-static ll_particle_fault substep(ll_particles *p, double dt, ll_pace *pace)
+static ll_particle_fault substep(ll_particles *p, double dt, const ll_fluid_run *run)
 {
     const ll_particle_params *q = &p->params;
     ll_particle_sort_fluid(p);
-    ll_particle_fault fault = ll_particle_pairs(p, p->kernel.support);
+    ll_particle_fault fault = ll_particle_pairs(p, p->kernel.support, run->team);
     if (fault.reason != NULL)
         return fault;
     double *u = ll_particle_values(p, LL_PARTICLE_U), *v = ll_particle_values(p, LL_PARTICLE_V);
     double *x = ll_particle_values(p, LL_PARTICLE_X), *y = ll_particle_values(p, LL_PARTICLE_Y);
-    double *ax = ll_particle_values(p, LL_PARTICLE_AX), *ay = ll_particle_values(p, LL_PARTICLE_AY);
+    const double *ax = ll_particle_values(p, LL_PARTICLE_AX), *ay = ll_particle_values(p, LL_PARTICLE_AY);
     double *pressure_factor = ll_particle_values(p, LL_PARTICLE_PRESSURE_FACTOR),
            *divergence = ll_particle_values(p, LL_PARTICLE_DIVERGENCE);
-    ll_particle_sum_density(p, false);
-    iterate(p, &(solve){.pressure_factor = divergence, .slack = 0.1}, dt, pace);
-    size_t bytes = (size_t)ll_particle_total(p) * sizeof *ax;
-    memset(ax, 0, bytes);
-    memset(ay, 0, bytes);
-    ll_particle_add_viscosity(p);
+    ll_particle_sum_density(p, false, run->team);
+    iterate(p, &(solve){.pressure_factor = divergence, .slack = 0.1}, dt, run);
+    ll_particle_rest(p);
+    ll_particle_add_viscosity(p, run->team);
     ll_particle_body_push(p, dt);
     for (int32_t a = 0; a < p->fluid; a++) {
         u[a] += dt * (ax[a] + q->gravity_x);
@@ -100,12 +117,12 @@ static ll_particle_fault substep(ll_particles *p, double dt, ll_pace *pace)
     iterate(
         p,
         &(solve){.pressure_factor = pressure_factor, .return_share = share < 1 ? share : 1, .density = true},
-        dt, pace);
+        dt, run);
     double *both = ll_particle_values(p, LL_PARTICLE_SUM);
     for (int32_t a = 0; a < p->fluid; a++)
         both[a] = pressure_factor[a] + divergence[a];
     ll_particle_mirror(p, both, 1 / q->density);
-    ll_particle_field_pressure(p, both);
+    ll_particle_field_pressure(p, both, run->team);
     for (int32_t a = 0; a < p->fluid; a++) {
         x[a] += dt * u[a];
         y[a] += dt * v[a];

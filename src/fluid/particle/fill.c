@@ -232,6 +232,7 @@ static ll_particles layout_of(const ll_particle_setup *s)
     place(&p.at.cell, &end, total, sizeof(int32_t));
     place(&p.at.order, &end, total, sizeof(double));
     place(&p.at.row, &end, 2 * (size_t)p.fluid + 2, sizeof(int32_t));
+    place(&p.at.beside, &end, (size_t)p.fluid, sizeof(int32_t));
     place(&p.at.pair, &end, pairs, sizeof(int32_t));
     place(&p.at.ex, &end, pairs, sizeof(double));
     place(&p.at.ey, &end, pairs, sizeof(double));

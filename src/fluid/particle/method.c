@@ -55,9 +55,14 @@ static void layer_values(const void *block, int layer, float *out)
 
 /* ---- the rest of the method ---- */
 
-static ll_status step(void *block, double dt, ll_pace *pace)
+static ll_status step(void *block, double dt, const ll_fluid_run *run)
 {
-    return ll_particles_step_paced(block, dt, pace);
+    return ll_particles_step_by(block, dt, run);
+}
+
+static uint64_t hash(const void *block)
+{
+    return ll_particles_hash(block);
 }
 
 static void set_solver(void *block, const void *solver)
@@ -141,6 +146,7 @@ const ll_fluid_method ll_fluid_particles = {
     .layer_count = sizeof layers / sizeof layers[0],
     .step = step,
     .set_solver = set_solver,
+    .hash = hash,
     .drag_force = drag_force,
     .numbers = numbers,
     .metrics = &ll_particle_metrics_table,

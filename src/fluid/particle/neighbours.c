@@ -112,6 +112,7 @@ typedef struct search {
     double wrap, half, reach2;
     bool periodic;
     int32_t *pair;
+    int32_t at; /* the particle whose pairs are sought */
     int32_t count, capacity;
 } search;
 
@@ -165,46 +166,172 @@ static int wall_ranges(const ll_particles *p, int32_t column, int32_t row, range
     return count;
 }
 
-static bool cell_pairs(ll_particles *p, search *s, int32_t column, int32_t row, int32_t *a)
+static bool cell_pairs(ll_particles *p, search *s, int32_t column, int32_t row)
 {
     range fluid[5], wall[6];
     int fluids = fluid_ranges(p, column, row, fluid), walls = wall_ranges(p, column, row, wall);
     int32_t *rows = ll_part_row(p), end = ll_part_fluid_start(p)[row * p->columns + column + 1];
-    for (; *a < end; (*a)++) {
-        rows[2 * *a] = s->count;
-        fluid[0].begin = *a + 1;
+    for (; s->at < end; s->at++) {
+        int32_t a = s->at;
+        rows[2 * a] = s->count;
+        fluid[0].begin = a + 1;
         for (int i = 0; i < fluids; i++)
-            if (!keep(s, *a, fluid[i]))
+            if (!keep(s, a, fluid[i]))
                 return false;
-        rows[2 * *a + 1] = s->count;
+        rows[2 * a + 1] = s->count;
         for (int i = 0; i < walls; i++)
-            if (!keep(s, *a, wall[i]))
+            if (!keep(s, a, wall[i]))
                 return false;
     }
     return true;
 }
 
-ll_particle_fault ll_particle_pairs(ll_particles *p, double reach)
+static bool cells_pairs(ll_particles *p, search *s, int32_t first, int32_t last)
 {
-    search s = {.x = ll_particle_values(p, LL_PARTICLE_X),
-                .y = ll_particle_values(p, LL_PARTICLE_Y),
-                .wrap = p->wrap,
-                .half = p->wrap / 2,
-                .periodic = p->setup.periodic != 0,
-                .reach2 = reach * reach,
-                .pair = ll_part_pair(p),
-                .capacity = p->capacity};
-    int32_t a = 0;
-    for (int32_t row = 0; row < p->rows; row++)
-        for (int32_t column = 0; column < p->columns; column++)
-            if (!cell_pairs(p, &s, column, row, &a))
-                return (ll_particle_fault){.reason = "has more neighbours than the room for pairs",
-                                           .particle = a,
-                                           .value = s.count,
-                                           .limit = s.capacity};
-    ll_part_row(p)[2 * p->fluid] = s.count;
-    p->pairs = s.count;
-    for (int32_t from = 0; from < p->fluid; from += LL_PARTICLE_BLOCK)
-        ll_particle_geometry(p, from, ll_particle_block_end(p, from));
+    for (int32_t cell = first; cell < last; cell++)
+        if (!cell_pairs(p, s, cell % p->columns, cell / p->columns))
+            return false;
+    return true;
+}
+
+/* ---- parts ---- */
+
+/* The first cell that begins at particle `a` or behind it. */
+static int32_t cell_from(const ll_particles *p, int32_t a)
+{
+    const int32_t *start = ll_part_fluid_start(p);
+    int32_t low = 0, high = p->columns * p->rows;
+    while (low < high) {
+        int32_t middle = low + (high - low) / 2;
+        if (start[middle] < a)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low;
+}
+
+/* Pairs reach from a cell to the right one and to the three above, in a periodic tank around its end. */
+static int32_t reaches_from(const ll_particles *p, int32_t cell)
+{
+    int32_t first = p->setup.periodic ? (cell / p->columns - 1) * p->columns : cell - p->columns - 1;
+    return ll_part_fluid_start(p)[first > 0 ? first : 0];
+}
+
+ll_particle_share ll_particle_share_of(const ll_particles *p, int part, int parts)
+{
+    ll_share even = ll_share_of(p->fluid, part, parts);
+    ll_particle_share s = {.end = p->fluid, .tail = p->fluid, .last_cell = p->columns * p->rows};
+    const int32_t *start = ll_part_fluid_start(p);
+    if (part > 0) {
+        s.first_cell = cell_from(p, even.begin);
+        s.begin = start[s.first_cell];
+        s.halo = reaches_from(p, s.first_cell);
+    }
+    if (part < parts - 1) {
+        s.last_cell = cell_from(p, even.end);
+        s.end = start[s.last_cell];
+        s.tail = reaches_from(p, s.last_cell);
+        s.tail = s.tail > s.begin ? s.tail : s.begin;
+    }
+    return s;
+}
+
+/* Each part searches the pairs of its cells into a piece of the room. */
+typedef struct searches {
+    ll_particles *p;
+    search of[LL_TEAM_PARTS_MAX];
+    int32_t first[LL_TEAM_PARTS_MAX]; /* pair of each part */
+    double reach2;
+    int parts;
+    bool full; /* a piece was */
+} searches;
+
+static int32_t piece_of(const ll_particles *p, int32_t from)
+{
+    return (int32_t)((int64_t)p->capacity * from / (p->fluid > 0 ? p->fluid : 1));
+}
+
+static search search_of(const searches *all, ll_particle_share share)
+{
+    ll_particles *p = all->p;
+    return (search){.x = ll_particle_values(p, LL_PARTICLE_X),
+                    .y = ll_particle_values(p, LL_PARTICLE_Y),
+                    .wrap = p->wrap,
+                    .half = p->wrap / 2,
+                    .periodic = p->setup.periodic != 0,
+                    .reach2 = all->reach2,
+                    .pair = ll_part_pair(p),
+                    .at = share.begin,
+                    .count = piece_of(p, share.begin),
+                    .capacity = piece_of(p, share.end)};
+}
+
+static void search_part(void *context, int part, int parts)
+{
+    searches *all = context;
+    ll_particle_share share = ll_particle_share_of(all->p, part, parts);
+    search s = search_of(all, share);
+    all->first[part] = s.count;
+    if (!cells_pairs(all->p, &s, share.first_cell, share.last_cell))
+        s.capacity = -1;
+    all->of[part] = s;
+    if (part == 0)
+        all->parts = parts;
+}
+
+/* Closes the gaps between the pieces. */
+static void gather(searches *all)
+{
+    ll_particles *p = all->p;
+    int32_t *pair = ll_part_pair(p), *row = ll_part_row(p), count = all->of[0].count;
+    for (int i = 1; i < all->parts; i++) {
+        const search *s = &all->of[i];
+        ll_particle_share share = ll_particle_share_of(p, i, all->parts);
+        int32_t shift = all->first[i] - count;
+        memmove(pair + count, pair + all->first[i], (size_t)(s->count - all->first[i]) * sizeof *pair);
+        for (int32_t k = 2 * share.begin; k < 2 * share.end; k++)
+            row[k] -= shift;
+        count += s->count - all->first[i];
+    }
+    row[2 * p->fluid] = count;
+    p->pairs = count;
+}
+
+static void list_beside(ll_particles *p)
+{
+    const int32_t *row = ll_part_row(p);
+    int32_t *beside = ll_part_beside(p), count = 0;
+    for (int32_t a = 0; a < p->fluid; a++) {
+        beside[count] = a;
+        count += row[2 * a + 2] > row[2 * a + 1];
+    }
+    p->beside = count;
+}
+
+static void geometry_part(void *context, int part, int parts)
+{
+    ll_particles *p = context;
+    ll_particle_share share = ll_particle_share_of(p, part, parts);
+    for (int32_t from = share.begin; from < share.end; from += LL_PARTICLE_BLOCK)
+        ll_particle_geometry(p, from, ll_particle_block_end(from, share.end));
+}
+
+ll_particle_fault ll_particle_pairs(ll_particles *p, double reach, ll_team *team)
+{
+    searches all = {.p = p, .reach2 = reach * reach};
+    ll_team_run(team, p->fluid, LL_PARTICLE_TEAM, search_part, &all);
+    for (int i = 0; i < all.parts; i++)
+        all.full |= all.of[i].capacity < 0;
+    if (all.full && all.parts > 1) /* crowded in one piece: there may be room in all */
+        search_part(&all, 0, 1);
+    if (all.of[0].capacity < 0)
+        return (ll_particle_fault){.reason = "has more neighbours than the room for pairs",
+                                   .particle = all.of[0].at,
+                                   .value = all.of[0].count,
+                                   .limit = p->capacity};
+    gather(&all);
+    list_beside(p);
+    ll_team_run(team, p->fluid, LL_PARTICLE_TEAM, geometry_part, p);
     return (ll_particle_fault){0};
 }

@@ -149,12 +149,13 @@ static void draw_along(ll_particles *p)
     }
 }
 
-ll_status ll_particles_step_paced(ll_particles *p, double dt, ll_pace *pace)
+ll_status ll_particles_step_by(ll_particles *p, double dt, const ll_fluid_run *given)
 {
+    ll_fluid_run run = given ? *given : (ll_fluid_run){0};
     const ll_particle_params *q = &p->params;
     double left = dt;
     draw_along(p);
-    for (int64_t done = 0; left > 0 && ll_goes_on(pace); done++) {
+    for (int64_t done = 0; left > 0 && ll_goes_on(run.pace); done++) {
         double speed;
         int32_t at = fastest(p, &speed);
         if (isnan(speed))
@@ -167,7 +168,7 @@ ll_status ll_particles_step_paced(ll_particles *p, double dt, ll_pace *pace)
                                                  .limit = (double)q->substeps});
         double part = parts > 1 ? left / parts : left;
         LL_ASSERT(part > 0 && part <= left); /* time goes on */
-        ll_particle_fault fault = methods[q->method]->substep(p, part, pace);
+        ll_particle_fault fault = methods[q->method]->substep(p, part, &run);
         if (fault.reason == NULL) {
             ll_particle_body_move(p, part);
             wrap(p);
@@ -180,18 +181,19 @@ ll_status ll_particles_step_paced(ll_particles *p, double dt, ll_pace *pace)
     }
     p->time += dt;
     p->tick++;
-    LL_VALIDATE(ll_broken_off(pace) || ll_particles_valid(p));
+    LL_VALIDATE(ll_broken_off(run.pace) || ll_particles_valid(p));
     return ll_ok();
 }
 
 ll_status ll_particles_step(ll_particles *p, double dt)
 {
-    return ll_particles_step_paced(p, dt, NULL);
+    return ll_particles_step_by(p, dt, NULL);
 }
 
 uint64_t ll_particles_hash(const ll_particles *p)
 {
-    return ll_hash(0, p, (size_t)p->at.state_end);
+    uint64_t h = ll_hash(0, p, offsetof(struct ll_particles, stride));
+    return ll_hash(h, (const char *)p + p->at.id, (size_t)(p->at.state_end - p->at.id));
 }
 
 bool ll_particles_valid(const ll_particles *p)

@@ -21,7 +21,7 @@ typedef struct ll_particles ll_particles;
 enum { LL_WALL_LEFT = 1, LL_WALL_RIGHT = 2, LL_WALL_BOTTOM = 4, LL_WALL_TOP = 8 };
 
 #define LL_PARTICLE_FILLS 4
-#define LL_PARTICLES_MAX 1000000 /* fluid and walls together */
+#define LL_PARTICLES_MAX 1100000 /* fluid and walls together: a million in a tank */
 
 typedef struct ll_particle_fill { /* a rectangle of fluid, or its inscribed ellipse */
     double x, y, width, height;   /* m; x, y: its lower left corner */
@@ -100,7 +100,8 @@ const ll_particle_setup *ll_particles_get_setup(const ll_particles *p);
  * tick, the particle and the reason: a value that is not finite, a CFL condition that was broken or needs too
  * many substeps, or more neighbours than there is room for. The fluid cannot be used any more. */
 ll_status ll_particles_step(ll_particles *p, double dt);
-ll_status ll_particles_step_paced(ll_particles *p, double dt, ll_pace *pace); /* as ll_fluid_method's */
+ll_status ll_particles_step_by(ll_particles *p, double dt,
+                               const ll_fluid_run *run); /* as ll_fluid_method's */
 
 /* Fluid within the circle is dragged at the given velocity, until changed. */
 void ll_particles_drag(ll_particles *p, const ll_drag_force *drag_force);

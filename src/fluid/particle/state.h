@@ -17,8 +17,8 @@ typedef enum ll_particle_field {
     LL_PARTICLE_X0 = LL_PARTICLE_STATES, /* before the substep */
     LL_PARTICLE_Y0,
     LL_PARTICLE_SORTED,
-    LL_PARTICLE_AX =
-        LL_PARTICLE_SORTED, /* acceleration; of walls: the fluid's force on them over their mass */
+    LL_PARTICLE_AX = LL_PARTICLE_SORTED, /* acceleration; of walls: the fluid's force on them over their
+                                            mass, if there is a body */
     LL_PARTICLE_AY,
     LL_PARTICLE_FACTOR, /* temporary of a solver */
     LL_PARTICLE_RATE,   /* of density, or a similar sum; RATE to SUM: sums of four per particle */
@@ -54,7 +54,7 @@ typedef struct ll_particle_body_motion {
 /* Where the arrays lie, from the start of the block. */
 typedef struct ll_particle_layout {
     int64_t field, id, state_end, local, cell, order, fluid_start, wall_start;
-    int64_t row, pair, ex, ey, slope, kernel, end;
+    int64_t row, beside, pair, ex, ey, slope, kernel, end;
 } ll_particle_layout;
 
 struct ll_particles {
@@ -70,10 +70,13 @@ struct ll_particles {
     ll_particle_body_motion motion;
     int64_t tick, substeps, iterations;
     int32_t fluid, wall, body_count;
-    int32_t stride; /* doubles per field */
     int32_t columns, rows;
-    int32_t capacity; /* of pairs */
     int32_t pairs;
+    /* Where things lie, and what a substep leaves: not hashed. */
+    int32_t stride;   /* doubles per field */
+    int32_t capacity; /* of pairs */
+    int32_t beside;   /* fluid particles with pairs with walls */
+    int32_t reserved;
     ll_particle_layout at;
 };
 
@@ -93,8 +96,9 @@ LL_PART(wall_start, int32_t)
 /* Pairs of fluid particle a: from row[2 a] with fluid of a higher index, from row[2 a + 1] with walls, to
  * row[2 a + 2]. */
 LL_PART(row, int32_t)
-LL_PART(pair, int32_t) /* the other particle */
-LL_PART(ex, double)    /* x of a minus x of the other */
+LL_PART(beside, int32_t) /* fluid particles with pairs with walls, in their order */
+LL_PART(pair, int32_t)   /* the other particle */
+LL_PART(ex, double)      /* x of a minus x of the other */
 LL_PART(ey, double)
 LL_PART(slope, double) /* the kernel's gradient is slope * (ex, ey); negative */
 LL_PART(kernel, double)
@@ -112,9 +116,49 @@ static inline int32_t ll_particle_total(const ll_particles *p)
 /* Particles whose pairs are processed together: intermediate results stay in the first-level cache. */
 #define LL_PARTICLE_BLOCK 32
 
-static inline int32_t ll_particle_block_end(const ll_particles *p, int32_t from)
+static inline int32_t ll_particle_block_end(int32_t from, int32_t end)
 {
-    return p->fluid - from > LL_PARTICLE_BLOCK ? from + LL_PARTICLE_BLOCK : p->fluid;
+    return end - from > LL_PARTICLE_BLOCK ? from + LL_PARTICLE_BLOCK : end;
+}
+
+/* ---- threads ---- */
+
+/* What a part of a job computes: the sums of the particles begin..end - 1, which are whole cells. A pair adds
+ * to both of its particles, in the order of the first one, so that the part visits two more kinds of pairs:
+ * those of halo..begin - 1, particles of another part, as far as they reach into this one; and it leaves out
+ * what the pairs of tail..end - 1 add to particles of the next part. */
+typedef struct ll_particle_share {
+    int32_t halo, begin, tail, end;
+    int32_t first_cell, last_cell;
+} ll_particle_share;
+
+ll_particle_share ll_particle_share_of(const ll_particles *p, int part, int parts);
+
+/* Fewest particles that are worth a team: the shortest pass takes about 20 ns for each. */
+#define LL_PARTICLE_TEAM 512
+
+/* Visits one particle: `own` if its sums are this part's, `inside` if all its pairs are. */
+typedef void ll_particle_visit(void *context, int32_t a, const ll_particle_share *s, bool own, bool inside);
+
+static inline bool ll_particle_takes(const ll_particle_share *s, int32_t b, bool inside)
+{
+    return inside || (b >= s->begin && b < s->end);
+}
+
+/* A visit, for ll_particle_each: inlined three times, as what `own` and `inside` are there. */
+#define LL_PARTICLE_VISIT(name)                                                                              \
+    static inline __attribute__((always_inline)) void name(                                                  \
+        void *context, int32_t a, const ll_particle_share *s, bool own, bool inside)
+
+static inline __attribute__((always_inline)) void ll_particle_each(const ll_particle_share *s,
+                                                                   ll_particle_visit *visit, void *context)
+{
+    for (int32_t a = s->halo; a < s->begin; a++)
+        visit(context, a, s, false, false);
+    for (int32_t a = s->begin; a < s->tail; a++)
+        visit(context, a, s, true, true);
+    for (int32_t a = s->tail; a < s->end; a++)
+        visit(context, a, s, true, false);
 }
 
 /* Distance to the nearest image of another particle in a periodic tank. */
@@ -138,7 +182,7 @@ typedef struct ll_particle_method {
     const char *help; /* method, cost in passes over pairs, source */
     double travel;    /* spacings that a particle may move per substep before its neighbours are invalid */
     double (*dt_limit)(const ll_particles *p, double speed); /* s; `speed`: the largest */
-    ll_particle_fault (*substep)(ll_particles *p, double dt, ll_pace *pace);
+    ll_particle_fault (*substep)(ll_particles *p, double dt, const ll_fluid_run *run);
 } ll_particle_method;
 
 extern const ll_particle_method ll_particle_wcsph, ll_particle_pbf, ll_particle_dfsph;
@@ -148,28 +192,37 @@ void ll_particle_cells_size(const ll_particle_setup *setup, double support, ll_p
 void ll_particle_sort_fluid(ll_particles *p);
 void ll_particle_sort_walls(ll_particles *p);
 /* Finds all pairs closer than `reach`, and computes their vectors and kernels. */
-ll_particle_fault ll_particle_pairs(ll_particles *p, double reach);
+ll_particle_fault ll_particle_pairs(ll_particles *p, double reach, ll_team *team);
+
+/* Of one pair, by the formulas of geometry.inc. */
+typedef struct ll_particle_pair_geometry {
+    double ex, ey, slope, kernel;
+} ll_particle_pair_geometry;
+
+ll_particle_pair_geometry ll_particle_geometry_of(const ll_particles *p, int32_t a, int32_t b);
 
 /* geometry.c: vectors and kernels of the pairs of the particles from..to - 1, by what the CPU has */
 void ll_particle_geometry(ll_particles *p, int32_t from, int32_t to);
 void ll_particle_geometry_base(ll_particles *p, int32_t from, int32_t to);
 void ll_particle_geometry_avx2(ll_particles *p, int32_t from, int32_t to);
 
-/* sums.c: passes over pairs that methods share */
+/* sums.c: passes over pairs that methods share. `team` may be NULL, and changes no bit. */
 /* DENSITY of the fluid, and FACTOR: how much a particle's own k reduces it, over k dt^2. `moved`: also
  * recomputes the pairs' geometry, a block of particles at a time, so that it is read from the cache. */
-void ll_particle_sum_density(ll_particles *p, bool moved);
+void ll_particle_sum_density(ll_particles *p, bool moved, ll_team *team);
 /* Walls get the mean k of the fluid around, plus gravity's contribution over `volume` = 1 / density (0 for
  * changes of k). */
 void ll_particle_mirror(ll_particles *p, double *pressure_factor, double volume);
 /* PRESSURE of the fluid: the field that k of fluid and walls makes. */
-void ll_particle_field_pressure(ll_particles *p, const double *pressure_factor);
+void ll_particle_field_pressure(ll_particles *p, const double *pressure_factor, ll_team *team);
 /* Adds viscous acceleration. With no-slip walls it leaves their mirrored velocity in GX and GY. */
-void ll_particle_add_viscosity(ll_particles *p);
+void ll_particle_add_viscosity(ll_particles *p, ll_team *team);
 /* Sum of m (v_a - v_b) grad W into RATE of the fluid. */
-void ll_particle_sum_rate(ll_particles *p);
-/* Computes AX, AY from k = p / density^2 of fluid and walls. */
-void ll_particle_push(ll_particles *p, const double *pressure_factor);
+void ll_particle_sum_rate(ll_particles *p, ll_team *team);
+/* Computes AX, AY from k = p / density^2 of fluid and walls; of walls only if there is a body. */
+void ll_particle_push(ll_particles *p, const double *pressure_factor, ll_team *team);
+/* Sets AX, AY to 0. */
+void ll_particle_rest(ll_particles *p);
 
 /* coupling.c */
 void ll_particle_body_place(ll_particles *p);

@@ -52,40 +52,66 @@ static void prepare(const ll_poisson *p)
     eigenvalues(a.eigen_y, p->ny, p->periodic_y);
 }
 
-/* `width` doubles per cell. The constant mode stays zero. */
-static void divide(const parts *a, int32_t width, double scale)
+/* Rows of a solution, of `width` doubles per cell. */
+typedef struct solution {
+    const ll_poisson *p;
+    parts a;
+    double scale;
+    int32_t width;
+} solution;
+
+/* The constant mode stays zero. */
+static void divide_rows(void *context, ll_share rows, int part)
 {
-    for (int32_t j = 0; j < a->y->n; j++)
+    const solution *s = context;
+    const parts *a = &s->a;
+    (void)part;
+    for (int32_t j = rows.begin; j < rows.end; j++)
         for (int32_t i = 0; i < a->x->n; i++) {
-            double eigen = a->eigen_x[i] + a->eigen_y[j], factor = i + j > 0 ? scale / eigen : 0;
-            for (int32_t w = 0; w < width; w++)
-                a->data[((int64_t)j * a->x->n + i) * width + w] *= factor;
+            double eigen = a->eigen_x[i] + a->eigen_y[j], factor = i + j > 0 ? s->scale / eigen : 0;
+            for (int32_t w = 0; w < s->width; w++)
+                a->data[((int64_t)j * a->x->n + i) * s->width + w] *= factor;
         }
+}
+
+static void load_rows(void *context, ll_share rows, int part)
+{
+    const solution *s = context;
+    (void)part;
+    for (int32_t j = rows.begin; j < rows.end; j++)
+        for (int32_t i = 0; i < s->p->nx; i++) {
+            double *at = s->a.data + ((int64_t)j * s->p->nx + i) * s->width;
+            at[0] = s->p->b[ll_cell(s->p, i, j)];
+            if (s->width == 2)
+                at[1] = 0;
+        }
+}
+
+static void store_rows(void *context, ll_share rows, int part)
+{
+    const solution *s = context;
+    (void)part;
+    for (int32_t j = rows.begin; j < rows.end; j++)
+        for (int32_t i = 0; i < s->p->nx; i++)
+            s->p->x[ll_cell(s->p, i, j)] = s->a.data[((int64_t)j * s->p->nx + i) * s->width];
 }
 
 static void solve(ll_poisson *p)
 {
-    parts a = parts_of(p->work, p->nx, p->ny);
-    int32_t width = p->periodic_x ? 2 : 1;
-    for (int32_t j = 0; j < p->ny; j++)
-        for (int32_t i = 0; i < p->nx; i++) {
-            double *at = a.data + ((int64_t)j * p->nx + i) * width;
-            at[0] = p->b[ll_cell(p, i, j)];
-            if (width == 2)
-                at[1] = 0;
-        }
-    if (width == 2) {
-        ll_fft_run_2d(a.x, a.y, (ll_complex *)a.data, (ll_complex *)a.work, LL_FFT_FORWARD);
-        divide(&a, 2, 1 / ((double)p->nx * p->ny));
-        ll_fft_run_2d(a.x, a.y, (ll_complex *)a.data, (ll_complex *)a.work, LL_FFT_INVERSE);
+    solution s = {.p = p, .a = parts_of(p->work, p->nx, p->ny), .scale = 1, .width = p->periodic_x ? 2 : 1};
+    const parts *a = &s.a;
+    ll_rows_run(p->team, p->ny, p->nx, load_rows, &s);
+    if (s.width == 2) {
+        s.scale = 1 / ((double)p->nx * p->ny);
+        ll_fft_run_2d(a->x, a->y, (ll_complex *)a->data, (ll_complex *)a->work, LL_FFT_FORWARD, p->team);
+        ll_rows_run(p->team, p->ny, p->nx, divide_rows, &s);
+        ll_fft_run_2d(a->x, a->y, (ll_complex *)a->data, (ll_complex *)a->work, LL_FFT_INVERSE, p->team);
     } else {
-        ll_dct_run_2d(a.x, a.y, a.data, a.work, LL_FFT_FORWARD);
-        divide(&a, 1, 1);
-        ll_dct_run_2d(a.x, a.y, a.data, a.work, LL_FFT_INVERSE);
+        ll_dct_run_2d(a->x, a->y, a->data, a->work, LL_FFT_FORWARD, p->team);
+        ll_rows_run(p->team, p->ny, p->nx, divide_rows, &s);
+        ll_dct_run_2d(a->x, a->y, a->data, a->work, LL_FFT_INVERSE, p->team);
     }
-    for (int32_t j = 0; j < p->ny; j++)
-        for (int32_t i = 0; i < p->nx; i++)
-            p->x[ll_cell(p, i, j)] = a.data[((int64_t)j * p->nx + i) * width];
+    ll_rows_run(p->team, p->ny, p->nx, store_rows, &s);
     p->sweeps = 1;
     p->residual = ll_poisson_residual(p, NULL);
 }

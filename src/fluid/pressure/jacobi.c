@@ -8,18 +8,32 @@ static size_t work_size(int32_t nx, int32_t ny)
     return (size_t)(nx + 3) * (size_t)(ny + 3) * sizeof(double) + (size_t)(ny + 3) * sizeof(double);
 }
 
+typedef struct move {
+    const ll_poisson *p;
+    double weight;
+} move;
+
+static void move_rows(void *context, ll_share rows, int part)
+{
+    const move *m = context;
+    const ll_poisson *p = m->p;
+    const double *r = p->work;
+    (void)part;
+    for (int32_t j = rows.begin; j < rows.end; j++)
+        for (int64_t k = ll_cell(p, 0, j), end = ll_cell(p, p->nx, j); k < end; k++)
+            p->x[k] += m->weight * p->inverse[k] * r[k];
+}
+
 /* With relaxation 1 the checkerboard mode changes sign from sweep to sweep and never decays. */
 static void solve(ll_poisson *p)
 {
     enum { LOOK_EVERY = 10 }; /* a check costs as much as a sweep */
-    double *r = p->work, weight = p->relaxation > 0 ? p->relaxation : 1;
+    move m = {p, p->relaxation > 0 ? p->relaxation : 1};
     if (ll_poisson_done(p))
         return;
     do {
-        ll_poisson_residual(p, r);
-        for (int32_t j = 0; j < p->ny; j++)
-            for (int64_t k = ll_cell(p, 0, j), end = ll_cell(p, p->nx, j); k < end; k++)
-                p->x[k] += weight * p->inverse[k] * r[k];
+        ll_poisson_residual(p, p->work);
+        ll_rows_run(p->team, p->ny, p->nx, move_rows, &m);
         p->sweeps++;
     } while ((p->sweeps % LOOK_EVERY != 0 && p->sweeps < p->sweeps_max) || !ll_poisson_done(p));
 }

@@ -96,17 +96,32 @@ static void prepare(const ll_poisson *p)
         coarsen(&levels[l - 1].p, &levels[l].p);
 }
 
-/* Sums the residuals of four cells; the initial guess is zero. */
-static void restrict_rest(const level *fine, const level *coarse)
+typedef struct transfer {
+    const level *coarse, *fine;
+    double *x; /* of the fine cells */
+    double length;
+} transfer;
+
+static void restrict_rows(void *context, ll_share rows, int part)
 {
+    const transfer *t = context;
+    const level *fine = t->fine, *coarse = t->coarse;
     int64_t s = fine->p.stride;
     const double *r = fine->r;
-    memset(coarse->p.x, 0, cells_of(coarse->p.nx, coarse->p.ny) * sizeof(double));
-    for (int32_t j = 0; j < coarse->p.ny; j++)
+    (void)part;
+    for (int32_t j = rows.begin; j < rows.end; j++)
         for (int32_t i = 0; i < coarse->p.nx; i++) {
             int64_t f = ll_cell(&fine->p, 2 * i, 2 * j);
             coarse->p.b[ll_cell(&coarse->p, i, j)] = (r[f] + r[f + 1]) + (r[f + s] + r[f + s + 1]);
         }
+}
+
+/* Sums the residuals of four cells; the initial guess is zero. */
+static void restrict_rest(const level *fine, const level *coarse)
+{
+    memset(coarse->p.x, 0, cells_of(coarse->p.nx, coarse->p.ny) * sizeof(double));
+    ll_rows_run(coarse->p.team, coarse->p.ny, 4 * (int64_t)coarse->p.nx, restrict_rows,
+                &(transfer){.coarse = coarse, .fine = fine});
 }
 
 /* The fine cell in the corner of coarse cell k towards `side` and `across`, a step along x and y. The
@@ -120,13 +135,16 @@ static double corner(const ll_poisson *c, int64_t k, int64_t side, int64_t acros
     return x[k] + 0.25 * (to_side + to_across) + 0.0625 * open_diagonal * twist;
 }
 
-static void interpolate(const level *coarse, const level *fine, double *x)
+static void interpolate_rows(void *context, ll_share rows, int part)
 {
-    const ll_poisson *c = &coarse->p;
+    const transfer *to = context;
+    const level *fine = to->fine;
+    const ll_poisson *c = &to->coarse->p;
     const double *ox = c->open_x, *oy = c->open_y;
+    double *x = to->x;
     int64_t s = c->stride;
-    ll_poisson_wrap(c, c->x);
-    for (int32_t j = 0; j < c->ny; j++)
+    (void)part;
+    for (int32_t j = rows.begin; j < rows.end; j++)
         for (int32_t i = 0; i < c->nx; i++) {
             int64_t k = ll_cell(c, i, j), f = ll_cell(&fine->p, 2 * i, 2 * j), t = fine->p.stride;
             double left = ox[k], right = ox[k + 1], below = oy[k], above = oy[k + s];
@@ -135,6 +153,13 @@ static void interpolate(const level *coarse, const level *fine, double *x)
             x[f + t] += corner(c, k, -1, s, left, above, left * above * ox[k + s] * oy[k - 1 + s]);
             x[f + t + 1] += corner(c, k, 1, s, right, above, right * above * ox[k + 1 + s] * oy[k + 1 + s]);
         }
+}
+
+static void interpolate(const level *coarse, const level *fine, double *x)
+{
+    ll_poisson_wrap(&coarse->p, coarse->p.x);
+    ll_rows_run(coarse->p.team, coarse->p.ny, 4 * (int64_t)coarse->p.nx, interpolate_rows,
+                &(transfer){.coarse = coarse, .fine = fine, .x = x});
 }
 
 /* (r . e) / (e . A e). */
@@ -154,6 +179,16 @@ static double best_length(const level *l)
     return energy > 0 ? wanted / energy : 0;
 }
 
+static void add_rows(void *context, ll_share rows, int part)
+{
+    const transfer *t = context;
+    const level *fine = t->fine;
+    (void)part;
+    for (int32_t j = rows.begin; j < rows.end; j++)
+        for (int64_t k = ll_cell(&fine->p, 0, j), end = ll_cell(&fine->p, fine->p.nx, j); k < end; k++)
+            fine->p.x[k] += t->length * fine->e[k];
+}
+
 static void add_coarse(const level *coarse, const level *fine)
 {
     if (fine->p.empty) {
@@ -162,10 +197,8 @@ static void add_coarse(const level *coarse, const level *fine)
     }
     memset(fine->e, 0, cells_of(fine->p.nx, fine->p.ny) * sizeof(double));
     interpolate(coarse, fine, fine->e);
-    double length = best_length(fine);
-    for (int32_t j = 0; j < fine->p.ny; j++)
-        for (int64_t k = ll_cell(&fine->p, 0, j), end = ll_cell(&fine->p, fine->p.nx, j); k < end; k++)
-            fine->p.x[k] += length * fine->e[k];
+    ll_rows_run(fine->p.team, fine->p.ny, fine->p.nx, add_rows,
+                &(transfer){.fine = fine, .length = best_length(fine)});
 }
 
 static void smooth(const ll_poisson *p, int sweeps, double relaxation)

@@ -69,36 +69,60 @@ static void sweep_row(const ll_poisson *p, int32_t j, int32_t from, double relax
     }
 }
 
+typedef struct sweep {
+    const ll_poisson *p;
+    double relaxation;
+    int32_t colour;
+} sweep;
+
+/* Cells of one colour read only those of the other. */
+static void sweep_rows(void *context, ll_share rows, int part)
+{
+    const sweep *s = context;
+    (void)part;
+    for (int32_t j = rows.begin; j < rows.end; j++)
+        sweep_row(s->p, j, (j + s->colour) & 1, s->relaxation);
+}
+
 void ll_poisson_sweep(const ll_poisson *p, double relaxation)
 {
     for (int32_t colour = 0; colour < 2; colour++) {
         ll_poisson_wrap(p, p->x);
-        for (int32_t j = 0; j < p->ny; j++)
-            sweep_row(p, j, (j + colour) & 1, relaxation);
+        ll_rows_run(p->team, p->ny, p->nx, sweep_rows, &(sweep){p, relaxation, colour});
     }
 }
 
-static double larger(double a, double b)
+typedef struct rest {
+    const ll_poisson *p;
+    double *r;
+    double most[LL_TEAM_PARTS_MAX];
+} rest;
+
+static void rest_rows(void *context, ll_share rows, int part)
 {
-    return a > b ? a : b;
+    rest *to = context;
+    const ll_poisson *p = to->p;
+    const double *ox = p->open_x, *oy = p->open_y, *b = p->b, *x = p->x;
+    double *r = to->r, most = 0;
+    int64_t s = p->stride;
+    for (int32_t j = rows.begin; j < rows.end; j++)
+        for (int64_t k = ll_cell(p, 0, j), end = ll_cell(p, p->nx, j); k < end; k++) {
+            double across = ox[k] * (x[k] - x[k - 1]) + ox[k + 1] * (x[k] - x[k + 1]);
+            double along = oy[k] * (x[k] - x[k - s]) + oy[k + s] * (x[k] - x[k + s]);
+            double left = b[k] - (across + along);
+            if (r)
+                r[k] = left;
+            most = ll_rows_larger(most, fabs(left));
+        }
+    to->most[part] = most;
 }
 
 double ll_poisson_residual(const ll_poisson *p, double *r)
 {
-    const double *ox = p->open_x, *oy = p->open_y, *b = p->b, *x = p->x;
-    int64_t s = p->stride;
-    double most = 0;
+    rest to = {.p = p, .r = r};
     ll_poisson_wrap(p, p->x);
-    for (int32_t j = 0; j < p->ny; j++)
-        for (int64_t k = ll_cell(p, 0, j), end = ll_cell(p, p->nx, j); k < end; k++) {
-            double across = ox[k] * (x[k] - x[k - 1]) + ox[k + 1] * (x[k] - x[k + 1]);
-            double along = oy[k] * (x[k] - x[k - s]) + oy[k + s] * (x[k] - x[k + s]);
-            double rest = b[k] - (across + along);
-            if (r)
-                r[k] = rest;
-            most = larger(most, fabs(rest));
-        }
-    return most;
+    int parts = ll_rows_run(p->team, p->ny, p->nx, rest_rows, &to);
+    return ll_rows_largest(to.most, parts);
 }
 
 bool ll_poisson_done(ll_poisson *p)
@@ -141,6 +165,6 @@ void ll_poisson_take_mean_out(ll_poisson *p)
     for (int32_t j = 0; j < p->ny; j++)
         for (int64_t k = ll_cell(p, 0, j), end = ll_cell(p, p->nx, j); k < end; k++) {
             p->b[k] = p->inverse[k] > 0 ? p->b[k] - mean : 0;
-            p->source = larger(p->source, fabs(p->b[k]));
+            p->source = ll_rows_larger(p->source, fabs(p->b[k]));
         }
 }

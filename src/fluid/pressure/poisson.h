@@ -14,6 +14,7 @@
 
 #include "base/interrupt.h"
 #include "base/status.h"
+#include "fluid/core/rows.h"
 
 typedef struct ll_poisson {
     int32_t nx, ny, stride;
@@ -29,6 +30,7 @@ typedef struct ll_poisson {
     double relaxation;             /* 0: the solver's own */
     int64_t sweeps_max;
     ll_pace *pace;   /* may be NULL: asked between sweeps */
+    ll_team *team;   /* may be NULL: shares the rows */
     int64_t sweeps;  /* made so far: sweeps, iterations, or V-cycles */
     double residual; /* max |b - A x| at the end */
     double source;   /* max |b| */

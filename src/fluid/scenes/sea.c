@@ -114,9 +114,9 @@ static void init(void *block, const void *params, const void *given)
     set_solver(block, given);
 }
 
-static ll_status step(void *block, double dt, ll_pace *pace)
+static ll_status step(void *block, double dt, const ll_fluid_run *run)
 {
-    (void)pace; /* a tick is one transform */
+    (void)run; /* a tick is one transform */
     sea *s = block;
     s->now += ll_ms(1e3 * dt);
     ll_ocean_evaluate(ocean_of(block), s->now);

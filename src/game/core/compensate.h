@@ -18,12 +18,20 @@ typedef struct ll_compensation {
     double max_rewind_ms, rewind_tolerance_ms, projectile_forward_ms;
     int32_t hitscan, projectile; /* indices into ll_hitscan_policies and ll_projectile_families */
     int32_t projectile_trace;    /* ll_trace */
-    int32_t reserved;
+    int32_t tuned;               /* not of a row: the policies have other parameters than the defaults */
 } ll_compensation;
 
-/* How a part of a flight is tested: along the parabola, or along the straight line between its ends. Parts
- * are the past part, then each step. */
-typedef enum ll_trace { LL_TRACE_PARABOLA, LL_TRACE_STRAIGHT } ll_trace;
+/* Parameters of single hitscan policies. */
+typedef struct ll_policy_params {
+    double hybrid_full_ms,
+        hybrid_none_ms; /* ages of a view: the oldest rewound whole, the first not at all */
+    double veto_grace_ms;
+} ll_policy_params;
+
+/* How a part of a flight is tested: along the flight itself, along the straight line between its ends, or,
+ * for the past part, along the parabola of the same launch without drag. Parts are the past part, then each
+ * step. */
+typedef enum ll_trace { LL_TRACE_PARABOLA, LL_TRACE_STRAIGHT, LL_TRACE_DRAG_NEGLECTED } ll_trace;
 
 extern const char *const ll_trace_names[];
 
@@ -33,6 +41,7 @@ struct ll_hit_result; /* game/core/weapons.h */
 typedef struct ll_past {
     const ll_history *history; /* its newest record is the world before the step */
     const ll_compensation *rules;
+    const ll_policy_params *params;
     ll_time measured[LL_PLAYERS_MAX]; /* age of the newest snapshot that each player had */
     ll_time buffer;                   /* an honest client may draw this much before its newest snapshot */
     void (*witness)(void *context, const struct ll_hit_result *hit_result);
@@ -48,21 +57,26 @@ typedef struct ll_shot {
     ll_time now;             /* of the world that it hits */
     ll_time seen;            /* view time of the shooter, limited by the rules */
     bool looks_back;         /* the policy or family uses `seen` */
-    bool clamped;            /* limited by max_rewind_ms */
+    bool clamped;            /* judged nearer than the view: by max_rewind_ms or by the policy's share */
     bool view_time_rejected; /* the stated view age was rejected */
 } ll_shot;
 
 /* What a shot is judged in. */
 typedef struct ll_field {
     const ll_arena *arena;
-    const ll_point *present; /* bodies at `now` */
-    const ll_past *past;     /* NULL: no history */
+    const ll_point *present;  /* bodies at `now` */
+    const ll_past *past;      /* NULL: no history */
+    const ll_action *actions; /* of all players in the step */
 } ll_field;
 
 typedef struct ll_hitscan_policy {
     const char *name, *help;
     bool rewinds;                                             /* judges against bodies at the view time */
     int (*judge)(const ll_field *field, const ll_shot *shot); /* body that is hit, or LL_NOBODY */
+    /* The part of the rewind that a view of this age gets, 0 to 1; NULL: all of it. */
+    double (*share)(const ll_policy_params *params, ll_time age);
+    /* Whether a hit on `body` counts for its owner too; NULL: always. */
+    bool (*stands)(const ll_field *field, const ll_shot *shot, int body);
 } ll_hitscan_policy;
 
 typedef struct ll_projectile_family {
@@ -85,6 +99,9 @@ extern const char *const ll_projectile_names[];
 
 void ll_bodies_now(const ll_arena *arena, const ll_world *world, ll_point *bodies);
 void ll_bodies_at(const ll_arena *arena, const ll_history *history, ll_time time, ll_point *bodies);
+
+/* Age of a player's view at the step, as it states it or, where the rules reject that, as measured. */
+ll_time ll_view_age(const ll_past *past, int player, uint32_t stated_ns, bool *rejected);
 
 /* Flight and bodies together, record by record, between two times; `start`: time at which the flight
  * began. */

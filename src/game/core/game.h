@@ -15,8 +15,10 @@
 #include "param/param.h"
 #include "record/metric.h"
 
-#define LL_ENTITIES_MAX 255     /* snapshots count them in a byte */
-#define LL_GAME_WORLD_MAX 20000 /* bytes, including the tail */
+#define LL_ENTITIES_MAX 1064    /* LL_PLAYERS_MAX players and 1,000 more */
+#define LL_TOUCHING_MAX 255     /* entities of a game that is not `many` */
+#define LL_GAME_WORLD_MAX 60000 /* bytes, including the tail */
+#define LL_GAME_PARAMS 13       /* numbers in which a game's parameters lie */
 #define LL_GAME_VALUES 4        /* a game's own numbers per player, for views */
 
 struct ll_past;
@@ -27,6 +29,7 @@ typedef enum ll_entity_flag {
     LL_ENTITY_ACTIVE = 16,    /* a projectile in flight */
     LL_ENTITY_AWAY = 128,     /* its player is not connected */
     LL_ENTITY_UNSETTLED = 64, /* zero velocity but not at rest: it overlaps something */
+    LL_ENTITY_UNKNOWN = 256,  /* only at a client: snapshots do not contain it */
 } ll_entity_flag;
 
 typedef struct ll_entity {
@@ -61,9 +64,9 @@ typedef struct ll_game_env {
     double derived[16];
 } ll_game_env;
 
-/* Some of the entities of a world. */
+/* Some of the entities of a world: of the first LL_TOUCHING_MAX. */
 typedef struct ll_entity_set {
-    uint64_t bits[(LL_ENTITIES_MAX + 63) / 64];
+    uint64_t bits[(LL_TOUCHING_MAX + 63) / 64];
 } ll_entity_set;
 
 /* A game treats a script that it does not know as `varied`. */
@@ -72,7 +75,8 @@ typedef enum ll_script {
     LL_SCRIPT_STEADY,
     LL_SCRIPT_IDLE,
     LL_SCRIPT_PEEK,
-    LL_SCRIPT_HOLD
+    LL_SCRIPT_HOLD,
+    LL_SCRIPT_REACT
 } ll_script;
 
 extern const char *const ll_script_names[];
@@ -103,8 +107,11 @@ typedef struct ll_game_shape {
 typedef struct ll_game {
     const char *name;
     const char *help;
-    const ll_param_table *params;   /* its struct is at most 128 bytes */
+    const ll_param_table *params;   /* its struct has at most LL_GAME_PARAMS numbers */
     const ll_metric_table *metrics; /* at most LL_GAME_VALUES numbers, which `describe` reports per player */
+
+    bool many; /* up to LL_PLAYERS_MAX players and LL_ENTITIES_MAX entities, none of which touch; otherwise
+                  LL_PEERS_MAX and LL_TOUCHING_MAX */
 
     ll_extent (*extent)(const void *params, int players);
     void (*prepare)(ll_game_env *env, const void *params); /* derives values for env->dt */
@@ -118,6 +125,9 @@ typedef struct ll_game {
     /* Advances only what belongs to `player` by env->dt: a client's prediction from its own inputs. Cost: one
      * entity. `own_reads_world`: the outcome also depends on the game's tail or on other entities. */
     bool own_reads_world;
+    /* `step_own` reads the entity alone, and each coordinate grows with the axes: after any inputs the entity
+     * is within what full axes of either sign lead to. */
+    bool own_is_bounded;
     void (*step_own)(ll_world *world, const ll_game_env *env, int player, const ll_action *action);
 
     /* Extrapolates another player's entity by `dt` seconds under the world's own forces. NULL: it keeps its
@@ -141,6 +151,10 @@ typedef struct ll_game {
      * drawn from the session's `seed` (game/core/script.h); nothing is kept from one call to the next. */
     ll_action (*drive)(const ll_world *world, const ll_game_env *env, uint64_t seed, int player,
                        ll_script script, ll_time t);
+
+    /* Up to this time, not including it, `drive` answers as at `t`, for any world; `t` itself if that is not
+     * sure. NULL: it never is. */
+    ll_time (*same_until)(const ll_game_env *env, uint64_t seed, int player, ll_script script, ll_time t);
 
     void (*describe)(const ll_world *world, const ll_game_env *env, int player, double *values);
 

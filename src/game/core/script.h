@@ -50,3 +50,12 @@ static inline ll_slot ll_script_slot(uint64_t seed, int player, int purpose, ll_
     }
     return (ll_slot){k, at - begin};
 }
+
+/* When the slot of that time ends and the next begins. */
+static inline ll_time ll_script_slot_end(uint64_t seed, int player, int purpose, ll_time t, ll_time mean,
+                                         ll_time spread)
+{
+    int64_t next = ll_script_slot(seed, player, purpose, t, mean, spread).number + 1;
+    return next * mean + ll_script_time(seed, player, purpose, next, spread) -
+           ll_script_time(seed, player, purpose, 0, mean);
+}

@@ -74,11 +74,12 @@ typedef struct ll_hit_result {
     int32_t shooter;
     uint32_t number;      /* of the shooter's shots with the weapon */
     int32_t body;         /* that is hit, or LL_NOBODY */
+    bool vetoed;          /* the policy did not count the hit of a hitscan shot */
     const ll_shot *shot;  /* of a hitscan shot and of a launch */
     ll_time rewound_to;   /* time of the bodies that it was judged against */
     ll_time start, end;   /* of the flight; `end` at an impact */
     ll_point at;          /* of the impact */
-    double trace_error_m; /* at a launch: largest distance between the tested path and the parabola */
+    double trace_error_m; /* at a launch: largest distance between the tested path and the flight */
 } ll_hit_result;
 
 /* Fires the weapons of `action` in the step that ends at `now`; the field's present is the world before it,

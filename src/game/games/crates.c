@@ -34,7 +34,7 @@ static const ll_param rows[] = {
      .type = LL_PARAM_INT,
      .offset = offsetof(crates_params, count),
      .min = 1,
-     .max = LL_ENTITIES_MAX - LL_PLAYERS_MAX,
+     .max = LL_TOUCHING_MAX - LL_PEERS_MAX,
      .default_value = 40,
      .help = "Number of crates."},
     {.name = "size_m",
@@ -302,7 +302,7 @@ static void score(ll_world *world, const ll_floor_body *bodies)
 static void step(ll_world *world, const ll_game_env *env, const ll_action *actions, ll_time now,
                  const struct ll_past *past)
 {
-    ll_floor_body bodies[LL_ENTITIES_MAX];
+    ll_floor_body bodies[LL_TOUCHING_MAX];
     (void)now;
     (void)past;
     for (int i = 0; i < world->entities; i++)
@@ -316,8 +316,8 @@ static void step(ll_world *world, const ll_game_env *env, const ll_action *actio
 static void step_some(ll_world *world, const ll_game_env *env, const ll_action *actions, ll_time now,
                       const ll_entity_set *set)
 {
-    ll_floor_body bodies[LL_ENTITIES_MAX];
-    int entity[LL_ENTITIES_MAX], count = 0;
+    ll_floor_body bodies[LL_TOUCHING_MAX];
+    int entity[LL_TOUCHING_MAX], count = 0;
     (void)now;
     for (int i = 0; i < world->entities; i++) {
         if (!ll_entity_set_has(set, i))
@@ -333,7 +333,7 @@ static void step_some(ll_world *world, const ll_game_env *env, const ll_action *
 /* Entities within a step's reach are obstacles. */
 static void step_own(ll_world *world, const ll_game_env *env, int player, const ll_action *action)
 {
-    ll_floor_body bodies[LL_ENTITIES_MAX];
+    ll_floor_body bodies[LL_TOUCHING_MAX];
     const ll_floor *floor = floor_of(env);
     const ll_entity *own = &world->entity[player];
     double near = 4 * floor->half_max + floor->top_speed * env->dt;
@@ -358,9 +358,9 @@ static void step_own(ll_world *world, const ll_game_env *env, int player, const 
 typedef struct wave {
     int count;
     double top;
-    double x[LL_ENTITIES_MAX], y[LL_ENTITIES_MAX];
-    double radius[LL_ENTITIES_MAX]; /* plus half of the distance within which the floor makes a pair */
-    double start[LL_ENTITIES_MAX];  /* s */
+    double x[LL_TOUCHING_MAX], y[LL_TOUCHING_MAX];
+    double radius[LL_TOUCHING_MAX]; /* plus half of the distance within which the floor makes a pair */
+    double start[LL_TOUCHING_MAX];  /* s */
 } wave;
 
 /* Whether circles i and j are at most `far` apart. */
@@ -374,7 +374,7 @@ static bool within(const wave *w, int i, int j, double far)
  * reached it, or never in time. Sorted by these times. */
 static void start(wave *w, double horizon_s)
 {
-    bool done[LL_ENTITIES_MAX] = {false};
+    bool done[LL_TOUCHING_MAX] = {false};
     for (;;) {
         int first = -1;
         for (int i = 0; i < w->count; i++)
@@ -398,7 +398,7 @@ static void reach(const ll_world *world, const ll_game_env *env, double horizon_
 {
     const crates_params *p = params_of(env);
     wave w = {.count = world->entities, .top = floor_of(env)->top_speed};
-    int queue[LL_ENTITIES_MAX], count = 0;
+    int queue[LL_TOUCHING_MAX], count = 0;
     double margin = ll_floor_margin(env, floor_of(env)) / 2;
     for (int i = 0; i < w.count; i++) {
         const ll_entity *e = &world->entity[i];

@@ -12,7 +12,7 @@
 #define STILL 1e-6                /* m, rad: a resting body that moves less per step stays where it is */
 #define ALL_PAIRS 32              /* shapes up to which brute force is the fastest broad phase */
 #define BODIES_MAX                                                                                           \
-    (2 * LL_ENTITIES_MAX + 1) /* of a world: the floor, and a target for each body with a wanted velocity */
+    (2 * LL_TOUCHING_MAX + 1) /* of a world: the floor, and a target for each body with a wanted velocity */
 #define BLOCK_MAX (3 << 19)   /* bytes of a world with all bodies */
 
 typedef struct work {
@@ -20,9 +20,9 @@ typedef struct work {
     const ll_floor *floor;
     ll_floor_body *body;
     int count, reached, lonely, walls;
-    int alone[LL_ENTITIES_MAX];     /* moving bodies without possible contacts */
-    int order[LL_ENTITIES_MAX];     /* bodies with possible contacts */
-    ll_body_id id[LL_ENTITIES_MAX]; /* of body order[k] */
+    int alone[LL_TOUCHING_MAX];     /* moving bodies without possible contacts */
+    int order[LL_TOUCHING_MAX];     /* bodies with possible contacts */
+    ll_body_id id[LL_TOUCHING_MAX]; /* of body order[k] */
     int16_t of[BODIES_MAX];         /* body of a slot of the world; -1: none */
 } work;
 
@@ -64,9 +64,9 @@ static int walls_near(const work *w, const ll_floor_body *b)
  * reaches nothing is alone. */
 static void find_reached(work *w)
 {
-    bool known[LL_ENTITIES_MAX] = {false}, meets[LL_ENTITIES_MAX] = {false};
+    bool known[LL_TOUCHING_MAX] = {false}, meets[LL_TOUCHING_MAX] = {false};
     double margin = ll_floor_margin(w->env, w->floor);
-    int queue[LL_ENTITIES_MAX], count = 0;
+    int queue[LL_TOUCHING_MAX], count = 0;
     for (int i = 0; i < w->count; i++)
         if (moves(&w->body[i])) {
             known[i] = true;
@@ -308,7 +308,7 @@ static void step_world(work *w)
 void ll_floor_step(const ll_game_env *env, const ll_floor *floor, ll_floor_body *bodies, int count)
 {
     work w;
-    LL_ASSERT(count >= 0 && count <= LL_ENTITIES_MAX);
+    LL_ASSERT(count >= 0 && count <= LL_TOUCHING_MAX);
     w.env = env;
     w.floor = floor;
     w.body = bodies;

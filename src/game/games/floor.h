@@ -50,5 +50,5 @@ double ll_floor_bound(const ll_floor_body *body); /* m: radius of its bounding c
 /* m: bodies with outlines nearer than this may touch in the step and make a pair. */
 double ll_floor_margin(const ll_game_env *env, const ll_floor *floor);
 
-/* Advances `count` bodies, at most LL_ENTITIES_MAX, by env->dt. Initial overlaps are corrected. */
+/* Advances `count` bodies, at most LL_TOUCHING_MAX, by env->dt. Initial overlaps are corrected. */
 void ll_floor_step(const ll_game_env *env, const ll_floor *floor, ll_floor_body *bodies, int count);

@@ -133,6 +133,7 @@ const ll_game ll_game_gambetta = {
     .prepare = prepare,
     .init = init,
     .step = step,
+    .own_is_bounded = true,
     .step_own = step_own,
     .farthest = farthest,
     .drive = drive,

@@ -15,7 +15,8 @@
     ROW(crates) \
     ROW(sea) \
     ROW(dam) \
-    ROW(stack)
+    ROW(stack) \
+    ROW(swarm)
 /* clang-format on */
 
 #define LL_GAME_DECLARE(NAME)                                                                                \
@@ -25,12 +26,12 @@ LL_GAMES(LL_GAME_DECLARE)
 #undef LL_GAME_DECLARE
 
 extern const ll_metric_table ll_race_metrics, ll_cannon_metrics, ll_gambetta_metrics, ll_shooter_metrics,
-    ll_crates_metrics, ll_sea_metrics, ll_dam_metrics, ll_stack_metrics;
+    ll_crates_metrics, ll_sea_metrics, ll_dam_metrics, ll_stack_metrics, ll_swarm_metrics;
 
 /* All of them, as a part of a list. */
 #define LL_GAME_METRIC_TABLES                                                                                \
     &ll_race_metrics, &ll_cannon_metrics, &ll_gambetta_metrics, &ll_shooter_metrics, &ll_crates_metrics,     \
-        &ll_sea_metrics, &ll_dam_metrics, &ll_stack_metrics
+        &ll_sea_metrics, &ll_dam_metrics, &ll_stack_metrics, &ll_swarm_metrics
 
 /* a * b + c on the machine that `env` stands for. Every integrator of a game uses it. */
 static inline double ll_mul_add(const ll_game_env *env, double a, double b, double c)

@@ -141,7 +141,7 @@ static void move(ll_entity *car, const ll_game_env *env, double pedal)
         car->x = x + env->dt * (v + p->top_speed) / 2;
     } else if (car->vx < 0) { /* brakes stop a car, they do not reverse it */
         car->vx = 0;
-        car->x = x + v * v / (2 * -a);
+        car->x = v > 0 ? x + v * v / (2 * -a) : x; /* a model of dead reckoning may go back */
     }
 }
 
@@ -158,21 +158,10 @@ static void touch(ll_entity *rear, ll_entity *front, double length, double resti
     }
 }
 
-/* The cars of a step, in the order of their players. */
-typedef struct cars {
-    int count;
-    int player[LL_PLAYERS_MAX];
-    ll_entity *car[LL_PLAYERS_MAX];
-} cars;
-
-static void find_cars(ll_world *world, const ll_entity_set *set, cars *c)
+/* Whether a step moves the car of player `i`; NULL: all. */
+static bool moves(const ll_entity_set *set, int i)
 {
-    c->count = 0;
-    for (int i = 0; i < world->players; i++)
-        if (!set || ll_entity_set_has(set, i)) {
-            c->player[c->count] = i;
-            c->car[c->count++] = &world->entity[i];
-        }
+    return !set || ll_entity_set_has(set, i);
 }
 
 /* Lanes are recognised by their centre; quantised snapshots may be slightly off. */
@@ -182,36 +171,40 @@ static bool one_lane(const race_params *p, const ll_entity *a, const ll_entity *
     return apart < p->lane_width / 2 && apart > -p->lane_width / 2;
 }
 
-static void contacts(const race_params *p, const cars *c)
+static void meet(const race_params *p, ll_entity *a, ll_entity *b)
 {
-    for (int i = 0; i < c->count; i++) {
-        ll_entity *a = c->car[i];
-        for (int j = i + 1; j < c->count; j++) {
-            ll_entity *b = c->car[j];
-            if (!one_lane(p, a, b)) /* first: most pairs end here */
-                continue;
-            double gap = b->x - a->x;
-            if (gap >= p->car_length || gap <= -p->car_length)
-                continue;
-            if (gap >= 0)
-                touch(a, b, p->car_length, p->restitution);
-            else
-                touch(b, a, p->car_length, p->restitution);
-        }
+    double gap = b->x - a->x;
+    if (gap >= p->car_length || gap <= -p->car_length)
+        return;
+    if (gap >= 0)
+        touch(a, b, p->car_length, p->restitution);
+    else
+        touch(b, a, p->car_length, p->restitution);
+}
+
+static void contacts(ll_world *world, const race_params *p, const ll_entity_set *set)
+{
+    for (int i = 0; i + 1 < world->players; i++) {
+        ll_entity *a = &world->entity[i];
+        if (!moves(set, i))
+            continue;
+        for (int j = i + 1; j < world->players; j++)
+            if (one_lane(p, a, &world->entity[j]) && moves(set, j)) /* lanes first: most pairs end here */
+                meet(p, a, &world->entity[j]);
     }
 }
 
-static void finish(ll_world *world, const race_params *p, const cars *c, ll_time now)
+static void finish(ll_world *world, const race_params *p, const ll_entity_set *set, ll_time now)
 {
-    double line = p->lap * p->laps;
-    for (int k = 0; k < c->count; k++) {
-        ll_entity *car = c->car[k];
-        if (car->x < line || (car->flags & LL_ENTITY_FINISHED))
+    const double line = p->lap * p->laps;
+    for (int i = 0; i < world->players; i++) {
+        ll_entity *car = &world->entity[i];
+        if (car->x < line || (car->flags & LL_ENTITY_FINISHED) || !moves(set, i))
             continue;
         race_tail *t = ll_world_tail(world);
         car->flags |= LL_ENTITY_FINISHED;
         t->finished++;
-        t->finish_s[c->player[k]] = ll_to_s(now) - (car->vx > 0 ? (car->x - line) / car->vx : 0);
+        t->finish_s[i] = ll_to_s(now) - (car->vx > 0 ? (car->x - line) / car->vx : 0);
     }
 }
 
@@ -220,12 +213,11 @@ static void advance(ll_world *world, const ll_game_env *env, const ll_action *ac
                     const ll_entity_set *set)
 {
     const race_params *p = params_of(env);
-    cars c;
-    find_cars(world, set, &c);
-    for (int k = 0; k < c.count; k++)
-        move(c.car[k], env, actions[c.player[k]].axis[0]);
-    contacts(p, &c);
-    finish(world, p, &c, now);
+    for (int i = 0; i < world->players; i++)
+        if (moves(set, i))
+            move(&world->entity[i], env, actions[i].axis[0]);
+    contacts(world, p, set);
+    finish(world, p, set, now);
 }
 
 static void step(ll_world *world, const ll_game_env *env, const ll_action *actions, ll_time now,
@@ -300,6 +292,18 @@ static ll_action drive(const ll_world *world, const ll_game_env *env, uint64_t s
     return a;
 }
 
+static ll_time same_until(const ll_game_env *env, uint64_t seed, int player, ll_script script, ll_time t)
+{
+    (void)env;
+    if (script == LL_SCRIPT_IDLE)
+        return LL_NEVER;
+    if (script == LL_SCRIPT_STEADY)
+        return t; /* it looks whether the car has finished */
+    if (t < 2 * LL_SECOND)
+        return 2 * LL_SECOND;
+    return ll_script_slot_end(seed, player, LL_SCRIPT_SLOTS, t, 750 * LL_MS, 500 * LL_MS);
+}
+
 #define VALUES(X)                                                                                            \
     X(number, finish_s, "s", t->finish_s[player],                                                            \
       "virtual time at which the player's car reached the finish; 0: not yet", NULL)                         \
@@ -349,11 +353,13 @@ const ll_game ll_game_race = {
     .prepare = prepare,
     .init = init,
     .step = step,
+    .own_is_bounded = true,
     .step_own = step_own,
     .reach = reach,
     .step_some = step_some,
     .farthest = farthest,
     .drive = drive,
+    .same_until = same_until,
     .describe = describe,
     .scene = scene,
 };

@@ -1,6 +1,6 @@
 /* Shooter: two towers face each other over a yard in which targets fly; seen from the side.
  *
- * The side view shows the plane of gravity, so a projectile's parabola is complete without a third dimension.
+ * The side view shows the plane of gravity, so a projectile's flight is complete without a third dimension.
  * A player rides a lift on its tower, across the line of fire: axis 0 is the speed of the lift. Axis 1 is the
  * aim: -1 straight down, 0 level, 1 straight up. LL_BUTTON_FIRE fires the rifle (hitscan), LL_BUTTON_CANNON a
  * projectile. Players with even numbers have the left tower, those with odd numbers the right one; the
@@ -104,6 +104,12 @@ static const ll_param rows[] = {
      .default_value = 9.81,
      .unit = "m/s2",
      .help = "Gravity on projectiles, downwards."},
+    {.name = "drag_per_m",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_shooter_params, drag),
+     .max = 1,
+     .unit = "1/m",
+     .help = "Quadratic drag of projectiles: deceleration over speed squared; 0: they fly parabolas."},
     {.name = "spread",
      .type = LL_PARAM_REAL,
      .offset = offsetof(ll_shooter_params, spread),
@@ -219,7 +225,7 @@ static void step(ll_world *world, const ll_game_env *env, const ll_action *actio
     shooter_tail *t = ll_world_tail(world);
     ll_shooter_arena(env, world->players, &arena);
     ll_bodies_now(&arena, world, before);
-    const ll_field field = {&arena, before, past};
+    const ll_field field = {&arena, before, past, actions};
     for (int i = 0; i < world->players; i++)
         ll_weapons_fire(&t->arms[i], &field, i, &actions[i], aim(world, env, i, &actions[i]), t->time, now);
     for (int i = 0; i < world->players; i++)

@@ -11,7 +11,11 @@ typedef struct ll_shooter_params {
     int64_t targets;
     int32_t weapons; /* ll_shooter_weapons */
     int32_t reserved;
+    double drag;
 } ll_shooter_params;
+
+_Static_assert(sizeof(ll_shooter_params) <= LL_GAME_PARAMS * sizeof(double),
+               "a configuration has no room for more");
 
 typedef enum ll_shooter_weapons { LL_SHOOTER_BOTH, LL_SHOOTER_RIFLE, LL_SHOOTER_CANNON } ll_shooter_weapons;
 

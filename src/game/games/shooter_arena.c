@@ -21,6 +21,7 @@ void ll_shooter_arena(const ll_game_env *env, int players, ll_arena *arena)
                         .target_radius = p->target_radius,
                         .projectile_speed = p->shell_speed,
                         .gravity = p->gravity,
+                        .projectile_drag = p->drag,
                         .bounds = {0, LL_SHOOTER_WIDTH, 0, LL_SHOOTER_HEIGHT}};
     if (p->weapons != LL_SHOOTER_CANNON)
         arena->interval_s[LL_HITSCAN] = p->rifle_interval;

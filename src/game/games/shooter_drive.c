@@ -5,6 +5,7 @@
  *   peek    in slots of 2.4 +- 0.8 s leaves cover for 0.9 to 1.3 s, shoots at players, and hides
  *           again, at 0.85 to 1 of its lift's speed
  *   hold    stands just above its wall and shoots at players
+ *   react   as peek, but shoots only at players who have been in sight for 180 to 300 ms, as a person does
  *   idle    does nothing
  *
  * The first body to aim at is random in slots of 0.6 +- 0.4 s, the weapon in slots of 0.25 +- 0.15 s;
@@ -12,11 +13,12 @@
 #include "base/detmath.h"
 #include "game/core/script.h"
 #include "game/games/shooter.h"
+#include "game/weapons/drag_flight.h"
 
 #define LOOKOUT (LL_SHOOTER_WALL + 1.5) /* m: above its own wall */
 #define HIDEOUT (LL_SHOOTER_WALL - 2.5)
 
-enum { OWN_WAY = LL_SCRIPT_OWN, OWN_OUT, OWN_PACE, OWN_BODY, OWN_WEAPON, OWN_SCATTER };
+enum { OWN_WAY = LL_SCRIPT_OWN, OWN_OUT, OWN_PACE, OWN_BODY, OWN_WEAPON, OWN_SCATTER, OWN_REACTION };
 
 /* The script's player and time. */
 typedef struct asked {
@@ -62,6 +64,7 @@ static float strafe(const ll_entity *own, const asked *a)
             return own->y <= LL_SHOOTER_LIFT_LOW ? 1 : -1;
         return own->vy < 0 ? -1 : 1;
     case LL_SCRIPT_PEEK:
+    case LL_SCRIPT_REACT:
         return peek(own, a);
     case LL_SCRIPT_HOLD:
         return towards(own->y, LOOKOUT);
@@ -72,18 +75,31 @@ static float strafe(const ll_entity *own, const asked *a)
 
 /* ---- the aim ---- */
 
+/* Whether a body in sight would have been so for a person's reaction time too, had both moved as they now do:
+ * a script remembers nothing. */
+static __attribute__((noinline)) bool noticed(const ll_arena *arena, const ll_entity *own, const ll_entity *e,
+                                              const asked *a)
+{
+    int64_t slot = slot_of(a, LL_SCRIPT_SLOTS, 2400, 800).number;
+    double s = 0.18 + 0.12 * ll_script_unit(a->seed, a->player, OWN_REACTION, slot);
+    return ll_arena_sees(arena, (ll_point){own->x - own->vx * s, own->y - own->vy * s},
+                         (ll_point){e->x - e->vx * s, e->y - e->vy * s});
+}
+
 /* First body in sight, starting from one that changes every now and then. */
 static int choose(const ll_arena *arena, const ll_world *world, const asked *a)
 {
     const ll_entity *own = &world->entity[a->player];
-    bool players_only = a->script == LL_SCRIPT_PEEK || a->script == LL_SCRIPT_HOLD;
+    bool players_only =
+        a->script == LL_SCRIPT_PEEK || a->script == LL_SCRIPT_HOLD || a->script == LL_SCRIPT_REACT;
     int bodies = players_only ? arena->players : arena->bodies;
     int first = (int)(draw(a, OWN_BODY, slot_of(a, LL_SCRIPT_AIM_SLOTS, 600, 400).number) % (uint64_t)bodies);
     for (int k = 0; k < bodies; k++) {
         int i = (first + k) % bodies;
         const ll_entity *e = &world->entity[i];
         if (ll_arena_enemies(arena, a->player, i) &&
-            ll_arena_sees(arena, (ll_point){own->x, own->y}, (ll_point){e->x, e->y}))
+            ll_arena_sees(arena, (ll_point){own->x, own->y}, (ll_point){e->x, e->y}) &&
+            (a->script != LL_SCRIPT_REACT || noticed(arena, own, e, a)))
             return i;
     }
     return LL_NOBODY;
@@ -106,10 +122,36 @@ static bool elevation_to(way to, double speed, double gravity, double *elevation
     return true;
 }
 
+#define FLIGHT_S 20 /* a longer flight is not waited for */
+
+/* With drag: by aiming at a point above the target by what the last flight came too low. */
+static __attribute__((noinline)) bool lay_against_drag(const ll_shooter_params *p, way to, way velocity,
+                                                       double *elevation)
+{
+    double seconds = 0, raised = 0;
+    for (int i = 0; i < 8; i++) {
+        way led = {to.forward + velocity.forward * seconds, to.up + velocity.up * seconds};
+        way above = {led.forward, led.up + raised};
+        if (!elevation_to(above, p->shell_speed, p->gravity, elevation, &seconds))
+            return false;
+        const ll_flight f = {
+            .velocity = {p->shell_speed * ll_cos(*elevation), p->shell_speed * ll_sin(*elevation)},
+            .gravity = p->gravity,
+            .drag = p->drag};
+        seconds = ll_drag_flight_covers(&f, led.forward, FLIGHT_S);
+        if (seconds < 0)
+            return false;
+        raised += led.up - ll_drag_flight_at(&f, seconds).y;
+    }
+    return true;
+}
+
 /* With lead for the time of flight, found by iteration. */
 static bool lay_cannon(const ll_shooter_params *p, way to, way velocity, double *elevation)
 {
     double seconds = 0;
+    if (p->drag > 0)
+        return lay_against_drag(p, to, velocity, elevation);
     for (int i = 0; i < 5; i++) {
         way led = {to.forward + velocity.forward * seconds, to.up + velocity.up * seconds};
         if (!elevation_to(led, p->shell_speed, p->gravity, elevation, &seconds))

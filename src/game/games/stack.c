@@ -26,7 +26,7 @@ typedef struct stack_params {
 } stack_params;
 
 #define BLOCK_MAX (2 << 20) /* bytes of a step's world */
-#define BODIES_MAX (LL_ENTITIES_MAX - LL_PLAYERS_MAX)
+#define BODIES_MAX (LL_TOUCHING_MAX - LL_PEERS_MAX)
 #define REST 1e-3 /* m/s and rad/s */
 
 /* Scenes of src/rigid with boxes and without joints. */
@@ -167,7 +167,7 @@ static ll_status check(const void *object, const char *path)
 {
     const stack_params *p = object;
     char field[64];
-    ll_rigid_limits limits = limits_of(p, LL_PLAYERS_MAX);
+    ll_rigid_limits limits = limits_of(p, LL_PEERS_MAX);
     snprintf(field, sizeof field, "%ssize", path);
     if (ll_rigid_size(&limits) > BLOCK_MAX)
         return ll_field_error(LL_LIMIT, field, "scene: %s of size %lld needs %zu kB; at most %d are allowed",
@@ -344,7 +344,7 @@ static void take(ll_entity *e, const ll_game_env *env, const ll_body_state *s)
 static void step_bodies(ll_world *world, const ll_game_env *env)
 {
     _Alignas(64) char block[BLOCK_MAX];
-    ll_body_id ids[LL_ENTITIES_MAX];
+    ll_body_id ids[LL_TOUCHING_MAX];
     int players = world->players;
     ll_rigid *rigid = build(block, params_of(env), players);
     LL_ASSERT(bodies_of(rigid, ids + players) == world->entities - players);

@@ -1,18 +1,8 @@
 #include "game/core/arena.h"
 
 #include "base/detmath.h"
-
-bool ll_arena_enemies(const ll_arena *arena, int shooter, int body)
-{
-    if (body < 0 || body >= arena->bodies)
-        return false;
-    return body >= arena->players || (body - shooter) % arena->teams != 0;
-}
-
-double ll_arena_radius(const ll_arena *arena, int body)
-{
-    return body < arena->players ? arena->player_radius : arena->target_radius;
-}
+#include "game/weapons/drag_flight.h"
+#include "game/weapons/roots.h"
 
 /* ---- hitscan ---- */
 
@@ -93,7 +83,16 @@ bool ll_arena_sees(const ll_arena *arena, ll_point a, ll_point b)
 
 ll_point ll_flight_at(const ll_flight *f, double s)
 {
+    if (f->drag != 0)
+        return ll_drag_flight_at(f, s);
     return (ll_point){f->from.x + f->velocity.x * s, f->from.y + (f->velocity.y - f->gravity / 2 * s) * s};
+}
+
+ll_point ll_flight_velocity(const ll_flight *f, double s)
+{
+    if (f->drag != 0)
+        return ll_drag_flight_velocity(f, s);
+    return (ll_point){f->velocity.x, f->velocity.y - f->gravity * s};
 }
 
 ll_flight ll_flight_chord(const ll_flight *f, double s0, double s1)
@@ -103,52 +102,6 @@ ll_flight ll_flight_chord(const ll_flight *f, double s0, double s1)
     if (s == 0)
         return (ll_flight){.from = a};
     return (ll_flight){.from = a, .velocity = {(b.x - a.x) / s, (b.y - a.y) / s}};
-}
-
-/* ---- roots ---- */
-
-static double value_of(const double *c, int degree, double u)
-{
-    double sum = c[degree];
-    for (int i = degree - 1; i >= 0; i--)
-        sum = sum * u + c[i];
-    return sum;
-}
-
-/* The single root between `a` and `b`, to 2^-56 of their distance. */
-static double bisect(const double *c, int degree, double a, double b)
-{
-    bool above = value_of(c, degree, a) > 0;
-    for (int i = 0; i < 56; i++) {
-        double u = a + (b - a) / 2;
-        if ((value_of(c, degree, u) > 0) == above)
-            a = u;
-        else
-            b = u;
-    }
-    return b;
-}
-
-/* Roots in (0, 1] of the polynomial sum c[i] u^i, of degree 1 to 4, at which its sign changes, in order;
- * returns their count. Between two extrema, which are the roots of its derivative, there is at most one. */
-static int sign_changes(const double *c, int degree, double *roots)
-{
-    if (degree == 1) {
-        roots[0] = c[1] != 0 ? -c[0] / c[1] : -1;
-        return roots[0] > 0 && roots[0] <= 1;
-    }
-    double slope[4], turns[4];
-    for (int i = 0; i < degree; i++)
-        slope[i] = (i + 1) * c[i + 1];
-    int count = sign_changes(slope, degree - 1, turns), found = 0;
-    double a = 0;
-    for (int i = 0; i <= count; i++) {
-        double b = i < count ? turns[i] : 1;
-        if ((value_of(c, degree, a) > 0) != (value_of(c, degree, b) > 0))
-            roots[found++] = bisect(c, degree, a, b);
-        a = b;
-    }
-    return found;
 }
 
 /* ---- hits ---- */
@@ -191,7 +144,7 @@ static double meets_body(const stretch *t, ll_point a, ll_point b, double radius
                         x1 * x1 + y1 * y1 + 2 * y0 * y2, 2 * y1 * y2, y2 * y2};
     if (c[0] <= 0)
         return t->s0;
-    return sign_changes(c, 4, roots) > 0 ? t->s0 + t->h * roots[0] : NEVER;
+    return ll_sign_changes(c, 4, roots) > 0 ? t->s0 + t->h * roots[0] : NEVER;
 }
 
 /* Appends the times at which the flight is at height `y`, and counts them. */
@@ -282,6 +235,8 @@ static double leaves(const ll_flight *f, double s0, double s1, const ll_box *bou
 ll_flight_hit ll_arena_flight(const ll_arena *arena, int shooter, const ll_flight *flight, double s0,
                               double s1, const ll_point *before, const ll_point *after)
 {
+    if (flight->drag != 0)
+        return ll_drag_flight_meets(arena, shooter, flight, s0, s1, before, after);
     ll_flight_hit first = {NEVER, LL_MET_NOTHING, LL_NOBODY};
     stretch t = stretch_of(flight, s0, s1);
     for (int i = 0; i < arena->bodies; i++) {

@@ -8,22 +8,6 @@ static void tell(const ll_field *field, const ll_hit_result *hit_result)
         field->past->witness(field->past->context, hit_result);
 }
 
-/* The shooter's view time, limited by the rules, for an input of the step that ends at `now`. The view's age
- * counts from there; the rewind counts from the world that the shot is judged in, a step earlier. */
-static void look_back(ll_shot *shot, const ll_past *past, uint32_t view_age_ns, ll_time now)
-{
-    ll_time age = view_age_ns, oldest = past->measured[shot->shooter] + past->buffer;
-    ll_time tolerance = ll_ms(past->rules->rewind_tolerance_ms), most = ll_ms(past->rules->max_rewind_ms);
-    shot->view_time_rejected = age > oldest + tolerance;
-    if (shot->view_time_rejected)
-        age = oldest;
-    ll_time start = ll_history_time(past->history, 0), seen = now - age;
-    shot->clamped = shot->looks_back && seen < shot->now - most;
-    if (seen < shot->now - most)
-        seen = shot->now - most;
-    shot->seen = seen < start ? start : seen > shot->now ? shot->now : seen;
-}
-
 static const ll_hitscan_policy *policy_of(const ll_field *field)
 {
     return ll_hitscan_policies[field->past ? field->past->rules->hitscan : 0];
@@ -39,23 +23,48 @@ static bool looks_back(const ll_field *field, int weapon)
     return weapon == LL_HITSCAN ? policy_of(field)->rewinds : family_of(field)->looks_back;
 }
 
+/* The shooter's view time, limited by the rules, for an input of the step that ends at `now`. The view's age
+ * counts from there; the rewind counts from the world that the shot is judged in, a step earlier. */
+static void look_back(ll_shot *shot, const ll_field *field, ll_weapon weapon, uint32_t view_age_ns,
+                      ll_time now)
+{
+    const ll_past *past = field->past;
+    const ll_hitscan_policy *policy = policy_of(field);
+    ll_time age = ll_view_age(past, shot->shooter, view_age_ns, &shot->view_time_rejected);
+    ll_time start = ll_history_time(past->history, 0), seen = now - age;
+    ll_time earliest = shot->now - ll_ms(past->rules->max_rewind_ms);
+    if (weapon == LL_HITSCAN && policy->share && seen < shot->now) {
+        double share = policy->share(past->params, age);
+        seen = shot->now - (ll_time)(share * (double)(shot->now - seen));
+        shot->clamped = share < 1;
+    }
+    shot->clamped = shot->looks_back && (shot->clamped || seen < earliest);
+    if (seen < earliest)
+        seen = earliest;
+    shot->seen = seen < start ? start : seen > shot->now ? shot->now : seen;
+}
+
 static void fire_hitscan(ll_weapon_state *arms, const ll_field *field, const ll_shot *shot)
 {
     const ll_hitscan_policy *policy = policy_of(field);
     int body = policy->judge(field, shot);
+    bool vetoed = body != LL_NOBODY && policy->stands && !policy->stands(field, shot, body);
+    if (vetoed)
+        body = LL_NOBODY;
     arms->shots[LL_HITSCAN]++;
     arms->hits[LL_HITSCAN] += body != LL_NOBODY;
     tell(field, &(ll_hit_result){.kind = LL_HIT_RESULT_HITSCAN,
                                  .shooter = shot->shooter,
                                  .number = (uint32_t)arms->shots[LL_HITSCAN],
                                  .body = body,
+                                 .vetoed = vetoed,
                                  .shot = shot,
                                  .rewound_to = policy->rewinds ? shot->seen : shot->now});
 }
 
 static ll_flight flight_of(const ll_projectile *projectile, const ll_arena *arena)
 {
-    return (ll_flight){projectile->from, projectile->velocity, arena->gravity};
+    return (ll_flight){projectile->from, projectile->velocity, arena->gravity, arena->projectile_drag};
 }
 
 /* `rewound_to`: time of the bodies that the projectile hit; LL_NEVER: that of its end. */
@@ -76,11 +85,14 @@ static void strike(ll_weapon_state *arms, ll_projectile *projectile, const ll_fi
                                  .at = ll_flight_at(&flight, m.s)});
 }
 
-/* Distance between the tested path at the launch and the parabola, in the middle, where it is largest. */
+/* Distance between the tested path at the launch and the flight. A chord is farthest off in the middle; a
+ * flight without drag, at the end. */
 static double trace_error(const ll_field *field, const ll_flight *flight, double s)
 {
     ll_flight traced = ll_traced(field->past, flight, s);
-    ll_point a = ll_flight_at(&traced, s / 2), b = ll_flight_at(flight, s / 2);
+    bool neglects = field->past && field->past->rules->projectile_trace == LL_TRACE_DRAG_NEGLECTED;
+    double farthest = neglects ? s : s / 2;
+    ll_point a = ll_flight_at(&traced, farthest), b = ll_flight_at(flight, farthest);
     return ll_sqrt((a.x - b.x) * (a.x - b.x) + (a.y - b.y) * (a.y - b.y));
 }
 
@@ -160,7 +172,7 @@ void ll_weapons_fire(ll_weapon_state *arms, const ll_field *field, int shooter, 
                         .seen = before,
                         .looks_back = looks_back(field, w)};
         if (field->past)
-            look_back(&shot, field->past, action->view_age_ns, now);
+            look_back(&shot, field, (ll_weapon)w, action->view_age_ns, now);
         fire[w](arms, field, &shot);
     }
 }
@@ -178,7 +190,7 @@ static bool unclaimed(const ll_field *field, const ll_flight *flight, double s)
 static ll_flight_hit meet(const ll_field *field, int shooter, const ll_flight *flight, double s0, double s1,
                           const ll_point *after)
 {
-    if (!field->past || field->past->rules->projectile_trace == LL_TRACE_PARABOLA)
+    if (!field->past || field->past->rules->projectile_trace != LL_TRACE_STRAIGHT)
         return ll_arena_flight(field->arena, shooter, flight, s0, s1, field->present, after);
     ll_flight chord = ll_flight_chord(flight, s0, s1);
     ll_flight_hit m = ll_arena_flight(field->arena, shooter, &chord, 0, s1 - s0, field->present, after);

@@ -6,6 +6,8 @@
 extern const ll_hitscan_policy ll_hitscan_none;
 extern const ll_hitscan_policy ll_hitscan_rewind;
 extern const ll_hitscan_policy ll_hitscan_client_authoritative;
+extern const ll_hitscan_policy ll_hitscan_hybrid;
+extern const ll_hitscan_policy ll_hitscan_victim_veto;
 
 extern const ll_projectile_family ll_projectile_none;
 extern const ll_projectile_family ll_projectile_fast_forward;

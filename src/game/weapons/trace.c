@@ -14,6 +14,13 @@ void ll_bodies_at(const ll_arena *arena, const ll_history *history, ll_time time
         ll_history_at(history, moment, i, &bodies[i].x, &bodies[i].y);
 }
 
+ll_time ll_view_age(const ll_past *past, int player, uint32_t stated_ns, bool *rejected)
+{
+    ll_time age = stated_ns, oldest = past->measured[player] + past->buffer;
+    *rejected = age > oldest + ll_ms(past->rules->rewind_tolerance_ms);
+    return *rejected ? oldest : age;
+}
+
 ll_flight_hit ll_flight_through(const ll_arena *arena, const ll_history *history, int shooter,
                                 const ll_flight *flight, ll_time start, ll_time from, ll_time to)
 {
@@ -37,6 +44,10 @@ ll_flight_hit ll_flight_through(const ll_arena *arena, const ll_history *history
 
 ll_flight ll_traced(const ll_past *past, const ll_flight *flight, double s)
 {
-    return past && past->rules->projectile_trace == LL_TRACE_STRAIGHT ? ll_flight_chord(flight, 0, s)
-                                                                      : *flight;
+    ll_flight traced = *flight;
+    if (past && past->rules->projectile_trace == LL_TRACE_STRAIGHT)
+        return ll_flight_chord(flight, 0, s);
+    if (past && past->rules->projectile_trace == LL_TRACE_DRAG_NEGLECTED)
+        traced.drag = 0;
+    return traced;
 }

@@ -42,7 +42,7 @@ static int32_t round_up(int32_t n, int32_t to) /* a power of two */
 
 static int32_t queue_capacity(int32_t slots)
 {
-    return slots + slots / 8 + 1; /* a full one slides once per slots / 8 messages */
+    return slots + (int32_t)((uint32_t)slots / 8) + 1; /* a full one slides once per slots / 8 messages */
 }
 
 /* A message has one packet and, with mtu_bytes of 1200 or more, at most one more per 1200 bytes. */
@@ -54,7 +54,7 @@ static int32_t ring_places(int32_t slots, int32_t arena)
 
 static int32_t ring_capacity(int32_t places)
 {
-    return round_up(places, 2); /* the next part starts at a multiple of 8 */
+    return places + (places & 1); /* the next part starts at a multiple of 8 */
 }
 
 /* Fits `slots` packets of `arena` bytes in total, including rounding. */
@@ -80,7 +80,7 @@ static char *store_of(const ll_link *l)
 
 static parcel *parcel_at(const ll_link *l, int32_t at)
 {
-    return (parcel *)(void *)(store_of(l) + at);
+    return (parcel *)(void *)(store_of(l) + (uint32_t)at);
 }
 
 static bool in_flight(const parcel *p)
@@ -128,12 +128,12 @@ void ll_link_init(ll_link *l, int slots, int arena_bytes, uint64_t seed, uint64_
 
 /* ---- queue ---- */
 
-/* Position after all that are due at `due` or before: equal due times keep the order of sending. Linear
- * search near the end, binary search elsewhere. */
-static inline int32_t place_of(const entry *queue, int32_t first, int32_t end, ll_time due)
+/* Position after all that are due at `due` or before: equal due times keep the order of sending. The last is
+ * due later. Linear search near the end, binary search elsewhere. */
+static int32_t place_of(const entry *queue, int32_t first, int32_t end, ll_time due)
 {
-    int32_t low = first, high = end;
-    for (int32_t steps = 8; high > first && queue[high - 1].due > due; high--)
+    int32_t low = first, high = end - 1;
+    for (int32_t steps = 7; high > first && queue[high - 1].due > due; high--)
         if (steps-- == 0)
             break;
     if (high == first || queue[high - 1].due <= due)
@@ -148,22 +148,34 @@ static inline int32_t place_of(const entry *queue, int32_t first, int32_t end, l
     return low;
 }
 
+/* Makes room in the middle and returns the place. */
+static int32_t open_place(ll_link *l, entry *queue, ll_time due)
+{
+    int32_t place = place_of(queue, l->first, l->end, due);
+    LL_VALIDATE(place >= l->first && queue[place].due > due);
+    memmove(queue + place + 1, queue + place, (size_t)(l->end - place) * sizeof *queue);
+    return place;
+}
+
+static void slide(ll_link *l, entry *queue)
+{
+    memmove(queue, queue + l->first, (size_t)(l->end - l->first) * sizeof *queue);
+    l->end -= l->first;
+    l->first = 0;
+}
+
 static inline void enqueue(ll_link *l, entry e)
 {
     entry *queue = queue_of(l);
     const int32_t capacity = queue_capacity(l->slots);
-    if (l->end == capacity) {
-        memmove(queue, queue + l->first, (size_t)(l->end - l->first) * sizeof *queue);
-        l->end -= l->first;
-        l->first = 0;
-    }
-    int32_t end = l->end, place = place_of(queue, l->first, end, e.due);
-    LL_ASSERT(end < capacity); /* sliding has made room */
-    LL_VALIDATE(place >= l->first && (place == end || queue[place].due > e.due));
-    if (place < end)
-        memmove(queue + place + 1, queue + place, (size_t)(end - place) * sizeof *queue);
+    if (l->end == capacity)
+        slide(l, queue);
+    LL_ASSERT(l->end < capacity); /* sliding has made room */
+    int32_t place = l->end;
+    if (place > l->first && queue[place - 1].due > e.due)
+        place = open_place(l, queue, e.due);
     queue[place] = e;
-    l->end = end + 1;
+    l->end++;
 }
 
 /* ---- store ---- */
@@ -213,7 +225,7 @@ static inline int32_t store(ll_link *l, int64_t number, const void *bytes, int32
 
 void ll_link_put(ll_link *l, ll_time now, ll_time due, const void *bytes, int32_t size)
 {
-    LL_ASSERT(due >= now && due - now <= UINT32_MAX); /* no packet arrives before it is sent */
+    LL_ASSERT((uint64_t)(due - now) <= UINT32_MAX); /* no packet arrives before it is sent */
     LL_VALIDATE(ll_link_has_room(l, size));
     enqueue(l, (entry){.due = due, .at = store(l, l->number, bytes, size), .took = (uint32_t)(due - now)});
 }
@@ -238,13 +250,12 @@ static void count_delivery(ll_link *l, uint32_t number)
     l->delivered += ahead > 0 ? ahead : 0;
 }
 
-/* Copies out the packet of a removed entry. */
-static int hand_over(ll_link *l, parcel *p, void *bytes, int capacity)
+/* The message of a removed entry is no longer in the link. Its bytes stay where they are until there is
+ * another. */
+static inline int let_go(ll_link *l, parcel *p)
 {
     int32_t size = p->size;
-    LL_ASSERT(size >= 0 && size <= capacity);
-    if (size > 0)
-        memcpy(bytes, p + 1, (size_t)size);
+    LL_ASSERT(size >= 0);
     p->size = ~size;
     l->bytes -= size;
     LL_ASSERT(l->bytes >= 0 && l->first <= l->end - l->held);
@@ -254,6 +265,29 @@ static int hand_over(ll_link *l, parcel *p, void *bytes, int capacity)
     return size;
 }
 
+static void copy_out(const parcel *p, int size, void *bytes, int capacity)
+{
+    LL_ASSERT(size <= capacity);
+    if (size > 0)
+        memcpy(bytes, p + 1, (size_t)size);
+}
+
+static inline parcel *next_parcel(ll_link *l, entry e)
+{
+    parcel *p = parcel_at(l, e.at);
+    count_delivery(l, p->number);
+    return p;
+}
+
+const void *ll_link_next(ll_link *l, ll_time now, int *size)
+{
+    if (ll_link_next_due(l) > now)
+        return NULL;
+    parcel *p = next_parcel(l, queue_of(l)[l->first++]);
+    *size = let_go(l, p);
+    return p + 1;
+}
+
 int ll_link_receive(ll_link *l, ll_time now, void *bytes, int capacity, ll_time *sent, ll_time *due)
 {
     if (ll_link_next_due(l) > now)
@@ -261,9 +295,15 @@ int ll_link_receive(ll_link *l, ll_time now, void *bytes, int capacity, ll_time 
     entry e = queue_of(l)[l->first++];
     *sent = e.due - e.took;
     *due = e.due;
-    parcel *p = parcel_at(l, e.at);
-    count_delivery(l, p->number);
-    return hand_over(l, p, bytes, capacity);
+    parcel *p = next_parcel(l, e);
+    int size = let_go(l, p);
+    copy_out(p, size, bytes, capacity);
+    return size;
+}
+
+bool ll_link_room(const ll_link *l, int size)
+{
+    return ll_link_has_room(l, size);
 }
 
 void ll_link_hold(ll_link *l, uint32_t id, const void *bytes, int size)
@@ -285,7 +325,9 @@ int ll_link_take_held(ll_link *l, uint32_t id, void *bytes, int capacity)
     memmove(queue + i, queue + i + 1, (size_t)(l->end - i - 1) * sizeof *queue);
     l->end--;
     l->held--;
-    return hand_over(l, p, bytes, capacity);
+    int size = let_go(l, p);
+    copy_out(p, size, bytes, capacity);
+    return size;
 }
 
 void ll_link_clear(ll_link *l)

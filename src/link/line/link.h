@@ -15,6 +15,8 @@
  * messages and `arena` bytes in flight; excess messages are dropped and counted. No allocation. */
 #pragma once
 
+#include "link/bottleneck/bottleneck.h"
+#include "link/profile/profile.h"
 #include "link/stages/parameters.h"
 
 typedef struct ll_link ll_link; /* part of a block; size from ll_link_size */
@@ -27,11 +29,52 @@ void ll_link_init(ll_link *link, int slots, int arena_bytes, uint64_t seed, uint
 ll_sending ll_link_send(ll_link *link, const ll_link_params *params, double lag_ms, ll_time now,
                         const void *bytes, int size);
 
+/* Is called for each packet, in the order of sending. */
+typedef struct ll_link_tap {
+    void (*packet)(void *context, const ll_link_packet *packet);
+    void *context;
+} ll_link_tap;
+
+/* What parameters and a base delay mean for every message, worked out once for many: valid as long as
+ * `params`. */
+typedef struct ll_link_plan {
+    const ll_link_params *params;
+    double lag_ms, delay_ms; /* `lag_ms` and the parameters' delay together */
+    ll_time delay;           /* the same */
+    const ll_link_tap *tap;  /* NULL: none */
+    uint32_t stages;         /* 0: no impairment */
+    uint32_t reserved;
+    const ll_link_profile *profile; /* NULL: none */
+    ll_profile_state *state;
+    ll_bottleneck *bottleneck; /* NULL: none; shared with other links */
+} ll_link_plan;
+
+ll_link_plan ll_link_plan_of(const ll_link_params *params, double lag_ms);
+/* Of a plan that is complete otherwise: packets pass `queue`, which other links share, before all delays. */
+void ll_link_plan_share(ll_link_plan *plan, ll_bottleneck *queue);
+/* The same of a link with a profile; both NULL: of one without. `profile` and `state` live as long as the
+ * plan. */
+ll_link_plan ll_link_plan_with(const ll_link_params *params, double lag_ms, const ll_link_profile *profile,
+                               ll_profile_state *state);
+ll_sending ll_link_send_by(ll_link *link, const ll_link_plan *plan, ll_time now, const void *bytes, int size);
+
+/* The same for the usual message: in one packet, of a link with room, without impairments or a tap. It
+ * arrives at `due`. False for any other: nothing has happened, and ll_link_send_by sends it. */
+bool ll_link_send_plain(ll_link *link, const ll_link_plan *plan, ll_time now, const void *bytes, int size,
+                        ll_time *due);
+
 ll_time ll_link_next_due(const ll_link *link); /* LL_NEVER if empty */
+
+/* Removes the next message due at or before `now` and returns where its `size` bytes still lie, at a multiple
+ * of 4, until the link gets another message; NULL if there is none. */
+const void *ll_link_next(ll_link *link, ll_time now, int *size);
 
 /* Removes the next message due at or before `now` and copies it out. Returns its size, or -1 if there is
  * none. */
 int ll_link_receive(ll_link *link, ll_time now, void *bytes, int capacity, ll_time *sent, ll_time *due);
+
+/* Whether a message of `size` bytes has room. */
+bool ll_link_room(const ll_link *link, int size);
 
 /* Keeps a message just received for its receiver's de-jitter buffer, which holds times only: its place in the
  * link is still free. It is no longer in flight. */

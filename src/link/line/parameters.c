@@ -80,6 +80,8 @@ static const ll_param rows[] = {
     {REAL(corrupt_pct), PERCENT,
      .help = "Packets that arrive corrupted: the receiver's checksum drops them."},
     {REAL(corrupt_corr_pct), CORRELATION, .help = "Correlation of the corruption of successive packets."},
+    {CHOICE(profile), .choices = ll_profile_names,
+     .help = "One of the scenario's profiles: a trace, slots, cells, ECN, a table of delays, a distance."},
 };
 
 /* ---- rules between values ---- */

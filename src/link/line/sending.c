@@ -13,12 +13,9 @@ static void count_delay(ll_link *l, double delay_ms)
     s->delay.sum_squares += delay_ms * delay_ms;
 }
 
-/* Due time of a packet that passed all stages, in the configured order. */
-static ll_time arrival(ll_link *l, ll_order order, ll_time now, double delay_ms, ll_time queued)
+/* Due time of a packet that passed all stages and would arrive at `due`, in the configured order. */
+static inline ll_time arrival(ll_link *l, ll_order order, ll_time now, ll_time due, double delay_ms)
 {
-    ll_time due = now + ll_ms(delay_ms) + queued;
-    if (queued > 0)
-        delay_ms += ll_to_ms(queued);
     if (order == LL_ORDER_FIFO && due < l->latest) {
         due = l->latest;
         delay_ms = ll_to_ms(due - now);
@@ -39,7 +36,7 @@ static void count_pair(ll_link *l, double delay_ms)
     l->delay_ms = delay_ms;
 }
 
-#define ENTRY (1U << LL_STAGE_DUPLICATE | 1U << LL_STAGE_LOSS | 1U << LL_STAGE_CORRUPT)
+#define ENTRY (1U << LL_STAGE_DUPLICATE | 1U << LL_STAGE_LOSS | 1U << LL_STAGE_TRACE | 1U << LL_STAGE_CORRUPT)
 
 /* Passes a packet or its copy through the stages. `size`: of the whole message, for which the link must have
  * room. */
@@ -59,22 +56,25 @@ static void travel(ll_link *l, uint32_t stages, ll_passage *p, int32_t size)
         l->stats.corrupted++;
         return;
     }
-    p->due = arrival(l, (ll_order)p->params->order, p->now, p->delay_ms, p->queued);
+    p->due = arrival(l, (ll_order)p->params->order, p->now, p->now + ll_ms(p->delay_ms) + p->queued,
+                     p->queued > 0 ? p->delay_ms + ll_to_ms(p->queued) : p->delay_ms);
     if (!p->is_copy)
         count_pair(l, ll_to_ms(p->due - p->now));
 }
 
-static ll_passage packet(ll_link *l, const ll_link_params *params, double lag_ms, ll_time now, int32_t size,
-                         int32_t fragment)
+static ll_passage packet(ll_link *l, const ll_link_plan *plan, ll_time now, int32_t size, int32_t fragment)
 {
-    return (ll_passage){.params = params,
+    return (ll_passage){.params = plan->params,
+                        .profile = plan->profile,
+                        .state = plan->state,
+                        .bottleneck = plan->bottleneck,
                         .seed = l->seed,
                         .stream = l->stream,
                         .counter = (uint64_t)l->number + ((uint64_t)fragment << LL_FRAGMENT_SHIFT),
                         .number = l->packet,
                         .now = now,
-                        .lag_ms = lag_ms,
-                        .delay_ms = lag_ms + params->delay_ms,
+                        .lag_ms = plan->lag_ms,
+                        .delay_ms = plan->delay_ms,
                         .due = now,
                         .departures = ll_link_ring(l),
                         .places = l->places,
@@ -82,7 +82,7 @@ static ll_passage packet(ll_link *l, const ll_link_params *params, double lag_ms
 }
 
 /* A copy starts after the stage that made it. */
-static ll_passage copy_of(const ll_passage *p)
+static ll_passage copy_of(const ll_passage *p, int32_t size)
 {
     ll_passage copy = *p;
     copy.counter = ~p->counter;
@@ -91,7 +91,8 @@ static ll_passage copy_of(const ll_passage *p)
     copy.queued = 0;
     copy.fate = LL_FATE_DELIVERED;
     copy.is_copy = true;
-    copy.damaged = copy.reordered = false;
+    copy.damaged = copy.reordered = copy.marked = false;
+    copy.size = size;
     return copy;
 }
 
@@ -99,11 +100,28 @@ static ll_passage copy_of(const ll_passage *p)
 typedef struct message {
     const void *bytes;
     int32_t size;
-    bool whole; /* in one packet */
+    bool whole;             /* in one packet */
+    const ll_link_tap *tap; /* NULL: none */
 } message;
+
+static void show(const message *m, const ll_link *l, const ll_sending *sent, int32_t index, int32_t count)
+{
+    if (m->tap)
+        m->tap->packet(m->tap->context, &(ll_link_packet){.message = m->bytes,
+                                                          .size = m->size,
+                                                          .number = l->number,
+                                                          .index = index,
+                                                          .count = count,
+                                                          .duplicated = sent->duplicated,
+                                                          .fate = sent->fate,
+                                                          .copy_fate = sent->copy_fate,
+                                                          .due = sent->due,
+                                                          .copy_due = sent->copy_due});
+}
 
 static ll_sending pass(ll_link *l, uint32_t stages, ll_passage *p, const message *m)
 {
+    const int32_t size = p->size; /* cells change it */
     travel(l, stages, p, m->size);
     if (m->whole && p->fate == LL_FATE_DELIVERED)
         ll_link_put(l, p->now, p->due, m->bytes, m->size);
@@ -114,10 +132,11 @@ static ll_sending pass(ll_link *l, uint32_t stages, ll_passage *p, const message
                           .reordered = p->reordered,
                           .duplicated = p->duplicated,
                           .rescued = p->rescued,
+                          .marked = p->marked,
                           .copy_fate = LL_FATE_LOST,
                           .copy_due = p->now};
     if (p->duplicated && !p->rescued) {
-        ll_passage copy = copy_of(p);
+        ll_passage copy = copy_of(p, size);
         travel(l, stages & ~(1U << LL_STAGE_DUPLICATE), &copy, m->size);
         if (m->whole && copy.fate == LL_FATE_DELIVERED)
             ll_link_put(l, copy.now, copy.due, m->bytes, m->size);
@@ -171,17 +190,17 @@ static void gather(ll_link *l, ll_sending *all, const ll_sending *one)
 }
 
 /* Sends a sequence of independent packets; the message arrives with the last of them. */
-static ll_sending send_split(ll_link *l, const ll_link_params *params, double lag_ms, ll_time now,
-                             const message *m, int32_t packets)
+static ll_sending send_split(ll_link *l, const ll_link_plan *plan, ll_time now, const message *m,
+                             int32_t packets)
 {
-    uint32_t stages = ll_stages_used(params);
     ll_sending all = {.fate = LL_FATE_DELIVERED, .due = now, .fragments = packets};
-    int32_t mtu = (int32_t)params->mtu_bytes, left = m->size;
+    int32_t mtu = (int32_t)plan->params->mtu_bytes, left = m->size;
     count_split(l, packets);
     for (int32_t i = 0; i < packets; i++, left -= mtu) {
         int32_t size = (left < mtu ? left : mtu) + LL_FRAGMENT_HEADER;
-        ll_passage p = packet(l, params, lag_ms, now, size, i);
-        ll_sending one = pass(l, stages, &p, m);
+        ll_passage p = packet(l, plan, now, size, i);
+        ll_sending one = pass(l, plan->stages, &p, m);
+        show(m, l, &one, i, packets);
         gather(l, &all, &one);
     }
     if (all.fate == LL_FATE_DELIVERED)
@@ -191,58 +210,113 @@ static ll_sending send_split(ll_link *l, const ll_link_params *params, double la
     return all;
 }
 
-static ll_sending send_impaired(ll_link *l, const ll_link_params *params, double lag_ms, ll_time now,
-                                const message *m)
+static ll_sending send_impaired(ll_link *l, const ll_link_plan *plan, ll_time now, const message *m)
 {
-    ll_passage p = packet(l, params, lag_ms, now, m->size, 0);
-    ll_sending sending = pass(l, ll_stages_used(params), &p, m);
+    ll_passage p = packet(l, plan, now, m->size, 0);
+    ll_sending sending = pass(l, plan->stages, &p, m);
     ll_time when;
+    show(m, l, &sending, 0, 1);
     if (!comes(&sending, &when))
         count_lost(l, 1);
     return sending;
 }
 
-static ll_sending refuse(ll_link *l, ll_time now, int32_t packets)
+/* All packets of the message have one fate. */
+static ll_sending show_all(const message *m, const ll_link *l, ll_sending sent)
+{
+    for (int32_t i = 0; m->tap && i < sent.fragments; i++)
+        show(m, l, &sent, i, sent.fragments);
+    return sent;
+}
+
+static ll_sending refuse(ll_link *l, ll_time now, int32_t packets, const message *m)
 {
     l->stats.overflowed += packets;
     l->stats.fragments.lost += packets > 1 ? packets : 0;
     count_lost(l, packets);
-    return (ll_sending){.fate = LL_FATE_OVERFLOW, .due = now, .fragments = packets};
+    return show_all(m, l, (ll_sending){.fate = LL_FATE_OVERFLOW, .due = now, .fragments = packets});
 }
 
 /* Without draws: all packets of a message arrive at one time. */
-static ll_sending send_plain(ll_link *l, const ll_link_params *params, double lag_ms, ll_time now,
-                             const message *m, int32_t packets)
+static ll_sending send_plain(ll_link *l, const ll_link_plan *plan, ll_time now, const message *m,
+                             int32_t packets)
 {
+    const ll_order order = (ll_order)plan->params->order;
     l->packet += packets;
     if (packets > 1)
         count_split(l, packets);
     if (!ll_link_has_room(l, m->size))
-        return refuse(l, now, packets);
-    double delay_ms = lag_ms + params->delay_ms;
-    ll_time due = arrival(l, (ll_order)params->order, now, delay_ms, 0);
-    for (int32_t i = 1; i < packets; i++)
-        due = arrival(l, (ll_order)params->order, now, delay_ms, 0);
+        return refuse(l, now, packets, m);
+    ll_time due = now + plan->delay;
+    for (int32_t i = 0; i < packets; i++)
+        due = arrival(l, order, now, now + plan->delay, plan->delay_ms);
     ll_link_put(l, now, due, m->bytes, m->size);
-    return (ll_sending){.fate = LL_FATE_DELIVERED, .due = due, .fragments = packets};
+    return show_all(m, l, (ll_sending){.fate = LL_FATE_DELIVERED, .due = due, .fragments = packets});
+}
+
+ll_link_plan ll_link_plan_of(const ll_link_params *params, double lag_ms)
+{
+    double delay_ms = lag_ms + params->delay_ms;
+    return (ll_link_plan){.params = params,
+                          .lag_ms = lag_ms,
+                          .delay_ms = delay_ms,
+                          .delay = ll_ms(delay_ms),
+                          .stages = ll_stages_any(params) ? ll_stages_used(params) : 0};
+}
+
+ll_link_plan ll_link_plan_with(const ll_link_params *params, double lag_ms, const ll_link_profile *profile,
+                               ll_profile_state *state)
+{
+    ll_link_plan plan = ll_link_plan_of(params, lag_ms + (profile ? profile->distance_ms : 0));
+    plan.profile = profile;
+    plan.state = state;
+    plan.stages = ll_stages_profiled(params, profile);
+    return plan;
+}
+
+void ll_link_plan_share(ll_link_plan *plan, ll_bottleneck *queue)
+{
+    plan->bottleneck = queue;
+    plan->stages |= 1U << LL_STAGE_BOTTLENECK;
+}
+
+ll_sending ll_link_send_by(ll_link *l, const ll_link_plan *plan, ll_time now, const void *bytes, int size)
+{
+    LL_ASSERT(size >= 0 && size <= l->arena);
+    int32_t packets = packets_of(plan->params, size);
+    l->stats.sent += packets;
+    l->stats.bytes += size;
+    ll_sending sending;
+    message m = {bytes, size, packets == 1, plan->tap};
+    if (plan->stages == 0)
+        sending = send_plain(l, plan, now, &m, packets);
+    else
+        sending = packets == 1 ? send_impaired(l, plan, now, &m) : send_split(l, plan, now, &m, packets);
+    l->number++;
+    LL_VALIDATE(ll_link_valid(l));
+    return sending;
+}
+
+bool ll_link_send_plain(ll_link *l, const ll_link_plan *plan, ll_time now, const void *bytes, int size,
+                        ll_time *due)
+{
+    const int64_t mtu = plan->params->mtu_bytes;
+    if (plan->stages != 0 || plan->tap || (mtu > 0 && size > mtu) || !ll_link_has_room(l, size))
+        return false;
+    LL_ASSERT(size >= 0);
+    l->stats.sent++;
+    l->stats.bytes += size;
+    l->packet++;
+    *due = arrival(l, (ll_order)plan->params->order, now, now + plan->delay, plan->delay_ms);
+    ll_link_put(l, now, *due, bytes, size);
+    l->number++;
+    LL_VALIDATE(ll_link_valid(l));
+    return true;
 }
 
 ll_sending ll_link_send(ll_link *l, const ll_link_params *params, double lag_ms, ll_time now,
                         const void *bytes, int size)
 {
-    LL_ASSERT(size >= 0 && size <= l->arena);
-    int32_t packets = packets_of(params, size);
-    l->stats.sent += packets;
-    l->stats.bytes += size;
-    ll_sending sending;
-    message m = {bytes, size, packets == 1};
-    if (!ll_stages_any(params)) {
-        sending = send_plain(l, params, lag_ms, now, &m, packets);
-    } else {
-        sending = packets == 1 ? send_impaired(l, params, lag_ms, now, &m)
-                               : send_split(l, params, lag_ms, now, &m, packets);
-    }
-    l->number++;
-    LL_VALIDATE(ll_link_valid(l));
-    return sending;
+    const ll_link_plan plan = ll_link_plan_of(params, lag_ms);
+    return ll_link_send_by(l, &plan, now, bytes, size);
 }

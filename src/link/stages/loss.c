@@ -20,7 +20,7 @@ static bool model_loses(const ll_passage *p, ll_memory *m)
     return ll_loss_models[m->loss_model]->lost(p, &m->loss_state);
 }
 
-static void count(const ll_passage *p, ll_memory *m, ll_link_stats *stats)
+void ll_count_loss(const ll_passage *p, ll_memory *m, ll_link_stats *stats)
 {
     stats->lost++;
     stats->lost_copies += p->is_copy;
@@ -28,6 +28,13 @@ static void count(const ll_passage *p, ll_memory *m, ll_link_stats *stats)
         return;
     stats->loss_bursts += m->lost != p->number - 1;
     m->lost = p->number;
+}
+
+/* With ECN a loss is a mark, as in netem: of the packet, of which a copy may exist. */
+static void mark(ll_passage *p)
+{
+    p->marked = true;
+    p->state->marked++;
 }
 
 void ll_stage_loss(ll_passage *p, ll_memory *m, ll_link_stats *stats)
@@ -38,9 +45,13 @@ void ll_stage_loss(ll_passage *p, ll_memory *m, ll_link_stats *stats)
         ll_window_open(params->blackout_at_ms, params->blackout_every_ms, params->blackout_length_ms, p->now);
     if (!lost && !blackout)
         return;
+    if (!blackout && p->profile && p->profile->ecn) {
+        mark(p);
+        return;
+    }
     p->rescued = p->duplicated && !p->is_copy && !blackout;
     p->fate = p->rescued ? LL_FATE_DELIVERED : LL_FATE_LOST;
     stats->rescued += p->rescued;
     stats->lost_in_blackouts += blackout;
-    count(p, m, stats);
+    ll_count_loss(p, m, stats);
 }

@@ -6,6 +6,7 @@
 #include <stdint.h>
 
 #include "base/vtime.h"
+#include "link/profile/profile.h"
 #include "param/param.h"
 
 /* How a delay varies: delay + jitter * variate.
@@ -73,7 +74,7 @@ typedef struct ll_link_params {
     int32_t distribution; /* ll_distribution */
     int32_t order;        /* ll_order: free = sorted by due time; fifo = never before an earlier packet */
     int32_t loss_model;   /* ll_loss */
-    int32_t reserved;
+    int32_t profile;      /* 0: none, otherwise the number of the profile plus 1 */
 } ll_link_params;
 
 extern const ll_param_table ll_link_table;
@@ -81,6 +82,9 @@ extern const ll_param_table ll_link_table;
 /* Longest time that a packet can take with these parameters and `lag_ms` of base delay. (In fifo order it may
  * also wait for a packet that was sent with others.) */
 double ll_link_delay_max_ms(const ll_link_params *params, double lag_ms);
+/* The same with a profile; NULL: without. */
+double ll_link_delay_max_with_ms(const ll_link_params *params, double lag_ms,
+                                 const ll_profile_params *profile);
 
 #define LL_MTU_MIN 64        /* minimum of mtu_bytes other than 0 */
 #define LL_FRAGMENT_HEADER 4 /* bytes before a fragment: its index, their count and the message */
@@ -99,9 +103,21 @@ typedef struct ll_sending {
     bool reordered;    /* reordered ahead, without its delay */
     bool duplicated;
     bool rescued;      /* one of two copies was lost and the other went on; the copy is the lost one */
+    bool marked;       /* by ECN */
     ll_fate copy_fate; /* of the copy */
     ll_time copy_due;  /* like `due` */
 } ll_sending;
+
+/* A packet of a message as it was put on the link: for captures. */
+typedef struct ll_link_packet {
+    const void *message;  /* whole, and valid during the call */
+    int32_t size;         /* of the message */
+    int64_t number;       /* of the message, from 0 */
+    int32_t index, count; /* of the fragment; 0 and 1: the message is one packet */
+    bool duplicated;
+    ll_fate fate, copy_fate;
+    ll_time due, copy_due; /* if delivered or corrupted */
+} ll_link_packet;
 
 /* Fragments of long messages. */
 typedef struct ll_fragment_stats {

@@ -62,3 +62,20 @@ void ll_stage_rate(ll_passage *p, ll_memory *m, ll_link_stats *stats)
     stats->queue.sum_ms += queued_ms;
     stats->queue.max_ms = queued_ms > stats->queue.max_ms ? queued_ms : stats->queue.max_ms;
 }
+
+/* The queue that the links of all players share: before the way of each, so that packets enter it in the
+ * order of sending. */
+void ll_stage_bottleneck(ll_passage *p, ll_memory *m, ll_link_stats *stats)
+{
+    (void)m;
+    if (p->fate != LL_FATE_DELIVERED)
+        return;
+    ll_bottleneck_fate fate =
+        ll_bottleneck_enter(p->bottleneck, p->now, p->size + p->params->packet_overhead_bytes);
+    if (!fate.dropped) {
+        p->delay_ms += ll_to_ms(fate.leaves - p->now);
+        return;
+    }
+    p->fate = LL_FATE_OVERFLOW;
+    stats->queue_drops++;
+}

@@ -4,17 +4,25 @@
 #pragma once
 
 #include "base/rng.h"
+#include "link/bottleneck/bottleneck.h"
+#include "link/profile/profile.h"
 #include "link/stages/parameters.h"
 
 /* In the order of processing, which is netem's. */
 typedef enum ll_stage {
     LL_STAGE_DUPLICATE,
     LL_STAGE_LOSS,
+    LL_STAGE_TRACE, /* of a profile */
     LL_STAGE_CORRUPT,
-    LL_STAGE_LIMIT, /* of the rate's queue */
+    LL_STAGE_BOTTLENECK, /* shared with other links */
+    LL_STAGE_CELLS,      /* of a profile */
+    LL_STAGE_LIMIT,      /* of the rate's queue */
     LL_STAGE_DELAY,
+    LL_STAGE_TABLE, /* of a profile, instead of the delay */
     LL_STAGE_REORDER,
     LL_STAGE_RATE,
+    LL_STAGE_CAPACITY, /* of a profile, instead of the rate */
+    LL_STAGE_SLOT,     /* of a profile */
     LL_STAGES
 } ll_stage;
 
@@ -26,6 +34,7 @@ typedef enum ll_stream {
     LL_STREAM_REORDER = 4,
     LL_STREAM_CORRUPT = 5,
     LL_STREAM_TRANSITION = 6, /* of a loss model's state */
+    LL_STREAM_SLOT = 7,
     LL_STREAMS = 8
 } ll_stream;
 
@@ -35,9 +44,12 @@ typedef enum ll_stream {
 /* One packet, or its copy, in progress. */
 typedef struct ll_passage {
     const ll_link_params *params;
-    uint64_t seed, stream; /* of the link's draws */
-    uint64_t counter;      /* of all draws */
-    int64_t number;        /* of the packet, in the order of sending, for chains */
+    const ll_link_profile *profile; /* NULL: none */
+    ll_profile_state *state;
+    ll_bottleneck *bottleneck; /* NULL: none */
+    uint64_t seed, stream;     /* of the link's draws */
+    uint64_t counter;          /* of all draws */
+    int64_t number;            /* of the packet, in the order of sending, for chains */
     ll_time now;
     double lag_ms;
     double delay_ms;      /* so far, including lag, without the queue */
@@ -52,6 +64,7 @@ typedef struct ll_passage {
     bool duplicated; /* a copy exists */
     bool rescued;    /* a loss took the copy only */
     bool damaged, reordered;
+    bool marked; /* by ECN */
 } ll_passage;
 
 #pragma GCC diagnostic push
@@ -80,6 +93,8 @@ typedef struct ll_memory {
 typedef void ll_stage_pass(ll_passage *passage, ll_memory *memory, ll_link_stats *stats);
 ll_stage_pass ll_stage_duplicate, ll_stage_loss, ll_stage_corrupt, ll_stage_limit, ll_stage_delay,
     ll_stage_reorder, ll_stage_rate;
+ll_stage_pass ll_stage_trace, ll_stage_cells, ll_stage_table, ll_stage_capacity, ll_stage_slot,
+    ll_stage_bottleneck;
 
 /* Whether any stage is enabled: most links are plain, and pay only this check. */
 static inline bool ll_stages_any(const ll_link_params *p)
@@ -92,6 +107,7 @@ static inline bool ll_stages_any(const ll_link_params *p)
 
 /* Enabled stages: bit 1 << stage. */
 uint32_t ll_stages_used(const ll_link_params *params);
+uint32_t ll_stages_profiled(const ll_link_params *params, const ll_link_profile *profile);
 void ll_stages_pass(uint32_t stages, ll_passage *passage, ll_memory *memory, ll_link_stats *stats);
 
 /* Uniform in [0, 1). */
@@ -115,11 +131,29 @@ static inline double ll_chain_percent(double percent, double corr_pct, bool befo
 }
 
 /* Draws an event of `percent` by such a chain; `last`: the last packet to which it happened. */
-bool ll_chance(const ll_passage *passage, ll_stream stream, double percent, double corr_pct, int64_t *last);
+static inline bool ll_chance(const ll_passage *p, ll_stream stream, double percent, double corr_pct,
+                             int64_t *last)
+{
+    bool happens = 100 * ll_draw(p, stream) < ll_chain_percent(percent, corr_pct, *last == ll_draw_before(p));
+    if (happens && !p->is_copy)
+        *last = p->number;
+    return happens;
+}
+
+/* Counts a packet as lost. */
+void ll_count_loss(const ll_passage *passage, ll_memory *memory, ll_link_stats *stats);
 
 /* Whether `now` is within a period of `length_ms`; the first starts at `at_ms`, then one every `every_ms` (0:
  * none). */
-bool ll_window_open(double at_ms, double every_ms, double length_ms, ll_time now);
+static inline bool ll_window_open(double at_ms, double every_ms, double length_ms, ll_time now)
+{
+    if (length_ms <= 0)
+        return false;
+    ll_time since = now - ll_ms(at_ms), every = ll_ms(every_ms);
+    if (since < 0)
+        return false;
+    return (every > 0 ? since % every : since) < ll_ms(length_ms);
+}
 
 /* ---- models ---- */
 

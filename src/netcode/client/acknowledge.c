@@ -11,6 +11,8 @@ void ll_client_close(ll_client *c, const ll_client_setup *s, uint32_t seq, ll_in
     if (p->closed_once)
         return;
     p->closed_once = 1;
+    if (!(s->client_metrics->observes & LL_OBSERVE_INPUTS))
+        return;
     if (now >= s->client_metrics->from)
         ll_input_history_closed(&s->client_metrics->input_history, seq, how == LL_INPUT_APPLIED, state->tick);
     if (how == LL_INPUT_APPLIED)

@@ -59,7 +59,8 @@ static bool same(const ll_entity *a, const ll_entity *b)
 
 bool ll_same_in(const ll_world *a, const ll_world *b, const ll_entity_set *set)
 {
-    for (int i = 0; i < a->entities; i++)
+    const int end = ll_set_end(a);
+    for (int i = 0; i < end; i++)
         if (ll_entity_set_has(set, i) && !same(&a->entity[i], &b->entity[i]))
             return false;
     return true;
@@ -68,7 +69,8 @@ bool ll_same_in(const ll_world *a, const ll_world *b, const ll_entity_set *set)
 bool ll_agrees_in(const ll_agreement *agreement, const ll_world *predicted, const ll_world *state,
                   const ll_entity_set *set)
 {
-    for (int i = 0; i < state->entities; i++) {
+    const int end = ll_set_end(state);
+    for (int i = 0; i < end; i++) {
         const ll_entity *p = &predicted->entity[i], *q = &state->entity[i];
         bool exact = agreement->tolerance_m == 0 &&
                      (i == agreement->exact || (agreement->begun.m == 0 && agreement->state.m == 0));

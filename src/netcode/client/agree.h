@@ -21,6 +21,12 @@ typedef struct ll_agreement {
     int exact; /* entity that no rounding has reached: the own one until others may touch it; -1: none */
 } ll_agreement;
 
+/* No entity of a set has this index or a higher one. */
+static inline int ll_set_end(const ll_world *world)
+{
+    return world->entities < LL_TOUCHING_MAX ? world->entities : LL_TOUCHING_MAX;
+}
+
 bool ll_same_in(const ll_world *a, const ll_world *b, const ll_entity_set *set); /* bitwise */
 bool ll_agrees_in(const ll_agreement *agreement, const ll_world *predicted, const ll_world *state,
                   const ll_entity_set *set);

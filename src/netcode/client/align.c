@@ -1,6 +1,7 @@
 /* The step that the next input is for: when a client joins a game, and when its clock is measured again. */
 #include <string.h>
 
+#include "netcode/protocol/report.h"
 #include "netcode/state/client.h"
 
 /* Inputs, and the server's answers to them, belong to an earlier epoch. */
@@ -24,6 +25,8 @@ void ll_client_forget_inputs(ll_client *c, const ll_client_setup *s, uint16_t ep
     c->arrivals.gap = -1;
     c->arrivals.gap_deviation = c->arrivals.late = 0;
     c->arrivals.quarter = c->arrivals.last = -1;
+    if (s->reporter)
+        *s->reporter = (ll_reporter){0};
     if (s->sync->applies_on_arrival)
         c->inputs.tick = 0;
 }

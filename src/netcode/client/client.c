@@ -4,6 +4,7 @@
 
 #include "base/rng.h"
 #include "netcode/client/ack.h"
+#include "netcode/reckoning/reckoning.h"
 #include "netcode/state/peer.h"
 
 static size_t round8(size_t n)
@@ -15,8 +16,11 @@ static size_t round8(size_t n)
  * the peer of a peer-to-peer sync. */
 size_t ll_client_size(ll_extent extent)
 {
-    size_t world = ll_extent_size(extent), states = LL_STATE_RING * (sizeof(ll_snapshot_entry) + world);
-    size_t peer = ll_peer_size(extent.entities < LL_PLAYERS_MAX ? extent.entities : LL_PLAYERS_MAX, world);
+    size_t world = ll_extent_size(extent),
+           states = (size_t)ll_state_ring((int64_t)world) * (sizeof(ll_snapshot_entry) + world);
+    size_t peer = ll_peer_size(extent.entities < LL_PEERS_MAX ? extent.entities : LL_PEERS_MAX, world);
+    if (extent.entities > LL_TOUCHING_MAX)
+        peer = 0; /* no such sync steps that many */
     return round8(sizeof(ll_client)) + 4 * world +
            (size_t)extent.entities * (sizeof(ll_draw_info) + sizeof(ll_view_error)) +
            (peer > states ? peer : states);
@@ -117,7 +121,8 @@ static void take_newest_state(ll_client *c, const ll_client_setup *s, ll_time no
     uint32_t acked = c->inputs.acked;
     c->snapshots.used = c->snapshots.received;
     ll_acks[s->config->ack]->take(c, s, state, now);
-    bool stands = s->config->prediction && ll_prediction_stands(c, s, state, acked);
+    bool stands = s->reporter ? ll_report_stands(c, s->reporter)
+                              : s->config->prediction && ll_prediction_stands(c, s, state, acked);
     c->latest.time = state->time;
     c->latest.tick = state->tick;
     memcpy(ll_client_latest(c), ll_snapshot_entry_world(state), (size_t)c->layout.world_size);
@@ -128,8 +133,19 @@ static void take_newest_state(ll_client *c, const ll_client_setup *s, ll_time no
 /* Whether others are drawn at a render time of their own (true) or as in the newest snapshot. */
 static bool draws_by_time(const ll_client *c, const ll_client_setup *s)
 {
-    return c->snapshots.received > 0 &&
+    return c->snapshots.received > 0 && !s->reckoning &&
            (s->config->interpolation || (s->sync->extrapolates && s->config->extrapolation_ms > 0));
+}
+
+/* Dead reckoning: the others at the server's present. */
+static __attribute__((noinline)) void draw_reckoned(ll_client *c, const ll_client_setup *s, ll_time now)
+{
+    ll_world *shown = ll_client_rendered(c);
+    const ll_draw_info mark = {.time = ll_client_server_time(c, s, now), .flags = LL_RENDERED_EXTRAPOLATED};
+    ll_reckoning_draw(s->reckoning, c->self, mark.time, shown);
+    for (int i = 0; i < shown->entities; i++)
+        if (i != c->self)
+            ll_client_draw_infos(c)[i] = mark;
 }
 
 static void draw(ll_client *c, const ll_client_setup *s, ll_time now)
@@ -155,6 +171,8 @@ static void draw(ll_client *c, const ll_client_setup *s, ll_time now)
         c->drawing.alpha = c->drawing.time_scale = 1;
         c->drawing.buffer_ms = 0;
     }
+    if (s->reckoning && c->snapshots.received > 0)
+        draw_reckoned(c, s, now);
     if (s->config->prediction)
         ll_draw_predicted(c, now);
     ll_smooth_draw(c, s, now);
@@ -162,14 +180,22 @@ static void draw(ll_client *c, const ll_client_setup *s, ll_time now)
     c->drawing.view_time = other < shown->entities ? marks[other].time : now;
 }
 
-void ll_client_apply_newest(ll_client *c, const ll_client_setup *s, ll_time now)
+static __attribute__((noinline)) void apply(ll_client *c, const ll_client_setup *s, uint8_t predicting,
+                                            ll_time now)
 {
     if (c->snapshots.received > c->snapshots.used)
         take_newest_state(c, s, now);
-    uint8_t predicting = (uint8_t)(s->config->prediction ? 1 + s->config->prediction_scope : 0);
     if (predicting != 0 && predicting != c->predicting)
         ll_resimulate(c, s);
     c->predicting = predicting;
+}
+
+/* Most ticks and displays find nothing new. */
+void ll_client_apply_newest(ll_client *c, const ll_client_setup *s, ll_time now)
+{
+    uint8_t predicting = (uint8_t)(s->config->prediction ? 1 + s->config->prediction_scope : 0);
+    if (c->snapshots.received > c->snapshots.used || c->predicting != predicting)
+        apply(c, s, predicting, now);
 }
 
 void ll_client_display(ll_client *c, const ll_client_setup *s, ll_time now)
@@ -208,6 +234,8 @@ void ll_client_set_timer(ll_client *c, const ll_client_setup *s, ll_time now)
     uint64_t draw = (uint64_t)c->epoch << 32 | (uint64_t)c->ticks.number;
     c->ticks.due =
         now + c->ticks.period + ll_ms(late_ms * ll_rng_unit(s->seed, TIMER_STREAM + (uint64_t)c->self, draw));
+    if (s->choices)
+        c->ticks.due += s->choices->longer;
     for (; machine_time(s, &c->ticks.clock, c->ticks.number + 1) <= c->ticks.due; c->ticks.number++)
         c->ticks.skipped++;
 }

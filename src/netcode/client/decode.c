@@ -5,9 +5,10 @@
 #include "netcode/state/client.h"
 
 /* The received world of `tick`, if it lies on the present grid. */
-static const ll_world *baseline_of(ll_client *c, int64_t tick)
+static const ll_world *baseline_of(const void *client, int64_t tick)
 {
-    int64_t oldest = c->snapshots.received > LL_STATE_RING ? c->snapshots.received - LL_STATE_RING : 0;
+    ll_client *c = (ll_client *)client; /* nothing changes */
+    int64_t oldest = ll_client_oldest(c);
     if (tick < c->snapshots.grid_tick)
         return NULL;
     for (int64_t i = c->snapshots.received - 1; i >= oldest; i--)
@@ -36,11 +37,18 @@ ll_status ll_client_decode(ll_client *c, const ll_snapshot_message *m, const voi
     ll_bit_reader r = {.bytes = bytes, .size = 8 * (int64_t)size};
     if (!codec)
         return ll_error(LL_BAD_INPUT, "codec %d does not exist", m->codec);
-    if (codec->compares)
+    if (codec->compares || (codec->selects && m->baseline > 0))
         in.baseline = baseline_of(c, m->tick - m->baseline);
     if (codec->compares && !in.baseline)
         return ll_error(LL_NOT_FOUND, "snapshot %lld: baseline %lld missing", (long long)m->tick,
                         (long long)m->tick - m->baseline);
+    if (codec->selects) {
+        in.tick = m->tick;
+        in.world_at = baseline_of;
+        in.context = c;
+        if (c->snapshots.received > 0)
+            in.previous = ll_snapshot_entry_world(ll_client_state(c, c->snapshots.received - 1));
+    }
     *world = *ll_client_latest(c); /* copies the header */
     ll_status status = codec->decode(&r, &in);
     if (!ll_failed(&status) && codec->gridded)

@@ -12,7 +12,9 @@
 #include "base/assert.h"
 #include "base/detmath.h"
 #include "netcode/client/agree.h"
+#include "netcode/client/cheat.h"
 #include "netcode/client/scope.h"
+#include "netcode/protocol/report.h"
 #include "netcode/state/client.h"
 
 static const ll_prediction_scope *scope_of(const ll_client_setup *s)
@@ -28,11 +30,15 @@ static uint8_t mark_of(const ll_client_setup *s)
 static void step(ll_client *c, const ll_client_setup *s, ll_world *world, const ll_action *own, int64_t tick)
 {
     const ll_prediction_scope *scope = scope_of(s);
-    c->prediction.guessed[c->self] = *own;
-    ll_scope_step one = {.actions = c->prediction.guessed, .self = c->self, .set = &c->prediction.entities};
+    if (c->self < LL_PEERS_MAX) /* with more players clients step their own alone */
+        c->prediction.guessed[c->self] = *own;
+    ll_scope_step one = {
+        .actions = c->prediction.guessed, .own = own, .self = c->self, .set = &c->prediction.entities};
     if (scope->guesses)
         one.now = ll_client_step_time(c, tick);
     scope->step(s->game, s->env, world, &one);
+    if (ll_cheat_moves(s->config))
+        ll_cheat_move(c, s, &world->entity[c->self], tick);
 }
 
 /* The next step, with input `seq`; without an input where the clock has snapped beyond it. */
@@ -245,6 +251,15 @@ bool ll_prediction_stands(ll_client *c, const ll_client_setup *s, const ll_snaps
     return true;
 }
 
+/* Reports that were on their way when the client took the server's state are refused too. */
+bool ll_report_stands(const ll_client *c, ll_reporter *reporter)
+{
+    if (ll_prediction_in_step(c) && reporter->refused <= reporter->corrected)
+        return true;
+    reporter->corrected = c->inputs.seq;
+    return false;
+}
+
 /* The newest input that the latest snapshot decides. Before the server has received any input it reports
  * none; where inputs belong to steps the client still knows it. */
 static uint32_t newest_decided(const ll_client *c, const ll_client_setup *s)
@@ -260,6 +275,8 @@ static ll_cause cause_of(ll_client *c, const ll_client_setup *s, uint32_t acked,
 {
     uint32_t last = newest_decided(c, s);
     int64_t inputs = (int64_t)last - acked, steps = c->latest.tick - tick;
+    if (s->reporter)
+        return LL_CAUSE_REFUSED;
     if (!s->config->reconciliation || !(s->client_metrics->observes & LL_OBSERVE_INPUTS))
         return LL_CAUSE_OTHER;
     ll_cause cause = ll_input_history_blame(&s->client_metrics->input_history, acked + 1, last);
@@ -297,7 +314,8 @@ static double correct(ll_client *c, const ll_entity_set *set, const ll_entity *b
 {
     const ll_world *world = ll_client_predicted(c);
     double own = 0;
-    for (int i = 0; i < world->entities; i++) {
+    const int end = ll_set_end(world);
+    for (int i = 0; i < end; i++) {
         if (!ll_entity_set_has(set, i) || !ll_entity_set_has(&c->prediction.entities, i))
             continue;
         const ll_entity *after = &world->entity[i];
@@ -324,20 +342,31 @@ static void reach_state(ll_client *c, const ll_client_setup *s)
         c->prediction.played = c->inputs.acked;
 }
 
+/* Where the clock has snapped since the last frame, the replay goes on to the step before the next input: the
+ * prediction first makes those steps too, without inputs. */
+static void reach_snap(ll_client *c, const ll_client_setup *s)
+{
+    const uint32_t delay = (uint32_t)s->config->input_delay_ticks;
+    while (!s->sync->applies_on_arrival && c->prediction.played + delay < c->inputs.seq)
+        predict_input(c, s, ++c->prediction.played);
+}
+
 void ll_reconcile(ll_client *c, const ll_client_setup *s, bool stands, ll_time now)
 {
     const ll_world *world = ll_client_predicted(c);
-    ll_entity before[LL_ENTITIES_MAX];
+    ll_entity before[LL_TOUCHING_MAX];
     ll_entity_set set = c->prediction.entities;
     uint32_t acked = c->prediction.begun_acked;
     int64_t tick = c->prediction.begun_tick;
     if (c->predicting != mark_of(s))
         return; /* it is about to start, from the same snapshot */
+    if (s->config->reconciliation)
+        reach_snap(c, s);
     if (s->config->input_delay_ticks > 0 && s->config->reconciliation)
         reach_state(c, s);
     if (stands)
         return; /* the prediction stands */
-    memcpy(before, world->entity, (size_t)world->entities * sizeof before[0]);
+    memcpy(before, world->entity, (size_t)ll_set_end(world) * sizeof before[0]);
     if (s->config->reconciliation)
         replay(c, s, now);
     else
@@ -354,7 +383,8 @@ void ll_draw_predicted(ll_client *c, ll_time now)
     LL_VALIDATE(c->predicting > 0);
     if (ll_scopes[c->predicting - 1]->guesses)
         present = ll_client_step_time(c, c->prediction.tick);
-    for (int i = 0; i < world->entities; i++) {
+    const int end = ll_set_end(world);
+    for (int i = 0; i < end; i++) {
         if (!ll_entity_set_has(&c->prediction.entities, i))
             continue;
         ll_client_rendered(c)->entity[i] = world->entity[i];

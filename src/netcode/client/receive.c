@@ -4,25 +4,33 @@
 
 #include "base/assert.h"
 #include "netcode/client/cheat.h"
+#include "netcode/protocol/limits.h"
+#include "netcode/protocol/report.h"
+#include "netcode/reckoning/reckoning.h"
 #include "netcode/snapshot/snapshot.h"
 #include "netcode/state/client.h"
 
 #define SPARE_WINDOW (2 * LL_SECOND)
+#define BUDGET_MARGIN 8 /* ticks */
 
 /* Keeps the client as far ahead of the server as the reported slack asks: at once when inputs come too late;
  * slowly, by the least slack of two seconds, when they come earlier than wanted. Waits for the effect of a
- * change before the next one. */
+ * change before the next one.
+ *
+ * A stream that stood still brings inputs late that are no longer so: the server must still accept the next
+ * ones, though they come as early as these came late. */
 static void follow_slack(ll_client *c, const ll_client_setup *s, const ll_snapshot_message *m, ll_time now)
 {
     ll_client_inputs *in = &c->inputs;
     if (m->slack == LL_SLACK_UNKNOWN || m->slack_seq < in->settle)
         return;
     int32_t want = (int32_t)s->config->slack_ticks, change = 0;
+    int32_t most = (int32_t)ll_budget_ticks(c->ticks.clock.freq) - BUDGET_MARGIN - want;
     if (in->least_slack == LL_SLACK_UNKNOWN)
         in->least_slack_since = now;
     if (m->slack < in->least_slack)
         in->least_slack = m->slack;
-    if (m->slack < want)
+    if (m->slack < want || m->slack >= most) /* too late, or so early that it may be refused */
         change = want - m->slack;
     else if (now - in->least_slack_since < SPARE_WINDOW)
         return;
@@ -32,7 +40,7 @@ static void follow_slack(ll_client *c, const ll_client_setup *s, const ll_snapsh
     if (change == 0)
         return;
     if (change * c->ticks.period >= LL_CLOCK_SNAP) {
-        ll_client_snap(c, in->tick + change);
+        ll_client_snap(c, in->tick + (change < most ? change : most));
         return;
     }
     in->extra += change;
@@ -85,7 +93,7 @@ static void take_parts(ll_client *c, const ll_snapshot_message *m, const char *a
 {
     int players = ll_client_latest(c)->players;
     c->results.parts = m->head.count;
-    for (int i = 0; i < players && c->results.parts & LL_PART_AXES; i++) {
+    for (int i = 0; i < players && i < LL_PEERS_MAX && c->results.parts & LL_PART_AXES; i++) {
         ll_axes axes;
         if (i == c->self)
             continue;
@@ -105,6 +113,27 @@ static int unreadable(ll_client *c)
     return LL_OUTCOME_UNDECODABLE;
 }
 
+/* Which of the 32 ticks before `tick` the client has a snapshot of, the latest first. */
+static uint32_t received_before(ll_client *c, int64_t tick)
+{
+    if (c->snapshots.received == 0)
+        return 0;
+    const ll_snapshot_entry *last = ll_client_state(c, c->snapshots.received - 1);
+    int64_t since = tick - last->tick;
+    if (since < 1 || since > 32)
+        return 0;
+    return (since < 32 ? last->before << since : 0) | UINT32_C(1) << (since - 1);
+}
+
+/* A function of its own: most games have no dead reckoning. */
+static __attribute__((noinline)) ll_status decode_reckoned(ll_client *c, const ll_client_setup *s,
+                                                           const ll_snapshot_message *m, ll_bit_reader *r,
+                                                           ll_world *world, ll_time now)
+{
+    *world = *ll_client_latest(c); /* copies the header */
+    return ll_reckoning_decode(s->reckoning, c->self, r, world, m->time, ll_client_server_time(c, s, now));
+}
+
 static int receive_state(ll_client *c, const ll_client_setup *s, const char *packet, int size, ll_time now)
 {
     _Alignas(8) char bytes[LL_GAME_WORLD_MAX];
@@ -119,12 +148,20 @@ static int receive_state(ll_client *c, const ll_client_setup *s, const char *pac
         c->snapshots.stale++;
         return LL_OUTCOME_STALE;
     }
-    ll_status status = ll_client_decode(c, &m, packet + start, size - start, (ll_world *)(void *)bytes);
+    ll_bit_reader bits = {.bytes = (const uint8_t *)packet + start, .size = 8 * (int64_t)(size - start)};
+    ll_world *world = (ll_world *)(void *)bytes;
+    ll_status status = s->reckoning ? decode_reckoned(c, s, &m, &bits, world, now)
+                                    : ll_client_decode(c, &m, packet + start, size - start, world);
     if (ll_failed(&status))
         return unreadable(c);
+    const ll_codec *codec = ll_codec_at(m.codec);
+    const uint32_t before = codec->selects ? received_before(c, m.tick) : 0;
     ll_snapshot_entry *r = ll_client_state(c, c->snapshots.received++);
-    *r = (ll_snapshot_entry){m.tick, m.time, now, m.head.seq, m.applied, ll_codec_at(m.codec)->gridded, 0};
+    *r = (ll_snapshot_entry){m.tick,         m.time,         now,   m.head.seq, m.applied,
+                             codec->gridded, codec->selects, before};
     take_parts(c, &m, packet + sizeof m);
+    if (s->reporter && m.refused > s->reporter->refused)
+        s->reporter->refused = m.refused;
     memcpy(ll_snapshot_entry_world(r), bytes, (size_t)c->layout.world_size);
     c->snapshots.newest_tick = m.tick;
     c->snapshots.confirmed = m.tick;

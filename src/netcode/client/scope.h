@@ -8,7 +8,8 @@
 
 /* A step to `now` that `self` predicts. */
 typedef struct ll_scope_step {
-    const ll_action *actions; /* one per player */
+    const ll_action *actions; /* one per player, of the first LL_PEERS_MAX */
+    const ll_action *own;     /* that of `self` */
     ll_time now;              /* only where others are stepped too: a player's own step needs no time */
     int self;
     const ll_entity_set *set; /* the entities to step */

@@ -22,7 +22,7 @@ static void step_scope(const ll_game *game, const ll_game_env *env, ll_world *wo
     if (game->step_some)
         game->step_some(world, env, step->actions, step->now, step->set);
     else
-        game->step_own(world, env, step->self, &step->actions[step->self]);
+        game->step_own(world, env, step->self, step->own);
 }
 
 const ll_prediction_scope ll_prediction_scope_contacts = {

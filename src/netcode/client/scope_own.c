@@ -20,7 +20,7 @@ static bool closed(const ll_game *game)
 static void step_scope(const ll_game *game, const ll_game_env *env, ll_world *world,
                        const ll_scope_step *step)
 {
-    game->step_own(world, env, step->self, &step->actions[step->self]);
+    game->step_own(world, env, step->self, step->own);
 }
 
 const ll_prediction_scope ll_prediction_scope_own = {

@@ -7,31 +7,40 @@
 #include "netcode/client/cheat.h"
 #include "netcode/client/scope.h"
 #include "netcode/protocol/limits.h"
+#include "netcode/protocol/report.h"
 #include "netcode/state/client.h"
 
 #define FAKED_VIEW (500 * LL_MS)
 
-/* The world that the player acts on, and its time: the rendered view. A client that fakes its view time acts
- * on the snapshot of an earlier time, with its own entity as it is now. */
-static const ll_world *rendered_view_of(ll_client *c, const ll_client_setup *s, ll_world *old, ll_time *seen)
+/* The controls of a client that fakes its view time: it acts on the snapshot of an earlier time, `seen`, with
+ * its own entity as it is now. */
+static __attribute__((noinline)) ll_action act_on_the_past(ll_client *c, const ll_client_setup *s,
+                                                           ll_time *seen, ll_time now)
 {
-    int64_t oldest = c->snapshots.received > LL_STATE_RING ? c->snapshots.received - LL_STATE_RING : 0,
-            i = c->snapshots.received - 1;
-    *seen = c->drawing.view_time;
-    if (s->config->cheat != LL_CHEAT_VIEW_TIME || c->snapshots.received == 0)
-        return ll_client_rendered(c);
+    int64_t oldest = ll_client_oldest(c), i = c->snapshots.received - 1;
+    _Alignas(8) char bytes[LL_GAME_WORLD_MAX];
+    ll_world *old = (ll_world *)(void *)bytes;
     while (i > oldest && ll_client_state(c, i)->time > c->drawing.view_time - FAKED_VIEW)
         i--;
     *seen = ll_client_state(c, i)->time;
     memcpy(old, ll_snapshot_entry_world(ll_client_state(c, i)), (size_t)c->layout.world_size);
     old->entity[c->self] = ll_client_rendered(c)->entity[c->self];
-    return old;
+    return ll_client_control(c, s, old, now);
+}
+
+/* The controls of a player who acts on the rendered view, or on an older one; `seen`: its time. */
+static ll_action act(ll_client *c, const ll_client_setup *s, ll_time *seen, ll_time now)
+{
+    *seen = c->drawing.view_time;
+    if (s->config->cheat == LL_CHEAT_VIEW_TIME && c->snapshots.received > 0)
+        return act_on_the_past(c, s, seen, now);
+    return ll_client_control(c, s, ll_client_rendered(c), now);
 }
 
 /* Whether the duration of a key press counts. */
 static bool counts_time(const ll_client_setup *s)
 {
-    return s->sync->press_s > 0 && s->config->timer_jitter_ms > 0;
+    return s->sync->press_s != 0 && s->config->timer_jitter_ms > 0;
 }
 
 static double ticks_pressed(const ll_client *c)
@@ -66,16 +75,27 @@ void ll_client_miss(const ll_client *c, const ll_client_setup *s, ll_time now)
     ll_client_metrics_missed(s->client_metrics, &s->client_metrics->controls, now);
 }
 
+static ll_action ask_script(const ll_client *c, const ll_client_setup *s, const ll_world *seen, ll_time t)
+{
+    const ll_script script = (ll_script)s->config->script;
+    ll_action a = s->game->drive(seen, s->env, s->seed, c->self, script, t);
+    if (s->memo && s->game->same_until)
+        *s->memo = (ll_script_memo){t, s->game->same_until(s->env, s->seed, c->self, script, t), a};
+    return a;
+}
+
 ll_action ll_client_control(const ll_client *c, const ll_client_setup *s, const ll_world *seen, ll_time t)
 {
     const ll_player_config *config = s->config;
     ll_action a = c->inputs.held;
     if (config->control == LL_CONTROL_SCRIPT)
-        a = s->game->drive(seen, s->env, s->seed, c->self, (ll_script)config->script, t);
+        a = s->memo && t >= s->memo->from && t < s->memo->until ? s->memo->action : ask_script(c, s, seen, t);
     s->client_metrics->controls = a;
     const ll_action honest = for_its_time(c, s, a);
     ll_honest_controls(&s->client_metrics->honest, &honest);
     ll_cheat_action(c, s, &a);
+    if (config->cheat == LL_CHEAT_AIM_BOT)
+        ll_cheat_aim(c, s, seen, t, &a);
     return for_its_time(c, s, a);
 }
 
@@ -101,7 +121,7 @@ static int64_t inputs_allowed(const ll_client *c, const ll_client_setup *s, ll_t
 static int inputs_due(ll_client *c, const ll_client_setup *s, const ll_action *action, ll_time now)
 {
     ll_input_history *input_history = &s->client_metrics->input_history;
-    bool counts = now >= s->client_metrics->from;
+    bool counts = now >= s->client_metrics->from && (s->client_metrics->observes & LL_OBSERVE_INPUTS);
     int n = 1 + ll_cheat_extra(c, s);
     if (!s->sync->applies_on_arrival)
         n += (int)c->ticks.skipped;
@@ -133,6 +153,8 @@ static uint32_t age_ns(ll_time age)
 static void note_input(const ll_client *c, const ll_client_setup *s, const ll_action *action, ll_time now)
 {
     ll_action controls = *action;
+    if (!(s->client_metrics->observes & LL_OBSERVE_INPUTS))
+        return;
     if (counts_time(s)) {
         controls.axis[0] = (float)(controls.axis[0] / ticks_pressed(c));
         controls.axis[1] = (float)(controls.axis[1] / ticks_pressed(c));
@@ -169,9 +191,35 @@ static uint16_t snapshot_age_of(const ll_client *c, const ll_client_setup *s, in
                : (uint16_t)lead;
 }
 
+/* Adds which snapshots have come, of those that contain only some of the entities. Returns its size. */
+static int put_received(const ll_client *c, ll_input_message *m, int count)
+{
+    const ll_snapshot_entry *newest = ll_client_state((ll_client *)c, c->snapshots.received - 1);
+    if (m->lead == 0 || !newest->selected)
+        return 0;
+    m->wants |= LL_PART_RECEIVED;
+    memcpy((char *)m + ll_input_message_size(count), &newest->before, sizeof newest->before);
+    return (int)sizeof newest->before;
+}
+
+/* Adds the own entity after the newest input, if that is the last of the message and the client has predicted
+ * it. Returns its size. */
+static __attribute__((noinline)) int put_state(const ll_client *c, ll_input_message *m, int size)
+{
+    const ll_world *world = ll_client_predicted((ll_client *)(uintptr_t)c);
+    const ll_motion state = ll_motion_of(&world->entity[c->self]);
+    const uint32_t last = m->head.seq + m->head.count - 1;
+    if (!ll_prediction_in_step(c) || last != c->inputs.seq || c->prediction.played != last)
+        return 0;
+    m->wants |= LL_PART_STATE;
+    memcpy((char *)m + size, &state, sizeof state);
+    return (int)sizeof state;
+}
+
 static int put_inputs(const ll_client *c, const ll_client_setup *s, uint32_t first, uint32_t count,
                       uint32_t fresh, ll_input_message *m)
 {
+    const ll_pending_input *pending = c->pending;
     LL_ASSERT(count <= LL_INPUTS_MAX && first + count <= c->inputs.seq + 1);
     m->head = (ll_message_head){LL_MESSAGE_INPUT, (uint8_t)count, c->epoch, first};
     m->tick = (int32_t)(c->inputs.tick - (int64_t)(c->inputs.seq - first));
@@ -181,8 +229,9 @@ static int put_inputs(const ll_client *c, const ll_client_setup *s, uint32_t fir
         m->wants |= LL_PART_AXES;
     m->lead = snapshot_age_of(c, s, m->tick);
     for (uint32_t i = 0; i < count; i++)
-        m->inputs[i] = c->pending[(first + i) & (LL_PENDING_RING - 1)].action;
-    return ll_input_message_size((int)count);
+        m->inputs[i] = pending[(first + i) & (LL_PENDING_RING - 1)].action;
+    int size = ll_input_message_size((int)count) + (s->selects ? put_received(c, m, (int)count) : 0);
+    return s->reporter ? size + put_state(c, m, size) : size;
 }
 
 int ll_client_held(ll_client *c, const ll_client_setup *s, ll_time now, void *packet)
@@ -257,13 +306,12 @@ int ll_client_tick(ll_client *c, const ll_client_setup *s, ll_time now, void *pa
         ll_client_miss(c, s, now);
         return 0;
     }
-    _Alignas(8) char old[LL_GAME_WORLD_MAX];
     ll_time seen;
-    const ll_world *view = rendered_view_of(c, s, (ll_world *)old, &seen);
-    ll_action action = ll_client_control(c, s, view, now);
+    ll_action action = act(c, s, &seen, now);
     int made = inputs_due(c, s, &action, now);
     for (int i = 0; i < made; i++)
         make_input(c, s, &action, seen, now);
-    ll_measure(s->client_metrics, LL_METRIC_UNACKED, now, (double)(c->inputs.seq - c->inputs.acked));
+    if (s->client_metrics->observes & LL_OBSERVE_FRAMES)
+        ll_measure(s->client_metrics, LL_METRIC_UNACKED, now, (double)(c->inputs.seq - c->inputs.acked));
     return compose(c, s, now, packet);
 }

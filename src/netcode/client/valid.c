@@ -24,7 +24,7 @@ static const char *broken_snapshots(const ll_client *c, bool in_order)
     if (c->snapshots.used < 0 || c->snapshots.used > c->snapshots.received ||
         c->drawing.received > c->snapshots.received)
         return "more snapshots are used than were received";
-    int64_t at = c->snapshots.received > LL_STATE_RING ? c->snapshots.received - LL_STATE_RING : 0;
+    int64_t at = ll_client_oldest(c);
     for (int64_t i = at + 1; i < c->snapshots.received; i++) {
         const ll_snapshot_entry *before = ll_client_state((ll_client *)(uintptr_t)c, i - 1);
         const ll_snapshot_entry *entry = ll_client_state((ll_client *)(uintptr_t)c, i);

@@ -38,8 +38,9 @@ static void fire_cannon(ll_weapon_prediction *weapon_prediction, int64_t tick, l
     ll_predicted_projectile *projectile =
         &weapon_prediction->projectiles[++weapon_prediction->fired % LL_PROJECTILES];
     double speed = arena->projectile_speed;
-    projectile->flight =
-        (ll_flight){aim.from, {speed * aim.direction.x, speed * aim.direction.y}, arena->gravity};
+    projectile->from = aim.from;
+    projectile->velocity = (ll_point){speed * aim.direction.x, speed * aim.direction.y};
+    projectile->gravity = arena->gravity;
     projectile->start = weapon_prediction->drawn_time;
     projectile->tick = tick;
     projectile->state = LL_WEAPON_PREDICTION_FLYING;
@@ -118,7 +119,8 @@ static void move_projectile(ll_predicted_projectile *projectile, const ll_client
     const ll_weapon_prediction *weapon_prediction = s->weapon_prediction;
     double from = ll_to_s(weapon_prediction->drawn_time - projectile->start),
            to = ll_to_s(c->drawing.view_time - projectile->start);
-    ll_flight_hit m = ll_arena_flight(&weapon_prediction->arena, c->self, &projectile->flight, from, to,
+    const ll_flight flight = ll_predicted_flight(weapon_prediction, projectile);
+    ll_flight_hit m = ll_arena_flight(&weapon_prediction->arena, c->self, &flight, from, to,
                                       weapon_prediction->drawn, drawn);
     if (m.met == LL_MET_NOTHING)
         return;

@@ -148,7 +148,9 @@ void ll_changes_shown(ll_changes *c, ll_histogram *latency, const ll_included *i
 void ll_changes_seen(ll_changes *c, ll_histogram *latency, ll_input_history *input_history, int other,
                      int64_t tick, ll_time now)
 {
-    uint32_t bit = UINT32_C(1) << other;
+    if (other >= 32)
+        return;
+    const uint32_t bit = UINT32_C(1) << other;
     for (int64_t i = c->first; i < c->made; i++) {
         ll_change *change = change_at(c, i);
         if ((change->seen & bit) || change->tick > tick)

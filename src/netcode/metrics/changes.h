@@ -46,7 +46,7 @@ typedef struct ll_changes {
     int64_t first; /* first change that still waits for something */
     float axis[2]; /* of the input made last */
     uint32_t buttons;
-    uint32_t others;            /* bit p: player p has another screen */
+    uint32_t others;            /* bit p: player p, one of the first 32, has another screen */
     int64_t lost[LL_LATENCIES]; /* of the infinite ones: inputs that were never applied */
     ll_change ring[LL_CHANGES_RING];
 } ll_changes;

@@ -87,7 +87,9 @@ typedef enum ll_observation {
     LL_OBSERVE_VIEWS = 1,   /* each display against the truth */
     LL_OBSERVE_INPUTS = 2,  /* the result of each input, and when a display shows it */
     LL_OBSERVE_CLIENTS = 4, /* the displays of the clients against each other */
-    LL_OBSERVE_ALL = 7
+    LL_OBSERVE_FRAMES = 8,  /* the open inputs of each tick, and how far each display jumps */
+    LL_OBSERVE_GAIN = 16,   /* what a cheat gains */
+    LL_OBSERVE_ALL = 31
 } ll_observation;
 
 #define LL_CLIENT_METRIC_ID(id, type, name, unit, bucket, help, null) LL_METRIC_##id,
@@ -125,9 +127,9 @@ typedef struct ll_track {
 
 /* Stalls, rollbacks and desync of a client that steps a world of its own (deterministic, rollback). */
 typedef struct ll_stepping {
-    int64_t stalls, stalled_frames;        /* without the input of another player */
-    int32_t waited_frames[LL_PLAYERS_MAX]; /* of these, by the player whose input was missing */
-    int64_t time_sync_frames; /* frames that time sync left out so that the other peers catch up */
+    int64_t stalls, stalled_frames;      /* without the input of another player */
+    int32_t waited_frames[LL_PEERS_MAX]; /* of these, by the player whose input was missing */
+    int64_t time_sync_frames;            /* frames that time sync left out so that the other peers catch up */
     int64_t rollbacks, rollback_ticks, rollback_ticks_max;
     int64_t sync_tests, sync_test_mismatches;
 } ll_stepping;
@@ -242,6 +244,18 @@ typedef struct ll_stepped {
 } ll_stepped;
 
 void ll_client_metrics_stepped(ll_client_metrics *in, int self, const ll_stepped *stepped, ll_time now);
+
+/* A display, `elapsed` after the one before it: what is counted of each, observed or not. */
+static inline void ll_client_metrics_drawn(ll_client_metrics *in, ll_time elapsed, ll_time now)
+{
+    if (now >= in->from) {
+        if (in->corrections.visible_m > 0)
+            ll_running_stats_add(&in->corrections.visible_m_all, in->corrections.visible_m);
+        in->buffer.frames++;
+        in->measured += elapsed;
+    }
+    in->corrections.visible_m = 0;
+}
 
 /* All clocks restart: awaited comparisons are discarded. */
 void ll_client_metrics_resync(ll_client_metrics *in);

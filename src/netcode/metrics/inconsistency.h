@@ -6,6 +6,7 @@
  * start, by the integral of d over time: so both a large short error and a small lasting one count. */
 #pragma once
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "base/vtime.h"
@@ -25,15 +26,42 @@ typedef struct ll_divergence_episode {
     ll_time time;
 } ll_divergence_episode;
 
-void ll_inconsistency_lasts(ll_inconsistency *total, ll_divergence_episode *open, double distance,
-                            ll_time elapsed);
+/* Length of a frame, in both units: one division for all of its entities. */
+typedef struct ll_frame_length {
+    ll_time ns;
+    double s;
+} ll_frame_length;
+
+static inline ll_frame_length ll_frame_length_of(ll_time elapsed)
+{
+    return (ll_frame_length){elapsed, ll_to_s(elapsed)};
+}
+
+/* In a frame of this length the distance was `distance`. */
+static inline void ll_inconsistency_in(ll_inconsistency *total, ll_divergence_episode *open, double distance,
+                                       ll_frame_length frame)
+{
+    if (distance <= LL_DIVERGENCE_EPISODE_M) {
+        *open = (ll_divergence_episode){0};
+        return;
+    }
+    double part = distance * frame.s;
+    bool counts = open->time >= LL_DIVERGENCE_EPISODE;
+    open->sum += part;
+    open->time += frame.ns;
+    if (counts) {
+        total->sum += part;
+        total->time += frame.ns;
+    } else if (open->time >= LL_DIVERGENCE_EPISODE) {
+        total->sum += open->sum;
+        total->time += open->time;
+        total->episodes++;
+    }
+}
 
 /* For `elapsed` the distance was `distance`. */
 static inline void ll_inconsistency_add(ll_inconsistency *total, ll_divergence_episode *open, double distance,
                                         ll_time elapsed)
 {
-    if (distance <= LL_DIVERGENCE_EPISODE_M)
-        *open = (ll_divergence_episode){0};
-    else
-        ll_inconsistency_lasts(total, open, distance, elapsed);
+    ll_inconsistency_in(total, open, distance, ll_frame_length_of(elapsed));
 }

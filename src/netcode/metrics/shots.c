@@ -237,7 +237,10 @@ static void shadow(ll_shots *shots, int player, ll_shot_record *r, ll_judge judg
 {
     const ll_arena *arena = &shots->arena;
     double speed = arena->projectile_speed;
-    ll_flight flight = {from, {speed * r->aim.direction.x, speed * r->aim.direction.y}, arena->gravity};
+    ll_flight flight = {from,
+                        {speed * r->aim.direction.x, speed * r->aim.direction.y},
+                        arena->gravity,
+                        arena->projectile_drag};
     ll_flight_hit m;
     if (r->decided >> judge & 1 || start >= step->end)
         return;

@@ -64,12 +64,12 @@ typedef struct ll_shot_stats {
     int64_t settled;          /* earlier presses are settled */
     int64_t last[LL_WEAPONS]; /* index of the newest that the server evaluated; -1 */
     ll_shot_tally tally[LL_WEAPONS];
-    ll_histogram rollback;    /* m: |body now - body where it was judged|, of the body that is hit */
-    ll_histogram rewind;      /* ms: how far the server rewound */
-    ll_histogram trace_error; /* m: of a projectile's traced path against the parabola */
-    ll_histogram peek[2];     /* ms, peeker's advantage: it saw first, or together; the other saw first */
-    ll_time opened[LL_PLAYERS_MAX]; /* when the line of sight to each other player opened in the own view */
-    ll_time moved;                  /* when the own entity was last drawn in motion */
+    ll_histogram rollback;        /* m: |body now - body where it was judged|, of the body that is hit */
+    ll_histogram rewind;          /* ms: how far the server rewound */
+    ll_histogram trace_error;     /* m: of a projectile's traced path against its flight */
+    ll_histogram peek[2];         /* ms, peeker's advantage: it saw first, or together; the other saw first */
+    ll_time opened[LL_PEERS_MAX]; /* when the line of sight to each other player opened in the own view */
+    ll_time moved;                /* when the own entity was last drawn in motion */
     uint32_t sees,
         peeking; /* bits: the line of sight is open; it opened by the own motion and is not matched yet */
     uint32_t

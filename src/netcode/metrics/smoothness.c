@@ -3,25 +3,45 @@
 #include <stdbool.h>
 
 #include "base/detmath.h"
+#include "base/pair.h"
+
+/* Two numbers that lie side by side. */
+static inline ll_pair pair_at(const double *first)
+{
+    return *(const ll_pair *)(const void *)first;
+}
+
+static inline void put_pair(double *first, ll_pair pair)
+{
+    *(ll_pair *)(void *)first = pair;
+}
 
 static double length(double x, double y)
 {
+    if (y == 0)
+        return x < 0 ? -x : x; /* exactly the root */
     return ll_sqrt(x * x + y * y);
 }
 
-static void count(ll_smoothness *s, double step_x, double step_y, double ax, double ay, double moved,
-                  double dt)
+static double product(ll_pair a, ll_pair b)
 {
-    double step = length(step_x, step_y), jx = (ax - s->ax) / dt, jy = (ay - s->ay) / dt;
-    s->acceleration += ax * ax + ay * ay;
-    s->jerk += jx * jx + jy * jy;
+    ll_pair c = a * b;
+    return c[0] + c[1];
+}
+
+static void count(ll_smoothness *s, ll_pair step, ll_pair acceleration, double moved, double dt)
+{
+    ll_pair jerk = (acceleration - pair_at(&s->ax)) / dt;
+    double far = length(step[0], step[1]);
+    s->acceleration += product(acceleration, acceleration);
+    s->jerk += product(jerk, jerk);
     s->frames++;
     s->seconds += dt;
-    s->step_max = step > s->step_max ? step : s->step_max;
+    s->step_max = far > s->step_max ? far : s->step_max;
     s->truth_step_sum += moved;
     s->moving += moved > 0;
-    s->frozen += moved > 0 && step == 0;
-    s->reversals += step_x * s->step_x + step_y * s->step_y < 0;
+    s->frozen += moved > 0 && far == 0;
+    s->reversals += product(step, pair_at(&s->step_x)) < 0;
 }
 
 /* A hitch is counted once, at its first frame above the limit. */
@@ -39,25 +59,20 @@ static void count_still(ll_smoothness *s, bool stood, double truth_x, double tru
         s->still = LL_HITCH_FRAMES + 2;
 }
 
+/* x and y at once. */
 double ll_smoothness_add(ll_smoothness *s, const ll_entity *drawn, double truth_x, double truth_y, double dt)
 {
-    double step_x = drawn->x - s->x, step_y = drawn->y - s->y, vx = step_x / dt, vy = step_y / dt;
-    double ax = (vx - s->vx) / dt, ay = (vy - s->vy) / dt;
-    double off_x = step_x - drawn->vx * dt, off_y = step_y - drawn->vy * dt;
-    double off = off_y == 0 ? (off_x < 0 ? -off_x : off_x) : length(off_x, off_y);
-    count_still(s, step_x == 0 && step_y == 0, truth_x, truth_y);
+    ll_pair at = pair_at(&drawn->x), step = at - pair_at(&s->x), speed = step / dt;
+    ll_pair acceleration = (speed - pair_at(&s->vx)) / dt, off = step - pair_at(&drawn->vx) * dt;
+    count_still(s, step[0] == 0 && step[1] == 0, truth_x, truth_y);
     bool first = s->samples == 0;
     if (s->samples++ >= 3)
-        count(s, step_x, step_y, ax, ay, length(truth_x - s->truth_x, truth_y - s->truth_y), dt);
-    s->x = drawn->x;
-    s->y = drawn->y;
+        count(s, step, acceleration, length(truth_x - s->truth_x, truth_y - s->truth_y), dt);
+    put_pair(&s->x, at);
     s->truth_x = truth_x;
     s->truth_y = truth_y;
-    s->step_x = step_x;
-    s->step_y = step_y;
-    s->vx = vx;
-    s->vy = vy;
-    s->ax = ax;
-    s->ay = ay;
-    return first ? -1 : off;
+    put_pair(&s->step_x, step);
+    put_pair(&s->vx, speed);
+    put_pair(&s->ax, acceleration);
+    return first ? -1 : length(off[0], off[1]);
 }

@@ -17,14 +17,14 @@ static double magnitude(double x)
 }
 
 static void measure_own(ll_client_metrics *in, const ll_entity *own, const ll_entity *real, int self,
-                        ll_time elapsed, bool counts)
+                        ll_frame_length frame, bool counts)
 {
     double lead = distance(own->x, own->y, real->x, real->y);
     in->last.own_lead = own->x < real->x ? -lead : lead;
     if (!counts)
         return;
     ll_histogram_add(&in->histogram[LL_METRIC_OWN_LEAD], lead);
-    ll_inconsistency_add(&in->server, &in->track[self].server, lead, elapsed);
+    ll_inconsistency_in(&in->server, &in->track[self].server, lead, frame);
 }
 
 static bool predicts(const ll_client *c, const ll_truth *t)
@@ -107,12 +107,6 @@ static void measure_changes(ll_client_metrics *in, const ll_client *c, const ll_
     ll_changes_shown(&in->changes, in->histogram, &included, now + t->device);
 }
 
-static void measure_visible(ll_client_metrics *in)
-{
-    if (in->corrections.visible_m > 0)
-        ll_running_stats_add(&in->corrections.visible_m_all, in->corrections.visible_m);
-}
-
 static void measure_buffer(ll_client_metrics *in, const ll_client *c, ll_time now)
 {
     in->buffer.held_frames += c->view.held;
@@ -179,45 +173,90 @@ static void measure_motion(ll_client_metrics *in, ll_track *track, const ll_enti
                          in->corrections.pixel_m > 0 ? off / in->corrections.pixel_m : off);
 }
 
-/* The display against the truth. */
-static void measure_view(ll_client_metrics *in, const ll_client *c, const ll_truth *truth, ll_time now)
+/* What the entities have in common that are drawn at one time. */
+typedef struct drawn_at {
+    int64_t when;
+    double age; /* ms */
+    bool past;
+    double share;                            /* of the way between these; only of the past */
+    const ll_history_record *before, *after; /* around it */
+} drawn_at;
+
+static drawn_at find_drawn_at(int64_t when, const ll_history *history, ll_time now)
+{
+    drawn_at d = {.when = when, .age = ll_to_ms(now - drawn_time(when, history, now))};
+    d.past = is_past(history, when, now);
+    if (!d.past)
+        return d;
+    ll_moment moment = moment_of(history, when);
+    d.share = moment.share;
+    d.before = ll_history_record_at(history, moment.before);
+    d.after = ll_history_record_at(history, moment.after);
+    return d;
+}
+
+/* The timeline error of an entity drawn at a time of the past. */
+static double timeline_error(const drawn_at *d, int entity, const ll_entity *drawn)
+{
+    const ll_history_place *a = &d->before->at[entity], *b = &d->after->at[entity];
+    return distance(drawn->x, drawn->y, a->x + d->share * (b->x - a->x), a->y + d->share * (b->y - a->y));
+}
+
+static void measure_nearness(const ll_truth *truth, int self, const ll_entity *e, double error)
+{
+    const ll_entity *own = &truth->world->entity[self];
+    const bool far = distance(own->x, own->y, e->x, e->y) > truth->nearness->near_m;
+    truth->nearness->sum[far] += error;
+    truth->nearness->count[far]++;
+}
+
+static void measure_others(ll_client_metrics *in, const ll_client *c, const ll_truth *truth, ll_time now,
+                           ll_frame_length frame)
 {
     const ll_world *shown = ll_client_rendered_const(c), *world = truth->world;
     const ll_history *history = truth->history;
-    bool counts = now >= in->from;
-    ll_moment moment = {0};
-    int64_t found = LL_NEVER;
-    measure_own_view(in, c, truth, now);
-    measure_age(in, c, truth, now, counts);
-    measure_own(in, &shown->entity[c->self], &world->entity[c->self], c->self, c->displays.elapsed, counts);
-    in->last.remote_error = in->last.view_age = 0;
+    const bool counts = now >= in->from;
+    drawn_at drawn = {.when = LL_NEVER};
     for (int i = 0; i < world->entities; i++) {
         if (i == c->self)
             continue;
         const ll_entity *e = &shown->entity[i], *t = &world->entity[i];
+        if (e->flags & LL_ENTITY_UNKNOWN)
+            continue;
         ll_track *track = &in->track[i];
         int64_t when = render_key(c, i);
-        double error = distance(e->x, e->y, t->x, t->y), x, y;
-        double age = ll_to_ms(now - drawn_time(when, history, now));
+        double error = distance(e->x, e->y, t->x, t->y);
+        if (when != drawn.when)
+            drawn = find_drawn_at(when, history, now);
         if (error >= magnitude(in->last.remote_error))
             in->last.remote_error = e->x < t->x ? -error : error;
-        in->last.view_age = age > in->last.view_age ? age : in->last.view_age;
+        in->last.view_age = drawn.age > in->last.view_age ? drawn.age : in->last.view_age;
         if (!counts)
             continue;
-        ll_histogram_add(&in->histogram[LL_METRIC_VIEW_AGE], age > 0 ? age : 0);
+        ll_histogram_add(&in->histogram[LL_METRIC_VIEW_AGE], drawn.age > 0 ? drawn.age : 0);
         ll_histogram_add(&in->histogram[LL_METRIC_REMOTE_ERROR], error);
-        measure_ahead(in, i, e, when, history, now);
-        if (is_past(history, when, now)) {
-            if (when != found) {
-                found = when;
-                moment = moment_of(history, found);
-            }
-            ll_history_at(history, moment, i, &x, &y);
-            ll_histogram_add(&in->histogram[LL_METRIC_TIMELINE_ERROR], distance(e->x, e->y, x, y));
-        }
-        ll_inconsistency_add(&in->server, &track->server, error, c->displays.elapsed);
-        measure_motion(in, track, e, t, ll_to_s(c->displays.elapsed));
+        if (truth->nearness)
+            measure_nearness(truth, c->self, t, error);
+        if (!drawn.past || track->awaited.when != 0)
+            measure_ahead(in, i, e, when, history, now);
+        if (drawn.past)
+            ll_histogram_add(&in->histogram[LL_METRIC_TIMELINE_ERROR], timeline_error(&drawn, i, e));
+        ll_inconsistency_in(&in->server, &track->server, error, frame);
+        measure_motion(in, track, e, t, frame.s);
     }
+}
+
+/* The display against the truth. */
+static void measure_view(ll_client_metrics *in, const ll_client *c, const ll_truth *truth, ll_time now)
+{
+    const ll_world *shown = ll_client_rendered_const(c), *world = truth->world;
+    const ll_frame_length frame = ll_frame_length_of(c->displays.elapsed);
+    const bool counts = now >= in->from;
+    measure_own_view(in, c, truth, now);
+    measure_age(in, c, truth, now, counts);
+    measure_own(in, &shown->entity[c->self], &world->entity[c->self], c->self, frame, counts);
+    in->last.remote_error = in->last.view_age = 0;
+    measure_others(in, c, truth, now, frame);
     if (counts)
         measure_buffer(in, c, now);
 }
@@ -228,12 +267,7 @@ void ll_client_metrics_frame(ll_client_metrics *in, const ll_client *c, const ll
         measure_view(in, c, truth, now);
     if (in->observes & LL_OBSERVE_INPUTS)
         measure_changes(in, c, truth, now);
-    if (now >= in->from) {
-        measure_visible(in);
-        in->buffer.frames++;
-        in->measured += c->displays.elapsed;
-    }
-    in->corrections.visible_m = 0;
+    ll_client_metrics_drawn(in, c->displays.elapsed, now);
 }
 
 /* The last tick at or before the time that is drawn. */
@@ -250,8 +284,6 @@ static int64_t drawn_tick(const ll_client *by, int entity, const ll_truth *t, ll
 void ll_client_metrics_seen(ll_client_metrics *in, int self, const ll_client *by, const ll_truth *t,
                             ll_drawn_tick *last, ll_time now)
 {
-    if (!ll_changes_waiting(&in->changes))
-        return;
     int64_t received = t->peers ? ll_client_peer(by)->player[self].known : by->latest.tick;
     int64_t drawn = drawn_tick(by, self, t, last);
     ll_changes_seen(&in->changes, in->histogram, &in->input_history, by->self,
@@ -296,37 +328,40 @@ static bool agree(const drawn_positions *d)
     return square_of(d->x1 - d->x0, d->y1 - d->y0) <= LL_DIVERGENCE_EPISODE_M * LL_DIVERGENCE_EPISODE_M;
 }
 
-/* Of positions on a line, the farthest from any is one of the ends. */
-static void farthest_on_line(const drawn_positions *d, double *squares)
+/* Of positions on a line, the farthest from any is one of the ends: the distances, without roots. */
+static void farthest_on_line(const drawn_positions *d, double *far)
 {
     for (int i = 0; i < d->count; i++) {
-        double left = square_of(d->x[i] - d->x0, 0), right = square_of(d->x1 - d->x[i], 0);
-        squares[i] = left > right ? left : right;
+        double left = d->x[i] - d->x0, right = d->x1 - d->x[i];
+        far[i] = left > right ? left : right;
     }
 }
 
-static void farthest_others(const drawn_positions *d, double *squares)
+static void farthest_others(const drawn_positions *d, double *far)
 {
     for (int j = 0; j < d->count; j++) {
-        squares[j] = 0;
+        far[j] = 0;
         for (int i = 0; i < j; i++) {
             double square = square_of(d->x[i] - d->x[j], d->y[i] - d->y[j]);
-            squares[i] = square > squares[i] ? square : squares[i];
-            squares[j] = square > squares[j] ? square : squares[j];
+            far[i] = square > far[i] ? square : far[i];
+            far[j] = square > far[j] ? square : far[j];
         }
     }
+    for (int i = 0; i < d->count; i++)
+        far[i] = ll_sqrt(far[i]);
 }
 
 void ll_client_metrics_between(ll_client_metrics *const *in, const ll_client *const *clients, int count,
                                ll_time now, ll_time elapsed)
 {
     const ll_entity *shown[LL_PLAYERS_MAX];
+    const ll_frame_length frame = ll_frame_length_of(elapsed);
     if (now < in[0]->from)
         return;
     for (int i = 0; i < count; i++)
         shown[i] = ll_client_rendered_const(clients[i])->entity;
     for (int e = 0; e < in[0]->entities; e++) {
-        double squares[LL_PLAYERS_MAX];
+        double far[LL_PLAYERS_MAX];
         drawn_positions drawn;
         find_drawn(&drawn, shown, count, e);
         if (agree(&drawn)) {
@@ -334,8 +369,8 @@ void ll_client_metrics_between(ll_client_metrics *const *in, const ll_client *co
                 in[i]->track[e].clients = (ll_divergence_episode){0};
             continue;
         }
-        (drawn.y0 == drawn.y1 ? farthest_on_line : farthest_others)(&drawn, squares);
+        (drawn.y0 == drawn.y1 ? farthest_on_line : farthest_others)(&drawn, far);
         for (int i = 0; i < count; i++)
-            ll_inconsistency_add(&in[i]->clients, &in[i]->track[e].clients, ll_sqrt(squares[i]), elapsed);
+            ll_inconsistency_in(&in[i]->clients, &in[i]->track[e].clients, far[i], frame);
     }
 }

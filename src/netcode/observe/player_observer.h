@@ -4,6 +4,14 @@
 
 #include "netcode/state/client.h"
 
+/* Errors of entities near and far: nearer than a quarter of the radius of the area of interest, and others.
+ */
+typedef struct ll_nearness {
+    double near_m;
+    double sum[2]; /* m; of near ones, of far ones */
+    int64_t count[2];
+} ll_nearness;
+
 /* At a display of `client`: compares what it draws with the truth. */
 typedef struct ll_truth {
     const ll_world *world;
@@ -11,6 +19,7 @@ typedef struct ll_truth {
     ll_time device; /* display latency: added to the time of each display */
     uint32_t acked; /* newest input of the client's player that the server has applied; only where it applies
                        inputs on arrival */
+    ll_nearness *nearness;          /* NULL where snapshots contain every entity */
     bool applies_on_arrival, peers; /* inputs are applied on arrival; clients have worlds of their own */
 } ll_truth;
 

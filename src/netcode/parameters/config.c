@@ -1,6 +1,8 @@
 #include "netcode/protocol/config.h"
 
+#include "link/transport/transport.h"
 #include "netcode/protocol/sync.h"
+#include "netcode/reckoning/reckoning.h"
 #include "netcode/server/starve.h"
 #include "netcode/snapshot/snapshot.h"
 
@@ -26,7 +28,40 @@ static const ll_param server_rows[] = {
          "How server and clients keep in step. free: the server runs on its own clock. lockstep: every "
          "client sends an input and waits for the snapshot. lockstep_pipelined: clients do not wait, the "
          "server does. gambetta: the server applies all queued inputs at each update, as the live demo does. "
-         "deterministic and rollback: only inputs are sent, and every client steps the whole world itself."},
+         "deterministic and rollback: only inputs are sent, and every client steps the whole world itself. "
+         "bucket: no client waits; an input counts bucket_delay_ms after its interval of update_hz, and one "
+         "that "
+         "arrives later is ignored."},
+    {.name = "transport",
+     .type = LL_PARAM_CHOICE,
+     .offset = offsetof(ll_server_config, transport),
+     .choices = ll_transport_names,
+     .help =
+         "How messages travel, both ways. udp: each by itself, once. tcp: in one reliable ordered stream, "
+         "where one lost packet holds up all later messages. quic: in streams side by side, reliable, by "
+         "default one for each type of message. webrtc: on a data channel, by default unreliable. Each "
+         "with its headers, acknowledgements and congestion window."},
+    {.name = "delivery",
+     .type = LL_PARAM_CHOICE,
+     .offset = offsetof(ll_server_config, delivery),
+     .choices = ll_delivery_names,
+     .help =
+         "How quic and webrtc deliver messages. usual: quic reliable_ordered_by_type, webrtc unreliable. "
+         "unreliable: nothing is sent again. sequenced: neither, and a message older than the last of its "
+         "type is dropped. reliable_unordered: lost messages are sent again and no other waits for them. "
+         "reliable_ordered_by_type: those of the same type wait. reliable_ordered: all wait, as in tcp."},
+    {.name = "congestion",
+     .type = LL_PARAM_CHOICE,
+     .offset = offsetof(ll_server_config, congestion),
+     .choices = ll_congestion_names,
+     .help =
+         "Congestion control of tcp, quic and webrtc. reno: half the window after a loss, then one packet "
+         "more per round trip. cubic: 0.7 of it, then a cubic function of time."},
+    {.name = "nagle",
+     .type = LL_PARAM_BOOL,
+     .offset = offsetof(ll_server_config, nagle),
+     .help = "With tcp: small messages wait until all before are acknowledged, to share a packet. Games "
+             "switch it off (TCP_NODELAY)."},
     {.name = "timeout_s",
      .type = LL_PARAM_REAL,
      .offset = offsetof(ll_server_config, timeout_s),
@@ -43,6 +78,12 @@ static const ll_param server_rows[] = {
      .live = true,
      .help = "The server refuses inputs that are too large, too many, or for more time than has passed. Off: "
              "it accepts every input, which shows the effect of a cheat."},
+    {.name = "detection",
+     .type = LL_PARAM_BOOL,
+     .offset = offsetof(ll_server_config, detection),
+     .help =
+         "The server watches every player for cheats by statistics: the rate of inputs, and in games with "
+         "weapons reactions below 100 ms to what comes in sight. It only raises alarms."},
     {.name = "refused",
      .type = LL_PARAM_CHOICE,
      .offset = offsetof(ll_server_config, refused),
@@ -55,7 +96,8 @@ static const ll_param server_rows[] = {
      .offset = offsetof(ll_server_config, starved),
      .choices = ll_starve_names,
      .live = true,
-     .help = "With sync free, what replaces an input that has not arrived at its step. decay: the axes of "
+     .help = "With sync free and bucket, what replaces an input that has not arrived at its step. decay: the "
+             "axes of "
              "the last applied input go to zero within starved_tau_ms. repeat: they are kept. repeat_n: they "
              "are kept for starved_ticks. neutral: they are zero at once. Presses are never repeated."},
     {.name = "starved_tau_ms",
@@ -81,8 +123,11 @@ static const ll_param server_rows[] = {
      .choices = ll_hitscan_names,
      .default_value = 1,
      .live = true,
-     .help = "How hitscan shots are judged. none: against the server's present. rewind: against the targets "
-             "where the shooter saw them. client_authoritative: as the client claims (insecure)."},
+     .help =
+         "How hitscan shots are judged. none: against the server's present. rewind: against the targets "
+         "where the shooter saw them. client_authoritative: as the client claims (insecure). hybrid: as "
+         "rewind for young views, less for older ones. victim_veto: as rewind, unless the victim had hidden "
+         "from the shooter. Their parameters are those of policies."},
     {.name = "projectile",
      .type = LL_PARAM_CHOICE,
      .offset = offsetof(ll_server_config, compensation.projectile),
@@ -99,8 +144,9 @@ static const ll_param server_rows[] = {
      .offset = offsetof(ll_server_config, compensation.projectile_trace),
      .choices = ll_trace_names,
      .live = true,
-     .help = "How each part of a projectile's path is tested for hits: along the parabola, or along the "
-             "straight line between its ends."},
+     .help = "How each part of a projectile's path is tested for hits. parabola: along the flight itself, "
+             "with its drag. straight: along the straight line between its ends. drag_neglected: the past "
+             "part along a parabola as if there were no drag."},
     {.name = "max_rewind_ms",
      .type = LL_PARAM_REAL,
      .offset = offsetof(ll_server_config, compensation.max_rewind_ms),
@@ -132,9 +178,37 @@ static const ll_param server_rows[] = {
      .offset = offsetof(ll_server_config, snapshot),
      .choices = ll_codec_names,
      .live = true,
-     .help = "How a snapshot is encoded. full: as it lies in memory. quantised: rounded to a grid. delta: "
-             "only the differences on that grid from the newest snapshot that the client has acknowledged "
-             "(of the last 32)."},
+     .help =
+         "How a snapshot is encoded. full: as it lies in memory. quantised: rounded to a grid. delta: "
+         "only the differences on that grid from the newest snapshot that the client has acknowledged "
+         "(of the last 32). partial: of the changed entities those of the largest accumulated priority "
+         "that fit snapshot_bytes. partial_delta: the same, each entity as its differences from its newest "
+         "acknowledged state. interest: the same, only entities within interest_radius_m. These three "
+         "cannot be changed to the others, or from them, in a running session."},
+    {.name = "snapshot_bytes",
+     .type = LL_PARAM_INT,
+     .offset = offsetof(ll_server_config, selection.bytes),
+     .max = 60000,
+     .unit = "B",
+     .help = "With partial, partial_delta and interest: largest size of a snapshot's world, without its "
+             "header and the game's own state; 0: no limit. The player's own entity is always sent."},
+    {.name = "interest_radius_m",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_server_config, selection.radius_m),
+     .max = 100000,
+     .unit = "m",
+     .live = true,
+     .help = "With interest: radius of the area around a player's entity whose entities it is sent; 0: "
+             "everything. With partial, partial_delta and interest priority is 1 up to a quarter of it and "
+             "falls as 1 / distance beyond; 0: all the same."},
+    {.name = "interest_margin_m",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_server_config, selection.margin_m),
+     .max = 100000,
+     .unit = "m",
+     .live = true,
+     .help = "With interest: an entity leaves the area this much farther away than it enters. At least twice "
+             "the highest speed times the delay keeps one at the edge from coming and going."},
     {.name = "quantum_m",
      .type = LL_PARAM_REAL,
      .offset = offsetof(ll_server_config, quantum_m),
@@ -196,3 +270,95 @@ const ll_param_table ll_server_table = {.name = "server",
                                         .rows = server_rows,
                                         .count = sizeof server_rows / sizeof server_rows[0],
                                         .size = sizeof(ll_server_config)};
+
+enum { HYBRID_FULL_MS = 150, HYBRID_NONE_MS = 350, VETO_GRACE_MS = 100 };
+
+const ll_policy_params ll_policy_defaults = {HYBRID_FULL_MS, HYBRID_NONE_MS, VETO_GRACE_MS};
+
+static const ll_param policy_rows[] = {
+    {.name = "hybrid_full_ms",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_policy_params, hybrid_full_ms),
+     .max = 1000,
+     .default_value = HYBRID_FULL_MS,
+     .unit = "ms",
+     .help = "With server.hitscan hybrid, oldest view that is rewound whole."},
+    {.name = "hybrid_none_ms",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_policy_params, hybrid_none_ms),
+     .max = 1000,
+     .default_value = HYBRID_NONE_MS,
+     .unit = "ms",
+     .help =
+         "With server.hitscan hybrid, age of a view from which on nothing is rewound. From hybrid_full_ms "
+         "to here the rewound share falls linearly. Not above hybrid_full_ms: it ends there at once."},
+    {.name = "veto_grace_ms",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_policy_params, veto_grace_ms),
+     .max = 1000,
+     .default_value = VETO_GRACE_MS,
+     .unit = "ms",
+     .help = "With server.hitscan victim_veto, time after which a player who has hidden from the shooter in "
+             "its own view is no longer hit, as far as the server knows that view."},
+};
+
+const ll_param_table ll_policy_table = {.name = "policies",
+                                        .help = "Parameters of single policies of lag compensation.",
+                                        .rows = policy_rows,
+                                        .count = sizeof policy_rows / sizeof policy_rows[0],
+                                        .size = sizeof(ll_policy_params)};
+
+static const ll_param reckoning_rows[] = {
+    {.name = "model",
+     .type = LL_PARAM_CHOICE,
+     .offset = offsetof(ll_reckoning_params, model),
+     .choices = ll_reckoning_names,
+     .help = "Model by which server and clients move the entities of others that are not sent. none: no dead "
+             "reckoning. static: they stay. velocity: they go on, without turning. velocity_spin: and they "
+             "turn on. acceleration: with the acceleration that they had when they were sent."},
+    {.name = "threshold_m",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_reckoning_params, threshold_m),
+     .max = 100,
+     .default_value = 1,
+     .unit = "m",
+     .help = "An entity is sent when it is farther than this from where the model has it."},
+    {.name = "threshold_deg",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_reckoning_params, threshold_deg),
+     .max = 360,
+     .default_value = 3,
+     .unit = "deg",
+     .help = "Or when it has turned more than this from the model."},
+    {.name = "heartbeat_s",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_reckoning_params, heartbeat_s),
+     .max = 60,
+     .default_value = 5,
+     .unit = "s",
+     .help = "Or this long after it was last sent, which makes up for lost packets. 0: never."},
+    {.name = "convergence",
+     .type = LL_PARAM_CHOICE,
+     .offset = offsetof(ll_reckoning_params, convergence),
+     .choices = ll_convergence_names,
+     .default_value = 1,
+     .help = "How the drawn entity gets from the old model to the new one. snap: at once. linear: the "
+             "difference shrinks evenly. cubic: without a jump of the velocity. projective: old and new "
+             "motion continue and are blended."},
+    {.name = "tau_s",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_reckoning_params, tau_s),
+     .min = 0.01,
+     .max = 5,
+     .default_value = 0.3,
+     .unit = "s",
+     .help = "Duration of convergence."},
+};
+
+const ll_param_table ll_reckoning_table = {
+    .name = "reckoning",
+    .help = "Dead reckoning with send thresholds, in place of snapshots of all entities. Others are then "
+            "drawn at the server's present: interpolation and extrapolation have no effect.",
+    .rows = reckoning_rows,
+    .count = sizeof reckoning_rows / sizeof reckoning_rows[0],
+    .size = sizeof(ll_reckoning_params)};

@@ -10,10 +10,12 @@
 #include "netcode/view/view.h"
 
 static const char *const controls[] = {"script", "person", NULL};
+static const char *const authorities[] = {"controls", "position", NULL};
 static const char *const corrections[] = {"snap", "smooth", NULL};
 static const char *const extrapolation_clocks[] = {"measured", "arrival", NULL};
 static const char *const cheats[] = {"none",      "magnitude", "rate",     "budget",     "view_time",
-                                     "fire_rate", "claim",     "teleport", "lag_switch", NULL};
+                                     "fire_rate", "claim",     "teleport", "lag_switch", "aim_bot",
+                                     "speed",     "leap",      NULL};
 
 static void choose_preset(void *object, int preset)
 {
@@ -299,6 +301,13 @@ static const ll_param player_rows[] = {
      .choices = controls,
      .live = true,
      .help = "Controlled by a script or a person."},
+    {.name = "authority",
+     .type = LL_PARAM_CHOICE,
+     .offset = offsetof(ll_player_config, authority),
+     .choices = authorities,
+     .help = "Who moves the player's entity. controls: the server, by the inputs that the client sends. "
+             "position: the client, which also sends the state of its entity after its newest input; the "
+             "server takes it if the entity can have got there, and otherwise corrects the client."},
     {.name = "script",
      .type = LL_PARAM_CHOICE,
      .offset = offsetof(ll_player_config, script),
@@ -310,10 +319,13 @@ static const ll_param player_rows[] = {
      .offset = offsetof(ll_player_config, cheat),
      .choices = cheats,
      .live = true,
-     .help = "A client that cheats, to test the server's rules. Inputs: half as large again, twice as many, "
-             "a fifth more than time has passed, a huge one at intervals, or packets held back for 3 s of "
-             "every 6 and released at once. With weapons: a view of half a second before, presses without "
-             "pause, or a claim that every hitscan shot hits."},
+     .help =
+         "A client that cheats, to test the server's rules. Inputs: half as large again, twice as many, "
+         "a fifth more than time has passed, a huge one at intervals, or packets held back for 3 s of "
+         "every 6 and released at once. With weapons: a view of half a second before, presses without "
+         "pause, a claim that every hitscan shot hits, or an aim bot, which shoots at what its view shows "
+         "as soon as it is in sight. Positions: the own entity half as fast again (speed), or 10 m ahead "
+         "every 2 s (leap), which counts with authority position."},
     {.name = "float_mode",
      .type = LL_PARAM_CHOICE,
      .offset = offsetof(ll_player_config, float_mode),

@@ -11,16 +11,14 @@
 #define HASHES_EVERY 4
 
 /* Time sync (GGPO): a client that is ahead of the slowest by a tick or more waits. */
-#define TIME_SYNC_EVERY 10   /* frames between two checks */
-#define TIME_SYNC_MAX 9      /* maximum number of frames to wait at once (GGPO) */
-#define TIME_SYNC_SAMPLES 16 /* a mean has the weight 1 / this for its last value; at first 1 / count */
+#define TIME_SYNC_EVERY 10 /* frames between two checks */
+#define TIME_SYNC_MAX 9    /* maximum number of frames to wait at once (GGPO) */
 
 #define ROUND_MAX LL_SECOND /* a longer first round includes an outage */
 
 void ll_peer_start(ll_client *c, const ll_client_setup *s, int64_t step, int64_t first, const ll_world *world)
 {
     ll_peer *peer = ll_client_peer(c);
-    (void)s;
     LL_ASSERT(first >= step && first - step < LL_PEER_RING - LL_SYNC_TEST_MAX);
     memset(peer, 0, ll_peer_size(world->players, 0));
     peer->ticks = (ll_clock){c->snapshots.game_start, c->snapshots.game_start_step,
@@ -37,6 +35,10 @@ void ll_peer_start(ll_client *c, const ll_client_setup *s, int64_t step, int64_t
     memcpy(ll_peer_world(c, step), world, (size_t)c->layout.world_size);
     c->inputs.tick = first;
     c->view_step = step;
+    if (s->choices) {
+        ll_mesh_start(c, s);
+        ll_pacing_start(s);
+    }
 }
 
 /* ---- received packets ---- */
@@ -51,43 +53,22 @@ static void take_steps(ll_client *c, const ll_client_setup *s, int64_t tick, ll_
     }
 }
 
-/* An input that is too far ahead to be kept is not acknowledged, so it is sent again. */
-static void take_input(ll_peer *peer, int player, int64_t tick, const ll_controls *input)
-{
-    ll_peer_player *from = &peer->player[player];
-    if (tick != from->known + 1 || tick >= peer->confirmed + LL_PEER_RING - LL_SYNC_TEST_MAX)
-        return;
-    ll_controls *slot = ll_peer_input(peer, player, tick);
-    if (tick <= peer->tick && tick < peer->wrong && memcmp(slot, input, sizeof *slot) != 0)
-        peer->wrong = tick;
-    LL_ASSERT(tick > peer->confirmed); /* a confirmed tick never changes */
-    *slot = *input;
-    from->known = tick;
-}
-
-static void take_lead(ll_peer *peer, const ll_relay_part *part)
-{
-    ll_peer_player *from = &peer->player[part->player];
-    if (part->at <= from->at)
-        return;
-    double ahead = (double)(peer->tick - part->at), behind = part->ahead;
-    from->samples = from->at < 0 ? 1 : from->samples + (from->samples < TIME_SYNC_SAMPLES);
-    double share = 1.0 / from->samples;
-    from->ahead += share * (ahead - from->ahead);
-    from->behind += share * (behind - from->behind);
-    from->at = part->at;
-}
-
 /* Reads a part and returns where the next one begins. */
-static const char *take_part(ll_peer *peer, const char *at)
+static const char *take_part(ll_client *c, const ll_client_setup *s, const char *at, ll_time now)
 {
+    ll_peer *peer = ll_client_peer(c);
     const ll_relay_part *part = (const ll_relay_part *)(const void *)at;
     const ll_input_run *runs = (const ll_input_run *)(part + 1);
-    int64_t tick = part->tick;
-    take_lead(peer, part);
+    int64_t tick = part->tick, known = peer->player[part->player].known;
+    ll_peer_take_lead(c, s, part, now);
+    if (ll_peer_meshed(s))
+        ll_mesh_note_away(s, part->player);
     for (int r = 0; r < part->runs; r++)
         for (uint32_t i = 0; i < runs[r].count; i++)
-            take_input(peer, part->player, tick++, &runs[r].input);
+            if (tick++ == peer->player[part->player].known + 1) /* most repeat earlier ones */
+                ll_peer_take_input(peer, part->player, tick - 1, &runs[r].input);
+    if (ll_peer_paced(s) && peer->player[part->player].known > known)
+        ll_pacing_inputs_came(c, s, part->player, known + 1, now);
     return (const char *)(runs + part->runs);
 }
 
@@ -127,6 +108,8 @@ int ll_peer_receive(ll_client *c, const ll_client_setup *s, const void *packet, 
     const ll_relay_message *m = packet;
     if (m->head.epoch != c->epoch)
         return LL_OUTCOME_STALE;
+    if (m->head.type == LL_MESSAGE_INPUT)
+        return ll_mesh_receive(c, s, packet, now);
     if (m->head.type != LL_MESSAGE_RELAY) {
         c->inputs.refused++; /* the others apply another input: from here on this world differs from theirs */
         return LL_OUTCOME_REFUSED;
@@ -141,7 +124,7 @@ int ll_peer_receive(ll_client *c, const ll_client_setup *s, const void *packet, 
     take_barrier(c, s, m, now);
     const char *at = (const char *)(m + 1);
     for (int i = 0; i < m->head.count; i++)
-        at = take_part(peer, at);
+        at = take_part(c, s, at, now);
     return LL_OUTCOME_APPLIED;
 }
 
@@ -157,7 +140,7 @@ static int64_t guesses_max(const ll_client_setup *s)
 static ll_action control(ll_client *c, const ll_client_setup *s, int64_t tick)
 {
     const ll_peer *peer = ll_client_peer(c);
-    int64_t seen = tick - 1 - s->config->input_delay_ticks - guesses_max(s);
+    int64_t seen = tick - 1 - ll_peer_delay_max(s) - guesses_max(s);
     return ll_client_control(c, s, ll_peer_world(c, seen > peer->start ? seen : peer->start),
                              ll_clock_time(&peer->ticks, tick));
 }
@@ -169,7 +152,7 @@ static void make_inputs(ll_client *c, const ll_client_setup *s, int64_t newest, 
     ll_peer *peer = ll_client_peer(c);
     newest = peer->barrier != 0 && newest > peer->barrier ? peer->barrier : newest;
     while (c->inputs.tick < newest) {
-        bool early = c->inputs.tick < peer->start + s->config->input_delay_ticks;
+        bool early = c->inputs.tick < peer->start + ll_peer_delay_max(s);
         ll_action a = early ? (ll_action){0} : control(c, s, c->inputs.tick + 1);
         ll_pending_input *p = ll_client_pending(c, ++c->inputs.seq);
         *p = (ll_pending_input){.seq = c->inputs.seq, .made = now, .action = a};
@@ -220,11 +203,12 @@ static void stall(ll_client *c, const ll_client_setup *s, uint32_t waiting, ll_t
 }
 
 /* Half the difference between the leads that two peers see: the delay of the packets cancels. */
-static void update_time_sync(ll_client *c)
+static void update_time_sync(ll_client *c, const ll_client_setup *s)
 {
     ll_peer *peer = ll_client_peer(c);
     double most = 0;
-    if ((c->ticks.number - peer->time_sync_from) % TIME_SYNC_EVERY != 0)
+    if ((c->ticks.number - peer->time_sync_from) % TIME_SYNC_EVERY != 0 ||
+        (s->rules->peers & LL_PEERS_STRETCH))
         return;
     for (int p = 0; p < ll_client_rendered(c)->players; p++) {
         double lead = (peer->player[p].ahead - peer->player[p].behind) / 2;
@@ -255,6 +239,8 @@ static void end_barrier(ll_client *c, const ll_client_setup *s, ll_time now)
     for (int p = 0; p < ll_client_rendered(c)->players; p++) {
         peer->player[p].at = -1;
         peer->player[p].ahead = peer->player[p].behind = 0;
+        if (s->choices)
+            ll_pacing_forget_lead(s, p);
     }
 }
 
@@ -264,8 +250,7 @@ static void end_barrier(ll_client *c, const ll_client_setup *s, ll_time now)
 static void time_round(ll_client *c, const ll_client_setup *s, ll_time now)
 {
     ll_peer *peer = ll_client_peer(c);
-    int64_t guesses = guesses_max(s), round_ticks = guesses + s->config->input_delay_ticks + 1,
-            known = LL_NEVER;
+    int64_t guesses = guesses_max(s), round_ticks = guesses + ll_peer_delay(s) + 1, known = LL_NEVER;
     if (peer->since == LL_NEVER)
         peer->since = now;
     if (peer->spread != 0 || round_ticks == 1)
@@ -304,7 +289,7 @@ static bool may_step(ll_client *c, const ll_client_setup *s, ll_time now)
         return false;
     }
     if (peer->barrier == 0)
-        update_time_sync(c);
+        update_time_sync(c, s);
     if (peer->frames_to_wait == 0 || peer->barrier != 0) {
         peer->stepped = now;
         return true;
@@ -326,7 +311,7 @@ static void step_to_barrier(ll_client *c, const ll_client_setup *s, ll_time now)
     while (peer->tick < peer->barrier && missing(peer, players, guesses_max(s)) == 0) {
         ll_peer_step(c, s);
         ll_peer_confirm(c); /* worlds that are not hashed are not kept for long */
-        make_inputs(c, s, peer->tick + 1 + s->config->input_delay_ticks, now);
+        make_inputs(c, s, peer->tick + 1 + ll_peer_delay(s), now);
     }
 }
 
@@ -346,17 +331,19 @@ static void draw(ll_client *c, ll_time now)
     c->drawing.buffer_ms = 0;
 }
 
-static int compose(const ll_client *c, void *packet)
+int ll_peer_compose(const ll_client *c, const ll_client_setup *s, int other, void *packet)
 {
     const ll_peer *peer = ll_client_peer(c);
     int players = ll_client_rendered_const(c)->players, runs = 0;
-    int64_t first = peer->first + c->inputs.acked + 1, tick = first;
+    int64_t first = other < 0 ? peer->first + c->inputs.acked + 1 : ll_mesh_first(c, s, other), tick = first;
     ll_peer_message *m = packet;
     ll_peer_ack *acks = (ll_peer_ack *)(m + 1);
     ll_input_run *run = (ll_input_run *)(acks + players);
     for (int p = 0; p < players; p++) {
         const ll_peer_player *from = &peer->player[p];
         acks[p] = (ll_peer_ack){(int32_t)from->known, from->at < 0 ? 0 : (int32_t)(peer->tick - from->at)};
+        if (ll_peer_paced(s))
+            acks[p].ahead = ll_pacing_report(s, p);
     }
     for (; tick <= c->inputs.tick; tick++) { /* the pending inputs reach further back than the ring */
         const ll_action *a = &c->pending[(tick - peer->first) & (LL_PENDING_RING - 1)].action;
@@ -368,21 +355,22 @@ static int compose(const ll_client *c, void *packet)
                                                                     : peer->confirmed - LL_HASHES_MAX + 1;
     for (int64_t k = hashed; k <= peer->confirmed && c->ticks.number % HASHES_EVERY == 0; k++)
         hash[hashes++] = peer->hashes[k & (LL_PEER_RING - 1)];
-    *m = (ll_peer_message){.head = {LL_MESSAGE_INPUT, (uint8_t)(tick - first), c->epoch, c->inputs.acked + 1},
-                           .tick = (int32_t)first,
-                           .way = (uint32_t)(ll_barrier_way(&c->connection.clock) / 1000 + 1) |
-                                  (peer->gap ? LL_WAY_GAP : 0),
-                           .at = (int32_t)peer->tick,
-                           .hashed = (int32_t)hashed,
-                           .runs = (uint32_t)runs,
-                           .hashes = hashes};
+    *m = (ll_peer_message){
+        .head = {LL_MESSAGE_INPUT, (uint8_t)(tick - first), c->epoch, (uint32_t)(first - peer->first)},
+        .tick = (int32_t)first,
+        .way = (uint32_t)(ll_barrier_way(&c->connection.clock) / 1000 + 1) | (peer->gap ? LL_WAY_GAP : 0),
+        .at = (int32_t)peer->tick,
+        .hashed = (int32_t)hashed,
+        .runs = (uint16_t)runs,
+        .other = (uint16_t)(other + 1),
+        .hashes = hashes};
     return (int)((char *)(hash + hashes) - (char *)packet);
 }
 
 int ll_peer_tick(ll_client *c, const ll_client_setup *s, ll_time now, void *packet)
 {
     const ll_peer *peer = ll_client_peer(c);
-    int64_t delay = s->config->input_delay_ticks;
+    int64_t delay = ll_peer_delay(s);
     ll_client_begin_tick(c, now);
     if (!ll_connection_plays(&c->connection)) {
         ll_client_miss(c, s, now);
@@ -402,9 +390,13 @@ int ll_peer_tick(ll_client *c, const ll_client_setup *s, ll_time now, void *pack
         }
     }
     ll_peer_confirm(c);
+    if (s->rules->peers & LL_PEERS_STRETCH)
+        ll_pacing_stretch(c, s);
+    if (s->rules->peers & LL_PEERS_ADAPT)
+        ll_pacing_adapt_delay(c, s, now);
     ll_peer_sync_test(c, s, now);
     ll_measure(s->client_metrics, LL_METRIC_UNACKED, now, (double)(c->inputs.seq - c->inputs.acked));
-    return compose(c, packet);
+    return ll_peer_compose(c, s, ll_peer_meshed(s) ? ll_peer_first_other(c) : -1, packet);
 }
 
 void ll_peer_display(ll_client *c, const ll_client_setup *s, ll_time now)

@@ -78,6 +78,8 @@ void ll_peer_roll_back(ll_client *c, const ll_client_setup *s, ll_time now)
         n->rollbacks++;
         n->rollback_ticks += ticks;
         n->rollback_ticks_max = ticks > n->rollback_ticks_max ? ticks : n->rollback_ticks_max;
+        if (s->choices)
+            s->choices->deep += ticks > s->choices->budget;
     }
     if (s->recorder)
         s->recorder->record(s->recorder->context, &(ll_event){.type = LL_EVENT_ROLLBACK,

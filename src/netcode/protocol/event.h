@@ -54,4 +54,11 @@ typedef enum ll_event_type {
     LL_EVENT_DROPPED = 24, /* the server continues without `player`, for the `number`-th time */
     LL_EVENT_DISPLAY = 25, /* `player`'s display shows for the first time snapshot `number`, or, where
                               displays are apart from ticks, a predicted input */
+    LL_EVENT_SEGMENT = 26, /* a packet of `player`'s transport was lost, or sent what was sent before;
+                              `outcome`: bits of ll_segment */
+    LL_EVENT_BLOCKED = 27, /* a message of `player`'s transport, complete at `begin`, waited until `end` for
+                              an earlier one; `number` and `outcome` as of its event and of a segment */
 } ll_event_type;
+
+/* Of segments and blocked messages. */
+typedef enum ll_segment { LL_SEGMENT_RESENT = 1, LL_SEGMENT_UP = 2 /* to the server */ } ll_segment;

@@ -30,6 +30,7 @@ typedef struct ll_sync_mode {
     bool drops_stale;      /* a client ignores a snapshot older than the newest it has */
     bool extrapolates;     /* a client extrapolates beyond the newest snapshot if configured */
     bool guesses;          /* clients step with guessed inputs, up to max_rollback_ticks */
+    bool buckets;          /* inputs have a fixed playout delay (netcode/protocol/bucket.h) */
 
     /* Time of the server's next step; LL_NEVER while it waits. */
     ll_time (*due)(const struct ll_server *server);
@@ -85,6 +86,7 @@ extern const ll_sync_mode ll_sync_lockstep_pipelined;
 extern const ll_sync_mode ll_sync_gambetta;
 extern const ll_sync_mode ll_sync_deterministic;
 extern const ll_sync_mode ll_sync_rollback;
+extern const ll_sync_mode ll_sync_bucket;
 
 extern const ll_sync_mode *const ll_syncs[]; /* NULL-terminated; the index is the choice `sync` */
 extern const char *const ll_sync_mode_names[];

@@ -58,13 +58,18 @@ typedef struct ll_answer_message {
 typedef enum ll_part {
     LL_PART_AXES = 1,    /* an ll_axes for each player but the receiver */
     LL_PART_APPLIED = 2, /* an ll_input_result_part and its words */
+    /* In an input message: after its inputs follows a word, a bit for each of the 32 ticks before that of the
+     * newest snapshot that the client has, the latest first: it has the snapshot of that tick too. */
+    LL_PART_RECEIVED = 4,
+    LL_PART_STATE = 8, /* in an input message, after that: an ll_motion, the state of the own entity after the
+                          last of the inputs (netcode/protocol/report.h) */
 } ll_part;
 
 /* Inputs with sequence numbers seq, seq + 1, ...; the first is meant for the server's step `tick`. */
 typedef struct ll_input_message {
     ll_message_head head;
     int32_t tick;
-    uint8_t wants; /* ll_part: parts that snapshots to this client must contain */
+    uint8_t wants; /* ll_part: parts that snapshots to this client must contain, and of this message */
     uint8_t fresh; /* number of inputs, the last ones, that are sent for the first time */
     uint16_t
         lead; /* number of steps from the newest snapshot that the client has to `tick`; 0: it has none */
@@ -101,7 +106,7 @@ typedef struct ll_snapshot_message {
     uint32_t slack_seq; /* input with that slack */
     uint16_t codec;     /* index into ll_codecs */
     uint16_t baseline;  /* number of ticks from the baseline to `tick`; 0: no baseline */
-    uint32_t reserved;
+    uint32_t refused;   /* the newest input whose reported state was refused; 0: none */
 } ll_snapshot_message;
 
 #define LL_SLACK_UNKNOWN INT32_MAX
@@ -126,7 +131,8 @@ typedef struct ll_peer_ack {
 #define LL_WAY_GAP (UINT32_C(1) << 31)
 
 /* From a client: its unacknowledged inputs, head.count of them, and the unacknowledged hashes of its world
- * after ticks hashed, hashed + 1, ... An ll_peer_ack per player, runs and hashes (uint32_t) follow. */
+ * after ticks hashed, hashed + 1, ... An ll_peer_ack per player, runs and hashes (uint32_t) follow. Over a
+ * mesh each other player gets one, with the inputs that this player has not acknowledged. */
 typedef struct ll_peer_message {
     ll_message_head head;
     int32_t tick; /* of the first input */
@@ -134,11 +140,14 @@ typedef struct ll_peer_message {
         way; /* one-way delay as measured by the client, us; combined with LL_WAY_GAP if relays had stopped */
     int32_t at;     /* the client's tick */
     int32_t hashed; /* tick of the first hash */
-    uint32_t runs, hashes;
+    uint16_t runs;
+    uint16_t other; /* over a mesh: 1 + the player that this copy is for, once it has passed the server 1 +
+                       the player that it is from; 0: it is for the server. Stands for an address of IP. */
+    uint32_t hashes;
 } ll_peer_message;
 
-/* To a client: the other players' inputs that it has not acknowledged, a part per player. The parts
- * follow. */
+/* To a client: the other players' inputs that it has not acknowledged, a part per player. The parts follow.
+ * Over a mesh there are parts only of inputs that the server made for players who were not connected. */
 typedef struct ll_relay_message {
     ll_message_head head; /* count: parts */
     int32_t tick;         /* steps that the server has made */

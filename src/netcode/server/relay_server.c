@@ -96,7 +96,7 @@ static void take_new_inputs(ll_server *server, ll_client_slot *client_slot, cons
 {
     int64_t tick = m->tick, next = known(server, client_slot) + 1;
     int count = 0;
-    for (uint32_t r = 0; r < m->runs; r++)
+    for (int r = 0; r < m->runs; r++)
         for (uint32_t i = 0; i < runs[r].count; i++, tick++) {
             const ll_controls *input = &runs[r].input;
             if (tick < next)
@@ -124,6 +124,8 @@ int ll_relay_server_take(ll_server *server, const ll_sync_mode *sync, int player
     take_acks(server, &client_slot->peer, m, acks);
     compare(server, &client_slot->peer, m->hashed, (const uint32_t *)(runs + m->runs), m->hashes);
     take_new_inputs(server, client_slot, m, runs, &inputs);
+    if (server->rules.mesh && inputs.head.count > 0) /* it passes the packet on at once */
+        client_slot->peer.relayed = inputs.tick + inputs.head.count - 1;
     /* An input is for its own tick alone, however many arrive at once: after an outage all open inputs do. */
     client_slot->limits.allowance = (ll_rate_limiter){ll_rate_burst(server->client_freq), now};
     int result_count = ll_server_receive(server, sync, player, &inputs, now, results);
@@ -147,26 +149,41 @@ void ll_relay_server_fill(ll_server *server, ll_time now)
     }
 }
 
+/* The newest of the inputs of a player that the server itself sends: over a mesh those that it made. */
+static int64_t sent_upto(const ll_server *server, const ll_client_slot *client_slot)
+{
+    return server->rules.mesh && client_slot->connection.connected ? client_slot->connection.first
+                                                                   : known(server, client_slot);
+}
+
 /* The inputs of `other` that `player` has not acknowledged. */
 static char *write_part(ll_server *server, int player, int other, char *at)
 {
     ll_client_slot *client_slot = &server->client_slots[other];
+    const int64_t upto = sent_upto(server, client_slot);
     int64_t first = server->client_slots[player].peer.acks[other].known + 1;
     ll_relay_part *part = (ll_relay_part *)(void *)at;
     ll_input_run *runs = (ll_input_run *)(part + 1);
     int count = 0;
-    for (int64_t tick = first; tick <= known(server, client_slot); tick++) {
+    for (int64_t tick = first; tick <= upto; tick++) {
         const ll_action *a = &slot_of(client_slot, tick)->action;
         if (!ll_run_add(runs, &count, &(ll_controls){{a->axis[0], a->axis[1]}, a->buttons}))
             break;
     }
     *part = (ll_relay_part){.tick = (int32_t)first,
-                            .at = client_slot->peer.at,
+                            .at = server->rules.mesh ? -1 : client_slot->peer.at,
                             .ahead = client_slot->peer.acks[player].ahead,
                             .player = (uint16_t)other,
                             .runs = (uint16_t)count};
     client_slot->peer.relayed = known(server, client_slot);
     return (char *)(runs + count);
+}
+
+/* Over a mesh most parts would be empty, and are left out. */
+static bool has_part(const ll_server *server, int player, int other)
+{
+    return !server->rules.mesh || server->client_slots[player].peer.acks[other].known <
+                                      sent_upto(server, &server->client_slots[other]);
 }
 
 int ll_relay_server_compose(ll_server *server, const ll_sync_mode *sync, int player, void *packet)
@@ -176,7 +193,6 @@ int ll_relay_server_compose(ll_server *server, const ll_sync_mode *sync, int pla
     ll_relay_message *m = packet;
     *m = (ll_relay_message){
         .head = {.type = LL_MESSAGE_RELAY,
-                 .count = (uint8_t)(server->players - 1),
                  .epoch = client_slot->connection.epoch,
                  .seq = (uint32_t)(known(server, client_slot) - client_slot->connection.first)},
         .tick = (int32_t)server->step,
@@ -185,8 +201,11 @@ int ll_relay_server_compose(ll_server *server, const ll_sync_mode *sync, int pla
         .hashed = (int32_t)client_slot->peer.hashed,
         .resume = (int32_t)server->barriers.resume};
     char *at = (char *)(m + 1);
+    m->head.count = 0;
     for (int other = 0; other < server->players; other++)
-        if (other != player)
+        if (other != player && has_part(server, player, other)) {
             at = write_part(server, player, other, at);
+            m->head.count++;
+        }
     return (int)(at - (char *)packet);
 }

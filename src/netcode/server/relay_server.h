@@ -1,6 +1,9 @@
 /* The relay server of the peer-to-peer syncs. It forwards each player's inputs to the others, and steps a
  * world of its own as soon as it has all inputs of a tick. That world is the truth that clients' hashes are
- * compared with. */
+ * compared with.
+ *
+ * Over a mesh it forwards nothing of its own: it sees the packets that pass from player to player, steps the
+ * same world, admits players, makes the inputs of those who have left, and sets barriers. */
 #pragma once
 
 #include "netcode/server/server.h"

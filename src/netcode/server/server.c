@@ -22,13 +22,34 @@ void ll_server_init(ll_server *server, int players, ll_extent extent)
     ll_baseline_history_init(ll_server_baseline_history(server), extent);
 }
 
+void ll_server_replicate(ll_server *server)
+{
+    ll_baseline_history *history = ll_server_baseline_history(server);
+    history->replicated = 1;
+    ll_replicas_init(ll_server_replicas(server), server->players, history->entities);
+}
+
+static void configure_replicas(ll_server *server, const ll_server_config *config)
+{
+    ll_replicas *replicas = ll_server_replicas(server);
+    LL_ASSERT(replicas || !ll_codecs[config->snapshot]->selects);
+    if (!replicas)
+        return;
+    if (server->codec != config->snapshot || replicas->selection.radius_m != config->selection.radius_m)
+        ll_replicas_forget(replicas);
+    replicas->selection = config->selection;
+    replicas->tick = -1; /* of another radius */
+}
+
 void ll_server_configure(ll_server *server, const ll_server_config *config)
 {
+    configure_replicas(server, config);
     if (server->codec != config->snapshot)
         ll_baseline_history_clear(
             ll_server_baseline_history(server)); /* baselines sent with another codec or grid may be gone */
     server->codec = (uint16_t)config->snapshot;
-    server->rules.validates = config->validation;
+    server->rules.mesh = (config->peers & LL_PEERS_MESH) != 0;
+    server->rules.validates = config->validation && !server->rules.mesh;
     server->rules.refused = config->refused;
     server->rules.starved = config->starved;
     server->rules.starved_ticks = (int32_t)config->starved_ticks;
@@ -61,7 +82,7 @@ void ll_client_slot_open(ll_client_slot *client_slot, ll_freq client_freq, int64
     client_slot->connection.first = step;
     client_slot->peer =
         (ll_peer_status){.at = -1, .came = now, .relayed = step, .hashed = step, .desync = -1};
-    for (int i = 0; i < LL_PLAYERS_MAX; i++)
+    for (int i = 0; i < LL_PEERS_MAX; i++)
         client_slot->peer.acks[i].known = (int32_t)step;
 }
 
@@ -138,6 +159,8 @@ static void mark_replaced(ll_slot_inputs *inputs, int64_t tick, bool replaced)
 static ll_action normalised(const ll_server *server, const ll_sync_mode *sync, const ll_action *input)
 {
     ll_action a = *input;
+    if (sync->press_s == 0)
+        return a;
     double ticks = sync->press_s * (double)server->client_freq / 1000;
     if (ticks > 1) {
         a.axis[0] = (float)(a.axis[0] / ticks);
@@ -174,12 +197,73 @@ static ll_rule judge(const ll_server *server, const ll_sync_mode *sync, ll_clien
                        input->now);
 }
 
-/* Records the newest snapshot that the client has. */
-static void take_received(ll_client_slot *client_slot, const ll_input_message *message)
+/* The newest snapshot that the client had; 0: none. */
+static int32_t received_of(const ll_input_message *message)
 {
-    int64_t tick = message->lead > 0 ? message->tick - message->lead : 0;
-    if (tick > client_slot->snapshots.received)
-        client_slot->snapshots.received = tick;
+    return message->lead > 0 ? message->tick - message->lead : 0;
+}
+
+/* Keeps an input for its step, or what replaces it. */
+static void store_input(ll_slot_inputs *inputs, int64_t tick, const ll_input_slot *input, bool replaces)
+{
+    LL_ASSERT(tick > inputs->newest - LL_INPUT_RING); /* overwrites no later input */
+    inputs->ring[tick & (LL_INPUT_RING - 1)] = *input;
+    mark_replaced(inputs, tick, replaces);
+    inputs->seq_minus_tick = (int64_t)input->seq - tick;
+    if (tick > inputs->newest)
+        inputs->newest = tick;
+}
+
+/* Decides input `i` of a message, a new one. A function of its own: most inputs of a message are repeated,
+ * and passing over these must cost little. */
+static __attribute__((noinline)) void take_input(ll_server *server, const ll_sync_mode *sync,
+                                                 ll_client_slot *client_slot, const ll_input_message *message,
+                                                 int i, ll_time now, ll_input_result *result)
+{
+    const int64_t tick = message->tick + i, ahead = tick - decided_upto(server, sync, client_slot);
+    const ll_action *action = &message->inputs[i];
+    const double use = budget_use(server, sync, client_slot, action, ahead, now);
+    *result = (ll_input_result){.seq = message->head.seq + (uint32_t)i, .slack = slack_of(ahead)};
+    const ll_rule rule = judge(server, sync, client_slot, &(arrived_input){action, ahead, use, now});
+    if (rule != LL_RULE_NONE) {
+        client_slot->counts.refused[rule]++;
+        result->outcome = LL_OUTCOME_REFUSED;
+        result->rule = (uint8_t)rule;
+        if (rule == LL_RULE_BUDGET && !sync->applies_on_arrival && i >= message->head.count - message->fresh)
+            measure_slack(client_slot, ahead, result->seq); /* its client must learn how far ahead it is */
+        if (rule == LL_RULE_BUDGET || !sync->reports_refusals)
+            return; /* no slot that far ahead, or dropped without an answer */
+    } else if (ahead <= 0 && !sync->applies_on_arrival) {
+        client_slot->counts.late++;
+        result->outcome = LL_OUTCOME_LATE;
+    } else {
+        client_slot->counts.accepted++;
+    }
+    if (rule == LL_RULE_NONE) {
+        ll_slot_limits *limits = &client_slot->limits;
+        limits->budget_used = use > limits->budget_used ? use : limits->budget_used;
+        if (sync->applies_on_arrival)
+            ll_time_spend(&limits->account, action, server->client_freq, now);
+    }
+    ll_input_slot slot = {tick, now, *action, result->seq, received_of(message)};
+    if (rule != LL_RULE_NONE)
+        slot.action = replacement(server, client_slot, tick);
+    store_input(&client_slot->inputs, tick, &slot, rule != LL_RULE_NONE);
+    if (i >= message->head.count - message->fresh) /* a repeated one says nothing about the link's delay */
+        measure_slack(client_slot, ahead, result->seq);
+}
+
+/* A message says which snapshots the client has. */
+static void take_received(ll_server *server, int player, const ll_input_message *message)
+{
+    ll_replicas *replicas = ll_server_replicas(server);
+    uint32_t before;
+    if (!replicas || received_of(message) == 0)
+        return;
+    memcpy(&before, (const char *)message + ll_input_message_size(message->head.count), sizeof before);
+    ll_replica *replica = ll_replicas_of(replicas, player);
+    if (replica->epoch == message->head.epoch)
+        ll_replica_acknowledge(replica, ll_server_baseline_history(server), received_of(message), before);
 }
 
 int ll_server_receive(ll_server *server, const ll_sync_mode *sync, int player, const void *packet,
@@ -188,54 +272,21 @@ int ll_server_receive(ll_server *server, const ll_sync_mode *sync, int player, c
     const ll_input_message *message = packet;
     ll_client_slot *client_slot = &server->client_slots[player];
     ll_slot_inputs *inputs = &client_slot->inputs;
+    const int all = message->head.count;
+    const int64_t first = message->tick, received = received_of(message);
     int count = 0;
-    LL_ASSERT(message->head.count <= LL_INPUTS_MAX); /* one result each */
+    LL_ASSERT(all <= LL_INPUTS_MAX); /* one result each */
     if (message->head.epoch != client_slot->connection.epoch)
         return 0;
     inputs->wants = message->wants;
-    take_received(client_slot, message);
-    for (int i = 0; i < message->head.count; i++) {
-        int64_t tick = message->tick + i;
-        if (tick < 1 || !is_new(inputs, tick)) {
-            client_slot->counts.duplicate++;
-            continue;
-        }
-        int64_t ahead = tick - decided_upto(server, sync, client_slot);
-        ll_input_result *result = &results[count++];
-        *result = (ll_input_result){.seq = message->head.seq + (uint32_t)i, .slack = slack_of(ahead)};
-        double use = budget_use(server, sync, client_slot, &message->inputs[i], ahead, now);
-        ll_rule rule =
-            judge(server, sync, client_slot, &(arrived_input){&message->inputs[i], ahead, use, now});
-        if (rule != LL_RULE_NONE) {
-            client_slot->counts.refused[rule]++;
-            result->outcome = LL_OUTCOME_REFUSED;
-            result->rule = (uint8_t)rule;
-            if (rule == LL_RULE_BUDGET || !sync->reports_refusals)
-                continue; /* no slot that far ahead, or dropped without an answer */
-        } else if (ahead <= 0 && !sync->applies_on_arrival) {
-            client_slot->counts.late++;
-            result->outcome = LL_OUTCOME_LATE;
-        } else {
-            client_slot->counts.accepted++;
-        }
-        if (rule == LL_RULE_NONE) {
-            client_slot->limits.budget_used =
-                use > client_slot->limits.budget_used ? use : client_slot->limits.budget_used;
-            if (sync->applies_on_arrival)
-                ll_time_spend(&client_slot->limits.account, &message->inputs[i], server->client_freq, now);
-        }
-        ll_action action = rule == LL_RULE_NONE ? message->inputs[i] : replacement(server, client_slot, tick);
-        LL_ASSERT(tick > client_slot->inputs.newest - LL_INPUT_RING); /* overwrites no later input */
-        client_slot->inputs.ring[tick & (LL_INPUT_RING - 1)] = (ll_input_slot){
-            tick, now, action, result->seq, message->lead > 0 ? message->tick - message->lead : 0};
-        mark_replaced(inputs, tick, rule != LL_RULE_NONE);
-        inputs->seq_minus_tick = (int64_t)result->seq - tick;
-        if (tick > inputs->newest)
-            inputs->newest = tick;
-        if (i >=
-            message->head.count - message->fresh) /* a repeated input says nothing about the link's delay */
-            measure_slack(client_slot, ahead, result->seq);
-    }
+    if (received > client_slot->snapshots.received)
+        client_slot->snapshots.received = received;
+    if (message->wants & LL_PART_RECEIVED)
+        take_received(server, player, message);
+    for (int i = 0; i < all; i++)
+        if (first + i >= 1 && is_new(inputs, first + i))
+            take_input(server, sync, client_slot, message, i, now, &results[count++]);
+    client_slot->counts.duplicate += all - count;
     return count;
 }
 
@@ -276,8 +327,10 @@ void ll_client_slot_done(ll_client_slot *client_slot, uint32_t seq, bool applied
 {
     ll_slot_inputs *inputs = &client_slot->inputs;
     /* an input that was overtaken, or never arrived, is not applied yet */
-    for (; inputs->decided < seq; inputs->decided++)
-        set_input_result(inputs, inputs->decided + 1, false);
+    while (inputs->decided + 1 < seq)
+        set_input_result(inputs, ++inputs->decided, false);
+    if (inputs->decided < seq)
+        inputs->decided = seq;
     set_input_result(inputs, seq, applied);
     if (applied && seq > inputs->processed)
         inputs->processed = seq;
@@ -356,12 +409,26 @@ static int64_t encode(const ll_codec *codec, const ll_outgoing *out, uint8_t *by
     return w.count;
 }
 
+/* The receiver's replica, and what all have in common. */
+static void add_replica(const ll_server *server, int player, ll_outgoing *out)
+{
+    const ll_slot_connection *connection = &server->client_slots[player].connection;
+    out->replicas = ll_server_replicas(server);
+    out->replica = ll_replicas_of(out->replicas, player);
+    if (out->replica->epoch != connection->epoch)
+        ll_replica_restart(out->replica, out->world->entities, connection->epoch);
+}
+
 /* Returns the bytes of the world and records its encoding in `m`. */
 static int put_world(ll_server *server, int player, uint8_t *bytes, ll_snapshot_message *m)
 {
     ll_client_slot *client_slot = &server->client_slots[player];
     bool counts = server->stepped >= server->from;
-    ll_outgoing out = {.world = ll_server_world(server), .self = player, .grid = &server->grid};
+    ll_outgoing out = {.world = ll_server_world(server),
+                       .self = player,
+                       .grid = &server->grid,
+                       .counts = counts,
+                       .tick = server->step};
     const ll_codec *codec = ll_codecs[server->codec];
     const ll_baseline *from = NULL;
     ll_snapshot_cost cost;
@@ -369,7 +436,10 @@ static int put_world(ll_server *server, int player, uint8_t *bytes, ll_snapshot_
         ll_baseline_history *all = ll_server_baseline_history(server);
         const ll_baseline *now =
             ll_baseline_history_take(all, out.world, server->step, &server->grid, counts);
-        if (codec->compares && client_slot->snapshots.received > client_slot->snapshots.full)
+        if (codec->selects)
+            add_replica(server, player, &out);
+        if ((codec->compares || codec->selects) &&
+            client_slot->snapshots.received > client_slot->snapshots.full)
             from = ll_baseline_history_find(all, client_slot->snapshots.received);
         out.cells = now->cell;
         out.baseline = from ? from->cell : NULL;
@@ -378,19 +448,40 @@ static int put_world(ll_server *server, int player, uint8_t *bytes, ll_snapshot_
     if (codec->compares && !from)
         codec = &ll_codec_quantised;
     int64_t bits = encode(codec, &out, bytes, &cost);
-    if (bits > 8 * (int64_t)ll_world_size(out.world)) {
+    if (bits > 8 * (int64_t)ll_world_size(out.world)) { /* never with a limit of its own */
         codec = &ll_codec_full;
         bits = encode(codec, &out, bytes, &cost);
         client_slot->snapshots.full = server->step;
     }
     m->codec = (uint16_t)ll_codec_index(codec);
-    m->baseline = codec->compares ? (uint16_t)(server->step - from->tick) : 0;
+    m->baseline = from && codec->gridded ? (uint16_t)(server->step - from->tick) : 0;
     if (counts)
         add_cost(&client_slot->counts.sent, &cost);
     return (int)((bits + 7) / 8);
 }
 
-int ll_server_compose(ll_server *server, const ll_sync_mode *sync, int player, void *packet)
+/* As put_world, with dead reckoning. A player who has acknowledged no snapshot since it was admitted lacks
+ * what was sent before, or may have no state at all: one that is admitted again still names its newest. */
+static __attribute__((noinline)) int put_reckoned(ll_server *server, int player, ll_reckoning *reckoning,
+                                                  uint8_t *bytes, ll_snapshot_message *m)
+{
+    ll_client_slot *client_slot = &server->client_slots[player];
+    const ll_world *world = ll_server_world(server);
+    ll_snapshot_cost cost = {0};
+    ll_bit_writer w = {.bytes = bytes,
+                       .capacity =
+                           8 * (int64_t)ll_world_size(world) + ll_reckoning_extra_bits(world->entities)};
+    bool whole = client_slot->snapshots.received <= client_slot->connection.first;
+    ll_reckoning_encode(reckoning, player, world, server->stepped, whole, &w, &cost);
+    LL_ASSERT(w.count <= w.capacity);
+    m->codec = (uint16_t)ll_codec_index(&ll_codec_full);
+    if (server->stepped >= server->from)
+        add_cost(&client_slot->counts.sent, &cost);
+    return (int)((w.count + 7) / 8);
+}
+
+static int compose(ll_server *server, const ll_sync_mode *sync, int player, ll_reckoning *reckoning,
+                   void *packet)
 {
     ll_client_slot *client_slot = &server->client_slots[player];
     uint8_t parts = client_slot->inputs.wants & (LL_PART_AXES | LL_PART_APPLIED);
@@ -408,7 +499,19 @@ int ll_server_compose(ll_server *server, const ll_sync_mode *sync, int player, v
         at = put_axes(server, player, at);
     if (parts & LL_PART_APPLIED)
         at = put_results(server, client_slot, sync, at);
-    int world = put_world(server, player, (uint8_t *)at, &m);
+    int world = reckoning ? put_reckoned(server, player, reckoning, (uint8_t *)at, &m)
+                          : put_world(server, player, (uint8_t *)at, &m);
     memcpy(packet, &m, sizeof m);
     return (int)(at - (char *)packet) + world;
+}
+
+int ll_server_compose(ll_server *server, const ll_sync_mode *sync, int player, void *packet)
+{
+    return compose(server, sync, player, NULL, packet);
+}
+
+int ll_server_compose_reckoned(ll_server *server, const ll_sync_mode *sync, int player,
+                               ll_reckoning *reckoning, void *packet)
+{
+    return compose(server, sync, player, reckoning, packet);
 }

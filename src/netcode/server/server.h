@@ -8,9 +8,11 @@
 #include "netcode/protocol/event.h"
 #include "netcode/protocol/sync.h"
 #include "netcode/protocol/wire.h"
+#include "netcode/reckoning/reckoning.h"
 #include "netcode/server/starve.h"
 #include "netcode/server/validate.h"
 #include "netcode/snapshot/baseline_history.h"
+#include "netcode/snapshot/replica.h"
 #include "netcode/snapshot/snapshot.h"
 
 #define LL_INPUT_RING 512 /* inputs kept per player, by step; more than ll_budget_ticks on either side */
@@ -39,7 +41,7 @@ typedef struct ll_peer_status {
     ll_time
         way; /* one-way delay to its client, as the client measured it; 0: none of its packets has arrived */
     ll_time came; /* when the last of them arrived; before the first, when its epoch began */
-    ll_peer_ack acks[LL_PLAYERS_MAX];
+    ll_peer_ack acks[LL_PEERS_MAX];
     int64_t relayed; /* its newest input in the last relays: no client knows a later one */
     int64_t hashed;  /* its hashes up to this tick have been compared */
     int64_t desync;  /* the first that differed; -1: none */
@@ -114,7 +116,8 @@ typedef struct ll_client_slot {
 
 /* What it does with inputs that break a rule, and instead of inputs that are missing. */
 typedef struct ll_server_rules {
-    uint32_t validates;
+    uint16_t validates;
+    uint16_t mesh;         /* peers send their inputs to each other: it only keeps the session */
     int32_t refused;       /* ll_refused */
     int32_t starved;       /* index into ll_starves */
     int32_t starved_ticks; /* number of ticks that repeat_n repeats for */
@@ -147,7 +150,7 @@ typedef struct ll_server {
     ll_time from;         /* snapshot costs count from then on */
     ll_server_barriers barriers;
     uint32_t hashes[LL_HASH_RING]; /* deterministic and rollback: of the world after a step */
-    ll_client_slot client_slots[]; /* one per player; then the world; then the baselines */
+    ll_client_slot client_slots[]; /* one per player; then the world; the baselines; the replicas, if any */
 } ll_server;
 
 #pragma GCC diagnostic pop
@@ -156,6 +159,8 @@ size_t ll_server_size(int players, ll_extent extent); /* a multiple of 8 */
 
 /* Zeroes the server and sets the size of its world; the caller fills in the world. */
 void ll_server_init(ll_server *server, int players, ll_extent extent);
+/* Its snapshots may contain some of the entities: there must be room for ll_replicas_size after it. */
+void ll_server_replicate(ll_server *server);
 void ll_server_configure(ll_server *server, const ll_server_config *config); /* how it sends its world */
 
 /* Whether the hash of its world after `step` is kept. */
@@ -178,6 +183,14 @@ static inline ll_baseline_history *ll_server_baseline_history(const ll_server *s
 {
     const ll_world *world = ll_server_world_const(server);
     return (ll_baseline_history *)((char *)world + ll_world_size(world));
+}
+
+/* NULL: it keeps none. */
+static inline ll_replicas *ll_server_replicas(const ll_server *server)
+{
+    ll_baseline_history *b = ll_server_baseline_history(server);
+    size_t size = ll_baseline_history_size((ll_extent){b->entities, b->tail});
+    return b->replicated ? (ll_replicas *)((char *)b + size) : NULL;
 }
 
 /* 0 is no epoch: the epoch of a player who is not connected. */
@@ -227,4 +240,7 @@ void ll_server_measure(ll_past *past, int player, const ll_input_slot *slot, ll_
 /* Writes the message of an update to `player` and returns its size, at most ll_server_message_max. Where the
  * client has no baseline, delta becomes quantised; an encoding longer than full becomes full. */
 int ll_server_compose(ll_server *server, const ll_sync_mode *sync, int player, void *packet);
+/* The same with dead reckoning: the world has the entities that are due. */
+int ll_server_compose_reckoned(ll_server *server, const ll_sync_mode *sync, int player,
+                               ll_reckoning *reckoning, void *packet);
 int ll_server_message_max(ll_extent extent, int players);

@@ -28,7 +28,7 @@ typedef struct ll_baseline_history {
     ll_quantization grid;
     int64_t count;         /* measured since the grid last changed */
     uint32_t tail_version; /* of the newest tail, which follows the ring */
-    uint32_t reserved;
+    uint32_t replicated;   /* 1: the server also keeps replicas (netcode/snapshot/replica.h) */
     ll_rounding rounding;
     /* then LL_BASELINES records of {ll_baseline; ll_cell [entities]}, then the tail */
 } ll_baseline_history;

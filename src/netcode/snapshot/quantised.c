@@ -5,7 +5,7 @@
 
 #include "netcode/snapshot/snapshot.h"
 
-static void put_grid(ll_bit_writer *w, const ll_quantization *grid)
+void ll_put_grid(ll_bit_writer *w, const ll_quantization *grid)
 {
     const float steps[] = {grid->m, grid->mps, grid->rad, grid->radps};
     for (int i = 0; i < 4; i++) {
@@ -15,7 +15,7 @@ static void put_grid(ll_bit_writer *w, const ll_quantization *grid)
     }
 }
 
-static ll_status get_grid(ll_bit_reader *r, ll_quantization *grid)
+ll_status ll_get_grid(ll_bit_reader *r, ll_quantization *grid)
 {
     float steps[4];
     for (int i = 0; i < 4; i++) {
@@ -32,7 +32,7 @@ static ll_status get_grid(ll_bit_reader *r, ll_quantization *grid)
 static void encode(ll_bit_writer *w, const ll_outgoing *out, ll_snapshot_cost *cost)
 {
     const ll_cell zero = {0};
-    put_grid(w, out->grid);
+    ll_put_grid(w, out->grid);
     int64_t start = w->count;
     for (int i = 0; i < out->world->entities; i++) {
         const ll_cell *c = &out->cells[i];
@@ -55,7 +55,7 @@ static void encode(ll_bit_writer *w, const ll_outgoing *out, ll_snapshot_cost *c
 static ll_status decode(ll_bit_reader *r, const ll_incoming *in)
 {
     const ll_cell zero = {0};
-    LL_TRY(get_grid(r, in->grid));
+    LL_TRY(ll_get_grid(r, in->grid));
     for (int i = 0; i < in->world->entities; i++) {
         ll_entity *e = &in->world->entity[i];
         ll_cell cell;

@@ -11,11 +11,15 @@
 /* Input of an encoder. */
 typedef struct ll_outgoing {
     const ll_world *world;
-    int self;                    /* the receiver's own entity */
-    bool same_tail;              /* the tail equals the baseline's */
-    const ll_quantization *grid; /* these three are for codecs with a grid */
-    const ll_cell *cells;        /* the world's entities on the grid */
-    const ll_cell *baseline;     /* entities that the receiver holds, on the same grid; NULL: none */
+    int self;                     /* the receiver's own entity */
+    bool same_tail;               /* the tail equals the baseline's */
+    const ll_quantization *grid;  /* these three are for codecs with a grid */
+    const ll_cell *cells;         /* the world's entities on the grid */
+    const ll_cell *baseline;      /* entities that the receiver holds, on the same grid; NULL: none */
+    struct ll_replica *replica;   /* for codecs that select: what the receiver holds of each entity */
+    struct ll_replicas *replicas; /* what all receivers have in common */
+    bool counts;                  /* in the metrics of replicas */
+    int64_t tick;                 /* of the world */
 } ll_outgoing;
 
 /* Input of a decoder. */
@@ -24,6 +28,13 @@ typedef struct ll_incoming {
     int self;
     ll_quantization *grid;    /* of the baseline; a codec that sends a grid sets it */
     const ll_world *baseline; /* NULL: none */
+
+    /* These are for codecs that select. */
+    const ll_world *previous; /* the newest received world; NULL: none in this epoch */
+    int64_t tick;             /* of the snapshot */
+    /* The received world of a tick, if it is kept and lies on the grid; NULL: it is not. */
+    const ll_world *(*world_at)(const void *context, int64_t tick);
+    const void *context;
 } ll_incoming;
 
 /* Cost of a snapshot. */
@@ -38,6 +49,7 @@ typedef struct ll_codec {
     const char *help;
     bool gridded;  /* rounds to a grid */
     bool compares; /* sends the differences from a baseline, which must exist */
+    bool selects;  /* sends some of the entities: needs a replica (netcode/snapshot/replica.h) */
 
     /* Appends to an empty writer and adds to `cost`. */
     void (*encode)(ll_bit_writer *w, const ll_outgoing *out, ll_snapshot_cost *cost);
@@ -49,6 +61,9 @@ typedef struct ll_codec {
 extern const ll_codec ll_codec_full;
 extern const ll_codec ll_codec_quantised;
 extern const ll_codec ll_codec_delta;
+extern const ll_codec ll_codec_partial;
+extern const ll_codec ll_codec_partial_delta;
+extern const ll_codec ll_codec_interest;
 
 extern const ll_codec
     *const ll_codecs[]; /* NULL-terminated; the index is the choice `snapshot_encoding`, and is sent */
@@ -68,6 +83,9 @@ void ll_put_cell(ll_bit_writer *w, const ll_cell *cell, const ll_cell *from);
 bool ll_get_cell(ll_bit_reader *r, const ll_cell *from,
                  ll_cell *cell);   /* false: a step that does not exist */
 ll_status ll_off_grid(int entity); /* the error in that case */
+
+void ll_put_grid(ll_bit_writer *w, const ll_quantization *grid);
+ll_status ll_get_grid(ll_bit_reader *r, ll_quantization *grid);
 
 void ll_put_tail(ll_bit_writer *w, const ll_world *world);
 void ll_get_tail(ll_bit_reader *r, ll_world *world);

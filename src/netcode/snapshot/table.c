@@ -1,9 +1,16 @@
 #include "netcode/snapshot/snapshot.h"
 
-const ll_codec *const ll_codecs[] = {&ll_codec_full, &ll_codec_quantised, &ll_codec_delta, NULL};
+const ll_codec *const ll_codecs[] = {&ll_codec_full,
+                                     &ll_codec_quantised,
+                                     &ll_codec_delta,
+                                     &ll_codec_partial,
+                                     &ll_codec_partial_delta,
+                                     &ll_codec_interest,
+                                     NULL};
 
 /* In the order of ll_codecs; a test compares both. */
-const char *const ll_codec_names[] = {"full", "quantised", "delta", NULL};
+const char *const ll_codec_names[] = {"full",          "quantised", "delta", "partial",
+                                      "partial_delta", "interest",  NULL};
 
 int ll_codec_index(const ll_codec *codec)
 {

@@ -18,6 +18,8 @@
 
 #define LL_PENDING_RING 512 /* unacknowledged inputs: a new one overwrites the oldest */
 #define LL_STATE_RING 64    /* snapshots kept for interpolation: 2 s at 30 updates per second */
+#define LL_LARGE_RING 32    /* the same of a world that is larger than LL_SMALL_WORLD bytes */
+#define LL_SMALL_WORLD 20000
 
 #pragma GCC diagnostic push
 #pragma GCC diagnostic error "-Wpadded" /* no padding: the block is hashed */
@@ -43,12 +45,13 @@ typedef struct ll_pending_input {
 /* A received snapshot; its world follows in the ring. */
 typedef struct ll_snapshot_entry {
     int64_t tick;
-    ll_time time;     /* server's clock */
-    ll_time arrived;  /* client's clock */
-    uint32_t acked;   /* the last input whose step is over */
-    uint32_t applied; /* the newest applied input */
-    uint32_t gridded; /* others lie on the client's grid */
-    uint32_t reserved;
+    ll_time time;      /* server's clock */
+    ll_time arrived;   /* client's clock */
+    uint32_t acked;    /* the last input whose step is over */
+    uint32_t applied;  /* the newest applied input */
+    uint16_t gridded;  /* others lie on the client's grid */
+    uint16_t selected; /* it has only some of the entities */
+    uint32_t before;   /* of a snapshot of some entities: LL_PART_RECEIVED */
 } ll_snapshot_entry;
 
 typedef enum ll_rendered_flag {
@@ -104,6 +107,14 @@ typedef struct ll_client {
 
 #pragma GCC diagnostic pop
 
+/* What a script did last, and in which time (without its end) it is sure to do the same. Kept outside of the
+ * block: it says nothing that the script would not. Peers ask for ticks ahead, and again for earlier ones
+ * after they have joined again. */
+typedef struct ll_script_memo {
+    ll_time from, until;
+    ll_action action;
+} ll_script_memo;
+
 /* Set-up of a client: constant for its whole life but for `config`, which may change between frames. */
 typedef struct ll_client_setup {
     const ll_game *game;
@@ -115,8 +126,14 @@ typedef struct ll_client_setup {
     const ll_server_config *rules;           /* the server's configuration */
     ll_weapon_prediction *weapon_prediction; /* NULL in a game without weapons */
     struct ll_shots *shots;
-    uint64_t seed;        /* the session's */
-    ll_freq display_freq; /* of displays that are not made with the ticks */
+    struct ll_reckoning *reckoning;  /* NULL: no dead reckoning */
+    struct ll_peer_choices *choices; /* NULL: peers are as by default */
+    struct ll_reporter *reporter;    /* NULL: it sends controls alone */
+    ll_script_memo *memo;            /* of one run; NULL: none */
+    uint64_t seed;                   /* the session's */
+    ll_freq display_freq;            /* of displays that are not made with the ticks */
+    double bucket_delay_ms;          /* with buckets: the playout delay */
+    bool selects;                    /* snapshots contain only some of the entities */
 } ll_client_setup;
 
 size_t ll_client_size(ll_extent extent); /* a multiple of 8 */
@@ -126,6 +143,12 @@ void ll_client_init(ll_client *client, int self, const ll_world *start);
 static inline ll_time ll_client_local(const ll_client_setup *s, ll_time now)
 {
     return now + (ll_time)((double)now * (s->config->drift_ppm * 1e-6));
+}
+
+/* The server's present, by the client's estimate of its clock. */
+static inline ll_time ll_client_server_time(const ll_client *c, const ll_client_setup *s, ll_time now)
+{
+    return ll_client_local(s, now) + c->connection.clock.offset;
 }
 
 /* Where a client begins. */
@@ -216,10 +239,23 @@ ll_time ll_client_control_time(const ll_client *client, const ll_client_setup *s
 /* A tick of a client that does not play: its player's controls have no effect. */
 void ll_client_miss(const ll_client *client, const ll_client_setup *setup, ll_time now);
 
+/* The number of snapshots that a client keeps. */
+static inline int64_t ll_state_ring(int64_t world_size)
+{
+    return world_size <= LL_SMALL_WORLD ? LL_STATE_RING : LL_LARGE_RING;
+}
+
+/* Index of the oldest kept snapshot. */
+static inline int64_t ll_client_oldest(const ll_client *c)
+{
+    int64_t oldest = c->snapshots.received - ll_state_ring(c->layout.world_size);
+    return oldest > 0 ? oldest : 0;
+}
+
 static inline ll_snapshot_entry *ll_client_state(ll_client *c, int64_t index)
 {
     return (ll_snapshot_entry *)((char *)c + c->layout.states +
-                                 (index & (LL_STATE_RING - 1)) *
+                                 (index & (ll_state_ring(c->layout.world_size) - 1)) *
                                      (int64_t)(sizeof(ll_snapshot_entry) + (size_t)c->layout.world_size));
 }
 
@@ -314,6 +350,13 @@ static inline ll_pending_input *ll_client_input_at(ll_client *c, int64_t tick)
     return kept ? ll_client_pending(c, (uint32_t)seq) : NULL;
 }
 
+/* Whether the predicted world is that of the newest input that it contains. */
+static inline bool ll_prediction_in_step(const ll_client *c)
+{
+    return c->predicting != 0 &&
+           c->prediction.tick == c->inputs.tick - (int64_t)(c->inputs.seq - c->prediction.played);
+}
+
 /* `state`, the newest snapshot, decides that input `seq` was applied or never will be. */
 void ll_client_close(ll_client *client, const ll_client_setup *setup, uint32_t seq, ll_input_state how,
                      const ll_snapshot_entry *state, ll_time now);
@@ -333,6 +376,9 @@ void ll_resimulate(ll_client *client,
                    const ll_client_setup *setup); /* the latest snapshot and the open inputs */
 bool ll_prediction_stands(ll_client *client, const ll_client_setup *setup, const ll_snapshot_entry *state,
                           uint32_t acked);
+/* The same of a client that moves its own entity and reports it (netcode/protocol/report.h): whether it keeps
+ * its own state, and does not take that of the snapshot. */
+bool ll_report_stands(const ll_client *client, struct ll_reporter *reporter);
 void ll_reconcile(ll_client *client, const ll_client_setup *setup, bool stands, ll_time now);
 void ll_draw_predicted(ll_client *client, ll_time now);
 void ll_note_correction(const ll_client *client, const ll_client_setup *setup, ll_cause cause, double moved,

@@ -66,7 +66,7 @@ typedef struct ll_client_latest_snapshot {
     ll_time time; /* server's clock, of the snapshot applied last */
     int64_t tick; /* of the same */
     double update_hz;
-    ll_action controls[LL_PLAYERS_MAX]; /* others' controls in the newest snapshot; zero until one contains
+    ll_action controls[LL_PEERS_MAX]; /* others' controls in the newest snapshot; zero until one contains
                                            them */
 } ll_client_latest_snapshot;
 
@@ -86,15 +86,15 @@ typedef struct ll_client_layout {
 
 /* What the predicted world contains, and the snapshot that it started from. */
 typedef struct ll_client_prediction {
-    int64_t tick;                      /* of the predicted world */
-    uint32_t played;                   /* newest input in it */
-    uint32_t gaps;                     /* it lacks inputs after those of the snapshot that it started from */
-    ll_entity_set entities;            /* of it that are stepped */
-    ll_action guessed[LL_PLAYERS_MAX]; /* others' controls that it is stepped with */
-    int64_t begun_tick;         /* of the last snapshot that it started from, or was bitwise equal to */
-    ll_quantization begun_grid; /* of the others in that snapshot; all 0: none */
-    uint32_t begun_acked;       /* the newest input in that snapshot */
-    uint32_t touched;           /* others may have acted on the own entity since */
+    int64_t tick;                    /* of the predicted world */
+    uint32_t played;                 /* newest input in it */
+    uint32_t gaps;                   /* it lacks inputs after those of the snapshot that it started from */
+    ll_entity_set entities;          /* of it that are stepped */
+    ll_action guessed[LL_PEERS_MAX]; /* others' controls that it is stepped with */
+    int64_t begun_tick;              /* of the last snapshot that it started from, or was bitwise equal to */
+    ll_quantization begun_grid;      /* of the others in that snapshot; all 0: none */
+    uint32_t begun_acked;            /* the newest input in that snapshot */
+    uint32_t touched;                /* others may have acted on the own entity since */
 } ll_client_prediction;
 
 /* The render time of the others, and how they are drawn at it. */

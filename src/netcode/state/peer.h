@@ -10,8 +10,12 @@
 #pragma once
 
 #include "netcode/state/client.h"
+#include "netcode/state/peer_choices.h"
 
-#define LL_PEER_RING 64 /* ticks of inputs, worlds and hashes that a client keeps */
+#define LL_PEER_RING 64    /* ticks of inputs, worlds and hashes that a client keeps */
+#define LL_LEAD_SAMPLES 16 /* a mean lead has the weight 1 / this for its last value; at first 1 / count */
+
+_Static_assert(LL_PEER_RING == LL_WAY_RING, "what is kept by tick reaches as far");
 
 /* Farthest that a client may be beyond the server's step: only the client itself knows its own inputs that
  * are still on their way to the server. */
@@ -90,7 +94,66 @@ static inline ll_controls *ll_peer_input(ll_peer *peer, int player, int64_t tick
     return &peer->player[player].inputs[tick & (LL_PEER_RING - 1)];
 }
 
+/* The first other player, to whom the message of `ll_peer_tick` goes over a mesh; -1: there is none, and it
+ * goes to the server. */
+static inline int ll_peer_first_other(const ll_client *c)
+{
+    return c->self > 0 ? 0 : ll_client_rendered_const(c)->players > 1 ? 1 : -1;
+}
+
+/* Writes the copy of a tick's message for `other`, and returns its size. */
+int ll_peer_compose(const ll_client *client, const ll_client_setup *setup, int other, void *packet);
+
+static inline bool ll_peer_meshed(const ll_client_setup *setup)
+{
+    return (setup->rules->peers & LL_PEERS_MESH) != 0;
+}
+
 /* ---- shared by the peer's files ---- */
+
+/* take.c: an input of `player`, and its tick with the lead that it reports, have arrived */
+void ll_peer_take_input(ll_peer *peer, int player, int64_t tick, const ll_controls *input);
+void ll_peer_take_lead(ll_client *client, const ll_client_setup *setup, const ll_relay_part *part,
+                       ll_time now);
+
+/* mesh.c */
+void ll_mesh_start(ll_client *client, const ll_client_setup *setup);
+int ll_mesh_receive(ll_client *client, const ll_client_setup *setup, const ll_peer_message *message,
+                    ll_time now);
+/* The server sent inputs that it made for `player`. */
+void ll_mesh_note_away(const ll_client_setup *setup, int player);
+/* The tick of the first input that a copy for `other` contains. */
+int64_t ll_mesh_first(const ll_client *client, const ll_client_setup *setup, int other);
+
+static inline bool ll_peer_paced(const ll_client_setup *setup)
+{
+    return (setup->rules->peers & LL_PEERS_PACE) != 0;
+}
+
+/* The input delay now, and the longest that it may have. */
+static inline int64_t ll_peer_delay(const ll_client_setup *s)
+{
+    return s->rules->peers & LL_PEERS_ADAPT ? s->choices->delay : s->config->input_delay_ticks;
+}
+
+static inline int64_t ll_peer_delay_max(const ll_client_setup *s)
+{
+    return s->rules->peers & LL_PEERS_ADAPT ? LL_ADAPTIVE_DELAY_MAX : s->config->input_delay_ticks;
+}
+
+/* pacing.c */
+void ll_pacing_start(const ll_client_setup *setup);
+void ll_pacing_forget_lead(const ll_client_setup *setup, int player); /* after a barrier */
+/* Inputs of `player` for ticks from `first` on have come that were not known. */
+void ll_pacing_inputs_came(const ll_client *client, const ll_client_setup *setup, int player, int64_t first,
+                           ll_time now);
+/* What packets report to `player` in place of a whole lead, and what is taken from such a report. */
+int32_t ll_pacing_report(const ll_client_setup *setup, int player);
+void ll_pacing_take(ll_client *client, const ll_client_setup *setup, const ll_relay_part *part, ll_time now);
+/* Lead over the player that is farthest behind, ticks; at least 0. */
+double ll_pacing_lead(const ll_client *client, const ll_peer_choices *choices);
+void ll_pacing_stretch(ll_client *client, const ll_client_setup *setup);
+void ll_pacing_adapt_delay(ll_client *client, const ll_client_setup *setup, ll_time now);
 
 /* step.c */
 void ll_peer_step(ll_client *client, const ll_client_setup *setup); /* to the next tick */

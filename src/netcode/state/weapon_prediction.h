@@ -23,7 +23,8 @@ typedef enum ll_weapon_prediction_state {
 #pragma GCC diagnostic error "-Wpadded" /* no padding: the block is hashed */
 
 typedef struct ll_predicted_projectile {
-    ll_flight flight;
+    ll_point from, velocity; /* at launch */
+    double gravity;
     ll_time start; /* render time, by the server's clock */
     int64_t tick;  /* the step that its input was meant for */
     int32_t state; /* ll_weapon_prediction_state */
@@ -40,6 +41,13 @@ typedef struct ll_weapon_prediction {
 } ll_weapon_prediction;
 
 #pragma GCC diagnostic pop
+
+static inline ll_flight ll_predicted_flight(const ll_weapon_prediction *weapon_prediction,
+                                            const ll_predicted_projectile *projectile)
+{
+    return (ll_flight){projectile->from, projectile->velocity, projectile->gravity,
+                       weapon_prediction->arena.projectile_drag};
+}
 
 /* Starts with what the client draws; projectiles in flight are dropped. */
 void ll_weapon_prediction_start(const struct ll_client *client, const struct ll_client_setup *setup);

@@ -44,7 +44,7 @@ static void interpolate(ll_client *c, const ll_client_setup *s, ll_time now)
     for (; c->drawing.received < c->snapshots.received; c->drawing.received++)
         ll_client_state(c, c->drawing.received)->arrived = now;
     ll_time render = now - (ll_time)(1e9 / c->latest.update_hz);
-    int64_t oldest = c->snapshots.received > LL_STATE_RING ? c->snapshots.received - LL_STATE_RING : 0;
+    int64_t oldest = ll_client_oldest(c);
     int64_t i = c->snapshots.received - 1;
     while (i > oldest && ll_client_state(c, i)->arrived > render)
         i--;

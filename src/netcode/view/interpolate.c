@@ -58,8 +58,7 @@ typedef struct place {
 
 static place find(ll_client *c, ll_time time)
 {
-    int64_t oldest = c->snapshots.received > LL_STATE_RING ? c->snapshots.received - LL_STATE_RING : 0,
-            i = c->snapshots.received - 1;
+    int64_t oldest = ll_client_oldest(c), i = c->snapshots.received - 1;
     while (i > oldest && ll_client_state(c, i)->time > time)
         i--;
     place p = {.index = i, .a = ll_client_state(c, i)};
@@ -95,16 +94,28 @@ static void pose(const ll_client_setup *s, const place *p, int i, ll_entity *out
         between(ll_interpolations[s->config->interpolation_method], p, i, out);
 }
 
+/* Draws the others at a place that is not after the newest. */
+static void draw_between(ll_client *c, const ll_interpolation *method, const place *p)
+{
+    ll_world *shown = ll_client_rendered(c);
+    const ll_stretch stretch = {.a = entity_of(p->a, 0),
+                                .b = entity_of(p->b, 0),
+                                .out = shown->entity,
+                                .count = shown->entities,
+                                .self = c->self,
+                                .alpha = p->alpha,
+                                .span_s = p->span_s};
+    method->all(&stretch);
+}
+
 void ll_blend(ll_client *c, const ll_snapshot_entry *a, const ll_snapshot_entry *b, double alpha)
 {
     const place p = {.a = a, .b = b, .alpha = alpha};
     c->drawing.alpha = alpha;
-    for (int i = 0; i < ll_client_rendered(c)->entities; i++) {
-        if (i == c->self)
-            continue;
-        between(&ll_interpolation_linear, &p, i, &ll_client_rendered(c)->entity[i]);
-        ll_client_draw_infos(c)[i].flags = LL_RENDERED_INTERPOLATED;
-    }
+    draw_between(c, &ll_interpolation_linear, &p);
+    for (int i = 0; i < ll_client_rendered(c)->entities; i++)
+        if (i != c->self)
+            ll_client_draw_infos(c)[i].flags = LL_RENDERED_INTERPOLATED;
 }
 
 /* ---- a frame ---- */
@@ -175,21 +186,31 @@ static void take_stock(ll_client *c, const ll_client_setup *s, ll_view_state mov
     }
 }
 
+static void extrapolate_others(ll_client *c, const ll_client_setup *s, const place *p)
+{
+    ll_world *shown = ll_client_rendered(c);
+    for (int i = 0; i < shown->entities; i++)
+        if (i != c->self)
+            ll_extrapolate(s, entity_of(p->a, i), p->beyond_s, &shown->entity[i]);
+}
+
 static void draw_others(ll_client *c, const ll_client_setup *s)
 {
     ll_client_view *view = &c->view;
     const place p = find(c, view->render);
-    ll_world *shown = ll_client_rendered(c);
+    const ll_world *shown = ll_client_rendered(c);
     ll_draw_info mark = {.time = p.a->time > view->render ? p.a->time : view->render,
                          .flags = view->extrapolated ? LL_RENDERED_EXTRAPOLATED : LL_RENDERED_INTERPOLATED};
     if (view->held)
         mark.flags |= LL_RENDERED_HELD;
-    for (int i = 0; i < shown->entities; i++) {
-        if (i == c->self)
-            continue;
-        pose(s, &p, i, &shown->entity[i]);
-        ll_client_draw_infos(c)[i] = mark;
-    }
+    if (p.beyond_s > 0)
+        extrapolate_others(c, s, &p);
+    else
+        draw_between(c, ll_interpolations[s->config->interpolation_method], &p);
+    ll_draw_info *marks = ll_client_draw_infos(c);
+    for (int i = 0; i < shown->entities; i++)
+        if (i != c->self)
+            marks[i] = mark;
     c->drawing.alpha = p.alpha;
     c->drawing.depth = c->snapshots.received - 1 - p.index;
     c->drawing.buffer_ms = ll_to_ms(ll_client_state(c, c->snapshots.received - 1)->time - mark.time);
@@ -201,7 +222,7 @@ static ll_time reference(const ll_client *c, const ll_client_setup *s, ll_time n
 {
     if (s->config->interpolation || s->config->extrapolation_clock == LL_CLOCK_ARRIVAL)
         return now + c->view.offset;
-    return ll_client_local(s, now) + c->connection.clock.offset;
+    return ll_client_server_time(c, s, now);
 }
 
 void ll_interpolate_server_time(ll_client *c, const ll_client_setup *s, ll_time now)

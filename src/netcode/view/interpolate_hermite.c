@@ -21,8 +21,14 @@ static void between(const ll_entity *a, const ll_entity *b, double alpha, double
           &out->angular_velocity);
 }
 
+static void all(const ll_stretch *stretch)
+{
+    ll_interpolate_all(stretch, between);
+}
+
 const ll_interpolation ll_interpolation_hermite = {
     .name = "hermite",
     .help = "On the cubic through two snapshots that also has their velocities.",
     .between = between,
+    .all = all,
 };

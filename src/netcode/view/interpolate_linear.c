@@ -14,8 +14,14 @@ static void between(const ll_entity *a, const ll_entity *b, double alpha, double
     out->angular_velocity = a->angular_velocity + alpha * (b->angular_velocity - a->angular_velocity);
 }
 
+static void all(const ll_stretch *stretch)
+{
+    ll_interpolate_all(stretch, between);
+}
+
 const ll_interpolation ll_interpolation_linear = {
     .name = "linear",
     .help = "On the straight line between two snapshots.",
     .between = between,
+    .all = all,
 };

@@ -35,10 +35,16 @@ void ll_smooth_draw(ll_client *c, const ll_client_setup *s, ll_time now)
 {
     double worst = 0, keep = 0;
     ll_world *shown = ll_client_rendered(c);
-    if (c->view.has_errors && s->config->correction == LL_CORRECTION_SMOOTH)
+    const bool counts = (s->client_metrics->observes & LL_OBSERVE_FRAMES) && now >= s->client_metrics->from;
+    if (!c->view.has_errors) { /* most frames */
+        if (counts)
+            ll_histogram_add(&s->client_metrics->histogram[LL_METRIC_POP], 0);
+        return;
+    }
+    if (s->config->correction == LL_CORRECTION_SMOOTH)
         keep = ll_exp(-ll_to_ms(c->displays.elapsed) / s->config->correction_half_life_ms * LN2);
     bool has_view_errors = false;
-    for (int i = 0; c->view.has_errors && i < shown->entities; i++) {
+    for (int i = 0; i < shown->entities; i++) {
         ll_view_error *e = &ll_client_errors(c)[i];
         double size = ll_sqrt(e->x * e->x + e->y * e->y), left = size > LL_SMOOTH_MAX_M ? 0 : keep;
         worst = size * (1 - left) > worst ? size * (1 - left) : worst;
@@ -55,5 +61,6 @@ void ll_smooth_draw(ll_client *c, const ll_client_setup *s, ll_time now)
         has_view_errors = true;
     }
     c->view.has_errors = has_view_errors;
-    ll_measure(s->client_metrics, LL_METRIC_POP, now, worst);
+    if (counts)
+        ll_histogram_add(&s->client_metrics->histogram[LL_METRIC_POP], worst);
 }

@@ -3,6 +3,8 @@
 
 #include "netcode/state/client.h"
 
+struct ll_stretch;
+
 /* Between two snapshots. */
 typedef struct ll_interpolation {
     const char *name;
@@ -11,7 +13,37 @@ typedef struct ll_interpolation {
     /* The entity at fraction `alpha`, 0 to 1, of the way from `a` to `b`, which is `span_s` > 0 later. Sets
      * the pose and its velocities; the caller sets the flags. */
     void (*between)(const ll_entity *a, const ll_entity *b, double alpha, double span_s, ll_entity *out);
+
+    /* The same for all entities of a stretch, flags too: a call for each would cost more than its work. */
+    void (*all)(const struct ll_stretch *stretch);
 } ll_interpolation;
+
+/* From the entities of one snapshot to those of another. */
+typedef struct ll_stretch {
+    const ll_entity *a, *b;
+    ll_entity *out;
+    int count, self; /* `self` is left out */
+    double alpha, span_s;
+} ll_stretch;
+
+/* A method's `all`, of its `between`. */
+static inline void ll_interpolate_all(const ll_stretch *p,
+                                      void (*between)(const ll_entity *, const ll_entity *, double, double,
+                                                      ll_entity *))
+{
+    for (int i = 0; i < p->count; i++) {
+        const ll_entity *a = &p->a[i], *b = &p->b[i];
+        ll_entity *out = &p->out[i];
+        if (i == p->self)
+            continue;
+        if (p->alpha > 0 && ((a->flags ^ b->flags) & LL_ENTITY_ACTIVE) == 0) {
+            between(a, b, p->alpha, p->span_s, out);
+            out->flags = a->flags;
+        } else { /* at a, or a flight began or ended */
+            *out = *a;
+        }
+    }
+}
 
 extern const ll_interpolation ll_interpolation_linear;
 extern const ll_interpolation ll_interpolation_hermite;

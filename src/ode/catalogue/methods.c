@@ -17,7 +17,7 @@ const ll_ode_method *ll_ode_method_find(const char *name)
 
 const ll_ode_method *ll_ode_reference_method(const ll_ode_problem *problem, int which)
 {
-    static const char *const names[2][LL_ODE_REFERENCES] = {{"dop853", "extrapolated_midpoint"},
-                                                            {"radau13", "radau9"}};
-    return ll_ode_method_find(names[problem->stiff][which]);
+    static const ll_ode_method *const references[2][LL_ODE_REFERENCES] = {
+        {&ll_ode_dop853, &ll_ode_extrapolated_midpoint}, {&ll_ode_radau13, &ll_ode_radau9}};
+    return references[problem->stiff][which];
 }

@@ -18,5 +18,9 @@ ll_status ll_ode_method_fits(const ll_ode_method *method, const ll_ode *ode)
         return ll_field_error(LL_BAD_INPUT, "method",
                               "method: %s needs forces that are magnetic or independent of velocities.",
                               method->name);
+    if ((method->needs & LL_ODE_NEEDS_TAYLOR) && ode->series == NULL)
+        return ll_field_error(LL_BAD_INPUT, "method",
+                              "method: %s needs a problem that is smooth and gives Taylor coefficients.",
+                              method->name);
     return ll_ok();
 }

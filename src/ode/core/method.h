@@ -9,6 +9,7 @@ enum {
     LL_ODE_NEEDS_MECHANICAL = 1, /* positions and velocities */
     LL_ODE_NEEDS_MAGNETIC = 2,   /* the parts of a magnetic force */
     LL_ODE_NEEDS_POSITIONS = 4,  /* an acceleration independent of v */
+    LL_ODE_NEEDS_TAYLOR = 8,     /* Taylor coefficients of its solutions */
 };
 
 struct ll_ode_run;

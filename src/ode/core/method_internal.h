@@ -14,6 +14,10 @@ typedef struct ll_ode_body {
     int vectors;              /* work vectors of `stride` doubles: ll_ode_work(run, 0) and on */
     size_t (*extra)(int dim); /* further doubles after the vectors: ll_ode_extra; NULL: none */
 
+    /* The step that the error allows from (run->t, y), known before the attempt, > 0; may be infinite. The
+     * driver does not exceed it. NULL: by the error of the step before. */
+    double (*limit)(ll_ode_run *run, const ll_ode_method *method, const ll_ode *ode);
+
     /* Writes the state after a step of `h` from (run->t, y) to ll_ode_next(run). Leaves everything that
      * another attempt needs. Returns the mean square of the estimated error relative to the tolerance, 0 for
      * fixed-step methods; NaN or infinite: failed. */

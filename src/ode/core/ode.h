@@ -29,6 +29,11 @@ typedef void ll_ode_jacobian(const void *params, double t, const double *y, doub
  * are included in both). In the plane only b[2] counts. */
 typedef void ll_ode_magnetic(const void *params, double t, const double *q, double *e, double *b);
 
+/* Taylor coefficients of the solution through (t, y): row k of `series` is its k-th derivative over k!, row
+ * 0, which the caller fills in, is y. Writes rows 1 to `order` (at most LL_SERIES_ORDER: ode/core/series.h).
+ * A row has dim numbers, rounded up to even; the extra one is not written. */
+typedef void ll_ode_series(const void *params, double t, int order, double *series);
+
 /* Two states at once, component by component: lane l of y[i] is component i of state l. Each lane computes
  * the same bits as the function of one state. */
 typedef void ll_ode_rhs_pair(const void *params, const ll_pair *t, const ll_pair *y, ll_pair *dy);
@@ -60,6 +65,7 @@ typedef struct ll_ode {
     ll_ode_acceleration *acceleration;
     ll_ode_jacobian *jacobian; /* NULL: by finite differences */
     ll_ode_magnetic *magnetic; /* NULL: none; e + v x b must equal the acceleration */
+    ll_ode_series *series;     /* of a system that is smooth, with every set of parameters; NULL: none */
 
     const struct ll_ode_kernels *kernels; /* loops of methods compiled with this system's f; NULL: none */
 

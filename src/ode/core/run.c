@@ -20,7 +20,7 @@
 
 static double magnitude(double x)
 {
-    return x < 0 ? -x : x;
+    return __builtin_fabs(x);
 }
 
 static bool finite(double x)
@@ -132,6 +132,8 @@ static double first_step(ll_ode_run *run, const ll_ode_method *method, const ll_
     double span = magnitude(c->t_end - c->t0), *y = ll_ode_state_y(run), *next = ll_ode_next(run);
     if (c->first_step > 0)
         return c->first_step < span ? c->first_step : span;
+    if (method->body->limit != NULL)
+        return span;
     double *f0 = ll_ode_work(run, 0), *f1 = ll_ode_work(run, 1);
     ll_ode_f(run, ode, c->t0, y, f0);
     double d0 = ll_sqrt(ll_ode_norm2(run, y)), d1 = ll_sqrt(ll_ode_norm2(run, f0));
@@ -261,6 +263,10 @@ static ll_ode_state step_adaptive(ll_ode_run *run, const ll_ode_method *method, 
     bool rejected = false;
     for (;;) {
         double h = run->h, left = c->t_end - run->t;
+        if (method->body->limit != NULL) {
+            double most = method->body->limit(run, method, ode);
+            h = magnitude(h) > most ? direction(run) * most : h;
+        }
         if (c->largest_step > 0 && magnitude(h) > c->largest_step)
             h = direction(run) * c->largest_step;
         /* Makes the last two steps equal, rather than one of them tiny. */

@@ -17,6 +17,15 @@ static bool keeps_acceleration(const composition *c, const ll_ode *ode)
     return c->drift[c->stages - 1] == 0 && !ode->velocity_dependent;
 }
 
+/* One coordinate is the usual case, and too few for a loop in vectors, which starts with a dozen questions.
+ */
+static inline void add(double *to, double by, const double *what, int count)
+{
+    to[0] += by * what[0];
+    for (int i = 1; i < count; i++)
+        to[i] += by * what[i];
+}
+
 static double attempt(ll_ode_run *run, const ll_ode_method *method, const ll_ode *ode, double h)
 {
     const composition *c = method->data;
@@ -24,8 +33,7 @@ static double attempt(ll_ode_run *run, const ll_ode_method *method, const ll_ode
     const double *y = ll_ode_state_y(run);
     double *q = ll_ode_next(run), *v = q + half, *a = ll_ode_work(run, 0), *kept = ll_ode_work(run, 1),
            t = run->t;
-    for (int i = 0; i < run->dim; i++)
-        q[i] = y[i];
+    ll_ode_copy(run->stride, y, q);
     for (int s = 0; s < c->stages; s++) {
         double kick = c->kick[s] * h, drift = c->drift[s] * h;
         if (kick != 0) {
@@ -34,11 +42,9 @@ static double attempt(ll_ode_run *run, const ll_ode_method *method, const ll_ode
                 ll_ode_a(run, ode, t, q, v, a);
                 found = a;
             }
-            for (int i = 0; i < half; i++)
-                v[i] += kick * found[i];
+            add(v, kick, found, half);
         }
-        for (int i = 0; i < half; i++)
-            q[i] += drift * v[i];
+        add(q, drift, v, half);
         t += drift;
     }
     return 0;

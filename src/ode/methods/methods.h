@@ -42,7 +42,8 @@
     ROW(rodas5p) \
     ROW(radau5) \
     ROW(radau9) \
-    ROW(radau13)
+    ROW(radau13) \
+    ROW(taylor)
 /* clang-format on */
 
 #define LL_ODE_DECLARE(NAME) extern const ll_ode_method ll_ode_##NAME;

@@ -1,6 +1,7 @@
 /* Arenstorf orbit: a satellite between earth and moon, in the co-rotating frame; closed after 17.07 time
  * units. */
 #include "ode/core/problem_rows.h"
+#include "ode/core/series.h"
 
 typedef struct params {
     double mu;
@@ -33,6 +34,43 @@ LL_ODE_MAGNETIC(magnetic, 4, {
 
 static const struct ll_ode_kernels kernels = {LL_ODE_KERNELS(acceleration), .leapfrog = magnetic_leapfrog};
 
+/* Lanes are earth and moon: u the squares of the distances, w = mass u^(-3/2). */
+static void series(const void *p, double t, int order, double *row)
+{
+    (void)t;
+    double mu = ((const params *)p)->mu;
+    ll_term q[LL_SERIES_TERMS], v[LL_SERIES_TERMS];
+    ll_term x[LL_SERIES_TERMS], y[LL_SERIES_TERMS], u[LL_SERIES_TERMS], w[LL_SERIES_TERMS];
+    ll_series_take_plane(row, q, v);
+    for (int k = 0; k < order; k++) {
+        ll_term squares = {0}, power = {0}, pull_x = {0}, pull_y = {0};
+        x[k] = ll_term_of(q[k][0]);
+        y[k] = ll_term_of(q[k][1]);
+        if (k == 0) {
+            x[0] += (ll_term){mu, mu - 1};
+            u[0] = x[0] * x[0] + y[0] * y[0];
+            w[0] = (ll_term){1 - mu, mu} / (u[0] * (ll_term){ll_sqrt(u[0][0]), ll_sqrt(u[0][1])});
+            pull_x = w[0] * x[0];
+            pull_y = w[0] * y[0];
+        } else {
+            for (int j = 1; j < k; j++) {
+                squares += x[j] * x[k - j] + y[j] * y[k - j];
+                power += ll_series_power_factor(-1.5, j, k) * (u[j] * w[k - j]);
+                pull_x += w[j] * x[k - j];
+                pull_y += w[j] * y[k - j];
+            }
+            u[k] = squares + 2 * (x[0] * x[k] + y[0] * y[k]);
+            power += ll_series_power_factor(-1.5, k, k) * (u[k] * w[0]);
+            w[k] = power / (k * u[0]);
+            pull_x += ll_series_ends(w, x, k);
+            pull_y += ll_series_ends(w, y, k);
+        }
+        ll_term pull = {pull_x[0] + pull_x[1], pull_y[0] + pull_y[1]};
+        ll_series_move(q, v, q[k] + (ll_term){2, -2} * ll_term_swapped(v[k]) - pull, k);
+    }
+    ll_series_put_plane(row, q, v, order);
+}
+
 static void system_of(const void *p, ll_ode *ode)
 {
     *ode = (ll_ode){.dim = 4,
@@ -41,6 +79,7 @@ static void system_of(const void *p, ll_ode *ode)
                     .params = p,
                     .acceleration = acceleration,
                     .magnetic = magnetic,
+                    .series = series,
                     .kernels = &kernels};
 }
 

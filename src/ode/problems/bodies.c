@@ -1,6 +1,7 @@
 /* Bodies that attract each other in the plane: the Pleiades (seven, with close encounters), and the
  * figure-eight orbit of three. The order of the positions is x1 ... xn, y1 ... yn. */
 #include "ode/core/problem_rows.h"
+#include "ode/core/series.h"
 
 typedef struct params {
     double gravity;
@@ -47,6 +48,77 @@ static double energy_of(int n, const double *mass, double gravity, const double 
     return sum;
 }
 
+/* ---- Taylor coefficients ---- */
+
+/* Two of the pairs of bodies, one in each lane: x and y from the first body of a pair to the second, u their
+ * squares' sum, w = u^(-3/2). */
+typedef struct pairs {
+    ll_term x[LL_SERIES_TERMS], y[LL_SERIES_TERMS], u[LL_SERIES_TERMS], w[LL_SERIES_TERMS], over;
+} pairs;
+
+/* From coefficient k of x and y: that of w x and w y. */
+static inline __attribute__((always_inline)) void attract(pairs *p, int k, ll_term *ax, ll_term *ay)
+{
+    if (k == 0) {
+        p->u[0] = p->x[0] * p->x[0] + p->y[0] * p->y[0];
+        p->over = 1 / p->u[0];
+        p->w[0] = p->over / (ll_term){ll_sqrt(p->u[0][0]), ll_sqrt(p->u[0][1])};
+        *ax = p->w[0] * p->x[0];
+        *ay = p->w[0] * p->y[0];
+        return;
+    }
+    ll_term squares = {0}, power = {0}, sum_x = {0}, sum_y = {0};
+    for (int j = 1; j < k; j++) {
+        int i = k - j;
+        squares += p->x[j] * p->x[i] + p->y[j] * p->y[i];
+        power += ll_series_power_factor(-1.5, j, k) * (p->u[j] * p->w[i]);
+        sum_x += p->w[j] * p->x[i];
+        sum_y += p->w[j] * p->y[i];
+    }
+    p->u[k] = squares + 2 * (p->x[0] * p->x[k] + p->y[0] * p->y[k]);
+    power += ll_series_power_factor(-1.5, k, k) * (p->u[k] * p->w[0]);
+    p->w[k] = power * (p->over * ll_series_inverse[k]);
+    *ax = sum_x + ll_series_ends(p->w, p->x, k);
+    *ay = sum_y + ll_series_ends(p->w, p->y, k);
+}
+
+enum { BODIES_MAX = 7, LANES_MAX = BODIES_MAX * (BODIES_MAX - 1) / 2 + 1 };
+
+/* Of n bodies; with an odd number of pairs the last one stands in both lanes. */
+static inline __attribute__((always_inline)) void bodies_series(int n, const double *mass, double gravity,
+                                                                int order, double *row)
+{
+    int count = n * (n - 1) / 2, first[LANES_MAX], second[LANES_MAX];
+    pairs pair[LANES_MAX / 2];
+    for (int i = 1, lane = 0; i < n; i++)
+        for (int j = 0; j < i; j++, lane++) {
+            first[lane] = first[count] = i;
+            second[lane] = second[count] = j;
+        }
+    for (int k = 0; k < order; k++, row += 4 * n) {
+        double a[2 * BODIES_MAX] = {0}, *next = row + 4 * n;
+        for (int l = 0; l < count; l += 2) {
+            pairs *p = &pair[l / 2];
+            int i0 = first[l], j0 = second[l], i1 = first[l + 1], j1 = second[l + 1];
+            p->x[k] = (ll_term){row[j0] - row[i0], row[j1] - row[i1]};
+            p->y[k] = (ll_term){row[n + j0] - row[n + i0], row[n + j1] - row[n + i1]};
+            ll_term ax, ay;
+            attract(p, k, &ax, &ay);
+            for (int lane = 0; lane < 2 && l + lane < count; lane++) {
+                int i = first[l + lane], j = second[l + lane];
+                a[i] += mass[j] * ax[lane];
+                a[n + i] += mass[j] * ay[lane];
+                a[j] -= mass[i] * ax[lane];
+                a[n + j] -= mass[i] * ay[lane];
+            }
+        }
+        for (int i = 0; i < 2 * n; i++) {
+            next[i] = row[2 * n + i] * ll_series_inverse[k + 1];
+            next[2 * n + i] = gravity * a[i] * ll_series_inverse[k + 1];
+        }
+    }
+}
+
 /* ---- Pleiades ---- */
 
 static const double seven_masses[] = {1, 2, 3, 4, 5, 6, 7};
@@ -56,12 +128,19 @@ ATTRACTION(seven_acceleration, 7, seven_masses)
 static const struct ll_ode_kernels seven_kernels = {LL_ODE_KERNELS(seven_acceleration),
                                                     .leapfrog = seven_acceleration_leapfrog};
 
+static void seven_series(const void *p, double t, int order, double *row)
+{
+    (void)t;
+    bodies_series(7, seven_masses, ((const params *)p)->gravity, order, row);
+}
+
 static void seven_system(const void *p, ll_ode *ode)
 {
     *ode = (ll_ode){.dim = 28,
                     .autonomous = true,
                     .params = p,
                     .acceleration = seven_acceleration,
+                    .series = seven_series,
                     .kernels = &seven_kernels};
 }
 
@@ -116,12 +195,19 @@ ATTRACTION(three_acceleration, 3, three_masses)
 static const struct ll_ode_kernels three_kernels = {LL_ODE_KERNELS(three_acceleration),
                                                     .leapfrog = three_acceleration_leapfrog};
 
+static void three_series(const void *p, double t, int order, double *row)
+{
+    (void)t;
+    bodies_series(3, three_masses, ((const params *)p)->gravity, order, row);
+}
+
 static void three_system(const void *p, ll_ode *ode)
 {
     *ode = (ll_ode){.dim = 12,
                     .autonomous = true,
                     .params = p,
                     .acceleration = three_acceleration,
+                    .series = three_series,
                     .kernels = &three_kernels};
 }
 

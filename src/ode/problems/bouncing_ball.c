@@ -1,5 +1,6 @@
 /* A ball that bounces ever lower and comes to rest after infinitely many impacts in a finite time. */
 #include "ode/core/problem_rows.h"
+#include "ode/core/series.h"
 
 typedef struct params {
     double g, h, e, rest_speed;
@@ -39,12 +40,22 @@ static ll_ode_action bounce(const void *p, double t, double *y)
 
 static const ll_ode_event impact = {.name = "impact", .direction = -1, .g = height, .jump = bounce};
 
+static void series(const void *p, double t, int order, double *row)
+{
+    (void)t;
+    for (int k = 0; k < order; k++, row += 2) {
+        row[2] = row[1] * ll_series_inverse[k + 1];
+        row[3] = k == 0 ? -((const params *)p)->g : 0;
+    }
+}
+
 static void system_of(const void *p, ll_ode *ode)
 {
     *ode = (ll_ode){.dim = 2,
                     .autonomous = true,
                     .params = p,
                     .acceleration = acceleration,
+                    .series = series,
                     .events = &impact,
                     .event_count = 1};
 }

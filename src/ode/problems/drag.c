@@ -1,6 +1,7 @@
 /* Quadratic drag. Vertical: v' = g - kd v |v|, s downwards; may start upwards. In the plane: a projectile, y
  * upwards, that comes to rest when it hits the ground. */
 #include "ode/core/problem_rows.h"
+#include "ode/core/series.h"
 #include "ode/problems/special.h"
 
 /* ---- vertical ---- */
@@ -24,6 +25,24 @@ LL_ODE_ACCELERATION(vertical_acceleration, 2, {
 
 static const struct ll_ode_kernels vertical_kernels = {LL_ODE_KERNELS(vertical_acceleration)};
 
+static void vertical_series(const void *p, double t, int order, double *row)
+{
+    (void)t;
+    const vertical *c = p;
+    double v[LL_SERIES_TERMS];
+    for (int k = 0; k < order; k++, row += 2) {
+        v[k] = row[1];
+        double square = 0;
+        for (int j = 0; 2 * j < k; j++)
+            square += v[j] * v[k - j];
+        square *= 2;
+        if (k % 2 == 0)
+            square += v[k / 2] * v[k / 2];
+        row[2] = v[k] * ll_series_inverse[k + 1];
+        row[3] = ((k == 0 ? c->g : 0) - c->kd * square) * ll_series_inverse[k + 1];
+    }
+}
+
 static void vertical_system(const void *p, ll_ode *ode)
 {
     *ode = (ll_ode){.dim = 2,
@@ -31,6 +50,7 @@ static void vertical_system(const void *p, ll_ode *ode)
                     .velocity_dependent = true,
                     .params = p,
                     .acceleration = vertical_acceleration,
+                    .series = ((const vertical *)p)->v0 >= 0 ? vertical_series : NULL, /* |v| is smooth */
                     .kernels = &vertical_kernels};
 }
 
@@ -120,6 +140,30 @@ static ll_ode_action land(const void *p, double t, double *y)
 
 static const ll_ode_event impact = {.name = "impact", .direction = -1, .g = height, .jump = land};
 
+/* The speed is the root of the sum of squares: 2 s_0 s_k = u_k - sum over 0 < j < k of s_j s_(k-j). */
+static void plane_series(const void *p, double t, int order, double *row)
+{
+    (void)t;
+    const plane *c = p;
+    ll_term q[LL_SERIES_TERMS], v[LL_SERIES_TERMS], speed[LL_SERIES_TERMS];
+    ll_series_take_plane(row, q, v);
+    double s0 = ll_sqrt(v[0][0] * v[0][0] + v[0][1] * v[0][1]), over = 0.5 / s0;
+    speed[0] = ll_term_of(s0);
+    ll_series_move(q, v, (ll_term){0, -c->g} - c->kd * (speed[0] * v[0]), 0);
+    for (int k = 1; k < order; k++) {
+        ll_term squares = {0}, root = {0}, drag = {0};
+        for (int j = 1; j < k; j++) {
+            squares += v[j] * v[k - j];
+            root += speed[j] * speed[k - j];
+            drag += speed[j] * v[k - j];
+        }
+        squares += 2 * (v[0] * v[k]);
+        speed[k] = ll_term_of((squares[0] + squares[1] - root[0]) * over);
+        ll_series_move(q, v, -c->kd * (drag + ll_series_ends(speed, v, k)), k);
+    }
+    ll_series_put_plane(row, q, v, order);
+}
+
 static void plane_system(const void *p, ll_ode *ode)
 {
     *ode = (ll_ode){.dim = 4,
@@ -127,6 +171,7 @@ static void plane_system(const void *p, ll_ode *ode)
                     .velocity_dependent = true,
                     .params = p,
                     .acceleration = plane_acceleration,
+                    .series = ((const plane *)p)->vx0 != 0 ? plane_series : NULL, /* never at rest: smooth */
                     .kernels = &plane_kernels,
                     .events = &impact,
                     .event_count = 1};

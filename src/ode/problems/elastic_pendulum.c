@@ -1,5 +1,6 @@
 /* A pendulum on a spring, q'' = -k (r - 1) q / r - (0, g): a fast oscillation on a slow one. */
 #include "ode/core/problem_rows.h"
+#include "ode/core/series.h"
 
 typedef struct params {
     double k, g;
@@ -42,12 +43,40 @@ static void jacobian(const void *p, double t, const double *y, double *j)
 static const struct ll_ode_kernels kernels = {LL_ODE_KERNELS(acceleration),
                                               .leapfrog = acceleration_leapfrog};
 
+/* With u = r^2, w = 1 / r = u^(-1/2), a = k w q - k q - (0, g). */
+static void series(const void *p, double t, int order, double *row)
+{
+    (void)t;
+    const params *c = p;
+    ll_term q[LL_SERIES_TERMS], v[LL_SERIES_TERMS], w[LL_SERIES_TERMS], u[LL_SERIES_TERMS];
+    ll_series_take_plane(row, q, v);
+    double r2 = q[0][0] * q[0][0] + q[0][1] * q[0][1], over = 1 / r2;
+    u[0] = ll_term_of(r2);
+    w[0] = ll_term_of(1 / ll_sqrt(r2));
+    ll_series_move(q, v, c->k * ((w[0] - 1) * q[0]) - (ll_term){0, c->g}, 0);
+    for (int k = 1; k < order; k++) {
+        ll_term squares = {0}, power = {0}, pull = {0};
+        for (int j = 1; j < k; j++) {
+            squares += q[j] * q[k - j];
+            power += ll_series_power_factor(-0.5, j, k) * (u[j] * w[k - j]);
+            pull += w[j] * q[k - j];
+        }
+        squares += 2 * (q[0] * q[k]);
+        u[k] = ll_term_of(squares[0] + squares[1]);
+        power += ll_series_power_factor(-0.5, k, k) * (u[k] * w[0]);
+        w[k] = power * (over * ll_series_inverse[k]);
+        ll_series_move(q, v, c->k * (pull + ll_series_ends(w, q, k) - q[k]), k);
+    }
+    ll_series_put_plane(row, q, v, order);
+}
+
 static void system_of(const void *p, ll_ode *ode)
 {
     *ode = (ll_ode){.dim = 4,
                     .autonomous = true,
                     .params = p,
                     .acceleration = acceleration,
+                    .series = series,
                     .kernels = &kernels,
                     .jacobian = jacobian};
 }

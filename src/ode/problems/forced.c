@@ -1,5 +1,6 @@
 /* A free mass under a periodic force, x'' = cos(omega t). */
 #include "ode/core/problem_rows.h"
+#include "ode/core/series.h"
 
 typedef struct params {
     double omega;
@@ -14,9 +15,23 @@ LL_ODE_ACCELERATION(acceleration, 2, { a[0] = ll_real_cos(((const params *)p)->o
 static const struct ll_ode_kernels kernels = {LL_ODE_KERNELS(acceleration),
                                               .leapfrog = acceleration_leapfrog};
 
+static void series(const void *p, double t, int order, double *row)
+{
+    double omega = ((const params *)p)->omega, sine, cosine;
+    ll_sincos(omega * t, &sine, &cosine);
+    for (int k = 0; k < order; k++, row += 2) {
+        double over = ll_series_inverse[k + 1], turned = cosine;
+        row[2] = row[1] * over;
+        row[3] = cosine * over;
+        cosine = -omega * sine * over;
+        sine = omega * turned * over;
+    }
+}
+
 static void system_of(const void *p, ll_ode *ode)
 {
-    *ode = (ll_ode){.dim = 2, .params = p, .acceleration = acceleration, .kernels = &kernels};
+    *ode =
+        (ll_ode){.dim = 2, .params = p, .acceleration = acceleration, .series = series, .kernels = &kernels};
 }
 
 static void start(const void *p, double *y)

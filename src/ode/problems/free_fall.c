@@ -1,5 +1,6 @@
 /* Free fall, s'' = g: the paper's first example, s pointing down. */
 #include "ode/core/problem_rows.h"
+#include "ode/core/series.h"
 
 typedef struct params {
     double g, v0;
@@ -17,9 +18,19 @@ static void acceleration(const void *p, double t, const double *q, const double 
     a[0] = ((const params *)p)->g;
 }
 
+static void series(const void *p, double t, int order, double *row)
+{
+    (void)t;
+    for (int k = 0; k < order; k++, row += 2) {
+        row[2] = row[1] * ll_series_inverse[k + 1];
+        row[3] = k == 0 ? ((const params *)p)->g : 0;
+    }
+}
+
 static void system_of(const void *p, ll_ode *ode)
 {
-    *ode = (ll_ode){.dim = 2, .autonomous = true, .params = p, .acceleration = acceleration};
+    *ode =
+        (ll_ode){.dim = 2, .autonomous = true, .params = p, .acceleration = acceleration, .series = series};
 }
 
 static void start(const void *p, double *y)

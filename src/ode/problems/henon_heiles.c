@@ -1,5 +1,6 @@
 /* Henon and Heiles: a star in a galaxy, V = (q1^2 + q2^2) / 2 + q1^2 q2 - q2^3 / 3. */
 #include "ode/core/problem_rows.h"
+#include "ode/core/series.h"
 
 typedef struct params {
     double q1, q2, p1, p2;
@@ -22,10 +23,38 @@ LL_ODE_ACCELERATION(acceleration, 4, {
 static const struct ll_ode_kernels kernels = {LL_ODE_KERNELS(acceleration),
                                               .leapfrog = acceleration_leapfrog};
 
+/* The sums are symmetric: half of their terms, and the middle one. */
+static void series(const void *p, double t, int order, double *row)
+{
+    (void)p, (void)t;
+    ll_term q[LL_SERIES_TERMS], v[LL_SERIES_TERMS], swapped[LL_SERIES_TERMS];
+    ll_series_take_plane(row, q, v);
+    for (int k = 0; k < order; k++) {
+        ll_term squares = {0}, cross = {0};
+        swapped[k] = ll_term_swapped(q[k]);
+        for (int j = 0; 2 * j < k; j++) {
+            squares += q[j] * q[k - j];
+            cross += q[j] * swapped[k - j];
+        }
+        squares *= 2;
+        double xy = cross[0] + cross[1];
+        if (k % 2 == 0) {
+            squares += q[k / 2] * q[k / 2];
+            xy += q[k / 2][0] * q[k / 2][1];
+        }
+        ll_series_move(q, v, -q[k] + (ll_term){-2 * xy, squares[1] - squares[0]}, k);
+    }
+    ll_series_put_plane(row, q, v, order);
+}
+
 static void system_of(const void *p, ll_ode *ode)
 {
-    *ode = (ll_ode){
-        .dim = 4, .autonomous = true, .params = p, .acceleration = acceleration, .kernels = &kernels};
+    *ode = (ll_ode){.dim = 4,
+                    .autonomous = true,
+                    .params = p,
+                    .acceleration = acceleration,
+                    .series = series,
+                    .kernels = &kernels};
 }
 
 static void start(const void *p, double *y)

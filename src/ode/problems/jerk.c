@@ -1,5 +1,6 @@
 /* A constant jerk, x'' = j t: the simplest acceleration that is not constant. */
 #include "ode/core/problem_rows.h"
+#include "ode/core/series.h"
 
 typedef struct params {
     double jerk;
@@ -15,9 +16,18 @@ static void acceleration(const void *p, double t, const double *q, const double 
     a[0] = ((const params *)p)->jerk * t;
 }
 
+static void series(const void *p, double t, int order, double *row)
+{
+    double jerk = ((const params *)p)->jerk;
+    for (int k = 0; k < order; k++, row += 2) {
+        row[2] = row[1] * ll_series_inverse[k + 1];
+        row[3] = k == 0 ? jerk * t : k == 1 ? jerk / 2 : 0;
+    }
+}
+
 static void system_of(const void *p, ll_ode *ode)
 {
-    *ode = (ll_ode){.dim = 2, .params = p, .acceleration = acceleration};
+    *ode = (ll_ode){.dim = 2, .params = p, .acceleration = acceleration, .series = series};
 }
 
 static void start(const void *p, double *y)

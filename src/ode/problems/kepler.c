@@ -1,5 +1,6 @@
 /* Kepler's orbit, q'' = -q / |q|^3, from the pericentre; semi-major axis and period are 1 and 2 pi. */
 #include "ode/core/problem_rows.h"
+#include "ode/core/series.h"
 
 typedef struct params {
     double e;
@@ -17,10 +18,40 @@ LL_ODE_ACCELERATION(acceleration, 4, {
 static const struct ll_ode_kernels kernels = {LL_ODE_KERNELS(acceleration),
                                               .leapfrog = acceleration_leapfrog};
 
+/* With u = |q|^2, w = -u^(-3/2), a = w q. */
+static void series(const void *p, double t, int order, double *row)
+{
+    (void)p, (void)t;
+    ll_term q[LL_SERIES_TERMS], v[LL_SERIES_TERMS], w[LL_SERIES_TERMS], u[LL_SERIES_TERMS];
+    ll_series_take_plane(row, q, v);
+    double r2 = q[0][0] * q[0][0] + q[0][1] * q[0][1], over = 1 / r2;
+    u[0] = ll_term_of(r2);
+    w[0] = ll_term_of(-over / ll_sqrt(r2));
+    ll_series_move(q, v, w[0] * q[0], 0);
+    for (int k = 1; k < order; k++) {
+        ll_term squares = {0}, power = {0}, pull = {0};
+        for (int j = 1; j < k; j++) {
+            squares += q[j] * q[k - j];
+            power += ll_series_power_factor(-1.5, j, k) * (u[j] * w[k - j]);
+            pull += w[j] * q[k - j];
+        }
+        squares += 2 * (q[0] * q[k]);
+        u[k] = ll_term_of(squares[0] + squares[1]);
+        power += ll_series_power_factor(-1.5, k, k) * (u[k] * w[0]);
+        w[k] = power * (over * ll_series_inverse[k]);
+        ll_series_move(q, v, pull + ll_series_ends(w, q, k), k);
+    }
+    ll_series_put_plane(row, q, v, order);
+}
+
 static void system_of(const void *p, ll_ode *ode)
 {
-    *ode = (ll_ode){
-        .dim = 4, .autonomous = true, .params = p, .acceleration = acceleration, .kernels = &kernels};
+    *ode = (ll_ode){.dim = 4,
+                    .autonomous = true,
+                    .params = p,
+                    .acceleration = acceleration,
+                    .series = series,
+                    .kernels = &kernels};
 }
 
 static void start(const void *p, double *y)

@@ -1,5 +1,6 @@
 /* A charge in a homogeneous magnetic field: x'' = b y', y'' = -b x'. */
 #include "ode/core/problem_rows.h"
+#include "ode/core/series.h"
 
 typedef struct params {
     double b, speed;
@@ -24,6 +25,17 @@ LL_ODE_MAGNETIC(magnetic, 4, {
 
 static const struct ll_ode_kernels kernels = {LL_ODE_KERNELS(acceleration), .leapfrog = magnetic_leapfrog};
 
+static void series(const void *p, double t, int order, double *row)
+{
+    (void)t;
+    double b = ((const params *)p)->b;
+    ll_term q[LL_SERIES_TERMS], v[LL_SERIES_TERMS];
+    ll_series_take_plane(row, q, v);
+    for (int k = 0; k < order; k++)
+        ll_series_move(q, v, (ll_term){b, -b} * ll_term_swapped(v[k]), k);
+    ll_series_put_plane(row, q, v, order);
+}
+
 static void system_of(const void *p, ll_ode *ode)
 {
     *ode = (ll_ode){.dim = 4,
@@ -32,6 +44,7 @@ static void system_of(const void *p, ll_ode *ode)
                     .params = p,
                     .acceleration = acceleration,
                     .magnetic = magnetic,
+                    .series = series,
                     .kernels = &kernels};
 }
 

@@ -1,5 +1,6 @@
 /* The harmonic oscillator, x'' = -omega^2 x - 2 zeta omega x': undamped as `oscillator`, and `damped`. */
 #include "ode/core/problem_rows.h"
+#include "ode/core/series.h"
 
 typedef struct params {
     double omega, x0, v0, zeta;
@@ -42,12 +43,35 @@ static void jacobian(const void *p, double t, const double *y, double *j)
     j[3] = -2 * c->zeta * c->omega;
 }
 
+static void linear_series(double w2, double damping, int order, double *row)
+{
+    for (int k = 0; k < order; k++, row += 2) {
+        row[2] = row[1] * ll_series_inverse[k + 1];
+        row[3] = (-w2 * row[0] - damping * row[1]) * ll_series_inverse[k + 1];
+    }
+}
+
+static void series(const void *p, double t, int order, double *row)
+{
+    (void)t;
+    const params *c = p;
+    linear_series(c->omega * c->omega, 0, order, row);
+}
+
+static void damped_series(const void *p, double t, int order, double *row)
+{
+    (void)t;
+    const params *c = p;
+    linear_series(c->omega * c->omega, 2 * c->zeta * c->omega, order, row);
+}
+
 static void system_of(const void *p, ll_ode *ode)
 {
     *ode = (ll_ode){.dim = 2,
                     .autonomous = true,
                     .params = p,
                     .acceleration = acceleration,
+                    .series = series,
                     .jacobian = jacobian,
                     .kernels = &kernels};
 }
@@ -59,6 +83,7 @@ static void damped_system(const void *p, ll_ode *ode)
                     .velocity_dependent = true,
                     .params = p,
                     .acceleration = damped_acceleration,
+                    .series = damped_series,
                     .kernels = &damped_kernels,
                     .jacobian = jacobian};
 }

@@ -1,5 +1,6 @@
 /* Pendulum, theta'' = -(g / l) sin theta, released at rest: sin(theta / 2) = k cd(w t, k). */
 #include "ode/core/problem_rows.h"
+#include "ode/core/series.h"
 #include "ode/problems/special.h"
 
 typedef struct params {
@@ -22,10 +23,42 @@ LL_ODE_ACCELERATION(acceleration, 2, {
 static const struct ll_ode_kernels kernels = {LL_ODE_KERNELS(acceleration),
                                               .leapfrog = acceleration_leapfrog};
 
+/* k sin_k = sum of j q_j cos_(k-j), k cos_k = -(sum of j q_j sin_(k-j)): the lanes of `wave`. */
+static void series(const void *p, double t, int order, double *row)
+{
+    (void)t;
+    const params *c = p;
+    double pull = c->g / c->length, sine, cosine, q = row[0], v = row[1];
+    ll_term steep[LL_SERIES_TERMS], wave[LL_SERIES_TERMS];
+    ll_sincos(q, &sine, &cosine);
+    wave[0] = (ll_term){sine, cosine};
+    for (int k = 0; k < order; k++) {
+        if (k > 0) {
+            ll_term even = {0}, odd = {0};
+            steep[k] = ll_term_of(k * q);
+            int j = 1;
+            for (; j + 1 <= k; j += 2) {
+                even += steep[j] * wave[k - j];
+                odd += steep[j + 1] * wave[k - j - 1];
+            }
+            if (j == k)
+                even += steep[k] * wave[0];
+            even = (even + odd) * ll_series_inverse[k];
+            wave[k] = (ll_term){even[1], -even[0]};
+        }
+        q = row[2 * k + 2] = v * ll_series_inverse[k + 1];
+        v = row[2 * k + 3] = -pull * wave[k][0] * ll_series_inverse[k + 1];
+    }
+}
+
 static void system_of(const void *p, ll_ode *ode)
 {
-    *ode = (ll_ode){
-        .dim = 2, .autonomous = true, .params = p, .acceleration = acceleration, .kernels = &kernels};
+    *ode = (ll_ode){.dim = 2,
+                    .autonomous = true,
+                    .params = p,
+                    .acceleration = acceleration,
+                    .series = series,
+                    .kernels = &kernels};
 }
 
 static void start(const void *p, double *y)

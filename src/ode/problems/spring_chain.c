@@ -1,5 +1,6 @@
 /* Sixteen masses between springs, both ends fixed, the eighth displaced: a sum of modes. */
 #include "ode/core/problem_rows.h"
+#include "ode/core/series.h"
 
 enum { MASSES = 16, PLUCKED = 7 };
 
@@ -44,12 +45,25 @@ static void jacobian(const void *p, double t, const double *y, double *j)
 static const struct ll_ode_kernels kernels = {LL_ODE_KERNELS(acceleration),
                                               .leapfrog = acceleration_leapfrog};
 
+static void series(const void *p, double t, int order, double *row)
+{
+    for (int k = 0; k < order; k++, row += 2 * MASSES) {
+        double *next = row + 2 * MASSES;
+        acceleration(p, t, row, row + MASSES, next + MASSES);
+        for (int i = 0; i < MASSES; i++) {
+            next[i] = row[MASSES + i] * ll_series_inverse[k + 1];
+            next[MASSES + i] *= ll_series_inverse[k + 1];
+        }
+    }
+}
+
 static void system_of(const void *p, ll_ode *ode)
 {
     *ode = (ll_ode){.dim = 2 * MASSES,
                     .autonomous = true,
                     .params = p,
                     .acceleration = acceleration,
+                    .series = series,
                     .kernels = &kernels,
                     .jacobian = jacobian};
 }

@@ -1,5 +1,6 @@
 /* Euler's equations of a rotating body: the flipping tennis racket, and a driven top. */
 #include "ode/core/problem_rows.h"
+#include "ode/core/series.h"
 
 typedef struct racket {
     double i1, i2, i3, tilt;
@@ -24,9 +25,44 @@ LL_ODE_RHS(racket_f, 3, {
 
 static const struct ll_ode_kernels racket_kernels = {LL_ODE_KERNELS(racket_f)};
 
+/* The products (w2 w3, w1 w3) and w1 w2: coefficient k, from (w2, w1), w3 twice, and (w1, w2). */
+static inline __attribute__((always_inline)) ll_term products(const ll_term *pair, const ll_term *third,
+                                                              int k, double *last)
+{
+    ll_term with_third = {0}, cross = {0};
+    for (int j = 0; j <= k; j++)
+        with_third += pair[j] * third[k - j];
+    for (int j = 0; 2 * j < k; j++)
+        cross += pair[j] * ll_term_swapped(pair[k - j]);
+    *last = cross[0] + cross[1] + (k % 2 == 0 ? pair[k / 2][0] * pair[k / 2][1] : 0);
+    return with_third;
+}
+
+static void racket_series(const void *p, double t, int order, double *row)
+{
+    (void)t;
+    const racket *c = p;
+    ll_term pair[LL_SERIES_TERMS], third[LL_SERIES_TERMS];
+    ll_term factor = {(c->i3 - c->i1) / c->i2, (c->i2 - c->i3) / c->i1};
+    double factor3 = (c->i1 - c->i2) / c->i3, cross;
+    for (int k = 0; k < order; k++, row += 4) {
+        pair[k] = (ll_term){row[1], row[0]};
+        third[k] = ll_term_of(row[2]);
+        ll_term slope = factor * ll_term_swapped(products(pair, third, k, &cross)) * ll_series_inverse[k + 1];
+        row[4] = slope[1];
+        row[5] = slope[0];
+        row[6] = factor3 * cross * ll_series_inverse[k + 1];
+    }
+}
+
 static void racket_system(const void *p, ll_ode *ode)
 {
-    *ode = (ll_ode){.dim = 3, .autonomous = true, .params = p, .f = racket_f, .kernels = &racket_kernels};
+    *ode = (ll_ode){.dim = 3,
+                    .autonomous = true,
+                    .params = p,
+                    .f = racket_f,
+                    .series = racket_series,
+                    .kernels = &racket_kernels};
 }
 
 static void racket_start(const void *p, double *w)
@@ -75,9 +111,28 @@ LL_ODE_RHS(top_f, 3, {
 
 static const struct ll_ode_kernels top_kernels = {LL_ODE_KERNELS(top_f)};
 
+/* sin^2 t = (1 - cos 2 t) / 2. */
+static void top_series(const void *p, double t, int order, double *row)
+{
+    double drive = ((const top *)p)->drive, sine, cosine, cross;
+    ll_term pair[LL_SERIES_TERMS], third[LL_SERIES_TERMS];
+    ll_sincos(2 * t, &sine, &cosine);
+    for (int k = 0; k < order; k++, row += 4) {
+        double over = ll_series_inverse[k + 1], force = drive / 2 * ((k == 0) - cosine), turned = cosine;
+        pair[k] = (ll_term){row[1], row[0]};
+        third[k] = ll_term_of(row[2]);
+        ll_term slope = (ll_term){-2, 1.25} * products(pair, third, k, &cross) * over;
+        row[4] = slope[0];
+        row[5] = slope[1];
+        row[6] = (force - 0.5 * cross) * over;
+        cosine = -2 * sine * over;
+        sine = 2 * turned * over;
+    }
+}
+
 static void top_system(const void *p, ll_ode *ode)
 {
-    *ode = (ll_ode){.dim = 3, .params = p, .f = top_f, .kernels = &top_kernels};
+    *ode = (ll_ode){.dim = 3, .params = p, .f = top_f, .series = top_series, .kernels = &top_kernels};
 }
 
 static void top_start(const void *p, double *w)

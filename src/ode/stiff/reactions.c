@@ -1,5 +1,6 @@
 /* Non-stiff reactions and populations: the Brusselator; Lotka and Volterra's predators and prey. */
 #include "ode/core/problem_rows.h"
+#include "ode/core/series.h"
 
 typedef struct brusselator {
     double a, b;
@@ -21,10 +22,41 @@ LL_ODE_RHS(brusselator_f, 2, {
 
 static const struct ll_ode_kernels brusselator_kernels = {LL_ODE_KERNELS(brusselator_f)};
 
+/* Lanes are u^2 and the reaction u^2 v. */
+static void brusselator_series(const void *p, double t, int order, double *row)
+{
+    (void)t;
+    const brusselator *c = p;
+    ll_term left[LL_SERIES_TERMS], right[LL_SERIES_TERMS];
+    for (int k = 0; k < order; k++, row += 2) {
+        double u = row[0], v = row[1], over = ll_series_inverse[k + 1];
+        right[k] = (ll_term){u, v};
+        left[k] = ll_term_of(u);
+        ll_term even = {0}, odd = {0};
+        int j = 1;
+        for (; j + 1 < k; j += 2) {
+            even += left[j] * right[k - j];
+            odd += left[j + 1] * right[k - j - 1];
+        }
+        if (j < k)
+            even += left[j] * right[k - j];
+        even += odd;
+        double square = k == 0 ? u * u : even[0] + 2 * (left[0][0] * u);
+        left[k][1] = square;
+        double react = k == 0 ? square * v : even[1] + (left[0][1] * v + square * right[0][1]);
+        row[2] = ((k == 0 ? c->a : 0) + react - (c->b + 1) * u) * over;
+        row[3] = (c->b * u - react) * over;
+    }
+}
+
 static void brusselator_system(const void *p, ll_ode *ode)
 {
-    *ode = (ll_ode){
-        .dim = 2, .autonomous = true, .params = p, .f = brusselator_f, .kernels = &brusselator_kernels};
+    *ode = (ll_ode){.dim = 2,
+                    .autonomous = true,
+                    .params = p,
+                    .f = brusselator_f,
+                    .series = brusselator_series,
+                    .kernels = &brusselator_kernels};
 }
 
 static void brusselator_start(const void *p, double *y)
@@ -70,9 +102,33 @@ LL_ODE_RHS(hunter_f, 2, {
 
 static const struct ll_ode_kernels hunter_kernels = {LL_ODE_KERNELS(hunter_f)};
 
+/* The sum of the product is symmetric in both: half of its terms, one in each lane, and the middle one. */
+static void hunter_series(const void *p, double t, int order, double *row)
+{
+    (void)t;
+    const hunters *c = p;
+    ll_term y[LL_SERIES_TERMS], swapped[LL_SERIES_TERMS];
+    for (int k = 0; k < order; k++, row += 2) {
+        double prey = row[0], hunter = row[1], over = ll_series_inverse[k + 1];
+        y[k] = (ll_term){prey, hunter};
+        swapped[k] = ll_term_swapped(y[k]);
+        ll_term sum = {0};
+        for (int j = 0; 2 * j < k; j++)
+            sum += y[j] * swapped[k - j];
+        double met = sum[0] + sum[1] + (k % 2 == 0 ? y[k / 2][0] * y[k / 2][1] : 0);
+        row[2] = (c->growth * prey - c->catch_rate * met) * over;
+        row[3] = (c->gain * met - c->death * hunter) * over;
+    }
+}
+
 static void hunter_system(const void *p, ll_ode *ode)
 {
-    *ode = (ll_ode){.dim = 2, .autonomous = true, .params = p, .f = hunter_f, .kernels = &hunter_kernels};
+    *ode = (ll_ode){.dim = 2,
+                    .autonomous = true,
+                    .params = p,
+                    .f = hunter_f,
+                    .series = hunter_series,
+                    .kernels = &hunter_kernels};
 }
 
 static void hunter_start(const void *p, double *y)

@@ -79,7 +79,7 @@ void ll_mark_moved(ll_rigid *w, int32_t shape)
     ll_moved_lists(w)[w->moved++] = shape;
 }
 
-void ll_refresh_boxes(ll_rigid *w, int32_t body)
+void ll_renew_boxes(ll_rigid *w, int32_t body)
 {
     ll_body *b = &ll_bodies(w)[body];
     const ll_solver_body *m = &ll_solver_bodies(w)[body];
@@ -93,9 +93,21 @@ void ll_refresh_boxes(ll_rigid *w, int32_t body)
             box = ll_aabb_grown(box, ll_min(fabs(m->w) * w->dt, 2) * b->extent);
         }
         ll_boxes(w)[s] = ll_aabb_grown(box, b->slack + b->margin);
+    }
+}
+
+void ll_place_boxes(ll_rigid *w, int32_t body)
+{
+    for (int32_t s = ll_bodies(w)[body].shape; s != LL_NONE; s = ll_shapes(w)[s].next) {
         ll_broad_of(w)->move(ll_broad_state(w), ll_boxes(w), s);
         ll_mark_moved(w, s);
     }
+}
+
+void ll_refresh_boxes(ll_rigid *w, int32_t body)
+{
+    ll_renew_boxes(w, body);
+    ll_place_boxes(w, body);
 }
 
 /* ---- making ---- */

@@ -214,9 +214,10 @@ typedef struct ll_rigid_probe {
  * was made without the excess ones. */
 ll_status ll_rigid_step(ll_rigid *world, double dt, const ll_rigid_probe *probe);
 
-/* The same by the threads of a team, with the same bits for every number of threads. The soft step solver,
- * the narrow phase and the end of the step are done in parts; other solvers, joints, bounces and the broad
- * phase use one thread. Worlds of a few hundred bodies gain nothing. NULL: one thread. */
+/* The same by the threads of a team, with the same bits for every number of threads. In parts are done: the
+ * search for pairs, manifolds, contacts of the soft step solver, times of impact, poses and boxes. One thread
+ * does what has an order: contacts that come and go, joints, bounces, bullets, sleep, and all of the other
+ * solvers. Worlds of a few hundred bodies gain nothing. NULL: one thread. */
 ll_status ll_rigid_step_by_team(ll_rigid *world, double dt, const ll_rigid_probe *probe, ll_team *team);
 
 /* Equal for equal histories, for every SIMD width and broad phase. */

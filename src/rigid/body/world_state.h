@@ -121,7 +121,7 @@ typedef struct ll_body_step {
     double held_angular;
     double touch;    /* time of impact as a fraction of the step; 1: none, negative: the body is not swept */
     int32_t stopper; /* body hit, or LL_NONE; the body itself: it stops where the impact is */
-    int32_t pad;
+    int32_t listed;  /* whether bounce.c has listed its contacts */
 } ll_body_step;
 
 /* Connects two bodies of an island: a touching contact or a joint. */
@@ -134,7 +134,7 @@ typedef struct ll_rigid_layout { /* offsets from the block's beginning */
         pair_set, joint;
     size_t awake, awake_contact;
     size_t state_end;
-    size_t body_step, pair, order, scratch, group, revolute, revolute_limits, island_edge, solver;
+    size_t sink, body_step, pair, order, scratch, group, revolute, revolute_limits, island_edge, solver;
     size_t end;
 } ll_rigid_layout;
 
@@ -209,6 +209,13 @@ static inline void ll_prefetch_contact(const ll_contact *c)
         __builtin_prefetch((const char *)c + at);
 }
 
+/* Index among the solver bodies of a place for each part of a team, LL_TEAM_PARTS_MAX of them, which no body
+ * has: what the parts would write to the same immovable bodies goes there. */
+static inline int32_t ll_first_sink(const ll_rigid *w)
+{
+    return (int32_t)((w->at.sink - w->at.solver_body) / sizeof(ll_solver_body));
+}
+
 static inline void *ll_broad_state(const ll_rigid *w)
 {
     return (char *)(uintptr_t)w + w->at.broad;
@@ -234,7 +241,11 @@ static inline const ll_broad_phase *ll_broad_of(const ll_rigid *w)
 /* Geometry of a shape: a hull of the pool, or `circle` filled in. */
 const ll_geometry *ll_geometry_of(const ll_rigid *w, const ll_shape *shape, ll_geometry *circle);
 ll_aabb ll_tight_box(const ll_rigid *w, const ll_shape *shape, ll_pose pose);
-void ll_refresh_boxes(ll_rigid *w, int32_t body); /* broad-phase boxes around the current pose */
+/* Broad-phase boxes around the current pose: renewed, which several threads may do for different bodies, and
+ * then placed in the broad phase. */
+void ll_renew_boxes(ll_rigid *w, int32_t body);
+void ll_place_boxes(ll_rigid *w, int32_t body);
+void ll_refresh_boxes(ll_rigid *w, int32_t body); /* both */
 void ll_mark_moved(ll_rigid *w, int32_t shape);
 void ll_bound_shapes(ll_rigid *w,
                      int32_t body); /* bounding volumes of its shapes, by params.bounding_volume */

@@ -7,6 +7,7 @@
 
 #include <stddef.h>
 
+#include "base/team.h"
 #include "rigid/shape/vec.h"
 
 typedef struct ll_proxy_pair {
@@ -24,6 +25,7 @@ typedef struct ll_pair_list {
         const void *context, int32_t a,
         int32_t b); /* announces a later call of accept, for prefetching; set together with accept */
     const void *context;
+    ll_team *team; /* finds the pairs in parts; NULL: the caller alone */
     void *scratch; /* for broad phases that need it */
     size_t scratch_size;
     ll_proxy_pair queue[ll_pair_queue]; /* announced and not yet accepted: gives the prefetch time */
@@ -75,6 +77,16 @@ void ll_broad_pairs(const ll_broad_phase *phase, void *state, const ll_aabb *box
  */
 bool ll_broad_strips(const ll_aabb *boxes, const uint8_t *moved, const int32_t *live, int32_t count,
                      ll_pair_list *out);
+
+/* table.c: runs a job that emits pairs, over `count` elements. Each part has the list `part[its number]` with
+ * its own part of the room, and the lists are joined afterwards: their order does not matter, since pairs are
+ * sorted in the end. When a part has too little room, one part does the job again with all of it. */
+typedef struct ll_pair_parts {
+    void *context;
+    ll_pair_list part[LL_TEAM_PARTS_MAX];
+} ll_pair_parts;
+
+void ll_pair_run(ll_pair_list *out, int32_t count, int32_t least, ll_team_job *job, void *context);
 
 static inline void ll_pair_keep(ll_pair_list *out, ll_proxy_pair p)
 {

@@ -14,7 +14,12 @@ typedef struct entry {
 } entry;
 
 typedef struct strips {
+    const ll_aabb *boxes;
+    const uint8_t *moved;
+    const int32_t *live;
+    int32_t lives;
     entry *at;
+    const entry *sorted;
     uint64_t *keys; /* strip, begin and index */
     int32_t count, capacity;
     double per_height; /* strips per metre */
@@ -94,25 +99,23 @@ static const uint64_t *sort(uint64_t *keys, uint64_t *other, int32_t count)
     return keys;
 }
 
-static void sweep(const strips *s, const entry *sorted, ll_pair_list *out)
+static void sweep(const strips *s, ll_share of, ll_pair_list *out)
 {
-    for (int32_t i = 0; i < s->count; i++) {
-        const entry *a = &sorted[i], *end = sorted + s->count;
+    const entry *end = s->sorted + s->count;
+    for (const entry *a = s->sorted + of.begin; a < s->sorted + of.end; a++)
         for (const entry *b = a + 1; b < end && b->strip == a->strip && b->begin <= a->end; b++)
             if ((a->moved | b->moved) && a->low <= b->high && b->low <= a->high && b->left <= a->right &&
                 a->left <= b->right && strip_of(s, ll_max(a->low, b->low)) == a->strip)
                 ll_pair_emit(out, a->proxy, b->proxy);
-    }
 }
 
-static void compare_tall(const strips *s, const ll_aabb *boxes, const uint8_t *moved, const int32_t *live,
-                         int32_t count, ll_pair_list *out)
+static void compare_tall(const strips *s, ll_share of, ll_pair_list *out)
 {
     for (int32_t t = 0; t < s->tall_count; t++) {
         int32_t p = s->tall[t];
-        for (int32_t i = 0; i < count; i++) {
-            int32_t q = live[i];
-            if ((moved[p] | moved[q]) == 0 || p == q || !ll_aabb_overlap(boxes[p], boxes[q]))
+        for (int32_t i = of.begin; i < of.end; i++) {
+            int32_t q = s->live[i];
+            if ((s->moved[p] | s->moved[q]) == 0 || p == q || !ll_aabb_overlap(s->boxes[p], s->boxes[q]))
                 continue;
             bool both_tall = false;
             for (int32_t k = 0; k < s->tall_count; k++)
@@ -121,6 +124,14 @@ static void compare_tall(const strips *s, const ll_aabb *boxes, const uint8_t *m
                 ll_pair_emit(out, p, q);
         }
     }
+}
+
+static void find_part(void *context, int part, int parts)
+{
+    ll_pair_parts *all = context;
+    const strips *s = all->context;
+    sweep(s, ll_share_of(s->count, part, parts), &all->part[part]);
+    compare_tall(s, ll_share_of(s->lives, part, parts), &all->part[part]);
 }
 
 /* Twice the mean height, without boxes ten times as high as the first estimate. */
@@ -157,8 +168,13 @@ static void span(strips *s, const ll_aabb *boxes, const int32_t *live, int32_t c
 bool ll_broad_strips(const ll_aabb *boxes, const uint8_t *moved, const int32_t *live, int32_t count,
                      ll_pair_list *out)
 {
+    enum { least = 256 }; /* an entry takes about 30 ns */
     size_t each = 2 * sizeof(entry) + 2 * sizeof(uint64_t);
-    strips s = {.at = out->scratch,
+    strips s = {.boxes = boxes,
+                .moved = moved,
+                .live = live,
+                .lives = count,
+                .at = out->scratch,
                 .capacity = (int32_t)ll_min((double)(out->scratch_size / each), 1 << place_bits)};
     s.per_height = 1 / ll_max(strip_height(boxes, live, count), 1e-6);
     entry *sorted = s.at + s.capacity;
@@ -170,7 +186,7 @@ bool ll_broad_strips(const ll_aabb *boxes, const uint8_t *moved, const int32_t *
     const uint64_t *keys = sort(s.keys, s.keys + s.capacity, s.count);
     for (int32_t i = 0; i < s.count; i++)
         sorted[i] = s.at[keys[i] & ((1 << place_bits) - 1)];
-    sweep(&s, sorted, out);
-    compare_tall(&s, boxes, moved, live, count, out);
+    s.sorted = sorted;
+    ll_pair_run(out, s.count, least, find_part, &s);
     return true;
 }

@@ -207,7 +207,7 @@ static bool wanted(const void *context, int32_t a, int32_t b)
     return !ll_joint_blocks_collision(w, sa->body, sb->body);
 }
 
-void ll_find_pairs(ll_rigid *w, bool *overflowed)
+void ll_find_pairs(ll_rigid *w, ll_team *team, bool *overflowed)
 {
     w->stats.moved = w->moved;
     size_t taken = ((size_t)w->limits.contacts * sizeof(ll_proxy_pair) + 63) & ~(size_t)63;
@@ -216,6 +216,7 @@ void ll_find_pairs(ll_rigid *w, bool *overflowed)
                          .accept = wanted,
                          .announce = announce,
                          .context = w,
+                         .team = team,
                          .scratch = (char *)ll_pairs(w) + taken,
                          .scratch_size = w->at.end - w->at.pair - taken};
     ll_broad_pairs(ll_broad_of(w), ll_broad_state(w), ll_boxes(w), ll_moved_flags(w), ll_moved_lists(w),

@@ -5,7 +5,7 @@
 
 /* ---- contact.c ---- */
 
-void ll_find_pairs(ll_rigid *w, bool *overflowed);
+void ll_find_pairs(ll_rigid *w, ll_team *team, bool *overflowed);
 void ll_remove_contact(ll_rigid *w, int32_t contact);
 void ll_awake_contact(ll_rigid *w, int32_t contact);
 void ll_sleep_contact(ll_rigid *w, int32_t contact);

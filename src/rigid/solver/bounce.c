@@ -13,52 +13,60 @@
 
 enum { LISTED = 2 }; /* bit of `recycled` */
 
-/* A row of n bodies hit at its far end takes n sweeps. */
-enum { most_sweeps = 64 };
+/* A row of n bodies hit at its far end takes n sweeps. When more than `crowd` contacts may bounce at once the
+ * bodies are not in rows but stirred together: the sweeps would not end, and cost fifty times the rest of the
+ * step. Each of these contacts then bounces at most once per substep, and passes nothing on in that step. */
+enum { most_sweeps = 64, crowd = 1024 };
 
 typedef struct toi_event { /* points of a contact, from the current velocities and positions */
     const ll_contact *c;
     ll_solver_body *a, *b;
     double ma, ia, mb, ib;   /* inverse masses and moments */
     double na[2], nb[2];     /* lever arms of the normal */
-    double ta[2], tb[2];     /* lever arms of the tangent */
     double gap[2], speed[2]; /* separation, normal velocity */
     double fall[2];          /* normal acceleration */
 } toi_event;
 
-static ll_body_step body_step_of(const ll_rigid *w, int32_t body)
+static const ll_body_step *body_step_of(const ll_rigid *w, int32_t body, double inv_mass)
 {
-    return ll_body_sims(w)[body].inv_mass > 0 ? ll_body_steps(w)[body] : (ll_body_step){0};
+    static const ll_body_step none;
+    return inv_mass > 0 ? &ll_body_steps(w)[body] : &none;
 }
 
-static toi_event impact_of(const ll_rigid *w, int32_t contact)
+/* All but the gaps: most contacts do not approach, and need no more. */
+static toi_event approach_of(const ll_rigid *w, const ll_contact *c)
 {
-    const ll_contact *c = &ll_contacts(w)[contact];
     const ll_body_sim *ta = &ll_body_sims(w)[c->body[0]], *tb = &ll_body_sims(w)[c->body[1]];
-    ll_body_step da = body_step_of(w, c->body[0]), db = body_step_of(w, c->body[1]);
-    ll_relative_motion since = ll_relative_motion_of(w, c);
-    toi_event m = {.c = c,
-                   .a = &ll_solver_bodies(w)[c->body[0]],
-                   .b = &ll_solver_bodies(w)[c->body[1]],
-                   .ma = ta->inv_mass,
-                   .ia = ta->inv_inertia,
-                   .mb = tb->inv_mass,
-                   .ib = tb->inv_inertia};
-    ll_vec2 n = c->normal, t = ll_right(n);
-    double along = ll_dot(ll_sub(m.b->v, m.a->v), n), moved = ll_dot(ll_sub(m.b->d, m.a->d), n);
-    double fall = ll_dot(ll_sub(db.a, da.a), n);
-    for (int k = 0; k < c->count; k++) {
+    const ll_body_step *da = body_step_of(w, c->body[0], ta->inv_mass);
+    const ll_body_step *db = body_step_of(w, c->body[1], tb->inv_mass);
+    toi_event m;
+    m.c = c;
+    m.a = &ll_solver_bodies(w)[c->body[0]];
+    m.b = &ll_solver_bodies(w)[c->body[1]];
+    m.ma = ta->inv_mass;
+    m.ia = ta->inv_inertia;
+    m.mb = tb->inv_mass;
+    m.ib = tb->inv_inertia;
+    ll_vec2 n = c->normal;
+    double along = ll_dot(ll_sub(m.b->v, m.a->v), n), fall = ll_dot(ll_sub(db->a, da->a), n);
+    for (int k = 0; k < 2; k++) { /* an unused point is zero */
         const ll_contact_point *p = &c->at[k];
         m.na[k] = ll_cross(p->a, n);
         m.nb[k] = ll_cross(p->b, n);
-        m.ta[k] = ll_cross(p->a, t);
-        m.tb[k] = ll_cross(p->b, t);
-        m.gap[k] = p->separation + ll_dot(ll_point_gap(p, &since), n) + moved +
-                   (m.b->turn * m.nb[k] - m.a->turn * m.na[k]);
         m.speed[k] = along + (m.b->w * m.nb[k] - m.a->w * m.na[k]);
-        m.fall[k] = fall + (db.angular_acceleration * m.nb[k] - da.angular_acceleration * m.na[k]);
+        m.fall[k] = fall + (db->angular_acceleration * m.nb[k] - da->angular_acceleration * m.na[k]);
     }
     return m;
+}
+
+static void add_gaps(const ll_rigid *w, toi_event *m)
+{
+    const ll_contact *c = m->c;
+    ll_relative_motion since = ll_relative_motion_of(w, c);
+    double moved = ll_dot(ll_sub(m->b->d, m->a->d), c->normal);
+    for (int k = 0; k < c->count; k++)
+        m->gap[k] = c->at[k].separation + ll_dot(ll_point_gap(&c->at[k], &since), c->normal) + moved +
+                    (m->b->turn * m->nb[k] - m->a->turn * m->na[k]);
 }
 
 static double speed_here(const toi_event *m, int k, double h)
@@ -103,90 +111,163 @@ static void impulses(const toi_event *m, const bool meets[2], const double by[2]
     }
 }
 
-static void push(const toi_event *m, const double normal[2], const double tangent[2])
+/* Lever arms of the tangent at a and b. */
+typedef struct tangent_arms {
+    double a[2], b[2];
+} tangent_arms;
+
+static tangent_arms tangent_arms_of(const ll_contact *c)
+{
+    ll_vec2 t = ll_right(c->normal);
+    tangent_arms arms;
+    for (int k = 0; k < 2; k++) {
+        arms.a[k] = ll_cross(c->at[k].a, t);
+        arms.b[k] = ll_cross(c->at[k].b, t);
+    }
+    return arms;
+}
+
+static void push(const toi_event *m, const tangent_arms *arms, const double normal[2],
+                 const double tangent[2])
 {
     double along = normal[0] + normal[1], across = tangent[0] + tangent[1];
     ll_vec2 impulse = ll_madd(ll_scale(along, m->c->normal), across, ll_right(m->c->normal));
     m->a->v = ll_madd(m->a->v, -m->ma, impulse);
     m->b->v = ll_madd(m->b->v, m->mb, impulse);
     m->a->w -= m->ia * ((m->na[0] * normal[0] + m->na[1] * normal[1]) +
-                        (m->ta[0] * tangent[0] + m->ta[1] * tangent[1]));
+                        (arms->a[0] * tangent[0] + arms->a[1] * tangent[1]));
     m->b->w += m->ib * ((m->nb[0] * normal[0] + m->nb[1] * normal[1]) +
-                        (m->tb[0] * tangent[0] + m->tb[1] * tangent[1]));
+                        (arms->b[0] * tangent[0] + arms->b[1] * tangent[1]));
 }
 
 /* Friction of the impact: at most the coefficient times the normal impulses. */
-static void apply_friction(const toi_event *m, const double normal[2])
+static void apply_friction(const toi_event *m, const tangent_arms *arms, const double normal[2])
 {
     ll_vec2 t = ll_right(m->c->normal);
     double across = ll_dot(ll_sub(m->b->v, m->a->v), t), v[2] = {0}, mass[2] = {0}, sum[2] = {0};
     double low[2] = {0}, high[2] = {0};
     for (int k = 0; k < m->c->count; k++) {
-        double share = m->ma + m->mb + m->ia * m->ta[k] * m->ta[k] + m->ib * m->tb[k] * m->tb[k];
+        double share = m->ma + m->mb + m->ia * arms->a[k] * arms->a[k] + m->ib * arms->b[k] * arms->b[k];
         mass[k] = share > 0 ? 1 / share : 0;
-        v[k] = across + (m->b->w * m->tb[k] - m->a->w * m->ta[k]);
+        v[k] = across + (m->b->w * arms->b[k] - m->a->w * arms->a[k]);
         high[k] = m->c->friction * normal[k];
         low[k] = -high[k];
     }
-    double coupling = m->ma + m->mb + m->ia * m->ta[0] * m->ta[1] + m->ib * m->tb[0] * m->tb[1];
+    double coupling = m->ma + m->mb + m->ia * arms->a[0] * arms->a[1] + m->ib * arms->b[0] * arms->b[1];
     ll_solve_both(v, mass, coupling, low, high, sum);
-    push(m, (const double[2]){0, 0}, sum);
+    push(m, arms, (const double[2]){0, 0}, sum);
 }
 
 /* Returns whether the contact bounced. */
-static bool meet(ll_rigid *w, int32_t contact, double h, double reach)
+static bool meet(ll_rigid *w, const ll_contact *c, double h, double reach)
 {
-    toi_event m = impact_of(w, contact);
+    toi_event m = approach_of(w, c);
     double slowest = -w->params.restitution_threshold, by[2] = {0}, p[2], nearest = INFINITY;
-    bool meets[2] = {false, false};
-    for (int k = 0; k < m.c->count; k++)
+    bool meets[2] = {false, false}, fast = false;
+    for (int k = 0; k < c->count; k++)
+        fast |= speed_here(&m, k, h) < slowest;
+    if (!fast)
+        return false;
+    add_gaps(w, &m);
+    for (int k = 0; k < c->count; k++)
         if (speed_here(&m, k, h) < slowest && m.gap[k] + reach * (m.speed[k] + h * m.fall[k]) <= 0)
             nearest = ll_min(nearest, m.gap[k]);
     if (nearest == INFINITY)
         return false;
     /* Both points of a flat side bounce together, though rounding may make one of them a step late. */
-    for (int k = 0; k < m.c->count; k++) {
+    for (int k = 0; k < c->count; k++) {
         meets[k] = speed_here(&m, k, h) < slowest && m.gap[k] <= nearest + 0.1 * LL_LINEAR_SLOP;
         by[k] = meets[k] ? change(&m, k, h) : 0;
     }
+    tangent_arms arms = tangent_arms_of(c);
     impulses(&m, meets, by, p);
-    push(&m, p, (const double[2]){0, 0});
-    apply_friction(&m, p);
+    push(&m, &arms, p, (const double[2]){0, 0});
+    apply_friction(&m, &arms, p);
     return true;
 }
 
 /* ---- the list of contacts that may meet in this step ---- */
 
+static bool may_bounce(const ll_contact *c)
+{
+    return c->restitution != 0 && c->count != 0;
+}
+
 static void list(ll_rigid *w, ll_bounces *b, int32_t contact)
 {
     ll_contact *c = &ll_contacts(w)[contact];
-    if (c->restitution == 0 || c->count == 0 || (c->recycled & LISTED))
+    if (!may_bounce(c) || (c->recycled & LISTED))
         return;
     c->recycled |= LISTED;
     b->at[b->count++] = contact;
 }
 
-ll_bounces ll_begin_bounces(ll_rigid *w, ll_index_list contacts)
+/* A part writes those of its contacts that approach fast enough into its own part of the list. */
+typedef struct search {
+    ll_rigid *w;
+    ll_index_list contacts;
+    int32_t *found;
+    ll_share part[LL_TEAM_PARTS_MAX];
+} search;
+
+static void search_part(void *context, int part, int parts)
 {
-    ll_bounces b = {.at = ll_orders(w)};
-    for (int32_t i = 0; w->bouncing > 0 && i < contacts.count; i++) {
-        const ll_contact *c = &ll_contacts(w)[contacts.at[i]];
-        if (c->restitution == 0 || c->count == 0)
+    search *s = context;
+    ll_rigid *w = s->w;
+    ll_share of = ll_share_of(s->contacts.count, part, parts);
+    int32_t end = of.begin;
+    for (int32_t i = of.begin; i < of.end; i++) {
+        const ll_contact *c = &ll_contacts(w)[s->contacts.at[i]];
+        if (i + 6 < of.end)
+            ll_prefetch_contact(&ll_contacts(w)[s->contacts.at[i + 6]]);
+        if (!may_bounce(c))
             continue;
-        toi_event m = impact_of(w, contacts.at[i]);
+        toi_event m = approach_of(w, c);
         bool fast = false;
         for (int k = 0; k < c->count; k++)
             fast |= m.speed[k] - w->dt * fabs(m.fall[k]) < -w->params.restitution_threshold;
         if (fast)
-            list(w, &b, contacts.at[i]);
+            s->found[end++] = s->contacts.at[i];
     }
+    s->part[part] = (ll_share){of.begin, end};
+}
+
+static search approaching(ll_rigid *w, ll_team *team, ll_index_list contacts)
+{
+    enum { least = 512 }; /* a contact takes about 20 ns */
+    search s = {.w = w, .contacts = contacts, .found = ll_orders(w)};
+    ll_team_run(team, contacts.count, least, search_part, &s);
+    return s;
+}
+
+ll_bounces ll_begin_bounces(ll_rigid *w, ll_team *team, ll_index_list contacts)
+{
+    ll_bounces b = {.at = ll_orders(w)};
+    if (w->bouncing == 0)
+        return b;
+    search s = approaching(w, team, contacts);
+    for (int k = 0; k < LL_TEAM_PARTS_MAX; k++)
+        for (int32_t i = s.part[k].begin; i < s.part[k].end; i++)
+            list(w, &b, s.found[i]);
+    b.crowded = b.count > crowd;
     return b;
 }
 
+bool ll_bounces_crowded(ll_rigid *w, double h)
+{
+    if (w->bouncing <= crowd)
+        return false;
+    ll_prepare_body_steps(w, (ll_index_list){.at = ll_awake_bodies(w), .count = w->awake}, h);
+    search s = approaching(w, NULL, (ll_index_list){.at = ll_awake_contacts(w), .count = w->awake_contacts});
+    return s.part[0].end > crowd;
+}
+
+/* Once per step and body. */
 static void list_those_of(ll_rigid *w, ll_bounces *b, int32_t body)
 {
-    if (ll_body_sims(w)[body].inv_mass == 0)
+    if (ll_body_sims(w)[body].inv_mass == 0 || ll_body_steps(w)[body].listed)
         return;
+    ll_body_steps(w)[body].listed = true;
     for (int32_t e = ll_bodies(w)[body].contact; e != LL_NONE; e = ll_contacts(w)[e >> 1].next[e & 1])
         list(w, b, e >> 1);
 }
@@ -194,15 +275,18 @@ static void list_those_of(ll_rigid *w, ll_bounces *b, int32_t body)
 void ll_bounce(ll_rigid *w, ll_bounces *b, double h, double reach)
 {
     bool met = true;
-    for (int sweep = 0; met && sweep < most_sweeps; sweep++) {
+    for (int sweep = 0; met && sweep < (b->crowded ? 1 : most_sweeps); sweep++) {
         met = false;
-        for (int32_t i = 0; i < b->count; i++) /* the list may grow in this loop */
-            if (meet(w, b->at[i], h, reach)) {
-                const ll_contact *c = &ll_contacts(w)[b->at[i]];
-                list_those_of(w, b, c->body[0]);
-                list_those_of(w, b, c->body[1]);
-                met = true;
-            }
+        for (int32_t i = 0; i < b->count; i++) { /* the list may grow in this loop */
+            const ll_contact *c = &ll_contacts(w)[b->at[i]];
+            if (!meet(w, c, h, reach))
+                continue;
+            met = true;
+            if (b->crowded)
+                continue;
+            list_those_of(w, b, c->body[0]);
+            list_those_of(w, b, c->body[1]);
+        }
     }
 }
 

@@ -29,15 +29,20 @@ typedef struct ll_wide_contact {
 typedef struct ll_soft_pass {
     ll_softness soft;
     double inverse_h, contact_push_speed;
+    /* The state that immovable bodies are written to, in place of their own, which threads share; LL_NONE:
+     * all bodies can move. */
+    int32_t sink, pad;
 } ll_soft_pass;
+
+typedef void ll_soft_loop(ll_wide_contact *at, int32_t count, ll_solver_body *states,
+                          const ll_soft_pass *pass);
 
 typedef struct ll_soft_loops {
     const char *name;
-    void (*warm_start)(ll_wide_contact *at, int32_t count, ll_solver_body *states);
-    /* Normals only, against overlap, as a spring and a damper. */
-    void (*solve)(ll_wide_contact *at, int32_t count, ll_solver_body *states, const ll_soft_pass *pass);
+    ll_soft_loop *warm_start; /* needs no more of the pass than the sink */
+    ll_soft_loop *solve;      /* normals only, against overlap, as a spring and a damper */
     /* Normals and friction without bias: removes the velocity that the correction added. */
-    void (*relax)(ll_wide_contact *at, int32_t count, ll_solver_body *states, const ll_soft_pass *pass);
+    ll_soft_loop *relax;
 } ll_soft_loops;
 
 extern const ll_soft_loops ll_soft_scalar, ll_soft_sse2, ll_soft_avx2;

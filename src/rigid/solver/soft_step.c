@@ -42,7 +42,7 @@ typedef struct soft_group {
 
 /* Fewest elements that are worth a team. A wide contact takes about 50 ns in a pass, a body 10 ns in an
  * integration. */
-enum { team_contacts = 64, team_bodies = 512 };
+enum { team_contacts = 32, team_bodies = 256 };
 
 static size_t size(const ll_rigid_limits *limits)
 {
@@ -223,56 +223,42 @@ static void note_held(ll_rigid *w, ll_index_list bodies)
     }
 }
 
-typedef void pass_function(ll_wide_contact *at, int32_t count, ll_solver_body *states,
-                           const ll_soft_pass *pass);
-
 typedef struct contact_pass {
     const batch *batch;
     ll_solver_body *states;
-    pass_function *solve; /* NULL: the warm start */
-    const ll_soft_loops *loops;
+    ll_soft_loop *loop;
     const ll_soft_pass *pass;
+    int32_t first_sink;
 } contact_pass;
 
+/* Contacts with immovable bodies share these, which are therefore written to a place of each part. */
 static void pass_part(void *context, int part, int parts)
 {
     const contact_pass *p = context;
     ll_share of = ll_share_of(p->batch->count, part, parts);
-    ll_wide_contact *at = p->batch->at + of.begin;
-    if (p->solve != NULL)
-        p->solve(at, of.end - of.begin, p->states, p->pass);
-    else
-        p->loops->warm_start(at, of.end - of.begin, p->states);
+    ll_soft_pass pass = *p->pass;
+    pass.sink = parts > 1 && p->batch->fixed ? p->first_sink + part : LL_NONE;
+    p->loop(p->batch->at + of.begin, of.end - of.begin, p->states, &pass);
 }
 
-/* Contacts with an immovable body, and those beyond the colours, share bodies: one thread solves them. */
-static void pass_batch(const soft_group *g, const batch *b, const contact_pass *p)
-{
-    bool shared = b->fixed || b->alone;
-    ll_team_run(shared ? NULL : g->team, b->count, team_contacts, pass_part, (void *)(uintptr_t)p);
-}
-
-static void warm_start(const soft_group *g)
-{
-    for (int32_t i = 0; i < g->all.count; i++) {
-        const batch *b = &g->all.at[i];
-        contact_pass p = {
-            .batch = b, .states = ll_solver_bodies(g->w), .loops = b->alone ? &ll_soft_scalar : g->loops};
-        pass_batch(g, b, &p);
-    }
-}
-
-static void pass_all(const soft_group *g, pass_function *wide, pass_function *alone,
-                     const ll_soft_pass pass[2])
+/* Contacts beyond the colours share movable bodies: one thread solves them. `alone`: the scalar loop. */
+static void pass_all(const soft_group *g, ll_soft_loop *wide, ll_soft_loop *alone, const ll_soft_pass pass[2])
 {
     for (int32_t i = 0; i < g->all.count; i++) {
         const batch *b = &g->all.at[i];
         contact_pass p = {.batch = b,
                           .states = ll_solver_bodies(g->w),
-                          .solve = b->alone ? alone : wide,
-                          .pass = &pass[b->fixed]};
-        pass_batch(g, b, &p);
+                          .loop = b->alone ? alone : wide,
+                          .pass = &pass[b->fixed],
+                          .first_sink = ll_first_sink(g->w)};
+        ll_team_run(b->alone ? NULL : g->team, b->count, team_contacts, pass_part, &p);
     }
+}
+
+static void warm_start(const soft_group *g)
+{
+    const ll_soft_pass none[2] = {0};
+    pass_all(g, g->loops->warm_start, ll_soft_scalar.warm_start, none);
 }
 
 static ll_index_list bodies_of(const soft_group *g, int part, int parts)
@@ -324,9 +310,9 @@ static void substep(soft_group *g, bool first)
     bool joints = w->joints > 0;
     ll_softness stiff = ll_soft(ll_min(p->joint_hertz, 0.25 / h), p->joint_damping_ratio, h);
     const ll_soft_pass push[2] = {
-        {ll_soft(hertz, p->contact_damping_ratio, h), 1 / h, p->contact_push_speed},
-        {ll_soft(2 * hertz, p->contact_damping_ratio, h), 1 / h, p->contact_push_speed}};
-    const ll_soft_pass rest = {{0, 1, 0}, 1 / h, p->contact_push_speed};
+        {ll_soft(hertz, p->contact_damping_ratio, h), 1 / h, p->contact_push_speed, LL_NONE, 0},
+        {ll_soft(2 * hertz, p->contact_damping_ratio, h), 1 / h, p->contact_push_speed, LL_NONE, 0}};
+    const ll_soft_pass rest = {{0, 1, 0}, 1 / h, p->contact_push_speed, LL_NONE, 0};
     on_bodies(g, !first && !joints ? begin_held_substep : begin_substep);
     if (joints)
         ll_warm_start_joints(w, &g->joints);
@@ -343,16 +329,23 @@ static void substep(soft_group *g, bool first)
         on_bodies(g, end_held_substep);
 }
 
-static void solve_group(ll_rigid *w, ll_team *team, const ll_soft_loops *loops, const ll_group *members)
+static double substep_of(const ll_rigid *w)
+{
+    return w->dt / (double)w->params.substeps;
+}
+
+static void solve_group(ll_rigid *w, ll_team *team, const ll_soft_loops *loops, const ll_group *members,
+                        bool crowded)
 {
     soft_group g = {.w = w,
                     .team = team,
                     .loops = loops,
                     .members = *members,
                     .all = prepare(w, team, members->contacts),
-                    .h = w->dt / (double)w->params.substeps};
+                    .h = substep_of(w)};
     on_bodies(&g, prepare_bodies);
-    ll_bounces bounces = ll_begin_bounces(w, members->contacts);
+    ll_bounces bounces = ll_begin_bounces(w, team, members->contacts);
+    bounces.crowded |= crowded;
     g.joints = ll_prepare_joints(w, members->joints);
     for (int64_t i = 0; i < w->params.substeps; i++) {
         ll_bounce(w, &bounces, g.h, 2 * g.h);
@@ -370,9 +363,10 @@ static void solve(ll_rigid *w, ll_team *team)
     ll_groups groups = {.count = 1};
     if (team == NULL)
         groups = ll_group_islands(w);
+    bool crowded = groups.count > 1 && ll_bounces_crowded(w, substep_of(w));
     for (int32_t i = 0; i < groups.count; i++) {
         ll_group group = ll_group_at(w, &groups, i);
-        solve_group(w, team, loops, &group);
+        solve_group(w, team, loops, &group, crowded);
     }
 }
 

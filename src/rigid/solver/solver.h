@@ -131,12 +131,16 @@ static inline void ll_solve_both(const double v[2], const double mass[2], double
 
 typedef struct ll_bounces {
     int32_t *at; /* indices of contacts, in the memory of `order` */
-    int32_t count, pad;
+    int32_t count;
+    bool crowded;
 } ll_bounces;
 
 /* Contacts that may bounce in this step. Call after ll_prepare_body_steps and after the last use of `order`.
  */
-ll_bounces ll_begin_bounces(ll_rigid *w, ll_index_list contacts);
+ll_bounces ll_begin_bounces(ll_rigid *w, ll_team *team, ll_index_list contacts);
+/* Whether more contacts of the whole world may bounce than can be followed through rows. For a solver that
+ * solves groups one after the other: the groups must not decide each for itself. h: a substep. */
+bool ll_bounces_crowded(ll_rigid *w, double h);
 /* Call before velocities and positions of a substep of h change. Reverses what would meet within `reach`
  * seconds: h, or 2 h if contacts are solved again after the bodies moved, which would slow them down. */
 void ll_bounce(ll_rigid *w, ll_bounces *bounces, double h, double reach);

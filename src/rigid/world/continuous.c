@@ -34,6 +34,7 @@ typedef struct search {
     int32_t obstacle;    /* a shape */
     bool still;          /* only against bodies that do not move in this step */
     toi_event *next;     /* of a bullet */
+    int part, parts;     /* only bodies of this part */
 } search;
 
 static ll_sweep sweep_of(const ll_rigid *w, int32_t body)
@@ -157,7 +158,7 @@ static void consider_swept(void *context, int32_t shape)
 {
     const search *s = context;
     int32_t body = ll_shapes(s->world)[shape].body, other = ll_shapes(s->world)[s->obstacle].body;
-    if (body != other && !is_still(&ll_solver_bodies(s->world)[body]) &&
+    if (body % s->parts == s->part && body != other && !is_still(&ll_solver_bodies(s->world)[body]) &&
         ll_body_steps(s->world)[body].touch >= 0 && may_stop(s->world, body, other))
         consider(s->world, shape, s->obstacle);
 }
@@ -267,17 +268,41 @@ static int32_t obstacles(const ll_rigid *w, double lightest, int32_t *list, int3
     return count;
 }
 
-static void find_times_of_impact(ll_rigid *w, const int32_t *fast, int32_t count, double lightest,
-                                 int32_t *room)
+/* ---- times of impact, in parts: a body's is found by one thread ---- */
+
+typedef struct times_of_impact {
+    ll_rigid *w;
+    const int32_t *fast, *obstacles;
+    int32_t count, obstacle_count;
+} times_of_impact;
+
+static void sweep_bodies(void *context, int part, int parts)
 {
+    const times_of_impact *all = context;
+    ll_share of = ll_share_of(all->count, part, parts);
+    for (int32_t i = of.begin; i < of.end; i++)
+        find_time_of_impact(all->w, all->fast[i], false);
+}
+
+/* Every part makes all queries, and sweeps the bodies whose slots are its own: the distances cost most. */
+static void sweep_by_obstacle(void *context, int part, int parts)
+{
+    const times_of_impact *all = context;
+    ll_rigid *w = all->w;
+    for (int32_t i = 0; i < all->obstacle_count; i++) {
+        search s = {.world = w, .obstacle = all->obstacles[i], .part = part, .parts = parts};
+        ll_broad_of(w)->query(ll_broad_state(w), ll_boxes(w), ll_boxes(w)[s.obstacle], consider_swept, &s);
+    }
+}
+
+static void find_times_of_impact(ll_rigid *w, ll_team *team, const int32_t *fast, int32_t count,
+                                 double lightest, int32_t *room)
+{
+    enum { least = 16 }; /* a body takes about a microsecond */
     /* Searching for obstacles costs as much as some queries. */
     int32_t found = count > w->shape_end / 16 ? obstacles(w, lightest, room, count) : -1;
-    for (int32_t i = 0; i < count && found < 0; i++)
-        find_time_of_impact(w, fast[i], false);
-    for (int32_t i = 0; i < found; i++) {
-        search s = {.world = w, .obstacle = room[i]};
-        ll_broad_of(w)->query(ll_broad_state(w), ll_boxes(w), ll_boxes(w)[room[i]], consider_swept, &s);
-    }
+    times_of_impact all = {w, fast, room, count, found};
+    ll_team_run(team, count, least, found < 0 ? sweep_bodies : sweep_by_obstacle, &all);
 }
 
 /* ---- bullets ---- */
@@ -405,7 +430,7 @@ static void stop_bullets_where_they_meet(ll_rigid *w, stops *all)
     }
 }
 
-void ll_solve_continuous(ll_rigid *w)
+void ll_solve_continuous(ll_rigid *w, ll_team *team)
 {
     w->stats.swept = w->stats.stopped = 0;
     if (w->params.continuous != LL_CONTINUOUS_SWEPT)
@@ -416,7 +441,7 @@ void ll_solve_continuous(ll_rigid *w)
     if (all.count == 0)
         return;
     cover_paths(w);
-    find_times_of_impact(w, all.list, all.count, lightest, all.list + all.count);
+    find_times_of_impact(w, team, all.list, all.count, lightest, all.list + all.count);
     if (w->bullets > 0)
         stop_bullets_where_they_meet(w, &all);
     for (int32_t i = 0; i < all.count; i++) {

@@ -82,6 +82,7 @@ static ll_rigid_layout layout_of(const ll_rigid_limits *l)
     for (int i = 0; i < LL_SOLVERS; i++)
         if (ll_solvers[i]->size(l) > solver)
             solver = ll_solvers[i]->size(l);
+    at.sink = place(&end, LL_TEAM_PARTS_MAX, sizeof(ll_solver_body));
     at.body_step = place(&end, bodies, sizeof(ll_body_step));
     at.order = place(&end, contacts, sizeof(int32_t));
     size_t most = contacts > 3 * bodies ? contacts : 3 * bodies;
@@ -222,8 +223,10 @@ static void finish_part(void *context, int part, int parts)
         write_pose(f->w, k);
         if (!sound(f->w, k))
             bad = first_of(bad, k);
-        else if (ll_bodies(f->w)[k].drift > ll_bodies(f->w)[k].slack)
+        else if (ll_bodies(f->w)[k].drift > ll_bodies(f->w)[k].slack) {
+            ll_renew_boxes(f->w, k);
             f->left[of.begin + count++] = k;
+        }
     }
     f->part[part].bad = bad;
     f->part[part].begin = of.begin;
@@ -242,7 +245,7 @@ static int32_t finish(ll_rigid *w, ll_team *team)
     for (int i = 0; i < LL_TEAM_PARTS_MAX; i++) {
         bad = first_of(bad, f.part[i].bad);
         for (int32_t k = 0; k < f.part[i].count; k++)
-            ll_refresh_boxes(w, f.left[f.part[i].begin + k]);
+            ll_place_boxes(w, f.left[f.part[i].begin + k]);
     }
     return bad;
 }
@@ -286,7 +289,7 @@ ll_status ll_rigid_step_by_team(ll_rigid *w, double dt, const ll_rigid_probe *pr
         return ll_ok();
     bool overflowed = false;
     take_dt(w, dt);
-    ll_find_pairs(w, &overflowed);
+    ll_find_pairs(w, team, &overflowed);
     ended(probe, LL_PHASE_BROAD);
     ll_update_contacts(w, team);
     ended(probe, LL_PHASE_NARROW);
@@ -294,7 +297,7 @@ ll_status ll_rigid_step_by_team(ll_rigid *w, double dt, const ll_rigid_probe *pr
     w->colours = 0;
     ll_solvers[w->params.solver]->solve(w, team);
     ended(probe, LL_PHASE_SOLVE);
-    ll_solve_continuous(w);
+    ll_solve_continuous(w, team);
     ended(probe, LL_PHASE_CONTINUOUS);
     int32_t bad = finish(w, team);
     if (bad != LL_NONE)

@@ -46,8 +46,8 @@ typedef struct ll_scenario_head {
     int32_t reserved;
     double duration_s;
     int64_t seed;
-    char title[LL_TITLE_MAX + 8];
-    char paper[LL_TITLE_MAX + 8]; /* `Figure 11` */
+    char title[LL_TITLE_MAX + 4];
+    char paper[LL_TITLE_MAX + 4]; /* `Figure 11` */
     char text[LL_TEXT_MAX + 8];
     int32_t timeline_count, expect_count;
     ll_timeline_step timeline[LL_TIMELINE_MAX]; /* in the order of time */
@@ -97,8 +97,11 @@ typedef struct ll_sim_kind {
     /* LL_BAD_INPUT names a field with an error that shows only when it is built; the block then stays as
      * requested. */
     ll_status (*init)(void *block, const void *config);
-    /* Adjusts dependent values after a change; `before` is the configuration before it (all zero for a new
-     * one). */
+    /* Whether a running session may change from one configuration to the other, beyond what its rows say.
+     * NULL: it may. */
+    ll_status (*may_change)(const void *config, const void *before);
+    /* Adjusts dependent values after a change; `before` is the configuration before it, NULL for a new one.
+     */
     void (*settle)(void *config, const void *before);
     ll_freq (*tick_freq)(const void *config); /* of the session's ticks */
 
@@ -160,6 +163,10 @@ typedef struct ll_sim_kind {
     /* The streamed records, NULL-terminated; and the rows of the requested ones, as they are in the block. */
     const ll_record *const *records;
     void (*fill)(const void *block, ll_row_set *rows);
+
+    /* Names of the players whose packets a recorder gets (netcode/protocol/packet.h), NULL beyond the last.
+     * NULL: the kind sends no packets. */
+    const char *(*player_name)(const void *config, int player);
 
     /* A trace has a line per tick: the columns of these tables (NULL-terminated), at most
      * LL_TRACE_COLUMNS_MAX. `trace` adds the same ones at any time. */

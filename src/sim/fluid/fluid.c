@@ -77,12 +77,12 @@ static void input(void *block, int player, const ll_action *action)
 
 /* ---- time ---- */
 
-static ll_status step(ll_fluid_sim *s, ll_pace *pace)
+static ll_status step(ll_fluid_sim *s, const ll_fluid_run *run)
 {
     drag_force(s);
     ll_status status =
-        ll_fluid_sim_scene(&s->setup)->method->step(ll_fluid_sim_block(s), 1 / s->setup.hz, pace);
-    if (ll_broken_off(pace))
+        ll_fluid_sim_scene(&s->setup)->method->step(ll_fluid_sim_block(s), 1 / s->setup.hz, run);
+    if (ll_broken_off(run->pace))
         return ll_error(LL_INTERRUPTED, "a tick was interrupted");
     if (!ll_failed(&status)) {
         s->ticks++;
@@ -94,11 +94,11 @@ static ll_status step(ll_fluid_sim *s, ll_pace *pace)
     return status;
 }
 
-static ll_status advance_one(ll_fluid_sim *s, ll_time until, ll_pace *pace)
+static ll_status advance_one(ll_fluid_sim *s, ll_time until, const ll_fluid_run *run)
 {
     ll_freq freq = ll_freq_from_hz(s->setup.hz);
     for (int64_t tick = ll_tick_at(s->now, freq) + 1; ll_tick_time(tick, freq) <= until; tick++) {
-        ll_status status = s->failed ? ll_error(LL_DIVERGED, "%s", s->reason) : step(s, pace);
+        ll_status status = s->failed ? ll_error(LL_DIVERGED, "%s", s->reason) : step(s, run);
         if (status.code == LL_INTERRUPTED)
             return status;
         if (ll_failed(&status))
@@ -113,14 +113,14 @@ static ll_status advance_one(ll_fluid_sim *s, ll_time until, ll_pace *pace)
 static ll_status advance(void *block, ll_time until, const ll_recorder *recorder,
                          ll_step_profiler *step_profiler, const ll_interrupt *interrupt, ll_team *team)
 {
-    (void)team;
     ll_status first = ll_ok();
     ll_pace pace = ll_pace_by(interrupt, 1);
+    ll_fluid_run run = {&pace, team};
     int i = 0;
     (void)recorder;
     for (ll_fluid_sim *s = block; s != NULL && !ll_failed(&first); s = ll_fluid_sim_next(s), i++) {
         ll_time from = ll_step_profiler_start(step_profiler);
-        ll_status status = advance_one(s, until, &pace);
+        ll_status status = advance_one(s, until, &run);
         ll_step_profiler_add(step_profiler, i, from);
         if (i == 0 || pace.broken)
             first = status;
@@ -144,7 +144,10 @@ static uint64_t hash(const void *block)
     uint64_t h = 0;
     for (const ll_fluid_sim *s = block; s != NULL; s = ll_fluid_sim_next(s)) {
         h = ll_hash(h, s, offsetof(ll_fluid_sim, setup));
-        h = ll_hash(h, ll_fluid_sim_block(s), (size_t)(s->size - s->fluid));
+        const ll_fluid_method *method = ll_fluid_sim_scene(&s->setup)->method;
+        uint64_t own = method->hash ? method->hash(ll_fluid_sim_block(s)) : 0;
+        h = method->hash ? ll_hash(h, &own, sizeof own)
+                         : ll_hash(h, ll_fluid_sim_block(s), (size_t)(s->size - s->fluid));
     }
     return h;
 }

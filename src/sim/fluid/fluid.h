@@ -23,6 +23,7 @@ typedef struct ll_fluid_setup {
 
 typedef struct ll_fluid_config {
     ll_scenario_head head;
+    int64_t reserved_after_head; /* keeps the layout of a block, and so its hash */
     ll_fluid_setup setup;
     int32_t side_by_side_count, reserved;
     ll_fluid_setup side_by_side[LL_SIDE_BY_SIDE_MAX - 1];

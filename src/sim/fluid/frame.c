@@ -2,6 +2,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "record/integers.h"
 #include "sim/fluid/fluid.h"
 
 /* ---- its state and its numbers ---- */
@@ -178,12 +179,15 @@ static const ll_record_field point_fields[] = {
     LL_REAL(point_row, value_3, 10, NULL, "the fifth column; null: the layer has none"),
 };
 
+LL_INTEGERS(point_integers, point_row, point_fields)
+
 static const ll_record point_record = {.id = 51,
                                        .name = "points",
                                        .channel = LL_CHANNEL_POINTS,
                                        .help = "Points of fluids that have them, layer by layer.",
                                        .form = LL_FORM_BY_INDEX,
-                                       LL_ROWS_OF(point_row, point_fields)};
+                                       LL_ROWS_OF(point_row, point_fields),
+                                       .integers = point_integers};
 
 static float finite_or_0(float value)
 {

@@ -49,14 +49,14 @@ static void solution_at(ll_motion *m, const ll_ode *ode, int64_t offset, int whi
                         ll_pace *pace)
 {
     const ll_ode_problem *problem = ll_motion_problem(&m->config);
-    const ll_ode_method *method = ll_ode_reference_method(problem, which);
-    ll_ode_run *reference = ll_motion_run_at(m, offset);
     if (t == 0) {
         problem->start(m->config.params, y);
         return;
     }
     if (m->formula && problem->exact(m->config.params, t, y))
         return;
+    const ll_ode_method *method = ll_ode_reference_method(problem, which);
+    ll_ode_run *reference = ll_motion_run_at(m, offset);
     if (t < reference->t_last && reference->control.t_end > 0)
         reverse_reference(m, ode, reference, which);
     while ((reference->control.t_end > 0 ? reference->t < t : reference->t > t) && ll_goes_on(pace) &&
@@ -94,9 +94,11 @@ static void compare_references(ll_motion *m, const ll_ode *ode, double t, ll_pac
 {
     ll_motion_uncertainty *d = &m->uncertainty;
     ll_ode_run *first = ll_motion_run_at(m, m->first);
+    if (m->formula)
+        return;
     const ll_ode_method *method = ll_ode_reference_method(ll_motion_problem(&m->config), 0);
-    while (!m->formula && !d->parted && first->state != LL_ODE_FINISHED &&
-           session_time(m, first, first->t) < t && ll_goes_on(pace)) {
+    while (!d->parted && first->state != LL_ODE_FINISHED && session_time(m, first, first->t) < t &&
+           ll_goes_on(pace)) {
         double at[LL_ODE_POINTS];
         if (m->config.reverse && first->control.t_end > 0 && first->t >= ll_motion_end(&m->config))
             reverse_reference(m, ode, first, 0);

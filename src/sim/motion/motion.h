@@ -35,6 +35,7 @@ typedef struct ll_motion_method {
 
 typedef struct ll_motion_config {
     ll_scenario_head head;
+    int64_t reserved_after_head;  /* keeps the layout of a block, and so its hash */
     double tick_hz;               /* of sampling */
     double frame_s, frame_jitter; /* mean length; relative deviation */
     int32_t problem;              /* index into ll_ode_problems */

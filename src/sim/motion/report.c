@@ -1,4 +1,4 @@
-/* Reports and streamed rows of a motion: state, the paper's text, layout, trace and sections. */
+/* Reports and streamed rows of a motion: state, layout, trace and sections. */
 #include <cjson/cJSON.h>
 #include <math.h>
 #include <stdio.h>
@@ -7,8 +7,8 @@
 
 #include "base/detmath.h"
 #include "base/run_status.h"
-#include "ode/core/paper.h"
 #include "ode/core/single.h"
+#include "record/integers.h"
 #include "sim/motion/motion.h"
 
 /* NULL gives nulls. */
@@ -37,44 +37,6 @@ cJSON *ll_motion_state(const void *block)
         cJSON_AddItemToArray(methods, o);
     }
     return state;
-}
-
-/* ---- the paper's text ---- */
-
-static bool is_listing(const ll_motion_config *c, int i)
-{
-    return strcmp(ll_motion_problem(c)->name, "free_fall") == 0 && c->methods[i].shown &&
-           strcmp(ll_motion_method_of(c, i)->name, "semi_implicit_euler") == 0;
-}
-
-/* The lines that the paper's program prints for each step of its method, a blank line between. */
-ll_status ll_motion_text(const void *config, void (*write)(void *context, const char *text, size_t length),
-                         void *context)
-{
-    ll_motion_config c = *(const ll_motion_config *)config;
-    double start[LL_ODE_DIM_MAX], slope[LL_ODE_DIM_MAX];
-    char line[160];
-    int listings = 0;
-    ll_ode ode = ll_motion_system(&c);
-    ll_motion_problem(&c)->start(c.params, start);
-    ll_ode_eval(&ode, 0, start, slope);
-    for (int i = 0; i < c.method_count; i++) {
-        if (!is_listing(&c, i))
-            continue;
-        ll_ode_listing listing = {.dt = (float)c.methods[i].dt_s,
-                                  .acceleration = (float)slope[1],
-                                  .displacement = (float)start[0],
-                                  .velocity = (float)start[1]};
-        if (listings++ > 0)
-            write(context, "\n", 1);
-        while (ll_ode_listing_next(&listing, c.head.duration_s, line, sizeof line))
-            write(context, line, strlen(line));
-    }
-    if (listings == 0)
-        return ll_error(LL_BAD_INPUT,
-                        "the paper prints lines of free_fall with semi_implicit_euler; this is %s with %s",
-                        ll_motion_problem(&c)->name, ll_motion_method_of(&c, 0)->name);
-    return ll_ok();
 }
 
 /* ---- layout ---- */
@@ -168,12 +130,15 @@ static const ll_record_field motion_fields[] = {
             "the largest error, each component relative to its size"),
 };
 
+LL_INTEGERS(motion_integers, motion_row, motion_fields)
+
 static const ll_record motion_record = {.id = 16,
                                         .name = "motion",
                                         .channel = LL_CHANNEL_MOTION,
                                         .help = "The solution, then each method.",
                                         .form = LL_FORM_BY_INDEX,
-                                        LL_ROWS_OF(motion_row, motion_fields)};
+                                        LL_ROWS_OF(motion_row, motion_fields),
+                                        .integers = motion_integers};
 
 typedef struct motion_value {
     uint8_t motion, component;
@@ -186,12 +151,15 @@ static const ll_record_field value_fields[] = {
     LL_REAL(motion_value, value, 24, NULL, "the component of the state"),
 };
 
+LL_INTEGERS(value_integers, motion_value, value_fields)
+
 static const ll_record value_record = {.id = 17,
                                        .name = "motion_state",
                                        .channel = LL_CHANNEL_MOTION,
                                        .help = "The components of their states.",
                                        .form = LL_FORM_BY_INDEX,
-                                       LL_ROWS_OF(motion_value, value_fields)};
+                                       LL_ROWS_OF(motion_value, value_fields),
+                                       .integers = value_integers};
 
 const ll_record *const ll_motion_records[] = {&motion_record, &value_record, NULL};
 

@@ -3,6 +3,7 @@
  * the other files of this room. */
 #include <math.h>
 
+#include "record/integers.h"
 #include "sim/netgame/netgame.h"
 
 /* ---- views: the server's, then each player's ---- */
@@ -46,12 +47,15 @@ static const ll_record_field view_fields[] = {
     LL_STEP(view, render_time_s, LL_BITS_S, "s", "render time of the remote entities"),
 };
 
+LL_INTEGERS(view_integers, view, view_fields)
+
 static const ll_record view_record = {.id = 2,
                                       .name = "views",
                                       .channel = LL_CHANNEL_SCENE,
                                       .help = "The server's view, then each player's.",
                                       .form = LL_FORM_BY_INDEX,
-                                      LL_ROWS_OF(view, view_fields)};
+                                      LL_ROWS_OF(view, view_fields),
+                                      .integers = view_integers};
 
 static view server_view(const ll_netgame *g)
 {
@@ -104,20 +108,20 @@ static view player_view(const ll_netgame *g, int i)
 /* ---- entities: view by view ---- */
 
 typedef struct entity {
-    uint8_t view, entity;
-    uint16_t flags;
+    uint8_t view;
+    uint16_t entity, flags;
     float x, y, vx, vy, angle, angular_velocity, age_ms;
 } entity;
 
-static const char *const entity_flags[] = {"finished",     "predicted", "interpolated", "held", "active",
-                                           "extrapolated", "unsettled", "away",         NULL};
+static const char *const entity_flags[] = {"finished",     "predicted", "interpolated", "held",    "active",
+                                           "extrapolated", "unsettled", "away",         "unknown", NULL};
 
 static const ll_record_field entity_fields[] = {
     LL_INT(entity, view, NULL, "index of the view"),
     LL_INT(entity, entity, NULL, "index of the entity; those of the players come first"),
     LL_FLAGS(entity, flags, entity_flags,
              "held: no newer data; active: a projectile in flight; unsettled: overlaps what it was pushed "
-             "into; away: its player is not connected"),
+             "into; away: its player is not connected; unknown: the player's snapshots do not contain it"),
     LL_STEP(entity, x, LL_BITS_M, "m", "position"),
     LL_STEP(entity, y, LL_BITS_M, "m", "position"),
     LL_STEP(entity, vx, LL_BITS_MPS, "m/s", "velocity"),
@@ -127,17 +131,20 @@ static const ll_record_field entity_fields[] = {
     LL_STEP(entity, age_ms, LL_BITS_MS, "ms", "view age"),
 };
 
+LL_INTEGERS(entity_integers, entity, entity_fields)
+
 static const ll_record entity_record = {.id = 3,
                                         .name = "entities",
                                         .channel = LL_CHANNEL_SCENE,
                                         .help = "The entities of each view, as drawn.",
                                         .form = LL_FORM_BY_INDEX,
-                                        LL_ROWS_OF(entity, entity_fields)};
+                                        LL_ROWS_OF(entity, entity_fields),
+                                        .integers = entity_integers};
 
 static entity entity_of(int of, int index, const ll_entity *e, ll_time age, uint32_t flags)
 {
     return (entity){.view = (uint8_t)of,
-                    .entity = (uint8_t)index,
+                    .entity = (uint16_t)index,
                     .flags = (uint16_t)(e->flags | flags),
                     .x = (float)e->x,
                     .y = (float)e->y,
@@ -188,12 +195,15 @@ static const ll_record_field game_fields[] = {
     LL_REAL(game_value, value, 23, NULL, "the value; null: none yet"),
 };
 
+LL_INTEGERS(game_integers, game_value, game_fields)
+
 static const ll_record game_record = {.id = 4,
                                       .name = "game",
                                       .channel = LL_CHANNEL_SCENE,
                                       .help = "The game's own values of each player.",
                                       .form = LL_FORM_BY_INDEX,
-                                      LL_ROWS_OF(game_value, game_fields)};
+                                      LL_ROWS_OF(game_value, game_fields),
+                                      .integers = game_integers};
 
 static void fill_game(const ll_netgame *g, ll_row_set *rows)
 {
@@ -233,6 +243,8 @@ static const ll_record_field measure_fields[] = {
     LL_INT(measure, visible_corrections, NULL, "displays with a visible correction"),
 };
 
+LL_INTEGERS(measure_integers, measure, measure_fields)
+
 static const ll_record measure_record = {
     .id = 7,
     .name = "measures",
@@ -240,7 +252,8 @@ static const ll_record measure_record = {
     .help = "Sums over each player's view from the warm-up on; a mean is the difference of two sums divided "
             "by that of their counts.",
     .form = LL_FORM_BY_INDEX,
-    LL_ROWS_OF(measure, measure_fields)};
+    LL_ROWS_OF(measure, measure_fields),
+    .integers = measure_integers};
 
 static measure measure_of(const ll_netgame *g, int i)
 {
@@ -279,6 +292,8 @@ const ll_record *const ll_netgame_records[] = {&view_record,
                                                &ll_netgame_buffered_record,
                                                &ll_netgame_shot_record,
                                                &ll_netgame_shot_body_record,
+                                               &ll_netgame_traffic_record,
+                                               &ll_netgame_link_record,
                                                NULL};
 
 void ll_netgame_fill(const void *block, ll_row_set *rows)
@@ -301,4 +316,6 @@ void ll_netgame_fill(const void *block, ll_row_set *rows)
         ll_netgame_fill_buffered(g, rows);
     if (ll_row_set_wants(rows, &ll_netgame_shot_record))
         ll_netgame_fill_shots(g, rows);
+    if (ll_row_set_wants(rows, &ll_netgame_traffic_record))
+        ll_netgame_fill_traffic(g, rows);
 }

@@ -130,8 +130,11 @@ static cJSON *player_metrics(const ll_netgame *g, int i)
     ll_netgame_connection_metrics(g, i, o);
     LL_METRICS_PUT(cJSON_AddObjectToObject(o, "inputs"), &input_table, INPUTS);
     ll_netgame_inputs_metrics(g, i, o);
+    ll_netgame_detection_metrics(g, i, o);
     ll_netgame_shots_metrics(g, i, o);
     ll_netgame_traffic_metrics(g, i, o);
+    ll_netgame_transport_metrics(g, i, o);
+    ll_netgame_selection_metrics(g, i, o);
     game(cJSON_AddObjectToObject(o, "game"), g, i);
     return o;
 }
@@ -209,11 +212,16 @@ const ll_metric_table *const ll_netgame_metric_tables[] = {&server_table,
                                                            &ll_netgame_connection_table,
                                                            &input_table,
                                                            LL_NETGAME_INPUT_TABLES,
+                                                           LL_NETGAME_DETECTION_TABLES,
                                                            LL_NETGAME_SHOT_TABLES,
                                                            &ll_netgame_message_table,
                                                            &ll_netgame_bandwidth_table,
                                                            &ll_netgame_snapshot_table,
+                                                           &ll_netgame_reckoning_table,
                                                            &ll_netgame_up_table,
                                                            &ll_netgame_down_table,
+                                                           &ll_netgame_selection_table,
+                                                           &ll_netgame_transport_up_table,
+                                                           &ll_netgame_transport_down_table,
                                                            LL_GAME_METRIC_TABLES,
                                                            NULL};

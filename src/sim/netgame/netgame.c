@@ -6,37 +6,72 @@
 #include "base/assert.h"
 #include "base/hash.h"
 #include "netcode/client/cheat.h"
+#include "netcode/protocol/bucket.h"
 #include "sim/core/scenario_rows.h"
 #include "sim/netgame/parts.h"
+#include "sim/netgame/transport_metrics.h"
 
 #define LINK_SECONDS 1.3    /* of packets at full rate that a link holds; more would overflow its queue */
 #define DEJITTER_PACKETS 64 /* half a second at the highest rate */
 
 /* ---- layout ---- */
 
-static int up_slots(const ll_netgame_config *c)
+/* Whether messages are packets. */
+static bool plain(const ll_netgame_config *c)
 {
-    return (int)(c->tick_hz * LINK_SECONDS) + 32;
+    return ll_transport_plain(c->server.transport);
 }
 
+static ll_transport_setup transport_of(const ll_netgame_config *c);
+
+/* Whether snapshots contain some of the entities. */
+static bool selects(const ll_netgame_config *c)
+{
+    return ll_codecs[c->server.snapshot]->selects;
+}
+
+/* Of the messages of its ticks that a client sends over a mesh. */
+static int copies(const ll_netgame_config *c)
+{
+    bool meshed = c->peers.topology == LL_TOPOLOGY_MESH && c->player_count > 1;
+    return meshed ? c->player_count - 1 : 0;
+}
+
+static int ticks_on_link(const ll_netgame_config *c)
+{
+    return (int)(c->tick_hz * LINK_SECONDS);
+}
+
+static int up_slots(const ll_netgame_config *c)
+{
+    ll_transport_setup setup = transport_of(c);
+    int each = copies(c) > 0 ? copies(c) : 1;
+    return plain(c) ? each * ticks_on_link(c) + 32 : ll_transport_link_slots(&setup, LL_CLIENT_SIDE);
+}
+
+/* Updates, and answers to pings. Next to a transport's packets the de-jitter buffer keeps its messages. */
 static int down_slots(const ll_netgame_config *c)
 {
-    (void)c;
-    return (int)((128 + 32) * LINK_SECONDS); /* updates, and answers to pings */
+    ll_transport_setup setup = transport_of(c);
+    return plain(c) ? (int)((128 + 32) * LINK_SECONDS) + copies(c) * ticks_on_link(c)
+                    : ll_transport_link_slots(&setup, LL_SERVER_SIDE) + DEJITTER_PACKETS;
 }
 
 /* Peers send all open inputs. After a change to a peer-to-peer sync during a game, links hold fewer of these
  * longest packets: other configurations need not pay for them. */
 static bool among_peers(const ll_netgame_config *c)
 {
-    return ll_syncs[c->server.sync]->observe != NULL;
+    return ll_syncs[c->server.sync]->observe != NULL || copies(c) > 0;
 }
 
 static int up_arena(const ll_netgame_config *c)
 {
-    int states = ll_input_message_size(LL_INPUTS_MAX) + 16;
+    int states = ll_input_message_size(LL_INPUTS_MAX) +
+                 (ll_netgame_config_reports(c) ? (int)sizeof(ll_motion) : 0) + 16;
     int peers = among_peers(c) ? ll_peer_message_max(c->player_count) : 0;
-    return up_slots(c) * (peers > states ? peers : states);
+    ll_transport_setup setup = transport_of(c);
+    return plain(c) ? up_slots(c) * (peers > states ? peers : states)
+                    : ll_transport_link_arena(&setup, LL_CLIENT_SIDE);
 }
 
 static ll_extent extent(const ll_netgame_config *c)
@@ -44,11 +79,34 @@ static ll_extent extent(const ll_netgame_config *c)
     return ll_games[c->game]->extent(c->params, c->player_count);
 }
 
+/* Of a snapshot, in bytes. */
+static int longest_state(const ll_netgame_config *c)
+{
+    enum { BESIDE = 128 }; /* more than the own entity and a grid, which the limit may not hold */
+    int64_t bytes = c->server.selection.bytes, whole = ll_server_message_max(extent(c), c->player_count);
+    int64_t limited = whole - (int64_t)ll_extent_size(extent(c)) + extent(c).tail + bytes + BESIDE;
+    int64_t extra = c->reckoning.model != 0 ? ll_reckoning_extra_bits(extent(c).entities) / 8 + 1 : 0;
+    return (int)(selects(c) && bytes > 0 && limited < whole ? limited : whole + extra);
+}
+
 static int down_arena(const ll_netgame_config *c)
 {
-    int state = ll_server_message_max(extent(c), c->player_count);
+    int state = longest_state(c);
     int relay = among_peers(c) ? ll_relay_message_max(c->player_count) : 0;
-    return down_slots(c) * (relay > state ? relay : state);
+    ll_transport_setup setup = transport_of(c);
+    int passing = copies(c) * ticks_on_link(c), own = down_slots(c) - passing;
+    return plain(c) ? own * (relay > state ? relay : state) + passing * ll_peer_message_max(c->player_count)
+                    : ll_transport_link_arena(&setup, LL_SERVER_SIDE) + DEJITTER_PACKETS * state;
+}
+
+/* For the longest messages of any sync mode, since that may change. */
+static ll_transport_setup transport_of(const ll_netgame_config *c)
+{
+    int inputs = ll_input_message_size(LL_INPUTS_MAX) + (selects(c) ? (int)sizeof(uint32_t) : 0) +
+                 (ll_netgame_config_reports(c) ? (int)sizeof(ll_motion) : 0),
+        peers = ll_peer_message_max(c->player_count);
+    int state = longest_state(c), relay = ll_relay_message_max(c->player_count);
+    return ll_netgame_transport_setup(c, peers > inputs ? peers : inputs, relay > state ? relay : state);
 }
 
 /* False in a game without weapons. */
@@ -63,10 +121,19 @@ static bool arena_of(const ll_netgame_config *c, ll_arena *arena)
     return true;
 }
 
-/* Of the configuration that a block contains. */
-static size_t config_size(const ll_netgame_config *c)
+static ll_shelf_setup shelf_of(const ll_netgame_config *c)
 {
-    return offsetof(ll_netgame_config, players) + (size_t)c->player_count * sizeof c->players[0];
+    return (ll_shelf_setup){.profiles = c->profiles,
+                            .count = c->profile_count,
+                            .ways = 2 * c->player_count,
+                            .bottleneck = &c->bottleneck,
+                            .seed = (uint64_t)c->head.seed};
+}
+
+/* Whether the policies have other parameters than the defaults. */
+static bool tuned(const ll_netgame_config *c)
+{
+    return memcmp(&c->policies, &ll_policy_defaults, sizeof c->policies) != 0;
 }
 
 /* Computes the offsets of all parts; with a NULL block only the size. */
@@ -75,40 +142,62 @@ static int64_t lay_out(ll_netgame *g, const ll_netgame_config *c)
     int n = c->player_count;
     ll_extent world = extent(c);
     ll_netgame counted, *at = g ? g : &counted;
-    int64_t end = (int64_t)(offsetof(ll_netgame, config) + config_size(c));
+    const ll_shelf_setup shelf = shelf_of(c);
+    int64_t end = (int64_t)ll_netgame_head_size(c);
+    end += (int64_t)ll_profile_shelf_size(&shelf);
     at->server = end;
     end += (int64_t)ll_server_size(n, world);
+    end += selects(c) ? (int64_t)ll_replicas_size(n, world.entities) : 0;
     at->history = end;
     end += (int64_t)ll_history_size(world.entities);
+    end += ll_netgame_config_reports(c) ? (int64_t)ll_netgame_reports_size(n) : 0;
     ll_arena arena;
-    bool armed = arena_of(c, &arena);
+    bool armed = arena_of(c, &arena), carried = !plain(c);
+    ll_transport_setup setup = transport_of(c);
     at->shots = armed ? end : 0;
     end += armed ? (int64_t)ll_shots_size(n, arena.bodies) : 0;
     for (int i = 0; i < n; i++) {
-        at->at[i].client = end;
+        ll_netgame_parts unused, *parts = g ? ll_netgame_parts_of(g, i) : &unused;
+        parts->client = end;
         end += (int64_t)ll_client_size(world);
-        at->at[i].up = end;
+        parts->up = end;
         end += (int64_t)ll_link_size(up_slots(c), up_arena(c));
-        at->at[i].down = end;
+        parts->down = end;
         end += (int64_t)ll_link_size(down_slots(c), down_arena(c));
-        at->at[i].dejitter = end;
+        parts->dejitter = end;
         end += (int64_t)ll_dejitter_size(DEJITTER_PACKETS);
-        at->at[i].weapon_prediction = armed ? end : 0;
+        parts->weapon_prediction = armed ? end : 0;
         end += armed ? (int64_t)sizeof(ll_weapon_prediction) : 0;
+        parts->transport = carried ? end : 0;
+        end += carried ? (int64_t)ll_transport_size(&setup) : 0;
     }
+    end += ll_peers_choices(&c->peers) != 0 ? n * (int64_t)sizeof(ll_peer_choices) : 0;
+    end += c->server.detection ? n * (int64_t)sizeof(ll_detection) : 0;
+    end += c->reckoning.model != 0 ? (int64_t)ll_reckoning_size(n, world.entities) : 0;
+    end += tuned(c) ? (int64_t)sizeof(ll_policy_params) : 0;
     at->observed = end;
     for (int i = 0; i < n; i++) {
-        at->at[i].client_metrics = end;
+        ll_netgame_parts unused, *parts = g ? ll_netgame_parts_of(g, i) : &unused;
+        parts->client_metrics = end;
         end += (int64_t)ll_client_metrics_size(world.entities);
-        at->at[i].desync = end;
+        parts->desync = end;
         end += (int64_t)ll_desync_size(ll_extent_size(world));
+        end += selects(c) ? (int64_t)sizeof(ll_nearness) : 0;
+        parts->transport_metrics = carried ? end : 0;
+        end += carried ? (int64_t)sizeof(ll_transport_metrics) : 0;
     }
     return end;
 }
 
 static size_t size(const void *config)
 {
-    return (size_t)lay_out(NULL, config);
+    ll_arena arena;
+    size_t behind = 0;
+    if (arena_of(config, &arena)) {
+        behind = ll_behind_cover_size(arena.players);
+        behind += arena.projectile_drag > 0 ? ll_drag_neglect_size(arena.players) : 0;
+    }
+    return (size_t)lay_out(NULL, config) + behind;
 }
 
 /* ---- start ---- */
@@ -122,6 +211,8 @@ static void start_server(ll_netgame *g, ll_time now)
     ll_netgame_game(g)->prepare(&g->env, g->config.params);
     ll_server_start(ll_netgame_server(g), ll_netgame_rate(g, sync->server_steps_at_update_hz),
                     ll_netgame_rate(g, true), client_freq, now);
+    if (sync->buckets)
+        ll_netgame_server(g)->clock.epoch += ll_bucket_phase(g->config.bucket_delay_ms, client_freq);
 }
 
 /* All clients resync: the game starts, or restarts in another sync mode. All clocks start, and packets in
@@ -152,7 +243,51 @@ static void see_through_screen(ll_netgame *g, int player)
     ll_client_metrics *in = ll_netgame_client_metrics(g, player);
     ll_game_scene scene = ll_netgame_game(g)->scene(&g->env, g->config.player_count);
     in->corrections.pixel_m = (scene.x_max - scene.x_min) / SCREEN_PX;
-    in->changes.others = ((UINT32_C(1) << g->config.player_count) - 1) & ~(UINT32_C(1) << player);
+    const uint64_t all = UINT64_MAX >> (64 - g->config.player_count);
+    in->changes.others = (uint32_t)(all & ~(UINT64_C(1) << player));
+}
+
+/* Where messages are not packets. */
+static void init_transports(ll_netgame *g)
+{
+    const ll_transport_setup setup = transport_of(&g->config);
+    for (int i = 0; i < g->config.player_count && ll_netgame_transport(g, i); i++) {
+        ll_transport_init(ll_netgame_transport(g, i), &setup, -LL_LOBBY);
+        ll_transport_metrics_init(ll_netgame_transport_metrics_of(g, i));
+    }
+}
+
+static void copy_config(ll_netgame *g, const ll_netgame_config *c)
+{
+    memcpy(&g->config, c, ll_netgame_config_size(c));
+    ll_scenario_head_strip(&g->config.head);
+    if (!ll_netgame_sync(g)->buckets)
+        g->config.bucket_delay_ms = 0; /* a parameter without effect is no part of the hash */
+}
+
+static void init_player(ll_netgame *g, const ll_netgame_config *c, int i, const ll_world *world)
+{
+    uint64_t stream = (uint64_t)i * 2;
+    ll_client_init(ll_netgame_client(g, i), i, world);
+    ll_link_init(ll_netgame_up(g, i), up_slots(c), up_arena(c), (uint64_t)c->head.seed, stream);
+    ll_link_init(ll_netgame_down(g, i), down_slots(c), down_arena(c), (uint64_t)c->head.seed, stream + 1);
+    ll_dejitter_init(ll_netgame_dejitter(g, i), DEJITTER_PACKETS);
+    ll_client_metrics_init(ll_netgame_client_metrics(g, i), world->entities, (ll_time)(c->warmup_s * 1e9));
+    ll_cheat_gain_watch(&ll_netgame_client_metrics(g, i)->gain, &world->entity[i]);
+    see_through_screen(g, i);
+    ll_honest_watch(&ll_netgame_client_metrics(g, i)->honest, &world->entity[i], 0);
+    if (ll_netgame_detection(g))
+        ll_detection_init(&ll_netgame_detection(g)[i]);
+}
+
+static void init_reports(ll_netgame *g, const ll_netgame_config *c)
+{
+    ll_reports *all = ll_netgame_reports(g);
+    if (all)
+        ll_reports_init(all, &c->reports, c->player_count);
+    for (int i = 0; all && i < c->player_count; i++)
+        if (c->players[i].authority == LL_AUTHORITY_POSITION)
+            ll_reports_watch(all, i);
 }
 
 static ll_status init(void *block, const void *config)
@@ -161,16 +296,22 @@ static ll_status init(void *block, const void *config)
     const ll_netgame_config *c = config;
     int n = c->player_count;
     memset(block, 0, size(config));
-    memcpy(&g->config, c, config_size(c));
-    ll_scenario_head_strip(&g->config.head);
+    copy_config(g, c);
+    g->config.server.compensation.tuned = tuned(c);
+    g->config.server.reckons = c->reckoning.model != 0;
+    g->config.server.peers = ll_peers_choices(&c->peers) & 127u;
     g->size = lay_out(g, c);
+    if (tuned(c))
+        *(ll_policy_params *)ll_netgame_policies(g) = c->policies;
 
     const ll_game *game = ll_netgame_game(g);
     ll_extent size_of_world = extent(c);
-    LL_ASSERT(ll_server_message_max(size_of_world, n) <= LL_NETGAME_PACKET_MAX);
+    LL_ASSERT(longest_state(c) <= LL_NETGAME_PACKET_MAX);
     ll_server *server = ll_netgame_server(g);
     ll_server_init(server, n, size_of_world);
-    ll_server_configure(server, &c->server);
+    if (selects(c))
+        ll_server_replicate(server);
+    ll_server_configure(server, &g->config.server);
     server->from = (ll_time)(c->warmup_s * 1e9);
     ll_world *world = ll_server_world(server);
     int32_t lanes[LL_PLAYERS_MAX];
@@ -181,21 +322,24 @@ static ll_status init(void *block, const void *config)
     game->init(world, &g->env, lanes);
     ll_history_init(ll_netgame_history(g), world->entities);
     ll_history_add(ll_netgame_history(g), 0, world);
-    for (int i = 0; i < n; i++) {
-        uint64_t stream = (uint64_t)i * 2;
-        ll_client_init(ll_netgame_client(g, i), i, world);
-        ll_link_init(ll_netgame_up(g, i), up_slots(c), up_arena(c), (uint64_t)c->head.seed, stream);
-        ll_link_init(ll_netgame_down(g, i), down_slots(c), down_arena(c), (uint64_t)c->head.seed, stream + 1);
-        ll_dejitter_init(ll_netgame_dejitter(g, i), DEJITTER_PACKETS);
-        ll_client_metrics_init(ll_netgame_client_metrics(g, i), world->entities,
-                               (ll_time)(c->warmup_s * 1e9));
-        ll_cheat_gain_watch(&ll_netgame_client_metrics(g, i)->gain, &world->entity[i]);
-        see_through_screen(g, i);
-        ll_honest_watch(&ll_netgame_client_metrics(g, i)->honest, &world->entity[i], 0);
-    }
+    for (int i = 0; i < n; i++)
+        init_player(g, c, i, world);
+    init_transports(g);
+    init_reports(g, c);
+    for (int i = 0; i < n && ll_netgame_choices(g, i); i++)
+        ll_netgame_choices(g, i)->budget = c->peers.budget_ticks;
+    if (ll_netgame_reckoning(g))
+        ll_reckoning_init(ll_netgame_reckoning(g), &c->reckoning, n, world->entities, server->from);
+    const ll_shelf_setup shelf = shelf_of(c);
+    if (ll_netgame_profiles(g))
+        ll_profile_shelf_init(ll_netgame_profiles(g), &shelf);
     ll_arena arena;
-    if (arena_of(c, &arena))
+    if (arena_of(c, &arena)) {
         ll_shots_init(ll_netgame_shots(g), &arena, (ll_time)(c->warmup_s * 1e9));
+        ll_behind_cover_init(ll_netgame_behind_cover(g), n, (ll_time)(c->warmup_s * 1e9));
+        if (ll_netgame_drag_neglect(g))
+            ll_drag_neglect_init(ll_netgame_drag_neglect(g), n, (ll_time)(c->warmup_s * 1e9));
+    }
     start_server(g, 0);
     server->next_check = g->now = -LL_LOBBY;
     ll_status status = ll_netgame_run_until(g, -1, NULL, NULL);
@@ -203,6 +347,8 @@ static ll_status init(void *block, const void *config)
         ll_link_restart_stats(ll_netgame_up(g, i));
         ll_link_restart_stats(ll_netgame_down(g, i));
     }
+    if (ll_netgame_profiles(g))
+        ll_profile_shelf_restart_stats(ll_netgame_profiles(g));
     begin_game(g, 0);
     return status;
 }
@@ -212,14 +358,37 @@ static ll_freq tick_freq(const void *config)
     return ll_freq_from_hz(((const ll_netgame_config *)config)->tick_hz);
 }
 
+/* A to Z, then AA to AZ and so on. */
+static void name_player(char *name, int i)
+{
+    if (i >= 26)
+        *name++ = (char)('A' + i / 26 - 1);
+    *name++ = (char)('A' + i % 26);
+    *name = '\0';
+}
+
+/* The block of a session has room for what its first encoding needs. */
+static ll_status may_change(const void *config, const void *before)
+{
+    const ll_netgame_config *c = config, *b = before;
+    if (selects(c) == selects(b))
+        return ll_ok();
+    return ll_field_error(
+        LL_CONFLICT, "server.snapshot_encoding",
+        "server.snapshot_encoding: between partial, partial_delta or interest and the others "
+        "it must not change in a running session; got %s after %s",
+        ll_codecs[c->server.snapshot]->name, ll_codecs[b->server.snapshot]->name);
+}
+
 static void settle(void *config, const void *before)
 {
+    static const ll_player_config none;
     ll_netgame_config *c = config;
     const ll_netgame_config *b = before;
     for (int i = 0; i < c->player_count; i++) {
-        ll_player_apply_dependencies(&c->players[i], &b->players[i]);
+        ll_player_apply_dependencies(&c->players[i], b ? &b->players[i] : &none);
         if (c->players[i].name[0] == '\0')
-            c->players[i].name[0] = (char)('A' + i);
+            name_player(c->players[i].name, i);
     }
 }
 
@@ -247,13 +416,19 @@ static void change(void *block, const void *config, ll_time now)
 {
     ll_netgame *g = block;
     ll_server_config before = g->config.server;
+    const double delay_before_ms = g->config.bucket_delay_ms;
     ll_netgame_watch_cheats_begin(g, config);
-    memcpy(&g->config, config, config_size(config));
-    ll_scenario_head_strip(&g->config.head);
+    copy_config(g, config);
+    g->config.server.compensation.tuned =
+        before.compensation.tuned; /* fixed for a session, as the layout is */
+    g->config.server.reckons = before.reckons;
+    g->config.server.peers = before.peers;
     ll_server_configure(ll_netgame_server(g), &g->config.server);
     const ll_sync_mode *sync = ll_netgame_sync(g);
     bool other_rate = before.update_hz != g->config.server.update_hz;
-    if (before.sync != g->config.server.sync || (other_rate && sync->server_steps_at_update_hz)) {
+    bool other_delay = delay_before_ms != g->config.bucket_delay_ms;
+    if (before.sync != g->config.server.sync || (other_rate && sync->server_steps_at_update_hz) ||
+        (other_delay && sync->buckets)) {
         begin_game(g, now);
     } else if (other_rate) {
         ll_server *server = ll_netgame_server(g);
@@ -302,12 +477,19 @@ static void observe(void *block, uint32_t what)
         ll_netgame_client_metrics(g, i)->observes = what;
 }
 
+static const char *player_name(const void *config, int player)
+{
+    const ll_netgame_config *c = config;
+    return player < c->player_count ? c->players[player].name : NULL;
+}
+
 const ll_sim_kind ll_sim_netgame = {
     .name = "netgame",
     .help = "A game over a network: server, clients and links.",
     .table = &ll_netgame_table,
     .size = size,
     .init = init,
+    .may_change = may_change,
     .settle = settle,
     .tick_freq = tick_freq,
     .advance = advance,
@@ -326,6 +508,7 @@ const ll_sim_kind ll_sim_netgame = {
     .layout = ll_netgame_layout,
     .records = ll_netgame_records,
     .fill = ll_netgame_fill,
+    .player_name = player_name,
     .trace_tables = ll_netgame_trace_tables,
     .trace = ll_netgame_trace,
 };

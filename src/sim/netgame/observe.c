@@ -6,6 +6,15 @@
 #include "netcode/observe/player_observer.h"
 #include "sim/netgame/parts.h"
 
+static void judge_neglect(ll_netgame *g, const ll_hit_result *j)
+{
+    ll_point present[LL_BODIES_MAX];
+    const ll_arena *arena = &ll_netgame_shots(g)->arena;
+    const ll_past past = {.history = ll_netgame_history(g), .rules = &g->config.server.compensation};
+    ll_bodies_now(arena, ll_server_world(ll_netgame_server(g)), present);
+    ll_drag_neglect_judge(ll_netgame_drag_neglect(g), &(ll_field){arena, present, &past, NULL}, j);
+}
+
 /* A shot was judged in the present step of the server. */
 void ll_netgame_record_shot(void *context, const ll_hit_result *j)
 {
@@ -21,22 +30,27 @@ void ll_netgame_record_shot(void *context, const ll_hit_result *j)
         victim.shown = ll_client_rendered_const(ll_netgame_client(g, j->body));
     ll_shots_judge(ll_netgame_shots(g), j, server->step, ll_netgame_history(g), ll_server_world(server),
                    on_player ? &victim : NULL);
+    ll_behind_cover_judge(ll_netgame_behind_cover(g), j, server->step);
+    if (ll_netgame_drag_neglect(g))
+        judge_neglect(g, j);
 }
 
 /* Measures the gain of cheats. A step stands for its length; an update that applies inputs on arrival, for
  * the time since the one before. */
-void ll_netgame_watch_players(ll_netgame *g, ll_time since)
+void ll_netgame_watch_players(ll_netgame_run *run, ll_time since)
 {
-    const ll_world *world = ll_server_world(ll_netgame_server(g));
-    bool drains = ll_netgame_sync(g)->applies_on_arrival;
-    const ll_honest_stepped stepped = {world, ll_netgame_server(g)->step, g->now, drains};
-    double elapsed_s = drains ? ll_to_s(since) : g->env.dt;
-    for (int i = 0; i < world->players; i++) {
-        if (g->config.players[i].cheat == LL_CHEAT_NONE)
+    bool drains = run->sync->applies_on_arrival;
+    const ll_game_env *env = &run->game->env;
+    if (!(run->observes & LL_OBSERVE_GAIN))
+        return;
+    for (int i = 0; i < run->players; i++) {
+        if (run->seat[i].setup.config->cheat == LL_CHEAT_NONE)
             continue;
-        ll_client_metrics *in = ll_netgame_client_metrics(g, i);
-        ll_cheat_gain_step(&in->gain, ll_netgame_game(g), &g->env, &world->entity[i], elapsed_s);
-        ll_honest_step(&in->honest, ll_netgame_game(g), &g->env, i, &stepped);
+        ll_client_metrics *in = run->seat[i].metrics;
+        const ll_honest_stepped stepped = {run->world, run->server->step, run->game->now, drains};
+        ll_cheat_gain_step(&in->gain, run->rules, env, &run->world->entity[i],
+                           drains ? ll_to_s(since) : env->dt);
+        ll_honest_step(&in->honest, run->rules, env, i, &stepped);
     }
 }
 
@@ -54,71 +68,137 @@ void ll_netgame_watch_cheats_begin(ll_netgame *g, const ll_netgame_config *next)
 
 /* A packet holds the inputs made since the last one and `redundancy` earlier ones; a lag switch keeps its
  * inputs back. */
-static uint32_t unsent_from(const ll_netgame *g, int player)
+static uint32_t unsent_from(const ll_netgame_seat *seat)
 {
-    const ll_client *c = ll_netgame_client(g, player);
-    uint32_t again = (uint32_t)g->config.players[player].redundancy;
+    const ll_client *c = seat->client;
+    uint32_t again = (uint32_t)seat->setup.config->redundancy;
     uint32_t from = c->inputs.seq > again ? c->inputs.seq - again + 1 : 1;
     return c->inputs.unsent != 0 && c->inputs.unsent < from ? c->inputs.unsent : from;
 }
 
 /* The observer sees the results of every player's inputs in the step. */
-void ll_netgame_observe_step(ll_netgame *g)
+void ll_netgame_observe_step(ll_netgame_run *run)
 {
-    const ll_server *server = ll_netgame_server(g);
-    for (int i = 0; i < server->players; i++) {
-        ll_stepped stepped = {.world = ll_server_world_const(server),
-                              .history = ll_netgame_history(g),
-                              .step = server->step,
-                              .acked = server->client_slots[i].inputs.acked,
-                              .unsent_from = unsent_from(g, i),
-                              .applies_on_arrival = ll_netgame_sync(g)->applies_on_arrival};
-        ll_client_metrics_stepped(ll_netgame_client_metrics(g, i), i, &stepped, g->now);
+    if (!(run->observes & (LL_OBSERVE_INPUTS | LL_OBSERVE_VIEWS)))
+        return;
+    for (int i = 0; i < run->players; i++) {
+        const ll_netgame_seat *seat = &run->seat[i];
+        ll_stepped stepped = {.world = run->world,
+                              .history = run->history,
+                              .step = run->server->step,
+                              .acked = seat->slot->inputs.acked,
+                              .unsent_from = unsent_from(seat),
+                              .applies_on_arrival = run->sync->applies_on_arrival};
+        ll_client_metrics_stepped(seat->metrics, i, &stepped, run->game->now);
     }
 }
 
 /* All clients have drawn: compares their views. */
-void ll_netgame_compare_views(ll_netgame *g, ll_time elapsed)
+void ll_netgame_compare_views(ll_netgame_run *run, ll_time elapsed)
 {
     ll_client_metrics *client_metrics[LL_PLAYERS_MAX];
     const ll_client *clients[LL_PLAYERS_MAX];
-    int n = g->config.player_count;
-    if (!(ll_netgame_client_metrics(g, 0)->observes & LL_OBSERVE_CLIENTS))
+    if (!(run->observes & LL_OBSERVE_CLIENTS))
         return;
-    for (int i = 0; i < n; i++) {
-        client_metrics[i] = ll_netgame_client_metrics(g, i);
-        clients[i] = ll_netgame_client(g, i);
+    for (int i = 0; i < run->players; i++) {
+        client_metrics[i] = run->seat[i].metrics;
+        clients[i] = run->seat[i].client;
     }
-    ll_client_metrics_between(client_metrics, clients, n, g->now, elapsed);
+    ll_client_metrics_between(client_metrics, clients, run->players, run->game->now, elapsed);
 }
 
 /* The input that an honest client would have sent in this tick. */
-void ll_netgame_watch_tick(ll_netgame *g, int player, const ll_client_setup *s)
+void ll_netgame_watch_tick(ll_netgame_run *run, int player)
 {
-    ll_time due = g->now + ll_ms(s->config->lag_ms + s->config->link.up.delay_ms);
-    (ll_cheat_minds(s) ? ll_honest_frame : ll_honest_frame_once)(
-        &s->client_metrics->honest, ll_netgame_client(g, player)->inputs.tick, due);
+    const ll_netgame_seat *seat = &run->seat[player];
+    ll_time due = run->game->now + seat->up_plan.delay;
+    if (!(run->observes & LL_OBSERVE_GAIN))
+        return;
+    if (ll_cheat_minds(&seat->setup))
+        ll_honest_frame(&seat->metrics->honest, seat->client->inputs.tick, due);
+    else
+        ll_honest_frame_once(&seat->metrics->honest, seat->client->inputs.tick, due);
 }
 
 /* A display of `player`: compares its view with the truth, and records which changes of the others' controls
  * it shows. */
-void ll_netgame_observe_display(ll_netgame *g, int player)
+void ll_netgame_observe_display(ll_netgame_run *run, int player)
 {
-    const ll_client *client = ll_netgame_client(g, player);
-    const ll_server *server = ll_netgame_server(g);
-    const ll_truth truth = {.world = ll_server_world_const(server),
-                            .history = ll_netgame_history(g),
-                            .device = ll_ms(g->config.players[player].display_device_ms),
-                            .acked = server->client_slots[player].inputs.acked,
-                            .applies_on_arrival = ll_netgame_sync(g)->applies_on_arrival,
-                            .peers = ll_netgame_sync(g)->observe != NULL};
-    ll_client_metrics_frame(ll_netgame_client_metrics(g, player), client, &truth, g->now);
-    if (!(ll_netgame_client_metrics(g, player)->observes & LL_OBSERVE_INPUTS))
+    const ll_netgame_seat *seat = &run->seat[player];
+    const ll_time now = run->game->now;
+    if (!(run->observes & (LL_OBSERVE_INPUTS | LL_OBSERVE_VIEWS))) {
+        ll_client_metrics_drawn(seat->metrics, seat->client->displays.elapsed, now);
+        return;
+    }
+    const ll_truth truth = {.world = run->world,
+                            .history = run->history,
+                            .device = ll_ms(seat->setup.config->display_device_ms),
+                            .acked = seat->slot->inputs.acked,
+                            .nearness = seat->nearness,
+                            .applies_on_arrival = run->sync->applies_on_arrival,
+                            .peers = run->sync->observe != NULL};
+    ll_client_metrics_frame(seat->metrics, seat->client, &truth, now);
+    if (!(run->observes & LL_OBSERVE_INPUTS))
         return;
     ll_drawn_tick last = {LL_NEVER, 0};
-    for (int i = 0; i < g->config.player_count; i++)
-        if (i != player)
-            ll_client_metrics_seen(ll_netgame_client_metrics(g, i), i, client, &truth, &last, g->now);
+    for (int i = 0; i < run->players; i++)
+        if (i != player && ll_changes_waiting(&run->seat[i].metrics->changes))
+            ll_client_metrics_seen(run->seat[i].metrics, i, seat->client, &truth, &last, now);
+}
+
+/* ---- detection of cheats by the server ---- */
+
+/* The observer knows who cheats: other alarms are mistaken. */
+static void raise(const ll_netgame_run *run, int player, ll_alarms *alarms)
+{
+    alarms->count++;
+    alarms->mistaken += run->seat[player].setup.config->cheat == LL_CHEAT_NONE;
+    if (alarms->first == LL_NEVER)
+        alarms->first = run->game->now;
+}
+
+void ll_netgame_detect_packet(const ll_netgame_run *run, int player, const void *packet)
+{
+    ll_rate_watch *watch = &run->detection[player].rate;
+    ll_message_head head;
+    memcpy(&head, packet, sizeof head);
+    if (head.epoch == run->seat[player].slot->connection.epoch &&
+        ll_rate_take(watch, head.epoch, head.seq, head.count, run->server->client_freq, run->game->now))
+        raise(run, player, &watch->alarms);
+}
+
+/* The history has the world before the step, in which the player's shot began, and those before it, of which
+ * its client drew one. */
+static void look(const ll_netgame_run *run, const ll_past *past, int player, const ll_action *action)
+{
+    const ll_arena *arena = &run->shots->arena;
+    const ll_weapons *weapons = run->rules->weapons;
+    ll_reaction_watch *watch = &run->detection[player].reaction;
+    ll_point bodies[LL_BODIES_MAX];
+    bool rejected;
+    ll_time age = ll_view_age(past, player, action->view_age_ns, &rejected);
+    ll_bodies_at(arena, past->history, run->game->now - age, bodies);
+    ll_moment before = ll_history_find(past->history, ll_history_newest(past->history));
+    ll_history_at(past->history, before, player, &bodies[player].x, &bodies[player].y);
+    ll_aim aim = weapons->aim(run->world, &run->game->env, player, action);
+    aim.from = bodies[player];
+    int64_t fired = weapons->arms(run->world, player)->shots[LL_HITSCAN];
+    ll_time reaction =
+        ll_reaction_see(watch, arena, player, bodies, fired > watch->fired ? &aim : NULL, run->game->now);
+    watch->fired = fired;
+    if (reaction >= 0 && ll_reaction_try(watch, reaction < LL_REACTION_FAST))
+        raise(run, player, &watch->alarms);
+}
+
+void ll_netgame_detect_shots(const ll_netgame_run *run, const ll_past *past)
+{
+    const int64_t step = run->server->step;
+    for (int i = 0; i < run->players; i++) {
+        const ll_client_slot *slot = run->seat[i].slot;
+        const ll_input_slot *input = &slot->inputs.ring[step & (LL_INPUT_RING - 1)];
+        if (slot->connection.connected && input->tick == step && !ll_client_slot_replaced(slot, step))
+            look(run, past, i, &input->action);
+    }
 }
 
 /* ---- what must be observed for a metric ---- */
@@ -150,19 +230,27 @@ static const need of_player[] = {
     {"acks", LL_OBSERVE_INPUTS},
     {"corrections_by_cause", LL_OBSERVE_INPUTS},
     {"correction", 0},
-    {"visible_correction", 0},
-    {"pop_m", 0},
-    {"unacked", 0},
+    {"visible_correction", LL_OBSERVE_FRAMES},
+    {"pop_m", LL_OBSERVE_FRAMES},
+    {"unacked", LL_OBSERVE_FRAMES},
     {"replay", 0},
     {"bandwidth", 0},
     {"snapshot", 0},
+    {"selection.near", LL_OBSERVE_VIEWS},
+    {"selection.far", LL_OBSERVE_VIEWS},
+    {"selection", 0},
+    {"reckoning", 0},
+    {"reports", 0},
     {"link_up", 0},
+    {"transport", 0},
     {"link_down", 0},
     {"dejitter", 0},
     {"connection", 0},
-    {"validation", 0},
+    {"validation", LL_OBSERVE_GAIN},
+    {"detection", 0},
     {"stalls", 0},
     {"rollback", 0},
+    {"pacing", 0},
     {"sync_test", 0},
     {"desync", 0},
     {"shots", 0},
@@ -186,4 +274,30 @@ uint32_t ll_netgame_observed_for(const char *path)
     while (isdigit((unsigned char)*path))
         path++;
     return look_up(of_player, *path == '.' ? path + 1 : path);
+}
+
+/* ---- packets ---- */
+
+/* An ll_link_tap function; the context is an ll_packet_tap. */
+static void record_packet(void *context, const ll_link_packet *on_link)
+{
+    ll_packet_tap *tap = context;
+    int32_t begin = on_link->index * tap->mtu, left = on_link->size - begin;
+    tap->packet.sent = *tap->now;
+    tap->packet.on_link = on_link;
+    tap->packet.bytes = (const char *)on_link->message + begin;
+    tap->packet.size = on_link->count > 1 && left > tap->mtu ? tap->mtu : left;
+    tap->recorder->packet(tap->recorder->context, &tap->packet);
+}
+
+void ll_netgame_tap(const ll_netgame_run *run, int player, bool up, ll_packet_tap *tap)
+{
+    const ll_netgame_seat *seat = &run->seat[player];
+    tap->plan = up ? seat->up_plan : seat->down_plan;
+    tap->recorder = run->recorder;
+    tap->now = &run->game->now;
+    tap->mtu = (int32_t)tap->plan.params->mtu_bytes;
+    tap->packet = (ll_packet){.player = player, .up = up, .transport = run->game->config.server.transport};
+    tap->link_tap = (ll_link_tap){record_packet, tap};
+    tap->plan.tap = &tap->link_tap;
 }

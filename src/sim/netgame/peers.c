@@ -3,6 +3,7 @@
 #include <cjson/cJSON.h>
 #include <stddef.h>
 
+#include "netcode/state/peer.h"
 #include "sim/netgame/netgame.h"
 
 static double per_s(const ll_netgame *g, int i, double count)
@@ -82,6 +83,31 @@ static double waited_s(const ll_netgame *g, int i, int for_player)
     X(count, count, NULL, n->sync_tests, "sync tests that were made", NULL)                                  \
     X(events, mismatches, NULL, n->sync_test_mismatches, "sync tests whose checksums differ", NULL)
 
+#define PACING(X)                                                                                            \
+    X(count, input_delay_ticks, NULL, ll_peer_delay(&s), "present input delay", NULL)                        \
+    X(events, input_delay_changes, NULL, choices->delay_changes, "changes of the input delay", NULL)         \
+    X(number, lead_ticks, "ticks", ll_pacing_lead(ll_netgame_client(g, i), choices),                         \
+      "lead over the player farthest behind, as the client has it; 0: it is not ahead", NULL)                \
+    X(number, stretched_s, "s", choices->stretched * g->env.dt,                                              \
+      "time by which frames were lengthened since the game began", NULL)                                     \
+    X(number, deep_rollback_ratio, NULL, ll_netgame_ratio((double)choices->deep, (double)n->rollbacks),      \
+      "share of rollbacks that resimulated more than peers.delay_budget_ticks", "There was no rollback.")
+
+const ll_metric_table ll_netgame_pacing_table = {
+    LL_OF_PLAYERS(".pacing"), .when = "Only with a mesh, stretched frames or an adaptive delay.",
+    .help = "Pace of a client that simulates the world itself, from warmup_s on.", LL_METRICS_FROM(PACING)};
+
+static void pacing(cJSON *player, const ll_netgame *g, int i)
+{
+    const ll_stepping *n = &ll_netgame_client_metrics(g, i)->stepping;
+    const ll_peer_choices *choices = ll_netgame_choices(g, i);
+    const ll_client_setup s = {
+        .config = &g->config.players[i], .rules = &g->config.server, .choices = ll_netgame_choices(g, i)};
+    if (choices && ll_netgame_sync(g)->observe) {
+        LL_METRICS_PUT(cJSON_AddObjectToObject(player, "pacing"), &ll_netgame_pacing_table, PACING);
+    }
+}
+
 const ll_metric_table ll_netgame_desync_table = {
     LL_OF_PLAYERS(".desync"),
     .help = "Desync since the last resync, of a client that simulates the world itself (deterministic, "
@@ -112,6 +138,7 @@ void ll_netgame_peer_metrics(cJSON *player, const ll_netgame *g, int i)
         waited[p] = waited_s(g, i, p);
     LL_METRICS_PUT(cJSON_AddObjectToObject(player, "stalls"), &ll_netgame_stall_table, STALLS);
     LL_METRICS_PUT(cJSON_AddObjectToObject(player, "rollback"), &ll_netgame_rollback_table, ROLLBACK);
+    pacing(player, g, i);
     LL_METRICS_PUT(cJSON_AddObjectToObject(player, "sync_test"), &ll_netgame_sync_test_table, SYNC_TEST);
     LL_METRICS_PUT(cJSON_AddObjectToObject(player, "desync"), &ll_netgame_desync_table, DESYNC);
 }

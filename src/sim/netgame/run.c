@@ -1,6 +1,7 @@
 /* Whose turn is next: packets, the server and the clients, in the order of virtual time. */
 #include <stdio.h>
 
+#include "netcode/state/peer.h"
 #include "sim/netgame/parts.h"
 
 ll_client_setup ll_netgame_client_setup(const ll_netgame *g, int i, const ll_recorder *recorder)
@@ -19,8 +20,13 @@ ll_client_setup ll_netgame_client_setup(const ll_netgame *g, int i, const ll_rec
                              .client_metrics = ll_netgame_client_metrics(g, i),
                              .recorder = recorder,
                              .rules = &g->config.server,
+                             .selects = ll_codecs[g->config.server.snapshot]->selects,
                              .weapon_prediction = ll_netgame_weapon_prediction(g, i),
                              .shots = ll_netgame_shots(g),
+                             .reckoning = ll_netgame_reckoning(g),
+                             .choices = ll_netgame_choices(g, i),
+                             .reporter = ll_netgame_reporter(g, i),
+                             .bucket_delay_ms = g->config.bucket_delay_ms,
                              .seed = (uint64_t)g->config.head.seed};
 }
 
@@ -40,19 +46,28 @@ static bool is_finite(double x)
     return x - x == 0; /* false for infinity and NaN */
 }
 
-static bool finite_world(const ll_world *world, int *entity)
+static inline bool finite_sum(const ll_world *world)
 {
     double all = 0;
     for (int i = 0; i < world->entities; i++)
         all += sum_of(&world->entity[i]);
-    if (is_finite(all))
-        return true;
+    return is_finite(all);
+}
+
+static __attribute__((noinline)) bool finite_each(const ll_world *world, int *entity)
+{
     for (int i = 0; i < world->entities; i++)
         if (!is_finite(sum_of(&world->entity[i]))) {
             *entity = i;
             return false;
         }
     return true; /* each is, their sum is not */
+}
+
+/* False: `entity` is not. */
+static inline bool finite_world(const ll_world *world, int *entity)
+{
+    return finite_sum(world) || finite_each(world, entity);
 }
 
 static ll_status not_finite(const ll_netgame *g, divergence where)
@@ -69,58 +84,94 @@ static ll_status not_finite(const ll_netgame *g, divergence where)
 }
 
 /* A step in which shots are judged. */
-static void step_armed(ll_netgame *g)
+static void step_armed(ll_netgame_run *run)
 {
-    ll_server *server = ll_netgame_server(g);
-    ll_past past = {.history = ll_netgame_history(g),
+    ll_netgame *g = run->game;
+    ll_past past = {.history = run->history,
                     .rules = &g->config.server.compensation,
-                    .buffer = 2 * ll_tick_time(1, server->updates.freq),
+                    .params = ll_netgame_policies(g),
+                    .buffer = 2 * ll_tick_time(1, run->server->updates.freq),
                     .witness = ll_netgame_record_shot,
                     .context = g};
-    ll_netgame_sync(g)->step(server, ll_netgame_game(g), &g->env, &past, g->now);
+    run->sync->step(run->server, run->rules, &g->env, &past, g->now);
+    if (run->detection && !run->sync->observe)
+        ll_netgame_detect_shots(run, &past);
+}
+
+static void note_starved_before(ll_netgame_run *run)
+{
+    for (int i = 0; i < run->players; i++)
+        run->seat[i].metrics->input_history.starved_before = run->seat[i].slot->counts.starved;
+}
+
+/* The states that players report for this step. */
+static __attribute__((noinline)) void apply_reports(ll_netgame_run *run)
+{
+    uint64_t refused = ll_reports_apply(run->reports, run->server, run->rules, &run->game->env);
+    for (int i = 0; i < run->players; i++)
+        if (refused >> i & 1 && run->seat[i].setup.config->cheat == LL_CHEAT_NONE)
+            run->seat[i].metrics->false_refusals++;
 }
 
 /* False when the world has diverged, at `where`. */
-static bool server_steps(ll_netgame *g, const ll_recorder *r, divergence *where)
+static bool server_steps(ll_netgame_run *run, divergence *where)
 {
-    const ll_sync_mode *sync = ll_netgame_sync(g);
-    ll_server *server = ll_netgame_server(g);
+    ll_netgame *g = run->game;
+    ll_server *server = run->server;
     ll_time before = server->stepped;
-    if (ll_netgame_shots(g))
-        step_armed(g);
+    if (run->shots)
+        step_armed(run);
     else
-        sync->step(server, ll_netgame_game(g), &g->env, NULL, g->now);
+        run->sync->step(server, run->rules, &g->env, NULL, g->now);
+    if (run->reports)
+        apply_reports(run);
     where->viewer = -1;
-    if (!finite_world(ll_server_world(server), &where->entity))
+    if (!finite_world(run->world, &where->entity))
         return false;
-    ll_netgame_watch_players(g, g->now - before);
-    for (int i = 0; i < server->players && g->now < ll_netgame_client_metrics(g, i)->from; i++)
-        ll_netgame_client_metrics(g, i)->input_history.starved_before =
-            server->client_slots[i].counts.starved;
-    ll_history_add(ll_netgame_history(g), g->now, ll_server_world(server));
-    ll_netgame_observe_step(g);
-    if (ll_netgame_shots(g))
-        ll_shots_step(ll_netgame_shots(g), server->step, ll_netgame_history(g));
-    if (r)
-        ll_netgame_record(
-            r, (ll_event){
-                   .type = LL_EVENT_STEP, .begin = g->now, .end = g->now, .number = (uint32_t)server->step});
-    if (sync->server_steps_at_update_hz)
-        ll_netgame_update(g, r);
+    ll_netgame_watch_players(run, g->now - before);
+    if (g->now < run->seat[0].metrics->from)
+        note_starved_before(run);
+    ll_history_add(run->history, g->now, run->world);
+    ll_netgame_observe_step(run);
+    if (run->shots)
+        ll_shots_step(run->shots, server->step, run->history);
+    if (run->recorder)
+        ll_netgame_record(run->recorder, (ll_event){.type = LL_EVENT_STEP,
+                                                    .begin = g->now,
+                                                    .end = g->now,
+                                                    .number = (uint32_t)server->step});
+    if (run->sync->server_steps_at_update_hz)
+        ll_netgame_update(run);
     return true;
 }
 
-static void client_ticks(ll_netgame *g, int player, const ll_client_setup *s)
+/* Over a mesh: the copies of a tick's message for the others, after that for the first. */
+static __attribute__((noinline)) void send_copies(ll_netgame_run *run, int player)
 {
-    ll_client *client = ll_netgame_client(g, player);
-    _Alignas(8) char packet[LL_NETGAME_PACKET_MAX];
-    int bytes = s->sync->tick(client, s, g->now, packet);
-    ll_netgame_watch_tick(g, player, s);
-    ll_client_set_timer(client, s, g->now);
-    for (; bytes > 0; bytes = ll_client_held(client, s, g->now, packet))
-        ll_netgame_send(g, player, true, packet, bytes, s->recorder);
-    if (s->sync->observe)
-        s->sync->observe(ll_netgame_desync(g, player), client, s, ll_netgame_server(g));
+    const ll_netgame_seat *seat = &run->seat[player];
+    for (int other = ll_peer_first_other(seat->client) + 1; other < run->players; other++)
+        if (other != player) {
+            int bytes = ll_peer_compose(seat->client, &seat->setup, other, run->composed);
+            ll_netgame_send(run, player, true, run->composed, bytes);
+        }
+}
+
+static void client_ticks(ll_netgame_run *run, int player)
+{
+    ll_netgame_seat *seat = &run->seat[player];
+    ll_client *client = seat->client;
+    const ll_client_setup *s = &seat->setup;
+    const ll_time now = run->game->now;
+    int bytes = run->sync->tick(client, s, now, run->composed);
+    const bool copies = run->meshed && bytes > 0;
+    ll_netgame_watch_tick(run, player);
+    ll_client_set_timer(client, s, now);
+    for (; bytes > 0; bytes = ll_client_held(client, s, now, run->composed))
+        ll_netgame_send(run, player, true, run->composed, bytes);
+    if (copies)
+        send_copies(run, player);
+    if (run->sync->observe)
+        run->sync->observe(ll_netgame_desync(run->game, player), client, s, run->server);
 }
 
 /* Whether the display that was just made shows a snapshot for the first time, or, where displays are apart
@@ -136,47 +187,71 @@ static bool shows_news(const ll_client *client, const ll_client_setup *s, ll_tim
            ll_client_state((ll_client *)client, client->snapshots.received - 1)->arrived > before;
 }
 
-/* A client's prediction may diverge before the server does: false then. */
-static bool client_displays(ll_netgame *g, int player, const ll_client_setup *s, divergence *where)
+static void record_display(const ll_netgame_run *run, int player)
 {
-    ll_client *client = ll_netgame_client(g, player);
-    s->sync->display(client, s, g->now);
-    ll_client_set_display(client, s);
-    if (s->recorder && shows_news(client, s, g->now))
-        ll_netgame_record(s->recorder, (ll_event){.type = LL_EVENT_DISPLAY,
-                                                  .player = (uint8_t)player,
-                                                  .begin = g->now,
-                                                  .end = g->now,
-                                                  .number = (uint32_t)client->latest.tick});
+    const ll_netgame_seat *seat = &run->seat[player];
+    const ll_time now = run->game->now;
+    if (shows_news(seat->client, &seat->setup, now))
+        ll_netgame_record(run->recorder, (ll_event){.type = LL_EVENT_DISPLAY,
+                                                    .player = (uint8_t)player,
+                                                    .begin = now,
+                                                    .end = now,
+                                                    .number = (uint32_t)seat->client->latest.tick});
+}
+
+/* What the player now sees of the others, and of hits on itself. */
+static __attribute__((noinline)) void watch_shots(ll_netgame_run *run, int player)
+{
+    const ll_client *client = run->seat[player].client;
+    const ll_time now = run->game->now;
+    int64_t known = client->view_step >= 0 ? client->view_step : client->latest.tick;
+    ll_shots_frame(run->shots, &(ll_sight){ll_client_rendered_const(client), player}, now);
+    ll_behind_cover_frame(ll_netgame_behind_cover(run->game), run->shots, player, known, now);
+}
+
+/* A client's prediction may diverge before the server does: false then. */
+static bool client_displays(ll_netgame_run *run, int player, divergence *where)
+{
+    ll_netgame_seat *seat = &run->seat[player];
+    ll_client *client = seat->client;
+    const ll_time now = run->game->now;
+    run->sync->display(client, &seat->setup, now);
+    ll_client_set_display(client, &seat->setup);
+    if (run->recorder)
+        record_display(run, player);
     where->viewer = player;
     if (!finite_world(ll_client_rendered_const(client), &where->entity))
         return false;
-    ll_netgame_observe_display(g, player);
-    if (s->shots)
-        ll_shots_frame(s->shots, &(ll_sight){ll_client_rendered_const(client), player}, g->now);
-    if (player == g->config.player_count - 1)
-        ll_netgame_compare_views(g, client->displays.elapsed);
+    ll_netgame_observe_display(run, player);
+    if (run->shots)
+        watch_shots(run, player);
+    if (player == run->players - 1)
+        ll_netgame_compare_views(run, client->displays.elapsed);
     return true;
 }
 
-static bool client_acts(ll_netgame *g, int player, const ll_client_setup *s, divergence *where)
+static bool client_acts(ll_netgame_run *run, int player, divergence *where)
 {
-    ll_client *client = ll_netgame_client(g, player);
-    bool ticks = client->ticks.due <= g->now,
-         displays = s->display_freq == 0 ? ticks : client->displays.due <= g->now;
-    ll_request_message request;
+    ll_netgame_seat *seat = &run->seat[player];
+    ll_client *client = seat->client;
+    const ll_client_setup *s = &seat->setup;
+    const ll_time now = run->game->now;
+    bool ticks = client->ticks.due <= now,
+         displays = s->display_freq == 0 ? ticks : client->displays.due <= now;
     if (ticks)
-        client_ticks(g, player, s);
-    bool finite = !displays || client_displays(g, player, s, where);
+        client_ticks(run, player);
+    bool finite = !displays || client_displays(run, player, where);
     ll_client_set_due(client, s);
-    if (client->due > g->now)
+    if (client->due > now)
         return finite; /* nothing is due for its connection */
-    int bytes = ll_connection_poll(client, s, g->now, &request);
+    int bytes = ll_connection_poll(client, s, now, run->composed);
     if (bytes > 0)
-        ll_netgame_send(g, player, true, &request, bytes, s->recorder);
+        ll_netgame_send(run, player, true, run->composed, bytes);
     ll_client_set_due(client, s);
     return finite;
 }
+
+/* ---- whose turn is next ---- */
 
 /* The next actor. At one instant packets come first, then the server's step, its update, and the clients: so
  * a packet that arrives at a tick counts for that tick. */
@@ -184,31 +259,41 @@ typedef enum actor {
     ACTOR_UP,
     ACTOR_DOWN,
     ACTOR_PLAYOUT,
+    ACTOR_TRANSPORT,
     ACTOR_STEP,
     ACTOR_UPDATE,
     ACTOR_TEND,
     ACTOR_CLIENT
 } actor;
 
-/* Time and actor in one number: of two turns the smaller comes first. */
+/* Time, actor and player in one number: of two turns the smaller comes first. */
 typedef int64_t turn;
 
-enum { ACTORS_MAX = 8 };
+enum { PLAYER_BITS = 6, ACTOR_BITS = 3, TURN_BITS = PLAYER_BITS + ACTOR_BITS };
+_Static_assert(LL_PLAYERS_MAX <= 1 << PLAYER_BITS, "a turn has room for every player");
 
-static turn turn_of(ll_time time, actor who)
+#define LATEST ((INT64_MAX >> TURN_BITS) - 1) /* stands for LL_NEVER */
+
+static turn turn_of(ll_time time, actor who, int player)
 {
-    ll_time latest = INT64_MAX / ACTORS_MAX - 1; /* stands for LL_NEVER */
-    return (time < latest ? time : latest) * ACTORS_MAX + (turn)who;
+    return ((time < LATEST ? time : LATEST) * (1 << TURN_BITS)) |
+           (turn)((unsigned)who << PLAYER_BITS | (unsigned)player);
 }
 
 static actor actor_of(turn t)
 {
-    return (actor)(t & (ACTORS_MAX - 1));
+    return (actor)(t >> PLAYER_BITS & ((1 << ACTOR_BITS) - 1));
 }
 
+static int player_of(turn t)
+{
+    return (int)(t & ((1 << PLAYER_BITS) - 1));
+}
+
+/* Rounds down, before time 0 too. */
 static ll_time time_of(turn t)
 {
-    return (t - (turn)actor_of(t)) / ACTORS_MAX;
+    return t >> TURN_BITS;
 }
 
 static turn earlier(turn a, turn b)
@@ -216,144 +301,193 @@ static turn earlier(turn a, turn b)
     return a < b ? a : b;
 }
 
-/* Whose packets and frames come next: what a player's turn depends on. */
-typedef struct seat {
-    const ll_client *client;
-    const ll_link *up, *down;
-    const ll_dejitter *dejitter;
-} seat;
+static turn arrival_of(const ll_link *link, actor who, int player)
+{
+    ll_time due = ll_link_next_due(link);
+    if (due == LL_NEVER)
+        return INT64_MAX;
+    return due * (1 << TURN_BITS) | (turn)((unsigned)who << PLAYER_BITS | (unsigned)player);
+}
 
-/* A run without changes from outside: places and set-ups of the clients stay the same, and the next turn of
- * the server and of a player is computed again only if the last event may have changed it. */
+/* The next turns: of the server and of the players. Each is computed again only if the last event may have
+ * changed it. */
 typedef struct schedule {
-    const ll_sync_mode *sync;
-    const ll_server *at_server;
-    turn server, player[LL_PLAYERS_MAX];
-    int players;
-    seat seat[LL_PLAYERS_MAX];
-    ll_client_setup setup[LL_PLAYERS_MAX];
+    turn step, update, tend; /* the server's */
+    turn server;             /* the first of them */
+    turn player[LL_PLAYERS_MAX];
 } schedule;
 
-static turn server_turn(const schedule *now)
+static void renew_step(const ll_netgame_run *run, schedule *next)
 {
-    const ll_server *server = now->at_server;
-    turn next = earlier(turn_of(now->sync->due(server), ACTOR_STEP), turn_of(server->next_check, ACTOR_TEND));
-    if (now->sync->server_steps_at_update_hz)
-        return next;
-    return earlier(next, turn_of(ll_clock_time(&server->updates, server->update), ACTOR_UPDATE));
+    next->step = turn_of(run->sync->due(run->server), ACTOR_STEP, 0);
+    next->server = earlier(earlier(next->step, next->update), next->tend);
 }
 
-static void put_earlier(ll_time *first, actor *who, ll_time time, actor other)
+static void renew_update(const ll_netgame_run *run, schedule *next)
 {
-    *who = time < *first ? other : *who;
-    *first = time < *first ? time : *first;
+    const ll_server *server = run->server;
+    next->update = run->sync->server_steps_at_update_hz
+                       ? INT64_MAX
+                       : turn_of(ll_clock_time(&server->updates, server->update), ACTOR_UPDATE, 0);
+    next->server = earlier(earlier(next->step, next->update), next->tend);
 }
 
-/* Of equal times the first in the order of actors. */
-static turn player_turn(const seat *p, ll_time now)
+static void renew_player(const ll_netgame_run *run, schedule *next, int player)
 {
-    ll_time due = p->client->due, first = ll_link_next_due(p->up);
-    actor who = ACTOR_UP;
-    put_earlier(&first, &who, ll_link_next_due(p->down), ACTOR_DOWN);
-    put_earlier(&first, &who, ll_dejitter_next_due(p->dejitter), ACTOR_PLAYOUT);
+    const ll_netgame_seat *seat = &run->seat[player];
+    const ll_time now = run->game->now, due = seat->client->due;
     /* a received packet may have made something due */
-    put_earlier(&first, &who, due > now ? due : now, ACTOR_CLIENT);
-    return turn_of(first, who);
+    turn first = turn_of(due > now ? due : now, ACTOR_CLIENT, player);
+    first = earlier(first, arrival_of(seat->up, ACTOR_UP, player));
+    first = earlier(first, arrival_of(seat->down, ACTOR_DOWN, player));
+    if (seat->dejitter)
+        first = earlier(first, turn_of(ll_dejitter_next_due(seat->dejitter), ACTOR_PLAYOUT, player));
+    if (seat->transport)
+        first = earlier(first, turn_of(ll_transport_due(seat->transport), ACTOR_TRANSPORT, player));
+    next->player[player] = first;
 }
 
-static void renew_all(schedule *now, ll_time time)
+static void renew_all(const ll_netgame_run *run, schedule *next)
 {
-    now->server = server_turn(now);
-    for (int i = 0; i < now->players; i++)
-        now->player[i] = player_turn(&now->seat[i], time);
+    next->tend = turn_of(run->server->next_check, ACTOR_TEND, 0);
+    renew_update(run, next);
+    renew_step(run, next);
+    for (int i = 0; i < run->players; i++)
+        renew_player(run, next, i);
 }
 
-static void begin_schedule(schedule *now, const ll_netgame *g, const ll_recorder *r)
+/* The server has sent to all players. */
+static void renew_arrivals(const ll_netgame_run *run, schedule *next)
 {
-    now->sync = ll_netgame_sync(g);
-    now->at_server = ll_netgame_server(g);
-    now->players = g->config.player_count;
-    for (int i = 0; i < now->players; i++) {
-        now->seat[i] = (seat){ll_netgame_client(g, i), ll_netgame_up(g, i), ll_netgame_down(g, i),
-                              ll_netgame_dejitter(g, i)};
-        now->setup[i] = ll_netgame_client_setup(g, i, r);
-    }
-    renew_all(now, g->now);
-}
-
-/* After a turn of `player` at `time`; -1: of the server. */
-static void renew(schedule *now, ll_time time, int player, actor done)
-{
-    if (player >= 0) {
-        now->player[player] = player_turn(&now->seat[player], time);
-        if (done == ACTOR_UP && now->sync->steps_by_inputs)
-            now->server = server_turn(now);
-    } else if (done == ACTOR_STEP && !now->sync->server_steps_at_update_hz) {
-        now->server = server_turn(now);
-    } else {
-        renew_all(now, time); /* it has sent to all players */
+    for (int i = 0; i < run->players; i++) {
+        next->player[i] = earlier(next->player[i], arrival_of(run->seat[i].down, ACTOR_DOWN, i));
+        if (run->seat[i].transport)
+            renew_player(run, next, i);
     }
 }
 
-/* -1: the server is next. Of players with equal turns, the first. */
-static int next_turn(const schedule *now, turn *next)
+static turn first_of(const schedule *next, int players)
 {
-    int player = -1;
-    *next = now->server;
-    for (int i = 0; i < now->players; i++)
-        if (now->player[i] < *next) {
-            *next = now->player[i];
-            player = i;
-        }
-    return player;
+    turn first = next->server;
+    for (int i = 0; i < players; i++)
+        first = earlier(first, next->player[i]);
+    return first;
 }
 
 /* False when a world has diverged, at `where`. */
-static bool take_turn(ll_netgame *g, actor who, int player, const ll_client_setup *s, const ll_recorder *r,
-                      divergence *where)
+static bool take_turn(ll_netgame_run *run, schedule *next, turn now, divergence *where)
 {
-    switch (who) {
+    const int player = player_of(now);
+    bool finite = true;
+    switch (actor_of(now)) {
     case ACTOR_UP:
-        ll_netgame_deliver_up(g, player, r);
+        ll_netgame_deliver_up(run, player);
+        if (run->sync->steps_by_inputs)
+            renew_step(run, next);
+        if (run->meshed)
+            renew_arrivals(run, next);
         break;
     case ACTOR_DOWN:
-        ll_netgame_deliver_down(g, player, s);
+        ll_netgame_deliver_down(run, player);
         break;
     case ACTOR_PLAYOUT:
-        ll_netgame_deliver_held(g, player, s);
+        ll_netgame_deliver_held(run, player);
+        break;
+    case ACTOR_TRANSPORT:
+        ll_netgame_transport_timers(run, player);
         break;
     case ACTOR_STEP:
-        return server_steps(g, r, where);
+        finite = server_steps(run, where);
+        renew_step(run, next);
+        if (run->sync->server_steps_at_update_hz)
+            renew_arrivals(run, next);
+        return finite;
     case ACTOR_UPDATE:
-        ll_netgame_update(g, r);
-        ll_netgame_server(g)->update++;
-        break;
+        ll_netgame_update(run);
+        run->server->update++;
+        renew_update(run, next);
+        renew_step(run, next); /* what it has sent may be what a relay waits for */
+        renew_arrivals(run, next);
+        return true;
     case ACTOR_TEND:
-        ll_netgame_check_connections(g, r);
-        break;
+        ll_netgame_check_connections(run);
+        renew_all(run, next);
+        return true;
     case ACTOR_CLIENT:
-        return client_acts(g, player, s, where);
+        finite = client_acts(run, player, where);
+        break;
     }
-    return true;
+    renew_player(run, next, player);
+    return finite;
+}
+
+static void take_seat(ll_netgame_run *run, int i)
+{
+    ll_netgame *g = run->game;
+    const ll_player_config *config = &g->config.players[i];
+    const ll_netgame_parts *parts = ll_netgame_parts_of(g, i);
+    char *block = (char *)g;
+    ll_profile_shelf *shelf = ll_netgame_profiles(g);
+    ll_dejitter *dejitter = (ll_dejitter *)(block + parts->dejitter);
+    bool plays_out = config->dejitter != LL_DEJITTER_NONE || ll_dejitter_depth(dejitter) > 0;
+    run->seat[i] = (ll_netgame_seat){
+        .client = (ll_client *)(block + parts->client),
+        .slot = &run->server->client_slots[i],
+        .metrics = (ll_client_metrics *)(block + parts->client_metrics),
+        .up = (ll_link *)(block + parts->up),
+        .down = (ll_link *)(block + parts->down),
+        .dejitter = plays_out ? dejitter : NULL,
+        .transport = ll_netgame_transport(g, i),
+        .up_plan = ll_profile_shelf_plan(shelf, 2 * i, &config->link.up, config->lag_ms),
+        .down_plan = ll_profile_shelf_plan(shelf, 2 * i + 1, &config->link.down, config->lag_ms),
+        .setup = ll_netgame_client_setup(g, i, run->recorder),
+        .memo.until = INT64_MIN};
+    run->seat[i].setup.memo = &run->seat[i].memo;
+    if (run->seat[i].setup.selects) {
+        run->seat[i].nearness = ll_netgame_nearness(g, i);
+        run->seat[i].nearness->near_m = g->config.server.selection.radius_m / 4;
+    }
+}
+
+static void begin(ll_netgame_run *run, ll_netgame *g, const ll_recorder *r)
+{
+    run->game = g;
+    run->rules = ll_netgame_game(g);
+    run->sync = ll_netgame_sync(g);
+    run->server = ll_netgame_server(g);
+    run->world = ll_server_world(run->server);
+    run->history = ll_netgame_history(g);
+    run->shots = ll_netgame_shots(g);
+    run->reckoning = ll_netgame_reckoning(g);
+    run->reports = ll_netgame_reports(g);
+    run->detection = ll_netgame_detection(g);
+    run->recorder = r;
+    run->players = g->config.player_count;
+    run->meshed = ll_netgame_meshed(g);
+    run->observes = ll_netgame_client_metrics(g, 0)->observes;
+    for (int i = 0; i < run->players; i++)
+        take_seat(run, i);
 }
 
 ll_status ll_netgame_run_until(ll_netgame *g, ll_time until, const ll_recorder *r, ll_pace *pace)
 {
-    schedule now;
+    ll_netgame_run run;
+    schedule next = {.step = INT64_MAX};
     divergence where = {0, -1};
-    begin_schedule(&now, g, r);
+    const bool paced = pace && pace->interrupt;
+    const turn end = turn_of(until + 1, (actor)0, 0);
+    begin(&run, g, r);
+    renew_all(&run, &next);
     for (;;) {
-        turn next;
-        int player = next_turn(&now, &next);
-        if (time_of(next) > until)
+        turn now = first_of(&next, run.players);
+        if (now >= end)
             break;
-        if (!ll_goes_on(pace))
+        if (paced && !ll_goes_on(pace))
             return ll_error(LL_INTERRUPTED, "a tick was interrupted");
-        if (time_of(next) > g->now) /* otherwise a live change has brought it forward */
-            g->now = time_of(next);
-        if (!take_turn(g, actor_of(next), player, &now.setup[player < 0 ? 0 : player], r, &where))
+        if (time_of(now) > g->now) /* otherwise a live change has brought it forward */
+            g->now = time_of(now);
+        if (!take_turn(&run, &next, now, &where))
             return not_finite(g, where);
-        renew(&now, g->now, player, actor_of(next));
     }
     g->now = until;
     return ll_ok();

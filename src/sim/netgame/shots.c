@@ -42,7 +42,8 @@
       "hits of hitscan shots that the server counted while the line to the shooter was blocked in the "      \
       "victim's own view",                                                                                   \
       NULL)                                                                                                  \
-    X(events, clamped, NULL, t->clamped, "shots that a policy with rewind limited to max_rewind_ms", NULL)   \
+    X(events, clamped, NULL, t->clamped,                                                                     \
+      "shots that max_rewind_ms or the policy hybrid rewound less far than the view was old", NULL)          \
     X(events, view_time_rejected, NULL, t->view_time_rejected,                                               \
       "shots whose reported view age the server did not believe", NULL)
 
@@ -55,8 +56,32 @@
       "No shot hit.")                                                                                        \
     X(distribution, rewind_ms, "ms", ll_netgame_distribution(ll_histogram_summary(&m->rewind)),              \
       "time that the server rewound from its present to judge a shot", "No shot was judged.")                \
+    X(distribution, behind_cover_ms, "ms", ll_netgame_distribution(ll_histogram_summary(&cover->shown)),     \
+      "time since the line to the shooter closed in the victim's own view, when its client first showed "    \
+      "the hit of a hitscan shot",                                                                           \
+      "No hit was shown to a victim behind cover.")                                                          \
+    X(events, vetoed, NULL, cover->vetoed, "hits that the policy victim_veto did not count", NULL)           \
     X(distribution, trace_error_m, "m", ll_netgame_distribution(ll_histogram_summary(&m->trace_error)),      \
-      "distance of a projectile's traced path from the parabola", "No projectile was traced.")
+      "largest distance of the traced past part of a projectile's flight from the flight itself",            \
+      "No projectile was traced.")
+
+#define NEGLECT(X)                                                                                           \
+    X(count, traced, NULL, n->traced,                                                                        \
+      "projectiles of whose flight a part was past when the server received the shot, and that the server "  \
+      "compensated",                                                                                         \
+      NULL)                                                                                                  \
+    X(events, differing, NULL, n->differing,                                                                 \
+      "of them, those whose past part hits another body, or none, if drag is neglected", NULL)               \
+    X(events, false_hits, NULL, n->false_hits,                                                               \
+      "of them, those whose past part hits a body only if drag is neglected", NULL)                          \
+    X(events, false_misses, NULL, n->false_misses,                                                           \
+      "of them, those whose past part hits a body that it does not hit if drag is neglected", NULL)          \
+    X(distribution, past_m, "m", ll_netgame_distribution(ll_histogram_summary(&n->past)),                    \
+      "distance between the flight without drag and the flight itself, at the end of the past part",         \
+      "No part of a flight was past.")                                                                       \
+    X(distribution, end_m, "m", ll_netgame_distribution(ll_histogram_summary(&n->end)),                      \
+      "distance between the flight without drag and the flight itself, at the end of the flight",            \
+      "No projectile has ended.")
 
 #define PEEKS(X)                                                                                             \
     X(number, mean, "ms", s.count > 0 ? s.mean : NAN, "mean of the peeker's advantage",                      \
@@ -92,6 +117,12 @@ const ll_metric_table ll_netgame_projectile_table = {LL_OF_PLAYERS(".shots.proje
 const ll_metric_table ll_netgame_shot_table = {LL_OF_PLAYERS(".shots"), .when = "Only in games with weapons.",
                                                .help = "Shots of both weapons.", LL_METRICS_FROM(SHOTS)};
 
+const ll_metric_table ll_netgame_neglect_table = {
+    LL_OF_PLAYERS(".shots.drag_neglected"), .when = "Only in games with weapons whose projectiles have drag.",
+    .help = "What it costs to neglect drag, whether or not the server does: each projectile is compared with "
+            "one of the same launch without drag.",
+    LL_METRICS_FROM(NEGLECT)};
+
 const ll_metric_table ll_netgame_peek_table = {
     LL_OF_PLAYERS(".shots.peeker_advantage_ms"), .when = "Only in games with weapons.",
     .help = "Peeker's advantage, counted for the moving player. It concerns two players between whom the "
@@ -116,6 +147,7 @@ void ll_netgame_shots_metrics(const ll_netgame *g, int player, cJSON *metrics)
     if (!ll_netgame_shots(g))
         return;
     const ll_shot_stats *m = &ll_netgame_shots(g)->shot_stats[player];
+    const ll_behind_cover_player *cover = &ll_netgame_behind_cover(g)->player[player];
     ll_summary s = ll_shots_peeks(m);
     cJSON *o = cJSON_AddObjectToObject(metrics, "shots");
     tally(cJSON_AddObjectToObject(o, "hitscan"), &ll_netgame_tally_table, &m->tally[LL_HITSCAN]);
@@ -127,6 +159,10 @@ void ll_netgame_shots_metrics(const ll_netgame *g, int player, cJSON *metrics)
     }
     LL_METRICS_PUT(o, &ll_netgame_shot_table, SHOTS);
     LL_METRICS_PUT(cJSON_AddObjectToObject(o, "peeker_advantage_ms"), &ll_netgame_peek_table, PEEKS);
+    if (!ll_netgame_drag_neglect(g))
+        return;
+    const ll_drag_neglect_player *n = &ll_netgame_drag_neglect(g)->player[player];
+    LL_METRICS_PUT(cJSON_AddObjectToObject(o, "drag_neglected"), &ll_netgame_neglect_table, NEGLECT);
 }
 
 /* ---- the last shots ---- */
@@ -298,19 +334,19 @@ const ll_record ll_netgame_projectile_record = {.id = 5,
                                                 .keys = 3,
                                                 LL_ROWS_OF(projectile_row, projectile_fields)};
 
-enum { SHELLS_MAX = (LL_PLAYERS_MAX + 1) * LL_PLAYERS_MAX * LL_PROJECTILES };
+enum { SHELLS_MAX = (LL_PEERS_MAX + 1) * LL_PEERS_MAX * LL_PROJECTILES };
 
 static projectile_row projectile_at(int view, int player, uint32_t number, const ll_flight *f, double s)
 {
-    ll_point at = ll_flight_at(f, s);
+    ll_point at = ll_flight_at(f, s), velocity = ll_flight_velocity(f, s);
     return (projectile_row){.view = (uint8_t)view,
                             .player = (uint8_t)player,
                             .number = (uint16_t)number,
                             .flown_s = (float)s,
                             .x = (float)at.x,
                             .y = (float)at.y,
-                            .vx = (float)f->velocity.x,
-                            .vy = (float)(f->velocity.y - f->gravity * s),
+                            .vx = (float)velocity.x,
+                            .vy = (float)velocity.y,
                             .from_x = (float)f->from.x,
                             .from_y = (float)f->from.y,
                             .from_vx = (float)f->velocity.x,
@@ -322,10 +358,11 @@ static int known_projectiles(const ll_netgame *g, int view, const ll_world *worl
                              projectile_row *out)
 {
     const ll_weapon_state *arms = ll_netgame_game(g)->weapons->arms(world, player);
+    const ll_arena *arena = &ll_netgame_shots(g)->arena;
     int n = 0;
     for (int i = 0; i < LL_PROJECTILES; i++) {
         const ll_projectile *projectile = &arms->projectiles[i];
-        ll_flight f = {projectile->from, projectile->velocity, ll_netgame_shots(g)->arena.gravity};
+        ll_flight f = {projectile->from, projectile->velocity, arena->gravity, arena->projectile_drag};
         if (projectile->number > 0 && time >= projectile->start && time < projectile->end)
             out[n++] = projectile_at(view, player, projectile->number, &f, ll_to_s(time - projectile->start));
     }
@@ -341,8 +378,9 @@ static int own_projectiles(const ll_netgame *g, int player, projectile_row *out)
          number++) {
         const ll_predicted_projectile *projectile =
             &weapon_prediction->projectiles[(number + LL_PROJECTILES) % LL_PROJECTILES];
+        const ll_flight f = ll_predicted_flight(weapon_prediction, projectile);
         if (number > 0 && projectile->state == LL_WEAPON_PREDICTION_FLYING)
-            out[n++] = projectile_at(player + 1, player, (uint32_t)number, &projectile->flight,
+            out[n++] = projectile_at(player + 1, player, (uint32_t)number, &f,
                                      ll_to_s(weapon_prediction->drawn_time - projectile->start));
     }
     return n;

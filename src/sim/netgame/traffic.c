@@ -1,9 +1,11 @@
-/* Reports of a player's traffic: bandwidth, snapshots, and the measured behaviour of the links. */
+/* Reports of a player's connection and its traffic: bandwidth, snapshots, and the measured behaviour of the
+ * links; and its traffic, streamed. */
 #include <cjson/cJSON.h>
 #include <math.h>
 
 #include "base/detmath.h"
-#include "sim/netgame/netgame.h"
+#include "record/integers.h"
+#include "sim/netgame/transport_metrics.h"
 
 static double ratio(double a, double b)
 {
@@ -53,6 +55,11 @@ static void bandwidth(cJSON *player, const ll_netgame *g, int self)
         LL_METRICS_PUT(cJSON_AddObjectToObject(o, names[type]), &ll_netgame_message_table, MESSAGES);
         *(ups[type] ? &up : &down) += (double)in->traffic.wire_bytes[type];
     }
+    if (ll_netgame_transport(g, self)) {
+        const ll_transport_metrics *m = ll_netgame_transport_metrics_of(g, self);
+        up += (double)m->flow[LL_CLIENT_SIDE].ack_bytes;
+        down += (double)m->flow[LL_SERVER_SIDE].ack_bytes;
+    }
     LL_METRICS_PUT(o, &ll_netgame_bandwidth_table, TOTALS);
 }
 
@@ -79,6 +86,35 @@ const ll_metric_table ll_netgame_snapshot_table = {LL_OF_PLAYERS(".snapshot"),
                                                    .help = "Snapshots that the server sent to the player.",
                                                    LL_METRICS_FROM(SNAPSHOTS)};
 
+#define RECKONINGS(X)                                                                                        \
+    X(count, updates, NULL, updates,                                                                         \
+      "states of others that the server sent to the player, from warmup_s on", NULL)                         \
+    X(number, updates_per_s, "Hz", ratio((double)updates, s *others),                                        \
+      "how often the state of another entity was sent, on average", "There are no others.")                  \
+    X(count, by_threshold, NULL, m->by_threshold, "of these, because the model was too far off", NULL)       \
+    X(count, by_heartbeat, NULL, m->by_heartbeat, "of these, because the heartbeat was due", NULL)           \
+    X(count, suppressed, NULL, m->suppressed, "states that updates left out", NULL)                          \
+    X(distribution, model_error_m, "m", ll_netgame_distribution(ll_histogram_summary(&m->model_error)),      \
+      "distance of an entity from the model of what was last sent, at each update, before the decision to "  \
+      "send it again",                                                                                       \
+      "Nothing was sent.")
+
+const ll_metric_table ll_netgame_reckoning_table = {
+    LL_OF_PLAYERS(".reckoning"), .when = "Only with dead reckoning.",
+    .help = "Dead reckoning: what the server sent to the player, from warmup_s on.",
+    LL_METRICS_FROM(RECKONINGS)};
+
+static void reckonings(cJSON *player, const ll_netgame *g, int self)
+{
+    if (!ll_netgame_reckoning(g))
+        return;
+    const ll_reckoning_counts *m = ll_reckoning_counted(ll_netgame_reckoning(g), self);
+    int64_t updates = m->by_threshold + m->by_heartbeat + m->first;
+    double s = ll_to_s(g->now) - g->config.warmup_s, others = ll_netgame_entities(g) - 1;
+    s = s > 0 ? s : 0;
+    LL_METRICS_PUT(cJSON_AddObjectToObject(player, "reckoning"), &ll_netgame_reckoning_table, RECKONINGS);
+}
+
 static void snapshots(cJSON *player, const ll_netgame *g, int self)
 {
     const ll_client_metrics *in = ll_netgame_client_metrics(g, self);
@@ -86,6 +122,41 @@ static void snapshots(cJSON *player, const ll_netgame *g, int self)
     double states = (double)in->traffic.messages[LL_MESSAGE_SNAPSHOT], entities = (double)sent->entities;
     size_t full = sizeof(ll_snapshot_message) + ll_world_size(ll_server_world_const(ll_netgame_server(g)));
     LL_METRICS_PUT(cJSON_AddObjectToObject(player, "snapshot"), &ll_netgame_snapshot_table, SNAPSHOTS);
+}
+
+/* ---- snapshots of some of the entities ---- */
+
+#define SELECTION(X)                                                                                         \
+    X(count, snapshots, NULL, n->snapshots, "snapshots sent", NULL)                                          \
+    X(number, lost_ratio, NULL, ratio((double)n->lost, (double)n->snapshots),                                \
+      "share of snapshots that were lost or not acknowledged in time", "No snapshot was sent.")              \
+    X(number, choked_ratio, NULL, ratio((double)n->choked, (double)n->snapshots),                            \
+      "share of snapshots in which changed entities had no room", "No snapshot was sent.")                   \
+    X(number, in_scope, NULL, ratio((double)n->in_scope, (double)n->snapshots),                              \
+      "mean number of other entities in the area of interest, or of all", "No snapshot was sent.")           \
+    X(number, update_interval_ms, "ms", tick_ms *ratio(n->interval_ticks, (double)n->intervals),             \
+      "mean time between two states of an entity that were sent", "No entity was sent twice.")               \
+    X(number, update_interval_max_ms, "ms", n->intervals > 0 ? tick_ms * n->interval_ticks_max : NAN,        \
+      "longest time between two states of an entity that were sent; it includes times at rest",              \
+      "No entity was sent twice.")                                                                           \
+    X(number, near_error_m, "m", ratio(near->sum[0], (double)near->count[0]),                                \
+      "mean error of the entities nearer than a quarter of interest_radius_m, as drawn", "None was near.")   \
+    X(number, far_error_m, "m", ratio(near->sum[1], (double)near->count[1]),                                 \
+      "mean error of the entities farther than a quarter of interest_radius_m, as drawn", "None was far.")
+
+const ll_metric_table ll_netgame_selection_table = {
+    LL_OF_PLAYERS(".selection"), .when = "Only where snapshots contain some of the entities.",
+    .help = "Snapshots of some of the entities, from warmup_s on.", LL_METRICS_FROM(SELECTION)};
+
+void ll_netgame_selection_metrics(const ll_netgame *g, int player, cJSON *metrics)
+{
+    const ll_server *server = ll_netgame_server(g);
+    if (!ll_server_replicas(server))
+        return;
+    const ll_replica_counts *n = &ll_replicas_of(ll_server_replicas(server), player)->counts;
+    const ll_nearness *near = ll_netgame_nearness(g, player);
+    const double tick_ms = 1e6 / (double)server->clock.freq; /* mHz */
+    LL_METRICS_PUT(cJSON_AddObjectToObject(metrics, "selection"), &ll_netgame_selection_table, SELECTION);
 }
 
 /* ---- links ---- */
@@ -139,7 +210,11 @@ static void snapshots(cJSON *player, const ll_netgame *g, int self)
     X(number, queue_max_ms, "ms", s->queue.max_ms,                                                           \
       "longest time of a packet in the queue of the rate limit, waiting and transmission", NULL)             \
     X(count, queue_drops, NULL, s->queue_drops,                                                              \
-      "packets dropped because the queue of the rate limit was full", NULL)
+      "packets dropped because the queue of the rate limit was full", NULL)                                  \
+    X(count, marked, NULL, profiled ? profiled->marked : 0,                                                  \
+      "packets marked by ECN instead of dropped, duplicates included", NULL)                                 \
+    X(count, trace_lost, NULL, profiled ? profiled->trace_lost : 0,                                          \
+      "packets lost by the trace of the link's profile, duplicates included", NULL)
 
 const ll_metric_table ll_netgame_up_table = {
     LL_OF_PLAYERS(".link_up"),
@@ -150,7 +225,14 @@ const ll_metric_table ll_netgame_down_table = {
     .help = "Measured behaviour of the player's link from the server, from time 0 on.",
     LL_METRICS_FROM(LINK)};
 
-static void link_report(cJSON *o, const ll_metric_table *table, const ll_link *link)
+static const ll_profile_state *profiled_by(const ll_netgame *g, int way)
+{
+    const ll_profile_shelf *shelf = ll_netgame_profiles(g);
+    return shelf ? ll_profile_shelf_state(shelf, way) : NULL;
+}
+
+static void link_report(cJSON *o, const ll_metric_table *table, const ll_link *link,
+                        const ll_profile_state *profiled)
 {
     const ll_link_stats *s = ll_link_get_stats(link);
     double messages = (double)ll_link_messages(s), n = (double)ll_link_put_on_way(s);
@@ -162,6 +244,181 @@ void ll_netgame_traffic_metrics(const ll_netgame *g, int player, cJSON *o)
 {
     bandwidth(o, g, player);
     snapshots(o, g, player);
-    link_report(cJSON_AddObjectToObject(o, "link_up"), &ll_netgame_up_table, ll_netgame_up(g, player));
-    link_report(cJSON_AddObjectToObject(o, "link_down"), &ll_netgame_down_table, ll_netgame_down(g, player));
+    reckonings(o, g, player);
+    link_report(cJSON_AddObjectToObject(o, "link_up"), &ll_netgame_up_table, ll_netgame_up(g, player),
+                profiled_by(g, 2 * player));
+    link_report(cJSON_AddObjectToObject(o, "link_down"), &ll_netgame_down_table, ll_netgame_down(g, player),
+                profiled_by(g, 2 * player + 1));
+}
+
+/* ---- connection, with the measured clock ---- */
+
+/* Includes the time of the lobby, before time 0. */
+static double in_state_s(const ll_netgame *g, const ll_connection *n, int state)
+{
+    return ll_to_s(n->in_state[state] + (n->state == state ? g->now - n->since : 0));
+}
+
+/* Offset in use minus the true offset of the clocks. */
+static double clock_error_ms(const ll_netgame *g, int player)
+{
+    ll_client_setup s = {.config = &g->config.players[player]};
+    const ll_clock_sync *clock = &ll_netgame_client(g, player)->connection.clock;
+    return ll_to_ms(clock->offset + ll_client_local(&s, g->now) - g->now);
+}
+
+#define CONNECTION(X)                                                                                        \
+    X(text, state, NULL, ll_connection_state_names[n->state],                                                \
+      "state of the connection, as the client has it", NULL)                                                 \
+    X(flag, connected, NULL, client_slot->connection.connected,                                              \
+      "whether the server has the player as connected", NULL)                                                \
+    X(count, joins, NULL, n->joins, "times that the client joined the game", NULL)                           \
+    X(events, time_outs, NULL, n->time_outs, "connections that the client gave up after a time-out", NULL)   \
+    X(events, drops, NULL, client_slot->connection.drops, "times that the server dropped the player", NULL)  \
+    X(by_name, seconds, "s",                                                                                 \
+      ((ll_metric_reading){                                                                                  \
+          .number = LL_CONNECTION_STATES, .numbers = seconds, .names = ll_connection_state_names}),          \
+      "time that the client spent in each state of the connection", NULL)                                    \
+    X(number, round_trip_ms, "ms", ll_to_ms(ll_clock_sync_round_trip(&n->clock)),                            \
+      "longest round-trip time of the last eight pings", NULL)                                               \
+    X(number, clock_error_ms, "ms", clock_error_ms(g, player),                                               \
+      "error of clock synchronisation: the client's estimate of the server's clock less that clock", NULL)   \
+    X(events, clock_snaps, NULL, n->clock.snaps,                                                             \
+      "times that the client's estimate of the server's clock jumped", NULL)
+
+const ll_metric_table ll_netgame_connection_table = {LL_OF_PLAYERS(".connection"),
+                                                     .help = "The player's connection, the lobby included.",
+                                                     LL_METRICS_FROM(CONNECTION)};
+
+void ll_netgame_connection_metrics(const ll_netgame *g, int player, cJSON *metrics)
+{
+    const ll_connection *n = &ll_netgame_client(g, player)->connection;
+    const ll_client_slot *client_slot = &ll_netgame_server(g)->client_slots[player];
+    double seconds[LL_CONNECTION_STATES];
+    for (int state = 0; state < LL_CONNECTION_STATES; state++)
+        seconds[state] = in_state_s(g, n, state);
+    LL_METRICS_PUT(cJSON_AddObjectToObject(metrics, "connection"), &ll_netgame_connection_table, CONNECTION);
+}
+
+/* ---- streamed: messages by type ----
+ *
+ * Counts, not rates: a viewer takes the difference over any period. */
+
+typedef struct traffic_row {
+    uint8_t player, message;
+    int64_t messages, packets, bytes, wire_bytes;
+} traffic_row;
+
+static const char *const message_names[] = {"",        "input",  "state", "refusal", "relay",
+                                            "connect", "accept", "ping",  "pong",    NULL};
+
+static const ll_record_field traffic_fields[] = {
+    LL_INT(traffic_row, player, NULL, "index of the player"),
+    LL_ENUM(traffic_row, message, message_names,
+            "type; input, connect and ping go to the server, the others to the player"),
+    LL_INT(traffic_row, messages, NULL, "messages sent"),
+    LL_INT(traffic_row, packets, NULL, "packets in which they were sent, repetitions included"),
+    LL_INT(traffic_row, bytes, "B", "payload"),
+    LL_INT(traffic_row, wire_bytes, "B", "the same on the wire: with all headers"),
+};
+
+LL_INTEGERS(traffic_integers, traffic_row, traffic_fields)
+
+const ll_record ll_netgame_traffic_record = {
+    .id = 13,
+    .name = "traffic",
+    .channel = LL_CHANNEL_TRAFFIC,
+    .help =
+        "Messages of each player by type, from the warm-up on; no row for a type of which there was none.",
+    .form = LL_FORM_KEYED,
+    .keys = 2,
+    LL_ROWS_OF(traffic_row, traffic_fields),
+    .integers = traffic_integers};
+
+static void fill_messages(const ll_netgame *g, int player, ll_row_set *rows)
+{
+    const ll_traffic *t = &ll_netgame_client_metrics(g, player)->traffic;
+    traffic_row all[LL_MESSAGES];
+    int count = 0;
+    for (int type = LL_MESSAGE_INPUT; type < LL_MESSAGES; type++)
+        if (t->messages[type] > 0)
+            all[count++] = (traffic_row){.player = (uint8_t)player,
+                                         .message = (uint8_t)type,
+                                         .messages = t->messages[type],
+                                         .packets = t->packets[type],
+                                         .bytes = t->bytes[type],
+                                         .wire_bytes = t->wire_bytes[type]};
+    ll_row_set_put(rows, &ll_netgame_traffic_record, all, count);
+}
+
+/* ---- streamed: links ---- */
+
+typedef struct link_row {
+    uint8_t player;
+    int64_t up_sent, up_lost, down_sent, down_lost, up_ack_bytes, down_ack_bytes, snapshots, choked;
+    float ping_ms;
+} link_row;
+
+static const ll_record_field link_fields[] = {
+    LL_INT(link_row, player, NULL, "index of the player"),
+    LL_INT(link_row, up_sent, NULL, "messages on the link to the server; of a transport its packets"),
+    LL_INT(link_row, up_lost, NULL, "those that did not arrive completely, for any cause"),
+    LL_INT(link_row, down_sent, NULL, "the same on the link to the player"),
+    LL_INT(link_row, down_lost, NULL, "those that did not arrive completely, for any cause"),
+    LL_INT(link_row, up_ack_bytes, "B", "acknowledgements of a transport to the server, on the wire"),
+    LL_INT(link_row, down_ack_bytes, "B", "the same to the player"),
+    LL_INT(link_row, snapshots, NULL, "snapshots sent, where they contain some of the entities; else 0"),
+    LL_INT(link_row, choked, NULL, "those in which changed entities had no room"),
+    LL_STEP(link_row, ping_ms, LL_BITS_MS, "ms", "round trip of the newest ping; null: none yet"),
+};
+
+LL_INTEGERS(link_integers, link_row, link_fields)
+
+const ll_record ll_netgame_link_record = {.id = 14,
+                                          .name = "links",
+                                          .channel = LL_CHANNEL_TRAFFIC,
+                                          .help = "Losses of each player's links, from the warm-up on.",
+                                          .form = LL_FORM_BY_INDEX,
+                                          LL_ROWS_OF(link_row, link_fields),
+                                          .integers = link_integers};
+
+static float ping_ms(const ll_clock_sync *clock)
+{
+    if (clock->count == 0)
+        return NAN;
+    return (float)ll_to_ms(clock->sample[(clock->count - 1) % LL_CLOCK_SAMPLES].round_trip);
+}
+
+static link_row link_of(const ll_netgame *g, int player)
+{
+    const ll_link_stats *up = ll_link_get_stats(ll_netgame_up(g, player)),
+                        *down = ll_link_get_stats(ll_netgame_down(g, player));
+    link_row row = {.player = (uint8_t)player,
+                    .up_sent = ll_link_messages(up),
+                    .up_lost = up->messages_lost,
+                    .down_sent = ll_link_messages(down),
+                    .down_lost = down->messages_lost,
+                    .ping_ms = ping_ms(&ll_netgame_client(g, player)->connection.clock)};
+    const ll_replicas *replicas = ll_server_replicas(ll_netgame_server(g));
+    if (replicas) {
+        const ll_replica_counts *n = &ll_replicas_of(replicas, player)->counts;
+        row.snapshots = n->snapshots;
+        row.choked = n->choked;
+    }
+    if (ll_netgame_transport(g, player)) {
+        const ll_transport_metrics *m = ll_netgame_transport_metrics_of(g, player);
+        row.up_ack_bytes = m->flow[LL_CLIENT_SIDE].ack_bytes;
+        row.down_ack_bytes = m->flow[LL_SERVER_SIDE].ack_bytes;
+    }
+    return row;
+}
+
+void ll_netgame_fill_traffic(const ll_netgame *g, ll_row_set *rows)
+{
+    link_row all[LL_PLAYERS_MAX];
+    for (int i = 0; i < g->config.player_count; i++) {
+        fill_messages(g, i, rows);
+        all[i] = link_of(g, i);
+    }
+    ll_row_set_put(rows, &ll_netgame_link_record, all, g->config.player_count);
 }

@@ -4,6 +4,7 @@
 #include <stddef.h>
 
 #include "base/detmath.h"
+#include "record/integers.h"
 #include "sim/netgame/netgame.h"
 
 static double ratio(double a, double b)
@@ -204,13 +205,16 @@ static const ll_record_field buffer_fields[] = {
     LL_STEP(buffer_row, drawn_s, LL_BITS_S, "s", "render time"),
 };
 
+LL_INTEGERS(buffer_integers, buffer_row, buffer_fields)
+
 const ll_record ll_netgame_buffer_record = {
     .id = 6,
     .name = "buffers",
     .channel = LL_CHANNEL_GAUGES,
     .help = "The interpolation buffer and the de-jitter buffer of each player's view.",
     .form = LL_FORM_BY_INDEX,
-    LL_ROWS_OF(buffer_row, buffer_fields)};
+    LL_ROWS_OF(buffer_row, buffer_fields),
+    .integers = buffer_integers};
 
 static double dejitter_ms(const ll_netgame *g, int player)
 {

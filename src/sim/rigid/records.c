@@ -1,6 +1,8 @@
 /* Tables of the streamed rows of a simulation of rigid bodies. */
 #include "sim/rigid/records.h"
 
+#include "record/integers.h"
+
 #include "base/run_status.h"
 
 enum { LL_BITS_BODY = 12, LL_BITS_SPEED = 8 }; /* 0.24 mm, 4 mm/s: there are many bodies */
@@ -108,12 +110,15 @@ static const ll_record_field shape_fields[] = {
     LL_INT(shape_row, island, NULL, "number of its body's island; 0: none"),
 };
 
+LL_INTEGERS(shape_integers, shape_row, shape_fields)
+
 const ll_record ll_rigid_shape_record = {.id = 35,
                                          .name = "shapes",
                                          .channel = LL_CHANNEL_BODIES,
                                          .help = "Shapes of all bodies, at most 65,535.",
                                          .form = LL_FORM_BY_INDEX,
-                                         LL_ROWS_OF(shape_row, shape_fields)};
+                                         LL_ROWS_OF(shape_row, shape_fields),
+                                         .integers = shape_integers};
 
 /* ---- contacts ---- */
 
@@ -137,13 +142,16 @@ static const ll_record_field contact_fields[] = {
     LL_REAL(contact_row, impulse1, 5, "N s", "normal impulse there; null: there is none"),
 };
 
+LL_INTEGERS(contact_integers, contact_row, contact_fields)
+
 const ll_record ll_rigid_contact_record = {.id = 36,
                                            .name = "contacts",
                                            .channel = LL_CHANNEL_CONTACTS,
                                            .help = "Pairs of overlapping boxes, at most 8,192.",
                                            .form = LL_FORM_KEYED,
                                            .keys = 3,
-                                           LL_ROWS_OF(contact_row, contact_fields)};
+                                           LL_ROWS_OF(contact_row, contact_fields),
+                                           .integers = contact_integers};
 
 /* ---- joints ---- */
 
@@ -158,12 +166,15 @@ static const ll_record_field joint_fields[] = {
     LL_STEP(joint_row, by, LL_BITS_BODY, "m", "anchor on b"),
 };
 
+LL_INTEGERS(joint_integers, joint_row, joint_fields)
+
 const ll_record ll_rigid_joint_record = {.id = 37,
                                          .name = "joints",
                                          .channel = LL_CHANNEL_JOINTS,
                                          .help = "At most 8,192.",
                                          .form = LL_FORM_BY_INDEX,
-                                         LL_ROWS_OF(joint_row, joint_fields)};
+                                         LL_ROWS_OF(joint_row, joint_fields),
+                                         .integers = joint_integers};
 
 /* ---- bounding volumes ---- */
 

@@ -70,6 +70,7 @@ typedef struct ll_rigid_setup {
 
 typedef struct ll_rigid_config {
     ll_scenario_head head;
+    int64_t reserved_after_head; /* keeps the layout of a block, and so its hash */
     ll_rigid_setup setup;
     int32_t body_count, joint_count;
     ll_rigid_body bodies[LL_RIGID_BODIES_MAX];

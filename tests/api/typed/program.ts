@@ -51,6 +51,7 @@ expect(await call('post', '/api/v1/sessions/{id}/input', { path: { id }, key: pl
 assert.equal(expect(await call('get', '/api/v1/sessions/{id}/state', { path: { id }, query: { tick: 3 } }), 200).body.tick, 3);
 assert.match(expect(await call('get', '/api/v1/sessions/{id}/metrics', { path: { id } }), 200).body.hash, /^[0-9a-f]{16}$/);
 assert.match(expect(await call('get', '/api/v1/sessions/{id}/trace', { path: { id }, query: { to_s: 0.1 } }), 200).body, /^time_s,tick/);
+assert.ok(expect(await call('get', '/api/v1/sessions/{id}/packets', { path: { id }, query: { to_s: 0.1 } }), 200).body.length > 1000);
 assert.match(expect(await call('get', '/api/v1/sessions/{id}/log', { path: { id } }), 200).body, /"create"/);
 const fork = expect(await call('post', '/api/v1/sessions/{id}/fork', { path: { id }, body: { paused: true } }), 201).body;
 expect(await call('delete', '/api/v1/sessions/{id}', { path: { id: fork.id }, key: fork.owner_key }), 204);

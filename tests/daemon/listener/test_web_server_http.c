@@ -7,6 +7,7 @@
 #include <cmocka.h>
 
 #include <cjson/cJSON.h>
+#include <fcntl.h>
 #include <netinet/in.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -238,6 +239,47 @@ static void test_files(void **state)
     }
 }
 
+/* What the build has compressed is sent to who takes it, with a tag of its own; a file that was changed later
+ * is not. */
+static void test_compressed_files(void **state)
+{
+    (void)state;
+    static const char takes[] = "GET /js/page.js HTTP/1.1\r\n" HOST "Accept-Encoding: br, gzip\r\n\r\n";
+    char answer[4096], plain[64], small[64], value[64], path[128], request[256];
+    net_ask(f.port, takes, answer, sizeof answer);
+    assert_false(net_header(answer, "Content-Encoding", value, sizeof value));
+    assert_true(net_header(answer, "ETag", plain, sizeof plain));
+
+    write_file("js/page.js.gz", "compressed");
+    assert_int_equal(net_ask(f.port, takes, answer, sizeof answer), 200);
+    assert_true(net_header(answer, "Content-Encoding", value, sizeof value));
+    assert_string_equal(value, "gzip");
+    assert_true(net_header(answer, "Content-Type", value, sizeof value));
+    assert_string_equal(value, "text/javascript; charset=utf-8");
+    assert_true(net_header(answer, "Vary", value, sizeof value));
+    assert_string_equal(value, "Accept-Encoding");
+    assert_string_equal(strstr(answer, "\r\n\r\n") + 4, "compressed");
+    assert_true(net_header(answer, "ETag", small, sizeof small));
+    assert_string_not_equal(small, plain);
+    snprintf(request, sizeof request,
+             "GET /js/page.js HTTP/1.1\r\n" HOST "Accept-Encoding: gzip\r\nIf-None-Match: %s\r\n\r\n", small);
+    assert_int_equal(net_ask(f.port, request, answer, sizeof answer), 304);
+    assert_false(net_header(answer, "Content-Encoding", value, sizeof value));
+
+    static const char *const others[] = {"", "Accept-Encoding: br\r\n", "Accept-Encoding: gzip;q=0\r\n"};
+    for (size_t i = 0; i < sizeof others / sizeof *others; i++) {
+        snprintf(request, sizeof request, "GET /js/page.js HTTP/1.1\r\n" HOST "%s\r\n", others[i]);
+        assert_int_equal(net_ask(f.port, request, answer, sizeof answer), 200);
+        assert_string_equal(strstr(answer, "\r\n\r\n") + 4, "export {};");
+    }
+    struct timespec past[2] = {{.tv_sec = 1000}, {.tv_sec = 1000}};
+    snprintf(path, sizeof path, "%s/js/page.js.gz", www);
+    assert_int_equal(utimensat(AT_FDCWD, path, past, 0), 0);
+    assert_int_equal(net_ask(f.port, takes, answer, sizeof answer), 200);
+    assert_string_equal(strstr(answer, "\r\n\r\n") + 4, "export {};");
+    remove(path);
+}
+
 static void test_kept_connections(void **state)
 {
     (void)state;
@@ -313,8 +355,8 @@ int main(void)
         cmocka_unit_test(test_routes),           cmocka_unit_test(test_refusals),
         cmocka_unit_test(test_body_limits),      cmocka_unit_test(test_who),
         cmocka_unit_test(test_headers),          cmocka_unit_test(test_files),
-        cmocka_unit_test(test_kept_connections), cmocka_unit_test(test_hang_up),
-        cmocka_unit_test(test_watchdog),
+        cmocka_unit_test(test_compressed_files), cmocka_unit_test(test_kept_connections),
+        cmocka_unit_test(test_hang_up),          cmocka_unit_test(test_watchdog),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }

@@ -14,6 +14,7 @@
 
 #include "experiment/advise/advise.h"
 #include "experiment/format/table.h"
+#include "support/stride.h"
 
 static void must(ll_status status)
 {
@@ -151,15 +152,19 @@ static double mean_error(const ll_experiment *e, int64_t point, int64_t first, i
 {
     ll_experiment more = *e;
     ll_sums error = {0}, costs = {0};
+    ll_kept_block kept = {0};
     more.head.repeats = first + count;
-    for (int64_t r = first; r < first + count; r++) {
+    bool good = true;
+    for (int64_t r = first; r < first + count && good; r++) {
         ll_row row;
-        must(ll_experiment_run(&more, point * more.head.repeats + r, NULL, &row));
-        if (!ll_row_good(&row) || isnan(row.metrics[e->error_metric]))
-            return INFINITY;
+        must(ll_experiment_run(&more, point * more.head.repeats + r, NULL, &kept, &row));
+        good = ll_row_good(&row) && !isnan(row.metrics[e->error_metric]);
         ll_sums_add(&error, fabs(row.metrics[e->error_metric]));
         ll_sums_add(&costs, fabs(row.metrics[e->cost_metric]));
     }
+    free(kept.block);
+    if (!good)
+        return INFINITY;
     *half = count > 1 ? ll_interval_95(count, error.squares) : 0;
     *cost = costs.mean;
     return error.mean;
@@ -190,7 +195,7 @@ static void holds_on_other_seeds(const ll_experiment *e, const cJSON *advice, do
 static void advice_equals_brute_force(void **state)
 {
     (void)state;
-    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i += LL_TEST_STRIDE) {
         ll_experiment *e = experiment(cases[i].text);
         cJSON *answer;
         must(ll_advise(&(ll_advise_request){.experiment = e, .max_error = cases[i].max_error}, &answer));

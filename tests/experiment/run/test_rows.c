@@ -20,9 +20,9 @@ static void a_row_is_that_of_a_session(void **state)
         "{\"scenario\":\"race\",\"set\":{\"duration_s\":3},\"axes\":[{\"path\":\"players.0.lag_ms\","
         "\"values\":[50,120]}],\"repeats\":3," METRICS "}");
     ll_row row, again;
-    must(ll_experiment_run(e, 5, NULL, &row));
-    must(ll_experiment_run(e, 0, NULL, &again));
-    must(ll_experiment_run(e, 5, NULL, &again));
+    must(ll_experiment_run(e, 5, NULL, NULL, &row));
+    must(ll_experiment_run(e, 0, NULL, NULL, &again));
+    must(ll_experiment_run(e, 5, NULL, NULL, &again));
     assert_memory_equal(&row, &again, sizeof row);
     cJSON *json;
     ll_session *s;
@@ -43,6 +43,33 @@ static void a_row_is_that_of_a_session(void **state)
     ll_experiment_free(e);
 }
 
+/* Of states of several sizes, larger and smaller than the one before. */
+static void a_kept_block_changes_no_row(void **state)
+{
+    (void)state;
+    static const char *const forms[] = {
+        "{\"scenario\":\"race\",\"set\":{\"duration_s\":2}," METRICS "}",
+        "{\"scenario\":\"eight\",\"set\":{\"duration_s\":1}," METRICS "}",
+        "{\"scenario\":\"rigid/column\",\"set\":{\"duration_s\":0.5},\"metrics\":[\"energy_change_j\"]}",
+    };
+    static const int order[] = {0, 1, 1, 2, 0, 2, 1};
+    ll_kept_block kept = {0};
+    void *block = NULL;
+    for (int i = 0; i < (int)(sizeof order / sizeof *order); i++) {
+        ll_experiment *e = experiment(forms[order[i]]);
+        ll_row row, alone;
+        must(ll_experiment_run(e, 0, NULL, NULL, &alone));
+        size_t before = kept.size;
+        must(ll_experiment_run(e, 0, NULL, &kept, &row));
+        assert_memory_equal(&row, &alone, sizeof row);
+        assert_non_null(kept.block); /* returned */
+        assert_true(i == 0 || order[i] != order[i - 1] || (kept.block == block && kept.size == before));
+        block = kept.block;
+        ll_experiment_free(e);
+    }
+    free(kept.block);
+}
+
 static void a_stop_rule_ends_a_run(void **state)
 {
     (void)state;
@@ -50,7 +77,7 @@ static void a_stop_rule_ends_a_run(void **state)
         "{\"scenario\":\"race\",\"stop\":{\"metric\":\"server.steps\",\"above\":100,\"every_s\":0.5},"
         "\"metrics\":[\"server.steps\"]}");
     ll_row row;
-    must(ll_experiment_run(e, 0, NULL, &row));
+    must(ll_experiment_run(e, 0, NULL, NULL, &row));
     assert_int_equal(row.status, LL_ROW_STOPPED); /* 60 steps per second: 90 at 1.5 s, 120 at 2 s */
     assert_true(row.t_s == 2 && row.metrics[0] == 120);
     ll_experiment_free(e);
@@ -71,8 +98,8 @@ static void cost_is_measured_and_changes_nothing(void **state)
     ll_experiment *e = experiment(with), *plain = experiment(without);
     ll_row rows[4], row;
     for (int run = 0; run < 4; run++) {
-        must(ll_experiment_run(e, run, NULL, &rows[run]));
-        must(ll_experiment_run(plain, run, NULL, &row));
+        must(ll_experiment_run(e, run, NULL, NULL, &rows[run]));
+        must(ll_experiment_run(plain, run, NULL, NULL, &row));
         assert_true(rows[run].hash == row.hash && rows[run].metrics[1] == row.metrics[0]);
         assert_true(rows[run].metrics[0] > 0 && rows[run].metrics[0] < 1e10);
     }
@@ -94,7 +121,7 @@ static void failed_runs_have_no_cost(void **state)
     ll_experiment *e = experiment(
         "{\"scenario\":{\"kind\":\"rigid\",\"duration_s\":20,\"gravity\":[0,0],\"bodies\":[{},{\"velocity\":"
         "[800000,0],\"position\":[990000000,3]}]},\"metrics\":[\"" COST "\"]}");
-    must(ll_experiment_run(e, 0, NULL, &row));
+    must(ll_experiment_run(e, 0, NULL, NULL, &row));
     assert_true(row.status == LL_ROW_DIVERGED && isnan(row.metrics[0]));
     ll_experiment_free(e);
 }
@@ -111,7 +138,7 @@ static void invalid_combinations_are_reported_in_the_row(void **state)
                    "\"metrics\":[\"methods.0.e_final\"]}");
     for (int i = 0; i < 4; i++) {
         ll_row row;
-        must(ll_experiment_run(e, i, NULL, &row));
+        must(ll_experiment_run(e, i, NULL, NULL, &row));
         assert_int_equal(row.status, i == 3 ? LL_ROW_REFUSED : LL_ROW_OK);
         assert_true(isnan(row.metrics[0]) == (i == 3));
         assert_true((strstr(row.error, "methods.0.dt_s") != NULL) == (i == 3));
@@ -142,7 +169,7 @@ static void a_part_that_fails_has_no_metrics(void **state)
                  "\"metrics\":[\"methods.0.e_max\",\"methods.1.e_max\",\"methods.0.evaluations\"]}",
                  known[i].first);
         ll_experiment *e = experiment(text);
-        must(ll_experiment_run(e, 0, NULL, &row));
+        must(ll_experiment_run(e, 0, NULL, NULL, &row));
         assert_int_equal(row.status, known[i].status);
         assert_memory_equal(row.error, known[i].error, strlen(known[i].error));
         assert_true(isnan(row.metrics[0]) == (i > 0) && isnan(row.metrics[2]) == (i > 0));
@@ -161,7 +188,7 @@ static void a_part_that_is_not_asked_for_does_not_matter(void **state)
         "s\":"
         "20,\"methods\":[{\"method\":\"velocity_verlet\",\"dt_s\":0.3},{\"method\":\"rk4\",\"dt_s\":0.02}]},"
         "\"metrics\":[\"methods.1.e_max\"]}");
-    must(ll_experiment_run(e, 0, NULL, &row));
+    must(ll_experiment_run(e, 0, NULL, NULL, &row));
     assert_true(row.status == LL_ROW_OK && row.metrics[0] > 0);
     ll_experiment_free(e);
 }
@@ -174,7 +201,7 @@ static void a_run_that_is_lost_has_no_metrics(void **state)
     ll_experiment *e = experiment(
         "{\"scenario\":{\"kind\":\"rigid\",\"duration_s\":20,\"gravity\":[0,0],\"bodies\":[{},{\"velocity\":"
         "[800000,0],\"position\":[990000000,3]}]},\"metrics\":[\"speed_max_mps\",\"body_count\"]}");
-    must(ll_experiment_run(e, 0, NULL, &row));
+    must(ll_experiment_run(e, 0, NULL, NULL, &row));
     assert_true(row.status == LL_ROW_DIVERGED && isnan(row.metrics[0]) && isnan(row.metrics[1]));
     ll_experiment_free(e);
 }
@@ -183,6 +210,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_row_is_that_of_a_session),
+        cmocka_unit_test(a_kept_block_changes_no_row),
         cmocka_unit_test(cost_is_measured_and_changes_nothing),
         cmocka_unit_test(failed_runs_have_no_cost),
         cmocka_unit_test(a_stop_rule_ends_a_run),

@@ -14,10 +14,11 @@
 #include "base/rng.h"
 #include "experiment/spec/experiment.h"
 #include "experiment/statistics/interval.h"
+#include "support/stride.h"
 
-enum { EXPERIMENTS = 2000, QUICK = 400, MOST = 300 };
+enum { EXPERIMENTS = 2000, QUICK = 400 / LL_TEST_STRIDE, MOST = 300 };
 
-static int experiments = EXPERIMENTS; /* of each case */
+static int experiments = EXPERIMENTS / LL_TEST_STRIDE; /* of each case */
 static bool is_full;
 
 /* ---- draws ---- */
@@ -291,7 +292,7 @@ static void tailed_amounts_are_covered(void **state)
         tailed.most = 100;
         check(&tailed, 0.05);
     }
-    experiments = EXPERIMENTS;
+    experiments = EXPERIMENTS / LL_TEST_STRIDE;
 }
 
 /* With fewer there is none. */
@@ -416,14 +417,16 @@ static void read_pools(const char *scenario, double loss_pct, pool pools[METRICS
         fail_msg("%s", status.text);
     for (int m = 0; m < METRICS; m++)
         pools[m] = (pool){.scale = e->scales[m]};
+    ll_kept_block kept = {0};
     for (int run = 0; run < RUNS; run++) {
         ll_row row;
-        status = ll_experiment_run(e, run, NULL, &row);
+        status = ll_experiment_run(e, run, NULL, &kept, &row);
         assert_false(ll_failed(&status));
         for (int m = 0; m < METRICS; m++)
             if (isfinite(row.metrics[m]))
                 pools[m].values[pools[m].count++] = row.metrics[m];
     }
+    free(kept.block);
     ll_experiment_free(e);
 }
 
@@ -495,7 +498,7 @@ static void metrics_of_runs_are_covered(void **state)
             good &= pool_is_covered(name, &pools[m], false, 93, exact ? 100 : 98);
         }
     }
-    experiments = EXPERIMENTS;
+    experiments = EXPERIMENTS / LL_TEST_STRIDE;
     free(pools);
     assert_true(good);
 }
@@ -522,7 +525,7 @@ static void differences_of_runs_are_covered(void **state)
                 good &= pool_is_covered(name, &apart, true, 93, 98.5);
             }
     }
-    experiments = EXPERIMENTS;
+    experiments = EXPERIMENTS / LL_TEST_STRIDE;
     free(pools);
     assert_true(good);
 }

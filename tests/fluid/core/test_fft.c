@@ -72,7 +72,7 @@ static void there_and_back_in_two_dimensions(void **state)
     ll_fft *px = plan_of(NX), *py = plan_of(NY);
     fill(&x[0].re, 2 * NX * NY);
     memcpy(y, x, sizeof x);
-    ll_fft_run_2d(px, py, y, work, LL_FFT_FORWARD);
+    ll_fft_run_2d(px, py, y, work, LL_FFT_FORWARD, NULL);
     long double re = 0, energy = 0, bins = 0;
     for (int j = 0; j < NY; j++)
         for (int i = 0; i < NX; i++) {
@@ -85,7 +85,7 @@ static void there_and_back_in_two_dimensions(void **state)
         bins += (long double)y[i].re * y[i].re + (long double)y[i].im * y[i].im;
     }
     assert_true(fabsl(bins / (NX * NY) / energy - 1) < 1e-14L); /* Parseval */
-    ll_fft_run_2d(px, py, y, work, LL_FFT_INVERSE);
+    ll_fft_run_2d(px, py, y, work, LL_FFT_INVERSE, NULL);
     for (int i = 0; i < NX * NY; i++)
         close_to("the way back", NX, y[i].re / (NX * NY), x[i].re);
     free(px);
@@ -127,10 +127,10 @@ static void cosines_in_two_dimensions_pick_their_mode(void **state)
             x[j * NX + i] =
                 (double)(cosl(turn * KX * (2 * i + 1) / (4 * NX)) * cosl(turn * KY * (2 * j + 1) / (4 * NY)));
     memcpy(first, x, sizeof x);
-    ll_dct_run_2d(px, py, x, work, LL_FFT_FORWARD);
+    ll_dct_run_2d(px, py, x, work, LL_FFT_FORWARD, NULL);
     for (int i = 0; i < NX * NY; i++)
         close_to("mode", i, x[i], i == KY * NX + KX ? NX * NY : 0);
-    ll_dct_run_2d(px, py, x, work, LL_FFT_INVERSE);
+    ll_dct_run_2d(px, py, x, work, LL_FFT_INVERSE, NULL);
     for (int i = 0; i < NX * NY; i++)
         close_to("the way back", i, x[i], first[i]);
     free(px);

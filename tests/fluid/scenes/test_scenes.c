@@ -90,7 +90,7 @@ static void hostile_sizes_are_refused(void **state)
                                          {"sea", "params.n=22"},
                                          {"sea", "params.n=64 params.tile=48"},
                                          {"sea", "params.loop_s=0"},
-                                         {"sea", "params.n=2048"}};
+                                         {"sea", "params.n=16384"}};
     for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {
         tank t;
         ll_status status = tank_check(&t, bad[i][0], bad[i][1]);

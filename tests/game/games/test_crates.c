@@ -151,7 +151,7 @@ static void at_the_start_no_bodies_touch(void **state)
 {
     (void)state;
     for (int count = 1; count <= 239; count += 17)
-        for (int players = 1; players <= LL_PLAYERS_MAX; players += 5) {
+        for (int players = 1; players <= LL_PEERS_MAX; players += 5) {
             params p = usual(count);
             p.width = p.depth = 25.8; /* 19 columns of 1.2 diagonals of 0.8 m, and eight radii */
             yard y = open_yard(p, players, 1.0 / 60), before = copy_of(&y);

@@ -9,10 +9,10 @@ enum { PLAYERS = 4, TICKS = 60 * 20 };
 /* By game and script: whether the seed matters. A script that a game does not have is its `varied`. */
 static const struct {
     const char *game;
-    bool draws[5]; /* varied, steady, idle, peek, hold */
-} rows[] = {{"race", {1, 0, 0, 1, 1}},    {"cannon", {1, 0, 0, 1, 1}}, {"gambetta", {1, 0, 0, 1, 1}},
-            {"shooter", {1, 1, 0, 1, 1}}, {"crates", {1, 0, 0, 1, 1}}, {"sea", {1, 0, 0, 1, 1}},
-            {"dam", {1, 0, 0, 1, 1}},     {"stack", {1, 0, 0, 1, 1}}};
+    bool draws[6]; /* varied, steady, idle, peek, hold, react */
+} rows[] = {{"race", {1, 0, 0, 1, 1, 1}},    {"cannon", {1, 0, 0, 1, 1, 1}}, {"gambetta", {1, 0, 0, 1, 1, 1}},
+            {"shooter", {1, 1, 0, 1, 1, 1}}, {"crates", {1, 0, 0, 1, 1, 1}}, {"sea", {1, 0, 0, 1, 1, 1}},
+            {"dam", {1, 0, 0, 1, 1, 1}},     {"stack", {1, 0, 0, 1, 1, 1}},  {"swarm", {1, 0, 0, 1, 1, 1}}};
 
 enum { ROWS = sizeof rows / sizeof rows[0] };
 
@@ -66,7 +66,7 @@ static void seeds_matter_only_where_the_table_says_so(void **state)
     traced *one = malloc(sizeof *one), *same = malloc(sizeof *same), *other = malloc(sizeof *other);
     assert_true(one && same && other);
     for (int r = 0; r < ROWS; r++)
-        for (int script = 0; script < 5; script++) {
+        for (int script = 0; script < 6; script++) {
             play(game_of(r), (ll_script)script, 7, one);
             play(game_of(r), (ll_script)script, 7, same);
             play(game_of(r), (ll_script)script, 8, other);
@@ -87,7 +87,7 @@ static void a_script_keeps_nothing(void **state)
     (void)state;
     enum { ASKED = 500 };
     for (int r = 0; r < ROWS; r++)
-        for (int script = 0; script < 5; script++) {
+        for (int script = 0; script < 6; script++) {
             const ll_game *game = game_of(r);
             double params[16] = {0};
             ll_game_env env = {0};
@@ -102,6 +102,42 @@ static void a_script_keeps_nothing(void **state)
             }
             free(world);
         }
+}
+
+/* Up to the time that a game names the script does the same in any world; and that time is the change itself,
+ * or nothing is gained by asking for it. */
+static void a_script_does_the_same_until_it_says(void **state)
+{
+    (void)state;
+    int told = 0, changed = 0;
+    for (int r = 0; r < ROWS; r++)
+        for (int script = 0; script < 6 && game_of(r)->same_until; script++) {
+            const ll_game *game = game_of(r);
+            double params[16] = {0};
+            ll_game_env env = {0};
+            ll_param_defaults(game->params, params);
+            ll_world *world = world_open(game, params, PLAYERS, 1.0 / 60, &env);
+            for (int k = 0; k < 400; k++) {
+                int player = k % PLAYERS;
+                ll_time t = k * 173 * LL_MS, until = game->same_until(&env, 7, player, (ll_script)script, t);
+                ll_action now = game->drive(world, &env, 7, player, (ll_script)script, t);
+                assert_true(until >= t);
+                for (int i = 1; i <= 40 && until > t && until != LL_NEVER; i++) {
+                    world->entity[player].x = i * 977.0;
+                    world->entity[player].flags ^= LL_ENTITY_FINISHED;
+                    ll_time later = i < 40 ? t + (until - t) * i / 40 : until - 1;
+                    ll_action then = game->drive(world, &env, 7, player, (ll_script)script, later);
+                    assert_memory_equal(&then, &now, sizeof now);
+                    told++;
+                }
+                if (until > t && until != LL_NEVER) {
+                    ll_action next = game->drive(world, &env, 7, player, (ll_script)script, until);
+                    changed += memcmp(&next, &now, sizeof now) != 0;
+                }
+            }
+            free(world);
+        }
+    assert_true(told > 10000 && changed > 500);
 }
 
 static void players_do_not_do_the_same(void **state)
@@ -246,6 +282,7 @@ int main(void)
         cmocka_unit_test(every_game_is_listed),
         cmocka_unit_test(seeds_matter_only_where_the_table_says_so),
         cmocka_unit_test(a_script_keeps_nothing),
+        cmocka_unit_test(a_script_does_the_same_until_it_says),
         cmocka_unit_test(players_do_not_do_the_same),
         cmocka_unit_test(slots_are_those_of_a_walk),
         cmocka_unit_test(changes_lie_on_no_raster),

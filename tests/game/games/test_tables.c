@@ -15,8 +15,9 @@ static void lists_follow_the_table(void **state)
     for (; ll_games[n]; n++) {
         assert_string_equal(ll_games[n]->name, ll_game_names[n]);
         assert_ptr_equal(ll_games[n]->params, ll_game_tables[n]);
-        assert_true(ll_games[n]->params->size <= sizeof((ll_game_env *)0)->params);
-        double params[16] = {0};
+        double params[LL_GAME_PARAMS] = {0}; /* as many as a configuration has room for */
+        assert_true(ll_games[n]->params->size <= sizeof params);
+        assert_true(sizeof params <= sizeof((ll_game_env *)0)->params);
         ll_param_defaults(ll_games[n]->params, params);
         for (int players = 1; players <= LL_PLAYERS_MAX; players++) {
             ll_extent extent = ll_games[n]->extent(params, players);

@@ -98,7 +98,7 @@ static void the_nearest_enemy_before_cover_is_hit(void **state)
 static void flight_is_a_parabola(void **state)
 {
     (void)state;
-    const ll_flight f = {{1, 2}, {30, 20}, 9.81};
+    const ll_flight f = {{1, 2}, {30, 20}, 9.81, 0};
     double apex = 20 / 9.81;
     assert_true(near(ll_flight_at(&f, apex).y, 2 + 20.0 * 20 / (2 * 9.81), 1e-12));
     assert_true(near(ll_flight_at(&f, 2 * apex).y, 2, 1e-12));
@@ -108,7 +108,7 @@ static void flight_is_a_parabola(void **state)
 static void chord_is_off_by_an_eighth_of_g_t_squared(void **state)
 {
     (void)state;
-    const ll_flight f = {{1, 2}, {30, 20}, 9.81};
+    const ll_flight f = {{1, 2}, {30, 20}, 9.81, 0};
     for (int i = 1; i <= 20; i++) {
         double s0 = 0.3, t = 0.05 * i, s1 = s0 + t, most = 0;
         ll_flight chord = ll_flight_chord(&f, s0, s1);
@@ -155,7 +155,7 @@ static void flight_meets_a_moving_body(void **state)
     const ll_arena arena = range(0.6);
     int met = 0;
     for (uint64_t i = 0; i < 400; i++) {
-        ll_flight f = {{0, 0}, {uniform(1, i, 15, 40), uniform(2, i, 0, 20)}, 9.81};
+        ll_flight f = {{0, 0}, {uniform(1, i, 15, 40), uniform(2, i, 0, 20)}, 9.81, 0};
         double s0 = uniform(3, i, 0, 0.5), s1 = s0 + uniform(4, i, 0.1, 1), hit = uniform(5, i, s0, s1);
         ll_point at = ll_flight_at(&f, hit), v = {uniform(6, i, -8, 8), uniform(7, i, -8, 8)};
         at.x += uniform(8, i, -0.8, 0.8), at.y += uniform(9, i, -0.8, 0.8); /* near there, at that time */
@@ -185,7 +185,7 @@ static void cuts_change_nothing(void **state)
     (void)state;
     const ll_arena arena = range(0.6);
     for (uint64_t i = 0; i < 200; i++) {
-        ll_flight f = {{0, 0}, {uniform(1, i, 15, 40), uniform(2, i, 0, 20)}, 9.81};
+        ll_flight f = {{0, 0}, {uniform(1, i, 15, 40), uniform(2, i, 0, 20)}, 9.81, 0};
         double hit = uniform(5, i, 0.3, 0.9);
         ll_point at = ll_flight_at(&f, hit), v = {uniform(6, i, -8, 8), uniform(7, i, -8, 8)};
         ll_point ends[2][2] = {{{0, 0}, {at.x - v.x * hit, at.y - v.y * hit}},
@@ -211,7 +211,7 @@ static void flight_ends_at_cover_and_ground(void **state)
     arena.bounds = (ll_box){-10, 200, 0, 20};
     const ll_point self[] = {{0, 0}};
     double v = 30 * sqrt(0.5), fall = 2 * v / 9.81;
-    ll_flight f = {{0, 0}, {v, v}, 9.81};
+    ll_flight f = {{0, 0}, {v, v}, 9.81, 0};
     ll_flight_hit m = ll_arena_flight(&arena, 0, &f, 0, 10, self, self);
     assert_int_equal(m.met, LL_MET_BOUNDS);
     assert_true(near(m.s, fall, 1e-12)); /* it rises above the upper edge and comes back */

@@ -33,6 +33,7 @@ static ll_point turning(double t)
 typedef struct range {
     ll_arena arena;
     ll_compensation rules;
+    ll_policy_params params;
     ll_history *history;
     ll_world *world;
     ll_past past;
@@ -84,8 +85,12 @@ static range *new_range(way *target, int hitscan, int projectile)
     r->world->entities = BODIES;
     r->history = malloc(ll_history_size(BODIES));
     ll_history_init(r->history, BODIES);
-    r->past = (ll_past){
-        .history = r->history, .rules = &r->rules, .buffer = 30 * LL_MS, .witness = witness, .context = r};
+    r->past = (ll_past){.history = r->history,
+                        .rules = &r->rules,
+                        .params = &r->params,
+                        .buffer = 30 * LL_MS,
+                        .witness = witness,
+                        .context = r};
     r->target = target;
     place(r);
     return r;
@@ -103,7 +108,8 @@ static void step_to(range *r, int64_t k, const ll_action *fire, ll_aim aim)
 {
     while (r->step < k) {
         memcpy(r->before, r->after, sizeof r->before);
-        const ll_field field = {&r->arena, r->before, &r->past};
+        const ll_action actions[BODIES] = {{.view_age_ns = 0}, {.view_age_ns = 0}};
+        const ll_field field = {&r->arena, r->before, &r->past, actions};
         ll_time before = ll_tick_time(r->step, HZ), now = ll_tick_time(r->step + 1, HZ);
         if (fire && r->step + 1 == k)
             ll_weapons_fire(&r->arms, &field, 0, fire, aim, before, now);
@@ -206,6 +212,56 @@ static void view_is_clamped_and_cross_checked(void **state)
         assert_int_equal(r->shots[0].clamped, cases[i].clamped);
         assert_int_equal(r->shots[0].view_time_rejected, cases[i].view_time_rejected);
         free_range(r);
+    }
+}
+
+/* Hybrid: all of the rewind for young views, a share that falls linearly, none from its end on; without a
+ * range between, it ends at once. */
+static void hybrid_fades_with_the_age_of_the_view(void **state)
+{
+    (void)state;
+    const struct {
+        double full_ms, none_ms, age_ms, share;
+    } cases[] = {{150, 350, 20, 1},    {150, 350, 150, 1}, {150, 350, 200, 0.75}, {150, 350, 250, 0.5},
+                 {150, 350, 300, .25}, {150, 350, 350, 0}, {150, 350, 900, 0},    {0, 0, 30, 0},
+                 {200, 100, 199, 1},   {200, 100, 201, 0}, {0, 1000, 400, 0.6}};
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        range *r = new_range(crossing, 3, 0);
+        r->params.hybrid_full_ms = cases[i].full_ms;
+        r->params.hybrid_none_ms = cases[i].none_ms;
+        ll_time now = ll_tick_time(140, HZ), present = ll_tick_time(139, HZ);
+        ll_action a = press(r, LL_HITSCAN, 140, now - ll_ms(cases[i].age_ms));
+        step_to(r, 140, &a, level());
+        double whole = (double)(present - (now - ll_ms(cases[i].age_ms)));
+        assert_true(fabs((double)(present - r->shots[0].seen) - cases[i].share * whole) <= 1);
+        assert_int_equal(r->shots[0].clamped, cases[i].share < 1);
+        assert_int_equal(r->results[0].rewound_to, r->shots[0].seen);
+        free_range(r);
+    }
+}
+
+/* A player 40 m away hides at 2 s behind a box, and the shooter, at rest, hits it where it was before. The
+ * veto lets the hit count until `grace` after it hid in its own view. */
+static void veto_spares_who_hid_longer_ago_than_the_grace(void **state)
+{
+    (void)state;
+    for (int grace = 0; grace <= 300; grace += 100) {
+        for (int64_t k = 118; k <= 160; k++) {
+            range *r = new_range(crossing, 4, 0);
+            r->arena.players = 2;
+            r->arena.player_radius = RADIUS;
+            r->arena.covers = 1;
+            r->arena.cover[0] = (ll_box){20, 21, 0, 10}; /* from y = 0 of the target on, at 2 s */
+            r->params.veto_grace_ms = grace;
+            ll_time now = ll_tick_time(k, HZ), hid = ll_tick_time(120, HZ);
+            ll_action a = press(r, LL_HITSCAN, k, ll_tick_time(115, HZ));
+            step_to(r, k, &a, (ll_aim){{0, 0}, {cos(-0.0125), sin(-0.0125)}});
+            bool counts = ll_tick_time(k - 1, HZ) - ll_ms(grace) < hid;
+            assert_int_equal(r->shots[0].seen, ll_tick_time(115, HZ) < now ? ll_tick_time(115, HZ) : now);
+            assert_int_equal(r->results[0].body, counts ? 1 : LL_NOBODY);
+            assert_int_equal(r->results[0].vetoed, !counts);
+            free_range(r);
+        }
     }
 }
 
@@ -432,7 +488,7 @@ static void nothing_is_compensated_without_a_past(void **state)
 {
     (void)state;
     range *r = new_range(crossing, 1, 2);
-    const ll_field field = {&r->arena, r->after, NULL};
+    const ll_field field = {&r->arena, r->after, NULL, NULL};
     ll_action a = press(r, LL_PROJECTILE, 1, 0);
     a.buttons |= 1u << LL_HITSCAN;
     r->after[1].y = 0;
@@ -459,6 +515,8 @@ int main(void)
         cmocka_unit_test(hitscan_hits_what_the_shooter_saw),
         cmocka_unit_test(trust_accepts_a_lie_and_rewind_does_not),
         cmocka_unit_test(view_is_clamped_and_cross_checked),
+        cmocka_unit_test(hybrid_fades_with_the_age_of_the_view),
+        cmocka_unit_test(veto_spares_who_hid_longer_ago_than_the_grace),
         cmocka_unit_test(rewound_projectile_lands_where_it_would_without_lag),
         cmocka_unit_test(projectile_that_starts_at_the_server_is_late),
         cmocka_unit_test(fast_forward_leaves_the_first_part_uncompensated),

@@ -40,7 +40,7 @@ static joiner *new_joiner(double timeout_s)
     joiner *j = calloc(1, sizeof *j);
     j->l = new_lone(1, &toy, &ll_sync_free);
     j->l->rules.timeout_s = timeout_s;
-    j->recorder = (ll_recorder){keep, &j->seen};
+    j->recorder = (ll_recorder){.record = keep, .context = &j->seen};
     j->l->setup.recorder = &j->recorder;
     ll_connection_init(&j->l->client->connection, 0);
     return j;

@@ -59,7 +59,7 @@ static watch run_watching(scene *s, double until_s)
 
 static void change_lag(scene *s, double lag_ms)
 {
-    ll_netgame_config config = s->game->config;
+    ll_netgame_config config = scene_config(s->game);
     config.players[0].lag_ms = lag_ms;
     s->scenario.kind->change(s->game, &config, s->game->now);
 }

@@ -95,7 +95,7 @@ static void corrections_are_measured_at_the_same_input(void **state)
     (void)state;
     lone *l = new_lone(1, &toy, &ll_sync_free);
     last_event last = {0};
-    const ll_recorder recorder = {keep, &last};
+    const ll_recorder recorder = {.record = keep, .context = &last};
     l->setup.recorder = &recorder;
     l->config.prediction = l->config.reconciliation = true;
     l->config.slack_ticks = 0; /* input n is for step n */

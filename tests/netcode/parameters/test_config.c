@@ -31,6 +31,11 @@ static void the_tables_are_sound(void **state)
     (void)state;
     assert_string_equal(ll_param_table_valid(&ll_player_table).text, "");
     assert_string_equal(ll_param_table_valid(&ll_server_table).text, "");
+    assert_string_equal(ll_param_table_valid(&ll_policy_table).text, "");
+    assert_string_equal(ll_param_table_valid(&ll_reckoning_table).text, "");
+    ll_policy_params policies;
+    ll_param_defaults(&ll_policy_table, &policies);
+    assert_memory_equal(&policies, &ll_policy_defaults, sizeof policies);
 }
 
 static void a_preset_and_one_change(void **state)

@@ -270,7 +270,7 @@ static void give_relay_server(ll_server *server, int player, int64_t tick, int c
     int n = 0;
     for (int i = 0; i < count; i++)
         assert_true(ll_run_add(runs, &n, &(ll_controls){.axis = {(float)pushes[i], 0}}));
-    m.head.runs = (uint32_t)n;
+    m.head.runs = (uint16_t)n;
     if (hashes > 0)
         memcpy(runs + n, hash, (size_t)hashes * sizeof *hash);
     ll_relay_server_take(server, &ll_sync_rollback, player, &m, LL_MS, results);

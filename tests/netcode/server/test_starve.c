@@ -147,7 +147,7 @@ static void a_silent_player_stops(void **state)
         const ll_entity *car = &ll_server_world(ll_netgame_server(s.game))->entity[0];
         scene_run(&s, 4, NULL);
         double x = car->x, v = car->vx;
-        ll_netgame_config config = s.game->config;
+        ll_netgame_config config = scene_config(s.game);
         config.players[0].link.up.loss_pct = 100;
         s.scenario.kind->change(s.game, &config, s.game->now);
         scene_run(&s, 20, NULL);

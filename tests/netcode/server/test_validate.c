@@ -206,7 +206,7 @@ static void honest_clients_catch_up_after_silence(void **state)
     for (int silent_s = 3; silent_s <= 15; silent_s += 4) {
         const char *const sets[] = {"players.0.lag_ms=90", NULL};
         scene s = scene_open("race", sets);
-        ll_netgame_config config = s.game->config;
+        ll_netgame_config config = scene_config(s.game);
         scene_run(&s, 5, NULL);
         config.players[0].link.down.loss_pct = 100;
         s.scenario.kind->change(s.game, &config, s.game->now);
@@ -265,7 +265,7 @@ static void honest_clients_survive_a_change_of_lag(void **state)
         const char *const sets[] = {rates[r], "players.0.lag_ms=1000", NULL};
         scene s = scene_open("race", sets);
         scene_run(&s, 5, NULL);
-        ll_netgame_config config = s.game->config;
+        ll_netgame_config config = scene_config(s.game);
         config.players[0].lag_ms = 100;
         s.scenario.kind->change(s.game, &config, s.game->now);
         scene_run(&s, 20, NULL);

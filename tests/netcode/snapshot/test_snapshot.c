@@ -10,6 +10,7 @@
 #include <cmocka.h>
 
 #include "base/rng.h"
+#include "netcode/snapshot/replica.h"
 #include "netcode/snapshot/snapshot.h"
 
 #define ENTITIES 40
@@ -47,9 +48,16 @@ static int64_t encode(const ll_codec *codec, const ll_world *now, const ll_world
     out.baseline = before ? baseline : NULL;
     out.same_tail =
         before && memcmp(ll_world_tail_const(now), ll_world_tail_const(before), (size_t)now->tail) == 0;
+    if (codec->selects) { /* to a client that holds nothing */
+        out.replicas = calloc(1, ll_replicas_size(1 + self, now->entities));
+        ll_replicas_init(out.replicas, 1 + self, now->entities);
+        out.replica = ll_replicas_of(out.replicas, self);
+        out.tick = 1;
+    }
     memset(bytes, 0xa5, BYTES);
     *cost = (ll_snapshot_cost){0};
     codec->encode(&w, &out, cost);
+    free(out.replicas);
     return w.count;
 }
 

@@ -6,7 +6,8 @@
 #include "ode/core/problem.h"
 #include "ode/harness.h"
 
-static const ll_ode oscillator = {.dim = 2, .acceleration = oscillator_a, .autonomous = true};
+static const ll_ode oscillator = {
+    .dim = 2, .acceleration = oscillator_a, .series = oscillator_series, .autonomous = true};
 static const ll_ode fall = {.dim = 2, .acceleration = free_fall_a, .autonomous = true};
 static const double circle[2] = {1, 0};
 
@@ -51,6 +52,8 @@ static void bad_input_is_refused_with_a_sentence(void **state)
     double mu = 1;
     const ll_ode damped = {
         .dim = 2, .acceleration = damped_a, .velocity_dependent = true, .params = &mu, .autonomous = true};
+    refused("taylor", &damped, (ll_ode_control){.t_end = 1, .tolerance = 1e-6}, "method",
+            "gives Taylor coefficients");
     refused("extrapolated_leapfrog", &damped, (ll_ode_control){.t_end = 1, .tolerance = 1e-6}, "method",
             "independent of velocities");
 }
@@ -154,10 +157,10 @@ static void samples_lie_on_the_solution(void **state)
     static const struct {
         const char *method;
         double tolerance, within;
-    } known[] = {{"bs32", 1e-8, 1e-6},     {"dopri5", 1e-10, 1e-8},    {"tsit5", 1e-10, 1e-8},
-                 {"dop853", 1e-12, 1e-10}, {"rodas4", 1e-8, 1e-5},     {"rodas5p", 1e-10, 1e-7},
-                 {"radau5", 1e-11, 1e-7},  {"radau9", 1e-12, 1e-8},    {"radau13", 1e-13, 1e-9},
-                 {"rk4", 0, 1e-7},         {"leapfrog_kdk", 0, 1.8e-4}};
+    } known[] = {{"bs32", 1e-8, 1e-6},     {"dopri5", 1e-10, 1e-8}, {"tsit5", 1e-10, 1e-8},
+                 {"dop853", 1e-12, 1e-10}, {"rodas4", 1e-8, 1e-5},  {"rodas5p", 1e-10, 1e-7},
+                 {"radau5", 1e-11, 1e-7},  {"radau9", 1e-12, 1e-8}, {"radau13", 1e-13, 1e-9},
+                 {"taylor", 1e-12, 1e-10}, {"rk4", 0, 1e-7},        {"leapfrog_kdk", 0, 1.8e-4}};
     for (size_t i = 0; i < sizeof known / sizeof known[0]; i++) {
         ll_ode_control control = {.t_end = 10, .dt = 0.02, .tolerance = known[i].tolerance};
         setting s = begin(known[i].method, &oscillator, circle, &control);
@@ -342,11 +345,15 @@ static void crossings_are_noted_by_direction(void **state)
     (void)state;
     static const ll_ode_event events[2] = {{.name = "a", .direction = -1, .g = first},
                                            {.name = "b", .direction = 0, .g = second}};
-    const ll_ode ode = {
-        .dim = 2, .acceleration = oscillator_a, .autonomous = true, .events = events, .event_count = 2};
+    const ll_ode ode = {.dim = 2,
+                        .acceleration = oscillator_a,
+                        .series = oscillator_series,
+                        .autonomous = true,
+                        .events = events,
+                        .event_count = 2};
     const double pi = 3.14159265358979323846;
-    static const char *const methods[] = {"dop853", "dopri5", "radau9"};
-    for (int i = 0; i < 3; i++) {
+    static const char *const methods[] = {"dop853", "dopri5", "radau9", "taylor"};
+    for (int i = 0; i < 4; i++) {
         ll_ode_control control = {.t_end = 20.3, .tolerance = 1e-13, .largest_step = 1};
         setting s = begin(methods[i], &ode, circle, &control);
         while (s.run->state == LL_ODE_RUNNING) {

@@ -136,6 +136,7 @@ static const known usual[] = {
     {"radau5", 5, 1e-5, 1e-9},
     {"extrapolated_midpoint", 8, 1e-6, 1e-11},
     {"extrapolated_leapfrog", 8, 1e-6, 1e-11},
+    {"taylor", 4, 1e-4, 1e-9},
 };
 
 /* What a problem shows instead. An order of 0: it shows none in reach. */
@@ -152,6 +153,7 @@ static const struct {
     {"pendulum", {"ralston", 2, 1e-4, 1e-6}},
     {"pendulum", {"rk2", 2, 1e-4, 1e-6}},
     {"pendulum", {"rk4", 4, 3e-9, 1e-12}},    /* crossing zero above */
+    {"pendulum", {"taylor", 4, 1e-7, 1e-10}}, /* likewise */
     {"pendulum", {"rodas4", 5, 1e-4, 1e-9}},  /* likewise */
     {"pendulum", {"dop853", 9, 1e-6, 1e-11}}, /* the next term is larger */
     {"pendulum", {"extrapolated_midpoint", 9, 1e-6, 1e-11}},
@@ -231,6 +233,7 @@ static void on_forces_of_velocity(void **state)
         {"ab4", 4, 1e-6, 1e-10},
         {"rk4", 4, 1e-5, 1e-9},
         {"dopri5", 5, 1e-6, 1e-10},
+        {"taylor", 4, 1e-5, 1e-9},
     };
     for (size_t p = 0; p < sizeof problems / sizeof problems[0]; p++)
         for (size_t i = 0; i < sizeof left / sizeof left[0]; i++)

@@ -11,6 +11,7 @@
 
 #include "base/rng.h"
 #include "rigid/broad/broad.h"
+#include "threads/team.h"
 
 #define CAPACITY 1500
 
@@ -40,6 +41,28 @@ static void touch(bench *b, int32_t i)
     }
 }
 
+/* The same pairs by three threads, also when a part of them has too little room for its pairs. */
+static void compare_by_team(const bench *b, int kind, const ll_proxy_pair *expected, int32_t count)
+{
+    static ll_proxy_pair pairs[400000];
+    static char scratch[CAPACITY * 400];
+    ll_team *team;
+    ll_status made = ll_team_make(3, &team);
+    assert_false(ll_failed(&made));
+    for (int tight = 0; tight < 2; tight++) {
+        ll_pair_list out = {.at = pairs,
+                            .capacity = tight ? count : 400000,
+                            .team = team,
+                            .scratch = scratch,
+                            .scratch_size = b->scratch ? sizeof scratch : 0};
+        ll_broad_pairs(ll_broad_phases[kind], b->state[kind], b->boxes, b->moved, b->list, b->moves, &out);
+        assert_false(out.overflowed);
+        assert_int_equal(out.count, count);
+        assert_memory_equal(pairs, expected, (size_t)count * sizeof *pairs);
+    }
+    ll_team_free(team);
+}
+
 static void compare(bench *b)
 {
     static ll_proxy_pair pairs[LL_BROADS][400000];
@@ -55,6 +78,7 @@ static void compare(bench *b)
         counts[k] = out.count;
         assert_int_equal(counts[k], counts[0]);
         assert_memory_equal(pairs[k], pairs[0], (size_t)counts[0] * sizeof(ll_proxy_pair));
+        compare_by_team(b, k, pairs[0], counts[0]);
     }
     assert_true(counts[0] > 0);
     memset(b->moved, 0, sizeof b->moved);

@@ -127,11 +127,54 @@ static void a_moving_floor_is_of_one_group_with_all_on_it(void **state)
     free(b);
 }
 
+/* ---- a crowd: more impacts at once than are followed through rows ---- */
+
+enum { pairs = 1300 };
+
+/* Pairs of balls that fly against each other, far from the other pairs: each is an island. */
+static ll_rigid *flying_pairs(double e, ll_body_id ball[2 * pairs])
+{
+    ll_rigid_limits limits = small_limits(2 * pairs);
+    ll_rigid_params p = standard_params();
+    p.gravity_y = 0;
+    p.sleep = false;
+    ll_rigid *w = world_of(&limits, &p);
+    ll_material m = ll_material_defaults();
+    m.restitution = e;
+    m.friction = 0;
+    for (int i = 0; i < 2 * pairs; i++) {
+        ll_body_def def = ll_body_defaults(LL_BODY_DYNAMIC);
+        def.position = ll_vec(i % 2 == 0 ? -0.6 : 0.6, 5 * (i / 2));
+        def.velocity = ll_vec(i % 2 == 0 ? 4 : -2, 0);
+        ball[i] = add_ball(w, def, 0.5, m);
+    }
+    return w;
+}
+
+static void many_pairs_bounce_as_one_does(void **state)
+{
+    (void)state;
+    for (int k = 0; k <= 2; k++) {
+        static ll_body_id ball[2 * pairs];
+        double e = 0.5 * k;
+        ll_rigid *w = flying_pairs(e, ball);
+        for (int i = 0; i < 10; i++)
+            ok(ll_rigid_step(w, 1.0 / 60, NULL));
+        for (int i = 0; i < pairs; i++) {
+            double left = body(w, ball[2 * i]).velocity.x, right = body(w, ball[2 * i + 1]).velocity.x;
+            near(right - left, 6 * e, 1e-9);
+            near(right + left, 2, 1e-9);
+        }
+        free(w);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(groups_move_as_the_whole_does),
         cmocka_unit_test(a_moving_floor_is_of_one_group_with_all_on_it),
+        cmocka_unit_test(many_pairs_bounce_as_one_does),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -105,11 +105,51 @@ static void a_world_that_diverges_says_the_same(void **state)
     lab_close(&shared);
 }
 
+enum { rows = 700, in_a_row = 4 };
+
+/* Rows of balls that touch, the outer ones on their way to each other: more impacts than are followed through
+ * rows in all, and few of them in each group of islands that one thread solves at a time. */
+static ll_rigid *rows_of_balls(void)
+{
+    ll_rigid_limits limits = small_limits(rows * in_a_row);
+    ll_rigid_params p = standard_params();
+    p.gravity_y = 0;
+    p.sleep = false;
+    ll_rigid *w = world_of(&limits, &p);
+    ll_material m = ll_material_defaults();
+    m.restitution = 0.7;
+    for (int i = 0; i < rows * in_a_row; i++) {
+        ll_body_def def = ll_body_defaults(LL_BODY_DYNAMIC);
+        int k = i % in_a_row;
+        def.position = ll_vec(1.001 * k, 5 * (i / in_a_row));
+        def.velocity = ll_vec(k == 0 ? 5 : k == in_a_row - 1 ? -4 : 0, 0);
+        add_ball(w, def, 0.5, m);
+    }
+    return w;
+}
+
+static void the_same_bits_where_many_bounce_at_once(void **state)
+{
+    (void)state;
+    ll_rigid *alone = rows_of_balls(), *shared = rows_of_balls();
+    ll_team *team;
+    ok(ll_team_make(2, &team));
+    for (int i = 0; i < 10; i++) {
+        ok(ll_rigid_step(alone, 1.0 / 60, NULL));
+        ok(ll_rigid_step_by_team(shared, 1.0 / 60, NULL, team));
+        assert_true(ll_rigid_hash(alone) == ll_rigid_hash(shared));
+    }
+    ll_team_free(team);
+    free(alone);
+    free(shared);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_same_bits_by_two_threads),
         cmocka_unit_test(the_same_bits_by_an_odd_number),
+        cmocka_unit_test(the_same_bits_where_many_bounce_at_once),
         cmocka_unit_test(the_same_bits_while_bodies_fall_asleep),
         cmocka_unit_test(a_world_that_diverges_says_the_same),
     };

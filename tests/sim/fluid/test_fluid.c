@@ -122,10 +122,10 @@ static void sizes_are_refused_with_their_memory(void **state)
 {
     (void)state;
     ll_session *s;
-    ll_status status = try_session("{\"kind\":\"fluid\",\"scene\":\"cylinder\",\"params\":{\"n\":2048}}", &s);
+    ll_status status = try_session("{\"kind\":\"fluid\",\"scene\":\"cylinder\",\"params\":{\"n\":4096}}", &s);
     assert_int_equal(status.code, LL_BAD_INPUT);
     assert_string_equal(status.field, "params.n");
-    assert_non_null(strstr(status.text, "2048 x 2048 cells would take"));
+    assert_non_null(strstr(status.text, "4096 x 4096 cells would take"));
     status = try_session("{\"kind\":\"fluid\",\"scene\":\"cavity\",\"solver\":{\"backtrace\":4}}", &s);
     assert_string_equal(status.field, "solver.backtrace");
     status = try_session("{\"kind\":\"fluid\"}", &s);
@@ -240,13 +240,13 @@ static void errors_side_by_side_name_their_index(void **state)
     (void)state;
     ll_session *s;
     ll_status status = try_session(
-        "{\"kind\":\"fluid\",\"scene\":\"cavity\",\"side_by_side\":[{},{\"params\":{\"n\":2048}}]}", &s);
+        "{\"kind\":\"fluid\",\"scene\":\"cavity\",\"side_by_side\":[{},{\"params\":{\"n\":4096}}]}", &s);
     assert_string_equal(status.field, "side_by_side.1.params.n");
     assert_non_null(strstr(status.text, "side_by_side.1.params.n"));
     status = try_session("{\"kind\":\"fluid\",\"scene\":\"cavity\",\"side_by_side\":[{},{},{}]}", &s);
     assert_string_equal(status.field, "side_by_side");
     status = try_session(
-        "{\"kind\":\"fluid\",\"scene\":\"cavity\",\"params\":{\"n\":1024},\"side_by_side\":[{},{}]}", &s);
+        "{\"kind\":\"fluid\",\"scene\":\"cavity\",\"params\":{\"n\":3000},\"side_by_side\":[{},{}]}", &s);
     assert_string_equal(status.field, "side_by_side");
     assert_non_null(strstr(status.text, "3 fluids side by side would take"));
 }

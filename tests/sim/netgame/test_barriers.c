@@ -68,7 +68,7 @@ static scene game(uint64_t n, bool fails)
 /* Continues, and counts the barriers that it saw. */
 static int play(scene *s, outcome *o)
 {
-    ll_recorder r = {on_event, o};
+    ll_recorder r = {.record = on_event, .context = o};
     const ll_server *server = ll_netgame_server(s->game);
     int held = 0;
     for (int64_t k = 1; k <= SECONDS * 100; k++) {

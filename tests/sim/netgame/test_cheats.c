@@ -182,7 +182,7 @@ static void drive(const char *const *sets, const char *cheat, double from_s, cou
 {
     scene s = scene_open("race", sets);
     const ll_entity *car = &ll_server_world(ll_netgame_server(s.game))->entity[0];
-    ll_netgame_config config = s.game->config;
+    ll_netgame_config config = scene_config(s.game);
     double x = car->x;
     ll_status status = ll_param_set(s.scenario.kind->table, &config, "players.0.cheat", cheat, false);
     assert_false(ll_failed(&status));

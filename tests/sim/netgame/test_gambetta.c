@@ -87,7 +87,7 @@ static int stale_taken(const char *id, double *back)
     ll_recorder r = tape_recorder(&all);
     s.scenario.kind->input(s.game, 1, &(ll_action){.axis = {1, 0}});
     scene_run(&s, 3.03, &r);
-    ll_netgame_config config = s.game->config;
+    ll_netgame_config config = scene_config(s.game);
     config.players[0].lag_ms = 50;
     s.scenario.kind->change(s.game, &config, s.game->now);
     double before = 0;

@@ -136,7 +136,7 @@ static void count_again(const char *scenario, const char *const *sets)
 {
     scene s = scene_open(scenario, sets);
     history_of_ticks *d = calloc(1, sizeof *d);
-    const ll_recorder recorder = {note_input_result, d};
+    const ll_recorder recorder = {.record = note_input_result, .context = d};
     const ll_client_metrics *in = ll_netgame_client_metrics(s.game, 0);
     for (int k = 0; k < TICKS; k++) {
         ll_status status =

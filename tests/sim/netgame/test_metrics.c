@@ -180,7 +180,7 @@ static void results_balance_at_every_tick(void **state)
             sync, lag, loss, jitter, redundancy, cheat, update, dead, "server.timeout_s=0", NULL};
         scene s = scene_open(seed % 5 == 2 ? "gambetta" : "race", sets);
         result_counter *w = calloc(2, sizeof *w);
-        const ll_recorder recorder = {hear, w};
+        const ll_recorder recorder = {.record = hear, .context = w};
         for (int tick = 1; tick <= 600; tick++) {
             scene_run(&s, tick / 60.0, &recorder);
             for (int p = 0; p < 2; p++) {

@@ -192,7 +192,7 @@ static void lag_may_change_while_it_runs(void **state)
     double t = 4;
     scene_run(&s, t, NULL);
     for (size_t i = 0; i < sizeof lags / sizeof lags[0]; i++) {
-        ll_netgame_config config = s.game->config;
+        ll_netgame_config config = scene_config(s.game);
         config.players[0].lag_ms = lags[i];
         s.scenario.kind->change(s.game, &config, s.game->now);
         scene_run(&s, t += 6, NULL);
@@ -260,7 +260,7 @@ static void lockstep_survives_loss_and_jitter(void **state)
 /* Sets B's loss up. */
 static void silence(scene *s, double loss_pct)
 {
-    ll_netgame_config config = s->game->config;
+    ll_netgame_config config = scene_config(s->game);
     config.players[1].link.up.loss_pct = loss_pct;
     s->scenario.kind->change(s->game, &config, s->game->now);
 }
@@ -311,7 +311,7 @@ static void lockstep_recovers_from_any_outage(void **state)
                                     NULL};
         scene s = scene_open("paper/fig11", sets);
         scene_run(&s, begin_s, NULL);
-        ll_netgame_config config = s.game->config, well = config;
+        ll_netgame_config config = scene_config(s.game), well = config;
         for (int p = 0; p < 2; p++) {
             config.players[p].link.up.loss_pct = players >> p & ways & 1 ? 100 : 0;
             config.players[p].link.down.loss_pct = players >> p & ways >> 1 & 1 ? 100 : 0;
@@ -443,8 +443,9 @@ static void sync_may_change_while_it_runs(void **state)
     while (ll_syncs[syncs])
         syncs++;
     for (int i = 0; i < 2 * syncs * syncs; i++) { /* from each to each */
-        ll_netgame_config config = s.game->config;
+        ll_netgame_config config = scene_config(s.game);
         config.server.sync = i % 2 ? i / 2 % syncs : i / 2 / syncs;
+        config.bucket_delay_ms = 400; /* longer than every link */
         s.scenario.kind->change(s.game, &config, s.game->now);
         scene_run(&s, t += 2, NULL);
         /* stop and wait makes three or four steps of 1/30 s in 2 s */
@@ -527,9 +528,9 @@ static void block_may_be_moved(void **state)
         scene s = scene_open(scenarios[k], NULL), t = scene_open(scenarios[k], NULL);
         for (int i = 1; i <= 60; i++) { /* every sixth of a second to another place */
             scene_run(&s, i / 6.0, NULL);
-            ll_netgame *elsewhere = malloc((size_t)s.game->size);
-            memcpy(elsewhere, s.game, (size_t)s.game->size);
-            memset(s.game, 0xee, (size_t)s.game->size);
+            ll_netgame *elsewhere = malloc(ll_netgame_bytes(s.game));
+            memcpy(elsewhere, s.game, ll_netgame_bytes(s.game));
+            memset(s.game, 0xee, ll_netgame_bytes(s.game));
             free(s.game);
             s.game = elsewhere;
         }

@@ -426,7 +426,7 @@ static void predicted_inputs_are_felt_at_the_next_display(void **state)
         write_scenario(&o, n, n % 3 != 0);
         scene s = scene_make(o.scenario, nobody_leaves);
         waits w = {.s = &s};
-        ll_recorder r = {on_input, &w};
+        ll_recorder r = {.record = on_input, .context = &w};
         scene_run(&s, recovered_s(&o) + WINDOW_S, &r);
         for (int p = 0; p < o.players; p++) {
             const ll_histogram *felt =

@@ -13,7 +13,7 @@
 
 static void run_to_tick(world_log *d, int64_t tick)
 {
-    ll_recorder r = {on_event, d};
+    ll_recorder r = {.record = on_event, .context = d};
     for (int k = 1; d->seen[0] < tick; k++) {
         assert_true(k < 3600);
         scene_run(d->s, k, &r);

@@ -12,6 +12,7 @@
 
 #include "base/rng.h"
 #include "sim/netgame/world_log.h"
+#include "support/stride.h"
 
 /* The first tick at which a client's world differs from the server's; -1: none. */
 static int64_t first_difference(const world_log *d, int player)
@@ -158,7 +159,7 @@ static void live_changes_keep_all_worlds_equal(void **state)
     scene s = scene_open("contact", sets);
     world_log d = log_of(&s, 0);
     for (int k = 0; k < 120; k++) {
-        ll_netgame_config config = s.game->config;
+        ll_netgame_config config = scene_config(s.game);
         config.server.max_rollback_ticks = k * 7 % 17;
         config.server.sync_test_ticks = k * 5 % 9;
         config.server.update_hz = 10 + k * 13 % 111;
@@ -184,7 +185,7 @@ static void other_hardware_is_named(void **state)
     static const char *const hardware[] = {"players.1.float_mode=float", "players.1.float_mode=fma",
                                            "players.1.float_mode=ulp"};
     static const char *const games[] = {"contact", "cannon", "desync_fma"};
-    for (int i = 0; i < 3 * 3 * 2; i++) {
+    for (int i = 0; i < 3 * 3 * 2; i += LL_TEST_STRIDE) {
         const char *const sets[] = {peer_syncs[i / 9],
                                     hardware[i % 3],
                                     "players.0.input_delay_ticks=4",

@@ -150,9 +150,9 @@ static void buffers_may_change_while_they_hold(void **state)
                 assert_true(ll_dejitter_valid(ll_netgame_dejitter(either->game, p)) &&
                             ll_link_valid(ll_netgame_down(either->game, p)));
         }
-        ll_netgame *elsewhere = malloc((size_t)s.game->size);
-        memcpy(elsewhere, s.game, (size_t)s.game->size);
-        memset(s.game, 0xee, (size_t)s.game->size);
+        ll_netgame *elsewhere = malloc(ll_netgame_bytes(s.game));
+        memcpy(elsewhere, s.game, ll_netgame_bytes(s.game));
+        memset(s.game, 0xee, ll_netgame_bytes(s.game));
         free(s.game);
         s.game = elsewhere;
     }

@@ -126,8 +126,8 @@ static void a_skipped_replay_would_change_nothing(void **state)
         int64_t states = 0, replays = 0, compared = 0;
         for (int k = 0; k < 300; k++) {
             scene_run(&s, 2 + k * 0.05, NULL);
-            ll_netgame *copy = malloc((size_t)s.game->size);
-            memcpy(copy, s.game, (size_t)s.game->size);
+            ll_netgame *copy = malloc(ll_netgame_bytes(s.game));
+            memcpy(copy, s.game, ll_netgame_bytes(s.game));
             for (int p = 0; p < 8; p++) {
                 ll_client *c = ll_netgame_client(s.game, p), *d = ll_netgame_client(copy, p);
                 ll_client_setup setup = {.game = ll_netgame_game(copy),
@@ -224,7 +224,7 @@ static void scope_may_change_while_it_runs(void **state)
     (void)state;
     scene s = scene_open("contact", NULL);
     for (int k = 0; k < 60; k++) {
-        ll_netgame_config config = s.game->config;
+        ll_netgame_config config = scene_config(s.game);
         config.players[0].prediction_scope = k % 3;
         config.players[1].prediction_scope = k / 3 % 3;
         s.scenario.kind->change(s.game, &config, s.game->now);

@@ -215,7 +215,7 @@ static landing fire_upon(const char *lag, double aim)
     assert_int_equal(arms_of(&s, 0)->shots[LL_PROJECTILE], 1);
     assert_int_equal(projectile->start, 4 * LL_SECOND);
     assert_true(projectile->end != LL_NEVER);
-    ll_flight f = {projectile->from, projectile->velocity, 9.81};
+    ll_flight f = {projectile->from, projectile->velocity, 9.81, 0};
     landing l = {projectile->start, projectile->end,
                  ll_flight_at(&f, ll_to_s(projectile->end - projectile->start)), projectile->body};
     scene_close(&s);
@@ -553,9 +553,9 @@ static void block_may_be_moved_and_runs_are_equal(void **state)
     scene s = scene_open("cannon_families", sets), t = scene_open("cannon_families", sets);
     for (int i = 1; i <= 60; i++) {
         scene_run(&s, i / 6.0, NULL);
-        ll_netgame *elsewhere = malloc((size_t)s.game->size);
-        memcpy(elsewhere, s.game, (size_t)s.game->size);
-        memset(s.game, 0xee, (size_t)s.game->size);
+        ll_netgame *elsewhere = malloc(ll_netgame_bytes(s.game));
+        memcpy(elsewhere, s.game, ll_netgame_bytes(s.game));
+        memset(s.game, 0xee, ll_netgame_bytes(s.game));
         free(s.game);
         s.game = elsewhere;
     }
@@ -579,7 +579,7 @@ static void draining_is_refused_with_a_sentence(void **state)
 {
     (void)state;
     scene s = scene_open("rifle", NULL);
-    ll_netgame_config config = s.game->config;
+    ll_netgame_config config = scene_config(s.game);
     ll_status status = ll_param_set(s.scenario.kind->table, &config, "server.sync", "gambetta", true);
     assert_int_equal(status.code, LL_BAD_INPUT);
     assert_string_equal(status.field, "server.sync");

@@ -209,7 +209,7 @@ static void a_codec_may_change_while_it_runs(void **state)
         double t = 4, last = 0;
         scene_run(&s, t, NULL);
         for (int k = 1; k <= 9; k++) {
-            ll_netgame_config config = s.game->config;
+            ll_netgame_config config = scene_config(s.game);
             config.server.snapshot = k % 3;
             config.server.quantum_m = k % 2 ? 0.002 : 0.05;
             s.scenario.kind->change(s.game, &config, s.game->now);

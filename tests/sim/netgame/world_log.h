@@ -68,7 +68,7 @@ static inline const ll_peer *peer_of(const scene *s, int player)
 /* Continues frame by frame. */
 static inline void run(world_log *d, double from_s, double until_s)
 {
-    ll_recorder r = {on_event, d};
+    ll_recorder r = {.record = on_event, .context = d};
     for (int64_t k = (int64_t)(from_s * 60) + 1; k <= (int64_t)(until_s * 60); k++) {
         scene_run(d->s, (double)k / 60 + 1e-6, &r);
         for (int p = 0; p < d->s->game->config.player_count; p++)
@@ -81,7 +81,7 @@ static inline void run(world_log *d, double from_s, double until_s)
 
 static inline void set_loss(scene *s, int player, double percent)
 {
-    ll_netgame_config config = s->game->config;
+    ll_netgame_config config = scene_config(s->game);
     config.players[player].link.up.loss_pct = percent;
     s->scenario.kind->change(s->game, &config, s->game->now);
 }

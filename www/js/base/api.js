@@ -7,13 +7,25 @@ export { insist };
 /** @typedef {{field: string, detail: string}} FieldError */
 
 export class Problem extends Error {
-  /** @param {number} status @param {any} body */
-  constructor(status, body) {
-    super(String(body?.detail ?? body?.title ?? t('base.answered', { status: String(status) })));
+  /** The message and the details of fields are for people: in the page's language, with the names of parameters that the page has
+   * when they are read. `detail` is the daemon's sentence.
+   * @param {number} status @param {any} body @param {(english: string) => string} [said] */
+  constructor(status, body, said = (english) => english) {
+    super();
     this.status = status;
+    this.detail = String(body?.detail ?? body?.title ?? '');
+    this.said = said;
     /** @type {FieldError[]} */
-    this.errors = Array.isArray(body?.errors) ? body.errors : [];
+    this.errors = (Array.isArray(body?.errors) ? body.errors : []).map((/** @type {FieldError} */ { field, detail }) => ({
+      field,
+      get detail() {
+        return said(String(detail));
+      },
+    }));
     this.declined = body?.declined === true; /* the class key was asked for, and not given */
+  }
+  get message() {
+    return this.detail === '' ? t('base.answered', { status: String(this.status) }) : this.said(this.detail);
   }
 }
 
@@ -101,8 +113,19 @@ export async function call(method, path, more = {}) {
   } catch {
     if (answer.ok) throw new Problem(answer.status, { detail: t('base.no_json') });
   }
-  if (!answer.ok) throw new Problem(answer.status, body);
+  if (!answer.ok) throw await refusal(answer.status, body);
   return body;
+}
+
+/** @param {number} status @param {any} body @returns {Promise<Problem>} */
+async function refusal(status, body) {
+  try {
+    const { ready, said } = await import('./messages.js');
+    await ready();
+    return new Problem(status, body, said);
+  } catch {
+    return new Problem(status, body); /* its words do not come: the daemon's */
+  }
 }
 
 /** A module that is read when it is wanted. When the daemon was away it is read once the daemon answers; browsers that

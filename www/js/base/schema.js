@@ -110,24 +110,27 @@ const GROUPS = {
   player: [
     ['link', /^(lag_ms|link\.preset)$/],
     ['prediction', /^(prediction|reconciliation|ack$|interpolation|extrapolation|time_scale|correction|jitter_margin|dejitter)/],
-    ['control', /^(control|script|cheat|lane|slack_ticks|input_delay_ticks|time_dilation|redundancy)$/],
+    ['control', /^(control|authority|script|cheat|lane|slack_ticks|input_delay_ticks|time_dilation|redundancy)$/],
     ['clock', /^(timer_|clock_|drift_|send_hz|display_|input_hz|input_device|float_mode)/],
     ['link_up', /^link\.up\./],
     ['link_down', /^link\.down\./],
   ],
   server: [
-    ['rate', /^(update_hz|sync|timeout_s|max_rollback)/],
-    ['inputs', /^(validation|refused|starved)/],
+    ['rate', /^(update_hz|sync|bucket_|timeout_s|max_rollback)/],
+    ['transport', /^(transport|delivery|congestion|nagle)$/],
+    ['inputs', /^(validation|detection|refused|starved)/],
     ['shots', /^(hitscan|projectile|max_rewind|rewind_)/],
-    ['snapshots', /^(snapshot|quantum_)/],
+    ['snapshots', /^(snapshot|quantum_|interest_)/],
   ],
+  peers: [['peers', /./]],
 };
 
-/** @param {string} at players.0, server, params @param {string[]} paths below it @returns {{title: string, paths: string[]}[]} */
+/** @param {string} at players.0, server, peers, params @param {string[]} paths below it @returns {{title: string, paths: string[]}[]} */
 export function grouped(at, paths) {
   const table = GROUPS[at.startsWith('players.') ? 'player' : at] ?? [];
   const place = (/** @type {string} */ path) =>
-    (table.findIndex(([, names]) => names.test(path.slice(at.length + 1))) + table.length + 1) % (table.length + 1);
+    (table.findIndex(([, names]) => names.test(path.startsWith(`${at}.`) ? path.slice(at.length + 1) : path)) + table.length + 1) %
+    (table.length + 1);
   return [...table.map(([title]) => title), table.length > 0 ? 'more' : 'game']
     .map((title, i) => ({ title: t(`base.group.${title}`), paths: paths.filter((path) => place(path) === i) }))
     .filter((group) => group.paths.length > 0);

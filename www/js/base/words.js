@@ -13,6 +13,8 @@ import { insist } from './insist.js';
 /** @type {Language[]} */
 export const LANGUAGES = ['en', 'de'];
 const KEPT = 'laglab.language';
+/** For who translates: `stringTest=double` shows each text twice, and so on (www/js/base/string_test.js). */
+const TRIED = new URLSearchParams(location.search).get('stringTest');
 const PLACEHOLDER = /\{([^{}]*)\}/;
 
 /** @param {string | null | undefined} name such as de-AT @returns {Language | undefined} */
@@ -53,7 +55,8 @@ function read(name, part) {
     insist(async () => {
       const file = await fetch(new URL(`../../${path}`, import.meta.url));
       if (!file.ok) throw new Error(`${path}: ${file.status}`);
-      return file.json();
+      const part = await file.json();
+      return TRIED === null ? part : (await import('./string_test.js')).stretched(part, TRIED);
     });
   asked.set(path, answer);
   return answer;
@@ -133,6 +136,12 @@ export function rich(key, values) {
     });
 }
 
+/** A place of the paper: its figures in the page's language, its sections by their titles. @param {string} paper @returns {{text: string, lang: string}} */
+export function paperName(paper) {
+  const n = /^Figure (\d+)$/.exec(paper)?.[1];
+  return n === undefined ? { text: paper, lang: 'en' } : { text: t('base.figure', { n }), lang: language.value };
+}
+
 /** Whether there are words for a key. @param {string} key */
 export const has = (key) => now.value.words[key] !== undefined;
 
@@ -153,6 +162,12 @@ const keyOf = (path) =>
 
 /** The name of a scenario's value. @param {string} kind of the scenario @param {string} path such as methods.0.dt_s */
 export const inputOf = (kind, path) => nameOf(kind, 'params', keyOf(path));
+
+/** The name of a scenario's value of any kind. @param {string} path such as players.1.lag_ms @returns {string | undefined} */
+export function labelOfAny(path) {
+  const key = keyOf(path);
+  return Object.values(now.value.parts).find(({ params }) => params?.[key])?.params?.[key]?.label;
+}
 
 /** The name of what a kind has by a key: a method, a scene, a field. @param {string} kind @param {string} key @returns {string} */
 export const called = (kind, key) => nameOf(kind, 'choices', key) ?? key.replaceAll('_', ' ');

@@ -122,6 +122,6 @@ effect(() => {
 let frozenBefore = false;
 effect(() => {
   const frozen = now.value?.frozen === true;
-  if (part.value === 'member' && frozen !== frozenBefore) speak(frozen ? t('class.frozen') : t('class.unfrozen'));
+  if (part.value === 'member' && frozen !== frozenBefore) speak('class', frozen ? t('class.frozen') : t('class.unfrozen'));
   frozenBefore = frozen;
 });

@@ -1,6 +1,7 @@
 // The players' marks differ in shape, letter and dash; colour only helps.
 import { letter } from '../base/format.js';
 import { paintOf } from './palette.js';
+import { stamp } from './sprites.js';
 
 /** @typedef {CanvasRenderingContext2D} Pen */
 /** @typedef {import('./palette.js').Palette} Palette */
@@ -49,9 +50,14 @@ export function outline(pen, player, x, y, size) {
   }
 }
 
-/** @param {Pen} pen @param {Palette} colours @param {number} player @param {number} x @param {number} y @param {number} size */
-export function drawMark(pen, colours, player, x, y, size) {
-  outline(pen, player, x, y, size);
+/** @param {Pen} to @param {Palette} colours @param {number} player @param {number} x @param {number} y @param {number} size */
+export function drawMark(to, colours, player, x, y, size) {
+  stamp(to, `mark ${player} ${size}`, x, y, 0.75 * size + 3, 0.75 * size + 3, (pen) => markAtOrigin(pen, colours, player, size));
+}
+
+/** @param {Pen} pen @param {Palette} colours @param {number} player @param {number} size */
+function markAtOrigin(pen, colours, player, size) {
+  outline(pen, player, 0, 0, size);
   pen.setLineDash([]);
   pen.fillStyle = paintOf(colours, player).fill;
   pen.fill();
@@ -60,21 +66,42 @@ export function drawMark(pen, colours, player, x, y, size) {
   pen.stroke();
   if (size < 14) return;
   pen.fillStyle = colours.onFill;
-  pen.font = `700 ${Math.round(Math.max(11, size * 0.5))}px ${colours.font}`;
+  pen.font = `700 ${Math.round(Math.max(11, size * 0.5, Math.min(colours.text, size * 0.8)))}px ${colours.font}`;
   pen.textAlign = 'center';
   pen.textBaseline = 'middle';
-  pen.fillText(letter(player), player % 8 === 1 ? x - size * 0.12 : x, y + 1);
+  pen.fillText(letter(player), player % 8 === 1 ? -size * 0.12 : 0, 1);
 }
 
-/** Where the server has it: hollow and dashed. @param {Pen} pen @param {Palette} colours @param {number} player
+/** Where the server has it: hollow and dashed. @param {Pen} to @param {Palette} colours @param {number} player
  * @param {number} x @param {number} y @param {number} size */
-export function drawGhost(pen, colours, player, x, y, size) {
-  outline(pen, player, x, y, size);
-  pen.setLineDash([4, 3]);
-  pen.lineWidth = colours.line;
-  pen.strokeStyle = colours.truth;
-  pen.stroke();
-  pen.setLineDash([]);
+export function drawGhost(to, colours, player, x, y, size) {
+  stamp(to, `hollow ${player % 8} ${size}`, x, y, 0.75 * size + 3, 0.75 * size + 3, (pen) => {
+    outline(pen, player, 0, 0, size);
+    pen.setLineDash([4, 3]);
+    pen.lineWidth = colours.line;
+    pen.strokeStyle = colours.truth;
+    pen.stroke();
+  });
+}
+
+/** Widths by font, of texts that differ in their digits only: those of a font are equally wide. @type {Map<string, Map<string, number>>} */
+const widths = new Map();
+const MOST = 2000;
+
+/** Lets the browser measure what is new alone, which takes longer than drawing it. @param {Pen} pen @param {Palette} colours @param {string} text
+ * @param {boolean} [bold] @returns {number} px */
+export function widthOf(pen, colours, text, bold = false) {
+  const font = `${bold ? '700 ' : ''}${colours.text}px ${colours.font}`;
+  let known = widths.get(font);
+  if (known === undefined || known.size > MOST) widths.set(font, (known = new Map()));
+  const like = text.replace(/\d/g, '0');
+  let width = known.get(like);
+  if (width === undefined) {
+    pen.font = font;
+    width = pen.measureText(like).width;
+    known.set(like, width);
+  }
+  return width;
 }
 
 /** @param {Pen} pen @param {Palette} colours @param {string} text @param {number} x @param {number} y

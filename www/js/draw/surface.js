@@ -1,8 +1,47 @@
-// A canvas that fills its box, at no more than twice the CSS resolution.
+// A canvas that fills its box, at no more than twice the CSS resolution. The size of a box, and whether it can be seen, come from observers: to ask
+// in a frame makes the browser lay the page out.
+import { hurry, touch } from './redraw.js';
 
 const DPR_MAX = 2;
+const NEAR = '96px'; /* around the screen: drawn before it is scrolled there */
+
+/** Device pixels per CSS px that a drawing has at least: more while an image is taken of it. */
+export const finest = { ratio: 1 };
 
 /** @typedef {CanvasRenderingContext2D} Pen */
+/** CSS px; seen: on the screen or near it, as far as is known. @typedef {{width: number, height: number, seen: boolean}} Box */
+
+/** @type {WeakMap<Element, Box>} */
+const boxes = new WeakMap();
+
+const sizes = new ResizeObserver((list) => {
+  for (const { target } of list) measure(target);
+  touch();
+});
+const places = new IntersectionObserver(
+  (list) => {
+    for (const { target, isIntersecting } of list) Object.assign(boxOf(target), { seen: isIntersecting });
+    hurry();
+  },
+  { rootMargin: NEAR },
+);
+
+/** @param {Element} element */
+function measure(element) {
+  Object.assign(boxOf(element), { width: element.clientWidth, height: element.clientHeight });
+}
+
+/** The present size of an element, kept up to date. @param {Element} element @returns {Box} */
+export function boxOf(element) {
+  const known = boxes.get(element);
+  if (known) return known;
+  const made = { width: 0, height: 0, seen: true };
+  boxes.set(element, made);
+  measure(element);
+  sizes.observe(element);
+  places.observe(element);
+  return made;
+}
 
 export class Surface {
   /** @param {HTMLCanvasElement} canvas */
@@ -14,12 +53,11 @@ export class Surface {
     this.ratio = 1;
   }
 
-  /** Clears it and fits it to its box. Returns false when there is nothing to draw on. */
+  /** Clears it and fits it to its box. Returns false when there is nothing to draw on, or where it cannot be seen. */
   begin() {
-    const box = /** @type {HTMLElement} */ (this.canvas.parentElement);
-    const width = box.clientWidth,
-      height = box.clientHeight;
-    const ratio = Math.min(DPR_MAX, window.devicePixelRatio || 1);
+    const { width, height, seen } = boxOf(/** @type {HTMLElement} */ (this.canvas.parentElement));
+    if (!seen || width <= 8 || height <= 8) return false;
+    const ratio = Math.max(finest.ratio, Math.min(DPR_MAX, window.devicePixelRatio || 1));
     if (width !== this.width || height !== this.height || ratio !== this.ratio) {
       this.width = width;
       this.height = height;
@@ -29,6 +67,6 @@ export class Surface {
     }
     this.pen.setTransform(ratio, 0, 0, ratio, 0, 0);
     this.pen.clearRect(0, 0, width, height);
-    return width > 8 && height > 8;
+    return true;
   }
 }

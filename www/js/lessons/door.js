@@ -3,6 +3,7 @@ import { html, nothing } from '../../vendor/lit-html.js';
 import { signal } from '../../vendor/signals-core.js';
 import { insist } from '../base/api.js';
 import { writeLesson } from '../base/link.js';
+import { paperName } from '../base/words.js';
 import { labs } from '../session/labs.js';
 import { titleOf } from '../session/scenario_words.js';
 import { lesson, scenarios, theme } from '../session/state.js';
@@ -49,7 +50,7 @@ function others(topic) {
   return html`<section aria-labelledby=${`topic-${topic}`}><h3 id=${`topic-${topic}`}>${word(`topic.${topic}`)}</h3>
     <ul class="list">${list.map(
       (row) => html`<li><a href=${hrefOf(row)}>${row.title[language.value]}</a>
-        <small>${row.paper ? html`<span lang="en">${row.paper}</span> · ` : nothing}${word('door.minutes', { n: row.minutes })}</small></li>`,
+        <small>${row.paper ? html`<span lang=${paperName(row.paper).lang}>${paperName(row.paper).text}</span> · ` : nothing}${word('door.minutes', { n: row.minutes })}</small></li>`,
     )}</ul></section>`;
 }
 
@@ -65,7 +66,7 @@ function library() {
       return html`<section aria-labelledby=${`kind-${kind}`}><h3 id=${`kind-${kind}`}>${word(group)}</h3>
         <ul class="list">${list.map(
           (row) =>
-            html`<li><a href=${`?scenario=${row.id}${colours}`}>${titleOf(row)}</a>${row.paper ? html` <small>${row.paper}</small>` : nothing}</li>`,
+            html`<li><a href=${`?scenario=${row.id}${colours}`}>${titleOf(row)}</a>${row.paper ? html` <small lang=${paperName(row.paper).lang}>${paperName(row.paper).text}</small>` : nothing}</li>`,
         )}</ul></section>`;
     })}</details>`;
 }

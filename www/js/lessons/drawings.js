@@ -19,15 +19,26 @@ function car(x, y, who, part = who) {
   }</g>`;
 }
 
-/** Boxes, one path each: left, top, angle. @param {number[][]} list @param {string} name */
-const boxes = (list, name) =>
+const BOX = 'M-9 -9h18v18h-18z';
+/** Two of a high column, drawn from the middle of the lower one. */
+const PAIR = 'M-1.8 -5.4h3.6v7.2h-3.6zM-1.8 -1.8h3.6';
+
+/** Boxes, a path each: middle, angle. @param {number[][]} list @param {string} name @param {string} [path] */
+const boxes = (list, name, path = BOX) =>
   list.map(
     ([x, y, angle], i) =>
-      svg`<rect class=${name} data-part=${name === 'c' ? `box${i}` : nothing} x="-9" y="-9" width="18" height="18" transform=${`translate(${x} ${y}) rotate(${angle})`}/>`,
+      svg`<path class=${name} data-part=${name.startsWith('c') ? `box${i}` : nothing} d=${path} transform=${`translate(${x} ${y}) rotate(${angle})`}/>`,
   );
 
-/** A column that stands on the ground. @param {number} x @param {number} count @param {number} lean */
-const column = (x, count, lean) => Array.from({ length: count }, (_, i) => [x + lean * i * i, 103 - 18 * i, lean * i * 5]);
+/** A column that stands on the ground. @param {number} x @param {number} count @param {number} [side] @param {number} [step] */
+const column = (x, count, side = 18, step = side) => Array.from({ length: count }, (_, i) => [x, 112 - side / 2 - step * i, 0]);
+/** A high one that buckles: its middle goes one way, its top the other. @param {number} x @param {number} count */
+const buckled = (x, count) =>
+  column(x, count, 3.6, 7.2).map(([at = 0, y = 0], i) => [
+    at + (14 * i * Math.sin((5.5 * i) / count)) / count,
+    y,
+    4 * Math.cos((5.5 * i) / count),
+  ]);
 
 /** @type {Record<string, import('lit-html').TemplateResult | import('lit-html').TemplateResult[]>} */
 const DRAWINGS = {
@@ -38,10 +49,9 @@ const DRAWINGS = {
   who_waits: svg`<path class="plane" d="M0 0h250v128H0z"/>${[0, 1, 2].map(
     (row) =>
       svg`<text x="22" y=${33 + row * 36}>${'ABC'[row]}</text>${[0, 1, 2, 3, 4, 5].map(
-        (i) =>
-          svg`<rect class=${row === 2 && i > 2 ? 'ghost' : ['a', 'b', 'c'][row]} x=${44 + i * 31} y=${16 + row * 36} width="23" height="23" rx="4"/>`,
-      )}`,
-  )}<path class="back" data-part="step" transform="translate(133 8)" d="M0 0v112"/>`,
+        (i) => svg`<rect class="ghost" x=${44 + i * 31} y=${16 + row * 36} width="23" height="23" rx="4"/>`,
+      )}<rect class=${'abc'[row]} data-part=${'abc'[row]} width="23" height="23" rx="4" transform=${`translate(${row === 2 ? 168 : 106} ${16 + row * 36})`}/>`,
+  )}<path class="back" data-part="step" transform="translate(102 8)" d="M0 0v112"/>`,
   behind_wall: svg`<path class="plane" d="M0 0h250v128H0z"/><rect class="wall" x="92" y="58" width="18" height="64"/><circle class="ghost" data-part="seen" transform="translate(62 52)" r="15"/>
     <g data-part="a" transform="translate(62 98)"><circle class="a" r="15"/><text y="5">A</text></g><path class="back shot" d="M80 50L188 34"/><path class="b" d="M190 26l38 -8 -4 34z"/>`,
   keeps_energy: svg`<path class="plane" d="M0 0h250v128H0z"/><ellipse class="curve" cx="100" cy="64" rx="44" ry="36"/>
@@ -62,8 +72,12 @@ const DRAWINGS = {
       [36, 26, 20],
     ],
     'c',
-  )}${boxes(column(186, 6, 0), 'd')}`,
-  how_many_sweeps: svg`<path class="plane" d="M0 0h250v128H0z"/>${GROUND}${boxes(column(66, 6, 1.1), 'c')}${boxes(column(186, 6, 0), 'd')}<path class="way" d="M120 24Q146 60 122 98"/><text x="150" y="66">×?</text>`,
+  )}${boxes(column(186, 6), 'd')}`,
+  how_many_sweeps: svg`<path class="plane" d="M0 0h250v128H0z"/>${GROUND}${boxes(buckled(76, 20), 'c small', PAIR)}${boxes(
+    column(186, 20, 3.6, 7.2),
+    'd small',
+    PAIR,
+  )}<path class="way" d="M112 24Q138 60 114 98"/><text x="146" y="66">×?</text>`,
   what_a_cheat_gains: svg`${ROAD}${car(66, 71, 'ghost')}${car(66, 71, 'a')}<path class="solid" d="M206 10l14 14-14 14-14-14zM203 34h6v88h-6z"/>${[
     136, 164,
   ].map(

@@ -99,6 +99,7 @@ function teachers(of, images, version) {
     ${figure(images, word('paper.stop', { tick: of.stop_tick }))}
     <h2>${word('steps.observe')}</h2><p>${textOf(of, 3)}</p>
     <h2>${word('steps.explain')}</h2><p>${textOf(of, 4)}</p>
+    ${of.erratum ? html`<p><b>${word('erratum')}</b> ${filled(of.erratum, of.numbers)}</p>` : nothing}
     <h2>${word('paper.choices')}</h2><table><tbody>${of.choices.map(
       (one) =>
         html`<tr class=${one.right ? 'right' : ''}><th>${one.right ? '✓ ' : ''}${labelOf(of, one)}</th><td>${filled(one.why, of.numbers)}</td></tr>`,

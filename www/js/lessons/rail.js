@@ -86,6 +86,7 @@ function explain(of) {
       )}</dd></div></dl>
     ${mine ? html`<p class="why">${filled(mine.why, of.numbers)}</p>` : nothing}
     <p>${textOf(of, 4)}</p>${highlighted()}
+    ${of.erratum ? html`<p class="faint" id="erratum"><b>${word('erratum')}</b> ${filled(of.erratum, of.numbers)}</p>` : nothing}
     <button type="button" class="main" @click=${() => go(5)}>${word('steps.change')}</button>`;
 }
 

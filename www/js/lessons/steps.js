@@ -14,7 +14,7 @@ import { file, filled, ready, word } from './words.js';
 /** @typedef {{value: number, unit: Text}} Answer */
 /**
  * A file of www/lessons; docs/lessons.md explains its members.
- * @typedef {{id: string, title: Text, order: number, scenario: string, set: Record<string, Value>, seed: number, stop_tick: number,
+ * @typedef {{id: string, title: Text, erratum?: Text, order: number, scenario: string, set: Record<string, Value>, seed: number, stop_tick: number,
  *   speed: number, look: {at: string, player?: number}, steps: Record<'predict' | 'observe' | 'explain' | 'change', Text>,
  *   choices: Choice[], answer: Answer, change: {set: Record<string, Value>, answer: Answer},
  *   controls?: Partial<Record<StepName, string[]>>, numbers: Record<string, {value: number, digits: number}>, minutes: number, age: number, hooks: string[], misconceptions: Text[]}} Lesson
@@ -110,7 +110,7 @@ function say(step) {
   const now = opened.value;
   if (now === null) return;
   const name = `${word('step', { n: step, of: LESSON_STEPS })}: ${word(`steps.${STEPS[step - 1]}`)}.`;
-  queueMicrotask(() => speak(`${name} ${textOf(now, step)}`)); /* after what the session's state says */
+  queueMicrotask(() => speak('status', `${name} ${textOf(now, step)}`)); /* after what the session's state says */
 }
 
 /** The step is shown, its session stands. @param {number} step */

@@ -12,8 +12,17 @@ export const link = readLink(location.search, location.hash);
 /** What was ignored of the address, in words; empty where nothing was. */
 export const problems = () => link.problems.map(([key, values]) => t(key, values)).join('. ');
 
-/** @param {string} key @param {Record<string, string>} values */
-const ignored = (key, values) => link.problems.push([key, values]);
+/** @param {string} key @param {Record<string, string>} values @param {() => string} detail in words, when they are shown */
+const ignored = (key, values, detail) =>
+  link.problems.push([
+    key,
+    {
+      ...values,
+      get detail() {
+        return detail();
+      },
+    },
+  ]);
 
 /** @type {Record<string, import('./lab.js').Slow>} by scenario */
 let slows = {};
@@ -53,26 +62,26 @@ export const keyOf = (id) => kept().keys[id] ?? '';
  * @param {Problem} problem @returns {boolean} */
 function dropRefused(problem) {
   const before = link.problems.length;
-  for (const { field, detail } of problem.errors) {
-    const path = field.replace(/^set\./, '');
+  for (const one of problem.errors) {
+    const path = one.field.replace(/^set\./, '');
     if (path in link.set) {
-      ignored('session.bad_value', { path, value: String(link.set[path]), detail });
+      ignored('session.bad_value', { path, value: String(link.set[path]) }, () => one.detail);
       delete link.set[path];
     } else if (path === 'seed' && link.seed !== null) {
-      ignored('session.bad_seed', { seed: String(link.seed), detail });
+      ignored('session.bad_seed', { seed: String(link.seed) }, () => one.detail);
       link.seed = null;
     }
   }
   if (link.problems.length > before) return true;
-  const named = Object.keys(link.set).find((path) => problem.message.includes(path));
+  const named = Object.keys(link.set).find((path) => problem.detail.includes(path));
   if (named !== undefined) {
-    ignored('session.bad_value', { path: named, value: String(link.set[named]), detail: problem.message });
+    ignored('session.bad_value', { path: named, value: String(link.set[named]) }, () => problem.message);
     delete link.set[named];
   } else if (Object.keys(link.set).length > 0 && problem.status !== 404) {
-    ignored('session.bad_changes', { detail: problem.message });
+    ignored('session.bad_changes', {}, () => problem.message);
     link.set = {};
   } else if (link.scenario !== link.first) {
-    ignored('session.bad_scenario', { scenario: link.scenario, first: link.first, detail: problem.message });
+    ignored('session.bad_scenario', { scenario: link.scenario, first: link.first }, () => problem.message);
     link.scenario = link.first;
     link.set = {};
   } else {

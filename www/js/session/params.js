@@ -10,10 +10,15 @@ import { t } from '../base/words.js';
 
 /** @type {Map<string, Value>} */
 let pending = new Map();
+/** @type {Record<string, Value>} those of the request that is under way */
+let asked = {};
 /** @type {Promise<void> | null} */
 let sending = null;
 
 export const seen = { version: -1, patches: 0 };
+
+/** Whether the daemon has yet to answer a change of this value. @param {string} path */
+export const unanswered = (path) => pending.has(path) || path in asked;
 
 /** @param {Record<string, Value>} change values by dotted path @returns {Promise<void>} when the daemon has them */
 export function change(change) {
@@ -29,11 +34,14 @@ async function send() {
   const target = session.value;
   while (pending.size > 0 && target !== null && target === session.value) {
     const body = Object.fromEntries(pending);
+    asked = body;
     pending = new Map();
     try {
       seen.patches++;
-      const answer = await call('PATCH', `sessions/${target.id}/params`, { body, key: target.key });
-      if (target !== session.value) return;
+      const answer = await call('PATCH', `sessions/${target.id}/params`, { body, key: target.key }).finally(() => {
+        asked = {};
+      });
+      if (target !== session.value) break; /* what is left was meant for that one */
       seen.version = answer.params_version;
       remember(body); /* first: what is drawn for the new values reads the link */
       accept(answer.params, body);

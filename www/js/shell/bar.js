@@ -68,7 +68,7 @@ export function timeBar() {
       }}>
     <output class="clock" aria-live="off"><span id="clock"></span><span id="ticks"></span></output>
     <button type="button" class="restart" ?disabled=${!may('time.restart')} title=${`${t('shell.restart_tip')} (R)`} @click=${() => restart()}>${t('shell.restart')}</button>
-    <button type="button" title=${`${t('shell.reset_tip')} (Alt + R)`} ?disabled=${!may('time.reset')} @click=${() => reset()}>${t('shell.reset')}</button>
+    <button type="button" class="reset" title=${`${t('shell.reset_tip')} (Alt + R)`} ?disabled=${!may('time.reset')} @click=${() => reset()}>${t('shell.reset')}</button>
     </fieldset>
     <button type="button" class="wide quiet big" id="present" aria-label=${t('shell.present')} title=${`${t('shell.present_tip')} (V)`}
       @click=${() => void toggle()}>${icons.present}</button>

@@ -6,7 +6,7 @@ import { THEMES, writeQuery } from '../base/link.js';
 import { lab } from '../session/labs.js';
 import { link } from '../session/opening.js';
 import { showAddress } from '../session/params.js';
-import { lesson, session, theme } from '../session/state.js';
+import { lesson, params, session, theme } from '../session/state.js';
 import { sync } from '../workbench/controls.js';
 import { dialog as open } from '../workbench/dialog.js';
 import { keyRow } from '../workbench/key_row.js';
@@ -58,6 +58,11 @@ function share() {
     ${address_(t('shell.share_settings'), base + writeQuery(link))}
     ${address_(t('shell.share_session'), `${base}#s=${id}`)}
     <p><a href=${address(`sessions/${id}/trace`).href} download="laglab.csv">${t('shell.trace')}</a></p>
+    ${
+      params.value?.kind === 'netgame'
+        ? html`<p><a href=${address(`sessions/${id}/packets`).href} download="laglab.pcapng">${t('shell.packets')}</a></p>`
+        : nothing
+    }
     <p>${t('shell.api')} <code>curl ${address(`sessions/${id}`).href}</code></p>`;
 }
 
@@ -96,6 +101,8 @@ export function listen() {
     if (event.target === dialog) dialog.close();
   });
   effect(() => {
-    if (draw() && !dialog.open) dialog.showModal();
+    const shown = draw();
+    if (shown && !dialog.open) dialog.showModal();
+    if (!shown && dialog.open) dialog.close(); /* it was of the lab before */
   });
 }

@@ -4,14 +4,14 @@ import { lab } from '../session/labs.js';
 import { reread } from '../session/params.js';
 import { counts, drawn, takeNewest } from '../session/session.js';
 import { frame } from '../session/state.js';
-import { paced, redraw, touch } from '../draw/redraw.js';
+import { beat, paced, redraw, touch } from '../draw/redraw.js';
 import { showTime } from './bar.js';
 import { showReplay } from './header.js';
 
 const LABEL_MS = 2000; /* names of the drawings are updated at this rate */
 
 const labels = paced(LABEL_MS);
-const clock = paced(50); /* laying the time bar out takes as long as drawing a view */
+const clock = paced(100);
 
 let asked = false;
 /** Script time of the last drawings, ms. */
@@ -24,6 +24,7 @@ function draw() {
   if (now === null || (next === null && !redraw.wanted)) return;
   const from = performance.now();
   redraw.wanted = false;
+  beat(from);
   if (next) frame.value = next;
   const settled = (now.flags & PLAYING) === 0 || counts.drawn < 3;
   const name = labels(settled);

@@ -33,7 +33,7 @@ if (link.embed)
 
 /** @returns {Template} */
 function page() {
-  const empty = html`<main id="views" tabindex="-1"></main>`;
+  const empty = html`<main id="views" tabindex="-1"><div class="reading"><p>laglab</p></div></main>`;
   if (lesson.value?.id === '') return html`${header()}${lessons.value?.door() ?? empty}${notes()}`;
   const content = lab.value?.template() ?? empty;
   if (link.embed) return embedded.value?.((lesson.value && lessons.value?.page(content)) || content) ?? empty;

@@ -1,7 +1,7 @@
 // Written by docs/generate.mjs from `laglab schema stream`: the tables are in C, and changed there.
 
 /** Of these tables: a daemon whose hello has another gives its own at stream/schema.json. */
-export const SCHEMA = '658723afbc188293';
+export const SCHEMA = 'f731f1f35ab4f47d';
 
 /** @typedef {{name: string, coding: string, boolean?: boolean, bits?: number, unit?: string, names?: string[], flags?: string[]}} Field */
 /** @typedef {{id: number, name: string, channel: string, form: string, keys?: number, fields: Field[]}} Layout */
@@ -20,7 +20,7 @@ export const RECORDS = Object.freeze([
     {"name":"wall_us","coding":"int","unit":"us"},
   ]},
   {"id":1,"name":"events","channel":"lanes","form":"log","fields":[
-    {"name":"type","coding":"int","names":["","input","state","refusal","relay","connect","accept","ping","pong","","","","","","","","input_result","applied","correction","step","stall","rollback","desync","connection","dropped","display"]},
+    {"name":"type","coding":"int","names":["","input","state","refusal","relay","connect","accept","ping","pong","","","","","","","","input_result","applied","correction","step","stall","rollback","desync","connection","dropped","display","segment","blocked"]},
     {"name":"player","coding":"int"},
     {"name":"fate","coding":"int","names":["delivered","lost","overflow","corrupted"]},
     {"name":"outcome","coding":"int"},
@@ -55,7 +55,7 @@ export const RECORDS = Object.freeze([
   {"id":3,"name":"entities","channel":"scene","form":"by_index","fields":[
     {"name":"view","coding":"int"},
     {"name":"entity","coding":"int"},
-    {"name":"flags","coding":"int","flags":["finished","predicted","interpolated","held","active","extrapolated","unsettled","away"]},
+    {"name":"flags","coding":"int","flags":["finished","predicted","interpolated","held","active","extrapolated","unsettled","away","unknown"]},
     {"name":"x","coding":"step","bits":13,"unit":"m"},
     {"name":"y","coding":"step","bits":13,"unit":"m"},
     {"name":"vx","coding":"step","bits":10,"unit":"m/s"},
@@ -169,6 +169,26 @@ export const RECORDS = Object.freeze([
     {"name":"now_y","coding":"step","bits":13,"unit":"m"},
     {"name":"looked_x","coding":"step","bits":13,"unit":"m"},
     {"name":"looked_y","coding":"step","bits":13,"unit":"m"},
+  ]},
+  {"id":13,"name":"traffic","channel":"traffic","form":"keyed","keys":2,"fields":[
+    {"name":"player","coding":"int"},
+    {"name":"message","coding":"int","names":["","input","state","refusal","relay","connect","accept","ping","pong"]},
+    {"name":"messages","coding":"int"},
+    {"name":"packets","coding":"int"},
+    {"name":"bytes","coding":"int","unit":"B"},
+    {"name":"wire_bytes","coding":"int","unit":"B"},
+  ]},
+  {"id":14,"name":"links","channel":"traffic","form":"by_index","fields":[
+    {"name":"player","coding":"int"},
+    {"name":"up_sent","coding":"int"},
+    {"name":"up_lost","coding":"int"},
+    {"name":"down_sent","coding":"int"},
+    {"name":"down_lost","coding":"int"},
+    {"name":"up_ack_bytes","coding":"int","unit":"B"},
+    {"name":"down_ack_bytes","coding":"int","unit":"B"},
+    {"name":"snapshots","coding":"int"},
+    {"name":"choked","coding":"int"},
+    {"name":"ping_ms","coding":"step","bits":7,"unit":"ms"},
   ]},
   {"id":16,"name":"motion","channel":"motion","form":"by_index","fields":[
     {"name":"status","coding":"int","names":["ok","diverged","off","failed"]},

@@ -24,9 +24,9 @@
  * @property {number} type  type of the event; the types up to pong are packets by their message
  * @property {number} player  the player that sent, received or caused it
  * @property {number} fate  fate of a packet
- * @property {number} outcome  input result and applied state: 0 applied, 1 refused, 2 stale, 3 late, 4 undecodable; connection: its state
- * @property {number} begin_s  s; when it was sent or happened; negative: in the lobby before the game
- * @property {number} end_s  s; when it arrives; begin_s for a lost packet
+ * @property {number} outcome  input result and applied state: 0 applied, 1 refused, 2 stale, 3 late, 4 undecodable; connection: its state; segment: 1 sent again, and segment, blocked: 2 to the server
+ * @property {number} begin_s  s; when it was sent or happened; blocked: when it was complete; negative: in the lobby before the game
+ * @property {number} end_s  s; when it arrives; begin_s for a lost packet; blocked: when it was handed over
  * @property {number} number  input: its sequence number; state, display: the server's tick of the snapshot
  * @property {number} value  correction: signed distance in m; input: first axis; applied state: x of the own entity
  * @property {number} tick  input: the server's step that it is meant for; 0: applied with the step after its arrival, or not answered by snapshots
@@ -62,7 +62,7 @@
  * @typedef {object} EntitiesRow
  * @property {number} view  index of the view
  * @property {number} entity  index of the entity; those of the players come first
- * @property {number} flags  held: no newer data; active: a projectile in flight; unsettled: overlaps what it was pushed into; away: its player is not connected
+ * @property {number} flags  held: no newer data; active: a projectile in flight; unsettled: overlaps what it was pushed into; away: its player is not connected; unknown: the player's snapshots do not contain it
  * @property {number} x  m; position
  * @property {number} y  m; position
  * @property {number} vx  m/s; velocity
@@ -203,6 +203,32 @@
  * @property {number} now_y  m; in the server's present, at evaluated_at_s
  * @property {number} looked_x  m; where the shot was judged, at rewound_to_s
  * @property {number} looked_y  m; where the shot was judged, at rewound_to_s
+ */
+
+/**
+ * Messages of each player by type, from the warm-up on; no row for a type of which there was none.
+ * @typedef {object} TrafficRow
+ * @property {number} player  index of the player
+ * @property {number} message  type; input, connect and ping go to the server, the others to the player
+ * @property {number} messages  messages sent
+ * @property {number} packets  packets in which they were sent, repetitions included
+ * @property {number} bytes  B; payload
+ * @property {number} wire_bytes  B; the same on the wire: with all headers
+ */
+
+/**
+ * Losses of each player's links, from the warm-up on.
+ * @typedef {object} LinksRow
+ * @property {number} player  index of the player
+ * @property {number} up_sent  messages on the link to the server; of a transport its packets
+ * @property {number} up_lost  those that did not arrive completely, for any cause
+ * @property {number} down_sent  the same on the link to the player
+ * @property {number} down_lost  those that did not arrive completely, for any cause
+ * @property {number} up_ack_bytes  B; acknowledgements of a transport to the server, on the wire
+ * @property {number} down_ack_bytes  B; the same to the player
+ * @property {number} snapshots  snapshots sent, where they contain some of the entities; else 0
+ * @property {number} choked  those in which changed entities had no room
+ * @property {number} ping_ms  ms; round trip of the newest ping; null: none yet
  */
 
 /**
@@ -409,6 +435,8 @@
  * @property {BufferedRow[]} buffered
  * @property {ShotsRow[]} shots
  * @property {ShotBodiesRow[]} shot_bodies
+ * @property {TrafficRow[]} traffic
+ * @property {LinksRow[]} links
  * @property {MotionRow[]} motion
  * @property {MotionStateRow[]} motion_state
  * @property {WorldsRow[]} worlds

@@ -2,6 +2,8 @@
 import { address } from '../base/api.js';
 import { plots } from '../draw/plot.js';
 import { palette } from '../draw/palette.js';
+import { touch } from '../draw/redraw.js';
+import { finest } from '../draw/surface.js';
 import { lab } from '../session/labs.js';
 import { experiment, frame, notify, params, session } from '../session/state.js';
 import { SCHEMA } from '../stream/records.js';
@@ -86,9 +88,23 @@ function wrapped(pen, text, width) {
   return line === '' ? lines : [...lines, line];
 }
 
+const SCALE = 2; /* device pixels per CSS px of an image, at least: it is for print and projectors */
+
+/** What a canvas shows, drawn again where the screen is coarser than an image should be. @param {HTMLCanvasElement} canvas @returns {Promise<ImageBitmap>} */
+function taken(canvas) {
+  finest.ratio = SCALE;
+  try {
+    if (frame.value !== null) lab.value?.draw?.(frame.value, true, false);
+    return createImageBitmap(canvas);
+  } finally {
+    finest.ratio = 1;
+    touch();
+  }
+}
+
 const LEAST_PX = 640; /* CSS px: a narrower image would have a caption longer than itself */
 
-/** The image above its caption. @param {ImageBitmap} image @param {number} ratio device pixels per CSS px @param {string} name
+/** The image above its caption. @param {{of: ImageBitmap, width: number, height: number}} image device pixels @param {number} ratio device pixels per CSS px @param {string} name
  * @param {Facts} facts @param {NonNullable<Table['lines']>} keys @returns {HTMLCanvasElement} */
 function composed(image, ratio, name, facts, keys) {
   const colours = palette(),
@@ -126,7 +142,7 @@ function composed(image, ratio, name, facts, keys) {
   pen.fillStyle = colours.ink;
   pen.font = fontOf(true);
   head.forEach((text, i) => pen.fillText(text, gap, gap + (i + 0.5) * 1.25 * line));
-  pen.drawImage(image, gap, top);
+  pen.drawImage(image.of, gap, top, image.width, image.height);
   pen.strokeStyle = colours.grid;
   pen.lineWidth = ratio;
   pen.strokeRect(gap, top, image.width, image.height);
@@ -163,11 +179,13 @@ export async function saveImage(of) {
     notify(t('takeaway.nothing'));
     return;
   }
-  const ratio = canvas.width / Math.max(1, canvas.clientWidth);
+  const across = Math.max(1, canvas.clientWidth);
   try {
-    const [image, facts, table] = await Promise.all([createImageBitmap(canvas), factsNow(), tableOf(of)]);
+    const [image, facts, table] = await Promise.all([taken(canvas), factsNow(), tableOf(of)]);
     const keys = (table?.lines ?? []).filter((line) => line.name !== '');
-    const made = composed(image, ratio, name, facts, keys);
+    const ratio = Math.max(SCALE, image.width / across),
+      times = (ratio * across) / image.width; /* a chart that cannot be drawn finer is enlarged */
+    const made = composed({ of: image, width: image.width * times, height: image.height * times }, ratio, name, facts, keys);
     const blob = await new Promise((done) => made.toBlob(done, 'image/png'));
     const texts = {
       Title: `${facts.title} – ${name}`,

@@ -1,8 +1,10 @@
 // What a scenario is: its title and its text.
 import { html, nothing } from '../../vendor/lit-html.js';
+import { paperName } from '../base/words.js';
 import { shownWords } from '../session/scenario_words.js';
 
 export function aboutScenario() {
   const { paper, title, text, lang } = shownWords();
-  return html`<h2 lang=${lang}>${paper === '' ? nothing : html`<span lang="en">${paper}</span>: `}${title}</h2>${text === '' ? nothing : html`<p lang=${lang}>${text}</p>`}`;
+  const place = paperName(paper);
+  return html`<h2 lang=${lang}>${paper === '' ? nothing : html`<span lang=${place.lang}>${place.text}</span>: `}${title}</h2>${text === '' ? nothing : html`<p lang=${lang}>${text}</p>`}`;
 }

@@ -1,7 +1,7 @@
 // Controls made from the schema's rows: range, unit and help come from there, the value from the session.
 import { html, nothing } from '../../vendor/lit-html.js';
 import { find, labelOf, valueAt } from '../base/schema.js';
-import { change } from '../session/params.js';
+import { change, unanswered } from '../session/params.js';
 import { params, schema, notify } from '../session/state.js';
 import { plain } from '../base/format.js';
 import { choiceOf, inputOf, t, unitName } from '../base/words.js';
@@ -36,11 +36,12 @@ export function control(path, wish = {}) {
 /** The element that a pointer holds: its value is the person's, not the daemon's. @type {Element | null} */
 let held = null;
 
-/** Puts the session's values into the controls below `root`. @param {ParentNode} root */
+/** Puts the session's values into the controls below `root`, but for those that were changed since. @param {ParentNode} root */
 export function sync(root) {
   for (const element of root.querySelectorAll('[data-path]')) {
-    const value = valueAt(params.value, /** @type {HTMLElement} */ (element).dataset.path ?? '');
-    if (value === undefined || element === held) continue;
+    const { path = '' } = /** @type {HTMLElement} */ (element).dataset,
+      value = valueAt(params.value, path);
+    if (value === undefined || element === held || unanswered(path)) continue;
     if (element instanceof HTMLSelectElement) {
       if (element.value !== String(value)) element.value = String(value);
     } else if (element instanceof HTMLInputElement) {

@@ -113,7 +113,7 @@ function follow(id, report) {
   record.value = { ...record.value, state: report.state, done: report.done, rate_per_s: report.rate_per_s, left_s: report.left_s };
   way.value = progress?.way ?? '';
   note(id, { state: report.state, done: report.done });
-  if (report.state !== before) speak(t(`experiments.spoken.${report.state}`, { done: report.done, n: record.value.runs }));
+  if (report.state !== before) speak('experiment', t(`experiments.spoken.${report.state}`, { done: report.done, n: record.value.runs }));
   readPoints(id, isOver(report.state));
 }
 
@@ -169,7 +169,7 @@ export async function run(specification, title) {
   const made = await make('experiments', specification);
   writeKept([{ id: made.id, key: made.owner_key, title, state: 'running', done: 0, runs: made.runs }, ...kept.value]);
   look(made.id);
-  speak(t('experiments.spoken.started', { n: made.runs }));
+  speak('experiment', t('experiments.spoken.started', { n: made.runs }));
 }
 
 /** @param {'pause' | 'resume' | 'cancel'} op */

@@ -35,6 +35,7 @@ import {
   way,
 } from './shown.js';
 import { many, renewTable, table } from './table.js';
+import { message } from '../../base/messages.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 /** @typedef {import('./shown.js').Cells} Cells */
@@ -88,7 +89,7 @@ function progressPanel(r) {
     }</p>
     ${r.held_back ? html`<p class="facts" id="held-back">${r.held_back}</p>` : nothing}
     ${!mine && !over ? html`<p class="facts">${why}</p>` : nothing}
-    ${[...(r.notices ?? []), ...notesOf(r.experiment, points.value, named)].map(
+    ${[...(r.notices ?? []).map((/** @type {string} */ text) => message(text).text), ...notesOf(r.experiment, points.value, named)].map(
       (/** @type {string} */ text) => html`<p class="facts"
       role="note">${text}</p>`,
     )}

@@ -1,6 +1,6 @@
 // Draws a fluid: its field as an image of cells, its points, and the legend of the colours.
 import { localized } from '../../base/format.js';
-import { drawText } from '../../draw/marks.js';
+import { drawText, widthOf } from '../../draw/marks.js';
 import { css, isDark, mapsOf } from './colours.js';
 import { drawRelief } from './relief.js';
 
@@ -12,8 +12,8 @@ import { drawRelief } from './relief.js';
 /**
  * @typedef
  *  {{view: number[], field: Field | null, points: {of: Points, columns: string[], line: boolean}[], scale: Scale | null, word: string,
- *   water: boolean, cells: boolean, relief: boolean, hand: {x: number, y: number, held: boolean} | null, note: string}} Shown
- *   word: what the colours stand for; water: they are heights of it; note: text over the drawing */
+ *   water: boolean, cells: boolean, relief: boolean, hand: {x: number, y: number, held: boolean} | null, note: string, still: boolean}} Shown
+ *   still: no frame follows soon; word: what the colours stand for; water: they are heights of it; note: text over the drawing */
 
 /** One for each size: fluids side by side may have several.
  * @type {Map<string, {cells: HTMLCanvasElement, pen: CanvasRenderingContext2D, image: ImageData}>} */
@@ -201,23 +201,36 @@ export const brief = (value) =>
     value === 0 ? '0' : Math.abs(value) < 1e-2 || Math.abs(value) >= 1e4 ? value.toExponential(0) : String(Number(value.toPrecision(3))),
   );
 
+/** @type {WeakMap<Uint32Array, HTMLCanvasElement>} */
+const strips = new WeakMap();
+
+/** A map's colours from left to right. @param {Uint32Array} map */
+function stripOf(map) {
+  const known = strips.get(map);
+  if (known) return known;
+  const canvas = Object.assign(document.createElement('canvas'), { width: map.length, height: 1 }),
+    pen = /** @type {CanvasRenderingContext2D} */ (canvas.getContext('2d')),
+    image = pen.createImageData(map.length, 1);
+  new Uint32Array(image.data.buffer).set(map);
+  pen.putImageData(image, 0, 0);
+  strips.set(map, canvas);
+  return canvas;
+}
+
 /** The legend of the colours, along the lower edge. @param {CanvasRenderingContext2D} on @param {Palette} colours
  * @param {Uint32Array} map @param {Shown} of @param {{left: number, right: number, bottom: number}} box */
 function legend(on, colours, map, of, box) {
   const [low = 0, high = 1] = of.scale?.range() ?? [0, 1],
     text = colours.text;
   const ticks = of.scale?.signed ? [low, low / 2, 0, high / 2, high] : [0, high / 4, high / 2, (3 * high) / 4, high];
-  on.font = `700 ${text}px ${colours.font}`;
-  const left = box.left + on.measureText(of.word).width + 1.6 * text,
+  const left = box.left + widthOf(on, colours, of.word, true) + 1.6 * text,
     right = box.right - 2.4 * text,
     top = box.bottom - 2.3 * text;
   drawText(on, colours, of.word, box.left, top + text * 0.5, { bold: true });
   const width = right - left;
   if (width < 6 * text) return;
-  for (let i = 0; i < width; i++) {
-    on.fillStyle = css(map[Math.round((i / (width - 1)) * (map.length - 1))] ?? 0);
-    on.fillRect(left + i, top, Math.min(1.5, width - i), text);
-  }
+  on.imageSmoothingEnabled = true;
+  on.drawImage(stripOf(map), left, top, width, text);
   on.strokeStyle = colours.edge;
   on.lineWidth = 1;
   on.setLineDash([]);
@@ -284,7 +297,7 @@ export function drawScene(surface, colours, of) {
       none = grey(colours.edge);
     const cells = of.relief ? paintRelief(of.field, range, map, none, of.cells) : paint(of.field, lookUp(of.field, range, map, none));
     on.imageSmoothingEnabled = !of.cells;
-    on.imageSmoothingQuality = 'high';
+    on.imageSmoothingQuality = of.still ? 'high' : 'low'; /* the high one takes ten times as long */
     on.drawImage(cells, left, top, w, h);
   }
   on.strokeStyle = colours.edge;

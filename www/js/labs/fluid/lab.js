@@ -2,12 +2,13 @@
 import { html, nothing } from '../../../vendor/lit-html.js';
 import { effect, signal } from '../../../vendor/signals-core.js';
 import { fixed, short } from '../../base/format.js';
-import { session } from '../../session/state.js';
+import { locked, session } from '../../session/state.js';
 import { palette, paintOf } from '../../draw/palette.js';
 import { drawPlot } from '../../draw/plot.js';
-import { touch } from '../../draw/redraw.js';
+import { paced, touch } from '../../draw/redraw.js';
 import { partTabs, shownPart } from '../../workbench/phone_parts.js';
 import { aboutScenario } from '../../workbench/about.js';
+import { said } from '../../workbench/said.js';
 import { onto } from '../../workbench/canvas.js';
 import { costs, forget as forgetMeasured, measure, profiles } from '../../workbench/measure.js';
 import { opening } from '../../workbench/opening.js';
@@ -155,7 +156,7 @@ function drawingOf(i) {
 function template() {
   const at = fluid();
   return html`${partTabs()}<main class="step fluid" id="views" tabindex="-1" data-part=${shownPart.value}>
-    <div class="methods" aria-label=${t('workbench.scene_and_solvers')} role="group">${scenePanel()}${fluids().map((_, i) => fluidPanel(i))}</div>
+    <div class="methods" tabindex=${locked.value === '' ? nothing : 0} aria-label=${t('workbench.scene_and_solvers')} role="group">${scenePanel()}${fluids().map((_, i) => fluidPanel(i))}</div>
     <div class="drawings" tabindex="0" role="region" aria-label=${t('workbench.views')}>
       ${opening(t('fluid.see'))}
       <section class="stage" data-shows="smoke positions volumes" aria-label=${t('shell.group.fluid')} data-count=${fluids().length}>${fluids().map((_, i) => drawingOf(i))}</section>
@@ -169,8 +170,8 @@ function template() {
     <aside class="side" aria-label=${t('workbench.numbers')}>
       <div class="about">${aboutScenario()}</div>
       ${workPrecisionButton()}${numbers()}
-      <div class="about"><p lang="en">${at?.help ?? ''}</p>${at?.source ? html`<p>${t('fluid.reference')} <span lang="en">${at.source}</span></p>` : nothing}
-        ${(at?.notices ?? []).map((/** @type {string} */ text) => html`<p role="note"><strong>${t('fluid.warning')}</strong> <span lang="en">${text}</span></p>`)}</div>
+      <div class="about"><p>${said(at?.help ?? '')}</p>${at?.source ? html`<p>${t('fluid.reference')} <span lang="en">${at.source}</span></p>` : nothing}
+        ${(at?.notices ?? []).map((/** @type {string} */ text) => html`<p role="note"><strong>${t('fluid.warning')}</strong> ${said(text)}</p>`)}</div>
     </aside></main>`;
 }
 
@@ -270,8 +271,8 @@ function drawPlots(colours) {
   onto('profiles', (s) => drawPlot(s, colours, { lines, x: t('fluid.place'), y: `${own.join(', ')}${known}`, least: 1e-9, empty: '' }));
 }
 
-let numbered = 0,
-  counted = 0,
+const telling = paced(100);
+let counted = 0,
   countedFrom = 0;
 
 /** @param {number} time ms */
@@ -285,8 +286,8 @@ function showPace(time) {
 }
 
 /** @param {Frame} frame @param {import('./decode.js').Fluid} now @param {number} i
- * @param {import('../../draw/palette.js').Palette} colours */
-function drawOne(frame, now, i, colours) {
+ * @param {import('../../draw/palette.js').Palette} colours @param {boolean} still no frame follows soon */
+function drawOne(frame, now, i, colours, still) {
   const of = /** @type {FluidLayout} */ (fluids()[i]);
   const points = now.points.map((list) => {
     const layer = of.layers[list.layer];
@@ -304,6 +305,7 @@ function drawOne(frame, now, i, colours) {
         cells: drawing.value.cells,
         relief: relief(i),
         hand: drag.pointerIn(i),
+        still,
         note: now.state.status === 1 ? t('fluid.diverged') : '',
       }),
     );
@@ -327,7 +329,7 @@ function draw(frame, settled, name) {
   if (all.length === 0 || all.length !== at.length) return;
   const colours = palette(),
     time = performance.now(),
-    telling = settled || time - numbered > 120;
+    tells = telling(settled);
   measure(frame, true);
   showPace(time);
   all.forEach((now, i) => {
@@ -335,15 +337,12 @@ function draw(frame, settled, name) {
     if (!known || known.generation !== frame.session.generation || known.time > frame.time_s)
       records[i] = new Record(frame.session.generation);
     if (now.state.status === 0) records[i]?.take(frame.time_s, now.state.numbers);
-    drawOne(frame, now, i, colours);
-    if (telling) showNumbers(i, now.state.numbers);
+    drawOne(frame, now, i, colours, settled);
+    if (tells) showNumbers(i, now.state.numbers);
     if (name)
       document.getElementById(idOf(i))?.setAttribute('aria-label', describe(/** @type {FluidLayout} */ (at[i]), now.state, frame.time_s));
   });
-  if (telling) {
-    numbered = time;
-    drawPlots(colours);
-  }
+  if (tells) drawPlots(colours);
 }
 
 effect(() => {

@@ -10,7 +10,9 @@ import { control } from '../../workbench/controls.js';
 import { mark } from '../../workbench/player_mark.js';
 import { countChoice, paramsOf, pathOf } from '../../workbench/side_by_side.js';
 import { drawing, fieldsOf, fluids, nameOf, others, relief, renew, shownField, words } from './fluids.js';
-import { inputOf, language, t, unitName } from '../../base/words.js';
+import { inputOf, t, unitName } from '../../base/words.js';
+import { message } from '../../base/messages.js';
+import { said } from '../../workbench/said.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 /** @typedef {import('../../base/link.js').Value} Value */
@@ -137,10 +139,10 @@ function fieldChoice(i) {
   if (!now) return nothing;
   const show = (/** @type {Event} */ event) =>
     change({ [`${pathOf(i)}shown`]: Number(/** @type {HTMLSelectElement} */ (event.target).value) });
-  return html`<label class="field choice" title=${language.value === 'en' ? now.help : nothing}><span>${t('fluid.field')}</span><select id=${i === 0 ? 'field' : `field${i}`} @change=${show}>
+  return html`<label class="field choice" title=${message(now.help).text}><span>${t('fluid.field')}</span><select id=${i === 0 ? 'field' : `field${i}`} @change=${show}>
       ${fieldsOf(fluids()[i]).map(
         (layer, k) => html`<option value=${k}
         .selected=${layer === now}>${words(layer.name)}</option>`,
       )}</select></label>
-    ${fluids().length === 1 ? html`<p class="facts" lang="en">${now.help}</p>` : nothing}`;
+    ${fluids().length === 1 ? html`<p class="facts">${said(now.help)}</p>` : nothing}`;
 }

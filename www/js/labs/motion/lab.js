@@ -1,17 +1,18 @@
 // The step lab: one problem, several methods side by side, error against step and cost.
 import { html, nothing } from '../../../vendor/lit-html.js';
 import { signal } from '../../../vendor/signals-core.js';
-import { call, make } from '../../base/api.js';
 import { fixed, localized } from '../../base/format.js';
 import { find } from '../../base/schema.js';
 import { MOTION_STATUS } from '../../stream/names.js';
 import { change } from '../../session/params.js';
 import { choose } from '../../session/session.js';
-import { layout, locked, may, notify, params, schema } from '../../session/state.js';
+import { layout, locked, may, params, schema } from '../../session/state.js';
 import { palette, paintOf } from '../../draw/palette.js';
 import { drawPlot } from '../../draw/plot.js';
+import { paced } from '../../draw/redraw.js';
 import { partTabs, shownPart } from '../../workbench/phone_parts.js';
 import { aboutScenario } from '../../workbench/about.js';
+import { said } from '../../workbench/said.js';
 import { onto, plotBox } from '../../workbench/canvas.js';
 import { control } from '../../workbench/controls.js';
 import { opening } from '../../workbench/opening.js';
@@ -19,6 +20,7 @@ import { mark } from '../../workbench/player_mark.js';
 import { drawScene, isPlane } from './drawing.js';
 import { ERRATA, METHOD_ERRATA } from './paper.js';
 import { Record, motionsOf } from './record.js';
+import { measure, measuring, series, watch } from './refinement.js';
 import { called, t } from '../../base/words.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
@@ -29,10 +31,6 @@ import { called, t } from '../../base/words.js';
 
 let record = new Record(-1);
 const component = signal(0);
-/** Error against step, by method's place: measured by runs of their own.
- * @type {import('@preact/signals-core').Signal<Map<number, RefinementLevel[]>>} */
-const levels = signal(new Map());
-const measuring = signal(false);
 
 /** @returns {MotionLayout | null} */
 const motion = () => (layout.value?.given.problem ? layout.value.given : null);
@@ -89,7 +87,6 @@ function methodPanel(i) {
 
 /** @param {Event} event */
 function chooseProblem(event) {
-  levels.value = new Map(); /* measured of another problem */
   choose('motion/general', { problem: /** @type {HTMLSelectElement} */ (event.target).value });
 }
 
@@ -101,59 +98,11 @@ function problemPanel() {
   return html`<fieldset class="panel server" ?disabled=${locked.value !== ''}><legend class="unseen">${t('motion.problem')}</legend>
     <label class="field choice"><span>${t('motion.problem')}</span><select id="problem" @change=${chooseProblem}>
       ${choices.map((name) => html`<option value=${name} .selected=${name === at?.problem}>${words(name)}</option>`)}</select></label>
-    <p class="facts" lang="en">${at?.help ?? ''}</p>
+    <p class="facts">${said(at?.help ?? '')}</p>
     ${names.map((name) => control(`params.${name}`))}
     ${control('reverse')}
     <details><summary>${t('motion.frames')}</summary>${control('frames')}
       ${control('frame_s')}${control('frame_jitter')}</details></fieldset>`;
-}
-
-// ---- error against step ----
-
-const LEVELS = 8,
-  ROUNDS = 2;
-
-/** Separate runs: eight steps of one method side by side, each half of the one before, or a tenth of the tolerance.
- * @param {number} i @returns {Promise<RefinementLevel[]>} */
-async function refinementSeries(i) {
-  const scenario = structuredClone(params.value),
-    method = scenario.methods[i],
-    adaptive = isAdaptive(i);
-  /** @type {RefinementLevel[]} */
-  const found = [];
-  for (let round = 0; round < ROUNDS; round++) {
-    scenario.timeline = [];
-    scenario.expect = [];
-    scenario.methods = Array.from({ length: LEVELS }, (_, k) => {
-      const n = round * LEVELS + k;
-      return { ...method, shown: true, dt_s: scenario.duration_s / (16 * 2 ** n), tolerance: Math.max(1e-15, 10 ** (-1 - n)) };
-    }).filter((_, k) => !adaptive || round * LEVELS + k < 14);
-    const made = await make('sessions', { scenario, paused: true });
-    await call('POST', `sessions/${made.id}/control`, { body: { op: 'seek', time_s: scenario.duration_s }, key: made.owner_key });
-    const { metrics } = await call('GET', `sessions/${made.id}/metrics`);
-    call('DELETE', `sessions/${made.id}`, { key: made.owner_key }).catch(() => {});
-    for (const one of metrics.methods) {
-      if (one.status === 'ok' && one.e_max > 0)
-        found.push({ dt: one.dt_s ?? scenario.duration_s / one.steps, error: one.e_max, work: one.evaluations });
-    }
-  }
-  return found;
-}
-
-async function measure() {
-  if (measuring.value) return;
-  measuring.value = true;
-  levels.value = new Map();
-  try {
-    for (let i = 0; i < (params.value?.methods?.length ?? 0); i++) {
-      if (!params.value.methods[i].shown) continue;
-      const found = await refinementSeries(i);
-      levels.value = new Map(levels.value).set(i, found);
-    }
-  } catch (error) {
-    notify(t('motion.not_measured', { why: error instanceof Error ? error.message : t('session.no_answer_now') }));
-  }
-  measuring.value = false;
 }
 
 // ---- the page ----
@@ -174,7 +123,7 @@ function errata() {
 function template() {
   const at = motion();
   return html`${partTabs()}<main class="step" id="views" tabindex="-1" data-part=${shownPart.value}>
-    <div class="methods" aria-label=${t('motion.problem_and_methods')} role="group">${problemPanel()}${places().map(methodPanel)}</div>
+    <div class="methods" tabindex=${locked.value === '' ? nothing : 0} aria-label=${t('motion.problem_and_methods')} role="group">${problemPanel()}${places().map(methodPanel)}</div>
     <div class="drawings" tabindex="0" role="region" aria-label=${t('workbench.views')}>
       ${opening(t('motion.see'))}
       <section class="row motion" aria-label=${t('shell.group.motion')}><div class="view" data-shows="positions path"><canvas id="motion" role="img"
@@ -250,7 +199,7 @@ function showNumbers(frame) {
   });
 }
 
-let numbered = 0;
+const telling = paced(100);
 
 /** @param {Frame} frame @param {boolean} settled @param {boolean} name the drawings get their descriptions */
 function draw(frame, settled, name) {
@@ -272,9 +221,7 @@ function draw(frame, settled, name) {
   onto('motion', (surface) =>
     drawScene(surface, colours, record, motions, { problem: at.problem, names: places().map((i) => words(nameOf(i))), unit }),
   );
-  const time = performance.now();
-  if (settled || time - numbered > 120) {
-    numbered = time;
+  if (telling(settled)) {
     showNumbers(frame);
     onto('plot-value', (s) =>
       drawPlot(s, colours, { lines: lines('t', 'value', 0), x: 't (s)', y: shown, empty: t('workbench.play_to_draw') }),
@@ -318,7 +265,7 @@ function guides(colours, all) {
 
 /** @param {import('../../draw/palette.js').Palette} colours */
 function drawRefinementSeries(colours) {
-  const of = [...levels.value.entries()].map(([i, list]) => ({ i, list }));
+  const of = series().map(([i, list]) => ({ i, list }));
   const line = (/** @type {'dt' | 'work'} */ x) =>
     of.map(({ i, list }) => ({
       xs: list.map((one) => one[x]),
@@ -329,7 +276,7 @@ function drawRefinementSeries(colours) {
       points: true,
     }));
   const floor = of.flatMap(({ list }) => list).filter((one) => one.error > 1e-14);
-  const empty = measuring.value ? t('motion.measuring_plot') : t('motion.press');
+  const empty = measuring.value ? t('motion.measuring_plot') : t('motion.unmeasured');
   onto('plot-step', (s) =>
     drawPlot(s, colours, {
       lines: [...guides(colours, floor), ...line('dt')],
@@ -346,4 +293,9 @@ function drawRefinementSeries(colours) {
 }
 
 /** @type {import('../../session/lab.js').Lab} */
-export const lab = { template, draw };
+export const lab = {
+  template,
+  rendered: watch,
+  draw,
+  facts: () => ({ refinement: { get: () => Object.fromEntries(series()) } }),
+};

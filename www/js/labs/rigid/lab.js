@@ -9,9 +9,10 @@ import { titleOf } from '../../session/scenario_words.js';
 import { layout, locked, params, scenarios, schema, session } from '../../session/state.js';
 import { palette, paintOf } from '../../draw/palette.js';
 import { drawPlot } from '../../draw/plot.js';
-import { touch } from '../../draw/redraw.js';
+import { paced, touch } from '../../draw/redraw.js';
 import { partTabs, shownPart } from '../../workbench/phone_parts.js';
 import { aboutScenario } from '../../workbench/about.js';
+import { said } from '../../workbench/said.js';
 import { onto, plotBox } from '../../workbench/canvas.js';
 import { control } from '../../workbench/controls.js';
 import { costs, forget as forgetMeasured, measure } from '../../workbench/measure.js';
@@ -287,7 +288,7 @@ function drawing(world) {
 function template() {
   const used = rigid()?.solvers.filter((one) => worlds().some((i) => methodOf(i) === one.name)) ?? [];
   return html`${partTabs()}<main class="step collide" id="views" tabindex="-1" data-part=${shownPart.value}>
-    <div class="methods" aria-label=${t('workbench.scene_and_solvers')} role="group">${scenePanel()}${worlds().map(solverPanel)}${overlayPanel()}</div>
+    <div class="methods" tabindex=${locked.value === '' ? nothing : 0} aria-label=${t('workbench.scene_and_solvers')} role="group">${scenePanel()}${worlds().map(solverPanel)}${overlayPanel()}</div>
     <div class="drawings" tabindex="0" role="region" aria-label=${t('workbench.views')}>
       ${opening(t('rigid.see'))}
       <section class="worlds" data-shows="positions walls tilt volumes path" aria-label=${t('rigid.worlds')} data-worlds=${worlds().length}>${worlds().map(drawing)}</section>
@@ -296,7 +297,7 @@ function template() {
     <aside class="side" aria-label=${t('workbench.numbers')}>
       <div class="about">${aboutScenario()}</div>
       ${workPrecisionButton()}${tunnellingMeter()}${numbers()}${volumeTable()}
-      ${used.map((one) => html`<div class="about"><h3>${words(one.name)}</h3><p lang="en">${one.help}</p></div>`)}
+      ${used.map((one) => html`<div class="about"><h3>${words(one.name)}</h3><p>${said(one.help)}</p></div>`)}
     </aside></main>`;
 }
 
@@ -339,7 +340,7 @@ const describe = (w, i) =>
         energy: joules(w.energy - w.energy_start),
       });
 
-let numbered = 0;
+const telling = paced(100);
 
 /** @param {Frame} frame @param {boolean} settled @param {boolean} name the drawings get their descriptions */
 function draw(frame, settled, name) {
@@ -365,9 +366,7 @@ function draw(frame, settled, name) {
     };
     onto(`world${i}`, (surface) => drag.cameras.set(i, drawWorld(surface, colours, scene, of)));
   }
-  const time = performance.now();
-  if (settled || time - numbered > 120) {
-    numbered = time;
+  if (telling(settled)) {
     showNumbers(scene);
     const lines = (/** @type {'energy' | 'penetration'} */ what, /** @type {number} */ scale) =>
       record.tracks.map((track, i) => ({
@@ -406,7 +405,9 @@ effect(() => {
 
 /** Where bodies may pass a wall, their ways are drawn. @param {boolean} fresh */
 function begin(fresh) {
-  if (fresh) shown.value = { ...shown.value, paths: Math.abs(layout.value?.params.tunnel_x ?? 1e9) < 1e8 };
+  if (!fresh) return;
+  const { tunnel_x = 1e9, compare_volumes = false } = layout.value?.params ?? {};
+  shown.value = { ...shown.value, paths: Math.abs(tunnel_x) < 1e8, volumes: compare_volumes };
 }
 
 /** Contacts are most of what bodies are streamed with. */

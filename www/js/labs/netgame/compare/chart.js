@@ -52,6 +52,44 @@ function rule(pen, x0, y0, x1, y1) {
   pen.stroke();
 }
 
+/** Ticks in order, with their values. @typedef {{ticks: Uint32Array, values: Float64Array}} Thinned */
+/** By its values and how many ticks each group has. @type {WeakMap<Float64Array, {each: number, thinned: Thinned}>} */
+const kept = new WeakMap();
+
+/** Of each group of ticks those with the least and the greatest value, and each tick without a value: no peak and no gap is lost.
+ * @param {Float64Array} list @param {number} each ticks of a group @returns {Thinned} */
+export function thin(list, each) {
+  const known = kept.get(list);
+  if (known?.each === each) return known.thinned;
+  /** @type {number[]} */
+  const found = [];
+  for (let from = 0; from < list.length; from += each) {
+    const to = Math.min(from + each, list.length);
+    let least = from,
+      most = from;
+    for (let tick = from; tick < to; tick++) {
+      const value = /** @type {number} */ (list[tick]);
+      if (Number.isNaN(value)) found.push(tick);
+      if (!(value >= /** @type {number} */ (list[least]))) least = Number.isNaN(value) ? least : tick;
+      if (!(value <= /** @type {number} */ (list[most]))) most = Number.isNaN(value) ? most : tick;
+    }
+    found.push(least, most);
+  }
+  const ticks = Uint32Array.from([...new Set(found)].sort((a, b) => a - b));
+  const thinned = { ticks, values: Float64Array.from(ticks, (tick) => /** @type {number} */ (list[tick])) };
+  kept.set(list, { each, thinned });
+  return thinned;
+}
+
+/** @param {Thinned} list @param {number} from @param {number} to @param {(tick: number, value: number) => void} visit @param {boolean} [back] */
+function along({ ticks, values }, from, to, visit, back = false) {
+  for (let k = 0; k < ticks.length; k++) {
+    const at = back ? ticks.length - 1 - k : k,
+      tick = /** @type {number} */ (ticks[at]);
+    if (tick >= from && tick < to) visit(tick, /** @type {number} */ (values[at]));
+  }
+}
+
 /** Pieces in which both curves have values. @param {[Float64Array, Float64Array]} values @returns {[number, number][]} from, to */
 function pieces([one, other]) {
   const found = /** @type {[number, number][]} */ ([]);
@@ -102,21 +140,22 @@ export function drawChart({ pen, width, height }, palette, chart) {
   }
 
   const [one, other] = chart.values;
+  const thinned = [one, other].map((list) => thin(list, Math.ceil(ticks / (2 * (right - left)))));
   pen.fillStyle = gap;
   for (const [from, to] of pieces(chart.values)) {
     pen.beginPath();
-    for (let tick = from; tick < to; tick++) pen.lineTo(toX(tick), toY(/** @type {number} */ (one[tick])));
-    for (let tick = to - 1; tick >= from; tick--) pen.lineTo(toX(tick), toY(/** @type {number} */ (other[tick])));
+    along(/** @type {Thinned} */ (thinned[0]), from, to, (tick, value) => pen.lineTo(toX(tick), toY(value)));
+    along(/** @type {Thinned} */ (thinned[1]), from, to, (tick, value) => pen.lineTo(toX(tick), toY(value)), true);
     pen.fill();
   }
-  [one, other].forEach((list, side) => {
+  thinned.forEach((list, side) => {
     pen.strokeStyle = side === 0 ? first : second;
     pen.lineWidth = palette.line + 0.5;
     pen.lineJoin = 'round';
     pen.setLineDash(side === 0 ? [] : DASH);
     pen.beginPath();
     let open = false;
-    list.forEach((value, tick) => {
+    along(list, 0, Infinity, (tick, value) => {
       if (Number.isNaN(value)) open = false;
       else if (open) pen.lineTo(toX(tick), toY(value));
       else pen.moveTo(toX(tick), toY(value));

@@ -59,11 +59,13 @@ function valuesOf(name) {
   return one && other ? [one, other] : null;
 }
 
-// ---- the address: compare=PATH:VALUE,...&curve=COLUMN&view=N ----
+// ---- the address: compare=PATH:VALUE,...&curve=COLUMN&view=N&length=SECONDS ----
 
 function remember() {
   const list = differing().map(({ path, values }) => `${path}:${encodeURIComponent(String(values[1]))}`);
-  const more = `${column.value === '' ? '' : `&curve=${column.value}`}${view.value === 1 ? '' : `&view=${view.value}`}`;
+  const more =
+    `${column.value === '' ? '' : `&curve=${column.value}`}${view.value === 1 ? '' : `&view=${view.value}`}` +
+    `${runs.length.value === runs.usual() ? '' : `&length=${runs.length.value}`}`;
   link.second = `compare${list.length > 0 ? `=${list.join(',')}` : ''}${more}`;
   showAddress();
 }
@@ -77,14 +79,15 @@ function recall() {
   column.value = /^\w{1,64}$/.exec(given.get('curve') ?? '')?.[0] ?? '';
   view.value = Math.min(Number(/^\d$/.exec(given.get('view') ?? '')?.[0] ?? 1), players());
   chosen.value = String(values[0]?.[0] ?? 'players.0.lag_ms');
-  return Object.fromEntries(values);
+  return { values: Object.fromEntries(values), seconds: Number(/^\d{1,3}$/.exec(given.get('length') ?? '')?.[0] ?? 0) };
 }
 
 /** From the button, or from an address that says so. */
 export async function begin() {
   await Promise.all([ready(), styled]);
   if (active.value) return;
-  runs.begin(recall());
+  const { values, seconds } = recall();
+  runs.begin(values, seconds);
 }
 
 effect(() => {
@@ -220,6 +223,14 @@ function curveChoice() {
   )}</select></label>`;
 }
 
+/** @returns {Template} */
+function lengthChoice() {
+  return html`<label class="field choice"><span>${say('length')}</span><select id="compare-length" ?disabled=${locked.value !== ''}
+    @change=${onChange((value) => void runs.lengthen(Number(value)))}>${runs.lengths.value.map(
+      (one) => html`<option value=${one} .selected=${one === runs.length.value}>${amount(one, one % 1 === 0 ? 0 : 1, 's')}</option>`,
+    )}</select></label>`;
+}
+
 // ---- the page ----
 
 /** @param {0 | 1} side @returns {Template} */
@@ -252,7 +263,7 @@ export function template() {
     <div class="settings">${controls()}${differences()}</div>
     <div class="runs">${sideView(0)}${sideView(1)}</div>
     <section class="difference" aria-label=${say('difference')}>
-      <div class="head">${viewChoice()}${curveChoice()}<p class="hint">${tip ? `${tip}. ` : nothing}${say('hint')}</p></div>
+      <div class="head">${viewChoice()}${curveChoice()}${lengthChoice()}<p class="hint">${tip ? `${tip}. ` : nothing}${say('hint')}</p></div>
       <div class="view" id="compare-time" @pointerdown=${point} @pointermove=${point}><canvas id="compare-chart" role="img"
         aria-label=${`${say('difference')}${now ? `: ${nameOf(now, true)}` : ''}`}></canvas></div>
       <p id="compare-sentence"></p>

@@ -18,7 +18,10 @@ import { say } from './words.js';
 /** @typedef {import('../../../base/link.js').Value} Value */
 /** @typedef {{id: string, key: string}} Run */
 
-const LONGEST_S = 30; /* of a curve: a change computes it again */
+/** How long a comparison may be, s: a change computes all of it again. */
+const LENGTHS_S = [10, 30, 60, 120, 300, 600];
+const USUAL_S = 120;
+const MOST_TICKS = 100000; /* of a trace */
 const WISH = { session: 60, scene: 60, lanes: 60 };
 const ATTEMPTS = 8; /* of a request that the daemon ends for its processor time, and which goes on from there */
 
@@ -26,6 +29,10 @@ const ATTEMPTS = 8; /* of a request that the daemon ends for its processor time,
 export const active = signal(false);
 /** Whether the daemon is at work for what was asked. */
 export const working = signal(false);
+/** How long the runs may be, s: the choices that their duration allows, the last of them the whole of it or the most. @type {import('@preact/signals-core').Signal<number[]>} */
+export const lengths = signal([]);
+/** How much of them is compared, s. */
+export const length = signal(0);
 /** The parameters of the second run. @type {import('@preact/signals-core').Signal<any>} */
 export const secondParams = signal(null);
 /** @type {import('@preact/signals-core').Signal<[import('./curves.js').Trace | null, import('./curves.js').Trace | null]>} */
@@ -131,6 +138,23 @@ export function set(side, values) {
   });
 }
 
+/** How much is compared where nothing is said. */
+export const usual = () => lengths.value.filter((one) => one <= USUAL_S).pop() ?? lengths.value[0] ?? 0;
+
+/** @param {number} seconds @param {number} hz */
+const ticksOf = (seconds, hz) => Math.min(Math.floor(seconds * hz), MOST_TICKS - 1);
+
+/** Compares another part of both runs. @param {number} seconds one of `lengths` */
+export function lengthen(seconds) {
+  return inTurn(async () => {
+    if (second === null || seconds === length.value) return;
+    const to = now();
+    about.end = ticksOf(seconds, about.hz);
+    length.value = seconds;
+    await anew([0, 1], async () => {}, { ...to, tick: Math.min(to.tick, about.end) });
+  });
+}
+
 /** @param {Run} run */
 function listen(run) {
   stream = new Stream(
@@ -183,8 +207,9 @@ export function close(leaving = false) {
   touch();
 }
 
-/** A second run from the start of the present one. @param {Record<string, Value>} values what differs in it */
-export function begin(values) {
+/** A second run from the start of the present one. @param {Record<string, Value>} values what differs in it
+ * @param {number} seconds how much is compared; 0 for as much as usual */
+export function begin(values, seconds) {
   const of = session.value;
   if (active.value || of === null || locked.value !== '') return;
   active.value = true;
@@ -192,7 +217,10 @@ export function begin(values) {
   inTurn(async () => {
     const run = /** @type {Run} */ (first);
     const { tick_hz: hz, duration_s: duration, tick } = await call('GET', `sessions/${run.id}`);
-    about = { hz, end: Math.floor(Math.min(duration, LONGEST_S) * hz) };
+    const most = Math.min(duration, LENGTHS_S[LENGTHS_S.length - 1] ?? 0, (MOST_TICKS - 1) / hz);
+    lengths.value = [...LENGTHS_S.filter((one) => one < most), most];
+    length.value = lengths.value.find((one) => one === seconds) ?? usual();
+    about = { hz, end: ticksOf(length.value, hz) };
     await control(run, { op: 'pause' });
     const persons = (params.value?.players ?? []).flatMap((/** @type {any} */ player, /** @type {number} */ p) =>
       player.control === 'person' ? [[`players.${p}.control`, 'script']] : [],

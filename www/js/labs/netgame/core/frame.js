@@ -35,6 +35,7 @@ export const {
   active: E_ACTIVE,
   extrapolated: E_EXTRAPOLATED,
   away: E_AWAY,
+  unknown: E_UNKNOWN,
 } = ENTITIES_FLAGS;
 export const {
   input: INPUT,
@@ -55,6 +56,8 @@ export const {
   connection: CONNECTION,
   dropped: DROPPED,
   display: DISPLAY,
+  segment: SEGMENT,
+  blocked: BLOCKED,
 } = EVENTS_TYPE;
 export const {
   newest: V_NEWEST,

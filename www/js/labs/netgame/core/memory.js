@@ -25,7 +25,8 @@ import { t } from '../../../base/words.js';
 /** @typedef {{t: number, x: number, y: number, dx: number, replayed: boolean}} Correction */
 /** @typedef {{x: number, y: number}[]} Trail */
 /** Events that never came: there were too many while frames were skipped. @typedef {{from: number, to: number, count: number}} Gap */
-/** What became of a player's connection; `what` is the end of a key of its words. @typedef {{t: number, player: number, what: string}} Happening */
+/** What became of a player's connection; `what` is the end of a key of its words. late: it was at that time or
+ * before, when events were missed. @typedef {{t: number, player: number, what: string, late: boolean}} Happening */
 /** Means of the last moments; null where nothing was counted.
  * @typedef {{error: number | null, latency: number | null, lost: number | null}} Lately  m, ms, share of the changes of controls */
 
@@ -105,6 +106,7 @@ export class Memory {
     for (const event of frame.events) {
       if (!this.events.has(event.id) && event.begin_s <= frame.time_s + 1e-6) this.meet(frame, event);
     }
+    if (frame.lost > 0) this.conclude(frame);
     if (this.last === null || frame.time_s > this.last.time_s) {
       this.follow(frame);
       this.plot(frame);
@@ -159,17 +161,37 @@ export class Memory {
 
   /** @param {Event} event */
   happen(event) {
-    let what = event.type === DROPPED ? 'dropped' : '';
-    if (event.type === CONNECTION) {
-      if (event.outcome === IS_STALLED) what = 'stalled';
-      if (event.outcome === DISCONNECTED) what = 'disconnected';
-      if (event.outcome === IS_PLAYING && event.begin_s > 0) {
-        const last = this.connectionEvents.filter((one) => one.player === event.player).at(-1)?.what;
-        what = last === 'stalled' ? 'playing' : event.number <= 1 ? 'joined' : 'joined_again';
-      }
+    if (event.type === DROPPED) this.list({ t: event.begin_s, player: event.player, what: 'dropped', late: false });
+    else this.become(event.player, event.outcome, event.begin_s, event.number <= 1, false);
+  }
+
+  /** What became of connections while events were missed: by the states before and after. @param {Frame} frame */
+  conclude(frame) {
+    frame.views.slice(1).forEach((now, player) => {
+      const before = this.last?.views[1 + player];
+      const known = frame.events.some((event) => event.player === player && (event.type === CONNECTION || event.type === DROPPED));
+      if (!before || known || frame.time_s <= (this.last?.time_s ?? 0)) return;
+      if (before.connected && !now.connected) this.list({ t: frame.time_s, player, what: 'dropped', late: true });
+      if (before.connection !== now.connection) this.become(player, now.connection, frame.time_s, false, true);
+    });
+  }
+
+  /** @param {number} player @param {number} state of its connection @param {number} t @param {boolean} first whether it has not played before
+   * @param {boolean} late whether it may have been earlier */
+  become(player, state, t, first, late) {
+    let what = '';
+    if (state === IS_STALLED) what = 'stalled';
+    if (state === DISCONNECTED) what = 'disconnected';
+    if (state === IS_PLAYING && t > 0) {
+      const last = this.connectionEvents.filter((one) => one.player === player).at(-1)?.what;
+      what = last === 'stalled' ? 'playing' : first ? 'joined' : 'joined_again';
     }
-    if (what === '') return;
-    this.connectionEvents = [...this.connectionEvents.slice(1 - CONNECTION_EVENTS), { t: event.begin_s, player: event.player, what }];
+    if (what !== '') this.list({ t, player, what, late });
+  }
+
+  /** @param {Happening} one */
+  list(one) {
+    this.connectionEvents = [...this.connectionEvents.slice(1 - CONNECTION_EVENTS), one];
   }
 
   /** @param {Frame} frame @param {number} v @param {Event} event @param {number} n */

@@ -13,15 +13,15 @@ import { bufferCurves, errorCurves, rowsOf } from '../views/curves.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 
+/** Settings of the scenario that belong with those of another place. @type {Record<string, string[]>} */
+const BESIDE = { server: ['bucket_delay_ms'] };
 const FIRST = ['lag_ms', 'prediction', 'reconciliation', 'interpolation', 'control']; /* of a player, as on its panel */
 
 /** @param {string} path @returns {Template} */
 function settings(path) {
   const rank = (/** @type {string} */ p) => (FIRST.indexOf(p.slice(path.length + 1)) + FIRST.length + 1) % (FIRST.length + 1);
   const shown = (/** @type {string} */ p) => valueAt(params.value, p) !== undefined && find(schema.value, p)?.type !== 'text';
-  const paths = livePaths(schema.value, path, true)
-    .filter(shown)
-    .sort((a, b) => rank(a) - rank(b));
+  const paths = [...livePaths(schema.value, path, true), ...(BESIDE[path] ?? [])].filter(shown).sort((a, b) => rank(a) - rank(b));
   return html`<fieldset class="sheet" ?disabled=${locked.value !== ''}>
     <legend class="unseen">${t('netgame.settings')}</legend>
     ${locked.value ? html`<p class="reason">${locked.value}</p>` : nothing}
@@ -77,6 +77,6 @@ export const dialogs = {
     t('netgame.settings_of', { name: t('netgame_more.of_player', { name: letter(player) }) }),
     settings(`players.${player}`),
   ],
-  server: () => [t('netgame_more.server_and_game'), html`${settings('server')}${settings('params')}`],
+  server: () => [t('netgame_more.server_and_game'), html`${settings('server')}${settings('peers')}${settings('params')}`],
   table: (which) => [which === 'error' ? `${t('netgame.chart.drawn')} (${unit.value})` : t('netgame.chart.buffer_ms'), table(which)],
 };

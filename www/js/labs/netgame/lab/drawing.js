@@ -62,6 +62,7 @@ function drawView(canvas, now, name) {
   const view = Number(canvas.dataset.view);
   const surface = surfaceOf(canvas);
   const shape = layout.value;
+  if (name) canvas.setAttribute('aria-label', words(now, view));
   if (!shape || !now.views[view] || !surface.begin()) return;
   const colours = palette();
   const shapes = shape.entities.length > 0; /* all views to one scale: the server's has a strip too */
@@ -99,7 +100,6 @@ function drawView(canvas, now, name) {
       drawText(pen, colours, t('netgame.waits'), 8, at.height - colours.text * 0.8, { colour: colours.snap, bold: true });
     }
   }
-  if (name) canvas.setAttribute('aria-label', words(now, view));
 }
 
 /** @param {Surface} surface @param {Frame} now */
@@ -157,7 +157,7 @@ function drawMessages(now, name, texts) {
   const missing = lost > 0 ? t('netgame.lane.missing', { n: lost }) : '',
     span = fixed(windowOf(now), 2);
   const facts = document.getElementById('lane-facts');
-  const caption = text !== '' ? text : t('netgame.lane.drawn', { span, inputs, states }) + missing;
+  const caption = (text !== '' ? text : t('netgame.lane.drawn', { span, inputs, states })) + missing;
   if (facts && facts.textContent !== caption) facts.textContent = caption;
 }
 
@@ -171,11 +171,12 @@ function showFacts(now) {
 
 /** Next to the name of each view: what it shows. @param {Frame} now */
 function showMain(now) {
+  if (!presented.value) return;
   const views = now.views.slice(1);
   for (const place of document.querySelectorAll('[data-main]')) {
     const view = Number(/** @type {HTMLElement} */ (place).dataset.main),
       row = now.views[view];
-    if (!row || !presented.value) continue;
+    if (!row) continue;
     const one =
       view === 0
         ? {
@@ -192,7 +193,7 @@ function showMain(now) {
 function showConnectionEvents(now) {
   if (connectionEvents.value === memory.connectionEvents) return;
   const newest = memory.connectionEvents.at(-1);
-  if (newest && now.flags & PLAYING && !connectionEvents.value.includes(newest)) speak(happened(newest));
+  if (newest && now.flags & PLAYING && !connectionEvents.value.includes(newest)) speak('event', happened(newest));
   connectionEvents.value = memory.connectionEvents;
 }
 
@@ -249,7 +250,7 @@ function stepDot(event) {
   if (!next) return;
   event.preventDefault();
   picked = { view: index, dot: next.dot };
-  speak(memory.describe(next.dot));
+  speak('dot', memory.describe(next.dot));
   touch();
 }
 

@@ -15,6 +15,7 @@ import { compare, compared } from './side.js';
 /** What is worth a closer look from the start. @param {import('../core/layout.js').Layout} of */
 function inspectorOf(of) {
   const sync = params.value?.server?.sync;
+  if (params.value?.paper === 'Figure 12') return 'inputs'; /* its buffer */
   return of.inspector === 'messages' && ['deterministic', 'rollback'].includes(sync) ? 'waits' : of.inspector;
 }
 
@@ -35,7 +36,12 @@ function begin(fresh) {
 function rates() {
   const chosen = inspector.value,
     closer = chosen === 'buffers' || chosen === 'waits';
-  return { gauges: closer ? 60 : 10, shots: chosen === 'shots' ? 60 : 5, buffered: chosen === 'buffers' ? 60 : 0 };
+  return {
+    gauges: closer ? 60 : 10,
+    shots: chosen === 'shots' ? 60 : 5,
+    buffered: chosen === 'buffers' ? 60 : 0,
+    traffic: chosen === 'traffic' ? 10 : 0,
+  };
 }
 
 /** @param {any} now @param {any} before @param {Record<string, unknown>} asked @returns {string[]} */

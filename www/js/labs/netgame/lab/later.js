@@ -6,7 +6,7 @@ import { frame } from '../../../session/state.js';
 import { dialog } from '../../../workbench/dialog.js';
 import { inspector, inspectors } from '../core/inspector.js';
 import { Chart } from '../views/chart.js';
-import { plotBy } from './side.js';
+import { noteBy, plotBy } from './side.js';
 
 const REST_MS = 1500;
 
@@ -36,11 +36,13 @@ const wanted = new Promise((done) => {
 /** @returns {Promise<Partial<import('../../../session/lab.js').Lab>>} */
 export async function rest() {
   await wanted;
-  const [{ dialogs, help }, { INSPECTORS }] = await Promise.all([
+  const [{ dialogs, help }, { errata }, { INSPECTORS }] = await Promise.all([
     import('./dialogs.js'),
+    import('./errata.js'),
     import('../inspectors/inspectors.js'),
     need('netgame_more'),
   ]);
   inspectors.value = [...INSPECTORS, ...inspectors.value];
+  noteBy(errata);
   return { dialogs, help, tables: () => import('./tables.js').then(({ tables }) => tables) };
 }

@@ -5,9 +5,11 @@ import { INTERPOLATION } from '../core/frame.js';
 import { part } from '../../../base/api.js';
 import { fixed, letter, signed } from '../../../base/format.js';
 import { rich, t } from '../../../base/words.js';
+import { paced } from '../../../draw/redraw.js';
 import { LATELY_S } from '../core/memory.js';
 import { lesson, locked } from '../../../session/state.js';
 import { aboutScenario } from '../../../workbench/about.js';
+import { said } from '../../../workbench/said.js';
 import { open } from '../../../workbench/dialog.js';
 import { layout } from '../core/layout.js';
 import { connectionEvents, memory, scale, unit } from '../core/state.js';
@@ -81,9 +83,17 @@ function connectionList() {
   const list = connectionEvents.value.slice(-LISTED);
   if (list.length === 0) return nothing;
   return html`<section class="happened" aria-label=${t('netgame.connections')}><h3>${t('netgame.connections')}</h3><ol>${list.map(
-    (one) => html`<li><span>${fixed(one.t, 1)} s</span>
+    (one) => html`<li><span>${one.late ? '≤ ' : ''}${fixed(one.t, 1)} s</span>
     ${rich(`netgame.happened.${one.what}`, { name: html`<b>${letter(one.player)}</b>` })}</li>`,
   )}</ol></section>`;
+}
+
+/** What stands below the scenario's text, once it is read. @type {import('@preact/signals-core').Signal<(() => Template | typeof nothing) | null>} */
+const notes = signal(null);
+
+/** @param {() => Template | typeof nothing} made */
+export function noteBy(made) {
+  notes.value = made;
 }
 
 /** @type {import('@preact/signals-core').Signal<typeof import('../compare/compare.js') | null>} */
@@ -134,7 +144,8 @@ export function side() {
   const players = layout.value?.players ?? [];
   return html`<aside class="side" aria-label=${t('netgame.side')}>
     <div class="about">${aboutScenario()}
-      ${(layout.value?.notices ?? []).map((text) => html`<p role="note"><strong>${t('netgame.nothing_measured')}</strong> <span lang="en">${text}</span></p>`)}</div>
+      ${(layout.value?.notices ?? []).map((text) => html`<p role="note"><strong>${t('netgame.nothing_measured')}</strong> ${said(text)}</p>`)}
+      ${notes.value?.() ?? nothing}</div>
     ${connectionList()}
     ${meets()}
     ${compareButton()}${workPrecisionButton()}
@@ -168,8 +179,8 @@ export function side() {
 let ChartOf = null;
 /** @type {{error: Chart, buffer: Chart} | null} */
 let charts = null;
-let shown = 0;
-const NOW_MS = 200;
+const numbers = paced(200),
+  curves = { error: paced(200), buffer: paced(200) };
 
 /** Curves are plotted from now on: the library loads after the first frame. @param {typeof import('../views/chart.js').Chart} made */
 export function plotBy(made) {
@@ -190,20 +201,20 @@ export function showSide(frame, settled) {
         buffer: new ChartOf(buffer, [0, 100], () => bufferCurves(layout.value?.players.length ?? 0)),
       };
     if (memory.curves.length === players) {
-      charts.error.draw(memory, settled);
-      charts.buffer.draw(memory, settled);
+      const first = curves.error(settled);
+      if (first) charts.error.draw(memory);
+      if ((settled || !first) && curves.buffer(settled)) charts.buffer.draw(memory); /* in turn */
     }
   }
-  const time = performance.now();
-  if (!settled && time - shown < NOW_MS) return;
-  shown = time;
+  if (!numbers(settled)) return;
   showMeets(frame);
   const lately = Array.from({ length: players }, (_, p) => memory.lately(p));
   for (const row of rows()) {
     for (let p = 0; p < players; p++) {
       const cell = document.querySelector(`[data-now="${row.id}/${p}"]`);
       const view = frame.views[1 + p];
-      if (cell && view) cell.textContent = row.of(view, p, lately[p] ?? NOTHING);
+      const text = view && row.of(view, p, lately[p] ?? NOTHING);
+      if (cell && text !== undefined && cell.textContent !== text) cell.textContent = text;
     }
   }
 }

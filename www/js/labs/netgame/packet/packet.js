@@ -37,7 +37,7 @@ const nameOf = (player) => layout.value?.players[player]?.name ?? letter(player)
 /** @param {number} player @param {number} n @param {number} now @returns {Way | null} */
 function read(player, n, now) {
   const p = params.value?.players?.[player];
-  const apart = p?.display_hz > 0 || String(params.value?.server?.sync).startsWith('lockstep');
+  const apart = p?.display_hz > 0 || /^(lockstep|bucket)/.test(params.value?.server?.sync);
   return wayOf(memory, { player, number: n, now, predicts: p?.prediction === true, apart });
 }
 
@@ -120,7 +120,7 @@ function follow(n) {
   followed.value = { ...asked, number: n, auto: false };
   touch();
   const way = frame.value === null ? null : read(asked.player, n, frame.value.time_s);
-  if (way !== null) speak(says(way));
+  if (way !== null) speak('packet', says(way));
 }
 
 /** @param {boolean} auto */

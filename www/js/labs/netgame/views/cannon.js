@@ -5,6 +5,7 @@ import { paintOf } from '../../../draw/palette.js';
 import { dots, drawGrid, gapLabel, ghost, tellDot, toX } from './scene.js';
 import { FADED, isAway } from './connection.js';
 import { Labels } from './labels.js';
+import { backdrop } from '../../../draw/backdrop.js';
 import { drawMark, drawText } from '../../../draw/marks.js';
 import { t } from '../../../base/words.js';
 
@@ -101,7 +102,8 @@ export function drawCannon(at) {
   const { pen, colours, overlays } = at;
   const size = colours.marker * 0.8;
   const place = (/** @type {number} */ x, /** @type {number} */ y) => ({ x: toX(at, x), y: toY(at, y) });
-  drawGrid(at);
+  const { x_min, x_max } = at.layout.scene;
+  backdrop(pen, at, ['cannon', x_min, x_max].join(' '), (on) => drawGrid({ ...at, pen: on }));
   ground(at);
   target(at);
   entitiesOf(at.frame, at.view).forEach((_, i) => trail(at, i));

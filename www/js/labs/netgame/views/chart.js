@@ -4,12 +4,12 @@ import uPlot from '../../../../vendor/uplot.js';
 import { localized } from '../../../base/format.js';
 import { t } from '../../../base/words.js';
 import { palette, paletteVersion, paintOf } from '../../../draw/palette.js';
+import { boxOf } from '../../../draw/surface.js';
 
 /** @typedef {import('../core/memory.js').Memory} Memory */
 /** @typedef {import('./curves.js').Curve} Curve */
 
 const SPAN_S = 12;
-const REDRAW_MS = 120;
 const NOTICED_MS = 100;
 
 export class Chart {
@@ -21,7 +21,6 @@ export class Chart {
     /** @type {uPlot | null} */
     this.plot = null;
     this.made = '';
-    this.drawn = 0;
   }
 
   /** Created again when players, colours or size class change. @param {Curve[]} curves @param {number} width @param {number} height */
@@ -88,14 +87,10 @@ export class Chart {
     ctx.restore();
   }
 
-  /** @param {Memory} memory @param {boolean} now draw even if the last drawing is young */
-  draw(memory, now) {
-    const time = performance.now();
-    if (!now && time - this.drawn < REDRAW_MS) return; /* before the sizes are read, which makes the browser lay the page out */
-    const width = this.box.clientWidth,
-      height = this.box.clientHeight;
-    if (width < 40 || height < 40) return;
-    this.drawn = time;
+  /** @param {Memory} memory */
+  draw(memory) {
+    const { width, height, seen } = boxOf(this.box);
+    if (width < 40 || height < 40 || !seen) return;
     const curves = this.curves();
     const key = `${curves.map((c) => `${c.name} (${c.unit})`).join()}|${paletteVersion()}`;
     if (key !== this.made) {

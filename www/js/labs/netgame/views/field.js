@@ -1,12 +1,13 @@
 // One view of a game that is drawn by its shapes, to scale and with y upwards: players, targets, crates, water, shells, scenery.
 import { gridStep } from '../../../draw/axis.js';
-import { E_ACTIVE, E_PREDICTED, entitiesOf, gameOf } from '../core/frame.js';
+import { E_ACTIVE, E_PREDICTED, E_UNKNOWN, entitiesOf, gameOf } from '../core/frame.js';
 import { fixed, letter } from '../../../base/format.js';
 import { paintOf } from '../../../draw/palette.js';
 import { corrections, correctionWords, dots, gapLabel, scaleX, tellDot, toX } from './scene.js';
 import { FADED, isAway } from './connection.js';
 import { Labels } from './labels.js';
-import { drawText } from '../../../draw/marks.js';
+import { backdrop } from '../../../draw/backdrop.js';
+import { drawText, widthOf } from '../../../draw/marks.js';
 import { t } from '../../../base/words.js';
 
 /** @typedef {import('./scene.js').DrawContext} DrawContext */
@@ -99,9 +100,10 @@ function leastOf(at, shape) {
   return shape.kind === 'player' ? at.colours.text + 3 : 4;
 }
 
-/** Whether there is something to see: a shell only while it flies. @param {Shape} shape @param {Entity} e @returns {boolean} */
+/** Whether there is something to see: a shell only while it flies, and nothing that the player's snapshots do not contain. @param {Shape} shape
+ * @param {Entity} e @returns {boolean} */
 function seen(shape, e) {
-  return shape.kind !== 'shell' || (e.flags & E_ACTIVE) !== 0;
+  return (e.flags & E_UNKNOWN) === 0 && (shape.kind !== 'shell' || (e.flags & E_ACTIVE) !== 0);
 }
 
 /** @param {DrawContext} at @param {Shape} shape @param {number} i @param {Entity} e */
@@ -170,11 +172,10 @@ export function drawStandings(at, y) {
   const { pen, colours } = at;
   let x = 8;
   for (let p = 0; p < at.layout.players.length; p++) {
-    pen.font = `${colours.text}px ${colours.font}`;
     let most = at.layout.game_values.length,
       text = standing(at, p, most);
-    while (p === 0 && most > 1 && x + pen.measureText(text).width > at.width - 8) text = standing(at, p, --most);
-    const width = pen.measureText(text).width;
+    while (p === 0 && most > 1 && x + widthOf(pen, colours, text) > at.width - 8) text = standing(at, p, --most);
+    const width = widthOf(pen, colours, text);
     if (p > 0 && x + width > at.width - 8) break;
     drawText(pen, colours, text, x, y, { colour: paintOf(colours, p).text });
     x += width + 2 * colours.text;
@@ -196,7 +197,10 @@ export function drawField(at) {
   const labels = new Labels(at);
   /** @type {number[]} */
   const far = [];
-  ground(at);
+  const { x_min, x_max, y_min, y_max } = at.layout.scene;
+  backdrop(pen, at, ['field', x_min, x_max, y_min, y_max, ...at.layout.fixed.flatMap((s) => [s.x, s.y])].join(' '), (on) =>
+    ground({ ...at, pen: on }),
+  );
   const drawn = overlays.dots ? dots(at, place, () => true) : [];
   /** @type {[number, Shape, Entity][]} players last, so that they are drawn on top */
   const all = entitiesOf(at.frame, at.view)

@@ -1,7 +1,7 @@
 // The interpolation buffer: snapshots by server time, a needle at the render time, the two snapshots around it.
 import { STATE, UNDERRUN } from '../core/frame.js';
 import { fixed } from '../../../base/format.js';
-import { drawText } from '../../../draw/marks.js';
+import { drawText, widthOf } from '../../../draw/marks.js';
 import { t } from '../../../base/words.js';
 import { paintOf } from '../../../draw/palette.js';
 
@@ -15,8 +15,7 @@ export function drawGauge(at, left, width, top, height) {
   const player = at.view - 1;
   const dry = (view.flags & UNDERRUN) !== 0;
   const words = dry ? t('netgame.underrun') : `α = ${fixed(view.alpha, 2)} · ${fixed(view.buffer_ms, 0)} ms`;
-  pen.font = `${colours.text}px ${colours.font}`;
-  const room = width - pen.measureText('α = 0.00 · 0000 ms').width - 12;
+  const room = width - widthOf(pen, colours, 'α = 0.00 · 0000 ms') - 12;
   if (room < 40) {
     drawText(pen, colours, words, left, top + height / 2, { colour: colours.faint });
     return;
@@ -41,12 +40,12 @@ export function drawGauge(at, left, width, top, height) {
     /* hatched: nothing to draw from */
     pen.strokeStyle = colours.snap;
     pen.lineWidth = 1;
+    pen.beginPath();
     for (let hx = x(newest); hx < left + room; hx += 5) {
-      pen.beginPath();
       pen.moveTo(hx, top + height - 4);
       pen.lineTo(hx + 4, top + 4);
-      pen.stroke();
     }
+    pen.stroke();
   }
   pen.strokeStyle = colours.edge;
   pen.lineWidth = 1;

@@ -1,5 +1,5 @@
 // Places labels next to marks without overlaps; a label without room is left out.
-import { drawText } from '../../../draw/marks.js';
+import { drawText, widthOf } from '../../../draw/marks.js';
 
 /** @typedef {import('./scene.js').DrawContext} DrawContext */
 
@@ -21,8 +21,7 @@ export class Labels {
   put(text, left, right, y, size, look) {
     if (text === '') return;
     const { pen, colours, width, height } = this.at;
-    pen.font = `${look.bold ? '700 ' : ''}${colours.text}px ${colours.font}`;
-    const w = pen.measureText(text).width,
+    const w = widthOf(pen, colours, text, look.bold),
       h = colours.text * 1.15,
       middle = (left + right) / 2;
     const bound = (/** @type {number} */ x) => Math.max(4, Math.min(width - 4 - w, x));

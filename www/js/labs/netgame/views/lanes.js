@@ -1,5 +1,5 @@
 // The swim-lane of messages: time to the right, a line for each end, a slope for each message.
-import { ACCEPT, APPLIED, CONNECT, INPUT, PING, PONG, REFUSAL, STATE, STEP, INPUT_RESULT } from '../core/frame.js';
+import { ACCEPT, APPLIED, BLOCKED, CONNECT, INPUT, PING, PONG, REFUSAL, SEGMENT, STATE, STEP, INPUT_RESULT } from '../core/frame.js';
 import { fixed, letter } from '../../../base/format.js';
 import { paintOf } from '../../../draw/palette.js';
 import { cross, drawText } from '../../../draw/marks.js';
@@ -149,6 +149,46 @@ function drawMessage(at, message, yOwn, yServer, bold) {
   }
 }
 
+const SEGMENT_UP = 2; /* bit of the outcome of a segment or a blocked message: to the server */
+
+/** A packet of a stream that was lost or sent again: dashed, so that the message it carries stands apart.
+ * @param {Lanes} at @param {Message} packet @param {number} yOwn @param {number} yServer */
+function drawSegment(at, packet, yOwn, yServer) {
+  const { pen, colours } = at;
+  const { x, now } = places(at);
+  const up = (packet.outcome & SEGMENT_UP) !== 0,
+    from = up ? yOwn : yServer,
+    to = up ? yServer : yOwn;
+  const lost = packet.fate !== 0;
+  const end = lost ? packet.begin_s + lagOf(at, packet.player) : packet.end_s;
+  const part = Math.min(lost ? LOST_AT : 1, end > packet.begin_s ? (now - packet.begin_s) / (end - packet.begin_s) : 1);
+  const hx = x(packet.begin_s + part * (end - packet.begin_s)),
+    hy = from + part * (to - from);
+  pen.strokeStyle = colours.snap;
+  pen.lineWidth = colours.line;
+  pen.setLineDash([5, 3]);
+  pen.beginPath();
+  pen.moveTo(x(packet.begin_s), from);
+  pen.lineTo(hx, hy);
+  pen.stroke();
+  pen.setLineDash([]);
+  if (lost && part >= LOST_AT) cross(pen, hx, hy, 4.5);
+}
+
+/** A message of a stream that has arrived and waits for an earlier one: a bar at its receiver.
+ * @param {Lanes} at @param {Message} message @param {number} yOwn @param {number} yServer */
+function drawBlocked(at, message, yOwn, yServer) {
+  const { pen, colours } = at;
+  const { x } = places(at);
+  const y = (message.outcome & SEGMENT_UP) !== 0 ? yServer + Math.sign(yOwn - yServer) * 4 : yOwn + Math.sign(yServer - yOwn) * 4;
+  pen.strokeStyle = colours.buffer;
+  pen.lineWidth = colours.line + 1;
+  pen.beginPath();
+  pen.moveTo(x(message.begin_s), y);
+  pen.lineTo(x(message.end_s), y);
+  pen.stroke();
+}
+
 /** @param {Lanes} at @param {Message} input @param {number} yOwn @param {number} yServer @returns {string} */
 function drawLife(at, input, yOwn, yServer) {
   const { result, state, applied } = lifeOf(at.memory, input);
@@ -218,19 +258,11 @@ export function drawLanes(at) {
           { p: lower, y: bottom },
         ];
 
-  pen.setLineDash([]); /* the server's ticks */
-  pen.lineWidth = 1;
-  pen.strokeStyle = colours.grid;
+  pen.setLineDash([]);
+  pen.fillStyle = colours.grid; /* the server's ticks */
   const steps = at.memory.of(STEP, SERVER).filter((e) => e.begin_s >= now - span && e.begin_s <= now);
   const every = Math.max(1, Math.ceil(steps.length / 80));
-  for (const step of steps) {
-    if (step.number % every !== 0) continue;
-    const sx = Math.round(x(step.begin_s)) + 0.5;
-    pen.beginPath();
-    pen.moveTo(sx, top);
-    pen.lineTo(sx, bottom);
-    pen.stroke();
-  }
+  for (const step of steps) if (step.number % every === 0) pen.fillRect(Math.round(x(step.begin_s)), top, 1, bottom - top);
   pen.save();
   pen.beginPath();
   pen.rect(LEFT, 0, at.width - LEFT, at.height);
@@ -243,6 +275,8 @@ export function drawLanes(at) {
     for (const type of at.pings ? [PING, PONG, CONNECT, ACCEPT] : [CONNECT, ACCEPT]) {
       for (const message of messages(at, type, p)) drawQuiet(at, message, y, middle);
     }
+    for (const message of messages(at, BLOCKED, p)) drawBlocked(at, message, y, middle);
+    for (const packet of messages(at, SEGMENT, p)) drawSegment(at, packet, y, middle);
     for (const type of [INPUT, STATE, REFUSAL]) {
       const list = messages(at, type, p);
       const k = type === REFUSAL ? 1 : thinning(list.length);

@@ -6,6 +6,7 @@ import { FADED, isAway } from './connection.js';
 import { corrections, correctionWords, dots, drawGrid, gapLabel, ghost, scaleX, tellDot, toX } from './scene.js';
 import { Labels } from './labels.js';
 import { HIGH, LONG, drawCar, hasCar } from '../../../draw/cars.js';
+import { backdrop } from '../../../draw/backdrop.js';
 import { drawMark, drawText } from '../../../draw/marks.js';
 import { t } from '../../../base/words.js';
 
@@ -17,9 +18,12 @@ function onLap(at, x) {
   return wraps ? x - Math.floor(x / lap) * lap : x;
 }
 
+/** Of the frame that is drawn. @type {{frame: unknown, list: number[]}} */
+let levels = { frame: null, list: [] };
 /** The lanes in use, from top to bottom. @param {DrawContext} at @returns {number[]} m */
-function levelsOf(at) {
-  return [...new Set(entitiesOf(at.frame, 0).map((e) => e.y))].sort((a, b) => a - b);
+function levelsOf({ frame }) {
+  if (levels.frame !== frame) levels = { frame, list: [...new Set(entitiesOf(frame, 0).map((e) => e.y))].sort((a, b) => a - b) };
+  return levels.list;
 }
 
 /** Height of a lane. @param {DrawContext} at @returns {number} px */
@@ -29,19 +33,23 @@ function laneHeight(at) {
 
 /** @param {DrawContext} at @param {number} y m @returns {number} px; lane 0 lies on top */
 function toY(at, y) {
-  const levels = levelsOf(at);
-  const low = levels[0] ?? 0,
-    step = levels.length > 1 ? ((levels[levels.length - 1] ?? 1) - low) / (levels.length - 1) : 1;
+  const list = levelsOf(at);
+  const low = list[0] ?? 0,
+    step = list.length > 1 ? ((list[list.length - 1] ?? 1) - low) / (list.length - 1) : 1;
   return at.colours.text * 1.3 + ((y - low) / step + 0.5) * laneHeight(at);
 }
 
-/** The chequered line, in the lap that ends the race. @param {DrawContext} at */
-function finishLine(at) {
+/** Where the finish is, in the lap that ends the race. @param {DrawContext} at @returns {number | null} px */
+function finishX(at) {
   const { finish_m: finish, x_max: lap, wraps } = at.layout.scene;
   const furthest = Math.max(...entitiesOf(at.frame, at.view).map((e) => e.x));
-  if (!(finish > 0) || (wraps && furthest < finish - lap)) return;
+  if (!(finish > 0) || (wraps && furthest < finish - lap)) return null;
   const rest = wraps ? finish - Math.floor(finish / lap) * lap : finish;
-  const x = toX(at, rest === 0 ? lap : rest);
+  return toX(at, rest === 0 ? lap : rest);
+}
+
+/** The chequered line. @param {DrawContext} at @param {number} x px */
+function finishLine(at, x) {
   const { pen, colours } = at;
   for (let row = 0; row * 6 < at.height; row++) {
     for (let column = 0; column < 2; column++) {
@@ -57,9 +65,9 @@ function lanes(at) {
   pen.strokeStyle = colours.grid;
   pen.lineWidth = 1;
   pen.setLineDash([8, 8]);
-  const levels = levelsOf(at);
-  for (let i = 1; i < levels.length; i++) {
-    const y = Math.round(toY(at, ((levels[i - 1] ?? 0) + (levels[i] ?? 0)) / 2)) + 0.5;
+  const list = levelsOf(at);
+  for (let i = 1; i < list.length; i++) {
+    const y = Math.round(toY(at, ((list[i - 1] ?? 0) + (list[i] ?? 0)) / 2)) + 0.5;
     pen.beginPath();
     pen.moveTo(0, y);
     pen.lineTo(at.width, y);
@@ -99,9 +107,14 @@ export function drawRace(at) {
   /** @type {(() => void)[]} */
   const later = [];
 
-  drawGrid(at);
-  lanes(at);
-  finishLine(at);
+  const finish = finishX(at),
+    { x_min, x_max } = at.layout.scene;
+  backdrop(pen, at, ['race', x_min, x_max, levelsOf(at), finish].join(' '), (on) => {
+    const still = { ...at, pen: on };
+    drawGrid(still);
+    lanes(still);
+    if (finish !== null) finishLine(still, finish);
+  });
   /** @type {import('./scene.js').Drawn[]} */
   let drawn = [];
   if (overlays.dots) {

@@ -54,14 +54,9 @@ export function drawGrid(at) {
   const first = Math.ceil(layout.scene.x_min / step - 1e-9),
     last = Math.floor(layout.scene.x_max / step + 1e-9);
   for (let i = first; i <= last; i++) {
-    const x = Math.round(toX(at, i * step)) + 0.5;
-    pen.setLineDash([]);
-    pen.lineWidth = 1;
-    pen.strokeStyle = colours.grid;
-    pen.beginPath();
-    pen.moveTo(x, 0);
-    pen.lineTo(x, height);
-    pen.stroke();
+    const x = Math.round(toX(at, i * step));
+    pen.fillStyle = colours.grid;
+    pen.fillRect(x, 0, 1, height);
     if (i === last - 1 && scaleX(at) * step < colours.axis * 5.4) continue; /* the last label needs the room */
     const metres = localized(String(Number((i * step).toPrecision(6))));
     drawText(pen, colours, `${metres}${i === first || i === last ? ' m' : ''}`, i === last ? x - 3 : x + 3, colours.axis * 0.7, {

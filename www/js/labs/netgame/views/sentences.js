@@ -6,7 +6,7 @@ import { PERSON, PREDICTION, RECONCILIATION } from '../core/frame.js';
 
 /** @typedef {import('../core/frame.js').View} View */
 /** @typedef {import('../core/memory.js').Memory} Memory */
-/** value: empty while nothing was counted. @typedef {{term: string, before: string, value: string, after: string}} Sentence */
+/** value: empty while nothing was counted; `before` is the whole sentence then. @typedef {{term: string, before: string, value: string, after: string}} Sentence */
 
 /** Who a sentence is about. views: of all players; player: from 0 @typedef {{view: View, player: number, views: View[]}} Who */
 
@@ -26,10 +26,11 @@ function latency(who, memory) {
   const { view, player } = who;
   const { latency: ms } = memory.lately(player);
   const predicts = (view.flags & PREDICTION) !== 0;
+  if (ms === null) return { term: t('netgame.says.latency'), before: of(who, 'latency.none'), value: '', after: '' };
   return {
     term: t('netgame.says.latency'),
     before: of(who, 'latency'),
-    value: ms === null ? '' : `${fixed(ms, 0)} ms`,
+    value: `${fixed(ms, 0)} ms`,
     after: `${t('netgame.says.latency.after')} ${t(predicts ? 'netgame.says.latency.predicts' : 'netgame.says.latency.trip', {
       ms: fixed(2 * view.lag_ms, 0),
     })}`.trimStart(),
@@ -66,8 +67,9 @@ export function tell(place, one) {
   const text = `${one.before}\n${one.value}\n${one.after}`;
   if (place.getAttribute('data-text') === text) return;
   place.setAttribute('data-text', text);
+  if (one.value === '') return place.replaceChildren(one.before);
   const number = document.createElement('b');
-  number.textContent = one.value === '' ? '–' : one.value;
+  number.textContent = one.value;
   const close = one.after === '' || one.after.startsWith(',') ? one.after : ` ${one.after}`;
   place.replaceChildren(`${one.before} `, number, close);
 }

@@ -1,0 +1,191 @@
+/* Configurations of a session: all three and its events lie in one block while they are used. While it is
+ * parked only the bytes remain in which the first differs from the defaults, and each from the one before it.
+ *
+ * The block of most kinds is large enough to be a mapping of its own: a parked session leaves no hole between
+ * small blocks that stay. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/assert.h"
+#include "session/internal.h"
+
+enum {
+    CONFIGS = 3,  /* of the scenario, at tick 0, at present */
+    SHORT_GAP = 8 /* equal bytes between two differences that cost more as a gap */
+};
+
+struct ll_packed {
+    size_t size;
+    size_t used; /* of the present configuration */
+    int64_t seed;
+    char title[LL_TITLE_MAX + 8];
+    unsigned char bytes[];
+};
+
+/* ---- the block ---- */
+
+static char *config_at(const ll_session *s, int i)
+{
+    return (char *)s->memory + (size_t)i * s->config_size;
+}
+
+bool ll_session_allocate(ll_session *s)
+{
+    const size_t configs = CONFIGS * s->config_size;
+    s->memory =
+        malloc(configs + LL_EVENT_RING * sizeof(ll_event)); /* an event is written before it is read */
+    if (!s->memory)
+        return false;
+    memset(s->memory, 0, configs);
+    s->scenario.config = config_at(s, 0);
+    s->base = config_at(s, 1);
+    s->config = config_at(s, 2);
+    return true;
+}
+
+ll_event *ll_session_event_space(const ll_session *s)
+{
+    return (ll_event *)(void *)config_at(s, CONFIGS);
+}
+
+/* ---- differences: where, how many, their bytes; one of no bytes ends a configuration ---- */
+
+typedef struct difference {
+    uint32_t from, bytes;
+} difference;
+
+typedef struct writing {
+    unsigned char *at; /* NULL: only counts */
+    size_t size;
+    char *known;        /* as it will be read so far */
+    const char *object; /* that is written */
+} writing;
+
+static void write_difference(writing *w, size_t from, size_t bytes)
+{
+    difference d = {(uint32_t)from, (uint32_t)bytes};
+    if (w->at) {
+        memcpy(w->at + w->size, &d, sizeof d);
+        memcpy(w->at + w->size + sizeof d, w->object + from, bytes);
+    }
+    memcpy(w->known + from, w->object + from, bytes);
+    w->size += sizeof d + bytes;
+}
+
+static void write_range(void *context, size_t from, size_t bytes)
+{
+    writing *w = context;
+    for (size_t i = from, end = from + bytes; i < end; i++) {
+        if (w->known[i] == w->object[i])
+            continue;
+        size_t last = i;
+        for (size_t j = i + 1; j < end && j - last <= SHORT_GAP; j++)
+            if (w->known[j] != w->object[j])
+                last = j;
+        write_difference(w, i, last + 1 - i);
+        i = last;
+    }
+}
+
+/* Writes to `to`, or counts if it is NULL; false without memory. */
+static bool write_all(const ll_session *s, unsigned char *to, size_t *size)
+{
+    const ll_param_table *table = s->scenario.kind->table;
+    writing w = {.at = to, .known = calloc(1, s->config_size)};
+    if (w.known)
+        ll_param_defaults_in_zeros(table, w.known);
+    for (int i = 0; i < CONFIGS && w.known; i++) {
+        w.object = config_at(s, i);
+        ll_param_each_range(table, w.object, write_range, &w);
+        write_difference(&w, 0, 0);
+        void *next = calloc(1, s->config_size);
+        if (next)
+            ll_param_copy(table, next, w.known);
+        free(w.known);
+        w.known = next;
+    }
+    bool done = w.known != NULL;
+    *size = w.size;
+    free(w.known);
+    return done;
+}
+
+static void read_all(const ll_session *s, const ll_packed *packed)
+{
+    const ll_param_table *table = s->scenario.kind->table;
+    const unsigned char *at = packed->bytes;
+    for (int i = 0; i < CONFIGS; i++) {
+        difference d;
+        if (i == 0)
+            ll_param_defaults_in_zeros(table, config_at(s, 0));
+        else
+            ll_param_copy(table, config_at(s, i), config_at(s, i - 1));
+        for (memcpy(&d, at, sizeof d); d.bytes > 0; memcpy(&d, at, sizeof d)) {
+            LL_ASSERT((size_t)d.from + d.bytes <= s->config_size);
+            memcpy(config_at(s, i) + d.from, at + sizeof d, d.bytes);
+            at += sizeof d + d.bytes;
+        }
+        at += sizeof d;
+    }
+    LL_ASSERT(at == packed->bytes + packed->size);
+}
+
+/* ---- packing ---- */
+
+void ll_session_pack(ll_session *s)
+{
+    size_t size;
+    if (s->packed || !write_all(s, NULL, &size))
+        return; /* without memory it keeps its block */
+    const ll_scenario_head *head = ll_session_head(s);
+    ll_packed *packed = malloc(sizeof *packed + size);
+    if (!packed)
+        return;
+    if (!write_all(s, packed->bytes, &packed->size)) {
+        free(packed);
+        return;
+    }
+    packed->used = ll_session_config_used(s);
+    packed->seed = head->seed;
+    memcpy(packed->title, head->title, sizeof packed->title);
+    s->packed = packed;
+    free(s->memory);
+    s->memory = s->scenario.config = s->base = s->config = NULL;
+}
+
+ll_status ll_session_unpack(ll_session *s)
+{
+    if (!s->packed)
+        return ll_ok();
+    if (!ll_session_allocate(s))
+        return ll_error(LL_NO_MEMORY, "out of memory: configuration of a session");
+    read_all(s, s->packed);
+    free(s->packed);
+    s->packed = NULL;
+    return ll_ok();
+}
+
+/* ---- what stays readable ---- */
+
+int64_t ll_session_seed(const ll_session *s)
+{
+    return s->packed ? s->packed->seed : ll_session_head(s)->seed;
+}
+
+const char *ll_session_title(const ll_session *s)
+{
+    return s->packed ? s->packed->title : ll_session_head(s)->title;
+}
+
+size_t ll_session_config_used(const ll_session *s)
+{
+    return s->packed ? s->packed->used : ll_param_used(s->scenario.kind->table, s->config);
+}
+
+size_t ll_session_packed_bytes(const ll_session *s)
+{
+    size_t size = 0;
+    if (s->packed)
+        return sizeof *s->packed + s->packed->size;
+    return write_all(s, NULL, &size) ? sizeof(ll_packed) + size : CONFIGS * ll_session_config_used(s);
+}

@@ -1,0 +1,92 @@
+/* A fluid stepped by several threads has the bits of one stepped alone, for any number of threads. */
+#include "fluid/harness.h"
+
+#include <inttypes.h>
+
+#include "threads/team.h"
+
+typedef struct trial {
+    const char *scene, *settings;
+    int steps;
+} trial;
+
+/* Large enough that threads share the work, with row numbers that no number of threads divides evenly. */
+static const trial trials[] = {
+    {"cavity", "params.n=72", 2},
+    {"cavity", "params.n=70 solver.pressure=jacobi solver.sweeps=40 solver.advection=semi_lagrangian", 2},
+    {"cavity", "params.n=70 solver.pressure=gauss_seidel solver.sweeps=40 solver.advection=bfecc", 2},
+    {"cavity", "params.n=66 solver.pressure=sor solver.splitting=reflection solver.advection=maccormack", 2},
+    {"cavity", "params.n=66 solver.pressure=pcg solver.advection=maccormack solver.backtrace=3", 2},
+    {"taylor_green", "params.n=72", 2},
+    {"taylor_green", "params.n=72 solver.pressure=direct solver.advection=bfecc solver.backtrace=1", 2},
+    {"taylor_green", "params.n=88 solver.pressure=multigrid solver.advection=maccormack", 2},
+    {"cylinder", "params.n=96", 2},
+    {"cylinder", "params.n=72 solver.advection=central params.buoyancy_mps2=1", 2},
+    {"cylinder", "params.n=74 solver.vorticity_confinement=0.5 params.re=1", 2},
+    {"rotation", "params.n=72", 2},
+    {"rotation", "params.n=72 params.shape=gaussian solver.advection=central", 2},
+    {"sea", "params.n=128", 2},
+    {"dam_break", "params.size=30", 2},
+    {"dam_break", "params.size=30 solver.method=pbf solver.smoothing=0.1 solver.no_slip=true", 2},
+    {"dam_break", "params.size=30 solver.method=dfsph", 2},
+    {"poiseuille", "params.size=40", 2},
+    {"poiseuille", "params.size=40 solver.method=pbf", 2},
+    {"poiseuille", "params.size=40 solver.method=dfsph solver.iterations=10", 2},
+    {"raft", "params.size=40", 2},
+    {"raft", "params.size=40 solver.method=wcsph solver.no_slip=true", 2},
+    {"raft", "params.size=40 solver.method=pbf", 2},
+    {"pool", "params.size=150", 2},
+};
+
+static void compare(const trial *t, int threads)
+{
+    tank alone = tank_open(t->scene, t->settings), shared = tank_open(t->scene, t->settings);
+    ll_team *team = NULL;
+    ll_status made = ll_team_make(threads, &team);
+    assert_false(ll_failed(&made));
+    ll_fluid_run by_team = {.team = team};
+    for (int i = 0; i < t->steps; i++) {
+        tank_run(&alone, 1, 1.0 / 60);
+        ll_status status = shared.scene->method->step(shared.block, 1.0 / 60, &by_team);
+        if (ll_failed(&status))
+            fail_msg("%s %s: %s", t->scene, t->settings, status.text);
+        uint64_t expected = tank_hash(&alone), hash = tank_hash(&shared);
+        if (hash != expected)
+            fail_msg("%s %s, step %d by %d threads: %016" PRIx64 " instead of %016" PRIx64, t->scene,
+                     t->settings, i, threads, hash, expected);
+    }
+    ll_team_free(team);
+    tank_close(&alone);
+    tank_close(&shared);
+}
+
+static void the_same_bits_by_two_threads(void **state)
+{
+    (void)state;
+    for (size_t i = 0; i < sizeof trials / sizeof *trials; i++)
+        compare(&trials[i], 2);
+}
+
+static void the_same_bits_by_an_odd_number(void **state)
+{
+    (void)state;
+    for (size_t i = 0; i < sizeof trials / sizeof *trials; i += 2)
+        compare(&trials[i], 5);
+}
+
+static void the_same_bits_by_more_threads_than_a_small_fluid_has_rows(void **state)
+{
+    (void)state;
+    compare(&(trial){"cavity", "params.n=8", 3}, LL_TEAM_PARTS_MAX);
+    compare(&(trial){"cylinder", "params.n=64", 1}, LL_TEAM_PARTS_MAX);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(the_same_bits_by_two_threads),
+        cmocka_unit_test(the_same_bits_by_an_odd_number),
+        cmocka_unit_test(the_same_bits_by_more_threads_than_a_small_fluid_has_rows),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

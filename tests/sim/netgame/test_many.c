@@ -1,0 +1,75 @@
+/* More entities than a set of the prediction holds, and snapshots of some of them: whole games. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "support/scene.h"
+
+/* With 1,004 entities a client predicts its own alone, which is never corrected on a clean link; and it knows
+ * only those of its area. */
+static void clients_of_a_thousand_predict_their_own(void **state)
+{
+    (void)state;
+    const char *const sets[] = {"params.bodies=1000", "params.field_m=330", "players.1.link.up.loss_pct=0",
+                                "players.1.link.down.loss_pct=0", NULL};
+    scene s = scene_open("swarm_interest", sets);
+    scene_run(&s, 6, NULL);
+    assert_null(ll_netgame_broken(s.game));
+    for (int p = 0; p < 4; p++) {
+        const ll_client *c = ll_netgame_client(s.game, p);
+        const ll_world *shown = ll_client_rendered_const(c);
+        int known = 0;
+        assert_int_equal(shown->entities, 1004);
+        assert_int_equal(c->snapshots.unreadable, 0);
+        assert_int_equal(ll_netgame_client_metrics(s.game, p)->corrections.count, 0);
+        for (int i = 0; i < shown->entities; i++) {
+            bool predicted = ll_client_draw_infos_const(c)[i].flags & LL_RENDERED_PREDICTED;
+            assert_int_equal(predicted, i == p);
+            known += !(shown->entity[i].flags & LL_ENTITY_UNKNOWN);
+        }
+        assert_in_range(known, 10, 120); /* 46 in a circle of 40 m, where it is whole */
+    }
+    scene_close(&s);
+}
+
+/* Forty players, until each has made more inputs than a client keeps open: the last ones predict as well as
+ * the first. */
+static void the_fortieth_player_predicts_as_the_first(void **state)
+{
+    (void)state;
+    enum { PLAYERS = 40 };
+    char json[4000];
+    int n = snprintf(json, sizeof json,
+                     "{\"kind\":\"netgame\",\"game\":\"swarm\",\"duration_s\":12,\"params\":{\"bodies\":20,"
+                     "\"field_m\":200},\"server\":{\"snapshot_encoding\":\"interest\",\"update_hz\":20,"
+                     "\"snapshot_bytes\":500,\"interest_radius_m\":50},\"players\":[");
+    for (int p = 0; p < PLAYERS; p++)
+        n += snprintf(json + n, sizeof json - (size_t)n,
+                      "%s{\"lag_ms\":%d,\"prediction\":true,\"reconciliation\":true}", p > 0 ? "," : "",
+                      20 + p);
+    snprintf(json + n, sizeof json - (size_t)n, "]}");
+    scene s = scene_make(json, NULL);
+    scene_run(&s, 11, NULL);
+    assert_null(ll_netgame_broken(s.game));
+    for (int p = 0; p < PLAYERS; p++) {
+        const ll_client *c = ll_netgame_client(s.game, p);
+        assert_true(c->inputs.seq > LL_PENDING_RING);
+        assert_int_equal(ll_netgame_client_metrics(s.game, p)->corrections.count, 0);
+        assert_true(ll_client_draw_infos_const(c)[p].flags & LL_RENDERED_PREDICTED);
+    }
+    scene_close(&s);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(clients_of_a_thousand_predict_their_own),
+        cmocka_unit_test(the_fortieth_player_predicts_as_the_first),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
