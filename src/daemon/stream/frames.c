@@ -31,12 +31,6 @@ enum { DEFAULT_HZ = 30, DEFAULT_JSON_HZ = 10 };
 static const ll_channel drawn[] = {LL_CHANNEL_SESSION, LL_CHANNEL_SCENE, LL_CHANNEL_MOTION,
                                    LL_CHANNEL_BODIES,  LL_CHANNEL_FIELD, LL_CHANNEL_POINTS};
 
-/* A viewer that misses a fifth of its frames for SLOW_NS gets half as many, until it has missed none for
- * RECOVER_NS. */
-#define SLOW_NS INT64_C(2000000000)
-#define RECOVER_NS INT64_C(10000000000)
-enum { SLOW_PART = 5, SLOWEST = 16 };
-
 /* Limit of sections that viewers have as a base and that are not the newest. Beyond it the oldest is
  * released, and its viewers get the next section whole. */
 #define KEPT_BYTES ((size_t)4 << 20)
@@ -51,7 +45,7 @@ static int64_t next_event(const ws_viewer *viewer)
 
 static bool loses_events(const ws_viewer *viewer)
 {
-    int64_t slowdown = viewer->flow.slowdown > 0 ? viewer->flow.slowdown : 1;
+    int64_t slowdown = ll_ws_pace_divisor(&viewer->flow.pace);
     int64_t part = BEHIND_NS / (slowdown * slowdown), limit = part > BEHIND_LEAST_NS ? part : BEHIND_LEAST_NS;
     return viewer->frames.overdue >> LL_CHANNEL_LANES & 1 &&
            viewer->thread->now_ns - viewer->frames.overdue_ns > limit;
@@ -238,8 +232,8 @@ static uint16_t due(const ws_viewer *viewer, const ll_frame *frame)
     bool last = (frame->flags & LL_FRAME_PLAYING) == 0 || frame->generation != viewer->frames.generation;
     uint16_t channels = (uint16_t)(viewer->frames.overdue | (viewer->frames.wants & ~viewer->frames.has));
     for (int c = 0; c < LL_CHANNELS; c++) {
-        uint32_t every = viewer->frames.subscription.every[c] *
-                         (uint32_t)(viewer->flow.slowdown > 0 ? viewer->flow.slowdown : 1);
+        uint32_t every =
+            viewer->frames.subscription.every[c] * (uint32_t)ll_ws_pace_divisor(&viewer->flow.pace);
         if (viewer->frames.wants >> c & 1 && (last || frame->seq % every == 0)) {
             channels |= (uint16_t)(1U << c);
         }
@@ -391,37 +385,30 @@ void ll_ws_viewer_send_newest(ws_viewer *viewer)
 
 /* ---- slow viewers ---- */
 
-static void set_slowdown(ws_viewer *viewer, int slowdown, const char *reason)
+static void say_rate(ws_viewer *viewer, const char *reason)
 {
     cJSON *o = cJSON_CreateObject();
-    viewer->flow.slowdown = slowdown;
     cJSON_AddStringToObject(o, "type", "rate");
     cJSON_AddStringToObject(o, "reason", reason);
-    cJSON_AddNumberToObject(o, "divisor", slowdown);
+    cJSON_AddNumberToObject(o, "divisor", ll_ws_pace_divisor(&viewer->flow.pace));
     ll_ws_viewer_send_json(viewer, o);
 }
 
+/* A viewer that has not acknowledged a frame yet is still loading, and not slow. */
 static void count_due(ws_viewer *viewer, bool missed)
 {
     int64_t now = viewer->thread->now_ns;
-    int slowdown = viewer->flow.slowdown > 0 ? viewer->flow.slowdown : 1;
-    viewer->flow.due_count++;
+    int before = ll_ws_pace_divisor(&viewer->flow.pace);
     if (missed) {
-        viewer->flow.missed_count++;
-        viewer->flow.missed_ns = now;
         ll_ws_count(&viewer->thread->counts.skipped, 1);
     }
-    if (now - viewer->flow.counted_ns < SLOW_NS) {
+    if (viewer->flow.acked_ns == 0 && now - viewer->frames.first_sent_ns < GRACE_NS) {
         return;
     }
-    if (viewer->flow.counted_ns != 0 && viewer->flow.missed_count * SLOW_PART > viewer->flow.due_count &&
-        slowdown < SLOWEST) {
-        set_slowdown(viewer, 2 * slowdown, "slow viewer");
-    } else if (slowdown > 1 && now - viewer->flow.missed_ns > RECOVER_NS) {
-        set_slowdown(viewer, slowdown / 2, "viewer keeps up again");
+    if (ll_ws_pace_count(&viewer->flow.pace, missed, now)) {
+        bool slower = ll_ws_pace_divisor(&viewer->flow.pace) > before;
+        say_rate(viewer, slower ? "slow viewer" : "viewer keeps up again");
     }
-    viewer->flow.counted_ns = now;
-    viewer->flow.due_count = viewer->flow.missed_count = 0;
 }
 
 /* ---- distribution ---- */

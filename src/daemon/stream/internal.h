@@ -11,6 +11,7 @@
 #include "daemon/net/connection_limiter.h"
 #include "daemon/net/framing.h"
 #include "daemon/net/upgrade.h"
+#include "daemon/stream/pace.h"
 #include "daemon/stream/socket_calls.h"
 #include "daemon/stream/ws.h"
 
@@ -115,9 +116,7 @@ typedef struct ws_viewer_flow {
     int64_t acked_ns;   /* time of the newest acknowledgement; 0: none */
     uint32_t acked_seq; /* the frame that it was for */
     int64_t delay_ns;   /* delay of acknowledgements without queueing: a slowly rising minimum */
-    int slowdown;       /* n: a slow viewer gets every n-th of its frames */
-    int due_count, missed_count;
-    int64_t counted_ns, missed_ns; /* start of that count; time of the last missed frame */
+    ll_ws_pace pace;    /* a slow viewer gets every n-th of its frames */
 } ws_viewer_flow;
 
 /* Text messages, both ways. */

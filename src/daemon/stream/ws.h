@@ -6,7 +6,7 @@
  * that it subscribed to, at its rates, as deltas to what it was sent last: WebSocket is reliable and ordered,
  * so that a base always arrives before its delta. A viewer that has acknowledged once has at most
  * LL_FRAME_WINDOW frames in flight and then gets the newest; one that never did is limited by its socket. A
- * viewer that misses too many frames gets half the rate for a while. Framing (framing.h), acks, pings,
+ * viewer that misses too many frames gets them at a lower rate (pace.h). Framing (framing.h), acks, pings,
  * message size and message rate are handled here.
  *
  * Opening of a viewer: hook `opened` -> hosting calls ll_ws_hello, at once or later, from any thread -> hello
