@@ -19,9 +19,9 @@
 #define BEGIN_WINDOW 3
 
 /* A viewer that has been behind for so long loses the events of that time: all of them at once would keep its
- * line busy for as long again. A slow viewer loses them earlier, by the square of its slowdown: the line of
- * one that gets every second frame may be idle while its page is busy, that of one that gets every eighth is
- * not. */
+ * line busy for as long again. A slow viewer loses them earlier, by the square of the largest divisor that it
+ * had lately: the line of one that gets every second frame may be idle while its page is busy, that of one
+ * that gets every eighth is not. */
 #define BEHIND_NS INT64_C(4000000000)
 #define BEHIND_LEAST_NS INT64_C(50000000)
 
@@ -45,7 +45,7 @@ static int64_t next_event(const ws_viewer *viewer)
 
 static bool loses_events(const ws_viewer *viewer)
 {
-    int64_t slowdown = ll_ws_pace_divisor(&viewer->flow.pace);
+    int64_t slowdown = ll_ws_pace_worst_divisor(&viewer->flow.pace);
     int64_t part = BEHIND_NS / (slowdown * slowdown), limit = part > BEHIND_LEAST_NS ? part : BEHIND_LEAST_NS;
     return viewer->frames.overdue >> LL_CHANNEL_LANES & 1 &&
            viewer->thread->now_ns - viewer->frames.overdue_ns > limit;
@@ -394,16 +394,12 @@ static void say_rate(ws_viewer *viewer, const char *reason)
     ll_ws_viewer_send_json(viewer, o);
 }
 
-/* A viewer that has not acknowledged a frame yet is still loading, and not slow. */
 static void count_due(ws_viewer *viewer, bool missed)
 {
     int64_t now = viewer->thread->now_ns;
     int before = ll_ws_pace_divisor(&viewer->flow.pace);
     if (missed) {
         ll_ws_count(&viewer->thread->counts.skipped, 1);
-    }
-    if (viewer->flow.acked_ns == 0 && now - viewer->frames.first_sent_ns < GRACE_NS) {
-        return;
     }
     if (ll_ws_pace_count(&viewer->flow.pace, missed, now)) {
         bool slower = ll_ws_pace_divisor(&viewer->flow.pace) > before;

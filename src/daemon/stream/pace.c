@@ -18,6 +18,12 @@ int ll_ws_pace_divisor(const ll_ws_pace *pace)
     return divisors[pace->step];
 }
 
+int ll_ws_pace_worst_divisor(const ll_ws_pace *pace)
+{
+    LL_ASSERT(pace->worst >= pace->step && pace->worst < STEPS);
+    return divisors[pace->worst];
+}
+
 /* The least divisor of the table with which the frames that came in this window would have been all, within
  * twice the present one: a page that stood still for a second is not a page that draws one frame a second. */
 static int slower_step(const ll_ws_pace *pace)
@@ -44,6 +50,14 @@ static void slow_down(ll_ws_pace *pace)
     change(pace, slower_step(pace));
 }
 
+static void remember(ll_ws_pace *pace, int64_t now_ns)
+{
+    if (pace->step >= pace->worst || now_ns - pace->worst_ns > LL_WS_PACE_MEMORY_NS) {
+        pace->worst = pace->step;
+        pace->worst_ns = now_ns;
+    }
+}
+
 static void judge_window(ll_ws_pace *pace)
 {
     pace->windows++;
@@ -65,6 +79,7 @@ bool ll_ws_pace_count(ll_ws_pace *pace, bool missed, int64_t now_ns)
     }
     if (pace->since_ns != 0) { /* the first frame of all only begins a window */
         judge_window(pace);
+        remember(pace, now_ns);
     }
     pace->since_ns = now_ns;
     pace->due = pace->missed = 0;

@@ -12,6 +12,7 @@
 #include <stdint.h>
 
 #define LL_WS_PACE_WINDOW_NS INT64_C(2000000000)
+#define LL_WS_PACE_MEMORY_NS INT64_C(20000000000)
 
 /* All zero: a new viewer, with all of its frames. */
 typedef struct ll_ws_pace {
@@ -22,10 +23,16 @@ typedef struct ll_ws_pace {
     int good;         /* windows in a row with hardly any misses */
     int patience;     /* so many of them, and one more, are waited for before a higher rate is tried */
     bool tried;       /* the last change was to a higher rate */
+    int worst;        /* index of the largest divisor of the last LL_WS_PACE_MEMORY_NS */
+    int64_t worst_ns; /* when it was last had */
 } ll_ws_pace;
 
 /* 1 to 16. */
 int ll_ws_pace_divisor(const ll_ws_pace *pace);
+
+/* The largest of the last LL_WS_PACE_MEMORY_NS: what limits the viewer, a slow line above all, is not over
+ * when a higher rate is tried. */
+int ll_ws_pace_worst_divisor(const ll_ws_pace *pace);
 
 /* A frame was due at this time. Returns whether the divisor has changed. */
 bool ll_ws_pace_count(ll_ws_pace *pace, bool missed, int64_t now_ns);

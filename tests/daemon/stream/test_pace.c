@@ -96,6 +96,22 @@ static void test_attempts_become_seldom(void **state)
     assert_in_range(v.changes, 2, 2 * 300 / 30 + 2);
 }
 
+/* Of a viewer that was slow: known for 20 s after it has all of its frames again. */
+static void test_memory(void **state)
+{
+    (void)state;
+    viewer v = {{0}};
+    watch(&v, 0, 8, 5);
+    watch(&v, 8, 12, 60);
+    int worst = ll_ws_pace_worst_divisor(&v.pace);
+    assert_true(worst >= 8);
+    watch(&v, 12, 22, 60);
+    assert_true(ll_ws_pace_divisor(&v.pace) < worst);
+    assert_int_equal(ll_ws_pace_worst_divisor(&v.pace), worst);
+    watch(&v, 22, 100, 60);
+    assert_int_equal(ll_ws_pace_worst_divisor(&v.pace), 1);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -104,6 +120,7 @@ int main(void)
         cmocka_unit_test(test_slow_start),
         cmocka_unit_test(test_hiccup),
         cmocka_unit_test(test_attempts_become_seldom),
+        cmocka_unit_test(test_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
