@@ -262,30 +262,42 @@ bool ll_bounces_crowded(ll_rigid *w, double h)
     return s.part[0].end > crowd;
 }
 
-/* Once per step and body. */
-static void list_those_of(ll_rigid *w, ll_bounces *b, int32_t body)
+/* The body was hit in this sweep: its contacts are listed, once per step. */
+static void note_hit(ll_rigid *w, ll_bounces *b, int32_t body)
 {
-    if (ll_body_sims(w)[body].inv_mass == 0 || ll_body_steps(w)[body].listed)
+    if (ll_body_sims(w)[body].inv_mass == 0)
         return;
-    ll_body_steps(w)[body].listed = true;
+    bool listed = ll_body_steps(w)[body].hit != 0;
+    ll_body_steps(w)[body].hit = b->sweep;
+    if (listed)
+        return;
     for (int32_t e = ll_bodies(w)[body].contact; e != LL_NONE; e = ll_contacts(w)[e >> 1].next[e & 1])
         list(w, b, e >> 1);
+}
+
+/* Whether one of the bodies was hit in this sweep or the one before. Otherwise the contact has found in the
+ * sweep before that it does not meet, from the same velocities. */
+static bool changed(const ll_rigid *w, const ll_bounces *b, const ll_contact *c)
+{
+    const ll_body_step *steps = ll_body_steps(w);
+    return steps[c->body[0]].hit >= b->sweep - 1 || steps[c->body[1]].hit >= b->sweep - 1;
 }
 
 void ll_bounce(ll_rigid *w, ll_bounces *b, double h, double reach)
 {
     bool met = true;
-    for (int sweep = 0; met && sweep < (b->crowded ? 1 : most_sweeps); sweep++) {
+    for (int k = 0; met && k < (b->crowded ? 1 : most_sweeps); k++) {
         met = false;
+        b->sweep++;
         for (int32_t i = 0; i < b->count; i++) { /* the list may grow in this loop */
             const ll_contact *c = &ll_contacts(w)[b->at[i]];
-            if (!meet(w, c, h, reach))
+            if ((k > 0 && !changed(w, b, c)) || !meet(w, c, h, reach))
                 continue;
             met = true;
             if (b->crowded)
                 continue;
-            list_those_of(w, b, c->body[0]);
-            list_those_of(w, b, c->body[1]);
+            note_hit(w, b, c->body[0]);
+            note_hit(w, b, c->body[1]);
         }
     }
 }
