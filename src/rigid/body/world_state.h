@@ -90,7 +90,7 @@ typedef struct ll_contact {
     int32_t awake;                /* index in the awake list, or LL_NONE; of a free slot: the next free one */
     int32_t colour;               /* LL_NONE when not touching */
     int32_t count;                /* points */
-    int32_t recycled;             /* 1: the manifold was recycled; bounce.c sets another bit within a step */
+    int32_t recycled;             /* 1: the manifold was recycled; bounce.c sets other bits within a step */
     double friction, restitution;
     ll_vec2 normal;
     ll_vec2 rel; /* centre of b relative to a */
@@ -121,7 +121,7 @@ typedef struct ll_body_step {
     double held_angular;
     double touch;    /* time of impact as a fraction of the step; 1: none, negative: the body is not swept */
     int32_t stopper; /* body hit, or LL_NONE; the body itself: it stops where the impact is */
-    int32_t hit; /* sweep of bounce.c that hit it last in this step; 0: none, its contacts are not listed */
+    int32_t listed;  /* whether bounce.c has listed its contacts */
 } ll_body_step;
 
 /* Connects two bodies of an island: a touching contact or a joint. */
@@ -134,7 +134,8 @@ typedef struct ll_rigid_layout { /* offsets from the block's beginning */
         pair_set, joint;
     size_t awake, awake_contact;
     size_t state_end;
-    size_t sink, body_step, pair, order, scratch, group, revolute, revolute_limits, island_edge, solver;
+    size_t sink, body_step, pair, order, bounce_mark, scratch, group, revolute, revolute_limits, island_edge,
+        solver;
     size_t end;
 } ll_rigid_layout;
 
@@ -178,6 +179,7 @@ LL_ARRAY(int32_t, awake_bodies, awake)
 LL_ARRAY(int32_t, awake_contacts, awake_contact)
 LL_ARRAY(ll_body_step, body_steps, body_step)
 LL_ARRAY(int32_t, orders, order)
+LL_ARRAY(uint32_t, bounce_marks, bounce_mark)
 LL_ARRAY(int32_t, scratch, scratch)
 LL_ARRAY(ll_proxy_pair, pairs, pair)
 LL_ARRAY(ll_island_edge, island_edges, island_edge)

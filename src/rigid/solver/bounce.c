@@ -11,7 +11,8 @@
  * ball of restitution 1 then rises as high as before, for every step size. */
 #include "rigid/solver/solver.h"
 
-enum { LISTED = 2 }; /* bit of `recycled` */
+/* `recycled` of a listed contact: its place in the list, LISTED, and the bit that was there. */
+enum { LISTED = 2, PLACE_SHIFT = 2 };
 
 /* A row of n bodies hit at its far end takes n sweeps. When more than `crowd` contacts may bounce at once the
  * bodies are not in rows but stirred together: the sweeps would not end, and cost fifty times the rest of the
@@ -193,12 +194,20 @@ static bool may_bounce(const ll_contact *c)
     return c->restitution != 0 && c->count != 0;
 }
 
+/* The contact is tried in this sweep, or where its place has been passed in the next. */
+static void mark(ll_bounces *b, int32_t place)
+{
+    b->marked[place >> 5] |= UINT32_C(1) << (place & 31);
+}
+
 static void list(ll_rigid *w, ll_bounces *b, int32_t contact)
 {
     ll_contact *c = &ll_contacts(w)[contact];
     if (!may_bounce(c) || (c->recycled & LISTED))
         return;
-    c->recycled |= LISTED;
+    if ((b->count & 31) == 0)
+        b->marked[b->count >> 5] = 0;
+    c->recycled |= LISTED | b->count << PLACE_SHIFT;
     b->at[b->count++] = contact;
 }
 
@@ -242,7 +251,7 @@ static search approaching(ll_rigid *w, ll_team *team, ll_index_list contacts)
 
 ll_bounces ll_begin_bounces(ll_rigid *w, ll_team *team, ll_index_list contacts)
 {
-    ll_bounces b = {.at = ll_orders(w)};
+    ll_bounces b = {.at = ll_orders(w), .marked = ll_bounce_marks(w)};
     if (w->bouncing == 0)
         return b;
     search s = approaching(w, team, contacts);
@@ -262,36 +271,40 @@ bool ll_bounces_crowded(ll_rigid *w, double h)
     return s.part[0].end > crowd;
 }
 
-/* The body was hit in this sweep: its contacts are listed, once per step. */
+/* The velocities of the body have changed: its contacts are tried again. They are listed once per step. */
 static void note_hit(ll_rigid *w, ll_bounces *b, int32_t body)
 {
     if (ll_body_sims(w)[body].inv_mass == 0)
         return;
-    bool listed = ll_body_steps(w)[body].hit != 0;
-    ll_body_steps(w)[body].hit = b->sweep;
-    if (listed)
-        return;
-    for (int32_t e = ll_bodies(w)[body].contact; e != LL_NONE; e = ll_contacts(w)[e >> 1].next[e & 1])
-        list(w, b, e >> 1);
+    bool listed = ll_body_steps(w)[body].listed;
+    ll_body_steps(w)[body].listed = true;
+    for (int32_t e = ll_bodies(w)[body].contact; e != LL_NONE; e = ll_contacts(w)[e >> 1].next[e & 1]) {
+        const ll_contact *c = &ll_contacts(w)[e >> 1];
+        if (!listed)
+            list(w, b, e >> 1);
+        if (c->recycled & LISTED)
+            mark(b, c->recycled >> PLACE_SHIFT);
+    }
 }
 
-/* Whether one of the bodies was hit in this sweep or the one before. Otherwise the contact has found in the
- * sweep before that it does not meet, from the same velocities. */
-static bool changed(const ll_rigid *w, const ll_bounces *b, const ll_contact *c)
+static void mark_all(ll_bounces *b)
 {
-    const ll_body_step *steps = ll_body_steps(w);
-    return steps[c->body[0]].hit >= b->sweep - 1 || steps[c->body[1]].hit >= b->sweep - 1;
+    for (int32_t i = 0; i < b->count; i++)
+        mark(b, i);
 }
 
-void ll_bounce(ll_rigid *w, ll_bounces *b, double h, double reach)
+/* Tries those that are marked, in the order of the list, and takes their marks. Returns whether any has
+ * bounced. */
+static bool sweep(ll_rigid *w, ll_bounces *b, double h, double reach)
 {
-    bool met = true;
-    for (int k = 0; met && k < (b->crowded ? 1 : most_sweeps); k++) {
-        met = false;
-        b->sweep++;
-        for (int32_t i = 0; i < b->count; i++) { /* the list may grow in this loop */
-            const ll_contact *c = &ll_contacts(w)[b->at[i]];
-            if ((k > 0 && !changed(w, b, c)) || !meet(w, c, h, reach))
+    bool met = false;
+    for (int32_t word = 0; word << 5 < b->count; word++) { /* the list may grow in this loop */
+        for (uint32_t ahead = UINT32_MAX; b->marked[word] & ahead;) {
+            int bit = __builtin_ctz(b->marked[word] & ahead);
+            const ll_contact *c = &ll_contacts(w)[b->at[word << 5 | bit]];
+            ahead = bit == 31 ? 0 : UINT32_MAX << (bit + 1);
+            b->marked[word] &= ~(UINT32_C(1) << bit);
+            if (!meet(w, c, h, reach))
                 continue;
             met = true;
             if (b->crowded)
@@ -300,10 +313,21 @@ void ll_bounce(ll_rigid *w, ll_bounces *b, double h, double reach)
             note_hit(w, b, c->body[1]);
         }
     }
+    return met;
+}
+
+/* A contact that did not meet does not meet in a later sweep either, unless one of its bodies was hit in
+ * between. */
+void ll_bounce(ll_rigid *w, ll_bounces *b, double h, double reach)
+{
+    int sweeps = b->crowded ? 1 : most_sweeps;
+    mark_all(b);
+    for (int k = 0; k < sweeps && sweep(w, b, h, reach); k++) {
+    }
 }
 
 void ll_end_bounces(ll_rigid *w, const ll_bounces *b)
 {
     for (int32_t i = 0; i < b->count; i++)
-        ll_contacts(w)[b->at[i]].recycled &= ~LISTED;
+        ll_contacts(w)[b->at[i]].recycled &= LISTED - 1;
 }

@@ -132,7 +132,7 @@ static inline void ll_solve_both(const double v[2], const double mass[2], double
 typedef struct ll_bounces {
     int32_t *at; /* indices of contacts, in the memory of `order` */
     int32_t count;
-    int32_t sweep; /* sweeps of this step so far, the present one included */
+    uint32_t *marked; /* a bit for each: to be tried */
     bool crowded;
 } ll_bounces;
 

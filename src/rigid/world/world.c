@@ -85,6 +85,7 @@ static ll_rigid_layout layout_of(const ll_rigid_limits *l)
     at.sink = place(&end, LL_TEAM_PARTS_MAX, sizeof(ll_solver_body));
     at.body_step = place(&end, bodies, sizeof(ll_body_step));
     at.order = place(&end, contacts, sizeof(int32_t));
+    at.bounce_mark = place(&end, contacts / 32 + 1, sizeof(uint32_t));
     size_t most = contacts > 3 * bodies ? contacts : 3 * bodies;
     at.scratch = place(&end, most > (size_t)l->joints ? most : (size_t)l->joints, sizeof(int32_t));
     at.group = place(&end, ll_groups_size(l), 1);
