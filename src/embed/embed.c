@@ -23,8 +23,7 @@ struct laglab_run {
     locale_t own, callers;
 };
 
-/* Numbers are read and written with a point, in whatever locale the program is: each call is between these
- * two. */
+/* Numbers are read and written with a point, in a program of any locale: each call is between these two. */
 static void begin(laglab_run *run)
 {
     run->callers = uselocale(run->own);
