@@ -72,19 +72,13 @@ static char *set_of(const char *path, const char *value)
 /* Applies --set, then --seed and --duration, to the scenario's JSON. */
 static ll_status override(const run_options *a, cJSON **json)
 {
-    const char *sets[sizeof a->sets.items / sizeof *a->sets.items + 2];
     char *seed = a->seed ? set_of("seed", a->seed) : NULL;
     char *duration = a->duration ? set_of("duration_s", a->duration) : NULL;
-    int count = a->sets.count;
+    const char *const later[] = {seed ? seed : duration, seed ? duration : NULL, NULL};
     ll_status status = ll_ok();
-    memcpy(sets, a->sets.items, (size_t)count * sizeof *sets);
     if ((a->seed && !seed) || (a->duration && !duration))
         status = ll_error(LL_NO_MEMORY, "out of memory: scenario");
-    if (seed)
-        sets[count++] = seed;
-    if (duration)
-        sets[count++] = duration;
-    LL_THEN(status, ll_scenario_override(json, sets, count));
+    LL_THEN(status, ll_scenario_override(json, a->sets.items, a->sets.count, later));
     free(seed);
     free(duration);
     return status;

@@ -92,7 +92,7 @@ static ll_status open_read(cJSON **json, const char *const *sets, laglab_run *ru
     int count = 0;
     while (sets && sets[count])
         count++;
-    LL_TRY(ll_scenario_override(json, sets, count));
+    LL_TRY(ll_scenario_override(json, sets, count, (const char *const[]){NULL}));
     return ll_session_create(*json, -1, NULL, NULL, &run->session);
 }
 

@@ -136,7 +136,7 @@ void ll_scenario_free(ll_scenario *scenario)
     *scenario = (ll_scenario){0};
 }
 
-ll_status ll_scenario_override(cJSON **json, const char *const *sets, int count)
+ll_status ll_scenario_override(cJSON **json, const char *const *sets, int count, const char *const *later)
 {
     ll_scenario scenario = {0};
     LL_TRY(ll_scenario_parse(*json, &scenario));
@@ -144,6 +144,8 @@ ll_status ll_scenario_override(cJSON **json, const char *const *sets, int count)
     void *before = ll_param_clone(table, scenario.config, NULL);
     ll_status status = before ? ll_ok() : ll_error(LL_NO_MEMORY, "out of memory: scenario");
     LL_THEN(status, ll_param_put(table, scenario.config, sets, count));
+    for (int i = 0; later[i]; i++)
+        LL_THEN(status, ll_param_put(table, scenario.config, &later[i], 1));
     LL_THEN(status, ll_param_check(table, scenario.config));
     if (!ll_failed(&status)) {
         scenario.kind->settle(scenario.config, before);
