@@ -115,6 +115,8 @@ endforeach()
 foreach(program IN ITEMS python/wheel.py js/pack.py)
     execute_process(COMMAND python3 ${SOURCE}/clients/${program} ${BINARY}/www/clients COMMAND_ERROR_IS_FATAL ANY OUTPUT_QUIET)
 endforeach()
+file(COPY ${SOURCE}/clients/python/examples/techniques.ipynb ${SOURCE}/clients/r/techniques.R ${SOURCE}/clients/r/techniques.json
+    DESTINATION ${BINARY}/www/clients)
 # Of JavaScript also the modules themselves, for pages: what they share with this page stands elsewhere than in the sources.
 file(GLOB client_modules ${SOURCE}/clients/js/*.js)
 foreach(module IN LISTS client_modules)

@@ -219,5 +219,23 @@ test('a daemon serves the modules to pages, and what they import is there', asyn
   assert.ok(seen.has(new URL('js/stream/decode.js', daemon.url).href), [...seen].join());
   const served = readdirSync(path.join(ROOT, 'clients/js')).filter((name) => name.endsWith('.js'));
   for (const name of served) assert.equal((await fetch(new URL(`clients/js/${name}`, daemon.url))).status, 200, name);
-  assert.match(readFileSync(path.join(ROOT, 'clients/js/package.json'), 'utf8'), /"version": "0\.2\.0"/);
+});
+
+test('a daemon serves the examples, and every client has the version of the program', async () => {
+  for (const [name, source] of [
+    ['techniques.ipynb', 'python/examples'],
+    ['techniques.R', 'r'],
+    ['techniques.json', 'r'],
+  ]) {
+    const answer = await fetch(new URL(`clients/${name}`, daemon.url));
+    assert.equal(await answer.text(), readFileSync(path.join(ROOT, 'clients', source, name), 'utf8'));
+  }
+  const [, version] = /^project\(laglab VERSION (\S+)/m.exec(readFileSync(path.join(ROOT, 'CMakeLists.txt'), 'utf8'));
+  for (const [file, said] of [
+    ['clients/js/package.json', `"version": "${version}"`],
+    ['clients/python/laglab/__init__.py', `__version__ = "${version}"`],
+    ['CITATION.cff', `\nversion: ${version}\n`],
+  ]) {
+    assert.ok(readFileSync(path.join(ROOT, file), 'utf8').includes(said), file);
+  }
 });
