@@ -112,7 +112,19 @@ foreach(language IN LISTS languages)
 endforeach()
 
 # The clients that a daemon serves, for a room without Internet.
-execute_process(COMMAND python3 ${SOURCE}/clients/python/wheel.py ${BINARY}/www/clients COMMAND_ERROR_IS_FATAL ANY OUTPUT_QUIET)
+foreach(program IN ITEMS python/wheel.py js/pack.py)
+    execute_process(COMMAND python3 ${SOURCE}/clients/${program} ${BINARY}/www/clients COMMAND_ERROR_IS_FATAL ANY OUTPUT_QUIET)
+endforeach()
+file(COPY ${SOURCE}/clients/python/examples/techniques.ipynb ${SOURCE}/clients/r/techniques.R ${SOURCE}/clients/r/techniques.json
+    DESTINATION ${BINARY}/www/clients)
+# Of JavaScript also the modules themselves, for pages: what they share with this page stands elsewhere than in the sources.
+file(GLOB client_modules ${SOURCE}/clients/js/*.js)
+foreach(module IN LISTS client_modules)
+    get_filename_component(name ${module} NAME)
+    file(READ ${module} text)
+    string(REPLACE "../../www/js/" "../../js/" text "${text}")
+    file(WRITE ${BINARY}/www/clients/js/${name} "${text}")
+endforeach()
 
 # Modules go without their lines of comment, which have the types too: a quarter of a first load, which is measured in bytes.
 file(GLOB_RECURSE own ${BINARY}/www/js/*.js)

@@ -1,17 +1,18 @@
 // Writes what is in two places: the scenario format (from `laglab schema`), the records of the stream (from `laglab schema stream`), the API
-// (from api/*.yaml), the daemon's options (from `laglab serve --help`), the bytes of a session (from `laglab run`) and the figures of the
+// (from api/*.yaml), the types of the JavaScript client (from its modules), the daemon's options (from `laglab serve --help`), the bytes of a session (from `laglab run`) and the figures of the
 // benchmarks (from bench/results/*.csv).
 //
 //   node docs/generate.mjs            # uses build/laglab, or the binary that LAGLAB_BIN names
 //
 // Whole files are written but for api/asyncapi.yaml and the documents that are `filled` below, where the text between two marks is.
 import { execFileSync } from 'node:child_process';
-import { existsSync, mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
+import { existsSync, mkdirSync, mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import path from 'node:path';
 import { fileURLToPath } from 'node:url';
 import YAML from 'yaml';
 import { fingerprint, folderOf, roomsOf } from '../bench/rooms.mjs';
+import { clientTypes } from './clients.mjs';
 import { columnsDoc, metricsDoc } from './metrics.mjs';
 import { paperDoc } from './paper.mjs';
 import { asyncSchemas, namesModule, recordsModule, rowsModule } from './records.mjs';
@@ -1005,13 +1006,17 @@ export function generate(binary) {
   const schema = JSON.parse(laglab('schema')),
     records = JSON.parse(laglab('schema', 'stream'));
   const asyncapi = between('api/asyncapi.yaml', read('api/asyncapi.yaml'), '    # generated: records', '    # end', asyncSchemas(records));
+  const modules = new Map([
+    ['www/js/stream/records.js', recordsModule(records)],
+    ['www/js/stream/rows.js', rowsModule(records)],
+    ['www/js/stream/names.js', namesModule(records)],
+  ]);
   return new Map([
     ['api/asyncapi.yaml', asyncapi],
     ['api/scenario.schema.json', JSON.stringify(schema, null, 2) + '\n'],
     ['api/schemas.json', JSON.stringify(schemas(schema, JSON.parse(laglab('schema', 'experiment'))), null, 2) + '\n'],
-    ['www/js/stream/records.js', recordsModule(records)],
-    ['www/js/stream/rows.js', rowsModule(records)],
-    ['www/js/stream/names.js', namesModule(records)],
+    ...modules,
+    ...clientTypes(ROOT, modules),
     [
       'docs/scenario.md',
       scenarioDoc(schema)
@@ -1037,6 +1042,7 @@ if (process.argv[1] === fileURLToPath(import.meta.url)) {
   const binary = process.env.LAGLAB_BIN ?? path.join(ROOT, 'build/laglab');
   for (const [file, text] of generate(binary)) {
     const before = existsSync(path.join(ROOT, file)) ? read(file) : '';
+    mkdirSync(path.dirname(path.join(ROOT, file)), { recursive: true });
     if (before !== text) writeFileSync(path.join(ROOT, file), text);
     console.log(`${before === text ? 'as it was' : 'written  '}  ${file}`);
   }

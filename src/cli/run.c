@@ -12,6 +12,7 @@
 #include "cli/paper.h"
 #include "cli/verbs.h"
 #include "experiment/spec/metric_path.h"
+#include "session/scenario.h"
 #include "session/session.h"
 #include "session/workload.h"
 #include "threads/team.h"
@@ -58,44 +59,28 @@ static ll_status close_file(FILE *f, const char *path)
     return bad ? ll_error(LL_IO, "cannot write %.200s", path) : ll_ok();
 }
 
-/* Adds the value of an option such as --seed after those of --set; NULL: not given. */
-static ll_status put_option(const ll_param_table *table, void *config, const char *path, const char *value)
+/* path=value of an option such as --seed. The caller frees it. NULL: no memory. */
+static char *set_of(const char *path, const char *value)
 {
-    if (!value)
-        return ll_ok();
     size_t size = strlen(path) + strlen(value) + 2;
     char *set = malloc(size);
-    if (!set)
-        return ll_error(LL_NO_MEMORY, "out of memory: scenario");
-    snprintf(set, size, "%s=%s", path, value);
-    ll_status status = ll_param_put(table, config, (const char *const[]){set}, 1);
-    free(set);
-    return status;
+    if (set)
+        snprintf(set, size, "%s=%s", path, value);
+    return set;
 }
 
-/* Applies --set, --seed and --duration to the scenario's JSON through its tables, so that all are checked.
- * The checks come after all are set, so that their order does not matter. */
+/* Applies --set, then --seed and --duration, to the scenario's JSON. */
 static ll_status override(const run_options *a, cJSON **json)
 {
-    ll_scenario scenario = {0};
-    LL_TRY(ll_scenario_parse(*json, &scenario));
-    const ll_param_table *table = scenario.kind->table;
-    void *before = ll_param_clone(table, scenario.config, NULL);
-    if (!before) {
-        ll_scenario_free(&scenario);
-        return ll_error(LL_NO_MEMORY, "out of memory: scenario");
-    }
-    ll_status status = ll_param_put(table, scenario.config, a->sets.items, a->sets.count);
-    LL_THEN(status, put_option(table, scenario.config, "seed", a->seed));
-    LL_THEN(status, put_option(table, scenario.config, "duration_s", a->duration));
-    LL_THEN(status, ll_param_check(table, scenario.config));
-    if (!ll_failed(&status)) {
-        scenario.kind->settle(scenario.config, before);
-        cJSON_Delete(*json);
-        *json = ll_param_write(table, scenario.config);
-    }
-    free(before);
-    ll_scenario_free(&scenario);
+    char *seed = a->seed ? set_of("seed", a->seed) : NULL;
+    char *duration = a->duration ? set_of("duration_s", a->duration) : NULL;
+    const char *const later[] = {seed ? seed : duration, seed ? duration : NULL, NULL};
+    ll_status status = ll_ok();
+    if ((a->seed && !seed) || (a->duration && !duration))
+        status = ll_error(LL_NO_MEMORY, "out of memory: scenario");
+    LL_THEN(status, ll_scenario_override(json, a->sets.items, a->sets.count, later));
+    free(seed);
+    free(duration);
     return status;
 }
 

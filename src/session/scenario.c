@@ -136,6 +136,27 @@ void ll_scenario_free(ll_scenario *scenario)
     *scenario = (ll_scenario){0};
 }
 
+ll_status ll_scenario_override(cJSON **json, const char *const *sets, int count, const char *const *later)
+{
+    ll_scenario scenario = {0};
+    LL_TRY(ll_scenario_parse(*json, &scenario));
+    const ll_param_table *table = scenario.kind->table;
+    void *before = ll_param_clone(table, scenario.config, NULL);
+    ll_status status = before ? ll_ok() : ll_error(LL_NO_MEMORY, "out of memory: scenario");
+    LL_THEN(status, ll_param_put(table, scenario.config, sets, count));
+    for (int i = 0; later[i]; i++)
+        LL_THEN(status, ll_param_put(table, scenario.config, &later[i], 1));
+    LL_THEN(status, ll_param_check(table, scenario.config));
+    if (!ll_failed(&status)) {
+        scenario.kind->settle(scenario.config, before);
+        cJSON_Delete(*json);
+        *json = ll_param_write(table, scenario.config);
+    }
+    free(before);
+    ll_scenario_free(&scenario);
+    return status;
+}
+
 /* Moves the definitions of a kind to the root, where references expect them. Kinds that share a table share
  * its definition. */
 static void merge_kind(cJSON *any, cJSON *defs, const ll_sim_kind *kind)

@@ -16,6 +16,13 @@ typedef struct ll_scenario {
 ll_status ll_scenario_parse(const struct cJSON *json, ll_scenario *scenario);
 void ll_scenario_free(ll_scenario *scenario);
 
+/* Sets values of a scenario's JSON through its tables, each path=value, in any order: see ll_param_put. Those
+ * of `later` (NULL ends them) are set after these, one by one, so that a wrong value before them is refused
+ * too. Rules between values are checked when all are set. `*json` is then a new document with all values, in
+ * place of the old one, which is deleted; unchanged on an error. */
+ll_status ll_scenario_override(struct cJSON **json, const char *const *sets, int count,
+                               const char *const *later);
+
 /* Parses JSON of at most `LL_JSON_DEPTH` levels of nesting; errors name line and column. Caller deletes. */
 #define LL_JSON_DEPTH 32
 ll_status ll_json_parse(const char *text, size_t length, struct cJSON **json);

@@ -12,7 +12,7 @@ from urllib.request import Request, urlopen
 
 from .errors import LaglabError
 from .result import value_at
-from .specification import Axes, Scenario, specification
+from .specification import Axes, Scenario, Settings, named, specification
 from .table import table
 from .websocket import WebSocket
 
@@ -115,7 +115,7 @@ class Daemon:
         """Starts an experiment. Its arguments are those of `laglab.specification`, or `experiment` is a whole one."""
         order = experiment or specification(scenario, axes=axes, metrics=metrics, repeats=repeats, set=set, **more)
         made = self.json("POST", "experiments", order)
-        return Experiment(self, made["id"], made["owner_key"])
+        return Experiment(self, made["id"], made["owner_key"], named=named(axes) if experiment is None else None)
 
     def __repr__(self) -> str:
         return f"<laglab.Daemon {self.url}>"
@@ -214,7 +214,7 @@ class Session:
                     yield message
                     socket.send(json.dumps({"ack": message["seq"]}))
                 elif message["type"] == "error":
-                    raise LaglabError(message.get("detail") or message.get("error") or text)
+                    raise LaglabError(message["problem"]["detail"], status=message["problem"]["status"])
             if socket.close_code not in (1000, 1001, 4404):
                 raise LaglabError(f"the stream has ended: {socket.close_reason or socket.close_code}")
         finally:
@@ -240,8 +240,8 @@ class Session:
 class Experiment:
     """An experiment on a daemon. It goes on when this program ends, unless it is deleted."""
 
-    def __init__(self, daemon: Daemon, id: str, key: str | None = None) -> None:
-        self.daemon, self.id, self.key = daemon, id, key
+    def __init__(self, daemon: Daemon, id: str, key: str | None = None, *, named: Mapping[str, Settings] | None = None) -> None:
+        self.daemon, self.id, self.key, self._named = daemon, id, key, named
 
     def info(self) -> dict[str, Any]:
         """Its specification, state, and how many runs are done."""
@@ -274,7 +274,7 @@ class Experiment:
     def table(self, *, points: bool = False, compare: str | None = None, sensitivity: bool = False) -> Any:
         """The present rows: a DataFrame, without pandas a Table. With `points` means and 95 % intervals."""
         query = {"format": "json", "points": points or None, "compare": compare, "sensitivity": sensitivity or None}
-        return table(self.daemon.json("GET", f"experiments/{self.id}/results", query=query))
+        return table(self.daemon.json("GET", f"experiments/{self.id}/results", query=query), self._named)
 
     def report(self) -> str:
         """A standalone page with plots and tables."""

@@ -10,7 +10,7 @@ from typing import Any, Mapping, Sequence
 
 from .errors import LaglabError
 from .result import Result
-from .specification import Axes, Scenario, specification
+from .specification import Axes, Scenario, named, specification
 from .table import table
 
 
@@ -78,15 +78,15 @@ def sweep(
         given = specification(scenario, axes=axes, metrics=metrics, repeats=repeats, set=set, **more)
     elif scenario is not None or axes is not None or metrics is not None or repeats is not None or set is not None or more:
         raise TypeError("sweep: an experiment of its own takes no scenario, axes, metrics, repeats, set or other members")
-    named = isinstance(given, (str, os.PathLike))
-    arguments = [_program(program), "sweep", os.fspath(given) if named else "-", "--format", "json"]
+    is_name = isinstance(given, (str, os.PathLike))
+    arguments = [_program(program), "sweep", os.fspath(given) if is_name else "-", "--format", "json"]
     if points:
         arguments.append("--points")
     if compare is not None:
         arguments += ["--compare", compare]
     if jobs is not None:
         arguments += ["--jobs", str(jobs)]
-    return table(json.loads(_call(arguments, None if named else json.dumps(given))))
+    return table(json.loads(_call(arguments, None if is_name else json.dumps(given))), named(axes))
 
 
 def scenarios(*, program: str | os.PathLike[str] | None = None) -> list[str]:

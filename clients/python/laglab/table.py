@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any, Iterable
+from typing import Any, Iterable, Mapping
+
+from .specification import Settings
 
 
 class Table(list):
@@ -16,9 +18,28 @@ class Table(list):
         return [row[name] for row in self]
 
 
-def table(rows: Iterable[dict[str, Any]]) -> Any:
-    """A DataFrame, or a Table without pandas. A metric that was not counted is NaN, or None in a Table."""
-    listed = list(rows)
+def _with_names(row: dict[str, Any], named: Mapping[str, Settings]) -> dict[str, Any]:
+    """The row with a column for each named axis, before the first of its paths."""
+    found = {
+        next(iter(next(iter(settings.values())))): (
+            name,
+            next((one for one, values in settings.items() if all(row.get(path) == value for path, value in values.items())), None),
+        )
+        for name, settings in named.items()
+    }
+    made: dict[str, Any] = {}
+    for column, value in row.items():
+        if column in found:
+            name, setting = found[column]
+            made[name] = setting
+        made[column] = value
+    return made
+
+
+def table(rows: Iterable[dict[str, Any]], named: Mapping[str, Settings] | None = None) -> Any:
+    """A DataFrame, or a Table without pandas. A metric that was not counted is NaN, or None in a Table. Settings
+    that were `named` have a column."""
+    listed = [_with_names(row, named) for row in rows] if named else list(rows)
     try:
         import pandas
     except ImportError:

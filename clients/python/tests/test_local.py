@@ -95,6 +95,20 @@ class Sweep(unittest.TestCase):
         with self.assertRaises(ValueError):
             laglab.specification("race", axes={pair: [(True,)]})
 
+    def test_settings_with_names_are_a_column(self):
+        techniques = {"none": {"players.0.prediction": False, "players.0.lag_ms": 90}, "both": {"players.0.prediction": True, "players.0.lag_ms": 10}}
+        rows = self.rows(laglab.sweep("race", axes={"technique": techniques}, repeats=2, metrics=[ERROR], set={"duration_s": 1}))
+        self.assertEqual([row["technique"] for row in rows], ["none", "none", "both", "both"])
+        for row in rows:
+            self.assertEqual({path: row[path] for path in techniques["none"]}, techniques[row["technique"]])
+        columns = list(rows[0])
+        self.assertEqual(columns.index("technique") + 1, columns.index("players.0.prediction"))
+
+    def test_settings_with_names_must_be_of_the_same_paths_and_differ(self):
+        for settings in ({}, {"a": {}}, {"a": {"x": 1}, "b": {"y": 1}}, {"a": {"x": 1}, "b": {"x": 1}}):
+            with self.assertRaises(ValueError):
+                laglab.specification("race", axes={"technique": settings})
+
     def test_an_experiment_of_the_library_takes_nothing_else(self):
         with self.assertRaises(TypeError):
             laglab.sweep("race", experiment="experiments/lag_techniques")

@@ -325,8 +325,10 @@ for (const { name, form } of RECORDS) {
 
 /** The reading end of one stream: it keeps what came last of each record. */
 export class Decoder {
-  /** @param {readonly Layout[]} records @param {number} tickHz of the session, from the hello */
-  constructor(records, tickHz) {
+  /** @param {readonly Layout[]} records @param {number} tickHz of the session, from the hello
+   * @param {(bytes: Uint8Array) => Promise<Uint8Array>} [unpack] raw deflate, where there is another way than a browser's */
+  constructor(records, tickHz, unpack = inflate) {
+    this.unpack = unpack;
     this.layouts = new Map(records.map((layout) => [layout.id, layout]));
     this.tickHz = tickHz;
     /** @type {Map<string, Section>} */
@@ -367,7 +369,7 @@ export class Decoder {
     const mine = (this.busy ?? Promise.resolve())
       .then(async () => {
         const parts = await Promise.all(
-          this.split(message).map(async (part) => ({ ...part, bytes: part.deflated ? await inflate(part.bytes) : part.bytes })),
+          this.split(message).map(async (part) => ({ ...part, bytes: part.deflated ? await this.unpack(part.bytes) : part.bytes })),
         );
         take(this.apply(message, parts));
       })
