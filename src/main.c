@@ -33,6 +33,8 @@ static const struct {
     {"store", "list|show ID|delete ID... [--store URL] [--force]",
      "look at the experiments of a store, and delete them with their results", ll_verb_store},
     {"merge", "EXPERIMENT SHARD.csv... [--out FILE]", "put the rows of shards together", ll_verb_merge},
+    {"reproduce", "EXPERIMENT RESULTS [--rows N]",
+     "make rows of a sweep's results again; exit 1 where one differs", ll_verb_reproduce},
     {"link-trace", "FILE", "print a measured link's trace, Mahimahi or CSV, as a profile of a scenario",
      ll_verb_link_trace},
     {"replay", "LOG", "run a log again; exit 1 at the first tick whose hash differs", ll_verb_replay},

@@ -19,7 +19,8 @@ export * from '../../www/js/stream/names.js';
 /** @typedef {import('./stream.js').Frame} Frame */
 /** A row of a table: columns by name. @typedef {Record<string, any>} Row */
 /** @typedef {{type: string, state: string, runs: number, done: number, rate_per_s: number, left_s: number | null}} Progress */
-/** Where a session is after a command. @typedef {{status: string, tick: number, time_s: number, log_end_s: number, speed: number, hash: string}} Position */
+/** Where a session is after a command.
+ * @typedef {{status: string, tick: number, time_s: number, log_end_s: number, speed: number, hash: string}} Position */
 
 /**
  * Anything beyond a method and a path.
@@ -80,7 +81,8 @@ export class Daemon {
     return new URL(`api/v1/${path}`, this.url.href.replace(/\/?$/, '/'));
   }
 
-  /** Any operation of the API: docs/api.md. @param {string} method @param {string} path @param {RequestWish} [wish] @returns {Promise<string>} */
+  /** Any operation of the API: docs/api.md. @param {string} method @param {string} path @param {RequestWish} [wish]
+   * @returns {Promise<string>} */
   async request(method, path, { body, key = this.key, query = {}, accept = 'application/json' } = {}) {
     const address = this.address(path);
     for (const [name, value] of Object.entries(query)) if (value !== undefined) address.searchParams.set(name, String(value));
@@ -125,7 +127,8 @@ export class Daemon {
     return new Session(this, made.id, made.owner_key, made.code, made.player_keys);
   }
 
-  /** An existing session by its id; without its key it can only be watched. @param {string} id @param {string} [key] @returns {Promise<Session>} */
+  /** An existing session by its id; without its key it can only be watched. @param {string} id @param {string} [key]
+   * @returns {Promise<Session>} */
   async attach(id, key) {
     await this.json('GET', `sessions/${id}`);
     return new Session(this, id, key);
@@ -192,7 +195,8 @@ export class Session {
     return this.json('GET', '');
   }
 
-  /** `play`, `pause`, `step`, `seek`, `speed` or `restart`. @param {string} op @param {Record<string, unknown>} [more] @returns {Promise<Position>} */
+  /** `play`, `pause`, `step`, `seek`, `speed` or `restart`. @param {string} op @param {Record<string, unknown>} [more]
+   * @returns {Promise<Position>} */
   control(op, more = {}) {
     return this.json('POST', '/control', { body: { op, ...more } });
   }
@@ -312,7 +316,8 @@ export class Experiment {
     return this.daemon.json('POST', `experiments/${this.id}/control`, { body: { op }, key: this.key });
   }
 
-  /** Progress while it runs: `for await (const { done, runs } of experiment.progress())`. @returns {AsyncGenerator<Progress, void, void>} */
+  /** Progress while it runs: `for await (const { done, runs } of experiment.progress())`.
+   * @returns {AsyncGenerator<Progress, void, void>} */
   async *progress() {
     const line = await openLine(this.daemon.address(`experiments/${this.id}/stream`), 'laglab.v2.json');
     try {
@@ -325,7 +330,8 @@ export class Experiment {
     }
   }
 
-  /** Returns when it is done. Throws where it has failed or was cancelled. @param {(message: Progress) => void} [progress] @returns {Promise<Experiment>} */
+  /** Returns when it is done. Throws where it has failed or was cancelled. @param {(message: Progress) => void} [progress]
+   * @returns {Promise<Experiment>} */
   async wait(progress) {
     for await (const message of this.progress()) progress?.(message);
     const { state } = await this.info();
@@ -333,7 +339,8 @@ export class Experiment {
     return this;
   }
 
-  /** The present rows; with `points` means and 95 % intervals. @param {{points?: boolean, compare?: string}} [wish] @returns {Promise<Row[]>} */
+  /** The present rows; with `points` means and 95 % intervals. @param {{points?: boolean, compare?: string}} [wish]
+   * @returns {Promise<Row[]>} */
   async table({ points = false, compare } = {}) {
     const query = { format: 'json', points: points || undefined, compare };
     return withNames(await this.daemon.json('GET', `experiments/${this.id}/results`, { query }), this.named);

@@ -3,7 +3,8 @@ import { Decoder } from '../../www/js/stream/decode.js';
 import { RECORDS, SCHEMA } from '../../www/js/stream/records.js';
 import { LaglabError } from './errors.js';
 
-/** One frame: `tick`, `time_s`, `seq` and the rows of each record, such as `frame.entities`. @typedef {import('../../www/js/stream/decode.js').Frame} Frame */
+/** One frame: `tick`, `time_s`, `seq` and the rows of each record, such as `frame.entities`.
+ * @typedef {import('../../www/js/stream/decode.js').Frame} Frame */
 /** @typedef {{code: number, reason: string}} Closed */
 
 const NODE = typeof process === 'object' && process?.versions?.node !== undefined;

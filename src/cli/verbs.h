@@ -11,6 +11,7 @@ int ll_verb_worker(int argc, char **argv);
 int ll_verb_submit(int argc, char **argv);
 int ll_verb_store(int argc, char **argv);
 int ll_verb_merge(int argc, char **argv);
+int ll_verb_reproduce(int argc, char **argv);
 int ll_verb_advise(int argc, char **argv);
 int ll_verb_work_precision(int argc, char **argv);
 int ll_verb_scenarios(int argc, char **argv);

@@ -48,8 +48,8 @@ def specification(
     """An experiment as laglab reads it. `axes` maps paths to values; a tuple of paths to tuples of values varies them
     together: {("players.0.prediction", "players.0.reconciliation"): [(False, False), (True, True)]}. A name maps to
     settings with names, {"technique": {"none": {"players.0.prediction": False}, ...}}: tables then have a column of
-    that name. A list is taken as in the experiment's format. Other members of an experiment (`sample`, `until`, `stop`, `front`, `title`, ...)
-    are given by their names."""
+    that name. A list is taken as in the experiment's format. Other members of an experiment (`sample`, `until`, `stop`,
+    `front`, `title`, ...) are given by their names."""
     made: dict[str, Any] = {} if scenario is None else {"scenario": scenario}
     if axes is not None:
         made["axes"] = [_axis(path, values) for path, values in axes.items()] if isinstance(axes, Mapping) else list(axes)

@@ -36,7 +36,8 @@ export class Daemon {
     key: string | undefined;
     /** @param {string} path below /api/v1/ @returns {URL} */
     address(path: string): URL;
-    /** Any operation of the API: docs/api.md. @param {string} method @param {string} path @param {RequestWish} [wish] @returns {Promise<string>} */
+    /** Any operation of the API: docs/api.md. @param {string} method @param {string} path @param {RequestWish} [wish]
+     * @returns {Promise<string>} */
     request(method: string, path: string, { body, key, query, accept }?: RequestWish): Promise<string>;
     /** The same with the JSON of the answer; null when it has none.
      * @param {string} method @param {string} path @param {RequestWish} [wish] @returns {Promise<any>} */
@@ -58,7 +59,8 @@ export class Daemon {
         playing?: boolean;
         speed?: number;
     }): Promise<Session>;
-    /** An existing session by its id; without its key it can only be watched. @param {string} id @param {string} [key] @returns {Promise<Session>} */
+    /** An existing session by its id; without its key it can only be watched. @param {string} id @param {string} [key]
+     * @returns {Promise<Session>} */
     attach(id: string, key?: string): Promise<Session>;
     /** Runs a scenario to its end at full speed. @param {Scenario} scenario
      * @param {{set?: Record<string, any>, seed?: number, duration_s?: number}} [wish] @returns {Promise<Result>} */
@@ -89,7 +91,8 @@ export class Session {
     json(method: string, path: string, wish?: RequestWish): Promise<any>;
     /** Its state of play, parameters and cost. @returns {Promise<any>} */
     info(): Promise<any>;
-    /** `play`, `pause`, `step`, `seek`, `speed` or `restart`. @param {string} op @param {Record<string, unknown>} [more] @returns {Promise<Position>} */
+    /** `play`, `pause`, `step`, `seek`, `speed` or `restart`. @param {string} op @param {Record<string, unknown>} [more]
+     * @returns {Promise<Position>} */
     control(op: string, more?: Record<string, unknown>): Promise<Position>;
     /** @param {number} [speed] */
     play(speed?: number): Promise<Position>;
@@ -143,11 +146,14 @@ export class Experiment {
     info(): Promise<any>;
     /** @param {'pause' | 'resume' | 'cancel'} op @returns {Promise<any>} */
     control(op: "pause" | "resume" | "cancel"): Promise<any>;
-    /** Progress while it runs: `for await (const { done, runs } of experiment.progress())`. @returns {AsyncGenerator<Progress, void, void>} */
+    /** Progress while it runs: `for await (const { done, runs } of experiment.progress())`.
+     * @returns {AsyncGenerator<Progress, void, void>} */
     progress(): AsyncGenerator<Progress, void, void>;
-    /** Returns when it is done. Throws where it has failed or was cancelled. @param {(message: Progress) => void} [progress] @returns {Promise<Experiment>} */
+    /** Returns when it is done. Throws where it has failed or was cancelled. @param {(message: Progress) => void} [progress]
+     * @returns {Promise<Experiment>} */
     wait(progress?: (message: Progress) => void): Promise<Experiment>;
-    /** The present rows; with `points` means and 95 % intervals. @param {{points?: boolean, compare?: string}} [wish] @returns {Promise<Row[]>} */
+    /** The present rows; with `points` means and 95 % intervals. @param {{points?: boolean, compare?: string}} [wish]
+     * @returns {Promise<Row[]>} */
     table({ points, compare }?: {
         points?: boolean;
         compare?: string;
