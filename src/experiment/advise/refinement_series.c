@@ -56,7 +56,7 @@ const ll_refinement_series ll_refinement_series_table[] = {
      "policies.veto_grace_ms", "1,50,100,200,400", "players.1.shots.hitscan.false_misses",
      "players.1.shots.hitscan.shot_behind_cover", 10},
     {"crates_delta", "duration_s=10,server.update_hz=60", "server.snapshot_encoding", "partial,partial_delta",
-     "server.snapshot_bytes", "32,64,128,256", "players.0.remote_error_m.mean",
+     "server.snapshot_bytes", "64,128,256,512", "players.0.remote_error_m.mean",
      "players.0.bandwidth.down_bytes_per_s", 10},
     {"swarm_interest", "duration_s=5", "server.snapshot_encoding", "partial,partial_delta,interest",
      "server.snapshot_bytes", "100,200,400,800,1600", "players.0.selection.near_error_m",
@@ -72,6 +72,12 @@ const ll_refinement_series ll_refinement_series_table[] = {
      "8,16,32,64", "height_error", "significant_height_m", 10},
     {"fluid/sea", "duration_s=1,params.n=128,params.seed=SEED", "solver.method", "gerstner", "params.waves",
      "1,2,4,8,16,32,64", "height_error", "significant_height_m", 10},
+    {"fluid/sea", "duration_s=1,params.tile=8,params.seed=SEED", "solver.method", "spectrum", "params.n",
+     "8,16,32,64,128", "excess_kurtosis", "significant_height_m", 10},
+    {"fluid/sea", "duration_s=1,params.n=128,params.seed=SEED", "solver.method", "tiled", "params.tile",
+     "8,16,32,64", "excess_kurtosis", "significant_height_m", 10},
+    {"fluid/sea", "duration_s=1,params.n=128,params.seed=SEED", "solver.method", "gerstner", "params.waves",
+     "1,2,4,8,16,32,64", "excess_kurtosis", "significant_height_m", 10},
     {0},
 };
 

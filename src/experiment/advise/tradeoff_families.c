@@ -41,8 +41,10 @@ const ll_tradeoff_family ll_tradeoff_families[] = {
     {"oceans",
      "Oceans",
      "A spectrum by its points, a repeated tile by its points, and a sum of Gerstner's waves by their "
-     "number: the wave height against that of the sea that the wind raises.",
-     {{"fluid/sea", "height_error", "error of the significant wave height, relative"}},
+     "number: the wave height against that of the sea that the wind raises, and how far the heights are from "
+     "the normal distribution that many independent waves have.",
+     {{"fluid/sea", "height_error", "error of the significant wave height, relative"},
+      {"fluid/sea", "excess_kurtosis", "excess kurtosis of the heights"}},
      {CPU, MEMORY}},
     {"snapshots",
      "Snapshots",
@@ -58,12 +60,13 @@ const ll_tradeoff_family ll_tradeoff_families[] = {
     {"synchronisation",
      "Synchronisation",
      "Ways to keep server and clients in step by the update rate, the playout delay or the input delay: "
-     "three cars, one of them on a link with jitter and loss.",
+     "three cars, one of them on a link with jitter and loss. While the server waits the game stands still, "
+     "which makes errors and costs per second smaller: compare the time that it waited.",
      {{"deterministic", "players.0.remote_error_m.mean", "error of the others against the present, m"}},
      {CPU,
       {"players.0.bandwidth.down_bytes_per_s", "bytes/s to a player"},
       {"players.0.input_latency_ms.mean", "input latency, ms"},
-      MEMORY}},
+      {"server.stalled_s", "time that the server waited, s"}}},
     {"lag_compensation",
      "Lag compensation",
      "Policies of lag compensation by their limits: shots that hit in the shooter's view and do not count, "
