@@ -50,7 +50,8 @@ static const struct {
      "updates",
      ll_verb_work_precision},
     {"tradeoff",
-     "[FAMILY...] [--seeds N] [--check-seeds N] [--duration S] [--out FILE] [--winners FILE] "
+     "[FAMILY...] [--methods A,B,...] [--seeds N] [--check-seeds N] [--duration S] [--out FILE] [--winners "
+     "FILE] "
      "[--format csv|ndjson|json|parquet|sqlite] [--report FILE.html] [--svg FILE]",
      "speed against error of families of methods: fronts, and the cheapest at three levels of error, "
      "measured "

@@ -16,7 +16,7 @@
 enum { FAMILIES_MAX = 16, SEEDS_DEFAULT = 20 };
 
 typedef struct request {
-    const char *seeds, *check_seeds, *duration, *out, *winners, *format_name, *report, *svg, *page,
+    const char *seeds, *check_seeds, *methods, *duration, *out, *winners, *format_name, *report, *svg, *page,
         *scenarios;
     const ll_format *format;
     ll_tradeoff families[FAMILIES_MAX];
@@ -299,6 +299,7 @@ int ll_verb_tradeoff(int argc, char **argv)
     request q = {.page = "http://127.0.0.1:8080/"};
     char folder[PATH_MAX];
     const ll_option options[] = {
+        {"--methods", "A,B,...", "Only these methods.", .value = &q.methods},
         {"--seeds", "N", "Runs of each setting of what is random, 10 to 1000; default 20.",
          .value = &q.seeds},
         {"--check-seeds", "N",
@@ -328,6 +329,7 @@ int ll_verb_tradeoff(int argc, char **argv)
     LL_THEN(status, take_families(&q, positional, count));
     LL_THEN(status, take_numbers(&q, &order));
     LL_THEN(status, ll_argument_format(q.format_name, q.out, &q.format));
+    order.methods = q.methods;
     order.scenarios = ll_scenario_folder(q.scenarios, folder);
     LL_THEN(status, measure(&q, &order));
     LL_THEN(status, write_tables(&q));

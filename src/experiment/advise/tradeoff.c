@@ -110,6 +110,7 @@ static ll_status measure_scenario(pass *p)
     int cost_count = ll_tradeoff_cost_count(family) - 1;
     ll_refinement_request request = {.scenario = p->json,
                                      .duration = p->request->duration,
+                                     .methods = p->request->methods,
                                      .seeds = p->seeds,
                                      .first_seed = p->first_seed,
                                      .now_ns = p->request->now_ns,
@@ -186,6 +187,8 @@ static ll_status measure_motion(pass *p)
     LL_TRY(problem_from(p->json, &order, params));
     for (const ll_ode_method *const *m = ll_ode_methods; *m; m++) {
         int count = 0;
+        if (!ll_list_contains(p->request->methods, (*m)->name))
+            continue;
         ll_status status = ll_work_precision_series(&order, *m, levels, &count);
         if (status.code == LL_BAD_INPUT)
             continue; /* the method is not for such problems */
@@ -232,6 +235,8 @@ ll_status ll_tradeoff_run(const ll_tradeoff_family *family, const ll_tradeoff_re
 {
     *t = (ll_tradeoff){.family = family};
     LL_TRY(measure(t, request, false));
+    if (t->count == 0)
+        return ll_error(LL_BAD_INPUT, "--methods: %s has none of %.100s", family->name, request->methods);
     if (request->check_seeds > 0)
         LL_TRY(measure(t, request, true));
     return ll_tradeoff_choose(t);

@@ -82,12 +82,14 @@ typedef struct ll_tradeoff {
 typedef struct ll_tradeoff_request {
     const char *scenarios; /* folder of the library */
     const char *duration;  /* s; NULL: that of the series or scenario */
+    const char *methods;   /* only these, separated by commas; NULL: all */
     int seeds;             /* of levels with randomness */
     int check_seeds;       /* of the check, after those; 0: no check */
     int64_t (*now_ns)(void);
 } ll_tradeoff_request;
 
-/* Measures, chooses and checks. The caller frees `tradeoff`, after a failure too. */
+/* Measures, chooses and checks. LL_BAD_INPUT: the family has none of the methods. The caller frees
+ * `tradeoff`, after a failure too. */
 ll_status ll_tradeoff_run(const ll_tradeoff_family *family, const ll_tradeoff_request *request,
                           ll_tradeoff *tradeoff);
 void ll_tradeoff_free(ll_tradeoff *tradeoff);
