@@ -1,5 +1,6 @@
 /* `laglab tradeoff`: families of methods on fronts of error and several costs, and the cheapest method at
  * three levels of error, measured again. `work-precision` measures one problem, with any parameters of it. */
+#include <cjson/cJSON.h>
 #include <limits.h>
 #include <math.h>
 #include <stdio.h>
@@ -19,6 +20,7 @@ typedef struct request {
     const char *seeds, *check_seeds, *methods, *duration, *out, *winners, *format_name, *report, *svg, *page,
         *scenarios;
     const ll_format *format;
+    bool list;
     ll_tradeoff families[FAMILIES_MAX];
     int count;
 } request;
@@ -242,6 +244,35 @@ static ll_status take_numbers(const request *q, ll_tradeoff_request *order)
 
 /* ---- output ---- */
 
+/* [{"name","title","text","problems":[{"scenario","error","title"}],"costs":[{"path","title"}]}] */
+static int print_families(void)
+{
+    cJSON *list = cJSON_CreateArray();
+    for (const ll_tradeoff_family *f = ll_tradeoff_families; f->name; f++) {
+        cJSON *family = cJSON_CreateObject();
+        cJSON_AddStringToObject(family, "name", f->name);
+        cJSON_AddStringToObject(family, "title", f->title);
+        cJSON_AddStringToObject(family, "text", f->text);
+        cJSON *problems = cJSON_AddArrayToObject(family, "problems");
+        for (int p = 0; p < ll_tradeoff_problem_count(f); p++) {
+            cJSON *problem = cJSON_CreateObject();
+            cJSON_AddStringToObject(problem, "scenario", f->problems[p].scenario);
+            cJSON_AddStringToObject(problem, "error", f->problems[p].error);
+            cJSON_AddStringToObject(problem, "title", f->problems[p].title);
+            cJSON_AddItemToArray(problems, problem);
+        }
+        cJSON *costs = cJSON_AddArrayToObject(family, "costs");
+        for (int c = 0; c < ll_tradeoff_cost_count(f); c++) {
+            cJSON *cost = cJSON_CreateObject();
+            cJSON_AddStringToObject(cost, "path", f->costs[c].path);
+            cJSON_AddStringToObject(cost, "title", f->costs[c].title);
+            cJSON_AddItemToArray(costs, cost);
+        }
+        cJSON_AddItemToArray(list, family);
+    }
+    return ll_print_json(list);
+}
+
 static void print_winners(const request *q)
 {
     for (int f = 0; f < q->count; f++) {
@@ -284,7 +315,7 @@ static ll_status write_pages(const request *q)
         .families = q->families, .count = q->count, .command = command, .address = q->page};
     if (q->report)
         LL_TRY(ll_tradeoff_page_write(&page, q->report));
-    return q->svg ? ll_tradeoff_picture_write(&q->families[0], q->svg) : ll_ok();
+    return q->svg ? ll_tradeoff_image_write(&q->families[0], q->svg) : ll_ok();
 }
 
 static ll_status measure(request *q, const ll_tradeoff_request *order)
@@ -311,11 +342,12 @@ int ll_verb_tradeoff(int argc, char **argv)
         {"--format", "NAME", "csv, ndjson, json, parquet or sqlite; default: by the ending of FILE.",
          .value = &q.format_name},
         {"--report", "FILE.html", "Writes a page with plots and choices.", .value = &q.report},
-        {"--svg", "FILE", "Writes the picture of one FAMILY.", .value = &q.svg},
+        {"--svg", "FILE", "Writes the image of one FAMILY.", .value = &q.svg},
         {"--page", "URL", "Where the page is, for links to live sessions; default http://127.0.0.1:8080/.",
          .value = &q.page},
         {"--scenarios", "DIR", "Folder of the scenario library; default: next to the program.",
          .value = &q.scenarios},
+        {"--list", NULL, "Prints the families with their problems and costs, as JSON.", .flag = &q.list},
         {0}};
     const char *positional[LL_POSITIONAL_MAX];
     int count;
@@ -326,6 +358,8 @@ int ll_verb_tradeoff(int argc, char **argv)
         "lag_compensation. Each method at each of its own settings, on the front of the error and each cost; "
         "at three levels of error the cheapest, measured again on fresh seeds",
         argc, argv, options, positional, &count);
+    if (!ll_failed(&status) && q.list)
+        return print_families();
     LL_THEN(status, take_families(&q, positional, count));
     LL_THEN(status, take_numbers(&q, &order));
     LL_THEN(status, ll_argument_format(q.format_name, q.out, &q.format));

@@ -120,10 +120,10 @@ test('rows without randomness equal one run: solvers with their memory, integrat
   }
 });
 
-test('choices follow from the rows; page, picture and tables have them all', () => {
+test('choices follow from the rows; page, image and tables have them all', () => {
   const text = good([
     ...['tradeoff', 'lag_compensation', '--duration', '8', '--seeds', '10', '--check-seeds', '10'],
-    ...['--out', 'rows.ndjson', '--winners', 'winners.ndjson', '--report', 'page.html', '--svg', 'picture.svg', '--page', 'http://lab/'],
+    ...['--out', 'rows.ndjson', '--winners', 'winners.ndjson', '--report', 'page.html', '--svg', 'image.svg', '--page', 'http://lab/'],
   ]);
   const lines = (/** @type {string} */ name) =>
     read(name)
@@ -154,7 +154,7 @@ test('choices follow from the rows; page, picture and tables have them all', () 
     assert.equal(row.front, !rows.some((r) => r.cost === row.cost && better(r)), JSON.stringify(row));
   }
   const page = read('page.html'),
-    picture = read('picture.svg');
+    image = read('image.svg');
   assert.equal(page.match(/<figure>/g)?.length, 4);
   assert.equal(page.match(/>holds<|>does not hold</g)?.length, winners.length);
   const drawn = rows.filter((row) => row.error > 0 && row.cost_value !== null).length;
@@ -163,9 +163,9 @@ test('choices follow from the rows; page, picture and tables have them all', () 
     (page.match(/<a href="http:\/\/lab\/\?scenario=behind_cover&amp;set=/g)?.length ?? 0) >= 2 * drawn,
     'marks and rows lead to sessions',
   );
-  assert.equal(picture.match(/<title>/g)?.length, drawn);
+  assert.equal(image.match(/<title>/g)?.length, drawn);
   assert.ok(
-    picture.startsWith('<svg xmlns="http://www.w3.org/2000/svg"') && !picture.includes('<a ') && picture.trimEnd().endsWith('</svg>'),
+    image.startsWith('<svg xmlns="http://www.w3.org/2000/svg"') && !image.includes('<a ') && image.trimEnd().endsWith('</svg>'),
   );
 });
 

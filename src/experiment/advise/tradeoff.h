@@ -68,7 +68,7 @@ typedef struct ll_tradeoff_choice {
     bool checked, holds;
     int cheapest_again; /* row; -1: none */
     char why[160];      /* with figures */
-    char tied[200];     /* other methods whose cost cannot be told from it, separated by `, ` */
+    char tied[200];     /* other methods whose cost does not differ certainly from it, separated by `, ` */
 } ll_tradeoff_choice;
 
 typedef struct ll_tradeoff {

@@ -48,7 +48,7 @@ static bool is_same_cost(const ll_front_point *a, const ll_front_point *b)
     return !ll_front_certainly_cheaper(a, b) && !ll_front_certainly_cheaper(b, a);
 }
 
-/* Methods other than the chosen one, whose cost cannot be told from it, in either measurement. */
+/* Methods other than the chosen one, whose cost does not differ certainly from it, in either measurement. */
 static void name_ties(const view *w, ll_tradeoff_choice *choice)
 {
     const ll_tradeoff_row *rows = &w->tradeoff->rows[w->first];

@@ -1,4 +1,4 @@
-/* What page and picture share: the points of a problem and a cost. */
+/* What page and image share: the points of a problem and a cost. */
 #pragma once
 
 #include "experiment/report/plot.h"

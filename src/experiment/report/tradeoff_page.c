@@ -100,8 +100,9 @@ static void write_introduction(const ll_tradeoff_page *page, FILE *file)
           "the least and the largest upper bound on the fronts of the counted costs, rounded up. A ring is "
           "the cheapest setting whose 95 % interval ends within a level. Then every setting was measured "
           "again, those with randomness on fresh seeds: a choice holds if it is within the level again and "
-          "nothing else within it is cheaper beyond the intervals of both. What is as cheap cannot be told "
-          "from it. A point leads to a live session. Times are of this machine. Repeated by <code>",
+          "nothing else within it is cheaper beyond the intervals of both. Costs of what is as cheap do not "
+          "differ "
+          "certainly. A point leads to a live session. Times are of this machine. Repeated by <code>",
           file);
     ll_html_text(page->command, file);
     fputs("</code>.</p>\n", file);

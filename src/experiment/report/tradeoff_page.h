@@ -1,4 +1,4 @@
-/* Speed against error of families: one page with a picture and a table per problem and cost, and one picture
+/* Speed against error of families: one page with an image and a table per problem and cost, and one image
  * per family. */
 #pragma once
 
@@ -19,4 +19,4 @@ typedef struct ll_tradeoff_page {
 ll_status ll_tradeoff_page_write(const ll_tradeoff_page *page, const char *path);
 
 /* An SVG that needs nothing else: a drawing for each problem and cost, with a key for each problem. */
-ll_status ll_tradeoff_picture_write(const ll_tradeoff *tradeoff, const char *path);
+ll_status ll_tradeoff_image_write(const ll_tradeoff *tradeoff, const char *path);

@@ -72,13 +72,13 @@ static ll_status write_all(ll_tradeoff_drawing *d, FILE *file)
     return ll_ok();
 }
 
-ll_status ll_tradeoff_picture_write(const ll_tradeoff *t, const char *path)
+ll_status ll_tradeoff_image_write(const ll_tradeoff *t, const char *path)
 {
     ll_tradeoff_drawing d = {.tradeoff = t, .points = malloc((size_t)t->count * sizeof(ll_plot_point) + 1)};
     FILE *file = d.points ? fopen(path, "wb") : NULL;
     ll_status status = file       ? write_all(&d, file)
                        : d.points ? ll_error(LL_IO, "cannot write %.200s", path)
-                                  : ll_error(LL_NO_MEMORY, "out of memory: picture");
+                                  : ll_error(LL_NO_MEMORY, "out of memory: image");
     free(d.points);
     bool bad = file && (fflush(file) != 0 || ferror(file));
     if (file && (fclose(file) != 0 || bad) && !ll_failed(&status))
