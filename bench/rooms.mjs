@@ -30,6 +30,7 @@ export const ROOMS = {
   fluid_grid: ['base', 'fluid'],
   fluid_threads: ['base', 'threads', 'fluid'],
   experiments: [...GAME, 'library', 'experiment'],
+  tradeoff: [...GAME, 'ode', 'rigid', 'fluid', 'library', 'experiment'],
   advise: [...GAME, 'ode', 'rigid', 'fluid', 'library', 'experiment'],
 };
 

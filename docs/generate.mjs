@@ -15,6 +15,7 @@ import { fingerprint, folderOf, roomsOf } from '../bench/rooms.mjs';
 import { clientTypes } from './clients.mjs';
 import { columnsDoc, metricsDoc } from './metrics.mjs';
 import { paperDoc } from './paper.mjs';
+import { tradeoffDoc } from './tradeoff.mjs';
 import { asyncSchemas, namesModule, recordsModule, rowsModule } from './records.mjs';
 
 const ROOT = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '..');
@@ -1025,6 +1026,7 @@ export function generate(binary) {
     ],
     ['docs/metrics.md', metricsDoc(JSON.parse(laglab('schema', 'metrics')))],
     ['docs/paper.md', paperDoc()],
+    ['docs/tradeoff.md', tradeoffDoc(JSON.parse(laglab('tradeoff', '--list')), parseCsv, ageDoc)],
     ['docs/columns.md', columnsDoc(JSON.parse(laglab('schema', 'traces')), JSON.parse(laglab('schema', 'results')))],
     ['docs/api.md', apiDoc(YAML.parse(read('api/openapi.yaml')), YAML.parse(asyncapi))],
     ['docs/accuracy.md', filled('docs/accuracy.md', { 'closed forms': closedFormsDoc() })],

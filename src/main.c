@@ -51,6 +51,14 @@ static const struct {
      "measure each method's error against its cost; of a scenario by cells, particles, sweeps, substeps or "
      "updates",
      ll_verb_work_precision},
+    {"tradeoff",
+     "[FAMILY...] [--methods A,B,...] [--seeds N] [--check-seeds N] [--duration S] [--out FILE] [--winners "
+     "FILE] "
+     "[--format csv|ndjson|json|parquet|sqlite] [--report FILE.html] [--svg FILE]",
+     "speed against error of families of methods: fronts, and the cheapest at three levels of error, "
+     "measured "
+     "again",
+     ll_verb_tradeoff},
     {"healthcheck", "[URL]", "exit 0 if the daemon there answers", ll_verb_healthcheck},
     {"help", "", "print this", verb_help},
 };

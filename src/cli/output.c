@@ -1,8 +1,10 @@
 #include "cli/output.h"
 
 #include <cjson/cJSON.h>
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
+#include <time.h>
 #include <unistd.h>
 
 ll_status ll_argument_format(const char *name, const char *out, const ll_format **format)
@@ -36,6 +38,23 @@ ll_status ll_argument_write(const char *out, const ll_format *format, const ll_t
     if (ll_failed(&status))
         unlink(temporary);
     return status;
+}
+
+void ll_put_text(ll_cell **cell, const char *text)
+{
+    *(*cell)++ = (ll_cell){.text = text};
+}
+
+void ll_put_number(ll_cell **cell, double value)
+{
+    *(*cell)++ = (ll_cell){.null = !isfinite(value), .number = value};
+}
+
+int64_t ll_cpu_now_ns(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return (int64_t)t.tv_sec * 1000000000 + t.tv_nsec;
 }
 
 int ll_print_json(cJSON *json)

@@ -11,4 +11,10 @@ ll_status ll_argument_format(const char *name, const char *out, const ll_format 
 /* Writes the file `out`, under a temporary name until it is complete; NULL: to standard output. */
 ll_status ll_argument_write(const char *out, const ll_format *format, const ll_table *table);
 
+/* Fills the next cell of a row; a number that is not finite is null. */
+void ll_put_text(ll_cell **cell, const char *text);
+void ll_put_number(ll_cell **cell, double value);
+
+int64_t ll_cpu_now_ns(void); /* processor time of the program */
+
 int ll_print_json(struct cJSON *json); /* on standard output; deletes it, and returns 0 */

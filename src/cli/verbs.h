@@ -14,6 +14,7 @@ int ll_verb_merge(int argc, char **argv);
 int ll_verb_reproduce(int argc, char **argv);
 int ll_verb_advise(int argc, char **argv);
 int ll_verb_work_precision(int argc, char **argv);
+int ll_verb_tradeoff(int argc, char **argv);
 int ll_verb_scenarios(int argc, char **argv);
 int ll_verb_schema(int argc, char **argv);
 int ll_verb_methods(int argc, char **argv);

@@ -6,7 +6,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #include "cli/arguments.h"
 #include "cli/input.h"
@@ -23,23 +22,6 @@ typedef struct request {
     ll_refinement_series_page *page; /* NULL: no report */
     const ll_format *format;
 } request;
-
-static int64_t cpu_now_ns(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-    return (int64_t)t.tv_sec * 1000000000 + t.tv_nsec;
-}
-
-static void put_text(ll_cell **cell, const char *text)
-{
-    *(*cell)++ = (ll_cell){.text = text};
-}
-
-static void put_number(ll_cell **cell, double value)
-{
-    *(*cell)++ = (ll_cell){.null = !isfinite(value), .number = value};
-}
 
 static ll_status write_rows(const ll_table *table, const request *q)
 {
@@ -128,14 +110,14 @@ static bool next_problem_row(void *context, ll_cell *cell, ll_status *status)
     if (!measure_methods(p, status))
         return false;
     const ll_work_precision *r = &p->refinement_levels[p->at++];
-    put_text(&cell, p->order.problem->name);
-    put_text(&cell, p->measured->name);
+    ll_put_text(&cell, p->order.problem->name);
+    ll_put_text(&cell, p->measured->name);
     ll_ode ode;
     p->order.problem->system(p->params, &ode);
-    put_number(&cell, ll_ode_order(p->measured, &ode));
-    put_text(&cell, p->measured->adaptive ? "tolerance" : "dt_s");
-    put_number(&cell, r->setting);
-    put_text(&cell, ll_run_status_names[r->status]);
+    ll_put_number(&cell, ll_ode_order(p->measured, &ode));
+    ll_put_text(&cell, p->measured->adaptive ? "tolerance" : "dt_s");
+    ll_put_number(&cell, r->setting);
+    ll_put_text(&cell, ll_run_status_names[r->status]);
     const int64_t counts[] = {r->counters.steps, r->counters.rejected, r->counters.evaluations,
                               r->counters.jacobians, r->counters.factorisations};
     const double numbers[] = {r->cpu_min_s,      r->cpu_median_s, r->e_final,       r->e_max,
@@ -143,9 +125,9 @@ static bool next_problem_row(void *context, ll_cell *cell, ll_status *status)
                               r->order,          r->uncertainty,  r->predictable_s, r->e_final_weighted,
                               r->e_max_weighted, r->e_l2_weighted};
     for (size_t i = 0; i < sizeof counts / sizeof counts[0]; i++)
-        put_number(&cell, (double)counts[i]);
+        ll_put_number(&cell, (double)counts[i]);
     for (size_t i = 0; i < sizeof numbers / sizeof numbers[0]; i++)
-        put_number(&cell, numbers[i]);
+        ll_put_number(&cell, numbers[i]);
     draw_step(p->page, p, r);
     return true;
 }
@@ -188,8 +170,9 @@ static ll_status measure_problem(const request *q)
     problem_rows p = {.methods = q->methods, .method = ll_ode_methods, .page = q->page};
     const ll_table table = {problem_columns, sizeof problem_columns / sizeof problem_columns[0],
                             next_problem_row, &p};
-    p.order = (ll_work_precision_request){
-        .problem = q->name ? ll_ode_problem_find(q->name) : NULL, .params = p.params, .now_ns = cpu_now_ns};
+    p.order = (ll_work_precision_request){.problem = q->name ? ll_ode_problem_find(q->name) : NULL,
+                                          .params = p.params,
+                                          .now_ns = ll_cpu_now_ns};
     if (!p.order.problem)
         return ll_error(LL_BAD_INPUT,
                         "PROBLEM: must be one of `laglab problems`, or a scenario with refinement series "
@@ -269,22 +252,22 @@ static bool next_scenario_row(void *context, ll_cell *cell, ll_status *status)
         return false;
     s->measured = false;
     const ll_refinement_level *r = &s->refinement_run.refinement_level;
-    put_text(&cell, r->refinement_series->scenario);
-    put_text(&cell, r->refinement_series->series);
-    put_text(&cell, r->series);
-    put_text(&cell, r->refinement_series->setting);
-    put_number(&cell, strtod(r->setting, NULL));
-    put_text(&cell, r->diverged ? "diverged" : "ok");
-    put_number(&cell, r->cpu_min_s);
-    put_number(&cell, r->cpu_median_s);
-    put_text(&cell, r->refinement_series->error);
-    put_number(&cell, r->error);
-    put_text(&cell, r->refinement_series->counter);
-    put_number(&cell, r->counter);
-    put_number(&cell, r->order);
-    put_number(&cell, r->error_low);
-    put_number(&cell, r->error_high);
-    put_number(&cell, r->seeds);
+    ll_put_text(&cell, r->refinement_series->scenario);
+    ll_put_text(&cell, r->refinement_series->series);
+    ll_put_text(&cell, r->series);
+    ll_put_text(&cell, r->refinement_series->setting);
+    ll_put_number(&cell, strtod(r->setting, NULL));
+    ll_put_text(&cell, r->diverged ? "diverged" : "ok");
+    ll_put_number(&cell, r->cpu_min_s);
+    ll_put_number(&cell, r->cpu_median_s);
+    ll_put_text(&cell, r->refinement_series->error);
+    ll_put_number(&cell, r->error);
+    ll_put_text(&cell, r->refinement_series->counter);
+    ll_put_number(&cell, r->counter);
+    ll_put_number(&cell, r->order);
+    ll_put_number(&cell, r->error_low);
+    ll_put_number(&cell, r->error_high);
+    ll_put_number(&cell, r->seeds);
     draw_refinement_level(s->page, r);
     return true;
 }
@@ -306,7 +289,7 @@ static ll_status measure_scenario(const request *q, const ll_refinement_series *
                                       .duration = q->duration,
                                       .methods = q->methods,
                                       .seeds = (int)seeds,
-                                      .now_ns = cpu_now_ns};
+                                      .now_ns = ll_cpu_now_ns};
     s.refinement_run = ll_refinement_series_start(first, &s.order);
     if (!ll_failed(&status) && !measure_refinement_level(&s, &status) && !ll_failed(&status))
         status = ll_error(LL_BAD_INPUT, "%s has no series of the methods %.100s", q->name, q->methods);
@@ -350,8 +333,10 @@ int ll_verb_work_precision(int argc, char **argv)
         ll_arguments("work-precision PROBLEM|SCENARIO [OPTION]...: measure each method's error "
                      "against its cost, a row for each step, tolerance, size, number of passes or update "
                      "rate. PROBLEM: see `laglab problems`. SCENARIO: fluid/cavity, fluid/taylor_green, "
-                     "fluid/rotation, fluid/poiseuille, fluid/hydrostatic, fluid/dam_break, rigid/column, "
-                     "rigid/pyramid, crates_delta, hermite, deterministic, crates, behind_cover",
+                     "fluid/rotation, fluid/poiseuille, fluid/hydrostatic, fluid/dam_break, fluid/sea, "
+                     "rigid/column, rigid/pyramid, crates_delta, swarm_interest, hermite, deterministic, "
+                     "crates, behind_cover. See also `laglab tradeoff`: families of methods, several "
+                     "costs, and which is the cheapest",
                      argc, argv, options, positional, &count);
     if (!ll_failed(&status) && count > 1)
         status = ll_error(LL_BAD_INPUT, "unexpected argument %.100s", positional[1]);

@@ -13,20 +13,28 @@ struct cJSON;
 
 /* Values are texts as in `--set`, separated by commas. */
 typedef struct ll_refinement_series {
-    const char *scenario;       /* id in the library */
-    const char *fixed;          /* `path=value` of every run, separated by commas */
-    const char *series;         /* path that distinguishes the series */
+    const char *scenario; /* id in the library */
+    const char *fixed;    /* `path=value` of every run, separated by commas. The value SEED is the number of
+                             the run, from 1: a seed that is not the scenario's */
+    const char *series;   /* path that distinguishes the series */
     const char *series_values;  /* its values */
-    const char *setting;        /* path that distinguishes the levels; a number */
+    const char *setting;        /* path that distinguishes the levels; a number. Several, joined by `+`: all
+                                   get it */
     const char *setting_values; /* cheapest first */
     const char *error;          /* path of a metric: better when closer to 0 */
     const char *counter;        /* path of a metric: work or cost, in addition to time */
     int seeds;                  /* runs of a level, with different seeds; 0: nothing is random */
 } ll_refinement_series;
 
-enum { LL_REFINEMENT_SERIES_SEEDS_MAX = 1000 };
+enum { LL_REFINEMENT_SERIES_SEEDS_MAX = 1000, LL_REFINEMENT_COSTS_MAX = 4 };
 
 extern const ll_refinement_series ll_refinement_series_table[]; /* the last row has no scenario */
+
+/* A mean over seeds with the bounds of its 95 % interval (interval.h). Without randomness, and where all
+ * seeds gave the same cost, the bounds are the value. NaN: none. */
+typedef struct ll_measured {
+    double value, low, high;
+} ll_measured;
 
 typedef struct ll_refinement_level {
     const ll_refinement_series *refinement_series;
@@ -35,6 +43,7 @@ typedef struct ll_refinement_level {
     double error, counter;        /* means over the seeds; NaN when one diverged or none has the metric */
     int seeds;                    /* seeds that have the error */
     double error_low, error_high; /* bounds of its 95 % interval (interval.h); NaN: none */
+    ll_measured costs[LL_REFINEMENT_COSTS_MAX]; /* those of the request */
     double cpu_min_s, cpu_median_s;
     double order; /* against the previous level: -log of errors over log of settings; NaN for the first */
 } ll_refinement_level;
@@ -46,7 +55,11 @@ typedef struct ll_refinement_request {
     const char *duration;    /* s; NULL: that of the series */
     const char *methods;     /* series to run, separated by commas; NULL: all */
     int seeds;               /* replaces the series' seeds, if it has any; 0: the series' */
+    int first_seed;          /* added to the scenario's seed in the first run, one more in each other */
     int64_t (*now_ns)(void); /* CPU time */
+    /* Paths of metrics that are measured too, or of the session's cost, such as `cost.block_bytes`. */
+    const char *const *costs;
+    int cost_count;
 } ll_refinement_request;
 
 /* A series in progress. */
@@ -62,6 +75,10 @@ ll_refinement_run ll_refinement_series_start(const ll_refinement_series *refinem
 /* Measures the next level; false after the last level of the last series, or on failure. LL_BAD_INPUT: a
  * value is invalid for the scenario. A run that diverges also makes a level. */
 bool ll_refinement_series_next(ll_refinement_run *refinement_run, ll_status *status);
+
+/* Writes what distinguishes the level's first run from the scenario, as `path=value` separated by spaces. */
+void ll_refinement_level_sets(const ll_refinement_level *refinement_level,
+                              const ll_refinement_request *request, char *text, int size);
 
 /* Whether `name` is in the comma-separated `list`; NULL contains all. */
 bool ll_list_contains(const char *list, const char *name);

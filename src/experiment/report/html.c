@@ -28,12 +28,18 @@ static const char plots[] =
     ".s6{fill:#6b6b00;stroke:#6b6b00}.s7{fill:#1b1f24;stroke:#1b1f24}.s{stroke:none}.line{fill:none!"
     "important}"
     ".s.on{stroke:#b34700}.key span{display:inline-block;margin-right:1rem}.key svg{vertical-align:middle}\n"
+    ".level{stroke:#57606a;stroke-dasharray:5 3;fill:none}.chosen{fill:none;stroke:#1b1f24;stroke-width:1.5}"
     ".note{font-size:.85rem;margin:.2rem 0}\n";
+
+void ll_html_plot_style(FILE *file)
+{
+    fputs(plots, file);
+}
 
 void ll_html_begin(const char *title, FILE *file)
 {
     fputs(head, file);
-    fputs(plots, file);
+    ll_html_plot_style(file);
     fputs("</style><title>", file);
     ll_html_text(title, file);
     fputs("</title></head><body>\n<h1>", file);

@@ -7,5 +7,7 @@
 /* Writes the page up to the heading; `</body></html>` ends it. */
 void ll_html_begin(const char *title, FILE *file);
 
+void ll_html_plot_style(FILE *file); /* CSS of plots */
+
 void ll_html_text(const char *text, FILE *file); /* with & < > " escaped */
 void ll_html_count(int64_t count, FILE *file);   /* 12,345 */

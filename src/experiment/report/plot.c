@@ -223,12 +223,26 @@ static void draw_shape(FILE *file, int series, const char *more, double x, doubl
     fputs("\">", file);
 }
 
+/* Of a single point. */
+static bool begin_address(FILE *file, const ll_plot *plot, const ll_plot_point *p, int count)
+{
+    if (!plot->write_address || count > 1)
+        return false;
+    fputs("<a href=\"", file);
+    plot->write_address(plot->context, p->point, file);
+    fputs("\">", file);
+    return true;
+}
+
 static void draw_mark(FILE *file, const ll_plot *plot, const scale *y, const mark *m)
 {
     const ll_plot_point *p = &plot->points[m->first];
     if (m->count == 1)
         draw_interval(file, plot, y, p, m->x);
     double r = fmin((p->front ? 4.5 : 3) + 0.5 * log2(m->count), 8);
+    if (p->chosen)
+        fprintf(file, "<circle class=\"chosen\" cx=\"%.1f\" cy=\"%.1f\" r=\"%.1f\"/>", m->x, m->y, r + 4);
+    bool leads = begin_address(file, plot, p, m->count);
     draw_shape(file, p->series, p->front ? " on" : "", m->x, m->y, r);
     fputs("<title>", file);
     if (m->count > 1) {
@@ -236,7 +250,7 @@ static void draw_mark(FILE *file, const ll_plot *plot, const scale *y, const mar
         fputs(" points, such as ", file);
     }
     plot->write_name(plot->context, p->point, file);
-    fputs("</title></path>\n", file);
+    fputs(leads ? "</title></path></a>\n" : "</title></path>\n", file);
 }
 
 /* ---- lines ---- */
@@ -278,9 +292,22 @@ static void draw_series(FILE *file, const ll_plot *plot, int series, const scale
     if (!p)
         return;
     fprintf(file, "<path class=\"line s%d\" d=\"", series % LL_PLOT_COLOURS);
-    for (char how = 'M'; p; p = next_of(plot, series, p->point), how = 'L')
-        fprintf(file, "%c%.1f %.1f", how, position(x, p->x), position(y, p->y));
+    for (const ll_plot_point *before = NULL; p; before = p, p = next_of(plot, series, p->point))
+        fprintf(file, "%c%.1f %.1f", before && before->line == p->line ? 'L' : 'M', position(x, p->x),
+                position(y, p->y));
     fputs("\"/>\n", file);
+}
+
+static void draw_levels(FILE *file, const ll_plot *plot, const scale *y)
+{
+    for (int k = 0; k < plot->level_count; k++) {
+        double at = position(y, plot->levels[k]);
+        if (at >= TOP && at <= plot->height - BOTTOM)
+            fprintf(file,
+                    "<path class=\"level\" d=\"M%d %.1fH%d\"/><text x=\"%d\" y=\"%.1f\" "
+                    "text-anchor=\"end\">%.2g</text>\n",
+                    LEFT, at, plot->width - RIGHT, plot->width - RIGHT, at - 3, plot->levels[k]);
+    }
 }
 
 static ll_status draw_points(FILE *file, const ll_plot *plot, const scale *x, const scale *y, marks *m)
@@ -333,18 +360,18 @@ static void write_key(FILE *file, const ll_plot *plot, const marks *m)
         m->cell);
 }
 
-static ll_status draw(FILE *file, const ll_plot *plot)
+/* The attributes `at` place it in another drawing. */
+static ll_status draw(FILE *file, const ll_plot *plot, const char *at, marks *m)
 {
     double low, high;
-    marks m;
     extremes(plot, true, &low, &high);
     scale x = make_scale(plot->choices ? 0 : low, plot->choices ? plot->choice_count - 1 : high,
                          plot->log_x && above_zero(plot, true), LEFT, plot->width - LEFT - RIGHT);
     extremes(plot, false, &low, &high);
     scale y = make_scale(low, high, plot->log_y && above_zero(plot, false), plot->height - BOTTOM,
                          -(plot->height - BOTTOM - TOP));
-    fprintf(file, "<svg viewBox=\"0 0 %d %d\" width=\"%d\" role=\"img\" aria-label=\"", plot->width,
-            plot->height, plot->width);
+    fprintf(file, "<svg viewBox=\"0 0 %d %d\" width=\"%d\"%s role=\"img\" aria-label=\"", plot->width,
+            plot->height, plot->width, at);
     ll_html_text(plot->title, file);
     fputs("\">\n", file);
     if (plot->choices)
@@ -352,7 +379,8 @@ static ll_status draw(FILE *file, const ll_plot *plot)
     else
         draw_axis(file, plot, &x, plot->width / 110, tick_x);
     draw_axis(file, plot, &y, plot->height / 55, tick_y);
-    ll_status status = draw_points(file, plot, &x, &y, &m);
+    draw_levels(file, plot, &y);
+    ll_status status = draw_points(file, plot, &x, &y, m);
     fprintf(file, "<text x=\"%d\" y=\"%d\" text-anchor=\"middle\">", (LEFT + plot->width - RIGHT) / 2,
             plot->height - 8);
     ll_html_text(plot->x_name, file);
@@ -360,10 +388,31 @@ static ll_status draw(FILE *file, const ll_plot *plot)
             x.log ? " (log)" : "", (TOP + plot->height - BOTTOM) / 2);
     ll_html_text(plot->y_name, file);
     fprintf(file, "%s</text></svg>\n", y.log ? " (log)" : "");
-    if (!ll_failed(&status))
-        write_key(file, plot, &m);
+    return status;
+}
+
+static bool has_points(const ll_plot *plot)
+{
+    bool any = false;
+    for (int i = 0; i < plot->count; i++)
+        any |= drawable(&plot->points[i]);
+    return any;
+}
+
+ll_status ll_plot_draw_at(const ll_plot *plot, double x, double y, FILE *file)
+{
+    char at[96];
+    marks m = {0};
+    snprintf(at, sizeof at, " height=\"%d\" x=\"%.0f\" y=\"%.0f\"", plot->height, x, y);
+    ll_status status = has_points(plot) ? draw(file, plot, at, &m) : ll_ok();
     free(m.marks);
     return status;
+}
+
+void ll_plot_draw_mark(int series, double x, double y, FILE *file)
+{
+    draw_shape(file, series, "", x, y, 4);
+    fputs("</path>", file);
 }
 
 /* ---- the table ---- */
@@ -402,8 +451,9 @@ static void write_cell(FILE *file, double value)
 static void write_row(FILE *file, const ll_plot *plot, const ll_plot_point *p)
 {
     fprintf(file, "<tr%s><td class=\"l\">", p->front ? " class=\"on\"" : "");
+    bool leads = begin_address(file, plot, p, 1);
     plot->write_name(plot->context, p->point, file);
-    fputs("</td>", file);
+    fputs(leads ? "</a></td>" : "</td>", file);
     if (plot->choices) {
         fputs("<td>", file);
         ll_html_text(plot->choices[(int)p->x], file);
@@ -445,17 +495,18 @@ static ll_status write_table(FILE *file, const ll_plot *plot)
 
 ll_status ll_plot_write(const ll_plot *plot, FILE *file)
 {
-    bool any = false;
+    marks m = {0};
     ll_status status = ll_ok();
-    for (int i = 0; i < plot->count; i++)
-        any |= drawable(&plot->points[i]);
     fputs("<figure><figcaption>", file);
     ll_html_text(plot->title, file);
     fputs("</figcaption>\n", file);
-    if (any)
-        status = draw(file, plot);
+    if (has_points(plot))
+        status = draw(file, plot, "", &m);
     else
         fputs("<p>No values to draw.</p>\n", file);
+    if (!ll_failed(&status) && m.count > 0)
+        write_key(file, plot, &m);
+    free(m.marks);
     LL_THEN(status, write_table(file, plot));
     fputs("</figure>\n", file);
     return status;

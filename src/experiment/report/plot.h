@@ -21,7 +21,9 @@ typedef struct ll_plot_point {
     double low, high; /* bounds of y's interval; NaN or infinite: none */
     int64_t point;    /* number of the point, for `write_name` */
     int series;
-    bool front; /* on the front: drawn in another colour, and joined by a line */
+    int line;    /* of a series' points only those of the same line are joined */
+    bool front;  /* on the front: drawn in another colour, and joined by a line */
+    bool chosen; /* drawn with a ring */
 } ll_plot_point;
 
 typedef struct ll_plot {
@@ -39,11 +41,22 @@ typedef struct ll_plot {
     int width, height;
     void (*write_name)(const void *context, int64_t point,
                        FILE *file); /* writes the name of a point, as HTML */
+    /* Writes the address that a point leads to; NULL: none. */
+    void (*write_address)(const void *context, int64_t point, FILE *file);
     const void *context;
+    const double *levels; /* of y: drawn as lines */
+    int level_count;
     const char *where; /* HTML: where to find all points */
 } ll_plot;
 
 ll_status ll_plot_write(const ll_plot *plot, FILE *file);
+
+/* Only the drawing, without key and table, as an element at (x, y) of another one; its style is
+ * ll_html_plot_style. A drawing without points is left out. */
+ll_status ll_plot_draw_at(const ll_plot *plot, double x, double y, FILE *file);
+
+/* The mark of a series, for keys. */
+void ll_plot_draw_mark(int series, double x, double y, FILE *file);
 
 /* Writes what part is shown: `100 of 2,000 points: ...`; nothing when all are. */
 void ll_plot_shown(const ll_choice *choice, int count, const char *where, FILE *file);

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "experiment/report/plot.h"
+#include "experiment/statistics/front.h"
 
 enum { SERIES_MAX = 64 };
 
@@ -81,15 +82,18 @@ static int by_x(const void *a, const void *b)
     return (p->y > q->y) - (p->y < q->y);
 }
 
-/* Marks points that are lower than all points left of them. */
-static void mark_front(ll_plot_point *points, int count)
+static ll_status mark_front(ll_plot_point *points, int count)
 {
-    double least = INFINITY;
+    ll_front_point *places = malloc((size_t)count * sizeof *places + 1);
+    if (!places)
+        return ll_error(LL_NO_MEMORY, "out of memory: front");
     for (int i = 0; i < count; i++)
-        if (isfinite(points[i].x) && points[i].y < least) {
-            points[i].front = true;
-            least = points[i].y;
-        }
+        places[i] = (ll_front_point){.cost = points[i].x, .error = points[i].y};
+    ll_status status = ll_front_mark(places, count);
+    for (int i = 0; i < count; i++)
+        points[i].front = places[i].front;
+    free(places);
+    return status;
 }
 
 static ll_status write_plot(refinement_series *l, bool counted, const char *title)
@@ -105,7 +109,7 @@ static ll_status write_plot(refinement_series *l, bool counted, const char *titl
                                        .series = series_of(l, r->series)};
     }
     qsort(l->points, (size_t)l->count, sizeof *l->points, by_x);
-    mark_front(l->points, l->count);
+    LL_TRY(mark_front(l->points, l->count));
     return ll_plot_write(&(ll_plot){.title = title,
                                     .x_name = counted ? first->counter : "CPU time of a run, minimum, s",
                                     .y_name = first->error,

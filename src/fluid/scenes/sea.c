@@ -127,8 +127,7 @@ static ll_status step(void *block, double dt, const ll_fluid_run *run)
 /* ---- queries ---- */
 
 #define SEA_TRACED(X)                                                                                        \
-    X(number, significant_height_m, "m",                                                                     \
-      4 * sqrt(fmax(squares / points - sum / points * (sum / points), 0)),                                   \
+    X(number, significant_height_m, "m", significant,                                                        \
       "significant wave height: four standard deviations of the surface", LL_FLUID_FAILED)                   \
     X(signed_number, height_min_m, "m", low, "height of the lowest point of the surface", LL_FLUID_FAILED)   \
     X(signed_number, height_max_m, "m", high, "height of the highest point of the surface", LL_FLUID_FAILED) \
@@ -146,7 +145,13 @@ static ll_status step(void *block, double dt, const ll_fluid_run *run)
       "significant wave height of the sea that the wind raises on an unlimited surface", LL_FLUID_FAILED)    \
     X(number, wind_sea_share_in_box, NULL, fit.height > 0 ? fmax(0, 1 - fit.longer - fit.shorter) : NAN,     \
       "share of the energy of the wind's sea that the box and its cells can represent",                      \
-      LL_FLUID_FAILED " Or the wind raises no sea.")
+      LL_FLUID_FAILED " Or the wind raises no sea.")                                                         \
+    X(signed_number, height_error, NULL, fit.height > 0 ? significant / fit.height - 1 : NAN,                \
+      "error of the significant wave height against that of the wind's sea, relative",                       \
+      LL_FLUID_FAILED " Or the wind raises no sea.")                                                         \
+    X(signed_number, excess_kurtosis, NULL, kurtosis - 3,                                                    \
+      "excess kurtosis of the surface's heights: 0 for many independent waves, -1.5 for a single one",       \
+      LL_FLUID_FAILED " Or the surface is flat.")
 
 const ll_metric_table ll_fluid_sea_metrics = {.path = "",
                                               .also = LL_FLUID_AGAIN,
@@ -171,6 +176,11 @@ static int numbers(const void *block, ll_fluid_number *out)
         low = fmin(low, f.height[i]);
         high = fmax(high, f.height[i]);
     }
+    double fourth = 0, mean = sum / points, variance = squares / points - mean * mean;
+    for (int64_t i = 0; i < f.n * f.n; i++)
+        fourth += (f.height[i] - mean) * (f.height[i] - mean) * (f.height[i] - mean) * (f.height[i] - mean);
+    double kurtosis = variance > 0 ? fourth / points / (variance * variance) : NAN;
+    double significant = 4 * sqrt(fmax(squares / points - sum / points * (sum / points), 0));
     return LL_FLUID_TELL(out, SEA);
 }
 

@@ -1,0 +1,84 @@
+// Speed against error of eight families of methods, each with an image and the cheapest method at three levels of error, measured again.
+// docs/tradeoff.md shows both. --quick: 10 seeds for each setting and its check; default 20.
+import { mkdirSync, mkdtempSync, readFileSync, rmSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+import { digits, laglab, printTable, results, run, writeCsv } from './lib.mjs';
+
+const quick = process.argv.includes('--quick');
+const seeds = quick ? ['--seeds', '10', '--check-seeds', '10'] : [];
+const command = `bench/run tradeoff${quick ? ' --quick' : ''}`;
+const folder = mkdtempSync(join(tmpdir(), 'laglab-tradeoff-'));
+process.on('exit', () => rmSync(folder, { recursive: true, force: true }));
+mkdirSync(join(results, 'tradeoff'), { recursive: true });
+
+const settings = {
+  scenario: 'id in the library',
+  metric: 'path of the error',
+  method: 'what is compared',
+  setting: 'path of what is varied',
+  value: 'its value',
+  error: 'mean of the magnitude over the seeds',
+  error_low: 'lower bound of its 95 % interval; without randomness the error',
+  error_high: 'upper bound',
+  cost: 'cpu_s: processor time of a run, minimum of the runs; otherwise the path of a metric, or of cost',
+  cost_value: 'minimum of cpu_s, mean of the others',
+  cost_low: 'lower bound of its 95 % interval; of cpu_s the minimum',
+  cost_high: 'upper bound; of cpu_s the median, at least 5 % above the minimum',
+  front: 'whether no other setting is better in error and cost',
+  seed: 'of the first run',
+  seeds: 'runs; 1: nothing is random',
+  check_seed: 'of the first run of the check',
+  check_seeds: 'runs of the check',
+  check_error: 'error in the check',
+  check_error_high: 'upper bound in the check',
+  check_cost: 'cost in the check',
+};
+const choices = {
+  family: 'family of methods',
+  ...Object.fromEntries(['scenario', 'metric', 'cost'].map((name) => [name, settings[name]])),
+  level: 'the error has to stay within this: three equal steps between the bounds of the front, on a logarithmic scale, rounded up',
+  method: 'the cheapest whose upper bound is within the level',
+  ...Object.fromEntries(
+    ['setting', 'value', 'error', 'error_high', 'cost_value', 'seed', 'seeds', 'check_seed', 'check_seeds'].map((name) => [
+      name,
+      settings[name],
+    ]),
+  ),
+  check_error: 'its error in the check',
+  check_error_high: 'its upper bound in the check',
+  check_cost: 'its cost in the check',
+  check_cheapest: 'the cheapest within the level in the check',
+  verdict: 'holds: within the level again, and nothing that is within it there is cheaper beyond the intervals of both costs',
+  figures: 'of the check',
+  as_cheap: 'other methods whose cost does not differ certainly from it',
+  link: 'a live session of it',
+};
+
+/** Six digits are enough for files that are kept. */
+const short = (row) =>
+  Object.fromEntries(Object.entries(row).map(([name, value]) => [name, typeof value === 'number' ? Number(value.toPrecision(6)) : value]));
+
+const all = [];
+for (const { name, title } of JSON.parse(await run(laglab, ['tradeoff', '--list']))) {
+  const [rows, winners] = ['rows', 'winners'].map((part) => join(folder, `${name}.${part}.json`));
+  await run(laglab, ['tradeoff', name, ...seeds, '--out', rows, '--winners', winners, '--svg', join(results, 'tradeoff', `${name}.svg`)]);
+  const read = (file) => JSON.parse(readFileSync(file, 'utf8')).map(short);
+  const chosen = read(winners);
+  all.push(...chosen);
+  printTable(
+    title,
+    chosen.map((row) => ({
+      scenario: row.scenario,
+      cost: row.cost,
+      'error up to': digits(row.level, 2),
+      method: row.method ? `${row.method} ${row.value}` : 'none',
+      error: digits(row.error),
+      'cost of it': digits(row.cost_value),
+      check: row.verdict,
+      'as cheap': row.as_cheap || '-',
+    })),
+  );
+  writeCsv(`tradeoff/${name}`, command, settings, read(rows));
+}
+writeCsv('tradeoff/winners', command, choices, all);
