@@ -16,6 +16,7 @@
 #include "record/metric.h"
 
 #define LL_ENTITIES_MAX 1064    /* LL_PLAYERS_MAX players and 1,000 more */
+#define LL_ENTITY_WORDS ((LL_ENTITIES_MAX + 63) / 64) /* a bit per entity */
 #define LL_TOUCHING_MAX 255     /* entities of a game that is not `many` */
 #define LL_GAME_WORLD_MAX 60000 /* bytes, including the tail */
 #define LL_GAME_PARAMS 13       /* numbers in which a game's parameters lie */

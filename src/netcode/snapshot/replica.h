@@ -12,7 +12,6 @@
 #define LL_SENT_RING 64      /* snapshots in flight; an older one counts as lost */
 #define LL_SENT_ENTITIES 255 /* of a snapshot, without the receiver's own */
 #define LL_GRID_BUCKETS 1024
-#define LL_ENTITY_WORDS ((LL_ENTITIES_MAX + 63) / 64)
 #define LL_DELTA_UPDATES (LL_BASELINES - 2) /* a client keeps the worlds of this many updates */
 
 #pragma GCC diagnostic push

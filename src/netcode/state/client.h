@@ -14,6 +14,7 @@
 #include "netcode/protocol/sync.h"
 #include "netcode/protocol/wire.h"
 #include "netcode/state/client_parts.h"
+#include "netcode/state/recent.h"
 #include "netcode/state/weapon_prediction.h"
 
 #define LL_PENDING_RING 512 /* unacknowledged inputs: a new one overwrites the oldest */
@@ -129,6 +130,7 @@ typedef struct ll_client_setup {
     struct ll_reckoning *reckoning;  /* NULL: no dead reckoning */
     struct ll_peer_choices *choices; /* NULL: peers are as by default */
     struct ll_reporter *reporter;    /* NULL: it sends controls alone */
+    ll_recent *recent;               /* NULL: snapshots contain every entity */
     ll_script_memo *memo;            /* of one run; NULL: none */
     uint64_t seed;                   /* the session's */
     ll_freq display_freq;            /* of displays that are not made with the ticks */
@@ -361,9 +363,10 @@ static inline bool ll_prediction_in_step(const ll_client *c)
 void ll_client_close(ll_client *client, const ll_client_setup *setup, uint32_t seq, ll_input_state how,
                      const ll_snapshot_entry *state, ll_time now);
 
-/* decode.c: the world of a snapshot, in `size` bytes; `world` is undefined after an error */
+/* decode.c: the world of a snapshot, in `size` bytes; `world` is undefined after an error. `changed`: NULL, or,
+ * of a snapshot of some entities after another one, which of them are set (ll_incoming). */
 ll_status ll_client_decode(ll_client *client, const ll_snapshot_message *message, const void *bytes, int size,
-                           ll_world *world);
+                           ll_world *world, ll_changed *changed);
 
 /* dilate_time.c: adjusts the length of frames to the slack */
 void ll_dilate_time_follow(ll_client *client, const ll_client_setup *setup,

@@ -1,4 +1,5 @@
 #include <stddef.h>
+#include <string.h>
 
 #include "netcode/client/valid.h"
 #include "netcode/server/valid.h"
@@ -23,6 +24,32 @@ static const char *broken_knowledge(const ll_netgame *g, int player)
                : NULL;
 }
 
+/* What a client notes of its newest snapshots: entities in the order of their newest snapshot, and since that
+ * the same in all. */
+static const char *broken_recent(const ll_netgame *g, int player)
+{
+    const ll_recent *r = ll_netgame_recent(g, player);
+    ll_client *c = ll_netgame_client(g, player);
+    int count = 0;
+    int64_t last = INT64_MAX;
+    if (!r || c->snapshots.received == 0)
+        return NULL;
+    for (int link = r->newest; link != 0 && count <= (int)r->entities; count++) {
+        const int e = link - 1;
+        int64_t since = r->entity[e].changed;
+        if (since > last || since > c->snapshots.received)
+            return "the newest snapshots that contain an entity are not in their order";
+        last = since;
+        since = since > ll_client_oldest(c) ? since : ll_client_oldest(c) + 1;
+        const ll_world *at = ll_snapshot_entry_world(ll_client_state(c, since - 1));
+        const ll_world *newest = ll_snapshot_entry_world(ll_client_state(c, c->snapshots.received - 1));
+        if (memcmp(&at->entity[e], &newest->entity[e], sizeof at->entity[e]) != 0)
+            return "an entity has changed since the newest snapshot that contains it";
+        link = r->entity[e].older;
+    }
+    return count == (int)r->entities ? NULL : "an entity is not in the list of the newest snapshots";
+}
+
 const char *ll_netgame_broken(const ll_netgame *g)
 {
     const ll_server *server = ll_netgame_server(g);
@@ -33,6 +60,8 @@ const char *ll_netgame_broken(const ll_netgame *g)
         broken = ll_client_broken(ll_netgame_client(g, i), ll_netgame_sync(g)->drops_stale);
         if (broken == NULL)
             broken = broken_knowledge(g, i);
+        if (broken == NULL)
+            broken = broken_recent(g, i);
     }
     return broken;
 }
