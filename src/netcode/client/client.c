@@ -122,7 +122,7 @@ static void take_world(ll_client *c, const ll_client_setup *s, const ll_snapshot
 {
     const ll_world *world = (const ll_world *)(state + 1);
     if (s->recent)
-        ll_recent_copy(s->recent, &s->recent->latest, c->snapshots.received, true, ll_client_latest(c), world);
+        ll_recent_copy(s->recent, &s->recent->latest, true, ll_client_latest(c), world);
     else
         memcpy(ll_client_latest(c), world, (size_t)c->layout.world_size);
 }
@@ -194,7 +194,7 @@ static void draw(ll_client *c, const ll_client_setup *s, ll_time now)
     if (s->config->prediction)
         ll_draw_predicted(c, now);
     if (s->recent && s->config->prediction && predicts_others(c))
-        s->recent->drawn = 0, s->recent->shown = -1;
+        s->recent->drawn = s->recent->shows = 0;
     ll_smooth_draw(c, s, now);
     int other = c->self == 0;
     c->drawing.view_time = other < shown->entities ? marks[other].time : now;

@@ -92,7 +92,7 @@ static void copy_snapshot(const ll_client *c, const ll_client_setup *s, int64_t 
                           const ll_world *newest)
 {
     if (holds)
-        ll_recent_copy(s->recent, holds, c->snapshots.received, !scope_of(s)->guesses, to, newest);
+        ll_recent_copy(s->recent, holds, !scope_of(s)->guesses, to, newest);
     else
         memcpy(to, newest, (size_t)c->layout.world_size);
 }

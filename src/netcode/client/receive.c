@@ -140,22 +140,20 @@ static void store_world(ll_client *c, ll_recent *recent, const ll_world *world)
     memcpy(ll_snapshot_entry_world(ll_client_state(c, c->snapshots.received - 1)), world,
            (size_t)c->layout.world_size);
     if (recent)
-        ll_recent_note_all(recent, world, c->snapshots.received);
+        ll_recent_note(recent, world, NULL);
 }
 
 /* The same of its `changed` entities: its place in the ring has a world that is older by the length of the
  * ring. */
 static void store_changed(ll_client *c, ll_recent *recent, const ll_world *world, const ll_changed *changed)
 {
-    const int64_t number = c->snapshots.received, before = number - ll_state_ring(c->layout.world_size);
-    int64_t holds = before > 0 ? before : 0;
-    ll_world *to = ll_snapshot_entry_world(ll_client_state(c, number - 1));
-    ll_recent_copy(recent, &holds, number, true, to,
-                   ll_snapshot_entry_world(ll_client_state(c, number - 2)));
-    for (int k = 0; k < changed->count; k++) {
+    int64_t holds = recent->newest + 1 - ll_state_ring(c->layout.world_size);
+    ll_world *to = ll_snapshot_entry_world(ll_client_state(c, c->snapshots.received - 1));
+    ll_recent_copy(recent, &holds, true, to,
+                   ll_snapshot_entry_world(ll_client_state(c, c->snapshots.received - 2)));
+    for (int k = 0; k < changed->count; k++)
         to->entity[changed->entity[k]] = world->entity[changed->entity[k]];
-        ll_recent_note(recent, world, changed->entity[k], number);
-    }
+    ll_recent_note(recent, to, changed->has);
     memcpy(ll_world_tail(to), ll_world_tail_const(world), (size_t)world->tail);
 }
 

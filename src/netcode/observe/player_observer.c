@@ -254,12 +254,14 @@ static inline void measure_other(comparison *by, int i)
 /* Of the entities that the client has. */
 static __attribute__((noinline)) void measure_known(comparison *by)
 {
-    for (int word = 0; word < LL_ENTITY_WORDS; word++)
-        for (uint64_t left = by->truth->known[word]; left != 0; left &= left - 1) {
-            const int i = word * 64 + __builtin_ctzll(left);
-            if (i != by->c->self)
-                measure_other(by, i);
-        }
+    ll_entity_list list;
+    ll_entity_list_of(&list, by->truth->known);
+    for (int k = 0; k < list.count; k++) {
+        const int ahead = list.entity[k + LL_FETCH_AHEAD];
+        ll_fetch(&by->in->track[ahead], sizeof by->in->track[ahead]);
+        if (list.entity[k] != by->c->self)
+            measure_other(by, list.entity[k]);
+    }
 }
 
 static void measure_others(ll_client_metrics *in, const ll_client *c, const ll_truth *truth, ll_time now,

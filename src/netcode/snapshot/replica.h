@@ -5,6 +5,7 @@
  * Part of a simulation's block: no pointers. In a session without such snapshots there are none. */
 #pragma once
 
+#include "game/core/entity_bits.h"
 #include "netcode/protocol/config.h"
 #include "netcode/protocol/quantization.h"
 #include "netcode/snapshot/baseline_history.h"

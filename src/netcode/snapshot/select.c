@@ -48,20 +48,24 @@ static double priority_of(const ll_outgoing *out, int entity)
 static int accumulate(const ll_outgoing *out, ll_candidate *list)
 {
     ll_replica *r = out->replica;
+    ll_entity_bits either;
+    ll_entity_list all;
     int count = 0;
-    for (int word = 0; word < LL_ENTITY_WORDS; word++) {
-        for (uint64_t left = r->scope[word] | r->known[word]; left != 0; left &= left - 1) {
-            const int i = word * 64 + __builtin_ctzll(left);
-            ll_replica_entity *e = &r->entity[i];
-            const bool gone = !(r->scope[word] >> (i & 63) & 1);
-            if (i == out->self || !lacks(e, &out->cells[i], gone)) {
-                e->accumulated = 0;
-                continue;
-            }
-            e->accumulated += priority_of(out, i);
-            list[count++] =
-                (ll_candidate){e->accumulated, i, ll_candidate_turn(i, r->first, out->world->entities)};
+    for (int word = 0; word < LL_ENTITY_WORDS; word++)
+        either[word] = r->scope[word] | r->known[word];
+    ll_entity_list_of(&all, either);
+    for (int k = 0; k < all.count; k++) {
+        const int i = all.entity[k];
+        ll_replica_entity *e = &r->entity[i];
+        const bool gone = !ll_entity_bits_have(r->scope, i);
+        ll_fetch(&r->entity[all.entity[k + LL_FETCH_AHEAD]], sizeof *e);
+        if (i == out->self || !lacks(e, &out->cells[i], gone)) {
+            e->accumulated = 0;
+            continue;
         }
+        e->accumulated += priority_of(out, i);
+        list[count++] =
+            (ll_candidate){e->accumulated, i, ll_candidate_turn(i, r->first, out->world->entities)};
     }
     return count;
 }
@@ -207,15 +211,16 @@ typedef struct compared {
     const ll_world *world; /* NULL: not looked up yet */
 } compared;
 
-/* Where the new state of an entity goes: it has the previous one. */
-static ll_entity *place_of(const ll_incoming *in, int i)
+/* Where the new state of an entity goes. `keeps`: only some of its members will be set. */
+static ll_entity *place_of(const ll_incoming *in, int i, bool keeps)
 {
     ll_changed *changed = in->changed;
     const uint64_t bit = UINT64_C(1) << (i & 63);
     if (changed && !(changed->has[i >> 6] & bit)) {
         changed->has[i >> 6] |= bit;
         changed->entity[changed->count++] = (uint16_t)i;
-        in->world->entity[i] = in->previous->entity[i];
+        if (keeps)
+            in->world->entity[i] = in->previous->entity[i];
     }
     return &in->world->entity[i];
 }
@@ -225,7 +230,7 @@ static ll_status get_state(ll_bit_reader *r, const ll_incoming *in, int i, compa
     const ll_cell zero = {0};
     ll_cell from = zero, cell;
     if (ll_bits_get(r, 1)) {
-        ll_get_exact(r, place_of(in, i));
+        ll_get_exact(r, place_of(in, i, false));
         return ll_ok();
     }
     if (ll_bits_get(r, 1)) {
@@ -242,7 +247,7 @@ static ll_status get_state(ll_bit_reader *r, const ll_incoming *in, int i, compa
     }
     if (!ll_get_cell(r, &from, &cell))
         return ll_off_grid(i);
-    *place_of(in, i) = ll_cell_entity(&cell, in->grid);
+    *place_of(in, i, false) = ll_cell_entity(&cell, in->grid);
     return ll_ok();
 }
 
@@ -256,7 +261,7 @@ static ll_status get_selected(ll_bit_reader *r, const ll_incoming *in)
             return ll_error(LL_BAD_INPUT, "an entity of a snapshot must be 0 to %d and not %d; got %d",
                             in->world->entities - 1, in->self, i);
         if (ll_bits_get(r, 1))
-            place_of(in, i)->flags = LL_ENTITY_UNKNOWN;
+            place_of(in, i, true)->flags = LL_ENTITY_UNKNOWN;
         else
             LL_TRY(get_state(r, in, i, &last));
     }
@@ -284,7 +289,7 @@ static void begin_world(const ll_incoming *in)
 ll_status ll_select_decode(ll_bit_reader *r, const ll_incoming *in)
 {
     begin_world(in);
-    ll_get_exact(r, place_of(in, in->self));
+    ll_get_exact(r, place_of(in, in->self, false));
     if (ll_bits_get(r, 1))
         LL_TRY(ll_get_grid(r, in->grid));
     if (!ll_bits_get(r, 1))

@@ -21,6 +21,7 @@
 #define LL_STATE_RING 64    /* snapshots kept for interpolation: 2 s at 30 updates per second */
 #define LL_LARGE_RING 32    /* the same of a world that is larger than LL_SMALL_WORLD bytes */
 #define LL_SMALL_WORLD 20000
+_Static_assert(LL_RECENT_RING >= LL_STATE_RING, "what each kept snapshot contains is known");
 
 #pragma GCC diagnostic push
 #pragma GCC diagnostic error "-Wpadded" /* no padding: the block is hashed */
@@ -363,10 +364,11 @@ static inline bool ll_prediction_in_step(const ll_client *c)
 void ll_client_close(ll_client *client, const ll_client_setup *setup, uint32_t seq, ll_input_state how,
                      const ll_snapshot_entry *state, ll_time now);
 
+struct ll_changed;
 /* decode.c: the world of a snapshot, in `size` bytes; `world` is undefined after an error. `changed`: NULL, or,
  * of a snapshot of some entities after another one, which of them are set (ll_incoming). */
 ll_status ll_client_decode(ll_client *client, const ll_snapshot_message *message, const void *bytes, int size,
-                           ll_world *world, ll_changed *changed);
+                           ll_world *world, struct ll_changed *changed);
 
 /* dilate_time.c: adjusts the length of frames to the slack */
 void ll_dilate_time_follow(ll_client *client, const ll_client_setup *setup,

@@ -4,49 +4,25 @@
 
 #include "base/assert.h"
 
-size_t ll_recent_size(int entities)
-{
-    return sizeof(ll_recent) + (size_t)entities * sizeof(ll_recent_entity);
-}
-
 void ll_recent_init(ll_recent *r, int entities, int self)
 {
     LL_ASSERT(entities > 0 && entities <= LL_ENTITIES_MAX);
-    memset(r, 0, ll_recent_size(entities));
+    memset(r, 0, sizeof *r);
+    r->entities = entities;
     r->self = self;
-    r->entities = (uint32_t)entities;
-    r->newest = 1;
-    r->oldest = (uint16_t)entities;
-    for (int e = 0; e < entities; e++) {
-        r->entity[e].newer = (uint16_t)e;
-        r->entity[e].older = (uint16_t)(e + 1 < entities ? e + 2 : 0);
-    }
-    ll_recent_start(r);
 }
 
 void ll_recent_start(ll_recent *r)
 {
-    r->latest = r->predicted = r->checked = r->drawn = r->minus = 0;
-    r->shown = -1;
-    for (uint32_t e = 0; e < r->entities; e++)
-        r->entity[e].changed = 0;
+    ll_recent_init(r, r->entities, r->self);
 }
 
-/* Moves an entity to the front. */
-static void move(ll_recent *r, int entity)
+static void set_all(const ll_recent *r, uint64_t *bits)
 {
-    ll_recent_entity *e = &r->entity[entity];
-    if (e->newer == 0)
-        return;
-    r->entity[e->newer - 1].older = e->older;
-    if (e->older != 0)
-        r->entity[e->older - 1].newer = e->newer;
-    else
-        r->oldest = e->newer;
-    e->newer = 0;
-    e->older = r->newest;
-    r->entity[r->newest - 1].newer = (uint16_t)(entity + 1);
-    r->newest = (uint16_t)(entity + 1);
+    for (int word = 0; word < LL_ENTITY_WORDS; word++) {
+        const int left = r->entities - 64 * word;
+        bits[word] = left >= 64 ? UINT64_MAX : left > 0 ? (UINT64_C(1) << left) - 1 : 0;
+    }
 }
 
 #define MINUS_ZERO (UINT64_C(1) << 63)
@@ -61,60 +37,79 @@ static bool has_minus_zero(const ll_entity *e)
     return has;
 }
 
-static void note(ll_recent *r, const ll_world *world, int entity, int64_t number)
+static uint64_t *contained_in(const ll_recent *r, int64_t number)
 {
-    r->entity[entity].changed = number;
-    r->minus |= entity != r->self && has_minus_zero(&world->entity[entity]);
+    return (uint64_t *)(uintptr_t)r->contained[number & (LL_RECENT_RING - 1)];
 }
 
-void ll_recent_note(ll_recent *r, const ll_world *world, int entity, int64_t number)
+void ll_recent_note(ll_recent *r, const ll_world *world, const uint64_t *contained)
 {
-    LL_VALIDATE(number >= r->entity[entity].changed);
-    note(r, world, entity, number);
-    move(r, entity);
+    ll_entity_list list;
+    uint64_t *bits = contained_in(r, ++r->newest);
+    if (contained)
+        memcpy(bits, contained, sizeof(ll_entity_bits));
+    else
+        set_all(r, bits);
+    ll_entity_list_of(&list, bits);
+    for (int k = 0; k < list.count; k++)
+        if (list.entity[k] != r->self && has_minus_zero(&world->entity[list.entity[k]]))
+            r->minus = 1;
 }
 
-void ll_recent_note_all(ll_recent *r, const ll_world *world, int64_t number)
+bool ll_recent_since(const ll_recent *r, int64_t number, ll_entity_bits entities)
 {
-    for (int e = 0; e < world->entities; e++)
-        note(r, world, e, number);
+    if (number <= 0 || r->newest - number > LL_RECENT_RING)
+        return false;
+    memset(entities, 0, sizeof(ll_entity_bits));
+    for (int64_t n = number + 1; n <= r->newest; n++) {
+        const uint64_t *bits = contained_in(r, n);
+        for (int word = 0; word < LL_ENTITY_WORDS; word++)
+            entities[word] |= bits[word];
+    }
+    return true;
 }
 
-void ll_recent_copy(const ll_recent *r, int64_t *holds, int64_t number, bool holds_on, ll_world *to,
-                    const ll_world *from)
+void ll_recent_copy(const ll_recent *r, int64_t *holds, bool holds_on, ll_world *to, const ll_world *from)
 {
-    const int64_t since = *holds + 1;
-    *holds = holds_on ? number : 0;
-    if (since == 1) {
+    ll_entity_bits since;
+    ll_entity_list list;
+    const bool knows = ll_recent_since(r, *holds, since);
+    *holds = holds_on ? r->newest : 0;
+    if (!knows) {
         memcpy(to, from, ll_world_size(from));
         return;
     }
-    for (int e = ll_recent_first(r, since); e >= 0; e = ll_recent_next(r, e, since))
+    ll_entity_list_of(&list, since);
+    for (int k = 0; k < list.count; k++) {
+        const int ahead = list.entity[k + LL_FETCH_AHEAD], e = list.entity[k];
+        ll_entity_fetch(&from->entity[ahead]);
+        ll_entity_fetch(&to->entity[ahead]);
         to->entity[e] = from->entity[e];
+    }
     to->entity[r->self] = from->entity[r->self];
     memcpy(ll_world_tail(to), ll_world_tail_const(from), (size_t)from->tail);
 }
 
 /* ---- what is drawn ---- */
 
-static void know(ll_recent *r, const ll_world *shown, int entity)
-{
-    const uint64_t bit = UINT64_C(1) << (entity & 63);
-    uint64_t *word = &r->known[entity >> 6];
-    *word = shown->entity[entity].flags & LL_ENTITY_UNKNOWN ? *word & ~bit : *word | bit;
-}
-
 void ll_recent_begin_display(ll_recent *r)
 {
     r->settled = r->drawn;
     r->drawn = 0;
-    r->shown = -1;
+    r->shows = 0;
 }
 
 void ll_recent_end_display(ll_recent *r, const ll_world *shown)
 {
-    for (int e = 0; r->shown < 0 && e < shown->entities; e++)
-        know(r, shown, e);
-    for (int64_t k = 0; k < r->shown; k++)
-        know(r, shown, r->show[k]);
+    if (!r->shows)
+        set_all(r, r->shown);
+    for (int word = 0; word < LL_ENTITY_WORDS; word++) {
+        uint64_t unknown = 0;
+        for (uint64_t left = r->shown[word]; left != 0; left &= left - 1) {
+            const int bit = __builtin_ctzll(left);
+            if (shown->entity[word * 64 + bit].flags & LL_ENTITY_UNKNOWN)
+                unknown |= UINT64_C(1) << bit;
+        }
+        r->known[word] = (r->known[word] & ~r->shown[word]) | (r->shown[word] & ~unknown);
+    }
 }

@@ -5,68 +5,38 @@
  * 1 is the first after a start of the client, and the newest is ll_client_snapshots.received. */
 #pragma once
 
-#include "game/core/game.h"
-#include "netcode/snapshot/snapshot.h"
+#include "game/core/entity_bits.h"
 
-/* A link of the list of entities by their newest snapshot, the newest first. */
-typedef struct ll_recent_entity {
-    int64_t changed;       /* the newest snapshot that contains it; 0: none since the start */
-    uint16_t newer, older; /* 1 + an entity; 0: the end */
-    uint32_t reserved;
-} ll_recent_entity;
+#define LL_RECENT_RING 64 /* snapshots: as many as a client keeps */
 
 typedef struct ll_recent {
-    int64_t self;
+    int32_t entities, self;
+    int64_t newest;
     /* The snapshot whose others a world of the client has; 0: of none. */
     int64_t latest, predicted, checked;
     /* The same of the rendered world, but for entities that later snapshots contain, or that have a view error;
      * in the display before, and in this one. */
     int64_t settled, drawn;
-    int64_t minus;    /* some other had a zero with a minus, which interpolation may lose */
-    int64_t shown;    /* entities that the last display drew anew; -1: all */
-    uint16_t newest;  /* 1 + the first of the list */
-    uint16_t oldest;  /* 1 + the last */
-    uint32_t entities;
-    uint64_t known[LL_ENTITY_WORDS]; /* a bit per entity that the rendered world has */
-    uint16_t show[(LL_ENTITIES_MAX + 3) / 4 * 4];
-    ll_recent_entity entity[];
+    uint32_t minus;       /* some other had a zero with a minus, which interpolation may lose */
+    uint32_t shows;       /* the display has drawn only the entities of `shown` anew */
+    ll_entity_bits shown; /* all if not `shows` */
+    ll_entity_bits known; /* the rendered world has them */
+    ll_entity_bits contained[LL_RECENT_RING];
 } ll_recent;
 
-size_t ll_recent_size(int entities); /* a multiple of 8 */
 void ll_recent_init(ll_recent *recent, int entities, int self);
 void ll_recent_start(ll_recent *recent); /* the client has no snapshot */
 
-/* Snapshot `number`, which gave `world`, contains `entity`; or all. */
-void ll_recent_note(ll_recent *recent, const ll_world *world, int entity, int64_t number);
-void ll_recent_note_all(ll_recent *recent, const ll_world *world, int64_t number);
+/* The next snapshot gave `world` and contains these entities; NULL: all. */
+void ll_recent_note(ll_recent *recent, const ll_world *world, const uint64_t *contained);
 
-/* Copies snapshot `number`, `from`, to a world that has the others of snapshot *holds. `holds_on`: it will
+/* The entities of the snapshots after `number`; false: these are too many to know. */
+bool ll_recent_since(const ll_recent *recent, int64_t number, ll_entity_bits entities);
+
+/* Copies the newest snapshot, `from`, to a world that has the others of snapshot *holds. `holds_on`: it will
  * have those of this one. */
-void ll_recent_copy(const ll_recent *recent, int64_t *holds, int64_t number, bool holds_on, ll_world *to,
+void ll_recent_copy(const ll_recent *recent, int64_t *holds, bool holds_on, ll_world *to,
                     const ll_world *from);
 
-/* A display draws all entities, or, once `shown` is 0, those that it shows. */
 void ll_recent_begin_display(ll_recent *recent);
 void ll_recent_end_display(ll_recent *recent, const ll_world *shown);
-
-static inline void ll_recent_show(ll_recent *r, int entity)
-{
-    r->show[r->shown++] = (uint16_t)entity;
-}
-
-/* Where snapshot `number` and later ones contain an entity: for (int e = ll_recent_first(r, n); e >= 0; e =
- * ll_recent_next(r, e, n)). */
-static inline int ll_recent_upto(const ll_recent *r, int link, int64_t number)
-{
-    return link != 0 && r->entity[link - 1].changed >= number ? link - 1 : -1;
-}
-
-static inline int ll_recent_first(const ll_recent *r, int64_t number)
-{
-    return ll_recent_upto(r, r->newest, number);
-}
-
-static inline int ll_recent_next(const ll_recent *r, int entity, int64_t number)
-{
-    return ll_recent_upto(r, r->entity[entity].older, number);
-}

@@ -214,28 +214,28 @@ static bool has_error(const ll_view_error *e)
 static bool draw_recent(ll_client *c, const ll_client_setup *s, const place *p)
 {
     ll_recent *r = s->recent;
+    ll_entity_list list;
     const ll_interpolation *method = ll_interpolations[s->config->interpolation_method];
-    const int64_t since = r->settled + 1;
     ll_entity *shown = ll_client_rendered(c)->entity;
     if (!settles(s, p))
         return false;
     r->drawn = p->index + 1;
-    if (r->settled == 0 || r->settled > r->drawn)
+    if (r->settled > r->drawn || !ll_recent_since(r, r->settled, r->shown))
         return false;
-    r->shown = 0;
-    ll_recent_show(r, c->self);
-    for (int e = ll_recent_first(r, since); e >= 0; e = ll_recent_next(r, e, since)) {
-        if (e == c->self)
-            continue;
+    r->shows = 1;
+    for (int e = 0; c->view.has_errors && e < r->entities; e++)
+        if (has_error(&ll_client_errors(c)[e]))
+            r->shown[e >> 6] |= UINT64_C(1) << (e & 63);
+    r->shown[c->self >> 6] &= ~(UINT64_C(1) << (c->self & 63));
+    ll_entity_list_of(&list, r->shown);
+    for (int k = 0; k < list.count; k++) {
+        const int ahead = list.entity[k + LL_FETCH_AHEAD], e = list.entity[k];
+        ll_entity_fetch(entity_of(p->a, ahead));
+        ll_entity_fetch(entity_of(p->b, ahead));
+        ll_entity_fetch(&shown[ahead]);
         between(method, p, e, &shown[e]);
-        ll_recent_show(r, e);
     }
-    for (int e = 0; c->view.has_errors && e < ll_client_rendered(c)->entities; e++) {
-        if (e == c->self || r->entity[e].changed >= since || !has_error(&ll_client_errors(c)[e]))
-            continue;
-        between(method, p, e, &shown[e]);
-        ll_recent_show(r, e);
-    }
+    r->shown[c->self >> 6] |= UINT64_C(1) << (c->self & 63);
     return true;
 }
 

@@ -204,8 +204,7 @@ static size_t size(const void *config)
         behind += arena.projectile_drag > 0 ? ll_drag_neglect_size(arena.players) : 0;
     }
     if (notes_recent(config))
-        behind += (size_t)((const ll_netgame_config *)config)->player_count *
-                  ll_recent_size(extent(config).entities);
+        behind += (size_t)((const ll_netgame_config *)config)->player_count * sizeof(ll_recent);
     return (size_t)lay_out(NULL, config) + behind;
 }
 

@@ -187,8 +187,7 @@ static inline ll_recent *ll_netgame_recent(const ll_netgame *g, int i)
 {
     if (!ll_server_replicas(ll_netgame_server(g)) || g->config.server.reckons)
         return NULL;
-    size_t each = ll_recent_size(ll_server_world_const(ll_netgame_server(g))->entities);
-    return (ll_recent *)((char *)g + ll_netgame_recent_at(g) + (size_t)i * each);
+    return (ll_recent *)((char *)g + ll_netgame_recent_at(g)) + i;
 }
 
 /* Of the whole block. */

@@ -75,8 +75,9 @@ static inline bool finite_world(const ll_world *world, int *entity)
 static bool finite_shown(const ll_world *world, const ll_recent *recent, int *entity)
 {
     double all = 0;
-    for (int64_t k = 0; k < recent->shown; k++)
-        all += sum_of(&world->entity[recent->show[k]]);
+    for (int word = 0; word < LL_ENTITY_WORDS; word++)
+        for (uint64_t left = recent->shown[word]; left != 0; left &= left - 1)
+            all += sum_of(&world->entity[word * 64 + __builtin_ctzll(left)]);
     return is_finite(all) || finite_each(world, entity);
 }
 
@@ -232,7 +233,7 @@ static bool client_displays(ll_netgame_run *run, int player, divergence *where)
     where->viewer = player;
     const ll_recent *recent = seat->setup.recent;
     const ll_world *shown = ll_client_rendered_const(client);
-    if (!(recent && recent->shown >= 0 ? finite_shown(shown, recent, &where->entity)
+    if (!(recent && recent->shows ? finite_shown(shown, recent, &where->entity)
                                        : finite_world(shown, &where->entity)))
         return false;
     ll_netgame_observe_display(run, player);

@@ -24,30 +24,27 @@ static const char *broken_knowledge(const ll_netgame *g, int player)
                : NULL;
 }
 
-/* What a client notes of its newest snapshots: entities in the order of their newest snapshot, and since that
- * the same in all. */
+/* What a client notes of its newest snapshots: an entity is the same in all since the newest that contains it. */
 static const char *broken_recent(const ll_netgame *g, int player)
 {
     const ll_recent *r = ll_netgame_recent(g, player);
     ll_client *c = ll_netgame_client(g, player);
-    int count = 0;
-    int64_t last = INT64_MAX;
+    ll_entity_bits since;
     if (!r || c->snapshots.received == 0)
         return NULL;
-    for (int link = r->newest; link != 0 && count <= (int)r->entities; count++) {
-        const int e = link - 1;
-        int64_t since = r->entity[e].changed;
-        if (since > last || since > c->snapshots.received)
-            return "the newest snapshots that contain an entity are not in their order";
-        last = since;
-        since = since > ll_client_oldest(c) ? since : ll_client_oldest(c) + 1;
-        const ll_world *at = ll_snapshot_entry_world(ll_client_state(c, since - 1));
-        const ll_world *newest = ll_snapshot_entry_world(ll_client_state(c, c->snapshots.received - 1));
-        if (memcmp(&at->entity[e], &newest->entity[e], sizeof at->entity[e]) != 0)
-            return "an entity has changed since the newest snapshot that contains it";
-        link = r->entity[e].older;
+    if (r->newest != c->snapshots.received)
+        return "a snapshot is not noted, or noted twice";
+    const ll_world *newest = ll_snapshot_entry_world(ll_client_state(c, c->snapshots.received - 1));
+    for (int64_t i = ll_client_oldest(c); i < c->snapshots.received; i++) {
+        const ll_world *at = ll_snapshot_entry_world(ll_client_state(c, i));
+        if (!ll_recent_since(r, i + 1, since))
+            return "a snapshot that is kept is not noted";
+        for (int e = 0; e < newest->entities; e++)
+            if (!ll_entity_bits_have(since, e) &&
+                memcmp(&at->entity[e], &newest->entity[e], sizeof at->entity[e]) != 0)
+                return "an entity has changed without a snapshot that contains it";
     }
-    return count == (int)r->entities ? NULL : "an entity is not in the list of the newest snapshots";
+    return NULL;
 }
 
 const char *ll_netgame_broken(const ll_netgame *g)

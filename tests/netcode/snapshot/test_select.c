@@ -338,7 +338,7 @@ static void noting_what_is_recent_changes_nothing(void **state)
         for (int noted = 0; noted < 2; noted++) {
             net *n = both[noted] = new_net(80, 100, &rules, &link);
             for (int i = 0; i < CLIENTS && noted; i++) {
-                n->recent[i] = malloc(ll_recent_size(80));
+                n->recent[i] = malloc(sizeof *n->recent[i]);
                 ll_recent_init(n->recent[i], 80, i);
             }
             n->config.prediction = n->config.reconciliation = round % 4 != 0;
