@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "base/assert.h"
+#include "session/block.h"
 #include "session/internal.h"
 
 /* A session that had failed fails again, after the same tick. */
@@ -87,13 +88,13 @@ static void *take_block(ll_session *s)
 {
     ll_kept_block *kept = s->kept;
     if (!kept || !kept->block)
-        return malloc(s->block_size);
+        return ll_session_block_new(s->block_size);
     void *block = kept->block;
     kept->block = NULL;
     if (kept->size >= s->block_size)
         return block;
     free(block);
-    return malloc(s->block_size);
+    return ll_session_block_new(s->block_size);
 }
 
 static void return_block(ll_session *s)
