@@ -418,35 +418,56 @@ typedef struct viewers {
     uint8_t client[64][LL_PLAYERS_MAX];
 } viewers;
 
-static void find_viewers(viewers *v, const uint64_t *const *known, int count, int word)
+/* Views of which each has only some entities. */
+typedef struct partial_views {
+    ll_client_metrics *const *in;
+    const uint64_t *const *known; /* a bit per entity, of each client */
+    const ll_entity *shown[LL_PLAYERS_MAX];
+    int count;
+} partial_views;
+
+/* Fetches ahead what is drawn and noted of them. */
+static void find_viewers(const partial_views *p, int word, viewers *v)
 {
     memset(v->count, 0, sizeof v->count);
-    for (int i = 0; i < count; i++)
-        for (uint64_t left = known[i][word]; left != 0; left &= left - 1) {
-            const int bit = __builtin_ctzll(left);
+    for (int i = 0; i < p->count; i++)
+        for (uint64_t left = p->known[i][word]; left != 0; left &= left - 1) {
+            const int bit = __builtin_ctzll(left), e = 64 * word + bit;
             v->client[bit][v->count[bit]++] = (uint8_t)i;
+            ll_fetch(&p->shown[i][e], 2 * sizeof(double));
+            ll_fetch(&p->in[i]->track[e].clients, sizeof p->in[i]->track[e].clients);
         }
+}
+
+static void measure_viewers(const partial_views *p, const viewers *v, int e, ll_frame_length frame)
+{
+    const ll_entity *shown[LL_PLAYERS_MAX];
+    ll_client_metrics *of[LL_PLAYERS_MAX];
+    const int viewing = v->count[e & 63];
+    for (int k = 0; k < viewing; k++) {
+        shown[k] = p->shown[v->client[e & 63][k]];
+        of[k] = p->in[v->client[e & 63][k]];
+    }
+    if (viewing > 0)
+        measure_between(of, shown, viewing, e, frame);
 }
 
 void ll_client_metrics_between_some(ll_client_metrics *const *in, const ll_client *const *clients,
                                     const uint64_t *const *known, int count, ll_time now, ll_time elapsed)
 {
     const ll_frame_length frame = ll_frame_length_of(elapsed);
-    viewers v;
+    const int entities = in[0]->entities, words = (entities + 63) / 64;
+    partial_views p = {.in = in, .known = known, .count = count};
+    viewers v[2];
     if (now < in[0]->from)
         return;
-    for (int e = 0; e < in[0]->entities; e++) {
-        const ll_entity *shown[LL_PLAYERS_MAX];
-        ll_client_metrics *of[LL_PLAYERS_MAX];
-        if ((e & 63) == 0)
-            find_viewers(&v, known, count, e >> 6);
-        const int viewing = v.count[e & 63];
-        for (int k = 0; k < viewing; k++) {
-            const int i = v.client[e & 63][k];
-            shown[k] = ll_client_rendered_const(clients[i])->entity;
-            of[k] = in[i];
-        }
-        if (viewing > 0)
-            measure_between(of, shown, viewing, e, frame);
+    for (int i = 0; i < count; i++)
+        p.shown[i] = ll_client_rendered_const(clients[i])->entity;
+    find_viewers(&p, 0, &v[0]);
+    for (int word = 0; word < words; word++) {
+        if (word + 1 < words)
+            find_viewers(&p, word + 1, &v[(word + 1) & 1]);
+        for (int e = 64 * word; e < 64 * word + 64 && e < entities; e++)
+            measure_viewers(&p, &v[word & 1], e, frame);
     }
 }

@@ -144,7 +144,7 @@ void ll_netgame_observe_display(ll_netgame_run *run, int player)
                             .applies_on_arrival = run->sync->applies_on_arrival,
                             .peers = run->sync->observe != NULL};
     ll_client_metrics_frame(seat->metrics, seat->client, &truth, now);
-    if (!(run->observes & LL_OBSERVE_INPUTS))
+    if (!(run->observes & LL_OBSERVE_INPUTS) || player >= LL_CHANGE_VIEWERS)
         return;
     ll_drawn_tick last = {LL_NEVER, 0};
     for (int i = 0; i < run->players; i++)
