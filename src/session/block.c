@@ -7,8 +7,8 @@
 #define HUGE_PAGE ((size_t)2 << 20)
 #define LARGE (16 * HUGE_PAGE)
 
-/* A tick of a large block touches parts of all of it: of more pages of 4 KiB than a processor knows the places of
- * at once. */
+/* A tick of a large block touches parts of all of it: of more pages of 4 KiB than a processor knows the
+ * places of at once. */
 void *ll_session_block_new(size_t size)
 {
     if (size < LARGE)

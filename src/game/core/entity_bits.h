@@ -13,8 +13,8 @@ static inline bool ll_entity_bits_have(const uint64_t *bits, int entity)
 /* Entities of a large world lie in no cache: a loop over a list fetches those that come next. */
 #define LL_FETCH_AHEAD 6
 
-/* The entities of a set, in their order; and then, to be fetched in vain, LL_FETCH_AHEAD times the first of the
- * world. */
+/* The entities of a set, in their order; and then, to be fetched in vain, LL_FETCH_AHEAD times the first of
+ * the world. */
 typedef struct ll_entity_list {
     int count;
     uint16_t entity[LL_ENTITIES_MAX + LL_FETCH_AHEAD];

@@ -86,8 +86,8 @@ static ll_quantization grid_of(const ll_client *c, const ll_snapshot_entry *stat
     return state->gridded ? c->snapshots.grid : (ll_quantization){0};
 }
 
-/* Copies the newest snapshot to the predicted or the checked world, of which `holds` tells what it has. Others
- * stay as they are there, if the scope does not step them. */
+/* Copies the newest snapshot to the predicted or the checked world, of which `holds` tells what it has.
+ * Others stay as they are there, if the scope does not step them. */
 static void copy_snapshot(const ll_client *c, const ll_client_setup *s, int64_t *holds, ll_world *to,
                           const ll_world *newest)
 {
@@ -103,7 +103,8 @@ static void reset_to_snapshot(ll_client *c, const ll_client_setup *s)
     ll_quantization grid = c->snapshots.received > 0
                                ? grid_of(c, ll_client_state(c, c->snapshots.received - 1))
                                : (ll_quantization){0};
-    copy_snapshot(c, s, s->recent ? &s->recent->predicted : NULL, ll_client_predicted(c), ll_client_latest(c));
+    copy_snapshot(c, s, s->recent ? &s->recent->predicted : NULL, ll_client_predicted(c),
+                  ll_client_latest(c));
     copy_snapshot(c, s, s->recent ? &s->recent->checked : NULL, ll_client_checked(c), ll_client_latest(c));
     memcpy(c->prediction.guessed, c->latest.controls, sizeof c->prediction.guessed);
     c->prediction.entities = entities_in_scope(c, s, ll_client_latest(c), c->latest.tick);

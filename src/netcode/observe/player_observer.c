@@ -259,6 +259,10 @@ static __attribute__((noinline)) void measure_known(comparison *by)
     for (int k = 0; k < list.count; k++) {
         const int ahead = list.entity[k + LL_FETCH_AHEAD];
         ll_fetch(&by->in->track[ahead], sizeof by->in->track[ahead]);
+        if (by->drawn.past) {
+            ll_fetch(&by->drawn.before->at[ahead], sizeof by->drawn.before->at[ahead]);
+            ll_fetch(&by->drawn.after->at[ahead], sizeof by->drawn.after->at[ahead]);
+        }
         if (list.entity[k] != by->c->self)
             measure_other(by, list.entity[k]);
     }

@@ -365,8 +365,8 @@ void ll_client_close(ll_client *client, const ll_client_setup *setup, uint32_t s
                      const ll_snapshot_entry *state, ll_time now);
 
 struct ll_changed;
-/* decode.c: the world of a snapshot, in `size` bytes; `world` is undefined after an error. `changed`: NULL, or,
- * of a snapshot of some entities after another one, which of them are set (ll_incoming). */
+/* decode.c: the world of a snapshot, in `size` bytes; `world` is undefined after an error. `changed`: NULL,
+ * or, of a snapshot of some entities after another one, which of them are set (ll_incoming). */
 ll_status ll_client_decode(ll_client *client, const ll_snapshot_message *message, const void *bytes, int size,
                            ll_world *world, struct ll_changed *changed);
 

@@ -1,8 +1,8 @@
-/* Which entities a client's newest snapshots contain, where snapshots contain only some: a snapshot then costs
- * what is in it, and a display what moves, not the whole world each.
+/* Which entities a client's newest snapshots contain, where snapshots contain only some: a snapshot then
+ * costs what is in it, and a display what moves, not the whole world each.
  *
- * It says nothing that the client's worlds do not; so it is no part of what is hashed. Snapshots have numbers:
- * 1 is the first after a start of the client, and the newest is ll_client_snapshots.received. */
+ * It says nothing that the client's worlds do not; so it is no part of what is hashed. Snapshots have
+ * numbers: 1 is the first after a start of the client, and the newest is ll_client_snapshots.received. */
 #pragma once
 
 #include "game/core/entity_bits.h"
@@ -14,8 +14,8 @@ typedef struct ll_recent {
     int64_t newest;
     /* The snapshot whose others a world of the client has; 0: of none. */
     int64_t latest, predicted, checked;
-    /* The same of the rendered world, but for entities that later snapshots contain, or that have a view error;
-     * in the display before, and in this one. */
+    /* The same of the rendered world, but for entities that later snapshots contain, or that have a view
+     * error; in the display before, and in this one. */
     int64_t settled, drawn;
     uint32_t minus;       /* some other had a zero with a minus, which interpolation may lose */
     uint32_t shows;       /* the display has drawn only the entities of `shown` anew */

@@ -234,7 +234,7 @@ static bool client_displays(ll_netgame_run *run, int player, divergence *where)
     const ll_recent *recent = seat->setup.recent;
     const ll_world *shown = ll_client_rendered_const(client);
     if (!(recent && recent->shows ? finite_shown(shown, recent, &where->entity)
-                                       : finite_world(shown, &where->entity)))
+                                  : finite_world(shown, &where->entity)))
         return false;
     ll_netgame_observe_display(run, player);
     if (run->shots)

@@ -24,7 +24,8 @@ static const char *broken_knowledge(const ll_netgame *g, int player)
                : NULL;
 }
 
-/* What a client notes of its newest snapshots: an entity is the same in all since the newest that contains it. */
+/* What a client notes of its newest snapshots: an entity is the same in all since the newest that contains
+ * it. */
 static const char *broken_recent(const ll_netgame *g, int player)
 {
     const ll_recent *r = ll_netgame_recent(g, player);

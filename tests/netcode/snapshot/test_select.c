@@ -357,8 +357,9 @@ static void noting_what_is_recent_changes_nothing(void **state)
             assert_true(both[0]->client[i]->snapshots.received > 60);
             assert_memory_equal(both[0]->client[i], both[1]->client[i], ll_client_size(both[0]->extent));
             for (int e = 0; e < 80; e++)
-                assert_int_equal(both[1]->recent[i]->known[e >> 6] >> (e & 63) & 1,
-                                 !(ll_client_rendered(both[1]->client[i])->entity[e].flags & LL_ENTITY_UNKNOWN));
+                assert_int_equal(
+                    both[1]->recent[i]->known[e >> 6] >> (e & 63) & 1,
+                    !(ll_client_rendered(both[1]->client[i])->entity[e].flags & LL_ENTITY_UNKNOWN));
         }
         free_net(both[0]);
         free_net(both[1]);
