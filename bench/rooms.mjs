@@ -13,6 +13,7 @@ const GAME = ['base', 'param', 'input', 'game', 'link', 'netcode', 'sim', 'sessi
 export const ROOMS = {
   speed: GAME,
   techniques: GAME,
+  many: GAME,
   streams: DAEMON,
   slow: DAEMON,
   proxies: DAEMON,

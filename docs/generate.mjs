@@ -675,6 +675,20 @@ const RESULTS = [
     ],
   },
   {
+    name: 'many',
+    title: 'Many players and entities: speed, bandwidth and error',
+    by: ['encoding', 'bodies', 'players'],
+    columns: [
+      ['Times real time, all metrics', 'times', spread],
+      ['No view observed', 'times_unobserved', median],
+      ['kB/s a player', 'kb_per_s', median],
+      ['Others now, m', 'error_m', median],
+      ['Near ones, m', 'near_error_m', median],
+      ['Entities drawn', 'drawn', median],
+      ['Session, MiB', 'mib', median],
+    ],
+  },
+  {
     name: 'page',
     title: 'The page in Chromium on a processor slowed by six',
     by: ['lab'],

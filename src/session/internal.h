@@ -10,7 +10,7 @@
 #define LL_TICK_HASHES 64  /* hashes kept of the present log: the newest */
 #define LL_CHECKPOINTS 2   /* checkpoints of a run: at a third and two thirds of its duration */
 /* A larger block is not copied: seeking back replays it from its start. */
-#define LL_CHECKPOINT_BYTES_MAX (256 << 20)
+#define LL_CHECKPOINT_BYTES_MAX (128 << 20)
 
 typedef enum ll_op { LL_OP_SET, LL_OP_INPUT } ll_op;
 

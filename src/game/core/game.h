@@ -15,11 +15,12 @@
 #include "param/param.h"
 #include "record/metric.h"
 
-#define LL_ENTITIES_MAX 1064    /* LL_PLAYERS_MAX players and 1,000 more */
-#define LL_TOUCHING_MAX 255     /* entities of a game that is not `many` */
-#define LL_GAME_WORLD_MAX 60000 /* bytes, including the tail */
-#define LL_GAME_PARAMS 13       /* numbers in which a game's parameters lie */
-#define LL_GAME_VALUES 4        /* a game's own numbers per player, for views */
+#define LL_ENTITIES_MAX 1064                          /* LL_PLAYERS_MAX players and 1,000 more */
+#define LL_ENTITY_WORDS ((LL_ENTITIES_MAX + 63) / 64) /* a bit per entity */
+#define LL_TOUCHING_MAX 255                           /* entities of a game that is not `many` */
+#define LL_GAME_WORLD_MAX 60000                       /* bytes, including the tail */
+#define LL_GAME_PARAMS 13                             /* numbers in which a game's parameters lie */
+#define LL_GAME_VALUES 4                              /* a game's own numbers per player, for views */
 
 struct ll_past;
 struct ll_weapons;

@@ -111,8 +111,20 @@ void ll_client_start(ll_client *c, const ll_client_setup *s, const ll_client_beg
     }
     ll_client_align(c, s, true, now);
     ll_client_set_due(c, s);
+    if (s->recent)
+        ll_recent_start(s->recent);
     if (s->sync->start)
         s->sync->start(c, s, step, step, world);
+}
+
+/* The latest world becomes that of the newest snapshot. */
+static void take_world(ll_client *c, const ll_client_setup *s, const ll_snapshot_entry *state)
+{
+    const ll_world *world = (const ll_world *)(state + 1);
+    if (s->recent)
+        ll_recent_copy(s->recent, &s->recent->latest, true, ll_client_latest(c), world);
+    else
+        memcpy(ll_client_latest(c), world, (size_t)c->layout.world_size);
 }
 
 static void take_newest_state(ll_client *c, const ll_client_setup *s, ll_time now)
@@ -125,7 +137,7 @@ static void take_newest_state(ll_client *c, const ll_client_setup *s, ll_time no
                               : s->config->prediction && ll_prediction_stands(c, s, state, acked);
     c->latest.time = state->time;
     c->latest.tick = state->tick;
-    memcpy(ll_client_latest(c), ll_snapshot_entry_world(state), (size_t)c->layout.world_size);
+    take_world(c, s, state);
     if (s->config->prediction)
         ll_reconcile(c, s, stands, now);
 }
@@ -148,15 +160,21 @@ static __attribute__((noinline)) void draw_reckoned(ll_client *c, const ll_clien
             ll_client_draw_infos(c)[i] = mark;
 }
 
+static bool predicts_others(const ll_client *c)
+{
+    ll_entity_set alone = {{0}};
+    ll_entity_set_add(&alone, c->self);
+    return memcmp(&alone, &c->prediction.entities, sizeof alone) != 0;
+}
+
 static void draw(ll_client *c, const ll_client_setup *s, ll_time now)
 {
     const ll_world *latest = ll_client_latest(c);
     ll_world *shown = ll_client_rendered(c);
     ll_draw_info *marks = ll_client_draw_infos(c);
     bool by_time = draws_by_time(c, s);
-    for (int i = 0; i < latest->entities; i++) {
-        if (by_time && i != c->self)
-            continue;
+    int first = by_time ? c->self : 0, end = by_time ? c->self + 1 : latest->entities;
+    for (int i = first; i < end; i++) {
         shown->entity[i] = latest->entity[i];
         marks[i] = (ll_draw_info){.time = c->latest.time};
     }
@@ -175,6 +193,8 @@ static void draw(ll_client *c, const ll_client_setup *s, ll_time now)
         draw_reckoned(c, s, now);
     if (s->config->prediction)
         ll_draw_predicted(c, now);
+    if (s->recent && s->config->prediction && predicts_others(c))
+        s->recent->drawn = s->recent->shows = 0;
     ll_smooth_draw(c, s, now);
     int other = c->self == 0;
     c->drawing.view_time = other < shown->entities ? marks[other].time : now;
@@ -202,7 +222,11 @@ void ll_client_display(ll_client *c, const ll_client_setup *s, ll_time now)
 {
     ll_client_begin_display(c, now);
     ll_client_apply_newest(c, s, now);
+    if (s->recent)
+        ll_recent_begin_display(s->recent);
     draw(c, s, now);
+    if (s->recent)
+        ll_recent_end_display(s->recent, ll_client_rendered(c));
     if (s->weapon_prediction)
         ll_weapon_prediction_frame(c, s);
 }

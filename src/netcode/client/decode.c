@@ -29,7 +29,7 @@ static void take_grid(ll_client *c, const ll_quantization *grid, int64_t tick)
 }
 
 ll_status ll_client_decode(ll_client *c, const ll_snapshot_message *m, const void *bytes, int size,
-                           ll_world *world)
+                           ll_world *world, ll_changed *changed)
 {
     const ll_codec *codec = ll_codec_at(m->codec);
     ll_quantization grid = c->snapshots.grid;
@@ -48,6 +48,7 @@ ll_status ll_client_decode(ll_client *c, const ll_snapshot_message *m, const voi
         in.context = c;
         if (c->snapshots.received > 0)
             in.previous = ll_snapshot_entry_world(ll_client_state(c, c->snapshots.received - 1));
+        in.changed = changed;
     }
     *world = *ll_client_latest(c); /* copies the header */
     ll_status status = codec->decode(&r, &in);

@@ -86,14 +86,26 @@ static ll_quantization grid_of(const ll_client *c, const ll_snapshot_entry *stat
     return state->gridded ? c->snapshots.grid : (ll_quantization){0};
 }
 
+/* Copies the newest snapshot to the predicted or the checked world, of which `holds` tells what it has.
+ * Others stay as they are there, if the scope does not step them. */
+static void copy_snapshot(const ll_client *c, const ll_client_setup *s, int64_t *holds, ll_world *to,
+                          const ll_world *newest)
+{
+    if (holds)
+        ll_recent_copy(s->recent, holds, !scope_of(s)->guesses, to, newest);
+    else
+        memcpy(to, newest, (size_t)c->layout.world_size);
+}
+
 /* The predicted world becomes the latest snapshot. */
 static void reset_to_snapshot(ll_client *c, const ll_client_setup *s)
 {
     ll_quantization grid = c->snapshots.received > 0
                                ? grid_of(c, ll_client_state(c, c->snapshots.received - 1))
                                : (ll_quantization){0};
-    memcpy(ll_client_predicted(c), ll_client_latest(c), (size_t)c->layout.world_size);
-    memcpy(ll_client_checked(c), ll_client_latest(c), (size_t)c->layout.world_size);
+    copy_snapshot(c, s, s->recent ? &s->recent->predicted : NULL, ll_client_predicted(c),
+                  ll_client_latest(c));
+    copy_snapshot(c, s, s->recent ? &s->recent->checked : NULL, ll_client_checked(c), ll_client_latest(c));
     memcpy(c->prediction.guessed, c->latest.controls, sizeof c->prediction.guessed);
     c->prediction.entities = entities_in_scope(c, s, ll_client_latest(c), c->latest.tick);
     c->prediction.tick = c->latest.tick;
@@ -246,7 +258,8 @@ bool ll_prediction_stands(ll_client *c, const ll_client_setup *s, const ll_snaps
         return false;
     if (!ll_same_in(checked, truth, &set))
         return agrees(c, s, checked, state);
-    memcpy(checked, truth, (size_t)c->layout.world_size); /* entities out of scope come from the snapshot */
+    /* entities out of scope come from the snapshot */
+    copy_snapshot(c, s, s->recent ? &s->recent->checked : NULL, checked, truth);
     record_agreement(c, state->tick, &grid);
     return true;
 }

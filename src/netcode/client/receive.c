@@ -134,9 +134,33 @@ static __attribute__((noinline)) ll_status decode_reckoned(ll_client *c, const l
     return ll_reckoning_decode(s->reckoning, c->self, r, world, m->time, ll_client_server_time(c, s, now));
 }
 
+/* Stores the world of the snapshot that was just counted. */
+static void store_world(ll_client *c, ll_recent *recent, const ll_world *world)
+{
+    memcpy(ll_snapshot_entry_world(ll_client_state(c, c->snapshots.received - 1)), world,
+           (size_t)c->layout.world_size);
+    if (recent)
+        ll_recent_note(recent, world, NULL);
+}
+
+/* The same of its `changed` entities: its place in the ring has a world that is older by the length of the
+ * ring. */
+static void store_changed(ll_client *c, ll_recent *recent, const ll_world *world, const ll_changed *changed)
+{
+    int64_t holds = recent->newest + 1 - ll_state_ring(c->layout.world_size);
+    ll_world *to = ll_snapshot_entry_world(ll_client_state(c, c->snapshots.received - 1));
+    ll_recent_copy(recent, &holds, true, to,
+                   ll_snapshot_entry_world(ll_client_state(c, c->snapshots.received - 2)));
+    for (int k = 0; k < changed->count; k++)
+        to->entity[changed->entity[k]] = world->entity[changed->entity[k]];
+    ll_recent_note(recent, to, changed->has);
+    memcpy(ll_world_tail(to), ll_world_tail_const(world), (size_t)world->tail);
+}
+
 static int receive_state(ll_client *c, const ll_client_setup *s, const char *packet, int size, ll_time now)
 {
     _Alignas(8) char bytes[LL_GAME_WORLD_MAX];
+    ll_changed some, *changed = s->recent && c->snapshots.received > 0 ? &some : NULL;
     ll_snapshot_message m;
     if (size < (int)sizeof m)
         return unreadable(c);
@@ -151,7 +175,7 @@ static int receive_state(ll_client *c, const ll_client_setup *s, const char *pac
     ll_bit_reader bits = {.bytes = (const uint8_t *)packet + start, .size = 8 * (int64_t)(size - start)};
     ll_world *world = (ll_world *)(void *)bytes;
     ll_status status = s->reckoning ? decode_reckoned(c, s, &m, &bits, world, now)
-                                    : ll_client_decode(c, &m, packet + start, size - start, world);
+                                    : ll_client_decode(c, &m, packet + start, size - start, world, changed);
     if (ll_failed(&status))
         return unreadable(c);
     const ll_codec *codec = ll_codec_at(m.codec);
@@ -162,7 +186,10 @@ static int receive_state(ll_client *c, const ll_client_setup *s, const char *pac
     take_parts(c, &m, packet + sizeof m);
     if (s->reporter && m.refused > s->reporter->refused)
         s->reporter->refused = m.refused;
-    memcpy(ll_snapshot_entry_world(r), bytes, (size_t)c->layout.world_size);
+    if (changed && codec->selects)
+        store_changed(c, s->recent, world, changed);
+    else
+        store_world(c, s->recent, world);
     c->snapshots.newest_tick = m.tick;
     c->snapshots.confirmed = m.tick;
     c->latest.update_hz = (double)m.update_hz;

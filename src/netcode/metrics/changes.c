@@ -148,7 +148,7 @@ void ll_changes_shown(ll_changes *c, ll_histogram *latency, const ll_included *i
 void ll_changes_seen(ll_changes *c, ll_histogram *latency, ll_input_history *input_history, int other,
                      int64_t tick, ll_time now)
 {
-    if (other >= 32)
+    if (other >= LL_CHANGE_VIEWERS)
         return;
     const uint32_t bit = UINT32_C(1) << other;
     for (int64_t i = c->first; i < c->made; i++) {

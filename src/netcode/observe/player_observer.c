@@ -1,5 +1,7 @@
 #include "netcode/observe/player_observer.h"
 
+#include <string.h>
+
 #include "base/detmath.h"
 #include "netcode/state/peer.h"
 
@@ -210,40 +212,73 @@ static void measure_nearness(const ll_truth *truth, int self, const ll_entity *e
     truth->nearness->count[far]++;
 }
 
+/* A display of a client, compared with the truth entity by entity. */
+typedef struct comparison {
+    ll_client_metrics *in;
+    const ll_client *c;
+    const ll_truth *truth;
+    const ll_world *shown;
+    ll_time now;
+    ll_frame_length frame;
+    drawn_at drawn; /* of the entity before */
+} comparison;
+
+static inline void measure_other(comparison *by, int i)
+{
+    ll_client_metrics *in = by->in;
+    const ll_entity *e = &by->shown->entity[i], *t = &by->truth->world->entity[i];
+    const ll_history *history = by->truth->history;
+    ll_track *track = &in->track[i];
+    int64_t when = render_key(by->c, i);
+    double error = distance(e->x, e->y, t->x, t->y);
+    if (when != by->drawn.when)
+        by->drawn = find_drawn_at(when, history, by->now);
+    const drawn_at *drawn = &by->drawn;
+    if (error >= magnitude(in->last.remote_error))
+        in->last.remote_error = e->x < t->x ? -error : error;
+    in->last.view_age = drawn->age > in->last.view_age ? drawn->age : in->last.view_age;
+    if (by->now < in->from)
+        return;
+    ll_histogram_add(&in->histogram[LL_METRIC_VIEW_AGE], drawn->age > 0 ? drawn->age : 0);
+    ll_histogram_add(&in->histogram[LL_METRIC_REMOTE_ERROR], error);
+    if (by->truth->nearness)
+        measure_nearness(by->truth, by->c->self, t, error);
+    if (!drawn->past || track->awaited.when != 0)
+        measure_ahead(in, i, e, when, history, by->now);
+    if (drawn->past)
+        ll_histogram_add(&in->histogram[LL_METRIC_TIMELINE_ERROR], timeline_error(drawn, i, e));
+    ll_inconsistency_in(&in->server, &track->server, error, by->frame);
+    measure_motion(in, track, e, t, by->frame.s);
+}
+
+/* Of the entities that the client has. */
+static __attribute__((noinline)) void measure_known(comparison *by)
+{
+    ll_entity_list list;
+    ll_entity_list_of(&list, by->truth->known);
+    for (int k = 0; k < list.count; k++) {
+        const int ahead = list.entity[k + LL_FETCH_AHEAD];
+        ll_fetch(&by->in->track[ahead], sizeof by->in->track[ahead]);
+        if (by->drawn.past) {
+            ll_fetch(&by->drawn.before->at[ahead], sizeof by->drawn.before->at[ahead]);
+            ll_fetch(&by->drawn.after->at[ahead], sizeof by->drawn.after->at[ahead]);
+        }
+        if (list.entity[k] != by->c->self)
+            measure_other(by, list.entity[k]);
+    }
+}
+
 static void measure_others(ll_client_metrics *in, const ll_client *c, const ll_truth *truth, ll_time now,
                            ll_frame_length frame)
 {
-    const ll_world *shown = ll_client_rendered_const(c), *world = truth->world;
-    const ll_history *history = truth->history;
-    const bool counts = now >= in->from;
-    drawn_at drawn = {.when = LL_NEVER};
-    for (int i = 0; i < world->entities; i++) {
-        if (i == c->self)
-            continue;
-        const ll_entity *e = &shown->entity[i], *t = &world->entity[i];
-        if (e->flags & LL_ENTITY_UNKNOWN)
-            continue;
-        ll_track *track = &in->track[i];
-        int64_t when = render_key(c, i);
-        double error = distance(e->x, e->y, t->x, t->y);
-        if (when != drawn.when)
-            drawn = find_drawn_at(when, history, now);
-        if (error >= magnitude(in->last.remote_error))
-            in->last.remote_error = e->x < t->x ? -error : error;
-        in->last.view_age = drawn.age > in->last.view_age ? drawn.age : in->last.view_age;
-        if (!counts)
-            continue;
-        ll_histogram_add(&in->histogram[LL_METRIC_VIEW_AGE], drawn.age > 0 ? drawn.age : 0);
-        ll_histogram_add(&in->histogram[LL_METRIC_REMOTE_ERROR], error);
-        if (truth->nearness)
-            measure_nearness(truth, c->self, t, error);
-        if (!drawn.past || track->awaited.when != 0)
-            measure_ahead(in, i, e, when, history, now);
-        if (drawn.past)
-            ll_histogram_add(&in->histogram[LL_METRIC_TIMELINE_ERROR], timeline_error(&drawn, i, e));
-        ll_inconsistency_in(&in->server, &track->server, error, frame);
-        measure_motion(in, track, e, t, frame.s);
+    comparison by = {in, c, truth, ll_client_rendered_const(c), now, frame, {.when = LL_NEVER}};
+    if (truth->known) {
+        measure_known(&by);
+        return;
     }
+    for (int i = 0; i < truth->world->entities; i++)
+        if (i != c->self && !(by.shown->entity[i].flags & LL_ENTITY_UNKNOWN))
+            measure_other(&by, i);
 }
 
 /* The display against the truth. */
@@ -351,6 +386,23 @@ static void farthest_others(const drawn_positions *d, double *far)
         far[i] = ll_sqrt(far[i]);
 }
 
+/* Of one entity, in the views of `count` clients. */
+static void measure_between(ll_client_metrics *const *in, const ll_entity *const *shown, int count, int e,
+                            ll_frame_length frame)
+{
+    double far[LL_PLAYERS_MAX];
+    drawn_positions drawn;
+    find_drawn(&drawn, shown, count, e);
+    if (agree(&drawn)) {
+        for (int i = 0; i < count; i++)
+            in[i]->track[e].clients = (ll_divergence_episode){0};
+        return;
+    }
+    (drawn.y0 == drawn.y1 ? farthest_on_line : farthest_others)(&drawn, far);
+    for (int i = 0; i < count; i++)
+        ll_inconsistency_in(&in[i]->clients, &in[i]->track[e].clients, far[i], frame);
+}
+
 void ll_client_metrics_between(ll_client_metrics *const *in, const ll_client *const *clients, int count,
                                ll_time now, ll_time elapsed)
 {
@@ -360,17 +412,66 @@ void ll_client_metrics_between(ll_client_metrics *const *in, const ll_client *co
         return;
     for (int i = 0; i < count; i++)
         shown[i] = ll_client_rendered_const(clients[i])->entity;
-    for (int e = 0; e < in[0]->entities; e++) {
-        double far[LL_PLAYERS_MAX];
-        drawn_positions drawn;
-        find_drawn(&drawn, shown, count, e);
-        if (agree(&drawn)) {
-            for (int i = 0; i < count; i++)
-                in[i]->track[e].clients = (ll_divergence_episode){0};
-            continue;
+    for (int e = 0; e < in[0]->entities; e++)
+        measure_between(in, shown, count, e, frame);
+}
+
+/* Of word `word` of the entities: which clients have each of them, in the order of the clients. */
+typedef struct viewers {
+    int count[64];
+    uint8_t client[64][LL_PLAYERS_MAX];
+} viewers;
+
+/* Views of which each has only some entities. */
+typedef struct partial_views {
+    ll_client_metrics *const *in;
+    const uint64_t *const *known; /* a bit per entity, of each client */
+    const ll_entity *shown[LL_PLAYERS_MAX];
+    int count;
+} partial_views;
+
+/* Fetches ahead what is drawn and noted of them. */
+static void find_viewers(const partial_views *p, int word, viewers *v)
+{
+    memset(v->count, 0, sizeof v->count);
+    for (int i = 0; i < p->count; i++)
+        for (uint64_t left = p->known[i][word]; left != 0; left &= left - 1) {
+            const int bit = __builtin_ctzll(left), e = 64 * word + bit;
+            v->client[bit][v->count[bit]++] = (uint8_t)i;
+            ll_fetch(&p->shown[i][e], 2 * sizeof(double));
+            ll_fetch(&p->in[i]->track[e].clients, sizeof p->in[i]->track[e].clients);
         }
-        (drawn.y0 == drawn.y1 ? farthest_on_line : farthest_others)(&drawn, far);
-        for (int i = 0; i < count; i++)
-            ll_inconsistency_in(&in[i]->clients, &in[i]->track[e].clients, far[i], frame);
+}
+
+static void measure_viewers(const partial_views *p, const viewers *v, int e, ll_frame_length frame)
+{
+    const ll_entity *shown[LL_PLAYERS_MAX];
+    ll_client_metrics *of[LL_PLAYERS_MAX];
+    const int viewing = v->count[e & 63];
+    for (int k = 0; k < viewing; k++) {
+        shown[k] = p->shown[v->client[e & 63][k]];
+        of[k] = p->in[v->client[e & 63][k]];
+    }
+    if (viewing > 0)
+        measure_between(of, shown, viewing, e, frame);
+}
+
+void ll_client_metrics_between_some(ll_client_metrics *const *in, const ll_client *const *clients,
+                                    const uint64_t *const *known, int count, ll_time now, ll_time elapsed)
+{
+    const ll_frame_length frame = ll_frame_length_of(elapsed);
+    const int entities = in[0]->entities, words = (entities + 63) / 64;
+    partial_views p = {.in = in, .known = known, .count = count};
+    viewers v[2];
+    if (now < in[0]->from)
+        return;
+    for (int i = 0; i < count; i++)
+        p.shown[i] = ll_client_rendered_const(clients[i])->entity;
+    find_viewers(&p, 0, &v[0]);
+    for (int word = 0; word < words; word++) {
+        if (word + 1 < words)
+            find_viewers(&p, word + 1, &v[(word + 1) & 1]);
+        for (int e = 64 * word; e < 64 * word + 64 && e < entities; e++)
+            measure_viewers(&p, &v[word & 1], e, frame);
     }
 }

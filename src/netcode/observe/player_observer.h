@@ -20,6 +20,7 @@ typedef struct ll_truth {
     uint32_t acked; /* newest input of the client's player that the server has applied; only where it applies
                        inputs on arrival */
     ll_nearness *nearness;          /* NULL where snapshots contain every entity */
+    const uint64_t *known;          /* a bit per entity that the client draws; NULL: its world tells */
     bool applies_on_arrival, peers; /* inputs are applied on arrival; clients have worlds of their own */
 } ll_truth;
 
@@ -41,3 +42,8 @@ void ll_client_metrics_seen(ll_client_metrics *in, int self, const ll_client *by
  * one view is that to the farthest of the other views. `elapsed`: time since the last such instant. */
 void ll_client_metrics_between(ll_client_metrics *const *in, const ll_client *const *clients, int count,
                                ll_time now, ll_time elapsed);
+
+/* The same where clients have only some entities: `known` is a bit per entity, of each client. A view without
+ * an entity does not count for it. */
+void ll_client_metrics_between_some(ll_client_metrics *const *in, const ll_client *const *clients,
+                                    const uint64_t *const *known, int count, ll_time now, ll_time elapsed);

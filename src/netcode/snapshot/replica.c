@@ -139,6 +139,10 @@ void ll_replicas_find_scope(const ll_replicas *all, ll_replica *r, const ll_worl
 static void received(ll_replica *r, const ll_sent_snapshot *s, const ll_baseline *sent)
 {
     for (int64_t i = 0; i < s->count; i++) {
+        ll_fetch(&r->entity[s->entity[i]], sizeof r->entity[0]);
+        ll_fetch(&sent->cell[s->entity[i]], sizeof sent->cell[0]);
+    }
+    for (int64_t i = 0; i < s->count; i++) {
         const int e = s->entity[i];
         ll_replica_entity *entity = &r->entity[e];
         if (entity->has_acked && sent->tick <= entity->acked_tick)

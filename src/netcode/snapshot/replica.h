@@ -5,6 +5,7 @@
  * Part of a simulation's block: no pointers. In a session without such snapshots there are none. */
 #pragma once
 
+#include "game/core/entity_bits.h"
 #include "netcode/protocol/config.h"
 #include "netcode/protocol/quantization.h"
 #include "netcode/snapshot/baseline_history.h"
@@ -12,7 +13,6 @@
 #define LL_SENT_RING 64      /* snapshots in flight; an older one counts as lost */
 #define LL_SENT_ENTITIES 255 /* of a snapshot, without the receiver's own */
 #define LL_GRID_BUCKETS 1024
-#define LL_ENTITY_WORDS ((LL_ENTITIES_MAX + 63) / 64)
 #define LL_DELTA_UPDATES (LL_BASELINES - 2) /* a client keeps the worlds of this many updates */
 
 #pragma GCC diagnostic push

@@ -48,20 +48,24 @@ static double priority_of(const ll_outgoing *out, int entity)
 static int accumulate(const ll_outgoing *out, ll_candidate *list)
 {
     ll_replica *r = out->replica;
+    ll_entity_bits either;
+    ll_entity_list all;
     int count = 0;
-    for (int word = 0; word < LL_ENTITY_WORDS; word++) {
-        for (uint64_t left = r->scope[word] | r->known[word]; left != 0; left &= left - 1) {
-            const int i = word * 64 + __builtin_ctzll(left);
-            ll_replica_entity *e = &r->entity[i];
-            const bool gone = !(r->scope[word] >> (i & 63) & 1);
-            if (i == out->self || !lacks(e, &out->cells[i], gone)) {
-                e->accumulated = 0;
-                continue;
-            }
-            e->accumulated += priority_of(out, i);
-            list[count++] =
-                (ll_candidate){e->accumulated, i, ll_candidate_turn(i, r->first, out->world->entities)};
+    for (int word = 0; word < LL_ENTITY_WORDS; word++)
+        either[word] = r->scope[word] | r->known[word];
+    ll_entity_list_of(&all, either);
+    for (int k = 0; k < all.count; k++) {
+        const int i = all.entity[k];
+        ll_replica_entity *e = &r->entity[i];
+        const bool gone = !ll_entity_bits_have(r->scope, i);
+        ll_fetch(&r->entity[all.entity[k + LL_FETCH_AHEAD]], sizeof *e);
+        if (i == out->self || !lacks(e, &out->cells[i], gone)) {
+            e->accumulated = 0;
+            continue;
         }
+        e->accumulated += priority_of(out, i);
+        list[count++] =
+            (ll_candidate){e->accumulated, i, ll_candidate_turn(i, r->first, out->world->entities)};
     }
     return count;
 }
@@ -201,58 +205,91 @@ void ll_select_encode(ll_bit_writer *w, const ll_outgoing *out, ll_selection_rul
 
 /* ---- at the client ---- */
 
-static ll_status get_state(ll_bit_reader *r, const ll_incoming *in, int i, int64_t *age)
+/* The state that the entity before was compared with. */
+typedef struct compared {
+    int64_t age;           /* 0: of none yet */
+    const ll_world *world; /* NULL: not looked up yet */
+} compared;
+
+/* Where the new state of an entity goes. `keeps`: only some of its members will be set. */
+static ll_entity *place_of(const ll_incoming *in, int i, bool keeps)
+{
+    ll_changed *changed = in->changed;
+    const uint64_t bit = UINT64_C(1) << (i & 63);
+    if (changed && !(changed->has[i >> 6] & bit)) {
+        changed->has[i >> 6] |= bit;
+        changed->entity[changed->count++] = (uint16_t)i;
+        if (keeps)
+            in->world->entity[i] = in->previous->entity[i];
+    }
+    return &in->world->entity[i];
+}
+
+static ll_status get_state(ll_bit_reader *r, const ll_incoming *in, int i, compared *last)
 {
     const ll_cell zero = {0};
     ll_cell from = zero, cell;
     if (ll_bits_get(r, 1)) {
-        ll_get_exact(r, &in->world->entity[i]);
+        ll_get_exact(r, place_of(in, i, false));
         return ll_ok();
     }
     if (ll_bits_get(r, 1)) {
         if (!ll_bits_get(r, 1))
-            *age = (int64_t)(ll_bits_get_number(r) & INT32_MAX);
-        const ll_world *baseline = in->world_at ? in->world_at(in->context, in->tick - *age) : NULL;
-        if (!baseline)
+            *last = (compared){.age = (int64_t)(ll_bits_get_number(r) & INT32_MAX)};
+        if (!last->world && in->world_at)
+            last->world = in->world_at(in->context, in->tick - last->age);
+        if (!last->world)
             return ll_error(LL_NOT_FOUND, "entity %d: its state of tick %lld is missing", i,
-                            (long long)(in->tick - *age));
-        from = ll_cell_of(&baseline->entity[i], in->grid);
+                            (long long)(in->tick - last->age));
+        from = ll_cell_of(&last->world->entity[i], in->grid);
         if (!ll_cell_fits(&from))
             return ll_off_grid(i);
     }
     if (!ll_get_cell(r, &from, &cell))
         return ll_off_grid(i);
-    in->world->entity[i] = ll_cell_entity(&cell, in->grid);
+    *place_of(in, i, false) = ll_cell_entity(&cell, in->grid);
     return ll_ok();
 }
 
 static ll_status get_selected(ll_bit_reader *r, const ll_incoming *in)
 {
     const int bits = index_bits(in->world->entities);
-    int64_t age = 0;
+    compared last = {0, NULL};
     while (ll_bits_get(r, 1)) {
         const int i = (int)ll_bits_get(r, bits);
         if (i >= in->world->entities || i == in->self)
             return ll_error(LL_BAD_INPUT, "an entity of a snapshot must be 0 to %d and not %d; got %d",
                             in->world->entities - 1, in->self, i);
         if (ll_bits_get(r, 1))
-            in->world->entity[i].flags = LL_ENTITY_UNKNOWN;
+            place_of(in, i, true)->flags = LL_ENTITY_UNKNOWN;
         else
-            LL_TRY(get_state(r, in, i, &age));
+            LL_TRY(get_state(r, in, i, &last));
     }
     return ll_ok();
 }
 
-ll_status ll_select_decode(ll_bit_reader *r, const ll_incoming *in)
+/* The world before the snapshot: nothing is known yet, or what was known last. */
+static void begin_world(const ll_incoming *in)
 {
+    if (in->changed) {
+        LL_ASSERT(in->previous);
+        in->changed->count = 0;
+        memset(in->changed->has, 0, sizeof in->changed->has);
+        return;
+    }
     if (in->previous) {
         memcpy(in->world->entity, in->previous->entity, (size_t)in->world->entities * sizeof(ll_entity));
-    } else {
-        memset(in->world->entity, 0, (size_t)in->world->entities * sizeof(ll_entity));
-        for (int i = 0; i < in->world->entities; i++)
-            in->world->entity[i].flags = LL_ENTITY_UNKNOWN;
+        return;
     }
-    ll_get_exact(r, &in->world->entity[in->self]);
+    memset(in->world->entity, 0, (size_t)in->world->entities * sizeof(ll_entity));
+    for (int i = 0; i < in->world->entities; i++)
+        in->world->entity[i].flags = LL_ENTITY_UNKNOWN;
+}
+
+ll_status ll_select_decode(ll_bit_reader *r, const ll_incoming *in)
+{
+    begin_world(in);
+    ll_get_exact(r, place_of(in, in->self, false));
     if (ll_bits_get(r, 1))
         LL_TRY(ll_get_grid(r, in->grid));
     if (!ll_bits_get(r, 1))
@@ -262,5 +299,5 @@ ll_status ll_select_decode(ll_bit_reader *r, const ll_incoming *in)
     else
         return ll_error(LL_NOT_FOUND, "the baseline of the game's own state is missing");
     LL_TRY(get_selected(r, in));
-    return ll_decoded(r, in->world);
+    return in->changed ? ll_decoded_some(r, in->world, in->changed) : ll_decoded(r, in->world);
 }

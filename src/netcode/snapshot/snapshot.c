@@ -110,19 +110,42 @@ ll_status ll_off_grid(int entity)
 
 /* ---- the end ---- */
 
-ll_status ll_decoded(ll_bit_reader *r, const ll_world *world)
+static ll_status ended(ll_bit_reader *r)
 {
     if (r->at > r->size)
         return ll_error(LL_BAD_INPUT, "a snapshot ends too early: it has %lld bits", (long long)r->size);
     if (!ll_bits_ended_well(r))
         return ll_error(LL_BAD_INPUT, "a snapshot must end where its last member does; it has %lld bits",
                         (long long)r->size);
-    for (int i = 0; i < world->entities; i++) {
-        const ll_entity *e = &world->entity[i];
-        double sum = e->x + e->y + e->vx + e->vy + e->angle + e->angular_velocity;
-        if (sum - sum != 0)
-            return ll_error(LL_BAD_INPUT,
-                            "every member of an entity must be finite; entity %d has one that is not", i);
-    }
+    return ll_ok();
+}
+
+static bool finite(const ll_entity *e)
+{
+    double sum = e->x + e->y + e->vx + e->vy + e->angle + e->angular_velocity;
+    return sum - sum == 0;
+}
+
+static ll_status not_finite(int entity)
+{
+    return ll_error(LL_BAD_INPUT, "every member of an entity must be finite; entity %d has one that is not",
+                    entity);
+}
+
+ll_status ll_decoded(ll_bit_reader *r, const ll_world *world)
+{
+    LL_TRY(ended(r));
+    for (int i = 0; i < world->entities; i++)
+        if (!finite(&world->entity[i]))
+            return not_finite(i);
+    return ll_ok();
+}
+
+ll_status ll_decoded_some(ll_bit_reader *r, const ll_world *world, const ll_changed *changed)
+{
+    LL_TRY(ended(r));
+    for (int k = 0; k < changed->count; k++)
+        if (!finite(&world->entity[changed->entity[k]]))
+            return not_finite(changed->entity[k]);
     return ll_ok();
 }

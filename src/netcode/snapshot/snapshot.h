@@ -22,6 +22,13 @@ typedef struct ll_outgoing {
     int64_t tick;                 /* of the world */
 } ll_outgoing;
 
+/* Entities of a decoded world, each once, in the order of the snapshot; the others have no values. */
+typedef struct ll_changed {
+    int count;
+    uint64_t has[LL_ENTITY_WORDS];
+    uint16_t entity[LL_ENTITIES_MAX];
+} ll_changed;
+
 /* Input of a decoder. */
 typedef struct ll_incoming {
     ll_world *world; /* output; its header is set */
@@ -31,6 +38,8 @@ typedef struct ll_incoming {
 
     /* These are for codecs that select. */
     const ll_world *previous; /* the newest received world; NULL: none in this epoch */
+    ll_changed *changed;      /* NULL, or with `previous`: output; only these entities of `world` are set, the
+                                 others are those of `previous` */
     int64_t tick;             /* of the snapshot */
     /* The received world of a tick, if it is kept and lies on the grid; NULL: it is not. */
     const ll_world *(*world_at)(const void *context, int64_t tick);
@@ -91,3 +100,4 @@ void ll_put_tail(ll_bit_writer *w, const ll_world *world);
 void ll_get_tail(ll_bit_reader *r, ll_world *world);
 
 ll_status ll_decoded(ll_bit_reader *r, const ll_world *world); /* read to the end, and all numbers finite */
+ll_status ll_decoded_some(ll_bit_reader *r, const ll_world *world, const ll_changed *changed);

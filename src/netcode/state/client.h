@@ -14,12 +14,14 @@
 #include "netcode/protocol/sync.h"
 #include "netcode/protocol/wire.h"
 #include "netcode/state/client_parts.h"
+#include "netcode/state/recent.h"
 #include "netcode/state/weapon_prediction.h"
 
 #define LL_PENDING_RING 512 /* unacknowledged inputs: a new one overwrites the oldest */
 #define LL_STATE_RING 64    /* snapshots kept for interpolation: 2 s at 30 updates per second */
 #define LL_LARGE_RING 32    /* the same of a world that is larger than LL_SMALL_WORLD bytes */
 #define LL_SMALL_WORLD 20000
+_Static_assert(LL_RECENT_RING >= LL_STATE_RING, "what each kept snapshot contains is known");
 
 #pragma GCC diagnostic push
 #pragma GCC diagnostic error "-Wpadded" /* no padding: the block is hashed */
@@ -129,6 +131,7 @@ typedef struct ll_client_setup {
     struct ll_reckoning *reckoning;  /* NULL: no dead reckoning */
     struct ll_peer_choices *choices; /* NULL: peers are as by default */
     struct ll_reporter *reporter;    /* NULL: it sends controls alone */
+    ll_recent *recent;               /* NULL: snapshots contain every entity */
     ll_script_memo *memo;            /* of one run; NULL: none */
     uint64_t seed;                   /* the session's */
     ll_freq display_freq;            /* of displays that are not made with the ticks */
@@ -361,9 +364,11 @@ static inline bool ll_prediction_in_step(const ll_client *c)
 void ll_client_close(ll_client *client, const ll_client_setup *setup, uint32_t seq, ll_input_state how,
                      const ll_snapshot_entry *state, ll_time now);
 
-/* decode.c: the world of a snapshot, in `size` bytes; `world` is undefined after an error */
+struct ll_changed;
+/* decode.c: the world of a snapshot, in `size` bytes; `world` is undefined after an error. `changed`: NULL,
+ * or, of a snapshot of some entities after another one, which of them are set (ll_incoming). */
 ll_status ll_client_decode(ll_client *client, const ll_snapshot_message *message, const void *bytes, int size,
-                           ll_world *world);
+                           ll_world *world, struct ll_changed *changed);
 
 /* dilate_time.c: adjusts the length of frames to the slack */
 void ll_dilate_time_follow(ll_client *client, const ll_client_setup *setup,

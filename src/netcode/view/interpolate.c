@@ -4,6 +4,8 @@
  * could know: the server's clock as brought by the fastest packet of the last two seconds. Render time only
  * increases, and follows its target by its time scale. When the buffer is empty, it continues by
  * extrapolation up to a limit, and waits there. */
+#include <string.h>
+
 #include "netcode/view/view.h"
 
 #define GAIN 0.25 /* of the averages of gaps and lateness, as in Netcode for Entities */
@@ -194,6 +196,49 @@ static void extrapolate_others(ll_client *c, const ll_client_setup *s, const pla
             ll_extrapolate(s, entity_of(p->a, i), p->beyond_s, &shown->entity[i]);
 }
 
+/* Whether states that are equal at both ends are drawn as they are, everywhere between them and at once. */
+static bool settles(const ll_client_setup *s, const place *p)
+{
+    return p->beyond_s == 0 && ll_interpolations[s->config->interpolation_method]->settles &&
+           !s->recent->minus;
+}
+
+static bool has_error(const ll_view_error *e)
+{
+    uint64_t word[3];
+    memcpy(word, e, sizeof word);
+    return (word[0] | word[1] | word[2]) != 0;
+}
+
+/* Draws what may not be drawn yet as in the last display that settled. False: that may be any. */
+static bool draw_recent(ll_client *c, const ll_client_setup *s, const place *p)
+{
+    ll_recent *r = s->recent;
+    ll_entity_list list;
+    const ll_interpolation *method = ll_interpolations[s->config->interpolation_method];
+    ll_entity *shown = ll_client_rendered(c)->entity;
+    if (!settles(s, p))
+        return false;
+    r->drawn = p->index + 1;
+    if (r->settled > r->drawn || !ll_recent_since(r, r->settled, r->shown))
+        return false;
+    r->shows = 1;
+    for (int e = 0; c->view.has_errors && e < r->entities; e++)
+        if (has_error(&ll_client_errors(c)[e]))
+            r->shown[e >> 6] |= UINT64_C(1) << (e & 63);
+    r->shown[c->self >> 6] &= ~(UINT64_C(1) << (c->self & 63));
+    ll_entity_list_of(&list, r->shown);
+    for (int k = 0; k < list.count; k++) {
+        const int ahead = list.entity[k + LL_FETCH_AHEAD], e = list.entity[k];
+        ll_entity_fetch(entity_of(p->a, ahead));
+        ll_entity_fetch(entity_of(p->b, ahead));
+        ll_entity_fetch(&shown[ahead]);
+        between(method, p, e, &shown[e]);
+    }
+    r->shown[c->self >> 6] |= UINT64_C(1) << (c->self & 63);
+    return true;
+}
+
 static void draw_others(ll_client *c, const ll_client_setup *s)
 {
     ll_client_view *view = &c->view;
@@ -203,9 +248,10 @@ static void draw_others(ll_client *c, const ll_client_setup *s)
                          .flags = view->extrapolated ? LL_RENDERED_EXTRAPOLATED : LL_RENDERED_INTERPOLATED};
     if (view->held)
         mark.flags |= LL_RENDERED_HELD;
-    if (p.beyond_s > 0)
+    const bool drawn = s->recent && draw_recent(c, s, &p);
+    if (!drawn && p.beyond_s > 0)
         extrapolate_others(c, s, &p);
-    else
+    else if (!drawn)
         draw_between(c, ll_interpolations[s->config->interpolation_method], &p);
     ll_draw_info *marks = ll_client_draw_infos(c);
     for (int i = 0; i < shown->entities; i++)

@@ -22,6 +22,7 @@ static void all(const ll_stretch *stretch)
 const ll_interpolation ll_interpolation_linear = {
     .name = "linear",
     .help = "On the straight line between two snapshots.",
+    .settles = true,
     .between = between,
     .all = all,
 };

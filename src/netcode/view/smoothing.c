@@ -1,6 +1,8 @@
 /* Prediction smoothing: when the correct position jumps, the drawn one follows by halving the error every
  * half-life, at any frame rate (lightyear's VisualCorrection). Only the view is smoothed, never a state: the
  * error is stored apart from the worlds and added when they are drawn. */
+#include <string.h>
+
 #include "base/detmath.h"
 #include "netcode/state/client.h"
 
@@ -26,6 +28,14 @@ static bool seen(const ll_view_error *e)
            e->angle < -FORGET;
 }
 
+/* Bitwise: a zero with a minus is taken for an error, and becomes zero. */
+static bool is_none(const ll_view_error *e)
+{
+    uint64_t word[3];
+    memcpy(word, e, sizeof word);
+    return (word[0] | word[1] | word[2]) == 0;
+}
+
 static double speed_of(const ll_entity *e)
 {
     return ll_sqrt(e->vx * e->vx + e->vy * e->vy);
@@ -46,6 +56,8 @@ void ll_smooth_draw(ll_client *c, const ll_client_setup *s, ll_time now)
     bool has_view_errors = false;
     for (int i = 0; i < shown->entities; i++) {
         ll_view_error *e = &ll_client_errors(c)[i];
+        if (is_none(e))
+            continue;
         double size = ll_sqrt(e->x * e->x + e->y * e->y), left = size > LL_SMOOTH_MAX_M ? 0 : keep;
         worst = size * (1 - left) > worst ? size * (1 - left) : worst;
         ll_client_metrics_moved(s->client_metrics, size * (1 - left),

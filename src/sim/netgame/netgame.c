@@ -79,6 +79,12 @@ static ll_extent extent(const ll_netgame_config *c)
     return ll_games[c->game]->extent(c->params, c->player_count);
 }
 
+/* Whether clients note which entities their newest snapshots contain. */
+static bool notes_recent(const ll_netgame_config *c)
+{
+    return selects(c) && c->reckoning.model == 0;
+}
+
 /* Of a snapshot, in bytes. */
 static int longest_state(const ll_netgame_config *c)
 {
@@ -197,6 +203,8 @@ static size_t size(const void *config)
         behind = ll_behind_cover_size(arena.players);
         behind += arena.projectile_drag > 0 ? ll_drag_neglect_size(arena.players) : 0;
     }
+    if (notes_recent(config))
+        behind += (size_t)((const ll_netgame_config *)config)->player_count * sizeof(ll_recent);
     return (size_t)lay_out(NULL, config) + behind;
 }
 
@@ -269,6 +277,8 @@ static void init_player(ll_netgame *g, const ll_netgame_config *c, int i, const 
 {
     uint64_t stream = (uint64_t)i * 2;
     ll_client_init(ll_netgame_client(g, i), i, world);
+    if (ll_netgame_recent(g, i))
+        ll_recent_init(ll_netgame_recent(g, i), world->entities, i);
     ll_link_init(ll_netgame_up(g, i), up_slots(c), up_arena(c), (uint64_t)c->head.seed, stream);
     ll_link_init(ll_netgame_down(g, i), down_slots(c), down_arena(c), (uint64_t)c->head.seed, stream + 1);
     ll_dejitter_init(ll_netgame_dejitter(g, i), DEJITTER_PACKETS);

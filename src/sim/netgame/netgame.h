@@ -52,7 +52,7 @@ typedef struct ll_netgame_parts {
 /* The start of a block. Offsets are from here. */
 typedef struct ll_netgame {
     int64_t size; /* up to the times behind cover and the neglect of drag, which games with weapons have
-                     behind all else */
+                     behind all else, and what clients note of snapshots of some entities */
     ll_game_env env;
     ll_time now;
     int64_t server, history;
@@ -174,12 +174,28 @@ static inline ll_drag_neglect *ll_netgame_drag_neglect(const ll_netgame *g)
                : NULL;
 }
 
-/* Of the whole block. */
-static inline size_t ll_netgame_bytes(const ll_netgame *g)
+/* Behind that, where snapshots contain some of the entities. */
+static inline size_t ll_netgame_recent_at(const ll_netgame *g)
 {
     int players = g->config.player_count;
     return (size_t)g->size + (g->shots != 0 ? ll_behind_cover_size(players) : 0) +
            (ll_netgame_drag_neglect(g) ? ll_drag_neglect_size(players) : 0);
+}
+
+/* NULL where snapshots contain every entity, or with dead reckoning. */
+static inline ll_recent *ll_netgame_recent(const ll_netgame *g, int i)
+{
+    if (!ll_server_replicas(ll_netgame_server(g)) || g->config.server.reckons)
+        return NULL;
+    return (ll_recent *)((char *)g + ll_netgame_recent_at(g)) + i;
+}
+
+/* Of the whole block. */
+static inline size_t ll_netgame_bytes(const ll_netgame *g)
+{
+    const int players = g->config.player_count;
+    const ll_recent *end = ll_netgame_recent(g, players);
+    return end ? (size_t)((const char *)end - (const char *)g) : ll_netgame_recent_at(g);
 }
 
 /* The last part that is simulated, or the defaults. */

@@ -98,13 +98,18 @@ void ll_netgame_compare_views(ll_netgame_run *run, ll_time elapsed)
 {
     ll_client_metrics *client_metrics[LL_PLAYERS_MAX];
     const ll_client *clients[LL_PLAYERS_MAX];
+    const uint64_t *known[LL_PLAYERS_MAX];
     if (!(run->observes & LL_OBSERVE_CLIENTS))
         return;
     for (int i = 0; i < run->players; i++) {
         client_metrics[i] = run->seat[i].metrics;
         clients[i] = run->seat[i].client;
+        known[i] = run->seat[i].setup.recent ? run->seat[i].setup.recent->known : NULL;
     }
-    ll_client_metrics_between(client_metrics, clients, run->players, run->game->now, elapsed);
+    if (known[0])
+        ll_client_metrics_between_some(client_metrics, clients, known, run->players, run->game->now, elapsed);
+    else
+        ll_client_metrics_between(client_metrics, clients, run->players, run->game->now, elapsed);
 }
 
 /* The input that an honest client would have sent in this tick. */
@@ -135,10 +140,11 @@ void ll_netgame_observe_display(ll_netgame_run *run, int player)
                             .device = ll_ms(seat->setup.config->display_device_ms),
                             .acked = seat->slot->inputs.acked,
                             .nearness = seat->nearness,
+                            .known = seat->setup.recent ? seat->setup.recent->known : NULL,
                             .applies_on_arrival = run->sync->applies_on_arrival,
                             .peers = run->sync->observe != NULL};
     ll_client_metrics_frame(seat->metrics, seat->client, &truth, now);
-    if (!(run->observes & LL_OBSERVE_INPUTS))
+    if (!(run->observes & LL_OBSERVE_INPUTS) || player >= LL_CHANGE_VIEWERS)
         return;
     ll_drawn_tick last = {LL_NEVER, 0};
     for (int i = 0; i < run->players; i++)

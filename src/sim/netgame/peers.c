@@ -14,7 +14,8 @@ static double per_s(const ll_netgame *g, int i, double count)
 
 static int64_t waited_frames(const ll_netgame *g, int i, int for_player)
 {
-    return ll_netgame_client_metrics(g, i)->stepping.waited_frames[for_player];
+    bool may_wait = for_player < LL_PEERS_MAX; /* no sync in which clients wait has more */
+    return may_wait ? ll_netgame_client_metrics(g, i)->stepping.waited_frames[for_player] : 0;
 }
 
 static double waited_s(const ll_netgame *g, int i, int for_player)

@@ -26,6 +26,7 @@ ll_client_setup ll_netgame_client_setup(const ll_netgame *g, int i, const ll_rec
                              .reckoning = ll_netgame_reckoning(g),
                              .choices = ll_netgame_choices(g, i),
                              .reporter = ll_netgame_reporter(g, i),
+                             .recent = ll_netgame_recent(g, i),
                              .bucket_delay_ms = g->config.bucket_delay_ms,
                              .seed = (uint64_t)g->config.head.seed};
 }
@@ -68,6 +69,16 @@ static __attribute__((noinline)) bool finite_each(const ll_world *world, int *en
 static inline bool finite_world(const ll_world *world, int *entity)
 {
     return finite_sum(world) || finite_each(world, entity);
+}
+
+/* The same of what was drawn anew. */
+static bool finite_shown(const ll_world *world, const ll_recent *recent, int *entity)
+{
+    double all = 0;
+    for (int word = 0; word < LL_ENTITY_WORDS; word++)
+        for (uint64_t left = recent->shown[word]; left != 0; left &= left - 1)
+            all += sum_of(&world->entity[word * 64 + __builtin_ctzll(left)]);
+    return is_finite(all) || finite_each(world, entity);
 }
 
 static ll_status not_finite(const ll_netgame *g, divergence where)
@@ -220,7 +231,10 @@ static bool client_displays(ll_netgame_run *run, int player, divergence *where)
     if (run->recorder)
         record_display(run, player);
     where->viewer = player;
-    if (!finite_world(ll_client_rendered_const(client), &where->entity))
+    const ll_recent *recent = seat->setup.recent;
+    const ll_world *shown = ll_client_rendered_const(client);
+    if (!(recent && recent->shows ? finite_shown(shown, recent, &where->entity)
+                                  : finite_world(shown, &where->entity)))
         return false;
     ll_netgame_observe_display(run, player);
     if (run->shots)

@@ -156,7 +156,7 @@ const ll_metric_table ll_netgame_excursion_table = {
     LL_OF_PLAYERS(".inconsistency.*"),
     .help = "Divergence episodes: an entity is drawn more than 0.1 m away for at least 0.1 s. server: away "
             "from the ground truth now, own entity included. clients: away from the farthest drawn position "
-            "of the entity at any other client.",
+            "of the entity at any other client that has it.",
     LL_METRICS_FROM(EXCURSIONS)};
 
 static void episodes(cJSON *o, const ll_inconsistency *total, double entities, double seconds)

@@ -95,6 +95,7 @@ typedef struct net {
     ll_extent extent;
     ll_server *server;
     ll_client *client[CLIENTS];
+    ll_recent *recent[CLIENTS]; /* NULL: not noted */
     ll_client_metrics *client_metrics;
     ll_player_config config;
     ll_server_config rules;
@@ -113,9 +114,10 @@ static ll_link *new_link(uint64_t stream)
     return link;
 }
 
-static ll_client_setup setup_of(net *n)
+static ll_client_setup setup_of(net *n, int client)
 {
-    return (ll_client_setup){.game = &toy,
+    return (ll_client_setup){.recent = n->recent[client],
+                             .game = &toy,
                              .env = &n->env,
                              .sync = &ll_sync_free,
                              .config = &n->config,
@@ -164,8 +166,8 @@ static net *new_net(int entities, double side, const ll_server_config *rules, co
     ll_client_metrics_init(n->client_metrics, entities, 0);
     ll_param_defaults(&ll_player_table, &n->config);
     n->config.control = LL_CONTROL_PERSON;
-    ll_client_setup setup = setup_of(n);
     for (int i = 0; i < CLIENTS; i++) {
+        ll_client_setup setup = setup_of(n, i);
         n->client[i] = malloc(ll_client_size(n->extent));
         ll_client_init(n->client[i], i, ll_server_world(n->server));
         n->server->client_slots[i].connection.connected = 1;
@@ -185,6 +187,7 @@ static void free_net(net *n)
 {
     for (int i = 0; i < CLIENTS; i++) {
         free(n->client[i]);
+        free(n->recent[i]);
         free(n->up[i]);
         free(n->down[i]);
     }
@@ -234,7 +237,7 @@ typedef void after_fn(net *n, int client, const ll_snapshot_entry *snapshot);
 static void deliver(net *n, int i, ll_time now, after_fn *after)
 {
     static _Alignas(8) char bytes[65536];
-    ll_client_setup setup = setup_of(n);
+    ll_client_setup setup = setup_of(n, i);
     ll_input_result results[LL_INPUTS_MAX];
     ll_time sent_at, due;
     int size;
@@ -271,8 +274,7 @@ static void update(net *n, ll_time now, int64_t counts_from)
 /* Every 150 steps a step is sent twice. */
 static void run(net *n, int64_t steps, after_fn *after)
 {
-    ll_client_setup setup = setup_of(n);
-    for (int64_t k = 1; k <= steps; k++) {
+    for (int64_t k = n->server->step + 1, end = n->server->step + steps; k <= end; k++) {
         static _Alignas(8) char m[sizeof(ll_input_message) + 8];
         ll_time now = ll_tick_time(k, HZ(60));
         drift(ll_server_world(n->server), k);
@@ -283,6 +285,7 @@ static void run(net *n, int64_t steps, after_fn *after)
         if (k % 150 == 0)
             update(n, now, 300);
         for (int i = 0; i < CLIENTS; i++) {
+            ll_client_setup setup = setup_of(n, i);
             deliver(n, i, now, after);
             int size = ll_client_tick(n->client[i], &setup, now, m);
             ll_client_display(n->client[i], &setup, now);
@@ -318,6 +321,48 @@ static void decoded_states_are_those_of_the_server(void **state)
         assert_int_equal(n->unreadable, 0);
         assert_true(n->applied > 200);
         free_net(n);
+    }
+}
+
+/* What a client notes of its newest snapshots saves work, and changes no byte of it: whatever it draws and
+ * however bad the links are, also where its choices change on the way. */
+static void noting_what_is_recent_changes_nothing(void **state)
+{
+    (void)state;
+    const ll_codec *const codecs[] = {&ll_codec_partial, &ll_codec_partial_delta, &ll_codec_interest};
+    for (uint64_t round = 0; round < 12; round++) {
+        const ll_link_params link = {.loss_pct = 40 * ll_rng_unit(8, round, 0),
+                                     .jitter_ms = 60 * ll_rng_unit(8, round, 1)};
+        const ll_server_config rules = rules_of(codecs[round % 3], round % 2 ? 200 : 0, 30, 5);
+        net *both[2];
+        for (int noted = 0; noted < 2; noted++) {
+            net *n = both[noted] = new_net(80, 100, &rules, &link);
+            for (int i = 0; i < CLIENTS && noted; i++) {
+                n->recent[i] = malloc(sizeof *n->recent[i]);
+                ll_recent_init(n->recent[i], 80, i);
+            }
+            n->config.prediction = n->config.reconciliation = round % 4 != 0;
+            n->config.extrapolation_ms = round % 5 == 4 ? 100 : 0;
+            n->config.correction = LL_CORRECTION_SMOOTH;
+            n->config.interpolation = 1;
+            run(n, 200 + 31 * (int64_t)round, NULL);
+            n->config.interpolation_method = round % 3 == 1; /* hermite */
+            n->config.interpolation = round % 6 != 5;
+            run(n, 100, NULL);
+            n->config.interpolation_method = 0;
+            n->config.interpolation = 1;
+            run(n, 100, NULL);
+        }
+        for (int i = 0; i < CLIENTS; i++) {
+            assert_true(both[0]->client[i]->snapshots.received > 60);
+            assert_memory_equal(both[0]->client[i], both[1]->client[i], ll_client_size(both[0]->extent));
+            for (int e = 0; e < 80; e++)
+                assert_int_equal(
+                    both[1]->recent[i]->known[e >> 6] >> (e & 63) & 1,
+                    !(ll_client_rendered(both[1]->client[i])->entity[e].flags & LL_ENTITY_UNKNOWN));
+        }
+        free_net(both[0]);
+        free_net(both[1]);
     }
 }
 
@@ -433,6 +478,7 @@ int main(void)
         cmocka_unit_test(no_wait_is_longer_than_its_bound),
         cmocka_unit_test(equals_take_turns),
         cmocka_unit_test(decoded_states_are_those_of_the_server),
+        cmocka_unit_test(noting_what_is_recent_changes_nothing),
         cmocka_unit_test(the_area_of_interest_is_complete),
         cmocka_unit_test(what_is_outside_leaves_no_trace),
         cmocka_unit_test(bytes_do_not_grow_with_the_number),
