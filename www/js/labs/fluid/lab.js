@@ -237,12 +237,12 @@ function drawPlots(colours) {
       size = isSize(name),
       { unit } = wordsOf(name);
     const lines = fluids().flatMap((one, i) => {
-      const ys = records[i]?.numbers[one.numbers.indexOf(name)],
+      const ys = records[i]?.values(one.numbers.indexOf(name)),
         own = paintOf(colours, several ? i : p);
       return ys
         ? [
             {
-              xs: records[i]?.t ?? [],
+              xs: records[i]?.times ?? [],
               ys: size ? ys.map(Math.abs) : ys,
               name: several ? nameOf(i) : wordsOf(name).label,
               colour: own.text,
