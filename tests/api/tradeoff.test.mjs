@@ -164,9 +164,7 @@ test('choices follow from the rows; page, image and tables have them all', () =>
     'marks and rows lead to sessions',
   );
   assert.equal(image.match(/<title>/g)?.length, drawn);
-  assert.ok(
-    image.startsWith('<svg xmlns="http://www.w3.org/2000/svg"') && !image.includes('<a ') && image.trimEnd().endsWith('</svg>'),
-  );
+  assert.ok(image.startsWith('<svg xmlns="http://www.w3.org/2000/svg"') && !image.includes('<a ') && image.trimEnd().endsWith('</svg>'));
 });
 
 test('what it cannot do is refused with field and range', () => {
