@@ -23,8 +23,8 @@ Each image has a drawing for each cost; left is cheap, low is accurate.
   processor time is measured again. *As cheap* are methods whose cost does not differ certainly from it in one of the two measurements.
 - **Time**: the minimum of the runs; its interval ends at the median, and at least 5 % above the minimum.
 
-\`\`\`sh
-build/laglab tradeoff contact_solvers --winners winners.csv --report contacts.html > contacts.csv
+\`\`\`console
+$ build/laglab tradeoff contact_solvers --winners winners.csv --report contacts.html > contacts.csv
 \`\`\`
 
 \`bench/run tradeoff\` measures all of this page. [Work against precision](experiments.md#work-against-precision) has the options for a problem of your own.

@@ -280,10 +280,12 @@ static void print_winners(const request *q)
         for (int i = 0; i < t->choice_count; i++) {
             const ll_tradeoff_choice *c = &t->choices[i];
             const ll_tradeoff_row *row = c->row < 0 ? NULL : &t->rows[c->row];
-            printf("%s, %s, error <= %.2g, least %s: %s%s%s; %s%s%s%s%s%s\n", t->family->name,
-                   t->family->problems[c->problem].scenario, c->level, t->family->costs[c->cost].path,
-                   row ? row->method : "none", row ? " " : "", row ? row->value : "", ll_tradeoff_verdict(c),
-                   *c->why ? " (" : "", c->why, *c->why ? ")" : "", *c->tied ? "; as cheap: " : "", c->tied);
+            printf("%s, %s, error <= %.2g, least %s: ", t->family->name,
+                   t->family->problems[c->problem].scenario, c->level, t->family->costs[c->cost].path);
+            if (row)
+                printf("%s %.6g", row->method, strtod(row->value, NULL));
+            printf("%s; %s%s%s%s%s%s\n", row ? "" : "none", ll_tradeoff_verdict(c), *c->why ? " (" : "",
+                   c->why, *c->why ? ")" : "", *c->tied ? "; as cheap: " : "", c->tied);
         }
     }
 }

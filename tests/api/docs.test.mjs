@@ -62,7 +62,10 @@ function ownResults() {
 }
 
 for (const [file, text] of generated) {
-  const skip = ['docs/performance.md', 'docs/tradeoff.md', 'docs/trust.md'].includes(file) && ownResults() ? 'bench/results are not the committed ones' : false;
+  const skip =
+    ['docs/performance.md', 'docs/tradeoff.md', 'docs/trust.md'].includes(file) && ownResults()
+      ? 'bench/results are not the committed ones'
+      : false;
   test(`${file} is what docs/generate.mjs makes`, { skip }, () => {
     assert.ok(existsSync(path.join(ROOT, file)), `${file} is missing: run node docs/generate.mjs`);
     assert.equal(read(file), text, `${file} is stale: run node docs/generate.mjs`);

@@ -94,16 +94,14 @@ test('rows without randomness equal one run: solvers with their memory, integrat
     JSON.parse(good(['tradeoff', ...args, '--duration', '0.2', '--check-seeds', '0', '--format', 'json']));
   const rows = [
     ...of('contact_solvers', '--methods', 'xpbd').filter((/** @type {any} */ r) => r.value === 4 && r.cost === 'passes_per_s'),
-    ...of('particles', '--methods', 'dfsph').filter(
-      (/** @type {any} */ r) => r.value === 10 && r.setting === 'params.size' && r.cost === 'cost.block_bytes',
-    ),
+    ...of('pressure_solvers', '--methods', 'multigrid').filter((/** @type {any} */ r) => r.value === 4 && r.cost === 'cost.block_bytes'),
     ...of('integrators', '--methods', 'dopri5').filter(
       (/** @type {any} */ r) => Math.abs(r.value - 1e-6) < 1e-9 && r.cost === 'methods.0.evaluations',
     ),
   ];
   assert.deepEqual(
     rows.map((row) => row.scenario),
-    ['rigid/column', 'rigid/pyramid', 'fluid/hydrostatic', 'motion/orbit', 'motion/stiff_reaction'],
+    ['rigid/column', 'rigid/pyramid', 'fluid/cavity', 'motion/orbit', 'motion/stiff_reaction'],
   );
   for (const row of rows) {
     const { error, cost } = byRuns(row, null, 1);
@@ -157,16 +155,14 @@ test('choices follow from the rows; page, image and tables have them all', () =>
     image = read('image.svg');
   assert.equal(page.match(/<figure>/g)?.length, 4);
   assert.equal(page.match(/>holds<|>does not hold</g)?.length, winners.length);
-  const drawn = rows.filter((row) => row.error > 0 && row.cost_value !== null).length;
+  const drawn = rows.filter((row) => row.error !== null && row.cost_value !== null).length;
   assert.equal(page.match(/<title>(?!Speed)/g)?.length, drawn);
   assert.ok(
     (page.match(/<a href="http:\/\/lab\/\?scenario=behind_cover&amp;set=/g)?.length ?? 0) >= 2 * drawn,
     'marks and rows lead to sessions',
   );
   assert.equal(image.match(/<title>/g)?.length, drawn);
-  assert.ok(
-    image.startsWith('<svg xmlns="http://www.w3.org/2000/svg"') && !image.includes('<a ') && image.trimEnd().endsWith('</svg>'),
-  );
+  assert.ok(image.startsWith('<svg xmlns="http://www.w3.org/2000/svg"') && !image.includes('<a ') && image.trimEnd().endsWith('</svg>'));
 });
 
 test('what it cannot do is refused with field and range', () => {

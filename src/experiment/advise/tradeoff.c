@@ -13,6 +13,8 @@
 
 #define TIMING 1.05 /* least upper bound of a time, over its minimum: what a quiet machine repeats */
 
+enum { STEPS_MAX = 1 << 17 }; /* fixed steps of an integrator: far above those of the fronts */
+
 /* A pass over a family: the first adds rows, the second measures each of them again. */
 typedef struct pass {
     ll_tradeoff *tradeoff;
@@ -181,7 +183,7 @@ static ll_status measure_motion(pass *p)
 {
     _Alignas(8) char params[LL_ODE_PARAMS_MAX];
     ll_work_precision levels[LL_WORK_PRECISION_LEVELS_MAX];
-    ll_work_precision_request order = {.now_ns = p->request->now_ns};
+    ll_work_precision_request order = {.steps_max = STEPS_MAX, .now_ns = p->request->now_ns};
     if (p->request->duration)
         order.duration = strtod(p->request->duration, NULL);
     LL_TRY(problem_from(p->json, &order, params));

@@ -84,8 +84,9 @@ static void check(const view *w, ll_tradeoff_choice *choice)
     if (!within)
         snprintf(choice->why, sizeof choice->why, "its error is %.3g, at most %.3g", p->error, p->error_high);
     else if (beaten || best != chosen)
-        snprintf(choice->why, sizeof choice->why, "%s %s %s: %.4g against %.4g", rows[best].method,
-                 rows[best].value, beaten ? "is cheaper" : "is as cheap", w->again[best].cost, p->cost);
+        snprintf(choice->why, sizeof choice->why, "%s %.6g %s: %.4g against %.4g", rows[best].method,
+                 strtod(rows[best].value, NULL), beaten ? "is cheaper" : "is as cheap", w->again[best].cost,
+                 p->cost);
     else
         snprintf(choice->why, sizeof choice->why, "the cheapest again, at %.4g", p->cost);
 }

@@ -15,7 +15,7 @@
 const ll_tradeoff_family ll_tradeoff_families[] = {
     {"integrators",
      "Integrators",
-     "Every integrator at every step or tolerance, on an orbit of eccentricity 0.9 and on Robertson's stiff "
+     "Every integrator by its step or tolerance, on an orbit of eccentricity 0.9 and on Robertson's stiff "
      "reaction.",
      {{"motion/orbit", "methods.0.e_max_weighted", "error of an eccentric orbit"},
       {"motion/stiff_reaction", "methods.0.e_max_weighted", "error of a stiff reaction"}},

@@ -283,7 +283,8 @@ ll_status ll_work_precision_series(const ll_work_precision_request *request, con
     int n = 0;
     ll_status status = open_workspace(&b, request, method);
     double setting = method->adaptive ? 1e-2 : b.duration / 16, factor = method->adaptive ? 0.1 : 0.5;
-    double least = method->adaptive ? 0.9e-14 : b.duration / STEPS_MAX;
+    int64_t steps_max = request->steps_max > 0 ? request->steps_max : STEPS_MAX;
+    double least = method->adaptive ? 0.9e-14 : b.duration / (double)steps_max;
     for (; !ll_failed(&status) && n < LL_WORK_PRECISION_LEVELS_MAX && setting >= least; setting *= factor) {
         ll_work_precision *r = &refinement_levels[n];
         status = refinement_level(&b, method, setting, r);

@@ -94,6 +94,8 @@ static bool is_chosen(const ll_tradeoff *t, int row, int cost)
     return false;
 }
 
+/* Means over seeds may be 0, and the axis is linear then. A single error of 0 would make an axis of many
+ * decades linear, and is left out. */
 static void add_points(ll_tradeoff_drawing *d, int problem, int cost)
 {
     int line = 0; /* one per setting that is varied */
@@ -108,7 +110,7 @@ static void add_points(ll_tradeoff_drawing *d, int problem, int cost)
         if (!isfinite(v->error.value) || !isfinite(v->costs[cost].value))
             continue;
         d->points[d->count++] = (ll_plot_point){.x = v->costs[cost].value,
-                                                .y = v->error.value > 0 ? v->error.value : NAN,
+                                                .y = v->error.value > 0 || row->random ? v->error.value : NAN,
                                                 .low = row->random ? v->error.low : NAN,
                                                 .high = row->random ? v->error.high : NAN,
                                                 .point = i,
