@@ -154,9 +154,8 @@ static void draw(ll_client *c, const ll_client_setup *s, ll_time now)
     ll_world *shown = ll_client_rendered(c);
     ll_draw_info *marks = ll_client_draw_infos(c);
     bool by_time = draws_by_time(c, s);
-    for (int i = 0; i < latest->entities; i++) {
-        if (by_time && i != c->self)
-            continue;
+    int first = by_time ? c->self : 0, end = by_time ? c->self + 1 : latest->entities;
+    for (int i = first; i < end; i++) {
         shown->entity[i] = latest->entity[i];
         marks[i] = (ll_draw_info){.time = c->latest.time};
     }

@@ -254,7 +254,8 @@ static __attribute__((noinline)) void take_input(ll_server *server, const ll_syn
 }
 
 /* A message says which snapshots the client has. */
-static void take_received(ll_server *server, int player, const ll_input_message *message)
+static __attribute__((noinline)) void take_received(ll_server *server, int player,
+                                                    const ll_input_message *message)
 {
     ll_replicas *replicas = ll_server_replicas(server);
     uint32_t before;
@@ -345,7 +346,7 @@ int ll_server_message_max(ll_extent extent, int players)
 }
 
 /* Appends the axes of all players but `player` in the last step; returns the end. */
-static char *put_axes(const ll_server *server, int player, char *at)
+static __attribute__((noinline)) char *put_axes(const ll_server *server, int player, char *at)
 {
     for (int i = 0; i < server->players; i++) {
         if (i == player)
@@ -375,8 +376,8 @@ static uint32_t result_words(const ll_server *server, const ll_client_slot *clie
 }
 
 /* Appends the results of inputs; returns the end. */
-static char *put_results(const ll_server *server, const ll_client_slot *client_slot, const ll_sync_mode *sync,
-                         char *at)
+static __attribute__((noinline)) char *put_results(const ll_server *server, const ll_client_slot *client_slot,
+                                                   const ll_sync_mode *sync, char *at)
 {
     ll_input_result_part part = {client_slot->inputs.decided, result_words(server, client_slot, sync)};
     memcpy(at, &part, sizeof part);
@@ -410,7 +411,7 @@ static int64_t encode(const ll_codec *codec, const ll_outgoing *out, uint8_t *by
 }
 
 /* The receiver's replica, and what all have in common. */
-static void add_replica(const ll_server *server, int player, ll_outgoing *out)
+static __attribute__((noinline)) void add_replica(const ll_server *server, int player, ll_outgoing *out)
 {
     const ll_slot_connection *connection = &server->client_slots[player].connection;
     out->replicas = ll_server_replicas(server);

@@ -1,6 +1,7 @@
 /* Whose turn is next: packets, the server and the clients, in the order of virtual time. */
 #include <stdio.h>
 
+#include "base/pair.h"
 #include "netcode/state/peer.h"
 #include "sim/netgame/parts.h"
 
@@ -46,12 +47,15 @@ static bool is_finite(double x)
     return x - x == 0; /* false for infinity and NaN */
 }
 
+/* The numbers of an entity in pairs: positions, velocities, angles. */
 static inline bool finite_sum(const ll_world *world)
 {
-    double all = 0;
-    for (int i = 0; i < world->entities; i++)
-        all += sum_of(&world->entity[i]);
-    return is_finite(all);
+    ll_pair all = {0, 0};
+    for (int i = 0; i < world->entities; i++) {
+        const ll_pair *e = (const ll_pair *)(const void *)&world->entity[i];
+        all += e[0] + e[1] + e[2];
+    }
+    return is_finite(all[0] + all[1]);
 }
 
 static __attribute__((noinline)) bool finite_each(const ll_world *world, int *entity)
@@ -70,7 +74,7 @@ static inline bool finite_world(const ll_world *world, int *entity)
     return finite_sum(world) || finite_each(world, entity);
 }
 
-static ll_status not_finite(const ll_netgame *g, divergence where)
+static __attribute__((noinline)) ll_status not_finite(const ll_netgame *g, divergence where)
 {
     char name[LL_NAME_MAX + 16], view[LL_NAME_MAX + 32] = "";
     if (where.entity < g->config.player_count)
@@ -84,7 +88,7 @@ static ll_status not_finite(const ll_netgame *g, divergence where)
 }
 
 /* A step in which shots are judged. */
-static void step_armed(ll_netgame_run *run)
+static __attribute__((noinline)) void step_armed(ll_netgame_run *run)
 {
     ll_netgame *g = run->game;
     ll_past past = {.history = run->history,
@@ -98,7 +102,7 @@ static void step_armed(ll_netgame_run *run)
         ll_netgame_detect_shots(run, &past);
 }
 
-static void note_starved_before(ll_netgame_run *run)
+static __attribute__((noinline)) void note_starved_before(ll_netgame_run *run)
 {
     for (int i = 0; i < run->players; i++)
         run->seat[i].metrics->input_history.starved_before = run->seat[i].slot->counts.starved;
@@ -187,7 +191,7 @@ static bool shows_news(const ll_client *client, const ll_client_setup *s, ll_tim
            ll_client_state((ll_client *)client, client->snapshots.received - 1)->arrived > before;
 }
 
-static void record_display(const ll_netgame_run *run, int player)
+static __attribute__((noinline)) void record_display(const ll_netgame_run *run, int player)
 {
     const ll_netgame_seat *seat = &run->seat[player];
     const ll_time now = run->game->now;
@@ -347,7 +351,7 @@ static void renew_player(const ll_netgame_run *run, schedule *next, int player)
     next->player[player] = first;
 }
 
-static void renew_all(const ll_netgame_run *run, schedule *next)
+static __attribute__((noinline)) void renew_all(const ll_netgame_run *run, schedule *next)
 {
     next->tend = turn_of(run->server->next_check, ACTOR_TEND, 0);
     renew_update(run, next);
@@ -449,7 +453,7 @@ static void take_seat(ll_netgame_run *run, int i)
     }
 }
 
-static void begin(ll_netgame_run *run, ll_netgame *g, const ll_recorder *r)
+static __attribute__((noinline)) void begin(ll_netgame_run *run, ll_netgame *g, const ll_recorder *r)
 {
     run->game = g;
     run->rules = ll_netgame_game(g);
