@@ -56,7 +56,7 @@ typedef struct place {
     double beyond_s;      /* after the newest */
 } place;
 
-static place find(ll_client *c, ll_time time)
+static inline place find(ll_client *c, ll_time time)
 {
     int64_t oldest = ll_client_oldest(c), i = c->snapshots.received - 1;
     while (i > oldest && ll_client_state(c, i)->time > time)
