@@ -314,12 +314,33 @@ static turn arrival_of(const ll_link *link, actor who, int player)
 }
 
 /* The next turns: of the server and of the players. Each is computed again only if the last event may have
- * changed it. */
+ * changed it. Those of the players are the leaves of a tree in which every node has the first of its two
+ * children, which are at twice its index and after that: the root, at 1, has the first of all. */
 typedef struct schedule {
     turn step, update, tend; /* the server's */
     turn server;             /* the first of them */
-    turn player[LL_PLAYERS_MAX];
+    int leaves;              /* a power of two; player i is at leaves + i, and the rest have no turn */
+    turn tree[2 * LL_PLAYERS_MAX];
 } schedule;
+
+_Static_assert((LL_PLAYERS_MAX & (LL_PLAYERS_MAX - 1)) == 0, "the tree has room for every player");
+
+static void begin_schedule(schedule *next, int players)
+{
+    next->step = INT64_MAX;
+    next->leaves = 1;
+    while (next->leaves < players)
+        next->leaves *= 2;
+    for (int i = 1; i < 2 * next->leaves; i++)
+        next->tree[i] = INT64_MAX;
+}
+
+static void set_player(schedule *next, int player, turn first)
+{
+    int at = next->leaves + player;
+    for (next->tree[at] = first; at > 1; at /= 2)
+        next->tree[at / 2] = earlier(next->tree[at], next->tree[at ^ 1]);
+}
 
 static void renew_step(const ll_netgame_run *run, schedule *next)
 {
@@ -348,7 +369,7 @@ static void renew_player(const ll_netgame_run *run, schedule *next, int player)
         first = earlier(first, turn_of(ll_dejitter_next_due(seat->dejitter), ACTOR_PLAYOUT, player));
     if (seat->transport)
         first = earlier(first, turn_of(ll_transport_due(seat->transport), ACTOR_TRANSPORT, player));
-    next->player[player] = first;
+    set_player(next, player, first);
 }
 
 static __attribute__((noinline)) void renew_all(const ll_netgame_run *run, schedule *next)
@@ -364,18 +385,11 @@ static __attribute__((noinline)) void renew_all(const ll_netgame_run *run, sched
 static void renew_arrivals(const ll_netgame_run *run, schedule *next)
 {
     for (int i = 0; i < run->players; i++) {
-        next->player[i] = earlier(next->player[i], arrival_of(run->seat[i].down, ACTOR_DOWN, i));
+        set_player(next, i,
+                   earlier(next->tree[next->leaves + i], arrival_of(run->seat[i].down, ACTOR_DOWN, i)));
         if (run->seat[i].transport)
             renew_player(run, next, i);
     }
-}
-
-static turn first_of(const schedule *next, int players)
-{
-    turn first = next->server;
-    for (int i = 0; i < players; i++)
-        first = earlier(first, next->player[i]);
-    return first;
 }
 
 /* False when a world has diverged, at `where`. */
@@ -476,14 +490,15 @@ static __attribute__((noinline)) void begin(ll_netgame_run *run, ll_netgame *g, 
 ll_status ll_netgame_run_until(ll_netgame *g, ll_time until, const ll_recorder *r, ll_pace *pace)
 {
     ll_netgame_run run;
-    schedule next = {.step = INT64_MAX};
+    schedule next;
     divergence where = {0, -1};
     const bool paced = pace && pace->interrupt;
     const turn end = turn_of(until + 1, (actor)0, 0);
     begin(&run, g, r);
+    begin_schedule(&next, run.players);
     renew_all(&run, &next);
     for (;;) {
-        turn now = first_of(&next, run.players);
+        turn now = earlier(next.server, next.tree[1]);
         if (now >= end)
             break;
         if (paced && !ll_goes_on(pace))
