@@ -319,7 +319,7 @@ static turn arrival_of(const ll_link *link, actor who, int player)
 typedef struct schedule {
     turn step, update, tend; /* the server's */
     turn server;             /* the first of them */
-    int leaves;              /* a power of two; player i is at leaves + i, and the rest have no turn */
+    unsigned leaves;         /* a power of two; player i is at leaves + i, and the rest have no turn */
     turn tree[2 * LL_PLAYERS_MAX];
 } schedule;
 
@@ -329,15 +329,15 @@ static void begin_schedule(schedule *next, int players)
 {
     next->step = INT64_MAX;
     next->leaves = 1;
-    while (next->leaves < players)
+    while (next->leaves < (unsigned)players)
         next->leaves *= 2;
-    for (int i = 1; i < 2 * next->leaves; i++)
+    for (unsigned i = 1; i < 2 * next->leaves; i++)
         next->tree[i] = INT64_MAX;
 }
 
 static void set_player(schedule *next, int player, turn first)
 {
-    int at = next->leaves + player;
+    unsigned at = next->leaves + (unsigned)player;
     for (next->tree[at] = first; at > 1; at /= 2)
         next->tree[at / 2] = earlier(next->tree[at], next->tree[at ^ 1]);
 }
@@ -385,8 +385,9 @@ static __attribute__((noinline)) void renew_all(const ll_netgame_run *run, sched
 static void renew_arrivals(const ll_netgame_run *run, schedule *next)
 {
     for (int i = 0; i < run->players; i++) {
-        set_player(next, i,
-                   earlier(next->tree[next->leaves + i], arrival_of(run->seat[i].down, ACTOR_DOWN, i)));
+        set_player(
+            next, i,
+            earlier(next->tree[next->leaves + (unsigned)i], arrival_of(run->seat[i].down, ACTOR_DOWN, i)));
         if (run->seat[i].transport)
             renew_player(run, next, i);
     }
