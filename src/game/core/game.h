@@ -183,6 +183,17 @@ static inline void ll_entity_set_add(ll_entity_set *set, int entity)
     set->bits[entity >> 6] |= UINT64_C(1) << (entity & 63);
 }
 
+/* The first entity of the set from `from` on; `end`: there is none before it. */
+static inline int ll_entity_set_next(const ll_entity_set *set, int from, int end)
+{
+    for (; from < end; from = (from | 63) + 1) {
+        uint64_t left = set->bits[from >> 6] >> (from & 63);
+        if (left != 0)
+            return from + __builtin_ctzll(left) < end ? from + __builtin_ctzll(left) : end;
+    }
+    return end;
+}
+
 static inline size_t ll_extent_size(ll_extent extent)
 {
     return sizeof(ll_world) + (size_t)extent.entities * sizeof(ll_entity) + (size_t)extent.tail;

@@ -181,17 +181,19 @@ static inline void enqueue(ll_link *l, entry e)
 /* ---- store ---- */
 
 /* Closes the holes from the front, in order. Meanwhile each parcel stores its entry's index, and the entry
- * the number. */
+ * the number. Before the first in flight, most of a full store, there are only holes. */
 static void pack(ll_link *l)
 {
     entry *queue = queue_of(l);
+    int32_t from = l->top;
     for (int32_t i = l->first; i < l->end; i++) {
         parcel *p = parcel_at(l, queue[i].at);
+        from = queue[i].at < from ? queue[i].at : from;
         queue[i].at = (int32_t)p->number;
         p->number = (uint32_t)i;
     }
     int32_t top = 0;
-    for (int32_t at = 0, stride; at < l->top; at += stride) {
+    for (int32_t at = from, stride; at < l->top; at += stride) {
         parcel *p = parcel_at(l, at);
         stride = stride_of(size_of(p));
         if (!in_flight(p))

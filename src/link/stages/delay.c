@@ -6,7 +6,8 @@ const ll_delay_model *const ll_delay_models[] = {LL_DELAY_MODELS(ROW) NULL};
 
 /* The distribution function of a normal deviate is uniform, so correlated deviates can be mapped to any
  * distribution. The first one of a chain is not scaled, so that it has the same variance. */
-static double correlated_unit(const ll_passage *p, const ll_delay_model *model, ll_memory *m)
+static __attribute__((noinline)) double correlated_unit(const ll_passage *p, const ll_delay_model *model,
+                                                        ll_memory *m)
 {
     double corr = model->deviate_corr(p->params->delay_corr_pct / 100);
     double deviate = ll_rng_normal(p->seed, p->stream + LL_STREAM_DELAY, p->counter);

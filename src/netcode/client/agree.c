@@ -60,8 +60,8 @@ static bool same(const ll_entity *a, const ll_entity *b)
 bool ll_same_in(const ll_world *a, const ll_world *b, const ll_entity_set *set)
 {
     const int end = ll_set_end(a);
-    for (int i = 0; i < end; i++)
-        if (ll_entity_set_has(set, i) && !same(&a->entity[i], &b->entity[i]))
+    for (int i = ll_entity_set_next(set, 0, end); i < end; i = ll_entity_set_next(set, i + 1, end))
+        if (!same(&a->entity[i], &b->entity[i]))
             return false;
     return true;
 }
@@ -70,11 +70,11 @@ bool ll_agrees_in(const ll_agreement *agreement, const ll_world *predicted, cons
                   const ll_entity_set *set)
 {
     const int end = ll_set_end(state);
-    for (int i = 0; i < end; i++) {
+    for (int i = ll_entity_set_next(set, 0, end); i < end; i = ll_entity_set_next(set, i + 1, end)) {
         const ll_entity *p = &predicted->entity[i], *q = &state->entity[i];
         bool exact = agreement->tolerance_m == 0 &&
                      (i == agreement->exact || (agreement->begun.m == 0 && agreement->state.m == 0));
-        if (ll_entity_set_has(set, i) && !same(p, q) && (exact || !entity_agrees(agreement, i, p, q)))
+        if (!same(p, q) && (exact || !entity_agrees(agreement, i, p, q)))
             return false;
     }
     return true;

@@ -25,7 +25,8 @@ static bool measures(const ll_connection *n)
     return n->state == LL_CONNECTION_SYNCHRONISING || n->state == LL_CONNECTION_RESYNCHRONISING;
 }
 
-static void enter(ll_client *c, const ll_client_setup *s, ll_connection_state state, ll_time now)
+static __attribute__((noinline)) void enter(ll_client *c, const ll_client_setup *s, ll_connection_state state,
+                                            ll_time now)
 {
     ll_connection *n = &c->connection;
     n->in_state[n->state] += now - n->since;
@@ -62,8 +63,16 @@ static ll_time next_request(const ll_connection *n)
     return n->asks < idle ? n->asks : idle;
 }
 
+/* Whether a client that plays is stalled before it is disconnected: as by default. */
+static bool notices_first(const ll_client_setup *s)
+{
+    return s->rules->timeout_s >= LL_NOTICE / 1e9 || s->rules->timeout_s == 0;
+}
+
 static ll_time ends_at(const ll_connection *n, const ll_client_setup *s)
 {
+    if (n->state == LL_CONNECTION_PLAYING && notices_first(s))
+        return n->last_received + LL_NOTICE;
     if (asks_in(n))
         return LL_NEVER;
     ll_time notice = n->state == LL_CONNECTION_STALLED ? LL_NEVER : n->last_received + LL_NOTICE,
@@ -93,7 +102,8 @@ static void end_by_silence(ll_client *c, const ll_client_setup *s, ll_time now)
     enter(c, s, n->joined ? LL_CONNECTION_DISCONNECTED : LL_CONNECTION_CONNECTING, now);
 }
 
-int ll_connection_poll(ll_client *c, const ll_client_setup *s, ll_time now, void *packet)
+__attribute__((noinline)) int ll_connection_poll(ll_client *c, const ll_client_setup *s, ll_time now,
+                                                 void *packet)
 {
     ll_connection *n = &c->connection;
     end_by_silence(c, s, now);
@@ -169,26 +179,32 @@ static bool is_dropped(const ll_connection *n, uint16_t epoch)
     return epoch == 0 || (int16_t)(uint16_t)(epoch - n->epoch) > 0;
 }
 
-bool ll_connection_receive(ll_client *c, const ll_client_setup *s, const void *packet, int size, ll_time now)
+/* A function of its own, as the start of a state: most packets are of the game. */
+static __attribute__((noinline)) void take_answer(ll_client *c, const ll_client_setup *s, const void *packet,
+                                                  int size, ll_time now)
 {
     ll_connection *n = &c->connection;
-    ll_message_head head;
     ll_answer_message m;
-    memcpy(&head, packet, sizeof head);
-    bool answers = head.type == LL_MESSAGE_ACCEPT || head.type == LL_MESSAGE_PONG;
-    n->last_received = now;
-    if (n->state == LL_CONNECTION_STALLED)
-        enter(c, s, LL_CONNECTION_RESYNCHRONISING, now);
-    if (!answers)
-        return false;
     memcpy(&m, packet, sizeof m);
     const char *world = size > (int)sizeof m ? (const char *)packet + sizeof m : NULL;
     bool news = n->seen == LL_NEVER || m.received > n->seen; /* and not an overtaken one */
     n->seen = news ? m.received : n->seen;
-    if (head.type == LL_MESSAGE_ACCEPT)
+    if (m.head.type == LL_MESSAGE_ACCEPT)
         take_accept(c, s, &m, world, now);
-    else if (asks_in(n) ? head.epoch == 0 : news && is_dropped(n, head.epoch))
+    else if (asks_in(n) ? m.head.epoch == 0 : news && is_dropped(n, m.head.epoch))
         take_refusal(c, s, now);
     take_echo(c, s, &m, now);
+}
+
+bool ll_connection_receive(ll_client *c, const ll_client_setup *s, const void *packet, int size, ll_time now)
+{
+    ll_message_head head;
+    memcpy(&head, packet, sizeof head);
+    c->connection.last_received = now;
+    if (c->connection.state == LL_CONNECTION_STALLED)
+        enter(c, s, LL_CONNECTION_RESYNCHRONISING, now);
+    if (head.type != LL_MESSAGE_ACCEPT && head.type != LL_MESSAGE_PONG)
+        return false;
+    take_answer(c, s, packet, size, now);
     return true;
 }

@@ -224,8 +224,8 @@ static bool may_be_touched(const ll_client *c, const ll_client_setup *s, const l
     return memcmp(&set, &alone, sizeof set) != 0;
 }
 
-static bool agrees(ll_client *c, const ll_client_setup *s, const ll_world *checked,
-                   const ll_snapshot_entry *state)
+static __attribute__((noinline)) bool agrees(ll_client *c, const ll_client_setup *s, const ll_world *checked,
+                                             const ll_snapshot_entry *state)
 {
     int64_t ticks = s->sync->applies_on_arrival ? (int64_t)c->inputs.acked - c->prediction.begun_acked
                                                 : state->tick - c->prediction.begun_tick;
@@ -364,21 +364,14 @@ static void reach_snap(ll_client *c, const ll_client_setup *s)
         predict_input(c, s, ++c->prediction.played);
 }
 
-void ll_reconcile(ll_client *c, const ll_client_setup *s, bool stands, ll_time now)
+/* Rebuilds the prediction from a snapshot that it does not agree with. */
+static __attribute__((noinline)) void rebuild(ll_client *c, const ll_client_setup *s, ll_time now)
 {
     const ll_world *world = ll_client_predicted(c);
     ll_entity before[LL_TOUCHING_MAX];
     ll_entity_set set = c->prediction.entities;
     uint32_t acked = c->prediction.begun_acked;
     int64_t tick = c->prediction.begun_tick;
-    if (c->predicting != mark_of(s))
-        return; /* it is about to start, from the same snapshot */
-    if (s->config->reconciliation)
-        reach_snap(c, s);
-    if (s->config->input_delay_ticks > 0 && s->config->reconciliation)
-        reach_state(c, s);
-    if (stands)
-        return; /* the prediction stands */
     memcpy(before, world->entity, (size_t)ll_set_end(world) * sizeof before[0]);
     if (s->config->reconciliation)
         replay(c, s, now);
@@ -389,6 +382,18 @@ void ll_reconcile(ll_client *c, const ll_client_setup *s, bool stands, ll_time n
         ll_note_correction(c, s, cause_of(c, s, acked, tick), moved, now);
 }
 
+void ll_reconcile(ll_client *c, const ll_client_setup *s, bool stands, ll_time now)
+{
+    if (c->predicting != mark_of(s))
+        return; /* it is about to start, from the same snapshot */
+    if (s->config->reconciliation)
+        reach_snap(c, s);
+    if (s->config->input_delay_ticks > 0 && s->config->reconciliation)
+        reach_state(c, s);
+    if (!stands)
+        rebuild(c, s, now);
+}
+
 void ll_draw_predicted(ll_client *c, ll_time now)
 {
     const ll_world *world = ll_client_predicted(c);
@@ -396,10 +401,9 @@ void ll_draw_predicted(ll_client *c, ll_time now)
     LL_VALIDATE(c->predicting > 0);
     if (ll_scopes[c->predicting - 1]->guesses)
         present = ll_client_step_time(c, c->prediction.tick);
+    const ll_entity_set *set = &c->prediction.entities;
     const int end = ll_set_end(world);
-    for (int i = 0; i < end; i++) {
-        if (!ll_entity_set_has(&c->prediction.entities, i))
-            continue;
+    for (int i = ll_entity_set_next(set, 0, end); i < end; i = ll_entity_set_next(set, i + 1, end)) {
         ll_client_rendered(c)->entity[i] = world->entity[i];
         ll_client_draw_infos(c)[i] =
             (ll_draw_info){.time = i == c->self ? now : present, .flags = LL_RENDERED_PREDICTED};

@@ -84,6 +84,16 @@ static ll_action ask_script(const ll_client *c, const ll_client_setup *s, const 
     return a;
 }
 
+/* What the server gets instead of the player's controls `a`. */
+static __attribute__((noinline)) ll_action cheated(const ll_client *c, const ll_client_setup *s,
+                                                   const ll_world *seen, ll_time t, ll_action a)
+{
+    ll_cheat_action(c, s, &a);
+    if (s->config->cheat == LL_CHEAT_AIM_BOT)
+        ll_cheat_aim(c, s, seen, t, &a);
+    return for_its_time(c, s, a);
+}
+
 ll_action ll_client_control(const ll_client *c, const ll_client_setup *s, const ll_world *seen, ll_time t)
 {
     const ll_player_config *config = s->config;
@@ -93,10 +103,7 @@ ll_action ll_client_control(const ll_client *c, const ll_client_setup *s, const 
     s->client_metrics->controls = a;
     const ll_action honest = for_its_time(c, s, a);
     ll_honest_controls(&s->client_metrics->honest, &honest);
-    ll_cheat_action(c, s, &a);
-    if (config->cheat == LL_CHEAT_AIM_BOT)
-        ll_cheat_aim(c, s, seen, t, &a);
-    return for_its_time(c, s, a);
+    return config->cheat == LL_CHEAT_NONE ? honest : cheated(c, s, seen, t, a);
 }
 
 #define QUIET 4 /* intervals without a step: some player's inputs are missing */
@@ -105,7 +112,8 @@ ll_action ll_client_control(const ll_client *c, const ll_client_setup *s, const 
  * refuse as too far ahead are not sent. While no step is made, it is the number that fits into the round
  * trip: enough to continue at the full rate, and no more, because inputs made beyond that stay late for good.
  */
-static int64_t inputs_allowed(const ll_client *c, const ll_client_setup *s, ll_time now)
+static __attribute__((noinline)) int64_t inputs_allowed(const ll_client *c, const ll_client_setup *s,
+                                                        ll_time now)
 {
     int64_t ahead = c->inputs.tick - c->snapshots.confirmed;
     ll_time last_arrival =
@@ -192,7 +200,7 @@ static uint16_t snapshot_age_of(const ll_client *c, const ll_client_setup *s, in
 }
 
 /* Adds which snapshots have come, of those that contain only some of the entities. Returns its size. */
-static int put_received(const ll_client *c, ll_input_message *m, int count)
+static __attribute__((noinline)) int put_received(const ll_client *c, ll_input_message *m, int count)
 {
     const ll_snapshot_entry *newest = ll_client_state((ll_client *)c, c->snapshots.received - 1);
     if (m->lead == 0 || !newest->selected)

@@ -39,8 +39,10 @@ static void count(ll_smoothness *s, ll_pair step, ll_pair acceleration, double m
     s->seconds += dt;
     s->step_max = far > s->step_max ? far : s->step_max;
     s->truth_step_sum += moved;
-    s->moving += moved > 0;
-    s->frozen += moved > 0 && far == 0;
+    if (moved > 0) {
+        s->moving++;
+        s->frozen += far == 0;
+    }
     s->reversals += product(step, pair_at(&s->step_x)) < 0;
 }
 

@@ -42,8 +42,8 @@ static int64_t own_tick(const ll_client *c, const ll_truth *t)
 
 /* Where inputs are applied on arrival, a predicted view belongs to the input that was applied last. The state
  * after that input is the server's newest, or the server has not made it yet. */
-static void measure_own_played(ll_client_metrics *in, const ll_client *c, const ll_truth *t,
-                               const ll_rendered_view *drawn)
+static __attribute__((noinline)) void measure_own_played(ll_client_metrics *in, const ll_client *c,
+                                                         const ll_truth *t, const ll_rendered_view *drawn)
 {
     const ll_entity *real = &t->world->entity[c->self];
     const ll_rendered_view truth = {t->acked, ll_history_newest(t->history), real->x, real->y};
@@ -152,8 +152,8 @@ static ll_time drawn_time(int64_t when, const ll_history *history, ll_time now)
 }
 
 /* Timeline error of entities drawn ahead of the server. */
-static void measure_ahead(ll_client_metrics *in, int entity, const ll_entity *drawn, int64_t when,
-                          const ll_history *history, ll_time now)
+static __attribute__((noinline)) void measure_ahead(ll_client_metrics *in, int entity, const ll_entity *drawn,
+                                                    int64_t when, const ll_history *history, ll_time now)
 {
     ll_awaited *a = &in->track[entity].awaited;
     double x, y;
@@ -204,7 +204,8 @@ static double timeline_error(const drawn_at *d, int entity, const ll_entity *dra
     return distance(drawn->x, drawn->y, a->x + d->share * (b->x - a->x), a->y + d->share * (b->y - a->y));
 }
 
-static void measure_nearness(const ll_truth *truth, int self, const ll_entity *e, double error)
+static __attribute__((noinline)) void measure_nearness(const ll_truth *truth, int self, const ll_entity *e,
+                                                       double error)
 {
     const ll_entity *own = &truth->world->entity[self];
     const bool far = distance(own->x, own->y, e->x, e->y) > truth->nearness->near_m;
@@ -403,8 +404,9 @@ static void measure_between(ll_client_metrics *const *in, const ll_entity *const
         ll_inconsistency_in(&in[i]->clients, &in[i]->track[e].clients, far[i], frame);
 }
 
-void ll_client_metrics_between(ll_client_metrics *const *in, const ll_client *const *clients, int count,
-                               ll_time now, ll_time elapsed)
+__attribute__((noinline)) void ll_client_metrics_between(ll_client_metrics *const *in,
+                                                         const ll_client *const *clients, int count,
+                                                         ll_time now, ll_time elapsed)
 {
     const ll_entity *shown[LL_PLAYERS_MAX];
     const ll_frame_length frame = ll_frame_length_of(elapsed);

@@ -60,8 +60,9 @@ static void accept(ll_server *server, bool with_world, int player, const ll_requ
     connection->joins++;
 }
 
-static ll_admitted take_connect(ll_server *server, bool with_world, int player,
-                                const ll_request_message *request, ll_time now, void *reply)
+static __attribute__((noinline)) ll_admitted take_connect(ll_server *server, bool with_world, int player,
+                                                          const ll_request_message *request, ll_time now,
+                                                          void *reply)
 {
     ll_slot_connection *connection = &server->client_slots[player].connection;
     bool fresh = request->seen != LL_NEVER && now - request->seen <= LL_FRESH;
@@ -77,31 +78,47 @@ static ll_admitted take_connect(ll_server *server, bool with_world, int player,
     return done;
 }
 
-ll_admitted ll_admission_receive(ll_server *server, bool with_world, int player, const void *packet,
-                                 ll_time now, void *reply)
+static bool asks(const ll_message_head *head)
+{
+    return head->type == LL_MESSAGE_CONNECT || head->type == LL_MESSAGE_PING;
+}
+
+/* Of a request, or of a player who is not connected. */
+static __attribute__((noinline)) ll_admitted receive_request(ll_server *server, bool with_world, int player,
+                                                             const void *packet, ll_time now, void *reply)
 {
     ll_slot_connection *connection = &server->client_slots[player].connection;
     ll_message_head head;
     ll_request_message request;
     memcpy(&head, packet, sizeof head);
-    bool asks = head.type == LL_MESSAGE_CONNECT || head.type == LL_MESSAGE_PING;
-    if (asks)
+    const bool asked = asks(&head);
+    if (asked)
         memcpy(&request, packet, sizeof request);
     if (head.type == LL_MESSAGE_CONNECT)
         return take_connect(server, with_world, player, &request, now, reply);
-    if (!asks && connection->connected)
-        return (ll_admitted){.game = head.epoch == connection->epoch};
     if (head.type == LL_MESSAGE_PING)
         connection->offset = head.count;
-    if (asks && request.seen != LL_NEVER && request.seen > connection->seen) {
+    if (asked && request.seen != LL_NEVER && request.seen > connection->seen) {
         connection->seen = request.seen;
         connection->last_ack = now;
     }
-    if (!asks && now - connection->last_sent < LL_KEEP_ALIVE)
+    if (!asked && now - connection->last_sent < LL_KEEP_ALIVE)
         return (ll_admitted){.reply = 0}; /* it already knows that it is not connected */
     return (ll_admitted){.reply = answer(server, player,
-                                         (answer_kind){LL_MESSAGE_PONG, asks ? &request : NULL, false}, now,
+                                         (answer_kind){LL_MESSAGE_PONG, asked ? &request : NULL, false}, now,
                                          reply)};
+}
+
+/* Most packets are of the game. */
+ll_admitted ll_admission_receive(ll_server *server, bool with_world, int player, const void *packet,
+                                 ll_time now, void *reply)
+{
+    const ll_slot_connection *connection = &server->client_slots[player].connection;
+    ll_message_head head;
+    memcpy(&head, packet, sizeof head);
+    if (connection->connected && !asks(&head))
+        return (ll_admitted){.game = head.epoch == connection->epoch};
+    return receive_request(server, with_world, player, packet, now, reply);
 }
 
 bool ll_admission_check(ll_server *server, int player, ll_time timeout, ll_time now)

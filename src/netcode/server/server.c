@@ -190,9 +190,9 @@ typedef struct arrived_input {
 static ll_rule judge(const ll_server *server, const ll_sync_mode *sync, ll_client_slot *client_slot,
                      const arrived_input *input)
 {
-    ll_action relative = normalised(server, sync, input->action);
     if (!server->rules.validates) /* the ring has no slot further ahead */
         return input->ahead >= LL_INPUT_RING && !sync->applies_on_arrival ? LL_RULE_BUDGET : LL_RULE_NONE;
+    const ll_action relative = normalised(server, sync, input->action);
     return ll_validate(&relative, input->use, &client_slot->limits.allowance, server->client_freq,
                        input->now);
 }
@@ -203,15 +203,15 @@ static int32_t received_of(const ll_input_message *message)
     return message->lead > 0 ? message->tick - message->lead : 0;
 }
 
-/* Keeps an input for its step, or what replaces it. */
-static void store_input(ll_slot_inputs *inputs, int64_t tick, const ll_input_slot *input, bool replaces)
+/* The place of input `seq` for its step, or of what replaces it. */
+static ll_input_slot *input_place(ll_slot_inputs *inputs, int64_t tick, uint32_t seq, bool replaces)
 {
     LL_ASSERT(tick > inputs->newest - LL_INPUT_RING); /* overwrites no later input */
-    inputs->ring[tick & (LL_INPUT_RING - 1)] = *input;
     mark_replaced(inputs, tick, replaces);
-    inputs->seq_minus_tick = (int64_t)input->seq - tick;
+    inputs->seq_minus_tick = (int64_t)seq - tick;
     if (tick > inputs->newest)
         inputs->newest = tick;
+    return &inputs->ring[tick & (LL_INPUT_RING - 1)];
 }
 
 /* Decides input `i` of a message, a new one. A function of its own: most inputs of a message are repeated,
@@ -245,16 +245,17 @@ static __attribute__((noinline)) void take_input(ll_server *server, const ll_syn
         if (sync->applies_on_arrival)
             ll_time_spend(&limits->account, action, server->client_freq, now);
     }
-    ll_input_slot slot = {tick, now, *action, result->seq, received_of(message)};
+    ll_input_slot *slot = input_place(&client_slot->inputs, tick, result->seq, rule != LL_RULE_NONE);
+    *slot = (ll_input_slot){tick, now, *action, result->seq, received_of(message)};
     if (rule != LL_RULE_NONE)
-        slot.action = replacement(server, client_slot, tick);
-    store_input(&client_slot->inputs, tick, &slot, rule != LL_RULE_NONE);
+        slot->action = replacement(server, client_slot, tick);
     if (i >= message->head.count - message->fresh) /* a repeated one says nothing about the link's delay */
         measure_slack(client_slot, ahead, result->seq);
 }
 
 /* A message says which snapshots the client has. */
-static void take_received(ll_server *server, int player, const ll_input_message *message)
+static __attribute__((noinline)) void take_received(ll_server *server, int player,
+                                                    const ll_input_message *message)
 {
     ll_replicas *replicas = ll_server_replicas(server);
     uint32_t before;
@@ -345,7 +346,7 @@ int ll_server_message_max(ll_extent extent, int players)
 }
 
 /* Appends the axes of all players but `player` in the last step; returns the end. */
-static char *put_axes(const ll_server *server, int player, char *at)
+static __attribute__((noinline)) char *put_axes(const ll_server *server, int player, char *at)
 {
     for (int i = 0; i < server->players; i++) {
         if (i == player)
@@ -375,8 +376,8 @@ static uint32_t result_words(const ll_server *server, const ll_client_slot *clie
 }
 
 /* Appends the results of inputs; returns the end. */
-static char *put_results(const ll_server *server, const ll_client_slot *client_slot, const ll_sync_mode *sync,
-                         char *at)
+static __attribute__((noinline)) char *put_results(const ll_server *server, const ll_client_slot *client_slot,
+                                                   const ll_sync_mode *sync, char *at)
 {
     ll_input_result_part part = {client_slot->inputs.decided, result_words(server, client_slot, sync)};
     memcpy(at, &part, sizeof part);
@@ -410,7 +411,7 @@ static int64_t encode(const ll_codec *codec, const ll_outgoing *out, uint8_t *by
 }
 
 /* The receiver's replica, and what all have in common. */
-static void add_replica(const ll_server *server, int player, ll_outgoing *out)
+static __attribute__((noinline)) void add_replica(const ll_server *server, int player, ll_outgoing *out)
 {
     const ll_slot_connection *connection = &server->client_slots[player].connection;
     out->replicas = ll_server_replicas(server);

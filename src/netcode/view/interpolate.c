@@ -58,7 +58,7 @@ typedef struct place {
     double beyond_s;      /* after the newest */
 } place;
 
-static place find(ll_client *c, ll_time time)
+static inline place find(ll_client *c, ll_time time)
 {
     int64_t oldest = ll_client_oldest(c), i = c->snapshots.received - 1;
     while (i > oldest && ll_client_state(c, i)->time > time)
@@ -123,10 +123,8 @@ void ll_blend(ll_client *c, const ll_snapshot_entry *a, const ll_snapshot_entry 
 /* ---- a frame ---- */
 
 /* New snapshots show where the others were when the last frame extrapolated them. */
-static void correct_extrapolation(ll_client *c, const ll_client_setup *s)
+static __attribute__((noinline)) void correct_extrapolation(ll_client *c, const ll_client_setup *s)
 {
-    if (c->drawing.received == c->snapshots.received || !c->view.has_render || !c->view.extrapolated)
-        return;
     const place p = find(c, c->view.render);
     for (int i = 0; i < ll_client_rendered(c)->entities; i++) {
         const ll_view_error *e = &ll_client_errors(c)[i];
@@ -188,7 +186,8 @@ static void take_stock(ll_client *c, const ll_client_setup *s, ll_view_state mov
     }
 }
 
-static void extrapolate_others(ll_client *c, const ll_client_setup *s, const place *p)
+static __attribute__((noinline)) void extrapolate_others(ll_client *c, const ll_client_setup *s,
+                                                         const place *p)
 {
     ll_world *shown = ll_client_rendered(c);
     for (int i = 0; i < shown->entities; i++)
@@ -254,9 +253,10 @@ static void draw_others(ll_client *c, const ll_client_setup *s)
     else if (!drawn)
         draw_between(c, ll_interpolations[s->config->interpolation_method], &p);
     ll_draw_info *marks = ll_client_draw_infos(c);
+    const ll_draw_info own = marks[c->self];
     for (int i = 0; i < shown->entities; i++)
-        if (i != c->self)
-            marks[i] = mark;
+        marks[i] = mark;
+    marks[c->self] = own;
     c->drawing.alpha = p.alpha;
     c->drawing.depth = c->snapshots.received - 1 - p.index;
     c->drawing.buffer_ms = ll_to_ms(ll_client_state(c, c->snapshots.received - 1)->time - mark.time);
@@ -275,7 +275,8 @@ void ll_interpolate_server_time(ll_client *c, const ll_client_setup *s, ll_time 
 {
     const ll_player_config *config = s->config;
     bool jumped = false;
-    correct_extrapolation(c, s);
+    if (c->drawing.received != c->snapshots.received && c->view.has_render && c->view.extrapolated)
+        correct_extrapolation(c, s);
     c->view.delay =
         config->interpolation ? ll_interpolation_delays[config->interpolation_delay]->delay(c, config) : 0;
     ll_view_state moved = move(c, s, reference(c, s, now) - c->view.delay, &jumped);

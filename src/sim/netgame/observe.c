@@ -35,23 +35,25 @@ void ll_netgame_record_shot(void *context, const ll_hit_result *j)
         judge_neglect(g, j);
 }
 
-/* Measures the gain of cheats. A step stands for its length; an update that applies inputs on arrival, for
- * the time since the one before. */
+/* Measures what player `i` gains by its cheat. A step stands for its length; an update that applies inputs on
+ * arrival, for the time since the one before. */
+static __attribute__((noinline)) void watch_cheat(ll_netgame_run *run, int i, ll_time since)
+{
+    const bool drains = run->sync->applies_on_arrival;
+    const ll_game_env *env = &run->game->env;
+    ll_client_metrics *in = run->seat[i].metrics;
+    const ll_honest_stepped stepped = {run->world, run->server->step, run->game->now, drains};
+    ll_cheat_gain_step(&in->gain, run->rules, env, &run->world->entity[i], drains ? ll_to_s(since) : env->dt);
+    ll_honest_step(&in->honest, run->rules, env, i, &stepped);
+}
+
 void ll_netgame_watch_players(ll_netgame_run *run, ll_time since)
 {
-    bool drains = run->sync->applies_on_arrival;
-    const ll_game_env *env = &run->game->env;
     if (!(run->observes & LL_OBSERVE_GAIN))
         return;
-    for (int i = 0; i < run->players; i++) {
-        if (run->seat[i].setup.config->cheat == LL_CHEAT_NONE)
-            continue;
-        ll_client_metrics *in = run->seat[i].metrics;
-        const ll_honest_stepped stepped = {run->world, run->server->step, run->game->now, drains};
-        ll_cheat_gain_step(&in->gain, run->rules, env, &run->world->entity[i],
-                           drains ? ll_to_s(since) : env->dt);
-        ll_honest_step(&in->honest, run->rules, env, i, &stepped);
-    }
+    for (int i = 0; i < run->players; i++)
+        if (run->seat[i].setup.config->cheat != LL_CHEAT_NONE)
+            watch_cheat(run, i, since);
 }
 
 void ll_netgame_watch_cheats_begin(ll_netgame *g, const ll_netgame_config *next)
@@ -163,7 +165,8 @@ static void raise(const ll_netgame_run *run, int player, ll_alarms *alarms)
         alarms->first = run->game->now;
 }
 
-void ll_netgame_detect_packet(const ll_netgame_run *run, int player, const void *packet)
+__attribute__((noinline)) void ll_netgame_detect_packet(const ll_netgame_run *run, int player,
+                                                        const void *packet)
 {
     ll_rate_watch *watch = &run->detection[player].rate;
     ll_message_head head;
@@ -196,7 +199,7 @@ static void look(const ll_netgame_run *run, const ll_past *past, int player, con
         raise(run, player, &watch->alarms);
 }
 
-void ll_netgame_detect_shots(const ll_netgame_run *run, const ll_past *past)
+__attribute__((noinline)) void ll_netgame_detect_shots(const ll_netgame_run *run, const ll_past *past)
 {
     const int64_t step = run->server->step;
     for (int i = 0; i < run->players; i++) {

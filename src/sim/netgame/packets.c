@@ -49,7 +49,8 @@ static ll_event message_event(const ll_netgame_run *run, int player, const void 
     return e;
 }
 
-static void record_sending(const ll_netgame_run *run, int player, const void *packet, const ll_sending *s)
+static __attribute__((noinline)) void record_sending(const ll_netgame_run *run, int player,
+                                                     const void *packet, const ll_sending *s)
 {
     ll_event e = message_event(run, player, packet);
     e.fate = (uint8_t)s->fate;
@@ -63,7 +64,8 @@ static void record_sending(const ll_netgame_run *run, int player, const void *pa
 }
 
 /* By a transport that makes packets of messages: packets and their fates are noted as they travel. */
-static void send_by_transport(ll_netgame_run *run, int player, bool up, const void *packet, int bytes)
+static __attribute__((noinline)) void send_by_transport(ll_netgame_run *run, int player, bool up,
+                                                        const void *packet, int bytes)
 {
     ll_netgame_seat *seat = &run->seat[player];
     ll_client_metrics *in = seat->metrics;
@@ -94,45 +96,60 @@ static void note_arrivals(ll_input_history *input_history, const ll_message_head
         ll_input_history_sent(input_history, head->seq, head->count, s->copy_due);
 }
 
-/* The usual message takes the short way. */
-static inline ll_sending put_on_link(ll_netgame_run *run, int player, bool up, const void *packet, int bytes)
+/* What a message changes beside its link. */
+static inline void note_sent(const ll_netgame_run *run, const ll_netgame_seat *seat, bool up, int type,
+                             int bytes, int fragments)
 {
-    const ll_netgame_seat *seat = &run->seat[player];
-    ll_link *link = up ? seat->up : seat->down;
-    const ll_link_plan *plan = up ? &seat->up_plan : &seat->down_plan;
-    ll_sending s = {.fate = LL_FATE_DELIVERED, .fragments = 1};
-    ll_packet_tap tap;
-    if (ll_netgame_records_packets(run)) {
-        ll_netgame_tap(run, player, up, &tap);
-        plan = &tap.plan;
-    }
-    if (plan->stages == 0 && ll_link_send_plain(link, plan, run->game->now, packet, bytes, &s.due))
-        return s;
-    return ll_link_send_by(link, plan, run->game->now, packet, bytes);
-}
-
-void ll_netgame_send(ll_netgame_run *run, int player, bool up, const void *packet, int bytes)
-{
-    ll_netgame_seat *seat = &run->seat[player];
     const ll_time now = run->game->now;
-    ll_message_head head;
-    LL_ASSERT(bytes >= (int)sizeof head && bytes <= LL_NETGAME_PACKET_MAX);
-    if (seat->transport) {
-        send_by_transport(run, player, up, packet, bytes);
-        return;
-    }
-    memcpy(&head, packet, sizeof head);
-    const ll_sending s = put_on_link(run, player, up, packet, bytes);
     if (up)
         seat->client->connection.sent = now;
     else
         seat->slot->connection.last_sent = now;
     if (now >= seat->metrics->from)
-        count_traffic(&seat->metrics->traffic, head.type, bytes, s.fragments);
+        count_traffic(&seat->metrics->traffic, type, bytes, fragments);
+}
+
+/* Any message that is a packet, whatever its link does to it. A function of its own: its variables are large.
+ */
+static __attribute__((noinline)) void send_packet(ll_netgame_run *run, int player, bool up,
+                                                  const void *packet, int bytes)
+{
+    const ll_netgame_seat *seat = &run->seat[player];
+    const ll_link_plan *plan = up ? &seat->up_plan : &seat->down_plan;
+    ll_message_head head;
+    ll_packet_tap tap;
+    memcpy(&head, packet, sizeof head);
+    if (ll_netgame_records_packets(run)) {
+        ll_netgame_tap(run, player, up, &tap);
+        plan = &tap.plan;
+    }
+    const ll_sending s = ll_link_send_by(up ? seat->up : seat->down, plan, run->game->now, packet, bytes);
+    note_sent(run, seat, up, head.type, bytes, s.fragments);
     if (head.type == LL_MESSAGE_INPUT && (run->observes & LL_OBSERVE_INPUTS))
         note_arrivals(&seat->metrics->input_history, &head, &s);
     if (run->recorder)
         record_sending(run, player, packet, &s);
+}
+
+/* The usual message takes the short way: unrecorded, on a link without impairments. */
+void ll_netgame_send(ll_netgame_run *run, int player, bool up, const void *packet, int bytes)
+{
+    const ll_netgame_seat *seat = &run->seat[player];
+    const ll_link_plan *plan = up ? &seat->up_plan : &seat->down_plan;
+    ll_message_head head;
+    ll_time due;
+    LL_ASSERT(bytes >= (int)sizeof head && bytes <= LL_NETGAME_PACKET_MAX);
+    if (seat->transport) {
+        send_by_transport(run, player, up, packet, bytes);
+    } else if (run->recorder || plan->stages != 0 ||
+               !ll_link_send_plain(up ? seat->up : seat->down, plan, run->game->now, packet, bytes, &due)) {
+        send_packet(run, player, up, packet, bytes);
+    } else {
+        memcpy(&head, packet, sizeof head);
+        note_sent(run, seat, up, head.type, bytes, 1);
+        if (head.type == LL_MESSAGE_INPUT && (run->observes & LL_OBSERVE_INPUTS))
+            ll_input_history_sent(&seat->metrics->input_history, head.seq, head.count, due);
+    }
 }
 
 static int compose_update(ll_netgame_run *run, int player)
@@ -175,7 +192,8 @@ static void note_result(const ll_netgame_run *run, ll_client_metrics *in, const 
         ll_running_stats_add(&input_history->slack, result->slack);
 }
 
-static void record_result(const ll_netgame_run *run, int player, const ll_input_result *result)
+static __attribute__((noinline)) void record_result(const ll_netgame_run *run, int player,
+                                                    const ll_input_result *result)
 {
     ll_netgame_record(run->recorder, (ll_event){.type = LL_EVENT_INPUT_RESULT,
                                                 .player = (uint8_t)player,
@@ -185,7 +203,7 @@ static void record_result(const ll_netgame_run *run, int player, const ll_input_
                                                 .number = result->seq});
 }
 
-static void refuse(ll_netgame_run *run, int player, const ll_input_result *result)
+static __attribute__((noinline)) void refuse(ll_netgame_run *run, int player, const ll_input_result *result)
 {
     ll_netgame_seat *seat = &run->seat[player];
     if (seat->setup.config->cheat == LL_CHEAT_NONE)
@@ -271,7 +289,7 @@ static __attribute__((noinline)) void pass_on(ll_netgame_run *run, int player, c
 }
 
 /* Checks the connections: players without packets for too long are dropped, and others see them leave. */
-void ll_netgame_check_connections(ll_netgame_run *run)
+__attribute__((noinline)) void ll_netgame_check_connections(ll_netgame_run *run)
 {
     const ll_sync_mode *sync = run->sync;
     ll_server *server = run->server;
@@ -300,7 +318,8 @@ void ll_netgame_check_connections(ll_netgame_run *run)
     }
 }
 
-static void record_applied(const ll_netgame_run *run, int player, const void *packet, int outcome)
+static __attribute__((noinline)) void record_applied(const ll_netgame_run *run, int player,
+                                                     const void *packet, int outcome)
 {
     ll_client *client = run->seat[player].client;
     ll_snapshot_message m;
@@ -353,7 +372,7 @@ static const void *take_off(ll_netgame_run *run, ll_link *link, int *bytes)
 
 /* Only snapshots are played out; packets that the link's receiver holds back stay in the link's store. Holds
  * back a received packet; false: it goes to the client at once. */
-static bool hold(ll_netgame_run *run, int player, const void *packet, int bytes)
+static __attribute__((noinline)) bool hold(ll_netgame_run *run, int player, const void *packet, int bytes)
 {
     ll_netgame_seat *seat = &run->seat[player];
     const ll_player_config *config = seat->setup.config;
@@ -388,7 +407,7 @@ static int play_out(ll_netgame_run *run, int player)
 /* ---- deliveries ---- */
 
 /* A packet brings any number of messages. */
-static void arrive_up(ll_netgame_run *run, int player)
+static __attribute__((noinline)) void arrive_up(ll_netgame_run *run, int player)
 {
     ll_netgame_transport_arrive(run, player, LL_SERVER_SIDE);
     while (ll_netgame_transport_take(run, player, LL_SERVER_SIDE, run->received) >= 0)
@@ -403,7 +422,7 @@ static void client_gets(ll_netgame_run *run, int player, const void *packet, int
         client_receives(run, player, packet, bytes);
 }
 
-static void arrive_down(ll_netgame_run *run, int player)
+static __attribute__((noinline)) void arrive_down(ll_netgame_run *run, int player)
 {
     int bytes;
     ll_netgame_transport_arrive(run, player, LL_CLIENT_SIDE);
@@ -438,7 +457,7 @@ void ll_netgame_deliver_down(ll_netgame_run *run, int player)
     ll_client_set_due(seat->client, &seat->setup);
 }
 
-void ll_netgame_deliver_held(ll_netgame_run *run, int player)
+__attribute__((noinline)) void ll_netgame_deliver_held(ll_netgame_run *run, int player)
 {
     ll_netgame_seat *seat = &run->seat[player];
     int bytes = play_out(run, player);

@@ -1,6 +1,7 @@
 /* Whose turn is next: packets, the server and the clients, in the order of virtual time. */
 #include <stdio.h>
 
+#include "base/pair.h"
 #include "netcode/state/peer.h"
 #include "sim/netgame/parts.h"
 
@@ -47,12 +48,15 @@ static bool is_finite(double x)
     return x - x == 0; /* false for infinity and NaN */
 }
 
+/* The numbers of an entity in pairs: positions, velocities, angles. */
 static inline bool finite_sum(const ll_world *world)
 {
-    double all = 0;
-    for (int i = 0; i < world->entities; i++)
-        all += sum_of(&world->entity[i]);
-    return is_finite(all);
+    ll_pair all = {0, 0};
+    for (int i = 0; i < world->entities; i++) {
+        const ll_pair *e = (const ll_pair *)(const void *)&world->entity[i];
+        all += e[0] + e[1] + e[2];
+    }
+    return is_finite(all[0] + all[1]);
 }
 
 static __attribute__((noinline)) bool finite_each(const ll_world *world, int *entity)
@@ -81,7 +85,7 @@ static bool finite_shown(const ll_world *world, const ll_recent *recent, int *en
     return is_finite(all) || finite_each(world, entity);
 }
 
-static ll_status not_finite(const ll_netgame *g, divergence where)
+static __attribute__((noinline)) ll_status not_finite(const ll_netgame *g, divergence where)
 {
     char name[LL_NAME_MAX + 16], view[LL_NAME_MAX + 32] = "";
     if (where.entity < g->config.player_count)
@@ -95,7 +99,7 @@ static ll_status not_finite(const ll_netgame *g, divergence where)
 }
 
 /* A step in which shots are judged. */
-static void step_armed(ll_netgame_run *run)
+static __attribute__((noinline)) void step_armed(ll_netgame_run *run)
 {
     ll_netgame *g = run->game;
     ll_past past = {.history = run->history,
@@ -109,7 +113,7 @@ static void step_armed(ll_netgame_run *run)
         ll_netgame_detect_shots(run, &past);
 }
 
-static void note_starved_before(ll_netgame_run *run)
+static __attribute__((noinline)) void note_starved_before(ll_netgame_run *run)
 {
     for (int i = 0; i < run->players; i++)
         run->seat[i].metrics->input_history.starved_before = run->seat[i].slot->counts.starved;
@@ -198,7 +202,7 @@ static bool shows_news(const ll_client *client, const ll_client_setup *s, ll_tim
            ll_client_state((ll_client *)client, client->snapshots.received - 1)->arrived > before;
 }
 
-static void record_display(const ll_netgame_run *run, int player)
+static __attribute__((noinline)) void record_display(const ll_netgame_run *run, int player)
 {
     const ll_netgame_seat *seat = &run->seat[player];
     const ll_time now = run->game->now;
@@ -324,12 +328,33 @@ static turn arrival_of(const ll_link *link, actor who, int player)
 }
 
 /* The next turns: of the server and of the players. Each is computed again only if the last event may have
- * changed it. */
+ * changed it. Those of the players are the leaves of a tree in which every node has the first of its two
+ * children, which are at twice its index and after that: the root, at 1, has the first of all. */
 typedef struct schedule {
     turn step, update, tend; /* the server's */
     turn server;             /* the first of them */
-    turn player[LL_PLAYERS_MAX];
+    unsigned leaves;         /* a power of two; player i is at leaves + i, and the rest have no turn */
+    turn tree[2 * LL_PLAYERS_MAX];
 } schedule;
+
+_Static_assert((LL_PLAYERS_MAX & (LL_PLAYERS_MAX - 1)) == 0, "the tree has room for every player");
+
+static void begin_schedule(schedule *next, int players)
+{
+    next->step = INT64_MAX;
+    next->leaves = 1;
+    while (next->leaves < (unsigned)players)
+        next->leaves *= 2;
+    for (unsigned i = 1; i < 2 * next->leaves; i++)
+        next->tree[i] = INT64_MAX;
+}
+
+static void set_player(schedule *next, int player, turn first)
+{
+    unsigned at = next->leaves + (unsigned)player;
+    for (next->tree[at] = first; at > 1; at /= 2)
+        next->tree[at / 2] = earlier(next->tree[at], next->tree[at ^ 1]);
+}
 
 static void renew_step(const ll_netgame_run *run, schedule *next)
 {
@@ -358,10 +383,10 @@ static void renew_player(const ll_netgame_run *run, schedule *next, int player)
         first = earlier(first, turn_of(ll_dejitter_next_due(seat->dejitter), ACTOR_PLAYOUT, player));
     if (seat->transport)
         first = earlier(first, turn_of(ll_transport_due(seat->transport), ACTOR_TRANSPORT, player));
-    next->player[player] = first;
+    set_player(next, player, first);
 }
 
-static void renew_all(const ll_netgame_run *run, schedule *next)
+static __attribute__((noinline)) void renew_all(const ll_netgame_run *run, schedule *next)
 {
     next->tend = turn_of(run->server->next_check, ACTOR_TEND, 0);
     renew_update(run, next);
@@ -374,18 +399,12 @@ static void renew_all(const ll_netgame_run *run, schedule *next)
 static void renew_arrivals(const ll_netgame_run *run, schedule *next)
 {
     for (int i = 0; i < run->players; i++) {
-        next->player[i] = earlier(next->player[i], arrival_of(run->seat[i].down, ACTOR_DOWN, i));
+        set_player(
+            next, i,
+            earlier(next->tree[next->leaves + (unsigned)i], arrival_of(run->seat[i].down, ACTOR_DOWN, i)));
         if (run->seat[i].transport)
             renew_player(run, next, i);
     }
-}
-
-static turn first_of(const schedule *next, int players)
-{
-    turn first = next->server;
-    for (int i = 0; i < players; i++)
-        first = earlier(first, next->player[i]);
-    return first;
 }
 
 /* False when a world has diverged, at `where`. */
@@ -463,7 +482,7 @@ static void take_seat(ll_netgame_run *run, int i)
     }
 }
 
-static void begin(ll_netgame_run *run, ll_netgame *g, const ll_recorder *r)
+static __attribute__((noinline)) void begin(ll_netgame_run *run, ll_netgame *g, const ll_recorder *r)
 {
     run->game = g;
     run->rules = ll_netgame_game(g);
@@ -486,14 +505,15 @@ static void begin(ll_netgame_run *run, ll_netgame *g, const ll_recorder *r)
 ll_status ll_netgame_run_until(ll_netgame *g, ll_time until, const ll_recorder *r, ll_pace *pace)
 {
     ll_netgame_run run;
-    schedule next = {.step = INT64_MAX};
+    schedule next;
     divergence where = {0, -1};
     const bool paced = pace && pace->interrupt;
     const turn end = turn_of(until + 1, (actor)0, 0);
     begin(&run, g, r);
+    begin_schedule(&next, run.players);
     renew_all(&run, &next);
     for (;;) {
-        turn now = first_of(&next, run.players);
+        turn now = earlier(next.server, next.tree[1]);
         if (now >= end)
             break;
         if (paced && !ll_goes_on(pace))

@@ -161,7 +161,7 @@ void ll_netgame_transport_settle(ll_netgame_run *run, int player, int side)
     ll_transport_settle(run->seat[player].transport, &env, side, run->game->now);
 }
 
-void ll_netgame_transport_timers(ll_netgame_run *run, int player)
+__attribute__((noinline)) void ll_netgame_transport_timers(ll_netgame_run *run, int player)
 {
     watcher w;
     ll_transport_env env = env_of(&w, run, player);
