@@ -5,6 +5,7 @@
 #include "netcode/protocol/event.h"
 #include "session/scenario.h"
 #include "session/session.h"
+#include "session/state_memory.h"
 
 #define LL_EVENT_RING 2048 /* events kept for viewers: 4 s of two players */
 #define LL_TICK_HASHES 64  /* hashes kept of the present log: the newest */
@@ -120,7 +121,8 @@ struct ll_session {
     size_t config_size; /* that each of the three has: with their last array, which does not grow */
     void *block;        /* NULL: parked */
     size_t block_size;
-    void *spare; /* of that size, for copies, while it plays or more ticks are due; else NULL */
+    void *spare; /* of that size, for copies, while its ticks run on copies and more are due or may be; else
+                    NULL */
     bool observes_all;
     bool runs_forward;   /* takes no checkpoints */
     ll_kept_block *kept; /* of the caller: has the block before and after; NULL: none */
@@ -232,6 +234,10 @@ void ll_session_rebuild(ll_session *s,
                         int64_t tick); /* does not return before `tick` is reached or it is interrupted */
 ll_status ll_session_wake(ll_session *s);
 void ll_session_drop_state(ll_session *s); /* the block, the checkpoints and the events */
+
+/* ---- background_tick.c ---- */
+
+void ll_session_drop_spare(ll_session *s);
 
 /* ---- session.c ---- */
 

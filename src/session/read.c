@@ -243,7 +243,7 @@ ll_status ll_session_copy(const ll_session *s, int64_t tick, ll_session **out)
 /* A copied state is valid only if the log that made it is the same. */
 static ll_status copy_state(const ll_session *s, ll_session *c)
 {
-    c->block = malloc(s->block_size);
+    c->block = ll_state_memory_new(s->block_size);
     if (!c->block)
         return ll_error(LL_NO_MEMORY, "out of memory: state of a session (%zu bytes)", s->block_size);
     memcpy(c->block, s->block, s->block_size);

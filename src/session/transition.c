@@ -86,7 +86,9 @@ void ll_session_rebuild(ll_session *s, int64_t tick)
 static void *take_block(ll_session *s)
 {
     ll_kept_block *kept = s->kept;
-    if (!kept || !kept->block)
+    if (!kept)
+        return ll_state_memory_new(s->block_size);
+    if (!kept->block)
         return malloc(s->block_size);
     void *block = kept->block;
     kept->block = NULL;
@@ -99,7 +101,7 @@ static void *take_block(ll_session *s)
 static void return_block(ll_session *s)
 {
     if (!s->kept || !s->block) {
-        free(s->block);
+        ll_state_memory_free(s->block);
         return;
     }
     LL_ASSERT(!s->kept->block);
@@ -110,8 +112,8 @@ void ll_session_drop_state(ll_session *s)
 {
     ll_session_drop_checkpoints(s, -1);
     return_block(s);
-    free(s->spare);
-    s->block = s->spare = NULL;
+    ll_session_drop_spare(s);
+    s->block = NULL;
     s->events.ring = NULL;
     s->stale = false;
     s->interruption.epoch++;
