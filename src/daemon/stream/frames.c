@@ -136,8 +136,8 @@ static void drop(ll_ws_stream *stream, ll_section **place)
     if (section != NULL && --section->users == 0) {
         LL_ASSERT(stream->kept_bytes >= ll_rows_bytes(section->rows));
         stream->kept_bytes -= ll_rows_bytes(section->rows);
+        ll_section_release(section);
     }
-    ll_section_release(section);
     *place = NULL;
 }
 
@@ -147,8 +147,8 @@ static void have(ll_ws_stream *stream, ll_section **place, ll_section *section)
         return;
     }
     drop(stream, place);
-    ll_section_retain(section);
-    if (section->users++ == 0) {
+    if (section->users++ == 0) { /* one reference for all of the stream's viewers */
+        ll_section_retain(section);
         stream->kept_bytes += ll_rows_bytes(section->rows);
     }
     *place = section;

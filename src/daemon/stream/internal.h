@@ -63,6 +63,7 @@ struct ll_ws_stream {
     char id[65];
     ll_ws_stream *next_in_bucket; /* guarded by the registry's lock */
     atomic_int viewers;           /* that got their hello */
+    atomic_int binary_viewers;    /* those of them whose frames are binary */
     /* What viewers want of the next frame, for the publishing thread. */
     atomic_ullong every[LL_CHANNELS]; /* bit n: a viewer gets every n-th frame */
     atomic_uint missing;              /* channels that a viewer has not got at all */

@@ -27,6 +27,7 @@ void ll_ws_viewer_hello(ws_viewer *viewer, ws_command *hello)
         viewer->stream->wants_changed = true;
         viewer->frames.hello_ns = viewer->thread->now_ns;
         atomic_fetch_add(&viewer->stream->viewers, 1);
+        atomic_fetch_add(&viewer->stream->binary_viewers, viewer->upgrade.format == LL_FRAME_BINARY);
         ll_ws_viewer_send_newest(viewer);
     }
 }
@@ -270,6 +271,7 @@ void ll_ws_viewer_gone(ws_viewer *viewer)
     ll_ws_viewer_release_sections(viewer);
     if (viewer->frames.ready) {
         atomic_fetch_sub(&stream->viewers, 1);
+        atomic_fetch_sub(&stream->binary_viewers, viewer->upgrade.format == LL_FRAME_BINARY);
     }
     if (viewer->next != NULL) {
         viewer->next->previous = viewer->previous;

@@ -95,6 +95,7 @@ void ll_ws_wants(ll_ws_stream *stream, uint32_t seq, uint32_t generation, bool w
     request->from_event =
         jump ? LL_NO_EVENT : atomic_load_explicit(&stream->from_event, memory_order_relaxed);
     request->viewers = (uint32_t)ll_ws_viewers(stream);
+    request->deltas = atomic_load_explicit(&stream->binary_viewers, memory_order_relaxed) > 0;
 }
 
 void ll_ws_publish(ll_ws_stream *stream, ll_frame *frame)
