@@ -23,12 +23,6 @@ static void keep_spare(ll_session *s, void *block)
         s->spare = block;
 }
 
-void ll_session_drop_spare(ll_session *s)
-{
-    ll_state_memory_free(s->spare);
-    s->spare = NULL;
-}
-
 static void drop_unused_spare(ll_session *s, int64_t due)
 {
     if (due == 0 && s->status != LL_SESSION_PLAYING)

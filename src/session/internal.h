@@ -2,10 +2,10 @@
 #pragma once
 
 #include "base/version.h"
+#include "memory/state_memory.h"
 #include "netcode/protocol/event.h"
 #include "session/scenario.h"
 #include "session/session.h"
-#include "session/state_memory.h"
 
 #define LL_EVENT_RING 2048 /* events kept for viewers: 4 s of two players */
 #define LL_TICK_HASHES 64  /* hashes kept of the present log: the newest */
@@ -151,6 +151,12 @@ static inline ll_scenario_head *ll_session_head(const ll_session *s)
     return (ll_scenario_head *)s->config;
 }
 
+static inline void ll_session_drop_spare(ll_session *s)
+{
+    ll_state_memory_free(s->spare);
+    s->spare = NULL;
+}
+
 /* ---- packed.c ---- */
 
 bool ll_session_allocate(ll_session *s); /* the configurations' memory, all zero; false without memory */
@@ -234,10 +240,6 @@ void ll_session_rebuild(ll_session *s,
                         int64_t tick); /* does not return before `tick` is reached or it is interrupted */
 ll_status ll_session_wake(ll_session *s);
 void ll_session_drop_state(ll_session *s); /* the block, the checkpoints and the events */
-
-/* ---- background_tick.c ---- */
-
-void ll_session_drop_spare(ll_session *s);
 
 /* ---- session.c ---- */
 

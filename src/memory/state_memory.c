@@ -1,4 +1,4 @@
-#include "session/state_memory.h"
+#include "memory/state_memory.h"
 
 #include <pthread.h>
 #include <stdbool.h>

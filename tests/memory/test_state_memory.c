@@ -1,4 +1,4 @@
-#include "session/state_memory.h"
+#include "memory/state_memory.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
