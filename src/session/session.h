@@ -157,6 +157,16 @@ typedef struct ll_session_info {
 
 ll_session_info ll_session_get_info(const ll_session *session);
 
+/* Of that what changes from frame to frame; reads the session itself only. */
+typedef struct ll_session_pulse {
+    ll_session_status status;
+    bool parked;
+    int64_t tick, at_tick;
+    uint32_t params_version, generation;
+} ll_session_pulse;
+
+ll_session_pulse ll_session_get_pulse(const ll_session *session);
+
 /* Memory held, in bytes: at present, and when it is awake with all checkpoints. */
 size_t ll_session_bytes(const ll_session *session);
 size_t ll_session_awake_bytes(const ll_session *session);
