@@ -206,7 +206,7 @@ int ll_verb_reproduce(int argc, char **argv)
         status = compare_row(&r, r.lines[i * r.count / wanted]);
     if (!ll_failed(&status))
         print_answer(&r);
-    free(r.kept.block);
+    ll_kept_block_free(&r.kept);
     free(r.lines);
     free(r.text);
     ll_experiment_free(r.experiment);

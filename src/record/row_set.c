@@ -1,5 +1,7 @@
 #include "record/row_set.h"
 
+#include <stdlib.h>
+
 #include "base/assert.h"
 
 enum { FIRST_ROWS = 8 };
@@ -14,6 +16,7 @@ void ll_row_set_free(ll_row_set *set)
 {
     for (int i = 0; i < LL_RECORDS_MAX; i++)
         ll_rows_free(set->kept[i]);
+    free(set->bytes.bytes);
     *set = (ll_row_set){0};
 }
 

@@ -11,7 +11,8 @@ typedef struct ll_row_set {
     ll_rows *rows[LL_RECORDS_MAX]; /* NULL: not wanted */
     ll_rows *kept[LL_RECORDS_MAX]; /* memory of the rows; the next instant uses it again */
     int count;
-    bool failed; /* no memory */
+    bool failed;     /* no memory */
+    ll_buffer bytes; /* for the caller: what is made of the rows; freed with them */
 } ll_row_set;
 
 /* Removes all records, for another instant. */

@@ -10,7 +10,7 @@
  */
 static void *take_spare(ll_session *s)
 {
-    void *spare = s->spare ? s->spare : malloc(s->block_size);
+    void *spare = s->spare ? s->spare : ll_state_memory_new(s->block_size);
     s->spare = NULL;
     return spare;
 }
@@ -18,17 +18,15 @@ static void *take_spare(ll_session *s)
 static void keep_spare(ll_session *s, void *block)
 {
     if (s->spare || !s->block)
-        free(block);
+        ll_state_memory_free(block);
     else
         s->spare = block;
 }
 
 static void drop_unused_spare(ll_session *s, int64_t due)
 {
-    if (due > 0 || s->status == LL_SESSION_PLAYING)
-        return;
-    free(s->spare);
-    s->spare = NULL;
+    if (due == 0 && s->status != LL_SESSION_PLAYING)
+        ll_session_drop_spare(s);
 }
 
 struct ll_background_tick {
@@ -56,7 +54,7 @@ void ll_background_tick_free(ll_background_tick *a)
 {
     if (!a)
         return;
-    free(a->block);
+    ll_state_memory_free(a->block);
     free(a);
 }
 

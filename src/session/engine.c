@@ -20,7 +20,7 @@ void ll_session_drop_checkpoints(ll_session *s, int64_t from)
         ll_checkpoint *checkpoint = &s->checkpoints[i];
         if (checkpoint->tick < from)
             continue;
-        free(checkpoint->block);
+        ll_state_memory_free(checkpoint->block);
         free(checkpoint->config);
         *checkpoint = (ll_checkpoint){.tick = -1};
     }
@@ -132,7 +132,7 @@ void ll_session_take_checkpoint(ll_session *s)
     if (checkpoint->tick == s->tick)
         return;
     if (!checkpoint->block) {
-        checkpoint->block = malloc(s->block_size);
+        checkpoint->block = ll_state_memory_new(s->block_size);
         checkpoint->config = calloc(1, s->config_size);
     }
     if (!checkpoint->block ||

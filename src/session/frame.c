@@ -9,8 +9,6 @@
 #include "session/internal.h"
 #include "session/section.h"
 
-/* ---- taking a frame ---- */
-
 static uint8_t flags_of(const ll_session *s)
 {
     return (uint8_t)((s->status == LL_SESSION_PLAYING ? LL_FRAME_PLAYING : 0) |
@@ -30,56 +28,39 @@ static bool is_unchanged(const ll_section *section, const ll_rows *rows)
     return ll_rows_equal(old, rows);
 }
 
-/* Makes a section of the rows, or shares the last section if it equals them. NULL without memory. */
-static ll_section *take_rows(const ll_rows *rows, uint32_t seq, ll_section **last)
+/* ---- references ---- */
+
+static void free_frame(ll_frame *frame)
 {
-    if (!is_unchanged(*last, rows)) {
-        ll_section_release(*last);
-        *last = ll_section_new(rows, seq);
-    }
-    if (*last != NULL)
-        ll_section_retain(*last);
-    return *last;
+    for (int i = 0; i < frame->count; i++)
+        if (frame->own >> i & 1)
+            ll_section_drop_encodings(frame->section[i]);
+    free(frame);
 }
 
-void ll_frame_state_clear(ll_frame_state *state)
+/* The frame itself counts as one that keeps its memory, beside `kept_for`. */
+static void keep_less(ll_frame *frame)
 {
-    for (int i = 0; i < LL_RECORDS_MAX; i++)
-        ll_section_release(state->section[i]);
-    *state = (ll_frame_state){0};
+    if (atomic_fetch_sub_explicit(&frame->kept_for, 1, memory_order_acq_rel) == 0)
+        free_frame(frame);
 }
 
-ll_status ll_frame_take(const ll_session *s, const ll_record_request *request, uint32_t seq,
-                        ll_frame_state *last, ll_row_set *space, ll_frame **result)
+void ll_section_retain(ll_section *section)
 {
-    ll_frame *frame = calloc(1, sizeof *frame);
-    if (frame == NULL)
-        return ll_error(LL_NO_MEMORY, "out of memory: frame");
-    *frame = (ll_frame){.seq = seq,
-                        .generation = s->generation,
-                        .channels = request->channels,
-                        .anew = request->anew,
-                        .flags = flags_of(s),
-                        .tick = s->tick,
-                        .time_s = ll_to_s(ll_tick_time(s->tick, s->freq))};
-    atomic_init(&frame->references, 1);
-    ll_row_set_clear(space);
-    ll_session_fill(s, request, space);
-    bool failed = space->failed;
-    frame->count = space->count;
-    for (int i = 0; i < space->count; i++) {
-        frame->record[i] = space->record[i];
-        if (space->rows[i] == NULL || failed)
-            continue;
-        frame->section[i] = take_rows(space->rows[i], seq, &last->section[i]);
-        failed = frame->section[i] == NULL;
+    atomic_int *count = section->home != NULL ? &section->home->kept_for : &section->references;
+    atomic_fetch_add_explicit(count, 1, memory_order_relaxed);
+}
+
+void ll_section_release(ll_section *section)
+{
+    if (section == NULL)
+        return;
+    if (section->home != NULL) {
+        keep_less(section->home);
+    } else if (atomic_fetch_sub_explicit(&section->references, 1, memory_order_acq_rel) == 1) {
+        ll_section_drop_encodings(section);
+        free(section);
     }
-    if (failed) {
-        ll_frame_release(frame);
-        return ll_error(LL_NO_MEMORY, "out of memory: frame");
-    }
-    *result = frame;
-    return ll_ok();
 }
 
 void ll_frame_retain(ll_frame *frame)
@@ -92,8 +73,153 @@ void ll_frame_release(ll_frame *frame)
     if (frame == NULL || atomic_fetch_sub_explicit(&frame->references, 1, memory_order_acq_rel) != 1)
         return;
     for (int i = 0; i < frame->count; i++)
-        ll_section_release(frame->section[i]);
-    free(frame);
+        if (!(frame->own >> i & 1))
+            ll_section_release(frame->section[i]);
+    keep_less(frame);
+}
+
+void ll_frame_state_clear(ll_frame_state *state)
+{
+    for (int i = 0; i < LL_RECORDS_MAX; i++)
+        ll_section_release(state->section[i]);
+    *state = (ll_frame_state){0};
+}
+
+/* ---- taking ---- */
+
+/* A section that is large lies by itself: in a frame it would keep the others' memory, or they its. */
+enum { SMALL_BYTES = 4096 };
+
+typedef enum place { NOWHERE, SHARED, IN_FRAME, BY_ITSELF } place;
+
+/* Where the sections of a frame that is taken will be, and what those have in it. */
+typedef struct layout {
+    place place[LL_RECORDS_MAX];
+    size_t at[LL_RECORDS_MAX], delta[LL_RECORDS_MAX],
+        delta_size[LL_RECORDS_MAX]; /* delta: in `space->bytes` */
+    size_t size;
+} layout;
+
+static size_t aligned(size_t size)
+{
+    return (size + 15) / 16 * 16;
+}
+
+static place place_of(const ll_rows *rows, const ll_section *last)
+{
+    return rows == NULL                              ? NOWHERE
+           : is_unchanged(last, rows)                ? SHARED
+           : ll_rows_copy_bytes(rows) <= SMALL_BYTES ? IN_FRAME
+                                                     : BY_ITSELF;
+}
+
+/* Differences of planes are large, and deflated: only who needs them makes them. */
+static void encode_delta(layout *l, int i, const ll_rows *rows, const ll_section *last, ll_row_set *space)
+{
+    l->delta[i] = space->bytes.size;
+    if (last != NULL && rows->record->form != LL_FORM_GRID)
+        ll_section_encode(rows, last->rows, &space->bytes);
+    l->delta_size[i] = space->bytes.size - l->delta[i];
+}
+
+static void lay_out(layout *l, const ll_record_request *request, const ll_frame_state *last,
+                    ll_row_set *space)
+{
+    space->bytes.size = 0;
+    l->size = aligned(sizeof(ll_frame));
+    for (int i = 0; i < space->count; i++) {
+        l->place[i] = place_of(space->rows[i], last->section[i]);
+        l->delta_size[i] = 0;
+        if (l->place[i] != IN_FRAME)
+            continue;
+        if (request->deltas)
+            encode_delta(l, i, space->rows[i], last->section[i], space);
+        l->at[i] = l->size;
+        l->size += aligned(ll_section_bytes(space->rows[i]) + l->delta_size[i]);
+    }
+    space->failed = space->failed || space->bytes.failed;
+    space->bytes.failed = false;
+}
+
+static void put_own(ll_frame *frame, int i, const layout *l, const ll_row_set *space, const ll_section *last)
+{
+    char *at = (char *)frame + l->at[i];
+    ll_section *section = ll_section_put(at, frame, space->rows[i], frame->seq);
+    frame->section[i] = section;
+    frame->own |= 1U << i;
+    if (l->delta_size[i] == 0)
+        return;
+    char *delta = at + ll_section_bytes(space->rows[i]);
+    memcpy(delta, space->bytes.bytes + l->delta[i], l->delta_size[i]);
+    section->delta = delta;
+    section->delta_size = (uint32_t)l->delta_size[i];
+    section->base = last->seq;
+}
+
+/* False without memory. */
+static bool put_section(ll_frame *frame, int i, const layout *l, const ll_row_set *space, ll_section **last)
+{
+    if (l->place[i] == NOWHERE)
+        return true;
+    if (l->place[i] == SHARED)
+        frame->section[i] = *last;
+    else if (l->place[i] == BY_ITSELF)
+        frame->section[i] = ll_section_new(space->rows[i], frame->seq);
+    else
+        put_own(frame, i, l, space, *last);
+    if (frame->section[i] == NULL)
+        return false;
+    if (l->place[i] != BY_ITSELF) /* a new one has a reference, the frame's */
+        ll_section_retain(frame->section[i]);
+    return true;
+}
+
+static void keep_as_last(const ll_frame *frame, const layout *l, ll_frame_state *last)
+{
+    for (int i = 0; i < frame->count; i++) {
+        if (l->place[i] != IN_FRAME && l->place[i] != BY_ITSELF)
+            continue;
+        ll_section_release(last->section[i]);
+        last->section[i] = frame->section[i];
+        if (l->place[i] == BY_ITSELF)
+            ll_section_retain(last->section[i]);
+    }
+}
+
+ll_status ll_frame_take(const ll_session *s, const ll_record_request *request, uint32_t seq,
+                        ll_frame_state *last, ll_row_set *space, ll_frame **result)
+{
+    layout l;
+    ll_row_set_clear(space);
+    ll_session_fill(s, request, space);
+    lay_out(&l, request, last, space);
+    ll_frame *frame = space->failed ? NULL : malloc(l.size);
+    if (frame == NULL)
+        return ll_error(LL_NO_MEMORY, "out of memory: frame");
+    *frame = (ll_frame){.seq = seq,
+                        .generation = s->generation,
+                        .channels = request->channels,
+                        .anew = request->anew,
+                        .flags = flags_of(s),
+                        .tick = s->tick,
+                        .time_s = ll_to_s(ll_tick_time(s->tick, s->freq)),
+                        .count = space->count};
+    atomic_init(&frame->references, 1);
+    bool whole = true;
+    for (int i = 0; i < space->count; i++) {
+        frame->record[i] = space->record[i];
+        whole = put_section(frame, i, &l, space, &last->section[i]) && whole;
+    }
+    if (!whole) {
+        for (int i = 0; i < frame->count; i++)
+            if (frame->own >> i & 1)
+                ll_section_release(frame->section[i]); /* that was for `last` */
+        ll_frame_release(frame);
+        return ll_error(LL_NO_MEMORY, "out of memory: frame");
+    }
+    keep_as_last(frame, &l, last);
+    *result = frame;
+    return ll_ok();
 }
 
 /* ---- writing ---- */

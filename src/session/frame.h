@@ -30,21 +30,27 @@ typedef enum ll_frame_flag {
 } ll_frame_flag;
 
 typedef struct ll_encoding ll_encoding;
+typedef struct ll_frame ll_frame;
 
 /* The rows of a record, from the first frame that has them. */
 typedef struct ll_section {
-    atomic_int references;
-    uint32_t seq; /* of that frame: record and seq identify the section */
-    int users;    /* viewers that have it; this and `next` are used by the sending thread only */
+    ll_frame *home;        /* a small one lies in its first frame, which stays as long; NULL: by itself */
+    atomic_int references; /* by itself */
+    uint32_t seq;          /* of that frame: record and seq identify the section */
+    int users; /* viewers that have it; this and `encodings` are used by the sending thread only */
+    uint32_t base, delta_size;
+    const char *delta; /* its part of a binary message to who has the section of seq `base`; NULL: not made */
     ll_rows *rows;
-    ll_encoding *encodings; /* encodings of this section */
+    ll_encoding *encodings; /* made since, for viewers that share them */
 } ll_section;
 
 void ll_section_retain(ll_section *section);
 void ll_section_release(ll_section *section); /* NULL: no effect */
 
-typedef struct ll_frame {
+struct ll_frame {
     atomic_int references;
+    atomic_int kept_for; /* references to the sections that lie in it */
+    uint32_t own;        /* which sections do: bits of their index */
     uint32_t seq, generation;
     uint16_t channels; /* that were requested: bits of ll_channel */
     bool anew;         /* events: those of the last seconds */
@@ -54,7 +60,7 @@ typedef struct ll_frame {
     int count;
     const ll_record *record[LL_RECORDS_MAX];
     ll_section *section[LL_RECORDS_MAX]; /* NULL: its channel was not requested */
-} ll_frame;
+};
 
 /* The newest section of each record, by the record's index in the session's frames; NULL: none. */
 typedef struct ll_frame_state {
@@ -64,7 +70,9 @@ typedef struct ll_frame_state {
 void ll_frame_state_clear(ll_frame_state *state);
 
 /* Takes the frame of the present tick, with one reference. `last` is what was taken before, and is updated:
- * sections with equal rows are shared. Clear it when time has jumped. `space` is memory for this call, which
+ * sections with equal rows are shared. Clear it when time has jumped. Where `request->deltas` is set, a small
+ * section is encoded here, next to the rows that it is compared with: another thread would read both from
+ * memory. `space` is memory for this call, which
  * the frames of any sessions may use in turn. The session must be awake, and does not change.
  * LL_NO_MEMORY. */
 ll_status ll_frame_take(const ll_session *session, const ll_record_request *request, uint32_t seq,

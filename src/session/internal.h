@@ -2,6 +2,7 @@
 #pragma once
 
 #include "base/version.h"
+#include "memory/state_memory.h"
 #include "netcode/protocol/event.h"
 #include "session/scenario.h"
 #include "session/session.h"
@@ -120,7 +121,8 @@ struct ll_session {
     size_t config_size; /* that each of the three has: with their last array, which does not grow */
     void *block;        /* NULL: parked */
     size_t block_size;
-    void *spare; /* of that size, for copies, while it plays or more ticks are due; else NULL */
+    void *spare; /* of that size, for copies, while its ticks run on copies and more are due or may be; else
+                    NULL */
     bool observes_all;
     bool runs_forward;   /* takes no checkpoints */
     ll_kept_block *kept; /* of the caller: has the block before and after; NULL: none */
@@ -147,6 +149,12 @@ struct ll_session {
 static inline ll_scenario_head *ll_session_head(const ll_session *s)
 {
     return (ll_scenario_head *)s->config;
+}
+
+static inline void ll_session_drop_spare(ll_session *s)
+{
+    ll_state_memory_free(s->spare);
+    s->spare = NULL;
 }
 
 /* ---- packed.c ---- */

@@ -32,8 +32,8 @@ static char *config_at(const ll_session *s, int i)
 bool ll_session_allocate(ll_session *s)
 {
     const size_t configs = CONFIGS * s->config_size;
-    s->memory =
-        malloc(configs + LL_EVENT_RING * sizeof(ll_event)); /* an event is written before it is read */
+    s->memory = ll_state_memory_new(
+        configs + LL_EVENT_RING * sizeof(ll_event)); /* an event is written before it is read */
     if (!s->memory)
         return false;
     memset(s->memory, 0, configs);
@@ -149,7 +149,7 @@ void ll_session_pack(ll_session *s)
     packed->seed = head->seed;
     memcpy(packed->title, head->title, sizeof packed->title);
     s->packed = packed;
-    free(s->memory);
+    ll_state_memory_free(s->memory);
     s->memory = s->scenario.config = s->base = s->config = NULL;
 }
 

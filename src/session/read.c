@@ -58,19 +58,29 @@ size_t ll_session_awake_bytes(const ll_session *s)
            LL_EVENT_RING * sizeof *s->events.ring;
 }
 
-ll_session_info ll_session_get_info(const ll_session *s)
+ll_session_pulse ll_session_get_pulse(const ll_session *s)
 {
     bool waking = s->transition.kind == LL_TRANSITION_WAKE;
-    int64_t tick = waking ? s->transition.target_tick : s->tick;
+    return (ll_session_pulse){.status = waking ? s->transition.status_parked : s->status,
+                              .parked = s->block == NULL || waking,
+                              .tick = waking ? s->transition.target_tick : s->tick,
+                              .at_tick = s->tick,
+                              .params_version = s->params_version,
+                              .generation = s->generation};
+}
+
+ll_session_info ll_session_get_info(const ll_session *s)
+{
+    ll_session_pulse pulse = ll_session_get_pulse(s);
     return (ll_session_info){
-        .status = waking ? s->transition.status_parked : s->status,
-        .parked = s->block == NULL || waking,
+        .status = pulse.status,
+        .parked = pulse.parked,
         .seeking = s->transition.kind == LL_TRANSITION_SEEK,
-        .tick = tick,
+        .tick = pulse.tick,
         .at_tick = s->tick,
         .head_tick = s->head,
         .end_tick = s->end,
-        .time = ll_tick_time(tick, s->freq),
+        .time = ll_tick_time(pulse.tick, s->freq),
         .head = ll_tick_time(s->head, s->freq),
         .duration = ll_tick_time(s->end, s->freq),
         .tick_freq = s->freq,
@@ -243,7 +253,7 @@ ll_status ll_session_copy(const ll_session *s, int64_t tick, ll_session **out)
 /* A copied state is valid only if the log that made it is the same. */
 static ll_status copy_state(const ll_session *s, ll_session *c)
 {
-    c->block = malloc(s->block_size);
+    c->block = ll_state_memory_new(s->block_size);
     if (!c->block)
         return ll_error(LL_NO_MEMORY, "out of memory: state of a session (%zu bytes)", s->block_size);
     memcpy(c->block, s->block, s->block_size);

@@ -14,6 +14,7 @@ typedef struct ll_record_request {
     bool anew;          /* also the events of the last LL_EVENTS_NEW_S: a viewer has none yet */
     int64_t from_event; /* first event that a viewer does not have; LL_NO_EVENT: no viewer wants events */
     uint32_t viewers;
+    bool deltas;      /* small sections get their differences from the last at once (frame.h) */
     uint64_t wall_ns; /* of the daemon's monotonic clock */
 } ll_record_request;
 

@@ -17,33 +17,37 @@ struct ll_encoding {
 /* Below this size deflating saves too little for its time. */
 enum { DEFLATE_FROM = 1024, DEFLATE_LEVEL = 1 };
 
-ll_section *ll_section_new(const ll_rows *rows, uint32_t seq)
+size_t ll_section_bytes(const ll_rows *rows)
 {
-    ll_section *section = malloc(sizeof *section + ll_rows_copy_bytes(rows)); /* one block: many are small */
-    if (section == NULL)
-        return NULL;
-    *section = (ll_section){.seq = seq, .rows = (ll_rows *)(section + 1)};
+    return sizeof(ll_section) + ll_rows_copy_bytes(rows);
+}
+
+ll_section *ll_section_put(void *memory, ll_frame *home, const ll_rows *rows, uint32_t seq)
+{
+    ll_section *section = memory;
+    *section = (ll_section){.home = home, .seq = seq, .rows = (ll_rows *)(section + 1)};
     _Static_assert(sizeof *section % _Alignof(ll_rows) == 0, "the rows follow the section");
     ll_rows_copy_to(section->rows, rows);
+    return section;
+}
+
+ll_section *ll_section_new(const ll_rows *rows, uint32_t seq)
+{
+    void *memory = malloc(ll_section_bytes(rows));
+    if (memory == NULL)
+        return NULL;
+    ll_section *section = ll_section_put(memory, NULL, rows, seq);
     atomic_init(&section->references, 1);
     return section;
 }
 
-void ll_section_retain(ll_section *section)
+void ll_section_drop_encodings(ll_section *section)
 {
-    atomic_fetch_add_explicit(&section->references, 1, memory_order_relaxed);
-}
-
-void ll_section_release(ll_section *section)
-{
-    if (section == NULL || atomic_fetch_sub_explicit(&section->references, 1, memory_order_acq_rel) != 1)
-        return;
     for (ll_encoding *e = section->encodings, *next; e != NULL; e = next) {
         next = e->next;
         free(e->bytes.bytes);
         free(e);
     }
-    free(section);
 }
 
 /* Deflates (raw) the bytes from `begin` on; false, without a change, when they would not be fewer. */
@@ -66,19 +70,24 @@ static bool deflate_from(ll_buffer *b, size_t begin)
 }
 
 /* Only planes and large whole sections shrink enough. */
-static bool worth_deflating(const ll_section *section, bool whole, size_t size)
+static bool worth_deflating(const ll_rows *rows, bool whole, size_t size)
 {
-    return size >= DEFLATE_FROM && (whole || section->rows->record->form == LL_FORM_GRID);
+    return size >= DEFLATE_FROM && (whole || rows->record->form == LL_FORM_GRID);
+}
+
+void ll_section_encode(const ll_rows *rows, const ll_rows *base, ll_buffer *out)
+{
+    ll_buffer_varint(out, (uint64_t)rows->record->id);
+    size_t begin = out->size;
+    ll_rows_encode(rows, base, out);
+    bool deflated = worth_deflating(rows, base == NULL, out->size - begin) && deflate_from(out, begin);
+    ll_buffer_insert_varint(out, begin,
+                            4 * (uint64_t)(out->size - begin) + (base == NULL ? 2 : 0) + (deflated ? 1 : 0));
 }
 
 static void put_binary(const ll_section *section, const ll_section *base, ll_buffer *out)
 {
-    ll_buffer_varint(out, (uint64_t)section->rows->record->id);
-    size_t begin = out->size;
-    ll_rows_encode(section->rows, base != NULL ? base->rows : NULL, out);
-    bool deflated = worth_deflating(section, base == NULL, out->size - begin) && deflate_from(out, begin);
-    ll_buffer_insert_varint(out, begin,
-                            4 * (uint64_t)(out->size - begin) + (base == NULL ? 2 : 0) + (deflated ? 1 : 0));
+    ll_section_encode(section->rows, base != NULL ? base->rows : NULL, out);
 }
 
 static void put_json(const ll_section *section, const ll_section *base, ll_buffer *out)
@@ -120,6 +129,10 @@ void ll_section_write(ll_section *section, const ll_section *base, ll_frame_form
 {
     if (format == LL_FRAME_JSON && section->rows->record->form != LL_FORM_LOG)
         base = NULL;
+    if (format == LL_FRAME_BINARY && section->delta != NULL && base != NULL && base->seq == section->base) {
+        ll_buffer_add(out, section->delta, section->delta_size);
+        return;
+    }
     if (!shared) {
         put(section, base, format, out);
         return;

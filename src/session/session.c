@@ -117,7 +117,7 @@ void ll_session_destroy(ll_session *s)
     ll_log_free(&s->log);
     free(s->hashes.marks);
     free(s->packed);
-    free(s->memory);
+    ll_state_memory_free(s->memory);
     free(s);
 }
 
@@ -167,6 +167,7 @@ void ll_session_set_interrupt(ll_session *s, const ll_interrupt *interrupt)
 int64_t ll_session_advance(ll_session *s, ll_time wall, int64_t max_ticks)
 {
     s->interruption.happened = false;
+    ll_session_drop_spare(s);
     ll_status status = ll_session_begin_wake(s);
     if (ll_failed(&status))
         return 0;

@@ -48,11 +48,14 @@ ll_status ll_session_open(struct ll_scenario *scenario, ll_log_line *on_line, vo
                           ll_session **session);
 
 /* Memory that a thread keeps from one short run to the next, since the pages of a new block cost more than
- * the run. {0}: none yet. The owner frees `block`. */
+ * the run. {0}: none yet. */
 typedef struct ll_kept_block {
     void *block; /* NULL: none, or a session has it */
     size_t size;
 } ll_kept_block;
+
+/* When no session has the block. */
+void ll_kept_block_free(ll_kept_block *kept);
 
 /* Opens a session that will not be sought back: it takes no checkpoints, and seeking back replays from the
  * start. Its state is in `kept`, unless that is NULL, until it is destroyed; one session at a time has it. */
@@ -156,6 +159,16 @@ typedef struct ll_session_info {
 } ll_session_info;
 
 ll_session_info ll_session_get_info(const ll_session *session);
+
+/* Of that what changes from frame to frame; reads the session itself only. */
+typedef struct ll_session_pulse {
+    ll_session_status status;
+    bool parked;
+    int64_t tick, at_tick;
+    uint32_t params_version, generation;
+} ll_session_pulse;
+
+ll_session_pulse ll_session_get_pulse(const ll_session *session);
 
 /* Memory held, in bytes: at present, and when it is awake with all checkpoints. */
 size_t ll_session_bytes(const ll_session *session);

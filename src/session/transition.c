@@ -2,9 +2,9 @@
 #define _DEFAULT_SOURCE /* madvise */
 #include <stdlib.h>
 #include <string.h>
-#include <sys/mman.h>
 
 #include "base/assert.h"
+#include "memory/state_memory.h"
 #include "session/internal.h"
 
 /* A session that had failed fails again, after the same tick. */
@@ -84,21 +84,10 @@ void ll_session_rebuild(ll_session *s, int64_t tick)
         ll_session_run(s, tick, true);
 }
 
-#define HUGE_PAGE ((size_t)2 << 20)
-#define LARGE (16 * HUGE_PAGE)
-
-/* A tick of a large block touches parts of all of it: of more pages of 4 KiB than a processor knows the
- * places of at once. For free(). */
-static void *new_block(size_t size)
+void ll_kept_block_free(ll_kept_block *kept)
 {
-    if (size < LARGE)
-        return malloc(size);
-    void *block = aligned_alloc(HUGE_PAGE, (size + HUGE_PAGE - 1) / HUGE_PAGE * HUGE_PAGE);
-#ifdef MADV_HUGEPAGE
-    if (block)
-        madvise(block, size, MADV_HUGEPAGE); /* a wish: nothing depends on it */
-#endif
-    return block;
+    ll_state_memory_free(kept->block);
+    *kept = (ll_kept_block){0};
 }
 
 /* The block of a state, not initialised; NULL without memory. */
@@ -106,19 +95,19 @@ static void *take_block(ll_session *s)
 {
     ll_kept_block *kept = s->kept;
     if (!kept || !kept->block)
-        return new_block(s->block_size);
+        return ll_state_memory_new(s->block_size);
     void *block = kept->block;
     kept->block = NULL;
     if (kept->size >= s->block_size)
         return block;
-    free(block);
-    return new_block(s->block_size);
+    ll_state_memory_free(block);
+    return ll_state_memory_new(s->block_size);
 }
 
 static void return_block(ll_session *s)
 {
     if (!s->kept || !s->block) {
-        free(s->block);
+        ll_state_memory_free(s->block);
         return;
     }
     LL_ASSERT(!s->kept->block);
@@ -129,8 +118,8 @@ void ll_session_drop_state(ll_session *s)
 {
     ll_session_drop_checkpoints(s, -1);
     return_block(s);
-    free(s->spare);
-    s->block = s->spare = NULL;
+    ll_session_drop_spare(s);
+    s->block = NULL;
     s->events.ring = NULL;
     s->stale = false;
     s->interruption.epoch++;

@@ -280,9 +280,9 @@ static bool before_deadline(void *context)
     return now < limit->until;
 }
 
-static void account(ll_session_entry *session_entry, const ll_session_info *before, int64_t ns)
+static void account(ll_session_entry *session_entry, const ll_session_pulse *before, int64_t ns)
 {
-    int64_t ticks = ll_session_get_info(session_entry->session).at_tick - before->at_tick;
+    int64_t ticks = ll_session_get_pulse(session_entry->session).at_tick - before->at_tick;
     if (ticks <= 0)
         return;
     if (ns == unknown_time)
@@ -300,7 +300,7 @@ static int64_t advance(ll_session_entry *session_entry, ll_time wall, double max
     session_entry->wall = wall;
     double chunk = session_entry->work.tick_ns > 0 ? max_ms * 1e6 / session_entry->work.tick_ns : 1;
     int64_t most = chunk < 1 ? 1 : chunk > 100000 ? 100000 : (int64_t)chunk, due;
-    ll_session_info before = ll_session_get_info(session_entry->session);
+    ll_session_pulse before = ll_session_get_pulse(session_entry->session);
     bool interrupted = false;
     stopwatch watch = start_stopwatch(session_entry);
     time_limit limit = {.ns = (int64_t)((max_ms + tick_limit_ms) * 1e6)};
@@ -314,7 +314,7 @@ static int64_t advance(ll_session_entry *session_entry, ll_time wall, double max
     else
         due = ll_session_advance(session_entry->session, wall, most);
     ll_session_set_interrupt(session_entry->session, NULL);
-    interrupted = interrupted || (!before.parked && ll_session_get_info(session_entry->session).parked);
+    interrupted = interrupted || (!before.parked && ll_session_get_pulse(session_entry->session).parked);
     if (interrupted && session_entry->work.tick_ns < tick_limit_ms * 1e6)
         session_entry->work.tick_ns = tick_limit_ms * 1e6;
     else if (!interrupted)
@@ -361,7 +361,7 @@ static int64_t run_background_tick(ll_session_entry *session_entry, ll_task *tas
         ll_background_tick_free(background_tick);
         return -1;
     }
-    ll_session_info before = ll_session_get_info(session_entry->session);
+    ll_session_pulse before = ll_session_get_pulse(session_entry->session);
     int64_t due =
         ll_session_end_background_tick(session_entry->session, background_tick, session_entry->wall);
     account(session_entry, &before, ns);

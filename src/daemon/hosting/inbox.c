@@ -5,10 +5,7 @@
 
 bool ll_viewers_any(ll_session_entry *session_entry)
 {
-    pthread_mutex_lock(&session_entry->inbox.lock);
-    bool any = session_entry->inbox.viewers != NULL;
-    pthread_mutex_unlock(&session_entry->inbox.lock);
-    return any;
+    return atomic_load(&session_entry->inbox.viewer_count) > 0;
 }
 
 void ll_viewers_close(ll_session_entry *session_entry, const char *reason)

@@ -93,6 +93,9 @@ typedef struct ll_entry_published {
 
 /* What the stream's thread left for the worker; guarded by `lock`. */
 typedef struct ll_entry_inbox {
+    /* So that a visit that finds nothing does not lock; changed under the lock. */
+    atomic_int viewer_count, hellos; /* viewers, and those without their hello */
+    atomic_bool waiting;             /* inputs */
     pthread_mutex_t lock;
     ll_viewer *viewers;
     ll_stream_input *inputs, **inputs_end;

@@ -123,7 +123,7 @@ static void send_hello(ll_session_entry *session_entry, ll_ws_viewer viewer, ll_
 
 void ll_viewers_send_hellos(ll_session_entry *session_entry)
 {
-    for (;;) {
+    while (atomic_load(&session_entry->inbox.hellos) > 0) {
         ll_ws_viewer id = 0;
         ll_frame_format format = LL_FRAME_JSON;
         pthread_mutex_lock(&session_entry->inbox.lock);
@@ -131,6 +131,7 @@ void ll_viewers_send_hellos(ll_session_entry *session_entry)
             if (v->hello_sent)
                 continue;
             v->hello_sent = true;
+            atomic_fetch_sub(&session_entry->inbox.hellos, 1);
             id = v->id;
             format = v->format;
         }
@@ -156,8 +157,11 @@ static ll_status apply_input(ll_session_entry *session_entry, ll_time wall, cons
 
 void ll_viewers_apply(ll_session_entry *session_entry, ll_time wall)
 {
+    if (!atomic_load(&session_entry->inbox.waiting))
+        return;
     pthread_mutex_lock(&session_entry->inbox.lock);
     ll_stream_input *input = session_entry->inbox.inputs;
+    atomic_store(&session_entry->inbox.waiting, false);
     session_entry->inbox.inputs = NULL;
     session_entry->inbox.inputs_end = &session_entry->inbox.inputs;
     pthread_mutex_unlock(&session_entry->inbox.lock);
@@ -247,6 +251,7 @@ static ll_status take_input(message *m, const cJSON *value)
     pthread_mutex_lock(&m->session_entry->inbox.lock);
     *m->session_entry->inbox.inputs_end = input;
     m->session_entry->inbox.inputs_end = &input->next;
+    atomic_store(&m->session_entry->inbox.waiting, true);
     pthread_mutex_unlock(&m->session_entry->inbox.lock);
     ll_session_entry_notify(m->session_entry);
     return ll_ok();
@@ -390,6 +395,8 @@ static void on_opened(void *context, void *session, ll_ws_viewer id, ll_frame_fo
     pthread_mutex_lock(&session_entry->inbox.lock);
     viewer->next = session_entry->inbox.viewers;
     session_entry->inbox.viewers = viewer;
+    atomic_fetch_add(&session_entry->inbox.viewer_count, 1);
+    atomic_fetch_add(&session_entry->inbox.hellos, 1);
     pthread_mutex_unlock(&session_entry->inbox.lock);
     atomic_store(&session_entry->shared.last_used, ll_host_now());
     ll_session_entry_notify(session_entry);
@@ -405,6 +412,8 @@ static void on_closed(void *context, void *session, ll_ws_viewer id)
         if ((*link)->id == id) {
             gone = *link;
             *link = gone->next;
+            atomic_fetch_sub(&session_entry->inbox.viewer_count, 1);
+            atomic_fetch_sub(&session_entry->inbox.hellos, !gone->hello_sent);
             break;
         }
     }

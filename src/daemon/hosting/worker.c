@@ -53,15 +53,15 @@ static bool take_frame(ll_session_entry *session_entry, uint32_t generation, ll_
 /* Publishes one frame if there are viewers and something changed or was requested. */
 static bool publish(ll_session_entry *session_entry, bool requested)
 {
-    ll_session_info info = ll_session_get_info(session_entry->session);
-    bool playing = info.status == LL_SESSION_PLAYING;
+    ll_session_pulse now = ll_session_get_pulse(session_entry->session);
+    bool playing = now.status == LL_SESSION_PLAYING;
     ll_record_request request = {0};
-    ll_ws_wants(session_entry->stream, session_entry->published.seq + 1, info.generation, !playing, &request);
+    ll_ws_wants(session_entry->stream, session_entry->published.seq + 1, now.generation, !playing, &request);
     int viewers = (int)request.viewers;
-    bool news = playing || info.tick != session_entry->published.tick ||
-                info.status != session_entry->published.status ||
-                info.params_version != session_entry->published.params ||
-                info.generation != session_entry->published.generation ||
+    bool news = playing || now.tick != session_entry->published.tick ||
+                now.status != session_entry->published.status ||
+                now.params_version != session_entry->published.params ||
+                now.generation != session_entry->published.generation ||
                 viewers != session_entry->published.viewers;
     bool wait = session_entry->work.behind && session_entry->work.tick_ns < chunk_ms * 1e6 &&
                 session_entry->wall - session_entry->published.wall < behind_frame_ns;
@@ -71,12 +71,12 @@ static bool publish(ll_session_entry *session_entry, bool requested)
         session_entry->published.seq++; /* no viewer is due: their rates are lower */
         return false;
     }
-    if (!take_frame(session_entry, info.generation, &request))
+    if (!take_frame(session_entry, now.generation, &request))
         return false;
-    session_entry->published.tick = info.tick;
-    session_entry->published.status = info.status;
-    session_entry->published.params = info.params_version;
-    session_entry->published.generation = info.generation;
+    session_entry->published.tick = now.tick;
+    session_entry->published.status = now.status;
+    session_entry->published.params = now.params_version;
+    session_entry->published.generation = now.generation;
     session_entry->published.viewers = viewers;
     session_entry->published.wall = session_entry->wall;
     atomic_fetch_add_explicit(&session_entry->host->counts.frames, 1, memory_order_relaxed);
@@ -91,7 +91,7 @@ typedef enum slot_result { ACTIVE, ACTIVE_SENT, INACTIVE } slot_result;
  * milliseconds to get the pages of a large state back: a task does that. */
 static slot_result serve_unwatched(ll_session_entry *session_entry)
 {
-    if (!session_entry->session || ll_session_get_info(session_entry->session).parked)
+    if (!session_entry->session || ll_session_get_pulse(session_entry->session).parked)
         return INACTIVE;
     ll_time now = ll_host_now();
     if (now - atomic_load(&session_entry->shared.last_used) < ll_host_park_after(session_entry->host)) {
@@ -120,7 +120,7 @@ static slot_result serve_locked(ll_session_entry *session_entry, ll_time deadlin
         return INACTIVE;
     if (!ll_viewers_any(session_entry))
         return serve_unwatched(session_entry);
-    if (!session_entry->session || ll_session_get_info(session_entry->session).parked) {
+    if (!session_entry->session || ll_session_get_pulse(session_entry->session).parked) {
         ll_session_entry_start_task(session_entry);
         return INACTIVE;
     }
@@ -132,17 +132,19 @@ static slot_result serve_locked(ll_session_entry *session_entry, ll_time deadlin
         ll_session_entry_advance(session_entry, deadline, chunk_ms);
     else if (ll_session_due(session_entry->session, deadline) > 0)
         ll_session_entry_start_task(session_entry);
-    if (ll_session_get_info(session_entry->session).parked) { /* a tick or a change took too long */
+    if (ll_session_get_pulse(session_entry->session).parked) { /* a tick or a change took too long */
         ll_session_entry_start_task(session_entry);
         return INACTIVE;
     }
     bool sent = publish(session_entry, requested);
-    ll_session_status status = ll_session_get_info(session_entry->session).status;
+    ll_session_status status = ll_session_get_pulse(session_entry->session).status;
     if (session_entry->wall - session_entry->stored.saved_wall >
             (ll_time)(session_entry->host->config.save_every_s * 1e9) &&
         status == LL_SESSION_PLAYING)
         ll_session_entry_save(session_entry);
-    ll_session_entry_update_stats(session_entry);
+    if ((int)status != atomic_load(&session_entry->shared.status) ||
+        session_entry->published.seq % LL_FRAME_HZ == 0) /* its memory grows slowly */
+        ll_session_entry_update_stats(session_entry);
     if (status != LL_SESSION_PLAYING && !session_entry->work.behind)
         return INACTIVE; /* until something changes */
     return sent ? ACTIVE_SENT : ACTIVE;
@@ -247,7 +249,7 @@ static void catch_up(ll_worker *worker, slot_members *r, ll_time end)
             if (ll_host_now() + LL_MS < end && pthread_mutex_trylock(&session_entry->lock) == 0) {
                 if (session_entry->work.behind && session_entry->session && !session_entry->deleted &&
                     !session_entry->work.background_tick && !ll_session_entry_is_heavy(session_entry) &&
-                    !ll_session_get_info(session_entry->session).parked)
+                    !ll_session_get_pulse(session_entry->session).parked)
                     more = ll_session_entry_advance(session_entry, session_entry->wall, chunk_ms) > 0 || more;
                 pthread_mutex_unlock(&session_entry->lock);
             }

@@ -76,12 +76,20 @@ static void publish_wants(ll_ws_stream *stream)
             from_event = next_event(v);
         }
     }
-    for (int c = 0; c < LL_CHANNELS; c++) {
-        atomic_store_explicit(&stream->every[c], every[c], memory_order_relaxed);
+    for (int c = 0; c < LL_CHANNELS; c++) { /* a line that is written is gone from the publisher's cache */
+        if (atomic_load_explicit(&stream->every[c], memory_order_relaxed) != every[c]) {
+            atomic_store_explicit(&stream->every[c], every[c], memory_order_relaxed);
+        }
     }
-    atomic_store_explicit(&stream->missing, missing, memory_order_relaxed);
-    atomic_store_explicit(&stream->anew, anew, memory_order_relaxed);
-    atomic_store_explicit(&stream->from_event, from_event, memory_order_relaxed);
+    if (atomic_load_explicit(&stream->missing, memory_order_relaxed) != missing) {
+        atomic_store_explicit(&stream->missing, missing, memory_order_relaxed);
+    }
+    if (atomic_load_explicit(&stream->anew, memory_order_relaxed) != anew) {
+        atomic_store_explicit(&stream->anew, anew, memory_order_relaxed);
+    }
+    if (atomic_load_explicit(&stream->from_event, memory_order_relaxed) != from_event) {
+        atomic_store_explicit(&stream->from_event, from_event, memory_order_relaxed);
+    }
     stream->wants_changed = false;
 }
 
@@ -136,8 +144,8 @@ static void drop(ll_ws_stream *stream, ll_section **place)
     if (section != NULL && --section->users == 0) {
         LL_ASSERT(stream->kept_bytes >= ll_rows_bytes(section->rows));
         stream->kept_bytes -= ll_rows_bytes(section->rows);
+        ll_section_release(section);
     }
-    ll_section_release(section);
     *place = NULL;
 }
 
@@ -147,8 +155,8 @@ static void have(ll_ws_stream *stream, ll_section **place, ll_section *section)
         return;
     }
     drop(stream, place);
-    ll_section_retain(section);
-    if (section->users++ == 0) {
+    if (section->users++ == 0) { /* one reference for all of the stream's viewers */
+        ll_section_retain(section);
         stream->kept_bytes += ll_rows_bytes(section->rows);
     }
     *place = section;
@@ -274,6 +282,9 @@ static void note_sent(ws_viewer *viewer, const ll_frame *frame, uint16_t channel
     int i = viewer->flow.outstanding_count++;
     viewer->flow.outstanding[i].seq = frame->seq;
     viewer->flow.outstanding[i].sent_ns = viewer->thread->now_ns;
+    if (viewer->flow.patient != 0 && viewer->flow.outstanding_count > WS_PATIENT_MOST) { /* it is missed */
+        ll_ws_patience_ends(viewer);
+    }
 }
 
 /* Whether the frame has anything for the viewer: a due channel with a change. */

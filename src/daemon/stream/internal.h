@@ -1,7 +1,7 @@
 /* Shared by the files of this room, lower ones first: socket_calls.c (many sends or receives at once),
- * command_queue.c, registry.c (any thread), output.c and socket.c (bytes of a viewer, out and in), messages.c
- * (messages to a viewer), frames.c (frames for a viewer), viewer.c (life of a viewer), thread.c (the loop)
- * and ws.c (any thread). Not for other rooms. */
+ * command_queue.c, registry.c (any thread), patience.c (when a socket is read), output.c and socket.c (bytes
+ * of a viewer, out and in), messages.c (messages to a viewer), frames.c (frames for a viewer), viewer.c (life
+ * of a viewer), thread.c (the loop) and ws.c (any thread). Not for other rooms. */
 #pragma once
 
 #include <pthread.h>
@@ -17,6 +17,7 @@
 
 #define WS_PENDING 4       /* publications that wait for a stream's thread */
 #define WS_OUTSTANDING 8   /* frames whose sending time is remembered */
+#define WS_PATIENT_MOST 2  /* frames in flight to a viewer whose acknowledgements are read two at a time */
 #define WS_MAX_MESSAGES 64 /* queued for one viewer */
 #define WS_MAX_MESSAGE_BYTES (256 * 1024)
 #define WS_BUCKETS 4096 /* of the registry */
@@ -63,6 +64,7 @@ struct ll_ws_stream {
     char id[65];
     ll_ws_stream *next_in_bucket; /* guarded by the registry's lock */
     atomic_int viewers;           /* that got their hello */
+    atomic_int binary_viewers;    /* those of them whose frames are binary */
     /* What viewers want of the next frame, for the publishing thread. */
     atomic_ullong every[LL_CHANNELS]; /* bit n: a viewer gets every n-th frame */
     atomic_uint missing;              /* channels that a viewer has not got at all */
@@ -74,7 +76,10 @@ struct ll_ws_stream {
     ll_frame *pending[WS_PENDING]; /* guarded by the thread's lock, as the next two members */
     int pending_count;
     ll_ws_stream *next_dirty;
-    ll_frame *latest;  /* used by the thread only, as all following members */
+    ll_frame *latest;            /* used by the thread only, as all following members */
+    ll_frame *taken[WS_PENDING]; /* from `pending`, to be distributed */
+    int taken_count;
+    ll_ws_stream *next_taken;
     size_t kept_bytes; /* size of the sections that viewers have, except those of the latest frame */
     ws_viewer *first;
     int viewer_count;   /* viewers, with or without hello */
@@ -117,6 +122,10 @@ typedef struct ws_viewer_flow {
     uint32_t acked_seq; /* the frame that it was for */
     int64_t delay_ns;   /* delay of acknowledgements without queueing: a slowly rising minimum */
     ll_ws_pace pace;    /* a slow viewer gets every n-th of its frames */
+    int acks;           /* in a row, without another message between */
+    int64_t acks_since_ns;
+    size_t patient; /* its socket is read when more bytes than these have come, those of one acknowledgement:
+                       see patience.c; 0: at once */
 } ws_viewer_flow;
 
 /* Text messages, both ways. */
@@ -268,6 +277,12 @@ void ll_ws_socket_send_raw(ws_viewer *viewer, const unsigned char *bytes, size_t
 void ll_ws_socket_flush(ws_viewer *viewer);                                             /* sends kept bytes */
 void ll_ws_socket_set_epoll(ws_viewer *viewer, uint32_t events);
 void ll_ws_socket_fail(ws_viewer *viewer);
+
+/* patience.c: all on the viewer's thread. */
+void ll_ws_patience_grows(ws_viewer *viewer,
+                          size_t size);      /* after an acknowledgement, a message of that size */
+void ll_ws_patience_ends(ws_viewer *viewer); /* whatever comes is read at once */
+void ll_ws_patience_sweep(ws_viewer *viewer);
 
 /* socket.c: all on the viewer's thread. */
 bool ll_ws_socket_open(ws_viewer *viewer); /* registers it with epoll; writes the 101 if that is not done */

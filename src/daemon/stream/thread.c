@@ -169,6 +169,20 @@ static void run_command(ws_thread *thread, ws_command *command)
     free(command);
 }
 
+/* Takes the publications of all streams at once: publishers wait for this lock. Returns their list. */
+static ll_ws_stream *take_publications(ws_thread *thread)
+{
+    ll_ws_stream *first = thread->dirty;
+    thread->dirty = NULL;
+    for (ll_ws_stream *stream = first; stream != NULL; stream = stream->next_taken) {
+        stream->next_taken = stream->next_dirty;
+        stream->taken_count = stream->pending_count;
+        memcpy(stream->taken, stream->pending, (size_t)stream->pending_count * sizeof(ll_frame *));
+        stream->pending_count = 0;
+    }
+    return first;
+}
+
 /* Handles publications and commands of other threads. Publications first: a stream that is closed after its
  * last frame still sends that frame. */
 static void process_pending(ws_thread *thread)
@@ -178,19 +192,12 @@ static void process_pending(ws_thread *thread)
     pthread_mutex_lock(&thread->lock);
     ws_command *command = thread->first_command;
     thread->first_command = thread->last_command = NULL;
-    ll_ws_stream *dirty = thread->dirty;
-    thread->dirty = NULL;
+    ll_ws_stream *published = take_publications(thread);
     pthread_mutex_unlock(&thread->lock);
-    while (dirty != NULL) {
-        ll_frame *taken[WS_PENDING];
-        ll_ws_stream *stream = dirty;
-        pthread_mutex_lock(&thread->lock);
-        int count = stream->pending_count;
-        memcpy(taken, stream->pending, (size_t)count * sizeof(ll_frame *));
-        stream->pending_count = 0;
-        dirty = stream->next_dirty;
-        pthread_mutex_unlock(&thread->lock);
-        ll_ws_stream_distribute(stream, taken, count);
+    while (published != NULL) {
+        ll_ws_stream *stream = published;
+        published = stream->next_taken;
+        ll_ws_stream_distribute(stream, stream->taken, stream->taken_count);
     }
     while (command != NULL) {
         ws_command *next = command->next;

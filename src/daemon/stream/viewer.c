@@ -27,6 +27,7 @@ void ll_ws_viewer_hello(ws_viewer *viewer, ws_command *hello)
         viewer->stream->wants_changed = true;
         viewer->frames.hello_ns = viewer->thread->now_ns;
         atomic_fetch_add(&viewer->stream->viewers, 1);
+        atomic_fetch_add(&viewer->stream->binary_viewers, viewer->upgrade.format == LL_FRAME_BINARY);
         ll_ws_viewer_send_newest(viewer);
     }
 }
@@ -131,7 +132,9 @@ static void take_message(ws_viewer *viewer, const char *text, size_t size)
         refuse_rate(viewer);
     } else if (is_ack(text, &seq)) {
         ll_ws_viewer_acknowledge(viewer, seq);
+        ll_ws_patience_grows(viewer, size);
     } else if (hooks_of(viewer)->message != NULL) {
+        ll_ws_patience_ends(viewer);
         hooks_of(viewer)->message(hooks_of(viewer)->context, viewer->stream->session, viewer->handle, text,
                                   size);
     }
@@ -270,6 +273,7 @@ void ll_ws_viewer_gone(ws_viewer *viewer)
     ll_ws_viewer_release_sections(viewer);
     if (viewer->frames.ready) {
         atomic_fetch_sub(&stream->viewers, 1);
+        atomic_fetch_sub(&stream->binary_viewers, viewer->upgrade.format == LL_FRAME_BINARY);
     }
     if (viewer->next != NULL) {
         viewer->next->previous = viewer->previous;
@@ -342,6 +346,7 @@ void ll_ws_viewer_sweep(ws_viewer *viewer)
         }
         return;
     }
+    ll_ws_patience_sweep(viewer);
     check_alive(viewer);
     if (viewer->stream == NULL || viewer->dead) {
         return;

@@ -80,7 +80,8 @@ static bool any_is_due(unsigned long long every, uint32_t seq)
 void ll_ws_wants(ll_ws_stream *stream, uint32_t seq, uint32_t generation, bool whole,
                  ll_record_request *request)
 {
-    atomic_exchange_explicit(&stream->asked, false, memory_order_acq_rel); /* before the wants are read */
+    if (atomic_load_explicit(&stream->asked, memory_order_acquire)) /* before the wants are read */
+        atomic_exchange_explicit(&stream->asked, false, memory_order_acq_rel);
     bool jump = !atomic_load_explicit(&stream->published, memory_order_relaxed) ||
                 atomic_load_explicit(&stream->generation, memory_order_relaxed) != generation;
     unsigned channels = atomic_load_explicit(&stream->missing, memory_order_relaxed);
@@ -95,6 +96,7 @@ void ll_ws_wants(ll_ws_stream *stream, uint32_t seq, uint32_t generation, bool w
     request->from_event =
         jump ? LL_NO_EVENT : atomic_load_explicit(&stream->from_event, memory_order_relaxed);
     request->viewers = (uint32_t)ll_ws_viewers(stream);
+    request->deltas = atomic_load_explicit(&stream->binary_viewers, memory_order_relaxed) > 0;
 }
 
 void ll_ws_publish(ll_ws_stream *stream, ll_frame *frame)
@@ -117,8 +119,11 @@ void ll_ws_publish(ll_ws_stream *stream, ll_frame *frame)
         stream->pending[stream->pending_count++] = frame;
     }
     pthread_mutex_unlock(&thread->lock);
-    atomic_store_explicit(&stream->generation, frame->generation, memory_order_relaxed);
-    atomic_store_explicit(&stream->published, true, memory_order_relaxed);
+    if (!atomic_load_explicit(&stream->published, memory_order_relaxed) ||
+        atomic_load_explicit(&stream->generation, memory_order_relaxed) != frame->generation) {
+        atomic_store_explicit(&stream->generation, frame->generation, memory_order_relaxed);
+        atomic_store_explicit(&stream->published, true, memory_order_relaxed);
+    }
     if (late != NULL) {
         ll_ws_count(&thread->counts.dropped, 1);
         ll_frame_release(late);

@@ -434,12 +434,6 @@ static ll_status work_once(worker_thread *b, bool *found)
 }
 
 /* While a thread rests, its state may be memory that others want. */
-static void drop_kept(worker_thread *b)
-{
-    free(b->kept.block);
-    b->kept = (ll_kept_block){0};
-}
-
 static void *work(void *context)
 {
     worker_thread *b = context;
@@ -461,11 +455,11 @@ static void *work(void *context)
         if (!found && !more_to_come(w))
             break;
         if (!found) {
-            drop_kept(b);
+            ll_kept_block_free(&b->kept);
             rest(w, calls, LOOK_EVERY_S);
         }
     }
-    drop_kept(b);
+    ll_kept_block_free(&b->kept);
     ll_experiment_free(b->experiment);
     ll_resampler_free(&b->resampler);
     free(b->rows);

@@ -162,7 +162,7 @@ static double mean_error(const ll_experiment *e, int64_t point, int64_t first, i
         ll_sums_add(&error, fabs(row.metrics[e->error_metric]));
         ll_sums_add(&costs, fabs(row.metrics[e->cost_metric]));
     }
-    free(kept.block);
+    ll_kept_block_free(&kept);
     if (!good)
         return INFINITY;
     *half = count > 1 ? ll_interval_95(count, error.squares) : 0;

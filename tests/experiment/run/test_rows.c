@@ -67,7 +67,7 @@ static void a_kept_block_changes_no_row(void **state)
         block = kept.block;
         ll_experiment_free(e);
     }
-    free(kept.block);
+    ll_kept_block_free(&kept);
 }
 
 static void a_stop_rule_ends_a_run(void **state)

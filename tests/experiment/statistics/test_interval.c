@@ -426,7 +426,7 @@ static void read_pools(const char *scenario, double loss_pct, pool pools[METRICS
             if (isfinite(row.metrics[m]))
                 pools[m].values[pools[m].count++] = row.metrics[m];
     }
-    free(kept.block);
+    ll_kept_block_free(&kept);
     ll_experiment_free(e);
 }
 
