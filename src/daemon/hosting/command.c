@@ -119,7 +119,7 @@ bool ll_host_discard(ll_host *host, ll_session_entry *session_entry, uint64_t *t
         session_entry->session = NULL;
         ll_session_entry_count_memory(session_entry, 0);
         atomic_store(&session_entry->shared.status, -1);
-        *ticket = ll_store_delete(host->store, session_entry->stored.row.number);
+        *ticket = ll_store_delete(host->store, session_entry->stored.number);
         ll_ws_stream_close(session_entry->stream, LL_WS_NO_SESSION, "the session was deleted");
     }
     pthread_mutex_unlock(&session_entry->lock);

@@ -21,17 +21,15 @@ static int count_players(ll_session *session)
 
 static bool make_keys(ll_session_entry *session_entry, ll_created_session *created)
 {
+    ll_key_hash keys[1 + LL_PLAYERS_MAX];
     created->players = count_players(session_entry->session);
-    if (!ll_new_key(created->owner_key) ||
-        !ll_key_hash_make(created->owner_key, &session_entry->identity.keys[0]))
+    if (!ll_new_key(created->owner_key) || !ll_key_hash_make(created->owner_key, &keys[0]))
         return false;
     for (int i = 0; i < created->players; i++) {
-        if (!ll_new_key(created->player_keys[i]) ||
-            !ll_key_hash_make(created->player_keys[i], &session_entry->identity.keys[1 + i]))
+        if (!ll_new_key(created->player_keys[i]) || !ll_key_hash_make(created->player_keys[i], &keys[1 + i]))
             return false;
     }
-    session_entry->identity.key_count = 1 + created->players;
-    return true;
+    return ll_session_entry_set_keys(session_entry, keys, 1 + created->players);
 }
 
 static ll_status create_fork(ll_session_entry *origin, ll_task *task, ll_session_entry *session_entry)
@@ -146,14 +144,14 @@ ll_status ll_host_create_session(ll_host *host, const ll_create_request *request
         ll_session_entry_release(session_entry);
         return ll_error(LL_NO_MEMORY, "out of memory: session");
     }
-    session_entry->stored.row.number = ll_store_new_number(host->store);
+    session_entry->stored.number = ll_store_new_number(host->store);
     session_entry->shared.client_bytes = ll_quota_client_bytes(host, request->peer);
     pthread_mutex_lock(&session_entry->lock);
     status = make_session(session_entry, request, &scenario, created);
     LL_THEN(status, ll_session_entry_fits(session_entry));
     LL_THEN(status, register_created(host, session_entry, created));
     if (ll_failed(&status) && session_entry->stored.lines > 0)
-        ll_store_delete(host->store, session_entry->stored.row.number);
+        ll_store_delete(host->store, session_entry->stored.number);
     if (!ll_failed(&status))
         ll_session_entry_save(session_entry);
     session_entry->deleted = ll_failed(&status);

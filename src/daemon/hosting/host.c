@@ -71,7 +71,19 @@ void ll_session_entry_release(ll_session_entry *session_entry)
     pthread_mutex_destroy(&session_entry->lock);
     pthread_mutex_destroy(&session_entry->inbox.lock);
     pthread_cond_destroy(&session_entry->work.background_tick_done);
+    free(session_entry->identity.keys);
     free(session_entry);
+}
+
+bool ll_session_entry_set_keys(ll_session_entry *session_entry, const ll_key_hash *keys, int count)
+{
+    ll_key_hash *mine = malloc((size_t)count * sizeof *mine);
+    if (!mine)
+        return false;
+    memcpy(mine, keys, (size_t)count * sizeof *mine);
+    session_entry->identity.keys = mine;
+    session_entry->identity.key_count = count;
+    return true;
 }
 
 const char *ll_session_entry_id(const ll_session_entry *session_entry)
@@ -119,7 +131,7 @@ void ll_session_entry_on_line(void *context, const char *line, size_t length)
     session_entry->stored.rewound =
         session_entry->stored.rewound || (length > 9 && memcmp(line, "{\"op\":\"re", 9) == 0);
     ll_session_entry_count_log(session_entry, (int64_t)length + 1);
-    session_entry->stored.ticket = ll_store_line(session_entry->host->store, session_entry->stored.row.number,
+    session_entry->stored.ticket = ll_store_line(session_entry->host->store, session_entry->stored.number,
                                                  session_entry->stored.lines++, line, length);
 }
 
@@ -159,21 +171,27 @@ void ll_session_entry_save(ll_session_entry *session_entry)
     if (!session_entry->session || session_entry->deleted)
         return;
     ll_session_info info = ll_session_get_info(session_entry->session);
-    ll_stored *row = &session_entry->stored.row;
-    memcpy(row->id, session_entry->identity.id, sizeof row->id);
-    memcpy(row->code, session_entry->identity.code, sizeof row->code);
-    memcpy(row->keys, session_entry->identity.keys, sizeof row->keys);
-    row->key_count = session_entry->identity.key_count;
-    row->created_ms = session_entry->identity.created_ms;
-    row->seen_ms = unix_ms();
-    row->playing = info.status == LL_SESSION_PLAYING;
-    row->speed = info.speed;
-    row->tick = info.tick;
-    row->head_tick = info.head_tick;
-    row->lines = session_entry->stored.lines;
-    session_entry->stored.saved_wall = session_entry->wall;
-    session_entry->stored.rewound = false;
-    session_entry->stored.ticket = ll_store_put(session_entry->host->store, row);
+    ll_entry_stored *stored = &session_entry->stored;
+    const ll_entry_identity *identity = &session_entry->identity;
+    ll_stored row = {.number = stored->number,
+                     .created_ms = identity->created_ms,
+                     .seen_ms = unix_ms(),
+                     .key_count = identity->key_count,
+                     .playing = info.status == LL_SESSION_PLAYING,
+                     .speed = info.speed,
+                     .tick = info.tick,
+                     .head_tick = info.head_tick,
+                     .lines = stored->lines};
+    memcpy(row.id, identity->id, sizeof row.id);
+    memcpy(row.code, identity->code, sizeof row.code);
+    memcpy(row.keys, identity->keys, (size_t)identity->key_count * sizeof *row.keys);
+    stored->playing = row.playing;
+    stored->speed = row.speed;
+    stored->tick = row.tick;
+    stored->head_tick = row.head_tick;
+    stored->saved_wall = session_entry->wall;
+    stored->rewound = false;
+    stored->ticket = ll_store_put(session_entry->host->store, &row);
 }
 
 /* ---- loading ---- */
@@ -182,7 +200,7 @@ void ll_session_entry_save(ll_session_entry *session_entry)
  * from the daemon's start. */
 static void resume(ll_session_entry *session_entry)
 {
-    const ll_stored *row = &session_entry->stored.row;
+    const ll_entry_stored *row = &session_entry->stored;
     bool older = row->head_tick < ll_session_get_info(session_entry->session).head_tick;
     ll_session_set_position(session_entry->session, session_entry->host->started,
                             &(ll_session_position){.tick = older ? -1 : row->tick,
@@ -198,7 +216,7 @@ ll_status ll_session_entry_load(ll_session_entry *session_entry)
         return ll_ok();
     char *text = NULL;
     size_t length = 0;
-    LL_TRY(ll_store_read_log(session_entry->host->store, session_entry->stored.row.number, &text, &length));
+    LL_TRY(ll_store_read_log(session_entry->host->store, session_entry->stored.number, &text, &length));
     LL_ASSERT(!session_entry->restoring); /* one thread loads it */
     session_entry->restoring = true;
     ll_status status =
@@ -208,7 +226,7 @@ ll_status ll_session_entry_load(ll_session_entry *session_entry)
     if (ll_failed(&status)) {
         session_entry->session = NULL;
         ll_log_write("error", "session not restored", "Stored session %lld: %s",
-                     (long long)session_entry->stored.row.number, status.text);
+                     (long long)session_entry->stored.number, status.text);
         return ll_error(LL_IO, "Stored log of this session cannot be replayed: %.180s", status.text);
     }
     resume(session_entry);

@@ -75,12 +75,19 @@ static void add_stored(void *context, const ll_stored *stored)
     ll_session_entry *session_entry = ll_session_entry_new(host);
     if (!session_entry)
         return;
-    session_entry->stored.row = *stored;
+    ll_entry_stored *mine = &session_entry->stored;
+    mine->number = stored->number;
+    mine->playing = stored->playing;
+    mine->speed = stored->speed;
+    mine->tick = stored->tick;
+    mine->head_tick = stored->head_tick;
     session_entry->stored.lines = stored->lines;
     ll_session_entry_count_log(session_entry, stored->log_bytes);
     session_entry->identity.created_ms = stored->created_ms;
-    session_entry->identity.key_count = stored->key_count;
-    memcpy(session_entry->identity.keys, stored->keys, sizeof session_entry->identity.keys);
+    if (!ll_session_entry_set_keys(session_entry, stored->keys, stored->key_count)) {
+        ll_session_entry_release(session_entry);
+        return;
+    }
     memcpy(session_entry->identity.id, stored->id, sizeof session_entry->identity.id);
     memcpy(session_entry->identity.code, stored->code, sizeof session_entry->identity.code);
     struct timespec now;

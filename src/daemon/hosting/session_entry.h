@@ -45,7 +45,7 @@ typedef struct ll_entry_identity {
     char id[LL_ID_LENGTH + 1], code[LL_CODE_LENGTH + 1];
     int64_t created_ms, serial;
     int key_count;
-    ll_key_hash keys[LL_STORE_KEYS];
+    ll_key_hash *keys; /* as many; owned: most sessions have a few of the LL_STORE_KEYS that one may have */
     int worker, slot;
 } ll_entry_identity;
 
@@ -65,8 +65,12 @@ typedef struct ll_entry_shared {
 
 /* What the store has of a session. */
 typedef struct ll_entry_stored {
-    ll_stored row; /* as last queued */
-    bool rewound;  /* the log was truncated or restarted since the row was queued */
+    int64_t number; /* of its row */
+    /* As last queued: */
+    bool playing;
+    double speed;
+    int64_t tick, head_tick;
+    bool rewound; /* the log was truncated or restarted since the row was queued */
     int64_t lines;
     uint64_t ticket; /* of the last queued line or row */
     ll_time saved_wall;
@@ -226,6 +230,8 @@ void ll_session_entry_notify(
 
 ll_status ll_host_check_store(ll_host *host);          /* LL_IO while the store fails */
 ll_session_entry *ll_session_entry_new(ll_host *host); /* one reference; not registered */
+bool ll_session_entry_set_keys(ll_session_entry *session_entry, const ll_key_hash *keys,
+                               int count); /* once; false without memory */
 void ll_session_entry_count_log(ll_session_entry *session_entry,
                                 int64_t bytes); /* of its lines; may be negative */
 void ll_session_entry_on_line(void *context, const char *line, size_t length); /* an ll_log_line function */
