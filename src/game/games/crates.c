@@ -241,6 +241,7 @@ static ll_floor_body body_of(const ll_world *world, const crates_params *p, int 
                        .vx = e->vx,
                        .vy = e->vy,
                        .angular_velocity = e->angular_velocity,
+                       .absent = (e->flags & LL_ENTITY_UNKNOWN) != 0,
                        .unsettled = (e->flags & LL_ENTITY_UNSETTLED) != 0};
     if (i < world->players) {
         b.round = true;
@@ -270,6 +271,8 @@ static ll_floor_body body_of(const ll_world *world, const crates_params *p, int 
 
 static void to_entity(const ll_floor_body *b, ll_entity *e)
 {
+    if (b->absent)
+        return;
     e->x = b->x;
     e->y = b->y;
     e->angle = b->angle;
@@ -342,7 +345,7 @@ static void step_own(ll_world *world, const ll_game_env *env, int player, const 
     for (int i = 0; i < world->entities; i++) {
         const ll_entity *e = &world->entity[i];
         double dx = e->x - own->x, dy = e->y - own->y;
-        if (i == player || dx * dx + dy * dy > near * near)
+        if (i == player || e->flags & LL_ENTITY_UNKNOWN || dx * dx + dy * dy > near * near)
             continue;
         ll_floor_body *b = &bodies[count++];
         *b = body_of(world, params_of(env), i, NULL);
@@ -414,7 +417,8 @@ static void reach(const ll_world *world, const ll_game_env *env, double horizon_
     for (int k = 0; k < count; k++)
         for (int j = 0; j < w.count; j++) {
             double time = 2 * horizon_s - w.start[queue[k]] - w.start[j];
-            if (ll_entity_set_has(set, j) || time <= 0 || !within(&w, queue[k], j, w.top * time))
+            if (ll_entity_set_has(set, j) || world->entity[j].flags & LL_ENTITY_UNKNOWN || time <= 0 ||
+                !within(&w, queue[k], j, w.top * time))
                 continue;
             ll_entity_set_add(set, j);
             queue[count++] = j;

@@ -48,8 +48,9 @@ double ll_floor_margin(const ll_game_env *env, const ll_floor *floor)
 
 static bool moves(const ll_floor_body *b)
 {
-    return b->inverse_mass > 0 && (b->vx != 0 || b->vy != 0 || b->angular_velocity != 0 ||
-                                   b->wanted_vx != 0 || b->wanted_vy != 0 || b->unsettled);
+    return b->inverse_mass > 0 && !b->absent &&
+           (b->vx != 0 || b->vy != 0 || b->angular_velocity != 0 || b->wanted_vx != 0 || b->wanted_vy != 0 ||
+            b->unsettled);
 }
 
 /* Walls that a body may reach within the step: bits in the order of add_floor. */
@@ -78,7 +79,7 @@ static void find_reached(work *w)
         for (int i = 0; i < w->count && a->inverse_mass > 0; i++) {
             const ll_floor_body *b = &w->body[i];
             double dx = b->x - a->x, dy = b->y - a->y, far = reach + ll_floor_bound(b);
-            if (i == queue[k] || dx * dx + dy * dy > far * far)
+            if (i == queue[k] || b->absent || dx * dx + dy * dy > far * far)
                 continue;
             meets[queue[k]] = meets[i] = true;
             if (!known[i])

@@ -30,6 +30,7 @@ typedef struct ll_floor_body {
     double half;                          /* m: radius of a disc, half the side of a box */
     double inverse_mass, inverse_inertia; /* 1/kg, 1/(kg m2); 0: immovable */
     bool round;
+    bool absent;         /* takes no part: its place is not known */
     bool unsettled;      /* set by a step: it overlapped something and was moved; not at rest yet */
     uint32_t pressed_by; /* set by a step: bit i for body i of the first 32 */
 } ll_floor_body;

@@ -243,7 +243,7 @@ static void reach(const ll_world *world, const ll_game_env *env, double horizon_
         for (int j = 0; j < world->players; j++)
             for (int i = 0; i < world->players && !ll_entity_set_has(set, j); i++) {
                 const ll_entity *a = &world->entity[i], *b = &world->entity[j];
-                if (!ll_entity_set_has(set, i))
+                if (!ll_entity_set_has(set, i) || b->flags & LL_ENTITY_UNKNOWN)
                     continue;
                 if (one_lane(p, a, b) && b->x - a->x < far && b->x - a->x > -far) {
                     ll_entity_set_add(set, j);

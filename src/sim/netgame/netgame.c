@@ -277,8 +277,6 @@ static void init_player(ll_netgame *g, const ll_netgame_config *c, int i, const 
 {
     uint64_t stream = (uint64_t)i * 2;
     ll_client_init(ll_netgame_client(g, i), i, world);
-    if (ll_netgame_recent(g, i))
-        ll_recent_init(ll_netgame_recent(g, i), world->entities, i);
     ll_link_init(ll_netgame_up(g, i), up_slots(c), up_arena(c), (uint64_t)c->head.seed, stream);
     ll_link_init(ll_netgame_down(g, i), down_slots(c), down_arena(c), (uint64_t)c->head.seed, stream + 1);
     ll_dejitter_init(ll_netgame_dejitter(g, i), DEJITTER_PACKETS);
@@ -350,6 +348,9 @@ static ll_status init(void *block, const void *config)
         if (ll_netgame_drag_neglect(g))
             ll_drag_neglect_init(ll_netgame_drag_neglect(g), n, (ll_time)(c->warmup_s * 1e9));
     }
+    /* Their place depends on what the arena has. */
+    for (int i = 0; i < n && ll_netgame_recent(g, i); i++)
+        ll_recent_init(ll_netgame_recent(g, i), world->entities, i);
     start_server(g, 0);
     server->next_check = g->now = -LL_LOBBY;
     ll_status status = ll_netgame_run_until(g, -1, NULL, NULL);

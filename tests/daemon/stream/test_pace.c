@@ -38,7 +38,7 @@ static void test_gets_what_it_draws(void **state)
 {
     (void)state;
     for (int hz = 5; hz <= 80; hz++) {
-        viewer v = {{0}};
+        viewer v = {.drawn = 0};
         watch(&v, 0, 20, hz);
         v.drawn = v.missed = v.due = v.changes = 0;
         watch(&v, 20, 140, hz);
@@ -55,7 +55,7 @@ static void test_gets_what_it_draws(void **state)
 static void test_fast_viewer_is_left_alone(void **state)
 {
     (void)state;
-    viewer v = {{0}};
+    viewer v = {.drawn = 0};
     watch(&v, 0, 60, 60);
     assert_int_equal(v.missed, 0);
     assert_int_equal(v.changes, 0);
@@ -66,7 +66,7 @@ static void test_fast_viewer_is_left_alone(void **state)
 static void test_slow_start(void **state)
 {
     (void)state;
-    viewer v = {{0}};
+    viewer v = {.drawn = 0};
     watch(&v, 0, 3, 2);
     watch(&v, 3, 20, 60);
     assert_int_equal(ll_ws_pace_divisor(&v.pace), 1);
@@ -76,7 +76,7 @@ static void test_slow_start(void **state)
 static void test_hiccup(void **state)
 {
     (void)state;
-    viewer v = {{0}};
+    viewer v = {.drawn = 0};
     watch(&v, 0, 11, 60);
     watch(&v, 11, 12, 0);
     watch(&v, 12, 15, 60);
@@ -89,7 +89,7 @@ static void test_hiccup(void **state)
 static void test_attempts_become_seldom(void **state)
 {
     (void)state;
-    viewer v = {{0}};
+    viewer v = {.drawn = 0};
     watch(&v, 0, 120, 21); /* 20 a second are no trouble, 30 are */
     v.changes = 0;
     watch(&v, 120, 420, 21);
@@ -100,7 +100,7 @@ static void test_attempts_become_seldom(void **state)
 static void test_memory(void **state)
 {
     (void)state;
-    viewer v = {{0}};
+    viewer v = {.drawn = 0};
     watch(&v, 0, 8, 5);
     watch(&v, 8, 12, 60);
     int worst = ll_ws_pace_worst_divisor(&v.pace);
