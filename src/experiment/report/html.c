@@ -38,8 +38,14 @@ void ll_html_plot_style(FILE *file)
 
 void ll_html_begin(const char *title, FILE *file)
 {
+    ll_html_begin_styled(title, "", file);
+}
+
+void ll_html_begin_styled(const char *title, const char *style, FILE *file)
+{
     fputs(head, file);
     ll_html_plot_style(file);
+    fputs(style, file);
     fputs("</style><title>", file);
     ll_html_text(title, file);
     fputs("</title></head><body>\n<h1>", file);
