@@ -169,15 +169,23 @@ static void write_title(const ll_experiment *e, const char *version, FILE *file)
                         : scenario->title[0] ? scenario->title
                                              : "Experiment";
     ll_html_begin_styled(title, ll_report_style, file);
-    fputs("<p>", file);
-    ll_html_text(e->head.text, file);
-    fprintf(file, "</p>\n<p>Scenario <code>");
+    if (e->head.text[0]) {
+        fputs("<p>", file);
+        ll_html_text(e->head.text, file);
+        fputs("</p>\n", file);
+    }
+    fputs("<p>Scenario <code>", file);
     ll_html_text(e->head.scenario_id[0] ? e->head.scenario_id : e->base.kind->name, file);
-    fprintf(file,
-            "</code>, %" PRId64 " points with %s%" PRId64 " runs each, seeds %" PRId64 " to %" PRId64
-            "; key %016" PRIx64 ", laglab %s.</p>\n",
-            e->points, ll_until_is_set(e) ? "up to " : "", e->head.repeats, scenario->seed,
-            scenario->seed + e->head.repeats - 1, ll_experiment_key(e), version);
+    fputs("</code>, ", file);
+    ll_html_count(e->points, file);
+    fprintf(file, " point%s with %s", e->points == 1 ? "" : "s", ll_until_is_set(e) ? "up to " : "");
+    ll_html_count(e->head.repeats, file);
+    if (e->head.repeats == 1)
+        fprintf(file, " run each, seed %" PRId64, scenario->seed);
+    else
+        fprintf(file, " runs each, seeds %" PRId64 " to %" PRId64, scenario->seed,
+                scenario->seed + e->head.repeats - 1);
+    fprintf(file, "; key %016" PRIx64 ", laglab %s.</p>\n", ll_experiment_key(e), version);
 }
 
 /* Notices known before the runs, and those of the results. */

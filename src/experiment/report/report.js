@@ -174,6 +174,7 @@
     cost: 0,
     x: 0,
     y: 0,
+    by: 0,
     colour: -1,
     logX: null,
     logY: null,
@@ -239,7 +240,7 @@
       for (const key of Object.keys(state)) if (typeof kept[key] === typeof state[key] || state[key] === null) state[key] = kept[key] ?? state[key];
       if (!titles[state.view]) state.view = 'series';
       for (const key of ['metric', 'cost']) if (!index(state[key], metrics.length)) state[key] = 0;
-      for (const key of ['x', 'y', 'dimension']) if (!index(state[key], dimensions.length)) state[key] = 0;
+      for (const key of ['x', 'y', 'by', 'dimension']) if (!index(state[key], dimensions.length)) state[key] = 0;
       for (const d of Object.keys(state.only))
         if (!dimensions[d] || (dimensions[d].size ? !index(state.only[d], dimensions[d].size) : !Array.isArray(state.only[d]))) delete state.only[d];
     } catch {
@@ -369,9 +370,9 @@
   }
 
   /** A scale of named values: each has a slot. */
-  function slots(names, from, to) {
+  function slots(names, from, to, numeric = false) {
     const wide = (to - from) / names.length;
-    return { names, log: false, at: (k) => from + (k + 0.5) * wide, wide, ticks: names.map((name, k) => [k, name]) };
+    return { names, numeric, log: false, at: (k) => from + (k + 0.5) * wide, wide, ticks: names.map((name, k) => [k, name]) };
   }
 
   /** Two canvases, one over the other for the mark that is pointed at, and a line of text that tells it. */
@@ -457,14 +458,14 @@
     const { g, width } = context(c.canvas, c.height);
     let bottom = 44,
       slant = false;
-    const high = (to) => y(to, 24),
+    const high = (to) => y(to, 20),
       trial = high(c.height - bottom),
       labels = trial.names ? Math.min(Math.max(...trial.names.map((n) => g.measureText(n).width)), width * 0.3) : Math.max(0, ...trial.ticks.map(([, t]) => g.measureText(t).width)),
       left = Math.ceil(labels) + 14,
       across = x(left, width - 10);
     if (across.names) {
       const widest = Math.max(...across.names.map((n) => g.measureText(n).width));
-      slant = widest > across.wide - 6;
+      slant = !across.numeric && widest > across.wide - 6;
       if (slant) bottom = 44 + Math.min(widest, 130) * 0.6;
     }
     const X = across,
@@ -738,7 +739,7 @@
       g.globalAlpha = small ? 0.5 : 1;
       if (list.length > 20000) g.fillRect(px - 1, py - 1, 2, 2);
       else {
-        mark(g, shapeOf(colouring, p.k), px, py, small ? 1.8 : list.length > 300 ? 2.6 : 4);
+        mark(g, shapeOf(colouring, p.k), px, py, list.length > 600 ? 1.8 : list.length > 150 ? 2.6 : 4);
         g.fill();
       }
       c.marks.push({ x: px, y: py, row: p.row, text: () => seriesText(p, x, colouring) });
@@ -824,12 +825,13 @@
 
   /** The index of a row on an axis of cells: its value's, or one of equal parts of a range. */
   function binned(d) {
-    if (d.size) return { names: d.names, at: (i) => d.index[i] };
+    if (d.size) return { names: d.numeric ? d.values.map(([v]) => figure(v, 4)) : d.names, at: (i) => d.index[i], numeric: d.numeric };
     const [low, high] = range(d.value),
       log = d.log && low > 0,
       at = (v) => (log ? Math.log(v / low) / Math.log(high / low) : (v - low) / (high - low)),
       back = (p) => (log ? low * (high / low) ** p : low + (high - low) * p);
     return {
+      numeric: true,
       names: Array.from({ length: BINS }, (_, k) => figure(back((k + 0.5) / BINS), 3)),
       at: (i) => Math.min(BINS - 1, Math.max(0, Math.floor(at(d.value[i]) * BINS))),
     };
@@ -870,8 +872,8 @@
       const f = frame(c, {
           titleX: dimensions[state.x].title,
           titleY: dimensions[state.y].title,
-          x: (from, to) => slots(x.names, from, to),
-          y: (from, to) => slots(y.names, from, to),
+          x: (from, to) => slots(x.names, from, to, x.numeric),
+          y: (from, to) => slots(y.names, from, to, y.numeric),
         }),
         { g } = f,
         wide = f.X.wide,
@@ -885,7 +887,7 @@
           py = f.Y.at(Math.floor(k / columnsX)) - high / 2,
           p = part(means[k]);
         g.fillStyle = heatText(p);
-        g.fillRect(px, py, wide + 0.5, high + 0.5);
+        g.fillRect(Math.floor(px), Math.floor(py), Math.ceil(px + wide) - Math.floor(px), Math.ceil(py + high) - Math.floor(py));
         if (wide > 52 && high > 15) {
           const [r, gg, b] = heat(p);
           g.fillStyle = 0.299 * r + 0.587 * gg + 0.114 * b > 140 ? '#111' : '#fff';
@@ -934,9 +936,9 @@
   }
 
   function spreadView(body, controls) {
-    const x = dimensions.length ? dimensions[state.x] : null;
-    controls.append(metricPicker('Metric', 'metric'), x ? dimensionPicker('A box per', 'x', [...dimensions.keys()]) : '');
-    const bins = x ? binned(x) : { names: ['all'], at: () => 0 },
+    const x = dimensions.length ? dimensions[state.by] : null;
+    controls.append(metricPicker('Metric', 'metric'), x ? dimensionPicker('A box per', 'by', [...dimensions.keys()]) : '');
+    const bins = x ? binned(x) : { names: ['all'], at: () => 0, numeric: false },
       groups = bins.names.map((name, k) => ({ name, k, rows: [], values: [] }));
     for (const i of shown) {
       const group = groups[bins.at(i)];
@@ -953,7 +955,7 @@
     const what = runs.length ? 'runs' : 'points',
       c = chart('boxes', 360, `${metrics[state.metric]}: ${boxes.length} boxes`);
     c.take = (m) => set({ box: m.k });
-    show(body, c, () => drawBoxes(c, boxes, bins.names, x?.title ?? '', axis, what));
+    show(body, c, () => drawBoxes(c, boxes, bins, x?.title ?? '', axis, what));
     said(
       body,
       `${runs.length ? `Values are runs${head.kept < head.repeats ? `, the first ${counted(head.kept)} of ${counted(head.repeats)} of each point` : ''}` : head.repeats > 1 ? 'Values are means of points: the page has no single runs' : 'Values are points of one run each'}. Boxes are quartiles and median, whiskers the least and the largest value. Choose a box to see its histogram. ${axis.note}`,
@@ -962,11 +964,11 @@
     histogram(body, chosen ? [chosen] : boxes, chosen ? `${x.title} ${chosen.name}` : 'all that are chosen', axis, what);
   }
 
-  function drawBoxes(c, boxes, names, title, axis, what) {
+  function drawBoxes(c, boxes, bins, title, axis, what) {
     const f = frame(c, {
         titleX: title,
         titleY: axis.title,
-        x: (from, to) => slots(names, from, to),
+        x: (from, to) => slots(bins.names, from, to, bins.numeric),
         y: (from, to) => scale(axis.low, axis.high, axis.log, from, to, (from - to) / 45),
       }),
       { g } = f,
@@ -1163,7 +1165,7 @@
   // ---- view: points ----
 
   function table(heads, rows) {
-    const left = (k) => (typeof heads[k] === 'string' && heads[k].startsWith('l ') ? 'l' : null),
+    const left = (k) => (heads[k] instanceof Element ? heads[k].className || null : heads[k].startsWith('l ') ? 'l' : null),
       line = make('tr');
     heads.forEach((text, k) => line.append(text instanceof Element ? text : make('th', { scope: 'col', class: left(k) }, text.replace(/^l /, ''))));
     const body = make('tbody');
@@ -1233,11 +1235,11 @@
       );
     body.append(
       table(
-        [...heads, 'l '],
+        heads,
         [...rows.slice(state.page * PAGE_ROWS, (state.page + 1) * PAGE_ROWS)].map((i) => ({
           cells: [
-            ...fields.map((f) => (f.text ? f.text(i) : figure(f.of(i), f.id.startsWith('m') ? digits : 12))),
-            make('button', { type: 'button', id: `row-${number(i)}`, 'aria-label': `Details of point ${number(i)}`, onclick: () => set({ chosen: i }) }, 'Details'),
+            make('button', { type: 'button', id: `row-${number(i)}`, 'aria-label': `Details of point ${number(i)}`, onclick: () => set({ chosen: i }) }, String(number(i))),
+            ...fields.slice(1).map((f) => (f.text ? f.text(i) : figure(f.of(i), f.id.startsWith('m') ? digits : 12))),
           ],
           mark: front[i],
           chosen: i === state.chosen,
@@ -1434,7 +1436,8 @@
       few = all.filter((d) => d !== best && dimensions[d].size && dimensions[d].size <= COLOURS);
     state.x = best;
     state.colour = few.find((d) => !dimensions[d].numeric) ?? few[0] ?? -1;
-    state.y = all.find((d) => d !== best) ?? 0;
+    state.y = all.filter((d) => d !== best).sort((a, b) => Number(dimensions[b].numeric) - Number(dimensions[a].numeric))[0] ?? 0;
+    state.by = state.colour >= 0 ? state.colour : best;
     state.dimension = compared().find((d) => !dimensions[d].numeric) ?? compared()[0] ?? 0;
   }
 
