@@ -63,6 +63,15 @@
   const valueText = (value) =>
     typeof value === 'number' ? figure(value) : typeof value === 'boolean' ? (value ? 'on' : 'off') : String(value);
 
+  /** Values of axes that vary together; what is on or off by its name. */
+  const nameOf = (axes, list) =>
+    list
+      .map((value, a) => {
+        const short = axes[a].path.slice(axes[a].path.lastIndexOf('.') + 1).replaceAll('_', ' ');
+        return typeof value === 'boolean' && axes.length > 1 ? (value ? short : `no ${short}`) : valueText(value);
+      })
+      .join(', ');
+
   /** A dimension of the grid: the index of its value at each point follows from the point's number. */
   function gridDimension(axes, stride) {
     const size = axes[0].values.length,
@@ -99,7 +108,14 @@
     const keys = [...found.keys()].sort((a, b) => parseFloat(a) - parseFloat(b)),
       rank = new Map(keys.map((key, k) => [key, k])),
       index = Uint32Array.from({ length: count }, (_, i) => rank.get(places.map((place) => place[i]).join(' ')));
-    return { ...whole, numeric, size: keys.length, index, value: numeric ? places[0] : Float64Array.from(index), values: keys.map((k) => found.get(k)) };
+    return {
+      ...whole,
+      numeric,
+      size: keys.length,
+      index,
+      value: numeric ? places[0] : Float64Array.from(index),
+      values: keys.map((k) => found.get(k)),
+    };
   }
 
   function makeDimensions() {
@@ -111,7 +127,7 @@
       const axes = head.dimensions[d];
       const one = head.grid ? gridDimension(axes, stride) : sampledDimension(axes, firsts[d]);
       one.title = axes.map((axis) => axis.name).join(', ');
-      one.names = one.size ? one.values.map((list) => list.map(valueText).join(', ')) : [];
+      one.names = one.size ? one.values.map((list) => nameOf(axes, list)) : [];
       one.log = axes[0].log && one.numeric;
       made[d] = one;
       stride *= one.size || 1;
@@ -141,7 +157,12 @@
   function figure(x, precision = digits) {
     if (x === null || x === undefined || !Number.isFinite(x)) return '–';
     const size = Math.abs(x);
-    if (size !== 0 && (size < 1e-4 || size >= 1e9)) return x.toExponential(precision - 1).replace(/\.?0+e/, 'e').replace('-', '−').replace('e+', 'e');
+    if (size !== 0 && (size < 1e-4 || size >= 1e9))
+      return x
+        .toExponential(precision - 1)
+        .replace(/\.?0+e/, 'e')
+        .replace('-', '−')
+        .replace('e+', 'e');
     const text = String(Number(x.toPrecision(size >= 1e6 ? Math.max(precision, 9) : precision)));
     return text.replace('-', '−');
   }
@@ -237,12 +258,14 @@
     try {
       const kept = JSON.parse(decodeURIComponent(location.hash.slice(1)));
       const index = (value, size) => Number.isInteger(value) && value >= 0 && value < size;
-      for (const key of Object.keys(state)) if (typeof kept[key] === typeof state[key] || state[key] === null) state[key] = kept[key] ?? state[key];
+      for (const key of Object.keys(state))
+        if (typeof kept[key] === typeof state[key] || state[key] === null) state[key] = kept[key] ?? state[key];
       if (!titles[state.view]) state.view = 'series';
       for (const key of ['metric', 'cost']) if (!index(state[key], metrics.length)) state[key] = 0;
       for (const key of ['x', 'y', 'by', 'dimension']) if (!index(state[key], dimensions.length)) state[key] = 0;
       for (const d of Object.keys(state.only))
-        if (!dimensions[d] || (dimensions[d].size ? !index(state.only[d], dimensions[d].size) : !Array.isArray(state.only[d]))) delete state.only[d];
+        if (!dimensions[d] || (dimensions[d].size ? !index(state.only[d], dimensions[d].size) : !Array.isArray(state.only[d])))
+          delete state.only[d];
     } catch {
       /* no address, or one of another page */
     }
@@ -283,15 +306,17 @@
   };
 
   const metricPicker = (label, key) =>
-    picker(label, `pick-${key}`, metrics.map((name, m) => [m, name]), state[key], (value) => set({ [key]: value, logX: null, logY: null, page: 0 }));
-
-  const dimensionPicker = (label, key, list, none) =>
     picker(
       label,
       `pick-${key}`,
-      [...(none ? [[-1, none]] : []), ...list.map((d) => [d, dimensions[d].title])],
+      metrics.map((name, m) => [m, name]),
       state[key],
-      (value) => set({ [key]: value, logX: null, box: -1, page: 0 }),
+      (value) => set({ [key]: value, logX: null, logY: null, page: 0 }),
+    );
+
+  const dimensionPicker = (label, key, list, none) =>
+    picker(label, `pick-${key}`, [...(none ? [[-1, none]] : []), ...list.map((d) => [d, dimensions[d].title])], state[key], (value) =>
+      set({ [key]: value, logX: null, box: -1, page: 0 }),
     );
 
   // ---- drawing ----
@@ -332,9 +357,25 @@
       part = (v) => (high > low ? (log ? Math.log(v / low) / Math.log(high / low) : (v - low) / (high - low)) : 0);
     if (dimension.size) {
       const value = (k) => (dimension.numeric ? dimension.values[k][0] : k);
-      return { of: (k) => heatText(part(value(k))), at: (i) => dimension.index[i], size: dimension.size, names: dimension.names, low, high, scale: true };
+      return {
+        of: (k) => heatText(part(value(k))),
+        at: (i) => dimension.index[i],
+        size: dimension.size,
+        names: dimension.names,
+        low,
+        high,
+        scale: true,
+      };
     }
-    return { of: (k) => heatText(k / (BINS - 1)), at: (i) => Math.round(part(dimension.value[i]) * (BINS - 1)), size: BINS, names: [], low, high, scale: true };
+    return {
+      of: (k) => heatText(k / (BINS - 1)),
+      at: (i) => Math.round(part(dimension.value[i]) * (BINS - 1)),
+      size: BINS,
+      names: [],
+      low,
+      high,
+      scale: true,
+    };
   }
 
   function niceStep(span, wanted) {
@@ -365,7 +406,8 @@
       at = (v) => from + ((v - low + rest) / (high - low + 2 * rest)) * (to - from),
       step = niceStep(high - low, wanted),
       ticks = [];
-    for (let k = Math.ceil((low - rest) / step); k * step <= high + rest; k++) ticks.push([k * step, figure(Number((k * step).toPrecision(12)))]);
+    for (let k = Math.ceil((low - rest) / step); k * step <= high + rest; k++)
+      ticks.push([k * step, figure(Number((k * step).toPrecision(12)))]);
     return { min: low, max: high, log, at, ticks };
   }
 
@@ -460,7 +502,9 @@
       slant = false;
     const high = (to) => y(to, 20),
       trial = high(c.height - bottom),
-      labels = trial.names ? Math.min(Math.max(...trial.names.map((n) => g.measureText(n).width)), width * 0.3) : Math.max(0, ...trial.ticks.map(([, t]) => g.measureText(t).width)),
+      labels = trial.names
+        ? Math.min(Math.max(...trial.names.map((n) => g.measureText(n).width)), width * 0.3)
+        : Math.max(0, ...trial.ticks.map(([, t]) => g.measureText(t).width)),
       left = Math.ceil(labels) + 14,
       across = x(left, width - 10);
     if (across.names) {
@@ -555,7 +599,9 @@
       bar.style.background = `linear-gradient(90deg,${[0, 0.25, 0.5, 0.75, 1].map(heatText).join(',')})`;
       const named = dimensions[d].names;
       const numeric = dimensions[d].numeric;
-      box.append(make('span', {}, numeric ? figure(colouring.low) : named[0], bar, numeric ? figure(colouring.high) : named[named.length - 1]));
+      box.append(
+        make('span', {}, numeric ? figure(colouring.low) : named[0], bar, numeric ? figure(colouring.high) : named[named.length - 1]),
+      );
       return box;
     }
     colouring.names.forEach((name, k) => {
@@ -646,7 +692,16 @@
     const values = column(state.metric, 'mean');
     return [...shown]
       .filter((i) => Number.isFinite(values[i]))
-      .map((i) => ({ k: colouring.at(i), index: 0, x: x.value[i], y: values[i], n: 1, row: i, low: column(state.metric, 'low')?.[i], high: column(state.metric, 'high')?.[i] }));
+      .map((i) => ({
+        k: colouring.at(i),
+        index: 0,
+        x: x.value[i],
+        y: values[i],
+        n: 1,
+        row: i,
+        low: column(state.metric, 'low')?.[i],
+        high: column(state.metric, 'high')?.[i],
+      }));
   }
 
   function seriesView(body, controls) {
@@ -691,7 +746,11 @@
         x: (from, to) => (x.numeric ? scale(along.low, along.high, along.log, from, to, (to - from) / 80) : slots(x.names, from, to)),
         y: (from, to) => scale(low, high, axis.log, from, to, (from - to) / 45),
       });
-      const across = (p) => (x.numeric ? f.X.at(along.value(p.x)) : f.X.at(p.index) + (colouring.size > 1 && colouring.size <= 16 ? ((p.k + 0.5) / colouring.size - 0.5) * Math.min(f.X.wide * 0.7, 90) : 0));
+      const across = (p) =>
+        x.numeric
+          ? f.X.at(along.value(p.x))
+          : f.X.at(p.index) +
+            (colouring.size > 1 && colouring.size <= 16 ? ((p.k + 0.5) / colouring.size - 0.5) * Math.min(f.X.wide * 0.7, 90) : 0);
       drawSeries(f, c, list, colouring, across, (v) => f.Y.at(axis.value(v)), x, axis);
     });
     body.append(legend(colouring, state.colour));
@@ -748,7 +807,8 @@
   }
 
   function seriesText(p, x, colouring) {
-    if (p.row >= 0) return `${pointName(p.row)}: ${metrics[state.metric]} ${figure(p.y)}${p.low <= p.high ? ` (95 % from ${figure(p.low)} to ${figure(p.high)})` : ''}`;
+    if (p.row >= 0)
+      return `${pointName(p.row)}: ${metrics[state.metric]} ${figure(p.y)}${p.low <= p.high ? ` (95 % from ${figure(p.low)} to ${figure(p.high)})` : ''}`;
     const series = state.colour >= 0 && colouring.names[p.k] ? `, ${dimensions[state.colour].title} ${colouring.names[p.k]}` : '';
     return `${x.title} ${x.names[p.index]}${series}: mean of ${metrics[state.metric]} over ${counted(p.n)} settings ${figure(p.y)}`;
   }
@@ -798,7 +858,13 @@
           mark(g, shapeOf(colouring, k), px, py, shown.length > 400 ? 2.6 : 4);
           g.fill();
         }
-        c.marks.push({ x: px, y: py, row: i, text: () => `${pointName(i)}: ${metrics[state.cost]} ${figure(xs[i])}, ${metrics[state.metric]} ${figure(ys[i])}${whole && front[i] ? '; on the front' : ''}` });
+        c.marks.push({
+          x: px,
+          y: py,
+          row: i,
+          text: () =>
+            `${pointName(i)}: ${metrics[state.cost]} ${figure(xs[i])}, ${metrics[state.metric]} ${figure(ys[i])}${whole && front[i] ? '; on the front' : ''}`,
+        });
         if (whole && front[i]) kept.push([px, py]);
       }
       g.globalAlpha = 1;
@@ -863,10 +929,15 @@
     }
     const filled = means.filter((_, k) => numbers[k] > 0),
       axis = axisOf(filled, state.logY, metrics[state.metric]),
-      part = (v) => (axis.log ? Math.log(axis.value(v) / axis.low) / Math.log(axis.high / axis.low) : (v - axis.low) / (axis.high - axis.low)) || 0;
+      part = (v) =>
+        (axis.log ? Math.log(axis.value(v) / axis.low) / Math.log(axis.high / axis.low) : (v - axis.low) / (axis.high - axis.low)) || 0;
     controls.append(flag('log colours', 'log-y', axis.log, (logY) => set({ logY })));
     const height = Math.min(Math.max(260, 90 + 26 * y.names.length), 560),
-      c = chart('heat', height, `${metrics[state.metric]} over ${dimensions[state.x].title} and ${dimensions[state.y].title}: ${counted(filled.length)} cells from ${figure(axis.low)} to ${figure(axis.high)}`);
+      c = chart(
+        'heat',
+        height,
+        `${metrics[state.metric]} over ${dimensions[state.x].title} and ${dimensions[state.y].title}: ${counted(filled.length)} cells from ${figure(axis.low)} to ${figure(axis.high)}`,
+      );
     c.take = take;
     show(body, c, () => {
       const f = frame(c, {
@@ -907,9 +978,18 @@
     });
     const bar = make('span', { class: 'bar' });
     bar.style.background = `linear-gradient(90deg,${[0, 0.25, 0.5, 0.75, 1].map(heatText).join(',')})`;
-    body.append(make('div', { class: 'legend' }, make('span', {}, `${axis.title}: ${figure(axis.low)}`, bar, figure(axis.high), axis.log ? ' (logarithmic)' : '')));
+    body.append(
+      make(
+        'div',
+        { class: 'legend' },
+        make('span', {}, `${axis.title}: ${figure(axis.low)}`, bar, figure(axis.high), axis.log ? ' (logarithmic)' : ''),
+      ),
+    );
     const pooled = numbers.some((n) => n > 1);
-    said(body, `${pooled ? 'Cells with several points show their mean; choose single settings below. ' : 'Each cell is a point. '}Empty cells have no value. ${axis.note}`);
+    said(
+      body,
+      `${pooled ? 'Cells with several points show their mean; choose single settings below. ' : 'Each cell is a point. '}Empty cells have no value. ${axis.note}`,
+    );
   }
 
   // ---- view: distribution ----
@@ -982,6 +1062,8 @@
       g.lineWidth = 1.5;
       g.beginPath();
       g.moveTo(at, up(b.low));
+      g.lineTo(at, bottom);
+      g.moveTo(at, top);
       g.lineTo(at, up(b.high));
       g.stroke();
       g.fillStyle = b.k === state.box ? palette.front : palette.series[0];
@@ -1038,7 +1120,13 @@
           top = f.Y.at(bars[k]),
           box = [left, top, Math.max(1, right - left - 1), f.Y.at(0) - top];
         f.g.fillRect(...box);
-        c.marks.push({ x: (left + right) / 2, y: top, box: [left, f.top, right - left, f.bottom - f.top], row: -1, text: () => `from ${figure(edge(k))} to ${figure(edge(k + 1))}: ${counted(bars[k])} ${what}` });
+        c.marks.push({
+          x: (left + right) / 2,
+          y: top,
+          box: [left, f.top, right - left, f.bottom - f.top],
+          row: -1,
+          text: () => `from ${figure(edge(k))} to ${figure(edge(k + 1))}: ${counted(bars[k])} ${what}`,
+        });
         if (high === low) break;
       }
     });
@@ -1080,24 +1168,44 @@
     const values = d.names.map((name, k) => [k, name]);
     controls.append(
       metricPicker('Metric', 'metric'),
-      picker('Of', 'pick-dimension', list.map((k) => [k, dimensions[k].title]), state.dimension, (dimension) => set({ dimension, from: 0, of: 1, page: 0 })),
-      picker('Value', 'pick-of', values.filter(([k]) => k !== state.from), state.of, (of) => set({ of, page: 0 })),
+      picker(
+        'Of',
+        'pick-dimension',
+        list.map((k) => [k, dimensions[k].title]),
+        state.dimension,
+        (dimension) => set({ dimension, from: 0, of: 1, page: 0 }),
+      ),
+      picker(
+        'Value',
+        'pick-of',
+        values.filter(([k]) => k !== state.from),
+        state.of,
+        (of) => set({ of, page: 0 }),
+      ),
       picker('minus', 'pick-from', values, state.from, (from) => set({ from, of: from === state.of ? state.from : state.of, page: 0 })),
     );
     const turned = state.from > state.of,
       from = Math.min(state.from, state.of),
       of = Math.max(state.from, state.of),
-      at = head.differences.findIndex((e) => e.dimension === state.dimension && e.metric === state.metric && e.from === from && e.of === of),
+      at = head.differences.findIndex(
+        (e) => e.dimension === state.dimension && e.metric === state.metric && e.from === from && e.of === of,
+      ),
       found = head.differences[at];
     if (!found) return said(body, 'These values are not compared in this page.');
-    const turn = ([mean, low, high, method]) => (turned ? [mean === null ? null : -mean, high === null ? null : -high, low === null ? null : -low, method] : [mean, low, high, method]);
-    const [mean, low, high, method] = turn(found.all);
+    const turn = ([mean, low, high, method]) =>
+      turned ? [mean === null ? null : -mean, high === null ? null : -high, low === null ? null : -low, method] : [mean, low, high, method];
+    const [mean, low, high, method] = turn(found.all),
+      bare = low === null && high === null;
     body.append(
-      make('p', { id: 'overall' },
+      make(
+        'p',
+        { id: 'overall' },
         make('strong', {}, `${d.names[state.of]} minus ${d.names[state.from]}: ${figure(mean)}`),
-        low === null && high === null ? `; no interval: ${head.texts[method] ?? ''}` : ` (95 % from ${figure(low)} to ${figure(high)}; ${head.texts[method] ?? ''})`,
+        bare
+          ? `; no interval: ${(head.texts[method] ?? '').replace(/^none: /, '')}`
+          : ` (95 % from ${figure(low)} to ${figure(high)}; ${head.texts[method] ?? ''})`,
         found.settings > 1
-          ? `. Mean over ${counted(found.complete)} of ${counted(found.settings)} settings of the other axes${found.complete < found.settings ? ', those where all runs have the metric' : ''}; the interval is over seeds, each with its mean over these settings.`
+          ? `. Mean over ${counted(found.complete)} of ${counted(found.settings)} settings of the other axes${found.complete < found.settings ? ', those where all runs have the metric' : ''}${bare ? '' : '; the interval is over seeds, each with its mean over these settings'}.`
           : '.',
         head.covers[method] ? ` Such intervals contain the mean so often: ${head.covers[method]}.` : '',
       ),
@@ -1106,12 +1214,21 @@
     if (!part('mean')) {
       const axis = d.axes.map((a, k) => `${a.path}=${d.values[state.from][k]}`).join(',');
       body.append(
-        make('p', { class: 'said' }, 'The differences at single settings are left out for size. This writes those from a point: ',
-          make('code', {}, `laglab sweep experiment.json --points --compare ${axis}`)),
+        make(
+          'p',
+          { class: 'said' },
+          'The differences at single settings are left out for size. This writes those from a point: ',
+          make('code', {}, `laglab sweep experiment.json --points --compare ${axis}`),
+        ),
       );
       return;
     }
-    const fits = (k) => Object.entries(state.only).every(([other, wish]) => Number(other) === state.dimension || Math.floor(settingRow(state.dimension, k, 0) / dimensions[other].stride) % dimensions[other].size === wish),
+    const fits = (k) =>
+        Object.entries(state.only).every(
+          ([other, wish]) =>
+            Number(other) === state.dimension ||
+            Math.floor(settingRow(state.dimension, k, 0) / dimensions[other].stride) % dimensions[other].size === wish,
+        ),
       rows = Array.from({ length: found.settings }, (_, k) => k)
         .filter(fits)
         .map((k) => [k, ...turn([part('mean')[k], part('low')[k], part('high')[k], part('method')[k]])]),
@@ -1124,7 +1241,12 @@
           titleX: `${metrics[state.metric]}: ${d.names[state.of]} minus ${d.names[state.from]}`,
           titleY: dimensions.length > 1 ? 'other settings' : '',
           x: (a, b) => scale(least, largest, false, a, b, (b - a) / 80),
-          y: (bottom, top) => slots(page.map(([k]) => settingName(state.dimension, k) || 'all'), top, bottom),
+          y: (bottom, top) =>
+            slots(
+              page.map(([k]) => settingName(state.dimension, k) || 'all'),
+              top,
+              bottom,
+            ),
         }),
         { g } = f;
       c.marks = [];
@@ -1149,14 +1271,22 @@
         }
         mark(g, clear ? 0 : 3, f.X.at(m), py, 4);
         g.fill();
-        c.marks.push({ x: f.X.at(m), y: py, box: [f.left, py - 11, f.right - f.left, 22], row: settingRow(state.dimension, k, state.of), text: () => `${settingName(state.dimension, k)}: ${figure(m)} (95 % from ${figure(a)} to ${figure(b)})` });
+        c.marks.push({
+          x: f.X.at(m),
+          y: py,
+          box: [f.left, py - 11, f.right - f.left, 22],
+          row: settingRow(state.dimension, k, state.of),
+          text: () => `${settingName(state.dimension, k)}: ${figure(m)} (95 % from ${figure(a)} to ${figure(b)})`,
+        });
       });
     });
     said(body, 'Differences of runs with the same seed and otherwise the same settings. Grey: the interval contains 0, or there is none.');
     body.append(
       table(
         ['l Other settings', 'Difference', '95 % from', 'to', 'l by'],
-        page.map(([k, m, a, b, by]) => ({ cells: [settingName(state.dimension, k) || 'all', figure(m), figure(a), figure(b), head.texts[by] ?? ''] })),
+        page.map(([k, m, a, b, by]) => ({
+          cells: [settingName(state.dimension, k) || 'all', figure(m), figure(a), figure(b), head.texts[by] ?? ''],
+        })),
       ),
       pages(rows.length),
     );
@@ -1167,26 +1297,39 @@
   function table(heads, rows) {
     const left = (k) => (heads[k] instanceof Element ? heads[k].className || null : heads[k].startsWith('l ') ? 'l' : null),
       line = make('tr');
-    heads.forEach((text, k) => line.append(text instanceof Element ? text : make('th', { scope: 'col', class: left(k) }, text.replace(/^l /, ''))));
+    heads.forEach((text, k) =>
+      line.append(text instanceof Element ? text : make('th', { scope: 'col', class: left(k) }, text.replace(/^l /, ''))),
+    );
     const body = make('tbody');
     for (const { cells, mark: marked, chosen } of rows) {
       const tr = make('tr', { class: [marked ? 'on' : '', chosen ? 'chosen' : ''].join(' ').trim() || null });
       cells.forEach((cell, k) => tr.append(make('td', { class: left(k) }, cell)));
       body.append(tr);
     }
-    return make('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'table' }, make('table', {}, make('thead', {}, line), body));
+    return make(
+      'div',
+      { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'table' },
+      make('table', {}, make('thead', {}, line), body),
+    );
   }
 
   function pages(all) {
     const last = Math.max(0, Math.ceil(all / PAGE_ROWS) - 1);
     if (state.page > last) state.page = last;
-    const go = (label, id, to) => make('button', { type: 'button', id, disabled: to < 0 || to > last || to === state.page, onclick: () => set({ page: to }) }, label);
+    const go = (label, id, to) =>
+      make('button', { type: 'button', id, disabled: to < 0 || to > last || to === state.page, onclick: () => set({ page: to }) }, label);
     return make(
       'div',
       { class: 'pages' },
       go('First', 'page-first', 0),
       go('Previous', 'page-previous', state.page - 1),
-      make('span', {}, all ? `${counted(state.page * PAGE_ROWS + 1)} to ${counted(Math.min(all, (state.page + 1) * PAGE_ROWS))} of ${counted(all)}` : 'none'),
+      make(
+        'span',
+        {},
+        all
+          ? `${counted(state.page * PAGE_ROWS + 1)} to ${counted(Math.min(all, (state.page + 1) * PAGE_ROWS))} of ${counted(all)}`
+          : 'none',
+      ),
       go('Next', 'page-next', state.page + 1),
       go('Last', 'page-last', last),
     );
@@ -1205,13 +1348,19 @@
   function tableView(body, controls) {
     const fields = [{ id: 'point', title: 'Point', of: number }];
     for (const [d, dimension] of dimensions.entries())
-      fields.push({ id: `d${d}`, title: dimension.title, of: (i) => dimension.value[i], text: (i) => (dimension.size ? dimension.names[dimension.index[i]] : dimension.sampled(i).map(valueText).join(', ')) });
+      fields.push({
+        id: `d${d}`,
+        title: dimension.title,
+        of: (i) => dimension.value[i],
+        text: (i) => (dimension.size ? dimension.names[dimension.index[i]] : dimension.sampled(i).map(valueText).join(', ')),
+      });
     const failed = columns.get('failed 0');
     if (head.repeats > 1) fields.push({ id: 'runs', title: 'Runs', of: (i) => columns.get('runs 0')[i] });
     if (failed.some((n) => n > 0)) fields.push({ id: 'failed', title: 'Failed', of: (i) => failed[i] });
     for (let m = 0; m < metrics.length; m++) {
       const part = m === state.metric && head.repeats > 1 ? DETAILED.filter(([name]) => column(m, name)) : [DETAILED[0]];
-      for (const [name, title] of part) fields.push({ id: `m${m}${name}`, title: name === 'mean' ? metrics[m] : title, of: (i) => column(m, name)[i] });
+      for (const [name, title] of part)
+        fields.push({ id: `m${m}${name}`, title: name === 'mean' ? metrics[m] : title, of: (i) => column(m, name)[i] });
     }
     controls.append(
       metricPicker('All statistics of', 'metric'),
@@ -1230,15 +1379,30 @@
     const bar = pages(rows.length),
       front = columns.get('front 0'),
       heads = fields.map((f) =>
-        make('th', { scope: 'col', class: f.text ? 'l' : null, 'aria-sort': f.id === state.sort ? (state.down ? 'descending' : 'ascending') : 'none' },
-          make('button', { type: 'button', id: `sort-${f.id}`, onclick: () => set({ sort: f.id, down: f.id === state.sort && !state.down, page: 0 }) }, f.title)),
+        make(
+          'th',
+          {
+            scope: 'col',
+            class: f.text ? 'l' : null,
+            'aria-sort': f.id === state.sort ? (state.down ? 'descending' : 'ascending') : 'none',
+          },
+          make(
+            'button',
+            { type: 'button', id: `sort-${f.id}`, onclick: () => set({ sort: f.id, down: f.id === state.sort && !state.down, page: 0 }) },
+            f.title,
+          ),
+        ),
       );
     body.append(
       table(
         heads,
         [...rows.slice(state.page * PAGE_ROWS, (state.page + 1) * PAGE_ROWS)].map((i) => ({
           cells: [
-            make('button', { type: 'button', id: `row-${number(i)}`, 'aria-label': `Details of point ${number(i)}`, onclick: () => set({ chosen: i }) }, String(number(i))),
+            make(
+              'button',
+              { type: 'button', id: `row-${number(i)}`, 'aria-label': `Details of point ${number(i)}`, onclick: () => set({ chosen: i }) },
+              String(number(i)),
+            ),
             ...fields.slice(1).map((f) => (f.text ? f.text(i) : figure(f.of(i), f.id.startsWith('m') ? digits : 12))),
           ],
           mark: front[i],
@@ -1282,17 +1446,27 @@
     if (head.scenario)
       acts.append(
         make('a', { href: liveAddress(i), target: '_blank', rel: 'noopener', id: 'live' }, 'Open live'),
-        servedBy() ? '' : field('of the laglab at', 'site', 'text', state.site || 'http://127.0.0.1:8080/', (site) => set({ site: /^https?:\/\//.test(site) ? site.replace(/[?#].*$/, '') : '' })),
+        servedBy()
+          ? ''
+          : field('of the laglab at', 'site', 'text', state.site || 'http://127.0.0.1:8080/', (site) =>
+              set({ site: /^https?:\/\//.test(site) ? site.replace(/[?#].*$/, '') : '' }),
+            ),
       );
     acts.append(make('button', { type: 'button', id: 'close', onclick: () => set({ chosen: -1 }) }, 'Close'));
     const fronted = columns.get('front 0')[i] ? '; on the Pareto front' : '';
     box.append(
       make('h3', {}, `Point ${number(i)}: ${pointName(i)}`),
-      make('p', { class: 'said' }, `${counted(columns.get('runs 0')[i])} runs ended well, ${counted(columns.get('failed 0')[i])} did not${fronted}.`),
+      make(
+        'p',
+        { class: 'said' },
+        `Runs that ended well: ${counted(columns.get('runs 0')[i])}, others: ${counted(columns.get('failed 0')[i])}${fronted}.`,
+      ),
       acts,
       table(
         ['l Metric', ...known.map(([, title]) => title), head.repeats > 1 ? 'l by' : 'l '],
-        metrics.map((name, m) => ({ cells: [name, ...known.map(([key]) => figure(column(m, key)?.[i])), head.texts[column(m, 'method')?.[i]] ?? ''] })),
+        metrics.map((name, m) => ({
+          cells: [name, ...known.map(([key]) => figure(column(m, key)?.[i])), head.texts[column(m, 'method')?.[i]] ?? ''],
+        })),
       ),
       make('p', { class: 'said' }, 'Its first run, on the command line: ', make('code', {}, command(i))),
     );
@@ -1310,10 +1484,16 @@
     dimensions.forEach((d, k) => {
       if (d.size)
         box.append(
-          picker(d.title, `only-${k}`, [[-1, `all ${counted(d.size)}`], ...d.names.map((name, v) => [v, name])], state.only[k] ?? -1, (value) => {
-            const { [k]: _, ...only } = state.only;
-            set({ only: value < 0 ? only : { ...only, [k]: value }, page: 0 });
-          }),
+          picker(
+            d.title,
+            `only-${k}`,
+            [[-1, `all ${counted(d.size)}`], ...d.names.map((name, v) => [v, name])],
+            state.only[k] ?? -1,
+            (value) => {
+              const { [k]: _, ...only } = state.only;
+              set({ only: value < 0 ? only : { ...only, [k]: value }, page: 0 });
+            },
+          ),
         );
       else {
         const [low, high] = range(d.value),
@@ -1332,21 +1512,40 @@
       make('button', { type: 'button', id: 'all', onclick: () => set({ only: {}, low: '', high: '', find: '', page: 0 }) }, 'Show all'),
     );
     const summary = make('summary', {}, `Choose settings: ${counted(shown.length)} of ${counted(count)} points are shown`);
-    return make('details', { class: 'only', open: filtersOpen, id: 'only', ontoggle: (event) => (filtersOpen = event.target.open) }, summary, box);
+    return make(
+      'details',
+      { class: 'only', open: filtersOpen, id: 'only', ontoggle: (event) => (filtersOpen = event.target.open) },
+      summary,
+      box,
+    );
   }
 
   let filtersOpen = true;
 
   function tabs() {
     const bar = make('div', { class: 'tabs', role: 'tablist', 'aria-label': 'Views' }),
-      names = Object.keys(titles).filter((name) => dimensions.length > 1 || name !== 'heat').filter((name) => dimensions.length > 0 || name === 'spread' || name === 'table'),
+      names = Object.keys(titles)
+        .filter((name) => dimensions.length > 1 || name !== 'heat')
+        .filter((name) => dimensions.length > 0 || name === 'spread' || name === 'table'),
       go = (name) => {
         set({ view: name, page: 0, logX: null, logY: null });
         byId(`tab-${name}`)?.focus();
       };
     for (const name of names)
       bar.append(
-        make('button', { type: 'button', role: 'tab', id: `tab-${name}`, 'aria-selected': String(name === state.view), 'aria-controls': 'view', tabindex: name === state.view ? 0 : -1, onclick: () => go(name) }, titles[name]),
+        make(
+          'button',
+          {
+            type: 'button',
+            role: 'tab',
+            id: `tab-${name}`,
+            'aria-selected': String(name === state.view),
+            'aria-controls': 'view',
+            tabindex: name === state.view ? 0 : -1,
+            onclick: () => go(name),
+          },
+          titles[name],
+        ),
       );
     bar.addEventListener('keydown', (event) => {
       const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
@@ -1359,19 +1558,41 @@
   function about() {
     const parts = [];
     const points = head.points;
-    if (count < points) parts.push(`${counted(count)} of ${counted(points)} points are in this page${count < points ? ', or have been run: a random sample' : ''}.`);
+    if (count < points)
+      parts.push(
+        `${counted(count)} of ${counted(points)} points are in this page${count < points ? ', or have been run: a random sample' : ''}.`,
+      );
     else parts.push(`All ${counted(points)} points are in this page.`);
-    parts.push(head.planes === 8 ? 'Their values are exact.' : head.planes > 4 ? 'Their values are rounded to 8 digits.' : head.planes === 4 ? 'Their values are rounded to 6 digits.' : 'Their values are rounded to 4 digits.');
+    parts.push(
+      head.planes === 8
+        ? 'Their values are exact.'
+        : head.planes > 4
+          ? 'Their values are rounded to 8 digits.'
+          : head.planes === 4
+            ? 'Their values are rounded to 6 digits.'
+            : 'Their values are rounded to 4 digits.',
+    );
     if (head.repeats > 1) {
       if (!columns.has('p50 0')) parts.push('Of the statistics only means and their intervals are here.');
       if (!runs.length) parts.push('Single runs are left out.');
-      else if (head.kept < head.repeats) parts.push(`Of the runs the first ${counted(head.kept)} of ${counted(head.repeats)} of each point are here.`);
-      else parts.push(`All ${counted(head.runs)} runs are here${head.run_planes < 8 ? `, rounded to ${head.run_planes === 3 ? 3 : head.run_planes === 4 ? 6 : 8} digits` : ''}.`);
+      else if (head.kept < head.repeats)
+        parts.push(`Of the runs the first ${counted(head.kept)} of ${counted(head.repeats)} of each point are here.`);
+      else
+        parts.push(
+          `All ${counted(head.runs)} runs are here${head.run_planes < 8 ? `, rounded to ${head.run_planes === 3 ? 3 : head.run_planes === 4 ? 6 : 8} digits` : ''}.`,
+        );
     }
     return make('p', { class: 'note', id: 'about' }, parts.join(' '));
   }
 
-  const draws = { series: seriesView, scatter: scatterView, heat: heatView, spread: spreadView, differences: differencesView, table: tableView };
+  const draws = {
+    series: seriesView,
+    scatter: scatterView,
+    heat: heatView,
+    spread: spreadView,
+    differences: differencesView,
+    table: tableView,
+  };
 
   function drawAll() {
     readPalette();
@@ -1430,7 +1651,7 @@
   /** What is shown first: the error, along the first range, one colour per technique. */
   function begin() {
     state.metric = head.error;
-    state.cost = head.cost >= 0 ? head.cost : (metrics.length > 1 ? (head.error === 0 ? 1 : 0) : 0);
+    state.cost = head.cost >= 0 ? head.cost : metrics.length > 1 ? (head.error === 0 ? 1 : 0) : 0;
     const all = [...dimensions.keys()],
       best = all.filter((d) => dimensions[d].numeric).sort((a, b) => (dimensions[b].size || 1e9) - (dimensions[a].size || 1e9))[0] ?? 0,
       few = all.filter((d) => d !== best && dimensions[d].size && dimensions[d].size <= COLOURS);
@@ -1444,5 +1665,13 @@
   byId('static').remove();
   start().catch((error) => views.append(make('p', { role: 'alert' }, `The data of this page cannot be read: ${error.message}`)));
   // For the console and for tests: the data of the page.
-  Object.assign(window, { report: { head, column: (metric, name) => column(metric, name), run: (metric) => runs[metric], settings: (i) => settings(i), difference: (k, name) => differenceColumns.get(`${name} ${k}`) } });
+  Object.assign(window, {
+    report: {
+      head,
+      column: (metric, name) => column(metric, name),
+      run: (metric) => runs[metric],
+      settings: (i) => settings(i),
+      difference: (k, name) => differenceColumns.get(`${name} ${k}`),
+    },
+  });
 })();
