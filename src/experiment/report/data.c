@@ -141,7 +141,7 @@ static void add_column(cJSON *list, ll_pack *pack, const char *name, int at, int
 
 /* ---- points ---- */
 
-/* What is tried in this order; the last is repeated for half of the points each time. */
+/* What is tried in this order; the last is repeated for fewer points each time. */
 typedef struct attempt {
     statistic statistics; /* number */
     int planes;
@@ -207,7 +207,6 @@ static ll_status pack_points(data *d, size_t room, ll_pack *pack)
     double share = 1;
     for (int i = 0;; i++) {
         attempt a = attempts[i < ATTEMPTS ? i : ATTEMPTS - 1];
-        share *= i < ATTEMPTS ? 1 : 0.7;
         choose_points(d, share);
         cJSON *list = add_points(d, &a, pack);
         bool tries = !is_hopeless(pack, room);
@@ -218,6 +217,8 @@ static ll_status pack_points(data *d, size_t room, ll_pack *pack)
             cJSON_AddNumberToObject(d->head, "shown", (double)d->count);
             return status;
         }
+        if (i >= ATTEMPTS - 1)
+            share *= tries ? fmin(0.9, 0.98 * (double)room / (double)ll_pack_text_size(pack)) : 0.5;
         cJSON_Delete(list);
         ll_pack_free(pack);
     }

@@ -7,7 +7,7 @@
 /* Writes the page up to the heading; `</body></html>` ends it. */
 void ll_html_begin(const char *title, FILE *file);
 
-/* The same with more CSS. */
+/* The same with more CSS, and within `<main>`, which the page ends. */
 void ll_html_begin_styled(const char *title, const char *style, FILE *file);
 
 void ll_html_plot_style(FILE *file); /* CSS of plots */

@@ -251,10 +251,11 @@ static ll_status write_text(const ll_experiment *e, const char *version, const c
 {
     write_title(e, version, file);
     write_notices(e, points, file);
-    fputs("<main id=\"views\"></main>\n", file);
+    fputs("<div id=\"views\"></div>\n", file);
     ll_status status = write_static(e, points, file);
     write_results(results, file);
     write_specification(e, version, file);
+    fputs("</main>\n", file);
     return status;
 }
 

@@ -1104,7 +1104,7 @@
       }
     const most = Math.max(...bars),
       c = chart('histogram', 230, `Histogram of ${metrics[state.metric]}, ${name}: ${counted(all)} ${what}`);
-    parent.append(make('h3', {}, `Histogram: ${name}`));
+    parent.append(make('h2', {}, `Histogram: ${name}`));
     show(parent, c, () => {
       const f = frame(c, {
         titleX: metrics[state.metric],
@@ -1455,7 +1455,7 @@
     acts.append(make('button', { type: 'button', id: 'close', onclick: () => set({ chosen: -1 }) }, 'Close'));
     const fronted = columns.get('front 0')[i] ? '; on the Pareto front' : '';
     box.append(
-      make('h3', {}, `Point ${number(i)}: ${pointName(i)}`),
+      make('h2', {}, `Point ${number(i)}: ${pointName(i)}`),
       make(
         'p',
         { class: 'said' },
