@@ -141,7 +141,7 @@ test('a metric that was not counted is empty in CSV and null in JSON, and holds 
   good(['sweep', name, '--out', 'short.sqlite'], { messages });
   assert.equal(sql('short.sqlite', 'SELECT COUNT(*) FROM results WHERE "players.0.input_latency_ms.mean" IS NULL'), '2');
   good(['sweep', name, '--out', 'short.csv', '--report', 'short.html'], { messages });
-  const [text] = readFileSync(file('short.html'), 'utf8').split('<script>');
+  const [text] = readFileSync(file('short.html'), 'utf8').split('<script>\n');
   assert.ok(text.includes('id="head"') && !/NaN|undefined|Infinity/.test(text));
   const answer = JSON.parse(
     good([

@@ -176,7 +176,7 @@ test('statistics, runs and differences in the page are those of the tables', asy
     ),
     overall,
   );
-  // Turned round, the difference has the other sign.
+  // Reversed, the difference has the other sign.
   await page.locator('#pick-from').selectOption({ label: 'velocity_verlet' });
   assert.ok(
     (await page.locator('#overall').innerText()).startsWith(

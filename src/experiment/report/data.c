@@ -197,9 +197,18 @@ static cJSON *add_points(const data *d, const attempt *a, ll_pack *pack)
 }
 
 /* Deflated, columns of numbers are rarely below a fourteenth; it is not tried whether these are. */
-static bool is_hopeless(const ll_pack *pack, size_t room)
+static bool is_hopeless(size_t bytes, size_t room)
 {
-    return pack->size / 14 > room;
+    return bytes / 14 > room;
+}
+
+/* Bytes of the metrics' columns before deflation. */
+static size_t expected_size(const data *d, const attempt *a)
+{
+    size_t each = 0;
+    for (int s = 0; s < STATISTICS; s++)
+        each += is_written(d, s, (int)a->statistics) ? (size_t)a->planes : 0;
+    return each * (size_t)d->e->metric_count * (size_t)d->points->count;
 }
 
 static ll_status pack_points(data *d, size_t room, ll_pack *pack)
@@ -207,9 +216,11 @@ static ll_status pack_points(data *d, size_t room, ll_pack *pack)
     double share = 1;
     for (int i = 0;; i++) {
         attempt a = attempts[i < ATTEMPTS ? i : ATTEMPTS - 1];
+        if (i < ATTEMPTS - 1 && is_hopeless(expected_size(d, &a), room))
+            continue;
         choose_points(d, share);
         cJSON *list = add_points(d, &a, pack);
-        bool tries = !is_hopeless(pack, room);
+        bool tries = !is_hopeless(pack->size, room);
         ll_status status = tries ? ll_pack_deflate(pack) : ll_ok();
         if (ll_failed(&status) || (tries && ll_pack_text_size(pack) <= room) || d->count == 0) {
             cJSON_AddItemToObject(d->head, "point_columns", list);
@@ -302,7 +313,7 @@ static ll_status pack_runs(const data *d, size_t room, ll_pack *pack)
         kept = i < PLANES ? kept : kept * 3 / 4;
         for (int m = 0; m < e->metric_count; m++)
             ll_pack_add(pack, p, e->points * kept, run_at, &(run_column){d->rows, m, kept});
-        if (!is_hopeless(pack, room) && kept > 1) {
+        if (!is_hopeless(pack->size, room) && kept > 1) {
             LL_TRY(ll_pack_deflate(pack));
             if (ll_pack_text_size(pack) <= room) {
                 cJSON_AddNumberToObject(d->head, "run_planes", p);

@@ -276,7 +276,7 @@ static ll_status write_page(const ll_report_rows *rows, const char *version, con
         fwrite(text, 1, size, file);
     LL_THEN(status, ll_report_data_write(rows, points, &differences, version,
                                          most > size + script ? most - size - script : 0, file));
-    fprintf(file, "<script>\n%s</script></body></html>\n", ll_report_script);
+    fprintf(file, "<script>\n(() => {\n%s})();\n</script></body></html>\n", ll_report_script);
     ll_differences_free(&differences);
     free(text);
     return ll_failed(&status)                  ? status
