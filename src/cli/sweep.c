@@ -195,7 +195,9 @@ static ll_status write_report(const sweep *s)
     if (!file)
         return ll_error(LL_IO, "cannot write %.200s", s->report);
     ll_status status = ll_stored_rows_open(&rows, s->store, s->id);
-    LL_THEN(status, ll_report_write(s->experiment, s->store->version, ll_stored_rows_next, &rows, file));
+    LL_THEN(status,
+            ll_report_write_for(s->experiment, s->store->version, s->points || s->sensitivity ? NULL : s->out,
+                                ll_stored_rows_next, &rows, file));
     ll_stored_rows_close(&rows);
     if (fclose(file) != 0 && !ll_failed(&status))
         status = ll_error(LL_IO, "cannot write %.200s", s->report);

@@ -75,16 +75,22 @@ static void summarise(ll_result_table *t, int metric, const repeats *r)
     ll_summary_text(&t->summaries[metric], t->texts[0][metric]);
 }
 
-/* Over the seeds that both points have. A difference is signed for every metric. */
+ll_interval_request ll_difference_request(const ll_experiment *e, int metric, int64_t point)
+{
+    ll_interval_request request = ll_experiment_interval_request(e, metric, point, NAN);
+    request.difference = true;
+    if (request.scale == LL_SCALE_COUNT || request.scale == LL_SCALE_FLAG)
+        request.scale = LL_SCALE_AMOUNT;
+    return request;
+}
+
+/* Over the seeds that both points have. */
 static void compare(ll_result_table *t, int metric)
 {
     int64_t count = t->experiment->head.repeats;
     const double *x = t->held + metric * count, *base = t->baseline + metric * count;
-    ll_interval_request request = ll_experiment_interval_request(t->experiment, metric, t->point, NAN);
+    ll_interval_request request = ll_difference_request(t->experiment, metric, t->point);
     request.values = t->scratch;
-    request.difference = true;
-    if (request.scale == LL_SCALE_COUNT || request.scale == LL_SCALE_FLAG)
-        request.scale = LL_SCALE_AMOUNT;
     for (int64_t k = 0; k < count; k++)
         if (isfinite(x[k]) && isfinite(base[k]))
             t->scratch[request.n++] = x[k] - base[k];

@@ -87,6 +87,9 @@ void ll_sums_add(ll_sums *sums, double value); /* NaN is ignored */
 /* Of the last point of a table of points. */
 const ll_sums *ll_result_table_sums(const ll_result_table *table);
 
+/* Of paired differences of a metric, without the values. A difference is signed for every metric. */
+ll_interval_request ll_difference_request(const ll_experiment *experiment, int metric, int64_t point);
+
 const ll_summary *ll_result_table_summaries(const ll_result_table *table); /* by metric */
 
 const ll_table *ll_result_table_get(ll_result_table *table);

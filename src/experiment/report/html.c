@@ -36,15 +36,26 @@ void ll_html_plot_style(FILE *file)
     fputs(plots, file);
 }
 
-void ll_html_begin(const char *title, FILE *file)
+static void begin(const char *title, const char *style, const char *outer, FILE *file)
 {
     fputs(head, file);
     ll_html_plot_style(file);
+    fputs(style, file);
     fputs("</style><title>", file);
     ll_html_text(title, file);
-    fputs("</title></head><body>\n<h1>", file);
+    fprintf(file, "</title></head><body>%s\n<h1>", outer);
     ll_html_text(title, file);
     fputs("</h1>\n", file);
+}
+
+void ll_html_begin(const char *title, FILE *file)
+{
+    begin(title, "", "", file);
+}
+
+void ll_html_begin_styled(const char *title, const char *style, FILE *file)
+{
+    begin(title, style, "<main>", file);
 }
 
 void ll_html_text(const char *text, FILE *file)

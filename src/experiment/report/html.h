@@ -7,6 +7,9 @@
 /* Writes the page up to the heading; `</body></html>` ends it. */
 void ll_html_begin(const char *title, FILE *file);
 
+/* The same with more CSS, and within `<main>`, which the page ends. */
+void ll_html_begin_styled(const char *title, const char *style, FILE *file);
+
 void ll_html_plot_style(FILE *file); /* CSS of plots */
 
 void ll_html_text(const char *text, FILE *file); /* with & < > " escaped */

@@ -147,6 +147,11 @@ static int *cell_of(const cells *c, const ll_plot_point *p, double x, double y, 
 }
 
 /* Groups points into marks by cells of this size; false: too many marks, or no memory. */
+static int marks_max(const ll_plot *plot)
+{
+    return plot->marks_max ? plot->marks_max : LL_PLOT_MARKS_MAX;
+}
+
 static ll_status gather(const ll_plot *plot, const scale *sx, const scale *sy, double size, marks *m)
 {
     cells c = {1, 1, plot->series_count > 0 ? plot->series_count : 1, NULL};
@@ -159,14 +164,14 @@ static ll_status gather(const ll_plot *plot, const scale *sx, const scale *sy, d
         memset(c.of, 0xff, all * sizeof *c.of);
     }
     *m = (marks){.marks = m->marks, .cell = size};
-    for (int i = 0; i < plot->count && m->count <= LL_PLOT_MARKS_MAX; i++) {
+    for (int i = 0; i < plot->count && m->count <= marks_max(plot); i++) {
         const ll_plot_point *p = &plot->points[i];
         if (!drawable(p))
             continue;
         double x = position(sx, p->x), y = position(sy, p->y);
         int *cell = c.of ? cell_of(&c, p, x, y, size) : NULL, at = cell && *cell >= 0 ? *cell : m->count;
         if (at == m->count) {
-            if (m->count++ == LL_PLOT_MARKS_MAX)
+            if (m->count++ == marks_max(plot))
                 break;
             m->marks[at] = (mark){.first = i};
         }
@@ -186,7 +191,7 @@ static ll_status make_marks(const ll_plot *plot, const scale *x, const scale *y,
 {
     *m = (marks){.marks = malloc(LL_PLOT_MARKS_MAX * sizeof *m->marks)};
     ll_status status = m->marks ? gather(plot, x, y, 0, m) : ll_error(LL_NO_MEMORY, "out of memory: plot");
-    for (double size = 4; !ll_failed(&status) && m->count > LL_PLOT_MARKS_MAX; size *= 1.25)
+    for (double size = 4; !ll_failed(&status) && m->count > marks_max(plot); size *= 1.25)
         status = gather(plot, x, y, size, m);
     return status;
 }
@@ -477,7 +482,8 @@ static ll_status write_table(FILE *file, const ll_plot *plot)
     }
     for (int i = 0; i < plot->count; i++)
         front[i] = plot->points[i].front;
-    ll_choice choice = ll_choose_shown(front, plot->count, LL_PLOT_ROWS_MAX, shown);
+    ll_choice choice =
+        ll_choose_shown(front, plot->count, plot->rows_max ? plot->rows_max : LL_PLOT_ROWS_MAX, shown);
     fputs("<div class=\"data\"><table><thead><tr><th>Point</th><th>", file);
     ll_html_text(plot->x_name, file);
     fputs("</th><th>", file);

@@ -39,6 +39,7 @@ typedef struct ll_plot {
     bool apart;        /* the front is not joined by a line: it includes points that are not drawn */
     bool joined; /* points of a series are joined by a line, in order of their numbers, if each has a mark */
     int width, height;
+    int marks_max, rows_max; /* at most the constants; 0: these */
     void (*write_name)(const void *context, int64_t point,
                        FILE *file); /* writes the name of a point, as HTML */
     /* Writes the address that a point leads to; NULL: none. */

@@ -169,6 +169,8 @@ static ll_status write(const plots *r, ll_plot *plot, const dimension *series)
     plot->series_name = series ? series->title : NULL;
     plot->write_name = write_point_name;
     plot->context = r->e;
+    plot->marks_max = LL_REPORT_MARKS_MAX;
+    plot->rows_max = LL_REPORT_ROWS_SHOWN;
     plot->where = r->where;
     return ll_plot_write(plot, r->file);
 }

@@ -7,12 +7,14 @@
 #include <string.h>
 
 #include "experiment/format/points.h"
+#include "experiment/report/data.h"
+#include "experiment/report/page_files.h"
 #include "experiment/report/plot.h"
 #include "experiment/report/plots.h"
 #include "experiment/spec/metric_path.h"
 #include "experiment/spec/until.h"
 
-enum { ROWS_MAX = 500 }; /* rows in the table of all points */
+enum { ROWS_MAX = 50 }; /* rows in the table of all points */
 
 static const char where_all[] =
     "the results: <code>laglab sweep experiment.json --points --out points.csv</code>, or with a daemon "
@@ -166,16 +168,24 @@ static void write_title(const ll_experiment *e, const char *version, FILE *file)
     const char *title = e->head.title[0]     ? e->head.title
                         : scenario->title[0] ? scenario->title
                                              : "Experiment";
-    ll_html_begin(title, file);
-    fputs("<p>", file);
-    ll_html_text(e->head.text, file);
-    fprintf(file, "</p>\n<p>Scenario <code>");
+    ll_html_begin_styled(title, ll_report_style, file);
+    if (e->head.text[0]) {
+        fputs("<p>", file);
+        ll_html_text(e->head.text, file);
+        fputs("</p>\n", file);
+    }
+    fputs("<p>Scenario <code>", file);
     ll_html_text(e->head.scenario_id[0] ? e->head.scenario_id : e->base.kind->name, file);
-    fprintf(file,
-            "</code>, %" PRId64 " points with %s%" PRId64 " runs each, seeds %" PRId64 " to %" PRId64
-            "; key %016" PRIx64 ", laglab %s.</p>\n",
-            e->points, ll_until_is_set(e) ? "up to " : "", e->head.repeats, scenario->seed,
-            scenario->seed + e->head.repeats - 1, ll_experiment_key(e), version);
+    fputs("</code>, ", file);
+    ll_html_count(e->points, file);
+    fprintf(file, " point%s with %s", e->points == 1 ? "" : "s", ll_until_is_set(e) ? "up to " : "");
+    ll_html_count(e->head.repeats, file);
+    if (e->head.repeats == 1)
+        fprintf(file, " run each, seed %" PRId64, scenario->seed);
+    else
+        fprintf(file, " runs each, seeds %" PRId64 " to %" PRId64, scenario->seed,
+                scenario->seed + e->head.repeats - 1);
+    fprintf(file, "; key %016" PRIx64 ", laglab %s.</p>\n", ll_experiment_key(e), version);
 }
 
 /* Notices known before the runs, and those of the results. */
@@ -205,24 +215,94 @@ static void write_front(const ll_experiment *e, FILE *file)
     fputs(": no other point is as good in all of them and better in one.</p>\n", file);
 }
 
-ll_status ll_report_write(const ll_experiment *e, const char *version, ll_row_source *source, void *context,
-                          FILE *file)
+/* For browsers without scripts; the script removes it. */
+static ll_status write_static(const ll_experiment *e, const ll_points *points, FILE *file)
 {
-    ll_points points;
-    LL_TRY(ll_points_read(e, source, context, &points));
-    write_title(e, version, file);
-    if (e->front_count > 0)
-        ll_points_mark_front(&points, e->front, e->front_count);
+    fputs("<div id=\"static\"><noscript><p class=\"note\" role=\"note\">Scripts are off: only some plots and "
+          "points "
+          "are shown.</p></noscript>\n",
+          file);
     if (e->front_count > 2)
         write_front(e, file);
-    write_left_out(e, &points, file);
-    write_notices(e, &points, file);
-    ll_status status = ll_report_plots_write(e, &points, where_all, file);
-    LL_THEN(status, write_points(e, &points, file));
+    write_left_out(e, points, file);
+    ll_status status = ll_report_plots_write(e, points, where_all, file);
+    LL_THEN(status, write_points(e, points, file));
+    fputs("</div>\n", file);
+    return status;
+}
+
+static void write_results(const char *results, FILE *file)
+{
+    fputs("<p id=\"where\">All rows are in ", file);
+    if (results) {
+        fputs("<code>", file);
+        ll_html_text(results, file);
+        fputs("</code>", file);
+    } else {
+        fputs("the results: <code>laglab sweep experiment.json --out rows.csv</code>, or with a daemon "
+              "<code>results</code> next to this page",
+              file);
+    }
+    fputs(".</p>\n", file);
+}
+
+static ll_status write_text(const ll_experiment *e, const char *version, const char *results,
+                            const ll_points *points, FILE *file)
+{
+    write_title(e, version, file);
+    write_notices(e, points, file);
+    fputs("<div id=\"views\"></div>\n", file);
+    ll_status status = write_static(e, points, file);
+    write_results(results, file);
     write_specification(e, version, file);
-    fputs("</body></html>\n", file);
-    ll_points_free(&points);
+    fputs("</main>\n", file);
+    return status;
+}
+
+/* The text first: what it leaves is the room of the data. */
+static ll_status write_page(const ll_report_rows *rows, const char *version, const char *results,
+                            const ll_points *points, FILE *file)
+{
+    char *text = NULL;
+    size_t size = 0, script = strlen(ll_report_script) + 200, most = LL_REPORT_BYTES_MAX;
+    ll_differences differences = {0};
+    FILE *memory = open_memstream(&text, &size);
+    ll_status status = memory ? write_text(rows->experiment, version, results, points, memory)
+                              : ll_error(LL_NO_MEMORY, "out of memory: report");
+    if (memory && fclose(memory) != 0)
+        status = ll_error(LL_NO_MEMORY, "out of memory: report");
+    LL_THEN(status, ll_differences_make(rows, &differences));
+    if (!ll_failed(&status))
+        fwrite(text, 1, size, file);
+    LL_THEN(status, ll_report_data_write(rows, points, &differences, version,
+                                         most > size + script ? most - size - script : 0, file));
+    fprintf(file, "<script>\n(() => {\n%s})();\n</script></body></html>\n", ll_report_script);
+    ll_differences_free(&differences);
+    free(text);
     return ll_failed(&status)                  ? status
            : fflush(file) != 0 || ferror(file) ? ll_error(LL_IO, "cannot write the report")
                                                : ll_ok();
+}
+
+ll_status ll_report_write_for(const ll_experiment *e, const char *version, const char *results,
+                              ll_row_source *source, void *context, FILE *file)
+{
+    ll_points points = {0};
+    ll_report_rows rows;
+    LL_TRY(ll_report_rows_open(&rows, e, source, context));
+    ll_status status = ll_points_read(e, ll_report_rows_next, &rows, &points);
+    if (!ll_failed(&status)) {
+        if (e->front_count > 0)
+            ll_points_mark_front(&points, e->front, e->front_count);
+        status = write_page(&rows, version, results, &points, file);
+        ll_points_free(&points);
+    }
+    ll_report_rows_close(&rows);
+    return status;
+}
+
+ll_status ll_report_write(const ll_experiment *e, const char *version, ll_row_source *source, void *context,
+                          FILE *file)
+{
+    return ll_report_write_for(e, version, NULL, source, context, file);
 }

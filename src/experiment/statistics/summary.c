@@ -35,7 +35,7 @@ ll_summary ll_summarise(const ll_interval_request *request, double *values, ll_r
     LL_ASSERT(!(squares < 0)); /* Welford's sum cannot cancel below 0 */
     for (int q = 0; q < 3 && n > 0; q++)
         s.quartiles[q] = ll_sample_quantile(values, n, 0.25 * (q + 1));
-    if (n > 0 && values[0] == values[n - 1] && s.of_mean.method == LL_INTERVAL_NONE)
+    if (n > 1 && values[0] == values[n - 1] && s.of_mean.method == LL_INTERVAL_NONE)
         s.others = ll_interval_share(0, n, request->error).high;
     return s;
 }

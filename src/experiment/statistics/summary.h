@@ -11,7 +11,8 @@ typedef struct ll_summary {
     double quartiles[3];
     ll_interval of_mean, of_median;
     const char *covers; /* ll_interval_covers of the mean's */
-    double others;      /* if all runs gave the same: upper bound of the share of others (Clopper-Pearson) */
+    double others;      /* if all of several runs gave the same: upper bound of the share of others
+                           (Clopper-Pearson) */
 } ll_summary;
 
 /* Of `request->values`; sorts them. */

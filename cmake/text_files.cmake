@@ -1,0 +1,18 @@
+# Writes text files into a C source as constants, so that the program needs no other file: each NAME has its files, joined.
+# Run with cmake -DOUTPUT=FILE.c -DHEADER=FILE.h -DFILES=NAME=FILE+FILE,NAME=FILE -P text_files.cmake
+set(source "#include \"${HEADER}\"\n")
+string(REPLACE "," ";" FILES "${FILES}")
+foreach(pair IN LISTS FILES)
+    string(REGEX MATCH "^([^=]*)=(.*)$" unused "${pair}")
+    set(name ${CMAKE_MATCH_1})
+    string(REPLACE "+" ";" parts "${CMAKE_MATCH_2}")
+    set(bytes "")
+    foreach(part IN LISTS parts)
+        file(READ ${part} more HEX)
+        string(APPEND bytes "${more}")
+    endforeach()
+    string(REGEX REPLACE "([0-9a-f][0-9a-f])" "'\\\\x\\1'," bytes "${bytes}")
+    string(REPLACE "'\\x0a'," "'\\x0a',\n" bytes "${bytes}")
+    string(APPEND source "const char ${name}[] = {\n${bytes}0};\n")
+endforeach()
+file(WRITE ${OUTPUT} "${source}")
