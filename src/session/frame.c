@@ -38,7 +38,7 @@ static void free_frame(ll_frame *frame)
     free(frame);
 }
 
-/* The frame itself counts as one that keeps its memory, beside `kept_for`. */
+/* The frame itself counts as one that keeps its memory, in addition to `kept_for`. */
 static void keep_less(ll_frame *frame)
 {
     if (atomic_fetch_sub_explicit(&frame->kept_for, 1, memory_order_acq_rel) == 0)

@@ -71,7 +71,7 @@ const some = [
   'src/main.c',
   'src/daemon/api/api.c',
   'src/ode/core/scale.h',
-  'src/cli/sweep.c',
+  'src/cli/experiments/sweep.c',
   'scenarios/race.json',
 ].filter((name) => listed.includes(name));
 assert.ok(some.length >= 8, some.join(' '));

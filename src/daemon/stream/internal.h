@@ -281,7 +281,7 @@ void ll_ws_socket_fail(ws_viewer *viewer);
 /* patience.c: all on the viewer's thread. */
 void ll_ws_patience_grows(ws_viewer *viewer,
                           size_t size);      /* after an acknowledgement, a message of that size */
-void ll_ws_patience_ends(ws_viewer *viewer); /* whatever comes is read at once */
+void ll_ws_patience_ends(ws_viewer *viewer); /* each message is read at once */
 void ll_ws_patience_sweep(ws_viewer *viewer);
 
 /* socket.c: all on the viewer's thread. */

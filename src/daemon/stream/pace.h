@@ -21,7 +21,7 @@ typedef struct ll_ws_pace {
     int64_t since_ns; /* start of this window; 0: none has begun */
     int windows;      /* whole ones since the last change */
     int good;         /* windows in a row with hardly any misses */
-    int patience;     /* so many of them, and one more, are waited for before a higher rate is tried */
+    int patience;     /* number of them, less one, that are waited for before a higher rate is tried */
     bool tried;       /* the last change was to a higher rate */
     int worst;        /* index of the largest divisor of the last LL_WS_PACE_MEMORY_NS */
     int64_t worst_ns; /* when it was last had */

@@ -9,7 +9,7 @@
 #include "daemon/stream/internal.h"
 
 enum { ACKS = 32, IN_FLIGHT = 1, HEAD_BYTES = 6 /* of a client's short message */ };
-#define WITHIN_NS INT64_C(1300000000) /* for so many acks: 25 frames/s or more */
+#define WITHIN_NS INT64_C(1300000000) /* for ACKS acknowledgements: 25 frames/s or more */
 #define MISSED_NS INT64_C(100000000)
 
 static bool await(const ws_viewer *viewer, size_t size)

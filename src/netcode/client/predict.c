@@ -86,7 +86,7 @@ static ll_quantization grid_of(const ll_client *c, const ll_snapshot_entry *stat
     return state->gridded ? c->snapshots.grid : (ll_quantization){0};
 }
 
-/* Copies the newest snapshot to the predicted or the checked world, of which `holds` tells what it has.
+/* Copies the newest snapshot to the predicted or the checked world, whose content `holds` notes.
  * Others stay as they are there, if the scope does not step them. */
 static void copy_snapshot(const ll_client *c, const ll_client_setup *s, int64_t *holds, ll_world *to,
                           const ll_world *newest)

@@ -23,7 +23,7 @@
 #include "netcode/metrics/input_history.h"
 
 #define LL_CHANGES_RING 256
-#define LL_CHANGE_VIEWERS 32   /* players, the first, whose displays are looked at */
+#define LL_CHANGE_VIEWERS 32   /* players, the first, whose displays are read */
 #define LL_CHANGE_EPSILON 1e-6 /* an axis that moves by less is unchanged */
 
 typedef enum ll_latency { LL_LATENCY_FELT, LL_LATENCY_SURE, LL_LATENCY_SEEN, LL_LATENCIES } ll_latency;

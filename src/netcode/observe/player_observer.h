@@ -19,8 +19,8 @@ typedef struct ll_truth {
     ll_time device; /* display latency: added to the time of each display */
     uint32_t acked; /* newest input of the client's player that the server has applied; only where it applies
                        inputs on arrival */
-    ll_nearness *nearness;          /* NULL where snapshots contain every entity */
-    const uint64_t *known;          /* a bit per entity that the client draws; NULL: its world tells */
+    ll_nearness *nearness; /* NULL where snapshots contain every entity */
+    const uint64_t *known; /* a bit per entity that the client draws; NULL: flags of its world say it */
     bool applies_on_arrival, peers; /* inputs are applied on arrival; clients have worlds of their own */
 } ll_truth;
 

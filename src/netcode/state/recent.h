@@ -18,7 +18,7 @@ typedef struct ll_recent {
      * error; in the display before, and in this one. */
     int64_t settled, drawn;
     uint32_t minus;       /* some other had a zero with a minus, which interpolation may lose */
-    uint32_t shows;       /* the display has drawn only the entities of `shown` anew */
+    uint32_t shows;       /* the display has drawn only the entities of `shown` again */
     ll_entity_bits shown; /* all if not `shows` */
     ll_entity_bits known; /* the rendered world has them */
     ll_entity_bits contained[LL_RECENT_RING];

@@ -14,7 +14,7 @@ typedef struct ll_interpolation {
      * the pose and its velocities; the caller sets the flags. */
     void (*between)(const ll_entity *a, const ll_entity *b, double alpha, double span_s, ll_entity *out);
 
-    bool settles; /* between equal states an entity is at rest, whatever its velocity */
+    bool settles; /* between equal states an entity is at rest, at any velocity */
 
     /* The same for all entities of a stretch, flags too: a call for each would cost more than its work. */
     void (*all)(const struct ll_stretch *stretch);

@@ -96,7 +96,7 @@ static void note_arrivals(ll_input_history *input_history, const ll_message_head
         ll_input_history_sent(input_history, head->seq, head->count, s->copy_due);
 }
 
-/* What a message changes beside its link. */
+/* What a message changes apart from its link. */
 static inline void note_sent(const ll_netgame_run *run, const ll_netgame_seat *seat, bool up, int type,
                              int bytes, int fragments)
 {
@@ -109,7 +109,7 @@ static inline void note_sent(const ll_netgame_run *run, const ll_netgame_seat *s
         count_traffic(&seat->metrics->traffic, type, bytes, fragments);
 }
 
-/* Any message that is a packet, whatever its link does to it. A function of its own: its variables are large.
+/* Any message that is a packet, on any link. A function of its own: its variables are large.
  */
 static __attribute__((noinline)) void send_packet(ll_netgame_run *run, int player, bool up,
                                                   const void *packet, int bytes)

@@ -75,7 +75,7 @@ static inline bool finite_world(const ll_world *world, int *entity)
     return finite_sum(world) || finite_each(world, entity);
 }
 
-/* The same of what was drawn anew. */
+/* The same of what was drawn again. */
 static bool finite_shown(const ll_world *world, const ll_recent *recent, int *entity)
 {
     double all = 0;

@@ -1,5 +1,5 @@
-/* The rate of a viewer that draws so many frames a second: it gets what it can draw, whatever that is, and is
- * told of few changes. */
+/* The rate of a viewer that draws a limited number of frames a second: it gets nearly what it can draw, and
+ * the rate changes seldom. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -17,7 +17,7 @@ typedef struct viewer {
     int drawn, changes, missed, due;
 } viewer;
 
-/* From one time to another, s, while the viewer draws so many frames a second. */
+/* From one time to another, s, while the viewer draws `draws_hz` frames a second. */
 static void watch(viewer *v, int from_s, int to_s, double draws_hz)
 {
     for (int frame = from_s * HZ; frame < to_s * HZ; frame++) {

@@ -324,8 +324,8 @@ static void decoded_states_are_those_of_the_server(void **state)
     }
 }
 
-/* What a client notes of its newest snapshots saves work, and changes no byte of it: whatever it draws and
- * however bad the links are, also where its choices change on the way. */
+/* What a client notes of its newest snapshots saves work, and changes no byte of it: in every display and
+ * on links of any quality, also where its choices change on the way. */
 static void noting_what_is_recent_changes_nothing(void **state)
 {
     (void)state;

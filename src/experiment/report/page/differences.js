@@ -52,9 +52,7 @@ function differencesView(body, controls) {
   const turned = state.from > state.of,
     from = Math.min(state.from, state.of),
     of = Math.max(state.from, state.of),
-    at = head.differences.findIndex(
-      (e) => e.dimension === state.dimension && e.metric === state.metric && e.from === from && e.of === of,
-    ),
+    at = head.differences.findIndex((e) => e.dimension === state.dimension && e.metric === state.metric && e.from === from && e.of === of),
     found = head.differences[at];
   if (!found) return said(body, 'These values are not compared in this page.');
   const turn = ([mean, low, high, method]) =>

@@ -47,7 +47,8 @@ function scatterView(body, controls) {
         y: py,
         row: i,
         text: () =>
-          `${pointName(i)}: ${metrics[state.cost]} ${figure(xs[i])}, ${metrics[state.metric]} ${figure(ys[i])}` + (whole && front[i] ? '; on the front' : ''),
+          `${pointName(i)}: ${metrics[state.cost]} ${figure(xs[i])}, ${metrics[state.metric]} ${figure(ys[i])}` +
+          (whole && front[i] ? '; on the front' : ''),
       });
       if (whole && front[i]) kept.push([px, py]);
     }

@@ -142,8 +142,7 @@ function drawSeries(f, c, list, colouring, across, up, x, axis) {
 const between = (low, high) => (low <= high ? ` (95 % from ${figure(low)} to ${figure(high)})` : '');
 
 function seriesText(p, x, colouring) {
-  if (p.row >= 0)
-    return `${pointName(p.row)}: ${metrics[state.metric]} ${figure(p.y)}${between(p.low, p.high)}`;
+  if (p.row >= 0) return `${pointName(p.row)}: ${metrics[state.metric]} ${figure(p.y)}${between(p.low, p.high)}`;
   const series = state.colour >= 0 && colouring.names[p.k] ? `, ${dimensions[state.colour].title} ${colouring.names[p.k]}` : '';
   return `${x.title} ${x.names[p.index]}${series}: mean of ${metrics[state.metric]} over ${counted(p.n)} settings ${figure(p.y)}`;
 }

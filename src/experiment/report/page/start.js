@@ -113,8 +113,7 @@ function about() {
       ? `${dimensions[d].title} ${dimensions[d].names[wish]}`
       : `${dimensions[d].title} ${figure(wish[0])} to ${figure(wish[1])}`,
   );
-  if (shown.length < count)
-    parts.push(`Shown are ${counted(shown.length)} points${chosen.length ? `, of ${chosen.join(', ')}` : ''}.`);
+  if (shown.length < count) parts.push(`Shown are ${counted(shown.length)} points${chosen.length ? `, of ${chosen.join(', ')}` : ''}.`);
   return make('p', { class: 'note', id: 'about' }, parts.join(' '));
 }
 

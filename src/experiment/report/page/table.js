@@ -31,9 +31,7 @@ function pages(all) {
     make(
       'span',
       {},
-      all
-        ? `${counted(state.page * PAGE_ROWS + 1)} to ${counted(Math.min(all, (state.page + 1) * PAGE_ROWS))} of ${counted(all)}`
-        : 'none',
+      all ? `${counted(state.page * PAGE_ROWS + 1)} to ${counted(Math.min(all, (state.page + 1) * PAGE_ROWS))} of ${counted(all)}` : 'none',
     ),
     go('Next', 'page-next', state.page + 1),
     go('Last', 'page-last', last),

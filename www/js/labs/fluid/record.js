@@ -40,7 +40,7 @@ export class Record {
     this.#count++;
   }
 
-  /** @param {number} oldest so many */
+  /** @param {number} oldest number of them */
   #forget(oldest) {
     for (const list of [this.#t, ...this.#numbers]) list.copyWithin(0, oldest);
     this.#count -= oldest;
