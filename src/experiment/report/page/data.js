@@ -47,10 +47,10 @@ function unpackAll(bytes, list) {
 }
 
 /** @type {Map<string, Float64Array>} */ let columns, differenceColumns;
-/** @type {Float64Array[]} by metric: the first runs of each point, one after the other */ const runs = [];
-const count = 0; // points in the page
+/** @type {Float64Array[]} by metric: the first runs of each point, one after the other */ let runs = [];
+let count = 0; // points in the page
 let number; // (row) => number of the point
-const dimensions = [];
+let dimensions = [];
 const metrics = head.metrics;
 
 /** A statistic of a metric; of a point with one run all of them are its value. */
