@@ -82,11 +82,11 @@ function scale(low, high, log, from, to, wanted) {
       every = Math.max(1, Math.ceil((b - a) / wanted)),
       ticks = [];
     for (let p = Math.floor(a - rest); p <= b + rest; p++)
-      for (const m of b - a < 1.5 ? [1, 2, 5] : [1]) {
+      for (const m of b - a < 3 && every === 1 ? [1, 2, 5] : [1]) {
         const v = m * 10 ** p;
         if (Math.log10(v) >= a - rest && Math.log10(v) <= b + rest && p % every === 0) ticks.push([v, figure(v, 4)]);
       }
-    return { log, at, ticks: ticks.length > 2 ? ticks : even(low, high, wanted) };
+    return { log, at, ticks: ticks.length > 1 ? ticks : even(low, high, wanted) };
   }
   const rest = (high - low) * 0.04,
     at = (v) => from + ((v - low + rest) / (high - low + 2 * rest)) * (to - from);
