@@ -1,3 +1,4 @@
+#define _DEFAULT_SOURCE /* madvise */
 #include "memory/state_memory.h"
 
 #include <pthread.h>

@@ -1,5 +1,4 @@
 /* Transitions of a session: seeking, parking and waking. */
-#define _DEFAULT_SOURCE /* madvise */
 #include <stdlib.h>
 #include <string.h>
 
