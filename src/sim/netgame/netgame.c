@@ -298,6 +298,22 @@ static void init_reports(ll_netgame *g, const ll_netgame_config *c)
             ll_reports_watch(all, i);
 }
 
+/* What lies behind the hashed block: the place of each depends on what is before it. */
+static void init_observers(ll_netgame *g, const ll_netgame_config *c, const ll_world *world)
+{
+    const int n = c->player_count;
+    const ll_time from = (ll_time)(c->warmup_s * 1e9);
+    ll_arena arena;
+    if (arena_of(c, &arena)) {
+        ll_shots_init(ll_netgame_shots(g), &arena, from);
+        ll_behind_cover_init(ll_netgame_behind_cover(g), n, from);
+        if (ll_netgame_drag_neglect(g))
+            ll_drag_neglect_init(ll_netgame_drag_neglect(g), n, from);
+    }
+    for (int i = 0; i < n && ll_netgame_recent(g, i); i++)
+        ll_recent_init(ll_netgame_recent(g, i), world->entities, i);
+}
+
 static ll_status init(void *block, const void *config)
 {
     ll_netgame *g = block;
@@ -341,16 +357,7 @@ static ll_status init(void *block, const void *config)
     const ll_shelf_setup shelf = shelf_of(c);
     if (ll_netgame_profiles(g))
         ll_profile_shelf_init(ll_netgame_profiles(g), &shelf);
-    ll_arena arena;
-    if (arena_of(c, &arena)) {
-        ll_shots_init(ll_netgame_shots(g), &arena, (ll_time)(c->warmup_s * 1e9));
-        ll_behind_cover_init(ll_netgame_behind_cover(g), n, (ll_time)(c->warmup_s * 1e9));
-        if (ll_netgame_drag_neglect(g))
-            ll_drag_neglect_init(ll_netgame_drag_neglect(g), n, (ll_time)(c->warmup_s * 1e9));
-    }
-    /* Their place depends on what the arena has. */
-    for (int i = 0; i < n && ll_netgame_recent(g, i); i++)
-        ll_recent_init(ll_netgame_recent(g, i), world->entities, i);
+    init_observers(g, c, world);
     start_server(g, 0);
     server->next_check = g->now = -LL_LOBBY;
     ll_status status = ll_netgame_run_until(g, -1, NULL, NULL);
