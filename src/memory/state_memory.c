@@ -130,7 +130,19 @@ static void give_back(const region *r, const span *free_now, int first, int coun
         madvise(r->pages + (size_t)from * PAGE, (size_t)(to - from) * PAGE, MADV_DONTNEED);
 }
 
-static void free_span(const region *r, span *s)
+/* A region of which nothing is used. */
+static void drop_region(region *r)
+{
+    region **at = &regions;
+    while (*at != r)
+        at = &(*at)->next;
+    *at = r->next;
+    munmap(r->pages, REGION);
+    free(r->spans);
+    free(r);
+}
+
+static void free_span(region *r, span *s)
 {
     int first = s->first, count = s->count;
     LL_ASSERT(s->used);
@@ -141,7 +153,10 @@ static void free_span(const region *r, span *s)
         s = s->previous;
         join(s);
     }
-    give_back(r, s, first, count);
+    if (s->count == PAGES)
+        drop_region(r);
+    else
+        give_back(r, s, first, count);
 }
 
 /* ---- for any thread ---- */

@@ -70,6 +70,7 @@ typedef struct ll_rigid_params {
     double recycle_distance; /* m: largest relative motion of two bodies at which their manifold is kept */
     double sleep_threshold;  /* m/s: slower bodies may sleep after half a second */
     bool warm_start, recycle, sleep;
+    bool reserved[5]; /* no padding: configurations are compared byte by byte */
 } ll_rigid_params;
 
 extern const ll_param_table ll_rigid_table;
