@@ -10,7 +10,7 @@ target_include_directories(laglab_embed PRIVATE ${PROJECT_SOURCE_DIR}/include)
 target_compile_options(laglab_embed PRIVATE -fPIE)
 target_link_libraries(laglab_embed PRIVATE laglab_engine laglab_experiment)
 
-# One object of all that these functions need. Names that the header does not have become local to it: a program may have
+# One object with everything that these functions need. Names that the header does not have become local to it: a program may have
 # functions of the same names, and references to them need no table of addresses in the shared library. The objects are those
 # of the program; the parts that its linker inlines across files go.
 set(embed_folder ${PROJECT_BINARY_DIR}/embed)

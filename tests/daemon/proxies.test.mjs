@@ -20,12 +20,15 @@ describe('upgrades', { concurrency: names.length }, () => {
       const proxy = await startProxy(name, daemon.port);
       t.after(() => proxy.stop());
       const before = await bridged(daemon.url);
-      const { ok, failures } = await upgradesOnKept(proxy.url, session, COUNT);
-      assert.deepEqual(failures, {});
-      assert.equal(ok, COUNT);
-      /* Otherwise the test would pass without having tried what it is about. A proxy opens another where it finds no idle one. */
-      const kept = (await bridged(daemon.url)) - before;
-      assert.ok(kept >= 0.9 * COUNT, `${kept} came on kept connections`);
+      /* Only those on kept connections count: the test is about them. A proxy that finds no idle connection opens another, so a few more may be needed. */
+      let kept = 0;
+      for (let round = 0; kept < COUNT && round < 3; round++) {
+        const { ok, failures } = await upgradesOnKept(proxy.url, session, COUNT - kept);
+        assert.deepEqual(failures, {});
+        assert.equal(ok, COUNT - kept);
+        kept = (await bridged(daemon.url)) - before;
+      }
+      assert.equal(kept, COUNT, 'came on kept connections');
     });
   }
 });
