@@ -22,7 +22,7 @@ static const char *const scenarios[] = {
 static ll_session *open_scenario(const char *id)
 {
     cJSON *json;
-    ll_session *s;
+    ll_session *s = NULL;
     ll_status status = ll_scenario_load("scenarios", id, &json);
     if (!ll_failed(&status))
         status = ll_session_create(json, -1, NULL, NULL, &s);

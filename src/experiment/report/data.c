@@ -169,9 +169,9 @@ static bool is_whole(const data *d)
 }
 
 /* A point of one run has only one value. */
-static bool is_written(const data *d, statistic what, int statistics)
+static bool is_written(const data *d, statistic what, statistic statistics)
 {
-    return (int)what < statistics && (d->e->head.repeats > 1 || what == MEAN);
+    return what < statistics && (d->e->head.repeats > 1 || what == MEAN);
 }
 
 static cJSON *add_points(const data *d, const attempt *a, ll_pack *pack)
@@ -187,8 +187,8 @@ static cJSON *add_points(const data *d, const attempt *a, ll_pack *pack)
     for (c.at = 0; c.at < e->axis_count && e->head.sample.method != LL_SAMPLE_NONE; c.at++)
         add_column(list, pack, "place", c.at, a->planes, d->count, place_at, &c);
     for (c.at = 0; c.at < e->metric_count; c.at++)
-        for (int s = 0; s < STATISTICS; s++)
-            if (is_written(d, s, (int)a->statistics)) {
+        for (statistic s = MEAN; s < STATISTICS; s++)
+            if (is_written(d, s, a->statistics)) {
                 c.what = s;
                 add_column(list, pack, statistic_names[s], c.at,
                            statistic_is_whole[s] ? WHOLE_PLANES : a->planes, d->count, metric_at, &c);
@@ -206,8 +206,8 @@ static bool is_hopeless(size_t bytes, size_t room)
 static size_t expected_size(const data *d, const attempt *a)
 {
     size_t each = 0;
-    for (int s = 0; s < STATISTICS; s++)
-        each += is_written(d, s, (int)a->statistics) ? (size_t)a->planes : 0;
+    for (statistic s = MEAN; s < STATISTICS; s++)
+        each += is_written(d, s, a->statistics) ? (size_t)a->planes : 0;
     return each * (size_t)d->e->metric_count * (size_t)d->points->count;
 }
 
@@ -251,7 +251,7 @@ static cJSON *difference_head(const data *d, const ll_difference *one)
     cJSON_AddNumberToObject(item, "of", one->of);
     cJSON_AddNumberToObject(item, "settings", (double)one->settings);
     cJSON_AddNumberToObject(item, "complete", (double)one->complete);
-    for (int s = 0; s <= METHOD; s++)
+    for (statistic s = MEAN; s <= METHOD; s++)
         add_number(all, statistic_of(d, &one->all, s));
     return item;
 }
