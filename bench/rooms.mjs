@@ -19,6 +19,7 @@ export const ROOMS = {
   proxies: DAEMON,
   hostile: [...DAEMON, 'experiment'],
   kills: [...DAEMON, 'experiment'],
+  chaos: [...GAME, 'ode', 'library', 'experiment'],
   soak: [...DAEMON, 'experiment'],
   classroom: DAEMON,
   page: [...DAEMON, 'www'],

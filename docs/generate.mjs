@@ -892,6 +892,40 @@ function killsDoc() {
   );
 }
 
+/** An experiment over PostgreSQL with everything killed. */
+function chaosDoc() {
+  return held('chaos', 'bench/run chaos', (rows) =>
+    table(
+      [
+        'Runs',
+        'Workers killed',
+        'Waiting process killed',
+        'Server crashed',
+        'Workers frozen',
+        'Chunks tried again',
+        'Lost',
+        'Doubled',
+        'Same bytes as undisturbed',
+        'Rows/s',
+        'Rows/s undisturbed, SQLite',
+      ],
+      rows.map((row) => [
+        whole(row.runs),
+        row.worker_killed,
+        row.waiting_process_killed,
+        row.server_crashed,
+        row.worker_frozen_beyond_its_lease,
+        `${row.chunks_tried_again} of ${whole(row.chunks)}`,
+        row.lost,
+        row.doubled,
+        row.same === 'true' ? 'yes' : 'no',
+        whole(row.rows_per_s),
+        whole(row.undisturbed_rows_per_s),
+      ]),
+    ),
+  );
+}
+
 /** What is left when the load rests. */
 function restsDoc() {
   return held('soak', 'bench/run soak', (rows) =>
@@ -1048,7 +1082,14 @@ export function generate(binary) {
     ['docs/deploy.md', filled('docs/deploy.md', { options: optionsDoc(laglab('serve', '--help')) })],
     [
       'docs/trust.md',
-      filled('docs/trust.md', { kills: killsDoc(), soak: soakDoc(), rests: restsDoc(), fuzz: fuzzDoc(), 'other CPUs': crossDoc() }),
+      filled('docs/trust.md', {
+        kills: killsDoc(),
+        chaos: chaosDoc(),
+        soak: soakDoc(),
+        rests: restsDoc(),
+        fuzz: fuzzDoc(),
+        'other CPUs': crossDoc(),
+      }),
     ],
     ['docs/performance.md', filled('docs/performance.md', { results: RESULTS.map(resultDoc).join('\n\n'), memory: memoryDoc(laglab) })],
   ]);

@@ -6,19 +6,12 @@ import { createHash } from 'node:crypto';
 import { existsSync, mkdirSync, mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import path from 'node:path';
-import { fileURLToPath } from 'node:url';
+import { LEASE_S, crew, orbits, ownPostgres } from '../lib/chaos.mjs';
 import { client, pause, waitFor } from '../lib/client.mjs';
 import { BINARY, startDaemon } from '../lib/daemon.mjs';
 import { RUNS } from '../lib/runs.mjs';
 
-const SCRIPT = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../support/postgres');
-const LEASE_S = 2;
-
-const made = spawnSync(SCRIPT, ['make'], { encoding: 'utf8' });
-const skip = made.status === 77 && made.stderr.trim();
-const server = made.stdout.trim();
-const postgres = (/** @type {string} */ verb, /** @type {string[]} */ ...more) =>
-  execFileSync(SCRIPT, [verb, server, ...more], { encoding: 'utf8' }).trim();
+const { missing: skip, call: postgres, count } = ownPostgres();
 
 let folder, url, undisturbed;
 const file = (/** @type {string} */ name) => path.join(folder, name);
@@ -45,51 +38,10 @@ const outcome = (...args) =>
     child.once('close', (status) => resolve({ status: status ?? -1, stderr }));
   });
 
-/** Short runs: Kepler's orbit by one method. @param {string} name @param {number} runs */
-function orbits(name, runs) {
-  writeFileSync(
-    file(name),
-    JSON.stringify({
-      scenario: { kind: 'motion', problem: 'kepler', duration_s: 1, methods: [{ method: 'rk4', dt_s: 0.001 }] },
-      axes: [{ path: 'params.e', from: 0.1, to: 0.6, count: runs / 10 }],
-      repeats: 10,
-      metrics: ['methods.0.e_final', 'methods.0.energy_drift_max'],
-    }),
-  );
+/** @param {string} name @param {number} runs */
+function writeOrbits(name, runs) {
+  writeFileSync(file(name), JSON.stringify(orbits(runs)));
   return name;
-}
-
-/** Three workers; one that ends is replaced, as a cluster's engine does. */
-function crew() {
-  const workers = new Set();
-  let hiring = true,
-    hired = 0;
-  const hire = () => {
-    if (!hiring) return;
-    const child = spawn(BINARY, ['worker', '--store', url, '--jobs', '1', '--lease-s', String(LEASE_S)], { stdio: 'ignore' });
-    hired++;
-    workers.add(child);
-    child.once('close', () => {
-      workers.delete(child);
-      setTimeout(hire, 100); /* while the server is away it could not even begin */
-    });
-  };
-  for (let i = 0; i < 3; i++) hire();
-  return {
-    any: () => [...workers][Math.floor(Math.random() * workers.size)],
-    hired: () => hired,
-    dismiss: async () => {
-      hiring = false;
-      await Promise.all(
-        [...workers].map(
-          (child) =>
-            new Promise((resolve) => {
-              child.once('close', resolve).kill('SIGTERM');
-            }),
-        ),
-      );
-    },
-  };
 }
 
 /** Polls, not so often that asking is what the machine does. @param {() => boolean} test */
@@ -97,11 +49,9 @@ async function until(test) {
   while (!test()) await pause(150);
 }
 
-const count = (/** @type {string} */ what) => Number(postgres('sql', what));
-
 before(() => {
   folder = mkdtempSync(path.join(tmpdir(), 'laglab-chaos-'));
-  good('sweep', orbits('orbits.json', RUNS), '--store', 'sqlite:undisturbed.db', '--out', 'undisturbed.csv');
+  good('sweep', writeOrbits('orbits.json', RUNS), '--store', 'sqlite:undisturbed.db', '--out', 'undisturbed.csv');
   undisturbed = checksum('undisturbed.csv');
   if (!skip) url = postgres('start');
 });
@@ -124,7 +74,7 @@ test('workers killed at random, one frozen beyond its lease, the server stopped 
     errors += text;
   });
   const ended = new Promise((resolve) => sweep.once('close', (status) => resolve((code = status))));
-  const workers = crew();
+  const workers = crew(BINARY, url, 3);
   t.after(() => {
     sweep.kill('SIGKILL');
     return workers.dismiss();
@@ -187,8 +137,9 @@ test('a daemon on the same store reports that the server is unreachable, and con
   t.after(() => daemon.stop());
   const c = client(daemon.url);
   t.after(() => c.close());
-  const made = (await c.call('POST', '/api/v1/experiments', { body: JSON.parse(readFileSync(file(orbits('few.json', 1000)), 'utf8')) }))
-    .json;
+  const made = (
+    await c.call('POST', '/api/v1/experiments', { body: JSON.parse(readFileSync(file(writeOrbits('few.json', 1000)), 'utf8')) })
+  ).json;
   postgres('kill');
   const away = await c.get(made.links.self);
   assert.equal(away.status, 503, away.text);
@@ -209,7 +160,8 @@ test('experiments expire by the clock of the database, not of the daemon', {
 }, async (t) => {
   const daemon = await startDaemon({ args: ['--store', url, '--threads', '1'] });
   const c = client(daemon.url);
-  const made = (await c.call('POST', '/api/v1/experiments', { body: JSON.parse(readFileSync(file(orbits('old.json', 10)), 'utf8')) })).json;
+  const made = (await c.call('POST', '/api/v1/experiments', { body: JSON.parse(readFileSync(file(writeOrbits('old.json', 10)), 'utf8')) }))
+    .json;
   await waitFor(async () => (await c.get(made.links.self)).json.state === 'done', 'the rows', 20000);
   c.close();
   await daemon.stop();
@@ -258,7 +210,7 @@ test('a store on a network file system is refused, and none is made there', { sk
   });
   if (await Promise.race([ended, waitFor(mounted, 'the mount', 10000).then(() => false)])) return t.skip(`no FUSE here: ${errors.trim()}`);
   // The process that waits for the file system must not be the one that serves it.
-  const { status, stderr } = await outcome('sweep', orbits('net.json', 100), '--out', 'far/net.csv');
+  const { status, stderr } = await outcome('sweep', writeOrbits('net.json', 100), '--out', 'far/net.csv');
   assert.equal(status, 2);
   assert.match(
     stderr,
@@ -273,7 +225,7 @@ test('a full or read-only store is reported, and finished runs are not lost', {
   const disk = file('disk'),
     on = (/** @type {string[]} */ ...args) => spawnSync(BINARY, args, { cwd: disk, encoding: 'utf8', timeout: 60000 });
   mkdirSync(disk);
-  const experiment = `../${orbits('small.json', 3000)}`;
+  const experiment = `../${writeOrbits('small.json', 3000)}`;
   try {
     execFileSync('mount', ['-t', 'tmpfs', '-o', 'size=400k', 'none', disk], { stdio: 'pipe' });
   } catch {
