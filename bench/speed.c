@@ -1,5 +1,7 @@
-/* How fast the engine runs a scenario, and what a session of it holds: speed SECONDS <scenario.json
+/* How fast the engine runs a scenario, and what a session of it holds: speed SECONDS RUNS [unobserved]
+ * <scenario.json
  *
+ * With `unobserved` no metric is asked for, so that no view is compared with the truth; the hash is the same.
  * Prints one JSON object: CPU time of this thread for SECONDS simulated seconds (after a first run that warms
  * caches), and the bytes of a session with 30 s of history, as `cost` reports them, live and parked. */
 #include <cjson/cJSON.h>
@@ -57,9 +59,11 @@ static int64_t tick_at(ll_session *session, double seconds)
     return tick < info.end_tick ? tick : info.end_tick;
 }
 
-static double run(const cJSON *scenario, double seconds, uint64_t *hash, int64_t *ticks)
+static double run(const cJSON *scenario, double seconds, bool observes, uint64_t *hash, int64_t *ticks)
 {
     ll_session *session = create(scenario);
+    if (!observes)
+        ll_session_observe_only(session, NULL, 0);
     double begin = cpu_now();
     check(ll_session_run_to(session, tick_at(session, seconds)));
     double spent = cpu_now() - begin;
@@ -85,14 +89,15 @@ int main(int argc, char **argv)
 {
     double seconds = argc > 1 ? atof(argv[1]) : 3600, spent = 0;
     int runs = argc > 2 ? atoi(argv[2]) : 1;
+    bool observes = argc <= 3;
     if (seconds < WARMUP_S)
         seconds = WARMUP_S;
     cJSON *scenario = read_scenario(seconds), *out = cJSON_CreateObject();
     uint64_t hash;
     int64_t ticks;
-    run(scenario, WARMUP_S, &hash, &ticks);
+    run(scenario, WARMUP_S, observes, &hash, &ticks);
     for (int i = 0; i < runs; i++)
-        spent += run(scenario, seconds, &hash, &ticks);
+        spent += run(scenario, seconds, observes, &hash, &ticks);
     cJSON_AddNumberToObject(out, "cpu_s", spent);
     cJSON_AddNumberToObject(out, "sim_s", seconds * runs);
     cJSON_AddNumberToObject(out, "ticks", (double)ticks);
