@@ -55,6 +55,7 @@ function wait() {
     stdio: 'ignore',
   });
   waiting.once('close', (code, signal) => {
+    if (code === 2) throw new Error('the sweep was refused');
     if (code === 0 || failedChunks() > 0) finished();
     else setTimeout(wait, signal === 'SIGKILL' ? 0 : 300); // without the server it cannot begin
   });
@@ -100,6 +101,10 @@ const met = Object.fromEntries(Object.keys(KINDS).map((kind) => [kind, 0]));
 let begun = performance.now();
 wait();
 const workers = crew(laglab, url, size);
+process.on('exit', () => {
+  waiting.kill('SIGKILL');
+  workers.kill();
+});
 let done = false;
 ended.then(() => {
   done = true;

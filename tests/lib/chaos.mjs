@@ -18,10 +18,10 @@ export function ownPostgres() {
 }
 
 /** Short runs: Kepler's orbit by one method. @param {number} runs */
-export const orbits = (runs, dt_s = 0.001) => ({
+export const orbits = (runs, dt_s = 0.001, count = Math.min(runs / 10, 10000)) => ({
   scenario: { kind: 'motion', problem: 'kepler', duration_s: 1, methods: [{ method: 'rk4', dt_s }] },
-  axes: [{ path: 'params.e', from: 0.1, to: 0.6, count: runs / 10 }],
-  repeats: 10,
+  axes: [{ path: 'params.e', from: 0.1, to: 0.6, count }],
+  repeats: runs / count,
   metrics: ['methods.0.e_final', 'methods.0.energy_drift_max'],
 });
 
@@ -48,6 +48,10 @@ export function crew(binary, store, size) {
   return {
     any: (random = Math.random) => [...workers][Math.floor(random() * workers.size)],
     hired: () => hired,
+    kill: () => {
+      hiring = false;
+      for (const child of workers) child.kill('SIGKILL');
+    },
     dismiss: async () => {
       hiring = false;
       await Promise.all(
