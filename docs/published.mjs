@@ -140,46 +140,59 @@ function shotBehindCover(rows) {
 
 // ---- Griwodz and Halvorsen, 2006 ----
 
-const TWICE_MS = '100'; // the round trip of which the timer is twice as long
+const SHOWN_MS = '100'; // the round trip of the image
 
 /** @param {Row[]} rows */
 function thinStreams(rows) {
   const trips = unique(rows, 'rtt_ms'),
     rates = unique(rows, 'update_hz');
-  const longest = rows.filter((row) => row.rtt_ms === TWICE_MS),
-    below = longest.filter((row) => number(row.in_flight) < 4),
-    above = longest.filter((row) => number(row.in_flight) >= 4);
-  const listed = (/** @type {Row[]} */ list) =>
-    list.map((row) => `${digits(number(row.timeout_pct))} % (${digits(number(row.in_flight), 2)} in flight)`).join(', ');
-  const beyond = (/** @type {Row[]} */ list) => range(list.map((row) => number(row.max_ms) - number(row.p50_ms)));
+  const shown = rows.filter((row) => row.rtt_ms === SHOWN_MS),
+    listed = (/** @type {Row[]} */ list) =>
+      list
+        .map(
+          (row) =>
+            `${digits(number(row.extra_ms))} (timer ${digits(number(row.timer_ms))}, fast ${digits(number(row.fast_ms))}) with ${digits(number(row.in_timer), 2)}`,
+        )
+        .join('; ');
+  const late = (/** @type {string | undefined} */ hz) =>
+    range(rows.filter((row) => row.update_hz === hz).map((row) => number(row.max_ms) - number(row.rtt_ms) / 2));
   const cells = (/** @type {(row: Row) => string} */ value) =>
     trips.map((rtt) => [
       `round trip ${rtt} ms`,
       ...rates.map((hz) => rows.filter((row) => row.rtt_ms === rtt && row.update_hz === hz).map(value)[0] ?? ''),
     ]);
-  const head = rates.map((hz) => `${hz} updates/s`);
+  const head = rates.map((hz) => {
+    const row = rows.find((one) => one.update_hz === hz);
+    return `${hz} updates/s, ${digits(number(row?.in_timer ?? ''), 2)} packets`;
+  });
   return [
     table(
-      ['', 'Published', 'laglab'],
+      ['', 'Published', 'laglab, round trip 100 ms: extra latency in ms by packets in the time of the timer'],
       [
-        ['Losses that wait for the timer, fewer than 4 packets in flight', 'all: fast retransmit cannot be triggered', listed(below)],
-        ['4 packets in flight or more', 'fast retransmit works', listed(above)],
+        [
+          'Fewer than 4 packets in flight',
+          'fast retransmit cannot be triggered: lost ones wait for the timer',
+          listed(shown.filter((row) => number(row.in_timer) < 4)),
+        ],
+        ['4 packets in flight and more', 'fast retransmit repairs', listed(shown.filter((row) => number(row.in_timer) >= 4))],
         [
           'What ruins the game',
           'almost only repeated time-outs',
-          `the latest message of all runs is late by ${beyond(rows.filter((row) => row.update_hz === rates[0]))} ms at ${rates[0]} updates a second, which is more than one timer of 200 ms; by ${beyond(
-            rows.filter((row) => row.update_hz === rates.at(-1)),
-          )} ms at ${rates.at(-1)}`,
+          `the latest message of all runs is late by ${late(rates[0])} ms at ${rates[0]} updates a second, which is more than one timer of 200 ms; by ${late(rates.at(-1))} ms at ${rates.at(-1)}`,
         ],
       ],
     ),
     table(
-      ['Losses that wait for the timer (packets in flight)', ...head],
-      cells((row) => `${digits(number(row.timeout_pct))} % (${digits(number(row.in_flight), 2)})`),
+      ['Mean extra latency, ms (timer; fast retransmit)', ...head],
+      cells((row) => `${digits(number(row.extra_ms))} (${digits(number(row.timer_ms))}; ${digits(number(row.fast_ms))})`),
     ),
     table(
-      ['Latency of a message, ms: median, 99th percentile, longest', ...head],
-      cells((row) => ['p50_ms', 'p99_ms', 'max_ms'].map((name) => digits(number(row[name]))).join(', ')),
+      ['Time-outs per loss', ...head],
+      cells((row) => digits(number(row.timeouts_per_loss), 2)),
+    ),
+    table(
+      ['Latency of a message, ms: 99th percentile, longest', ...head],
+      cells((row) => ['p99_ms', 'max_ms'].map((name) => digits(number(row[name]))).join(', ')),
     ),
   ].join('\n\n');
 }
@@ -244,16 +257,17 @@ Evaluation of TCP Performance in Online Games* (ACE 2006), measured 8 packets a 
 A game sends small messages, and few of them. TCP learns of a loss at once only by three acknowledgements for later packets; where too few are in flight, it waits for its retransmission timer, and twice
 as long if the same message is lost again. The authors found that almost only repeated time-outs ruin the game.
 
-The scenario is \`published/thin_streams\`: a race over TCP, 1 % of the packets to A are lost. The experiment varies the round trip and the rate of snapshots.`,
+The scenario is \`published/thin_streams\`: a race over TCP, 1 % of the packets to A are lost. The experiment varies the round trip and the rate of snapshots. Packets in flight are all that are
+not acknowledged, also those sent after the lost one until the timer ends: with a timer of 200 ms and n packets a second these are n / 5. The two closed forms are the mean extra latency if each loss is repaired by the timer, or each by fast retransmit
+([Head-of-line blocking](transports.md#head-of-line-blocking)): what laglab measures follows the one or the other.`,
     body: thinStreams,
     after: `What differs:
 
 - The paper has traces of Anarchy Online; here a race sends snapshots at a constant rate, and losses are independent. So repeated time-outs are rarer than on a congested path, and the longest latency is that of ten-minute runs, not of a day.
-- The law in terms of a round trip holds where the timer is twice the round trip, as here at 100 ms. At shorter ones what counts is the packets that are sent until the timer ends, of which three must come after the lost one and be acknowledged in time:
-  the image has these on its axis. With 7 packets hardly any loss waits at 20 and 50 ms.
-- The least timer is 200 ms in all here, while Linux adds at least 200 ms to the round trip. So above 100 ms laglab's timer, on a link without jitter, hardly exceeds the round trip, and ends before a packet that was sent again is acknowledged;
-  most losses cause a time-out there, even at 60 updates a second. Such round trips are not in the figure.
-- Answers to pings, four a second, travel in the same stream and count as packets in flight. Which packets were lost is not reported: the shares are of 1 % of all packets with messages.`,
+- The least timer is 200 ms in all here, while Linux adds at least 200 ms to the round trip. Where the timer is shorter than a round trip and four intervals between packets, it also ends after fast retransmit, before the packet that was sent again is acknowledged: so
+  time-outs per loss fall later than the extra latency. From a round trip of 200 ms on, without jitter, that happens at any rate; such round trips are not in the figure.
+- The closed forms are of first order, of packets at equal distances. Answers to pings make the distances unequal, so near 4 packets some losses are repaired in the one way and some in the other.
+- Answers to pings, four a second, travel in the same stream and count as packets in flight. Time-outs per loss are per 1 % of the packets with messages.`,
   },
 ];
 
