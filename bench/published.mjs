@@ -204,9 +204,9 @@ async function thinStreams() {
     x: 'packets in the 200 ms of the timer',
     y: 'ms',
     series: [
-      { name: 'laglab', column: 'extra_ms' },
       { name: 'if the timer repairs', column: 'timer_ms' },
       { name: 'if fast retransmit does', column: 'fast_ms' },
+      { name: 'laglab', column: 'extra_ms' },
     ].map(({ name, column }) => ({
       name,
       points: rows.filter((row) => row.rtt_ms === 100).map((row) => [row.in_timer, row[column]]),
