@@ -33,6 +33,7 @@ export const ROOMS = {
   fluid_threads: ['base', 'threads', 'fluid'],
   experiments: [...GAME, 'library', 'experiment'],
   tradeoff: [...GAME, 'ode', 'rigid', 'fluid', 'library', 'experiment'],
+  published: [...GAME, 'library', 'experiment'],
   advise: [...GAME, 'ode', 'rigid', 'fluid', 'library', 'experiment'],
 };
 

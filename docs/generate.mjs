@@ -15,6 +15,7 @@ import { fingerprint, folderOf, roomsOf } from '../bench/rooms.mjs';
 import { clientTypes } from './clients.mjs';
 import { columnsDoc, metricsDoc } from './metrics.mjs';
 import { paperDoc } from './paper.mjs';
+import { publishedDoc } from './published.mjs';
 import { tradeoffDoc } from './tradeoff.mjs';
 import { asyncSchemas, namesModule, recordsModule, rowsModule } from './records.mjs';
 
@@ -1074,6 +1075,7 @@ export function generate(binary) {
     ],
     ['docs/metrics.md', metricsDoc(JSON.parse(laglab('schema', 'metrics')))],
     ['docs/paper.md', paperDoc()],
+    ['docs/published.md', publishedDoc(parseCsv, ageDoc)],
     ['docs/tradeoff.md', tradeoffDoc(JSON.parse(laglab('tradeoff', '--list')), parseCsv, ageDoc)],
     ['docs/columns.md', columnsDoc(JSON.parse(laglab('schema', 'traces')), JSON.parse(laglab('schema', 'results')))],
     ['docs/api.md', apiDoc(YAML.parse(read('api/openapi.yaml')), YAML.parse(asyncapi))],

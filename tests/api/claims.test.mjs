@@ -162,6 +162,8 @@ test('transports against loss: one stream holds up what is behind a lost message
 });
 
 test('every experiment of the library is checked', () => {
-  const all = readdirSync(path.join(ROOT, 'scenarios/experiments')).map((name) => name.replace('.json', ''));
+  const all = readdirSync(path.join(ROOT, 'scenarios/experiments'))
+    .map((name) => name.replace('.json', ''))
+    .filter((name) => !name.startsWith('published_')); // those are in published.test.mjs
   assert.deepEqual([...checked].sort(), all.sort());
 });
