@@ -15,7 +15,7 @@ static const struct {
     {"serve", "[--listen ADDRESS:PORT] [--data DIR] ...", "host sessions: page, API and streams on one port",
      ll_verb_serve},
     {"run",
-     "SCENARIO [--set path=value]... [--seed N] [--duration S] [--trace FILE.csv] "
+     "SCENARIO [--set path=value]... [--seed N] [--duration S] [--trace FILE] [--trace-of RECORD=FILE]... "
      "[--log FILE] "
      "[--workload LOG] [--record-inputs FILE] [--link-trace PATH=FILE]... [--text]",
      "run a scenario as fast as it goes and print its metrics", ll_verb_run},
