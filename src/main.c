@@ -15,12 +15,13 @@ static const struct {
     {"serve", "[--listen ADDRESS:PORT] [--data DIR] ...", "host sessions: page, API and streams on one port",
      ll_verb_serve},
     {"run",
-     "SCENARIO [--set path=value]... [--seed N] [--duration S] [--trace FILE.csv] [--log FILE] "
+     "SCENARIO [--set path=value]... [--seed N] [--duration S] [--trace FILE] [--trace-of RECORD=FILE]... "
+     "[--log FILE] "
      "[--workload LOG] [--record-inputs FILE] [--link-trace PATH=FILE]... [--text]",
      "run a scenario as fast as it goes and print its metrics", ll_verb_run},
     {"sweep",
      "EXPERIMENT [--jobs N] [--out FILE] [--format csv|ndjson|json|parquet|sqlite] [--points] [--store URL] "
-     "[--shard I/N|auto] [--report FILE.html] [--traces DIR] [--dry-run]",
+     "[--shard I/N|auto] [--report FILE.html] [--archive FILE.tar] [--traces DIR] [--dry-run]",
      "run an experiment: a row for each run, or each point", ll_verb_sweep},
     {"advise",
      "SCENARIO|EXPERIMENT --metric M --max-error X [--cost C] [--vary PATH=A,B,...|FROM:TO:COUNT[:log]]... "
@@ -35,6 +36,10 @@ static const struct {
     {"merge", "EXPERIMENT SHARD.csv... [--out FILE]", "put the rows of shards together", ll_verb_merge},
     {"reproduce", "EXPERIMENT RESULTS [--rows N]",
      "make rows of a sweep's results again; exit 1 where one differs", ll_verb_reproduce},
+    {"export", "ARCHIVE.tar --store URL [--experiment ID] [--container sha256:DIGEST]",
+     "write an experiment of a store as one file: specification, rows, report, digests", ll_verb_export},
+    {"verify", "ARCHIVE.tar [--rows N] [--all] [--seed N] [--any-version]",
+     "check such a file and run rows again; exit 1 where something differs", ll_verb_verify},
     {"link-trace", "FILE", "print a measured link's trace, Mahimahi or CSV, as a profile of a scenario",
      ll_verb_link_trace},
     {"replay", "LOG", "run a log again; exit 1 at the first tick whose hash differs", ll_verb_replay},

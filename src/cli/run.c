@@ -10,6 +10,7 @@
 #include "cli/input.h"
 #include "cli/link_trace.h"
 #include "cli/paper.h"
+#include "cli/trace.h"
 #include "cli/verbs.h"
 #include "experiment/spec/metric_path.h"
 #include "session/scenario.h"
@@ -21,7 +22,7 @@ enum { ASKED_MAX = 64 }; /* paths of --metrics */
 
 typedef struct run_options {
     const char *scenario;
-    ll_option_list sets, traces;
+    ll_option_list sets, traces, traced; /* traced: orders of --trace-of */
     bool text;
     const char *metrics; /* paths, separated by commas; NULL: all */
     const char *seed, *duration, *trace, *packets, *packets_at, *log, *workload, *record, *scenarios,
@@ -231,6 +232,8 @@ static ll_status run_session(const run_options *a, ll_session *s, double *wall_s
     if (a->log && a->record)
         return ll_error(LL_BAD_INPUT, "--log, --record-inputs: must not be given together");
     LL_TRY(check_packets(a, s));
+    for (int i = 0; i < a->traced.count; i++)
+        LL_TRY(ll_trace_check(s, a->traced.items[i]));
     const char *path = a->log ? a->log : a->record;
     if (path) {
         FILE *log;
@@ -246,7 +249,12 @@ static ll_status run_session(const run_options *a, ll_session *s, double *wall_s
     *wall_s = seconds_now(CLOCK_MONOTONIC) - wall;
     ll_session_account(s, (int64_t)((seconds_now(CLOCK_PROCESS_CPUTIME_ID) - cpu) * 1e9),
                        ll_session_get_info(s).tick);
-    LL_THEN(status, write_file(s, a, a->trace, write_trace));
+    if (a->trace && !ll_trace_is_csv(a->trace))
+        LL_THEN(status, ll_trace_write_columns(s, a->trace));
+    else
+        LL_THEN(status, write_file(s, a, a->trace, write_trace));
+    for (int i = 0; i < a->traced.count; i++)
+        LL_THEN(status, ll_trace_write(s, a->traced.items[i]));
     LL_THEN(status, write_file(s, a, a->packets, write_packets));
     return status;
 }
@@ -290,7 +298,17 @@ static ll_status parse(int argc, char **argv, run_options *a)
          .list = &a->traces},
         {.name = "--seed", .takes = "N", .help = "Random seed.", .value = &a->seed},
         {.name = "--duration", .takes = "S", .help = "Duration in virtual seconds.", .value = &a->duration},
-        {.name = "--trace", .takes = "FILE.csv", .help = "Writes a table of every tick.", .value = &a->trace},
+        {.name = "--trace",
+         .takes = "FILE",
+         .help = "Writes a table with a row per tick; csv, ndjson, json, parquet or sqlite by its ending.",
+         .value = &a->trace},
+        {.name = "--trace-of",
+         .takes = "RECORD=FILE",
+         .help =
+             "Writes the rows of a record of the stream at every tick, such as entities, as each player's "
+             "screen draws them, or of events as they happen: packets, corrections, events. Formats as of "
+             "--trace.",
+         .list = &a->traced},
         {.name = "--pcap",
          .takes = "FILE.pcapng",
          .help = "Writes the packets of a netgame for Wireshark, as sent and as received.",

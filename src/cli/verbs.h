@@ -12,6 +12,8 @@ int ll_verb_submit(int argc, char **argv);
 int ll_verb_store(int argc, char **argv);
 int ll_verb_merge(int argc, char **argv);
 int ll_verb_reproduce(int argc, char **argv);
+int ll_verb_export(int argc, char **argv);
+int ll_verb_verify(int argc, char **argv);
 int ll_verb_advise(int argc, char **argv);
 int ll_verb_work_precision(int argc, char **argv);
 int ll_verb_tradeoff(int argc, char **argv);

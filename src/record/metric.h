@@ -57,6 +57,7 @@ typedef struct ll_metric_field {
     ll_metric_type type;
     bool is_signed; /* may be below 0 and is better the nearer it is to 0: comparisons take its magnitude */
     bool rare;      /* counts events that come one by one, so that their number is near to Poisson's */
+    bool is_rate;   /* a count per second of the time from warmup_s on */
     ll_metric_tail tail;
 } ll_metric_field;
 
@@ -93,7 +94,8 @@ typedef struct ll_metric_reading {
 #define LL_METRIC_IS_signed_number .type = LL_METRIC_NUMBER, .is_signed = true
 #define LL_METRIC_IS_count .type = LL_METRIC_COUNT
 #define LL_METRIC_IS_events .type = LL_METRIC_COUNT, .rare = true /* a count of rare ones */
-#define LL_METRIC_IS_event_rate .type = LL_METRIC_NUMBER, .rare = true
+#define LL_METRIC_IS_rate .type = LL_METRIC_NUMBER, .is_rate = true
+#define LL_METRIC_IS_event_rate .type = LL_METRIC_NUMBER, .is_rate = true, .rare = true
 #define LL_METRIC_IS_flag .type = LL_METRIC_FLAG
 #define LL_METRIC_IS_optional_flag .type = LL_METRIC_FLAG /* NaN: null */
 #define LL_METRIC_IS_text .type = LL_METRIC_TEXT
@@ -115,6 +117,7 @@ typedef struct ll_metric_reading {
 #define LL_METRIC_OF_signed_number(v) ll_metric_number((double)(v))
 #define LL_METRIC_OF_count(v) ll_metric_number((double)(v))
 #define LL_METRIC_OF_events(v) ll_metric_number((double)(v))
+#define LL_METRIC_OF_rate(v) ll_metric_number((double)(v))
 #define LL_METRIC_OF_event_rate(v) ll_metric_number((double)(v))
 #define LL_METRIC_OF_flag(v) ll_metric_number((v) ? 1 : 0)
 #define LL_METRIC_OF_optional_flag(v) ll_metric_number((double)(v))

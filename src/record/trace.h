@@ -14,7 +14,7 @@
 
 #include "record/metric.h"
 
-enum { LL_TRACE_NAME_MAX = 48, LL_TRACE_COLUMNS_MAX = 512 };
+enum { LL_TRACE_NAME_MAX = 48, LL_TRACE_COLUMNS_MAX = 1536 };
 
 typedef struct ll_trace_line {
     char (*names)[LL_TRACE_NAME_MAX]; /* LL_TRACE_COLUMNS_MAX each; NULL: not wanted */

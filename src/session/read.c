@@ -295,6 +295,27 @@ ll_status ll_session_fork(ll_session *s, ll_log_line *on_line, void *context, ll
 
 /* ---- trace ---- */
 
+void ll_session_trace_line(ll_session *s, ll_trace_line *line)
+{
+    ll_status status = ll_session_wake(s);
+    if (!ll_failed(&status))
+        s->scenario.kind->trace(s->block, line);
+}
+
+bool ll_session_parameter(ll_session *s, const char *path, double *value)
+{
+    void *member = NULL;
+    const ll_param *row =
+        is_readable(s) ? ll_param_find(s->scenario.kind->table, s->config, path, &member) : NULL;
+    if (!row || !member || row->type > LL_PARAM_CHOICE)
+        return false;
+    *value = row->type == LL_PARAM_REAL   ? *(const double *)member
+             : row->type == LL_PARAM_INT  ? (double)*(const int64_t *)member
+             : row->type == LL_PARAM_BOOL ? *(const bool *)member
+                                          : *(const int32_t *)member;
+    return true;
+}
+
 typedef struct csv {
     void (*write)(void *context, const char *text, size_t length);
     void *context;

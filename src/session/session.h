@@ -198,6 +198,13 @@ struct cJSON *ll_session_cost(const ll_session *session);
  * the session. Caller destroys. */
 ll_status ll_session_copy(const ll_session *session, int64_t tick, ll_session **copy);
 
+/* The columns of a trace at the present tick, as `line` asks for them. Wakes a parked session. */
+void ll_session_trace_line(ll_session *session, ll_trace_line *line);
+
+/* The present value of a parameter that is one number, a flag (0 or 1) or a choice (its index). False: there
+ * is no such parameter. */
+bool ll_session_parameter(ll_session *session, const char *path, double *value);
+
 /* CSV (RFC 4180) of ticks from..to (at most the head), header first, computed on a copy. `write` gets
  * pieces. */
 ll_status ll_session_trace(ll_session *session, int64_t from, int64_t to,

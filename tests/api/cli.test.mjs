@@ -285,7 +285,8 @@ test('trace is CSV with units in its header and a row for each tick', () => {
     assert.equal(new Set(header).size, header.length, 'no name twice');
     assert.deepEqual(header.slice(0, 2), ['time_s', 'tick']);
     // A column has a unit, or counts something.
-    for (const name of header) assert.match(name, /_(m|s|ms|mps|hz|pct)$|^tick$|_step$|_unacked$|_corrections$|_connect(ion|ed)$/, name);
+    for (const name of header)
+      assert.match(name, /_(m|s|ms|mps|hz|pct)$|^tick$|_step$|_unacked$|_corrections$|_connect(ion|ed)$|_blackout$/, name);
     rows.forEach((row, i) => {
       assert.equal(row.length, header.length);
       for (const value of row) assert.match(value, /^-?\d+(\.\d+)?([eE][-+]?\d+)?$/);

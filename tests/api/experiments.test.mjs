@@ -279,3 +279,52 @@ test('a message about a limit has its number', async () => {
     await strict.stop();
   }
 });
+
+test('metrics in windows are columns, and a bad window is answered with its field and what it may be', async () => {
+  const order = {
+    ...experiment(2),
+    windows: [
+      { name: 'early', to_s: 2.5 },
+      { name: 'late', from_s: 2.5 },
+      { name: 'lagged', while: { value: 'players.0.lag_ms', above: 50 } },
+    ],
+    metrics: ['early', 'late', 'lagged'].map((name) => `players.0.own_lead_m.mean@${name}`).concat('player_0_own_lead_m.p95@late'),
+  };
+  const { id } = (await c.call('POST', E, { body: order })).json;
+  await ended(id);
+  const csv = (await c.get(`${E}/${id}/results`)).text;
+  assert.equal(csv, sweep(order));
+  assert.match(csv.split('\r\n')[0] ?? '', /players\.0\.own_lead_m\.mean@lagged/);
+  const rows = sweep(order, 'ndjson')
+    .trim()
+    .split('\n')
+    .map((line) => JSON.parse(line));
+  for (const row of rows) assert.equal(row['players.0.own_lead_m.mean@lagged'] === null, row['players.0.lag_ms'] === 0);
+
+  const bad = [
+    [{ windows: [{ name: 'w', from_s: 5, to_s: 3 }] }, 'windows.0.to_s', /above from_s, which is 5 s, to 3600 s; got 3/],
+    [{ windows: [{ name: 'w', from_s: -1 }] }, 'windows.0.from_s', /0 to 3600 s; got -1/],
+    [{ windows: [{ name: 'A b' }] }, 'windows.0.name', /small letters, digits and _/],
+    [{ windows: [{ name: 'w' }, { name: 'w' }] }, 'windows.1.name', /another window/],
+    [
+      { windows: [{ name: 'w', while: { value: 'player_9_lag', above: 1 } }] },
+      'windows.0.while.value',
+      /column of the trace or a parameter/,
+    ],
+    [{ windows: [{ name: 'w', while: { value: 'server_step' } }] }, 'windows.0.while', /above or below/],
+    [{ windows: [{ name: 'w', while: { value: 'server_step', above: 2, below: 1 } }] }, 'windows.0.while', /less than below, 1/],
+    [{ windows: [{ name: 'w', whilst: 1 }] }, 'windows.0.whilst', /did you mean while/],
+    [{ windows: Array.from({ length: 9 }, (_, i) => ({ name: `w${i}` })) }, 'windows', /at most 8/],
+    [{ windows: [{ name: 'w' }], metrics: ['players.0.own_lead_m.mean@v'] }, 'metrics.0', /one of: w; got v/],
+    [{ metrics: ['players.0.own_lead_m.mean@v'] }, 'metrics.0', /has none/],
+    [{ windows: [{ name: 'w' }], metrics: ['players.0.own_lead_m.p95@w'] }, 'metrics.0', /mean, rms or count of a distribution/],
+    [{ windows: [{ name: 'w' }], metrics: ['player_0_own_lead_m.mode@w'] }, 'metrics.0', /mean, rms, min, max, p50, p95, p99/],
+    [{ windows: [{ name: 'w' }], metrics: ['players.0.nothing@w'] }, 'metrics.0', /neither a metric nor a column/],
+  ];
+  for (const [change, field, said] of bad) {
+    const answer = await c.call('POST', E, { body: { ...experiment(1), ...change } });
+    assert.equal(answer.status, 400, JSON.stringify(change));
+    assert.match(answer.json.detail, said, JSON.stringify(change));
+    assert.equal(answer.json.errors[0].field, field, JSON.stringify(change));
+  }
+});

@@ -13,6 +13,7 @@
 #include "cli/input.h"
 #include "cli/output.h"
 #include "cli/verbs.h"
+#include "experiment/archive/archive.h"
 #include "experiment/format/compare.h"
 #include "experiment/format/table.h"
 #include "experiment/report/report.h"
@@ -27,7 +28,8 @@
 #define SHARED_LEASE_S 60
 
 typedef struct sweep {
-    const char *jobs, *out, *format_name, *store_url, *shard, *scenarios, *report, *traces, *compare;
+    const char *jobs, *out, *format_name, *store_url, *shard, *scenarios, *report, *traces, *compare,
+        *archive, *container;
     bool points, sensitivity, dry_run, anew;
     ll_experiment *experiment;
     const ll_format *format;
@@ -248,6 +250,15 @@ static ll_status find_shard(sweep *s)
     return status;
 }
 
+static ll_status check_archive(const sweep *s)
+{
+    if (s->container && !s->archive)
+        return ll_error(LL_BAD_INPUT, "--container: must have --archive");
+    if (s->archive && s->shard)
+        return ll_error(LL_BAD_INPUT, "--archive: must be without --shard, since it has all runs");
+    return s->container ? ll_archive_container("--container", s->container) : ll_ok();
+}
+
 static ll_status read_arguments(sweep *s, int argc, char **argv, const char **name)
 {
     const ll_option options[] = {
@@ -269,6 +280,11 @@ static ll_status read_arguments(sweep *s, int argc, char **argv, const char **na
                  "saltelli.",
          .flag = &s->sensitivity},
         {"--report", "FILE.html", "Writes a page with the plots and their tables.", .value = &s->report},
+        {"--archive", "FILE.tar",
+         "Writes specification, rows, report and digests as one file, for laglab verify.",
+         .value = &s->archive},
+        {"--container", "sha256:DIGEST", "With --archive: digest of the container image that makes the rows.",
+         .value = &s->container},
         {"--traces", "DIR", "Writes a CSV of each run over time.", .value = &s->traces},
         {"--store", "URL",
          "Store of the rows, which workers may share: sqlite:FILE or postgresql://USER@HOST/DATABASE; "
@@ -303,6 +319,7 @@ static ll_status prepare(sweep *s, int argc, char **argv)
     LL_THEN(status, ll_argument_format(s->format_name, s->out, &s->format));
     LL_THEN(status, ll_experiment_load(name, s->scenarios, &s->experiment));
     LL_THEN(status, find_shard(s));
+    LL_THEN(status, check_archive(s));
     if (!ll_failed(&status) && s->sensitivity)
         status = check_sensitivity(s);
     if (!ll_failed(&status) && s->compare && !s->points)
@@ -337,6 +354,8 @@ int ll_verb_sweep(int argc, char **argv)
         LL_THEN(status, write_out(&s));
         if (!ll_failed(&status) && s.report)
             status = write_report(&s);
+        if (!ll_failed(&status) && s.archive)
+            status = ll_archive_write(s.store, s.id, s.container, s.archive);
         LL_THEN(status, write_traces(&s));
         ll_result_store_close(s.store);
         if (!ll_failed(&status))

@@ -274,11 +274,11 @@ static bool has_unit(const char *path)
 {
     static const char *const units[] = {"_m", "_ms", "_s", "_mps", "_px", "_rad", "_pct", "_arcmin"};
     for (const char *member = path; *member;) {
-        size_t size = strcspn(member, ".");
+        size_t size = strcspn(member, ".@");
         for (size_t i = 0; i < sizeof units / sizeof units[0]; i++)
             if (ends_with(member, size, units[i]) && !ends_with(member, size, "_per_s"))
                 return true;
-        member += size + (member[size] == '.');
+        member += size + (member[size] != '\0');
     }
     return false;
 }

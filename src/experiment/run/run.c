@@ -2,11 +2,13 @@
 #include <cjson/cJSON.h>
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <time.h>
 
 #include "base/run_status.h"
 #include "base/utf8.h"
+#include "experiment/run/windows.h"
 #include "experiment/spec/experiment.h"
 #include "experiment/spec/metric_path.h"
 #include "session/session.h"
@@ -19,19 +21,35 @@ static bool stops(const ll_experiment *e, ll_session *session)
     return value > e->head.stop.above;
 }
 
-static ll_status advance(const ll_experiment *e, ll_session *session, const ll_interrupt *interrupt,
-                         bool *stopped)
+/* The tick of the k-th check of the stop rule; the end without a rule. */
+static int64_t check_tick(const ll_experiment *e, const ll_session_info *info, int64_t k)
 {
-    ll_session_info info = ll_session_get_info(session);
-    if (!e->head.stop.metric[0])
-        return ll_session_run_within(session, info.end_tick, interrupt);
+    int64_t tick = e->head.stop.metric[0]
+                       ? ll_tick_at((ll_time)((double)k * e->head.stop.every_s * 1e9), info->tick_freq)
+                       : info->end_tick;
+    return tick < info->end_tick ? tick : info->end_tick;
+}
+
+/* To its end, or to where the stop rule ends it. `windows`: what is counted on the way; NULL: nothing. */
+static ll_status advance(const ll_experiment *e, ll_session *session, const ll_interrupt *interrupt,
+                         ll_windows *windows, bool *stopped)
+{
     ll_status status = ll_ok();
-    for (int64_t k = 1; !ll_failed(&status) && !*stopped && info.tick < info.end_tick; k++) {
-        int64_t to = ll_tick_at((ll_time)((double)k * e->head.stop.every_s * 1e9), info.tick_freq);
-        status = ll_session_run_within(session, to < info.end_tick ? to : info.end_tick, interrupt);
+    int64_t checks = 1;
+    ll_session_info info = ll_session_get_info(session);
+    while (!ll_failed(&status) && !*stopped && info.tick < info.end_tick) {
+        int64_t check = check_tick(e, &info, checks), next = windows ? ll_windows_next(windows) : check;
+        if (windows)
+            status = ll_windows_visit(windows);
+        LL_THEN(status, ll_session_run_within(session, next < check ? next : check, interrupt));
         info = ll_session_get_info(session);
+        if (next < check)
+            continue;
+        checks++;
         *stopped = !ll_failed(&status) && info.tick < info.end_tick && stops(e, session);
     }
+    if (windows && !ll_failed(&status))
+        ll_windows_end(windows);
     return status;
 }
 
@@ -60,7 +78,7 @@ static void set_failed_part(ll_row *row, const cJSON *part, const char *where)
 }
 
 /* A failed run has no metrics; a run with a failed part has those of the other parts. */
-static void read_row(const ll_experiment *e, ll_session *session, ll_row *row)
+static void read_row(const ll_experiment *e, ll_session *session, const ll_windows *windows, ll_row *row)
 {
     cJSON *report = ll_session_metrics(session), *metrics = cJSON_GetObjectItem(report, "metrics");
     bool good = ll_row_good(row);
@@ -70,16 +88,19 @@ static void read_row(const ll_experiment *e, ll_session *session, ll_row *row)
         char where[LL_EXPERIMENT_PATH_MAX + 8];
         const cJSON *part = ll_metric_failed_part(metrics, e->metrics[i], where, sizeof where);
         if (!part)
-            row->metrics[i] = ll_metric_value(metrics, e->metrics[i]);
+            row->metrics[i] = e->windowed[i].as == LL_WINDOWED_NOT ? ll_metric_value(metrics, e->metrics[i])
+                                                                   : ll_windows_value(windows, i);
         else if (ll_row_good(row))
             set_failed_part(row, part, where);
     }
     cJSON_Delete(report);
 }
 
-/* A run observes no more than the metrics of its row need. */
+/* A run observes no more than the metrics of its row need; for columns of the trace everything. */
 static void observe_only_what_is_read(const ll_experiment *e, ll_session *session)
 {
+    if (ll_windows_read_columns(e))
+        return;
     const char *paths[LL_EXPERIMENT_METRICS_MAX + 1];
     int count = 0;
     for (; count < e->metric_count; count++)
@@ -144,7 +165,7 @@ static ll_status measure_cost(const ll_experiment *e, int metric, double first_n
         bool stopped = false;
         status = open_session(e, row->run, kept, &session);
         double from = thread_ns();
-        LL_THEN(status, advance(e, session, interrupt, &stopped));
+        LL_THEN(status, advance(e, session, interrupt, NULL, &stopped));
         double took = thread_ns() - from;
         all += took;
         least = took < least ? took : least;
@@ -152,6 +173,25 @@ static ll_status measure_cost(const ll_experiment *e, int metric, double first_n
     }
     row->metrics[metric] = !ll_failed(&status) && row->t_s > 0 ? least / row->t_s : NAN;
     return status;
+}
+
+/* NULL where no metric is in a window: then a run costs what it did. */
+static ll_status count_windows(const ll_experiment *e, ll_session *session, ll_windows **windows)
+{
+    if (!ll_windows_wanted(e))
+        return ll_ok();
+    *windows = malloc(sizeof **windows);
+    if (!*windows)
+        return ll_error(LL_NO_MEMORY, "out of memory: windows of a run");
+    ll_windows_begin(e, session, *windows);
+    return ll_ok();
+}
+
+static void forget_windows(ll_windows *windows)
+{
+    if (windows)
+        ll_windows_free(windows);
+    free(windows);
 }
 
 ll_status ll_experiment_run(const ll_experiment *e, int64_t run, const ll_interrupt *interrupt,
@@ -169,17 +209,21 @@ ll_status ll_experiment_run(const ll_experiment *e, int64_t run, const ll_interr
         set_error(row, &status);
         return ll_ok();
     }
+    ll_windows *windows = NULL;
     double from = thread_ns();
-    status = advance(e, session, interrupt, &stopped);
+    status = count_windows(e, session, &windows);
+    LL_THEN(status, advance(e, session, interrupt, windows, &stopped));
     double took = thread_ns() - from;
-    if (status.code == LL_INTERRUPTED) {
+    if (status.code == LL_INTERRUPTED || status.code == LL_NO_MEMORY) {
+        forget_windows(windows);
         ll_session_destroy(session);
         return status;
     }
     row->status = ll_failed(&status) ? LL_ROW_DIVERGED : stopped ? LL_ROW_STOPPED : LL_ROW_OK;
     if (ll_failed(&status))
         set_error(row, &status);
-    read_row(e, session, row);
+    read_row(e, session, windows, row);
+    forget_windows(windows);
     ll_session_destroy(session);
     int cost = cost_metric_of(e);
     if (cost >= 0 && ll_row_good(row))
@@ -193,7 +237,7 @@ ll_status ll_experiment_trace(const ll_experiment *e, int64_t run, const ll_inte
     ll_session *session = NULL;
     bool stopped = false;
     LL_TRY(open_session(e, run, NULL, &session));
-    ll_status ended = advance(e, session, interrupt, &stopped);
+    ll_status ended = advance(e, session, interrupt, NULL, &stopped);
     int64_t tick = ll_session_get_info(session).tick;
     ll_session *copy = NULL;
     ll_status status = ended.code == LL_INTERRUPTED ? ended : ll_session_copy(session, tick, &copy);

@@ -13,6 +13,7 @@
 
 #include "base/interrupt.h"
 #include "experiment/spec/axis.h"
+#include "experiment/spec/window.h"
 #include "experiment/statistics/interval.h"
 #include "experiment/statistics/sample.h"
 #include "session/scenario.h"
@@ -54,6 +55,8 @@ typedef struct ll_experiment_head {
         double half_width, relative;             /* maximum half width of the interval; 0: no such rule */
         int64_t least;
     } until;
+    int32_t window_count, reserved_2;
+    ll_window windows[LL_WINDOWS_MAX];
 } ll_experiment_head;
 
 typedef struct ll_experiment {
@@ -67,6 +70,7 @@ typedef struct ll_experiment {
     int axis_count, dimension_count;
     char metrics[LL_EXPERIMENT_METRICS_MAX][LL_EXPERIMENT_PATH_MAX + 8];
     ll_metric_scale scales[LL_EXPERIMENT_METRICS_MAX];
+    ll_windowed windowed[LL_EXPERIMENT_METRICS_MAX]; /* by metric */
     int metric_count;
     int until_metric;
     int front[LL_EXPERIMENT_METRICS_MAX],

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/run_status.h"
+#include "experiment/spec/window.h"
 
 /* The value of the path's first name, which is copied to `name`; `*path` is moved to the remaining path, or
  * its end. */
@@ -111,9 +112,43 @@ const cJSON *ll_metric_failed_part(const cJSON *metrics, const char *path, char 
     return NULL;
 }
 
+/* The column of a trace that `path` begins with, such as player_0_own_lead_m.mean; NULL: none. */
+static const ll_metric_field *column_at(const ll_metric_table *t, const char *path)
+{
+    size_t before = strcspn(t->path, "*"), digits;
+    if (strncmp(path, t->path, before) != 0)
+        return NULL;
+    path += before;
+    if (t->path[before] == '*') {
+        const char *after = t->path + before + 1;
+        digits = strspn(path, "0123456789");
+        if (digits == 0 || strncmp(path + digits, after, strlen(after)) != 0)
+            return NULL;
+        path += digits + strlen(after);
+    }
+    size_t length = strcspn(path, ".");
+    for (int i = 0; i < t->count; i++)
+        if (strlen(t->fields[i].name) == length && memcmp(t->fields[i].name, path, length) == 0)
+            return &t->fields[i];
+    return NULL;
+}
+
+/* The field of a metric, also of one in a window. `bare` is set to the path without the window. */
+static const ll_metric_field *field_of(const ll_sim_kind *kind, const char *path,
+                                       char bare[LL_WINDOW_PATH_MAX + 8])
+{
+    snprintf(bare, LL_WINDOW_PATH_MAX + 8, "%.*s", (int)strcspn(path, "@"), path);
+    const ll_metric_field *field = ll_metric_find(kind->metric_tables, bare);
+    const ll_metric_table *const *t = strchr(path, '@') ? kind->trace_tables : NULL;
+    for (; t && *t && !field; t++)
+        field = column_at(*t, bare);
+    return field;
+}
+
 bool ll_metric_is_signed(const ll_sim_kind *kind, const char *path)
 {
-    const ll_metric_field *field = ll_metric_find(kind->metric_tables, path);
+    char bare[LL_WINDOW_PATH_MAX + 8];
+    const ll_metric_field *field = field_of(kind, path, bare);
     return field != NULL && field->is_signed;
 }
 
@@ -135,12 +170,16 @@ bool ll_metric_is_rate(const char *path)
 
 ll_metric_scale ll_metric_scale_of(const ll_sim_kind *kind, const cJSON *metrics, const char *path)
 {
-    const ll_metric_field *field = ll_metric_find(kind->metric_tables, path);
+    char bare[LL_WINDOW_PATH_MAX + 8];
+    const ll_metric_field *field = field_of(kind, path, bare);
+    bool is_windowed = strchr(path, '@') != NULL;
     char reached[160];
     const char *missing;
+    path = bare;
     if (cJSON_IsBool(metric_at(metrics, path, reached, sizeof reached, &missing)))
         return LL_SCALE_FLAG;
-    if (kind->no_rare_events || ll_metric_is_cost(path))
+    /* How long a window was differs from run to run: a rate in it is no count over a known time. */
+    if (kind->no_rare_events || ll_metric_is_cost(path) || (is_windowed && ll_metric_is_rate(path)))
         return LL_SCALE_AMOUNT;
     if (field != NULL && field->rare)
         return LL_SCALE_COUNT;

@@ -125,6 +125,9 @@ static const ll_param head_rows[] = {
     {ROW(stop), .type = LL_PARAM_OBJECT, .child = &stop_table, .help = "Early end of a run."},
     {ROW(until), .type = LL_PARAM_OBJECT, .child = &until_table,
      .help = "When a point has enough runs, below `repeats`."},
+    {ROW(windows), .type = LL_PARAM_ARRAY, .max = LL_WINDOWS_MAX, .child = &ll_window_table,
+     .count_offset = offsetof(ll_experiment_head, window_count),
+     .help = "Parts of a run; a metric `PATH@NAME` is taken over the window NAME."},
 };
 
 static const ll_param_table head_table = {
@@ -185,7 +188,8 @@ cJSON *ll_experiment_schema(void)
     add_other(properties, "metrics",
               "{\"description\":\"Paths of numbers in the metrics of a run, and cost.ns_per_sim_s, which is "
               "measured: processor time in nanoseconds per second of simulated time, the minimum of several "
-              "runs.\",\"type\":\"array\",\"minItems\":1,\"maxItems\":32,\"items\":{\"type\":\"string\"}}");
+              "runs. PATH@NAME: in a "
+              "window.\",\"type\":\"array\",\"minItems\":1,\"maxItems\":32,\"items\":{\"type\":\"string\"}}");
     add_other(properties, "front",
               "{\"description\":\"Metrics of the Pareto front that the report marks: points that no other "
               "point beats, by magnitude; default: cost and "
@@ -206,7 +210,7 @@ cJSON *ll_experiment_schema(void)
 
 static ll_status check_keys(const cJSON *json, ll_experiment_head *head)
 {
-    char known[240] = "";
+    char known[260] = "";
     const cJSON *item;
     for (size_t i = 0; i < sizeof other_keys / sizeof other_keys[0]; i++)
         snprintf(known + strlen(known), sizeof known - strlen(known), "%s, ", other_keys[i]);

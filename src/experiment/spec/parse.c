@@ -246,7 +246,15 @@ static ll_status check_until(const ll_experiment *e)
     return ll_ok();
 }
 
-static ll_status read_metrics(ll_experiment *e, const cJSON *present)
+static ll_status check_metric(ll_experiment *e, const char *field, const char *path, const cJSON *present,
+                              ll_session *session)
+{
+    if (strchr(path, '@'))
+        return ll_windowed_parse(e, field, path, present, session, &e->windowed[e->metric_count]);
+    return ll_metric_is_cost(path) ? ll_ok() : ll_metric_check(present, field, path);
+}
+
+static ll_status read_metrics(ll_experiment *e, const cJSON *present, ll_session *session)
 {
     const cJSON *metrics = cJSON_GetObjectItemCaseSensitive(e->json, "metrics"), *item;
     if (!cJSON_IsArray(metrics) || cJSON_GetArraySize(metrics) == 0 ||
@@ -262,8 +270,7 @@ static ll_status read_metrics(ll_experiment *e, const cJSON *present)
         if (!cJSON_IsString(item) || strlen(item->valuestring) > LL_EXPERIMENT_PATH_MAX)
             return ll_field_error(LL_BAD_INPUT, field, "%s: must be a path of at most %d characters", field,
                                   LL_EXPERIMENT_PATH_MAX);
-        LL_TRY(ll_metric_is_cost(item->valuestring) ? ll_ok()
-                                                    : ll_metric_check(present, field, item->valuestring));
+        LL_TRY(check_metric(e, field, item->valuestring, present, session));
         for (int i = 0; i < e->metric_count; i++)
             if (strcmp(e->metrics[i], item->valuestring) == 0)
                 return ll_field_error(LL_BAD_INPUT, field, "%s: duplicate %s", field, item->valuestring);
@@ -296,7 +303,8 @@ static ll_status check_with_metrics(ll_experiment *e)
     if (ll_failed(&status))
         return status;
     cJSON *report = ll_session_metrics(session);
-    status = read_metrics(e, cJSON_GetObjectItem(report, "metrics"));
+    status = ll_windows_check(e, session);
+    LL_THEN(status, read_metrics(e, cJSON_GetObjectItem(report, "metrics"), session));
     cJSON_Delete(report);
     ll_session_destroy(session);
     return status;

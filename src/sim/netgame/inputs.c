@@ -25,9 +25,9 @@ static double per_second(int64_t count, double seconds)
       "inputs whose step is over and that have not arrived", NULL)
 
 #define TIMED(X)                                                                                             \
-    X(number, late_per_s, "1/s", per_second(input_history->late, seconds),                                   \
+    X(rate, late_per_s, "1/s", per_second(input_history->late, seconds),                                     \
       "inputs per second that arrived after their step", "The run has not reached warmup_s.")                \
-    X(number, starved_per_s, "1/s",                                                                          \
+    X(rate, starved_per_s, "1/s",                                                                            \
       per_second(client_slot->counts.starved - input_history->starved_before, seconds),                      \
       "steps of the server per second without an input of the player", "The run has not reached warmup_s.")  \
     X(count, extra_inputs, NULL, input_history->doubled, "inputs that the client made beyond one per frame", \
@@ -44,7 +44,7 @@ static double per_second(int64_t count, double seconds)
 #define CAUSES(X)                                                                                            \
     X(count, count, NULL, input_history->corrections[i].count,                                               \
       "corrections of the own entity by this cause", NULL)                                                   \
-    X(number, per_s, "1/s", per_second(input_history->corrections[i].count, seconds),                        \
+    X(rate, per_s, "1/s", per_second(input_history->corrections[i].count, seconds),                          \
       "corrections of the own entity by this cause, per second", "The run has not reached warmup_s.")        \
     X(number, mean_m, "m",                                                                                   \
       ll_netgame_ratio(input_history->corrections[i].sum, (double)input_history->corrections[i].count),      \
@@ -53,9 +53,9 @@ static double per_second(int64_t count, double seconds)
       "size of the largest correction by this cause", "There was no correction by this cause.")
 
 #define REPLAY(X)                                                                                            \
-    X(number, replays_per_s, "1/s", per_second(input_history->replays, seconds),                             \
+    X(rate, replays_per_s, "1/s", per_second(input_history->replays, seconds),                               \
       "snapshots per second after which the client replayed inputs", "The run has not reached warmup_s.")    \
-    X(number, inputs_per_s, "1/s", per_second(input_history->replayed, seconds),                             \
+    X(rate, inputs_per_s, "1/s", per_second(input_history->replayed, seconds),                               \
       "inputs per second that the client replayed", "The run has not reached warmup_s.")
 
 #define VALIDATION(X)                                                                                        \
@@ -80,11 +80,11 @@ static double per_second(int64_t count, double seconds)
       "distance beyond what the game permits that the server has taken, of reports.allowance_m", NULL)
 
 #define ACKS(X)                                                                                              \
-    X(number, applied_per_s, "1/s", per_second(input_history->applied, seconds),                             \
+    X(rate, applied_per_s, "1/s", per_second(input_history->applied, seconds),                               \
       "inputs per second that the client takes as applied", "The run has not reached warmup_s.")             \
-    X(number, skipped_per_s, "1/s", per_second(input_history->skipped, seconds),                             \
+    X(rate, skipped_per_s, "1/s", per_second(input_history->skipped, seconds),                               \
       "inputs per second that the client takes as skipped", "The run has not reached warmup_s.")             \
-    X(number, wrong_per_s, "1/s", per_second(input_history->wrong, seconds),                                 \
+    X(rate, wrong_per_s, "1/s", per_second(input_history->wrong, seconds),                                   \
       "inputs per second that the client takes as applied, although the snapshot does not include them",     \
       "The run has not reached warmup_s.")
 

@@ -33,7 +33,7 @@ static ll_metric_reading distribution_of(const ll_client_metrics *in, ll_metric 
 #define CORRECTIONS(X)                                                                                       \
     X(count, corrections, NULL, in->corrections.count,                                                       \
       "snapshots and rollbacks that changed the predicted position of the own entity", NULL)                 \
-    X(number, corrections_per_s, "1/s", ll_netgame_ratio((double)in->corrections.count, seconds),            \
+    X(rate, corrections_per_s, "1/s", ll_netgame_ratio((double)in->corrections.count, seconds),              \
       "snapshots and rollbacks per second that changed the predicted position of the own entity",            \
       "The run has not reached warmup_s.")                                                                   \
     X(events, visible_corrections, NULL, in->corrections.visible_m_all.count,                                \

@@ -72,10 +72,10 @@ static double waited_s(const ll_netgame *g, int i, int for_player)
 
 #define ROLLBACK(X)                                                                                          \
     X(count, count, NULL, n->rollbacks, "rollbacks", NULL)                                                   \
-    X(number, count_per_s, "1/s", per_s(g, i, (double)n->rollbacks), "rollbacks per second",                 \
+    X(rate, count_per_s, "1/s", per_s(g, i, (double)n->rollbacks), "rollbacks per second",                   \
       "The run has not reached warmup_s.")                                                                   \
     X(count, ticks, NULL, n->rollback_ticks, "ticks that rollbacks resimulated", NULL)                       \
-    X(number, ticks_per_s, "1/s", per_s(g, i, (double)n->rollback_ticks),                                    \
+    X(rate, ticks_per_s, "1/s", per_s(g, i, (double)n->rollback_ticks),                                      \
       "ticks per second that rollbacks resimulated", "The run has not reached warmup_s.")                    \
     X(count, ticks_max, NULL, n->rollback_ticks_max,                                                         \
       "largest number of ticks that one rollback resimulated", NULL)

@@ -2,6 +2,7 @@
 #include <cjson/cJSON.h>
 #include <string.h>
 
+#include "link/stages/stage.h"
 #include "sim/netgame/netgame.h"
 
 static void number(cJSON *object, const char *name, double value)
@@ -168,7 +169,9 @@ cJSON *ll_netgame_layout(const void *config)
     X(flag, connected, NULL, server->client_slots[i].connection.connected,                                   \
       "1: the server takes the player for "                                                                  \
       "connected",                                                                                           \
-      NULL)
+      NULL)                                                                                                  \
+    X(flag, up_blackout, NULL, is_out(g, &link->up), "1: the link to the server is in a blackout", NULL)     \
+    X(flag, down_blackout, NULL, is_out(g, &link->down), "1: the link from the server is in a blackout", NULL)
 
 static const ll_metric_table step_columns = {
     .path = "", .help = "The server.", LL_METRICS_FROM(STEP_COLUMNS)};
@@ -179,6 +182,11 @@ static const ll_metric_table player_columns = {
 
 const ll_metric_table *const ll_netgame_trace_tables[] = {&step_columns, &server_columns, &player_columns,
                                                           NULL};
+
+static bool is_out(const ll_netgame *g, const ll_link_params *p)
+{
+    return ll_window_open(p->blackout_at_ms, p->blackout_every_ms, p->blackout_length_ms, g->now);
+}
 
 void ll_netgame_trace(const void *block, ll_trace_line *trace)
 {
@@ -193,6 +201,7 @@ void ll_netgame_trace(const void *block, ll_trace_line *trace)
         const ll_client *c = ll_netgame_client(g, i);
         const ll_client_metrics *in = ll_netgame_client_metrics(g, i);
         const ll_entity *drawn = &ll_client_rendered_const(c)->entity[i];
+        const ll_link_pair *link = &g->config.players[i].link;
         LL_TRACE_PUT(trace, &player_columns, i, PLAYER_COLUMNS);
     }
 }

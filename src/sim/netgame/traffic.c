@@ -15,22 +15,22 @@ static double ratio(double a, double b)
 /* ---- bandwidth ---- */
 
 #define MESSAGES(X)                                                                                          \
-    X(number, messages_per_s, "1/s", ratio((double)in->traffic.messages[type], seconds),                     \
+    X(rate, messages_per_s, "1/s", ratio((double)in->traffic.messages[type], seconds),                       \
       "messages of this type sent per second", "The run has not reached warmup_s.")                          \
-    X(number, packets_per_s, "1/s", ratio((double)in->traffic.packets[type], seconds),                       \
+    X(rate, packets_per_s, "1/s", ratio((double)in->traffic.packets[type], seconds),                         \
       "packets per second in which messages of this type were sent", "The run has not reached warmup_s.")    \
-    X(number, payload_bytes_per_s, "B/s", ratio((double)in->traffic.bytes[type], seconds),                   \
+    X(rate, payload_bytes_per_s, "B/s", ratio((double)in->traffic.bytes[type], seconds),                     \
       "payload bytes per second of messages of this type", "The run has not reached warmup_s.")              \
-    X(number, wire_bytes_per_s, "B/s", ratio((double)in->traffic.wire_bytes[type], seconds),                 \
+    X(rate, wire_bytes_per_s, "B/s", ratio((double)in->traffic.wire_bytes[type], seconds),                   \
       "bytes per second on the wire of messages of this type: each packet with 28 bytes of IPv4 and UDP "    \
       "headers, each fragment with 4 more",                                                                  \
       "The run has not reached warmup_s.")
 
 #define TOTALS(X)                                                                                            \
-    X(number, up_bytes_per_s, "B/s", ratio(up, seconds),                                                     \
+    X(rate, up_bytes_per_s, "B/s", ratio(up, seconds),                                                       \
       "bandwidth to the server: bytes per second of all messages, headers included",                         \
       "The run has not reached warmup_s.")                                                                   \
-    X(number, down_bytes_per_s, "B/s", ratio(down, seconds),                                                 \
+    X(rate, down_bytes_per_s, "B/s", ratio(down, seconds),                                                   \
       "bandwidth from the server: bytes per second of all messages, headers included",                       \
       "The run has not reached warmup_s.")
 

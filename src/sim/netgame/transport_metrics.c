@@ -66,10 +66,10 @@ void ll_flow_metrics_add(ll_flow_metrics *m, const ll_transport_note *note, ll_t
     X(count, timeouts, NULL, m->timeouts, "times that the retransmission timer ended", NULL)                 \
     X(gauge, window_bytes, "B", ll_netgame_gauge(&m->window, 1),                                             \
       "congestion window; a value per packet sent", "No packet was sent.")                                   \
-    X(number, wire_bytes_per_s, "B/s", ll_netgame_ratio((double)m->wire_bytes, seconds),                     \
+    X(rate, wire_bytes_per_s, "B/s", ll_netgame_ratio((double)m->wire_bytes, seconds),                       \
       "bytes per second on the wire, headers and acknowledgements included",                                 \
       "The run has not reached warmup_s.")                                                                   \
-    X(number, header_bytes_per_s, "B/s", ll_netgame_ratio((double)m->header_bytes, seconds),                 \
+    X(rate, header_bytes_per_s, "B/s", ll_netgame_ratio((double)m->header_bytes, seconds),                   \
       "of these, bytes that are not of messages", "The run has not reached warmup_s.")
 
 const ll_metric_table ll_netgame_transport_up_table = {

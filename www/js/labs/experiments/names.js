@@ -71,9 +71,11 @@ const partName = (kind, name) =>
 
 const COST = 'cost.ns_per_sim_s';
 
-/** @param {string} path @param {string | undefined} unit @param {any} scenario */
+/** Of one in a window, as `PATH@WINDOW`, with its name. @param {string} path @param {string | undefined} unit @param {any} scenario @returns {string} */
 export function metricName(path, unit, scenario) {
   if (path === COST) return t('experiments.cost_metric');
+  const [bare = '', window = ''] = path.split('@');
+  if (window !== '') return t('experiments.in_window', { metric: metricName(bare, unit, scenario), name: window });
   const names = path.split('.'),
     kind = scenario?.kind ?? '',
     owner = ownerOf(names, scenario);

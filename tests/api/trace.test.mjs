@@ -1,0 +1,143 @@
+// Traces of a run: drawn positions, packets and corrections as tables, in every format.
+import assert from 'node:assert/strict';
+import { spawnSync } from 'node:child_process';
+import { existsSync, mkdtempSync, readFileSync, rmSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import path from 'node:path';
+import { after, before, test } from 'node:test';
+import { DuckDBInstance } from '@duckdb/node-api';
+import { BINARY } from '../lib/daemon.mjs';
+
+let folder;
+const at = (/** @type {string} */ name) => path.join(folder, name);
+const RUN = [
+  'run',
+  'contact',
+  '--duration',
+  '4',
+  '--set',
+  'warmup_s=0',
+  '--set',
+  'players.0.link.up.loss_pct=10',
+  '--set',
+  'players.0.lag_ms=60',
+];
+const laglab = (/** @type {string[]} */ ...args) => spawnSync(BINARY, args, { encoding: 'utf8', cwd: folder, maxBuffer: 1 << 28 });
+const ndjson = (/** @type {string} */ name) =>
+  readFileSync(at(name), 'utf8')
+    .trim()
+    .split('\n')
+    .map((line) => JSON.parse(line));
+
+/** @type {any} */
+let result;
+before(() => {
+  folder = mkdtempSync(path.join(tmpdir(), 'laglab-trace-'));
+  const orders = [
+    'entities=drawn.ndjson',
+    'entities=drawn.parquet',
+    'events=events.ndjson',
+    'packets=packets.csv',
+    'corrections=corrections.ndjson',
+  ];
+  const run = laglab(...RUN, '--trace', 'ticks.csv', ...orders.flatMap((order) => ['--trace-of', order]));
+  assert.equal(run.status, 0, run.stderr);
+  result = JSON.parse(run.stdout);
+});
+after(() => rmSync(folder, { recursive: true, force: true }));
+
+/** Rows of a CSV without quotes, by column. @param {string} name */
+function csv(name) {
+  const [header = '', ...lines] = readFileSync(at(name), 'utf8').trim().split('\r\n');
+  const names = header.split(',');
+  return lines.map((line) => Object.fromEntries(line.split(',').map((cell, i) => [names[i], cell])));
+}
+
+test('drawn positions are those of the trace of ticks, for every view, entity and tick', () => {
+  const rows = ndjson('drawn.ndjson'),
+    ticks = csv('ticks.csv');
+  assert.equal(ticks.length, result.ticks + 1);
+  const entities = rows.length / ticks.length;
+  assert.ok(Number.isInteger(entities) && entities >= 6, `${entities} rows a tick`); // the server and two players draw two cars each
+  for (const [k, tick] of ticks.entries()) {
+    const now = rows.slice(k * entities, (k + 1) * entities);
+    assert.ok(now.every((row) => row.session_tick === k && Math.abs(row.time_s - Number(tick.time_s)) < 1e-8));
+    for (const p of [0, 1]) {
+      const drawn = now.find((row) => row.view === p + 1 && row.entity === p),
+        truth = now.find((row) => row.view === 0 && row.entity === p);
+      assert.ok(Math.abs(drawn.x_m - Number(tick[`player_${p}_own_x_m`])) < 2 ** -13, `tick ${k}`);
+      assert.ok(Math.abs(truth.x_m - Number(tick[`server_${p}_x_m`])) < 2 ** -13, `tick ${k}`);
+    }
+  }
+});
+
+test('events are each there once: corrections, packets and their fates as the metrics count them', () => {
+  const events = ndjson('events.ndjson'),
+    corrections = ndjson('corrections.ndjson'),
+    packets = csv('packets.csv');
+  const count = (/** @type {(row: any) => boolean} */ which) => events.filter(which).length;
+  for (const p of [0, 1]) {
+    assert.equal(
+      count((e) => e.type === 'correction' && e.player === p),
+      result.metrics.players[p].corrections,
+      `player ${p}`,
+    );
+  }
+  assert.ok(corrections.length > 2);
+  assert.deepEqual(
+    corrections,
+    events.filter((e) => e.type === 'correction' || e.type === 'rollback'),
+  );
+  const kinds = ['input', 'state', 'refusal', 'relay', 'connect', 'accept', 'ping', 'pong'];
+  assert.equal(
+    packets.length,
+    count((e) => kinds.includes(e.type)),
+  );
+  const lost = packets.filter((e) => e.player === '0' && e.fate === 'lost' && ['input', 'ping', 'connect'].includes(e.type));
+  assert.equal(lost.length, result.metrics.players[0].link_up.lost);
+  assert.ok(lost.length > 10);
+  // Each belongs to the tick by which it has happened.
+  for (const e of events) assert.ok(e.begin_s < e.time_s + 1e-6, JSON.stringify(e));
+});
+
+test('Parquet has the same rows as JSON lines', async () => {
+  const connection = await (await DuckDBInstance.create(':memory:')).connect();
+  const reader = await connection.runAndReadAll(
+    `SELECT count(*)::INTEGER, sum(x_m), sum(age_ms), count(DISTINCT flags)::INTEGER, max(session_tick)::INTEGER FROM '${at('drawn.parquet')}'`,
+  );
+  const rows = ndjson('drawn.ndjson'),
+    sum = (/** @type {string} */ name) => rows.reduce((all, row) => all + (row[name] ?? 0), 0);
+  const [n, x, age, flags, tick] = reader.getRows()[0] ?? [];
+  const distinct = new Set(rows.map((row) => row.flags).filter((text) => text !== null)).size;
+  assert.deepEqual([n, flags, tick], [rows.length, distinct, result.ticks]);
+  assert.ok(Math.abs(Number(x) - sum('x_m')) < 1e-6 && Math.abs(Number(age) - sum('age_ms')) < 1e-6);
+});
+
+test('ticks too have every format, with the values of the CSV', async () => {
+  const run = laglab(...RUN, '--trace', 'ticks.parquet');
+  assert.equal(run.status, 0, run.stderr);
+  assert.equal(JSON.parse(run.stdout).hash, result.hash);
+  const connection = await (await DuckDBInstance.create(':memory:')).connect();
+  const reader = await connection.runAndReadAll(`SELECT * FROM '${at('ticks.parquet')}' ORDER BY tick`);
+  const wanted = csv('ticks.csv'),
+    rows = reader.getRowObjects();
+  assert.equal(rows.length, wanted.length);
+  assert.deepEqual(reader.columnNames(), Object.keys(wanted[0] ?? {}));
+  for (const name of ['time_s', 'tick', 'player_1_view_age_ms', 'server_0_x_m'])
+    for (const [k, row] of rows.entries())
+      assert.ok(Math.abs(Number(row[name]) - Number(wanted[k]?.[name])) <= 1e-8 * Math.abs(Number(row[name])), name);
+});
+
+test('other kinds have their records, and what is no table is refused before the run', () => {
+  assert.equal(laglab('run', 'rigid/column', '--duration', '0.5', '--trace-of', 'shapes=shapes.csv').status, 0);
+  assert.ok(csv('shapes.csv').length >= 31 * 2);
+  const refused = (/** @type {RegExp} */ said, /** @type {string} */ order, scenario = 'race') => {
+    const run = laglab('run', scenario, '--duration', '3600', '--trace-of', order);
+    assert.equal(run.status, 2, run.stderr);
+    assert.match(run.stderr, said);
+  };
+  refused(/--trace-of: must be one of events, packets, corrections, views, entities, .*; got paths/, 'paths=x.csv');
+  refused(/--trace-of: must be RECORD=FILE; got entities/, 'entities');
+  refused(/--trace-of: must be RECORD=FILE/, 'entities=');
+  assert.equal(existsSync(at('x.csv')), false);
+});
