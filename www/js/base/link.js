@@ -27,11 +27,26 @@ export function toValue(text) {
   return text.trim() !== '' && Number.isFinite(number) ? number : text;
 }
 
-/** @param {string} hash @returns {string | null} */
+/** @param {string} hash @returns {string | null} empty also next to `#tradeoff`, which shows no session either */
 export function readExperiment(hash) {
-  const found = /^#experiments(?:=([A-Za-z0-9_-]{1,64}))?$/.exec(hash);
+  const found = /^#(?:experiments(?:=([A-Za-z0-9_-]{1,64}))?|tradeoff(?:[=&].*)?)$/.exec(hash);
   return found ? (found[1] ?? '') : null;
 }
+
+/** Speed against error of a family of methods: `#tradeoff=FAMILY&cost=PATH&job=ID`. Empty where the address has none.
+ * @typedef {{family: string, cost: string, job: string}} TradeoffAt */
+
+/** @param {string} hash @returns {TradeoffAt | null} */
+export function readTradeoff(hash) {
+  if (!/^#tradeoff(?:[=&]|$)/.test(hash)) return null;
+  const fragment = new URLSearchParams(hash.slice(1));
+  const part = (/** @type {string} */ name) => /^[a-z0-9_.]{1,64}$/.exec(fragment.get(name) ?? '')?.[0] ?? '';
+  return { family: part('tradeoff'), cost: part('cost'), job: part('job') };
+}
+
+/** @param {TradeoffAt} at @returns {string} the fragment */
+export const writeTradeoff = ({ family, cost, job }) =>
+  `#tradeoff${family && `=${family}`}${cost && `&cost=${cost}`}${job && `&job=${job}`}`;
 
 /** `#questions` and `#lesson=ID&step=N&lang=de`. An address that asks for nothing has the list of questions.
  * @param {string} search @param {string} hash @returns {LessonAt | null} */
@@ -74,6 +89,7 @@ export function readLink(search, hash) {
     room: fragment.get('class'),
     roomKey: fragment.has('class') ? (fragment.get('k') ?? '') : '',
     experiment: readExperiment(hash),
+    tradeoff: readTradeoff(hash),
     lesson: readLesson(search, hash),
     second: /[#&](compare\b.*)/.exec(hash)?.[1] ?? '',
     embed: query.get('embed') === '1',

@@ -1,12 +1,12 @@
 // Wires the page together.
 import { effect } from '../../vendor/signals-core.js';
 import { call, insist, part } from '../base/api.js';
-import { readExperiment, readLesson, writeQuery } from '../base/link.js';
+import { readExperiment, readLesson, readTradeoff, writeQuery } from '../base/link.js';
 import { ready, t } from '../base/words.js';
 import * as announce from '../session/announce.js';
 import { load, register } from '../session/labs.js';
 import { link, problems } from '../session/opening.js';
-import { choose, failed, hook, openExperiments, openLesson, reopen, show } from '../session/session.js';
+import { choose, failed, hook, openExperiments, openLesson, openTradeoff, reopen, show } from '../session/session.js';
 import { experiment, frame, layout, lesson, locked, notify, params, place, scenarios, schemas, session } from '../session/state.js';
 import * as controls from '../workbench/controls.js';
 import { slowing } from '../session/time.js';
@@ -106,9 +106,11 @@ function follow() {
 addEventListener('hashchange', () => {
   if (follow()) return;
   /* Back from a point that was opened, or an address that was typed */
-  const wanted = readExperiment(location.hash),
+  const at = readTradeoff(location.hash),
+    wanted = readExperiment(location.hash),
     tab = LABS.flatMap(({ tabs }) => tabs).find(({ id }) => `#${id}` === location.hash);
-  if (wanted !== null) openExperiments(wanted);
+  if (at !== null) openTradeoff(at);
+  else if (wanted !== null) openExperiments(wanted);
   else if (tab) choose(tab.scenario, undefined, false);
   else if (location.hash.startsWith('#class') && location.hash !== place.value.at) location.reload();
   else if (location.hash.startsWith('#s=') && !location.hash.startsWith(`#s=${session.value?.id}`)) location.reload();
