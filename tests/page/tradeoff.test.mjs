@@ -27,7 +27,9 @@ const title = (page) => page.locator('main.tradeoff h2');
 /** Dark or coloured pixels of a plot. @param {import('playwright-core').Page} page @param {number} n */
 const ink = (page, n) =>
   page.locator(`#tradeoff-${n}`).evaluate((/** @type {any} */ canvas) => {
-    const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+    const copy = new OffscreenCanvas(canvas.width, canvas.height).getContext('2d', { willReadFrequently: true });
+    copy.drawImage(canvas, 0, 0);
+    const { data } = copy.getImageData(0, 0, canvas.width, canvas.height);
     let count = 0;
     for (let i = 0; i < data.length; i += 4) count += data[i + 3] > 200 && Math.max(data[i], data[i + 1], data[i + 2]) > 60 ? 1 : 0;
     return count;

@@ -21,10 +21,10 @@ const settingOf = (name, at) => (language.value === 'en' ? words(name) : (inputO
 export const fieldsOf = (of) => of?.layers.filter((layer) => layer.shape === 'field') ?? [];
 /** Of which family's speed against error is the question. @param {FluidLayout | null} of @returns {string} */
 export const familyOf = (of) =>
-  of?.layers.some((layer) => layer.shape === 'points')
-    ? 'particles'
-    : fieldsOf(of ?? undefined).some(isSurface)
-      ? 'oceans'
+  fieldsOf(of ?? undefined).some(({ name }) => name === 'height')
+    ? 'oceans'
+    : of?.layers.some(({ shape }) => shape === 'points')
+      ? 'particles'
       : 'pressure_solvers';
 /** @param {Layer} layer */
 export const isSurface = (layer) => /surface|height/.test(layer.name);

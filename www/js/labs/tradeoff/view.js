@@ -227,7 +227,8 @@ function choiceRow(of, choice) {
 /** @param {Answer} of @param {number} problem @param {number} cost @returns {Template} */
 function winners(of, problem, cost) {
   const list = of.choices.filter((one) => one.problem === problem && one.cost === cost);
-  return html`<div class="wide-table" tabindex="0" role="region" aria-label=${t('tradeoff.winners')}><table class="data winners"><caption>${t('tradeoff.winners')}</caption>
+  const what = of.problems[problem];
+  return html`<div class="wide-table" tabindex="0" role="region" aria-label=${`${t('tradeoff.winners')}: ${what ? errorOf(what) : ''}`}><table class="data winners"><caption>${t('tradeoff.winners')}</caption>
     <thead><tr><th scope="col">${t('tradeoff.column.level')}</th><th scope="col" class="text">${t('tradeoff.column.cheapest')}</th><th scope="col">${t('tradeoff.column.error')}</th>
     <th scope="col">${t('tradeoff.column.cost')}</th><th scope="col" class="text">${t('tradeoff.column.check')}</th><th scope="col" class="text">${t('tradeoff.column.tied')}</th></tr></thead>
     <tbody>${list.map((choice) => choiceRow(of, choice))}</tbody></table></div>`;
@@ -236,6 +237,7 @@ function winners(of, problem, cost) {
 /** Every setting, for those who read rather than point. @param {Answer} of @param {number} problem @param {number} cost @returns {Template} */
 function settings(of, problem, cost) {
   const rows = of.rows.filter((row) => row.problem === problem),
+    what = of.problems[problem],
     open = listed.value.has(problem);
   return html`<details ?open=${open} @toggle=${(/** @type {Event} */ event) => {
     const next = new Set(listed.value);
@@ -244,7 +246,7 @@ function settings(of, problem, cost) {
     if (next.has(problem) !== open) listed.value = next;
   }}><summary>${t('tradeoff.settings', { n: rows.length })}</summary>${
     open
-      ? html`<div class="scroll" tabindex="0" role="region" aria-label=${t('tradeoff.settings', { n: rows.length })}><table class="data"><thead><tr><th scope="col" class="text">${t('tradeoff.column.setting')}</th>
+      ? html`<div class="scroll" tabindex="0" role="region" aria-label=${`${t('tradeoff.settings', { n: rows.length })}: ${what ? errorOf(what) : ''}`}><table class="data"><thead><tr><th scope="col" class="text">${t('tradeoff.column.setting')}</th>
       <th scope="col">${t('tradeoff.column.error')}</th><th scope="col">${t('tradeoff.column.cost')}</th><th scope="col">${t('tradeoff.column.front')}</th></tr></thead>
       <tbody>${rows.map(
         (
