@@ -154,7 +154,7 @@ test('from a lab: a measurement, its plots and choices, live sessions and back',
 
 test('from the first page: a measurement goes on while another family is shown, and is cancelled', async () => {
   const { page, complaints, close } = await visit(browser, daemon.url, { wait: false });
-  await page.locator('.door .families a').click();
+  await page.locator('.door a[href="#tradeoff"]').click();
   await reads(title(page), /Integrators/);
   await page.locator('[data-family="synchronisation"]').click();
   await reads(title(page), /Synchronisation/);
@@ -179,7 +179,7 @@ test('from the first page: a measurement goes on while another family is shown, 
     await page.goBack();
     await page.waitForTimeout(100);
   }
-  await page.locator('.door .families').waitFor();
+  await page.locator('.door a[href="#tradeoff"]').waitFor();
   assert.deepEqual(complaints, []);
   await close();
 });

@@ -27,26 +27,14 @@ export function toValue(text) {
   return text.trim() !== '' && Number.isFinite(number) ? number : text;
 }
 
-/** @param {string} hash @returns {string | null} empty also next to `#tradeoff`, which shows no session either */
+/** Speed against error: `#tradeoff=FAMILY&cost=PATH&job=ID`. @param {string} hash @returns {string | null} all of it */
+export const readTradeoff = (hash) => (/^#tradeoff(?:[=&]|$)/.test(hash) ? hash : null);
+
+/** @param {string} hash @returns {string | null} empty also for speed against error, which shows no session either */
 export function readExperiment(hash) {
-  const found = /^#(?:experiments(?:=([A-Za-z0-9_-]{1,64}))?|tradeoff(?:[=&].*)?)$/.exec(hash);
-  return found ? (found[1] ?? '') : null;
+  const found = /^#experiments(?:=([A-Za-z0-9_-]{1,64}))?$/.exec(hash);
+  return found ? (found[1] ?? '') : readTradeoff(hash) && '';
 }
-
-/** Speed against error of a family of methods: `#tradeoff=FAMILY&cost=PATH&job=ID`. Empty where the address has none.
- * @typedef {{family: string, cost: string, job: string}} TradeoffAt */
-
-/** @param {string} hash @returns {TradeoffAt | null} */
-export function readTradeoff(hash) {
-  if (!/^#tradeoff(?:[=&]|$)/.test(hash)) return null;
-  const fragment = new URLSearchParams(hash.slice(1));
-  const part = (/** @type {string} */ name) => /^[a-z0-9_.]{1,64}$/.exec(fragment.get(name) ?? '')?.[0] ?? '';
-  return { family: part('tradeoff'), cost: part('cost'), job: part('job') };
-}
-
-/** @param {TradeoffAt} at @returns {string} the fragment */
-export const writeTradeoff = ({ family, cost, job }) =>
-  `#tradeoff${family && `=${family}`}${cost && `&cost=${cost}`}${job && `&job=${job}`}`;
 
 /** `#questions` and `#lesson=ID&step=N&lang=de`. An address that asks for nothing has the list of questions.
  * @param {string} search @param {string} hash @returns {LessonAt | null} */

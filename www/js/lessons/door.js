@@ -2,7 +2,7 @@
 import { html, nothing } from '../../vendor/lit-html.js';
 import { signal } from '../../vendor/signals-core.js';
 import { insist } from '../base/api.js';
-import { writeLesson, writeTradeoff } from '../base/link.js';
+import { writeLesson } from '../base/link.js';
 import { paperName } from '../base/words.js';
 import { labs } from '../session/labs.js';
 import { titleOf } from '../session/scenario_words.js';
@@ -103,5 +103,5 @@ export function door() {
     <ul class="cards" aria-label=${word('topic.questions')}>${questions.map(card)}</ul>
     ${none ? html`<p role="status">${word('door.none')}</p>` : nothing}
     ${others('paper')}${others('techniques')}${library()}
-    <p class="families"><a href=${writeTradeoff({ family: '', cost: '', job: '' })}>${word('door.tradeoff')}</a></p></main>`;
+    <ul class="list"><li><a href="#tradeoff">${word('session.tradeoff')}</a></li></ul></main>`;
 }

@@ -2,7 +2,7 @@
 import { call, Problem } from '../base/api.js';
 import { lab } from './labs.js';
 import { keep, link } from './opening.js';
-import { lookOf, writeLesson, writeQuery, writeTradeoff } from '../base/link.js';
+import { lookOf, writeLesson, writeQuery } from '../base/link.js';
 import { experiment, lesson, locked, notify, params, place, presenting, session, theme, tradeoff, usable } from './state.js';
 import { t } from '../base/words.js';
 
@@ -79,8 +79,7 @@ export function showAddress() {
   const look = lookOf(link).join('&'),
     colours = look === '' ? '' : `?${look}`;
   if (shown !== null || lesson.value !== null) {
-    const experiments = tradeoff.value === null ? `#experiments${shown === '' ? '' : `=${shown}`}` : writeTradeoff(tradeoff.value);
-    const hash = lesson.value !== null ? writeLesson(lesson.value) : experiments;
+    const hash = lesson.value !== null ? writeLesson(lesson.value) : (tradeoff.value ?? `#experiments${shown === '' ? '' : `=${shown}`}`);
     history.replaceState(null, '', location.pathname + colours + hash);
     return;
   }

@@ -153,7 +153,7 @@ export function openExperiments(id) {
   showAddress();
 }
 
-/** Leaves the session for speed against error. @param {import('../base/link.js').TradeoffAt} at
+/** Leaves the session for speed against error. @param {string} at in the address
  * @param {boolean} [step] whether it is a step of the browser's history, which a link makes by itself */
 export function openTradeoff(at, step = false) {
   if (step) history.pushState(null, '', location.href);

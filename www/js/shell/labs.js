@@ -4,6 +4,8 @@ import { about as fluid } from '../labs/fluid/about.js';
 import { about as motion } from '../labs/motion/about.js';
 import { about as netgame } from '../labs/netgame/lab/about.js';
 import { about as rigid } from '../labs/rigid/about.js';
-import { about as tradeoff } from '../labs/tradeoff/about.js';
+
+/** Speed against error, which shows no session either. @type {import('../session/lab.js').About} */
+const tradeoff = { ...experiments, kind: 'tradeoff', load: async () => (await import('../labs/tradeoff/view.js')).load() };
 
 export const LABS = [netgame, motion, rigid, fluid, experiments, tradeoff];

@@ -119,7 +119,7 @@ function follow() {
 /** The same of a family of methods. @returns {boolean} */
 function followTradeoff() {
   const at = readTradeoff(location.hash);
-  if (at !== null && JSON.stringify(at) !== JSON.stringify(tradeoff.value)) openTradeoff(at);
+  if (at !== null && at !== tradeoff.value) openTradeoff(at);
   return at !== null;
 }
 addEventListener('hashchange', () => {

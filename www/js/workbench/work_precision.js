@@ -22,5 +22,5 @@ export const workPrecisionButton = () => html`<button type="button" id="speed-ag
   title=${t('workbench.diagram_tip')} @click=${writeExperiment}>${t('workbench.diagram')}</button>`;
 
 /** @param {string} family of GET /api/v1/tradeoffs @returns {import('lit-html').TemplateResult} */
-export const tradeoffButton = (family) => html`<button type="button" id="to-tradeoff" title=${t('workbench.tradeoff_tip')}
-  @click=${() => openTradeoff({ family, cost: '', job: '' }, true)}>${t('session.tradeoff')}</button>`;
+export const tradeoffButton = (family) => html`<button type="button" id="to-tradeoff"
+  @click=${() => openTradeoff(`#tradeoff=${family}`, true)}>${t('session.tradeoff')}</button>`;

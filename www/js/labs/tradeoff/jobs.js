@@ -4,8 +4,8 @@ import { computed, effect, signal, untracked } from '../../../vendor/signals-cor
 import { Problem, call, insist, make } from '../../base/api.js';
 import { t } from '../../base/words.js';
 import { speak } from '../../session/announce.js';
-import { showAddress } from '../../session/params.js';
-import { notify, tradeoff } from '../../session/state.js';
+import { notify } from '../../session/state.js';
+import { move, place } from './place.js';
 
 /** @typedef {[number | null, number | null, number | null]} Measured  value, and the bounds of its interval */
 /** @typedef {{scenario: string, error: string, title: string}} Question */
@@ -30,9 +30,9 @@ export const jobs = signal(new Map());
 /** By id. @type {import('@preact/signals-core').Signal<Map<string, Answer>>} */
 const answers = signal(new Map());
 
-export const shownFamily = computed(() => families.value.find(({ name }) => name === tradeoff.value?.family) ?? families.value[0]);
-export const job = computed(() => jobs.value.get(tradeoff.value?.job ?? ''));
-export const answer = computed(() => answers.value.get(tradeoff.value?.job ?? ''));
+export const shownFamily = computed(() => families.value.find(({ name }) => name === place.value?.family) ?? families.value[0]);
+export const job = computed(() => jobs.value.get(place.value?.job ?? ''));
+export const answer = computed(() => answers.value.get(place.value?.job ?? ''));
 /** The last measurement of a family, in this tab. @param {string} family */
 export const lastOf = (family) =>
   [...jobs.value].filter(([, one]) => one.family === family && !['gone', 'cancelled'].includes(one.state)).at(-1)?.[0] ?? '';
@@ -84,11 +84,8 @@ function take(id, { state, done, steps, error, answer: found }) {
     keep(id, found.name, jobs.peek().get(id)?.key ?? '', found);
   }
   put(id, { state, done, steps, error: error ?? '', ...(found ? { family: found.name } : {}) });
-  const at = tradeoff.peek();
-  if (found && at?.job === id && at.family !== found.name) {
-    tradeoff.value = { ...at, family: found.name };
-    showAddress();
-  }
+  const at = place.peek();
+  if (found && at?.job === id && at.family !== found.name) move({ family: found.name });
   if (state !== 'running') speak('tradeoff', t(`tradeoff.spoken.${state}`));
 }
 
@@ -117,16 +114,14 @@ export async function start(order) {
     keep(made.id, order.family, made.owner_key, null);
     follow(made.id);
     speak('tradeoff', t('tradeoff.spoken.started'));
-    if (tradeoff.value === null) return;
-    tradeoff.value = { ...tradeoff.value, family: order.family, job: made.id };
-    showAddress();
+    move({ family: order.family, job: made.id });
   } catch (error) {
     notify(t('session.not_done', { detail: detailOf(error) }), true);
   }
 }
 
 export async function cancel() {
-  const id = tradeoff.value?.job ?? '',
+  const id = place.value?.job ?? '',
     one = jobs.value.get(id);
   if (!one) return;
   put(id, { state: 'cancelled' });
@@ -139,7 +134,7 @@ export async function cancel() {
 
 /* An address may name a measurement that this tab does not know. */
 effect(() => {
-  const at = tradeoff.value;
+  const at = place.value;
   if (at === null || at.job === '') return;
   untracked(() => {
     if (jobs.value.has(at.job)) return;

@@ -1,18 +1,18 @@
 // Speed against error: the families, a measurement and its progress, a plot for each problem, who is the cheapest at three levels of error.
 import { html, nothing } from '../../../vendor/lit-html.js';
 import { effect, signal } from '../../../vendor/signals-core.js';
-import { lookOf, readLink, writeTradeoff } from '../../base/link.js';
-import { t } from '../../base/words.js';
+import { lookOf, readLink } from '../../base/link.js';
+import { need, t } from '../../base/words.js';
 import { palette } from '../../draw/palette.js';
 import { link } from '../../session/opening.js';
-import { showAddress } from '../../session/params.js';
 import { choose } from '../../session/session.js';
-import { theme, tradeoff } from '../../session/state.js';
+import { theme } from '../../session/state.js';
 import { onto } from '../../workbench/canvas.js';
 import { mark } from '../../workbench/player_mark.js';
 import { said } from '../../workbench/said.js';
 import { answer, cancel, families, job, lastOf, shownFamily, start } from './jobs.js';
 import { costOf, csvOf, errorOf, measuredOf, methodOf, nameOf, needNames, numberOf, textOf, titleOf } from './names.js';
+import { move, place, write } from './place.js';
 import { drawTradeoff, formOf, methodsOf, nearest, pointsOf } from './plot.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
@@ -24,8 +24,7 @@ import { drawTradeoff, formOf, methodsOf, nearest, pointsOf } from './plot.js';
 const sheet = document.createElement('link');
 sheet.rel = 'stylesheet';
 sheet.href = new URL('../../../tradeoff.css', import.meta.url).href;
-/** Importers wait for it. */
-export const ready = new Promise((done) => {
+const styled = new Promise((done) => {
   sheet.onload = sheet.onerror = done;
 });
 document.head.append(sheet);
@@ -48,7 +47,7 @@ const costsOf = ({ costs }) => [...costs.slice(1), ...costs.slice(0, 1)];
 
 /** The number of the shown cost. @param {Family} family */
 function shownCost(family) {
-  const at = family.costs.findIndex(({ path }) => path === tradeoff.value?.cost);
+  const at = family.costs.findIndex(({ path }) => path === place.value?.cost);
   return at >= 0 ? at : Math.min(1, family.costs.length - 1);
 }
 
@@ -76,7 +75,7 @@ const liveLink = (row, content, kind = '') =>
 /** @returns {Template} */
 function familyList() {
   return html`<nav class="families" aria-label=${t('tradeoff.families')}><ul>${families.value.map(
-    (one) => html`<li><a href=${writeTradeoff({ family: one.name, cost: '', job: lastOf(one.name) })} data-family=${one.name}
+    (one) => html`<li><a href=${write({ family: one.name, cost: '', job: lastOf(one.name) })} data-family=${one.name}
       aria-current=${one.name === shownFamily.value?.name ? 'page' : 'false'}>${titleOf(one)}</a></li>`,
   )}</ul></nav>`;
 }
@@ -276,9 +275,7 @@ function results(of) {
   return html`<div class="choices"><label class="field choice"><span>${t('tradeoff.cost')}</span><select id="tradeoff-cost" @change=${(
     /** @type {Event} */ event,
   ) => {
-    if (tradeoff.value === null) return;
-    tradeoff.value = { ...tradeoff.value, cost: valueOf(event) };
-    showAddress();
+    move({ cost: valueOf(event) });
   }}>${costsOf(of).map((one) => html`<option value=${one.path} .selected=${one.path === of.costs[cost]?.path}>${costOf(one)}</option>`)}</select></label>
     <button type="button" id="csv" @click=${() => download(of)}>${t('tradeoff.csv')}</button></div>
     ${cost === 0 ? html`<p class="noisy" role="note">${t('tradeoff.noisy')}</p>` : nothing}
@@ -357,13 +354,13 @@ effect(() => {
   hidden.value;
   selected.value;
   theme.value;
-  tradeoff.value;
+  place.value;
   redraw();
 });
 let before = '';
 effect(() => {
   /* of another measurement nothing is selected */
-  const now = `${shownFamily.value?.name} ${tradeoff.value?.job}`;
+  const now = `${shownFamily.value?.name} ${place.value?.job}`;
   if (now === before) return;
   before = now;
   spots = [];
@@ -376,11 +373,8 @@ effect(() => {
 });
 effect(() => {
   /* what was measured of a family before is shown again */
-  const at = tradeoff.value,
-    last = at?.job === '' && shownFamily.value ? lastOf(shownFamily.value.name) : '';
-  if (at === null || last === '') return;
-  tradeoff.value = { ...at, job: last };
-  showAddress();
+  const last = place.value?.job === '' && shownFamily.value ? lastOf(shownFamily.value.name) : '';
+  if (last !== '') move({ job: last });
 });
 addEventListener('resize', redraw);
 matchMedia('(prefers-color-scheme: dark)').addEventListener('change', redraw);
@@ -409,7 +403,7 @@ function tableOf(of, problem) {
 }
 
 /** @type {import('../../session/lab.js').Lab} */
-export const lab = {
+const lab = {
   template,
   rendered,
   about: () => ({
@@ -423,3 +417,9 @@ export const lab = {
     return of ? Object.fromEntries(of.problems.map((_, p) => [`tradeoff-${p}`, () => tableOf(of, p)])) : {};
   },
 };
+
+/** With its words and its style. */
+export async function load() {
+  await Promise.all([need('tradeoff'), styled]);
+  return lab;
+}
