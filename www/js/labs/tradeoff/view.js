@@ -215,12 +215,13 @@ function again(of, { cost, level, check_cheapest: best }, { check }) {
 /** @param {Answer} of @param {Choice} choice @returns {Template} */
 function choiceRow(of, choice) {
   const row = choice.row === null ? undefined : of.rows[choice.row];
-  if (!row) return html`<tr><th scope="row">${numberOf(choice.level)}</th><td colspan="5">${t('tradeoff.nothing')}</td></tr>`;
+  const level = html`<th scope="row" data-label=${t('tradeoff.column.level')}>${numberOf(choice.level)}</th>`;
+  if (!row) return html`<tr data-outcome=${choice.outcome}>${level}<td colspan="5" class="text">${t('tradeoff.nothing')}</td></tr>`;
   const held = `tradeoff.outcome.${choice.outcome.replaceAll(' ', '_')}`;
-  return html`<tr data-outcome=${choice.outcome}><th scope="row">${numberOf(choice.level)}</th><td class="text">${liveLink(row, nameOf(of, row))}</td>
-    <td>${measuredOf(row.error)}</td><td>${measuredOf(row.costs[choice.cost])}</td>
-    <td class="text"><b>${t(held)}</b> ${again(of, choice, row)}</td>
-    <td class="text">${choice.as_cheap.map((method) => methodOf(of, method, row.by)).join(', ') || '–'}</td></tr>`;
+  return html`<tr data-outcome=${choice.outcome}>${level}<td class="text" data-label=${t('tradeoff.column.cheapest')}>${liveLink(row, nameOf(of, row))}</td>
+    <td data-label=${t('tradeoff.column.error')}>${measuredOf(row.error)}</td><td data-label=${t('tradeoff.column.cost')}>${measuredOf(row.costs[choice.cost])}</td>
+    <td class="text" data-label=${t('tradeoff.column.check')}><span><b>${t(held)}</b> ${again(of, choice, row)}</span></td>
+    <td class="text" data-label=${t('tradeoff.column.tied')}>${choice.as_cheap.map((method) => methodOf(of, method, row.by)).join(', ') || '–'}</td></tr>`;
 }
 
 /** @param {Answer} of @param {number} problem @param {number} cost @returns {Template} */
