@@ -140,6 +140,8 @@ test('from a lab: a measurement, its plots and choices, live sessions and back',
   await phone.page.locator('.problem').first().scrollIntoViewIfNeeded();
   await phone.page.locator('.problem .view').first().scrollIntoViewIfNeeded();
   await shot(phone.page, 'phone-dark-plot');
+  await phone.page.locator('.winners').first().scrollIntoViewIfNeeded();
+  await shot(phone.page, 'phone-dark-choices');
   const texts = await textsOn(phone.page);
   assert.ok(texts.some((text) => text.includes('Einsinken einer Säule')));
   const given = new Set(['rigid/column', 'rigid/pyramid', 'laglab']);
