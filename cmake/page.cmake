@@ -100,6 +100,8 @@ foreach(language IN LISTS languages)
     write_words(${name}/netgame_metrics "{\"words\": {}, \"metrics\": ${metrics}}")
     string(JSON words GET "${text}" experiments)
     write_words(${name}/experiments "{\"words\": ${words}, \"units\": ${units}}")
+    string(JSON words GET "${text}" tradeoff)
+    write_words(${name}/tradeoff "{\"words\": ${words}}")
 
     foreach(part IN ITEMS motion rigid fluid)
         string(JSON words GET "${text}" ${part})

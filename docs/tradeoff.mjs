@@ -27,6 +27,7 @@ Each image has a drawing for each cost; left is cheap, low is accurate.
 $ build/laglab tradeoff contact_solvers --winners winners.csv --report contacts.html > contacts.csv
 \`\`\`
 
+On the page, *Speed against error* in every lab (\`/#tradeoff\`) measures a family on the daemon; \`POST /api/v1/tradeoffs\` is for programs.
 \`bench/run tradeoff\` measures all of this page. [Work against precision](experiments.md#work-against-precision) has the options for a problem of your own.
 `;
 

@@ -49,6 +49,7 @@ test('creation needs the class key', async () => {
     [E, SMALL],
     [`${E}?dry_run=true`, SMALL],
     [A, { experiment: SMALL, max_error: 1 }],
+    ['/api/v1/tradeoffs', { family: 'contact_solvers', duration_s: 0.1 }],
   ]);
   for (const [place, body] of orders) {
     const none = await c.call('POST', place, { body });

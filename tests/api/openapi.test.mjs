@@ -441,6 +441,22 @@ test('a class', async () => {
   await call('delete', R, { id }, 204, { key: teacher });
 });
 
+test('speed against error', async () => {
+  const T = '/api/v1/tradeoffs',
+    order = { family: 'contact_solvers', methods: ['xpbd'], duration_s: 0.1 };
+  await call('get', T, {}, 200);
+  const { id, owner_key: key } = (await call('post', T, {}, 202, { body: order })).json;
+  await waitFor(async () => (await call('get', `${T}/{id}`, { id }, 200)).json.state === 'done', 'the measurement', 20000);
+  await call('post', T, {}, 400, { body: { family: 'magic' } });
+  await call('post', T, {}, 413, { body: `{"x":"${'y'.repeat(1 << 20)}"}` });
+  await call('post', T, {}, 415, { body: order, type: 'text/plain' });
+  await call('delete', `${T}/{id}`, { id }, 401);
+  await call('delete', `${T}/{id}`, { id }, 403, { key: WRONG });
+  await call('delete', `${T}/{id}`, { id }, 204, { key });
+  await call('delete', `${T}/{id}`, { id }, 404, { key });
+  await call('get', `${T}/{id}`, { id }, 404);
+});
+
 test('a class: codes that do not exist, and who may open one', async () => {
   const strict = await startDaemon({ args: ['--max-code-lookups-per-min', '1', '--max-new-sessions-per-min', '3'] });
   const s = client(strict.url);
@@ -524,6 +540,7 @@ test('who may', async () => {
       [`${I}/fork`, {}],
       [E, SMALL],
       ['/api/v1/advise', { experiment: SMALL, max_error: 1 }],
+      ['/api/v1/tradeoffs', { family: 'oceans' }],
       [K, {}],
     ]))
       await call('post', path, { id }, 401, { body: order }, s);
@@ -570,6 +587,7 @@ test('rates and numbers', async () => {
     await call('post', `${I}/fork`, { id }, 429, {}, s);
     await call('post', E, {}, 429, { body: SMALL }, s);
     await call('post', '/api/v1/advise', {}, 429, { body: { experiment: SMALL, max_error: 1 } }, s);
+    await call('post', '/api/v1/tradeoffs', {}, 429, { body: { family: 'oceans' } }, s);
     await call('get', '/api/v1/codes/{code}', { code }, 200, {}, s);
     await call('get', '/api/v1/codes/{code}', { code }, 429, {}, s);
     for (const [method, path, body] of CHANGES) {

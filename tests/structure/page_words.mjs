@@ -10,7 +10,7 @@ import { argv, exit } from 'node:process';
 import { fileURLToPath } from 'node:url';
 import ts from 'typescript';
 
-const PARTS = ['page', 'class', 'lesson', 'motion', 'rigid', 'fluid', 'netgame', 'netgame_more', 'experiments'];
+const PARTS = ['page', 'class', 'lesson', 'motion', 'rigid', 'fluid', 'netgame', 'netgame_more', 'experiments', 'tradeoff'];
 /** Attributes whose value a person reads or hears. */
 const ATTRIBUTE = /\s(aria-label|aria-description|aria-valuetext|title|placeholder|alt|label)\s*=\s*("[^"]*"|'[^']*')/g;
 const HOLE = '\ue000'; /* an expression in a template */

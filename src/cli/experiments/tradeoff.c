@@ -1,6 +1,5 @@
 /* `laglab tradeoff`: families of methods on fronts of error and several costs, and the cheapest method at
  * three levels of error, measured again. `work-precision` measures one problem, with any parameters of it. */
-#include <cjson/cJSON.h>
 #include <limits.h>
 #include <math.h>
 #include <stdio.h>
@@ -12,6 +11,7 @@
 #include "cli/output.h"
 #include "cli/verbs.h"
 #include "experiment/advise/tradeoff.h"
+#include "experiment/report/tradeoff_json.h"
 #include "experiment/report/tradeoff_page.h"
 
 enum { FAMILIES_MAX = 16, SEEDS_DEFAULT = 20 };
@@ -244,35 +244,6 @@ static ll_status take_numbers(const request *q, ll_tradeoff_request *order)
 
 /* ---- output ---- */
 
-/* [{"name","title","text","problems":[{"scenario","error","title"}],"costs":[{"path","title"}]}] */
-static int print_families(void)
-{
-    cJSON *list = cJSON_CreateArray();
-    for (const ll_tradeoff_family *f = ll_tradeoff_families; f->name; f++) {
-        cJSON *family = cJSON_CreateObject();
-        cJSON_AddStringToObject(family, "name", f->name);
-        cJSON_AddStringToObject(family, "title", f->title);
-        cJSON_AddStringToObject(family, "text", f->text);
-        cJSON *problems = cJSON_AddArrayToObject(family, "problems");
-        for (int p = 0; p < ll_tradeoff_problem_count(f); p++) {
-            cJSON *problem = cJSON_CreateObject();
-            cJSON_AddStringToObject(problem, "scenario", f->problems[p].scenario);
-            cJSON_AddStringToObject(problem, "error", f->problems[p].error);
-            cJSON_AddStringToObject(problem, "title", f->problems[p].title);
-            cJSON_AddItemToArray(problems, problem);
-        }
-        cJSON *costs = cJSON_AddArrayToObject(family, "costs");
-        for (int c = 0; c < ll_tradeoff_cost_count(f); c++) {
-            cJSON *cost = cJSON_CreateObject();
-            cJSON_AddStringToObject(cost, "path", f->costs[c].path);
-            cJSON_AddStringToObject(cost, "title", f->costs[c].title);
-            cJSON_AddItemToArray(costs, cost);
-        }
-        cJSON_AddItemToArray(list, family);
-    }
-    return ll_print_json(list);
-}
-
 static void print_winners(const request *q)
 {
     for (int f = 0; f < q->count; f++) {
@@ -361,7 +332,7 @@ int ll_verb_tradeoff(int argc, char **argv)
         "at three levels of error the cheapest, measured again on fresh seeds",
         argc, argv, options, positional, &count);
     if (!ll_failed(&status) && q.list)
-        return print_families();
+        return ll_print_json(ll_tradeoff_families_json());
     LL_THEN(status, take_families(&q, positional, count));
     LL_THEN(status, take_numbers(&q, &order));
     LL_THEN(status, ll_argument_format(q.format_name, q.out, &q.format));

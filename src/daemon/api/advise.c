@@ -1,13 +1,11 @@
 /* Advice: the cheapest setting that stays within an error. A search for it is a job, which requests start,
  * poll and end. */
-#include <stdio.h>
 #include <stdlib.h>
 
 #include <cjson/cJSON.h>
 
-#include "daemon/api/api.h"
+#include "daemon/api/job_requests.h"
 #include "daemon/http/http_problem.h"
-#include "daemon/jobs/jobs.h"
 #include "experiment/advise/advise.h"
 
 #define PATH "/api/v1/advise/"
@@ -61,25 +59,9 @@ static ll_status answer(void *context, const ll_interrupt *interrupt, _Atomic in
     return status;
 }
 
-static void answer_begun(const char *id, const char *key, ll_http_response *response)
-{
-    char path[160];
-    snprintf(path, sizeof path, PATH "%s", id);
-    cJSON *json = cJSON_CreateObject();
-    cJSON_AddStringToObject(json, "id", id);
-    cJSON_AddStringToObject(json, "owner_key", key);
-    cJSON *links = cJSON_AddObjectToObject(json, "links");
-    cJSON_AddStringToObject(links, "self", path);
-    ll_http_json(response, 202, json);
-    cJSON_Delete(json);
-    ll_http_set_header(response, "Location", path);
-    ll_http_set_header(response, "Retry-After", "1");
-}
-
 void ll_post_advise(void *context, const ll_http_request *request, ll_http_response *response)
 {
     ll_api *api = context;
-    char id[LL_ID_LENGTH + 1], key[LL_KEY_LENGTH + 1];
     if (!ll_api_started(api, request, response) || !ll_api_may_create(api, request, response))
         return;
     cJSON *body = ll_api_body(request, response);
@@ -90,52 +72,29 @@ void ll_post_advise(void *context, const ll_http_request *request, ll_http_respo
         return;
     }
     ll_status status = read_advise_request(api, body, &q->request, &q->experiment);
-    if (!ll_failed(&status) && !ll_host_allows_creation(api->host, request->peer))
-        status = ll_error(LL_LIMIT, "Too many sessions and experiments created from this address.");
+    if (!ll_failed(&status))
+        status = ll_api_job_allowed(api, request);
     LL_THEN(status, ll_advise_check(&q->request));
     if (ll_failed(&status)) {
         free_search(q);
+        ll_api_problem(response, request, &status);
     } else {
-        ll_job_spec spec = {.run = answer,
+        ll_job_spec spec = {.kind = LL_JOB_ADVICE,
+                            .run = answer,
                             .free = free_search,
                             .context = q,
-                            .most = ll_advise_runs(&q->request),
-                            .client = request->peer};
-        status = ll_jobs_add(api->jobs, &spec, id, key);
+                            .most = ll_advise_runs(&q->request)};
+        ll_api_job_start(api, request, response, &spec, PATH);
     }
-    if (ll_failed(&status))
-        ll_api_problem(response, request, &status);
-    else
-        answer_begun(id, key, response);
     cJSON_Delete(body);
 }
 
 void ll_get_advice(void *context, const ll_http_request *request, ll_http_response *response)
 {
-    ll_api *api = context;
-    if (!ll_api_started(api, request, response))
-        return;
-    cJSON *json = cJSON_CreateObject();
-    ll_status status = ll_jobs_describe(api->jobs, request->parameter[0], json);
-    if (ll_failed(&status))
-        ll_api_problem(response, request, &status);
-    else
-        ll_http_json(response, 200, json);
-    cJSON_Delete(json);
+    ll_api_job_get(context, request, response, LL_JOB_ADVICE);
 }
 
 void ll_delete_advice(void *context, const ll_http_request *request, ll_http_response *response)
 {
-    ll_api *api = context;
-    if (!ll_api_started(api, request, response))
-        return;
-    const char *key = ll_api_key(request, response, "the advice's owner_key");
-    if (!key)
-        return;
-    ll_status status =
-        ll_jobs_remove(api->jobs, request->parameter[0], ll_api_is_operator(api, key) ? NULL : key);
-    if (ll_failed(&status))
-        ll_api_problem(response, request, &status);
-    else
-        response->status = 204;
+    ll_api_job_delete(context, request, response, LL_JOB_ADVICE, "the advice's owner_key");
 }

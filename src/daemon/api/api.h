@@ -28,7 +28,7 @@ typedef struct ll_api {
     ll_experiments *experiments;
     struct ll_tasks *tasks;
     ll_classes *classes;                 /* set before the phase is LL_API_READY */
-    ll_jobs *jobs;                       /* running searches for advice */
+    ll_jobs *jobs;                       /* searches for advice, measurements */
     _Atomic(ll_web_server *) web_server; /* set when it is started */
     const char *scenarios, *documents;   /* folders */
     atomic_int phase;
@@ -99,6 +99,7 @@ ll_http_handler ll_post_experiments, ll_get_experiment, ll_delete_experiment, ll
 ll_http_handler ll_post_advise, ll_get_advice, ll_delete_advice, ll_get_experiment_run,
     ll_get_experiment_results, ll_get_experiment_report, ll_get_experiment_trace, ll_get_experiment_schema,
     ll_get_experiment_library;
+ll_http_handler ll_get_tradeoffs, ll_post_tradeoffs, ll_get_tradeoff, ll_delete_tradeoff;
 ll_http_handler ll_get_sessions, ll_get_experiments, ll_get_creation, ll_put_creation;
 ll_http_handler ll_post_classes, ll_get_class, ll_patch_class, ll_delete_class, ll_put_board;
 ll_http_handler ll_post_members, ll_get_member, ll_patch_member, ll_delete_member, ll_put_vote;

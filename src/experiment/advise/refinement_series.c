@@ -253,7 +253,8 @@ static ll_status run_once(const ll_refinement_request *request, int seed, bool c
     const ll_sim_kind *kind = NULL;
     LL_TRY(open_refinement_level(request, refinement_level, seed, &kind, &session));
     int64_t from = request->now_ns();
-    ll_status status = ll_session_run_to(session, ll_session_get_info(session).end_tick);
+    ll_status status =
+        ll_session_run_within(session, ll_session_get_info(session).end_tick, request->interrupt);
     s->took[s->runs++] = request->now_ns() - from;
     refinement_level->diverged = status.code == LL_DIVERGED;
     if (!ll_failed(&status) && counts)
@@ -385,6 +386,17 @@ static bool next_series(ll_refinement_run *c)
     c->settings = c->refinement_level.refinement_series->setting_values;
     c->refinement_level.error = NAN;
     return true;
+}
+
+int ll_refinement_series_count(const ll_refinement_series *refinement_series, const char *methods)
+{
+    char item[32];
+    int series = 0, settings = 0;
+    for (const char *list = refinement_series->series_values; next_item(&list, item, sizeof item);)
+        series += ll_list_contains(methods, item);
+    for (const char *list = refinement_series->setting_values; next_item(&list, item, sizeof item);)
+        settings++;
+    return series * settings;
 }
 
 ll_refinement_run ll_refinement_series_start(const ll_refinement_series *refinement_series,

@@ -7,6 +7,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "base/interrupt.h"
 #include "base/status.h"
 
 struct cJSON;
@@ -52,15 +53,19 @@ typedef struct ll_refinement_request {
     const struct cJSON *scenario; /* from the library */
     const char *const *sets;      /* `path=value`; set after those of series and levels */
     int set_count;
-    const char *duration;    /* s; NULL: that of the series */
-    const char *methods;     /* series to run, separated by commas; NULL: all */
-    int seeds;               /* replaces the series' seeds, if it has any; 0: the series' */
-    int first_seed;          /* added to the scenario's seed in the first run, one more in each other */
-    int64_t (*now_ns)(void); /* CPU time */
+    const char *duration;          /* s; NULL: that of the series */
+    const char *methods;           /* series to run, separated by commas; NULL: all */
+    int seeds;                     /* replaces the series' seeds, if it has any; 0: the series' */
+    int first_seed;                /* added to the scenario's seed in the first run, one more in each other */
+    int64_t (*now_ns)(void);       /* CPU time */
+    const ll_interrupt *interrupt; /* of each run; NULL: none */
     /* Paths of metrics that are measured too, or of the session's cost, such as `cost.block_bytes`. */
     const char *const *costs;
     int cost_count;
 } ll_refinement_request;
+
+/* Levels of a series; `methods` as in a request. */
+int ll_refinement_series_count(const ll_refinement_series *refinement_series, const char *methods);
 
 /* A series in progress. */
 typedef struct ll_refinement_run {
@@ -73,7 +78,7 @@ ll_refinement_run ll_refinement_series_start(const ll_refinement_series *refinem
                                              const ll_refinement_request *request);
 
 /* Measures the next level; false after the last level of the last series, or on failure. LL_BAD_INPUT: a
- * value is invalid for the scenario. A run that diverges also makes a level. */
+ * value is invalid for the scenario; LL_INTERRUPTED. A run that diverges also makes a level. */
 bool ll_refinement_series_next(ll_refinement_run *refinement_run, ll_status *status);
 
 /* Writes what distinguishes the level's first run from the scenario, as `path=value` separated by spaces. */

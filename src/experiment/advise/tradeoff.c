@@ -2,6 +2,7 @@
 
 #include <cjson/cJSON.h>
 #include <math.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -69,7 +70,18 @@ static ll_measured exactly(double value)
     return (ll_measured){value, value, value};
 }
 
+static void count_step(const pass *p)
+{
+    if (p->request->done)
+        atomic_fetch_add(p->request->done, 1);
+}
+
 /* ---- scenarios with refinement series ---- */
+
+static bool is_of(const ll_refinement_series *series, const ll_tradeoff_problem *problem)
+{
+    return strcmp(series->scenario, problem->scenario) == 0 && strcmp(series->error, problem->error) == 0;
+}
 
 static ll_status add_level(pass *p, const ll_refinement_level *level, const ll_refinement_request *request)
 {
@@ -116,6 +128,7 @@ static ll_status measure_scenario(pass *p)
                                      .seeds = p->seeds,
                                      .first_seed = p->first_seed,
                                      .now_ns = p->request->now_ns,
+                                     .interrupt = p->request->interrupt,
                                      .costs = costs,
                                      .cost_count = cost_count};
     for (int c = 0; c < cost_count; c++)
@@ -123,11 +136,13 @@ static ll_status measure_scenario(pass *p)
     ll_status status = ll_ok();
     for (const ll_refinement_series *s = ll_refinement_series_table; s->scenario && !ll_failed(&status);
          s++) {
-        if (strcmp(s->scenario, problem->scenario) != 0 || strcmp(s->error, problem->error) != 0)
+        if (!is_of(s, problem))
             continue;
         for (ll_refinement_run run = ll_refinement_series_start(s, &request);
-             !ll_failed(&status) && ll_refinement_series_next(&run, &status);)
+             !ll_failed(&status) && ll_refinement_series_next(&run, &status);) {
             status = add_level(p, &run.refinement_level, &request);
+            count_step(p);
+        }
     }
     return status;
 }
@@ -183,7 +198,8 @@ static ll_status measure_motion(pass *p)
 {
     _Alignas(8) char params[LL_ODE_PARAMS_MAX];
     ll_work_precision levels[LL_WORK_PRECISION_LEVELS_MAX];
-    ll_work_precision_request order = {.steps_max = STEPS_MAX, .now_ns = p->request->now_ns};
+    ll_work_precision_request order = {
+        .steps_max = STEPS_MAX, .now_ns = p->request->now_ns, .interrupt = p->request->interrupt};
     if (p->request->duration)
         order.duration = strtod(p->request->duration, NULL);
     LL_TRY(problem_from(p->json, &order, params));
@@ -192,6 +208,7 @@ static ll_status measure_motion(pass *p)
         if (!ll_list_contains(p->request->methods, (*m)->name))
             continue;
         ll_status status = ll_work_precision_series(&order, *m, levels, &count);
+        count_step(p);
         if (status.code == LL_BAD_INPUT)
             continue; /* the method is not for such problems */
         for (int i = 0; i < count && !ll_failed(&status); i++)
@@ -203,6 +220,28 @@ static ll_status measure_motion(pass *p)
 }
 
 /* ---- passes ---- */
+
+static int steps_of(const ll_tradeoff_problem *problem, const char *methods)
+{
+    int steps = 0;
+    bool has_series = false;
+    for (const ll_refinement_series *s = ll_refinement_series_table; s->scenario; s++)
+        if (is_of(s, problem)) {
+            has_series = true;
+            steps += ll_refinement_series_count(s, methods);
+        }
+    for (const ll_ode_method *const *m = ll_ode_methods; *m && !has_series; m++)
+        steps += ll_list_contains(methods, (*m)->name);
+    return steps;
+}
+
+int64_t ll_tradeoff_steps(const ll_tradeoff_family *family, const ll_tradeoff_request *request)
+{
+    int64_t steps = 0;
+    for (int p = 0; p < ll_tradeoff_problem_count(family); p++)
+        steps += steps_of(&family->problems[p], request->methods);
+    return request->check_seeds > 0 ? 2 * steps : steps;
+}
 
 static ll_status measure_problem(pass *p)
 {

@@ -86,10 +86,16 @@ typedef struct ll_tradeoff_request {
     int seeds;             /* of levels with randomness */
     int check_seeds;       /* of the check, after those; 0: no check */
     int64_t (*now_ns)(void);
+    const ll_interrupt *interrupt; /* NULL: none */
+    _Atomic int64_t *done;         /* steps so far, of ll_tradeoff_steps; NULL: not counted */
 } ll_tradeoff_request;
 
-/* Measures, chooses and checks. LL_BAD_INPUT: the family has none of the methods. The caller frees
- * `tradeoff`, after a failure too. */
+/* Steps of the measurement and its check: settings; of integrators, whose settings follow from their errors,
+ * methods. 0: the family has none of the methods. */
+int64_t ll_tradeoff_steps(const ll_tradeoff_family *family, const ll_tradeoff_request *request);
+
+/* Measures, chooses and checks. LL_BAD_INPUT: the family has none of the methods; LL_INTERRUPTED. The caller
+ * frees `tradeoff`, after a failure too. */
 ll_status ll_tradeoff_run(const ll_tradeoff_family *family, const ll_tradeoff_request *request,
                           ll_tradeoff *tradeoff);
 void ll_tradeoff_free(ll_tradeoff *tradeoff);

@@ -7,7 +7,7 @@
 
 #include "ode/core/measure.h"
 
-enum { TIMES = 1024, REPEATS = 7, STEPS_MAX = 1 << 20 };
+enum { TIMES = 1024, REPEATS = 7, STEPS_MAX = 1 << 20, ROUNDS = 16 };
 
 #define LONG_NS 200000000 /* a longer run is not repeated */
 #define SLACK 1e-9        /* a step that ends closer to the end than this part of its length ends there */
@@ -31,6 +31,12 @@ static ll_status start_reference(const series_workspace *b, int which, ll_ode_ru
     ll_ode_control control = ll_ode_reference_control(b->duration);
     return ll_ode_start(run, ll_ode_reference_method(b->request->problem, which), &b->ode, &control,
                         b->start);
+}
+
+/* Of a run, or of a pace that was broken off. */
+static ll_status interrupted(void)
+{
+    return ll_error(LL_INTERRUPTED, "interrupted");
 }
 
 /* Reference `which` at `t`; t must not decrease. */
@@ -91,7 +97,8 @@ static ll_status solve(series_workspace *b)
         second ? start_reference(b, 0, b->solution) : ll_error(LL_NO_MEMORY, "out of memory: solution");
     LL_THEN(status, start_reference(b, 1, second));
     bool together = !ll_failed(&status);
-    for (b->predictable_s = 0; together && b->solution->state == LL_ODE_RUNNING;) {
+    ll_pace pace = ll_pace_by(b->request->interrupt, ROUNDS);
+    for (b->predictable_s = 0; together && b->solution->state == LL_ODE_RUNNING && ll_goes_on(&pace);) {
         ll_ode_state state = ll_ode_step(b->solution, ll_ode_reference_method(p, 0), &b->ode);
         together = compare(b, second);
         if (state == LL_ODE_DIVERGED || second->state == LL_ODE_DIVERGED)
@@ -100,7 +107,7 @@ static ll_status solve(series_workspace *b)
     }
     b->whole = b->doubt.scale;
     free(second);
-    return status;
+    return ll_broken_off(&pace) ? interrupted() : status;
 }
 
 static ll_status start(series_workspace *b, const ll_ode_method *method, double setting)
@@ -175,9 +182,13 @@ static ll_status measure(series_workspace *b, const ll_ode_method *method, ll_wo
     ll_ode_scale_join(&m.scale, &b->whole);
     ll_status status = b->formula ? ll_ok() : start_reference(b, 0, b->solution);
     double slack = method->adaptive ? 0 : SLACK * r->setting;
-    while (!ll_failed(&status) && b->run->state == LL_ODE_RUNNING && b->duration - b->run->t > slack)
+    ll_pace pace = ll_pace_by(b->request->interrupt, ROUNDS);
+    while (!ll_failed(&status) && b->run->state == LL_ODE_RUNNING && b->duration - b->run->t > slack &&
+           ll_goes_on(&pace))
         if (ll_ode_step(b->run, method, &b->ode) != LL_ODE_DIVERGED)
             measure_step(b, method, &m);
+    if (ll_broken_off(&pace))
+        return interrupted();
     if (b->run->state != LL_ODE_DIVERGED && b->predictable_s >= b->duration &&
         !ll_ode_measure_resolved(&m, b->each, b->request->problem, &b->ode))
         ll_ode_give_up(b->run, LL_ODE_UNRESOLVED);
@@ -200,9 +211,12 @@ static int by_size(const void *a, const void *b)
 static ll_status measure_time(series_workspace *b, const ll_ode_method *method, double setting,
                               ll_work_precision *r)
 {
+    const ll_interrupt *interrupt = b->request->interrupt;
     int64_t took[REPEATS];
     int n = 0;
     do {
+        if (interrupt && !interrupt->go_on(interrupt->context))
+            return interrupted();
         int64_t from = b->request->now_ns();
         LL_TRY(start(b, method, setting));
         ll_ode_advance(b->run, method, &b->ode, b->duration);

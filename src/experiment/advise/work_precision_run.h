@@ -2,6 +2,7 @@
  * its cost and its error (Hairer, Norsett and Wanner; SciMLBenchmarks). */
 #pragma once
 
+#include "base/interrupt.h"
 #include "base/status.h"
 #include "ode/core/problem.h"
 #include "ode/core/run.h"
@@ -33,6 +34,7 @@ typedef struct ll_work_precision_request {
     double duration;    /* s; 0: that of the problem */
     int64_t steps_max;  /* most fixed steps of a run; 0: a million */
     int64_t (*now_ns)(void);
+    const ll_interrupt *interrupt; /* NULL: none */
 } ll_work_precision_request;
 
 enum { LL_WORK_PRECISION_LEVELS_MAX = 40 };
@@ -40,7 +42,7 @@ enum { LL_WORK_PRECISION_LEVELS_MAX = 40 };
 /* Measures a method's series; fills at most LL_WORK_PRECISION_LEVELS_MAX levels and returns their count. A
  * fixed step halves from a sixteenth of the duration until the error is that of rounding, or `steps_max`
  * is reached; a tolerance falls by tens from 1e-2 to 1e-14. LL_BAD_INPUT when the method does not support
- * the problem. */
+ * the problem; LL_INTERRUPTED. */
 ll_status ll_work_precision_series(const ll_work_precision_request *request, const ll_ode_method *method,
                                    ll_work_precision *refinement_levels, int *count);
 

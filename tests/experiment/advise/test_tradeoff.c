@@ -209,6 +209,61 @@ static void a_family_without_the_method_is_refused(void **state)
     ll_tradeoff_free(&t);
 }
 
+/* ---- steps and interrupts ---- */
+
+static int64_t questions, asked_most;
+
+static bool go_on(void *context)
+{
+    (void)context;
+    return ++questions < asked_most;
+}
+
+/* Runs it whole, then ends it at questions in between. */
+static void count_and_interrupt(const char *family, const char *methods, const char *duration)
+{
+    ll_tradeoff t;
+    _Atomic int64_t done = 0;
+    const ll_interrupt interrupt = {go_on, counting_clock, NULL};
+    ll_tradeoff_request request = {.scenarios = "scenarios",
+                                   .duration = duration,
+                                   .methods = methods,
+                                   .seeds = 10,
+                                   .check_seeds = 10,
+                                   .now_ns = counting_clock,
+                                   .interrupt = &interrupt,
+                                   .done = &done};
+    const ll_tradeoff_family *of = ll_tradeoff_family_find(family);
+    questions = 0;
+    asked_most = INT64_MAX;
+    must(ll_tradeoff_run(of, &request, &t));
+    ll_tradeoff_free(&t);
+    assert_true(done > 0 && done == ll_tradeoff_steps(of, &request));
+    int64_t all = questions;
+    assert_true(all > 10);
+    for (int part = 1; part < 8; part++) {
+        done = 0;
+        questions = 0;
+        asked_most = all * part / 8;
+        ll_status status = ll_tradeoff_run(of, &request, &t);
+        assert_int_equal(status.code, LL_INTERRUPTED);
+        assert_true(questions >= asked_most && questions < all);
+        ll_tradeoff_free(&t);
+    }
+    int64_t with_check = ll_tradeoff_steps(of, &request);
+    request.check_seeds = 0;
+    assert_int_equal(2 * ll_tradeoff_steps(of, &request), with_check);
+    request.methods = "magic";
+    assert_int_equal(ll_tradeoff_steps(of, &request), 0);
+}
+
+static void steps_are_counted_and_an_interrupt_ends_it(void **state)
+{
+    (void)state;
+    count_and_interrupt("integrators", "rk4,radau5", "0.2");
+    count_and_interrupt("contact_solvers", "xpbd", "0.1");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -217,6 +272,7 @@ int main(void)
         cmocka_unit_test(choices_fail_with_the_figures),
         cmocka_unit_test(the_check_has_other_seeds_than_the_measurement),
         cmocka_unit_test(a_family_without_the_method_is_refused),
+        cmocka_unit_test(steps_are_counted_and_an_interrupt_ends_it),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

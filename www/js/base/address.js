@@ -14,6 +14,7 @@
  * @property {string | null} room  code of a class, of `#class=CODE`; empty where it is to be typed; null when none is wanted
  * @property {string} roomKey     the teacher's, of `&k=`; removed from the address bar at once
  * @property {string | null} experiment  of `#experiments=ID`; empty for the view alone; null when a lab is wanted
+ * @property {string | null} tradeoff  `#tradeoff=FAMILY...`: speed against error; null when it is not wanted
  * @property {{id: string, step: number, lang: string} | null} lesson  the list of questions, or one of them; null when a lab is wanted
  * @property {string} second     of the fragment: `compare...`, a second run next to the first; empty for none
  * @property {boolean} embed   in a frame of a course page: the view alone

@@ -27,10 +27,13 @@ export function toValue(text) {
   return text.trim() !== '' && Number.isFinite(number) ? number : text;
 }
 
-/** @param {string} hash @returns {string | null} */
+/** Speed against error: `#tradeoff=FAMILY&cost=PATH&job=ID`. @param {string} hash @returns {string | null} all of it */
+export const readTradeoff = (hash) => (/^#tradeoff(?:[=&]|$)/.test(hash) ? hash : null);
+
+/** @param {string} hash @returns {string | null} empty also for speed against error, which shows no session either */
 export function readExperiment(hash) {
   const found = /^#experiments(?:=([A-Za-z0-9_-]{1,64}))?$/.exec(hash);
-  return found ? (found[1] ?? '') : null;
+  return found ? (found[1] ?? '') : readTradeoff(hash) && '';
 }
 
 /** `#questions` and `#lesson=ID&step=N&lang=de`. An address that asks for nothing has the list of questions.
@@ -74,6 +77,7 @@ export function readLink(search, hash) {
     room: fragment.get('class'),
     roomKey: fragment.has('class') ? (fragment.get('k') ?? '') : '',
     experiment: readExperiment(hash),
+    tradeoff: readTradeoff(hash),
     lesson: readLesson(search, hash),
     second: /[#&](compare\b.*)/.exec(hash)?.[1] ?? '',
     embed: query.get('embed') === '1',

@@ -102,5 +102,6 @@ export function door() {
         }}></label></div>
     <ul class="cards" aria-label=${word('topic.questions')}>${questions.map(card)}</ul>
     ${none ? html`<p role="status">${word('door.none')}</p>` : nothing}
-    ${others('paper')}${others('techniques')}${library()}</main>`;
+    ${others('paper')}${others('techniques')}${library()}
+    <ul class="list"><li><a href="#tradeoff">${word('session.tradeoff')}</a></li></ul></main>`;
 }

@@ -21,7 +21,7 @@
  * What is known of a lab before it is read.
  * @typedef {object} About
  * @property {string} kind   of the scenarios that it shows
- * @property {boolean} [sessionless]  the Experiments view: it shows no session
+ * @property {boolean} [sessionless]  the Experiments view, or speed against error: it shows no session
  * @property {string} group  their heading in the list of scenarios: key of its words
  * @property {Tab[]} tabs
  * @property {Record<string, string[]>} [elsewhere]  by the id of another lab's tab: what belongs to it all the same

@@ -1,7 +1,7 @@
 // The labs: each shows the sessions of one kind of scenario, and is read when it is first shown.
 import { computed, effect, signal } from '../../vendor/signals-core.js';
 import { part } from '../base/api.js';
-import { experiment, layout, lesson } from './state.js';
+import { experiment, layout, lesson, tradeoff } from './state.js';
 
 /** @typedef {import('./lab.js').About} About */
 /** @typedef {import('./lab.js').Lab} Lab */
@@ -19,7 +19,10 @@ const kind = computed(() => {
   const now = layout.value?.kind,
     list = labs.value;
   if (lesson.value?.id === '') return undefined;
-  if (experiment.value !== null) return list.find((one) => one.sessionless)?.kind;
+  if (experiment.value !== null) {
+    const wanted = tradeoff.value === null ? 'experiments' : 'tradeoff';
+    return list.find((one) => one.sessionless && one.kind === wanted)?.kind;
+  }
   return list.some((one) => one.kind === now) ? now : list[0]?.kind;
 });
 

@@ -3,7 +3,7 @@ import { call, Problem } from '../base/api.js';
 import { lab } from './labs.js';
 import { keep, link } from './opening.js';
 import { lookOf, writeLesson, writeQuery } from '../base/link.js';
-import { experiment, lesson, locked, notify, params, place, presenting, session, theme, usable } from './state.js';
+import { experiment, lesson, locked, notify, params, place, presenting, session, theme, tradeoff, usable } from './state.js';
 import { t } from '../base/words.js';
 
 /** @typedef {import('../base/link.js').Value} Value */
@@ -79,7 +79,7 @@ export function showAddress() {
   const look = lookOf(link).join('&'),
     colours = look === '' ? '' : `?${look}`;
   if (shown !== null || lesson.value !== null) {
-    const hash = lesson.value !== null ? writeLesson(lesson.value) : `#experiments${shown === '' ? '' : `=${shown}`}`;
+    const hash = lesson.value !== null ? writeLesson(lesson.value) : (tradeoff.value ?? `#experiments${shown === '' ? '' : `=${shown}`}`);
     history.replaceState(null, '', location.pathname + colours + hash);
     return;
   }

@@ -24,6 +24,7 @@ import {
   scenarios,
   session,
   stopTick,
+  tradeoff,
 } from './state.js';
 import { ready, t } from '../base/words.js';
 
@@ -119,6 +120,7 @@ export function openLesson(at, step = false) {
   batch(() => {
     if (session.value === null) frame.value = null;
     experiment.value = null;
+    tradeoff.value = null;
     lesson.value = at;
     held.value = '';
     stopTick.value = 0;
@@ -143,8 +145,27 @@ export async function showForLesson(scenario, set, seed, speed, wanted) {
 export function openExperiments(id) {
   leaveLesson();
   close();
-  experiment.value = id;
+  batch(() => {
+    experiment.value = id;
+    tradeoff.value = null;
+  });
   document.title = t('session.title', { name: t('session.experiments') });
+  showAddress();
+}
+
+/** Leaves the session for speed against error. @param {string} at in the address
+ * @param {boolean} [step] whether it is a step of the browser's history, which a link makes by itself */
+export function openTradeoff(at, step = false) {
+  if (step) history.pushState(null, '', location.href);
+  close();
+  batch(() => {
+    lesson.value = null;
+    held.value = '';
+    stopTick.value = 0;
+    experiment.value = '';
+    tradeoff.value = at;
+  });
+  document.title = t('session.title', { name: t('session.tradeoff') });
   showAddress();
 }
 
@@ -156,6 +177,7 @@ export function show(id, key, own, line, gone) {
   newest = null;
   batch(() => {
     experiment.value = null;
+    tradeoff.value = null;
     session.value = { id, key, own };
     connection.value = { state: 'connecting', attempt: 0 };
     frame.value = null;

@@ -38,6 +38,9 @@ export const notice = signal('');
 /** The experiment that the Experiments view shows: empty for none; null while a session is shown.
  * @type {import('@preact/signals-core').Signal<string | null>} */
 export const experiment = signal(link.experiment);
+/** Speed against error is shown, where `experiment` is empty: what the address has for it; null: it is not.
+ * @type {import('@preact/signals-core').Signal<string | null>} */
+export const tradeoff = signal(link.tradeoff);
 /** Where among the lessons the page is; null while a lab is shown. @type {import('@preact/signals-core').Signal<import('../base/link.js').LessonAt | null>} */
 export const lesson = signal(link.lesson);
 /** What the lesson that is shown is about, from its second step on. @type {import('@preact/signals-core').Signal<{at: string, player?: number} | null>} */

@@ -19,6 +19,7 @@ import {
   readOnly,
   scenarios,
   status,
+  tradeoff,
 } from '../session/state.js';
 import { fullTitleOf } from '../session/scenario_words.js';
 import { backToLive } from '../session/time.js';
@@ -52,13 +53,14 @@ function chooser() {
 
 let lastExperiment = ''; /* that was shown: the way back leads to it */
 effect(() => {
-  lastExperiment = experiment.value ?? lastExperiment;
+  if (tradeoff.value === null) lastExperiment = experiment.value ?? lastExperiment;
 });
 
 /** @returns {Template} */
 function tabs() {
   const asked = lesson.value;
   const shown = experiment.value === null && asked === null ? tabOf(layout.value?.game ?? '') : null;
+  const inExperiments = experiment.value !== null && tradeoff.value === null;
   const tab = (/** @type {string} */ name, /** @type {boolean} */ current, /** @type {() => void} */ go) =>
     html`<button type="button" class="lab" aria-current=${current ? 'page' : 'false'} @click=${go}>${name}</button>`;
   const questions = tab(t('shell.questions'), asked !== null, () => {
@@ -70,8 +72,8 @@ function tabs() {
       tab(t(name), shown === id, () => {
         if (shown === null || shownScenario() !== scenario) choose(scenario);
       }),
-    )}${tab(t('session.experiments'), experiment.value !== null, () => {
-    if (experiment.value === null) openExperiments(lastExperiment);
+    )}${tab(t('session.experiments'), inExperiments, () => {
+    if (!inExperiments) openExperiments(lastExperiment);
   })}</nav>`;
 }
 

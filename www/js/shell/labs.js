@@ -5,4 +5,7 @@ import { about as motion } from '../labs/motion/about.js';
 import { about as netgame } from '../labs/netgame/lab/about.js';
 import { about as rigid } from '../labs/rigid/about.js';
 
-export const LABS = [netgame, motion, rigid, fluid, experiments];
+/** Speed against error, which shows no session either. @type {import('../session/lab.js').About} */
+const tradeoff = { ...experiments, kind: 'tradeoff', load: async () => (await import('../labs/tradeoff/view.js')).load() };
+
+export const LABS = [netgame, motion, rigid, fluid, experiments, tradeoff];

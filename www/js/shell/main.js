@@ -1,13 +1,26 @@
 // Wires the page together.
 import { effect } from '../../vendor/signals-core.js';
 import { call, insist, part } from '../base/api.js';
-import { readExperiment, readLesson, writeQuery } from '../base/link.js';
+import { readExperiment, readLesson, readTradeoff, writeQuery } from '../base/link.js';
 import { ready, t } from '../base/words.js';
 import * as announce from '../session/announce.js';
 import { load, register } from '../session/labs.js';
 import { link, problems } from '../session/opening.js';
-import { choose, failed, hook, openExperiments, openLesson, reopen, show } from '../session/session.js';
-import { experiment, frame, layout, lesson, locked, notify, params, place, scenarios, schemas, session } from '../session/state.js';
+import { choose, failed, hook, openExperiments, openLesson, openTradeoff, reopen, show } from '../session/session.js';
+import {
+  experiment,
+  frame,
+  layout,
+  lesson,
+  locked,
+  notify,
+  params,
+  place,
+  scenarios,
+  schemas,
+  session,
+  tradeoff,
+} from '../session/state.js';
 import * as controls from '../workbench/controls.js';
 import { slowing } from '../session/time.js';
 import { begun } from './early.js';
@@ -103,8 +116,14 @@ function follow() {
     openLesson({ ...wanted, lang: wanted.lang || (now?.lang ?? '') });
   return true;
 }
+/** The same of a family of methods. @returns {boolean} */
+function followTradeoff() {
+  const at = readTradeoff(location.hash);
+  if (at !== null && at !== tradeoff.value) openTradeoff(at);
+  return at !== null;
+}
 addEventListener('hashchange', () => {
-  if (follow()) return;
+  if (follow() || followTradeoff()) return;
   /* Back from a point that was opened, or an address that was typed */
   const wanted = readExperiment(location.hash),
     tab = LABS.flatMap(({ tabs }) => tabs).find(({ id }) => `#${id}` === location.hash);
@@ -114,7 +133,7 @@ addEventListener('hashchange', () => {
   else if (location.hash.startsWith('#s=') && !location.hash.startsWith(`#s=${session.value?.id}`)) location.reload();
 });
 addEventListener('popstate', () => {
-  if (follow()) return;
+  if (follow() || followTradeoff()) return;
   if ((experiment.value !== null || lesson.value !== null) && readExperiment(location.hash) === null) location.reload();
   else if (session.value?.own && location.search.includes('scenario=') && location.search !== writeQuery(link)) reopen();
 });

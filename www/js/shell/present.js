@@ -5,7 +5,7 @@ import { fixed, slower } from '../base/format.js';
 import { language, t } from '../base/words.js';
 import { renew } from '../draw/palette.js';
 import { touch } from '../draw/redraw.js';
-import { experiment, frame, lesson, params, place, presented, presenting, speed, status } from '../session/state.js';
+import { experiment, frame, lesson, params, place, presented, presenting, speed, status, tradeoff } from '../session/state.js';
 import { showAddress } from '../session/params.js';
 import { playOrPause } from '../session/time.js';
 import { icons } from '../workbench/icons.js';
@@ -53,7 +53,8 @@ export function present(on) {
 
 /** What the caption says. @returns {{title: string, text: string, lang: string}} */
 function said() {
-  if (experiment.value !== null) return { title: t('session.experiments'), text: '', lang: language.value };
+  if (experiment.value !== null)
+    return { title: t(tradeoff.value === null ? 'session.experiments' : 'session.tradeoff'), text: '', lang: language.value };
   if (lesson.value === null) return { title: params.value?.title ?? '', text: params.value?.text ?? '', lang: 'en' };
   return lessons.value?.caption() ?? { title: '', text: '', lang: 'en' };
 }

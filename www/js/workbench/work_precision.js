@@ -1,7 +1,8 @@
-// Work-precision diagram of a session: writes an experiment with the current parameters, by the kind of the scenario.
+// From a lab to its methods' errors and costs: an experiment with the current parameters, by the kind of the scenario; the families of
+// methods that the daemon measures.
 import { html } from '../../vendor/lit-html.js';
 import { signal } from '../../vendor/signals-core.js';
-import { openExperiments } from '../session/session.js';
+import { openExperiments, openTradeoff } from '../session/session.js';
 import { params } from '../session/state.js';
 import { t } from '../base/words.js';
 
@@ -19,3 +20,7 @@ function writeExperiment() {
 /** @returns {import('lit-html').TemplateResult} */
 export const workPrecisionButton = () => html`<button type="button" id="speed-against-error"
   title=${t('workbench.diagram_tip')} @click=${writeExperiment}>${t('workbench.diagram')}</button>`;
+
+/** @param {string} family of GET /api/v1/tradeoffs @returns {import('lit-html').TemplateResult} */
+export const tradeoffButton = (family) => html`<button type="button" id="to-tradeoff"
+  @click=${() => openTradeoff(`#tradeoff=${family}`, true)}>${t('session.tradeoff')}</button>`;

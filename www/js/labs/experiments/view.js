@@ -9,7 +9,7 @@ import { link } from '../../session/opening.js';
 import { experiment, notify, theme } from '../../session/state.js';
 import { palette } from '../../draw/palette.js';
 import { onto } from '../../workbench/canvas.js';
-import { workPrecisionOf } from '../../workbench/work_precision.js';
+import { tradeoffButton, workPrecisionOf } from '../../workbench/work_precision.js';
 import { boundsOf, formatValue, meanOf, notesOf, numberOf, spreadOf } from './columns.js';
 import { choose, draft, measure, scenario, specification, start, watch } from './draft.js';
 import { form, library } from './form.js';
@@ -328,6 +328,7 @@ function template() {
     <aside class="side" aria-label=${t('experiments.side')}>${
       r ? html`${files(r)}<button type="button" id="again" @click=${() => start(r.experiment)}>${t('experiments.again')}</button>` : nothing
     }${list()}
+      ${tradeoffButton('')}
       <section class="about" aria-label=${t('experiments.api')}><div class="head"><h2>${t('experiments.api')}</h2><button type="button" class="small" id="copy"
         @click=${copy}>${t('experiments.copy')}</button></div>
         <textarea readonly rows="7" aria-label=${t('experiments.curl')} .value=${curl(r)}></textarea></section></aside></div></main>`;

@@ -19,6 +19,13 @@ export const words = (/** @type {string} */ name) => called('fluid', name);
 const settingOf = (name, at) => (language.value === 'en' ? words(name) : (inputOf('fluid', `${at}.${name}`)?.label ?? words(name)));
 /** @param {FluidLayout | undefined} of */
 export const fieldsOf = (of) => of?.layers.filter((layer) => layer.shape === 'field') ?? [];
+/** Of which family's speed against error is the question. @param {FluidLayout | null} of @returns {string} */
+export const familyOf = (of) =>
+  fieldsOf(of ?? undefined).some(({ name }) => name === 'height')
+    ? 'oceans'
+    : of?.layers.some(({ shape }) => shape === 'points')
+      ? 'particles'
+      : 'pressure_solvers';
 /** @param {Layer} layer */
 export const isSurface = (layer) => /surface|height/.test(layer.name);
 /** The field that frames carry. @param {number} i @returns {Layer | undefined} */

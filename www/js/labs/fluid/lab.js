@@ -14,10 +14,10 @@ import { costs, forget as forgetMeasured, measure, profiles } from '../../workbe
 import { opening } from '../../workbench/opening.js';
 import { mark } from '../../workbench/player_mark.js';
 import { PointerDrag } from '../../workbench/pointer_drag.js';
-import { workPrecisionButton } from '../../workbench/work_precision.js';
+import { tradeoffButton, workPrecisionButton } from '../../workbench/work_precision.js';
 import { fluidsOf } from './decode.js';
 import { drawScene } from './drawing.js';
-import { drawing, fluid, fluids, isSurface, nameOf, relief, words } from './fluids.js';
+import { drawing, familyOf, fluid, fluids, isSurface, nameOf, relief, words } from './fluids.js';
 import { isSize, pick, rankOf, formatNumber, wordsOf } from './numbers.js';
 import { fluidPanel, scenePanel } from './panels.js';
 import { Record } from './record.js';
@@ -169,7 +169,7 @@ function template() {
     </div>
     <aside class="side" aria-label=${t('workbench.numbers')}>
       <div class="about">${aboutScenario()}</div>
-      ${workPrecisionButton()}${numbers()}
+      ${workPrecisionButton()}${tradeoffButton(familyOf(at))}${numbers()}
       <div class="about"><p>${said(at?.help ?? '')}</p>${at?.source ? html`<p>${t('fluid.reference')} <span lang="en">${at.source}</span></p>` : nothing}
         ${(at?.notices ?? []).map((/** @type {string} */ text) => html`<p role="note"><strong>${t('fluid.warning')}</strong> ${said(text)}</p>`)}</div>
     </aside></main>`;

@@ -17,6 +17,7 @@ import { onto, plotBox } from '../../workbench/canvas.js';
 import { control } from '../../workbench/controls.js';
 import { opening } from '../../workbench/opening.js';
 import { mark } from '../../workbench/player_mark.js';
+import { tradeoffButton } from '../../workbench/work_precision.js';
 import { drawScene, isPlane } from './drawing.js';
 import { ERRATA, METHOD_ERRATA } from './paper.js';
 import { Record, motionsOf } from './record.js';
@@ -145,6 +146,7 @@ function template() {
       )}</select></label>
       <button type="button" ?disabled=${measuring.value || locked.value !== '' || !may('measure')}
         @click=${() => measure()}>${measuring.value ? t('motion.measuring') : t('motion.measure')}</button>
+      ${tradeoffButton('integrators')}
       <div class="wide-table" tabindex="0" role="region" aria-label=${t('workbench.current')}><table
         class="data now" data-shows="table"><caption>${t('workbench.now')}</caption><thead><tr><td></td>
         <th scope="col">t (s)</th><th scope="col">${componentName(at?.components[component.value] ?? '')}</th><th scope="col">${t('motion.error')}</th><th

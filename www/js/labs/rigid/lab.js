@@ -20,7 +20,7 @@ import { opening } from '../../workbench/opening.js';
 import { mark } from '../../workbench/player_mark.js';
 import { PointerDrag } from '../../workbench/pointer_drag.js';
 import { countChoice, difference, paramsOf, pathOf, renew as renewSideBySide } from '../../workbench/side_by_side.js';
-import { workPrecisionButton } from '../../workbench/work_precision.js';
+import { tradeoffButton, workPrecisionButton } from '../../workbench/work_precision.js';
 import { VOLUMES, sceneOf } from './decode.js';
 import { drawWorld } from './drawing.js';
 import { Record } from './record.js';
@@ -296,7 +296,7 @@ function template() {
     </div>
     <aside class="side" aria-label=${t('workbench.numbers')}>
       <div class="about">${aboutScenario()}</div>
-      ${workPrecisionButton()}${tunnellingMeter()}${numbers()}${volumeTable()}
+      ${workPrecisionButton()}${tradeoffButton('contact_solvers')}${tunnellingMeter()}${numbers()}${volumeTable()}
       ${used.map((one) => html`<div class="about"><h3>${words(one.name)}</h3><p>${said(one.help)}</p></div>`)}
     </aside></main>`;
 }

@@ -15,7 +15,7 @@ import { layout } from '../core/layout.js';
 import { connectionEvents, memory, scale, unit } from '../core/state.js';
 import { countOf, sentences, tell } from '../views/sentences.js';
 import { FEW, bufferCurves, errorCurves } from '../views/curves.js';
-import { workPrecisionButton } from '../../../workbench/work_precision.js';
+import { tradeoffButton, workPrecisionButton } from '../../../workbench/work_precision.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 /** @typedef {import('../core/frame.js').Frame} Frame */
@@ -148,7 +148,7 @@ export function side() {
       ${notes.value?.() ?? nothing}</div>
     ${connectionList()}
     ${meets()}
-    ${compareButton()}${workPrecisionButton()}
+    ${compareButton()}${workPrecisionButton()}${tradeoffButton(layout.value?.family ?? '')}
     <section class="chart"><div class="head"><h3>${t('netgame.chart.drawn')}</h3>${units()}</div>
       <div class="plot" id="error-chart" role="img"
         aria-label=${t('netgame.chart.error.says')}></div>

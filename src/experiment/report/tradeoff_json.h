@@ -1,0 +1,15 @@
+/* Speed against error as JSON: for `laglab tradeoff --list` and for the API. */
+#pragma once
+
+#include "experiment/advise/tradeoff.h"
+
+struct cJSON;
+
+/* [{"name","title","text","problems":[{"scenario","error","title"}],"costs":[{"path","title"}]}]; NULL
+ * without memory. The caller deletes it. */
+struct cJSON *ll_tradeoff_families_json(void);
+
+/* The family as above, with "rows" and "choices". A measured value is [value, low, high], each
+ * null where it is not known. `row` and `check_cheapest` of a choice are places in "rows", or null. The
+ * caller deletes it. */
+struct cJSON *ll_tradeoff_json(const ll_tradeoff *tradeoff);
