@@ -180,10 +180,12 @@ static ll_status check_spectator(const ll_netgame_config *c, int i)
     const ll_spectator_params *s = &c->spectators[i];
     char field[48];
     snprintf(field, sizeof field, "spectators.%d.player", i);
-    int least = c->peers.topology == LL_TOPOLOGY_MESH ? 0 : -1;
-    if (s->player < least || s->player >= c->player_count)
-        return ll_field_error(LL_BAD_INPUT, field, "%s: must be %d to %d%s; got %lld", field, least,
-                              c->player_count - 1, least == 0 ? " over a mesh" : "", (long long)s->player);
+    if (c->peers.topology == LL_TOPOLOGY_MESH && s->player < 0)
+        return ll_field_error(LL_BAD_INPUT, field, "%s: must be a player in a mesh; got %lld", field,
+                              (long long)s->player);
+    if (s->player >= c->player_count)
+        return ll_field_error(LL_BAD_INPUT, field, "%s: must be -1 to %d; got %lld", field,
+                              c->player_count - 1, (long long)s->player);
     LL_TRY(check_spectator_way(s, &s->link.up, i, "up"));
     return check_spectator_way(s, &s->link.down, i, "down");
 }

@@ -383,7 +383,7 @@ static inline bool ll_netgame_stalled(const ll_netgame *g, int i)
 /* report.c: reports of a block */
 struct cJSON *ll_netgame_state(const void *block);
 struct cJSON *ll_netgame_layout(const void *config);
-/* notices.c: sentences that explain why metrics are null: reasons in the configuration, for any run of it;
+/* report.c: sentences that explain why metrics are null: reasons in the configuration, for any run of it;
  * and, added to the `metrics` of a block as `notices`, also events that have not happened in it so far */
 struct cJSON *ll_netgame_notices(const void *config);
 void ll_netgame_add_notices(const ll_netgame *game, struct cJSON *metrics);

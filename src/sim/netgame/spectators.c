@@ -8,7 +8,7 @@
 #include "sim/netgame/parts.h"
 
 #define LINK_SECONDS 1.3 /* of packets that a link holds; none takes longer */
-#define WORLDS 8         /* of which so many may be on their way, at LL_SPECTATOR_ASKS */
+#define WORLDS 8         /* at most on their way, by LL_SPECTATOR_ASKS */
 #define STREAM 1024      /* of random numbers: links of players have lower ones */
 
 /* ---- layout ---- */

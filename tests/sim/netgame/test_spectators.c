@@ -241,8 +241,8 @@ static void outages_are_caught_up_or_told(void **state)
     }
 }
 
-/* Its sender is cut off, is dropped, and joins again: the inputs that it made in between act nowhere, and no
- * spectator has seen them. */
+/* Its sender is cut off, is dropped, and joins again: the inputs that it made in between have no effect, and
+ * no spectator has seen them. */
 static void a_sender_who_leaves_sends_nothing_that_changes(void **state)
 {
     (void)state;
@@ -326,7 +326,7 @@ static void what_no_one_can_watch_is_refused(void **state)
     assert_refused((const char *const[]){"server.transport=tcp", "spectators=[{},{}]"}, 2,
                    "spectators: must be none unless server.transport is udp; got 2 with tcp");
     assert_refused((const char *const[]){MESH, "spectators=[{\"player\":-1}]"}, 2,
-                   "spectators.0.player: must be 0 to 1 over a mesh; got -1");
+                   "spectators.0.player: must be a player in a mesh; got -1");
     assert_refused((const char *const[]){"spectators=[{},{\"player\":2}]"}, 1,
                    "spectators.1.player: must be -1 to 1; got 2");
     assert_refused(
