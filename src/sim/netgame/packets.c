@@ -34,13 +34,6 @@ static void count_traffic(ll_traffic *t, int type, int bytes, int fragments)
     t->wire_bytes[type] += bytes + headers;
 }
 
-void ll_netgame_count_traffic(ll_netgame_run *run, int player, int type, int bytes, int fragments)
-{
-    ll_client_metrics *in = run->seat[player].metrics;
-    if (run->game->now >= in->from)
-        count_traffic(&in->traffic, type, bytes, fragments);
-}
-
 /* The event of a message that is sent now, but for its fate. */
 static ll_event message_event(const ll_netgame_run *run, int player, const void *packet)
 {

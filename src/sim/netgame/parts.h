@@ -96,9 +96,6 @@ void ll_netgame_deliver_up(ll_netgame_run *run, int player);
 void ll_netgame_deliver_down(ll_netgame_run *run, int player);
 void ll_netgame_deliver_held(ll_netgame_run *run, int player); /* by the de-jitter buffer */
 
-/* A message of a player that is now sent or received by another way than its links. */
-void ll_netgame_count_traffic(ll_netgame_run *run, int player, int type, int bytes, int fragments);
-
 /* spectators.c: their parts begin at `at` of a block; returns where they end. With a NULL block only that. */
 int64_t ll_netgame_lay_out_spectators(ll_netgame *g, const ll_netgame_config *c, int64_t at, ll_extent world);
 void ll_netgame_init_spectators(ll_netgame *g, const ll_netgame_config *c);

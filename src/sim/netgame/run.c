@@ -390,7 +390,7 @@ static void renew_player(const ll_netgame_run *run, schedule *next, int player)
 }
 
 /* The server checks its connections; of the same actor a player above 0 is a spectator. */
-static void renew_tend(const ll_netgame_run *run, schedule *next)
+static __attribute__((noinline)) void renew_tend(const ll_netgame_run *run, schedule *next)
 {
     int spectator;
     next->tend = turn_of(run->server->next_check, ACTOR_TEND, 0);

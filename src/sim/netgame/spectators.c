@@ -93,13 +93,28 @@ void ll_netgame_change_spectators(ll_netgame *g, const ll_netgame_config *c)
 
 /* ---- who sends ---- */
 
-static void count(ll_traffic *t, int bytes, int fragments)
+static void count(ll_traffic *t, int type, int bytes, int fragments)
 {
     int headers = fragments * (LL_UDP_OVERHEAD + (fragments > 1 ? LL_FRAGMENT_HEADER : 0));
-    t->bytes[LL_MESSAGE_RELAY] += bytes;
-    t->messages[LL_MESSAGE_RELAY]++;
-    t->packets[LL_MESSAGE_RELAY] += fragments;
-    t->wire_bytes[LL_MESSAGE_RELAY] += bytes + headers;
+    t->bytes[type] += bytes;
+    t->messages[type]++;
+    t->packets[type] += fragments;
+    t->wire_bytes[type] += bytes + headers;
+}
+
+/* Of a player who sends, too: a copy is one of its input messages, an acknowledgement comes to it like a
+ * relay. */
+static void count_both(const ll_netgame_run *run, ll_netgame_spectator *s, bool copy, int bytes,
+                       int fragments)
+{
+    const ll_time now = run->game->now;
+    if (now >= s->from)
+        count(copy ? &s->sent : &s->acks, LL_MESSAGE_RELAY, bytes, fragments);
+    if (s->params.player < 0)
+        return;
+    ll_client_metrics *in = run->seat[s->params.player].metrics;
+    if (now >= in->from)
+        count(&in->traffic, copy ? LL_MESSAGE_INPUT : LL_MESSAGE_RELAY, bytes, fragments);
 }
 
 /* The sender has made the ticks up to this one: a client now, the server when its history says. */
@@ -142,13 +157,10 @@ static void feed_spectator(ll_netgame_run *run, ll_netgame_spectator *s, int sen
         return;
     const ll_sending sent = ll_link_send(ll_netgame_spectator_down(s), &s->params.link.down, s->params.lag_ms,
                                          now, run->composed, bytes);
-    if (now >= s->from)
-        count(&s->sent, bytes, sent.fragments);
-    if (sender >= 0)
-        ll_netgame_count_traffic(run, sender, LL_MESSAGE_INPUT, bytes, sent.fragments);
+    count_both(run, s, true, bytes, sent.fragments);
 }
 
-void ll_netgame_feed_spectators(ll_netgame_run *run, int sender)
+__attribute__((noinline)) void ll_netgame_feed_spectators(ll_netgame_run *run, int sender)
 {
     if (!run->sync->observe || run->game->now < 0 ||
         (sender >= 0 && !ll_connection_plays(&run->seat[sender].client->connection)))
@@ -162,7 +174,7 @@ void ll_netgame_feed_spectators(ll_netgame_run *run, int sender)
 
 /* ---- who watches ---- */
 
-ll_time ll_netgame_spectators_due(const ll_netgame_run *run, int *spectator)
+__attribute__((noinline)) ll_time ll_netgame_spectators_due(const ll_netgame_run *run, int *spectator)
 {
     ll_time first = LL_NEVER;
     *spectator = 0;
@@ -182,10 +194,7 @@ static void answer(ll_netgame_run *run, ll_netgame_spectator *s)
         return;
     const ll_sending sent = ll_link_send(ll_netgame_spectator_up(s), &s->params.link.up, s->params.lag_ms,
                                          now, &m, (int)sizeof m);
-    if (now >= s->from)
-        count(&s->acks, (int)sizeof m, sent.fragments);
-    if (s->params.player >= 0)
-        ll_netgame_count_traffic(run, (int)s->params.player, LL_MESSAGE_RELAY, (int)sizeof m, sent.fragments);
+    count_both(run, s, false, (int)sizeof m, sent.fragments);
 }
 
 /* What has changed since `before`, from the warm-up on. */
@@ -206,7 +215,7 @@ static void measure(ll_netgame_spectator *s, const ll_spectator *before, ll_time
 }
 
 /* Packets that have arrived since its last tick wait for this one, which is the first that can show them. */
-void ll_netgame_spectate(ll_netgame_run *run, int i)
+__attribute__((noinline)) void ll_netgame_spectate(ll_netgame_run *run, int i)
 {
     const ll_netgame *g = run->game;
     ll_netgame_spectator *s = ll_netgame_spectator_of(g, i);
