@@ -213,7 +213,7 @@ static void a_second_answer_leaves_no_gap(void **state)
     (void)state;
     pair *w = new_pair();
     ll_watch_message m;
-    char first[256];
+    _Alignas(8) char first[256];
     steps(w, 200);
     send(w);
     assert_true(ll_spectator_compose(w->spectator, &m));

@@ -70,7 +70,7 @@ static void the_shown_world_is_settled(void **state)
 {
     (void)state;
     static const char *const games[] = {"contact", "cannon", "rollback_shooter", "eight"};
-    for (int i = 0; i < 24; i++) {
+    for (int i = 0; i < 48; i++) {
         char seed[32];
         snprintf(seed, sizeof seed, "seed=%d", 100 + i);
         const char *const sets[] = {peer_syncs[i % 2],
