@@ -185,8 +185,11 @@ static void client_ticks(ll_netgame_run *run, int player)
         ll_netgame_send(run, player, true, run->composed, bytes);
     if (copies)
         send_copies(run, player);
-    if (run->sync->observe)
+    if (run->sync->observe) {
         run->sync->observe(ll_netgame_desync(run->game, player), client, s, run->server);
+        if (run->spectators)
+            ll_netgame_feed_spectators(run, player);
+    }
 }
 
 /* Whether the display that was just made shows a snapshot for the first time, or, where displays are apart
@@ -341,7 +344,7 @@ _Static_assert((LL_PLAYERS_MAX & (LL_PLAYERS_MAX - 1)) == 0, "the tree has room 
 
 static void begin_schedule(schedule *next, int players)
 {
-    next->step = INT64_MAX;
+    next->step = next->update = INT64_MAX;
     next->leaves = 1;
     while (next->leaves < (unsigned)players)
         next->leaves *= 2;
@@ -386,9 +389,21 @@ static void renew_player(const ll_netgame_run *run, schedule *next, int player)
     set_player(next, player, first);
 }
 
+/* The server checks its connections; of the same actor a player above 0 is a spectator. */
+static __attribute__((noinline)) void renew_tend(const ll_netgame_run *run, schedule *next)
+{
+    int spectator;
+    next->tend = turn_of(run->server->next_check, ACTOR_TEND, 0);
+    if (run->spectators) {
+        ll_time due = ll_netgame_spectators_due(run, &spectator);
+        next->tend = earlier(next->tend, turn_of(due, ACTOR_TEND, 1 + spectator));
+    }
+    next->server = earlier(earlier(next->step, next->update), next->tend);
+}
+
 static __attribute__((noinline)) void renew_all(const ll_netgame_run *run, schedule *next)
 {
-    next->tend = turn_of(run->server->next_check, ACTOR_TEND, 0);
+    renew_tend(run, next);
     renew_update(run, next);
     renew_step(run, next);
     for (int i = 0; i < run->players; i++)
@@ -438,11 +453,18 @@ static bool take_turn(ll_netgame_run *run, schedule *next, turn now, divergence 
     case ACTOR_UPDATE:
         ll_netgame_update(run);
         run->server->update++;
+        if (run->spectators)
+            ll_netgame_feed_spectators(run, -1);
         renew_update(run, next);
         renew_step(run, next); /* what it has sent may be what a relay waits for */
         renew_arrivals(run, next);
         return true;
     case ACTOR_TEND:
+        if (player > 0) {
+            ll_netgame_spectate(run, player - 1);
+            renew_tend(run, next);
+            return true;
+        }
         ll_netgame_check_connections(run);
         renew_all(run, next);
         return true;
@@ -495,6 +517,7 @@ static __attribute__((noinline)) void begin(ll_netgame_run *run, ll_netgame *g, 
     run->reports = ll_netgame_reports(g);
     run->detection = ll_netgame_detection(g);
     run->recorder = r;
+    run->spectators = ll_netgame_spectators_of(g);
     run->players = g->config.player_count;
     run->meshed = ll_netgame_meshed(g);
     run->observes = ll_netgame_client_metrics(g, 0)->observes;
