@@ -57,6 +57,7 @@ class Client:
         self.number = 0
         self.next_step = 0
         self.inputs, self.made = [], []
+        self.axes_kept = {}  # of the inputs that it still has, by number
         self.closed_unsent = []  # inputs whose step was over before a packet left
         self.again_at = None  # stop-and-wait: when the input is sent again
         self.answers_at = None  # and when a newer state has come
@@ -222,6 +223,7 @@ class Client:
         """The server has let it in: its inputs begin anew."""
         self.number = self.unsent = self.acked = self.felt = self.settle = self.pending = 0
         self.run = 1
+        self.axes_kept = {}
         self.inputs, self.made, self.closed_unsent = [], [], []
         self.window_at = None
         self.begins = self.begun
@@ -373,8 +375,10 @@ class Client:
             return
         if by > 0 or self.number == 0:
             self.snap(by)
-        else:
-            self.pending = by
+            return
+        self.pending = by
+        if by < 0:
+            self.settle, self.window_at = self.number + 1, None
 
     def snap(self, by):
         if self.number:
@@ -387,6 +391,8 @@ class Client:
     def make(self, now):
         self.number += 1
         self.inputs.append(Input(self.number, self.next_step, self.script(now), now))
+        self.axes_kept[self.number] = self.inputs[-1].axis
+        self.axes_kept.pop(self.number - INPUTS, None)
         self.next_step += 1
         self.unsent += 1
         if self.number - self.acked > INPUTS:
@@ -415,13 +421,14 @@ class Client:
 
     def take(self, now):
         if self.arrived is not self.newest:
-            state = self.newest = self.arrived
+            state, before = self.arrived, self.newest
+            self.newest = state
             sent = self.number - self.unsent
             self.acked = max(self.acked, min(state.last, self.number))
             self.closed_unsent = [i for i in self.closed_unsent + self.inputs if sent < i.number <= state.last]
             self.inputs = [i for i in self.inputs if i.number > self.acked]
             if not self.begins:
-                self.reconcile(state)
+                self.reconcile(state, before)
         if self.begins:
             self.begins = False
             self.begin_again()
@@ -521,7 +528,16 @@ class Client:
             self.world_step += 1
             self.world = self.step_world(self.world, 0.0, self.world_step)
 
-    def reconcile(self, state):
+    def stands(self, state, before):
+        """Whether the prediction from the snapshot before, with the inputs that the client still has, is the newest one."""
+        world, guessed, chosen = [list(c) for c in before.world], list(self.guessed), set(self.chosen)
+        for step in range(before.step + 1, state.step + 1):
+            world = self.step_world(world, self.axes_kept.get(self.number - (self.next_step - 1 - step), 0.0), step)
+        self.choose(state)
+        alike = (guessed, chosen) == (list(self.guessed), set(self.chosen))
+        return alike and all(list(world[i]) == list(state.world[i]) for i in chosen)
+
+    def reconcile(self, state, before):
         if not self.player["prediction"]:
             self.world, self.world_step = [list(c) for c in state.world], state.step
             return
@@ -530,6 +546,10 @@ class Client:
                 self.world_step += 1
                 self.world = self.step_world(self.world, self.own_input(self.world_step), self.world_step)
             self.snapped = 0
+        if self.player["reconciliation"] and self.number - state.last > INPUTS and self.stands(state, before):
+            for i in set(range(len(state.world))) - self.chosen:  # it keeps inputs that the client no longer has
+                self.world[i] = list(state.world[i])
+            return
         before, before_step = self.world[self.index], self.world_step
         world, step = [list(c) for c in state.world], state.step
         self.choose(state)

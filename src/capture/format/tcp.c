@@ -7,7 +7,7 @@
 
 enum { FIXED = 20, TIMESTAMPS = 12, BLOCKS = 4, BLOCK = 8 }; /* bytes; options with their padding */
 enum { NO_OPERATION = 1, OPTION_BLOCKS = 5, OPTION_TIMESTAMPS = 8 };
-enum { PSH = 8, RST = 4, ACK = 16, WINDOW = 65535, PROTOCOL_TCP = 6 };
+enum { PSH = 8, RST = 4, ACK = 16, ECE = 64, CWR = 128, WINDOW = 65535, PROTOCOL_TCP = 6 };
 
 static size_t tcp_size(const ll_tcp_segment *s)
 {
@@ -49,7 +49,8 @@ void ll_tcp_headers_write(uint8_t *packet, const ll_ip_end *from, const ll_ip_en
     ll_put32(tcp + 4, s->sequence);
     ll_put32(tcp + 8, s->acknowledgement);
     tcp[12] = (uint8_t)(header / 4 << 4);
-    tcp[13] = (uint8_t)(ACK | (s->push ? PSH : 0) | (s->reset ? RST : 0));
+    tcp[13] = (uint8_t)(ACK | (s->push ? PSH : 0) | (s->reset ? RST : 0) | (s->echo ? ECE : 0) |
+                        (s->reduced ? CWR : 0));
     ll_put16(tcp + 14, WINDOW);
     write_options(tcp + FIXED, s);
     ll_put16(tcp + 16, ll_ip_checksum(packet, PROTOCOL_TCP, header + size));

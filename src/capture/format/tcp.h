@@ -11,6 +11,7 @@ enum { LL_TCP_BLOCKS_MAX = 3 };
 typedef struct ll_tcp_segment {
     uint32_t sequence, acknowledgement;
     bool push, reset;
+    bool echo, reduced;        /* ECE and CWR (RFC 3168) */
     uint32_t time_ms, echo_ms; /* the sender's clock, and the newest that it has received */
     int blocks;
     uint32_t block[LL_TCP_BLOCKS_MAX][2]; /* first byte, and past the last */

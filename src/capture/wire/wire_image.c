@@ -244,6 +244,8 @@ static ll_status write_tcp(stream *s, const stream *other, const ll_packet *p, c
                           .acknowledgement = place_of(other, segment->next),
                           .push = segment->chunks > 0,
                           .reset = segment->reset,
+                          .echo = segment->echo,
+                          .reduced = segment->reduced,
                           .time_ms = (uint32_t)(p->sent / LL_MS) + 1,
                           .echo_ms = s->newest_ms,
                           .blocks = segment->blocks};

@@ -77,7 +77,8 @@ typedef enum ll_script {
     LL_SCRIPT_IDLE,
     LL_SCRIPT_PEEK,
     LL_SCRIPT_HOLD,
-    LL_SCRIPT_REACT
+    LL_SCRIPT_REACT,
+    LL_SCRIPT_TURN
 } ll_script;
 
 extern const char *const ll_script_names[];

@@ -6,7 +6,8 @@
  *           again, at 0.85 to 1 of its lift's speed
  *   hold    stands just above its wall and shoots at players
  *   react   as peek, but shoots only at players who have been in sight for 180 to 300 ms, as a person does
- *   idle    does nothing
+ *   turn    as react, and turns its aim to the target as a person does, ever slower, and shoots when it is
+ * there idle    does nothing
  *
  * The first body to aim at is random in slots of 0.6 +- 0.4 s, the weapon in slots of 0.25 +- 0.15 s;
  * `steady` has these random choices too. */
@@ -65,6 +66,7 @@ static float strafe(const ll_entity *own, const asked *a)
         return own->vy < 0 ? -1 : 1;
     case LL_SCRIPT_PEEK:
     case LL_SCRIPT_REACT:
+    case LL_SCRIPT_TURN:
         return peek(own, a);
     case LL_SCRIPT_HOLD:
         return towards(own->y, LOOKOUT);
@@ -90,8 +92,8 @@ static __attribute__((noinline)) bool noticed(const ll_arena *arena, const ll_en
 static int choose(const ll_arena *arena, const ll_world *world, const asked *a)
 {
     const ll_entity *own = &world->entity[a->player];
-    bool players_only =
-        a->script == LL_SCRIPT_PEEK || a->script == LL_SCRIPT_HOLD || a->script == LL_SCRIPT_REACT;
+    bool as_person = a->script == LL_SCRIPT_REACT || a->script == LL_SCRIPT_TURN;
+    bool players_only = as_person || a->script == LL_SCRIPT_PEEK || a->script == LL_SCRIPT_HOLD;
     int bodies = players_only ? arena->players : arena->bodies;
     int first = (int)(draw(a, OWN_BODY, slot_of(a, LL_SCRIPT_AIM_SLOTS, 600, 400).number) % (uint64_t)bodies);
     for (int k = 0; k < bodies; k++) {
@@ -99,7 +101,7 @@ static int choose(const ll_arena *arena, const ll_world *world, const asked *a)
         const ll_entity *e = &world->entity[i];
         if (ll_arena_enemies(arena, a->player, i) &&
             ll_arena_sees(arena, (ll_point){own->x, own->y}, (ll_point){e->x, e->y}) &&
-            (a->script != LL_SCRIPT_REACT || noticed(arena, own, e, a)))
+            (!as_person || noticed(arena, own, e, a)))
             return i;
     }
     return LL_NOBODY;
@@ -168,6 +170,17 @@ static way scatter(way to, double radius, const asked *a)
     return (way){to.forward - off * to.up / length, to.up + off * to.forward / length};
 }
 
+#define TURN_S 0.06 /* the rest of a turn falls to 1/e; then a tenth of it remains after 0.14 s */
+
+/* The aim turns from where its client draws it, by a share of what remains. True: it is within the body. */
+static bool turn_to(const ll_entity *own, const ll_game_env *env, int player, double within,
+                    double *elevation)
+{
+    double now = player % 2 == 0 ? own->angle : 2 * LL_SHOOTER_QUARTER - own->angle, goal = *elevation;
+    *elevation = now + (goal - now) * (1 - ll_exp(-env->dt / TURN_S));
+    return *elevation > goal - within && *elevation < goal + within;
+}
+
 static ll_weapon weapon_of(const ll_shooter_params *p, const asked *a)
 {
     if (p->weapons == LL_SHOOTER_BOTH)
@@ -190,6 +203,11 @@ ll_action ll_shooter_drive(const ll_world *world, const ll_game_env *env, uint64
     ll_arena arena;
     ll_shooter_arena(env, world->players, &arena);
     int body = choose(&arena, world, &who);
+    double level = 0;
+    if (body == LL_NOBODY && script == LL_SCRIPT_TURN) {
+        turn_to(own, env, player, 0, &level);
+        a.axis[1] = (float)ll_clamp(level / LL_SHOOTER_QUARTER, -1, 1);
+    }
     if (body == LL_NOBODY)
         return a;
     const ll_entity *e = &world->entity[body];
@@ -202,7 +220,10 @@ ll_action ll_shooter_drive(const ll_world *world, const ll_game_env *env, uint64
         elevation = ll_atan2(to.up, to.forward);
     else if (!lay_cannon(p, to, (way){facing * e->vx, e->vy}, &elevation))
         return a;
+    bool there = true;
+    if (script == LL_SCRIPT_TURN)
+        there = turn_to(own, env, player, ll_arena_radius(&arena, body) / LL_SHOOTER_WIDTH, &elevation);
     a.axis[1] = (float)ll_clamp(elevation / LL_SHOOTER_QUARTER, -1, 1);
-    a.buttons = UINT32_C(1) << weapon;
+    a.buttons = there ? UINT32_C(1) << weapon : 0;
     return a;
 }

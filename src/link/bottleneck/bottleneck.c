@@ -17,14 +17,17 @@ void ll_bottleneck_init(ll_bottleneck *b, const ll_bottleneck_params *params, ui
                          .first_above = LL_NEVER};
 }
 
-static ll_bottleneck_fate enter(ll_bottleneck *b, ll_time now, int64_t bytes)
+/* With ECN the discipline marks at the instants at which it would drop; the limit drops all the same. */
+static ll_bottleneck_fate enter(ll_bottleneck *b, ll_time now, int64_t bytes, bool capable)
 {
     ll_time served = b->leaves > now ? b->leaves : now;
     ll_bottleneck_fate fate = {.served = served,
                                .leaves = served + ll_bottleneck_transmission(&b->params, bytes)};
     b->arrivals++;
-    fate.dropped =
-        fate.leaves - now > ll_ms(b->params.limit_ms) || rules[b->params.discipline]->drops(b, now, served);
+    bool full = fate.leaves - now > ll_ms(b->params.limit_ms),
+         judged = !full && rules[b->params.discipline]->drops(b, now, served);
+    fate.marked = judged && capable && b->params.ecn;
+    fate.dropped = full || (judged && !fate.marked);
     if (!fate.dropped)
         b->leaves = fate.leaves;
     return fate;
@@ -47,15 +50,15 @@ static void cross(ll_bottleneck *b, ll_time now)
     if (b->next_cross == LL_NEVER)
         b->next_cross = now + gap(b);
     while (b->next_cross < now) {
-        enter(b, b->next_cross, b->params.cross_bytes);
+        enter(b, b->next_cross, b->params.cross_bytes, false);
         b->crossed++;
         b->next_cross += gap(b);
     }
 }
 
-ll_bottleneck_fate ll_bottleneck_enter(ll_bottleneck *b, ll_time now, int64_t bytes)
+ll_bottleneck_fate ll_bottleneck_enter(ll_bottleneck *b, ll_time now, int64_t bytes, bool capable)
 {
     LL_ASSERT(b->params.rate_kbps > 0);
     cross(b, now);
-    return enter(b, now, bytes);
+    return enter(b, now, bytes, capable);
 }

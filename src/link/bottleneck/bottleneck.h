@@ -31,7 +31,7 @@ typedef struct ll_bottleneck_params {
                                         red_drop_pct there */
     int64_t cross_bytes;
     int32_t discipline; /* ll_discipline */
-    int32_t reserved;
+    bool ecn, reserved[3];
 } ll_bottleneck_params;
 
 extern const ll_param_table ll_bottleneck_table;
@@ -61,11 +61,13 @@ void ll_bottleneck_init(ll_bottleneck *queue, const ll_bottleneck_params *params
 /* What becomes of a packet. */
 typedef struct ll_bottleneck_fate {
     bool dropped;
+    bool marked;            /* by ECN: the discipline would have dropped it */
     ll_time served, leaves; /* when its transmission would begin; when it ends */
 } ll_bottleneck_fate;
 
-/* A packet of `bytes` enters at `now`, which is not before the last one. */
-ll_bottleneck_fate ll_bottleneck_enter(ll_bottleneck *queue, ll_time now, int64_t bytes);
+/* A packet of `bytes` enters at `now`, which is not before the last one. `capable`: of ECN, so that it can be
+ * marked. */
+ll_bottleneck_fate ll_bottleneck_enter(ll_bottleneck *queue, ll_time now, int64_t bytes, bool capable);
 
 /* Whether the discipline drops a packet that enters at `now` and would be served at `served`. */
 typedef struct ll_discipline_rule {

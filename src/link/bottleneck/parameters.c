@@ -36,6 +36,9 @@ static const ll_param rows[] = {
      .help = "red: average wait from which packets are dropped; at three times this all are."},
     {REAL(red_drop_pct), .min = 0.1, .max = 100, .default_value = 10, .unit = "%",
      .help = "red: share that is dropped at an average wait of three times red_min_ms."},
+    {AT(ecn), .type = LL_PARAM_BOOL,
+     .help = "ECN: codel and red mark packets of transports that react to marks (tcp, quic) instead of "
+             "dropping them."},
 };
 
 const ll_param_table ll_bottleneck_table = {.name = "bottleneck",

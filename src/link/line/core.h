@@ -38,5 +38,8 @@ static inline bool ll_link_has_room(const ll_link *l, int32_t size)
 /* Stores the message, or a copy of it, to be received at `due`. There must be room. */
 void ll_link_put(ll_link *link, ll_time now, ll_time due, const void *bytes, int32_t size);
 
+/* Marks the message stored last, in byte `at`. */
+void ll_link_mark(ll_link *link, int32_t size, uint32_t at);
+
 /* Ring of departures of the rate's queue, with `places` elements. */
 uint32_t *ll_link_ring(const ll_link *link);

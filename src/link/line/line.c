@@ -232,6 +232,13 @@ void ll_link_put(ll_link *l, ll_time now, ll_time due, const void *bytes, int32_
     enqueue(l, (entry){.due = due, .at = store(l, l->number, bytes, size), .took = (uint32_t)(due - now)});
 }
 
+void ll_link_mark(ll_link *l, int32_t size, uint32_t at)
+{
+    uint8_t *bytes = (uint8_t *)(parcel_at(l, l->top - stride_of(size)) + 1);
+    LL_ASSERT(at < (uint32_t)size);
+    bytes[at] |= LL_ECN_MARK;
+}
+
 /* ---- receiving ---- */
 
 ll_time ll_link_next_due(const ll_link *l)

@@ -35,6 +35,8 @@ typedef struct ll_link_tap {
     void *context;
 } ll_link_tap;
 
+#define LL_ECN_MARK 0x80 /* stands for the codepoint CE of an IP header (RFC 3168) */
+
 /* What parameters and a base delay mean for every message, worked out once for many: valid as long as
  * `params`. */
 typedef struct ll_link_plan {
@@ -43,15 +45,17 @@ typedef struct ll_link_plan {
     ll_time delay;           /* the same */
     const ll_link_tap *tap;  /* NULL: none */
     uint32_t stages;         /* 0: no impairment */
-    uint32_t reserved;
+    uint32_t ecn; /* 1 + the byte of a message in which a mark sets LL_ECN_MARK; 0: messages are not
+                     capable of ECN, and marks change nothing in them */
     const ll_link_profile *profile; /* NULL: none */
     ll_profile_state *state;
     ll_bottleneck *bottleneck; /* NULL: none; shared with other links */
 } ll_link_plan;
 
 ll_link_plan ll_link_plan_of(const ll_link_params *params, double lag_ms);
-/* Of a plan that is complete otherwise: packets pass `queue`, which other links share, before all delays. */
-void ll_link_plan_share(ll_link_plan *plan, ll_bottleneck *queue);
+/* Of a plan that is complete otherwise: packets pass `queue`, which other links share, before all delays.
+ * `state` counts marks. */
+void ll_link_plan_share(ll_link_plan *plan, ll_bottleneck *queue, ll_profile_state *state);
 /* The same of a link with a profile; both NULL: of one without. `profile` and `state` live as long as the
  * plan. */
 ll_link_plan ll_link_plan_with(const ll_link_params *params, double lag_ms, const ll_link_profile *profile,

@@ -78,7 +78,7 @@ ll_link_plan ll_profile_shelf_plan(ll_profile_shelf *s, int way, const ll_link_p
                             ? ll_link_plan_of(params, lag_ms)
                             : ll_link_plan_with(params, lag_ms, profile_of(s, number), state_of(s, way));
     if (s->bottleneck > 0)
-        ll_link_plan_share(&plan, queue_of(s, way));
+        ll_link_plan_share(&plan, queue_of(s, way), state_of(s, way));
     return plan;
 }
 

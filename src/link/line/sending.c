@@ -78,7 +78,8 @@ static ll_passage packet(ll_link *l, const ll_link_plan *plan, ll_time now, int3
                         .due = now,
                         .departures = ll_link_ring(l),
                         .places = l->places,
-                        .size = size};
+                        .size = size,
+                        .capable = plan->ecn != 0};
 }
 
 /* A copy starts after the stage that made it. */
@@ -100,31 +101,41 @@ static ll_passage copy_of(const ll_passage *p, int32_t size)
 typedef struct message {
     const void *bytes;
     int32_t size;
-    bool whole;             /* in one packet */
-    const ll_link_tap *tap; /* NULL: none */
+    bool whole; /* in one packet */
+    const ll_link_plan *plan;
 } message;
+
+/* The message stored last, or a copy of it, came through with a mark. */
+static __attribute__((noinline)) void mark(ll_link *l, const message *m)
+{
+    if (m->plan->ecn != 0)
+        ll_link_mark(l, m->size, m->plan->ecn - 1);
+}
 
 static void show(const message *m, const ll_link *l, const ll_sending *sent, int32_t index, int32_t count)
 {
-    if (m->tap)
-        m->tap->packet(m->tap->context, &(ll_link_packet){.message = m->bytes,
-                                                          .size = m->size,
-                                                          .number = l->number,
-                                                          .index = index,
-                                                          .count = count,
-                                                          .duplicated = sent->duplicated,
-                                                          .fate = sent->fate,
-                                                          .copy_fate = sent->copy_fate,
-                                                          .due = sent->due,
-                                                          .copy_due = sent->copy_due});
+    if (m->plan->tap)
+        m->plan->tap->packet(m->plan->tap->context, &(ll_link_packet){.message = m->bytes,
+                                                                      .size = m->size,
+                                                                      .number = l->number,
+                                                                      .index = index,
+                                                                      .count = count,
+                                                                      .duplicated = sent->duplicated,
+                                                                      .fate = sent->fate,
+                                                                      .copy_fate = sent->copy_fate,
+                                                                      .due = sent->due,
+                                                                      .copy_due = sent->copy_due});
 }
 
 static ll_sending pass(ll_link *l, uint32_t stages, ll_passage *p, const message *m)
 {
     const int32_t size = p->size; /* cells change it */
     travel(l, stages, p, m->size);
-    if (m->whole && p->fate == LL_FATE_DELIVERED)
+    if (m->whole && p->fate == LL_FATE_DELIVERED) {
         ll_link_put(l, p->now, p->due, m->bytes, m->size);
+        if (p->marked)
+            mark(l, m);
+    }
     ll_sending sending = {.fate = p->fate,
                           .due = p->due,
                           .queued = p->queued,
@@ -138,8 +149,11 @@ static ll_sending pass(ll_link *l, uint32_t stages, ll_passage *p, const message
     if (p->duplicated && !p->rescued) {
         ll_passage copy = copy_of(p, size);
         travel(l, stages & ~(1U << LL_STAGE_DUPLICATE), &copy, m->size);
-        if (m->whole && copy.fate == LL_FATE_DELIVERED)
+        if (m->whole && copy.fate == LL_FATE_DELIVERED) {
             ll_link_put(l, copy.now, copy.due, m->bytes, m->size);
+            if (copy.marked)
+                mark(l, m);
+        }
         sending.copy_fate = copy.fate;
         sending.copy_due = copy.due;
     }
@@ -178,6 +192,7 @@ static void count_lost(ll_link *l, int32_t packets)
 static void gather(ll_link *l, ll_sending *all, const ll_sending *one)
 {
     ll_time when;
+    all->marked |= one->marked; /* RFC 3168: of one fragment, so of the whole */
     if (!comes(one, &when)) {
         l->stats.fragments.lost++;
         if (all->fate == LL_FATE_DELIVERED) {
@@ -203,10 +218,13 @@ static ll_sending send_split(ll_link *l, const ll_link_plan *plan, ll_time now, 
         show(m, l, &one, i, packets);
         gather(l, &all, &one);
     }
-    if (all.fate == LL_FATE_DELIVERED)
-        ll_link_put(l, now, all.due, m->bytes, m->size);
-    else
+    if (all.fate != LL_FATE_DELIVERED) {
         count_lost(l, packets);
+        return all;
+    }
+    ll_link_put(l, now, all.due, m->bytes, m->size);
+    if (all.marked)
+        mark(l, m);
     return all;
 }
 
@@ -224,7 +242,7 @@ static ll_sending send_impaired(ll_link *l, const ll_link_plan *plan, ll_time no
 /* All packets of the message have one fate. */
 static ll_sending show_all(const message *m, const ll_link *l, ll_sending sent)
 {
-    for (int32_t i = 0; m->tap && i < sent.fragments; i++)
+    for (int32_t i = 0; m->plan->tap && i < sent.fragments; i++)
         show(m, l, &sent, i, sent.fragments);
     return sent;
 }
@@ -274,9 +292,10 @@ ll_link_plan ll_link_plan_with(const ll_link_params *params, double lag_ms, cons
     return plan;
 }
 
-void ll_link_plan_share(ll_link_plan *plan, ll_bottleneck *queue)
+void ll_link_plan_share(ll_link_plan *plan, ll_bottleneck *queue, ll_profile_state *state)
 {
     plan->bottleneck = queue;
+    plan->state = state;
     plan->stages |= 1U << LL_STAGE_BOTTLENECK;
 }
 
@@ -287,7 +306,7 @@ ll_sending ll_link_send_by(ll_link *l, const ll_link_plan *plan, ll_time now, co
     l->stats.sent += packets;
     l->stats.bytes += size;
     ll_sending sending;
-    message m = {bytes, size, packets == 1, plan->tap};
+    message m = {bytes, size, packets == 1, plan};
     if (plan->stages == 0)
         sending = send_plain(l, plan, now, &m, packets);
     else

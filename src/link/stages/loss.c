@@ -30,8 +30,7 @@ void ll_count_loss(const ll_passage *p, ll_memory *m, ll_link_stats *stats)
     m->lost = p->number;
 }
 
-/* With ECN a loss is a mark, as in netem: of the packet, of which a copy may exist. */
-static void mark(ll_passage *p)
+void ll_mark(ll_passage *p)
 {
     p->marked = true;
     p->state->marked++;
@@ -45,8 +44,8 @@ void ll_stage_loss(ll_passage *p, ll_memory *m, ll_link_stats *stats)
         ll_window_open(params->blackout_at_ms, params->blackout_every_ms, params->blackout_length_ms, p->now);
     if (!lost && !blackout)
         return;
-    if (!blackout && p->profile && p->profile->ecn) {
-        mark(p);
+    if (!blackout && p->profile && p->profile->ecn) { /* a loss is a mark, as in netem */
+        ll_mark(p);
         return;
     }
     p->rescued = p->duplicated && !p->is_copy && !blackout;

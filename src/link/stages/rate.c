@@ -71,7 +71,9 @@ void ll_stage_bottleneck(ll_passage *p, ll_memory *m, ll_link_stats *stats)
     if (p->fate != LL_FATE_DELIVERED)
         return;
     ll_bottleneck_fate fate =
-        ll_bottleneck_enter(p->bottleneck, p->now, p->size + p->params->packet_overhead_bytes);
+        ll_bottleneck_enter(p->bottleneck, p->now, p->size + p->params->packet_overhead_bytes, p->capable);
+    if (fate.marked)
+        ll_mark(p);
     if (!fate.dropped) {
         p->delay_ms += ll_to_ms(fate.leaves - p->now);
         return;

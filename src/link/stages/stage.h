@@ -64,7 +64,8 @@ typedef struct ll_passage {
     bool duplicated; /* a copy exists */
     bool rescued;    /* a loss took the copy only */
     bool damaged, reordered;
-    bool marked; /* by ECN */
+    bool capable; /* of ECN: a queue may mark it instead of dropping it */
+    bool marked;  /* by ECN */
 } ll_passage;
 
 #pragma GCC diagnostic push
@@ -139,6 +140,8 @@ static inline bool ll_chance(const ll_passage *p, ll_stream stream, double perce
         *last = p->number;
     return happens;
 }
+
+void ll_mark(ll_passage *passage); /* by ECN; of the packet, of which a copy may exist */
 
 /* Counts a packet as lost. */
 void ll_count_loss(const ll_passage *passage, ll_memory *memory, ll_link_stats *stats);

@@ -74,7 +74,9 @@ typedef struct ll_sender {
     ll_rtt rtt;
     ll_window window;
     uint16_t order[LL_TRANSPORT_TYPES]; /* of the next message of each type */
-    int64_t limited; /* the window has held something back since the last acknowledgement */
+    int32_t limited; /* the window has held something back since the last acknowledgement */
+    uint16_t marks;  /* quic: marked packets that the receiver has reported, modulo 2^16 */
+    uint16_t answer; /* tcp: the next new chunks report that the window was reduced for a mark */
 } ll_sender;
 
 typedef struct ll_range {
@@ -86,7 +88,8 @@ typedef struct ll_receiver {
     int64_t highest;               /* arrived chunks end here */
     int64_t floor;                 /* messages before this are handed over */
     ll_range range[LL_RANGES_MAX]; /* quic: received packets, the newest first */
-    int32_t ranges;
+    int16_t ranges;
+    uint16_t marks;     /* quic: marked packets so far, modulo 2^16; tcp: 1 while marks are echoed */
     int32_t unacked;    /* packets with chunks since the last acknowledgement */
     ll_time largest_at; /* quic: when the newest packet came */
     ll_time ack_due;    /* LL_NEVER: none */
@@ -135,6 +138,9 @@ typedef enum ll_packet_flag {
     LL_PACKET_ACK = 1,    /* an acknowledgement follows the head */
     LL_PACKET_RESET = 2,  /* this connection has ended */
     LL_PACKET_BLOCKS = 4, /* tcp: a selective acknowledgement follows */
+    LL_PACKET_ECHO = 8, /* marks have come: ECE of tcp; with quic their number follows the acknowledgement */
+    LL_PACKET_REDUCED = 16,         /* tcp: CWR */
+    LL_PACKET_MARKED = LL_ECN_MARK, /* a link has marked it */
 } ll_packet_flag;
 
 /* Reads the head of the chunk at `from`. */
@@ -209,6 +215,9 @@ void ll_window_init(ll_window *window, double mss);
 /* `full`: the window limited the sender. */
 void ll_window_acked(const ll_transport *t, ll_sender *s, double bytes, bool full, ll_time now);
 void ll_window_lost(const ll_transport *t, ll_sender *s, ll_time now);
+/* The other side reports marks, with an acknowledgement whose newest packet is `newest`. As at a loss, but
+ * nothing is sent again. True: the window is reduced. */
+bool ll_window_marked(const ll_transport *t, ll_sender *s, int64_t newest, ll_time now);
 void ll_window_collapse(const ll_transport *t, ll_sender *s,
                         ll_time now); /* persistent congestion, time-out */
 
@@ -220,6 +229,7 @@ typedef struct ll_protocol {
     int32_t ack_max;      /* longest acknowledgement next to chunks */
     int32_t deliveries;   /* bits of ll_delivery that it can do */
     int32_t usual;        /* ll_delivery */
+    bool ecn;             /* takes part in ECN: reacts to marks */
     bool adjacent;        /* a packet holds chunks of consecutive numbers: a piece of a byte stream */
     bool always_acks;     /* every packet acknowledges, without bytes of its own */
     ll_time ack_delay;    /* longest time until a packet in order is acknowledged, if no second one comes */
@@ -238,6 +248,8 @@ typedef struct ll_protocol {
     /* Notes that a packet was received; false: it was before. `gap`: it does not follow the newest so far.
      * NULL: packets have no numbers, and there is a gap where a chunk is missing. */
     bool (*note_packet)(ll_receiver *r, int64_t number, bool *gap, ll_time now);
+    /* With ECN: a packet with chunks came that is marked, or reports a reduction. */
+    void (*note_flags)(ll_receiver *r, uint8_t flags);
     bool timer_by_packet; /* the retransmission timer runs from the last packet, not from the oldest */
 } ll_protocol;
 
@@ -282,8 +294,9 @@ void ll_time_out_all(ll_transport *t, const ll_transport_env *env, int side, ll_
 
 /* The last `most` blocks of chunks that arrived beyond a gap, in ascending order; how many. */
 int ll_blocks_of(const ll_transport *t, const ll_flow *f, ll_range *blocks, int most);
-void ll_take_blocks(ll_transport *t, const ll_transport_env *env, int side, int64_t next,
-                    const ll_range *blocks, int count, ll_time now);
+/* Returns the newest packet that is newly acknowledged; -1: none. */
+int64_t ll_take_blocks(ll_transport *t, const ll_transport_env *env, int side, int64_t next,
+                       const ll_range *blocks, int count, ll_time now);
 
 /* ---- sending.c ---- */
 

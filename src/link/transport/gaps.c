@@ -23,8 +23,8 @@ int ll_blocks_of(const ll_transport *t, const ll_flow *f, ll_range *blocks, int 
     return count;
 }
 
-void ll_take_blocks(ll_transport *t, const ll_transport_env *env, int side, int64_t next,
-                    const ll_range *blocks, int count, ll_time now)
+int64_t ll_take_blocks(ll_transport *t, const ll_transport_env *env, int side, int64_t next,
+                       const ll_range *blocks, int count, ll_time now)
 {
     ll_flow *f = &t->flow[side];
     ll_sender *s = &f->sender;
@@ -45,4 +45,5 @@ void ll_take_blocks(ll_transport *t, const ll_transport_env *env, int side, int6
     ll_acked_end(t, side, &all, now);
     if (all.newest >= 0)
         ll_count_misses(t, env, side, all.newest, now);
+    return all.newest;
 }

@@ -1,6 +1,7 @@
 /* QUIC: streams side by side; packets have numbers and are acknowledged by them, chunks are STREAM or
  * DATAGRAM frames (RFC 9000, RFC 9221). A packet has 22 bytes after UDP (flags, a connection ID of 4, a
- * packet number of 1, a tag of 16), an acknowledgement 10 and 4 for each gap, a frame 8.
+ * packet number of 1, a tag of 16), an acknowledgement 10 and 4 for each gap, a frame 8. From the first mark
+ * on an acknowledgement has 4 more, the counts of ECN.
  *
  * RFC 9002: a packet is lost when one that was sent three packets later is acknowledged, or a later one and
  * 9/8 of a round trip has passed. A probe time-out sends the oldest packet's frames once more, without taking
@@ -12,6 +13,7 @@
 
 #define ACK 10
 #define GAP 4
+#define COUNTS 4 /* of ECN, from the first mark on: that of marks, and room for ECT's, which are not kept */
 #define MAX_ACK_DELAY (25 * LL_MS)
 #define DELAY_UNIT (8 * (LL_MS / 1000)) /* of the acknowledgement's delay: ack_delay_exponent 3 */
 #define INITIAL_RTT (333 * LL_MS)
@@ -26,7 +28,7 @@ static void insert(ll_receiver *r, int at, int64_t number)
         return;
     memmove(r->range + at + 1, r->range + at, (size_t)(kept - at) * sizeof r->range[0]);
     r->range[at] = (ll_range){number, number};
-    r->ranges = kept + 1;
+    r->ranges = (int16_t)(kept + 1);
 }
 
 /* Joins the range at `at` with the older one after it where they touch. */
@@ -85,7 +87,6 @@ static int write_ack(const ll_transport *t, const ll_flow *f, ll_packet_head *he
                      .first = short_of(r->range[0].last - r->range[0].first)};
     int64_t told = r->range[0].last - ack.first; /* the first of the last range */
     (void)t;
-    (void)head;
     while (ack.more + 1 < r->ranges && told - r->range[ack.more + 1].last <= UINT16_MAX) {
         const ll_range *range = &r->range[ack.more + 1];
         uint16_t gap[2] = {(uint16_t)(told - range->last), short_of(range->last - range->first)};
@@ -95,15 +96,20 @@ static int write_ack(const ll_transport *t, const ll_flow *f, ll_packet_head *he
     }
     memcpy(to, &ack.largest, 4);
     memcpy(to + 4, &ack.delay, 6);
-    return ACK + GAP * ack.more;
+    int size = ACK + GAP * ack.more;
+    if (r->marks == 0)
+        return size;
+    const uint16_t counts[2] = {0, r->marks};
+    memcpy(to + size, counts, sizeof counts);
+    head->flags |= LL_PACKET_ECHO;
+    return size + COUNTS;
 }
 
 static int ack_size(const ll_packet_head *head, const char *from)
 {
     ack_frame ack;
-    (void)head;
     memcpy(&ack.delay, from + 4, 6);
-    return ACK + GAP * ack.more;
+    return ACK + GAP * ack.more + (head->flags & LL_PACKET_ECHO ? COUNTS : 0);
 }
 
 /* The ranges of a frame, the newest first. */
@@ -130,6 +136,24 @@ static bool acknowledges(const ll_range *range, int count, int64_t packet)
     return false;
 }
 
+/* RFC 9002, 7.1 and B.5: more marked packets than were known are a sign of congestion. */
+static void read_marks(ll_transport *t, int side, const char *counts, int64_t newest, ll_time now)
+{
+    ll_sender *s = &t->flow[side].sender;
+    uint16_t marks;
+    memcpy(&marks, counts + 2, sizeof marks);
+    if ((int16_t)(uint16_t)(marks - s->marks) <= 0)
+        return; /* an acknowledgement that was overtaken */
+    s->marks = marks;
+    ll_window_marked(t, s, newest, now);
+}
+
+static void note_flags(ll_receiver *r, uint8_t flags)
+{
+    if (flags & LL_PACKET_MARKED)
+        r->marks++;
+}
+
 static void read_ack(ll_transport *t, const ll_transport_env *env, int side, const ll_packet_head *head,
                      const char *from, ll_time now)
 {
@@ -140,7 +164,6 @@ static void read_ack(ll_transport *t, const ll_transport_env *env, int side, con
     read_ranges(s->packet, from, &ack, range);
     ll_acked all = ll_acked_begin(t, s);
     ll_time sent = LL_NEVER; /* of the largest packet */
-    (void)head;
     for (int64_t n = s->base; n < s->end; n++) {
         const ll_chunk *c = ll_chunk_of(t, f, n);
         if (c->state != LL_CHUNK_FLYING || !acknowledges(range, ack.more + 1, c->packet))
@@ -157,6 +180,8 @@ static void read_ack(ll_transport *t, const ll_transport_env *env, int side, con
         s->backoff = 0;
     ll_acked_end(t, side, &all, now);
     ll_protocol_quic.find_losses(t, env, side, now);
+    if (head->flags & LL_PACKET_ECHO)
+        read_marks(t, side, from + ACK + GAP * ack.more, range[0].last, now);
 }
 
 /* ---- losses ---- */
@@ -213,11 +238,17 @@ static void time_out(ll_transport *t, const ll_transport_env *env, int side, ll_
     ll_transport_push(t, env, side, true, now);
 }
 
-const ll_protocol ll_protocol_quic = {.header = 22,
-                                      .chunk_header = 8,
-                                      .ack_max = ACK + GAP * (LL_RANGES_MAX - 1),
+enum { HEADER = 22, FRAME = 8, ACK_MAX = ACK + GAP * (LL_RANGES_MAX - 1) };
+
+/* The mss is the same with the counts: the longest chunk leaves room for them, as it is rounded down. */
+_Static_assert((LL_TRANSPORT_PACKET_MAX - HEADER - ACK_MAX - FRAME) % 8 >= COUNTS, "no room for counts");
+
+const ll_protocol ll_protocol_quic = {.header = HEADER,
+                                      .chunk_header = FRAME,
+                                      .ack_max = ACK_MAX,
                                       .deliveries = (1 << LL_DELIVERY_CLASSES) - 1,
                                       .usual = LL_DELIVERY_BY_TYPE,
+                                      .ecn = true,
                                       .ack_delay = MAX_ACK_DELAY,
                                       .rto_initial = 3 * INITIAL_RTT,
                                       .rto_min = LL_MS,
@@ -228,4 +259,5 @@ const ll_protocol ll_protocol_quic = {.header = 22,
                                       .time_out = time_out,
                                       .find_losses = find_losses,
                                       .note_packet = note_packet,
+                                      .note_flags = note_flags,
                                       .timer_by_packet = true};

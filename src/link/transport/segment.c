@@ -22,6 +22,8 @@ ll_segment ll_segment_read(int kind, const void *bytes, int size)
     ll_segment segment = {.generation = head.generation,
                           .acknowledges = head.flags & LL_PACKET_ACK,
                           .reset = head.flags & LL_PACKET_RESET,
+                          .echo = head.flags & LL_PACKET_ECHO,
+                          .reduced = head.flags & LL_PACKET_REDUCED,
                           .chunks = head.chunks,
                           .number = head.number,
                           .next = head.next};

@@ -8,6 +8,7 @@ enum { LL_SEGMENT_BLOCKS_MAX = 3 };
 typedef struct ll_segment {
     uint16_t generation; /* of the connection */
     bool acknowledges, reset;
+    bool echo, reduced; /* tcp: ECE and CWR */
     int32_t chunks;
     uint32_t number; /* tcp: of the first chunk, or of the next where there is none; others: of the packet */
     uint32_t next;   /* tcp: chunks before it have arrived */

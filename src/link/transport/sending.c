@@ -46,6 +46,10 @@ static void begin(ll_transport *t, int side, packing *p, ll_time now)
 static void send_off(ll_transport *t, const ll_transport_env *env, int side, packing *p, ll_time now)
 {
     ll_sender *s = &t->flow[side].sender;
+    if (s->answer && p->head.chunks > 0 && p->resent == 0) {
+        p->head.flags |= LL_PACKET_REDUCED;
+        s->answer = 0;
+    }
     memcpy(p->bytes, &p->head, sizeof p->head);
     ll_sending sending = ll_link_send_by(env->link[side], env->plan[side], now, p->bytes, p->size);
     int wire = LL_IP_UDP_HEADER * sending.fragments +

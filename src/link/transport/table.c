@@ -28,6 +28,11 @@ bool ll_transport_delivers(int kind, int delivery)
     return protocols[kind]->deliveries >> delivery & 1;
 }
 
+uint32_t ll_transport_ecn(int kind)
+{
+    return protocols[kind]->ecn ? 1 + (uint32_t)offsetof(ll_packet_head, flags) : 0;
+}
+
 /* `usual` is replaced by one of the others before. */
 const ll_delivery_class *ll_delivery_of(const ll_transport *t)
 {

@@ -2,8 +2,8 @@
  * `nagle`. A packet holds consecutive chunks: 20 bytes of TCP and 12 of timestamps in place of UDP's 8, and 2
  * before each chunk, which is how a game finds its messages in the stream.
  *
- * RFC 9293, RFC 6298, RFC 2018, RFC 6675; a chunk that was sent again is found lost like any other, as RFC
- * 8985 does. Linux acknowledges after 40 ms. */
+ * RFC 9293, RFC 6298, RFC 2018, RFC 6675, RFC 3168; a chunk that was sent again is found lost like any other,
+ * as RFC 8985 does. Linux acknowledges after 40 ms. */
 #include <string.h>
 
 #include "link/transport/core.h"
@@ -18,6 +18,8 @@ static int write_ack(const ll_transport *t, const ll_flow *f, ll_packet_head *he
     int count = ll_blocks_of(t, f, blocks, BLOCKS);
     (void)now;
     head->next = (uint32_t)f->receiver.next;
+    if (f->receiver.marks > 0)
+        head->flags |= LL_PACKET_ECHO;
     if (count == 0)
         return 0;
     char option[OPTION] = {1, 1, 5, (char)(2 + BLOCK * count)};
@@ -52,7 +54,19 @@ static void read_ack(ll_transport *t, const ll_transport_env *env, int side, con
         memcpy(edges, from + OPTION + BLOCK * i, sizeof edges);
         blocks[i] = (ll_range){ll_number_near(near, edges[0]), ll_number_near(near, edges[1]) - 1};
     }
-    ll_take_blocks(t, env, side, ll_number_near(near, head->next), blocks, count, now);
+    int64_t newest = ll_take_blocks(t, env, side, ll_number_near(near, head->next), blocks, count, now);
+    ll_sender *s = &t->flow[side].sender;
+    if (newest >= 0 && (head->flags & LL_PACKET_ECHO) && ll_window_marked(t, s, newest, now))
+        s->answer = 1;
+}
+
+/* RFC 3168: every acknowledgement echoes a mark until the sender says that it has reduced its window. */
+static void note_flags(ll_receiver *r, uint8_t flags)
+{
+    if (flags & LL_PACKET_REDUCED)
+        r->marks = 0;
+    if (flags & LL_PACKET_MARKED)
+        r->marks = 1;
 }
 
 static ll_time rto(const ll_sender *s)
@@ -65,6 +79,7 @@ const ll_protocol ll_protocol_tcp = {.header = 24,
                                      .ack_max = OPTION + BLOCK * BLOCKS,
                                      .deliveries = 1 << LL_DELIVERY_USUAL | 1 << LL_DELIVERY_ORDERED,
                                      .usual = LL_DELIVERY_ORDERED,
+                                     .ecn = true,
                                      .adjacent = true,
                                      .always_acks = true,
                                      .ack_delay = 40 * LL_MS,
@@ -73,5 +88,6 @@ const ll_protocol ll_protocol_tcp = {.header = 24,
                                      .write_ack = write_ack,
                                      .read_ack = read_ack,
                                      .ack_size = ack_size,
+                                     .note_flags = note_flags,
                                      .rto = rto,
                                      .time_out = ll_time_out_all};

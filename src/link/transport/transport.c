@@ -216,6 +216,8 @@ static void take_chunks(ll_transport *t, ll_flow *f, const arrival *packet, int 
     }
     LL_ASSERT(at == packet->size);
     gap |= !p->note_packet && r->next < r->highest;
+    if (packet->head.flags & (LL_PACKET_REDUCED | LL_PACKET_MARKED))
+        p->note_flags(r, packet->head.flags);
     r->unacked++;
     if (gap || r->unacked >= 2)
         r->ack_due = now;

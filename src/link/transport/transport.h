@@ -83,6 +83,9 @@ bool ll_transport_plain(int kind);
 /* Whether the transport can deliver so. */
 bool ll_transport_delivers(int kind, int delivery);
 
+/* For a link's plan: where its marks are to be seen, or 0 where a transport does not react to them. */
+uint32_t ll_transport_ecn(int kind);
+
 /* Slots and bytes that a link needs for the packets of flow `side` and the acknowledgements of the other. */
 int ll_transport_link_slots(const ll_transport_setup *setup, int side);
 int ll_transport_link_arena(const ll_transport_setup *setup, int side);

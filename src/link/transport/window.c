@@ -43,6 +43,14 @@ void ll_window_lost(const ll_transport *t, ll_sender *s, ll_time now)
     s->window.bytes = s->window.threshold;
 }
 
+bool ll_window_marked(const ll_transport *t, ll_sender *s, int64_t newest, ll_time now)
+{
+    if (newest < s->recovery)
+        return false; /* it left before the last reduction: once a round trip */
+    ll_window_lost(t, s, now);
+    return true;
+}
+
 void ll_window_collapse(const ll_transport *t, ll_sender *s, ll_time now)
 {
     if (s->backoff == 0)

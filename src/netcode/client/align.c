@@ -99,8 +99,13 @@ void ll_client_align(ll_client *c, const ll_client_setup *s, bool always, ll_tim
     int64_t tick = step_reached(c, s, at) + s->config->slack_ticks - 1, error = tick - c->inputs.tick;
     if (!always && error * c->ticks.period < LL_CLOCK_SNAP && -error * c->ticks.period < LL_CLOCK_SNAP)
         return;
-    if (error > 0 || c->inputs.seq == 0)
+    if (error > 0 || c->inputs.seq == 0) {
         ll_client_snap(c, tick);
-    else
-        c->inputs.extra = (int32_t)error; /* inputs already sent for those steps remain valid */
+        return;
+    }
+    c->inputs.extra = (int32_t)error; /* inputs already sent for those steps remain valid */
+    if (error < 0) {                  /* and their slack asks for the same again */
+        c->inputs.settle = c->inputs.seq + 1;
+        c->inputs.least_slack = LL_SLACK_UNKNOWN;
+    }
 }

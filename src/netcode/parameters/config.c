@@ -83,7 +83,8 @@ static const ll_param server_rows[] = {
      .offset = offsetof(ll_server_config, detection),
      .help =
          "The server watches every player for cheats by statistics: the rate of inputs, and in games with "
-         "weapons reactions below 100 ms to what comes in sight. It only raises alarms."},
+         "weapons reactions below 100 ms to what comes in sight, and aims that snap onto a target. It only "
+         "raises alarms."},
     {.name = "refused",
      .type = LL_PARAM_CHOICE,
      .offset = offsetof(ll_server_config, refused),

@@ -180,6 +180,21 @@ static double alarm_s(ll_time first)
       "less for any other; alarm at 9.200, honest at -4.605",                                                \
       NULL)
 
+#define AIM(X)                                                                                               \
+    X(events, alarms, NULL, a->alarms.count, "alarms: too many aims snapped onto their target", NULL)        \
+    X(events, false_alarms, NULL, a->alarms.mistaken, "of them, those while the player did not cheat", NULL) \
+    X(number, first_alarm_s, "s", alarm_s(a->alarms.first), "time of the first alarm",                       \
+      "There was no alarm.")                                                                                 \
+    X(count, shots, NULL, a->shots,                                                                          \
+      "turns: hitscan shots at a body within a second after the aim came onto it from outside", NULL)        \
+    X(events, snaps, NULL, a->snaps,                                                                         \
+      "snaps: turns whose last input moved the aim by more than 40 radii of the target per second", NULL)    \
+    X(count, cleared, NULL, a->cleared, "tests that found the player honest", NULL)                          \
+    X(signed_number, sum, NULL, a->sum,                                                                      \
+      "logarithm of the likelihood ratio of the present test: 3.401 more for a snap, 0.347 less for any "    \
+      "other turn; alarm at 9.200, honest at -4.605",                                                        \
+      NULL)
+
 const ll_metric_table ll_netgame_rate_table = {
     LL_OF_PLAYERS(".detection.rate"), .when = "Only with server.detection.",
     .help = "Detection of cheats by the rate of inputs, from time 0 on.", LL_METRICS_FROM(RATE)};
@@ -187,6 +202,11 @@ const ll_metric_table ll_netgame_rate_table = {
 const ll_metric_table ll_netgame_reaction_table = {
     LL_OF_PLAYERS(".detection.reaction"), .when = "Only with server.detection, in games with weapons.",
     .help = "Detection of aim bots by reaction times, from time 0 on.", LL_METRICS_FROM(REACTION)};
+
+const ll_metric_table ll_netgame_aim_table = {
+    LL_OF_PLAYERS(".detection.aim"), .when = "Only with server.detection, in games with weapons.",
+    .help = "Detection of aim bots by how fast the aim arrives at its target, from time 0 on.",
+    LL_METRICS_FROM(AIM)};
 
 void ll_netgame_detection_metrics(const ll_netgame *g, int player, cJSON *metrics)
 {
@@ -196,8 +216,11 @@ void ll_netgame_detection_metrics(const ll_netgame *g, int player, cJSON *metric
     const ll_reaction_watch *w = &ll_netgame_detection(g)[player].reaction;
     cJSON *o = cJSON_AddObjectToObject(metrics, "detection");
     LL_METRICS_PUT(cJSON_AddObjectToObject(o, "rate"), &ll_netgame_rate_table, RATE);
-    if (ll_netgame_shots(g))
-        LL_METRICS_PUT(cJSON_AddObjectToObject(o, "reaction"), &ll_netgame_reaction_table, REACTION);
+    const ll_aim_watch *a = ll_netgame_aim_watch(g) ? &ll_netgame_aim_watch(g)[player] : NULL;
+    if (!a)
+        return;
+    LL_METRICS_PUT(cJSON_AddObjectToObject(o, "reaction"), &ll_netgame_reaction_table, REACTION);
+    LL_METRICS_PUT(cJSON_AddObjectToObject(o, "aim"), &ll_netgame_aim_table, AIM);
 }
 
 /* ---- the input history: the last inputs of each player with reconciliation, where its client predicted the

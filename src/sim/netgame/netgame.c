@@ -203,6 +203,8 @@ static size_t size(const void *config)
     if (arena_of(config, &arena)) {
         behind = ll_behind_cover_size(arena.players);
         behind += arena.projectile_drag > 0 ? ll_drag_neglect_size(arena.players) : 0;
+        if (((const ll_netgame_config *)config)->server.detection)
+            behind += (size_t)arena.players * sizeof(ll_aim_watch);
     }
     if (notes_recent(config))
         behind += (size_t)((const ll_netgame_config *)config)->player_count * sizeof(ll_recent);
@@ -312,6 +314,8 @@ static void init_observers(ll_netgame *g, const ll_netgame_config *c, const ll_w
         ll_behind_cover_init(ll_netgame_behind_cover(g), n, from);
         if (ll_netgame_drag_neglect(g))
             ll_drag_neglect_init(ll_netgame_drag_neglect(g), n, from);
+        for (int i = 0; i < n && ll_netgame_aim_watch(g); i++)
+            ll_aim_watch_init(&ll_netgame_aim_watch(g)[i]);
     }
     for (int i = 0; i < n && ll_netgame_recent(g, i); i++)
         ll_recent_init(ll_netgame_recent(g, i), world->entities, i);

@@ -14,6 +14,7 @@
 #include "netcode/observe/player_observer.h"
 #include "netcode/protocol/config.h"
 #include "netcode/server/admission.h"
+#include "netcode/server/aim_snaps.h"
 #include "netcode/server/detect.h"
 #include "netcode/server/reports.h"
 #include "netcode/server/server.h"
@@ -86,8 +87,8 @@ typedef struct ll_netgame_spectators {
 
 /* The start of a block. Offsets are from here. */
 typedef struct ll_netgame {
-    int64_t size; /* up to the times behind cover and the neglect of drag, which games with weapons have
-                     behind all else, and what clients note of snapshots of some entities */
+    int64_t size; /* up to the times behind cover, the neglect of drag and the watch on aims, which games
+                     with weapons have behind all else, and what clients note of snapshots of some entities */
     ll_game_env env;
     ll_time now;
     int64_t server, history;
@@ -209,12 +210,23 @@ static inline ll_drag_neglect *ll_netgame_drag_neglect(const ll_netgame *g)
                : NULL;
 }
 
+/* Behind that, one per player; NULL in a game without weapons, and where the server detects nothing. */
+static inline ll_aim_watch *ll_netgame_aim_watch(const ll_netgame *g)
+{
+    int players = g->config.player_count;
+    size_t neglect = ll_netgame_drag_neglect(g) ? ll_drag_neglect_size(players) : 0;
+    return g->shots != 0 && g->config.server.detection
+               ? (ll_aim_watch *)((char *)g + g->size + ll_behind_cover_size(players) + neglect)
+               : NULL;
+}
+
 /* Behind that, where snapshots contain some of the entities. */
 static inline size_t ll_netgame_recent_at(const ll_netgame *g)
 {
     int players = g->config.player_count;
     return (size_t)g->size + (g->shots != 0 ? ll_behind_cover_size(players) : 0) +
-           (ll_netgame_drag_neglect(g) ? ll_drag_neglect_size(players) : 0);
+           (ll_netgame_drag_neglect(g) ? ll_drag_neglect_size(players) : 0) +
+           (ll_netgame_aim_watch(g) ? (size_t)players * sizeof(ll_aim_watch) : 0);
 }
 
 /* NULL where snapshots contain every entity, or with dead reckoning. */
@@ -457,8 +469,8 @@ extern const ll_metric_table ll_netgame_connection_table;
 
 /* inputs.c: adds the statistics against cheats of `player`; nothing where the server detects nothing */
 void ll_netgame_detection_metrics(const ll_netgame *g, int player, struct cJSON *metrics);
-extern const ll_metric_table ll_netgame_rate_table, ll_netgame_reaction_table;
-#define LL_NETGAME_DETECTION_TABLES &ll_netgame_rate_table, &ll_netgame_reaction_table
+extern const ll_metric_table ll_netgame_rate_table, ll_netgame_reaction_table, ll_netgame_aim_table;
+#define LL_NETGAME_DETECTION_TABLES &ll_netgame_rate_table, &ll_netgame_reaction_table, &ll_netgame_aim_table
 
 /* inputs.c: the last inputs of the players, streamed */
 extern const ll_record ll_netgame_input_history_record;

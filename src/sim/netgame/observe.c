@@ -192,11 +192,15 @@ static void look(const ll_netgame_run *run, const ll_past *past, int player, con
     ll_aim aim = weapons->aim(run->world, &run->game->env, player, action);
     aim.from = bodies[player];
     int64_t fired = weapons->arms(run->world, player)->shots[LL_HITSCAN];
-    ll_time reaction =
-        ll_reaction_see(watch, arena, player, bodies, fired > watch->fired ? &aim : NULL, run->game->now);
+    bool shoots = fired > watch->fired;
+    ll_time reaction = ll_reaction_see(watch, arena, player, bodies, shoots ? &aim : NULL, run->game->now);
     watch->fired = fired;
     if (reaction >= 0 && ll_reaction_try(watch, reaction < LL_REACTION_FAST))
         raise(run, player, &watch->alarms);
+    ll_aim_watch *aims = &ll_netgame_aim_watch(run->game)[player];
+    double rate = ll_aim_see(aims, arena, player, bodies, &aim, shoots, run->game->now);
+    if (rate >= 0 && ll_aim_try(aims, rate > LL_AIM_FAST))
+        raise(run, player, &aims->alarms);
 }
 
 __attribute__((noinline)) void ll_netgame_detect_shots(const ll_netgame_run *run, const ll_past *past)

@@ -103,9 +103,10 @@ static void watch(void *context, const ll_transport_note *note, ll_time now)
 
 static ll_transport_env env_of(watcher *w, ll_netgame_run *run, int player)
 {
-    const ll_netgame_seat *seat = &run->seat[player];
+    ll_netgame_seat *seat = &run->seat[player];
     double timeout_s = run->game->config.server.timeout_s;
     bool tapped = ll_netgame_records_packets(run);
+    seat->up_plan.ecn = seat->down_plan.ecn = ll_transport_ecn(run->game->config.server.transport);
     w->run = run;
     w->player = player;
     for (int side = 0; tapped && side < LL_SIDES; side++)

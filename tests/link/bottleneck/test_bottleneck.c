@@ -35,7 +35,7 @@ static void cross_traffic_makes_an_m_d_1_queue(void **state)
         b.params.cross_load_pct = loads[k];
         for (int64_t i = 0; i < PROBES; i++) {
             ll_time now = i * 7300 * 1000;
-            ll_bottleneck_fate f = ll_bottleneck_enter(&b, now, 0); /* takes no time of the queue */
+            ll_bottleneck_fate f = ll_bottleneck_enter(&b, now, 0, false); /* takes no time of the queue */
             assert_false(f.dropped);
             waits[i] = ll_to_ms(f.served - now);
         }
@@ -58,7 +58,7 @@ static void codel_drops_at_its_times(void **state)
     int drops = 0;
     for (int64_t i = 0; drops < 6; i++) {
         ll_time now = i * LL_MS / 20;
-        ll_bottleneck_fate f = ll_bottleneck_enter(&b, now, 100);
+        ll_bottleneck_fate f = ll_bottleneck_enter(&b, now, 100, false);
         if (above < 0 && f.served - now >= 5 * LL_MS)
             above = ll_to_ms(f.served);
         if (!f.dropped)
@@ -70,6 +70,36 @@ static void codel_drops_at_its_times(void **state)
     assert_within(first - above, 100, 0.11);
 }
 
+/* With ECN the same instants are marks, of who can be marked; the packets stay in the queue. */
+static void codel_marks_at_its_times(void **state)
+{
+    (void)state;
+    static const double want[] = {0, 100, 170.7, 228.4, 278.4, 323.2};
+    ll_bottleneck b = queue_of(8000, LL_DISCIPLINE_CODEL);
+    b.params.ecn = true;
+    double first = 0;
+    int marks = 0;
+    for (int64_t i = 0; marks < 6; i++) {
+        ll_time now = i * LL_MS / 20, leaves = b.leaves;
+        ll_bottleneck_fate f = ll_bottleneck_enter(&b, now, 100, true);
+        assert_true(!f.dropped && b.leaves > leaves);
+        if (!f.marked)
+            continue;
+        first = marks == 0 ? ll_to_ms(f.served) : first;
+        assert_within(ll_to_ms(f.served) - first, want[marks], 0.16);
+        marks++;
+    }
+    ll_bottleneck other = queue_of(8000, LL_DISCIPLINE_CODEL);
+    other.params.ecn = true;
+    int drops = 0;
+    for (int64_t i = 0; i < 20000; i++) {
+        ll_bottleneck_fate f = ll_bottleneck_enter(&other, i * LL_MS / 20, 100, false);
+        assert_false(f.marked);
+        drops += f.dropped;
+    }
+    assert_true(drops > 5);
+}
+
 /* A queue that is below the target again and again keeps all its packets, however long it is at its worst. */
 static void codel_keeps_bursts(void **state)
 {
@@ -78,7 +108,7 @@ static void codel_keeps_bursts(void **state)
     ll_time longest = 0;
     for (int64_t i = 0; i < 1000; i++) {
         ll_time now = i / 400 * 90 * LL_MS; /* 400 at once are served in 40 ms */
-        ll_bottleneck_fate f = ll_bottleneck_enter(&b, now, 100);
+        ll_bottleneck_fate f = ll_bottleneck_enter(&b, now, 100, false);
         assert_false(f.dropped);
         longest = f.leaves - now > longest ? f.leaves - now : longest;
     }
@@ -97,7 +127,7 @@ static void red_drops_its_share(void **state)
     for (int64_t i = 0; i < 300000; i++) {
         now += LL_MS / 10;
         while (b.leaves < now + 40 * LL_MS) { /* each finds 39.9 ms; what is dropped is replaced at once */
-            bool dropped = ll_bottleneck_enter(&b, now, 100).dropped;
+            bool dropped = ll_bottleneck_enter(&b, now, 100, false).dropped;
             if (i < 20000)
                 continue; /* until the average is there */
             entered++;
@@ -116,11 +146,11 @@ static void red_has_two_thresholds(void **state)
     ll_bottleneck b = queue_of(8000, LL_DISCIPLINE_RED);
     b.average_ms = 19;
     for (int i = 0; i < 100; i++) /* the wait grows to 10 ms */
-        assert_false(ll_bottleneck_enter(&b, 0, 100).dropped);
+        assert_false(ll_bottleneck_enter(&b, 0, 100, false).dropped);
     b.average_ms = 61;
     for (int i = 0; i < 5; i++)
-        assert_true(ll_bottleneck_enter(&b, 0, 100).dropped);
-    ll_bottleneck_enter(&b, 60 * LL_SECOND, 100); /* an idle minute is forgotten */
+        assert_true(ll_bottleneck_enter(&b, 0, 100, false).dropped);
+    ll_bottleneck_enter(&b, 60 * LL_SECOND, 100, false); /* an idle minute is forgotten */
     assert_true(b.average_ms < 1);
 }
 
@@ -132,7 +162,7 @@ static void the_limit_drops_under_every_discipline(void **state)
         b.params.limit_ms = 3;
         int kept = 0;
         for (int i = 0; i < 100; i++)
-            kept += !ll_bottleneck_enter(&b, LL_SECOND, 100).dropped;
+            kept += !ll_bottleneck_enter(&b, LL_SECOND, 100, false).dropped;
         assert_int_equal(kept, 30);
     }
 }
@@ -148,6 +178,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(cross_traffic_makes_an_m_d_1_queue),
         cmocka_unit_test(codel_drops_at_its_times),
+        cmocka_unit_test(codel_marks_at_its_times),
         cmocka_unit_test(codel_keeps_bursts),
         cmocka_unit_test(red_drops_its_share),
         cmocka_unit_test(red_has_two_thresholds),

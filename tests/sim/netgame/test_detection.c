@@ -37,7 +37,9 @@ static void off_there_is_not_a_byte_of_it(void **state)
         scene a = scene_open(ids[i], NULL), b = scene_open(ids[i], on);
         size_t players = (size_t)a.game->config.player_count;
         assert_null(ll_netgame_detection(a.game));
-        assert_int_equal(ll_netgame_bytes(b.game) - ll_netgame_bytes(a.game), players * sizeof(ll_detection));
+        size_t watches = sizeof(ll_detection) + (a.game->shots != 0 ? sizeof(ll_aim_watch) : 0);
+        assert_null(ll_netgame_aim_watch(a.game));
+        assert_int_equal(ll_netgame_bytes(b.game) - ll_netgame_bytes(a.game), players * watches);
         cJSON *off = a.scenario.kind->metrics(a.game);
         assert_null(
             cJSON_GetObjectItem(cJSON_GetArrayItem(cJSON_GetObjectItem(off, "players"), 0), "detection"));
@@ -88,9 +90,11 @@ static void add(sum *all, const scene *s, bool armed)
 }
 
 /* Both players on the same link, with the largest drift of their clocks in opposite directions. */
-static void run_over(const char *id, const char *preset, const char *sync, int seed, double until_s, sum *all)
+static scene open_over(const char *id, const char *preset, const char *sync, int seed, const char *script)
 {
-    char links[2][64], number[32], mode[48];
+    char links[2][64], number[32], mode[48], scripts[2][48];
+    for (int p = 0; p < 2; p++)
+        snprintf(scripts[p], sizeof scripts[p], "players.%d.script=%s", p, script);
     for (int p = 0; p < 2; p++)
         snprintf(links[p], sizeof links[p], "players.%d.link.preset=%s", p, preset);
     snprintf(number, sizeof number, "seed=%d", seed);
@@ -106,8 +110,15 @@ static void run_over(const char *id, const char *preset, const char *sync, int s
                                 "players.1.cheat=none",
                                 "players.0.drift_ppm=500",
                                 "players.1.drift_ppm=-500",
+                                scripts[0],
+                                scripts[1],
                                 NULL};
-    scene s = scene_open(id, sets);
+    return scene_open(id, sets);
+}
+
+static void run_over(const char *id, const char *preset, const char *sync, int seed, double until_s, sum *all)
+{
+    scene s = open_over(id, preset, sync, seed, strcmp(id, "race") == 0 ? "varied" : "react");
     scene_run(&s, until_s, NULL);
     add(all, &s, s.game->shots != 0);
     scene_close(&s);
@@ -149,6 +160,32 @@ static void honest_reactions_raise_no_alarm(void **state)
                   (long long)all.shots, (long long)all.fast, (long long)all.cleared, (long long)all.reaction);
     assert_true(all.shots > 2000 && all.cleared > 20);
     assert_true((double)all.reaction <= permitted(all.tests) && (double)all.rate <= permitted(all.players));
+}
+
+/* Players who turn their aim as a person does. Each decision is a test. */
+static void honest_aims_raise_no_alarm(void **state)
+{
+    (void)state;
+    int64_t shots = 0, snaps = 0, tests = 0, alarms = 0, players = 0;
+    for (int preset = 0; ll_link_presets[preset].name; preset++)
+        for (int seed = 1; seed <= REACTION_SEEDS; seed++) {
+            if (REACTION_SEEDS == 1 && preset % 4 != 0)
+                continue;
+            scene s = open_over("aim_bot", ll_link_presets[preset].name, "free", seed, "turn");
+            scene_run(&s, 240, NULL);
+            for (int p = 0; p < 2; p++) {
+                const ll_aim_watch *w = &ll_netgame_aim_watch(s.game)[p];
+                assert_int_equal(w->alarms.mistaken, w->alarms.count);
+                players++, shots += w->shots, snaps += w->snaps;
+                tests += w->cleared + w->alarms.count, alarms += w->alarms.count;
+            }
+            scene_close(&s);
+        }
+    print_message("%lld players, %lld turns, %lld snaps, %lld tests, %lld alarms\n", (long long)players,
+                  (long long)shots, (long long)snaps, (long long)tests, (long long)alarms);
+    assert_true(shots > 10 * players && tests >= players);
+    assert_true((double)snaps <= 0.01 * (double)shots + 3 * sqrt(0.01 * (double)shots)); /* the hypothesis */
+    assert_true((double)alarms <= permitted(tests));
 }
 
 /* ---- cheats ---- */
@@ -224,6 +261,33 @@ static void an_aim_bot_is_found_over_bad_links(void **state)
         }
 }
 
+/* A bot against a player who turns as a person does: the share of its snaps is that of the hypothesis or
+ * more, and it is found by them alone; the other is not taken for one. */
+static void an_aim_bot_is_found_by_its_aim(void **state)
+{
+    (void)state;
+    int64_t shots = 0, snaps = 0, runs = 0;
+    double latest = 0, sum_s = 0;
+    for (int seed = 1; seed <= 12; seed += REACTION_SEEDS > 1 ? 1 : 6) {
+        char number[32];
+        snprintf(number, sizeof number, "seed=%d", seed);
+        const char *const sets[] = {number, "players.0.script=turn", "players.1.script=turn", NULL};
+        scene s = scene_open("aim_bot", sets);
+        scene_run(&s, 240, NULL);
+        const ll_aim_watch *honest = &ll_netgame_aim_watch(s.game)[0], *bot = honest + 1;
+        assert_int_equal(honest->alarms.count, 0);
+        assert_true(bot->alarms.count > 0 && bot->alarms.mistaken == 0);
+        shots += bot->shots, snaps += bot->snaps, runs++;
+        sum_s += ll_to_s(bot->alarms.first);
+        latest = fmax(latest, ll_to_s(bot->alarms.first));
+        scene_close(&s);
+    }
+    print_message("%lld runs, %lld turns, %lld snaps; first alarm at %g s in the mean, %g s at the latest\n",
+                  (long long)runs, (long long)shots, (long long)snaps, sum_s / (double)runs, latest);
+    assert_true((double)snaps >= 0.3 * (double)shots);
+    assert_true(latest < 120);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -231,8 +295,10 @@ int main(void)
         cmocka_unit_test(the_game_is_the_same),
         cmocka_unit_test(honest_rates_raise_no_alarm),
         cmocka_unit_test(honest_reactions_raise_no_alarm),
+        cmocka_unit_test(honest_aims_raise_no_alarm),
         cmocka_unit_test(each_cheat_is_found_in_its_time),
         cmocka_unit_test(an_aim_bot_is_found_over_bad_links),
+        cmocka_unit_test(an_aim_bot_is_found_by_its_aim),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

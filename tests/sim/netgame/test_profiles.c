@@ -96,6 +96,30 @@ static void a_shared_queue_is_felt_by_all(void **state)
     cJSON_Delete(none);
 }
 
+/* Over tcp and quic nothing is lost where links mark, and so nothing is sent again; the window is smaller all
+ * the same. A queue that marks drops only what cannot be marked. */
+static void transports_react_to_marks(void **state)
+{
+    (void)state;
+    static const char *const kinds[] = {"server.transport=tcp", "server.transport=quic"};
+    for (int i = 0; i < 2; i++) {
+        cJSON *lossy = metrics_of((const char *const[]){kinds[i], DOWN "loss_pct=3", NULL});
+        cJSON *marking = metrics_of((const char *const[]){kinds[i], "profiles=[{\"ecn\":true}]",
+                                                          DOWN "profile=profile_0", DOWN "loss_pct=3", NULL});
+        static const char *const down = "players.0.transport_down.";
+        char again[64], window[64], timeouts[64];
+        snprintf(again, sizeof again, "%sretransmissions", down);
+        snprintf(window, sizeof window, "%swindow_bytes.min", down);
+        snprintf(timeouts, sizeof timeouts, "%stimeouts", down);
+        assert_true(value(lossy, again) > 5 && value(lossy, "players.0.link_down.marked") == 0);
+        assert_true(value(marking, again) == 0 && value(marking, timeouts) == 0);
+        assert_true(value(marking, "players.0.link_down.marked") > 5);
+        assert_true(value(marking, window) < 6000); /* of 10 mss at first */
+        cJSON_Delete(lossy);
+        cJSON_Delete(marking);
+    }
+}
+
 static void what_a_link_cannot_have_is_refused(void **state)
 {
     (void)state;
@@ -157,6 +181,7 @@ int main(void)
         cmocka_unit_test(a_trace_loses_what_a_blackout_does),
         cmocka_unit_test(a_distance_is_a_delay),
         cmocka_unit_test(a_shared_queue_is_felt_by_all),
+        cmocka_unit_test(transports_react_to_marks),
         cmocka_unit_test(what_a_link_cannot_have_is_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
