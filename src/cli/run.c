@@ -6,6 +6,7 @@
 #include <string.h>
 #include <time.h>
 
+#include "base/assert.h"
 #include "cli/arguments.h"
 #include "cli/input.h"
 #include "cli/link_trace.h"
@@ -277,27 +278,12 @@ static ll_status print_text(const cJSON *json)
     return status;
 }
 
-static ll_status parse(int argc, char **argv, run_options *a)
+enum { OPTIONS = 20 };
+
+/* The files that a run writes. Returns how many options. */
+static int output_options(run_options *a, ll_option *options)
 {
-    const ll_option options[] = {
-        {.name = "--set",
-         .takes = "path=value",
-         .help = "A parameter value, such as players.0.lag_ms=200.",
-         .list = &a->sets},
-        {.name = "--metrics",
-         .takes = "PATH,PATH...",
-         .help =
-             "Prints only these metrics, such as players.0.remote_error_m.mean, and measures no more than "
-             "they need, which is faster.",
-         .value = &a->metrics},
-        {.name = "--link-trace",
-         .takes = "PATH=FILE",
-         .help =
-             "A trace of Mahimahi, or CSV with the header t_ms,delay_ms,lost, for one direction of a link, "
-             "such as players.0.link.down; it becomes a profile of the scenario.",
-         .list = &a->traces},
-        {.name = "--seed", .takes = "N", .help = "Random seed.", .value = &a->seed},
-        {.name = "--duration", .takes = "S", .help = "Duration in virtual seconds.", .value = &a->duration},
+    const ll_option outputs[] = {
         {.name = "--trace",
          .takes = "FILE",
          .help = "Writes a table with a row per tick; csv, ndjson, json, parquet or sqlite by its ending.",
@@ -320,7 +306,33 @@ static ll_status parse(int argc, char **argv, run_options *a)
         {.name = "--log",
          .takes = "FILE",
          .help = "Writes the log with the hash of every tick, for `laglab replay`.",
-         .value = &a->log},
+         .value = &a->log}};
+    memcpy(options, outputs, sizeof outputs);
+    return (int)(sizeof outputs / sizeof outputs[0]);
+}
+
+/* What is run, and how. */
+static int input_options(run_options *a, ll_option *options)
+{
+    const ll_option inputs[] = {
+        {.name = "--set",
+         .takes = "path=value",
+         .help = "A parameter value, such as players.0.lag_ms=200.",
+         .list = &a->sets},
+        {.name = "--metrics",
+         .takes = "PATH,PATH...",
+         .help =
+             "Prints only these metrics, such as players.0.remote_error_m.mean, and measures no more than "
+             "they need, which is faster.",
+         .value = &a->metrics},
+        {.name = "--link-trace",
+         .takes = "PATH=FILE",
+         .help =
+             "A trace of Mahimahi, or CSV with the header t_ms,delay_ms,lost, for one direction of a link, "
+             "such as players.0.link.down; it becomes a profile of the scenario.",
+         .list = &a->traces},
+        {.name = "--seed", .takes = "N", .help = "Random seed.", .value = &a->seed},
+        {.name = "--duration", .takes = "S", .help = "Duration in virtual seconds.", .value = &a->duration},
         {.name = "--workload",
          .takes = "LOG",
          .help = "Inputs of people, as in a log, for players whose control is person.",
@@ -342,8 +354,17 @@ static ll_status parse(int argc, char **argv, run_options *a)
         {.name = "--scenarios",
          .takes = "DIR",
          .help = "Folder in which ids of scenarios are looked up; default: next to the program.",
-         .value = &a->scenarios},
-        {0}};
+         .value = &a->scenarios}};
+    memcpy(options, inputs, sizeof inputs);
+    return (int)(sizeof inputs / sizeof inputs[0]);
+}
+
+static ll_status parse(int argc, char **argv, run_options *a)
+{
+    ll_option options[OPTIONS] = {{0}};
+    int count = input_options(a, options);
+    count += output_options(a, options + count);
+    LL_ASSERT(count < OPTIONS); /* the last one ends the list */
     return ll_arguments_one("run SCENARIO [OPTION]...: run a scenario at full speed and print its metrics; "
                             "SCENARIO is an id, a file, or - for standard input",
                             argc, argv, options, &a->scenario);

@@ -301,6 +301,7 @@ test('metrics in windows are columns, and a bad window is answered with its fiel
     .map((line) => JSON.parse(line));
   for (const row of rows) assert.equal(row['players.0.own_lead_m.mean@lagged'] === null, row['players.0.lag_ms'] === 0);
 
+  /** @type {[object, string, RegExp][]} */
   const bad = [
     [{ windows: [{ name: 'w', from_s: 5, to_s: 3 }] }, 'windows.0.to_s', /above from_s, which is 5 s, to 3600 s; got 3/],
     [{ windows: [{ name: 'w', from_s: -1 }] }, 'windows.0.from_s', /0 to 3600 s; got -1/],

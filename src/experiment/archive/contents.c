@@ -14,8 +14,8 @@ const char *const ll_archive_names[LL_ARCHIVE_FILES] = {
 static const char *const about_files[LL_ARCHIVE_FILES] = {
     [LL_ARCHIVE_SPECIFICATION] = "specification, with its scenario: `laglab sweep experiment.json` runs it",
     [LL_ARCHIVE_CSV] = "a row per run",
-    [LL_ARCHIVE_ROWS] = "the same rows with all bits, little-endian: i64 run, u32 status, u32 bytes of the "
-                        "error, u64 hash, f64 t_s, f64 per metric, error",
+    [LL_ARCHIVE_ROWS] = ("the same rows with all bits, little-endian: i64 run, u32 status, u32 bytes of the "
+                         "error, u64 hash, f64 t_s, f64 per metric, error"),
     [LL_ARCHIVE_REPORT] = "report, to open in a browser",
     [LL_ARCHIVE_CITATION] = "how to cite the program",
 };
