@@ -1,10 +1,11 @@
-// `laglab store`: what sweeps left in a store is listed, shown and deleted.
+// `laglab store`: what sweeps left in a store is listed, shown, paused, resumed and deleted.
 import assert from 'node:assert/strict';
 import { after, test } from 'node:test';
-import { spawnSync } from 'node:child_process';
+import { spawn, spawnSync } from 'node:child_process';
 import { mkdtempSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import path from 'node:path';
+import { waitFor } from '../lib/client.mjs';
 import { BINARY } from '../lib/daemon.mjs';
 
 const folder = mkdtempSync(path.join(tmpdir(), 'laglab-store-'));
@@ -57,12 +58,40 @@ test('sweeps of a store are listed, shown and deleted', () => {
   );
 });
 
+test('an experiment that is paused waits until it is resumed', async (t) => {
+  const order = experiment(Array.from({ length: 200 }, (_, i) => i)),
+    sweep = spawn(BINARY, ['sweep', '-', '--store', URL, '--jobs', '0', '--out', path.join(folder, 'rows.csv')], {
+      stdio: ['pipe', 'ignore', 'inherit'],
+    });
+  t.after(() => sweep.kill('SIGKILL'));
+  const ended = new Promise((resolve) => sweep.once('close', resolve));
+  sweep.stdin.end(order);
+  const row = () =>
+    run(['store', 'list', '--store', URL])
+      .stdout.split('\n')
+      .map((line) => line.split(/\s+/))
+      .find((cells) => cells[4] === '200');
+  await waitFor(() => row() !== undefined, 'the experiment', 10000);
+  const [id] = row(),
+    work = () => assert.equal(run(['worker', '--store', URL, '--experiment', id, '--drain']).status, 0);
+  assert.equal(run(['store', 'pause', id, '--store', URL]).status, 0);
+  assert.deepEqual(row().slice(1, 3), ['paused', '0']);
+  assert.equal(run(['store', 'resume', id, '--store', URL]).status, 0);
+  work();
+  assert.equal(await ended, 0, 'the sweep ends when others have done its runs');
+  const late = run(['store', 'pause', id, '--store', URL]);
+  assert.equal(late.status, 2);
+  assert.match(late.stderr, /is done; only an experiment that is running can be paused/);
+});
+
 test('what is asked wrongly is refused with a sentence', () => {
   for (const [args, words] of /** @type {[string[], RegExp][]} */ ([
-    [['store'], /list, show, delete/],
-    [['store', 'drop', '--store', URL], /list, show, delete/],
+    [['store'], /list, show, pause, resume, delete/],
+    [['store', 'drop', '--store', URL], /list, show, pause, resume, delete/],
     [['store', 'show', '--store', URL], /must have the id of/],
     [['store', 'delete', '--store', URL], /must have ids/],
+    [['store', 'pause', '--store', URL], /pause: must have ids/],
+    [['store', 'resume', 'no-such-one', '--store', URL], /no-such-one/],
     [['store', 'list', 'x', '--store', URL], /must have no arguments/],
   ])) {
     const ended = run(args);

@@ -1,4 +1,4 @@
-/* `laglab store`: lists, shows and deletes the experiments of a store. */
+/* `laglab store`: lists, shows, pauses, resumes and deletes the experiments of a store. */
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -59,6 +59,36 @@ static ll_status show(ll_result_store *store, const store_args *o)
     return ll_ok();
 }
 
+/* Checks all before changing the first. */
+static ll_status change(ll_result_store *store, const store_args *o, ll_experiment_state from,
+                        ll_experiment_state to)
+{
+    ll_experiment_record r;
+    ll_status status =
+        o->count < 2 ? ll_error(LL_BAD_INPUT, "%s: must have ids of experiments; see list", o->positional[0])
+                     : ll_ok();
+    for (int i = 1; i < o->count && !ll_failed(&status); i++) {
+        status = store->kind->record(store, o->positional[i], &r);
+        if (!ll_failed(&status) && r.state != from && r.state != to)
+            status = ll_error(LL_CONFLICT, "%s is %s; only an experiment that is %s can be %s", r.id,
+                              ll_experiment_state_names[r.state], ll_experiment_state_names[from],
+                              ll_experiment_state_names[to]);
+    }
+    for (int i = 1; i < o->count && !ll_failed(&status); i++)
+        status = store->kind->set_state(store, o->positional[i], to);
+    return status;
+}
+
+static ll_status pause_some(ll_result_store *store, const store_args *o)
+{
+    return change(store, o, LL_EXPERIMENT_RUNNING, LL_EXPERIMENT_PAUSED);
+}
+
+static ll_status resume(ll_result_store *store, const store_args *o)
+{
+    return change(store, o, LL_EXPERIMENT_PAUSED, LL_EXPERIMENT_RUNNING);
+}
+
 /* Checks all before deleting the first. */
 static ll_status delete (ll_result_store *store, const store_args *o)
 {
@@ -80,7 +110,7 @@ static ll_status delete (ll_result_store *store, const store_args *o)
 static const struct {
     const char *name;
     ll_status (*run)(ll_result_store *store, const store_args *order);
-} verbs[] = {{"list", list}, {"show", show}, {"delete", delete}};
+} verbs[] = {{"list", list}, {"show", show}, {"pause", pause_some}, {"resume", resume}, {"delete", delete}};
 
 int ll_verb_store(int argc, char **argv)
 {
@@ -90,14 +120,15 @@ int ll_verb_store(int argc, char **argv)
                                   .value = &o.url},
                                  {"--force", NULL, "Also delete unfinished experiments.", .flag = &o.force},
                                  {0}};
-    ll_status status = ll_arguments("store list|show ID|delete ID... [--store URL] [--force]", argc, argv,
-                                    options, o.positional, &o.count);
+    ll_status status =
+        ll_arguments("store list|show ID|pause ID...|resume ID...|delete ID... [--store URL] [--force]", argc,
+                     argv, options, o.positional, &o.count);
     size_t verb = 0, count = sizeof verbs / sizeof verbs[0];
     while (verb < count && (o.count == 0 || strcmp(o.positional[0], verbs[verb].name) != 0))
         verb++;
     const char *url = ll_result_store_url(o.url);
     if (!ll_failed(&status) && verb == count)
-        status = ll_error(LL_BAD_INPUT, "store: must be one of list, show, delete");
+        status = ll_error(LL_BAD_INPUT, "store: must be one of list, show, pause, resume, delete");
     if (!ll_failed(&status) && !url)
         status = ll_error(LL_BAD_INPUT, "--store: required, or set LAGLAB_STORE");
     ll_result_store *store = NULL;

@@ -372,10 +372,14 @@ static ll_status claim(ll_result_store *store, const char *id, const char *owner
     static const char free_chunk[] =
         "WITH given_up AS (UPDATE chunk SET state=3 WHERE (id,chunk) IN (SELECT id,chunk FROM chunk"
         " WHERE state=1 AND attempt>=$4 AND lease_until<now() FOR UPDATE SKIP LOCKED)),"
-        " free AS (SELECT c.id,c.chunk FROM chunk c JOIN experiment e ON e.id=c.id WHERE e.state=0"
-        " AND ($3='' OR c.id=$3) AND e.version=$5 AND (c.state=0 OR (c.state=1 AND c.attempt<$4 AND "
-        "c.lease_until<now()))"
-        " ORDER BY e.number,c.chunk LIMIT 1 FOR UPDATE OF c SKIP LOCKED)"
+        " turn AS MATERIALIZED (SELECT e.id, e.number,"
+        " (SELECT count(*) FROM chunk b WHERE b.id=e.id AND b.state=1 AND b.lease_until>=now()) AS busy,"
+        " (SELECT max(l.lease_until) FROM chunk l WHERE l.id=e.id) AS last"
+        " FROM experiment e WHERE e.state=0 AND ($3='' OR e.id=$3) AND e.version=$5"
+        " AND EXISTS (SELECT FROM chunk o WHERE o.id=e.id AND o.state<2)),"
+        " free AS (SELECT c.id,c.chunk FROM turn t JOIN chunk c ON c.id=t.id"
+        " WHERE c.state=0 OR (c.state=1 AND c.attempt<$4 AND c.lease_until<now())"
+        " ORDER BY t.busy, t.last NULLS FIRST, t.number, c.chunk LIMIT 1 FOR UPDATE OF c SKIP LOCKED)"
         " UPDATE chunk c SET state=1, attempt=c.attempt+1, owner=$1,"
         " lease_until=now()+$2*interval '1 second' FROM free WHERE c.id=free.id AND c.chunk=free.chunk"
         " RETURNING c.id,c.chunk,c.first,c.past,c.attempt";

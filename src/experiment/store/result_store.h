@@ -63,7 +63,8 @@ typedef struct ll_result_store_kind {
     ll_status (*remove)(ll_result_store *store, const char *id);
 
     /* Claims a free chunk of the store's version, or one whose lease has expired. `id` NULL: of any running
-     * experiment. */
+     * experiment; the one with the fewest leased chunks is first, of several with as many the one whose last
+     * lease is the oldest, so that experiments of one store share its workers equally. */
     ll_status (*claim)(ll_result_store *store, const char *id, const char *owner, double lease_s,
                        ll_lease *lease);
     ll_status (*renew)(ll_result_store *store, const ll_lease *lease,

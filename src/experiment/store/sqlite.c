@@ -308,9 +308,14 @@ static ll_status claim(ll_result_store *store, const char *id, const char *owner
 {
     static const char free_chunk[] =
         "UPDATE chunk SET state=1, attempt=attempt+1, owner=?1, lease_until=" NOW "+?2 WHERE (id,chunk)=("
-        "SELECT c.id,c.chunk FROM chunk c JOIN experiment e ON e.id=c.id WHERE e.state=0 AND (?3='' OR "
-        "c.id=?3) AND e.version=?4"
-        " AND (c.state=0 OR (c.state=1 AND c.lease_until<" NOW ")) ORDER BY e.number,c.chunk LIMIT 1)"
+        "WITH turn AS MATERIALIZED (SELECT e.id, e.number,"
+        " (SELECT count(*) FROM chunk b WHERE b.id=e.id AND b.state=1 AND b.lease_until>=" NOW ") AS busy,"
+        " (SELECT max(l.lease_until) FROM chunk l WHERE l.id=e.id) AS last"
+        " FROM experiment e WHERE e.state=0 AND (?3='' OR e.id=?3) AND e.version=?4"
+        " AND EXISTS (SELECT 1 FROM chunk o WHERE o.id=e.id AND o.state<2))"
+        " SELECT c.id,c.chunk FROM turn t JOIN chunk c ON c.id=t.id"
+        " WHERE c.state=0 OR (c.state=1 AND c.lease_until<" NOW ")"
+        " ORDER BY t.busy, t.last NULLS FIRST, t.number, c.chunk LIMIT 1)"
         " RETURNING id,chunk,first,past,attempt";
     sqlite_store *s = enter(store);
     *lease = (ll_lease){.chunk = -1};

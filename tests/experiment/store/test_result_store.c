@@ -285,6 +285,63 @@ static void experiments_are_listed_as_they_were_made(void **state)
     ll_result_store_close(s);
 }
 
+/* Claims a chunk of any experiment and expects it of this one. */
+static ll_lease claim_of(ll_result_store *s, const char *id)
+{
+    ll_lease l;
+    must(s->kind->claim(s, NULL, "me", 60, &l));
+    assert_string_equal(l.id, id);
+    return l;
+}
+
+static void experiments_share_workers_equally(void **state)
+{
+    (void)state;
+    ll_result_store *s = fresh(); /* x has three chunks */
+    static const ll_experiment_record second = {.id = "y", .to = 30}, third = {.id = "z", .to = 30};
+    must(s->kind->create(s, &second, "{}", 3));
+    must(s->kind->create(s, &third, "{}", 3));
+    /* Workers that come one after the other go to whom fewest work for. */
+    ll_lease x = claim_of(s, "x"), y = claim_of(s, "y"), z = claim_of(s, "z");
+    claim_of(s, "x");
+    claim_of(s, "y");
+    hand_in(s, &z, LL_OK);
+    z = claim_of(s, "z");
+    hand_in(s, &z, LL_OK);
+    claim_of(s, "z");
+    claim_of(s, "z");
+    /* One that is paused has no turn; one that has no chunk left has none either. */
+    must(s->kind->set_state(s, "y", LL_EXPERIMENT_PAUSED));
+    hand_in(s, &y, LL_OK);
+    hand_in(s, &x, LL_OK);
+    claim_of(s, "x");
+    claim_of(s, "z");
+    must(s->kind->set_state(s, "y", LL_EXPERIMENT_RUNNING));
+    claim_of(s, "y");
+    must(s->kind->remove(s, "y"));
+    must(s->kind->remove(s, "z"));
+    ll_result_store_close(s);
+}
+
+/* A single worker takes them in turn, however long each is. */
+static void a_single_worker_takes_turns(void **state)
+{
+    (void)state;
+    ll_result_store *s = fresh();
+    static const ll_experiment_record second = {.id = "y", .to = 30};
+    must(s->kind->create(s, &second, "{}", 3));
+    for (int k = 0; k < 6; k++) {
+        ll_lease l = claim_of(s, k % 2 ? "y" : "x");
+        assert_int_equal(l.chunk, k / 2);
+        hand_in(s, &l, LL_OK);
+        usleep(2000); /* leases end at different times, by a clock of milliseconds */
+    }
+    ll_lease l = claim_of(s, "y");
+    hand_in(s, &l, LL_OK);
+    must(s->kind->remove(s, "y"));
+    ll_result_store_close(s);
+}
+
 static void bad_stores_are_reported(void **state)
 {
     (void)state;
@@ -504,6 +561,8 @@ int main(int argc, char **argv)
         cmocka_unit_test(another_version_adds_nothing),
         cmocka_unit_test(an_age_is_by_the_clock_of_the_store),
         cmocka_unit_test(experiments_are_listed_as_they_were_made),
+        cmocka_unit_test(experiments_share_workers_equally),
+        cmocka_unit_test(a_single_worker_takes_turns),
     };
     const struct CMUnitTest of_postgres[] = {
         cmocka_unit_test(bad_servers_are_reported),
