@@ -135,6 +135,7 @@ foreach(module IN LISTS own)
     string(REGEX REPLACE "\n[\t ]*/[*][*][^*]*[*]+([^/*][^*]*[*]+)*/\n" "\n" text "\n${text}")
     string(REGEX REPLACE "\n[\t ]*/[*][*][^*]*[*]+([^/*][^*]*[*]+)*/\n" "\n" text "${text}") # of two in succession the second
     string(REGEX REPLACE "\n[\t ]*//[^\n]*" "" text "${text}")
+    string(REGEX REPLACE "/[*][*] @type [^*]*[*]/ ?" "" text "${text}") # of an expression, within a line
     file(WRITE ${module} "${text}")
 endforeach()
 
