@@ -207,6 +207,7 @@ test('labs lead to their own families, and a wrong request says why', async () =
     await page.locator('#to-tradeoff').click();
     await until(async () => (await hash(page)).startsWith(`#tradeoff=${family}`), `${scenario} leads to ${family}: ${await hash(page)}`);
   }
+  await page.locator('#tradeoff-duration').waitFor();
   await page.evaluate(() => {
     const field = /** @type {HTMLInputElement} */ (document.getElementById('tradeoff-duration'));
     field.removeAttribute('max');
