@@ -407,7 +407,7 @@ static void a_tar_gives_back_what_it_got(void **state)
     static const int sizes[] = {0, 1, 511, 512, 513, 100000};
     FILE *archive = fopen(other, "wb+");
     for (int i = 0; i < 6; i++) {
-        char name[8];
+        char name[16];
         FILE *content = tmpfile();
         for (int k = 0; k < sizes[i]; k++)
             fputc('a' + i, content);
