@@ -303,20 +303,27 @@ static ll_status remove_experiment(ll_result_store *store, const char *id)
 
 /* ---- leases ---- */
 
+#define TAKE                                                                                                 \
+    "UPDATE chunk SET state=1, attempt=attempt+1, owner=?1, lease_until=" NOW "+?2 WHERE (id,chunk)=("
+#define IS_FREE "(c.state=0 OR (c.state=1 AND c.lease_until<" NOW "))"
+#define TAKEN ") RETURNING id,chunk,first,past,attempt"
+
+/* A sweep's own claims must cost little: its runs may take less. */
+static const char of_one[] =
+    TAKE "SELECT c.id,c.chunk FROM chunk c JOIN experiment e ON e.id=c.id"
+         " WHERE e.state=0 AND c.id=?3 AND e.version=?4 AND " IS_FREE " ORDER BY c.chunk LIMIT 1" TAKEN;
+static const char of_any_in_turn[] =
+    TAKE "WITH turn AS MATERIALIZED (SELECT e.id, e.number,"
+         " (SELECT count(*) FROM chunk b WHERE b.id=e.id AND b.state=1 AND b.lease_until>=" NOW ") AS busy,"
+         " (SELECT max(l.lease_until) FROM chunk l WHERE l.id=e.id) AS last"
+         " FROM experiment e WHERE e.state=0 AND e.version=?4"
+         " AND EXISTS (SELECT 1 FROM chunk o WHERE o.id=e.id AND o.state<2))"
+         " SELECT c.id,c.chunk FROM turn t JOIN chunk c ON c.id=t.id WHERE " IS_FREE
+         " ORDER BY t.busy, t.last NULLS FIRST, t.number, c.chunk LIMIT 1" TAKEN;
+
 static ll_status claim(ll_result_store *store, const char *id, const char *owner, double lease_s,
                        ll_lease *lease)
 {
-    static const char free_chunk[] =
-        "UPDATE chunk SET state=1, attempt=attempt+1, owner=?1, lease_until=" NOW "+?2 WHERE (id,chunk)=("
-        "WITH turn AS MATERIALIZED (SELECT e.id, e.number,"
-        " (SELECT count(*) FROM chunk b WHERE b.id=e.id AND b.state=1 AND b.lease_until>=" NOW ") AS busy,"
-        " (SELECT max(l.lease_until) FROM chunk l WHERE l.id=e.id) AS last"
-        " FROM experiment e WHERE e.state=0 AND (?3='' OR e.id=?3) AND e.version=?4"
-        " AND EXISTS (SELECT 1 FROM chunk o WHERE o.id=e.id AND o.state<2))"
-        " SELECT c.id,c.chunk FROM turn t JOIN chunk c ON c.id=t.id"
-        " WHERE c.state=0 OR (c.state=1 AND c.lease_until<" NOW ")"
-        " ORDER BY t.busy, t.last NULLS FIRST, t.number, c.chunk LIMIT 1)"
-        " RETURNING id,chunk,first,past,attempt";
     sqlite_store *s = enter(store);
     *lease = (ll_lease){.chunk = -1};
     bool good = begin(s);
@@ -325,7 +332,8 @@ static ll_status claim(ll_result_store *store, const char *id, const char *owner
         good && done(query(s, "UPDATE chunk SET state=3 WHERE state=1 AND attempt>=?1 AND lease_until<" NOW,
                            "i", (int64_t)LL_ATTEMPTS_MAX));
     sqlite3_stmt *q =
-        good ? query(s, free_chunk, "trtt", owner, lease_s, id ? id : "", store->version) : NULL;
+        good ? query(s, id ? of_one : of_any_in_turn, "trtt", owner, lease_s, id ? id : "", store->version)
+             : NULL;
     int result = q ? sqlite3_step(q) : SQLITE_ERROR;
     if (result == SQLITE_ROW) {
         lease->chunk = sqlite3_column_int64(q, 1);
