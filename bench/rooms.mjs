@@ -15,6 +15,7 @@ export const ROOMS = {
   techniques: GAME,
   many: GAME,
   streams: DAEMON,
+  parked: DAEMON,
   slow: DAEMON,
   proxies: DAEMON,
   hostile: [...DAEMON, 'experiment'],

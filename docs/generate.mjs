@@ -690,18 +690,6 @@ const RESULTS = [
     ],
   },
   {
-    name: 'page',
-    title: 'The page in Chromium on a processor slowed by six',
-    by: ['lab'],
-    columns: [
-      ['Frames/s', 'fps', median],
-      ['Script of a frame, ms', 'script_ms', median],
-      ['First frame, ms', 'first_ms', median],
-      ['Bytes until then', 'first_bytes', median],
-      ['Requests until then', 'first_requests', median],
-    ],
-  },
-  {
     name: 'streams',
     title: 'Streams and other servers',
     by: ['sessions', 'viewers', 'server'],
@@ -714,6 +702,16 @@ const RESULTS = [
       ['CPU, % of a core', 'server_cpu_pct', median],
       ['CPU per frame, us', 'server_us_per_frame', spread],
       ['Memory, MB', 'server_rss_mb', median],
+    ],
+  },
+  {
+    name: 'parked',
+    title: 'Sessions that nobody watches',
+    by: ['sessions'],
+    columns: [
+      ['Parked', 'parked', median],
+      ['Resident memory, MiB', 'rss_mib', median],
+      ['Of it anonymous, MiB', 'anonymous_mib', median],
     ],
   },
   {
