@@ -48,7 +48,7 @@ typedef struct bench_case {
     const char *(*note)(void *block, char *text, size_t size); /* what the speed was bought with */
 } bench_case;
 
-static void *start(const ll_particle_setup *setup)
+static void *start(const ll_particle_setup *setup, const ll_particle_params *params)
 {
     must(ll_particles_check(setup));
     return ll_particles_init(block_of(ll_particles_size(setup)), setup, params);
@@ -65,10 +65,11 @@ static void *open_particles(const bench_case *c)
         params.iterations = 100;
         params.tolerance = 1e-3;
     }
-    return start(&setup);
+    return start(&setup, &params);
 }
 
-/* The least work a frame that the method has settings for: compression beside that of a peer that allows much of it. */
+/* The least work a frame that the method has settings for: compression beside that of a peer that allows much
+ * of it. */
 static void *open_particles_coarse(const bench_case *c)
 {
     ll_particle_setup setup;
@@ -78,7 +79,7 @@ static void *open_particles_coarse(const bench_case *c)
     params.iterations = 1;
     params.cfl = 1;
     params.tolerance = 0.1;
-    return start(&setup);
+    return start(&setup, &params);
 }
 
 static void step_particles(void *block, int64_t number)
