@@ -1,6 +1,7 @@
 // The fluid lab: fluids side by side, their errors and costs; a person can drag them.
 import { html, nothing } from '../../../vendor/lit-html.js';
 import { effect, signal } from '../../../vendor/signals-core.js';
+import { styleSheet } from '../../base/api.js';
 import { fixed, short } from '../../base/format.js';
 import { locked, session } from '../../session/state.js';
 import { palette, paintOf } from '../../draw/palette.js';
@@ -29,14 +30,7 @@ import { t } from '../../base/words.js';
 /** @typedef {import('./fluids.js').Layer} Layer */
 /** @typedef {import('./fluids.js').FluidLayout} FluidLayout */
 
-const sheet = document.createElement('link');
-sheet.rel = 'stylesheet';
-sheet.href = new URL('../../../fluid.css', import.meta.url).href;
-const styled = new Promise((done) => {
-  sheet.onload = sheet.onerror = done;
-});
-document.head.append(sheet);
-await styled;
+await styleSheet('fluid');
 
 /** Of each fluid. @type {Record[]} */
 let records = [];

@@ -1,6 +1,7 @@
 // Speed against error: the families, a measurement and its progress, a plot for each problem, who is the cheapest at three levels of error.
 import { html, nothing } from '../../../vendor/lit-html.js';
 import { effect, signal } from '../../../vendor/signals-core.js';
+import { styleSheet } from '../../base/api.js';
 import { lookOf, readLink } from '../../base/link.js';
 import { need, t } from '../../base/words.js';
 import { palette } from '../../draw/palette.js';
@@ -21,13 +22,7 @@ import { drawTradeoff, formOf, methodsOf, nearest, pointsOf } from './plot.js';
 /** @typedef {import('./jobs.js').Family} Family */
 /** @typedef {import('./jobs.js').Row} Row */
 
-const sheet = document.createElement('link');
-sheet.rel = 'stylesheet';
-sheet.href = new URL('../../../tradeoff.css', import.meta.url).href;
-const styled = new Promise((done) => {
-  sheet.onload = sheet.onerror = done;
-});
-document.head.append(sheet);
+const styled = styleSheet('tradeoff');
 
 const SEEDS = [10, 20, 40, 100];
 const seeds = signal(20);
