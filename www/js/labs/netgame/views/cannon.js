@@ -96,9 +96,6 @@ function score(at) {
 
 /** @param {DrawContext} at @returns {import('./scene.js').Drawn[]} the dots */
 export function drawCannon(at) {
-  const view = at.frame.views[at.view],
-    truth = at.frame.views[0];
-  if (!view || !truth) return [];
   const { pen, colours, overlays } = at;
   const size = colours.marker * 0.8;
   const place = (/** @type {number} */ x, /** @type {number} */ y) => ({ x: toX(at, x), y: toY(at, y) });
