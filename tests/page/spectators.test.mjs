@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
-import { axe, button, dialogOf, frameOf, launch, pause, reads, scrub, settles, until, visit } from './lib.mjs';
+import { axe, button, dialogOf, frameOf, launch, pause, reads, scrub, settles, shown, until, visit } from './lib.mjs';
 
 /** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
 /** @type {import('playwright-core').Browser} */ let browser;
@@ -84,5 +84,17 @@ test('where nobody watches, nothing of it is read or sent', async () => {
   await until(async () => (await frameOf(page)).tick > 30, 'it plays');
   assert.equal(await page.evaluate(() => [...globalThis.laglab().frame.sections.keys()].some((name) => name.startsWith('spectat'))), false);
   assert.ok(!requests.some((one) => one.url().includes('spectators.js')));
+  await close();
+});
+
+test('they are asked for also where the session answers before the page is read', async () => {
+  const { page, close } = await visit(browser, 'about:blank', { wait: false });
+  await page.route(/js\/shell\/main\.js$/, async (route) => {
+    await page.waitForTimeout(700);
+    await route.fallback();
+  });
+  await page.goto(`${daemon.url}?scenario=spectators`);
+  await shown(page);
+  await until(async () => (await frameOf(page)).spectators?.length === 2, 'they are sent');
   await close();
 });

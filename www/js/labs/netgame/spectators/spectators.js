@@ -166,7 +166,8 @@ export function draw(at, high) {
   if (state === 'out') pill(at, t('netgame_more.spectator.out'));
   if (high === 0) return;
   const middle = at.height + high / 2,
-    saying = sayingOf(row, frame.time_s),
+    whole = sayingOf(row, frame.time_s),
+    saying = widthOf(pen, colours, whole, true) > width - 16 ? ageOf(row) : whole,
     left = Math.max(width * 0.56, 8 + widthOf(pen, colours, saying, true) + 12);
   const bold = state !== 'following',
     colour = state === 'out' || state === 'waiting' ? colours.snap : colours.ink;
