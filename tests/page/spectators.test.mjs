@@ -79,7 +79,7 @@ test('on a phone each has a tab; in German', async () => {
   await close();
 });
 
-test('where nobody watches, nothing of it is read or sent', async () => {
+test('without spectators nothing of it is read or sent', async () => {
   const { page, requests, close } = await visit(browser, `${daemon.url}?scenario=rollback`);
   await until(async () => (await frameOf(page)).tick > 30, 'it plays');
   assert.equal(await page.evaluate(() => [...globalThis.laglab().frame.sections.keys()].some((name) => name.startsWith('spectat'))), false);

@@ -49,8 +49,8 @@ const tipOf = (path) => metricTip(path, helpOf(path), scenario.value);
 /** @param {string} path of a parameter */
 const inputOf = (path) => wholeName(path, variable(path)?.row.unit, scenario.value);
 
-/** The beginning of a panel: its name, and what stands next to it. @param {string} name @param {unknown} [beside] */
-const head = (name, beside = nothing) => html`<legend class="unseen">${name}</legend><div class="head"><h2>${name}</h2>${beside}</div>`;
+/** The beginning of a panel: its name, and what stands next to it. @param {string} name @param {unknown} [more] */
+const head = (name, more = nothing) => html`<legend class="unseen">${name}</legend><div class="head"><h2>${name}</h2>${more}</div>`;
 
 // ---- the scenario ----
 

@@ -19,7 +19,7 @@ import { pill } from '../views/connection.js';
 
 await need('netgame_more');
 
-const LATELY_S = 0.25; /* for this long a wait is told */
+const LATELY_S = 0.25; /* for this long a wait is shown */
 const LEAST_BAR = 40; /* px: a shorter one says nothing */
 
 /** @returns {{lag_ms: number, player: number, buffer_ticks: number, behind_ticks: number}[]} */
