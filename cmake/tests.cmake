@@ -73,8 +73,8 @@ foreach(source IN LISTS test_sources)
 endforeach()
 
 # The longest begin first, so that no core is idle at the end.
-foreach(name IN ITEMS experiment.advise experiment.interval sim.outages experiment.work golden.golden_1 golden.golden_2
-        daemon.web_server_stream sim.peers experiment.until rigid.team fluid.particle rigid.scenes)
+foreach(name IN ITEMS experiment.advise experiment.interval_coverage experiment.interval_runs sim.outages experiment.work
+        golden.golden_1 golden.golden_2 daemon.web_server_stream sim.peers experiment.until rigid.team fluid.particle rigid.scenes)
     set_tests_properties(${name} PROPERTIES COST 100)
 endforeach()
 

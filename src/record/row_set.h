@@ -3,7 +3,7 @@
 
 #include "record/rows.h"
 
-#define LL_RECORDS_MAX 16
+#define LL_RECORDS_MAX 18
 
 /* Initially all zero. */
 typedef struct ll_row_set {

@@ -493,6 +493,14 @@ extern const ll_metric_table ll_netgame_desync_table, ll_netgame_stall_table, ll
 void ll_netgame_spectator_metrics(const ll_netgame *g, struct cJSON *metrics);
 extern const ll_metric_table ll_netgame_spectator_table;
 
+/* spectators.c: the spectators, streamed */
+extern const ll_record ll_netgame_spectator_record;
+void ll_netgame_fill_spectators(const ll_netgame *game, ll_row_set *rows);
+
+/* frame.c: the entities that they show, streamed */
+extern const ll_record ll_netgame_spectated_record;
+void ll_netgame_fill_spectated(const ll_netgame *game, ll_row_set *rows);
+
 extern const ll_record ll_netgame_peer_record;
 void ll_netgame_fill_peers(const ll_netgame *game, ll_row_set *rows);
 

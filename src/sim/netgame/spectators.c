@@ -1,8 +1,10 @@
-/* Spectators of the peer-to-peer syncs: their links, whose turn it is, and what is measured of them.
+/* Spectators of the peer-to-peer syncs: their links, whose turn it is, and what is measured and streamed of
+ * them.
  *
  * They read what packets bring them, and nothing of theirs reaches a player. Their links are their own, with
  * draws of their own, so that a game is the same with and without them. */
 #include <cjson/cJSON.h>
+#include <math.h>
 #include <string.h>
 
 #include "sim/netgame/parts.h"
@@ -282,5 +284,68 @@ void ll_netgame_spectator_metrics(const ll_netgame *g, cJSON *metrics)
         cJSON *o = cJSON_CreateObject();
         LL_METRICS_PUT(o, &ll_netgame_spectator_table, SPECTATOR);
         cJSON_AddItemToArray(all, o);
+    }
+}
+
+/* ---- streamed ---- */
+
+typedef struct spectator_row {
+    uint8_t spectator, state;
+    int64_t tick;
+    uint32_t buffered, waits, catch_up, falls;
+    float age_ms;
+} spectator_row;
+
+enum { FOLLOWING, CATCHING_UP, OUT };
+static const char *const states[] = {"following", "catching_up", "out", NULL};
+
+static const ll_record_field spectator_fields[] = {
+    LL_INT(spectator_row, spectator, NULL, "index of the spectator"),
+    LL_ENUM(spectator_row, state, states,
+            "catching_up: makes two ticks at once; out: has fallen out, and waits for a whole world"),
+    LL_INT(spectator_row, tick, NULL, "tick that it shows"),
+    LL_INT(spectator_row, buffered, "ticks", "ticks whose inputs it has and that it has not shown"),
+    LL_STEP(spectator_row, age_ms, LL_BITS_MS, "ms",
+            "age of what it shows: virtual time now less the time at which its sender made that tick; null: "
+            "the game has not begun"),
+    LL_INT(spectator_row, waits, NULL, "ticks of its machine without inputs for a next tick"),
+    LL_INT(spectator_row, catch_up, NULL, "ticks that it made as second ones at once"),
+    LL_INT(spectator_row, falls, NULL, "times that it has fallen out"),
+};
+
+const ll_record ll_netgame_spectator_record = {.id = 15,
+                                               .name = "spectators",
+                                               .channel = LL_CHANNEL_SPECTATORS,
+                                               .help = "Spectators, counted from the game's begin.",
+                                               .form = LL_FORM_BY_INDEX,
+                                               LL_ROWS_OF(spectator_row, spectator_fields)};
+
+static uint8_t state_of(const ll_netgame_spectator *s, const ll_spectator *w)
+{
+    const int64_t ahead = w->known - w->tick;
+    if (w->out)
+        return OUT;
+    return ahead > s->params.behind_ticks && ahead > 1 ? CATCHING_UP : FOLLOWING;
+}
+
+static spectator_row row_of(const ll_netgame *g, int i)
+{
+    const ll_netgame_spectator *s = ll_netgame_spectator_of(g, i);
+    const ll_spectator *w = ll_netgame_watcher(s);
+    return (spectator_row){.spectator = (uint8_t)i,
+                           .state = state_of(s, w),
+                           .tick = w->tick,
+                           .buffered = (uint32_t)(w->known - w->tick),
+                           .age_ms = s->due == LL_NEVER ? NAN : (float)ll_to_ms(g->now - s->shown),
+                           .waits = (uint32_t)w->waits,
+                           .catch_up = (uint32_t)w->catch_up,
+                           .falls = (uint32_t)w->falls};
+}
+
+void ll_netgame_fill_spectators(const ll_netgame *g, ll_row_set *rows)
+{
+    for (int i = 0; i < ll_netgame_spectator_count(g); i++) {
+        const spectator_row row = row_of(g, i);
+        ll_row_set_put(rows, &ll_netgame_spectator_record, &row, 1);
     }
 }

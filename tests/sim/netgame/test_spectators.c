@@ -336,6 +336,125 @@ static void what_no_one_can_watch_is_refused(void **state)
                    "spectators.0.link.down: must have the profile none; got profile_0");
 }
 
+/* ---- streamed ---- */
+
+static double field(const ll_rows *rows, int row, const char *name)
+{
+    const ll_record *record = rows->record;
+    for (int i = 0; i < record->count; i++)
+        if (strcmp(record->fields[i].name, name) == 0)
+            return ll_field_value(&record->fields[i], ll_rows_at(rows, row)[i]);
+    fail_msg("the record has no field %s", name);
+    return NAN;
+}
+
+/* The rows of both records; the caller frees `set`. */
+static void look(const scene *s, ll_row_set *set)
+{
+    ll_row_set_add(set, &ll_netgame_spectator_record, true);
+    ll_row_set_add(set, &ll_netgame_spectated_record, true);
+    ll_netgame_fill_spectators(s->game, set);
+    ll_netgame_fill_spectated(s->game, set);
+    assert_false(set->failed);
+}
+
+static void assert_shown(const scene *s, const ll_rows *rows)
+{
+    const double step_m = 1.0 / (1 << LL_BITS_M);
+    int row = 0;
+    for (int i = 0; i < ll_netgame_spectator_count(s->game); i++) {
+        const ll_world *world = ll_spectator_world(spectator_of(s, i));
+        for (int k = 0; k < world->entities; k++, row++) {
+            assert_true(row < rows->count);
+            assert_int_equal(field(rows, row, "view"), 1 + world->players + i);
+            assert_int_equal(field(rows, row, "entity"), k);
+            assert_true(fabs(field(rows, row, "x") - world->entity[k].x) <= step_m);
+            assert_true(fabs(field(rows, row, "y") - world->entity[k].y) <= step_m);
+        }
+    }
+    assert_int_equal(rows->count, row);
+}
+
+/* A spectator's row, frame by frame. */
+typedef struct glimpse {
+    int state;
+    double tick, catch_up, falls, age_ms;
+} glimpse;
+
+enum { FOLLOWING, CATCHING_UP, OUT, STATES };
+
+static glimpse glimpse_of(const scene *s, const ll_rows *rows, int i)
+{
+    const ll_spectator *w = spectator_of(s, i);
+    assert_int_equal(field(rows, i, "spectator"), i);
+    assert_int_equal(field(rows, i, "buffered"), w->known - w->tick);
+    return (glimpse){.state = (int)field(rows, i, "state"),
+                     .tick = field(rows, i, "tick"),
+                     .catch_up = field(rows, i, "catch_up"),
+                     .falls = field(rows, i, "falls"),
+                     .age_ms = field(rows, i, "age_ms")};
+}
+
+/* What a state says is what the next frame has: catching up it made two ticks, out it made none. */
+static void assert_follows(const glimpse *before, const glimpse *now, double lag_ms)
+{
+    assert_true(now->age_ms >= lag_ms);
+    if (now->tick == before->tick)
+        assert_true(fabs(now->age_ms - before->age_ms - 1000.0 / 60) < 0.1);
+    if (before->state == CATCHING_UP && now->state != OUT)
+        assert_true(now->catch_up == before->catch_up + 1 && now->tick == before->tick + 2);
+    if (before->state == OUT && now->state == OUT)
+        assert_true(now->tick == before->tick);
+    assert_true(now->falls == before->falls + (before->state != OUT && now->state == OUT));
+}
+
+static void what_they_show_is_streamed(void **state)
+{
+    (void)state;
+    static const double lags[] = {50, 80, 80};
+    const char *const sets[] = {
+        MESH, "params.laps=10000",
+        "spectators=[{\"lag_ms\":50},{\"lag_ms\":80,\"link\":{\"down\":{\"blackout_at_ms\":5000,"
+        "\"blackout_length_ms\":700}}},{\"lag_ms\":80,\"link\":{\"down\":{\"blackout_at_ms\":5000,"
+        "\"blackout_length_ms\":1500}}}]",
+        NULL};
+    scene s = scene_open("rollback", sets);
+    glimpse before[3] = {0};
+    int seen[3][STATES] = {0};
+    for (int k = 180; k <= 480; k++) {
+        scene_run(&s, (double)k / 60 + 1e-6, NULL);
+        ll_row_set set = {0};
+        look(&s, &set);
+        assert_int_equal(set.rows[0]->count, 3);
+        assert_shown(&s, set.rows[1]);
+        for (int i = 0; i < 3; i++) {
+            glimpse now = glimpse_of(&s, set.rows[0], i);
+            if (k > 180)
+                assert_follows(&before[i], &now, lags[i]);
+            seen[i][now.state]++;
+            before[i] = now;
+        }
+        ll_row_set_free(&set);
+    }
+    assert_true(seen[0][FOLLOWING] == 301);
+    assert_true(seen[1][CATCHING_UP] >= 20 && seen[1][OUT] == 0);
+    assert_true(seen[2][OUT] >= 5 && before[2].falls == 1);
+    scene_close(&s);
+}
+
+static void without_any_there_are_no_rows(void **state)
+{
+    (void)state;
+    const char *const sets[] = {MESH, NULL};
+    scene s = scene_open("rollback", sets);
+    ll_row_set set = {0};
+    scene_run(&s, 2, NULL);
+    look(&s, &set);
+    assert_int_equal(set.rows[0]->count + set.rows[1]->count, 0);
+    ll_row_set_free(&set);
+    scene_close(&s);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -346,6 +465,8 @@ int main(void)
         cmocka_unit_test(a_sender_who_leaves_sends_nothing_that_changes),
         cmocka_unit_test(they_follow_a_change_of_the_sync),
         cmocka_unit_test(what_no_one_can_watch_is_refused),
+        cmocka_unit_test(what_they_show_is_streamed),
+        cmocka_unit_test(without_any_there_are_no_rows),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

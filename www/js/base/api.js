@@ -146,3 +146,14 @@ export async function part(read) {
     }
   }
 }
+
+/** A style sheet that is read when it is wanted. @param {string} name of a file of www/, without its end
+ * @returns {Promise<unknown>} done when it has been read, or cannot be */
+export const styleSheet = (name) =>
+  new Promise((done) => {
+    const sheet = document.createElement('link');
+    sheet.rel = 'stylesheet';
+    sheet.href = new URL(`../../${name}.css`, import.meta.url).href;
+    sheet.onload = sheet.onerror = done;
+    document.head.append(sheet);
+  });

@@ -1,7 +1,7 @@
 // A class on the page: the teacher opens one, a student joins one. Read when it is wanted.
 import { effect } from '../../vendor/signals-core.js';
 import { html, nothing, render } from '../../vendor/lit-html.js';
-import { Problem, call, make } from '../base/api.js';
+import { Problem, call, make, styleSheet } from '../base/api.js';
 import { touch } from '../draw/redraw.js';
 import { keyOf } from '../session/opening.js';
 import { showAddress } from '../session/params.js';
@@ -21,9 +21,6 @@ import { need, t } from '../base/words.js';
 
 const root = document.createElement('div');
 root.id = 'class';
-const sheet = document.createElement('link');
-sheet.rel = 'stylesheet';
-sheet.href = new URL('../../class.css', import.meta.url).href;
 
 /** @type {Line | null} */
 let line = null;
@@ -64,12 +61,7 @@ let begun = false;
 async function begin() {
   if (begun) return;
   begun = true;
-  const words = need('class');
-  await new Promise((done) => {
-    sheet.onload = sheet.onerror = done;
-    document.head.append(sheet);
-  });
-  await words;
+  await Promise.all([need('class'), styleSheet('class')]);
   document.body.prepend(root);
   new ResizeObserver(touch).observe(root); /* what stands below has another height then */
   effect(() => {

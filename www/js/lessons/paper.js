@@ -1,6 +1,6 @@
 // A lesson on paper: two A4 pages, the pupils' sheet and the teacher's. Read when it is to be printed.
 import { html, nothing, render } from '../../vendor/lit-html.js';
-import { call } from '../base/api.js';
+import { call, styleSheet } from '../base/api.js';
 import { writeLesson } from '../base/link.js';
 import { frame, layout, lesson, notify, session, theme } from '../session/state.js';
 import { touch } from '../draw/redraw.js';
@@ -12,13 +12,7 @@ import { amount, filled, language, word } from './words.js';
 /** @typedef {import('./steps.js').Lesson} Lesson */
 /** @typedef {{text: string, ratio: number}} Image  text: as an address of data; ratio: width over height */
 
-const sheet = document.createElement('link');
-sheet.rel = 'stylesheet';
-sheet.href = new URL('../../paper.css', import.meta.url).href;
-const styled = new Promise((done) => {
-  sheet.onload = sheet.onerror = done;
-});
-document.head.append(sheet);
+const styled = styleSheet('paper');
 
 const CHANGE = STEPS.length;
 

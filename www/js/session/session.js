@@ -69,14 +69,12 @@ function wishOf() {
       .map(([channel, hz]) => [channel, Math.min(hz, most)]),
   );
 }
-let wished = '';
-effect(() => {
-  const wish = wishOf(),
-    text = JSON.stringify(wish);
-  if (text === wished) return;
-  wished = text;
-  stream?.subscribe(wish);
-});
+/** Asks for what is wanted, where that is other than what was asked for. */
+function ask() {
+  const wish = wishOf();
+  if (stream && JSON.stringify(wish) !== JSON.stringify(stream.wish)) stream.subscribe(wish);
+}
+effect(ask);
 
 /** Closes the stream: no session is shown. */
 function close() {
@@ -234,6 +232,7 @@ export function show(id, key, own, line, gone) {
     wishOf(),
     gone !== undefined,
   );
+  ask(); /* of a line that is open its hello has been heard: it may have more to show */
   showAddress();
 }
 

@@ -1,5 +1,6 @@
 // The page in a frame of a course's page: the views, what they show, play and scrub, and the way to all of it.
 import { html, nothing } from '../../vendor/lit-html.js';
+import { styleSheet } from '../base/api.js';
 import { writeLesson, writeQuery } from '../base/link.js';
 import { t } from '../base/words.js';
 import { link } from '../session/opening.js';
@@ -9,13 +10,7 @@ import { timeBar } from './bar.js';
 
 /** @typedef {import('../../vendor/lit-html.js').TemplateResult} Template */
 
-const sheet = document.createElement('link');
-sheet.rel = 'stylesheet';
-sheet.href = new URL('../../embed.css', import.meta.url).href;
-export const styled = new Promise((done) => {
-  sheet.onload = sheet.onerror = done;
-});
-document.head.append(sheet);
+export const styled = styleSheet('embed');
 document.documentElement.dataset.embed = 'yes';
 
 /** The same without the frame. */

@@ -1,6 +1,7 @@
 // Views and caption alone, for the back row of a room: sizes follow the screen's height. Read when it is first wanted.
 import { html, nothing } from '../../vendor/lit-html.js';
 import { effect } from '../../vendor/signals-core.js';
+import { styleSheet } from '../base/api.js';
 import { fixed, slower } from '../base/format.js';
 import { language, t } from '../base/words.js';
 import { renew } from '../draw/palette.js';
@@ -18,14 +19,8 @@ const SIZES = { '--draw-text': [36, 13], '--draw-axis': [26, 11], '--draw-line':
 const HIGH = 1080,
   WIDE = 1500; /* px: a narrower screen has smaller type */
 
-const sheet = document.createElement('link');
-sheet.rel = 'stylesheet';
-sheet.href = new URL('../../present.css', import.meta.url).href;
 /** The style is there: importers wait for it. */
-export const ready = new Promise((done) => {
-  sheet.onload = sheet.onerror = done;
-});
-document.head.append(sheet);
+export const ready = styleSheet('present');
 
 function scale() {
   const { style, dataset } = document.documentElement,

@@ -49,7 +49,23 @@ const tipOf = (path) => metricTip(path, helpOf(path), scenario.value);
 /** @param {string} path of a parameter */
 const inputOf = (path) => wholeName(path, variable(path)?.row.unit, scenario.value);
 
+/** The beginning of a panel: its name, and what stands next to it. @param {string} name @param {unknown} [more] */
+const head = (name, more = nothing) => html`<legend class="unseen">${name}</legend><div class="head"><h2>${name}</h2>${more}</div>`;
+
 // ---- the scenario ----
+
+/** @returns {Template} */
+function libraryChoice() {
+  const begin = async (/** @type {Event} */ event) => {
+    const id = valueOf(event);
+    if (id !== '') start(await call('GET', `scenarios/${id}`));
+  };
+  return html`<label class="field choice"><span>${t('experiments.start_from')}</span><select id="library"
+    @change=${begin}><option value="">${t('experiments.of_library')}</option>${library.value.map(
+      (one) => html`<option
+      value=${one.id}>${one.title}</option>`,
+    )}</select></label>`;
+}
 
 /** @returns {Template} */
 function scenarioPanel() {
@@ -64,16 +80,8 @@ function scenarioPanel() {
           (row) => html`<option value=${row.id} .selected=${row.id === now}>${fullTitleOf(row)}</option>`,
         )}</optgroup>`;
   };
-  return html`<fieldset class="panel server"><legend class="unseen">${t('experiments.scenario')}</legend><div class="head"><h2>${t('experiments.scenario')}</h2></div>
-    <label class="field choice"><span>${t('experiments.start_from')}</span><select id="library" @change=${async (
-      /** @type {Event} */ event,
-    ) => {
-      const id = valueOf(event);
-      if (id !== '') start(await call('GET', `scenarios/${id}`));
-    }}><option value="">${t('experiments.of_library')}</option>${library.value.map(
-      (one) => html`<option
-      value=${one.id}>${one.title}</option>`,
-    )}</select></label>
+  return html`<fieldset class="panel server">${head(t('experiments.scenario'))}
+    ${libraryChoice()}
     <label class="field choice"><span>${t('experiments.scenario')}</span><select id="of" aria-invalid=${bad.is} aria-describedby=${bad.by}
       @change=${(/** @type {Event} */ event) => choose(valueOf(event))}>
       ${now === '' ? html`<option value="" selected disabled>${scenario.value?.title || t('experiments.as_it_has')}</option>` : nothing}
@@ -97,20 +105,29 @@ function toggleUntil() {
   write({ until: { ...d.until, on }, repeats: on && Number(d.repeats) < Number(d.until.least) ? LIMIT : d.repeats });
 }
 
+/** The metric whose mean is to be known. @param {(path: string) => void} take @returns {Template} */
+function untilMetric(take) {
+  const { metrics: paths, error, until } = draft.value,
+    bad = invalid('until.metric', 'until');
+  const usual = t('experiments.until.error', { metric: named(error || (paths[0] ?? '')) });
+  return html`<label class="field choice"><span>${t('experiments.until.mean')}</span><select id="until-metric"
+      aria-invalid=${bad.is} aria-describedby=${bad.by}
+      @change=${(/** @type {Event} */ event) => take(valueOf(event))}><option
+        value="">${usual}</option>
+      ${paths.map((path) => html`<option value=${path} .selected=${path === until.metric}>${named(path)}</option>`)}</select></label>`;
+}
+
 /** Runs of a point until its mean is known. @returns {Template} */
 function untilPanel() {
   const d = draft.value,
     { until } = d,
-    set = (/** @type {Partial<import('./draft.js').Until>} */ change) => write({ until: { ...until, ...change } });
-  const bad = invalid('until.metric', 'until');
+    set = (/** @type {Partial<import('./draft.js').Until>} */ change) => write({ until: { ...until, ...change } }),
+    ranges = { relative: rangeOf('until.relative'), least: rangeOf('until.least') };
   const toggle = html`<label class="toggle" title=${ruleHelp('until')}><input type="checkbox" id="until" .checked=${until.on}
     @change=${toggleUntil}><span>${t('experiments.until')}</span></label>`;
   if (!until.on) return html`${toggle}${sentence('until')}`;
   return html`${toggle}<div class="until" role="group" aria-label=${t('experiments.until.when')}>
-    <label class="field choice"><span>${t('experiments.until.mean')}</span><select id="until-metric" aria-invalid=${bad.is} aria-describedby=${bad.by}
-      @change=${(/** @type {Event} */ event) => set({ metric: valueOf(event) })}><option
-        value="">${t('experiments.until.error', { metric: named(d.error || (d.metrics[0] ?? '')) })}</option>
-      ${d.metrics.map((path) => html`<option value=${path} .selected=${path === until.metric}>${named(path)}</option>`)}</select></label>
+    ${untilMetric((metric) => set({ metric }))}
     ${number({
       id: 'until-relative',
       field: 'until.relative',
@@ -138,38 +155,46 @@ function untilPanel() {
       take: (least) => set({ least }),
     })}
     <p class="facts">${t('experiments.until.checked')}
-      <small>${t('experiments.until.ranges', { relative: rangeOf('until.relative'), least: rangeOf('until.least') })}</small></p></div>${sentence('until')}`;
+      <small>${t('experiments.until.ranges', ranges)}</small></p></div>${sentence('until')}`;
+}
+
+/** A value with a path that is not fixed yet. */
+function addFixed() {
+  const { fixed } = draft.value;
+  const paths = ['duration_s', ...variables.value.map((one) => one.path)];
+  const path = paths.find((one) => variable(one) && !fixed.some((other) => other.path === one)) ?? '';
+  write({ fixed: [...fixed, { path, value: String(own(path) ?? '') }] });
+}
+
+/** @param {import('./draft.js').Fixed} one @param {number} i its place @returns {Template} */
+function fixedRow(one, i) {
+  const { fixed } = draft.value,
+    bad = invalid(`set.${one.path}`),
+    name = inputOf(one.path);
+  const set = (/** @type {Partial<import('./draft.js').Fixed>} */ change) =>
+    write({ fixed: fixed.map((other, k) => (k === i ? { ...other, ...change } : other)) });
+  return html`<div class="fixed">${parameter(
+    one.path,
+    t('experiments.fixed.parameter', { n: i + 1 }),
+    (path) => set({ path, value: String(own(path) ?? '') }),
+    bad,
+  )}
+        <input class="narrow" autocomplete="off" aria-label=${t('experiments.fixed.value', { name })} aria-invalid=${bad.is}
+          aria-describedby=${bad.by} .value=${one.value}
+          @input=${(/** @type {Event} */ event) => set({ value: valueOf(event) })}>
+        <button type="button" class="small" aria-label=${t('experiments.fixed.remove', { name })}
+          @click=${() => write({ fixed: fixed.filter((_, k) => k !== i) })}>${t('experiments.remove')}</button></div>
+      ${sentence(`set.${one.path}`)}`;
 }
 
 /** @returns {Template} */
 function fixedPanel() {
   const d = draft.value,
     bad = invalid('repeats');
-  const set = (/** @type {number} */ i, /** @type {Partial<import('./draft.js').Fixed>} */ change) =>
-    write({ fixed: d.fixed.map((one, k) => (k === i ? { ...one, ...change } : one)) });
-  const free = () =>
-    ['duration_s', ...variables.value.map((one) => one.path)].find((path) => variable(path) && !d.fixed.some((one) => one.path === path)) ??
-    '';
-  return html`<fieldset class="panel server"><legend class="unseen">${t('experiments.fixed')}</legend><div class="head"><h2>${t('experiments.fixed')}</h2>
-      <button type="button" class="small"
-        @click=${() => {
-          const path = free();
-          write({ fixed: [...d.fixed, { path, value: String(own(path) ?? '') }] });
-        }}>${t('experiments.fixed.add')}</button></div>
-    ${d.fixed.map((one, i) => {
-      const wrongHere = invalid(`set.${one.path}`);
-      return html`<div class="fixed">${parameter(
-        one.path,
-        t('experiments.fixed.parameter', { n: i + 1 }),
-        (path) => set(i, { path, value: String(own(path) ?? '') }),
-        wrongHere,
-      )}
-        <input class="narrow" autocomplete="off" aria-label=${t('experiments.fixed.value', { name: inputOf(one.path) })} aria-invalid=${wrongHere.is}
-          aria-describedby=${wrongHere.by} .value=${one.value}
-          @input=${(/** @type {Event} */ event) => set(i, { value: valueOf(event) })}>
-        <button type="button" class="small" aria-label=${t('experiments.fixed.remove', { name: inputOf(one.path) })}
-          @click=${() => write({ fixed: d.fixed.filter((_, k) => k !== i) })}>${t('experiments.remove')}</button></div>${sentence(`set.${one.path}`)}`;
-    })}
+  const add = html`
+      <button type="button" class="small" @click=${addFixed}>${t('experiments.fixed.add')}</button>`;
+  return html`<fieldset class="panel server">${head(t('experiments.fixed'), add)}
+    ${d.fixed.map(fixedRow)}
     <label class="field"><span>${t(d.until.on ? 'experiments.repeats.most' : 'experiments.repeats')}</span><input id="repeats"
       class="narrow" inputmode="numeric" autocomplete="off" .value=${d.repeats} aria-invalid=${bad.is} aria-describedby=${bad.by}
       @input=${(/** @type {Event} */ event) => write({ repeats: valueOf(event) })}></label>
@@ -241,16 +266,17 @@ function metricsPanel() {
       (path) => html`<option value=${path}
         .selected=${path === d[side]}>${named(path)}</option>`,
     )}</select></label>`;
-  return html`<fieldset class="panel server metrics"><legend class="unseen">${t('experiments.metrics')}</legend><div
-    class="head"><h2>${t('experiments.metrics')}</h2><small>${t('experiments.of', { n: d.metrics.length, all: metrics.value.length })}</small></div>
+  const count = html`<small>${t('experiments.of', { n: d.metrics.length, all: metrics.value.length })}</small>`,
+    left = found.length - SHOWN_METRICS;
+  return html`<fieldset class="panel server metrics">${head(t('experiments.metrics'), count)}
     <div class="chosen">${d.metrics.map(item)}</div>${sentence('metrics')}
-    <label class="field"><span>${t('experiments.find')}</span><input id="find-metric" type="search" autocomplete="off" .value=${sought.value}
-      @input=${(/** @type {Event} */ event) => {
+    <label class="field"><span>${t('experiments.find')}</span><input id="find-metric" type="search" autocomplete="off"
+      .value=${sought.value} @input=${(/** @type {Event} */ event) => {
         sought.value = valueOf(event);
       }}></label>
     <div class="offered" tabindex="0" role="group"
       aria-label=${t('experiments.metrics.offered')}>${found.slice(0, SHOWN_METRICS).map((path) => item(path, -1))}
-      ${found.length > SHOWN_METRICS ? html`<p class="facts">${t('experiments.metrics.more', { n: found.length - SHOWN_METRICS })}</p>` : nothing}</div>
+      ${left > 0 ? html`<p class="facts">${t('experiments.metrics.more', { n: left })}</p>` : nothing}</div>
     ${trade('error')}${sentence('error')}${trade('cost')}${sentence('cost')}
     ${d.metrics.length > 1 ? frontPanel() : nothing}</fieldset>`;
 }
@@ -293,12 +319,15 @@ function orderPanel() {
         : t(!checking.value && refused.value.size > 0 ? 'experiments.incomplete' : 'experiments.counting')
     }</div>
     ${elsewhere().map((detail) => html`<p class="wrong">${detail}</p>`)}
-    <button type="button" id="run" class="primary" ?disabled=${beginning.value || e === null} @click=${order}>${t('experiments.run')}</button></div>`;
+    <button type="button" id="run" class="primary" ?disabled=${beginning.value || e === null}
+      @click=${order}>${t('experiments.run')}</button></div>`;
 }
 
 /** @returns {Template} */
 export function form() {
-  return html`<form class="methods" aria-label=${t('experiments.form')} @submit=${(/** @type {Event} */ event) => event.preventDefault()}>
+  return html`<form class="methods" aria-label=${t('experiments.form')}
+    @submit=${(/** @type {Event} */ event) => event.preventDefault()}>
     <div class="fields" tabindex="0" role="group"
-      aria-label=${t('experiments.specification')}>${scenarioPanel()}${axesPanel()}${fixedPanel()}${metricsPanel()}</div>${orderPanel()}</form>`;
+      aria-label=${t('experiments.specification')}>${scenarioPanel()}${axesPanel()}${fixedPanel()}${metricsPanel()}</div>
+    ${orderPanel()}</form>`;
 }

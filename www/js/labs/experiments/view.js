@@ -1,7 +1,7 @@
 // The Experiments view: the runs and their progress, the points as a scatter plot and a table, and the downloads.
 import { html, nothing } from '../../../vendor/lit-html.js';
 import { effect, signal, untracked } from '../../../vendor/signals-core.js';
-import { address, call } from '../../base/api.js';
+import { address, call, styleSheet } from '../../base/api.js';
 import { fixed } from '../../base/format.js';
 import { t } from '../../base/words.js';
 import { mark } from '../../workbench/player_mark.js';
@@ -40,15 +40,8 @@ import { message } from '../../base/messages.js';
 /** @typedef {import('lit-html').TemplateResult} Template */
 /** @typedef {import('./shown.js').Cells} Cells */
 
-const sheet = document.createElement('link');
-sheet.rel = 'stylesheet';
-sheet.href = new URL('../../../experiments.css', import.meta.url).href;
-const styled = new Promise((done) => {
-  sheet.onload = sheet.onerror = done;
-});
-document.head.append(sheet);
 /** Importers wait for it. */
-export const ready = styled;
+export const ready = styleSheet('experiments');
 
 const valueOf = (/** @type {Event} */ event) => /** @type {HTMLSelectElement} */ (event.target).value;
 

@@ -1,6 +1,7 @@
 // The fluid lab: fluids side by side, their errors and costs; a person can drag them.
 import { html, nothing } from '../../../vendor/lit-html.js';
 import { effect, signal } from '../../../vendor/signals-core.js';
+import { styleSheet } from '../../base/api.js';
 import { fixed, short } from '../../base/format.js';
 import { locked, session } from '../../session/state.js';
 import { palette, paintOf } from '../../draw/palette.js';
@@ -29,14 +30,7 @@ import { t } from '../../base/words.js';
 /** @typedef {import('./fluids.js').Layer} Layer */
 /** @typedef {import('./fluids.js').FluidLayout} FluidLayout */
 
-const sheet = document.createElement('link');
-sheet.rel = 'stylesheet';
-sheet.href = new URL('../../../fluid.css', import.meta.url).href;
-const styled = new Promise((done) => {
-  sheet.onload = sheet.onerror = done;
-});
-document.head.append(sheet);
-await styled;
+await styleSheet('fluid');
 
 /** Of each fluid. @type {Record[]} */
 let records = [];
@@ -92,12 +86,15 @@ function numbers() {
       .map(row);
   const each = (/** @type {(i: number) => string} */ text, /** @type {string} */ id) =>
     fluids().map((_, i) => html`<td id=${i === 0 ? id : `${id}${i}`}>${text(i)}</td>`);
-  const step = (/** @type {number} */ i) => costs.value[i]?.all;
+  const steps = (/** @type {number} */ n) => (/** @type {number} */ i) => {
+    const ms = costs.value[i]?.all;
+    return ms === undefined ? '–' : short(ms * n);
+  };
   const pace = fluid()?.hz ?? 60;
   return html`${table(t('fluid.cost'), [
-    html`<tr><th scope="row">${t('fluid.step_ms')}</th>${each((i) => (step(i) === undefined ? '–' : short(Number(step(i)))), 'step-ms')}</tr>`,
+    html`<tr><th scope="row">${t('fluid.step_ms')}</th>${each(steps(1), 'step-ms')}</tr>`,
     html`<tr><th
-      scope="row">${t('fluid.second_ms')}</th>${each((i) => (step(i) === undefined ? '–' : short(Number(step(i)) * pace)), 'second-ms')}</tr>`,
+      scope="row">${t('fluid.second_ms')}</th>${each(steps(pace), 'second-ms')}</tr>`,
     html`<tr><th scope="row">${t('fluid.fps')}</th><td id="fps" colspan=${fluids().length}>–</td></tr>`,
   ])}
     ${table(t('fluid.errors'), of(0))}${table(t('fluid.conserved'), of(1))}
@@ -120,7 +117,9 @@ function plot(i) {
   const set = (/** @type {Event} */ event) => {
     plotted.value = plotted.value.map((one, k) => (k === i ? /** @type {HTMLSelectElement} */ (event.target).value : one));
   };
-  return html`<section class="plotbox" aria-label=${name} data-shows=${/energy|error|divergence/.exec(plottedName(i))?.[0] ?? ''}><div class="view"><canvas id=${`plot${i}`} role="img" aria-label=${name}></canvas><take-away data name=${name}></take-away>
+  const shows = /energy|error|divergence/.exec(plottedName(i))?.[0] ?? '';
+  return html`<section class="plotbox" aria-label=${name} data-shows=${shows}><div class="view"><canvas id=${`plot${i}`} role="img"
+    aria-label=${name}></canvas><take-away data name=${name}></take-away>
     <select class="plotted" aria-label=${t('fluid.plot_shows', { n: i + 1 })} @change=${set}>${names().map(
       (one) => html`<option value=${one}
       .selected=${one === plottedName(i)}>${wordsOf(one).label}</option>`,
@@ -137,12 +136,13 @@ const errorOf = (i) => {
 
 /** @param {number} i @returns {Template} */
 function drawingOf(i) {
-  const step = costs.value[i]?.all;
+  const step = costs.value[i]?.all,
+    cost = t('fluid.per_step', { ms: step === undefined ? '–' : short(step) });
   const name = `${fluids()[i]?.title ?? t('shell.tab.fluid')}${fluids().length > 1 ? `, ${nameOf(i)}` : ''}`;
   const label = `${name}. ${t('fluid.drag')}`;
   return html`<figure class="drawing"><figcaption>${fluids().length > 1 ? html`${mark(i)} <b>${nameOf(i)}</b>` : nothing}
       <span>${wordsOf(errorOf(i)).label} <output
-        data-error=${i}>–</output></span><span>${t('fluid.per_step', { ms: step === undefined ? '–' : short(step) })}</span></figcaption>
+        data-error=${i}>–</output></span><span>${cost}</span></figcaption>
     ${drag.box(
       i,
       'stir',
@@ -153,25 +153,37 @@ function drawingOf(i) {
 }
 
 /** @returns {Template} */
+const profilePlot = () =>
+  html`<section class="plotbox" aria-label=${t('fluid.profiles')}><div class="view">
+        <canvas id="profiles" role="img" aria-label=${t('fluid.profiles')}></canvas><take-away data
+          name=${t('fluid.profiles')}></take-away></div></section>`;
+
+/** What a fluid is, and what its scene warns of. @param {FluidLayout | null} at @returns {Template} */
+function aboutFluid(at) {
+  const source = at?.source ? html`<p>${t('fluid.reference')} <span lang="en">${at.source}</span></p>` : nothing;
+  const notices = (at?.notices ?? []).map(
+    (/** @type {string} */ text) => html`<p role="note"><strong>${t('fluid.warning')}</strong> ${said(text)}</p>`,
+  );
+  return html`<div class="about"><p>${said(at?.help ?? '')}</p>${source}
+        ${notices}</div>`;
+}
+
+/** @returns {Template} */
 function template() {
   const at = fluid();
   return html`${partTabs()}<main class="step fluid" id="views" tabindex="-1" data-part=${shownPart.value}>
-    <div class="methods" tabindex=${locked.value === '' ? nothing : 0} aria-label=${t('workbench.scene_and_solvers')} role="group">${scenePanel()}${fluids().map((_, i) => fluidPanel(i))}</div>
+    <div class="methods" tabindex=${locked.value === '' ? nothing : 0} aria-label=${t('workbench.scene_and_solvers')}
+      role="group">${scenePanel()}${fluids().map((_, i) => fluidPanel(i))}</div>
     <div class="drawings" tabindex="0" role="region" aria-label=${t('workbench.views')}>
       ${opening(t('fluid.see'))}
-      <section class="stage" data-shows="smoke positions volumes" aria-label=${t('shell.group.fluid')} data-count=${fluids().length}>${fluids().map((_, i) => drawingOf(i))}</section>
-      <div class="plots">${plot(0)}${plot(1)}${
-        hasProfiles()
-          ? html`<section class="plotbox" aria-label=${t('fluid.profiles')}><div class="view">
-        <canvas id="profiles" role="img" aria-label=${t('fluid.profiles')}></canvas><take-away data name=${t('fluid.profiles')}></take-away></div></section>`
-          : nothing
-      }</div>
+      <section class="stage" data-shows="smoke positions volumes" aria-label=${t('shell.group.fluid')}
+        data-count=${fluids().length}>${fluids().map((_, i) => drawingOf(i))}</section>
+      <div class="plots">${plot(0)}${plot(1)}${hasProfiles() ? profilePlot() : nothing}</div>
     </div>
     <aside class="side" aria-label=${t('workbench.numbers')}>
       <div class="about">${aboutScenario()}</div>
       ${workPrecisionButton()}${tradeoffButton(familyOf(at))}${numbers()}
-      <div class="about"><p>${said(at?.help ?? '')}</p>${at?.source ? html`<p>${t('fluid.reference')} <span lang="en">${at.source}</span></p>` : nothing}
-        ${(at?.notices ?? []).map((/** @type {string} */ text) => html`<p role="note"><strong>${t('fluid.warning')}</strong> ${said(text)}</p>`)}</div>
+      ${aboutFluid(at)}
     </aside></main>`;
 }
 

@@ -134,16 +134,19 @@ function gravity() {
     const one = GRAVITIES[Number(/** @type {HTMLSelectElement} */ (event.target).value)];
     if (one) change({ gravity: /** @type {any} */ ([one[0], one[1]]) });
   }}>${known < 0 ? html`<option value="-1" selected>${now.join(', ')} m/s²</option>` : nothing}
-    ${GRAVITIES.map((one, i) => html`<option value=${i} .selected=${i === known}>${t(`rigid.gravity.${one[2]}`)}</option>`)}</select></label>`;
+    ${GRAVITIES.map(
+      ([, , name], i) => html`<option value=${i} .selected=${i === known}>${t(`rigid.gravity.${name}`)}</option>`,
+    )}</select></label>`;
 }
 
 /** Parameter of a scene: a change creates another session. @param {string} name @returns {Template | typeof nothing} */
 function sceneParameter(name) {
   const row = find(schema.value, `params.${name}`),
-    value = params.value?.params?.[name];
+    value = params.value?.params?.[name],
+    named = inputOf('rigid', `params.${name}`);
   if (!row || value === undefined) return nothing;
-  return html`<label class="field" title=${inputOf('rigid', `params.${name}`)?.tip ?? row.help}><span>${inputOf('rigid', `params.${name}`)?.label ?? words(name)}</span><input type="number" data-scene=${name} min=${row.min}
-    max=${row.max}
+  return html`<label class="field" title=${named?.tip ?? row.help}><span>${named?.label ?? words(name)}</span><input type="number"
+    data-scene=${name} min=${row.min} max=${row.max}
     step=${row.type === 'integer' ? 1 : 'any'} .value=${value === 0 ? '' : String(value)} placeholder=${t('rigid.default')}
     @change=${(/** @type {Event} */ event) => {
       const given = /** @type {HTMLInputElement} */ (event.target);
@@ -184,7 +187,8 @@ function overlay(name) {
 
 /** @returns {Template} */
 function overlayPanel() {
-  return html`<fieldset class="panel plainpanel"><legend class="unseen">${t('rigid.overlays')}</legend><div class="head"><h2>${t('rigid.overlays')}</h2></div>
+  const name = t('rigid.overlays');
+  return html`<fieldset class="panel plainpanel"><legend class="unseen">${name}</legend><div class="head"><h2>${name}</h2></div>
     <div class="toggles">${overlay('contacts')}${overlay('islands')}${overlay('pairs')}
       ${overlay('boxes')}${overlay('paths')}${overlay('volumes')}</div>
     ${
@@ -225,7 +229,8 @@ const joules = (value) => (Math.abs(value) >= 1e5 ? localized(value.toExponentia
 
 /** @returns {Template} */
 function numbers() {
-  return html`<div class="wide-table" tabindex="0" role="region" aria-label=${t('workbench.current')}><table class="data now" data-shows="table"><caption>${t('workbench.now')}</caption>
+  return html`<div class="wide-table" tabindex="0" role="region" aria-label=${t('workbench.current')}><table class="data now"
+    data-shows="table"><caption>${t('workbench.now')}</caption>
     <thead><tr><td></td>${worlds().map((i) => html`<th scope="col">${mark(i)} ${nameOf(i)}</th>`)}</tr></thead>
     <tbody>${NUMBERS.map(
       ([name]) => html`<tr><th scope="row">${t(`rigid.number.${name}`)}</th>
@@ -243,17 +248,21 @@ function tunnellingMeter() {
     )}</section>`;
 }
 
+const JUDGED = ['hits', 'false', 'missed', 'gap'],
+  JUDGED_HEADS = ['hits', 'false', 'missed', 'at', 'cost'];
+
 /** Time of a volume for all pairs of a step. @param {number | undefined} ms */
 const perStep = (ms) => (ms === undefined ? '–' : fixed(1000 * ms, 2));
 
 /** @returns {Template | typeof nothing} */
 function volumeTable() {
   if (!params.value?.compare_volumes) return nothing;
-  return html`<table class="data judged"><caption>${t('rigid.bounding')}</caption><thead><tr><td></td>${['hits', 'false', 'missed', 'at', 'cost'].map((what) => html`<th scope="col">${t(`rigid.judged.${what}`)}</th>`)}</tr></thead><tbody>${VOLUMES.map(
-    (name, v) => html`<tr><th scope="row">${name}</th>
-      ${['hits', 'false', 'missed', 'gap'].map((what) => html`<td data-rigid=${`volume${v}/${what}`}>–</td>`)}<td
-        data-volume=${name}>${perStep(costs.value[0]?.[`volume_${name}`])}</td></tr>`,
-  )}</tbody></table>`;
+  const heads = JUDGED_HEADS.map((what) => html`<th scope="col">${t(`rigid.judged.${what}`)}</th>`);
+  const row = (/** @type {string} */ name, /** @type {number} */ v) => html`<tr><th scope="row">${name}</th>
+      ${JUDGED.map((what) => html`<td data-rigid=${`volume${v}/${what}`}>–</td>`)}<td
+        data-volume=${name}>${perStep(costs.value[0]?.[`volume_${name}`])}</td></tr>`;
+  return html`<table class="data judged"><caption>${t('rigid.bounding')}</caption><thead><tr><td></td>${heads}</tr></thead>
+    <tbody>${VOLUMES.map(row)}</tbody></table>`;
 }
 
 const PHASES = ['broad', 'narrow', 'solve', 'continuous', 'finish', 'all'];
@@ -262,7 +271,8 @@ const PHASES = ['broad', 'narrow', 'solve', 'continuous', 'finish', 'all'];
 function phases() {
   const most = Math.max(1e-9, ...costs.value.map((part) => part.all ?? 0));
   return html`<section class="plotbox" aria-label=${t('rigid.cost')}><div class="view phases" tabindex="0" role="group"
-    aria-label=${t('rigid.cost')}><take-away data="phases" name=${t('rigid.cost')}></take-away><table class="data"><caption>${t('rigid.ms_per_step')}</caption>
+    aria-label=${t('rigid.cost')}><take-away data="phases" name=${t('rigid.cost')}></take-away><table
+    class="data"><caption>${t('rigid.ms_per_step')}</caption>
     <tbody>${PHASES.map(
       (name) =>
         html`<tr><th scope="row">${t(`rigid.phase.${name}`)}</th>${worlds().map((i) => {
@@ -288,11 +298,17 @@ function drawing(world) {
 function template() {
   const used = rigid()?.solvers.filter((one) => worlds().some((i) => methodOf(i) === one.name)) ?? [];
   return html`${partTabs()}<main class="step collide" id="views" tabindex="-1" data-part=${shownPart.value}>
-    <div class="methods" tabindex=${locked.value === '' ? nothing : 0} aria-label=${t('workbench.scene_and_solvers')} role="group">${scenePanel()}${worlds().map(solverPanel)}${overlayPanel()}</div>
+    <div class="methods" tabindex=${locked.value === '' ? nothing : 0} aria-label=${t('workbench.scene_and_solvers')}
+      role="group">${scenePanel()}${worlds().map(solverPanel)}${overlayPanel()}</div>
     <div class="drawings" tabindex="0" role="region" aria-label=${t('workbench.views')}>
       ${opening(t('rigid.see'))}
-      <section class="worlds" data-shows="positions walls tilt volumes path" aria-label=${t('rigid.worlds')} data-worlds=${worlds().length}>${worlds().map(drawing)}</section>
-      <div class="plots">${plotBox('plot-energy', t('workbench.energy_t'), 'energy')}${plotBox('plot-overlap', t('rigid.overlap_t'), 'overlap')}${phases()}</div>
+      <section class="worlds" data-shows="positions walls tilt volumes path" aria-label=${t('rigid.worlds')}
+        data-worlds=${worlds().length}>${worlds().map(drawing)}</section>
+      <div class="plots">${plotBox('plot-energy', t('workbench.energy_t'), 'energy')}${plotBox(
+        'plot-overlap',
+        t('rigid.overlap_t'),
+        'overlap',
+      )}${phases()}</div>
     </div>
     <aside class="side" aria-label=${t('workbench.numbers')}>
       <div class="about">${aboutScenario()}</div>

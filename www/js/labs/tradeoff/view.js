@@ -1,6 +1,7 @@
 // Speed against error: the families, a measurement and its progress, a plot for each problem, who is the cheapest at three levels of error.
 import { html, nothing } from '../../../vendor/lit-html.js';
 import { effect, signal } from '../../../vendor/signals-core.js';
+import { styleSheet } from '../../base/api.js';
 import { lookOf, readLink } from '../../base/link.js';
 import { need, t } from '../../base/words.js';
 import { palette } from '../../draw/palette.js';
@@ -21,13 +22,7 @@ import { drawTradeoff, formOf, methodsOf, nearest, pointsOf } from './plot.js';
 /** @typedef {import('./jobs.js').Family} Family */
 /** @typedef {import('./jobs.js').Row} Row */
 
-const sheet = document.createElement('link');
-sheet.rel = 'stylesheet';
-sheet.href = new URL('../../../tradeoff.css', import.meta.url).href;
-const styled = new Promise((done) => {
-  sheet.onload = sheet.onerror = done;
-});
-document.head.append(sheet);
+const styled = styleSheet('tradeoff');
 
 const SEEDS = [10, 20, 40, 100];
 const seeds = signal(20);
@@ -82,32 +77,43 @@ function familyList() {
 
 // ---- the measurement ----
 
+/** @param {Family} family */
+function measure(family) {
+  const seconds = Number(duration.value);
+  start({ family: family.name, seeds: seeds.value, ...(duration.value === '' ? {} : { duration_s: seconds }) });
+}
+
 /** @param {Family} family @returns {Template} */
 function order(family) {
   const repeated = answer.value !== undefined;
   return html`<form class="measure" @submit=${(/** @type {Event} */ event) => {
     event.preventDefault();
-    const seconds = Number(duration.value);
-    start({ family: family.name, seeds: seeds.value, ...(duration.value === '' ? {} : { duration_s: seconds }) });
+    measure(family);
   }}>
     <label class="field choice"><span>${t('tradeoff.seeds')}</span><select id="tradeoff-seeds" @change=${(/** @type {Event} */ event) => {
       seeds.value = Number(valueOf(event));
     }}>${SEEDS.map((n) => html`<option value=${n} ?selected=${n === seeds.value}>${n}</option>`)}</select></label>
-    <label class="field"><span>${t('tradeoff.duration')}</span><input id="tradeoff-duration" type="number" min="0.05" max="1000" step="any" placeholder=${t('tradeoff.own')}
-      .value=${duration.value} @input=${(/** @type {Event} */ event) => {
+    <label class="field"><span>${t('tradeoff.duration')}</span><input id="tradeoff-duration" type="number" min="0.05" max="1000"
+      step="any" placeholder=${t('tradeoff.own')} .value=${duration.value} @input=${(/** @type {Event} */ event) => {
         duration.value = valueOf(event);
       }}><span class="unit">s</span></label>
     <button class="primary" id="measure">${t(repeated ? 'tradeoff.again' : 'tradeoff.measure')}</button></form>`;
 }
 
+/** @param {NonNullable<typeof job.value>} now @returns {Template} */
+function progress(now) {
+  const done = now.steps > 0 ? t('tradeoff.done', { done: String(now.done), n: now.steps }) : t('tradeoff.starting');
+  const stop = now.key === '' ? nothing : html`<button type="button" id="cancel" @click=${() => cancel()}>${t('base.cancel')}</button>`;
+  return html`<section class="progress" aria-label=${t('tradeoff.progress')} data-state="running">
+      <progress aria-label=${t('tradeoff.progress')} max=${Math.max(1, now.steps)} .value=${now.done}></progress>
+      <p><span id="tradeoff-progress">${done}</span>
+      ${stop}</p></section>`;
+}
+
 /** @param {Family} family @returns {Template} */
 function measurement(family) {
   const now = job.value;
-  if (now?.state === 'running')
-    return html`<section class="progress" aria-label=${t('tradeoff.progress')} data-state="running">
-      <progress aria-label=${t('tradeoff.progress')} max=${Math.max(1, now.steps)} .value=${now.done}></progress>
-      <p><span id="tradeoff-progress">${now.steps > 0 ? t('tradeoff.done', { done: String(now.done), n: now.steps }) : t('tradeoff.starting')}</span>
-      ${now.key === '' ? nothing : html`<button type="button" id="cancel" @click=${() => cancel()}>${t('base.cancel')}</button>`}</p></section>`;
+  if (now?.state === 'running') return progress(now);
   const why = now?.state === 'failed' || now?.state === 'cancelled' ? said(now.error) : '';
   return html`${
     now === undefined || now.state === 'done'
@@ -151,16 +157,20 @@ function key(of, problem, event) {
   }
 }
 
+/** Shows a method that is left out of the plots, or leaves it out. @param {string} method */
+function toggle(method) {
+  const next = new Set(hidden.value);
+  if (!next.delete(method)) next.add(method);
+  hidden.value = next;
+}
+
 /** @param {Answer} of @param {number} problem @returns {Template} */
 function legend(of, problem) {
   return html`<div class="key" role="group" aria-label=${t('tradeoff.methods')}>${methodsOf(of, problem).map((method, n) => {
     const { shape, colour } = formOf(n),
       by = of.rows.find((row) => row.method === method)?.by ?? '';
-    return html`<button type="button" class="small sample" aria-pressed=${!hidden.value.has(method)} title=${t('tradeoff.toggle')} @click=${() => {
-      const next = new Set(hidden.value);
-      if (!next.delete(method)) next.add(method);
-      hidden.value = next;
-    }}>${mark(shape, colour)} ${methodOf(of, method, by)}</button>`;
+    return html`<button type="button" class="small sample" aria-pressed=${!hidden.value.has(method)} title=${t('tradeoff.toggle')}
+      @click=${() => toggle(method)}>${mark(shape, colour)} ${methodOf(of, method, by)}</button>`;
   })}</div><p class="facts">${t('tradeoff.reads')}</p>`;
 }
 
@@ -181,6 +191,11 @@ function words(of, row, cost) {
   ].join(' ');
 }
 
+/** What can be pressed has another pointer. @param {number} problem @param {PointerEvent} event */
+function hover(problem, event) {
+  /** @type {HTMLElement} */ (event.currentTarget).style.cursor = at(problem, event) < 0 ? 'default' : 'pointer';
+}
+
 /** @param {Answer} of @param {number} problem @param {number} cost @returns {Template} */
 function plotOf(of, problem, cost) {
   const row = of.rows[selected.value],
@@ -189,11 +204,11 @@ function plotOf(of, problem, cost) {
     what = of.problems[problem];
   if (!price || !what) return html``;
   const name = t('tradeoff.plot', { error: errorOf(what), cost: costOf(price) });
-  return html`<div class="view" role="group" tabindex="0" aria-label=${t('tradeoff.keys')} @pointerdown=${(/** @type {PointerEvent} */ event) => press(of, problem, event)}
-      @pointermove=${(/** @type {PointerEvent} */ event) => {
-        /** @type {HTMLElement} */ (event.currentTarget).style.cursor = at(problem, event) < 0 ? 'default' : 'pointer';
-      }} @keydown=${(/** @type {KeyboardEvent} */ event) => key(of, problem, event)}><canvas id=${`tradeoff-${problem}`} role="img" aria-label=${name}></canvas><take-away
-      data name=${name}></take-away></div>
+  return html`<div class="view" role="group" tabindex="0" aria-label=${t('tradeoff.keys')}
+      @pointerdown=${(/** @type {PointerEvent} */ event) => press(of, problem, event)}
+      @pointermove=${(/** @type {PointerEvent} */ event) => hover(problem, event)}
+      @keydown=${(/** @type {KeyboardEvent} */ event) => key(of, problem, event)}><canvas id=${`tradeoff-${problem}`} role="img"
+      aria-label=${name}></canvas><take-away data name=${name}></take-away></div>
     ${legend(of, problem)}
     <div class="looked"><output aria-live="polite">${here ? words(of, here, cost) : t('tradeoff.select')}</output>
       ${here ? liveLink(here, t('tradeoff.open'), 'button') : nothing}</div>`;
@@ -212,50 +227,66 @@ function again(of, { cost, level, check_cheapest: best }, { check }) {
   return t('tradeoff.check.other', { name: nameOf(of, other), cost: numberOf(other.check?.costs[cost]?.[0]), mine });
 }
 
+/** A cell under the heading of its column: of text, or of a number. @param {string} column @param {unknown} content
+ * @param {boolean} [text] */
+const cell = (column, content, text = false) =>
+  html`<td class=${text ? 'text' : nothing} data-label=${t(`tradeoff.column.${column}`)}>${content}</td>`;
+
+/** The heading of a column. @param {string} column @param {boolean} [text] */
+const heading = (column, text = false) => html`<th scope="col" class=${text ? 'text' : nothing}>${t(`tradeoff.column.${column}`)}</th>`;
+
 /** @param {Answer} of @param {Choice} choice @returns {Template} */
 function choiceRow(of, choice) {
   const row = choice.row === null ? undefined : of.rows[choice.row];
   const level = html`<th scope="row" data-label=${t('tradeoff.column.level')}>${numberOf(choice.level)}</th>`;
   if (!row) return html`<tr data-outcome=${choice.outcome}>${level}<td colspan="5" class="text">${t('tradeoff.nothing')}</td></tr>`;
   const held = `tradeoff.outcome.${choice.outcome.replaceAll(' ', '_')}`;
-  return html`<tr data-outcome=${choice.outcome}>${level}<td class="text" data-label=${t('tradeoff.column.cheapest')}>${liveLink(row, nameOf(of, row))}</td>
-    <td data-label=${t('tradeoff.column.error')}>${measuredOf(row.error)}</td><td data-label=${t('tradeoff.column.cost')}>${measuredOf(row.costs[choice.cost])}</td>
-    <td class="text" data-label=${t('tradeoff.column.check')}><span><b>${t(held)}</b> ${again(of, choice, row)}</span></td>
-    <td class="text" data-label=${t('tradeoff.column.tied')}>${choice.as_cheap.map((method) => methodOf(of, method, row.by)).join(', ') || '–'}</td></tr>`;
+  const tied = choice.as_cheap.map((method) => methodOf(of, method, row.by)).join(', ') || '–';
+  return html`<tr data-outcome=${choice.outcome}>${level}${cell('cheapest', liveLink(row, nameOf(of, row)), true)}
+    ${cell('error', measuredOf(row.error))}${cell('cost', measuredOf(row.costs[choice.cost]))}
+    ${cell('check', html`<span><b>${t(held)}</b> ${again(of, choice, row)}</span>`, true)}
+    ${cell('tied', tied, true)}</tr>`;
 }
 
 /** @param {Answer} of @param {number} problem @param {number} cost @returns {Template} */
 function winners(of, problem, cost) {
   const list = of.choices.filter((one) => one.problem === problem && one.cost === cost);
   const what = of.problems[problem];
-  return html`<div class="wide-table" tabindex="0" role="region" aria-label=${`${t('tradeoff.winners')}: ${what ? errorOf(what) : ''}`}><table class="data winners"><caption>${t('tradeoff.winners')}</caption>
-    <thead><tr><th scope="col">${t('tradeoff.column.level')}</th><th scope="col" class="text">${t('tradeoff.column.cheapest')}</th><th scope="col">${t('tradeoff.column.error')}</th>
-    <th scope="col">${t('tradeoff.column.cost')}</th><th scope="col" class="text">${t('tradeoff.column.check')}</th><th scope="col" class="text">${t('tradeoff.column.tied')}</th></tr></thead>
+  const label = `${t('tradeoff.winners')}: ${what ? errorOf(what) : ''}`;
+  return html`<div class="wide-table" tabindex="0" role="region" aria-label=${label}><table
+    class="data winners"><caption>${t('tradeoff.winners')}</caption>
+    <thead><tr>${heading('level')}${heading('cheapest', true)}${heading('error')}
+    ${heading('cost')}${heading('check', true)}${heading('tied', true)}</tr></thead>
     <tbody>${list.map((choice) => choiceRow(of, choice))}</tbody></table></div>`;
 }
 
-/** Every setting, for those who read rather than point. @param {Answer} of @param {number} problem @param {number} cost @returns {Template} */
+/** @param {Answer} of @param {Row} row @param {number} cost @returns {Template} */
+function settingRow(of, row, cost) {
+  const error = row.status === 'ok' ? measuredOf(row.error) : t('workbench.diverged');
+  return html`<tr><th scope="row">${liveLink(row, nameOf(of, row))}</th><td>${error}</td>
+        <td>${measuredOf(row.costs[cost])}</td><td>${row.front[cost] ? t('tradeoff.yes') : ''}</td></tr>`;
+}
+
+/** @param {Answer} of @param {Row[]} rows of one problem @param {number} cost @param {string} label @returns {Template} */
+function settingTable(of, rows, cost, label) {
+  return html`<div class="scroll" tabindex="0" role="region" aria-label=${label}><table class="data"><thead><tr>${heading('setting', true)}
+      ${heading('error')}${heading('cost')}${heading('front')}</tr></thead>
+      <tbody>${rows.map((row) => settingRow(of, row, cost))}</tbody></table></div>`;
+}
+
+/** Every setting, for those who read rather than point. @param {Answer} of @param {number} problem @param {number} cost
+ * @returns {Template} */
 function settings(of, problem, cost) {
   const rows = of.rows.filter((row) => row.problem === problem),
     what = of.problems[problem],
-    open = listed.value.has(problem);
+    open = listed.value.has(problem),
+    title = t('tradeoff.settings', { n: rows.length });
   return html`<details ?open=${open} @toggle=${(/** @type {Event} */ event) => {
     const next = new Set(listed.value);
     if (/** @type {HTMLDetailsElement} */ (event.target).open) next.add(problem);
     else next.delete(problem);
     if (next.has(problem) !== open) listed.value = next;
-  }}><summary>${t('tradeoff.settings', { n: rows.length })}</summary>${
-    open
-      ? html`<div class="scroll" tabindex="0" role="region" aria-label=${`${t('tradeoff.settings', { n: rows.length })}: ${what ? errorOf(what) : ''}`}><table class="data"><thead><tr><th scope="col" class="text">${t('tradeoff.column.setting')}</th>
-      <th scope="col">${t('tradeoff.column.error')}</th><th scope="col">${t('tradeoff.column.cost')}</th><th scope="col">${t('tradeoff.column.front')}</th></tr></thead>
-      <tbody>${rows.map(
-        (
-          row,
-        ) => html`<tr><th scope="row">${liveLink(row, nameOf(of, row))}</th><td>${row.status === 'ok' ? measuredOf(row.error) : t('workbench.diverged')}</td>
-        <td>${measuredOf(row.costs[cost])}</td><td>${row.front[cost] ? t('tradeoff.yes') : ''}</td></tr>`,
-      )}</tbody></table></div>`
-      : nothing
-  }</details>`;
+  }}><summary>${title}</summary>${open ? settingTable(of, rows, cost, `${title}: ${what ? errorOf(what) : ''}`) : nothing}</details>`;
 }
 
 // ---- results ----
@@ -270,23 +301,31 @@ function download(of) {
   setTimeout(() => URL.revokeObjectURL(anchor.href), 10000);
 }
 
+/** @param {Answer} of @param {number} cost @returns {Template} */
+function costChoice(of, cost) {
+  const set = (/** @type {Event} */ event) => move({ cost: valueOf(event) });
+  const chosen = of.costs[cost]?.path;
+  return html`<label class="field choice"><span>${t('tradeoff.cost')}</span><select id="tradeoff-cost"
+    @change=${set}>${costsOf(of).map(
+      (one) => html`<option value=${one.path} .selected=${one.path === chosen}>${costOf(one)}</option>`,
+    )}</select></label>`;
+}
+
+/** @param {Answer} of @param {number} problem @param {number} cost @returns {Template} */
+function problemSection(of, problem, cost) {
+  const what = of.problems[problem],
+    id = `tradeoff-title-${problem}`;
+  return html`<section class="problem" aria-labelledby=${id}><h3 id=${id}>${what ? errorOf(what) : ''} <small>${what?.scenario}</small></h3>
+      ${plotOf(of, problem, cost)}${winners(of, problem, cost)}${settings(of, problem, cost)}</section>`;
+}
+
 /** @param {Answer} of @returns {Template} */
 function results(of) {
   const cost = shownCost(of);
-  return html`<div class="choices"><label class="field choice"><span>${t('tradeoff.cost')}</span><select id="tradeoff-cost" @change=${(
-    /** @type {Event} */ event,
-  ) => {
-    move({ cost: valueOf(event) });
-  }}>${costsOf(of).map((one) => html`<option value=${one.path} .selected=${one.path === of.costs[cost]?.path}>${costOf(one)}</option>`)}</select></label>
+  return html`<div class="choices">${costChoice(of, cost)}
     <button type="button" id="csv" @click=${() => download(of)}>${t('tradeoff.csv')}</button></div>
     ${cost === 0 ? html`<p class="noisy" role="note">${t('tradeoff.noisy')}</p>` : nothing}
-    ${of.problems.map(
-      (
-        problem,
-        p,
-      ) => html`<section class="problem" aria-labelledby=${`tradeoff-title-${p}`}><h3 id=${`tradeoff-title-${p}`}>${errorOf(problem)} <small>${problem.scenario}</small></h3>
-      ${plotOf(of, p, cost)}${winners(of, p, cost)}${settings(of, p, cost)}</section>`,
-    )}<p class="facts">${t('tradeoff.explain')}</p>`;
+    ${of.problems.map((_, p) => problemSection(of, p, cost))}<p class="facts">${t('tradeoff.explain')}</p>`;
 }
 
 /** @returns {Template} */

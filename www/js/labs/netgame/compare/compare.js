@@ -1,6 +1,7 @@
 // Two runs of a netgame that differ in a setting, from the same start: their views to one scale, one time, and the difference as a curve.
 import { html, nothing } from '../../../../vendor/lit-html.js';
 import { effect, signal, untracked } from '../../../../vendor/signals-core.js';
+import { styleSheet } from '../../../base/api.js';
 import { letter } from '../../../base/format.js';
 import { toValue } from '../../../base/link.js';
 import { find, valueAt } from '../../../base/schema.js';
@@ -35,13 +36,7 @@ const column = signal('');
 /** The view: 0 of the server, 1 + p of player p. */
 const view = signal(1);
 
-const sheet = document.createElement('link');
-sheet.rel = 'stylesheet';
-sheet.href = new URL('../../../../compare.css', import.meta.url).href;
-const styled = new Promise((done) => {
-  sheet.onload = sheet.onerror = done;
-});
-document.head.append(sheet);
+const styled = styleSheet('compare');
 
 const players = () => layout.value?.players.length ?? 0;
 

@@ -61,7 +61,7 @@ function renew() {
 
 /** How players are driven, by the keys that do it. */
 const DRIVING = ['left_right', 'a_d', 'up_down', 'enter_e', 'arrows', 'shift', 'escape'];
-const READING = ['marks', 'spring', 'messages', 'word', 'own', 'cells', 'alpha', 'dots'];
+const READING = ['marks', 'spring', 'messages', 'word', 'own', 'cells', 'alpha', 'dots', 'spectator'];
 
 /** @returns {Template} */
 export function help() {
@@ -76,6 +76,10 @@ export const dialogs = {
   player: (player) => [
     t('netgame.settings_of', { name: t('netgame_more.of_player', { name: letter(player) }) }),
     settings(`players.${player}`),
+  ],
+  spectator: (spectator) => [
+    t('netgame.settings_of', { name: t('netgame_more.spectator', { n: String(spectator + 1) }) }),
+    settings(`spectators.${spectator}`),
   ],
   server: () => [t('netgame_more.server_and_game'), html`${settings('server')}${settings('peers')}${settings('params')}`],
   table: (which) => [which === 'error' ? `${t('netgame.chart.drawn')} (${unit.value})` : t('netgame.chart.buffer_ms'), table(which)],

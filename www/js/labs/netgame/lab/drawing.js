@@ -23,6 +23,7 @@ import { scaleX } from '../views/scene.js';
 import { mainSentence, tell } from '../views/sentences.js';
 import { followed } from '../views/camera.js';
 import { follow, pick, view as packetView } from './follow.js';
+import { watching } from './page.js';
 import { happened, showSide } from './side.js';
 
 /** @typedef {import('../../../draw/surface.js').Surface} Surface */
@@ -38,7 +39,7 @@ let picked = null;
 /** What a view shows, in words. @param {Frame} now @param {number} view @returns {string} */
 function words(now, view) {
   const v = now.views[view];
-  if (!v) return '';
+  if (!v) return watching.value?.words(now, view) ?? '';
   const shapes = layout.value?.entities ?? [],
     players = layout.value?.players.length ?? 0;
   const where = (/** @type {import('../core/frame.js').Entity} */ e) =>
@@ -63,7 +64,7 @@ function drawView(canvas, now, name) {
   const surface = surfaceOf(canvas);
   const shape = layout.value;
   if (name) canvas.setAttribute('aria-label', words(now, view));
-  if (!shape || !now.views[view] || !surface.begin()) return;
+  if (!shape || entitiesOf(now, view).length === 0 || !surface.begin()) return;
   const colours = palette();
   const shapes = shape.entities.length > 0; /* all views to one scale: the server's has a strip too */
   const strip = !presented.value && (view > 0 || shapes) ? Math.round(colours.text * 1.7) : 0;
@@ -84,22 +85,24 @@ function drawView(canvas, now, name) {
   drawnDots[view] = shapes ? drawField(at) : shape.controls === 'aim' ? drawCannon(at) : drawRace(at);
   scale.pxPerMetre = scaleX(at);
   if (view > 0) drawConnection(at);
-  const v = now.views[view];
   if (strip > 0) {
     surface.pen.fillStyle = colours.grid;
     surface.pen.fillRect(0, at.height, at.width, 1);
   }
   if (view === 0 && shapes && strip > 0) drawStandings(at, at.height + strip / 2);
-  if (view > 0 && v && strip > 0) {
-    const { pen } = surface;
-    const gauge = (v.flags & INTERPOLATION) !== 0;
-    const ribbon = gauge ? at.width * 0.56 : at.width;
-    drawRibbon(at, 8, ribbon - 12, at.height + 1, strip - 2);
-    if (gauge) drawGauge(at, ribbon + 4, at.width - ribbon - 8, at.height + 1, strip - 2);
-    if (v.flags & STALLED) {
-      drawText(pen, colours, t('netgame.waits'), 8, at.height - colours.text * 0.8, { colour: colours.snap, bold: true });
-    }
-  }
+  if (view > 0 && now.views[view] && strip > 0) drawStrip(at, strip);
+  if (!now.views[view]) watching.value?.draw(at, strip);
+}
+
+/** Below a player's view. @param {DrawContext} at @param {number} strip its height, px */
+function drawStrip(at, strip) {
+  const { pen, colours } = at,
+    flags = at.frame.views[at.view]?.flags ?? 0;
+  const gauge = (flags & INTERPOLATION) !== 0;
+  const ribbon = gauge ? at.width * 0.56 : at.width;
+  drawRibbon(at, 8, ribbon - 12, at.height + 1, strip - 2);
+  if (gauge) drawGauge(at, ribbon + 4, at.width - ribbon - 8, at.height + 1, strip - 2);
+  if (flags & STALLED) drawText(pen, colours, t('netgame.waits'), 8, at.height - colours.text * 0.8, { colour: colours.snap, bold: true });
 }
 
 /** @param {Surface} surface @param {Frame} now */
@@ -205,7 +208,10 @@ export function draw(now, settled, name) {
   const texts = facts(settled);
   drawMessages(now, name, texts);
   packetView.value?.draw(now);
-  if (texts) showFacts(now);
+  if (texts) {
+    showFacts(now);
+    watching.value?.tell(now);
+  }
   showMain(now);
   showConnectionEvents(now);
   showSide(now, settled);

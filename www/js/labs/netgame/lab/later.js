@@ -1,6 +1,6 @@
 // What loads after the first frame: the library of the curves; and when a dialog or an inspector is wanted, or soon after, these.
 import { effect } from '../../../../vendor/signals-core.js';
-import { insist } from '../../../base/api.js';
+import { insist, styleSheet } from '../../../base/api.js';
 import { need } from '../../../base/words.js';
 import { frame } from '../../../session/state.js';
 import { dialog } from '../../../workbench/dialog.js';
@@ -10,10 +10,7 @@ import { noteBy, plotBy } from './side.js';
 
 const REST_MS = 1500;
 
-const sheet = document.createElement('link');
-sheet.rel = 'stylesheet';
-sheet.href = new URL('../../../../vendor/uplot.css', import.meta.url).href;
-document.head.append(sheet);
+styleSheet('vendor/uplot');
 
 plotBy(Chart);
 

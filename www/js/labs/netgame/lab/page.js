@@ -1,5 +1,7 @@
 // The views of server and players, each with its controls, above their messages; the side column.
 import { html, nothing } from '../../../../vendor/lit-html.js';
+import { signal } from '../../../../vendor/signals-core.js';
+import { part } from '../../../base/api.js';
 import { fixed, letter } from '../../../base/format.js';
 import { choiceOf, t } from '../../../base/words.js';
 import { allowed, params } from '../../../session/state.js';
@@ -15,6 +17,14 @@ import { compareButton, side } from './side.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 /** @typedef {import('../core/state.js').Tab} Tab */
+
+/** What spectators see: read where there are any.
+ * @type {import('@preact/signals-core').Signal<typeof import('../spectators/spectators.js') | null>} */
+export const watching = signal(null);
+
+export async function watch() {
+  if (params.value?.spectators?.length > 0) watching.value ??= await part(() => import('../spectators/spectators.js'));
+}
 
 /** The views from top to bottom: the first player, the server, the other players. @returns {number[]} */
 function order() {
@@ -33,13 +43,18 @@ function techniques(player) {
 /** The line above a view on a phone: opens its settings. @param {number} view @returns {Template} */
 function caption(view) {
   if (view === 0) {
-    const server = params.value?.server;
+    const server = params.value?.server,
+      rule = server ? `${server.update_hz}/s · ${choiceOf('netgame', 'server.sync', server.sync)}` : '';
     return html`<button type="button" class="caption" ?disabled=${allowed.value !== null} @click=${() => open({ kind: 'server' })}>
       <svg class="mark" data-player="server" viewBox="0 0 18 18" aria-hidden="true"><path d="M9 1l8 8-8 8-8-8z"></path></svg>
-      <b>${t('netgame.server')}</b> <span class="techniques">${server ? `${server.update_hz}/s · ${choiceOf('netgame', 'server.sync', server.sync)}` : ''}</span><span class="sentence" data-main="0"></span>${icons.settings}</button>`;
+      <b>${t('netgame.server')}</b> <span class="techniques">${rule}</span><span class="sentence"
+        data-main="0"></span>${icons.settings}</button>`;
   }
-  return html`<button type="button" class="caption" data-player=${(view - 1) % 8} ?disabled=${allowed.value !== null} @click=${() => open({ kind: 'player', of: view - 1 })}>
-    ${mark(view - 1)} <b>${nameOf(view - 1)}</b> <span class="techniques">${techniques(view - 1)}</span><span class="sentence" data-main=${view}></span>${icons.settings}</button>`;
+  const player = view - 1;
+  return html`<button type="button" class="caption" data-player=${player % 8} ?disabled=${allowed.value !== null}
+    @click=${() => open({ kind: 'player', of: player })}>
+    ${mark(player)} <b>${nameOf(player)}</b> <span class="techniques">${techniques(player)}</span><span class="sentence"
+      data-main=${view}></span>${icons.settings}</button>`;
 }
 
 /** What a lesson highlights in a view: `at` of api/lesson.schema.json. */
@@ -99,17 +114,22 @@ function tabs() {
     }}>${label}</button>`;
   return html`<nav class="tabs" aria-label=${t('netgame.shown')}>${item('all', t('netgame.all'))}
     ${order().map((view) => item(`view${view}`, view === 0 ? t('netgame.server') : letter(view - 1)))}
-    ${item('messages', t('netgame.messages'))}<button type="button" aria-pressed=${followed.value !== null} @click=${() => follow()}>${t('netgame.packet')}</button>
+    ${watching.value?.views().map(({ view, name }) => item(`view${view}`, name))}
+    ${item('messages', t('netgame.messages'))}<button type="button" aria-pressed=${followed.value !== null}
+      @click=${() => follow()}>${t('netgame.packet')}</button>
     ${item('charts', t('netgame.charts'))}${compareButton()}</nav>`;
 }
 
 /** @returns {Template} */
 export function template() {
   if (followed.value !== null)
-    return html`${tabs()}<main data-tab="packet"><div class="rows" id="views" tabindex="-1">${view.value?.template() ?? nothing}</div>${side()}</main>`;
+    return html`${tabs()}<main data-tab="packet"><div class="rows" id="views"
+      tabindex="-1">${view.value?.template() ?? nothing}</div>${side()}</main>`;
+  const count = order().length + (watching.value?.views().length ?? 0),
+    shape = (layout.value?.entities.length ?? 0) > 0 ? 'field' : 'track';
   return html`${tabs()}
-    <main data-tab=${tab.value} data-rows=${order().length} data-shape=${(layout.value?.entities.length ?? 0) > 0 ? 'field' : 'track'}>
-      <div class="rows" id="views" tabindex="-1">${order().map(row)}${messages()}
+    <main data-tab=${tab.value} data-rows=${count} data-shape=${shape}>
+      <div class="rows" id="views" tabindex="-1">${order().map(row)}${watching.value?.rows()}${messages()}
         ${overlays.value.messages ? nothing : html`<div class="gutter lone">${messagesPanel()}</div>`}</div>
       ${side()}</main>`;
 }

@@ -49,8 +49,6 @@ function tableButton(which) {
 /** id: the end of the key of its words.
  * @typedef {{id: string, unit: string, of: (view: View, player: number, lately: import('../core/memory.js').Lately) => string}} Row */
 
-/** Rows with a tooltip. */
-const TOLD = ['latency', 'lost', 'error', 'lead'];
 const LISTED = 6; /* events of connections */
 
 /** @returns {Row[]} */
@@ -165,7 +163,7 @@ export function side() {
       <tbody>${rows().map(
         (
           row,
-        ) => html`<tr><th scope="row" title=${TOLD.includes(row.id) ? t(`netgame.now.${row.id}.tip`, { s: LATELY_S }) : nothing}>${t(`netgame.now.${row.id}`)}</th>${players.map(
+        ) => html`<tr><th scope="row" title=${t(`netgame.now.${row.id}.tip`, { s: LATELY_S })}>${t(`netgame.now.${row.id}`)}</th>${players.map(
           (_, i) => html`<td
           data-now=${`${row.id}/${i}`}>–</td>`,
         )}

@@ -12,6 +12,7 @@ import { t } from '../../../base/words.js';
 /** @typedef {import('./scene.js').DrawContext} DrawContext */
 
 const GROUND = 18; /* px below the ground line */
+const BUTTON = 40; /* px: at the right edge, to save the view */
 
 /** The height that a view shows: little more than was ever flown. @param {DrawContext} at @returns {number} m */
 function ceiling(at) {
@@ -87,7 +88,7 @@ function score(at) {
     ]
       .filter((part) => part !== '')
       .join(' · ');
-    drawText(at.pen, at.colours, text, at.width - 8, at.colours.text * (2.2 + 1.4 * p), {
+    drawText(at.pen, at.colours, text, at.width - BUTTON, at.colours.text * (2.2 + 1.4 * p), {
       align: 'right',
       colour: paintOf(at.colours, p).text,
     });
@@ -96,9 +97,6 @@ function score(at) {
 
 /** @param {DrawContext} at @returns {import('./scene.js').Drawn[]} the dots */
 export function drawCannon(at) {
-  const view = at.frame.views[at.view],
-    truth = at.frame.views[0];
-  if (!view || !truth) return [];
   const { pen, colours, overlays } = at;
   const size = colours.marker * 0.8;
   const place = (/** @type {number} */ x, /** @type {number} */ y) => ({ x: toX(at, x), y: toY(at, y) });
@@ -109,6 +107,7 @@ export function drawCannon(at) {
   entitiesOf(at.frame, at.view).forEach((_, i) => trail(at, i));
   const drawn = overlays.dots ? dots(at, place, () => true) : [];
   const labels = new Labels(at);
+  if (overlays.dots) labels.block(0, colours.text * 2.1, colours.text * 22, colours.text * 1.4); /* how many packets a dot is */
   const goal = place(at.layout.scene.target_x, at.layout.scene.target_y);
   labels.block(goal.x, goal.y - GROUND, 48, 2 * GROUND + colours.text);
   entitiesOf(at.frame, at.view).forEach((shell, i) => {

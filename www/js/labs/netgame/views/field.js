@@ -184,9 +184,6 @@ export function drawStandings(at, y) {
 
 /** @param {DrawContext} at @returns {import('./scene.js').Drawn[]} the dots */
 export function drawField(at) {
-  const view = at.frame.views[at.view],
-    truth = at.frame.views[0];
-  if (!view || !truth) return [];
   const {
     pen,
     colours,

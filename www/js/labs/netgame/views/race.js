@@ -95,9 +95,6 @@ function standing(at, player) {
 
 /** @param {DrawContext} at @returns {import('./scene.js').Drawn[]} the dots */
 export function drawRace(at) {
-  const view = at.frame.views[at.view],
-    truth = at.frame.views[0];
-  if (!view || !truth) return [];
   const { pen, colours, overlays } = at;
   const lap = at.layout.scene.x_max;
   const full = Math.max(colours.marker, Math.min(at.layout.scene.entity_length_m * scaleX(at), at.height / 3.2));

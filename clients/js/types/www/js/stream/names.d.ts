@@ -106,6 +106,22 @@ export const TRAFFIC_MESSAGE: Readonly<{
     ping: 7;
     pong: 8;
 }>;
+export const SPECTATORS_STATE: Readonly<{
+    following: 0;
+    catching_up: 1;
+    out: 2;
+}>;
+export const SPECTATED_FLAGS: Readonly<{
+    finished: 1;
+    predicted: 2;
+    interpolated: 4;
+    held: 8;
+    active: 16;
+    extrapolated: 32;
+    unsettled: 64;
+    away: 128;
+    unknown: 256;
+}>;
 export const MOTION_STATUS: Readonly<{
     ok: 0;
     diverged: 1;

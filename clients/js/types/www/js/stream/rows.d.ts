@@ -683,6 +683,88 @@ export type LinksRow = {
     ping_ms: number;
 };
 /**
+ * Spectators, counted from the game's begin.
+ */
+export type SpectatorsRow = {
+    /**
+     * index of the spectator
+     */
+    spectator: number;
+    /**
+     * catching_up: makes two ticks at once; out: has fallen out, and waits for a whole world
+     */
+    state: number;
+    /**
+     * tick that it shows
+     */
+    tick: number;
+    /**
+     * ticks; ticks whose inputs it has and that it has not shown
+     */
+    buffered: number;
+    /**
+     * ms; age of what it shows: virtual time now less the time at which its sender made that tick; null: the game has not begun
+     */
+    age_ms: number;
+    /**
+     * ticks of its machine without inputs for a next tick
+     */
+    waits: number;
+    /**
+     * ticks that it made as second ones at once
+     */
+    catch_up: number;
+    /**
+     * times that it has fallen out
+     */
+    falls: number;
+};
+/**
+ * The entities as each spectator shows them: those of spectator s are of view 1 + players + s.
+ */
+export type SpectatedRow = {
+    /**
+     * index of the view
+     */
+    view: number;
+    /**
+     * index of the entity; those of the players come first
+     */
+    entity: number;
+    /**
+     * held: no newer data; active: a projectile in flight; unsettled: overlaps what it was pushed into; away: its player is not connected; unknown: the player's snapshots do not contain it
+     */
+    flags: number;
+    /**
+     * m; position
+     */
+    x: number;
+    /**
+     * m; position
+     */
+    y: number;
+    /**
+     * m/s; velocity
+     */
+    vx: number;
+    /**
+     * m/s; velocity
+     */
+    vy: number;
+    /**
+     * rad; orientation
+     */
+    angle: number;
+    /**
+     * rad/s; angular velocity
+     */
+    angular_velocity: number;
+    /**
+     * ms; view age
+     */
+    age_ms: number;
+};
+/**
  * The solution, then each method.
  */
 export type MotionRow = {
@@ -1255,6 +1337,8 @@ export type Records = {
     shot_bodies: ShotBodiesRow[];
     traffic: TrafficRow[];
     links: LinksRow[];
+    spectators: SpectatorsRow[];
+    spectated: SpectatedRow[];
     motion: MotionRow[];
     motion_state: MotionStateRow[];
     worlds: WorldsRow[];
